@@ -1,0 +1,42 @@
+# Debian/Ubuntu packages only; each with what it is used for and where.
+find_package(Eigen3 REQUIRED NO_MODULE)                # everywhere: vectors and poses
+find_package(Threads REQUIRED)                         # src/mapper, apps
+find_package(octomap REQUIRED)                         # src/occupancy: the octree
+find_package(CGAL REQUIRED)                            # src/surfaces, src/planning: triangulation (GPL parts)
+find_package(Boost REQUIRED COMPONENTS iostreams)      # geometry, container; src/io: zstd streams
+find_package(nlohmann_json REQUIRED)                   # src/io, src/evaluation, src/simulation: JSON
+find_package(Protobuf REQUIRED)                        # src/io: the .surfaces schema
+find_package(embree 3 REQUIRED)                        # src/simulation, src/io/picture: ray casting
+find_package(assimp REQUIRED)                          # src/io: ply, glb, obj, stl
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(spng REQUIRED IMPORTED_TARGET spng)  # src/io, src/simulation: 16-bit PNG
+find_package(tsl-robin-map REQUIRED)                   # src/occupancy, src/surfaces: hash maps
+if(OCTOSURF_BUILD_APPS)
+  find_package(CLI11 REQUIRED)                         # apps: the command line
+endif()
+if(OCTOSURF_BUILD_TESTS)
+  find_package(GTest REQUIRED)
+endif()
+if(OCTOSURF_BUILD_BENCH)
+  find_package(benchmark REQUIRED)
+endif()
+
+# OctoMap and PCL hand out variables; as targets their headers can be system headers.
+add_library(octosurf_octomap INTERFACE)
+target_include_directories(octosurf_octomap SYSTEM INTERFACE ${OCTOMAP_INCLUDE_DIRS})
+target_link_libraries(octosurf_octomap INTERFACE ${OCTOMAP_LIBRARIES})
+target_compile_definitions(octosurf_octomap INTERFACE OCTOMAP_NODEBUGOUT)  # the library does not print
+
+# src/io: PCD and PLY; test/reference: the paper's pipeline. Not by find_package(PCL): that one
+# pulls in VTK, Qt and MPI, which none of the parts used here needs.
+find_path(PCL_INCLUDE_DIR pcl/point_types.h PATH_SUFFIXES pcl-1.15 pcl-1.14 pcl-1.13 pcl-1.12 REQUIRED)
+function(octosurf_pcl_target target)
+  add_library(${target} INTERFACE)
+  target_include_directories(${target} SYSTEM INTERFACE ${PCL_INCLUDE_DIR})
+  target_link_libraries(${target} INTERFACE Eigen3::Eigen Boost::headers)
+  foreach(part ${ARGN})
+    find_library(PCL_${part}_LIBRARY pcl_${part} REQUIRED)
+    target_link_libraries(${target} INTERFACE ${PCL_${part}_LIBRARY})
+  endforeach()
+endfunction()
+octosurf_pcl_target(octosurf_pcl common io)

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace octosurf {
+
+/// The one exception of the library: what failed, where, and how to mend it.
+///
+/// `what()` is a single line `where: what; mend`, ready for a log. Nothing in the library prints
+/// or aborts: whatever goes wrong arrives as an Error (or as std::bad_alloc).
+class Error : public std::runtime_error {
+ public:
+  enum class Kind {
+    usage,  ///< the caller asked for something that makes no sense (parameters, options)
+    data,   ///< a file, an image, a cloud or a pose is missing, damaged or foreign
+    output  ///< a result could not be written
+  };
+
+  /// `where` names a file, a parameter or a scan; `mend` tells what to do about it (may be empty).
+  Error(Kind kind, std::string where, std::string what, std::string mend = {})
+      : std::runtime_error((where.empty() ? std::string() : where + ": ") + what +
+                           (mend.empty() ? std::string() : "; " + mend)),
+        kind_(kind),
+        where_(std::move(where)),
+        mend_(std::move(mend)) {}
+
+  Kind kind() const noexcept { return kind_; }
+  const std::string& where() const noexcept { return where_; }
+  const std::string& mend() const noexcept { return mend_; }
+
+ private:
+  Kind kind_;
+  std::string where_;
+  std::string mend_;
+};
+
+}  // namespace octosurf

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <octosurf/parameters.hpp>
+#include <octosurf/surface.hpp>
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+
+namespace octosurf {
+
+struct MapState;
+
+/// What a scan source, the octree and the surfaces amount to at one moment: the persistent thing.
+/// Move-only. A Mapper takes one over to go on with it.
+class Map {
+ public:
+  explicit Map(const Parameters& parameters = {});  ///< an empty map; validates the parameters
+  explicit Map(std::unique_ptr<MapState> state);    ///< used by readers of map files
+  Map(Map&&) noexcept;
+  Map& operator=(Map&&) noexcept;
+  ~Map();
+
+  const Parameters& parameters() const;
+  std::shared_ptr<const Snapshot> snapshot() const;
+
+  enum class Occupancy { unknown, free, occupied };
+  struct Voxel {
+    Occupancy occupancy = Occupancy::unknown;
+    float log_odds = 0;
+    SurfaceId surface = 0;                             ///< 0: pending, or not occupied
+    std::optional<Eigen::Vector3d> point;              ///< representative point, map frame
+    std::optional<Eigen::Vector3d> view;               ///< unit vector toward where it was seen from
+  };
+  /// The voxel that holds `point` (map frame); unknown outside the octree's range. O(depth).
+  Voxel at(const Eigen::Vector3d& point) const;
+
+  /// Calls `visit` for every occupied voxel's point, in key order. O(nodes).
+  void for_each_point(const std::function<void(const Voxel&)>& visit) const;
+
+  struct Size {
+    std::size_t nodes = 0, leaves = 0, bytes = 0;
+    std::size_t points = 0, pending = 0, surfaces = 0, inliers = 0;
+    std::uint64_t scans = 0, revision = 0;
+  };
+  Size size() const;
+
+  const MapState& state() const { return *state_; }
+  MapState& state() { return *state_; }
+
+ private:
+  std::unique_ptr<MapState> state_;
+};
+
+/// Writes `stem`.surfaces (everything) and `stem`.bt (plain OctoMap), each to a temporary file that
+/// is synced and renamed. Throws Error(output); files that were there before stay as they were.
+void save_map(const Map& map, const std::filesystem::path& stem);
+
+struct LoadedMap {
+  Map map;
+  std::string warning;  ///< empty, or e.g. that the .bt does not match
+};
+/// Reads `stem`.surfaces; throws Error(data) for damaged or foreign files, never anything worse.
+LoadedMap load_map(const std::filesystem::path& stem);
+
+}  // namespace octosurf

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <octosurf/map.hpp>
+#include <octosurf/scan.hpp>
+
+#include <array>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+namespace octosurf {
+
+/// Stages of one scan's way (DESIGN.md §4), in order.
+enum class Stage { downsample, occupancy, retract, add_inliers, expand, detect, derive };
+inline constexpr std::array<std::string_view, 7> stage_names{
+    "downsample", "occupancy", "retract", "add_inliers", "expand", "detect", "derive"};
+
+/// What one scan did.
+struct ScanReport {
+  std::size_t points_raw = 0;           ///< handed in
+  std::size_t points_not_finite = 0;    ///< no reading
+  std::size_t points_too_near = 0;      ///< dropped: nearer than min_range
+  std::size_t points_beyond_range = 0;  ///< not mapped, but free space up to max_range
+  std::size_t points_out_of_map = 0;    ///< dropped: outside the octree's 2¹⁶ voxels
+  std::size_t voxels = 0;               ///< distinct end voxels
+  std::size_t appeared = 0, vanished = 0;
+  std::size_t categorized = 0;  ///< of the appeared, in a surface when insert returned
+  std::vector<SurfaceId> born, grown, shrunk, merged, gone;
+  std::array<double, stage_names.size()> stage_ms{};
+  double total_ms = 0;
+};
+
+/// Keeps a map and its surfaces up to date, scan by scan (the paper's system).
+///
+/// 1. Same scans and parameters, same map, byte for byte, whatever `threads` is.
+/// 2. A scan that is refused (Error) leaves the map as it was.
+/// 3. snapshot() may be called from any thread at any time and never waits for insert().
+/// One thread at a time may call insert().
+class Mapper {
+ public:
+  explicit Mapper(const Parameters& parameters = {}, int threads = 1);
+  explicit Mapper(Map map, int threads = 1);
+  Mapper(Mapper&&) noexcept;
+  Mapper& operator=(Mapper&&) noexcept;
+  ~Mapper();
+
+  /// Throws Error(data) if the pose is not rigid.
+  ScanReport insert(const Scan& scan);
+
+  /// Surfaces of an existing occupancy map, without scans: every occupied voxel that borders on
+  /// free or unknown space becomes a point at its centre, seen from its free neighbours.
+  /// Used for .bt and .ot inputs.
+  ScanReport detect_in_occupancy();
+
+  std::shared_ptr<const Snapshot> snapshot() const;
+  const Map& map() const;
+  Map release() &&;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The shipped invariant checker (DESIGN.md §3): one line per violation, empty if all hold.
+/// Cost: one pass over octree and surfaces; for tests, `info --check` and the suspicious.
+std::vector<std::string> check_invariants(const Map& map);
+
+}  // namespace octosurf

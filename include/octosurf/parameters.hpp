@@ -1,0 +1,90 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace octosurf {
+
+// One small struct per stage, SI units, angles in radians (degrees only at the command line and in
+// files). A std::optional that is empty is derived from the others; an explicit value wins.
+
+/// src/occupancy: the octree and what a scan does to it.
+struct OccupancyParameters {
+  double resolution = 0.02;         ///< d, m: voxel edge; also of downsampling and change detection
+  std::optional<double> max_range;  ///< m: beyond it points only free space; empty: 4 for depth
+                                    ///< cameras, unlimited for lidar
+  double min_range = 0.0;           ///< m: nearer points are dropped
+  double hit = 0.7;                 ///< P(occupied | endpoint)
+  double miss = 0.4;                ///< P(occupied | ray passed through)
+  double clamp_min = 0.1192;        ///< probability, lower clamp
+  double clamp_max = 0.971;         ///< probability, upper clamp
+  double occupied = 0.5;            ///< probability from which a voxel counts as occupied
+  bool preserve_surfaces = true;    ///< a ray erodes a surface's voxel only if it crosses its plane
+                                    ///< beyond s; off: the tree equals OctoMap's insertPointCloud
+};
+
+/// src/surfaces: what belongs to a surface and what is derived from it.
+struct SurfaceParameters {
+  std::optional<double> surface_tolerance;  ///< s, m: reach of a plane; empty: derived (Parameters)
+  double sensor_noise = 0.005;              ///< m: standard deviation near the sensor
+  std::optional<double> range_noise;        ///< 1/m: σ(z) = sensor_noise + range_noise·z²; empty:
+                                            ///< estimated from the scans
+  double max_hole_size = 0.08;              ///< h, m: α of the alpha shape, expansion reach, cluster gap
+  double min_surface_width = 0.05;          ///< m: narrower clusters stay pending; 0: any
+  double mesh_thickness = 0.02;             ///< m: extrusion against the normal
+};
+
+/// src/detection: from pending points to new surfaces.
+struct DetectionParameters {
+  std::optional<double> search_radius;    ///< r, m: largest neighbourhood; empty: derived
+  std::optional<double> normal_radius;    ///< m: neighbourhood where points are dense and exact; empty: derived
+  std::optional<int> min_surface_points;  ///< n; empty: derived
+  double smoothness_angle = 0.5235987755982988;  ///< rad: region growing, normal difference (30°)
+  double max_curvature = 0.05;                   ///< region growing, surface variation λ₀/Σλ
+  int ransac_iterations = 200;
+  double aligned_angle = 0.5235987755982988;     ///< rad: RANSAC inliers' normals to the plane's;
+                                                 ///< π/2 and more: the paper's plain plane model
+};
+
+/// Everything that decides what comes out; two runs with equal Parameters and scans give equal bytes.
+struct Parameters {
+  OccupancyParameters occupancy;
+  SurfaceParameters surfaces;
+  DetectionParameters detection;
+
+  /// The paper's values (section V): r = 0.15, n = 50, s = sensor_noise + d·√3, plain RANSAC, no
+  /// minimum width, measured noise not used.
+  static Parameters paper();
+
+  double surface_tolerance() const;   ///< s in force: explicit, else sensor_noise + d/2
+  double search_radius() const;       ///< r in force: explicit, else 5 d, at least 0.06 m
+  double normal_radius() const;       ///< in force: explicit, else 2.5 d
+  int min_surface_points() const;     ///< n in force: explicit, else 0.02 m² / d² in [20, 500]
+
+  /// Throws Error(usage) naming field, value and rule.
+  void validate() const;
+};
+
+/// A parameter as text, for command lines, config files, reports and map files.
+/// Names are those of DESIGN.md §1; angles are in degrees here.
+struct ParameterInfo {
+  std::string name;
+  std::string unit;
+  std::string help;
+};
+const std::vector<ParameterInfo>& parameter_infos();
+
+/// Value in force (derived ones resolved; "estimated" for an empty range_noise, "sensor" for an
+/// empty max_range). Throws Error(usage) for an unknown name.
+std::string get_parameter(const Parameters& parameters, const std::string& name);
+
+/// Sets from text ("auto" empties a derived one). Throws Error(usage) naming name, text and rule.
+void set_parameter(Parameters& parameters, const std::string& name, const std::string& text);
+
+/// The exact value as a number in the units of the structs (radians; flags 0 or 1), none where it is
+/// to be derived; and back. Throws Error(usage) for an unknown name.
+std::optional<double> parameter_value(const Parameters& parameters, const std::string& name);
+void set_parameter_value(Parameters& parameters, const std::string& name, std::optional<double> value);
+
+}  // namespace octosurf

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <octosurf/pieces.hpp>
+#include <octosurf/surface.hpp>
+
+namespace octosurf {
+
+/// The simplified polygons cut into convex pieces, as contact planners want them.
+///
+/// 1. Together the pieces cover the simplified polygons; no two overlap; each lies inside.
+/// 2. Every vertex of a piece satisfies its own A·(u, v) ≤ b.
+/// 3. At most four times as many pieces as the fewest possible without new vertices
+///    (Hertel and Mehlhorn, 1983: triangles merged over their diagonals).
+/// Throws Error(data) if a coordinate is not finite. Cost O(n log n) in vertices, O(n²) at worst.
+std::vector<ConvexPiece> convex_pieces(const Surface& surface);
+
+/// Overlapping circles that fill the simplified polygons, largest first.
+///
+/// 1. Each lies inside, holes left free, and has at least `min_radius`.
+/// 2. No centre lies in a larger circle.
+/// 3. Of a square grid of spacing max(min_radius, longer side / 300), every point that is at least
+///    min_radius away from all edges lies in a circle.
+/// Throws Error(usage) unless min_radius is positive, Error(data) if a coordinate is not finite.
+/// Cost O(n log n) per row of the grid and per boundary sample (at most 300 and about 20 000).
+std::vector<Circle> circles(const Surface& surface, double min_radius);
+
+/// The place on a surface that is nearest to a point.
+struct Nearest {
+  SurfaceId id = 0;
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< map frame, on the surface's `polygons`
+  double distance = 0;                              ///< m
+};
+
+/// Nothing if there is no surface with a polygon; the lower id wins a tie. `point` in the map frame;
+/// throws Error(usage) if it is not finite. Cost O(vertices) of the surfaces whose planes are nearer.
+std::optional<Nearest> nearest(const Snapshot& snapshot, const Eigen::Vector3d& point);
+
+}  // namespace octosurf

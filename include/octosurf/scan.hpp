@@ -1,0 +1,26 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <string>
+#include <vector>
+
+namespace octosurf {
+
+enum class SensorKind { depth_camera, lidar };
+
+/// One posed scan. Points are in the sensor's frame, in metres, in any order; points that are not
+/// finite are "no reading" and are skipped (and counted) by the mapper.
+struct Scan {
+  std::vector<Eigen::Vector3f> points;
+  /// Sensor frame to map frame; must be a rigid motion.
+  Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
+  double stamp_s = 0;                            ///< time the scan was taken, seconds
+  SensorKind sensor = SensorKind::depth_camera;  ///< picks the default maximum range
+  std::string name;                              ///< for messages: file or index
+};
+
+/// Throws Error(data) naming `where` unless T is finite and |RᵀR − I| ≤ 1e-3, det R > 0.
+void require_rigid(const Eigen::Isometry3d& T, const std::string& where);
+
+}  // namespace octosurf

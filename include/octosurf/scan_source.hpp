@@ -1,0 +1,90 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <octosurf/scan.hpp>
+
+namespace octosurf {
+
+struct ScanSourceOptions {
+  /// One pose per scan, over all inputs in order, or a stamped trajectory for scans with time
+  /// stamps. Wins over poses found beside or inside the scans. See below for the formats.
+  std::optional<std::filesystem::path> poses;
+  /// Of depth images: 3×3 K, or `fx fy cx cy`. Wins over a file found beside the images.
+  std::optional<std::filesystem::path> intrinsics;
+  /// Depth image units per metre; empty: 5000 for TUM folders, else 1000.
+  std::optional<double> depth_scale;
+  /// Scans per second where there are no time stamps; empty: 30 for depth cameras, 10 for lidar.
+  std::optional<double> rate_hz;
+  /// Go on after a scan that cannot be read or whose pose is not a rigid motion.
+  bool skip_bad = false;
+};
+
+/// Posed scans, one after the other, decoded as they are asked for.
+class ScanSource {
+ public:
+  ScanSource() = default;
+  ScanSource(const ScanSource&) = delete;
+  ScanSource& operator=(const ScanSource&) = delete;
+  virtual ~ScanSource() = default;
+
+  /// Number of scans listed, bad ones included.
+  virtual std::size_t size() const = 0;
+
+  /// The next scan, or nothing at the end. Throws Error(data) with the scan's name for a bad one,
+  /// and for a source none of whose scans was good; with skip_bad, bad ones go to skipped().
+  /// Time stamps never go back from one input to the next. About 3 ms for a 640×480 PNG.
+  virtual std::optional<Scan> next() = 0;
+
+  /// One line for every scan that was left out so far, and why: with skip_bad the bad ones, and
+  /// always the images of a recording for whose time there is no pose.
+  virtual const std::vector<std::string>& skipped() const = 0;
+};
+
+enum class InputKind {
+  scans,         ///< a folder or file that open_scans reads
+  occupancy_map  ///< OctoMap's .bt or .ot
+};
+
+/// Told by content, then by ending. Throws Error(data) if there is no such file, or it is neither.
+InputKind classify(const std::filesystem::path& input);
+
+/// Opens folders and files; several are one recording after the other. What is read:
+///
+/// - 7-Scenes: `X.depth.png` with `X.pose.txt` (camera to map), in the folder or in `frames/`.
+/// - TUM RGB-D: a folder with `depth.txt` and `groundtruth.txt`. A pose is interpolated between its
+///   neighbours in time if they are at most 0.1 s apart, else the nearest within 0.02 s is taken.
+///   Intrinsics are 525 525 319.5 239.5 unless a file says otherwise.
+/// - 16-bit depth images (PNG; PGM P5, P2), in the folder, `frames/` or `depth/`. If some are named
+///   `*depth*`, only those.
+/// - PCD and PLY, in the folder, `scans/` or `clouds/`; in the sensor's frame. A PCD's VIEWPOINT is
+///   its pose; a PLY has none. Organised PCDs come from a depth camera, the others from a lidar.
+/// - KITTI velodyne: `*.bin`, in the folder or `velodyne/`. KITTI poses (3×4) are the camera's: if
+///   `calib.txt` has a line `Tr:` (velodyne to camera), T_map_velodyne = pose · Tr. `times.txt`.
+/// - OctoMap `.graph`.
+///
+/// A `pose.txt` or `poses.txt` beside the scans is used, and a `camera-intrinsics.txt`,
+/// `intrinsics.txt`, `camera.txt` or `*.K` beside them or in the folder above. Scans of a folder
+/// come in natural order (full2 before full10), files in the order given. PCDs and PLYs, a single
+/// image and a single velodyne scan are taken to be in the map frame if there is no pose for them.
+/// Files called like a time (`1305031102.16.png`) are stamped with it.
+///
+/// Depth is along the optical axis: a pixel (u, v) of depth z is ((u−cx) z/fx, (v−cy) z/fy, z);
+/// depths 0 and 65535 are no reading and give no point. Points at a cloud's very origin are no
+/// reading either, and become not finite.
+///
+/// Pose files are told apart by their columns (blanks or commas, `#` comments): `tx ty tz qx qy qz
+/// qw`; the same with a time stamp in front; 3×4 row-major; 4×4 row-major in one line or in four.
+/// A 4×4 whose last row is `0 0 0 TIME` carries a time stamp. Poses are T_map_sensor.
+///
+/// Throws Error(usage) for options that make no sense, Error(data) for what is wrong before any
+/// scan is read: no such input, nothing in it, no poses, no intrinsics, counts that differ.
+std::unique_ptr<ScanSource> open_scans(const std::vector<std::filesystem::path>& inputs,
+                                       const ScanSourceOptions& options = {});
+
+}  // namespace octosurf

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace octosurf {
+
+using SurfaceId = std::uint32_t;  ///< 1 … 2²⁴−1, never reused; 0 is "none yet"
+
+/// n·x = offset with |n| = 1, n toward the side the surface was seen from. Map frame, metres.
+struct Plane {
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+  double offset = 0;
+
+  double signed_distance(const Eigen::Vector3d& point) const { return normal.dot(point) - offset; }
+};
+
+using Ring2 = std::vector<Eigen::Vector2d>;  ///< not closed: the last vertex differs from the first
+
+/// In the surface's frame (u, v): outer ring counter-clockwise seen from the normal's tip, holes
+/// clockwise. Rings are simple; two rings may share single vertices.
+struct Polygon {
+  Ring2 outer;
+  std::vector<Ring2> holes;
+};
+
+/// Closed triangle mesh, map frame, faces counter-clockwise seen from outside.
+struct Mesh {
+  std::vector<Eigen::Vector3d> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+
+/// One contact surface as a planner sees it. Immutable once published in a Snapshot.
+///
+/// 1. Every inlier's projection lies inside `polygons` or on their rings, unless it has no two
+///    neighbours within h with which it spans a triangle.
+/// 2. `boundary` are the rings' vertices; neighbours on a ring are never more than h apart.
+/// 3. Polygons do not overlap; islands in holes are polygons of their own.
+struct Surface {
+  SurfaceId id = 0;
+  std::array<float, 3> color{};  ///< RGB in [0, 1], distinct by construction
+  Plane plane;
+  /// Surface frame to map frame: z = plane.normal, origin on the plane. Moved as little as
+  /// possible when the plane is refitted.
+  Eigen::Isometry3d T_map_surface = Eigen::Isometry3d::Identity();
+  std::vector<Polygon> polygons;    ///< alpha shape of the inliers, α = h; (u, v)
+  std::vector<Polygon> simplified;  ///< near-collinear vertices dropped, within d/2; (u, v)
+  std::vector<Eigen::Vector3d> boundary;  ///< map frame, on the plane
+  double area_m2 = 0;                     ///< of `polygons`
+  std::size_t inliers = 0;                ///< voxels
+  double rms_m = 0;                       ///< of the inliers' distances to the plane
+  std::uint64_t revision = 0;             ///< map revision of the last change
+  std::vector<SurfaceId> parents;         ///< ids merged into this one, or the one it was split from
+
+  Eigen::Vector3d to_map(const Eigen::Vector2d& uv) const {
+    return T_map_surface * Eigen::Vector3d(uv.x(), uv.y(), 0);
+  }
+};
+
+using SurfacePtr = std::shared_ptr<const Surface>;
+
+/// A consistent view of all surfaces at one revision; never changes, cheap to copy and to keep.
+struct Snapshot {
+  std::uint64_t revision = 0;
+  double resolution = 0;
+  std::vector<SurfacePtr> surfaces;  ///< ascending id
+
+  /// nullptr if there is none; O(log n).
+  const Surface* find(SurfaceId id) const;
+  /// Surfaces changed after `revision`; O(n).
+  std::vector<SurfacePtr> changed_since(std::uint64_t revision) const;
+};
+
+/// The polygon extruded by `thickness` m against the normal (paper IV-B): closed, every edge in
+/// exactly two triangles. Rings that share a vertex get a copy each. Cost O(n log n) in vertices.
+Mesh extrude(const Surface& surface, double thickness);
+
+}  // namespace octosurf

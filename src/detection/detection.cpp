@@ -1,0 +1,77 @@
+#include "detection/detection.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "detection/plane_extraction.hpp"
+#include "detection/region_growing.hpp"
+
+namespace octosurf {
+namespace {
+
+using Index = PointWindow::Index;
+
+/// Paper III-C1: fewer than two neighbours within r can have no normal; they wait.
+bool isolated(Workspace& work, Index i, int reach, float radius) {
+  const Eigen::Vector3f p = work.window[i].position;
+  int neighbours = -1;  // itself
+  work.window.for_each_near(work.window[i].key, reach, [&](Index j) {
+    if (work.window[j].surface == 0 && (work.window[j].position - p).squaredNorm() <= radius * radius) ++neighbours;
+  });
+  return neighbours < 2;
+}
+
+/// The line of sight to the point passes through a surface just in front of it.
+bool seen_through(Workspace& work, Index i) {
+  constexpr double farthest = 0.3;  // m; deeper than any noise this could be
+  const VoxelPoint& p = work.window[i];
+  const double depth = std::min(farthest, 2.5 * work.state.noise.tolerance(p.range_class));
+  for (const SurfaceId id : work.state.surfaces.near(p.key, 8)) {
+    const SurfaceModel& surface = *work.state.surfaces.find(id);
+    const double behind = -surface.distance(p.position);
+    if (behind <= 0 || behind > depth) continue;
+    const auto facing = static_cast<float>(surface.plane().normal.dot(p.view.cast<double>()));
+    if (facing < 0.2F) continue;
+    const Eigen::Vector3f crossing = p.position + p.view * (static_cast<float>(behind) / facing);
+    const PlaneCell cell = surface.cell_of(crossing);
+    // One cell inside its border, so that what is seen past an edge is not taken for noise.
+    if (surface.covers(cell) && surface.covers({cell.u + 1, cell.v}) && surface.covers({cell.u - 1, cell.v}) &&
+        surface.covers({cell.u, cell.v + 1}) && surface.covers({cell.u, cell.v - 1}))
+      return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::vector<SurfaceId> detect(Workspace& work) {
+  MapState& state = work.state;
+  const Parameters& parameters = state.parameters;
+  std::vector<Index> waiting;
+  for (const VoxelKey key : state.accumulated) {
+    const Index i = work.window.find(key);
+    if (i != PointWindow::none && work.window[i].surface == 0) waiting.push_back(i);
+  }
+  if (waiting.size() < static_cast<std::size_t>(parameters.min_surface_points())) return {};
+
+  const double r = parameters.search_radius();
+  const int reach = static_cast<int>(r / parameters.occupancy.resolution) + 1;
+  std::erase_if(waiting, [&](Index i) { return isolated(work, i, reach, static_cast<float>(r)); });
+
+  RegionGrowing grow(work, parameters);
+  PlaneExtraction extract(work, parameters);
+  std::vector<SurfaceId> born;
+  const bool paper = !(parameters.detection.aligned_angle < 1.57);
+  const auto allowed = [&](Index i) { return paper || !seen_through(work, i); };
+  for (std::vector<Index>& region : grow(waiting, allowed)) {
+    // Kept in key order from here on: RANSAC's draw must not depend on how the region was walked.
+    std::sort(region.begin(), region.end(),
+              [&](Index a, Index b) { return work.window[a].key < work.window[b].key; });
+    const std::vector<SurfaceId> ids = extract(std::move(region));
+    born.insert(born.end(), ids.begin(), ids.end());
+  }
+  state.accumulated.clear();
+  return born;
+}
+
+}  // namespace octosurf

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <vector>
+
+#include "surfaces/changes.hpp"
+
+namespace octosurf {
+
+/// New surface detection (paper III-C, Algorithm 2) on what no surface has taken.
+///
+/// Runs once `accumulated` (new or returned pending points) holds at least n points. It starts from
+/// those, looks at the older pending points around them, and leaves the rest alone: its cost
+/// follows the change, not the size of the pending set. Returns the ids of the new surfaces.
+///
+/// Points that were seen *through* a surface lie in its noise (nothing opaque lets them be seen)
+/// and stay pending: they are what makes parallel sheets behind far walls.
+std::vector<SurfaceId> detect(Workspace& work);
+
+}  // namespace octosurf

@@ -1,0 +1,215 @@
+#include "detection/plane_extraction.hpp"
+
+#include <tsl/robin_map.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <random>
+
+namespace octosurf {
+namespace {
+
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+
+constexpr std::size_t scored_points = 2000;  // a sample this large ranks hypotheses as well as all
+constexpr double confidence = 0.999;
+
+}  // namespace
+
+PlaneExtraction::PlaneExtraction(Workspace& work, const Parameters& parameters)
+    : work_(work),
+      parameters_(parameters),
+      fewest_(static_cast<std::size_t>(parameters.min_surface_points())),
+      aligned_(parameters.detection.aligned_angle < std::numbers::pi / 2 - 1e-9),
+      cos_aligned_(static_cast<float>(std::cos(parameters.detection.aligned_angle))) {}
+
+bool PlaneExtraction::belongs(Index i, const Plane& plane) {
+  const VoxelPoint& p = work_.window[i];
+  if (std::fabs(plane.signed_distance(p.position.cast<double>())) > work_.state.noise.tolerance(p.range_class))
+    return false;
+  if (!aligned_) return true;
+  const LocalPlane& local = work_.normals.at(i);
+  return local.normal.dot(plane.normal.cast<float>()) >= cos_aligned_;
+}
+
+std::vector<PlaneExtraction::Index> PlaneExtraction::inliers_of(std::span<const Index> points,
+                                                                const Plane& plane) {
+  std::vector<Index> inliers;
+  for (const Index i : points)
+    if (belongs(i, plane)) inliers.push_back(i);
+  return inliers;
+}
+
+bool PlaneExtraction::ransac(std::span<const Index> points, Plane& best) {
+  std::mt19937_64 rng(PackedKeyHash()(work_.window[points.front()].key.packed()) ^ points.size());
+  std::vector<Index> sample;
+  const std::size_t stride = points.size() / scored_points + 1;
+  for (std::size_t i = 0; i < points.size(); i += stride) sample.push_back(points[i]);
+  const auto pick = [&] { return points[rng() % points.size()]; };
+  const auto position = [&](Index i) { return Eigen::Vector3d(work_.window[i].position.cast<double>()); };
+
+  std::size_t most = 0;
+  double needed = parameters_.detection.ransac_iterations;
+  for (int k = 0; k < parameters_.detection.ransac_iterations && k < needed; ++k) {
+    const Index first = pick();
+    const Eigen::Vector3d a = position(first), b = position(pick()), c = position(pick());
+    const Eigen::Vector3d cross = (b - a).cross(c - a);
+    if (cross.norm() < 1e-9 + 1e-3 * (b - a).norm() * (c - a).norm()) continue;  // collinear
+    Plane plane{cross.normalized(), 0};
+    if (plane.normal.cast<float>().dot(work_.window[first].view) < 0) plane.normal = -plane.normal;
+    plane.offset = plane.normal.dot(a);
+    const auto inliers = static_cast<std::size_t>(
+        std::count_if(sample.begin(), sample.end(), [&](Index i) { return belongs(i, plane); }));
+    if (inliers <= most) continue;
+    most = inliers;
+    best = plane;
+    const double share = static_cast<double>(most) / static_cast<double>(sample.size());
+    const double all_good = std::min(share * share * share, 1 - 1e-9);
+    needed = std::log(1 - confidence) / std::log(1 - all_good);
+  }
+  return most >= 3;
+}
+
+Plane PlaneExtraction::fit(std::span<const Index> points, const Plane& toward) {
+  const Eigen::Vector3d reference = work_.window[points.front()].position.cast<double>();
+  Moments moments;
+  for (const Index i : points) {
+    const double sigma = std::max(work_.state.noise.sigma(work_.window[i].range_class), 1e-6);
+    moments.add(work_.window[i].position.cast<double>() - reference, 1e-6 / (sigma * sigma));
+  }
+  const PlaneFit f = fit_plane(moments);
+  Plane plane{f.normal, 0};
+  if (plane.normal.dot(toward.normal) < 0) plane.normal = -plane.normal;
+  plane.offset = plane.normal.dot(reference + f.centroid);
+  return plane;
+}
+
+std::vector<std::vector<PlaneExtraction::Index>> PlaneExtraction::clusters(std::span<const Index> points,
+                                                                           const Plane& plane) {
+  const double d = parameters_.occupancy.resolution;
+  const SurfaceModel frame(0, plane, work_.window[points.front()].position.cast<double>(), d);
+  std::map<std::pair<int, int>, std::vector<Index>> cells;
+  for (const Index i : points) {
+    const PlaneCell cell = frame.cell_of(work_.window[i].position);
+    cells[{cell.v, cell.u}].push_back(i);
+  }
+  const int reach = std::max(1, static_cast<int>(parameters_.surfaces.max_hole_size / d));
+  std::vector<std::vector<Index>> result;
+  while (!cells.empty()) {
+    std::vector<Index>& cluster = result.emplace_back();
+    std::vector<std::pair<int, int>> open{cells.begin()->first};
+    cluster = std::move(cells.begin()->second);
+    cells.erase(cells.begin());
+    while (!open.empty()) {
+      const auto [v0, u0] = open.back();
+      open.pop_back();
+      for (int v = v0 - reach; v <= v0 + reach; ++v)
+        for (auto it = cells.lower_bound({v, u0 - reach}); it != cells.end() && it->first <= std::pair(v, u0 + reach);) {
+          open.push_back(it->first);
+          cluster.insert(cluster.end(), it->second.begin(), it->second.end());
+          it = cells.erase(it);
+        }
+    }
+  }
+  return result;
+}
+
+bool PlaneExtraction::wide_enough(std::span<const Index> cluster) {
+  const Eigen::Vector3d reference = work_.window[cluster.front()].position.cast<double>();
+  Moments moments;
+  for (const Index i : cluster) moments.add(work_.window[i].position.cast<double>() - reference);
+  // A uniform strip of width w has a variance of w²/12 across.
+  return std::sqrt(12 * fit_plane(moments).variances[1]) >= parameters_.surfaces.min_surface_width;
+}
+
+/// A quadric through the points whose normals are sure: a cylinder's or sphere's facet bends away
+/// from its plane over its whole extent, noise and rounded edges do not.
+bool PlaneExtraction::curved(std::span<const Index> cluster, const Plane& plane) {
+  const Eigen::Vector3d origin = work_.window[cluster.front()].position.cast<double>();
+  const SurfaceModel frame(0, plane, origin, 1.0);
+  Matrix6d A = Matrix6d::Zero();
+  Vector6d b = Vector6d::Zero();
+  Moments spread;
+  double tolerance = 0;
+  std::size_t used = 0;
+  for (const Index i : cluster) {
+    if (!work_.normals.at(i).flat) continue;
+    const Eigen::Vector3d q = frame.pose().inverse() * Eigen::Vector3d(work_.window[i].position.cast<double>());
+    Vector6d row;
+    row << 1, q.x(), q.y(), q.x() * q.x(), q.x() * q.y(), q.y() * q.y();
+    A += row * row.transpose();
+    b += q.z() * row;
+    spread.add({q.x(), q.y(), 0});
+    tolerance += work_.state.noise.tolerance(work_.window[i].range_class);
+    ++used;
+  }
+  if (used < 12) return false;
+  tolerance /= static_cast<double>(used);
+  const Vector6d c = A.ldlt().solve(b);
+  Eigen::Matrix2d hessian;
+  hessian << 2 * c[3], c[4], c[4], 2 * c[5];
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> principal(hessian);
+  const Eigen::Matrix2d covariance = spread.covariance().topLeftCorner<2, 2>();
+  for (int k = 0; k < 2; ++k) {
+    const Eigen::Vector2d axis = principal.eigenvectors().col(k);
+    const double length_sq = 12 * axis.dot(covariance * axis);
+    const double sagitta = std::fabs(principal.eigenvalues()[k]) * length_sq / 8;
+    if (sagitta > 0.4 * tolerance && std::fabs(principal.eigenvalues()[k]) > 1.0) return true;
+  }
+  return false;
+}
+
+/// Noise of a wall lies in front of or behind it as a parallel sheet; one that is mostly over a
+/// larger surface and within the reach of its noise is no surface of its own.
+bool PlaneExtraction::sheet_of_neighbour(std::span<const Index> cluster, const Plane& plane) {
+  std::map<SurfaceId, std::size_t> over;
+  for (const Index i : cluster) {
+    const VoxelPoint& p = work_.window[i];
+    for (const SurfaceId id : work_.state.surfaces.near(p.key, 2)) {
+      const SurfaceModel& surface = *work_.state.surfaces.find(id);
+      if (surface.size() <= cluster.size() || surface.plane().normal.dot(plane.normal) < 0.9) continue;
+      if (std::fabs(surface.distance(p.position)) <= 1.3 * work_.state.noise.tolerance(p.range_class) &&
+          surface.covers(surface.cell_of(p.position)))
+        ++over[id];
+    }
+  }
+  return std::any_of(over.begin(), over.end(),
+                     [&](const auto& entry) { return entry.second * 10 > cluster.size() * 6; });
+}
+
+bool PlaneExtraction::acceptable(std::span<const Index> cluster, const Plane& plane) {
+  return cluster.size() >= fewest_ && wide_enough(cluster) && (!aligned_ || !curved(cluster, plane)) &&
+         (!aligned_ || !sheet_of_neighbour(cluster, plane));
+}
+
+std::vector<SurfaceId> PlaneExtraction::operator()(std::vector<Index> region) {
+  std::vector<SurfaceId> born;
+  while (region.size() >= fewest_) {
+    Plane plane;
+    if (!ransac(region, plane)) break;
+    std::vector<Index> inliers = inliers_of(region, plane);
+    for (int round = 0; round < 3 && inliers.size() >= fewest_; ++round) {
+      plane = fit(inliers, plane);
+      inliers = inliers_of(region, plane);
+    }
+    if (inliers.size() < fewest_) break;
+    for (const std::vector<Index>& cluster : clusters(inliers, plane)) {
+      if (cluster.size() < fewest_) continue;
+      const Plane own = fit(cluster, plane);
+      if (!acceptable(cluster, own)) continue;
+      SurfaceModel& surface =
+          work_.state.surfaces.create(own, work_.window[cluster.front()].position.cast<double>());
+      for (const Index i : cluster) work_.give(i, surface);
+      work_.changes.born.insert(surface.id());
+      born.push_back(surface.id());
+    }
+    std::erase_if(region, [&](Index i) { return belongs(i, plane); });
+  }
+  return born;
+}
+
+}  // namespace octosurf

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "surfaces/changes.hpp"
+
+namespace octosurf {
+
+/// Planes out of one smooth region (paper III-C4).
+///
+/// While more than n points remain: RANSAC (Fischler & Bolles 1981) with s and at most 200
+/// iterations, the plane refitted to its inliers; inliers split into Euclidean clusters by h; every
+/// cluster of at least n points that is wide enough, flat (no cylinder's facet) and no noise sheet of
+/// a surface beside it becomes a surface. With `aligned_angle` below 90° inliers' normals must agree
+/// with the plane's (the paper's "normal-aligned" variant). Random numbers depend on the region only.
+class PlaneExtraction {
+ public:
+  using Index = PointWindow::Index;
+
+  PlaneExtraction(Workspace& work, const Parameters& parameters);
+
+  /// Creates surfaces in the store and gives them their points; returns their ids.
+  std::vector<SurfaceId> operator()(std::vector<Index> region);
+
+ private:
+  bool ransac(std::span<const Index> points, Plane& plane);
+  std::vector<Index> inliers_of(std::span<const Index> points, const Plane& plane);
+  bool belongs(Index i, const Plane& plane);
+  Plane fit(std::span<const Index> points, const Plane& toward);
+  std::vector<std::vector<Index>> clusters(std::span<const Index> points, const Plane& plane);
+  bool acceptable(std::span<const Index> cluster, const Plane& plane);
+  bool wide_enough(std::span<const Index> cluster);
+  bool curved(std::span<const Index> cluster, const Plane& plane);
+  bool sheet_of_neighbour(std::span<const Index> cluster, const Plane& plane);
+
+  Workspace& work_;
+  const Parameters& parameters_;
+  std::size_t fewest_;
+  bool aligned_;
+  float cos_aligned_;
+};
+
+}  // namespace octosurf

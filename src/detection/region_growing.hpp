@@ -1,0 +1,61 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "surfaces/changes.hpp"
+
+namespace octosurf {
+
+/// Smoothly connected regions of pending points (paper III-C3; Rabbani et al. 2006): from the
+/// flattest seed outward to neighbours whose normals differ by less than the smoothness angle from
+/// the point they are reached from; points that are not flat join but do not carry on.
+///
+/// Grows from `seeds` only, through all pending points that `allowed` lets in. Regions of fewer than
+/// n points are not returned. Order of regions and of points in them is fixed by geometry.
+class RegionGrowing {
+ public:
+  using Index = PointWindow::Index;
+
+  RegionGrowing(Workspace& work, const Parameters& parameters);
+
+  template <class Allowed>
+  std::vector<std::vector<Index>> operator()(std::span<const Index> seeds, Allowed&& allowed);
+
+ private:
+  void sort_seeds(std::vector<Index>& seeds);
+  bool visit(Index i);  // true the first time
+
+  Workspace& work_;
+  std::size_t fewest_;
+  float cos_smooth_;
+  std::vector<bool> visited_;
+};
+
+template <class Allowed>
+std::vector<std::vector<RegionGrowing::Index>> RegionGrowing::operator()(std::span<const Index> all_seeds,
+                                                                         Allowed&& allowed) {
+  std::vector<Index> seeds(all_seeds.begin(), all_seeds.end());
+  sort_seeds(seeds);
+  std::vector<std::vector<Index>> regions;
+  std::vector<Index> region;
+  for (const Index seed : seeds) {
+    if (!allowed(seed) || !visit(seed)) continue;
+    region.assign(1, seed);
+    for (std::size_t next = 0; next < region.size(); ++next) {
+      const LocalPlane here = work_.normals.at(region[next]);
+      if (!here.known || !here.flat) continue;
+      work_.window.for_each_near(work_.window[region[next]].key, here.reach, [&](Index i) {
+        if (work_.window[i].surface != 0 || (i < visited_.size() && visited_[i])) return;
+        const LocalPlane& there = work_.normals.at(i);
+        if (!there.known || there.normal.dot(here.normal) < cos_smooth_ || !allowed(i)) return;
+        visit(i);
+        region.push_back(i);
+      });
+    }
+    if (region.size() >= fewest_) regions.push_back(region);
+  }
+  return regions;
+}
+
+}  // namespace octosurf

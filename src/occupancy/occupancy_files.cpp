@@ -1,0 +1,266 @@
+// The octree's way to and from bytes. OctoMap's own readers recurse without a limit and read on
+// past the end of a file, so its two formats are parsed here, with both checked.
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+#include <octosurf/error.hpp>
+
+#include "occupancy/occupancy_map.hpp"
+#include "occupancy/voxel_tree.hpp"
+
+namespace octosurf {
+namespace {
+
+constexpr int root_level = 16;
+constexpr std::size_t chunk_bytes = std::size_t{1} << 20;
+
+/// OctoMap's .bt: two bits a child, in preorder; undivided where eight children agree.
+class BtWriter {
+ public:
+  explicit BtWriter(const VoxelTree& tree) : tree_(tree) {}
+
+  enum Kind : unsigned { unknown = 0, free = 1, occupied = 2, inner = 3 };
+
+  /// Appends what is below `node`; nothing if it turns out to be a leaf of one kind.
+  Kind write(const VoxelNode* node) {
+    ++nodes_;
+    if (!tree_.nodeHasChildren(node)) return tree_.isNodeOccupied(node) ? occupied : free;
+    const std::size_t start = bytes_.size(), nodes_before = nodes_;
+    bytes_.append(2, '\0');
+    unsigned bits = 0;
+    for (unsigned c = 0; c < 8; ++c)
+      if (tree_.nodeChildExists(node, c)) bits |= write(tree_.getNodeChild(node, c)) << (2 * c);
+    if (bits == all_free || bits == all_occupied) {
+      bytes_.resize(start);
+      nodes_ = nodes_before;
+      return bits == all_free ? free : occupied;
+    }
+    bytes_[start] = static_cast<char>(bits & 0xff);
+    bytes_[start + 1] = static_cast<char>(bits >> 8);
+    return inner;
+  }
+  const std::string& bytes() const { return bytes_; }
+  std::size_t nodes() const { return nodes_; }
+
+ private:
+  static constexpr unsigned all_free = 0x5555, all_occupied = 0xaaaa;
+  const VoxelTree& tree_;
+  std::string bytes_;
+  std::size_t nodes_ = 0;
+};
+
+class NodeWriter {
+ public:
+  NodeWriter(const VoxelTree& tree, const std::function<void(const std::string&)>& sink)
+      : tree_(tree), sink_(sink) {}
+
+  void write(const VoxelNode* node) {
+    std::uint8_t mask = 0;
+    if (tree_.nodeHasChildren(node))
+      for (unsigned c = 0; c < 8; ++c) mask |= static_cast<std::uint8_t>(tree_.nodeChildExists(node, c) << c);
+    put(mask);
+    if (mask == 0) {
+      put(node->getLogOdds());
+      put(static_cast<std::uint8_t>(node->payload.has_point()));
+      if (node->payload.has_point()) put(node->payload);
+    }
+    for (unsigned c = 0; c < 8; ++c)
+      if (mask >> c & 1) write(tree_.getNodeChild(node, c));
+  }
+  void flush() {
+    if (!chunk_.empty()) sink_(chunk_);
+    chunk_.clear();
+  }
+
+ private:
+  template <class T>
+  void put(const T& value) {
+    const auto* bytes = reinterpret_cast<const char*>(&value);
+    chunk_.append(bytes, sizeof value);
+    if (chunk_.size() >= chunk_bytes) flush();
+  }
+  const VoxelTree& tree_;
+  const std::function<void(const std::string&)>& sink_;
+  std::string chunk_;
+};
+
+class NodeReader {
+ public:
+  NodeReader(VoxelTree& tree, const std::function<std::string()>& source, const std::string& where)
+      : tree_(tree), source_(source), where_(where) {}
+
+  void read(VoxelNode* node, int level) {
+    const auto mask = get<std::uint8_t>();
+    if (mask == 0) {
+      node->setLogOdds(get<float>());
+      if (!std::isfinite(node->getLogOdds())) fail("a log-odds is not finite");
+      if (get<std::uint8_t>() != 0) node->payload = get<VoxelPayload>();
+      if (node->payload.has_point() && (level != 0 || !tree_.isNodeOccupied(node)))
+        fail("a point stands in a voxel that cannot hold one");
+      return;
+    }
+    if (level == 0) fail("the octree is deeper than 16 levels");
+    for (unsigned c = 0; c < 8; ++c)
+      if (mask >> c & 1) read(tree_.createNodeChild(node, c), level - 1);
+    node->updateOccupancyChildren();
+  }
+  bool at_end() {
+    refill();
+    return position_ == chunk_.size();
+  }
+  [[noreturn]] void fail(const std::string& what) const {
+    throw Error(Error::Kind::data, where_, "damaged octree: " + what, "restore the file from a backup");
+  }
+
+ private:
+  void refill() {
+    if (position_ < chunk_.size()) return;
+    chunk_ = source_();
+    position_ = 0;
+  }
+  template <class T>
+  T get() {
+    T value{};
+    auto* bytes = reinterpret_cast<char*>(&value);
+    for (std::size_t done = 0; done < sizeof value;) {
+      refill();
+      if (chunk_.empty()) fail("it ends too early");
+      const std::size_t n = std::min(sizeof value - done, chunk_.size() - position_);
+      std::memcpy(bytes + done, chunk_.data() + position_, n);
+      done += n;
+      position_ += n;
+    }
+    return value;
+  }
+  VoxelTree& tree_;
+  const std::function<std::string()>& source_;
+  const std::string& where_;
+  std::string chunk_;
+  std::size_t position_ = 0;
+};
+
+/// Header of OctoMap's .bt and .ot: text lines up to "data", then bytes.
+struct OctomapHeader {
+  bool binary = false;
+  std::string id;
+  double resolution = 0;
+};
+
+[[noreturn]] void refuse_octomap(const std::filesystem::path& file, const std::string& what) {
+  throw Error(Error::Kind::data, file.string(), what, "expected an OctoMap .bt or .ot of type OcTree");
+}
+
+OctomapHeader read_header(std::istream& in, const std::filesystem::path& file) {
+  if (!in) refuse_octomap(file, "cannot be opened");
+  OctomapHeader header;
+  std::string line;
+  if (!std::getline(in, line)) refuse_octomap(file, "is empty");
+  if (line.rfind("# Octomap OcTree binary file", 0) == 0)
+    header.binary = true;
+  else if (line.rfind("# Octomap OcTree file", 0) != 0)
+    refuse_octomap(file, "is not an OctoMap file");
+  for (int lines = 0; lines < 64 && std::getline(in, line); ++lines) {
+    std::istringstream words(line);
+    std::string word;
+    words >> word;
+    if (word == "id") words >> header.id;
+    if (word == "res") words >> header.resolution;
+    if (word == "data") {
+      if (!(header.resolution >= 1e-3 && header.resolution <= 10)) refuse_octomap(file, "has no usable resolution");
+      if (header.id != "OcTree" && header.id != "ColorOcTree") refuse_octomap(file, "holds a tree of type '" + header.id + "'");
+      return header;
+    }
+  }
+  refuse_octomap(file, "ends within its header");
+}
+
+class OctomapReader {
+ public:
+  OctomapReader(VoxelTree& tree, std::istream& in, const OctomapHeader& header, const std::filesystem::path& file)
+      : tree_(tree), in_(in), header_(header), file_(file) {}
+
+  void read(VoxelNode* root) { header_.binary ? read_binary(root, root_level) : read_full(root, root_level); }
+
+ private:
+  // .bt: two bits a child: 00 unknown, 01 free (low bit first), 10 occupied, 11 has children.
+  void read_binary(VoxelNode* node, int level) {
+    if (level == 0) refuse_octomap(file_, "is damaged: deeper than 16 levels");
+    const unsigned bits = byte() | byte() << 8;
+    for (unsigned c = 0; c < 8; ++c) {
+      const unsigned kind = bits >> (2 * c) & 3;
+      if (kind == 0) continue;
+      VoxelNode* child = tree_.createNodeChild(node, c);
+      if (kind != 3) child->setLogOdds(kind == 1 ? tree_.getClampingThresMinLog() : tree_.getClampingThresMaxLog());
+    }
+    for (unsigned c = 0; c < 8; ++c)
+      if ((bits >> (2 * c) & 3) == 3) read_binary(tree_.getNodeChild(node, c), level - 1);
+    if (bits != 0) node->updateOccupancyChildren();
+  }
+  // .ot: log-odds (and a colour), then a byte of child bits.
+  void read_full(VoxelNode* node, int level) {
+    float value = 0;
+    for (std::size_t i = 0; i < sizeof value; ++i) reinterpret_cast<unsigned char*>(&value)[i] = byte() & 0xff;
+    if (!std::isfinite(value)) refuse_octomap(file_, "is damaged: a log-odds is not finite");
+    node->setLogOdds(value);
+    if (header_.id == "ColorOcTree") byte(), byte(), byte();
+    const unsigned mask = byte();
+    if (mask != 0 && level == 0) refuse_octomap(file_, "is damaged: deeper than 16 levels");
+    for (unsigned c = 0; c < 8; ++c)
+      if (mask >> c & 1) read_full(tree_.createNodeChild(node, c), level - 1);
+    if (mask != 0) node->updateOccupancyChildren();
+  }
+  unsigned char byte() {
+    const int c = in_.get();
+    if (c == std::istream::traits_type::eof()) refuse_octomap(file_, "is truncated");
+    return static_cast<unsigned char>(c);
+  }
+  VoxelTree& tree_;
+  std::istream& in_;
+  const OctomapHeader& header_;
+  const std::filesystem::path& file_;
+};
+
+}  // namespace
+
+void OccupancyMap::write_bt(std::ostream& out) const {
+  BtWriter writer(*tree_);
+  if (tree_->getRoot() != nullptr) writer.write(tree_->getRoot());
+  out << "# Octomap OcTree binary file\n# (feel free to add / change comments, but leave the first line as it "
+         "is!)\n#\nid OcTree\nsize "
+      << writer.nodes() << "\nres " << grid_.resolution() << "\ndata\n";
+  out.write(writer.bytes().data(), static_cast<std::streamsize>(writer.bytes().size()));
+}
+
+void OccupancyMap::write_nodes(const std::function<void(const std::string&)>& sink) const {
+  if (tree_->getRoot() == nullptr) return;
+  NodeWriter writer(*tree_, sink);
+  writer.write(tree_->getRoot());
+  writer.flush();
+}
+
+void OccupancyMap::read_nodes(const std::function<std::string()>& source, const std::string& where) {
+  tree_->clear();
+  NodeReader reader(*tree_, source, where);
+  if (reader.at_end()) return;
+  reader.read(tree_->make_root(), root_level);
+  if (!reader.at_end()) reader.fail("bytes are left over");
+}
+
+double read_octomap_resolution(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return read_header(in, file).resolution;
+}
+
+OccupancyMap OccupancyMap::read_octomap(const std::filesystem::path& file, OccupancyParameters parameters) {
+  std::ifstream in(file, std::ios::binary);
+  const OctomapHeader header = read_header(in, file);
+  parameters.resolution = header.resolution;
+  OccupancyMap map(parameters);
+  if (in.peek() == std::istream::traits_type::eof()) refuse_octomap(file, "is truncated");
+  OctomapReader(*map.tree_, in, header, file).read(map.tree_->make_root());
+  return map;
+}
+
+}  // namespace octosurf

@@ -1,0 +1,117 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <octosurf/parameters.hpp>
+#include <octosurf/surface.hpp>
+
+#include "occupancy/downsample.hpp"
+#include "occupancy/frame_bits.hpp"
+#include "occupancy/voxel_grid.hpp"
+
+namespace octosurf {
+
+class VoxelTree;
+class VoxelNode;
+
+/// A voxel's point as it stands in the octree.
+struct VoxelPoint {
+  VoxelKey key;
+  Eigen::Vector3f position = Eigen::Vector3f::Zero();
+  Eigen::Vector3f view = Eigen::Vector3f::UnitZ();  ///< unit, toward where it was seen from
+  std::uint8_t range_class = 0;                     ///< payload.hpp
+  SurfaceId surface = 0;                            ///< 0: pending
+  VoxelNode* node = nullptr;  ///< valid until the next insert
+};
+
+/// The octree's answer to a scan: what became occupied, what no longer is, and whose point a closer
+/// view has replaced. Lists are in Morton order, whatever the order of the scan's points.
+struct OccupancyDelta {
+  struct Refined {
+    VoxelPoint before, after;  ///< same key and surface
+  };
+  std::vector<VoxelPoint> appeared;  ///< pending, surface 0
+  std::vector<VoxelPoint> vanished;  ///< as they were; no longer in the octree
+  std::vector<Refined> refined;
+};
+
+/// Tells the plane of a surface; asked when a ray passed through one of its voxels.
+class PlaneLookup {
+ public:
+  virtual ~PlaneLookup() = default;
+  /// False if a miss in the surface's voxel always counts.
+  virtual bool find(SurfaceId id, Plane& plane, double& tolerance) const = 0;
+};
+
+/// The octree that owns the points (DESIGN.md §3). The only place that speaks to OctoMap.
+///
+/// 1. With no `planes`, the tree equals octomap::OcTree::insertPointCloud(cloud, origin, max_range,
+///    false, true), voxel by voxel and value by value.
+/// 2. Every occupied voxel that a scan made so keeps one point, one view, one surface id.
+/// 3. With `planes`, a miss in a surface's voxel counts only if some ray through that voxel crosses
+///    the surface's plane and ends beyond its tolerance.
+class OccupancyMap {
+ public:
+  explicit OccupancyMap(const OccupancyParameters& parameters);
+  OccupancyMap(OccupancyMap&&) noexcept;
+  OccupancyMap& operator=(OccupancyMap&&) noexcept;
+  ~OccupancyMap();
+
+  const VoxelGrid& grid() const { return grid_; }
+
+  /// `index` finds the end voxels of `scan` by key.
+  OccupancyDelta insert(const VoxelScan& scan, const Downsampler& index, const PlaneLookup* planes);
+
+  /// Gives every occupied voxel that has none a point at its centre, if one of its six neighbours
+  /// is not occupied; seen from its free neighbours (else from its unknown ones). For maps that
+  /// come without points. Undivided occupied leaves are divided where they border on free space.
+  std::vector<VoxelPoint> adopt_occupied_voxels();
+
+  enum class State { unknown, free, occupied };
+  struct Lookup {
+    State state = State::unknown;
+    float log_odds = 0;
+    std::optional<VoxelPoint> point;
+  };
+  Lookup at(VoxelKey key) const;
+
+  void assign(const VoxelPoint& point, SurfaceId surface);  ///< needs a valid `node`
+  void assign(VoxelKey key, SurfaceId surface);             ///< by descent; no-op without a point
+
+  /// Appends the points of the 8³ block that holds `key`, in Morton order.
+  void read_block(VoxelKey key, std::vector<VoxelPoint>& out) const;
+  /// All points, in Morton order.
+  void for_each_point(const std::function<void(const VoxelPoint&)>& visit) const;
+
+  struct Size {
+    std::size_t nodes = 0, leaves = 0, bytes = 0;
+  };
+  Size size() const;
+
+  // Files. OctoMap's readers trust what they read, so hostile input is checked here first.
+  void write_bt(std::ostream& out) const;  ///< plain OctoMap, maximum likelihood, pruned
+  /// Preorder: per node its child mask, log-odds and payload; lossless. `sink` gets chunks.
+  void write_nodes(const std::function<void(const std::string&)>& sink) const;
+  /// Inverse; `source` returns the next chunk (empty: none). Throws Error(data).
+  void read_nodes(const std::function<std::string()>& source, const std::string& where);
+  /// Reads an OctoMap file (.bt or .ot) with its own resolution; throws Error(data).
+  static OccupancyMap read_octomap(const std::filesystem::path& file, OccupancyParameters parameters);
+
+ private:
+  struct Policy;
+  VoxelGrid grid_;
+  std::unique_ptr<VoxelTree> tree_;
+  FrameBits bits_;
+};
+
+/// Resolution of an OctoMap file, from its header. Throws Error(data) if it is none.
+double read_octomap_resolution(const std::filesystem::path& file);
+
+}  // namespace octosurf

@@ -1,0 +1,236 @@
+#include <octosurf/parameters.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <sstream>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+constexpr double rad_per_deg = std::numbers::pi / 180;
+
+/// Six digits: for people; parameter_value() is for machines.
+std::string text_of(double value) {
+  std::ostringstream out;
+  out << value;
+  return out.str();
+}
+
+[[noreturn]] void refuse(const std::string& name, const std::string& value, const std::string& rule) {
+  throw Error(Error::Kind::usage, name, "is " + value, "must be " + rule);
+}
+
+enum class Form { real, degrees, integer, flag };
+
+/// One row of the table that command line, config, reports and map files share. Values are doubles
+/// in the code's units; none: the parameter is derived, and `in_force` tells from what.
+struct Entry {
+  ParameterInfo info;
+  Form form;
+  std::function<std::optional<double>(const Parameters&)> get;
+  std::function<void(Parameters&, std::optional<double>)> set;
+  std::function<std::string(const Parameters&)> in_force;  // empty: never derived
+};
+
+template <class Group, class Value>
+Entry plain(Group Parameters::*group, Value Group::*field, Form form, ParameterInfo info) {
+  return {std::move(info), form, [=](const Parameters& p) { return static_cast<double>(p.*group.*field); },
+          [=](Parameters& p, std::optional<double> value) { p.*group.*field = static_cast<Value>(*value); },
+          {}};
+}
+
+template <class Group, class Value>
+Entry derived(Group Parameters::*group, std::optional<Value> Group::*field, Form form, ParameterInfo info,
+              std::function<std::string(const Parameters&)> in_force) {
+  return {std::move(info), form,
+          [=](const Parameters& p) -> std::optional<double> {
+            if (!(p.*group.*field)) return {};
+            return static_cast<double>(*(p.*group.*field));
+          },
+          [=](Parameters& p, std::optional<double> value) {
+            if (value)
+              p.*group.*field = static_cast<Value>(*value);
+            else
+              (p.*group.*field).reset();
+          },
+          std::move(in_force)};
+}
+
+std::vector<Entry> make_entries() {
+  using P = Parameters;
+  using O = OccupancyParameters;
+  using S = SurfaceParameters;
+  using D = DetectionParameters;
+  constexpr auto o = &P::occupancy;
+  constexpr auto s = &P::surfaces;
+  constexpr auto d = &P::detection;
+  return {
+      plain(o, &O::resolution, Form::real, {"resolution", "m", "d: voxel edge of the octree"}),
+      derived(s, &S::surface_tolerance, Form::real,
+              {"surface_tolerance", "m", "s: how far a point may lie off a plane"},
+              [](const P& p) { return text_of(p.surface_tolerance()); }),
+      plain(s, &S::sensor_noise, Form::real, {"sensor_noise", "m", "standard deviation near the sensor"}),
+      derived(s, &S::range_noise, Form::real,
+              {"range_noise", "1/m", "noise is sensor_noise + range_noise*z^2; auto: from the scans"},
+              [](const P&) { return std::string("estimated"); }),
+      plain(s, &S::max_hole_size, Form::real,
+            {"max_hole_size", "m", "h: alpha of the polygons, reach of expansion, cluster gap"}),
+      derived(d, &D::search_radius, Form::real, {"search_radius", "m", "r: largest neighbourhood of a point"},
+              [](const P& p) { return text_of(p.search_radius()); }),
+      derived(d, &D::normal_radius, Form::real,
+              {"normal_radius", "m", "neighbourhood for normals where points are dense and exact"},
+              [](const P& p) { return text_of(p.normal_radius()); }),
+      derived(d, &D::min_surface_points, Form::integer,
+              {"min_surface_points", "", "n: fewest points of a surface"},
+              [](const P& p) { return std::to_string(p.min_surface_points()); }),
+      plain(s, &S::min_surface_width, Form::real,
+            {"min_surface_width", "m", "narrower planar clusters do not become surfaces"}),
+      plain(d, &D::smoothness_angle, Form::degrees,
+            {"smoothness_angle", "deg", "region growing: normal difference"}),
+      plain(d, &D::max_curvature, Form::real, {"max_curvature", "", "region growing: curvature"}),
+      plain(d, &D::ransac_iterations, Form::integer, {"ransac_iterations", "", "plane fit"}),
+      plain(d, &D::aligned_angle, Form::degrees,
+            {"aligned_angle", "deg", "plane fit: inliers' normals to the plane's; 90: any"}),
+      plain(s, &S::mesh_thickness, Form::real, {"mesh_thickness", "m", "extrusion of the mesh"}),
+      derived(o, &O::max_range, Form::real, {"max_range", "m", "farther points only free space"},
+              [](const P&) { return std::string("sensor"); }),
+      plain(o, &O::min_range, Form::real, {"min_range", "m", "nearer points are dropped"}),
+      plain(o, &O::hit, Form::real, {"hit", "", "probability of a hit"}),
+      plain(o, &O::miss, Form::real, {"miss", "", "probability of a miss"}),
+      plain(o, &O::clamp_min, Form::real, {"clamp_min", "", "lower clamp of the occupancy probability"}),
+      plain(o, &O::clamp_max, Form::real, {"clamp_max", "", "upper clamp of the occupancy probability"}),
+      plain(o, &O::occupied, Form::real, {"occupied", "", "occupancy probability of an occupied voxel"}),
+      plain(o, &O::preserve_surfaces, Form::flag,
+            {"preserve_surfaces", "", "grazing rays do not erode surfaces"}),
+  };
+}
+
+const std::vector<Entry>& entries() {
+  static const std::vector<Entry> table = make_entries();
+  return table;
+}
+
+const Entry& entry(const std::string& name) {
+  for (const Entry& e : entries())
+    if (e.info.name == name) return e;
+  throw Error(Error::Kind::usage, name, "is not a parameter", "octosurf map --show-parameters lists them");
+}
+
+}  // namespace
+
+Parameters Parameters::paper() {
+  Parameters p;
+  p.surfaces.surface_tolerance = p.surfaces.sensor_noise + p.occupancy.resolution * std::sqrt(3.0);
+  p.surfaces.range_noise = 0;
+  p.surfaces.min_surface_width = 0;
+  p.detection.search_radius = 0.15;
+  p.detection.normal_radius = 0.15;
+  p.detection.min_surface_points = 50;
+  p.detection.aligned_angle = std::numbers::pi / 2;
+  return p;
+}
+
+double Parameters::surface_tolerance() const {
+  return surfaces.surface_tolerance.value_or(surfaces.sensor_noise + occupancy.resolution / 2);
+}
+
+double Parameters::search_radius() const {
+  return detection.search_radius.value_or(std::max(0.06, 5 * occupancy.resolution));
+}
+
+double Parameters::normal_radius() const {
+  return detection.normal_radius.value_or(2.5 * occupancy.resolution);
+}
+
+int Parameters::min_surface_points() const {
+  if (detection.min_surface_points) return *detection.min_surface_points;
+  const double voxels = 0.02 / (occupancy.resolution * occupancy.resolution);
+  return static_cast<int>(std::lround(std::clamp(voxels, 20.0, 500.0)));
+}
+
+void Parameters::validate() const {
+  const auto check = [this](const char* name, bool holds, const char* rule) {
+    if (!holds) refuse(name, get_parameter(*this, name), rule);
+  };
+  // Written so that NaN fails every rule.
+  const OccupancyParameters& o = occupancy;
+  check("resolution", o.resolution >= 1e-3 && o.resolution <= 10, "in [0.001, 10] m");
+  check("max_range", !o.max_range || (*o.max_range > 0 && *o.max_range <= 1e6), "in (0, 1e6] m");
+  check("min_range", o.min_range >= 0 && o.min_range < o.max_range.value_or(1e6),
+        "at least 0 and below max_range");
+  check("hit", o.hit > 0.5 && o.hit < 1, "in (0.5, 1)");
+  check("miss", o.miss > 0 && o.miss < 0.5, "in (0, 0.5)");
+  check("clamp_min", o.clamp_min > 0 && o.clamp_min < o.occupied, "above 0 and below 'occupied'");
+  check("clamp_max", o.clamp_max < 1 && o.clamp_max > o.occupied, "below 1 and above 'occupied'");
+  check("occupied", o.occupied > 0 && o.occupied < 1, "in (0, 1)");
+  const SurfaceParameters& s = surfaces;
+  check("sensor_noise", s.sensor_noise >= 0 && s.sensor_noise <= 1, "in [0, 1] m");
+  check("range_noise", !s.range_noise || (*s.range_noise >= 0 && *s.range_noise <= 1), "in [0, 1] 1/m");
+  check("surface_tolerance", surface_tolerance() > 0 && surface_tolerance() <= 1, "in (0, 1] m");
+  check("max_hole_size", s.max_hole_size >= o.resolution && s.max_hole_size <= 100,
+        "at least the resolution, at most 100 m");
+  check("min_surface_width", s.min_surface_width >= 0 && s.min_surface_width <= 10, "in [0, 10] m");
+  check("mesh_thickness", s.mesh_thickness > 0 && s.mesh_thickness <= 10, "in (0, 10] m");
+  const DetectionParameters& d = detection;
+  check("search_radius", search_radius() >= o.resolution && search_radius() <= 64 * o.resolution,
+        "between 1 and 64 voxels");
+  check("normal_radius", normal_radius() >= o.resolution && normal_radius() <= search_radius() * (1 + 1e-9),
+        "between 1 voxel and search_radius");
+  check("min_surface_points", min_surface_points() >= 3, "at least 3");
+  check("smoothness_angle", d.smoothness_angle > 0 && d.smoothness_angle <= std::numbers::pi / 2,
+        "in (0, 90] degrees");
+  check("max_curvature", d.max_curvature > 0 && d.max_curvature <= 1.0 / 3, "in (0, 1/3]");
+  check("ransac_iterations", d.ransac_iterations >= 1 && d.ransac_iterations <= 1000000, "in [1, 1000000]");
+  check("aligned_angle", d.aligned_angle > 0 && d.aligned_angle <= std::numbers::pi, "in (0, 180] degrees");
+}
+
+const std::vector<ParameterInfo>& parameter_infos() {
+  static const std::vector<ParameterInfo> infos = [] {
+    std::vector<ParameterInfo> all;
+    for (const Entry& e : entries()) all.push_back(e.info);
+    return all;
+  }();
+  return infos;
+}
+
+std::string get_parameter(const Parameters& parameters, const std::string& name) {
+  const Entry& e = entry(name);
+  const std::optional<double> value = e.get(parameters);
+  if (!value) return e.in_force(parameters);
+  if (e.form == Form::flag) return *value != 0 ? "true" : "false";
+  return text_of(e.form == Form::degrees ? *value / rad_per_deg : *value);
+}
+
+void set_parameter(Parameters& parameters, const std::string& name, const std::string& text) {
+  const Entry& e = entry(name);
+  if (text == "auto" && e.in_force) return e.set(parameters, std::nullopt);
+  if (e.form == Form::flag) {
+    const bool on = text == "true" || text == "on" || text == "1";
+    if (!on && text != "false" && text != "off" && text != "0") refuse(name, "'" + text + "'", "true or false");
+    return e.set(parameters, on);
+  }
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+    refuse(name, "'" + text + "'", e.in_force ? "a finite number or auto" : "a finite number");
+  if (e.form == Form::integer && (value != std::floor(value) || std::fabs(value) > 1e9))
+    refuse(name, "'" + text + "'", "an integer");
+  e.set(parameters, e.form == Form::degrees ? value * rad_per_deg : value);
+}
+
+std::optional<double> parameter_value(const Parameters& parameters, const std::string& name) {
+  return entry(name).get(parameters);
+}
+
+void set_parameter_value(Parameters& parameters, const std::string& name, std::optional<double> value) {
+  const Entry& e = entry(name);
+  if (!value && !e.in_force) refuse(name, "not given", "a number");
+  e.set(parameters, value);
+}
+
+}  // namespace octosurf

@@ -1,0 +1,37 @@
+#include "occupancy/point_window.hpp"
+
+#include <algorithm>
+
+namespace octosurf {
+
+PointWindow::Index PointWindow::find(VoxelKey key) {
+  const Block& block = block_at(block_of(key.packed() >> 3 & block_mask));
+  const std::uint64_t slice = block.rows[key.z & 7];
+  const std::uint64_t bit = std::uint64_t{1} << (8 * (key.y & 7) + (key.x & 7));
+  if ((slice & bit) == 0) return none;
+  return block.first + block.before[key.z & 7] + static_cast<Index>(std::popcount(slice & (bit - 1)));
+}
+
+std::uint32_t PointWindow::block_of(std::uint64_t packed_block) {
+  const auto [entry, fresh] = index_.try_emplace(packed_block, static_cast<std::uint32_t>(blocks_.size()));
+  if (!fresh) return entry->second;
+  const VoxelKey base{static_cast<std::uint16_t>((packed_block & 0x1fff) << 3),
+                      static_cast<std::uint16_t>((packed_block >> 16 & 0x1fff) << 3),
+                      static_cast<std::uint16_t>((packed_block >> 32 & 0x1fff) << 3)};
+  scratch_.clear();
+  map_.read_block(base, scratch_);
+  std::sort(scratch_.begin(), scratch_.end(),
+            [](const VoxelPoint& a, const VoxelPoint& b) { return a.key < b.key; });
+  Block block;
+  block.first = static_cast<Index>(points_.size());
+  block.count = static_cast<Index>(scratch_.size());
+  for (const VoxelPoint& p : scratch_)
+    block.rows[p.key.z & 7] |= std::uint64_t{1} << (8 * (p.key.y & 7) + (p.key.x & 7));
+  for (std::size_t z = 1; z < 8; ++z)
+    block.before[z] = static_cast<std::uint16_t>(block.before[z - 1] + std::popcount(block.rows[z - 1]));
+  points_.insert(points_.end(), scratch_.begin(), scratch_.end());
+  blocks_.push_back(block);
+  return entry->second;
+}
+
+}  // namespace octosurf

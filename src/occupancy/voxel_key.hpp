@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace octosurf {
+
+/// Discrete address of a voxel, as OctoMap's OcTreeKey: voxel k spans [(k−2¹⁵)·d, (k+1−2¹⁵)·d).
+struct VoxelKey {
+  std::uint16_t x = 0, y = 0, z = 0;
+
+  std::uint64_t packed() const {
+    return (std::uint64_t{z} << 32) | (std::uint64_t{y} << 16) | std::uint64_t{x};
+  }
+  static VoxelKey unpack(std::uint64_t p) {
+    return {static_cast<std::uint16_t>(p), static_cast<std::uint16_t>(p >> 16),
+            static_cast<std::uint16_t>(p >> 32)};
+  }
+  friend bool operator==(const VoxelKey&, const VoxelKey&) = default;
+  /// Order of z, then y, then x: the order of results wherever one is promised.
+  friend bool operator<(const VoxelKey& a, const VoxelKey& b) { return a.packed() < b.packed(); }
+};
+
+/// Spreads the bits of packed keys over a hash table (the finaliser of splitmix64).
+struct PackedKeyHash {
+  std::size_t operator()(std::uint64_t k) const {
+    k ^= k >> 30;
+    k *= 0xbf58476d1ce4e5b9ULL;
+    k ^= k >> 27;
+    k *= 0x94d049bb133111ebULL;
+    return static_cast<std::size_t>(k ^ (k >> 31));
+  }
+};
+
+}  // namespace octosurf

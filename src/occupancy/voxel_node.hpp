@@ -1,0 +1,40 @@
+#pragma once
+
+#include <octomap/OcTreeNode.h>
+
+#include <cstdint>
+
+namespace octosurf {
+
+/// What a voxel knows beside its log-odds, in 8 bytes: id of its surface, its representative point
+/// inside the voxel, and from where that point was seen. OctoMap's own node (16 bytes) takes a
+/// 32-byte heap block on 64-bit glibc, so this payload costs no memory.
+struct VoxelPayload {
+  std::uint32_t surface : 24 = 0;   ///< 0: pending
+  std::uint32_t offset_x : 8 = 0;   ///< 1/256 of the voxel's edge
+  std::uint32_t offset_y : 8 = 0;
+  std::uint32_t offset_z : 8 = 0;
+  std::uint32_t view : 12 = 0;         ///< octahedral, toward the sensor, 6 bits a coordinate
+  std::uint32_t range_class : 4 = 0;   ///< distance it was seen from, steps of √2; 0: no point
+
+  bool has_point() const { return range_class != 0; }
+  friend bool operator==(const VoxelPayload&, const VoxelPayload&) = default;
+};
+static_assert(sizeof(VoxelPayload) == 8);
+
+/// Node of VoxelTree. A leaf that holds a point equals no other, so it is never pruned away.
+class VoxelNode : public octomap::OcTreeNode {
+ public:
+  VoxelPayload payload;
+
+  bool operator==(const VoxelNode& other) const {
+    return value == other.value && !payload.has_point() && !other.payload.has_point();
+  }
+  void copyData(const VoxelNode& from) {
+    OcTreeNode::copyData(from);
+    payload = from.payload;
+  }
+};
+static_assert(sizeof(VoxelNode) == 24, "more would not fit the heap block of OctoMap's own node");
+
+}  // namespace octosurf

@@ -1,0 +1,78 @@
+#include <octosurf/map.hpp>
+
+#include <algorithm>
+
+#include "surfaces/map_state.hpp"
+
+namespace octosurf {
+namespace {
+
+Map::Voxel voxel_of(const VoxelPoint& p) {
+  Map::Voxel voxel;
+  voxel.occupancy = Map::Occupancy::occupied;
+  voxel.surface = p.surface;
+  voxel.point = p.position.cast<double>();
+  voxel.view = p.view.cast<double>();
+  return voxel;
+}
+
+}  // namespace
+
+const Surface* Snapshot::find(SurfaceId id) const {
+  const auto at = std::lower_bound(surfaces.begin(), surfaces.end(), id,
+                                   [](const SurfacePtr& s, SurfaceId wanted) { return s->id < wanted; });
+  return at != surfaces.end() && (*at)->id == id ? at->get() : nullptr;
+}
+
+std::vector<SurfacePtr> Snapshot::changed_since(std::uint64_t since) const {
+  std::vector<SurfacePtr> changed;
+  std::copy_if(surfaces.begin(), surfaces.end(), std::back_inserter(changed),
+               [since](const SurfacePtr& s) { return s->revision > since; });
+  return changed;
+}
+
+Map::Map(const Parameters& parameters) {
+  parameters.validate();
+  state_ = std::make_unique<MapState>(parameters);
+}
+Map::Map(std::unique_ptr<MapState> state) : state_(std::move(state)) {}
+Map::Map(Map&&) noexcept = default;
+Map& Map::operator=(Map&&) noexcept = default;
+Map::~Map() = default;
+
+const Parameters& Map::parameters() const { return state_->parameters; }
+
+std::shared_ptr<const Snapshot> Map::snapshot() const { return std::atomic_load(&state_->snapshot); }
+
+Map::Voxel Map::at(const Eigen::Vector3d& point) const {
+  VoxelKey key;
+  if (!state_->occupancy.grid().key_of(point.cast<float>(), key)) return {};
+  const OccupancyMap::Lookup found = state_->occupancy.at(key);
+  Voxel voxel = found.point ? voxel_of(*found.point) : Voxel{};
+  voxel.occupancy = found.state == OccupancyMap::State::occupied ? Occupancy::occupied
+                    : found.state == OccupancyMap::State::free   ? Occupancy::free
+                                                                 : Occupancy::unknown;
+  voxel.log_odds = found.log_odds;
+  return voxel;
+}
+
+void Map::for_each_point(const std::function<void(const Voxel&)>& visit) const {
+  state_->occupancy.for_each_point([&](const VoxelPoint& p) { visit(voxel_of(p)); });
+}
+
+Map::Size Map::size() const {
+  const OccupancyMap::Size octree = state_->occupancy.size();
+  Size size;
+  size.nodes = octree.nodes;
+  size.leaves = octree.leaves;
+  size.bytes = octree.bytes;
+  size.points = state_->points;
+  size.surfaces = state_->surfaces.size();
+  for (const auto& [id, surface] : state_->surfaces) size.inliers += surface.size();
+  size.pending = size.points - size.inliers;
+  size.scans = state_->scans;
+  size.revision = state_->revision;
+  return size;
+}
+
+}  // namespace octosurf

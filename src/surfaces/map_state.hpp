@@ -1,0 +1,37 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <octosurf/map.hpp>
+
+#include "occupancy/occupancy_map.hpp"
+#include "surfaces/noise_model.hpp"
+#include "surfaces/surface_store.hpp"
+
+namespace octosurf {
+
+/// Everything a map is: what a .surfaces file holds and a Mapper works on. Whatever decides what
+/// the next scan does stands here and is saved, so that stopping and going on changes nothing.
+struct MapState {
+  explicit MapState(const Parameters& p)
+      : parameters(p),
+        occupancy(p.occupancy),
+        surfaces(p.occupancy.resolution),
+        noise(p),
+        snapshot(std::make_shared<Snapshot>(Snapshot{0, p.occupancy.resolution, {}})) {
+    surfaces.set_erosion_tolerance(p.surface_tolerance());
+  }
+
+  Parameters parameters;
+  OccupancyMap occupancy;
+  SurfaceStore surfaces;
+  NoiseModel noise;
+  std::vector<VoxelKey> accumulated;  ///< pending points that wait for the next detection run, key order
+  std::size_t points = 0;             ///< voxels that hold one
+  std::uint64_t scans = 0;
+  std::uint64_t revision = 0;
+  std::shared_ptr<const Snapshot> snapshot;  ///< read and replaced atomically only
+};
+
+}  // namespace octosurf

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <vector>
+
+#include "occupancy/point_window.hpp"
+#include "surfaces/noise_model.hpp"
+
+namespace octosurf {
+
+/// Local plane at a point.
+struct LocalPlane {
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, toward where the point was seen from
+  float curvature = 1;  ///< surface variation λ₀/Σλ
+  float thickness = 0;  ///< m, √λ₀
+  int reach = 0;        ///< voxels, the neighbourhood it took
+  bool known = false;   ///< false: fewer than three neighbours, or all in a line
+  bool flat = false;    ///< curvature is what this much noise would give on a plane
+};
+
+/// Normals of a window's points by moving least squares of degree 1 (paper III-C2; Alexa et al.
+/// 2003): a plane through the neighbours, weighted by exp(−distance²/radius²). Computed when first
+/// asked for. The measured points are kept, not moved.
+///
+/// The radius is `normal_radius`; where that many points are too few or in a line (laser strips), or
+/// too noisy for it, it is widened up to r. Neighbours that were seen from the opposite side do not
+/// count, so the two sides of a thin wall stay apart. It looks at all points, those of surfaces too,
+/// because expansion and detection both ask.
+class NormalField {
+ public:
+  NormalField(PointWindow& window, const Parameters& parameters, const NoiseModel& noise);
+
+  const LocalPlane& at(PointWindow::Index i);
+
+  PointWindow& window() { return window_; }
+  const NoiseModel& noise() const { return noise_; }
+
+ private:
+  LocalPlane compute(PointWindow::Index i, double radius);
+
+  PointWindow& window_;
+  const NoiseModel& noise_;
+  double resolution_, smallest_, largest_, max_curvature_;
+  std::vector<LocalPlane> planes_;
+  std::vector<bool> done_;
+};
+
+}  // namespace octosurf

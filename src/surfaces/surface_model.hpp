@@ -1,0 +1,155 @@
+#pragma once
+
+#include <tsl/robin_map.h>
+
+#include <Eigen/Geometry>
+#include <array>
+#include <boost/container/small_vector.hpp>
+#include <cstdint>
+#include <vector>
+
+#include <octosurf/surface.hpp>
+
+#include "occupancy/occupancy_map.hpp"
+#include "surfaces/moments.hpp"
+#include "surfaces/noise_model.hpp"
+
+namespace octosurf {
+
+/// A voxel that belongs to a surface, with its point as the octree holds it.
+struct Inlier {
+  VoxelKey key;
+  std::uint8_t range_class = 0;
+  Eigen::Vector3f position = Eigen::Vector3f::Zero();
+};
+
+/// Cell of a surface's plane hash, edge d.
+struct PlaneCell {
+  std::int32_t u = 0, v = 0;
+  std::uint64_t packed() const {
+    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(v)) << 32 | static_cast<std::uint32_t>(u);
+  }
+  static PlaneCell unpack(std::uint64_t p) {
+    return {static_cast<std::int32_t>(static_cast<std::uint32_t>(p)),
+            static_cast<std::int32_t>(static_cast<std::uint32_t>(p >> 32))};
+  }
+};
+
+/// The working form of a surface: its inliers in a 2-D hash over its own plane, running moments of
+/// them by distance class, plane, stable pose, and what was derived from them last.
+///
+/// 1. Every inlier stands in exactly the cell its position falls into (in `hash_frame`).
+/// 2. Moments are the sums over exactly the inliers (up to rounding).
+/// 3. `polygons_stale()` is false only if no inlier came or went where the boundary could move.
+class SurfaceModel {
+ public:
+  SurfaceModel(SurfaceId id, const Plane& plane, const Eigen::Vector3d& origin, double resolution);
+
+  SurfaceId id() const { return id_; }
+  const Plane& plane() const { return plane_; }
+  const Eigen::Isometry3d& pose() const { return pose_; }
+  std::size_t size() const { return size_; }
+  std::vector<SurfaceId>& parents() { return parents_; }
+  const std::vector<SurfaceId>& parents() const { return parents_; }
+
+  double distance(const Eigen::Vector3f& p) const { return plane_.signed_distance(p.cast<double>()); }
+
+  void add(const Inlier& inlier);
+  /// `position` must be the one it was added with. False if it is not an inlier.
+  bool remove(VoxelKey key, const Eigen::Vector3f& position);
+
+  // Where a point falls in the plane; the hash frame follows the plane coarsely (see rehash).
+  PlaneCell cell_of(const Eigen::Vector3f& p) const;
+  bool occupied(PlaneCell cell) const { return cells_.find(cell.packed()) != cells_.end(); }
+  /// Raster twin of "inside the polygon": the cell holds an inlier, or five of its neighbours do.
+  bool covers(PlaneCell cell) const;
+  /// Some inlier lies within `reach` cells.
+  bool near(PlaneCell cell, int reach) const;
+
+  /// Inliers in key order; O(n log n).
+  std::vector<Inlier> sorted_inliers() const;
+  template <class Visit>
+  void for_each_inlier(Visit&& visit) const {  ///< in no particular order
+    for (const auto& cell : cells_)
+      for (const Inlier& inlier : cell.second) visit(inlier);
+  }
+
+  /// Moments over all inliers, weighted by 1/σ², about reference(); plain if `noise` is null.
+  Moments moments(const NoiseModel* noise) const;
+  const Eigen::Vector3d& reference() const { return reference_; }
+  double rms() const;
+
+  /// Moves the plane; the pose follows by the smallest rotation that takes the old normal to the
+  /// new one, its origin staying above the same spot.
+  void set_plane(const Plane& plane);
+  /// Rebuilds the hash in the present pose once the normal has left the hash frame's by over 1°.
+  void rehash_if_tilted();
+
+  bool polygons_stale() const { return polygons_stale_; }
+  /// Recomputes the polygons. Cost: one alpha shape of the rim.
+  void derive(double max_hole_size);
+  /// What the alpha shape is taken of: the inliers, except those deep inside (all cells within two
+  /// of theirs occupied), for which every second cell's centre stands in. Triangles there have
+  /// sides below 3 d, so no ring can pass and the rings are those of all inliers.
+  std::vector<Eigen::Vector2d> outline_points(double max_hole_size) const;
+  const std::vector<Polygon>& polygons() const { return polygons_; }
+
+  /// The immutable form for readers.
+  SurfacePtr publish(std::uint64_t revision) const;
+
+  // State for map files: what add() and set_plane() cannot restore.
+  struct State {
+    SurfaceId id = 0;
+    Plane plane, checked_plane;
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(), hash_frame = Eigen::Isometry3d::Identity();
+    Eigen::Vector3d reference = Eigen::Vector3d::Zero();
+    std::array<Moments, NoiseModel::classes> moments;
+    std::vector<Inlier> inliers;  ///< key order
+    std::vector<Polygon> polygons, simplified;
+    std::vector<SurfaceId> parents;
+    bool polygons_stale = false;
+    std::uint64_t revision = 0;
+  };
+  State state() const;
+  SurfaceModel(const State& state, double resolution);
+
+  std::uint64_t revision = 0;  ///< map revision of the last published change
+  Plane checked_plane;         ///< plane against which all inliers were last checked
+
+ private:
+  using Cell = boost::container::small_vector<Inlier, 1>;
+  /// The occupied cells as a bitmap; empty if it would be too large.
+  struct CellRaster {
+    PlaneCell low;
+    std::int32_t width = 0, height = 0;
+    std::vector<std::uint8_t> cells;
+    bool deep_inside(PlaneCell cell) const;
+  };
+  CellRaster rasterize() const;
+  bool surrounded(PlaneCell cell) const;
+  void insert(const Inlier& inlier);
+
+  SurfaceId id_;
+  double resolution_;
+  Plane plane_;
+  Eigen::Isometry3d pose_;
+  Eigen::Isometry3d hash_frame_;
+  Eigen::Matrix<float, 2, 3> hash_axes_;   // rows: u and v axis / d
+  Eigen::Vector3d hash_origin_;
+  Eigen::Vector3d reference_;
+  std::array<Moments, NoiseModel::classes> moments_;
+  tsl::robin_map<std::uint64_t, Cell, PackedKeyHash> cells_;
+  std::size_t size_ = 0;
+  std::vector<SurfaceId> parents_;
+  bool polygons_stale_ = true;
+  std::vector<Polygon> polygons_, simplified_;
+};
+
+/// A frame whose z is `normal`, with x along the horizontal where there is one: exactly horizontal
+/// and vertical planes included.
+Eigen::Matrix3d plane_axes(const Eigen::Vector3d& normal);
+
+/// Distinct by construction: the hue steps by the golden ratio from id to id.
+std::array<float, 3> color_of(SurfaceId id);
+
+}  // namespace octosurf

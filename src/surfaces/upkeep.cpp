@@ -1,0 +1,158 @@
+#include "surfaces/upkeep.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "occupancy/payload.hpp"
+
+namespace octosurf {
+namespace {
+
+/// Largest distance between two planes over the surface's own extent.
+double displacement(const SurfaceModel& surface, const Plane& a, const Plane& b) {
+  const Moments m = surface.moments(nullptr);
+  const double reach = 2 * std::sqrt(std::max(0.0, m.covariance().trace()));
+  const Eigen::Vector3d centre = surface.reference() + m.mean();
+  return std::fabs(a.signed_distance(centre) - b.signed_distance(centre)) +
+         reach * (a.normal - b.normal).norm();
+}
+
+Plane fitted_plane(const Moments& moments, const Eigen::Vector3d& reference, const Eigen::Vector3d& toward) {
+  const PlaneFit fit = fit_plane(moments);
+  Plane plane{fit.normal, 0};
+  if (plane.normal.dot(toward) < 0) plane.normal = -plane.normal;
+  plane.offset = plane.normal.dot(reference + fit.centroid);
+  return plane;
+}
+
+void dissolve_if_small(Workspace& work, SurfaceId id) {
+  SurfaceModel* surface = work.state.surfaces.find(id);
+  if (surface == nullptr ||
+      surface->size() >= static_cast<std::size_t>(work.state.parameters.min_surface_points()))
+    return;
+  for (const Inlier& inlier : surface->sorted_inliers()) work.take_back(work.window.find(inlier.key));
+  work.state.surfaces.erase(id);
+  work.changes.gone.insert(id);
+}
+
+/// Inliers that a moved plane has left behind, with half a tolerance of patience.
+void drop_misfits(Workspace& work, SurfaceModel& surface) {
+  for (const Inlier& inlier : surface.sorted_inliers())
+    if (std::fabs(surface.distance(inlier.position)) > 1.5 * work.state.noise.tolerance(inlier.range_class))
+      work.take_back(work.window.find(inlier.key));
+  surface.checked_plane = surface.plane();
+}
+
+}  // namespace
+
+void retract(Workspace& work, const OccupancyDelta& delta) {
+  MapState& state = work.state;
+  for (const VoxelPoint& p : delta.vanished) {
+    if (p.surface == 0) continue;
+    SurfaceModel* surface = state.surfaces.find(p.surface);
+    if (surface != nullptr && state.surfaces.remove(*surface, p.key, p.position))
+      work.changes.shrunk.insert(p.surface);
+  }
+  for (const OccupancyDelta::Refined& r : delta.refined) {
+    SurfaceModel* surface = r.before.surface == 0 ? nullptr : state.surfaces.find(r.before.surface);
+    if (surface == nullptr) continue;
+    state.surfaces.remove(*surface, r.before.key, r.before.position);
+    const PointWindow::Index i = work.window.find(r.after.key);
+    if (std::fabs(surface->distance(r.after.position)) <= state.noise.tolerance(r.after.range_class)) {
+      work.give(i, *surface);
+    } else {
+      work.window.assign(i, 0);
+      work.returned.push_back(r.after.key);
+      work.changes.shrunk.insert(r.before.surface);
+    }
+  }
+  for (const SurfaceId id : work.changes.touched()) dissolve_if_small(work, id);
+}
+
+void refit(Workspace& work) {
+  MapState& state = work.state;
+  const double patience = state.parameters.surface_tolerance() / 4;
+  for (const SurfaceId id : work.changes.touched()) {
+    SurfaceModel& surface = *state.surfaces.find(id);
+    const Plane plane = fitted_plane(surface.moments(&state.noise), surface.reference(), surface.plane().normal);
+    state.surfaces.set_plane(surface, plane);
+    if (displacement(surface, plane, surface.checked_plane) > patience) drop_misfits(work, surface);
+    surface.rehash_if_tilted();
+    dissolve_if_small(work, id);
+  }
+}
+
+void observe_noise(MapState& state, const VoxelScan& scan) {
+  constexpr double farthest = 0.08;  // m
+  const std::size_t large = 10 * static_cast<std::size_t>(state.parameters.min_surface_points());
+  const int reach = std::max(1, static_cast<int>(farthest / state.parameters.occupancy.resolution));
+  for (const EndVoxel& end : scan.ends) {
+    if (PackedKeyHash()(end.key.packed()) % 8 != 0) continue;
+    const Eigen::Vector3f view = (scan.origin - end.centroid).normalized();
+    const unsigned range_class = range_class_of((scan.origin - end.centroid).norm());
+    if (!state.noise.wants(range_class)) continue;
+    double nearest = farthest;
+    for (const SurfaceId id : state.surfaces.near(end.key, reach)) {
+      const SurfaceModel& surface = *state.surfaces.find(id);
+      const double distance = std::fabs(surface.distance(end.centroid));
+      if (distance < nearest && surface.size() >= large && surface.plane().normal.cast<float>().dot(view) > 0.3F &&
+          surface.covers(surface.cell_of(end.centroid)))
+        nearest = distance;
+    }
+    if (nearest < farthest) state.noise.observe(range_class, nearest, end.count);
+  }
+  state.noise.update();
+}
+
+bool coplanar(const SurfaceModel& a, const SurfaceModel& b, const NoiseModel& noise) {
+  constexpr double cos_10_deg = 0.984807753012208;
+  if (a.plane().normal.dot(b.plane().normal) < cos_10_deg) return false;
+  Moments joint = b.moments(&noise).shifted(a.reference() - b.reference());
+  joint.add(a.moments(&noise));
+  const Plane plane = fitted_plane(joint, a.reference(), a.plane().normal);
+  const auto fits = [&](const SurfaceModel& s) {
+    const Moments m = s.moments(&noise);
+    const double offset = plane.offset - plane.normal.dot(s.reference());
+    const double own_offset = s.plane().offset - s.plane().normal.dot(s.reference());
+    const double rms = std::sqrt(m.mean_squared_distance(plane.normal, offset));
+    const double own = std::sqrt(m.mean_squared_distance(s.plane().normal, own_offset));
+    // A plane is left by at most a third of the reach of its typical point.
+    return rms <= own + noise.tolerance(1) / 3;
+  };
+  return fits(a) && fits(b);
+}
+
+void merge(Workspace& work, SurfaceModel& into, SurfaceModel& from) {
+  MapState& state = work.state;
+  const SurfaceId gone = from.id();
+  for (const Inlier& inlier : from.sorted_inliers()) {
+    const PointWindow::Index i = work.window.find(inlier.key);
+    state.surfaces.remove(from, inlier.key, inlier.position);
+    work.give(i, into);
+  }
+  into.parents().push_back(gone);
+  state.surfaces.erase(gone);
+  work.changes.merged.insert(gone);
+}
+
+void derive(Workspace& work) {
+  MapState& state = work.state;
+  ++state.revision;
+  const std::shared_ptr<const Snapshot> before = std::atomic_load(&state.snapshot);
+  auto next = std::make_shared<Snapshot>(Snapshot{state.revision, before->resolution, {}});
+  const std::set<SurfaceId> touched = work.changes.touched();
+  for (auto& [id, surface] : state.surfaces) {
+    if (!touched.contains(id)) {
+      const auto at = std::lower_bound(before->surfaces.begin(), before->surfaces.end(), id,
+                                       [](const SurfacePtr& s, SurfaceId wanted) { return s->id < wanted; });
+      next->surfaces.push_back(*at);
+      continue;
+    }
+    if (surface.polygons_stale()) surface.derive(state.parameters.surfaces.max_hole_size);
+    surface.revision = state.revision;
+    next->surfaces.push_back(surface.publish(state.revision));
+  }
+  std::atomic_store(&state.snapshot, std::shared_ptr<const Snapshot>(std::move(next)));
+}
+
+}  // namespace octosurf
