@@ -1,0 +1,169 @@
+// `octosurf evaluate`: scores of a map's surfaces against a truth or a labelled cloud.
+#include "evaluation/evaluate.hpp"
+
+#include "evaluation/labels.hpp"
+#include "evaluation/truth.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <octosurf/error.hpp>
+#include <octosurf/map.hpp>
+
+namespace octosurf {
+namespace {
+
+constexpr const char* description = R"(Scores a map's surfaces against what is true.
+
+Examples:
+  octosurf evaluate maps/office --truth sim/office/truth.json
+  octosurf evaluate maps/office --truth sim/office/truth.json --json scores.json
+  octosurf evaluate maps/table --labels learn17.pcd
+)";
+
+struct Arguments {
+  std::string map, truth, labels, json;
+  double min_area = EvaluationOptions{}.min_area;
+  bool force = false;
+};
+
+double degrees(double rad) { return rad * 180 / std::numbers::pi; }
+
+// The verdicts' line is the same for faces and labels.
+template <class Scores>
+void print_verdicts(std::size_t judged, const char* things, const Scores& scores) {
+  std::printf("%-22s %zu of %zu %s (%zu over-segmented, %zu under-segmented, %zu missed)\n", "correct",
+              scores.correct, judged, things, scores.over_segmented, scores.under_segmented, scores.missed);
+}
+
+void print(const Evaluation& scores) {
+  std::printf("%5s  %-28s %9s %8s %8s %8s %8s %9s  %s\n", "face", "name", "seen m²", "covered", "layers",
+              "surface", "angle °", "offset mm", "verdict");
+  for (const FaceScore& face : scores.face_scores) {
+    std::printf("%5u  %-28s %8.3f %7.1f%% %8.2f ", face.id, face.name.c_str(), face.visible_m2,
+                100 * face.covered, face.multiplicity);
+    if (face.surface != 0) {
+      std::printf("%8u %7.2f %9.1f  ", face.surface, degrees(face.normal_rad), 1e3 * face.offset_m);
+    } else {
+      std::printf("%8s %7s %9s  ", "-", "-", "-");
+    }
+    std::printf("%s\n", std::string(name_of(face.verdict)).c_str());
+  }
+  std::printf("\n");
+  print_verdicts(scores.faces, "faces", scores);
+  std::printf("%-22s %zu of %zu surfaces, %zu of them on a face that has another\n", "noise", scores.noise,
+              scores.surfaces, scores.repeated);
+  std::printf("%-22s %.2f %% of %.2f m² (%.2f %% with small faces)\n", "coverage", 100 * scores.coverage,
+              scores.visible_m2, 100 * scores.coverage_all);
+  std::printf("%-22s %.3f\n", "multiplicity", scores.multiplicity);
+  std::printf("%-22s %.3f m², %.2f %% of %.2f m²\n", "unsafe area", scores.unsafe_m2,
+              100 * scores.unsafe_share, scores.area_m2);
+  std::printf("%-22s %.3f m²\n", "ghost area", scores.ghost_m2);
+  std::printf("%-22s mean %.3f°, max %.3f°\n", "normal error", degrees(scores.normal_rad.mean),
+              degrees(scores.normal_rad.max));
+  std::printf("%-22s mean %.2f mm, max %.2f mm\n", "offset error", 1e3 * scores.offset_m.mean,
+              1e3 * scores.offset_m.max);
+  std::printf("%-22s mean %.1f mm, 95 %% within %.1f mm\n", "boundary distance", 1e3 * scores.boundary_m.mean,
+              1e3 * scores.boundary_m.p95);
+  std::printf("%-22s %zu of %zu\n", "holes found", scores.holes_found, scores.holes);
+}
+
+void print(const LabelEvaluation& scores) {
+  std::printf("%6s %9s %8s %8s %8s %8s %8s %9s  %s\n", "label", "points", "rms mm", "covered", "surface",
+              "IoU", "angle °", "offset mm", "verdict");
+  for (const LabelScore& label : scores.label_scores) {
+    std::printf("%6u %9zu %8.1f %7.1f%% ", label.label, label.points, 1e3 * label.rms_m, 100 * label.covered);
+    if (label.surface != 0) {
+      std::printf("%8u %8.3f %7.2f %9.1f  ", label.surface, label.iou, degrees(label.normal_rad),
+                  1e3 * label.offset_m);
+    } else {
+      std::printf("%8s %8s %7s %9s  ", "-", "-", "-", "-");
+    }
+    std::printf("%s\n", std::string(name_of(label.verdict)).c_str());
+  }
+  std::printf("\n");
+  print_verdicts(scores.labels, "labels", scores);
+  std::printf("%-22s %zu of %zu surfaces\n", "noise", scores.noise, scores.surfaces);
+  std::printf("%-22s %.2f %%\n", "coverage", 100 * scores.coverage);
+  std::printf("%-22s %.3f\n", "mean IoU", scores.mean_iou);
+  if (scores.support_iou) std::printf("%-22s %.3f\n", "support plane IoU", *scores.support_iou);
+  std::printf("%-22s mean %.3f°, max %.3f°\n", "normal error", degrees(scores.normal_rad.mean),
+              degrees(scores.normal_rad.max));
+  std::printf("%-22s mean %.2f mm, max %.2f mm\n", "offset error", 1e3 * scores.offset_m.mean,
+              1e3 * scores.offset_m.max);
+}
+
+void require_writable(const Arguments& arguments) {
+  if (arguments.json.empty() || arguments.force || !std::filesystem::exists(arguments.json)) return;
+  throw Error(Error::Kind::usage, arguments.json, "exists already", "--force overwrites it");
+}
+
+void write_json(const Arguments& arguments, const std::string& json) {
+  if (arguments.json.empty()) return;
+  std::ofstream stream(arguments.json);
+  stream << json << '\n';
+  stream.close();
+  if (!stream) {
+    throw Error(Error::Kind::output, arguments.json, "cannot be written", "check folder and space");
+  }
+}
+
+template <class Scores>
+void report(const Scores& scores, const Arguments& arguments) {
+  print(scores);
+  write_json(arguments, to_json(scores));
+}
+
+LabelEvaluation evaluate_labelled(const Map& map, const std::string& file) {
+  const LabelledCloud cloud = load_labelled_cloud(file);
+  std::vector<Eigen::Vector3d> points;
+  std::vector<SurfaceId> found;
+  for (const Eigen::Vector3f& point : cloud.points) {
+    points.push_back(point.cast<double>());
+    found.push_back(map.at(points.back()).surface);
+  }
+  return evaluate_labels(cloud, points, found, *map.snapshot());
+}
+
+void run(const Arguments& arguments) {
+  require_writable(arguments);
+  const LoadedMap loaded = load_map(arguments.map);
+  if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
+  if (!arguments.truth.empty()) {
+    EvaluationOptions options;
+    options.min_area = arguments.min_area;
+    report(evaluate(*loaded.map.snapshot(), load_truth(arguments.truth), options), arguments);
+  } else {
+    report(evaluate_labelled(loaded.map, arguments.labels), arguments);
+  }
+}
+
+}  // namespace
+
+void add_evaluate(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("evaluate", description);
+  const auto arguments = std::make_shared<Arguments>();
+  verb->add_option("map", arguments->map, "map to score: name without ending, as given to map -o")
+      ->required();
+  CLI::Option_group* against = verb->add_option_group("against", "what is true; one of");
+  against->add_option("--truth", arguments->truth, "truth.json of a simulated scene");
+  against->add_option(
+      "--labels", arguments->labels,
+      "labelled cloud: PCD with label or intensity (posed by its VIEWPOINT), or a folder with "
+      "depth*.png, *labels*.png and *.K (at the map's origin)");
+  against->require_option(1);
+  verb->add_option("--min-area", arguments->min_area,
+                   "m²: faces of which less was seen are not judged (with --truth)")
+      ->capture_default_str();
+  verb->add_option("--json", arguments->json, "also write the scores to this file");
+  verb->add_flag("--force", arguments->force, "overwrite the --json file");
+  verb->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace octosurf

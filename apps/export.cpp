@@ -1,0 +1,94 @@
+// `octosurf export`: a map's surfaces in a file other programs read.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <octosurf/export.hpp>
+#include <octosurf/map.hpp>
+#include <octosurf/planning.hpp>
+
+namespace octosurf {
+namespace {
+
+constexpr const char* description = R"(Writes a map's surfaces to a file other programs read.
+
+Examples:
+  octosurf export maps/office --to office.json
+  octosurf export maps/office --to office.json --what convex,circles --min-radius 0.1
+  octosurf export maps/office --to office.glb                  for any 3-D viewer
+  octosurf export maps/office --to office.stl --what meshes    closed solids
+  octosurf export maps/office --to points.ply --what points    inliers, labelled by surface
+)";
+
+struct Arguments {
+  std::string map, file;
+  std::vector<std::string> what{"polygons"};
+  double min_radius = 0.05;
+  double thickness = 0;  // 0: the map's own
+  bool force = false;
+};
+
+ExportExtras make_extras(const Map& map, const Snapshot& snapshot, const Arguments& arguments,
+                         const std::vector<ExportPart>& parts) {
+  const auto wants = [&](ExportPart part) {
+    return std::find(parts.begin(), parts.end(), part) != parts.end();
+  };
+  ExportExtras extras;
+  for (const SurfacePtr& surface : snapshot.surfaces) {
+    if (wants(ExportPart::convex)) extras.convex[surface->id] = convex_pieces(*surface);
+    if (wants(ExportPart::circles)) extras.circles[surface->id] = circles(*surface, arguments.min_radius);
+  }
+  if (wants(ExportPart::points)) {
+    map.for_each_point([&](const Map::Voxel& voxel) {
+      if (voxel.surface != 0 && voxel.point) extras.points.push_back({voxel.surface, *voxel.point});
+    });
+  }
+  return extras;
+}
+
+void run(const Arguments& arguments) {
+  ExportOptions options;
+  options.force = arguments.force;
+  options.parts.clear();
+  for (const std::string& name : arguments.what) {
+    const auto at = std::find(export_part_names.begin(), export_part_names.end(), name);
+    options.parts.push_back(static_cast<ExportPart>(at - export_part_names.begin()));
+  }
+  const LoadedMap loaded = load_map(arguments.map);
+  if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
+  options.mesh_thickness =
+      arguments.thickness > 0 ? arguments.thickness : loaded.map.parameters().surfaces.mesh_thickness;
+  const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
+  export_surfaces(*snapshot, arguments.file, options,
+                  make_extras(loaded.map, *snapshot, arguments, options.parts));
+  std::printf("%s: %zu surfaces\n", arguments.file.c_str(), snapshot->surfaces.size());
+}
+
+}  // namespace
+
+void add_export(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("export", description);
+  const auto arguments = std::make_shared<Arguments>();
+  verb->add_option("map", arguments->map, "map to export: name without ending, as given to map -o")
+      ->required();
+  verb->add_option("--to", arguments->file, "file to write: .json, .ply, .glb, .obj, .stl or .csv")
+      ->required();
+  verb->add_option("--what", arguments->what,
+                   "polygons, meshes, convex, circles, points; several with commas for .json")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"polygons", "meshes", "convex", "circles", "points"}))
+      ->capture_default_str();
+  verb->add_option("--min-radius", arguments->min_radius, "m: smallest circle of --what circles")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  verb->add_option("--thickness", arguments->thickness,
+                   "m: of --what meshes; default: the map's mesh_thickness")
+      ->check(CLI::PositiveNumber);
+  verb->add_flag("--force", arguments->force, "overwrite the file");
+  verb->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace octosurf

@@ -1,0 +1,92 @@
+// `octosurf simulate`: posed scans of a known scene, with ground truth.
+#include "simulation/simulate.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <unistd.h>
+
+namespace octosurf {
+namespace {
+
+constexpr const char* description =
+    R"(Records a simulated scene: posed scans and the truth about its planar faces.
+
+Examples:
+  octosurf simulate office -o sim/office
+  octosurf simulate stairs -o sim/strips --sensor tilting --seed 7
+  octosurf simulate corridor -o sim/long --length 60 --laps 2 --drift-m 0.1
+  octosurf map sim/office -o maps/office && octosurf evaluate maps/office --truth sim/office/truth.json
+
+Scenes:
+  room      table and box in a room          stones    tilted blocks, some of them close together
+  office    stair, tables, clutter, a ball   corridor  rooms at its sides, as long as you like
+  stairs    six steps and a landing          change    a box goes, one is moved, one comes midway
+
+A depth camera's recording is a 7-Scenes folder, a laser's is PCD files with poses; truth.json and
+labels (frame-*.label.png, the PCDs' field `label`) stand beside the scans.
+)";
+
+struct Arguments {
+  SimulationOptions options;
+  std::size_t frames = 0;  // 0: as many as show the scene well
+  double drift_deg = 0;
+  std::string dir;
+};
+
+// A line that is drawn over on a terminal, one line every tenth of the way elsewhere.
+void show_progress(std::size_t done, std::size_t total) {
+  static const bool terminal = isatty(STDERR_FILENO) != 0;
+  if (terminal) {
+    constexpr std::size_t width = 40;
+    const std::string bar(width * done / total, '#');
+    std::fprintf(stderr, "\r[%-*s] %zu/%zu scans%s", static_cast<int>(width), bar.c_str(), done, total,
+                 done == total ? "\n" : "");
+  } else if (10 * done / total != 10 * (done - 1) / total) {
+    std::fprintf(stderr, "%zu/%zu scans\n", done, total);
+  }
+}
+
+void run(const Arguments& arguments) {
+  SimulationOptions options = arguments.options;
+  if (arguments.frames > 0) options.frames = arguments.frames;
+  options.drift_rad = arguments.drift_deg * std::numbers::pi / 180;
+  const SimulationSummary summary = simulate(options, arguments.dir, show_progress);
+  std::printf("%-16s %zu over %.1f s\n", "scans", summary.scans, summary.duration_s);
+  std::printf("%-16s %zu\n", "points", summary.points);
+  std::printf("%-16s %zu, %zu of them with 0.05 m² and more seen", "planar faces", summary.faces,
+              summary.visible_faces);
+  if (summary.gone_faces > 0) std::printf(" (%zu gone at the end)", summary.gone_faces);
+  std::printf("\n%-16s %s\n", "written to", arguments.dir.c_str());
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("simulate", description);
+  const auto arguments = std::make_shared<Arguments>();
+  SimulationOptions& options = arguments->options;
+  verb->add_option("scene", options.scene, "room, office, stairs, stones, corridor or change")->required();
+  verb->add_option("-o,--output", arguments->dir, "folder to write")->required();
+  verb->add_option("--sensor", options.sensor,
+                   "depth (640×480 camera), tilting (2-D laser), spinning (3-D lidar)")
+      ->capture_default_str();
+  verb->add_option("--seed", options.seed, "varies dimensions and noise; turns, shifts and scales the world")
+      ->capture_default_str();
+  verb->add_option("--frames", arguments->frames, "number of scans (default: as many as show the scene well)")
+      ->check(CLI::PositiveNumber);
+  verb->add_option("--noise-scale", options.noise_scale, "factor on the sensor's noise")
+      ->capture_default_str();
+  verb->add_option("--length", options.length, "m, of the corridor")->capture_default_str();
+  verb->add_option("--laps", options.laps, "times the path is walked")->capture_default_str();
+  verb->add_option("--drift-m", options.drift_m, "m per lap by which the recorded poses slide away")
+      ->capture_default_str();
+  verb->add_option("--drift-deg", arguments->drift_deg, "degrees per lap by which they turn")
+      ->capture_default_str();
+  verb->add_flag("--force", options.force, "replace a recording in the folder");
+  verb->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace octosurf

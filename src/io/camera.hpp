@@ -1,0 +1,35 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <optional>
+#include <vector>
+
+#include <octosurf/export.hpp>
+
+namespace octosurf {
+
+/// A pinhole camera; z of the map is up in its pictures (y if it looks straight up or down).
+struct Camera {
+  Eigen::Vector3d eye, right, up, forward;
+  double half_height = 0;  ///< of the picture, at distance 1
+  int width = 0, height = 0;
+
+  /// Unit direction through a pixel position; (0, 0) is the picture's upper left corner.
+  Eigen::Vector3d direction(double x, double y) const;
+
+  struct Pixel {
+    double x, y, distance;
+  };
+  /// Where a point appears; nothing behind the camera.
+  std::optional<Pixel> project(const Eigen::Vector3d& point) const;
+};
+
+/// The camera PictureOptions ask for; presets stand back until all of `box` is in the picture.
+/// Throws Error(usage) if eye and target coincide or are not finite.
+Camera make_camera(const Eigen::AlignedBox3d& box, const PictureOptions& options);
+
+/// Per axis the 2 to 98 % range of `samples`; the unit cube if there are none.
+Eigen::AlignedBox3d robust_box(const std::vector<Eigen::Vector3d>& samples);
+
+}  // namespace octosurf

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <filesystem>
+#include <vector>
+
+namespace octosurf {
+
+/// A point cloud file's points (sensor frame, metres as they stand there) and pose, unchecked.
+/// Points at the very origin are not finite: drivers write them for "no return".
+struct Cloud {
+  std::vector<Eigen::Vector3f> points;
+  Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
+  bool organised = false;  ///< rows and columns, like an image
+};
+
+// Each throws Error(data) for what is truncated, damaged or without points. Headers are checked
+// against the size of the file before anything is allocated by them. That is why PCL does not read
+// here: its PCDReader allocates what the header says, takes short lines and words for numbers, and
+// reports to stderr; its PLYReader indexes by what range grids and obj_info say.
+
+/// PCD: DATA ascii, binary or binary_compressed; x, y, z float or double; VIEWPOINT is the pose.
+Cloud read_pcd(const std::filesystem::path& file);
+/// PLY: ascii or binary of either byte order; the vertices' x, y, z, float or double; no pose.
+Cloud read_ply(const std::filesystem::path& file);
+/// KITTI's velodyne: float32 x y z reflectance, little-endian; no pose.
+Cloud read_velodyne(const std::filesystem::path& file);
+
+constexpr std::size_t largest_cloud_file = std::size_t{4} << 30;
+
+}  // namespace octosurf

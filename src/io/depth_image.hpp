@@ -1,0 +1,36 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+namespace octosurf {
+
+/// Pinhole camera without distortion, pixels. fy may be negative (y up, as in ICL-NUIM's .K).
+struct Intrinsics {
+  double fx = 0, fy = 0, cx = 0, cy = 0;
+};
+
+/// 3×3 K in three lines or one, or `fx fy cx cy`. Throws Error(data) for anything else, including
+/// skew and distortion.
+Intrinsics read_intrinsics(const std::filesystem::path& file);
+
+/// 16-bit gray, row-major.
+struct DepthImage {
+  int width = 0, height = 0;
+  std::vector<std::uint16_t> pixels;
+};
+
+/// PNG or PGM (P5, P2), told by content, at most 8192 × 8192. Throws Error(data) for what is empty,
+/// truncated, damaged, or not 16-bit gray.
+DepthImage read_depth_image(const std::filesystem::path& file);
+
+/// True if the header is whole and says that this is a picture, not a 16-bit depth image.
+bool is_picture(const std::filesystem::path& file);
+
+/// Points in the camera's frame (x right, y down, z along the optical axis), metres, one per pixel
+/// that has a reading. `scale`: units per metre.
+std::vector<Eigen::Vector3f> back_project(const DepthImage& image, const Intrinsics& camera, double scale);
+
+}  // namespace octosurf

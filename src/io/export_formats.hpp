@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <map>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include <octosurf/error.hpp>
+#include <octosurf/export.hpp>
+
+// One function per family of file formats; export_surfaces() chooses, checks and calls them.
+
+namespace octosurf {
+
+/// What is asked for, checked: `parts` fit the format.
+struct ExportJob {
+  const Snapshot& snapshot;
+  const ExportOptions& options;
+  const ExportExtras& extras;
+  std::map<SurfaceId, std::vector<Eigen::Vector3d>> points;  ///< the extras' points by surface
+
+  bool wants(ExportPart part) const;
+  const std::vector<ConvexPiece>& convex(SurfaceId id) const;
+  const std::vector<Circle>& circles(SurfaceId id) const;
+  const std::vector<Eigen::Vector3d>& points_of(SurfaceId id) const;
+};
+
+/// DESIGN.md §5, one surface per line.
+void write_json(const ExportJob& job, std::ostream& out);
+
+/// A row per surface, circle or point.
+void write_csv(const ExportJob& job, std::ostream& out);
+
+/// .glb, .obj, .stl; writes `file` (and .obj's material file) itself.
+void write_mesh_file(const ExportJob& job, const std::filesystem::path& file);
+
+/// Binary, colours by vertex; points also with a label, the surface's id. Writes `file` itself.
+void write_ply(const ExportJob& job, const std::filesystem::path& file);
+
+/// One surface as it stands in a mesh file; without triangles it is a set of points.
+struct Shape {
+  SurfaceId id = 0;
+  std::array<float, 3> color{};
+  Mesh mesh;
+};
+
+/// Shapes of `part`, those of surfaces that have none of it left out.
+std::vector<Shape> make_shapes(const ExportJob& job, ExportPart part);
+
+/// `value` if it is finite; else throws Error(data) naming the surface.
+double finite(double value, SurfaceId id);
+
+/// For formats that cannot be empty.
+Error nothing_to_write(const std::filesystem::path& file);
+
+/// A position, rounded to 1e-9 m to keep 0.30000000000000004 out of text files.
+Eigen::Vector3d tidy(const Eigen::Vector3d& point, SurfaceId id);
+
+}  // namespace octosurf

@@ -1,0 +1,118 @@
+#include "io/export_formats.hpp"
+
+#include <cmath>
+#include <cstddef>
+#include <nlohmann/json.hpp>
+
+namespace octosurf {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json point_json(const Eigen::Vector3d& point, SurfaceId id) {
+  const Eigen::Vector3d p = tidy(point, id);
+  return Json::array({p.x(), p.y(), p.z()});
+}
+
+Json points_json(const std::vector<Eigen::Vector3d>& points, SurfaceId id) {
+  Json list = Json::array();
+  for (const Eigen::Vector3d& point : points) list.push_back(point_json(point, id));
+  return list;
+}
+
+Json ring_json(const Ring2& ring, const Surface& surface) {
+  Json list = Json::array();
+  for (const Eigen::Vector2d& uv : ring) list.push_back(point_json(surface.to_map(uv), surface.id));
+  return list;
+}
+
+Json polygons_json(const Surface& surface) {
+  Json list = Json::array();
+  for (const Polygon& polygon : surface.polygons) {
+    Json holes = Json::array();
+    for (const Ring2& hole : polygon.holes) holes.push_back(ring_json(hole, surface));
+    list.push_back({{"outer", ring_json(polygon.outer, surface)}, {"holes", std::move(holes)}});
+  }
+  return list;
+}
+
+Json convex_json(const std::vector<ConvexPiece>& pieces, SurfaceId id) {
+  Json list = Json::array();
+  for (const ConvexPiece& piece : pieces) {
+    Json a = Json::array(), b = Json::array();
+    for (Eigen::Index row = 0; row < piece.A.rows(); ++row) {
+      a.push_back(Json::array({finite(piece.A(row, 0), id), finite(piece.A(row, 1), id)}));
+      b.push_back(finite(piece.b[row], id));
+    }
+    list.push_back({{"vertices", points_json(piece.vertices, id)}, {"A", std::move(a)}, {"b", std::move(b)}});
+  }
+  return list;
+}
+
+Json circles_json(const std::vector<Circle>& circles, SurfaceId id) {
+  Json list = Json::array();
+  for (const Circle& circle : circles) {
+    list.push_back({{"center", point_json(circle.center, id)}, {"radius", finite(circle.radius, id)}});
+  }
+  return list;
+}
+
+Json mesh_json(const Mesh& mesh, SurfaceId id) {
+  return {{"vertices", points_json(mesh.vertices, id)}, {"triangles", mesh.triangles}};
+}
+
+Json pose_json(const Surface& surface) {
+  Json list = Json::array();
+  const Eigen::Matrix4d matrix = surface.T_map_surface.matrix();
+  for (Eigen::Index row = 0; row < 4; ++row) {
+    for (Eigen::Index column = 0; column < 4; ++column) {
+      list.push_back(finite(matrix(row, column), surface.id));
+    }
+  }
+  return list;
+}
+
+Json surface_json(const ExportJob& job, const Surface& surface) {
+  const SurfaceId id = surface.id;
+  Json color = Json::array();  // a float's own digits, not those of the double it becomes
+  for (const float c : surface.color) color.push_back(std::round(finite(c, id) * 1e6) / 1e6);
+  const Eigen::Vector3d& n = surface.plane.normal;
+  Json normal = Json::array({finite(n.x(), id), finite(n.y(), id), finite(n.z(), id)});
+
+  Json json;
+  json["id"] = id;
+  json["color"] = std::move(color);
+  json["plane"] = {{"normal", std::move(normal)}, {"offset", finite(surface.plane.offset, id)}};
+  json["T_map_surface"] = pose_json(surface);
+  json["area_m2"] = finite(surface.area_m2, id);
+  json["inliers"] = surface.inliers;
+  json["rms_m"] = finite(surface.rms_m, id);
+  json["revision"] = surface.revision;
+  json["parents"] = surface.parents;
+  json["polygons"] = polygons_json(surface);
+  json["boundary"] = points_json(surface.boundary, id);
+  if (job.wants(ExportPart::meshes)) {
+    json["mesh"] = mesh_json(extrude(surface, job.options.mesh_thickness), id);
+  }
+  if (job.wants(ExportPart::convex)) json["convex"] = convex_json(job.convex(id), id);
+  if (job.wants(ExportPart::circles)) json["circles"] = circles_json(job.circles(id), id);
+  if (job.wants(ExportPart::points)) json["points"] = points_json(job.points_of(id), id);
+  return json;
+}
+
+}  // namespace
+
+void write_json(const ExportJob& job, std::ostream& out) {
+  out << R"({"format":"octosurf-surfaces","version":1,"resolution":)"
+      << Json(finite(job.snapshot.resolution, 0)) << R"(,"revision":)" << job.snapshot.revision
+      << R"(,"surfaces":[)";
+  // A surface at a time: the text of a large map need not fit into memory as one document.
+  const char* separator = "\n";
+  for (const SurfacePtr& surface : job.snapshot.surfaces) {
+    out << separator << surface_json(job, *surface);
+    separator = ",\n";
+  }
+  out << "\n]}\n";
+}
+
+}  // namespace octosurf

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace octosurf {
+
+/// A pose as it stands in a file, not yet checked.
+struct FilePose {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  std::optional<double> stamp_s;
+  std::string where;  ///< "file:line"
+};
+
+struct PoseFile {
+  std::filesystem::path file;
+  std::vector<FilePose> poses;
+  bool stamped = false;  ///< every pose has a time stamp
+  bool kitti = false;    ///< 3×4 in one line
+};
+
+/// The formats of open_scans(). Throws Error(data) with the line for anything else, including an
+/// empty file, a change of format, and a time stamp that is not finite.
+PoseFile read_poses(const std::filesystem::path& file);
+
+/// The pose with its rotation made exactly orthonormal; throws Error(data) naming `where` unless it
+/// is rigid already but for rounding (require_rigid).
+Eigen::Isometry3d rigid(const Eigen::Isometry3d& T, const std::string& where);
+
+/// Translation and quaternion; a quaternion farther than 1e-2 from unit length gives a matrix that
+/// rigid() refuses.
+Eigen::Isometry3d pose_from(const Eigen::Vector3d& translation, const Eigen::Quaterniond& q);
+
+/// A stamped trajectory that is asked for the pose at a time.
+class Trajectory {
+ public:
+  explicit Trajectory(const PoseFile& file);
+
+  /// True if there are neighbours at most 0.1 s apart around `stamp_s`, or a pose within 0.02 s.
+  bool covers(double stamp_s) const;
+
+  /// Linear and slerp between the neighbours, else the nearest. Requires covers(stamp_s); throws
+  /// Error(data) naming `where` if a pose it needs is not rigid.
+  Eigen::Isometry3d at(double stamp_s, const std::string& where) const;
+
+ private:
+  struct Neighbours {
+    const FilePose* before = nullptr;
+    const FilePose* after = nullptr;
+    const FilePose* nearest = nullptr;
+  };
+  Neighbours around(double stamp_s) const;
+
+  std::vector<FilePose> poses_;  ///< ascending time
+};
+
+}  // namespace octosurf

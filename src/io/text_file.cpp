@@ -1,0 +1,97 @@
+#include "io/text_file.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+constexpr std::size_t text_limit = std::size_t{256} << 20;
+constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+
+constexpr std::string_view separators = " \t\r,;\v\f";
+
+/// At a '#' that begins a word; within one it is no comment (7-Scenes' "-1.#IND").
+std::size_t begin_of_comment(std::string_view line) {
+  auto at = line.find('#');
+  while (at != std::string_view::npos && at > 0 && separators.find(line[at - 1]) == std::string_view::npos)
+    at = line.find('#', at + 1);
+  return at;
+}
+
+std::vector<std::string> split(std::string_view text) {
+  std::vector<std::string> words;
+  while (true) {
+    const auto begin = text.find_first_not_of(separators);
+    if (begin == std::string_view::npos) return words;
+    text.remove_prefix(begin);
+    const auto length = std::min(text.find_first_of(separators), text.size());
+    words.emplace_back(text.substr(0, length));
+    text.remove_prefix(length);
+  }
+}
+
+}  // namespace
+
+std::vector<TextLine> read_text(const std::filesystem::path& file) {
+  const std::string bytes = read_bytes(file, text_limit);
+  std::string_view rest = bytes;
+  if (rest.starts_with(byte_order_mark)) rest.remove_prefix(byte_order_mark.size());
+  std::vector<TextLine> lines;
+  for (std::size_t number = 1; !rest.empty(); ++number) {
+    const auto end = std::min(rest.find('\n'), rest.size());
+    const std::string_view line = rest.substr(0, end);
+    auto words = split(line.substr(0, begin_of_comment(line)));
+    if (!words.empty()) lines.push_back({number, std::move(words)});
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  return lines;
+}
+
+std::string at_line(const std::filesystem::path& file, std::size_t line) {
+  return file.string() + ":" + std::to_string(line);
+}
+
+double number(std::string_view word, const std::filesystem::path& file, std::size_t line) {
+  double value = 0;
+  const char* begin = word.data() + (word.starts_with('+') ? 1 : 0);
+  const char* end = word.data() + word.size();
+  const auto [stop, error] = std::from_chars(begin, end, value);
+  if (error == std::errc() && stop == end) return value;
+  throw Error(Error::Kind::data, at_line(file, line),
+              std::string("'").append(word.substr(0, 40)) + "' is not a number",
+              "give plain numbers separated by blanks or commas");
+}
+
+double time_stamp(std::string_view word, const std::filesystem::path& file, std::size_t line) {
+  const double value = number(word, file, line);
+  if (std::isfinite(value)) return value;
+  throw Error(Error::Kind::data, at_line(file, line), "the time stamp is not finite");
+}
+
+std::vector<double> numbers(const TextLine& line, const std::filesystem::path& file) {
+  std::vector<double> values;
+  values.reserve(line.words.size());
+  for (const auto& word : line.words) values.push_back(number(word, file, line.number));
+  return values;
+}
+
+std::string read_bytes(const std::filesystem::path& file, std::size_t limit) {
+  std::error_code error;
+  const auto size = std::filesystem::file_size(file, error);
+  std::ifstream stream(file, std::ios::binary);
+  if (error || !stream) throw Error(Error::Kind::data, file.string(), "cannot be read");
+  if (size > limit)
+    throw Error(Error::Kind::data, file.string(), "is too large (" + std::to_string(size) + " bytes)");
+  std::string bytes(size, '\0');
+  stream.read(bytes.data(), static_cast<std::streamsize>(size));
+  if (stream.gcount() != static_cast<std::streamsize>(size))
+    throw Error(Error::Kind::data, file.string(), "cannot be read");
+  return bytes;
+}
+
+}  // namespace octosurf

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace octosurf {
+
+/// One line of a text file that is neither blank nor a comment.
+struct TextLine {
+  std::size_t number = 0;  ///< counted from 1
+  std::vector<std::string> words;
+};
+
+/// The file as words: separated by blanks, commas or semicolons; `#` starts a comment; any line
+/// ending. Throws Error(data) if it cannot be read or is larger than 256 MB.
+std::vector<TextLine> read_text(const std::filesystem::path& file);
+
+/// "file:line", for messages.
+std::string at_line(const std::filesystem::path& file, std::size_t line);
+
+/// The whole word as a number; throws Error(data) naming file, line and word.
+double number(std::string_view word, const std::filesystem::path& file, std::size_t line);
+
+/// The same for a time stamp, which must be finite.
+double time_stamp(std::string_view word, const std::filesystem::path& file, std::size_t line);
+
+/// All words of a line as numbers.
+std::vector<double> numbers(const TextLine& line, const std::filesystem::path& file);
+
+/// The file's bytes; throws Error(data) if it cannot be read or is larger than `limit`.
+std::string read_bytes(const std::filesystem::path& file, std::size_t limit);
+
+}  // namespace octosurf

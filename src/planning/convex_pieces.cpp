@@ -1,0 +1,150 @@
+#include "surfaces/triangulate.hpp"
+
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <numbers>
+#include <utility>
+
+#include <octosurf/planning.hpp>
+
+namespace octosurf {
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Piece = std::vector<std::uint32_t>;  // vertices, counter-clockwise; empty once merged away
+
+// Hertel and Mehlhorn: triangles merged over every diagonal that no reflex vertex needs.
+class ConvexMerge {
+ public:
+  explicit ConvexMerge(const Polygon& polygon) {
+    const auto triangles = triangulate(polygon, points_);
+    for (const auto& t : triangles) {
+      const auto piece = static_cast<std::uint32_t>(pieces_.size());
+      pieces_.emplace_back(t.begin(), t.end());
+      owner_.push_back(piece);
+      for (std::size_t i = 0; i < 3; ++i) piece_at_[{t[i], t[(i + 1) % 3]}] = piece;
+    }
+    for (const auto& [from, to] : diagonals()) try_merge(from, to);
+  }
+
+  const std::vector<Eigen::Vector2d>& points() const { return points_; }
+  const std::vector<Piece>& pieces() const { return pieces_; }
+
+  // Exactly left (1), straight (0) or right (-1) at b.
+  int turn(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+    const auto point = [&](std::uint32_t i) { return Kernel::Point_2(points_[i].x(), points_[i].y()); };
+    return static_cast<int>(CGAL::orientation(point(a), point(b), point(c)));
+  }
+
+ private:
+  using Edge = std::pair<std::uint32_t, std::uint32_t>;
+
+  // Least useful first, so that what remains halves the reflex angles and is little.
+  std::vector<Edge> diagonals() const {
+    std::vector<std::pair<double, Edge>> ranked;
+    for (const auto& [edge, piece] : piece_at_) {
+      const Edge back{edge.second, edge.first};
+      if (edge.first > edge.second || piece_at_.count(back) == 0) continue;
+      ranked.emplace_back(std::max(usefulness(edge), usefulness(back)), edge);
+    }
+    std::sort(ranked.begin(), ranked.end());
+    std::vector<Edge> edges;
+    for (const auto& [rank, edge] : ranked) edges.push_back(edge);
+    return edges;
+  }
+
+  // The smaller of the two angles into which a diagonal cuts the corner it starts from; 0 if that
+  // corner is convex. Asked before anything is merged.
+  double usefulness(const Edge& diagonal) const {
+    const double left = wedge(diagonal, true), right = wedge(diagonal, false);
+    return left + right > std::numbers::pi ? std::min(left, right) : 0;
+  }
+
+  // The angle from a diagonal round its start to the next ring edge, over the triangles between.
+  double wedge(Edge edge, bool to_left) const {
+    double angle = 0;
+    for (;;) {
+      const auto at = piece_at_.find(to_left ? edge : Edge{edge.second, edge.first});
+      if (at == piece_at_.end()) return angle;
+      const Piece& t = pieces_[at->second];
+      const std::uint32_t apex = t[0] ^ t[1] ^ t[2] ^ edge.first ^ edge.second;
+      const Eigen::Vector2d a = points_[edge.second] - points_[edge.first];
+      const Eigen::Vector2d b = points_[apex] - points_[edge.first];
+      angle += std::abs(std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b)));
+      edge.second = apex;
+    }
+  }
+
+  std::uint32_t owner(std::uint32_t piece) {
+    while (owner_[piece] != piece) piece = owner_[piece] = owner_[owner_[piece]];
+    return piece;
+  }
+
+  // The vertices of `piece` in order, from the end of edge from → to round to its beginning.
+  static Piece opened(const Piece& piece, std::uint32_t from) {
+    const auto begin = std::find(piece.begin(), piece.end(), from);
+    Piece result(begin + 1, piece.end());
+    result.insert(result.end(), piece.begin(), begin + 1);
+    return result;
+  }
+
+  void try_merge(std::uint32_t from, std::uint32_t to) {
+    const std::uint32_t left = owner(piece_at_.at({from, to})), right = owner(piece_at_.at({to, from}));
+    const Piece p = opened(pieces_[left], from);  // to … from
+    const Piece q = opened(pieces_[right], to);   // from … to
+    if (turn(p[p.size() - 2], from, q[1]) < 0 || turn(q[q.size() - 2], to, p[1]) < 0) return;
+    Piece merged(p.begin(), p.end() - 1);
+    merged.insert(merged.end(), q.begin(), q.end() - 1);
+    pieces_[left] = std::move(merged);
+    pieces_[right].clear();
+    owner_[right] = left;
+  }
+
+  std::vector<Eigen::Vector2d> points_;
+  std::vector<Piece> pieces_;
+  std::vector<std::uint32_t> owner_;        // union-find over pieces
+  std::map<Edge, std::uint32_t> piece_at_;  // the triangle left of a directed edge
+};
+
+ConvexPiece to_piece(const Surface& surface, const std::vector<Eigen::Vector2d>& corners) {
+  const auto n = static_cast<Eigen::Index>(corners.size());
+  ConvexPiece piece;
+  piece.A.resize(n, 2);
+  piece.b.resize(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Eigen::Vector2d& from = corners[static_cast<std::size_t>(i)];
+    const Eigen::Vector2d along = (corners[static_cast<std::size_t>((i + 1) % n)] - from).normalized();
+    piece.A.row(i) << along.y(), -along.x();
+    // The largest over all vertices, not the edge's own value: rounding never shuts a vertex out.
+    piece.b[i] = piece.A.row(i).dot(from);
+    for (const Eigen::Vector2d& corner : corners)
+      piece.b[i] = std::max(piece.b[i], piece.A.row(i).dot(corner));
+    piece.vertices.push_back(surface.to_map(from));
+  }
+  return piece;
+}
+
+}  // namespace
+
+std::vector<ConvexPiece> convex_pieces(const Surface& surface) {
+  std::vector<ConvexPiece> result;
+  for (const Polygon& polygon : surface.simplified) {
+    const ConvexMerge merge(polygon);
+    for (const Piece& piece : merge.pieces()) {
+      std::vector<Eigen::Vector2d> corners;  // without vertices on straight edges
+      for (std::size_t i = 0; i < piece.size(); ++i) {
+        const std::uint32_t before = piece[(i + piece.size() - 1) % piece.size()];
+        if (merge.turn(before, piece[i], piece[(i + 1) % piece.size()]) > 0) {
+          corners.push_back(merge.points()[piece[i]]);
+        }
+      }
+      if (!corners.empty()) result.push_back(to_piece(surface, corners));
+    }
+  }
+  return result;
+}
+
+}  // namespace octosurf

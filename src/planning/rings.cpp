@@ -1,0 +1,31 @@
+#include "planning/rings.hpp"
+
+#include <algorithm>
+
+namespace octosurf {
+
+std::vector<double> crossings(const Polygon& polygon, double v) {
+  std::vector<double> result;
+  for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    // Half open in v, so that a vertex on the line counts once where the ring passes through it.
+    if ((a.y() <= v) == (b.y() <= v)) return;
+    result.push_back(a.x() + (v - a.y()) / (b.y() - a.y()) * (b.x() - a.x()));
+  });
+  std::sort(result.begin(), result.end());
+  return result;
+}
+
+bool contains(const Polygon& polygon, const Eigen::Vector2d& point) {
+  const std::vector<double> at = crossings(polygon, point.y());
+  return (std::lower_bound(at.begin(), at.end(), point.x()) - at.begin()) % 2 == 1;
+}
+
+Eigen::Vector2d closest_on_segment(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
+                                   const Eigen::Vector2d& point) {
+  const Eigen::Vector2d along = to - from;
+  const double length2 = along.squaredNorm();
+  if (length2 <= 0) return from;
+  return from + std::clamp(along.dot(point - from) / length2, 0.0, 1.0) * along;
+}
+
+}  // namespace octosurf

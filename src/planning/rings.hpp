@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <octosurf/surface.hpp>
+
+namespace octosurf {
+
+/// Calls `visit(from, to)` for every edge of every ring.
+template <typename Visit>
+void for_each_edge(const Polygon& polygon, const Visit& visit) {
+  const auto ring = [&](const Ring2& vertices) {
+    for (std::size_t i = 0; i < vertices.size(); ++i) visit(vertices[i], vertices[(i + 1) % vertices.size()]);
+  };
+  ring(polygon.outer);
+  for (const Ring2& hole : polygon.holes) ring(hole);
+}
+
+/// The u where rings cross the line of constant `v`, ascending: a point of that line is inside if an
+/// odd number of them lies below its own u. O(n log n).
+std::vector<double> crossings(const Polygon& polygon, double v);
+
+/// Even-odd rule; on an edge either answer may come. O(n log n).
+bool contains(const Polygon& polygon, const Eigen::Vector2d& point);
+
+/// The point of the segment that is nearest to `point`.
+Eigen::Vector2d closest_on_segment(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
+                                   const Eigen::Vector2d& point);
+
+}  // namespace octosurf

@@ -1,0 +1,203 @@
+#include "simulation/recording.hpp"
+
+#include "simulation/faces.hpp"
+#include "simulation/ray_caster.hpp"
+#include "simulation/sensor.hpp"
+#include "simulation/trajectory.hpp"
+#include "simulation/visible_cells.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+
+using namespace simulation;
+
+namespace {
+
+/// Streams of random numbers drawn from one seed; scan i's noise is stream first_noise + i.
+enum Stream : std::uint64_t { dimensions = 1, placement = 2, drift = 3, first_noise = 1000 };
+
+/// Turns, shifts and scales the world, so that no plane of it is aligned with the octree.
+Similarity place_world(Random random) {
+  constexpr double max_tilt_rad = 3 * std::numbers::pi / 180;
+  Similarity T;
+  const double toward_rad = random.uniform(0, 2 * std::numbers::pi);
+  const Eigen::AngleAxisd tilt(random.uniform(0.2, 1) * max_tilt_rad,
+                               Eigen::Vector3d(std::cos(toward_rad), std::sin(toward_rad), 0));
+  const Eigen::AngleAxisd yaw(random.uniform(0, 2 * std::numbers::pi), Eigen::Vector3d::UnitZ());
+  T.R = (tilt * yaw).toRotationMatrix();
+  T.t = {random.uniform(-3, 3), random.uniform(-3, 3), random.uniform(-1, 1)};
+  T.scale = random.uniform(0.9, 1.1);
+  return T;
+}
+
+/// Scans of the depth camera that show the scene well in one lap.
+double default_depth_frames(const SimulationOptions& options) {
+  if (options.scene == "corridor") return 12 * options.length;
+  return options.scene == "change" ? 120 : 80;
+}
+
+std::size_t frame_count(const SimulationOptions& options, const SensorModel& sensor) {
+  if (options.frames) return *options.frames;
+  // The corridor is walked at a pace that a lidar, which sees all around, can do with fewer scans.
+  const double factor =
+      options.scene == "corridor" ? std::min(sensor.frame_factor, 3.0) : sensor.frame_factor;
+  return static_cast<std::size_t>(std::ceil(default_depth_frames(options) * factor * options.laps));
+}
+
+}  // namespace
+
+struct Recording::Impl {
+  explicit Impl(const SimulationOptions& o)
+      : options((o.validate(), o)),
+        sensor(make_sensor(o.sensor)),
+        scene(make_scene(o.scene, Random(o.seed, Stream::dimensions), o.length)),
+        T_map_scene(place_world(Random(o.seed, Stream::placement))),
+        faces(scene, T_map_scene) {
+    path = walk_path(scene.path, frame_count(options, sensor), options.laps);
+    casters.emplace_back(scene, T_map_scene, 0);
+    if (scene.changes()) casters.emplace_back(scene, T_map_scene, 1);
+    Random random(options.seed, Stream::drift);
+    const double toward_rad = random.uniform(0, 2 * std::numbers::pi);
+    drift_toward = T_map_scene.R * Eigen::Vector3d(std::cos(toward_rad), std::sin(toward_rad), 0);
+  }
+
+  /// The scene changes after the first half of the scans.
+  const RayCaster& caster(std::size_t i) const {
+    return casters[casters.size() > 1 && i >= path.size() / 2 ? 1 : 0];
+  }
+
+  Eigen::Isometry3d pose(std::size_t i) const {
+    const Eigen::Isometry3d T_scene_sensor = sensor.mount(path.at(i), i);
+    Eigen::Isometry3d T;
+    T.linear() = T_map_scene.R * T_scene_sensor.linear();
+    T.translation() = T_map_scene * T_scene_sensor.translation();
+    T.makeAffine();
+    return T;
+  }
+
+  SimulationOptions options;
+  SensorModel sensor;
+  Scene scene;
+  Similarity T_map_scene;
+  Faces faces;
+  std::vector<RayCaster> casters;
+  std::vector<HeadPose> path;
+  Eigen::Vector3d drift_toward;
+};
+
+Recording::Recording(const SimulationOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+Recording::Recording(Recording&&) noexcept = default;
+Recording::~Recording() = default;
+
+std::size_t Recording::size() const { return impl_->path.size(); }
+const std::vector<Eigen::Vector3f>& Recording::rays() const { return impl_->sensor.rays; }
+const std::vector<TrueFace>& Recording::faces() const { return impl_->faces.all(); }
+
+double Recording::stamp_s(std::size_t i) const { return static_cast<double>(i) / impl_->sensor.scans_per_s; }
+
+Eigen::Isometry3d Recording::true_pose(std::size_t i) const { return impl_->pose(i); }
+
+Eigen::Isometry3d Recording::T_map_sensor(std::size_t i) const {
+  const auto& options = impl_->options;
+  const Eigen::Isometry3d T = impl_->pose(i);
+  if (options.drift_m == 0 && options.drift_rad == 0) return T;
+  // Dead reckoning: the error grows evenly with the way, about the place where the walk began.
+  const double laps =
+      options.laps * static_cast<double>(i) / static_cast<double>(std::max<std::size_t>(size() - 1, 1));
+  const Eigen::Vector3d start = impl_->pose(0).translation();
+  const Eigen::AngleAxisd turn(laps * options.drift_rad, impl_->T_map_scene.R.col(2));
+  return Eigen::Translation3d(start + laps * options.drift_m * impl_->drift_toward) * turn *
+         Eigen::Translation3d(-start) * T;
+}
+
+Readings Recording::ideal(std::size_t i) const {
+  const auto& sensor = impl_->sensor;
+  const Eigen::Isometry3d T = impl_->pose(i);
+  const Eigen::Matrix3f R = T.linear().cast<float>();
+  std::vector<Eigen::Vector3f> directions;
+  directions.reserve(sensor.rays.size());
+  for (const auto& ray : sensor.rays) directions.emplace_back(R * ray);
+  const auto hits = impl_->caster(i).cast(T.translation(), directions, sensor.max_t);
+  Readings readings;
+  readings.t.resize(hits.size());
+  readings.labels.resize(hits.size());
+  for (std::size_t k = 0; k < hits.size(); ++k) {
+    if (hits[k].t < sensor.min_t) continue;
+    readings.t[k] = hits[k].t;
+    readings.labels[k] = impl_->faces.label(
+        hits[k].facet, T.translation() + static_cast<double>(hits[k].t) * directions[k].cast<double>());
+  }
+  return readings;
+}
+
+Readings Recording::measured(std::size_t i, const Readings& ideal) const {
+  const auto& sensor = impl_->sensor;
+  Random random(impl_->options.seed, Stream::first_noise + i);
+  Readings noisy;
+  noisy.t.resize(ideal.t.size());
+  noisy.labels.resize(ideal.t.size());
+  for (std::size_t k = 0; k < ideal.t.size(); ++k) {
+    const double t = ideal.t[k];
+    if (t == 0) continue;
+    const double error = impl_->options.noise_scale * sensor.sigma(t) * random.normal();
+    noisy.t[k] = static_cast<float>(sensor.rounded(t + error));
+    if (noisy.t[k] > 0) noisy.labels[k] = ideal.labels[k];
+  }
+  return noisy;
+}
+
+LabelledScan Recording::labelled_scan(std::size_t i, const Readings& ideal) const {
+  const Readings readings = measured(i, ideal);
+  LabelledScan labelled;
+  labelled.scan.T_map_sensor = T_map_sensor(i);
+  labelled.scan.stamp_s = stamp_s(i);
+  labelled.scan.sensor = impl_->sensor.kind;
+  labelled.scan.name = impl_->options.scene + " " + std::to_string(i);
+  for (std::size_t k = 0; k < readings.t.size(); ++k) {
+    if (readings.t[k] == 0) continue;
+    labelled.scan.points.emplace_back(readings.t[k] * impl_->sensor.rays[k]);
+    labelled.labels.push_back(readings.labels[k]);
+  }
+  return labelled;
+}
+
+Recording::Visibility Recording::visibility() const { return Visibility(*this); }
+
+Truth Recording::truth() const {
+  Visibility visible(*this);
+  for (std::size_t i = 0; i < size(); ++i) visible.add(i, ideal(i));
+  return visible.truth();
+}
+
+struct Recording::Visibility::Impl {
+  const Recording& recording;
+  VisibleCells cells;
+};
+
+Recording::Visibility::Visibility(const Recording& recording)
+    : impl_(new Impl{recording, VisibleCells(recording.faces(), recording.impl_->sensor)}) {}
+Recording::Visibility::Visibility(Visibility&&) noexcept = default;
+Recording::Visibility::~Visibility() = default;
+
+void Recording::Visibility::add(std::size_t i, const Readings& ideal) {
+  impl_->cells.add(impl_->recording.true_pose(i), ideal.t, ideal.labels);
+}
+
+Truth Recording::Visibility::truth() const {
+  const auto& recording = *impl_->recording.impl_;
+  Truth truth;
+  truth.scene = recording.options.scene;
+  truth.sensor = recording.options.sensor;
+  truth.seed = recording.options.seed;
+  truth.cell = recording.sensor.cell;
+  truth.faces = impl_->cells.faces();
+  return truth;
+}
+
+}  // namespace octosurf

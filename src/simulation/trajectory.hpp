@@ -1,0 +1,14 @@
+#pragma once
+
+#include "simulation/scene.hpp"
+#include "simulation/sensor.hpp"
+
+#include <vector>
+
+namespace octosurf::simulation {
+
+/// `frames` head poses along the key views, walked `laps` times; scene frame. Between keys position,
+/// yaw and pitch change evenly; a stretch takes the longer the further it leads and turns.
+std::vector<HeadPose> walk_path(const std::vector<View>& keys, std::size_t frames, int laps);
+
+}  // namespace octosurf::simulation

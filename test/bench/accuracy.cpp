@@ -1,0 +1,313 @@
+// How exact the surfaces are on simulated scenes: ours with default parameters and with the paper's,
+// beside the paper's pipeline from stock PCL parts, all on the same scans and scored alike.
+
+#include "bench/support.hpp"
+#include "evaluation/evaluate.hpp"
+#include "reference/paper_pipeline.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <optional>
+
+#include <octosurf/error.hpp>
+#include <octosurf/mapper.hpp>
+
+namespace octosurf::bench {
+namespace {
+
+struct Options {
+  std::vector<std::string> scenes{"room", "office", "stairs", "stones"};
+  std::vector<std::uint64_t> seeds{1, 2, 3, 4, 5};
+  std::string sensor = "depth";
+  double resolution = 0.02;
+  double noise_scale = 1;
+  std::optional<std::size_t> frames;
+  std::size_t pcl_every = 1;
+  int threads = 1;
+  std::vector<std::string> only, set;
+  bool offline = false, verbose = false;
+  std::string json;
+};
+
+constexpr double deg = 180 / std::numbers::pi;
+
+/// One way to get surfaces from scans.
+struct Method {
+  enum class Kind { ours, pcl, pcl_offline };
+  std::string name;
+  Parameters parameters;
+  Kind kind = Kind::ours;
+};
+
+std::vector<Method> methods_of(const Options& options) {
+  Parameters ours;
+  ours.occupancy.resolution = options.resolution;
+  Method tuned{"ours/default", ours};
+  for (const std::string& assignment : options.set) {
+    const std::size_t equals = assignment.find('=');
+    if (equals == std::string::npos)
+      throw Error(Error::Kind::usage, "--set " + assignment, "has no value", "write --set NAME=VALUE");
+    set_parameter(tuned.parameters, assignment.substr(0, equals), assignment.substr(equals + 1));
+  }
+  const Parameters paper = reference::paper_parameters(options.resolution);
+  const Parameters small = reference::paper_parameters_small_radius(options.resolution);
+  std::vector<Method> methods{std::move(tuned),
+                              {"ours/paper", paper},
+                              {"pcl/r=0.15", paper, Method::Kind::pcl},
+                              {"pcl/r=0.06", small, Method::Kind::pcl}};
+  if (options.offline) {
+    methods.push_back({"pcl/r=0.15 offline", paper, Method::Kind::pcl_offline});
+    methods.push_back({"pcl/r=0.06 offline", small, Method::Kind::pcl_offline});
+  }
+  if (!options.only.empty())
+    std::erase_if(methods, [&](const Method& method) {
+      return std::none_of(options.only.begin(), options.only.end(),
+                          [&](const std::string& prefix) { return method.name.starts_with(prefix); });
+    });
+  if (methods.empty()) throw Error(Error::Kind::usage, "--only", "leaves no method", "try ours or pcl");
+  return methods;
+}
+
+/// Scores of several recordings, added up.
+struct Score {
+  std::size_t recordings = 0, faces = 0, correct = 0, over = 0, under = 0, missed = 0, noise = 0;
+  double visible_m2 = 0, covered_m2 = 0, layers_m2 = 0, area_m2 = 0, unsafe_m2 = 0;
+  double worst_coverage = 1, worst_multiplicity = 0, worst_unsafe = 0;
+  double normal_sum = 0, normal_max = 0, offset_sum = 0;
+  std::size_t scans = 0;
+  double ms = 0;
+
+  void add(const Evaluation& evaluation, std::size_t more_scans, double more_ms) {
+    ++recordings;
+    faces += evaluation.faces;
+    correct += evaluation.correct;
+    over += evaluation.over_segmented;
+    under += evaluation.under_segmented;
+    missed += evaluation.missed;
+    noise += evaluation.noise;
+    const double covered = evaluation.coverage * evaluation.visible_m2;
+    visible_m2 += evaluation.visible_m2;
+    covered_m2 += covered;
+    layers_m2 += evaluation.multiplicity * covered;
+    area_m2 += evaluation.area_m2;
+    unsafe_m2 += evaluation.unsafe_m2;
+    worst_coverage = std::min(worst_coverage, evaluation.coverage);
+    worst_multiplicity = std::max(worst_multiplicity, evaluation.multiplicity);
+    worst_unsafe = std::max(worst_unsafe, evaluation.unsafe_share);
+    normal_sum += evaluation.normal_rad.mean * static_cast<double>(evaluation.normal_rad.count);
+    normal_max = std::max(normal_max, evaluation.normal_rad.max);
+    offset_sum += evaluation.offset_m.mean * static_cast<double>(evaluation.offset_m.count);
+    scans += more_scans;
+    ms += more_ms;
+  }
+
+  static double ratio(double part, double whole) { return whole > 0 ? part / whole : 0; }
+  double correct_share() const { return ratio(static_cast<double>(correct), static_cast<double>(faces)); }
+  double coverage() const { return ratio(covered_m2, visible_m2); }
+  double multiplicity() const { return ratio(layers_m2, covered_m2); }
+  double unsafe_share() const { return ratio(unsafe_m2, area_m2); }
+  double normal_mean_deg() const { return ratio(normal_sum, static_cast<double>(correct)) * deg; }
+  double offset_mean_mm() const { return ratio(offset_sum, static_cast<double>(correct)) * 1000; }
+  double ms_per_scan() const { return ratio(ms, static_cast<double>(scans)); }
+
+  void add(const Score& other) {
+    recordings += other.recordings;
+    faces += other.faces;
+    correct += other.correct;
+    over += other.over;
+    under += other.under;
+    missed += other.missed;
+    noise += other.noise;
+    visible_m2 += other.visible_m2;
+    covered_m2 += other.covered_m2;
+    layers_m2 += other.layers_m2;
+    area_m2 += other.area_m2;
+    unsafe_m2 += other.unsafe_m2;
+    worst_coverage = std::min(worst_coverage, other.worst_coverage);
+    worst_multiplicity = std::max(worst_multiplicity, other.worst_multiplicity);
+    worst_unsafe = std::max(worst_unsafe, other.worst_unsafe);
+    normal_sum += other.normal_sum;
+    normal_max = std::max(normal_max, other.normal_max);
+    offset_sum += other.offset_sum;
+    scans += other.scans;
+    ms += other.ms;
+  }
+};
+
+struct Run {
+  Snapshot snapshot;
+  std::size_t scans = 0;
+  double ms = 0;
+};
+
+Run run_method(const Method& method, const std::vector<Scan>& scans, const Options& options) {
+  Run run;
+  if (method.kind == Method::Kind::ours) {
+    Mapper mapper(method.parameters, options.threads);
+    for (const Scan& scan : scans) run.ms += time_ms([&] { mapper.insert(scan); });
+    run.scans = scans.size();
+    run.snapshot = *mapper.snapshot();
+    return run;
+  }
+  reference::PaperPipeline pipeline(method.parameters);
+  const bool offline = method.kind == Method::Kind::pcl_offline;
+  for (std::size_t i = 0; i < scans.size(); i += offline ? 1 : options.pcl_every, ++run.scans)
+    run.ms += time_ms([&] { offline ? pipeline.collect(scans[i]) : void(pipeline.insert(scans[i])); });
+  if (offline) run.ms += time_ms([&] { pipeline.detect_collected(); });
+  run.snapshot = pipeline.snapshot();
+  return run;
+}
+
+/// What went wrong in one recording: judged faces that are not correct, and the worst surfaces.
+void print_failures(const std::string& title, const Evaluation& evaluation) {
+  TextTable faces({title, "verdict", "visible m²", "covered", "layers", "surface", "by surface", "of surface",
+                   "normal °", "offset mm"});
+  bool any = false;
+  for (const FaceScore& face : evaluation.face_scores) {
+    if (face.verdict == Verdict::correct || face.verdict == Verdict::not_judged) continue;
+    faces.add({face.name, std::string(name_of(face.verdict)), fixed(face.visible_m2, 3),
+               fixed(face.covered, 2), fixed(face.multiplicity, 2), std::to_string(face.surface),
+               fixed(face.by_surface, 2), fixed(face.of_surface, 2), fixed(face.normal_rad * deg, 2),
+               fixed(face.offset_m * 1000, 1)});
+    any = true;
+  }
+  if (any) std::printf("%s", faces.text().c_str());
+
+  TextTable surfaces({title, "area m²", "unsafe m²", "ghost m²", "on face", "share on it"});
+  any = false;
+  for (const SurfaceScore& surface : evaluation.surface_scores) {
+    if (surface.unsafe_m2 < 0.03) continue;
+    surfaces.add({"surface " + std::to_string(surface.id), fixed(surface.area_m2, 3),
+                  fixed(surface.unsafe_m2, 3), fixed(surface.ghost_m2, 3), std::to_string(surface.face),
+                  fixed(surface.on_face, 2)});
+    any = true;
+  }
+  if (any) std::printf("%s", surfaces.text().c_str());
+}
+
+std::vector<std::string> row_of(const std::string& name, const Score& score) {
+  return {name,
+          std::to_string(score.correct) + "/" + std::to_string(score.faces),
+          fixed(score.correct_share() * 100, 1),
+          std::to_string(score.over) + "/" + std::to_string(score.under) + "/" + std::to_string(score.missed),
+          std::to_string(score.noise),
+          fixed(score.coverage() * 100, 1),
+          fixed(score.worst_coverage * 100, 1),
+          fixed(score.multiplicity(), 3),
+          fixed(score.unsafe_share() * 100, 2),
+          fixed(score.worst_unsafe * 100, 2),
+          fixed(score.normal_mean_deg(), 2),
+          fixed(score.normal_max * deg, 2),
+          fixed(score.offset_mean_mm(), 2),
+          fixed(score.ms_per_scan(), 1)};
+}
+
+nlohmann::json json_of(const std::string& method, const std::string& scene, const Score& score) {
+  return {{"method", method},
+          {"scene", scene},
+          {"recordings", score.recordings},
+          {"faces", score.faces},
+          {"correct", score.correct},
+          {"over_segmented", score.over},
+          {"under_segmented", score.under},
+          {"missed", score.missed},
+          {"noise", score.noise},
+          {"coverage", score.coverage()},
+          {"worst_coverage", score.worst_coverage},
+          {"multiplicity", score.multiplicity()},
+          {"worst_multiplicity", score.worst_multiplicity},
+          {"unsafe_share", score.unsafe_share()},
+          {"worst_unsafe_share", score.worst_unsafe},
+          {"normal_mean_deg", score.normal_mean_deg()},
+          {"normal_max_deg", score.normal_max * deg},
+          {"offset_mean_mm", score.offset_mean_mm()},
+          {"ms_per_scan", score.ms_per_scan()}};
+}
+
+/// scores[method][scene]
+using Scores = std::vector<std::vector<Score>>;
+
+Scores score_all(const Options& options, const std::vector<Method>& methods) {
+  Scores scores(methods.size(), std::vector<Score>(options.scenes.size()));
+  for (std::size_t s = 0; s < options.scenes.size(); ++s)
+    for (const std::uint64_t seed : options.seeds) {
+      SimulationOptions simulation;
+      simulation.scene = options.scenes[s];
+      simulation.sensor = options.sensor;
+      simulation.seed = seed;
+      simulation.frames = options.frames;
+      simulation.noise_scale = options.noise_scale;
+      const Recorded simulated = record(simulation);
+      for (std::size_t m = 0; m < methods.size(); ++m) {
+        const Run run = run_method(methods[m], simulated.scans, options);
+        const Evaluation evaluation = evaluate(run.snapshot, simulated.truth);
+        scores[m][s].add(evaluation, run.scans, run.ms);
+        const std::string title = options.scenes[s] + " " + std::to_string(seed) + " " + methods[m].name;
+        std::fprintf(stderr, "%s: %zu/%zu correct, %.1f ms per scan\n", title.c_str(), evaluation.correct,
+                     evaluation.faces, run.ms / static_cast<double>(run.scans));
+        if (options.verbose) print_failures(title, evaluation);
+      }
+    }
+  return scores;
+}
+
+void body(const Options& options) {
+  const std::vector<Method> methods = methods_of(options);
+  const Scores scores = score_all(options, methods);
+
+  TextTable table({"scene, method", "correct", "%", "over/under/missed", "noise", "coverage %", "worst",
+                   "layers", "unsafe %", "worst", "normal °", "max", "offset mm", "ms/scan"});
+  nlohmann::json rows = nlohmann::json::array();
+  for (std::size_t s = 0; s < options.scenes.size(); ++s) {
+    for (std::size_t m = 0; m < methods.size(); ++m) {
+      table.add(row_of(options.scenes[s] + ", " + methods[m].name, scores[m][s]));
+      rows.push_back(json_of(methods[m].name, options.scenes[s], scores[m][s]));
+    }
+    table.rule();
+  }
+  for (std::size_t m = 0; m < methods.size(); ++m) {
+    Score total;
+    for (const Score& score : scores[m]) total.add(score);
+    table.add(row_of("all, " + methods[m].name, total));
+    rows.push_back(json_of(methods[m].name, "all", total));
+  }
+  std::printf(
+      "%s sensor, d = %g m, noise ×%g, %zu seeds; faces with at least %g m² visible; \"worst\" is "
+      "the worst single recording.\n%s",
+      options.sensor.c_str(), options.resolution, options.noise_scale, options.seeds.size(),
+      EvaluationOptions{}.min_area, table.text().c_str());
+  if (options.pcl_every > 1)
+    std::printf("pcl/… without \"offline\" saw every %zuth scan only.\n", options.pcl_every);
+  if (!options.json.empty()) write_json_file(options.json, rows.dump(1));
+}
+
+}  // namespace
+}  // namespace octosurf::bench
+
+int main(int argc, char** argv) {
+  octosurf::bench::Options options;
+  CLI::App app{"accuracy on simulated scenes, ours beside the paper's pipeline"};
+  app.add_option("--scenes", options.scenes)->delimiter(',')->capture_default_str();
+  app.add_option("--seeds", options.seeds)->delimiter(',')->capture_default_str();
+  app.add_option("--sensor", options.sensor)->capture_default_str();
+  app.add_option("--resolution", options.resolution, "d, m")->capture_default_str();
+  app.add_option("--noise-scale", options.noise_scale, "times the sensor's noise")->capture_default_str();
+  app.add_option("--frames", options.frames, "scans of each recording (default: as many as show the scene)");
+  app.add_option("--pcl-every", options.pcl_every, "every k-th scan only for the PCL pipeline")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--threads", options.threads, "of Mapper")->check(CLI::PositiveNumber);
+  app.add_option("--only", options.only,
+                 "methods whose name begins so: ours, ours/default, pcl, pcl/r=0.06 …")
+      ->delimiter(',');
+  app.add_option("--set", options.set, "NAME=VALUE for ours/default; may be repeated");
+  app.add_flag("--offline", options.offline, "also the PCL pipeline run once on all scans together");
+  app.add_flag("--verbose", options.verbose, "list faces that are not correct and surfaces that are unsafe");
+  app.add_option("--json", options.json, "write the numbers there");
+  CLI11_PARSE(app, argc, argv);
+  return octosurf::bench::guarded_main([&] { octosurf::bench::body(options); });
+}

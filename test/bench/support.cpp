@@ -1,0 +1,124 @@
+#include "bench/support.hpp"
+
+#include "simulation/recording.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <iomanip>
+#include <numeric>
+#include <sstream>
+
+#include <octosurf/error.hpp>
+#include <octosurf/scan_source.hpp>
+
+namespace octosurf::bench {
+namespace {
+
+/// Characters, not bytes: headers hold signs such as ° and ².
+std::size_t shown_width(const std::string& text) {
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
+}
+
+}  // namespace
+
+std::string TextTable::text() const {
+  std::vector<std::size_t> widths;
+  for (const auto& row : rows_)
+    for (std::size_t column = 0; column < row.size(); ++column) {
+      if (column == widths.size()) widths.push_back(0);
+      widths[column] = std::max(widths[column], shown_width(row[column]));
+    }
+  const std::size_t total = std::accumulate(widths.begin(), widths.end(), 2 * (widths.size() - 1));
+  std::ostringstream out;
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    for (std::size_t column = 0; column < rows_[r].size(); ++column) {
+      const std::string padding(widths[column] - shown_width(rows_[r][column]), ' ');
+      out << (column == 0 ? "" : "  ")
+          << (column == 0 ? rows_[r][column] + padding : padding + rows_[r][column]);
+    }
+    if (r == 0 || rows_[r].empty()) out << (r == 0 ? "\n" : "") << std::string(total, '-');
+    out << '\n';
+  }
+  return out.str();
+}
+
+std::string fixed(double value, int digits) {
+  std::ostringstream out;
+  out << std::fixed << std::setprecision(digits) << value;
+  return out.str();
+}
+
+double percentile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  const double rank = std::ceil(share * static_cast<double>(values.size()));
+  return values[static_cast<std::size_t>(std::max(rank, 1.0)) - 1];
+}
+
+double sum(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
+
+double time_ms(const std::function<void()>& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+std::filesystem::path kitchen() {
+  const std::filesystem::path folder = std::filesystem::path(OCTOSURF_DATA_DIR) / "rgbd_7scenes_redkitchen";
+  if (!std::filesystem::is_directory(folder))
+    throw Error(Error::Kind::data, folder.string(), "is missing", "name another recording with --input");
+  return folder;
+}
+
+void for_each_scan(const std::filesystem::path& recording, std::size_t every, std::size_t limit,
+                   const std::function<void(const Scan&, double read_ms)>& visit) {
+  const auto source = open_scans({recording});
+  std::size_t visited = 0;
+  for (std::size_t index = 0; limit == 0 || visited < limit; ++index) {
+    std::optional<Scan> scan;
+    const double read_ms = time_ms([&] { scan = source->next(); });
+    if (!scan) return;
+    if (index % every != 0) continue;
+    visit(*scan, read_ms);
+    ++visited;
+  }
+}
+
+Recorded record(const SimulationOptions& options) {
+  const Recording recording(options);
+  Recorded recorded;
+  Recording::Visibility visibility = recording.visibility();
+  for (std::size_t i = 0; i < recording.size(); ++i) {
+    const Readings ideal = recording.ideal(i);
+    visibility.add(i, ideal);
+    recorded.scans.push_back(recording.labelled_scan(i, ideal).scan);
+  }
+  recorded.truth = visibility.truth();
+  return recorded;
+}
+
+int guarded_main(const std::function<void()>& body) {
+  try {
+    body();
+    return 0;
+  } catch (const Error& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return error.kind() == Error::Kind::usage ? 2 : 1;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+}
+
+void write_json_file(const std::filesystem::path& file, const std::string& json) {
+  std::ofstream out(file);
+  out << json << '\n';
+  out.flush();
+  if (!out) throw Error(Error::Kind::output, file.string(), "cannot be written", "choose another place");
+}
+
+}  // namespace octosurf::bench

@@ -1,0 +1,57 @@
+#pragma once
+
+#include "evaluation/truth.hpp"
+#include "simulation/simulate.hpp"
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <octosurf/scan.hpp>
+
+/// What the benchmark programs share.
+namespace octosurf::bench {
+
+/// Columns as wide as their widest cell; the first is left-aligned, the others right-aligned.
+class TextTable {
+ public:
+  explicit TextTable(std::vector<std::string> header) : rows_{std::move(header)} {}
+  void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
+  void rule() { rows_.emplace_back(); }  ///< a line between groups of rows
+  std::string text() const;
+
+ private:
+  std::vector<std::vector<std::string>> rows_;  ///< an empty one is a rule
+};
+
+std::string fixed(double value, int digits);
+
+/// The smallest value that at least `share` of the values do not exceed; 0 if there are none.
+double percentile(std::vector<double> values, double share);
+double sum(const std::vector<double>& values);
+
+/// Wall-clock milliseconds of one call.
+double time_ms(const std::function<void()>& work);
+
+/// The kitchen of ../shared/data, or what stands in its place; throws Error(data) if it is missing.
+std::filesystem::path kitchen();
+
+/// Every `every`-th scan of a recording, at most `limit` (0: all); `visit` also gets the ms it took
+/// to read it.
+void for_each_scan(const std::filesystem::path& recording, std::size_t every, std::size_t limit,
+                   const std::function<void(const Scan&, double read_ms)>& visit);
+
+struct Recorded {
+  std::vector<Scan> scans;
+  Truth truth;
+};
+/// A simulated recording, all in memory.
+Recorded record(const SimulationOptions& options);
+
+/// Runs a program's body; what goes wrong is one line on stderr and exit code 1 (2 for wrong use).
+int guarded_main(const std::function<void()>& body);
+
+void write_json_file(const std::filesystem::path& file, const std::string& json);
+
+}  // namespace octosurf::bench

@@ -1,0 +1,187 @@
+// Table I of the paper beside ours: same columns, same meaning (DESIGN.md §5).
+
+#include "bench/support.hpp"
+#include "mapper/run_statistics.hpp"
+#include "simulation/recording.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include <octosurf/error.hpp>
+#include <octosurf/mapper.hpp>
+
+namespace octosurf::bench {
+namespace {
+
+struct Options {
+  std::vector<std::string> rows{"simple", "complex", "real"};
+  std::vector<double> resolutions{0.02, 0.01};
+  std::string sensor = "depth";
+  std::uint64_t runs = 5;
+  std::optional<std::size_t> frames;
+  std::string input, preset = "default", json;
+  int threads = 1;
+};
+
+struct Numbers {
+  double points_per_second = 0, first_detection_s = 0, lag_s = 0, categorized_percent = 0;
+};
+
+/// Table I as printed; laser scanner, 8 cores at 3.4 GHz, steps of one second.
+std::optional<Numbers> of_the_paper(const std::string& row, double resolution) {
+  struct Line {
+    const char* row;
+    double resolution;
+    Numbers numbers;
+  };
+  static constexpr Line table[] = {
+      {"simple", 0.02, {4900, 1.02, 0.305, 96.0}},  {"simple", 0.01, {8000, 0.221, 0.468, 93.0}},
+      {"complex", 0.02, {4100, 1.01, 0.151, 90.4}}, {"complex", 0.01, {6900, 0.512, 0.399, 91.3}},
+      {"real", 0.02, {12000, 1.41, 1.59, 78.2}},    {"real", 0.01, {19000, 1.94, 3.04, 72.3}}};
+  for (const Line& line : table)
+    if (row == line.row && resolution == line.resolution) return line.numbers;
+  return std::nullopt;
+}
+
+/// Feeds scans as a live sensor would: a scan arrives at its time stamp and waits until the one before
+/// is done. Time runs by the stamps and the measured milliseconds, so nothing has to sleep.
+class LiveRun {
+ public:
+  LiveRun(const Parameters& parameters, int threads)
+      : mapper_(parameters, threads), statistics_(parameters) {}
+
+  void insert(const Scan& scan) {
+    ScanReport report;
+    const double took_s = time_ms([&] { report = mapper_.insert(scan); }) / 1000;
+    const double done_s = std::max(scan.stamp_s, free_at_s_) + took_s;
+    statistics_.add(scan, report, scan.stamp_s, done_s);
+    free_at_s_ = done_s;
+  }
+
+  Numbers numbers() const {
+    const nlohmann::json report = nlohmann::json::parse(statistics_.to_json());
+    return {report.at("points_per_second").get<double>(),
+            report.at("time_to_first_detection_s").get<double>(),
+            report.at("detection_lag_s").at("mean").get<double>(),
+            report.at("categorized_percent").get<double>()};
+  }
+
+ private:
+  Mapper mapper_;
+  RunStatistics statistics_;
+  double free_at_s_ = -1e300;
+};
+
+Parameters parameters_of(const Options& options, double resolution) {
+  if (options.preset != "default" && options.preset != "paper")
+    throw Error(Error::Kind::usage, "--preset " + options.preset, "is unknown", "use default or paper");
+  Parameters parameters = options.preset == "paper" ? Parameters::paper() : Parameters();
+  parameters.occupancy.resolution = resolution;
+  if (options.preset == "paper")  // s follows d
+    parameters.surfaces.surface_tolerance = parameters.surfaces.sensor_noise + resolution * std::sqrt(3.0);
+  return parameters;
+}
+
+Numbers mean_of(const std::vector<Numbers>& runs) {
+  Numbers mean;
+  const auto count = static_cast<double>(runs.size());
+  for (const Numbers& run : runs) {
+    mean.points_per_second += run.points_per_second / count;
+    mean.first_detection_s += run.first_detection_s / count;
+    mean.lag_s += run.lag_s / count;
+    mean.categorized_percent += run.categorized_percent / count;
+  }
+  return mean;
+}
+
+Numbers measure(const Options& options, const std::string& row, double resolution) {
+  const Parameters parameters = parameters_of(options, resolution);
+  std::vector<Numbers> runs;
+  if (row == "real") {
+    LiveRun run(parameters, options.threads);
+    const std::filesystem::path input =
+        options.input.empty() ? kitchen() : std::filesystem::path(options.input);
+    for_each_scan(input, 1, options.frames.value_or(0), [&](const Scan& scan, double) { run.insert(scan); });
+    return run.numbers();
+  }
+  if (row != "simple" && row != "complex")
+    throw Error(Error::Kind::usage, "--rows " + row, "is unknown", "use simple, complex, real");
+  for (std::uint64_t seed = 1; seed <= options.runs; ++seed) {
+    LiveRun run(parameters, options.threads);
+    SimulationOptions simulation;
+    simulation.scene = row == "simple" ? "room" : "office";
+    simulation.sensor = options.sensor;
+    simulation.seed = seed;
+    const Recording recording(simulation);
+    const std::size_t scans = std::min(options.frames.value_or(recording.size()), recording.size());
+    for (std::size_t i = 0; i < scans; ++i) run.insert(recording.scan(i));
+    runs.push_back(run.numbers());
+  }
+  return mean_of(runs);
+}
+
+std::string beside(const std::optional<double>& paper, double ours, int digits) {
+  return (paper ? fixed(*paper, digits) : std::string("–")) + " | " + fixed(ours, digits);
+}
+
+void body(const Options& options) {
+  TextTable table({"environment (paper | ours)", "d", "points per second", "time to first detection (s)",
+                   "detection lag (s)", "% of points categorised"});
+  nlohmann::json rows = nlohmann::json::array();
+  for (const std::string& row : options.rows)
+    for (const double resolution : options.resolutions) {
+      const Numbers ours = measure(options, row, resolution);
+      const std::optional<Numbers> paper = of_the_paper(row, resolution);
+      const auto of_paper = [&](double Numbers::*field) {
+        return paper ? std::optional<double>((*paper).*field) : std::nullopt;
+      };
+      const std::string name = row == "simple"    ? "simulated simple (room)"
+                               : row == "complex" ? "simulated complex (office)"
+                                                  : "real-world complex (kitchen)";
+      table.add({name, fixed(resolution, 2),
+                 beside(of_paper(&Numbers::points_per_second), ours.points_per_second, 0),
+                 beside(of_paper(&Numbers::first_detection_s), ours.first_detection_s, 3),
+                 beside(of_paper(&Numbers::lag_s), ours.lag_s, 3),
+                 beside(of_paper(&Numbers::categorized_percent), ours.categorized_percent, 1)});
+      rows.push_back({{"environment", row},
+                      {"resolution", resolution},
+                      {"points_per_second", ours.points_per_second},
+                      {"time_to_first_detection_s", ours.first_detection_s},
+                      {"detection_lag_s", ours.lag_s},
+                      {"categorized_percent", ours.categorized_percent}});
+      std::fprintf(stderr, "%s, d = %g m: done\n", name.c_str(), resolution);
+    }
+  std::printf(
+      "Table I. Paper: laser scanner, 8 cores. Ours: %s sensor (kitchen: Kinect), %d thread(s), preset "
+      "%s,\nmean of %zu seeds (kitchen: one run).\n%s",
+      options.sensor.c_str(), options.threads, options.preset.c_str(), static_cast<std::size_t>(options.runs),
+      table.text().c_str());
+  if (!options.json.empty()) write_json_file(options.json, rows.dump(1));
+}
+
+}  // namespace
+}  // namespace octosurf::bench
+
+int main(int argc, char** argv) {
+  octosurf::bench::Options options;
+  CLI::App app{"Table I of the paper beside ours"};
+  app.add_option("--rows", options.rows, "of simple, complex, real")->delimiter(',')->capture_default_str();
+  app.add_option("--resolution", options.resolutions, "d, m")->delimiter(',')->capture_default_str();
+  app.add_option("--sensor", options.sensor, "of the simulated rows")->capture_default_str();
+  app.add_option("--runs", options.runs, "seeds of the simulated rows")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--frames", options.frames, "at most so many scans each (default: all)");
+  app.add_option("--input", options.input, "the real recording (default: the kitchen of ../shared/data)");
+  app.add_option("--preset", options.preset, "default or paper")->capture_default_str();
+  app.add_option("--threads", options.threads, "of Mapper")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--json", options.json, "write the numbers there");
+  CLI11_PARSE(app, argc, argv);
+  return octosurf::bench::guarded_main([&] { octosurf::bench::body(options); });
+}

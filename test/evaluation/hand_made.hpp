@@ -1,0 +1,160 @@
+#pragma once
+
+#include "evaluation/truth.hpp"
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <octosurf/surface.hpp>
+
+namespace octosurf::hand_made {
+
+constexpr double pi = std::numbers::pi;
+
+inline double radians(double degrees) { return degrees * pi / 180; }
+
+inline Ring2 box(double u0, double v0, double u1, double v1) {
+  return {{u0, v0}, {u1, v0}, {u1, v1}, {u0, v1}};
+}
+
+inline Polygon polygon(Ring2 outer, std::vector<Ring2> holes = {}) {
+  return {std::move(outer), std::move(holes)};
+}
+
+/// A frame with its origin at `origin`, turned by `angle_rad` about `axis`.
+inline Eigen::Isometry3d frame(const Eigen::Vector3d& origin, double angle_rad = 0,
+                               const Eigen::Vector3d& axis = Eigen::Vector3d::UnitX()) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translate(origin);
+  T.rotate(Eigen::AngleAxisd(angle_rad, axis.normalized()));
+  return T;
+}
+
+inline Plane plane_of(const Eigen::Isometry3d& T) {
+  const Eigen::Vector3d normal = T.linear().col(2);
+  return {normal, normal.dot(T.translation())};
+}
+
+inline Eigen::Isometry3d random_motion(std::mt19937& random, double reach) {
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const Eigen::Vector3d axis = Eigen::Vector3d(unit(random), unit(random), unit(random) + 2).normalized();
+  const double angle = pi * unit(random);
+  return frame(reach * Eigen::Vector3d(unit(random), unit(random), unit(random)), angle, axis);
+}
+
+// The slow, obvious twins of PlanarRegion.
+
+inline std::vector<Ring2> rings_of(const std::vector<Polygon>& polygons) {
+  std::vector<Ring2> rings;
+  for (const Polygon& p : polygons) {
+    rings.push_back(p.outer);
+    rings.insert(rings.end(), p.holes.begin(), p.holes.end());
+  }
+  return rings;
+}
+
+/// By the sum of angles under which each ring is seen: ±2π if it encloses the point, else 0.
+inline bool is_inside(const std::vector<Polygon>& polygons, const Eigen::Vector2d& p) {
+  int enclosing = 0;
+  for (const Ring2& ring : rings_of(polygons)) {
+    double angle = 0;
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      const Eigen::Vector2d a = ring[i] - p, b = ring[(i + 1) % ring.size()] - p;
+      angle += std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
+    }
+    enclosing += std::abs(angle) > pi;
+  }
+  return enclosing % 2 == 1;
+}
+
+inline double distance_to_rings(const std::vector<Polygon>& polygons, const Eigen::Vector2d& p) {
+  double best = std::numeric_limits<double>::infinity();
+  for (const Ring2& ring : rings_of(polygons)) {
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      const Eigen::Vector2d a = ring[i], edge = ring[(i + 1) % ring.size()] - a;
+      const double t = std::min(1.0, std::max(0.0, (p - a).dot(edge) / edge.squaredNorm()));
+      best = std::min(best, (a + t * edge - p).norm());
+    }
+  }
+  return best;
+}
+
+/// All cells whose centre lies inside `seen`.
+inline std::vector<CellRun> cells_inside(const std::vector<Polygon>& seen, double cell) {
+  Eigen::AlignedBox2d bounds;
+  for (const Ring2& ring : rings_of(seen)) {
+    for (const Eigen::Vector2d& p : ring) bounds.extend(p);
+  }
+  std::vector<CellRun> runs;
+  for (int row = static_cast<int>(std::floor(bounds.min().y() / cell)); row * cell < bounds.max().y();
+       ++row) {
+    for (int c = static_cast<int>(std::floor(bounds.min().x() / cell)); c * cell < bounds.max().x(); ++c) {
+      if (!is_inside(seen, {(c + 0.5) * cell, (row + 0.5) * cell})) continue;
+      if (!runs.empty() && runs.back().row == row && runs.back().column + runs.back().count == c) {
+        ++runs.back().count;
+      } else {
+        runs.push_back({row, c, 1});
+      }
+    }
+  }
+  return runs;
+}
+
+/// A truth and the surfaces found in it, put together by hand.
+struct World {
+  Truth truth;
+  Snapshot snapshot;
+
+  World() {
+    truth.scene = "hand-made";
+    snapshot.resolution = 0.02;
+  }
+
+  /// A face all of which was seen, or only what lies inside `seen`.
+  TrueFace& add_face(const Eigen::Isometry3d& T, const std::vector<Polygon>& polygons,
+                     const std::vector<Polygon>* seen = nullptr) {
+    TrueFace face;
+    face.id = static_cast<std::uint32_t>(truth.faces.size() + 1);
+    face.name = "face/" + std::to_string(face.id);
+    face.plane = plane_of(T);
+    face.T_map_face = T;
+    face.polygons = polygons;
+    face.visible = cells_inside(seen ? *seen : polygons, truth.cell);
+    for (const CellRun& run : face.visible) face.visible_area_m2 += run.count * truth.cell * truth.cell;
+    truth.faces.push_back(face);
+    return truth.faces.back();
+  }
+
+  void add_surface(const Eigen::Isometry3d& T, const std::vector<Polygon>& polygons) {
+    Surface surface;
+    surface.id = static_cast<SurfaceId>(snapshot.surfaces.size() + 1);
+    surface.plane = plane_of(T);
+    surface.T_map_surface = T;
+    surface.polygons = polygons;
+    snapshot.surfaces.push_back(std::make_shared<const Surface>(surface));
+  }
+
+  World moved(const Eigen::Isometry3d& motion) const {
+    World result = *this;
+    for (TrueFace& face : result.truth.faces) {
+      face.T_map_face = motion * face.T_map_face;
+      face.plane = plane_of(face.T_map_face);
+    }
+    for (SurfacePtr& surface : result.snapshot.surfaces) {
+      Surface copy = *surface;
+      copy.T_map_surface = motion * copy.T_map_surface;
+      copy.plane = plane_of(copy.T_map_surface);
+      surface = std::make_shared<const Surface>(copy);
+    }
+    return result;
+  }
+};
+
+}  // namespace octosurf::hand_made

@@ -1,0 +1,99 @@
+#pragma once
+
+#include "room_snapshot.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <string>
+#include <unistd.h>
+
+#include <octosurf/export.hpp>
+
+namespace octosurf::test {
+
+/// A room, a folder of its own, and parts to export that come from outside a snapshot.
+class ExportTest : public ::testing::Test {
+ protected:
+  ExportTest() {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = std::filesystem::temp_directory_path() /
+              ("octosurf_" + std::string(info->name()) + "_" + std::to_string(::getpid()));
+    std::filesystem::create_directories(folder_);
+    for (const SurfacePtr& surface : room_.surfaces) {
+      extras_.points.push_back({surface->id, surface->to_map({0.1, 0.2})});
+      extras_.points.push_back({surface->id, surface->to_map({0.2, 0.1})});
+    }
+    extras_.points.push_back({0, {9, 9, 9}});       // pending
+    extras_.points.push_back({999999, {9, 9, 9}});  // of no surface
+    const Surface& table = *room_.surfaces[6];
+    ConvexPiece piece;
+    piece.A.resize(4, 2);
+    piece.A << 1, 0, 0, 1, -1, 0, 0, -1;
+    piece.b.resize(4);
+    piece.b << 1.6, 1, 0, 0;
+    for (const Eigen::Vector2d& uv : table.polygons[0].outer) piece.vertices.push_back(table.to_map(uv));
+    extras_.convex[table.id] = {piece};
+    extras_.circles[table.id] = {{table.to_map({0.8, 0.5}), 0.5}, {table.to_map({0.3, 0.3}), 0.25}};
+  }
+  ~ExportTest() override { std::filesystem::remove_all(folder_); }
+
+  std::filesystem::path path(const std::string& name) const { return folder_ / name; }
+
+  std::filesystem::path write(const std::string& name, std::vector<ExportPart> parts) const {
+    ExportOptions options;
+    options.parts = std::move(parts);
+    export_surfaces(room_, path(name), options, extras_);
+    EXPECT_EQ(count_files(), files_before_.value_or(0) + 1 + (path(name).extension() == ".obj" ? 1 : 0));
+    return path(name);
+  }
+
+  std::size_t count_files() const {
+    return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder_), {}));
+  }
+
+  /// Runs a Python program with `file` as its argument; its asserts are the test's.
+  static void expect_python(const std::string& program, const std::filesystem::path& file) {
+    if (std::system("python3 -c '' 2>/dev/null") != 0) GTEST_SKIP() << "python3 is missing";
+    const std::filesystem::path script = file.string() + ".py";
+    std::ofstream(script) << program;
+    EXPECT_EQ(std::system(("python3 '" + script.string() + "' '" + file.string() + "'").c_str()), 0);
+  }
+
+  double total_area() const {
+    double sum = 0;
+    for (const SurfacePtr& surface : room_.surfaces) sum += surface->area_m2;
+    return sum;
+  }
+
+  Snapshot room_ = make_room();
+  ExportExtras extras_;
+  std::filesystem::path folder_;
+  std::optional<std::size_t> files_before_;
+};
+
+inline double area(const Mesh& mesh) {
+  double sum = 0;
+  for (const auto& t : mesh.triangles) {
+    const auto& v = mesh.vertices;
+    sum += (v[t[1]] - v[t[0]]).cross(v[t[2]] - v[t[0]]).norm() / 2;
+  }
+  return sum;
+}
+
+/// Of a closed mesh.
+inline double volume(const Mesh& mesh) {
+  double six = 0;
+  for (const auto& t : mesh.triangles) {
+    six += mesh.vertices[t[0]].dot(mesh.vertices[t[1]].cross(mesh.vertices[t[2]]));
+  }
+  return six / 6;
+}
+
+inline Eigen::AlignedBox3d bounds(const Mesh& mesh) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& v : mesh.vertices) box.extend(v);
+  return box;
+}
+
+}  // namespace octosurf::test

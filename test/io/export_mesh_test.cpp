@@ -1,0 +1,307 @@
+#include "export_fixture.hpp"
+
+#include <assimp/Importer.hpp>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <cmath>
+#include <cstring>
+#include <pcl/PolygonMesh.h>
+#include <pcl/conversions.h>
+#include <pcl/io/ply_io.h>
+#include <pcl/point_types.h>
+#include <tiny_gltf.h>
+
+namespace octosurf::test {
+namespace {
+
+using enum ExportPart;
+
+constexpr double float_noise = 2e-6;  // coordinates up to 6 m as 32-bit floats
+
+Mesh from_pcl(const pcl::PolygonMesh& from) {
+  pcl::PointCloud<pcl::PointXYZ> cloud;
+  pcl::fromPCLPointCloud2(from.cloud, cloud);
+  Mesh mesh;
+  for (const pcl::PointXYZ& p : cloud) mesh.vertices.emplace_back(p.x, p.y, p.z);
+  for (const pcl::Vertices& face : from.polygons) {
+    EXPECT_EQ(face.vertices.size(), 3u);
+    const auto corner = [&](std::size_t i) { return static_cast<std::uint32_t>(face.vertices[i]); };
+    mesh.triangles.push_back({corner(0), corner(1), corner(2)});
+  }
+  return mesh;
+}
+
+Mesh from_assimp(const aiMesh& from) {
+  Mesh mesh;
+  for (unsigned i = 0; i < from.mNumVertices; ++i) {
+    mesh.vertices.emplace_back(from.mVertices[i].x, from.mVertices[i].y, from.mVertices[i].z);
+  }
+  for (unsigned i = 0; i < from.mNumFaces; ++i) {
+    EXPECT_EQ(from.mFaces[i].mNumIndices, 3u);
+    mesh.triangles.push_back(
+        {from.mFaces[i].mIndices[0], from.mFaces[i].mIndices[1], from.mFaces[i].mIndices[2]});
+  }
+  return mesh;
+}
+
+Eigen::AlignedBox3d bounds_of(const Surface& surface) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& v : surface.boundary) box.extend(v);
+  return box;
+}
+
+void expect_same(const Eigen::AlignedBox3d& a, const Eigen::AlignedBox3d& b) {
+  EXPECT_LT((a.min() - b.min()).norm() + (a.max() - b.max()).norm(), float_noise);
+}
+
+const Eigen::AlignedBox3d room_box(Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(6, 4, 2.5));
+
+// Each edge is run through once in both directions, by place: some formats do not share vertices.
+void expect_closed(const Mesh& mesh) {
+  using Key = std::array<long, 6>;
+  std::map<Key, int> directed;
+  const auto key = [&](std::uint32_t from, std::uint32_t to) {
+    Key k{};
+    for (int axis = 0; axis < 3; ++axis) {
+      k[static_cast<std::size_t>(axis)] = std::lround(mesh.vertices[from][axis] * 1e4);
+      k[static_cast<std::size_t>(axis) + 3] = std::lround(mesh.vertices[to][axis] * 1e4);
+    }
+    return k;
+  };
+  for (const auto& t : mesh.triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      ++directed[key(t[i], t[(i + 1) % 3])];
+      --directed[key(t[(i + 1) % 3], t[i])];
+    }
+  }
+  for (const auto& [edge, balance] : directed) EXPECT_EQ(balance, 0);
+}
+
+TEST_F(ExportTest, PlyIsReadByPcl) {
+  pcl::PolygonMesh read;
+  ASSERT_EQ(pcl::io::loadPLYFile(write("flat.ply", {polygons}).string(), read), 0);
+  const Mesh mesh = from_pcl(read);
+  EXPECT_NEAR(area(mesh), total_area(), 1e-4);
+  expect_same(bounds(mesh), room_box);
+
+  pcl::PointCloud<pcl::PointXYZRGB> colored;
+  ASSERT_EQ(pcl::io::loadPLYFile(path("flat.ply").string(), colored), 0);
+  const auto& floor = *room_.surfaces[0];
+  EXPECT_NEAR(colored[0].r, 255 * floor.color[0], 1);
+  EXPECT_NEAR(colored[0].g, 255 * floor.color[1], 1);
+  EXPECT_NEAR(colored[0].b, 255 * floor.color[2], 1);
+}
+
+TEST_F(ExportTest, PlyMeshesAreClosedForPcl) {
+  pcl::PolygonMesh read;
+  ASSERT_EQ(pcl::io::loadPLYFile(write("closed.ply", {meshes}).string(), read), 0);
+  const Mesh mesh = from_pcl(read);
+  EXPECT_NEAR(volume(mesh), 0.02 * total_area(), 1e-4);
+  expect_closed(mesh);
+}
+
+TEST_F(ExportTest, PlyPointsAreReadByPcl) {
+  pcl::PointCloud<pcl::PointXYZRGBL> read;
+  ASSERT_EQ(pcl::io::loadPLYFile(write("points.ply", {points}).string(), read), 0);
+  ASSERT_EQ(read.size(), 2 * room_.surfaces.size());
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    EXPECT_EQ(read[i].label, extras_.points[i].surface);
+    EXPECT_LT((read[i].getVector3fMap().cast<double>() - extras_.points[i].point).norm(), float_noise);
+    EXPECT_NEAR(read[i].g, 255 * room_.surfaces[i / 2]->color[1], 0.51);
+  }
+}
+
+TEST_F(ExportTest, PlyHoldsConvexPiecesAndCircles) {
+  pcl::PolygonMesh pieces, discs;
+  ASSERT_EQ(pcl::io::loadPLYFile(write("convex.ply", {convex}).string(), pieces), 0);
+  EXPECT_NEAR(area(from_pcl(pieces)), 1.6, 1e-5);
+  files_before_ = 1;
+  ASSERT_EQ(pcl::io::loadPLYFile(write("circles.ply", {circles}).string(), discs), 0);
+  const double gon = 16 * std::sin(2 * M_PI / 32);  // a regular 32-gon's area by its radius²
+  EXPECT_NEAR(area(from_pcl(discs)), gon * (0.5 * 0.5 + 0.25 * 0.25), 1e-5);
+}
+
+// Accessor `index` as rows of `width` doubles, whatever its component type and stride.
+std::vector<std::vector<double>> rows_of(const tinygltf::Model& model, int index, int width) {
+  const tinygltf::Accessor& accessor = model.accessors.at(static_cast<std::size_t>(index));
+  const tinygltf::BufferView& view = model.bufferViews.at(static_cast<std::size_t>(accessor.bufferView));
+  const unsigned char* data = model.buffers.at(static_cast<std::size_t>(view.buffer)).data.data() +
+                              view.byteOffset + accessor.byteOffset;
+  const auto stride = static_cast<std::size_t>(accessor.ByteStride(view));
+  std::vector<std::vector<double>> rows;
+  for (std::size_t i = 0; i < accessor.count; ++i) {
+    std::vector<double> row;
+    for (int k = 0; k < width; ++k) {
+      const unsigned char* at = data + i * stride;
+      const auto read = [&](auto value) {
+        std::memcpy(&value, at + static_cast<std::size_t>(k) * sizeof(value), sizeof(value));
+        return static_cast<double>(value);
+      };
+      switch (accessor.componentType) {
+        case TINYGLTF_COMPONENT_TYPE_FLOAT:
+          row.push_back(read(float{}));
+          break;
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+          row.push_back(read(std::uint32_t{}));
+          break;
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+          row.push_back(read(std::uint16_t{}));
+          break;
+        default:
+          ADD_FAILURE() << "component type " << accessor.componentType;
+      }
+    }
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+Mesh from_gltf(const tinygltf::Model& model, const tinygltf::Primitive& primitive) {
+  Mesh mesh;
+  for (const auto& row : rows_of(model, primitive.attributes.at("POSITION"), 3)) {
+    mesh.vertices.emplace_back(row[0], row[1], row[2]);
+  }
+  if (primitive.mode != TINYGLTF_MODE_TRIANGLES) return mesh;
+  std::vector<std::uint32_t> indices;
+  for (const auto& row : rows_of(model, primitive.indices, 1))
+    indices.push_back(static_cast<std::uint32_t>(row[0]));
+  for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
+    mesh.triangles.push_back({indices[i], indices[i + 1], indices[i + 2]});
+  }
+  return mesh;
+}
+
+tinygltf::Model load_glb(const std::filesystem::path& file) {
+  tinygltf::TinyGLTF loader;
+  tinygltf::Model model;
+  std::string error, warning;
+  EXPECT_TRUE(loader.LoadBinaryFromFile(&model, &error, &warning, file.string())) << error;
+  EXPECT_EQ(error + warning, "");
+  return model;
+}
+
+TEST_F(ExportTest, GlbIsReadByTinygltf) {
+  for (const ExportPart part : {polygons, meshes}) {
+    const bool closed = part == meshes;
+    files_before_ = closed ? 1 : 0;
+    const tinygltf::Model model = load_glb(write(closed ? "closed.glb" : "flat.glb", {part}));
+    ASSERT_EQ(model.meshes.size(), room_.surfaces.size());
+    std::size_t found = 0;
+    for (const tinygltf::Node& node : model.nodes) {
+      if (node.mesh < 0) continue;
+      const Surface& surface = *room_.surfaces.at(found++);
+      EXPECT_EQ(node.name, "surface_" + std::to_string(surface.id));
+      EXPECT_TRUE(node.matrix.empty());
+      const auto& primitives = model.meshes.at(static_cast<std::size_t>(node.mesh)).primitives;
+      ASSERT_EQ(primitives.size(), 1u);
+      const Mesh mesh = from_gltf(model, primitives[0]);
+      if (closed) {
+        EXPECT_NEAR(volume(mesh), 0.02 * surface.area_m2, 1e-5);
+        expect_closed(mesh);
+      } else {
+        EXPECT_NEAR(area(mesh), surface.area_m2, 1e-5);
+        expect_same(bounds(mesh), bounds_of(surface));
+      }
+      const auto& material = model.materials.at(static_cast<std::size_t>(primitives[0].material));
+      EXPECT_TRUE(material.doubleSided);
+      for (std::size_t c = 0; c < 3; ++c) {  // glTF's factors are linear: back by the sRGB curve
+        const double linear = material.pbrMetallicRoughness.baseColorFactor.at(c);
+        EXPECT_NEAR(1.055 * std::pow(linear, 1 / 2.4) - 0.055, surface.color[c], 1e-3);
+      }
+    }
+    EXPECT_EQ(found, room_.surfaces.size());
+  }
+}
+
+TEST_F(ExportTest, GlbStandsUpright) {
+  const tinygltf::Model model = load_glb(write("room.glb", {polygons}));
+  ASSERT_EQ(model.scenes.size(), 1u);
+  ASSERT_EQ(model.scenes[0].nodes.size(), 1u);
+  const tinygltf::Node& root = model.nodes.at(static_cast<std::size_t>(model.scenes[0].nodes[0]));
+  EXPECT_EQ(root.children.size(), room_.surfaces.size());
+  ASSERT_EQ(root.matrix.size(), 16u);
+  const Eigen::Map<const Eigen::Matrix4d> matrix(root.matrix.data());  // column-major, as Eigen
+  const Eigen::Vector4d up = matrix * Eigen::Vector4d(0, 0, 1, 0);
+  EXPECT_EQ(up, Eigen::Vector4d(0, 1, 0, 0));  // glTF's up is y
+  EXPECT_NEAR(matrix.determinant(), 1, 1e-12);
+}
+
+TEST_F(ExportTest, GlbPointsAreReadByTinygltf) {
+  const tinygltf::Model model = load_glb(write("points.glb", {points}));
+  ASSERT_EQ(model.meshes.size(), room_.surfaces.size());
+  for (std::size_t i = 0; i < model.meshes.size(); ++i) {
+    ASSERT_EQ(model.meshes[i].primitives.size(), 1u);
+    EXPECT_EQ(model.meshes[i].primitives[0].mode, TINYGLTF_MODE_POINTS);
+    const Mesh mesh = from_gltf(model, model.meshes[i].primitives[0]);
+    ASSERT_EQ(mesh.vertices.size(), 2u);
+    EXPECT_LT((mesh.vertices[0] - extras_.points[2 * i].point).norm(), float_noise);
+  }
+}
+
+TEST_F(ExportTest, ObjHasAnObjectAndAColorPerSurface) {
+  Assimp::Importer importer;
+  const aiScene* scene =
+      importer.ReadFile(write("room.obj", {polygons}).string(), aiProcess_JoinIdenticalVertices);
+  ASSERT_NE(scene, nullptr) << importer.GetErrorString();
+  ASSERT_EQ(scene->mNumMeshes, room_.surfaces.size());
+  for (unsigned i = 0; i < scene->mNumMeshes; ++i) {
+    const Surface& surface = *room_.surfaces[i];
+    EXPECT_STREQ(scene->mMeshes[i]->mName.C_Str(), ("surface_" + std::to_string(surface.id)).c_str());
+    const Mesh mesh = from_assimp(*scene->mMeshes[i]);
+    EXPECT_NEAR(area(mesh), surface.area_m2, 1e-4);
+    expect_same(bounds(mesh), bounds_of(surface));
+    aiColor3D color;
+    ASSERT_EQ(scene->mMaterials[scene->mMeshes[i]->mMaterialIndex]->Get(AI_MATKEY_COLOR_DIFFUSE, color),
+              AI_SUCCESS);
+    EXPECT_NEAR(color.g, surface.color[1], 1e-4);
+  }
+}
+
+TEST_F(ExportTest, ObjIsReadByPython) {
+  // Only what the file says itself: v and f lines, and the material file it names.
+  expect_python(R"(
+import os, sys
+v, area, groups = [], 0, 0
+for line in open(sys.argv[1]):
+    w = line.split()
+    if not w: continue
+    if w[0] == 'v': v.append([float(x) for x in w[1:4]])
+    if w[0] in 'go' and w[1].startswith('surface_'): groups += 1
+    if w[0] == 'mtllib': assert os.path.exists(os.path.join(os.path.dirname(sys.argv[1]), w[1])), w[1]
+    if w[0] == 'f':
+        a, b, c = (v[int(i.split('/')[0]) - 1] for i in w[1:])
+        p, q = [y - x for x, y in zip(a, b)], [y - x for x, y in zip(a, c)]
+        n = [p[1]*q[2]-p[2]*q[1], p[2]*q[0]-p[0]*q[2], p[0]*q[1]-p[1]*q[0]]
+        area += sum(x*x for x in n)**.5/2
+assert groups >= 31, groups
+assert abs(area - )" +
+                    std::to_string(total_area()) +
+                    R"() < 1e-3, area
+)",
+                write("room.obj", {polygons}));
+}
+
+TEST_F(ExportTest, StlIsReadByPython) {
+  // Binary STL is 80 bytes, a count, and 50 bytes per triangle.
+  expect_python(R"(
+import struct, sys
+data = open(sys.argv[1], 'rb').read()
+n = struct.unpack_from('<I', data, 80)[0]
+assert len(data) == 84 + 50*n
+six, low, high = 0, [1e9]*3, [-1e9]*3
+for i in range(n):
+    x = struct.unpack_from('<12f', data, 84 + 50*i)
+    a, b, c = x[3:6], x[6:9], x[9:12]
+    six += a[0]*(b[1]*c[2]-b[2]*c[1]) + a[1]*(b[2]*c[0]-b[0]*c[2]) + a[2]*(b[0]*c[1]-b[1]*c[0])
+    for p in (a, b, c):
+        low, high = [min(s, t) for s, t in zip(low, p)], [max(s, t) for s, t in zip(high, p)]
+assert abs(six/6 - 0.02*)" +
+                    std::to_string(total_area()) +
+                    R"() < 1e-4, six/6
+for s, t in zip(low + high, [-.02, -.02, -.02, 6.02, 4.02, 2.52]): assert abs(s - t) < 1e-5, (low, high)
+)",
+                write("room.stl", {meshes}));
+}
+
+}  // namespace
+}  // namespace octosurf::test

@@ -1,0 +1,214 @@
+#include "export_fixture.hpp"
+
+#include <gmock/gmock.h>
+#include <limits>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf::test {
+namespace {
+
+using enum ExportPart;
+
+Error::Kind kind_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+    EXPECT_FALSE(error.mend().empty());
+    return error.kind();
+  }
+  ADD_FAILURE() << "no error";
+  return Error::Kind::usage;
+}
+
+TEST_F(ExportTest, JsonIsReadByPython) {
+  // Areas by the shoelace formula in 3-D: half the length of the summed cross products.
+  expect_python(R"(
+import json, sys, math
+d = json.load(open(sys.argv[1]), parse_constant=lambda c: 1/0)
+assert (d['format'], d['version'], d['resolution'], d['revision']) == ('octosurf-surfaces', 1, 0.02, 812)
+assert len(d['surfaces']) == 31
+def cross(a, b): return [a[1]*b[2]-a[2]*b[1], a[2]*b[0]-a[0]*b[2], a[0]*b[1]-a[1]*b[0]]
+def dot(a, b): return sum(x*y for x, y in zip(a, b))
+def area(ring, n): return dot(n, [sum(c) for c in zip(*(cross(p, q) for p, q in zip(ring, ring[1:]+ring[:1])))])/2
+for i, s in enumerate(d['surfaces']):
+    assert set(s) == {'id','color','plane','T_map_surface','area_m2','inliers','rms_m','revision','parents','polygons','boundary'}
+    assert s['id'] == 3*i+2 and s['inliers'] == 100*s['id'] and s['revision'] == 10+s['id']
+    assert abs(s['rms_m'] - 0.001*s['id']) < 1e-12 and s['parents'] == ([1, 4] if s['id'] > 4 else [])
+    assert len(s['color']) == 3 and all(0 <= c <= 1 for c in s['color'])
+    n, T = s['plane']['normal'], s['T_map_surface']
+    assert len(T) == 16 and T[12:] == [0, 0, 0, 1] and [T[2], T[6], T[10]] == n
+    assert abs(dot(n, [T[3], T[7], T[11]]) - s['plane']['offset']) < 1e-12
+    total = 0
+    for p in s['polygons']:
+        assert area(p['outer'], n) > 0 and all(area(h, n) < 0 for h in p['holes'])
+        total += area(p['outer'], n) + sum(area(h, n) for h in p['holes'])
+        for v in p['outer'] + sum(p['holes'], []):
+            assert abs(dot(n, v) - s['plane']['offset']) < 1e-6 and v in s['boundary']
+    assert abs(total - s['area_m2']) < 1e-6
+floor, window = d['surfaces'][0], d['surfaces'][3]
+assert abs(floor['area_m2'] - 23.52) < 1e-9 and len(floor['polygons'][0]['holes']) == 1
+assert len(window['polygons']) == 2
+)",
+                write("room.json", {polygons}));
+}
+
+TEST_F(ExportTest, JsonWithEverythingIsReadByPython) {
+  expect_python(R"(
+import json, sys
+d = json.load(open(sys.argv[1]))
+for s in d['surfaces']:
+    table = s['id'] == 20
+    assert len(s['points']) == 2
+    assert len(s['convex']) == (1 if table else 0) and len(s['circles']) == (2 if table else 0)
+    v, six = s['mesh']['vertices'], 0
+    directed = set()
+    for t in s['mesh']['triangles']:
+        a, b, c = (v[i] for i in t)
+        six += a[0]*(b[1]*c[2]-b[2]*c[1]) + a[1]*(b[2]*c[0]-b[0]*c[2]) + a[2]*(b[0]*c[1]-b[1]*c[0])
+        for e in zip(t, t[1:]+t[:1]):
+            assert tuple(e) not in directed
+            directed.add(tuple(e))
+    assert all((b, a) in directed for a, b in directed)
+    assert abs(six/6 - 0.02*s['area_m2']) < 1e-6
+table = next(s for s in d['surfaces'] if s['id'] == 20)
+assert table['convex'][0]['A'] == [[1, 0], [0, 1], [-1, 0], [0, -1]] and table['convex'][0]['b'] == [1.6, 1, 0, 0]
+assert table['convex'][0]['vertices'] == table['polygons'][0]['outer']
+assert table['circles'][0] == {'center': [2.4, 1.7, 0.75], 'radius': 0.5}
+assert table['points'] == [[1.7, 1.4, 0.75], [1.8, 1.3, 0.75]]
+)",
+                write("all.json", {meshes, convex, circles, points}));
+}
+
+TEST_F(ExportTest, CsvIsReadByPython) {
+  expect_python(R"(
+import csv, sys
+rows = list(csv.DictReader(open(sys.argv[1])))
+assert len(rows) == 31
+assert [int(r['id']) for r in rows] == [3*i+2 for i in range(31)]
+floor = rows[0]
+assert [float(floor[k]) for k in ('nx', 'ny', 'nz', 'offset', 'area_m2')] == [0, 0, 1, 0, 23.52]
+assert floor['inliers'] == '200' and floor['rms_m'] == '0.002' and floor['revision'] == '12'
+assert floor['parents'] == '' and rows[3]['parents'] == '1 4'
+assert floor['holes'] == '1' and rows[3]['polygons'] == '2'
+assert all(0 <= float(r[c]) <= 1 for r in rows for c in ('red', 'green', 'blue'))
+)",
+                write("room.csv", {polygons}));
+}
+
+TEST_F(ExportTest, CsvOfPointsAndCirclesIsReadByPython) {
+  expect_python(R"(
+import csv, sys
+rows = list(csv.DictReader(open(sys.argv[1])))
+assert len(rows) == 62 and all(set(r) == {'surface', 'x', 'y', 'z'} for r in rows)
+assert [float(rows[12][k]) for k in ('surface', 'x', 'y', 'z')] == [20, 1.7, 1.4, 0.75]
+)",
+                write("points.csv", {points}));
+  files_before_ = count_files();
+  expect_python(R"(
+import csv, sys
+rows = list(csv.DictReader(open(sys.argv[1])))
+assert [[float(r[k]) for k in ('surface', 'x', 'y', 'z', 'radius')] for r in rows] == [
+    [20, 2.4, 1.7, 0.75, 0.5], [20, 1.9, 1.5, 0.75, 0.25]]
+)",
+                write("circles.csv", {circles}));
+}
+
+TEST_F(ExportTest, EmptyMapIsValidJsonAndCsv) {
+  export_surfaces(Snapshot{}, path("empty.json"));
+  expect_python("import json, sys\nassert json.load(open(sys.argv[1]))['surfaces'] == []\n",
+                path("empty.json"));
+  export_surfaces(Snapshot{}, path("empty.csv"));
+  expect_python("import csv, sys\nassert len(list(csv.reader(open(sys.argv[1])))) == 1\n", path("empty.csv"));
+}
+
+TEST_F(ExportTest, SameInputSameBytes) {
+  for (const char* ending : {".json", ".csv", ".ply", ".glb", ".stl"}) {
+    export_surfaces(room_, path(std::string("a") + ending));
+    export_surfaces(make_room(), path(std::string("b") + ending));
+    const auto bytes = [](const std::filesystem::path& file) {
+      std::ifstream stream(file, std::ios::binary);
+      return std::string(std::istreambuf_iterator<char>(stream), {});
+    };
+    EXPECT_EQ(bytes(path(std::string("a") + ending)), bytes(path(std::string("b") + ending))) << ending;
+  }
+}
+
+TEST_F(ExportTest, ExistingFileIsKeptUnlessForced) {
+  for (const char* name : {"kept.json", "kept.csv", "kept.ply", "kept.glb", "kept.obj", "kept.stl"}) {
+    std::ofstream(path(name)) << "precious";
+    EXPECT_EQ(kind_of([&] { export_surfaces(room_, path(name)); }), Error::Kind::usage);
+    std::string word;
+    std::ifstream(path(name)) >> word;
+    EXPECT_EQ(word, "precious");
+    ExportOptions options;
+    options.force = true;
+    export_surfaces(room_, path(name), options);
+    EXPECT_GT(std::filesystem::file_size(path(name)), 1000u);
+  }
+  std::ofstream(path("other.mtl")) << "precious";
+  EXPECT_EQ(kind_of([&] { export_surfaces(room_, path("other.obj")); }), Error::Kind::usage);
+  EXPECT_FALSE(std::filesystem::exists(path("other.obj")));
+}
+
+TEST_F(ExportTest, UnwritablePlaceIsNamed) {
+  for (const char* name : {"no/folder.json", "no/folder.csv", "no/folder.ply", "no/folder.glb"}) {
+    EXPECT_EQ(kind_of([&] { export_surfaces(room_, path(name)); }), Error::Kind::output);
+  }
+  ExportOptions options;
+  options.parts = {points};
+  EXPECT_EQ(kind_of([&] { export_surfaces(room_, path("no/folder.ply"), options, extras_); }),
+            Error::Kind::output);
+  options.force = true;
+  std::filesystem::create_directory(path("folder.json"));
+  EXPECT_EQ(kind_of([&] { export_surfaces(room_, path("folder.json"), options); }), Error::Kind::output);
+  std::filesystem::remove(path("folder.json"));
+  EXPECT_EQ(count_files(), 0u);  // no temporary file is left
+}
+
+TEST_F(ExportTest, FullDiskIsAnErrorAndLeavesNothing) {
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP();
+  // The temporary file's place is taken by a link to the device that is always full.
+  const auto temporary = path("room.json.part-" + std::to_string(::getpid()));
+  std::filesystem::create_symlink("/dev/full", temporary);
+  EXPECT_EQ(kind_of([&] { export_surfaces(room_, path("room.json")); }), Error::Kind::output);
+  EXPECT_EQ(count_files(), 0u);
+}
+
+TEST_F(ExportTest, WrongUseIsNamed) {
+  const auto with = [&](const char* name, std::vector<ExportPart> parts) {
+    return kind_of([&] {
+      ExportOptions options;
+      options.parts = std::move(parts);
+      export_surfaces(room_, path(name), options, extras_);
+    });
+  };
+  EXPECT_EQ(with("room.xyz", {polygons}), Error::Kind::usage);
+  EXPECT_EQ(with("room", {polygons}), Error::Kind::usage);
+  EXPECT_EQ(with("room.obj", {points}), Error::Kind::usage);
+  EXPECT_EQ(with("room.csv", {meshes}), Error::Kind::usage);
+  EXPECT_EQ(with("room.ply", {polygons, meshes}), Error::Kind::usage);
+  EXPECT_EQ(with("room.ply", {}), Error::Kind::usage);
+  EXPECT_EQ(count_files(), 0u);
+}
+
+TEST_F(ExportTest, NumbersThatAreNotFiniteAreRefused) {
+  Surface bad = *room_.surfaces[0];
+  bad.T_map_surface.translation().x() = std::numeric_limits<double>::quiet_NaN();
+  bad.rms_m = std::numeric_limits<double>::infinity();
+  Snapshot snapshot;
+  snapshot.surfaces.push_back(std::make_shared<const Surface>(bad));
+  for (const char* name : {"bad.json", "bad.csv", "bad.ply", "bad.glb"}) {
+    EXPECT_EQ(kind_of([&] { export_surfaces(snapshot, path(name)); }), Error::Kind::data) << name;
+  }
+  EXPECT_EQ(count_files(), 0u);
+}
+
+TEST_F(ExportTest, NothingToPutIntoAMeshFileIsNamed) {
+  EXPECT_EQ(kind_of([&] { export_surfaces(Snapshot{}, path("empty.glb")); }), Error::Kind::data);
+  EXPECT_EQ(count_files(), 0u);
+}
+
+}  // namespace
+}  // namespace octosurf::test

@@ -1,0 +1,177 @@
+#include "export_fixture.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <gmock/gmock.h>
+#include <limits>
+#include <memory>
+#include <spng.h>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf::test {
+namespace {
+
+struct Image {
+  std::uint32_t width = 0, height = 0;
+  std::vector<std::uint8_t> rgb;
+
+  Eigen::Vector3d at(double x, double y) const {
+    const auto column = static_cast<std::size_t>(x * width), row = static_cast<std::size_t>(y * height);
+    const std::uint8_t* p = rgb.data() + 3 * (row * width + column);
+    return Eigen::Vector3d(p[0], p[1], p[2]) / 255;
+  }
+};
+
+Image load(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  const std::string bytes(std::istreambuf_iterator<char>(stream), {});
+  const std::unique_ptr<spng_ctx, decltype(&spng_ctx_free)> context(spng_ctx_new(0), &spng_ctx_free);
+  Image image;
+  spng_ihdr header{};
+  std::size_t size = 0;
+  EXPECT_EQ(spng_set_png_buffer(context.get(), bytes.data(), bytes.size()), 0);
+  EXPECT_EQ(spng_get_ihdr(context.get(), &header), 0);
+  EXPECT_EQ(spng_decoded_image_size(context.get(), SPNG_FMT_RGB8, &size), 0);
+  image.rgb.resize(size);
+  EXPECT_EQ(spng_decode_image(context.get(), image.rgb.data(), size, SPNG_FMT_RGB8, 0), 0);
+  image.width = header.width;
+  image.height = header.height;
+  return image;
+}
+
+// Shading scales a surface's colour: the directions in colour space agree.
+bool has_color_of(const Eigen::Vector3d& rgb, const Surface& surface) {
+  const Eigen::Vector3d color(surface.color[0], surface.color[1], surface.color[2]);
+  return rgb.normalized().dot(color.normalized()) > 0.999 && rgb.norm() > 0.3 * color.norm();
+}
+
+class PictureTest : public ExportTest {
+ protected:
+  Image render(const Snapshot& snapshot, PictureOptions options, const std::string& name = "p.png") const {
+    options.force = true;
+    render_png(snapshot, path(name), options);
+    if (const char* keep = std::getenv("OCTOSURF_KEEP_PICTURES")) {
+      std::filesystem::copy_file(path(name), std::filesystem::path(keep) / name,
+                                 std::filesystem::copy_options::overwrite_existing);
+    }
+    return load(path(name));
+  }
+};
+
+TEST_F(PictureTest, FromTheTopOneLooksPastTheCeilingOnTheFloor) {
+  PictureOptions options;
+  options.from = ViewFrom::top;
+  options.width = 600;
+  options.height = 400;
+  const Image image = render(room_, options, "top.png");
+  EXPECT_EQ(image.width, 600u);
+  EXPECT_EQ(image.height, 400u);
+  // +y is up in the picture: the floor's corner by the origin is below and to the left of its middle.
+  EXPECT_TRUE(has_color_of(image.at(0.3, 0.7), *room_.surfaces[0]));
+  EXPECT_TRUE(has_color_of(image.at(0.42, 0.52), *room_.surfaces[6]));  // the table
+  options.cut = false;
+  EXPECT_TRUE(has_color_of(render(room_, options, "top_uncut.png").at(0.5, 0.5), *room_.surfaces[1]));
+}
+
+TEST_F(PictureTest, FromOutsideOneLooksPastNearWallsOnFarOnes) {
+  PictureOptions options;
+  options.from = ViewFrom::front;  // along +y
+  options.width = 600;
+  options.height = 400;
+  EXPECT_TRUE(has_color_of(render(room_, options, "front.png").at(0.35, 0.45), *room_.surfaces[3]));
+  options.from = ViewFrom::left;  // along +x
+  EXPECT_TRUE(has_color_of(render(room_, options, "left.png").at(0.5, 0.45), *room_.surfaces[5]));
+  options.cut = false;
+  EXPECT_TRUE(has_color_of(render(room_, options, "left_uncut.png").at(0.5, 0.45), *room_.surfaces[4]));
+}
+
+TEST_F(PictureTest, EyeAndTarget) {
+  PictureOptions options;
+  options.width = 320;
+  options.height = 240;
+  options.eye = Eigen::Vector3d(3, 2, 1.5);
+  options.target = Eigen::Vector3d(0, 2, 1.5);
+  EXPECT_TRUE(has_color_of(render(room_, options).at(0.5, 0.5), *room_.surfaces[4]));
+}
+
+TEST_F(PictureTest, StraySurfaceDoesNotShrinkTheRest) {
+  SnapshotBuilder builder;
+  const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), z = Eigen::Vector3d::UnitZ();
+  builder.add({0, 0, 0}, x, z, {{box_ring(0, 0, 4, 4), {}}}, 16);
+  builder.add({500, 0, 0}, x, z, {{box_ring(0, 0, 0.1, 0.1), {}}}, 0.01);
+  const Snapshot snapshot = builder.take();
+  PictureOptions options;
+  options.from = ViewFrom::top;
+  options.width = options.height = 200;
+  const Image image = render(snapshot, options);
+  EXPECT_TRUE(has_color_of(image.at(0.1, 0.1), *snapshot.surfaces[0]));
+  EXPECT_TRUE(has_color_of(image.at(0.9, 0.9), *snapshot.surfaces[0]));
+}
+
+TEST_F(PictureTest, IsoShowsFloorAndDefaultSize) {
+  const Image image = render(room_, {}, "iso.png");
+  EXPECT_EQ(image.width, 1280u);
+  EXPECT_EQ(image.height, 960u);
+  std::size_t floor = 0;
+  for (double px = 0.05; px < 1; px += 0.05) {
+    for (double py = 0.05; py < 1; py += 0.05) floor += has_color_of(image.at(px, py), *room_.surfaces[0]);
+  }
+  EXPECT_GT(floor, 20u);  // of 361 places
+}
+
+TEST_F(PictureTest, PointsAreDrawnUnlessHidden) {
+  PictureOptions options;
+  options.from = ViewFrom::top;
+  options.width = options.height = 201;
+  Snapshot floor;
+  floor.surfaces.push_back(room_.surfaces[0]);
+  const Image plain = render(floor, options);
+  options.points = {room_.surfaces[0]->to_map({3, 2})};
+  const Image dotted = render(floor, options);
+  EXPECT_NE(plain.rgb, dotted.rgb);
+  options.points = {Eigen::Vector3d(3.05, 2.05, -1)};
+  EXPECT_EQ(plain.rgb, render(floor, options).rgb);
+}
+
+TEST_F(PictureTest, NothingToSeeIsAPictureToo) {
+  PictureOptions options;
+  options.width = options.height = 64;
+  EXPECT_EQ(render(Snapshot{}, options).rgb.size(), 3u * 64 * 64);
+}
+
+TEST_F(PictureTest, SamePictureTwice) {
+  PictureOptions options;
+  options.width = options.height = 128;
+  EXPECT_EQ(render(room_, options).rgb, render(make_room(), options).rgb);
+}
+
+TEST_F(PictureTest, NonsenseIsNamed) {
+  const auto kind = [&](const PictureOptions& options, const std::filesystem::path& file) {
+    try {
+      render_png(room_, file, options);
+    } catch (const Error& error) {
+      return error.kind();
+    }
+    ADD_FAILURE() << "no error";
+    return Error::Kind::data;
+  };
+  PictureOptions options;
+  options.width = 15;
+  EXPECT_EQ(kind(options, path("p.png")), Error::Kind::usage);
+  options.width = 64;
+  options.height = 1 << 20;
+  EXPECT_EQ(kind(options, path("p.png")), Error::Kind::usage);
+  options.height = 64;
+  EXPECT_EQ(kind(options, path("no/folder.png")), Error::Kind::output);
+  options.eye = options.target = Eigen::Vector3d(1, 1, 1);
+  EXPECT_EQ(kind(options, path("p.png")), Error::Kind::usage);
+  options.eye = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_EQ(kind(options, path("p.png")), Error::Kind::usage);
+  options.eye.reset();
+  std::ofstream(path("p.png")) << "precious";
+  EXPECT_EQ(kind(options, path("p.png")), Error::Kind::usage);
+}
+
+}  // namespace
+}  // namespace octosurf::test

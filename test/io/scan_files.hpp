@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <gmock/gmock.h>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <octosurf/error.hpp>
+#include <octosurf/scan_source.hpp>
+
+namespace octosurf::test {
+
+/// A fresh folder for every test, removed afterwards.
+class ScanFiles : public ::testing::Test {
+ protected:
+  ScanFiles();
+  ~ScanFiles() override;
+
+  std::filesystem::path write(const std::string& name, std::string_view content) const;
+  /// 16-bit gray PNG.
+  std::filesystem::path write_png(const std::string& name, int width, int height,
+                                  const std::vector<std::uint16_t>& pixels) const;
+  /// 8-bit PNG, one channel or three.
+  std::filesystem::path write_picture(const std::string& name, bool colour) const;
+  /// Two depth images of 2 × 1 pixels, called 1.png and 2.png.
+  void write_two_images() const;
+  /// Three points (1, 2, 3), (4, 5, 6), (nan, nan, nan).
+  std::filesystem::path write_pcd(const std::string& name,
+                                  const std::string& viewpoint = "0 0 0 1 0 0 0") const;
+
+  std::filesystem::path folder;
+};
+
+std::vector<Scan> read_all(ScanSource& source);
+std::vector<Scan> read_all(const std::vector<std::filesystem::path>& inputs,
+                           const ScanSourceOptions& options = {});
+
+/// The message of the Error(data) that opening or reading throws; fails the test if there is none.
+std::string failure(const std::vector<std::filesystem::path>& inputs, const ScanSourceOptions& options = {});
+
+/// The bytes of values in memory order.
+template <typename... T>
+std::string bytes_of(const T&... values) {
+  std::string bytes;
+  (bytes.append(reinterpret_cast<const char*>(&values), sizeof values), ...);
+  return bytes;
+}
+
+inline const char* const identity_pose = "0 0 0 0 0 0 1\n";
+inline const char* const unit_camera = "1 1 0 0\n";
+
+}  // namespace octosurf::test

@@ -1,0 +1,166 @@
+#include "reference/pcl_steps.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <pcl/console/print.h>
+#include <pcl/filters/radius_outlier_removal.h>
+#include <pcl/filters/voxel_grid.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+#include <pcl/search/kdtree.h>
+#include <pcl/segmentation/extract_clusters.h>
+#include <pcl/segmentation/region_growing.h>
+#include <pcl/segmentation/sac_segmentation.h>
+#include <pcl/surface/mls.h>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf::reference {
+namespace {
+
+using Cloud = pcl::PointCloud<pcl::PointXYZ>;
+using KdTree = pcl::search::KdTree<pcl::PointXYZ>;
+
+pcl::PointXYZ pcl_point(const Eigen::Vector3f& point) { return {point.x(), point.y(), point.z()}; }
+
+Cloud::Ptr pcl_cloud(const Points& points) {
+  auto cloud = std::make_shared<Cloud>();
+  cloud->reserve(points.size());
+  for (const Eigen::Vector3f& point : points) cloud->push_back(pcl_point(point));
+  return cloud;
+}
+
+Indices own(const pcl::Indices& indices) { return {indices.begin(), indices.end()}; }
+
+std::vector<Indices> own(const std::vector<pcl::PointIndices>& groups) {
+  std::vector<Indices> result;
+  for (const pcl::PointIndices& group : groups) result.push_back(own(group.indices));
+  return result;
+}
+
+}  // namespace
+
+Points voxel_centroids(const Points& points, double edge, const std::string& where) {
+  if (points.empty()) return {};
+  Eigen::Array3f low = points.front(), high = low;
+  for (const Eigen::Vector3f& point : points) {
+    low = low.min(point.array());
+    high = high.max(point.array());
+  }
+  if (((high - low).cast<double>() / edge + 1).prod() > std::numeric_limits<std::int32_t>::max())
+    throw Error(Error::Kind::data, where, "spans more voxels than pcl::VoxelGrid can number",
+                "set max_range or a coarser resolution");
+  pcl::VoxelGrid<pcl::PointXYZ> grid;
+  grid.setLeafSize(Eigen::Vector4f::Constant(static_cast<float>(edge)));
+  grid.setInputCloud(pcl_cloud(points));
+  Cloud centroids;
+  grid.filter(centroids);
+  Points result;
+  for (const auto& point : centroids) result.push_back(point.getVector3fMap());
+  return result;
+}
+
+Indices with_neighbors(const Points& points, double radius, int neighbors) {
+  if (points.empty()) return {};
+  pcl::RadiusOutlierRemoval<pcl::PointXYZ> filter;
+  filter.setInputCloud(pcl_cloud(points));
+  filter.setRadiusSearch(radius);
+  filter.setMinNeighborsInRadius(neighbors);
+  pcl::Indices kept;
+  filter.filter(kept);
+  return own(kept);
+}
+
+struct RadiusSearch::Impl {
+  KdTree tree;
+  pcl::Indices found;
+  std::vector<float> squared_distances;
+  Indices result;
+};
+
+RadiusSearch::RadiusSearch(const Points& points) : impl_(std::make_unique<Impl>()) {
+  impl_->tree.setInputCloud(pcl_cloud(points));
+}
+
+RadiusSearch::~RadiusSearch() = default;
+
+const Indices& RadiusSearch::within(const Eigen::Vector3f& center, double radius) {
+  impl_->tree.radiusSearch(pcl_point(center), radius, impl_->found, impl_->squared_distances);
+  impl_->result.assign(impl_->found.begin(), impl_->found.end());
+  return impl_->result;
+}
+
+std::vector<PointNormal> mls_normals(const Points& points, double radius) {
+  pcl::MovingLeastSquares<pcl::PointXYZ, pcl::PointNormal> mls;
+  mls.setInputCloud(pcl_cloud(points));
+  mls.setSearchMethod(std::make_shared<KdTree>());
+  mls.setSearchRadius(radius);
+  mls.setSqrGaussParam(radius * radius);
+  mls.setPolynomialOrder(1);
+  mls.setComputeNormals(true);
+  pcl::PointCloud<pcl::PointNormal> projected;
+  mls.process(projected);
+  const pcl::Indices& origin = mls.getCorrespondingIndices()->indices;
+
+  std::vector<PointNormal> result;
+  for (std::size_t j = 0; j < projected.size(); ++j) {
+    const auto& estimate = projected[j];
+    if (estimate.getNormalVector3fMap().allFinite() && std::isfinite(estimate.curvature))
+      result.push_back(
+          {static_cast<std::uint32_t>(origin[j]), estimate.getNormalVector3fMap(), estimate.curvature});
+  }
+  return result;
+}
+
+std::vector<Indices> smooth_regions(const Points& points, const std::vector<PointNormal>& normals,
+                                    double angle, double max_curvature, std::size_t min_size) {
+  auto pcl_normals = std::make_shared<pcl::PointCloud<pcl::Normal>>();
+  for (const auto& [point, normal, curvature] : normals)
+    pcl_normals->emplace_back(normal.x(), normal.y(), normal.z(), curvature);
+  pcl::RegionGrowing<pcl::PointXYZ, pcl::Normal> growing;
+  growing.setInputCloud(pcl_cloud(points));
+  growing.setInputNormals(pcl_normals);
+  growing.setSearchMethod(std::make_shared<KdTree>());
+  growing.setNumberOfNeighbours(30);
+  growing.setMinClusterSize(static_cast<pcl::uindex_t>(min_size));
+  growing.setSmoothnessThreshold(static_cast<float>(angle));
+  growing.setCurvatureThreshold(static_cast<float>(max_curvature));
+  std::vector<pcl::PointIndices> regions;
+  growing.extract(regions);
+  return own(regions);
+}
+
+PlaneFit fit_plane(const Points& points, double tolerance, int iterations) {
+  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // failed fits are reported on stderr otherwise
+  pcl::SACSegmentation<pcl::PointXYZ> segmentation(false);  // false: the seed is a constant
+  segmentation.setModelType(pcl::SACMODEL_PLANE);
+  segmentation.setMethodType(pcl::SAC_RANSAC);
+  segmentation.setDistanceThreshold(tolerance);
+  segmentation.setMaxIterations(iterations);
+  segmentation.setInputCloud(pcl_cloud(points));
+  pcl::PointIndices inliers;
+  pcl::ModelCoefficients model;
+  segmentation.segment(inliers, model);
+  if (inliers.indices.empty()) return {};
+
+  PlaneFit fit;
+  fit.inliers = own(inliers.indices);
+  std::sort(fit.inliers.begin(), fit.inliers.end());
+  const Eigen::Vector3d normal(model.values[0], model.values[1], model.values[2]);
+  fit.plane = {normal.normalized(), -static_cast<double>(model.values[3]) / normal.norm()};
+  return fit;
+}
+
+std::vector<Indices> clusters(const Points& points, double gap, std::size_t min_size) {
+  pcl::EuclideanClusterExtraction<pcl::PointXYZ> extraction;
+  extraction.setInputCloud(pcl_cloud(points));
+  extraction.setSearchMethod(std::make_shared<KdTree>());
+  extraction.setClusterTolerance(gap);
+  extraction.setMinClusterSize(static_cast<pcl::uindex_t>(min_size));
+  std::vector<pcl::PointIndices> groups;
+  extraction.extract(groups);
+  return own(groups);
+}
+
+}  // namespace octosurf::reference

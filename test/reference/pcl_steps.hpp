@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include <octosurf/surface.hpp>
+
+/// The steps of the paper that are PCL's, one function per PCL part, in Eigen's types.
+namespace octosurf::reference {
+
+using Points = std::vector<Eigen::Vector3f>;
+using Indices = std::vector<std::uint32_t>;
+
+/// pcl::VoxelGrid: a centroid per voxel. Throws Error(data) naming `where` if the points span more
+/// voxels than PCL can number (it would hand them back as they were).
+Points voxel_centroids(const Points& points, double edge, const std::string& where);
+
+/// pcl::RadiusOutlierRemoval: indices of the points that have at least `neighbors` others within
+/// `radius`.
+Indices with_neighbors(const Points& points, double radius, int neighbors);
+
+/// pcl::search::KdTree.
+class RadiusSearch {
+ public:
+  explicit RadiusSearch(const Points& points);
+  ~RadiusSearch();
+  RadiusSearch(const RadiusSearch&) = delete;
+  RadiusSearch& operator=(const RadiusSearch&) = delete;
+  /// Indices of the points within `radius` of `center`, nearest first.
+  const Indices& within(const Eigen::Vector3f& center, double radius);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+struct PointNormal {
+  std::uint32_t point = 0;  ///< index of the point it belongs to
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();
+  float curvature = 0;
+};
+
+/// pcl::MovingLeastSquares of degree 1 and weight r²; only the normals of the projections, of
+/// either sign. Points without a plane through their neighbours are left out.
+std::vector<PointNormal> mls_normals(const Points& points, double radius);
+
+/// pcl::RegionGrowing with its 30 nearest neighbours; point i has normals[i].
+std::vector<Indices> smooth_regions(const Points& points, const std::vector<PointNormal>& normals,
+                                    double angle, double max_curvature, std::size_t min_size);
+
+/// pcl::SACSegmentation, RANSAC, plain plane model, constant seed. Normal of either sign.
+struct PlaneFit {
+  Plane plane;
+  Indices inliers;  ///< ascending; empty if no plane was found
+};
+PlaneFit fit_plane(const Points& points, double tolerance, int iterations);
+
+/// pcl::EuclideanClusterExtraction: clusters of at least `min_size` points.
+std::vector<Indices> clusters(const Points& points, double gap, std::size_t min_size);
+
+}  // namespace octosurf::reference

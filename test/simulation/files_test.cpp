@@ -1,0 +1,191 @@
+// What simulate() writes, read back by other programs' readers: libspng, PCL, plain text.
+#include "simulation/recording.hpp"
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <map>
+#include <memory>
+#include <pcl/io/pcd_io.h>
+#include <pcl/point_types.h>
+#include <spng.h>
+#include <sstream>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+namespace fs = std::filesystem;
+
+SimulationOptions options_of(const std::string& sensor) {
+  SimulationOptions options;
+  options.scene = "office";
+  options.sensor = sensor;
+  options.frames = 3;
+  options.seed = 9;
+  return options;
+}
+
+std::string content(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::stringstream bytes;
+  bytes << in.rdbuf();
+  return bytes.str();
+}
+
+std::map<std::string, std::string> contents(const fs::path& dir) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::directory_iterator(dir))
+    files[entry.path().filename().string()] = content(entry.path());
+  return files;
+}
+
+std::vector<std::uint16_t> read_png(const fs::path& file) {
+  const std::unique_ptr<std::FILE, decltype(&std::fclose)> stream(std::fopen(file.c_str(), "rb"),
+                                                                  std::fclose);
+  const std::unique_ptr<spng_ctx, decltype(&spng_ctx_free)> context(spng_ctx_new(0), spng_ctx_free);
+  spng_set_png_file(context.get(), stream.get());
+  spng_ihdr header{};
+  EXPECT_EQ(spng_get_ihdr(context.get(), &header), 0) << file;
+  EXPECT_EQ(header.width, 640u);
+  EXPECT_EQ(header.height, 480u);
+  EXPECT_EQ(header.bit_depth, 16);
+  EXPECT_EQ(header.color_type, SPNG_COLOR_TYPE_GRAYSCALE);
+  std::vector<std::uint16_t> pixels(640 * 480);
+  EXPECT_EQ(spng_decode_image(context.get(), pixels.data(), pixels.size() * 2, SPNG_FMT_PNG, 0), 0);
+  return pixels;
+}
+
+class Folder : public testing::Test {
+ protected:
+  Folder()
+      : dir_(fs::path(testing::TempDir()) / (std::string("octosurf_simulate_") +
+                                             testing::UnitTest::GetInstance()->current_test_info()->name())) {
+    fs::remove_all(dir_);
+  }
+  ~Folder() override { fs::remove_all(dir_); }
+  fs::path dir_;
+};
+
+TEST_F(Folder, DepthIsASevenScenesFolder) {
+  const SimulationOptions options = options_of("depth");
+  std::vector<std::size_t> steps;
+  const SimulationSummary summary = simulate(options, dir_, [&](std::size_t done, std::size_t total) {
+    EXPECT_EQ(total, 3u);
+    steps.push_back(done);
+  });
+  EXPECT_EQ(steps, (std::vector<std::size_t>{1, 2, 3}));
+  const Recording recording(options);
+  std::size_t points = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::string stem = (dir_ / ("frame-00000" + std::to_string(i))).string();
+    const Readings readings = recording.measured(i, recording.ideal(i));
+    const auto depth = read_png(stem + ".depth.png");
+    EXPECT_EQ(read_png(stem + ".label.png"), readings.labels);
+    for (std::size_t k = 0; k < depth.size(); ++k) {
+      ASSERT_FLOAT_EQ(static_cast<float>(depth[k]) / 1000, readings.t[k]);
+      points += depth[k] > 0;
+    }
+    std::ifstream pose(stem + ".pose.txt");
+    Eigen::Matrix4d T;
+    for (int k = 0; k < 16; ++k) pose >> T(k / 4, k % 4);
+    EXPECT_EQ(T, recording.T_map_sensor(i).matrix()) << "17 digits hold a double";
+  }
+  EXPECT_EQ(summary.points, points);
+  EXPECT_EQ(content(dir_ / "camera-intrinsics.txt"), "525\t0\t319.5\n0\t525\t239.5\n0\t0\t1\n");
+  EXPECT_EQ(content(dir_ / "timestamps.txt").substr(0, 43), "frame-000000 0.000000\nframe-000001 0.033333");
+}
+
+TEST_F(Folder, LidarsArePcdFilesWithPoses) {
+  for (const std::string sensor : {"tilting", "spinning"}) {
+    SimulationOptions options = options_of(sensor);
+    options.force = true;
+    simulate(options, dir_);
+    const Recording recording(options);
+    std::ifstream poses(dir_ / "poses.txt");
+    for (std::size_t i = 0; i < 3; ++i) {
+      const LabelledScan expected = recording.labelled_scan(i);
+      pcl::PointCloud<pcl::PointXYZL> cloud;
+      ASSERT_EQ(pcl::io::loadPCDFile((dir_ / ("scan-00000" + std::to_string(i) + ".pcd")).string(), cloud),
+                0);
+      ASSERT_EQ(cloud.size(), expected.labels.size());
+      for (std::size_t k = 0; k < cloud.size(); ++k) {
+        ASSERT_EQ(cloud[k].getVector3fMap(), expected.scan.points[k]);
+        ASSERT_EQ(cloud[k].label, expected.labels[k]);
+      }
+      double stamp = 0, x = 0, y = 0, z = 0;
+      Eigen::Quaterniond q;
+      poses >> stamp >> x >> y >> z >> q.x() >> q.y() >> q.z() >> q.w();
+      EXPECT_NEAR(stamp, recording.stamp_s(i), 1e-6);
+      EXPECT_LT((Eigen::Vector3d(x, y, z) - expected.scan.T_map_sensor.translation()).norm(), 1e-12);
+      EXPECT_LT((q.toRotationMatrix() - expected.scan.T_map_sensor.linear()).norm(), 1e-12);
+      EXPECT_LT((cloud.sensor_origin_.head<3>().cast<double>() - Eigen::Vector3d(x, y, z)).norm(), 1e-5);
+      EXPECT_LT((cloud.sensor_orientation_.toRotationMatrix().cast<double>() - q.toRotationMatrix()).norm(),
+                1e-5);
+    }
+  }
+}
+
+TEST_F(Folder, SameOptionsSameBytes) {
+  for (const std::string sensor : {"depth", "tilting", "spinning"}) {
+    SimulationOptions options = options_of(sensor);
+    options.force = true;
+    simulate(options, dir_);
+    const auto first = contents(dir_);
+    EXPECT_GE(first.size(), 5u);
+    simulate(options, dir_);
+    EXPECT_EQ(contents(dir_), first);
+  }
+}
+
+TEST_F(Folder, TruthIsTheRecordings) {
+  const SimulationOptions options = options_of("spinning");
+  const SimulationSummary summary = simulate(options, dir_);
+  const Truth written = load_truth(dir_ / "truth.json");
+  const Truth expected = Recording(options).truth();
+  ASSERT_EQ(written.faces.size(), expected.faces.size());
+  EXPECT_EQ(summary.faces, expected.faces.size());
+  std::size_t visible = 0;
+  for (std::size_t f = 0; f < written.faces.size(); ++f) {
+    EXPECT_EQ(written.faces[f].visible_area_m2, expected.faces[f].visible_area_m2);
+    visible += written.faces[f].visible_area_m2 >= 0.05;
+  }
+  EXPECT_EQ(summary.visible_faces, visible);
+}
+
+TEST_F(Folder, NothingIsWrittenOverSilently) {
+  SimulationOptions options = options_of("tilting");
+  fs::create_directories(dir_);
+  std::ofstream(dir_ / "notes.txt") << "mine";
+  std::ofstream(dir_ / "frame-000007.depth.png") << "old";
+  try {
+    simulate(options, dir_);
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_EQ(e.kind(), Error::Kind::usage);
+    EXPECT_NE(e.mend().find("--force"), std::string::npos);
+  }
+  EXPECT_EQ(contents(dir_).size(), 2u);
+  options.force = true;
+  simulate(options, dir_);
+  EXPECT_EQ(content(dir_ / "notes.txt"), "mine") << "what is no recording stays";
+  EXPECT_FALSE(fs::exists(dir_ / "frame-000007.depth.png")) << "an old recording does not mix with the new";
+}
+
+TEST_F(Folder, UnwritablePlaceIsAnError) {
+  std::ofstream(dir_.string()) << "a file";
+  for (const fs::path& place : {dir_, dir_ / "below", fs::path("/proc/octosurf")}) {
+    try {
+      simulate(options_of("tilting"), place);
+      FAIL() << place;
+    } catch (const Error& e) {
+      EXPECT_EQ(e.kind(), Error::Kind::output);
+      EXPECT_EQ(e.where(), place.string());
+    }
+  }
+}
+
+}  // namespace
+}  // namespace octosurf

@@ -1,0 +1,156 @@
+// truth.json: what is saved is read back; anything else is refused with the file's name.
+#include "evaluation/truth.hpp"
+
+#include "simulation/recording.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <sstream>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+namespace fs = std::filesystem;
+
+class TruthFile : public testing::Test {
+ protected:
+  TruthFile()
+      : dir_(fs::path(testing::TempDir()) / (std::string("octosurf_truth_") +
+                                             testing::UnitTest::GetInstance()->current_test_info()->name())) {
+    fs::create_directories(dir_);
+    file_ = dir_ / "truth.json";
+  }
+  ~TruthFile() override { fs::remove_all(dir_); }
+
+  static Truth example() {
+    SimulationOptions options;
+    options.scene = "change";
+    options.frames = 2;
+    options.seed = 18446744073709551615u;
+    return Recording(options).truth();
+  }
+
+  std::string text() const {
+    std::ifstream in(file_);
+    std::stringstream content;
+    content << in.rdbuf();
+    return content.str();
+  }
+
+  void expect_refused(const std::string& content) const {
+    std::ofstream(file_) << content;
+    try {
+      load_truth(file_);
+      FAIL() << "was read: " << content.substr(0, 200);
+    } catch (const Error& e) {
+      EXPECT_EQ(e.kind(), Error::Kind::data);
+      EXPECT_EQ(e.where(), file_.string());
+      EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos);
+    }
+  }
+
+  /// The example's text with the first `from` made `to`.
+  std::string spoiled(const std::string& from, const std::string& to) const {
+    std::string content = text();
+    const auto at = content.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return content.replace(at, from.size(), to);
+  }
+
+  fs::path dir_;
+  fs::path file_;
+};
+
+TEST_F(TruthFile, RoundTripLosesNothing) {
+  const Truth saved = example();
+  save_truth(saved, file_);
+  const Truth read = load_truth(file_);
+  EXPECT_EQ(read.scene, saved.scene);
+  EXPECT_EQ(read.sensor, saved.sensor);
+  EXPECT_EQ(read.seed, saved.seed);
+  EXPECT_EQ(read.cell, saved.cell);
+  EXPECT_EQ(read.visible_hits, saved.visible_hits);
+  ASSERT_EQ(read.faces.size(), saved.faces.size());
+  for (std::size_t f = 0; f < saved.faces.size(); ++f) {
+    const TrueFace &a = saved.faces[f], &b = read.faces[f];
+    EXPECT_EQ(a.id, b.id);
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.plane.normal, b.plane.normal);
+    EXPECT_EQ(a.plane.offset, b.plane.offset);
+    EXPECT_EQ(a.T_map_face.matrix(), b.T_map_face.matrix());
+    EXPECT_EQ(a.gone, b.gone);
+    EXPECT_EQ(a.visible_area_m2, b.visible_area_m2);
+    ASSERT_EQ(a.polygons.size(), b.polygons.size());
+    EXPECT_EQ(a.polygons[0].outer, b.polygons[0].outer);
+    EXPECT_EQ(a.polygons[0].holes, b.polygons[0].holes);
+    ASSERT_EQ(a.visible.size(), b.visible.size());
+    for (std::size_t r = 0; r < a.visible.size(); ++r) {
+      EXPECT_EQ(a.visible[r].row, b.visible[r].row);
+      EXPECT_EQ(a.visible[r].column, b.visible[r].column);
+      EXPECT_EQ(a.visible[r].count, b.visible[r].count);
+    }
+  }
+}
+
+TEST_F(TruthFile, ForeignFilesAreRefused) {
+  expect_refused("");
+  expect_refused("P5 640 480 65535\n");
+  expect_refused("[]");
+  expect_refused("{}");
+  expect_refused(R"({"format":"octosurf-surfaces","version":1,"surfaces":[]})");
+  expect_refused(R"({"format":"octosurf-truth","version":1})");
+  expect_refused(std::string(100000, '['));
+  EXPECT_THROW(load_truth(dir_ / "missing.json"), Error);
+  EXPECT_THROW(load_truth(dir_), Error);
+}
+
+TEST_F(TruthFile, TruncatedFilesAreRefused) {
+  save_truth(example(), file_);
+  const std::string whole = text();
+  for (std::size_t cut = 0; cut + 2 < whole.size(); cut += 1 + whole.size() / 60)
+    expect_refused(whole.substr(0, cut));
+}
+
+TEST_F(TruthFile, DamagedFieldsAreRefused) {
+  Truth truth = example();
+  truth.faces.resize(2);
+  truth.faces[0].visible = {{4, 5, 6}};
+  truth.faces[0].plane.offset = 0.125;
+  save_truth(truth, file_);
+  const std::vector<std::pair<std::string, std::string>> damages{{"\"version\":1", "\"version\":2"},
+                                                                 {"\"cell\":0.01", "\"cell\":-1"},
+                                                                 {"\"cell\":0.01", "\"cell\":\"0.01\""},
+                                                                 {"\"id\":1,", "\"id\":0,"},
+                                                                 {"\"id\":1,", "\"id\":2,"},
+                                                                 {"\"id\":1,", "\"id\":1.5,"},
+                                                                 {"\"offset\":0.125", "\"offset\":1e999"},
+                                                                 {"\"offset\":0.125", "\"offset\":null"},
+                                                                 {"\"normal\":[", "\"normal\":[9,"},
+                                                                 {"\"T_map_face\":[", "\"T_map_face\":[1,"},
+                                                                 {"[4,5,6]", "[4,5,0]"},
+                                                                 {"[4,5,6]", "[4,5,99999999999]"},
+                                                                 {"[4,5,6]", "[4,5]"},
+                                                                 {"\"visible\":", "\"seen\":"},
+                                                                 {"\"outer\":[", "\"outer\":[[1]],\"x\":["},
+                                                                 {"\"gone\":false", "\"gone\":7"}};
+  const std::string whole = text();
+  for (const auto& [from, to] : damages) {
+    std::ofstream(file_) << whole;
+    expect_refused(spoiled(from, to));
+  }
+}
+
+TEST_F(TruthFile, UnwritablePlaceIsAnError) {
+  try {
+    save_truth(example(), dir_ / "no" / "folder" / "truth.json");
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_EQ(e.kind(), Error::Kind::output);
+  }
+}
+
+}  // namespace
+}  // namespace octosurf
