@@ -1,12 +1,14 @@
 // `octosurf simulate`: posed scans of a known scene, with ground truth.
 #include "simulation/simulate.hpp"
 
+#include "progress.hpp"
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <string>
-#include <unistd.h>
 
 namespace octosurf {
 namespace {
@@ -36,24 +38,16 @@ struct Arguments {
   std::string dir;
 };
 
-// A line that is drawn over on a terminal, one line every tenth of the way elsewhere.
-void show_progress(std::size_t done, std::size_t total) {
-  static const bool terminal = isatty(STDERR_FILENO) != 0;
-  if (terminal) {
-    constexpr std::size_t width = 40;
-    const std::string bar(width * done / total, '#');
-    std::fprintf(stderr, "\r[%-*s] %zu/%zu scans%s", static_cast<int>(width), bar.c_str(), done, total,
-                 done == total ? "\n" : "");
-  } else if (10 * done / total != 10 * (done - 1) / total) {
-    std::fprintf(stderr, "%zu/%zu scans\n", done, total);
-  }
-}
-
 void run(const Arguments& arguments) {
   SimulationOptions options = arguments.options;
   if (arguments.frames > 0) options.frames = arguments.frames;
   options.drift_rad = arguments.drift_deg * std::numbers::pi / 180;
-  const SimulationSummary summary = simulate(options, arguments.dir, show_progress);
+  std::optional<Progress> progress;
+  const SimulationSummary summary =
+      simulate(options, arguments.dir, [&](std::size_t done, std::size_t total) {
+        if (!progress) progress.emplace(total);
+        progress->show(done);
+      });
   std::printf("%-16s %zu over %.1f s\n", "scans", summary.scans, summary.duration_s);
   std::printf("%-16s %zu\n", "points", summary.points);
   std::printf("%-16s %zu, %zu of them with 0.05 m² and more seen", "planar faces", summary.faces,

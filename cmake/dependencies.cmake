@@ -3,22 +3,20 @@ find_package(Eigen3 REQUIRED NO_MODULE)                # everywhere: vectors and
 find_package(Threads REQUIRED)                         # src/mapper, apps
 find_package(octomap REQUIRED)                         # src/occupancy: the octree
 find_package(CGAL REQUIRED)                            # src/surfaces, src/planning: triangulation (GPL parts)
-find_package(Boost REQUIRED COMPONENTS iostreams)      # geometry, container; src/io: zstd streams
+find_package(Boost REQUIRED)                           # everywhere, headers: geometry, container, crc
 find_package(nlohmann_json REQUIRED)                   # src/io, src/evaluation, src/simulation: JSON
 find_package(Protobuf REQUIRED)                        # src/io: the .surfaces schema
 find_package(embree 3 REQUIRED)                        # src/simulation, src/io/picture: ray casting
 find_package(assimp REQUIRED)                          # src/io: ply, glb, obj, stl
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(spng REQUIRED IMPORTED_TARGET spng)  # src/io, src/simulation: 16-bit PNG
-find_package(tsl-robin-map REQUIRED)                   # src/occupancy, src/surfaces: hash maps
+pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd)  # src/io: the stream inside .surfaces
+find_package(tsl-robin-map REQUIRED)                   # most rooms: hash maps
 if(OCTOSURF_BUILD_APPS)
   find_package(CLI11 REQUIRED)                         # apps: the command line
 endif()
 if(OCTOSURF_BUILD_TESTS)
-  find_package(GTest REQUIRED)
-endif()
-if(OCTOSURF_BUILD_BENCH)
-  find_package(benchmark REQUIRED)
+  find_package(GTest REQUIRED)                         # test
 endif()
 
 # OctoMap and PCL hand out variables; as targets their headers can be system headers.

@@ -1,1 +1,22 @@
 # install, export, find_package(octosurf)
+option(OCTOSURF_INSTALL "Install octosurf" ${PROJECT_IS_TOP_LEVEL})
+if(NOT OCTOSURF_INSTALL)
+  return()
+endif()
+include(CMakePackageConfigHelpers)
+set(OCTOSURF_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/octosurf)
+
+install(TARGETS octosurf EXPORT octosurf-targets)
+install(DIRECTORY include/octosurf DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.hpp)
+install(EXPORT octosurf-targets NAMESPACE octosurf:: DESTINATION ${OCTOSURF_CMAKE_DIR})
+configure_package_config_file(cmake/octosurf-config.cmake.in octosurf-config.cmake
+  INSTALL_DESTINATION ${OCTOSURF_CMAKE_DIR})
+# Before 1.0 a minor version may break what compiled against the one before.
+write_basic_package_version_file(octosurf-config-version.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/octosurf-config.cmake ${PROJECT_BINARY_DIR}/octosurf-config-version.cmake
+        DESTINATION ${OCTOSURF_CMAKE_DIR})
+install(FILES LICENSE README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+
+if(OCTOSURF_BUILD_APPS)
+  install(TARGETS octosurf_app)
+endif()

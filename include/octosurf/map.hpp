@@ -1,13 +1,13 @@
 #pragma once
 
-#include <octosurf/parameters.hpp>
-#include <octosurf/surface.hpp>
-
 #include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
+
+#include <octosurf/parameters.hpp>
+#include <octosurf/surface.hpp>
 
 namespace octosurf {
 
@@ -30,9 +30,9 @@ class Map {
   struct Voxel {
     Occupancy occupancy = Occupancy::unknown;
     float log_odds = 0;
-    SurfaceId surface = 0;                             ///< 0: pending, or not occupied
-    std::optional<Eigen::Vector3d> point;              ///< representative point, map frame
-    std::optional<Eigen::Vector3d> view;               ///< unit vector toward where it was seen from
+    SurfaceId surface = 0;                 ///< 0: pending, or not occupied
+    std::optional<Eigen::Vector3d> point;  ///< representative point, map frame
+    std::optional<Eigen::Vector3d> view;   ///< unit vector toward where it was seen from
   };
   /// The voxel that holds `point` (map frame); unknown outside the octree's range. O(depth).
   Voxel at(const Eigen::Vector3d& point) const;
@@ -64,5 +64,13 @@ struct LoadedMap {
 };
 /// Reads `stem`.surfaces; throws Error(data) for damaged or foreign files, never anything worse.
 LoadedMap load_map(const std::filesystem::path& stem);
+
+/// Resolution of an OctoMap file (.bt or .ot), m, from its header. Throws Error(data).
+double read_octomap_resolution(const std::filesystem::path& file);
+
+/// The octree of an OctoMap file (.bt or .ot), without points or surfaces yet: what
+/// Mapper::detect_in_occupancy starts from. The file's resolution replaces the parameters'.
+/// Throws Error(data) for damaged or foreign files, Error(usage) for parameters that do not suit.
+Map map_from_octomap(const std::filesystem::path& file, Parameters parameters);
 
 }  // namespace octosurf

@@ -30,21 +30,22 @@ struct SurfaceParameters {
   double sensor_noise = 0.005;              ///< m: standard deviation near the sensor
   std::optional<double> range_noise;        ///< 1/m: σ(z) = sensor_noise + range_noise·z²; empty:
                                             ///< estimated from the scans
-  double max_hole_size = 0.08;              ///< h, m: α of the alpha shape, expansion reach, cluster gap
+  std::optional<double> max_hole_size;      ///< h, m: α of the alpha shape, expansion reach, cluster gap;
+                                            ///< empty: derived
   double min_surface_width = 0.05;          ///< m: narrower clusters stay pending; 0: any
   double mesh_thickness = 0.02;             ///< m: extrusion against the normal
 };
 
 /// src/detection: from pending points to new surfaces.
 struct DetectionParameters {
-  std::optional<double> search_radius;    ///< r, m: largest neighbourhood; empty: derived
-  std::optional<double> normal_radius;    ///< m: neighbourhood where points are dense and exact; empty: derived
-  std::optional<int> min_surface_points;  ///< n; empty: derived
+  std::optional<double> search_radius;  ///< r, m: largest neighbourhood; empty: derived
+  std::optional<double> normal_radius;  ///< m: neighbourhood where points are dense and exact; empty: derived
+  std::optional<int> min_surface_points;         ///< n; empty: derived
   double smoothness_angle = 0.5235987755982988;  ///< rad: region growing, normal difference (30°)
   double max_curvature = 0.05;                   ///< region growing, surface variation λ₀/Σλ
   int ransac_iterations = 200;
-  double aligned_angle = 0.5235987755982988;     ///< rad: RANSAC inliers' normals to the plane's;
-                                                 ///< π/2 and more: the paper's plain plane model
+  double aligned_angle = 0.5235987755982988;  ///< rad: RANSAC inliers' normals to the plane's;
+                                              ///< π/2 and more: the paper's plain plane model
 };
 
 /// Everything that decides what comes out; two runs with equal Parameters and scans give equal bytes.
@@ -57,10 +58,13 @@ struct Parameters {
   /// minimum width, measured noise not used.
   static Parameters paper();
 
-  double surface_tolerance() const;   ///< s in force: explicit, else sensor_noise + d/2
-  double search_radius() const;       ///< r in force: explicit, else 5 d, at least 0.06 m
-  double normal_radius() const;       ///< in force: explicit, else 2.5 d
-  int min_surface_points() const;     ///< n in force: explicit, else 0.02 m² / d² in [20, 500]
+  double surface_tolerance() const;  ///< s in force: explicit, else sensor_noise + d/2
+  double max_hole_size() const;      ///< h in force: explicit, else 0.08 m, at least 4 d
+  double search_radius() const;      ///< r in force: explicit, else 5 d, at least 0.06 m
+  double normal_radius() const;      ///< in force: explicit, else 2.5 d
+  int min_surface_points() const;    ///< n in force: explicit, else 0.02 m² / d² in [20, 500]
+
+  bool aligned() const;  ///< aligned_angle below 90°: normals decide; else the paper's planes
 
   /// Throws Error(usage) naming field, value and rule.
   void validate() const;

@@ -61,8 +61,7 @@ std::vector<SurfaceId> detect(Workspace& work) {
   RegionGrowing grow(work, parameters);
   PlaneExtraction extract(work, parameters);
   std::vector<SurfaceId> born;
-  const bool paper = !(parameters.detection.aligned_angle < 1.57);
-  const auto allowed = [&](Index i) { return paper || !seen_through(work, i); };
+  const auto allowed = [&](Index i) { return !parameters.aligned() || !seen_through(work, i); };
   for (std::vector<Index>& region : grow(waiting, allowed)) {
     // Kept in key order from here on: RANSAC's draw must not depend on how the region was walked.
     std::sort(region.begin(), region.end(),

@@ -2,21 +2,19 @@
 
 #include <tsl/robin_map.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <random>
+
+#include "surfaces/planarity.hpp"
 
 namespace octosurf {
 namespace {
 
-using Matrix6d = Eigen::Matrix<double, 6, 6>;
-using Vector6d = Eigen::Matrix<double, 6, 1>;
-
 constexpr std::size_t scored_points = 2000;  // a sample this large ranks hypotheses as well as all
 constexpr double confidence = 0.999;
+constexpr float cos_15_deg = 0.9659258F;
 
 }  // namespace
 
@@ -24,7 +22,7 @@ PlaneExtraction::PlaneExtraction(Workspace& work, const Parameters& parameters)
     : work_(work),
       parameters_(parameters),
       fewest_(static_cast<std::size_t>(parameters.min_surface_points())),
-      aligned_(parameters.detection.aligned_angle < std::numbers::pi / 2 - 1e-9),
+      aligned_(parameters.aligned()),
       cos_aligned_(static_cast<float>(std::cos(parameters.detection.aligned_angle))) {}
 
 bool PlaneExtraction::belongs(Index i, const Plane& plane) {
@@ -97,7 +95,7 @@ std::vector<std::vector<PlaneExtraction::Index>> PlaneExtraction::clusters(std::
     const PlaneCell cell = frame.cell_of(work_.window[i].position);
     cells[{cell.v, cell.u}].push_back(i);
   }
-  const int reach = std::max(1, static_cast<int>(parameters_.surfaces.max_hole_size / d));
+  const int reach = std::max(1, static_cast<int>(parameters_.max_hole_size() / d));
   std::vector<std::vector<Index>> result;
   while (!cells.empty()) {
     std::vector<Index>& cluster = result.emplace_back();
@@ -126,41 +124,22 @@ bool PlaneExtraction::wide_enough(std::span<const Index> cluster) {
   return std::sqrt(12 * fit_plane(moments).variances[1]) >= parameters_.surfaces.min_surface_width;
 }
 
-/// A quadric through the points whose normals are sure: a cylinder's or sphere's facet bends away
-/// from its plane over its whole extent, noise and rounded edges do not.
-bool PlaneExtraction::curved(std::span<const Index> cluster, const Plane& plane) {
-  const Eigen::Vector3d origin = work_.window[cluster.front()].position.cast<double>();
-  const SurfaceModel frame(0, plane, origin, 1.0);
-  Matrix6d A = Matrix6d::Zero();
-  Vector6d b = Vector6d::Zero();
-  Moments spread;
-  double tolerance = 0;
-  std::size_t used = 0;
+/// Scatters as noise does, is flat, and its points' own normals mostly agree with it. What was only
+/// seen from far needs more points: noise makes small planes out of anything.
+bool PlaneExtraction::planar(std::span<const Index> cluster, const Plane& plane) {
+  const SurfaceModel frame(0, plane, work_.window[cluster.front()].position.cast<double>(), 1.0);
+  const NoiseModel& noise = work_.state.noise;
+  Planarity planarity(frame.pose());
+  std::size_t agreeing = 0;
   for (const Index i : cluster) {
-    if (!work_.normals.at(i).flat) continue;
-    const Eigen::Vector3d q = frame.pose().inverse() * Eigen::Vector3d(work_.window[i].position.cast<double>());
-    Vector6d row;
-    row << 1, q.x(), q.y(), q.x() * q.x(), q.x() * q.y(), q.y() * q.y();
-    A += row * row.transpose();
-    b += q.z() * row;
-    spread.add({q.x(), q.y(), 0});
-    tolerance += work_.state.noise.tolerance(work_.window[i].range_class);
-    ++used;
+    const VoxelPoint& p = work_.window[i];
+    const LocalPlane& local = work_.normals.at(i);
+    planarity.add(p.position, noise.sigma(p.range_class), noise.tolerance(p.range_class), local.flat);
+    agreeing += local.normal.dot(plane.normal.cast<float>()) > cos_15_deg;
   }
-  if (used < 12) return false;
-  tolerance /= static_cast<double>(used);
-  const Vector6d c = A.ldlt().solve(b);
-  Eigen::Matrix2d hessian;
-  hessian << 2 * c[3], c[4], c[4], 2 * c[5];
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> principal(hessian);
-  const Eigen::Matrix2d covariance = spread.covariance().topLeftCorner<2, 2>();
-  for (int k = 0; k < 2; ++k) {
-    const Eigen::Vector2d axis = principal.eigenvectors().col(k);
-    const double length_sq = 12 * axis.dot(covariance * axis);
-    const double sagitta = std::fabs(principal.eigenvalues()[k]) * length_sq / 8;
-    if (sagitta > 0.4 * tolerance && std::fabs(principal.eigenvalues()[k]) > 1.0) return true;
-  }
-  return false;
+  const double effort = planarity.mean_tolerance() / parameters_.surface_tolerance();
+  return planarity.plausible() && static_cast<double>(cluster.size()) >= static_cast<double>(fewest_) * effort &&
+         agreeing * 10 > cluster.size() * 6;
 }
 
 /// Noise of a wall lies in front of or behind it as a parallel sheet; one that is mostly over a
@@ -182,7 +161,7 @@ bool PlaneExtraction::sheet_of_neighbour(std::span<const Index> cluster, const P
 }
 
 bool PlaneExtraction::acceptable(std::span<const Index> cluster, const Plane& plane) {
-  return cluster.size() >= fewest_ && wide_enough(cluster) && (!aligned_ || !curved(cluster, plane)) &&
+  return cluster.size() >= fewest_ && wide_enough(cluster) && (!aligned_ || planar(cluster, plane)) &&
          (!aligned_ || !sheet_of_neighbour(cluster, plane));
 }
 

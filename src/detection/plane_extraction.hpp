@@ -31,7 +31,7 @@ class PlaneExtraction {
   std::vector<std::vector<Index>> clusters(std::span<const Index> points, const Plane& plane);
   bool acceptable(std::span<const Index> cluster, const Plane& plane);
   bool wide_enough(std::span<const Index> cluster);
-  bool curved(std::span<const Index> cluster, const Plane& plane);
+  bool planar(std::span<const Index> cluster, const Plane& plane);
   bool sheet_of_neighbour(std::span<const Index> cluster, const Plane& plane);
 
   Workspace& work_;

@@ -26,7 +26,8 @@ struct TrueFace {
   Eigen::Isometry3d T_map_face = Eigen::Isometry3d::Identity();  ///< z = plane.normal
   std::vector<Polygon> polygons;  ///< in the face's (u, v), only what is not covered by other solids
   /// What the sensor saw: cell (column, row) spans [column, column+1)·cell × [row, row+1)·cell in
-  /// (u, v) and is listed if at least `Truth::visible_hits` rays ended in it.
+  /// (u, v) and is listed if its centre lies in `polygons` and at least `Truth::visible_hits` rays
+  /// ended in it, or it lies between neighbouring pixels less than 5 cells apart on the face.
   std::vector<CellRun> visible;
   double visible_area_m2 = 0;
   bool gone = false;  ///< its object was removed or moved away before the recording ended

@@ -16,7 +16,7 @@ constexpr int contacts_to_merge = 6;
 
 Expansion::Expansion(Workspace& work)
     : work_(work),
-      h_cells_(std::max(1, static_cast<int>(work.state.parameters.surfaces.max_hole_size /
+      h_cells_(std::max(1, static_cast<int>(work.state.parameters.max_hole_size() /
                                             work.state.parameters.occupancy.resolution))),
       cos_smooth_(static_cast<float>(std::cos(work.state.parameters.detection.smoothness_angle))) {}
 

@@ -1,6 +1,7 @@
 #include "io/new_file.hpp"
 
 #include <cerrno>
+#include <fcntl.h>
 #include <fstream>
 #include <string>
 #include <system_error>
@@ -10,6 +11,25 @@
 #include <octosurf/error.hpp>
 
 namespace octosurf {
+namespace {
+
+void sync_path(const std::filesystem::path& path, int flags, const std::filesystem::path& named) {
+  const int descriptor = ::open(path.c_str(), flags | O_CLOEXEC);
+  const bool synced = descriptor >= 0 && ::fsync(descriptor) == 0;
+  const int failure = errno;
+  if (descriptor >= 0) ::close(descriptor);
+  // EINVAL, ENOTSUP: a file system that has nothing to sync.
+  if (synced || failure == EINVAL || failure == ENOTSUP) return;
+  throw Error(Error::Kind::output, named.string(),
+              "may not have reached the disk: " + std::generic_category().message(failure), "check the disk");
+}
+
+}  // namespace
+
+void sync_folder(const std::filesystem::path& file) {
+  const std::filesystem::path folder = file.parent_path();
+  sync_path(folder.empty() ? "." : folder, O_RDONLY | O_DIRECTORY, file);
+}
 
 NewFile::NewFile(std::filesystem::path file, bool force) : file_(std::move(file)) {
   std::error_code ignored;
@@ -41,6 +61,8 @@ void NewFile::write(const std::function<void(std::ostream&)>& fill) const {
   stream.close();
   if (!stream) fail();
 }
+
+void NewFile::sync() const { sync_path(temporary_, O_RDONLY, file_); }
 
 void NewFile::commit() {
   std::error_code failure;

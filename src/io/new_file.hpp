@@ -22,6 +22,9 @@ class NewFile {
   /// be opened or a write fails.
   void write(const std::function<void(std::ostream&)>& fill) const;
 
+  /// Waits until what was written is on the disk (fsync). Throws Error(output).
+  void sync() const;
+
   /// Throws Error(output) if the temporary file cannot take its place.
   void commit();
 
@@ -30,5 +33,9 @@ class NewFile {
   std::filesystem::path temporary_;
   bool committed_ = false;
 };
+
+/// Waits until the renames of files in `file`'s folder are on the disk, where the file system can.
+/// Throws Error(output).
+void sync_folder(const std::filesystem::path& file);
 
 }  // namespace octosurf

@@ -76,8 +76,8 @@ void keep_depth_images(std::vector<ListedScan>& images, std::string& first_pictu
 
 bool has_tum_index(const fs::path& folder) { return fs::is_regular_file(folder / "depth.txt"); }
 
-Recording list_tum(const fs::path& folder) {
-  Recording recording;
+ListedRecording list_tum(const fs::path& folder) {
+  ListedRecording recording;
   recording.folder = folder;
   const fs::path index = folder / "depth.txt";
   for (const auto& line : read_text(index)) {
@@ -133,10 +133,10 @@ std::vector<fs::path> around(const fs::path& folder) {
   return folders;
 }
 
-Recording list_folder(const fs::path& folder) {
+ListedRecording list_folder(const fs::path& folder) {
   if (has_tum_index(folder)) return list_tum(folder);
   std::string first_picture;
-  Recording found;
+  ListedRecording found;
   for (const auto& family : families()) {
     for (const auto& subfolder : family.subfolders) {
       const fs::path place = subfolder.empty() ? folder : folder / subfolder;

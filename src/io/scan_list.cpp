@@ -73,7 +73,7 @@ std::optional<double> stamp_in_name(const fs::path& file) {
   return stamp;
 }
 
-void find_stamps(Recording& recording) {
+void find_stamps(ListedRecording& recording) {
   auto& scans = recording.scans;
   if (scans.front().stamp_s || scans.front().kind == FileKind::graph) return;
   const fs::path times = find_beside(around(recording.folder), {"times.txt"}, "--rate");
@@ -88,7 +88,7 @@ void find_stamps(Recording& recording) {
   for (auto& scan : scans) scan.stamp_s = stamp_in_name(scan.file);
 }
 
-void find_camera(Recording& recording, const ScanSourceOptions& options) {
+void find_camera(ListedRecording& recording, const ScanSourceOptions& options) {
   if (recording.scans.front().kind != FileKind::image) return;
   recording.depth_scale = options.depth_scale.value_or(is_tum(recording.folder) ? 5000 : 1000);
   const fs::path file = options.intrinsics ? *options.intrinsics : find_intrinsics(recording.folder);
@@ -102,7 +102,7 @@ void find_camera(Recording& recording, const ScanSourceOptions& options) {
 }
 
 /// KITTI's poses are those of the left camera; its calib.txt tells where the scanner is.
-void find_velodyne_in_camera(Recording& recording) {
+void find_velodyne_in_camera(ListedRecording& recording) {
   const fs::path file = find_beside(around(recording.folder), {"calib.txt"}, "--poses");
   if (file.empty()) return;
   for (const auto& line : read_text(file)) {
@@ -118,17 +118,17 @@ void find_velodyne_in_camera(Recording& recording) {
 }
 
 /// Hands out the poses of one file: by time where both sides have it, else by order.
-void pose_all(std::vector<Recording*> recordings, const PoseFile& poses) {
+void pose_all(std::vector<ListedRecording*> recordings, const PoseFile& poses) {
   std::size_t scans = 0;
   bool stamped = poses.stamped;
-  for (const Recording* recording : recordings) {
+  for (const ListedRecording* recording : recordings) {
     scans += recording->scans.size();
     stamped = stamped && recording->scans.front().stamp_s;
   }
   if (!stamped && scans != poses.poses.size()) differ(poses.file, scans, poses.poses.size(), "pose");
   const auto trajectory = stamped ? std::make_shared<const Trajectory>(poses) : nullptr;
   std::size_t next = 0;
-  for (Recording* recording : recordings) {
+  for (ListedRecording* recording : recordings) {
     if (poses.kitti && recording->scans.front().kind == FileKind::velodyne)
       find_velodyne_in_camera(*recording);
     recording->trajectory = trajectory;
@@ -141,7 +141,7 @@ void pose_all(std::vector<Recording*> recordings, const PoseFile& poses) {
 }
 
 /// Poses that stand beside the scans, if the scans need or have any.
-void find_poses(Recording& recording) {
+void find_poses(ListedRecording& recording) {
   auto& scans = recording.scans;
   const FileKind kind = scans.front().kind;
   if (kind == FileKind::graph) return;
@@ -175,7 +175,7 @@ void leave_out_unposed(ScanList& list) {
 }
 
 /// Files from one folder given in a row are one recording, in the order given.
-void add_file(const fs::path& input, std::vector<Recording>& recordings, bool& last_is_files) {
+void add_file(const fs::path& input, std::vector<ListedRecording>& recordings, bool& last_is_files) {
   const FileKind kind = kind_of(input);
   const fs::path folder = input.has_parent_path() ? input.parent_path() : fs::path(".");
   const bool continues = last_is_files && kind != FileKind::graph && recordings.back().folder == folder &&
@@ -191,7 +191,7 @@ void add_file(const fs::path& input, std::vector<Recording>& recordings, bool& l
 }
 
 /// One recording per .graph, with its scans.
-void open_graph(Recording& recording) {
+void open_graph(ListedRecording& recording) {
   if (recording.scans.front().kind != FileKind::graph) return;
   if (recording.scans.size() > 1)
     throw Error(Error::Kind::data, recording.folder.string(), "holds several .graph files",
@@ -235,7 +235,7 @@ ScanList list_scans(const std::vector<fs::path>& inputs, const ScanSourceOptions
     if (!options.poses) find_poses(recording);
   }
   if (options.poses) {
-    std::vector<Recording*> all;
+    std::vector<ListedRecording*> all;
     for (auto& recording : list.recordings) {
       if (recording.graph)
         throw Error(Error::Kind::usage, recording.scans.front().file.string(),

@@ -28,7 +28,7 @@ struct ListedScan {
 };
 
 /// What the scans of one folder (or of several files in a row from one folder) have in common.
-struct Recording {
+struct ListedRecording {
   std::filesystem::path folder;  ///< the scans stand here
   std::vector<ListedScan> scans;
   std::optional<Intrinsics> camera;  ///< of images
@@ -40,7 +40,7 @@ struct Recording {
 };
 
 struct ScanList {
-  std::vector<Recording> recordings;
+  std::vector<ListedRecording> recordings;
   std::vector<std::string> left_out;  ///< one line for every scan that has no pose at its time
 };
 
@@ -48,7 +48,7 @@ struct ScanList {
 ScanList list_scans(const std::vector<std::filesystem::path>& inputs, const ScanSourceOptions& options);
 
 /// The scans of one folder, in natural order, without poses and intrinsics; depth.txt gives stamps.
-Recording list_folder(const std::filesystem::path& folder);
+ListedRecording list_folder(const std::filesystem::path& folder);
 
 /// full2 before full10.
 bool natural_less(const std::string& a, const std::string& b);

@@ -28,7 +28,7 @@ class FileScanSource : public ScanSource {
 
   std::optional<Scan> next() override {
     while (recording_ < recordings_.size()) {
-      const Recording& recording = recordings_[recording_];
+      const ListedRecording& recording = recordings_[recording_];
       if (index_ == recording.scans.size()) {
         begin_recording(recording_ + 1);
         continue;
@@ -59,7 +59,7 @@ class FileScanSource : public ScanSource {
     shift_s_.reset();
   }
 
-  Scan load(const Recording& recording, const ListedScan& listed) {
+  Scan load(const ListedRecording& recording, const ListedScan& listed) {
     Scan scan = read(recording, listed);
     if (recording.trajectory)
       scan.T_map_sensor = recording.trajectory->at(*listed.stamp_s, scan.name) * recording.T_posed_sensor;
@@ -74,7 +74,7 @@ class FileScanSource : public ScanSource {
   }
 
   /// Points, and the pose that stands in the same file.
-  Scan read(const Recording& recording, const ListedScan& listed) {
+  Scan read(const ListedRecording& recording, const ListedScan& listed) {
     if (recording.graph) return recording.graph->read(listed.graph_index);
     Scan scan;
     scan.name = listed.file.string();
@@ -137,7 +137,7 @@ class FileScanSource : public ScanSource {
   /// When a scan without time stamp would come; counted, so that rounding does not add up.
   double next_stamp() const { return rate_ > 0 ? since_s_ + static_cast<double>(steps_) / rate_ : 0; }
 
-  std::vector<Recording> recordings_;
+  std::vector<ListedRecording> recordings_;
   ScanSourceOptions options_;
   std::vector<std::string> skipped_;
   std::size_t size_ = 0, good_ = 0;

@@ -95,7 +95,7 @@ class Checker {
   }
 
   void check_polygons(const Surface& surface) {
-    const double h = state_.parameters.surfaces.max_hole_size;
+    const double h = state_.parameters.max_hole_size();
     for (const Polygon& polygon : surface.polygons) {
       check_ring(surface.id, polygon.outer, true, h);
       for (const Ring2& hole : polygon.holes) check_ring(surface.id, hole, false, h);

@@ -135,7 +135,7 @@ ScanReport Mapper::insert(const Scan& scan) {
     return state.occupancy.insert(voxels, impl_->downsample, parameters.preserve_surfaces ? &state.surfaces : nullptr);
   });
   ++state.scans;
-  time(Stage::retract, [&] { observe_noise(state, voxels); });
+  time(Stage::downsample, [&] { state.noise.observe(scan); });
   impl_->update_surfaces(delta, report);
   return report;
 }

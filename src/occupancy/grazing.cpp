@@ -23,8 +23,8 @@ int cell_of(float c, int cells) {
   return std::clamp(static_cast<int>((c + 1) * 0.5F * static_cast<float>(cells)), 0, cells - 1);
 }
 
-bool segment_meets_box(const Eigen::Vector3f& from, const Eigen::Vector3f& to,
-                       const Eigen::Vector3f& centre, float half) {
+bool segment_meets_box(const Eigen::Vector3f& from, const Eigen::Vector3f& to, const Eigen::Vector3f& centre,
+                       float half) {
   float enter = 0, leave = 1;
   for (int a = 0; a < 3; ++a) {
     const float d = to[a] - from[a];
@@ -64,7 +64,8 @@ void GrazingTest::index() {
   }
   for (std::size_t b = 1; b < first_.size(); ++b) first_[b] += first_[b - 1];
   std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
-  for (std::size_t i = 0; i < points.size(); ++i) ends_[next[static_cast<std::size_t>(bins[i])]++] = points[i];
+  for (std::size_t i = 0; i < points.size(); ++i)
+    ends_[next[static_cast<std::size_t>(bins[i])]++] = points[i];
 }
 
 bool GrazingTest::crosses(VoxelKey voxel, const Plane& plane, double tolerance) {
@@ -75,15 +76,18 @@ bool GrazingTest::crosses(VoxelKey voxel, const Plane& plane, double tolerance) 
   const float half = static_cast<float>(grid_.resolution() / 2);
   const Eigen::Vector3f n = plane.normal.cast<float>();
 
-  const CubeDirection c = cube_direction(direction);
-  // Tangent-plane half-width of the voxel; beyond a face's border bins are clamped, which only
-  // misses rays when a voxel straddles two faces, so those look at both.
-  const float reach = 1.8F * half / direction.cwiseAbs().maxCoeff() * 1.42F;
   const auto beyond = [&](const Eigen::Vector3f& end) {
     const double end_side = static_cast<double>(n.dot(end)) - plane.offset;
     return side > 0 ? end_side < -tolerance : end_side > tolerance;
   };
-  const auto any_in_face = [&](int face, float u, float v) {
+  const auto any_in_face = [&](int axis, bool negative) {
+    // The voxel's corners, seen through the face: at most 2·half / (depth − half) from its centre.
+    const float depth = std::fabs(direction[axis]);
+    const bool whole = depth < 2 * half;
+    const float u = whole ? 0 : direction[(axis + 1) % 3] / depth,
+                v = whole ? 0 : direction[(axis + 2) % 3] / depth;
+    const float reach = whole ? 1 : 2.05F * half / (depth - half);
+    const int face = 2 * axis + (negative ? 1 : 0);
     for (int y = cell_of(v - reach, cells); y <= cell_of(v + reach, cells); ++y)
       for (int x = cell_of(u - reach, cells); x <= cell_of(u + reach, cells); ++x) {
         const auto bin = static_cast<std::size_t>((face * cells + y) * cells + x);
@@ -92,14 +96,13 @@ bool GrazingTest::crosses(VoxelKey voxel, const Plane& plane, double tolerance) 
       }
     return false;
   };
-  if (!(direction.cwiseAbs().maxCoeff() > half)) return true;  // the sensor stands in the voxel
-  if (any_in_face(c.face, c.u, c.v)) return true;
-  const int axis = c.face / 2;
-  for (int other = 0; other < 3; ++other) {
-    if (other == axis || std::fabs(direction[other]) + 2 * half < std::fabs(direction[axis]) - 2 * half) continue;
-    const float scale = std::fabs(direction[other]);
-    if (any_in_face(2 * other + (direction[other] < 0 ? 1 : 0), direction[(other + 1) % 3] / scale,
-                    direction[(other + 2) % 3] / scale))
+  const float largest = direction.cwiseAbs().maxCoeff();
+  if (!(largest > half)) return true;  // the sensor stands in the voxel
+  // A voxel near a face's border lies on the next one, too; one beside the sensor on the opposite one.
+  for (int axis = 0; axis < 3; ++axis) {
+    const float depth = std::fabs(direction[axis]);
+    if (depth + 2 * half < largest) continue;
+    if (any_in_face(axis, direction[axis] < 0) || (depth < half && any_in_face(axis, direction[axis] >= 0)))
       return true;
   }
   return false;

@@ -1,14 +1,15 @@
 // The octree's way to and from bytes. OctoMap's own readers recurse without a limit and read on
 // past the end of a file, so its two formats are parsed here, with both checked.
+#include "occupancy/occupancy_map.hpp"
+#include "occupancy/voxel_tree.hpp"
+
 #include <cmath>
 #include <cstring>
 #include <fstream>
 #include <sstream>
 
 #include <octosurf/error.hpp>
-
-#include "occupancy/occupancy_map.hpp"
-#include "occupancy/voxel_tree.hpp"
+#include <octosurf/map.hpp>
 
 namespace octosurf {
 namespace {
@@ -96,7 +97,10 @@ class NodeReader {
     if (mask == 0) {
       node->setLogOdds(get<float>());
       if (!std::isfinite(node->getLogOdds())) fail("a log-odds is not finite");
-      if (get<std::uint8_t>() != 0) node->payload = get<VoxelPayload>();
+      if (get<std::uint8_t>() != 0) {
+        node->payload = get<VoxelPayload>();
+        if (!node->payload.has_point()) fail("a point has no distance class");
+      }
       if (node->payload.has_point() && (level != 0 || !tree_.isNodeOccupied(node)))
         fail("a point stands in a voxel that cannot hold one");
       return;
@@ -168,8 +172,10 @@ OctomapHeader read_header(std::istream& in, const std::filesystem::path& file) {
     if (word == "id") words >> header.id;
     if (word == "res") words >> header.resolution;
     if (word == "data") {
-      if (!(header.resolution >= 1e-3 && header.resolution <= 10)) refuse_octomap(file, "has no usable resolution");
-      if (header.id != "OcTree" && header.id != "ColorOcTree") refuse_octomap(file, "holds a tree of type '" + header.id + "'");
+      if (!(header.resolution >= 1e-3 && header.resolution <= 10))
+        refuse_octomap(file, "has no usable resolution");
+      if (header.id != "OcTree" && header.id != "ColorOcTree")
+        refuse_octomap(file, "holds a tree of type '" + header.id + "'");
       return header;
     }
   }
@@ -178,7 +184,8 @@ OctomapHeader read_header(std::istream& in, const std::filesystem::path& file) {
 
 class OctomapReader {
  public:
-  OctomapReader(VoxelTree& tree, std::istream& in, const OctomapHeader& header, const std::filesystem::path& file)
+  OctomapReader(VoxelTree& tree, std::istream& in, const OctomapHeader& header,
+                const std::filesystem::path& file)
       : tree_(tree), in_(in), header_(header), file_(file) {}
 
   void read(VoxelNode* root) { header_.binary ? read_binary(root, root_level) : read_full(root, root_level); }
@@ -187,12 +194,14 @@ class OctomapReader {
   // .bt: two bits a child: 00 unknown, 01 free (low bit first), 10 occupied, 11 has children.
   void read_binary(VoxelNode* node, int level) {
     if (level == 0) refuse_octomap(file_, "is damaged: deeper than 16 levels");
-    const unsigned bits = byte() | byte() << 8;
+    unsigned bits = byte();  // in two steps: | does not say which side comes first
+    bits |= unsigned{byte()} << 8;
     for (unsigned c = 0; c < 8; ++c) {
       const unsigned kind = bits >> (2 * c) & 3;
       if (kind == 0) continue;
       VoxelNode* child = tree_.createNodeChild(node, c);
-      if (kind != 3) child->setLogOdds(kind == 1 ? tree_.getClampingThresMinLog() : tree_.getClampingThresMaxLog());
+      if (kind != 3)
+        child->setLogOdds(kind == 1 ? tree_.getClampingThresMinLog() : tree_.getClampingThresMaxLog());
     }
     for (unsigned c = 0; c < 8; ++c)
       if ((bits >> (2 * c) & 3) == 3) read_binary(tree_.getNodeChild(node, c), level - 1);
@@ -201,7 +210,8 @@ class OctomapReader {
   // .ot: log-odds (and a colour), then a byte of child bits.
   void read_full(VoxelNode* node, int level) {
     float value = 0;
-    for (std::size_t i = 0; i < sizeof value; ++i) reinterpret_cast<unsigned char*>(&value)[i] = byte() & 0xff;
+    for (std::size_t i = 0; i < sizeof value; ++i)
+      reinterpret_cast<unsigned char*>(&value)[i] = byte() & 0xff;
     if (!std::isfinite(value)) refuse_octomap(file_, "is damaged: a log-odds is not finite");
     node->setLogOdds(value);
     if (header_.id == "ColorOcTree") byte(), byte(), byte();
@@ -227,7 +237,8 @@ class OctomapReader {
 void OccupancyMap::write_bt(std::ostream& out) const {
   BtWriter writer(*tree_);
   if (tree_->getRoot() != nullptr) writer.write(tree_->getRoot());
-  out << "# Octomap OcTree binary file\n# (feel free to add / change comments, but leave the first line as it "
+  out << "# Octomap OcTree binary file\n# (feel free to add / change comments, but leave the first line as "
+         "it "
          "is!)\n#\nid OcTree\nsize "
       << writer.nodes() << "\nres " << grid_.resolution() << "\ndata\n";
   out.write(writer.bytes().data(), static_cast<std::streamsize>(writer.bytes().size()));

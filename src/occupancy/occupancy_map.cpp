@@ -1,11 +1,11 @@
 #include "occupancy/occupancy_map.hpp"
 
-#include <array>
-
 #include "occupancy/batch_insert.hpp"
 #include "occupancy/grazing.hpp"
 #include "occupancy/payload.hpp"
 #include "occupancy/voxel_tree.hpp"
+
+#include <array>
 
 namespace octosurf {
 namespace {
@@ -186,16 +186,20 @@ std::vector<VoxelPoint> OccupancyMap::adopt_occupied_voxels() {
   }
   std::vector<VoxelPoint> adopted;
   for (const VoxelKey k : border) {
-    Eigen::Vector3f free = Eigen::Vector3f::Zero(), unknown = free, first_free = free;
+    Eigen::Vector3f free = Eigen::Vector3f::Zero(), unknown = free, first_free = free, first_unknown = free;
     for (const auto& s : steps) {
       const State state = at(neighbour(k, s)).state;
       const Eigen::Vector3f v(static_cast<float>(s[0]), static_cast<float>(s[1]), static_cast<float>(s[2]));
       if (state == State::free) free += v;
       if (state == State::unknown) unknown += v;
       if (state == State::free && first_free.isZero()) first_free = v;
+      if (state == State::unknown && first_unknown.isZero()) first_unknown = v;
     }
-    // A wall one voxel thick is free on both sides: one of them has to do.
-    const Eigen::Vector3f view = !free.isZero() ? free : !first_free.isZero() ? first_free : unknown;
+    // A wall one voxel thick is open on both sides: one of them has to do.
+    const Eigen::Vector3f view = !free.isZero()         ? free
+                                 : !first_free.isZero() ? first_free
+                                 : !unknown.isZero()    ? unknown
+                                                        : first_unknown;
     int level = 0;
     VoxelNode* node = find_node(*tree_, k, 0, &level);
     for (; level > 0; node = find_node(*tree_, k, 0, &level)) tree_->expandNode(node);

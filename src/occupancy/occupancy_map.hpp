@@ -111,7 +111,4 @@ class OccupancyMap {
   FrameBits bits_;
 };
 
-/// Resolution of an OctoMap file, from its header. Throws Error(data) if it is none.
-double read_octomap_resolution(const std::filesystem::path& file);
-
 }  // namespace octosurf

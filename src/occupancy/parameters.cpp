@@ -78,8 +78,9 @@ std::vector<Entry> make_entries() {
       derived(s, &S::range_noise, Form::real,
               {"range_noise", "1/m", "noise is sensor_noise + range_noise*z^2; auto: from the scans"},
               [](const P&) { return std::string("estimated"); }),
-      plain(s, &S::max_hole_size, Form::real,
-            {"max_hole_size", "m", "h: alpha of the polygons, reach of expansion, cluster gap"}),
+      derived(s, &S::max_hole_size, Form::real,
+              {"max_hole_size", "m", "h: alpha of the polygons, reach of expansion, cluster gap"},
+              [](const P& p) { return text_of(p.max_hole_size()); }),
       derived(d, &D::search_radius, Form::real, {"search_radius", "m", "r: largest neighbourhood of a point"},
               [](const P& p) { return text_of(p.search_radius()); }),
       derived(d, &D::normal_radius, Form::real,
@@ -139,6 +140,10 @@ double Parameters::surface_tolerance() const {
   return surfaces.surface_tolerance.value_or(surfaces.sensor_noise + occupancy.resolution / 2);
 }
 
+double Parameters::max_hole_size() const {
+  return surfaces.max_hole_size.value_or(std::max(0.08, 4 * occupancy.resolution));
+}
+
 double Parameters::search_radius() const {
   return detection.search_radius.value_or(std::max(0.06, 5 * occupancy.resolution));
 }
@@ -152,6 +157,8 @@ int Parameters::min_surface_points() const {
   const double voxels = 0.02 / (occupancy.resolution * occupancy.resolution);
   return static_cast<int>(std::lround(std::clamp(voxels, 20.0, 500.0)));
 }
+
+bool Parameters::aligned() const { return detection.aligned_angle < std::numbers::pi / 2 - 1e-9; }
 
 void Parameters::validate() const {
   const auto check = [this](const char* name, bool holds, const char* rule) {
@@ -172,7 +179,7 @@ void Parameters::validate() const {
   check("sensor_noise", s.sensor_noise >= 0 && s.sensor_noise <= 1, "in [0, 1] m");
   check("range_noise", !s.range_noise || (*s.range_noise >= 0 && *s.range_noise <= 1), "in [0, 1] 1/m");
   check("surface_tolerance", surface_tolerance() > 0 && surface_tolerance() <= 1, "in (0, 1] m");
-  check("max_hole_size", s.max_hole_size >= o.resolution && s.max_hole_size <= 100,
+  check("max_hole_size", max_hole_size() >= o.resolution && max_hole_size() <= 100,
         "at least the resolution, at most 100 m");
   check("min_surface_width", s.min_surface_width >= 0 && s.min_surface_width <= 10, "in [0, 10] m");
   check("mesh_thickness", s.mesh_thickness > 0 && s.mesh_thickness <= 10, "in (0, 10] m");

@@ -16,7 +16,7 @@ inline unsigned range_class_of(float range) {
 }
 inline float range_of_class(unsigned c) { return 0.25F * std::exp2(0.5F * (static_cast<float>(c) - 1)); }
 
-/// Octahedral coding of a unit vector with 6 bits a coordinate (Meyer et al. 2010); error ≤ 3°.
+/// Octahedral coding of a unit vector with 6 bits a coordinate (Meyer et al. 2010); error ≤ 3.9°.
 inline unsigned encode_view(const Eigen::Vector3f& v) {
   const float sum = v.cwiseAbs().sum();
   if (!(sum > 0)) return encode_view(Eigen::Vector3f::UnitZ());

@@ -97,7 +97,7 @@ Recording::~Recording() = default;
 
 std::size_t Recording::size() const { return impl_->path.size(); }
 const std::vector<Eigen::Vector3f>& Recording::rays() const { return impl_->sensor.rays; }
-const std::vector<TrueFace>& Recording::faces() const { return impl_->faces.all(); }
+const std::vector<TrueFace>& Recording::faces() const& { return impl_->faces.all(); }
 
 double Recording::stamp_s(std::size_t i) const { return static_cast<double>(i) / impl_->sensor.scans_per_s; }
 

@@ -54,7 +54,8 @@ class Recording {
   Scan scan(std::size_t i) const { return labelled_scan(i).scan; }
 
   /// Faces without visibility; ids are 1 … n in order.
-  const std::vector<TrueFace>& faces() const;
+  const std::vector<TrueFace>& faces() const&;
+  void faces() const&& = delete;  // would dangle in `for (… : Recording(options).faces())`
   /// Casts every scan to find what was visible.
   Truth truth() const;
   /// Gathers what truth() needs; for callers that cast the scans themselves.

@@ -1,8 +1,8 @@
-#include <octosurf/map.hpp>
+#include "surfaces/map_state.hpp"
 
 #include <algorithm>
 
-#include "surfaces/map_state.hpp"
+#include <octosurf/map.hpp>
 
 namespace octosurf {
 namespace {
@@ -73,6 +73,14 @@ Map::Size Map::size() const {
   size.scans = state_->scans;
   size.revision = state_->revision;
   return size;
+}
+
+Map map_from_octomap(const std::filesystem::path& file, Parameters parameters) {
+  parameters.occupancy.resolution = read_octomap_resolution(file);
+  parameters.validate();
+  auto state = std::make_unique<MapState>(parameters);
+  state->occupancy = OccupancyMap::read_octomap(file, parameters.occupancy);
+  return Map(std::move(state));
 }
 
 }  // namespace octosurf

@@ -9,9 +9,12 @@
 namespace octosurf {
 namespace {
 
-constexpr double bin_width = 0.001;        // m
-constexpr std::uint64_t enough = 5000;     // observations before a class has a say
-constexpr double quantile = 0.6827;        // of |distance|: one standard deviation
+constexpr double bin_width = 0.0015;    // m
+constexpr std::uint64_t enough = 1000;  // observations before a class has a say
+constexpr double kept_share = 0.95;     // the largest differences are edges, not noise
+// Root mean square of what is kept of a normal distribution, to its deviation; variance of a second
+// difference is 6 sigma².
+constexpr double per_trimmed_rms = 1.148 / 2.449489742783178;
 constexpr double max_range_noise = 0.004;  // 1/m: 6 cm at 4 m; worse is not noise
 
 }  // namespace
@@ -28,33 +31,46 @@ void NoiseModel::tabulate() {
   for (unsigned c = 0; c < classes; ++c) {
     const double z = range_of_class(std::max(c, 1U));
     sigma_[c] = sensor_noise_ + range_noise_ * z * z;
-    tolerance_[c] = base_tolerance_ + 3 * range_noise_ * z * z;
+    tolerance_[c] = base_tolerance_ + 4 * range_noise_ * z * z;
   }
 }
 
-void NoiseModel::observe(unsigned range_class, double distance, std::uint32_t count) {
-  const auto bin = static_cast<std::size_t>(distance / bin_width);
-  if (bin >= bins) return;
-  histogram_[range_class][bin] += count;
-  total_[range_class] += count;
+void NoiseModel::observe(const Scan& scan) {
+  if (!estimate_) return;
+  constexpr std::size_t stride = 7;
+  for (std::size_t i = 1; i + 1 < scan.points.size(); i += stride) {
+    const Eigen::Vector3f &a = scan.points[i - 1], &b = scan.points[i], &c = scan.points[i + 1];
+    const float range = b.norm();
+    // Neighbours on one surface; NaN fails the comparison.
+    if (!((c - a).norm() < 0.05F * range)) continue;
+    const unsigned range_class = range_class_of(range);
+    const auto bin = static_cast<std::size_t>(std::fabs(a.norm() - 2 * range + c.norm()) / bin_width);
+    if (total_[range_class] >= plenty || bin >= bins) continue;
+    ++histogram_[range_class][bin];
+    ++total_[range_class];
+  }
+  update();
 }
 
 void NoiseModel::update() {
-  if (!estimate_) return;
-  // Least squares of sigma(z) - sensor_noise = range_noise z² over the classes seen often enough.
-  double above = 0, below = 0;
+  // The largest that a class seen often enough asks for: too small a tolerance leaves sheets of
+  // noise beside far walls, one too large only blurs where no detail can be seen anyway.
+  range_noise_ = 0;
   for (unsigned c = 1; c < classes; ++c) {
     const std::uint64_t total = total_[c];
     if (total < enough) continue;
-    std::uint64_t seen = 0;
-    std::size_t bin = 0;
-    while (static_cast<double>(seen += histogram_[c][bin]) < quantile * static_cast<double>(total)) ++bin;
+    const double kept = kept_share * static_cast<double>(total);
+    double squares = 0, left = kept;
+    for (std::size_t bin = 0; bin < bins && left > 0; ++bin) {
+      const double n = std::min(left, static_cast<double>(histogram_[c][bin]));
+      const double difference = (static_cast<double>(bin) + 0.5) * bin_width;
+      squares += n * difference * difference;
+      left -= n;
+    }
+    const double sigma = std::sqrt(squares / kept) * per_trimmed_rms;
     const double z = range_of_class(c);
-    const double sigma = (static_cast<double>(bin) + 0.5) * bin_width;
-    above += (sigma - sensor_noise_) * z * z;
-    below += z * z * z * z;
+    range_noise_ = std::clamp((sigma - sensor_noise_) / (z * z), range_noise_, max_range_noise);
   }
-  if (below > 0) range_noise_ = std::clamp(above / below, 0.0, max_range_noise);
   tabulate();
 }
 

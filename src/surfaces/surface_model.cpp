@@ -78,6 +78,7 @@ void SurfaceModel::insert(const Inlier& inlier) {
 
 void SurfaceModel::add(const Inlier& inlier) {
   insert(inlier);
+  ++unchecked;
   moments_[inlier.range_class].add(inlier.position.cast<double>() - reference_);
 }
 
@@ -90,6 +91,7 @@ bool SurfaceModel::remove(VoxelKey key, const Eigen::Vector3f& position) {
   moments_[found->range_class].add(found->position.cast<double>() - reference_, -1);
   cell.erase(found);
   --size_;
+  ++unchecked;
   if (cell.empty()) {
     cells_.erase(entry);
     polygons_stale_ = true;
@@ -236,13 +238,14 @@ SurfacePtr SurfaceModel::publish(std::uint64_t map_revision) const {
 
 SurfaceModel::State SurfaceModel::state() const {
   return {id_,      plane_,    checked_plane, pose_,       hash_frame_, reference_,
-          moments_, sorted_inliers(), polygons_, simplified_, parents_, polygons_stale_, revision};
+          moments_, sorted_inliers(), polygons_, simplified_, parents_, polygons_stale_, revision, unchecked};
 }
 
 SurfaceModel::SurfaceModel(const State& state, double resolution)
     : SurfaceModel(state.id, state.plane, state.reference, resolution) {
   checked_plane = state.checked_plane;
   revision = state.revision;
+  unchecked = state.unchecked;
   pose_ = state.pose;
   hash_frame_ = state.hash_frame;
   hash_axes_ = (hash_frame_.linear().leftCols<2>().transpose() / resolution_).cast<float>();

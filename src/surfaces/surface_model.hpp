@@ -63,6 +63,8 @@ class SurfaceModel {
   bool occupied(PlaneCell cell) const { return cells_.find(cell.packed()) != cells_.end(); }
   /// Raster twin of "inside the polygon": the cell holds an inlier, or five of its neighbours do.
   bool covers(PlaneCell cell) const;
+  /// All eight neighbours hold inliers.
+  bool surrounded(PlaneCell cell) const;
   /// Some inlier lies within `reach` cells.
   bool near(PlaneCell cell, int reach) const;
 
@@ -109,12 +111,14 @@ class SurfaceModel {
     std::vector<SurfaceId> parents;
     bool polygons_stale = false;
     std::uint64_t revision = 0;
+    std::uint64_t unchecked = 0;
   };
   State state() const;
   SurfaceModel(const State& state, double resolution);
 
   std::uint64_t revision = 0;  ///< map revision of the last published change
   Plane checked_plane;         ///< plane against which all inliers were last checked
+  std::uint64_t unchecked = 0;  ///< inliers that came or went since planarity was last checked
 
  private:
   using Cell = boost::container::small_vector<Inlier, 1>;
@@ -126,7 +130,6 @@ class SurfaceModel {
     bool deep_inside(PlaneCell cell) const;
   };
   CellRaster rasterize() const;
-  bool surrounded(PlaneCell cell) const;
   void insert(const Inlier& inlier);
 
   SurfaceId id_;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "occupancy/payload.hpp"
+#include "surfaces/planarity.hpp"
 
 namespace octosurf {
 namespace {
@@ -25,14 +25,29 @@ Plane fitted_plane(const Moments& moments, const Eigen::Vector3d& reference, con
   return plane;
 }
 
-void dissolve_if_small(Workspace& work, SurfaceId id) {
-  SurfaceModel* surface = work.state.surfaces.find(id);
-  if (surface == nullptr ||
-      surface->size() >= static_cast<std::size_t>(work.state.parameters.min_surface_points()))
-    return;
-  for (const Inlier& inlier : surface->sorted_inliers()) work.take_back(work.window.find(inlier.key));
+void dissolve(Workspace& work, SurfaceModel& surface) {
+  const SurfaceId id = surface.id();
+  for (const Inlier& inlier : surface.sorted_inliers()) work.take_back(work.window.find(inlier.key));
   work.state.surfaces.erase(id);
   work.changes.gone.insert(id);
+}
+
+bool too_small(const Workspace& work, const SurfaceModel& surface) {
+  return surface.size() < static_cast<std::size_t>(work.state.parameters.min_surface_points());
+}
+
+/// A surface that a few far points made, or that has crept around a pillar, is found out once it has
+/// changed by a quarter: closer views leave less to noise. Large ones have proved themselves.
+bool no_longer_planar(Workspace& work, SurfaceModel& surface) {
+  constexpr std::size_t proved = 20000;
+  if (surface.size() > proved || surface.unchecked * 4 < surface.size()) return false;
+  surface.unchecked = 0;
+  Planarity planarity(surface.pose());
+  for (const Inlier& inlier : surface.sorted_inliers())
+    planarity.add(inlier.position, work.state.noise.sigma(inlier.range_class),
+                  work.state.noise.tolerance(inlier.range_class), surface.surrounded(surface.cell_of(inlier.position)));
+  // Not its scatter: voxels that noise reached once count as much as those it hits each time.
+  return planarity.bends();
 }
 
 /// Inliers that a moved plane has left behind, with half a tolerance of patience.
@@ -54,7 +69,11 @@ void retract(Workspace& work, const OccupancyDelta& delta) {
       work.changes.shrunk.insert(p.surface);
   }
   for (const OccupancyDelta::Refined& r : delta.refined) {
-    SurfaceModel* surface = r.before.surface == 0 ? nullptr : state.surfaces.find(r.before.surface);
+    if (r.before.surface == 0) {
+      work.returned.push_back(r.after.key);  // seen better, it may make a plane now
+      continue;
+    }
+    SurfaceModel* surface = state.surfaces.find(r.before.surface);
     if (surface == nullptr) continue;
     state.surfaces.remove(*surface, r.before.key, r.before.position);
     const PointWindow::Index i = work.window.find(r.after.key);
@@ -66,7 +85,8 @@ void retract(Workspace& work, const OccupancyDelta& delta) {
       work.changes.shrunk.insert(r.before.surface);
     }
   }
-  for (const SurfaceId id : work.changes.touched()) dissolve_if_small(work, id);
+  for (const SurfaceId id : work.changes.touched())
+    if (SurfaceModel& surface = *state.surfaces.find(id); too_small(work, surface)) dissolve(work, surface);
 }
 
 void refit(Workspace& work) {
@@ -78,30 +98,15 @@ void refit(Workspace& work) {
     state.surfaces.set_plane(surface, plane);
     if (displacement(surface, plane, surface.checked_plane) > patience) drop_misfits(work, surface);
     surface.rehash_if_tilted();
-    dissolve_if_small(work, id);
-  }
-}
-
-void observe_noise(MapState& state, const VoxelScan& scan) {
-  constexpr double farthest = 0.08;  // m
-  const std::size_t large = 10 * static_cast<std::size_t>(state.parameters.min_surface_points());
-  const int reach = std::max(1, static_cast<int>(farthest / state.parameters.occupancy.resolution));
-  for (const EndVoxel& end : scan.ends) {
-    if (PackedKeyHash()(end.key.packed()) % 8 != 0) continue;
-    const Eigen::Vector3f view = (scan.origin - end.centroid).normalized();
-    const unsigned range_class = range_class_of((scan.origin - end.centroid).norm());
-    if (!state.noise.wants(range_class)) continue;
-    double nearest = farthest;
-    for (const SurfaceId id : state.surfaces.near(end.key, reach)) {
-      const SurfaceModel& surface = *state.surfaces.find(id);
-      const double distance = std::fabs(surface.distance(end.centroid));
-      if (distance < nearest && surface.size() >= large && surface.plane().normal.cast<float>().dot(view) > 0.3F &&
-          surface.covers(surface.cell_of(end.centroid)))
-        nearest = distance;
+    if (too_small(work, surface)) {
+      dissolve(work, surface);
+    } else if (state.parameters.aligned() && no_longer_planar(work, surface)) {
+      // Its points are settled: the same plane would only be found again.
+      const std::size_t returned = work.returned.size();
+      dissolve(work, surface);
+      work.returned.resize(returned);
     }
-    if (nearest < farthest) state.noise.observe(range_class, nearest, end.count);
   }
-  state.noise.update();
 }
 
 bool coplanar(const SurfaceModel& a, const SurfaceModel& b, const NoiseModel& noise) {
@@ -148,7 +153,7 @@ void derive(Workspace& work) {
       next->surfaces.push_back(*at);
       continue;
     }
-    if (surface.polygons_stale()) surface.derive(state.parameters.surfaces.max_hole_size);
+    if (surface.polygons_stale()) surface.derive(state.parameters.max_hole_size());
     surface.revision = state.revision;
     next->surfaces.push_back(surface.publish(state.revision));
   }

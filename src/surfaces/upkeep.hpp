@@ -13,10 +13,6 @@ void retract(Workspace& work, const OccupancyDelta& delta);
 /// again and misfits go back to pending. Dissolves what falls below n.
 void refit(Workspace& work);
 
-/// Tells the noise model how far off the surfaces it passes the scan's points ended: a sample of one
-/// end voxel in eight, those in front of or behind the inside of a large surface.
-void observe_noise(MapState& state, const VoxelScan& scan);
-
 /// Merges `from` into `into`: inliers, moments, lineage. `from` ceases to exist.
 void merge(Workspace& work, SurfaceModel& into, SurfaceModel& from);
 

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -63,11 +64,12 @@ class LiveRun {
   }
 
   Numbers numbers() const {
-    const nlohmann::json report = nlohmann::json::parse(statistics_.to_json());
-    return {report.at("points_per_second").get<double>(),
-            report.at("time_to_first_detection_s").get<double>(),
-            report.at("detection_lag_s").at("mean").get<double>(),
-            report.at("categorized_percent").get<double>()};
+    const nlohmann::json report = nlohmann::json::parse(statistics_.to_json(mapper_.map()));
+    const auto number = [](const nlohmann::json& value) {  // null: not defined, e.g. nothing detected
+      return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
+    };
+    return {number(report.at("points_per_second")), number(report.at("time_to_first_detection_s")),
+            number(report.at("detection_lag_s").at("mean")), number(report.at("categorized_percent"))};
   }
 
  private:

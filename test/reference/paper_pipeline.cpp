@@ -127,7 +127,7 @@ struct PaperPipeline::Impl {
   explicit Impl(const Parameters& parameters)
       : d(parameters.occupancy.resolution),
         s(parameters.surface_tolerance()),
-        h(parameters.surfaces.max_hole_size),
+        h(parameters.max_hole_size()),
         r(parameters.search_radius()),
         n(static_cast<std::size_t>(parameters.min_surface_points())),
         occupancy(parameters.occupancy),

@@ -1,0 +1,138 @@
+// `octosurf info`: what is in a map.
+#include "mapper/run_statistics.hpp"
+#include "parameter_options.hpp"
+#include "surface_table.hpp"
+
+#include <CLI/CLI.hpp>
+#include <Eigen/Geometry>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include <octosurf/error.hpp>
+#include <octosurf/map.hpp>
+#include <octosurf/mapper.hpp>
+
+namespace octosurf {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* description = R"(Tells what is in a map.
+
+Examples:
+  octosurf info maps/office
+  octosurf info maps/office --json
+  octosurf info maps/office --check      whether octree, points and surfaces agree with one another
+)";
+
+struct Arguments {
+  std::string map;
+  bool json = false, check = false;
+};
+
+constexpr std::size_t listed_surfaces = 10;
+
+struct Contents {
+  Map::Size size;
+  std::shared_ptr<const Snapshot> snapshot;
+  Eigen::AlignedBox3d extent;  ///< of the points, map frame; empty if there is none
+  std::vector<std::string> violations;
+};
+
+Contents look_into(const Map& map, bool check) {
+  Contents contents{map.size(), map.snapshot(), {}, {}};
+  map.for_each_point([&](const Map::Voxel& voxel) { contents.extent.extend(*voxel.point); });
+  if (check) contents.violations = check_invariants(map);
+  return contents;
+}
+
+void print(const Map& map, const Contents& contents) {
+  const Map::Size& size = contents.size;
+  std::printf("%-12s %g m\n", "resolution", map.parameters().occupancy.resolution);
+  std::printf("%-12s %zu, revision %zu\n", "scans", static_cast<std::size_t>(size.scans),
+              static_cast<std::size_t>(size.revision));
+  std::printf("%-12s %zu nodes, %zu leaves, %.1f MB\n", "octree", size.nodes, size.leaves,
+              static_cast<double>(size.bytes) / 1e6);
+  std::printf("%-12s %zu: %zu in surfaces, %zu pending\n", "points", size.points, size.inliers, size.pending);
+  if (!contents.extent.isEmpty()) {
+    const Eigen::Vector3d &low = contents.extent.min(), &high = contents.extent.max();
+    std::printf("%-12s x %.2f … %.2f, y %.2f … %.2f, z %.2f … %.2f m\n", "extent", low.x(), high.x(), low.y(),
+                high.y(), low.z(), high.z());
+  }
+  std::printf("%-12s %zu, %.2f m²\n", "surfaces", size.surfaces, total_area(*contents.snapshot));
+  if (size.surfaces > 0) {
+    std::printf("\nlargest\n");
+    print_table(largest_surfaces(*contents.snapshot, listed_surfaces));
+  }
+  std::printf("\nparameters\n%s", list_parameters(map.parameters()).c_str());
+}
+
+Json to_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+Json to_json(const Surface& surface) {
+  return {{"id", surface.id},
+          {"area_m2", surface.area_m2},
+          {"inliers", surface.inliers},
+          {"rms_m", surface.rms_m},
+          {"normal", to_json(surface.plane.normal)},
+          {"offset", surface.plane.offset}};
+}
+
+void print_json(const Map& map, const Contents& contents, const std::string& warning, bool checked) {
+  const Map::Size& size = contents.size;
+  Json json;
+  json["resolution"] = map.parameters().occupancy.resolution;
+  json["scans"] = size.scans;
+  json["revision"] = size.revision;
+  json["octree"] = {{"nodes", size.nodes}, {"leaves", size.leaves}, {"bytes", size.bytes}};
+  json["points"] = size.points;
+  json["inliers"] = size.inliers;
+  json["pending_points"] = size.pending;
+  json["extent"] = nullptr;
+  if (!contents.extent.isEmpty())
+    json["extent"] = {{"min", to_json(contents.extent.min())}, {"max", to_json(contents.extent.max())}};
+  json["surfaces"] = size.surfaces;
+  json["area_m2"] = total_area(*contents.snapshot);
+  json["largest"] = Json::array();
+  for (const SurfacePtr& surface : largest_surfaces(*contents.snapshot, listed_surfaces))
+    json["largest"].push_back(to_json(*surface));
+  json["parameters"] = Json::parse(parameters_json(map.parameters()));
+  json["warnings"] = Json::array();
+  if (!warning.empty()) json["warnings"].push_back(warning);
+  if (checked) json["violations"] = contents.violations;
+  std::printf("%s\n", json.dump(1, ' ', false, Json::error_handler_t::replace).c_str());
+}
+
+void run(const Arguments& arguments) {
+  const LoadedMap loaded = load_map(arguments.map);
+  const Contents contents = look_into(loaded.map, arguments.check);
+  if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
+  if (arguments.json)
+    print_json(loaded.map, contents, loaded.warning, arguments.check);
+  else
+    print(loaded.map, contents);
+  if (!arguments.check) return;
+  if (!contents.violations.empty())
+    throw Error(
+        Error::Kind::data, arguments.map,
+        std::to_string(contents.violations.size()) + " violations, the first: " + contents.violations[0],
+        "map it anew from the scans");
+  if (!arguments.json) std::printf("\ncheck        octree, points and surfaces agree\n");
+}
+
+}  // namespace
+
+void add_info(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("info", description);
+  const auto arguments = std::make_shared<Arguments>();
+  verb->add_option("map", arguments->map, "map to look into: name without ending, as given to map -o")
+      ->required();
+  verb->add_flag("--json", arguments->json, "tell it in JSON");
+  verb->add_flag("--check", arguments->check, "check that all parts agree; exit 1 if they do not");
+  verb->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace octosurf

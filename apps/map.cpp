@@ -1,0 +1,189 @@
+// `octosurf map`: scans in, map out.
+#include "io/new_file.hpp"
+#include "map_run.hpp"
+#include "parameter_options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <octosurf/error.hpp>
+#include <octosurf/map.hpp>
+#include <octosurf/scan_source.hpp>
+
+namespace octosurf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* description = R"(Builds a map from posed scans, or goes on with one.
+
+Examples:
+  octosurf map kitchen -o maps/kitchen                          a folder of depth images with poses
+  octosurf map kitchen -o maps/kitchen --resolution 0.01 --report kitchen.json
+  octosurf map more -o maps/kitchen --resume maps/kitchen       go on with a map
+  octosurf map depth --poses trajectory.txt --intrinsics K.txt --depth-scale 5000 -o maps/lab
+  octosurf map velodyne --poses poses.txt --resolution 0.05 -o maps/street
+  octosurf map old.bt -o maps/old                               surfaces of an OctoMap
+  octosurf map kitchen -o maps/live --realtime --checkpoint 10  as a robot would see it
+  octosurf map --show-parameters --preset paper
+
+Inputs, told apart by content: folders as 7-Scenes, TUM RGB-D or KITTI velodyne have them; 16-bit depth
+images (PNG, PGM); clouds (PCD, PLY); OctoMap's .graph, .bt and .ot. Several are one recording after
+the other. -o maps/x writes maps/x.surfaces (everything) and maps/x.bt (plain OctoMap). Ctrl-C ends the
+run after the scan at hand and saves.
+)";
+
+struct Inputs {
+  std::optional<fs::path> octree;  ///< .bt or .ot, what the map starts from
+  std::vector<fs::path> scans;
+};
+
+Inputs sort_inputs(const MapOptions& options) {
+  Inputs inputs;
+  for (const std::string& input : options.inputs) {
+    if (classify(input) == InputKind::scans) {
+      inputs.scans.emplace_back(input);
+    } else if (inputs.octree || !options.resume.empty()) {
+      throw Error(Error::Kind::usage, input, "an octree starts a map, and this one has its start already",
+                  "give one .bt or .ot, and no --resume");
+    } else {
+      inputs.octree = input;
+    }
+  }
+  return inputs;
+}
+
+bool same_file(const fs::path& a, const fs::path& b) {
+  std::error_code ignored;
+  return fs::weakly_canonical(a, ignored) == fs::weakly_canonical(b, ignored);
+}
+
+void require_output(const MapOptions& options) {
+  const std::string name = fs::path(options.output).filename().string();
+  if (options.output.empty())
+    throw Error(Error::Kind::usage, "-o", "is missing", "name the map to write, as in -o maps/office");
+  if (name.empty() || name == "." || name == "..")
+    throw Error(Error::Kind::usage, "-o " + options.output, "is a folder",
+                "name a map in it, as in -o maps/office");
+}
+
+/// Refuses what cannot or must not be written before any work is done.
+void probe_outputs(const MapOptions& options) {
+  const bool goes_on = !options.resume.empty() && same_file(options.resume, options.output);
+  const auto probe = [](const std::string& file, bool force) {
+    NewFile(file, force).write([](std::ostream&) {});
+  };
+  probe(options.output + ".surfaces", options.force || goes_on);
+  probe(options.output + ".bt", options.force || goes_on);
+  if (!options.report.empty()) probe(options.report, options.force);
+}
+
+/// The map the run starts from: a saved one, an octree, or an empty one.
+Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inputs& inputs,
+             RunContext& context) {
+  if (!options.resume.empty()) {
+    LoadedMap loaded = load_map(options.resume);
+    choice.require_same(loaded.map.parameters());
+    if (!loaded.warning.empty()) {
+      std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
+      context.warnings.push_back(loaded.warning);
+    }
+    return std::move(loaded.map);
+  }
+  if (inputs.octree)
+    return map_from_octomap(*inputs.octree, choice.in_force(read_octomap_resolution(*inputs.octree)));
+  return Map(choice.in_force());
+}
+
+void show_parameters(const MapOptions& options, const ParameterChoice& choice) {
+  RunContext context;
+  std::fputs(list_parameters(start_of(options, choice, sort_inputs(options), context).parameters()).c_str(),
+             stdout);
+}
+
+/// Like save_map and load_map, which take `maps/x.surfaces` for `maps/x`.
+std::string without_ending(const std::string& stem) {
+  const fs::path path(stem);
+  return path.extension() == ".surfaces" || path.extension() == ".bt"
+             ? (path.parent_path() / path.stem()).string()
+             : stem;
+}
+
+void run(MapOptions& options) {
+  const auto begin = MapRun::Clock::now();
+  const ParameterChoice choice(options.parameters);
+  if (options.show_parameters) return show_parameters(options, choice);
+  options.output = without_ending(options.output.empty() ? options.resume : options.output);
+  options.resume = without_ending(options.resume);
+  if (options.inputs.empty())
+    throw Error(Error::Kind::usage, "INPUT", "is missing", "name a folder or file of scans");
+  require_output(options);
+  if (options.resume.empty()) choice.in_force();  // nonsense is refused before anything is read
+  probe_outputs(options);
+
+  const Inputs inputs = sort_inputs(options);
+  RunContext context;
+  context.input = options.inputs;
+  std::unique_ptr<ScanSource> source;
+  if (!inputs.scans.empty()) source = open_scans(inputs.scans, options.source);
+  Map start = start_of(options, choice, inputs, context);
+  MapRun mapping(options, std::move(start), std::move(context), begin);
+  if (inputs.octree) mapping.adopt_octree();
+  if (source) mapping.map_scans(std::move(source));
+  mapping.finish();
+}
+
+void add_source_options(CLI::App& verb, MapOptions& options) {
+  const char* const group = "Scans";
+  verb.add_option("--poses", options.source.poses, "file with a pose per scan, or a stamped trajectory")
+      ->group(group);
+  verb.add_option("--intrinsics", options.source.intrinsics, "file with K (3x3) or fx fy cx cy")
+      ->group(group);
+  verb.add_option("--depth-scale", options.source.depth_scale,
+                  "units of a depth image per metre [5000 for TUM, else 1000]")
+      ->group(group);
+  verb.add_option("--rate", options.source.rate_hz,
+                  "scans per second if they have no time stamps [30, lidar 10]")
+      ->group(group);
+  verb.add_flag("--skip-bad", options.source.skip_bad,
+                "go on without scans that cannot be read or have no rigid pose")
+      ->group(group);
+  verb.add_option("--skip", options.range.skip, "leave out so many scans at the start")->group(group);
+  verb.add_option("--every", options.range.every, "map every K-th scan only")
+      ->check(CLI::PositiveNumber)
+      ->group(group);
+  verb.add_option("--first", options.range.first, "map so many scans at most")
+      ->check(CLI::PositiveNumber)
+      ->group(group);
+}
+
+}  // namespace
+
+void add_map(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("map", description);
+  const auto options = std::make_shared<MapOptions>();
+  options->threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 256u));
+  verb->add_option("input", options->inputs, "folders or files");
+  verb->add_option("-o,--output", options->output, "map to write: name without ending [that of --resume]");
+  verb->add_option("--resume", options->resume, "map to go on with; may be the one of -o");
+  verb->add_option("--report", options->report, "write what the run did and cost to this file (JSON)");
+  verb->add_option("--checkpoint", options->checkpoint_s, "save every so many SECONDS between scans")
+      ->check(CLI::PositiveNumber);
+  verb->add_flag("--realtime", options->realtime,
+                 "scans arrive at their time stamps, not as fast as they can be mapped");
+  verb->add_option("--threads", options->threads, "result does not depend on it")->capture_default_str();
+  verb->add_flag("--force", options->force, "overwrite map and report");
+  verb->add_flag("--show-parameters", options->show_parameters, "print the parameters in force and end");
+  add_source_options(*verb, *options);
+  add_parameter_options(*verb, options->parameters);
+  verb->callback([options] { run(*options); });
+}
+
+}  // namespace octosurf

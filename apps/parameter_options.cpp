@@ -1,0 +1,128 @@
+#include "parameter_options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+using Setting = ParameterOptions::Setting;
+
+std::string with(std::string name, char from, char to) {
+  std::replace(name.begin(), name.end(), from, to);
+  return name;
+}
+
+std::string trimmed(const std::string& text) {
+  const auto first = text.find_first_not_of(" \t\r");
+  if (first == std::string::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+std::vector<Setting> read_config(const std::string& file) {
+  std::ifstream stream(file);
+  if (!stream) throw Error(Error::Kind::data, file, "cannot be read", "check --config");
+  std::vector<Setting> settings;
+  std::string line;
+  for (int number = 1; std::getline(stream, line); ++number) {
+    line = trimmed(line.substr(0, line.find('#')));
+    if (line.empty()) continue;
+    const std::string where = file + ":" + std::to_string(number);
+    const auto equals = line.find('=');
+    if (equals == std::string::npos)
+      throw Error(Error::Kind::usage, where, "'" + line + "' is not of the form name = value");
+    settings.push_back(
+        {with(trimmed(line.substr(0, equals)), '-', '_'), trimmed(line.substr(equals + 1)), where + ": "});
+  }
+  return settings;
+}
+
+/// set_parameter, with the config file's line named in errors.
+void set(Parameters& parameters, const Setting& setting) {
+  try {
+    set_parameter(parameters, setting.name, setting.text);
+  } catch (const Error& error) {
+    if (setting.where.empty()) throw;
+    throw Error(error.kind(), "", setting.where + error.what());
+  }
+}
+
+}  // namespace
+
+void add_parameter_options(CLI::App& verb, ParameterOptions& options) {
+  verb.add_option("--preset", options.preset, "default or paper: what the parameters start from")
+      ->check(CLI::IsMember({"default", "paper"}));
+  verb.add_option("--config", options.config, "file with lines 'name = value' and # comments; flags win");
+  const Parameters defaults;
+  for (const ParameterInfo& info : parameter_infos()) {
+    const std::string dashed = with(info.name, '_', '-');
+    const std::string names = "--" + info.name + (dashed == info.name ? "" : ",--" + dashed);
+    const std::string help = info.help + " [" + get_parameter(defaults, info.name) +
+                             (info.unit.empty() ? "" : " " + info.unit) + "]";
+    verb.add_option_function<std::string>(
+            names,
+            [&options, name = info.name](const std::string& text) {
+              options.flags.push_back({name, text, {}});
+            },
+            help)
+        ->type_name("VALUE")
+        ->group("Parameters [default]");
+  }
+}
+
+ParameterChoice::ParameterChoice(const ParameterOptions& options) : preset_(options.preset) {
+  if (!options.config.empty()) settings_ = read_config(options.config);
+  settings_.insert(settings_.end(), options.flags.begin(), options.flags.end());
+  apply_to(Parameters());  // refuses names and values that make no sense
+}
+
+bool ParameterChoice::given(const std::string& name) const {
+  return std::any_of(settings_.begin(), settings_.end(), [&](const Setting& s) { return s.name == name; });
+}
+
+Parameters ParameterChoice::apply_to(Parameters parameters) const {
+  for (const Setting& setting : settings_) set(parameters, setting);
+  return parameters;
+}
+
+Parameters ParameterChoice::in_force(std::optional<double> resolution) const {
+  const bool paper = preset_ == "paper";
+  Parameters parameters = apply_to(paper ? Parameters::paper() : Parameters());
+  double& d = parameters.occupancy.resolution;
+  if (resolution && given("resolution") && std::fabs(d - *resolution) > 1e-9) {
+    std::ostringstream is;
+    is << "is " << d << ", but the octree of the input has " << *resolution << " m";
+    throw Error(Error::Kind::usage, "resolution", is.str(), "leave it out");
+  }
+  if (resolution) d = *resolution;
+  if (paper && !given("surface_tolerance"))
+    parameters.surfaces.surface_tolerance = parameters.surfaces.sensor_noise + d * std::sqrt(3.0);
+  parameters.validate();
+  return parameters;
+}
+
+void ParameterChoice::require_same(const Parameters& of_map) const {
+  const Parameters asked = preset_ ? in_force() : apply_to(of_map);
+  for (const ParameterInfo& info : parameter_infos()) {
+    if (!preset_ && !given(info.name)) continue;
+    const std::string value = get_parameter(asked, info.name), kept = get_parameter(of_map, info.name);
+    if (value != kept)
+      throw Error(Error::Kind::usage, info.name, "is " + value + ", but the map that is resumed has " + kept,
+                  "leave it out, or start a new map");
+  }
+}
+
+std::string list_parameters(const Parameters& parameters) {
+  std::ostringstream out;
+  for (const ParameterInfo& info : parameter_infos())
+    out << info.name << ' ' << get_parameter(parameters, info.name) << (info.unit.empty() ? "" : " ")
+        << info.unit << '\n';
+  return out.str();
+}
+
+}  // namespace octosurf

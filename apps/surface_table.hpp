@@ -1,0 +1,18 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <octosurf/surface.hpp>
+
+namespace octosurf {
+
+/// The surfaces of largest area, at most `count`; ties by id.
+std::vector<SurfacePtr> largest_surfaces(const Snapshot& snapshot, std::size_t count);
+
+/// Prints them on stdout, a row each under a head line.
+void print_table(const std::vector<SurfacePtr>& surfaces);
+
+double total_area(const Snapshot& snapshot);  ///< m²
+
+}  // namespace octosurf

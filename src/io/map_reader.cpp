@@ -1,0 +1,255 @@
+#include "io/map_file.hpp"
+#include "io/record_stream.hpp"
+#include "io/surface_record.hpp"
+#include "map_file.pb.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/wire_format_lite.h>
+#include <optional>
+#include <unordered_map>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+// What a file may decompress to. Real maps shrink to a sixth, a made-up plain of equal voxels to a
+// thirtieth.
+constexpr std::uint64_t free_budget = std::uint64_t{64} << 20;
+constexpr std::uint64_t largest_ratio = 256;
+constexpr std::size_t small_record_limit = std::size_t{1} << 20;
+constexpr std::uint32_t length_delimited = 2;  // protobuf's wire type
+constexpr std::uint32_t last_next_id = 1U << 24;
+constexpr double largest_integer = 1e9;  // of a parameter; real ones are far below, too
+
+/// A record taken apart: which field it is, and that field's bytes.
+struct RecordView {
+  int field = 0;
+  std::string_view content;
+};
+
+std::string printable(std::string text) {
+  text.resize(std::min<std::size_t>(text.size(), 64));
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+  return text;
+}
+
+class Reader {
+ public:
+  Reader(std::istream& in, std::uint64_t file_bytes, const std::string& where)
+      : where_(where), records_(in, free_budget + largest_ratio * file_bytes, where) {
+    advance();
+  }
+
+  MapFile operator()() {
+    read_header();
+    read_octree();
+    read_accumulated();
+    read_surfaces();
+    read_footer();
+    publish();
+    return std::move(file_);
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& what) const {
+    throw Error(Error::Kind::data, where_, "is damaged: " + what, "restore it from a backup");
+  }
+  void require(bool holds, const char* what) const {
+    if (!holds) fail(what);
+  }
+
+  /// The next record, as it would have been written: one field, all of its bytes. Only then is a
+  /// message made of it, so that what it may cost is known from its type.
+  void advance() {
+    record_ = {};
+    if (!records_.next(bytes_)) return;
+    google::protobuf::io::CodedInputStream in(reinterpret_cast<const std::uint8_t*>(bytes_.data()),
+                                              static_cast<int>(bytes_.size()));
+    std::uint32_t tag = 0, length = 0;
+    require(in.ReadVarint32(&tag) && (tag & 7) == length_delimited && in.ReadVarint32(&length) &&
+                static_cast<std::size_t>(in.CurrentPosition()) + length == bytes_.size(),
+            "a record is not one field");
+    record_ = {static_cast<int>(tag >> 3), std::string_view(bytes_).substr(bytes_.size() - length)};
+  }
+
+  template <class Message>
+  Message parse(std::size_t limit) const {
+    Message message;
+    require(record_.content.size() <= limit &&
+                message.ParseFromArray(record_.content.data(), static_cast<int>(record_.content.size())),
+            "a record cannot be read");
+    return message;
+  }
+
+  void read_header() {
+    require(record_.field == map_file::Record::kHeader, "it does not begin with a header");
+    const auto header = parse<map_file::Header>(small_record_limit);
+    file_.state = std::make_unique<MapState>(read_parameters(header));
+    MapState& state = *file_.state;
+    require(header.has_revision() && header.has_scans() && header.has_points() && header.has_next_id() &&
+                header.has_range_noise() && header.has_bt_bytes() && header.has_bt_crc32(),
+            "the header is not complete");
+    state.revision = header.revision();
+    state.scans = header.scans();
+    state.points = header.points();
+    require(header.next_id() >= 1 && header.next_id() <= last_next_id, "there is no such next surface id");
+    state.surfaces.set_next_id(header.next_id());
+    read_noise(header);
+    file_.bt = {header.bt_bytes(), header.bt_crc32()};
+    advance();
+  }
+
+  Parameters read_parameters(const map_file::Header& header) const {
+    Parameters parameters;
+    const auto& infos = parameter_infos();
+    for (const map_file::Parameter& p : header.parameters()) {
+      const bool known = std::any_of(infos.begin(), infos.end(),
+                                     [&](const ParameterInfo& info) { return info.name == p.name(); });
+      if (!known)
+        throw Error(Error::Kind::data, where_,
+                    "has a parameter '" + printable(p.name()) + "' that this octosurf does not know",
+                    "use the newer version that wrote it");
+      require(!p.has_value() || std::fabs(p.value()) <= largest_integer, "a parameter makes no sense");
+      try {
+        set_parameter_value(parameters, p.name(), p.has_value() ? std::optional(p.value()) : std::nullopt);
+      } catch (const Error& error) {
+        fail(error.what());
+      }
+    }
+    try {
+      parameters.validate();
+    } catch (const Error& error) {
+      fail(error.what());
+    }
+    return parameters;
+  }
+
+  void read_noise(const map_file::Header& header) {
+    NoiseModel::Histogram histogram{};
+    require(header.noise_histogram_size() == static_cast<int>(NoiseModel::classes * NoiseModel::bins),
+            "the noise histogram has another size");
+    for (std::size_t i = 0; i < NoiseModel::classes * NoiseModel::bins; ++i)
+      histogram[i / NoiseModel::bins][i % NoiseModel::bins] = header.noise_histogram(static_cast<int>(i));
+    require(header.range_noise() >= 0 && header.range_noise() <= 1, "the noise makes no sense");
+    file_.state->noise.restore(histogram, header.range_noise());
+  }
+
+  void read_octree() {
+    MapState& state = *file_.state;
+    state.occupancy.read_nodes(
+        [this] {
+          if (record_.field != map_file::Record::kOctree) return std::string();
+          require(!record_.content.empty(), "an octree chunk is empty");
+          std::string chunk(record_.content);
+          advance();
+          return chunk;
+        },
+        where_);
+    std::size_t points = 0;
+    state.occupancy.for_each_point([&](const VoxelPoint& p) {
+      ++points;
+      if (p.surface != 0) inliers_[p.surface].push_back({p.key, p.range_class, p.position});
+    });
+    require(points == state.points, "the octree holds another number of points");
+  }
+
+  void read_accumulated() {
+    std::vector<VoxelKey>& keys = file_.state->accumulated;
+    std::uint64_t last = 0;
+    for (; record_.field == map_file::Record::kAccumulated; advance()) {
+      const auto accumulated = parse<map_file::Accumulated>(small_record_limit);
+      for (const std::uint64_t step : accumulated.steps()) {
+        require((step > 0 || keys.empty()) && step < std::uint64_t{1} << 48 &&
+                    last + step < std::uint64_t{1} << 48,
+                "a waiting point lies outside the octree, or out of order");
+        last += step;
+        keys.push_back(VoxelKey::unpack(last));
+      }
+    }
+  }
+
+  void read_surfaces() {
+    MapState& state = *file_.state;
+    const SurfaceBounds bounds{state.parameters.occupancy.resolution, state.surfaces.next_id(),
+                               state.revision};
+    SurfaceId last = 0;
+    for (; record_.field == map_file::Record::kSurface; advance()) {
+      const auto record = parse<map_file::Surface>(record_limit);
+      require(record.id() > last && record.id() < bounds.next_id,
+              "a surface's id is out of order, or not given out yet");
+      last = record.id();
+      state.surfaces.restore(read_surface(record, take_inliers(last), bounds, where_));
+    }
+    if (!inliers_.empty()) fail("voxels belong to a surface that is not there");
+  }
+
+  std::vector<Inlier> take_inliers(SurfaceId id) {
+    auto entry = inliers_.extract(id);
+    if (entry.empty()) return {};
+    std::vector<Inlier> inliers = std::move(entry.mapped());
+    std::sort(inliers.begin(), inliers.end(), [](const Inlier& a, const Inlier& b) { return a.key < b.key; });
+    return inliers;
+  }
+
+  void read_footer() {
+    require(record_.field == map_file::Record::kFooter, "records are missing, or out of order");
+    const auto footer = parse<map_file::Footer>(small_record_limit);
+    require(footer.has_records() && footer.records() == records_.records() - 1, "records are missing");
+    require(footer.has_crc32() && footer.crc32() == records_.crc32_before_last(), "the checksum differs");
+    advance();
+    require(record_.field == 0, "records follow the last one");
+  }
+
+  void publish() {
+    MapState& state = *file_.state;
+    auto snapshot =
+        std::make_shared<Snapshot>(Snapshot{state.revision, state.parameters.occupancy.resolution, {}});
+    for (const auto& [id, surface] : state.surfaces)
+      snapshot->surfaces.push_back(surface.publish(surface.revision));
+    state.snapshot = std::move(snapshot);
+  }
+
+  const std::string& where_;
+  RecordReader records_;
+  std::string bytes_;
+  RecordView record_;  // into bytes_; field 0 behind the last one
+  MapFile file_;
+  std::unordered_map<SurfaceId, std::vector<Inlier>> inliers_;
+};
+
+void check_version(std::istream& in, const std::string& where) {
+  std::array<char, map_file_magic.size()> magic{};
+  in.read(magic.data(), magic.size());
+  if (in.gcount() != static_cast<std::streamsize>(magic.size()) ||
+      std::string_view(magic.data(), magic.size()) != map_file_magic)
+    throw Error(Error::Kind::data, where, "is not an octosurf map",
+                "expected a .surfaces file of octosurf map");
+  std::uint32_t version = 0;
+  for (int shift = 0; shift < 32; shift += 8) {
+    const int byte = in.get();
+    if (byte == std::istream::traits_type::eof())
+      throw Error(Error::Kind::data, where, "is damaged: it ends too early", "restore it from a backup");
+    version |= static_cast<std::uint32_t>(byte) << shift;
+  }
+  if (version > map_file_version)
+    throw Error(Error::Kind::data, where,
+                "has version " + std::to_string(version) + " of the format, this octosurf reads up to " +
+                    std::to_string(map_file_version),
+                "use the newer version that wrote it");
+  if (version == 0)
+    throw Error(Error::Kind::data, where, "is damaged: it has no version", "restore it from a backup");
+}
+
+}  // namespace
+
+MapFile read_map(std::istream& in, std::uint64_t file_bytes, const std::string& where) {
+  check_version(in, where);
+  return Reader(in, file_bytes, where)();
+}
+
+}  // namespace octosurf

@@ -1,0 +1,72 @@
+#include "io/map_file.hpp"
+#include "io/record_stream.hpp"
+#include "io/surface_record.hpp"
+#include "map_file.pb.h"
+
+namespace octosurf {
+namespace {
+
+constexpr std::size_t keys_in_record = 65536;
+
+void put_record(const map_file::Record& record, RecordWriter& records) {
+  records.put(record.SerializeAsString());
+}
+
+void write_header(const MapState& state, const FileSum& bt, map_file::Header& header) {
+  for (const ParameterInfo& info : parameter_infos()) {
+    map_file::Parameter& parameter = *header.add_parameters();
+    parameter.set_name(info.name);
+    if (const auto value = parameter_value(state.parameters, info.name)) parameter.set_value(*value);
+  }
+  header.set_revision(state.revision);
+  header.set_scans(state.scans);
+  header.set_points(state.points);
+  header.set_next_id(state.surfaces.next_id());
+  header.set_range_noise(state.noise.range_noise());
+  for (const auto& range_class : state.noise.histogram())
+    for (const std::uint32_t count : range_class) header.add_noise_histogram(count);
+  header.set_bt_bytes(bt.bytes);
+  header.set_bt_crc32(bt.crc32);
+}
+
+void put_accumulated(const std::vector<VoxelKey>& keys, RecordWriter& records) {
+  std::uint64_t last = 0;
+  for (std::size_t i = 0; i < keys.size();) {
+    map_file::Record record;
+    for (const std::size_t end = std::min(keys.size(), i + keys_in_record); i < end; ++i) {
+      record.mutable_accumulated()->add_steps(keys[i].packed() - last);
+      last = keys[i].packed();
+    }
+    put_record(record, records);
+  }
+}
+
+}  // namespace
+
+void write_map(const MapState& state, const FileSum& bt, std::ostream& out) {
+  out.write(map_file_magic.data(), map_file_magic.size());
+  for (int shift = 0; shift < 32; shift += 8) out.put(static_cast<char>(map_file_version >> shift & 0xff));
+
+  RecordWriter records(out);
+  map_file::Record header;
+  write_header(state, bt, *header.mutable_header());
+  put_record(header, records);
+  state.occupancy.write_nodes([&](const std::string& chunk) {
+    map_file::Record record;
+    record.set_octree(chunk);
+    put_record(record, records);
+  });
+  put_accumulated(state.accumulated, records);
+  for (const auto& [id, surface] : state.surfaces) {
+    map_file::Record record;
+    write_surface(surface.state(), *record.mutable_surface());
+    put_record(record, records);
+  }
+  map_file::Record footer;
+  footer.mutable_footer()->set_records(records.records());
+  footer.mutable_footer()->set_crc32(records.crc32());
+  put_record(footer, records);
+  records.finish();
+}
+
+}  // namespace octosurf

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <istream>
+#include <memory>
+#include <ostream>
+#include <string>
+#include <string_view>
+
+namespace octosurf {
+
+/// Largest record of a map file, in bytes.
+inline constexpr std::size_t record_limit = std::size_t{64} << 20;
+
+/// Records one after the other, each behind its length as a base-128 varint (protobuf's
+/// "delimited" convention), in a single zstd frame. Same records, same bytes.
+class RecordWriter {
+ public:
+  explicit RecordWriter(std::ostream& out);
+  RecordWriter(const RecordWriter&) = delete;
+  RecordWriter& operator=(const RecordWriter&) = delete;
+  ~RecordWriter();
+
+  /// Throws Error(output) if the record is larger than the limit. Whether the stream took the bytes
+  /// is for its owner to look at.
+  void put(std::string_view record);
+  /// Ends the frame.
+  void finish();
+
+  std::uint64_t records() const;
+  std::uint32_t crc32() const;  ///< of all bytes before compression, lengths included
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Reads them back, trusting nothing: a record's memory grows with the bytes that have really come,
+/// records over the limit and streams that decompress to over `budget` bytes are refused.
+class RecordReader {
+ public:
+  /// `where` names the file in messages.
+  RecordReader(std::istream& in, std::uint64_t budget, std::string where);
+  RecordReader(const RecordReader&) = delete;
+  RecordReader& operator=(const RecordReader&) = delete;
+  ~RecordReader();
+
+  /// False at the end of the frame, which must be the end of the stream. Throws Error(data).
+  bool next(std::string& record);
+
+  std::uint64_t records() const;  ///< read so far
+  /// Of all decompressed bytes before the last record and its length.
+  std::uint32_t crc32_before_last() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace octosurf

@@ -1,0 +1,29 @@
+#pragma once
+
+#include "surfaces/surface_model.hpp"
+
+#include <string>
+#include <vector>
+
+namespace octosurf {
+
+namespace map_file {
+class Surface;
+}
+
+/// Everything of `surface` but its inliers.
+void write_surface(const SurfaceModel::State& surface, map_file::Surface& record);
+
+/// What a surface of a map file may refer to.
+struct SurfaceBounds {
+  double resolution = 0;       ///< m
+  SurfaceId next_id = 1;       ///< all ids are below
+  std::uint64_t revision = 0;  ///< the map's
+};
+
+/// Inverse; `inliers` are the octree's points with the record's id. Throws Error(data) unless every
+/// number is there, finite and consistent with the others and with the inliers.
+SurfaceModel::State read_surface(const map_file::Surface& record, std::vector<Inlier> inliers,
+                                 const SurfaceBounds& bounds, const std::string& where);
+
+}  // namespace octosurf

@@ -1,0 +1,145 @@
+#include "mapper/run_statistics.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <sys/resource.h>
+
+namespace octosurf {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// `values` ascending and not empty.
+double percentile(const std::vector<double>& values, double share) {
+  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
+  return values[std::clamp<std::size_t>(rank, 1, values.size()) - 1];
+}
+
+Json spread(std::vector<double> values, const std::vector<std::pair<const char*, double>>& shares) {
+  std::sort(values.begin(), values.end());
+  Json json;
+  for (const auto& [name, share] : shares)
+    json[name] = values.empty() ? Json() : Json(percentile(values, share));
+  json["max"] = values.empty() ? Json() : Json(values.back());
+  return json;
+}
+
+double peak_rss_mb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) * 1024 / 1e6;  // kB of 1024 on Linux
+}
+
+/// Percentiles over points, each with the lag of the scan that brought it.
+template <class Lags>
+Json lag_json(Lags lags) {
+  std::sort(lags.begin(), lags.end(), [](const auto& a, const auto& b) { return a.seconds < b.seconds; });
+  double points = 0, sum = 0;
+  for (const auto& lag : lags) {
+    points += static_cast<double>(lag.points);
+    sum += lag.seconds * static_cast<double>(lag.points);
+  }
+  if (points == 0) return {{"mean", nullptr}, {"p50", nullptr}, {"p95", nullptr}, {"max", nullptr}};
+  const auto at = [&](double share) {
+    double seen = 0;
+    for (const auto& lag : lags)
+      if ((seen += static_cast<double>(lag.points)) >= share * points) return lag.seconds;
+    return lags.back().seconds;
+  };
+  return {{"mean", sum / points}, {"p50", at(0.5)}, {"p95", at(0.95)}, {"max", lags.back().seconds}};
+}
+
+Json to_json_value(const std::string& text) {
+  if (text == "true" || text == "false") return text == "true";
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return text;
+  if (value == std::floor(value) && std::fabs(value) < 1e15) return static_cast<std::int64_t>(value);
+  return value;
+}
+
+Json parameters_object(const Parameters& parameters) {
+  Json json = Json::object();
+  for (const ParameterInfo& info : parameter_infos())
+    json[info.name] = to_json_value(get_parameter(parameters, info.name));
+  return json;
+}
+
+}  // namespace
+
+std::string parameters_json(const Parameters& parameters) { return parameters_object(parameters).dump(); }
+
+void RunStatistics::add(const Scan& scan, const ScanReport& report, double arrival_s, double done_s) {
+  if (scans_++ == 0) first_stamp_s_ = scan.stamp_s;
+  last_stamp_s_ = scan.stamp_s;
+  add_occupancy(report, arrival_s, done_s);
+}
+
+void RunStatistics::add_occupancy(const ScanReport& report, double arrival_s, double done_s) {
+  if (scan_ms_.empty()) first_arrival_s_ = arrival_s;
+  if (first_detection_s_ < 0 && !report.born.empty()) first_detection_s_ = done_s - first_arrival_s_;
+  scan_ms_.push_back(report.total_ms);
+  for (std::size_t stage = 0; stage < stage_ms_.size(); ++stage)
+    stage_ms_[stage].push_back(report.stage_ms[stage]);
+  if (report.categorized > 0) lags_.push_back({done_s - arrival_s, report.categorized});
+  for (const auto count :
+       {&ScanReport::points_raw, &ScanReport::points_not_finite, &ScanReport::points_too_near,
+        &ScanReport::points_beyond_range, &ScanReport::points_out_of_map, &ScanReport::voxels,
+        &ScanReport::appeared, &ScanReport::vanished, &ScanReport::categorized})
+    totals_.*count += report.*count;
+}
+
+double RunStatistics::scan_ms_percentile(double share) const {
+  if (scan_ms_.empty()) return 0;
+  std::vector<double> sorted = scan_ms_;
+  std::sort(sorted.begin(), sorted.end());
+  return percentile(sorted, share);
+}
+
+std::string RunStatistics::to_json(const Map& map, const RunContext& context) const {
+  const Map::Size size = map.size();
+  double area_m2 = 0;
+  for (const SurfacePtr& surface : map.snapshot()->surfaces) area_m2 += surface->area_m2;
+  const auto scans = static_cast<double>(scans_);
+  const double span_s = scans_ > 1 ? (last_stamp_s_ - first_stamp_s_) * scans / (scans - 1) : 0;
+  const std::size_t categorizable = size.inliers + size.pending;
+
+  Json json;
+  json["version"] = OCTOSURF_VERSION;
+  json["parameters"] = parameters_object(parameters_);
+  json["input"] = context.input;
+  json["scans"] = scans_;
+  json["skipped_scans"] = context.skipped_scans;
+  json["warnings"] = context.warnings;
+  json["points_raw"] = totals_.points_raw;
+  json["points_dropped"] = {{"not_finite", totals_.points_not_finite},
+                            {"too_near", totals_.points_too_near},
+                            {"out_of_map", totals_.points_out_of_map}};
+  json["points_beyond_range"] = totals_.points_beyond_range;
+  json["points_new"] = totals_.appeared;
+  json["points_per_second"] = span_s > 0 ? Json(static_cast<double>(totals_.appeared) / span_s) : Json();
+  json["time_to_first_detection_s"] = first_detection_s_ >= 0 ? Json(first_detection_s_) : Json();
+  json["detection_lag_s"] = lag_json(lags_);
+  json["categorized_percent"] =
+      categorizable > 0 ? Json(100 * static_cast<double>(size.inliers) / static_cast<double>(categorizable))
+                        : Json();
+  json["scan_ms"] = spread(scan_ms_, {{"p50", 0.5}, {"p95", 0.95}, {"p99", 0.99}});
+  for (std::size_t stage = 0; stage < stage_ms_.size(); ++stage) {
+    Json& entry = json["stage_ms"][std::string(stage_names[stage])];
+    entry = spread(stage_ms_[stage], {{"p50", 0.5}, {"p95", 0.95}});
+    entry["total"] = std::accumulate(stage_ms_[stage].begin(), stage_ms_[stage].end(), 0.0);
+  }
+  json["surfaces"] = size.surfaces;
+  json["area_m2"] = area_m2;
+  json["pending_points"] = size.pending;
+  json["peak_rss_mb"] = peak_rss_mb();
+  json["octree"] = {{"nodes", size.nodes}, {"leaves", size.leaves}, {"bytes", size.bytes}};
+  json["wall_s"] = context.wall_s;
+  // A file name need not be UTF-8; its odd bytes are replaced.
+  return json.dump(1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace octosurf

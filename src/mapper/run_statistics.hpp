@@ -1,0 +1,66 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <octosurf/mapper.hpp>
+
+namespace octosurf {
+
+/// What a report tells beside what the scans did.
+struct RunContext {
+  std::vector<std::string> input;          ///< as given by the user
+  std::vector<std::string> skipped_scans;  ///< a line each: which, and why
+  std::vector<std::string> warnings;
+  double wall_s = 0;  ///< the whole run, reading and saving included
+};
+
+/// Gathers what the scans of one run did and writes the report of DESIGN.md §5.
+///
+/// Times are in seconds on one clock of the caller's choice, as long as it is the same for all calls.
+/// What is not defined (a rate without time stamps that move, a lag without categorised points) is
+/// null in the report. Percentiles are nearest-rank: the least value that so many do not exceed.
+class RunStatistics {
+ public:
+  explicit RunStatistics(const Parameters& parameters) : parameters_(parameters) {}
+
+  /// `arrival_s`: when the scan was there to be mapped, `done_s`: when its surfaces could be read.
+  void add(const Scan& scan, const ScanReport& report, double arrival_s, double done_s);
+
+  /// The pass over an occupancy map: no scan and no sensor time, all else counts.
+  void add_occupancy(const ScanReport& report, double arrival_s, double done_s);
+
+  /// All keys of DESIGN.md §5, and `skipped_scans`, `warnings`, `points_dropped`,
+  /// `points_beyond_range`. Of `map`, as it is after the run: octree, surfaces, area, pending points.
+  /// `categorized_percent` is inliers over inliers and pending points of `map`: points that vanished
+  /// again count in neither. `points_per_second` is per second of time stamps, from the first scan's
+  /// to one mean period after the last one's. `time_to_first_detection_s` is from the first arrival
+  /// until the first new surface could be read. `peak_rss_mb` (10⁶ bytes) is the process's.
+  std::string to_json(const Map& map, const RunContext& context = {}) const;
+
+  std::uint64_t scans() const { return scans_; }
+  const ScanReport& totals() const { return totals_; }  ///< counts only; no ids, no times
+  double scan_ms_percentile(double share) const;        ///< 0 if there was no scan
+
+ private:
+  struct Lag {
+    double seconds;
+    std::size_t points;  ///< categorised by one scan
+  };
+  Parameters parameters_;
+  ScanReport totals_;
+  std::uint64_t scans_ = 0;
+  double first_stamp_s_ = 0, last_stamp_s_ = 0;
+  double first_arrival_s_ = 0, first_detection_s_ = -1;  // -1: none yet
+  std::vector<double> scan_ms_;
+  std::array<std::vector<double>, stage_names.size()> stage_ms_;
+  std::vector<Lag> lags_;
+};
+
+/// Name → value of the parameters in force, as a JSON object: numbers, booleans, and the words
+/// get_parameter() has for what the scans decide ("estimated", "sensor"). Angles in degrees.
+std::string parameters_json(const Parameters& parameters);
+
+}  // namespace octosurf

@@ -1,0 +1,101 @@
+#include "apps/command.hpp"
+
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <sys/wait.h>
+
+namespace octosurf::test {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string content_of(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+bool is_progress(const std::string& line) {
+  return line.find(" scans") != std::string::npos && line.find('/') < line.find(" scans") &&
+         line.find_first_not_of("0123456789") == line.find('/');
+}
+
+}  // namespace
+
+CommandTest::CommandTest() {
+  std::string name = (fs::temp_directory_path() / "octosurf-test-XXXXXX").string();
+  folder = mkdtemp(name.data());
+}
+
+CommandTest::~CommandTest() {
+  std::error_code ignored;
+  fs::remove_all(folder, ignored);
+}
+
+Outcome CommandTest::run(const std::string& arguments, const std::string& before) const {
+  const fs::path out = folder / ".out", err = folder / ".err";
+  const std::string line = "cd '" + folder.string() + "' && " + before + " '" OCTOSURF_COMMAND "' " +
+                           arguments + " >'" + out.string() + "' 2>'" + err.string() + "' </dev/null";
+  const int status = std::system(line.c_str());
+  Outcome outcome{
+      WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), content_of(out), content_of(err), {}};
+  std::istringstream lines(outcome.err);
+  for (std::string text; std::getline(lines, text);)
+    if (!is_progress(text) && text.rfind("octosurf: note:", 0) != 0) outcome.errors.push_back(text);
+  return outcome;
+}
+
+Outcome CommandTest::run_well(const std::string& arguments) const {
+  Outcome outcome = run(arguments);
+  EXPECT_EQ(outcome.code, 0) << arguments << "\n" << outcome.err;
+  return outcome;
+}
+
+std::string CommandTest::error_of(const std::string& arguments, int code) const {
+  const Outcome outcome = run(arguments);
+  EXPECT_EQ(outcome.code, code) << arguments << "\n" << outcome.err;
+  EXPECT_EQ(outcome.errors.size(), 1u) << arguments << "\n" << outcome.err;
+  if (outcome.errors.empty()) return {};
+  const std::string verb = arguments.substr(0, arguments.find(' '));
+  EXPECT_TRUE(outcome.errors[0].starts_with("octosurf: ") ||
+              outcome.errors[0].starts_with("octosurf " + verb + ": "))
+      << outcome.errors[0];
+  return outcome.errors[0];
+}
+
+fs::path CommandTest::write(const std::string& name, std::string_view content) const {
+  const fs::path file = folder / name;
+  fs::create_directories(file.parent_path());
+  std::ofstream(file, std::ios::binary) << content;
+  return file;
+}
+
+std::string CommandTest::read(const std::string& name) const {
+  EXPECT_TRUE(exists(name)) << name;
+  return content_of(folder / name);
+}
+
+nlohmann::json CommandTest::read_json(const std::string& name) const {
+  return nlohmann::json::parse(read(name));
+}
+
+nlohmann::json CommandTest::info(const std::string& map) const {
+  return nlohmann::json::parse(run_well("info " + map + " --json --check").out);
+}
+
+void CommandTest::write_floor(const std::string& name, int images) const {
+  constexpr int depth_mm = 1000;
+  std::string image = "P5\n80 60\n65535\n", poses;
+  for (int i = 0; i < floor_points; ++i) image += {char{depth_mm >> 8}, static_cast<char>(depth_mm & 0xff)};
+  for (int i = 0; i < images; ++i) {
+    write(name + "/" + std::to_string(i) + ".pgm", image);
+    std::ostringstream pose;
+    pose << 0.1 * i << " 0 " << 1 + floor_height << " 1 0 0 0\n";  // half a turn about x: looks down
+    poses += pose.str();
+  }
+  write(name + "/poses.txt", poses);
+  write(name + "/intrinsics.txt", "60 60 39.5 29.5\n");
+}
+
+}  // namespace octosurf::test

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <filesystem>
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace octosurf::test {
+
+/// What a run of the program left behind.
+struct Outcome {
+  int code = -1;
+  std::string out, err;
+  /// Of stderr, without progress and the note of builds that are not optimised.
+  std::vector<std::string> errors;
+};
+
+/// Runs the built `octosurf` in a fresh folder, which is removed afterwards.
+class CommandTest : public ::testing::Test {
+ protected:
+  CommandTest();
+  ~CommandTest() override;
+
+  /// In the fresh folder, through the shell; `before` stands in front of the program, e.g. "timeout 1".
+  Outcome run(const std::string& arguments, const std::string& before = {}) const;
+  /// Fails the test unless the exit code is 0.
+  Outcome run_well(const std::string& arguments) const;
+  /// Fails the test unless it ends with this code and one line on stderr; returns the line.
+  std::string error_of(const std::string& arguments, int code) const;
+
+  std::filesystem::path write(const std::string& name, std::string_view content) const;
+  std::string read(const std::string& name) const;
+  bool exists(const std::string& name) const { return std::filesystem::exists(folder / name); }
+  nlohmann::json read_json(const std::string& name) const;
+  nlohmann::json info(const std::string& map) const;
+
+  /// `images` depth images of a floor at z = floor_height, seen by a camera that looks down from a
+  /// metre above and moves 0.1 m along x from one to the next: each sees
+  /// 79/60 m × 59/60 m. PGM in millimetres, with poses.txt (tx ty tz qx qy qz qw) and intrinsics.txt.
+  void write_floor(const std::string& name = "floor", int images = 6) const;
+  static constexpr int floor_points = 80 * 60;  ///< per image
+  static constexpr double floor_height = 0.013;
+
+  std::filesystem::path folder;
+};
+
+}  // namespace octosurf::test

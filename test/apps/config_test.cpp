@@ -1,0 +1,79 @@
+// Parameters by preset, file and flag.
+#include "apps/command.hpp"
+
+#include <sstream>
+
+namespace octosurf::test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+class Config : public CommandTest {
+ protected:
+  /// name → rest of the line that --show-parameters prints.
+  std::map<std::string, std::string> shown(const std::string& arguments) const {
+    std::map<std::string, std::string> values;
+    std::istringstream lines(run_well("map --show-parameters " + arguments).out);
+    for (std::string line; std::getline(lines, line);)
+      values[line.substr(0, line.find(' '))] = line.substr(line.find(' ') + 1);
+    return values;
+  }
+};
+
+TEST_F(Config, ShowsWhatIsInForce) {
+  auto values = shown("");
+  EXPECT_EQ(values.size(), 22u);
+  EXPECT_EQ(values["resolution"], "0.02 m");
+  EXPECT_EQ(values["max_hole_size"], "0.08 m");
+  EXPECT_EQ(values["smoothness_angle"], "30 deg");
+  EXPECT_EQ(values["ransac_iterations"], "200");
+  values = shown("--resolution 0.05");
+  EXPECT_EQ(values["max_hole_size"], "0.2 m");  // 4 d
+  EXPECT_EQ(shown("--resolution 0.05 --max-hole-size 0.08")["max_hole_size"], "0.08 m");
+}
+
+TEST_F(Config, ThePapersToleranceFollowsTheResolution) {
+  EXPECT_EQ(shown("--preset paper")["surface_tolerance"], "0.039641 m");  // 0.005 + 0.02 √3
+  EXPECT_EQ(shown("--preset paper --resolution 0.01")["surface_tolerance"],
+            "0.0223205 m");  // 0.005 + 0.01 √3
+  EXPECT_EQ(shown("--preset paper --sensor-noise 0.01")["surface_tolerance"], "0.044641 m");
+  EXPECT_EQ(shown("--preset paper --surface-tolerance 0.03 --resolution 0.01")["surface_tolerance"],
+            "0.03 m");
+}
+
+TEST_F(Config, FlagsWinOverFileOverPreset) {
+  write("o.cfg", "# coarse\nresolution = 0.04\r\n\n  min-surface-points=30  # few\nsearch_radius = auto\n");
+  const auto values = shown("--preset paper --config o.cfg --resolution 0.03");
+  EXPECT_EQ(values.at("resolution"), "0.03 m");
+  EXPECT_EQ(values.at("min_surface_points"), "30");
+  EXPECT_EQ(values.at("search_radius"), "0.15 m");  // derived again: 5 d
+  EXPECT_EQ(values.at("aligned_angle"), "90 deg");  // the preset's
+}
+
+TEST_F(Config, FileAndLineOfAMistakeAreNamed) {
+  const auto mistake = [&](const std::string& content) {
+    write("o.cfg", content);
+    return error_of("map --show-parameters --config o.cfg", 2);
+  };
+  EXPECT_THAT(mistake("# x\nresolutoin = 0.04\n"), AllOf(HasSubstr("o.cfg:2"), HasSubstr("resolutoin")));
+  EXPECT_THAT(mistake("resolution = fine\n"), AllOf(HasSubstr("o.cfg:1"), HasSubstr("'fine'")));
+  EXPECT_THAT(mistake("resolution 0.04\n"), AllOf(HasSubstr("o.cfg:1"), HasSubstr("name = value")));
+  EXPECT_THAT(mistake("resolution = -1\n"), HasSubstr("[0.001, 10] m"));
+}
+
+TEST_F(Config, TheMapIsMadeWithThem) {
+  write_floor();
+  write("o.cfg", "resolution = 0.04\n");
+  run_well("map floor -o m --first 1 --config o.cfg --min_range 0.25 --report r.json");
+  const nlohmann::json parameters = read_json("r.json").at("parameters");
+  EXPECT_EQ(parameters.at("resolution"), 0.04);
+  EXPECT_EQ(parameters.at("min_range"), 0.25);
+  EXPECT_EQ(parameters.at("preserve_surfaces"), true);
+  EXPECT_EQ(parameters.at("max_range"), "sensor");
+  EXPECT_EQ(info("m").at("parameters"), parameters);
+}
+
+}  // namespace
+}  // namespace octosurf::test

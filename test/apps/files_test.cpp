@@ -1,0 +1,75 @@
+// Maps from one verb to the next, and maps that were damaged on the way.
+#include "apps/command.hpp"
+
+#include <cstdlib>
+
+namespace octosurf::test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class Files : public CommandTest {};
+
+TEST_F(Files, ExportedSurfacesAreReadByPython) {
+  run_well("simulate room -o room --frames 4");
+  run_well("map room -o m");
+  run_well("export m --to m.json");
+  const std::string count = std::to_string(info("m").at("surfaces").get<int>());
+  const std::string check = "python3 '" OCTOSURF_SOURCE_DIR "/test/apps/check_surfaces.py' '";
+  EXPECT_EQ(std::system((check + (folder / "m.json").string() + "' " + count).c_str()), 0);
+}
+
+TEST_F(Files, InfoTellsTheSameInBothForms) {
+  write_floor();
+  run_well("map floor -o m");
+  const nlohmann::json contents = info("m");
+  EXPECT_EQ(contents.at("violations"), nlohmann::json::array());
+  EXPECT_EQ(contents.at("warnings"), nlohmann::json::array());
+  const std::string text = run_well("info m --check").out;
+  EXPECT_THAT(text,
+              AllOf(HasSubstr("resolution   0.02 m\n"), HasSubstr("scans        6, revision"),
+                    HasSubstr("surfaces     1,"), HasSubstr("max_hole_size 0.08 m\n"), HasSubstr("agree")));
+  EXPECT_THAT(text, HasSubstr(std::to_string(contents.at("points").get<int>()) + ": "));
+}
+
+TEST_F(Files, DamagedMapsAreRefused) {
+  write_floor();
+  run_well("map floor -o m");
+  const std::string whole = read("m.surfaces");
+  const auto refused = [&](const std::string& bytes) {
+    write("m.surfaces", bytes);
+    EXPECT_THAT(error_of("info m", 1), HasSubstr("m.surfaces"));
+    EXPECT_THAT(error_of("map floor --resume m", 1), HasSubstr("m.surfaces"));
+    EXPECT_TRUE(read("m.surfaces") == bytes);
+  };
+  refused("");
+  refused("PK\x03\x04 something else");
+  refused(whole.substr(0, whole.size() / 2));
+  std::string flipped = whole;
+  flipped[whole.size() / 2] = static_cast<char>(flipped[whole.size() / 2] ^ 0x10);
+  refused(flipped);
+  refused(whole + "more");
+}
+
+TEST_F(Files, ABtThatDoesNotMatchIsNamed) {
+  write_floor();
+  run_well("map floor -o m --first 2");
+  write("m.bt", "something else");
+  const Outcome looked = run("info m --json");
+  EXPECT_EQ(looked.code, 0);
+  EXPECT_THAT(looked.err, HasSubstr("m.bt"));
+  EXPECT_EQ(nlohmann::json::parse(looked.out).at("warnings").size(), 1u);
+  run_well("map floor --resume m --skip 2 --report r.json");
+  EXPECT_EQ(read_json("r.json").at("warnings").size(), 1u);
+  EXPECT_EQ(info("m").at("warnings").size(), 0u);  // written anew
+}
+
+TEST_F(Files, DamagedOctreesAreRefused) {
+  write("m.bt", "# Octomap OcTree binary file\nid OcTree\nsize 9\nres 0.05\ndata\n\x03");
+  EXPECT_THAT(error_of("map m.bt -o n", 1), HasSubstr("m.bt"));
+  EXPECT_FALSE(exists("n.surfaces"));
+}
+
+}  // namespace
+}  // namespace octosurf::test

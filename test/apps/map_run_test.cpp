@@ -1,0 +1,198 @@
+// What `octosurf map` makes of good input.
+#include "apps/command.hpp"
+
+#include <octomap/octomap.h>
+
+namespace octosurf::test {
+namespace {
+
+using nlohmann::json;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class MapRun : public CommandTest {
+ protected:
+  void same_maps(const std::string& a, const std::string& b) const {
+    EXPECT_TRUE(read(a + ".surfaces") == read(b + ".surfaces")) << a << " and " << b << " differ";
+    EXPECT_TRUE(read(a + ".bt") == read(b + ".bt")) << a << " and " << b << " differ";
+  }
+  /// A slab a voxel thick at z in [0, 0.05), 1 m × 1 m, with free space above it.
+  void write_slab(const std::string& name) const {
+    octomap::OcTree tree(0.05);
+    for (int x = 0; x < 20; ++x)
+      for (int y = 0; y < 20; ++y)
+        for (int z = 0; z < 4; ++z)
+          tree.updateNode(
+              octomap::point3d(0.05F * static_cast<float>(x) + 0.025F, 0.05F * static_cast<float>(y) + 0.025F,
+                               0.05F * static_cast<float>(z) + 0.025F),
+              z == 0);
+    tree.writeBinary((folder / name).string());
+  }
+};
+
+TEST_F(MapRun, FindsTheFloor) {
+  write_floor();
+  const std::string summary = run_well("map floor -o m").out;
+  EXPECT_THAT(summary, AllOf(HasSubstr("scans        6\n"), HasSubstr("surfaces     1,"),
+                             HasSubstr("m.surfaces, m.bt")));
+  const json contents = info("m");
+  EXPECT_EQ(contents.at("scans"), 6);
+  EXPECT_EQ(contents.at("surfaces"), 1);
+  EXPECT_EQ(contents.at("points"),
+            contents.at("inliers").get<int>() + contents.at("pending_points").get<int>());
+  const json floor = contents.at("largest").at(0);
+  EXPECT_NEAR(floor.at("normal").at(2).get<double>(), 1, 1e-6);
+  EXPECT_NEAR(floor.at("offset").get<double>(), floor_height, 1e-4);  // stored to 1/256 voxel
+  // Six images, each 79/60 m × 59/60 m and 0.1 m further; a voxel's point is inside it by up to a voxel.
+  const double length = 79.0 / 60 + 0.5, width = 59.0 / 60;
+  EXPECT_LE(floor.at("area_m2").get<double>(), length * width + 1e-6);
+  EXPECT_GE(floor.at("area_m2").get<double>(), (length - 0.04) * (width - 0.04));
+  EXPECT_NEAR(contents.at("extent").at("max").at(0).get<double>(), 39.5 / 60 + 0.5, 0.02);
+}
+
+TEST_F(MapRun, ReportHasEveryKey) {
+  write_floor();
+  run_well("map floor -o m --report r.json");
+  const json report = json::parse(read("r.json"));
+  for (const char* key : {"version",
+                          "parameters",
+                          "input",
+                          "scans",
+                          "points_raw",
+                          "points_new",
+                          "points_per_second",
+                          "time_to_first_detection_s",
+                          "detection_lag_s",
+                          "categorized_percent",
+                          "scan_ms",
+                          "stage_ms",
+                          "surfaces",
+                          "area_m2",
+                          "pending_points",
+                          "peak_rss_mb",
+                          "octree",
+                          "wall_s",
+                          "skipped_scans",
+                          "points_dropped",
+                          "points_beyond_range",
+                          "warnings"})
+    EXPECT_TRUE(report.contains(key)) << key;
+  for (const char* key : {"mean", "p50", "p95", "max"})
+    EXPECT_GT(report.at("detection_lag_s").at(key), 0) << key;
+  for (const char* key : {"p50", "p95", "p99", "max"}) EXPECT_GT(report.at("scan_ms").at(key), 0) << key;
+  EXPECT_EQ(report.at("stage_ms").size(), 7u);
+  for (const char* stage :
+       {"downsample", "occupancy", "retract", "add_inliers", "expand", "detect", "derive"})
+    for (const char* key : {"p50", "p95", "max", "total"})
+      EXPECT_GE(report.at("stage_ms").at(stage).at(key), 0) << stage << key;
+  for (const char* key : {"nodes", "leaves", "bytes"}) EXPECT_GT(report.at("octree").at(key), 0) << key;
+  for (const char* key : {"not_finite", "too_near", "out_of_map"})
+    EXPECT_EQ(report.at("points_dropped").at(key), 0) << key;
+
+  EXPECT_EQ(report.at("version"), OCTOSURF_VERSION);
+  EXPECT_EQ(report.at("input"), json({"floor"}));
+  EXPECT_EQ(report.at("scans"), 6);
+  EXPECT_EQ(report.at("points_raw"), 6 * floor_points);
+  const json contents = info("m");
+  EXPECT_EQ(report.at("points_new"), contents.at("points"));  // nothing vanished
+  // Six scans at 30 Hz are 0.2 s of sensor time.
+  EXPECT_NEAR(report.at("points_per_second"), report.at("points_new").get<double>() / 0.2, 1e-6);
+  EXPECT_EQ(report.at("surfaces"), 1);
+  EXPECT_EQ(report.at("area_m2"), contents.at("area_m2"));
+  EXPECT_EQ(report.at("pending_points"), contents.at("pending_points"));
+  EXPECT_NEAR(report.at("categorized_percent"),
+              100 * contents.at("inliers").get<double>() / contents.at("points").get<double>(), 1e-9);
+  EXPECT_EQ(report.at("octree"), contents.at("octree"));
+  EXPECT_GE(report.at("wall_s"), 1e-3 * report.at("scan_ms").at("max").get<double>());
+}
+
+TEST_F(MapRun, StoppingAndResumingGivesTheSameBytes) {
+  run_well("simulate room -o room --frames 6");
+  run_well("map room -o one --threads 1");
+  for (const int k : {1, 4}) {
+    const std::string part = "part" + std::to_string(k);
+    run_well("map room -o " + part + " --first " + std::to_string(k));
+    run_well("map room -o whole" + std::to_string(k) + " --resume " + part + " --skip " + std::to_string(k));
+    same_maps("whole" + std::to_string(k), "one");
+    EXPECT_EQ(info(part).at("scans"), k);  // as it was
+  }
+  run_well("map room --resume part1.surfaces --skip 1 --threads 2");  // in place
+  same_maps("part1", "one");
+}
+
+TEST_F(MapRun, ResumingKeepsTheMapsParameters) {
+  write_floor();
+  run_well("map floor -o m --resolution 0.05 --first 3");
+  const std::string before = read("m.surfaces");
+  EXPECT_THAT(error_of("map floor --resume m --resolution 0.02", 2),
+              AllOf(HasSubstr("resolution"), HasSubstr("0.02"), HasSubstr("0.05")));
+  EXPECT_THAT(error_of("map floor --resume m --preset paper", 2), HasSubstr("resumed"));
+  EXPECT_THAT(error_of("map floor --resume m --max-hole-size 0.1", 2), HasSubstr("max_hole_size"));
+  EXPECT_THAT(error_of("map floor --resume m -o n --report missing/r.json", 1), HasSubstr("missing"));
+  EXPECT_EQ(read("m.surfaces"), before);
+  run_well("map floor --resume m --skip 3 --resolution 0.05 --max-hole-size 0.2");  // 0.2 is what it has
+  EXPECT_EQ(info("m").at("scans"), 6);
+  EXPECT_THAT(run_well("map --resume m --show-parameters").out, HasSubstr("resolution 0.05 m\n"));
+}
+
+TEST_F(MapRun, SeveralInputsAreOneRecording) {
+  write_floor("a", 2);
+  write_floor("b", 3);
+  run_well("map a b -o m --report r.json");
+  EXPECT_EQ(read_json("r.json").at("input"), json({"a", "b"}));
+  EXPECT_EQ(read_json("r.json").at("scans"), 5);
+  run_well("map b -o some --every 2 --report s.json");
+  EXPECT_EQ(read_json("s.json").at("scans"), 2);  // of three: the first and the last
+  EXPECT_NEAR(info("some").at("extent").at("max").at(0).get<double>(), 39.5 / 60 + 0.2, 0.02);
+}
+
+TEST_F(MapRun, InRealTimeScansArriveAtTheirStamps) {
+  write_floor("floor", 4);
+  run_well("map floor -o m --realtime --rate 10 --report r.json");
+  const json report = json::parse(read("r.json"));
+  EXPECT_EQ(report.at("scans"), 4);
+  EXPECT_GE(report.at("wall_s"), 0.3);  // the last one's stamp
+  EXPECT_LT(report.at("detection_lag_s").at("p50"), report.at("wall_s"));
+  run_well("map floor -o fast");
+  same_maps("m", "fast");
+}
+
+TEST_F(MapRun, OctreesGiveSurfaces) {
+  write_slab("slab.bt");
+  run_well("map slab.bt -o m --report r.json");
+  const json contents = info("m");
+  EXPECT_EQ(contents.at("resolution"), 0.05);
+  EXPECT_EQ(contents.at("parameters").at("max_hole_size"), 0.2);
+  EXPECT_EQ(contents.at("scans"), 0);
+  EXPECT_EQ(contents.at("points"), 400);
+  ASSERT_EQ(contents.at("surfaces"), 1);
+  const json floor = contents.at("largest").at(0);
+  EXPECT_EQ(floor.at("inliers"), 400);
+  EXPECT_NEAR(floor.at("normal").at(2).get<double>(), 1, 1e-6);      // the side that is free
+  EXPECT_NEAR(floor.at("offset").get<double>(), 0.025, 0.05 / 256);  // the voxels' centres
+  EXPECT_NEAR(floor.at("area_m2").get<double>(), 0.9025, 1e-6);      // (1 m − d)²: from centre to centre
+  EXPECT_TRUE(read_json("r.json").at("points_per_second").is_null());
+  EXPECT_THAT(error_of("map slab.bt -o n --resolution 0.02", 2),
+              AllOf(HasSubstr("resolution"), HasSubstr("0.05")));
+  EXPECT_THAT(error_of("map slab.bt slab.bt -o n", 2), HasSubstr("slab.bt"));
+  EXPECT_THAT(error_of("map slab.bt --resume m", 2), HasSubstr("slab.bt"));
+}
+
+TEST_F(MapRun, DroppedPointsAreCountedWithTheReason) {
+  std::string rows;
+  for (int i = 0; i < 100; ++i) rows += std::to_string(1 + 0.01 * i) + " 1 1\n";
+  rows += "nan nan nan\n0.05 0 0\n0 0.05 0\n2000 0 0\n-2000 0 0\n0 0 3000\n";
+  write("scan.pcd",
+        "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 106\nHEIGHT 1\n"
+        "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 106\nDATA ascii\n" +
+            rows);
+  const std::string summary = run_well("map scan.pcd -o m --min-range 0.1 --report r.json").out;
+  EXPECT_THAT(summary, AllOf(HasSubstr("1 points: not finite"), HasSubstr("2 points: nearer than min_range"),
+                             HasSubstr("3 points: outside the octree")));
+  EXPECT_EQ(read_json("r.json").at("points_dropped"),
+            json({{"not_finite", 1}, {"too_near", 2}, {"out_of_map", 3}}));
+  EXPECT_EQ(read_json("r.json").at("points_raw"), 106);
+}
+
+}  // namespace
+}  // namespace octosurf::test

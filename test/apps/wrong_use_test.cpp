@@ -1,0 +1,116 @@
+// Help, exit codes, and one clear line for everything that is asked for in vain.
+#include "apps/command.hpp"
+
+namespace octosurf::test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class WrongUse : public CommandTest {};
+
+const std::vector<std::string> verbs{"map", "info", "export", "view", "query", "simulate", "evaluate"};
+
+TEST_F(WrongUse, HelpOfEveryVerbBeginsWithExamples) {
+  for (const std::string& verb : verbs) {
+    const std::string help = run_well(verb + " --help").out;
+    const auto examples = help.find("Examples:\n  octosurf " + verb), usage = help.find("Usage:");
+    EXPECT_NE(usage, std::string::npos) << verb;
+    EXPECT_LT(examples, usage) << help;
+  }
+}
+
+TEST_F(WrongUse, HelpListsTheVerbsALineEach) {
+  const std::string help = run_well("--help").out;
+  for (const std::string& verb : verbs) EXPECT_THAT(help, HasSubstr("\n  " + verb + " "));
+}
+
+TEST_F(WrongUse, VersionIsTold) { EXPECT_EQ(run_well("--version").out, "octosurf " OCTOSURF_VERSION "\n"); }
+
+TEST_F(WrongUse, VerbIsMissingOrUnknown) {
+  EXPECT_THAT(error_of("", 2), HasSubstr("verb"));
+  EXPECT_THAT(error_of("frobnicate", 2), HasSubstr("'frobnicate' is not a verb"));
+  EXPECT_THAT(error_of("--frobnicate", 2), HasSubstr("--frobnicate"));
+}
+
+TEST_F(WrongUse, OptionsThatMakeNoSense) {
+  EXPECT_THAT(error_of("map floor -o m --frobnicate", 2), HasSubstr("--frobnicate"));
+  EXPECT_THAT(error_of("map floor -o m --preset best", 2), HasSubstr("--preset"));
+  EXPECT_THAT(error_of("map floor -o m --every 0", 2), HasSubstr("--every"));
+  EXPECT_THAT(error_of("info", 2), HasSubstr("map is required"));
+  write_floor();
+  EXPECT_THAT(error_of("map floor -o m --threads 0", 2), HasSubstr("threads"));
+  EXPECT_THAT(error_of("map floor -o m --depth-scale -3", 2), HasSubstr("-3"));
+  EXPECT_THAT(error_of("map floor -o m --skip 6", 2), HasSubstr("none of the 6 scans"));
+  EXPECT_FALSE(exists("m.surfaces"));
+}
+
+TEST_F(WrongUse, ParametersThatMakeNoSenseAreNamedWithValueAndRule) {
+  const auto refused = [&](const std::string& flag, const std::string& name, const std::string& value,
+                           const std::string& rule) {
+    EXPECT_THAT(error_of("map floor -o m " + flag, 2),
+                AllOf(HasSubstr(name), HasSubstr(value), HasSubstr(rule)));
+  };
+  refused("--resolution -0.5", "resolution", "-0.5", "[0.001, 10] m");
+  refused("--resolution 0", "resolution", "is 0;", "[0.001, 10] m");
+  refused("--resolution nan", "resolution", "'nan'", "finite number");
+  refused("--resolution 2cm", "resolution", "'2cm'", "finite number");
+  refused("--min-surface-points 2", "min_surface_points", "2", "at least 3");
+  refused("--min_surface_points 20.5", "min_surface_points", "'20.5'", "integer");
+  refused("--smoothness_angle 100", "smoothness_angle", "100", "(0, 90] degrees");
+  refused("--hit 0.4", "hit", "0.4", "(0.5, 1)");
+  refused("--preserve_surfaces maybe", "preserve_surfaces", "'maybe'", "true or false");
+}
+
+TEST_F(WrongUse, InputIsMissingOrForeign) {
+  EXPECT_THAT(error_of("map -o m", 2), HasSubstr("INPUT"));
+  EXPECT_THAT(error_of("map nowhere -o m", 1), HasSubstr("nowhere: no such file"));
+  std::filesystem::create_directory(folder / "empty");
+  EXPECT_THAT(error_of("map empty -o m", 1), HasSubstr("empty"));
+  write("notes.txt", "buy milk\n");
+  EXPECT_THAT(error_of("map notes.txt -o m", 1), HasSubstr("notes.txt"));
+  EXPECT_THAT(error_of("info nothing", 1), HasSubstr("nothing.surfaces"));
+  EXPECT_THAT(error_of("map --config gone.cfg floor -o m", 1), HasSubstr("gone.cfg"));
+  EXPECT_FALSE(exists("m.surfaces"));
+}
+
+TEST_F(WrongUse, PosesDoNotMatchOrIntrinsicsAreMissing) {
+  write_floor();
+  write("five.txt", "0 0 1 1 0 0 0\n0 0 1 1 0 0 0\n0 0 1 1 0 0 0\n0 0 1 1 0 0 0\n0 0 1 1 0 0 0\n");
+  EXPECT_THAT(error_of("map floor -o m --poses five.txt", 1),
+              AllOf(HasSubstr("five.txt"), HasSubstr("5"), HasSubstr("6")));
+  std::filesystem::remove(folder / "floor/intrinsics.txt");
+  EXPECT_THAT(error_of("map floor -o m", 1), AllOf(HasSubstr("floor"), HasSubstr("--intrinsics")));
+  EXPECT_FALSE(exists("m.surfaces"));
+}
+
+TEST_F(WrongUse, OutputsAreNotOverwrittenSilently) {
+  write_floor();
+  write("m.surfaces", "precious");
+  EXPECT_THAT(error_of("map floor -o m", 2), AllOf(HasSubstr("m.surfaces"), HasSubstr("--force")));
+  EXPECT_EQ(read("m.surfaces"), "precious");
+  write("other.bt", "precious");
+  EXPECT_THAT(error_of("map floor -o other", 2), AllOf(HasSubstr("other.bt"), HasSubstr("--force")));
+  write("report.json", "precious");
+  EXPECT_THAT(error_of("map floor -o third --report report.json", 2),
+              AllOf(HasSubstr("report.json"), HasSubstr("--force")));
+  EXPECT_EQ(read("report.json"), "precious");
+  EXPECT_FALSE(exists("third.surfaces"));
+  run_well("map floor -o m --report report.json --force");
+  EXPECT_EQ(info("m").at("scans"), 6);
+  EXPECT_EQ(read_json("report.json").at("scans"), 6);
+}
+
+TEST_F(WrongUse, OutputCannotBeWritten) {
+  write_floor();
+  write("file", "");
+  EXPECT_THAT(error_of("map floor", 2), HasSubstr("-o"));
+  EXPECT_THAT(error_of("map floor -o maps/", 2), HasSubstr("maps/"));
+  EXPECT_THAT(error_of("map floor -o missing/m", 1), HasSubstr("missing/m"));
+  EXPECT_THAT(error_of("map floor -o file/m", 1), HasSubstr("file/m"));
+  EXPECT_THAT(error_of("map floor -o m --report missing/r.json", 1), HasSubstr("missing/r.json"));
+  EXPECT_FALSE(exists("m.surfaces"));
+}
+
+}  // namespace
+}  // namespace octosurf::test

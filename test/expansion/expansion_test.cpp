@@ -1,0 +1,227 @@
+#include "expansion/expansion.hpp"
+
+#include "support/map_state.hpp"
+#include "support/seed.hpp"
+
+#include <gtest/gtest.h>
+#include <random>
+
+namespace octosurf {
+namespace {
+
+using Index = PointWindow::Index;
+
+const Eigen::Vector3d eye(0.5, 0.5, 1.5);
+const Plane ground{Eigen::Vector3d::UnitZ(), 0.01};
+
+bool everywhere(const Eigen::Vector3d&) { return true; }
+
+Scan floor_piece(double x0, double x1, double y0, double y1, double z = 0.01) {
+  return test::rectangle_scan(eye, {x0, y0, z}, {x1 - x0, 0, 0}, {0, y1 - y0, 0});
+}
+
+std::vector<Index> indices(Workspace& work, const std::vector<VoxelPoint>& points) {
+  std::vector<Index> all;
+  for (const VoxelPoint& p : points) all.push_back(work.window.find(p.key));
+  return all;
+}
+
+/// A floor from x = 0 to 1 that is surface 1, and points that have just appeared.
+struct Fixture {
+  explicit Fixture(const std::vector<Scan>& scans) {
+    known = test::occupy(state, floor_piece(0, 1, 0, 1)).appeared;
+    {
+      Workspace work(state);
+      test::make_surface(work, known, ground, everywhere);
+    }
+    for (const Scan& scan : scans) {
+      const auto appeared = test::occupy(state, scan).appeared;
+      fresh.insert(fresh.end(), appeared.begin(), appeared.end());
+    }
+  }
+  MapState state{Parameters{}};
+  std::vector<VoxelPoint> known, fresh;
+};
+
+SurfaceId owner(const MapState& state, const VoxelPoint& p) {
+  return state.occupancy.at(p.key).point->surface;
+}
+
+std::size_t owned(const MapState& state, const std::vector<VoxelPoint>& points, SurfaceId id) {
+  return static_cast<std::size_t>(std::count_if(points.begin(), points.end(),
+                                                [&](const VoxelPoint& p) { return owner(state, p) == id; }));
+}
+
+TEST(AddInliers, TakesWhatLiesInsideAndReturnsTheRest) {
+  // A second layer of voxels 8 mm higher, within s; and points 0.3 m above, which are not.
+  Fixture f({floor_piece(0.3, 0.6, 0.3, 0.6, 0.021), floor_piece(0.3, 0.6, 0.3, 0.6, 0.3)});
+  Workspace work(f.state);
+  Expansion expansion(work);
+  const std::vector<Index> left = expansion.add_inliers(indices(work, f.fresh));
+  std::size_t low = 0, low_taken = 0, high_taken = 0;
+  for (const VoxelPoint& p : f.fresh) {
+    const bool taken = owner(f.state, p) == 1;
+    (p.position.z() < 0.1F ? low_taken : high_taken) += taken;
+    low += p.position.z() < 0.1F;
+  }
+  ASSERT_GT(low, 100U);
+  EXPECT_EQ(low_taken, low);
+  EXPECT_EQ(high_taken, 0U);
+  EXPECT_EQ(left.size(), f.fresh.size() - low);
+  for (const Index i : left) EXPECT_EQ(work.window[i].surface, 0U);
+}
+
+TEST(AddInliers, TakesNothingSeenFromBehind) {
+  // The floor's underside, 1 cm below it, seen from below: within s, but the other side of a board.
+  Fixture f({test::rectangle_scan({0.5, 0.5, -1.5}, {0.3, 0.3, -0.001}, {0.3, 0, 0}, {0, 0.3, 0})});
+  ASSERT_GT(f.fresh.size(), 100U);
+  Workspace work(f.state);
+  Expansion expansion(work);
+  const auto left = expansion.add_inliers(indices(work, f.fresh));
+  EXPECT_EQ(left.size(), f.fresh.size());
+  expansion.expand(left);
+  EXPECT_EQ(owned(f.state, f.fresh, 1), 0U);
+}
+
+TEST(Expand, ReachesOverAGapOfH) {
+  const double h = Parameters{}.max_hole_size();
+  for (const double gap : {0.5 * h, 2 * h}) {
+    Fixture f({floor_piece(1 + gap, 1.4 + gap, 0, 1)});
+    Workspace work(f.state);
+    Expansion expansion(work);
+    expansion.expand(expansion.add_inliers(indices(work, f.fresh)));
+    const std::size_t taken = owned(f.state, f.fresh, 1);
+    if (gap < h)
+      EXPECT_EQ(taken, f.fresh.size()) << "then outward until nothing is left";
+    else
+      EXPECT_EQ(taken, 0U);
+  }
+}
+
+TEST(Expand, FollowsAPathAroundCorners) {
+  // From the floor's edge out, along and back: an arm whose end is 0.5 m away from the floor.
+  Fixture f(
+      {floor_piece(1, 1.6, 0.4, 0.5), floor_piece(1.5, 1.6, 0.4, 1.5), floor_piece(0.2, 1.6, 1.4, 1.5)});
+  Workspace work(f.state);
+  Expansion expansion(work);
+  expansion.expand(expansion.add_inliers(indices(work, f.fresh)));
+  EXPECT_GE(owned(f.state, f.fresh, 1), f.fresh.size() * 99 / 100);
+}
+
+TEST(Expand, PicksUpOldPendingPoints) {
+  // Only the bridge is new; what lies behind it has been pending for long.
+  Fixture f({floor_piece(1.2, 1.8, 0, 1)});
+  const auto bridge = test::occupy(f.state, floor_piece(1, 1.2, 0, 1)).appeared;
+  Workspace work(f.state);
+  Expansion expansion(work);
+  expansion.expand(expansion.add_inliers(indices(work, bridge)));
+  EXPECT_GE(owned(f.state, f.fresh, 1), f.fresh.size() * 99 / 100);
+}
+
+TEST(Expand, StopsAtAWall) {
+  // A wall stands on the floor's far edge: of it no more than its foot may be taken.
+  Fixture f({test::rectangle_scan(eye, {1, 0, 0.02}, {0, 1, 0}, {0, 0, 0.8})});
+  Workspace work(f.state);
+  Expansion expansion(work);
+  expansion.expand(expansion.add_inliers(indices(work, f.fresh)));
+  for (const VoxelPoint& p : f.fresh)
+    if (owner(f.state, p) == 1) {
+      EXPECT_LT(p.position.z(), 0.01F + static_cast<float>(f.state.parameters.surface_tolerance()) + 1e-3F);
+    }
+  EXPECT_LT(owned(f.state, f.fresh, 1), f.fresh.size() / 20);
+}
+
+TEST(Expand, MergesWhatGrewTogetherAndTheLargerKeepsItsId) {
+  for (const bool larger_first : {true, false}) {
+    MapState state{Parameters{}};
+    const double border = larger_first ? 0.7 : 0.3;
+    const auto a = test::occupy(state, floor_piece(0, border - 0.1, 0, 1)).appeared;
+    const auto b = test::occupy(state, floor_piece(border + 0.1, 1, 0, 1)).appeared;
+    const auto gap = test::occupy(state, floor_piece(border - 0.1, border + 0.1, 0, 1)).appeared;
+    Workspace work(state);
+    test::make_surface(work, a, ground, everywhere);
+    test::make_surface(work, b, ground, everywhere);
+    Expansion expansion(work);
+    expansion.expand(expansion.add_inliers(indices(work, gap)));
+    ASSERT_EQ(state.surfaces.size(), 1U);
+    const SurfaceId kept = larger_first ? 1 : 2, gone = 3 - kept;
+    ASSERT_NE(state.surfaces.find(kept), nullptr);
+    EXPECT_EQ(state.surfaces.find(kept)->parents(), std::vector<SurfaceId>{gone});
+    EXPECT_TRUE(work.changes.merged.contains(gone));
+    EXPECT_EQ(state.surfaces.find(kept)->size(), a.size() + b.size() + gap.size());
+  }
+}
+
+TEST(Expand, DoesNotMergeAcrossAStep) {
+  MapState state{Parameters{}};
+  const auto a = test::occupy(state, floor_piece(0, 0.5, 0, 1)).appeared;
+  const auto b = test::occupy(state, floor_piece(0.5, 1, 0, 1, 0.08)).appeared;
+  Workspace work(state);
+  test::make_surface(work, a, ground, everywhere);
+  test::make_surface(work, b, {Eigen::Vector3d::UnitZ(), 0.08}, everywhere);
+  Expansion expansion(work);
+  expansion.grow(std::vector<SurfaceId>{1, 2});
+  EXPECT_EQ(state.surfaces.size(), 2U);
+  EXPECT_GE(owned(state, a, 1), a.size() * 99 / 100);
+  EXPECT_GE(owned(state, b, 2), b.size() * 99 / 100);
+}
+
+TEST(Expand, BetweenTwoPlanesTheBetterFitWins) {
+  // Two floors 2 cm apart in height overlap in reach; each point goes to the nearer one.
+  MapState state{Parameters{}};
+  const auto a = test::occupy(state, floor_piece(0, 0.5, 0, 1)).appeared;
+  const auto b = test::occupy(state, floor_piece(0.7, 1.2, 0, 1, 0.031)).appeared;
+  const auto middle_a = test::occupy(state, floor_piece(0.5, 0.6, 0, 1)).appeared;
+  const auto middle_b = test::occupy(state, floor_piece(0.6, 0.7, 0, 1, 0.031)).appeared;
+  Workspace work(state);
+  test::make_surface(work, a, ground, everywhere);
+  test::make_surface(work, b, {Eigen::Vector3d::UnitZ(), 0.031}, everywhere);
+  std::vector<VoxelPoint> both = middle_a;
+  both.insert(both.end(), middle_b.begin(), middle_b.end());
+  Expansion expansion(work);
+  expansion.expand(expansion.add_inliers(indices(work, both)));
+  if (state.surfaces.size() == 2) {
+    EXPECT_GE(owned(state, middle_a, 1), middle_a.size() * 9 / 10);
+    EXPECT_GE(owned(state, middle_b, 2), middle_b.size() * 9 / 10);
+  }
+  for (const auto& p : both) EXPECT_NE(owner(state, p), 0U);
+}
+
+TEST(Expand, EveryPointHasExactlyOneOwner) {
+  const std::uint64_t seed = test::fresh_seed();
+  std::mt19937_64 rng(seed);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  for (int round = 0; round < 5; ++round) {
+    std::vector<Scan> scans;
+    for (int i = 0; i < 6; ++i) {
+      const double x = 2 * uniform(rng) - 0.5, y = uniform(rng);
+      scans.push_back(floor_piece(x, x + 0.4, y, y + 0.3, 0.01 + 0.03 * static_cast<double>(rng() % 3)));
+    }
+    Fixture f(scans);
+    Workspace work(f.state);
+    const std::size_t before = f.state.surfaces.find(1)->size();
+    Expansion expansion(work);
+    std::vector<Index> points;
+    for (const VoxelPoint& p : f.fresh)
+      if (const Index i = work.window.find(p.key); i != PointWindow::none) points.push_back(i);
+    expansion.expand(expansion.add_inliers(points));
+    std::size_t mine = 0;
+    f.state.occupancy.for_each_point([&](const VoxelPoint& p) { mine += p.surface == 1; });
+    EXPECT_EQ(f.state.surfaces.find(1)->size(), mine);
+    EXPECT_GE(mine, before) << "nothing left on no evidence";
+  }
+}
+
+TEST(Expand, NothingFromNothing) {
+  Fixture f({});
+  Workspace work(f.state);
+  Expansion expansion(work);
+  EXPECT_TRUE(expansion.add_inliers({}).empty());
+  expansion.expand({});
+  expansion.grow({});
+  expansion.grow(std::vector<SurfaceId>{99});  // merged away in the meantime
+  EXPECT_TRUE(work.changes.touched().empty());
+}
+
+}  // namespace
+}  // namespace octosurf

@@ -1,0 +1,200 @@
+#include "map_files.hpp"
+
+#include "io/map_file.hpp"
+#include "io/record_stream.hpp"
+#include "support/random_scans.hpp"
+
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <sstream>
+
+namespace octosurf::test {
+namespace {
+
+std::string octree_of(const MapState& state) {
+  std::string bytes;
+  state.occupancy.write_nodes([&](const std::string& chunk) { bytes += chunk; });
+  return bytes;
+}
+
+bool same(const Plane& a, const Plane& b) { return a.normal == b.normal && a.offset == b.offset; }
+
+bool same(const Moments& a, const Moments& b) {
+  return a.count == b.count && a.sum == b.sum && a.outer == b.outer;
+}
+
+bool same(const Inlier& a, const Inlier& b) {
+  return a.key == b.key && a.range_class == b.range_class && a.position == b.position;
+}
+
+bool same(const Polygon& a, const Polygon& b) { return a.outer == b.outer && a.holes == b.holes; }
+
+template <class Range>
+bool all_same(const Range& a, const Range& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const auto& x, const auto& y) { return same(x, y); });
+}
+
+std::string surface_difference(const SurfaceModel::State& a, const SurfaceModel::State& b) {
+  if (a.id != b.id) return "id";
+  if (!same(a.plane, b.plane)) return "plane";
+  if (!same(a.checked_plane, b.checked_plane)) return "checked plane";
+  if (a.pose.matrix() != b.pose.matrix()) return "pose";
+  if (a.hash_frame.matrix() != b.hash_frame.matrix()) return "hash frame";
+  if (a.reference != b.reference) return "reference";
+  if (!all_same(a.moments, b.moments)) return "moments";
+  if (!all_same(a.inliers, b.inliers)) return "inliers";
+  if (!all_same(a.polygons, b.polygons)) return "polygons";
+  if (!all_same(a.simplified, b.simplified)) return "simplified polygons";
+  if (a.parents != b.parents) return "parents";
+  if (a.polygons_stale != b.polygons_stale) return "polygons_stale";
+  if (a.revision != b.revision) return "revision";
+  return {};
+}
+
+std::string published_difference(const Surface& a, const Surface& b) {
+  if (a.id != b.id || a.color != b.color || a.parents != b.parents) return "id, colour or parents";
+  if (!same(a.plane, b.plane) || a.T_map_surface.matrix() != b.T_map_surface.matrix()) return "plane or pose";
+  if (!all_same(a.polygons, b.polygons) || !all_same(a.simplified, b.simplified)) return "polygons";
+  if (a.boundary != b.boundary || a.area_m2 != b.area_m2) return "boundary or area";
+  if (a.inliers != b.inliers || a.rms_m != b.rms_m) return "inliers or rms";
+  if (a.revision != b.revision) return "revision";
+  return {};
+}
+
+std::string snapshot_difference(const Snapshot& a, const Snapshot& b) {
+  if (a.revision != b.revision || a.resolution != b.resolution) return "snapshot's revision or resolution";
+  if (a.surfaces.size() != b.surfaces.size()) return "number of published surfaces";
+  for (std::size_t i = 0; i < a.surfaces.size(); ++i)
+    if (const std::string d = published_difference(*a.surfaces[i], *b.surfaces[i]); !d.empty())
+      return "published surface's " + d;
+  return {};
+}
+
+}  // namespace
+
+MapFiles::MapFiles() {
+  const std::string pattern = (std::filesystem::temp_directory_path() / "octosurf_map_XXXXXX").string();
+  std::vector<char> name(pattern.c_str(), pattern.c_str() + pattern.size() + 1);
+  if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+  folder = name.data();
+}
+
+MapFiles::~MapFiles() { std::filesystem::remove_all(folder); }
+
+std::string MapFiles::loading(const std::string& content) const {
+  write_file(folder / "map.surfaces", content);
+  try {
+    load_map(folder / "map");
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), Error::Kind::data) << error.what();
+    return error.what();
+  }
+  return "loaded";
+}
+
+std::string read_file(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void write_file(const std::filesystem::path& file, const std::string& content) {
+  std::ofstream(file, std::ios::binary) << content;
+}
+
+Parameters coarse() {
+  Parameters parameters;
+  parameters.occupancy.resolution = 0.05;
+  return parameters;
+}
+
+std::vector<Scan> changing_room(std::size_t scans) {
+  std::mt19937_64 rng(20);
+  std::vector<Scan> all;
+  for (std::size_t i = 0; i + 2 < scans; ++i)
+    all.push_back(room_scan(rng, 2500, {i < 5 ? 0.9 : 1.3, 1.1, 0.7}, {0.3, -0.2, 0.1}));
+  for (const float z : {2.1F, 2.4F}) {  // where no ray has been
+    Scan& few = all.emplace_back();
+    for (const float x : {0.1F, 0.3F, 0.5F}) few.points.emplace_back(x, 0.2F - x, z);
+  }
+  return all;
+}
+
+Map map_of(const std::vector<Scan>& scans, const Parameters& parameters) {
+  Mapper mapper(parameters);
+  for (const Scan& scan : scans) mapper.insert(scan);
+  return std::move(mapper).release();
+}
+
+std::string bytes_of(const Map& map) {
+  std::ostringstream out;
+  write_map(map.state(), {}, out);
+  return out.str();
+}
+
+std::string difference(const Map& map_a, const Map& map_b) {
+  const MapState &a = map_a.state(), &b = map_b.state();
+  for (const ParameterInfo& info : parameter_infos())
+    if (parameter_value(a.parameters, info.name) != parameter_value(b.parameters, info.name))
+      return info.name;
+  if (octree_of(a) != octree_of(b)) return "octree";
+  if (a.accumulated != b.accumulated) return "accumulated";
+  if (a.points != b.points || a.scans != b.scans || a.revision != b.revision) return "counts";
+  if (a.noise.histogram() != b.noise.histogram() || a.noise.range_noise() != b.noise.range_noise())
+    return "noise";
+  for (unsigned c = 0; c < NoiseModel::classes; ++c)
+    if (a.noise.sigma(c) != b.noise.sigma(c) || a.noise.tolerance(c) != b.noise.tolerance(c)) return "sigma";
+  if (a.surfaces.next_id() != b.surfaces.next_id()) return "next id";
+  if (a.surfaces.size() != b.surfaces.size()) return "number of surfaces";
+  for (const auto& [id, surface] : a.surfaces) {
+    const SurfaceModel* other = b.surfaces.find(id);
+    const std::string d = other == nullptr ? "id" : surface_difference(surface.state(), other->state());
+    if (!d.empty()) return "surface's " + d;
+  }
+  return snapshot_difference(*map_a.snapshot(), *map_b.snapshot());
+}
+
+std::vector<map_file::Record> unpack(const std::string& file) {
+  std::istringstream in(file.substr(12));
+  RecordReader reader(in, std::uint64_t{1} << 32, "test");
+  std::vector<map_file::Record> records;
+  for (std::string bytes; reader.next(bytes);)
+    if (!records.emplace_back().ParseFromString(bytes)) throw std::runtime_error("not a record");
+  records.pop_back();
+  return records;
+}
+
+std::string pack_bytes(const std::vector<std::string>& records, bool with_footer) {
+  std::ostringstream out;
+  out.write("\x89OCTSF\r\n\x01\0\0\0", 12);
+  RecordWriter writer(out);
+  for (const std::string& record : records) writer.put(record);
+  if (with_footer) {
+    map_file::Record footer;
+    footer.mutable_footer()->set_records(writer.records());
+    footer.mutable_footer()->set_crc32(writer.crc32());
+    writer.put(footer.SerializeAsString());
+  }
+  writer.finish();
+  return out.str();
+}
+
+std::string pack(const std::vector<map_file::Record>& records) {
+  std::vector<std::string> bytes;
+  for (const map_file::Record& record : records) bytes.push_back(record.SerializeAsString());
+  return pack_bytes(bytes);
+}
+
+std::string failure(Error::Kind kind, const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), kind) << error.what();
+    return error.what();
+  }
+  ADD_FAILURE() << "no error";
+  return {};
+}
+
+}  // namespace octosurf::test

@@ -1,0 +1,56 @@
+#pragma once
+
+#include "map_file.pb.h"
+
+#include <filesystem>
+#include <functional>
+#include <gmock/gmock.h>
+#include <string>
+#include <vector>
+
+#include <octosurf/error.hpp>
+#include <octosurf/map.hpp>
+#include <octosurf/mapper.hpp>
+
+namespace octosurf::test {
+
+/// A fresh folder for every test, removed afterwards.
+class MapFiles : public ::testing::Test {
+ protected:
+  MapFiles();
+  ~MapFiles() override;
+
+  /// Writes `content` as map.surfaces and loads it: the message of its Error(data), "loaded" if there
+  /// is none. Any other exception fails the test.
+  std::string loading(const std::string& content) const;
+
+  std::filesystem::path folder;
+};
+
+std::string read_file(const std::filesystem::path& file);
+void write_file(const std::filesystem::path& file, const std::string& content);
+
+/// 5 cm voxels; everything else as by default.
+Parameters coarse();
+
+/// Scans in a room whose walls change with scan 5: the first ones are seen through, and vanish. The
+/// last two scans are of a few single points each, which wait for a detection run.
+std::vector<Scan> changing_room(std::size_t scans);
+
+Map map_of(const std::vector<Scan>& scans, const Parameters& parameters = coarse());
+
+/// A map file as write_map() writes it, with an empty FileSum.
+std::string bytes_of(const Map& map);
+
+/// What differs between two maps, field by field; empty if nothing does.
+std::string difference(const Map& a, const Map& b);
+
+/// A map file taken apart and put together again, with a footer that is true.
+std::vector<map_file::Record> unpack(const std::string& file);  ///< footer left out
+std::string pack(const std::vector<map_file::Record>& records);
+std::string pack_bytes(const std::vector<std::string>& records, bool with_footer = true);
+
+/// The message of the Error of this kind that `work` throws; fails the test if there is none.
+std::string failure(Error::Kind kind, const std::function<void()>& work);
+
+}  // namespace octosurf::test

@@ -1,0 +1,302 @@
+// What the headers promise of Mapper, Map and Snapshot, whatever the scene.
+#include "support/checked_mapper.hpp"
+#include "support/guarantees.hpp"
+#include "support/scene.hpp"
+#include "support/seed.hpp"
+
+#include <atomic>
+#include <functional>
+#include <gmock/gmock.h>
+#include <limits>
+#include <numeric>
+#include <random>
+#include <set>
+#include <thread>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+using test::CheckedMapper;
+using test::Scene;
+
+Scene some_room() {
+  Scene scene;
+  scene.box({-1.5, -1.2, 0.01}, {1.5, 1.2, 2.0}).box({0.3, -0.5, 0.01}, {0.8, 0.2, 0.4});
+  return scene;
+}
+
+std::vector<Scan> tour(std::uint64_t seed, int count) {
+  std::mt19937_64 rng(seed);
+  std::vector<Scan> scans;
+  for (int i = 0; i < count; ++i) {
+    const double a = 0.6 * i;
+    const Eigen::Vector3d eye(-0.6 + 0.02 * i, 0.3 * std::sin(a), 1.0);
+    scans.push_back(test::camera_scan(
+        some_room(), test::look_at(eye, eye + Eigen::Vector3d(std::cos(a), std::sin(a), -0.45)), rng));
+    scans.back().stamp_s = i / 30.0;
+    scans.back().name = "scan " + std::to_string(i);
+  }
+  return scans;
+}
+
+void insert_all(Mapper& mapper, const std::vector<Scan>& scans) {
+  for (const Scan& scan : scans) mapper.insert(scan);
+}
+
+TEST(MapperContract, SameScansSameBytes) {
+  const std::vector<Scan> scans = tour(test::fresh_seed(), 12);
+  Mapper one, again, threaded({}, 2), many({}, 7);
+  insert_all(one, scans);
+  insert_all(again, scans);
+  insert_all(threaded, scans);
+  insert_all(many, scans);
+  const std::string bytes = test::digest(one.map());
+  EXPECT_TRUE(test::digest(again.map()) == bytes);
+  EXPECT_TRUE(test::digest(threaded.map()) == bytes) << "2 threads";
+  EXPECT_TRUE(test::digest(many.map()) == bytes) << "7 threads";
+}
+
+TEST(MapperContract, StoppingAndGoingOnChangesNothing) {
+  const std::vector<Scan> scans = tour(test::fresh_seed(), 10);
+  Mapper whole, first;
+  insert_all(whole, scans);
+  insert_all(first, {scans.begin(), scans.begin() + 5});
+  Mapper second(std::move(first).release());
+  insert_all(second, {scans.begin() + 5, scans.end()});
+  EXPECT_TRUE(test::digest(second.map()) == test::digest(whole.map()));
+}
+
+TEST(MapperContract, RefusedScansLeaveTheMapAsItWas) {
+  const std::vector<Scan> scans = tour(3, 4);
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  CheckedMapper under_test;
+  for (const Scan& scan : scans) under_test.insert(scan);
+  const std::string before = test::digest(under_test.mapper.map());
+  const auto snapshot = under_test.mapper.snapshot();
+  const auto refuse = [&](const std::function<void(Scan&)>& spoil) {
+    Scan scan = scans.back();
+    scan.name = "bad one";
+    spoil(scan);
+    try {
+      under_test.mapper.insert(scan);
+      ADD_FAILURE() << "was taken";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), Error::Kind::data);
+      EXPECT_THAT(error.what(), ::testing::HasSubstr("bad one"));
+    }
+    EXPECT_TRUE(test::digest(under_test.mapper.map()) == before);
+    EXPECT_EQ(under_test.mapper.snapshot(), snapshot);
+  };
+  refuse([&](Scan& s) { s.T_map_sensor.linear()(0, 0) = nan; });
+  refuse([&](Scan& s) { s.T_map_sensor.translation().y() = nan; });
+  refuse([&](Scan& s) { s.T_map_sensor.translation().y() = std::numeric_limits<double>::infinity(); });
+  refuse([&](Scan& s) { s.T_map_sensor.linear() *= 1.01; });
+  refuse([&](Scan& s) { s.T_map_sensor.linear().col(0) *= -1; });
+  refuse([&](Scan& s) { s.T_map_sensor.linear().setZero(); });
+  refuse([&](Scan& s) { s.T_map_sensor.translation().x() = 0.02 * 32768 + 1; });
+  refuse([&](Scan& s) { s.T_map_sensor.translation().z() = -1e9; });
+  // And it goes on as if nothing had been.
+  Mapper clean;
+  insert_all(clean, scans);
+  const Scan next = tour(4, 1).front();
+  clean.insert(next);
+  under_test.insert(next);
+  EXPECT_TRUE(test::digest(under_test.mapper.map()) == test::digest(clean.map()));
+}
+
+TEST(MapperContract, ScansThatSayNothingChangeNothing) {
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  CheckedMapper under_test;
+  Scan empty;
+  ScanReport report = under_test.insert(empty);
+  EXPECT_EQ(report.points_raw, 0U);
+  EXPECT_EQ(report.voxels, 0U);
+  EXPECT_TRUE(under_test.surfaces().empty());
+  for (const Scan& scan : tour(5, 3)) under_test.insert(scan);
+  const Map::Size before = under_test.mapper.map().size();
+  const auto surfaces = under_test.surfaces();
+  under_test.insert(empty);
+  empty.points.assign(500, Eigen::Vector3f(nan, 0, 1));
+  report = under_test.insert(empty);
+  EXPECT_EQ(report.points_not_finite, 500U);
+  EXPECT_EQ(report.appeared + report.vanished, 0U);
+  EXPECT_EQ(under_test.mapper.map().size().nodes, before.nodes);
+  EXPECT_EQ(under_test.mapper.map().size().points, before.points);
+  EXPECT_EQ(under_test.surfaces(), surfaces) << "nor are they published anew";
+}
+
+TEST(MapperContract, DroppedPointsAreCounted) {
+  Parameters parameters;
+  parameters.occupancy.min_range = 0.5;
+  parameters.occupancy.max_range = 3;
+  CheckedMapper under_test(parameters);
+  Scan scan;
+  const float edge = 0.02F * 32768;
+  for (int i = 0; i < 5; ++i) scan.points.emplace_back(0.1F, 0, 0.1F * static_cast<float>(i));
+  for (int i = 0; i < 7; ++i) scan.points.emplace_back(edge + 1 + static_cast<float>(i), 0, 0);
+  for (int i = 0; i < 9; ++i) scan.points.emplace_back(0, 5 + 0.1F * static_cast<float>(i), 0);
+  for (int i = 0; i < 11; ++i) scan.points.emplace_back(0, -2 - 0.05F * static_cast<float>(i), 0);
+  scan.points.emplace_back(std::numeric_limits<float>::infinity(), 0, 0);
+  const ScanReport report = under_test.insert(scan);
+  EXPECT_EQ(report.points_raw, 33U);
+  EXPECT_EQ(report.points_too_near, 5U);
+  EXPECT_EQ(report.points_out_of_map, 7U);
+  EXPECT_EQ(report.points_beyond_range, 9U);
+  EXPECT_EQ(report.points_not_finite, 1U);
+  EXPECT_EQ(report.appeared, 11U);
+  using O = Map::Occupancy;
+  EXPECT_EQ(under_test.mapper.map().at({0, 2.9, 0}).occupancy, O::free)
+      << "points beyond free what is before them";
+  EXPECT_EQ(under_test.mapper.map().at({0, 5, 0}).occupancy, O::unknown);
+  EXPECT_EQ(under_test.mapper.map().at({0, -2, 0}).occupancy, O::occupied);
+  EXPECT_EQ(under_test.mapper.map().at({1e9, 0, 0}).occupancy, O::unknown);
+}
+
+TEST(MapperContract, SensorsPickTheirRange) {
+  Scan scan;
+  scan.points = {{0, 0, 10}};
+  Mapper camera, lidar;
+  scan.sensor = SensorKind::depth_camera;
+  EXPECT_EQ(camera.insert(scan).points_beyond_range, 1U);
+  EXPECT_EQ(camera.map().size().points, 0U);
+  scan.sensor = SensorKind::lidar;
+  EXPECT_EQ(lidar.insert(scan).points_beyond_range, 0U);
+  EXPECT_EQ(lidar.map().size().points, 1U);
+}
+
+TEST(MapperContract, AScanSeenTwiceChangesNoSurface) {
+  const std::vector<Scan> scans = tour(test::fresh_seed(), 3);
+  CheckedMapper under_test;
+  for (const Scan& scan : scans) under_test.insert(scan);
+  const auto before = under_test.surfaces();
+  const ScanReport report = under_test.insert(scans.back());
+  EXPECT_EQ(report.appeared, 0U);
+  const auto after = under_test.surfaces();
+  ASSERT_EQ(after.size(), before.size());
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    EXPECT_EQ(after[i]->id, before[i]->id);
+    EXPECT_NEAR(after[i]->area_m2, before[i]->area_m2, 0.03 * before[i]->area_m2 + 0.002);
+  }
+}
+
+TEST(MapperContract, SnapshotsStandStillWhileTheMapGoesOn) {
+  const std::vector<Scan> scans = tour(9, 16);
+  Mapper mapper;
+  std::atomic<bool> done{false};
+  std::size_t looks = 0, wrong = 0;
+  std::thread reader([&] {
+    std::uint64_t last = 0;
+    while (!done) {
+      const auto snapshot = mapper.snapshot();
+      wrong += snapshot->revision < last;
+      last = snapshot->revision;
+      SurfaceId id = 0;
+      for (const SurfacePtr& s : snapshot->surfaces) {
+        double area = 0;
+        std::size_t vertices = 0;
+        for (const Polygon& polygon : s->polygons) {
+          area += test::bg::area(test::to_boost(polygon));
+          vertices += polygon.outer.size();
+          for (const Ring2& hole : polygon.holes) vertices += hole.size();
+        }
+        wrong += s->id <= id || s->revision > snapshot->revision || s->inliers == 0 ||
+                 vertices != s->boundary.size() || std::fabs(area - s->area_m2) > 1e-6 ||
+                 snapshot->find(s->id) != s.get();
+        id = s->id;
+      }
+      ++looks;
+    }
+  });
+  for (const Scan& scan : scans) mapper.insert(scan);
+  done = true;
+  reader.join();
+  EXPECT_GT(looks, 10U);
+  EXPECT_EQ(wrong, 0U);
+}
+
+TEST(MapperContract, ChangedSinceTellsWhatTheSnapshotsDifferIn) {
+  Mapper mapper;
+  for (const Scan& scan : tour(10, 8)) {
+    const auto before = mapper.snapshot();
+    mapper.insert(scan);
+    const auto after = mapper.snapshot();
+    std::vector<SurfacePtr> different;
+    for (const SurfacePtr& s : after->surfaces)
+      if (before->find(s->id) != s.get()) different.push_back(s);
+    EXPECT_EQ(after->changed_since(before->revision), different);
+    EXPECT_EQ(after->changed_since(0), after->surfaces);
+    EXPECT_TRUE(after->changed_since(after->revision).empty());
+  }
+}
+
+TEST(MapperContract, IdsAreNeverUsedAgain) {
+  // A plate comes and goes three times.
+  std::mt19937_64 rng(11);
+  Scene with, without;
+  without.rectangle({-1, -1, 0.01}, {2, 0, 0}, {0, 2, 0});
+  with = without;
+  with.rectangle({-0.3, -0.3, 0.4}, {0.6, 0, 0}, {0, 0.6, 0});
+  const Eigen::Isometry3d pose = test::look_at({0.1, 0.1, 1.8}, {0, 0, 0});
+  CheckedMapper under_test;
+  std::set<SurfaceId> seen;
+  for (int round = 0; round < 3; ++round) {
+    under_test.insert(test::camera_scan(with, pose, rng));
+    const auto plate = under_test.on_plane({0, 0, 1}, {0, 0, 0.4});
+    ASSERT_EQ(plate.size(), 1U);
+    EXPECT_TRUE(seen.insert(plate[0]->id).second) << "an id came back";
+    for (int i = 0; i < 8; ++i) under_test.insert(test::camera_scan(without, pose, rng));
+    EXPECT_TRUE(under_test.on_plane({0, 0, 1}, {0, 0, 0.4}).empty());
+  }
+}
+
+TEST(MapperContract, ReportsItsTime) {
+  Mapper mapper;
+  const ScanReport report = mapper.insert(tour(12, 1).front());
+  EXPECT_GT(report.total_ms, 0);
+  for (const double ms : report.stage_ms) EXPECT_GE(ms, 0);
+  EXPECT_NEAR(std::accumulate(report.stage_ms.begin(), report.stage_ms.end(), 0.0), report.total_ms,
+              1e-6 + 1e-9 * report.total_ms);
+}
+
+TEST(MapperContract, PointsAndVoxelsAgree) {
+  Mapper mapper;
+  insert_all(mapper, tour(13, 4));
+  const Map& map = mapper.map();
+  std::size_t points = 0, pending = 0;
+  map.for_each_point([&](const Map::Voxel& v) {
+    ++points;
+    pending += v.surface == 0;
+    ASSERT_TRUE(v.point && v.view);
+    EXPECT_EQ(v.occupancy, Map::Occupancy::occupied);
+    EXPECT_NEAR(v.view->norm(), 1, 1e-5);
+    const Map::Voxel same = map.at(*v.point);
+    ASSERT_TRUE(same.point);
+    EXPECT_EQ(*same.point, *v.point);
+    EXPECT_EQ(same.surface, v.surface);
+    EXPECT_GE(same.log_odds, 0);
+  });
+  EXPECT_EQ(points, map.size().points);
+  EXPECT_EQ(pending, map.size().pending);
+}
+
+TEST(MapperContract, RefusesNonsense) {
+  EXPECT_THROW(Mapper({}, 0), Error);
+  EXPECT_THROW(Mapper({}, -3), Error);
+  Parameters bad;
+  bad.occupancy.resolution = -1;
+  EXPECT_THROW(Mapper{bad}, Error);
+}
+
+TEST(MapperContract, AnEmptyMapIsAMap) {
+  const Mapper mapper;
+  EXPECT_EQ(mapper.map().size().nodes, 0U);
+  EXPECT_EQ(mapper.snapshot()->surfaces.size(), 0U);
+  EXPECT_EQ(mapper.snapshot()->find(1), nullptr);
+  EXPECT_THAT(check_invariants(mapper.map()), ::testing::IsEmpty());
+  EXPECT_EQ(mapper.map().at({0, 0, 0}).occupancy, Map::Occupancy::unknown);
+}
+
+}  // namespace
+}  // namespace octosurf

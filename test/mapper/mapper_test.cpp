@@ -1,0 +1,221 @@
+// Whole scans through the whole way, on scenes whose surfaces are known.
+#include "support/checked_mapper.hpp"
+#include "support/guarantees.hpp"
+#include "support/scene.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <gmock/gmock.h>
+#include <numbers>
+#include <random>
+
+namespace octosurf {
+namespace {
+
+using test::CheckedMapper;
+using test::Scene;
+
+const Eigen::Vector3d up(0, 0, 1);
+
+/// Cameras on a circle, all looking at one place.
+std::vector<Scan> orbit(const Scene& scene, const Eigen::Vector3d& target, double radius, double height,
+                        int count, std::mt19937_64& rng) {
+  std::vector<Scan> scans;
+  for (int i = 0; i < count; ++i) {
+    const double a = 2 * std::numbers::pi * i / count + 0.3;
+    const Eigen::Vector3d eye = target + Eigen::Vector3d(radius * std::cos(a), radius * std::sin(a), height);
+    scans.push_back(test::camera_scan(scene, test::look_at(eye, target), rng));
+  }
+  return scans;
+}
+
+/// A camera straight above (x, y), seeing about 2.1 m × 1.6 m of what is on the ground.
+Scan from_above(const Scene& scene, double x, double y, std::mt19937_64& rng) {
+  return test::camera_scan(scene, test::look_at({x, y, 1.8}, {x, y, 0}), rng);
+}
+
+Scene floor_with_box() {
+  Scene scene;
+  scene.rectangle({-1.2, -1.2, 0.01}, {2.4, 0, 0}, {0, 2.4, 0});
+  scene.box({-0.2, -0.25, 0.01}, {0.2, 0.25, 0.41});
+  return scene;
+}
+
+TEST(Mapper, FloorWallAndBox) {
+  std::mt19937_64 rng(1);
+  Scene scene = floor_with_box();
+  scene.rectangle({1.2, -1.2, 0.01}, {0, 2.4, 0}, {0, 0, 1});
+  CheckedMapper under_test;
+  for (const Scan& scan : orbit(scene, {0, 0, 0.2}, 1.1, 0.9, 10, rng)) under_test.insert(scan);
+  for (const Scan& scan : orbit(scene, {0.4, 0, 0.3}, 0.7, 1.2, 6, rng)) under_test.insert(scan);
+
+  struct Face {
+    Eigen::Vector3d normal, point;
+    double area;
+  };
+  const std::vector<Face> faces{{{0, 0, 1}, {0, 0, 0.41}, 0.2},      {{1, 0, 0}, {0.2, 0, 0.2}, 0.2},
+                                {{-1, 0, 0}, {-0.2, 0, 0.2}, 0.2},   {{0, 1, 0}, {0, 0.25, 0.2}, 0.16},
+                                {{0, -1, 0}, {0, -0.25, 0.2}, 0.16}, {{0, 0, 1}, {1, 1, 0.01}, 5.76 - 0.2}};
+  for (const Face& face : faces) {
+    const auto found = under_test.on_plane(face.normal, face.point);
+    ASSERT_EQ(found.size(), 1U) << face.normal.transpose() << " at " << face.point.transpose();
+    EXPECT_NEAR(found[0]->plane.signed_distance(face.point), 0, 0.006);
+    EXPECT_NEAR(found[0]->area_m2, face.area, 0.15 * face.area + 0.02);
+  }
+  EXPECT_EQ(under_test.on_plane({-1, 0, 0}, {1.2, 0, 0.5}).size(), 1U) << "the wall";
+  EXPECT_EQ(under_test.surfaces().size(), faces.size() + 1) << "and nothing that is not there";
+  test::expect_guarantees(under_test.mapper.map());
+}
+
+TEST(Mapper, AFloorGrowsFromStrips) {
+  std::mt19937_64 rng(2);
+  CheckedMapper under_test;
+  double last = 0;
+  for (int i = 1; i <= 8; ++i) {
+    Scene strip;  // every scan shows another 25 cm
+    strip.rectangle({0.25 * (i - 1), 0, 0.01}, {0.25, 0, 0}, {0, 1, 0});
+    const ScanReport report = under_test.insert(from_above(strip, 0.25 * i, 0.5, rng));
+    const auto floor = under_test.on_plane(up, {0, 0, 0.01});
+    ASSERT_EQ(floor.size(), 1U) << "strip " << i;
+    EXPECT_EQ(floor[0]->id, 1U);
+    EXPECT_GT(floor[0]->area_m2, last + 0.2);
+    last = floor[0]->area_m2;
+    if (i > 1) {
+      EXPECT_THAT(report.grown, ::testing::Contains(1U));
+      EXPECT_GE(report.categorized * 100, report.appeared * 95)
+          << "in the surface by the scan that brought them";
+    }
+  }
+  EXPECT_NEAR(last, 2, 0.1);
+  test::expect_guarantees(under_test.mapper.map());
+}
+
+TEST(Mapper, PiecesThatGrowTogetherMerge) {
+  for (const bool larger_first : {true, false}) {
+    std::mt19937_64 rng(3);
+    CheckedMapper under_test;
+    Scene small, large, gap;
+    small.rectangle({0, 0, 0.01}, {0.4, 0, 0}, {0, 1, 0});
+    gap.rectangle({0.4, 0, 0.01}, {0.4, 0, 0}, {0, 1, 0});
+    large.rectangle({0.8, 0, 0.01}, {0.9, 0, 0}, {0, 1, 0});
+    under_test.insert(from_above(larger_first ? large : small, 0.8, 0.5, rng));
+    under_test.insert(from_above(larger_first ? small : large, 0.8, 0.5, rng));
+    ASSERT_EQ(under_test.surfaces().size(), 2U);
+    const auto before = under_test.mapper.snapshot();
+    const ScanReport report = under_test.insert(from_above(gap, 0.8, 0.5, rng));
+    ASSERT_EQ(under_test.surfaces().size(), 1U);
+    const SurfaceId kept = larger_first ? 1 : 2, gone = larger_first ? 2 : 1;
+    const Surface& whole = *under_test.surfaces()[0];
+    EXPECT_EQ(whole.id, kept);
+    EXPECT_THAT(whole.parents, ::testing::Contains(gone));
+    EXPECT_THAT(report.merged, ::testing::Contains(gone));
+    EXPECT_NEAR(whole.area_m2, 1.7, 0.1);
+    EXPECT_EQ(before->surfaces.size(), 2U) << "snapshots never change";
+    test::expect_guarantees(under_test.mapper.map());
+  }
+}
+
+TEST(Mapper, HolesOverHStayAndSmallerOnesClose) {
+  std::mt19937_64 rng(4);
+  const auto frame = [](Scene& scene, double x, double half) {  // a plate 0.8 m × 1 m with a square hole
+    scene.rectangle({x, 0, 0.01}, {0.8, 0, 0}, {0, 0.5 - half, 0});
+    scene.rectangle({x, 0.5 + half, 0.01}, {0.8, 0, 0}, {0, 0.5 - half, 0});
+    scene.rectangle({x, 0.5 - half, 0.01}, {0.4 - half, 0, 0}, {0, 2 * half, 0});
+    scene.rectangle({x + 0.4 + half, 0.5 - half, 0.01}, {0.4 - half, 0, 0}, {0, 2 * half, 0});
+  };
+  for (const double half : {0.15, 0.015}) {
+    Scene scene;
+    frame(scene, 0, half);
+    CheckedMapper under_test;
+    for (const double x : {0.3, 0.4, 0.5}) under_test.insert(from_above(scene, x, 0.5, rng));
+    ASSERT_EQ(under_test.surfaces().size(), 1U);
+    const Surface& plate = *under_test.surfaces()[0];
+    ASSERT_EQ(plate.polygons.size(), 1U);
+    if (half > 0.1) {
+      ASSERT_EQ(plate.polygons[0].holes.size(), 1U);
+      EXPECT_NEAR(plate.area_m2, 0.8 - 0.09, 0.05);
+    } else {
+      EXPECT_TRUE(plate.polygons[0].holes.empty());
+      EXPECT_NEAR(plate.area_m2, 0.8, 0.05);
+    }
+  }
+}
+
+TEST(Mapper, ARemovedBoxGoesAndTheFloorUnderItComes) {
+  std::mt19937_64 rng(5);
+  CheckedMapper under_test;
+  for (const Scan& scan : orbit(floor_with_box(), {0, 0, 0.2}, 1.0, 0.9, 8, rng)) under_test.insert(scan);
+  const auto tops = under_test.on_plane(up, {0, 0, 0.41});
+  ASSERT_EQ(tops.size(), 1U);
+  const double floor_before = under_test.on_plane(up, {1, 1, 0.01}).at(0)->area_m2;
+  Scene empty;
+  empty.rectangle({-1.2, -1.2, 0.01}, {2.4, 0, 0}, {0, 2.4, 0});
+  std::vector<SurfaceId> gone;
+  for (int round = 0; round < 2; ++round)
+    for (const Scan& scan : orbit(empty, {0, 0, 0.2}, 1.0, 0.9, 8, rng)) {
+      const ScanReport report = under_test.insert(scan);
+      gone.insert(gone.end(), report.gone.begin(), report.gone.end());
+    }
+  EXPECT_THAT(gone, ::testing::Contains(tops[0]->id));
+  EXPECT_TRUE(under_test.on_plane(up, {0, 0, 0.41}).empty());
+  ASSERT_EQ(under_test.surfaces().size(), 1U) << "the floor alone is left";
+  EXPECT_GT(under_test.surfaces()[0]->area_m2, floor_before + 0.1);
+  EXPECT_TRUE(under_test.surfaces()[0]->polygons.at(0).holes.empty());
+  // Nor is anything left of it in the octree.
+  under_test.mapper.map().for_each_point([](const Map::Voxel& v) { EXPECT_LT(v.point->z(), 0.1); });
+  test::expect_guarantees(under_test.mapper.map());
+}
+
+TEST(Mapper, StripsOfATiltingLaserMakeSurfaces) {
+  std::mt19937_64 rng(6);
+  Scene scene;
+  scene.rectangle({-1, -1.5, 0.01}, {3, 0, 0}, {0, 3, 0}).rectangle({2, -1.5, 0.01}, {0, 3, 0}, {0, 0, 1.5});
+  CheckedMapper under_test;
+  std::size_t first_surfaces = 0;
+  for (int i = 0; i < 110; ++i) {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.translation() = Eigen::Vector3d(0, 0, 1);
+    pose.rotate(Eigen::AngleAxisd(1.1 - 0.011 * i, Eigen::Vector3d::UnitY()));  // nods from the ground upward
+    under_test.insert(test::laser_scan(scene, pose, rng));
+    if (i == 0) first_surfaces = under_test.surfaces().size();
+  }
+  EXPECT_EQ(first_surfaces, 0U) << "no single scan shows a surface";
+  const auto floor = under_test.on_plane(up, {1, 0, 0.01});
+  const auto wall = under_test.on_plane({-1, 0, 0}, {2, 0, 0.7});
+  ASSERT_EQ(floor.size(), 1U);
+  ASSERT_EQ(wall.size(), 1U);
+  EXPECT_GT(floor[0]->area_m2, 2);
+  EXPECT_GT(wall[0]->area_m2, 1.5);
+  EXPECT_EQ(under_test.surfaces().size(), 2U);
+  test::expect_guarantees(under_test.mapper.map());
+}
+
+TEST(Mapper, SurfacesOfAnOctreeWithoutScans) {
+  std::mt19937_64 rng(7);
+  Parameters parameters;
+  parameters.detection.min_surface_points = 1000000;  // nothing is detected while scanning
+  Mapper blind(parameters);
+  for (const Scan& scan : orbit(floor_with_box(), {0, 0, 0.2}, 1.0, 0.9, 8, rng)) blind.insert(scan);
+  auto state = std::make_unique<MapState>(Parameters{});
+  // The occupancy alone, as a .bt has it.
+  const auto file = std::filesystem::temp_directory_path() / ("octosurf_" + std::to_string(rng()) + ".bt");
+  {
+    std::ofstream out(file, std::ios::binary);
+    blind.map().state().occupancy.write_bt(out);
+  }
+  state->occupancy = OccupancyMap::read_octomap(file, Parameters{}.occupancy);
+  std::filesystem::remove(file);
+  Mapper mapper(Map(std::move(state)));
+  const ScanReport report = mapper.detect_in_occupancy();
+  EXPECT_GT(report.appeared, 1000U);
+  EXPECT_FALSE(report.born.empty());
+  test::expect_guarantees(mapper.map());
+  double floor = 0;
+  for (const SurfacePtr& s : mapper.snapshot()->surfaces)
+    if (s->plane.normal.z() > 0.99 && std::fabs(s->plane.offset - 0.01) < 0.02)
+      floor = std::max(floor, s->area_m2);
+  EXPECT_GT(floor, 2);
+}
+
+}  // namespace
+}  // namespace octosurf

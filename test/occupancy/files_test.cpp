@@ -1,0 +1,241 @@
+// The octree to and from bytes, with OctoMap's own readers and writers as twins.
+#include "occupancy/occupancy_map.hpp"
+#include "occupancy/octomap_twin.hpp"
+#include "support/random_scans.hpp"
+#include "support/seed.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <octomap/ColorOcTree.h>
+#include <random>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Both {
+  OccupancyMap ours;
+  octomap::OcTree theirs;
+};
+
+/// The same scans in both; some points belong to surfaces.
+Both mapped(std::uint64_t seed, double resolution, int scans, std::size_t rays) {
+  std::mt19937_64 rng(seed);
+  OccupancyParameters parameters;
+  parameters.resolution = resolution;
+  Both both{OccupancyMap(parameters), octomap::OcTree(resolution)};
+  Downsampler downsample(both.ours.grid());
+  for (int i = 0; i < scans; ++i) {
+    const Scan scan = test::room_scan(rng, rays, {1.5, 1.2, 0.9}, {0.3, -2, 1});
+    test::insert_scan(both.theirs, scan, -1);
+    both.ours.insert(downsample(scan, 0, 1e9), downsample, nullptr);
+  }
+  both.ours.for_each_point([&](const VoxelPoint& p) { both.ours.assign(p, p.key.x % 3); });
+  return both;
+}
+
+std::string nodes_of(const OccupancyMap& map) {
+  std::string bytes;
+  map.write_nodes([&](const std::string& chunk) { bytes += chunk; });
+  return bytes;
+}
+
+/// Reads in pieces of random size.
+OccupancyMap read_back(const std::string& bytes, double resolution, std::mt19937_64& rng, std::size_t piece) {
+  OccupancyParameters parameters;
+  parameters.resolution = resolution;
+  OccupancyMap map(parameters);
+  std::size_t at = 0;
+  map.read_nodes(
+      [&] {
+        const std::size_t n = std::min(bytes.size() - at, 1 + rng() % piece);
+        at += n;
+        return bytes.substr(at - n, n);
+      },
+      "test");
+  return map;
+}
+
+std::string data_of(const std::string& file) { return file.substr(file.find("\ndata\n") + 6); }
+long size_in(const std::string& file) { return std::stol(file.substr(file.find("\nsize ") + 6)); }
+
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(const std::string& name)
+      : path_(fs::temp_directory_path() /
+              ("octosurf_" + std::to_string(std::random_device{}()) + "_" + name)) {}
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  ~TemporaryFile() { fs::remove(path_); }
+  const fs::path& path() const { return path_; }
+  void write(const std::string& bytes) const {
+    std::ofstream(path_, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  }
+  std::string read() const {
+    std::ifstream in(path_, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+
+ private:
+  fs::path path_;
+};
+
+TEST(OccupancyFiles, NodesComeBackToTheBit) {
+  const std::uint64_t seed = test::fresh_seed();
+  std::mt19937_64 rng(seed);
+  for (const double resolution : {0.02, 0.1}) {
+    const Both both = mapped(seed, resolution, 3, 4000);
+    const std::string bytes = nodes_of(both.ours);
+    for (const std::size_t piece : {std::size_t{3}, bytes.size()}) {
+      const OccupancyMap back = read_back(bytes, resolution, rng, piece);
+      EXPECT_TRUE(nodes_of(back) == bytes);
+      EXPECT_EQ(back.size().nodes, both.ours.size().nodes);
+      test::expect_equal(back, both.theirs);
+      std::size_t points = 0;
+      back.for_each_point([&](const VoxelPoint& p) {
+        const auto original = both.ours.at(p.key).point;
+        ASSERT_TRUE(original);
+        EXPECT_EQ(original->position, p.position);
+        EXPECT_EQ(original->view, p.view);
+        EXPECT_EQ(original->range_class, p.range_class);
+        EXPECT_EQ(original->surface, p.surface);
+        ++points;
+      });
+      both.ours.for_each_point([&](const VoxelPoint&) { --points; });
+      EXPECT_EQ(points, 0U);
+    }
+  }
+}
+
+TEST(OccupancyFiles, AMapReadBackGoesOnAsBefore) {
+  const std::uint64_t seed = test::fresh_seed();
+  std::mt19937_64 rng(seed);
+  Both both = mapped(seed, 0.05, 2, 3000);
+  OccupancyMap back = read_back(nodes_of(both.ours), 0.05, rng, 1000);
+  Downsampler downsample(back.grid());
+  const Scan scan = test::room_scan(rng, 4000, {1.5, 1.2, 0.9}, {0.3, -2, 1});
+  const VoxelScan voxels = downsample(scan, 0, 1e9);
+  back.insert(voxels, downsample, nullptr);
+  both.ours.insert(voxels, downsample, nullptr);
+  EXPECT_TRUE(nodes_of(back) == nodes_of(both.ours));
+}
+
+TEST(OccupancyFiles, EmptyMapIsNoBytes) {
+  const OccupancyMap empty{OccupancyParameters{}};
+  EXPECT_TRUE(nodes_of(empty).empty());
+  std::mt19937_64 rng(1);
+  EXPECT_EQ(read_back("", 0.02, rng, 1).size().nodes, 0U);
+  EXPECT_EQ(test::through_bt(empty).size(), 0U);
+}
+
+TEST(OccupancyFiles, DamagedNodesAreAnError) {
+  const std::uint64_t seed = test::fresh_seed();
+  std::mt19937_64 rng(seed);
+  const std::string bytes = nodes_of(mapped(seed, 0.3, 1, 60).ours);
+  for (std::size_t n = 1; n < bytes.size(); ++n)
+    EXPECT_THROW(read_back(bytes.substr(0, n), 0.3, rng, 50), Error) << "cut to " << n << " bytes";
+  EXPECT_THROW(read_back(bytes + '\0', 0.3, rng, 50), Error);
+  // Anything may stand in a byte: an error or some tree, never anything worse.
+  for (int i = 0; i < 3000; ++i) {
+    std::string damaged = bytes;
+    for (int k = 0; k < 3; ++k) damaged[rng() % damaged.size()] = static_cast<char>(rng());
+    try {
+      const OccupancyMap map = read_back(damaged, 0.3, rng, 500);
+      const std::string read = nodes_of(map);
+      EXPECT_TRUE(nodes_of(read_back(read, 0.3, rng, 500)) == read);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), Error::Kind::data);
+      EXPECT_EQ(error.where(), "test");
+    }
+  }
+}
+
+TEST(OccupancyFiles, BtIsOctomapsOwn) {
+  const std::uint64_t seed = test::fresh_seed();
+  for (const double resolution : {0.02, 0.05, 0.25}) {
+    Both both = mapped(seed, resolution, 4, 5000);
+    std::ostringstream mine, theirs;
+    both.ours.write_bt(mine);
+    both.theirs.writeBinary(theirs);  // leaves `theirs` at maximum likelihood, pruned
+    EXPECT_EQ(size_in(mine.str()), size_in(theirs.str()));
+    EXPECT_TRUE(data_of(mine.str()) == data_of(theirs.str()));
+    const octomap::OcTree read = test::through_bt(both.ours);
+    EXPECT_EQ(read.size(), both.theirs.size());
+    EXPECT_DOUBLE_EQ(read.getResolution(), resolution);
+    EXPECT_TRUE(read == both.theirs);
+  }
+}
+
+/// A copy of `tree` in colour.
+octomap::ColorOcTree coloured(const octomap::OcTree& tree) {
+  octomap::ColorOcTree colour(tree.getResolution());
+  for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf)
+    test::for_each_voxel(leaf, [&](VoxelKey k) {
+      const octomap::OcTreeKey key(k.x, k.y, k.z);
+      colour.setNodeValue(key, leaf->getLogOdds())->setColor(1, 2, 3);
+    });
+  return colour;
+}
+
+TEST(OccupancyFiles, ReadsWhatOctomapWrites) {
+  const std::uint64_t seed = test::fresh_seed();
+  Both both = mapped(seed, 0.1, 3, 3000);
+  const TemporaryFile full("full.ot"), colour("colour.ot"), binary("binary.bt");
+  ASSERT_TRUE(both.theirs.write(full.path().string()));
+  ASSERT_TRUE(coloured(both.theirs).write(colour.path().string()));
+  for (const TemporaryFile* file : {&full, &colour}) {
+    const OccupancyMap map = OccupancyMap::read_octomap(file->path(), {});
+    EXPECT_DOUBLE_EQ(map.grid().resolution(), 0.1);
+    test::expect_equal(map, both.theirs);
+  }
+  ASSERT_TRUE(both.theirs.writeBinary(binary.path().string()));
+  test::expect_equal(OccupancyMap::read_octomap(binary.path(), {}), both.theirs);
+}
+
+TEST(OccupancyFiles, TruncatedOctomapFilesAreAnError) {
+  Both both = mapped(11, 0.6, 1, 12);
+  const TemporaryFile full("full.ot"), colour("colour.ot"), binary("binary.bt"), cut("cut");
+  ASSERT_TRUE(both.theirs.write(full.path().string()));
+  ASSERT_TRUE(coloured(both.theirs).write(colour.path().string()));
+  ASSERT_TRUE(both.theirs.writeBinary(binary.path().string()));
+  for (const TemporaryFile* file : {&full, &colour, &binary}) {
+    const std::string bytes = file->read();
+    EXPECT_NO_THROW(OccupancyMap::read_octomap(file->path(), {}));
+    for (std::size_t n = 0; n < bytes.size(); ++n) {
+      cut.write(bytes.substr(0, n));
+      try {
+        OccupancyMap::read_octomap(cut.path(), {});
+        ADD_FAILURE() << file->path() << " cut to " << n << " of " << bytes.size() << " bytes was read";
+      } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), Error::Kind::data);
+        EXPECT_EQ(error.where(), cut.path().string());
+      }
+    }
+  }
+}
+
+TEST(OccupancyFiles, ForeignFilesAreAnError) {
+  const TemporaryFile file("foreign");
+  EXPECT_THROW(OccupancyMap::read_octomap(file.path(), {}), Error);  // not there
+  const std::string head = "# Octomap OcTree binary file\n";
+  for (const std::string& text :
+       {std::string("hello\n"), std::string(100000, '#'), head + "id OcTree\nres 0\ndata\n\x01\x02",
+        head + "id OcTree\nres nan\ndata\n\x01\x02", head + "id OcTree\nres -0.1\ndata\n\x01\x02",
+        head + "id OcTree\ndata\n\x01\x02", head + "id CountingOcTree\nres 0.1\ndata\n\x01\x02",
+        // Deeper than 16 levels: every first child has children.
+        head + "id OcTree\nsize 40\nres 0.1\ndata\n" + [] {
+          std::string bits;
+          for (int i = 0; i < 40; ++i) bits += std::string("\x03\0", 2);
+          return bits;
+        }()}) {
+    file.write(text);
+    EXPECT_THROW(OccupancyMap::read_octomap(file.path(), {}), Error) << text.substr(0, 80);
+  }
+}
+
+}  // namespace
+}  // namespace octosurf

@@ -1,0 +1,230 @@
+// Which misses count in a surface's voxels: the binned test against all rays.
+#include "occupancy/grazing.hpp"
+
+#include "occupancy/occupancy_map.hpp"
+#include "support/scene.hpp"
+#include "support/seed.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <map>
+#include <random>
+
+namespace octosurf {
+namespace {
+
+constexpr double d = 0.05, tolerance = 0.04;
+
+struct Ray {
+  Eigen::Vector3d from, to;
+};
+
+std::vector<Ray> rays_of(const VoxelScan& scan, const VoxelGrid& grid) {
+  std::vector<Ray> rays;
+  for (const EndVoxel& end : scan.ends) {
+    const Eigen::Vector3d centre = grid.centre_of(end.key).cast<double>(), from = scan.origin.cast<double>();
+    rays.push_back({from, scan.within_range(grid.centre_of(end.key))
+                              ? centre
+                              : Eigen::Vector3d(from + (centre - from).normalized() * scan.max_range)});
+  }
+  return rays;
+}
+
+bool meets(const Ray& ray, const Eigen::Vector3d& centre, double half) {
+  double enter = 0, leave = 1;
+  for (int a = 0; a < 3; ++a) {
+    const double along = ray.to[a] - ray.from[a];
+    const double low = centre[a] - half - ray.from[a], high = centre[a] + half - ray.from[a];
+    if (along == 0) {
+      if (low > 0 || high < 0) return false;
+      continue;
+    }
+    enter = std::max(enter, std::min(low / along, high / along));
+    leave = std::min(leave, std::max(low / along, high / along));
+  }
+  return enter <= leave;
+}
+
+/// Any ray at all, with voxels a little larger or smaller and the plane a little nearer or farther.
+bool crossed(const std::vector<Ray>& rays, const Eigen::Vector3d& centre, const Plane& plane, double slack) {
+  for (const Ray& ray : rays) {
+    const double from = plane.signed_distance(ray.from), to = plane.signed_distance(ray.to);
+    const bool beyond = from > 0 ? to < -tolerance + slack : to > tolerance - slack;
+    if (beyond && meets(ray, centre, d / 2 + slack)) return true;
+  }
+  return false;
+}
+
+Scan rays_around(std::mt19937_64& rng, const Eigen::Vector3d& origin, int count) {
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  Scan scan;
+  scan.T_map_sensor.translation() = origin;
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector3d v(uniform(rng), uniform(rng), uniform(rng));
+    scan.points.push_back((v.normalized() * (0.3 + 2.5 * std::fabs(uniform(rng)))).cast<float>());
+  }
+  return scan;
+}
+
+TEST(GrazingTest, EqualsBruteForceOverAllRays) {
+  const std::uint64_t seed = test::fresh_seed();
+  std::mt19937_64 rng(seed);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  const VoxelGrid grid(d);
+  Downsampler downsample(grid);
+  std::size_t yes = 0, no = 0;
+  for (int round = 0; round < 12; ++round) {
+    const Eigen::Vector3d origin(uniform(rng), uniform(rng), uniform(rng));
+    const VoxelScan scan = downsample(rays_around(rng, origin, round % 2 == 0 ? 300 : 3000), 0, 2.0);
+    const std::vector<Ray> rays = rays_of(scan, grid);
+    GrazingTest grazing(scan, grid);
+    for (int i = 0; i < 800; ++i) {
+      Plane plane{Eigen::Vector3d(uniform(rng), uniform(rng), uniform(rng)).normalized(), 0};
+      const double reach = i % 4 == 0 ? 0.25 : i % 4 == 1 ? 0.1 : 2;  // near the sensor and farther away
+      const Eigen::Vector3d at = origin + reach * Eigen::Vector3d(uniform(rng), uniform(rng), uniform(rng));
+      plane.offset = plane.normal.dot(at);
+      VoxelKey voxel;
+      ASSERT_TRUE(grid.key_of(at.cast<float>(), voxel));
+      const Eigen::Vector3d centre = grid.centre_of(voxel).cast<double>();
+      if ((centre - origin).cwiseAbs().maxCoeff() <= d / 2 + 1e-4) continue;  // the sensor's own voxel
+      const bool surely = crossed(rays, centre, plane, -1e-5), perhaps = crossed(rays, centre, plane, 1e-5);
+      if (surely != perhaps) continue;
+      ++(surely ? yes : no);
+      EXPECT_EQ(grazing.crosses(voxel, plane, tolerance), surely)
+          << "round " << round << " voxel " << centre.transpose() << " origin " << origin.transpose()
+          << " normal " << plane.normal.transpose() << " offset " << plane.offset;
+    }
+  }
+  EXPECT_GT(yes, 500U);
+  EXPECT_GT(no, 500U);
+}
+
+TEST(GrazingTest, NoRaysCrossNothing) {
+  const VoxelGrid grid(d);
+  VoxelScan scan;
+  GrazingTest grazing(scan, grid);
+  EXPECT_FALSE(grazing.crosses({32800, 32768, 32768}, {Eigen::Vector3d::UnitZ(), 0}, tolerance));
+}
+
+struct Floor : PlaneLookup {
+  bool find(SurfaceId id, Plane& plane, double& s) const override {
+    plane = {Eigen::Vector3d::UnitZ(), 0};
+    s = tolerance;
+    return id == 7;
+  }
+};
+
+/// A floor 3 m × 2 m at z = 0, seen from above often enough to be sure, all of it surface 7.
+OccupancyMap seen_floor(Downsampler& downsample) {
+  OccupancyParameters parameters;
+  parameters.resolution = d;
+  OccupancyMap map(parameters);
+  Scan scan;
+  scan.T_map_sensor.translation() = Eigen::Vector3d(0, 0, 1.5);
+  for (double x = -1.5; x < 1.5; x += 0.02)
+    for (double y = -1; y < 1; y += 0.02)
+      scan.points.push_back(Eigen::Vector3d(x, y, 0.001 - 1.5).cast<float>());
+  const OccupancyDelta delta = map.insert(downsample(scan, 0, 10), downsample, nullptr);
+  for (const VoxelPoint& p : delta.appeared) map.assign(p, 7);
+  return map;
+}
+
+std::size_t floor_voxels(const OccupancyMap& map) {
+  std::size_t n = 0;
+  map.for_each_point([&](const VoxelPoint& p) { n += p.surface == 7; });
+  return n;
+}
+
+TEST(PreserveSurfaces, GrazingRaysDoNotErodeAFloor) {
+  Downsampler downsample{VoxelGrid(d)};
+  const Floor floor;
+  // From 12 cm above the floor, along it, ending on it or just below it by noise.
+  Scan scan;
+  scan.T_map_sensor.translation() = Eigen::Vector3d(-1.4, 0, 0.12);
+  for (double x = 0.2; x < 2.8; x += 0.02)
+    for (double y = -0.9; y < 0.9; y += 0.02)
+      scan.points.push_back(Eigen::Vector3d(x, y, -0.12 - 0.02).cast<float>());
+  OccupancyMap kept = seen_floor(downsample), eaten = seen_floor(downsample);
+  const std::size_t before = floor_voxels(kept);
+  for (int i = 0; i < 10; ++i) {
+    const VoxelScan voxels = downsample(scan, 0, 10);
+    EXPECT_TRUE(kept.insert(voxels, downsample, &floor).vanished.empty());
+    eaten.insert(voxels, downsample, nullptr);
+  }
+  EXPECT_EQ(floor_voxels(kept), before);
+  EXPECT_LT(floor_voxels(eaten), before) << "these rays would not erode anything: the test tests nothing";
+}
+
+TEST(PreserveSurfaces, RaysThroughAFloorRemoveIt) {
+  Downsampler downsample{VoxelGrid(d)};
+  const Floor floor;
+  OccupancyMap map = seen_floor(downsample);
+  const std::size_t before = floor_voxels(map);
+  // The floor's left half is gone: one looks into a pit 0.5 m deep.
+  Scan scan;
+  scan.T_map_sensor.translation() = Eigen::Vector3d(0, 0, 1.5);
+  for (double x = -2; x < -0.1; x += 0.02)
+    for (double y = -1.4; y < 1.4; y += 0.02) scan.points.push_back(Eigen::Vector3d(x, y, -2).cast<float>());
+  for (int i = 0; i < 6; ++i) map.insert(downsample(scan, 0, 10), downsample, &floor);
+  std::size_t left = 0, right = 0;
+  map.for_each_point([&](const VoxelPoint& p) {
+    if (p.surface != 7) return;
+    ++(p.position.x() < -0.2F ? left : right);
+  });
+  EXPECT_EQ(left, 0U);
+  EXPECT_GT(right, before / 3);
+}
+
+TEST(PreserveSurfaces, PlainVoxelsAreErodedAsBefore) {
+  // No voxel belongs to a surface: with and without planes the trees are the same.
+  const std::uint64_t seed = test::fresh_seed();
+  std::mt19937_64 rng(seed);
+  OccupancyParameters parameters;
+  parameters.resolution = d;
+  OccupancyMap with(parameters), without(parameters);
+  Downsampler downsample(with.grid());
+  const Floor floor;
+  for (int i = 0; i < 5; ++i) {
+    const VoxelScan voxels = downsample(rays_around(rng, {0.1 * i, 0, 0}, 2000), 0, 10);
+    with.insert(voxels, downsample, &floor);
+    without.insert(voxels, downsample, nullptr);
+  }
+  std::string a, b;
+  with.write_nodes([&](const std::string& chunk) { a += chunk; });
+  without.write_nodes([&](const std::string& chunk) { b += chunk; });
+  EXPECT_TRUE(a == b);
+}
+
+TEST(PreserveSurfaces, MissesCountExactlyWhereSomeRayCrosses) {
+  // A floor that was seen often, then random rays: log-odds fall where and only where brute force says.
+  const std::uint64_t seed = test::fresh_seed();
+  std::mt19937_64 rng(seed);
+  Downsampler downsample{VoxelGrid(d)};
+  const Floor floor;
+  std::size_t fell = 0, stayed = 0;
+  for (int round = 0; round < 6; ++round) {
+    OccupancyMap map = seen_floor(downsample), free = seen_floor(downsample);
+    const VoxelScan voxels = downsample(rays_around(rng, {0.15 * round, -0.1, 0.1 + 0.1 * round}, 800), 0, 2);
+    const std::vector<Ray> rays = rays_of(voxels, map.grid());
+    std::map<std::uint64_t, float> before;
+    map.for_each_point([&](const VoxelPoint& p) { before[p.key.packed()] = map.at(p.key).log_odds; });
+    map.insert(voxels, downsample, &floor);
+    free.insert(voxels, downsample, nullptr);
+    for (const auto& [packed, was] : before) {
+      const VoxelKey key = VoxelKey::unpack(packed);
+      const float now = map.at(key).log_odds, unpreserved = free.at(key).log_odds;
+      const Eigen::Vector3d centre = map.grid().centre_of(key).cast<double>();
+      const Plane plane{Eigen::Vector3d::UnitZ(), 0};
+      const bool surely = crossed(rays, centre, plane, -1e-5), perhaps = crossed(rays, centre, plane, 1e-5);
+      if (surely != perhaps) continue;
+      const float expected = unpreserved < was && !surely ? was : unpreserved;
+      ++(now < was ? fell : stayed);
+      EXPECT_EQ(now, expected) << "at " << centre.transpose();
+    }
+  }
+  EXPECT_GT(fell, 50U);
+  EXPECT_GT(stayed, 1000U);
+}
+
+}  // namespace
+}  // namespace octosurf

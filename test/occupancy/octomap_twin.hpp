@@ -1,0 +1,92 @@
+#pragma once
+
+#include "occupancy/occupancy_map.hpp"
+
+#include <cstdint>
+#include <gtest/gtest.h>
+#include <octomap/octomap.h>
+#include <set>
+#include <sstream>
+
+#include <octosurf/scan.hpp>
+
+namespace octosurf::test {
+
+inline octomap::Pointcloud cloud_in_map(const Scan& scan) {
+  octomap::Pointcloud cloud;
+  for (const auto& p : scan.points) {
+    if (!p.allFinite()) continue;
+    const Eigen::Vector3f m =
+        (scan.T_map_sensor.linear() * p.cast<double>() + scan.T_map_sensor.translation()).cast<float>();
+    cloud.push_back(m.x(), m.y(), m.z());
+  }
+  return cloud;
+}
+
+/// Inserts the scan the slow way; `max_range` < 0: unlimited.
+inline void insert_scan(octomap::OcTree& tree, const Scan& scan, double max_range) {
+  const Eigen::Vector3f o = scan.T_map_sensor.translation().cast<float>();
+  tree.insertPointCloud(cloud_in_map(scan), octomap::point3d(o.x(), o.y(), o.z()), max_range, false, true);
+}
+
+/// Every voxel of the lowest level below a leaf, as keys.
+template <class Leaf, class Visit>
+void for_each_voxel(const Leaf& leaf, const Visit& visit) {
+  const int edge = 1 << (16 - leaf.getDepth());
+  const octomap::OcTreeKey first = leaf.getIndexKey();
+  for (int z = 0; z < edge; ++z)
+    for (int y = 0; y < edge; ++y)
+      for (int x = 0; x < edge; ++x)
+        visit(VoxelKey{static_cast<std::uint16_t>(first[0] + x), static_cast<std::uint16_t>(first[1] + y),
+                       static_cast<std::uint16_t>(first[2] + z)});
+}
+
+/// Number of voxels of the lowest level that a tree knows.
+inline std::size_t known_voxels(const octomap::OcTree& tree) {
+  std::size_t n = 0;
+  for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf)
+    n += std::size_t{1} << (3 * (16 - leaf.getDepth()));
+  return n;
+}
+
+/// The map as OctoMap reads its .bt, which keeps every known voxel.
+inline octomap::OcTree through_bt(const OccupancyMap& map) {
+  std::stringstream bt;
+  map.write_bt(bt);
+  octomap::OcTree tree(0.1);
+  EXPECT_TRUE(tree.readBinary(bt));
+  return tree;
+}
+
+/// Packed keys of the occupied voxels, found without our own traversal.
+inline std::set<std::uint64_t> occupied_voxels(const OccupancyMap& map) {
+  std::set<std::uint64_t> keys;
+  const octomap::OcTree tree = through_bt(map);
+  for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf)
+    if (tree.isNodeOccupied(*leaf)) for_each_voxel(leaf, [&](VoxelKey k) { keys.insert(k.packed()); });
+  return keys;
+}
+
+/// Every voxel that either tree knows has the same value in the other.
+inline void expect_equal(const OccupancyMap& ours, const octomap::OcTree& theirs) {
+  std::size_t compared = 0, different = 0;
+  for (auto leaf = theirs.begin_leafs(); leaf != theirs.end_leafs(); ++leaf) {
+    const int edge = 1 << (16 - leaf.getDepth());
+    const octomap::OcTreeKey first = leaf.getIndexKey();
+    // The corners of an undivided leaf stand for it; the number of known voxels catches the rest.
+    for (int c = 0; c < (edge == 1 ? 1 : 8); ++c) {
+      const auto at = [&](int axis) {
+        return static_cast<std::uint16_t>(first[static_cast<unsigned>(axis)] +
+                                          ((c >> axis & 1) ? edge - 1 : 0));
+      };
+      const auto lookup = ours.at({at(0), at(1), at(2)});
+      ++compared;
+      if (lookup.state == OccupancyMap::State::unknown || lookup.log_odds != leaf->getLogOdds()) ++different;
+    }
+  }
+  EXPECT_EQ(different, 0U) << "of " << compared;
+  EXPECT_GT(compared, 100U);
+  EXPECT_EQ(known_voxels(through_bt(ours)), known_voxels(theirs));
+}
+
+}  // namespace octosurf::test

@@ -1,0 +1,243 @@
+#include <cmath>
+#include <functional>
+#include <gmock/gmock.h>
+#include <limits>
+#include <numbers>
+#include <octomap/octomap.h>
+#include <set>
+
+#include <octosurf/error.hpp>
+#include <octosurf/parameters.hpp>
+
+namespace octosurf {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double inf = std::numeric_limits<double>::infinity();
+
+TEST(Parameters, OccupancyDefaultsAreOctomaps) {
+  const OccupancyParameters p;
+  const octomap::OcTree tree(0.1);
+  EXPECT_NEAR(p.hit, tree.getProbHit(), 1e-4);
+  EXPECT_NEAR(p.miss, tree.getProbMiss(), 1e-4);
+  EXPECT_NEAR(p.clamp_min, tree.getClampingThresMin(), 1e-4);
+  EXPECT_NEAR(p.clamp_max, tree.getClampingThresMax(), 1e-4);
+  EXPECT_NEAR(p.occupied, tree.getOccupancyThres(), 1e-4);
+}
+
+TEST(Parameters, DefaultsAreValidAndWhatTheDesignSays) {
+  const Parameters p;
+  EXPECT_NO_THROW(p.validate());
+  EXPECT_EQ(p.occupancy.resolution, 0.02);
+  EXPECT_EQ(p.occupancy.min_range, 0);
+  EXPECT_FALSE(p.occupancy.max_range) << "the sensor's";
+  EXPECT_EQ(p.surfaces.sensor_noise, 0.005);
+  EXPECT_FALSE(p.surfaces.range_noise) << "estimated";
+  EXPECT_EQ(p.max_hole_size(), 0.08);
+  EXPECT_EQ(p.surfaces.mesh_thickness, 0.02);
+  EXPECT_NEAR(p.detection.smoothness_angle, std::numbers::pi / 6, 1e-12);
+  EXPECT_EQ(p.detection.max_curvature, 0.05);
+  EXPECT_EQ(p.detection.ransac_iterations, 200);
+  EXPECT_TRUE(p.occupancy.preserve_surfaces);
+}
+
+TEST(Parameters, PaperPresetIsThePapers) {
+  const Parameters p = Parameters::paper();
+  EXPECT_NO_THROW(p.validate());
+  EXPECT_EQ(p.occupancy.resolution, 0.02);
+  EXPECT_NEAR(p.surface_tolerance(), 0.005 + 0.02 * std::sqrt(3.0), 1e-12);
+  EXPECT_EQ(p.surfaces.range_noise, 0.0);
+  EXPECT_EQ(p.max_hole_size(), 0.08);
+  EXPECT_EQ(p.surfaces.min_surface_width, 0);
+  EXPECT_EQ(p.search_radius(), 0.15);
+  EXPECT_EQ(p.min_surface_points(), 50);
+  EXPECT_NEAR(p.detection.smoothness_angle, std::numbers::pi / 6, 1e-12);
+  EXPECT_EQ(p.detection.max_curvature, 0.05);
+  EXPECT_EQ(p.detection.ransac_iterations, 200);
+  EXPECT_GE(p.detection.aligned_angle, std::numbers::pi / 2 - 1e-12);
+}
+
+TEST(Parameters, AnExplicitValueWinsOverADerivedOne) {
+  Parameters p;
+  p.surfaces.surface_tolerance = 0.033;
+  p.surfaces.max_hole_size = 0.3;
+  p.detection.search_radius = 0.21;
+  p.detection.normal_radius = 0.12;
+  p.detection.min_surface_points = 77;
+  EXPECT_EQ(p.surface_tolerance(), 0.033);
+  EXPECT_EQ(p.max_hole_size(), 0.3);
+  EXPECT_EQ(p.search_radius(), 0.21);
+  EXPECT_EQ(p.normal_radius(), 0.12);
+  EXPECT_EQ(p.min_surface_points(), 77);
+}
+
+TEST(Parameters, DerivedValuesFollowTheResolution) {
+  Parameters last;
+  last.occupancy.resolution = 0.005;
+  for (const double d : {0.01, 0.02, 0.05, 0.1, 0.5}) {
+    Parameters p = last;
+    p.occupancy.resolution = d;
+    EXPECT_NO_THROW(p.validate()) << d;
+    EXPECT_GT(p.surface_tolerance(), last.surface_tolerance());
+    EXPECT_GE(p.search_radius(), last.search_radius());
+    EXPECT_GE(p.search_radius(), p.normal_radius());
+    EXPECT_GE(p.max_hole_size(), last.max_hole_size());
+    EXPECT_LE(p.min_surface_points(), last.min_surface_points());
+    last = p;
+  }
+  Parameters noisy;
+  noisy.surfaces.sensor_noise += 0.01;
+  EXPECT_NEAR(noisy.surface_tolerance(), Parameters{}.surface_tolerance() + 0.01, 1e-12);
+}
+
+TEST(Parameters, NamesAreTheDesigns) {
+  std::set<std::string> names;
+  for (const ParameterInfo& info : parameter_infos()) {
+    EXPECT_TRUE(names.insert(info.name).second) << info.name << " twice";
+    EXPECT_FALSE(info.help.empty()) << info.name;
+  }
+  for (const char* name :
+       {"resolution", "surface_tolerance", "sensor_noise", "range_noise", "max_hole_size", "search_radius",
+        "min_surface_points", "smoothness_angle", "max_curvature", "ransac_iterations", "mesh_thickness",
+        "max_range", "min_range", "hit", "miss", "clamp_min", "clamp_max", "occupied"})
+    EXPECT_TRUE(names.contains(name)) << name;
+}
+
+TEST(Parameters, TextGoesInAndOut) {
+  Parameters p;
+  const auto check = [&](const std::string& name, const std::string& text, const std::string& back) {
+    set_parameter(p, name, text);
+    EXPECT_EQ(get_parameter(p, name), back);
+  };
+  check("resolution", "0.04", "0.04");
+  check("resolution", "4e-2", "0.04");
+  check("smoothness_angle", "25", "25");
+  EXPECT_NEAR(p.detection.smoothness_angle, 25 * std::numbers::pi / 180, 1e-15);
+  check("min_surface_points", "120", "120");
+  EXPECT_EQ(p.detection.min_surface_points, 120);
+  check("preserve_surfaces", "false", "false");
+  EXPECT_FALSE(p.occupancy.preserve_surfaces);
+  check("max_range", "7.5", "7.5");
+  check("max_range", "auto", "sensor");
+  EXPECT_FALSE(p.occupancy.max_range);
+  check("range_noise", "0.001", "0.001");
+  check("range_noise", "auto", "estimated");
+  set_parameter(p, "surface_tolerance", "0.5");
+  set_parameter(p, "surface_tolerance", "auto");
+  EXPECT_EQ(p.surface_tolerance(), Parameters([&] {
+                                     Parameters fresh;
+                                     fresh.occupancy.resolution = 0.04;
+                                     return fresh;
+                                   }())
+                                       .surface_tolerance());
+}
+
+TEST(Parameters, TextThatIsNoValueIsRefused) {
+  for (const ParameterInfo& info : parameter_infos())
+    for (const char* text : {"", " ", "nan", "inf", "-inf", "1e999", "0.1m", "0,1", "0x10", "one", "1 2"}) {
+      Parameters p;
+      try {
+        set_parameter(p, info.name, text);
+        ADD_FAILURE() << info.name << " took '" << text << "'";
+      } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), Error::Kind::usage);
+        EXPECT_THAT(error.what(), HasSubstr(info.name));
+        EXPECT_THAT(error.what(), HasSubstr(text));
+      }
+      EXPECT_EQ(parameter_value(p, info.name), parameter_value(Parameters{}, info.name))
+          << "changed all the same";
+    }
+  Parameters p;
+  EXPECT_THROW(set_parameter(p, "min_surface_points", "50.5"), Error);
+  EXPECT_THROW(set_parameter(p, "resolution", "auto"), Error);
+  for (const char* name : {"resolutoin", "", "Resolution"}) {
+    EXPECT_THROW(set_parameter(p, name, "1"), Error);
+    EXPECT_THROW(get_parameter(p, name), Error);
+    EXPECT_THROW(parameter_value(p, name), Error);
+    EXPECT_THROW(set_parameter_value(p, name, 1), Error);
+  }
+}
+
+TEST(Parameters, ExactValuesGoInAndOut) {
+  Parameters odd;
+  odd.occupancy.resolution = 0.1 / 3;
+  odd.occupancy.max_range = 1.0 / 7;
+  odd.occupancy.preserve_surfaces = false;
+  odd.surfaces.range_noise = 1.0 / 811;
+  odd.detection.smoothness_angle = 0.3 + 1e-16;
+  odd.detection.min_surface_points = 61;
+  odd.detection.ransac_iterations = 333;
+  for (const Parameters& from : {Parameters{}, Parameters::paper(), odd}) {
+    Parameters to;
+    to.detection.search_radius = 1;  // derived ones are emptied, too
+    for (const ParameterInfo& info : parameter_infos())
+      set_parameter_value(to, info.name, parameter_value(from, info.name));
+    for (const ParameterInfo& info : parameter_infos()) {
+      EXPECT_EQ(parameter_value(to, info.name), parameter_value(from, info.name)) << info.name;
+      EXPECT_EQ(get_parameter(to, info.name), get_parameter(from, info.name)) << info.name;
+    }
+    EXPECT_EQ(to.occupancy.preserve_surfaces, from.occupancy.preserve_surfaces);
+    EXPECT_EQ(to.detection.min_surface_points, from.detection.min_surface_points);
+    EXPECT_EQ(to.detection.search_radius, from.detection.search_radius);
+  }
+  Parameters p;
+  EXPECT_THROW(set_parameter_value(p, "resolution", std::nullopt), Error) << "never derived";
+}
+
+/// Values out of range for each parameter. The message names parameter, value and rule.
+TEST(Parameters, ValidateNamesFieldValueAndRule) {
+  const std::vector<std::pair<std::string, std::vector<double>>> refused{
+      {"resolution", {0, -0.02, 1e9}},
+      {"max_range", {0, -1}},
+      {"min_range", {-0.1}},
+      {"hit", {0.5, 0, 1, 1.5}},
+      {"miss", {0.5, 0, 1, -0.4}},
+      {"clamp_min", {0, -1, 0.6, 1}},
+      {"clamp_max", {1, 1.2, 0.4, 0}},
+      {"occupied", {0, 1, -1}},
+      {"sensor_noise", {-0.001, 1e6}},
+      {"range_noise", {-0.001, 1e6}},
+      {"surface_tolerance", {0, -0.01, 1e6}},
+      {"max_hole_size", {0, -1, 0.001, 1e6}},
+      {"min_surface_width", {-0.01, 1e6}},
+      {"mesh_thickness", {0, -0.02, 1e6}},
+      {"search_radius", {0, -0.15, 1e6}},
+      {"normal_radius", {0, -0.15, 1e6}},
+      {"min_surface_points", {0, -50, 2}},
+      {"smoothness_angle", {0, -0.5, 4}},
+      {"max_curvature", {0, -0.05, 0.5}},
+      {"ransac_iterations", {0, -200}},
+      {"aligned_angle", {0, -0.5, 4}},
+  };
+  for (const auto& [name, values] : refused) {
+    std::vector<double> all = values;
+    const bool real = name != "min_surface_points" && name != "ransac_iterations";
+    if (real) all.insert(all.end(), {nan, inf, -inf});
+    for (const double value : all) {
+      if (name == "max_range" && value == inf) continue;  // may well mean "no limit"
+      Parameters p;
+      set_parameter_value(p, name, value);
+      try {
+        p.validate();
+        ADD_FAILURE() << name << " = " << value << " was accepted";
+      } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), Error::Kind::usage);
+        // 'occupied' may be reported by way of a clamp it no longer lies between.
+        if (name != "occupied" && name != "resolution") {
+          EXPECT_EQ(error.where(), name) << error.what();
+        }
+        EXPECT_THAT(error.what(), HasSubstr("must be"));
+        EXPECT_THAT(error.what(), HasSubstr(get_parameter(p, error.where())));
+      }
+    }
+  }
+  Parameters p;
+  p.occupancy.min_range = 3;
+  p.occupancy.max_range = 2;
+  EXPECT_THROW(p.validate(), Error);
+}
+
+}  // namespace
+}  // namespace octosurf

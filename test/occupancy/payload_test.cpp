@@ -1,0 +1,117 @@
+// What an octree node carries, and what it costs.
+#include "occupancy/payload.hpp"
+
+#include "support/seed.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <malloc.h>
+#include <memory>
+#include <octomap/OcTreeNode.h>
+#include <random>
+
+namespace octosurf {
+namespace {
+
+#ifdef __SANITIZE_ADDRESS__
+constexpr bool own_malloc = true;
+#else
+constexpr bool own_malloc = false;
+#endif
+
+TEST(Payload, CostsNoMemoryBesideOctomapsOwnNode) {
+  EXPECT_EQ(sizeof(VoxelNode), 24U);
+  EXPECT_EQ(sizeof(VoxelPayload), 8U);
+  if (own_malloc) GTEST_SKIP() << "the sanitizer's malloc has no blocks";
+  const auto ours = std::make_unique<VoxelNode>();
+  const auto theirs = std::make_unique<octomap::OcTreeNode>();
+  EXPECT_EQ(malloc_usable_size(ours.get()), malloc_usable_size(theirs.get()));
+}
+
+TEST(Payload, PointComesBackWithinHalfAStep) {
+  const std::uint64_t seed = test::fresh_seed();
+  std::mt19937_64 rng(seed);
+  std::uniform_real_distribution<double> inside(0, 1), far(-200, 200);
+  for (const double d : {0.005, 0.02, 0.11}) {
+    const VoxelGrid grid(d);
+    for (int i = 0; i < 5000; ++i) {
+      VoxelKey key;
+      ASSERT_TRUE(grid.key_of(Eigen::Vector3d(far(rng), far(rng), far(rng))
+                                  .cwiseMin(30000 * d)
+                                  .cwiseMax(-30000 * d)
+                                  .cast<float>(),
+                              key));
+      const Eigen::Vector3d point =
+          grid.corner_of(key) + d * Eigen::Vector3d(inside(rng), inside(rng), inside(rng));
+      VoxelPayload payload;
+      store_point(payload, grid, key, point.cast<float>(), Eigen::Vector3f::Zero());
+      ASSERT_TRUE(payload.has_point());
+      const Eigen::Vector3f back = load_point(payload, grid, key);
+      const double rounding = 4 * std::numeric_limits<float>::epsilon() * point.norm();
+      ASSERT_LE((back.cast<double>() - point).cwiseAbs().maxCoeff(), d / 512 + rounding);
+      VoxelKey again;
+      ASSERT_TRUE(grid.key_of(back, again));
+      if (d > 100 * rounding) {
+        ASSERT_EQ(again, key) << "a stored point left its voxel";
+      }
+    }
+  }
+}
+
+TEST(Payload, PointOutsideItsVoxelIsDrawnToItsBorder) {
+  const VoxelGrid grid(0.02);
+  const VoxelKey key{40000, 30000, 32768};
+  VoxelPayload payload;
+  store_point(payload, grid, key, grid.centre_of(key) + Eigen::Vector3f(0.1F, -0.1F, 0),
+              Eigen::Vector3f::Zero());
+  const Eigen::Vector3d back = load_point(payload, grid, key).cast<double>() - grid.corner_of(key);
+  EXPECT_NEAR(back.x(), 0.02, 1e-4);
+  EXPECT_NEAR(back.y(), 0, 1e-4);
+}
+
+TEST(Payload, ViewIsExactToFourDegrees) {
+  const std::uint64_t seed = test::fresh_seed();
+  std::mt19937_64 rng(seed);
+  std::normal_distribution<float> gauss;
+  const auto check = [](const Eigen::Vector3f& v) {
+    const Eigen::Vector3f back = decode_view(encode_view(v));
+    EXPECT_NEAR(back.norm(), 1, 1e-5);
+    EXPECT_LT(encode_view(v), 1U << 12);
+    const double angle = std::acos(std::min(1.0F, back.dot(v.normalized()))) * 180 / std::numbers::pi;
+    // Worst in the middle of an octant: half a step of 2/63 along both coordinates is √6/63 at 1/√3.
+    EXPECT_LE(angle, 3.9) << v.transpose();
+  };
+  for (int x = -1; x <= 1; ++x)
+    for (int y = -1; y <= 1; ++y)
+      for (int z = -1; z <= 1; ++z)
+        if (x != 0 || y != 0 || z != 0)
+          check(Eigen::Vector3f(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)));
+  for (int i = 0; i < 20000; ++i) check({gauss(rng), gauss(rng), gauss(rng)});
+}
+
+TEST(Payload, RangeClassIsExactToRootTwo) {
+  EXPECT_EQ(range_class_of(0), 1U);  // 0 would be "no point"
+  EXPECT_EQ(range_class_of(0.25F), 1U);
+  EXPECT_EQ(range_class_of(1e30F), 15U);
+  unsigned last = 1;
+  for (float r = 0.25F; r < 32; r *= 1.01F) {
+    const unsigned c = range_class_of(r);
+    EXPECT_GE(c, last);
+    last = c;
+    EXPECT_LE(range_of_class(c), r * std::sqrt(2.0F));
+    EXPECT_GE(range_of_class(c), r / std::sqrt(2.0F));
+  }
+}
+
+TEST(Payload, NodesWithPointsAreNeverEqual) {
+  VoxelNode a, b;
+  EXPECT_TRUE(a == b);
+  a.payload.range_class = 1;
+  EXPECT_FALSE(a == b);
+  EXPECT_FALSE(b == a);
+  b.payload.range_class = 1;
+  EXPECT_FALSE(a == b) << "equal nodes are pruned, and a point with them";
+}
+
+}  // namespace
+}  // namespace octosurf

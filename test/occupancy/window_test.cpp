@@ -1,0 +1,231 @@
+// Neighbourhood queries and the adoption of a foreign octree, against brute force over all voxels.
+#include "occupancy/occupancy_map.hpp"
+#include "occupancy/octomap_twin.hpp"
+#include "occupancy/payload.hpp"
+#include "occupancy/point_window.hpp"
+#include "support/random_scans.hpp"
+#include "support/seed.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <map>
+#include <random>
+
+namespace octosurf {
+namespace {
+
+OccupancyMap random_map(std::mt19937_64& rng, double resolution, const Eigen::Vector3d& centre) {
+  OccupancyParameters parameters;
+  parameters.resolution = resolution;
+  OccupancyMap map(parameters);
+  Downsampler downsample(map.grid());
+  for (int i = 0; i < 2; ++i)
+    map.insert(downsample(test::room_scan(rng, 4000, {0.8, 0.6, 0.5}, centre, 0.05), 0, 1e9), downsample,
+               nullptr);
+  return map;
+}
+
+std::vector<VoxelPoint> all_points(const OccupancyMap& map) {
+  std::vector<VoxelPoint> points;
+  map.for_each_point([&](const VoxelPoint& p) { points.push_back(p); });
+  return points;
+}
+
+VoxelKey random_key_near(const std::vector<VoxelPoint>& points, std::mt19937_64& rng) {
+  const VoxelKey k = points[rng() % points.size()].key;
+  const auto jitter = [&](std::uint16_t c) { return static_cast<std::uint16_t>(c + rng() % 9 - 4); };
+  return {jitter(k.x), jitter(k.y), jitter(k.z)};
+}
+
+TEST(PointWindow, FindsWhatBruteForceFinds) {
+  const std::uint64_t seed = test::fresh_seed();
+  std::mt19937_64 rng(seed);
+  OccupancyMap map = random_map(rng, 0.05, {0.1, 0.2, -0.3});  // across the origin: keys on both sides of 2¹⁵
+  const std::vector<VoxelPoint> points = all_points(map);
+  std::map<std::uint64_t, VoxelPoint> by_key;
+  for (const VoxelPoint& p : points) by_key[p.key.packed()] = p;
+  PointWindow window(map);
+  for (int i = 0; i < 3000; ++i) {
+    const VoxelKey key = random_key_near(points, rng);
+    const PointWindow::Index found = window.find(key);
+    const auto expected = by_key.find(key.packed());
+    ASSERT_EQ(found == PointWindow::none, expected == by_key.end());
+    if (found == PointWindow::none) continue;
+    EXPECT_EQ(window[found].key, key);
+    EXPECT_EQ(window[found].position, expected->second.position);
+    EXPECT_EQ(window[found].node, expected->second.node);
+  }
+}
+
+TEST(PointWindow, VisitsWhatBruteForceVisitsOnceEach) {
+  const std::uint64_t seed = test::fresh_seed();
+  std::mt19937_64 rng(seed);
+  OccupancyMap map = random_map(rng, 0.05, {0.1, 0.2, -0.3});
+  const std::vector<VoxelPoint> points = all_points(map);
+  PointWindow window(map);
+  for (int i = 0; i < 300; ++i) {
+    const VoxelKey key = random_key_near(points, rng);
+    const int reach = static_cast<int>(rng() % 12);
+    std::vector<std::uint64_t> visited, expected;
+    window.for_each_near(key, reach,
+                         [&](PointWindow::Index k) { visited.push_back(window[k].key.packed()); });
+    for (const VoxelPoint& p : points)
+      if (std::abs(p.key.x - key.x) <= reach && std::abs(p.key.y - key.y) <= reach &&
+          std::abs(p.key.z - key.z) <= reach)
+        expected.push_back(p.key.packed());
+    const std::vector<std::uint64_t> first = visited;
+    std::sort(visited.begin(), visited.end());
+    std::sort(expected.begin(), expected.end());
+    ASSERT_EQ(visited, expected) << "reach " << reach;
+    std::vector<std::uint64_t> again;
+    PointWindow fresh(map);  // a fixed order, whatever was loaded before
+    fresh.for_each_near(key, reach, [&](PointWindow::Index k) { again.push_back(fresh[k].key.packed()); });
+    ASSERT_EQ(first, again);
+  }
+}
+
+TEST(PointWindow, StopsAtTheBorderOfTheOctree) {
+  OccupancyParameters parameters;
+  OccupancyMap map(parameters);
+  const float border = 0.02F * 32768;
+  Scan scan;
+  scan.T_map_sensor.translation().setConstant(-border + 0.3);
+  for (int i = 0; i < 20; ++i)
+    scan.points.push_back(Eigen::Vector3f::Constant(-0.29F + 0.002F * static_cast<float>(i)));
+  Downsampler downsample(map.grid());
+  map.insert(downsample(scan, 0, 10), downsample, nullptr);
+  PointWindow window(map);
+  std::size_t visited = 0;
+  window.for_each_near({0, 0, 0}, 40, [&](PointWindow::Index) { ++visited; });
+  EXPECT_EQ(visited, all_points(map).size());
+  EXPECT_GT(visited, 0U);
+  visited = 0;
+  window.for_each_near({65535, 65535, 65535}, 40, [&](PointWindow::Index) { ++visited; });
+  EXPECT_EQ(visited, 0U);
+}
+
+TEST(PointWindow, AssignmentReachesTheOctree) {
+  std::mt19937_64 rng(2);
+  OccupancyMap map = random_map(rng, 0.05, {0, 0, 0});
+  PointWindow window(map);
+  const VoxelPoint p = all_points(map).front();
+  window.assign(window.find(p.key), 0xabcdef);
+  EXPECT_EQ(window[window.find(p.key)].surface, 0xabcdefU);
+  EXPECT_EQ(map.at(p.key).point->surface, 0xabcdefU);
+  map.assign(p.key, 3);
+  EXPECT_EQ(map.at(p.key).point->surface, 3U);
+  EXPECT_EQ(map.at(p.key).point->position, p.position);
+}
+
+TEST(PointWindow, BlocksAreWholeAndInMortonOrder) {
+  std::mt19937_64 rng(4);
+  OccupancyMap map = random_map(rng, 0.05, {0, 0, 0});
+  const std::vector<VoxelPoint> points = all_points(map);
+  for (std::size_t i = 0; i < points.size(); i += 37) {
+    std::vector<VoxelPoint> block;
+    map.read_block(points[i].key, block);
+    std::vector<std::uint64_t> keys, expected;
+    for (const VoxelPoint& p : block) keys.push_back(p.key.packed());
+    const auto same = [](std::uint16_t a, std::uint16_t b) { return a / 8 == b / 8; };
+    for (const VoxelPoint& p : points)  // for_each_point's order is the Morton order
+      if (same(p.key.x, points[i].key.x) && same(p.key.y, points[i].key.y) && same(p.key.z, points[i].key.z))
+        expected.push_back(p.key.packed());
+    EXPECT_EQ(keys, expected);
+  }
+}
+
+/// An octree as it comes from OctoMap: no points, undivided leaves.
+OccupancyMap foreign(octomap::OcTree& tree) {
+  const auto file =
+      std::filesystem::temp_directory_path() / ("octosurf_" + std::to_string(std::random_device{}()) + ".bt");
+  tree.writeBinary(file.string());
+  OccupancyMap map = OccupancyMap::read_octomap(file, {});
+  std::filesystem::remove(file);
+  return map;
+}
+
+void check_adoption(octomap::OcTree& tree) {
+  OccupancyMap map = foreign(tree);
+  const std::set<std::uint64_t> occupied = test::occupied_voxels(map);
+  const std::size_t known = test::known_voxels(test::through_bt(map));
+  const std::vector<VoxelPoint> adopted = map.adopt_occupied_voxels();
+  std::set<std::uint64_t> got, expected;
+  const auto state = [&](int x, int y, int z) {
+    return map
+        .at({static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y), static_cast<std::uint16_t>(z)})
+        .state;
+  };
+  for (const VoxelPoint& p : adopted) got.insert(p.key.packed());
+  EXPECT_EQ(got.size(), adopted.size()) << "adopted twice";
+  for (const std::uint64_t packed : occupied) {
+    const VoxelKey k = VoxelKey::unpack(packed);
+    for (int a = 0; a < 6; ++a) {
+      const int s = a % 2 == 0 ? 1 : -1;
+      if (state(k.x + (a / 2 == 0 ? s : 0), k.y + (a / 2 == 1 ? s : 0), k.z + (a / 2 == 2 ? s : 0)) !=
+          OccupancyMap::State::occupied)
+        expected.insert(packed);
+    }
+  }
+  EXPECT_EQ(got, expected);
+  for (const VoxelPoint& p : adopted) {
+    ASSERT_TRUE(map.at(p.key).point);
+    EXPECT_LE((p.position - map.grid().centre_of(p.key)).cwiseAbs().maxCoeff(),
+              map.grid().resolution() / 256);
+    EXPECT_EQ(p.surface, 0U);
+    // It is seen from where something is not occupied: some free neighbour if there is one.
+    bool any_free = false, toward_free = false, toward_open = false;
+    for (int a = 0; a < 6; ++a) {
+      Eigen::Vector3i step = Eigen::Vector3i::Zero();
+      step[a / 2] = a % 2 == 0 ? 1 : -1;
+      const auto s = state(p.key.x + step.x(), p.key.y + step.y(), p.key.z + step.z());
+      const bool facing = p.view.dot(step.cast<float>()) > 0.5F;
+      any_free |= s == OccupancyMap::State::free;
+      toward_free |= facing && s == OccupancyMap::State::free;
+      toward_open |= facing && s != OccupancyMap::State::occupied;
+    }
+    EXPECT_TRUE(any_free ? toward_free : toward_open)
+        << "voxel " << p.key.packed() << " is seen from " << p.view.transpose();
+  }
+  EXPECT_EQ(test::occupied_voxels(map), occupied);
+  EXPECT_EQ(test::known_voxels(test::through_bt(map)), known);
+  EXPECT_TRUE(map.adopt_occupied_voxels().empty()) << "all have a point already";
+}
+
+TEST(AdoptOccupiedVoxels, TakesTheBorderOfAMappedRoom) {
+  const std::uint64_t seed = test::fresh_seed();
+  std::mt19937_64 rng(seed);
+  octomap::OcTree tree(0.1);
+  for (int i = 0; i < 3; ++i) test::insert_scan(tree, test::room_scan(rng, 6000, {1.3, 1, 0.8}), -1);
+  check_adoption(tree);
+}
+
+TEST(AdoptOccupiedVoxels, DividesSolidBlocksAtTheirBorder) {
+  octomap::OcTree tree(0.1);
+  // A solid 16³ block in a shell of free voxels, and two bare plates one voxel thick in the unknown.
+  for (int z = -1; z <= 16; ++z)
+    for (int y = -1; y <= 16; ++y)
+      for (int x = -1; x <= 16; ++x) {
+        const bool inside = std::min({x, y, z}) >= 0 && std::max({x, y, z}) < 16;
+        const octomap::OcTreeKey key(static_cast<std::uint16_t>(32768 + x),
+                                     static_cast<std::uint16_t>(32768 + y),
+                                     static_cast<std::uint16_t>(32768 + z));
+        for (int i = 0; i < 8; ++i) tree.updateNode(key, inside);
+      }
+  for (int a = 0; a < 8; ++a)
+    for (int b = 0; b < 8; ++b) {
+      const auto u = static_cast<std::uint16_t>(32868 + a), v = static_cast<std::uint16_t>(32868 + b);
+      tree.updateNode(octomap::OcTreeKey(u, v, 32700), true);
+      tree.updateNode(octomap::OcTreeKey(32700, u, v), true);
+    }
+  check_adoption(tree);
+}
+
+TEST(AdoptOccupiedVoxels, NothingInAnEmptyMap) {
+  OccupancyMap map{OccupancyParameters{}};
+  EXPECT_TRUE(map.adopt_occupied_voxels().empty());
+}
+
+}  // namespace
+}  // namespace octosurf

@@ -1,0 +1,204 @@
+// What may be done to the input without changing what is found: the surfaces must follow.
+#include "support/checked_mapper.hpp"
+#include "support/guarantees.hpp"
+#include "support/scene.hpp"
+#include "support/seed.hpp"
+
+#include <algorithm>
+#include <gmock/gmock.h>
+#include <random>
+
+namespace octosurf {
+namespace {
+
+using test::CheckedMapper;
+using test::Scene;
+
+struct World {
+  Scene scene;
+  std::vector<Eigen::Isometry3d> poses;
+};
+
+/// A room with two to four boxes, and cameras that look around in it.
+World random_world(std::mt19937_64& rng, int scans) {
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  World world;
+  world.scene.box({-1.6, -1.3, 0.013}, {1.6, 1.3, 2.2});
+  const int boxes = 2 + static_cast<int>(rng() % 3);
+  for (int i = 0; i < boxes; ++i) {
+    const Eigen::Vector3d low(0.9 * uniform(rng) - 0.2, 0.8 * uniform(rng) - 0.2, 0.013);
+    world.scene.box(low, low + Eigen::Vector3d(0.45 + 0.15 * uniform(rng), 0.45 + 0.15 * uniform(rng),
+                                               0.4 + 0.2 * uniform(rng)));
+  }
+  for (int i = 0; i < scans; ++i) {
+    const double a = 2.4 * i;
+    const Eigen::Vector3d eye(0.4 * uniform(rng), 0.3 * uniform(rng), 1.4 + 0.2 * uniform(rng));
+    world.poses.push_back(test::look_at(eye, eye + Eigen::Vector3d(std::cos(a), std::sin(a), -0.6)));
+  }
+  return world;
+}
+
+std::vector<Scan> scans_of(const World& world, std::mt19937_64& rng) {
+  std::vector<Scan> scans;
+  for (const Eigen::Isometry3d& pose : world.poses)
+    scans.push_back(test::camera_scan(world.scene, pose, rng));
+  return scans;
+}
+
+std::vector<SurfacePtr> mapped(const std::vector<Scan>& scans, const Parameters& parameters = {}) {
+  CheckedMapper under_test(parameters);
+  for (const Scan& scan : scans) under_test.insert(scan);
+  test::expect_guarantees(under_test.mapper.map());
+  return under_test.surfaces();
+}
+
+constexpr double large = 0.12;  // m²: surfaces that must be found whatever the voxels' borders are
+
+/// Every large surface of `a`, moved by T, is one of `b`: same plane, about the same area.
+void expect_follow(const std::vector<SurfacePtr>& a, const std::vector<SurfacePtr>& b,
+                   const Eigen::Isometry3d& T, double tolerance) {
+  std::size_t compared = 0;
+  for (const SurfacePtr& s : a) {
+    if (s->area_m2 < large) continue;
+    ++compared;
+    const Eigen::Vector3d normal = T.linear() * s->plane.normal;
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& p : s->boundary) middle += p / static_cast<double>(s->boundary.size());
+    double best = 1e9;
+    for (const SurfacePtr& o : b)
+      if (o->plane.normal.dot(normal) > 0.9986 && std::fabs(o->plane.signed_distance(T * middle)) < 0.012)
+        best = std::min(best, std::fabs(o->area_m2 - s->area_m2) / s->area_m2);
+    EXPECT_LE(best, tolerance) << "surface " << s->id << " of " << s->area_m2 << " m², normal "
+                               << s->plane.normal.transpose() << " offset " << s->plane.offset;
+  }
+  EXPECT_GE(compared, 4U);
+}
+
+void expect_same(const std::vector<SurfacePtr>& a, const std::vector<SurfacePtr>& b,
+                 const Eigen::Isometry3d& T, double tolerance) {
+  expect_follow(a, b, T, tolerance);
+  expect_follow(b, a, T.inverse(), tolerance);
+}
+
+class Metamorphic : public ::testing::Test {
+ protected:
+  std::uint64_t seed_ = test::fresh_seed();
+  std::mt19937_64 rng_{seed_};
+};
+
+TEST_F(Metamorphic, MovedByWholeVoxelsFarAway) {
+  const std::vector<Scan> scans = scans_of(random_world(rng_, 9), rng_);
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation() = Eigen::Vector3d(100, -100, 20);
+  std::vector<Scan> moved;
+  for (const Scan& scan : scans) moved.push_back(test::moved(scan, T));
+  expect_same(mapped(scans), mapped(moved), T, 0.1);
+}
+
+TEST_F(Metamorphic, TurnedByAQuarter) {
+  const std::vector<Scan> scans = scans_of(random_world(rng_, 9), rng_);
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  std::vector<Scan> moved;
+  for (const Scan& scan : scans) moved.push_back(test::moved(scan, T));
+  expect_same(mapped(scans), mapped(moved), T, 0.1);
+}
+
+TEST_F(Metamorphic, TurnedByAnything) {
+  const std::vector<Scan> scans = scans_of(random_world(rng_, 9), rng_);
+  std::normal_distribution<double> gauss;
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() =
+      Eigen::Quaterniond(gauss(rng_), gauss(rng_), gauss(rng_), gauss(rng_)).normalized().toRotationMatrix();
+  T.translation() = Eigen::Vector3d(1.234, 5.678, -3.21);
+  std::vector<Scan> moved;
+  for (const Scan& scan : scans) moved.push_back(test::moved(scan, T));
+  expect_same(mapped(scans), mapped(moved), T, 0.2);
+}
+
+TEST_F(Metamorphic, PointsInAnotherOrder) {
+  std::vector<Scan> scans = scans_of(random_world(rng_, 9), rng_);
+  Parameters parameters;
+  parameters.surfaces.range_noise = 0.001;  // its estimate does look at the order
+  Mapper in_order(parameters), shuffled(parameters);
+  for (Scan& scan : scans) {
+    in_order.insert(scan);
+    std::shuffle(scan.points.begin(), scan.points.end(), rng_);
+    shuffled.insert(scan);
+  }
+  expect_same(in_order.snapshot()->surfaces, shuffled.snapshot()->surfaces, Eigen::Isometry3d::Identity(),
+              0.05);
+  const Map::Size a = in_order.map().size(), b = shuffled.map().size();
+  EXPECT_NEAR(static_cast<double>(a.points), static_cast<double>(b.points),
+              0.005 * static_cast<double>(a.points));
+}
+
+TEST_F(Metamorphic, PointsInAnotherOrderSameOctree) {
+  std::vector<Scan> scans = scans_of(random_world(rng_, 4), rng_);
+  Parameters parameters;
+  parameters.occupancy.preserve_surfaces = false;
+  Mapper in_order(parameters), shuffled(parameters);
+  for (Scan& scan : scans) {
+    in_order.insert(scan);
+    std::shuffle(scan.points.begin(), scan.points.end(), rng_);
+    shuffled.insert(scan);
+  }
+  std::size_t different = 0, points = 0;
+  in_order.map().for_each_point([&](const Map::Voxel& v) {
+    ++points;
+    const Map::Voxel same = shuffled.map().at(*v.point);
+    different += !same.point || (*same.point - *v.point).norm() > 0.001;
+  });
+  EXPECT_EQ(in_order.map().size().nodes, shuffled.map().size().nodes);
+  EXPECT_EQ(points, shuffled.map().size().points);
+  EXPECT_EQ(different, 0U);
+}
+
+TEST_F(Metamorphic, EveryScanTwice) {
+  const std::vector<Scan> scans = scans_of(random_world(rng_, 9), rng_);
+  std::vector<Scan> twice;
+  for (const Scan& scan : scans) twice.insert(twice.end(), 2, scan);
+  expect_same(mapped(scans), mapped(twice), Eigen::Isometry3d::Identity(), 0.1);
+}
+
+TEST_F(Metamorphic, ScansInAnotherOrder) {
+  std::vector<Scan> scans = scans_of(random_world(rng_, 9), rng_);
+  const auto before = mapped(scans);
+  std::shuffle(scans.begin(), scans.end(), rng_);
+  expect_same(before, mapped(scans), Eigen::Isometry3d::Identity(), 0.15);
+}
+
+TEST_F(Metamorphic, EveryScanInTwoHalves) {
+  const std::vector<Scan> scans = scans_of(random_world(rng_, 9), rng_);
+  std::vector<Scan> halves;
+  for (const Scan& scan : scans) {
+    const auto middle = scan.points.begin() + static_cast<std::ptrdiff_t>(scan.points.size() / 2);
+    for (const bool upper : {true, false}) {
+      halves.push_back(scan);
+      halves.back().points = upper ? std::vector<Eigen::Vector3f>(scan.points.begin(), middle)
+                                   : std::vector<Eigen::Vector3f>(middle, scan.points.end());
+    }
+  }
+  expect_same(mapped(scans), mapped(halves), Eigen::Isometry3d::Identity(), 0.1);
+}
+
+TEST_F(Metamorphic, InvariantsHoldForAnyParameters) {
+  for (int round = 0; round < 6; ++round) {
+    Parameters p = round % 3 == 2 ? Parameters::paper() : Parameters{};
+    std::uniform_real_distribution<double> uniform(0, 1);
+    if (round % 3 != 2) p.occupancy.resolution = 0.025 + 0.05 * uniform(rng_);
+    if (round % 2 == 1) p.surfaces.max_hole_size = p.occupancy.resolution * (1.2 + 6 * uniform(rng_));
+    p.occupancy.preserve_surfaces = round % 2 == 0;
+    SCOPED_TRACE("round " + std::to_string(round) + " resolution " + get_parameter(p, "resolution") + " h " +
+                 get_parameter(p, "max_hole_size"));
+    // Boxes move between scans: surfaces come, shrink and go.
+    CheckedMapper under_test(p);
+    for (int i = 0; i < 4; ++i)
+      for (const Scan& scan : scans_of(random_world(rng_, 3), rng_)) under_test.insert(scan);
+    test::expect_guarantees(under_test.mapper.map());
+    EXPECT_FALSE(under_test.surfaces().empty());
+  }
+}
+
+}  // namespace
+}  // namespace octosurf

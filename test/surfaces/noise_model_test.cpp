@@ -1,0 +1,130 @@
+#include "surfaces/noise_model.hpp"
+
+#include "occupancy/payload.hpp"
+#include "support/scene.hpp"
+#include "support/seed.hpp"
+
+#include <algorithm>
+#include <gtest/gtest.h>
+#include <random>
+
+namespace octosurf {
+namespace {
+
+/// A camera in front of a wall at `range`, readings scattered by sensor_noise + range_noise·z².
+Scan wall(double range, double sensor_noise, double range_noise, std::mt19937_64& rng) {
+  test::Scene scene;
+  scene.rectangle({-20, -20, range}, {40, 0, 0}, {0, 40, 0});
+  test::Camera camera;
+  camera.noise = sensor_noise + range_noise * range * range;
+  return test::camera_scan(scene, Eigen::Isometry3d::Identity(), rng, camera);
+}
+
+TEST(NoiseModel, FollowsTheFormulaItIsGiven) {
+  Parameters parameters;
+  parameters.surfaces.sensor_noise = 0.004;
+  parameters.surfaces.range_noise = 0.0015;
+  const NoiseModel noise(parameters);
+  EXPECT_EQ(noise.range_noise(), 0.0015);
+  for (unsigned c = 1; c < NoiseModel::classes; ++c) {
+    const double z = range_of_class(c);
+    EXPECT_NEAR(noise.sigma(c), 0.004 + 0.0015 * z * z, 1e-9);
+    EXPECT_GE(noise.tolerance(c), parameters.surface_tolerance());
+    if (c > 1) {
+      EXPECT_GT(noise.tolerance(c), noise.tolerance(c - 1));
+    }
+  }
+}
+
+TEST(NoiseModel, AGivenValueIsNotEstimated) {
+  std::mt19937_64 rng(1);
+  Parameters parameters;
+  parameters.surfaces.range_noise = 0;
+  NoiseModel noise(parameters);
+  for (int i = 0; i < 4; ++i) noise.observe(wall(3, 0.005, 0.003, rng));
+  EXPECT_EQ(noise.range_noise(), 0);
+  EXPECT_NEAR(noise.tolerance(8), parameters.surface_tolerance(), 1e-12);
+}
+
+TEST(NoiseModel, RecoversKnownNoise) {
+  const std::uint64_t seed = test::fresh_seed();
+  std::mt19937_64 rng(seed);
+  for (const double truth : {0.0008, 0.0015, 0.0025}) {
+    const Parameters parameters;
+    NoiseModel noise(parameters);
+    for (int i = 0; i < 4; ++i)
+      for (const double range : {2.0, 2.8, 3.5})
+        noise.observe(wall(range, parameters.surfaces.sensor_noise, truth, rng));
+    EXPECT_NEAR(noise.range_noise(), truth, 0.25 * truth);
+  }
+}
+
+TEST(NoiseModel, NearReadingsDoNotSpoilTheFarOnes) {
+  // Near the sensor sigma is sensor_noise, give or take what an estimate can know.
+  const std::uint64_t seed = test::fresh_seed();
+  std::mt19937_64 rng(seed);
+  const Parameters parameters;
+  NoiseModel noise(parameters);
+  constexpr double truth = 0.001;
+  for (int i = 0; i < 4; ++i)
+    for (const double range : {0.3, 0.5, 0.8, 1.3, 2.0, 3.0})
+      noise.observe(wall(range, parameters.surfaces.sensor_noise, truth, rng));
+  EXPECT_NEAR(noise.range_noise(), truth, 0.6 * truth);
+}
+
+TEST(NoiseModel, ExactReadingsHaveNoRangeNoise) {
+  std::mt19937_64 rng(4);
+  NoiseModel noise{Parameters{}};
+  for (const double range : {1.0, 2.0, 3.0}) noise.observe(wall(range, 0.001, 0, rng));
+  EXPECT_EQ(noise.range_noise(), 0);
+}
+
+TEST(NoiseModel, PointsInNoOrderTellNothing) {
+  const std::uint64_t seed = test::fresh_seed();
+  std::mt19937_64 rng(seed);
+  NoiseModel noise{Parameters{}};
+  std::uniform_real_distribution<double> side(-3, 3);
+  for (int i = 0; i < 5; ++i) {
+    Scan scan;  // a box room around the sensor, exact
+    for (int k = 0; k < 30000; ++k) {
+      Eigen::Vector3d p(side(rng), side(rng), side(rng));
+      p[static_cast<int>(rng() % 3)] = rng() % 2 == 0 ? 3 : -3;
+      scan.points.push_back(p.cast<float>());
+    }
+    noise.observe(scan);
+  }
+  EXPECT_LT(noise.range_noise(), 0.0005);
+}
+
+TEST(NoiseModel, StandsWhatIsNotFinite) {
+  NoiseModel noise{Parameters{}};
+  Scan scan;
+  noise.observe(scan);
+  scan.points.assign(1000, Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
+  noise.observe(scan);
+  scan.points.assign(1000, Eigen::Vector3f::Constant(std::numeric_limits<float>::infinity()));
+  noise.observe(scan);
+  scan.points.assign(1000, Eigen::Vector3f::Zero());
+  noise.observe(scan);
+  EXPECT_EQ(noise.range_noise(), 0);
+}
+
+TEST(NoiseModel, ComesBackFromItsHistogram) {
+  std::mt19937_64 rng(9);
+  NoiseModel noise{Parameters{}};
+  noise.observe(wall(3, 0.005, 0.002, rng));
+  NoiseModel back{Parameters{}};
+  back.restore(noise.histogram(), noise.range_noise());
+  const Scan next = wall(2, 0.005, 0.002, rng);
+  noise.observe(next);
+  back.observe(next);
+  EXPECT_EQ(back.range_noise(), noise.range_noise());
+  EXPECT_EQ(back.histogram(), noise.histogram());
+  for (unsigned c = 0; c < NoiseModel::classes; ++c) {
+    EXPECT_EQ(back.sigma(c), noise.sigma(c));
+    EXPECT_EQ(back.tolerance(c), noise.tolerance(c));
+  }
+}
+
+}  // namespace
+}  // namespace octosurf

@@ -1,0 +1,116 @@
+#include "surfaces/normal_field.hpp"
+
+#include "support/map_state.hpp"
+#include "support/seed.hpp"
+#include "surfaces/blobs.hpp"
+
+#include <gtest/gtest.h>
+#include <random>
+
+namespace octosurf {
+namespace {
+
+double degrees_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::acos(std::clamp(a.normalized().dot(b.normalized()), -1.0, 1.0)) * 180 / std::numbers::pi;
+}
+
+/// A square metre on z = 0 of `pose`, seen from 1.5 m above.
+Scan square(const Eigen::Isometry3d& pose, double noise, std::mt19937_64& rng) {
+  std::normal_distribution<double> gauss(0, 1);
+  const Eigen::Vector3d x = pose.linear().col(0), y = pose.linear().col(1), n = pose.linear().col(2);
+  Scan scan =
+      test::rectangle_scan(pose.translation() + 1.5 * n, pose.translation() - 0.5 * x - 0.5 * y, x, y);
+  for (Eigen::Vector3f& p : scan.points) p += (noise * gauss(rng) * n).cast<float>();
+  return scan;
+}
+
+TEST(NormalField, FindsPlanesOfAnyOrientation) {
+  const std::uint64_t seed = test::fresh_seed();
+  std::mt19937_64 rng(seed);
+  for (const double noise : {0.0, 0.004})
+    for (int round = 0; round < 8; ++round) {
+      Eigen::Isometry3d pose = test::random_pose(rng);
+      if (round < 3) {  // exactly along the voxels
+        pose.linear() = plane_axes(Eigen::Vector3d::Unit(round));
+      }
+      MapState state{Parameters{}};
+      const OccupancyDelta delta = test::occupy(state, square(pose, noise, rng));
+      Workspace work(state);
+      std::size_t inner = 0, known = 0, flat = 0, wrong = 0;
+      for (const VoxelPoint& p : delta.appeared) {
+        const Eigen::Vector3d at = pose.inverse() * Eigen::Vector3d(p.position.cast<double>());
+        if (at.head<2>().cwiseAbs().maxCoeff() > 0.4) continue;
+        ++inner;
+        const LocalPlane plane = work.normals.at(work.window.find(p.key));
+        known += plane.known;
+        flat += plane.known && plane.flat;
+        if (!plane.known) continue;
+        EXPECT_NEAR(plane.normal.norm(), 1, 1e-5);
+        EXPECT_GE(plane.normal.dot(p.view), 0) << "away from the viewer";
+        wrong += degrees_between(plane.normal.cast<double>(), pose.linear().col(2)) > (noise > 0 ? 15 : 3);
+      }
+      ASSERT_GT(inner, 1000U);
+      EXPECT_GE(known, inner * 99 / 100);
+      EXPECT_GE(flat, inner * 97 / 100);
+      EXPECT_LE(wrong, inner / (noise > 0 ? 50 : 200))
+          << "of " << inner << ", round " << round << ", noise " << noise;
+    }
+}
+
+TEST(NormalField, TwoSidesOfAThinBoardStayApart) {
+  // Faces 3 cm apart, each seen from its own side; s and the radius reach over to the other one.
+  MapState state{Parameters{}};
+  const Eigen::Vector3d y(0, 1, 0), z(0, 0, 1);
+  test::occupy(state, test::rectangle_scan({1.5, 0.5, 0.5}, {0.015, 0, 0}, y, z));
+  test::occupy(state, test::rectangle_scan({-1.5, 0.5, 0.5}, {-0.015, 0, 0}, y, z));
+  Workspace work(state);
+  std::size_t points = 0, wrong = 0;
+  state.occupancy.for_each_point([&](const VoxelPoint& p) {
+    if ((p.position.tail<2>() - Eigen::Vector2f(0.5F, 0.5F)).cwiseAbs().maxCoeff() > 0.4F) return;
+    ++points;
+    const LocalPlane plane = work.normals.at(work.window.find(p.key));
+    const Eigen::Vector3d front = (p.position.x() > 0 ? 1 : -1) * Eigen::Vector3d::UnitX();
+    wrong += !plane.known || degrees_between(plane.normal.cast<double>(), front) > 10;
+  });
+  EXPECT_GT(points, 2000U);
+  EXPECT_LE(wrong, points / 100);
+}
+
+TEST(NormalField, CornersAreNotFlat) {
+  MapState state{Parameters{}};
+  const Eigen::Vector3d x(1, 0, 0), y(0, 1, 0), z(0, 0, 1), eye(0.7, 0.5, 0.7);
+  test::occupy(state, test::rectangle_scan(eye, {0, 0, 0}, x, y));
+  test::occupy(state, test::rectangle_scan(eye, {0, 0, 0}, y, z));
+  Workspace work(state);
+  std::size_t at_edge = 0, flat_at_edge = 0, away = 0, flat_away = 0;
+  state.occupancy.for_each_point([&](const VoxelPoint& p) {
+    if (p.position.y() < 0.2F || p.position.y() > 0.8F || p.position.x() > 0.8F || p.position.z() > 0.8F)
+      return;
+    const LocalPlane plane = work.normals.at(work.window.find(p.key));
+    const float from_edge = std::max(p.position.x(), p.position.z());
+    if (from_edge < 0.015F) {
+      ++at_edge;
+      flat_at_edge += plane.known && plane.flat;
+    } else if (from_edge > 0.1F) {
+      ++away;
+      flat_away += plane.known && plane.flat;
+    }
+  });
+  EXPECT_LE(flat_at_edge, at_edge / 10);
+  EXPECT_GE(flat_away, away * 99 / 100);
+}
+
+TEST(NormalField, TooFewOrALineIsNotKnown) {
+  MapState state{Parameters{}};
+  Scan scan;
+  scan.T_map_sensor.translation() = Eigen::Vector3d(0, 0, 1);
+  scan.points.emplace_back(3, 3, -1);  // alone
+  for (int i = 0; i < 100; ++i) scan.points.push_back({0.01F * static_cast<float>(i), 0, -1});
+  test::occupy(state, scan);
+  Workspace work(state);
+  state.occupancy.for_each_point(
+      [&](const VoxelPoint& p) { EXPECT_FALSE(work.normals.at(work.window.find(p.key)).known); });
+}
+
+}  // namespace
+}  // namespace octosurf

@@ -1,0 +1,162 @@
+// Look-ups by place and by plane against a walk over all surfaces.
+#include "surfaces/surface_store.hpp"
+
+#include "support/seed.hpp"
+#include "surfaces/blobs.hpp"
+
+#include <algorithm>
+#include <gtest/gtest.h>
+#include <numbers>
+#include <random>
+
+namespace octosurf {
+namespace {
+
+constexpr double d = 0.02;
+
+struct Filled {
+  SurfaceStore store{d};
+  std::map<SurfaceId, std::vector<Inlier>> inliers;
+};
+
+void add_surface(Filled& filled, std::mt19937_64& rng, double reach) {
+  const Eigen::Isometry3d pose = test::random_pose(rng, reach);
+  SurfaceModel& surface = filled.store.create(test::plane_of(pose), pose.translation());
+  for (const Inlier& i : test::voxels_of(test::random_blob(rng, 0.3, 0.05), pose, d, 0.3, 0.004, rng)) {
+    filled.store.add(surface, i);
+    filled.inliers[surface.id()].push_back(i);
+  }
+}
+
+std::vector<SurfaceId> slowly_near(const Filled& filled, VoxelKey key, int reach) {
+  std::vector<SurfaceId> ids;
+  const auto met = [&](std::uint16_t k, std::uint16_t centre) {
+    return k / 8 >= (centre - reach) / 8 && k / 8 <= (centre + reach) / 8;
+  };
+  for (const auto& [id, inliers] : filled.inliers)
+    if (std::any_of(inliers.begin(), inliers.end(), [&](const Inlier& i) {
+          return met(i.key.x, key.x) && met(i.key.y, key.y) && met(i.key.z, key.z);
+        }))
+      ids.push_back(id);
+  return ids;
+}
+
+void expect_found(const Filled& filled, std::mt19937_64& rng) {
+  for (const auto& [id, inliers] : filled.inliers)
+    for (std::size_t i = 0; i < inliers.size(); i += 1 + inliers.size() / 10) {
+      VoxelKey key = inliers[i].key;
+      key.x = static_cast<std::uint16_t>(key.x + rng() % 31 - 15);
+      key.z = static_cast<std::uint16_t>(key.z + rng() % 31 - 15);
+      for (const int reach : {0, 2, 9}) {
+        const SurfaceStore::Ids found = filled.store.near(key, reach);
+        EXPECT_EQ(std::vector<SurfaceId>(found.begin(), found.end()), slowly_near(filled, key, reach));
+      }
+    }
+}
+
+TEST(SurfaceStore, FindsByPlaceUnderChurn) {
+  const std::uint64_t seed = test::fresh_seed();
+  std::mt19937_64 rng(seed);
+  Filled filled;
+  for (int i = 0; i < 12; ++i) add_surface(filled, rng, 0.5);
+  expect_found(filled, rng);
+  for (int round = 0; round < 4; ++round) {
+    for (auto& [id, inliers] : filled.inliers) {
+      SurfaceModel& surface = *filled.store.find(id);
+      std::shuffle(inliers.begin(), inliers.end(), rng);
+      const std::size_t left = id % 4 == 0 ? 0 : inliers.size() / 2;
+      while (inliers.size() > left) {
+        ASSERT_TRUE(filled.store.remove(surface, inliers.back().key, inliers.back().position));
+        inliers.pop_back();
+      }
+    }
+    for (auto at = filled.inliers.begin(); at != filled.inliers.end();)
+      if (at->second.empty()) {
+        filled.store.erase(at->first);
+        EXPECT_EQ(filled.store.find(at->first), nullptr);
+        at = filled.inliers.erase(at);
+      } else {
+        ++at;
+      }
+    EXPECT_EQ(filled.store.size(), filled.inliers.size());
+    expect_found(filled, rng);
+    add_surface(filled, rng, 0.5);
+  }
+}
+
+TEST(SurfaceStore, IdsRiseAndAreNeverUsedAgain) {
+  SurfaceStore store(d);
+  const SurfaceId first = store.create({Eigen::Vector3d::UnitZ(), 0}, {0, 0, 0}).id();
+  const SurfaceId second = store.create({Eigen::Vector3d::UnitX(), 0}, {0, 0, 0}).id();
+  EXPECT_EQ(first, 1U);
+  EXPECT_EQ(second, 2U);
+  store.erase(second);
+  EXPECT_EQ(store.create({Eigen::Vector3d::UnitY(), 0}, {0, 0, 0}).id(), 3U);
+  EXPECT_EQ(store.next_id(), 4U);
+  store.set_next_id(0xffffff);
+  EXPECT_EQ(store.create({Eigen::Vector3d::UnitY(), 0}, {0, 0, 0}).id(), 0xffffffU);
+  EXPECT_ANY_THROW(store.create({Eigen::Vector3d::UnitY(), 0}, {0, 0, 0}));
+}
+
+std::vector<SurfaceId> slowly_near_plane(const SurfaceStore& store, const Plane& plane, double angle,
+                                         double distance, const Eigen::Vector3d& point) {
+  std::vector<SurfaceId> ids;
+  for (const auto& [id, surface] : store)
+    if (std::acos(std::clamp(surface.plane().normal.dot(plane.normal), -1.0, 1.0)) <= angle &&
+        std::fabs(surface.plane().normal.dot(point) - surface.plane().offset) <= distance)
+      ids.push_back(id);
+  return ids;
+}
+
+TEST(SurfaceStore, FindsByPlane) {
+  const std::uint64_t seed = test::fresh_seed();
+  std::mt19937_64 rng(seed);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  SurfaceStore store(d);
+  for (int i = 0; i < 300; ++i) {
+    const Eigen::Isometry3d pose = test::random_pose(rng, 1);
+    store.create(test::plane_of(pose), pose.translation());
+  }
+  for (int axis = 0; axis < 3; ++axis)  // cells' borders
+    for (const double sign : {-1.0, 1.0}) store.create({sign * Eigen::Vector3d::Unit(axis), 0.1}, {0, 0, 0});
+  for (int round = 0; round < 300; ++round) {
+    if (round == 150)  // planes move
+      for (auto& [id, surface] : store) store.set_plane(surface, test::plane_of(test::random_pose(rng, 1)));
+    const Plane plane = round % 10 == 0 ? Plane{Eigen::Vector3d::Unit(round / 10 % 3), 0}
+                                        : test::plane_of(test::random_pose(rng, 1));
+    const double angle = 0.01 + std::fabs(uniform(rng)) * (round % 3 == 0 ? 3 : 0.5);
+    const double distance = std::fabs(uniform(rng));
+    const Eigen::Vector3d point(uniform(rng), uniform(rng), uniform(rng));
+    EXPECT_EQ(store.near_plane(plane, angle, distance, point),
+              slowly_near_plane(store, plane, angle, distance, point));
+  }
+}
+
+TEST(SurfaceStore, RestoresWhatItGave) {
+  const std::uint64_t seed = test::fresh_seed();
+  std::mt19937_64 rng(seed);
+  Filled filled;
+  for (int i = 0; i < 4; ++i) add_surface(filled, rng, 0.3);
+  Filled back{SurfaceStore(d), filled.inliers};
+  for (const auto& [id, surface] : filled.store) back.store.restore(surface.state());
+  expect_found(back, rng);
+  for (auto& [id, inliers] : back.inliers)
+    for (const Inlier& i : inliers) EXPECT_TRUE(back.store.remove(*back.store.find(id), i.key, i.position));
+}
+
+TEST(SurfaceStore, TellsPlanesOfItsSurfacesOnly) {
+  SurfaceStore store(d);
+  store.set_erosion_tolerance(0.017);
+  const Plane given{Eigen::Vector3d::UnitY(), -2};
+  const SurfaceId id = store.create(given, {0, -2, 0}).id();
+  Plane plane;
+  double tolerance = 0;
+  EXPECT_TRUE(store.find(id, plane, tolerance));
+  EXPECT_EQ(plane.normal, given.normal);
+  EXPECT_EQ(plane.offset, given.offset);
+  EXPECT_EQ(tolerance, 0.017);
+  EXPECT_FALSE(store.find(id + 1, plane, tolerance));
+}
+
+}  // namespace
+}  // namespace octosurf
