@@ -15,7 +15,7 @@ constexpr double kept_share = 0.95;     // the largest differences are edges, no
 // Root mean square of what is kept of a normal distribution, to its deviation; variance of a second
 // difference is 6 sigma².
 constexpr double per_trimmed_rms = 1.148 / 2.449489742783178;
-constexpr double max_range_noise = 0.004;  // 1/m: 6 cm at 4 m; worse is not noise
+constexpr double largest_excess = 0.03;  // m; what is more is no longer noise but clutter
 
 }  // namespace
 
@@ -30,8 +30,8 @@ NoiseModel::NoiseModel(const Parameters& parameters)
 void NoiseModel::tabulate() {
   for (unsigned c = 0; c < classes; ++c) {
     const double z = range_of_class(std::max(c, 1U));
-    sigma_[c] = sensor_noise_ + range_noise_ * z * z;
-    tolerance_[c] = base_tolerance_ + 4 * range_noise_ * z * z;
+    sigma_[c] = sensor_noise_ + (estimate_ ? excess_[c] : range_noise_ * z * z);
+    tolerance_[c] = base_tolerance_ + 4 * (sigma_[c] - sensor_noise_);
   }
 }
 
@@ -52,24 +52,30 @@ void NoiseModel::observe(const Scan& scan) {
   update();
 }
 
+double NoiseModel::measured_sigma(unsigned c) const {
+  const double kept = kept_share * static_cast<double>(total_[c]);
+  double squares = 0, left = kept;
+  for (std::size_t bin = 0; bin < bins && left > 0; ++bin) {
+    const double n = std::min(left, static_cast<double>(histogram_[c][bin]));
+    const double difference = (static_cast<double>(bin) + 0.5) * bin_width;
+    squares += n * difference * difference;
+    left -= n;
+  }
+  return std::sqrt(squares / kept) * per_trimmed_rms;
+}
+
 void NoiseModel::update() {
-  // The largest that a class seen often enough asks for: too small a tolerance leaves sheets of
-  // noise beside far walls, one too large only blurs where no detail can be seen anyway.
+  // Each class its own: a lidar's noise does not grow with z², so nothing is extrapolated. A class
+  // that was not seen enough takes over from the nearest one below it that was.
   range_noise_ = 0;
+  double excess = 0;
   for (unsigned c = 1; c < classes; ++c) {
-    const std::uint64_t total = total_[c];
-    if (total < enough) continue;
-    const double kept = kept_share * static_cast<double>(total);
-    double squares = 0, left = kept;
-    for (std::size_t bin = 0; bin < bins && left > 0; ++bin) {
-      const double n = std::min(left, static_cast<double>(histogram_[c][bin]));
-      const double difference = (static_cast<double>(bin) + 0.5) * bin_width;
-      squares += n * difference * difference;
-      left -= n;
+    if (total_[c] >= enough) {
+      excess = std::clamp(measured_sigma(c) - sensor_noise_, 0.0, largest_excess);
+      const double z = range_of_class(c);
+      if (z >= 2) range_noise_ = std::max(range_noise_, excess / (z * z));
     }
-    const double sigma = std::sqrt(squares / kept) * per_trimmed_rms;
-    const double z = range_of_class(c);
-    range_noise_ = std::clamp((sigma - sensor_noise_) / (z * z), range_noise_, max_range_noise);
+    excess_[c] = excess;
   }
   tabulate();
 }
@@ -79,7 +85,7 @@ void NoiseModel::restore(const Histogram& histogram, double range_noise) {
   for (std::size_t c = 0; c < classes; ++c)
     total_[c] = std::accumulate(histogram_[c].begin(), histogram_[c].end(), std::uint64_t{0});
   range_noise_ = range_noise;
-  tabulate();
+  estimate_ ? update() : tabulate();
 }
 
 }  // namespace octosurf

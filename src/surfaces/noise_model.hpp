@@ -9,7 +9,7 @@
 namespace octosurf {
 
 /// How much the points scatter, by the distance they were seen from, and how far off a plane they
-/// may therefore lie: σ(z) = sensor_noise + range_noise·z², tolerance(z) = s + 4·range_noise·z².
+/// may therefore lie: σ(z) = sensor_noise + range_noise·z², tolerance(z) = s + 4·(σ(z) − sensor_noise).
 ///
 /// If `range_noise` is not given it is estimated from the scans themselves: on anything smooth, the
 /// second difference of three consecutive readings' ranges is noise alone, of variance 6σ². Its
@@ -25,6 +25,7 @@ class NoiseModel {
 
   double sigma(unsigned range_class) const { return sigma_[range_class]; }
   double tolerance(unsigned range_class) const { return tolerance_[range_class]; }
+  /// The parameter, or the smallest that explains all distance classes from 2 m.
   double range_noise() const { return range_noise_; }
 
   /// Looks at one triple of consecutive points in seven, until a class has been seen enough.
@@ -34,6 +35,7 @@ class NoiseModel {
 
  private:
   static constexpr std::uint64_t plenty = 1000000;  // observations after which a class is settled
+  double measured_sigma(unsigned range_class) const;
   void update();
   void tabulate();
 
@@ -41,6 +43,7 @@ class NoiseModel {
   bool estimate_ = false;
   Histogram histogram_{};
   std::array<std::uint64_t, classes> total_{};
+  std::array<double, classes> excess_{};  // σ − sensor_noise, estimated
   std::array<double, classes> sigma_{}, tolerance_{};
 };
 

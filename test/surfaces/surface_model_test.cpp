@@ -22,13 +22,6 @@ SurfaceModel model_of(const std::vector<Inlier>& inliers, const Eigen::Isometry3
   return model;
 }
 
-/// In one polygons, not in the other, m².
-double difference(const std::vector<Polygon>& a, const std::vector<Polygon>& b) {
-  test::BgMultiPolygon only;
-  test::bg::sym_difference(test::to_boost(a), test::to_boost(b), only);
-  return test::bg::area(only);
-}
-
 TEST(SurfaceModel, PolygonsAreTheAlphaShapeOfAllInliers) {
   const std::uint64_t seed = test::fresh_seed();
   std::mt19937_64 rng(seed);
@@ -43,7 +36,7 @@ TEST(SurfaceModel, PolygonsAreTheAlphaShapeOfAllInliers) {
     model.derive(h);
     const std::vector<Polygon> slow = test::slow_polygons(model, h);
     EXPECT_EQ(test::ring_sets(model.polygons()), test::ring_sets(slow)) << "round " << round;
-    EXPECT_LT(difference(model.polygons(), slow), 1e-9);
+    EXPECT_LT(test::difference(model.polygons(), slow), 1e-9);
     if (round % 2 == 1) continue;
     points += model.size();
     used += model.outline_points(h).size();
@@ -90,7 +83,7 @@ TEST(SurfaceModel, PolygonsThatAreNotStaleAreRight) {
         continue;
       }
       ++fresh;
-      const double off = difference(model.polygons(), test::slow_polygons(model, h));
+      const double off = test::difference(model.polygons(), test::slow_polygons(model, h));
       worst = std::max(worst, off);
       if (off < 1e-9) continue;
       ++wrong;
