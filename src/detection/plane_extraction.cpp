@@ -15,6 +15,7 @@ namespace {
 constexpr std::size_t scored_points = 2000;  // a sample this large ranks hypotheses as well as all
 constexpr double confidence = 0.999;
 constexpr float cos_15_deg = 0.9659258F;
+constexpr double largest_scatter = 1.7;
 
 }  // namespace
 
@@ -126,7 +127,7 @@ bool PlaneExtraction::wide_enough(std::span<const Index> cluster) {
 
 /// Scatters as noise does, is flat, and its points' own normals mostly agree with it. What was only
 /// seen from far needs more points: noise makes small planes out of anything.
-bool PlaneExtraction::planar(std::span<const Index> cluster, const Plane& plane) {
+bool PlaneExtraction::planar(std::span<const Index> cluster, const Plane& plane, bool& bent) {
   const SurfaceModel frame(0, plane, work_.window[cluster.front()].position.cast<double>(), 1.0);
   const NoiseModel& noise = work_.state.noise;
   Planarity planarity(frame.pose());
@@ -137,8 +138,12 @@ bool PlaneExtraction::planar(std::span<const Index> cluster, const Plane& plane)
     planarity.add(p.position, noise.sigma(p.range_class), noise.tolerance(p.range_class), local.flat);
     agreeing += local.normal.dot(plane.normal.cast<float>()) > cos_15_deg;
   }
+  if (planarity.bends()) {
+    bent = true;
+    return false;
+  }
   const double effort = planarity.mean_tolerance() / parameters_.surface_tolerance();
-  return planarity.plausible() && static_cast<double>(cluster.size()) >= static_cast<double>(fewest_) * effort &&
+  return planarity.scatter() <= largest_scatter && static_cast<double>(cluster.size()) >= static_cast<double>(fewest_) * effort &&
          agreeing * 10 > cluster.size() * 6;
 }
 
@@ -160,9 +165,9 @@ bool PlaneExtraction::sheet_of_neighbour(std::span<const Index> cluster, const P
                      [&](const auto& entry) { return entry.second * 10 > cluster.size() * 6; });
 }
 
-bool PlaneExtraction::acceptable(std::span<const Index> cluster, const Plane& plane) {
-  return cluster.size() >= fewest_ && wide_enough(cluster) && (!aligned_ || planar(cluster, plane)) &&
-         (!aligned_ || !sheet_of_neighbour(cluster, plane));
+bool PlaneExtraction::acceptable(std::span<const Index> cluster, const Plane& plane, bool& bent) {
+  if (!wide_enough(cluster)) return false;
+  return !aligned_ || (planar(cluster, plane, bent) && !sheet_of_neighbour(cluster, plane));
 }
 
 std::vector<SurfaceId> PlaneExtraction::operator()(std::vector<Index> region) {
@@ -176,16 +181,19 @@ std::vector<SurfaceId> PlaneExtraction::operator()(std::vector<Index> region) {
       inliers = inliers_of(region, plane);
     }
     if (inliers.size() < fewest_) break;
+    bool bent = false;
     for (const std::vector<Index>& cluster : clusters(inliers, plane)) {
       if (cluster.size() < fewest_) continue;
       const Plane own = fit(cluster, plane);
-      if (!acceptable(cluster, own)) continue;
+      if (!acceptable(cluster, own, bent)) continue;
       SurfaceModel& surface =
           work_.state.surfaces.create(own, work_.window[cluster.front()].position.cast<double>());
       for (const Index i : cluster) work_.give(i, surface);
       work_.changes.born.insert(surface.id());
       born.push_back(surface.id());
     }
+    // What is left beside a pillar's widest facet are narrower ones, which look flat.
+    if (bent) break;
     std::erase_if(region, [&](Index i) { return belongs(i, plane); });
   }
   return born;

@@ -29,9 +29,9 @@ class PlaneExtraction {
   bool belongs(Index i, const Plane& plane);
   Plane fit(std::span<const Index> points, const Plane& toward);
   std::vector<std::vector<Index>> clusters(std::span<const Index> points, const Plane& plane);
-  bool acceptable(std::span<const Index> cluster, const Plane& plane);
+  bool acceptable(std::span<const Index> cluster, const Plane& plane, bool& bent);
   bool wide_enough(std::span<const Index> cluster);
-  bool planar(std::span<const Index> cluster, const Plane& plane);
+  bool planar(std::span<const Index> cluster, const Plane& plane, bool& bent);
   bool sheet_of_neighbour(std::span<const Index> cluster, const Plane& plane);
 
   Workspace& work_;

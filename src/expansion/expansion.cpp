@@ -93,7 +93,23 @@ void Expansion::flood() {
     work_.window.for_each_near(work_.window[from].key, adjacent_voxels,
                                [&](Index i) { visit_neighbour(i, *surface); });
   }
+  for (const Index i : frontier_) note_contacts(i);
   frontier_.clear();
+}
+
+/// Surfaces that this new inlier brought within h of its own, on one plane.
+void Expansion::note_contacts(Index i) {
+  const VoxelPoint& p = work_.window[i];
+  const SurfaceModel* own = work_.state.surfaces.find(p.surface);
+  if (own == nullptr || own->surrounded(own->cell_of(p.position))) return;
+  for (const SurfaceId id : work_.state.surfaces.near(p.key, h_cells_)) {
+    if (id == p.surface) continue;
+    const SurfaceModel& other = *work_.state.surfaces.find(id);
+    if (other.plane().normal.dot(own->plane().normal) > cos_smooth_ &&
+        std::fabs(other.distance(p.position)) <= work_.state.noise.tolerance(p.range_class) &&
+        other.near(other.cell_of(p.position), h_cells_))
+      ++contacts_[std::minmax(p.surface, id)];
+  }
 }
 
 void Expansion::visit_neighbour(Index i, SurfaceModel& surface) {
@@ -109,7 +125,6 @@ void Expansion::visit_neighbour(Index i, SurfaceModel& surface) {
     return;
   }
   SurfaceModel& other = *work_.state.surfaces.find(owner);
-  ++contacts_[std::minmax(owner, surface.id())];
   const double other_ratio = std::fabs(other.distance(work_.window[i].position)) /
                              work_.state.noise.tolerance(work_.window[i].range_class);
   if (*ratio < takeover * other_ratio && other_ratio > 0.2) {

@@ -41,6 +41,7 @@ class Expansion {
   SurfaceModel* best_surface(Index i, Reach reach);
   void flood();
   void visit_neighbour(Index i, SurfaceModel& surface);
+  void note_contacts(Index i);
   void merge_contacts();
 
   Workspace& work_;

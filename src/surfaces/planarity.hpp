@@ -23,7 +23,6 @@ class Planarity {
   double mean_tolerance() const { return tolerances_ / static_cast<double>(std::max<std::size_t>(count_, 1)); }
   /// Bends by more than `share` of the tolerance over its extent, with a radius below 1 m.
   bool bends(double share = 0.4) const;
-  bool plausible() const { return scatter() <= 1.7 && !bends(); }
 
  private:
   using Vector6d = Eigen::Matrix<double, 6, 1>;

@@ -9,12 +9,12 @@
 namespace octosurf {
 
 Eigen::Matrix3d plane_axes(const Eigen::Vector3d& normal) {
-  // The world axis least along the normal never is parallel to it.
-  int least = 0;
-  normal.cwiseAbs().minCoeff(&least);
   Eigen::Matrix3d axes;
   axes.col(2) = normal;
-  axes.col(0) = Eigen::Vector3d::Unit(least).cross(normal).normalized();
+  // All of a level plane's directions are horizontal: its x is then the one nearest the map's.
+  const bool level = std::hypot(normal.x(), normal.y()) < 1e-6;
+  axes.col(0) = level ? Eigen::Vector3d(Eigen::Vector3d::UnitY().cross(normal).normalized())
+                      : Eigen::Vector3d(Eigen::Vector3d::UnitZ().cross(normal).normalized());
   axes.col(1) = axes.col(2).cross(axes.col(0));
   return axes;
 }
@@ -69,10 +69,9 @@ bool SurfaceModel::near(PlaneCell cell, int reach) const {
 
 void SurfaceModel::insert(const Inlier& inlier) {
   const PlaneCell cell = cell_of(inlier.position);
-  const auto [entry, fresh] = cells_.try_emplace(cell.packed());
-  entry.value().push_back(inlier);
+  cells_.try_emplace(cell.packed()).first.value().push_back(inlier);
   // A point inside the boundary does not move it (paper III-B).
-  if (fresh && !polygons_stale_ && !surrounded(cell)) polygons_stale_ = true;
+  if (!polygons_stale_ && !surrounded(cell)) polygons_stale_ = true;
   ++size_;
 }
 
@@ -83,7 +82,8 @@ void SurfaceModel::add(const Inlier& inlier) {
 }
 
 bool SurfaceModel::remove(VoxelKey key, const Eigen::Vector3f& position) {
-  const auto entry = cells_.find(cell_of(position).packed());
+  const PlaneCell at = cell_of(position);
+  const auto entry = cells_.find(at.packed());
   if (entry == cells_.end()) return false;
   Cell& cell = entry.value();
   const auto found = std::find_if(cell.begin(), cell.end(), [&](const Inlier& i) { return i.key == key; });
@@ -92,10 +92,8 @@ bool SurfaceModel::remove(VoxelKey key, const Eigen::Vector3f& position) {
   cell.erase(found);
   --size_;
   ++unchecked;
-  if (cell.empty()) {
-    cells_.erase(entry);
-    polygons_stale_ = true;
-  }
+  if (cell.empty()) cells_.erase(entry);
+  if (!polygons_stale_ && (!occupied(at) || !surrounded(at))) polygons_stale_ = true;
   return true;
 }
 

@@ -148,8 +148,7 @@ class SurfaceModel {
   std::vector<Polygon> polygons_, simplified_;
 };
 
-/// A frame whose z is `normal`, with x along the horizontal where there is one: exactly horizontal
-/// and vertical planes included.
+/// A frame whose z is `normal` (unit), with x horizontal: exactly level and upright planes included.
 Eigen::Matrix3d plane_axes(const Eigen::Vector3d& normal);
 
 /// Distinct by construction: the hue steps by the golden ratio from id to id.

@@ -247,7 +247,7 @@ TEST(MapperContract, IdsAreNeverUsedAgain) {
     const auto plate = under_test.on_plane({0, 0, 1}, {0, 0, 0.4});
     ASSERT_EQ(plate.size(), 1U);
     EXPECT_TRUE(seen.insert(plate[0]->id).second) << "an id came back";
-    for (int i = 0; i < 8; ++i) under_test.insert(test::camera_scan(without, pose, rng));
+    for (int i = 0; i < 15; ++i) under_test.insert(test::camera_scan(without, pose, rng));
     EXPECT_TRUE(under_test.on_plane({0, 0, 1}, {0, 0, 0.4}).empty());
   }
 }
