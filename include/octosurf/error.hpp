@@ -19,7 +19,7 @@ class Error : public std::runtime_error {
   };
 
   /// `where` names a file, a parameter or a scan; `mend` tells what to do about it (may be empty).
-  Error(Kind kind, std::string where, std::string what, std::string mend = {})
+  Error(Kind kind, std::string where, const std::string& what, std::string mend = {})
       : std::runtime_error((where.empty() ? std::string() : where + ": ") + what +
                            (mend.empty() ? std::string() : "; " + mend)),
         kind_(kind),

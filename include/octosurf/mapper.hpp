@@ -47,8 +47,8 @@ class Mapper {
   /// Throws Error(data) if the pose is not rigid.
   ScanReport insert(const Scan& scan);
 
-  /// Surfaces of an existing occupancy map, without scans: every occupied voxel that borders on
-  /// free or unknown space becomes a point at its centre, seen from its free neighbours.
+  /// Surfaces of an existing occupancy map, without scans: every occupied voxel that borders on free
+  /// space becomes a point at its centre, seen from there (on unknown space, if the map knows none).
   /// Used for .bt and .ot inputs.
   ScanReport detect_in_occupancy();
 

@@ -118,7 +118,7 @@ void find_velodyne_in_camera(ListedRecording& recording) {
 }
 
 /// Hands out the poses of one file: by time where both sides have it, else by order.
-void pose_all(std::vector<ListedRecording*> recordings, const PoseFile& poses) {
+void pose_all(const std::vector<ListedRecording*>& recordings, const PoseFile& poses) {
   std::size_t scans = 0;
   bool stamped = poses.stamped;
   for (const ListedRecording* recording : recordings) {

@@ -158,9 +158,14 @@ void OccupancyMap::for_each_point(const std::function<void(const VoxelPoint&)>& 
 }
 
 std::vector<VoxelPoint> OccupancyMap::adopt_occupied_voxels() {
+  // What borders on the unknown only, the underside of a floor say, nobody can have seen; unless the
+  // map knows nothing free at all.
+  bool knows_free = false;
+  for (auto leaf = tree_->begin_leafs(); leaf != tree_->end_leafs() && !knows_free; ++leaf)
+    knows_free = !tree_->isNodeOccupied(*leaf);
+  const State open = knows_free ? State::free : State::unknown;
   // Collected first: dividing leaves while iterating would invalidate the iterator.
   std::vector<VoxelKey> border;
-  const auto occupied = [&](VoxelKey k) { return at(k).state == State::occupied; };
   constexpr std::array<std::array<int, 3>, 6> steps{
       {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
   const auto neighbour = [](VoxelKey k, const std::array<int, 3>& s) {
@@ -178,7 +183,7 @@ std::vector<VoxelPoint> OccupancyMap::adopt_occupied_voxels() {
           const VoxelKey k = neighbour({first[0], first[1], first[2]}, {x, y, z});
           if (inside) continue;
           for (const auto& s : steps)
-            if (!occupied(neighbour(k, s))) {
+            if (at(neighbour(k, s)).state == open) {
               border.push_back(k);
               break;
             }

@@ -69,9 +69,9 @@ class OccupancyMap {
   /// `index` finds the end voxels of `scan` by key.
   OccupancyDelta insert(const VoxelScan& scan, const Downsampler& index, const PlaneLookup* planes);
 
-  /// Gives every occupied voxel that has none a point at its centre, if one of its six neighbours
-  /// is not occupied; seen from its free neighbours (else from its unknown ones). For maps that
-  /// come without points. Undivided occupied leaves are divided where they border on free space.
+  /// Gives occupied voxels that have none a point at their centre, if one of their six neighbours is
+  /// free; seen from there. In a map that knows nothing free: if one is unknown. For maps that come
+  /// without points. Undivided occupied leaves are divided at such a border.
   std::vector<VoxelPoint> adopt_occupied_voxels();
 
   enum class State { unknown, free, occupied };

@@ -52,6 +52,7 @@ class ConvexMerge {
     }
     std::sort(ranked.begin(), ranked.end());
     std::vector<Edge> edges;
+    edges.reserve(ranked.size());
     for (const auto& [rank, edge] : ranked) edges.push_back(edge);
     return edges;
   }

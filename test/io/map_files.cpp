@@ -49,7 +49,7 @@ std::string surface_difference(const SurfaceModel::State& a, const SurfaceModel:
   if (!all_same(a.simplified, b.simplified)) return "simplified polygons";
   if (a.parents != b.parents) return "parents";
   if (a.polygons_stale != b.polygons_stale) return "polygons_stale";
-  if (a.revision != b.revision) return "revision";
+  if (a.revision != b.revision || a.unchecked != b.unchecked) return "revision or unchecked";
   return {};
 }
 

@@ -157,14 +157,17 @@ void check_adoption(octomap::OcTree& tree) {
         .at({static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y), static_cast<std::uint16_t>(z)})
         .state;
   };
+  // Only what borders on free space can have been seen; without any, what borders on the unknown.
+  bool knows_free = false;
+  for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf) knows_free |= !tree.isNodeOccupied(*leaf);
+  const auto open = knows_free ? OccupancyMap::State::free : OccupancyMap::State::unknown;
   for (const VoxelPoint& p : adopted) got.insert(p.key.packed());
   EXPECT_EQ(got.size(), adopted.size()) << "adopted twice";
   for (const std::uint64_t packed : occupied) {
     const VoxelKey k = VoxelKey::unpack(packed);
     for (int a = 0; a < 6; ++a) {
       const int s = a % 2 == 0 ? 1 : -1;
-      if (state(k.x + (a / 2 == 0 ? s : 0), k.y + (a / 2 == 1 ? s : 0), k.z + (a / 2 == 2 ? s : 0)) !=
-          OccupancyMap::State::occupied)
+      if (state(k.x + (a / 2 == 0 ? s : 0), k.y + (a / 2 == 1 ? s : 0), k.z + (a / 2 == 2 ? s : 0)) == open)
         expected.insert(packed);
     }
   }
@@ -219,6 +222,16 @@ TEST(AdoptOccupiedVoxels, DividesSolidBlocksAtTheirBorder) {
       tree.updateNode(octomap::OcTreeKey(u, v, 32700), true);
       tree.updateNode(octomap::OcTreeKey(32700, u, v), true);
     }
+  check_adoption(tree);
+}
+
+TEST(AdoptOccupiedVoxels, WithoutFreeSpaceTheUnknownIsOpen) {
+  octomap::OcTree tree(0.1);
+  for (int a = 0; a < 8; ++a)
+    for (int b = 0; b < 8; ++b)
+      tree.updateNode(octomap::OcTreeKey(static_cast<std::uint16_t>(32868 + a),
+                                         static_cast<std::uint16_t>(32868 + b), 32700),
+                      true);
   check_adoption(tree);
 }
 
