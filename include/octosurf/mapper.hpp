@@ -1,12 +1,12 @@
 #pragma once
 
-#include <octosurf/map.hpp>
-#include <octosurf/scan.hpp>
-
 #include <array>
 #include <memory>
 #include <string_view>
 #include <vector>
+
+#include <octosurf/map.hpp>
+#include <octosurf/scan.hpp>
 
 namespace octosurf {
 

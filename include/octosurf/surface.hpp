@@ -47,8 +47,8 @@ struct Surface {
   /// Surface frame to map frame: z = plane.normal, origin on the plane. Moved as little as
   /// possible when the plane is refitted.
   Eigen::Isometry3d T_map_surface = Eigen::Isometry3d::Identity();
-  std::vector<Polygon> polygons;    ///< alpha shape of the inliers, α = h; (u, v)
-  std::vector<Polygon> simplified;  ///< near-collinear vertices dropped, within d/2; (u, v)
+  std::vector<Polygon> polygons;          ///< alpha shape of the inliers, α = h; (u, v)
+  std::vector<Polygon> simplified;        ///< near-collinear vertices dropped, within d/2; (u, v)
   std::vector<Eigen::Vector3d> boundary;  ///< map frame, on the plane
   double area_m2 = 0;                     ///< of `polygons`
   std::size_t inliers = 0;                ///< voxels

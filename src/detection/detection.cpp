@@ -1,10 +1,10 @@
 #include "detection/detection.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 #include "detection/plane_extraction.hpp"
 #include "detection/region_growing.hpp"
+
+#include <algorithm>
+#include <cmath>
 
 namespace octosurf {
 namespace {
@@ -16,7 +16,8 @@ bool isolated(Workspace& work, Index i, int reach, float radius) {
   const Eigen::Vector3f p = work.window[i].position;
   int neighbours = -1;  // itself
   work.window.for_each_near(work.window[i].key, reach, [&](Index j) {
-    if (work.window[j].surface == 0 && (work.window[j].position - p).squaredNorm() <= radius * radius) ++neighbours;
+    if (work.window[j].surface == 0 && (work.window[j].position - p).squaredNorm() <= radius * radius)
+      ++neighbours;
   });
   return neighbours < 2;
 }
@@ -35,8 +36,9 @@ bool seen_through(Workspace& work, Index i) {
     const Eigen::Vector3f crossing = p.position + p.view * (static_cast<float>(behind) / facing);
     const PlaneCell cell = surface.cell_of(crossing);
     // One cell inside its border, so that what is seen past an edge is not taken for noise.
-    if (surface.covers(cell) && surface.covers({cell.u + 1, cell.v}) && surface.covers({cell.u - 1, cell.v}) &&
-        surface.covers({cell.u, cell.v + 1}) && surface.covers({cell.u, cell.v - 1}))
+    if (surface.covers(cell) && surface.covers({cell.u + 1, cell.v}) &&
+        surface.covers({cell.u - 1, cell.v}) && surface.covers({cell.u, cell.v + 1}) &&
+        surface.covers({cell.u, cell.v - 1}))
       return true;
   }
   return false;

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <vector>
-
 #include "surfaces/changes.hpp"
+
+#include <vector>
 
 namespace octosurf {
 

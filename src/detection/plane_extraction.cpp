@@ -1,13 +1,12 @@
 #include "detection/plane_extraction.hpp"
 
-#include <tsl/robin_map.h>
+#include "surfaces/planarity.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <random>
-
-#include "surfaces/planarity.hpp"
+#include <tsl/robin_map.h>
 
 namespace octosurf {
 namespace {
@@ -28,7 +27,8 @@ PlaneExtraction::PlaneExtraction(Workspace& work, const Parameters& parameters)
 
 bool PlaneExtraction::belongs(Index i, const Plane& plane) {
   const VoxelPoint& p = work_.window[i];
-  if (std::fabs(plane.signed_distance(p.position.cast<double>())) > work_.state.noise.tolerance(p.range_class))
+  if (std::fabs(plane.signed_distance(p.position.cast<double>())) >
+      work_.state.noise.tolerance(p.range_class))
     return false;
   if (!aligned_) return true;
   const LocalPlane& local = work_.normals.at(i);
@@ -107,7 +107,8 @@ std::vector<std::vector<PlaneExtraction::Index>> PlaneExtraction::clusters(std::
       const auto [v0, u0] = open.back();
       open.pop_back();
       for (int v = v0 - reach; v <= v0 + reach; ++v)
-        for (auto it = cells.lower_bound({v, u0 - reach}); it != cells.end() && it->first <= std::pair(v, u0 + reach);) {
+        for (auto it = cells.lower_bound({v, u0 - reach});
+             it != cells.end() && it->first <= std::pair(v, u0 + reach);) {
           open.push_back(it->first);
           cluster.insert(cluster.end(), it->second.begin(), it->second.end());
           it = cells.erase(it);
@@ -143,7 +144,8 @@ bool PlaneExtraction::planar(std::span<const Index> cluster, const Plane& plane,
     return false;
   }
   const double effort = planarity.mean_tolerance() / parameters_.surface_tolerance();
-  return planarity.scatter() <= largest_scatter && static_cast<double>(cluster.size()) >= static_cast<double>(fewest_) * effort &&
+  return planarity.scatter() <= largest_scatter &&
+         static_cast<double>(cluster.size()) >= static_cast<double>(fewest_) * effort &&
          agreeing * 10 > cluster.size() * 6;
 }
 

@@ -1,9 +1,9 @@
 #pragma once
 
+#include "surfaces/changes.hpp"
+
 #include <span>
 #include <vector>
-
-#include "surfaces/changes.hpp"
 
 namespace octosurf {
 

@@ -38,7 +38,7 @@ struct Truth {
   std::string scene;
   std::string sensor;
   std::uint64_t seed = 0;
-  double cell = 0.01;   ///< m, edge of the visibility cells
+  double cell = 0.01;  ///< m, edge of the visibility cells
   int visible_hits = 1;
   std::vector<TrueFace> faces;  ///< faces of curved things are not listed; their points have label 0
 };

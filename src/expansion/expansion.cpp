@@ -1,15 +1,15 @@
 #include "expansion/expansion.hpp"
 
+#include "surfaces/upkeep.hpp"
+
 #include <algorithm>
 #include <cmath>
-
-#include "surfaces/upkeep.hpp"
 
 namespace octosurf {
 namespace {
 
-constexpr int adjacent_voxels = 2;      // flood: a neighbour, or one voxel left out
-constexpr double takeover = 0.5;        // a point changes over if it fits here twice as well
+constexpr int adjacent_voxels = 2;  // flood: a neighbour, or one voxel left out
+constexpr double takeover = 0.5;    // a point changes over if it fits here twice as well
 constexpr int contacts_to_merge = 6;
 
 }  // namespace
@@ -38,7 +38,8 @@ SurfaceModel* Expansion::best_surface(Index i, Reach reach) {
   const Eigen::Vector3f position = work_.window[i].position;
   SurfaceModel* best = nullptr;
   double best_ratio = 2;
-  for (const SurfaceId id : work_.state.surfaces.near(key, reach == Reach::within_h ? h_cells_ : adjacent_voxels)) {
+  for (const SurfaceId id :
+       work_.state.surfaces.near(key, reach == Reach::within_h ? h_cells_ : adjacent_voxels)) {
     SurfaceModel& surface = *work_.state.surfaces.find(id);
     const std::optional<double> ratio = misfit(i, surface);
     if (!ratio || *ratio > best_ratio || (*ratio == best_ratio && surface.size() <= best->size())) continue;
@@ -80,7 +81,8 @@ void Expansion::expand(std::span<const Index> points) {
 void Expansion::grow(std::span<const SurfaceId> surfaces) {
   for (const SurfaceId id : surfaces)
     if (const SurfaceModel* surface = work_.state.surfaces.find(id))
-      for (const Inlier& inlier : surface->sorted_inliers()) frontier_.push_back(work_.window.find(inlier.key));
+      for (const Inlier& inlier : surface->sorted_inliers())
+        frontier_.push_back(work_.window.find(inlier.key));
   flood();
   merge_contacts();
 }
@@ -139,7 +141,8 @@ void Expansion::merge_contacts() {
   for (const auto& [pair, count] : contacts_) {
     SurfaceModel* a = work_.state.surfaces.find(pair.first);
     SurfaceModel* b = work_.state.surfaces.find(pair.second);
-    if (count < contacts_to_merge || a == nullptr || b == nullptr || !coplanar(*a, *b, work_.state.noise)) continue;
+    if (count < contacts_to_merge || a == nullptr || b == nullptr || !coplanar(*a, *b, work_.state.noise))
+      continue;
     // The larger keeps its id, the older one on a tie.
     a->size() >= b->size() ? merge(work_, *a, *b) : merge(work_, *b, *a);
   }

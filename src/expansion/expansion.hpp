@@ -1,12 +1,12 @@
 #pragma once
 
+#include "surfaces/changes.hpp"
+
 #include <map>
 #include <optional>
 #include <span>
 #include <utility>
 #include <vector>
-
-#include "surfaces/changes.hpp"
 
 namespace octosurf {
 

@@ -1,11 +1,11 @@
-#include <octosurf/mapper.hpp>
+#include "surfaces/alpha_shape.hpp"
+#include "surfaces/map_state.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 
-#include "surfaces/alpha_shape.hpp"
-#include "surfaces/map_state.hpp"
+#include <octosurf/mapper.hpp>
 
 namespace octosurf {
 namespace {
@@ -39,7 +39,8 @@ class Checker {
       if (p.surface == 0) return;
       ++owned;
       const SurfaceModel* surface = state_.surfaces.find(p.surface);
-      if (surface == nullptr) report("voxel ", p.key.packed(), " belongs to surface ", p.surface, ", which is not there");
+      if (surface == nullptr)
+        report("voxel ", p.key.packed(), " belongs to surface ", p.surface, ", which is not there");
     });
     if (points != state_.points) report(state_.points, " points counted, ", points, " found");
     std::size_t inliers = 0;
@@ -65,14 +66,16 @@ class Checker {
         report("surface ", id, " is not found at its inlier ", inlier.key.packed());
     }
     const Moments kept = surface.moments(nullptr);
-    if (std::fabs(kept.count - sums.count) > 1e-6 || (kept.sum - sums.sum).norm() > 1e-6 * (1 + sums.sum.norm()) ||
+    if (std::fabs(kept.count - sums.count) > 1e-6 ||
+        (kept.sum - sums.sum).norm() > 1e-6 * (1 + sums.sum.norm()) ||
         (kept.outer - sums.outer).norm() > 1e-6 * (1 + sums.outer.norm()))
       report("surface ", id, "'s moments are not those of its inliers");
   }
 
   void check_plane(SurfaceId id, const Plane& plane, const Eigen::Isometry3d& pose) {
     if (std::fabs(plane.normal.norm() - 1) > 1e-9) report("surface ", id, "'s normal is not of length 1");
-    if ((pose.linear().col(2) - plane.normal).norm() > 1e-9) report("surface ", id, "'s frame is not along its normal");
+    if ((pose.linear().col(2) - plane.normal).norm() > 1e-9)
+      report("surface ", id, "'s frame is not along its normal");
     if ((pose.linear().transpose() * pose.linear() - Eigen::Matrix3d::Identity()).norm() > 1e-9)
       report("surface ", id, "'s frame is not orthonormal");
     if (std::fabs(plane.signed_distance(pose.translation())) > 1e-6)

@@ -1,13 +1,12 @@
-#include <octosurf/mapper.hpp>
+#include "detection/detection.hpp"
+#include "expansion/expansion.hpp"
+#include "surfaces/upkeep.hpp"
 
 #include <chrono>
 #include <numeric>
 
 #include <octosurf/error.hpp>
-
-#include "detection/detection.hpp"
-#include "expansion/expansion.hpp"
-#include "surfaces/upkeep.hpp"
+#include <octosurf/mapper.hpp>
 
 namespace octosurf {
 namespace {
@@ -98,7 +97,9 @@ void Mapper::Impl::update_surfaces(const OccupancyDelta& delta, ScanReport& repo
   report.appeared = delta.appeared.size();
   report.vanished = delta.vanished.size();
   for (const Index i : appeared) report.categorized += work.window[i].surface != 0;
-  const auto list = [](const std::set<SurfaceId>& ids) { return std::vector<SurfaceId>(ids.begin(), ids.end()); };
+  const auto list = [](const std::set<SurfaceId>& ids) {
+    return std::vector<SurfaceId>(ids.begin(), ids.end());
+  };
   report.born = list(work.changes.born);
   report.grown = list(work.changes.grown);
   report.shrunk = list(work.changes.shrunk);
@@ -119,20 +120,23 @@ ScanReport Mapper::insert(const Scan& scan) {
   require_rigid(scan.T_map_sensor, scan.name);
   MapState& state = impl_->map.state();
   const OccupancyParameters& parameters = state.parameters.occupancy;
-  const double max_range = parameters.max_range.value_or(
-      scan.sensor == SensorKind::depth_camera ? depth_camera_max_range : std::numeric_limits<double>::infinity());
+  const double max_range = parameters.max_range.value_or(scan.sensor == SensorKind::depth_camera
+                                                             ? depth_camera_max_range
+                                                             : std::numeric_limits<double>::infinity());
 
   ScanReport report;
   report.points_raw = scan.points.size();
   Stopwatch time(report);
-  const VoxelScan voxels = time(Stage::downsample, [&] { return impl_->downsample(scan, parameters.min_range, max_range); });
+  const VoxelScan voxels =
+      time(Stage::downsample, [&] { return impl_->downsample(scan, parameters.min_range, max_range); });
   report.points_not_finite = voxels.not_finite;
   report.points_too_near = voxels.too_near;
   report.points_out_of_map = voxels.out_of_map;
   report.points_beyond_range = voxels.beyond_range;
   report.voxels = voxels.ends.size();
   const OccupancyDelta delta = time(Stage::occupancy, [&] {
-    return state.occupancy.insert(voxels, impl_->downsample, parameters.preserve_surfaces ? &state.surfaces : nullptr);
+    return state.occupancy.insert(voxels, impl_->downsample,
+                                  parameters.preserve_surfaces ? &state.surfaces : nullptr);
   });
   ++state.scans;
   time(Stage::downsample, [&] { state.noise.observe(scan); });

@@ -1,11 +1,11 @@
 #pragma once
 
-#include <cstdint>
-#include <span>
-
 #include "occupancy/frame_bits.hpp"
 #include "occupancy/morton.hpp"
 #include "occupancy/voxel_key.hpp"
+
+#include <cstdint>
+#include <span>
 
 namespace octosurf {
 
@@ -82,8 +82,8 @@ class BatchInsert {
   }
 
   // 2³ voxels: one byte of the masks.
-  void update_leaves(Node* node, bool created, const TouchedBlock& block, unsigned first,
-                     std::uint64_t hits, std::uint64_t misses) {
+  void update_leaves(Node* node, bool created, const TouchedBlock& block, unsigned first, std::uint64_t hits,
+                     std::uint64_t misses) {
     if (hits == 0 && saturated(node, created)) return;
     for (unsigned c = 0; c < 8; ++c) {
       const bool hit = hits >> c & 1;

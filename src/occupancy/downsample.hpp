@@ -1,5 +1,7 @@
 #pragma once
 
+#include "occupancy/voxel_grid.hpp"
+
 #include <Eigen/Core>
 #include <cstdint>
 #include <limits>
@@ -7,15 +9,13 @@
 
 #include <octosurf/scan.hpp>
 
-#include "occupancy/voxel_grid.hpp"
-
 namespace octosurf {
 
 /// One distinct voxel that scan points ended in (paper III-A1).
 struct EndVoxel {
   VoxelKey key;
-  std::uint32_t count = 0;                               ///< points in it
-  Eigen::Vector3f centroid = Eigen::Vector3f::Zero();    ///< of them, map frame
+  std::uint32_t count = 0;                             ///< points in it
+  Eigen::Vector3f centroid = Eigen::Vector3f::Zero();  ///< of them, map frame
 };
 
 /// A scan grouped by voxel, in the map frame.

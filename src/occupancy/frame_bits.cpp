@@ -1,10 +1,10 @@
 #include "occupancy/frame_bits.hpp"
 
+#include "occupancy/morton.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include "occupancy/morton.hpp"
 
 namespace octosurf {
 namespace {
@@ -169,8 +169,8 @@ std::span<const TouchedBlock> FrameBits::trace(const VoxelScan& scan) {
 
   const int z_begin = floor8(box_.min[2]);
   const int z_end = floor8(box_.max[2]) + 8;
-  const std::int64_t plane_bits = std::int64_t{box_.max[0] - floor8(box_.min[0]) + 64} *
-                                  (box_.max[1] - floor8(box_.min[1]) + 8);
+  const std::int64_t plane_bits =
+      std::int64_t{box_.max[0] - floor8(box_.min[0]) + 64} * (box_.max[1] - floor8(box_.min[1]) + 8);
   const auto slab = static_cast<int>(std::clamp<std::int64_t>(max_slab_bits / plane_bits / 8 * 8, 8, 65536));
   for (int z = z_begin; z < z_end; z += slab) {
     set_slab(z, std::min(z + slab, z_end));

@@ -1,11 +1,11 @@
 #pragma once
 
+#include "occupancy/downsample.hpp"
+
 #include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
-
-#include "occupancy/downsample.hpp"
 
 namespace octosurf {
 
@@ -52,8 +52,8 @@ class FrameBits {
   VoxelGrid grid_;
   std::vector<Ray> rays_;
   Box box_{};
-  std::array<int, 3> base_{};                     // key of bit 0, multiples of 8
-  std::array<std::int64_t, 3> size_{};            // voxels; x a multiple of 64, y and z of 8
+  std::array<int, 3> base_{};           // key of bit 0, multiples of 8
+  std::array<std::int64_t, 3> size_{};  // voxels; x a multiple of 64, y and z of 8
   std::vector<std::uint64_t> miss_bits_, hit_bits_;
   std::vector<TouchedBlock> blocks_;
 };

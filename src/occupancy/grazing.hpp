@@ -1,11 +1,11 @@
 #pragma once
 
+#include "occupancy/downsample.hpp"
+
 #include <cstdint>
 #include <vector>
 
 #include <octosurf/surface.hpp>
-
-#include "occupancy/downsample.hpp"
 
 namespace octosurf {
 

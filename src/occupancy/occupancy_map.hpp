@@ -1,5 +1,9 @@
 #pragma once
 
+#include "occupancy/downsample.hpp"
+#include "occupancy/frame_bits.hpp"
+#include "occupancy/voxel_grid.hpp"
+
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
@@ -11,10 +15,6 @@
 
 #include <octosurf/parameters.hpp>
 #include <octosurf/surface.hpp>
-
-#include "occupancy/downsample.hpp"
-#include "occupancy/frame_bits.hpp"
-#include "occupancy/voxel_grid.hpp"
 
 namespace octosurf {
 
@@ -28,7 +28,7 @@ struct VoxelPoint {
   Eigen::Vector3f view = Eigen::Vector3f::UnitZ();  ///< unit, toward where it was seen from
   std::uint8_t range_class = 0;                     ///< payload.hpp
   SurfaceId surface = 0;                            ///< 0: pending
-  VoxelNode* node = nullptr;  ///< valid until the next insert
+  VoxelNode* node = nullptr;                        ///< valid until the next insert
 };
 
 /// The octree's answer to a scan: what became occupied, what no longer is, and whose point a closer

@@ -1,5 +1,3 @@
-#include <octosurf/parameters.hpp>
-
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -8,6 +6,7 @@
 #include <sstream>
 
 #include <octosurf/error.hpp>
+#include <octosurf/parameters.hpp>
 
 namespace octosurf {
 namespace {
@@ -39,7 +38,9 @@ struct Entry {
 
 template <class Group, class Value>
 Entry plain(Group Parameters::*group, Value Group::*field, Form form, ParameterInfo info) {
-  return {std::move(info), form, [=](const Parameters& p) { return static_cast<double>(p.*group.*field); },
+  return {std::move(info),
+          form,
+          [=](const Parameters& p) { return static_cast<double>(p.*group.*field); },
           [=](Parameters& p, std::optional<double> value) { p.*group.*field = static_cast<Value>(*value); },
           {}};
 }
@@ -218,7 +219,8 @@ void set_parameter(Parameters& parameters, const std::string& name, const std::s
   if (text == "auto" && e.in_force) return e.set(parameters, std::nullopt);
   if (e.form == Form::flag) {
     const bool on = text == "true" || text == "on" || text == "1";
-    if (!on && text != "false" && text != "off" && text != "0") refuse(name, "'" + text + "'", "true or false");
+    if (!on && text != "false" && text != "off" && text != "0")
+      refuse(name, "'" + text + "'", "true or false");
     return e.set(parameters, on);
   }
   double value = 0;

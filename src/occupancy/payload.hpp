@@ -1,11 +1,11 @@
 #pragma once
 
+#include "occupancy/voxel_grid.hpp"
+#include "occupancy/voxel_node.hpp"
+
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-
-#include "occupancy/voxel_grid.hpp"
-#include "occupancy/voxel_node.hpp"
 
 namespace octosurf {
 
@@ -43,8 +43,7 @@ inline Eigen::Vector3f decode_view(unsigned code) {
 /// Stores a point inside voxel `key`, seen from `origin`. Rounds to 1/256 of the voxel's edge.
 inline void store_point(VoxelPayload& payload, const VoxelGrid& grid, VoxelKey key,
                         const Eigen::Vector3f& point, const Eigen::Vector3f& origin) {
-  const Eigen::Vector3d relative =
-      (point.cast<double>() - grid.corner_of(key)) * (256.0 / grid.resolution());
+  const Eigen::Vector3d relative = (point.cast<double>() - grid.corner_of(key)) * (256.0 / grid.resolution());
   const auto quantised = [](double c) { return static_cast<std::uint32_t>(std::clamp(c, 0.0, 255.0)); };
   payload.offset_x = quantised(relative.x()) & 0xff;
   payload.offset_y = quantised(relative.y()) & 0xff;

@@ -1,13 +1,12 @@
 #pragma once
 
-#include <tsl/robin_map.h>
+#include "occupancy/occupancy_map.hpp"
 
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <tsl/robin_map.h>
 #include <vector>
-
-#include "occupancy/occupancy_map.hpp"
 
 namespace octosurf {
 
@@ -50,7 +49,7 @@ class PointWindow {
  private:
   static constexpr std::uint64_t block_mask = 0x1fff1fff1fffULL;  // three 13-bit fields
   struct Block {
-    std::array<std::uint64_t, 8> rows{};  // slice z; bit 8·y + x
+    std::array<std::uint64_t, 8> rows{};    // slice z; bit 8·y + x
     std::array<std::uint16_t, 8> before{};  // points in the slices below
     Index first = 0;
     Index count = 0;
@@ -67,7 +66,8 @@ class PointWindow {
 
 template <class Visit>
 void PointWindow::for_each_near(VoxelKey key, int reach, Visit&& visit) {
-  const std::array<int, 3> low{std::max(0, key.x - reach), std::max(0, key.y - reach), std::max(0, key.z - reach)};
+  const std::array<int, 3> low{std::max(0, key.x - reach), std::max(0, key.y - reach),
+                               std::max(0, key.z - reach)};
   const std::array<int, 3> high{std::min(65535, key.x + reach), std::min(65535, key.y + reach),
                                 std::min(65535, key.z + reach)};
   for (int bz = low[2] >> 3; bz <= high[2] >> 3; ++bz)
@@ -78,8 +78,10 @@ void PointWindow::for_each_near(VoxelKey key, int reach, Visit&& visit) {
         const Block block = block_at(block_of(packed));  // a copy: visiting may load more blocks
         if (block.count == 0) continue;
         const auto cut = [](int v, int b) { return std::clamp(v - 8 * b, 0, 7); };
-        const unsigned x0 = static_cast<unsigned>(cut(low[0], bx)), x1 = static_cast<unsigned>(cut(high[0], bx));
-        const unsigned y0 = static_cast<unsigned>(cut(low[1], by)), y1 = static_cast<unsigned>(cut(high[1], by));
+        const unsigned x0 = static_cast<unsigned>(cut(low[0], bx)),
+                       x1 = static_cast<unsigned>(cut(high[0], bx));
+        const unsigned y0 = static_cast<unsigned>(cut(low[1], by)),
+                       y1 = static_cast<unsigned>(cut(high[1], by));
         const std::uint64_t row = (0xffULL >> (7 - x1 + x0)) << x0;
         std::uint64_t slice = 0;
         for (unsigned y = y0; y <= y1; ++y) slice |= row << (8 * y);

@@ -1,8 +1,7 @@
-#include <octosurf/scan.hpp>
-
 #include <Eigen/LU>
 
 #include <octosurf/error.hpp>
+#include <octosurf/scan.hpp>
 
 namespace octosurf {
 

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <Eigen/Core>
-
 #include "occupancy/voxel_key.hpp"
+
+#include <Eigen/Core>
 
 namespace octosurf {
 

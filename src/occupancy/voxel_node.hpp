@@ -1,8 +1,7 @@
 #pragma once
 
-#include <octomap/OcTreeNode.h>
-
 #include <cstdint>
+#include <octomap/OcTreeNode.h>
 
 namespace octosurf {
 
@@ -10,12 +9,12 @@ namespace octosurf {
 /// inside the voxel, and from where that point was seen. OctoMap's own node (16 bytes) takes a
 /// 32-byte heap block on 64-bit glibc, so this payload costs no memory.
 struct VoxelPayload {
-  std::uint32_t surface : 24 = 0;   ///< 0: pending
-  std::uint32_t offset_x : 8 = 0;   ///< 1/256 of the voxel's edge
+  std::uint32_t surface : 24 = 0;  ///< 0: pending
+  std::uint32_t offset_x : 8 = 0;  ///< 1/256 of the voxel's edge
   std::uint32_t offset_y : 8 = 0;
   std::uint32_t offset_z : 8 = 0;
-  std::uint32_t view : 12 = 0;         ///< octahedral, toward the sensor, 6 bits a coordinate
-  std::uint32_t range_class : 4 = 0;   ///< distance it was seen from, steps of √2; 0: no point
+  std::uint32_t view : 12 = 0;        ///< octahedral, toward the sensor, 6 bits a coordinate
+  std::uint32_t range_class : 4 = 0;  ///< distance it was seen from, steps of √2; 0: no point
 
   bool has_point() const { return range_class != 0; }
   friend bool operator==(const VoxelPayload&, const VoxelPayload&) = default;

@@ -1,10 +1,9 @@
 #pragma once
 
-#include <octomap/OccupancyOcTreeBase.h>
-
-#include <string>
-
 #include "occupancy/voxel_node.hpp"
+
+#include <octomap/OccupancyOcTreeBase.h>
+#include <string>
 
 namespace octosurf {
 

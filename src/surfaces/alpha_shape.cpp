@@ -3,7 +3,6 @@
 #include <CGAL/Delaunay_triangulation_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Triangulation_face_base_with_info_2.h>
-
 #include <array>
 #include <unordered_map>
 
@@ -14,12 +13,13 @@ using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 
 struct FaceMark {
   bool kept = false;
-  int component = -1;  // of kept triangles joined by edges
+  int component = -1;            // of kept triangles joined by edges
   std::array<bool, 3> walked{};  // boundary edge opposite vertex i is on a ring already
 };
 using VertexBase = CGAL::Triangulation_vertex_base_2<Kernel>;
 using FaceBase = CGAL::Triangulation_face_base_with_info_2<FaceMark, Kernel>;
-using Delaunay = CGAL::Delaunay_triangulation_2<Kernel, CGAL::Triangulation_data_structure_2<VertexBase, FaceBase>>;
+using Delaunay =
+    CGAL::Delaunay_triangulation_2<Kernel, CGAL::Triangulation_data_structure_2<VertexBase, FaceBase>>;
 using Face = Delaunay::Face_handle;
 using Vertex = Delaunay::Vertex_handle;
 

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <set>
-
 #include "surfaces/map_state.hpp"
 #include "surfaces/normal_field.hpp"
+
+#include <set>
 
 namespace octosurf {
 
@@ -29,7 +29,9 @@ class Workspace {
   using Index = PointWindow::Index;
 
   explicit Workspace(MapState& map_state)
-      : state(map_state), window(map_state.occupancy), normals(window, map_state.parameters, map_state.noise) {}
+      : state(map_state),
+        window(map_state.occupancy),
+        normals(window, map_state.parameters, map_state.noise) {}
 
   MapState& state;
   PointWindow window;

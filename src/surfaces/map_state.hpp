@@ -1,13 +1,13 @@
 #pragma once
 
+#include "occupancy/occupancy_map.hpp"
+#include "surfaces/noise_model.hpp"
+#include "surfaces/surface_store.hpp"
+
 #include <memory>
 #include <vector>
 
 #include <octosurf/map.hpp>
-
-#include "occupancy/occupancy_map.hpp"
-#include "surfaces/noise_model.hpp"
-#include "surfaces/surface_store.hpp"
 
 namespace octosurf {
 

@@ -9,8 +9,8 @@ namespace octosurf {
 /// near them, so that a surface 100 m from the origin loses no digits.
 struct Moments {
   double count = 0;
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();     ///< Σ w·(p − reference)
-  Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();   ///< Σ w·(p − reference)(p − reference)ᵀ
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();    ///< Σ w·(p − reference)
+  Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();  ///< Σ w·(p − reference)(p − reference)ᵀ
 
   void add(const Eigen::Vector3d& relative, double weight = 1) {
     count += weight;
@@ -36,7 +36,8 @@ struct Moments {
   }
   /// Mean squared distance to the plane normal·x = offset (about the reference).
   double mean_squared_distance(const Eigen::Vector3d& normal, double offset) const {
-    return std::max(0.0, (normal.dot(outer * normal) - 2 * offset * normal.dot(sum)) / count + offset * offset);
+    return std::max(0.0,
+                    (normal.dot(outer * normal) - 2 * offset * normal.dot(sum)) / count + offset * offset);
   }
 };
 

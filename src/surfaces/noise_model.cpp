@@ -1,10 +1,10 @@
 #include "surfaces/noise_model.hpp"
 
+#include "occupancy/payload.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-
-#include "occupancy/payload.hpp"
 
 namespace octosurf {
 namespace {

@@ -1,9 +1,9 @@
 #include "surfaces/normal_field.hpp"
 
+#include "surfaces/moments.hpp"
+
 #include <algorithm>
 #include <cmath>
-
-#include "surfaces/moments.hpp"
 
 namespace octosurf {
 

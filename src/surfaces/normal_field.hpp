@@ -1,20 +1,20 @@
 #pragma once
 
-#include <vector>
-
 #include "occupancy/point_window.hpp"
 #include "surfaces/noise_model.hpp"
+
+#include <vector>
 
 namespace octosurf {
 
 /// Local plane at a point.
 struct LocalPlane {
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, toward where the point was seen from
-  float curvature = 1;  ///< surface variation λ₀/Σλ
-  float thickness = 0;  ///< m, √λ₀
-  int reach = 0;        ///< voxels, the neighbourhood it took
-  bool known = false;   ///< false: fewer than three neighbours, or all in a line
-  bool flat = false;    ///< curvature is what this much noise would give on a plane
+  float curvature = 1;                               ///< surface variation λ₀/Σλ
+  float thickness = 0;                               ///< m, √λ₀
+  int reach = 0;                                     ///< voxels, the neighbourhood it took
+  bool known = false;                                ///< false: fewer than three neighbours, or all in a line
+  bool flat = false;  ///< curvature is what this much noise would give on a plane
 };
 
 /// Normals of a window's points by moving least squares of degree 1 (paper III-C2; Alexa et al.

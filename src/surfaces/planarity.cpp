@@ -20,8 +20,8 @@ void Planarity::add(const Eigen::Vector3f& position, double sigma, double tolera
 }
 
 bool Planarity::bends(double share) const {
-  constexpr std::size_t enough = 12;     // twice the quadric's unknowns
-  constexpr double largest_radius = 1;   // m
+  constexpr std::size_t enough = 12;    // twice the quadric's unknowns
+  constexpr double largest_radius = 1;  // m
   if (inner_ < enough) return false;
   const Vector6d c = normal_matrix_.ldlt().solve(right_side_);
   Eigen::Matrix2d hessian;

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <Eigen/Geometry>
-
 #include "surfaces/moments.hpp"
+
+#include <Eigen/Geometry>
 
 namespace octosurf {
 
@@ -19,8 +19,12 @@ class Planarity {
 
   std::size_t count() const { return count_; }
   /// Root mean square of distance / σ. Planes show 0.1 to 1.4, a slope over stairs 2.
-  double scatter() const { return std::sqrt(squares_ / static_cast<double>(std::max<std::size_t>(count_, 1))); }
-  double mean_tolerance() const { return tolerances_ / static_cast<double>(std::max<std::size_t>(count_, 1)); }
+  double scatter() const {
+    return std::sqrt(squares_ / static_cast<double>(std::max<std::size_t>(count_, 1)));
+  }
+  double mean_tolerance() const {
+    return tolerances_ / static_cast<double>(std::max<std::size_t>(count_, 1));
+  }
   /// Bends by more than `share` of the tolerance over its extent, with a radius below 1 m.
   bool bends(double share = 0.4) const;
 

@@ -1,10 +1,10 @@
+#include "surfaces/alpha_shape.hpp"
+
 #include <CGAL/Constrained_Delaunay_triangulation_2.h>
 #include <CGAL/Constrained_triangulation_plus_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polyline_simplification_2/Squared_distance_cost.h>
 #include <CGAL/Polyline_simplification_2/simplify.h>
-
-#include "surfaces/alpha_shape.hpp"
 
 namespace octosurf {
 namespace {
@@ -44,13 +44,15 @@ std::vector<Polygon> simplify(const std::vector<Polygon>& polygons, double toler
     ids.push_back(insert_ring(triangulation, polygon.outer));
     for (const Ring2& hole : polygon.holes) ids.push_back(insert_ring(triangulation, hole));
   }
-  ps::simplify(triangulation, ps::Squared_distance_cost(), ps::Stop_above_cost_threshold(tolerance * tolerance));
+  ps::simplify(triangulation, ps::Squared_distance_cost(),
+               ps::Stop_above_cost_threshold(tolerance * tolerance));
   std::vector<Polygon> result;
   for (const auto& ids : rings) {
     Polygon& polygon = result.emplace_back();
     polygon.outer = read_ring(triangulation, ids.front());
     for (std::size_t i = 1; i < ids.size(); ++i)
-      if (Ring2 hole = read_ring(triangulation, ids[i]); hole.size() >= 3) polygon.holes.push_back(std::move(hole));
+      if (Ring2 hole = read_ring(triangulation, ids[i]); hole.size() >= 3)
+        polygon.holes.push_back(std::move(hole));
     if (polygon.outer.size() < 3) result.pop_back();
   }
   return result;

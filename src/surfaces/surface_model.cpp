@@ -1,10 +1,10 @@
 #include "surfaces/surface_model.hpp"
 
+#include "surfaces/alpha_shape.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-
-#include "surfaces/alpha_shape.hpp"
 
 namespace octosurf {
 
@@ -117,15 +117,15 @@ Moments SurfaceModel::moments(const NoiseModel* noise) const {
 }
 
 double SurfaceModel::rms() const {
-  return std::sqrt(moments(nullptr).mean_squared_distance(plane_.normal,
-                                                          plane_.offset - plane_.normal.dot(reference_)));
+  return std::sqrt(
+      moments(nullptr).mean_squared_distance(plane_.normal, plane_.offset - plane_.normal.dot(reference_)));
 }
 
 void SurfaceModel::set_plane(const Plane& plane) {
-  pose_.linear() = (Eigen::Quaterniond::FromTwoVectors(plane_.normal, plane.normal) *
-                    Eigen::Quaterniond(pose_.linear()))
-                       .normalized()
-                       .toRotationMatrix();
+  pose_.linear() =
+      (Eigen::Quaterniond::FromTwoVectors(plane_.normal, plane.normal) * Eigen::Quaterniond(pose_.linear()))
+          .normalized()
+          .toRotationMatrix();
   pose_.linear().col(2) = plane.normal;
   pose_.linear().col(0) = pose_.linear().col(1).cross(plane.normal).normalized();
   pose_.linear().col(1) = plane.normal.cross(pose_.linear().col(0));
@@ -171,8 +171,9 @@ std::vector<Eigen::Vector2d> SurfaceModel::outline_points(double max_hole_size) 
     points.push_back((T_surface_map * inlier.position.cast<double>()).head<2>());
   const Eigen::Isometry3d T_surface_hash = T_surface_map * hash_frame_;
   for (const PlaneCell cell : interior)
-    points.push_back((T_surface_hash * Eigen::Vector3d((cell.u + 0.5) * resolution_, (cell.v + 0.5) * resolution_, 0))
-                         .head<2>());
+    points.push_back(
+        (T_surface_hash * Eigen::Vector3d((cell.u + 0.5) * resolution_, (cell.v + 0.5) * resolution_, 0))
+            .head<2>());
   return points;
 }
 
@@ -235,8 +236,9 @@ SurfacePtr SurfaceModel::publish(std::uint64_t map_revision) const {
 }
 
 SurfaceModel::State SurfaceModel::state() const {
-  return {id_,      plane_,    checked_plane, pose_,       hash_frame_, reference_,
-          moments_, sorted_inliers(), polygons_, simplified_, parents_, polygons_stale_, revision, unchecked};
+  return {id_,        plane_,          checked_plane,    pose_,     hash_frame_,
+          reference_, moments_,        sorted_inliers(), polygons_, simplified_,
+          parents_,   polygons_stale_, revision,         unchecked};
 }
 
 SurfaceModel::SurfaceModel(const State& state, double resolution)

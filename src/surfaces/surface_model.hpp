@@ -1,18 +1,17 @@
 #pragma once
 
-#include <tsl/robin_map.h>
+#include "occupancy/occupancy_map.hpp"
+#include "surfaces/moments.hpp"
+#include "surfaces/noise_model.hpp"
 
 #include <Eigen/Geometry>
 #include <array>
 #include <boost/container/small_vector.hpp>
 #include <cstdint>
+#include <tsl/robin_map.h>
 #include <vector>
 
 #include <octosurf/surface.hpp>
-
-#include "occupancy/occupancy_map.hpp"
-#include "surfaces/moments.hpp"
-#include "surfaces/noise_model.hpp"
 
 namespace octosurf {
 
@@ -116,8 +115,8 @@ class SurfaceModel {
   State state() const;
   SurfaceModel(const State& state, double resolution);
 
-  std::uint64_t revision = 0;  ///< map revision of the last published change
-  Plane checked_plane;         ///< plane against which all inliers were last checked
+  std::uint64_t revision = 0;   ///< map revision of the last published change
+  Plane checked_plane;          ///< plane against which all inliers were last checked
   std::uint64_t unchecked = 0;  ///< inliers that came or went since planarity was last checked
 
  private:
@@ -137,7 +136,7 @@ class SurfaceModel {
   Plane plane_;
   Eigen::Isometry3d pose_;
   Eigen::Isometry3d hash_frame_;
-  Eigen::Matrix<float, 2, 3> hash_axes_;   // rows: u and v axis / d
+  Eigen::Matrix<float, 2, 3> hash_axes_;  // rows: u and v axis / d
   Eigen::Vector3d hash_origin_;
   Eigen::Vector3d reference_;
   std::array<Moments, NoiseModel::classes> moments_;

@@ -20,8 +20,8 @@ SurfaceModel& SurfaceStore::restore(const SurfaceModel::State& state) {
   index_normal(state.id, state.plane);
   for (const Inlier& inlier : state.inliers) {
     auto& residents = places_[block_of(inlier.key)];
-    const auto found = std::find_if(residents.begin(), residents.end(),
-                                    [&](const Resident& r) { return r.id == state.id; });
+    const auto found =
+        std::find_if(residents.begin(), residents.end(), [&](const Resident& r) { return r.id == state.id; });
     found == residents.end() ? residents.push_back({state.id, 1}) : void(++found->inliers);
   }
   return model;
@@ -107,7 +107,8 @@ std::vector<SurfaceId> SurfaceStore::near_plane(const Plane& plane, double angle
         if (bucket == normals_.end()) continue;
         for (const SurfaceId id : bucket->second) {
           const Plane& other = find(id)->plane();
-          if (other.normal.dot(plane.normal) >= cos_angle && std::fabs(other.signed_distance(point)) <= distance)
+          if (other.normal.dot(plane.normal) >= cos_angle &&
+              std::fabs(other.signed_distance(point)) <= distance)
             ids.push_back(id);
         }
       }

@@ -1,12 +1,11 @@
 #pragma once
 
-#include <tsl/robin_map.h>
+#include "surfaces/surface_model.hpp"
 
 #include <boost/container/small_vector.hpp>
 #include <map>
+#include <tsl/robin_map.h>
 #include <vector>
-
-#include "surfaces/surface_model.hpp"
 
 namespace octosurf {
 

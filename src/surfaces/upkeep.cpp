@@ -1,9 +1,9 @@
 #include "surfaces/upkeep.hpp"
 
+#include "surfaces/planarity.hpp"
+
 #include <algorithm>
 #include <cmath>
-
-#include "surfaces/planarity.hpp"
 
 namespace octosurf {
 namespace {
@@ -45,7 +45,8 @@ bool no_longer_planar(Workspace& work, SurfaceModel& surface) {
   Planarity planarity(surface.pose());
   for (const Inlier& inlier : surface.sorted_inliers())
     planarity.add(inlier.position, work.state.noise.sigma(inlier.range_class),
-                  work.state.noise.tolerance(inlier.range_class), surface.surrounded(surface.cell_of(inlier.position)));
+                  work.state.noise.tolerance(inlier.range_class),
+                  surface.surrounded(surface.cell_of(inlier.position)));
   // Not its scatter: voxels that noise reached once count as much as those it hits each time.
   return planarity.bends();
 }
@@ -94,7 +95,8 @@ void refit(Workspace& work) {
   const double patience = state.parameters.surface_tolerance() / 4;
   for (const SurfaceId id : work.changes.touched()) {
     SurfaceModel& surface = *state.surfaces.find(id);
-    const Plane plane = fitted_plane(surface.moments(&state.noise), surface.reference(), surface.plane().normal);
+    const Plane plane =
+        fitted_plane(surface.moments(&state.noise), surface.reference(), surface.plane().normal);
     state.surfaces.set_plane(surface, plane);
     if (displacement(surface, plane, surface.checked_plane) > patience) drop_misfits(work, surface);
     surface.rehash_if_tilted();

@@ -159,7 +159,8 @@ void check_adoption(octomap::OcTree& tree) {
   };
   // Only what borders on free space can have been seen; without any, what borders on the unknown.
   bool knows_free = false;
-  for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf) knows_free |= !tree.isNodeOccupied(*leaf);
+  for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf)
+    knows_free |= !tree.isNodeOccupied(*leaf);
   const auto open = knows_free ? OccupancyMap::State::free : OccupancyMap::State::unknown;
   for (const VoxelPoint& p : adopted) got.insert(p.key.packed());
   EXPECT_EQ(got.size(), adopted.size()) << "adopted twice";
