@@ -135,6 +135,8 @@ std::vector<Polygon> alpha_shape(std::span<const Eigen::Vector2d> points, double
       }
     }
   }
+  // A sliver's area can round to nothing; what has no outer ring covers nothing.
+  std::erase_if(polygons, [](const Polygon& polygon) { return polygon.outer.empty(); });
   return polygons;
 }
 
