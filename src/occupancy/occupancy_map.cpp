@@ -7,6 +7,8 @@
 
 #include <array>
 
+#include <octosurf/error.hpp>
+
 namespace octosurf {
 namespace {
 
@@ -164,6 +166,8 @@ std::vector<VoxelPoint> OccupancyMap::adopt_occupied_voxels() {
   for (auto leaf = tree_->begin_leafs(); leaf != tree_->end_leafs() && !knows_free; ++leaf)
     knows_free = !tree_->isNodeOccupied(*leaf);
   const State open = knows_free ? State::free : State::unknown;
+  constexpr std::int64_t largest_skin = std::int64_t{1} << 27;  // voxels; a hostile file claims 2³²
+  std::int64_t skin = 0;
   // Collected first: dividing leaves while iterating would invalidate the iterator.
   std::vector<VoxelKey> border;
   constexpr std::array<std::array<int, 3>, 6> steps{
@@ -176,12 +180,16 @@ std::vector<VoxelPoint> OccupancyMap::adopt_occupied_voxels() {
     if (!tree_->isNodeOccupied(*leaf) || leaf->payload.has_point()) continue;
     const int edge = 1 << (16 - leaf.getDepth());
     const octomap::OcTreeKey first = leaf.getIndexKey();
+    skin += 6 * std::int64_t{edge} * edge;
+    if (skin > largest_skin)
+      throw Error(Error::Kind::data, "octree", "its undivided occupied blocks have too large a surface",
+                  "no scan leaves such blocks; map the place anew");
+    const auto rim = [edge](int v) { return v == 0 || v == edge - 1; };
     for (int z = 0; z < edge; ++z)
       for (int y = 0; y < edge; ++y)
-        for (int x = 0; x < edge; ++x) {
-          const bool inside = x > 0 && y > 0 && z > 0 && x < edge - 1 && y < edge - 1 && z < edge - 1;
+        // Inside a block only the two ends of a row are on its skin.
+        for (int x = 0; x < edge; x += rim(z) || rim(y) || edge == 1 ? 1 : edge - 1) {
           const VoxelKey k = neighbour({first[0], first[1], first[2]}, {x, y, z});
-          if (inside) continue;
           for (const auto& s : steps)
             if (at(neighbour(k, s)).state == open) {
               border.push_back(k);

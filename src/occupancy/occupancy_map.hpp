@@ -71,7 +71,8 @@ class OccupancyMap {
 
   /// Gives occupied voxels that have none a point at their centre, if one of their six neighbours is
   /// free; seen from there. In a map that knows nothing free: if one is unknown. For maps that come
-  /// without points. Undivided occupied leaves are divided at such a border.
+  /// without points. Undivided occupied leaves are divided at such a border. Throws Error(data) if
+  /// their surface is larger than 2²⁷ voxels, which only a damaged or hostile file claims.
   std::vector<VoxelPoint> adopt_occupied_voxels();
 
   enum class State { unknown, free, occupied };

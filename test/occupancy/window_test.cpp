@@ -13,6 +13,8 @@
 #include <map>
 #include <random>
 
+#include <octosurf/error.hpp>
+
 namespace octosurf {
 namespace {
 
@@ -234,6 +236,16 @@ TEST(AdoptOccupiedVoxels, WithoutFreeSpaceTheUnknownIsOpen) {
                                          static_cast<std::uint16_t>(32868 + b), 32700),
                       true);
   check_adoption(tree);
+}
+
+TEST(AdoptOccupiedVoxels, AHostileBlockIsRefused) {
+  // One occupied child of the root: 2^15 voxels an edge, in two bytes of a .bt.
+  const std::filesystem::path file = std::filesystem::temp_directory_path() / "octosurf_hostile_block.bt";
+  std::ofstream(file, std::ios::binary) << "# Octomap OcTree binary file\nid OcTree\nsize 2\nres 0.1\ndata\n"
+                                        << '\x06' << '\0';
+  OccupancyMap map = OccupancyMap::read_octomap(file, OccupancyParameters{});
+  std::filesystem::remove(file);
+  EXPECT_THROW(map.adopt_occupied_voxels(), Error);
 }
 
 TEST(AdoptOccupiedVoxels, NothingInAnEmptyMap) {
