@@ -36,8 +36,8 @@ struct Mesh {
 
 /// One contact surface as a planner sees it. Immutable once published in a Snapshot.
 ///
-/// 1. Every inlier's projection lies inside `polygons` or on their rings, unless it has no two
-///    neighbours within h with which it spans a triangle.
+/// 1. Every inlier's projection lies inside `polygons` or on their rings, unless every triangle at it
+///    in the inliers' Delaunay triangulation has a side over h.
 /// 2. `boundary` are the rings' vertices; neighbours on a ring are never more than h apart.
 /// 3. Polygons do not overlap; islands in holes are polygons of their own.
 struct Surface {

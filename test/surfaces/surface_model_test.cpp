@@ -1,3 +1,4 @@
+#include <algorithm>
 // The working form of a surface against what its inliers say when asked one by one.
 #include "surfaces/surface_model.hpp"
 
@@ -302,7 +303,8 @@ TEST(SurfaceModel, PublishesWhatTheHeaderPromises) {
     EXPECT_NEAR(surface->area_m2, area, 1e-9);
     for (const Eigen::Vector3d& p : surface->boundary)
       EXPECT_NEAR(surface->plane.signed_distance(p), 0, 1e-9);
-    // An inlier outside is one that spans no triangle with two others, all sides within h.
+    // An inlier outside is one at which no Delaunay triangle (no point in its circumcircle) has all
+    // sides within h.
     const test::BgMultiPolygon polygons = test::to_boost(surface->polygons);
     std::vector<Eigen::Vector2d> all;
     model.for_each_inlier([&](const Inlier& inlier) {
@@ -316,7 +318,16 @@ TEST(SurfaceModel, PublishesWhatTheHeaderPromises) {
         if (q != p && (q - p).norm() <= h) near.push_back(q);
       int triangles = 0;
       for (const Eigen::Vector2d& q : near)
-        for (const Eigen::Vector2d& r : near) triangles += q != r && (q - r).norm() <= h;
+        for (const Eigen::Vector2d& r : near) {
+          const Eigen::Vector2d a = q - p, b = r - p;
+          const double twice = 2 * (a.x() * b.y() - a.y() * b.x());
+          if (q == r || (q - r).norm() > h || std::abs(twice) < 1e-15) continue;
+          const Eigen::Vector2d centre((b.y() * a.squaredNorm() - a.y() * b.squaredNorm()) / twice,
+                                       (a.x() * b.squaredNorm() - b.x() * a.squaredNorm()) / twice);
+          triangles += std::none_of(all.begin(), all.end(), [&](const Eigen::Vector2d& o) {
+            return (o - p - centre).norm() < centre.norm() * (1 - 1e-9);
+          });
+        }
       EXPECT_EQ(triangles, 0) << "with " << near.size() << " neighbours, " << all.size() << " inliers";
     }
   }
