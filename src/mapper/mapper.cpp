@@ -136,7 +136,7 @@ ScanReport Mapper::insert(const Scan& scan) {
   report.voxels = voxels.ends.size();
   const OccupancyDelta delta = time(Stage::occupancy, [&] {
     return state.occupancy.insert(voxels, impl_->downsample,
-                                  parameters.preserve_surfaces ? &state.surfaces : nullptr);
+                                  parameters.preserve_surfaces ? &state.surfaces : nullptr, impl_->threads);
   });
   ++state.scans;
   time(Stage::downsample, [&] { state.noise.observe(scan); });

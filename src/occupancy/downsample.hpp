@@ -3,6 +3,7 @@
 #include "occupancy/voxel_grid.hpp"
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -32,8 +33,9 @@ struct VoxelScan {
   }
 };
 
-/// Groups points by voxel with a small open-addressing table that is kept between scans.
-/// O(points); about 6 ns a point.
+/// Groups points by voxel. Neighbouring points mostly share a cube of 4³ voxels, so the table that is
+/// kept between scans is one of cubes, each with the places of its 64 voxels, and is asked only when
+/// a point leaves the cube of the one before. O(points); about 12 ns a point.
 class Downsampler {
  public:
   explicit Downsampler(const VoxelGrid& grid) : grid_(grid) {}
@@ -45,16 +47,27 @@ class Downsampler {
   std::int64_t find(VoxelKey key) const;
 
  private:
+  using Cube = std::array<std::uint32_t, 64>;  // place in `ends` plus one; 0: none
   struct Slot {
-    std::uint64_t key = empty;
+    std::uint64_t cube = empty;
     std::uint32_t index = 0;
   };
   static constexpr std::uint64_t empty = ~std::uint64_t{0};
-  std::size_t slot_of(std::uint64_t key) const;
-  void grow();
+  static std::uint64_t cube_of(VoxelKey key) { return key.packed() >> 2 & 0x3fff3fff3fffULL; }
+  static std::size_t place_in_cube(VoxelKey key) {
+    return (key.x & 3U) | (key.y & 3U) << 2 | (key.z & 3U) << 4;
+  }
+  std::size_t slot_of(std::uint64_t cube) const;
+  std::uint32_t cube_index(std::uint64_t cube);
+  void clear();
+  void group(const Eigen::Vector3f& in_map, VoxelKey key, VoxelScan& out);
 
   VoxelGrid grid_;
   std::vector<Slot> slots_;
+  std::vector<Cube> cubes_;
+  std::size_t used_ = 0;             // cubes of this scan
+  std::uint64_t last_cube_ = empty;  // of the point before
+  std::uint32_t last_index_ = 0;
 };
 
 }  // namespace octosurf

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <optional>
 #include <sstream>
 
 #include <octosurf/error.hpp>
@@ -14,8 +15,13 @@
 namespace octosurf {
 namespace {
 
-constexpr int root_level = 16;
 constexpr std::size_t chunk_bytes = std::size_t{1} << 20;
+
+VoxelKey child_corner(VoxelKey key, unsigned child, int level) {
+  return {static_cast<std::uint16_t>(key.x | (child & 1) << level),
+          static_cast<std::uint16_t>(key.y | (child >> 1 & 1) << level),
+          static_cast<std::uint16_t>(key.z | (child >> 2 & 1) << level)};
+}
 
 /// OctoMap's .bt: two bits a child, in preorder; undivided where eight children agree.
 class BtWriter {
@@ -25,14 +31,14 @@ class BtWriter {
   enum Kind : unsigned { unknown = 0, free = 1, occupied = 2, inner = 3 };
 
   /// Appends what is below `node`; nothing if it turns out to be a leaf of one kind.
-  Kind write(const VoxelNode* node) {
+  Kind write(const VoxelTree::Node& node) {
     ++nodes_;
-    if (!tree_.nodeHasChildren(node)) return tree_.isNodeOccupied(node) ? occupied : free;
+    if (!node.has_children()) return tree_.occupied(node.log_odds()) ? occupied : free;
     const std::size_t start = bytes_.size(), nodes_before = nodes_;
     bytes_.append(2, '\0');
     unsigned bits = 0;
     for (unsigned c = 0; c < 8; ++c)
-      if (tree_.nodeChildExists(node, c)) bits |= write(tree_.getNodeChild(node, c)) << (2 * c);
+      if (const VoxelTree::Node child = node.child(c); child.exists()) bits |= write(child) << (2 * c);
     if (bits == all_free || bits == all_occupied) {
       bytes_.resize(start);
       nodes_ = nodes_before;
@@ -54,21 +60,21 @@ class BtWriter {
 
 class NodeWriter {
  public:
-  NodeWriter(const VoxelTree& tree, const std::function<void(const std::string&)>& sink)
-      : tree_(tree), sink_(sink) {}
+  explicit NodeWriter(const std::function<void(const std::string&)>& sink) : sink_(sink) {}
 
-  void write(const VoxelNode* node) {
+  void write(const VoxelTree::Node& node) {
     std::uint8_t mask = 0;
-    if (tree_.nodeHasChildren(node))
-      for (unsigned c = 0; c < 8; ++c) mask |= static_cast<std::uint8_t>(tree_.nodeChildExists(node, c) << c);
+    if (node.has_children())
+      for (unsigned c = 0; c < 8; ++c) mask |= static_cast<std::uint8_t>(node.child(c).exists() << c);
     put(mask);
     if (mask == 0) {
-      put(node->getLogOdds());
-      put(static_cast<std::uint8_t>(node->payload.has_point()));
-      if (node->payload.has_point()) put(node->payload);
+      const VoxelPayload* payload = node.payload();
+      put(node.log_odds());
+      put(static_cast<std::uint8_t>(payload != nullptr));
+      if (payload != nullptr) put(*payload);
     }
     for (unsigned c = 0; c < 8; ++c)
-      if (mask >> c & 1) write(tree_.getNodeChild(node, c));
+      if (mask >> c & 1) write(node.child(c));
   }
   void flush() {
     if (!chunk_.empty()) sink_(chunk_);
@@ -82,7 +88,6 @@ class NodeWriter {
     chunk_.append(bytes, sizeof value);
     if (chunk_.size() >= chunk_bytes) flush();
   }
-  const VoxelTree& tree_;
   const std::function<void(const std::string&)>& sink_;
   std::string chunk_;
 };
@@ -92,23 +97,12 @@ class NodeReader {
   NodeReader(VoxelTree& tree, const std::function<std::string()>& source, const std::string& where)
       : tree_(tree), source_(source), where_(where) {}
 
-  void read(VoxelNode* node, int level) {
+  void read(VoxelKey corner, int level) {
     const auto mask = get<std::uint8_t>();
-    if (mask == 0) {
-      node->setLogOdds(get<float>());
-      if (!std::isfinite(node->getLogOdds())) fail("a log-odds is not finite");
-      if (get<std::uint8_t>() != 0) {
-        node->payload = get<VoxelPayload>();
-        if (!node->payload.has_point()) fail("a point has no distance class");
-      }
-      if (node->payload.has_point() && (level != 0 || !tree_.isNodeOccupied(node)))
-        fail("a point stands in a voxel that cannot hold one");
-      return;
-    }
+    if (mask == 0) return read_leaf(corner, level);
     if (level == 0) fail("the octree is deeper than 16 levels");
     for (unsigned c = 0; c < 8; ++c)
-      if (mask >> c & 1) read(tree_.createNodeChild(node, c), level - 1);
-    node->updateOccupancyChildren();
+      if (mask >> c & 1) read(child_corner(corner, c, level - 1), level - 1);
   }
   bool at_end() {
     refill();
@@ -119,6 +113,16 @@ class NodeReader {
   }
 
  private:
+  void read_leaf(VoxelKey corner, int level) {
+    const auto log_odds = get<float>();
+    if (!std::isfinite(log_odds)) fail("a log-odds is not finite");
+    tree_.set_leaf(corner, level, log_odds);
+    if (get<std::uint8_t>() == 0) return;
+    const auto payload = get<VoxelPayload>();
+    if (!payload.has_point()) fail("a point has no distance class");
+    if (level != 0 || !tree_.occupied(log_odds)) fail("a point stands in a voxel that cannot hold one");
+    tree_.make_payload(corner) = payload;
+  }
   void refill() {
     if (position_ < chunk_.size()) return;
     chunk_ = source_();
@@ -150,6 +154,7 @@ struct OctomapHeader {
   bool binary = false;
   std::string id;
   double resolution = 0;
+  std::optional<std::size_t> nodes;
 };
 
 [[noreturn]] void refuse_octomap(const std::filesystem::path& file, const std::string& what) {
@@ -171,6 +176,7 @@ OctomapHeader read_header(std::istream& in, const std::filesystem::path& file) {
     words >> word;
     if (word == "id") words >> header.id;
     if (word == "res") words >> header.resolution;
+    if (std::size_t nodes = 0; word == "size" && words >> nodes) header.nodes = nodes;
     if (word == "data") {
       if (!(header.resolution >= 1e-3 && header.resolution <= 10))
         refuse_octomap(file, "has no usable resolution");
@@ -188,38 +194,38 @@ class OctomapReader {
                 const std::filesystem::path& file)
       : tree_(tree), in_(in), header_(header), file_(file) {}
 
-  void read(VoxelNode* root) { header_.binary ? read_binary(root, root_level) : read_full(root, root_level); }
+  void read() {
+    header_.binary ? read_binary({}, VoxelTree::top_level) : read_full({}, VoxelTree::top_level);
+  }
 
  private:
   // .bt: two bits a child: 00 unknown, 01 free (low bit first), 10 occupied, 11 has children.
-  void read_binary(VoxelNode* node, int level) {
+  void read_binary(VoxelKey corner, int level) {
     if (level == 0) refuse_octomap(file_, "is damaged: deeper than 16 levels");
     unsigned bits = byte();  // in two steps: | does not say which side comes first
     bits |= unsigned{byte()} << 8;
+    if (bits == 0) tree_.set_leaf(corner, level, 0);  // OctoMap's value for a node that nobody set
     for (unsigned c = 0; c < 8; ++c) {
       const unsigned kind = bits >> (2 * c) & 3;
-      if (kind == 0) continue;
-      VoxelNode* child = tree_.createNodeChild(node, c);
-      if (kind != 3)
-        child->setLogOdds(kind == 1 ? tree_.getClampingThresMinLog() : tree_.getClampingThresMaxLog());
+      if (kind == 1 || kind == 2)
+        tree_.set_leaf(child_corner(corner, c, level - 1), level - 1,
+                       kind == 1 ? tree_.model().clamp_min : tree_.model().clamp_max);
     }
     for (unsigned c = 0; c < 8; ++c)
-      if ((bits >> (2 * c) & 3) == 3) read_binary(tree_.getNodeChild(node, c), level - 1);
-    if (bits != 0) node->updateOccupancyChildren();
+      if ((bits >> (2 * c) & 3) == 3) read_binary(child_corner(corner, c, level - 1), level - 1);
   }
   // .ot: log-odds (and a colour), then a byte of child bits.
-  void read_full(VoxelNode* node, int level) {
+  void read_full(VoxelKey corner, int level) {
     float value = 0;
     for (std::size_t i = 0; i < sizeof value; ++i)
       reinterpret_cast<unsigned char*>(&value)[i] = byte() & 0xff;
     if (!std::isfinite(value)) refuse_octomap(file_, "is damaged: a log-odds is not finite");
-    node->setLogOdds(value);
     if (header_.id == "ColorOcTree") byte(), byte(), byte();
     const unsigned mask = byte();
+    if (mask == 0) tree_.set_leaf(corner, level, value);
     if (mask != 0 && level == 0) refuse_octomap(file_, "is damaged: deeper than 16 levels");
     for (unsigned c = 0; c < 8; ++c)
-      if (mask >> c & 1) read_full(tree_.createNodeChild(node, c), level - 1);
-    if (mask != 0) node->updateOccupancyChildren();
+      if (mask >> c & 1) read_full(child_corner(corner, c, level - 1), level - 1);
   }
   unsigned char byte() {
     const int c = in_.get();
@@ -236,26 +242,25 @@ class OctomapReader {
 
 void OccupancyMap::write_bt(std::ostream& out) const {
   BtWriter writer(*tree_);
-  if (tree_->getRoot() != nullptr) writer.write(tree_->getRoot());
-  out << "# Octomap OcTree binary file\n# (feel free to add / change comments, but leave the first line as "
-         "it "
-         "is!)\n#\nid OcTree\nsize "
+  if (!tree_->empty()) writer.write(tree_->root());
+  out << "# Octomap OcTree binary file\n"
+         "# (feel free to add / change comments, but leave the first line as it is!)\n#\nid OcTree\nsize "
       << writer.nodes() << "\nres " << grid_.resolution() << "\ndata\n";
   out.write(writer.bytes().data(), static_cast<std::streamsize>(writer.bytes().size()));
 }
 
 void OccupancyMap::write_nodes(const std::function<void(const std::string&)>& sink) const {
-  if (tree_->getRoot() == nullptr) return;
-  NodeWriter writer(*tree_, sink);
-  writer.write(tree_->getRoot());
+  if (tree_->empty()) return;
+  NodeWriter writer(sink);
+  writer.write(tree_->root());
   writer.flush();
 }
 
 void OccupancyMap::read_nodes(const std::function<std::string()>& source, const std::string& where) {
-  tree_->clear();
+  *tree_ = VoxelTree(tree_->model());
   NodeReader reader(*tree_, source, where);
   if (reader.at_end()) return;
-  reader.read(tree_->make_root(), root_level);
+  reader.read({}, VoxelTree::top_level);
   if (!reader.at_end()) reader.fail("bytes are left over");
 }
 
@@ -269,8 +274,9 @@ OccupancyMap OccupancyMap::read_octomap(const std::filesystem::path& file, Occup
   const OctomapHeader header = read_header(in, file);
   parameters.resolution = header.resolution;
   OccupancyMap map(parameters);
+  if (header.nodes == 0 && in.peek() == std::istream::traits_type::eof()) return map;  // an empty map
   if (in.peek() == std::istream::traits_type::eof()) refuse_octomap(file, "is truncated");
-  OctomapReader(*map.tree_, in, header, file).read(map.tree_->make_root());
+  OctomapReader(*map.tree_, in, header, file).read();
   return map;
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "occupancy/voxel_grid.hpp"
-#include "occupancy/voxel_node.hpp"
+#include "occupancy/voxel_payload.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>

@@ -1,30 +1,275 @@
 #pragma once
 
-#include "occupancy/voxel_node.hpp"
+#include "occupancy/payload_store.hpp"
+#include "occupancy/pool.hpp"
+#include "occupancy/voxel_key.hpp"
 
-#include <octomap/OccupancyOcTreeBase.h>
-#include <string>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <span>
+
+#include <octosurf/adapters/detail/morton.hpp>
+#include <octosurf/adapters/detail/ray_bits.hpp>
 
 namespace octosurf {
 
-/// OctoMap's occupancy octree with our nodes. The members made public are what batched insertion
-/// and the map file need; OctoMap keeps them for derived classes.
-class VoxelTree : public octomap::OccupancyOcTreeBase<VoxelNode> {
- public:
-  explicit VoxelTree(double edge) : octomap::OccupancyOcTreeBase<VoxelNode>(edge) {}
-
-  VoxelTree* create() const override { return new VoxelTree(resolution); }
-  std::string getTreeType() const override { return "OctosurfTree"; }
-
-  VoxelNode* mutable_root() { return root; }
-  VoxelNode* make_root() {
-    if (root == nullptr) {
-      root = new VoxelNode();
-      ++tree_size;
-      size_changed = true;
-    }
-    return root;
-  }
+/// OctoMap's occupancy model as log-odds, in its own arithmetic.
+struct OccupancyModel {
+  float hit = 0, miss = 0, clamp_min = 0, clamp_max = 0, occupied = 0;
 };
+
+/// OctoMap's octree in another layout: 16 levels, undivided where all below is equal. Down to cubes
+/// of 4³ voxels a node's eight children are one cache line of links and values; below that stands a
+/// brick, with the values of 64 voxels side by side. A brick takes 280 bytes, what OctoMap needs for
+/// the nodes above a single leaf; a scan's masks of hits and misses are applied to it word by word.
+/// Inner nodes hold no value, because a node's maximum is never asked for; files write it.
+///
+/// 1. Undivided wherever eight children are leaves of one value without points.
+/// 2. A voxel with a point is occupied.
+class VoxelTree {
+ public:
+  explicit VoxelTree(const OccupancyModel& occupancy_model) : model_(occupancy_model) {}
+
+  const OccupancyModel& model() const { return model_; }
+  bool occupied(float log_odds) const { return log_odds >= model_.occupied; }
+  bool empty() const { return root_.link == unknown; }
+
+  /// Applies a scan's blocks (ascending Morton order) in one descent. Equals updating voxel by voxel,
+  /// because a voxel occurs at most once. Policy:
+  /// - `bool keep(const VoxelPayload&, VoxelKey)`: before a miss at a point; true: it does not count.
+  /// - `void vanished(const VoxelPayload&, VoxelKey)`: a point's voxel is no longer occupied.
+  /// - `void hit(VoxelPayload&, VoxelKey)`: the voxel was hit and is occupied; fill in or refine.
+  template <class Policy>
+  void apply(std::span<const detail::TouchedBlock> blocks, Policy& policy) {
+    if (!blocks.empty()) descend(root_, top_level, blocks, policy);
+  }
+
+  struct Found {
+    bool known = false;
+    float log_odds = 0;
+    int level = 0;  ///< of the undivided node that holds it, or was looked for and is unknown
+    VoxelPayload* payload = nullptr;
+  };
+  Found find(VoxelKey key);
+
+  /// visit(VoxelPayload&, VoxelKey) for the points of the cube of 2^level voxels (level ≥ 3) that
+  /// holds `key`, in Morton order.
+  template <class Visit>
+  void visit_points(VoxelKey key, int level, Visit&& visit);
+
+  /// A node as OctoMap's tree would have it. Valid until the tree changes.
+  class Node;
+  Node root() const;
+  /// visit(Node, VoxelKey corner) for every leaf, in Morton order.
+  template <class Visit>
+  void visit_leaves(Visit&& visit) const;
+
+  /// Makes the cube of 2^level voxels with this corner one leaf (level 0: a voxel).
+  void set_leaf(VoxelKey corner, int level, float log_odds);
+  /// The payload of an occupied voxel, made if it has none; divides what is above it.
+  VoxelPayload& make_payload(VoxelKey key);
+
+  std::size_t bytes() const { return groups_.bytes() + bricks_.bytes() + payloads_.bytes(); }
+
+  static constexpr int top_level = 16;
+
+ private:
+  static constexpr std::uint32_t unknown = 0, leaf = 1, first_link = 2;
+  static constexpr int brick_level = 2;
+  static constexpr std::uint64_t whole = ~std::uint64_t{0};
+
+  struct Slot {
+    std::uint32_t link = unknown;  // or leaf, or first_link + index of a group or brick
+    float value = 0;               // of a leaf
+  };
+  using Group = std::array<Slot, 8>;
+  struct Brick {
+    std::array<float, 64> value{};  // by Morton index; 0 where unknown, OctoMap's prior
+    std::uint64_t known = 0, points = 0;
+    PayloadRun payloads;
+
+    unsigned rank(unsigned i) const { return detail::bit_count(points & ((std::uint64_t{1} << i) - 1)); }
+  };
+
+  static unsigned child_of(VoxelKey key, int level) {  // of the node above `level`
+    return (key.x >> level & 1U) | (key.y >> level & 1U) << 1 | (key.z >> level & 1U) << 2;
+  }
+  static unsigned index_in_brick(VoxelKey key) {
+    return static_cast<unsigned>(detail::morton_of(key.x & 3U, key.y & 3U, key.z & 3U));
+  }
+  static VoxelKey key_of(std::uint64_t morton) {
+    return {static_cast<std::uint16_t>(detail::compact_bits(morton)),
+            static_cast<std::uint16_t>(detail::compact_bits(morton >> 1)),
+            static_cast<std::uint16_t>(detail::compact_bits(morton >> 2))};
+  }
+
+  Group& group(const Slot& slot) { return groups_[slot.link - first_link]; }
+  const Group& group(const Slot& slot) const { return groups_[slot.link - first_link]; }
+  Brick& brick(const Slot& slot) { return bricks_[slot.link - first_link]; }
+  const Brick& brick(const Slot& slot) const { return bricks_[slot.link - first_link]; }
+  Group& divided(Slot& slot);
+  Brick& brick_at(Slot& slot);
+  Brick& brick_at(VoxelKey key);
+  void close(Slot& slot);
+  void close_brick(Slot& slot);
+  void forget(Slot& slot, int level);
+  VoxelPayload& payload(Brick& b, unsigned i);
+
+  bool saturated(const Slot& slot) const { return slot.link == leaf && slot.value <= model_.clamp_min; }
+
+  template <class Policy>
+  void descend(Slot& slot, int level, std::span<const detail::TouchedBlock> blocks, Policy& policy);
+  template <class Policy>
+  void update_block(Slot& slot, const detail::TouchedBlock& block, Policy& policy);
+  template <class Policy>
+  void update_brick(Slot& slot, std::uint64_t brick_morton, std::uint64_t hits, std::uint64_t misses,
+                    Policy& policy);
+  template <class Policy>
+  std::uint64_t kept(const Brick& b, std::uint64_t brick_morton, std::uint64_t misses, Policy& policy) const;
+  template <class Policy>
+  void drop_vanished(Brick& b, std::uint64_t brick_morton, std::uint64_t misses, Policy& policy);
+  template <class Visit>
+  void visit_below(const Slot& slot, std::uint64_t morton, int level, Visit& visit);
+
+  OccupancyModel model_;
+  Slot root_;
+  Pool<Group, 10> groups_;
+  Pool<Brick, 8> bricks_;
+  PayloadStore payloads_;
+};
+
+class VoxelTree::Node {
+ public:
+  bool exists() const {
+    return brick_ != nullptr ? (brick_->known >> first_ & 1) != 0 || has_children() : slot_->link != unknown;
+  }
+  bool has_children() const;
+  Node child(unsigned c) const;  ///< needs has_children(); may not exist
+  float log_odds() const { return brick_ != nullptr ? brick_->value[first_] : slot_->value; }  ///< of a leaf
+  const VoxelPayload* payload() const;  ///< nullptr if it holds no point
+  int level() const { return level_; }
+
+ private:
+  friend class VoxelTree;
+  const VoxelTree* tree_ = nullptr;
+  const Slot* slot_ = nullptr;    // at brick_level and above
+  const Brick* brick_ = nullptr;  // below
+  unsigned first_ = 0;            // voxel of the brick
+  int level_ = top_level;
+};
+
+template <class Visit>
+void VoxelTree::visit_leaves(Visit&& visit) const {
+  const auto below = [&](const auto& self, const Node& node, std::uint64_t morton) -> void {
+    if (!node.exists()) return;
+    if (!node.has_children()) return visit(node, key_of(morton << (3 * node.level())));
+    for (unsigned c = 0; c < 8; ++c) self(self, node.child(c), morton << 3 | c);
+  };
+  below(below, root(), 0);
+}
+
+template <class Policy>
+void VoxelTree::descend(Slot& slot, int level, std::span<const detail::TouchedBlock> blocks, Policy& policy) {
+  if (level == brick_level + 1) return update_block(slot, blocks.front(), policy);
+  if (saturated(slot)) {
+    bool hit = false;
+    for (const detail::TouchedBlock& block : blocks) hit |= block.hit;
+    if (!hit) return;  // misses change nothing below
+  }
+  Group& children = divided(slot);
+  const int shift = 3 * (level - brick_level - 2);
+  for (std::size_t begin = 0; begin < blocks.size();) {
+    const auto child = static_cast<unsigned>(blocks[begin].morton >> shift & 7);
+    std::size_t end = begin + 1;
+    while (end < blocks.size() && (blocks[end].morton >> shift & 7) == child) ++end;
+    descend(children[child], level - 1, blocks.subspan(begin, end - begin), policy);
+    begin = end;
+  }
+  close(slot);
+}
+
+template <class Policy>
+void VoxelTree::update_block(Slot& slot, const detail::TouchedBlock& block, Policy& policy) {
+  if (!block.hit && saturated(slot)) return;
+  Group& children = divided(slot);
+  for (unsigned w = 0; w < 8; ++w)
+    if ((block.hits[w] | block.misses[w]) != 0)
+      update_brick(children[w], block.morton << 3 | w, block.hits[w], block.misses[w], policy);
+  close(slot);
+}
+
+template <class Policy>
+void VoxelTree::update_brick(Slot& slot, std::uint64_t brick_morton, std::uint64_t hits, std::uint64_t misses,
+                             Policy& policy) {
+  if (hits == 0 && saturated(slot)) return;
+  Brick& b = brick_at(slot);
+  if ((misses & b.points) != 0) misses = kept(b, brick_morton, misses, policy);
+  for (std::uint64_t m = misses; m != 0; m &= m - 1) {
+    float& value = b.value[static_cast<std::size_t>(std::countr_zero(m))];
+    const float lower = value + model_.miss;
+    value = lower < model_.clamp_min ? model_.clamp_min : lower > model_.clamp_max ? model_.clamp_max : lower;
+  }
+  if ((misses & b.points) != 0) drop_vanished(b, brick_morton, misses & b.points, policy);
+  for (std::uint64_t m = hits; m != 0; m &= m - 1) {
+    const auto i = static_cast<unsigned>(std::countr_zero(m));
+    float& value = b.value[i];
+    const float higher = value + model_.hit;
+    value = higher < model_.clamp_min   ? model_.clamp_min
+            : higher > model_.clamp_max ? model_.clamp_max
+                                        : higher;
+    if (occupied(value)) policy.hit(payload(b, i), key_of(brick_morton << 6 | i));
+  }
+  b.known |= hits | misses;
+  close_brick(slot);
+}
+
+/// The misses that count.
+template <class Policy>
+std::uint64_t VoxelTree::kept(const Brick& b, std::uint64_t brick_morton, std::uint64_t misses,
+                              Policy& policy) const {
+  const VoxelPayload* payloads = payloads_.at(b.payloads);
+  for (std::uint64_t m = misses & b.points; m != 0; m &= m - 1) {
+    const auto i = static_cast<unsigned>(std::countr_zero(m));
+    if (policy.keep(payloads[b.rank(i)], key_of(brick_morton << 6 | i))) misses &= ~(std::uint64_t{1} << i);
+  }
+  return misses;
+}
+
+template <class Policy>
+void VoxelTree::drop_vanished(Brick& b, std::uint64_t brick_morton, std::uint64_t misses, Policy& policy) {
+  for (std::uint64_t m = misses; m != 0; m &= m - 1) {
+    const auto i = static_cast<unsigned>(std::countr_zero(m));
+    if (occupied(b.value[i])) continue;
+    const unsigned rank = b.rank(i);
+    policy.vanished(payloads_.at(b.payloads)[rank], key_of(brick_morton << 6 | i));
+    payloads_.erase(b.payloads, rank, detail::bit_count(b.points));
+    b.points &= ~(std::uint64_t{1} << i);
+  }
+}
+
+template <class Visit>
+void VoxelTree::visit_points(VoxelKey key, int level, Visit&& visit) {
+  const Slot* slot = &root_;
+  for (int l = top_level - 1; l >= level; --l) {
+    if (slot->link < first_link) return;
+    slot = &group(*slot)[child_of(key, l)];
+  }
+  visit_below(*slot, detail::morton_of(key.x, key.y, key.z) >> (3 * level), level, visit);
+}
+
+template <class Visit>
+void VoxelTree::visit_below(const Slot& slot, std::uint64_t morton, int level, Visit& visit) {
+  if (slot.link < first_link) return;
+  if (level > brick_level) {
+    const Group& children = group(slot);
+    for (unsigned c = 0; c < 8; ++c) visit_below(children[c], morton << 3 | c, level - 1, visit);
+    return;
+  }
+  Brick& b = brick(slot);
+  VoxelPayload* payloads = payloads_.at(b.payloads);
+  for (std::uint64_t m = b.points; m != 0; m &= m - 1)
+    visit(*payloads++, key_of(morton << 6 | static_cast<unsigned>(std::countr_zero(m))));
+}
 
 }  // namespace octosurf

@@ -1,5 +1,4 @@
 // What an insertion says has appeared and vanished, against the sets of occupied voxels before and after.
-#include "occupancy/morton.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/octomap_twin.hpp"
 #include "occupancy/payload.hpp"
@@ -12,12 +11,14 @@
 #include <map>
 #include <random>
 
+#include <octosurf/adapters/detail/morton.hpp>
+
 namespace octosurf {
 namespace {
 
 using Keys = std::vector<std::uint64_t>;
 
-std::uint64_t morton(VoxelKey k) { return morton_of(k.x, k.y, k.z); }
+std::uint64_t morton(VoxelKey k) { return detail::morton_of(k.x, k.y, k.z); }
 
 Keys minus(const std::set<std::uint64_t>& a, const std::set<std::uint64_t>& b) {
   Keys out;

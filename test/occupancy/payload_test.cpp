@@ -1,32 +1,14 @@
-// What an octree node carries, and what it costs.
+// What a voxel with a point carries.
 #include "occupancy/payload.hpp"
 
 #include "support/seed.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
-#include <malloc.h>
-#include <memory>
-#include <octomap/OcTreeNode.h>
 #include <random>
 
 namespace octosurf {
 namespace {
-
-#ifdef __SANITIZE_ADDRESS__
-constexpr bool own_malloc = true;
-#else
-constexpr bool own_malloc = false;
-#endif
-
-TEST(Payload, CostsNoMemoryBesideOctomapsOwnNode) {
-  EXPECT_EQ(sizeof(VoxelNode), 24U);
-  EXPECT_EQ(sizeof(VoxelPayload), 8U);
-  if (own_malloc) GTEST_SKIP() << "the sanitizer's malloc has no blocks";
-  const auto ours = std::make_unique<VoxelNode>();
-  const auto theirs = std::make_unique<octomap::OcTreeNode>();
-  EXPECT_EQ(malloc_usable_size(ours.get()), malloc_usable_size(theirs.get()));
-}
 
 TEST(Payload, PointComesBackWithinHalfAStep) {
   const std::uint64_t seed = test::fresh_seed();
@@ -101,16 +83,6 @@ TEST(Payload, RangeClassIsExactToRootTwo) {
     EXPECT_LE(range_of_class(c), r * std::sqrt(2.0F));
     EXPECT_GE(range_of_class(c), r / std::sqrt(2.0F));
   }
-}
-
-TEST(Payload, NodesWithPointsAreNeverEqual) {
-  VoxelNode a, b;
-  EXPECT_TRUE(a == b);
-  a.payload.range_class = 1;
-  EXPECT_FALSE(a == b);
-  EXPECT_FALSE(b == a);
-  b.payload.range_class = 1;
-  EXPECT_FALSE(a == b) << "equal nodes are pruned, and a point with them";
 }
 
 }  // namespace

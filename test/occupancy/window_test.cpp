@@ -57,7 +57,7 @@ TEST(PointWindow, FindsWhatBruteForceFinds) {
     if (found == PointWindow::none) continue;
     EXPECT_EQ(window[found].key, key);
     EXPECT_EQ(window[found].position, expected->second.position);
-    EXPECT_EQ(window[found].node, expected->second.node);
+    EXPECT_EQ(window[found].payload, expected->second.payload);
   }
 }
 

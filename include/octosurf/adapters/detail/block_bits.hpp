@@ -1,0 +1,109 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <new>
+#include <unordered_map>
+#include <vector>
+
+#include <octosurf/adapters/detail/morton.hpp>
+
+namespace octosurf::detail {
+
+/// Inclusive box of voxel keys.
+struct KeyBox {
+  std::array<int, 3> min{}, max{};
+
+  bool contains(const std::array<std::uint16_t, 3>& key) const {
+    for (std::size_t a = 0; a < 3; ++a)
+      if (key[a] < min[a] || key[a] > max[a]) return false;
+    return true;
+  }
+};
+
+/// Addresses of the voxels in a box, as bits: nine low bits are the Morton index inside a block of
+/// 8³ voxels, a cache line, the others the block's, interleaved as far as the box reaches along each
+/// axis. Addresses wrap around, so the box may lie anywhere. A step along an axis is an addition
+/// with the other axes' bits filled with ones.
+class BlockAddress {
+ public:
+  void fit(const KeyBox& box) {
+    std::array<unsigned, 3> bits;
+    for (std::size_t a = 0; a < 3; ++a) bits[a] = bits_for(box.min[a], box.max[a]);
+    if (bits == bits_) return;
+    bits_ = bits;
+    mask = {0, 0, 0};
+    unsigned place = 0;
+    for (unsigned level = 0; level < 16; ++level)
+      for (std::size_t a = 0; a < 3; ++a)
+        if (level < bits[a]) mask[a] |= std::uint64_t{1} << place++;
+    size_bits = place;
+    for (std::size_t a = 0; a < 3; ++a) {
+      table_[a].resize(std::size_t{1} << bits[a]);
+      std::uint64_t spread = 0;
+      for (std::uint64_t& entry : table_[a]) {
+        entry = spread;
+        spread = ((spread | ~mask[a]) + 1) & mask[a];
+      }
+    }
+  }
+  std::uint64_t of(unsigned x, unsigned y, unsigned z) const {
+    return entry(0, x) | entry(1, y) | entry(2, z);
+  }
+  static unsigned bits_for(int min, int max) {
+    const int span = (max | 7) - (min & ~7) + 1;
+    unsigned bits = 5;  // a page of 32³ voxels takes its 15 low bits evenly from all axes
+    while ((1 << bits) < span) ++bits;
+    return bits;
+  }
+
+  std::array<std::uint64_t, 3> mask{};  ///< the bits of each axis
+  unsigned size_bits = 0;               ///< 2^size_bits voxels
+
+ private:
+  std::uint64_t entry(std::size_t a, unsigned key) const { return table_[a][key & ((1U << bits_[a]) - 1)]; }
+
+  std::array<unsigned, 3> bits_{};
+  std::array<std::vector<std::uint64_t>, 3> table_;
+};
+
+/// Zeroed words whose memory the system hands out when they are first written.
+class LazyWords {
+ public:
+  /// Keeps what it has if that is enough: users leave it zeroed.
+  void reserve(std::size_t words) {
+    if (words <= size_) return;
+    words_.reset();
+    void* memory = std::calloc(words + 8, sizeof(std::uint64_t));
+    if (memory == nullptr) throw std::bad_alloc();
+    words_.reset(static_cast<std::uint64_t*>(memory));
+    size_ = words;
+  }
+  std::uint64_t* data() const {  // a block is a cache line
+    return reinterpret_cast<std::uint64_t*>((reinterpret_cast<std::uintptr_t>(words_.get()) + 63) &
+                                            ~std::uintptr_t{63});
+  }
+
+ private:
+  struct Free {
+    void operator()(std::uint64_t* p) const { std::free(p); }
+  };
+  std::unique_ptr<std::uint64_t, Free> words_;
+  std::size_t size_ = 0;
+};
+
+/// Blocks outside the box that a few far rays reach.
+class StrayBlocks {
+ public:
+  using Block = std::array<std::uint64_t, 16>;  ///< eight words of misses, eight of hits
+
+  Block& at(std::uint64_t morton) { return blocks_[morton]; }
+  std::unordered_map<std::uint64_t, Block>& all() { return blocks_; }
+
+ private:
+  std::unordered_map<std::uint64_t, Block> blocks_;
+};
+
+}  // namespace octosurf::detail

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstdint>
+
+namespace octosurf {
+
+/// What a voxel with a point knows beside its log-odds, in 8 bytes: id of its surface, its
+/// representative point inside the voxel, and from where that point was seen.
+struct VoxelPayload {
+  std::uint32_t surface : 24 = 0;  ///< 0: pending
+  std::uint32_t offset_x : 8 = 0;  ///< 1/256 of the voxel's edge
+  std::uint32_t offset_y : 8 = 0;
+  std::uint32_t offset_z : 8 = 0;
+  std::uint32_t view : 12 = 0;        ///< octahedral, toward the sensor, 6 bits a coordinate
+  std::uint32_t range_class : 4 = 0;  ///< distance it was seen from, steps of √2; 0: no point
+
+  bool has_point() const { return range_class != 0; }
+  friend bool operator==(const VoxelPayload&, const VoxelPayload&) = default;
+};
+static_assert(sizeof(VoxelPayload) == 8);
+
+}  // namespace octosurf

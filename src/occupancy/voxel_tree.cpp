@@ -1,0 +1,139 @@
+#include "occupancy/voxel_tree.hpp"
+
+#include <algorithm>
+
+namespace octosurf {
+
+VoxelTree::Group& VoxelTree::divided(Slot& slot) {
+  if (slot.link < first_link) {
+    const std::uint32_t index = groups_.make();
+    groups_[index].fill(slot);  // a leaf stands for eight equal ones
+    slot = {first_link + index, 0};
+  }
+  return group(slot);
+}
+
+VoxelTree::Brick& VoxelTree::brick_at(Slot& slot) {
+  if (slot.link < first_link) {
+    const std::uint32_t index = bricks_.make();
+    if (slot.link == leaf) {
+      bricks_[index].value.fill(slot.value);
+      bricks_[index].known = whole;
+    }
+    slot = {first_link + index, 0};
+  }
+  return brick(slot);
+}
+
+VoxelTree::Brick& VoxelTree::brick_at(VoxelKey key) {
+  Slot* slot = &root_;
+  for (int level = top_level - 1; level >= brick_level; --level) slot = &divided(*slot)[child_of(key, level)];
+  return brick_at(*slot);
+}
+
+void VoxelTree::close(Slot& slot) {
+  const Group& children = group(slot);
+  const Slot first = children[0];
+  if (first.link != leaf) return;
+  for (const Slot& child : children)
+    if (child.link != leaf || child.value != first.value) return;
+  groups_.release(slot.link - first_link);
+  slot = first;
+}
+
+void VoxelTree::close_brick(Slot& slot) {
+  const Brick& b = brick(slot);
+  if (b.known != whole || b.points != 0) return;
+  const float value = b.value[0];
+  if (std::any_of(b.value.begin(), b.value.end(), [&](float v) { return v != value; })) return;
+  bricks_.release(slot.link - first_link);
+  slot = {leaf, value};
+}
+
+void VoxelTree::forget(Slot& slot, int level) {
+  if (slot.link >= first_link && level > brick_level) {
+    for (Slot& child : group(slot)) forget(child, level - 1);
+    groups_.release(slot.link - first_link);
+  } else if (slot.link >= first_link) {
+    payloads_.release(brick(slot).payloads);
+    bricks_.release(slot.link - first_link);
+  }
+  slot = {};
+}
+
+VoxelPayload& VoxelTree::payload(Brick& b, unsigned i) {
+  const unsigned rank = b.rank(i);
+  const std::uint64_t bit = std::uint64_t{1} << i;
+  if ((b.points & bit) != 0) return payloads_.at(b.payloads)[rank];
+  VoxelPayload& made = payloads_.insert(b.payloads, rank, detail::bit_count(b.points));
+  b.points |= bit;
+  return made;
+}
+
+VoxelPayload& VoxelTree::make_payload(VoxelKey key) { return payload(brick_at(key), index_in_brick(key)); }
+
+VoxelTree::Found VoxelTree::find(VoxelKey key) {
+  const Slot* slot = &root_;
+  int level = top_level;
+  while (slot->link >= first_link && level > brick_level) slot = &group(*slot)[child_of(key, --level)];
+  if (slot->link < first_link) return {slot->link == leaf, slot->value, level, nullptr};
+  Brick& b = brick(*slot);
+  const unsigned i = index_in_brick(key);
+  Found found{(b.known >> i & 1) != 0, b.value[i], 0, nullptr};
+  if ((b.points >> i & 1) != 0) found.payload = payloads_.at(b.payloads) + b.rank(i);
+  return found;
+}
+
+void VoxelTree::set_leaf(VoxelKey corner, int level, float log_odds) {
+  Slot* slot = &root_;
+  for (int l = top_level - 1; l >= std::max(level, brick_level); --l)
+    slot = &divided(*slot)[child_of(corner, l)];
+  if (level >= brick_level) {
+    forget(*slot, level);
+    *slot = {leaf, log_odds};
+    return;
+  }
+  Brick& b = brick_at(*slot);
+  const unsigned first = index_in_brick(corner);
+  for (unsigned i = first; i < first + (1U << (3 * level)); ++i) {
+    b.value[i] = log_odds;
+    b.known |= std::uint64_t{1} << i;
+  }
+}
+
+VoxelTree::Node VoxelTree::root() const {
+  Node node;
+  node.tree_ = this;
+  node.slot_ = &root_;
+  return node;
+}
+
+bool VoxelTree::Node::has_children() const {
+  if (brick_ == nullptr) return slot_->link >= first_link;
+  if (level_ == 0) return false;
+  // Eight voxels: undivided if all are known, equal and without points.
+  const std::uint64_t eight = std::uint64_t{0xff} << first_;
+  if ((brick_->known & eight) == 0) return false;
+  if ((brick_->known & eight) != eight || (brick_->points & eight) != 0) return true;
+  const float* v = brick_->value.data() + first_;
+  return std::any_of(v, v + 8, [&](float other) { return other != *v; });
+}
+
+VoxelTree::Node VoxelTree::Node::child(unsigned c) const {
+  Node node = *this;
+  node.level_ = level_ - 1;
+  if (level_ > brick_level) {
+    node.slot_ = &tree_->group(*slot_)[c];
+  } else {
+    if (level_ == brick_level) node.brick_ = &tree_->brick(*slot_);
+    node.first_ = first_ + (c << (3 * node.level_));
+  }
+  return node;
+}
+
+const VoxelPayload* VoxelTree::Node::payload() const {
+  if (brick_ == nullptr || level_ != 0 || (brick_->points >> first_ & 1) == 0) return nullptr;
+  return tree_->payloads_.at(brick_->payloads) + brick_->rank(first_);
+}
+
+}  // namespace octosurf

@@ -1,0 +1,181 @@
+// The octree against a map of voxels, and its memory against OctoMap's.
+#include "occupancy/voxel_tree.hpp"
+
+#include "occupancy/occupancy_map.hpp"
+#include "occupancy/octomap_twin.hpp"
+#include "support/random_scans.hpp"
+#include "support/seed.hpp"
+
+#include <gtest/gtest.h>
+#include <malloc.h>
+#include <map>
+#include <random>
+#include <set>
+
+namespace octosurf {
+namespace {
+
+constexpr OccupancyModel model{0.85F, -0.4F, -2, 3.5F, 0};
+
+struct TwinVoxel {
+  float log_odds = 0;
+  bool point = false;
+};
+using Twin = std::map<std::uint64_t, TwinVoxel>;  // by Morton index
+
+VoxelKey key_of(std::uint64_t m) {
+  return {static_cast<std::uint16_t>(detail::compact_bits(m)),
+          static_cast<std::uint16_t>(detail::compact_bits(m >> 1)),
+          static_cast<std::uint16_t>(detail::compact_bits(m >> 2))};
+}
+std::uint64_t morton(VoxelKey k) { return detail::morton_of(k.x, k.y, k.z); }
+
+/// Checks what it is told against the twin.
+struct TwinPolicy {
+  Twin& twin;
+  std::mt19937_64& rng;
+  std::set<std::uint64_t> kept_keys, vanished_keys;
+
+  bool keep(const VoxelPayload& payload, VoxelKey key) {
+    EXPECT_EQ(payload.surface, morton(key) & 0xffffff) << "a payload has left its voxel";
+    return rng() % 3 == 0 && kept_keys.insert(morton(key)).second;
+  }
+  void vanished(const VoxelPayload& payload, VoxelKey key) {
+    EXPECT_EQ(payload.surface, morton(key) & 0xffffff);
+    vanished_keys.insert(morton(key));
+  }
+  void hit(VoxelPayload& payload, VoxelKey key) {
+    EXPECT_EQ(payload.has_point(), twin[morton(key)].point);
+    payload.range_class = 3;
+    payload.surface = morton(key) & 0xffffff;
+  }
+};
+
+struct Masks {
+  std::array<std::uint64_t, 8> misses{}, hits{};
+};
+
+/// The twin's update, voxel by voxel, and what the tree said about it.
+void update_twin(Twin& twin, const std::map<std::uint64_t, Masks>& scan, const TwinPolicy& policy) {
+  for (const auto& [block, masks] : scan)
+    for (unsigned i = 0; i < 512; ++i) {
+      const std::uint64_t m = block << 9 | i;
+      const bool hit = masks.hits[i / 64] >> (i % 64) & 1, miss = masks.misses[i / 64] >> (i % 64) & 1;
+      if (!hit && (!miss || policy.kept_keys.contains(m))) continue;
+      TwinVoxel& voxel = twin[m];
+      voxel.log_odds =
+          std::clamp(voxel.log_odds + (hit ? model.hit : model.miss), model.clamp_min, model.clamp_max);
+      const bool occupied = voxel.log_odds >= model.occupied;
+      EXPECT_EQ(policy.vanished_keys.contains(m), !hit && voxel.point && !occupied);
+      voxel.point = occupied && (voxel.point || hit);
+    }
+}
+
+void compare(VoxelTree& tree, const Twin& twin) {
+  std::size_t points = 0, known = 0;
+  for (const auto& [m, voxel] : twin) {
+    const VoxelTree::Found found = tree.find(key_of(m));
+    ASSERT_TRUE(found.known);
+    ASSERT_EQ(found.log_odds, voxel.log_odds);
+    ASSERT_EQ(found.payload != nullptr, voxel.point);
+    points += voxel.point;
+  }
+  std::size_t visited = 0;
+  std::uint64_t last = 0;
+  tree.visit_points({}, VoxelTree::top_level, [&](const VoxelPayload& payload, VoxelKey key) {
+    EXPECT_EQ(payload.surface, morton(key) & 0xffffff);
+    EXPECT_TRUE(visited == 0 || morton(key) > last);
+    last = morton(key);
+    ++visited;
+  });
+  EXPECT_EQ(visited, points);
+  tree.visit_leaves(
+      [&](const VoxelTree::Node& leaf, VoxelKey) { known += std::size_t{1} << (3 * leaf.level()); });
+  EXPECT_EQ(known, twin.size());
+}
+
+/// A scan in a corner of 2×2×2 blocks: whole cubes of misses, so that the tree divides and prunes.
+std::map<std::uint64_t, Masks> random_scan(std::mt19937_64& rng) {
+  std::map<std::uint64_t, Masks> scan;
+  const std::uint64_t base = detail::morton_of(4096, 4100, 4090) & ~std::uint64_t{7};
+  for (std::uint64_t b = 0; b < 8; ++b) {
+    Masks masks;
+    for (unsigned w = 0; w < 8; ++w) {
+      masks.misses[w] = rng() % 2 ? ~std::uint64_t{0} : rng();
+      masks.hits[w] = rng() % 4 ? 0 : rng() & rng() & rng();
+      masks.misses[w] &= ~masks.hits[w];
+    }
+    if (rng() % 4 != 0) scan[base + b] = masks;
+  }
+  return scan;
+}
+
+TEST(VoxelTree, EqualsAMapOfVoxels) {
+  std::mt19937_64 rng(test::fresh_seed());
+  VoxelTree tree(model);
+  Twin twin;
+  EXPECT_TRUE(tree.empty());
+  for (int round = 0; round < 60; ++round) {
+    std::map<std::uint64_t, Masks> scan = random_scan(rng);
+    std::vector<detail::TouchedBlock> blocks;
+    for (auto& [block, masks] : scan) {
+      bool hit = false;
+      for (const std::uint64_t w : masks.hits) hit |= w != 0;
+      blocks.push_back({block, masks.misses.data(), masks.hits.data(), hit});
+    }
+    TwinPolicy policy{twin, rng, {}, {}};
+    tree.apply(blocks, policy);
+    update_twin(twin, scan, policy);
+    compare(tree, twin);
+  }
+}
+
+TEST(VoxelTree, LeavesSetOneByOneAreThere) {
+  VoxelTree tree(model);
+  tree.set_leaf({32768, 32768, 32768}, 5, -1);
+  tree.set_leaf({32776, 32768, 32768}, 1, 2);
+  tree.make_payload({32777, 32769, 32769}).surface = 7;
+  EXPECT_EQ(tree.find({32799, 32799, 32799}).log_odds, -1);
+  EXPECT_EQ(tree.find({32777, 32768, 32769}).log_odds, 2);
+  EXPECT_EQ(tree.find({32777, 32769, 32769}).payload->surface, 7U);
+  EXPECT_EQ(tree.find({32778, 32768, 32768}).log_odds, -1);
+  EXPECT_FALSE(tree.find({32800, 32768, 32768}).known);
+  tree.set_leaf({32768, 32768, 32768}, 5, 1);  // replaces all below
+  EXPECT_EQ(tree.find({32777, 32769, 32769}).payload, nullptr);
+  EXPECT_EQ(tree.find({32777, 32769, 32769}).level, 5);
+}
+
+/// Bytes of heap that `make()`'s result holds.
+template <class Make>
+double heap_of(const Make& make) {
+  const std::size_t before = mallinfo2().uordblks + mallinfo2().hblkhd;
+  const auto kept = make();
+  return static_cast<double>(mallinfo2().uordblks + mallinfo2().hblkhd - before);
+}
+
+TEST(VoxelTree, TakesNoMoreHeapThanOctomapsTree) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "the sanitizer's malloc tells nothing";
+#endif
+  std::mt19937_64 rng(5);
+  std::vector<Scan> scans;
+  for (int i = 0; i < 6; ++i) scans.push_back(test::room_scan(rng, 8000, {1.6, 1.2, 1.1}));
+  for (const double resolution : {0.02, 0.05}) {
+    OccupancyParameters parameters;
+    parameters.resolution = resolution;
+    const double theirs = heap_of([&] {
+      auto tree = std::make_unique<octomap::OcTree>(resolution);
+      for (const Scan& scan : scans) test::insert_scan(*tree, scan, -1);
+      malloc_trim(0);
+      return tree;
+    });
+    OccupancyMap map(parameters);
+    Downsampler downsample(map.grid());
+    for (const Scan& scan : scans)
+      map.insert(downsample(scan, 0, std::numeric_limits<double>::infinity()), downsample, nullptr);
+    EXPECT_LT(static_cast<double>(map.size().bytes), theirs);
+  }
+}
+
+}  // namespace
+}  // namespace octosurf
