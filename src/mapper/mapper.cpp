@@ -127,8 +127,9 @@ ScanReport Mapper::insert(const Scan& scan) {
   ScanReport report;
   report.points_raw = scan.points.size();
   Stopwatch time(report);
-  const VoxelScan voxels =
-      time(Stage::downsample, [&] { return impl_->downsample(scan, parameters.min_range, max_range); });
+  const VoxelScan voxels = time(Stage::downsample, [&] {
+    return impl_->downsample(scan, parameters.min_range, max_range, impl_->threads);
+  });
   report.points_not_finite = voxels.not_finite;
   report.points_too_near = voxels.too_near;
   report.points_out_of_map = voxels.out_of_map;

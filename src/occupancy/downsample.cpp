@@ -1,89 +1,76 @@
 #include "occupancy/downsample.hpp"
 
+#include <algorithm>
+
+#include <octosurf/adapters/detail/parallel.hpp>
 #include <octosurf/error.hpp>
 
 namespace octosurf {
 
-std::size_t Downsampler::slot_of(std::uint64_t cube) const {
-  std::size_t i = PackedKeyHash()(cube) & (slots_.size() - 1);
-  while (slots_[i].cube != cube && slots_[i].cube != empty) i = (i + 1) & (slots_.size() - 1);
-  return i;
-}
-
-std::uint32_t Downsampler::cube_index(std::uint64_t cube) {
-  Slot& slot = slots_[slot_of(cube)];
-  if (slot.cube == cube) return slot.index;
-  const auto index = static_cast<std::uint32_t>(used_++);
-  slot = {cube, index};
-  if (used_ > cubes_.size())
-    cubes_.emplace_back();
-  else
-    cubes_[index].fill(0);
-  if (used_ * 2 > slots_.size()) {
-    std::vector<Slot> old(slots_.size() * 2);
-    old.swap(slots_);
-    for (const Slot& s : old)
-      if (s.cube != empty) slots_[slot_of(s.cube)] = s;
-  }
-  return index;
-}
-
-void Downsampler::clear() {
-  if (slots_.empty()) slots_.resize(std::size_t{1} << 12);
-  std::fill(slots_.begin(), slots_.end(), Slot{});
-  used_ = 0;
-  last_cube_ = empty;
-}
-
 std::int64_t Downsampler::find(VoxelKey key) const {
-  if (slots_.empty()) return -1;
-  const Slot& slot = slots_[slot_of(cube_of(key))];
-  return slot.cube == empty ? -1 : std::int64_t{cubes_[slot.index][place_in_cube(key)]} - 1;
+  return std::int64_t{table_.find({key.x, key.y, key.z})} - 1;
 }
 
-void Downsampler::group(const Eigen::Vector3f& in_map, VoxelKey key, VoxelScan& out) {
-  if (const std::uint64_t cube = cube_of(key); cube != last_cube_) {
-    last_cube_ = cube;
-    last_index_ = cube_index(cube);
-  }
-  std::uint32_t& place = cubes_[last_index_][place_in_cube(key)];
+void Downsampler::add(const Run& run, VoxelScan& out) {
+  std::uint32_t& place = table_.at({run.key.x, run.key.y, run.key.z});
   if (place == 0) {
-    out.ends.push_back({key, 0, Eigen::Vector3f::Zero()});
+    out.ends.push_back({run.key, 0, Eigen::Vector3f::Zero()});
     place = static_cast<std::uint32_t>(out.ends.size());
   }
   EndVoxel& end = out.ends[place - 1];
-  ++end.count;
-  // Summed relative to the voxel's centre: float keeps its digits far from the origin.
-  end.centroid += in_map - grid_.centre_of(key);
+  end.count += run.count;
+  end.centroid += run.sum;
 }
 
-VoxelScan Downsampler::operator()(const Scan& scan, double min_range, double max_range) {
-  VoxelScan out;
-  out.origin = scan.T_map_sensor.translation().cast<float>();
-  out.max_range = max_range;
-  VoxelKey key;
-  if (!grid_.key_of(out.origin, key))
-    throw Error(Error::Kind::data, scan.name, "the sensor is outside the octree's range",
-                "shift the poses nearer to the origin or use a larger resolution");
-  clear();
+void Downsampler::collect_runs(const Scan& scan, double min_range, std::size_t begin, std::size_t end,
+                               Part& part) const {
   const Eigen::Matrix3d R = scan.T_map_sensor.linear();
   const Eigen::Vector3d t = scan.T_map_sensor.translation();
   const double min_range_sq = min_range * min_range;
-  for (const Eigen::Vector3f& p : scan.points) {
-    if (!p.allFinite()) {
-      ++out.not_finite;
-      continue;
-    }
+  part.runs.clear();
+  part.not_finite = part.too_near = part.out_of_map = 0;
+  Run run;
+  VoxelKey key;
+  for (std::size_t i = begin; i < end; ++i) {
+    const Eigen::Vector3f& p = scan.points[i];
     const Eigen::Vector3d q = p.cast<double>();
-    if (q.squaredNorm() < min_range_sq) {
-      ++out.too_near;
+    const Eigen::Vector3f in_map = (R * q + t).cast<float>();
+    // What is not finite fails one of the two.
+    if (!(q.squaredNorm() >= min_range_sq) || !grid_.key_of(in_map, key)) {
+      ++(!p.allFinite() ? part.not_finite : q.squaredNorm() < min_range_sq ? part.too_near : part.out_of_map);
       continue;
     }
-    const Eigen::Vector3f in_map = (R * q + t).cast<float>();
-    if (grid_.key_of(in_map, key))
-      group(in_map, key, out);
-    else
-      ++out.out_of_map;
+    if (run.count == 0 || !(key == run.key) || i % longest_run == 0) {
+      if (run.count > 0) part.runs.push_back(run);
+      run = {key, 0, grid_.centre_of(key), Eigen::Vector3f::Zero()};
+    }
+    ++run.count;
+    run.sum += in_map - run.centre;
+  }
+  if (run.count > 0) part.runs.push_back(run);
+}
+
+VoxelScan Downsampler::operator()(const Scan& scan, double min_range, double max_range, int threads) {
+  VoxelScan out;
+  out.origin = scan.T_map_sensor.translation().cast<float>();
+  out.max_range = max_range;
+  if (VoxelKey key; !grid_.key_of(out.origin, key))
+    throw Error(Error::Kind::data, scan.name, "the sensor is outside the octree's range",
+                "shift the poses nearer to the origin or use a larger resolution");
+  table_.clear();
+  // Runs end at the same points whatever the number of threads, so sums round alike.
+  const std::size_t stretches = scan.points.size() / longest_run + 1;
+  parts_.resize(std::min(static_cast<std::size_t>(threads), stretches));
+  detail::in_parallel(static_cast<int>(parts_.size()), [&](int t) {
+    const detail::Share share(stretches, t, static_cast<int>(parts_.size()));
+    collect_runs(scan, min_range, share.begin * longest_run,
+                 std::min(share.end * longest_run, scan.points.size()), parts_[static_cast<std::size_t>(t)]);
+  });
+  for (const Part& part : parts_) {
+    for (const Run& run : part.runs) add(run, out);
+    out.not_finite += part.not_finite;
+    out.too_near += part.too_near;
+    out.out_of_map += part.out_of_map;
   }
   for (EndVoxel& end : out.ends) {
     const Eigen::Vector3f centre = grid_.centre_of(end.key);

@@ -3,11 +3,11 @@
 #include "occupancy/voxel_grid.hpp"
 
 #include <Eigen/Core>
-#include <array>
 #include <cstdint>
 #include <limits>
 #include <vector>
 
+#include <octosurf/adapters/detail/voxel_table.hpp>
 #include <octosurf/scan.hpp>
 
 namespace octosurf {
@@ -33,41 +33,39 @@ struct VoxelScan {
   }
 };
 
-/// Groups points by voxel. Neighbouring points mostly share a cube of 4³ voxels, so the table that is
-/// kept between scans is one of cubes, each with the places of its 64 voxels, and is asked only when
-/// a point leaves the cube of the one before. O(points); about 12 ns a point.
+/// Groups points by voxel, runs of neighbours at a time. O(points); about 15 ns a point.
 class Downsampler {
  public:
   explicit Downsampler(const VoxelGrid& grid) : grid_(grid) {}
 
   /// `scan` must have a rigid pose. Throws Error(data) if the sensor itself is outside the octree.
-  VoxelScan operator()(const Scan& scan, double min_range, double max_range);
+  /// The result does not depend on `threads`.
+  VoxelScan operator()(const Scan& scan, double min_range, double max_range, int threads = 1);
 
   /// Index into the last result's `ends`, or −1.
   std::int64_t find(VoxelKey key) const;
 
  private:
-  using Cube = std::array<std::uint32_t, 64>;  // place in `ends` plus one; 0: none
-  struct Slot {
-    std::uint64_t cube = empty;
-    std::uint32_t index = 0;
+  /// Points in a row that share a voxel.
+  struct Run {
+    VoxelKey key;
+    std::uint32_t count = 0;
+    Eigen::Vector3f centre = Eigen::Vector3f::Zero();
+    Eigen::Vector3f sum =
+        Eigen::Vector3f::Zero();  // from the centre: float keeps its digits far from the origin
   };
-  static constexpr std::uint64_t empty = ~std::uint64_t{0};
-  static std::uint64_t cube_of(VoxelKey key) { return key.packed() >> 2 & 0x3fff3fff3fffULL; }
-  static std::size_t place_in_cube(VoxelKey key) {
-    return (key.x & 3U) | (key.y & 3U) << 2 | (key.z & 3U) << 4;
-  }
-  std::size_t slot_of(std::uint64_t cube) const;
-  std::uint32_t cube_index(std::uint64_t cube);
-  void clear();
-  void group(const Eigen::Vector3f& in_map, VoxelKey key, VoxelScan& out);
+  /// One thread's part of a scan.
+  struct Part {
+    std::vector<Run> runs;
+    std::size_t not_finite = 0, too_near = 0, out_of_map = 0;
+  };
+  static constexpr std::size_t longest_run = 4096;  // points between two breaks
+  void collect_runs(const Scan& scan, double min_range, std::size_t begin, std::size_t end, Part& part) const;
+  void add(const Run& run, VoxelScan& out);
 
   VoxelGrid grid_;
-  std::vector<Slot> slots_;
-  std::vector<Cube> cubes_;
-  std::size_t used_ = 0;             // cubes of this scan
-  std::uint64_t last_cube_ = empty;  // of the point before
-  std::uint32_t last_index_ = 0;
+  detail::VoxelTable table_;  // place in `ends` plus one
+  std::vector<Part> parts_;
 };
 
 }  // namespace octosurf

@@ -37,7 +37,7 @@ std::vector<detail::GridRay> rays_of(const VoxelScan& scan, const VoxelGrid& gri
   for (const EndVoxel& end : scan.ends) {
     const Eigen::Vector3f centre = grid.centre_of(end.key);
     if (scan.within_range(centre)) {
-      rays.push_back({{centre.x(), centre.y(), centre.z()}, {end.key.x, end.key.y, end.key.z}, true});
+      rays.push_back({{centre.x(), centre.y(), centre.z()}, {end.key.x, end.key.y, end.key.z}, true, true});
       continue;
     }
     Eigen::Vector3f direction = centre - scan.origin;
@@ -45,7 +45,7 @@ std::vector<detail::GridRay> rays_of(const VoxelScan& scan, const VoxelGrid& gri
         direction.x() * direction.x() + direction.y() * direction.y() + direction.z() * direction.z())));
     const Eigen::Vector3f cut = scan.origin + direction * static_cast<float>(scan.max_range);
     if (VoxelKey key; grid.key_of(cut, key))
-      rays.push_back({{cut.x(), cut.y(), cut.z()}, {key.x, key.y, key.z}, false});
+      rays.push_back({{cut.x(), cut.y(), cut.z()}, {key.x, key.y, key.z}, false, false});
   }
   return rays;
 }

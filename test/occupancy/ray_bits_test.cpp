@@ -33,7 +33,7 @@ std::vector<GridRay> rays_to(const octomap::OcTree& tree, const octomap::point3d
       end = origin + (end - origin).normalized() * static_cast<float>(max_range);
       if (!tree.coordToKeyChecked(end, key)) continue;
     }
-    rays.push_back({{end.x(), end.y(), end.z()}, array_of(key), hit});
+    rays.push_back({{end.x(), end.y(), end.z()}, array_of(key), hit, hit});
   }
   return rays;
 }
@@ -143,7 +143,7 @@ TEST(RayBits, OfNoRaysAreNone) {
   RayBits bits;
   const GridOrigin from{{0.1F, 0.1F, 0.1F}, {32770, 32770, 32770}, 0.05};
   EXPECT_TRUE(bits.trace(from, {}, 1).empty());
-  const std::vector<GridRay> own_voxel{{{0.125F, 0.125F, 0.125F}, {32770, 32770, 32770}, true}};
+  const std::vector<GridRay> own_voxel{{{0.125F, 0.125F, 0.125F}, {32770, 32770, 32770}, true, true}};
   const Touched touched = read(bits.trace(from, own_voxel, 2));
   EXPECT_TRUE(touched.misses.empty());
   EXPECT_EQ(touched.hits, Keys{own_voxel.front().key});

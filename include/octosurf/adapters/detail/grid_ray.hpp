@@ -12,7 +12,8 @@ namespace octosurf::detail {
 struct GridRay {
   std::array<float, 3> end;          ///< map frame, m
   std::array<std::uint16_t, 3> key;  ///< voxel of `end`, as OctoMap's OcTreeKey
-  bool hit = true;  ///< `end` is that voxel's centre, and it is hit; else the ray was cut there
+  bool hit = true;                   ///< that voxel is hit; else the ray was cut there
+  bool to_centre = true;             ///< `end` is the centre of that voxel
 };
 
 /// Where the rays start, and the voxel edge.
@@ -59,9 +60,9 @@ struct GridWalk {
   /// Axis of the next border. OctoMap's order of comparison, which decides ties.
   std::size_t next_axis() const { return t[0] < t[1] ? (t[0] < t[2] ? 0 : 2) : (t[1] < t[2] ? 1 : 2); }
 
-  /// A cut ray ends by its length or in its end voxel, whichever OctoMap meets first. True if both are
-  /// so clear that it takes just `steps`: the end voxel is entered well before the ray's length, and
-  /// no axis crosses a border too many before that.
+  /// A ray that does not end in a centre ends by its length or in its end voxel, whichever OctoMap meets
+  /// first. True if both are so clear that it takes just `steps`: the end voxel is entered well before the
+  /// ray's length, and no axis crosses a border too many before that.
   bool ends_clearly(const GridRay& ray, const GridOrigin& from) const {
     const double margin = 1e-9 * length;
     double entered = 0, left = std::numeric_limits<double>::max();

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <span>
-#include <thread>
 
 #include <octosurf/adapters/detail/block_bits.hpp>
 #include <octosurf/adapters/detail/grid_ray.hpp>
+#include <octosurf/adapters/detail/parallel.hpp>
 #include <octosurf/adapters/detail/walk_lanes.hpp>
 
 namespace octosurf::detail {
@@ -97,7 +97,7 @@ inline void RayBits::walk(Marks& marks, const GridOrigin& from, std::span<const 
       const GridRay& ray = rays[i++];
       if (ray.key == from.key) continue;  // within the sensor's own voxel: OctoMap frees nothing
       out = GridWalk(ray, from);
-      if (core_.contains(ray.key) && (ray.hit || out.ends_clearly(ray, from))) return true;
+      if (core_.contains(ray.key) && (ray.to_centre || out.ends_clearly(ray, from))) return true;
       marks.slow.push_back(&ray);
     }
     return false;
@@ -208,16 +208,10 @@ inline std::span<const TouchedBlock> RayBits::trace(const GridOrigin& from, std:
   // A thread's own bits and its start pay only where it has rays enough.
   threads = std::clamp(static_cast<int>(rays.size() / 256), 1, std::min(threads, 16));
   if (marks_.size() < static_cast<std::size_t>(threads)) marks_.resize(static_cast<std::size_t>(threads));
-  std::vector<std::thread> others;
-  const auto share = [&](int t) {
-    return rays.subspan(rays.size() * static_cast<std::size_t>(t) / static_cast<std::size_t>(threads),
-                        rays.size() * static_cast<std::size_t>(t + 1) / static_cast<std::size_t>(threads) -
-                            rays.size() * static_cast<std::size_t>(t) / static_cast<std::size_t>(threads));
-  };
-  for (int t = 1; t < threads; ++t)
-    others.emplace_back([&, t] { walk(marks_[static_cast<std::size_t>(t)], from, share(t)); });
-  walk(marks_[0], from, share(0));
-  for (std::thread& other : others) other.join();
+  in_parallel(threads, [&](int t) {
+    const Share share(rays.size(), t, threads);
+    walk(marks_[static_cast<std::size_t>(t)], from, rays.subspan(share.begin, share.end - share.begin));
+  });
   for (int t = 0; t < threads; ++t)
     for (const GridRay* ray : marks_[static_cast<std::size_t>(t)].slow) walk_slowly(from, *ray);
   mark_hits(rays);

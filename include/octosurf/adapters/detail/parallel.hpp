@@ -1,0 +1,37 @@
+#pragma once
+
+#include <exception>
+#include <thread>
+#include <vector>
+
+namespace octosurf::detail {
+
+/// Calls work(0) … work(threads − 1), each in a thread of its own, the first in the caller's. Throws
+/// what the first of them threw, once all are done.
+template <class Work>
+void in_parallel(int threads, const Work& work) {
+  std::vector<std::exception_ptr> failures(static_cast<std::size_t>(threads));
+  const auto guarded = [&](int t) {
+    try {
+      work(t);
+    } catch (...) {
+      failures[static_cast<std::size_t>(t)] = std::current_exception();
+    }
+  };
+  std::vector<std::jthread> others;
+  for (int t = 1; t < threads; ++t) others.emplace_back(guarded, t);
+  guarded(0);
+  for (std::jthread& other : others) other.join();
+  for (const std::exception_ptr& failure : failures)
+    if (failure) std::rethrow_exception(failure);
+}
+
+/// The part of n items that is thread t's.
+struct Share {
+  std::size_t begin, end;
+  Share(std::size_t n, int t, int threads)
+      : begin(n * static_cast<std::size_t>(t) / static_cast<std::size_t>(threads)),
+        end(n * static_cast<std::size_t>(t + 1) / static_cast<std::size_t>(threads)) {}
+};
+
+}  // namespace octosurf::detail

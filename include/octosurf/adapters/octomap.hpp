@@ -1,0 +1,115 @@
+#pragma once
+
+#include <cmath>
+#include <octomap/OccupancyOcTreeBase.h>
+#include <vector>
+
+#include <octosurf/adapters/detail/batch_insert.hpp>
+#include <octosurf/adapters/detail/voxel_table.hpp>
+
+namespace octosurf {
+namespace detail {
+
+/// What insert_point_cloud keeps from call to call.
+struct InsertionScratch {
+  RayBits bits;
+  VoxelTable ends;
+  std::vector<GridRay> rays;
+};
+
+inline std::array<std::uint16_t, 3> array_of(const octomap::OcTreeKey& key) {
+  return {key[0], key[1], key[2]};
+}
+
+/// OctoMap's rule: beyond the range a ray ends at it and hits nothing.
+template <class Tree>
+void add_ray(const Tree& tree, const octomap::point3d& origin, const octomap::point3d& end,
+             const octomap::OcTreeKey& key, double max_range, bool to_centre, std::vector<GridRay>& rays) {
+  if (max_range < 0 || (end - origin).norm() <= max_range) {
+    rays.push_back({{end.x(), end.y(), end.z()}, array_of(key), true, to_centre});
+    return;
+  }
+  const octomap::point3d cut = origin + (end - origin).normalized() * static_cast<float>(max_range);
+  if (octomap::OcTreeKey at; tree.coordToKeyChecked(cut, at))
+    rays.push_back({{cut.x(), cut.y(), cut.z()}, array_of(at), false, false});
+}
+
+template <class Tree>
+void collect_rays(const Tree& tree, const octomap::Pointcloud& scan, const octomap::point3d& origin,
+                  double max_range, bool discretize, InsertionScratch& scratch) {
+  scratch.rays.clear();
+  scratch.ends.clear();
+  octomap::OcTreeKey last;
+  bool any = false;
+  for (const octomap::point3d& point : scan) {
+    octomap::OcTreeKey key;
+    if (!std::isfinite(point.x() + point.y() + point.z()) || !tree.coordToKeyChecked(point, key)) continue;
+    if (!discretize) {
+      add_ray(tree, origin, point, key, max_range, false, scratch.rays);
+      continue;
+    }
+    if (any && key == last) continue;
+    any = true;
+    last = key;
+    if (std::uint32_t& seen = scratch.ends.at(array_of(key)); seen++ == 0)
+      add_ray(tree, origin, tree.keyToCoord(key), key, max_range, true, scratch.rays);
+  }
+}
+
+/// The root is out of reach from outside, but OctoMap makes it with the first voxel: which is then
+/// taken out of the batch.
+template <class Tree>
+void make_root(Tree& tree, const TouchedBlock& block, bool lazy) {
+  for (unsigned i = 0; i < 512; ++i) {
+    const std::uint64_t bit = std::uint64_t{1} << (i % 64);
+    const bool hit = (block.hits[i / 64] & bit) != 0;
+    if (!hit && (block.misses[i / 64] & bit) == 0) continue;
+    const std::uint64_t morton = block.morton << 9 | i;
+    const octomap::OcTreeKey key(static_cast<octomap::key_type>(compact_bits(morton)),
+                                 static_cast<octomap::key_type>(compact_bits(morton >> 1)),
+                                 static_cast<octomap::key_type>(compact_bits(morton >> 2)));
+    tree.updateNode(key, hit, lazy);
+    block.hits[i / 64] &= ~bit;
+    block.misses[i / 64] &= ~bit;
+    return;
+  }
+}
+
+}  // namespace detail
+
+/// `tree.insertPointCloud(scan, sensor_origin, max_range, lazy_eval, discretize)`, several times
+/// faster, for `octomap::OcTree` and any octree derived from OctoMap's occupancy base.
+///
+/// 1. The same tree afterwards: the same nodes with the same values, pruned alike.
+/// 2. `threads` change the time, never the result.
+/// 3. Points that are not finite or outside the octree are left out; OctoMap lets them wrap around.
+///
+/// `discretize` is true unless told otherwise: one ray per distinct end voxel is what makes a depth
+/// image affordable (OctoMap's own default is false). With a bounding-box limit, change detection or
+/// a sensor outside the octree it calls OctoMap's own, because their state is not within reach.
+///
+/// This header, the ones in detail/ beside it and OctoMap's are all it needs. Scratch memory (some
+/// megabytes; 2³² voxels of address space at most) stays with the calling thread. Cost: about 5 ns a
+/// point, 1 ns a ray step, and the nodes that change.
+template <class Tree>
+void insert_point_cloud(Tree& tree, const octomap::Pointcloud& scan, const octomap::point3d& sensor_origin,
+                        double max_range = -1, bool lazy_eval = false, bool discretize = true,
+                        int threads = 1) {
+  octomap::OcTreeKey origin_key;
+  if (tree.bbxSet() || tree.isChangeDetectionEnabled() ||
+      !tree.coordToKeyChecked(sensor_origin, origin_key)) {
+    tree.insertPointCloud(scan, sensor_origin, max_range, lazy_eval, discretize);
+    return;
+  }
+  thread_local detail::InsertionScratch scratch;
+  detail::collect_rays(tree, scan, sensor_origin, max_range, discretize, scratch);
+  const detail::GridOrigin from{{sensor_origin.x(), sensor_origin.y(), sensor_origin.z()},
+                                detail::array_of(origin_key),
+                                tree.getResolution()};
+  const std::span<const detail::TouchedBlock> blocks = scratch.bits.trace(from, scratch.rays, threads);
+  if (blocks.empty()) return;
+  if (tree.getRoot() == nullptr) detail::make_root(tree, blocks.front(), lazy_eval);
+  detail::BatchInsert<Tree>(tree, lazy_eval)(blocks);
+}
+
+}  // namespace octosurf
