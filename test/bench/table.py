@@ -1,0 +1,162 @@
+#!/usr/bin/env python3
+"""Markdown table of bench_speed's JSON files, for the README: table.py FILE…
+
+Of rows that several files hold, the later file's counts. Every number stands in the files; here they
+are only put side by side.
+"""
+
+import json
+import sys
+
+
+def short(value):
+    """Three significant digits, thousands separated."""
+    if value == 0:
+        return "0"
+    digits = max(0, 2 - len(str(int(abs(value)))) + 1)
+    return f"{value:,.{digits}f}"
+
+
+def unit(value, name):
+    """A time in ms, or s if it is long."""
+    return f"{short(value / 1000)} s" if name == "ms" and value >= 10000 else f"{short(value)} {name}"
+
+
+def pair(row, name="ms"):
+    return unit(row[f"ours_{name}"], name), unit(row[f"theirs_{name}"], name)
+
+
+def ratio(row):
+    text = f'{short(row["ratio"])}×'
+    if "ratio_p10" in row and row["turns"] > 2:
+        text += f' ({short(row["ratio_p10"])} to {short(row["ratio_p90"])})'
+    return text
+
+
+STAGES = ("downsample", "occupancy", "retract", "add_inliers", "expand", "detect", "derive")
+
+
+def stages(row):
+    return ", ".join(f'{name.replace("_", " ")} {short(row[name + "_ms"])}' for name in STAGES) + " ms"
+
+
+def differing(count, what):
+    return f"{what} equal" if count == 0 else f"**{what} differ: {count:,.0f}**"
+
+
+def insertion(row):
+    return (*pair(row), ratio(row),
+            differing(row["voxels_that_differ"], f'{short(row["voxels"] / 1e6)} million voxels'))
+
+
+def whole_scan(row):
+    return *pair(row), ratio(row), stages(row) + f'; p95 {short(row["ours_p95_ms"])} ms'
+
+
+def memory(row):
+    ours, theirs = (f'{row[side + "_bytes"]:.1f} B' for side in ("ours", "theirs"))
+    return ours, theirs, ratio(row), f'{row["their_leaves"] / 1e6:.2f} million leaves; the tree alone ' \
+        f'{row["tree_alone_bytes"]:.1f} B, the rest is kept between scans'
+
+
+def loading(row):
+    return *pair(row), ratio(row), ""
+
+
+def planes(row):
+    notes = []
+    if "faces" in row:
+        sides = [f'{row[s + "_correct_percent"]:.0f} % of {row["faces"]:.0f} faces correct, '
+                 f'{row[s + "_noise"]:.0f} surfaces of noise, {row[s + "_unsafe_percent"]:.1f} % unsafe'
+                 for s in ("ours", "theirs")]
+        notes.append(" / ".join(sides))
+    else:
+        notes.append(f'{row["ours_surfaces"]:.0f} / {row["theirs_surfaces"]:.0f} surfaces')
+    if "insert_all_scans_ms" in row:
+        notes.append(f'all scans\' inserts together {unit(row["insert_all_scans_ms"], "ms")}')
+    else:
+        notes.append(f'with voxels and free space {unit(row["insert_ms"], "ms")}')
+    return *pair(row), ratio(row), "; ".join(notes)
+
+
+def normals(row):
+    return *pair(row), ratio(row), \
+        f'{row["mean_angle_deg"]:.2f}° apart (95 % within {row["p95_angle_deg"]:.2f}°) at ' \
+        f'{row["planar_points"]:,.0f} planar points'
+
+
+def derive(row):
+    return *pair(row), ratio(row), differing(row["outlines_that_differ"],
+                                             f'outlines of {row["ring_vertices"]:,.0f} vertices')
+
+
+def long_run(row):
+    def both(name):
+        return f'{short(row["lap10_" + name])} ms', f'{short(row["lap2_" + name])} ms', \
+            f'{row[name[:3] + "_lap10_over_lap2"]:.2f}'
+    (p50, p50_early, p50_ratio), (p99, p99_early, p99_ratio) = both("p50_ms"), both("p99_ms")
+    return f"p50 {p50}, p99 {p99}", f"p50 {p50_early}, p99 {p99_early}", f"{p50_ratio}, {p99_ratio} of it", \
+        f'octree {row["octree_lap10_over_lap2"]:.3f}, heap {row["heap_lap10_over_lap2"]:.3f}, file ' \
+        f'{row["file_lap10_over_lap2"]:.3f} of lap 2\'s; surfaces {row["lap10_surfaces"]:.0f} ' \
+        f'({row["lap2_surfaces"]:.0f})'
+
+
+def app(row):
+    return f'{row["frames_per_second"]:.1f} frames/s', "30 frames/s", \
+        f'{row["frames_per_second"] / 30:.2f}×', \
+        f'{row["scans"]:.0f} scans; one takes {short(row["scan_p50_ms"])} ms, 95 % within ' \
+        f'{short(row["scan_p95_ms"])} ms; at most {row["peak_rss_mb"]:,.0f} MB'
+
+
+def realtime(row):
+    return f'{row["first_detection_ms"]:.0f} ms, {row["lag_mean_ms"]:.0f} ms', \
+        f'{row["theirs_first_detection_ms"]:,.0f} ms, {row["theirs_lag_mean_ms"]:,.0f} ms', "", \
+        f'lag p50 {row["lag_p50_ms"]:.0f} ms, p95 {row["lag_p95_ms"]:.0f} ms; {row["scans"]:.0f} scans, ' \
+        f'{row["skipped_scans"]:.0f} dropped; {row["categorized_percent"]:.1f} % of the points categorised'
+
+
+CELLS = {"occupancy": insertion, "plain": insertion, "lidar": insertion, "mapper": whole_scan,
+         "pcl": whole_scan, "memory": memory, "loading": loading, "planes": planes, "normals": normals,
+         "derive": derive, "long_run": long_run, "app": app, "realtime": realtime}
+
+
+def conditions(context, rows):
+    text = f'{context["cpu_model"]}, {context["num_cpus"]} cores, load {context["load_avg"][0]:.1f} at the ' \
+        f'start; {context["compiler"]}; OctoMap {context["octomap"]}, PCL {context["pcl"]}, CGAL ' \
+        f'{context["cgal"]}; {context["date"][:10]}, commit {context.get("commit", "unknown")}, ' \
+        f'{context["form"]} form'
+    return f"{text}: {', '.join(rows)}" if rows else text
+
+
+def main(files):
+    if not files:
+        sys.exit("table.py: no JSON file; `./dev bench` writes some to out/bench")
+    rows, contexts = {}, {}
+    for file in files:
+        with open(file, encoding="utf-8") as text:
+            content = json.load(text)
+        key = {k: v for k, v in content["context"].items() if k not in ("date", "load_avg")}
+        contexts.setdefault(json.dumps(key, sort_keys=True), (content["context"], set()))[1].update(
+            row["name"].split("/")[0] for row in content["benchmarks"])
+        rows.update((row["name"].split("/iterations:")[0], row) for row in content["benchmarks"])
+
+    order = list(CELLS)
+    print("| what | octosurf | the other | times better (single turns) | beside it |\n|---|---|---|---|---|")
+    lost, skipped = [], []
+    for name, row in sorted(rows.items(), key=lambda item: order.index(item[0].split("/")[0])):
+        if row.get("error_occurred"):
+            skipped.append(f'{name} ({row["error_message"]})')
+            continue
+        what, against = row["label"].split(" | ")
+        ours, theirs, better, beside = CELLS[name.split("/")[0]](row)
+        print(f"| {what}, against {against} | {ours} | {theirs} | {better} | {beside} |")
+        if row.get("ratio", 1) < 1:
+            lost.append(f'{what}, against {against} ({short(row["ratio"])}×)')
+    print("\nMedians over turns. " + ("Lost: " + "; ".join(lost) + "." if lost else "Nothing lost."))
+    if skipped:
+        print("\nNot measured: " + "; ".join(skipped) + ".")
+    print("\n" + "\n".join(conditions(context, sorted(groups) if len(contexts) > 1 else [])
+                           for context, groups in contexts.values()))
+
+
+main(sys.argv[1:])
