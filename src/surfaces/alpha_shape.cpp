@@ -1,5 +1,7 @@
 #include "surfaces/alpha_shape.hpp"
 
+#include "surfaces/rings.hpp"
+
 #include <CGAL/Delaunay_triangulation_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Triangulation_face_base_with_info_2.h>
@@ -137,6 +139,7 @@ std::vector<Polygon> alpha_shape(std::span<const Eigen::Vector2d> points, double
   }
   // A sliver's area can round to nothing; what has no outer ring covers nothing.
   std::erase_if(polygons, [](const Polygon& polygon) { return polygon.outer.empty(); });
+  order_rings(polygons);
   return polygons;
 }
 

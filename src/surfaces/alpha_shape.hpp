@@ -15,8 +15,9 @@ namespace octosurf {
 /// 2. Outer rings counter-clockwise, holes clockwise; islands in holes are polygons of their own.
 /// 3. Every edge is at most `alpha` long.
 /// Duplicate and collinear points are fine; fewer than three distinct points give no polygon.
-/// The result depends on the points' order only where four or more are exactly cocircular.
-/// Cost O(n log n); about 3 µs a point.
+/// The result does not depend on the points' order, ties between cocircular points included. Rings
+/// begin at their lexicographically smallest vertex; holes and polygons are in the order of their rings.
+/// Cost O(n log n); about 3 µs a point. Outline keeps the same up to date while points come and go.
 std::vector<Polygon> alpha_shape(std::span<const Eigen::Vector2d> points, double alpha);
 
 /// Area of a polygon with its holes taken off, m².

@@ -7,6 +7,13 @@
 #include <numbers>
 
 namespace octosurf {
+namespace {
+
+/// Of the hash frame against the plane. It shifts an outline's vertex by 1/57 of its inlier's distance
+/// from the plane, whatever the surface's extent: far less than a voxel. Rehashing costs O(n).
+constexpr double cos_largest_tilt = 0.99984769515639;  // 1°
+
+}  // namespace
 
 Eigen::Matrix3d plane_axes(const Eigen::Vector3d& normal) {
   Eigen::Matrix3d axes;
@@ -34,7 +41,11 @@ SurfaceModel::SurfaceModel(SurfaceId id, const Plane& plane, const Eigen::Vector
     : checked_plane(plane), id_(id), resolution_(resolution), plane_(plane), reference_(origin) {
   pose_.linear() = plane_axes(plane.normal);
   pose_.translation() = origin - plane.signed_distance(origin) * plane.normal;
-  hash_frame_ = pose_;
+  set_hash_frame(pose_);
+}
+
+void SurfaceModel::set_hash_frame(const Eigen::Isometry3d& frame) {
+  hash_frame_ = frame;
   hash_axes_ = (hash_frame_.linear().leftCols<2>().transpose() / resolution_).cast<float>();
   hash_origin_ = hash_frame_.translation();
 }
@@ -70,8 +81,8 @@ bool SurfaceModel::near(PlaneCell cell, int reach) const {
 void SurfaceModel::insert(const Inlier& inlier) {
   const PlaneCell cell = cell_of(inlier.position);
   cells_.try_emplace(cell.packed()).first.value().push_back(inlier);
-  // A point inside the boundary does not move it (paper III-B).
-  if (!polygons_stale_ && !surrounded(cell)) polygons_stale_ = true;
+  // A point deep inside the boundary does not move it (paper III-B).
+  if (bits_.change(cell, true)) polygons_stale_ = true;
   ++size_;
 }
 
@@ -92,8 +103,9 @@ bool SurfaceModel::remove(VoxelKey key, const Eigen::Vector3f& position) {
   cell.erase(found);
   --size_;
   ++unchecked;
-  if (cell.empty()) cells_.erase(entry);
-  if (!polygons_stale_ && (!occupied(at) || !surrounded(at))) polygons_stale_ = true;
+  const bool empty = cell.empty();
+  if (empty) cells_.erase(entry);
+  if (bits_.change(at, !empty)) polygons_stale_ = true;
   return true;
 }
 
@@ -134,82 +146,81 @@ void SurfaceModel::set_plane(const Plane& plane) {
 }
 
 void SurfaceModel::rehash_if_tilted() {
-  constexpr double cos_1_deg = 0.99984769515639;
-  if (hash_frame_.linear().col(2).dot(plane_.normal) > cos_1_deg) return;
-  hash_frame_ = pose_;
-  hash_axes_ = (hash_frame_.linear().leftCols<2>().transpose() / resolution_).cast<float>();
-  hash_origin_ = hash_frame_.translation();
+  if (hash_frame_.linear().col(2).dot(plane_.normal) > cos_largest_tilt) return;
+  set_hash_frame(pose_);
   const std::vector<Inlier> all = sorted_inliers();
   cells_.clear();
+  bits_.clear();
+  outline_.reset();
   size_ = 0;
   for (const Inlier& inlier : all) insert(inlier);
   polygons_stale_ = true;
 }
 
-std::vector<Eigen::Vector2d> SurfaceModel::outline_points(double max_hole_size) const {
-  const Eigen::Isometry3d T_surface_map = pose_.inverse();
-  std::vector<Inlier> rim;
-  std::vector<PlaneCell> interior;
-  if (max_hole_size >= 4 * resolution_) {
-    const CellRaster raster = rasterize();
-    for (const auto& [packed, cell] : cells_) {
-      const PlaneCell at = PlaneCell::unpack(packed);
-      if (!raster.deep_inside(at))
-        rim.insert(rim.end(), cell.begin(), cell.end());
-      else if (at.u % 2 == 0 && at.v % 2 == 0)
-        interior.push_back(at);
-    }
-    std::sort(rim.begin(), rim.end(), [](const Inlier& a, const Inlier& b) { return a.key < b.key; });
-    std::sort(interior.begin(), interior.end(),
-              [](PlaneCell a, PlaneCell b) { return std::pair(a.v, a.u) < std::pair(b.v, b.u); });
-  } else {
-    rim = sorted_inliers();
-  }
-  std::vector<Eigen::Vector2d> points;
-  points.reserve(rim.size() + interior.size());
-  for (const Inlier& inlier : rim)
-    points.push_back((T_surface_map * inlier.position.cast<double>()).head<2>());
-  const Eigen::Isometry3d T_surface_hash = T_surface_map * hash_frame_;
-  for (const PlaneCell cell : interior)
-    points.push_back(
-        (T_surface_hash * Eigen::Vector3d((cell.u + 0.5) * resolution_, (cell.v + 0.5) * resolution_, 0))
-            .head<2>());
-  return points;
+Eigen::Vector2d SurfaceModel::outline_point(const Eigen::Vector3f& p) const {
+  const Eigen::Vector2d cells =
+      hash_frame_.linear().leftCols<2>().transpose() * (p.cast<double>() - hash_origin_) / resolution_;
+  return (cells / Outline::quantum).array().round() * Outline::quantum;
 }
 
-SurfaceModel::CellRaster SurfaceModel::rasterize() const {
-  CellRaster raster;
-  PlaneCell low{INT32_MAX, INT32_MAX}, high{INT32_MIN, INT32_MIN};
-  for (const auto& entry : cells_) {
-    const PlaneCell at = PlaneCell::unpack(entry.first);
-    low = {std::min(low.u, at.u), std::min(low.v, at.v)};
-    high = {std::max(high.u, at.u), std::max(high.v, at.v)};
-  }
-  constexpr std::int64_t largest = std::int64_t{1} << 26;  // cells, a byte each
-  const std::int64_t width = std::int64_t{high.u} - low.u + 1, height = std::int64_t{high.v} - low.v + 1;
-  if (cells_.empty() || width * height > largest) return raster;
-  raster.low = low;
-  raster.width = static_cast<std::int32_t>(width);
-  raster.height = static_cast<std::int32_t>(height);
-  raster.cells.assign(static_cast<std::size_t>(width * height), 0);
-  for (const auto& entry : cells_) {
-    const PlaneCell at = PlaneCell::unpack(entry.first);
-    raster.cells[static_cast<std::size_t>((at.v - low.v) * width + (at.u - low.u))] = 1;
-  }
-  return raster;
+double SurfaceModel::outline_alpha(double max_hole_size) const {
+  return max_hole_size * cos_largest_tilt / resolution_;
 }
 
-bool SurfaceModel::CellRaster::deep_inside(PlaneCell cell) const {
-  const std::int32_t u = cell.u - low.u, v = cell.v - low.v;
-  if (cells.empty() || u < 2 || v < 2 || u >= width - 2 || v >= height - 2) return false;
-  for (std::int64_t y = v - 2; y <= v + 2; ++y)
-    for (std::int64_t x = u - 2; x <= u + 2; ++x)
-      if (cells[static_cast<std::size_t>(y * width + x)] == 0) return false;
-  return true;
+Eigen::Affine2d SurfaceModel::T_surface_outline() const {
+  const Eigen::Vector3d along = hash_frame_.linear().col(2);
+  const auto on_plane = [&](double u, double v) -> Eigen::Vector2d {
+    const Eigen::Vector3d p = hash_frame_ * Eigen::Vector3d(u * resolution_, v * resolution_, 0);
+    const Eigen::Vector3d q = p - plane_.signed_distance(p) / plane_.normal.dot(along) * along;
+    return (pose_.linear().transpose() * (q - pose_.translation())).head<2>();
+  };
+  Eigen::Affine2d T = Eigen::Affine2d::Identity();
+  T.translation() = on_plane(0, 0);
+  T.linear().col(0) = on_plane(1, 0) - T.translation();
+  T.linear().col(1) = on_plane(0, 1) - T.translation();
+  return T;
+}
+
+/// Deep inside, a lattice of every `spacing`-th cell's centre stands in for the inliers, every other
+/// row shifted by half of that, so that no four are cocircular.
+///
+/// Only triangles with a side over α > 3.99 cells are dropped. Their empty circles have radius
+/// ρ > α/2, those of the reduced sites are empty of inliers and the other way round, and so the rings
+/// are those of all inliers: (1) A circle centred off the deep cells meets none of them. On the way
+/// from the centre to a deep cell, the point √2 before the first one would lie in an occupied cell of
+/// the rim that the circle contains. (2) A circle centred in a deep cell holds a site: the lattice's
+/// largest empty circle has radius ⅝·spacing, and where a lattice cell is not deep, an occupied cell of
+/// the rim lies on the way to it, within √2 of the point where that way leaves the deep cells. So
+/// ⅝·spacing + √2 ≤ α/2 will do; for a spacing of 2, going through the places in a cell, α > 3.99.
+std::vector<Eigen::Vector2d> SurfaceModel::sites_of(PlaneCell cell, int spacing) const {
+  std::vector<Eigen::Vector2d> sites;
+  if (bits_.deep_inside(cell)) {
+    const int shift = (cell.v & spacing) != 0 ? spacing / 2 : 0;
+    if (cell.v % spacing == 0 && (cell.u + shift) % spacing == 0)
+      sites.emplace_back(cell.u + 0.5, cell.v + 0.5);
+  } else if (const auto found = cells_.find(cell.packed()); found != cells_.end()) {
+    for (const Inlier& inlier : found->second) sites.push_back(outline_point(inlier.position));
+  }
+  return sites;
 }
 
 void SurfaceModel::derive(double max_hole_size) {
-  polygons_ = alpha_shape(outline_points(max_hole_size), max_hole_size);
+  const double alpha = outline_alpha(max_hole_size);
+  if (!outline_ || outline_->alpha() != alpha) {
+    outline_.emplace(alpha);
+    bits_.change_all();
+  }
+  int spacing = 2;
+  while (spacing < 16 && 0.625 * (2 * spacing) + std::numbers::sqrt2 <= alpha / 2) spacing *= 2;
+  for (const CellBits::Cells& cells : bits_.settle(alpha > 3.99))
+    cells.for_each([&](PlaneCell cell) { outline_->set(cell, sites_of(cell, spacing)); });
+  polygons_ = outline_->update();
+  const Eigen::Affine2d T = T_surface_outline();
+  for (Polygon& polygon : polygons_) {
+    for (Eigen::Vector2d& p : polygon.outer) p = T * p;
+    for (Ring2& hole : polygon.holes)
+      for (Eigen::Vector2d& p : hole) p = T * p;
+  }
   simplified_ = simplify(polygons_, resolution_ / 2);
   polygons_stale_ = false;
 }
@@ -247,9 +258,7 @@ SurfaceModel::SurfaceModel(const State& state, double resolution)
   revision = state.revision;
   unchecked = state.unchecked;
   pose_ = state.pose;
-  hash_frame_ = state.hash_frame;
-  hash_axes_ = (hash_frame_.linear().leftCols<2>().transpose() / resolution_).cast<float>();
-  hash_origin_ = hash_frame_.translation();
+  set_hash_frame(state.hash_frame);
   for (const Inlier& inlier : state.inliers) insert(inlier);
   moments_ = state.moments;
   parents_ = state.parents;

@@ -1,13 +1,16 @@
 #pragma once
 
 #include "occupancy/occupancy_map.hpp"
+#include "surfaces/cell_bits.hpp"
 #include "surfaces/moments.hpp"
 #include "surfaces/noise_model.hpp"
+#include "surfaces/outline.hpp"
 
 #include <Eigen/Geometry>
 #include <array>
 #include <boost/container/small_vector.hpp>
 #include <cstdint>
+#include <optional>
 #include <tsl/robin_map.h>
 #include <vector>
 
@@ -20,18 +23,6 @@ struct Inlier {
   VoxelKey key;
   std::uint8_t range_class = 0;
   Eigen::Vector3f position = Eigen::Vector3f::Zero();
-};
-
-/// Cell of a surface's plane hash, edge d.
-struct PlaneCell {
-  std::int32_t u = 0, v = 0;
-  std::uint64_t packed() const {
-    return static_cast<std::uint64_t>(static_cast<std::uint32_t>(v)) << 32 | static_cast<std::uint32_t>(u);
-  }
-  static PlaneCell unpack(std::uint64_t p) {
-    return {static_cast<std::int32_t>(static_cast<std::uint32_t>(p)),
-            static_cast<std::int32_t>(static_cast<std::uint32_t>(p >> 32))};
-  }
 };
 
 /// The working form of a surface: its inliers in a 2-D hash over its own plane, running moments of
@@ -59,7 +50,7 @@ class SurfaceModel {
 
   // Where a point falls in the plane; the hash frame follows the plane coarsely (see rehash).
   PlaneCell cell_of(const Eigen::Vector3f& p) const;
-  bool occupied(PlaneCell cell) const { return cells_.find(cell.packed()) != cells_.end(); }
+  bool occupied(PlaneCell cell) const { return bits_.occupied(cell); }
   /// Raster twin of "inside the polygon": the cell holds an inlier, or five of its neighbours do.
   bool covers(PlaneCell cell) const;
   /// All eight neighbours hold inliers.
@@ -87,12 +78,23 @@ class SurfaceModel {
   void rehash_if_tilted();
 
   bool polygons_stale() const { return polygons_stale_; }
-  /// Recomputes the polygons. Cost: one alpha shape of the rim.
+  /// Brings the polygons up to date with inliers and pose: the alpha shape of the inliers' outline
+  /// points, along the hash frame's normal on the plane. Cost follows the inliers that came and went
+  /// near the rim, plus the length of the rings; all sites are inserted once after a load or a rehash.
+  ///
+  /// 1. They do not depend on what was derived before.
+  /// 2. A vertex lies within sin 1° of its inlier's distance from the plane beside its projection, and
+  ///    within half an Outline::quantum of a cell; sides are at most `max_hole_size` long.
   void derive(double max_hole_size);
-  /// What the alpha shape is taken of: the inliers, except those deep inside (all cells within two
-  /// of theirs occupied), for which every second cell's centre stands in. Triangles there have
-  /// sides below 3 d, so no ring can pass and the rings are those of all inliers.
-  std::vector<Eigen::Vector2d> outline_points(double max_hole_size) const;
+  /// A point in the hash frame, in cells, as the outline takes it.
+  Eigen::Vector2d outline_point(const Eigen::Vector3f& p) const;
+  /// α for outline points: `max_hole_size` in cells, less what tilting may stretch.
+  double outline_alpha(double max_hole_size) const;
+  /// Outline points to (u, v) in the surface's frame, along the hash frame's normal.
+  Eigen::Affine2d T_surface_outline() const;
+  /// How many sites the outline keeps: all inliers, except those deep inside (all cells within two of
+  /// theirs occupied), for which a lattice of cells' centres stands in.
+  std::size_t outline_sites() const { return outline_ ? outline_->sites() : 0; }
   const std::vector<Polygon>& polygons() const { return polygons_; }
 
   /// The immutable form for readers.
@@ -121,15 +123,9 @@ class SurfaceModel {
 
  private:
   using Cell = boost::container::small_vector<Inlier, 1>;
-  /// The occupied cells as a bitmap; empty if it would be too large.
-  struct CellRaster {
-    PlaneCell low;
-    std::int32_t width = 0, height = 0;
-    std::vector<std::uint8_t> cells;
-    bool deep_inside(PlaneCell cell) const;
-  };
-  CellRaster rasterize() const;
   void insert(const Inlier& inlier);
+  void set_hash_frame(const Eigen::Isometry3d& frame);
+  std::vector<Eigen::Vector2d> sites_of(PlaneCell cell, int spacing) const;
 
   SurfaceId id_;
   double resolution_;
@@ -141,6 +137,8 @@ class SurfaceModel {
   Eigen::Vector3d reference_;
   std::array<Moments, NoiseModel::classes> moments_;
   tsl::robin_map<std::uint64_t, Cell, PackedKeyHash> cells_;
+  CellBits bits_;
+  std::optional<Outline> outline_;  // none before the first derive()
   std::size_t size_ = 0;
   std::vector<SurfaceId> parents_;
   bool polygons_stale_ = true;

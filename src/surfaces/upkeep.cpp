@@ -155,7 +155,7 @@ void derive(Workspace& work) {
       next->surfaces.push_back(*at);
       continue;
     }
-    if (surface.polygons_stale()) surface.derive(state.parameters.max_hole_size());
+    surface.derive(state.parameters.max_hole_size());
     surface.revision = state.revision;
     next->surfaces.push_back(surface.publish(state.revision));
   }

@@ -10,11 +10,16 @@ namespace octosurf::test {
 
 /// The alpha shape of all inliers, in the model's frame: what derive() must come to.
 inline std::vector<Polygon> slow_polygons(const SurfaceModel& model, double h) {
-  const Eigen::Isometry3d T_surface_map = model.pose().inverse();
   std::vector<Eigen::Vector2d> points;
-  for (const Inlier& inlier : model.sorted_inliers())
-    points.push_back((T_surface_map * Eigen::Vector3d(inlier.position.cast<double>())).head<2>());
-  return alpha_shape(points, h);
+  for (const Inlier& inlier : model.sorted_inliers()) points.push_back(model.outline_point(inlier.position));
+  std::vector<Polygon> polygons = alpha_shape(points, model.outline_alpha(h));
+  const Eigen::Affine2d T = model.T_surface_outline();
+  for (Polygon& polygon : polygons) {
+    for (Eigen::Vector2d& p : polygon.outer) p = T * p;
+    for (Ring2& hole : polygon.holes)
+      for (Eigen::Vector2d& p : hole) p = T * p;
+  }
+  return polygons;
 }
 
 /// In one polygons, not in the other, m².

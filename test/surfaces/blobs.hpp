@@ -102,4 +102,11 @@ inline std::vector<std::vector<std::pair<double, double>>> ring_sets(const std::
   return sets;
 }
 
+/// The same bytes: polygons, rings and vertices in the same order.
+inline bool identical(const std::vector<Polygon>& a, const std::vector<Polygon>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Polygon& p, const Polygon& q) {
+    return p.outer == q.outer && p.holes == q.holes;
+  });
+}
+
 }  // namespace octosurf::test

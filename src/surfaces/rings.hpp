@@ -1,0 +1,18 @@
+#pragma once
+
+#include <vector>
+
+#include <octosurf/surface.hpp>
+
+namespace octosurf {
+
+/// Every ring from its lexicographically smallest vertex on, holes and polygons in the order of their
+/// rings: equal outlines, equal bytes.
+void order_rings(std::vector<Polygon>& polygons);
+
+/// Polygons of the rings of one outline, in any order: outer ones counter-clockwise, holes clockwise,
+/// none crossing another. Of a hole and the outer ring about it at most one vertex is shared. Ordered.
+/// Cost O(vertices), and O(vertices of an outer ring) for every hole in the box of several outer rings.
+std::vector<Polygon> polygons_of(std::vector<Ring2> rings);
+
+}  // namespace octosurf
