@@ -13,13 +13,18 @@ using Index = PointWindow::Index;
 
 /// Paper III-C1: fewer than two neighbours within r can have no normal; they wait.
 bool isolated(Workspace& work, Index i, int reach, float radius) {
+  const VoxelKey key = work.window[i].key;
   const Eigen::Vector3f p = work.window[i].position;
-  int neighbours = -1;  // itself
-  work.window.for_each_near(work.window[i].key, reach, [&](Index j) {
-    if (work.window[j].surface == 0 && (work.window[j].position - p).squaredNorm() <= radius * radius)
-      ++neighbours;
-  });
-  return neighbours < 2;
+  const auto enough_within = [&](int box) {
+    int neighbours = -1;  // itself
+    work.window.for_each_near(key, box, [&](Index j) {
+      neighbours +=
+          work.window[j].surface == 0 && (work.window[j].position - p).squaredNorm() <= radius * radius;
+    });
+    return neighbours >= 2;
+  };
+  // Nearly every point has them next to it, and then the blocks around are not asked for.
+  return !enough_within(std::min(1, reach)) && !enough_within(reach);
 }
 
 /// The line of sight to the point passes through a surface just in front of it.

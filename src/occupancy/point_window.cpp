@@ -5,11 +5,11 @@
 namespace octosurf {
 
 PointWindow::Index PointWindow::find(VoxelKey key) {
-  const Block& block = block_at(block_of(key.packed() >> 3 & block_mask));
-  const std::uint64_t slice = block.rows[key.z & 7];
-  const std::uint64_t bit = std::uint64_t{1} << (8 * (key.y & 7) + (key.x & 7));
-  if ((slice & bit) == 0) return none;
-  return block.first + block.before[key.z & 7] + static_cast<Index>(std::popcount(slice & (bit - 1)));
+  const Block& block = blocks_[block_of(key.packed() >> 3 & block_mask)];
+  const unsigned y = key.y & 7, z = key.z & 7, bit = 1U << (key.x & 7);
+  const auto row = static_cast<unsigned>(block.slices[z] >> (8 * y) & 0xff);
+  if ((row & bit) == 0) return none;
+  return block.first + block.before[8 * z + y] + bits_in_row[row & (bit - 1)];
 }
 
 std::uint32_t PointWindow::block_of(std::uint64_t packed_block) {
@@ -26,9 +26,11 @@ std::uint32_t PointWindow::block_of(std::uint64_t packed_block) {
   block.first = static_cast<Index>(points_.size());
   block.count = static_cast<Index>(scratch_.size());
   for (const VoxelPoint& p : scratch_)
-    block.rows[p.key.z & 7] |= std::uint64_t{1} << (8 * (p.key.y & 7) + (p.key.x & 7));
-  for (std::size_t z = 1; z < 8; ++z)
-    block.before[z] = static_cast<std::uint16_t>(block.before[z - 1] + std::popcount(block.rows[z - 1]));
+    block.slices[p.key.z & 7] |= std::uint64_t{1} << (8 * (p.key.y & 7) + (p.key.x & 7));
+  for (std::size_t row = 1; row < 64; ++row) {
+    const auto previous = static_cast<unsigned>(block.slices[(row - 1) / 8] >> (8 * ((row - 1) % 8)) & 0xff);
+    block.before[row] = static_cast<std::uint16_t>(block.before[row - 1] + bits_in_row[previous]);
+  }
   points_.insert(points_.end(), scratch_.begin(), scratch_.end());
   blocks_.push_back(block);
   return entry->second;

@@ -35,26 +35,29 @@ class PointWindow {
   /// visit(Index) for every point whose voxel lies within `reach` voxels of `key` along each axis,
   /// itself included, in a fixed order. Cost: blocks met, plus points met.
   template <class Visit>
-  void for_each_near(VoxelKey key, int reach, Visit&& visit);
-
-  /// Loads the block of `key`, if it is not there yet.
-  void load(VoxelKey key) { block_of(key.packed() >> 3 & block_mask); }
-
-  /// First index and count of the points of the block that holds `key`.
-  std::pair<Index, Index> block_points(VoxelKey key) {
-    const Block& block = block_at(block_of(key.packed() >> 3 & block_mask));
-    return {block.first, block.count};
+  void for_each_near(VoxelKey key, int reach, Visit&& visit) {
+    for_each_run_near(key, reach, [&](Index first, Index last) {
+      for (Index i = first; i < last; ++i) visit(i);
+    });
   }
+
+  /// The same points as runs [first, last) of neighbours in a row: visit(Index, Index).
+  template <class Visit>
+  void for_each_run_near(VoxelKey key, int reach, Visit&& visit);
 
  private:
   static constexpr std::uint64_t block_mask = 0x1fff1fff1fffULL;  // three 13-bit fields
   struct Block {
-    std::array<std::uint64_t, 8> rows{};    // slice z; bit 8·y + x
-    std::array<std::uint16_t, 8> before{};  // points in the slices below
+    std::array<std::uint64_t, 8> slices{};   // slice z; bit 8·y + x
+    std::array<std::uint16_t, 64> before{};  // points in the rows before row 8·z + y
     Index first = 0;
     Index count = 0;
   };
-  const Block& block_at(std::uint32_t b) const { return blocks_[b]; }
+  static constexpr std::array<std::uint8_t, 256> bits_in_row = [] {  // std::popcount would be a call
+    std::array<std::uint8_t, 256> bits{};
+    for (unsigned row = 0; row < 256; ++row) bits[row] = static_cast<std::uint8_t>(std::popcount(row));
+    return bits;
+  }();
   std::uint32_t block_of(std::uint64_t packed_block);
 
   OccupancyMap& map_;
@@ -65,34 +68,34 @@ class PointWindow {
 };
 
 template <class Visit>
-void PointWindow::for_each_near(VoxelKey key, int reach, Visit&& visit) {
+void PointWindow::for_each_run_near(VoxelKey key, int reach, Visit&& visit) {
   const std::array<int, 3> low{std::max(0, key.x - reach), std::max(0, key.y - reach),
                                std::max(0, key.z - reach)};
   const std::array<int, 3> high{std::min(65535, key.x + reach), std::min(65535, key.y + reach),
                                 std::min(65535, key.z + reach)};
+  const auto cut = [](int v, int b) { return static_cast<unsigned>(std::clamp(v - 8 * b, 0, 7)); };
   for (int bz = low[2] >> 3; bz <= high[2] >> 3; ++bz)
     for (int by = low[1] >> 3; by <= high[1] >> 3; ++by)
       for (int bx = low[0] >> 3; bx <= high[0] >> 3; ++bx) {
-        const std::uint64_t packed = (static_cast<std::uint64_t>(bz) << 32) |
-                                     (static_cast<std::uint64_t>(by) << 16) | static_cast<std::uint64_t>(bx);
-        const Block block = block_at(block_of(packed));  // a copy: visiting may load more blocks
-        if (block.count == 0) continue;
-        const auto cut = [](int v, int b) { return std::clamp(v - 8 * b, 0, 7); };
-        const unsigned x0 = static_cast<unsigned>(cut(low[0], bx)),
-                       x1 = static_cast<unsigned>(cut(high[0], bx));
-        const unsigned y0 = static_cast<unsigned>(cut(low[1], by)),
-                       y1 = static_cast<unsigned>(cut(high[1], by));
+        const std::uint32_t b =
+            block_of((static_cast<std::uint64_t>(bz) << 32) | (static_cast<std::uint64_t>(by) << 16) |
+                     static_cast<std::uint64_t>(bx));
+        if (blocks_[b].count == 0) continue;
+        const unsigned x0 = cut(low[0], bx), x1 = cut(high[0], bx);
+        const unsigned y0 = cut(low[1], by), y1 = cut(high[1], by);
         const std::uint64_t row = (0xffULL >> (7 - x1 + x0)) << x0;
-        std::uint64_t slice = 0;
-        for (unsigned y = y0; y <= y1; ++y) slice |= row << (8 * y);
-        for (int z = cut(low[2], bz); z <= cut(high[2], bz); ++z) {
-          const std::uint64_t present = block.rows[static_cast<std::size_t>(z)];
-          for (std::uint64_t bits = present & slice; bits != 0; bits &= bits - 1) {
-            const std::uint64_t below = present & ((bits & -bits) - 1);
-            visit(block.first + block.before[static_cast<std::size_t>(z)] +
-                  static_cast<Index>(std::popcount(below)));
+        const std::uint64_t rows = (~0ULL >> (8 * (7 - y1 + y0))) << (8 * y0);
+        const std::uint64_t wanted = row * 0x0101010101010101ULL & rows;
+        for (unsigned z = cut(low[2], bz); z <= cut(high[2], bz); ++z)
+          for (std::uint64_t left = blocks_[b].slices[z] & wanted; left != 0;) {
+            const Block& block = blocks_[b];  // looked up again: visiting may load more blocks
+            const auto y = static_cast<unsigned>(std::countr_zero(left)) / 8;
+            const auto present = static_cast<unsigned>(block.slices[z] >> (8 * y) & 0xff);
+            const Index first =
+                block.first + block.before[8 * z + y] + bits_in_row[present & ((1U << x0) - 1)];
+            left &= ~(0xffULL << (8 * y));
+            visit(first, first + bits_in_row[present & static_cast<unsigned>(row)]);
           }
-        }
       }
 }
 
