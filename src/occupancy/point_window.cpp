@@ -1,15 +1,17 @@
 #include "occupancy/point_window.hpp"
 
-#include <algorithm>
-
 namespace octosurf {
 
 PointWindow::Index PointWindow::find(VoxelKey key) {
   const Block& block = blocks_[block_of(key.packed() >> 3 & block_mask)];
-  const unsigned y = key.y & 7, z = key.z & 7, bit = 1U << (key.x & 7);
+  const bool present = block.slices[key.z & 7] >> (8 * (key.y & 7) + (key.x & 7)) & 1;
+  return present ? index_in(block, key) : none;
+}
+
+PointWindow::Index PointWindow::index_in(const Block& block, VoxelKey key) {
+  const unsigned y = key.y & 7, z = key.z & 7;
   const auto row = static_cast<unsigned>(block.slices[z] >> (8 * y) & 0xff);
-  if ((row & bit) == 0) return none;
-  return block.first + block.before[8 * z + y] + bits_in_row[row & (bit - 1)];
+  return block.first + block.before[8 * z + y] + bits_in_row[row & ((1U << (key.x & 7)) - 1)];
 }
 
 std::uint32_t PointWindow::block_of(std::uint64_t packed_block) {
@@ -20,8 +22,6 @@ std::uint32_t PointWindow::block_of(std::uint64_t packed_block) {
                       static_cast<std::uint16_t>((packed_block >> 32 & 0x1fff) << 3)};
   scratch_.clear();
   map_.read_block(base, scratch_);
-  std::sort(scratch_.begin(), scratch_.end(),
-            [](const VoxelPoint& a, const VoxelPoint& b) { return a.key < b.key; });
   Block block;
   block.first = static_cast<Index>(points_.size());
   block.count = static_cast<Index>(scratch_.size());
@@ -31,7 +31,8 @@ std::uint32_t PointWindow::block_of(std::uint64_t packed_block) {
     const auto previous = static_cast<unsigned>(block.slices[(row - 1) / 8] >> (8 * ((row - 1) % 8)) & 0xff);
     block.before[row] = static_cast<std::uint16_t>(block.before[row - 1] + bits_in_row[previous]);
   }
-  points_.insert(points_.end(), scratch_.begin(), scratch_.end());
+  points_.resize(points_.size() + scratch_.size());
+  for (const VoxelPoint& p : scratch_) points_[index_in(block, p.key)] = p;
   blocks_.push_back(block);
   return entry->second;
 }

@@ -58,6 +58,7 @@ class PointWindow {
     for (unsigned row = 0; row < 256; ++row) bits[row] = static_cast<std::uint8_t>(std::popcount(row));
     return bits;
   }();
+  static Index index_in(const Block& block, VoxelKey key);  // its voxel must hold a point
   std::uint32_t block_of(std::uint64_t packed_block);
 
   OccupancyMap& map_;

@@ -1,11 +1,128 @@
 #include "surfaces/normal_field.hpp"
 
-#include "surfaces/moments.hpp"
+#include "surfaces/lanes.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace octosurf {
+namespace {
+
+/// Weighted sums over neighbours relative to the point in question.
+struct NeighbourSums {
+  float count = 0, weight = 0;
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  std::array<float, 6> outer{};  // xx xy xz yy yz zz
+};
+
+/// Gathers neighbours, four to a step. Their order decides the rounding, so it must be fixed.
+class NeighbourMoments {
+ public:
+  NeighbourMoments(const VoxelPoint& centre, float radius)
+      : centre_(centre), radius_sq_(radius * radius), per_radius_sq_(1 / radius_sq_) {}
+
+  void add(const VoxelPoint& q) {
+    offset_x_[filled_] = q.position.x() - centre_.position.x();
+    offset_y_[filled_] = q.position.y() - centre_.position.y();
+    offset_z_[filled_] = q.position.z() - centre_.position.z();
+    facing_[filled_] = q.view.dot(centre_.view);
+    if (++filled_ == capacity) sum_up();
+  }
+
+  NeighbourSums sums() {
+    while (filled_ % 4 != 0) facing_[filled_++] = opposite;  // the last four are filled up with nothing
+    sum_up();
+    return {total(count_),
+            total(weight_),
+            {total(x_), total(y_), total(z_)},
+            {total(xx_), total(xy_), total(xz_), total(yy_), total(yz_), total(zz_)}};
+  }
+
+ private:
+  static constexpr std::size_t capacity = 64;
+  static constexpr float opposite = -1;
+
+  /// exp(−t) for t in [0, 1] to 3e-4: Taylor about 1/2.
+  static Lanes exp_minus(Lanes t) {
+    constexpr float exp_minus_half = 0.60653066F;
+    const Lanes u = 0.5F - t;
+    return exp_minus_half * (1.0F + u * (1.0F + u * (0.5F + u * (1.0F / 6 + u * (1.0F / 24)))));
+  }
+
+  void sum_up() {
+    for (std::size_t i = 0; i < filled_; i += 4) {
+      const Lanes x = load_lanes(&offset_x_[i]), y = load_lanes(&offset_y_[i]), z = load_lanes(&offset_z_[i]);
+      const Lanes distance_sq = x * x + y * y + z * z;
+      const LaneMask counts = (distance_sq <= radius_sq_) & (load_lanes(&facing_[i]) >= -0.3F);
+      const Lanes w = where(counts, exp_minus(distance_sq * per_radius_sq_));
+      count_ += where(counts, Lanes{1, 1, 1, 1});
+      weight_ += w;
+      const Lanes wx = w * x, wy = w * y, wz = w * z;
+      x_ += wx;
+      y_ += wy;
+      z_ += wz;
+      xx_ += wx * x;
+      xy_ += wx * y;
+      xz_ += wx * z;
+      yy_ += wy * y;
+      yz_ += wy * z;
+      zz_ += wz * z;
+    }
+    filled_ = 0;
+  }
+
+  const VoxelPoint& centre_;
+  float radius_sq_, per_radius_sq_;
+  std::size_t filled_ = 0;
+  std::array<float, capacity> offset_x_{}, offset_y_{}, offset_z_{}, facing_{};
+  Lanes count_{}, weight_{}, x_{}, y_{}, z_{}, xx_{}, xy_{}, xz_{}, yy_{}, yz_{}, zz_{};
+};
+
+/// Spread of the neighbours along its principal axes, ascending, and the axis of the smallest.
+struct Spread {
+  double smallest = 0, middle = 0, largest = 0;
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // unit; zero if no direction is flattest
+};
+
+/// The eigenvalues of the covariance without trigonometry: Newton from below, where the
+/// characteristic polynomial is concave, climbs to the smallest; the others solve a quadratic.
+Spread spread_of(const NeighbourSums& s) {
+  const double n = s.weight;
+  const Eigen::Vector3d mean = s.sum.cast<double>() / n;
+  double xx = s.outer[0] / n - mean.x() * mean.x(), xy = s.outer[1] / n - mean.x() * mean.y(),
+         xz = s.outer[2] / n - mean.x() * mean.z(), yy = s.outer[3] / n - mean.y() * mean.y(),
+         yz = s.outer[4] / n - mean.y() * mean.z(), zz = s.outer[5] / n - mean.z() * mean.z();
+  const double trace = xx + yy + zz;
+  Spread spread;
+  if (!(trace > 0)) return spread;
+  for (double* element : {&xx, &xy, &xz, &yy, &yz, &zz}) *element /= trace;
+  const double minors = xx * yy - xy * xy + xx * zz - xz * xz + yy * zz - yz * yz;
+  const double determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
+  double least = 0;
+  for (int k = 0; k < 30; ++k) {
+    const double value = ((least - 1) * least + minors) * least - determinant;
+    const double slope = (3 * least - 2) * least + minors;
+    if (!(value < 0) || slope <= 0) break;
+    const double step = -value / slope;
+    least += step;
+    if (step < 1e-9) break;
+  }
+  const double rest = 1 - least;
+  const double half_gap = std::sqrt(std::max(0.0, rest * rest / 4 - (minors - least * rest)));
+  spread.smallest = least * trace;
+  spread.middle = (rest / 2 - half_gap) * trace;
+  spread.largest = (rest / 2 + half_gap) * trace;
+  const Eigen::Vector3d a(xx - least, xy, xz), b(xy, yy - least, yz), c(xz, yz, zz - least);
+  Eigen::Vector3d normal = a.cross(b);
+  for (const Eigen::Vector3d& other : {Eigen::Vector3d(a.cross(c)), Eigen::Vector3d(b.cross(c))})
+    if (other.squaredNorm() > normal.squaredNorm()) normal = other;
+  if (normal.squaredNorm() > 1e-24) spread.normal = normal.normalized();
+  return spread;
+}
+
+}  // namespace
 
 NormalField::NormalField(PointWindow& window, const Parameters& parameters, const NoiseModel& noise)
     : window_(window),
@@ -33,37 +150,21 @@ const LocalPlane& NormalField::at(PointWindow::Index i) {
 }
 
 LocalPlane NormalField::compute(PointWindow::Index i, double radius) {
-  constexpr int fewest_neighbours = 6;
+  constexpr float fewest_neighbours = 6;
   const VoxelPoint p = window_[i];  // a copy: the window may grow
-  const auto radius_sq = static_cast<float>(radius * radius);
   LocalPlane plane;
   plane.reach = std::max(1, static_cast<int>(radius / resolution_));
-  int count = 0;
-  float weights = 0;
-  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-  Eigen::Matrix3f outer = Eigen::Matrix3f::Zero();
-  window_.for_each_near(p.key, plane.reach, [&](PointWindow::Index j) {
-    const VoxelPoint& q = window_[j];
-    const Eigen::Vector3f v = q.position - p.position;
-    const float distance_sq = v.squaredNorm();
-    if (distance_sq > radius_sq || q.view.dot(p.view) < -0.3F) return;
-    const float w = std::exp(-distance_sq / radius_sq);
-    ++count;
-    weights += w;
-    sum += w * v;
-    outer += w * v * v.transpose();
-  });
-  if (count < fewest_neighbours) return plane;
-  Moments moments{weights, sum.cast<double>(), outer.cast<double>()};
-  const PlaneFit fit = fit_plane(moments);
+  NeighbourMoments moments(p, static_cast<float>(radius));
+  window_.for_each_near(p.key, plane.reach, [&](PointWindow::Index j) { moments.add(window_[j]); });
+  const NeighbourSums sums = moments.sums();
+  if (sums.count < fewest_neighbours) return plane;
+  const Spread spread = spread_of(sums);
   // In a line: the second spread is no more than a voxel's rounding.
-  if (fit.variances[1] < 0.05 * fit.variances[2] || fit.variances[1] < 0.09 * resolution_ * resolution_)
-    return plane;
+  if (spread.middle < 0.05 * spread.largest || spread.middle < 0.09 * resolution_ * resolution_) return plane;
   plane.known = true;
-  plane.normal = fit.normal.cast<float>();
+  plane.normal = spread.normal.isZero() ? p.view : spread.normal.cast<float>();
   if (plane.normal.dot(p.view) < 0) plane.normal = -plane.normal;
-  plane.curvature = static_cast<float>(fit.curvature());
-  plane.thickness = static_cast<float>(std::sqrt(fit.variances[0]));
+  plane.curvature = static_cast<float>(spread.smallest / (spread.smallest + spread.middle + spread.largest));
   const double sigma_sq = std::pow(noise_.sigma(p.range_class), 2);
   const double by_noise = sigma_sq / (sigma_sq + radius * radius / 2);
   plane.flat = plane.curvature <= std::max(max_curvature_, std::min(1.5 * by_noise, 0.15));

@@ -11,7 +11,6 @@ namespace octosurf {
 struct LocalPlane {
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, toward where the point was seen from
   float curvature = 1;                               ///< surface variation λ₀/Σλ
-  float thickness = 0;                               ///< m, √λ₀
   int reach = 0;                                     ///< voxels, the neighbourhood it took
   bool known = false;                                ///< false: fewer than three neighbours, or all in a line
   bool flat = false;  ///< curvature is what this much noise would give on a plane

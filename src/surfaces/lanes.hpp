@@ -1,0 +1,24 @@
+#pragma once
+
+#include <bit>
+#include <cstring>
+
+namespace octosurf {
+
+/// Four floats worked on at once (GCC's and Clang's vector extension: SSE or NEON, or plain code).
+/// Each lane rounds as a float alone would, so results do not depend on the machine.
+using Lanes = float __attribute__((vector_size(16)));
+using LaneMask = int __attribute__((vector_size(16)));  ///< what comparing Lanes gives: 0 or −1
+
+inline Lanes load_lanes(const float* four) {
+  Lanes lanes;
+  std::memcpy(&lanes, four, sizeof lanes);
+  return lanes;
+}
+/// The values where the mask is set, 0 elsewhere.
+inline Lanes where(LaneMask mask, Lanes values) {
+  return std::bit_cast<Lanes>(mask & std::bit_cast<LaneMask>(values));
+}
+inline float total(Lanes v) { return (v[0] + v[1]) + (v[2] + v[3]); }
+
+}  // namespace octosurf
