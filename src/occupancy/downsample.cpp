@@ -1,5 +1,7 @@
 #include "occupancy/downsample.hpp"
 
+#include "occupancy/locate.hpp"
+
 #include <algorithm>
 
 #include <octosurf/adapters/detail/parallel.hpp>
@@ -24,30 +26,33 @@ void Downsampler::add(const Run& run, VoxelScan& out) {
 
 void Downsampler::collect_runs(const Scan& scan, double min_range, std::size_t begin, std::size_t end,
                                Part& part) const {
-  const Eigen::Matrix3d R = scan.T_map_sensor.linear();
-  const Eigen::Vector3d t = scan.T_map_sensor.translation();
   const double min_range_sq = min_range * min_range;
   part.runs.clear();
   part.not_finite = part.too_near = part.out_of_map = 0;
-  Run run;
-  VoxelKey key;
-  for (std::size_t i = begin; i < end; ++i) {
-    const Eigen::Vector3f& p = scan.points[i];
-    const Eigen::Vector3d q = p.cast<double>();
-    const Eigen::Vector3f in_map = (R * q + t).cast<float>();
-    // What is not finite fails one of the two.
-    if (!(q.squaredNorm() >= min_range_sq) || !grid_.key_of(in_map, key)) {
-      ++(!p.allFinite() ? part.not_finite : q.squaredNorm() < min_range_sq ? part.too_near : part.out_of_map);
-      continue;
+  LocatedPoints located;
+  for (std::size_t from = begin; from < end; from += LocatedPoints::most) {
+    const std::span points(scan.points.data() + from, std::min(LocatedPoints::most, end - from));
+    locate(points, scan.T_map_sensor, grid_, located);
+    Run run;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (located.inside[i] == 0 || points[i].cast<double>().squaredNorm() < min_range_sq) {
+        ++(!points[i].allFinite()                                  ? part.not_finite
+           : points[i].cast<double>().squaredNorm() < min_range_sq ? part.too_near
+                                                                   : part.out_of_map);
+        continue;
+      }
+      const VoxelKey key{static_cast<std::uint16_t>(located.key_x[i]),
+                         static_cast<std::uint16_t>(located.key_y[i]),
+                         static_cast<std::uint16_t>(located.key_z[i])};
+      if (run.count == 0 || !(key == run.key)) {
+        if (run.count > 0) part.runs.push_back(run);
+        run = {key, 0, grid_.centre_of(key), Eigen::Vector3f::Zero()};
+      }
+      ++run.count;
+      run.sum += Eigen::Vector3f(located.x[i], located.y[i], located.z[i]) - run.centre;
     }
-    if (run.count == 0 || !(key == run.key) || i % longest_run == 0) {
-      if (run.count > 0) part.runs.push_back(run);
-      run = {key, 0, grid_.centre_of(key), Eigen::Vector3f::Zero()};
-    }
-    ++run.count;
-    run.sum += in_map - run.centre;
+    if (run.count > 0) part.runs.push_back(run);
   }
-  if (run.count > 0) part.runs.push_back(run);
 }
 
 VoxelScan Downsampler::operator()(const Scan& scan, double min_range, double max_range, int threads) {
@@ -59,12 +64,13 @@ VoxelScan Downsampler::operator()(const Scan& scan, double min_range, double max
                 "shift the poses nearer to the origin or use a larger resolution");
   table_.clear();
   // Runs end at the same points whatever the number of threads, so sums round alike.
-  const std::size_t stretches = scan.points.size() / longest_run + 1;
+  const std::size_t stretches = scan.points.size() / LocatedPoints::most + 1;
   parts_.resize(std::min(static_cast<std::size_t>(threads), stretches));
   detail::in_parallel(static_cast<int>(parts_.size()), [&](int t) {
     const detail::Share share(stretches, t, static_cast<int>(parts_.size()));
-    collect_runs(scan, min_range, share.begin * longest_run,
-                 std::min(share.end * longest_run, scan.points.size()), parts_[static_cast<std::size_t>(t)]);
+    collect_runs(scan, min_range, share.begin * LocatedPoints::most,
+                 std::min(share.end * LocatedPoints::most, scan.points.size()),
+                 parts_[static_cast<std::size_t>(t)]);
   });
   for (const Part& part : parts_) {
     for (const Run& run : part.runs) add(run, out);

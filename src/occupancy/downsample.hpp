@@ -59,7 +59,6 @@ class Downsampler {
     std::vector<Run> runs;
     std::size_t not_finite = 0, too_near = 0, out_of_map = 0;
   };
-  static constexpr std::size_t longest_run = 4096;  // points between two breaks
   void collect_runs(const Scan& scan, double min_range, std::size_t begin, std::size_t end, Part& part) const;
   void add(const Run& run, VoxelScan& out);
 

@@ -14,6 +14,7 @@ class VoxelGrid {
   explicit VoxelGrid(double resolution) : resolution_(resolution), per_metre_(1.0 / resolution) {}
 
   double resolution() const { return resolution_; }
+  double per_metre() const { return per_metre_; }
 
   /// False if the point lies outside the octree's 2¹⁶ voxels an axis (or is not finite).
   bool key_of(const Eigen::Vector3f& p, VoxelKey& key) const {
