@@ -39,7 +39,7 @@ namespace octosurf {
 // bytes, because a message per node would take ten times its size.
 
 inline constexpr std::string_view map_file_magic{"\x89OCTSF\r\n", 8};
-inline constexpr std::uint32_t map_file_version = 1;
+inline constexpr std::uint32_t map_file_version = 2;
 
 /// Size and CRC-32 (zlib's) of a file.
 struct FileSum {

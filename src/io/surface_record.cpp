@@ -75,7 +75,6 @@ class Reader {
     s.reference = place(numbers(record_.reference(), 3));
     read_moments(s);
     s.polygons = polygons(record_.polygons());
-    s.simplified = polygons(record_.simplified());
     for (const SurfaceId parent : record_.parents()) {
       require(parent > 0 && parent < bounds_.next_id, "has a parent that never was");
       s.parents.push_back(parent);
@@ -199,7 +198,6 @@ void write_surface(const SurfaceModel::State& surface, map_file::Surface& record
   put(surface.reference, *record.mutable_reference());
   for (const Moments& moments : surface.moments) put(moments, *record.mutable_moments());
   put(surface.polygons, *record.mutable_polygons());
-  put(surface.simplified, *record.mutable_simplified());
   for (const SurfaceId parent : surface.parents) record.add_parents(parent);
   record.set_polygons_stale(surface.polygons_stale);
   record.set_revision(surface.revision);

@@ -135,7 +135,7 @@ std::vector<Circle> circles(const Surface& surface, double min_radius) {
                 "give the smallest useful radius in metres, such as 0.05");
   }
   std::vector<Circle> result;
-  for (const Polygon& polygon : surface.simplified) {
+  for (const Polygon& polygon : simplified(surface)) {
     for (const Disc& disc : Fill(polygon, min_radius).run()) {
       result.push_back({surface.to_map(disc.center), disc.radius});
     }

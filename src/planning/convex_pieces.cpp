@@ -132,7 +132,7 @@ ConvexPiece to_piece(const Surface& surface, const std::vector<Eigen::Vector2d>&
 
 std::vector<ConvexPiece> convex_pieces(const Surface& surface) {
   std::vector<ConvexPiece> result;
-  for (const Polygon& polygon : surface.simplified) {
+  for (const Polygon& polygon : simplified(surface)) {
     const ConvexMerge merge(polygon);
     for (const Piece& piece : merge.pieces()) {
       std::vector<Eigen::Vector2d> corners;  // without vertices on straight edges

@@ -58,4 +58,9 @@ std::vector<Polygon> simplify(const std::vector<Polygon>& polygons, double toler
   return result;
 }
 
+std::vector<Polygon> simplified(const Surface& surface) {
+  if (surface.resolution <= 0) return surface.polygons;
+  return simplify(surface.polygons, surface.resolution / 2);
+}
+
 }  // namespace octosurf

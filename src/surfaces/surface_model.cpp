@@ -221,18 +221,17 @@ void SurfaceModel::derive(double max_hole_size) {
     for (Ring2& hole : polygon.holes)
       for (Eigen::Vector2d& p : hole) p = T * p;
   }
-  simplified_ = simplify(polygons_, resolution_ / 2);
   polygons_stale_ = false;
 }
 
 SurfacePtr SurfaceModel::publish(std::uint64_t map_revision) const {
   auto surface = std::make_shared<Surface>();
   surface->id = id_;
+  surface->resolution = resolution_;
   surface->color = color_of(id_);
   surface->plane = plane_;
   surface->T_map_surface = pose_;
   surface->polygons = polygons_;
-  surface->simplified = simplified_;
   for (const Polygon& polygon : polygons_) {
     for (const Eigen::Vector2d& p : polygon.outer) surface->boundary.push_back(surface->to_map(p));
     for (const Ring2& hole : polygon.holes)
@@ -247,9 +246,8 @@ SurfacePtr SurfaceModel::publish(std::uint64_t map_revision) const {
 }
 
 SurfaceModel::State SurfaceModel::state() const {
-  return {id_,        plane_,          checked_plane,    pose_,     hash_frame_,
-          reference_, moments_,        sorted_inliers(), polygons_, simplified_,
-          parents_,   polygons_stale_, revision,         unchecked};
+  return {id_,       plane_,   checked_plane,   pose_,    hash_frame_, reference_, moments_, sorted_inliers(),
+          polygons_, parents_, polygons_stale_, revision, unchecked};
 }
 
 SurfaceModel::SurfaceModel(const State& state, double resolution)
@@ -263,7 +261,6 @@ SurfaceModel::SurfaceModel(const State& state, double resolution)
   moments_ = state.moments;
   parents_ = state.parents;
   polygons_ = state.polygons;
-  simplified_ = state.simplified;
   polygons_stale_ = state.polygons_stale;
 }
 

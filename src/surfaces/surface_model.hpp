@@ -108,7 +108,7 @@ class SurfaceModel {
     Eigen::Vector3d reference = Eigen::Vector3d::Zero();
     std::array<Moments, NoiseModel::classes> moments;
     std::vector<Inlier> inliers;  ///< key order
-    std::vector<Polygon> polygons, simplified;
+    std::vector<Polygon> polygons;
     std::vector<SurfaceId> parents;
     bool polygons_stale = false;
     std::uint64_t revision = 0;
@@ -142,7 +142,7 @@ class SurfaceModel {
   std::size_t size_ = 0;
   std::vector<SurfaceId> parents_;
   bool polygons_stale_ = true;
-  std::vector<Polygon> polygons_, simplified_;
+  std::vector<Polygon> polygons_;
 };
 
 /// A frame whose z is `normal` (unit), with x horizontal: exactly level and upright planes included.

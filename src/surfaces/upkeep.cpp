@@ -53,9 +53,13 @@ bool no_longer_planar(Workspace& work, SurfaceModel& surface) {
 
 /// Inliers that a moved plane has left behind, with half a tolerance of patience.
 void drop_misfits(Workspace& work, SurfaceModel& surface) {
-  for (const Inlier& inlier : surface.sorted_inliers())
+  std::vector<VoxelKey> misfits;
+  surface.for_each_inlier([&](const Inlier& inlier) {
     if (std::fabs(surface.distance(inlier.position)) > 1.5 * work.state.noise.tolerance(inlier.range_class))
-      work.take_back(work.window.find(inlier.key));
+      misfits.push_back(inlier.key);
+  });
+  std::sort(misfits.begin(), misfits.end());
+  for (const VoxelKey key : misfits) work.take_back(work.window.find(key));
   surface.checked_plane = surface.plane();
 }
 

@@ -77,9 +77,9 @@ TEST_F(DamagedMapFiles, ForeignFiles) {
 
 TEST_F(DamagedMapFiles, OtherVersions) {
   std::string bytes = *good;
-  bytes[8] = 2;
+  bytes[8] = 3;
   EXPECT_THAT(loading(bytes),
-              AllOf(HasSubstr("has version 2"), HasSubstr("reads up to 1"), HasSubstr("newer version")));
+              AllOf(HasSubstr("has version 3"), HasSubstr("reads up to 2"), HasSubstr("newer version")));
   bytes[8] = 0;
   EXPECT_THAT(loading(bytes), HasSubstr("has no version"));
 }
@@ -250,7 +250,7 @@ const std::vector<Spoiled>& spoiled_files() {
        [](Spoiler& s) { s.surface().set_reference(0, s.surface().reference(0) + 1); }},
       {"not finite", [](Spoiler& s) { s.surface().set_moments(50, HUGE_VAL); }},
       {"do not add up", [](Spoiler& s) { s.surface().mutable_polygons()->set_vertices(0, 1 << 30); }},
-      {"do not add up", [](Spoiler& s) { s.surface().mutable_simplified()->add_rings(0xffffffff); }},
+      {"do not add up", [](Spoiler& s) { s.surface().mutable_polygons()->add_rings(0xffffffff); }},
       {"do not add up", [](Spoiler& s) { s.surface().mutable_polygons()->add_uv(0); }},
       {"without rings", [](Spoiler& s) { s.surface().mutable_polygons()->add_rings(0); }},
       {"fewer than three",
@@ -261,7 +261,7 @@ const std::vector<Spoiled>& spoiled_files() {
          for (int i = 0; i < 4; ++i) p.add_uv(i);
        }},
       {"a polygon outside", [](Spoiler& s) { s.surface().mutable_polygons()->set_uv(1, not_a_number); }},
-      {"a polygon outside", [](Spoiler& s) { s.surface().mutable_simplified()->set_uv(0, 1e12); }},
+      {"a polygon outside", [](Spoiler& s) { s.surface().mutable_polygons()->set_uv(0, 1e12); }},
       {"parent that never was", [](Spoiler& s) { s.surface().add_parents(s.header().next_id()); }},
       {"parent that never was", [](Spoiler& s) { s.surface().add_parents(0); }},
       {"one that is to come", [](Spoiler& s) { s.surface().set_revision(s.header().revision() + 1); }},

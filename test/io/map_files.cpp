@@ -46,7 +46,6 @@ std::string surface_difference(const SurfaceModel::State& a, const SurfaceModel:
   if (!all_same(a.moments, b.moments)) return "moments";
   if (!all_same(a.inliers, b.inliers)) return "inliers";
   if (!all_same(a.polygons, b.polygons)) return "polygons";
-  if (!all_same(a.simplified, b.simplified)) return "simplified polygons";
   if (a.parents != b.parents) return "parents";
   if (a.polygons_stale != b.polygons_stale) return "polygons_stale";
   if (a.revision != b.revision || a.unchecked != b.unchecked) return "revision or unchecked";
@@ -54,9 +53,10 @@ std::string surface_difference(const SurfaceModel::State& a, const SurfaceModel:
 }
 
 std::string published_difference(const Surface& a, const Surface& b) {
-  if (a.id != b.id || a.color != b.color || a.parents != b.parents) return "id, colour or parents";
+  if (a.id != b.id || a.resolution != b.resolution || a.color != b.color || a.parents != b.parents)
+    return "id, colour or parents";
   if (!same(a.plane, b.plane) || a.T_map_surface.matrix() != b.T_map_surface.matrix()) return "plane or pose";
-  if (!all_same(a.polygons, b.polygons) || !all_same(a.simplified, b.simplified)) return "polygons";
+  if (!all_same(a.polygons, b.polygons)) return "polygons";
   if (a.boundary != b.boundary || a.area_m2 != b.area_m2) return "boundary or area";
   if (a.inliers != b.inliers || a.rms_m != b.rms_m) return "inliers or rms";
   if (a.revision != b.revision) return "revision";
@@ -167,7 +167,7 @@ std::vector<map_file::Record> unpack(const std::string& file) {
 
 std::string pack_bytes(const std::vector<std::string>& records, bool with_footer) {
   std::ostringstream out;
-  out.write("\x89OCTSF\r\n\x01\0\0\0", 12);
+  out.write("\x89OCTSF\r\n\x02\0\0\0", 12);
   RecordWriter writer(out);
   for (const std::string& record : records) writer.put(record);
   if (with_footer) {

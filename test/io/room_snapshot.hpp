@@ -32,7 +32,6 @@ class SnapshotBuilder {
     surface.T_map_surface.linear() << x_axis, normal.cross(x_axis), normal;
     surface.T_map_surface.translation() = origin;
     surface.polygons = std::move(polygons);
-    surface.simplified = surface.polygons;
     for (const Polygon& polygon : surface.polygons) {
       for (const Eigen::Vector2d& uv : polygon.outer) surface.boundary.push_back(surface.to_map(uv));
       for (const Ring2& hole : polygon.holes) {

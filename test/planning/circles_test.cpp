@@ -19,7 +19,7 @@ struct Flat {
 
 // The guarantees of the header for a surface with one polygon.
 void expect_valid(const Surface& on, double min_radius) {
-  const Polygon& polygon = on.simplified.front();
+  const Polygon& polygon = on.polygons.front();
   std::vector<Flat> flat;
   for (const Circle& circle : circles(on, min_radius)) {
     EXPECT_NEAR(on.plane.signed_distance(circle.center), 0, 1e-12);

@@ -61,7 +61,7 @@ void expect_valid(const Surface& on) {
       const Eigen::Vector2d middle = (ring[i] + ring[(i + 1) % ring.size()]) / 2;
       for (const Eigen::Vector2d& p : {ring[i], middle}) {
         bool within = false;
-        for (const Polygon& polygon : on.simplified) {
+        for (const Polygon& polygon : on.polygons) {
           within = within || inside(polygon, p) || edge_distance(polygon, p) < 1e-9;
         }
         EXPECT_TRUE(within);

@@ -87,7 +87,7 @@ inline double edge_distance(const Polygon& polygon, const Eigen::Vector2d& point
   return best;
 }
 
-/// `polygons` serve as both the exact and the simplified ones.
+/// Without a resolution: its simplified polygons are its polygons.
 inline Surface surface(SurfaceId id, std::vector<Polygon> polygons,
                        const Eigen::Isometry3d& pose = Eigen::Isometry3d::Identity()) {
   Surface result;
@@ -96,7 +96,6 @@ inline Surface surface(SurfaceId id, std::vector<Polygon> polygons,
   result.plane.normal = pose.linear().col(2);
   result.plane.offset = result.plane.normal.dot(pose.translation());
   for (const Polygon& polygon : polygons) result.area_m2 += area(polygon);
-  result.simplified = polygons;
   result.polygons = std::move(polygons);
   return result;
 }

@@ -339,7 +339,7 @@ Snapshot PaperPipeline::snapshot() const {
     surface->id = from.id;
     surface->plane = from.plane;
     surface->T_map_surface = from.T_map_surface;
-    surface->polygons = surface->simplified = from.polygons;
+    surface->polygons = from.polygons;
     for (const std::uint32_t i : from.boundary)
       surface->boundary.push_back(surface->to_map(from.project(impl_->points[i])));
     surface->area_m2 = from.area_m2;
