@@ -1,5 +1,6 @@
 #include "detection/plane_extraction.hpp"
 
+#include "detection/region_points.hpp"
 #include "surfaces/planarity.hpp"
 
 #include <algorithm>
@@ -23,31 +24,21 @@ PlaneExtraction::PlaneExtraction(Workspace& work, const Parameters& parameters)
       parameters_(parameters),
       fewest_(static_cast<std::size_t>(parameters.min_surface_points())),
       aligned_(parameters.aligned()),
-      cos_aligned_(static_cast<float>(std::cos(parameters.detection.aligned_angle))) {}
+      cos_aligned_(aligned_ ? static_cast<float>(std::cos(parameters.detection.aligned_angle)) : -1) {}
 
-bool PlaneExtraction::belongs(Index i, const Plane& plane) {
-  const VoxelPoint& p = work_.window[i];
-  if (std::fabs(plane.signed_distance(p.position.cast<double>())) >
-      work_.state.noise.tolerance(p.range_class))
-    return false;
-  if (!aligned_) return true;
-  const LocalPlane& local = work_.normals.at(i);
-  return local.normal.dot(plane.normal.cast<float>()) >= cos_aligned_;
-}
-
-std::vector<PlaneExtraction::Index> PlaneExtraction::inliers_of(std::span<const Index> points,
+std::vector<PlaneExtraction::Index> PlaneExtraction::inliers_of(std::span<const Index> region,
+                                                                const RegionPoints& points,
                                                                 const Plane& plane) {
   std::vector<Index> inliers;
-  for (const Index i : points)
-    if (belongs(i, plane)) inliers.push_back(i);
+  points.for_each(plane, [&](std::size_t k, bool belongs) {
+    if (belongs) inliers.push_back(region[k]);
+  });
   return inliers;
 }
 
 bool PlaneExtraction::ransac(std::span<const Index> points, Plane& best) {
   std::mt19937_64 rng(PackedKeyHash()(work_.window[points.front()].key.packed()) ^ points.size());
-  std::vector<Index> sample;
-  const std::size_t stride = points.size() / scored_points + 1;
-  for (std::size_t i = 0; i < points.size(); i += stride) sample.push_back(points[i]);
+  const RegionPoints sample(work_, points, points.size() / scored_points + 1, cos_aligned_);
   const auto pick = [&] { return points[rng() % points.size()]; };
   const auto position = [&](Index i) { return Eigen::Vector3d(work_.window[i].position.cast<double>()); };
 
@@ -61,8 +52,7 @@ bool PlaneExtraction::ransac(std::span<const Index> points, Plane& best) {
     Plane plane{cross.normalized(), 0};
     if (plane.normal.cast<float>().dot(work_.window[first].view) < 0) plane.normal = -plane.normal;
     plane.offset = plane.normal.dot(a);
-    const auto inliers = static_cast<std::size_t>(
-        std::count_if(sample.begin(), sample.end(), [&](Index i) { return belongs(i, plane); }));
+    const std::size_t inliers = sample.count(plane, most);
     if (inliers <= most) continue;
     most = inliers;
     best = plane;
@@ -177,10 +167,11 @@ std::vector<SurfaceId> PlaneExtraction::operator()(std::vector<Index> region) {
   while (region.size() >= fewest_) {
     Plane plane;
     if (!ransac(region, plane)) break;
-    std::vector<Index> inliers = inliers_of(region, plane);
+    const RegionPoints points(work_, region, 1, cos_aligned_);
+    std::vector<Index> inliers = inliers_of(region, points, plane);
     for (int round = 0; round < 3 && inliers.size() >= fewest_; ++round) {
       plane = fit(inliers, plane);
-      inliers = inliers_of(region, plane);
+      inliers = inliers_of(region, points, plane);
     }
     if (inliers.size() < fewest_) break;
     bool bent = false;
@@ -196,7 +187,11 @@ std::vector<SurfaceId> PlaneExtraction::operator()(std::vector<Index> region) {
     }
     // What is left beside a pillar's widest facet are narrower ones, which look flat.
     if (bent) break;
-    std::erase_if(region, [&](Index i) { return belongs(i, plane); });
+    std::vector<Index> rest;
+    points.for_each(plane, [&](std::size_t k, bool belongs) {
+      if (!belongs) rest.push_back(region[k]);
+    });
+    region = std::move(rest);
   }
   return born;
 }

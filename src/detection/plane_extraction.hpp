@@ -7,6 +7,8 @@
 
 namespace octosurf {
 
+class RegionPoints;
+
 /// Planes out of one smooth region (paper III-C4).
 ///
 /// While more than n points remain: RANSAC (Fischler & Bolles 1981) with s and at most 200
@@ -25,8 +27,8 @@ class PlaneExtraction {
 
  private:
   bool ransac(std::span<const Index> points, Plane& plane);
-  std::vector<Index> inliers_of(std::span<const Index> points, const Plane& plane);
-  bool belongs(Index i, const Plane& plane);
+  std::vector<Index> inliers_of(std::span<const Index> region, const RegionPoints& points,
+                                const Plane& plane);
   Plane fit(std::span<const Index> points, const Plane& toward);
   std::vector<std::vector<Index>> clusters(std::span<const Index> points, const Plane& plane);
   bool acceptable(std::span<const Index> cluster, const Plane& plane, bool& bent);
