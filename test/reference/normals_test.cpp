@@ -1,0 +1,80 @@
+// Normals from the voxel grid against PCL's moving least squares, of the same points at the same radius.
+#include "reference/pcl_steps.hpp"
+#include "support/map_state.hpp"
+
+#include <chrono>
+#include <filesystem>
+#include <gtest/gtest.h>
+#include <numbers>
+
+#include <octosurf/scan_source.hpp>
+
+namespace octosurf {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Comparison {
+  std::size_t planar = 0, known = 0;
+  double mean_angle_deg = 0;
+  double pcl_ms = 0, own_ms = 0;
+};
+
+template <class Work>
+double milliseconds(const Work& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// Planar neighbourhoods are PCL's: hardly any variation, and a noise that leaves a normal its meaning.
+Comparison compare(const Scan& scan, double resolution, double radius) {
+  constexpr float planar_curvature = 0.01F;
+  Parameters parameters;
+  parameters.occupancy.resolution = resolution;
+  parameters.detection.normal_radius = parameters.detection.search_radius = radius;
+  MapState state(parameters);
+  const OccupancyDelta delta = test::occupy(state, scan);
+  reference::Points points;
+  for (const VoxelPoint& p : delta.appeared) points.push_back(p.position);
+
+  Comparison result;
+  std::vector<reference::PointNormal> expected;
+  result.pcl_ms = milliseconds([&] { expected = reference::mls_normals(points, radius); });
+  Workspace work(state);
+  std::vector<LocalPlane> planes;
+  result.own_ms = milliseconds([&] {
+    for (const VoxelPoint& p : delta.appeared) planes.push_back(work.normals.at(work.window.find(p.key)));
+  });
+  for (const auto& [i, normal, curvature] : expected) {
+    if (curvature > planar_curvature) continue;
+    ++result.planar;
+    if (!planes[i].known) continue;
+    ++result.known;
+    const double cosine = std::min(1.0, std::fabs(static_cast<double>(planes[i].normal.dot(normal))));
+    result.mean_angle_deg += std::acos(cosine) * 180 / std::numbers::pi;
+  }
+  result.mean_angle_deg /= static_cast<double>(std::max<std::size_t>(result.known, 1));
+  return result;
+}
+
+TEST(NormalsAgainstPcl, AgreeOnPlanarNeighbourhoodsOfARealFrame) {
+  const fs::path kitchen = fs::path(OCTOSURF_DATA_DIR) / "rgbd_7scenes_redkitchen";
+  if (!fs::is_directory(kitchen)) GTEST_SKIP() << "no ../shared/data";
+  const Scan scan = *open_scans({kitchen})->next();
+  for (const double resolution : {0.02, 0.01})
+    for (const double voxels : {2.5, 5.0}) {
+      const Comparison c = compare(scan, resolution, voxels * resolution);
+      const std::string at = std::to_string(static_cast<int>(resolution * 1000)) + "mm_" +
+                             std::to_string(static_cast<int>(voxels * 10)) + "tenths";
+      RecordProperty("pcl_ms_" + at, std::to_string(c.pcl_ms));
+      RecordProperty("own_ms_" + at, std::to_string(c.own_ms));
+      RecordProperty("mean_deg_" + at, std::to_string(c.mean_angle_deg));
+      EXPECT_GT(c.planar, 1000U) << at;
+      EXPECT_GE(c.known, c.planar * 9 / 10) << at << ": six neighbours are asked for, by PCL three";
+      EXPECT_LE(c.mean_angle_deg, 2) << at;
+    }
+}
+
+}  // namespace
+}  // namespace octosurf
