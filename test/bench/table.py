@@ -1,20 +1,28 @@
 #!/usr/bin/env python3
-"""Markdown table of bench_speed's JSON files, for the README: table.py FILE…
+"""Markdown table of bench_speed's JSON files, for the README: table.py [--into README.md] FILE…
 
 Of rows that several files hold, the later file's counts. Every number stands in the files; here they
-are only put side by side.
+are only put side by side. With --into, the text between the marks `<!-- bench -->` and
+`<!-- /bench -->` of that file is replaced.
 """
 
+import argparse
 import json
+import pathlib
 import sys
+
+FOOTNOTES = """\
+Each side is a process of its own with its own heap; they take turns, scan by scan, on the same data, which
+is read beforehand. Medians over the turns; in brackets the 10th to 90th percentile of single turns' ratios.
+OctoMap's insertion: `insertPointCloud` lazy and discretised, then `updateInnerOccupancy`, points already in
+the map's frame. PCL pipeline: the paper's steps from stock PCL parts (`test/reference`). CGAL: normals from
+24 neighbours, 12 for growing, octosurf's tolerance, angle and least size, voxel centroids given; it knows
+neither outlines nor free space, and of ours only the stages from `retract` on are counted beside it."""
 
 
 def short(value):
-    """Three significant digits, thousands separated."""
-    if value == 0:
-        return "0"
-    digits = max(0, 2 - len(str(int(abs(value)))) + 1)
-    return f"{value:,.{digits}f}"
+    """Three significant digits, at most two decimals, thousands separated."""
+    return f"{value:,.{max(0, 3 - len(str(int(abs(value)))))}f}"
 
 
 def unit(value, name):
@@ -115,48 +123,69 @@ def realtime(row):
         f'{row["skipped_scans"]:.0f} dropped; {row["categorized_percent"]:.1f} % of the points categorised'
 
 
-CELLS = {"occupancy": insertion, "plain": insertion, "lidar": insertion, "mapper": whole_scan,
+CELLS = {"occupancy": insertion, "lidar": insertion, "mapper": whole_scan,
          "pcl": whole_scan, "memory": memory, "loading": loading, "planes": planes, "normals": normals,
          "derive": derive, "long_run": long_run, "app": app, "realtime": realtime}
 
 
-def conditions(context, rows):
-    text = f'{context["cpu_model"]}, {context["num_cpus"]} cores, load {context["load_avg"][0]:.1f} at the ' \
+def conditions(context, groups):
+    text = f'{context["cpu_model"]}, {context["cores"]} cores, load {context["load_avg"][0]:.1f} at the ' \
         f'start; {context["compiler"]}; OctoMap {context["octomap"]}, PCL {context["pcl"]}, CGAL ' \
-        f'{context["cgal"]}; {context["date"][:10]}, commit {context.get("commit", "unknown")}, ' \
-        f'{context["form"]} form'
-    return f"{text}: {', '.join(rows)}" if rows else text
+        f'{context["cgal"]}; {context["date"][:10]}, commit {context["commit"]}, {context["form"]} form'
+    return f"{', '.join(groups)}: {text}." if groups else f"{text}."
 
 
-def main(files):
-    if not files:
-        sys.exit("table.py: no JSON file; `./dev bench` writes some to out/bench")
-    rows, contexts = {}, {}
+def read(files):
+    """Rows by name; runs as (context, groups measured in it)."""
+    rows, runs = {}, []
     for file in files:
-        with open(file, encoding="utf-8") as text:
-            content = json.load(text)
-        key = {k: v for k, v in content["context"].items() if k not in ("date", "load_avg")}
-        contexts.setdefault(json.dumps(key, sort_keys=True), (content["context"], set()))[1].update(
-            row["name"].split("/")[0] for row in content["benchmarks"])
-        rows.update((row["name"].split("/iterations:")[0], row) for row in content["benchmarks"])
+        content = json.loads(pathlib.Path(file).read_text(encoding="utf-8"))
+        found = {row["name"].split("/iterations:")[0]: row for row in content["benchmarks"]}
+        rows.update(found)
+        runs.append((content["context"], sorted({name.split("/")[0] for name in found})))
+    return rows, runs
 
-    order = list(CELLS)
-    print("| what | octosurf | the other | times better (single turns) | beside it |\n|---|---|---|---|---|")
+
+def table(rows, runs):
+    lines = ["| what | against | octosurf | the other | times better | beside it |", "|---|---|---|---|---|---|"]
     lost, skipped = [], []
+    order = list(CELLS)
     for name, row in sorted(rows.items(), key=lambda item: order.index(item[0].split("/")[0])):
         if row.get("error_occurred"):
             skipped.append(f'{name} ({row["error_message"]})')
             continue
         what, against = row["label"].split(" | ")
-        ours, theirs, better, beside = CELLS[name.split("/")[0]](row)
-        print(f"| {what}, against {against} | {ours} | {theirs} | {better} | {beside} |")
+        lines.append(f"| {what} | {against} | " + " | ".join(CELLS[name.split("/")[0]](row)) + " |")
         if row.get("ratio", 1) < 1:
-            lost.append(f'{what}, against {against} ({short(row["ratio"])}×)')
-    print("\nMedians over turns. " + ("Lost: " + "; ".join(lost) + "." if lost else "Nothing lost."))
+            lost.append(f'{what}, against {against} ({row["ratio"]:.2f}×)')
+    lines += ["", "Where we lose: " + ("; ".join(lost) if lost else "nowhere in this table") + "."]
     if skipped:
-        print("\nNot measured: " + "; ".join(skipped) + ".")
-    print("\n" + "\n".join(conditions(context, sorted(groups) if len(contexts) > 1 else [])
-                           for context, groups in contexts.values()))
+        lines += ["", "Not measured: " + "; ".join(skipped) + "."]
+    lines += ["", FOOTNOTES, ""]
+    lines += [conditions(context, groups if len(runs) > 1 else []) for context, groups in runs]
+    return "\n".join(lines)
 
 
-main(sys.argv[1:])
+def put_into(file, text):
+    before, mark, rest = file.read_text(encoding="utf-8").partition("<!-- bench -->\n")
+    _, end, after = rest.partition("<!-- /bench -->")
+    if not mark or not end:
+        sys.exit(f"{file}: has no marks <!-- bench --> and <!-- /bench -->")
+    file.write_text(f"{before}{mark}{text}\n{end}{after}", encoding="utf-8")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--into", type=pathlib.Path)
+    parser.add_argument("files", nargs="*")
+    arguments = parser.parse_args()
+    if not arguments.files:
+        sys.exit("table.py: no JSON file; `./dev bench NAME` writes one to out/bench")
+    text = table(*read(arguments.files))
+    if arguments.into:
+        put_into(arguments.into, text)
+    else:
+        print(text)
+
+
+main()

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <ctime>
 #include <fcntl.h>
+#include <iostream>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -147,6 +148,7 @@ Json answer_to(const Json& message, Contestant& contestant, const ScanBoard& boa
 
 bool serve_contestant(int argc, char** argv) {
   if (argc != 6 || std::string(argv[1]) != contestant_flag) return false;
+  std::cerr.setstate(std::ios::failbit);  // OctoMap tells there what it reads and writes
   const int socket = std::atoi(argv[4]);
   const ScanBoard board(std::atoi(argv[5]));
   Scan scan;

@@ -8,8 +8,7 @@
 namespace octosurf::bench {
 namespace {
 
-constexpr const char* octomap_insertion =
-    "OctoMap: insertPointCloud, lazy, discretised, and updateInnerOccupancy";
+constexpr const char* octomap_insertion = "OctoMap's insertion";
 
 double number(const Json& told, const char* name) { return told.at(name).get<double>(); }
 
@@ -104,10 +103,9 @@ void add_mapper_rows(const SpeedOptions& options) {
   for (const double d : options.resolutions) {
     Heat& heat = kitchen_heat(options, d);
     const std::string ours = enter_mapper(heat, kitchen_scans(options, 0), d);
-    register_row(
-        {"mapper/kitchen/" + resolution_name(d),
-         "all of Mapper::insert (occupancy and surfaces), kitchen, " + centimetres(d) + ", one thread",
-         octomap_insertion, [&heat, ours] { return mapper_numbers(heat, ours, "octomap"); }});
+    register_row({"mapper/kitchen/" + resolution_name(d),
+                  "whole scan (occupancy and surfaces), kitchen, " + centimetres(d) + ", one thread",
+                  octomap_insertion, [&heat, ours] { return mapper_numbers(heat, ours, "octomap"); }});
   }
 }
 
@@ -128,10 +126,9 @@ void add_pcl_rows(const SpeedOptions& options) {
     settings["small_radius"] = setting.radius < 0.1;
     heat.enter("paper", "paper", settings);
     char against[96];
-    std::snprintf(against, sizeof against, "the paper's pipeline from stock PCL parts, r = %g m",
-                  setting.radius);
-    register_row({name, "all of Mapper::insert, kitchen frame by frame, " + centimetres(setting.resolution),
-                  against, [&heat, ours] { return mapper_numbers(heat, ours, "paper"); }});
+    std::snprintf(against, sizeof against, "PCL pipeline, r = %g m", setting.radius);
+    register_row({name, "whole scan, kitchen frame by frame, " + centimetres(setting.resolution), against,
+                  [&heat, ours] { return mapper_numbers(heat, ours, "paper"); }});
   }
 }
 
@@ -139,20 +136,18 @@ void add_memory_rows(const SpeedOptions& options) {
   for (const double d : options.resolutions) {
     Heat& heat = kitchen_heat(options, d);
     const std::string ours = enter_occupancy(heat, kitchen_scans(options, 0), d, 1);
-    register_row(
-        {"memory/kitchen/" + resolution_name(d),
-         "heap per leaf of the octree, kitchen, " + centimetres(d) + " (ours holds points and ids, too)",
-         "octomap::OcTree, pruned", [&heat, ours] {
-           // The same occupancy, so the same leaves: OctoMap's count is both sides' divisor.
-           const Json &our = heat.told(ours), &their = heat.told("octomap");
-           const double leaves = number(their, "leaves");
-           return Numbers{{"ours_bytes", number(our, "heap") / leaves},
-                          {"theirs_bytes", number(their, "heap") / leaves},
-                          {"ratio", number(their, "heap") / number(our, "heap")},
-                          {"tree_alone_bytes", number(our, "tree_bytes") / leaves},
-                          {"our_leaves", number(our, "leaves")},
-                          {"their_leaves", leaves}};
-         }});
+    register_row({"memory/kitchen/" + resolution_name(d), "heap per octree leaf, kitchen, " + centimetres(d),
+                  "OctoMap's pruned tree", [&heat, ours] {
+                    // The same occupancy, so the same leaves: OctoMap's count is both sides' divisor.
+                    const Json &our = heat.told(ours), &their = heat.told("octomap");
+                    const double leaves = number(their, "leaves");
+                    return Numbers{{"ours_bytes", number(our, "heap") / leaves},
+                                   {"theirs_bytes", number(their, "heap") / leaves},
+                                   {"ratio", number(their, "heap") / number(our, "heap")},
+                                   {"tree_alone_bytes", number(our, "tree_bytes") / leaves},
+                                   {"our_leaves", number(our, "leaves")},
+                                   {"their_leaves", leaves}};
+                  }});
   }
 }
 
@@ -186,11 +181,10 @@ void add_loading_rows(const SpeedOptions& options) {
       const double anew_ms = sum(milliseconds(heat.turns(ours)));
       return loading_numbers(heat.told(ours).at("stem").get<std::string>(), against_octomap, anew_ms);
     };
-    const std::string what = "loading the saved kitchen with all surfaces, " + centimetres(d);
-    register_row({"loading/anew/" + resolution_name(d), what, "mapping it anew (Mapper::insert alone)",
+    const std::string what = "loading the saved kitchen, " + centimetres(d);
+    register_row({"loading/anew/" + resolution_name(d), what, "mapping it anew",
                   [measure] { return measure(false); }});
-    register_row({"loading/readBinary/" + resolution_name(d), what,
-                  "octomap::OcTree::readBinary of its .bt (occupancy alone)",
+    register_row({"loading/readBinary/" + resolution_name(d), what, "OctoMap's readBinary",
                   [measure] { return measure(true); }});
   }
 }

@@ -65,20 +65,19 @@ class OctomapSide : public Contestant {
         max_range_(std::isinf(max_range_of(settings)) ? -1 : max_range_of(settings)) {}
 
   void prepare(const Scan& scan) override {
-    cloud_ = cloud_in_map(scan);
+    cloud_.emplace(cloud_in_map(scan));
     const Eigen::Vector3f eye = scan.T_map_sensor.translation().cast<float>();
     origin_ = octomap::point3d(eye.x(), eye.y(), eye.z());
   }
 
   void run() override {
-    tree_.insertPointCloud(cloud_, origin_, max_range_, true, true);
+    tree_.insertPointCloud(*cloud_, origin_, max_range_, true, true);
     tree_.updateInnerOccupancy();
   }
 
   /// {"write": FILE}: the pruned tree goes there (.ot). Always: its heap, pruned.
   Json tell(const Json& question) override {
-    cloud_.clear();
-    cloud_ = octomap::Pointcloud();
+    cloud_.reset();  // clear() would keep its memory
     tree_.prune();
     const std::size_t heap = heap_in_use() - heap_before_;
     if (question.contains("write")) {
@@ -92,7 +91,7 @@ class OctomapSide : public Contestant {
   std::size_t heap_before_;
   octomap::OcTree tree_;
   double max_range_;
-  octomap::Pointcloud cloud_;
+  std::optional<octomap::Pointcloud> cloud_;
   octomap::point3d origin_;
 };
 
@@ -102,7 +101,10 @@ class OccupancySide : public Contestant {
       : heap_before_(heap_in_use()),
         map_(parameters_from(settings).occupancy),
         downsampler_(map_.grid()),
-        max_range_(max_range_of(settings)) {}
+        max_range_(max_range_of(settings)) {
+    if (settings.value("threads", 1) != 1)
+      throw Error(Error::Kind::usage, "--threads", "OccupancyMap inserts on one thread");
+  }
 
   void prepare(const Scan& scan) override { scan_ = scan; }
   void run() override { map_.insert(downsampler_(scan_, 0, max_range_), downsampler_, nullptr); }

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <iostream>
 
 #include <octosurf/error.hpp>
 
@@ -29,11 +28,6 @@ void register_row(const Row& row) {
       ->UseManualTime()
       ->Iterations(1)
       ->Unit(benchmark::kMillisecond);
-}
-
-bool RowReporter::ReportContext(const Context& context) {
-  PrintBasicContext(&std::cout, context);
-  return true;
 }
 
 void RowReporter::ReportRuns(const std::vector<Run>& runs) {

@@ -46,10 +46,10 @@ void register_row(const Row& row);
 /// turns lie (10th and 90th percentile), and the ratio of the medians of CPU time.
 Numbers compare(const std::vector<Turn>& ours, const std::vector<Turn>& theirs);
 
-/// Prints a row's essentials as soon as it is measured.
+/// Prints a row's numbers as soon as it is measured.
 class RowReporter : public benchmark::BenchmarkReporter {
  public:
-  bool ReportContext(const Context& context) override;
+  bool ReportContext(const Context& /*context*/) override { return true; }
   void ReportRuns(const std::vector<Run>& runs) override;
 };
 

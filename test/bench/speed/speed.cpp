@@ -43,22 +43,30 @@ std::string cpu_model() {
   return "unknown";
 }
 
-void add_conditions(const SpeedOptions& options) {
-  benchmark::AddCustomContext("cpu_model", cpu_model());
-  benchmark::AddCustomContext("compiler", "g++ " __VERSION__ ", " OCTOSURF_BUILD_TYPE);
-  benchmark::AddCustomContext("octomap", OCTOMAP_VERSION_TEXT);
-  benchmark::AddCustomContext("pcl", PCL_VERSION_PRETTY);
-  benchmark::AddCustomContext("cgal", CGAL_VERSION_STR);
-  benchmark::AddCustomContext("google_benchmark", BENCHMARK_VERSION_TEXT);
-  benchmark::AddCustomContext("form", options.brief ? "short" : "full");
+/// To the JSON and on the terminal. Google Benchmark's own context would also say that Debian built it
+/// without NDEBUG, which is of no account here: contestants take their own time.
+void note_conditions(const SpeedOptions& options, const std::string& commit) {
+  const std::pair<const char*, std::string> conditions[] = {
+      {"cpu_model", cpu_model()},
+      {"cores", std::to_string(benchmark::CPUInfo::Get().num_cpus)},
+      {"compiler", "g++ " __VERSION__ ", " OCTOSURF_BUILD_TYPE},
+      {"octomap", OCTOMAP_VERSION_TEXT},
+      {"pcl", PCL_VERSION_PRETTY},
+      {"cgal", CGAL_VERSION_STR},
+      {"google_benchmark", BENCHMARK_VERSION_TEXT},
+      {"form", options.brief ? "short" : "full"},
+      {"commit", commit}};
+  for (const auto& [name, value] : conditions) {
+    benchmark::AddCustomContext(name, value);
+    std::printf("%-17s %s\n", name, value.c_str());
+  }
 }
 
 void run(const SpeedOptions& options, const std::vector<std::string>& names, const std::string& json,
          const std::string& filter, const std::string& commit) {
   for (const Group& group : groups)
     if (names.empty() || std::find(names.begin(), names.end(), group.name) != names.end()) group.add(options);
-  add_conditions(options);
-  if (!commit.empty()) benchmark::AddCustomContext("commit", commit);
+  note_conditions(options, commit);
   std::vector<std::string> arguments{"bench_speed"};
   if (!json.empty()) {
     arguments.push_back("--benchmark_out=" + json);
@@ -84,7 +92,7 @@ int main(int argc, char** argv) {
   options.resolutions = {0.02, 0.01};
   options.threads = {1};
   std::vector<std::string> names;
-  std::string json, filter, commit;
+  std::string json, filter, commit = "unknown";
   CLI::App app{"speed, memory and accuracy beside OctoMap, PCL and CGAL, on the same data in the same run"};
   std::string help = "of the groups:";
   std::vector<std::string> known;

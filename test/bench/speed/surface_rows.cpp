@@ -20,8 +20,8 @@ struct Method {
   const char* kind;
   const char* title;
 };
-constexpr Method cgal_methods[] = {{"region_growing", "CGAL: 24-neighbour normals and Region_growing"},
-                                   {"ransac", "CGAL: 24-neighbour normals and Efficient_RANSAC"}};
+constexpr Method cgal_methods[] = {{"region_growing", "CGAL Region_growing"},
+                                   {"ransac", "CGAL Efficient_RANSAC"}};
 
 /// Scans, and for the simulated ones what is true of each and of all.
 struct PlaneScene {
@@ -223,9 +223,8 @@ void add_normals_rows(const SpeedOptions& options) {
   for (const double radius : {0.05, 0.06, 0.15}) {
     char name[64];
     std::snprintf(name, sizeof name, "normals/kitchen/r:%g", radius);
-    register_row({name, "all normals of one kitchen frame, 2 cm, r = " + centimetres(radius),
-                  "pcl::MovingLeastSquares of degree 1, same radius and weights",
-                  [scans, radius] { return normals_numbers(scans, radius); }});
+    register_row({name, "normals of one kitchen frame, 2 cm, r = " + centimetres(radius),
+                  "PCL's moving least squares", [scans, radius] { return normals_numbers(scans, radius); }});
   }
 }
 
@@ -234,8 +233,8 @@ void add_derive_rows(const SpeedOptions& options) {
   for (const std::size_t inliers : {100'000, 1'000'000}) {
     const std::string size = inliers == 100'000 ? "100,000" : "1,000,000";
     register_row({"derive/" + std::to_string(inliers),
-                  "outline of a surface of " + size + " inliers that grew by 1,000",
-                  "the same from scratch (adding the inliers not counted)", [steps, inliers] {
+                  "outline of a surface of " + size + " inliers that grew by 1,000", "from scratch",
+                  [steps, inliers] {
                     Contest contest;
                     const Json settings{{"resolution", resolution}, {"inliers", inliers}, {"step", 1000}};
                     contest.enter("ours", "derive_grown", settings);
