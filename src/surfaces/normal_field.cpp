@@ -32,7 +32,10 @@ class NeighbourMoments {
   }
 
   NeighbourSums sums() {
-    while (filled_ % 4 != 0) facing_[filled_++] = opposite;  // the last four are filled up with nothing
+    for (; filled_ % 4 != 0; ++filled_) {  // the last four are filled up with nothing
+      offset_x_[filled_] = offset_y_[filled_] = offset_z_[filled_] = 0;
+      facing_[filled_] = opposite;
+    }
     sum_up();
     return {total(count_),
             total(weight_),
@@ -52,31 +55,29 @@ class NeighbourMoments {
   }
 
   void sum_up() {
+    Lanes count = count_, weight = weight_, sx = x_, sy = y_, sz = z_;  // in registers meanwhile
+    Lanes xx = xx_, xy = xy_, xz = xz_, yy = yy_, yz = yz_, zz = zz_;
     for (std::size_t i = 0; i < filled_; i += 4) {
       const Lanes x = load_lanes(&offset_x_[i]), y = load_lanes(&offset_y_[i]), z = load_lanes(&offset_z_[i]);
       const Lanes distance_sq = x * x + y * y + z * z;
       const LaneMask counts = (distance_sq <= radius_sq_) & (load_lanes(&facing_[i]) >= -0.3F);
       const Lanes w = where(counts, exp_minus(distance_sq * per_radius_sq_));
-      count_ += where(counts, Lanes{1, 1, 1, 1});
-      weight_ += w;
+      count += where(counts, Lanes{1, 1, 1, 1});
+      weight += w;
       const Lanes wx = w * x, wy = w * y, wz = w * z;
-      x_ += wx;
-      y_ += wy;
-      z_ += wz;
-      xx_ += wx * x;
-      xy_ += wx * y;
-      xz_ += wx * z;
-      yy_ += wy * y;
-      yz_ += wy * z;
-      zz_ += wz * z;
+      sx += wx, sy += wy, sz += wz;
+      xx += wx * x, xy += wx * y, xz += wx * z;
+      yy += wy * y, yz += wy * z, zz += wz * z;
     }
+    count_ = count, weight_ = weight, x_ = sx, y_ = sy, z_ = sz;
+    xx_ = xx, xy_ = xy, xz_ = xz, yy_ = yy, yz_ = yz, zz_ = zz;
     filled_ = 0;
   }
 
   const VoxelPoint& centre_;
   float radius_sq_, per_radius_sq_;
   std::size_t filled_ = 0;
-  std::array<float, capacity> offset_x_{}, offset_y_{}, offset_z_{}, facing_{};
+  std::array<float, capacity> offset_x_, offset_y_, offset_z_, facing_;  // [0, filled_) are set
   Lanes count_{}, weight_{}, x_{}, y_{}, z_{}, xx_{}, xy_{}, xz_{}, yy_{}, yz_{}, zz_{};
 };
 
