@@ -72,6 +72,7 @@ struct Outline::Impl {
   void note_changed(Vertex vertex);
   void note_neighbours(Vertex vertex);
   void remove_left();
+  std::vector<std::size_t> order_of_entering() const;
   void insert_entering();
   void drop_corners(Vertex vertex);
   void find_corners(Vertex vertex);
@@ -139,17 +140,23 @@ void Outline::Impl::remove_left() {
   left.clear();
 }
 
-/// Triangles that an insertion makes have the new vertex as a corner, until a later one takes them.
-void Outline::Impl::insert_entering() {
+/// Near one another as they come, tile by tile; but many at once would make long triangles on the way.
+std::vector<std::size_t> Outline::Impl::order_of_entering() const {
   std::vector<std::size_t> order(entering.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
+  if (entering.size() < triangulation.number_of_vertices() / 2) return order;
   using Map = CGAL::Pointer_property_map<Point>::const_type;
   CGAL::spatial_sort(order.begin(), order.end(),
                      CGAL::Spatial_sort_traits_adapter_2<Kernel, Map>(
                          CGAL::make_property_map(std::as_const(entering_points))));
+  return order;
+}
+
+/// Triangles that an insertion makes have the new vertex as a corner, until a later one takes them.
+void Outline::Impl::insert_entering() {
   const std::size_t before = changed.size();
   Face hint;
-  for (const std::size_t i : order) {
+  for (const std::size_t i : order_of_entering()) {
     std::vector<Site>& sites = tiles.try_emplace(entering[i].tile).first.value();
     if (!sites.empty()) hint = sites.back().vertex->face();
     const Vertex vertex = triangulation.insert(entering_points[i], hint);
@@ -178,14 +185,17 @@ void Outline::Impl::find_corners(Vertex vertex) {
     bool kept;
   };
   boost::container::small_vector<Spoke, 16> spokes;
+  std::size_t dropped = 0;
   const Face first = vertex->face();
   Face face = first;
   do {
     const int i = face->index(vertex);
     spokes.push_back({face->vertex(Delaunay::ccw(i)), face->vertex(Delaunay::cw(i)), kept(face)});
+    dropped += !spokes.back().kept;
     face = face->neighbor(Delaunay::ccw(i));
   } while (face != first);
   const std::size_t n = spokes.size();
+  if (dropped == 0 || dropped == n) return;
   for (std::size_t begin = 0; begin < n; ++begin) {
     if (!spokes[begin].kept || spokes[(begin + n - 1) % n].kept) continue;
     std::size_t end = begin;

@@ -192,8 +192,8 @@ Eigen::Affine2d SurfaceModel::T_surface_outline() const {
 /// largest empty circle has radius ⅝·spacing, and where a lattice cell is not deep, an occupied cell of
 /// the rim lies on the way to it, within √2 of the point where that way leaves the deep cells. So
 /// ⅝·spacing + √2 ≤ α/2 will do; for a spacing of 2, going through the places in a cell, α > 3.99.
-std::vector<Eigen::Vector2d> SurfaceModel::sites_of(PlaneCell cell, int spacing) const {
-  std::vector<Eigen::Vector2d> sites;
+void SurfaceModel::sites_of(PlaneCell cell, int spacing, std::vector<Eigen::Vector2d>& sites) const {
+  sites.clear();
   if (bits_.deep_inside(cell)) {
     const int shift = (cell.v & spacing) != 0 ? spacing / 2 : 0;
     if (cell.v % spacing == 0 && (cell.u + shift) % spacing == 0)
@@ -201,7 +201,6 @@ std::vector<Eigen::Vector2d> SurfaceModel::sites_of(PlaneCell cell, int spacing)
   } else if (const auto found = cells_.find(cell.packed()); found != cells_.end()) {
     for (const Inlier& inlier : found->second) sites.push_back(outline_point(inlier.position));
   }
-  return sites;
 }
 
 void SurfaceModel::derive(double max_hole_size) {
@@ -212,8 +211,12 @@ void SurfaceModel::derive(double max_hole_size) {
   }
   int spacing = 2;
   while (spacing < 16 && 0.625 * (2 * spacing) + std::numbers::sqrt2 <= alpha / 2) spacing *= 2;
+  std::vector<Eigen::Vector2d> sites;
   for (const CellBits::Cells& cells : bits_.settle(alpha > 3.99))
-    cells.for_each([&](PlaneCell cell) { outline_->set(cell, sites_of(cell, spacing)); });
+    cells.for_each([&](PlaneCell cell) {
+      sites_of(cell, spacing, sites);
+      outline_->set(cell, sites);
+    });
   polygons_ = outline_->update();
   const Eigen::Affine2d T = T_surface_outline();
   for (Polygon& polygon : polygons_) {

@@ -125,7 +125,7 @@ class SurfaceModel {
   using Cell = boost::container::small_vector<Inlier, 1>;
   void insert(const Inlier& inlier);
   void set_hash_frame(const Eigen::Isometry3d& frame);
-  std::vector<Eigen::Vector2d> sites_of(PlaneCell cell, int spacing) const;
+  void sites_of(PlaneCell cell, int spacing, std::vector<Eigen::Vector2d>& sites) const;
 
   SurfaceId id_;
   double resolution_;
