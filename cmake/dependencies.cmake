@@ -1,7 +1,6 @@
 # Debian/Ubuntu packages only; each with what it is used for and where.
 find_package(Eigen3 REQUIRED NO_MODULE)                # everywhere: vectors and poses
 find_package(Threads REQUIRED)                         # src/mapper, apps
-find_package(octomap REQUIRED)                         # src/occupancy: the octree
 find_package(CGAL REQUIRED)                            # src/surfaces, src/planning: triangulation (GPL parts)
 find_package(Boost REQUIRED)                           # everywhere, headers: geometry, container, crc
 find_package(nlohmann_json REQUIRED)                   # src/io, src/evaluation, src/simulation: JSON
@@ -17,13 +16,14 @@ if(OCTOSURF_BUILD_APPS)
 endif()
 if(OCTOSURF_BUILD_TESTS)
   find_package(GTest REQUIRED)                         # test
+  # The twin that the octree is tested and measured against, and what adapters/octomap.hpp is for; the
+  # library itself does not link it. OctoMap hands out variables; as a target its headers are system headers.
+  find_package(octomap REQUIRED)
+  add_library(octosurf_octomap INTERFACE)
+  target_include_directories(octosurf_octomap SYSTEM INTERFACE ${OCTOMAP_INCLUDE_DIRS})
+  target_link_libraries(octosurf_octomap INTERFACE ${OCTOMAP_LIBRARIES})
+  target_compile_definitions(octosurf_octomap INTERFACE OCTOMAP_NODEBUGOUT)  # the library does not print
 endif()
-
-# OctoMap and PCL hand out variables; as targets their headers can be system headers.
-add_library(octosurf_octomap INTERFACE)
-target_include_directories(octosurf_octomap SYSTEM INTERFACE ${OCTOMAP_INCLUDE_DIRS})
-target_link_libraries(octosurf_octomap INTERFACE ${OCTOMAP_LIBRARIES})
-target_compile_definitions(octosurf_octomap INTERFACE OCTOMAP_NODEBUGOUT)  # the library does not print
 
 # src/io: PCD and PLY; test/reference: the paper's pipeline. Not by find_package(PCL): that one
 # pulls in VTK, Qt and MPI, which none of the parts used here needs.

@@ -3,6 +3,7 @@
 namespace octosurf {
 namespace {
 
+// GCC's and Clang's vector extension: what the processor is known to have, or plain code.
 using Real = double __attribute__((vector_size(32)));
 using Single = float __attribute__((vector_size(16)));
 using Whole = std::int32_t __attribute__((vector_size(16)));
@@ -13,8 +14,8 @@ template <class V, class T>
 }
 
 /// `rows`: 3×4, row-major.
-[[gnu::always_inline]] inline void locate_fours(const Eigen::Vector3f* points, std::size_t fours,
-                                                const double* rows, double per_metre, LocatedPoints& out) {
+void locate_fours(const Eigen::Vector3f* points, std::size_t fours, const double* rows, double per_metre,
+                  LocatedPoints& out) {
   constexpr double reach = VoxelGrid::origin;
   float* const positions[3] = {out.x.data(), out.y.data(), out.z.data()};
   std::int32_t* const keys[3] = {out.key_x.data(), out.key_y.data(), out.key_z.data()};
@@ -39,23 +40,6 @@ template <class V, class T>
   }
 }
 
-using Locate = void (*)(const Eigen::Vector3f*, std::size_t, const double*, double, LocatedPoints&);
-
-void locate_anywhere(const Eigen::Vector3f* points, std::size_t fours, const double* rows, double per_metre,
-                     LocatedPoints& out) {
-  locate_fours(points, fours, rows, per_metre, out);
-}
-
-#ifdef __x86_64__
-[[gnu::target("avx2")]] void locate_with_avx2(const Eigen::Vector3f* points, std::size_t fours,
-                                              const double* rows, double per_metre, LocatedPoints& out) {
-  locate_fours(points, fours, rows, per_metre, out);
-}
-const Locate best = __builtin_cpu_supports("avx2") ? locate_with_avx2 : locate_anywhere;
-#else
-const Locate best = locate_anywhere;
-#endif
-
 }  // namespace
 
 void locate(std::span<const Eigen::Vector3f> points, const Eigen::Isometry3d& T_map_sensor,
@@ -63,12 +47,12 @@ void locate(std::span<const Eigen::Vector3f> points, const Eigen::Isometry3d& T_
   const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> rows = T_map_sensor.matrix().topRows<3>();
   const double per_metre = grid.per_metre();
   const std::size_t fours = points.size() / 4;
-  best(points.data(), fours, rows.data(), per_metre, out);
+  locate_fours(points.data(), fours, rows.data(), per_metre, out);
   if (points.size() % 4 == 0) return;
   std::array<Eigen::Vector3f, 4> rest;
   for (std::size_t i = 0; i < 4; ++i) rest[i] = points[std::min(4 * fours + i, points.size() - 1)];
   LocatedPoints last;
-  best(rest.data(), 1, rows.data(), per_metre, last);
+  locate_fours(rest.data(), 1, rows.data(), per_metre, last);
   for (std::size_t i = 0; 4 * fours + i < points.size(); ++i) {
     const std::size_t to = 4 * fours + i;
     out.x[to] = last.x[i], out.y[to] = last.y[i], out.z[to] = last.z[i];

@@ -4,6 +4,7 @@
 #include "occupancy/payload.hpp"
 #include "occupancy/voxel_tree.hpp"
 
+#include <array>
 #include <cmath>
 
 #include <octosurf/error.hpp>
@@ -11,14 +12,28 @@
 namespace octosurf {
 namespace {
 
+/// All there are: decoding a view anew takes a square root and divisions.
+const std::array<Eigen::Vector3f, 4096> views = [] {
+  std::array<Eigen::Vector3f, 4096> all;
+  for (unsigned code = 0; code < all.size(); ++code) all[code] = decode_view(code);
+  return all;
+}();
+
 VoxelPoint point_of(const VoxelPayload& payload, const VoxelGrid& grid, VoxelKey key) {
   return {key,
           load_point(payload, grid, key),
-          decode_view(payload.view),
+          views[payload.view],
           static_cast<std::uint8_t>(payload.range_class),
           payload.surface,
           nullptr};
 }
+
+/// Ranges from here on are of the class or above; a little more, because the class itself decides.
+const std::array<float, 16> nearest_of = [] {
+  std::array<float, 16> ranges;
+  for (unsigned c = 0; c < ranges.size(); ++c) ranges[c] = 1.001F * range_of_class(c) / std::exp2(0.25F);
+  return ranges;
+}();
 
 /// In OctoMap's own precision.
 float log_odds_of(double probability) {
@@ -77,7 +92,9 @@ struct OccupancyMap::Policy {
     if (!payload.has_point()) {
       store_point(payload, grid, key, centroid, scan.origin);
       delta.appeared.push_back(point_of(payload, grid, key));
-    } else if (range_class_of((scan.origin - centroid).norm()) < payload.range_class) {
+    } else if (const float near = nearest_of[payload.range_class];
+               (scan.origin - centroid).squaredNorm() < near * near &&
+               range_class_of((scan.origin - centroid).norm()) < payload.range_class) {
       // A view from clearly nearer is worth more than the first one.
       const VoxelPoint before = point_of(payload, grid, key);
       store_point(payload, grid, key, centroid, scan.origin);

@@ -91,7 +91,7 @@ inline void RayBits::walk(Marks& marks, const GridOrigin& from, std::span<const 
   if (paged_) marks.pages.assign(std::size_t{1} << (address_.size_bits - 15), 0);
   marks.slow.clear();
   const std::uint64_t start = address_.of(from.key[0], from.key[1], from.key[2]);
-  LaneWalker walker(marks.misses.data(), paged_ ? marks.pages.data() : nullptr, address_.mask, start);
+  LaneWalker walker({marks.misses.data(), paged_ ? marks.pages.data() : nullptr, address_.mask}, start);
   auto next = [&, i = std::size_t{0}](GridWalk& out) mutable {
     while (i < rays.size()) {
       const GridRay& ray = rays[i++];

@@ -8,145 +8,193 @@
 
 #if defined(__x86_64__) && defined(__GNUC__)
 #define OCTOSURF_HAS_LANES 1
+#include <immintrin.h>
 #endif
 
 namespace octosurf::detail {
 
+/// Where a walk sets its bits. `mask`: each axis' bits of an address (BlockAddress); `pages` may be null.
+struct BitTarget {
+  std::uint64_t* bits;
+  std::uint8_t* pages;
+  std::array<std::uint64_t, 3> mask;
+};
+
+#ifdef OCTOSURF_HAS_LANES
+
+/// `width` rays side by side in vector registers.
+template <std::size_t width>
+struct alignas(8 * width) RayLanes {
+  double t[3][width]{}, dt[3][width]{};
+  std::uint64_t step[3][width]{};  // what an address gains along each axis
+  std::uint64_t address[width]{};
+  std::int64_t left[width]{};  // steps
+};
+
+inline long long as_signed(std::uint64_t v) { return static_cast<long long>(v); }
+
+template <bool paged, std::size_t width>
+[[gnu::always_inline]] inline void set_bits(const BitTarget& to, const std::uint64_t (&word)[width],
+                                            const std::uint64_t (&bit)[width]) {
+  for (std::size_t lane = 0; lane < width; ++lane) to.bits[word[lane]] |= bit[lane];
+  if constexpr (paged)
+    for (std::size_t lane = 0; lane < width; ++lane) to.pages[word[lane] >> 9] = 1;
+}
+
+/// Steps four lanes until the first of them has arrived: sets the bits of where they are, then moves
+/// each along the axis that GridWalk::next_axis would choose.
+template <bool paged>
+[[gnu::target("avx2")]] void advance(const BitTarget& to, RayLanes<4>& lanes) {
+  __m256d tx = _mm256_load_pd(lanes.t[0]), ty = _mm256_load_pd(lanes.t[1]), tz = _mm256_load_pd(lanes.t[2]);
+  const __m256d dx = _mm256_load_pd(lanes.dt[0]), dy = _mm256_load_pd(lanes.dt[1]),
+                dz = _mm256_load_pd(lanes.dt[2]);
+  const auto at = [](const void* p) { return static_cast<const __m256i*>(p); };
+  const __m256i ex = _mm256_load_si256(at(lanes.step[0])), ey = _mm256_load_si256(at(lanes.step[1])),
+                ez = _mm256_load_si256(at(lanes.step[2]));
+  __m256i address = _mm256_load_si256(at(lanes.address));
+  const __m256i mx = _mm256_set1_epi64x(as_signed(to.mask[0])),
+                my = _mm256_set1_epi64x(as_signed(to.mask[1])),
+                mz = _mm256_set1_epi64x(as_signed(to.mask[2])), low6 = _mm256_set1_epi64x(63),
+                one = _mm256_set1_epi64x(1), ones = _mm256_set1_epi64x(-1);
+  const std::int64_t n = *std::min_element(lanes.left, lanes.left + 4);
+  for (std::int64_t i = 0; i < n; ++i) {
+    alignas(32) std::uint64_t word[4], bit[4];
+    _mm256_store_si256(reinterpret_cast<__m256i*>(word), _mm256_srli_epi64(address, 6));
+    _mm256_store_si256(reinterpret_cast<__m256i*>(bit),
+                       _mm256_sllv_epi64(one, _mm256_and_si256(address, low6)));
+    set_bits<paged>(to, word, bit);
+    const __m256d xy = _mm256_cmp_pd(tx, ty, _CMP_LT_OQ), xz = _mm256_cmp_pd(tx, tz, _CMP_LT_OQ),
+                  yz = _mm256_cmp_pd(ty, tz, _CMP_LT_OQ);
+    const __m256d is_x = _mm256_and_pd(xy, xz), is_y = _mm256_andnot_pd(xy, yz);
+    const __m256d is_z = _mm256_andnot_pd(_mm256_or_pd(is_x, is_y), _mm256_castsi256_pd(ones));
+    tx = _mm256_add_pd(tx, _mm256_and_pd(dx, is_x));
+    ty = _mm256_add_pd(ty, _mm256_and_pd(dy, is_y));
+    tz = _mm256_add_pd(tz, _mm256_and_pd(dz, is_z));
+    const __m256i x = _mm256_castpd_si256(is_x), y = _mm256_castpd_si256(is_y);
+    const __m256i m = _mm256_blendv_epi8(_mm256_blendv_epi8(mz, my, y), mx, x);
+    const __m256i step = _mm256_blendv_epi8(_mm256_blendv_epi8(ez, ey, y), ex, x);
+    const __m256i moved = _mm256_add_epi64(_mm256_or_si256(address, _mm256_andnot_si256(m, ones)), step);
+    address = _mm256_or_si256(_mm256_and_si256(moved, m), _mm256_andnot_si256(m, address));
+  }
+  _mm256_store_pd(lanes.t[0], tx), _mm256_store_pd(lanes.t[1], ty), _mm256_store_pd(lanes.t[2], tz);
+  _mm256_store_si256(reinterpret_cast<__m256i*>(lanes.address), address);
+  for (std::int64_t& left : lanes.left) left -= n;
+}
+
+/// The same with eight.
+template <bool paged>
+[[gnu::target("avx512f,avx512dq")]] void advance(const BitTarget& to, RayLanes<8>& lanes) {
+  __m512d tx = _mm512_load_pd(lanes.t[0]), ty = _mm512_load_pd(lanes.t[1]), tz = _mm512_load_pd(lanes.t[2]);
+  const __m512d dx = _mm512_load_pd(lanes.dt[0]), dy = _mm512_load_pd(lanes.dt[1]),
+                dz = _mm512_load_pd(lanes.dt[2]);
+  const __m512i ex = _mm512_load_si512(lanes.step[0]), ey = _mm512_load_si512(lanes.step[1]),
+                ez = _mm512_load_si512(lanes.step[2]);
+  __m512i address = _mm512_load_si512(lanes.address);
+  const __m512i mx = _mm512_set1_epi64(as_signed(to.mask[0])), my = _mm512_set1_epi64(as_signed(to.mask[1])),
+                mz = _mm512_set1_epi64(as_signed(to.mask[2])), low6 = _mm512_set1_epi64(63),
+                one = _mm512_set1_epi64(1);
+  constexpr __mmask8 all = 0xff;  // GCC 12 takes the unmasked shifts for reading what nobody set
+  const std::int64_t n = *std::min_element(lanes.left, lanes.left + 8);
+  for (std::int64_t i = 0; i < n; ++i) {
+    alignas(64) std::uint64_t word[8], bit[8];
+    _mm512_store_si512(word, _mm512_maskz_srli_epi64(all, address, 6));
+    _mm512_store_si512(bit, _mm512_maskz_sllv_epi64(all, one, _mm512_and_si512(address, low6)));
+    set_bits<paged>(to, word, bit);
+    const unsigned xy = _mm512_cmp_pd_mask(tx, ty, _CMP_LT_OQ), xz = _mm512_cmp_pd_mask(tx, tz, _CMP_LT_OQ),
+                   yz = _mm512_cmp_pd_mask(ty, tz, _CMP_LT_OQ);
+    const auto is_x = static_cast<__mmask8>(xy & xz), is_y = static_cast<__mmask8>(~xy & yz),
+               is_z = static_cast<__mmask8>(~(is_x | is_y));
+    tx = _mm512_mask_add_pd(tx, is_x, tx, dx);
+    ty = _mm512_mask_add_pd(ty, is_y, ty, dy);
+    tz = _mm512_mask_add_pd(tz, is_z, tz, dz);
+    const __m512i m = _mm512_mask_mov_epi64(_mm512_mask_mov_epi64(mz, is_y, my), is_x, mx);
+    const __m512i step = _mm512_mask_mov_epi64(_mm512_mask_mov_epi64(ez, is_y, ey), is_x, ex);
+    constexpr int or_not = 0xf5, choose = 0xca;  // b's truth tables: a | ~c; a ? b : c
+    const __m512i moved = _mm512_add_epi64(_mm512_ternarylogic_epi64(address, address, m, or_not), step);
+    address = _mm512_ternarylogic_epi64(m, moved, address, choose);
+  }
+  _mm512_store_pd(lanes.t[0], tx), _mm512_store_pd(lanes.t[1], ty), _mm512_store_pd(lanes.t[2], tz);
+  _mm512_store_si512(lanes.address, address);
+  for (std::int64_t& left : lanes.left) left -= n;
+}
+
+#endif
+
 /// Walks rays that all start in one voxel and take GridWalk::steps steps each, setting a bit for
-/// every voxel they leave. Four rays go side by side in vector registers where the processor has
-/// AVX2: one ray alone waits for its own comparison at every step. The lanes take rays far apart in
-/// the scan, because rays that set bits in the same word wait for each other. Additions and comparisons are
-/// those of the scalar walk, so the bits are the same.
+/// every voxel they leave. Eight or four rays go side by side where the processor has AVX-512 or AVX2:
+/// one ray alone waits for its own comparison at every step. Additions and comparisons are those of
+/// the scalar walk, so the bits are the same everywhere.
 class LaneWalker {
  public:
-  /// `mask`: each axis' bits of an address (BlockAddress); `pages` may be null.
-  LaneWalker(std::uint64_t* bits, std::uint8_t* pages, const std::array<std::uint64_t, 3>& mask,
-             std::uint64_t start)
-      : bits_(bits), pages_(pages), mask_(mask), start_(start) {}
+  LaneWalker(const BitTarget& to, std::uint64_t start) : to_(to), start_(start) {}
 
   /// next(GridWalk&) gives the next ray; false: none is left.
   template <class Next>
   void run(Next&& next) {
-    GridWalk walk;
 #ifdef OCTOSURF_HAS_LANES
-    if (__builtin_cpu_supports("avx2")) {
-      Lanes lanes;
-      std::size_t filled = 0;
-      while (filled < 4 && next(walk)) fill(lanes, filled++, walk);
-      while (filled == 4) {
-        pages_ != nullptr ? advance<true>(lanes) : advance<false>(lanes);
-        for (std::size_t lane = 0; lane < 4 && filled == 4; ++lane) {
-          if (lanes.left[lane] > 0) continue;
-          if (next(walk))
-            fill(lanes, lane, walk);
-          else
-            filled = 0;
-        }
-      }
-      for (std::size_t lane = 0; lane < 4; ++lane) finish(lanes, lane);
-    }
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq"))
+      run_lanes<8>(next);
+    else if (__builtin_cpu_supports("avx2"))
+      run_lanes<4>(next);
 #endif
+    GridWalk walk;
     while (next(walk)) walk_alone(walk, start_, walk.steps);
   }
 
  private:
   void mark(std::uint64_t address) {
-    bits_[address >> 6] |= std::uint64_t{1} << (address & 63);
-    if (pages_ != nullptr) pages_[address >> 15] = 1;
+    to_.bits[address >> 6] |= std::uint64_t{1} << (address & 63);
+    if (to_.pages != nullptr) to_.pages[address >> 15] = 1;
   }
-  std::uint64_t stepped(std::uint64_t address, std::size_t axis, int sign) const {
-    const std::uint64_t m = mask_[axis];
-    return (((address | ~m) + step_of(axis, sign)) & m) | (address & ~m);
-  }
+  /// What is added to an address whose other axes' bits are ones; minus one is all ones.
   std::uint64_t step_of(std::size_t axis, int sign) const {
-    return sign > 0 ? mask_[axis] & -mask_[axis] : mask_[axis];  // minus one is all ones
+    return sign > 0 ? to_.mask[axis] & -to_.mask[axis] : to_.mask[axis];
   }
   void walk_alone(GridWalk walk, std::uint64_t address, std::int64_t steps) {
     for (; steps > 0; --steps) {
       mark(address);
       const std::size_t a = walk.next_axis();
-      address = stepped(address, a, walk.sign[a]);
+      const std::uint64_t m = to_.mask[a];
+      address = (((address | ~m) + step_of(a, walk.sign[a])) & m) | (address & ~m);
       walk.t[a] += walk.dt[a];
     }
   }
 
 #ifdef OCTOSURF_HAS_LANES
-  struct alignas(32) Lanes {
-    double t[3][4]{}, dt[3][4]{};
-    std::uint64_t step[3][4]{};
-    std::uint64_t address[4]{};
-    std::int64_t left[4]{};
-    int sign[4][3]{};
-  };
-  void fill(Lanes& lanes, std::size_t lane, const GridWalk& walk) const {
+  template <std::size_t width, class Next>
+  void run_lanes(Next& next) {
+    RayLanes<width> lanes;
+    std::array<GridWalk, width> walks;
+    std::size_t filled = 0;
+    for (GridWalk walk; filled < width && next(walk); ++filled) fill(lanes, filled, walks[filled] = walk);
+    while (filled == width) {
+      to_.pages != nullptr ? advance<true>(to_, lanes) : advance<false>(to_, lanes);
+      for (std::size_t lane = 0; lane < width && filled == width; ++lane) {
+        if (lanes.left[lane] > 0) continue;
+        if (GridWalk walk; next(walk))
+          fill(lanes, lane, walks[lane] = walk);
+        else
+          filled = 0;
+      }
+    }
+    for (std::size_t lane = 0; lane < width; ++lane) {  // what is under way when rays run out
+      for (std::size_t a = 0; a < 3; ++a) walks[lane].t[a] = lanes.t[a][lane];
+      walk_alone(walks[lane], lanes.address[lane], lanes.left[lane]);
+    }
+  }
+  template <std::size_t width>
+  void fill(RayLanes<width>& lanes, std::size_t lane, const GridWalk& walk) const {
     for (std::size_t a = 0; a < 3; ++a) {
       lanes.t[a][lane] = walk.t[a];
       lanes.dt[a][lane] = walk.dt[a];
       lanes.step[a][lane] = step_of(a, walk.sign[a]);
-      lanes.sign[lane][a] = walk.sign[a];
     }
     lanes.address[lane] = start_;
     lanes.left[lane] = walk.steps;
   }
-  void finish(const Lanes& lanes, std::size_t lane) {
-    GridWalk walk;
-    for (std::size_t a = 0; a < 3; ++a) {
-      walk.t[a] = lanes.t[a][lane];
-      walk.dt[a] = lanes.dt[a][lane];
-      walk.sign[a] = lanes.sign[lane][a];
-    }
-    walk_alone(walk, lanes.address[lane], lanes.left[lane]);
-  }
-
-  /// Steps all four lanes until the first of them has arrived.
-  template <bool paged>
-  __attribute__((target("avx2"))) void advance(Lanes& lanes) {
-    using Real = double __attribute__((vector_size(32)));
-    using Bits = std::uint64_t __attribute__((vector_size(32)));
-    const auto masked = [](Real v, auto m) __attribute__((always_inline, target("avx2"))) {
-      return reinterpret_cast<Real>(reinterpret_cast<Bits>(v) & reinterpret_cast<Bits>(m));
-    };
-    Real tx = load<Real>(lanes.t[0]), ty = load<Real>(lanes.t[1]), tz = load<Real>(lanes.t[2]);
-    const Real dx = load<Real>(lanes.dt[0]), dy = load<Real>(lanes.dt[1]), dz = load<Real>(lanes.dt[2]);
-    const Bits ex = load<Bits>(lanes.step[0]), ey = load<Bits>(lanes.step[1]), ez = load<Bits>(lanes.step[2]);
-    Bits address = load<Bits>(lanes.address);
-    const Bits mx = Bits{} + mask_[0], my = Bits{} + mask_[1], mz = Bits{} + mask_[2], one = Bits{} + 1;
-    const std::int64_t n = std::min({lanes.left[0], lanes.left[1], lanes.left[2], lanes.left[3]});
-    for (std::int64_t i = 0; i < n; ++i) {
-      alignas(32) std::uint64_t word[4], bit[4];
-      store(word, address >> 6);
-      store(bit, one << (address & 63));
-      for (std::size_t lane = 0; lane < 4; ++lane) bits_[word[lane]] |= bit[lane];
-      if constexpr (paged)
-        for (std::size_t lane = 0; lane < 4; ++lane) pages_[word[lane] >> 9] = 1;
-
-      const Bits xy = reinterpret_cast<Bits>(tx < ty), xz = reinterpret_cast<Bits>(tx < tz),
-                 yz = reinterpret_cast<Bits>(ty < tz);
-      const Bits is_x = xy & xz, is_y = ~xy & yz, is_z = ~(is_x | is_y);
-      tx += masked(dx, is_x);
-      ty += masked(dy, is_y);
-      tz += masked(dz, is_z);
-      const Bits m = (mx & is_x) | (my & is_y) | (mz & is_z);
-      const Bits step = (ex & is_x) | (ey & is_y) | (ez & is_z);
-      address = ((((address | ~m) + step) ^ address) & m) ^ address;
-    }
-    store(lanes.t[0], tx), store(lanes.t[1], ty), store(lanes.t[2], tz);
-    store(lanes.address, address);
-    for (std::int64_t& left : lanes.left) left -= n;
-  }
-  template <class V, class T>
-  __attribute__((target("avx2"), always_inline)) static V load(const T* from) {
-    return *reinterpret_cast<const V*>(from);
-  }
-  template <class V, class T>
-  __attribute__((target("avx2"), always_inline)) static void store(T* to, V v) {
-    *reinterpret_cast<V*>(to) = v;
-  }
 #endif
 
-  std::uint64_t* bits_;
-  std::uint8_t* pages_;
-  std::array<std::uint64_t, 3> mask_;
+  BitTarget to_;
   std::uint64_t start_;
 };
 
