@@ -17,7 +17,8 @@ is read beforehand. Medians over the turns; in brackets the 10th to 90th percent
 OctoMap's insertion: `insertPointCloud` lazy and discretised, then `updateInnerOccupancy`, points already in
 the map's frame. PCL pipeline: the paper's steps from stock PCL parts (`test/reference`). CGAL: normals from
 24 neighbours, 12 for growing, octosurf's tolerance, angle and least size, voxel centroids given; it knows
-neither outlines nor free space, and of ours only the stages from `retract` on are counted beside it."""
+neither outlines nor free space, and of ours only the stages from `retract` on are counted beside it.
+Outlines from scratch: adding or projecting the inliers is not counted."""
 
 
 def short(value):
@@ -94,8 +95,10 @@ def normals(row):
 
 
 def derive(row):
-    return *pair(row), ratio(row), differing(row["outlines_that_differ"],
-                                             f'outlines of {row["ring_vertices"]:,.0f} vertices')
+    vertices = f'{row["ring_vertices"]:,.0f} vertices'
+    if "outlines_that_differ" in row:
+        return *pair(row), ratio(row), differing(row["outlines_that_differ"], f"outlines of {vertices}")
+    return *pair(row), ratio(row), f'{vertices}; areas differ by {row["area_differs_percent"]:.3f} %'
 
 
 def long_run(row):
@@ -123,7 +126,7 @@ def realtime(row):
         f'{row["skipped_scans"]:.0f} dropped; {row["categorized_percent"]:.1f} % of the points categorised'
 
 
-CELLS = {"occupancy": insertion, "lidar": insertion, "mapper": whole_scan,
+CELLS = {"occupancy": insertion, "plain": insertion, "lidar": insertion, "mapper": whole_scan,
          "pcl": whole_scan, "memory": memory, "loading": loading, "planes": planes, "normals": normals,
          "derive": derive, "long_run": long_run, "app": app, "realtime": realtime}
 
@@ -141,7 +144,8 @@ def read(files):
     for file in files:
         content = json.loads(pathlib.Path(file).read_text(encoding="utf-8"))
         found = {row["name"].split("/iterations:")[0]: row for row in content["benchmarks"]}
-        rows.update(found)
+        rows.update((name, row) for name, row in found.items()
+                    if name not in rows or not row.get("error_occurred"))
         runs.append((content["context"], sorted({name.split("/")[0] for name in found})))
     return rows, runs
 

@@ -15,6 +15,7 @@ std::unique_ptr<Contestant> make_contestant(const std::string& kind, const Json&
   using Make = std::unique_ptr<Contestant> (*)(const Json&);
   static const std::map<std::string, Make> makers{{"octomap", make_octomap},
                                                   {"occupancy", make_occupancy},
+                                                  {"plain", make_plain},
                                                   {"read_binary", make_read_binary},
                                                   {"load_map", make_load_map},
                                                   {"mapper", make_mapper},
@@ -24,7 +25,8 @@ std::unique_ptr<Contestant> make_contestant(const std::string& kind, const Json&
                                                   {"normal_field", make_normal_field},
                                                   {"mls", make_mls},
                                                   {"derive_grown", make_derive_grown},
-                                                  {"derive_fresh", make_derive_fresh}};
+                                                  {"derive_fresh", make_derive_fresh},
+                                                  {"derive_reference", make_derive_reference}};
   const auto maker = makers.find(kind);
   if (maker == makers.end()) throw Error(Error::Kind::usage, "contestant " + kind, "is unknown");
   return maker->second(settings);

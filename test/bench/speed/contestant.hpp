@@ -31,18 +31,20 @@ class Contestant {
 /// | kind | run() | settings |
 /// |---|---|---|
 /// | `octomap` | insertPointCloud, lazy, discretised, and updateInnerOccupancy | resolution, max_range |
+/// | `plain` | insert_point_cloud of adapters/octomap.hpp on an octomap::OcTree | the same, threads |
 /// | `occupancy` | Downsampler and OccupancyMap::insert | the same, threads |
 /// | `mapper` | Mapper::insert | the same; fresh: an empty map for every scan |
 /// | `paper` | PaperPipeline::insert | resolution, small_radius |
 /// | `region_growing`, `ransac` | CGAL's normals and shape detection | resolution, accumulate |
 /// | `normal_field`, `mls` | all normals of a scan's voxels | resolution, radius |
-/// | `derive_grown`, `derive_fresh` | a surface's outline after it grew | resolution, inliers, step |
-/// | `load_map`, `read_binary` | reading a saved map | file |
+/// | `derive_grown`, `derive_fresh`, `derive_reference` | a surface's outline after it grew | resolution,
+/// inliers, step | | `load_map`, `read_binary` | reading a saved map | file |
 ///
 /// A `max_range` that is null is unlimited. Throws Error(usage) for an unknown kind.
 std::unique_ptr<Contestant> make_contestant(const std::string& kind, const Json& settings);
 
 std::unique_ptr<Contestant> make_octomap(const Json& settings);
+std::unique_ptr<Contestant> make_plain(const Json& settings);
 std::unique_ptr<Contestant> make_occupancy(const Json& settings);
 std::unique_ptr<Contestant> make_read_binary(const Json& settings);
 std::unique_ptr<Contestant> make_load_map(const Json& settings);
@@ -54,6 +56,7 @@ std::unique_ptr<Contestant> make_normal_field(const Json& settings);
 std::unique_ptr<Contestant> make_mls(const Json& settings);
 std::unique_ptr<Contestant> make_derive_grown(const Json& settings);
 std::unique_ptr<Contestant> make_derive_fresh(const Json& settings);
+std::unique_ptr<Contestant> make_derive_reference(const Json& settings);
 
 // What several of them need.
 

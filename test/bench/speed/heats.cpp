@@ -37,7 +37,8 @@ void Heat::run() {
     entrant.turns = contest.turns(name);
     if (entrant.kind == "octomap") continue;
     Json question = Json::object();
-    if (entrant.kind == "occupancy" && std::filesystem::exists(their_tree)) question["compare"] = their_tree;
+    if ((entrant.kind == "occupancy" || entrant.kind == "plain") && std::filesystem::exists(their_tree))
+      question["compare"] = their_tree;
     if (entrant.kind == "mapper") question["save"] = stem;
     entrant.told = contest.ask(name, question);
     if (entrant.kind == "mapper") entrant.told["stem"] = stem;

@@ -17,7 +17,7 @@ class Heat {
   void enter(const std::string& name, const std::string& kind, const Json& settings);
 
   const std::vector<Turn>& turns(const std::string& name);
-  /// What it told at the end. Octomap's tree is handed to every `occupancy` for comparison, and
+  /// What it told at the end. Octomap's tree is handed to every `occupancy` and `plain` for comparison, and
   /// every `mapper` saves its map; where to stands in "stem".
   const Json& told(const std::string& name);
 

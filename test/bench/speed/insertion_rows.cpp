@@ -26,12 +26,18 @@ Heat& kitchen_heat(const SpeedOptions& options, double resolution) {
   return heat;
 }
 
-std::string enter_occupancy(Heat& heat, const ScanSet& scans, double resolution, int threads) {
-  const std::string name = "occupancy " + std::to_string(threads);
+/// `kind`: occupancy or plain.
+std::string enter_ours(Heat& heat, const std::string& kind, const ScanSet& scans, double resolution,
+                       int threads) {
+  const std::string name = kind + " " + std::to_string(threads);
   Json settings = settings_for(scans, resolution);
   settings["threads"] = threads;
-  heat.enter(name, "occupancy", settings);
+  heat.enter(name, kind, settings);
   return name;
+}
+
+std::string with_threads(int threads) {
+  return threads == 1 ? ", one thread" : ", " + std::to_string(threads) + " threads";
 }
 
 Numbers occupancy_numbers(Heat& heat, const std::string& ours) {
@@ -59,18 +65,27 @@ Numbers mapper_numbers(Heat& heat, const std::string& ours, const std::string& t
 
 }  // namespace
 
-void add_occupancy_rows(const SpeedOptions& options) {
+namespace {
+
+void add_kitchen_rows(const SpeedOptions& options, const std::string& kind, const std::string& what) {
   for (const double d : options.resolutions)
     for (const int threads : options.threads) {
-      const ScanSet scans = kitchen_scans(options, 0);
       Heat& heat = kitchen_heat(options, d);
-      const std::string ours = enter_occupancy(heat, scans, d, threads);
-      register_row(
-          {"occupancy/kitchen/" + resolution_name(d) + "/threads:" + std::to_string(threads),
-           "occupancy insertion, kitchen, " + centimetres(d) +
-               (threads == 1 ? std::string(", one thread") : ", " + std::to_string(threads) + " threads"),
-           octomap_insertion, [&heat, ours] { return occupancy_numbers(heat, ours); }});
+      const std::string ours = enter_ours(heat, kind, kitchen_scans(options, 0), d, threads);
+      register_row({kind + "/kitchen/" + resolution_name(d) + "/threads:" + std::to_string(threads),
+                    what + ", kitchen, " + centimetres(d) + with_threads(threads), octomap_insertion,
+                    [&heat, ours] { return occupancy_numbers(heat, ours); }});
     }
+}
+
+}  // namespace
+
+void add_occupancy_rows(const SpeedOptions& options) {
+  add_kitchen_rows(options, "occupancy", "occupancy insertion");
+}
+
+void add_plain_rows(const SpeedOptions& options) {
+  add_kitchen_rows(options, "plain", "`insert_point_cloud` into a plain `octomap::OcTree`");
 }
 
 void add_lidar_rows(const SpeedOptions& options) {
@@ -90,10 +105,10 @@ void add_lidar_rows(const SpeedOptions& options) {
     Heat& heat = Heat::of(key, place.scans);
     heat.enter("octomap", "octomap", settings_for(place.scans, place.resolution));
     for (const int threads : options.threads) {
-      const std::string ours = enter_occupancy(heat, place.scans, place.resolution, threads);
+      const std::string ours = enter_ours(heat, "occupancy", place.scans, place.resolution, threads);
       register_row({key + "/threads:" + std::to_string(threads),
                     "occupancy insertion, " + place.what + ", " + centimetres(place.resolution) +
-                        (threads == 1 ? std::string() : ", " + std::to_string(threads) + " threads"),
+                        with_threads(threads),
                     octomap_insertion, [&heat, ours] { return occupancy_numbers(heat, ours); }});
     }
   }
@@ -135,7 +150,7 @@ void add_pcl_rows(const SpeedOptions& options) {
 void add_memory_rows(const SpeedOptions& options) {
   for (const double d : options.resolutions) {
     Heat& heat = kitchen_heat(options, d);
-    const std::string ours = enter_occupancy(heat, kitchen_scans(options, 0), d, 1);
+    const std::string ours = enter_ours(heat, "occupancy", kitchen_scans(options, 0), d, 1);
     register_row({"memory/kitchen/" + resolution_name(d), "heap per octree leaf, kitchen, " + centimetres(d),
                   "OctoMap's pruned tree", [&heat, ours] {
                     // The same occupancy, so the same leaves: OctoMap's count is both sides' divisor.

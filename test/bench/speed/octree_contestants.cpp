@@ -4,11 +4,12 @@
 #include "occupancy/occupancy_map.hpp"
 
 #include <cmath>
-#include <fstream>
+#include <limits>
 #include <octomap/OcTree.h>
 #include <optional>
 #include <sstream>
 
+#include <octosurf/adapters/octomap.hpp>
 #include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
 
@@ -33,9 +34,10 @@ std::size_t known_voxels(const octomap::OcTree& tree) {
   return voxels;
 }
 
-/// Voxels in which the two differ: every voxel OctoMap knows is looked up in ours, and both must
-/// know equally many.
-std::size_t differing_voxels(const octomap::OcTree& theirs, const OccupancyMap& ours) {
+/// Voxels in which two trees differ: every voxel OctoMap knows is looked up in ours (`value(key)`, NaN
+/// where it is unknown), and both must know equally many.
+template <class Value>
+std::size_t differing_voxels(const octomap::OcTree& theirs, std::size_t our_known, const Value& value) {
   std::size_t differing = 0;
   for (auto leaf = theirs.begin_leafs(); leaf != theirs.end_leafs(); ++leaf) {
     const octomap::OcTreeKey first = leaf.getIndexKey();
@@ -45,16 +47,57 @@ std::size_t differing_voxels(const octomap::OcTree& theirs, const OccupancyMap& 
         return static_cast<std::uint16_t>(first[axis] + step);
       };
       const VoxelKey key{along(0, i % edge), along(1, i / edge % edge), along(2, i / edge / edge)};
-      const OccupancyMap::Lookup found = ours.at(key);
-      if (found.state == OccupancyMap::State::unknown || found.log_odds != leaf->getLogOdds()) ++differing;
+      differing += value(key) != leaf->getLogOdds();
     }
   }
+  const std::size_t their_known = known_voxels(theirs);
+  return differing + (our_known > their_known ? our_known - their_known : their_known - our_known);
+}
+
+constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
+
+std::size_t differing_voxels(const octomap::OcTree& theirs, const OccupancyMap& ours) {
   std::stringstream written;
   ours.write_bt(written);
   octomap::OcTree read_back(theirs.getResolution());
   if (!read_back.readBinary(written)) throw Error(Error::Kind::data, "write_bt", "OctoMap does not read it");
-  const std::size_t our_known = known_voxels(read_back), their_known = known_voxels(theirs);
-  return differing + (our_known > their_known ? our_known - their_known : their_known - our_known);
+  return differing_voxels(theirs, known_voxels(read_back), [&](VoxelKey key) {
+    const OccupancyMap::Lookup found = ours.at(key);
+    return found.state == OccupancyMap::State::unknown ? unknown : found.log_odds;
+  });
+}
+
+std::size_t differing_voxels(const octomap::OcTree& theirs, const octomap::OcTree& ours) {
+  return differing_voxels(theirs, known_voxels(ours), [&](VoxelKey key) {
+    const octomap::OcTreeNode* const node = ours.search(octomap::OcTreeKey(key.x, key.y, key.z));
+    return node == nullptr ? unknown : node->getLogOdds();
+  });
+}
+
+/// {"differ", "voxels"}: a tree of ours against the one that an OctomapSide wrote to `file`.
+template <class Tree>
+Json comparison(const Tree& ours, const std::string& file) {
+  const std::unique_ptr<octomap::AbstractOcTree> read(octomap::AbstractOcTree::read(file));
+  const auto* const theirs = dynamic_cast<const octomap::OcTree*>(read.get());
+  if (theirs == nullptr) throw Error(Error::Kind::data, file, "OctoMap does not read it");
+  return {{"differ", differing_voxels(*theirs, ours)}, {"voxels", known_voxels(*theirs)}};
+}
+
+/// OctoMap's input in its own form.
+struct OctomapScan {
+  octomap::Pointcloud cloud;
+  octomap::point3d origin;
+
+  explicit OctomapScan(const Scan& scan) : cloud(cloud_in_map(scan)) {
+    const Eigen::Vector3f eye = scan.T_map_sensor.translation().cast<float>();
+    origin = octomap::point3d(eye.x(), eye.y(), eye.z());
+  }
+};
+
+/// OctoMap's way to say unlimited.
+double octomap_range(const Json& settings) {
+  const double range = max_range_of(settings);
+  return std::isinf(range) ? -1 : range;
 }
 
 class OctomapSide : public Contestant {
@@ -62,22 +105,17 @@ class OctomapSide : public Contestant {
   explicit OctomapSide(const Json& settings)
       : heap_before_(heap_in_use()),
         tree_(settings.at("resolution").get<double>()),
-        max_range_(std::isinf(max_range_of(settings)) ? -1 : max_range_of(settings)) {}
+        max_range_(octomap_range(settings)) {}
 
-  void prepare(const Scan& scan) override {
-    cloud_.emplace(cloud_in_map(scan));
-    const Eigen::Vector3f eye = scan.T_map_sensor.translation().cast<float>();
-    origin_ = octomap::point3d(eye.x(), eye.y(), eye.z());
-  }
-
+  void prepare(const Scan& scan) override { scan_.emplace(scan); }
   void run() override {
-    tree_.insertPointCloud(*cloud_, origin_, max_range_, true, true);
+    tree_.insertPointCloud(scan_->cloud, scan_->origin, max_range_, true, true);
     tree_.updateInnerOccupancy();
   }
 
   /// {"write": FILE}: the pruned tree goes there (.ot). Always: its heap, pruned.
   Json tell(const Json& question) override {
-    cloud_.reset();  // clear() would keep its memory
+    scan_.reset();
     tree_.prune();
     const std::size_t heap = heap_in_use() - heap_before_;
     if (question.contains("write")) {
@@ -91,8 +129,32 @@ class OctomapSide : public Contestant {
   std::size_t heap_before_;
   octomap::OcTree tree_;
   double max_range_;
-  std::optional<octomap::Pointcloud> cloud_;
-  octomap::point3d origin_;
+  std::optional<OctomapScan> scan_;
+};
+
+/// insert_point_cloud on the same kind of tree, which is complete after every scan: not lazy.
+class PlainSide : public Contestant {
+ public:
+  explicit PlainSide(const Json& settings)
+      : tree_(settings.at("resolution").get<double>()),
+        max_range_(octomap_range(settings)),
+        threads_(settings.value("threads", 1)) {}
+
+  void prepare(const Scan& scan) override { scan_.emplace(scan); }
+  void run() override {
+    insert_point_cloud(tree_, scan_->cloud, scan_->origin, max_range_, false, true, threads_);
+  }
+
+  /// {"compare": FILE}: with OctoMap's tree in that file.
+  Json tell(const Json& question) override {
+    return question.contains("compare") ? comparison(tree_, question["compare"].get<std::string>()) : Json();
+  }
+
+ private:
+  octomap::OcTree tree_;
+  double max_range_;
+  int threads_;
+  std::optional<OctomapScan> scan_;
 };
 
 class OccupancySide : public Contestant {
@@ -101,13 +163,13 @@ class OccupancySide : public Contestant {
       : heap_before_(heap_in_use()),
         map_(parameters_from(settings).occupancy),
         downsampler_(map_.grid()),
-        max_range_(max_range_of(settings)) {
-    if (settings.value("threads", 1) != 1)
-      throw Error(Error::Kind::usage, "--threads", "OccupancyMap inserts on one thread");
-  }
+        max_range_(max_range_of(settings)),
+        threads_(settings.value("threads", 1)) {}
 
   void prepare(const Scan& scan) override { scan_ = scan; }
-  void run() override { map_.insert(downsampler_(scan_, 0, max_range_), downsampler_, nullptr); }
+  void run() override {
+    map_.insert(downsampler_(scan_, 0, max_range_, threads_), downsampler_, nullptr, threads_);
+  }
 
   /// {"compare": FILE}: with OctoMap's tree in that file. Always: its heap, scratch included.
   Json tell(const Json& question) override {
@@ -117,14 +179,7 @@ class OccupancySide : public Contestant {
                 {"leaves", size.leaves},
                 {"nodes", size.nodes},
                 {"tree_bytes", size.bytes}};
-    if (question.contains("compare")) {
-      const std::string file = question["compare"].get<std::string>();
-      const std::unique_ptr<octomap::AbstractOcTree> read(octomap::AbstractOcTree::read(file));
-      const auto* const theirs = dynamic_cast<const octomap::OcTree*>(read.get());
-      if (theirs == nullptr) throw Error(Error::Kind::data, file, "OctoMap does not read it");
-      answer["differ"] = differing_voxels(*theirs, map_);
-      answer["voxels"] = known_voxels(*theirs);
-    }
+    if (question.contains("compare")) answer.update(comparison(map_, question["compare"].get<std::string>()));
     return answer;
   }
 
@@ -133,6 +188,7 @@ class OccupancySide : public Contestant {
   OccupancyMap map_;
   Downsampler downsampler_;
   double max_range_;
+  int threads_;
   Scan scan_;
 };
 
@@ -163,6 +219,7 @@ class LoadMapSide : public Contestant {
 std::unique_ptr<Contestant> make_octomap(const Json& settings) {
   return std::make_unique<OctomapSide>(settings);
 }
+std::unique_ptr<Contestant> make_plain(const Json& settings) { return std::make_unique<PlainSide>(settings); }
 std::unique_ptr<Contestant> make_occupancy(const Json& settings) {
   return std::make_unique<OccupancySide>(settings);
 }

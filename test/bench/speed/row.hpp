@@ -64,6 +64,7 @@ const std::filesystem::path& scratch_folder();
 
 // Each registers the rows of one group.
 void add_occupancy_rows(const SpeedOptions& options);
+void add_plain_rows(const SpeedOptions& options);
 void add_lidar_rows(const SpeedOptions& options);
 void add_mapper_rows(const SpeedOptions& options);
 void add_pcl_rows(const SpeedOptions& options);

@@ -25,6 +25,7 @@ struct Group {
 
 constexpr Group groups[] = {
     {"occupancy", add_occupancy_rows, "OccupancyMap::insert beside OctoMap's insertion"},
+    {"plain", add_plain_rows, "insert_point_cloud for a plain octomap::OcTree, likewise"},
     {"lidar", add_lidar_rows, "the same with a real and a simulated lidar"},
     {"mapper", add_mapper_rows, "Mapper::insert beside OctoMap's insertion alone"},
     {"pcl", add_pcl_rows, "Mapper::insert beside the paper's pipeline from PCL"},

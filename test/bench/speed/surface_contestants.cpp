@@ -2,6 +2,7 @@
 
 #include "bench/speed/contestant.hpp"
 #include "occupancy/point_window.hpp"
+#include "reference/alpha_shape.hpp"
 #include "reference/pcl_steps.hpp"
 #include "simulation/random.hpp"
 #include "surfaces/normal_field.hpp"
@@ -141,11 +142,13 @@ class GrowingFloor {
   int next_column_ = 0, patches_ = 0;
 };
 
-/// tell(): number of rings and vertices, area, and a digest of the rings that does not depend on where
+/// tell(): area, number of rings and vertices, and a digest of the rings that does not depend on where
 /// a ring begins or which comes first.
 Json rings_of(const SurfaceModel& model) {
   std::size_t rings = 0, vertices = 0, digest = 0;
+  double area_m2 = 0;
   const auto add = [&](const Ring2& ring) {
+    area_m2 += reference::signed_area(ring);
     std::vector<std::pair<std::int64_t, std::int64_t>> rounded;
     for (const Eigen::Vector2d& p : ring)
       rounded.emplace_back(std::llround(p.x() * 1e9), std::llround(p.y() * 1e9));
@@ -162,7 +165,7 @@ Json rings_of(const SurfaceModel& model) {
     add(polygon.outer);
     for (const Ring2& hole : polygon.holes) add(hole);
   }
-  return {{"rings", rings}, {"vertices", vertices}, {"digest", digest}, {"inliers", model.size()}};
+  return {{"rings", rings}, {"vertices", vertices}, {"digest", digest}, {"area_m2", area_m2}};
 }
 
 constexpr double max_hole_size = 0.08;  // m, h
@@ -211,8 +214,32 @@ class DeriveFreshSide : public Contestant {
   std::optional<SurfaceModel> model_;
 };
 
+/// The reference's alpha shape: CGAL's Delaunay triangulation of all inliers at once.
+class DeriveReferenceSide : public Contestant {
+ public:
+  explicit DeriveReferenceSide(const Json& settings)
+      : floor_(settings), to_plane_(plane_axes(floor_.plane().normal).transpose()) {}
+  void prepare(const Scan& /*scan*/) override {
+    floor_.grow();
+    projected_.clear();
+    for (const Inlier& inlier : floor_.inliers())
+      projected_.emplace_back((to_plane_ * inlier.position.cast<double>()).head<2>());
+  }
+  void run() override { shape_ = reference::alpha_shape(projected_, max_hole_size); }
+  Json tell(const Json& /*question*/) override { return {{"area_m2", shape_.area_m2}}; }
+
+ private:
+  GrowingFloor floor_;
+  Eigen::Matrix3d to_plane_;
+  std::vector<Eigen::Vector2d> projected_;
+  reference::AlphaShape shape_;
+};
+
 }  // namespace
 
+std::unique_ptr<Contestant> make_derive_reference(const Json& settings) {
+  return std::make_unique<DeriveReferenceSide>(settings);
+}
 std::unique_ptr<Contestant> make_normal_field(const Json& settings) {
   return std::make_unique<NormalFieldSide>(settings);
 }
