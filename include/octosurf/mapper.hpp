@@ -38,6 +38,8 @@ struct ScanReport {
 /// One thread at a time may call insert().
 class Mapper {
  public:
+  /// `threads` in [1, 256] share a scan's points and rays; the surfaces are one thread's work. Throws
+  /// Error(usage).
   explicit Mapper(const Parameters& parameters = {}, int threads = 1);
   explicit Mapper(Map map, int threads = 1);
   Mapper(Mapper&&) noexcept;
