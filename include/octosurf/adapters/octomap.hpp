@@ -88,8 +88,8 @@ void make_root(Tree& tree, const TouchedBlock& block, bool lazy) {
 /// image affordable (OctoMap's own default is false). With a bounding-box limit, change detection or
 /// a sensor outside the octree it calls OctoMap's own, because their state is not within reach.
 ///
-/// This header, the ones in detail/ beside it and OctoMap's are all it needs. Scratch memory (some
-/// megabytes; 2³² voxels of address space at most) stays with the calling thread. Cost: about 5 ns a
+/// This header, the ones in detail/ beside it and OctoMap's are all it needs. Scratch memory stays with
+/// the calling thread: some megabytes for a depth camera, RayBits tells the most. Cost: about 5 ns a
 /// point, 1 ns a ray step, and the nodes that change.
 template <class Tree>
 void insert_point_cloud(Tree& tree, const octomap::Pointcloud& scan, const octomap::point3d& sensor_origin,

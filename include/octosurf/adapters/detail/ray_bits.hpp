@@ -23,8 +23,10 @@ struct TouchedBlock {
 /// hash of voxels: rays set bits in an array over the scan's box whose cache lines are blocks of the
 /// octree, so that neighbouring rays and following steps mostly meet the same line.
 ///
-/// A box over 2^32 voxels is cut to a core around the sensor; rays that leave the core go a slower
-/// way through a hash of blocks, so that stray far returns cost what they cross and no more.
+/// A box over 2^31 voxels (20 m around the sensor at 2 cm) is cut to a core around the sensor; rays that
+/// leave the core go a slower way through a hash of blocks, so that stray far returns cost what they
+/// cross and no more. Memory: a bit a voxel for misses and one for hits, in pages of 32³ voxels that were
+/// ever touched; 256 MB each at most, and as much for misses again for every further thread.
 class RayBits {
  public:
   /// Touched blocks in ascending Morton order; valid until the next call. The result does not depend
@@ -48,7 +50,7 @@ class RayBits {
   void collect_strays();
   std::uint64_t* stray_word(const std::array<std::uint16_t, 3>& key, bool hit);
 
-  static constexpr unsigned core_bits = 32, small_bits = 27;
+  static constexpr unsigned core_bits = 31, small_bits = 27;
   KeyBox core_;
   BlockAddress address_;
   bool paged_ = false;
@@ -56,9 +58,11 @@ class RayBits {
   LazyWords hits_;
   StrayBlocks strays_;
   std::vector<TouchedBlock> blocks_;
+  bool unfinished_ = false;  // an exception has left bits behind that blocks_ does not list
 };
 
 inline void RayBits::clear() {
+  if (unfinished_) *this = RayBits();
   for (const TouchedBlock& block : blocks_) {
     std::fill_n(block.misses, 8, 0);
     std::fill_n(block.hits, 8, 0);
@@ -204,6 +208,7 @@ inline void RayBits::collect_strays() {
 inline std::span<const TouchedBlock> RayBits::trace(const GridOrigin& from, std::span<const GridRay> rays,
                                                     int threads) {
   clear();
+  unfinished_ = true;
   set_core(from, rays);
   // A thread's own bits and its start pay only where it has rays enough.
   threads = std::clamp(static_cast<int>(rays.size() / 256), 1, std::min(threads, 16));
@@ -217,6 +222,7 @@ inline std::span<const TouchedBlock> RayBits::trace(const GridOrigin& from, std:
   mark_hits(rays);
   collect(13, 0, 0, 0, threads);
   collect_strays();
+  unfinished_ = false;
   return blocks_;
 }
 
