@@ -119,7 +119,7 @@ class CgalSide : public Contestant {
     for (const std::size_t i : region) projected.push_back((to_plane * points_[i].cast<double>()).head<2>());
     reference::AlphaShape shape = reference::alpha_shape(projected, parameters_.max_hole_size());
     surface->area_m2 = shape.area_m2;
-    surface->polygons = surface->simplified = std::move(shape.polygons);
+    surface->polygons = std::move(shape.polygons);
     surface->inliers = region.size();
     return surface;
   }
