@@ -114,7 +114,7 @@ def long_run(row):
 
 def app(row):
     return f'{row["frames_per_second"]:.1f} frames/s', "30 frames/s", \
-        f'{row["frames_per_second"] / 30:.2f}×', \
+        ratio(row), \
         f'{row["scans"]:.0f} scans; one takes {short(row["scan_p50_ms"])} ms, 95 % within ' \
         f'{short(row["scan_p95_ms"])} ms; at most {row["peak_rss_mb"]:,.0f} MB'
 
@@ -134,7 +134,7 @@ CELLS = {"occupancy": insertion, "plain": insertion, "lidar": insertion, "mapper
 def conditions(context, groups):
     text = f'{context["cpu_model"]}, {context["cores"]} cores, load {context["load_avg"][0]:.1f} at the ' \
         f'start; {context["compiler"]}; OctoMap {context["octomap"]}, PCL {context["pcl"]}, CGAL ' \
-        f'{context["cgal"]}; {context["date"][:10]}, commit {context["commit"]}, {context["form"]} form'
+        f'{context["cgal"]}; {context["date"][:10]}, commit {context["commit"]}, {context["form"]}'
     return f"{', '.join(groups)}: {text}." if groups else f"{text}."
 
 

@@ -55,7 +55,9 @@ void note_conditions(const SpeedOptions& options, const std::string& commit) {
       {"pcl", PCL_VERSION_PRETTY},
       {"cgal", CGAL_VERSION_STR},
       {"google_benchmark", BENCHMARK_VERSION_TEXT},
-      {"form", options.brief ? "short" : "full"},
+      {"form", options.frames  ? "--frames " + std::to_string(*options.frames)
+               : options.brief ? "short form"
+                               : "full form"},
       {"commit", commit}};
   for (const auto& [name, value] : conditions) {
     benchmark::AddCustomContext(name, value);
