@@ -12,21 +12,27 @@
 namespace octosurf::bench {
 namespace {
 
-/// Runs the command, its output aside; throws Error(data) if it fails.
+/// Runs the command, what it prints aside; throws Error(data) with its last line if it fails.
 void run_app(const std::vector<std::string>& arguments) {
   std::vector<const char*> argv{OCTOSURF_APP};
   for (const std::string& argument : arguments) argv.push_back(argument.c_str());
   argv.push_back(nullptr);
+  const std::string log = (scratch_folder() / "app.log").string();
   const pid_t pid = fork();
   if (pid == 0) {
-    const int nowhere = open("/dev/null", O_WRONLY);
-    dup2(nowhere, STDOUT_FILENO);
+    const int out = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    dup2(out, STDOUT_FILENO);
+    dup2(out, STDERR_FILENO);
     execv(OCTOSURF_APP, const_cast<char* const*>(argv.data()));
     _exit(127);
   }
   int status = 0;
-  if (pid < 0 || waitpid(pid, &status, 0) != pid || status != 0)
-    throw Error(Error::Kind::data, OCTOSURF_APP, "failed", "its own message says why");
+  if (pid < 0 || waitpid(pid, &status, 0) != pid || status != 0) {
+    std::ifstream in(log);
+    std::string last;
+    for (std::string line; std::getline(in, line);) last = line;
+    throw Error(Error::Kind::data, OCTOSURF_APP, "failed: " + last);
+  }
 }
 
 /// The report of `octosurf map KITCHEN` with two threads.
