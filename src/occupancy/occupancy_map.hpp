@@ -97,7 +97,7 @@ class OccupancyMap {
 
   struct Size {
     std::size_t nodes = 0, leaves = 0;  ///< of the same tree in OctoMap
-    std::size_t bytes = 0;              ///< of ours
+    std::size_t bytes = 0;              ///< of ours, without reserves
   };
   Size size() const;
 

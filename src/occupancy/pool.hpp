@@ -29,10 +29,8 @@ class Pool {
     return chunks_[index >> chunk_bits][index & (chunk_size - 1)];
   }
 
-  std::size_t bytes() const {
-    return chunks_.size() * (chunk_size * sizeof(T) + sizeof(void*)) +
-           free_.capacity() * sizeof(std::uint32_t);
-  }
+  /// Of the objects in use: what the pool holds in reserve depends on the past, this does not.
+  std::size_t bytes() const { return (used_ - free_.size()) * sizeof(T); }
 
  private:
   static constexpr std::size_t chunk_size = std::size_t{1} << chunk_bits;
