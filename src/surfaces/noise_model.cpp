@@ -41,11 +41,13 @@ void NoiseModel::observe(const Scan& scan) {
   for (std::size_t i = 1; i + 1 < scan.points.size(); i += stride) {
     const Eigen::Vector3f &a = scan.points[i - 1], &b = scan.points[i], &c = scan.points[i + 1];
     const float range = b.norm();
+    if (!std::isfinite(range)) continue;
+    const unsigned range_class = range_class_of(range);
+    if (total_[range_class] >= plenty) continue;
     // Neighbours on one surface; NaN fails the comparison.
     if (!((c - a).norm() < 0.05F * range)) continue;
-    const unsigned range_class = range_class_of(range);
     const auto bin = static_cast<std::size_t>(std::fabs(a.norm() - 2 * range + c.norm()) / bin_width);
-    if (total_[range_class] >= plenty || bin >= bins) continue;
+    if (bin >= bins) continue;
     ++histogram_[range_class][bin];
     ++total_[range_class];
   }
