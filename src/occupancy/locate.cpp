@@ -29,10 +29,12 @@ template <class V, class T>
       const double* r = rows + 4 * a;
       const Single in_map = __builtin_convertvector(r[0] * x + r[1] * y + r[2] * z + r[3], Single);
       const Real scaled = __builtin_convertvector(in_map, Real) * per_metre;
-      inside &= __builtin_convertvector((scaled >= -reach) & (scaled < reach), Whole);
-      const Whole cut = __builtin_convertvector(scaled, Whole);
+      const auto in_reach = (scaled >= -reach) & (scaled < reach);
+      inside &= __builtin_convertvector(in_reach, Whole);
+      const Real safe = in_reach ? scaled : Real{};  // what is no key must not overflow below
+      const Whole cut = __builtin_convertvector(safe, Whole);
       // A comparison is −1 where true: rounds what was cut toward zero down.
-      const Whole below = __builtin_convertvector(scaled < __builtin_convertvector(cut, Real), Whole);
+      const Whole below = __builtin_convertvector(safe < __builtin_convertvector(cut, Real), Whole);
       store(positions[a] + i, in_map);
       store(keys[a] + i, cut + below + VoxelGrid::origin);
     }

@@ -144,7 +144,7 @@ void Outline::Impl::remove_left() {
 std::vector<std::size_t> Outline::Impl::order_of_entering() const {
   std::vector<std::size_t> order(entering.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  if (entering.size() < triangulation.number_of_vertices() / 2) return order;
+  if (entering.empty() || entering.size() < triangulation.number_of_vertices() / 2) return order;
   using Map = CGAL::Pointer_property_map<Point>::const_type;
   CGAL::spatial_sort(order.begin(), order.end(),
                      CGAL::Spatial_sort_traits_adapter_2<Kernel, Map>(
