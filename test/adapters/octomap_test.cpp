@@ -104,11 +104,30 @@ TEST(InsertPointCloud, EqualsOctomapsWhenVoxelsSaturate) {
 TEST(InsertPointCloud, WorksOnDerivedTrees) {
   octomap::ColorOcTree our_colors(0.04), their_colors(0.04);
   insert_both_ways(our_colors, their_colors, {-1, false, true}, 1500);
-  // Its own updateNodeLogOdds stamps the nodes.
+}
+
+/// Every leaf of `some` has its value and a stamp in `others` too, divided or not.
+void expect_stamped_alike(const octomap::OcTreeStamped& some, const octomap::OcTreeStamped& others) {
+  for (auto leaf = some.begin_leafs(); leaf != some.end_leafs(); ++leaf) {
+    const octomap::OcTreeNodeStamped* other = others.search(leaf.getKey());
+    ASSERT_NE(other, nullptr);
+    ASSERT_EQ(leaf->getLogOdds(), other->getLogOdds());
+    ASSERT_EQ(leaf->getTimestamp() != 0, other->getTimestamp() != 0);
+  }
+}
+
+TEST(InsertPointCloud, LetsTheTreeUpdateItsNodes) {
+  // This one stamps them with the second, and does not prune what was stamped in different ones: so
+  // its shape depends on the clock.
   octomap::OcTreeStamped ours(0.04), theirs(0.04);
-  insert_both_ways(ours, theirs, {-1, false, true}, 1500);
-  for (auto leaf = ours.begin_leafs(); leaf != ours.end_leafs(); ++leaf)
-    ASSERT_EQ(leaf->getTimestamp() != 0, theirs.search(leaf.getKey(), leaf.getDepth())->getTimestamp() != 0);
+  std::mt19937_64 rng(test::fresh_seed());
+  for (int i = 0; i < 5; ++i) {
+    const CloudScan scan = random_scan(rng, {}, 1500);
+    theirs.insertPointCloud(scan.cloud, scan.origin, -1, false, true);
+    insert_point_cloud(ours, scan.cloud, scan.origin);
+  }
+  expect_stamped_alike(ours, theirs);
+  expect_stamped_alike(theirs, ours);
 }
 
 TEST(InsertPointCloud, GoesOctomapsWayWhereItsStateIsOutOfReach) {
