@@ -1,15 +1,21 @@
 #!/usr/bin/env python3
-"""Markdown table of bench_speed's JSON files, for the README: table.py [--into README.md] FILE…
+"""Markdown table of bench_speed's JSON files: table.py [--into FILE] [--short-into README.md] JSON…
 
 Of rows that several files hold, the later file's counts. Every number stands in the files; here they
 are only put side by side. With --into, the text between the marks `<!-- bench -->` and
-`<!-- /bench -->` of that file is replaced.
+`<!-- /bench -->` of that file is replaced; with --short-into likewise by the rows that tell most, while
+what is lost is told of all rows.
 """
 
 import argparse
 import json
 import pathlib
+import re
 import sys
+
+SHORT = re.compile(r"(occupancy|plain|lidar)/.*threads:1|mapper|pcl/.*r:0\.15|memory|loading/anew|"
+                   r"normals/kitchen/r:0\.05|derive/1000000/derive_reference|planes/.*/office|"
+                   r"long_run|app|realtime")
 
 FOOTNOTES = """\
 Each side is a process of its own with its own heap; they take turns, scan by scan, on the same data, which
@@ -131,11 +137,10 @@ CELLS = {"occupancy": insertion, "plain": insertion, "lidar": insertion, "mapper
          "derive": derive, "long_run": long_run, "app": app, "realtime": realtime}
 
 
-def conditions(context, groups):
-    text = f'{context["cpu_model"]}, {context["cores"]} cores, load {context["load_avg"][0]:.1f} at the ' \
-        f'start; {context["compiler"]}; OctoMap {context["octomap"]}, PCL {context["pcl"]}, CGAL ' \
-        f'{context["cgal"]}; {context["date"][:10]}, commit {context["commit"]}, {context["form"]}'
-    return f"{', '.join(groups)}: {text}." if groups else f"{text}."
+def conditions(context):
+    return f'{context["cpu_model"]}, {context["cores"]} cores; {context["compiler"]}; OctoMap {context["octomap"]}, ' \
+        f'PCL {context["pcl"]}, CGAL {context["cgal"]}; {context["date"][:10]}, commit {context["commit"]}, ' \
+        f'{context["form"]}'
 
 
 def read(files):
@@ -150,7 +155,17 @@ def read(files):
     return rows, runs
 
 
-def table(rows, runs):
+def losses(row):
+    """What the other does better."""
+    if row.get("ratio", 1) < 1:
+        yield f'{row["ratio"]:.2f}×'
+    if row.get("ours_correct_percent", 100) < row.get("theirs_correct_percent", 0):
+        yield f'{row["ours_correct_percent"]:.0f} to {row["theirs_correct_percent"]:.0f} % correct'
+    if row.get("lag_mean_ms", 0) > row.get("theirs_lag_mean_ms", float("inf")):
+        yield f'mean lag {unit(row["lag_mean_ms"], "ms")} to {unit(row["theirs_lag_mean_ms"], "ms")}'
+
+
+def table(rows, runs, shown=re.compile("")):
     lines = ["| what | against | octosurf | the other | times better | beside it |", "|---|---|---|---|---|---|"]
     lost, skipped = [], []
     order = list(CELLS)
@@ -159,14 +174,18 @@ def table(rows, runs):
             skipped.append(f'{name} ({row["error_message"]})')
             continue
         what, against = row["label"].split(" | ")
-        lines.append(f"| {what} | {against} | " + " | ".join(CELLS[name.split("/")[0]](row)) + " |")
-        if row.get("ratio", 1) < 1:
-            lost.append(f'{what}, against {against} ({row["ratio"]:.2f}×)')
+        if shown.match(name):
+            lines.append(f"| {what} | {against} | " + " | ".join(CELLS[name.split("/")[0]](row)) + " |")
+        if lost_by := ", ".join(losses(row)):
+            lost.append(f"{what}, against {against} ({lost_by})")
     lines += ["", "Where we lose: " + ("; ".join(lost) if lost else "nowhere in this table") + "."]
     if skipped:
         lines += ["", "Not measured: " + "; ".join(skipped) + "."]
     lines += ["", FOOTNOTES, ""]
-    lines += [conditions(context, groups if len(runs) > 1 else []) for context, groups in runs]
+    measured = {}
+    for context, groups in runs:
+        measured.setdefault(conditions(context), set()).update(groups)
+    lines += [f'{text}: {", ".join(sorted(groups))}.' for text, groups in measured.items()]
     return "\n".join(lines)
 
 
@@ -181,15 +200,18 @@ def put_into(file, text):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--into", type=pathlib.Path)
+    parser.add_argument("--short-into", type=pathlib.Path)
     parser.add_argument("files", nargs="*")
     arguments = parser.parse_args()
     if not arguments.files:
         sys.exit("table.py: no JSON file; `./dev bench NAME` writes one to out/bench")
-    text = table(*read(arguments.files))
+    rows, runs = read(arguments.files)
     if arguments.into:
-        put_into(arguments.into, text)
-    else:
-        print(text)
+        put_into(arguments.into, table(rows, runs))
+    if arguments.short_into:
+        put_into(arguments.short_into, table(rows, runs, SHORT))
+    if not arguments.into and not arguments.short_into:
+        print(table(rows, runs))
 
 
 main()

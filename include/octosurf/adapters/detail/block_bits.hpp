@@ -76,21 +76,23 @@ class LazyWords {
   void reserve(std::size_t words) {
     if (words <= size_) return;
     words_.reset();
-    void* memory = std::calloc(words + 8, sizeof(std::uint64_t));
+    size_ = 0;
+    std::size_t space = words * sizeof(std::uint64_t) + 64;
+    void* memory = std::calloc(space, 1);
     if (memory == nullptr) throw std::bad_alloc();
-    words_.reset(static_cast<std::uint64_t*>(memory));
+    words_.reset(memory);
+    // A block is a cache line.
+    aligned_ = static_cast<std::uint64_t*>(std::align(64, words * sizeof(std::uint64_t), memory, space));
     size_ = words;
   }
-  std::uint64_t* data() const {  // a block is a cache line
-    return reinterpret_cast<std::uint64_t*>((reinterpret_cast<std::uintptr_t>(words_.get()) + 63) &
-                                            ~std::uintptr_t{63});
-  }
+  std::uint64_t* data() const { return aligned_; }
 
  private:
   struct Free {
-    void operator()(std::uint64_t* p) const { std::free(p); }
+    void operator()(void* p) const { std::free(p); }
   };
-  std::unique_ptr<std::uint64_t, Free> words_;
+  std::unique_ptr<void, Free> words_;
+  std::uint64_t* aligned_ = nullptr;
   std::size_t size_ = 0;
 };
 
