@@ -54,7 +54,21 @@ std::vector<SurfacePtr> mapped(const std::vector<Scan>& scans, const Parameters&
 
 constexpr double large = 0.12;  // m²: surfaces that must be found whatever the voxels' borders are
 
-/// Every large surface of `a`, moved by T, is one of `b`: same plane, about the same area.
+double length_of_rings(const Surface& surface) {
+  double length = 0;
+  const auto add = [&](const Ring2& ring) {
+    for (std::size_t i = 0; i < ring.size(); ++i) length += (ring[(i + 1) % ring.size()] - ring[i]).norm();
+  };
+  for (const Polygon& polygon : surface.polygons) {
+    add(polygon.outer);
+    for (const Ring2& hole : polygon.holes) add(hole);
+  }
+  return length;
+}
+
+/// Every large surface of `a`, moved by T, is one of `b`: same plane, and an area that differs by at
+/// most the tolerance or a voxel along its rings, for whether noise ever reaches a voxel beyond an edge
+/// depends on where the voxels' borders lie (seed 7503052: a box top of 0.42 m, 1.2 cm along its edges).
 void expect_follow(const std::vector<SurfacePtr>& a, const std::vector<SurfacePtr>& b,
                    const Eigen::Isometry3d& T, double tolerance) {
   std::size_t compared = 0;
@@ -68,8 +82,9 @@ void expect_follow(const std::vector<SurfacePtr>& a, const std::vector<SurfacePt
     for (const SurfacePtr& o : b)
       if (o->plane.normal.dot(normal) > 0.9986 && std::fabs(o->plane.signed_distance(T * middle)) < 0.012)
         best = std::min(best, std::fabs(o->area_m2 - s->area_m2) / s->area_m2);
-    EXPECT_LE(best, tolerance) << "surface " << s->id << " of " << s->area_m2 << " m², normal "
-                               << s->plane.normal.transpose() << " offset " << s->plane.offset;
+    EXPECT_LE(best, std::max(tolerance, s->resolution * length_of_rings(*s) / s->area_m2))
+        << "surface " << s->id << " of " << s->area_m2 << " m², normal " << s->plane.normal.transpose()
+        << " offset " << s->plane.offset;
   }
   EXPECT_GE(compared, 4U);
 }
