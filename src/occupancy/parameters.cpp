@@ -239,6 +239,10 @@ std::optional<double> parameter_value(const Parameters& parameters, const std::s
 void set_parameter_value(Parameters& parameters, const std::string& name, std::optional<double> value) {
   const Entry& e = entry(name);
   if (!value && !e.in_force) refuse(name, "not given", "a number");
+  constexpr double largest_count = 1e9;  // fits an int: casting more, or NaN, would be undefined
+  const bool counts = e.form == Form::integer || e.form == Form::flag;
+  if (value && counts && !(std::fabs(*value) <= largest_count))
+    refuse(name, std::to_string(*value), "a count");
   e.set(parameters, value);
 }
 

@@ -184,6 +184,10 @@ TEST(Parameters, ExactValuesGoInAndOut) {
   }
   Parameters p;
   EXPECT_THROW(set_parameter_value(p, "resolution", std::nullopt), Error) << "never derived";
+  for (const double no_count : {std::nan(""), 1e300, -1e300, std::numeric_limits<double>::infinity()}) {
+    EXPECT_THROW(set_parameter_value(p, "min_surface_points", no_count), Error);
+    EXPECT_THROW(set_parameter_value(p, "preserve_surfaces", no_count), Error);
+  }
 }
 
 /// Values out of range for each parameter. The message names parameter, value and rule.
