@@ -139,6 +139,53 @@ TEST(RayBits, OfABoxTooLargeToPassOverAreOctomapsVoxels) {
   compare(bits, 0.02, origin, points_around(rng, origin, 400, 0.5, 11), 1e9);
 }
 
+/// The bits that LaneWalker sets for the rays, `width` of them side by side.
+template <std::size_t width>
+std::vector<std::uint64_t> walked(const GridOrigin& from, std::span<const GridRay> rays, bool paged) {
+  BlockAddress address;
+  KeyBox box;
+  for (std::size_t a = 0; a < 3; ++a) {
+    box.min[a] = from.key[a] - 60;
+    box.max[a] = from.key[a] + 60;
+  }
+  address.fit(box);
+  std::vector<std::uint64_t> bits(std::size_t{1} << (address.size_bits - 6));
+  std::vector<std::uint8_t> pages(std::size_t{1} << (address.size_bits - 15));
+  LaneWalker walker({bits.data(), paged ? pages.data() : nullptr, address.mask},
+                    address.of(from.key[0], from.key[1], from.key[2]));
+  std::size_t i = 0;
+  walker.run_abreast<width>([&](GridWalk& out) {
+    if (i == rays.size()) return false;
+    out = GridWalk(rays[i++], from);
+    return true;
+  });
+  for (std::size_t page = 0; paged && page < pages.size(); ++page) {
+    const auto first = bits.begin() + static_cast<std::ptrdiff_t>(512 * page);
+    EXPECT_EQ(pages[page] != 0, std::any_of(first, first + 512, [](std::uint64_t w) { return w != 0; }));
+  }
+  return bits;
+}
+
+TEST(LaneWalker, SetsTheSameBitsWhateverTheWidth) {
+  std::mt19937_64 rng(test::fresh_seed());
+  const octomap::OcTree tree(0.02);
+  const octomap::point3d origin(0.313F, -0.207F, 1.011F);
+  const GridOrigin from{{origin.x(), origin.y(), origin.z()}, array_of(tree.coordToKey(origin)), 0.02};
+  for (const std::size_t n : {0U, 1U, 5U, 8U, 300U}) {
+    const std::vector<GridRay> rays = rays_to(tree, origin, points_around(rng, origin, n, 0.05, 1.1), 9);
+    for (const bool paged : {false, true}) {
+      const std::vector<std::uint64_t> alone = walked<1>(from, rays, paged);
+      if (LaneWalker::supports(4)) {
+        EXPECT_TRUE(walked<4>(from, rays, paged) == alone);
+      }
+      if (LaneWalker::supports(8)) {
+        EXPECT_TRUE(walked<8>(from, rays, paged) == alone);
+      }
+    }
+  }
+  if (!LaneWalker::supports(4)) GTEST_SKIP() << "this processor walks one ray at a time";
+}
+
 TEST(RayBits, OfNoRaysAreNone) {
   RayBits bits;
   const GridOrigin from{{0.1F, 0.1F, 0.1F}, {32770, 32770, 32770}, 0.05};

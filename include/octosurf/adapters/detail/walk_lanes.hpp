@@ -131,11 +131,27 @@ class LaneWalker {
   /// next(GridWalk&) gives the next ray; false: none is left.
   template <class Next>
   void run(Next&& next) {
+    if (supports(8))
+      run_abreast<8>(next);
+    else if (supports(4))
+      run_abreast<4>(next);
+    else
+      run_abreast<1>(next);
+  }
+
+  /// Whether this processor can walk so many rays side by side; 1 everywhere.
+  static bool supports(std::size_t width) {
 #ifdef OCTOSURF_HAS_LANES
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq"))
-      run_lanes<8>(next);
-    else if (__builtin_cpu_supports("avx2"))
-      run_lanes<4>(next);
+    if (width == 8) return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq");
+    if (width == 4) return __builtin_cpu_supports("avx2");
+#endif
+    return width == 1;
+  }
+  /// run() with so many; needs supports(width).
+  template <std::size_t width, class Next>
+  void run_abreast(Next&& next) {
+#ifdef OCTOSURF_HAS_LANES
+    if constexpr (width > 1) run_lanes<width>(next);
 #endif
     GridWalk walk;
     while (next(walk)) walk_alone(walk, start_, walk.steps);
