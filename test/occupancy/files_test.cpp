@@ -218,6 +218,17 @@ TEST(OccupancyFiles, TruncatedOctomapFilesAreAnError) {
   }
 }
 
+TEST(OccupancyFiles, AnEmptyMapsBtIsAnEmptyMap) {
+  const OccupancyParameters parameters;
+  const TemporaryFile file("empty.bt");
+  std::ostringstream bt;
+  OccupancyMap(parameters).write_bt(bt);
+  file.write(bt.str());
+  const OccupancyMap map = OccupancyMap::read_octomap(file.path(), parameters);
+  EXPECT_EQ(map.size().nodes, 0U);
+  EXPECT_EQ(map.grid().resolution(), parameters.resolution);
+}
+
 TEST(OccupancyFiles, ForeignFilesAreAnError) {
   const TemporaryFile file("foreign");
   EXPECT_THROW(OccupancyMap::read_octomap(file.path(), {}), Error);  // not there
