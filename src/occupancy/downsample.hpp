@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include <octosurf/adapters/detail/grid_ray.hpp>
 #include <octosurf/adapters/detail/voxel_table.hpp>
 #include <octosurf/scan.hpp>
 
@@ -29,7 +30,7 @@ struct VoxelScan {
   /// OctoMap's rule: an end voxel is a hit if its centre is within max_range; else a free ray.
   bool within_range(const Eigen::Vector3f& centre) const {
     const Eigen::Vector3f v = centre - origin;
-    return std::sqrt(static_cast<double>(v.x() * v.x() + v.y() * v.y() + v.z() * v.z())) <= max_range;
+    return detail::norm_of(v.x(), v.y(), v.z()) <= max_range;
   }
 };
 

@@ -56,8 +56,7 @@ std::vector<detail::GridRay> rays_of(const VoxelScan& scan, const VoxelGrid& gri
       continue;
     }
     Eigen::Vector3f direction = centre - scan.origin;
-    direction /= static_cast<float>(std::sqrt(static_cast<double>(
-        direction.x() * direction.x() + direction.y() * direction.y() + direction.z() * direction.z())));
+    direction /= static_cast<float>(detail::norm_of(direction.x(), direction.y(), direction.z()));
     const Eigen::Vector3f cut = scan.origin + direction * static_cast<float>(scan.max_range);
     if (VoxelKey key; grid.key_of(cut, key))
       rays.push_back({{cut.x(), cut.y(), cut.z()}, {key.x, key.y, key.z}, false, false});

@@ -172,20 +172,12 @@ void VoxelTree::visit_leaves(Visit&& visit) const {
 template <class Policy>
 void VoxelTree::descend(Slot& slot, int level, std::span<const detail::TouchedBlock> blocks, Policy& policy) {
   if (level == brick_level + 1) return update_block(slot, blocks.front(), policy);
-  if (saturated(slot)) {
-    bool hit = false;
-    for (const detail::TouchedBlock& block : blocks) hit |= block.hit;
-    if (!hit) return;  // misses change nothing below
-  }
+  if (saturated(slot) && !detail::any_hit(blocks)) return;  // misses change nothing below
   Group& children = divided(slot);
-  const int shift = 3 * (level - brick_level - 2);
-  for (std::size_t begin = 0; begin < blocks.size();) {
-    const auto child = static_cast<unsigned>(blocks[begin].morton >> shift & 7);
-    std::size_t end = begin + 1;
-    while (end < blocks.size() && (blocks[end].morton >> shift & 7) == child) ++end;
-    descend(children[child], level - 1, blocks.subspan(begin, end - begin), policy);
-    begin = end;
-  }
+  detail::for_each_touched_child(blocks, 3 * (level - brick_level - 2),
+                                 [&](unsigned child, std::span<const detail::TouchedBlock> below) {
+                                   descend(children[child], level - 1, below, policy);
+                                 });
   close(slot);
 }
 

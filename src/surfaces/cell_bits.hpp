@@ -2,6 +2,7 @@
 
 #include "occupancy/voxel_key.hpp"
 
+#include <bit>
 #include <cstdint>
 #include <tsl/robin_map.h>
 #include <vector>
@@ -33,11 +34,14 @@ class CellBits {
     template <class Visit>
     void for_each(Visit&& visit) const {
       for (std::uint64_t left = bits; left != 0; left &= left - 1) {
-        const int bit = __builtin_ctzll(left);
+        const int bit = std::countr_zero(left);
         visit(PlaneCell{tile.u * 8 + bit % 8, tile.v * 8 + bit / 8});
       }
     }
   };
+
+  static PlaneCell tile_of(PlaneCell cell) { return {cell.u >> 3, cell.v >> 3}; }
+  static int bit_of(PlaneCell cell) { return (cell.v & 7) * 8 + (cell.u & 7); }
 
   bool occupied(PlaneCell cell) const {
     const auto tile = tiles_.find(tile_of(cell).packed());
@@ -64,8 +68,6 @@ class CellBits {
   struct Tile {
     std::uint64_t occupied = 0, settled = 0 /* occupied as of the last settle() */, deep = 0, changed = 0;
   };
-  static PlaneCell tile_of(PlaneCell cell) { return {cell.u >> 3, cell.v >> 3}; }
-  static int bit_of(PlaneCell cell) { return (cell.v & 7) * 8 + (cell.u & 7); }
   std::uint64_t eroded(PlaneCell tile) const;
   std::vector<std::uint64_t> tiles_to_look_at() const;
 

@@ -50,8 +50,6 @@ struct NewSite {
   std::uint8_t cell;
 };
 
-std::uint64_t tile_of(PlaneCell cell) { return PlaneCell{cell.u >> 3, cell.v >> 3}.packed(); }
-
 }  // namespace
 
 struct Outline::Impl {
@@ -91,8 +89,8 @@ bool Outline::Impl::kept(Face face) const {
 }
 
 void Outline::Impl::set(PlaneCell cell, std::span<const Eigen::Vector2d> wanted) {
-  const std::uint64_t tile = tile_of(cell);
-  const auto number = static_cast<std::uint8_t>((cell.v & 7) * 8 + (cell.u & 7));
+  const std::uint64_t tile = CellBits::tile_of(cell).packed();
+  const auto number = static_cast<std::uint8_t>(CellBits::bit_of(cell));
   boost::container::small_vector<Point, 4> coming;
   for (const Eigen::Vector2d& p : wanted) coming.emplace_back(p.x(), p.y());
   if (const auto found = tiles.find(tile); found != tiles.end()) {

@@ -11,6 +11,8 @@
 #include <map>
 #include <random>
 #include <set>
+#include <string>
+#include <utility>
 
 namespace octosurf {
 namespace {
@@ -148,9 +150,10 @@ TEST(VoxelTree, LeavesSetOneByOneAreThere) {
 /// Bytes of heap that `make()`'s result holds.
 template <class Make>
 double heap_of(const Make& make) {
-  const std::size_t before = mallinfo2().uordblks + mallinfo2().hblkhd;
+  const auto in_use = [] { return static_cast<double>(mallinfo2().uordblks + mallinfo2().hblkhd); };
+  const double before = in_use();
   const auto kept = make();
-  return static_cast<double>(mallinfo2().uordblks + mallinfo2().hblkhd - before);
+  return in_use() - before;
 }
 
 TEST(VoxelTree, TakesNoMoreHeapThanOctomapsTree) {
@@ -173,7 +176,19 @@ TEST(VoxelTree, TakesNoMoreHeapThanOctomapsTree) {
     Downsampler downsample(map.grid());
     for (const Scan& scan : scans)
       map.insert(downsample(scan, 0, std::numeric_limits<double>::infinity()), downsample, nullptr);
-    EXPECT_LT(static_cast<double>(map.size().bytes), theirs);
+    std::string nodes;
+    map.write_nodes([&](const std::string& chunk) { nodes += chunk; });
+    // Read back, it holds no scratch of scans.
+    const double ours = heap_of([&] {
+      auto read_back = std::make_unique<OccupancyMap>(parameters);
+      bool given = false;
+      read_back->read_nodes([&] { return std::exchange(given, true) ? std::string() : nodes; }, "here");
+      return read_back;
+    });
+    EXPECT_LE(ours, theirs);
+    EXPECT_LE(static_cast<double>(map.size().bytes), ours) << ours << " of heap, OctoMap " << theirs;
+    RecordProperty("ours_" + std::to_string(resolution), std::to_string(ours));
+    RecordProperty("octomaps_" + std::to_string(resolution), std::to_string(theirs));
   }
 }
 

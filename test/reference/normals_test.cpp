@@ -71,7 +71,9 @@ TEST(NormalsAgainstPcl, AgreeOnPlanarNeighbourhoodsOfARealFrame) {
       RecordProperty("own_ms_" + at, std::to_string(c.own_ms));
       RecordProperty("mean_deg_" + at, std::to_string(c.mean_angle_deg));
       EXPECT_GT(c.planar, 1000U) << at;
-      EXPECT_GE(c.known, c.planar * 9 / 10) << at << ": six neighbours are asked for, by PCL three";
+      // So that the angle speaks for nearly all: we give none for fewer than six neighbours, or for those in
+      // a line, where PCL asks for three (95.9 % have one at 1 cm and 2.5 voxels, more elsewhere).
+      EXPECT_GE(c.known, c.planar * 9 / 10) << at;
       EXPECT_LE(c.mean_angle_deg, 2) << at;
     }
 }

@@ -34,20 +34,12 @@ class BatchInsert {
 
   void descend(Node* node, bool created, int levels, std::span<const TouchedBlock> blocks) {
     if (levels == 0) return update_block(node, created, blocks.front());
-    if (undivided(node, created)) {
-      bool hit = false;
-      for (const TouchedBlock& block : blocks) hit |= block.hit;
-      if (settled(node, hit, true)) return;
-    }
-    const int shift = 3 * (levels - 1);
-    for (std::size_t begin = 0; begin < blocks.size();) {
-      const auto child = static_cast<unsigned>(blocks[begin].morton >> shift & 7);
-      std::size_t end = begin + 1;
-      while (end < blocks.size() && (blocks[end].morton >> shift & 7) == child) ++end;
-      const auto [next, fresh] = child_of(node, created, child);
-      descend(next, fresh, levels - 1, blocks.subspan(begin, end - begin));
-      begin = end;
-    }
+    if (undivided(node, created) && settled(node, any_hit(blocks), true)) return;
+    for_each_touched_child(blocks, 3 * (levels - 1),
+                           [&](unsigned child, std::span<const TouchedBlock> below) {
+                             const auto [next, fresh] = child_of(node, created, child);
+                             descend(next, fresh, levels - 1, below);
+                           });
     close(node);
   }
 

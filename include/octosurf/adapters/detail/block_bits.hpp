@@ -5,7 +5,6 @@
 #include <cstdlib>
 #include <memory>
 #include <new>
-#include <unordered_map>
 #include <vector>
 
 #include <octosurf/adapters/detail/morton.hpp>
@@ -96,16 +95,7 @@ class LazyWords {
   std::size_t size_ = 0;
 };
 
-/// Blocks outside the box that a few far rays reach.
-class StrayBlocks {
- public:
-  using Block = std::array<std::uint64_t, 16>;  ///< eight words of misses, eight of hits
-
-  Block& at(std::uint64_t morton) { return blocks_[morton]; }
-  std::unordered_map<std::uint64_t, Block>& all() { return blocks_; }
-
- private:
-  std::unordered_map<std::uint64_t, Block> blocks_;
-};
+/// A block outside the box, which a few far rays reach: eight words of misses, eight of hits.
+using StrayBlock = std::array<std::uint64_t, 16>;
 
 }  // namespace octosurf::detail

@@ -8,6 +8,11 @@
 
 namespace octosurf::detail {
 
+/// OctoMap's length of a vector: summed in float, its root taken in double.
+inline double norm_of(float x, float y, float z) {
+  return std::sqrt(static_cast<double>(x * x + y * y + z * z));
+}
+
 /// One ray of a scan, from the sensor to where it ends.
 struct GridRay {
   std::array<float, 3> end;          ///< map frame, m
@@ -34,12 +39,9 @@ struct GridWalk {
 
   GridWalk() = default;
   GridWalk(const GridRay& ray, const GridOrigin& from) {
-    const auto length_of = [](float x, float y, float z) {
-      return static_cast<float>(std::sqrt(static_cast<double>(x * x + y * y + z * z)));
-    };
     std::array<float, 3> direction;
     for (std::size_t a = 0; a < 3; ++a) direction[a] = ray.end[a] - from.position[a];
-    const float norm = length_of(direction[0], direction[1], direction[2]);
+    const auto norm = static_cast<float>(norm_of(direction[0], direction[1], direction[2]));
     length = static_cast<double>(norm);
     for (std::size_t a = 0; a < 3; ++a) {
       direction[a] /= norm;

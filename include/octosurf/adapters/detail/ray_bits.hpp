@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <span>
+#include <unordered_map>
 
 #include <octosurf/adapters/detail/block_bits.hpp>
 #include <octosurf/adapters/detail/grid_ray.hpp>
@@ -18,6 +19,23 @@ struct TouchedBlock {
   std::uint64_t* hits = nullptr;    ///< eight words
   bool hit = false;                 ///< some bit of `hits` is set
 };
+
+inline bool any_hit(std::span<const TouchedBlock> blocks) {
+  return std::any_of(blocks.begin(), blocks.end(), [](const TouchedBlock& block) { return block.hit; });
+}
+
+/// visit(child, blocks) for every child of a node that blocks below it touch; the node's blocks, in
+/// ascending Morton order, agree in the bits above `shift` + 3.
+template <class Visit>
+void for_each_touched_child(std::span<const TouchedBlock> blocks, int shift, Visit&& visit) {
+  for (std::size_t begin = 0; begin < blocks.size();) {
+    const auto child = static_cast<unsigned>(blocks[begin].morton >> shift & 7);
+    std::size_t end = begin + 1;
+    while (end < blocks.size() && (blocks[end].morton >> shift & 7) == child) ++end;
+    visit(child, blocks.subspan(begin, end - begin));
+    begin = end;
+  }
+}
 
 /// The voxels one scan hits and misses, as OctoMap's discretised insertion would list them, with no
 /// hash of voxels: rays set bits in an array over the scan's box whose cache lines are blocks of the
@@ -56,7 +74,7 @@ class RayBits {
   bool paged_ = false;
   std::vector<Marks> marks_{1};
   LazyWords hits_;
-  StrayBlocks strays_;
+  std::unordered_map<std::uint64_t, StrayBlock> strays_;  // by Morton index
   std::vector<TouchedBlock> blocks_;
   bool unfinished_ = false;  // an exception has left bits behind that blocks_ does not list
 };
@@ -68,7 +86,7 @@ inline void RayBits::clear() {
     std::fill_n(block.hits, 8, 0);
   }
   blocks_.clear();
-  strays_.all().clear();
+  strays_.clear();
 }
 
 inline void RayBits::set_core(const GridOrigin& from, std::span<const GridRay> rays) {
@@ -116,7 +134,7 @@ inline std::uint64_t* RayBits::stray_word(const std::array<std::uint16_t, 3>& ke
     return (hit ? hits_ : marks_[0].misses).data() + (address >> 6);
   }
   const std::uint64_t morton = morton_of(key[0], key[1], key[2]);
-  return strays_.at(morton >> 9).data() + (hit ? 8 : 0) + (morton >> 6 & 7);
+  return strays_[morton >> 9].data() + (hit ? 8 : 0) + (morton >> 6 & 7);
 }
 
 /// OctoMap's loop as it stands, with its stopping rule by length.
@@ -199,8 +217,8 @@ inline void RayBits::collect(unsigned level, unsigned x, unsigned y, unsigned z,
 }
 
 inline void RayBits::collect_strays() {
-  if (strays_.all().empty()) return;
-  for (auto& [morton, block] : strays_.all()) add_block(morton, block.data(), block.data() + 8);
+  if (strays_.empty()) return;
+  for (auto& [morton, block] : strays_) add_block(morton, block.data(), block.data() + 8);
   std::sort(blocks_.begin(), blocks_.end(),
             [](const TouchedBlock& a, const TouchedBlock& b) { return a.morton < b.morton; });
 }
