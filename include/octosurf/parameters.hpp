@@ -32,7 +32,7 @@ struct SurfaceParameters {
                                             ///< estimated from the scans
   std::optional<double> max_hole_size;      ///< h, m: α of the alpha shape, expansion reach, cluster gap;
                                             ///< empty: derived
-  double min_surface_width = 0.05;          ///< m: narrower clusters stay pending; 0: any
+  double min_surface_width = 0.03;          ///< m: narrower clusters stay pending; 0: any
   double mesh_thickness = 0.02;             ///< m: extrusion against the normal
 };
 

@@ -40,11 +40,12 @@ bool seen_through(Workspace& work, Index i) {
     if (facing < 0.2F) continue;
     const Eigen::Vector3f crossing = p.position + p.view * (static_cast<float>(behind) / facing);
     const PlaneCell cell = surface.cell_of(crossing);
-    // One cell inside its border, so that what is seen past an edge is not taken for noise.
-    if (surface.covers(cell) && surface.covers({cell.u + 1, cell.v}) &&
-        surface.covers({cell.u - 1, cell.v}) && surface.covers({cell.u, cell.v + 1}) &&
-        surface.covers({cell.u, cell.v - 1}))
-      return true;
+    // Inside its border, where three of nine would be missing, so that what is seen past an edge is
+    // not taken for noise.
+    int around = 0;
+    for (int v = -1; v <= 1; ++v)
+      for (int u = -1; u <= 1; ++u) around += surface.covers({cell.u + u, cell.v + v});
+    if (around >= 7) return true;
   }
   return false;
 }

@@ -1,7 +1,9 @@
 #include "detection/plane_extraction.hpp"
 
 #include "detection/region_points.hpp"
+#include "surfaces/parts.hpp"
 #include "surfaces/planarity.hpp"
+#include "surfaces/soundness.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -63,51 +65,6 @@ bool PlaneExtraction::ransac(std::span<const Index> points, Plane& best) {
   return most >= 3;
 }
 
-Plane PlaneExtraction::fit(std::span<const Index> points, const Plane& toward) {
-  const Eigen::Vector3d reference = work_.window[points.front()].position.cast<double>();
-  Moments moments;
-  for (const Index i : points) {
-    const double sigma = std::max(work_.state.noise.sigma(work_.window[i].range_class), 1e-6);
-    moments.add(work_.window[i].position.cast<double>() - reference, 1e-6 / (sigma * sigma));
-  }
-  const PlaneFit f = fit_plane(moments);
-  Plane plane{f.normal, 0};
-  if (plane.normal.dot(toward.normal) < 0) plane.normal = -plane.normal;
-  plane.offset = plane.normal.dot(reference + f.centroid);
-  return plane;
-}
-
-std::vector<std::vector<PlaneExtraction::Index>> PlaneExtraction::clusters(std::span<const Index> points,
-                                                                           const Plane& plane) {
-  const double d = parameters_.occupancy.resolution;
-  const SurfaceModel frame(0, plane, work_.window[points.front()].position.cast<double>(), d);
-  std::map<std::pair<int, int>, std::vector<Index>> cells;
-  for (const Index i : points) {
-    const PlaneCell cell = frame.cell_of(work_.window[i].position);
-    cells[{cell.v, cell.u}].push_back(i);
-  }
-  const int reach = std::max(1, static_cast<int>(parameters_.max_hole_size() / d));
-  std::vector<std::vector<Index>> result;
-  while (!cells.empty()) {
-    std::vector<Index>& cluster = result.emplace_back();
-    std::vector<std::pair<int, int>> open{cells.begin()->first};
-    cluster = std::move(cells.begin()->second);
-    cells.erase(cells.begin());
-    while (!open.empty()) {
-      const auto [v0, u0] = open.back();
-      open.pop_back();
-      for (int v = v0 - reach; v <= v0 + reach; ++v)
-        for (auto it = cells.lower_bound({v, u0 - reach});
-             it != cells.end() && it->first <= std::pair(v, u0 + reach);) {
-          open.push_back(it->first);
-          cluster.insert(cluster.end(), it->second.begin(), it->second.end());
-          it = cells.erase(it);
-        }
-    }
-  }
-  return result;
-}
-
 bool PlaneExtraction::wide_enough(std::span<const Index> cluster) {
   const Eigen::Vector3d reference = work_.window[cluster.front()].position.cast<double>();
   Moments moments;
@@ -116,19 +73,25 @@ bool PlaneExtraction::wide_enough(std::span<const Index> cluster) {
   return std::sqrt(12 * fit_plane(moments).variances[1]) >= parameters_.surfaces.min_surface_width;
 }
 
-/// Scatters as noise does, is flat, and its points' own normals mostly agree with it. What was only
-/// seen from far needs more points: noise makes small planes out of anything.
-bool PlaneExtraction::planar(std::span<const Index> cluster, const Plane& plane, bool& bent) {
+Planarity PlaneExtraction::planarity_of(std::span<const Index> cluster, const Plane& plane) {
   const SurfaceModel frame(0, plane, work_.window[cluster.front()].position.cast<double>(), 1.0);
   const NoiseModel& noise = work_.state.noise;
   Planarity planarity(frame.pose());
-  std::size_t agreeing = 0;
   for (const Index i : cluster) {
     const VoxelPoint& p = work_.window[i];
-    const LocalPlane& local = work_.normals.at(i);
-    planarity.add(p.position, noise.sigma(p.range_class), noise.tolerance(p.range_class), local.flat);
-    agreeing += local.normal.dot(plane.normal.cast<float>()) > cos_15_deg;
+    planarity.add(p.position, noise.sigma(p.range_class), noise.tolerance(p.range_class),
+                  work_.normals.at(i).flat);
   }
+  return planarity;
+}
+
+/// Scatters as noise does, is flat, and its points' own normals mostly agree with it. What was only
+/// seen from far needs more points: noise makes small planes out of anything.
+bool PlaneExtraction::planar(std::span<const Index> cluster, const Plane& plane, bool& bent) {
+  const Planarity planarity = planarity_of(cluster, plane);
+  const auto agreeing = static_cast<std::size_t>(std::count_if(cluster.begin(), cluster.end(), [&](Index i) {
+    return work_.normals.at(i).normal.dot(plane.normal.cast<float>()) > cos_15_deg;
+  }));
   if (planarity.bends()) {
     bent = true;
     return false;
@@ -139,27 +102,19 @@ bool PlaneExtraction::planar(std::span<const Index> cluster, const Plane& plane,
          agreeing * 10 > cluster.size() * 6;
 }
 
-/// Noise of a wall lies in front of or behind it as a parallel sheet; one that is mostly over a
-/// larger surface and within the reach of its noise is no surface of its own.
-bool PlaneExtraction::sheet_of_neighbour(std::span<const Index> cluster, const Plane& plane) {
-  std::map<SurfaceId, std::size_t> over;
-  for (const Index i : cluster) {
-    const VoxelPoint& p = work_.window[i];
-    for (const SurfaceId id : work_.state.surfaces.near(p.key, 2)) {
-      const SurfaceModel& surface = *work_.state.surfaces.find(id);
-      if (surface.size() <= cluster.size() || surface.plane().normal.dot(plane.normal) < 0.9) continue;
-      if (std::fabs(surface.distance(p.position)) <= 1.3 * work_.state.noise.tolerance(p.range_class) &&
-          surface.covers(surface.cell_of(p.position)))
-        ++over[id];
-    }
-  }
-  return std::any_of(over.begin(), over.end(),
-                     [&](const auto& entry) { return entry.second * 10 > cluster.size() * 6; });
-}
-
 bool PlaneExtraction::acceptable(std::span<const Index> cluster, const Plane& plane, bool& bent) {
   if (!wide_enough(cluster)) return false;
-  return !aligned_ || (planar(cluster, plane, bent) && !sheet_of_neighbour(cluster, plane));
+  return !aligned_ || (planar(cluster, plane, bent) && !parallel_sheet(work_, cluster, plane, 0));
+}
+
+void PlaneExtraction::make_surface(std::span<const Index> cluster, const Plane& plane,
+                                   std::vector<SurfaceId>& born, bool& bent) {
+  if (!acceptable(cluster, plane, bent)) return;
+  SurfaceModel& surface =
+      work_.state.surfaces.create(plane, work_.window[cluster.front()].position.cast<double>());
+  for (const Index i : cluster) work_.give(i, surface);
+  work_.changes.born.insert(surface.id());
+  born.push_back(surface.id());
 }
 
 std::vector<SurfaceId> PlaneExtraction::operator()(std::vector<Index> region) {
@@ -170,21 +125,15 @@ std::vector<SurfaceId> PlaneExtraction::operator()(std::vector<Index> region) {
     const RegionPoints points(work_, region, 1, cos_aligned_);
     std::vector<Index> inliers = inliers_of(region, points, plane);
     for (int round = 0; round < 3 && inliers.size() >= fewest_; ++round) {
-      plane = fit(inliers, plane);
+      plane = fitted(work_, inliers, plane);
       inliers = inliers_of(region, points, plane);
     }
     if (inliers.size() < fewest_) break;
-    bool bent = false;
-    for (const std::vector<Index>& cluster : clusters(inliers, plane)) {
-      if (cluster.size() < fewest_) continue;
-      const Plane own = fit(cluster, plane);
-      if (!acceptable(cluster, own, bent)) continue;
-      SurfaceModel& surface =
-          work_.state.surfaces.create(own, work_.window[cluster.front()].position.cast<double>());
-      for (const Index i : cluster) work_.give(i, surface);
-      work_.changes.born.insert(surface.id());
-      born.push_back(surface.id());
-    }
+    const std::vector<std::vector<Index>> parts = parts_of(work_, inliers, plane);
+    // Parts of a curved patch are flat again, each by itself.
+    bool bent = aligned_ && parts.size() > 1 && planarity_of(inliers, plane).bends();
+    for (const std::vector<Index>& part : parts)
+      if (!bent && part.size() >= fewest_) make_surface(part, fitted(work_, part, plane), born, bent);
     // What is left beside a pillar's widest facet are narrower ones, which look flat.
     if (bent) break;
     std::vector<Index> rest;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "surfaces/changes.hpp"
+#include "surfaces/planarity.hpp"
 
 #include <span>
 #include <vector>
@@ -29,12 +30,12 @@ class PlaneExtraction {
   bool ransac(std::span<const Index> points, Plane& plane);
   std::vector<Index> inliers_of(std::span<const Index> region, const RegionPoints& points,
                                 const Plane& plane);
-  Plane fit(std::span<const Index> points, const Plane& toward);
-  std::vector<std::vector<Index>> clusters(std::span<const Index> points, const Plane& plane);
+  void make_surface(std::span<const Index> cluster, const Plane& plane, std::vector<SurfaceId>& born,
+                    bool& bent);
+  Planarity planarity_of(std::span<const Index> cluster, const Plane& plane);
   bool acceptable(std::span<const Index> cluster, const Plane& plane, bool& bent);
   bool wide_enough(std::span<const Index> cluster);
   bool planar(std::span<const Index> cluster, const Plane& plane, bool& bent);
-  bool sheet_of_neighbour(std::span<const Index> cluster, const Plane& plane);
 
   Workspace& work_;
   const Parameters& parameters_;

@@ -11,9 +11,11 @@ RegionPoints::RegionPoints(Workspace& work, std::span<const Index> points, std::
       cos_aligned_(cos_aligned <= -1 ? -2 : cos_aligned),
       size_((points.size() + stride - 1) / stride) {
   const std::size_t lanes = (size_ + 3) / 4 * 4;
-  for (std::vector<float>* column : {&x_, &y_, &z_, &normal_x_, &normal_y_, &normal_z_})
+  for (std::vector<float>* column :
+       {&x_, &y_, &z_, &normal_x_, &normal_y_, &normal_z_, &view_x_, &view_y_, &view_z_, &excess_})
     column->resize(lanes);
-  tolerance_.resize(lanes, -1);
+  base_.resize(lanes, -1);
+  const double base = work.state.noise.base_tolerance();
   for (std::size_t k = 0; k < size_; ++k) {
     const Index i = points[k * stride];
     const VoxelPoint& p = work.window[i];
@@ -21,7 +23,11 @@ RegionPoints::RegionPoints(Workspace& work, std::span<const Index> points, std::
     x_[k] = at.x();
     y_[k] = at.y();
     z_[k] = at.z();
-    tolerance_[k] = static_cast<float>(work.state.noise.tolerance(p.range_class));
+    base_[k] = static_cast<float>(base);
+    excess_[k] = static_cast<float>(work.state.noise.tolerance(p.range_class) - base);
+    view_x_[k] = p.view.x();
+    view_y_[k] = p.view.y();
+    view_z_[k] = p.view.z();
     const Eigen::Vector3f& normal = work.normals.at(i).normal;
     normal_x_[k] = normal.x();
     normal_y_[k] = normal.y();

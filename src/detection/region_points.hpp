@@ -45,7 +45,12 @@ class RegionPoints {
                            p.normal.z() * load_lanes(&z_[k]) - p.offset;
     const Lanes cosine = p.normal.x() * load_lanes(&normal_x_[k]) + p.normal.y() * load_lanes(&normal_y_[k]) +
                          p.normal.z() * load_lanes(&normal_z_[k]);
-    const Lanes tolerance = load_lanes(&tolerance_[k]);
+    const Lanes facing = p.normal.x() * load_lanes(&view_x_[k]) + p.normal.y() * load_lanes(&view_y_[k]) +
+                         p.normal.z() * load_lanes(&view_z_[k]);
+    const Lanes excess = load_lanes(&excess_[k]);
+    constexpr auto least = static_cast<float>(NoiseModel::least_facing);
+    const Lanes share = least + (1 - least) * (where(facing < 0, -facing) + where(facing >= 0, facing));
+    const Lanes tolerance = load_lanes(&base_[k]) + excess * share;
     return (distance <= tolerance) & (-distance <= tolerance) & (cosine >= cos_aligned_);
   }
 
@@ -53,7 +58,9 @@ class RegionPoints {
   float cos_aligned_;
   std::size_t size_;
   // Filled up to a multiple of four with points that belong nowhere.
-  std::vector<float> x_, y_, z_, tolerance_, normal_x_, normal_y_, normal_z_;
+  std::vector<float> x_, y_, z_, normal_x_, normal_y_, normal_z_, view_x_, view_y_, view_z_;
+  std::vector<float> base_,
+      excess_;  // of the tolerance: seen along the plane, and what is added seen straight
 };
 
 }  // namespace octosurf

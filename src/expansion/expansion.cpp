@@ -1,5 +1,6 @@
 #include "expansion/expansion.hpp"
 
+#include "surfaces/parts.hpp"
 #include "surfaces/upkeep.hpp"
 
 #include <algorithm>
@@ -18,11 +19,12 @@ Expansion::Expansion(Workspace& work)
     : work_(work),
       h_cells_(std::max(1, static_cast<int>(work.state.parameters.max_hole_size() /
                                             work.state.parameters.occupancy.resolution))),
+      careful_(work.state.parameters.aligned()),
       cos_smooth_(static_cast<float>(std::cos(work.state.parameters.detection.smoothness_angle))) {}
 
 std::optional<double> Expansion::misfit(Index i, const SurfaceModel& surface) {
   const VoxelPoint& p = work_.window[i];
-  const double tolerance = work_.state.noise.tolerance(p.range_class);
+  const double tolerance = work_.state.noise.tolerance(p, surface.plane());
   const double ratio = std::fabs(surface.distance(p.position)) / tolerance;
   if (ratio > 1) return {};
   const Eigen::Vector3f n = surface.plane().normal.cast<float>();
@@ -31,6 +33,17 @@ std::optional<double> Expansion::misfit(Index i, const SurfaceModel& surface) {
   const bool sure = local.known && local.flat;
   if (sure ? local.normal.dot(n) < cos_smooth_ : ratio > 0.5) return {};
   return ratio;
+}
+
+/// The surface has an inlier within so many cells, and nothing stands on the plane in between.
+bool Expansion::reaches(Index i, const SurfaceModel& surface, int cells) {
+  const VoxelPoint p = work_.window[i];
+  const PlaneCell cell = surface.cell_of(p.position);
+  const std::optional<PlaneCell> nearest = surface.nearest(cell, cells);
+  if (!nearest) return false;
+  if (!careful_ || (std::abs(nearest->u - cell.u) <= 1 && std::abs(nearest->v - cell.v) <= 1)) return true;
+  return !obstructed(work_, surface.plane(), p.position.cast<double>(), surface.centre_of(*nearest),
+                     work_.state.noise.tolerance(p, surface.plane()));
 }
 
 SurfaceModel* Expansion::best_surface(Index i, Reach reach) {
@@ -45,8 +58,8 @@ SurfaceModel* Expansion::best_surface(Index i, Reach reach) {
     if (!ratio || *ratio > best_ratio || (*ratio == best_ratio && surface.size() <= best->size())) continue;
     const PlaneCell cell = surface.cell_of(position);
     const bool reached = reach == Reach::inside     ? surface.covers(cell)
-                         : reach == Reach::within_h ? surface.near(cell, h_cells_)
-                                                    : surface.near(cell, adjacent_voxels);
+                         : reach == Reach::within_h ? reaches(i, surface, h_cells_)
+                                                    : reaches(i, surface, adjacent_voxels);
     if (!reached) continue;
     best = &surface;
     best_ratio = *ratio;
@@ -108,9 +121,12 @@ void Expansion::note_contacts(Index i) {
     if (id == p.surface) continue;
     const SurfaceModel& other = *work_.state.surfaces.find(id);
     if (other.plane().normal.dot(own->plane().normal) > cos_smooth_ &&
-        std::fabs(other.distance(p.position)) <= work_.state.noise.tolerance(p.range_class) &&
-        other.near(other.cell_of(p.position), h_cells_))
-      ++contacts_[std::minmax(p.surface, id)];
+        std::fabs(other.distance(p.position)) <= work_.state.noise.tolerance(p, other.plane()) &&
+        reaches(i, other, h_cells_)) {
+      Contact& contact = contacts_[std::minmax(p.surface, id)];
+      ++contact.points;
+      contact.place += p.position.cast<double>();
+    }
   }
 }
 
@@ -128,7 +144,7 @@ void Expansion::visit_neighbour(Index i, SurfaceModel& surface) {
   }
   SurfaceModel& other = *work_.state.surfaces.find(owner);
   const double other_ratio = std::fabs(other.distance(work_.window[i].position)) /
-                             work_.state.noise.tolerance(work_.window[i].range_class);
+                             work_.state.noise.tolerance(work_.window[i], other.plane());
   if (*ratio < takeover * other_ratio && other_ratio > 0.2) {
     work_.take_back(i);
     work_.returned.pop_back();  // it has an owner again at once
@@ -138,10 +154,11 @@ void Expansion::visit_neighbour(Index i, SurfaceModel& surface) {
 }
 
 void Expansion::merge_contacts() {
-  for (const auto& [pair, count] : contacts_) {
+  for (const auto& [pair, contact] : contacts_) {
     SurfaceModel* a = work_.state.surfaces.find(pair.first);
     SurfaceModel* b = work_.state.surfaces.find(pair.second);
-    if (count < contacts_to_merge || a == nullptr || b == nullptr || !coplanar(*a, *b, work_.state.noise))
+    if (contact.points < contacts_to_merge || a == nullptr || b == nullptr ||
+        !coplanar(*a, *b, contact.place / contact.points, work_.state.noise))
       continue;
     // The larger keeps its id, the older one on a tie.
     a->size() >= b->size() ? merge(work_, *a, *b) : merge(work_, *b, *a);

@@ -38,6 +38,7 @@ class Expansion {
   /// |distance| / tolerance, if the point fits.
   std::optional<double> misfit(Index i, const SurfaceModel& surface);
   enum class Reach { inside, within_h, adjacent };
+  bool reaches(Index i, const SurfaceModel& surface, int cells);
   SurfaceModel* best_surface(Index i, Reach reach);
   void flood();
   void visit_neighbour(Index i, SurfaceModel& surface);
@@ -46,9 +47,14 @@ class Expansion {
 
   Workspace& work_;
   int h_cells_;
+  bool careful_;  // else the paper's expansion
   float cos_smooth_;
   std::vector<Index> frontier_;
-  std::map<std::pair<SurfaceId, SurfaceId>, int> contacts_;  // points of one that fit the other
+  struct Contact {
+    int points = 0;                                   // of one that fit the other
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();  // their sum
+  };
+  std::map<std::pair<SurfaceId, SurfaceId>, Contact> contacts_;
 };
 
 }  // namespace octosurf

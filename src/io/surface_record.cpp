@@ -74,6 +74,7 @@ class Reader {
             "has a frame that is not its plane's");
     s.reference = place(numbers(record_.reference(), 3));
     read_moments(s);
+    read_evidence(s);
     s.polygons = polygons(record_.polygons());
     for (const SurfaceId parent : record_.parents()) {
       require(parent > 0 && parent < bounds_.next_id, "has a parent that never was");
@@ -131,17 +132,33 @@ class Reader {
     return T;
   }
 
+  static Moments moments(std::span<const double> v) {
+    Moments m;
+    m.count = v[0];
+    for (int i = 0; i < 3; ++i) m.sum[i] = v[static_cast<std::size_t>(1 + i)];
+    for (int i = 0; i < 9; ++i) m.outer(i / 3, i % 3) = v[static_cast<std::size_t>(4 + i)];
+    return m;
+  }
+
+  void read_evidence(SurfaceModel::State& s) const {
+    if (record_.evidence_size() == 0) return;  // a file from before there was any
+    const auto v = numbers(record_.evidence(), 1 + moment_doubles);
+    s.evidence = {moments(v.subspan(1)), v[0]};
+    const Moments& m = s.evidence.moments;
+    const auto bounded = [&](const auto& x, double limit) { return x.cwiseAbs().maxCoeff() <= limit; };
+    require(s.evidence.readings >= 0 && m.count >= 0 && bounded(m.sum, reach_ * m.count + plane_slack) &&
+                bounded(m.outer, reach_ * reach_ * m.count + plane_slack) &&
+                m.outer.isApprox(m.outer.transpose(), moments_slack),
+            "has evidence that no scan gives");
+  }
+
   void read_moments(SurfaceModel::State& s) const {
     const auto v = numbers(record_.moments(), moment_doubles * static_cast<int>(s.moments.size()));
     std::array<Moments, NoiseModel::classes> sums;
     for (const Inlier& inlier : s.inliers)
       sums[inlier.range_class].add(inlier.position.cast<double>() - s.reference);
     for (std::size_t c = 0; c < s.moments.size(); ++c) {
-      const auto of_class = v.subspan(c * moment_doubles, moment_doubles);
-      Moments& m = s.moments[c];
-      m.count = of_class[0];
-      for (int i = 0; i < 3; ++i) m.sum[i] = of_class[static_cast<std::size_t>(1 + i)];
-      for (int i = 0; i < 9; ++i) m.outer(i / 3, i % 3) = of_class[static_cast<std::size_t>(4 + i)];
+      const Moments& m = s.moments[c] = moments(v.subspan(c * moment_doubles, moment_doubles));
       require(m.count == sums[c].count &&
                   (m.sum - sums[c].sum).norm() <= moments_slack * (1 + sums[c].sum.norm()) &&
                   (m.outer - sums[c].outer).norm() <= moments_slack * (1 + sums[c].outer.norm()),
@@ -197,6 +214,10 @@ void write_surface(const SurfaceModel::State& surface, map_file::Surface& record
   put(surface.hash_frame, *record.mutable_hash_frame());
   put(surface.reference, *record.mutable_reference());
   for (const Moments& moments : surface.moments) put(moments, *record.mutable_moments());
+  if (surface.evidence.readings > 0) {
+    record.add_evidence(surface.evidence.readings);
+    put(surface.evidence.moments, *record.mutable_evidence());
+  }
   put(surface.polygons, *record.mutable_polygons());
   for (const SurfaceId parent : surface.parents) record.add_parents(parent);
   record.set_polygons_stale(surface.polygons_stale);

@@ -65,10 +65,10 @@ struct Mapper::Impl {
   Downsampler downsample;
 
   /// Everything after the octree's answer: DESIGN.md §4, steps 3 to 7.
-  void update_surfaces(const OccupancyDelta& delta, ScanReport& report);
+  void update_surfaces(const VoxelScan& scan, const OccupancyDelta& delta, ScanReport& report);
 };
 
-void Mapper::Impl::update_surfaces(const OccupancyDelta& delta, ScanReport& report) {
+void Mapper::Impl::update_surfaces(const VoxelScan& scan, const OccupancyDelta& delta, ScanReport& report) {
   MapState& state = map.state();
   Stopwatch time(report);
   state.points += delta.appeared.size();
@@ -76,7 +76,10 @@ void Mapper::Impl::update_surfaces(const OccupancyDelta& delta, ScanReport& repo
   Workspace work(state);
   Expansion expansion(work);
 
-  time(Stage::retract, [&] { retract(work, delta); });
+  time(Stage::retract, [&] {
+    retract(work, delta);
+    confirm(work, scan, delta.confirmed);
+  });
   const std::vector<Index> appeared = indices_of(work.window, delta.appeared);
   std::vector<Index> left = time(Stage::add_inliers, [&] { return expansion.add_inliers(appeared); });
   time(Stage::expand, [&] { expansion.expand(left); });
@@ -141,7 +144,7 @@ ScanReport Mapper::insert(const Scan& scan) {
   });
   ++state.scans;
   time(Stage::downsample, [&] { state.noise.observe(scan); });
-  impl_->update_surfaces(delta, report);
+  impl_->update_surfaces(voxels, delta, report);
   return report;
 }
 
@@ -151,7 +154,7 @@ ScanReport Mapper::detect_in_occupancy() {
   OccupancyDelta delta;
   time(Stage::occupancy, [&] { delta.appeared = impl_->map.state().occupancy.adopt_occupied_voxels(); });
   report.points_raw = report.voxels = delta.appeared.size();
-  impl_->update_surfaces(delta, report);
+  impl_->update_surfaces({}, delta, report);
   return report;
 }
 

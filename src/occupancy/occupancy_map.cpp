@@ -87,7 +87,8 @@ struct OccupancyMap::Policy {
   }
 
   void hit(VoxelPayload& payload, VoxelKey key) {
-    const Eigen::Vector3f& centroid = scan.ends[static_cast<std::size_t>(index.find(key))].centroid;
+    const auto end = static_cast<std::uint32_t>(index.find(key));
+    const Eigen::Vector3f& centroid = scan.ends[end].centroid;
     if (!payload.has_point()) {
       store_point(payload, grid, key, centroid, scan.origin);
       delta.appeared.push_back(point_of(payload, grid, key));
@@ -98,6 +99,8 @@ struct OccupancyMap::Policy {
       const VoxelPoint before = point_of(payload, grid, key);
       store_point(payload, grid, key, centroid, scan.origin);
       delta.refined.push_back({before, point_of(payload, grid, key)});
+    } else if (payload.surface != 0) {
+      delta.confirmed.push_back({payload.surface, end});
     }
   }
 };

@@ -42,6 +42,12 @@ struct OccupancyDelta {
   std::vector<VoxelPoint> appeared;  ///< pending, surface 0
   std::vector<VoxelPoint> vanished;  ///< as they were; no longer in the octree
   std::vector<Refined> refined;
+  /// Hits in voxels that belong to a surface, whose point stays what it was.
+  struct Confirmed {
+    SurfaceId surface;
+    std::uint32_t end;  ///< of the scan's ends
+  };
+  std::vector<Confirmed> confirmed;
 };
 
 /// Tells the plane of a surface; asked when a ray passed through one of its voxels.

@@ -31,7 +31,7 @@ class Workspace {
   explicit Workspace(MapState& map_state)
       : state(map_state),
         window(map_state.occupancy),
-        normals(window, map_state.parameters, map_state.noise) {}
+        normals(window, map_state.parameters, map_state.noise, map_state.surfaces) {}
 
   MapState& state;
   PointWindow window;

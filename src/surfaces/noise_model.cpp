@@ -15,7 +15,8 @@ constexpr double kept_share = 0.95;     // the largest differences are edges, no
 // Root mean square of what is kept of a normal distribution, to its deviation; variance of a second
 // difference is 6 sigma².
 constexpr double per_trimmed_rms = 1.148 / 2.449489742783178;
-constexpr double largest_excess = 0.03;  // m; what is more is no longer noise but clutter
+constexpr double smallest_spread = 0.001;  // m: poses are no better
+constexpr double largest_excess = 0.03;    // m; what is more is no longer noise but clutter
 
 }  // namespace
 
@@ -32,6 +33,7 @@ void NoiseModel::tabulate() {
     const double z = range_of_class(std::max(c, 1U));
     sigma_[c] = sensor_noise_ + (estimate_ ? excess_[c] : range_noise_ * z * z);
     tolerance_[c] = base_tolerance_ + 4 * (sigma_[c] - sensor_noise_);
+    spread_[c] = std::max(smallest_spread, estimate_ && total_[c] >= enough ? measured_sigma(c) : sigma_[c]);
   }
 }
 
@@ -45,7 +47,7 @@ void NoiseModel::observe(const Scan& scan) {
     const unsigned range_class = range_class_of(range);
     if (total_[range_class] >= plenty) continue;
     // Neighbours on one surface; NaN fails the comparison.
-    if (!((c - a).norm() < 0.05F * range)) continue;
+    if (!((c - a).norm() < 0.05F * range && (b - a).norm() < 0.05F * range)) continue;
     const auto bin = static_cast<std::size_t>(std::fabs(a.norm() - 2 * range + c.norm()) / bin_width);
     if (bin >= bins) continue;
     ++histogram_[range_class][bin];

@@ -1,6 +1,10 @@
 #pragma once
 
+#include "occupancy/occupancy_map.hpp"
+
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 
 #include <octosurf/parameters.hpp>
@@ -19,12 +23,25 @@ namespace octosurf {
 class NoiseModel {
  public:
   static constexpr std::size_t classes = 16, bins = 160;
+  static constexpr double least_facing = 0.07;  ///< sine of a stored view's error, about 4°
   using Histogram = std::array<std::array<std::uint32_t, bins>, classes>;
 
   explicit NoiseModel(const Parameters& parameters);
 
   double sigma(unsigned range_class) const { return sigma_[range_class]; }
+  /// As measured in the scans, where `sigma` never falls below sensor_noise: for weights.
+  double spread(unsigned range_class) const { return spread_[range_class]; }
   double tolerance(unsigned range_class) const { return tolerance_[range_class]; }
+  /// Off a plane that the line of sight meets at `facing`, the cosine between view and normal: noise
+  /// lies along the line of sight, so what is seen along a plane hardly leaves it.
+  double tolerance(unsigned range_class, double facing) const {
+    const double share = least_facing + (1 - least_facing) * std::fabs(facing);
+    return base_tolerance_ + share * (tolerance_[range_class] - base_tolerance_);
+  }
+  double tolerance(const VoxelPoint& p, const Plane& plane) const {
+    return tolerance(p.range_class, plane.normal.dot(p.view.cast<double>()));
+  }
+  double base_tolerance() const { return base_tolerance_; }
   /// The parameter, or the smallest that explains all distance classes from 2 m.
   double range_noise() const { return range_noise_; }
 
@@ -44,7 +61,7 @@ class NoiseModel {
   Histogram histogram_{};
   std::array<std::uint64_t, classes> total_{};
   std::array<double, classes> excess_{};  // σ − sensor_noise, estimated
-  std::array<double, classes> sigma_{}, tolerance_{};
+  std::array<double, classes> sigma_{}, tolerance_{}, spread_{};
 };
 
 }  // namespace octosurf

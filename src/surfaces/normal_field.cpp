@@ -125,9 +125,11 @@ Spread spread_of(const NeighbourSums& s) {
 
 }  // namespace
 
-NormalField::NormalField(PointWindow& window, const Parameters& parameters, const NoiseModel& noise)
+NormalField::NormalField(PointWindow& window, const Parameters& parameters, const NoiseModel& noise,
+                         const SurfaceStore& surfaces)
     : window_(window),
       noise_(noise),
+      surfaces_(surfaces),
       resolution_(parameters.occupancy.resolution),
       smallest_(parameters.normal_radius()),
       largest_(parameters.search_radius()),
@@ -150,13 +152,28 @@ const LocalPlane& NormalField::at(PointWindow::Index i) {
   return planes_[i];
 }
 
+bool NormalField::lies_off(const VoxelPoint& p, SurfaceId id) const {
+  const SurfaceModel* surface = surfaces_.find(id);
+  return surface != nullptr &&
+         std::fabs(surface->distance(p.position)) > noise_.tolerance(p, surface->plane());
+}
+
 LocalPlane NormalField::compute(PointWindow::Index i, double radius) {
   constexpr float fewest_neighbours = 6;
   const VoxelPoint p = window_[i];  // a copy: the window may grow
   LocalPlane plane;
   plane.reach = std::max(1, static_cast<int>(radius / resolution_));
   NeighbourMoments moments(p, static_cast<float>(radius));
-  window_.for_each_near(p.key, plane.reach, [&](PointWindow::Index j) { moments.add(window_[j]); });
+  SurfaceId asked = 0;  // neighbours come in runs of one surface
+  bool off = false;
+  window_.for_each_near(p.key, plane.reach, [&](PointWindow::Index j) {
+    const VoxelPoint& q = window_[j];
+    if (q.surface != asked) {
+      asked = q.surface;
+      off = asked != 0 && asked != p.surface && lies_off(p, asked);
+    }
+    if (!off) moments.add(q);
+  });
   const NeighbourSums sums = moments.sums();
   if (sums.count < fewest_neighbours) return plane;
   const Spread spread = spread_of(sums);

@@ -2,6 +2,7 @@
 
 #include "occupancy/point_window.hpp"
 #include "surfaces/noise_model.hpp"
+#include "surfaces/surface_store.hpp"
 
 #include <vector>
 
@@ -22,11 +23,13 @@ struct LocalPlane {
 ///
 /// The radius is `normal_radius`; where that many points are too few or in a line (laser strips), or
 /// too noisy for it, it is widened up to r. Neighbours that were seen from the opposite side do not
-/// count, so the two sides of a thin wall stay apart. It looks at all points, those of surfaces too,
-/// because expansion and detection both ask.
+/// count, so the two sides of a thin wall stay apart. Nor do points of a surface that the point in
+/// question lies off: what is known of a table's top does not round the edge beside it. It looks at
+/// all other points, those of surfaces too, because expansion and detection both ask.
 class NormalField {
  public:
-  NormalField(PointWindow& window, const Parameters& parameters, const NoiseModel& noise);
+  NormalField(PointWindow& window, const Parameters& parameters, const NoiseModel& noise,
+              const SurfaceStore& surfaces);
 
   const LocalPlane& at(PointWindow::Index i);
 
@@ -35,9 +38,11 @@ class NormalField {
 
  private:
   LocalPlane compute(PointWindow::Index i, double radius);
+  bool lies_off(const VoxelPoint& p, SurfaceId surface) const;
 
   PointWindow& window_;
   const NoiseModel& noise_;
+  const SurfaceStore& surfaces_;
   double resolution_, smallest_, largest_, max_curvature_;
   std::vector<LocalPlane> planes_;
   std::vector<bool> done_;

@@ -70,12 +70,16 @@ bool SurfaceModel::covers(PlaneCell cell) const {
   return neighbours >= 5;
 }
 
-bool SurfaceModel::near(PlaneCell cell, int reach) const {
+std::optional<PlaneCell> SurfaceModel::nearest(PlaneCell cell, int reach) const {
   for (int ring = 0; ring <= reach; ++ring)
     for (int v = -ring; v <= ring; ++v)
       for (int u = -ring; u <= ring; u += (std::abs(v) == ring ? 1 : 2 * ring))
-        if (occupied({cell.u + u, cell.v + v})) return true;
-  return false;
+        if (const PlaneCell at{cell.u + u, cell.v + v}; occupied(at)) return at;
+  return {};
+}
+
+Eigen::Vector3d SurfaceModel::centre_of(PlaneCell cell) const {
+  return hash_frame_ * Eigen::Vector3d((cell.u + 0.5) * resolution_, (cell.v + 0.5) * resolution_, 0);
 }
 
 void SurfaceModel::insert(const Inlier& inlier) {
@@ -101,6 +105,8 @@ bool SurfaceModel::remove(VoxelKey key, const Eigen::Vector3f& position) {
   if (found == cell.end()) return false;
   moments_[found->range_class].add(found->position.cast<double>() - reference_, -1);
   cell.erase(found);
+  // Nobody knows which of the evidence was this inlier's: its share goes.
+  fade(1 - 1 / static_cast<double>(size_));
   --size_;
   ++unchecked;
   const bool empty = cell.empty();
@@ -125,7 +131,26 @@ Moments SurfaceModel::moments(const NoiseModel* noise) const {
     const double ratio = noise != nullptr ? noise->sigma(1) / std::max(noise->sigma(c), 1e-6) : 1;
     sum.add(moments_[c], ratio * ratio);
   }
+  if (noise != nullptr) sum.add(evidence_.moments);
   return sum;
+}
+
+void SurfaceModel::observe(const Eigen::Vector3f& position, double weight) {
+  constexpr double enough = 100;  // readings an inlier
+  evidence_.moments.add(position.cast<double>() - reference_, weight);
+  if (++evidence_.readings > enough * static_cast<double>(size_)) fade(0.5);
+}
+
+void SurfaceModel::take_evidence(const SurfaceModel& other) {
+  evidence_.moments.add(other.evidence_.moments.shifted(reference_ - other.reference_));
+  evidence_.readings += other.evidence_.readings;
+}
+
+void SurfaceModel::fade(double share) {
+  Moments faded;
+  faded.add(evidence_.moments, share);
+  evidence_.moments = faded;
+  evidence_.readings *= share;
 }
 
 double SurfaceModel::rms() const {
@@ -249,8 +274,8 @@ SurfacePtr SurfaceModel::publish(std::uint64_t map_revision) const {
 }
 
 SurfaceModel::State SurfaceModel::state() const {
-  return {id_,       plane_,   checked_plane,   pose_,    hash_frame_, reference_, moments_, sorted_inliers(),
-          polygons_, parents_, polygons_stale_, revision, unchecked};
+  return {id_,       plane_,           checked_plane, pose_,    hash_frame_,     reference_, moments_,
+          evidence_, sorted_inliers(), polygons_,     parents_, polygons_stale_, revision,   unchecked};
 }
 
 SurfaceModel::SurfaceModel(const State& state, double resolution)
@@ -262,6 +287,7 @@ SurfaceModel::SurfaceModel(const State& state, double resolution)
   set_hash_frame(state.hash_frame);
   for (const Inlier& inlier : state.inliers) insert(inlier);
   moments_ = state.moments;
+  evidence_ = state.evidence;
   parents_ = state.parents;
   polygons_ = state.polygons;
   polygons_stale_ = state.polygons_stale;

@@ -33,9 +33,17 @@ struct Inlier {
 /// 3. `polygons_stale()` is false only if no inlier came or went where the boundary could move.
 class SurfaceModel {
  public:
+  /// What later scans saw again in the voxels of the inliers, beside the point that each keeps: sums
+  /// that make a plane exact, because a voxel that noise reached once weighs little in them.
+  struct Evidence {
+    Moments moments;      ///< about reference(), weights as of an inlier of the nearest class
+    double readings = 0;  ///< scans' voxels that were added
+  };
+
   SurfaceModel(SurfaceId id, const Plane& plane, const Eigen::Vector3d& origin, double resolution);
 
   SurfaceId id() const { return id_; }
+  double resolution() const { return resolution_; }
   const Plane& plane() const { return plane_; }
   const Eigen::Isometry3d& pose() const { return pose_; }
   std::size_t size() const { return size_; }
@@ -55,8 +63,11 @@ class SurfaceModel {
   bool covers(PlaneCell cell) const;
   /// All eight neighbours hold inliers.
   bool surrounded(PlaneCell cell) const;
-  /// Some inlier lies within `reach` cells.
-  bool near(PlaneCell cell, int reach) const;
+  /// The nearest cell that holds an inlier, at most `reach` cells off.
+  std::optional<PlaneCell> nearest(PlaneCell cell, int reach) const;
+  bool near(PlaneCell cell, int reach) const { return nearest(cell, reach).has_value(); }
+  /// A cell's centre, map frame, on the hash frame's plane: within a degree's tilt of the plane.
+  Eigen::Vector3d centre_of(PlaneCell cell) const;
 
   /// Inliers in key order; O(n log n).
   std::vector<Inlier> sorted_inliers() const;
@@ -66,8 +77,19 @@ class SurfaceModel {
       for (const Inlier& inlier : cell.second) visit(inlier);
   }
 
-  /// Moments over all inliers, weighted by 1/σ², about reference(); plain if `noise` is null.
+  /// Adds the mean of a scan's points in an inlier's voxel. Older readings fade once there are more
+  /// than a hundred for each inlier, or inliers go.
+  void observe(const Eigen::Vector3f& position, double weight);
+  const Evidence& evidence() const { return evidence_; }
+  void forget_evidence() { evidence_ = {}; }
+  /// Another surface's, which merges into this one.
+  void take_evidence(const SurfaceModel& other);
+
+  /// Moments over all inliers, weighted by 1/σ² relative to the nearest class, with the evidence, about
+  /// reference(); over the inliers alone, unweighted, if `noise` is null.
   Moments moments(const NoiseModel* noise) const;
+  /// How many readings are in moments(noise).
+  double readings() const { return static_cast<double>(size_) + evidence_.readings; }
   const Eigen::Vector3d& reference() const { return reference_; }
   double rms() const;
 
@@ -107,6 +129,7 @@ class SurfaceModel {
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(), hash_frame = Eigen::Isometry3d::Identity();
     Eigen::Vector3d reference = Eigen::Vector3d::Zero();
     std::array<Moments, NoiseModel::classes> moments;
+    Evidence evidence;
     std::vector<Inlier> inliers;  ///< key order
     std::vector<Polygon> polygons;
     std::vector<SurfaceId> parents;
@@ -122,6 +145,7 @@ class SurfaceModel {
   std::uint64_t unchecked = 0;  ///< inliers that came or went since planarity was last checked
 
  private:
+  void fade(double share);
   using Cell = boost::container::small_vector<Inlier, 1>;
   void insert(const Inlier& inlier);
   void set_hash_frame(const Eigen::Isometry3d& frame);
@@ -136,6 +160,7 @@ class SurfaceModel {
   Eigen::Vector3d hash_origin_;
   Eigen::Vector3d reference_;
   std::array<Moments, NoiseModel::classes> moments_;
+  Evidence evidence_;
   tsl::robin_map<std::uint64_t, Cell, PackedKeyHash> cells_;
   CellBits bits_;
   std::optional<Outline> outline_;  // none before the first derive()

@@ -1,6 +1,9 @@
 #include "surfaces/upkeep.hpp"
 
+#include "occupancy/payload.hpp"
+#include "surfaces/parts.hpp"
 #include "surfaces/planarity.hpp"
+#include "surfaces/soundness.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -36,12 +39,14 @@ bool too_small(const Workspace& work, const SurfaceModel& surface) {
   return surface.size() < static_cast<std::size_t>(work.state.parameters.min_surface_points());
 }
 
-/// A surface that a few far points made, or that has crept around a pillar, is found out once it has
-/// changed by a quarter: closer views leave less to noise. Large ones have proved themselves.
-bool no_longer_planar(Workspace& work, SurfaceModel& surface) {
-  constexpr std::size_t proved = 20000;
-  if (surface.size() > proved || surface.unchecked * 4 < surface.size()) return false;
-  surface.unchecked = 0;
+std::vector<Workspace::Index> indices_of(Workspace& work, const SurfaceModel& surface) {
+  std::vector<Workspace::Index> indices;
+  indices.reserve(surface.size());
+  for (const Inlier& inlier : surface.sorted_inliers()) indices.push_back(work.window.find(inlier.key));
+  return indices;
+}
+
+bool bends(const Workspace& work, const SurfaceModel& surface) {
   Planarity planarity(surface.pose());
   for (const Inlier& inlier : surface.sorted_inliers())
     planarity.add(inlier.position, work.state.noise.sigma(inlier.range_class),
@@ -51,12 +56,57 @@ bool no_longer_planar(Workspace& work, SurfaceModel& surface) {
   return planarity.bends();
 }
 
+/// The largest part keeps the id. What is too little for a surface of its own stays with it.
+void split(Workspace& work, SurfaceModel& surface, std::vector<std::vector<Workspace::Index>> parts) {
+  const auto largest = std::max_element(parts.begin(), parts.end(),
+                                        [](const auto& a, const auto& b) { return a.size() < b.size(); });
+  const auto fewest = static_cast<std::size_t>(work.state.parameters.min_surface_points());
+  surface.forget_evidence();  // it spoke of all parts together
+  for (auto part = parts.begin(); part != parts.end(); ++part) {
+    if (part == largest || part->size() < fewest) continue;
+    SurfaceModel& own = work.state.surfaces.create(fitted(work, *part, surface.plane()),
+                                                   work.window[part->front()].position.cast<double>());
+    own.parents().push_back(surface.id());
+    for (const Workspace::Index i : *part) {
+      work.take_back(i);
+      work.returned.pop_back();  // it has an owner again at once
+      work.give(i, own);
+    }
+    work.changes.born.insert(own.id());
+  }
+}
+
+/// Across its narrow side, m; of a uniform strip.
+double width_of(const SurfaceModel& surface) {
+  return std::sqrt(12 * fit_plane(surface.moments(nullptr)).variances[1]);
+}
+
+/// A surface that a few far points made, that has crept around a pillar or over two blocks, or that is
+/// the noise of one found later, is found out once it has changed by a quarter: closer views leave less
+/// to noise. Large ones have proved themselves. False if it is none.
+bool still_sound(Workspace& work, SurfaceModel& surface) {
+  constexpr std::size_t proved = 20000;
+  // What its neighbours have taken it down to, with some patience.
+  if (width_of(surface) < 0.8 * work.state.parameters.surfaces.min_surface_width) return false;
+  if (surface.size() > proved || surface.unchecked * 8 < surface.size()) return true;
+  surface.unchecked = 0;
+  if (bends(work, surface)) return false;
+  const std::vector<Workspace::Index> points = indices_of(work, surface);
+  if (parallel_sheet(work, points, surface.plane(), surface.id())) return false;
+  std::vector<std::vector<Workspace::Index>> parts = parts_of(work, points, surface.plane());
+  if (parts.size() > 1) split(work, surface, std::move(parts));
+  return true;
+}
+
 /// Inliers that a moved plane has left behind, with half a tolerance of patience.
 void drop_misfits(Workspace& work, SurfaceModel& surface) {
+  const NoiseModel& noise = work.state.noise;
   std::vector<VoxelKey> misfits;
   surface.for_each_inlier([&](const Inlier& inlier) {
-    if (std::fabs(surface.distance(inlier.position)) > 1.5 * work.state.noise.tolerance(inlier.range_class))
-      misfits.push_back(inlier.key);
+    const double distance = std::fabs(surface.distance(inlier.position));
+    if (distance <= 1.5 * noise.base_tolerance()) return;  // nearly all
+    const VoxelPoint& p = work.window[work.window.find(inlier.key)];
+    if (distance > 1.5 * noise.tolerance(p, surface.plane())) misfits.push_back(inlier.key);
   });
   std::sort(misfits.begin(), misfits.end());
   for (const VoxelKey key : misfits) work.take_back(work.window.find(key));
@@ -82,7 +132,7 @@ void retract(Workspace& work, const OccupancyDelta& delta) {
     if (surface == nullptr) continue;
     state.surfaces.remove(*surface, r.before.key, r.before.position);
     const PointWindow::Index i = work.window.find(r.after.key);
-    if (std::fabs(surface->distance(r.after.position)) <= state.noise.tolerance(r.after.range_class)) {
+    if (std::fabs(surface->distance(r.after.position)) <= state.noise.tolerance(r.after, surface->plane())) {
       work.give(i, *surface);
     } else {
       work.window.assign(i, 0);
@@ -92,6 +142,31 @@ void retract(Workspace& work, const OccupancyDelta& delta) {
   }
   for (const SurfaceId id : work.changes.touched())
     if (SurfaceModel& surface = *state.surfaces.find(id); too_small(work, surface)) dissolve(work, surface);
+}
+
+void confirm(Workspace& work, const VoxelScan& scan, std::span<const OccupancyDelta::Confirmed> confirmed) {
+  constexpr double independent = 8;  // readings in a voxel
+  constexpr double least_facing = 0.1;
+  constexpr std::size_t plenty = 2000;
+  const NoiseModel& noise = work.state.noise;
+  const Eigen::Vector3d origin = scan.origin.cast<double>();
+  SurfaceModel* surface = nullptr;  // they come in runs of one surface
+  SurfaceId found = 0;
+  for (const OccupancyDelta::Confirmed& c : confirmed) {
+    if (c.surface != found) surface = work.state.surfaces.find(found = c.surface);
+    // Of a large surface a part says as much as all.
+    if (surface == nullptr || (surface->size() > plenty && c.end % 8 != 0)) continue;
+    const EndVoxel& end = scan.ends[c.end];
+    const Eigen::Vector3d sight = origin - end.centroid.cast<double>();
+    const double range = sight.norm();
+    const double facing = std::max(least_facing, surface->plane().normal.dot(sight) / range);
+    const unsigned range_class = range_class_of(static_cast<float>(range));
+    if (std::fabs(surface->distance(end.centroid)) > noise.tolerance(range_class, facing)) continue;
+    if (!surface->surrounded(surface->cell_of(end.centroid))) continue;
+    const double n = independent * end.count / (independent + end.count);
+    const double ratio = noise.sigma(1) / (noise.spread(range_class) * facing);
+    surface->observe(end.centroid, n * ratio * ratio);
+  }
 }
 
 void refit(Workspace& work) {
@@ -106,7 +181,7 @@ void refit(Workspace& work) {
     surface.rehash_if_tilted();
     if (too_small(work, surface)) {
       dissolve(work, surface);
-    } else if (state.parameters.aligned() && no_longer_planar(work, surface)) {
+    } else if (state.parameters.aligned() && !still_sound(work, surface)) {
       // Its points are settled: the same plane would only be found again.
       const std::size_t returned = work.returned.size();
       dissolve(work, surface);
@@ -115,27 +190,20 @@ void refit(Workspace& work) {
   }
 }
 
-bool coplanar(const SurfaceModel& a, const SurfaceModel& b, const NoiseModel& noise) {
-  constexpr double cos_10_deg = 0.984807753012208;
+bool coplanar(const SurfaceModel& a, const SurfaceModel& b, const Eigen::Vector3d& contact,
+              const NoiseModel& noise) {
+  constexpr double cos_10_deg = 0.984807753012208;  // however unsure
   if (a.plane().normal.dot(b.plane().normal) < cos_10_deg) return false;
-  Moments joint = b.moments(&noise).shifted(a.reference() - b.reference());
-  joint.add(a.moments(&noise));
-  const Plane plane = fitted_plane(joint, a.reference(), a.plane().normal);
-  const auto fits = [&](const SurfaceModel& s) {
-    const Moments m = s.moments(&noise);
-    const double offset = plane.offset - plane.normal.dot(s.reference());
-    const double own_offset = s.plane().offset - s.plane().normal.dot(s.reference());
-    const double rms = std::sqrt(m.mean_squared_distance(plane.normal, offset));
-    const double own = std::sqrt(m.mean_squared_distance(s.plane().normal, own_offset));
-    // A plane is left by at most a third of the reach of its typical point.
-    return rms <= own + noise.tolerance(1) / 3;
+  const auto patch = [&](const SurfaceModel& s) {
+    return Patch{s.moments(&noise), s.reference(), s.readings()};
   };
-  return fits(a) && fits(b);
+  return one_plane(patch(a), patch(b), a.plane(), contact, noise.base_tolerance(), a.resolution());
 }
 
 void merge(Workspace& work, SurfaceModel& into, SurfaceModel& from) {
   MapState& state = work.state;
   const SurfaceId gone = from.id();
+  into.take_evidence(from);
   for (const Inlier& inlier : from.sorted_inliers()) {
     const PointWindow::Index i = work.window.find(inlier.key);
     state.surfaces.remove(from, inlier.key, inlier.position);

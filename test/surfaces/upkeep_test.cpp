@@ -154,7 +154,7 @@ TEST(Merge, KeepsPointsAndLineage) {
   SurfaceModel& b = test::make_surface(work, floor.delta.appeared, ground, right);
   const std::size_t together = a.size() + b.size();
   const Moments ma = a.moments(nullptr), mb = b.moments(nullptr).shifted(a.reference() - b.reference());
-  ASSERT_TRUE(coplanar(a, b, floor.state.noise));
+  ASSERT_TRUE(coplanar(a, b, (a.reference() + b.reference()) / 2, floor.state.noise));
   merge(work, a, b);
   EXPECT_EQ(a.size(), together);
   EXPECT_EQ(floor.state.surfaces.find(2), nullptr);
@@ -180,7 +180,8 @@ bool are_coplanar(double raised, double tilt) {
   const Eigen::Vector3d n = along.cross(Eigen::Vector3d::UnitY());
   SurfaceModel& b =
       test::make_surface(work, second, {n, n.dot(Eigen::Vector3d(0.53, 0, 0.01 + raised))}, everywhere);
-  const bool one_way = coplanar(a, b, state.noise), other_way = coplanar(b, a, state.noise);
+  const Eigen::Vector3d contact(0.515, 0.25, 0.01);
+  const bool one_way = coplanar(a, b, contact, state.noise), other_way = coplanar(b, a, contact, state.noise);
   EXPECT_EQ(one_way, other_way);
   return one_way;
 }

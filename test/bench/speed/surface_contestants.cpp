@@ -41,7 +41,7 @@ class NormalFieldSide : public Contestant {
   void run() override {
     planes_.clear();
     PointWindow window(*map_);
-    NormalField field(window, parameters_, noise_);
+    NormalField field(window, parameters_, noise_, surfaces_);
     for (const VoxelKey key : keys_) planes_.push_back(field.at(window.find(key)));
   }
   Json tell(const Json& /*question*/) override {
@@ -56,6 +56,7 @@ class NormalFieldSide : public Contestant {
   Json settings_;
   Parameters parameters_;
   NoiseModel noise_;
+  SurfaceStore surfaces_{parameters_.occupancy.resolution};  // none: every neighbour counts
   std::optional<OccupancyMap> map_;
   std::vector<VoxelKey> keys_;
   std::vector<LocalPlane> planes_;

@@ -1,0 +1,281 @@
+#include "surfaces/parts.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <utility>
+
+namespace octosurf {
+namespace {
+
+using Index = Workspace::Index;
+using CellAt = std::pair<int, int>;  // (v, u), so that a row of cells is a run
+
+/// A patch's plane by least squares over a given frame: off = offset + slopes·(u, v), and how sure it is.
+struct Height {
+  Eigen::Vector3d plane;       // offset, slopes
+  Eigen::Matrix3d covariance;  // of these
+};
+
+/// How much a fit's slopes may be off beside its noise, because that is not independent from point to
+/// point: a laser's line errs as a whole. `bias` m at the patch's own standard width, where scatter
+/// inside a voxel is no width.
+Eigen::Matrix2d slope_bias(const Moments& moments, const Eigen::Matrix3d& R, double bias, double resolution) {
+  constexpr double smallest = 1e-8;  // m²
+  const Eigen::Matrix2d spread = (R * moments.covariance() * R.transpose()).topLeftCorner<2, 2>() -
+                                 Eigen::Matrix2d::Identity() * (resolution * resolution / 16);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(spread);
+  const Eigen::Vector2d variances =
+      (bias * bias * axes.eigenvalues().cwiseMax(smallest).cwiseInverse().array()).matrix();
+  return axes.eigenvectors() * variances.asDiagonal() * axes.eigenvectors().transpose();
+}
+
+/// `R`: rows u, v, normal of the frame; `origin`: its origin.
+Height height_of(const Patch& patch, const Eigen::Matrix3d& R, const Eigen::Vector3d& origin, double bias,
+                 double resolution) {
+  const Moments about = patch.moments.shifted(origin - patch.reference);
+  const Eigen::Vector3d sum = R * about.sum;
+  const Eigen::Matrix3d outer = R * about.outer * R.transpose();
+  Eigen::Matrix3d normal;
+  normal << about.count, sum.x(), sum.y(),  //
+      sum.x(), outer(0, 0), outer(0, 1),    //
+      sum.y(), outer(0, 1), outer(1, 1);
+  const Eigen::Vector3d right(sum.z(), outer(0, 2), outer(1, 2));
+  // Of a handful of points, or a line of them, a slope of 1 is as good as none; it keeps this regular.
+  const double least = 1e-9 * about.count;
+  normal.diagonal().tail<2>().array() += least;
+  Height height;
+  height.plane = normal.ldlt().solve(right);
+  const double left = std::max(0.0, outer(2, 2) - right.dot(height.plane));
+  const double variance = left / std::max(1.0, patch.points - 3) + 1e-8;
+  normal.diagonal().tail<2>().array() += variance;
+  height.covariance = variance * normal.inverse();
+  Eigen::Matrix<double, 3, 2> at_origin;  // a slope turns the patch about its own centre
+  at_origin << -(sum / about.count).head<2>().transpose(), Eigen::Matrix2d::Identity();
+  height.covariance += at_origin * slope_bias(patch.moments, R, bias, resolution) * at_origin.transpose();
+  return height;
+}
+
+/// Parts of a plane while they are joined.
+class Parts {
+ public:
+  Parts(Workspace& work, std::span<const Index> points, const Plane& plane)
+      : work_(work),
+        plane_(plane),
+        frame_(0, plane, work.window[points.front()].position.cast<double>(),
+               work.state.parameters.occupancy.resolution),
+        reach_(std::max(1, static_cast<int>(work.state.parameters.max_hole_size() /
+                                            work.state.parameters.occupancy.resolution))),
+        careful_(work.state.parameters.aligned()) {
+    for (const Index i : points) {
+      const PlaneCell cell = frame_.cell_of(work_.window[i].position);
+      cells_[{cell.v, cell.u}].points.push_back(i);
+    }
+    label();
+  }
+
+  std::vector<std::vector<Index>> operator()() {
+    join();
+    std::map<std::size_t, std::vector<Index>> joined;
+    for (const auto& [at, cell] : cells_) {
+      std::vector<Index>& part = joined[root(cell.part)];
+      part.insert(part.end(), cell.points.begin(), cell.points.end());
+    }
+    std::vector<std::vector<Index>> result;
+    result.reserve(joined.size());
+    for (auto& [part, points] : joined) result.push_back(std::move(points));
+    return result;
+  }
+
+ private:
+  static constexpr std::size_t unlabelled = ~std::size_t{0};
+  struct Cell {
+    std::vector<Index> points;
+    std::size_t part = unlabelled;
+    int depth = 0;
+  };
+  static constexpr std::size_t enough_contacts = 64;  // to know where two parts meet
+  struct Contact {
+    std::size_t open = 0;
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();  // sum over the open ones
+  };
+
+  /// From the cells deepest inside outward, because noise bridges a gap in places: what touches among
+  /// cells whose surroundings are full, then what that reaches and what touches among the next, …
+  void label() {
+    for (auto& [at, cell] : cells_) cell.depth = depth_of(at);
+    std::vector<CellAt> reached;
+    for (int depth = deepest; depth >= 0; --depth) {
+      spread(std::exchange(reached, {}), depth, reached);
+      for (auto& [at, cell] : cells_) {
+        if (cell.part != unlabelled || cell.depth < depth) continue;
+        cell.part = patches_.size();
+        patches_.push_back({{}, frame_.reference(), 0});
+        spread({at}, depth, reached);
+      }
+    }
+    for (const auto& [at, cell] : cells_) add(cell.points, patches_[cell.part]);
+    parents_.resize(patches_.size());
+    std::iota(parents_.begin(), parents_.end(), std::size_t{0});
+  }
+
+  /// Breadth first over cells of at least this depth, so that parts that meet share what lies between.
+  void spread(std::vector<CellAt> open, int depth, std::vector<CellAt>& reached) {
+    for (std::size_t next = 0; next < open.size(); ++next) {
+      const CellAt from = open[next];
+      const std::size_t part = cells_.at(from).part;
+      bool at_rim = false;
+      for_each_within(from, 1, [&](const CellAt& at, Cell& cell) {
+        if (cell.part != unlabelled) return;
+        if (cell.depth < depth) {
+          at_rim = true;
+          return;
+        }
+        cell.part = part;
+        open.push_back(at);
+      });
+      if (at_rim) reached.push_back(from);
+    }
+  }
+
+  static constexpr int deepest = 2;
+  /// 2: of the 5×5 cells around one at most is empty; 1: none of the 3×3; else 0.
+  int depth_of(const CellAt& at) {
+    int near = 0, far = 0;
+    for_each_within(at, 2, [&](const CellAt& other, const Cell&) {
+      const bool touches = std::abs(other.first - at.first) <= 1 && std::abs(other.second - at.second) <= 1;
+      ++(touches ? near : far);
+    });
+    return near < 9 ? 0 : near + far < 24 ? 1 : 2;
+  }
+
+  void add(std::span<const Index> points, Patch& patch) {
+    const NoiseModel& noise = work_.state.noise;
+    for (const Index i : points) {
+      const VoxelPoint& p = work_.window[i];
+      const double ratio = noise.sigma(1) / std::max(noise.sigma(p.range_class), 1e-6);
+      patch.moments.add(p.position.cast<double>() - patch.reference, ratio * ratio);
+      ++patch.points;
+    }
+  }
+
+  template <class Visit>
+  void for_each_within(const CellAt& at, int reach, Visit&& visit) {
+    for (int v = at.first - reach; v <= at.first + reach; ++v)
+      for (auto it = cells_.lower_bound({v, at.second - reach});
+           it != cells_.end() && it->first <= CellAt(v, at.second + reach); ++it)
+        visit(it->first, it->second);
+  }
+
+  std::map<std::pair<std::size_t, std::size_t>, Contact> contacts() {
+    std::map<std::pair<std::size_t, std::size_t>, Contact> found;
+    if (patches_.size() < 2) return found;
+    for (const auto& [at, cell] : cells_) {
+      const Eigen::Vector3d from = work_.window[cell.points.front()].position.cast<double>();
+      for_each_within(at, reach_, [&](const CellAt& there, Cell& other) {
+        if (other.part <= cell.part) return;
+        Contact& contact = found[{cell.part, other.part}];
+        const Eigen::Vector3d to = work_.window[other.points.front()].position.cast<double>();
+        const double lift = work_.state.noise.tolerance(work_.window[cell.points.front()], plane_);
+        if (contact.open >= enough_contacts) return;
+        const bool touches = std::abs(there.first - at.first) <= 1 && std::abs(there.second - at.second) <= 1;
+        if (careful_ && !touches && obstructed(work_, plane_, from, to, lift)) return;
+        ++contact.open;
+        contact.place += (from + to) / 2;
+      });
+    }
+    return found;
+  }
+
+  void join() {
+    struct Pair {
+      std::size_t a, b;
+      double points;  // of the smaller
+      Eigen::Vector3d contact;
+    };
+    std::vector<Pair> pairs;
+    for (const auto& [pair, contact] : contacts())
+      if (contact.open > 0)
+        pairs.push_back({pair.first, pair.second,
+                         std::min(patches_[pair.first].points, patches_[pair.second].points),
+                         contact.place / static_cast<double>(contact.open)});
+    // The largest first: they say best what the plane is.
+    std::stable_sort(pairs.begin(), pairs.end(),
+                     [](const Pair& x, const Pair& y) { return x.points > y.points; });
+    const double tolerance = work_.state.noise.base_tolerance();
+    const double resolution = work_.state.parameters.occupancy.resolution;
+    for (bool joined = true; joined;) {
+      joined = false;
+      for (const Pair& pair : pairs) {
+        const std::size_t a = root(pair.a), b = root(pair.b);
+        if (a == b ||
+            (careful_ && !one_plane(patches_[a], patches_[b], plane_, pair.contact, tolerance, resolution)))
+          continue;
+        patches_[std::min(a, b)].moments.add(patches_[std::max(a, b)].moments);
+        patches_[std::min(a, b)].points += patches_[std::max(a, b)].points;
+        parents_[std::max(a, b)] = std::min(a, b);
+        joined = true;
+      }
+    }
+  }
+
+  std::size_t root(std::size_t part) const {
+    while (parents_[part] != part) part = parents_[part];
+    return part;
+  }
+
+  Workspace& work_;
+  Plane plane_;
+  SurfaceModel frame_;
+  int reach_;     // cells, h
+  bool careful_;  // else the paper's clusters by h alone
+  std::map<CellAt, Cell> cells_;
+  std::vector<Patch> patches_;
+  std::vector<std::size_t> parents_;
+};
+
+}  // namespace
+
+bool one_plane(const Patch& a, const Patch& b, const Plane& about, const Eigen::Vector3d& contact,
+               double tolerance, double resolution) {
+  constexpr double edge_bias = 0.007;  // rad, 0.4°: what edges and far views leave in a fit
+  constexpr double limit = 16.3;       // χ² of three, 99.9 %
+  const Eigen::Matrix3d R = plane_axes(about.normal).transpose();
+  const double bias = tolerance / 30;
+  const Height of_a = height_of(a, R, contact, bias, resolution),
+               of_b = height_of(b, R, contact, bias, resolution);
+  Eigen::Matrix3d covariance = of_a.covariance + of_b.covariance;
+  covariance.diagonal() +=
+      Eigen::Vector3d(tolerance * tolerance / 100, edge_bias * edge_bias, edge_bias * edge_bias);
+  const Eigen::Vector3d difference = of_a.plane - of_b.plane;
+  return difference.dot(covariance.ldlt().solve(difference)) <= limit;
+}
+
+std::vector<std::vector<Index>> parts_of(Workspace& work, std::span<const Index> points, const Plane& plane) {
+  return Parts(work, points, plane)();
+}
+
+bool obstructed(Workspace& work, const Plane& plane, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                double reach) {
+  const VoxelGrid& grid = work.state.occupancy.grid();
+  const double d = grid.resolution();
+  const auto lifted = [&](const Eigen::Vector3d& p) {
+    return Eigen::Vector3d(p + (reach + d - plane.signed_distance(p)) * plane.normal);
+  };
+  const Eigen::Vector3d from = lifted(a), way = lifted(b) - from;
+  const int steps = static_cast<int>(std::ceil(2 * way.norm() / d));
+  for (int k = 0; k <= steps; ++k) {
+    VoxelKey key;
+    if (!grid.key_of((from + way * (static_cast<double>(k) / std::max(1, steps))).cast<float>(), key))
+      continue;
+    const Index i = work.window.find(key);
+    if (i == PointWindow::none) continue;
+    const VoxelPoint& p = work.window[i];
+    if (plane.signed_distance(p.position.cast<double>()) > work.state.noise.tolerance(p, plane)) return true;
+  }
+  return false;
+}
+
+}  // namespace octosurf
