@@ -25,6 +25,7 @@ struct Options {
   std::vector<std::string> inputs;
   std::vector<double> resolutions{0.02, 0.01, 0};
   std::vector<std::string> only, set;
+  LabelOptions judging;
   bool mosd = false, verbose = false;
   std::string json;
 };
@@ -73,7 +74,10 @@ bool wanted(const Options& options, const std::string& method) {
 std::vector<Segmentation> segment(const VoxelCloud& cloud, const Options& options) {
   constexpr double finest_for_paper = 0.01;
   std::vector<Segmentation> results;
-  results.push_back(segment_ours(cloud, ours_for(cloud, options)));
+  const Parameters ours = ours_for(cloud, options);
+  results.push_back(segment_ours(cloud, ours));
+  results.push_back(told_by_polygons(cloud, results.front(), ours.surface_tolerance()));
+  results.back().method += ", by polygons";
   if (wanted(options, "growing")) results.push_back(segment_region_growing(cloud));
   if (wanted(options, "ransac")) results.push_back(segment_ransac(cloud));
   const auto paper = [&](Parameters parameters, const std::string& name) {
@@ -118,7 +122,7 @@ void planes(const Options& options) {
   for (const std::filesystem::path& input : inputs_of(options)) {
     const LabelledCloud cloud = load_labelled_cloud(input);
     for (const double asked : options.resolutions) {
-      const VoxelCloud voxels = group_by_voxel(cloud, resolution_for(cloud, asked));
+      const VoxelCloud voxels = group_by_voxel(cloud, resolution_for(cloud, asked), options.judging);
       const std::vector<Segmentation> results = segment(voxels, options);
       std::printf("\n%s: %zu points, d = %g m%s, %zu voxels\n", cloud.name.c_str(), cloud.points.size(),
                   voxels.resolution, asked > 0 ? "" : " (the readings' own)", voxels.centroids.size());
@@ -138,18 +142,19 @@ void planes(const Options& options) {
 
 void support(const Options& options) {
   nlohmann::json rows = nlohmann::json::array();
-  TextTable table({"frame", "d mm", "IoU points", "IoU pixels", "grown d/2", "offset mm", "angle °", "rms mm",
-                   "layers", "holes"});
+  TextTable table({"frame", "d mm", "IoU points", "IoU pixels", "grown d/2", "offset mm", "angle °",
+                   "even: mm", "°", "rms mm", "layers", "holes"});
   for (const double asked : options.resolutions) {
     for (const std::filesystem::path& input : inputs_of(options)) {
       const LabelledCloud cloud = load_labelled_cloud(input);
-      const VoxelCloud voxels = group_by_voxel(cloud, resolution_for(cloud, asked));
+      const VoxelCloud voxels = group_by_voxel(cloud, resolution_for(cloud, asked), options.judging);
       const SupportScore score = score_support(voxels, segment_ours(voxels, ours_for(voxels, options)));
       table.add({input.parent_path().filename().string() + "/" + input.stem().string(),
                  fixed(voxels.resolution * 1e3, 0), fixed(score.iou_points, 4), fixed(score.iou_pixels, 4),
                  fixed(score.iou_pixels_grown, 4), fixed(score.offset_m * 1e3, 2),
-                 fixed(score.angle_rad * deg, 3), fixed(score.rms_m * 1e3, 2), std::to_string(score.layers),
-                 std::to_string(score.holes)});
+                 fixed(score.angle_rad * deg, 3), fixed(score.even_offset_m * 1e3, 2),
+                 fixed(score.even_angle_rad * deg, 3), fixed(score.rms_m * 1e3, 2),
+                 std::to_string(score.layers), std::to_string(score.holes)});
       rows.push_back({{"cloud", cloud.name},
                       {"resolution", voxels.resolution},
                       {"iou_points", score.iou_points},
@@ -157,13 +162,19 @@ void support(const Options& options) {
                       {"iou_pixels_grown", score.iou_pixels_grown},
                       {"offset_m", score.offset_m},
                       {"angle_deg", score.angle_rad * deg},
+                      {"even_offset_m", score.even_offset_m},
+                      {"even_angle_deg", score.even_angle_rad * deg},
                       {"rms_m", score.rms_m},
                       {"layers", score.layers},
                       {"holes", score.holes}});
     }
     table.rule();
   }
-  std::printf("%s", table.text().c_str());
+  std::printf(
+      "IoU points: by the surface of a point's voxel; pixels: where its ray meets the polygons. Offset and "
+      "angle "
+      "to the least-squares plane of the label's pixels; even: of its voxels.\n%s",
+      table.text().c_str());
   if (!options.json.empty()) write_json_file(options.json, rows.dump(1));
 }
 
@@ -178,6 +189,9 @@ int main(int argc, char** argv) {
   app.add_option("--resolutions", options.resolutions, "d, m; 0: as wide as readings are apart")
       ->delimiter(',')
       ->capture_default_str();
+  app.add_option("--min-points", options.judging.min_points, "of a label that is judged")
+      ->capture_default_str();
+  app.add_option("--threshold", options.judging.threshold, "Hoover's T")->capture_default_str();
   app.add_flag("--mosd", options.mosd, "the supporting table of mOSD's frames instead; ours alone");
   app.add_option("--only", options.only, "beside octosurf these only: growing, ransac, pcl, none")
       ->delimiter(',');

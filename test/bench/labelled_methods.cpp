@@ -43,7 +43,8 @@ Segmentation from_regions(const VoxelCloud& cloud, const CgalPlanes& planes) {
 }
 
 void judge(const VoxelCloud& cloud, Segmentation& result) {
-  result.evaluation = evaluate_labels(*cloud.cloud, cloud.points, result.found, result.snapshot);
+  result.evaluation =
+      evaluate_labels(*cloud.cloud, cloud.points, result.found, result.snapshot, cloud.judging);
 }
 
 using FindPlanes = CgalPlanes (*)(const std::vector<Eigen::Vector3f>&, const CgalSettings&);
@@ -96,11 +97,11 @@ double natural_spacing(const LabelledCloud& cloud) {
   return percentile(std::move(distances), 0.5);
 }
 
-VoxelCloud group_by_voxel(const LabelledCloud& cloud, double resolution) {
+VoxelCloud group_by_voxel(const LabelledCloud& cloud, double resolution, const LabelOptions& judging) {
   VoxelCloud result;
   result.cloud = &cloud;
   result.resolution = resolution;
-  result.natural_spacing = natural_spacing(cloud);
+  result.judging = judging;
   const VoxelGrid grid(resolution);
   Downsampler downsampler(grid);
   const VoxelScan voxels = downsampler(scan_of(cloud), 0, out_of_sight);
@@ -121,7 +122,7 @@ Parameters parameters_for(const VoxelCloud& cloud) {
   return parameters;
 }
 
-Segmentation segment_ours(const VoxelCloud& cloud, const Parameters& parameters, Map* map) {
+Segmentation segment_ours(const VoxelCloud& cloud, const Parameters& parameters) {
   Segmentation result;
   result.method = "octosurf";
   Mapper mapper(parameters);
@@ -130,7 +131,6 @@ Segmentation segment_ours(const VoxelCloud& cloud, const Parameters& parameters,
   result.snapshot = *mapper.snapshot();
   for (const Eigen::Vector3d& point : cloud.points) result.found.push_back(mapper.map().at(point).surface);
   judge(cloud, result);
-  if (map != nullptr) *map = std::move(mapper).release();
   return result;
 }
 
@@ -168,8 +168,12 @@ Segmentation segment_paper(const VoxelCloud& cloud, const Parameters& parameters
   const Scan scan = scan_of(*cloud.cloud);
   result.ms = time_ms([&] { pipeline.insert(scan); });
   result.snapshot = pipeline.snapshot();
-  result.found =
-      by_polygons(result.snapshot, cloud.points, parameters.surface_tolerance(), cloud.resolution / 2);
+  return told_by_polygons(cloud, result, parameters.surface_tolerance());
+}
+
+Segmentation told_by_polygons(const VoxelCloud& cloud, const Segmentation& segmentation, double tolerance) {
+  Segmentation result = segmentation;
+  result.found = by_polygons(result.snapshot, cloud.points, tolerance, cloud.resolution / 2);
   judge(cloud, result);
   return result;
 }

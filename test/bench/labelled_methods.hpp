@@ -16,13 +16,13 @@ namespace octosurf::bench {
 /// A labelled cloud as every method gets it: grouped by voxels of edge d, and the centroid of each.
 struct VoxelCloud {
   const LabelledCloud* cloud = nullptr;
+  LabelOptions judging;                    ///< how segmentations of it are scored
   double resolution = 0;                   ///< d, m
-  double natural_spacing = 0;              ///< m: natural_spacing() of the cloud
   std::vector<Eigen::Vector3d> points;     ///< the cloud's
   std::vector<Eigen::Vector3f> centroids;  ///< one per voxel
   std::vector<std::size_t> voxel_of;       ///< per point, index into centroids
 };
-VoxelCloud group_by_voxel(const LabelledCloud& cloud, double resolution);
+VoxelCloud group_by_voxel(const LabelledCloud& cloud, double resolution, const LabelOptions& judging = {});
 
 /// Median distance of neighbouring readings: of the points that follow one another in the file (row by
 /// row), those less than 5 % of their range apart.
@@ -41,8 +41,7 @@ struct Segmentation {
 Parameters parameters_for(const VoxelCloud& cloud);
 
 /// One scan from the origin into an empty Mapper; a point belongs to the surface of its voxel (Map::at).
-/// `map` is filled with what it made, if it is not null.
-Segmentation segment_ours(const VoxelCloud& cloud, const Parameters& parameters, Map* map = nullptr);
+Segmentation segment_ours(const VoxelCloud& cloud, const Parameters& parameters);
 
 /// CGAL's two on the voxels' centroids; a point belongs to its voxel's region. Several settings of its
 /// manual and examples each; the one with the most correct labels (then the least noise) is returned:
@@ -55,6 +54,9 @@ Segmentation segment_ransac(const VoxelCloud& cloud);
 /// The paper's pipeline from stock PCL parts. It keeps no points, so a point belongs to the surface whose
 /// plane is nearest of those within s whose polygon contains it (by_polygons).
 Segmentation segment_paper(const VoxelCloud& cloud, const Parameters& parameters, const std::string& name);
+
+/// The same surfaces, but a point belongs to the one that by_polygons finds.
+Segmentation told_by_polygons(const VoxelCloud& cloud, const Segmentation& segmentation, double tolerance);
 
 /// The surface of each point: nearest plane of those at most `tolerance` away whose polygon contains
 /// the point's foot or has a ring within `margin` of it.

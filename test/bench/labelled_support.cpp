@@ -1,7 +1,9 @@
 #include "bench/labelled_support.hpp"
 
+#include "bench/support.hpp"
 #include "evaluation/planar_region.hpp"
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <map>
 
@@ -41,6 +43,17 @@ std::size_t count_layers(const VoxelCloud& cloud, const std::vector<SurfaceId>& 
   return layers;
 }
 
+/// Least-squares plane of the voxels in which every labelled point is the support's.
+FittedPlane plane_of_voxels(const VoxelCloud& cloud) {
+  std::vector<bool> held(cloud.centroids.size(), false), other(cloud.centroids.size(), false);
+  for (std::size_t i = 0; i < cloud.points.size(); ++i)
+    (cloud.cloud->labels[i] == support ? held : other)[cloud.voxel_of[i]] = true;
+  std::vector<std::size_t> voxels;
+  for (std::size_t k = 0; k < held.size(); ++k)
+    if (held[k] && !other[k]) voxels.push_back(k);
+  return least_squares_plane(cloud.centroids, voxels);
+}
+
 const LabelScore& label_score(const LabelEvaluation& evaluation) {
   for (const LabelScore& score : evaluation.label_scores)
     if (score.label == support) return score;
@@ -59,6 +72,10 @@ SupportScore score_support(const VoxelCloud& cloud, const Segmentation& segmenta
   if (surface == nullptr) return score;
   score.offset_m = label.offset_m;
   score.angle_rad = label.normal_rad;
+  const FittedPlane even = plane_of_voxels(cloud);
+  score.even_offset_m = surface->plane.signed_distance(even.centroid);
+  score.even_angle_rad = std::atan2(even.plane.normal.cross(surface->plane.normal).norm(),
+                                    std::abs(even.plane.normal.dot(surface->plane.normal)));
   for (const Polygon& polygon : surface->polygons) score.holes += polygon.holes.size();
 
   score.iou_points = iou(cloud, [&](std::size_t i) { return segmentation.found[i] == label.surface; });

@@ -17,9 +17,13 @@ struct SupportScore {
   double iou_pixels_grown = 0;  ///< the same with polygons grown by d/2: they end at voxels' centroids
   double offset_m = 0;          ///< signed: label's centroid to the surface's plane
   double angle_rad = 0;         ///< between the surface's plane and the least-squares plane of the label
-  double rms_m = 0;             ///< of the label's points to their least-squares plane
-  std::size_t layers = 0;       ///< surfaces with at least 2 % of the support's points
-  std::size_t holes = 0;        ///< rings inside its polygons
+  /// The same against the least-squares plane of the centroids of the voxels that hold label 1 alone:
+  /// voxels weigh every part of the table alike, pixels its near part more, and a camera's distortion bends
+  /// the table.
+  double even_offset_m = 0, even_angle_rad = 0;
+  double rms_m = 0;        ///< of the label's points to their least-squares plane
+  std::size_t layers = 0;  ///< surfaces with at least 2 % of the support's points
+  std::size_t holes = 0;   ///< rings inside its polygons
 };
 
 SupportScore score_support(const VoxelCloud& cloud, const Segmentation& segmentation);
