@@ -11,6 +11,7 @@
 #include <thread>
 #include <utility>
 
+#include <octosurf/diagnosis.hpp>
 #include <octosurf/error.hpp>
 
 namespace octosurf {
@@ -142,6 +143,7 @@ void MapRun::finish() {
   context_.wall_s = now_s();
   if (!options_.report.empty()) write_report();
   print_summary();
+  warn_of_double_layers();
 }
 
 void MapRun::write_report() {
@@ -170,6 +172,19 @@ void MapRun::print_summary() const {
   if (snapshot->surfaces.empty()) return;
   std::printf("\n");
   print_table(largest_surfaces(*snapshot, 5));
+}
+
+void MapRun::warn_of_double_layers() const {
+  const std::vector<DoubleLayer> layers = double_layers(*mapper_.snapshot());
+  if (layers.empty()) return;
+  const DoubleLayer& worst = *std::max_element(
+      layers.begin(), layers.end(),
+      [](const DoubleLayer& a, const DoubleLayer& b) { return a.overlap_m2 < b.overlap_m2; });
+  std::fflush(stdout);  // so that it follows the summary
+  std::fprintf(stderr, "warning: %s of two surfaces on one face, e.g. %u and %u: %.2f m² %.1f cm apart; %s\n",
+               count_of(layers.size(), "pair").c_str(), worst.first, worst.second, worst.overlap_m2,
+               100 * worst.distance_m,
+               options_.report.empty() ? "--report FILE lists them" : "the report lists them");
 }
 
 void MapRun::print_dropped() const {

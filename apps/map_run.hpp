@@ -56,6 +56,7 @@ class MapRun {
   void write_report();
   void print_summary() const;
   void print_dropped() const;
+  void warn_of_double_layers() const;
   double now_s() const { return std::chrono::duration<double>(Clock::now() - begin_).count(); }
 
   const MapOptions& options_;

@@ -4,8 +4,11 @@
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <numeric>
 #include <sys/resource.h>
+
+#include <octosurf/diagnosis.hpp>
 
 namespace octosurf {
 namespace {
@@ -68,6 +71,16 @@ Json parameters_object(const Parameters& parameters) {
   return json;
 }
 
+Json double_layers_json(const Snapshot& snapshot) {
+  Json json = Json::array();
+  for (const DoubleLayer& layer : double_layers(snapshot))
+    json.push_back({{"surfaces", {layer.first, layer.second}},
+                    {"overlap_m2", layer.overlap_m2},
+                    {"distance_m", layer.distance_m},
+                    {"angle_deg", layer.angle_rad * 180 / std::numbers::pi}});
+  return json;
+}
+
 }  // namespace
 
 std::string parameters_json(const Parameters& parameters) { return parameters_object(parameters).dump(); }
@@ -101,8 +114,9 @@ double RunStatistics::scan_ms_percentile(double share) const {
 
 std::string RunStatistics::to_json(const Map& map, const RunContext& context) const {
   const Map::Size size = map.size();
+  const std::shared_ptr<const Snapshot> snapshot = map.snapshot();
   double area_m2 = 0;
-  for (const SurfacePtr& surface : map.snapshot()->surfaces) area_m2 += surface->area_m2;
+  for (const SurfacePtr& surface : snapshot->surfaces) area_m2 += surface->area_m2;
   const auto scans = static_cast<double>(scans_);
   const double span_s = scans_ > 1 ? (last_stamp_s_ - first_stamp_s_) * scans / (scans - 1) : 0;
   const std::size_t categorizable = size.inliers + size.pending;
@@ -134,6 +148,7 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
   }
   json["surfaces"] = size.surfaces;
   json["area_m2"] = area_m2;
+  json["double_layers"] = double_layers_json(*snapshot);
   json["pending_points"] = size.pending;
   json["peak_rss_mb"] = peak_rss_mb();
   json["octree"] = {{"nodes", size.nodes}, {"leaves", size.leaves}, {"bytes", size.bytes}};

@@ -1,6 +1,7 @@
 // What `octosurf map` makes of good input.
 #include "apps/command.hpp"
 
+#include <algorithm>
 #include <octomap/octomap.h>
 
 namespace octosurf::test {
@@ -75,6 +76,7 @@ TEST_F(MapRun, ReportHasEveryKey) {
                           "skipped_scans",
                           "points_dropped",
                           "points_beyond_range",
+                          "double_layers",
                           "warnings"})
     EXPECT_TRUE(report.contains(key)) << key;
   for (const char* key : {"mean", "p50", "p95", "max"})
@@ -144,6 +146,35 @@ TEST_F(MapRun, SeveralInputsAreOneRecording) {
   run_well("map b -o some --every 2 --report s.json");
   EXPECT_EQ(read_json("s.json").at("scans"), 2);  // of three: the first and the last
   EXPECT_NEAR(info("some").at("extent").at("max").at(0).get<double>(), 39.5 / 60 + 0.2, 0.02);
+}
+
+TEST_F(MapRun, DoubleLayersAreReportedAndWarnedOf) {
+  write_floor();
+  const Outcome good = run_well("map floor -o good --report g.json");
+  EXPECT_TRUE(good.errors.empty());
+  EXPECT_TRUE(read_json("g.json").at("double_layers").empty());
+
+  // The same floor again, seen by a camera whose pose slid 4 cm up: at 1 cm that is as good as a board that
+  // was laid on it, and both stay.
+  write_floor("slid");
+  std::string poses;
+  for (int i = 0; i < 6; ++i)
+    poses += std::to_string(0.1 * i) + " 0 " + std::to_string(1.04 + floor_height) + " 1 0 0 0\n";
+  write("slid/poses.txt", poses);
+  const Outcome slid = run_well("map floor slid -o m --resolution 0.01 --report r.json");
+  ASSERT_EQ(slid.errors.size(), 1U);
+  EXPECT_THAT(slid.errors[0], AllOf(HasSubstr("warning: 1 pair"), HasSubstr("4.0 cm"), HasSubstr("report")));
+  const json layers = read_json("r.json").at("double_layers");
+  ASSERT_EQ(layers.size(), 1U);
+  const json largest = info("m").at("largest");
+  std::vector<int> ids{largest.at(0).at("id"), largest.at(1).at("id")};
+  std::sort(ids.begin(), ids.end());
+  EXPECT_EQ(layers[0].at("surfaces"), json(ids));
+  EXPECT_NEAR(layers[0].at("distance_m"), 0.04, 1e-3);
+  EXPECT_NEAR(layers[0].at("angle_deg"), 0, 0.1);
+  // Both are the same polygon; rings cross rows at vertices, which costs a row at most.
+  EXPECT_NEAR(layers[0].at("overlap_m2").get<double>(), largest.at(0).at("area_m2").get<double>(),
+              0.02 * largest.at(0).at("area_m2").get<double>());
 }
 
 TEST_F(MapRun, InRealTimeScansArriveAtTheirStamps) {

@@ -25,6 +25,8 @@ struct Options {
   std::string sensor = "depth";
   double resolution = 0.02;
   double noise_scale = 1;
+  double drift_m = 0, drift_deg = 0;  // per lap
+  std::optional<int> laps;
   std::optional<std::size_t> frames;
   std::size_t pcl_every = 1;
   int threads = 1;
@@ -34,6 +36,11 @@ struct Options {
 };
 
 constexpr double deg = 180 / std::numbers::pi;
+
+/// Drift shows in what is visited again only, so two laps at least.
+int laps_of(const Options& options) {
+  return options.laps.value_or(options.drift_m > 0 || options.drift_deg > 0 ? 2 : 1);
+}
 
 /// One way to get surfaces from scans.
 struct Method {
@@ -198,6 +205,7 @@ std::vector<std::string> row_of(const std::string& name, const Score& score) {
           fixed(score.coverage() * 100, 1),
           fixed(score.worst_coverage * 100, 1),
           fixed(score.multiplicity(), 3),
+          fixed(score.worst_multiplicity, 3),
           fixed(score.unsafe_share() * 100, 2),
           fixed(score.worst_unsafe * 100, 2),
           fixed(score.normal_mean_deg(), 2),
@@ -206,9 +214,17 @@ std::vector<std::string> row_of(const std::string& name, const Score& score) {
           fixed(score.ms_per_scan(), 1)};
 }
 
-nlohmann::json json_of(const std::string& method, const std::string& scene, const Score& score) {
+nlohmann::json json_of(const std::string& method, const std::string& scene, const Score& score,
+                       const Options& options) {
   return {{"method", method},
           {"scene", scene},
+          {"sensor", options.sensor},
+          {"resolution", options.resolution},
+          {"noise_scale", options.noise_scale},
+          {"drift_m", options.drift_m},
+          {"drift_deg", options.drift_deg},
+          {"laps", laps_of(options)},
+          {"seeds", options.seeds},
           {"recordings", score.recordings},
           {"faces", score.faces},
           {"correct", score.correct},
@@ -241,6 +257,9 @@ Scores score_all(const Options& options, const std::vector<Method>& methods) {
       simulation.seed = seed;
       simulation.frames = options.frames;
       simulation.noise_scale = options.noise_scale;
+      simulation.drift_m = options.drift_m;
+      simulation.drift_rad = options.drift_deg / deg;
+      simulation.laps = laps_of(options);
       const Recorded simulated = record(simulation);
       for (std::size_t m = 0; m < methods.size(); ++m) {
         const Run run = run_method(methods[m], simulated.scans, options);
@@ -260,12 +279,12 @@ void body(const Options& options) {
   const Scores scores = score_all(options, methods);
 
   TextTable table({"scene, method", "correct", "%", "over/under/missed", "noise", "coverage %", "worst",
-                   "layers", "unsafe %", "worst", "normal °", "max", "offset mm", "ms/scan"});
+                   "layers", "worst", "unsafe %", "worst", "normal °", "max", "offset mm", "ms/scan"});
   nlohmann::json rows = nlohmann::json::array();
   for (std::size_t s = 0; s < options.scenes.size(); ++s) {
     for (std::size_t m = 0; m < methods.size(); ++m) {
       table.add(row_of(options.scenes[s] + ", " + methods[m].name, scores[m][s]));
-      rows.push_back(json_of(methods[m].name, options.scenes[s], scores[m][s]));
+      rows.push_back(json_of(methods[m].name, options.scenes[s], scores[m][s], options));
     }
     table.rule();
   }
@@ -273,13 +292,16 @@ void body(const Options& options) {
     Score total;
     for (const Score& score : scores[m]) total.add(score);
     table.add(row_of("all, " + methods[m].name, total));
-    rows.push_back(json_of(methods[m].name, "all", total));
+    rows.push_back(json_of(methods[m].name, "all", total, options));
   }
   std::printf(
       "%s sensor, d = %g m, noise ×%g, %zu seeds; faces with at least %g m² visible; \"worst\" is "
       "the worst single recording.\n%s",
       options.sensor.c_str(), options.resolution, options.noise_scale, options.seeds.size(),
       EvaluationOptions{}.min_area, table.text().c_str());
+  if (laps_of(options) > 1)
+    std::printf("The path is walked %d times; poses drift by %g m and %g° a lap.\n", laps_of(options),
+                options.drift_m, options.drift_deg);
   if (options.pcl_every > 1)
     std::printf("pcl/… without \"offline\" saw every %zuth scan only.\n", options.pcl_every);
   if (!options.json.empty()) write_json_file(options.json, rows.dump(1));
@@ -296,6 +318,9 @@ int main(int argc, char** argv) {
   app.add_option("--sensor", options.sensor)->capture_default_str();
   app.add_option("--resolution", options.resolution, "d, m")->capture_default_str();
   app.add_option("--noise-scale", options.noise_scale, "times the sensor's noise")->capture_default_str();
+  app.add_option("--drift-m", options.drift_m, "m per lap by which the poses slide away");
+  app.add_option("--drift-deg", options.drift_deg, "degrees per lap by which they turn");
+  app.add_option("--laps", options.laps, "times the path is walked [1; with drift 2]");
   app.add_option("--frames", options.frames, "scans of each recording (default: as many as show the scene)");
   app.add_option("--pcl-every", options.pcl_every, "every k-th scan only for the PCL pipeline")
       ->check(CLI::PositiveNumber)

@@ -2,6 +2,7 @@
 
 #include "simulation/recording.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -99,6 +100,22 @@ Recorded record(const SimulationOptions& options) {
   }
   recorded.truth = visibility.truth();
   return recorded;
+}
+
+FittedPlane least_squares_plane(const std::vector<Eigen::Vector3f>& points,
+                                const std::vector<std::size_t>& indices) {
+  FittedPlane fitted;
+  for (const std::size_t i : indices)
+    fitted.centroid += points[i].cast<double>() / static_cast<double>(indices.size());
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (const std::size_t i : indices) {
+    const Eigen::Vector3d v = points[i].cast<double>() - fitted.centroid;
+    scatter += v * v.transpose();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter);
+  fitted.plane.normal = solver.eigenvectors().col(0).normalized();
+  fitted.plane.offset = fitted.plane.normal.dot(fitted.centroid);
+  return fitted;
 }
 
 int guarded_main(const std::function<void()>& body) {

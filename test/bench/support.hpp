@@ -3,12 +3,14 @@
 #include "evaluation/truth.hpp"
 #include "simulation/simulate.hpp"
 
+#include <Eigen/Core>
 #include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
 
 #include <octosurf/scan.hpp>
+#include <octosurf/surface.hpp>
 
 /// What the benchmark programs share.
 namespace octosurf::bench {
@@ -48,6 +50,14 @@ struct Recorded {
 };
 /// A simulated recording, all in memory.
 Recorded record(const SimulationOptions& options);
+
+struct FittedPlane {
+  Plane plane;  ///< its normal has either sign
+  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
+};
+/// Least-squares plane of points[i], i in `indices`, of which there must be three or more.
+FittedPlane least_squares_plane(const std::vector<Eigen::Vector3f>& points,
+                                const std::vector<std::size_t>& indices);
 
 /// Runs a program's body; what goes wrong is one line on stderr and exit code 1 (2 for wrong use).
 int guarded_main(const std::function<void()>& body);

@@ -1,0 +1,88 @@
+#include "bench/cgal_planes.hpp"
+
+#include "bench/support.hpp"
+
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Random.h>
+#include <CGAL/Shape_detection/Efficient_RANSAC.h>
+#include <CGAL/Shape_detection/Region_growing/Region_growing.h>
+#include <CGAL/Shape_detection/Region_growing/Region_growing_on_point_set.h>
+#include <CGAL/pca_estimate_normals.h>
+#include <CGAL/property_map.h>
+#include <cmath>
+#include <tuple>
+
+namespace octosurf::bench {
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+/// Point, normal, and which of the points it is: Efficient RANSAC sorts its input anew.
+using PointNormal = std::tuple<Kernel::Point_3, Kernel::Vector_3, std::size_t>;
+using PointNormals = std::vector<PointNormal>;
+using PointMap = CGAL::Nth_of_tuple_property_map<0, PointNormal>;
+using NormalMap = CGAL::Nth_of_tuple_property_map<1, PointNormal>;
+using Regions = std::vector<std::vector<std::size_t>>;
+
+constexpr unsigned normal_neighbours = 24;
+constexpr unsigned growing_neighbours = 12;
+constexpr std::size_t fewest_points = 30;
+
+Regions grow_regions(PointNormals& cloud, const CgalSettings& settings) {
+  namespace point_set = CGAL::Shape_detection::Point_set;
+  using Query = point_set::K_neighbor_query<Kernel, PointNormals, PointMap>;
+  using Region = point_set::Least_squares_plane_fit_region<Kernel, PointNormals, PointMap, NormalMap>;
+  Query query(cloud, growing_neighbours);
+  Region region(cloud, settings.tolerance, settings.angle_rad * 180 / CGAL_PI, settings.min_points);
+  Regions regions;
+  CGAL::Shape_detection::Region_growing<PointNormals, Query, Region> growing(cloud, query, region);
+  growing.detect(std::back_inserter(regions));
+  return regions;
+}
+
+Regions draw_planes(PointNormals& cloud, const CgalSettings& settings) {
+  using Traits = CGAL::Shape_detection::Efficient_RANSAC_traits<Kernel, PointNormals, PointMap, NormalMap>;
+  using Ransac = CGAL::Shape_detection::Efficient_RANSAC<Traits>;
+  CGAL::get_default_random() = CGAL::Random(settings.seed);
+  Ransac ransac;
+  ransac.set_input(cloud);
+  ransac.add_shape_factory<CGAL::Shape_detection::Plane<Traits>>();
+  Ransac::Parameters chosen;  // probability: CGAL's default
+  chosen.min_points = settings.min_points;
+  chosen.epsilon = settings.tolerance;
+  chosen.cluster_epsilon = settings.gap;
+  chosen.normal_threshold = std::cos(settings.angle_rad);
+  ransac.detect(chosen);
+  Regions regions;
+  for (const auto& shape : ransac.shapes()) regions.push_back(shape->indices_of_assigned_points());
+  return regions;
+}
+
+template <class FindPlanes>
+CgalPlanes find(const std::vector<Eigen::Vector3f>& points, const FindPlanes& find_planes) {
+  PointNormals cloud;
+  cloud.reserve(points.size());
+  for (const Eigen::Vector3f& p : points)
+    cloud.emplace_back(Kernel::Point_3(p.x(), p.y(), p.z()), Kernel::Vector_3(), cloud.size());
+  CgalPlanes found;
+  if (cloud.size() < fewest_points) return found;
+  found.normals_ms = time_ms([&] {
+    CGAL::pca_estimate_normals<CGAL::Sequential_tag>(
+        cloud, normal_neighbours, CGAL::parameters::point_map(PointMap()).normal_map(NormalMap()));
+  });
+  found.planes_ms = time_ms([&] { found.regions = find_planes(cloud); });
+  for (auto& region : found.regions)
+    for (std::size_t& i : region) i = std::get<2>(cloud[i]);
+  return found;
+}
+
+}  // namespace
+
+CgalPlanes cgal_region_growing(const std::vector<Eigen::Vector3f>& points, const CgalSettings& settings) {
+  return find(points, [&](PointNormals& cloud) { return grow_regions(cloud, settings); });
+}
+
+CgalPlanes cgal_efficient_ransac(const std::vector<Eigen::Vector3f>& points, const CgalSettings& settings) {
+  return find(points, [&](PointNormals& cloud) { return draw_planes(cloud, settings); });
+}
+
+}  // namespace octosurf::bench

@@ -1,0 +1,219 @@
+// The kitchen, a real recording without truth: what a map of it looks like, told by what must not be in it.
+
+#include "bench/support.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include <octosurf/diagnosis.hpp>
+#include <octosurf/error.hpp>
+#include <octosurf/export.hpp>
+#include <octosurf/mapper.hpp>
+
+namespace octosurf::bench {
+namespace {
+
+constexpr double deg = 180 / std::numbers::pi;
+
+struct Options {
+  std::string input;
+  double resolution = 0.02;
+  std::size_t frames = 0, every = 1;
+  int threads = 1;
+  double min_area = 0.05;
+  std::vector<std::string> set;
+  std::vector<std::size_t> views{0, 120, 240};
+  std::string pictures, json;
+};
+
+/// Turns the recording's frame so that z is up: what gravity-direction.txt tells, else as it is.
+Eigen::Isometry3d upright(const std::filesystem::path& recording) {
+  Eigen::Vector3d down(0, 0, -1);
+  std::ifstream file(recording / "gravity-direction.txt");
+  for (int axis = 0; axis < 3 && file; ++axis) file >> down[axis];
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() =
+      Eigen::Quaterniond::FromTwoVectors(down.normalized(), -Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  return T;
+}
+
+Snapshot turned(const Snapshot& snapshot, const Eigen::Isometry3d& T) {
+  Snapshot result = snapshot;
+  for (SurfacePtr& surface : result.surfaces) {
+    auto copy = std::make_shared<Surface>(*surface);
+    copy->T_map_surface = T * surface->T_map_surface;
+    copy->plane.normal = T.linear() * surface->plane.normal;
+    copy->plane.offset = surface->plane.offset + copy->plane.normal.dot(T.translation());
+    for (Eigen::Vector3d& point : copy->boundary) point = T * point;
+    surface = copy;
+  }
+  return result;
+}
+
+struct Mapped {
+  Snapshot snapshot;  ///< z up
+  std::vector<Eigen::Isometry3d> poses;
+  double ms = 0;
+};
+
+Mapped map_all(const Options& options, const std::filesystem::path& recording) {
+  Parameters parameters;
+  parameters.occupancy.resolution = options.resolution;
+  for (const std::string& assignment : options.set) {
+    const std::size_t equals = assignment.find('=');
+    if (equals == std::string::npos)
+      throw Error(Error::Kind::usage, "--set " + assignment, "has no value", "write --set NAME=VALUE");
+    set_parameter(parameters, assignment.substr(0, equals), assignment.substr(equals + 1));
+  }
+  const Eigen::Isometry3d T = upright(recording);
+  Mapper mapper(parameters, options.threads);
+  Mapped mapped;
+  for_each_scan(recording, options.every, options.frames, [&](const Scan& scan, double) {
+    mapped.ms += time_ms([&] { mapper.insert(scan); });
+    mapped.poses.push_back(T * scan.T_map_sensor);
+  });
+  mapped.snapshot = turned(*mapper.snapshot(), T);
+  return mapped;
+}
+
+/// Height of the middle of its boundary.
+double height_of(const Surface& surface) {
+  double sum = 0;
+  for (const Eigen::Vector3d& p : surface.boundary) sum += p.z();
+  return sum / static_cast<double>(std::max<std::size_t>(surface.boundary.size(), 1));
+}
+
+double tilt_of(const Surface& surface) { return std::acos(std::clamp(surface.plane.normal.z(), -1.0, 1.0)); }
+
+/// Surfaces of `min_area` that face up, highest first.
+std::vector<SurfacePtr> level_surfaces(const Snapshot& snapshot, double min_area) {
+  constexpr double level_rad = 10 / deg;
+  std::vector<SurfacePtr> level;
+  for (const SurfacePtr& surface : snapshot.surfaces)
+    if (surface->area_m2 >= min_area && tilt_of(*surface) <= level_rad) level.push_back(surface);
+  std::sort(level.begin(), level.end(),
+            [](const SurfacePtr& a, const SurfacePtr& b) { return height_of(*a) > height_of(*b); });
+  return level;
+}
+
+/// The largest of those whose height is in [low, high]; nothing if there is none.
+SurfacePtr largest_between(const std::vector<SurfacePtr>& level, double low, double high) {
+  SurfacePtr largest;
+  for (const SurfacePtr& surface : level) {
+    const double height = height_of(*surface);
+    if (height >= low && height <= high && (!largest || surface->area_m2 > largest->area_m2))
+      largest = surface;
+  }
+  return largest;
+}
+
+void print_levels(const std::vector<SurfacePtr>& level, nlohmann::json& json) {
+  if (level.empty()) return;
+  constexpr double one_floor = 0.1, lowest_table = 0.5;  // m, above what lies lowest
+  const double lowest = height_of(*level.back());
+  const SurfacePtr floor = largest_between(level, lowest, lowest + one_floor);
+  const SurfacePtr table = largest_between(level, lowest + lowest_table, HUGE_VAL);
+  TextTable text({"faces up", "id", "height m", "area m²", "inliers", "rms mm", "tilt °"});
+  for (const SurfacePtr& surface : level) {
+    const std::string name = surface == floor ? "floor" : surface == table ? "table" : "";
+    text.add({name, std::to_string(surface->id), fixed(height_of(*surface), 3), fixed(surface->area_m2, 3),
+              std::to_string(surface->inliers), fixed(surface->rms_m * 1e3, 2),
+              fixed(tilt_of(*surface) * deg, 2)});
+    if (name.empty()) continue;
+    json[name] = {
+        {"area_m2", surface->area_m2}, {"rms_m", surface->rms_m}, {"tilt_deg", tilt_of(*surface) * deg}};
+  }
+  std::printf("%s", text.text().c_str());
+}
+
+void print_double_layers(const Snapshot& snapshot, nlohmann::json& json) {
+  const std::vector<DoubleLayer> layers = double_layers(snapshot);
+  json["double_layers"] = layers.size();
+  std::printf("double layers: %zu\n", layers.size());
+  if (layers.empty()) return;
+  TextTable table({"surfaces", "areas m²", "overlap m²", "apart mm", "angle °"});
+  for (const DoubleLayer& layer : layers)
+    table.add({std::to_string(layer.first) + ", " + std::to_string(layer.second),
+               fixed(snapshot.find(layer.first)->area_m2, 3) + ", " +
+                   fixed(snapshot.find(layer.second)->area_m2, 3),
+               fixed(layer.overlap_m2, 3), fixed(layer.distance_m * 1e3, 1),
+               fixed(layer.angle_rad * deg, 1)});
+  std::printf("%s", table.text().c_str());
+}
+
+/// From above, from where the camera stood, and from outside.
+void draw(const Mapped& mapped, const Options& options) {
+  const std::filesystem::path folder(options.pictures);
+  std::filesystem::create_directories(folder);
+  PictureOptions picture;
+  picture.force = true;
+  const auto write = [&](const std::string& name) {
+    render_png(mapped.snapshot, folder / (name + ".png"), picture);
+    std::printf("%s\n", (folder / (name + ".png")).c_str());
+  };
+  for (const ViewFrom from :
+       {ViewFrom::iso, ViewFrom::top, ViewFrom::front, ViewFrom::back, ViewFrom::left, ViewFrom::right}) {
+    picture.from = from;
+    write("kitchen-" + std::string(view_names[static_cast<std::size_t>(from)]));
+  }
+  for (const std::size_t frame : options.views) {
+    if (frame >= mapped.poses.size()) continue;
+    const Eigen::Isometry3d& pose = mapped.poses[frame];
+    picture.eye = pose.translation();
+    picture.target = pose * Eigen::Vector3d(0, 0, 1.5);  // along the optical axis
+    write("kitchen-frame" + std::to_string(frame * options.every));
+  }
+}
+
+void body(const Options& options) {
+  const std::filesystem::path recording =
+      options.input.empty() ? kitchen() : std::filesystem::path(options.input);
+  const Mapped mapped = map_all(options, recording);
+  const auto over = static_cast<std::size_t>(
+      std::count_if(mapped.snapshot.surfaces.begin(), mapped.snapshot.surfaces.end(),
+                    [&](const SurfacePtr& surface) { return surface->area_m2 >= options.min_area; }));
+  double area = 0;
+  for (const SurfacePtr& surface : mapped.snapshot.surfaces) area += surface->area_m2;
+  const auto scans = static_cast<double>(std::max<std::size_t>(mapped.poses.size(), 1));
+  std::printf("%zu scans, d = %g m, %.1f ms a scan\n", mapped.poses.size(), options.resolution,
+              mapped.ms / scans);
+  std::printf("surfaces: %zu, of them %zu of %g m² and more; %.2f m²\n", mapped.snapshot.surfaces.size(),
+              over, options.min_area, area);
+  nlohmann::json json{{"scans", mapped.poses.size()},
+                      {"resolution", options.resolution},
+                      {"surfaces", mapped.snapshot.surfaces.size()},
+                      {"surfaces_over_min_area", over},
+                      {"min_area_m2", options.min_area},
+                      {"area_m2", area}};
+  print_double_layers(mapped.snapshot, json);
+  print_levels(level_surfaces(mapped.snapshot, options.min_area), json);
+  if (!options.pictures.empty()) draw(mapped, options);
+  if (!options.json.empty()) write_json_file(options.json, json.dump(1));
+}
+
+}  // namespace
+}  // namespace octosurf::bench
+
+int main(int argc, char** argv) {
+  octosurf::bench::Options options;
+  CLI::App app{"surfaces, double layers, floor and table of the kitchen's map"};
+  app.add_option("--input", options.input, "recording [the kitchen in ../shared/data]");
+  app.add_option("--resolution", options.resolution, "d, m")->capture_default_str();
+  app.add_option("--frames", options.frames, "scans at most; 0: all");
+  app.add_option("--every", options.every, "every k-th scan only")->check(CLI::PositiveNumber);
+  app.add_option("--threads", options.threads, "of Mapper")->check(CLI::PositiveNumber);
+  app.add_option("--min-area", options.min_area, "m²: surfaces that are counted")->capture_default_str();
+  app.add_option("--set", options.set, "NAME=VALUE; may be repeated");
+  app.add_option("--pictures", options.pictures, "folder for pictures from all sides and from the camera");
+  app.add_option("--views", options.views, "frames from whose place a picture is taken")
+      ->delimiter(',')
+      ->capture_default_str();
+  app.add_option("--json", options.json, "write the numbers there");
+  CLI11_PARSE(app, argc, argv);
+  return octosurf::bench::guarded_main([&] { octosurf::bench::body(options); });
+}
