@@ -19,12 +19,23 @@ constexpr double largest_scatter = 1.7;
 
 }  // namespace
 
-PlaneExtraction::PlaneExtraction(Workspace& work, const Parameters& parameters)
+PlaneExtraction::PlaneExtraction(Workspace& work, const Parameters& parameters, const RefusalSink* refusals)
     : work_(work),
       parameters_(parameters),
       fewest_(static_cast<std::size_t>(parameters.min_surface_points())),
       aligned_(parameters.aligned()),
-      cos_aligned_(aligned_ ? static_cast<float>(std::cos(parameters.detection.aligned_angle)) : -1) {}
+      cos_aligned_(aligned_ ? static_cast<float>(std::cos(parameters.detection.aligned_angle)) : -1),
+      refusals_(refusals) {}
+
+bool PlaneExtraction::refuse(Refusal why, std::span<const Index> points, double measured, double limit,
+                             SurfaceId surface) const {
+  if (refusals_ != nullptr) (*refusals_)({why, points, measured, limit, surface});
+  return false;
+}
+
+bool PlaneExtraction::too_few(Refusal why, std::span<const Index> points, std::size_t count) const {
+  return count < fewest_ && !refuse(why, points, static_cast<double>(count), static_cast<double>(fewest_));
+}
 
 std::vector<PlaneExtraction::Index> PlaneExtraction::inliers_of(std::span<const Index> region,
                                                                 const RegionPoints& points,
@@ -113,7 +124,9 @@ bool PlaneExtraction::wide_enough(std::span<const Index> cluster) {
   Moments moments;
   for (const Index i : cluster) moments.add(work_.window[i].position.cast<double>() - reference);
   // A uniform strip of width w has a variance of w²/12 across.
-  return std::sqrt(12 * fit_plane(moments).variances[1]) >= parameters_.surfaces.min_surface_width;
+  const double width = std::sqrt(12 * fit_plane(moments).variances[1]);
+  const double least = parameters_.surfaces.min_surface_width;
+  return width >= least || refuse(Refusal::narrow, cluster, width, least);
 }
 
 /// Scatters as noise does, is flat, and its points' own normals mostly agree with it. What was only
@@ -131,12 +144,16 @@ bool PlaneExtraction::planar(std::span<const Index> cluster, const Plane& plane,
   }
   if (planarity.bends()) {
     bent = true;
-    return false;
+    return refuse(Refusal::bent, cluster);
   }
   const double effort = planarity.mean_tolerance() / parameters_.surface_tolerance();
-  return planarity.scatter() <= largest_scatter &&
-         static_cast<double>(cluster.size()) >= static_cast<double>(fewest_) * effort &&
-         agreeing * 10 > cluster.size() * 6;
+  const auto points = static_cast<double>(cluster.size());
+  if (!(planarity.scatter() <= largest_scatter))
+    return refuse(Refusal::scattered, cluster, planarity.scatter(), largest_scatter);
+  if (points < static_cast<double>(fewest_) * effort)
+    return refuse(Refusal::few_for_range, cluster, points, static_cast<double>(fewest_) * effort);
+  return agreeing * 10 > cluster.size() * 6 ||
+         refuse(Refusal::normals_disagree, cluster, static_cast<double>(agreeing) / points, 0.6);
 }
 
 /// Noise of a wall lies in front of or behind it as a parallel sheet; one that is mostly over a
@@ -153,8 +170,11 @@ bool PlaneExtraction::sheet_of_neighbour(std::span<const Index> cluster, const P
         ++over[id];
     }
   }
-  return std::any_of(over.begin(), over.end(),
-                     [&](const auto& entry) { return entry.second * 10 > cluster.size() * 6; });
+  return std::any_of(over.begin(), over.end(), [&](const auto& entry) {
+    const double share = static_cast<double>(entry.second) / static_cast<double>(cluster.size());
+    return entry.second * 10 > cluster.size() * 6 &&
+           !refuse(Refusal::noise_sheet, cluster, share, 0.6, entry.first);
+  });
 }
 
 bool PlaneExtraction::acceptable(std::span<const Index> cluster, const Plane& plane, bool& bent) {
@@ -166,17 +186,20 @@ std::vector<SurfaceId> PlaneExtraction::operator()(std::vector<Index> region) {
   std::vector<SurfaceId> born;
   while (region.size() >= fewest_) {
     Plane plane;
-    if (!ransac(region, plane)) break;
+    if (!ransac(region, plane)) {
+      refuse(Refusal::no_plane, region);
+      break;
+    }
     const RegionPoints points(work_, region, 1, cos_aligned_);
     std::vector<Index> inliers = inliers_of(region, points, plane);
     for (int round = 0; round < 3 && inliers.size() >= fewest_; ++round) {
       plane = fit(inliers, plane);
       inliers = inliers_of(region, points, plane);
     }
-    if (inliers.size() < fewest_) break;
+    if (too_few(Refusal::few_on_plane, region, inliers.size())) break;
     bool bent = false;
     for (const std::vector<Index>& cluster : clusters(inliers, plane)) {
-      if (cluster.size() < fewest_) continue;
+      if (too_few(Refusal::small_cluster, cluster, cluster.size())) continue;
       const Plane own = fit(cluster, plane);
       if (!acceptable(cluster, own, bent)) continue;
       SurfaceModel& surface =
@@ -186,13 +209,17 @@ std::vector<SurfaceId> PlaneExtraction::operator()(std::vector<Index> region) {
       born.push_back(surface.id());
     }
     // What is left beside a pillar's widest facet are narrower ones, which look flat.
-    if (bent) break;
+    if (bent) {
+      refuse(Refusal::bent, region);
+      break;
+    }
     std::vector<Index> rest;
     points.for_each(plane, [&](std::size_t k, bool belongs) {
       if (!belongs) rest.push_back(region[k]);
     });
     region = std::move(rest);
   }
+  too_few(Refusal::few_left, region, region.size());
   return born;
 }
 
