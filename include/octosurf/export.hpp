@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include <octosurf/boundary.hpp>
 #include <octosurf/pieces.hpp>
 #include <octosurf/surface.hpp>
 
@@ -39,6 +40,8 @@ struct ExportExtras {
   std::map<SurfaceId, std::vector<ConvexPiece>> convex;
   std::map<SurfaceId, std::vector<Circle>> circles;
   std::vector<SurfacePoint> points;  ///< any order
+  /// label_edges() of the snapshot's surfaces; goes into .json where there is one.
+  std::map<SurfaceId, std::vector<PolygonEdges>> edges;
 };
 
 /// Writes the surfaces to `file` in the format its ending names: .json (DESIGN.md §5), .ply, .glb,
@@ -54,7 +57,8 @@ struct ExportExtras {
 ///    vertices at one place apart.
 /// 5. The file is complete or not there: it is written beside its place and renamed.
 /// Throws Error(usage) for an ending or a part it cannot write, or a file that exists without
-/// `force`; Error(data) for numbers that are not finite; Error(output) if it cannot be written.
+/// `force`; Error(data) for numbers that are not finite and labels of
+/// other polygons; Error(output) if it cannot be written.
 void export_surfaces(const Snapshot& snapshot, const std::filesystem::path& file,
                      const ExportOptions& options = {}, const ExportExtras& extras = {});
 
