@@ -66,6 +66,10 @@ void export_surfaces(const Snapshot& snapshot, const std::filesystem::path& file
 enum class ViewFrom { iso, top, front, back, left, right };
 inline constexpr std::array<std::string_view, 6> view_names{"iso", "top", "front", "back", "left", "right"};
 
+/// Colours of edges in pictures (view --edges): green, red, blue, orange.
+inline constexpr std::array<std::array<float, 3>, edge_kind_names.size()> edge_colors{
+    {{0.0F, 0.6F, 0.2F}, {0.85F, 0.1F, 0.15F}, {0.1F, 0.3F, 0.95F}, {1.0F, 0.6F, 0.0F}}};
+
 struct PictureOptions {
   int width = 1280;  ///< pixels, 16 … 16384
   int height = 960;
@@ -75,14 +79,17 @@ struct PictureOptions {
   /// Leave out surfaces seen from behind, so that one looks past ceilings and near walls into rooms.
   bool cut = true;
   std::vector<Eigen::Vector3d> points;  ///< map frame; drawn as grey dots
-  bool force = false;                   ///< write over a file that exists
+  /// label_edges() of the snapshot's surfaces; where there are any, edges are lines in their kind's colour.
+  std::map<SurfaceId, std::vector<PolygonEdges>> edges;
+  bool force = false;  ///< write over a file that exists
 };
 
 /// Renders the surfaces' polygons as a PNG: each in its colour, shaded, with dark outlines, over a
 /// grid of 1 m at the height of the lowest surfaces. z is up. Framed on the 2 to 98 % extent, so that
 /// stray surfaces do not shrink the rest. Same input, same picture.
-/// Throws Error(usage) for nonsense options or a file that exists without `force`, Error(output) if
-/// it cannot be written. A snapshot without surfaces gives an empty picture.
+/// Throws Error(usage) for nonsense options or a file that exists without `force`, Error(data) for edge
+/// labels of other polygons, Error(output) if it cannot be written. A snapshot without surfaces gives an
+/// empty picture.
 void render_png(const Snapshot& snapshot, const std::filesystem::path& file,
                 const PictureOptions& options = {});
 

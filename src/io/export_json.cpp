@@ -20,44 +20,34 @@ Json points_json(const std::vector<Eigen::Vector3d>& points, SurfaceId id) {
   return list;
 }
 
-Error foreign_labels(SurfaceId id) {
-  return Error(Error::Kind::data, "surface " + std::to_string(id), "has edge labels of other polygons",
-               "label the edges of the snapshot that is exported");
-}
-
 Json ring_json(const Ring2& ring, const Surface& surface) {
   Json list = Json::array();
   for (const Eigen::Vector2d& uv : ring) list.push_back(point_json(surface.to_map(uv), surface.id));
   return list;
 }
 
-Json edges_json(const std::vector<EdgeKind>& edges, const Ring2& ring, SurfaceId id) {
-  if (edges.size() != ring.size()) throw foreign_labels(id);
+Json edges_json(const std::vector<EdgeKind>& edges) {
   Json list = Json::array();
   for (const EdgeKind kind : edges) list.push_back(edge_kind_name(kind));
   return list;
 }
 
-Json polygon_json(const Polygon& polygon, const Surface& surface, const PolygonEdges* edges) {
-  Json holes = Json::array(), hole_edges = Json::array();
-  for (const Ring2& hole : polygon.holes) holes.push_back(ring_json(hole, surface));
-  Json json{{"outer", ring_json(polygon.outer, surface)}, {"holes", std::move(holes)}};
-  if (edges == nullptr) return json;
-  if (edges->holes.size() != polygon.holes.size()) throw foreign_labels(surface.id);
-  json["outer_edges"] = edges_json(edges->outer, polygon.outer, surface.id);
-  for (std::size_t k = 0; k < polygon.holes.size(); ++k)
-    hole_edges.push_back(edges_json(edges->holes[k], polygon.holes[k], surface.id));
-  json["hole_edges"] = std::move(hole_edges);
-  return json;
-}
-
 Json polygons_json(const ExportJob& job, const Surface& surface) {
-  const auto found = job.extras.edges.find(surface.id);
-  const bool labelled = found != job.extras.edges.end();
-  if (labelled && found->second.size() != surface.polygons.size()) throw foreign_labels(surface.id);
+  const auto labels = job.extras.edges.find(surface.id);
+  const bool labelled = labels != job.extras.edges.end();
+  if (labelled) require_labels_of(surface, labels->second);
   Json list = Json::array();
-  for (std::size_t k = 0; k < surface.polygons.size(); ++k)
-    list.push_back(polygon_json(surface.polygons[k], surface, labelled ? &found->second[k] : nullptr));
+  for (std::size_t p = 0; p < surface.polygons.size(); ++p) {
+    const Polygon& polygon = surface.polygons[p];
+    Json holes = Json::array(), hole_edges = Json::array();
+    for (const Ring2& hole : polygon.holes) holes.push_back(ring_json(hole, surface));
+    list.push_back({{"outer", ring_json(polygon.outer, surface)}, {"holes", std::move(holes)}});
+    if (!labelled) continue;
+    for (const std::vector<EdgeKind>& edges : labels->second[p].holes)
+      hole_edges.push_back(edges_json(edges));
+    list.back()["outer_edges"] = edges_json(labels->second[p].outer);
+    list.back()["hole_edges"] = std::move(hole_edges);
+  }
   return list;
 }
 
