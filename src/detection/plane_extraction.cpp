@@ -158,7 +158,7 @@ bool PlaneExtraction::planar(std::span<const Index> cluster, const Plane& plane,
 
 /// Noise of a wall lies in front of or behind it as a parallel sheet; one that is mostly over a
 /// larger surface and within the reach of its noise is no surface of its own.
-bool PlaneExtraction::sheet_of_neighbour(std::span<const Index> cluster, const Plane& plane) {
+SurfaceId PlaneExtraction::sheet_of_neighbour(std::span<const Index> cluster, const Plane& plane) {
   std::map<SurfaceId, std::size_t> over;
   for (const Index i : cluster) {
     const VoxelPoint& p = work_.window[i];
@@ -170,16 +170,17 @@ bool PlaneExtraction::sheet_of_neighbour(std::span<const Index> cluster, const P
         ++over[id];
     }
   }
-  return std::any_of(over.begin(), over.end(), [&](const auto& entry) {
-    const double share = static_cast<double>(entry.second) / static_cast<double>(cluster.size());
-    return entry.second * 10 > cluster.size() * 6 &&
-           !refuse(Refusal::noise_sheet, cluster, share, 0.6, entry.first);
-  });
+  const auto found = std::find_if(over.begin(), over.end(),
+                                  [&](const auto& entry) { return entry.second * 10 > cluster.size() * 6; });
+  return found == over.end() ? 0 : found->first;
 }
 
 bool PlaneExtraction::acceptable(std::span<const Index> cluster, const Plane& plane, bool& bent) {
   if (!wide_enough(cluster)) return false;
-  return !aligned_ || (planar(cluster, plane, bent) && !sheet_of_neighbour(cluster, plane));
+  if (!aligned_) return true;
+  if (!planar(cluster, plane, bent)) return false;
+  const SurfaceId neighbour = sheet_of_neighbour(cluster, plane);
+  return neighbour == 0 || refuse(Refusal::noise_sheet, cluster, 0, 0, neighbour);
 }
 
 std::vector<SurfaceId> PlaneExtraction::operator()(std::vector<Index> region) {

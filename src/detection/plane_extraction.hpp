@@ -35,7 +35,7 @@ class PlaneExtraction {
   bool acceptable(std::span<const Index> cluster, const Plane& plane, bool& bent);
   bool wide_enough(std::span<const Index> cluster);
   bool planar(std::span<const Index> cluster, const Plane& plane, bool& bent);
-  bool sheet_of_neighbour(std::span<const Index> cluster, const Plane& plane);
+  SurfaceId sheet_of_neighbour(std::span<const Index> cluster, const Plane& plane);
   bool refuse(Refusal why, std::span<const Index> points, double measured = 0, double limit = 0,
               SurfaceId surface = 0) const;                                           // tells and is false
   bool too_few(Refusal why, std::span<const Index> points, std::size_t count) const;  // if so, tells

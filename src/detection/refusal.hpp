@@ -21,7 +21,7 @@ enum class Refusal {
   scattered,         ///< rms of distance / σ, at most the limit
   few_for_range,     ///< measured points, more than n needed where noise is large
   normals_disagree,  ///< share of points whose own normal agrees, more than the limit needed
-  noise_sheet        ///< share of points within the noise of a surface beside it, at most the limit
+  noise_sheet        ///< mostly within the noise of a larger surface beside it
 };
 
 struct Refused {

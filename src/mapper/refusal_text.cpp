@@ -78,7 +78,7 @@ Verdict verdict_of(const Refused& refused) {
     case Refusal::noise_sheet:
       return {Reason::noise_sheet,
               text("No surface: the patch here is parallel to surface ", surface, " and within its noise."),
-              {{"within_noise", measured, "", {}, limit}},
+              {},
               surface};
   }
   return {};
