@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <string_view>
 #include <vector>
 
@@ -40,7 +41,7 @@ struct PolygonEdges {
 /// edge,
 ///    as rays beyond the range leave it; or it may have been min_range. The limit is max_range; if that is
 ///    the sensor's own, 4 m, unless the surface has points seen from clearly farther (a lidar's: no limit).
-/// Deterministic. Cost: O(inliers) + 5 to 70 µs an edge, the more where it is unknown: taken when asked for.
+/// Deterministic. Cost: O(inliers) + 5 to 100 µs an edge, more where it is unknown: taken when asked for.
 std::vector<PolygonEdges> label_edges(const Map& map, const Surface& surface);
 
 }  // namespace octosurf
