@@ -2,10 +2,12 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include <octosurf/boundary.hpp>
 #include <octosurf/export.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/planning.hpp>
@@ -16,7 +18,7 @@ namespace {
 constexpr const char* description = R"(Writes a map's surfaces to a file other programs read.
 
 Examples:
-  octosurf export maps/office --to office.json
+  octosurf export maps/office --to office.json                 edges labelled: real, occluded, …
   octosurf export maps/office --to office.json --what convex,circles --min-radius 0.1
   octosurf export maps/office --to office.glb                  for any 3-D viewer
   octosurf export maps/office --to office.stl --what meshes    closed solids
@@ -36,9 +38,12 @@ ExportExtras make_extras(const Map& map, const Snapshot& snapshot, const Argumen
   const auto wants = [&](ExportPart part) {
     return std::find(parts.begin(), parts.end(), part) != parts.end();
   };
+  const bool labelled =
+      CLI::detail::to_lower(std::filesystem::path(arguments.file).extension().string()) == ".json";
   ExportExtras extras;
   for (const SurfacePtr& surface : snapshot.surfaces) {
     if (wants(ExportPart::convex)) extras.convex[surface->id] = convex_pieces(*surface);
+    if (labelled) extras.edges[surface->id] = label_edges(map, *surface);
     if (wants(ExportPart::circles)) extras.circles[surface->id] = circles(*surface, arguments.min_radius);
   }
   if (wants(ExportPart::points)) {

@@ -13,6 +13,7 @@
 namespace octosurf {
 
 void add_evaluate(CLI::App& app);
+void add_explain(CLI::App& app);
 void add_export(CLI::App& app);
 void add_info(CLI::App& app);
 void add_map(CLI::App& app);
@@ -102,6 +103,7 @@ int main(int argc, char** argv) {
   octosurf::add_export(app);
   octosurf::add_view(app);
   octosurf::add_query(app);
+  octosurf::add_explain(app);
   octosurf::add_simulate(app);
   octosurf::add_evaluate(app);
   for (CLI::App* verb : app.get_subcommands({})) verb->group("Verbs");

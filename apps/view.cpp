@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <octosurf/boundary.hpp>
 #include <octosurf/export.hpp>
 #include <octosurf/map.hpp>
 
@@ -20,13 +21,15 @@ Examples:
   octosurf view maps/office --png plan.png --from top
   octosurf view maps/office --png door.png --eye 1 0 1.6 --target 4 2 1
   octosurf view maps/office --png office.png --pending         and the points no surface has
+  octosurf view maps/office --png edges.png --from top --edges
+                             edges: real green, occluded red, sensor limit blue, frontier orange
 )";
 
 struct Arguments {
   std::string map, png, from = "iso";
   std::vector<double> eye, target;
   int width = PictureOptions{}.width, height = PictureOptions{}.height;
-  bool whole = false, pending = false, force = false;
+  bool whole = false, pending = false, edges = false, force = false;
 };
 
 Eigen::Vector3d to_point(const std::vector<double>& xyz) { return {xyz[0], xyz[1], xyz[2]}; }
@@ -49,6 +52,9 @@ void run(const Arguments& arguments) {
     });
   }
   const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
+  if (arguments.edges)
+    for (const SurfacePtr& surface : snapshot->surfaces)
+      options.edges[surface->id] = label_edges(loaded.map, *surface);
   render_png(*snapshot, arguments.png, options);
   std::printf("%s: %zu surfaces\n", arguments.png.c_str(), snapshot->surfaces.size());
 }
@@ -71,6 +77,7 @@ void add_view(CLI::App& app) {
   verb->add_option("--height", arguments->height, "pixels")->capture_default_str();
   verb->add_flag("--whole", arguments->whole, "draw surfaces seen from behind, too: ceilings hide rooms");
   verb->add_flag("--pending", arguments->pending, "draw pending points as grey dots");
+  verb->add_flag("--edges", arguments->edges, "draw edges in a colour by what lies beyond them");
   verb->add_flag("--force", arguments->force, "overwrite the picture");
   verb->callback([arguments] { run(*arguments); });
 }

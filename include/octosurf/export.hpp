@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include <octosurf/boundary.hpp>
 #include <octosurf/pieces.hpp>
 #include <octosurf/surface.hpp>
 
@@ -39,6 +40,8 @@ struct ExportExtras {
   std::map<SurfaceId, std::vector<ConvexPiece>> convex;
   std::map<SurfaceId, std::vector<Circle>> circles;
   std::vector<SurfacePoint> points;  ///< any order
+  /// label_edges() of the snapshot's surfaces; goes into .json where there is one.
+  std::map<SurfaceId, std::vector<PolygonEdges>> edges;
 };
 
 /// Writes the surfaces to `file` in the format its ending names: .json (DESIGN.md §5), .ply, .glb,
@@ -54,13 +57,18 @@ struct ExportExtras {
 ///    vertices at one place apart.
 /// 5. The file is complete or not there: it is written beside its place and renamed.
 /// Throws Error(usage) for an ending or a part it cannot write, or a file that exists without
-/// `force`; Error(data) for numbers that are not finite; Error(output) if it cannot be written.
+/// `force`; Error(data) for numbers that are not finite and labels of
+/// other polygons; Error(output) if it cannot be written.
 void export_surfaces(const Snapshot& snapshot, const std::filesystem::path& file,
                      const ExportOptions& options = {}, const ExportExtras& extras = {});
 
 /// From where a picture is taken; all but `top` look from outside at the middle of the map.
 enum class ViewFrom { iso, top, front, back, left, right };
 inline constexpr std::array<std::string_view, 6> view_names{"iso", "top", "front", "back", "left", "right"};
+
+/// Colours of edges in pictures (view --edges): green, red, blue, orange.
+inline constexpr std::array<std::array<float, 3>, edge_kind_names.size()> edge_colors{
+    {{0.0F, 0.6F, 0.2F}, {0.85F, 0.1F, 0.15F}, {0.1F, 0.3F, 0.95F}, {1.0F, 0.6F, 0.0F}}};
 
 struct PictureOptions {
   int width = 1280;  ///< pixels, 16 … 16384
@@ -71,14 +79,17 @@ struct PictureOptions {
   /// Leave out surfaces seen from behind, so that one looks past ceilings and near walls into rooms.
   bool cut = true;
   std::vector<Eigen::Vector3d> points;  ///< map frame; drawn as grey dots
-  bool force = false;                   ///< write over a file that exists
+  /// label_edges() of the snapshot's surfaces; where there are any, edges are lines in their kind's colour.
+  std::map<SurfaceId, std::vector<PolygonEdges>> edges;
+  bool force = false;  ///< write over a file that exists
 };
 
 /// Renders the surfaces' polygons as a PNG: each in its colour, shaded, with dark outlines, over a
 /// grid of 1 m at the height of the lowest surfaces. z is up. Framed on the 2 to 98 % extent, so that
 /// stray surfaces do not shrink the rest. Same input, same picture.
-/// Throws Error(usage) for nonsense options or a file that exists without `force`, Error(output) if
-/// it cannot be written. A snapshot without surfaces gives an empty picture.
+/// Throws Error(usage) for nonsense options or a file that exists without `force`, Error(data) for edge
+/// labels of other polygons, Error(output) if it cannot be written. A snapshot without surfaces gives an
+/// empty picture.
 void render_png(const Snapshot& snapshot, const std::filesystem::path& file,
                 const PictureOptions& options = {});
 

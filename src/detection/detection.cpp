@@ -27,8 +27,8 @@ bool isolated(Workspace& work, Index i, int reach, float radius) {
   return !enough_within(std::min(1, reach)) && !enough_within(reach);
 }
 
-/// The line of sight to the point passes through a surface just in front of it.
-bool seen_through(Workspace& work, Index i) {
+/// The surface just in front of the point that the line of sight to it passes through; 0: none.
+SurfaceId seen_through(Workspace& work, Index i) {
   constexpr double farthest = 0.3;  // m; deeper than any noise this could be
   const VoxelPoint& p = work.window[i];
   const double depth = std::min(farthest, 2.5 * work.state.noise.tolerance(p.range_class));
@@ -45,9 +45,9 @@ bool seen_through(Workspace& work, Index i) {
     int around = 0;
     for (int v = -1; v <= 1; ++v)
       for (int u = -1; u <= 1; ++u) around += surface.covers({cell.u + u, cell.v + v});
-    if (around >= 7) return true;
+    if (around >= 7) return id;
   }
-  return false;
+  return 0;
 }
 
 }  // namespace
@@ -62,14 +62,33 @@ std::vector<SurfaceId> detect(Workspace& work) {
   }
   if (waiting.size() < static_cast<std::size_t>(parameters.min_surface_points())) return {};
 
+  state.accumulated.clear();
+  return detect_from(work, std::move(waiting));
+}
+
+std::vector<SurfaceId> detect_from(Workspace& work, std::vector<Index> waiting, const RefusalSink* refusals) {
+  const Parameters& parameters = work.state.parameters;
+  const auto tell = [&](Refusal why, Index i, SurfaceId surface) {
+    if (refusals != nullptr) (*refusals)({why, {&i, 1}, 0, 0, surface});
+  };
   const double r = parameters.search_radius();
   const int reach = static_cast<int>(r / parameters.occupancy.resolution) + 1;
-  std::erase_if(waiting, [&](Index i) { return isolated(work, i, reach, static_cast<float>(r)); });
+  std::erase_if(waiting, [&](Index i) {
+    if (!isolated(work, i, reach, static_cast<float>(r))) return false;
+    tell(Refusal::isolated, i, 0);
+    return true;
+  });
 
-  RegionGrowing grow(work, parameters);
-  PlaneExtraction extract(work, parameters);
+  RegionGrowing grow(work, parameters, refusals);
+  PlaneExtraction extract(work, parameters, refusals);
   std::vector<SurfaceId> born;
-  const auto allowed = [&](Index i) { return !parameters.aligned() || !seen_through(work, i); };
+  const auto allowed = [&](Index i) {
+    const SurfaceId in_front = parameters.aligned() ? seen_through(work, i) : 0;
+    if (in_front != 0) tell(Refusal::seen_through, i, in_front);
+    return in_front == 0;
+  };
+  if (refusals != nullptr)
+    for (const Index i : waiting) allowed(i);  // told of all: what is no seed is not asked again
   for (std::vector<Index>& region : grow(waiting, allowed)) {
     // Kept in key order from here on: RANSAC's draw must not depend on how the region was walked.
     std::sort(region.begin(), region.end(),
@@ -77,7 +96,6 @@ std::vector<SurfaceId> detect(Workspace& work) {
     const std::vector<SurfaceId> ids = extract(std::move(region));
     born.insert(born.end(), ids.begin(), ids.end());
   }
-  state.accumulated.clear();
   return born;
 }
 

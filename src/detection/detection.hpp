@@ -1,5 +1,6 @@
 #pragma once
 
+#include "detection/refusal.hpp"
 #include "surfaces/changes.hpp"
 
 #include <vector>
@@ -15,5 +16,10 @@ namespace octosurf {
 /// Points that were seen *through* a surface lie in its noise (nothing opaque lets them be seen)
 /// and stay pending: they are what makes parallel sheets behind far walls.
 std::vector<SurfaceId> detect(Workspace& work);
+
+/// The same from these pending points on, however few, whatever has accumulated. Tells `refusals`, if
+/// there is one, which points it leaves alone, and why.
+std::vector<SurfaceId> detect_from(Workspace& work, std::vector<PointWindow::Index> waiting,
+                                   const RefusalSink* refusals = nullptr);
 
 }  // namespace octosurf

@@ -21,12 +21,23 @@ constexpr double largest_scatter = 1.7;
 
 }  // namespace
 
-PlaneExtraction::PlaneExtraction(Workspace& work, const Parameters& parameters)
+PlaneExtraction::PlaneExtraction(Workspace& work, const Parameters& parameters, const RefusalSink* refusals)
     : work_(work),
       parameters_(parameters),
       fewest_(static_cast<std::size_t>(parameters.min_surface_points())),
       aligned_(parameters.aligned()),
-      cos_aligned_(aligned_ ? static_cast<float>(std::cos(parameters.detection.aligned_angle)) : -1) {}
+      cos_aligned_(aligned_ ? static_cast<float>(std::cos(parameters.detection.aligned_angle)) : -1),
+      refusals_(refusals) {}
+
+bool PlaneExtraction::refuse(Refusal why, std::span<const Index> points, double measured, double limit,
+                             SurfaceId surface) const {
+  if (refusals_ != nullptr) (*refusals_)({why, points, measured, limit, surface});
+  return false;
+}
+
+bool PlaneExtraction::too_few(Refusal why, std::span<const Index> points, std::size_t count) const {
+  return count < fewest_ && !refuse(why, points, static_cast<double>(count), static_cast<double>(fewest_));
+}
 
 std::vector<PlaneExtraction::Index> PlaneExtraction::inliers_of(std::span<const Index> region,
                                                                 const RegionPoints& points,
@@ -65,12 +76,16 @@ bool PlaneExtraction::ransac(std::span<const Index> points, Plane& best) {
   return most >= 3;
 }
 
-bool PlaneExtraction::wide_enough(std::span<const Index> cluster) {
+bool PlaneExtraction::wide_enough(std::span<const Index> cluster, bool bent) {
   const Eigen::Vector3d reference = work_.window[cluster.front()].position.cast<double>();
   Moments moments;
   for (const Index i : cluster) moments.add(work_.window[i].position.cast<double>() - reference);
   // A uniform strip of width w has a variance of w²/12 across.
-  return std::sqrt(12 * fit_plane(moments).variances[1]) >= parameters_.surfaces.min_surface_width;
+  const double width = std::sqrt(12 * fit_plane(moments).variances[1]);
+  // What is left beside a pillar's widest facet are narrower ones, which look flat.
+  constexpr double wider_than_facets = 0.2;  // m
+  const double least = std::max(parameters_.surfaces.min_surface_width, bent ? wider_than_facets : 0);
+  return width >= least || refuse(Refusal::narrow, cluster, width, least);
 }
 
 Planarity PlaneExtraction::planarity_of(std::span<const Index> cluster, const Plane& plane) {
@@ -94,17 +109,24 @@ bool PlaneExtraction::planar(std::span<const Index> cluster, const Plane& plane,
   }));
   if (planarity.bends()) {
     bent = true;
-    return false;
+    return refuse(Refusal::bent, cluster);
   }
   const double effort = planarity.mean_tolerance() / parameters_.surface_tolerance();
-  return planarity.scatter() <= largest_scatter &&
-         static_cast<double>(cluster.size()) >= static_cast<double>(fewest_) * effort &&
-         agreeing * 10 > cluster.size() * 6;
+  const auto points = static_cast<double>(cluster.size());
+  if (!(planarity.scatter() <= largest_scatter))
+    return refuse(Refusal::scattered, cluster, planarity.scatter(), largest_scatter);
+  if (points < static_cast<double>(fewest_) * effort)
+    return refuse(Refusal::few_for_range, cluster, points, static_cast<double>(fewest_) * effort);
+  return agreeing * 10 > cluster.size() * 6 ||
+         refuse(Refusal::normals_disagree, cluster, static_cast<double>(agreeing) / points, 0.6);
 }
 
 bool PlaneExtraction::acceptable(std::span<const Index> cluster, const Plane& plane, bool& bent) {
-  if (!wide_enough(cluster)) return false;
-  return !aligned_ || (planar(cluster, plane, bent) && !parallel_sheet(work_, cluster, plane, 0));
+  if (!wide_enough(cluster, bent)) return false;
+  if (!aligned_) return true;
+  if (!planar(cluster, plane, bent)) return false;
+  const SurfaceId neighbour = parallel_sheet(work_, cluster, plane, 0);
+  return neighbour == 0 || refuse(Refusal::noise_sheet, cluster, 0, 0, neighbour);
 }
 
 void PlaneExtraction::make_surface(std::span<const Index> cluster, const Plane& plane,
@@ -119,29 +141,37 @@ void PlaneExtraction::make_surface(std::span<const Index> cluster, const Plane& 
 
 std::vector<SurfaceId> PlaneExtraction::operator()(std::vector<Index> region) {
   std::vector<SurfaceId> born;
+  bool bent = false;
   while (region.size() >= fewest_) {
     Plane plane;
-    if (!ransac(region, plane)) break;
+    if (!ransac(region, plane)) {
+      refuse(Refusal::no_plane, region);
+      break;
+    }
     const RegionPoints points(work_, region, 1, cos_aligned_);
     std::vector<Index> inliers = inliers_of(region, points, plane);
     for (int round = 0; round < 3 && inliers.size() >= fewest_; ++round) {
       plane = fitted(work_, inliers, plane);
       inliers = inliers_of(region, points, plane);
     }
-    if (inliers.size() < fewest_) break;
+    if (too_few(Refusal::few_on_plane, region, inliers.size())) break;
     const std::vector<std::vector<Index>> parts = parts_of(work_, inliers, plane);
     // Parts of a curved patch are flat again, each by itself.
-    bool bent = aligned_ && parts.size() > 1 && planarity_of(inliers, plane).bends();
-    for (const std::vector<Index>& part : parts)
-      if (!bent && part.size() >= fewest_) make_surface(part, fitted(work_, part, plane), born, bent);
-    // What is left beside a pillar's widest facet are narrower ones, which look flat.
-    if (bent) break;
+    if (aligned_ && parts.size() > 1 && planarity_of(inliers, plane).bends()) {
+      bent = true;
+      refuse(Refusal::bent, inliers);
+    } else {
+      for (const std::vector<Index>& part : parts)
+        if (!too_few(Refusal::small_cluster, part, part.size()))
+          make_surface(part, fitted(work_, part, plane), born, bent);
+    }
     std::vector<Index> rest;
     points.for_each(plane, [&](std::size_t k, bool belongs) {
       if (!belongs) rest.push_back(region[k]);
     });
     region = std::move(rest);
   }
+  too_few(Refusal::few_left, region, region.size());
   return born;
 }
 

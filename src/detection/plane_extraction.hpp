@@ -1,5 +1,6 @@
 #pragma once
 
+#include "detection/refusal.hpp"
 #include "surfaces/changes.hpp"
 #include "surfaces/planarity.hpp"
 
@@ -21,7 +22,7 @@ class PlaneExtraction {
  public:
   using Index = PointWindow::Index;
 
-  PlaneExtraction(Workspace& work, const Parameters& parameters);
+  PlaneExtraction(Workspace& work, const Parameters& parameters, const RefusalSink* refusals = nullptr);
 
   /// Creates surfaces in the store and gives them their points; returns their ids.
   std::vector<SurfaceId> operator()(std::vector<Index> region);
@@ -34,14 +35,18 @@ class PlaneExtraction {
                     bool& bent);
   Planarity planarity_of(std::span<const Index> cluster, const Plane& plane);
   bool acceptable(std::span<const Index> cluster, const Plane& plane, bool& bent);
-  bool wide_enough(std::span<const Index> cluster);
+  bool wide_enough(std::span<const Index> cluster, bool bent);
   bool planar(std::span<const Index> cluster, const Plane& plane, bool& bent);
+  bool refuse(Refusal why, std::span<const Index> points, double measured = 0, double limit = 0,
+              SurfaceId surface = 0) const;                                           // tells and is false
+  bool too_few(Refusal why, std::span<const Index> points, std::size_t count) const;  // if so, tells
 
   Workspace& work_;
   const Parameters& parameters_;
   std::size_t fewest_;
   bool aligned_;
   float cos_aligned_;
+  const RefusalSink* refusals_;
 };
 
 }  // namespace octosurf

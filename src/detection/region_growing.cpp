@@ -5,10 +5,11 @@
 
 namespace octosurf {
 
-RegionGrowing::RegionGrowing(Workspace& work, const Parameters& parameters)
+RegionGrowing::RegionGrowing(Workspace& work, const Parameters& parameters, const RefusalSink* refusals)
     : work_(work),
       fewest_(static_cast<std::size_t>(parameters.min_surface_points())),
-      cos_smooth_(static_cast<float>(std::cos(parameters.detection.smoothness_angle))) {}
+      cos_smooth_(static_cast<float>(std::cos(parameters.detection.smoothness_angle))),
+      refusals_(refusals) {}
 
 bool RegionGrowing::visit(Index i) {
   if (i >= visited_.size()) visited_.resize(std::max<std::size_t>(work_.window.size(), i + 1), false);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "detection/refusal.hpp"
 #include "surfaces/changes.hpp"
 
 #include <span>
@@ -17,7 +18,7 @@ class RegionGrowing {
  public:
   using Index = PointWindow::Index;
 
-  RegionGrowing(Workspace& work, const Parameters& parameters);
+  RegionGrowing(Workspace& work, const Parameters& parameters, const RefusalSink* refusals = nullptr);
 
   template <class Allowed>
   std::vector<std::vector<Index>> operator()(std::span<const Index> seeds, Allowed&& allowed);
@@ -29,6 +30,7 @@ class RegionGrowing {
   Workspace& work_;
   std::size_t fewest_;
   float cos_smooth_;
+  const RefusalSink* refusals_;
   std::vector<bool> visited_;
 };
 
@@ -53,7 +55,11 @@ std::vector<std::vector<RegionGrowing::Index>> RegionGrowing::operator()(std::sp
         region.push_back(i);
       });
     }
-    if (region.size() >= fewest_) regions.push_back(region);
+    if (region.size() >= fewest_)
+      regions.push_back(region);
+    else if (refusals_ != nullptr)
+      (*refusals_)(
+          {Refusal::small_region, region, static_cast<double>(region.size()), static_cast<double>(fewest_)});
   }
   return regions;
 }

@@ -100,6 +100,20 @@ void Expansion::grow(std::span<const SurfaceId> surfaces) {
   merge_contacts();
 }
 
+void Expansion::rejoin() {
+  for (const SurfaceId id : work_.changes.touched()) {
+    const SurfaceModel& surface = *work_.state.surfaces.find(id);
+    if (surface.settled()) continue;
+    std::vector<VoxelKey> rim;
+    surface.for_each_inlier([&](const Inlier& inlier) {
+      if (!surface.surrounded(surface.cell_of(inlier.position))) rim.push_back(inlier.key);
+    });
+    std::sort(rim.begin(), rim.end());
+    for (const VoxelKey key : rim) note_contacts(work_.window.find(key));
+  }
+  merge_contacts();
+}
+
 void Expansion::flood() {
   for (std::size_t next = 0; next < frontier_.size(); ++next) {
     const Index from = frontier_[next];
@@ -120,13 +134,17 @@ void Expansion::note_contacts(Index i) {
   for (const SurfaceId id : work_.state.surfaces.near(p.key, h_cells_)) {
     if (id == p.surface) continue;
     const SurfaceModel& other = *work_.state.surfaces.find(id);
-    if (other.plane().normal.dot(own->plane().normal) > cos_smooth_ &&
-        std::fabs(other.distance(p.position)) <= work_.state.noise.tolerance(p, other.plane()) &&
-        reaches(i, other, h_cells_)) {
-      Contact& contact = contacts_[std::minmax(p.surface, id)];
-      ++contact.points;
-      contact.place += p.position.cast<double>();
+    if (other.plane().normal.dot(own->plane().normal) < cos_smooth_ ||
+        std::fabs(other.distance(p.position)) > work_.state.noise.tolerance(p, other.plane()) ||
+        !other.near(other.cell_of(p.position), h_cells_))
+      continue;
+    Contact& contact = contacts_[std::minmax(p.surface, id)];
+    if (!reaches(i, other, h_cells_)) {
+      ++contact.obstructed;
+      continue;
     }
+    ++contact.points;
+    contact.place += p.position.cast<double>();
   }
 }
 
@@ -157,7 +175,7 @@ void Expansion::merge_contacts() {
   for (const auto& [pair, contact] : contacts_) {
     SurfaceModel* a = work_.state.surfaces.find(pair.first);
     SurfaceModel* b = work_.state.surfaces.find(pair.second);
-    if (contact.points < contacts_to_merge || a == nullptr || b == nullptr ||
+    if (contact.points < std::max(contacts_to_merge, contact.obstructed) || a == nullptr || b == nullptr ||
         !coplanar(*a, *b, contact.place / contact.points, work_.state.noise))
       continue;
     // The larger keeps its id, the older one on a tie.

@@ -34,6 +34,10 @@ class Expansion {
   /// The same outward growth, from all inliers of `surfaces` (new ones).
   void grow(std::span<const SurfaceId> surfaces);
 
+  /// Merges surfaces that make one plane with a neighbour that this scan touched: what was too unsure
+  /// when they met may be sure now. Asks the rims only, of surfaces that have changed by a sixth.
+  void rejoin();
+
  private:
   /// |distance| / tolerance, if the point fits.
   std::optional<double> misfit(Index i, const SurfaceModel& surface);
@@ -51,7 +55,7 @@ class Expansion {
   float cos_smooth_;
   std::vector<Index> frontier_;
   struct Contact {
-    int points = 0;                                   // of one that fit the other
+    int points = 0, obstructed = 0;                   // of one that fit the other
     Eigen::Vector3d place = Eigen::Vector3d::Zero();  // their sum
   };
   std::map<std::pair<SurfaceId, SurfaceId>, Contact> contacts_;

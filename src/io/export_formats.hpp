@@ -52,6 +52,9 @@ std::vector<Shape> make_shapes(const ExportJob& job, ExportPart part);
 /// `value` if it is finite; else throws Error(data) naming the surface.
 double finite(double value, SurfaceId id);
 
+/// Throws Error(data) unless there is a label for every edge of the surface's polygons.
+void require_labels_of(const Surface& surface, const std::vector<PolygonEdges>& edges);
+
 /// For formats that cannot be empty.
 Error nothing_to_write(const std::filesystem::path& file);
 

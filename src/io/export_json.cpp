@@ -26,12 +26,27 @@ Json ring_json(const Ring2& ring, const Surface& surface) {
   return list;
 }
 
-Json polygons_json(const Surface& surface) {
+Json edges_json(const std::vector<EdgeKind>& edges) {
   Json list = Json::array();
-  for (const Polygon& polygon : surface.polygons) {
-    Json holes = Json::array();
+  for (const EdgeKind kind : edges) list.push_back(edge_kind_name(kind));
+  return list;
+}
+
+Json polygons_json(const ExportJob& job, const Surface& surface) {
+  const auto labels = job.extras.edges.find(surface.id);
+  const bool labelled = labels != job.extras.edges.end();
+  if (labelled) require_labels_of(surface, labels->second);
+  Json list = Json::array();
+  for (std::size_t p = 0; p < surface.polygons.size(); ++p) {
+    const Polygon& polygon = surface.polygons[p];
+    Json holes = Json::array(), hole_edges = Json::array();
     for (const Ring2& hole : polygon.holes) holes.push_back(ring_json(hole, surface));
     list.push_back({{"outer", ring_json(polygon.outer, surface)}, {"holes", std::move(holes)}});
+    if (!labelled) continue;
+    for (const std::vector<EdgeKind>& edges : labels->second[p].holes)
+      hole_edges.push_back(edges_json(edges));
+    list.back()["outer_edges"] = edges_json(labels->second[p].outer);
+    list.back()["hole_edges"] = std::move(hole_edges);
   }
   return list;
 }
@@ -89,7 +104,7 @@ Json surface_json(const ExportJob& job, const Surface& surface) {
   json["rms_m"] = finite(surface.rms_m, id);
   json["revision"] = surface.revision;
   json["parents"] = surface.parents;
-  json["polygons"] = polygons_json(surface);
+  json["polygons"] = polygons_json(job, surface);
   json["boundary"] = points_json(surface.boundary, id);
   if (job.wants(ExportPart::meshes)) {
     json["mesh"] = mesh_json(extrude(surface, job.options.mesh_thickness), id);

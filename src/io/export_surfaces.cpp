@@ -81,6 +81,21 @@ double finite(double value, SurfaceId id) {
               "build the map anew from its scans");
 }
 
+void require_labels_of(const Surface& surface, const std::vector<PolygonEdges>& edges) {
+  const auto same = [](const Ring2& ring, const std::vector<EdgeKind>& kinds) {
+    return ring.size() == kinds.size();
+  };
+  const bool fit = std::equal(edges.begin(), edges.end(), surface.polygons.begin(), surface.polygons.end(),
+                              [&](const PolygonEdges& labels, const Polygon& polygon) {
+                                return same(polygon.outer, labels.outer) &&
+                                       std::equal(polygon.holes.begin(), polygon.holes.end(),
+                                                  labels.holes.begin(), labels.holes.end(), same);
+                              });
+  if (!fit)
+    throw Error(Error::Kind::data, "surface " + std::to_string(surface.id),
+                "has edge labels of other polygons", "label the edges of the snapshot that is exported");
+}
+
 Error nothing_to_write(const std::filesystem::path& file) {
   return Error(Error::Kind::data, file.string(), "there is nothing to put into it",
                "the map has no surfaces with such parts; .json and .csv can be empty");

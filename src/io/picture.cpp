@@ -1,4 +1,5 @@
 #include "io/camera.hpp"
+#include "io/export_formats.hpp"
 #include "io/new_file.hpp"
 #include "io/png_file.hpp"
 #include "surfaces/triangulate.hpp"
@@ -153,18 +154,35 @@ class Canvas {
     }
   }
 
-  void dot(const Eigen::Vector3d& point) {
-    const auto pixel = camera_.project(point);
-    if (!pixel ||
-        !(pixel->x >= 0 && pixel->x < camera_.width && pixel->y >= 0 && pixel->y < camera_.height)) {
-      return;
+  // Lines two pixels wide.
+  void edges(const Surface& surface, const Ring2& ring, const std::vector<EdgeKind>& kinds) {
+    for (std::size_t k = 0; k < ring.size(); ++k) {
+      const Eigen::Vector3d from = surface.to_map(ring[k]), to = surface.to_map(ring[(k + 1) % ring.size()]);
+      const auto start = camera_.project(from), end = camera_.project(to);
+      if (!start || !end) continue;
+      const double length = std::hypot(end->x - start->x, end->y - start->y);
+      const int steps = static_cast<int>(std::min(2 * length, 4.0 * camera_.width)) + 1;
+      const std::array<float, 3>& rgb = edge_colors[static_cast<std::size_t>(kinds[k])];
+      for (int i = 0; i < steps; ++i) {
+        const Eigen::Vector3d at = from + (i + 0.5) / steps * (to - from);
+        for (const int shift : {0, 1}) dot(at, {rgb[0], rgb[1], rgb[2]}, shift);
+      }
     }
+  }
+
+  // A pixel, or the one `shift` to the right of and below it.
+  void dot(const Eigen::Vector3d& point, const Eigen::Vector3f& color, int shift = 0) {
+    auto pixel = camera_.project(point);
+    if (!pixel) return;
+    pixel->x += shift;
+    pixel->y += shift;
+    if (!(pixel->x >= 0 && pixel->x < camera_.width && pixel->y >= 0 && pixel->y < camera_.height)) return;
     const int column = static_cast<int>(pixel->x) * oversampling,
               row = static_cast<int>(pixel->y) * oversampling;
     for (int i = 0; i < oversampling * oversampling; ++i) {
       const std::size_t at = index(column + i % oversampling, row + i / oversampling);
       // Points on a surface scatter about it, so a little behind still counts as in front.
-      if (pixel->distance < hits_[at].distance * 1.002 + 0.02) colors_[at] = {0.3f, 0.3f, 0.32f};
+      if (pixel->distance < hits_[at].distance * 1.002 + 0.02) colors_[at] = color;
     }
   }
 
@@ -219,6 +237,21 @@ class Canvas {
   std::vector<Eigen::Vector3f> colors_;
 };
 
+void draw_edges(Canvas& canvas, const Snapshot& snapshot, const PictureOptions& options,
+                const Eigen::Vector3d& eye) {
+  for (const auto& [id, edges] : options.edges) {
+    const Surface* surface = snapshot.find(id);
+    if (surface == nullptr) continue;
+    require_labels_of(*surface, edges);
+    if (options.cut && surface->plane.signed_distance(eye) < 0) continue;
+    for (std::size_t p = 0; p < edges.size(); ++p) {
+      canvas.edges(*surface, surface->polygons[p].outer, edges[p].outer);
+      for (std::size_t k = 0; k < edges[p].holes.size(); ++k)
+        canvas.edges(*surface, surface->polygons[p].holes[k], edges[p].holes[k]);
+    }
+  }
+}
+
 }  // namespace
 
 void render_png(const Snapshot& snapshot, const std::filesystem::path& file, const PictureOptions& options) {
@@ -236,7 +269,8 @@ void render_png(const Snapshot& snapshot, const std::filesystem::path& file, con
   const Camera camera = make_camera(box, options);
   Canvas canvas(camera, patches, box, options.cut);
   canvas.outline();
-  for (const Eigen::Vector3d& point : options.points) canvas.dot(point);
+  for (const Eigen::Vector3d& point : options.points) canvas.dot(point, {0.3f, 0.3f, 0.32f});
+  draw_edges(canvas, snapshot, options, camera.eye);
   const std::vector<std::uint8_t> rgb = canvas.pixels();
   output.write([&](std::ostream& out) { write_png(rgb, options.width, options.height, out); });
   output.commit();

@@ -92,6 +92,7 @@ void Mapper::Impl::update_surfaces(const VoxelScan& scan, const OccupancyDelta& 
     expansion.grow(detect(work));
   });
   time(Stage::derive, [&] {
+    if (state.parameters.aligned()) expansion.rejoin();
     refit(work);
     accumulate(state, work, {});
     derive(work);

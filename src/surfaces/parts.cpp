@@ -5,13 +5,13 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <tsl/robin_map.h>
 #include <utility>
 
 namespace octosurf {
 namespace {
 
 using Index = Workspace::Index;
-using CellAt = std::pair<int, int>;  // (v, u), so that a row of cells is a run
 
 /// A patch's plane by least squares over a given frame: off = offset + slopes·(u, v), and how sure it is.
 struct Height {
@@ -64,36 +64,32 @@ class Parts {
   Parts(Workspace& work, std::span<const Index> points, const Plane& plane)
       : work_(work),
         plane_(plane),
-        frame_(0, plane, work.window[points.front()].position.cast<double>(),
-               work.state.parameters.occupancy.resolution),
         reach_(std::max(1, static_cast<int>(work.state.parameters.max_hole_size() /
                                             work.state.parameters.occupancy.resolution))),
-        careful_(work.state.parameters.aligned()) {
-    for (const Index i : points) {
-      const PlaneCell cell = frame_.cell_of(work_.window[i].position);
-      cells_[{cell.v, cell.u}].points.push_back(i);
-    }
+        careful_(work.state.parameters.aligned()),
+        reference_(work.window[points.front()].position.cast<double>()) {
+    fill(points);
     label();
   }
 
   std::vector<std::vector<Index>> operator()() {
     join();
-    std::map<std::size_t, std::vector<Index>> joined;
-    for (const auto& [at, cell] : cells_) {
+    std::vector<std::vector<Index>> joined(patches_.size());
+    for (const Cell& cell : cells_) {
       std::vector<Index>& part = joined[root(cell.part)];
-      part.insert(part.end(), cell.points.begin(), cell.points.end());
+      const auto points = points_of(cell);
+      part.insert(part.end(), points.begin(), points.end());
     }
-    std::vector<std::vector<Index>> result;
-    result.reserve(joined.size());
-    for (auto& [part, points] : joined) result.push_back(std::move(points));
-    return result;
+    std::erase_if(joined, [](const auto& part) { return part.empty(); });
+    return joined;
   }
 
  private:
-  static constexpr std::size_t unlabelled = ~std::size_t{0};
+  static constexpr std::uint32_t unlabelled = ~std::uint32_t{0};
   struct Cell {
-    std::vector<Index> points;
-    std::size_t part = unlabelled;
+    PlaneCell at;
+    std::uint32_t first = 0, count = 0;  // of points_
+    std::uint32_t part = unlabelled;
     int depth = 0;
   };
   static constexpr std::size_t enough_contacts = 64;  // to know where two parts meet
@@ -102,53 +98,84 @@ class Parts {
     Eigen::Vector3d place = Eigen::Vector3d::Zero();  // sum over the open ones
   };
 
+  /// Points by cell, cells by row.
+  void fill(std::span<const Index> points) {
+    const SurfaceModel frame(0, plane_, reference_, work_.state.parameters.occupancy.resolution);
+    std::vector<std::pair<PlaneCell, Index>> placed;
+    placed.reserve(points.size());
+    for (const Index i : points) placed.emplace_back(frame.cell_of(work_.window[i].position), i);
+    std::stable_sort(placed.begin(), placed.end(), [](const auto& a, const auto& b) {
+      return std::pair(a.first.v, a.first.u) < std::pair(b.first.v, b.first.u);
+    });
+    points_.reserve(points.size());
+    for (const auto& [at, i] : placed) {
+      if (cells_.empty() || cells_.back().at.u != at.u || cells_.back().at.v != at.v) {
+        index_[at.packed()] = static_cast<std::uint32_t>(cells_.size());
+        cells_.push_back({at, static_cast<std::uint32_t>(points_.size()), 0, unlabelled, 0});
+      }
+      ++cells_.back().count;
+      points_.push_back(i);
+    }
+  }
+
+  std::span<const Index> points_of(const Cell& cell) const {
+    return std::span(points_).subspan(cell.first, cell.count);
+  }
+
   /// From the cells deepest inside outward, because noise bridges a gap in places: what touches among
   /// cells whose surroundings are full, then what that reaches and what touches among the next, …
   void label() {
-    for (auto& [at, cell] : cells_) cell.depth = depth_of(at);
-    std::vector<CellAt> reached;
+    for (Cell& cell : cells_) cell.depth = depth_of(cell.at);
+    std::vector<std::uint32_t> reached;
     for (int depth = deepest; depth >= 0; --depth) {
       spread(std::exchange(reached, {}), depth, reached);
-      for (auto& [at, cell] : cells_) {
-        if (cell.part != unlabelled || cell.depth < depth) continue;
-        cell.part = patches_.size();
-        patches_.push_back({{}, frame_.reference(), 0});
-        spread({at}, depth, reached);
+      for (std::uint32_t c = 0; c < cells_.size(); ++c) {
+        if (cells_[c].part != unlabelled || cells_[c].depth < depth) continue;
+        cells_[c].part = static_cast<std::uint32_t>(patches_.size());
+        patches_.push_back({{}, reference_, 0});
+        spread({c}, depth, reached);
       }
     }
-    for (const auto& [at, cell] : cells_) add(cell.points, patches_[cell.part]);
+    for (const Cell& cell : cells_) add(points_of(cell), patches_[cell.part]);
     parents_.resize(patches_.size());
     std::iota(parents_.begin(), parents_.end(), std::size_t{0});
   }
 
   /// Breadth first over cells of at least this depth, so that parts that meet share what lies between.
-  void spread(std::vector<CellAt> open, int depth, std::vector<CellAt>& reached) {
+  void spread(std::vector<std::uint32_t> open, int depth, std::vector<std::uint32_t>& reached) {
     for (std::size_t next = 0; next < open.size(); ++next) {
-      const CellAt from = open[next];
-      const std::size_t part = cells_.at(from).part;
+      const Cell from = cells_[open[next]];
       bool at_rim = false;
-      for_each_within(from, 1, [&](const CellAt& at, Cell& cell) {
-        if (cell.part != unlabelled) return;
-        if (cell.depth < depth) {
+      for_each_within(from.at, 1, [&](std::uint32_t c) {
+        if (cells_[c].part != unlabelled) return;
+        if (cells_[c].depth < depth) {
           at_rim = true;
           return;
         }
-        cell.part = part;
-        open.push_back(at);
+        cells_[c].part = from.part;
+        open.push_back(c);
       });
-      if (at_rim) reached.push_back(from);
+      if (at_rim) reached.push_back(open[next]);
     }
   }
 
   static constexpr int deepest = 2;
   /// 2: of the 5×5 cells around one at most is empty; 1: none of the 3×3; else 0.
-  int depth_of(const CellAt& at) {
-    int near = 0, far = 0;
-    for_each_within(at, 2, [&](const CellAt& other, const Cell&) {
-      const bool touches = std::abs(other.first - at.first) <= 1 && std::abs(other.second - at.second) <= 1;
-      ++(touches ? near : far);
-    });
-    return near < 9 ? 0 : near + far < 24 ? 1 : 2;
+  int depth_of(PlaneCell at) const {
+    int near = 0;
+    for_each_within(at, 1, [&](std::uint32_t) { ++near; });
+    if (near < 9) return 0;
+    int all = 0;
+    for_each_within(at, 2, [&](std::uint32_t) { ++all; });
+    return all < 24 ? 1 : 2;
+  }
+
+  template <class Visit>
+  void for_each_within(PlaneCell at, int reach, Visit&& visit) const {
+    for (int v = at.v - reach; v <= at.v + reach; ++v)
+      for (int u = at.u - reach; u <= at.u + reach; ++u)
+        if (const auto found = index_.find(PlaneCell{u, v}.packed()); found != index_.end())
+          visit(found->second);
   }
 
   void add(std::span<const Index> points, Patch& patch) {
@@ -161,40 +188,39 @@ class Parts {
     }
   }
 
-  template <class Visit>
-  void for_each_within(const CellAt& at, int reach, Visit&& visit) {
-    for (int v = at.first - reach; v <= at.first + reach; ++v)
-      for (auto it = cells_.lower_bound({v, at.second - reach});
-           it != cells_.end() && it->first <= CellAt(v, at.second + reach); ++it)
-        visit(it->first, it->second);
-  }
-
-  std::map<std::pair<std::size_t, std::size_t>, Contact> contacts() {
-    std::map<std::pair<std::size_t, std::size_t>, Contact> found;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Contact> contacts() {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, Contact> found;
     if (patches_.size() < 2) return found;
-    for (const auto& [at, cell] : cells_) {
-      const Eigen::Vector3d from = work_.window[cell.points.front()].position.cast<double>();
-      for_each_within(at, reach_, [&](const CellAt& there, Cell& other) {
+    for (const Cell& cell : cells_) {
+      if (cell.depth == deepest) continue;  // parts meet at their rims
+      for_each_within(cell.at, reach_, [&](std::uint32_t c) {
+        const Cell& other = cells_[c];
         if (other.part <= cell.part) return;
         Contact& contact = found[{cell.part, other.part}];
-        const Eigen::Vector3d to = work_.window[other.points.front()].position.cast<double>();
-        const double lift = work_.state.noise.tolerance(work_.window[cell.points.front()], plane_);
-        if (contact.open >= enough_contacts) return;
-        const bool touches = std::abs(there.first - at.first) <= 1 && std::abs(there.second - at.second) <= 1;
-        if (careful_ && !touches && obstructed(work_, plane_, from, to, lift)) return;
-        ++contact.open;
-        contact.place += (from + to) / 2;
+        if (contact.open < enough_contacts) note(cell, other, contact);
       });
     }
     return found;
   }
 
+  void note(const Cell& cell, const Cell& other, Contact& contact) {
+    const VoxelPoint p = work_.window[points_[cell.first]];
+    const Eigen::Vector3d from = p.position.cast<double>();
+    const Eigen::Vector3d to = work_.window[points_[other.first]].position.cast<double>();
+    const bool touches = std::abs(other.at.u - cell.at.u) <= 1 && std::abs(other.at.v - cell.at.v) <= 1;
+    if (careful_ && !touches && obstructed(work_, plane_, from, to, work_.state.noise.tolerance(p, plane_)))
+      return;
+    ++contact.open;
+    contact.place += (from + to) / 2;
+  }
+
+  struct Pair {
+    std::uint32_t a, b;
+    double points;  // of the smaller
+    Eigen::Vector3d contact;
+  };
+
   void join() {
-    struct Pair {
-      std::size_t a, b;
-      double points;  // of the smaller
-      Eigen::Vector3d contact;
-    };
     std::vector<Pair> pairs;
     for (const auto& [pair, contact] : contacts())
       if (contact.open > 0)
@@ -204,21 +230,26 @@ class Parts {
     // The largest first: they say best what the plane is.
     std::stable_sort(pairs.begin(), pairs.end(),
                      [](const Pair& x, const Pair& y) { return x.points > y.points; });
+    while (join_once(pairs)) {
+    }
+  }
+
+  bool join_once(std::span<const Pair> pairs) {
     const double tolerance = work_.state.noise.base_tolerance();
     const double resolution = work_.state.parameters.occupancy.resolution;
-    for (bool joined = true; joined;) {
-      joined = false;
-      for (const Pair& pair : pairs) {
-        const std::size_t a = root(pair.a), b = root(pair.b);
-        if (a == b ||
-            (careful_ && !one_plane(patches_[a], patches_[b], plane_, pair.contact, tolerance, resolution)))
-          continue;
-        patches_[std::min(a, b)].moments.add(patches_[std::max(a, b)].moments);
-        patches_[std::min(a, b)].points += patches_[std::max(a, b)].points;
-        parents_[std::max(a, b)] = std::min(a, b);
-        joined = true;
-      }
+    bool joined = false;
+    for (const Pair& pair : pairs) {
+      const std::size_t a = root(pair.a), b = root(pair.b);
+      if (a == b ||
+          (careful_ && !one_plane(patches_[a], patches_[b], plane_, pair.contact, tolerance, resolution)))
+        continue;
+      Patch& into = patches_[std::min(a, b)];
+      into.moments.add(patches_[std::max(a, b)].moments);
+      into.points += patches_[std::max(a, b)].points;
+      parents_[std::max(a, b)] = std::min(a, b);
+      joined = true;
     }
+    return joined;
   }
 
   std::size_t root(std::size_t part) const {
@@ -228,10 +259,12 @@ class Parts {
 
   Workspace& work_;
   Plane plane_;
-  SurfaceModel frame_;
   int reach_;     // cells, h
   bool careful_;  // else the paper's clusters by h alone
-  std::map<CellAt, Cell> cells_;
+  Eigen::Vector3d reference_;
+  std::vector<Cell> cells_;
+  std::vector<Index> points_;
+  tsl::robin_map<std::uint64_t, std::uint32_t, PackedKeyHash> index_;  // into cells_
   std::vector<Patch> patches_;
   std::vector<std::size_t> parents_;
 };

@@ -8,7 +8,7 @@ namespace octosurf {
 
 using Index = Workspace::Index;
 
-bool parallel_sheet(Workspace& work, std::span<const Index> points, const Plane& plane, SurfaceId self) {
+SurfaceId parallel_sheet(Workspace& work, std::span<const Index> points, const Plane& plane, SurfaceId self) {
   std::map<SurfaceId, std::size_t> over;
   for (const Index i : points) {
     const VoxelPoint& p = work.window[i];
@@ -21,8 +21,9 @@ bool parallel_sheet(Workspace& work, std::span<const Index> points, const Plane&
         ++over[id];
     }
   }
-  return std::any_of(over.begin(), over.end(),
-                     [&](const auto& entry) { return entry.second * 10 > points.size() * 6; });
+  const auto found = std::find_if(over.begin(), over.end(),
+                                  [&](const auto& entry) { return entry.second * 10 > points.size() * 6; });
+  return found == over.end() ? 0 : found->first;
 }
 
 Plane fitted(Workspace& work, std::span<const Index> points, const Plane& toward) {

@@ -140,6 +140,9 @@ class SurfaceModel {
   State state() const;
   SurfaceModel(const State& state, double resolution);
 
+  /// Too little has come or gone since it was last checked for being one plane.
+  bool settled() const { return unchecked * 6 < size_; }
+
   std::uint64_t revision = 0;   ///< map revision of the last published change
   Plane checked_plane;          ///< plane against which all inliers were last checked
   std::uint64_t unchecked = 0;  ///< inliers that came or went since planarity was last checked

@@ -46,12 +46,13 @@ std::vector<Workspace::Index> indices_of(Workspace& work, const SurfaceModel& su
   return indices;
 }
 
-bool bends(const Workspace& work, const SurfaceModel& surface) {
+bool bends(const Workspace& work, const SurfaceModel& surface, std::span<const Workspace::Index> points) {
   Planarity planarity(surface.pose());
-  for (const Inlier& inlier : surface.sorted_inliers())
-    planarity.add(inlier.position, work.state.noise.sigma(inlier.range_class),
-                  work.state.noise.tolerance(inlier.range_class),
-                  surface.surrounded(surface.cell_of(inlier.position)));
+  for (const Workspace::Index i : points) {
+    const VoxelPoint& p = work.window[i];
+    planarity.add(p.position, work.state.noise.sigma(p.range_class),
+                  work.state.noise.tolerance(p.range_class), surface.surrounded(surface.cell_of(p.position)));
+  }
   // Not its scatter: voxels that noise reached once count as much as those it hits each time.
   return planarity.bends();
 }
@@ -82,17 +83,18 @@ double width_of(const SurfaceModel& surface) {
 }
 
 /// A surface that a few far points made, that has crept around a pillar or over two blocks, or that is
-/// the noise of one found later, is found out once it has changed by a quarter: closer views leave less
+/// the noise of one found later, is found out once it has changed by a sixth: closer views leave less
 /// to noise. Large ones have proved themselves. False if it is none.
 bool still_sound(Workspace& work, SurfaceModel& surface) {
   constexpr std::size_t proved = 20000;
   // What its neighbours have taken it down to, with some patience.
   if (width_of(surface) < 0.8 * work.state.parameters.surfaces.min_surface_width) return false;
-  if (surface.size() > proved || surface.unchecked * 8 < surface.size()) return true;
+  if (surface.settled()) return true;
   surface.unchecked = 0;
-  if (bends(work, surface)) return false;
+  if (surface.size() > proved) return true;
   const std::vector<Workspace::Index> points = indices_of(work, surface);
-  if (parallel_sheet(work, points, surface.plane(), surface.id())) return false;
+  if (bends(work, surface, points)) return false;
+  if (parallel_sheet(work, points, surface.plane(), surface.id()) != 0) return false;
   std::vector<std::vector<Workspace::Index>> parts = parts_of(work, points, surface.plane());
   if (parts.size() > 1) split(work, surface, std::move(parts));
   return true;

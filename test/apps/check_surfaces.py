@@ -26,3 +26,7 @@ for surface in data["surfaces"]:
     for point in [p for ring in rings for p in ring] + surface["boundary"]:
         assert is_point(point)
         assert abs(sum(n * x for n, x in zip(normal, point)) - offset) < 1e-6
+    for polygon in surface["polygons"]:
+        labels = [polygon["outer_edges"], *polygon["hole_edges"]]
+        assert [len(r) for r in labels] == [len(r) for r in [polygon["outer"], *polygon["holes"]]]
+        assert {kind for ring in labels for kind in ring} <= {"real", "occluded", "sensor_limit", "frontier"}

@@ -9,7 +9,8 @@ using ::testing::HasSubstr;
 
 class WrongUse : public CommandTest {};
 
-const std::vector<std::string> verbs{"map", "info", "export", "view", "query", "simulate", "evaluate"};
+const std::vector<std::string> verbs{"map",   "info",    "export",   "view",
+                                     "query", "explain", "simulate", "evaluate"};
 
 TEST_F(WrongUse, HelpOfEveryVerbBeginsWithExamples) {
   for (const std::string& verb : verbs) {

@@ -81,6 +81,53 @@ assert table['points'] == [[1.7, 1.4, 0.75], [1.8, 1.3, 0.75]]
                 write("all.json", {meshes, convex, circles, points}));
 }
 
+TEST_F(ExportTest, EdgeLabelsStandBesideTheirRings) {
+  const Surface& floor = *room_.surfaces[0];
+  ASSERT_EQ(floor.polygons.size(), 1U);
+  ASSERT_EQ(floor.polygons[0].holes.size(), 1U);
+  PolygonEdges edges;
+  edges.outer.assign(floor.polygons[0].outer.size(), EdgeKind::real);
+  edges.outer[1] = EdgeKind::sensor_limit;
+  edges.holes.emplace_back(floor.polygons[0].holes[0].size(), EdgeKind::occluded);
+  edges.holes[0].back() = EdgeKind::frontier;
+  extras_.edges[floor.id] = {edges};
+  expect_python(R"(
+import json, sys
+for s in json.load(open(sys.argv[1]))['surfaces']:
+    for p in s['polygons']:
+        if s['id'] != 2:
+            assert set(p) == {'outer', 'holes'}
+            continue
+        assert set(p) == {'outer', 'holes', 'outer_edges', 'hole_edges'}
+        assert p['outer_edges'] == ['real', 'sensor_limit'] + ['real'] * (len(p['outer']) - 2)
+        assert p['hole_edges'] == [['occluded'] * (len(p['holes'][0]) - 1) + ['frontier']]
+)",
+                write("edges.json", {polygons}));
+}
+
+TEST_F(ExportTest, EdgeLabelsOfOtherPolygonsAreRefused) {
+  const Surface& floor = *room_.surfaces[0];
+  PolygonEdges edges;
+  edges.outer.assign(floor.polygons[0].outer.size(), EdgeKind::real);
+  edges.holes.emplace_back(floor.polygons[0].holes[0].size(), EdgeKind::real);
+  const auto refused = [&](const std::vector<PolygonEdges>& wrong) {
+    ExportExtras extras;
+    extras.edges[floor.id] = wrong;
+    EXPECT_EQ(kind_of([&] { export_surfaces(room_, path("wrong.json"), {}, extras); }), Error::Kind::data);
+    EXPECT_EQ(count_files(), 0U);
+  };
+  refused({});
+  refused({edges, edges});
+  refused({{edges.outer, {}}});
+  refused({{edges.holes[0], {edges.holes[0], edges.holes[0]}}});
+  PolygonEdges shorter = edges;
+  shorter.outer.pop_back();
+  refused({shorter});
+  shorter = edges;
+  shorter.holes[0].pop_back();
+  refused({shorter});
+}
+
 TEST_F(ExportTest, CsvIsReadByPython) {
   expect_python(R"(
 import csv, sys

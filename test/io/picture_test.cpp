@@ -134,6 +134,39 @@ TEST_F(PictureTest, PointsAreDrawnUnlessHidden) {
   EXPECT_EQ(plain.rgb, render(floor, options).rgb);
 }
 
+TEST_F(PictureTest, EdgesAreDrawnInTheirKindsColours) {
+  Snapshot only_floor;  // nothing hides its hole
+  only_floor.surfaces.push_back(room_.surfaces[0]);
+  const Surface& floor = *room_.surfaces[0];
+  PictureOptions options;
+  options.from = ViewFrom::top;
+  options.width = options.height = 401;
+  const auto pixels_of = [&](EdgeKind kind, const Image& image) {
+    const std::array<float, 3>& wanted = edge_colors[static_cast<std::size_t>(kind)];
+    int count = 0;
+    for (std::size_t i = 0; i < image.rgb.size(); i += 3) {
+      bool same = true;
+      for (std::size_t c = 0; c < 3; ++c)
+        same = same && std::fabs(image.rgb[i + c] / 255.0 - wanted[c]) < 0.01;
+      count += same;
+    }
+    return count;
+  };
+  EXPECT_EQ(pixels_of(EdgeKind::frontier, render(only_floor, options)), 0);
+  PolygonEdges edges;
+  edges.outer.assign(floor.polygons[0].outer.size(), EdgeKind::frontier);
+  edges.holes.emplace_back(floor.polygons[0].holes[0].size(), EdgeKind::occluded);
+  options.edges[floor.id] = {edges};
+  const Image image = render(only_floor, options);
+  EXPECT_GT(pixels_of(EdgeKind::frontier, image), 200);
+  EXPECT_GT(pixels_of(EdgeKind::occluded, image), 20);
+  EXPECT_EQ(pixels_of(EdgeKind::sensor_limit, image), 0);
+  options.edges[floor.id] = {edges, edges};
+  EXPECT_THROW(render(only_floor, options), Error);
+  options.edges = {{999999, {edges}}};  // of no surface
+  EXPECT_EQ(pixels_of(EdgeKind::frontier, render(only_floor, options)), 0);
+}
+
 TEST_F(PictureTest, NothingToSeeIsAPictureToo) {
   PictureOptions options;
   options.width = options.height = 64;

@@ -1,0 +1,93 @@
+// `octosurf explain`: why there is no surface at a place.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include <octosurf/explain.hpp>
+#include <octosurf/map.hpp>
+
+namespace octosurf {
+namespace {
+
+constexpr const char* description = R"(Tells why there is no surface at a place.
+
+Examples:
+  octosurf explain maps/office --at 1.2 0.4 0.9
+  octosurf explain maps/office --at 1.2 0.4 0.9 --json
+)";
+
+struct Arguments {
+  std::string map;
+  std::vector<double> at;
+  bool json = false;
+};
+
+void print(const Explanation& why) {
+  std::printf("%s\n\n", why.sentence.c_str());
+  std::printf("%-16s %.3f %.3f %.3f\n", "asked", why.asked.x(), why.asked.y(), why.asked.z());
+  if (why.looked_at) {
+    const Eigen::Vector3d& p = *why.looked_at;
+    std::printf("%-16s %.3f %.3f %.3f, %.3f m away\n", "looked at", p.x(), p.y(), p.z(),
+                (p - why.asked).norm());
+  }
+  if (why.nearest != 0)
+    std::printf("%-16s %u, %.3f m away\n", "nearest surface", why.nearest, why.nearest_distance);
+  for (const Figure& figure : why.figures) {
+    const std::string unit = figure.unit.empty() ? "" : " " + figure.unit;
+    std::printf("%-16s %.4g%s", figure.name.c_str(), figure.value, unit.c_str());
+    if (figure.at_least) std::printf(", at least %.4g%s", *figure.at_least, unit.c_str());
+    if (figure.at_most) std::printf(", at most %.4g%s", *figure.at_most, unit.c_str());
+    std::printf("\n");
+  }
+  if (why.around.empty()) return;
+  std::printf("\npending points around\n");
+  for (const auto& [reason, count] : why.around)
+    std::printf("%8zu  %s\n", count, std::string(reason_name(reason)).c_str());
+}
+
+void print_json(const Explanation& why) {
+  using Json = nlohmann::ordered_json;
+  const auto place = [](const Eigen::Vector3d& p) { return Json{p.x(), p.y(), p.z()}; };
+  Json json;
+  json["reason"] = reason_name(why.reason);
+  json["sentence"] = why.sentence;
+  json["asked"] = place(why.asked);
+  json["looked_at"] = why.looked_at ? place(*why.looked_at) : Json();
+  json["surface"] = why.surface != 0 ? Json(why.surface) : Json();
+  json["nearest"] =
+      why.nearest != 0 ? Json{{"surface", why.nearest}, {"distance_m", why.nearest_distance}} : Json();
+  json["figures"] = Json::array();
+  for (const Figure& figure : why.figures) {
+    Json entry{{"name", figure.name}, {"value", figure.value}, {"unit", figure.unit}};
+    if (figure.at_least) entry["at_least"] = *figure.at_least;
+    if (figure.at_most) entry["at_most"] = *figure.at_most;
+    json["figures"].push_back(std::move(entry));
+  }
+  json["around"] = Json::object();
+  for (const auto& [reason, count] : why.around) json["around"][std::string(reason_name(reason))] = count;
+  std::printf("%s\n", json.dump().c_str());
+}
+
+void run(const Arguments& arguments) {
+  const LoadedMap loaded = load_map(arguments.map);
+  if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
+  const std::vector<double>& at = arguments.at;
+  const Explanation why = explain(loaded.map, {at[0], at[1], at[2]});
+  arguments.json ? print_json(why) : print(why);
+}
+
+}  // namespace
+
+void add_explain(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("explain", description);
+  const auto arguments = std::make_shared<Arguments>();
+  verb->add_option("map", arguments->map, "map to ask: name without ending, as given to map -o")->required();
+  verb->add_option("--at", arguments->at, "X Y Z: the place, map frame, m")->expected(3)->required();
+  verb->add_flag("--json", arguments->json, "answer in JSON");
+  verb->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace octosurf

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <octosurf/map.hpp>
+
+namespace octosurf {
+
+/// Why there is no surface at a place, or that there is one.
+enum class Reason {
+  on_surface,         ///< there is one: the place lies within its polygons
+  in_hole,            ///< in a hole of a surface
+  beside_surface,     ///< the nearest point belongs to a surface, the place is outside its polygons
+  outside_map,        ///< beyond the octree's 2¹⁶ voxels
+  unseen,             ///< no ray ever reached it
+  free_space,         ///< rays passed through
+  no_point,           ///< occupied, but no scan put a point there (an OctoMap not looked at yet)
+  isolated,           ///< fewer than two pending neighbours within r
+  no_normal,          ///< too few neighbours for a normal, or all in a line
+  not_flat,           ///< the surroundings are rounded, an edge or clutter
+  too_few_points,     ///< fewer than n that hang together on one plane
+  too_narrow,         ///< narrower than min_surface_width
+  bent,               ///< a curved patch, such as a pillar's
+  scattered,          ///< scatters about its plane by more than noise does
+  too_few_for_range,  ///< seen from far, where noise asks for more points than n
+  normals_disagree,   ///< too few of its points' own normals agree with their plane
+  noise_sheet,        ///< a parallel sheet within a surface's noise
+  seen_through,       ///< seen through a surface: that one's noise
+  waiting             ///< the next detection run around it would make a surface
+};
+/// As in `--json`: "on_surface", "in_hole", …
+std::string_view reason_name(Reason reason);
+
+/// A number behind an explanation, and the bound it was held against, if there is one.
+struct Figure {
+  std::string name;  ///< e.g. "width"
+  double value = 0;
+  std::string unit;  ///< "" for counts and shares
+  std::optional<double> at_least, at_most;
+};
+
+struct Explanation {
+  Reason reason = Reason::unseen;
+  std::string sentence;                      ///< plain English, one line
+  Eigen::Vector3d asked{0, 0, 0};            ///< map frame
+  std::optional<Eigen::Vector3d> looked_at;  ///< the nearest point within h, if there is one
+  SurfaceId surface = 0;                     ///< the surface that the reason is about; 0: none
+  SurfaceId nearest = 0;                     ///< surface with the nearest inlier; 0: no surfaces
+  double nearest_distance = 0;               ///< m, to that inlier
+  std::vector<Figure> figures;
+  /// Of a pending point: the reasons for the pending points within h of the place, and how many have each.
+  std::map<Reason, std::size_t> around;
+};
+
+/// Why is there no surface at `point` (map frame)? Looks at the nearest occupied voxel's point within h; if
+/// that one is pending, detection is run again on a copy, from the pending points around, and tells which of
+/// its checks refused it. The map does not change; nothing may insert meanwhile.
+///
+/// Cost: O(inliers), and for a pending point a copy of the map (about a second for 10 million voxels).
+/// Throws Error(usage) if `point` is not finite.
+Explanation explain(const Map& map, const Eigen::Vector3d& point);
+
+}  // namespace octosurf

@@ -1,0 +1,305 @@
+// Why there is no surface at a place: a map for every reason.
+#include "support/guarantees.hpp"
+#include "support/map_state.hpp"
+#include "support/seed.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <gmock/gmock.h>
+#include <random>
+#include <set>
+#include <unistd.h>
+
+#include <octosurf/error.hpp>
+#include <octosurf/explain.hpp>
+
+namespace octosurf {
+namespace {
+
+using test::rectangle_scan;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+const Eigen::Vector3d eye(0.5, 0.5, 1.5);
+
+Mapper mapped(const std::vector<Scan>& scans, const Parameters& parameters = {}) {
+  Mapper mapper(parameters);
+  for (const Scan& scan : scans) mapper.insert(scan);
+  return mapper;
+}
+
+/// What explain() says, checked for what holds of every explanation.
+Explanation ask(const Map& map, const Eigen::Vector3d& place) {
+  const std::string before = test::digest(map);
+  Explanation why = explain(map, place);
+  EXPECT_TRUE(test::digest(map) == before) << "the map has changed";
+  EXPECT_EQ(why.asked, place);
+  EXPECT_FALSE(why.sentence.empty());
+  EXPECT_EQ(why.sentence.find('\n'), std::string::npos);
+  EXPECT_EQ(why.nearest != 0, map.size().surfaces > 0);
+  if (why.looked_at) {
+    const Map::Voxel voxel = map.at(*why.looked_at);
+    EXPECT_EQ(voxel.occupancy, Map::Occupancy::occupied);
+    EXPECT_LE((*why.looked_at - place).norm(), map.parameters().max_hole_size());
+  }
+  for (const Figure& figure : why.figures) {  // whatever was refused missed its bound
+    EXPECT_LE(figure.value, figure.at_least.value_or(figure.value)) << figure.name;
+    EXPECT_GE(figure.value, figure.at_most.value_or(figure.value)) << figure.name;
+  }
+  EXPECT_TRUE(why.around.empty() || why.around.contains(why.reason));
+  return why;
+}
+
+Scan floor_scan() { return rectangle_scan(eye, {0, 0, 0.01}, {1, 0, 0}, {0, 1, 0}); }
+
+TEST(Explain, NamesAreDistinct) {
+  std::set<std::string_view> names;
+  for (int r = 0; r <= static_cast<int>(Reason::waiting); ++r)
+    names.insert(reason_name(static_cast<Reason>(r)));
+  EXPECT_EQ(names.size(), static_cast<std::size_t>(Reason::waiting) + 1);
+  EXPECT_EQ(reason_name(Reason::on_surface), "on_surface");
+  EXPECT_EQ(reason_name(Reason::too_narrow), "too_narrow");
+  EXPECT_EQ(reason_name(Reason::waiting), "waiting");
+}
+
+TEST(Explain, OnASurface) {
+  const Mapper mapper = mapped({floor_scan()});
+  for (const double height : {0.01, 0.05}) {  // on it, and a few centimetres off
+    const Explanation why = ask(mapper.map(), {0.5, 0.4, height});
+    EXPECT_EQ(why.reason, Reason::on_surface);
+    EXPECT_EQ(why.surface, 1U);
+    EXPECT_THAT(why.sentence, HasSubstr("surface 1"));
+    EXPECT_EQ(why.nearest, 1U);
+    EXPECT_NEAR(why.nearest_distance, height - 0.01, 0.015)
+        << "an inlier is at most half a voxel's diagonal away";
+  }
+}
+
+TEST(Explain, InAHoleAndBesideASurface) {
+  // A floor of four strips about a hole of 0.4 m.
+  const Mapper mapper = mapped({rectangle_scan(eye, {0, 0, 0.01}, {1, 0, 0}, {0, 0.3, 0}),
+                                rectangle_scan(eye, {0, 0.7, 0.01}, {1, 0, 0}, {0, 0.3, 0}),
+                                rectangle_scan(eye, {0, 0.3, 0.01}, {0.3, 0, 0}, {0, 0.4, 0}),
+                                rectangle_scan(eye, {0.7, 0.3, 0.01}, {0.3, 0, 0}, {0, 0.4, 0})});
+  ASSERT_EQ(mapper.map().size().surfaces, 1U);
+  const Explanation middle = ask(mapper.map(), {0.5, 0.5, 0.01});
+  EXPECT_EQ(middle.reason, Reason::in_hole);
+  EXPECT_EQ(middle.surface, 1U);
+  EXPECT_FALSE(middle.looked_at) << "no point within h";
+  EXPECT_NEAR(middle.nearest_distance, 0.2, 0.015);
+  EXPECT_EQ(ask(mapper.map(), {0.34, 0.5, 0.01}).reason, Reason::in_hole);
+  const Explanation outside = ask(mapper.map(), {-0.05, 0.5, 0.01});
+  EXPECT_EQ(outside.reason, Reason::beside_surface);
+  EXPECT_EQ(outside.surface, 1U);
+}
+
+TEST(Explain, OutsideUnseenAndFree) {
+  const Mapper mapper = mapped({floor_scan()});
+  EXPECT_EQ(ask(mapper.map(), {0.5, 0.5, 0.5}).reason, Reason::free_space);
+  EXPECT_EQ(ask(mapper.map(), {0.5, 0.5, -0.5}).reason, Reason::unseen);
+  EXPECT_EQ(ask(mapper.map(), {5, 5, 1}).reason, Reason::unseen);
+  const Explanation outside = explain(mapper.map(), {0, 0, 1e5});
+  EXPECT_EQ(outside.reason, Reason::outside_map);
+  EXPECT_FALSE(outside.looked_at);
+  EXPECT_THROW(explain(mapper.map(), {0, std::nan(""), 0}), Error);
+}
+
+TEST(Explain, OccupiedWithoutAPoint) {
+  const Mapper mapper = mapped({floor_scan()});
+  const auto file =
+      std::filesystem::temp_directory_path() / ("octosurf_explain_" + std::to_string(getpid()) + ".bt");
+  {
+    std::ofstream out(file, std::ios::binary);
+    mapper.map().state().occupancy.write_bt(out);
+  }
+  const Map map = map_from_octomap(file, {});
+  std::filesystem::remove(file);
+  EXPECT_EQ(ask(map, {0.5, 0.5, 0.01}).reason, Reason::no_point);
+}
+
+TEST(Explain, IsolatedOrTooFewForANormal) {
+  const auto points = [](int count) {  // 3 cm apart, in a line
+    Scan scan;
+    scan.T_map_sensor.translation() = eye;
+    for (int i = 0; i < count; ++i)
+      scan.points.push_back((Eigen::Vector3d(0.01 + 0.03 * i, 0.01, 0.01) - eye).cast<float>());
+    return scan;
+  };
+  const Mapper two = mapped({points(2)});  // one neighbour
+  EXPECT_EQ(ask(two.map(), {0.01, 0.01, 0.02}).reason, Reason::isolated);
+  const Mapper line = mapped({points(4)});
+  const Explanation why = ask(line.map(), {0.04, 0.01, 0.02});
+  EXPECT_EQ(why.reason, Reason::no_normal);
+  EXPECT_EQ(why.around.at(Reason::no_normal), 4U) << "all are within 8 cm";
+}
+
+TEST(Explain, NotFlat) {
+  const std::uint64_t seed = test::fresh_seed();
+  std::mt19937_64 rng(seed);
+  std::uniform_real_distribution<double> uniform(-0.15, 0.15);
+  Scan clutter;
+  clutter.T_map_sensor.translation() = eye;
+  for (int i = 0; i < 800; ++i)
+    clutter.points.push_back((Eigen::Vector3d(uniform(rng), uniform(rng), uniform(rng)) - eye).cast<float>());
+  clutter.points.push_back((Eigen::Vector3d(0.01, 0.01, 0.01) - eye).cast<float>());
+  const Mapper mapper = mapped({clutter});
+  const Explanation why = ask(mapper.map(), {0.01, 0.01, 0.01});
+  ASSERT_EQ(why.reason, Reason::not_flat);
+  ASSERT_EQ(why.figures.size(), 1U);
+  EXPECT_EQ(why.figures[0].name, "curvature");
+  EXPECT_EQ(why.figures[0].at_most, Parameters{}.detection.max_curvature);
+}
+
+TEST(Explain, TooFewPoints) {
+  const Mapper mapper = mapped({rectangle_scan(eye, {0, 0, 0.01}, {0.1, 0, 0}, {0, 0.1, 0})});
+  const std::size_t points = mapper.map().size().points;
+  ASSERT_LT(points, 50U);
+  const Explanation why = ask(mapper.map(), {0.05, 0.05, 0.01});
+  ASSERT_EQ(why.reason, Reason::too_few_points);
+  ASSERT_EQ(why.figures.size(), 1U);
+  EXPECT_EQ(why.figures[0].value, static_cast<double>(points));
+  EXPECT_EQ(why.figures[0].at_least, 50);
+  EXPECT_THAT(why.sentence, HasSubstr("only " + std::to_string(points) + " points"));
+  EXPECT_EQ(why.around.at(Reason::too_few_points), points) << "all of them are within 8 cm";
+}
+
+TEST(Explain, TooNarrow) {
+  const double width = 0.03;
+  const Mapper mapper = mapped({rectangle_scan(eye, {0, 0.005, 0.01}, {1.5, 0, 0}, {0, width, 0})});
+  const Explanation why = ask(mapper.map(), {0.75, 0.02, 0.01});
+  ASSERT_EQ(why.reason, Reason::too_narrow) << why.sentence;
+  ASSERT_EQ(why.figures.size(), 1U);
+  EXPECT_NEAR(why.figures[0].value, width, 0.015) << "a voxel's point is inside it";
+  EXPECT_EQ(why.figures[0].at_least, 0.05);
+}
+
+TEST(Explain, Bent) {
+  Scan pillar;  // of radius 0.25 m
+  pillar.T_map_sensor.translation() = Eigen::Vector3d(1.5, 0, 0.5);
+  for (double z = 0; z < 1; z += 0.009)
+    for (double a = -1.2; a < 1.2; a += 0.03)
+      pillar.points.push_back(
+          (Eigen::Vector3d(0.25 * std::cos(a), 0.25 * std::sin(a), z) - pillar.T_map_sensor.translation())
+              .cast<float>());
+  const Mapper mapper = mapped({pillar});
+  ASSERT_EQ(mapper.map().size().surfaces, 0U);
+  EXPECT_EQ(ask(mapper.map(), {0.25, 0, 0.5}).reason, Reason::bent);
+}
+
+TEST(Explain, Scattered) {
+  // Points 6 mm about their plane, of a sensor that is said to be good to 2 mm.
+  Parameters parameters;
+  parameters.surfaces.sensor_noise = 0.002;
+  parameters.surfaces.range_noise = 0;
+  parameters.surfaces.surface_tolerance = 0.03;
+  std::mt19937_64 rng(3);
+  std::normal_distribution<float> gauss(0, 0.006F);
+  Scan scan = floor_scan();
+  for (Eigen::Vector3f& p : scan.points) p.z() += gauss(rng);
+  const Mapper mapper = mapped({scan}, parameters);
+  const Explanation why = ask(mapper.map(), {0.5, 0.5, 0.01});
+  ASSERT_EQ(why.reason, Reason::scattered) << why.sentence;
+  EXPECT_NEAR(why.figures.at(0).value, 3, 1) << "6 mm over 2 mm; a voxel's points average, its extremes stay";
+}
+
+TEST(Explain, TooFewForTheirRange) {
+  // At about 2 m, σ is 5 mm + 1 %·4 m² = 45 mm, and a point may lie 15 + 4·40 = 175 mm off.
+  Parameters parameters;
+  parameters.surfaces.range_noise = 0.01;
+  const Mapper mapper =
+      mapped({rectangle_scan({0.15, 0.15, 2}, {0, 0, 0.01}, {0.3, 0, 0}, {0, 0.3, 0})}, parameters);
+  const Explanation why = ask(mapper.map(), {0.15, 0.15, 0.01});
+  ASSERT_EQ(why.reason, Reason::too_few_for_range) << why.sentence;
+  EXPECT_NEAR(why.figures.at(0).at_least.value(), 50 * 175 / 15.0, 0.01);
+  EXPECT_LE(why.figures.at(0).value, 16 * 16);
+}
+
+TEST(Explain, NormalsDisagree) {
+  // A roof of ridges: every face leans 20° from the plane through them, which a third of s would leave.
+  Parameters parameters;
+  parameters.surfaces.sensor_noise = 0.02;
+  parameters.surfaces.range_noise = 0;
+  parameters.surfaces.surface_tolerance = 0.05;
+  const Eigen::Vector3d above(0.8, 0.4, 2);
+  const double face = 0.2, height = face * std::tan(0.349);
+  std::vector<Scan> faces;
+  for (int i = 0; i < 8; ++i)
+    faces.push_back(rectangle_scan(above, {face * i, 0, i % 2 == 0 ? 0 : height}, {0, 0.8, 0},
+                                   {face, 0, i % 2 == 0 ? height : -height}));
+  Scan roof = faces[0];
+  for (const Scan& scan : faces)
+    roof.points.insert(roof.points.end(), scan.points.begin(), scan.points.end());
+  const Mapper mapper = mapped({roof}, parameters);
+  const Explanation why = ask(mapper.map(), {0.9, 0.4, height / 2});
+  ASSERT_EQ(why.reason, Reason::normals_disagree) << why.sentence;
+  EXPECT_EQ(why.figures.at(0).at_least, 0.6);
+}
+
+TEST(Explain, ANoiseSheetOfASurface) {
+  // A wall, and in front of it a patch: more than s = 20 mm, but less than 1.3 s.
+  Parameters parameters;
+  parameters.surfaces.sensor_noise = 0.01;
+  const Eigen::Vector3d from(1.5, 0.5, 0.5);
+  const Mapper mapper = mapped({rectangle_scan(from, {0.003, 0, 0}, {0, 1, 0}, {0, 0, 1}),
+                                rectangle_scan(from, {0.0255, 0.2, 0.2}, {0, 0.6, 0}, {0, 0, 0.6})},
+                               parameters);
+  ASSERT_EQ(mapper.map().size().surfaces, 1U);
+  const Explanation why = ask(mapper.map(), {0.0255 + 0.01, 0.5, 0.5});
+  ASSERT_EQ(why.reason, Reason::noise_sheet) << why.sentence;
+  EXPECT_EQ(why.surface, 1U);
+}
+
+TEST(Explain, SeenThroughASurface) {
+  const Eigen::Vector3d from(1.5, 0.5, 0.5);
+  const Mapper mapper = mapped({rectangle_scan(from, {0, 0, 0}, {0, 1, 0}, {0, 0, 1}),
+                                rectangle_scan(from, {-0.025, 0.2, 0.2}, {0, 0.6, 0}, {0, 0, 0.6})});
+  ASSERT_EQ(mapper.map().size().surfaces, 1U);
+  const Explanation why = ask(mapper.map(), {-0.03, 0.5, 0.5});
+  ASSERT_EQ(why.reason, Reason::seen_through) << why.sentence;
+  EXPECT_EQ(why.surface, 1U);
+}
+
+TEST(Explain, WaitingForANewPoint) {
+  // Two plates that were looked at and found too small; then one grows, by fewer than n points.
+  Scan plates = rectangle_scan(eye, {0, 0, 0.01}, {0.12, 0, 0}, {0, 0.115, 0});
+  const Scan other = rectangle_scan(eye, {0.6, 0.6, 0.01}, {0.12, 0, 0}, {0, 0.115, 0});
+  plates.points.insert(plates.points.end(), other.points.begin(), other.points.end());
+  Mapper mapper = mapped({plates});
+  ASSERT_TRUE(mapper.map().state().accumulated.empty());
+  EXPECT_EQ(ask(mapper.map(), {0.05, 0.05, 0.01}).reason, Reason::too_few_points);
+  mapper.insert(rectangle_scan(eye, {0.125, 0, 0.01}, {0.09, 0, 0}, {0, 0.115, 0}));
+  const std::size_t waiting = mapper.map().state().accumulated.size();
+  ASSERT_GT(waiting, 0U);
+  ASSERT_EQ(mapper.map().size().surfaces, 0U);
+  const Explanation why = ask(mapper.map(), {0.05, 0.05, 0.01});
+  ASSERT_EQ(why.reason, Reason::waiting) << why.sentence;
+  EXPECT_EQ(why.figures.at(0).value, static_cast<double>(waiting));
+  EXPECT_EQ(why.figures.at(0).at_least, 50);
+  // It was true: once enough points have come, wherever that is, there is a surface.
+  mapper.insert(rectangle_scan(eye, {0, 0.6, 0.01}, {0.12, 0, 0}, {0, 0.115, 0}));
+  EXPECT_EQ(ask(mapper.map(), {0.05, 0.05, 0.01}).reason, Reason::on_surface);
+}
+
+TEST(Explain, EveryPendingPointOfARoomHasItsReason) {
+  std::mt19937_64 rng(5);
+  Mapper mapper;
+  for (int i = 0; i < 3; ++i) {
+    Scan scan = floor_scan();
+    std::normal_distribution<float> gauss(0, 0.01F);
+    for (Eigen::Vector3f& p : scan.points) p *= 1 + gauss(rng) / p.norm();
+    mapper.insert(scan);
+  }
+  std::vector<Eigen::Vector3d> pending;
+  mapper.map().for_each_point([&](const Map::Voxel& voxel) {
+    if (voxel.surface == 0) pending.push_back(*voxel.point);
+  });
+  for (std::size_t i = 0; i < pending.size(); i += pending.size() / 20 + 1) {
+    const Explanation why = ask(mapper.map(), pending[i]);
+    EXPECT_TRUE(why.reason == Reason::on_surface || why.looked_at == pending[i]);
+    EXPECT_NE(why.reason, Reason::unseen);
+    EXPECT_NE(why.reason, Reason::free_space);
+  }
+}
+
+}  // namespace
+}  // namespace octosurf
