@@ -1,3 +1,4 @@
+#include "detection/cylinders.hpp"
 #include "detection/detection.hpp"
 #include "expansion/expansion.hpp"
 #include "surfaces/upkeep.hpp"
@@ -76,7 +77,10 @@ void Mapper::Impl::update_surfaces(const OccupancyDelta& delta, ScanReport& repo
   Workspace work(state);
   Expansion expansion(work);
 
-  time(Stage::retract, [&] { retract(work, delta); });
+  time(Stage::retract, [&] {
+    retract(work, delta);
+    retract_cylinders(work, delta);
+  });
   const std::vector<Index> appeared = indices_of(work.window, delta.appeared);
   std::vector<Index> left = time(Stage::add_inliers, [&] { return expansion.add_inliers(appeared); });
   time(Stage::expand, [&] { expansion.expand(left); });
@@ -91,8 +95,10 @@ void Mapper::Impl::update_surfaces(const OccupancyDelta& delta, ScanReport& repo
   time(Stage::derive, [&] {
     refit(work);
     accumulate(state, work, {});
-    derive(work);
   });
+  // Last, when every point has settled: whatever becomes of cylinders, planes are not touched by it.
+  time(Stage::detect, [&] { update_cylinders(work); });
+  time(Stage::derive, [&] { derive(work); });
 
   report.appeared = delta.appeared.size();
   report.vanished = delta.vanished.size();
