@@ -148,28 +148,31 @@ class CylinderUpdate {
     return 2 * over > found.inliers.size();
   }
 
-  /// Fits the cylinder again; false if it is none any more.
-  bool refit(CylinderModel& cylinder) {
-    const NoiseModel& noise = work_.state.noise;
+  /// Fits the shape to the inliers again; false if it convinces no longer.
+  bool fitted(CylinderModel& cylinder) const {
     const Eigen::Vector3d axis = cylinder.shape.axis;
-    for (int round = 0; round < 2; ++round) {
-      const std::size_t stride = CylinderRules::stride(cylinder.inliers.size(), fitted_points);
-      if (cylinder.inliers.size() < rules_.fewest() ||
-          !refine(cylinder.shape, cylinder.samples(noise, stride)))
-        return false;
-      std::vector<VoxelKey> misfits;  // with half a tolerance of patience
-      for (const auto& [key, point] : cylinder.inliers)
-        if (std::fabs(cylinder.shape.distance(point.position.cast<double>())) >
-            1.5 * noise.tolerance(point.range_class))
-          misfits.push_back(key);
-      for (const VoxelKey key : misfits) cylinders_.release(key);
-    }
+    const std::vector<CylinderSample> samples =
+        cylinder.samples(work_.state.noise, CylinderRules::stride(cylinder.inliers.size(), fitted_points));
+    if (!refine(cylinder.shape, samples)) return false;
     cylinder.shape = along(cylinder.shape, axis);
+    return rules_.convincing(cylinder.shape, samples, true);
+  }
+
+  /// With half a tolerance of patience.
+  void drop_misfits(CylinderModel& cylinder) {
+    std::vector<VoxelKey> misfits;
+    for (const auto& [key, point] : cylinder.inliers)
+      if (std::fabs(cylinder.shape.distance(point.position.cast<double>())) >
+          1.5 * work_.state.noise.tolerance(point.range_class))
+        misfits.push_back(key);
+    for (const VoxelKey key : misfits) cylinders_.release(key);
+  }
+
+  bool refit(CylinderModel& cylinder) {
+    if (!fitted(cylinder)) return false;
+    drop_misfits(cylinder);
     cylinder.unchecked = 0;
-    return cylinder.inliers.size() >= rules_.fewest() &&
-           rules_.convincing(
-               cylinder.shape,
-               cylinder.samples(noise, CylinderRules::stride(cylinder.inliers.size(), fitted_points)), true);
+    return cylinder.inliers.size() >= rules_.fewest();
   }
 
   void settle() {
@@ -209,7 +212,7 @@ class CylinderUpdate {
       for (const auto& entry : cylinders_) {
         if (entry.first == id || !joined(*one, entry.second)) continue;
         merge(id, entry.first);
-        break;  // the next scan sees to a third
+        break;  // a third waits until either changes again
       }
     }
   }
@@ -217,11 +220,16 @@ class CylinderUpdate {
     // The larger keeps its id, the older one on a tie.
     const auto size = [&](CylinderId id) { return cylinders_.find(id)->inliers.size(); };
     if (size(a) < size(b) || (size(a) == size(b) && b < a)) std::swap(a, b);
+    CylinderModel joint = *cylinders_.find(a);
+    joint.inliers.insert(cylinders_.find(b)->inliers.begin(), cylinders_.find(b)->inliers.end());
+    if (!fitted(joint)) return;
     const std::map<VoxelKey, Inlier> inliers = cylinders_.find(b)->inliers;
     cylinders_.erase(b);
     CylinderModel& into = *cylinders_.find(a);
     for (const auto& [key, point] : inliers) cylinders_.add(into, point);
-    if (!refit(into)) cylinders_.erase(a);
+    into.shape = joint.shape;
+    drop_misfits(into);
+    into.unchecked = 0;
   }
 
   Workspace& work_;

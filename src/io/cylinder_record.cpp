@@ -12,7 +12,6 @@ namespace {
 constexpr int shape_doubles = 7;
 constexpr double length_slack = 1e-6;
 constexpr double largest_radius = 10;  // m: far more than any that is looked for
-constexpr double patience = 2;         // tolerances: an inlier that no longer fits is dropped earlier
 
 /// Reads one record's numbers; every refusal names the cylinder.
 class Reader {
@@ -69,7 +68,7 @@ class Reader {
       require(point && point->surface == 0 && state_.cylinders.owner(key) == 0,
               "has a voxel that is not pending, or another's");
       const double misfit = std::fabs(cylinder.shape.distance(point->position.cast<double>()));
-      require(misfit <= patience * state_.noise.tolerance(point->range_class), "has a voxel off its mantle");
+      require(misfit <= 1.5 * state_.noise.largest_tolerance(), "has a voxel off its mantle");
       cylinder.inliers[key] = {key, point->range_class, point->position};
     }
     require(cylinder.inliers.size() >= static_cast<std::size_t>(state_.parameters.min_surface_points()),

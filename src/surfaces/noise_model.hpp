@@ -25,6 +25,8 @@ class NoiseModel {
 
   double sigma(unsigned range_class) const { return sigma_[range_class]; }
   double tolerance(unsigned range_class) const { return tolerance_[range_class]; }
+  /// What no class's tolerance ever exceeds, however the estimates change.
+  double largest_tolerance() const;
   /// The parameter, or the smallest that explains all distance classes from 2 m.
   double range_noise() const { return range_noise_; }
 

@@ -68,6 +68,7 @@ TEST_F(MapRun, ReportHasEveryKey) {
                           "stage_ms",
                           "surfaces",
                           "area_m2",
+                          "cylinders",
                           "pending_points",
                           "peak_rss_mb",
                           "octree",

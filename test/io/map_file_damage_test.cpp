@@ -273,7 +273,7 @@ const std::vector<Spoiled>& spoiled_files() {
       {"records are missing", [](Spoiler& s) { s.records.emplace_back().mutable_footer(); }},
       {"not one field", [](Spoiler& s) { s.records.emplace_back(); }},
       {"out of order",
-       [](Spoiler& s) { s.records.emplace_back().mutable_unknown_fields()->assign("\x32\x00", 2); }},
+       [](Spoiler& s) { s.records.emplace_back().mutable_unknown_fields()->assign("\x3a\x00", 2); }},
   };
   return table;
 }

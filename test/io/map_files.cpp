@@ -63,12 +63,40 @@ std::string published_difference(const Surface& a, const Surface& b) {
   return {};
 }
 
+bool same(const CylinderPtr& a, const CylinderPtr& b) {
+  return a->id == b->id && a->axis_point == b->axis_point && a->axis == b->axis &&
+         a->radius_m == b->radius_m && a->length_m == b->length_m && a->start == b->start &&
+         a->span_rad == b->span_rad && a->inliers == b->inliers && a->rms_m == b->rms_m &&
+         a->revision == b->revision;
+}
+
+bool same(const std::pair<const VoxelKey, Inlier>& a, const std::pair<const VoxelKey, Inlier>& b) {
+  return a.first == b.first && same(a.second, b.second);
+}
+
+std::string cylinder_difference(const CylinderStore& a, const CylinderStore& b) {
+  if (a.next_id() != b.next_id()) return "next cylinder id";
+  if (a.size() != b.size()) return "number of cylinders";
+  for (const auto& [id, cylinder] : a) {
+    const CylinderModel* other = b.find(id);
+    if (other == nullptr) return "cylinder's id";
+    if (cylinder.shape.point != other->shape.point || cylinder.shape.axis != other->shape.axis ||
+        cylinder.shape.radius != other->shape.radius)
+      return "cylinder's shape";
+    if (!all_same(cylinder.inliers, other->inliers)) return "cylinder's inliers";
+    if (cylinder.revision != other->revision || cylinder.unchecked != other->unchecked)
+      return "cylinder's revision or unchecked";
+  }
+  return {};
+}
+
 std::string snapshot_difference(const Snapshot& a, const Snapshot& b) {
   if (a.revision != b.revision || a.resolution != b.resolution) return "snapshot's revision or resolution";
   if (a.surfaces.size() != b.surfaces.size()) return "number of published surfaces";
   for (std::size_t i = 0; i < a.surfaces.size(); ++i)
     if (const std::string d = published_difference(*a.surfaces[i], *b.surfaces[i]); !d.empty())
       return "published surface's " + d;
+  if (!all_same(a.cylinders, b.cylinders)) return "published cylinders";
   return {};
 }
 
@@ -152,6 +180,7 @@ std::string difference(const Map& map_a, const Map& map_b) {
     const std::string d = other == nullptr ? "id" : surface_difference(surface.state(), other->state());
     if (!d.empty()) return "surface's " + d;
   }
+  if (const std::string d = cylinder_difference(a.cylinders, b.cylinders); !d.empty()) return d;
   return snapshot_difference(*map_a.snapshot(), *map_b.snapshot());
 }
 
