@@ -23,9 +23,10 @@ bool CylinderRules::fits(const CylinderShape& shape, Index i) {
   const VoxelPoint& p = work_.window[i];
   const Eigen::Vector3d outward = shape.from_axis(p.position.cast<double>());
   const double rho = outward.norm(), misfit = std::fabs(rho - shape.radius);
-  if (misfit > tolerance(i)) return false;
+  const double reach = tolerance(shape, i);
+  if (misfit > reach) return false;
   const LocalPlane& local = work_.normals.at(i);
-  if (!local.known) return misfit <= tolerance(i) / 2;
+  if (!local.known) return misfit <= reach / 2;
   return local.normal.cast<double>().dot(outward) >= cos_facing * rho;
 }
 

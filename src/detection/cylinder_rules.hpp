@@ -2,6 +2,7 @@
 
 #include "surfaces/changes.hpp"
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -18,6 +19,11 @@ class CylinderRules {
   double min_radius() const { return min_radius_; }  ///< m
   double max_radius() const { return 0.5; }          ///< m
   double tolerance(Index i) const { return work_.state.noise.tolerance(work_.window[i].range_class); }
+  /// The same, but no more than an eighth of the radius, if that is over s: what is seen so badly tells
+  /// nothing about anything so thin.
+  double tolerance(const CylinderShape& shape, Index i) const {
+    return std::min(tolerance(i), std::max(work_.state.parameters.surface_tolerance(), shape.radius / 8));
+  }
 
   /// Within its tolerance of the mantle and, where its normal is known, facing away from the axis; where
   /// not, within half of it.

@@ -3,6 +3,7 @@
 #include "io/map_file.hpp"
 #include "io/record_stream.hpp"
 #include "support/random_scans.hpp"
+#include "support/round_scene.hpp"
 
 #include <fstream>
 #include <iterator>
@@ -29,6 +30,17 @@ bool same(const Inlier& a, const Inlier& b) {
 }
 
 bool same(const Polygon& a, const Polygon& b) { return a.outer == b.outer && a.holes == b.holes; }
+
+bool same(const CylinderPtr& a, const CylinderPtr& b) {
+  return a->id == b->id && a->axis_point == b->axis_point && a->axis == b->axis &&
+         a->radius_m == b->radius_m && a->length_m == b->length_m && a->start == b->start &&
+         a->span_rad == b->span_rad && a->inliers == b->inliers && a->rms_m == b->rms_m &&
+         a->revision == b->revision;
+}
+
+bool same(const std::pair<const VoxelKey, Inlier>& a, const std::pair<const VoxelKey, Inlier>& b) {
+  return a.first == b.first && same(a.second, b.second);
+}
 
 template <class Range>
 bool all_same(const Range& a, const Range& b) {
@@ -61,17 +73,6 @@ std::string published_difference(const Surface& a, const Surface& b) {
   if (a.inliers != b.inliers || a.rms_m != b.rms_m) return "inliers or rms";
   if (a.revision != b.revision) return "revision";
   return {};
-}
-
-bool same(const CylinderPtr& a, const CylinderPtr& b) {
-  return a->id == b->id && a->axis_point == b->axis_point && a->axis == b->axis &&
-         a->radius_m == b->radius_m && a->length_m == b->length_m && a->start == b->start &&
-         a->span_rad == b->span_rad && a->inliers == b->inliers && a->rms_m == b->rms_m &&
-         a->revision == b->revision;
-}
-
-bool same(const std::pair<const VoxelKey, Inlier>& a, const std::pair<const VoxelKey, Inlier>& b) {
-  return a.first == b.first && same(a.second, b.second);
 }
 
 std::string cylinder_difference(const CylinderStore& a, const CylinderStore& b) {
@@ -145,6 +146,27 @@ std::vector<Scan> changing_room(std::size_t scans) {
   for (const float z : {2.1F, 2.4F}) {  // where no ray has been
     Scan& few = all.emplace_back();
     for (const float x : {0.1F, 0.3F, 0.5F}) few.points.emplace_back(x, 0.2F - x, z);
+  }
+  return all;
+}
+
+std::vector<Scan> pillar(std::size_t scans, std::size_t gone) {
+  std::mt19937_64 rng(21);
+  RoundScene scene;
+  scene.flat.rectangle({-2, -2, 0.01}, {4, 0, 0}, {0, 4, 0});
+  scene.flat.rectangle({-2, -2, 0}, {4, 0, 0}, {0, 0, 3}).rectangle({-2, -2, 0}, {0, 4, 0}, {0, 0, 3});
+  scene.bars.push_back({{0.1, 0.2, 0}, {0.1, 0.2, 1.8}, 0.3});
+  Camera small;
+  small.width = 120;
+  small.height = 90;
+  small.focal = 100;
+  std::vector<Scan> all;
+  for (std::size_t i = 0; i < scans; ++i) {
+    if (i + gone == scans) scene.bars.clear();
+    const double a = 0.3 * static_cast<double>(i % 6);
+    const Eigen::Vector3d target(0.1, 0.2, 0.8);
+    const Eigen::Vector3d eye = target + Eigen::Vector3d(1.8 * std::cos(a), 1.8 * std::sin(a), 0.4);
+    all.push_back(camera_scan(scene, look_at(eye, target), rng, small));
   }
   return all;
 }
