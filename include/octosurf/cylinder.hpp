@@ -17,7 +17,7 @@ using CylinderId = std::uint32_t;  ///< 1 …, numbered apart from surfaces, nev
 struct Cylinder {
   CylinderId id = 0;
   Eigen::Vector3d axis_point = Eigen::Vector3d::Zero();  ///< on the axis, in the middle of the extent
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();       ///< unit; upward, or along +x or +y if level
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit; when born upward, or along +x or +y if level
   double radius_m = 0;
   double length_m = 0;  ///< extent of the inliers along the axis, from axis_point half to either side
   /// Unit, square to the axis: the inliers lie within `span_rad` from here, counter-clockwise seen from

@@ -192,6 +192,11 @@ class CylinderUpdate {
     if (std::fabs(a.shape.axis.dot(b.shape.axis)) < cos_10_deg ||
         std::fabs(a.shape.radius - b.shape.radius) > slack)
       return false;
+    // Near enough at all, before every point is asked.
+    const double sin_10_deg = 0.17364817766693033;
+    if (a.shape.from_axis(b.shape.point).norm() >
+        slack + sin_10_deg * std::fabs(a.shape.height(b.shape.point)))
+      return false;
     const auto of_a = a.samples(noise), of_b = b.samples(noise);
     const CylinderExtent extent_a = extent_of(a.shape, of_a), extent_b = extent_of(a.shape, of_b);
     const double gap = std::max(extent_a.low, extent_b.low) - std::min(extent_a.high, extent_b.high);
