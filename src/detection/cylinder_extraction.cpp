@@ -10,6 +10,7 @@ namespace {
 constexpr std::size_t scored_points = 192;  // a sample this large ranks hypotheses well enough
 constexpr std::size_t fitted_points = 400, weighed_points = 2000;
 constexpr int iterations = 64;
+constexpr std::size_t first_look = 32, fewest_at_first = 3;  // of points in no order: most guesses end there
 constexpr double confidence = 0.999;
 constexpr float cos_facing = 0.8F;
 
@@ -46,10 +47,11 @@ std::optional<CylinderExtraction::Guess> CylinderExtraction::guess(const Oriente
 
 std::optional<CylinderShape> CylinderExtraction::ransac(std::span<const Index> region) {
   constexpr float neighbourhood = 0.5F;  // m
-  const std::vector<Oriented> points = oriented(region);
+  std::vector<Oriented> points = oriented(region);
   const std::size_t stride = CylinderRules::stride(region.size(), scored_points);
   if (points.size() * stride < rules_.fewest()) return {};
   std::mt19937_64 rng(PackedKeyHash()(work_.window[region.front()].key.packed()) ^ region.size());
+  for (std::size_t k = points.size(); k > 1; --k) std::swap(points[k - 1], points[rng() % k]);
   const auto pick = [&]() -> const Oriented& { return points[rng() % points.size()]; };
   std::size_t most = rules_.fewest() / stride / 2;
   std::optional<Guess> best;
@@ -62,13 +64,14 @@ std::optional<CylinderShape> CylinderExtraction::ransac(std::span<const Index> r
     if (!g) continue;
     std::size_t count = 0, left = points.size();
     for (const Oriented& p : points) {
-      if (count + left-- <= most) break;
+      if (count + left <= most || (points.size() - left == first_look && count < fewest_at_first)) break;
+      --left;
       const Eigen::Vector3f v = p.position - g->point;
       const Eigen::Vector3f outward = v - g->axis.dot(v) * g->axis;
       const float rho = outward.norm();
       count += std::fabs(rho - g->radius) <= p.tolerance && p.normal.dot(outward) >= cos_facing * rho;
     }
-    if (count <= most) continue;
+    if (left > 0 || count <= most) continue;
     most = count;
     best = g;
     const double share = static_cast<double>(most) / static_cast<double>(points.size());
@@ -114,8 +117,9 @@ std::optional<CylinderExtraction::Found> CylinderExtraction::operator()(std::spa
   for (int round = 0; round < 3; ++round) {
     if (inliers.size() < rules_.fewest()) return {};
     if (round > 0) inliers = fullest_stretch(*shape, std::move(inliers));
-    if (!refine(*shape, rules_.samples(inliers, CylinderRules::stride(inliers.size(), fitted_points))))
-      return {};
+    const auto samples = rules_.samples(
+        inliers, CylinderRules::stride(inliers.size(), round == 0 ? scored_points : fitted_points));
+    if (!refine(*shape, samples) || (round == 0 && !rules_.promising(*shape, samples))) return {};
     inliers = inliers_of(*shape, region);
   }
   if (inliers.size() < rules_.fewest()) return {};

@@ -10,6 +10,12 @@ namespace {
 constexpr double cos_facing = 0.8;  // 37°: normals of thin rails are smoothed over the bend
 constexpr double rad_per_deg = std::numbers::pi / 180;
 
+/// Rounder than edges and posts: by a quarter of the squares, or by less if very many points say so (a thin
+/// rail's roundness is hardly more than the noise).
+bool round(double facets, std::size_t points) {
+  return facets >= 1.25 || (facets >= 1.1 && static_cast<double>(points) * std::log(facets) >= 40);
+}
+
 }  // namespace
 
 CylinderRules::CylinderRules(Workspace& work)
@@ -45,6 +51,12 @@ std::vector<CylinderSample> CylinderRules::samples(std::span<const Index> points
   return all;
 }
 
+bool CylinderRules::promising(const CylinderShape& shape, std::span<const CylinderSample> samples) const {
+  if (shape.radius < min_radius_ / 2 || shape.radius > 2 * max_radius()) return false;
+  const CylinderEvidence e = weigh(shape, samples, cell_);
+  return e.extent.span >= 40 * rad_per_deg && e.facets >= 1.05;
+}
+
 bool CylinderRules::convincing(const CylinderShape& shape, std::span<const CylinderSample> samples,
                                bool known) const {
   if (shape.radius < min_radius_ || shape.radius > max_radius()) return false;
@@ -52,8 +64,8 @@ bool CylinderRules::convincing(const CylinderShape& shape, std::span<const Cylin
   const double bend = 0.4 * work_.state.noise.tolerance(1);
   return e.extent.length() >= std::max(min_length_, shape.radius) &&
          e.extent.span >= (known ? 45 : 60) * rad_per_deg && e.scatter <= (known ? 2.2 : 1.7) &&
-         e.facets >= (known ? 1.1 : 1.25) && e.bulge <= bend && e.taper <= bend && e.lean <= 0.3 &&
-         e.coverage >= (known ? 0.4 : 0.5);
+         (known ? e.facets >= 1.05 : round(e.facets, samples.size())) && e.bulge <= bend && e.taper <= bend &&
+         e.lean <= 0.3 && e.coverage >= (known ? 0.4 : 0.5);
 }
 
 }  // namespace octosurf

@@ -35,6 +35,8 @@ class CylinderRules {
   /// So many apart that about `most` are taken: they tell a shape as well as all.
   static std::size_t stride(std::size_t points, std::size_t most) { return points / most + 1; }
 
+  /// Could become convincing once it is fitted to all of its points; most of what clutter gives could not.
+  bool promising(const CylinderShape& shape, std::span<const CylinderSample> samples) const;
   /// A cylinder is told once it is at least as long as its radius and is seen over 60°, scatters as noise
   /// does, is straight and leaves no large holes, and if edges and posts of flat sides would not do as
   /// well. One that is known already need not convince as much again (`known`).

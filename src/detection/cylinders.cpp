@@ -72,30 +72,46 @@ class CylinderUpdate {
 
   /// Points that waited, are in no smooth region and lie together; in key order.
   std::vector<std::vector<Index>> heaps() {
-    std::vector<bool> wanted(work_.window.size(), false);
-    std::vector<Index> waiting;
-    for (const Index i : work_.left_over.points)
-      if (free(i) && work_.normals.at(i).known) wanted[i] = true, waiting.push_back(i);
+    std::vector<bool> in_region(work_.window.size(), false);
     for (const std::vector<Index>& region : work_.left_over.regions)
-      for (const Index i : region) wanted[i] = false;
+      for (const Index i : region) in_region[i] = true;
+    // By cells of 4³ voxels: points of one, and of two that touch, are at most h apart.
+    std::map<VoxelKey, std::vector<Index>> cells;
+    for (const Index i : work_.left_over.points)
+      if (free(i) && !in_region[i] && work_.normals.at(i).known) {
+        const VoxelKey key = work_.window[i].key;
+        cells[cell_of(key.x >> 2, key.y >> 2, key.z >> 2)].push_back(i);
+      }
     std::vector<std::vector<Index>> heaps;
-    std::vector<Index> heap;
-    for (const Index seed : waiting) {
-      if (!wanted[seed]) continue;
-      wanted[seed] = false;
-      heap.assign(1, seed);
-      for (std::size_t next = 0; next < heap.size(); ++next)
-        work_.window.for_each_near(work_.window[heap[next]].key, adjacent_voxels, [&](Index i) {
-          if (i >= wanted.size() || !wanted[i]) return;
-          wanted[i] = false;
-          heap.push_back(i);
-        });
+    while (!cells.empty()) {
+      std::vector<Index> heap;
+      std::vector<VoxelKey> open{cells.begin()->first};
+      const auto take = [&](std::map<VoxelKey, std::vector<Index>>::iterator cell) {
+        heap.insert(heap.end(), cell->second.begin(), cell->second.end());
+        return cells.erase(cell);
+      };
+      take(cells.begin());
+      while (!open.empty()) {
+        const VoxelKey at = open.back();
+        open.pop_back();
+        for (int z = at.z - 1; z <= at.z + 1; ++z)
+          for (int y = at.y - 1; y <= at.y + 1; ++y)
+            for (auto cell = cells.lower_bound(cell_of(at.x - 1, y, z));
+                 cell != cells.end() && !(cell_of(at.x + 1, y, z) < cell->first);) {
+              open.push_back(cell->first);
+              cell = take(cell);
+            }
+      }
       if (heap.size() < rules_.fewest()) continue;
       std::sort(heap.begin(), heap.end(),
                 [&](Index a, Index b) { return work_.window[a].key < work_.window[b].key; });
-      heaps.push_back(heap);
+      heaps.push_back(std::move(heap));
     }
     return heaps;
+  }
+  static VoxelKey cell_of(int x, int y, int z) {
+    const auto clamped = [](int k) { return static_cast<std::uint16_t>(std::clamp(k, 0, 65535)); };
+    return {clamped(x), clamped(y), clamped(z)};
   }
 
   void look_for_new(std::vector<Index> points) {
