@@ -140,6 +140,32 @@ TEST(DetectCylinders, TheDrawDependsOnTheRegionOnly) {
   }
 }
 
+TEST(DetectCylinders, ItsInsideIsNotItsOutside) {
+  // The near half of a wide tube from outside, the far half from inside: on one mantle, but a foot can only
+  // stand on the former.
+  std::mt19937_64 rng(test::fresh_seed());
+  MapState state{Parameters{}};
+  const Eigen::Isometry3d pose = test::random_pose(rng);
+  Seen outside, inside;
+  outside.radius = inside.radius = 0.3;
+  inside.distance = -0.55;
+  wait(state, outside.scan(pose, 0.02, rng));
+  update(state);
+  ASSERT_EQ(state.cylinders.size(), 1U);
+  Eigen::Isometry3d turned = pose;
+  turned.rotate(Eigen::AngleAxisd(pi, Eigen::Vector3d::UnitZ()));
+  std::vector<VoxelKey> inner_keys;
+  for (const VoxelPoint& p : test::occupy(state, inside.scan(turned, 0.02, rng)).appeared)
+    inner_keys.push_back(p.key);
+  state.accumulated = inner_keys;
+  std::sort(state.accumulated.begin(), state.accumulated.end());
+  update(state);
+  ASSERT_EQ(state.cylinders.size(), 1U);
+  EXPECT_NEAR(state.cylinders.begin()->second.shape.radius, 0.3, 0.01);
+  ASSERT_GT(inner_keys.size(), 500U);
+  for (const VoxelKey key : inner_keys) EXPECT_EQ(state.cylinders.owner(key), 0U);
+}
+
 TEST(DetectCylinders, ASurfaceTakesPointsAway) {
   std::mt19937_64 rng(test::fresh_seed());
   MapState state{Parameters{}};
