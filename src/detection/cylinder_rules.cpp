@@ -36,13 +36,18 @@ bool CylinderRules::fits(const CylinderShape& shape, Index i) {
   return local.normal.cast<double>().dot(outward) >= cos_facing * rho;
 }
 
+CylinderSample CylinderRules::sample(Index i) {
+  const LocalPlane& local = work_.normals.at(i);
+  const VoxelPoint& p = work_.window[i];
+  return {p.position.cast<double>(),
+          local.known ? Eigen::Vector3d(local.normal.cast<double>()) : Eigen::Vector3d::Zero(),
+          std::max(work_.state.noise.sigma(p.range_class), 1e-6)};
+}
+
 std::vector<CylinderSample> CylinderRules::samples(std::span<const Index> points, std::size_t stride) {
   std::vector<CylinderSample> all;
   all.reserve(points.size() / stride + 1);
-  for (std::size_t k = 0; k < points.size(); k += stride) {
-    const VoxelPoint& p = work_.window[points[k]];
-    all.push_back({p.position.cast<double>(), std::max(work_.state.noise.sigma(p.range_class), 1e-6)});
-  }
+  for (std::size_t k = 0; k < points.size(); k += stride) all.push_back(sample(points[k]));
   return all;
 }
 
@@ -60,7 +65,7 @@ bool CylinderRules::convincing(const CylinderShape& shape, std::span<const Cylin
   return e.extent.length() >= std::max(min_length_, shape.radius) &&
          e.extent.span >= (known ? 45 : 60) * rad_per_deg && e.scatter <= (known ? 2.2 : 1.7) &&
          (known ? e.facets >= 1.05 : round(e.facets, samples.size())) && e.bulge <= bend && e.taper <= bend &&
-         e.coverage >= (known ? 0.4 : 0.5);
+         e.lean <= 0.3 && e.coverage >= (known ? 0.4 : 0.5);
 }
 
 }  // namespace octosurf

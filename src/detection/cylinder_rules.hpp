@@ -29,6 +29,7 @@ class CylinderRules {
   /// not, within half of it.
   bool fits(const CylinderShape& shape, Index i);
 
+  CylinderSample sample(Index i);
   /// Of every `stride`-th.
   std::vector<CylinderSample> samples(std::span<const Index> points, std::size_t stride);
   /// So many apart that about `most` are taken: they tell a shape as well as all.

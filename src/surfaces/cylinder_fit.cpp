@@ -194,9 +194,11 @@ CylinderEvidence weigh(const CylinderShape& shape, std::span<const CylinderSampl
   const double n = static_cast<double>(samples.size());
   const double middle = (extent.low + extent.high) / 2, half = std::max(extent.length() / 2, 1e-6);
   const Eigen::Vector3d y = shape.axis.cross(extent.start);
-  // Residuals as a parabola along the axis.
+  // Residuals as a parabola along the axis; normals as a line.
   Eigen::Matrix3d parabola = Eigen::Matrix3d::Zero();
   Eigen::Vector3d parabola_side = Eigen::Vector3d::Zero();
+  Eigen::Matrix2d line = 1e-9 * Eigen::Matrix2d::Identity();
+  Eigen::Vector2d line_side = Eigen::Vector2d::Zero();
   std::unordered_set<std::uint64_t> cells;
   double chi = 0, squares = 0;
   for (const CylinderSample& s : samples) {
@@ -206,6 +208,10 @@ CylinderEvidence weigh(const CylinderShape& shape, std::span<const CylinderSampl
     const Eigen::Vector3d row(1, t, t * t);
     parabola += row * row.transpose();
     parabola_side += f * row;
+    if (!s.normal.isZero()) {
+      line += row.head<2>() * row.head<2>().transpose();
+      line_side += s.normal.dot(shape.axis) * row.head<2>();
+    }
     const Eigen::Vector3d q = shape.from_axis(s.position);
     double angle = std::atan2(q.dot(y), q.dot(extent.start));
     if (angle < -1e-9) angle += 2 * pi;
@@ -214,10 +220,12 @@ CylinderEvidence weigh(const CylinderShape& shape, std::span<const CylinderSampl
     cells.insert(std::uint64_t{along} << 32 | around);
   }
   const Eigen::Vector3d bend = parabola.ldlt().solve(parabola_side);
+  const Eigen::Vector2d lean = line.ldlt().solve(line_side);
   evidence.scatter = std::sqrt(chi / n);
   evidence.rms = std::sqrt(squares / n);
   evidence.bulge = std::fabs(bend[2]);
   evidence.taper = std::fabs(bend[1]);
+  evidence.lean = std::fabs(lean[0]) + std::fabs(lean[1]);
   evidence.facets = CrossSection(shape, extent, samples).facets() / std::max(chi, 1e-12);
   const double rows = std::ceil(extent.length() / cell),
                columns = std::ceil(extent.span * shape.radius / cell);

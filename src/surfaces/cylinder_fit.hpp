@@ -24,7 +24,8 @@ struct CylinderShape {
 /// A point on a cylinder, for fitting and judging.
 struct CylinderSample {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
-  double sigma = 0.005;  ///< m: the point's noise
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< unit; zero: not known
+  double sigma = 0.005;                              ///< m: the point's noise
 };
 
 /// Of points on a cylinder: heights about `shape.point`, and angles counter-clockwise about the axis.
@@ -53,6 +54,7 @@ struct CylinderEvidence {
                         ///< by the cylinder: 1 and less on edges and posts
   double bulge = 0;     ///< m: how far the mantle is from straight along the axis (spheres, vases)
   double taper = 0;     ///< m: how far it widens from the middle to an end (cones)
+  double lean = 0;      ///< largest part of the mean normal along the axis, over its length (spheres, cones)
   double coverage = 0;  ///< share of the mantle within the extent that holds points, in cells of `cell`
 };
 

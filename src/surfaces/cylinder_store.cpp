@@ -12,7 +12,8 @@ std::vector<CylinderSample> CylinderModel::samples(const NoiseModel& noise, std:
   std::size_t k = 0;
   for (const auto& [key, inlier] : inliers)
     if (k++ % stride == 0)
-      samples.push_back({inlier.position.cast<double>(), std::max(noise.sigma(inlier.range_class), 1e-6)});
+      samples.push_back({inlier.position.cast<double>(), Eigen::Vector3d::Zero(),
+                         std::max(noise.sigma(inlier.range_class), 1e-6)});
   return samples;
 }
 
@@ -21,7 +22,7 @@ CylinderPtr CylinderModel::publish(std::uint64_t map_revision) const {
   points.reserve(inliers.size());
   double squares = 0;
   for (const auto& [key, inlier] : inliers) {
-    points.push_back({inlier.position.cast<double>(), 1});
+    points.push_back({inlier.position.cast<double>(), Eigen::Vector3d::Zero(), 1});
     squares += std::pow(shape.distance(points.back().position), 2);
   }
   const CylinderExtent extent = extent_of(shape, points);

@@ -22,7 +22,7 @@ struct CylinderModel {
   std::uint64_t revision = 0;          ///< map revision of the last published change
   CylinderPtr published;               ///< null before the first time
 
-  /// Inliers in key order; every `stride`-th.
+  /// Inliers in key order, without normals; every `stride`-th.
   std::vector<CylinderSample> samples(const NoiseModel& noise, std::size_t stride = 1) const;
   /// The immutable form for readers. O(inliers).
   CylinderPtr publish(std::uint64_t map_revision) const;

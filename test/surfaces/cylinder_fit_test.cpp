@@ -27,7 +27,7 @@ struct Mantle {
       const double a = from + span * unit(rng), z = length * (unit(rng) - 0.5);
       const Eigen::Vector3d n(std::cos(a), std::sin(a), 0);
       all.push_back({pose * Eigen::Vector3d((radius + noise * gauss(rng)) * n + Eigen::Vector3d(0, 0, z)),
-                     std::max(noise, 1e-4)});
+                     pose.linear() * n, std::max(noise, 1e-4)});
     }
     return all;
   }
@@ -151,7 +151,7 @@ std::vector<CylinderSample> prism(int sides, int seen, double width, double nois
   for (int i = 0; i < 600; ++i) {
     const double a = 2 * pi * (i % seen) / sides, t = width * (unit(rng) - 0.5), z = unit(rng) - 0.5;
     const Eigen::Vector3d n(std::cos(a), std::sin(a), 0), along(-std::sin(a), std::cos(a), 0);
-    all.push_back({(apothem + gauss(rng)) * n + t * along + Eigen::Vector3d(0, 0, z), noise});
+    all.push_back({(apothem + gauss(rng)) * n + t * along + Eigen::Vector3d(0, 0, z), n, noise});
   }
   return all;
 }
@@ -189,14 +189,17 @@ TEST(CylinderFit, SpheresAndConesAreNotStraight) {
   for (int i = 0; i < 500; ++i) {
     const double a = pi / 2 * unit(rng), up = 0.45 * unit(rng), z = unit(rng);
     const Eigen::Vector3d n(std::cos(a) * std::cos(up), std::sin(a) * std::cos(up), std::sin(up));
-    ball.push_back({ball_radius * n, 0.002});
+    ball.push_back({ball_radius * n, n, 0.002});
     const double r = 0.15 - 0.05 * z;  // over 2 m
-    cone.push_back({{r * std::cos(a), r * std::sin(a), z}, 0.002});
+    cone.push_back({{r * std::cos(a), r * std::sin(a), z},
+                    Eigen::Vector3d(std::cos(a), std::sin(a), 0.05).normalized(),
+                    0.002});
   }
   CylinderShape shape{{0, 0, 0}, {0, 0, 1}, 0.14};
   ASSERT_TRUE(refine(shape, ball));
   const CylinderEvidence of_ball = weigh(shape, ball, 0.04);
   EXPECT_NEAR(of_ball.bulge, ball_radius * (1 - std::cos(0.45)), 0.003);
+  EXPECT_NEAR(of_ball.lean, std::sin(0.45), 0.05);
   shape = {{0, 0, 0}, {0, 0, 1}, 0.15};
   EXPECT_NEAR(weigh(shape, cone, 0.04).taper, 0.05, 0.002);
 }
