@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -67,6 +68,10 @@ void print(const Map& map, const Contents& contents) {
     std::printf("\nlargest\n");
     print_table(largest_surfaces(*contents.snapshot, listed_surfaces));
   }
+  if (!contents.snapshot->cylinders.empty()) {
+    std::printf("\ncylinders    %zu\n", contents.snapshot->cylinders.size());
+    print_table(contents.snapshot->cylinders);
+  }
   std::printf("\nparameters\n%s", list_parameters(map.parameters()).c_str());
 }
 
@@ -79,6 +84,17 @@ Json to_json(const Surface& surface) {
           {"rms_m", surface.rms_m},
           {"normal", to_json(surface.plane.normal)},
           {"offset", surface.plane.offset}};
+}
+
+Json to_json(const Cylinder& cylinder) {
+  return {{"id", cylinder.id},
+          {"axis_point", to_json(cylinder.axis_point)},
+          {"axis", to_json(cylinder.axis)},
+          {"radius_m", cylinder.radius_m},
+          {"length_m", cylinder.length_m},
+          {"span_deg", cylinder.span_rad * 180 / std::numbers::pi},
+          {"inliers", cylinder.inliers},
+          {"rms_m", cylinder.rms_m}};
 }
 
 void print_json(const Map& map, const Contents& contents, const std::string& warning, bool checked) {
@@ -99,6 +115,9 @@ void print_json(const Map& map, const Contents& contents, const std::string& war
   json["largest"] = Json::array();
   for (const SurfacePtr& surface : largest_surfaces(*contents.snapshot, listed_surfaces))
     json["largest"].push_back(to_json(*surface));
+  json["cylinders"] = Json::array();
+  for (const CylinderPtr& cylinder : contents.snapshot->cylinders)
+    json["cylinders"].push_back(to_json(*cylinder));
   json["parameters"] = Json::parse(parameters_json(map.parameters()));
   json["warnings"] = Json::array();
   if (!warning.empty()) json["warnings"].push_back(warning);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <numbers>
 
 namespace octosurf {
 
@@ -20,6 +21,14 @@ void print_table(const std::vector<SurfacePtr>& surfaces) {
     std::printf("%8u %9.3f %9zu %8.1f    %6.3f %6.3f %6.3f %10.3f\n", surface->id, surface->area_m2,
                 surface->inliers, 1e3 * surface->rms_m, n.x(), n.y(), n.z(), surface->plane.offset);
   }
+}
+
+void print_table(const std::vector<CylinderPtr>& cylinders) {
+  std::printf("cylinder  radius m  length m   span °   inliers   rms mm                    axis\n");
+  for (const CylinderPtr& c : cylinders)
+    std::printf("%8u %9.3f %9.3f %8.0f %9zu %8.1f    %6.3f %6.3f %6.3f\n", c->id, c->radius_m, c->length_m,
+                c->span_rad * 180 / std::numbers::pi, c->inliers, 1e3 * c->rms_m, c->axis.x(), c->axis.y(),
+                c->axis.z());
 }
 
 double total_area(const Snapshot& snapshot) {

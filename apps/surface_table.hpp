@@ -12,6 +12,7 @@ std::vector<SurfacePtr> largest_surfaces(const Snapshot& snapshot, std::size_t c
 
 /// Prints them on stdout, a row each under a head line.
 void print_table(const std::vector<SurfacePtr>& surfaces);
+void print_table(const std::vector<CylinderPtr>& cylinders);
 
 double total_area(const Snapshot& snapshot);  ///< m²
 

@@ -47,6 +47,9 @@ struct ExportExtras {
 /// Writes the surfaces to `file` in the format its ending names: .json (DESIGN.md §5), .ply, .glb,
 /// .obj (with an .mtl beside it), .stl, .csv.
 ///
+/// .json also has `"cylinders"`: {"id", "axis_point", "axis", "radius_m", "length_m", "span_deg", "start",
+/// "inliers", "rms_m", "revision"} each, as in cylinder.hpp.
+///
 /// 1. Map frame, metres, z up; also in .glb, where viewers expect y up: its root node turns it.
 /// 2. .json and .csv hold positions to 1e-9 m and all else to a double's last digit, mesh formats
 ///    32-bit floats.

@@ -7,6 +7,8 @@
 #include <memory>
 #include <vector>
 
+#include <octosurf/cylinder.hpp>
+
 namespace octosurf {
 
 using SurfaceId = std::uint32_t;  ///< 1 … 2²⁴−1, never reused; 0 is "none yet"
@@ -67,7 +69,8 @@ using SurfacePtr = std::shared_ptr<const Surface>;
 struct Snapshot {
   std::uint64_t revision = 0;
   double resolution = 0;
-  std::vector<SurfacePtr> surfaces;  ///< ascending id
+  std::vector<SurfacePtr> surfaces;      ///< ascending id
+  std::vector<CylinderPtr> cylinders{};  ///< ascending id
 
   /// nullptr if there is none; O(log n).
   const Surface* find(SurfaceId id) const;

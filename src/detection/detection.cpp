@@ -93,9 +93,11 @@ std::vector<SurfaceId> detect_from(Workspace& work, std::vector<Index> waiting, 
     // Kept in key order from here on: RANSAC's draw must not depend on how the region was walked.
     std::sort(region.begin(), region.end(),
               [&](Index a, Index b) { return work.window[a].key < work.window[b].key; });
-    const std::vector<SurfaceId> ids = extract(std::move(region));
+    const std::vector<SurfaceId> ids = extract(region);
     born.insert(born.end(), ids.begin(), ids.end());
+    work.left_over.regions.push_back(std::move(region));
   }
+  work.left_over.points = std::move(waiting);
   return born;
 }
 

@@ -82,10 +82,11 @@ bool PlaneExtraction::wide_enough(std::span<const Index> cluster, bool bent) {
   for (const Index i : cluster) moments.add(work_.window[i].position.cast<double>() - reference);
   // A uniform strip of width w has a variance of w²/12 across.
   const double width = std::sqrt(12 * fit_plane(moments).variances[1]);
+  const double least = parameters_.surfaces.min_surface_width;
+  if (width < least) return refuse(Refusal::narrow, cluster, width, least);
   // What is left beside a pillar's widest facet are narrower ones, which look flat.
   constexpr double wider_than_facets = 0.2;  // m
-  const double least = std::max(parameters_.surfaces.min_surface_width, bent ? wider_than_facets : 0);
-  return width >= least || refuse(Refusal::narrow, cluster, width, least);
+  return !bent || width >= wider_than_facets || refuse(Refusal::bent, cluster);
 }
 
 Planarity PlaneExtraction::planarity_of(std::span<const Index> cluster, const Plane& plane) {

@@ -49,8 +49,9 @@ struct Shape {
 /// Shapes of `part`, those of surfaces that have none of it left out.
 std::vector<Shape> make_shapes(const ExportJob& job, ExportPart part);
 
-/// `value` if it is finite; else throws Error(data) naming the surface.
-double finite(double value, SurfaceId id);
+/// `value` if it is finite; else throws Error(data) naming what it is of.
+double finite(double value, const std::string& what);
+double finite(double value, SurfaceId id);  ///< of a surface
 
 /// Throws Error(data) unless there is a label for every edge of the surface's polygons.
 void require_labels_of(const Surface& surface, const std::vector<PolygonEdges>& edges);
@@ -59,6 +60,7 @@ void require_labels_of(const Surface& surface, const std::vector<PolygonEdges>& 
 Error nothing_to_write(const std::filesystem::path& file);
 
 /// A position, rounded to 1e-9 m to keep 0.30000000000000004 out of text files.
-Eigen::Vector3d tidy(const Eigen::Vector3d& point, SurfaceId id);
+Eigen::Vector3d tidy(const Eigen::Vector3d& point);
+Eigen::Vector3d tidy(const Eigen::Vector3d& point, SurfaceId id);  ///< finite, or Error(data)
 
 }  // namespace octosurf

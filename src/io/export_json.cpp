@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstddef>
 #include <nlohmann/json.hpp>
+#include <numbers>
+#include <string>
 
 namespace octosurf {
 namespace {
@@ -115,6 +117,23 @@ Json surface_json(const ExportJob& job, const Surface& surface) {
   return json;
 }
 
+Json cylinder_json(const Cylinder& cylinder) {
+  const auto number = [&](double value) { return finite(value, "cylinder " + std::to_string(cylinder.id)); };
+  const auto vector = [&](const Eigen::Vector3d& v) {
+    return Json::array({number(v.x()), number(v.y()), number(v.z())});
+  };
+  return {{"id", cylinder.id},
+          {"axis_point", vector(tidy(cylinder.axis_point))},
+          {"axis", vector(cylinder.axis)},
+          {"radius_m", number(cylinder.radius_m)},
+          {"length_m", number(cylinder.length_m)},
+          {"span_deg", number(cylinder.span_rad * 180 / std::numbers::pi)},
+          {"start", vector(cylinder.start)},
+          {"inliers", cylinder.inliers},
+          {"rms_m", number(cylinder.rms_m)},
+          {"revision", cylinder.revision}};
+}
+
 }  // namespace
 
 void write_json(const ExportJob& job, std::ostream& out) {
@@ -125,6 +144,12 @@ void write_json(const ExportJob& job, std::ostream& out) {
   const char* separator = "\n";
   for (const SurfacePtr& surface : job.snapshot.surfaces) {
     out << separator << surface_json(job, *surface);
+    separator = ",\n";
+  }
+  out << "\n],\"cylinders\":[";
+  separator = "\n";
+  for (const CylinderPtr& cylinder : job.snapshot.cylinders) {
+    out << separator << cylinder_json(*cylinder);
     separator = ",\n";
   }
   out << "\n]}\n";

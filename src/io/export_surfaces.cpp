@@ -75,10 +75,13 @@ const std::vector<Eigen::Vector3d>& ExportJob::points_of(SurfaceId id) const {
   return find_or_empty(points, id);
 }
 
-double finite(double value, SurfaceId id) {
+double finite(double value, const std::string& what) {
   if (std::isfinite(value)) return value;
-  throw Error(Error::Kind::data, "surface " + std::to_string(id), "holds a number that is not finite",
+  throw Error(Error::Kind::data, what, "holds a number that is not finite",
               "build the map anew from its scans");
+}
+double finite(double value, SurfaceId id) {
+  return std::isfinite(value) ? value : finite(value, "surface " + std::to_string(id));
 }
 
 void require_labels_of(const Surface& surface, const std::vector<PolygonEdges>& edges) {
@@ -101,11 +104,14 @@ Error nothing_to_write(const std::filesystem::path& file) {
                "the map has no surfaces with such parts; .json and .csv can be empty");
 }
 
-Eigen::Vector3d tidy(const Eigen::Vector3d& point, SurfaceId id) {
+Eigen::Vector3d tidy(const Eigen::Vector3d& point) {
   // Beyond 10⁶ m a double has no nanometres to round to.
-  return point.unaryExpr([id](double x) {
-    return std::abs(finite(x, id)) < 1e6 ? std::round(x * 1e9) / 1e9 + 0.0 : x;  // + 0.0: no −0
+  return point.unaryExpr([](double x) {
+    return std::abs(x) < 1e6 ? std::round(x * 1e9) / 1e9 + 0.0 : x;  // + 0.0: no −0
   });
+}
+Eigen::Vector3d tidy(const Eigen::Vector3d& point, SurfaceId id) {
+  return tidy(point.unaryExpr([id](double x) { return finite(x, id); }));
 }
 
 void export_surfaces(const Snapshot& snapshot, const std::filesystem::path& file,

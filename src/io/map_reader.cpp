@@ -1,3 +1,4 @@
+#include "io/cylinder_record.hpp"
 #include "io/map_file.hpp"
 #include "io/record_stream.hpp"
 #include "io/surface_record.hpp"
@@ -50,6 +51,7 @@ class Reader {
     read_octree();
     read_accumulated();
     read_surfaces();
+    read_cylinders();
     read_footer();
     publish();
     return std::move(file_);
@@ -99,6 +101,10 @@ class Reader {
     state.points = header.points();
     require(header.next_id() >= 1 && header.next_id() <= last_next_id, "there is no such next surface id");
     state.surfaces.set_next_id(header.next_id());
+    if (header.has_next_cylinder_id()) {
+      require(header.next_cylinder_id() >= 1, "there is no such next cylinder id");
+      state.cylinders.set_next_id(header.next_cylinder_id());
+    }
     read_noise(header);
     file_.bt = {header.bt_bytes(), header.bt_crc32()};
     advance();
@@ -188,6 +194,19 @@ class Reader {
     if (!inliers_.empty()) fail("voxels belong to a surface that is not there");
   }
 
+  void read_cylinders() {
+    MapState& state = *file_.state;
+    CylinderId last = 0;
+    for (; record_.field == map_file::Record::kCylinder; advance()) {
+      const auto record = parse<map_file::Cylinder>(record_limit);
+      require(state.parameters.detection.detect_cylinders, "it has cylinders but is not to have any");
+      require(record.id() > last && record.id() < state.cylinders.next_id(),
+              "a cylinder's id is out of order, or not given out yet");
+      last = record.id();
+      state.cylinders.restore(read_cylinder(record, state, where_));
+    }
+  }
+
   std::vector<Inlier> take_inliers(SurfaceId id) {
     auto entry = inliers_.extract(id);
     if (entry.empty()) return {};
@@ -211,6 +230,7 @@ class Reader {
         std::make_shared<Snapshot>(Snapshot{state.revision, state.parameters.occupancy.resolution, {}});
     for (const auto& [id, surface] : state.surfaces)
       snapshot->surfaces.push_back(surface.publish(surface.revision));
+    snapshot->cylinders = state.cylinders.publish(state.revision);
     state.snapshot = std::move(snapshot);
   }
 

@@ -1,3 +1,4 @@
+#include "io/cylinder_record.hpp"
 #include "io/map_file.hpp"
 #include "io/record_stream.hpp"
 #include "io/surface_record.hpp"
@@ -22,6 +23,7 @@ void write_header(const MapState& state, const FileSum& bt, map_file::Header& he
   header.set_scans(state.scans);
   header.set_points(state.points);
   header.set_next_id(state.surfaces.next_id());
+  header.set_next_cylinder_id(state.cylinders.next_id());
   header.set_range_noise(state.noise.range_noise());
   for (const auto& range_class : state.noise.histogram())
     for (const std::uint32_t count : range_class) header.add_noise_histogram(count);
@@ -60,6 +62,11 @@ void write_map(const MapState& state, const FileSum& bt, std::ostream& out) {
   for (const auto& [id, surface] : state.surfaces) {
     map_file::Record record;
     write_surface(surface.state(), *record.mutable_surface());
+    put_record(record, records);
+  }
+  for (const auto& [id, cylinder] : state.cylinders) {
+    map_file::Record record;
+    write_cylinder(cylinder, *record.mutable_cylinder());
     put_record(record, records);
   }
   map_file::Record footer;

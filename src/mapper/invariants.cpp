@@ -17,6 +17,7 @@ class Checker {
   std::vector<std::string> operator()() {
     check_points();
     for (const auto& [id, surface] : state_.surfaces) check_surface(id, surface);
+    for (const auto& [id, cylinder] : state_.cylinders) check_cylinder(id, cylinder);
     check_snapshot();
     return std::move(violations_);
   }
@@ -82,6 +83,40 @@ class Checker {
       report("surface ", id, "'s frame does not stand on its plane");
   }
 
+  /// The voxels that support a cylinder are pending, its own, and near its mantle.
+  void check_cylinder(CylinderId id, const CylinderModel& cylinder) {
+    const auto n = static_cast<std::size_t>(state_.parameters.min_surface_points());
+    if (cylinder.inliers.size() < n)
+      report("cylinder ", id, " has ", cylinder.inliers.size(), " inliers, fewer than n = ", n);
+    if (id >= state_.cylinders.next_id()) report("cylinder ", id, " is not below the next id");
+    if (std::fabs(cylinder.shape.axis.norm() - 1) > 1e-9)
+      report("cylinder ", id, "'s axis is not of length 1");
+    for (const auto& [key, inlier] : cylinder.inliers) {
+      const OccupancyMap::Lookup voxel = state_.occupancy.at(key);
+      if (!voxel.point || voxel.point->surface != 0)
+        report("inlier ", key.packed(), " of cylinder ", id, " is not pending");
+      else if (voxel.point->position != inlier.position)
+        report("inlier ", key.packed(), " of cylinder ", id, " stands elsewhere in the octree");
+      if (state_.cylinders.owner(key) != id)
+        report("inlier ", key.packed(), " of cylinder ", id, " is held to be another's");
+      if (std::fabs(cylinder.shape.distance(inlier.position.cast<double>())) >
+          1.5 * state_.noise.largest_tolerance())
+        report("inlier ", key.packed(), " of cylinder ", id, " is off its mantle");
+    }
+  }
+
+  void check_published(const Cylinder& published, const CylinderModel& cylinder) {
+    const CylinderPtr now = cylinder.publish(published.revision);
+    if (published.id != cylinder.id || published.inliers != now->inliers ||
+        (published.axis_point - now->axis_point).norm() > 1e-9 ||
+        (published.axis - now->axis).norm() > 1e-9 || (published.start - now->start).norm() > 1e-9 ||
+        std::fabs(published.radius_m - now->radius_m) > 1e-9 ||
+        std::fabs(published.length_m - now->length_m) > 1e-9 ||
+        std::fabs(published.span_rad - now->span_rad) > 1e-9 ||
+        std::fabs(published.rms_m - now->rms_m) > 1e-9)
+      report("cylinder ", published.id, " of the snapshot is not the map's");
+  }
+
   void check_snapshot() {
     const std::shared_ptr<const Snapshot> snapshot = std::atomic_load(&state_.snapshot);
     if (snapshot->surfaces.size() != state_.surfaces.size())
@@ -95,6 +130,13 @@ class Checker {
         report("surface ", surface->id, " of the snapshot is not the map's");
       check_polygons(*surface);
     }
+    if (snapshot->cylinders.size() != state_.cylinders.size())
+      report("the snapshot has ", snapshot->cylinders.size(), " cylinders of ", state_.cylinders.size());
+    for (const CylinderPtr& cylinder : snapshot->cylinders)
+      if (const CylinderModel* model = state_.cylinders.find(cylinder->id))
+        check_published(*cylinder, *model);
+      else
+        report("cylinder ", cylinder->id, " of the snapshot is not in the map");
   }
 
   void check_polygons(const Surface& surface) {

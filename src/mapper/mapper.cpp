@@ -1,3 +1,4 @@
+#include "detection/cylinders.hpp"
 #include "detection/detection.hpp"
 #include "expansion/expansion.hpp"
 #include "surfaces/upkeep.hpp"
@@ -79,6 +80,7 @@ void Mapper::Impl::update_surfaces(const VoxelScan& scan, const OccupancyDelta& 
   time(Stage::retract, [&] {
     retract(work, delta);
     confirm(work, scan, delta.confirmed);
+    retract_cylinders(work, delta);
   });
   const std::vector<Index> appeared = indices_of(work.window, delta.appeared);
   std::vector<Index> left = time(Stage::add_inliers, [&] { return expansion.add_inliers(appeared); });
@@ -95,8 +97,10 @@ void Mapper::Impl::update_surfaces(const VoxelScan& scan, const OccupancyDelta& 
     if (state.parameters.aligned()) expansion.rejoin();
     refit(work);
     accumulate(state, work, {});
-    derive(work);
   });
+  // Last, when every point has settled: whatever becomes of cylinders, planes are not touched by it.
+  time(Stage::detect, [&] { update_cylinders(work); });
+  time(Stage::derive, [&] { derive(work); });
 
   report.appeared = delta.appeared.size();
   report.vanished = delta.vanished.size();

@@ -149,6 +149,7 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
   json["surfaces"] = size.surfaces;
   json["area_m2"] = area_m2;
   json["double_layers"] = double_layers_json(*snapshot);
+  json["cylinders"] = map.snapshot()->cylinders.size();
   json["pending_points"] = size.pending;
   json["peak_rss_mb"] = peak_rss_mb();
   json["octree"] = {{"nodes", size.nodes}, {"leaves", size.leaves}, {"bytes", size.bytes}};

@@ -33,12 +33,12 @@ class RunStatistics {
   void add_occupancy(const ScanReport& report, double arrival_s, double done_s);
 
   /// All keys of DESIGN.md §5, and `skipped_scans`, `warnings`, `points_dropped`,
-  /// `points_beyond_range`, `double_layers` [{surfaces [a, b], overlap_m2, distance_m, angle_deg}]. Of `map`,
-  /// as it is after the run: octree, surfaces, area, pending points. `categorized_percent` is inliers over
-  /// inliers and pending points of `map`: points that vanished again count in neither. `points_per_second` is
-  /// per second of time stamps, from the first scan's to one mean period after the last one's.
-  /// `time_to_first_detection_s` is from the first arrival until the first new surface could be read.
-  /// `peak_rss_mb` (10⁶ bytes) is the process's.
+  /// `points_beyond_range`, `double_layers` [{surfaces [a, b], overlap_m2, distance_m, angle_deg}],
+  /// `cylinders`. Of `map`, as it is after the run: octree, surfaces, area, pending points.
+  /// `categorized_percent` is inliers over inliers and pending points of `map`: points that vanished
+  /// again count in neither. `points_per_second` is per second of time stamps, from the first scan's
+  /// to one mean period after the last one's. `time_to_first_detection_s` is from the first arrival
+  /// until the first new surface could be read. `peak_rss_mb` (10⁶ bytes) is the process's.
   std::string to_json(const Map& map, const RunContext& context = {}) const;
 
   std::uint64_t scans() const { return scans_; }

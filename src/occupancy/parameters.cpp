@@ -109,6 +109,8 @@ std::vector<Entry> make_entries() {
       plain(o, &O::occupied, Form::real, {"occupied", "", "occupancy probability of an occupied voxel"}),
       plain(o, &O::preserve_surfaces, Form::flag,
             {"preserve_surfaces", "", "grazing rays do not erode surfaces"}),
+      plain(d, &D::detect_cylinders, Form::flag,
+            {"detect_cylinders", "", "look for pillars, rails and rungs among what no plane took"}),
   };
 }
 

@@ -39,8 +39,15 @@ class Workspace {
   Changes changes;
   std::vector<VoxelKey> returned;  ///< points that went back to pending: detection looks at them again
 
+  /// What plane detection looked at and may not have taken: for cylinders.
+  struct LeftOver {
+    std::vector<std::vector<Index>> regions;  ///< smooth ones, key order each
+    std::vector<Index> points;                ///< that waited for detection
+  } left_over;
+
   void give(Index i, SurfaceModel& surface) {
     const VoxelPoint& p = window[i];
+    if (p.surface == 0) state.cylinders.release(p.key);
     state.surfaces.add(surface, {p.key, p.range_class, p.position});
     window.assign(i, surface.id());
     changes.grown.insert(surface.id());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "occupancy/occupancy_map.hpp"
+#include "surfaces/cylinder_store.hpp"
 #include "surfaces/noise_model.hpp"
 #include "surfaces/surface_store.hpp"
 
@@ -26,6 +27,7 @@ struct MapState {
   Parameters parameters;
   OccupancyMap occupancy;
   SurfaceStore surfaces;
+  CylinderStore cylinders;
   NoiseModel noise;
   std::vector<VoxelKey> accumulated;  ///< pending points that wait for the next detection run, key order
   std::size_t points = 0;             ///< voxels that hold one

@@ -37,6 +37,10 @@ void NoiseModel::tabulate() {
   }
 }
 
+double NoiseModel::largest_tolerance() const {
+  return estimate_ ? base_tolerance_ + 4 * largest_excess : tolerance_[classes - 1];
+}
+
 void NoiseModel::observe(const Scan& scan) {
   if (!estimate_) return;
   constexpr std::size_t stride = 7;

@@ -42,6 +42,8 @@ class NoiseModel {
     return tolerance(p.range_class, plane.normal.dot(p.view.cast<double>()));
   }
   double base_tolerance() const { return base_tolerance_; }
+  /// What no class's tolerance ever exceeds, however the estimates change.
+  double largest_tolerance() const;
   /// The parameter, or the smallest that explains all distance classes from 2 m.
   double range_noise() const { return range_noise_; }
 

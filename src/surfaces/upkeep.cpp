@@ -233,6 +233,7 @@ void derive(Workspace& work) {
     surface.revision = state.revision;
     next->surfaces.push_back(surface.publish(state.revision));
   }
+  next->cylinders = state.cylinders.publish(state.revision);
   std::atomic_store(&state.snapshot, std::shared_ptr<const Snapshot>(std::move(next)));
 }
 

@@ -2,6 +2,8 @@
 #include "apps/command.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <octomap/octomap.h>
 
 namespace octosurf::test {
@@ -69,6 +71,7 @@ TEST_F(MapRun, ReportHasEveryKey) {
                           "stage_ms",
                           "surfaces",
                           "area_m2",
+                          "cylinders",
                           "pending_points",
                           "peak_rss_mb",
                           "octree",
@@ -207,6 +210,32 @@ TEST_F(MapRun, OctreesGiveSurfaces) {
               AllOf(HasSubstr("resolution"), HasSubstr("0.05")));
   EXPECT_THAT(error_of("map slab.bt slab.bt -o n", 2), HasSubstr("slab.bt"));
   EXPECT_THAT(error_of("map slab.bt --resume m", 2), HasSubstr("slab.bt"));
+}
+
+TEST_F(MapRun, APillarIsTold) {
+  std::string rows;  // radius 0.2 m about (1.5, 0), a metre high, as seen from the origin
+  int points = 0;
+  for (int z = 0; z < 110; ++z)
+    for (int a = 0; a < 60; ++a, ++points) {
+      const double angle = std::numbers::pi * (0.6 + 0.8 * a / 60);
+      rows += std::to_string(1.5 + 0.2 * std::cos(angle)) + " " + std::to_string(0.2 * std::sin(angle)) +
+              " " + std::to_string(-0.5 + z / 110.0) + "\n";
+    }
+  write("scan.pcd", "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " +
+                        std::to_string(points) + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " +
+                        std::to_string(points) + "\nDATA ascii\n" + rows);
+  run_well("map scan.pcd -o m --report r.json");
+  EXPECT_EQ(read_json("r.json").at("cylinders"), 1);
+  const json pillar = info("m").at("cylinders").at(0);
+  EXPECT_NEAR(pillar.at("radius_m").get<double>(), 0.2, 0.003);
+  EXPECT_NEAR(pillar.at("length_m").get<double>(), 109 / 110.0, 0.02);
+  EXPECT_NEAR(pillar.at("span_deg").get<double>(), 180 * 0.8 * 59 / 60, 10);
+  EXPECT_NEAR(pillar.at("axis").at(2).get<double>(), 1, 1e-4);
+  EXPECT_THAT(run_well("info m").out, HasSubstr("cylinders    1\n"));
+  run_well("export m --to m.json");
+  EXPECT_EQ(read_json("m.json").at("cylinders").at(0).at("inliers"), pillar.at("inliers"));
+  run_well("map scan.pcd -o n --detect-cylinders false");
+  EXPECT_TRUE(info("n").at("cylinders").empty());
 }
 
 TEST_F(MapRun, DroppedPointsAreCountedWithTheReason) {

@@ -50,6 +50,8 @@ for i, s in enumerate(d['surfaces']):
 floor, window = d['surfaces'][0], d['surfaces'][3]
 assert abs(floor['area_m2'] - 23.52) < 1e-9 and len(floor['polygons'][0]['holes']) == 1
 assert len(window['polygons']) == 2
+assert d['cylinders'] == [{'id': 3, 'axis_point': [5, 1, 1.25], 'axis': [0, 0, 1], 'radius_m': 0.125,
+    'length_m': 2.5, 'span_deg': 90, 'start': [0, -1, 0], 'inliers': 1234, 'rms_m': 0.002, 'revision': 17}]
 )",
                 write("room.json", {polygons}));
 }
@@ -164,7 +166,11 @@ assert [[float(r[k]) for k in ('surface', 'x', 'y', 'z', 'radius')] for r in row
 
 TEST_F(ExportTest, EmptyMapIsValidJsonAndCsv) {
   export_surfaces(Snapshot{}, path("empty.json"));
-  expect_python("import json, sys\nassert json.load(open(sys.argv[1]))['surfaces'] == []\n",
+  expect_python(R"(
+import json, sys
+d = json.load(open(sys.argv[1]))
+assert d['surfaces'] == [] and d['cylinders'] == []
+)",
                 path("empty.json"));
   export_surfaces(Snapshot{}, path("empty.csv"));
   expect_python("import csv, sys\nassert len(list(csv.reader(open(sys.argv[1])))) == 1\n", path("empty.csv"));
@@ -249,6 +255,11 @@ TEST_F(ExportTest, NumbersThatAreNotFiniteAreRefused) {
   for (const char* name : {"bad.json", "bad.csv", "bad.ply", "bad.glb"}) {
     EXPECT_EQ(kind_of([&] { export_surfaces(snapshot, path(name)); }), Error::Kind::data) << name;
   }
+  Cylinder bent = *room_.cylinders[0];
+  bent.axis.x() = std::numeric_limits<double>::quiet_NaN();
+  Snapshot round;
+  round.cylinders.push_back(std::make_shared<const Cylinder>(bent));
+  EXPECT_EQ(kind_of([&] { export_surfaces(round, path("bad.json")); }), Error::Kind::data);
   EXPECT_EQ(count_files(), 0u);
 }
 

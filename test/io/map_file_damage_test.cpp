@@ -3,6 +3,7 @@
 #include "io/record_stream.hpp"
 #include "map_files.hpp"
 
+#include <array>
 #include <boost/crc.hpp>
 #include <cmath>
 #include <google/protobuf/io/coded_stream.h>
@@ -26,11 +27,18 @@ constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 class DamagedMapFiles : public MapFiles {
  protected:
-  static void SetUpTestSuite() { good = new std::string(bytes_of(map_of(changing_room(9)))); }
-  static void TearDownTestSuite() { delete good; }
-  static std::string* good;
+  static void SetUpTestSuite() {
+    good = new std::string(bytes_of(map_of(changing_room(9))));
+    with_cylinder = new std::string(bytes_of(map_of(pillar(5))));
+  }
+  static void TearDownTestSuite() {
+    delete good;
+    delete with_cylinder;
+  }
+  static std::string *good, *with_cylinder;
 };
 std::string* DamagedMapFiles::good = nullptr;
+std::string* DamagedMapFiles::with_cylinder = nullptr;
 
 TEST_F(DamagedMapFiles, TruncatedAnywhere) {
   ASSERT_EQ(loading(*good), "loaded");
@@ -150,6 +158,7 @@ struct Spoiler {
   map_file::Header& header() { return *records.front().mutable_header(); }
   std::string& octree() { return *records[1].mutable_octree(); }
   map_file::Surface& surface() { return *records[first(map_file::Record::kSurface)].mutable_surface(); }
+  map_file::Cylinder& cylinder() { return *records[first(map_file::Record::kCylinder)].mutable_cylinder(); }
   map_file::Accumulated& accumulated() {
     return *records[first(map_file::Record::kAccumulated)].mutable_accumulated();
   }
@@ -273,7 +282,7 @@ const std::vector<Spoiled>& spoiled_files() {
       {"records are missing", [](Spoiler& s) { s.records.emplace_back().mutable_footer(); }},
       {"not one field", [](Spoiler& s) { s.records.emplace_back(); }},
       {"out of order",
-       [](Spoiler& s) { s.records.emplace_back().mutable_unknown_fields()->assign("\x32\x00", 2); }},
+       [](Spoiler& s) { s.records.emplace_back().mutable_unknown_fields()->assign("\x3a\x00", 2); }},
   };
   return table;
 }
@@ -285,6 +294,73 @@ TEST_F(DamagedMapFiles, WholeFilesThatSayTheImpossible) {
     Spoiler spoiler(*good);
     ASSERT_NO_THROW(spoiled_files()[i].spoil(spoiler)) << "entry " << i;
     EXPECT_THAT(loading(pack(spoiler.records)), HasSubstr(spoiled_files()[i].message)) << "entry " << i;
+  }
+}
+
+const std::vector<Spoiled>& spoiled_cylinders() {
+  using Record = map_file::Record;
+  static const std::vector<Spoiled> table{
+      {"no such next cylinder id", [](Spoiler& s) { s.header().set_next_cylinder_id(0); }},
+      {"not given out yet",
+       [](Spoiler& s) {
+         s.header().clear_next_cylinder_id();
+         s.cylinder().set_id(2);
+       }},
+      {"not given out yet", [](Spoiler& s) { s.cylinder().set_id(s.header().next_cylinder_id()); }},
+      {"id is out of order", [](Spoiler& s) { s.cylinder().clear_id(); }},
+      {"id is out of order", [](Spoiler& s) { s.repeat(s.first(Record::kCylinder)); }},
+      {"is not to have any",
+       [](Spoiler& s) {
+         for (auto& p : *s.header().mutable_parameters())
+           if (p.name() == "detect_cylinders") p.set_value(0);
+       }},
+      {"lacks numbers", [](Spoiler& s) { s.cylinder().clear_shape(); }},
+      {"lacks numbers", [](Spoiler& s) { s.cylinder().add_shape(0); }},
+      {"lacks numbers", [](Spoiler& s) { s.cylinder().clear_unchecked(); }},
+      {"lacks numbers", [](Spoiler& s) { s.cylinder().set_unchecked(~std::uint64_t{0}); }},
+      {"not finite", [](Spoiler& s) { s.cylinder().set_shape(0, not_a_number); }},
+      {"not finite", [](Spoiler& s) { s.cylinder().set_shape(6, HUGE_VAL); }},
+      {"not of length 1", [](Spoiler& s) { s.cylinder().set_shape(5, 2); }},
+      {"not of length 1",
+       [](Spoiler& s) {
+         for (int i : {3, 4, 5}) s.cylinder().set_shape(i, 0);
+       }},
+      {"radius that makes no sense", [](Spoiler& s) { s.cylinder().set_shape(6, 0); }},
+      {"radius that makes no sense", [](Spoiler& s) { s.cylinder().set_shape(6, 1e6); }},
+      {"far outside", [](Spoiler& s) { s.cylinder().set_shape(2, 1e9); }},
+      {"off its mantle", [](Spoiler& s) { s.cylinder().set_shape(6, s.cylinder().shape(6) + 0.6); }},
+      {"off its mantle", [](Spoiler& s) { s.cylinder().set_shape(0, s.cylinder().shape(0) + 5); }},
+      {"fewer than n", [](Spoiler& s) { s.cylinder().clear_steps(); }},
+      {"out of order", [](Spoiler& s) { s.cylinder().set_steps(1, 0); }},
+      {"outside the octree", [](Spoiler& s) { s.cylinder().add_steps(~std::uint64_t{0}); }},
+      {"outside the octree",
+       [](Spoiler& s) {
+         s.cylinder().add_steps(std::uint64_t{1} << 47);
+         s.cylinder().add_steps(std::uint64_t{1} << 47);
+       }},
+      {"not pending, or another's", [](Spoiler& s) { s.cylinder().set_steps(0, s.cylinder().steps(0) - 1); }},
+      {"not pending, or another's",
+       [](Spoiler& s) {
+         s.header().set_next_cylinder_id(s.header().next_cylinder_id() + 1);
+         s.repeat(s.first(Record::kCylinder));
+         s.records.back().mutable_cylinder()->set_id(s.header().next_cylinder_id() - 1);
+       }},
+      {"one that is to come", [](Spoiler& s) { s.cylinder().set_revision(s.header().revision() + 1); }},
+      {"one that is to come", [](Spoiler& s) { s.cylinder().clear_revision(); }},
+      {"a surface that is not there",
+       [](Spoiler& s) { std::swap(s.records.back(), s.records[s.records.size() - 2]); }},
+  };
+  return table;
+}
+
+TEST_F(DamagedMapFiles, CylindersThatCannotBe) {
+  ASSERT_EQ(loading(*with_cylinder), "loaded");
+  ASSERT_EQ(pack(unpack(*with_cylinder)), *with_cylinder);
+  ASSERT_EQ(unpack(*with_cylinder).back().content_case(), map_file::Record::kCylinder);
+  for (std::size_t i = 0; i < spoiled_cylinders().size(); ++i) {
+    Spoiler spoiler(*with_cylinder);
+    ASSERT_NO_THROW(spoiled_cylinders()[i].spoil(spoiler)) << "entry " << i;
+    EXPECT_THAT(loading(pack(spoiler.records)), HasSubstr(spoiled_cylinders()[i].message)) << "entry " << i;
   }
 }
 
@@ -334,15 +410,17 @@ TEST_F(DamagedMapFiles, AFooterThatDoesNotFit) {
 TEST_F(DamagedMapFiles, MutatedRecordsDoNoHarm) {
   const unsigned seed = 99;
   std::mt19937 rng(seed);
-  std::vector<std::string> records;
-  for (const map_file::Record& record : unpack(*good)) records.push_back(record.SerializeAsString());
-  const Scan scan = changing_room(10)[7];
+  const std::array<Scan, 2> scans{changing_room(10)[7], pillar(10)[7]};
   int loaded = 0;
   for (int round = 0; round < 400; ++round) {
     SCOPED_TRACE("seed " + std::to_string(seed) + ", round " + std::to_string(round));
-    std::vector<std::string> mutated = records;
+    const bool cylinder = round % 4 == 0;
+    const Scan& scan = scans[cylinder ? 1 : 0];
+    std::vector<std::string> mutated;
+    for (const map_file::Record& record : unpack(cylinder ? *with_cylinder : *good))
+      mutated.push_back(record.SerializeAsString());
     // Only its content: a wrong tag or length is refused at once.
-    std::string& record = mutated[rng() % mutated.size()];
+    std::string& record = cylinder ? mutated.back() : mutated[rng() % mutated.size()];
     for (auto n = rng() % 3 + 1; n > 0; --n)
       record[6 + rng() % (record.size() - 6)] = static_cast<char>(rng() % 4 == 0 ? 0xff : rng());
     if (loading(pack_bytes(mutated)) != "loaded") continue;

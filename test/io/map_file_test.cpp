@@ -39,9 +39,10 @@ std::vector<Scan> simulated(const std::string& scene, std::size_t frames) {
 
 /// What a map has to have for a round trip to show anything.
 struct Variety {
-  std::size_t waiting = 0, holes = 0, observed = 0;
+  std::size_t waiting = 0, holes = 0, observed = 0, cylinders = 0;
 
   void add(const MapState& state) {
+    cylinders += state.cylinders.size();
     waiting += state.accumulated.size();
     for (const auto& [id, surface] : state.surfaces)
       for (const Polygon& polygon : surface.polygons()) holes += polygon.holes.size();
@@ -52,9 +53,9 @@ struct Variety {
 
 TEST_F(MapFiles, EverythingComesBack) {
   Variety variety;
-  for (const std::vector<Scan>& scans : {changing_room(9), changing_room(14), simulated("office", 12)}) {
+  for (const std::vector<Scan>& scans :
+       {changing_room(9), changing_room(14), simulated("office", 12), pillar(5)}) {
     const Map map = map_of(scans);
-    ASSERT_GE(map.state().surfaces.size(), 6U) << "a room has six walls";
     save_map(map, folder / "office");
     const LoadedMap loaded = load_map(folder / "office");
     EXPECT_EQ(loaded.warning, "");
@@ -65,6 +66,7 @@ TEST_F(MapFiles, EverythingComesBack) {
   EXPECT_GT(variety.waiting, 0U);
   EXPECT_GT(variety.holes, 0U);
   EXPECT_GT(variety.observed, 0U);
+  EXPECT_GT(variety.cylinders, 0U);
 }
 
 TEST_F(MapFiles, LineageAndUsedUpIdsComeBack) {
@@ -135,7 +137,8 @@ TEST_F(MapFiles, ParametersComeBackExactly) {
                                                    {"clamp_min", 0.1 / 3},
                                                    {"clamp_max", 2.9 / 3},
                                                    {"occupied", 1.6 / 3},
-                                                   {"preserve_surfaces", 0}})
+                                                   {"preserve_surfaces", 0},
+                                                   {"detect_cylinders", 0}})
     set_parameter_value(parameters, name, value);
   for (const ParameterInfo& info : parameter_infos())
     EXPECT_NE(parameter_value(parameters, info.name), parameter_value({}, info.name))
@@ -164,6 +167,12 @@ void expect_resuming_changes_nothing(const std::vector<Scan>& scans, const Param
 
 TEST_F(MapFiles, ResumingChangesNothing) {
   expect_resuming_changes_nothing(changing_room(14), coarse(), folder / "map");
+}
+TEST_F(MapFiles, ResumingChangesNothingAroundAPillar) {
+  const std::vector<Scan> scans = pillar(30, 20);
+  EXPECT_THAT(map_of({scans.begin(), scans.begin() + 10}).snapshot()->cylinders, SizeIs(1));
+  EXPECT_THAT(map_of(scans).snapshot()->cylinders, IsEmpty()) << "it is taken away";
+  expect_resuming_changes_nothing(scans, coarse(), folder / "map");
 }
 TEST_F(MapFiles, ResumingChangesNothingInAnOffice) {
   Parameters parameters = coarse();

@@ -3,6 +3,7 @@
 #include "io/map_file.hpp"
 #include "io/record_stream.hpp"
 #include "support/random_scans.hpp"
+#include "support/round_scene.hpp"
 
 #include <fstream>
 #include <iterator>
@@ -29,6 +30,17 @@ bool same(const Inlier& a, const Inlier& b) {
 }
 
 bool same(const Polygon& a, const Polygon& b) { return a.outer == b.outer && a.holes == b.holes; }
+
+bool same(const CylinderPtr& a, const CylinderPtr& b) {
+  return a->id == b->id && a->axis_point == b->axis_point && a->axis == b->axis &&
+         a->radius_m == b->radius_m && a->length_m == b->length_m && a->start == b->start &&
+         a->span_rad == b->span_rad && a->inliers == b->inliers && a->rms_m == b->rms_m &&
+         a->revision == b->revision;
+}
+
+bool same(const std::pair<const VoxelKey, Inlier>& a, const std::pair<const VoxelKey, Inlier>& b) {
+  return a.first == b.first && same(a.second, b.second);
+}
 
 template <class Range>
 bool all_same(const Range& a, const Range& b) {
@@ -63,12 +75,29 @@ std::string published_difference(const Surface& a, const Surface& b) {
   return {};
 }
 
+std::string cylinder_difference(const CylinderStore& a, const CylinderStore& b) {
+  if (a.next_id() != b.next_id()) return "next cylinder id";
+  if (a.size() != b.size()) return "number of cylinders";
+  for (const auto& [id, cylinder] : a) {
+    const CylinderModel* other = b.find(id);
+    if (other == nullptr) return "cylinder's id";
+    if (cylinder.shape.point != other->shape.point || cylinder.shape.axis != other->shape.axis ||
+        cylinder.shape.radius != other->shape.radius)
+      return "cylinder's shape";
+    if (!all_same(cylinder.inliers, other->inliers)) return "cylinder's inliers";
+    if (cylinder.revision != other->revision || cylinder.unchecked != other->unchecked)
+      return "cylinder's revision or unchecked";
+  }
+  return {};
+}
+
 std::string snapshot_difference(const Snapshot& a, const Snapshot& b) {
   if (a.revision != b.revision || a.resolution != b.resolution) return "snapshot's revision or resolution";
   if (a.surfaces.size() != b.surfaces.size()) return "number of published surfaces";
   for (std::size_t i = 0; i < a.surfaces.size(); ++i)
     if (const std::string d = published_difference(*a.surfaces[i], *b.surfaces[i]); !d.empty())
       return "published surface's " + d;
+  if (!all_same(a.cylinders, b.cylinders)) return "published cylinders";
   return {};
 }
 
@@ -121,6 +150,27 @@ std::vector<Scan> changing_room(std::size_t scans) {
   return all;
 }
 
+std::vector<Scan> pillar(std::size_t scans, std::size_t gone) {
+  std::mt19937_64 rng(21);
+  RoundScene scene;
+  scene.flat.rectangle({-2, -2, 0.01}, {4, 0, 0}, {0, 4, 0});
+  scene.flat.rectangle({-2, -2, 0}, {4, 0, 0}, {0, 0, 3}).rectangle({-2, -2, 0}, {0, 4, 0}, {0, 0, 3});
+  scene.bars.push_back({{0.1, 0.2, 0}, {0.1, 0.2, 1.8}, 0.3});
+  Camera small;
+  small.width = 120;
+  small.height = 90;
+  small.focal = 100;
+  std::vector<Scan> all;
+  for (std::size_t i = 0; i < scans; ++i) {
+    if (i + gone == scans) scene.bars.clear();
+    const double a = 0.3 * static_cast<double>(i % 6);
+    const Eigen::Vector3d target(0.1, 0.2, 0.8);
+    const Eigen::Vector3d eye = target + Eigen::Vector3d(1.8 * std::cos(a), 1.8 * std::sin(a), 0.4);
+    all.push_back(camera_scan(scene, look_at(eye, target), rng, small));
+  }
+  return all;
+}
+
 Map map_of(const std::vector<Scan>& scans, const Parameters& parameters) {
   Mapper mapper(parameters);
   for (const Scan& scan : scans) mapper.insert(scan);
@@ -152,6 +202,7 @@ std::string difference(const Map& map_a, const Map& map_b) {
     const std::string d = other == nullptr ? "id" : surface_difference(surface.state(), other->state());
     if (!d.empty()) return "surface's " + d;
   }
+  if (const std::string d = cylinder_difference(a.cylinders, b.cylinders); !d.empty()) return d;
   return snapshot_difference(*map_a.snapshot(), *map_b.snapshot());
 }
 

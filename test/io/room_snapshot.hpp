@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -71,7 +72,7 @@ class SnapshotBuilder {
 };
 
 /// 6 × 4 × 2.5 m: a floor with a hole under the table, ceiling, four walls (one with a window and an
-/// island of its own), a table, and a stair of four steps. 0 ≤ x ≤ 6, 0 ≤ y ≤ 4, 0 ≤ z ≤ 2.5.
+/// island of its own), a table, a stair of four steps, and a pillar. 0 ≤ x ≤ 6, 0 ≤ y ≤ 4, 0 ≤ z ≤ 2.5.
 inline Snapshot make_room() {
   const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), y = Eigen::Vector3d::UnitY(),
                         z = Eigen::Vector3d::UnitZ();
@@ -88,7 +89,19 @@ inline Snapshot make_room() {
   for (int step = 0; step < 4; ++step) {
     room.add_box({4.4 + 0.3 * step, 2.8, 0}, {4.7 + 0.3 * step, 4, 0.18 * (step + 1)});
   }
-  return room.take();
+  Snapshot snapshot = room.take();
+  Cylinder pillar;
+  pillar.id = 3;
+  pillar.axis_point = {5, 1, 1.25};
+  pillar.radius_m = 0.125;
+  pillar.length_m = 2.5;
+  pillar.start = {0, -1, 0};
+  pillar.span_rad = std::numbers::pi / 2;
+  pillar.inliers = 1234;
+  pillar.rms_m = 0.002;
+  pillar.revision = 17;
+  snapshot.cylinders.push_back(std::make_shared<const Cylinder>(pillar));
+  return snapshot;
 }
 
 }  // namespace octosurf::test

@@ -164,13 +164,13 @@ TEST(Explain, TooFewPoints) {
 }
 
 TEST(Explain, TooNarrow) {
-  const double width = 0.03;
+  const double width = 0.015;
   const Mapper mapper = mapped({rectangle_scan(eye, {0, 0.005, 0.01}, {1.5, 0, 0}, {0, width, 0})});
   const Explanation why = ask(mapper.map(), {0.75, 0.02, 0.01});
   ASSERT_EQ(why.reason, Reason::too_narrow) << why.sentence;
   ASSERT_EQ(why.figures.size(), 1U);
   EXPECT_NEAR(why.figures[0].value, width, 0.015) << "a voxel's point is inside it";
-  EXPECT_EQ(why.figures[0].at_least, 0.05);
+  EXPECT_EQ(why.figures[0].at_least, Parameters{}.surfaces.min_surface_width);
 }
 
 TEST(Explain, Bent) {

@@ -41,6 +41,7 @@ TEST(Parameters, DefaultsAreValidAndWhatTheDesignSays) {
   EXPECT_EQ(p.detection.max_curvature, 0.05);
   EXPECT_EQ(p.detection.ransac_iterations, 200);
   EXPECT_TRUE(p.occupancy.preserve_surfaces);
+  EXPECT_TRUE(p.detection.detect_cylinders);
 }
 
 TEST(Parameters, PaperPresetIsThePapers) {

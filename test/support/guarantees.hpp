@@ -91,6 +91,15 @@ inline std::string digest(const Map& map) {
     put(s.revision);
   }
   put(state.surfaces.next_id());
+  for (const auto& [id, cylinder] : state.cylinders) {
+    put(id);
+    for (int a = 0; a < 3; ++a) put(cylinder.shape.point[a]), put(cylinder.shape.axis[a]);
+    put(cylinder.shape.radius);
+    for (const auto& [key, inlier] : cylinder.inliers) put(key.packed());
+    put(cylinder.unchecked);
+    put(cylinder.revision);
+  }
+  put(state.cylinders.next_id());
   for (const auto& row : state.noise.histogram())
     for (const std::uint32_t n : row) put(n);
   put(state.noise.range_noise());

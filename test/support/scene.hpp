@@ -72,9 +72,10 @@ struct Camera {
   double noise = 0.002;  ///< m, along the ray
 };
 
-/// One depth image; pixels that meet nothing are NaN, as from a real camera.
-inline Scan camera_scan(const Scene& scene, const Eigen::Isometry3d& T_map_sensor, std::mt19937_64& rng,
-                        const Camera& camera = {}) {
+/// One depth image; pixels that meet nothing are NaN, as from a real camera. A scene has cast().
+template <class AnyScene>
+Scan camera_scan(const AnyScene& scene, const Eigen::Isometry3d& T_map_sensor, std::mt19937_64& rng,
+                 const Camera& camera = {}) {
   std::normal_distribution<double> gauss(0, 1);
   Scan scan;
   scan.T_map_sensor = T_map_sensor;
@@ -83,7 +84,7 @@ inline Scan camera_scan(const Scene& scene, const Eigen::Isometry3d& T_map_senso
       const Eigen::Vector3d ray = Eigen::Vector3d((u + 0.5 - camera.width / 2.0) / camera.focal,
                                                   (v + 0.5 - camera.height / 2.0) / camera.focal, 1)
                                       .normalized();
-      const auto range = scene.cast(T_map_sensor.translation(), T_map_sensor.linear() * ray);
+      const std::optional<double> range = scene.cast(T_map_sensor.translation(), T_map_sensor.linear() * ray);
       if (range)
         scan.points.push_back((ray * (*range + camera.noise * gauss(rng))).cast<float>());
       else

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+namespace octosurf {
+
+using CylinderId = std::uint32_t;  ///< 1 …, numbered apart from surfaces, never reused; 0 is "none"
+
+/// A pillar, rail or rung: the part of a cylinder's mantle that was seen, from outside. Map frame,
+/// metres. Immutable once published in a Snapshot.
+///
+/// Its inliers stay pending for the planes, so a point may count here and later become a surface's,
+/// which takes it away from the cylinder: planes are the same with and without cylinders.
+struct Cylinder {
+  CylinderId id = 0;
+  Eigen::Vector3d axis_point = Eigen::Vector3d::Zero();  ///< on the axis, in the middle of the extent
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit; when born upward, or along +x or +y if level
+  double radius_m = 0;
+  double length_m = 0;  ///< extent of the inliers along the axis, from axis_point half to either side
+  /// Unit, square to the axis: the inliers lie within `span_rad` from here, counter-clockwise seen from
+  /// the axis' tip. Behind it nothing has been seen yet.
+  Eigen::Vector3d start = Eigen::Vector3d::UnitX();
+  double span_rad = 0;         ///< (0, 2π]
+  std::size_t inliers = 0;     ///< voxels
+  double rms_m = 0;            ///< of the inliers' distances to the mantle
+  std::uint64_t revision = 0;  ///< map revision of the last change
+};
+
+using CylinderPtr = std::shared_ptr<const Cylinder>;
+
+}  // namespace octosurf

@@ -1,0 +1,49 @@
+#pragma once
+
+#include "detection/cylinder_rules.hpp"
+
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace octosurf {
+
+/// Cylinders out of a region of pending points (the paper's own extension, III-C4).
+///
+/// RANSAC over two oriented points, whose normals give the axis' direction and, by how far apart they
+/// point, the radius; the best refined to its inliers by least squares; of stretches along the axis more
+/// than h apart the fullest. Random numbers depend on the region only.
+class CylinderExtraction {
+ public:
+  using Index = PointWindow::Index;
+  struct Found {
+    CylinderShape shape;
+    std::vector<Index> inliers;  ///< in the region's order
+  };
+
+  CylinderExtraction(Workspace& work, CylinderRules& rules) : work_(work), rules_(rules) {}
+
+  /// The convincing one with the most points, if there is any. `region` is not empty and in key order.
+  std::optional<Found> operator()(std::span<const Index> region);
+
+ private:
+  struct Oriented {
+    Eigen::Vector3f position;  // about the region's first point
+    Eigen::Vector3f normal;
+    float tolerance;
+  };
+  struct Guess {
+    Eigen::Vector3f point, axis;
+    float radius;
+  };
+  std::vector<Oriented> oriented(std::span<const Index> region);
+  std::optional<Guess> guess(const Oriented& a, const Oriented& b) const;
+  std::optional<CylinderShape> ransac(std::span<const Index> region);
+  std::vector<Index> inliers_of(const CylinderShape& shape, std::span<const Index> region);
+  std::vector<Index> fullest_stretch(const CylinderShape& shape, std::vector<Index> inliers);
+
+  Workspace& work_;
+  CylinderRules& rules_;
+};
+
+}  // namespace octosurf

@@ -1,0 +1,71 @@
+#include "detection/cylinder_rules.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace octosurf {
+namespace {
+
+constexpr double cos_facing = 0.8;  // 37°: normals of thin rails are smoothed over the bend
+constexpr double rad_per_deg = std::numbers::pi / 180;
+
+/// Rounder than edges and posts: by a quarter of the squares, or by less if very many points say so (a thin
+/// rail's roundness is hardly more than the noise).
+bool round(double facets, std::size_t points) {
+  return facets >= 1.25 || (facets >= 1.1 && static_cast<double>(points) * std::log(facets) >= 40);
+}
+
+}  // namespace
+
+CylinderRules::CylinderRules(Workspace& work)
+    : work_(work),
+      fewest_(static_cast<std::size_t>(work.state.parameters.min_surface_points())),
+      min_radius_(1.5 * work.state.parameters.occupancy.resolution),
+      min_length_(std::max(0.1, 4 * work.state.parameters.occupancy.resolution)),
+      cell_(work.state.parameters.max_hole_size() / 2) {}
+
+bool CylinderRules::fits(const CylinderShape& shape, Index i) {
+  const VoxelPoint& p = work_.window[i];
+  const Eigen::Vector3d outward = shape.from_axis(p.position.cast<double>());
+  const double rho = outward.norm(), misfit = std::fabs(rho - shape.radius);
+  const double reach = tolerance(shape, i);
+  if (misfit > reach) return false;
+  const LocalPlane& local = work_.normals.at(i);
+  if (!local.known) return misfit <= reach / 2;
+  return local.normal.cast<double>().dot(outward) >= cos_facing * rho;
+}
+
+CylinderSample CylinderRules::sample(Index i) {
+  const LocalPlane& local = work_.normals.at(i);
+  const VoxelPoint& p = work_.window[i];
+  return {p.position.cast<double>(),
+          local.known ? Eigen::Vector3d(local.normal.cast<double>()) : Eigen::Vector3d::Zero(),
+          std::max(work_.state.noise.sigma(p.range_class), 1e-6)};
+}
+
+std::vector<CylinderSample> CylinderRules::samples(std::span<const Index> points, std::size_t stride) {
+  std::vector<CylinderSample> all;
+  all.reserve(points.size() / stride + 1);
+  for (std::size_t k = 0; k < points.size(); k += stride) all.push_back(sample(points[k]));
+  return all;
+}
+
+bool CylinderRules::promising(const CylinderShape& shape, std::span<const CylinderSample> samples) const {
+  if (shape.radius < min_radius_ / 2 || shape.radius > 2 * max_radius()) return false;
+  const CylinderEvidence e = weigh(shape, samples, cell_);
+  return e.extent.span >= 40 * rad_per_deg && e.facets >= 1.05;
+}
+
+bool CylinderRules::convincing(const CylinderShape& shape, std::span<const CylinderSample> samples,
+                               bool known) const {
+  if (shape.radius < min_radius_ || shape.radius > max_radius()) return false;
+  const CylinderEvidence e = weigh(shape, samples, cell_);
+  const double bend = 0.4 * work_.state.noise.tolerance(1);
+  return e.extent.length() >= std::max(min_length_, shape.radius) &&
+         e.extent.span >= (known ? 45 : 60) * rad_per_deg && e.scatter <= (known ? 2.2 : 1.7) &&
+         (known ? e.facets >= 1.05 : round(e.facets, samples.size())) && e.bulge <= bend && e.taper <= bend &&
+         e.lean <= 0.3 && e.coverage >= (known ? 0.4 : 0.5);
+}
+
+}  // namespace octosurf

@@ -1,0 +1,51 @@
+#pragma once
+
+#include "surfaces/changes.hpp"
+
+#include <algorithm>
+#include <span>
+#include <vector>
+
+namespace octosurf {
+
+/// Who belongs to a cylinder, and what makes one worth telling.
+class CylinderRules {
+ public:
+  using Index = PointWindow::Index;
+
+  explicit CylinderRules(Workspace& work);
+
+  std::size_t fewest() const { return fewest_; }     ///< inliers: n
+  double min_radius() const { return min_radius_; }  ///< m
+  double max_radius() const { return 0.5; }          ///< m
+  double tolerance(Index i) const { return work_.state.noise.tolerance(work_.window[i].range_class); }
+  /// The same, but no more than an eighth of the radius, if that is over s: what is seen so badly tells
+  /// nothing about anything so thin.
+  double tolerance(const CylinderShape& shape, Index i) const {
+    return std::min(tolerance(i), std::max(work_.state.parameters.surface_tolerance(), shape.radius / 8));
+  }
+
+  /// Within its tolerance of the mantle and, where its normal is known, facing away from the axis; where
+  /// not, within half of it.
+  bool fits(const CylinderShape& shape, Index i);
+
+  CylinderSample sample(Index i);
+  /// Of every `stride`-th.
+  std::vector<CylinderSample> samples(std::span<const Index> points, std::size_t stride);
+  /// So many apart that about `most` are taken: they tell a shape as well as all.
+  static std::size_t stride(std::size_t points, std::size_t most) { return points / most + 1; }
+
+  /// Could become convincing once it is fitted to all of its points; most of what clutter gives could not.
+  bool promising(const CylinderShape& shape, std::span<const CylinderSample> samples) const;
+  /// A cylinder is told once it is at least as long as its radius and is seen over 60°, scatters as noise
+  /// does, is straight and leaves no large holes, and if edges and posts of flat sides would not do as
+  /// well. One that is known already need not convince as much again (`known`).
+  bool convincing(const CylinderShape& shape, std::span<const CylinderSample> samples, bool known) const;
+
+ private:
+  Workspace& work_;
+  std::size_t fewest_;
+  double min_radius_, min_length_, cell_;
+};
+
+}  // namespace octosurf

@@ -1,0 +1,285 @@
+#include "detection/cylinders.hpp"
+
+#include "detection/cylinder_extraction.hpp"
+#include "detection/cylinder_rules.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace octosurf {
+namespace {
+
+using Index = PointWindow::Index;
+
+constexpr int adjacent_voxels = 2;           // a neighbour, or one voxel left out
+constexpr std::size_t fitted_points = 2000;  // as good as all
+
+class CylinderUpdate {
+ public:
+  explicit CylinderUpdate(Workspace& work)
+      : work_(work), cylinders_(work.state.cylinders), rules_(work), extract_(work, rules_) {}
+
+  void operator()() {
+    grow_known();
+    for (const std::vector<Index>& region : work_.left_over.regions) look_for_new(region);
+    for (const std::vector<Index>& heap : heaps()) look_for_new(heap);
+    settle();
+    merge_grown();
+  }
+
+ private:
+  bool free(Index i) const {
+    return work_.window[i].surface == 0 && cylinders_.owner(work_.window[i].key) == 0;
+  }
+  Inlier inlier(Index i) const {
+    const VoxelPoint& p = work_.window[i];
+    return {p.key, p.range_class, p.position};
+  }
+  Eigen::Vector3d position(Index i) const { return work_.window[i].position.cast<double>(); }
+
+  /// Outward from `frontier`, whose points are the cylinder's.
+  void flood(CylinderModel& cylinder, std::vector<Index> frontier) {
+    for (std::size_t next = 0; next < frontier.size(); ++next)
+      work_.window.for_each_near(work_.window[frontier[next]].key, adjacent_voxels, [&](Index i) {
+        if (!free(i) || !rules_.fits(cylinder.shape, i)) return;
+        cylinders_.add(cylinder, inlier(i));
+        frontier.push_back(i);
+      });
+  }
+
+  void grow_known() {
+    if (cylinders_.size() == 0 || work_.left_over.points.empty()) return;
+    const double h = work_.state.parameters.max_hole_size();
+    Eigen::AlignedBox3d around;
+    for (const Index i : work_.left_over.points) around.extend(position(i));
+    for (const auto& entry : cylinders_) {
+      CylinderModel& cylinder = *cylinders_.find(entry.first);
+      const Cylinder& known = *cylinder.published;
+      const double half = known.length_m / 2 + h, radius = known.radius_m + h;
+      const Eigen::Vector3d reach = half * known.axis.cwiseAbs() + Eigen::Vector3d::Constant(radius);
+      if (!around.intersects({known.axis_point - reach, known.axis_point + reach})) continue;
+      std::vector<Index> taken;
+      for (const Index i : work_.left_over.points) {
+        if (std::fabs(known.axis.dot(position(i) - known.axis_point)) > half || !free(i) ||
+            !rules_.fits(cylinder.shape, i))
+          continue;
+        cylinders_.add(cylinder, inlier(i));
+        taken.push_back(i);
+      }
+      flood(cylinder, std::move(taken));
+    }
+  }
+
+  /// Points that waited, are in no smooth region and lie together; in key order.
+  std::vector<std::vector<Index>> heaps() {
+    std::vector<bool> in_region(work_.window.size(), false);
+    for (const std::vector<Index>& region : work_.left_over.regions)
+      for (const Index i : region) in_region[i] = true;
+    // By cells of 4³ voxels: points of one, and of two that touch, are at most h apart.
+    std::map<VoxelKey, std::vector<Index>> cells;
+    for (const Index i : work_.left_over.points)
+      if (free(i) && !in_region[i] && work_.normals.at(i).known) {
+        const VoxelKey key = work_.window[i].key;
+        cells[cell_of(key.x >> 2, key.y >> 2, key.z >> 2)].push_back(i);
+      }
+    std::vector<std::vector<Index>> heaps;
+    while (!cells.empty()) {
+      std::vector<Index> heap;
+      std::vector<VoxelKey> open{cells.begin()->first};
+      const auto take = [&](std::map<VoxelKey, std::vector<Index>>::iterator cell) {
+        heap.insert(heap.end(), cell->second.begin(), cell->second.end());
+        return cells.erase(cell);
+      };
+      take(cells.begin());
+      while (!open.empty()) {
+        const VoxelKey at = open.back();
+        open.pop_back();
+        for (int z = at.z - 1; z <= at.z + 1; ++z)
+          for (int y = at.y - 1; y <= at.y + 1; ++y)
+            for (auto cell = cells.lower_bound(cell_of(at.x - 1, y, z));
+                 cell != cells.end() && !(cell_of(at.x + 1, y, z) < cell->first);) {
+              open.push_back(cell->first);
+              cell = take(cell);
+            }
+      }
+      if (heap.size() < rules_.fewest()) continue;
+      std::sort(heap.begin(), heap.end(),
+                [&](Index a, Index b) { return work_.window[a].key < work_.window[b].key; });
+      heaps.push_back(std::move(heap));
+    }
+    return heaps;
+  }
+  static VoxelKey cell_of(int x, int y, int z) {
+    const auto clamped = [](int k) { return static_cast<std::uint16_t>(std::clamp(k, 0, 65535)); };
+    return {clamped(x), clamped(y), clamped(z)};
+  }
+
+  void look_for_new(std::vector<Index> points) {
+    std::erase_if(points, [&](Index i) { return !free(i); });
+    while (points.size() >= rules_.fewest()) {
+      const auto found = extract_(points);
+      if (!found) return;
+      take(*found);
+      // Without its neighbourhood, which is not to make another one beside it.
+      std::erase_if(points, [&](Index i) {
+        return !free(i) || std::fabs(found->shape.distance(position(i))) <= 2 * rules_.tolerance(i);
+      });
+    }
+  }
+
+  /// Makes a new cylinder, or more of the known one that is already there.
+  void take(const CylinderExtraction::Found& found) {
+    for (const auto& entry : cylinders_) {
+      CylinderModel& known = *cylinders_.find(entry.first);
+      if (!same_place(known, found)) continue;
+      const bool better = found.inliers.size() > known.inliers.size();
+      if (better) known.shape = along(found.shape, known.shape.axis);
+      for (const Index i : found.inliers)
+        if (better || rules_.fits(known.shape, i)) cylinders_.add(known, inlier(i));
+      known.unchecked = known.inliers.size();
+      return;
+    }
+    CylinderModel& cylinder = cylinders_.create(found.shape);
+    for (const Index i : found.inliers) cylinders_.add(cylinder, inlier(i));
+    flood(cylinder, found.inliers);
+  }
+
+  static CylinderShape along(CylinderShape shape, const Eigen::Vector3d& axis) {
+    if (shape.axis.dot(axis) < 0) shape.axis = -shape.axis;
+    return shape;
+  }
+
+  /// The two would run into one another.
+  bool same_place(const CylinderModel& known, const CylinderExtraction::Found& found) const {
+    constexpr double cos_30_deg = 0.8660254037844386;
+    if (std::fabs(known.shape.axis.dot(found.shape.axis)) < cos_30_deg) return false;
+    std::size_t over = 0;
+    const auto extent = extent_of(known.shape, known.samples(work_.state.noise));
+    const double h = work_.state.parameters.max_hole_size();
+    for (const Index i : found.inliers) {
+      const double height = known.shape.height(position(i));
+      over += height >= extent.low - h && height <= extent.high + h &&
+              known.shape.distance(position(i)) <= 2 * rules_.tolerance(i);
+    }
+    return 2 * over > found.inliers.size();
+  }
+
+  /// Fits the shape to the inliers again; false if it convinces no longer.
+  bool fitted(CylinderModel& cylinder) const {
+    const Eigen::Vector3d axis = cylinder.shape.axis;
+    const std::vector<CylinderSample> samples =
+        cylinder.samples(work_.state.noise, CylinderRules::stride(cylinder.inliers.size(), fitted_points));
+    if (!refine(cylinder.shape, samples)) return false;
+    cylinder.shape = along(cylinder.shape, axis);
+    return rules_.convincing(cylinder.shape, samples, true);
+  }
+
+  /// With half a tolerance of patience.
+  void drop_misfits(CylinderModel& cylinder) {
+    std::vector<VoxelKey> misfits;
+    for (const auto& [key, point] : cylinder.inliers)
+      if (std::fabs(cylinder.shape.distance(point.position.cast<double>())) >
+          1.5 * work_.state.noise.tolerance(point.range_class))
+        misfits.push_back(key);
+    for (const VoxelKey key : misfits) cylinders_.release(key);
+  }
+
+  bool refit(CylinderModel& cylinder) {
+    if (!fitted(cylinder)) return false;
+    drop_misfits(cylinder);
+    cylinder.unchecked = 0;
+    return cylinder.inliers.size() >= rules_.fewest();
+  }
+
+  void settle() {
+    const std::set<CylinderId> touched = cylinders_.touched();
+    for (const CylinderId id : touched) {
+      CylinderModel& cylinder = *cylinders_.find(id);
+      const bool changed = cylinder.unchecked * 8 > cylinder.inliers.size();
+      if (cylinder.inliers.size() < rules_.fewest() || (changed && !refit(cylinder))) cylinders_.erase(id);
+    }
+  }
+
+  /// One cylinder explains both.
+  bool joined(const CylinderModel& a, const CylinderModel& b) const {
+    constexpr double cos_10_deg = 0.984807753012208;
+    const NoiseModel& noise = work_.state.noise;
+    const double slack = noise.tolerance(1);
+    if (std::fabs(a.shape.axis.dot(b.shape.axis)) < cos_10_deg ||
+        std::fabs(a.shape.radius - b.shape.radius) > slack)
+      return false;
+    // Near enough at all, before every point is asked.
+    const double sin_10_deg = 0.17364817766693033;
+    if (a.shape.from_axis(b.shape.point).norm() >
+        slack + sin_10_deg * std::fabs(a.shape.height(b.shape.point)))
+      return false;
+    const auto of_a = a.samples(noise), of_b = b.samples(noise);
+    const CylinderExtent extent_a = extent_of(a.shape, of_a), extent_b = extent_of(a.shape, of_b);
+    const double gap = std::max(extent_a.low, extent_b.low) - std::min(extent_a.high, extent_b.high);
+    if (gap > work_.state.parameters.max_hole_size()) return false;
+    const auto off = [](const CylinderModel& m, const std::vector<CylinderSample>& points) {
+      double squares = 0;
+      for (const CylinderSample& s : points) squares += std::pow(m.shape.distance(s.position), 2);
+      return std::sqrt(squares / static_cast<double>(points.size()));
+    };
+    return off(a, of_b) <= off(b, of_b) + slack / 2 && off(b, of_a) <= off(a, of_a) + slack / 2;
+  }
+
+  void merge_grown() {
+    const std::set<CylinderId> touched = cylinders_.touched();
+    for (const CylinderId id : touched) {
+      const CylinderModel* one = cylinders_.find(id);
+      if (one == nullptr) continue;
+      for (const auto& entry : cylinders_) {
+        if (entry.first == id || !joined(*one, entry.second)) continue;
+        merge(id, entry.first);
+        break;  // a third waits until either changes again
+      }
+    }
+  }
+  void merge(CylinderId a, CylinderId b) {
+    // The larger keeps its id, the older one on a tie.
+    const auto size = [&](CylinderId id) { return cylinders_.find(id)->inliers.size(); };
+    if (size(a) < size(b) || (size(a) == size(b) && b < a)) std::swap(a, b);
+    CylinderModel joint = *cylinders_.find(a);
+    joint.inliers.insert(cylinders_.find(b)->inliers.begin(), cylinders_.find(b)->inliers.end());
+    if (!fitted(joint)) return;
+    const std::map<VoxelKey, Inlier> inliers = cylinders_.find(b)->inliers;
+    cylinders_.erase(b);
+    CylinderModel& into = *cylinders_.find(a);
+    for (const auto& [key, point] : inliers) cylinders_.add(into, point);
+    into.shape = joint.shape;
+    drop_misfits(into);
+    into.unchecked = 0;
+  }
+
+  Workspace& work_;
+  CylinderStore& cylinders_;
+  CylinderRules rules_;
+  CylinderExtraction extract_;
+};
+
+}  // namespace
+
+void retract_cylinders(Workspace& work, const OccupancyDelta& delta) {
+  CylinderStore& cylinders = work.state.cylinders;
+  if (cylinders.size() == 0) return;
+  for (const VoxelPoint& p : delta.vanished) cylinders.release(p.key);
+  for (const OccupancyDelta::Refined& r : delta.refined) {
+    const CylinderId id = cylinders.owner(r.after.key);
+    if (id == 0) continue;
+    const double misfit = cylinders.find(id)->shape.distance(r.after.position.cast<double>());
+    if (std::fabs(misfit) <= 1.5 * work.state.noise.tolerance(r.after.range_class))
+      cylinders.move({r.after.key, r.after.range_class, r.after.position});
+    else
+      cylinders.release(r.after.key);
+  }
+}
+
+void update_cylinders(Workspace& work) {
+  if (!work.state.parameters.detection.detect_cylinders) return;
+  if (work.left_over.points.empty() && work.state.cylinders.touched().empty()) return;
+  CylinderUpdate{work}();
+}
+
+}  // namespace octosurf

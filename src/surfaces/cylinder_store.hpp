@@ -1,0 +1,70 @@
+#pragma once
+
+#include "surfaces/cylinder_fit.hpp"
+#include "surfaces/noise_model.hpp"
+#include "surfaces/surface_model.hpp"
+
+#include <map>
+#include <set>
+#include <tsl/robin_map.h>
+#include <vector>
+
+#include <octosurf/cylinder.hpp>
+
+namespace octosurf {
+
+/// The working form of a cylinder: its shape and the pending voxels that support it.
+struct CylinderModel {
+  CylinderId id = 0;
+  CylinderShape shape;
+  std::map<VoxelKey, Inlier> inliers;  ///< with their points as the octree holds them
+  std::uint64_t unchecked = 0;         ///< inliers that came, went or moved since the last fit
+  std::uint64_t revision = 0;          ///< map revision of the last published change
+  CylinderPtr published;               ///< null before the first time
+
+  /// Inliers in key order, without normals; every `stride`-th.
+  std::vector<CylinderSample> samples(const NoiseModel& noise, std::size_t stride = 1) const;
+  /// The immutable form for readers. O(inliers).
+  CylinderPtr publish(std::uint64_t map_revision) const;
+};
+
+/// All cylinders. A pending voxel supports at most one; it leaves when it vanishes or a surface takes it.
+///
+/// Its cost follows the change: what no scan touched is published as it was.
+class CylinderStore {
+ public:
+  CylinderModel& create(const CylinderShape& shape);
+  CylinderModel& restore(CylinderModel model);
+  void erase(CylinderId id);  ///< its voxels become free for others
+
+  CylinderModel* find(CylinderId id);
+  const CylinderModel* find(CylinderId id) const;
+  std::size_t size() const { return models_.size(); }
+  CylinderId next_id() const { return next_id_; }
+  void set_next_id(CylinderId id) { next_id_ = id; }
+  auto begin() const { return models_.begin(); }  ///< ascending id
+  auto end() const { return models_.end(); }
+
+  /// The cylinder that the voxel supports, or 0. O(1).
+  CylinderId owner(VoxelKey key) const {
+    if (owners_.empty()) return 0;
+    const auto found = owners_.find(key.packed());
+    return found == owners_.end() ? 0 : found->second;
+  }
+  void add(CylinderModel& cylinder, const Inlier& inlier);  ///< takes it from its cylinder, if it has one
+  void release(VoxelKey key);                               ///< no-op if it supports none
+  void move(const Inlier& inlier);                          ///< a closer view of its point; no-op likewise
+
+  /// Cylinders whose inliers are no longer what was published; ascending.
+  const std::set<CylinderId>& touched() const { return touched_; }
+  /// All in order of id, the touched ones anew; none is touched afterwards.
+  std::vector<CylinderPtr> publish(std::uint64_t map_revision);
+
+ private:
+  std::map<CylinderId, CylinderModel> models_;
+  CylinderId next_id_ = 1;
+  tsl::robin_map<std::uint64_t, CylinderId, PackedKeyHash> owners_;
+  std::set<CylinderId> touched_;
+};
+
+}  // namespace octosurf
