@@ -84,9 +84,11 @@ bool PlaneExtraction::wide_enough(std::span<const Index> cluster, bool bent) {
   const double width = std::sqrt(12 * fit_plane(moments).variances[1]);
   const double least = parameters_.surfaces.min_surface_width;
   if (width < least) return refuse(Refusal::narrow, cluster, width, least);
-  // What is left beside a pillar's widest facet are narrower ones, which look flat.
-  constexpr double wider_than_facets = 0.2;  // m
-  return !bent || width >= wider_than_facets || refuse(Refusal::bent, cluster);
+  // What is left beside a pillar's widest facet are narrower ones, which look flat; so do the strips that
+  // its inliers fall into.
+  constexpr double wider_than_facets = 0.2, wider_than_strips = 0.1;  // m
+  const double facets = bent ? wider_than_facets : curved_ ? wider_than_strips : 0;
+  return width >= facets || refuse(Refusal::bent, cluster);
 }
 
 Planarity PlaneExtraction::planarity_of(std::span<const Index> cluster, const Plane& plane) {
@@ -157,15 +159,10 @@ std::vector<SurfaceId> PlaneExtraction::operator()(std::vector<Index> region) {
     }
     if (too_few(Refusal::few_on_plane, region, inliers.size())) break;
     const std::vector<std::vector<Index>> parts = parts_of(work_, inliers, plane);
-    // Parts of a curved patch are flat again, each by itself.
-    if (aligned_ && parts.size() > 1 && planarity_of(inliers, plane).bends()) {
-      bent = true;
-      refuse(Refusal::bent, inliers);
-    } else {
-      for (const std::vector<Index>& part : parts)
-        if (!too_few(Refusal::small_cluster, part, part.size()))
-          make_surface(part, fitted(work_, part, plane), born, bent);
-    }
+    curved_ = aligned_ && parts.size() > 1 && planarity_of(inliers, plane).bends();
+    for (const std::vector<Index>& part : parts)
+      if (!too_few(Refusal::small_cluster, part, part.size()))
+        make_surface(part, fitted(work_, part, plane), born, bent);
     std::vector<Index> rest;
     points.for_each(plane, [&](std::size_t k, bool belongs) {
       if (!belongs) rest.push_back(region[k]);

@@ -45,6 +45,7 @@ class PlaneExtraction {
   const Parameters& parameters_;
   std::size_t fewest_;
   bool aligned_;
+  bool curved_ = false;  // the plane's inliers together bend
   float cos_aligned_;
   const RefusalSink* refusals_;
 };

@@ -22,6 +22,7 @@ void Planarity::add(const Eigen::Vector3f& position, double sigma, double tolera
 bool Planarity::bends(double share) const {
   constexpr std::size_t enough = 12;    // twice the quadric's unknowns
   constexpr double largest_radius = 1;  // m
+  constexpr double least_turn = 0.3;    // rad: a cushion bulges by 13°, a pillar's facet turns by 28° and more
   if (inner_ < enough) return false;
   const Vector6d c = normal_matrix_.ldlt().solve(right_side_);
   Eigen::Matrix2d hessian;
@@ -32,7 +33,9 @@ bool Planarity::bends(double share) const {
     const Eigen::Vector2d axis = principal.eigenvectors().col(k);
     const double length_sq = 12 * axis.dot(covariance * axis);  // of a uniform spread
     const double curvature = std::fabs(principal.eigenvalues()[k]);
-    if (curvature * largest_radius > 1 && curvature * length_sq / 8 > share * mean_tolerance()) return true;
+    if (curvature * largest_radius > 1 && curvature * std::sqrt(length_sq) > least_turn &&
+        curvature * length_sq / 8 > share * mean_tolerance())
+      return true;
   }
   return false;
 }

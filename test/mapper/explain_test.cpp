@@ -164,7 +164,7 @@ TEST(Explain, TooFewPoints) {
 }
 
 TEST(Explain, TooNarrow) {
-  const double width = 0.015;
+  const double width = 0.025;
   const Mapper mapper = mapped({rectangle_scan(eye, {0, 0.005, 0.01}, {1.5, 0, 0}, {0, width, 0})});
   const Explanation why = ask(mapper.map(), {0.75, 0.02, 0.01});
   ASSERT_EQ(why.reason, Reason::too_narrow) << why.sentence;
