@@ -144,6 +144,7 @@ void Expansion::note_contacts(Index i) {
       continue;
     }
     ++contact.points;
+    contact.touching += other.near(other.cell_of(p.position), 1);
     contact.place += p.position.cast<double>();
   }
 }
@@ -175,9 +176,12 @@ void Expansion::merge_contacts() {
   for (const auto& [pair, contact] : contacts_) {
     SurfaceModel* a = work_.state.surfaces.find(pair.first);
     SurfaceModel* b = work_.state.surfaces.find(pair.second);
-    if (contact.points < std::max(contacts_to_merge, contact.obstructed) || a == nullptr || b == nullptr ||
-        !coplanar(*a, *b, contact.place / contact.points, work_.state.noise))
+    if (contact.points < std::max(contacts_to_merge, contact.obstructed) || a == nullptr || b == nullptr)
       continue;
+    const double width = std::sqrt(static_cast<double>(std::min(a->size(), b->size())));
+    const bool one = coplanar(*a, *b, contact.place / contact.points, work_.state.noise) ||
+                     (contact.touching > 2 * width && grown_together(*a, *b, work_.state.noise));
+    if (!one) continue;
     // The larger keeps its id, the older one on a tie.
     a->size() >= b->size() ? merge(work_, *a, *b) : merge(work_, *b, *a);
   }

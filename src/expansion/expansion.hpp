@@ -35,7 +35,7 @@ class Expansion {
   void grow(std::span<const SurfaceId> surfaces);
 
   /// Merges surfaces that make one plane with a neighbour that this scan touched: what was too unsure
-  /// when they met may be sure now. Asks the rims only, of surfaces that have changed by a sixth.
+  /// when they met may be sure now. Asks the rims only, of surfaces that have changed by a quarter.
   void rejoin();
 
  private:
@@ -55,7 +55,7 @@ class Expansion {
   float cos_smooth_;
   std::vector<Index> frontier_;
   struct Contact {
-    int points = 0, obstructed = 0;                   // of one that fit the other
+    int points = 0, obstructed = 0, touching = 0;     // of one that fit the other
     Eigen::Vector3d place = Eigen::Vector3d::Zero();  // their sum
   };
   std::map<std::pair<SurfaceId, SurfaceId>, Contact> contacts_;

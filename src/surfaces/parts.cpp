@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 #include <numeric>
-#include <tsl/robin_map.h>
 #include <utility>
 
 namespace octosurf {
@@ -94,7 +93,7 @@ class Parts {
   };
   static constexpr std::size_t enough_contacts = 64;  // to know where two parts meet
   struct Contact {
-    std::size_t open = 0;
+    std::size_t tried = 0, open = 0, touching = 0;
     Eigen::Vector3d place = Eigen::Vector3d::Zero();  // sum over the open ones
   };
 
@@ -110,12 +109,15 @@ class Parts {
     points_.reserve(points.size());
     for (const auto& [at, i] : placed) {
       if (cells_.empty() || cells_.back().at.u != at.u || cells_.back().at.v != at.v) {
-        index_[at.packed()] = static_cast<std::uint32_t>(cells_.size());
+        rows_.resize(static_cast<std::size_t>(at.v - placed.front().first.v) + 1,
+                     static_cast<std::uint32_t>(cells_.size()));
         cells_.push_back({at, static_cast<std::uint32_t>(points_.size()), 0, unlabelled, 0});
       }
       ++cells_.back().count;
       points_.push_back(i);
     }
+    rows_.push_back(static_cast<std::uint32_t>(cells_.size()));
+    points_per_cell_ = static_cast<double>(points_.size()) / static_cast<double>(cells_.size());
   }
 
   std::span<const Index> points_of(const Cell& cell) const {
@@ -172,10 +174,14 @@ class Parts {
 
   template <class Visit>
   void for_each_within(PlaneCell at, int reach, Visit&& visit) const {
-    for (int v = at.v - reach; v <= at.v + reach; ++v)
-      for (int u = at.u - reach; u <= at.u + reach; ++u)
-        if (const auto found = index_.find(PlaneCell{u, v}.packed()); found != index_.end())
-          visit(found->second);
+    const int first_row = cells_.front().at.v, last_row = first_row + static_cast<int>(rows_.size()) - 2;
+    for (int v = std::max(first_row, at.v - reach); v <= std::min(last_row, at.v + reach); ++v) {
+      const auto row = cells_.begin() + rows_[static_cast<std::size_t>(v - first_row)];
+      const auto end = cells_.begin() + rows_[static_cast<std::size_t>(v - first_row) + 1];
+      for (auto c = std::lower_bound(row, end, at.u - reach, [](const Cell&x, int u) { return x.at.u < u; });
+           c != end && c->at.u <= at.u + reach; ++c)
+        visit(static_cast<std::uint32_t>(c - cells_.begin()));
+    }
   }
 
   void add(std::span<const Index> points, Patch& patch) {
@@ -192,24 +198,40 @@ class Parts {
     std::map<std::pair<std::uint32_t, std::uint32_t>, Contact> found;
     if (patches_.size() < 2) return found;
     for (const Cell& cell : cells_) {
-      if (cell.depth == deepest) continue;  // parts meet at their rims
+      for_each_within(cell.at, 1, [&](std::uint32_t c) {
+        if (cells_[c].part <= cell.part) return;
+        Contact& contact = found[{cell.part, cells_[c].part}];
+        ++contact.touching;
+        ++contact.open;
+        contact.place += work_.window[points_[cell.first]].position.cast<double>();
+      });
+      if (cell.depth > 0) continue;  // gaps are crossed from rim to rim
       for_each_within(cell.at, reach_, [&](std::uint32_t c) {
         const Cell& other = cells_[c];
-        if (other.part <= cell.part) return;
+        if (other.part <= cell.part || touch(cell, other)) return;
         Contact& contact = found[{cell.part, other.part}];
-        if (contact.open < enough_contacts) note(cell, other, contact);
+        if (contact.tried < enough_contacts) note(cell, other, contact);
       });
     }
     return found;
   }
 
+  static bool touch(const Cell& a, const Cell& b) {
+    return std::abs(a.at.u - b.at.u) <= 1 && std::abs(a.at.v - b.at.v) <= 1;
+  }
+
+  /// They touch nearly as much as halves of one patch would: three pairs of cells for each of its width.
+  /// Then it takes more than a small difference to tell them apart, for poses drift between visits.
+  bool grown_together(std::size_t touching, double points) const {
+    return static_cast<double>(touching) >= 2 * std::sqrt(points / points_per_cell_);
+  }
+
   void note(const Cell& cell, const Cell& other, Contact& contact) {
+    ++contact.tried;
     const VoxelPoint p = work_.window[points_[cell.first]];
     const Eigen::Vector3d from = p.position.cast<double>();
     const Eigen::Vector3d to = work_.window[points_[other.first]].position.cast<double>();
-    const bool touches = std::abs(other.at.u - cell.at.u) <= 1 && std::abs(other.at.v - cell.at.v) <= 1;
-    if (careful_ && !touches && obstructed(work_, plane_, from, to, work_.state.noise.tolerance(p, plane_)))
-      return;
+    if (careful_ && obstructed(work_, plane_, from, to, work_.state.noise.tolerance(p, plane_))) return;
     ++contact.open;
     contact.place += (from + to) / 2;
   }
@@ -218,6 +240,7 @@ class Parts {
     std::uint32_t a, b;
     double points;  // of the smaller
     Eigen::Vector3d contact;
+    std::size_t touching;
   };
 
   void join() {
@@ -226,7 +249,7 @@ class Parts {
       if (contact.open > 0)
         pairs.push_back({pair.first, pair.second,
                          std::min(patches_[pair.first].points, patches_[pair.second].points),
-                         contact.place / static_cast<double>(contact.open)});
+                         contact.place / static_cast<double>(contact.open), contact.touching});
     // The largest first: they say best what the plane is.
     std::stable_sort(pairs.begin(), pairs.end(),
                      [](const Pair& x, const Pair& y) { return x.points > y.points; });
@@ -240,9 +263,10 @@ class Parts {
     bool joined = false;
     for (const Pair& pair : pairs) {
       const std::size_t a = root(pair.a), b = root(pair.b);
-      if (a == b ||
-          (careful_ && !one_plane(patches_[a], patches_[b], plane_, pair.contact, tolerance, resolution)))
-        continue;
+      if (a == b) continue;
+      const bool one = !careful_ || grown_together(pair.touching, pair.points) ||
+                       one_plane(patches_[a], patches_[b], plane_, pair.contact, tolerance, resolution);
+      if (!one) continue;
       Patch& into = patches_[std::min(a, b)];
       into.moments.add(patches_[std::max(a, b)].moments);
       into.points += patches_[std::max(a, b)].points;
@@ -262,9 +286,10 @@ class Parts {
   int reach_;     // cells, h
   bool careful_;  // else the paper's clusters by h alone
   Eigen::Vector3d reference_;
+  double points_per_cell_ = 1;
   std::vector<Cell> cells_;
   std::vector<Index> points_;
-  tsl::robin_map<std::uint64_t, std::uint32_t, PackedKeyHash> index_;  // into cells_
+  std::vector<std::uint32_t> rows_;  // where each row of cells begins, and the end
   std::vector<Patch> patches_;
   std::vector<std::size_t> parents_;
 };

@@ -8,22 +8,31 @@ namespace octosurf {
 
 using Index = Workspace::Index;
 
-SurfaceId parallel_sheet(Workspace& work, std::span<const Index> points, const Plane& plane, SurfaceId self) {
-  std::map<SurfaceId, std::size_t> over;
+Sheet sheet_of(Workspace& work, std::span<const Index> points, const Plane& plane, SurfaceId self) {
+  constexpr double drift = 0.035;  // m
+  constexpr double facing_alike = 0.9;
+  std::map<SurfaceId, std::vector<Index>> over;
   for (const Index i : points) {
     const VoxelPoint& p = work.window[i];
     for (const SurfaceId id : work.state.surfaces.near(p.key, 2)) {
       const SurfaceModel& surface = *work.state.surfaces.find(id);
-      if (id == self || surface.size() <= points.size() || surface.plane().normal.dot(plane.normal) < 0.9)
+      if (id == self || surface.size() <= points.size() ||
+          surface.plane().normal.dot(plane.normal) < facing_alike)
         continue;
-      if (std::fabs(surface.distance(p.position)) <= 1.3 * work.state.noise.tolerance(p, surface.plane()) &&
-          surface.covers(surface.cell_of(p.position)))
-        ++over[id];
+      const double reach = std::max(drift, 1.3 * work.state.noise.tolerance(p, surface.plane()));
+      if (std::fabs(surface.distance(p.position)) <= reach && surface.covers(surface.cell_of(p.position)))
+        over[id].push_back(i);
     }
   }
-  const auto found = std::find_if(over.begin(), over.end(),
-                                  [&](const auto& entry) { return entry.second * 10 > points.size() * 6; });
-  return found == over.end() ? 0 : found->first;
+  Sheet most;
+  for (auto& [id, covered] : over)
+    if (covered.size() > most.points.size()) most = {id, std::move(covered)};
+  return most;
+}
+
+SurfaceId parallel_sheet(Workspace& work, std::span<const Index> points, const Plane& plane, SurfaceId self) {
+  const Sheet sheet = sheet_of(work, points, plane, self);
+  return sheet.covers_much_of(points.size()) ? sheet.over : 0;
 }
 
 Plane fitted(Workspace& work, std::span<const Index> points, const Plane& toward) {

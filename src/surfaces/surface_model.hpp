@@ -141,7 +141,7 @@ class SurfaceModel {
   SurfaceModel(const State& state, double resolution);
 
   /// Too little has come or gone since it was last checked for being one plane.
-  bool settled() const { return unchecked * 6 < size_; }
+  bool settled() const { return unchecked * 4 < size_; }
 
   std::uint64_t revision = 0;   ///< map revision of the last published change
   Plane checked_plane;          ///< plane against which all inliers were last checked

@@ -83,7 +83,7 @@ double width_of(const SurfaceModel& surface) {
 }
 
 /// A surface that a few far points made, that has crept around a pillar or over two blocks, or that is
-/// the noise of one found later, is found out once it has changed by a sixth: closer views leave less
+/// the noise of one found later, is found out once it has changed by a quarter: closer views leave less
 /// to noise. Large ones have proved themselves. False if it is none.
 bool still_sound(Workspace& work, SurfaceModel& surface) {
   constexpr std::size_t proved = 20000;
@@ -94,7 +94,14 @@ bool still_sound(Workspace& work, SurfaceModel& surface) {
   if (surface.size() > proved) return true;
   const std::vector<Workspace::Index> points = indices_of(work, surface);
   if (bends(work, surface, points)) return false;
-  if (parallel_sheet(work, points, surface.plane(), surface.id()) != 0) return false;
+  const Sheet sheet = sheet_of(work, points, surface.plane(), surface.id());
+  if (sheet.covers_much_of(points.size())) return false;
+  if (sheet.points.size() * 20 > points.size()) {
+    const std::size_t returned = work.returned.size();
+    for (const Workspace::Index i : sheet.points) work.take_back(i);
+    work.returned.resize(returned);  // they would only be found again
+    return !too_small(work, surface);
+  }
   std::vector<std::vector<Workspace::Index>> parts = parts_of(work, points, surface.plane());
   if (parts.size() > 1) split(work, surface, std::move(parts));
   return true;
@@ -200,6 +207,22 @@ bool coplanar(const SurfaceModel& a, const SurfaceModel& b, const Eigen::Vector3
     return Patch{s.moments(&noise), s.reference(), s.readings()};
   };
   return one_plane(patch(a), patch(b), a.plane(), contact, noise.base_tolerance(), a.resolution());
+}
+
+bool grown_together(const SurfaceModel& a, const SurfaceModel& b, const NoiseModel& noise) {
+  constexpr double cos_10_deg = 0.984807753012208;
+  if (a.plane().normal.dot(b.plane().normal) < cos_10_deg) return false;
+  Moments joint = b.moments(&noise).shifted(a.reference() - b.reference());
+  joint.add(a.moments(&noise));
+  const Plane plane = fitted_plane(joint, a.reference(), a.plane().normal);
+  const auto fits = [&](const SurfaceModel& s) {
+    const Moments m = s.moments(&noise);
+    const auto rms = [&](const Plane& p) {
+      return std::sqrt(m.mean_squared_distance(p.normal, p.offset - p.normal.dot(s.reference())));
+    };
+    return rms(plane) <= rms(s.plane()) + noise.base_tolerance() / 3;
+  };
+  return fits(a) && fits(b);
 }
 
 void merge(Workspace& work, SurfaceModel& into, SurfaceModel& from) {

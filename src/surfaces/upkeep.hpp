@@ -28,6 +28,10 @@ void merge(Workspace& work, SurfaceModel& into, SurfaceModel& from);
 bool coplanar(const SurfaceModel& a, const SurfaceModel& b, const Eigen::Vector3d& contact,
               const NoiseModel& noise);
 
+/// The same for surfaces that touch along most of the smaller one's width: a joint plane leaves each by a
+/// third of s at most. Poses that drift between visits leave a surface's pieces that far apart.
+bool grown_together(const SurfaceModel& a, const SurfaceModel& b, const NoiseModel& noise);
+
 /// Recomputes what is stale of the touched surfaces and publishes a new snapshot.
 void derive(Workspace& work);
 
