@@ -137,6 +137,37 @@ TEST_P(Faces, AHoleInATableStays) {
   }
 }
 
+TEST(CoarserFaces, TopsThatLeanThreeDegreesAreTwo) {
+  const double lean = 3 * std::numbers::pi / 180, c = std::cos(lean), s = std::sin(lean);
+  struct Top {
+    const char* how;
+    Eigen::Vector3d along, across;
+  };
+  for (const Top& top : {Top{"rising", {c, 0, s}, y}, {"falling", {c, 0, -s}, y}, {"twisted", x, {0, c, s}}})
+    for (const std::uint64_t seed : {1, 2, 3}) {
+      SCOPED_TRACE(top.how + (", seed " + std::to_string(seed)));
+      Scene scene;  // two boxes, 3 cm apart
+      scene.rectangle({-1, -1, 0.011}, 2.4 * x, 2 * y);
+      scene.box({-0.4, -0.2, 0.011}, {0, 0.2, 0.311});
+      const Eigen::Vector3d corner = Eigen::Vector3d(0.03, 0, 0.311) - 0.2 * top.across, down(0, 0, -0.25);
+      const Eigen::Vector3d length = 0.4 * top.along, width = 0.4 * top.across;
+      scene.rectangle(corner, length, width).rectangle(corner, length, down).rectangle(corner, width, down);
+      scene.rectangle(corner + width, length, down).rectangle(corner + length, width, down);
+      const Seen seen(scene, 0.02, circle({0, 0, 1.4}, 0.8, 10), {{0, 0, 0.3}}, seed);
+      const auto level = seen.face({-0.2, 0, 0.311}, z),
+                 leaning = seen.face(corner + length / 2 + width / 2, top.along.cross(top.across));
+      ASSERT_TRUE(level && leaning);
+      ASSERT_NE(level->id, leaning->id);
+      EXPECT_NEAR(std::acos(level->plane.normal.dot(leaning->plane.normal)), lean, lean / 10);
+      EXPECT_NEAR(level->area_m2, 0.16, 0.02);
+      EXPECT_NEAR(leaning->area_m2, 0.16, 0.02);
+      EXPECT_EQ(std::ranges::count_if(
+                    seen.mapper.surfaces(),
+                    [](const SurfacePtr& f) { return f->plane.normal.z() > 0.95 && f->plane.offset > 0.2; }),
+                2);
+    }
+}
+
 TEST_P(Faces, RisersAndTreadsAreOneEach) {
   constexpr int steps = 4;
   constexpr double rise = 0.17, going = 0.29;
