@@ -258,6 +258,20 @@ const std::vector<Spoiled>& spoiled_files() {
       {"moments that are not its inliers'",
        [](Spoiler& s) { s.surface().set_reference(0, s.surface().reference(0) + 1); }},
       {"not finite", [](Spoiler& s) { s.surface().set_moments(50, HUGE_VAL); }},
+      // Its evidence: readings, weight, sum, sum of outer products
+      {"lacks numbers", [](Spoiler& s) { s.surface().mutable_evidence()->RemoveLast(); }},
+      {"lacks numbers", [](Spoiler& s) { s.surface().add_evidence(0); }},
+      {"not finite", [](Spoiler& s) { s.surface().set_evidence(0, not_a_number); }},
+      {"not finite", [](Spoiler& s) { s.surface().set_evidence(0, HUGE_VAL); }},
+      {"not finite", [](Spoiler& s) { s.surface().set_evidence(9, -HUGE_VAL); }},
+      {"evidence that no scan gives", [](Spoiler& s) { s.surface().set_evidence(0, -1); }},
+      {"evidence that no scan gives", [](Spoiler& s) { s.surface().set_evidence(1, -1e-9); }},
+      {"evidence that no scan gives", [](Spoiler& s) { s.surface().set_evidence(2, 1e30); }},
+      {"evidence that no scan gives", [](Spoiler& s) { s.surface().set_evidence(6, 1e30); }},
+      {"evidence that no scan gives",
+       [](Spoiler& s) {
+         s.surface().set_evidence(6, s.surface().evidence(6) + 10 * s.surface().evidence(1));
+       }},
       {"do not add up", [](Spoiler& s) { s.surface().mutable_polygons()->set_vertices(0, 1 << 30); }},
       {"do not add up", [](Spoiler& s) { s.surface().mutable_polygons()->add_rings(0xffffffff); }},
       {"do not add up", [](Spoiler& s) { s.surface().mutable_polygons()->add_uv(0); }},

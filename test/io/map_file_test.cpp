@@ -40,12 +40,15 @@ std::vector<Scan> simulated(const std::string& scene, std::size_t frames) {
 /// What a map has to have for a round trip to show anything.
 struct Variety {
   std::size_t waiting = 0, holes = 0, observed = 0, cylinders = 0;
+  double seen_again = 0;
 
   void add(const MapState& state) {
     cylinders += state.cylinders.size();
     waiting += state.accumulated.size();
-    for (const auto& [id, surface] : state.surfaces)
+    for (const auto& [id, surface] : state.surfaces) {
       for (const Polygon& polygon : surface.polygons()) holes += polygon.holes.size();
+      seen_again += surface.evidence().readings;
+    }
     for (const auto& range_class : state.noise.histogram())
       observed += std::accumulate(range_class.begin(), range_class.end(), std::size_t{0});
   }
@@ -67,6 +70,21 @@ TEST_F(MapFiles, EverythingComesBack) {
   EXPECT_GT(variety.holes, 0U);
   EXPECT_GT(variety.observed, 0U);
   EXPECT_GT(variety.cylinders, 0U);
+  EXPECT_GT(variety.seen_again, 100);
+}
+
+TEST_F(MapFiles, WithoutEvidenceNothingWasSeenAgain) {
+  std::vector<map_file::Record> records = unpack(bytes_of(map_of(changing_room(9))));
+  for (map_file::Record& record : records)
+    if (record.has_surface()) record.mutable_surface()->clear_evidence();
+  write_file(folder / "a.surfaces", pack(records));
+  const LoadedMap a = load_map(folder / "a");
+  for (const auto& [id, surface] : a.map.state().surfaces) {
+    EXPECT_EQ(surface.evidence().readings, 0);
+    EXPECT_EQ(surface.evidence().moments.count, 0);
+  }
+  EXPECT_THAT(check_invariants(a.map), IsEmpty());
+  EXPECT_EQ(bytes_of(a.map), pack(records));
 }
 
 TEST_F(MapFiles, LineageAndUsedUpIdsComeBack) {

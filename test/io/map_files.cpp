@@ -56,6 +56,8 @@ std::string surface_difference(const SurfaceModel::State& a, const SurfaceModel:
   if (a.hash_frame.matrix() != b.hash_frame.matrix()) return "hash frame";
   if (a.reference != b.reference) return "reference";
   if (!all_same(a.moments, b.moments)) return "moments";
+  if (!same(a.evidence.moments, b.evidence.moments) || a.evidence.readings != b.evidence.readings)
+    return "evidence";
   if (!all_same(a.inliers, b.inliers)) return "inliers";
   if (!all_same(a.polygons, b.polygons)) return "polygons";
   if (a.parents != b.parents) return "parents";

@@ -75,11 +75,14 @@ inline std::string digest(const Map& map) {
     }
     for (const Eigen::Isometry3d* pose : {&s.pose, &s.hash_frame})
       for (int i = 0; i < 16; ++i) put(pose->matrix().data()[i]);
-    for (const Moments& m : s.moments) {
+    const auto put_moments = [&](const Moments& m) {
       put(m.count);
       for (int a = 0; a < 3; ++a) put(m.sum[a]);
       for (int i = 0; i < 9; ++i) put(m.outer.data()[i]);
-    }
+    };
+    for (const Moments& m : s.moments) put_moments(m);
+    put_moments(s.evidence.moments);
+    put(s.evidence.readings);
     for (const Inlier& i : s.inliers) {
       put(i.key.packed());
       put(i.range_class);

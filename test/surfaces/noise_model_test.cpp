@@ -96,6 +96,89 @@ TEST(NoiseModel, PointsInNoOrderTellNothing) {
   EXPECT_LT(noise.range_noise(), 0.0005);
 }
 
+TEST(NoiseModel, ToleranceFollowsTheLineOfSight) {
+  Parameters parameters;
+  parameters.surfaces.range_noise = 0.002;
+  const NoiseModel noise(parameters);
+  for (unsigned c = 1; c < NoiseModel::classes; ++c) {
+    double last = 0;
+    for (double facing = 0; facing <= 1.0001; facing += 0.05) {
+      const double tolerance = noise.tolerance(c, facing);
+      EXPECT_EQ(tolerance, noise.tolerance(c, -facing)) << "from behind as from the front";
+      EXPECT_GE(tolerance, noise.base_tolerance());
+      EXPECT_LE(tolerance, noise.tolerance(c) + 1e-12);
+      EXPECT_GT(tolerance, last) << "class " << c << ", facing " << facing;
+      last = tolerance;
+    }
+    EXPECT_NEAR(noise.tolerance(c, 1), noise.tolerance(c), 1e-12) << "head-on";
+    // Seen along the plane, next to nothing leaves it: what the stored view may be off by.
+    EXPECT_LE(noise.tolerance(c, 0) - noise.base_tolerance(),
+              0.1 * (noise.tolerance(c) - noise.base_tolerance()));
+    EXPECT_LE(noise.tolerance(c), noise.largest_tolerance());
+  }
+}
+
+TEST(NoiseModel, TakesAPointsOwnView) {
+  Parameters parameters;
+  parameters.surfaces.range_noise = 0.002;
+  const NoiseModel noise(parameters);
+  VoxelPoint p;
+  p.range_class = 8;
+  p.view = Eigen::Vector3f(0, 0.6F, 0.8F);
+  EXPECT_NEAR(noise.tolerance(p, {Eigen::Vector3d::UnitZ(), 5}), noise.tolerance(8, 0.8), 1e-9);
+  EXPECT_NEAR(noise.tolerance(p, {Eigen::Vector3d::UnitX(), 5}), noise.tolerance(8, 0), 1e-9);
+}
+
+TEST(NoiseModel, SpreadIsWhatWasMeasured) {
+  // Half of what the parameter expects: sigma stays, for tolerances; weights know better.
+  const std::uint64_t seed = test::fresh_seed();
+  std::mt19937_64 rng(seed);
+  const Parameters parameters;
+  const double truth = parameters.surfaces.sensor_noise / 2;
+  NoiseModel noise(parameters);
+  const unsigned c = range_class_of(2);
+  EXPECT_EQ(noise.spread(c), noise.sigma(c)) << "nothing is known yet";
+  for (int i = 0; i < 4; ++i) noise.observe(wall(2, truth, 0, rng));
+  EXPECT_NEAR(noise.spread(c), truth, 0.25 * truth);
+  EXPECT_EQ(noise.sigma(c), parameters.surfaces.sensor_noise);
+  EXPECT_EQ(noise.spread(15), noise.sigma(15)) << "never seen";
+
+  Parameters given = parameters;
+  given.surfaces.range_noise = 0.001;
+  NoiseModel fixed(given);
+  for (int i = 0; i < 4; ++i) fixed.observe(wall(2, truth, 0, rng));
+  EXPECT_EQ(fixed.spread(c), fixed.sigma(c));
+}
+
+TEST(NoiseModel, ShuffledScansDoNotRaiseIt) {
+  // A camera in a room, and a narrow one before a wall, with 1 mm of noise, each scan's points in any order.
+  const std::uint64_t seed = test::fresh_seed();
+  std::mt19937_64 rng(seed);
+  test::Scene room, flat;
+  room.rectangle({-2, -2, 0}, {4, 0, 0}, {0, 4, 0}).rectangle({2, -2, 0}, {0, 4, 0}, {0, 0, 2.5});
+  room.rectangle({-2, 2, 0}, {4, 0, 0}, {0, 0, 2.5}).box({0.5, 0.5, 0}, {1.2, 1, 0.8});
+  flat.rectangle({-20, -20, 3}, {40, 0, 0}, {0, 40, 0});
+  const Parameters parameters;
+  NoiseModel in_room(parameters), before_wall(parameters);
+  test::Camera wide, narrow;
+  wide.noise = narrow.noise = 0.001;
+  narrow.focal = 400;
+  const auto shuffled = [&](Scan scan) {
+    std::shuffle(scan.points.begin(), scan.points.end(), rng);
+    return scan;
+  };
+  for (int i = 0; i < 20; ++i) {
+    const Eigen::Vector3d eye(-1.5 + 0.1 * i, -1.5, 1.2);
+    in_room.observe(shuffled(test::camera_scan(room, test::look_at(eye, {1, 1, 0.6}), rng, wide)));
+    before_wall.observe(shuffled(test::camera_scan(flat, Eigen::Isometry3d::Identity(), rng, narrow)));
+  }
+  for (unsigned c = 1; c < NoiseModel::classes; ++c)
+    for (const NoiseModel* noise : {&in_room, &before_wall}) {
+      EXPECT_NEAR(noise->sigma(c), parameters.surfaces.sensor_noise, 0.001) << "class " << c;
+      EXPECT_NEAR(noise->tolerance(c), parameters.surface_tolerance(), 0.004) << "class " << c;
+    }
+}
+
 TEST(NoiseModel, StandsWhatIsNotFinite) {
   NoiseModel noise{Parameters{}};
   Scan scan;

@@ -100,6 +100,46 @@ TEST(NormalField, CornersAreNotFlat) {
   EXPECT_GE(flat_away, away * 99 / 100);
 }
 
+TEST(NormalField, AKnownTopDoesNotRoundTheEdgeBesideIt) {
+  // A table's edge: its top at z = 0 for x < 0, its side at x = 0 below; both seen from outside.
+  const std::uint64_t seed = test::fresh_seed();
+  std::mt19937_64 rng(seed);
+  std::normal_distribution<double> gauss(0, 0.002);
+  const Eigen::Vector3d y(0, 1, 0), z(0, 0, 1), eye(1.2, 0.5, 1.2);
+  Scan top = test::rectangle_scan(eye, {-0.6, 0, 0.001}, 0.599 * Eigen::Vector3d::UnitX(), y);
+  for (Eigen::Vector3f& p : top.points) p.z() += static_cast<float>(gauss(rng));
+  Scan side = test::rectangle_scan(eye, {0.001, 0, -0.5}, y, 0.49 * z);
+  for (Eigen::Vector3f& p : side.points) p.x() += static_cast<float>(gauss(rng));
+  // Angles to the side's normal of the side's points just out of reach of the top's noise.
+  const auto mean_angle = [&](bool top_is_known) {
+    MapState state{Parameters{}};
+    const auto of_top = test::occupy(state, top).appeared;
+    const auto of_side = test::occupy(state, side).appeared;
+    const double s = state.parameters.surface_tolerance();
+    if (top_is_known) {
+      Workspace work(state);
+      test::make_surface(work, of_top, {z, 0.001}, [](const Eigen::Vector3d&) { return true; });
+    }
+    Workspace work(state);
+    double sum = 0;
+    int points = 0;
+    for (const VoxelPoint& p : of_side) {
+      if (p.position.z() > -s - 0.003 || p.position.z() < -0.035F || p.position.y() < 0.2F ||
+          p.position.y() > 0.8F)
+        continue;
+      const LocalPlane plane = work.normals.at(work.window.find(p.key));
+      EXPECT_TRUE(plane.known);
+      sum += degrees_between(plane.normal.cast<double>(), Eigen::Vector3d::UnitX());
+      ++points;
+    }
+    EXPECT_GT(points, 20);
+    return sum / points;
+  };
+  const double without = mean_angle(false), with = mean_angle(true);
+  EXPECT_LT(with, 6) << "of its own points alone, as on any plane of such noise";
+  EXPECT_GT(without, 2 * with) << "the top rounds the edge while nobody knows it";
+}
+
 TEST(NormalField, TooFewOrALineIsNotKnown) {
   MapState state{Parameters{}};
   Scan scan;

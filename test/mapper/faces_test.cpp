@@ -1,0 +1,235 @@
+// One face, one surface: small steps, thin things and holes, seen by a depth camera from several sides.
+#include "support/checked_mapper.hpp"
+#include "support/guarantees.hpp"
+#include "support/polygons.hpp"
+#include "support/scene.hpp"
+
+#include <gmock/gmock.h>
+#include <numbers>
+#include <random>
+#include <set>
+
+namespace octosurf {
+namespace {
+
+using test::CheckedMapper;
+using test::Scene;
+
+const Eigen::Vector3d x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
+
+bool over(const Surface& surface, const Eigen::Vector3d& p) {
+  return test::covered((surface.T_map_surface.inverse() * p).head<2>(), test::to_boost(surface.polygons));
+}
+
+/// What a room looks like after cameras at `eyes` have looked at `targets`, 2 mm of noise.
+struct Seen {
+  Seen(const Scene& scene, double resolution, const std::vector<Eigen::Vector3d>& eyes,
+       const std::vector<Eigen::Vector3d>& targets, std::uint64_t seed)
+      : mapper(with(resolution)) {
+    std::mt19937_64 rng(seed);
+    const test::Camera camera{320, 240, 272, 0.002};
+    for (std::size_t i = 0; i < eyes.size(); ++i)
+      mapper.insert(
+          test::camera_scan(scene, test::look_at(eyes[i], targets[i % targets.size()]), rng, camera));
+    test::expect_guarantees(mapper.mapper.map());
+  }
+  static Parameters with(double resolution) {
+    Parameters parameters;
+    parameters.occupancy.resolution = resolution;
+    return parameters;
+  }
+
+  /// Surfaces of this face: over `point`, at most 8 mm and 3° off.
+  std::vector<SurfacePtr> at(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const {
+    std::vector<SurfacePtr> found;
+    for (const SurfacePtr& s : mapper.surfaces())
+      if (std::fabs(s->plane.signed_distance(point)) < 0.008 && s->plane.normal.dot(normal) > 0.99863 &&
+          over(*s, point))
+        found.push_back(s);
+    return found;
+  }
+  /// The one surface of a face; fails unless there is exactly one.
+  SurfacePtr face(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const {
+    const auto found = at(point, normal);
+    EXPECT_EQ(found.size(), 1U) << "at " << point.transpose() << ", normal " << normal.transpose();
+    return found.size() == 1 ? found.front() : nullptr;
+  }
+
+  CheckedMapper mapper;
+};
+
+std::vector<Eigen::Vector3d> circle(const Eigen::Vector3d& centre, double radius, int count) {
+  std::vector<Eigen::Vector3d> eyes;
+  for (int i = 0; i < count; ++i) {
+    const double a = 2 * std::numbers::pi * i / count + 0.3;
+    eyes.emplace_back(centre + radius * Eigen::Vector3d(std::cos(a), std::sin(a), 0));
+  }
+  return eyes;
+}
+
+class Faces : public ::testing::TestWithParam<double> {};
+
+std::string name_of(const ::testing::TestParamInfo<double>& info) {
+  return std::to_string(std::lround(info.param * 1000)) + "mm";
+}
+INSTANTIATE_TEST_SUITE_P(Voxels, Faces, ::testing::Values(0.02, 0.01), name_of);
+
+TEST_P(Faces, LowThingsStayOutOfTheFloor) {
+  Scene scene;
+  scene.rectangle({-1.2, -1.2, 0.011}, 2.4 * x, 2.4 * y);
+  scene.box({-0.5, -0.15, 0.011}, {0.5, 0.15, 0.051});   // a board of 4 cm
+  scene.box({-0.15, 0.45, 0.011}, {0.15, 0.65, 0.071});  // a box of 6 cm
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    SCOPED_TRACE(seed);
+    const Seen seen(scene, GetParam(), circle({0, 0.1, 1.3}, 0.9, 10), {{0, 0.1, 0}, {0.3, -0.2, 0}}, seed);
+    const auto board = seen.face({0, 0, 0.051}, z), box = seen.face({0, 0.55, 0.071}, z),
+               floor = seen.face({0.6, -0.6, 0.011}, z);
+    ASSERT_TRUE(board && box && floor);
+    EXPECT_NE(board->id, floor->id);
+    EXPECT_NE(box->id, floor->id);
+    EXPECT_NE(box->id, board->id);
+    EXPECT_NEAR(board->area_m2, 0.3, 0.045);
+    EXPECT_NEAR(box->area_m2, 0.06, 0.015);
+    for (const Eigen::Vector3d& p :
+         std::vector<Eigen::Vector3d>{{0, 0, 0.011}, {0.4, 0, 0.011}, {-0.4, 0, 0.011}, {0, 0.55, 0.011}})
+      EXPECT_FALSE(over(*floor, p)) << "the floor under " << p.transpose();
+    EXPECT_EQ(seen.face({-0.6, 0.6, 0.011}, z), floor) << "the floor is one";
+  }
+}
+
+TEST_P(Faces, AThinWallHasTwoSides) {
+  Scene scene;
+  scene.box({-0.05, -0.8, 0}, {0.05, 0.8, 1.2});
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    SCOPED_TRACE(seed);
+    std::vector<Eigen::Vector3d> eyes;
+    for (const double side : {-1.2, 1.2})
+      for (const double along : {-0.3, 0.0, 0.3}) eyes.emplace_back(side, along, 0.6);
+    const Seen seen(scene, GetParam(), eyes, {{0, -0.2, 0.6}, {0, 0.2, 0.6}}, seed);
+    const auto front = seen.face({0.05, 0, 0.6}, x), back = seen.face({-0.05, 0, 0.6}, -x);
+    ASSERT_TRUE(front && back);
+    EXPECT_NE(front->id, back->id);
+    EXPECT_LT(front->plane.normal.dot(back->plane.normal), -0.9998) << "1 degree";
+    EXPECT_NEAR(front->plane.signed_distance({-0.05, 0, 0.6}), -0.1, 0.003);
+    EXPECT_EQ(seen.mapper.surfaces().size(), 2U);
+  }
+}
+
+TEST_P(Faces, AHoleInATableStays) {
+  Scene scene;  // a top of 1.2 m × 0.8 m with a hole of 20 cm, over the floor
+  scene.rectangle({-1.5, -1.5, 0.011}, 3 * x, 3 * y);
+  scene.rectangle({-0.6, -0.4, 0.701}, 1.2 * x, 0.3 * y).rectangle({-0.6, 0.1, 0.701}, 1.2 * x, 0.3 * y);
+  scene.rectangle({-0.6, -0.1, 0.701}, 0.5 * x, 0.2 * y).rectangle({0.1, -0.1, 0.701}, 0.5 * x, 0.2 * y);
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    SCOPED_TRACE(seed);
+    const Seen seen(scene, GetParam(), circle({0, 0, 1.9}, 0.6, 8), {{0, 0, 0.7}}, seed);
+    const auto top = seen.face({0.4, 0.2, 0.701}, z);
+    ASSERT_TRUE(top);
+    EXPECT_FALSE(over(*top, {0, 0, 0.701}));
+    double open = 0;
+    for (const Polygon& polygon : top->polygons)
+      for (const Ring2& hole : polygon.holes)
+        open += test::bg::area(test::to_boost(Polygon{{hole.rbegin(), hole.rend()}, {}}));
+    EXPECT_GE(open, 0.8 * 0.04);
+    EXPECT_LE(open, 1.3 * 0.04);
+    EXPECT_EQ(seen.face({-0.4, -0.2, 0.701}, z), top);
+    EXPECT_EQ(seen.face({0.4, -0.2, 0.701}, z), top);
+  }
+}
+
+TEST(CoarserFaces, TopsThatLeanThreeDegreesAreTwo) {
+  const double lean = 3 * std::numbers::pi / 180, c = std::cos(lean), s = std::sin(lean);
+  struct Top {
+    const char* how;
+    Eigen::Vector3d along, across;
+  };
+  for (const Top& top : {Top{"rising", {c, 0, s}, y}, {"falling", {c, 0, -s}, y}, {"twisted", x, {0, c, s}}})
+    for (const std::uint64_t seed : {1, 2, 3}) {
+      SCOPED_TRACE(top.how + (", seed " + std::to_string(seed)));
+      Scene scene;  // two boxes, 3 cm apart
+      scene.rectangle({-1, -1, 0.011}, 2.4 * x, 2 * y);
+      scene.box({-0.4, -0.2, 0.011}, {0, 0.2, 0.311});
+      const Eigen::Vector3d corner = Eigen::Vector3d(0.03, 0, 0.311) - 0.2 * top.across, down(0, 0, -0.25);
+      const Eigen::Vector3d length = 0.4 * top.along, width = 0.4 * top.across;
+      scene.rectangle(corner, length, width).rectangle(corner, length, down).rectangle(corner, width, down);
+      scene.rectangle(corner + width, length, down).rectangle(corner + length, width, down);
+      const Seen seen(scene, 0.02, circle({0, 0, 1.4}, 0.8, 10), {{0, 0, 0.3}}, seed);
+      const auto level = seen.face({-0.2, 0, 0.311}, z),
+                 leaning = seen.face(corner + length / 2 + width / 2, top.along.cross(top.across));
+      ASSERT_TRUE(level && leaning);
+      ASSERT_NE(level->id, leaning->id);
+      EXPECT_NEAR(std::acos(level->plane.normal.dot(leaning->plane.normal)), lean, lean / 10);
+      EXPECT_NEAR(level->area_m2, 0.16, 0.02);
+      EXPECT_NEAR(leaning->area_m2, 0.16, 0.02);
+      EXPECT_EQ(std::ranges::count_if(
+                    seen.mapper.surfaces(),
+                    [](const SurfacePtr& f) { return f->plane.normal.z() > 0.95 && f->plane.offset > 0.2; }),
+                2);
+    }
+}
+
+TEST_P(Faces, RisersAndTreadsAreOneEach) {
+  constexpr int steps = 4;
+  constexpr double rise = 0.17, going = 0.29;
+  Scene scene;
+  scene.rectangle({-1.2, -0.5, 0.011}, 1.2 * x, y);
+  for (int k = 0; k < steps; ++k)
+    scene.rectangle({k * going, -0.5, 0.011 + k * rise}, rise * z, y)
+        .rectangle({k * going, -0.5, 0.011 + (k + 1) * rise}, going * x, y);
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    SCOPED_TRACE(seed);
+    std::vector<Eigen::Vector3d> eyes;
+    for (int i = 0; i < 10; ++i) eyes.emplace_back(-1 + 0.12 * i, -0.3 + 0.15 * (i % 5), 1.3 + 0.06 * i);
+    const Seen seen(scene, GetParam(), eyes, {{0.3, 0, 0.3}, {0.8, 0, 0.5}}, seed);
+    std::set<SurfaceId> ids;
+    for (int k = 0; k < steps; ++k) {
+      SCOPED_TRACE("step " + std::to_string(k + 1));
+      const auto riser = seen.face({k * going, 0, 0.011 + (k + 0.5) * rise}, -x);
+      const auto tread = seen.face({(k + 0.5) * going, 0, 0.011 + (k + 1) * rise}, z);
+      if (!riser || !tread) continue;
+      ids.insert({riser->id, tread->id});
+      EXPECT_NEAR(riser->area_m2, rise, 0.2 * rise);
+      EXPECT_NEAR(tread->area_m2, going, 0.15 * going);
+    }
+    EXPECT_EQ(ids.size(), 2U * steps);
+    EXPECT_EQ(seen.mapper.surfaces().size(), 2U * steps + 1) << "and the floor";
+  }
+}
+
+TEST_P(Faces, ABeamOfTenCentimetres) {
+  Scene scene;
+  scene.rectangle({-1, -1, 0.011}, 2 * x, 2 * y);
+  scene.box({-0.6, -0.05, 0.011}, {0.6, 0.05, 0.111});
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    SCOPED_TRACE(seed);
+    const Seen seen(scene, GetParam(), circle({0, 0, 1}, 0.9, 10), {{-0.25, 0, 0.1}, {0.25, 0, 0.1}}, seed);
+    const auto top = seen.face({0, 0, 0.111}, z), left = seen.face({0, 0.05, 0.061}, y),
+               right = seen.face({0, -0.05, 0.061}, -y), floor = seen.face({0, 0.5, 0.011}, z);
+    ASSERT_TRUE(top && left && right && floor);
+    EXPECT_NEAR(top->area_m2, 0.12, 0.03);
+    EXPECT_EQ((std::set<SurfaceId>{top->id, left->id, right->id, floor->id}.size()), 4U);
+    EXPECT_FALSE(over(*floor, {0, 0, 0.011}));
+    EXPECT_EQ(seen.face({0, -0.5, 0.011}, z), floor);
+  }
+}
+
+TEST(FinerFaces, AStepAsThickAsABook) {
+  Scene scene;  // 2.5 cm
+  scene.rectangle({-0.8, -0.8, 0.011}, 1.6 * x, 1.6 * y);
+  scene.box({-0.3, -0.2, 0.011}, {0.3, 0.2, 0.036});
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    SCOPED_TRACE(seed);
+    const Seen seen(scene, 0.01, circle({0, 0, 1}, 0.6, 10), {{0, 0, 0}}, seed);
+    const auto book = seen.face({0, 0, 0.036}, z), floor = seen.face({0.5, 0, 0.011}, z);
+    ASSERT_TRUE(book && floor);
+    EXPECT_NE(book->id, floor->id);
+    EXPECT_NEAR(book->plane.signed_distance({0, 0, 0.036}), 0, 0.0015);
+    EXPECT_NEAR(floor->plane.signed_distance({0.5, 0, 0.011}), 0, 0.0015);
+    EXPECT_NEAR(book->area_m2, 0.24, 0.03);
+    EXPECT_FALSE(over(*floor, {0, 0, 0.011}));
+    EXPECT_EQ(seen.face({-0.5, 0, 0.011}, z), floor);
+  }
+}
+
+}  // namespace
+}  // namespace octosurf
