@@ -75,6 +75,10 @@ void split(Workspace& work, SurfaceModel& surface, std::vector<std::vector<Works
     }
     work.changes.born.insert(own.id());
   }
+  // The plane it was refitted to lay between the parts.
+  work.state.surfaces.set_plane(
+      surface, fitted_plane(surface.moments(&work.state.noise), surface.reference(), surface.plane().normal));
+  surface.rehash_if_tilted();
 }
 
 /// Across its narrow side, m; of a uniform strip.

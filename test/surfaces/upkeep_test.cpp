@@ -3,6 +3,7 @@
 #include "support/map_state.hpp"
 #include "support/seed.hpp"
 #include "surfaces/blobs.hpp"
+#include "surfaces/soundness.hpp"
 
 #include <gtest/gtest.h>
 #include <random>
@@ -145,6 +146,30 @@ TEST(Refit, ReturnsWhatAMovedPlaneLeavesBehind) {
   EXPECT_NEAR(surface.plane().offset, 0.01, 0.005);
   EXPECT_GE(work.returned.size(), step.appeared.size() * 9 / 10);
   expect_in_step(floor.state);
+}
+
+TEST(Refit, GivesBothPartsOfWhatItSplitsTheirOwnPlanes) {
+  // Two tops that lean 4 degrees against one another, 4 cm apart, were one surface.
+  const double lean = 4 * std::numbers::pi / 180;
+  const Eigen::Vector3d eye(0.5, 0.2, 1.5), y(0, 0.4, 0);
+  const Eigen::Vector3d along(std::cos(lean), 0, std::sin(lean)), normal(-along.z(), 0, along.x());
+  MapState state{Parameters{}};
+  auto points = test::occupy(state, test::rectangle_scan(eye, {0, 0, 0.01}, {0.5, 0, 0}, y)).appeared;
+  const auto second =
+      test::occupy(state, test::rectangle_scan(eye, {0.54, 0, 0.01}, 0.4 * along, y)).appeared;
+  points.insert(points.end(), second.begin(), second.end());
+  Workspace work(state);
+  SurfaceModel& surface = test::make_surface(work, points, {Eigen::Vector3d::UnitZ(), 0.015}, everywhere);
+  std::vector<PointWindow::Index> all;
+  for (const VoxelPoint& p : points) all.push_back(work.window.find(p.key));
+  state.surfaces.set_plane(surface, fitted(work, all, surface.plane()));
+  surface.checked_plane = surface.plane();
+  refit(work);
+  ASSERT_EQ(state.surfaces.size(), 2U);
+  EXPECT_LT((state.surfaces.find(1)->plane().normal - Eigen::Vector3d::UnitZ()).norm(), 0.0087)
+      << "half a degree";
+  EXPECT_LT((state.surfaces.find(2)->plane().normal - normal).norm(), 0.0087);
+  expect_in_step(state);
 }
 
 TEST(Merge, KeepsPointsAndLineage) {
