@@ -148,7 +148,7 @@ class Reader {
     const auto bounded = [&](const auto& x, double limit) { return x.cwiseAbs().maxCoeff() <= limit; };
     require(s.evidence.readings >= 0 && m.count >= 0 && bounded(m.sum, reach_ * m.count + plane_slack) &&
                 bounded(m.outer, reach_ * reach_ * m.count + plane_slack) &&
-                m.outer.isApprox(m.outer.transpose(), moments_slack),
+                m.outer.diagonal().minCoeff() >= 0 && m.outer.isApprox(m.outer.transpose(), moments_slack),
             "has evidence that no scan gives");
   }
 

@@ -99,7 +99,9 @@ class Parts {
 
   /// Points by cell, cells by row.
   void fill(std::span<const Index> points) {
-    const SurfaceModel frame(0, plane_, reference_, work_.state.parameters.occupancy.resolution);
+    // About the map's origin, so that no point's place in the list decides where cells begin.
+    const SurfaceModel frame(0, plane_, plane_.offset * plane_.normal,
+                             work_.state.parameters.occupancy.resolution);
     std::vector<std::pair<PlaneCell, Index>> placed;
     placed.reserve(points.size());
     for (const Index i : points) placed.emplace_back(frame.cell_of(work_.window[i].position), i);
