@@ -230,6 +230,7 @@ void derive(Workspace& work) {
       continue;
     }
     surface.derive(state.parameters.max_hole_size());
+    surface.derive_covariance(state.noise);
     surface.revision = state.revision;
     next->surfaces.push_back(surface.publish(state.revision));
   }

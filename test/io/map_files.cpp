@@ -56,6 +56,7 @@ std::string surface_difference(const SurfaceModel::State& a, const SurfaceModel:
   if (a.hash_frame.matrix() != b.hash_frame.matrix()) return "hash frame";
   if (a.reference != b.reference) return "reference";
   if (!all_same(a.moments, b.moments)) return "moments";
+  if (a.covariance != b.covariance) return "covariance";
   if (!all_same(a.inliers, b.inliers)) return "inliers";
   if (!all_same(a.polygons, b.polygons)) return "polygons";
   if (a.parents != b.parents) return "parents";
@@ -71,6 +72,7 @@ std::string published_difference(const Surface& a, const Surface& b) {
   if (!all_same(a.polygons, b.polygons)) return "polygons";
   if (a.boundary != b.boundary || a.area_m2 != b.area_m2) return "boundary or area";
   if (a.inliers != b.inliers || a.rms_m != b.rms_m) return "inliers or rms";
+  if (a.covariance != b.covariance) return "covariance";
   if (a.revision != b.revision) return "revision";
   return {};
 }
