@@ -88,13 +88,20 @@ double width_of(const SurfaceModel& surface) {
 bool still_sound(Workspace& work, SurfaceModel& surface) {
   constexpr std::size_t proved = 20000;
   // What its neighbours have taken it down to, with some patience.
-  if (width_of(surface) < 0.8 * work.state.parameters.surfaces.min_surface_width) return false;
+  const double width = width_of(surface);
+  const double least = 0.8 * work.state.parameters.surfaces.min_surface_width;
+  const auto unsound = [&](const Unsound& why) {
+    work.changes.unsound[surface.id()] = why;
+    return false;
+  };
+  if (width < least) return unsound({Unsound::Why::narrow, width, least});
   if (surface.settled()) return true;
   surface.unchecked = 0;
   if (surface.size() > proved) return true;
   const std::vector<Workspace::Index> points = indices_of(work, surface);
-  if (bends(work, surface, points)) return false;
-  if (parallel_sheet(work, points, surface.plane(), surface.id()) != 0) return false;
+  if (bends(work, surface, points)) return unsound({Unsound::Why::bent});
+  if (const SurfaceId neighbour = parallel_sheet(work, points, surface.plane(), surface.id()); neighbour != 0)
+    return unsound({Unsound::Why::sheet, 0, 0, neighbour});
   std::vector<std::vector<Workspace::Index>> parts = parts_of(work, points, surface.plane());
   if (parts.size() > 1) split(work, surface, std::move(parts));
   return true;
@@ -182,6 +189,8 @@ void refit(Workspace& work) {
     if (displacement(surface, plane, surface.checked_plane) > patience) drop_misfits(work, surface);
     surface.rehash_if_tilted();
     if (too_small(work, surface)) {
+      const auto n = static_cast<double>(state.parameters.min_surface_points());
+      work.changes.unsound[id] = {Unsound::Why::few, static_cast<double>(surface.size()), n};
       dissolve(work, surface);
     } else if (state.parameters.aligned() && !still_sound(work, surface)) {
       // Its points are settled: the same plane would only be found again.
