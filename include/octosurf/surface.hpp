@@ -60,6 +60,7 @@ struct Surface {
   /// off = c + a·u + b·v there, and this is the covariance of (a [rad], b [rad], c [m]) about zero, out of
   /// what the readings scatter about the plane. Symmetric positive definite. It does not know the poses'
   /// errors, nor what readings have in common (a sensor's bias): where those count, the plane is less sure.
+  /// Simulated tables erred by 0.7 to 1.5 times as much, by up to 2 where the noise reaches s.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   std::uint64_t revision = 0;      ///< map revision of the last change
   std::vector<SurfaceId> parents;  ///< ids merged into this one, or the one it was split from

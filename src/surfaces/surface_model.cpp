@@ -254,8 +254,12 @@ void SurfaceModel::derive(double max_hole_size) {
 }
 
 void SurfaceModel::derive_covariance(const NoiseModel& noise) {
-  const Moments about = moments(&noise).shifted(pose_.translation() - reference_);
-  const Eigen::Matrix3d c = plane_over(about, pose_.linear().transpose(), readings()).covariance;
+  const Eigen::Vector3d origin = pose_.translation() - reference_;
+  Moments kept = moments(&noise);
+  kept.add(evidence_.moments, -1);
+  const std::array<ReadingGroup, 2> groups{{{kept.shifted(origin), static_cast<double>(size_)},
+                                            {evidence_.moments.shifted(origin), evidence_.readings}}};
+  const Eigen::Matrix3d c = covariance_over(groups, pose_.linear().transpose());
   constexpr std::array<int, 3> order{1, 2, 0};  // slopes first
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 3; ++column)
