@@ -57,6 +57,7 @@ void print_json(const Explanation& why) {
   json["asked"] = place(why.asked);
   json["looked_at"] = why.looked_at ? place(*why.looked_at) : Json();
   json["surface"] = why.surface != 0 ? Json(why.surface) : Json();
+  json["cylinder"] = why.cylinder != 0 ? Json(why.cylinder) : Json();
   json["nearest"] =
       why.nearest != 0 ? Json{{"surface", why.nearest}, {"distance_m", why.nearest_distance}} : Json();
   json["figures"] = Json::array();

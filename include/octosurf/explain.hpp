@@ -17,6 +17,7 @@ enum class Reason {
   on_surface,         ///< there is one: the place lies within its polygons
   in_hole,            ///< in a hole of a surface
   beside_surface,     ///< the nearest point belongs to a surface, the place is outside its polygons
+  on_cylinder,        ///< the nearest point is pending and supports a cylinder
   outside_map,        ///< beyond the octree's 2¹⁶ voxels
   unseen,             ///< no ray ever reached it
   free_space,         ///< rays passed through
@@ -51,6 +52,7 @@ struct Explanation {
   Eigen::Vector3d asked{0, 0, 0};            ///< map frame
   std::optional<Eigen::Vector3d> looked_at;  ///< the nearest point within h, if there is one
   SurfaceId surface = 0;                     ///< the surface that the reason is about; 0: none
+  CylinderId cylinder = 0;                   ///< that the point supports; 0: none
   SurfaceId nearest = 0;                     ///< surface with the nearest inlier; 0: no surfaces
   double nearest_distance = 0;               ///< m, to that inlier
   std::vector<Figure> figures;

@@ -89,6 +89,14 @@ Json pose_json(const Surface& surface) {
   return list;
 }
 
+Json covariance_json(const Surface& surface) {
+  Json list = Json::array();
+  for (Eigen::Index row = 0; row < 3; ++row)
+    for (Eigen::Index column = 0; column < 3; ++column)
+      list.push_back(finite(surface.covariance(row, column), surface.id));
+  return list;
+}
+
 Json surface_json(const ExportJob& job, const Surface& surface) {
   const SurfaceId id = surface.id;
   Json color = Json::array();  // a float's own digits, not those of the double it becomes
@@ -104,6 +112,9 @@ Json surface_json(const ExportJob& job, const Surface& surface) {
   json["area_m2"] = finite(surface.area_m2, id);
   json["inliers"] = surface.inliers;
   json["rms_m"] = finite(surface.rms_m, id);
+  json["covariance"] = covariance_json(surface);
+  json["normal_std_deg"] = finite(surface.normal_std_rad() * 180 / std::numbers::pi, id);
+  json["offset_std_m"] = finite(surface.offset_std_m(), id);
   json["revision"] = surface.revision;
   json["parents"] = surface.parents;
   json["polygons"] = polygons_json(job, surface);

@@ -2,6 +2,7 @@
 
 #include "map_file.pb.h"
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <cstdint>
 #include <numeric>
@@ -75,6 +76,7 @@ class Reader {
     s.reference = place(numbers(record_.reference(), 3));
     read_moments(s);
     read_evidence(s);
+    read_covariance(s);
     s.polygons = polygons(record_.polygons());
     for (const SurfaceId parent : record_.parents()) {
       require(parent > 0 && parent < bounds_.next_id, "has a parent that never was");
@@ -152,6 +154,15 @@ class Reader {
             "has evidence that no scan gives");
   }
 
+  void read_covariance(SurfaceModel::State& s) const {
+    if (record_.covariance_size() == 0) return;  // likewise
+    const auto v = numbers(record_.covariance(), 6);
+    s.covariance << v[0], v[1], v[2], v[1], v[3], v[4], v[2], v[4], v[5];
+    require(
+        s.covariance.cwiseAbs().maxCoeff() <= reach_ * reach_ && s.covariance.llt().info() == Eigen::Success,
+        "has a covariance that no fit gives");
+  }
+
   void read_moments(SurfaceModel::State& s) const {
     const auto v = numbers(record_.moments(), moment_doubles * static_cast<int>(s.moments.size()));
     std::array<Moments, NoiseModel::classes> sums;
@@ -218,6 +229,9 @@ void write_surface(const SurfaceModel::State& surface, map_file::Surface& record
     record.add_evidence(surface.evidence.readings);
     put(surface.evidence.moments, *record.mutable_evidence());
   }
+  if (!surface.covariance.isZero(0))
+    for (int row = 0; row < 3; ++row)
+      for (int column = row; column < 3; ++column) record.add_covariance(surface.covariance(row, column));
   put(surface.polygons, *record.mutable_polygons());
   for (const SurfaceId parent : surface.parents) record.add_parents(parent);
   record.set_polygons_stale(surface.polygons_stale);

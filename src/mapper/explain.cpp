@@ -94,6 +94,8 @@ std::optional<std::pair<SurfaceId, Reason>> surface_around(const MapState& state
   return found;
 }
 
+/// What detection and refit() read of a map. Not the cylinders, which planes take no notice of, nor what is
+/// accumulated: the points to begin with are chosen here.
 std::unique_ptr<MapState> copy_of(const MapState& state) {
   auto copy = std::make_unique<MapState>(state.parameters);
   std::deque<std::string> chunks;
@@ -113,10 +115,11 @@ std::unique_ptr<MapState> copy_of(const MapState& state) {
   return copy;
 }
 
-/// Detection once more, around a pending point, and what it said of every point.
+/// Detection once more, around a pending point, and what it said of every point. `cylinders` are the map's.
 class Rerun {
  public:
-  Rerun(MapState& copy, VoxelKey place) : work_(copy), place_(place) {
+  Rerun(MapState& copy, const CylinderStore& cylinders, VoxelKey place)
+      : work_(copy), cylinders_(cylinders), place_(place) {
     const Parameters& p = copy.parameters;
     const double radius = std::max(4 * p.max_hole_size(), 2 * p.search_radius());
     const RefusalSink note = [this](const Refused& refused) {
@@ -124,14 +127,17 @@ class Rerun {
     };
     detect_from(work_, pending_within(radius), &note);
     for (const VoxelKey key : pending_) taken_[key] = work_.window[work_.window.find(key)].surface;
-    refit(work_);  // which dissolves what is found out to be bent
+    refit(work_);  // which dissolves what it finds out to be none
   }
 
   /// The reason for one point, with its figures.
   Verdict verdict(VoxelKey key) {
+    if (const CylinderId cylinder = cylinders_.owner(key); cylinder != 0) return on_cylinder(cylinder);
     const Index i = work_.window.find(key);
-    if (const SurfaceId born = taken_[key]; born != 0)
-      return work_.changes.gone.contains(born) ? verdict_of({Refusal::bent, {}}) : Verdict{};
+    if (const SurfaceId born = taken_[key]; born != 0) {
+      const auto dissolved = work_.changes.unsound.find(born);
+      return dissolved == work_.changes.unsound.end() ? Verdict{} : verdict_of(dissolved->second);
+    }
     if (const auto found = refused_.find(i); found != refused_.end()) return verdict_of(found->second);
     const LocalPlane& local = work_.normals.at(i);
     return local.known ? not_flat(local.curvature, work_.state.parameters.detection.max_curvature)
@@ -159,6 +165,7 @@ class Rerun {
   }
 
   Workspace work_;
+  const CylinderStore& cylinders_;
   VoxelKey place_;
   std::vector<VoxelKey> pending_;
   std::map<VoxelKey, SurfaceId> taken_;  // by detection, before upkeep had its say
@@ -167,7 +174,7 @@ class Rerun {
 
 void explain_pending(const MapState& state, const VoxelPoint& point, Explanation& result) {
   const std::unique_ptr<MapState> copy = copy_of(state);
-  Rerun rerun(*copy, point.key);
+  Rerun rerun(*copy, state.cylinders, point.key);
   Verdict verdict = rerun.verdict(point.key);
   if (verdict.reason == Reason::waiting) {
     const auto n = static_cast<double>(state.parameters.min_surface_points());
@@ -176,6 +183,7 @@ void explain_pending(const MapState& state, const VoxelPoint& point, Explanation
   result.reason = verdict.reason;
   result.sentence = verdict.sentence;
   result.surface = verdict.surface;
+  result.cylinder = verdict.cylinder;
   result.figures = std::move(verdict.figures);
   result.around = rerun.reasons_within(state.parameters.max_hole_size(), result.asked);
 }
@@ -189,11 +197,11 @@ void explain_known(const SurfaceId id, Reason place, Explanation& result) {
 }  // namespace
 
 std::string_view reason_name(Reason reason) {
-  constexpr std::array<std::string_view, 19> names{
-      "on_surface",       "in_hole",     "beside_surface", "outside_map", "unseen",
-      "free_space",       "no_point",    "isolated",       "no_normal",   "not_flat",
-      "too_few_points",   "too_narrow",  "bent",           "scattered",   "too_few_for_range",
-      "normals_disagree", "noise_sheet", "seen_through",   "waiting"};
+  constexpr std::array<std::string_view, 20> names{
+      "on_surface",   "in_hole",  "beside_surface", "on_cylinder",       "outside_map",      "unseen",
+      "free_space",   "no_point", "isolated",       "no_normal",         "not_flat",         "too_few_points",
+      "too_narrow",   "bent",     "scattered",      "too_few_for_range", "normals_disagree", "noise_sheet",
+      "seen_through", "waiting"};
   return names.at(static_cast<std::size_t>(reason));
 }
 

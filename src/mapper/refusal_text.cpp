@@ -84,6 +84,27 @@ Verdict verdict_of(const Refused& refused) {
   return {};
 }
 
+Verdict verdict_of(const Unsound& dissolved) {
+  const auto as = [&](Refusal why) {
+    return verdict_of(Refused{why, {}, dissolved.measured, dissolved.limit, dissolved.neighbour});
+  };
+  switch (dissolved.why) {
+    case Unsound::Why::few:
+      return as(Refusal::few_on_plane);
+    case Unsound::Why::narrow:
+      return as(Refusal::narrow);
+    case Unsound::Why::bent:
+      return as(Refusal::bent);
+    case Unsound::Why::sheet:
+      return as(Refusal::noise_sheet);
+  }
+  return {};
+}
+
+Verdict on_cylinder(CylinderId cylinder) {
+  return {Reason::on_cylinder, text("No surface: this is on cylinder ", cylinder, "."), {}, 0, cylinder};
+}
+
 Verdict not_flat(double curvature, double limit) {
   return {Reason::not_flat,
           text("No surface: the surroundings of the point here are not flat (curvature ", curvature,

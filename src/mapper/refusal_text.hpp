@@ -1,6 +1,7 @@
 #pragma once
 
 #include "detection/refusal.hpp"
+#include "surfaces/changes.hpp"
 
 #include <string>
 #include <vector>
@@ -15,9 +16,12 @@ struct Verdict {
   std::string sentence;
   std::vector<Figure> figures;
   SurfaceId surface = 0;
+  CylinderId cylinder = 0;
 };
 
 Verdict verdict_of(const Refused& refused);  ///< does not look at its points
+Verdict verdict_of(const Unsound& dissolved);
+Verdict on_cylinder(CylinderId cylinder);
 Verdict not_flat(double curvature, double limit);
 Verdict no_normal();
 /// Of a point that detection would take now: `accumulated` points wait for a run, which needs `n`.

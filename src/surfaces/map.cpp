@@ -1,6 +1,8 @@
 #include "surfaces/map_state.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 
 #include <octosurf/map.hpp>
 
@@ -29,6 +31,12 @@ std::vector<SurfacePtr> Snapshot::changed_since(std::uint64_t since) const {
   std::copy_if(surfaces.begin(), surfaces.end(), std::back_inserter(changed),
                [since](const SurfacePtr& s) { return s->revision > since; });
   return changed;
+}
+
+double Surface::normal_std_rad() const {
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> slopes;
+  slopes.computeDirect(covariance.topLeftCorner<2, 2>(), Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, slopes.eigenvalues()[1]));
 }
 
 Map::Map(const Parameters& parameters) {

@@ -1,5 +1,7 @@
 #include "surfaces/parts.hpp"
 
+#include "surfaces/plane_covariance.hpp"
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -11,12 +13,6 @@ namespace octosurf {
 namespace {
 
 using Index = Workspace::Index;
-
-/// A patch's plane by least squares over a given frame: off = offset + slopes·(u, v), and how sure it is.
-struct Height {
-  Eigen::Vector3d plane;       // offset, slopes
-  Eigen::Matrix3d covariance;  // of these
-};
 
 /// How much a fit's slopes may be off beside its noise, because that is not independent from point to
 /// point: a laser's line errs as a whole. `bias` m at the patch's own standard width, where scatter
@@ -32,27 +28,12 @@ Eigen::Matrix2d slope_bias(const Moments& moments, const Eigen::Matrix3d& R, dou
 }
 
 /// `R`: rows u, v, normal of the frame; `origin`: its origin.
-Height height_of(const Patch& patch, const Eigen::Matrix3d& R, const Eigen::Vector3d& origin, double bias,
-                 double resolution) {
+PlaneOverFrame height_of(const Patch& patch, const Eigen::Matrix3d& R, const Eigen::Vector3d& origin,
+                         double bias, double resolution) {
   const Moments about = patch.moments.shifted(origin - patch.reference);
-  const Eigen::Vector3d sum = R * about.sum;
-  const Eigen::Matrix3d outer = R * about.outer * R.transpose();
-  Eigen::Matrix3d normal;
-  normal << about.count, sum.x(), sum.y(),  //
-      sum.x(), outer(0, 0), outer(0, 1),    //
-      sum.y(), outer(0, 1), outer(1, 1);
-  const Eigen::Vector3d right(sum.z(), outer(0, 2), outer(1, 2));
-  // Of a handful of points, or a line of them, a slope of 1 is as good as none; it keeps this regular.
-  const double least = 1e-9 * about.count;
-  normal.diagonal().tail<2>().array() += least;
-  Height height;
-  height.plane = normal.ldlt().solve(right);
-  const double left = std::max(0.0, outer(2, 2) - right.dot(height.plane));
-  const double variance = left / std::max(1.0, patch.points - 3) + 1e-8;
-  normal.diagonal().tail<2>().array() += variance;
-  height.covariance = variance * normal.inverse();
+  PlaneOverFrame height = plane_over(about, R, patch.points);
   Eigen::Matrix<double, 3, 2> at_origin;  // a slope turns the patch about its own centre
-  at_origin << -(sum / about.count).head<2>().transpose(), Eigen::Matrix2d::Identity();
+  at_origin << -(R * about.sum / about.count).head<2>().transpose(), Eigen::Matrix2d::Identity();
   height.covariance += at_origin * slope_bias(patch.moments, R, bias, resolution) * at_origin.transpose();
   return height;
 }
@@ -304,8 +285,8 @@ bool one_plane(const Patch& a, const Patch& b, const Plane& about, const Eigen::
   constexpr double limit = 16.3;       // χ² of three, 99.9 %
   const Eigen::Matrix3d R = plane_axes(about.normal).transpose();
   const double bias = tolerance / 30;
-  const Height of_a = height_of(a, R, contact, bias, resolution),
-               of_b = height_of(b, R, contact, bias, resolution);
+  const PlaneOverFrame of_a = height_of(a, R, contact, bias, resolution),
+                       of_b = height_of(b, R, contact, bias, resolution);
   Eigen::Matrix3d covariance = of_a.covariance + of_b.covariance;
   covariance.diagonal() +=
       Eigen::Vector3d(tolerance * tolerance / 100, edge_bias * edge_bias, edge_bias * edge_bias);

@@ -1,6 +1,7 @@
 #include "surfaces/surface_model.hpp"
 
 #include "surfaces/alpha_shape.hpp"
+#include "surfaces/plane_covariance.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -252,6 +253,19 @@ void SurfaceModel::derive(double max_hole_size) {
   polygons_stale_ = false;
 }
 
+void SurfaceModel::derive_covariance(const NoiseModel& noise) {
+  const Eigen::Vector3d origin = pose_.translation() - reference_;
+  Moments kept = moments(&noise);
+  kept.add(evidence_.moments, -1);
+  const std::array<ReadingGroup, 2> groups{{{kept.shifted(origin), static_cast<double>(size_)},
+                                            {evidence_.moments.shifted(origin), evidence_.readings}}};
+  const Eigen::Matrix3d c = covariance_over(groups, pose_.linear().transpose());
+  constexpr std::array<int, 3> order{1, 2, 0};  // slopes first
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column)
+      covariance_(row, column) = (c(order[row], order[column]) + c(order[column], order[row])) / 2;
+}
+
 SurfacePtr SurfaceModel::publish(std::uint64_t map_revision) const {
   auto surface = std::make_shared<Surface>();
   surface->id = id_;
@@ -268,14 +282,16 @@ SurfacePtr SurfaceModel::publish(std::uint64_t map_revision) const {
   }
   surface->inliers = size_;
   surface->rms_m = rms();
+  surface->covariance = covariance_;
   surface->revision = map_revision;
   surface->parents = parents_;
   return surface;
 }
 
 SurfaceModel::State SurfaceModel::state() const {
-  return {id_,       plane_,           checked_plane, pose_,    hash_frame_,     reference_, moments_,
-          evidence_, sorted_inliers(), polygons_,     parents_, polygons_stale_, revision,   unchecked};
+  return {id_,        plane_,   checked_plane,   pose_,       hash_frame_,
+          reference_, moments_, evidence_,       covariance_, sorted_inliers(),
+          polygons_,  parents_, polygons_stale_, revision,    unchecked};
 }
 
 SurfaceModel::SurfaceModel(const State& state, double resolution)
@@ -288,6 +304,7 @@ SurfaceModel::SurfaceModel(const State& state, double resolution)
   for (const Inlier& inlier : state.inliers) insert(inlier);
   moments_ = state.moments;
   evidence_ = state.evidence;
+  covariance_ = state.covariance;
   parents_ = state.parents;
   polygons_ = state.polygons;
   polygons_stale_ = state.polygons_stale;

@@ -119,6 +119,11 @@ class SurfaceModel {
   std::size_t outline_sites() const { return outline_ ? outline_->sites() : 0; }
   const std::vector<Polygon>& polygons() const { return polygons_; }
 
+  /// Brings the covariance up to date with moments(&noise) and pose, see Surface::covariance. O(1).
+  void derive_covariance(const NoiseModel& noise);
+  /// As last derived; zero before.
+  const Eigen::Matrix3d& covariance() const { return covariance_; }
+
   /// The immutable form for readers.
   SurfacePtr publish(std::uint64_t revision) const;
 
@@ -130,6 +135,7 @@ class SurfaceModel {
     Eigen::Vector3d reference = Eigen::Vector3d::Zero();
     std::array<Moments, NoiseModel::classes> moments;
     Evidence evidence;
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
     std::vector<Inlier> inliers;  ///< key order
     std::vector<Polygon> polygons;
     std::vector<SurfaceId> parents;
@@ -164,6 +170,7 @@ class SurfaceModel {
   Eigen::Vector3d reference_;
   std::array<Moments, NoiseModel::classes> moments_;
   Evidence evidence_;
+  Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
   tsl::robin_map<std::uint64_t, Cell, PackedKeyHash> cells_;
   CellBits bits_;
   std::optional<Outline> outline_;  // none before the first derive()

@@ -92,19 +92,25 @@ double width_of(const SurfaceModel& surface) {
 bool still_sound(Workspace& work, SurfaceModel& surface) {
   constexpr std::size_t proved = 20000;
   // What its neighbours have taken it down to, with some patience.
-  if (width_of(surface) < 0.8 * work.state.parameters.surfaces.min_surface_width) return false;
+  const double width = width_of(surface);
+  const double least = 0.8 * work.state.parameters.surfaces.min_surface_width;
+  const auto unsound = [&](const Unsound& why) {
+    work.changes.unsound[surface.id()] = why;
+    return false;
+  };
+  if (width < least) return unsound({Unsound::Why::narrow, width, least});
   if (surface.settled()) return true;
   surface.unchecked = 0;
   if (surface.size() > proved) return true;
   const std::vector<Workspace::Index> points = indices_of(work, surface);
-  if (bends(work, surface, points)) return false;
+  if (bends(work, surface, points)) return unsound({Unsound::Why::bent});
   const Sheet sheet = sheet_of(work, points, surface.plane(), surface.id());
-  if (sheet.covers_much_of(points.size())) return false;
+  if (sheet.covers_much_of(points.size())) return unsound({Unsound::Why::sheet, 0, 0, sheet.over});
   if (sheet.points.size() * 20 > points.size()) {
     const std::size_t returned = work.returned.size();
     for (const Workspace::Index i : sheet.points) work.take_back(i);
     work.returned.resize(returned);  // they would only be found again
-    return !too_small(work, surface);
+    return !too_small(work, surface) || unsound({Unsound::Why::sheet, 0, 0, sheet.over});
   }
   std::vector<std::vector<Workspace::Index>> parts = parts_of(work, points, surface.plane());
   if (parts.size() > 1) split(work, surface, std::move(parts));
@@ -193,6 +199,8 @@ void refit(Workspace& work) {
     if (displacement(surface, plane, surface.checked_plane) > patience) drop_misfits(work, surface);
     surface.rehash_if_tilted();
     if (too_small(work, surface)) {
+      const auto n = static_cast<double>(state.parameters.min_surface_points());
+      work.changes.unsound[id] = {Unsound::Why::few, static_cast<double>(surface.size()), n};
       dissolve(work, surface);
     } else if (state.parameters.aligned() && !still_sound(work, surface)) {
       // Its points are settled: the same plane would only be found again.
@@ -257,6 +265,7 @@ void derive(Workspace& work) {
       continue;
     }
     surface.derive(state.parameters.max_hole_size());
+    surface.derive_covariance(state.noise);
     surface.revision = state.revision;
     next->surfaces.push_back(surface.publish(state.revision));
   }

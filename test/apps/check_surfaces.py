@@ -20,6 +20,9 @@ for surface in data["surfaces"]:
     normal, offset = surface["plane"]["normal"], surface["plane"]["offset"]
     assert is_point(normal) and abs(sum(x * x for x in normal) - 1) < 1e-9
     assert is_point(surface["T_map_surface"], 16) and surface["T_map_surface"][12:] == [0, 0, 0, 1]
+    covariance = surface["covariance"]
+    assert is_point(covariance, 9) and covariance[1] == covariance[3] and min(covariance[::4]) > 0
+    assert abs(surface["offset_std_m"] ** 2 - covariance[8]) < 1e-12 and 0 < surface["normal_std_deg"] < 90
     assert isinstance(surface["parents"], list)
     rings = [ring for p in surface["polygons"] for ring in [p["outer"], *p["holes"]]]
     assert rings and all(len(ring) >= 3 for ring in rings)

@@ -32,6 +32,7 @@ TEST_F(ExplainVerb, AnswersInJson) {
   EXPECT_EQ(there.at("asked"), json({0.2, 0.0, 0.5}));
   EXPECT_TRUE(there.at("looked_at").is_null());
   EXPECT_TRUE(there.at("surface").is_null());
+  EXPECT_TRUE(there.at("cylinder").is_null());
   EXPECT_EQ(there.at("nearest").at("surface"), 1);
   EXPECT_NEAR(there.at("nearest").at("distance_m").get<double>(), 0.5 - floor_height, 0.001);
   EXPECT_EQ(there.at("figures"), json::array());

@@ -33,9 +33,13 @@ def cross(a, b): return [a[1]*b[2]-a[2]*b[1], a[2]*b[0]-a[0]*b[2], a[0]*b[1]-a[1
 def dot(a, b): return sum(x*y for x, y in zip(a, b))
 def area(ring, n): return dot(n, [sum(c) for c in zip(*(cross(p, q) for p, q in zip(ring, ring[1:]+ring[:1])))])/2
 for i, s in enumerate(d['surfaces']):
-    assert set(s) == {'id','color','plane','T_map_surface','area_m2','inliers','rms_m','revision','parents','polygons','boundary'}
+    assert set(s) == {'id','color','plane','T_map_surface','area_m2','inliers','rms_m','covariance','normal_std_deg','offset_std_m','revision','parents','polygons','boundary'}
     assert s['id'] == 3*i+2 and s['inliers'] == 100*s['id'] and s['revision'] == 10+s['id']
     assert abs(s['rms_m'] - 0.001*s['id']) < 1e-12 and s['parents'] == ([1, 4] if s['id'] > 4 else [])
+    k = s['id']
+    assert s['covariance'] == [4e-6*k, 1e-6*k, 0, 1e-6*k, 4e-6*k, 0, 0, 0, 1e-6*k]
+    assert abs(s['normal_std_deg'] - math.degrees(math.sqrt(5e-6*k))) < 1e-9, 'along the diagonal'
+    assert abs(s['offset_std_m'] - math.sqrt(1e-6*k)) < 1e-12
     assert len(s['color']) == 3 and all(0 <= c <= 1 for c in s['color'])
     n, T = s['plane']['normal'], s['T_map_surface']
     assert len(T) == 16 and T[12:] == [0, 0, 0, 1] and [T[2], T[6], T[10]] == n

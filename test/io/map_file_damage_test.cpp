@@ -272,6 +272,16 @@ const std::vector<Spoiled>& spoiled_files() {
        [](Spoiler& s) {
          s.surface().set_evidence(6, s.surface().evidence(6) + 10 * s.surface().evidence(1));
        }},
+      {"lacks numbers", [](Spoiler& s) { s.surface().add_covariance(0); }},
+      {"not finite", [](Spoiler& s) { s.surface().set_covariance(2, not_a_number); }},
+      {"covariance that no fit gives",
+       [](Spoiler& s) { s.surface().set_covariance(5, -s.surface().covariance(5)); }},
+      {"covariance that no fit gives", [](Spoiler& s) { s.surface().set_covariance(1, 1); }},
+      {"covariance that no fit gives", [](Spoiler& s) { s.surface().set_covariance(0, 1e300); }},
+      {"covariance that no fit gives",
+       [](Spoiler& s) {
+         for (double& c : *s.surface().mutable_covariance()) c = 0;
+       }},
       {"do not add up", [](Spoiler& s) { s.surface().mutable_polygons()->set_vertices(0, 1 << 30); }},
       {"do not add up", [](Spoiler& s) { s.surface().mutable_polygons()->add_rings(0xffffffff); }},
       {"do not add up", [](Spoiler& s) { s.surface().mutable_polygons()->add_uv(0); }},

@@ -102,6 +102,21 @@ TEST_F(MapFiles, LineageAndUsedUpIdsComeBack) {
   EXPECT_EQ(difference(a.map, load_map(folder / "b").map), "");
 }
 
+TEST_F(MapFiles, AFileWithoutCovariancesGetsThemFromItsMoments) {
+  const Map map = map_of(changing_room(9));
+  std::vector<map_file::Record> records = unpack(bytes_of(map));
+  for (map_file::Record& record : records)
+    if (record.has_surface()) record.mutable_surface()->clear_covariance();
+  write_file(folder / "old.surfaces", pack(records));
+  const LoadedMap old = load_map(folder / "old");
+  for (const SurfacePtr& surface : old.map.snapshot()->surfaces) {
+    // Of the noise as it is known by now, and with what was seen again since they were published.
+    const Eigen::Matrix3d kept = map.snapshot()->find(surface->id)->covariance;
+    EXPECT_GT(surface->offset_std_m(), 0.5 * std::sqrt(kept(2, 2)));
+    EXPECT_LT(surface->offset_std_m(), 2 * std::sqrt(kept(2, 2)));
+  }
+}
+
 TEST_F(MapFiles, SameStateSameBytes) {
   const Map map = map_of(changing_room(9));
   save_map(map, folder / "a");

@@ -58,6 +58,7 @@ std::string surface_difference(const SurfaceModel::State& a, const SurfaceModel:
   if (!all_same(a.moments, b.moments)) return "moments";
   if (!same(a.evidence.moments, b.evidence.moments) || a.evidence.readings != b.evidence.readings)
     return "evidence";
+  if (a.covariance != b.covariance) return "covariance";
   if (!all_same(a.inliers, b.inliers)) return "inliers";
   if (!all_same(a.polygons, b.polygons)) return "polygons";
   if (a.parents != b.parents) return "parents";
@@ -73,6 +74,7 @@ std::string published_difference(const Surface& a, const Surface& b) {
   if (!all_same(a.polygons, b.polygons)) return "polygons";
   if (a.boundary != b.boundary || a.area_m2 != b.area_m2) return "boundary or area";
   if (a.inliers != b.inliers || a.rms_m != b.rms_m) return "inliers or rms";
+  if (a.covariance != b.covariance) return "covariance";
   if (a.revision != b.revision) return "revision";
   return {};
 }

@@ -42,6 +42,9 @@ class SnapshotBuilder {
     surface.area_m2 = area_m2;
     surface.inliers = 100 * surface.id;
     surface.rms_m = 0.001 * surface.id;
+    surface.covariance << 4e-6 * surface.id, 1e-6 * surface.id, 0,  //
+        1e-6 * surface.id, 4e-6 * surface.id, 0,                    //
+        0, 0, 1e-6 * surface.id;
     surface.revision = 10 + surface.id;
     if (surface.id > 4) surface.parents = {1, 4};
     snapshot_.surfaces.push_back(std::make_shared<const Surface>(std::move(surface)));

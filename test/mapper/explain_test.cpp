@@ -173,17 +173,37 @@ TEST(Explain, TooNarrow) {
   EXPECT_EQ(why.figures[0].at_least, Parameters{}.surfaces.min_surface_width);
 }
 
-TEST(Explain, Bent) {
-  Scan pillar;  // of radius 0.25 m
+/// Of radius 0.25 m around the z axis, seen from +x.
+Scan pillar_scan() {
+  Scan pillar;
   pillar.T_map_sensor.translation() = Eigen::Vector3d(1.5, 0, 0.5);
   for (double z = 0; z < 1; z += 0.009)
     for (double a = -1.2; a < 1.2; a += 0.03)
       pillar.points.push_back(
           (Eigen::Vector3d(0.25 * std::cos(a), 0.25 * std::sin(a), z) - pillar.T_map_sensor.translation())
               .cast<float>());
-  const Mapper mapper = mapped({pillar});
+  return pillar;
+}
+
+TEST(Explain, Bent) {
+  Parameters parameters;
+  parameters.detection.detect_cylinders = false;
+  const Mapper mapper = mapped({pillar_scan()}, parameters);
   ASSERT_EQ(mapper.map().size().surfaces, 0U);
   EXPECT_EQ(ask(mapper.map(), {0.25, 0, 0.5}).reason, Reason::bent);
+}
+
+TEST(Explain, OnACylinder) {
+  const Mapper mapper = mapped({floor_scan(), pillar_scan()});
+  ASSERT_EQ(mapper.snapshot()->cylinders.size(), 1U);
+  const CylinderId id = mapper.snapshot()->cylinders[0]->id;
+  const Explanation why = ask(mapper.map(), {0.25, 0, 0.5});
+  EXPECT_EQ(why.reason, Reason::on_cylinder);
+  EXPECT_EQ(why.cylinder, id);
+  EXPECT_EQ(why.surface, 0U);
+  EXPECT_EQ(why.sentence, "No surface: this is on cylinder " + std::to_string(id) + ".");
+  EXPECT_GT(why.around.at(Reason::on_cylinder), 10U) << "of the pending points within 8 cm";
+  EXPECT_EQ(ask(mapper.map(), {0.5, 0.5, 0.01}).cylinder, 0U);
 }
 
 TEST(Explain, Scattered) {

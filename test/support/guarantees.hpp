@@ -4,6 +4,7 @@
 #include "support/slow_polygons.hpp"
 #include "surfaces/map_state.hpp"
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <gmock/gmock.h>
 #include <string>
@@ -46,6 +47,8 @@ inline void expect_guarantees(const Map& map) {
     model.for_each_inlier([&](const Inlier& inlier) {
       squares += std::pow(surface->plane.signed_distance(inlier.position.cast<double>()), 2);
     });
+    EXPECT_EQ(surface->covariance, surface->covariance.transpose());
+    EXPECT_EQ(surface->covariance.llt().info(), Eigen::Success) << surface->covariance;
     EXPECT_NEAR(surface->rms_m, std::sqrt(squares / static_cast<double>(model.size())), 1e-6);
   }
 }
@@ -88,6 +91,7 @@ inline std::string digest(const Map& map) {
       put(i.range_class);
       for (int a = 0; a < 3; ++a) put(i.position[a]);
     }
+    for (int i = 0; i < 9; ++i) put(s.covariance.data()[i]);
     put_rings(s.polygons);
     for (const SurfaceId parent : s.parents) put(parent);
     put(s.polygons_stale);

@@ -172,6 +172,70 @@ TEST(Refit, GivesBothPartsOfWhatItSplitsTheirOwnPlanes) {
   expect_in_step(state);
 }
 
+Unsound::Why dissolved(const Workspace& work, SurfaceId id) {
+  EXPECT_TRUE(work.changes.gone.contains(id));
+  EXPECT_EQ(work.state.surfaces.find(id), nullptr);
+  return work.changes.unsound.at(id).why;
+}
+
+TEST(Refit, TellsWhyItDissolvesWhatIsTooNarrow) {
+  Floor floor;
+  Workspace work(floor.state);
+  test::make_surface(work, floor.delta.appeared, ground,
+                     [](const Eigen::Vector3d& p) { return p.y() > 0.5 && p.y() < 0.52; });
+  refit(work);
+  ASSERT_EQ(dissolved(work, 1), Unsound::Why::narrow);
+  EXPECT_LE(work.changes.unsound.at(1).measured, 0.02);
+  EXPECT_DOUBLE_EQ(work.changes.unsound.at(1).limit, 0.8 * Parameters{}.surfaces.min_surface_width);
+  expect_in_step(floor.state);
+}
+
+TEST(Refit, TellsWhyItDissolvesWhatBends) {
+  MapState state{Parameters{}};
+  Scan pillar;  // of radius 0.25 m
+  pillar.T_map_sensor.translation() = Eigen::Vector3d(1.5, 0, 0.5);
+  for (double z = 0; z < 1; z += 0.009)
+    for (double a = -0.6; a < 0.6; a += 0.03)
+      pillar.points.push_back(
+          (Eigen::Vector3d(0.25 * std::cos(a), 0.25 * std::sin(a), z) - pillar.T_map_sensor.translation())
+              .cast<float>());
+  const OccupancyDelta delta = test::occupy(state, pillar);
+  Workspace work(state);
+  test::make_surface(work, delta.appeared, {Eigen::Vector3d::UnitX(), 0.235}, everywhere);
+  refit(work);
+  EXPECT_EQ(dissolved(work, 1), Unsound::Why::bent);
+}
+
+TEST(Refit, TellsWhoseNoiseWhatItDissolvesIs) {
+  // A patch in front of a floor by more than s, but less than 1.3 s, that was there first.
+  Floor floor;
+  const double s = Parameters{}.surface_tolerance();
+  const OccupancyDelta sheet = test::occupy(
+      floor.state,
+      test::rectangle_scan({0.5, 0.5, 1.5}, {0.2, 0.2, 0.01 + 1.15 * s}, {0.5, 0, 0}, {0, 0.5, 0}));
+  Workspace work(floor.state);
+  test::make_surface(work, sheet.appeared, {Eigen::Vector3d::UnitZ(), 0.01 + 1.15 * s}, everywhere);
+  const SurfaceModel& real = test::make_surface(work, floor.delta.appeared, ground, everywhere);
+  refit(work);
+  ASSERT_EQ(dissolved(work, 1), Unsound::Why::sheet);
+  EXPECT_EQ(work.changes.unsound.at(1).neighbour, real.id());
+  EXPECT_EQ(work.changes.unsound.size(), 1U) << "the floor stays";
+}
+
+TEST(Refit, TellsHowFewItLeaves) {
+  Floor floor;
+  Workspace work(floor.state);
+  SurfaceModel& surface = test::make_surface(
+      work, floor.delta.appeared, ground,
+      [](const Eigen::Vector3d& p) { return p.x() > 0.4 && p.x() < 0.6 && p.y() > 0.4 && p.y() < 0.6; });
+  const std::vector<Inlier> inliers = surface.sorted_inliers();
+  for (std::size_t i = 30; i < inliers.size(); ++i) work.take_back(work.window.find(inliers[i].key));
+  refit(work);
+  ASSERT_EQ(dissolved(work, 1), Unsound::Why::few);
+  EXPECT_EQ(work.changes.unsound.at(1).measured, 30);
+  EXPECT_EQ(work.changes.unsound.at(1).limit, 50);
+}
+
 TEST(Merge, KeepsPointsAndLineage) {
   Floor floor;
   Workspace work(floor.state);
