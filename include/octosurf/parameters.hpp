@@ -46,7 +46,7 @@ struct DetectionParameters {
   int ransac_iterations = 200;
   double aligned_angle = 0.5235987755982988;  ///< rad: RANSAC inliers' normals to the plane's;
                                               ///< π/2 and more: the paper's plain plane model
-  bool detect_cylinders = true;  ///< look for pillars, rails and rungs among what no plane took
+  bool detect_cylinders = true;               ///< look for pillars, rails and rungs among what no plane took
 };
 
 /// Everything that decides what comes out; two runs with equal Parameters and scans give equal bytes.

@@ -35,7 +35,6 @@ std::optional<double> Expansion::misfit(Index i, const SurfaceModel& surface) {
   return ratio;
 }
 
-/// The surface has an inlier within so many cells, and nothing stands on the plane in between.
 bool Expansion::reaches(Index i, const SurfaceModel& surface, int cells) {
   const VoxelPoint p = work_.window[i];
   const PlaneCell cell = surface.cell_of(p.position);

@@ -14,7 +14,8 @@ namespace octosurf {
 ///
 /// A point fits a surface if it lies within the tolerance of its distance off the plane, was seen
 /// from the surface's front, and its own normal, where that is sure, is within the smoothness angle
-/// of the surface's; where it is not (edges, clutter) the tolerance is halved. Of several surfaces
+/// of the surface's; where it is not (edges, clutter) the tolerance is halved. Nothing may stand on the
+/// plane between the point and the surface: a shelf's board divides the wall behind it. Of several surfaces
 /// that a point fits, the one with the smallest distance in units of tolerance gets it, the larger
 /// on a tie.
 class Expansion {
@@ -42,6 +43,7 @@ class Expansion {
   /// |distance| / tolerance, if the point fits.
   std::optional<double> misfit(Index i, const SurfaceModel& surface);
   enum class Reach { inside, within_h, adjacent };
+  /// The surface has an inlier within so many cells, and the way there is not obstructed (parts.hpp).
   bool reaches(Index i, const SurfaceModel& surface, int cells);
   SurfaceModel* best_surface(Index i, Reach reach);
   void flood();

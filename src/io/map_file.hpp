@@ -18,8 +18,8 @@ namespace octosurf {
 //   the rest  one zstd frame (window at most 8 MiB): records, each behind its length as a varint
 //
 // A record is a protobuf message `Record` of map_file.proto with exactly one field. In order: one
-// Header; the octree in chunks; Accumulated; Surfaces, then Cylinders, by ascending id; one Footer with the number of
-// records before it and the CRC-32 (zlib's) of all decompressed bytes before its length.
+// Header; the octree in chunks; Accumulated; Surfaces, then Cylinders, by ascending id; one Footer with the
+// number of records before it and the CRC-32 (zlib's) of all decompressed bytes before its length.
 //
 // The octree chunks, put together, are the nodes in preorder, from the root over all 2¹⁶ voxels an
 // axis. Each begins with a byte that says which of its eight children follow (bit c: child c, which

@@ -22,7 +22,7 @@ void Planarity::add(const Eigen::Vector3f& position, double sigma, double tolera
 bool Planarity::bends(double share) const {
   constexpr std::size_t enough = 12;    // twice the quadric's unknowns
   constexpr double largest_radius = 1;  // m
-  constexpr double least_turn = 0.3;    // rad: a cushion bulges by 13°, a pillar's facet turns by 28° and more
+  constexpr double least_turn = 0.3;  // rad: a cushion bulges by 13°, a pillar's facet turns by 28° and more
   if (inner_ < enough) return false;
   const Vector6d c = normal_matrix_.ldlt().solve(right_side_);
   Eigen::Matrix2d hessian;

@@ -37,8 +37,8 @@ Parameters coarse();
 /// last two scans are of a few single points each, which wait for a detection run.
 std::vector<Scan> changing_room(std::size_t scans);
 
-/// Depth images of a corner of a room with a pillar of radius 0.3 m, from changing sides; the pillar is taken away
-/// before the last `gone` of them.
+/// Depth images of a corner of a room with a pillar of radius 0.3 m, from changing sides; the pillar is taken
+/// away before the last `gone` of them.
 std::vector<Scan> pillar(std::size_t scans, std::size_t gone = 0);
 
 Map map_of(const std::vector<Scan>& scans, const Parameters& parameters = coarse());
