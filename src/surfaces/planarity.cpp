@@ -1,6 +1,7 @@
 #include "surfaces/planarity.hpp"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 
 namespace octosurf {
@@ -22,6 +23,8 @@ void Planarity::add(const Eigen::Vector3f& position, double sigma, double tolera
 bool Planarity::bends(double share) const {
   constexpr std::size_t enough = 12;    // twice the quadric's unknowns
   constexpr double largest_radius = 1;  // m
+  // Noise averages out over a patch: a far pillar's facet shows its bend below the reach of its points.
+  constexpr double largest_tolerance = 0.025;  // m
   constexpr double least_turn = 0.3;  // rad: a cushion bulges by 13°, a pillar's facet turns by 28° and more
   if (inner_ < enough) return false;
   const Vector6d c = normal_matrix_.ldlt().solve(right_side_);
@@ -34,7 +37,7 @@ bool Planarity::bends(double share) const {
     const double length_sq = 12 * axis.dot(covariance * axis);  // of a uniform spread
     const double curvature = std::fabs(principal.eigenvalues()[k]);
     if (curvature * largest_radius > 1 && curvature * std::sqrt(length_sq) > least_turn &&
-        curvature * length_sq / 8 > share * mean_tolerance())
+        curvature * length_sq / 8 > share * std::min(mean_tolerance(), largest_tolerance))
       return true;
   }
   return false;

@@ -25,8 +25,8 @@ class Planarity {
   double mean_tolerance() const {
     return tolerances_ / static_cast<double>(std::max<std::size_t>(count_, 1));
   }
-  /// Bends by more than `share` of the tolerance over its extent, with a radius below 1 m, and turns by
-  /// more than 17°.
+  /// Bends by more than `share` of the tolerance (of 25 mm at most) over its extent, with a radius below 1 m,
+  /// and turns by more than 17°.
   bool bends(double share = 0.4) const;
 
  private:
