@@ -8,12 +8,15 @@
 
 namespace octosurf::test {
 
-/// A fresh seed, printed so that a failure can be repeated: OCTOSURF_TEST_SEED=… sets it.
-inline std::uint64_t fresh_seed() {
+/// The seed that OCTOSURF_TEST_SEED gives, else `otherwise`; printed so that a failure can be repeated.
+inline std::uint64_t seed_or(std::uint64_t otherwise) {
   const char* given = std::getenv("OCTOSURF_TEST_SEED");
-  const std::uint64_t seed = given != nullptr ? std::stoull(given) : std::random_device{}();
+  const std::uint64_t seed = given != nullptr ? std::stoull(given) : otherwise;
   std::cout << "OCTOSURF_TEST_SEED=" << seed << "\n";
   return seed;
 }
+
+/// A fresh seed each time.
+inline std::uint64_t fresh_seed() { return seed_or(std::random_device{}()); }
 
 }  // namespace octosurf::test
