@@ -80,8 +80,7 @@ bool PlaneExtraction::wide_enough(std::span<const Index> cluster, bool bent) {
   const Eigen::Vector3d reference = work_.window[cluster.front()].position.cast<double>();
   Moments moments;
   for (const Index i : cluster) moments.add(work_.window[i].position.cast<double>() - reference);
-  // A uniform strip of width w has a variance of w²/12 across.
-  const double width = std::sqrt(12 * fit_plane(moments).variances[1]);
+  const double width = width_of(moments);
   const double least = parameters_.surfaces.min_surface_width;
   if (width < least) return refuse(Refusal::narrow, cluster, width, least);
   // What is left beside a pillar's widest facet are narrower ones, which look flat; so do the strips that

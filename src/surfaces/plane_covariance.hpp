@@ -15,16 +15,24 @@ struct PlaneOverFrame {
   Eigen::Matrix3d covariance;  ///< of these; symmetric positive definite up to rounding
 };
 
-/// `about`: moments of `readings` points about the frame's origin, weighted by 1/σ² up to a common factor,
-/// which the residuals tell. `R`: rows u, v, normal of the frame. What lies in a line has a slope of 1 as
-/// its deviation across; a point is not held to be better than 0.1 mm, which is about how it is stored.
-inline PlaneOverFrame plane_over(const Moments& about, const Eigen::Matrix3d& R, double readings) {
+/// The normal matrix of that fit, from moments about the frame's origin. `R`: rows u, v, normal of it.
+inline Eigen::Matrix3d normal_matrix(const Moments& about, const Eigen::Matrix3d& R) {
   const Eigen::Vector3d sum = R * about.sum;
   const Eigen::Matrix3d outer = R * about.outer * R.transpose();
   Eigen::Matrix3d normal;
   normal << about.count, sum.x(), sum.y(),  //
       sum.x(), outer(0, 0), outer(0, 1),    //
       sum.y(), outer(0, 1), outer(1, 1);
+  return normal;
+}
+
+/// `about`: moments of `readings` points about the frame's origin, weighted by 1/σ² up to a common factor,
+/// which the residuals tell. `R`: rows u, v, normal of the frame. What lies in a line has a slope of 1 as
+/// its deviation across; a point is not held to be better than 0.1 mm, which is about how it is stored.
+inline PlaneOverFrame plane_over(const Moments& about, const Eigen::Matrix3d& R, double readings) {
+  const Eigen::Vector3d sum = R * about.sum;
+  const Eigen::Matrix3d outer = R * about.outer * R.transpose();
+  Eigen::Matrix3d normal = normal_matrix(about, R);
   const Eigen::Vector3d right(sum.z(), outer(0, 2), outer(1, 2));
   // Of a handful of points, or a line of them, a slope of 1 is as good as none; it keeps this regular.
   const double least = 1e-9 * about.count;
@@ -63,15 +71,8 @@ inline Eigen::Matrix3d covariance_over(std::span<const ReadingGroup> groups, con
     left += of_group;
     scattered.add(group.about, spent * of_group / std::max(1.0, group.readings) + 1e-8);
   }
-  const auto design = [&](const Moments& m) {
-    const Eigen::Vector3d sum = R * m.sum;
-    const Eigen::Matrix3d outer = R * m.outer * R.transpose();
-    Eigen::Matrix3d d;
-    d << m.count, sum.x(), sum.y(), sum.x(), outer(0, 0), outer(0, 1), sum.y(), outer(0, 1), outer(1, 1);
-    return d;
-  };
   const double variance = left / std::max(1.0, readings - 3) + 1e-8;
-  Eigen::Matrix3d normal = design(all), between = design(scattered);
+  Eigen::Matrix3d normal = normal_matrix(all, R), between = normal_matrix(scattered, R);
   normal.diagonal().tail<2>().array() += variance;  // a slope of 1, as in plane_over()
   between.diagonal().tail<2>().array() += variance * variance;
   const Eigen::Matrix3d inverse = normal.inverse();

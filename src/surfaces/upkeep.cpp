@@ -20,14 +20,6 @@ double displacement(const SurfaceModel& surface, const Plane& a, const Plane& b)
          reach * (a.normal - b.normal).norm();
 }
 
-Plane fitted_plane(const Moments& moments, const Eigen::Vector3d& reference, const Eigen::Vector3d& toward) {
-  const PlaneFit fit = fit_plane(moments);
-  Plane plane{fit.normal, 0};
-  if (plane.normal.dot(toward) < 0) plane.normal = -plane.normal;
-  plane.offset = plane.normal.dot(reference + fit.centroid);
-  return plane;
-}
-
 void dissolve(Workspace& work, SurfaceModel& surface) {
   const SurfaceId id = surface.id();
   for (const Inlier& inlier : surface.sorted_inliers()) work.take_back(work.window.find(inlier.key));
@@ -81,18 +73,13 @@ void split(Workspace& work, SurfaceModel& surface, std::vector<std::vector<Works
   surface.rehash_if_tilted();
 }
 
-/// Across its narrow side, m; of a uniform strip.
-double width_of(const SurfaceModel& surface) {
-  return std::sqrt(12 * fit_plane(surface.moments(nullptr)).variances[1]);
-}
-
 /// A surface that a few far points made, that has crept around a pillar or over two blocks, or that is
 /// the noise of one found later, is found out once it has changed by a quarter: closer views leave less
 /// to noise. Large ones have proved themselves. False if it is none.
 bool still_sound(Workspace& work, SurfaceModel& surface) {
   constexpr std::size_t proved = 20000;
   // What its neighbours have taken it down to, with some patience.
-  const double width = width_of(surface);
+  const double width = width_of(surface.moments(nullptr));
   const double least = 0.8 * work.state.parameters.surfaces.min_surface_width;
   const auto unsound = [&](const Unsound& why) {
     work.changes.unsound[surface.id()] = why;
