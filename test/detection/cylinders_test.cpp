@@ -50,7 +50,7 @@ void update(MapState& state) {
 }
 
 TEST(DetectCylinders, FromOneSide) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   struct Case {
     double radius, span_deg, resolution, noise, largest_error, largest_tilt_deg;
@@ -89,7 +89,7 @@ TEST(DetectCylinders, FromOneSide) {
 }
 
 TEST(DetectCylinders, FindsItAmongOtherPoints) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   const Eigen::Isometry3d pose = test::random_pose(rng);
   std::uniform_real_distribution<double> uniform(-0.4, 0.4);
   Seen seen;
@@ -106,7 +106,7 @@ TEST(DetectCylinders, FindsItAmongOtherPoints) {
 }
 
 TEST(DetectCylinders, NotWhatIsShorterThanItsRadiusOrSeenTooLittleOf) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   Seen disc, strip, thin;
   disc.length = 0.12;
   strip.span = 40 * pi / 180;
@@ -121,7 +121,7 @@ TEST(DetectCylinders, NotWhatIsShorterThanItsRadiusOrSeenTooLittleOf) {
 }
 
 TEST(DetectCylinders, TheDrawDependsOnTheRegionOnly) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   MapState state{Parameters{}};
   const Scan scan = Seen{}.scan(test::random_pose(rng), 0.02, rng);
   const OccupancyDelta delta = test::occupy(state, scan);
@@ -143,7 +143,7 @@ TEST(DetectCylinders, TheDrawDependsOnTheRegionOnly) {
 TEST(DetectCylinders, ItsInsideIsNotItsOutside) {
   // The near half of a wide tube from outside, the far half from inside: on one mantle, but a foot can only
   // stand on the former.
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   MapState state{Parameters{}};
   const Eigen::Isometry3d pose = test::random_pose(rng);
   Seen outside, inside;
@@ -167,7 +167,7 @@ TEST(DetectCylinders, ItsInsideIsNotItsOutside) {
 }
 
 TEST(DetectCylinders, ASurfaceTakesPointsAway) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   MapState state{Parameters{}};
   const Eigen::Isometry3d pose = test::random_pose(rng);
   wait(state, Seen{}.scan(pose, 0.02, rng));
@@ -192,7 +192,7 @@ TEST(DetectCylinders, ASurfaceTakesPointsAway) {
 }
 
 TEST(DetectCylinders, VanishedPointsLeaveAndTooFewEndIt) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   MapState state{Parameters{}};
   wait(state, Seen{}.scan(test::random_pose(rng), 0.02, rng));
   update(state);

@@ -54,7 +54,7 @@ double angle_to(const SurfaceModel& s, const Eigen::Vector3d& normal) {
 }
 
 TEST(Detect, FindsAPlaneOfAnyOrientation) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   for (int round = 0; round < 8; ++round) {
     const Eigen::Isometry3d pose = test::random_pose(rng);
@@ -123,7 +123,7 @@ TEST(Detect, GapsOverHDivideAPlane) {
 }
 
 TEST(Detect, StandsNoise) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   for (int round = 0; round < 4; ++round) {
     MapState state =
         pending({piece({0, 0, 0.01}, {1, 0, 0}, {0, 1, 0}, 0.005, seed + static_cast<std::uint64_t>(round))});
@@ -145,7 +145,7 @@ TEST(Detect, LeavesNarrowStripsAlone) {
 }
 
 TEST(Detect, ScatteredPointsStayPending) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::uniform_real_distribution<float> uniform(-1, 1);
   Scan scan;
@@ -196,7 +196,7 @@ TEST(Detect, ThePaperPresetFindsPlanesToo) {
 }
 
 TEST(Detect, DoesNotDependOnTheOrderOfPoints) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::vector<Scan> scans{piece({0, 0, 0.01}, {1, 0, 0}, {0, 1, 0}, 0.003),
                           piece({0, 0, 0.02}, {0, 1, 0}, {0, 0, 1}, 0.003)};

@@ -188,7 +188,7 @@ TEST(Expand, BetweenTwoPlanesTheBetterFitWins) {
 }
 
 TEST(Expand, EveryPointHasExactlyOneOwner) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
   for (int round = 0; round < 5; ++round) {

@@ -1,5 +1,6 @@
 #include "io/cloud_file.hpp"
 #include "io/scan_files.hpp"
+#include "support/seed.hpp"
 
 #include <cmath>
 #include <fstream>
@@ -245,9 +246,7 @@ TEST_F(Clouds, VelodyneIsFourFloatsAPoint) {
 
 /// Whatever bytes change, a cloud or an Error comes out.
 TEST_F(Clouds, DamagedBytesGiveACloudOrAnError) {
-  const unsigned seed = std::random_device{}();
-  SCOPED_TRACE("seed " + std::to_string(seed));
-  std::mt19937 random(seed);
+  std::mt19937_64 random(test::seed());
   const std::string compressed = (folder / "c.pcd").string();
   pcl::PCDWriter().writeBinaryCompressed(compressed, organised_cloud());
   const std::string pcd = content(write_pcd("a.pcd")), lzf = content(compressed);

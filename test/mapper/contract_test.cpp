@@ -46,7 +46,7 @@ void insert_all(Mapper& mapper, const std::vector<Scan>& scans) {
 }
 
 TEST(MapperContract, SameScansSameBytes) {
-  const std::vector<Scan> scans = tour(test::fresh_seed(), 12);
+  const std::vector<Scan> scans = tour(test::seed(), 12);
   Mapper one, again, threaded(Parameters{}, 2), many(Parameters{}, 7);
   insert_all(one, scans);
   insert_all(again, scans);
@@ -59,7 +59,7 @@ TEST(MapperContract, SameScansSameBytes) {
 }
 
 TEST(MapperContract, StoppingAndGoingOnChangesNothing) {
-  const std::vector<Scan> scans = tour(test::fresh_seed(), 10);
+  const std::vector<Scan> scans = tour(test::seed(), 10);
   Mapper whole, first;
   insert_all(whole, scans);
   insert_all(first, {scans.begin(), scans.begin() + 5});
@@ -167,7 +167,7 @@ TEST(MapperContract, SensorsPickTheirRange) {
 }
 
 TEST(MapperContract, AScanSeenTwiceChangesNoSurface) {
-  const std::vector<Scan> scans = tour(test::fresh_seed(), 3);
+  const std::vector<Scan> scans = tour(test::seed(), 3);
   CheckedMapper under_test;
   for (const Scan& scan : scans) under_test.insert(scan);
   const auto before = under_test.surfaces();

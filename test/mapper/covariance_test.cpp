@@ -56,7 +56,7 @@ double error_over_said(int scans, double noise, double size, int draws, std::mt1
 }
 
 TEST(Covariance, IsTrueOfWholeScans) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   for (const int scans : {1, 4, 12}) {
     const double ratio = error_over_said(scans, 0.002, 1, 60, rng);
     EXPECT_GT(ratio, 0.5) << scans << " scans";
@@ -65,7 +65,7 @@ TEST(Covariance, IsTrueOfWholeScans) {
 }
 
 TEST(Covariance, IsTrueOfALargeSurface) {  // which takes every eighth reading only as evidence
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   for (const int scans : {1, 4, 12}) {
     const double ratio = error_over_said(scans, 0.002, 2, 20, rng);
     EXPECT_GT(ratio, 0.5) << scans << " scans";
@@ -76,7 +76,7 @@ TEST(Covariance, IsTrueOfALargeSurface) {  // which takes every eighth reading o
 /// Noise that reaches the tolerance is cut off there, and a voxel that it reached once counts as much as one
 /// it hits each time: that is not in the scatter.
 TEST(Covariance, SaysTooLittleWhereNoiseReachesTheTolerance) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   for (const int scans : {1, 4, 12}) EXPECT_LT(error_over_said(scans, 0.006, 1, 60, rng), 3);
 }
 

@@ -60,7 +60,7 @@ RoundScene hall() {
 }
 
 TEST(Cylinders, PillarsOfAHall) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   for (const double radius : {0.15, 0.2, 0.3}) {
     std::mt19937_64 rng(seed);
     RoundScene scene = hall();
@@ -81,7 +81,7 @@ TEST(Cylinders, PillarsOfAHall) {
 }
 
 TEST(Cylinders, ARailSeenFromOneSide) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   for (const Eigen::Vector3d& along : {Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(0.1, 1, 0.4)}) {
     std::mt19937_64 rng(seed);
     RoundScene scene;
@@ -100,7 +100,7 @@ TEST(Cylinders, ARailSeenFromOneSide) {
 }
 
 TEST(Cylinders, ALaddersRungsAndRailsAreOneEach) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   RoundScene scene;
   for (const double y : {-0.25, 0.25}) scene.bars.push_back({{0, y, -0.5}, {0, y, 0.5}, 0.025});
   for (const double z : {-0.3, 0.0, 0.3}) scene.bars.push_back({{0, -0.24, z}, {0, 0.24, z}, 0.02});
@@ -123,7 +123,7 @@ TEST(Cylinders, ALaddersRungsAndRailsAreOneEach) {
 
 TEST(Cylinders, APillarGrowsAndStaysOne) {
   // Seen from below upward, then from behind: one id throughout.
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   RoundScene scene;
   scene.bars.push_back({{0, 0, 0}, {0, 0, 3}, 0.2});
   CheckedMapper under_test;
@@ -147,7 +147,7 @@ TEST(Cylinders, APillarGrowsAndStaysOne) {
 
 TEST(Cylinders, TwoHalvesMerge) {
   // The middle of a pillar is hidden at first.
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   RoundScene apart, whole;
   apart.bars = {{{0, 0, 0}, {0, 0, 0.6}, 0.15}, {{0, 0, 0.9}, {0, 0, 1.6}, 0.15}};
   whole.bars = {{{0, 0, 0}, {0, 0, 1.6}, 0.15}};
@@ -162,7 +162,7 @@ TEST(Cylinders, TwoHalvesMerge) {
 }
 
 TEST(Cylinders, APillarThatIsTakenAwayGoes) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   RoundScene scene = hall();
   scene.bars.push_back({{0.2, 0, 0}, {0.2, 0, 2}, 0.2});
   CheckedMapper under_test;
@@ -176,7 +176,7 @@ TEST(Cylinders, APillarThatIsTakenAwayGoes) {
 }
 
 TEST(Cylinders, FlatThingsAreNone) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   for (const double d : {0.02, 0.01}) {
     std::mt19937_64 rng(seed);
     RoundScene scene = hall();
@@ -198,7 +198,7 @@ TEST(Cylinders, FlatThingsAreNone) {
 }
 
 TEST(Cylinders, BallsAndHollowsAreNone) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   for (const double radius : {0.08, 0.15, 0.3, 0.5}) {
     RoundScene scene;
     scene.balls.push_back({{0, 0, 0}, radius});
@@ -223,7 +223,7 @@ TEST(Cylinders, BallsAndHollowsAreNone) {
 }
 
 TEST(Cylinders, PlanesAreTheSameWithAndWithout) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   RoundScene scene = hall();
   scene.bars = {{{0.2, 0.4, 0}, {0.2, 0.4, 2}, 0.2}, {{0.3, -0.6, 0}, {0.3, -0.6, 1.5}, 0.06}};
   scene.flat.box({-0.8, -1, 0}, {-0.4, -0.5, 0.5});
@@ -255,7 +255,7 @@ TEST(Cylinders, PlanesAreTheSameWithAndWithout) {
 }
 
 TEST(Cylinders, ThreadsAndOrderOfPointsChangeNothing) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   RoundScene scene = hall();
   scene.bars = {{{0.2, 0, 0}, {0.2, 0, 2}, 0.2}};
   Mapper one(Parameters{}, 1), three(Parameters{}, 3);

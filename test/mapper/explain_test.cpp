@@ -134,7 +134,7 @@ TEST(Explain, IsolatedOrTooFewForANormal) {
 }
 
 TEST(Explain, NotFlat) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::uniform_real_distribution<double> uniform(-0.15, 0.15);
   Scan clutter;

@@ -11,7 +11,7 @@ namespace octosurf {
 namespace {
 
 TEST(OccupancyBorder, ScansEndAtTheLastVoxel) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
   OccupancyParameters parameters;

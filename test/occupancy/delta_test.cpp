@@ -127,7 +127,7 @@ Totals run(std::uint64_t seed, bool with_planes, OccupancyParameters parameters)
 }
 
 TEST(OccupancyDelta, IsTheDifferenceOfTheOccupiedVoxels) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   OccupancyParameters parameters;
   parameters.resolution = 0.05;
   for (const bool with_planes : {false, true}) {
@@ -142,13 +142,13 @@ TEST(OccupancyDelta, FollowsTheOccupancyThreshold) {
   OccupancyParameters parameters;
   parameters.resolution = 0.05;
   parameters.occupied = 0.75;  // one hit is not enough
-  const Totals totals = run(test::fresh_seed(), false, parameters);
+  const Totals totals = run(test::seed(), false, parameters);
   EXPECT_GT(totals.appeared, 500U);
   EXPECT_GT(totals.vanished, 50U);
 }
 
 TEST(OccupancyDelta, DoesNotDependOnTheOrderOfPoints) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   OccupancyParameters parameters;
   parameters.resolution = 0.05;

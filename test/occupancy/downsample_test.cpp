@@ -83,7 +83,7 @@ void expect_same(const Scan& scan, Downsampler& downsample, double d, double min
 }
 
 TEST(Downsample, EqualsAMapOfVoxels) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
   constexpr float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();

@@ -85,7 +85,7 @@ class TemporaryFile {
 };
 
 TEST(OccupancyFiles, NodesComeBackToTheBit) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   for (const double resolution : {0.02, 0.1}) {
     const Both both = mapped(seed, resolution, 3, 4000);
@@ -112,7 +112,7 @@ TEST(OccupancyFiles, NodesComeBackToTheBit) {
 }
 
 TEST(OccupancyFiles, AMapReadBackGoesOnAsBefore) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   Both both = mapped(seed, 0.05, 2, 3000);
   OccupancyMap back = read_back(nodes_of(both.ours), 0.05, rng, 1000);
@@ -133,7 +133,7 @@ TEST(OccupancyFiles, EmptyMapIsNoBytes) {
 }
 
 TEST(OccupancyFiles, DamagedNodesAreAnError) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   const std::string bytes = nodes_of(mapped(seed, 0.3, 1, 60).ours);
   for (std::size_t n = 1; n < bytes.size(); ++n)
@@ -155,7 +155,7 @@ TEST(OccupancyFiles, DamagedNodesAreAnError) {
 }
 
 TEST(OccupancyFiles, BtIsOctomapsOwn) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   for (const double resolution : {0.02, 0.05, 0.25}) {
     Both both = mapped(seed, resolution, 4, 5000);
     std::ostringstream mine, theirs;
@@ -182,7 +182,7 @@ octomap::ColorOcTree coloured(const octomap::OcTree& tree) {
 }
 
 TEST(OccupancyFiles, ReadsWhatOctomapWrites) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   Both both = mapped(seed, 0.1, 3, 3000);
   const TemporaryFile full("full.ot"), colour("colour.ot"), binary("binary.bt");
   ASSERT_TRUE(both.theirs.write(full.path().string()));

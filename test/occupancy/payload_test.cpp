@@ -11,7 +11,7 @@ namespace octosurf {
 namespace {
 
 TEST(Payload, PointComesBackWithinHalfAStep) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::uniform_real_distribution<double> inside(0, 1), far(-200, 200);
   for (const double d : {0.005, 0.02, 0.11}) {
@@ -52,7 +52,7 @@ TEST(Payload, PointOutsideItsVoxelIsDrawnToItsBorder) {
 }
 
 TEST(Payload, ViewIsExactToFourDegrees) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::normal_distribution<float> gauss;
   const auto check = [](const Eigen::Vector3f& v) {

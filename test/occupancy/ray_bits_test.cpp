@@ -101,7 +101,7 @@ void compare(RayBits& bits, double resolution, const octomap::point3d& origin,
 }
 
 TEST(RayBits, AreOctomapsVoxels) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   std::uniform_real_distribution<float> anywhere(-20, 20);
   RayBits bits;  // one for all: nothing may be left over from the scan before
   for (int round = 0; round < 12; ++round) {
@@ -111,7 +111,7 @@ TEST(RayBits, AreOctomapsVoxels) {
 }
 
 TEST(RayBits, OfCutRaysAreOctomapsVoxels) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   std::uniform_real_distribution<float> anywhere(-3, 3);
   RayBits bits;
   for (const double max_range : {0.03, 0.5, 1.3}) {
@@ -124,7 +124,7 @@ TEST(RayBits, OfCutRaysAreOctomapsVoxels) {
 }
 
 TEST(RayBits, OfStrayFarRaysAreOctomapsVoxels) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   RayBits bits;
   const octomap::point3d origin(1.01F, -2.02F, 0.53F);
   std::vector<octomap::point3d> ends = points_around(rng, origin, 300, 0.1, 3);
@@ -133,7 +133,7 @@ TEST(RayBits, OfStrayFarRaysAreOctomapsVoxels) {
 }
 
 TEST(RayBits, OfABoxTooLargeToPassOverAreOctomapsVoxels) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   RayBits bits;
   const octomap::point3d origin(-7.3F, 4.4F, 12.2F);
   compare(bits, 0.02, origin, points_around(rng, origin, 400, 0.5, 11), 1e9);
@@ -167,7 +167,7 @@ std::vector<std::uint64_t> walked(const GridOrigin& from, std::span<const GridRa
 }
 
 TEST(LaneWalker, SetsTheSameBitsWhateverTheWidth) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   const octomap::OcTree tree(0.02);
   const octomap::point3d origin(0.313F, -0.207F, 1.011F);
   const GridOrigin from{{origin.x(), origin.y(), origin.z()}, array_of(tree.coordToKey(origin)), 0.02};

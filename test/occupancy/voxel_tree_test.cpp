@@ -113,7 +113,7 @@ std::map<std::uint64_t, Masks> random_scan(std::mt19937_64& rng) {
 }
 
 TEST(VoxelTree, EqualsAMapOfVoxels) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   VoxelTree tree(model);
   Twin twin;
   EXPECT_TRUE(tree.empty());

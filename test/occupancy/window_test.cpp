@@ -42,7 +42,7 @@ VoxelKey random_key_near(const std::vector<VoxelPoint>& points, std::mt19937_64&
 }
 
 TEST(PointWindow, FindsWhatBruteForceFinds) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   OccupancyMap map = random_map(rng, 0.05, {0.1, 0.2, -0.3});  // across the origin: keys on both sides of 2¹⁵
   const std::vector<VoxelPoint> points = all_points(map);
@@ -62,7 +62,7 @@ TEST(PointWindow, FindsWhatBruteForceFinds) {
 }
 
 TEST(PointWindow, VisitsWhatBruteForceVisitsOnceEach) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   OccupancyMap map = random_map(rng, 0.05, {0.1, 0.2, -0.3});
   const std::vector<VoxelPoint> points = all_points(map);
@@ -200,7 +200,7 @@ void check_adoption(octomap::OcTree& tree) {
 }
 
 TEST(AdoptOccupiedVoxels, TakesTheBorderOfAMappedRoom) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   octomap::OcTree tree(0.1);
   for (int i = 0; i < 3; ++i) test::insert_scan(tree, test::room_scan(rng, 6000, {1.3, 1, 0.8}), -1);

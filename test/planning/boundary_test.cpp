@@ -314,7 +314,7 @@ struct Room {
 };
 
 TEST(Boundary, AgreesWithWhatTheCamerasCouldSee) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::size_t judged = 0, right = 0;
   for (int round = 0; round < 6; ++round) {
@@ -349,7 +349,7 @@ std::vector<EdgeKind> labels_of(const Map& map) {
 }
 
 TEST(Boundary, LabelsDependNeitherOnThreadsNorOnSaving) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   const Room room(rng, 3);
   std::vector<Scan> scans;

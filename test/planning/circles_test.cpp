@@ -1,11 +1,12 @@
 #include "shapes.hpp"
+#include "support/seed.hpp"
 
 #include <gmock/gmock.h>
-#include <iostream>
 #include <limits>
 
 #include <octosurf/error.hpp>
 #include <octosurf/planning.hpp>
+#include <random>
 
 namespace octosurf {
 namespace {
@@ -89,9 +90,7 @@ TEST(Circles, RefusesNonsense) {
 }
 
 TEST(Circles, RandomPolygonsWithHoles) {
-  const std::uint32_t seed = std::random_device{}();
-  std::cout << "seed " << seed << "\n";
-  std::mt19937 random(seed);
+  std::mt19937_64 random(test::seed());
   for (int i = 0; i < 20 && !HasFailure(); ++i) {
     expect_valid(surface(1, {random_polygon(random)}, pose({1, -2, 0.5}, 0.3 * i, {3, -5, 1.5})), 0.05);
   }

@@ -1,11 +1,12 @@
 #include "shapes.hpp"
+#include "support/seed.hpp"
 
 #include <gmock/gmock.h>
-#include <iostream>
 #include <limits>
 
 #include <octosurf/error.hpp>
 #include <octosurf/planning.hpp>
+#include <random>
 
 namespace octosurf {
 namespace {
@@ -115,9 +116,7 @@ TEST(ConvexPieces, RefusesNotFinite) {
 }
 
 TEST(ConvexPieces, RandomPolygonsWithHoles) {
-  const std::uint32_t seed = std::random_device{}();
-  std::cout << "seed " << seed << "\n";
-  std::mt19937 random(seed);
+  std::mt19937_64 random(test::seed());
   for (int i = 0; i < 60 && !HasFailure(); ++i) {
     expect_valid(surface(1, {random_polygon(random)}, pose({1, -2, 0.5}, 0.1 * i, {3, -5, 1.5})));
   }

@@ -1,11 +1,12 @@
 #include "shapes.hpp"
+#include "support/seed.hpp"
 
 #include <gmock/gmock.h>
-#include <iostream>
 #include <limits>
 
 #include <octosurf/error.hpp>
 #include <octosurf/planning.hpp>
+#include <random>
 
 namespace octosurf {
 namespace {
@@ -74,9 +75,7 @@ TEST(Nearest, RefusesNotFinite) {
 }
 
 TEST(Nearest, AgreesWithLookingAtEverything) {
-  const std::uint32_t seed = std::random_device{}();
-  std::cout << "seed " << seed << "\n";
-  std::mt19937 random(seed);
+  std::mt19937_64 random(test::seed());
   std::uniform_real_distribution<double> at(-4, 4);
   const auto point = [&] { return Eigen::Vector3d(at(random), at(random), at(random)); };
   std::vector<Surface> surfaces;

@@ -37,7 +37,7 @@ inline Ring2 reversed(Ring2 ring) {
 }
 
 /// Star-shaped about its centre, so simple for any radii.
-inline Ring2 star(std::mt19937& random, const Eigen::Vector2d& center, double inner, double outer,
+inline Ring2 star(std::mt19937_64& random, const Eigen::Vector2d& center, double inner, double outer,
                   int corners) {
   std::uniform_real_distribution<double> radius(inner, outer);
   Ring2 ring;
@@ -49,7 +49,7 @@ inline Ring2 star(std::mt19937& random, const Eigen::Vector2d& center, double in
 }
 
 /// A star with up to four holes, one in each quadrant of its kernel.
-inline Polygon random_polygon(std::mt19937& random) {
+inline Polygon random_polygon(std::mt19937_64& random) {
   Polygon polygon{star(random, {0, 0}, 1.0, 2.0, 12 + static_cast<int>(random() % 49)), {}};
   for (const auto& [x, y] : {std::pair{.35, .35}, {-.35, .35}, {-.35, -.35}, {.35, -.35}}) {
     if (random() % 4 == 0) continue;

@@ -8,15 +8,16 @@
 
 namespace octosurf::test {
 
-/// The seed that OCTOSURF_TEST_SEED gives, else `otherwise`; printed so that a failure can be repeated.
-inline std::uint64_t seed_or(std::uint64_t otherwise) {
+/// The seed of a random test: what OCTOSURF_TEST_SEED gives, a fresh one where it says "random", otherwise
+/// always the same, because what is drawn from noise fails by chance in a few of a thousand worlds and a
+/// suite of hundreds of such tests must not be red on somebody's unrelated change. `./dev fuzz` runs them in
+/// fresh worlds. Printed, so that a failure can be repeated.
+inline std::uint64_t seed() {
   const char* given = std::getenv("OCTOSURF_TEST_SEED");
-  const std::uint64_t seed = given != nullptr ? std::stoull(given) : otherwise;
-  std::cout << "OCTOSURF_TEST_SEED=" << seed << "\n";
-  return seed;
+  const std::string text = given != nullptr ? given : "1";
+  const std::uint64_t value = text == "random" ? std::random_device{}() : std::stoull(text);
+  std::cout << "OCTOSURF_TEST_SEED=" << value << "\n";
+  return value;
 }
-
-/// A fresh seed each time.
-inline std::uint64_t fresh_seed() { return seed_or(std::random_device{}()); }
 
 }  // namespace octosurf::test

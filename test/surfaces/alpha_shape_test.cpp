@@ -111,7 +111,7 @@ void expect_alpha_shape(const Points& points, double alpha) {
 }
 
 TEST(AlphaShape, EqualsDelaunayByDefinition) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
   for (int round = 0; round < 60 && !HasFailure(); ++round) {
@@ -161,7 +161,7 @@ TEST(AlphaShape, DuplicatesChangeNothing) {
 }
 
 TEST(AlphaShape, OrderOfPointsChangesNothing) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
   Points points;

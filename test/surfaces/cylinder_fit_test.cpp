@@ -51,7 +51,7 @@ double off_axis(const CylinderShape& shape, const Eigen::Isometry3d& pose) {
 }
 
 TEST(CylinderFit, RecoversCylindersFromAnywhere) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   std::uniform_real_distribution<double> radius(0.02, 0.4);
   for (const double far : {0.0, 500.0})
     for (int round = 0; round < 20; ++round) {
@@ -72,7 +72,7 @@ TEST(CylinderFit, RecoversCylindersFromAnywhere) {
 TEST(CylinderFit, StandsNoise) {
   // Least squares over 500 points on an arc of 120° knows the radius to 1.3 mm where the noise is 5 mm
   // (σ/√n · √(mean cos² / variance of cos)); the bounds are over five times that.
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   struct Case {
     double radius, span, noise, largest_radius_error;
   };
@@ -100,7 +100,7 @@ TEST(CylinderFit, StandsNoise) {
 
 TEST(CylinderFit, WeighsBySigma) {
   // Half of the points lie 2 cm too far out, but say that they do not know better.
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   const Eigen::Isometry3d pose = test::random_pose(rng);
   Mantle exact, off;
   off.radius = exact.radius + 0.02;
@@ -122,7 +122,7 @@ TEST(CylinderFit, RefusesWhatHasNoOptimum) {
 }
 
 TEST(CylinderFit, ExtentIsWhereThePointsAre) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   std::uniform_real_distribution<double> angle(0, 2 * pi), spans(0.3, 6.1);
   for (int round = 0; round < 30; ++round) {
     const Eigen::Isometry3d pose = test::random_pose(rng);
@@ -157,7 +157,7 @@ std::vector<CylinderSample> prism(int sides, int seen, double width, double nois
 }
 
 TEST(CylinderFit, FlatSidesExplainPostsBetter) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   for (const auto& [sides, seen] : {std::pair{4, 2}, {4, 4}, {4, 3}})
     for (const double width : {0.05, 0.1, 0.3}) {
       const auto samples = prism(sides, seen, width, 0.002, rng);
@@ -182,7 +182,7 @@ TEST(CylinderFit, FlatSidesExplainPostsBetter) {
 }
 
 TEST(CylinderFit, SpheresAndConesAreNotStraight) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   std::uniform_real_distribution<double> unit(-1, 1);
   std::vector<CylinderSample> ball, cone;
   constexpr double ball_radius = 0.15;
@@ -205,7 +205,7 @@ TEST(CylinderFit, SpheresAndConesAreNotStraight) {
 }
 
 TEST(CylinderFit, CoverageTellsHolesApart) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   Mantle mantle;
   mantle.points = 4000;
   auto samples = mantle.samples(Eigen::Isometry3d::Identity(), rng);

@@ -50,7 +50,7 @@ double height_of(const SurfaceModel& model, const NoiseModel& noise, const Eigen
 }
 
 TEST(Evidence, IsTheSumOfItsReadings) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   const NoiseModel noise{Parameters{}};
   for (const Eigen::Vector3d& centre : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(80, -60, 3)}) {
@@ -70,7 +70,7 @@ TEST(Evidence, IsTheSumOfItsReadings) {
 }
 
 TEST(Evidence, PullsThePlaneTowardTheReadings) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   const NoiseModel noise{Parameters{}};
   const Eigen::Vector3d centre(80, -60, 3);
@@ -137,7 +137,7 @@ TEST(Evidence, OldReadingsFade) {
 }
 
 TEST(Evidence, TakenOverIsAsIfEachReadingWereAdded) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   const Eigen::Vector3d here(80, -60, 3), there(80.4, -60.1, 3.002);
   SurfaceModel into = square(here, 0, 1), from = square(there, 0, 2), slow = square(here, 0, 3);
@@ -212,7 +212,7 @@ TEST(Evidence, SurvivesAMerge) {
 
 TEST(Evidence, ScansThatSeeAFloorAgainMoveItsPlane) {
   // First 3 mm too low, then right, often: the voxels keep their first points, the plane comes right.
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::normal_distribution<double> gauss(0, 0.001);
   MapState state{Parameters{}};

@@ -1,9 +1,9 @@
+#include "support/seed.hpp"
 #include "surfaces/triangulate.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <gmock/gmock.h>
-#include <iostream>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -47,7 +47,7 @@ Ring2 reversed(Ring2 ring) {
 }
 
 // Star-shaped about its centre, so simple for any radii.
-Ring2 star(std::mt19937& random, const Eigen::Vector2d& center, double inner, double outer, int corners) {
+Ring2 star(std::mt19937_64& random, const Eigen::Vector2d& center, double inner, double outer, int corners) {
   std::uniform_real_distribution<double> radius(inner, outer);
   Ring2 ring;
   for (int i = 0; i < corners; ++i) {
@@ -58,7 +58,7 @@ Ring2 star(std::mt19937& random, const Eigen::Vector2d& center, double inner, do
 }
 
 // A star with up to four holes, one in each quadrant of its kernel.
-Polygon random_polygon(std::mt19937& random) {
+Polygon random_polygon(std::mt19937_64& random) {
   Polygon polygon{star(random, {0, 0}, 1.0, 2.0, std::uniform_int_distribution<int>(12, 60)(random)), {}};
   for (const auto& [x, y] : {std::pair{.35, .35}, {-.35, .35}, {-.35, -.35}, {.35, -.35}}) {
     if (random() % 4 == 0) continue;
@@ -191,9 +191,7 @@ TEST(Triangulate, RefusesNotFinite) {
 }
 
 TEST(Triangulate, RandomPolygonsWithHoles) {
-  const std::uint32_t seed = std::random_device{}();
-  std::cout << "seed " << seed << "\n";
-  std::mt19937 random(seed);
+  std::mt19937_64 random(test::seed());
   for (int i = 0; i < 200 && !HasFailure(); ++i) expect_valid(random_polygon(random));
 }
 
@@ -220,9 +218,7 @@ TEST(Extrude, RingsTouchingInAVertexStayManifold) {
 }
 
 TEST(Extrude, RandomPolygonsWithHoles) {
-  const std::uint32_t seed = std::random_device{}();
-  std::cout << "seed " << seed << "\n";
-  std::mt19937 random(seed);
+  std::mt19937_64 random(test::seed());
   for (int i = 0; i < 100 && !HasFailure(); ++i) {
     const Surface surface = surface_of({random_polygon(random)}, tilted());
     const Mesh mesh = extrude(surface, 0.05);

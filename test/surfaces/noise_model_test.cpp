@@ -47,7 +47,7 @@ TEST(NoiseModel, AGivenValueIsNotEstimated) {
 }
 
 TEST(NoiseModel, RecoversKnownNoise) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   for (const double truth : {0.0008, 0.0015, 0.0025}) {
     const Parameters parameters;
@@ -61,7 +61,7 @@ TEST(NoiseModel, RecoversKnownNoise) {
 
 TEST(NoiseModel, NearReadingsDoNotSpoilTheFarOnes) {
   // Near the sensor sigma is sensor_noise, give or take what an estimate can know.
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   const Parameters parameters;
   NoiseModel noise(parameters);
@@ -80,7 +80,7 @@ TEST(NoiseModel, ExactReadingsHaveNoRangeNoise) {
 }
 
 TEST(NoiseModel, PointsInNoOrderTellNothing) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   NoiseModel noise{Parameters{}};
   std::uniform_real_distribution<double> side(-3, 3);
@@ -131,7 +131,7 @@ TEST(NoiseModel, TakesAPointsOwnView) {
 
 TEST(NoiseModel, SpreadIsWhatWasMeasured) {
   // Half of what the parameter expects: sigma stays, for tolerances; weights know better.
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   const Parameters parameters;
   const double truth = parameters.surfaces.sensor_noise / 2;
@@ -152,7 +152,7 @@ TEST(NoiseModel, SpreadIsWhatWasMeasured) {
 
 TEST(NoiseModel, ShuffledScansDoNotRaiseIt) {
   // A camera in a room, and a narrow one before a wall, with 1 mm of noise, each scan's points in any order.
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   test::Scene room, flat;
   room.rectangle({-2, -2, 0}, {4, 0, 0}, {0, 4, 0}).rectangle({2, -2, 0}, {0, 4, 0}, {0, 0, 2.5});

@@ -53,7 +53,7 @@ void expect_alpha_shape_throughout(std::mt19937_64& rng, double alpha, int exten
 }
 
 TEST(Outline, IsTheAlphaShapeOfWhatIsIn) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::uniform_int_distribution<int> within(0, 4095);
   for (const double alpha : {1.3, 2.0, 3.99})
@@ -69,7 +69,7 @@ TEST(Outline, IsTheAlphaShapeOfWhatIsIn) {
 /// On a grid nearly all sites are collinear and cocircular with others, and equal ones meet at the
 /// cells' borders: the triangulation must not depend on the order in which they came and went.
 TEST(Outline, DoesNotDependOnHistoryOnAGrid) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   for (const double step : {1.0, 0.5})
     for (const double alpha : {1.0, 1.5, 2.3})
@@ -83,7 +83,7 @@ TEST(Outline, DoesNotDependOnHistoryOnAGrid) {
 }
 
 TEST(Outline, SurvivesSitesOnALine) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   expect_alpha_shape_throughout(rng, 2.0, 3, 300, [&](const Cell& cell) {
     const bool off = rng() % 12 == 0;
@@ -127,7 +127,7 @@ TEST(Outline, IslandsInHolesArePolygonsOfTheirOwn) {
 }
 
 TEST(CellBits, FollowWhatComesAndGoes) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::map<Cell, int> content;        // inliers of each cell
   std::set<Cell> deep, rim, touched;  // as of the last settle(); cells whose content changed since

@@ -73,7 +73,7 @@ TEST(OnePlane, AStepOfACentimetreIsNot) {
 }
 
 TEST(OnePlane, ALeanOfTwoAndAHalfDegreesIsNot) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   Rng rng(seed);
   for (int round = 0; round < 20; ++round) {
     const double lean = (round % 2 == 0 ? 2.5 : -2.5) * degree;
@@ -85,7 +85,7 @@ TEST(OnePlane, ALeanOfTwoAndAHalfDegreesIsNot) {
 }
 
 TEST(OnePlane, ASmallNoisyPatchMayBelong) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   Rng rng(seed);
   for (int round = 0; round < 20; ++round) {
     const Points large = rectangle({0, 0, 0}, 0.6 * x, 0.6 * y, 0.002 * z, rng);
@@ -98,7 +98,7 @@ TEST(OnePlane, ASmallNoisyPatchMayBelong) {
 TEST(OnePlane, ALaserLineMayBelongToTheFloorBesideIt) {
   // Seen from 1 m above, 1.5 m away: the readings scatter up and down the line of sight, so that the
   // slope across the line that fits them best is the ray's.
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   Rng rng(seed);
   const Eigen::Vector3d ray = Eigen::Vector3d(1.5, 0, -1).normalized();
   for (int round = 0; round < 20; ++round) {
@@ -110,7 +110,7 @@ TEST(OnePlane, ALaserLineMayBelongToTheFloorBesideIt) {
 }
 
 TEST(OnePlane, HoldsFarFromTheOrigin) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   Rng rng(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (int round = 0; round < 100; ++round) {
@@ -197,7 +197,7 @@ TEST(Obstructed, ABoardStandsBetweenTwoPointsOfAWall) {
 }
 
 TEST(Obstructed, NoiseOfThePlaneItselfIsNoObstacle) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   Rng rng(seed);
   Voxels voxels;
   const Eigen::Vector3d eye(0.5, 0.5, 1.5);
@@ -233,7 +233,7 @@ struct Blocks {
 };
 
 TEST(PartsOf, BlocksThatLeanAgainstOneAnotherAreTwo) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   for (std::uint64_t round = 0; round < 10; ++round)
     for (const double lean : {-3 * degree, 3 * degree}) {
       Blocks blocks(lean, 0.04, {}, seed + round);
@@ -262,7 +262,7 @@ TEST(PartsOf, BlocksOfOnePlaneAreOneAcrossAGapOfH) {
 }
 
 TEST(PartsOf, AHoleyNoisyRectangleIsOne) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   Rng rng(seed);
   for (int round = 0; round < 12; ++round) {
     Eigen::Isometry3d pose = test::random_pose(rng);
@@ -299,7 +299,7 @@ TEST(PartsOf, AShelfsBoardDividesTheWallBehindIt) {
 
 TEST(PartsOf, TheOrderOfThePointsDoesNotMatter) {
   // But for the first, at which the cells begin.
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   for (std::uint64_t round = 0; round < 10; ++round) {
     Blocks blocks(3 * degree, 0.04, {}, seed + round);
     Workspace work(blocks.voxels.state);

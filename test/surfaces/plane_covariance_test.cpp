@@ -99,19 +99,19 @@ Eigen::Isometry3d tilted(const Eigen::Vector3d& origin) {
 }
 
 TEST(PlaneCovariance, IsHowMuchFittedPlanesScatter) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   expect_scatter_as_said(patch([](Reading&) {}), noise_of(0.005, 0), tilted({1, 2, 3}), rng);
 }
 
 TEST(PlaneCovariance, DoesNotNeedToKnowHowNoisyTheSensorIs) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   for (const double sigma : {0.001, 0.01})
     expect_scatter_as_said(patch([&](Reading& r) { r.sigma = sigma; }), noise_of(0.005, 0), tilted({1, 2, 3}),
                            rng);
 }
 
 TEST(PlaneCovariance, FarPointsCountLess) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   const NoiseModel noise = noise_of(0.005, 0.003);
   expect_scatter_as_said(patch([&](Reading& r) {
                            r.range_class = r.uv.x() > 0.4 ? 9 : 1;
@@ -121,7 +121,7 @@ TEST(PlaneCovariance, FarPointsCountLess) {
 }
 
 TEST(PlaneCovariance, WhatWasSeenAgainMakesItSurer) {
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   const NoiseModel noise = noise_of(0.005, 0);
   std::vector<Reading> readings = patch([](Reading&) {});
   const Draw once = draw(readings, noise, tilted({1, 2, 3}), rng);
@@ -140,7 +140,7 @@ TEST(PlaneCovariance, WhatWasSeenAgainMakesItSurer) {
 }
 
 TEST(PlaneCovariance, IsTheSameFarFromTheOrigin) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   const std::vector<Reading> readings = patch([](Reading&) {});
   std::mt19937_64 near_rng(seed), far_rng(seed);
   const Draw near = draw(readings, noise_of(0.005, 0), tilted({0, 0, 0}), near_rng);
@@ -172,7 +172,7 @@ TEST(PlaneCovariance, FollowsFromTheTextbookOnASquareGrid) {
       readings.push_back({{0.02 * i, 0.02 * k}, 1, 0.005});
       squares += std::pow(0.02 * i, 2);
     }
-  std::mt19937_64 rng(test::fresh_seed());
+  std::mt19937_64 rng(test::seed());
   const Draw d = draw(readings, noise_of(0.005, 0), tilted({1, 2, 3}), rng);
   // σ² out of 1681 residuals is good to 3.5 %.
   EXPECT_NEAR(std::sqrt(d.covariance(2, 2)), 0.005 / 41, 0.1 * 0.005 / 41);

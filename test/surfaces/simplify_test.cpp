@@ -43,7 +43,7 @@ void expect_simplified(const std::vector<Polygon>& polygons, double tolerance) {
 }
 
 TEST(Simplify, StaysWithinToleranceAndKeepsTopology) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   for (int round = 0; round < 12 && !HasFailure(); ++round) {
     const test::Blob blob = test::random_blob(rng, 0.6, 0.08);
@@ -58,7 +58,7 @@ TEST(Simplify, StaysWithinToleranceAndKeepsTopology) {
 
 TEST(Simplify, SharedVerticesSurvive) {
   // Random points and a small alpha: rings that touch each other in vertices.
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
   for (int round = 0; round < 30 && !HasFailure(); ++round) {

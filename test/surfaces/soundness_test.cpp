@@ -57,7 +57,7 @@ TEST(ParallelSheet, NotOverItselfNorOverALesserOne) {
 }
 
 TEST(Fitted, GoesThroughThePointsOnTheGivenSide) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::normal_distribution<double> gauss(0, 0.003);
   Scan scan = test::rectangle_scan({80.5, 0.5, 1.5}, {80, 0, 0.011}, x, y);

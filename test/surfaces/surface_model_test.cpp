@@ -24,7 +24,7 @@ SurfaceModel model_of(const std::vector<Inlier>& inliers, const Eigen::Isometry3
 }
 
 TEST(SurfaceModel, PolygonsAreTheAlphaShapeOfAllInliers) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::size_t points = 0, used = 0;
   for (int round = 0; round < 30 && !HasFailure(); ++round) {
@@ -46,7 +46,7 @@ TEST(SurfaceModel, PolygonsAreTheAlphaShapeOfAllInliers) {
 }
 
 TEST(SurfaceModel, SmallHoleSizesUseEveryPoint) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   for (const double small : {1.5 * d, 2.5 * d, 3.9 * d}) {
     const Eigen::Isometry3d pose = test::random_pose(rng);
@@ -59,7 +59,7 @@ TEST(SurfaceModel, SmallHoleSizesUseEveryPoint) {
 
 /// The larger the holes that are closed, the fewer sites stand in for what lies deep inside.
 TEST(SurfaceModel, LargeHoleSizesNeedFewSites) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   for (int round = 0; round < 12 && !HasFailure(); ++round) {
     const double large = std::array{5 * d, 8 * d, 10 * d, 17 * d}[static_cast<std::size_t>(round % 4)];
@@ -76,7 +76,7 @@ TEST(SurfaceModel, LargeHoleSizesNeedFewSites) {
 /// Derived polygons are those of a model that never saw anything else, and the alpha shape of all
 /// inliers, whatever came, went and tilted; also after the model was saved and loaded.
 TEST(SurfaceModel, PolygonsDoNotDependOnHistory) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (int round = 0; round < 5 && !HasFailure(); ++round) {
@@ -117,7 +117,7 @@ TEST(SurfaceModel, PolygonsDoNotDependOnHistory) {
 /// Guarantee 2 of derive(): boundary points are inliers on the plane, up to what the hash frame's tilt
 /// makes of their distance from it.
 TEST(SurfaceModel, BoundaryPointsAreProjectedInliers) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   const Eigen::Isometry3d pose = test::random_pose(rng);
   const std::vector<Inlier> all = test::voxels_of(test::random_blob(rng, 0.7, 0.1), pose, d, 0.7, 0.006, rng);
@@ -142,7 +142,7 @@ TEST(SurfaceModel, BoundaryPointsAreProjectedInliers) {
 
 /// Guarantee 3: fresh polygons are still right after whatever came and went without making them stale.
 TEST(SurfaceModel, PolygonsThatAreNotStaleAreRight) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::size_t fresh = 0, wrong = 0;
   double worst = 0;
@@ -185,7 +185,7 @@ struct Sums {
 };
 
 TEST(SurfaceModel, MomentsSurviveChurn) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   Eigen::Isometry3d pose = test::random_pose(rng);
   pose.translation() += Eigen::Vector3d(120, -80, 3);  // digits are lost far from the origin, if anywhere
@@ -227,7 +227,7 @@ TEST(SurfaceModel, MomentsSurviveChurn) {
 }
 
 TEST(SurfaceModel, CellsHoldExactlyTheInliers) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   const Eigen::Isometry3d pose = test::random_pose(rng);
   const std::vector<Inlier> all =
@@ -276,7 +276,7 @@ TEST(SurfaceModel, RemovesOnlyWhatIsThere) {
 }
 
 TEST(SurfaceModel, PoseMovesAsLittleAsPossible) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (int round = 0; round < 200; ++round) {
@@ -304,7 +304,7 @@ TEST(SurfaceModel, PoseMovesAsLittleAsPossible) {
 }
 
 TEST(SurfaceModel, KeepsItsInliersWhenItTilts) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   const Eigen::Isometry3d pose = test::random_pose(rng);
   const std::vector<Inlier> all =
@@ -330,7 +330,7 @@ TEST(SurfaceModel, KeepsItsInliersWhenItTilts) {
 }
 
 TEST(SurfaceModel, StateComesBack) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   const Eigen::Isometry3d pose = test::random_pose(rng);
   std::vector<Inlier> all = test::voxels_of(test::random_blob(rng, 0.5, 0.08), pose, d, 0.5, 0.006, rng);
@@ -364,7 +364,7 @@ TEST(SurfaceModel, StateComesBack) {
 }
 
 TEST(SurfaceModel, PublishesWhatTheHeaderPromises) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   for (int round = 0; round < 5; ++round) {
     const Eigen::Isometry3d pose = test::random_pose(rng);
@@ -425,7 +425,7 @@ TEST(SurfaceModel, AnEmptyOneHasNoPolygons) {
 }
 
 TEST(PlaneAxes, AreAFrameWhoseXIsHorizontal) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::normal_distribution<double> gauss;
   std::vector<Eigen::Vector3d> normals;

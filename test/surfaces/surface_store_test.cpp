@@ -55,7 +55,7 @@ void expect_found(const Filled& filled, std::mt19937_64& rng) {
 }
 
 TEST(SurfaceStore, FindsByPlaceUnderChurn) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   Filled filled;
   for (int i = 0; i < 12; ++i) add_surface(filled, rng, 0.5);
@@ -109,7 +109,7 @@ std::vector<SurfaceId> slowly_near_plane(const SurfaceStore& store, const Plane&
 }
 
 TEST(SurfaceStore, FindsByPlane) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
   SurfaceStore store(d);
@@ -133,7 +133,7 @@ TEST(SurfaceStore, FindsByPlane) {
 }
 
 TEST(SurfaceStore, RestoresWhatItGave) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   Filled filled;
   for (int i = 0; i < 4; ++i) add_surface(filled, rng, 0.3);

@@ -111,7 +111,7 @@ TEST(Retract, CarriesRefinedPointsOver) {
 }
 
 TEST(Refit, RecoversThePlane) {
-  const std::uint64_t seed = test::fresh_seed();
+  const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (int round = 0; round < 5; ++round) {
