@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tsl/robin_map.h>
 
 namespace octosurf {
 namespace {
@@ -17,9 +18,11 @@ bool isolated(Workspace& work, Index i, int reach, float radius) {
   const Eigen::Vector3f p = work.window[i].position;
   const auto enough_within = [&](int box) {
     int neighbours = -1;  // itself
-    work.window.for_each_near(key, box, [&](Index j) {
-      neighbours +=
-          work.window[j].surface == 0 && (work.window[j].position - p).squaredNorm() <= radius * radius;
+    work.window.for_each_run_near(key, box, [&](Index first, Index last) {
+      if (neighbours >= 2) return;
+      for (Index j = first; j < last; ++j)
+        neighbours += work.window.columns().surface[j] == 0 &&
+                      (work.window[j].position - p).squaredNorm() <= radius * radius;
     });
     return neighbours >= 2;
   };
@@ -27,28 +30,57 @@ bool isolated(Workspace& work, Index i, int reach, float radius) {
   return !enough_within(std::min(1, reach)) && !enough_within(reach);
 }
 
-/// The surface just in front of the point that the line of sight to it passes through; 0: none.
-SurfaceId seen_through(Workspace& work, Index i) {
-  constexpr double farthest = 0.3;  // m; deeper than any noise this could be
-  const VoxelPoint& p = work.window[i];
-  const double depth = std::min(farthest, 2.5 * work.state.noise.tolerance(p.range_class));
-  for (const SurfaceId id : work.state.surfaces.near(p.key, 8)) {
-    const SurfaceModel& surface = *work.state.surfaces.find(id);
-    const double behind = -surface.distance(p.position);
-    if (behind <= 0 || behind > depth) continue;
-    const auto facing = static_cast<float>(surface.plane().normal.dot(p.view.cast<double>()));
-    if (facing < 0.2F) continue;
-    const Eigen::Vector3f crossing = p.position + p.view * (static_cast<float>(behind) / facing);
-    const PlaneCell cell = surface.cell_of(crossing);
-    // Inside its border, where three of nine would be missing, so that what is seen past an edge is
-    // not taken for noise.
-    int around = 0;
-    for (int v = -1; v <= 1; ++v)
-      for (int u = -1; u <= 1; ++u) around += surface.covers({cell.u + u, cell.v + v});
-    if (around >= 7) return id;
+/// Which points are seen through a surface; asked once of each, while no surface changes.
+class SeenThrough {
+ public:
+  explicit SeenThrough(Workspace& work) : work_(work) {}
+
+  /// The surface just in front of the point that the line of sight to it passes through; 0: none.
+  SurfaceId operator()(Index i) {
+    if (i >= answers_.size()) answers_.resize(std::max<std::size_t>(work_.window.size(), i + 1), unasked);
+    if (answers_[i] == unasked) answers_[i] = in_front_of(work_.window[i]);
+    return answers_[i];
   }
-  return 0;
-}
+
+ private:
+  static constexpr SurfaceId unasked = ~SurfaceId{0};
+  using Surfaces = std::vector<const SurfaceModel*>;
+
+  /// In the block of the point and those around it: within eight voxels.
+  const Surfaces& near(VoxelKey key) {
+    const auto [entry, fresh] = near_.try_emplace(key.packed() & blocks);
+    Surfaces& surfaces = entry.value();
+    if (fresh)
+      for (const SurfaceId id : work_.state.surfaces.near(key, 8))
+        surfaces.push_back(work_.state.surfaces.find(id));
+    return surfaces;
+  }
+
+  SurfaceId in_front_of(const VoxelPoint& p) {
+    constexpr double farthest = 0.3;  // m; deeper than any noise this could be
+    const double depth = std::min(farthest, 2.5 * work_.state.noise.tolerance(p.range_class));
+    for (const SurfaceModel* surface : near(p.key)) {
+      const double behind = -surface->distance(p.position);
+      if (behind <= 0 || behind > depth) continue;
+      const auto facing = static_cast<float>(surface->plane().normal.dot(p.view.cast<double>()));
+      if (facing < 0.2F) continue;
+      const Eigen::Vector3f crossing = p.position + p.view * (static_cast<float>(behind) / facing);
+      const PlaneCell cell = surface->cell_of(crossing);
+      // Inside its border, where three of nine would be missing, so that what is seen past an edge is
+      // not taken for noise.
+      int around = 0;
+      for (int v = -1; v <= 1; ++v)
+        for (int u = -1; u <= 1; ++u) around += surface->covers({cell.u + u, cell.v + v});
+      if (around >= 7) return surface->id();
+    }
+    return 0;
+  }
+
+  static constexpr std::uint64_t blocks = 0xfff8fff8fff8ULL;  // of eight voxels along each axis
+  Workspace& work_;
+  std::vector<SurfaceId> answers_;
+  tsl::robin_map<std::uint64_t, Surfaces, PackedKeyHash> near_;
+};
 
 }  // namespace
 
@@ -82,8 +114,9 @@ std::vector<SurfaceId> detect_from(Workspace& work, std::vector<Index> waiting, 
   RegionGrowing grow(work, parameters, refusals);
   PlaneExtraction extract(work, parameters, refusals);
   std::vector<SurfaceId> born;
+  SeenThrough seen_through(work);
   const auto allowed = [&](Index i) {
-    const SurfaceId in_front = parameters.aligned() ? seen_through(work, i) : 0;
+    const SurfaceId in_front = parameters.aligned() ? seen_through(i) : 0;
     if (in_front != 0) tell(Refusal::seen_through, i, in_front);
     return in_front == 0;
   };

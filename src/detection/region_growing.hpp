@@ -48,7 +48,7 @@ std::vector<std::vector<RegionGrowing::Index>> RegionGrowing::operator()(std::sp
       const LocalPlane here = work_.normals.at(region[next]);
       if (!here.known || !here.flat) continue;
       work_.window.for_each_near(work_.window[region[next]].key, here.reach, [&](Index i) {
-        if (work_.window[i].surface != 0 || (i < visited_.size() && visited_[i])) return;
+        if (work_.window.columns().surface[i] != 0 || (i < visited_.size() && visited_[i])) return;
         const LocalPlane& there = work_.normals.at(i);
         if (!there.known || there.normal.dot(here.normal) < cos_smooth_ || !allowed(i)) return;
         visit(i);

@@ -11,30 +11,58 @@ PointWindow::Index PointWindow::find(VoxelKey key) {
 PointWindow::Index PointWindow::index_in(const Block& block, VoxelKey key) {
   const unsigned y = key.y & 7, z = key.z & 7;
   const auto row = static_cast<unsigned>(block.slices[z] >> (8 * y) & 0xff);
-  return block.first + block.before[8 * z + y] + bits_in_row[row & ((1U << (key.x & 7)) - 1)];
+  return row_in(block, y, z) + bits_in_row[row & ((1U << (key.x & 7)) - 1)];
 }
 
 std::uint32_t PointWindow::block_of(std::uint64_t packed_block) {
+  if (packed_block == last_asked_) return last_block_;
   const auto [entry, fresh] = index_.try_emplace(packed_block, static_cast<std::uint32_t>(blocks_.size()));
-  if (!fresh) return entry->second;
+  last_asked_ = packed_block;
+  last_block_ = entry->second;
+  if (fresh) read_block(packed_block);
+  return last_block_;
+}
+
+void PointWindow::read_block(std::uint64_t packed_block) {
   const VoxelKey base{static_cast<std::uint16_t>((packed_block & 0x1fff) << 3),
                       static_cast<std::uint16_t>((packed_block >> 16 & 0x1fff) << 3),
                       static_cast<std::uint16_t>((packed_block >> 32 & 0x1fff) << 3)};
   scratch_.clear();
   map_.read_block(base, scratch_);
-  Block block;
+  Block& block = blocks_.emplace_back();
+  block.around.fill(unknown);
   block.first = static_cast<Index>(points_.size());
   block.count = static_cast<Index>(scratch_.size());
+  if (scratch_.empty()) return;
   for (const VoxelPoint& p : scratch_)
     block.slices[p.key.z & 7] |= std::uint64_t{1} << (8 * (p.key.y & 7) + (p.key.x & 7));
-  for (std::size_t row = 1; row < 64; ++row) {
-    const auto previous = static_cast<unsigned>(block.slices[(row - 1) / 8] >> (8 * ((row - 1) % 8)) & 0xff);
-    block.before[row] = static_cast<std::uint16_t>(block.before[row - 1] + bits_in_row[previous]);
+  std::uint16_t before = 0;
+  for (std::size_t z = 0; z < 8; ++z) {
+    std::uint64_t sum = 0;  // byte y: points in rows up to y
+    for (unsigned y = 0; y < 8; ++y)
+      sum += bits_in_row[block.slices[z] >> (8 * y) & 0xff] * (0x0101010101010101ULL << (8 * y));
+    block.rows_before[z] = sum << 8;
+    block.slices_before[z] = before;
+    before = static_cast<std::uint16_t>(before + (sum >> 56));
   }
-  points_.resize(points_.size() + scratch_.size());
-  for (const VoxelPoint& p : scratch_) points_[index_in(block, p.key)] = p;
-  blocks_.push_back(block);
-  return entry->second;
+  const std::size_t size = points_.size() + scratch_.size();
+  points_.resize(size);
+  for (std::vector<float>* column :
+       {&columns_.x, &columns_.y, &columns_.z, &columns_.view_x, &columns_.view_y, &columns_.view_z})
+    column->resize(size + padding);
+  columns_.surface.resize(size + padding);
+  for (const VoxelPoint& p : scratch_) place(index_in(block, p.key), p);
+}
+
+void PointWindow::place(Index i, const VoxelPoint& p) {
+  points_[i] = p;
+  columns_.x[i] = p.position.x();
+  columns_.y[i] = p.position.y();
+  columns_.z[i] = p.position.z();
+  columns_.view_x[i] = p.view.x();
+  columns_.view_y[i] = p.view.y();
+  columns_.view_z[i] = p.view.z();
+  columns_.surface[i] = p.surface;
 }
 
 }  // namespace octosurf

@@ -15,6 +15,7 @@ inline Lanes load_lanes(const float* four) {
   std::memcpy(&lanes, four, sizeof lanes);
   return lanes;
 }
+inline void store_lanes(Lanes lanes, float* four) { std::memcpy(four, &lanes, sizeof lanes); }
 /// The values where the mask is set, 0 elsewhere.
 inline Lanes where(LaneMask mask, Lanes values) {
   return std::bit_cast<Lanes>(mask & std::bit_cast<LaneMask>(values));

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 namespace octosurf {
 namespace {
@@ -23,12 +24,23 @@ class NeighbourMoments {
   NeighbourMoments(const VoxelPoint& centre, float radius)
       : centre_(centre), radius_sq_(radius * radius), per_radius_sq_(1 / radius_sq_) {}
 
-  void add(const VoxelPoint& q) {
-    offset_x_[filled_] = q.position.x() - centre_.position.x();
-    offset_y_[filled_] = q.position.y() - centre_.position.y();
-    offset_z_[filled_] = q.position.z() - centre_.position.z();
-    facing_[filled_] = q.view.dot(centre_.view);
-    if (++filled_ == capacity) sum_up();
+  /// Points [first, last) of the window: of one row, so eight at most.
+  void add(const PointWindow::Columns& points, PointWindow::Index first, PointWindow::Index last) {
+    const Eigen::Vector3f &p = centre_.position, &view = centre_.view;
+    for (std::size_t from = first, to = filled_; from < last; from += 4, to += 4) {
+      store_lanes(load_lanes(&points.x[from]) - p.x(), &offset_x_[to]);
+      store_lanes(load_lanes(&points.y[from]) - p.y(), &offset_y_[to]);
+      store_lanes(load_lanes(&points.z[from]) - p.z(), &offset_z_[to]);
+      store_lanes(load_lanes(&points.view_x[from]) * view.x() + (load_lanes(&points.view_y[from]) * view.y() +
+                                                                 load_lanes(&points.view_z[from]) * view.z()),
+                  &facing_[to]);
+    }
+    filled_ += last - first;
+    if (filled_ < capacity) return;
+    sum_up(capacity);
+    filled_ -= capacity;
+    for (std::array<float, room>* column : {&offset_x_, &offset_y_, &offset_z_, &facing_})
+      std::memcpy(column->data(), column->data() + capacity, longest * sizeof(float));
   }
 
   NeighbourSums sums() {
@@ -36,7 +48,7 @@ class NeighbourMoments {
       offset_x_[filled_] = offset_y_[filled_] = offset_z_[filled_] = 0;
       facing_[filled_] = opposite;
     }
-    sum_up();
+    sum_up(filled_);
     return {total(count_),
             total(weight_),
             {total(x_), total(y_), total(z_)},
@@ -44,7 +56,7 @@ class NeighbourMoments {
   }
 
  private:
-  static constexpr std::size_t capacity = 64;
+  static constexpr std::size_t capacity = 64, longest = 8, room = capacity + longest;
   static constexpr float opposite = -1;
 
   /// exp(−t) for t in [0, 1] to 3e-4: Taylor about 1/2.
@@ -54,10 +66,10 @@ class NeighbourMoments {
     return exp_minus_half * (1.0F + u * (1.0F + u * (0.5F + u * (1.0F / 6 + u * (1.0F / 24)))));
   }
 
-  void sum_up() {
+  void sum_up(std::size_t filled) {
     Lanes count = count_, weight = weight_, sx = x_, sy = y_, sz = z_;  // in registers meanwhile
     Lanes xx = xx_, xy = xy_, xz = xz_, yy = yy_, yz = yz_, zz = zz_;
-    for (std::size_t i = 0; i < filled_; i += 4) {
+    for (std::size_t i = 0; i < filled; i += 4) {
       const Lanes x = load_lanes(&offset_x_[i]), y = load_lanes(&offset_y_[i]), z = load_lanes(&offset_z_[i]);
       const Lanes distance_sq = x * x + y * y + z * z;
       const LaneMask counts = (distance_sq <= radius_sq_) & (load_lanes(&facing_[i]) >= -0.3F);
@@ -71,13 +83,12 @@ class NeighbourMoments {
     }
     count_ = count, weight_ = weight, x_ = sx, y_ = sy, z_ = sz;
     xx_ = xx, xy_ = xy, xz_ = xz, yy_ = yy, yz_ = yz, zz_ = zz;
-    filled_ = 0;
   }
 
   const VoxelPoint& centre_;
   float radius_sq_, per_radius_sq_;
   std::size_t filled_ = 0;
-  std::array<float, capacity> offset_x_, offset_y_, offset_z_, facing_;  // [0, filled_) are set
+  std::array<float, room> offset_x_, offset_y_, offset_z_, facing_;  // [0, filled_) are set
   Lanes count_{}, weight_{}, x_{}, y_{}, z_{}, xx_{}, xy_{}, xz_{}, yy_{}, yz_{}, zz_{};
 };
 
@@ -135,20 +146,18 @@ NormalField::NormalField(PointWindow& window, const Parameters& parameters, cons
       largest_(parameters.search_radius()),
       max_curvature_(parameters.detection.max_curvature) {}
 
-const LocalPlane& NormalField::at(PointWindow::Index i) {
+const LocalPlane& NormalField::computed(PointWindow::Index i) {
   if (i >= planes_.size()) {
     planes_.resize(std::max<std::size_t>(window_.size(), i + 1));
     done_.resize(planes_.size(), false);
   }
-  if (!done_[i]) {
-    // Four times the noise, so that it does not drown the plane.
-    const double radius = std::clamp(4 * noise_.sigma(window_[i].range_class), smallest_, largest_);
-    LocalPlane plane = compute(i, radius);
-    if (!plane.known && radius < largest_) plane = compute(i, largest_);
-    // Computing may have loaded blocks, but i's own place stays.
-    planes_[i] = plane;
-    done_[i] = true;
-  }
+  // Four times the noise, so that it does not drown the plane.
+  const double radius = std::clamp(4 * noise_.sigma(window_[i].range_class), smallest_, largest_);
+  LocalPlane plane = compute(i, radius);
+  if (!plane.known && radius < largest_) plane = compute(i, largest_);
+  // Computing may have loaded blocks, but i's own place stays.
+  planes_[i] = plane;
+  done_[i] = true;
   return planes_[i];
 }
 
@@ -166,13 +175,19 @@ LocalPlane NormalField::compute(PointWindow::Index i, double radius) {
   NeighbourMoments moments(p, static_cast<float>(radius));
   SurfaceId asked = 0;  // neighbours come in runs of one surface
   bool off = false;
-  window_.for_each_near(p.key, plane.reach, [&](PointWindow::Index j) {
-    const VoxelPoint& q = window_[j];
-    if (q.surface != asked) {
-      asked = q.surface;
-      off = asked != 0 && asked != p.surface && lies_off(p, asked);
+  window_.for_each_run_near(p.key, plane.reach, [&](PointWindow::Index first, PointWindow::Index last) {
+    const PointWindow::Columns& points = window_.columns();
+    while (first < last) {
+      const SurfaceId id = points.surface[first];
+      PointWindow::Index end = first + 1;
+      while (end < last && points.surface[end] == id) ++end;
+      if (id != asked) {
+        asked = id;
+        off = asked != 0 && asked != p.surface && lies_off(p, asked);
+      }
+      if (!off) moments.add(points, first, end);
+      first = end;
     }
-    if (!off) moments.add(q);
   });
   const NeighbourSums sums = moments.sums();
   if (sums.count < fewest_neighbours) return plane;

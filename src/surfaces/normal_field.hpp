@@ -31,12 +31,15 @@ class NormalField {
   NormalField(PointWindow& window, const Parameters& parameters, const NoiseModel& noise,
               const SurfaceStore& surfaces);
 
-  const LocalPlane& at(PointWindow::Index i);
+  const LocalPlane& at(PointWindow::Index i) {
+    return i < done_.size() && done_[i] ? planes_[i] : computed(i);
+  }
 
   PointWindow& window() { return window_; }
   const NoiseModel& noise() const { return noise_; }
 
  private:
+  const LocalPlane& computed(PointWindow::Index i);
   LocalPlane compute(PointWindow::Index i, double radius);
   bool lies_off(const VoxelPoint& p, SurfaceId surface) const;
 
