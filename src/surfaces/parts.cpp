@@ -1,12 +1,16 @@
 #include "surfaces/parts.hpp"
 
+#include "surfaces/cell_rows.hpp"
 #include "surfaces/plane_covariance.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <map>
 #include <numeric>
+#include <optional>
+#include <tsl/robin_map.h>
+#include <tuple>
 #include <utility>
 
 namespace octosurf {
@@ -38,6 +42,15 @@ PlaneOverFrame height_of(const Patch& patch, const Eigen::Matrix3d& R, const Eig
   return height;
 }
 
+/// In cells about the map's origin, so that no point's place in the list decides where they begin.
+PointsByCell by_cell(Workspace& work, std::span<const Index> points, const Plane& plane) {
+  const SurfaceModel frame(0, plane, plane.offset * plane.normal, work.state.parameters.occupancy.resolution);
+  std::vector<PlaneCell> cells;
+  cells.reserve(points.size());
+  for (const Index i : points) cells.push_back(frame.cell_of(work.window[i].position));
+  return PointsByCell(points, cells);
+}
+
 /// Parts of a plane while they are joined.
 class Parts {
  public:
@@ -47,17 +60,21 @@ class Parts {
         reach_(std::max(1, static_cast<int>(work.state.parameters.max_hole_size() /
                                             work.state.parameters.occupancy.resolution))),
         careful_(work.state.parameters.aligned()),
-        reference_(work.window[points.front()].position.cast<double>()) {
-    fill(points);
+        reference_(work.window[points.front()].position.cast<double>()),
+        points_(by_cell(work, points, plane)),
+        rows_(points_.cells),
+        depths_(rows_.depths()),
+        parts_(points_.cells.size(), unlabelled),
+        points_per_cell_(static_cast<double>(points.size()) / static_cast<double>(points_.cells.size())) {
     label();
   }
 
   std::vector<std::vector<Index>> operator()() {
     join();
     std::vector<std::vector<Index>> joined(patches_.size());
-    for (const Cell& cell : cells_) {
-      std::vector<Index>& part = joined[root(cell.part)];
-      const auto points = points_of(cell);
+    for (std::size_t cell = 0; cell < parts_.size(); ++cell) {
+      std::vector<Index>& part = joined[root(parts_[cell])];
+      const auto points = points_.of(cell);
       part.insert(part.end(), points.begin(), points.end());
     }
     std::erase_if(joined, [](const auto& part) { return part.empty(); });
@@ -66,62 +83,37 @@ class Parts {
 
  private:
   static constexpr std::uint32_t unlabelled = ~std::uint32_t{0};
-  struct Cell {
-    PlaneCell at;
-    std::uint32_t first = 0, count = 0;  // of points_
-    std::uint32_t part = unlabelled;
-    int depth = 0;
-  };
   static constexpr std::size_t enough_contacts = 64;  // to know where two parts meet
+  static constexpr std::uint32_t last = ~std::uint32_t{0};
   struct Contact {
-    std::size_t tried = 0, open = 0, touching = 0;
-    Eigen::Vector3d place = Eigen::Vector3d::Zero();  // sum over the open ones
+    std::uint32_t cell, other;
+    bool touching;
+    std::uint32_t next;  // of the same pair; or `last`
   };
-
-  /// Points by cell, cells by row.
-  void fill(std::span<const Index> points) {
-    // About the map's origin, so that no point's place in the list decides where cells begin.
-    const SurfaceModel frame(0, plane_, plane_.offset * plane_.normal,
-                             work_.state.parameters.occupancy.resolution);
-    std::vector<std::pair<PlaneCell, Index>> placed;
-    placed.reserve(points.size());
-    for (const Index i : points) placed.emplace_back(frame.cell_of(work_.window[i].position), i);
-    std::stable_sort(placed.begin(), placed.end(), [](const auto& a, const auto& b) {
-      return std::pair(a.first.v, a.first.u) < std::pair(b.first.v, b.first.u);
-    });
-    points_.reserve(points.size());
-    for (const auto& [at, i] : placed) {
-      if (cells_.empty() || cells_.back().at.u != at.u || cells_.back().at.v != at.v) {
-        rows_.resize(static_cast<std::size_t>(at.v - placed.front().first.v) + 1,
-                     static_cast<std::uint32_t>(cells_.size()));
-        cells_.push_back({at, static_cast<std::uint32_t>(points_.size()), 0, unlabelled, 0});
-      }
-      ++cells_.back().count;
-      points_.push_back(i);
-    }
-    rows_.push_back(static_cast<std::uint32_t>(cells_.size()));
-    points_per_cell_ = static_cast<double>(points_.size()) / static_cast<double>(cells_.size());
-  }
-
-  std::span<const Index> points_of(const Cell& cell) const {
-    return std::span(points_).subspan(cell.first, cell.count);
-  }
+  struct Pair {
+    std::uint32_t a, b;
+    double points = 0;                       // of the smaller
+    std::uint32_t begin = last, end = last;  // of contacts_, as they were found
+    std::size_t tried = 0, touching = 0;
+    std::optional<std::size_t> open = std::nullopt;   // contacts; empty: not asked yet
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();  // mean of the open ones
+    std::array<std::size_t, 4> refused{};             // roots and their sizes when they were not one plane
+  };
 
   /// From the cells deepest inside outward, because noise bridges a gap in places: what touches among
   /// cells whose surroundings are full, then what that reaches and what touches among the next, …
   void label() {
-    for (Cell& cell : cells_) cell.depth = depth_of(cell.at);
     std::vector<std::uint32_t> reached;
     for (int depth = deepest; depth >= 0; --depth) {
       spread(std::exchange(reached, {}), depth, reached);
-      for (std::uint32_t c = 0; c < cells_.size(); ++c) {
-        if (cells_[c].part != unlabelled || cells_[c].depth < depth) continue;
-        cells_[c].part = static_cast<std::uint32_t>(patches_.size());
+      for (std::uint32_t c = 0; c < parts_.size(); ++c) {
+        if (parts_[c] != unlabelled || depths_[c] < depth) continue;
+        parts_[c] = static_cast<std::uint32_t>(patches_.size());
         patches_.push_back({{}, reference_, 0});
         spread({c}, depth, reached);
       }
     }
-    for (const Cell& cell : cells_) add(points_of(cell), patches_[cell.part]);
+    gather();
     parents_.resize(patches_.size());
     std::iota(parents_.begin(), parents_.end(), std::size_t{0});
   }
@@ -129,127 +121,135 @@ class Parts {
   /// Breadth first over cells of at least this depth, so that parts that meet share what lies between.
   void spread(std::vector<std::uint32_t> open, int depth, std::vector<std::uint32_t>& reached) {
     for (std::size_t next = 0; next < open.size(); ++next) {
-      const Cell from = cells_[open[next]];
+      const std::uint32_t from = open[next];
       bool at_rim = false;
-      for_each_within(from.at, 1, [&](std::uint32_t c) {
-        if (cells_[c].part != unlabelled) return;
-        if (cells_[c].depth < depth) {
-          at_rim = true;
-          return;
+      rows_.for_each_run_within(points_.cells[from], 1, [&](std::uint32_t first, std::uint32_t end) {
+        for (std::uint32_t c = first; c < end; ++c) {
+          if (parts_[c] != unlabelled) continue;
+          if (depths_[c] < depth) {
+            at_rim = true;
+            continue;
+          }
+          parts_[c] = parts_[from];
+          open.push_back(c);
         }
-        cells_[c].part = from.part;
-        open.push_back(c);
       });
-      if (at_rim) reached.push_back(open[next]);
+      if (at_rim) reached.push_back(from);
     }
   }
 
   static constexpr int deepest = 2;
-  /// 2: of the 5×5 cells around one at most is empty; 1: none of the 3×3; else 0.
-  int depth_of(PlaneCell at) const {
-    int near = 0;
-    for_each_within(at, 1, [&](std::uint32_t) { ++near; });
-    if (near < 9) return 0;
-    int all = 0;
-    for_each_within(at, 2, [&](std::uint32_t) { ++all; });
-    return all < 24 ? 1 : 2;
-  }
 
-  template <class Visit>
-  void for_each_within(PlaneCell at, int reach, Visit&& visit) const {
-    const int first_row = cells_.front().at.v, last_row = first_row + static_cast<int>(rows_.size()) - 2;
-    for (int v = std::max(first_row, at.v - reach); v <= std::min(last_row, at.v + reach); ++v) {
-      const auto row = cells_.begin() + rows_[static_cast<std::size_t>(v - first_row)];
-      const auto end = cells_.begin() + rows_[static_cast<std::size_t>(v - first_row) + 1];
-      for (auto c = std::lower_bound(row, end, at.u - reach, [](const Cell&x, int u) { return x.at.u < u; });
-           c != end && c->at.u <= at.u + reach; ++c)
-        visit(static_cast<std::uint32_t>(c - cells_.begin()));
-    }
-  }
-
-  void add(std::span<const Index> points, Patch& patch) {
+  void gather() {
     const NoiseModel& noise = work_.state.noise;
-    for (const Index i : points) {
-      const VoxelPoint& p = work_.window[i];
-      const double ratio = noise.sigma(1) / std::max(noise.sigma(p.range_class), 1e-6);
-      patch.moments.add(p.position.cast<double>() - patch.reference, ratio * ratio);
-      ++patch.points;
+    std::array<double, NoiseModel::classes> weights{};
+    for (unsigned c = 0; c < NoiseModel::classes; ++c) {
+      const double ratio = noise.sigma(1) / std::max(noise.sigma(c), 1e-6);
+      weights[c] = ratio * ratio;
+    }
+    for (std::size_t cell = 0; cell < parts_.size(); ++cell) {
+      Patch& patch = patches_[parts_[cell]];
+      for (const Index i : points_.of(cell)) {
+        const VoxelPoint& p = work_.window[i];
+        patch.moments.add(p.position.cast<double>() - patch.reference, weights[p.range_class]);
+        ++patch.points;
+      }
     }
   }
 
-  std::map<std::pair<std::uint32_t, std::uint32_t>, Contact> contacts() {
-    std::map<std::pair<std::uint32_t, std::uint32_t>, Contact> found;
-    if (patches_.size() < 2) return found;
-    for (const Cell& cell : cells_) {
-      for_each_within(cell.at, 1, [&](std::uint32_t c) {
-        if (cells_[c].part <= cell.part) return;
-        Contact& contact = found[{cell.part, cells_[c].part}];
-        ++contact.touching;
-        ++contact.open;
-        contact.place += work_.window[points_[cell.first]].position.cast<double>();
+  /// Where parts touch, and the first of the places where they face each other over a gap of up to h.
+  void find_contacts() {
+    const HighestAround highest(points_.cells, parts_, reach_);
+    for (std::uint32_t cell = 0; cell < parts_.size(); ++cell) {
+      const PlaneCell at = points_.cells[cell];
+      if (highest(at) <= parts_[cell]) continue;
+      rows_.for_each_run_within(at, 1, [&](std::uint32_t first, std::uint32_t end) {
+        for (std::uint32_t c = first; c < end; ++c)
+          if (parts_[c] > parts_[cell]) note(cell, c, true);
       });
-      if (cell.depth > 0) continue;  // gaps are crossed from rim to rim
-      for_each_within(cell.at, reach_, [&](std::uint32_t c) {
-        const Cell& other = cells_[c];
-        if (other.part <= cell.part || touch(cell, other)) return;
-        Contact& contact = found[{cell.part, other.part}];
-        if (contact.tried < enough_contacts) note(cell, other, contact);
+      if (depths_[cell] > 0) continue;  // gaps are crossed from rim to rim
+      rows_.for_each_run_within(at, reach_, [&](std::uint32_t first, std::uint32_t end) {
+        for (std::uint32_t c = first; c < end; ++c)
+          if (parts_[c] > parts_[cell] && !touch(at, points_.cells[c])) note(cell, c, false);
       });
     }
-    return found;
   }
 
-  static bool touch(const Cell& a, const Cell& b) {
-    return std::abs(a.at.u - b.at.u) <= 1 && std::abs(a.at.v - b.at.v) <= 1;
+  static bool touch(PlaneCell a, PlaneCell b) { return std::abs(a.u - b.u) <= 1 && std::abs(a.v - b.v) <= 1; }
+
+  void note(std::uint32_t cell, std::uint32_t other, bool touching) {
+    Pair& pair = pair_of(parts_[cell], parts_[other]);
+    if (!touching && pair.tried == enough_contacts) return;
+    ++(touching ? pair.touching : pair.tried);
+    const auto place = static_cast<std::uint32_t>(contacts_.size());
+    contacts_.push_back({cell, other, touching, last});
+    (pair.begin == last ? pair.begin : contacts_[pair.end].next) = place;
+    pair.end = place;
+  }
+
+  Pair& pair_of(std::uint32_t a, std::uint32_t b) {
+    const std::uint64_t key = std::uint64_t{a} << 32 | b;
+    if (pairs_.empty() || key != last_asked_) {  // they come in runs
+      const auto [entry, fresh] = places_.try_emplace(key, pairs_.size());
+      if (fresh) pairs_.push_back({a, b, std::min(patches_[a].points, patches_[b].points)});
+      last_asked_ = key;
+      last_place_ = entry->second;
+    }
+    return pairs_[last_place_];
   }
 
   /// They touch nearly as much as halves of one patch would: three pairs of cells for each of its width.
   /// Then it takes more than a small difference to tell them apart, for poses drift between visits.
-  bool grown_together(std::size_t touching, double points) const {
-    return static_cast<double>(touching) >= 2 * std::sqrt(points / points_per_cell_);
+  bool grown_together(const Pair& pair) const {
+    return static_cast<double>(pair.touching) >= 2 * std::sqrt(pair.points / points_per_cell_);
   }
 
-  void note(const Cell& cell, const Cell& other, Contact& contact) {
-    ++contact.tried;
-    const VoxelPoint p = work_.window[points_[cell.first]];
-    const Eigen::Vector3d from = p.position.cast<double>();
-    const Eigen::Vector3d to = work_.window[points_[other.first]].position.cast<double>();
-    if (careful_ && obstructed(work_, plane_, from, to, work_.state.noise.tolerance(p, plane_))) return;
-    ++contact.open;
-    contact.place += (from + to) / 2;
+  Eigen::Vector3d first_of(std::uint32_t cell) const {
+    return work_.window[points_.points[points_.first[cell]]].position.cast<double>();
   }
 
-  struct Pair {
-    std::uint32_t a, b;
-    double points;  // of the smaller
-    Eigen::Vector3d contact;
-    std::size_t touching;
-  };
+  bool obstructed_between(std::uint32_t cell, std::uint32_t other) {
+    const VoxelPoint p = work_.window[points_.points[points_.first[cell]]];
+    return obstructed(work_, plane_, p.position.cast<double>(), first_of(other),
+                      work_.state.noise.tolerance(p, plane_));
+  }
+
+  /// They meet anywhere, and where that is on the mean.
+  bool meet(Pair& pair) {
+    if (pair.open) return *pair.open > 0;
+    std::size_t open = 0;
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (std::uint32_t k = pair.begin; k != last; k = contacts_[k].next) {
+      const Contact& contact = contacts_[k];
+      if (!contact.touching && obstructed_between(contact.cell, contact.other)) continue;
+      ++open;
+      if (contact.touching)
+        sum += first_of(contact.cell);
+      else
+        sum += (first_of(contact.cell) + first_of(contact.other)) / 2;
+    }
+    pair.open = open;
+    if (open > 0) pair.place = sum / static_cast<double>(open);
+    return open > 0;
+  }
 
   void join() {
-    std::vector<Pair> pairs;
-    for (const auto& [pair, contact] : contacts())
-      if (contact.open > 0)
-        pairs.push_back({pair.first, pair.second,
-                         std::min(patches_[pair.first].points, patches_[pair.second].points),
-                         contact.place / static_cast<double>(contact.open), contact.touching});
+    if (patches_.size() < 2) return;
+    find_contacts();
     // The largest first: they say best what the plane is.
-    std::stable_sort(pairs.begin(), pairs.end(),
-                     [](const Pair& x, const Pair& y) { return x.points > y.points; });
-    while (join_once(pairs)) {
+    std::sort(pairs_.begin(), pairs_.end(), [](const Pair& x, const Pair& y) {
+      return std::tuple(-x.points, x.a, x.b) < std::tuple(-y.points, y.a, y.b);
+    });
+    while (join_once()) {
     }
   }
 
-  bool join_once(std::span<const Pair> pairs) {
-    const double tolerance = work_.state.noise.base_tolerance();
-    const double resolution = work_.state.parameters.occupancy.resolution;
+  bool join_once() {
     bool joined = false;
-    for (const Pair& pair : pairs) {
+    for (Pair& pair : pairs_) {
       const std::size_t a = root(pair.a), b = root(pair.b);
       if (a == b) continue;
-      const bool one = !careful_ || grown_together(pair.touching, pair.points) ||
-                       one_plane(patches_[a], patches_[b], plane_, pair.contact, tolerance, resolution);
-      if (!one) continue;
+      if (careful_ && !grown_together(pair) && !explained_by_one(pair, a, b)) continue;
       Patch& into = patches_[std::min(a, b)];
       into.moments.add(patches_[std::max(a, b)].moments);
       into.points += patches_[std::max(a, b)].points;
@@ -257,6 +257,19 @@ class Parts {
       joined = true;
     }
     return joined;
+  }
+
+  /// Not asked again before one of them has grown.
+  bool explained_by_one(Pair& pair, std::size_t a, std::size_t b) {
+    if (!meet(pair)) return false;
+    const std::array<std::size_t, 4> now{a, b, static_cast<std::size_t>(patches_[a].points),
+                                         static_cast<std::size_t>(patches_[b].points)};
+    if (now == pair.refused) return false;
+    if (one_plane(patches_[a], patches_[b], plane_, pair.place, work_.state.noise.base_tolerance(),
+                  work_.state.parameters.occupancy.resolution))
+      return true;
+    pair.refused = now;
+    return false;
   }
 
   std::size_t root(std::size_t part) const {
@@ -269,12 +282,18 @@ class Parts {
   int reach_;     // cells, h
   bool careful_;  // else the paper's clusters by h alone
   Eigen::Vector3d reference_;
-  double points_per_cell_ = 1;
-  std::vector<Cell> cells_;
-  std::vector<Index> points_;
-  std::vector<std::uint32_t> rows_;  // where each row of cells begins, and the end
+  PointsByCell points_;
+  CellRows rows_;
+  std::vector<std::uint8_t> depths_;  // of each cell, and its part
+  std::vector<std::uint32_t> parts_;
+  double points_per_cell_;
   std::vector<Patch> patches_;
   std::vector<std::size_t> parents_;
+  std::vector<Contact> contacts_;
+  std::vector<Pair> pairs_;
+  tsl::robin_map<std::uint64_t, std::size_t, PackedKeyHash> places_;
+  std::uint64_t last_asked_ = 0;
+  std::size_t last_place_ = 0;
 };
 
 }  // namespace
@@ -307,10 +326,15 @@ bool obstructed(Workspace& work, const Plane& plane, const Eigen::Vector3d& a, c
   };
   const Eigen::Vector3d from = lifted(a), way = lifted(b) - from;
   const int steps = static_cast<int>(std::ceil(2 * way.norm() / d));
+  VoxelKey asked;
+  bool any = false;
   for (int k = 0; k <= steps; ++k) {
     VoxelKey key;
     if (!grid.key_of((from + way * (static_cast<double>(k) / std::max(1, steps))).cast<float>(), key))
       continue;
+    if (any && key == asked) continue;  // two steps a voxel
+    asked = key;
+    any = true;
     const Index i = work.window.find(key);
     if (i == PointWindow::none) continue;
     const VoxelPoint& p = work.window[i];
