@@ -18,9 +18,9 @@ bool isolated(Workspace& work, Index i, int reach, float radius) {
   const Eigen::Vector3f p = work.window[i].position;
   const auto enough_within = [&](int box) {
     int neighbours = -1;  // itself
-    work.window.for_each_run_near(key, box, [&](Index first, Index last) {
+    work.window.for_each_row_near(key, box, [&](Index first, unsigned count) {
       if (neighbours >= 2) return;
-      for (Index j = first; j < last; ++j)
+      for (Index j = first; j < first + count; ++j)
         neighbours += work.window.columns().surface[j] == 0 &&
                       (work.window[j].position - p).squaredNorm() <= radius * radius;
     });

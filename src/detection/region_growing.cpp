@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <tuple>
 
 namespace octosurf {
 
@@ -11,23 +13,18 @@ RegionGrowing::RegionGrowing(Workspace& work, const Parameters& parameters, cons
       cos_smooth_(static_cast<float>(std::cos(parameters.detection.smoothness_angle))),
       refusals_(refusals) {}
 
-bool RegionGrowing::visit(Index i) {
-  if (i >= visited_.size()) visited_.resize(std::max<std::size_t>(work_.window.size(), i + 1), false);
-  if (visited_[i]) return false;
-  visited_[i] = true;
-  return true;
-}
+bool RegionGrowing::visit(Index i) { return unvisited_.remove(work_.window, i); }
 
 void RegionGrowing::sort_seeds(std::vector<Index>& seeds) {
-  std::erase_if(seeds, [&](Index i) {
-    const LocalPlane& plane = work_.normals.at(i);
-    return !plane.known || !plane.flat;
-  });
   // Flattest first; the key decides between equals, so that the points' order never does.
-  std::sort(seeds.begin(), seeds.end(), [&](Index a, Index b) {
-    const float ca = work_.normals.at(a).curvature, cb = work_.normals.at(b).curvature;
-    return ca != cb ? ca < cb : work_.window[a].key < work_.window[b].key;
-  });
+  std::vector<std::tuple<float, std::uint64_t, Index>> ranked;
+  ranked.reserve(seeds.size());
+  for (const Index i : seeds)
+    if (const LocalPlane& plane = work_.normals.at(i); plane.known && plane.flat)
+      ranked.emplace_back(plane.curvature, work_.window[i].key.packed(), i);
+  std::sort(ranked.begin(), ranked.end());
+  seeds.clear();
+  for (const auto& seed : ranked) seeds.push_back(std::get<Index>(seed));
 }
 
 }  // namespace octosurf

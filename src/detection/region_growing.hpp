@@ -31,7 +31,7 @@ class RegionGrowing {
   std::size_t fewest_;
   float cos_smooth_;
   const RefusalSink* refusals_;
-  std::vector<bool> visited_;
+  PointWindow::Marks unvisited_;
 };
 
 template <class Allowed>
@@ -47,8 +47,7 @@ std::vector<std::vector<RegionGrowing::Index>> RegionGrowing::operator()(std::sp
     for (std::size_t next = 0; next < region.size(); ++next) {
       const LocalPlane here = work_.normals.at(region[next]);
       if (!here.known || !here.flat) continue;
-      work_.window.for_each_near(work_.window[region[next]].key, here.reach, [&](Index i) {
-        if (work_.window.columns().surface[i] != 0 || (i < visited_.size() && visited_[i])) return;
+      work_.window.for_each_near(work_.window[region[next]].key, here.reach, unvisited_, [&](Index i) {
         const LocalPlane& there = work_.normals.at(i);
         if (!there.known || there.normal.dot(here.normal) < cos_smooth_ || !allowed(i)) return;
         visit(i);

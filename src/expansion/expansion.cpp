@@ -118,8 +118,9 @@ void Expansion::flood() {
     const Index from = frontier_[next];
     SurfaceModel* surface = work_.state.surfaces.find(work_.window[from].surface);
     if (surface == nullptr) continue;
-    work_.window.for_each_near(work_.window[from].key, adjacent_voxels,
-                               [&](Index i) { visit_neighbour(i, *surface); });
+    work_.window.for_each_near(work_.window[from].key, adjacent_voxels, [&](Index i) {
+      if (work_.window.columns().surface[i] != surface->id()) visit_neighbour(i, *surface);
+    });
   }
   for (const Index i : frontier_) note_contacts(i);
   frontier_.clear();
@@ -150,7 +151,6 @@ void Expansion::note_contacts(Index i) {
 
 void Expansion::visit_neighbour(Index i, SurfaceModel& surface) {
   const SurfaceId owner = work_.window[i].surface;
-  if (owner == surface.id()) return;
   const std::optional<double> ratio = misfit(i, surface);
   if (!ratio) return;
   if (owner == 0) {

@@ -2,20 +2,7 @@
 
 namespace octosurf {
 
-PointWindow::Index PointWindow::find(VoxelKey key) {
-  const Block& block = blocks_[block_of(key.packed() >> 3 & block_mask)];
-  const bool present = block.slices[key.z & 7] >> (8 * (key.y & 7) + (key.x & 7)) & 1;
-  return present ? index_in(block, key) : none;
-}
-
-PointWindow::Index PointWindow::index_in(const Block& block, VoxelKey key) {
-  const unsigned y = key.y & 7, z = key.z & 7;
-  const auto row = static_cast<unsigned>(block.slices[z] >> (8 * y) & 0xff);
-  return row_in(block, y, z) + bits_in_row[row & ((1U << (key.x & 7)) - 1)];
-}
-
-std::uint32_t PointWindow::block_of(std::uint64_t packed_block) {
-  if (packed_block == last_asked_) return last_block_;
+std::uint32_t PointWindow::look_up(std::uint64_t packed_block) {
   const auto [entry, fresh] = index_.try_emplace(packed_block, static_cast<std::uint32_t>(blocks_.size()));
   last_asked_ = packed_block;
   last_block_ = entry->second;
@@ -63,6 +50,32 @@ void PointWindow::place(Index i, const VoxelPoint& p) {
   columns_.view_y[i] = p.view.y();
   columns_.view_z[i] = p.view.z();
   columns_.surface[i] = p.surface;
+}
+
+PointWindow::Marks::Slices& PointWindow::Marks::of(const PointWindow& window, std::uint32_t b) {
+  if (b >= slices_.size()) {
+    slices_.resize(window.blocks_.size());
+    known_.resize(window.blocks_.size(), false);
+  }
+  if (!known_[b]) {
+    known_[b] = true;
+    const Block& block = window.blocks_[b];
+    for (Index i = block.first; i < block.first + block.count; ++i) {
+      const VoxelKey key = window.points_[i].key;
+      if (window.columns_.surface[i] == 0)
+        slices_[b][key.z & 7] |= std::uint64_t{1} << (8 * (key.y & 7) + (key.x & 7));
+    }
+  }
+  return slices_[b];
+}
+
+bool PointWindow::Marks::remove(PointWindow& window, Index i) {
+  const VoxelKey key = window.points_[i].key;
+  std::uint64_t& slice = of(window, window.block_of(key.packed() >> 3 & block_mask))[key.z & 7];
+  const std::uint64_t bit = std::uint64_t{1} << (8 * (key.y & 7) + (key.x & 7));
+  const bool marked = (slice & bit) != 0;
+  slice &= ~bit;
+  return marked;
 }
 
 }  // namespace octosurf

@@ -32,7 +32,11 @@ class PointWindow {
   const Columns& columns() const { return columns_; }
 
   /// Index of the point in voxel `key`, or none.
-  Index find(VoxelKey key);
+  Index find(VoxelKey key) {
+    const Block& block = blocks_[block_of(key.packed() >> 3 & block_mask)];
+    const bool present = block.slices[key.z & 7] >> (8 * (key.y & 7) + (key.x & 7)) & 1;
+    return present ? index_in(block, key) : none;
+  }
 
   /// Gives the point to a surface (0: pending), here and in the octree.
   void assign(Index i, SurfaceId surface) {
@@ -43,15 +47,29 @@ class PointWindow {
   /// visit(Index) for every point whose voxel lies within `reach` voxels of `key` along each axis,
   /// itself included, in a fixed order. Cost: blocks met, plus points met.
   template <class Visit>
-  void for_each_near(VoxelKey key, int reach, Visit&& visit) {
-    for_each_run_near(key, reach, [&](Index first, Index last) {
-      for (Index i = first; i < last; ++i) visit(i);
-    });
-  }
+  void for_each_near(VoxelKey key, int reach, Visit&& visit);
 
-  /// The same points as runs [first, last) of neighbours in a row: visit(Index, Index).
+  /// A set of the window's points: at first all that are pending when their block is first asked for.
+  class Marks {
+   public:
+    bool remove(PointWindow& window, Index i);  ///< false if it is not among them
+
+   private:
+    friend PointWindow;
+    using Slices = std::array<std::uint64_t, 8>;
+    Slices& of(const PointWindow& window, std::uint32_t block);
+
+    std::vector<Slices> slices_;
+    std::vector<bool> known_;
+  };
+  /// The same for those that are marked. Cost: blocks met, plus marked points met.
   template <class Visit>
-  void for_each_run_near(VoxelKey key, int reach, Visit&& visit);
+  void for_each_near(VoxelKey key, int reach, Marks& marks, Visit&& visit);
+
+  /// The same points as rows: visit(first, count) for the points [first, first + count), none in some; at
+  /// most eight in each. May not load further blocks.
+  template <class Visit>
+  void for_each_row_near(VoxelKey key, int reach, Visit&& visit);
 
  private:
   static constexpr std::uint64_t block_mask = 0x1fff1fff1fffULL;  // three 13-bit fields
@@ -72,8 +90,28 @@ class PointWindow {
   static Index row_in(const Block& block, unsigned y, unsigned z) {
     return block.first + block.slices_before[z] + static_cast<Index>(block.rows_before[z] >> (8 * y) & 0xff);
   }
-  static Index index_in(const Block& block, VoxelKey key);  // its voxel must hold a point
-  std::uint32_t block_of(std::uint64_t packed_block);
+  /// What of a block lies in a box.
+  struct Box {
+    unsigned row;  // bits of x
+    unsigned y0, y1, z0, z1;
+    std::uint64_t slice() const {
+      return row * 0x0101010101010101ULL & (~0ULL >> (8 * (7 - y1 + y0))) << (8 * y0);
+    }
+  };
+  template <class Visit>
+  void for_each_block_near(VoxelKey key, int reach, Visit&& visit);
+  template <class Visit>
+  void visit_points(std::uint32_t b, unsigned z, std::uint64_t wanted, Visit&& visit);
+  /// Its voxel must hold a point.
+  static Index index_in(const Block& block, VoxelKey key) {
+    const unsigned y = key.y & 7, z = key.z & 7;
+    const auto row = static_cast<unsigned>(block.slices[z] >> (8 * y) & 0xff);
+    return row_in(block, y, z) + bits_in_row[row & ((1U << (key.x & 7)) - 1)];
+  }
+  std::uint32_t block_of(std::uint64_t packed_block) {
+    return packed_block == last_asked_ ? last_block_ : look_up(packed_block);
+  }
+  std::uint32_t look_up(std::uint64_t packed_block);
   void read_block(std::uint64_t packed_block);
   void place(Index i, const VoxelPoint& p);
   /// The same as block_of(packed_block), which is `side` of `home`.
@@ -96,7 +134,7 @@ class PointWindow {
 };
 
 template <class Visit>
-void PointWindow::for_each_run_near(VoxelKey key, int reach, Visit&& visit) {
+void PointWindow::for_each_block_near(VoxelKey key, int reach, Visit&& visit) {
   const std::array<int, 3> low{std::max(0, key.x - reach), std::max(0, key.y - reach),
                                std::max(0, key.z - reach)};
   const std::array<int, 3> high{std::min(65535, key.x + reach), std::min(65535, key.y + reach),
@@ -113,20 +151,48 @@ void PointWindow::for_each_run_near(VoxelKey key, int reach, Visit&& visit) {
         const std::uint32_t b = reach <= 8 ? block_beside(home, side, packed) : block_of(packed);
         if (blocks_[b].count == 0) continue;
         const unsigned x0 = cut(low[0], bx), x1 = cut(high[0], bx);
-        const unsigned y0 = cut(low[1], by), y1 = cut(high[1], by);
-        const std::uint64_t row = (0xffULL >> (7 - x1 + x0)) << x0;
-        const std::uint64_t rows = (~0ULL >> (8 * (7 - y1 + y0))) << (8 * y0);
-        const std::uint64_t wanted = row * 0x0101010101010101ULL & rows;
-        for (unsigned z = cut(low[2], bz); z <= cut(high[2], bz); ++z)
-          for (std::uint64_t left = blocks_[b].slices[z] & wanted; left != 0;) {
-            const Block& block = blocks_[b];  // looked up again: visiting may load more blocks
-            const auto y = static_cast<unsigned>(std::countr_zero(left)) / 8;
-            const auto present = static_cast<unsigned>(block.slices[z] >> (8 * y) & 0xff);
-            const Index first = row_in(block, y, z) + bits_in_row[present & ((1U << x0) - 1)];
-            left &= ~(0xffULL << (8 * y));
-            visit(first, first + bits_in_row[present & static_cast<unsigned>(row)]);
-          }
+        visit(b, Box{(0xffU >> (7 - x1 + x0)) << x0, cut(low[1], by), cut(high[1], by), cut(low[2], bz),
+                     cut(high[2], bz)});
       }
+}
+
+template <class Visit>
+void PointWindow::for_each_near(VoxelKey key, int reach, Visit&& visit) {
+  for_each_block_near(key, reach, [&](std::uint32_t b, const Box& box) {
+    for (unsigned z = box.z0; z <= box.z1; ++z) visit_points(b, z, blocks_[b].slices[z] & box.slice(), visit);
+  });
+}
+
+template <class Visit>
+void PointWindow::for_each_near(VoxelKey key, int reach, Marks& marks, Visit&& visit) {
+  for_each_block_near(key, reach, [&](std::uint32_t b, const Box& box) {
+    for (unsigned z = box.z0; z <= box.z1; ++z)
+      visit_points(b, z, marks.of(*this, b)[z] & box.slice(), visit);
+  });
+}
+
+template <class Visit>
+void PointWindow::visit_points(std::uint32_t b, unsigned z, std::uint64_t wanted, Visit&& visit) {
+  for (; wanted != 0; wanted &= wanted - 1) {
+    const int bit = std::countr_zero(wanted);
+    const Block& block = blocks_[b];  // looked up again: visiting may load more blocks
+    const auto y = static_cast<unsigned>(bit) / 8;
+    const auto row = static_cast<unsigned>(block.slices[z] >> (8 * y) & 0xff);
+    visit(row_in(block, y, z) + bits_in_row[row & ((1U << (bit & 7)) - 1)]);
+  }
+}
+
+template <class Visit>
+void PointWindow::for_each_row_near(VoxelKey key, int reach, Visit&& visit) {
+  for_each_block_near(key, reach, [&](std::uint32_t b, const Box& box) {
+    const Block& block = blocks_[b];
+    const unsigned below = (box.row & -box.row) - 1;
+    for (unsigned z = box.z0; z <= box.z1; ++z)
+      for (unsigned y = box.y0; y <= box.y1; ++y) {
+        const auto present = static_cast<unsigned>(block.slices[z] >> (8 * y) & 0xff);
+        visit(row_in(block, y, z) + bits_in_row[present & below], bits_in_row[present & box.row]);
+      }
+  });
 }
 
 }  // namespace octosurf

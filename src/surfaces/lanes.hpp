@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <bit>
+#include <cstdint>
 #include <cstring>
 
 namespace octosurf {
@@ -19,6 +21,16 @@ inline void store_lanes(Lanes lanes, float* four) { std::memcpy(four, &lanes, si
 /// The values where the mask is set, 0 elsewhere.
 inline Lanes where(LaneMask mask, Lanes values) {
   return std::bit_cast<Lanes>(mask & std::bit_cast<LaneMask>(values));
+}
+inline LaneMask load_mask(const void* four) {
+  LaneMask mask;
+  std::memcpy(&mask, four, sizeof mask);
+  return mask;
+}
+/// All four are set.
+inline bool all(LaneMask mask) {
+  const auto halves = std::bit_cast<std::array<std::uint64_t, 2>>(mask);
+  return (halves[0] & halves[1]) == ~std::uint64_t{0};
 }
 inline float total(Lanes v) { return (v[0] + v[1]) + (v[2] + v[3]); }
 

@@ -24,18 +24,11 @@ class NeighbourMoments {
   NeighbourMoments(const VoxelPoint& centre, float radius)
       : centre_(centre), radius_sq_(radius * radius), per_radius_sq_(1 / radius_sq_) {}
 
-  /// Points [first, last) of the window: of one row, so eight at most.
-  void add(const PointWindow::Columns& points, PointWindow::Index first, PointWindow::Index last) {
-    const Eigen::Vector3f &p = centre_.position, &view = centre_.view;
-    for (std::size_t from = first, to = filled_; from < last; from += 4, to += 4) {
-      store_lanes(load_lanes(&points.x[from]) - p.x(), &offset_x_[to]);
-      store_lanes(load_lanes(&points.y[from]) - p.y(), &offset_y_[to]);
-      store_lanes(load_lanes(&points.z[from]) - p.z(), &offset_z_[to]);
-      store_lanes(load_lanes(&points.view_x[from]) * view.x() + (load_lanes(&points.view_y[from]) * view.y() +
-                                                                 load_lanes(&points.view_z[from]) * view.z()),
-                  &facing_[to]);
-    }
-    filled_ += last - first;
+  /// Points [first, first + count) of the window, eight at most.
+  void add(const PointWindow::Columns& points, PointWindow::Index first, unsigned count) {
+    place(points, first, filled_);
+    if (count > 4) place(points, first + 4, filled_ + 4);
+    filled_ += count;
     if (filled_ < capacity) return;
     sum_up(capacity);
     filled_ -= capacity;
@@ -58,6 +51,17 @@ class NeighbourMoments {
  private:
   static constexpr std::size_t capacity = 64, longest = 8, room = capacity + longest;
   static constexpr float opposite = -1;
+
+  /// Four points, of which those that are too many are written over.
+  void place(const PointWindow::Columns& points, std::size_t from, std::size_t to) {
+    const Eigen::Vector3f &p = centre_.position, &view = centre_.view;
+    store_lanes(load_lanes(&points.x[from]) - p.x(), &offset_x_[to]);
+    store_lanes(load_lanes(&points.y[from]) - p.y(), &offset_y_[to]);
+    store_lanes(load_lanes(&points.z[from]) - p.z(), &offset_z_[to]);
+    store_lanes(load_lanes(&points.view_x[from]) * view.x() + (load_lanes(&points.view_y[from]) * view.y() +
+                                                               load_lanes(&points.view_z[from]) * view.z()),
+                &facing_[to]);
+  }
 
   /// exp(−t) for t in [0, 1] to 3e-4: Taylor about 1/2.
   static Lanes exp_minus(Lanes t) {
@@ -91,6 +95,16 @@ class NeighbourMoments {
   std::array<float, room> offset_x_, offset_y_, offset_z_, facing_;  // [0, filled_) are set
   Lanes count_{}, weight_{}, x_{}, y_{}, z_{}, xx_{}, xy_{}, xz_{}, yy_{}, yz_{}, zz_{};
 };
+
+/// All of up to eight points are the surface's.
+bool belong_to(SurfaceId surface, const SurfaceId* of_points, unsigned count) {
+  static constexpr std::array<int, 12> beyond{0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -1, -1};
+  const int id = static_cast<int>(surface);
+  const LaneMask wanted{id, id, id, id};
+  if (count <= 4) return all((load_mask(of_points) == wanted) | load_mask(&beyond[8 - count]));
+  return all((load_mask(of_points) == wanted)) &&
+         all((load_mask(of_points + 4) == wanted) | load_mask(&beyond[12 - count]));
+}
 
 /// Spread of the neighbours along its principal axes, ascending, and the axis of the smallest.
 struct Spread {
@@ -175,18 +189,18 @@ LocalPlane NormalField::compute(PointWindow::Index i, double radius) {
   NeighbourMoments moments(p, static_cast<float>(radius));
   SurfaceId asked = 0;  // neighbours come in runs of one surface
   bool off = false;
-  window_.for_each_run_near(p.key, plane.reach, [&](PointWindow::Index first, PointWindow::Index last) {
+  window_.for_each_row_near(p.key, plane.reach, [&](PointWindow::Index first, unsigned count) {
     const PointWindow::Columns& points = window_.columns();
-    while (first < last) {
-      const SurfaceId id = points.surface[first];
-      PointWindow::Index end = first + 1;
-      while (end < last && points.surface[end] == id) ++end;
-      if (id != asked) {
-        asked = id;
+    if (belong_to(asked, &points.surface[first], count)) {
+      if (!off) moments.add(points, first, count);
+      return;
+    }
+    for (; count > 0; --count, ++first) {
+      if (points.surface[first] != asked) {
+        asked = points.surface[first];
         off = asked != 0 && asked != p.surface && lies_off(p, asked);
       }
-      if (!off) moments.add(points, first, end);
-      first = end;
+      if (!off) moments.add(points, first, 1);
     }
   });
   const NeighbourSums sums = moments.sums();

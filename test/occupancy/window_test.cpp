@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 #include <map>
 #include <random>
+#include <set>
 
 #include <octosurf/error.hpp>
 
@@ -85,6 +86,64 @@ TEST(PointWindow, VisitsWhatBruteForceVisitsOnceEach) {
     PointWindow fresh(map);  // a fixed order, whatever was loaded before
     fresh.for_each_near(key, reach, [&](PointWindow::Index k) { again.push_back(fresh[k].key.packed()); });
     ASSERT_EQ(first, again);
+  }
+}
+
+TEST(PointWindow, RowsAndColumnsHoldTheSamePoints) {
+  std::mt19937_64 rng(test::seed());
+  OccupancyMap map = random_map(rng, 0.05, {0.1, 0.2, -0.3});
+  const std::vector<VoxelPoint> points = all_points(map);
+  PointWindow window(map);
+  for (int k = 0; k < 200; ++k) {
+    if (PointWindow::Index i = window.find(points[rng() % points.size()].key); k % 2 == 0)
+      window.assign(i, static_cast<SurfaceId>(rng() % 4));
+    const VoxelKey key = random_key_near(points, rng);
+    const int reach = static_cast<int>(rng() % 12);
+    std::vector<PointWindow::Index> visited, in_rows;
+    window.for_each_near(key, reach, [&](PointWindow::Index i) { visited.push_back(i); });
+    window.for_each_row_near(key, reach, [&](PointWindow::Index first, unsigned count) {
+      ASSERT_LE(first + count, window.size());
+      ASSERT_LE(count, 8U);
+      for (unsigned n = 0; n < count; ++n) in_rows.push_back(first + n);
+    });
+    ASSERT_EQ(visited, in_rows) << "reach " << reach;
+    const PointWindow::Columns& columns = window.columns();
+    for (const PointWindow::Index i : visited) {
+      ASSERT_EQ(Eigen::Vector3f(columns.x[i], columns.y[i], columns.z[i]), window[i].position);
+      ASSERT_EQ(Eigen::Vector3f(columns.view_x[i], columns.view_y[i], columns.view_z[i]), window[i].view);
+      ASSERT_EQ(columns.surface[i], window[i].surface);
+    }
+  }
+}
+
+TEST(PointWindow, MarksArePendingPointsUntilTheyAreRemoved) {
+  std::mt19937_64 rng(test::seed());
+  OccupancyMap map = random_map(rng, 0.05, {0.1, 0.2, -0.3});
+  const std::vector<VoxelPoint> points = all_points(map);
+  PointWindow window(map);
+  for (const VoxelPoint& p : points)
+    if (rng() % 3 == 0) window.assign(window.find(p.key), 5);
+  PointWindow::Marks marks;
+  std::set<PointWindow::Index> removed;
+  for (int k = 0; k < 300; ++k) {
+    const PointWindow::Index some = window.find(points[rng() % points.size()].key);
+    const bool fresh = window[some].surface == 0 && !removed.contains(some);
+    EXPECT_EQ(marks.remove(window, some), fresh);
+    removed.insert(some);
+    const VoxelKey key = random_key_near(points, rng);
+    const int reach = static_cast<int>(rng() % 12);
+    std::vector<PointWindow::Index> visited, expected;
+    window.for_each_near(key, reach, [&](PointWindow::Index i) {
+      if (window[i].surface == 0 && !removed.contains(i)) expected.push_back(i);
+    });
+    window.for_each_near(key, reach, marks, [&](PointWindow::Index i) {
+      visited.push_back(i);
+      if (i % 7 == 0) {  // while it goes on
+        marks.remove(window, i);
+        removed.insert(i);
+      }
+    });
+    ASSERT_EQ(visited, expected) << "reach " << reach;
   }
 }
 
