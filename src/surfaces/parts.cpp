@@ -42,6 +42,11 @@ PlaneOverFrame height_of(const Patch& patch, const Eigen::Matrix3d& R, const Eig
   return height;
 }
 
+constexpr double edge_bias = 0.007;  // rad, 0.4°: what edges and far views leave in a fit
+constexpr double limit = 16.3;       // χ² of three, 99.9 %
+
+double offset_bias(double tolerance) { return tolerance / 30; }
+
 /// In cells about the map's origin, so that no point's place in the list decides where they begin.
 PointsByCell by_cell(Workspace& work, std::span<const Index> points, const Plane& plane) {
   const SurfaceModel frame(0, plane, plane.offset * plane.normal, work.state.parameters.occupancy.resolution);
@@ -57,6 +62,7 @@ class Parts {
   Parts(Workspace& work, std::span<const Index> points, const Plane& plane)
       : work_(work),
         plane_(plane),
+        R_(plane_axes(plane.normal).transpose()),
         reach_(std::max(1, static_cast<int>(work.state.parameters.max_hole_size() /
                                             work.state.parameters.occupancy.resolution))),
         careful_(work.state.parameters.aligned()),
@@ -240,6 +246,7 @@ class Parts {
     std::sort(pairs_.begin(), pairs_.end(), [](const Pair& x, const Pair& y) {
       return std::tuple(-x.points, x.a, x.b) < std::tuple(-y.points, y.a, y.b);
     });
+    slopes_.resize(patches_.size());
     while (join_once()) {
     }
   }
@@ -259,9 +266,37 @@ class Parts {
     return joined;
   }
 
+  struct Slopes {
+    double points = 0;  // of the patch when it was asked
+    Eigen::Vector2d slopes;
+    Eigen::Matrix2d covariance;
+  };
+  const Slopes& slopes_of(std::size_t part) {
+    Slopes& known = slopes_[part];
+    const Patch& patch = patches_[part];
+    if (known.points != patch.points) {
+      const PlaneOverFrame fit = height_of(patch, R_, patch.reference + patch.moments.mean(),
+                                           offset_bias(work_.state.noise.base_tolerance()),
+                                           work_.state.parameters.occupancy.resolution);
+      known = {patch.points, fit.plane.tail<2>(), fit.covariance.bottomRightCorner<2, 2>()};
+    }
+    return known;
+  }
+
+  /// They lean too differently to be one plane wherever they meet: slopes do not depend on the place that
+  /// they are taken about, and their χ² alone is no more than that with the heights.
+  bool lean_apart(std::size_t a, std::size_t b) {
+    constexpr double rounding = 1.01;  // far more than there is
+    const Slopes &of_a = slopes_of(a), &of_b = slopes_of(b);
+    const Eigen::Vector2d difference = of_a.slopes - of_b.slopes;
+    const Eigen::Matrix2d covariance =
+        of_a.covariance + of_b.covariance + edge_bias * edge_bias * Eigen::Matrix2d::Identity();
+    return difference.dot(covariance.inverse() * difference) > rounding * limit;
+  }
+
   /// Not asked again before one of them has grown.
   bool explained_by_one(Pair& pair, std::size_t a, std::size_t b) {
-    if (!meet(pair)) return false;
+    if (lean_apart(a, b) || !meet(pair)) return false;
     const std::array<std::size_t, 4> now{a, b, static_cast<std::size_t>(patches_[a].points),
                                          static_cast<std::size_t>(patches_[b].points)};
     if (now == pair.refused) return false;
@@ -279,8 +314,9 @@ class Parts {
 
   Workspace& work_;
   Plane plane_;
-  int reach_;     // cells, h
-  bool careful_;  // else the paper's clusters by h alone
+  Eigen::Matrix3d R_;  // rows u, v, normal
+  int reach_;          // cells, h
+  bool careful_;       // else the paper's clusters by h alone
   Eigen::Vector3d reference_;
   PointsByCell points_;
   CellRows rows_;
@@ -289,6 +325,7 @@ class Parts {
   double points_per_cell_;
   std::vector<Patch> patches_;
   std::vector<std::size_t> parents_;
+  std::vector<Slopes> slopes_;
   std::vector<Contact> contacts_;
   std::vector<Pair> pairs_;
   tsl::robin_map<std::uint64_t, std::size_t, PackedKeyHash> places_;
@@ -300,10 +337,8 @@ class Parts {
 
 bool one_plane(const Patch& a, const Patch& b, const Plane& about, const Eigen::Vector3d& contact,
                double tolerance, double resolution) {
-  constexpr double edge_bias = 0.007;  // rad, 0.4°: what edges and far views leave in a fit
-  constexpr double limit = 16.3;       // χ² of three, 99.9 %
   const Eigen::Matrix3d R = plane_axes(about.normal).transpose();
-  const double bias = tolerance / 30;
+  const double bias = offset_bias(tolerance);
   const PlaneOverFrame of_a = height_of(a, R, contact, bias, resolution),
                        of_b = height_of(b, R, contact, bias, resolution);
   Eigen::Matrix3d covariance = of_a.covariance + of_b.covariance;
