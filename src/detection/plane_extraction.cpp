@@ -7,9 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <optional>
 #include <random>
-#include <tsl/robin_map.h>
 
 namespace octosurf {
 namespace {
@@ -49,9 +48,12 @@ std::vector<PlaneExtraction::Index> PlaneExtraction::inliers_of(std::span<const 
   return inliers;
 }
 
-bool PlaneExtraction::ransac(std::span<const Index> points, Plane& best) {
+bool PlaneExtraction::ransac(std::span<const Index> points, const RegionPoints& all, Plane& best) {
   std::mt19937_64 rng(PackedKeyHash()(work_.window[points.front()].key.packed()) ^ points.size());
-  const RegionPoints sample(work_, points, points.size() / scored_points + 1, cos_aligned_);
+  std::optional<RegionPoints> some;
+  if (const std::size_t stride = points.size() / scored_points + 1; stride > 1)
+    some.emplace(work_, points, stride, cos_aligned_);
+  const RegionPoints& sample = some ? *some : all;
   const auto pick = [&] { return points[rng() % points.size()]; };
   const auto position = [&](Index i) { return Eigen::Vector3d(work_.window[i].position.cast<double>()); };
 
@@ -145,12 +147,12 @@ std::vector<SurfaceId> PlaneExtraction::operator()(std::vector<Index> region) {
   std::vector<SurfaceId> born;
   bool bent = false;
   while (region.size() >= fewest_) {
+    const RegionPoints points(work_, region, 1, cos_aligned_);
     Plane plane;
-    if (!ransac(region, plane)) {
+    if (!ransac(region, points, plane)) {
       refuse(Refusal::no_plane, region);
       break;
     }
-    const RegionPoints points(work_, region, 1, cos_aligned_);
     std::vector<Index> inliers = inliers_of(region, points, plane);
     for (int round = 0; round < 3 && inliers.size() >= fewest_; ++round) {
       plane = fitted(work_, inliers, plane);

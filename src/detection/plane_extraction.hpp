@@ -28,7 +28,7 @@ class PlaneExtraction {
   std::vector<SurfaceId> operator()(std::vector<Index> region);
 
  private:
-  bool ransac(std::span<const Index> points, Plane& plane);
+  bool ransac(std::span<const Index> points, const RegionPoints& all, Plane& plane);
   std::vector<Index> inliers_of(std::span<const Index> region, const RegionPoints& points,
                                 const Plane& plane);
   void make_surface(std::span<const Index> cluster, const Plane& plane, std::vector<SurfaceId>& born,
