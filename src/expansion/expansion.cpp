@@ -1,10 +1,11 @@
 #include "expansion/expansion.hpp"
 
-#include "surfaces/parts.hpp"
+#include "surfaces/obstructed.hpp"
 #include "surfaces/upkeep.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace octosurf {
 namespace {
@@ -50,18 +51,24 @@ SurfaceModel* Expansion::best_surface(Index i, Reach reach) {
   const Eigen::Vector3f position = work_.window[i].position;
   SurfaceModel* best = nullptr;
   double best_ratio = 2;
+  bool best_touches = false;  // what a point touches goes before what lies across a gap
   for (const SurfaceId id :
        work_.state.surfaces.near(key, reach == Reach::within_h ? h_cells_ : adjacent_voxels)) {
     SurfaceModel& surface = *work_.state.surfaces.find(id);
     const std::optional<double> ratio = misfit(i, surface);
-    if (!ratio || *ratio > best_ratio || (*ratio == best_ratio && surface.size() <= best->size())) continue;
+    if (!ratio) continue;
     const PlaneCell cell = surface.cell_of(position);
+    const bool touches = !careful_ || surface.near(cell, 1);
+    if (best != nullptr &&
+        std::tuple(touches, -*ratio, surface.size()) <= std::tuple(best_touches, -best_ratio, best->size()))
+      continue;
     const bool reached = reach == Reach::inside     ? surface.covers(cell)
                          : reach == Reach::within_h ? reaches(i, surface, h_cells_)
                                                     : reaches(i, surface, adjacent_voxels);
     if (!reached) continue;
     best = &surface;
     best_ratio = *ratio;
+    best_touches = touches;
   }
   return best;
 }

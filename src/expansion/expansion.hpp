@@ -43,7 +43,7 @@ class Expansion {
   /// |distance| / tolerance, if the point fits.
   std::optional<double> misfit(Index i, const SurfaceModel& surface);
   enum class Reach { inside, within_h, adjacent };
-  /// The surface has an inlier within so many cells, and the way there is not obstructed (parts.hpp).
+  /// The surface has an inlier within so many cells, and the way there is not obstructed (obstructed.hpp).
   bool reaches(Index i, const SurfaceModel& surface, int cells);
   SurfaceModel* best_surface(Index i, Reach reach);
   void flood();

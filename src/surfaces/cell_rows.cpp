@@ -72,8 +72,8 @@ std::uint64_t CellRows::bits(std::int64_t v, std::int64_t word) const {
   return at >= 0 && at < row.words ? bits_[row.begin + static_cast<std::uint64_t>(at)] : 0;
 }
 
-std::vector<std::uint8_t> CellRows::depths() const {
-  std::vector<std::uint8_t> depths;
+std::vector<std::int8_t> CellRows::depths() const {
+  std::vector<std::int8_t> depths;
   depths.reserve(rows_.back().end);
   for (std::int64_t v = 0; v < static_cast<std::int64_t>(rows_.size()); ++v) {
     const Row& row = rows_[static_cast<std::size_t>(v)];
@@ -94,7 +94,7 @@ std::vector<std::uint8_t> CellRows::depths() const {
       for (std::uint64_t cells = bits(v, word); cells != 0; cells &= cells - 1) {
         const int bit = std::countr_zero(cells);
         const bool whole = full >> bit & 1, nearly_whole = !(more_missing >> bit & 1);
-        depths.push_back(static_cast<std::uint8_t>(!whole ? 0 : nearly_whole ? 2 : 1));
+        depths.push_back(static_cast<std::int8_t>(!whole ? 0 : nearly_whole ? 2 : 1));
       }
     }
   }

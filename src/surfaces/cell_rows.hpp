@@ -35,7 +35,7 @@ class CellRows {
 
   /// Of each cell, in order of the list. 2: of the 5×5 cells around one at most is empty; 1: none of the 3×3;
   /// else 0.
-  std::vector<std::uint8_t> depths() const;
+  std::vector<std::int8_t> depths() const;
 
  private:
   struct Row {

@@ -1,6 +1,7 @@
 #include "surfaces/parts.hpp"
 
 #include "surfaces/cell_rows.hpp"
+#include "surfaces/obstructed.hpp"
 #include "surfaces/plane_covariance.hpp"
 
 #include <Eigen/Dense>
@@ -70,6 +71,7 @@ class Parts {
         points_(by_cell(work, points, plane)),
         rows_(points_.cells),
         depths_(rows_.depths()),
+        sparse_(careful_ && sparse()),
         parts_(points_.cells.size(), unlabelled),
         points_per_cell_(static_cast<double>(points.size()) / static_cast<double>(points_.cells.size())) {
     label();
@@ -89,7 +91,7 @@ class Parts {
 
  private:
   static constexpr std::uint32_t unlabelled = ~std::uint32_t{0};
-  static constexpr std::size_t enough_contacts = 64;  // to know where two parts meet
+  static constexpr std::size_t enough_contacts = 32;  // to begin to know where two parts meet
   static constexpr std::uint32_t last = ~std::uint32_t{0};
   struct Contact {
     std::uint32_t cell, other;
@@ -100,17 +102,47 @@ class Parts {
     std::uint32_t a, b;
     double points = 0;                       // of the smaller
     std::uint32_t begin = last, end = last;  // of contacts_, as they were found
-    std::size_t tried = 0, touching = 0;
-    std::optional<std::size_t> open = std::nullopt;   // contacts; empty: not asked yet
+    std::size_t facing = 0, tried = 0, touching = 0;
+    std::optional<bool> open = std::nullopt;          // empty: not asked yet
     Eigen::Vector3d place = Eigen::Vector3d::Zero();  // mean of the open ones
     std::array<std::size_t, 4> refused{};             // roots and their sizes when they were not one plane
   };
 
+  /// What a shelf's board has next to the wall passes for the wall's, and bridges the gap that it is.
+  void mark_what_is_under() {
+    for (std::size_t cell = 0; cell < depths_.size(); ++cell) {
+      const auto points = points_.of(cell);
+      if (std::any_of(points.begin(), points.end(), [&](Index i) {
+            const Eigen::Vector3d at = work_.window[i].position.cast<double>();
+            return blocked(i, at, at);
+          }))
+        depths_[cell] = under;
+    }
+  }
+
+  /// A laser's lines leave holes between them: cells without points amid five and more that have some.
+  /// So does what is seen through a crack, but that is small.
+  bool sparse() const {
+    constexpr std::size_t enough = 600, least_share = 12;  // cells; a twelfth
+    const std::vector<PlaneCell>& cells = points_.cells;
+    if (cells.size() <= enough) return false;
+    std::size_t holes = 0;
+    for (std::size_t c = 0; c + 1 < cells.size(); ++c) {
+      if (cells[c].v != cells[c + 1].v || cells[c].u + 2 != cells[c + 1].u) continue;
+      std::uint32_t near = 0;
+      rows_.for_each_run_within({cells[c].u + 1, cells[c].v}, 1,
+                                [&](std::uint32_t first, std::uint32_t end) { near += end - first; });
+      holes += near >= 5;
+    }
+    return holes * least_share > cells.size();
+  }
+
   /// From the cells deepest inside outward, because noise bridges a gap in places: what touches among
   /// cells whose surroundings are full, then what that reaches and what touches among the next, …
   void label() {
+    if (sparse_) mark_what_is_under();
     std::vector<std::uint32_t> reached;
-    for (int depth = deepest; depth >= 0; --depth) {
+    for (int depth = deepest; depth >= under; --depth) {
       spread(std::exchange(reached, {}), depth, reached);
       for (std::uint32_t c = 0; c < parts_.size(); ++c) {
         if (parts_[c] != unlabelled || depths_[c] < depth) continue;
@@ -144,7 +176,7 @@ class Parts {
     }
   }
 
-  static constexpr int deepest = 2;
+  static constexpr std::int8_t deepest = 2, under = -1;  // what is under something comes last
 
   void gather() {
     const NoiseModel& noise = work_.state.noise;
@@ -184,8 +216,11 @@ class Parts {
   static bool touch(PlaneCell a, PlaneCell b) { return std::abs(a.u - b.u) <= 1 && std::abs(a.v - b.v) <= 1; }
 
   void note(std::uint32_t cell, std::uint32_t other, bool touching) {
+    if (depths_[cell] == under || depths_[other] == under) return;
     Pair& pair = pair_of(parts_[cell], parts_[other]);
-    if (!touching && pair.tried == enough_contacts) return;
+    // Ever fewer of those that face each other, so that the whole contact has a say.
+    const std::size_t stride = 1 + pair.tried / enough_contacts;
+    if (!touching && pair.facing++ % (stride * stride) != 0) return;
     ++(touching ? pair.touching : pair.tried);
     const auto place = static_cast<std::uint32_t>(contacts_.size());
     contacts_.push_back({cell, other, touching, last});
@@ -214,29 +249,28 @@ class Parts {
     return work_.window[points_.points[points_.first[cell]]].position.cast<double>();
   }
 
-  bool obstructed_between(std::uint32_t cell, std::uint32_t other) {
-    const VoxelPoint p = work_.window[points_.points[points_.first[cell]]];
-    return obstructed(work_, plane_, p.position.cast<double>(), first_of(other),
-                      work_.state.noise.tolerance(p, plane_));
+  bool blocked(Index i, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+    const VoxelPoint p = work_.window[i];  // a copy: the window may grow
+    return obstructed(work_, plane_, from, to, work_.state.noise.tolerance(p, plane_), sparse_ ? reach_ : 1);
   }
 
-  /// They meet anywhere, and where that is on the mean.
+  /// They meet anywhere, and where that is on the mean. Where readings are dense one open place tells that
+  /// there are no two; where they are sparse what stands between may have none there.
   bool meet(Pair& pair) {
-    if (pair.open) return *pair.open > 0;
-    std::size_t open = 0;
+    if (pair.open) return *pair.open;
+    std::size_t open = 0, all = 0;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (std::uint32_t k = pair.begin; k != last; k = contacts_[k].next) {
+    for (std::uint32_t k = pair.begin; k != last; k = contacts_[k].next, ++all) {
       const Contact& contact = contacts_[k];
-      if (!contact.touching && obstructed_between(contact.cell, contact.other)) continue;
+      const Eigen::Vector3d from = first_of(contact.cell), to = first_of(contact.other);
+      if (!contact.touching && careful_ && blocked(points_.points[points_.first[contact.cell]], from, to))
+        continue;
       ++open;
-      if (contact.touching)
-        sum += first_of(contact.cell);
-      else
-        sum += (first_of(contact.cell) + first_of(contact.other)) / 2;
+      sum += contact.touching ? from : (from + to) / 2;
     }
-    pair.open = open;
+    pair.open = open > 0 && (!sparse_ || 2 * open > all);
     if (open > 0) pair.place = sum / static_cast<double>(open);
-    return open > 0;
+    return *pair.open;
   }
 
   void join() {
@@ -256,7 +290,7 @@ class Parts {
     for (Pair& pair : pairs_) {
       const std::size_t a = root(pair.a), b = root(pair.b);
       if (a == b) continue;
-      if (careful_ && !grown_together(pair) && !explained_by_one(pair, a, b)) continue;
+      if (careful_ && (!grown_together(pair) || !meet(pair)) && !explained_by_one(pair, a, b)) continue;
       Patch& into = patches_[std::min(a, b)];
       into.moments.add(patches_[std::max(a, b)].moments);
       into.points += patches_[std::max(a, b)].points;
@@ -320,8 +354,9 @@ class Parts {
   Eigen::Vector3d reference_;
   PointsByCell points_;
   CellRows rows_;
-  std::vector<std::uint8_t> depths_;  // of each cell, and its part
-  std::vector<std::uint32_t> parts_;
+  std::vector<std::int8_t> depths_;  // of each cell
+  bool sparse_;
+  std::vector<std::uint32_t> parts_;  // of each cell
   double points_per_cell_;
   std::vector<Patch> patches_;
   std::vector<std::size_t> parents_;
@@ -350,32 +385,6 @@ bool one_plane(const Patch& a, const Patch& b, const Plane& about, const Eigen::
 
 std::vector<std::vector<Index>> parts_of(Workspace& work, std::span<const Index> points, const Plane& plane) {
   return Parts(work, points, plane)();
-}
-
-bool obstructed(Workspace& work, const Plane& plane, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
-                double reach) {
-  const VoxelGrid& grid = work.state.occupancy.grid();
-  const double d = grid.resolution();
-  const auto lifted = [&](const Eigen::Vector3d& p) {
-    return Eigen::Vector3d(p + (reach + d - plane.signed_distance(p)) * plane.normal);
-  };
-  const Eigen::Vector3d from = lifted(a), way = lifted(b) - from;
-  const int steps = static_cast<int>(std::ceil(2 * way.norm() / d));
-  VoxelKey asked;
-  bool any = false;
-  for (int k = 0; k <= steps; ++k) {
-    VoxelKey key;
-    if (!grid.key_of((from + way * (static_cast<double>(k) / std::max(1, steps))).cast<float>(), key))
-      continue;
-    if (any && key == asked) continue;  // two steps a voxel
-    asked = key;
-    any = true;
-    const Index i = work.window.find(key);
-    if (i == PointWindow::none) continue;
-    const VoxelPoint& p = work.window[i];
-    if (plane.signed_distance(p.position.cast<double>()) > work.state.noise.tolerance(p, plane)) return true;
-  }
-  return false;
 }
 
 }  // namespace octosurf

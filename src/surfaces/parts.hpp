@@ -27,9 +27,4 @@ bool one_plane(const Patch& a, const Patch& b, const Plane& about, const Eigen::
 std::vector<std::vector<Workspace::Index>> parts_of(Workspace& work, std::span<const Workspace::Index> points,
                                                     const Plane& plane);
 
-/// Something stands on the plane between two points of it: a point that is not its noise, just above
-/// the reach of the noise on the way from `a` to `b`.
-bool obstructed(Workspace& work, const Plane& plane, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
-                double reach);
-
 }  // namespace octosurf

@@ -148,6 +148,8 @@ class SurfaceModel {
 
   /// Too little has come or gone since it was last checked for being one plane.
   bool settled() const { return unchecked * 4 < size_; }
+  /// Checking it takes long.
+  bool large() const { return size_ >= 20000; }
 
   std::uint64_t revision = 0;   ///< map revision of the last published change
   Plane checked_plane;          ///< plane against which all inliers were last checked

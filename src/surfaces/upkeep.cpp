@@ -75,9 +75,8 @@ void split(Workspace& work, SurfaceModel& surface, std::vector<std::vector<Works
 
 /// A surface that a few far points made, that has crept around a pillar or over two blocks, or that is
 /// the noise of one found later, is found out once it has changed by a quarter: closer views leave less
-/// to noise. Large ones have proved themselves. False if it is none.
+/// to noise. False if it is none.
 bool still_sound(Workspace& work, SurfaceModel& surface) {
-  constexpr std::size_t proved = 20000;
   // What its neighbours have taken it down to, with some patience.
   const double width = width_of(surface.moments(nullptr));
   const double least = 0.8 * work.state.parameters.surfaces.min_surface_width;
@@ -88,7 +87,6 @@ bool still_sound(Workspace& work, SurfaceModel& surface) {
   if (width < least) return unsound({Unsound::Why::narrow, width, least});
   if (surface.settled()) return true;
   surface.unchecked = 0;
-  if (surface.size() > proved) return true;
   const std::vector<Workspace::Index> points = indices_of(work, surface);
   if (bends(work, surface, points)) return unsound({Unsound::Why::bent});
   const Sheet sheet = sheet_of(work, points, surface.plane(), surface.id());
@@ -136,10 +134,12 @@ void retract(Workspace& work, const OccupancyDelta& delta) {
     }
     SurfaceModel* surface = state.surfaces.find(r.before.surface);
     if (surface == nullptr) continue;
+    const std::uint64_t unchecked = surface->unchecked;
     state.surfaces.remove(*surface, r.before.key, r.before.position);
     const PointWindow::Index i = work.window.find(r.after.key);
     if (std::fabs(surface->distance(r.after.position)) <= state.noise.tolerance(r.after, surface->plane())) {
       work.give(i, *surface);
+      if (surface->large()) surface->unchecked = unchecked;  // where it was, only better seen
     } else {
       work.window.assign(i, 0);
       work.returned.push_back(r.after.key);

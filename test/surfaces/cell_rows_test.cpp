@@ -69,7 +69,7 @@ TEST(CellRows, KnowsHowDeepCellsLie) {
   for (const Size size : sizes) {
     const std::vector<PlaneCell> cells = random_cells(rng, size.extent, size.most);
     const Places places = places_of(cells);
-    const std::vector<std::uint8_t> depths = CellRows(cells).depths();
+    const std::vector<std::int8_t> depths = CellRows(cells).depths();
     ASSERT_EQ(depths.size(), cells.size());
     for (std::size_t c = 0; c < cells.size(); ++c) {
       const auto around = [&](int reach) {

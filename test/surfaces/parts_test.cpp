@@ -4,6 +4,7 @@
 #include "support/map_state.hpp"
 #include "support/seed.hpp"
 #include "surfaces/blobs.hpp"
+#include "surfaces/obstructed.hpp"
 
 #include <algorithm>
 #include <gtest/gtest.h>
@@ -196,6 +197,25 @@ TEST(Obstructed, ABoardStandsBetweenTwoPointsOfAWall) {
   EXPECT_FALSE(obstructed(work, wall, below, {0.005, 0.5, 0.6}, reach)) << "beside the board";
 }
 
+TEST(Obstructed, FurtherUpOnlyByWhatDoesNotFaceThePlane) {
+  Rng rng(3);
+  Voxels voxels;
+  const Plane wall{x, 0.005};
+  const Eigen::Vector3d below(0.005, 0.5, 0.99), above(0.005, 0.5, 1.04);
+  const double reach = voxels.state.noise.tolerance(4);
+  const int layers = 4;
+  // A crack's other side, 7 cm off, seen from in between.
+  voxels.see({0.04, 0.5, 1.0}, {0.075, 0.3, 0.8}, 0.4 * y, 0.4 * z, 0.001 * x, rng);
+  {
+    Workspace work(voxels.state);
+    EXPECT_FALSE(obstructed(work, wall, below, above, reach, layers));
+  }
+  voxels.see({1.5, 0.5, 1.2}, {0.06, 0.45, 1.015}, 0.2 * x, 0.1 * y, 0.001 * z, rng);  // a board's outer part
+  Workspace work(voxels.state);
+  EXPECT_FALSE(obstructed(work, wall, below, above, reach)) << "not in the lowest layer";
+  EXPECT_TRUE(obstructed(work, wall, below, above, reach, layers));
+}
+
 TEST(Obstructed, NoiseOfThePlaneItselfIsNoObstacle) {
   const std::uint64_t seed = test::seed();
   Rng rng(seed);
@@ -294,6 +314,34 @@ TEST(PartsOf, AShelfsBoardDividesTheWallBehindIt) {
     Workspace work(voxels.state);
     const Parts found = parts(work, indices(work, {above, below}), {x, 0.005});
     EXPECT_EQ(found.size(), with_board ? 2U : 1U) << (with_board ? "" : "nothing in the gap");
+  }
+}
+
+TEST(PartsOf, ABoardSeenInLinesDividesAWallWithHoles) {
+  // As a laser leaves them: a fifth of the wall's cells without a reading, the board in lines 6 cm apart,
+  // and what it has next to the wall passes for the wall's.
+  for (const bool with_board : {true, false}) {
+    Rng rng(test::seed());
+    Voxels voxels;
+    const Eigen::Vector3d high(1.5, 0.6, 1.3), low(1.5, 0.6, 0.7);
+    std::vector<std::vector<VoxelKey>> lists{
+        voxels.see(high, {0.005, 0, 1.03}, 1.2 * y, 0.5 * z, 0.002 * x, rng),
+        voxels.see(low, {0.005, 0, 0.5}, 1.2 * y, 0.5 * z, 0.002 * x, rng)};
+    for (double at = 0.02; with_board && at < 1.2; at += 0.06) {
+      lists.push_back(voxels.see(high, {0.005, at, 1.03}, 0.3 * x, 0.01 * y, 0.001 * z, rng));
+      lists.push_back(voxels.see(low, {0.005, at, 1.0}, 0.3 * x, 0.01 * y, 0.001 * z, rng));
+    }
+    Workspace work(voxels.state);
+    const Plane wall{x, 0.005};
+    std::vector<Index> kept;
+    for (const Index i : indices(work, lists)) {
+      const bool near = std::fabs(wall.signed_distance(work.window[i].position.cast<double>())) <
+                        voxels.state.noise.base_tolerance();
+      if (near && rng() % 5 != 0) kept.push_back(i);
+    }
+    std::size_t of_some_size = 0;
+    for (const std::set<Index>& part : parts(work, kept, wall)) of_some_size += part.size() >= 50;
+    EXPECT_EQ(of_some_size, with_board ? 2U : 1U) << (with_board ? "" : "nothing in the gap");
   }
 }
 
