@@ -143,8 +143,8 @@ Moments SurfaceModel::moments(const NoiseModel* noise) const {
   Moments sum;
   for (unsigned c = 0; c < NoiseModel::classes; ++c) {
     if (moments_[c].count <= 0) continue;
-    // Relative weights: the nearest class counts 1.
-    const double ratio = noise != nullptr ? noise->sigma(1) / std::max(noise->sigma(c), 1e-6) : 1;
+    // As evidence weighs: by the noise as measured, relative to what the nearest class may have.
+    const double ratio = noise != nullptr ? noise->sigma(1) / std::max(noise->spread(c), 1e-6) : 1;
     sum.add(moments_[c], ratio * ratio);
   }
   if (noise != nullptr) sum.add(evidence_.moments);

@@ -85,8 +85,8 @@ class SurfaceModel {
   /// Another surface's, which merges into this one.
   void take_evidence(const SurfaceModel& other);
 
-  /// Moments over all inliers, weighted by 1/σ² relative to the nearest class, with the evidence, about
-  /// reference(); over the inliers alone, unweighted, if `noise` is null.
+  /// Moments over all inliers, weighted by 1/spread² relative to the nearest class's σ, with the evidence,
+  /// about reference(); over the inliers alone, unweighted, if `noise` is null.
   Moments moments(const NoiseModel* noise) const;
   /// How many readings are in moments(noise).
   double readings() const { return static_cast<double>(size_) + evidence_.readings; }
