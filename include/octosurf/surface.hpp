@@ -40,7 +40,7 @@ struct Mesh {
 /// One contact surface as a planner sees it. Immutable once published in a Snapshot.
 ///
 /// 1. Every inlier's projection lies inside `polygons` or on their rings, unless every triangle at it
-///    in the inliers' Delaunay triangulation has a side over h.
+///    in the Delaunay triangulation has a side over h.
 /// 2. `boundary` are the rings' vertices; neighbours on a ring are never more than h apart.
 /// 3. Polygons do not overlap; islands in holes are polygons of their own.
 struct Surface {
@@ -51,7 +51,8 @@ struct Surface {
   /// Surface frame to map frame: z = plane.normal, origin on the plane. Moved as little as
   /// possible when the plane is refitted.
   Eigen::Isometry3d T_map_surface = Eigen::Isometry3d::Identity();
-  std::vector<Polygon> polygons;          ///< alpha shape of the inliers, α = h; (u, v)
+  /// Alpha shape, α = h, of the inliers and of where the readings in the outermost voxels end; (u, v).
+  std::vector<Polygon> polygons;
   std::vector<Eigen::Vector3d> boundary;  ///< map frame, on the plane
   double area_m2 = 0;                     ///< of `polygons`
   std::size_t inliers = 0;                ///< voxels

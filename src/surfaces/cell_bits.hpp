@@ -2,6 +2,7 @@
 
 #include "occupancy/voxel_key.hpp"
 
+#include <array>
 #include <bit>
 #include <cstdint>
 #include <tsl/robin_map.h>
@@ -47,6 +48,8 @@ class CellBits {
     const auto tile = tiles_.find(tile_of(cell).packed());
     return tile != tiles_.end() && (tile->second.occupied >> bit_of(cell) & 1) != 0;
   }
+  /// Which of the 5 × 5 cells about one are occupied: bit 5·(v + 2) + u + 2 for the cell (u, v) off it.
+  std::uint32_t around(PlaneCell cell) const;
   /// As of the last settle().
   bool deep_inside(PlaneCell cell) const {
     const auto tile = tiles_.find(tile_of(cell).packed());
@@ -61,14 +64,19 @@ class CellBits {
   void clear();
 
   /// Brings deep_inside() up to date (with `thin` false no cell is), and returns the cells whose part in
-  /// the outline may have changed, tiles in order. Cost follows the tiles with changes.
+  /// the outline may have changed, tiles in order: their content, or a cell within two of theirs, came or
+  /// went. Cost follows the tiles with changes.
   std::vector<Cells> settle(bool thin);
 
  private:
   struct Tile {
     std::uint64_t occupied = 0, settled = 0 /* occupied as of the last settle() */, deep = 0, changed = 0;
   };
+  using Rows = std::array<std::uint64_t, 12>;
+  template <class Select>
+  Rows rows_about(PlaneCell tile, Select&& bits_of) const;
   std::uint64_t eroded(PlaneCell tile) const;
+  std::uint64_t near_flipped(PlaneCell tile) const;
   std::vector<std::uint64_t> tiles_to_look_at() const;
 
   tsl::robin_map<std::uint64_t, Tile, PackedKeyHash> tiles_;

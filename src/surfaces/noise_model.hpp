@@ -31,6 +31,9 @@ class NoiseModel {
   double sigma(unsigned range_class) const { return sigma_[range_class]; }
   /// As measured in the scans, where `sigma` never falls below sensor_noise: for weights.
   double spread(unsigned range_class) const { return spread_[range_class]; }
+  /// How far beyond an edge its readings may lie, m: two `spread`, to the next millimetre, so that what
+  /// hangs on it rarely changes while the noise is being estimated.
+  double overreach(unsigned range_class) const { return std::ceil(2000 * spread_[range_class]) / 1000; }
   double tolerance(unsigned range_class) const { return tolerance_[range_class]; }
   /// Off a plane that the line of sight meets at `facing`, the cosine between view and normal: noise
   /// lies along the line of sight, so what is seen along a plane hardly leaves it.

@@ -4,7 +4,9 @@
 #include "surfaces/plane_covariance.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace octosurf {
@@ -13,6 +15,18 @@ namespace {
 /// Of the hash frame against the plane. It shifts an outline's vertex by 1/57 of its inlier's distance
 /// from the plane, whatever the surface's extent: far less than a voxel. Rehashing costs O(n).
 constexpr double cos_largest_tilt = 0.99984769515639;  // 1°
+
+/// From a point inside a cube, along a unit direction, to the cube's side. `at`: from the cube's centre.
+double to_side(const Eigen::Vector3d& at, const Eigen::Vector3d& direction, double half_edge) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    const double speed = std::fabs(direction[axis]);
+    if (speed < 1e-9) continue;
+    const double left = half_edge - std::copysign(1.0, direction[axis]) * at[axis];
+    nearest = std::min(nearest, std::max(0.0, left) / speed);
+  }
+  return nearest;
+}
 
 }  // namespace
 
@@ -43,6 +57,7 @@ SurfaceModel::SurfaceModel(SurfaceId id, const Plane& plane, const Eigen::Vector
   pose_.linear() = plane_axes(plane.normal);
   pose_.translation() = origin - plane.signed_distance(origin) * plane.normal;
   set_hash_frame(pose_);
+  overreach_.fill(resolution);
 }
 
 void SurfaceModel::set_hash_frame(const Eigen::Isometry3d& frame) {
@@ -128,8 +143,8 @@ Moments SurfaceModel::moments(const NoiseModel* noise) const {
   Moments sum;
   for (unsigned c = 0; c < NoiseModel::classes; ++c) {
     if (moments_[c].count <= 0) continue;
-    // Relative weights: the nearest class counts 1.
-    const double ratio = noise != nullptr ? noise->sigma(1) / std::max(noise->sigma(c), 1e-6) : 1;
+    // As evidence weighs: by the noise as measured, relative to what the nearest class may have.
+    const double ratio = noise != nullptr ? noise->sigma(1) / std::max(noise->spread(c), 1e-6) : 1;
     sum.add(moments_[c], ratio * ratio);
   }
   if (noise != nullptr) sum.add(evidence_.moments);
@@ -207,6 +222,32 @@ Eigen::Affine2d SurfaceModel::T_surface_outline() const {
   return T;
 }
 
+/// Away from the occupied cells among the 5 × 5 about one, if that is clear: the sum of their places is 15
+/// cells at a straight rim, 9 at the end of a bar three wide, and at most 3 at a pinhole.
+std::optional<Eigen::Vector3d> SurfaceModel::outward(PlaneCell cell) const {
+  constexpr std::uint32_t next_to_it = 0b00000'01110'01010'01110'00000, row = 0b11111, column = 0x108421;
+  constexpr int clear = 5;
+  const std::uint32_t around = bits_.around(cell);
+  if ((around & next_to_it) == next_to_it) return {};
+  Eigen::Vector2i inward(0, 0);
+  for (const int k : {-2, -1, 1, 2})
+    inward += k * Eigen::Vector2i(std::popcount(around & column << (k + 2)),
+                                  std::popcount(around & row << 5 * (k + 2)));
+  if (inward.squaredNorm() < clear * clear) return {};
+  return -(hash_frame_.linear().leftCols<2>() * inward.cast<double>().normalized());
+}
+
+std::optional<Eigen::Vector3f> SurfaceModel::rim_point(const Inlier& inlier, double overreach) const {
+  constexpr double worth_a_site = 0.1;  // d
+  const auto direction = outward(cell_of(inlier.position));
+  if (!direction) return {};
+  const Eigen::Vector3d at = (inlier.position - VoxelGrid(resolution_).centre_of(inlier.key)).cast<double>();
+  const double half = resolution_ / 2;
+  const double beyond = std::min(to_side(at, *direction, half), to_side(at, -*direction, half)) - overreach;
+  if (beyond < worth_a_site * resolution_) return {};
+  return (inlier.position.cast<double>() + beyond * *direction).cast<float>();
+}
+
 /// Deep inside, a lattice of every `spacing`-th cell's centre stands in for the inliers, every other
 /// row shifted by half of that, so that no four are cocircular.
 ///
@@ -218,6 +259,7 @@ Eigen::Affine2d SurfaceModel::T_surface_outline() const {
 /// largest empty circle has radius ⅝·spacing, and where a lattice cell is not deep, an occupied cell of
 /// the rim lies on the way to it, within √2 of the point where that way leaves the deep cells. So
 /// ⅝·spacing + √2 ≤ α/2 will do; for a spacing of 2, going through the places in a cell, α > 3.99.
+/// Rim points are sites beside the inliers of cells that are not deep, with and without the lattice.
 void SurfaceModel::sites_of(PlaneCell cell, int spacing, std::vector<Eigen::Vector2d>& sites) const {
   sites.clear();
   if (bits_.deep_inside(cell)) {
@@ -225,16 +267,25 @@ void SurfaceModel::sites_of(PlaneCell cell, int spacing, std::vector<Eigen::Vect
     if (cell.v % spacing == 0 && (cell.u + shift) % spacing == 0)
       sites.emplace_back(cell.u + 0.5, cell.v + 0.5);
   } else if (const auto found = cells_.find(cell.packed()); found != cells_.end()) {
-    for (const Inlier& inlier : found->second) sites.push_back(outline_point(inlier.position));
+    for (const Inlier& inlier : found->second) {
+      sites.push_back(outline_point(inlier.position));
+      const double overreach = overreach_[inlier.range_class];
+      if (overreach >= resolution_) continue;
+      if (const auto p = rim_point(inlier, overreach)) sites.push_back(outline_point(*p));
+    }
   }
 }
 
-void SurfaceModel::derive(double max_hole_size) {
+void SurfaceModel::derive(double max_hole_size, const NoiseModel* noise) {
   const double alpha = outline_alpha(max_hole_size);
-  if (!outline_ || outline_->alpha() != alpha) {
-    outline_.emplace(alpha);
-    bits_.change_all();
-  }
+  Overreach overreach;
+  overreach.fill(resolution_);
+  for (unsigned c = 0; noise != nullptr && c < NoiseModel::classes; ++c)
+    overreach[c] = std::min(resolution_, noise->overreach(c));
+  const bool other_alpha = !outline_ || outline_->alpha() != alpha;
+  if (other_alpha) outline_.emplace(alpha);
+  if (other_alpha || overreach != overreach_) bits_.change_all();
+  overreach_ = overreach;
   int spacing = 2;
   while (spacing < 16 && 0.625 * (2 * spacing) + std::numbers::sqrt2 <= alpha / 2) spacing *= 2;
   std::vector<Eigen::Vector2d> sites;

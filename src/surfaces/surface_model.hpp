@@ -85,8 +85,8 @@ class SurfaceModel {
   /// Another surface's, which merges into this one.
   void take_evidence(const SurfaceModel& other);
 
-  /// Moments over all inliers, weighted by 1/σ² relative to the nearest class, with the evidence, about
-  /// reference(); over the inliers alone, unweighted, if `noise` is null.
+  /// Moments over all inliers, weighted by 1/spread² relative to the nearest class's σ, with the evidence,
+  /// about reference(); over the inliers alone, unweighted, if `noise` is null.
   Moments moments(const NoiseModel* noise) const;
   /// How many readings are in moments(noise).
   double readings() const { return static_cast<double>(size_) + evidence_.readings; }
@@ -101,21 +101,31 @@ class SurfaceModel {
 
   bool polygons_stale() const { return polygons_stale_; }
   /// Brings the polygons up to date with inliers and pose: the alpha shape of the inliers' outline
-  /// points, along the hash frame's normal on the plane. Cost follows the inliers that came and went
-  /// near the rim, plus the length of the rings; all sites are inserted once after a load or a rehash.
+  /// points and, with `noise`, of their rim points, along the hash frame's normal on the plane. Cost
+  /// follows the inliers that came and went near the rim, plus the length of the rings; all sites are
+  /// inserted once after a load or a rehash, and where the noise has become another by a millimetre.
   ///
   /// 1. They do not depend on what was derived before.
-  /// 2. A vertex lies within sin 1° of its inlier's distance from the plane beside its projection, and
-  ///    within half an Outline::quantum of a cell; sides are at most `max_hole_size` long.
-  void derive(double max_hole_size);
+  /// 2. A vertex lies within sin 1° of its inlier's distance from the plane beside its projection or rim
+  ///    point, and within half an Outline::quantum of a cell; sides are at most `max_hole_size` long.
+  void derive(double max_hole_size, const NoiseModel* noise = nullptr);
+  /// Where the readings in an inlier's voxel end, toward the rim of the surface that its cell lies at: the
+  /// inlier is the mean of readings that begin at the voxel's inner side, so they go on as far beyond it.
+  /// Less by `overreach` m, because noise carries readings over an edge. Inside the voxel, map frame;
+  /// nothing if the inlier itself says as much, or its cell lies at no rim.
+  std::optional<Eigen::Vector3f> rim_point(const Inlier& inlier, double overreach) const;
   /// A point in the hash frame, in cells, as the outline takes it.
   Eigen::Vector2d outline_point(const Eigen::Vector3f& p) const;
   /// α for outline points: `max_hole_size` in cells, less what tilting may stretch.
   double outline_alpha(double max_hole_size) const;
   /// Outline points to (u, v) in the surface's frame, along the hash frame's normal.
   Eigen::Affine2d T_surface_outline() const;
+  /// How far readings are taken to lie beyond an edge, m, by range class, as of the last derive(); d, which
+  /// is out of rim points' reach, before and without noise.
+  using Overreach = std::array<double, NoiseModel::classes>;
+  const Overreach& overreach() const { return overreach_; }
   /// How many sites the outline keeps: all inliers, except those deep inside (all cells within two of
-  /// theirs occupied), for which a lattice of cells' centres stands in.
+  /// theirs occupied), for which a lattice of cells' centres stands in, and rim points.
   std::size_t outline_sites() const { return outline_ ? outline_->sites() : 0; }
   const std::vector<Polygon>& polygons() const { return polygons_; }
 
@@ -160,6 +170,7 @@ class SurfaceModel {
   using Cell = boost::container::small_vector<Inlier, 1>;
   void insert(const Inlier& inlier);
   void set_hash_frame(const Eigen::Isometry3d& frame);
+  std::optional<Eigen::Vector3d> outward(PlaneCell cell) const;
   void sites_of(PlaneCell cell, int spacing, std::vector<Eigen::Vector2d>& sites) const;
 
   SurfaceId id_;
@@ -176,6 +187,7 @@ class SurfaceModel {
   tsl::robin_map<std::uint64_t, Cell, PackedKeyHash> cells_;
   CellBits bits_;
   std::optional<Outline> outline_;  // none before the first derive()
+  Overreach overreach_;
   std::size_t size_ = 0;
   std::vector<SurfaceId> parents_;
   bool polygons_stale_ = true;

@@ -251,7 +251,7 @@ void derive(Workspace& work) {
       next->surfaces.push_back(*at);
       continue;
     }
-    surface.derive(state.parameters.max_hole_size());
+    surface.derive(state.parameters.max_hole_size(), &state.noise);
     surface.derive_covariance(state.noise);
     surface.revision = state.revision;
     next->surfaces.push_back(surface.publish(state.revision));

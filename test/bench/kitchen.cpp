@@ -1,5 +1,6 @@
 // The kitchen, a real recording without truth: what a map of it looks like, told by what must not be in it.
 
+#include "bench/picture_sheet.hpp"
 #include "bench/support.hpp"
 
 #include <CLI/CLI.hpp>
@@ -170,6 +171,39 @@ void draw(const Mapped& mapped, const Options& options) {
   }
 }
 
+/// A colour frame beside the map as seen from its place, from above and from outside.
+void draw_sheet(const Mapped& mapped, const Options& options, const std::filesystem::path& recording) {
+  constexpr int width = 960, height = 720;
+  const std::filesystem::path folder(options.pictures), sheet = folder / "kitchen.png",
+                                                        part = folder / "kitchen-part.png";
+  std::vector<Picture> pictures;
+  PictureOptions picture;
+  picture.force = true;
+  const auto view = [&] {
+    render_png(mapped.snapshot, part, picture);
+    pictures.push_back(read_picture(part));
+  };
+  const std::size_t wanted = options.views.empty() ? 0 : options.views.front() * options.every;
+  const std::optional<ColorFrame> color = color_frame_near(recording, wanted);
+  if (color) pictures.push_back(read_picture(color->file));
+  const std::size_t place = (color ? color->frame : wanted) / options.every;
+  if (place < mapped.poses.size()) {
+    picture.eye = mapped.poses[place].translation();
+    picture.target = mapped.poses[place] * Eigen::Vector3d(0, 0, 1.5);
+    view();
+    picture.eye.reset();
+    picture.target.reset();
+  }
+  for (const ViewFrom from : {ViewFrom::top, ViewFrom::iso}) {
+    picture.from = from;
+    view();
+  }
+  std::filesystem::remove(part);
+  write_picture(sheet_of(pictures, width, height), sheet);
+  std::printf("%s: %s%s\n", sheet.c_str(), color ? color->file.filename().c_str() : "no colour frame found",
+              ", the map from its place, from above and from outside");
+}
+
 void body(const Options& options) {
   const std::filesystem::path recording =
       options.input.empty() ? kitchen() : std::filesystem::path(options.input);
@@ -192,7 +226,10 @@ void body(const Options& options) {
                       {"area_m2", area}};
   print_double_layers(mapped.snapshot, json);
   print_levels(level_surfaces(mapped.snapshot, options.min_area), json);
-  if (!options.pictures.empty()) draw(mapped, options);
+  if (!options.pictures.empty()) {
+    draw(mapped, options);
+    draw_sheet(mapped, options, recording);
+  }
   if (!options.json.empty()) write_json_file(options.json, json.dump(1));
 }
 

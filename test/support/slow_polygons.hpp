@@ -8,10 +8,15 @@
 
 namespace octosurf::test {
 
-/// The alpha shape of all inliers, in the model's frame: what derive() must come to.
-inline std::vector<Polygon> slow_polygons(const SurfaceModel& model, double h) {
+/// The alpha shape of all inliers and of rim points, in the model's frame: what derive() must come to.
+inline std::vector<Polygon> slow_polygons(const SurfaceModel& model, double h,
+                                          const SurfaceModel::Overreach& overreach) {
   std::vector<Eigen::Vector2d> points;
-  for (const Inlier& inlier : model.sorted_inliers()) points.push_back(model.outline_point(inlier.position));
+  for (const Inlier& inlier : model.sorted_inliers()) {
+    points.push_back(model.outline_point(inlier.position));
+    if (const auto rim = model.rim_point(inlier, overreach[inlier.range_class]))
+      points.push_back(model.outline_point(*rim));
+  }
   std::vector<Polygon> polygons = alpha_shape(points, model.outline_alpha(h));
   const Eigen::Affine2d T = model.T_surface_outline();
   for (Polygon& polygon : polygons) {
@@ -20,6 +25,11 @@ inline std::vector<Polygon> slow_polygons(const SurfaceModel& model, double h) {
       for (Eigen::Vector2d& p : hole) p = T * p;
   }
   return polygons;
+}
+
+/// With the overreach of the model's last derive().
+inline std::vector<Polygon> slow_polygons(const SurfaceModel& model, double h) {
+  return slow_polygons(model, h, model.overreach());
 }
 
 /// In one polygons, not in the other, m².

@@ -150,7 +150,13 @@ TEST(CellBits, FollowWhatComesAndGoes) {
     std::set<Cell> told;
     for (const CellBits::Cells& cells : bits.settle(true))
       cells.for_each([&](PlaneCell cell) { EXPECT_TRUE(told.emplace(cell.u, cell.v).second); });
-    std::set<Cell> now_deep, now_rim;
+    std::set<Cell> now_deep, now_rim, near_flips;
+    for (int v = -16; v <= 16; ++v)
+      for (int u = -16; u <= 16; ++u) {
+        if ((deep.contains({u, v}) || rim.contains({u, v})) == holds(u, v)) continue;
+        for (int y = -2; y <= 2; ++y)
+          for (int x = -2; x <= 2; ++x) near_flips.emplace(u + x, v + y);
+      }
     for (const auto& [cell, n] : content) {
       bool inside = true;
       for (int y = -2; y <= 2; ++y)
@@ -163,13 +169,19 @@ TEST(CellBits, FollowWhatComesAndGoes) {
         EXPECT_EQ(bits.occupied({u, v}), holds(u, v));
         EXPECT_EQ(bits.deep_inside({u, v}), now_deep.contains(cell));
         const bool was_rim = rim.contains(cell), is_rim = now_rim.contains(cell);
+        std::uint32_t around = 0;
+        for (int y = -2; y <= 2; ++y)
+          for (int x = -2; x <= 2; ++x)
+            around |= static_cast<std::uint32_t>(holds(u + x, v + y)) << (5 * (y + 2) + x + 2);
+        EXPECT_EQ(bits.around({u, v}), around);
         if (was_rim != is_rim || deep.contains(cell) != now_deep.contains(cell) ||
-            (is_rim && touched.contains(cell))) {
+            (is_rim && (touched.contains(cell) || near_flips.contains(cell)))) {
           EXPECT_TRUE(told.contains(cell)) << u << ", " << v << " changed, and nobody says so";
         }
       }
     for (const Cell& cell : told)
-      EXPECT_TRUE(touched.contains(cell) || deep.contains(cell) != now_deep.contains(cell));
+      EXPECT_TRUE(touched.contains(cell) || deep.contains(cell) != now_deep.contains(cell) ||
+                  near_flips.contains(cell));
     deep = now_deep;
     rim = now_rim;
     touched.clear();

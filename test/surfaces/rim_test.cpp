@@ -1,0 +1,196 @@
+// Where polygons end: at the readings' end, not at the centroids of the outermost voxels.
+#include "support/polygons.hpp"
+#include "support/seed.hpp"
+#include "surfaces/blobs.hpp"
+#include "surfaces/surface_model.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <random>
+
+namespace octosurf {
+namespace {
+
+constexpr double d = 0.02, h = 0.08;
+
+/// Two standard deviations of it are 2 mm at 1 mm, which is what poses leave at least.
+NoiseModel noise_of(double sensor_noise) {
+  Parameters parameters;
+  parameters.surfaces.sensor_noise = sensor_noise;
+  parameters.surfaces.range_noise = 0;
+  return NoiseModel(parameters);
+}
+
+SurfaceModel model_of(const std::vector<Inlier>& inliers, const Eigen::Isometry3d& pose) {
+  SurfaceModel model(7, test::plane_of(pose), pose.translation(), d);
+  for (const Inlier& inlier : inliers) model.add(inlier);
+  return model;
+}
+
+/// Readings every millimetre over a rectangle of a plane, by voxel.
+std::vector<Inlier> voxels_of_rectangle(const Eigen::Isometry3d& pose, const Eigen::Vector2d& size) {
+  constexpr double spacing = 0.001;
+  struct Sum {
+    VoxelKey key;
+    int count = 0;
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  };
+  std::map<std::uint64_t, Sum> voxels;
+  for (double u = spacing / 2; u < size.x(); u += spacing)
+    for (double v = spacing / 2; v < size.y(); v += spacing) {
+      const Eigen::Vector3d p = pose * Eigen::Vector3d(u, v, 0);
+      VoxelKey key;
+      if (!VoxelGrid(d).key_of(p.cast<float>(), key)) continue;
+      Sum& voxel = voxels[key.packed()];
+      voxel.key = key;
+      voxel.sum += p;
+      ++voxel.count;
+    }
+  std::vector<Inlier> inliers;
+  for (const auto& [packed, voxel] : voxels)
+    inliers.push_back({voxel.key, 4, (voxel.sum / voxel.count).cast<float>()});
+  return inliers;
+}
+
+/// How far a model's polygons end inside the rectangle, m, mean over its sides less their corners, where
+/// they are not met at all counting as 5 cm; negative: outside.
+double inset(const SurfaceModel& model, const Eigen::Isometry3d& pose, const Eigen::Vector2d& size) {
+  const test::BgMultiPolygon polygons = test::to_boost(model.polygons());
+  const Eigen::Isometry3d T = model.pose().inverse() * pose;
+  double sum = 0;
+  int count = 0;
+  const auto probe = [&](const Eigen::Vector2d& edge, const Eigen::Vector2d& inward) {
+    double depth = -0.03;
+    while (depth < 0.05) {
+      const Eigen::Vector2d p = edge + depth * inward;
+      if (test::covered((T * Eigen::Vector3d(p.x(), p.y(), 0)).head<2>(), polygons)) break;
+      depth += 0.0005;
+    }
+    sum += depth;
+    ++count;
+  };
+  constexpr double corner = 0.05;
+  for (double u = corner; u < size.x() - corner; u += 0.003) {
+    probe({u, 0}, {0, 1});
+    probe({u, size.y()}, {0, -1});
+  }
+  for (double v = corner; v < size.y() - corner; v += 0.003) {
+    probe({0, v}, {1, 0});
+    probe({size.x(), v}, {-1, 0});
+  }
+  return sum / count;
+}
+
+/// With sides along the voxels' the readings of a voxel fill a box, whose inner side is the voxel's, and so
+/// its end is known exactly: less the 2 mm that noise of 1 mm may reach.
+TEST(Rim, ReachesTheReadingsEndAlongTheVoxels) {
+  const std::uint64_t seed = test::seed();
+  std::mt19937_64 rng(seed);
+  std::uniform_real_distribution<double> uniform(0.0085, d - 0.0085);
+  for (int round = 0; round < 6 && !HasFailure(); ++round) {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.linear() = plane_axes(Eigen::Vector3d::Unit(round % 3));
+    // In the middle of a layer of voxels. A voxel that is filled by 8 mm and more has its mean 2 mm and more
+    // before where the rim point comes to stand, which is worth a site.
+    pose.translation() = Eigen::Vector3d::Constant(d / 2);
+    const Eigen::Vector2d start(uniform(rng), uniform(rng));
+    pose.translation() += pose.linear().leftCols<2>() * (start - Eigen::Vector2d::Constant(d / 2));
+    const Eigen::Vector2d size(0.4 + uniform(rng) - start.x(), 0.3 + uniform(rng) - start.y());
+    SurfaceModel model = model_of(voxels_of_rectangle(pose, size), pose);
+    const NoiseModel noise = noise_of(0.001);
+    model.derive(h, &noise);
+    EXPECT_NEAR(inset(model, pose, size), 0.002, 0.001) << "round " << round;
+  }
+}
+
+/// However the rectangle lies: centroids alone end inside of it. What is taken for a box may be a triangle,
+/// whose readings end a third of its height earlier or later: less than an eighth of a voxel on the whole.
+TEST(Rim, IsHardlyBiasedHoweverAFaceLies) {
+  const std::uint64_t seed = test::seed();
+  std::mt19937_64 rng(seed);
+  const Eigen::Vector2d size(0.5, 0.4);
+  const NoiseModel noise = noise_of(0.001);
+  for (int round = 0; round < 8 && !HasFailure(); ++round) {
+    const Eigen::Isometry3d pose = test::random_pose(rng);
+    SurfaceModel model = model_of(voxels_of_rectangle(pose, size), pose);
+    model.derive(h);
+    const double bare = inset(model, pose, size);
+    model.derive(h, &noise);
+    const double with = inset(model, pose, size);
+    EXPECT_LT(with, bare) << "round " << round;
+    EXPECT_LT(std::fabs(with), d / 8) << "round " << round;
+    EXPECT_TRUE(test::invalid(model.polygons()).empty()) << test::invalid(model.polygons());
+  }
+}
+
+TEST(Rim, PointsStayInTheirVoxels) {
+  const std::uint64_t seed = test::seed();
+  std::mt19937_64 rng(seed);
+  for (int round = 0; round < 8 && !HasFailure(); ++round) {
+    const Eigen::Isometry3d pose = test::random_pose(rng);
+    SurfaceModel model =
+        model_of(test::voxels_of(test::random_blob(rng, 0.6, 0.1), pose, d, 0.6, 0.006, rng), pose);
+    std::size_t points = 0;
+    model.for_each_inlier([&](const Inlier& inlier) {
+      const auto p = model.rim_point(inlier, 0);
+      if (!p) return;
+      ++points;
+      const Eigen::Vector3f off = *p - VoxelGrid(d).centre_of(inlier.key);
+      EXPECT_LE(off.cwiseAbs().maxCoeff(), d / 2 + 1e-5);
+      EXPECT_FALSE(model.surrounded(model.cell_of(inlier.position)));
+    });
+    EXPECT_GT(points, 20U);
+  }
+}
+
+/// What lies wholly within the reach of its noise says nothing about where it ends.
+TEST(Rim, NoiseOfHalfAVoxelLeavesTheCentroids) {
+  const std::uint64_t seed = test::seed();
+  std::mt19937_64 rng(seed);
+  const Eigen::Isometry3d pose = test::random_pose(rng);
+  SurfaceModel model =
+      model_of(test::voxels_of(test::random_blob(rng, 0.6, 0.1), pose, d, 0.6, 0.006, rng), pose);
+  const NoiseModel noise = noise_of(d / 2);
+  model.derive(h, &noise);
+  const std::vector<Polygon> with = model.polygons();
+  model.derive(h);
+  EXPECT_TRUE(test::identical(model.polygons(), with));
+}
+
+/// As SurfaceModel.PolygonsDoNotDependOnHistory, while the noise becomes another, too.
+TEST(Rim, DoesNotDependOnHistory) {
+  const std::uint64_t seed = test::seed();
+  std::mt19937_64 rng(seed);
+  const std::array noises{noise_of(0.001), noise_of(0.003), noise_of(0.02)};
+  for (int round = 0; round < 4 && !HasFailure(); ++round) {
+    const Eigen::Isometry3d pose = test::random_pose(rng);
+    const std::vector<Inlier> all =
+        test::voxels_of(test::random_blob(rng, 0.7, 0.1), pose, d, 0.7, 0.006, rng);
+    std::vector<bool> in(all.size(), true);
+    SurfaceModel model = model_of(all, pose);
+    const NoiseModel* noise = noises.data();
+    for (int step = 0; step < 30 && !HasFailure(); ++step) {
+      const Eigen::Vector3f centre = all[rng() % all.size()].position;
+      const bool out = rng() % 2 == 0;
+      const float reach = rng() % 2 == 0 ? 0.15F : 0.03F;
+      for (std::size_t i = 0; i < all.size(); ++i) {
+        if ((all[i].position - centre).norm() > reach || in[i] != out) continue;
+        if (out)
+          ASSERT_TRUE(model.remove(all[i].key, all[i].position));
+        else
+          model.add(all[i]);
+        in[i] = !out;
+      }
+      if (step % 5 == 4) noise = &noises[rng() % noises.size()];
+      model.derive(h, noise);
+      SurfaceModel back(model.state(), d);
+      back.derive(h, noise);
+      ASSERT_TRUE(test::identical(model.polygons(), back.polygons()))
+          << "round " << round << " step " << step;
+      ASSERT_EQ(test::ring_sets(model.polygons()), test::ring_sets(test::slow_polygons(model, h)));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace octosurf
