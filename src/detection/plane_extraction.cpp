@@ -115,7 +115,8 @@ bool PlaneExtraction::planar(std::span<const Index> cluster, const Plane& plane,
     bent = true;
     return refuse(Refusal::bent, cluster);
   }
-  const double effort = planarity.mean_tolerance() / parameters_.surface_tolerance();
+  // As the root: a laser leaves few readings on a strip, and asking for more in proportion loses it.
+  const double effort = std::sqrt(planarity.mean_tolerance() / parameters_.surface_tolerance());
   const auto points = static_cast<double>(cluster.size());
   if (!(planarity.scatter() <= largest_scatter))
     return refuse(Refusal::scattered, cluster, planarity.scatter(), largest_scatter);

@@ -242,6 +242,7 @@ std::optional<Eigen::Vector3f> SurfaceModel::rim_point(const Inlier& inlier, dou
   const auto direction = outward(cell_of(inlier.position));
   if (!direction) return {};
   const Eigen::Vector3d at = (inlier.position - VoxelGrid(resolution_).centre_of(inlier.key)).cast<double>();
+  if (at.norm() < resolution_ / 256) return {};  // adopted from an octree: no reading
   const double half = resolution_ / 2;
   const double beyond = std::min(to_side(at, *direction, half), to_side(at, -*direction, half)) - overreach;
   if (beyond < worth_a_site * resolution_) return {};

@@ -112,7 +112,8 @@ class SurfaceModel {
   /// Where the readings in an inlier's voxel end, toward the rim of the surface that its cell lies at: the
   /// inlier is the mean of readings that begin at the voxel's inner side, so they go on as far beyond it.
   /// Less by `overreach` m, because noise carries readings over an edge. Inside the voxel, map frame;
-  /// nothing if the inlier itself says as much, or its cell lies at no rim.
+  /// nothing if the inlier itself says as much, its cell lies at no rim, or it is a voxel's centre for want
+  /// of readings.
   std::optional<Eigen::Vector3f> rim_point(const Inlier& inlier, double overreach) const;
   /// A point in the hash frame, in cells, as the outline takes it.
   Eigen::Vector2d outline_point(const Eigen::Vector3f& p) const;

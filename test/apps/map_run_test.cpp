@@ -46,9 +46,10 @@ TEST_F(MapRun, FindsTheFloor) {
   const json floor = contents.at("largest").at(0);
   EXPECT_NEAR(floor.at("normal").at(2).get<double>(), 1, 1e-6);
   EXPECT_NEAR(floor.at("offset").get<double>(), floor_height, 1e-4);  // stored to 1/256 voxel
-  // Six images, each 79/60 m × 59/60 m and 0.1 m further; a voxel's point is inside it by up to a voxel.
-  const double length = 79.0 / 60 + 0.5, width = 59.0 / 60;
-  EXPECT_LE(floor.at("area_m2").get<double>(), length * width + 1e-6);
+  // Six images, each 79/60 m × 59/60 m between its outermost pixels' centres and 0.1 m further; a pixel sees
+  // 1/60 m, and a voxel's point is inside the voxel by up to a voxel.
+  const double length = 79.0 / 60 + 0.5, width = 59.0 / 60, pixel = 1.0 / 60;
+  EXPECT_LE(floor.at("area_m2").get<double>(), (length + pixel) * (width + pixel));
   EXPECT_GE(floor.at("area_m2").get<double>(), (length - 0.04) * (width - 0.04));
   EXPECT_NEAR(contents.at("extent").at("max").at(0).get<double>(), 39.5 / 60 + 0.5, 0.02);
 }

@@ -3,6 +3,7 @@
 #include "support/map_state.hpp"
 #include "support/seed.hpp"
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <gmock/gmock.h>
@@ -227,11 +228,11 @@ TEST(Explain, TooFewForTheirRange) {
   Parameters parameters;
   parameters.surfaces.range_noise = 0.01;
   const Mapper mapper =
-      mapped({rectangle_scan({0.15, 0.15, 2}, {0, 0, 0.01}, {0.3, 0, 0}, {0, 0.3, 0})}, parameters);
-  const Explanation why = ask(mapper.map(), {0.15, 0.15, 0.01});
+      mapped({rectangle_scan({0.11, 0.11, 2}, {0, 0, 0.01}, {0.22, 0, 0}, {0, 0.22, 0})}, parameters);
+  const Explanation why = ask(mapper.map(), {0.11, 0.11, 0.01});
   ASSERT_EQ(why.reason, Reason::too_few_for_range) << why.sentence;
-  EXPECT_NEAR(why.figures.at(0).at_least.value(), 50 * 175 / 15.0, 0.01);
-  EXPECT_LE(why.figures.at(0).value, 16 * 16);
+  EXPECT_NEAR(why.figures.at(0).at_least.value(), 50 * std::sqrt(175 / 15.0), 0.01);
+  EXPECT_LE(why.figures.at(0).value, 12 * 12);
 }
 
 TEST(Explain, NormalsDisagree) {

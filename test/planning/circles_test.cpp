@@ -3,10 +3,10 @@
 
 #include <gmock/gmock.h>
 #include <limits>
+#include <random>
 
 #include <octosurf/error.hpp>
 #include <octosurf/planning.hpp>
-#include <random>
 
 namespace octosurf {
 namespace {

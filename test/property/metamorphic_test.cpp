@@ -166,8 +166,8 @@ void expect_same(const std::vector<SurfacePtr>& a, const std::vector<SurfacePtr>
 
 class Metamorphic : public ::testing::Test {
  protected:
-  // Of fresh worlds about seven in a hundred tests leave these bounds by a little, and one by a face that is cut
-  // otherwise.
+  // Of fresh worlds about seven in a hundred tests leave these bounds by a little, and one by a face that is
+  // cut otherwise.
   std::uint64_t seed_ = test::seed();
   std::mt19937_64 rng_{seed_};
 };
