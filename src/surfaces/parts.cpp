@@ -123,7 +123,8 @@ class Parts {
   /// A laser's lines leave holes between them: cells without points amid five and more that have some.
   /// So does what is seen through a crack, but that is small.
   bool sparse() const {
-    constexpr std::size_t enough = 600, least_share = 12;  // cells; a twelfth
+    constexpr std::size_t enough = 600;     // cells
+    constexpr std::size_t least_share = 7;  // a seventh: at a twelfth a real depth camera's kitchen is cut up
     const std::vector<PlaneCell>& cells = points_.cells;
     if (cells.size() <= enough) return false;
     std::size_t holes = 0;
