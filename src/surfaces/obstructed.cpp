@@ -1,5 +1,6 @@
 #include "surfaces/obstructed.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace octosurf {

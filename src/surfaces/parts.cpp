@@ -196,7 +196,7 @@ class Parts {
     }
   }
 
-  /// Where parts touch, and the first of the places where they face each other over a gap of up to h.
+  /// Where parts touch, and some of the places where they face each other over a gap of up to h.
   void find_contacts() {
     const HighestAround highest(points_.cells, parts_, reach_);
     for (std::uint32_t cell = 0; cell < parts_.size(); ++cell) {

@@ -51,33 +51,51 @@ inline Eigen::Isometry3d random_pose(std::mt19937_64& rng, double reach = 5) {
   return pose;
 }
 
-/// The voxels of a blob on the plane z = 0 of `pose`, one centroid each, as an octree would hold them.
-inline std::vector<Inlier> voxels_of(const Blob& blob, const Eigen::Isometry3d& pose, double d, double size,
-                                     double thickness, std::mt19937_64& rng) {
-  const VoxelGrid grid(d);
-  std::uniform_real_distribution<double> uniform(-1, 1);
+/// Readings by voxel, and the mean of each, as an octree would hold them.
+class VoxelMeans {
+ public:
+  explicit VoxelMeans(double d) : grid_(d) {}
+
+  void add(const Eigen::Vector3d& p) {
+    VoxelKey key;
+    if (!grid_.key_of(p.cast<float>(), key)) return;
+    Sum& voxel = voxels_[key.packed()];
+    voxel.key = key;
+    voxel.sum += p;
+    ++voxel.count;
+  }
+  /// In key order, of range class 4.
+  std::vector<Inlier> inliers() const {
+    std::vector<Inlier> all;
+    for (const auto& [packed, voxel] : voxels_)
+      all.push_back({voxel.key, 4, (voxel.sum / voxel.count).cast<float>()});
+    return all;
+  }
+
+ private:
   struct Sum {
     VoxelKey key;
     int count = 0;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   };
-  std::map<std::uint64_t, Sum> voxels;
+  VoxelGrid grid_;
+  std::map<std::uint64_t, Sum> voxels_;
+};
+
+/// The voxels of a blob on the plane z = 0 of `pose`, one centroid each, as an octree would hold them.
+inline std::vector<Inlier> voxels_of(const Blob& blob, const Eigen::Isometry3d& pose, double d, double size,
+                                     double thickness, std::mt19937_64& rng) {
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  VoxelMeans voxels(d);
   const auto samples = static_cast<int>(12 * 4 * size * size / (d * d));
   for (int i = 0; i < samples; ++i) {
     const Eigen::Vector2d uv = size * Eigen::Vector2d(uniform(rng), uniform(rng));
     if (!blob.holds(uv)) continue;
     const Eigen::Vector3d p = pose * Eigen::Vector3d(uv.x(), uv.y(), thickness * uniform(rng));
-    VoxelKey key;
-    if (!grid.key_of(p.cast<float>(), key)) continue;
-    Sum& voxel = voxels[key.packed()];
-    voxel.key = key;
-    voxel.sum += p;
-    ++voxel.count;
+    voxels.add(p);
   }
-  std::vector<Inlier> inliers;
-  for (const auto& [packed, voxel] : voxels)
-    inliers.push_back(
-        {voxel.key, static_cast<std::uint8_t>(1 + rng() % 9), (voxel.sum / voxel.count).cast<float>()});
+  std::vector<Inlier> inliers = voxels.inliers();
+  for (Inlier& inlier : inliers) inlier.range_class = static_cast<std::uint8_t>(1 + rng() % 9);
   std::shuffle(inliers.begin(), inliers.end(), rng);
   return inliers;
 }

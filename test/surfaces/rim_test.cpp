@@ -30,26 +30,10 @@ SurfaceModel model_of(const std::vector<Inlier>& inliers, const Eigen::Isometry3
 /// Readings every millimetre over a rectangle of a plane, by voxel.
 std::vector<Inlier> voxels_of_rectangle(const Eigen::Isometry3d& pose, const Eigen::Vector2d& size) {
   constexpr double spacing = 0.001;
-  struct Sum {
-    VoxelKey key;
-    int count = 0;
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  };
-  std::map<std::uint64_t, Sum> voxels;
+  test::VoxelMeans voxels(d);
   for (double u = spacing / 2; u < size.x(); u += spacing)
-    for (double v = spacing / 2; v < size.y(); v += spacing) {
-      const Eigen::Vector3d p = pose * Eigen::Vector3d(u, v, 0);
-      VoxelKey key;
-      if (!VoxelGrid(d).key_of(p.cast<float>(), key)) continue;
-      Sum& voxel = voxels[key.packed()];
-      voxel.key = key;
-      voxel.sum += p;
-      ++voxel.count;
-    }
-  std::vector<Inlier> inliers;
-  for (const auto& [packed, voxel] : voxels)
-    inliers.push_back({voxel.key, 4, (voxel.sum / voxel.count).cast<float>()});
-  return inliers;
+    for (double v = spacing / 2; v < size.y(); v += spacing) voxels.add(pose * Eigen::Vector3d(u, v, 0));
+  return voxels.inliers();
 }
 
 /// How far a model's polygons end inside the rectangle, m, mean over its sides less their corners, where
