@@ -33,7 +33,7 @@ void PointWindow::read_block(std::uint64_t packed_block) {
     before = static_cast<std::uint16_t>(before + (sum >> 56));
   }
   const std::size_t size = points_.size() + scratch_.size();
-  points_.resize(size);
+  points_.grow_to(size);
   for (std::vector<float>* column :
        {&columns_.x, &columns_.y, &columns_.z, &columns_.view_x, &columns_.view_y, &columns_.view_z})
     column->resize(size + padding);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "occupancy/occupancy_map.hpp"
+#include "occupancy/paged_vector.hpp"
 
 #include <array>
 #include <bit>
@@ -21,6 +22,7 @@ class PointWindow {
   explicit PointWindow(OccupancyMap& map) : map_(map) {}
 
   std::size_t size() const { return points_.size(); }
+  /// The reference stays good while further blocks are read; columns() do not stay in place.
   const VoxelPoint& operator[](Index i) const { return points_[i]; }
 
   /// What is asked of many points at once, column by column; each is `padding` longer than size().
@@ -124,7 +126,7 @@ class PointWindow {
   }
 
   OccupancyMap& map_;
-  std::vector<VoxelPoint> points_;  // of a block: ordered by z, y, x
+  PagedVector<VoxelPoint> points_;  // of a block: ordered by z, y, x
   Columns columns_;
   std::vector<Block> blocks_;
   tsl::robin_map<std::uint64_t, std::uint32_t, PackedKeyHash> index_;

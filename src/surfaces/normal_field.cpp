@@ -162,14 +162,13 @@ NormalField::NormalField(PointWindow& window, const Parameters& parameters, cons
 
 const LocalPlane& NormalField::computed(PointWindow::Index i) {
   if (i >= planes_.size()) {
-    planes_.resize(std::max<std::size_t>(window_.size(), i + 1));
+    planes_.grow_to(std::max<std::size_t>(window_.size(), i + 1));
     done_.resize(planes_.size(), false);
   }
   // Four times the noise, so that it does not drown the plane.
   const double radius = std::clamp(4 * noise_.sigma(window_[i].range_class), smallest_, largest_);
   LocalPlane plane = compute(i, radius);
   if (!plane.known && radius < largest_) plane = compute(i, largest_);
-  // Computing may have loaded blocks, but i's own place stays.
   planes_[i] = plane;
   done_[i] = true;
   return planes_[i];
@@ -183,7 +182,7 @@ bool NormalField::lies_off(const VoxelPoint& p, SurfaceId id) const {
 
 LocalPlane NormalField::compute(PointWindow::Index i, double radius) {
   constexpr float fewest_neighbours = 6;
-  const VoxelPoint p = window_[i];  // a copy: the window may grow
+  const VoxelPoint& p = window_[i];
   LocalPlane plane;
   plane.reach = std::max(1, static_cast<int>(radius / resolution_));
   NeighbourMoments moments(p, static_cast<float>(radius));

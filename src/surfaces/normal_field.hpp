@@ -31,6 +31,7 @@ class NormalField {
   NormalField(PointWindow& window, const Parameters& parameters, const NoiseModel& noise,
               const SurfaceStore& surfaces);
 
+  /// The reference stays good while other points are asked for.
   const LocalPlane& at(PointWindow::Index i) {
     return i < done_.size() && done_[i] ? planes_[i] : computed(i);
   }
@@ -47,7 +48,7 @@ class NormalField {
   const NoiseModel& noise_;
   const SurfaceStore& surfaces_;
   double resolution_, smallest_, largest_, max_curvature_;
-  std::vector<LocalPlane> planes_;
+  PagedVector<LocalPlane> planes_;
   std::vector<bool> done_;
 };
 

@@ -251,7 +251,7 @@ class Parts {
   }
 
   bool blocked(Index i, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-    const VoxelPoint p = work_.window[i];  // a copy: the window may grow
+    const VoxelPoint& p = work_.window[i];
     return obstructed(work_, plane_, from, to, work_.state.noise.tolerance(p, plane_), sparse_ ? reach_ : 1);
   }
 

@@ -116,6 +116,24 @@ TEST(PointWindow, RowsAndColumnsHoldTheSamePoints) {
   }
 }
 
+// Callers hold a point while they ask for its neighbours, and asking reads blocks.
+TEST(PointWindow, AReferenceStaysGoodWhileTheWindowGrows) {
+  std::mt19937_64 rng(test::seed());
+  OccupancyMap map = random_map(rng, 0.05, {0.1, 0.2, -0.3});
+  const std::vector<VoxelPoint> points = all_points(map);
+  PointWindow window(map);
+  const PointWindow::Index i = window.find(points.front().key);
+  const VoxelPoint& held = window[i];
+  const std::size_t before = window.size();
+  for (const VoxelPoint& p : points) window.find(p.key);
+  ASSERT_GT(window.size(), 10 * before);  // it has grown
+  ASSERT_EQ(&held, &window[i]);           // first: what moved may not even be read
+  EXPECT_EQ(held.key, points.front().key);
+  EXPECT_EQ(held.position, points.front().position);
+  window.assign(i, 7);
+  EXPECT_EQ(held.surface, 7U);
+}
+
 TEST(PointWindow, MarksArePendingPointsUntilTheyAreRemoved) {
   std::mt19937_64 rng(test::seed());
   OccupancyMap map = random_map(rng, 0.05, {0.1, 0.2, -0.3});
