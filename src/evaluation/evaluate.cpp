@@ -192,10 +192,10 @@ void add_faces(const Scene& scene, const Counts& counts, Evaluation& result) {
     const FaceScore& score = result.face_scores.emplace_back(score_face(scene, counts, f));
     seen_all += scene.visible[f].count();
     covered_all += counts.cells[f].covered;
-    result.correct += score.verdict == Verdict::correct;
-    result.over_segmented += score.verdict == Verdict::over_segmented;
-    result.under_segmented += score.verdict == Verdict::under_segmented;
-    result.missed += score.verdict == Verdict::missed;
+    result.correct += score.verdict == TruthVerdict::correct;
+    result.over_segmented += score.verdict == TruthVerdict::over_segmented;
+    result.under_segmented += score.verdict == TruthVerdict::under_segmented;
+    result.missed += score.verdict == TruthVerdict::missed;
     if (counts.judged[f]) {
       ++result.faces;
       result.visible_m2 += score.visible_m2;

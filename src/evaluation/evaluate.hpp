@@ -36,7 +36,7 @@ Summary summarize(std::vector<double> values);
 struct FaceScore {
   std::uint32_t id = 0;
   std::string name;
-  Verdict verdict = Verdict::missed;
+  TruthVerdict verdict = TruthVerdict::missed;
   double visible_m2 = 0;    ///< visible cells · cell²
   double covered = 0;       ///< share of the visible area that any surface covers
   double multiplicity = 0;  ///< mean number of surfaces over the covered part; 0 if none

@@ -21,7 +21,7 @@ void match_correct(const HooverRegions& regions, const std::vector<Overlap>& ove
   for (const Overlap& pair : pairs) {
     if (result.match[pair.truth] || result.found[pair.found] == FoundVerdict::correct) continue;
     result.match[pair.truth] = pair.found;
-    result.truth[pair.truth] = Verdict::correct;
+    result.truth[pair.truth] = TruthVerdict::correct;
     result.found[pair.found] = FoundVerdict::correct;
   }
 }
@@ -31,12 +31,13 @@ void find_over_segmented(const HooverRegions& regions, const std::vector<Overlap
   std::vector<int> parts(regions.truth_judged.size(), 0);
   for (const Overlap& pair : overlaps) parts[pair.truth] += pair.found_share >= threshold;
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    if (result.truth[i] == Verdict::missed && parts[i] >= 2 && regions.covered_by_parts[i] >= threshold) {
-      result.truth[i] = Verdict::over_segmented;
+    if (result.truth[i] == TruthVerdict::missed && parts[i] >= 2 &&
+        regions.covered_by_parts[i] >= threshold) {
+      result.truth[i] = TruthVerdict::over_segmented;
     }
   }
   for (const Overlap& pair : overlaps) {
-    if (pair.found_share >= threshold && result.truth[pair.truth] == Verdict::over_segmented &&
+    if (pair.found_share >= threshold && result.truth[pair.truth] == TruthVerdict::over_segmented &&
         result.found[pair.found] != FoundVerdict::correct) {
       result.found[pair.found] = FoundVerdict::part;
     }
@@ -52,9 +53,10 @@ void find_under_segmented(const HooverRegions& regions, const std::vector<Overla
   for (const Overlap& pair : overlaps) covered[pair.found] += covers(pair);
   for (const Overlap& pair : overlaps) {
     if (covered[pair.found] < 2 || !covers(pair)) continue;
-    if (result.truth[pair.truth] == Verdict::missed) result.truth[pair.truth] = Verdict::under_segmented;
+    if (result.truth[pair.truth] == TruthVerdict::missed)
+      result.truth[pair.truth] = TruthVerdict::under_segmented;
     if (result.found[pair.found] == FoundVerdict::noise &&
-        result.truth[pair.truth] == Verdict::under_segmented) {
+        result.truth[pair.truth] == TruthVerdict::under_segmented) {
       result.found[pair.found] = FoundVerdict::fused;
     }
   }
@@ -62,17 +64,17 @@ void find_under_segmented(const HooverRegions& regions, const std::vector<Overla
 
 }  // namespace
 
-std::string_view name_of(Verdict verdict) {
+std::string_view name_of(TruthVerdict verdict) {
   switch (verdict) {
-    case Verdict::correct:
+    case TruthVerdict::correct:
       return "correct";
-    case Verdict::over_segmented:
+    case TruthVerdict::over_segmented:
       return "over-segmented";
-    case Verdict::under_segmented:
+    case TruthVerdict::under_segmented:
       return "under-segmented";
-    case Verdict::missed:
+    case TruthVerdict::missed:
       return "missed";
-    case Verdict::not_judged:
+    case TruthVerdict::not_judged:
       break;
   }
   return "not judged";
@@ -96,11 +98,11 @@ std::string_view name_of(FoundVerdict verdict) {
 
 HooverResult hoover(const HooverRegions& regions, const std::vector<Overlap>& overlaps, double threshold) {
   HooverResult result;
-  result.truth.assign(regions.truth_judged.size(), Verdict::missed);
+  result.truth.assign(regions.truth_judged.size(), TruthVerdict::missed);
   result.match.resize(regions.truth_judged.size());
   result.found.assign(regions.found_judged.size(), FoundVerdict::noise);
   for (std::size_t i = 0; i < result.truth.size(); ++i) {
-    if (!regions.truth_judged[i]) result.truth[i] = Verdict::not_judged;
+    if (!regions.truth_judged[i]) result.truth[i] = TruthVerdict::not_judged;
   }
   match_correct(regions, overlaps, threshold, result);
   find_over_segmented(regions, overlaps, threshold, result);

@@ -9,8 +9,8 @@ namespace octosurf {
 
 /// What became of a true region, after Hoover et al., An experimental comparison of range image
 /// segmentation algorithms, PAMI 1996.
-enum class Verdict { correct, over_segmented, under_segmented, missed, not_judged };
-std::string_view name_of(Verdict verdict);
+enum class TruthVerdict { correct, over_segmented, under_segmented, missed, not_judged };
+std::string_view name_of(TruthVerdict verdict);
 
 /// What became of a detected region.
 enum class FoundVerdict {
@@ -38,7 +38,7 @@ struct HooverRegions {
 };
 
 struct HooverResult {
-  std::vector<Verdict> truth;                     ///< per true region
+  std::vector<TruthVerdict> truth;                ///< per true region
   std::vector<FoundVerdict> found;                ///< per detected region
   std::vector<std::optional<std::size_t>> match;  ///< per true region: index of the correct one
 };

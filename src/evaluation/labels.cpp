@@ -188,17 +188,17 @@ LabelEvaluation evaluate_labels(const LabelledCloud& cloud, std::span<const Eige
   for (std::size_t i = 0; i < counts.labels.size(); ++i) {
     const LabelScore& score = result.label_scores.emplace_back(score_label(counts, verdicts, i, snapshot));
     result.points += score.points;
-    result.correct += score.verdict == Verdict::correct;
-    result.over_segmented += score.verdict == Verdict::over_segmented;
-    result.under_segmented += score.verdict == Verdict::under_segmented;
-    result.missed += score.verdict == Verdict::missed;
-    if (score.verdict == Verdict::not_judged) continue;
+    result.correct += score.verdict == TruthVerdict::correct;
+    result.over_segmented += score.verdict == TruthVerdict::over_segmented;
+    result.under_segmented += score.verdict == TruthVerdict::under_segmented;
+    result.missed += score.verdict == TruthVerdict::missed;
+    if (score.verdict == TruthVerdict::not_judged) continue;
     ++result.labels;
     judged_points += score.points;
     categorized += counts.categorized[i];
     result.mean_iou += score.iou;
     if (cloud.kind == LabelledCloud::Kind::support) result.support_iou = score.iou;
-    if (score.verdict != Verdict::correct) continue;
+    if (score.verdict != TruthVerdict::correct) continue;
     normals.push_back(score.normal_rad);
     offsets.push_back(std::abs(score.offset_m));
   }

@@ -47,7 +47,7 @@ struct LabelOptions {
 
 struct LabelScore {
   std::uint32_t label = 0;
-  Verdict verdict = Verdict::missed;
+  TruthVerdict verdict = TruthVerdict::missed;
   std::size_t points = 0;
   double rms_m = 0;       ///< of the points' distances to their least-squares plane
   double covered = 0;     ///< share of the points that are in any surface

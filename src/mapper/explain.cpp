@@ -131,14 +131,14 @@ class Rerun {
   }
 
   /// The reason for one point, with its figures.
-  Verdict verdict(VoxelKey key) {
+  StatedReason reason(VoxelKey key) {
     if (const CylinderId cylinder = cylinders_.owner(key); cylinder != 0) return on_cylinder(cylinder);
     const Index i = work_.window.find(key);
     if (const SurfaceId born = taken_[key]; born != 0) {
       const auto dissolved = work_.changes.unsound.find(born);
-      return dissolved == work_.changes.unsound.end() ? Verdict{} : verdict_of(dissolved->second);
+      return dissolved == work_.changes.unsound.end() ? StatedReason{} : reason_for(dissolved->second);
     }
-    if (const auto found = refused_.find(i); found != refused_.end()) return verdict_of(found->second);
+    if (const auto found = refused_.find(i); found != refused_.end()) return reason_for(found->second);
     const LocalPlane& local = work_.normals.at(i);
     return local.known ? not_flat(local.curvature, work_.state.parameters.detection.max_curvature)
                        : no_normal();
@@ -148,7 +148,7 @@ class Rerun {
     std::map<Reason, std::size_t> counts;
     for (const VoxelKey key : pending_)
       if ((work_.window[work_.window.find(key)].position.cast<double>() - at).norm() <= radius)
-        ++counts[verdict(key).reason];
+        ++counts[reason(key).reason];
     return counts;
   }
 
@@ -175,16 +175,16 @@ class Rerun {
 void explain_pending(const MapState& state, const VoxelPoint& point, Explanation& result) {
   const std::unique_ptr<MapState> copy = copy_of(state);
   Rerun rerun(*copy, state.cylinders, point.key);
-  Verdict verdict = rerun.verdict(point.key);
-  if (verdict.reason == Reason::waiting) {
+  StatedReason stated = rerun.reason(point.key);
+  if (stated.reason == Reason::waiting) {
     const auto n = static_cast<double>(state.parameters.min_surface_points());
-    verdict = waiting(static_cast<double>(state.accumulated.size()), n);
+    stated = waiting(static_cast<double>(state.accumulated.size()), n);
   }
-  result.reason = verdict.reason;
-  result.sentence = verdict.sentence;
-  result.surface = verdict.surface;
-  result.cylinder = verdict.cylinder;
-  result.figures = std::move(verdict.figures);
+  result.reason = stated.reason;
+  result.sentence = stated.sentence;
+  result.surface = stated.surface;
+  result.cylinder = stated.cylinder;
+  result.figures = std::move(stated.figures);
   result.around = rerun.reasons_within(state.parameters.max_hole_size(), result.asked);
 }
 

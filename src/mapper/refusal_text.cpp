@@ -16,7 +16,7 @@ std::string text(const Parts&... parts) {
 }
 
 /// Fewer than n points do something; `what` they do.
-Verdict too_few(const Refused& refused, const std::string& what) {
+StatedReason too_few(const Refused& refused, const std::string& what) {
   return {Reason::too_few_points,
           text("No surface: only ", refused.measured, " points ", what, ", and a surface needs ",
                refused.limit, "."),
@@ -26,7 +26,7 @@ Verdict too_few(const Refused& refused, const std::string& what) {
 
 }  // namespace
 
-Verdict verdict_of(const Refused& refused) {
+StatedReason reason_for(const Refused& refused) {
   const double measured = refused.measured, limit = refused.limit;
   const SurfaceId surface = refused.surface;
   switch (refused.why) {
@@ -84,9 +84,9 @@ Verdict verdict_of(const Refused& refused) {
   return {};
 }
 
-Verdict verdict_of(const Unsound& dissolved) {
+StatedReason reason_for(const Unsound& dissolved) {
   const auto as = [&](Refusal why) {
-    return verdict_of(Refused{why, {}, dissolved.measured, dissolved.limit, dissolved.neighbour});
+    return reason_for(Refused{why, {}, dissolved.measured, dissolved.limit, dissolved.neighbour});
   };
   switch (dissolved.why) {
     case Unsound::Why::few:
@@ -101,11 +101,11 @@ Verdict verdict_of(const Unsound& dissolved) {
   return {};
 }
 
-Verdict on_cylinder(CylinderId cylinder) {
+StatedReason on_cylinder(CylinderId cylinder) {
   return {Reason::on_cylinder, text("No surface: this is on cylinder ", cylinder, "."), {}, 0, cylinder};
 }
 
-Verdict not_flat(double curvature, double limit) {
+StatedReason not_flat(double curvature, double limit) {
   return {Reason::not_flat,
           text("No surface: the surroundings of the point here are not flat (curvature ", curvature,
                ", at most ", limit, "): an edge, something round, or clutter."),
@@ -113,14 +113,14 @@ Verdict not_flat(double curvature, double limit) {
           0};
 }
 
-Verdict no_normal() {
+StatedReason no_normal() {
   return {Reason::no_normal,
           "No surface: the point here has too few neighbours for a normal, or all in a line.",
           {},
           0};
 }
 
-Verdict waiting(double accumulated, double n) {
+StatedReason waiting(double accumulated, double n) {
   return {Reason::waiting,
           text("Not yet a surface: detection would make one here, but only looks once enough new points have "
                "come (",

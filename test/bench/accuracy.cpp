@@ -175,7 +175,7 @@ void print_failures(const std::string& title, const Evaluation& evaluation) {
                    "normal °", "offset mm"});
   bool any = false;
   for (const FaceScore& face : evaluation.face_scores) {
-    if (face.verdict == Verdict::correct || face.verdict == Verdict::not_judged) continue;
+    if (face.verdict == TruthVerdict::correct || face.verdict == TruthVerdict::not_judged) continue;
     faces.add({face.name, std::string(name_of(face.verdict)), fixed(face.visible_m2, 3),
                fixed(face.covered, 2), fixed(face.multiplicity, 2), std::to_string(face.surface),
                fixed(face.by_surface, 2), fixed(face.of_surface, 2), fixed(face.normal_rad * deg, 2),

@@ -98,7 +98,7 @@ std::string correct_elsewhere(const std::vector<Segmentation>& segmentations, st
   std::string names;
   for (std::size_t k = 1; k < segmentations.size(); ++k)
     for (const LabelScore& score : segmentations[k].evaluation.label_scores)
-      if (score.label == label && score.verdict == Verdict::correct)
+      if (score.label == label && score.verdict == TruthVerdict::correct)
         names += (names.empty() ? "" : ", ") + segmentations[k].method;
   return names.empty() ? "none" : names;
 }
@@ -112,7 +112,7 @@ std::string failure_table(const VoxelCloud& cloud, const std::vector<Segmentatio
                    "readings apart mm", "rms mm", "held", "of holder", "normal °", "held by", "correct for"});
   bool any = false;
   for (const LabelScore& score : ours.evaluation.label_scores) {
-    if (score.verdict == Verdict::correct || score.verdict == Verdict::not_judged) continue;
+    if (score.verdict == TruthVerdict::correct || score.verdict == TruthVerdict::not_judged) continue;
     any = true;
     const Patch patch = describe(cloud, score.label);
     table.add({std::to_string(score.label), std::string(name_of(score.verdict)), std::to_string(score.points),

@@ -68,10 +68,10 @@ TEST(Labels, VerdictsFollowThePointSets) {
   squares.assign(3, 0, 400, 4);  // label 4: less than half
   squares.assign(4, 0, 900, 5);  // unlabelled: left out
   const LabelEvaluation scores = squares.scores();
-  EXPECT_EQ(scores.label_scores.at(0).verdict, Verdict::over_segmented);
-  EXPECT_EQ(scores.label_scores.at(1).verdict, Verdict::under_segmented);
-  EXPECT_EQ(scores.label_scores.at(2).verdict, Verdict::under_segmented);
-  EXPECT_EQ(scores.label_scores.at(3).verdict, Verdict::missed);
+  EXPECT_EQ(scores.label_scores.at(0).verdict, TruthVerdict::over_segmented);
+  EXPECT_EQ(scores.label_scores.at(1).verdict, TruthVerdict::under_segmented);
+  EXPECT_EQ(scores.label_scores.at(2).verdict, TruthVerdict::under_segmented);
+  EXPECT_EQ(scores.label_scores.at(3).verdict, TruthVerdict::missed);
   EXPECT_EQ(scores.noise, 1u);
   EXPECT_EQ(scores.surfaces, 4u);
   EXPECT_EQ(scores.points, 3600u);
