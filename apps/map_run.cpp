@@ -18,6 +18,7 @@ namespace octosurf {
 namespace {
 
 std::atomic<bool> interrupted{false};
+static_assert(std::atomic<bool>::is_always_lock_free);  // a signal handler may not wait for a lock
 
 /// While it lives, the first Ctrl-C or SIGTERM only sets `interrupted`; the second ends the program.
 class InterruptGuard {

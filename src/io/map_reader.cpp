@@ -233,7 +233,7 @@ class Reader {
       snapshot->surfaces.push_back(surface.publish(surface.revision));
     }
     snapshot->cylinders = state.cylinders.publish(state.revision);
-    state.snapshot = std::move(snapshot);
+    state.snapshot.store(std::move(snapshot));
   }
 
   const std::string& where_;

@@ -50,7 +50,7 @@ Map::~Map() = default;
 
 const Parameters& Map::parameters() const { return state_->parameters; }
 
-std::shared_ptr<const Snapshot> Map::snapshot() const { return std::atomic_load(&state_->snapshot); }
+std::shared_ptr<const Snapshot> Map::snapshot() const { return state_->snapshot.load(); }
 
 Map::Voxel Map::at(const Eigen::Vector3d& point) const {
   VoxelKey key;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "occupancy/occupancy_map.hpp"
+#include "surfaces/atomic_shared_ptr.hpp"
 #include "surfaces/cylinder_store.hpp"
 #include "surfaces/noise_model.hpp"
 #include "surfaces/surface_store.hpp"
@@ -33,7 +34,7 @@ struct MapState {
   std::size_t points = 0;             ///< voxels that hold one
   std::uint64_t scans = 0;
   std::uint64_t revision = 0;
-  std::shared_ptr<const Snapshot> snapshot;  ///< read and replaced atomically only
+  AtomicSharedPtr<const Snapshot> snapshot;  ///< what readers in other threads see
 };
 
 }  // namespace octosurf

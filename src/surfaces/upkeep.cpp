@@ -241,7 +241,7 @@ void merge(Workspace& work, SurfaceModel& into, SurfaceModel& from) {
 void derive(Workspace& work) {
   MapState& state = work.state;
   ++state.revision;
-  const std::shared_ptr<const Snapshot> before = std::atomic_load(&state.snapshot);
+  const std::shared_ptr<const Snapshot> before = state.snapshot.load();
   auto next = std::make_shared<Snapshot>(Snapshot{state.revision, before->resolution, {}});
   const std::set<SurfaceId> touched = work.changes.touched();
   for (auto& [id, surface] : state.surfaces) {
@@ -257,7 +257,7 @@ void derive(Workspace& work) {
     next->surfaces.push_back(surface.publish(state.revision));
   }
   next->cylinders = state.cylinders.publish(state.revision);
-  std::atomic_store(&state.snapshot, std::shared_ptr<const Snapshot>(std::move(next)));
+  state.snapshot.store(std::move(next));
 }
 
 }  // namespace octosurf

@@ -4,14 +4,12 @@
 #include "support/scene.hpp"
 #include "support/seed.hpp"
 
-#include <atomic>
 #include <functional>
 #include <gmock/gmock.h>
 #include <limits>
 #include <numeric>
 #include <random>
 #include <set>
-#include <thread>
 
 #include <octosurf/error.hpp>
 
@@ -179,41 +177,6 @@ TEST(MapperContract, AScanSeenTwiceChangesNoSurface) {
     EXPECT_EQ(after[i]->id, before[i]->id);
     EXPECT_NEAR(after[i]->area_m2, before[i]->area_m2, 0.03 * before[i]->area_m2 + 0.002);
   }
-}
-
-TEST(MapperContract, SnapshotsStandStillWhileTheMapGoesOn) {
-  const std::vector<Scan> scans = tour(9, 16);
-  Mapper mapper;
-  std::atomic<bool> done{false};
-  std::size_t looks = 0, wrong = 0;
-  std::thread reader([&] {
-    std::uint64_t last = 0;
-    while (!done) {
-      const auto snapshot = mapper.snapshot();
-      wrong += snapshot->revision < last;
-      last = snapshot->revision;
-      SurfaceId id = 0;
-      for (const SurfacePtr& s : snapshot->surfaces) {
-        double area = 0;
-        std::size_t vertices = 0;
-        for (const Polygon& polygon : s->polygons) {
-          area += test::bg::area(test::to_boost(polygon));
-          vertices += polygon.outer.size();
-          for (const Ring2& hole : polygon.holes) vertices += hole.size();
-        }
-        wrong += s->id <= id || s->revision > snapshot->revision || s->inliers == 0 ||
-                 vertices != s->boundary.size() || std::fabs(area - s->area_m2) > 1e-6 ||
-                 snapshot->find(s->id) != s.get();
-        id = s->id;
-      }
-      ++looks;
-    }
-  });
-  for (const Scan& scan : scans) mapper.insert(scan);
-  done = true;
-  reader.join();
-  EXPECT_GT(looks, 10U);
-  EXPECT_EQ(wrong, 0U);
 }
 
 TEST(MapperContract, ChangedSinceTellsWhatTheSnapshotsDifferIn) {

@@ -291,14 +291,14 @@ TEST(Derive, PublishesWhatChangedAndKeepsTheRest) {
     test::make_surface(work, floor.delta.appeared, ground, right);
     derive(work);
   }
-  const auto first = std::atomic_load(&floor.state.snapshot);
+  const auto first = floor.state.snapshot.load();
   ASSERT_EQ(first->surfaces.size(), 2U);
   EXPECT_EQ(first->revision, 1U);
   EXPECT_NEAR(first->surfaces[0]->area_m2, 0.5, 0.03);
   Workspace work(floor.state);
   work.take_back(work.window.find(floor.state.surfaces.find(2)->sorted_inliers().front().key));
   derive(work);
-  const auto second = std::atomic_load(&floor.state.snapshot);
+  const auto second = floor.state.snapshot.load();
   EXPECT_EQ(second->revision, 2U);
   EXPECT_EQ(second->surfaces[0], first->surfaces[0]) << "not copied";
   EXPECT_NE(second->surfaces[1], first->surfaces[1]);

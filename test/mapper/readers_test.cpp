@@ -1,0 +1,116 @@
+// Snapshots while the map goes on: what mapper.hpp promises to readers in other threads.
+#include "support/polygons.hpp"
+#include "support/scene.hpp"
+#include "support/seed.hpp"
+
+#include <atomic>
+#include <gtest/gtest.h>
+#include <random>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <octosurf/mapper.hpp>
+
+namespace octosurf {
+namespace {
+
+std::vector<Scan> turning_round(std::uint64_t seed, int count) {
+  test::Scene room;
+  room.box({-1.5, -1.2, 0.01}, {1.5, 1.2, 2.0}).box({0.3, -0.5, 0.01}, {0.8, 0.2, 0.4});
+  std::mt19937_64 rng(seed);
+  std::vector<Scan> scans;
+  for (int i = 0; i < count; ++i) {
+    const double a = 0.6 * i;
+    const Eigen::Vector3d eye(-0.6 + 0.02 * i, 0.3 * std::sin(a), 1.0);
+    const Eigen::Vector3d ahead(std::cos(a), std::sin(a), -0.45);
+    scans.push_back(test::camera_scan(room, test::look_at(eye, eye + ahead), rng));
+    scans.back().stamp_s = i / 30.0;
+  }
+  return scans;
+}
+
+/// What one thread finds wrong with the snapshots it gets. Says the first thing only.
+class Reader {
+ public:
+  void look(const Mapper& mapper) {
+    const std::shared_ptr<const Snapshot> snapshot = mapper.snapshot();
+    require(snapshot->revision >= last_revision_, "went back", 0);
+    last_revision_ = snapshot->revision;
+    SurfaceId last = 0;
+    for (const SurfacePtr& s : snapshot->surfaces) {
+      require(s->id > last, "out of order", s->id);
+      require(s->revision <= snapshot->revision, "is newer than its snapshot", s->id);
+      require(s->inliers > 0, "has no inliers", s->id);
+      require(s->boundary.size() == test::count_vertices(s->polygons),
+              "has another boundary than its polygons", s->id);
+      require(std::fabs(test::area(s->polygons) - s->area_m2) < 1e-6, "has another area than its polygons",
+              s->id);
+      require(snapshot->find(s->id) == s.get(), "is not found", s->id);
+      last = s->id;
+      // The slow check for each published surface once; keeping them also keeps their addresses from reuse.
+      if (kept_.insert(s).second)
+        require(test::invalid(s->polygons).empty(), "has an invalid polygon", s->id);
+    }
+    ++looks_;
+  }
+
+  const std::string& wrong() const { return wrong_; }
+  std::uint64_t last_revision() const { return last_revision_; }
+  std::size_t looks() const { return looks_; }
+
+ private:
+  void require(bool holds, const char* what, SurfaceId id) {
+    if (!holds && wrong_.empty()) wrong_ = "surface " + std::to_string(id) + " " + what;
+  }
+
+  std::set<SurfacePtr> kept_;
+  std::uint64_t last_revision_ = 0;
+  std::size_t looks_ = 0;
+  std::string wrong_;
+};
+
+TEST(Readers, FourAtFullSpeedSeeWholeSnapshotsOnly) {
+  const std::vector<Scan> scans = turning_round(test::seed(), 16);
+  Mapper mapper(Parameters{}, 2);
+  std::atomic<bool> done{false};
+  std::vector<Reader> readers(4);
+  std::vector<std::jthread> threads;
+  for (Reader& reader : readers)
+    threads.emplace_back([&] {
+      for (bool last = false; !last;) {
+        last = done;
+        reader.look(mapper);
+      }
+    });
+  for (const Scan& scan : scans) mapper.insert(scan);
+  done = true;
+  threads.clear();  // joins
+  for (const Reader& reader : readers) {
+    EXPECT_EQ(reader.wrong(), "");
+    EXPECT_EQ(reader.last_revision(), scans.size()) << "what was inserted is seen at once";
+    EXPECT_GT(reader.looks(), 0U);
+  }
+}
+
+TEST(Readers, ASnapshotThatIsKeptStandsStill) {
+  const std::vector<Scan> scans = turning_round(test::seed(), 8);
+  Mapper mapper;
+  for (int i = 0; i < 4; ++i) mapper.insert(scans[static_cast<std::size_t>(i)]);
+  const std::shared_ptr<const Snapshot> kept = mapper.snapshot();
+  ASSERT_FALSE(kept->surfaces.empty());
+  std::vector<Surface> copies;
+  for (const SurfacePtr& s : kept->surfaces) copies.push_back(*s);
+  for (int i = 4; i < 8; ++i) mapper.insert(scans[static_cast<std::size_t>(i)]);
+  ASSERT_GT(mapper.snapshot()->revision, kept->revision);
+  ASSERT_EQ(kept->surfaces.size(), copies.size());
+  for (std::size_t i = 0; i < copies.size(); ++i) {
+    EXPECT_EQ(kept->surfaces[i]->id, copies[i].id);
+    EXPECT_EQ(kept->surfaces[i]->revision, copies[i].revision);
+    EXPECT_EQ(kept->surfaces[i]->boundary, copies[i].boundary);
+  }
+}
+
+}  // namespace
+}  // namespace octosurf
