@@ -5,7 +5,10 @@ find_package(CGAL REQUIRED)                            # src/surfaces, src/plann
 find_package(Boost REQUIRED)                           # everywhere, headers: geometry, container, crc
 find_package(nlohmann_json REQUIRED)                   # src/io, src/evaluation, src/simulation: JSON
 find_package(Protobuf REQUIRED)                        # src/io: the .surfaces schema
-find_package(embree 3 REQUIRED)                        # src/simulation, src/io/picture: ray casting
+find_package(embree 4 QUIET)                           # src/simulation, src/io/picture: ray casting
+if(NOT embree_FOUND)
+  find_package(embree 3 REQUIRED)
+endif()
 find_package(assimp REQUIRED)                          # src/io: ply, glb, obj, stl
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(spng REQUIRED IMPORTED_TARGET spng)  # src/io, src/simulation: 16-bit PNG

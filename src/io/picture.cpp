@@ -1,3 +1,4 @@
+#include "embree.hpp"
 #include "io/camera.hpp"
 #include "io/export_formats.hpp"
 #include "io/new_file.hpp"
@@ -6,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <embree3/rtcore.h>
 #include <limits>
 #include <memory>
 #include <string>
@@ -95,9 +95,7 @@ class Rays {
     ray.ray.tfar = std::numeric_limits<float>::infinity();
     ray.ray.mask = ~0u;
     ray.hit.geomID = background;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcIntersect1(scene_.get(), &context, &ray);
+    intersect(scene_.get(), {&ray, 1});
     return {ray.hit.geomID, ray.ray.tfar};
   }
 

@@ -1,8 +1,9 @@
 #include "simulation/ray_caster.hpp"
 
+#include "embree.hpp"
+
 #include <algorithm>
 #include <array>
-#include <embree3/rtcore.h>
 
 #include <octosurf/error.hpp>
 
@@ -68,9 +69,6 @@ std::vector<Hit> RayCaster::cast(const Eigen::Vector3d& origin, std::span<const 
   constexpr std::size_t batch = 1024;  // rays at a time; stays in the second-level cache
   std::vector<Hit> hits(directions.size());
   std::vector<RTCRayHit> rays(std::min(batch, directions.size()));
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   const Eigen::Vector3f o = origin.cast<float>();
   for (std::size_t begin = 0; begin < directions.size(); begin += batch) {
     const std::size_t count = std::min(batch, directions.size() - begin);
@@ -80,7 +78,7 @@ std::vector<Hit> RayCaster::cast(const Eigen::Vector3d& origin, std::span<const 
       rays[i].hit.geomID = RTC_INVALID_GEOMETRY_ID;
       rays[i].hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     }
-    rtcIntersect1M(impl_->scene, &context, rays.data(), static_cast<unsigned>(count), sizeof(RTCRayHit));
+    intersect(impl_->scene, std::span(rays).first(count));
     for (std::size_t i = 0; i < count; ++i)
       if (rays[i].hit.geomID != RTC_INVALID_GEOMETRY_ID)
         hits[begin + i] = {rays[i].ray.tfar, impl_->facet_of_triangle[rays[i].hit.primID]};
