@@ -157,7 +157,7 @@ double heap_of(const Make& make) {
 }
 
 TEST(VoxelTree, TakesNoMoreHeapThanOctomapsTree) {
-#ifdef __SANITIZE_ADDRESS__
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "the sanitizer's malloc tells nothing";
 #endif
   std::mt19937_64 rng(5);
