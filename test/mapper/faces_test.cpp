@@ -18,7 +18,7 @@ using test::Scene;
 const Eigen::Vector3d x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
 
 bool over(const Surface& surface, const Eigen::Vector3d& p) {
-  return test::covered((surface.T_map_surface.inverse() * p).head<2>(), test::to_boost(surface.polygons));
+  return test::Region(surface.polygons).covers((surface.T_map_surface.inverse() * p).head<2>());
 }
 
 /// What a room looks like after cameras at `eyes` have looked at `targets`, 2 mm of noise.
@@ -128,8 +128,7 @@ TEST_P(Faces, AHoleInATableStays) {
     EXPECT_FALSE(over(*top, {0, 0, 0.701}));
     double open = 0;
     for (const Polygon& polygon : top->polygons)
-      for (const Ring2& hole : polygon.holes)
-        open += test::bg::area(test::to_boost(Polygon{{hole.rbegin(), hole.rend()}, {}}));
+      for (const Ring2& hole : polygon.holes) open += test::area(Polygon{{hole.rbegin(), hole.rend()}, {}});
     EXPECT_GE(open, 0.8 * 0.04);
     EXPECT_LE(open, 1.3 * 0.04);
     EXPECT_EQ(seen.face({-0.4, -0.2, 0.701}, z), top);

@@ -1,8 +1,5 @@
 #pragma once
 
-#include <algorithm>
-#include <gmock/gmock.h>
-#include <set>
 #include <vector>
 
 #include <octosurf/mapper.hpp>
@@ -14,59 +11,17 @@ class CheckedMapper {
  public:
   explicit CheckedMapper(const Parameters& parameters = {}) : mapper(parameters) {}
 
-  ScanReport insert(const Scan& scan) {
-    const auto before = mapper.snapshot();
-    const Map::Size size_before = mapper.map().size();
-    const ScanReport report = mapper.insert(scan);
-    const auto after = mapper.snapshot();
-    const Map::Size size = mapper.map().size();
-    EXPECT_THAT(check_invariants(mapper.map()), ::testing::IsEmpty());
-    EXPECT_EQ(report.points_raw, scan.points.size());
-    EXPECT_LE(report.categorized, report.appeared);
-    EXPECT_EQ(size.points, size_before.points + report.appeared - report.vanished);
-    EXPECT_EQ(size.points, size.pending + size.inliers);
-    EXPECT_EQ(size.scans, size_before.scans + 1);
-    EXPECT_GE(after->revision, before->revision);
-    expect_told(*before, *after, report);
-    return report;
-  }
+  ScanReport insert(const Scan& scan);
 
   std::vector<SurfacePtr> surfaces() const { return mapper.snapshot()->surfaces; }
 
   /// Surfaces near a plane: normals within 5°, `point` within 2 cm of the surface's plane.
-  std::vector<SurfacePtr> on_plane(const Eigen::Vector3d& normal, const Eigen::Vector3d& point) const {
-    std::vector<SurfacePtr> found;
-    for (const SurfacePtr& s : surfaces())
-      if (s->plane.normal.dot(normal) > 0.9962 && std::fabs(s->plane.signed_distance(point)) < 0.02)
-        found.push_back(s);
-    return found;
-  }
+  std::vector<SurfacePtr> on_plane(const Eigen::Vector3d& normal, const Eigen::Vector3d& point) const;
 
   Mapper mapper;
 
  private:
-  static void expect_told(const Snapshot& before, const Snapshot& after, const ScanReport& report) {
-    const auto tells = [](const std::vector<SurfaceId>& list, SurfaceId id) {
-      EXPECT_TRUE(std::is_sorted(list.begin(), list.end()));
-      return std::find(list.begin(), list.end(), id) != list.end();
-    };
-    for (const SurfacePtr& s : after.surfaces) {
-      const Surface* was = before.find(s->id);
-      EXPECT_EQ(was == nullptr, tells(report.born, s->id)) << "surface " << s->id;
-      if (was != nullptr && s->inliers > was->inliers) {
-        EXPECT_TRUE(tells(report.grown, s->id));
-      }
-      if (was != nullptr && s->inliers < was->inliers) {
-        EXPECT_TRUE(tells(report.shrunk, s->id));
-      }
-      if (was == s.get()) continue;
-      EXPECT_EQ(s->revision, after.revision) << "changed, but not by this scan";
-    }
-    for (const SurfacePtr& s : before.surfaces)
-      if (after.find(s->id) == nullptr) {
-        EXPECT_TRUE(tells(report.gone, s->id) || tells(report.merged, s->id)) << "surface " << s->id;
-      }
-  }
+  static void expect_told(const Snapshot& before, const Snapshot& after, const ScanReport& report);
 };
 
 }  // namespace octosurf::test

@@ -17,17 +17,7 @@ struct Rectangle {
   Eigen::Vector3d corner, edge_u, edge_v;
 
   /// Distance along a unit direction to the rectangle, if the ray meets it.
-  std::optional<double> meet(const Eigen::Vector3d& from, const Eigen::Vector3d& direction) const {
-    const Eigen::Vector3d n = edge_u.cross(edge_v);
-    const double facing = n.dot(direction);
-    if (std::fabs(facing) < 1e-12) return {};
-    const double range = n.dot(corner - from) / facing;
-    if (range <= 0) return {};
-    const Eigen::Vector3d at = from + range * direction - corner;
-    const double a = at.dot(edge_u) / edge_u.squaredNorm(), b = at.dot(edge_v) / edge_v.squaredNorm();
-    if (a < 0 || a > 1 || b < 0 || b > 1) return {};
-    return range;
-  }
+  std::optional<double> meet(const Eigen::Vector3d& from, const Eigen::Vector3d& direction) const;
 };
 
 /// Rectangles to cast rays at; whatever a ray misses is no reading.
@@ -35,36 +25,14 @@ struct Scene {
   std::vector<Rectangle> rectangles;
 
   Scene& rectangle(const Eigen::Vector3d& corner, const Eigen::Vector3d& edge_u,
-                   const Eigen::Vector3d& edge_v) {
-    rectangles.push_back({corner, edge_u, edge_v});
-    return *this;
-  }
+                   const Eigen::Vector3d& edge_v);
   /// An upright box, all six sides.
-  Scene& box(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
-    const Eigen::Vector3d e = high - low;
-    const Eigen::Vector3d x(e.x(), 0, 0), y(0, e.y(), 0), z(0, 0, e.z());
-    rectangle(low, x, y).rectangle(low, x, z).rectangle(low, y, z);
-    return rectangle(low + z, x, y).rectangle(low + y, x, z).rectangle(low + x, y, z);
-  }
-  std::optional<double> cast(const Eigen::Vector3d& from, const Eigen::Vector3d& direction) const {
-    std::optional<double> nearest;
-    for (const Rectangle& r : rectangles)
-      if (const auto range = r.meet(from, direction); range && (!nearest || *range < *nearest))
-        nearest = range;
-    return nearest;
-  }
+  Scene& box(const Eigen::Vector3d& low, const Eigen::Vector3d& high);
+  std::optional<double> cast(const Eigen::Vector3d& from, const Eigen::Vector3d& direction) const;
 };
 
 /// Camera pose at `eye` that looks at `target`: z forward, x right, y down.
-inline Eigen::Isometry3d look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& target) {
-  const Eigen::Vector3d z = (target - eye).normalized();
-  const Eigen::Vector3d up = std::fabs(z.z()) > 0.99 ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitZ();
-  const Eigen::Vector3d x = z.cross(up).normalized();
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.linear() << x, z.cross(x), z;
-  pose.translation() = eye;
-  return pose;
-}
+Eigen::Isometry3d look_at(const Eigen::Vector3d& eye, const Eigen::Vector3d& target);
 
 struct Camera {
   int width = 200, height = 150;
@@ -93,25 +61,13 @@ Scan camera_scan(const AnyScene& scene, const Eigen::Isometry3d& T_map_sensor, s
   return scan;
 }
 
+extern template Scan camera_scan(const Scene&, const Eigen::Isometry3d&, std::mt19937_64&, const Camera&);
+
 /// One sweep of a planar laser that turns about its own z, x forward.
-inline Scan laser_scan(const Scene& scene, const Eigen::Isometry3d& T_map_sensor, std::mt19937_64& rng,
-                       double half_angle = 1.0, double step = 0.004, double noise = 0.002) {
-  std::normal_distribution<double> gauss(0, noise);
-  Scan scan;
-  scan.sensor = SensorKind::lidar;
-  scan.T_map_sensor = T_map_sensor;
-  for (double a = -half_angle; a <= half_angle; a += step) {
-    const Eigen::Vector3d ray(std::cos(a), std::sin(a), 0);
-    if (const auto range = scene.cast(T_map_sensor.translation(), T_map_sensor.linear() * ray))
-      scan.points.push_back((ray * (*range + gauss(rng))).cast<float>());
-  }
-  return scan;
-}
+Scan laser_scan(const Scene& scene, const Eigen::Isometry3d& T_map_sensor, std::mt19937_64& rng,
+                double half_angle = 1.0, double step = 0.004, double noise = 0.002);
 
 /// The same scan, everything moved by T.
-inline Scan moved(Scan scan, const Eigen::Isometry3d& T) {
-  scan.T_map_sensor = T * scan.T_map_sensor;
-  return scan;
-}
+Scan moved(Scan scan, const Eigen::Isometry3d& T);
 
 }  // namespace octosurf::test

@@ -1,7 +1,6 @@
 #pragma once
 
 #include "support/polygons.hpp"
-#include "surfaces/alpha_shape.hpp"
 #include "surfaces/surface_model.hpp"
 
 #include <vector>
@@ -9,34 +8,9 @@
 namespace octosurf::test {
 
 /// The alpha shape of all inliers and of rim points, in the model's frame: what derive() must come to.
-inline std::vector<Polygon> slow_polygons(const SurfaceModel& model, double h,
-                                          const SurfaceModel::Overreach& overreach) {
-  std::vector<Eigen::Vector2d> points;
-  for (const Inlier& inlier : model.sorted_inliers()) {
-    points.push_back(model.outline_point(inlier.position));
-    if (const auto rim = model.rim_point(inlier, overreach[inlier.range_class]))
-      points.push_back(model.outline_point(*rim));
-  }
-  std::vector<Polygon> polygons = alpha_shape(points, model.outline_alpha(h));
-  const Eigen::Affine2d T = model.T_surface_outline();
-  for (Polygon& polygon : polygons) {
-    for (Eigen::Vector2d& p : polygon.outer) p = T * p;
-    for (Ring2& hole : polygon.holes)
-      for (Eigen::Vector2d& p : hole) p = T * p;
-  }
-  return polygons;
-}
-
+std::vector<Polygon> slow_polygons(const SurfaceModel& model, double h,
+                                   const SurfaceModel::Overreach& overreach);
 /// With the overreach of the model's last derive().
-inline std::vector<Polygon> slow_polygons(const SurfaceModel& model, double h) {
-  return slow_polygons(model, h, model.overreach());
-}
-
-/// In one polygons, not in the other, m².
-inline double difference(const std::vector<Polygon>& a, const std::vector<Polygon>& b) {
-  BgMultiPolygon only;
-  bg::sym_difference(to_boost(a), to_boost(b), only);
-  return bg::area(only);
-}
+std::vector<Polygon> slow_polygons(const SurfaceModel& model, double h);
 
 }  // namespace octosurf::test

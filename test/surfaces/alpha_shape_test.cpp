@@ -93,14 +93,14 @@ void expect_rules(const std::vector<Polygon>& polygons, double alpha) {
 void expect_alpha_shape(const Points& points, double alpha) {
   const std::vector<Polygon> polygons = alpha_shape(points, alpha);
   expect_rules(polygons, alpha);
-  const test::BgMultiPolygon shape = test::to_boost(polygons);
+  const test::Region shape(polygons);
   std::vector<Triangle> inside;
   double area = 0;
   for (const Triangle& t : delaunay_by_definition(points)) {
     const Eigen::Vector2d &a = points[t[0]], &b = points[t[1]], &c = points[t[2]];
     const bool in = kept(points, t, alpha);
     if (cross(b - a, c - a) > 1e-9) {
-      EXPECT_EQ(test::covered((a + b + c) / 3, shape), in);
+      EXPECT_EQ(shape.covers((a + b + c) / 3), in);
     }
     if (!in) continue;
     inside.push_back(t);

@@ -39,7 +39,7 @@ std::vector<Inlier> voxels_of_rectangle(const Eigen::Isometry3d& pose, const Eig
 /// How far a model's polygons end inside the rectangle, m, mean over its sides less their corners, where
 /// they are not met at all counting as 5 cm; negative: outside.
 double inset(const SurfaceModel& model, const Eigen::Isometry3d& pose, const Eigen::Vector2d& size) {
-  const test::BgMultiPolygon polygons = test::to_boost(model.polygons());
+  const test::Region region(model.polygons());
   const Eigen::Isometry3d T = model.pose().inverse() * pose;
   double sum = 0;
   int count = 0;
@@ -47,7 +47,7 @@ double inset(const SurfaceModel& model, const Eigen::Isometry3d& pose, const Eig
     double depth = -0.03;
     while (depth < 0.05) {
       const Eigen::Vector2d p = edge + depth * inward;
-      if (test::covered((T * Eigen::Vector3d(p.x(), p.y(), 0)).head<2>(), polygons)) break;
+      if (region.covers((T * Eigen::Vector3d(p.x(), p.y(), 0)).head<2>())) break;
       depth += 0.0005;
     }
     sum += depth;

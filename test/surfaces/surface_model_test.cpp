@@ -375,28 +375,20 @@ TEST(SurfaceModel, PublishesWhatTheHeaderPromises) {
     EXPECT_EQ(surface->inliers, model.size());
     EXPECT_EQ(test::invalid(surface->polygons), "");
     EXPECT_EQ(test::invalid(simplified(*surface)), "");
-    std::size_t vertices = 0;
-    double area = 0;
-    for (const Polygon& polygon : surface->polygons) {
-      vertices += polygon.outer.size();
-      for (const Ring2& hole : polygon.holes) vertices += hole.size();
-      area += test::bg::area(test::to_boost(polygon));
-    }
-    EXPECT_EQ(surface->boundary.size(), vertices);
-    EXPECT_NEAR(surface->area_m2, area, 1e-9);
+    EXPECT_EQ(surface->boundary.size(), test::count_vertices(surface->polygons));
+    EXPECT_NEAR(surface->area_m2, test::area(surface->polygons), 1e-9);
     for (const Eigen::Vector3d& p : surface->boundary)
       EXPECT_NEAR(surface->plane.signed_distance(p), 0, 1e-9);
     // An inlier outside is one at which no Delaunay triangle (no point in its circumcircle) has all
     // sides within h.
-    const test::BgMultiPolygon polygons = test::to_boost(surface->polygons);
+    const test::Region region(surface->polygons);
     std::vector<Eigen::Vector2d> all;
     model.for_each_inlier([&](const Inlier& inlier) {
       all.push_back(
           (surface->T_map_surface.inverse() * Eigen::Vector3d(inlier.position.cast<double>())).head<2>());
     });
     for (const Eigen::Vector2d& p : all) {
-      if (test::covered(p, polygons) || test::distance_to_rings(p, surface->polygons) < 4e-6)
-        continue;  // a quantum
+      if (region.covers(p) || test::distance_to_rings(p, surface->polygons) < 4e-6) continue;  // a quantum
       std::vector<Eigen::Vector2d> near;
       for (const Eigen::Vector2d& q : all)
         if (q != p && (q - p).norm() <= h) near.push_back(q);

@@ -1,0 +1,28 @@
+#include "support/map_state.hpp"
+
+namespace octosurf::test {
+
+OccupancyDelta occupy(MapState& state, const Scan& scan) {
+  Downsampler downsample(state.occupancy.grid());
+  const VoxelScan voxels = downsample(scan, 0, std::numeric_limits<double>::infinity());
+  OccupancyDelta delta = state.occupancy.insert(
+      voxels, downsample, state.parameters.occupancy.preserve_surfaces ? &state.surfaces : nullptr);
+  state.points += delta.appeared.size();
+  state.points -= delta.vanished.size();
+  return delta;
+}
+
+Scan rectangle_scan(const Eigen::Vector3d& eye, const Eigen::Vector3d& corner, const Eigen::Vector3d& edge_u,
+                    const Eigen::Vector3d& edge_v, double spacing) {
+  Scan scan;
+  scan.T_map_sensor.translation() = eye;
+  const auto steps = [&](const Eigen::Vector3d& e) { return static_cast<int>(e.norm() / spacing); };
+  for (int v = 0; v <= steps(edge_v); ++v)
+    for (int u = 0; u <= steps(edge_u); ++u)
+      scan.points.push_back(
+          (corner + u * spacing * edge_u.normalized() + v * spacing * edge_v.normalized() - eye)
+              .cast<float>());
+  return scan;
+}
+
+}  // namespace octosurf::test

@@ -1,0 +1,29 @@
+#include "support/slow_polygons.hpp"
+
+#include "surfaces/alpha_shape.hpp"
+
+namespace octosurf::test {
+
+std::vector<Polygon> slow_polygons(const SurfaceModel& model, double h,
+                                   const SurfaceModel::Overreach& overreach) {
+  std::vector<Eigen::Vector2d> points;
+  for (const Inlier& inlier : model.sorted_inliers()) {
+    points.push_back(model.outline_point(inlier.position));
+    if (const auto rim = model.rim_point(inlier, overreach[inlier.range_class]))
+      points.push_back(model.outline_point(*rim));
+  }
+  std::vector<Polygon> polygons = alpha_shape(points, model.outline_alpha(h));
+  const Eigen::Affine2d T = model.T_surface_outline();
+  for (Polygon& polygon : polygons) {
+    for (Eigen::Vector2d& p : polygon.outer) p = T * p;
+    for (Ring2& hole : polygon.holes)
+      for (Eigen::Vector2d& p : hole) p = T * p;
+  }
+  return polygons;
+}
+
+std::vector<Polygon> slow_polygons(const SurfaceModel& model, double h) {
+  return slow_polygons(model, h, model.overreach());
+}
+
+}  // namespace octosurf::test
