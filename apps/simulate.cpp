@@ -10,6 +10,8 @@
 #include <optional>
 #include <string>
 
+#include <octosurf/error.hpp>
+
 namespace octosurf {
 namespace {
 
@@ -20,12 +22,19 @@ Examples:
   octosurf simulate office -o sim/office
   octosurf simulate stairs -o sim/strips --sensor tilting --seed 7
   octosurf simulate corridor -o sim/long --length 60 --laps 2 --drift-m 0.1
+  octosurf simulate --mesh stairs.stl -o sim/terrain
+  octosurf simulate --mesh rubble.obj --up y --scale 0.001 -o sim/rubble --frames 300
   octosurf map sim/office -o maps/office && octosurf evaluate maps/office --truth sim/office/truth.json
 
 Scenes:
   room      table and box in a room          stones    tilted blocks, some of them close together
   office    stair, tables, clutter, a ball   corridor  rooms at its sides, as long as you like
   stairs    six steps and a landing          change    a box goes, one is moved, one comes midway
+
+With --mesh the scene is a terrain of yours, in its own size: its truth are the coplanar pieces of the
+mesh that can be seen from outside, its path lanes over it, there and back, at the height of a walking
+robot's camera that looks 30 to 40° down. How triangles are wound does not matter; solids may stand in
+each other; a solid with an open side is seen from inside, too.
 
 A depth camera's recording is a 7-Scenes folder, a laser's is PCD files with poses; truth.json and
 labels (frame-*.label.png, the PCDs' field `label`) stand beside the scans.
@@ -38,8 +47,29 @@ struct Arguments {
   std::string dir;
 };
 
+void require_one_scene(const SimulationOptions& options) {
+  const bool mesh = !options.mesh.empty();
+  if (mesh && !options.scene.empty())
+    throw Error(Error::Kind::usage, "simulate", "a scene and --mesh are given", "give one of them");
+  if (!mesh && options.scene.empty())
+    throw Error(Error::Kind::usage, "simulate", "neither a scene nor --mesh is given",
+                "name room, office, stairs, stones, corridor or change, or a file with --mesh");
+  if (!mesh && (!options.mesh_up.empty() || options.mesh_scale != 1))
+    throw Error(Error::Kind::usage, "simulate", "--up and --scale say how to read a mesh, and none is given",
+                "leave them out, or name a file with --mesh");
+}
+
+void print_mesh(const MeshSummary& mesh) {
+  std::printf("%-16s %zu", "triangles", mesh.triangles);
+  if (mesh.dropped > 0) std::printf(", %zu more of no width left out", mesh.dropped);
+  if (mesh.open_edges > 0)
+    std::printf(", %zu edges with a triangle on one side only: solids may be open there", mesh.open_edges);
+  std::printf("\n");
+}
+
 void run(const Arguments& arguments) {
   SimulationOptions options = arguments.options;
+  require_one_scene(options);
   if (arguments.frames > 0) options.frames = arguments.frames;
   options.drift_rad = arguments.drift_deg * std::numbers::pi / 180;
   std::optional<Progress> progress;
@@ -48,6 +78,7 @@ void run(const Arguments& arguments) {
         if (!progress) progress.emplace(total);
         progress->show(done);
       });
+  if (summary.mesh) print_mesh(*summary.mesh);
   std::printf("%-16s %zu over %.1f s\n", "scans", summary.scans, summary.duration_s);
   std::printf("%-16s %zu\n", "points", summary.points);
   std::printf("%-16s %zu, %zu of them with 0.05 m² and more seen", "planar faces", summary.faces,
@@ -62,7 +93,12 @@ void add_simulate(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("simulate", description);
   const auto arguments = std::make_shared<Arguments>();
   SimulationOptions& options = arguments->options;
-  verb->add_option("scene", options.scene, "room, office, stairs, stones, corridor or change")->required();
+  options.scene.clear();
+  verb->add_option("scene", options.scene, "room, office, stairs, stones, corridor or change");
+  verb->add_option("--mesh", options.mesh, "STL, OBJ, PLY or DAE: the scene is this terrain");
+  verb->add_option("--up", options.mesh_up,
+                   "axis of the mesh that is up: x, y, z, -x, -y, -z (default: z, or what a DAE says)");
+  verb->add_option("--scale", options.mesh_scale, "m per unit of the mesh")->capture_default_str();
   verb->add_option("-o,--output", arguments->dir, "folder to write")->required();
   verb->add_option("--sensor", options.sensor,
                    "depth (640×480 camera), tilting (2-D laser), spinning (3-D lidar)")

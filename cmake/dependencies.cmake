@@ -1,7 +1,7 @@
 # Debian/Ubuntu packages only; each with what it is used for and where.
 find_package(Eigen3 REQUIRED NO_MODULE)                # everywhere: vectors and poses
 find_package(Threads REQUIRED)                         # src/mapper, apps
-find_package(CGAL REQUIRED)                            # src/surfaces, src/planning: triangulation (GPL parts)
+find_package(CGAL REQUIRED)                            # src/surfaces, src/planning: triangulation; src/simulation: arrangements (GPL parts)
 find_package(Boost REQUIRED)                           # everywhere, headers: geometry, container, crc
 find_package(nlohmann_json REQUIRED)                   # src/io, src/evaluation, src/simulation: JSON
 find_package(Protobuf REQUIRED)                        # src/io: the .surfaces schema
@@ -9,7 +9,7 @@ find_package(embree 4 QUIET)                           # src/simulation, src/io/
 if(NOT embree_FOUND)
   find_package(embree 3 REQUIRED)
 endif()
-find_package(assimp REQUIRED)                          # src/io: ply, glb, obj, stl
+find_package(assimp REQUIRED)                          # src/io: ply, glb, obj, stl; src/simulation: terrain meshes
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(spng REQUIRED IMPORTED_TARGET spng)  # src/io, src/simulation: 16-bit PNG
 pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd)  # src/io: the stream inside .surfaces

@@ -114,7 +114,6 @@ bool contains(const Polygon& polygon, const Eigen::Vector2d& p) {
 Faces::Faces(const Scene& scene, const Similarity& T_map_scene) {
   const auto groups = group_facets(scene, group_of_facet_);
   const auto boxes = solid_bounds(scene);
-  std::map<std::string, int> names;
   for (const auto& group : groups) {
     const bool gone = !scene.objects[group.object].stands[1];
     const Eigen::AlignedBox3d reach = bounds(group.facets);
@@ -122,34 +121,53 @@ Faces::Faces(const Scene& scene, const Similarity& T_map_scene) {
     for (std::size_t s = 0; s < scene.solids.size(); ++s)
       if (scene.objects[scene.solids[s].object].stands[gone ? 0 : 1] && boxes[s].intersects(reach))
         covers.push_back(&scene.solids[s]);
-    TrueFace face;
-    face.T_map_face.linear() = T_map_scene.R * group.T_scene_face.linear();
-    face.T_map_face.translation() = T_map_scene * group.T_scene_face.translation();
-    face.plane.normal = face.T_map_face.linear().col(2);
-    face.plane.offset = face.plane.normal.dot(face.T_map_face.translation());
-    face.gone = gone;
-    groups_.push_back({faces_.size(), 0});
-    for (auto& polygon : open_area(group, covers)) {
-      scale(polygon, T_map_scene.scale);
-      face.id = static_cast<std::uint32_t>(faces_.size() + 1);
-      const int same_name = ++names[group.name];
-      face.name = group.name;
-      if (same_name > 1) face.name.append("#").append(std::to_string(same_name));
-      face.polygons = {std::move(polygon)};
-      Eigen::AlignedBox2d box;
-      for (const auto& p : face.polygons[0].outer) box.extend(p);
-      faces_.push_back(face);
-      bounds_.push_back(box);
-      ++groups_.back().count;
-    }
+    add_group({group.name, group.T_scene_face, open_area(group, covers)}, gone, T_map_scene);
   }
-  if (faces_.size() > std::numeric_limits<std::uint16_t>::max())
-    throw Error(Error::Kind::usage, "scene", "has more faces than 16-bit labels can name",
-                "choose a shorter corridor");
+  check_count("choose a shorter corridor");
 }
 
-std::uint16_t Faces::label(std::size_t facet, const Eigen::Vector3d& point) const {
-  const std::size_t g = group_of_facet_[facet];
+Faces::Faces(const MeshFaces& mesh, const Similarity& T_map_scene) {
+  for (const auto& plane : mesh.planes) add_group(plane, false, T_map_scene);
+  static_assert(MeshFaces::none == no_group);
+  for (const auto& [front, back] : mesh.plane_of_side) {
+    group_of_facet_.push_back(front);
+    group_of_back_.push_back(back);
+  }
+  for (const auto& normal : mesh.normals) normals_.emplace_back(T_map_scene.R * normal);
+  check_count("simplify the mesh, or cut a part out of it");
+}
+
+void Faces::add_group(const OpenPlane& plane, bool gone, const Similarity& T_map_scene) {
+  TrueFace face;
+  face.T_map_face.linear() = T_map_scene.R * plane.T_scene_face.linear();
+  face.T_map_face.translation() = T_map_scene * plane.T_scene_face.translation();
+  face.plane.normal = face.T_map_face.linear().col(2);
+  face.plane.offset = face.plane.normal.dot(face.T_map_face.translation());
+  face.gone = gone;
+  groups_.push_back({faces_.size(), plane.polygons.size()});
+  for (Polygon polygon : plane.polygons) {
+    scale(polygon, T_map_scene.scale);
+    face.id = static_cast<std::uint32_t>(faces_.size() + 1);
+    const int same_name = ++names_[plane.name];
+    face.name = plane.name;
+    if (same_name > 1) face.name.append("#").append(std::to_string(same_name));
+    Eigen::AlignedBox2d box;
+    for (const auto& p : polygon.outer) box.extend(p);
+    face.polygons = {std::move(polygon)};
+    faces_.push_back(face);
+    bounds_.push_back(box);
+  }
+}
+
+void Faces::check_count(const std::string& mend) const {
+  if (faces_.size() > std::numeric_limits<std::uint16_t>::max())
+    throw Error(Error::Kind::usage, "scene", "has more faces than 16-bit labels can name", mend);
+}
+
+std::uint16_t Faces::label(std::size_t facet, const Eigen::Vector3d& point,
+                           const Eigen::Vector3d& direction) const {
+  const bool back = !group_of_back_.empty() && normals_[facet].dot(direction) > 0;
+  const std::size_t g = back ? group_of_back_[facet] : group_of_facet_[facet];
   if (g == no_group || groups_[g].count == 0) return 0;
   const auto [first, count] = groups_[g];
   const auto id = [](std::size_t index) { return static_cast<std::uint16_t>(index + 1); };

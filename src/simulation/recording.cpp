@@ -1,6 +1,8 @@
 #include "simulation/recording.hpp"
 
 #include "simulation/faces.hpp"
+#include "simulation/mesh_walk.hpp"
+#include "simulation/outside.hpp"
 #include "simulation/ray_caster.hpp"
 #include "simulation/sensor.hpp"
 #include "simulation/trajectory.hpp"
@@ -10,6 +12,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include <octosurf/error.hpp>
 
@@ -21,6 +24,8 @@ namespace {
 
 /// Streams of random numbers drawn from one seed; scan i's noise is stream first_noise + i.
 enum Stream : std::uint64_t { dimensions = 1, placement = 2, drift = 3, first_noise = 1000 };
+
+constexpr double walking_step = 0.05;  ///< m between scans over a mesh
 
 /// Turns, shifts and scales the world, so that no plane of it is aligned with the octree.
 Similarity place_world(Random random) {
@@ -37,17 +42,42 @@ Similarity place_world(Random random) {
 }
 
 /// Scans of the depth camera that show the scene well in one lap.
-double default_depth_frames(const SimulationOptions& options) {
+double default_depth_frames(const SimulationOptions& options, const Scene& scene) {
+  if (!options.mesh.empty()) return way_m(scene.path) / walking_step;
   if (options.scene == "corridor") return 12 * options.length;
   return options.scene == "change" ? 120 : 80;
 }
 
-std::size_t frame_count(const SimulationOptions& options, const SensorModel& sensor) {
+std::size_t frame_count(const SimulationOptions& options, const SensorModel& sensor, const Scene& scene) {
   if (options.frames) return *options.frames;
   // The corridor is walked at a pace that a lidar, which sees all around, can do with fewer scans.
   const double factor =
       options.scene == "corridor" ? std::min(sensor.frame_factor, 3.0) : sensor.frame_factor;
-  return static_cast<std::size_t>(std::ceil(default_depth_frames(options) * factor * options.laps));
+  return static_cast<std::size_t>(std::ceil(default_depth_frames(options, scene) * factor * options.laps));
+}
+
+/// A scene and its true faces.
+struct Place {
+  Scene scene;
+  Similarity T_map_scene;
+  Faces faces;
+  std::optional<MeshSummary> mesh;
+};
+
+Place make_place(const SimulationOptions& options) {
+  Similarity T = place_world(Random(options.seed, Stream::placement));
+  const Random dimensions(options.seed, Stream::dimensions);
+  if (options.mesh.empty()) {
+    Scene scene = make_scene(options.scene, dimensions, options.length);
+    Faces faces(scene, T);
+    return {std::move(scene), T, std::move(faces), std::nullopt};
+  }
+  T.scale = 1;  // a file's steps are as high as it says
+  const TriangleMesh mesh = read_mesh(options.mesh, {options.mesh_up, options.mesh_scale});
+  Scene scene = scene_of(mesh, options.mesh.stem().string());
+  scene.path = walk_over(mesh, dimensions);
+  return {std::move(scene), T, Faces(find_mesh_faces(mesh), T),
+          MeshSummary{mesh.triangles.size(), mesh.dropped, mesh.open_edges}};
 }
 
 }  // namespace
@@ -56,10 +86,8 @@ struct Recording::Impl {
   explicit Impl(const SimulationOptions& o)
       : options((o.validate(), o)),
         sensor(make_sensor(o.sensor)),
-        scene(make_scene(o.scene, Random(o.seed, Stream::dimensions), o.length)),
-        T_map_scene(place_world(Random(o.seed, Stream::placement))),
-        faces(scene, T_map_scene) {
-    path = walk_path(scene.path, frame_count(options, sensor), options.laps);
+        place(make_place(o)) {
+    path = walk_path(scene.path, frame_count(options, sensor, scene), options.laps);
     casters.emplace_back(scene, T_map_scene, 0);
     if (scene.changes()) casters.emplace_back(scene, T_map_scene, 1);
     Random random(options.seed, Stream::drift);
@@ -83,9 +111,10 @@ struct Recording::Impl {
 
   SimulationOptions options;
   SensorModel sensor;
-  Scene scene;
-  Similarity T_map_scene;
-  Faces faces;
+  Place place;
+  const Scene& scene = place.scene;
+  const Similarity& T_map_scene = place.T_map_scene;
+  const Faces& faces = place.faces;
   std::vector<RayCaster> casters;
   std::vector<HeadPose> path;
   Eigen::Vector3d drift_toward;
@@ -97,6 +126,7 @@ Recording::~Recording() = default;
 
 std::size_t Recording::size() const { return impl_->path.size(); }
 const std::vector<Eigen::Vector3f>& Recording::rays() const { return impl_->sensor.rays; }
+std::optional<MeshSummary> Recording::mesh() const { return impl_->place.mesh; }
 const std::vector<TrueFace>& Recording::faces() const& { return impl_->faces.all(); }
 
 double Recording::stamp_s(std::size_t i) const { return static_cast<double>(i) / impl_->sensor.scans_per_s; }
@@ -130,8 +160,9 @@ Readings Recording::ideal(std::size_t i) const {
   for (std::size_t k = 0; k < hits.size(); ++k) {
     if (hits[k].t < sensor.min_t) continue;
     readings.t[k] = hits[k].t;
+    const Eigen::Vector3d direction = directions[k].cast<double>();
     readings.labels[k] = impl_->faces.label(
-        hits[k].facet, T.translation() + static_cast<double>(hits[k].t) * directions[k].cast<double>());
+        hits[k].facet, T.translation() + static_cast<double>(hits[k].t) * direction, direction);
   }
   return readings;
 }
@@ -158,7 +189,7 @@ LabelledScan Recording::labelled_scan(std::size_t i, const Readings& ideal) cons
   labelled.scan.T_map_sensor = T_map_sensor(i);
   labelled.scan.stamp_s = stamp_s(i);
   labelled.scan.sensor = impl_->sensor.kind;
-  labelled.scan.name = impl_->options.scene + " " + std::to_string(i);
+  labelled.scan.name = impl_->scene.name + " " + std::to_string(i);
   for (std::size_t k = 0; k < readings.t.size(); ++k) {
     if (readings.t[k] == 0) continue;
     labelled.scan.points.emplace_back(readings.t[k] * impl_->sensor.rays[k]);
@@ -192,7 +223,7 @@ void Recording::Visibility::add(std::size_t i, const Readings& ideal) {
 Truth Recording::Visibility::truth() const {
   const auto& recording = *impl_->recording.impl_;
   Truth truth;
-  truth.scene = recording.options.scene;
+  truth.scene = recording.scene.name;
   truth.sensor = recording.options.sensor;
   truth.seed = recording.options.seed;
   truth.cell = recording.sensor.cell;

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <octosurf/scan.hpp>
@@ -30,12 +31,13 @@ struct LabelledScan {
 /// Const functions may be called from several threads.
 class Recording {
  public:
-  /// Builds the scene; throws Error(usage) if options.validate() does.
+  /// Builds the scene; throws Error(usage) if options.validate() does, Error(data) for an unusable mesh.
   explicit Recording(const SimulationOptions& options);
   Recording(Recording&&) noexcept;
   ~Recording();
 
   std::size_t size() const;  ///< scans
+  std::optional<MeshSummary> mesh() const;  ///< empty for scenes that are no mesh
 
   /// One ray per reading, sensor's frame. Depth camera: row by row, 640 × 480, z = 1 (so t is the
   /// depth); lidars: of length 1.

@@ -19,7 +19,7 @@ struct Facet {
   bool curved = false;  ///< approximates a curved thing: no true face, label 0
 };
 
-/// A convex polyhedron; concave things are several solids of one object.
+/// A convex polyhedron (concave things are several solids of one object), or all triangles of a mesh.
 struct Solid {
   std::size_t object = 0;
   std::vector<Facet> facets;

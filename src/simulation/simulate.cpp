@@ -1,6 +1,7 @@
 #include "simulation/simulate.hpp"
 
 #include "simulation/files.hpp"
+#include "simulation/mesh.hpp"
 #include "simulation/recording.hpp"
 #include "simulation/scene.hpp"
 #include "simulation/sensor.hpp"
@@ -105,6 +106,7 @@ SimulationSummary summarize(const Recording& recording, const Truth& truth, std:
       ++summary.visible_faces;
       if (face.gone) ++summary.gone_faces;
     }
+  summary.mesh = recording.mesh();
   summary.duration_s = recording.stamp_s(recording.size() - 1);
   return summary;
 }
@@ -112,7 +114,8 @@ SimulationSummary summarize(const Recording& recording, const Truth& truth, std:
 }  // namespace
 
 void SimulationOptions::validate() const {
-  require_known("scene", scene, scene_names());
+  if (mesh.empty()) require_known("scene", scene, scene_names());
+  MeshOptions{mesh_up, mesh_scale}.validate();
   require_known("sensor", sensor, sensor_names());
   if (frames) require_range("frames", static_cast<double>(*frames), 1, max_frames);
   require_range("noise-scale", noise_scale, 0, 100);

@@ -11,7 +11,10 @@ namespace octosurf {
 
 /// What to record. Equal options give equal bytes.
 struct SimulationOptions {
-  std::string scene = "room";         ///< room, office, stairs, stones, corridor, change
+  std::string scene = "room";         ///< room, office, stairs, stones, corridor, change; unused with `mesh`
+  std::filesystem::path mesh;         ///< STL, OBJ, PLY or DAE: the scene is this terrain, in its own size
+  std::string mesh_up;                ///< its axis that is up: x, y, z, -x, -y, -z; empty: z, or what a DAE says
+  double mesh_scale = 1;              ///< m per unit of the file
   std::string sensor = "depth";       ///< depth, tilting, spinning
   std::uint64_t seed = 1;             ///< dimensions, noise, and how the world is turned, shifted, scaled
   std::optional<std::size_t> frames;  ///< empty: as many as show the scene well
@@ -26,6 +29,13 @@ struct SimulationOptions {
   void validate() const;
 };
 
+/// What was found in the file of a mesh.
+struct MeshSummary {
+  std::size_t triangles = 0;
+  std::size_t dropped = 0;     ///< of no width
+  std::size_t open_edges = 0;  ///< of one triangle only: solids may be open there
+};
+
 /// What simulate() wrote.
 struct SimulationSummary {
   std::size_t scans = 0;
@@ -34,6 +44,7 @@ struct SimulationSummary {
   std::size_t visible_faces = 0;  ///< of them, with at least 0.05 m² seen
   std::size_t gone_faces = 0;     ///< of the visible, gone before the end
   double duration_s = 0;          ///< last scan's time stamp
+  std::optional<MeshSummary> mesh;
 };
 
 /// Records a scene into the folder `dir`:
@@ -43,7 +54,8 @@ struct SimulationSummary {
 /// - tilting, spinning: scan-NNNNNN.pcd (binary; x y z label, sensor's frame; VIEWPOINT is the pose)
 ///   and poses.txt (stamp tx ty tz qx qy qz qw);
 /// - truth.json (evaluation/truth.hpp), in the map frame of the undrifted poses.
-/// Calls `progress` after each scan. Throws Error(usage) for nonsense options or if the folder is
+/// Calls `progress` after each scan. Throws Error(data) for a mesh that cannot be used (mesh.hpp),
+/// Error(usage) for nonsense options or if the folder is
 /// not empty and `force` is off, Error(output) if something cannot be written.
 SimulationSummary simulate(const SimulationOptions& options, const std::filesystem::path& dir,
                            const std::function<void(std::size_t done, std::size_t total)>& progress = {});

@@ -15,9 +15,13 @@ HeadPose head_pose(const View& view) {
   return {view.eye, std::atan2(look.y(), look.x()), std::atan2(look.z(), look.head<2>().norm())};
 }
 
-}  // namespace
+/// Head poses at the keys of all laps, yaw without jumps, and how long the way to each is.
+struct Way {
+  std::vector<HeadPose> poses;
+  std::vector<double> lengths;
+};
 
-std::vector<HeadPose> walk_path(const std::vector<View>& keys, std::size_t frames, int laps) {
+Way way_along(const std::vector<View>& keys, int laps) {
   std::vector<HeadPose> poses;
   std::vector<double> way;
   for (int lap = 0; lap < laps; ++lap)
@@ -34,7 +38,15 @@ std::vector<HeadPose> walk_path(const std::vector<View>& keys, std::size_t frame
       }
       poses.push_back(next);
     }
+  return {std::move(poses), std::move(way)};
+}
 
+}  // namespace
+
+double way_m(const std::vector<View>& keys) { return way_along(keys, 1).lengths.back(); }
+
+std::vector<HeadPose> walk_path(const std::vector<View>& keys, std::size_t frames, int laps) {
+  const auto [poses, way] = way_along(keys, laps);
   std::vector<HeadPose> walked;
   for (std::size_t i = 0; i < frames; ++i) {
     const double s = frames > 1 ? way.back() * static_cast<double>(i) / static_cast<double>(frames - 1) : 0.0;

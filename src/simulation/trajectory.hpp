@@ -11,4 +11,7 @@ namespace octosurf::simulation {
 /// yaw and pitch change evenly; a stretch takes the longer the further it leads and turns.
 std::vector<HeadPose> walk_path(const std::vector<View>& keys, std::size_t frames, int laps);
 
+/// How long one lap is, turning included, m.
+double way_m(const std::vector<View>& keys);
+
 }  // namespace octosurf::simulation

@@ -33,6 +33,7 @@ struct Options {
   std::vector<std::string> only, set;
   bool offline = false, verbose = false;
   std::string json;
+  bool terrain = false;
 };
 
 constexpr double deg = 180 / std::numbers::pi;
@@ -41,6 +42,11 @@ constexpr double deg = 180 / std::numbers::pi;
 int laps_of(const Options& options) {
   return options.laps.value_or(options.drift_m > 0 || options.drift_deg > 0 ? 2 : 1);
 }
+
+/// A scene's name, or the file of a mesh: what has an ending.
+bool is_mesh(const std::string& scene) { return std::filesystem::path(scene).has_extension(); }
+
+std::string name_of_scene(const std::string& scene) { return std::filesystem::path(scene).stem().string(); }
 
 /// One way to get surfaces from scans.
 struct Method {
@@ -252,7 +258,7 @@ Scores score_all(const Options& options, const std::vector<Method>& methods) {
   for (std::size_t s = 0; s < options.scenes.size(); ++s)
     for (const std::uint64_t seed : options.seeds) {
       SimulationOptions simulation;
-      simulation.scene = options.scenes[s];
+      (is_mesh(options.scenes[s]) ? simulation.mesh : simulation.scene) = options.scenes[s];
       simulation.sensor = options.sensor;
       simulation.seed = seed;
       simulation.frames = options.frames;
@@ -265,7 +271,7 @@ Scores score_all(const Options& options, const std::vector<Method>& methods) {
         const Run run = run_method(methods[m], simulated.scans, options);
         const Evaluation evaluation = evaluate(run.snapshot, simulated.truth);
         scores[m][s].add(evaluation, run.scans, run.ms);
-        const std::string title = options.scenes[s] + " " + std::to_string(seed) + " " + methods[m].name;
+        const std::string title = name_of_scene(options.scenes[s]) + " " + std::to_string(seed) + " " + methods[m].name;
         std::fprintf(stderr, "%s: %zu/%zu correct, %.1f ms per scan\n", title.c_str(), evaluation.correct,
                      evaluation.faces, run.ms / static_cast<double>(run.scans));
         if (options.verbose) print_failures(title, evaluation);
@@ -274,7 +280,34 @@ Scores score_all(const Options& options, const std::vector<Method>& methods) {
   return scores;
 }
 
-void body(const Options& options) {
+/// The scenes and methods that --terrain stands for, unless named otherwise; false if the meshes are missing.
+bool take_terrains(Options& options) {
+  const std::filesystem::path folder = std::filesystem::path(OCTOSURF_DATA_DIR) / "terrain_meshes";
+  options.scenes.clear();
+  if (std::filesystem::is_directory(folder))
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+      if (entry.path().extension() == ".stl") options.scenes.push_back(entry.path().string());
+  std::sort(options.scenes.begin(), options.scenes.end());
+  if (options.scenes.empty())
+    std::printf("terrain meshes: skipped, %s has none\n", folder.string().c_str());
+  return !options.scenes.empty();
+}
+
+void print_markdown(const std::vector<Method>& methods, const Options& options, const Scores& scores) {
+  std::printf("\n| terrain | method | correct | over/under/missed | noise | coverage % | unsafe % | normal ° |"
+              " offset mm |\n|---|---|---:|---:|---:|---:|---:|---:|---:|\n");
+  for (std::size_t s = 0; s < options.scenes.size(); ++s)
+    for (std::size_t m = 0; m < methods.size(); ++m) {
+      const Score& score = scores[m][s];
+      std::printf("| %s | %s | %zu/%zu | %zu/%zu/%zu | %zu | %.1f | %.2f | %.2f | %.2f |\n",
+                  name_of_scene(options.scenes[s]).c_str(), methods[m].name.c_str(), score.correct, score.faces,
+                  score.over, score.under, score.missed, score.noise, score.coverage() * 100,
+                  score.unsafe_share() * 100, score.normal_mean_deg(), score.offset_mean_mm());
+    }
+}
+
+void body(Options options) {
+  if (options.terrain && !take_terrains(options)) return;
   const std::vector<Method> methods = methods_of(options);
   const Scores scores = score_all(options, methods);
 
@@ -283,8 +316,9 @@ void body(const Options& options) {
   nlohmann::json rows = nlohmann::json::array();
   for (std::size_t s = 0; s < options.scenes.size(); ++s) {
     for (std::size_t m = 0; m < methods.size(); ++m) {
-      table.add(row_of(options.scenes[s] + ", " + methods[m].name, scores[m][s]));
-      rows.push_back(json_of(methods[m].name, options.scenes[s], scores[m][s], options));
+      const std::string scene = name_of_scene(options.scenes[s]);
+      table.add(row_of(scene + ", " + methods[m].name, scores[m][s]));
+      rows.push_back(json_of(methods[m].name, scene, scores[m][s], options));
     }
     table.rule();
   }
@@ -299,6 +333,7 @@ void body(const Options& options) {
       "the worst single recording.\n%s",
       options.sensor.c_str(), options.resolution, options.noise_scale, options.seeds.size(),
       EvaluationOptions{}.min_area, table.text().c_str());
+  if (options.terrain) print_markdown(methods, options, scores);
   if (laps_of(options) > 1)
     std::printf("The path is walked %d times; poses drift by %g m and %g° a lap.\n", laps_of(options),
                 options.drift_m, options.drift_deg);
@@ -313,7 +348,11 @@ void body(const Options& options) {
 int main(int argc, char** argv) {
   octosurf::bench::Options options;
   CLI::App app{"accuracy on simulated scenes, ours beside the paper's pipeline"};
-  app.add_option("--scenes", options.scenes)->delimiter(',')->capture_default_str();
+  auto* scenes = app.add_option("--scenes", options.scenes, "names, or files of meshes")
+                     ->delimiter(',')
+                     ->capture_default_str();
+  app.add_flag("--terrain", options.terrain, "the meshes of ../shared/data/terrain_meshes in their place; as Markdown, too")
+      ->excludes(scenes);
   app.add_option("--seeds", options.seeds)->delimiter(',')->capture_default_str();
   app.add_option("--sensor", options.sensor)->capture_default_str();
   app.add_option("--resolution", options.resolution, "d, m")->capture_default_str();

@@ -1,0 +1,254 @@
+// True faces of meshes: hand-made terrains whose faces are known, and a slow twin on heaps of boxes.
+#include "simulation/mesh_faces.hpp"
+
+#include "simulation/faces.hpp"
+#include "simulation/random.hpp"
+#include "simulation/terrain.hpp"
+#include "support/seed.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gmock/gmock.h>
+#include <numbers>
+
+namespace octosurf::simulation {
+namespace {
+
+using test::Triangles;
+
+double signed_area(const Ring2& ring) {
+  double twice = 0;
+  for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++)
+    twice += ring[j].x() * ring[i].y() - ring[i].x() * ring[j].y();
+  return twice / 2;
+}
+
+double area(const TrueFace& face) {
+  double sum = signed_area(face.polygons.at(0).outer);
+  for (const auto& hole : face.polygons[0].holes) {
+    EXPECT_LT(signed_area(hole), 0) << "holes run clockwise";
+    sum += signed_area(hole);
+  }
+  return sum;
+}
+
+Eigen::Isometry3d random_pose(Random& random) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = Eigen::Quaterniond(random.normal(), random.normal(), random.normal(), random.normal())
+                   .normalized()
+                   .toRotationMatrix();
+  T.translation() = Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+  return T;
+}
+
+Triangles moved(Triangles triangles, const Eigen::Isometry3d& T) {
+  for (auto& triangle : triangles)
+    for (auto& v : triangle) v = T * v;
+  return triangles;
+}
+
+class MeshFacesTest : public test::TerrainTest {
+ protected:
+  std::vector<TrueFace> faces_of(const Triangles& triangles) const {
+    return Faces(find_mesh_faces(mesh_of(triangles)), {}).all();
+  }
+
+  /// Areas of the faces whose normals are `normal` and that lie `offset` along it; descending.
+  static std::vector<double> areas(const std::vector<TrueFace>& faces, const Eigen::Vector3d& normal,
+                                   double offset) {
+    std::vector<double> found;
+    for (const auto& face : faces)
+      if (face.plane.normal.dot(normal) > 1 - 1e-8 && std::abs(face.plane.offset - offset) < 1e-5)
+        found.push_back(area(face));
+    std::sort(found.rbegin(), found.rend());
+    return found;
+  }
+
+  static testing::Matcher<std::vector<double>> are(const std::vector<double>& expected) {
+    std::vector<testing::Matcher<double>> each;
+    for (const double a : expected) each.push_back(testing::DoubleNear(a, 1e-4));
+    return testing::ElementsAreArray(each);
+  }
+};
+
+const Eigen::Vector3d X = Eigen::Vector3d::UnitX(), Y = Eigen::Vector3d::UnitY(), Z = Eigen::Vector3d::UnitZ();
+
+TEST_F(MeshFacesTest, StairHasItsTreadsRisersAndSides) {
+  const auto faces = faces_of(test::stair(4));
+  for (int k = 0; k < 4; ++k) {
+    EXPECT_THAT(areas(faces, Z, 0.17 * (k + 1)), are({0.29}));
+    EXPECT_THAT(areas(faces, -X, -1 - 0.29 * k), are({0.17}));
+  }
+  const double side = 0.29 * 0.17 * (1 + 2 + 3 + 4);
+  EXPECT_THAT(areas(faces, -Y, -0.5), are({side})) << "four boxes' sides are one face";
+  EXPECT_THAT(areas(faces, Y, 1.5), are({side}));
+  EXPECT_THAT(areas(faces, X, 1 + 4 * 0.29), are({4 * 0.17}));
+  EXPECT_THAT(areas(faces, Z, 0), are({8 - 4 * 0.29})) << "the ground, without what the stair stands on";
+  EXPECT_THAT(areas(faces, -Z, 0), are({8.0})) << "the sheet's other side, free of steps";
+  EXPECT_EQ(faces.size(), 4u + 4 + 2 + 1 + 2) << "nothing between the steps and nothing under them";
+}
+
+TEST_F(MeshFacesTest, TwoIntersectingBoxesHaveOnlyWhatSticksOut) {
+  Triangles triangles;
+  test::add_box(triangles, {0, 0, 0}, {2, 1, 0.4});
+  test::add_box(triangles, {0.5, 0.3, -0.2}, {1, 0.6, 0.8});
+  const auto seed = octosurf::test::seed();
+  Random random(seed, 1);
+  for (int turn = 0; turn < 5; ++turn) {
+    const Eigen::Isometry3d T = turn == 0 ? Eigen::Isometry3d::Identity() : random_pose(random);
+    const auto faces = faces_of(moved(triangles, T));
+    const auto of = [&](const Eigen::Vector3d& n, double offset) {
+      const Eigen::Vector3d normal = T.linear() * n;
+      return areas(faces, normal, offset + normal.dot(T.translation()));
+    };
+    EXPECT_THAT(of(Z, 0.4), are({2 - 0.15}));
+    EXPECT_THAT(of(-Z, 0), are({2 - 0.15}));
+    EXPECT_THAT(of(Z, 0.8), are({0.15}));
+    EXPECT_THAT(of(-Z, 0.2), are({0.15}));
+    EXPECT_THAT(of(X, 1), are({0.3 * 0.4, 0.3 * 0.2})) << "above and below the slab";
+    EXPECT_THAT(of(-Y, -0.3), are({0.5 * 0.4, 0.5 * 0.2}));
+    EXPECT_THAT(of(X, 2), are({0.4}));
+    EXPECT_EQ(faces.size(), 2u + 4 + 2 + 8) << "turn " << turn;
+    for (const auto& face : faces)
+      EXPECT_EQ(face.polygons[0].holes.size(), area(face) > 1.5 ? 1u : 0u) << face.name;
+  }
+}
+
+TEST_F(MeshFacesTest, HowTrianglesAreWoundDoesNotMatter) {
+  Triangles triangles = test::stair(3);
+  const auto sorted_areas = [this](const Triangles& t) {
+    std::vector<double> all;
+    for (const auto& face : faces_of(t)) all.push_back(area(face));
+    std::sort(all.begin(), all.end());
+    return all;
+  };
+  const auto before = sorted_areas(triangles);
+  Random random(octosurf::test::seed(), 2);
+  for (auto& t : triangles)
+    if (random.uniform() < 0.5) std::swap(t[0], t[1]);
+  EXPECT_THAT(sorted_areas(triangles), are(before));
+}
+
+TEST_F(MeshFacesTest, WhatTouchesAtATIsOneFace) {
+  // The corners of the second and third box lie on the first one's edge, a float's rounding off it.
+  Triangles triangles;
+  test::add_box(triangles, {0, 0, 0}, {1, 3, 0.3});
+  test::add_box(triangles, {1, 0.2, 0}, {2, 1.3, 0.3});
+  test::add_box(triangles, {1, 1.3, 0}, {1.7, 2.6, 0.3});
+  Random random(octosurf::test::seed(), 3);
+  const Eigen::Isometry3d T = random_pose(random);
+  const auto faces = faces_of(moved(triangles, T));
+  const Eigen::Vector3d up = T.linear() * Z;
+  EXPECT_THAT(areas(faces, up, 0.3 + up.dot(T.translation())), are({3 + 1.1 + 0.7 * 1.3}));
+  EXPECT_THAT(areas(faces, -up, -up.dot(T.translation())), are({3 + 1.1 + 0.7 * 1.3}));
+}
+
+TEST_F(MeshFacesTest, CoplanarPiecesThatDoNotTouchAreFacesOfTheirOwn) {
+  Triangles triangles;
+  test::add_box(triangles, {0, 0, 0}, {1, 1, 0.3});
+  test::add_box(triangles, {1.005, 0, 0}, {2, 1, 0.3});
+  EXPECT_THAT(areas(faces_of(triangles), Z, 0.3), are({1, 0.995}));
+}
+
+TEST_F(MeshFacesTest, AStepOfThreeMillimetresIsTwoFacesOneOfAFifthIsNone) {
+  for (const double step : {0.003, 0.0002}) {
+    Triangles triangles;
+    test::add_box(triangles, {0, 0, 0}, {1, 1, 0.3});
+    test::add_box(triangles, {1, 0, 0}, {2, 1, 0.3 + step});
+    std::size_t level = 0;
+    for (const auto& face : faces_of(triangles)) level += face.plane.normal.z() > 0.99;
+    EXPECT_EQ(level, step > 0.001 ? 2u : 1u);
+  }
+}
+
+TEST_F(MeshFacesTest, ABoxWithoutBottomHidesItsInsideOneWithoutASideShowsIt) {
+  Triangles ground;
+  test::add_quad(ground, {{{-1, -1, 0}, {2, -1, 0}, {2, 2, 0}, {-1, 2, 0}}});
+  Triangles box;
+  test::add_box(box, {0, 0, 0}, {1, 1, 0.5});
+  const auto without = [&](std::size_t quad) {
+    Triangles triangles = ground;
+    for (std::size_t i = 0; i < box.size(); ++i)
+      if (i / 2 != quad) triangles.push_back(box[i]);
+    return faces_of(triangles);
+  };
+  const auto no_bottom = without(0);
+  EXPECT_EQ(no_bottom.size(), 5u + 2);
+  EXPECT_THAT(areas(no_bottom, Z, 0), are({8}));
+  const auto no_side = without(3);  // +x
+  EXPECT_THAT(areas(no_side, Z, 0), are({9})) << "the ground goes on into the box";
+  EXPECT_THAT(areas(no_side, -Z, -0.5), are({1})) << "its ceiling";
+  EXPECT_THAT(areas(no_side, X, 0), are({0.5})) << "its back, from inside";
+}
+
+TEST_F(MeshFacesTest, ARaysSideTellsWhichFaceItHit) {
+  Triangles sheet;
+  test::add_quad(sheet, {{{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}}});
+  const Faces faces(find_mesh_faces(mesh_of(sheet)), {});
+  ASSERT_EQ(faces.all().size(), 2u);
+  for (const double z : {-1.0, 1.0}) {
+    const auto label = faces.label(0, {0.6, 0.4, 1}, {0.1, 0.2, z});
+    ASSERT_GE(label, 1);
+    EXPECT_EQ(faces.all()[label - 1].plane.normal.z() < 0, z > 0) << "seen from where the ray came";
+  }
+}
+
+/// A box and the way to tell what is inside of it: the slow twin.
+struct Block {
+  Eigen::Isometry3d T;
+  Eigen::Vector3d half;
+  bool holds(const Eigen::Vector3d& p, double margin) const {
+    return ((T.inverse() * p).cwiseAbs() - half).maxCoeff() < margin;
+  }
+};
+
+TEST_F(MeshFacesTest, HeapsOfBoxesAgreeWithThePointwiseTwin) {
+  const auto seed = octosurf::test::seed();
+  for (std::uint64_t heap = 0; heap < 3; ++heap) {
+    Random random(seed, 100 + heap);
+    std::vector<Block> blocks;
+    Triangles triangles;
+    for (int i = 0; i < 12; ++i) {
+      Eigen::Isometry3d T = random_pose(random);
+      if (i < 4) T.linear() = Eigen::AngleAxisd(random.uniform(0, 3), Z).toRotationMatrix();
+      const Eigen::Vector3d half(random.uniform(0.1, 0.6), random.uniform(0.1, 0.6), random.uniform(0.05, 0.4));
+      blocks.push_back({T, half});
+      test::add_box(triangles, -half, half, T);
+    }
+    const auto faces = faces_of(triangles);
+    std::size_t compared = 0, open = 0;
+    for (std::size_t b = 0; b < blocks.size(); ++b)
+      for (int k = 0; k < 120; ++k) {
+        const int axis = k % 3;
+        const double sign = k % 2 == 0 ? 1 : -1;
+        Eigen::Vector3d p = blocks[b].half.cwiseProduct(
+            Eigen::Vector3d(random.uniform(-0.98, 0.98), random.uniform(-0.98, 0.98), random.uniform(-0.98, 0.98)));
+        p[axis] = sign * blocks[b].half[axis];
+        const Eigen::Vector3d q = blocks[b].T * p;
+        const Eigen::Vector3d n = blocks[b].T.linear() * (sign * Eigen::Vector3d::Unit(axis));
+        // Where another box's surface is within 2 mm either answer will do.
+        bool hidden = false, near = false;
+        for (std::size_t other = 0; other < blocks.size(); ++other) {
+          if (other == b) continue;
+          hidden = hidden || blocks[other].holds(q, 0);
+          near = near || blocks[other].holds(q, 2e-3) != blocks[other].holds(q, -2e-3);
+        }
+        if (near) continue;
+        bool held = false;
+        for (const auto& face : faces) {
+          const Eigen::Vector3d local = face.T_map_face.inverse() * q;
+          held = held || (face.plane.normal.dot(n) > 1 - 1e-6 && std::abs(local.z()) < 1e-4 &&
+                          contains(face.polygons[0], local.head<2>()));
+        }
+        // A hollow between boxes that light cannot leave is no place a sensor sees: it may be left out.
+        EXPECT_FALSE(held && hidden) << "seed " << seed << " heap " << heap << " box " << b;
+        open += !hidden;
+        compared += held == !hidden;
+      }
+    EXPECT_GT(open, 200u);
+    EXPECT_GE(static_cast<double>(compared), 0.99 * 12 * 120 * 0.9) << "seed " << seed << " heap " << heap;
+  }
+}
+
+}  // namespace
+}  // namespace octosurf::simulation

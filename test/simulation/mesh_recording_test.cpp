@@ -1,0 +1,193 @@
+// Meshes as scenes: the way over them, what is recorded on it, and a map of it scored against its truth.
+#include "evaluation/evaluate.hpp"
+#include "simulation/mesh_walk.hpp"
+#include "simulation/recording.hpp"
+#include "simulation/terrain.hpp"
+#include "simulation/trajectory.hpp"
+#include "support/seed.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+#include <set>
+
+#include <octosurf/error.hpp>
+#include <octosurf/mapper.hpp>
+
+namespace octosurf::simulation {
+namespace {
+
+namespace fs = std::filesystem;
+
+using test::Triangles;
+
+Eigen::Vector3d look(const View& view) { return (view.target - view.eye).normalized(); }
+
+class MeshWalk : public test::TerrainTest {};
+
+TEST_F(MeshWalk, OverLevelGroundTheCameraIsCarriedEvenlyAndLooksAheadAndDown) {
+  Triangles ground;
+  test::add_quad(ground, {{{-1, -2, 0.7}, {4, -2, 0.7}, {4, 0, 0.7}, {-1, 0, 0.7}}});
+  const auto mesh = mesh_of(ground);
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const auto path = walk_over(mesh, Random(seed, 2));
+    std::set<double> heights, lanes;
+    std::size_t there = 0;
+    for (const auto& view : path) {
+      heights.insert(std::round((view.eye.z() - 0.7) * 1e4) / 1e4);
+      lanes.insert(std::round(view.eye.y() * 1e3));
+      const double down_deg = std::asin(-look(view).z()) * 180 / std::numbers::pi;
+      EXPECT_TRUE(down_deg >= 30 && down_deg <= 40) << down_deg;
+      EXPECT_NEAR(look(view).y(), 0, 1e-9) << "along the longer side";
+      there += look(view).x() > 0;
+    }
+    ASSERT_EQ(heights.size(), 1u);
+    EXPECT_TRUE(*heights.begin() >= 0.5 && *heights.begin() <= 0.6);
+    EXPECT_EQ(lanes.size(), 2u) << "2 m wide";
+    EXPECT_EQ(there * 2, path.size()) << "there and back";
+  }
+}
+
+TEST_F(MeshWalk, OverAStairItRisesWithTheStepsAndNeverComesNear) {
+  const auto mesh = mesh_of(test::stair(6));
+  for (const auto& view : walk_over(mesh, Random(octosurf::test::seed(), 2))) {
+    const double step = std::floor((view.eye.x() - 1) / 0.29) + 1;
+    const bool on_stair = view.eye.x() > 1 && step <= 6 && std::abs(view.eye.y() - 1) < 0.5;
+    const double ground = on_stair ? 0.17 * step : 0;
+    EXPECT_GE(view.eye.z() - ground, 0.25);
+    EXPECT_LE(view.eye.z() - ground, 0.6 + 6 * 0.17) << "at the drop behind the last step it is still that high";
+  }
+}
+
+TEST_F(MeshWalk, APoleLiftsNobody) {
+  Triangles ground;
+  test::add_quad(ground, {{{0, 0, 0}, {4, 0, 0}, {4, 1, 0}, {0, 1, 0}}});
+  test::add_box(ground, {2, 0.4, 0}, {2.05, 0.45, 0.2});
+  for (const auto& view : walk_over(mesh_of(ground), Random(1, 2))) EXPECT_LE(view.eye.z(), 0.6);
+}
+
+TEST_F(MeshWalk, AMeshWithoutGroundIsRefused) {
+  Triangles wall;
+  test::add_quad(wall, {{{0, 0, 0}, {2, 0, 0}, {2, 0, 1}, {0, 0, 1}}});
+  EXPECT_THROW(walk_over(mesh_of(wall), Random(1, 2)), Error);
+}
+
+class MeshRecording : public test::TerrainTest {
+ protected:
+  SimulationOptions options() const {
+    SimulationOptions options;
+    options.mesh = write("stair.stl", test::stl(test::stair(4)));
+    return options;
+  }
+};
+
+TEST_F(MeshRecording, KeepsTheSizeOfTheFileAndStepsAFewCentimetres) {
+  const Recording recording(options());
+  EXPECT_EQ(recording.mesh()->triangles, 2u + 4 * 12);
+  double treads = 0;
+  for (const auto& face : recording.faces()) {
+    if (face.polygons[0].outer.size() != 4) continue;
+    const auto& ring = face.polygons[0].outer;
+    const double a = (ring[1] - ring[0]).norm(), b = (ring[2] - ring[1]).norm();
+    treads += std::abs(std::min(a, b) - 0.29) < 1e-5 && std::abs(std::max(a, b) - 1) < 1e-5;
+  }
+  EXPECT_EQ(treads, 4);
+  for (std::size_t i = 1; i < recording.size(); ++i)
+    EXPECT_LT((recording.true_pose(i).translation() - recording.true_pose(i - 1).translation()).norm(), 0.15);
+}
+
+TEST_F(MeshRecording, EqualOptionsGiveEqualScansAndSeedsDiffer) {
+  SimulationOptions some = options();
+  some.frames = 5;
+  const Recording a(some), b(some);
+  some.seed = 2;
+  const Recording c(some);
+  EXPECT_EQ(a.scan(3).points, b.scan(3).points);
+  EXPECT_NE(a.scan(3).points, c.scan(3).points);
+  EXPECT_EQ(a.faces().size(), c.faces().size());
+}
+
+TEST_F(MeshRecording, EverythingAWalkerStepsOnIsSeen) {
+  SimulationOptions some = options();
+  some.frames = 100;
+  for (const std::string sensor : {"depth", "spinning"}) {
+    some.sensor = sensor;
+    const Truth truth = Recording(some).truth();
+    for (const auto& face : truth.faces) {
+      double area = 0;
+      const auto& ring = face.polygons[0].outer;
+      for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++)
+        area += (ring[j].x() * ring[i].y() - ring[i].x() * ring[j].y()) / 2;
+      // A lidar's cells of 5 cm between its beams stay empty: only that it sees each face is asked of it.
+      if (face.name.starts_with("terrain/level"))
+        EXPECT_GE(face.visible_area_m2, sensor == "depth" ? 0.9 * area : 0.05) << sensor << ' ' << face.name;
+      if (face.name.starts_with("terrain/overhang")) EXPECT_EQ(face.visible_area_m2, 0) << sensor;
+    }
+  }
+}
+
+/// Maps the recording and scores it. Scans one by one: all of them together would take gigabytes.
+Evaluation mapped(const SimulationOptions& options) {
+  const Recording recording(options);
+  Recording::Visibility visible = recording.visibility();
+  Mapper mapper(Parameters{}, 1);
+  for (std::size_t i = 0; i < recording.size(); ++i) {
+    const Readings ideal = recording.ideal(i);
+    visible.add(i, ideal);
+    mapper.insert(recording.labelled_scan(i, ideal).scan);
+  }
+  return evaluate(*mapper.snapshot(), visible.truth());
+}
+
+TEST_F(MeshRecording, AStairIsMappedStepByStep) {
+  const Evaluation scores = mapped(options());
+  // Nine faces can be seen from the walk at all: four treads, four risers, two sides, the ground and the drop
+  // behind; each is a metre long and 17 cm high at least, many voxels in either direction.
+  EXPECT_LE(scores.faces, 12u);
+  EXPECT_GE(scores.faces, 9u);
+  EXPECT_EQ(scores.correct, scores.faces);
+  EXPECT_EQ(scores.noise, 0u);
+  // A rim of half a voxel, what a face is short of when its outermost voxels lie half outside, of a riser 17 cm high.
+  EXPECT_GE(scores.coverage, 1 - 0.02 / 0.17);
+  // As much of a rim on the outside is nobody's error; what is more hangs over an edge.
+  EXPECT_LE(scores.unsafe_share, 0.02);
+}
+
+/// One test for each mesh that planners use, if they are there.
+class TerrainData : public testing::TestWithParam<std::string> {};
+
+TEST_P(TerrainData, IsReadWalkedAndSeen) {
+  const fs::path file = fs::path(OCTOSURF_DATA_DIR) / "terrain_meshes" / GetParam();
+  if (!fs::exists(file)) GTEST_SKIP() << "no ../shared/data/terrain_meshes";
+  SimulationOptions options;
+  options.mesh = file;
+  options.frames = 60;
+  const Recording recording(options);
+  const Truth truth = recording.truth();
+  double level = 0, seen = 0;
+  for (const auto& face : truth.faces) {
+    seen += face.visible_area_m2;
+    if (face.name.starts_with("terrain/level")) level += face.visible_area_m2;
+  }
+  EXPECT_GT(level, 1) << "m² to walk on";
+  // Every reading lies on a true face: nothing of what a camera sees was taken for hidden.
+  std::size_t readings = 0, without_face = 0;
+  for (std::size_t i = 0; i < recording.size(); i += 5) {
+    const Readings ideal = recording.ideal(i);
+    for (std::size_t k = 0; k < ideal.t.size(); ++k) {
+      readings += ideal.t[k] > 0;
+      without_face += ideal.t[k] > 0 && ideal.labels[k] == 0;
+    }
+  }
+  EXPECT_GT(readings, 100'000u);
+  EXPECT_LE(static_cast<double>(without_face), 1e-3 * static_cast<double>(readings));
+}
+
+INSTANTIATE_TEST_SUITE_P(Meshes, TerrainData,
+                         testing::Values("bauzil_stairs.stl", "darpa.stl", "ori_plinth.stl",
+                                         "plateforme_not_flat.stl", "rubbles_4.stl", "rubbles_stairs_1.stl"),
+                         [](const auto& info) { return info.param.substr(0, info.param.find('.')); });
+
+}  // namespace
+}  // namespace octosurf::simulation

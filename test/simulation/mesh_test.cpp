@@ -1,0 +1,195 @@
+// Terrains from files: every format gives the same mesh; what is no terrain is refused with the file's name.
+#include "simulation/mesh.hpp"
+
+#include "simulation/terrain.hpp"
+
+#include <chrono>
+#include <gmock/gmock.h>
+#include <limits>
+#include <sys/stat.h>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf::simulation {
+namespace {
+
+using test::Triangles;
+
+Eigen::AlignedBox3d box_of(const TriangleMesh& mesh) {
+  Eigen::AlignedBox3d box;
+  for (const auto& v : mesh.vertices) box.extend(v);
+  return box;
+}
+
+double volume(const TriangleMesh& mesh) {
+  double six = 0;
+  for (const auto& t : mesh.triangles)
+    six += mesh.vertices[t[0]].dot(mesh.vertices[t[1]].cross(mesh.vertices[t[2]]));
+  return six / 6;
+}
+
+class MeshFile : public test::TerrainTest {
+ protected:
+  MeshFile() { test::add_box(box_, {1, 2, 3}, {1.5, 2.7, 4.1}); }
+
+  void expect_refused(const std::filesystem::path& file, const std::string& why, const MeshOptions& options = {}) {
+    try {
+      read_mesh(file, options);
+      ADD_FAILURE() << file << " was read";
+    } catch (const Error& e) {
+      EXPECT_EQ(e.kind(), Error::Kind::data);
+      EXPECT_EQ(e.where(), file.string());
+      EXPECT_THAT(e.what(), testing::HasSubstr(why));
+      EXPECT_THAT(e.what(), testing::Not(testing::HasSubstr("\n")));
+      EXPECT_NE(e.mend(), "");
+    }
+  }
+
+  Triangles box_;
+};
+
+TEST_F(MeshFile, EveryFormatGivesTheSameBox) {
+  for (const auto& [name, bytes] : std::vector<std::pair<std::string, std::string>>{
+           {"a.stl", test::stl(box_)},
+           {"b.STL", test::binary_stl(box_)},
+           {"c.obj", test::obj(box_)},
+           {"d.ply", test::ply(box_)},
+           {"e.dae", test::dae(box_, "Z_UP", 1)}}) {
+    SCOPED_TRACE(name);
+    const TriangleMesh mesh = read_mesh(write(name, bytes));
+    EXPECT_EQ(mesh.vertices.size(), 8u);
+    EXPECT_EQ(mesh.triangles.size(), 12u);
+    EXPECT_EQ(mesh.dropped, 0u);
+    EXPECT_EQ(mesh.open_edges, 0u);
+    EXPECT_TRUE(box_of(mesh).min().isApprox(Eigen::Vector3d(1, 2, 3), 1e-6));
+    EXPECT_TRUE(box_of(mesh).max().isApprox(Eigen::Vector3d(1.5, 2.7, 4.1), 1e-6));
+    EXPECT_NEAR(volume(mesh), 0.5 * 0.7 * 1.1, 1e-5) << "its triangles are wound as in the file";
+  }
+}
+
+TEST_F(MeshFile, PolygonsOfMoreCornersAreTriangles) {
+  const auto file = write("quad.obj", "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nf 1 2 3 4\n");
+  EXPECT_EQ(read_mesh(file).triangles.size(), 2u);
+}
+
+TEST_F(MeshFile, TheNamedAxisIsUp) {
+  const auto file = write("box.stl", test::stl(box_));
+  const Eigen::Vector3d min(1, 2, 3), max(1.5, 2.7, 4.1);
+  for (int axis = 0; axis < 3; ++axis)
+    for (const bool down : {false, true}) {
+      const std::string up = (down ? "-" : "") + std::string(1, static_cast<char>('x' + axis));
+      SCOPED_TRACE(up);
+      const TriangleMesh mesh = read_mesh(file, {up, 1});
+      EXPECT_NEAR(box_of(mesh).min().z(), down ? -max[axis] : min[axis], 1e-6);
+      EXPECT_NEAR(box_of(mesh).max().z(), down ? -min[axis] : max[axis], 1e-6);
+      EXPECT_NEAR(volume(mesh), 0.5 * 0.7 * 1.1, 1e-5) << "turned, not mirrored";
+    }
+}
+
+TEST_F(MeshFile, DaeSaysItsAxisAndUnitUnlessTold) {
+  const auto y_up = write("y.dae", test::dae(box_, "Y_UP", 1));
+  EXPECT_NEAR(box_of(read_mesh(y_up)).max().z(), 2.7, 1e-6);
+  EXPECT_NEAR(box_of(read_mesh(y_up, {"z", 1})).max().z(), 4.1, 1e-6);
+  EXPECT_NEAR(box_of(read_mesh(y_up, {"-x", 1})).max().z(), -1, 1e-6);
+  const auto centimetres = write("cm.dae", test::dae(box_, "Z_UP", 0.5));
+  EXPECT_NEAR(box_of(read_mesh(centimetres)).max().z(), 4.1 * 0.5, 1e-6);
+}
+
+TEST_F(MeshFile, ScaleGivesMetres) {
+  Triangles millimetres;
+  test::add_box(millimetres, {0, 0, 0}, {2000, 1000, 500});
+  const auto file = write("mm.stl", test::stl(millimetres));
+  expect_refused(file, "--scale");
+  EXPECT_TRUE(box_of(read_mesh(file, {"", 0.001})).max().isApprox(Eigen::Vector3d(2, 1, 0.5), 1e-6));
+}
+
+TEST_F(MeshFile, TrianglesOfNoWidthAreDroppedAndCounted) {
+  Triangles triangles = box_;
+  triangles.push_back({Eigen::Vector3d(1, 2, 3), Eigen::Vector3d(1, 2, 3), Eigen::Vector3d(1.5, 2, 3)});
+  triangles.push_back({Eigen::Vector3d(1, 2, 3), Eigen::Vector3d(1.2, 2, 3), Eigen::Vector3d(1.5, 2, 3)});
+  triangles.push_back({Eigen::Vector3d(1, 2, 3), Eigen::Vector3d(1.2, 2 + 1e-7, 3), Eigen::Vector3d(1.5, 2, 3)});
+  const TriangleMesh mesh = mesh_of(triangles);
+  EXPECT_EQ(mesh.triangles.size(), 12u);
+  EXPECT_EQ(mesh.dropped, 3u);
+}
+
+TEST_F(MeshFile, VerticesAFloatApartAreOne) {
+  Triangles triangles = box_;
+  for (auto& v : triangles[0]) v += Eigen::Vector3d(2e-7, -2e-7, 2e-7);
+  const TriangleMesh mesh = mesh_of(triangles);
+  EXPECT_EQ(mesh.vertices.size(), 8u);
+  EXPECT_EQ(mesh.open_edges, 0u);
+}
+
+TEST_F(MeshFile, OpenEdgesAreCounted) {
+  Triangles triangles = box_;
+  triangles.pop_back();
+  EXPECT_EQ(mesh_of(triangles).open_edges, 3u);
+}
+
+TEST_F(MeshFile, ForeignAndDamagedFilesAreRefused) {
+  expect_refused(dir_ / "missing.stl", "cannot be read");
+  expect_refused(dir_, "is no STL");
+  std::filesystem::create_directory(dir_ / "folder.stl");
+  expect_refused(dir_ / "folder.stl", "cannot be read");
+  expect_refused(write("terrain.step", test::stl(box_)), "is no STL, OBJ, PLY or DAE");
+  for (const std::string ending : {"stl", "obj", "ply", "dae"}) {
+    expect_refused(write("empty." + ending, ""), "");
+    expect_refused(write("text." + ending, "It was a dark and stormy night.\n"), "");
+    expect_refused(write("zeros." + ending, std::string(1000, '\0')), "");
+  }
+  expect_refused(write("short.stl", test::binary_stl(box_).substr(0, 300)), "");
+  expect_refused(write("points.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+                                     "property float z\nend_header\n0 0 0\n"), "");
+  expect_refused(write("index.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 30\n"), "");
+}
+
+TEST_F(MeshFile, NumbersThatAreNoneAreRefused) {
+  for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    Triangles triangles = box_;
+    triangles[5][1].y() = bad;
+    expect_refused(write("bad.stl", test::binary_stl(triangles)), "");
+  }
+}
+
+TEST_F(MeshFile, SizesOfNoTerrainAreRefused) {
+  for (const double size : {0.01, 5000.0}) {
+    Triangles triangles;
+    test::add_box(triangles, {0, 0, 0}, {size, size, size});
+    expect_refused(write("size.stl", test::stl(triangles)), "--scale");
+  }
+  Triangles far;
+  test::add_box(far, {4e5, 5e6, 100}, {4e5 + 8, 5e6 + 8, 108});
+  expect_refused(write("far.stl", test::stl(far)), "origin");
+}
+
+TEST_F(MeshFile, BombsCostNothing) {
+  std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float x\n"
+                       "property float y\nproperty float z\nelement face 4000000000\n"
+                       "property list uint uint vertex_indices\nend_header\n";
+  expect_refused(write("bomb.ply", header), "");
+  std::string count = test::binary_stl(box_);
+  count.replace(80, 4, "\xff\xff\xff\x7f");
+  expect_refused(write("bomb.stl", count), "");
+  Triangles many(200'001, box_[0]);
+  expect_refused(write("many.stl", test::binary_stl(many)), "200000 triangles");
+  std::filesystem::resize_file(write("huge.stl", test::stl(box_)), 65u << 20);
+  expect_refused(dir_ / "huge.stl", "64 MiB");
+}
+
+TEST_F(MeshFile, NothingElseIsOpened) {
+  // Whoever opens the pipe waits for a writer that never comes.
+  const auto pipe = dir_ / "pipe.mtl";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_EQ(read_mesh(write("box.obj", "mtllib pipe.mtl\n" + test::obj(box_))).triangles.size(), 12u);
+}
+
+TEST_F(MeshFile, OptionsThatMakeNoSense) {
+  const auto file = write("box.stl", test::stl(box_));
+  for (const std::string up : {"w", "zz", "-", "+z", "Z"}) EXPECT_THROW(read_mesh(file, {up, 1}), Error) << up;
+  for (const double scale : {0.0, -1.0, 1e9, std::numeric_limits<double>::quiet_NaN()})
+    EXPECT_THROW(read_mesh(file, {"", scale}), Error) << scale;
+}
+
+}  // namespace
+}  // namespace octosurf::simulation

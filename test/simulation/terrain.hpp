@@ -1,0 +1,139 @@
+#pragma once
+
+#include "simulation/mesh.hpp"
+
+#include <Eigen/Geometry>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace octosurf::simulation::test {
+
+using Triangle3 = std::array<Eigen::Vector3d, 3>;
+using Triangles = std::vector<Triangle3>;
+
+/// Four corners, counter-clockwise seen from the front.
+inline void add_quad(Triangles& triangles, const std::array<Eigen::Vector3d, 4>& c) {
+  triangles.push_back({c[0], c[1], c[2]});
+  triangles.push_back({c[0], c[2], c[3]});
+}
+
+/// Twelve triangles wound outwards: −z, +z, −y, +x, +y, −x, two each.
+inline void add_box(Triangles& triangles, const Eigen::Vector3d& min, const Eigen::Vector3d& max,
+                    const Eigen::Isometry3d& T = Eigen::Isometry3d::Identity()) {
+  std::array<Eigen::Vector3d, 8> c;
+  for (int i = 0; i < 8; ++i)
+    c[i] = T * Eigen::Vector3d(i & 1 ? max.x() : min.x(), i & 2 ? max.y() : min.y(), i & 4 ? max.z() : min.z());
+  add_quad(triangles, {c[0], c[2], c[3], c[1]});
+  add_quad(triangles, {c[4], c[5], c[7], c[6]});
+  add_quad(triangles, {c[0], c[1], c[5], c[4]});
+  add_quad(triangles, {c[1], c[3], c[7], c[5]});
+  add_quad(triangles, {c[3], c[2], c[6], c[7]});
+  add_quad(triangles, {c[2], c[0], c[4], c[6]});
+}
+
+/// Steps of 17 by 29 cm, 1 m wide, rising toward +x from x = 1: boxes side by side on a ground sheet of 4 by 2 m.
+inline Triangles stair(int steps) {
+  Triangles triangles;
+  add_quad(triangles, {{{0, 0, 0}, {4, 0, 0}, {4, 2, 0}, {0, 2, 0}}});
+  for (int k = 0; k < steps; ++k)
+    add_box(triangles, {1 + 0.29 * k, 0.5, 0}, {1 + 0.29 * (k + 1), 1.5, 0.17 * (k + 1)});
+  return triangles;
+}
+
+inline std::string stl(const Triangles& triangles) {
+  std::ostringstream out;
+  out.precision(9);
+  out << "solid terrain\n";
+  for (const auto& t : triangles) {
+    out << "facet normal 0 0 0\nouter loop\n";
+    for (const auto& v : t) out << "vertex " << v.x() << ' ' << v.y() << ' ' << v.z() << '\n';
+    out << "endloop\nendfacet\n";
+  }
+  out << "endsolid terrain\n";
+  return out.str();
+}
+
+inline std::string binary_stl(const Triangles& triangles) {
+  std::string bytes(80, ' ');
+  const auto add = [&bytes](const auto& value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
+  add(static_cast<std::uint32_t>(triangles.size()));
+  for (const auto& t : triangles) {
+    add(std::array<float, 3>{0, 0, 0});
+    for (const auto& v : t) add(std::array<float, 3>{float(v.x()), float(v.y()), float(v.z())});
+    add(std::uint16_t{0});
+  }
+  return bytes;
+}
+
+inline std::string obj(const Triangles& triangles) {
+  std::ostringstream out;
+  out.precision(9);
+  for (const auto& t : triangles)
+    for (const auto& v : t) out << "v " << v.x() << ' ' << v.y() << ' ' << v.z() << '\n';
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    out << "f " << 3 * i + 1 << ' ' << 3 * i + 2 << ' ' << 3 * i + 3 << '\n';
+  return out.str();
+}
+
+inline std::string ply(const Triangles& triangles) {
+  std::ostringstream out;
+  out.precision(9);
+  out << "ply\nformat ascii 1.0\nelement vertex " << 3 * triangles.size()
+      << "\nproperty float x\nproperty float y\nproperty float z\nelement face " << triangles.size()
+      << "\nproperty list uchar int vertex_indices\nend_header\n";
+  for (const auto& t : triangles)
+    for (const auto& v : t) out << v.x() << ' ' << v.y() << ' ' << v.z() << '\n';
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    out << "3 " << 3 * i << ' ' << 3 * i + 1 << ' ' << 3 * i + 2 << '\n';
+  return out.str();
+}
+
+/// `up` as COLLADA writes it (Y_UP, Z_UP), `unit` in metres.
+inline std::string dae(const Triangles& triangles, const std::string& up, double unit) {
+  std::ostringstream points, indices;
+  points.precision(9);
+  for (std::size_t i = 0; i < 3 * triangles.size(); ++i) {
+    const Eigen::Vector3d& v = triangles[i / 3][i % 3];
+    points << v.x() << ' ' << v.y() << ' ' << v.z() << ' ';
+    indices << i << ' ';
+  }
+  std::ostringstream out;
+  out << "<?xml version=\"1.0\"?>\n<COLLADA xmlns=\"http://www.collada.org/2005/11/COLLADASchema\" version=\"1.4.1\">"
+      << "<asset><unit meter=\"" << unit << "\" name=\"unit\"/><up_axis>" << up << "</up_axis></asset>"
+      << "<library_geometries><geometry id=\"g\"><mesh><source id=\"p\"><float_array id=\"a\" count=\""
+      << 9 * triangles.size() << "\">" << points.str() << "</float_array><technique_common><accessor source=\"#a\""
+      << " count=\"" << 3 * triangles.size() << "\" stride=\"3\"><param name=\"X\" type=\"float\"/>"
+      << "<param name=\"Y\" type=\"float\"/><param name=\"Z\" type=\"float\"/></accessor></technique_common></source>"
+      << "<vertices id=\"v\"><input semantic=\"POSITION\" source=\"#p\"/></vertices><triangles count=\""
+      << triangles.size() << "\"><input semantic=\"VERTEX\" source=\"#v\" offset=\"0\"/><p>" << indices.str()
+      << "</p></triangles></mesh></geometry></library_geometries><library_visual_scenes><visual_scene id=\"s\"><node>"
+      << "<instance_geometry url=\"#g\"/></node></visual_scene></library_visual_scenes><scene>"
+      << "<instance_visual_scene url=\"#s\"/></scene></COLLADA>\n";
+  return out.str();
+}
+
+/// A folder of its own for the running test.
+class TerrainTest : public testing::Test {
+ protected:
+  TerrainTest()
+      : dir_(std::filesystem::path(testing::TempDir()) /
+             (std::string("octosurf_terrain_") + testing::UnitTest::GetInstance()->current_test_info()->name())) {
+    std::filesystem::create_directories(dir_);
+  }
+  ~TerrainTest() override { std::filesystem::remove_all(dir_); }
+
+  std::filesystem::path write(const std::string& name, const std::string& bytes) const {
+    std::ofstream(dir_ / name, std::ios::binary) << bytes;
+    return dir_ / name;
+  }
+  TriangleMesh mesh_of(const Triangles& triangles) const { return read_mesh(write("terrain.stl", stl(triangles))); }
+
+  std::filesystem::path dir_;
+};
+
+}  // namespace octosurf::simulation::test
