@@ -21,11 +21,13 @@ struct FlatTriangle {
   double area = 0;
 };
 
-/// A plane through area-weighted corners. It is fitted anew whenever its area has doubled: the first triangle's
-/// normal alone is too rough for a piece much larger than it.
+/// A plane through area-weighted corners. It is fitted anew whenever its area has doubled: the first
+/// triangle's normal alone is too rough for a piece much larger than it.
 class GrowingPlane {
  public:
-  explicit GrowingPlane(const FlatTriangle& seed) : normal_(seed.normal), point_(seed.corners[0]) { add(seed); }
+  explicit GrowingPlane(const FlatTriangle& seed) : normal_(seed.normal), point_(seed.corners[0]) {
+    add(seed);
+  }
 
   bool holds(const FlatTriangle& t, double tolerance) const {
     return std::abs(normal_.dot(t.normal)) >= min_cos &&
@@ -96,8 +98,8 @@ std::vector<std::vector<std::size_t>> neighbours(const TriangleMesh& mesh) {
 }
 
 /// Connected pieces, each grown from the largest triangle that is left.
-std::vector<std::vector<std::size_t>> grow_pieces(const TriangleMesh& mesh, const std::vector<FlatTriangle>& flat,
-                                                  double tolerance) {
+std::vector<std::vector<std::size_t>> grow_pieces(const TriangleMesh& mesh,
+                                                  const std::vector<FlatTriangle>& flat, double tolerance) {
   const auto adjacent = neighbours(mesh);
   std::vector<std::size_t> order(flat.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -134,8 +136,8 @@ Eigen::Isometry3d frame_of(const GrowingPlane& plane) {
   return T;
 }
 
-/// Planes by their normals' cells on the sphere's cube, so that not all need to be tried. Cells are wider than
-/// min_cos, so that a plane that holds a triangle lies in a neighbouring one.
+/// Planes by their normals' cells on the sphere's cube, so that not all need to be tried. Cells are wider
+/// than min_cos, so that a plane that holds a triangle lies in a neighbouring one.
 class PlaneIndex {
  public:
   static constexpr double edge = 0.2;

@@ -32,7 +32,8 @@ Error refused(const fs::path& file, const std::string& what, const std::string& 
   return Error(Error::Kind::data, file.string(), what, mend);
 }
 
-/// Opens the one file it is made for: a terrain from elsewhere must not make Assimp read /dev/zero as its materials.
+/// Opens the one file it is made for: a terrain from elsewhere must not make Assimp read /dev/zero as its
+/// materials.
 class OneFile : public Assimp::DefaultIOSystem {
  public:
   explicit OneFile(std::string file) : file_(std::move(file)) {}
@@ -70,7 +71,8 @@ void add_triangles(const fs::path& file, const aiMesh& mesh, const Eigen::Matrix
   }
 }
 
-/// The triangles of the scene's nodes in their places. A list in the place of a recursion: a file may nest at will.
+/// The triangles of the scene's nodes in their places. A list in the place of a recursion: a file may nest at
+/// will.
 Corners triangles_of(const fs::path& file, const aiScene& scene) {
   Corners corners;
   std::vector<std::pair<const aiNode*, Eigen::Matrix4d>> open{{scene.mRootNode, Eigen::Matrix4d::Identity()}};
@@ -78,7 +80,8 @@ Corners triangles_of(const fs::path& file, const aiScene& scene) {
     const auto [node, T_scene_parent] = open.back();
     open.pop_back();
     const Eigen::Matrix4d T = T_scene_parent * to_eigen(node->mTransformation);
-    for (unsigned m = 0; m < node->mNumMeshes; ++m) add_triangles(file, *scene.mMeshes[node->mMeshes[m]], T, corners);
+    for (unsigned m = 0; m < node->mNumMeshes; ++m)
+      add_triangles(file, *scene.mMeshes[node->mMeshes[m]], T, corners);
     for (unsigned c = 0; c < node->mNumChildren; ++c) open.emplace_back(node->mChildren[c], T);
   }
   return corners;
@@ -93,7 +96,8 @@ Eigen::Matrix3d up_to_z(const std::string& up) {
 
 Corners load(const fs::path& file, const MeshOptions& options) {
   std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
   if (ending != ".stl" && ending != ".obj" && ending != ".ply" && ending != ".dae")
     throw refused(file, "is no STL, OBJ, PLY or DAE", "convert it into one of them");
   std::error_code code;
@@ -107,7 +111,8 @@ Corners load(const fs::path& file, const MeshOptions& options) {
   // Assimp turns a DAE's own up axis to y; an axis that the caller names is the file's, untouched.
   const bool says_up = ending == ".dae" && options.up.empty();
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, !says_up);
-  const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_ValidateDataStructure);
+  const aiScene* scene =
+      importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_ValidateDataStructure);
   if (!scene || !scene->mRootNode) {
     std::string reason = importer.GetErrorString();
     std::replace(reason.begin(), reason.end(), '\n', ' ');
@@ -142,7 +147,9 @@ class Welder {
  private:
   static std::uint64_t key(const Eigen::Array3d& cell) {
     // Coordinates are at most 2²⁰ precisions away from 0; 21 bits hold each cell.
-    const auto part = [](double c) { return static_cast<std::uint64_t>(static_cast<std::int64_t>(c)) & 0x1fffff; };
+    const auto part = [](double c) {
+      return static_cast<std::uint64_t>(static_cast<std::int64_t>(c)) & 0x1fffff;
+    };
     return part(cell.x()) << 42 | part(cell.y()) << 21 | part(cell.z());
   }
 
@@ -170,7 +177,8 @@ TriangleMesh welded(const Corners& corners, double precision) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
   for (const auto& t : mesh.triangles)
     for (int k = 0; k < 3; ++k) ++edges[std::minmax(t[k], t[(k + 1) % 3])];
-  mesh.open_edges = std::count_if(edges.begin(), edges.end(), [](const auto& edge) { return edge.second == 1; });
+  mesh.open_edges =
+      std::count_if(edges.begin(), edges.end(), [](const auto& edge) { return edge.second == 1; });
   return mesh;
 }
 
@@ -200,7 +208,8 @@ TriangleMesh read_mesh(const fs::path& file, const MeshOptions& options) {
   const double largest = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
   const double precision = largest * 0x1p-20;
   if (precision > max_precision)
-    throw refused(file, "lies so far from its origin that its floats hold no millimetres", "move it to the origin");
+    throw refused(file, "lies so far from its origin that its floats hold no millimetres",
+                  "move it to the origin");
   TriangleMesh mesh = welded(corners, precision);
   if (mesh.triangles.empty()) throw refused(file, "has no triangle of any width", "export it again");
   return mesh;

@@ -18,8 +18,9 @@ namespace bg = boost::geometry;
 using Point = bg::model::point<double, 3, bg::cs::cartesian>;
 using Box = bg::model::box<Point>;
 
-/// Where a plane is cut, m in front of its outermost corner, in units of the mesh's precision: far enough for what
-/// stands on it not to be missed by rounding. Parts that slope at 10° are cut half a millimetre too far out.
+/// Where a plane is cut, m in front of its outermost corner, in units of the mesh's precision: far enough for
+/// what stands on it not to be missed by rounding. Parts that slope at 10° are cut half a millimetre too far
+/// out.
 constexpr double contact = 8;
 
 /// Triangles by place.
@@ -69,36 +70,46 @@ class PlaneSide {
   const Eigen::Isometry3d& T_scene_face() const { return T_scene_face_; }
   double height() const { return height_; }
 
-  /// The rims of the plane's own triangles (edges with one on either side left out), and where `others` cross the
-  /// plane at `height`.
+  /// The rims of the plane's own triangles (edges with one on either side left out), and where `others` cross
+  /// the plane at `height`.
   std::vector<Segment2> segments(const std::vector<std::size_t>& others) const {
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::array<bool, 2>> sides;
     for (const std::size_t i : triangles_)
       for (int k = 0; k < 3; ++k) {
         const auto& t = mesh_.triangles[i];
         const auto edge = std::minmax(t[k], t[(k + 1) % 3]);
-        const Eigen::Vector2d a = local(edge.first).head<2>();
-        sides[edge][left_of(a, local(edge.second).head<2>(), local(t[(k + 2) % 3]).head<2>()) ? 0 : 1] = true;
+        const double left = distance_left_of(local(edge.first).head<2>(), local(edge.second).head<2>(),
+                                             local(t[(k + 2) % 3]).head<2>());
+        sides[edge][left > 0 ? 0 : 1] = true;
       }
     std::vector<Segment2> segments;
     for (const auto& [edge, side] : sides)
-      if (!side[0] || !side[1]) segments.push_back({local(edge.first).head<2>(), local(edge.second).head<2>()});
+      if (!side[0] || !side[1])
+        segments.push_back({local(edge.first).head<2>(), local(edge.second).head<2>()});
     for (const std::size_t i : others) add_section(mesh_.triangles[i], segments);
     return segments;
   }
 
+  /// True in the plane's triangles, their edges included: the middle of a cell may well lie on one between
+  /// two.
   bool covers(const Eigen::Vector2d& p) const {
     return std::any_of(triangles_.begin(), triangles_.end(), [&](std::size_t i) {
-      std::array<Eigen::Vector2d, 3> c;
-      for (int k = 0; k < 3; ++k) c[k] = local(mesh_.triangles[i][k]).head<2>();
-      const bool left = left_of(c[0], c[1], p);
-      return left_of(c[1], c[2], p) == left && left_of(c[2], c[0], p) == left;
+      double least = 0;
+      double most = 0;
+      for (int k = 0; k < 3; ++k) {
+        const double left = distance_left_of(local(mesh_.triangles[i][k]).head<2>(),
+                                             local(mesh_.triangles[i][(k + 1) % 3]).head<2>(), p);
+        least = std::min(least, left);
+        most = std::max(most, left);
+      }
+      return least > -mesh_.precision || most < mesh_.precision;
     });
   }
 
  private:
-  static bool left_of(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& p) {
-    return (b - a).x() * (p - a).y() > (b - a).y() * (p - a).x();
+  static double distance_left_of(const Eigen::Vector2d& a, const Eigen::Vector2d& b,
+                                 const Eigen::Vector2d& p) {
+    return ((b - a).x() * (p - a).y() - (b - a).y() * (p - a).x()) / (b - a).norm();
   }
   Eigen::Vector3d local(std::uint32_t vertex) const { return T_face_scene_ * mesh_.vertices[vertex]; }
 
@@ -145,10 +156,11 @@ MeshFaces find_mesh_faces(const TriangleMesh& mesh) {
     for (const bool back : {false, true}) {
       const PlaneSide side(mesh, plane, back);
       const Eigen::Vector3d normal = side.T_scene_face().linear().col(2);
-      auto polygons = cells_where(side.segments(others), coplanar_tolerance(mesh), [&](const Eigen::Vector2d& p) {
-        const Eigen::Vector3d before = side.T_scene_face() * Eigen::Vector3d(p.x(), p.y(), side.height());
-        return side.covers(p) && outside.reached_from(before, normal);
-      });
+      auto polygons =
+          cells_where(side.segments(others), coplanar_tolerance(mesh), [&](const Eigen::Vector2d& p) {
+            const Eigen::Vector3d before = side.T_scene_face() * Eigen::Vector3d(p.x(), p.y(), side.height());
+            return side.covers(p) && outside.reached_from(before, normal);
+          });
       if (polygons.empty()) continue;
       for (const std::size_t i : plane.triangles)
         faces.plane_of_side[i][faces.normals[i].dot(normal) > 0 ? 0 : 1] = faces.planes.size();

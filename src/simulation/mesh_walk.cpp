@@ -14,12 +14,13 @@
 namespace octosurf::simulation {
 namespace {
 
-constexpr double lane_width = 1.0;    // m: the camera sees 1.2 m across where it looks
-constexpr double key_step = 0.05;     // m
-constexpr double leg = 0.3;           // m: radius of the ground that carries the body
-constexpr double body = 0.6;          // m: its length
-constexpr double clearance = 0.25;    // m
-constexpr double most_sway = 0.1;     // m to either side of a lane
+constexpr double lane_width =
+    0.75;  // m: what the camera sees across at the lower rim of its image, nearest to the feet
+constexpr double key_step = 0.05;   // m
+constexpr double leg = 0.3;         // m: radius of the ground that carries the body
+constexpr double body = 0.6;        // m: its length
+constexpr double clearance = 0.25;  // m
+constexpr double most_sway = 0.1;   // m to either side of a lane
 constexpr std::size_t most_keys = 200'000;
 
 /// Heights of what lies highest.
@@ -40,7 +41,8 @@ class Ground {
     for (int k = -1; k < 24; ++k) {
       const double angle_rad = 2 * std::numbers::pi * k / 12;
       const double r = k < 0 ? 0 : k < 12 ? radius / 2 : radius;
-      if (const auto z = at(p + r * Eigen::Vector2d(std::cos(angle_rad), std::sin(angle_rad)))) heights.push_back(*z);
+      if (const auto z = at(p + r * Eigen::Vector2d(std::cos(angle_rad), std::sin(angle_rad))))
+        heights.push_back(*z);
     }
     std::sort(heights.begin(), heights.end());
     return heights;
@@ -84,8 +86,8 @@ std::vector<double> smoothed(const std::vector<double>& heights) {
 }
 
 /// Where the eye is along a lane from `start`; empty if no ground is under it.
-std::vector<Eigen::Vector3d> eyes(const Ground& ground, const Eigen::Vector2d& start, const Eigen::Vector2d& forward,
-                                  double length, double height) {
+std::vector<Eigen::Vector3d> eyes(const Ground& ground, const Eigen::Vector2d& start,
+                                  const Eigen::Vector2d& forward, double length, double height) {
   std::vector<Eigen::Vector2d> places;
   std::vector<std::optional<double>> under;
   for (double s = 0; s <= length; s += key_step) {

@@ -63,7 +63,8 @@ class Points {
     const bg::model::box<Point> box({min.x() - tolerance_, min.y() - tolerance_},
                                     {max.x() + tolerance_, max.y() + tolerance_});
     std::vector<std::size_t> found;
-    for (auto it = tree_.qbegin(bg::index::intersects(box)); it != tree_.qend(); ++it) found.push_back(it->second);
+    for (auto it = tree_.qbegin(bg::index::intersects(box)); it != tree_.qend(); ++it)
+      found.push_back(it->second);
     std::sort(found.begin(), found.end());  // the tree's order is its own business
     return found;
   }
@@ -88,7 +89,8 @@ Arrangement arrange(const std::vector<Segment2>& segments, double tolerance) {
   }
   std::vector<Traits::X_monotone_curve_2> curves;
   for (const auto& [i, j] : pieces)
-    curves.emplace_back(Kernel::Point_2(points[i].x(), points[i].y()), Kernel::Point_2(points[j].x(), points[j].y()));
+    curves.emplace_back(Kernel::Point_2(points[i].x(), points[i].y()),
+                        Kernel::Point_2(points[j].x(), points[j].y()));
   Arrangement arrangement;
   CGAL::insert(arrangement, curves.begin(), curves.end());
   return arrangement;
@@ -98,7 +100,8 @@ Arrangement arrange(const std::vector<Segment2>& segments, double tolerance) {
 template <class Same>
 void remove_edges(Arrangement& arrangement, Same&& same) {
   std::vector<Arrangement::Halfedge_handle> edges;
-  for (auto edge = arrangement.edges_begin(); edge != arrangement.edges_end(); ++edge) edges.emplace_back(edge);
+  for (auto edge = arrangement.edges_begin(); edge != arrangement.edges_end(); ++edge)
+    edges.emplace_back(edge);
   for (const auto& edge : edges) {
     if (!same(edge->face(), edge->twin()->face())) continue;
     const Cell cell = edge->face()->data();
@@ -125,11 +128,14 @@ std::vector<Eigen::Vector2d> samples(Arrangement::Face_const_handle face) {
   for (const auto& triangle : triangles) {
     Eigen::Vector2d sum = Eigen::Vector2d::Zero();
     for (const auto& p : triangle) sum += Eigen::Vector2d(CGAL::to_double(p.x()), CGAL::to_double(p.y()));
-    middles.emplace_back(-std::abs(CGAL::to_double(triangle.area())), sum / static_cast<double>(triangle.size()));
+    middles.emplace_back(-std::abs(CGAL::to_double(triangle.area())),
+                         sum / static_cast<double>(triangle.size()));
   }
-  std::stable_sort(middles.begin(), middles.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::stable_sort(middles.begin(), middles.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<Eigen::Vector2d> points;
-  for (std::size_t i = 0; i < std::min(samples_per_cell, middles.size()); ++i) points.push_back(middles[i].second);
+  for (std::size_t i = 0; i < std::min(samples_per_cell, middles.size()); ++i)
+    points.push_back(middles[i].second);
   return points;
 }
 
@@ -177,7 +183,8 @@ std::vector<Polygon> cells_where(const std::vector<Segment2>& segments, double t
     Polygon polygon{plain_ring(face->outer_ccb()), {}};
     if (is_sliver(polygon.outer, 2 * tolerance)) continue;
     for (auto hole = face->inner_ccbs_begin(); hole != face->inner_ccbs_end(); ++hole)
-      if (Ring2 ring = plain_ring(*hole); !is_sliver(ring, 2 * tolerance)) polygon.holes.push_back(std::move(ring));
+      if (Ring2 ring = plain_ring(*hole); !is_sliver(ring, 2 * tolerance))
+        polygon.holes.push_back(std::move(ring));
     polygons.push_back(std::move(polygon));
   }
   return polygons;

@@ -84,9 +84,7 @@ Place make_place(const SimulationOptions& options) {
 
 struct Recording::Impl {
   explicit Impl(const SimulationOptions& o)
-      : options((o.validate(), o)),
-        sensor(make_sensor(o.sensor)),
-        place(make_place(o)) {
+      : options((o.validate(), o)), sensor(make_sensor(o.sensor)), place(make_place(o)) {
     path = walk_path(scene.path, frame_count(options, sensor, scene), options.laps);
     casters.emplace_back(scene, T_map_scene, 0);
     if (scene.changes()) casters.emplace_back(scene, T_map_scene, 1);

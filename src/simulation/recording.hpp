@@ -36,7 +36,7 @@ class Recording {
   Recording(Recording&&) noexcept;
   ~Recording();
 
-  std::size_t size() const;  ///< scans
+  std::size_t size() const;                 ///< scans
   std::optional<MeshSummary> mesh() const;  ///< empty for scenes that are no mesh
 
   /// One ray per reading, sensor's frame. Depth camera: row by row, 640 × 480, z = 1 (so t is the

@@ -11,12 +11,12 @@ namespace octosurf {
 
 /// What to record. Equal options give equal bytes.
 struct SimulationOptions {
-  std::string scene = "room";         ///< room, office, stairs, stones, corridor, change; unused with `mesh`
-  std::filesystem::path mesh;         ///< STL, OBJ, PLY or DAE: the scene is this terrain, in its own size
-  std::string mesh_up;                ///< its axis that is up: x, y, z, -x, -y, -z; empty: z, or what a DAE says
-  double mesh_scale = 1;              ///< m per unit of the file
-  std::string sensor = "depth";       ///< depth, tilting, spinning
-  std::uint64_t seed = 1;             ///< dimensions, noise, and how the world is turned, shifted, scaled
+  std::string scene = "room";    ///< room, office, stairs, stones, corridor, change; unused with `mesh`
+  std::filesystem::path mesh;    ///< STL, OBJ, PLY or DAE: the scene is this terrain, in its own size
+  std::string mesh_up;           ///< its axis that is up: x, y, z, -x, -y, -z; empty: z, or what a DAE says
+  double mesh_scale = 1;         ///< m per unit of the file
+  std::string sensor = "depth";  ///< depth, tilting, spinning
+  std::uint64_t seed = 1;        ///< dimensions, noise, and how the world is turned, shifted, scaled
   std::optional<std::size_t> frames;  ///< empty: as many as show the scene well
   double noise_scale = 1;             ///< factor on the sensor's noise; 0: none
   double length = 20;                 ///< m, of the corridor (4 to 1000)

@@ -258,7 +258,10 @@ Scores score_all(const Options& options, const std::vector<Method>& methods) {
   for (std::size_t s = 0; s < options.scenes.size(); ++s)
     for (const std::uint64_t seed : options.seeds) {
       SimulationOptions simulation;
-      (is_mesh(options.scenes[s]) ? simulation.mesh : simulation.scene) = options.scenes[s];
+      if (is_mesh(options.scenes[s]))
+        simulation.mesh = options.scenes[s];
+      else
+        simulation.scene = options.scenes[s];
       simulation.sensor = options.sensor;
       simulation.seed = seed;
       simulation.frames = options.frames;
@@ -271,7 +274,8 @@ Scores score_all(const Options& options, const std::vector<Method>& methods) {
         const Run run = run_method(methods[m], simulated.scans, options);
         const Evaluation evaluation = evaluate(run.snapshot, simulated.truth);
         scores[m][s].add(evaluation, run.scans, run.ms);
-        const std::string title = name_of_scene(options.scenes[s]) + " " + std::to_string(seed) + " " + methods[m].name;
+        const std::string title =
+            name_of_scene(options.scenes[s]) + " " + std::to_string(seed) + " " + methods[m].name;
         std::fprintf(stderr, "%s: %zu/%zu correct, %.1f ms per scan\n", title.c_str(), evaluation.correct,
                      evaluation.faces, run.ms / static_cast<double>(run.scans));
         if (options.verbose) print_failures(title, evaluation);
@@ -288,20 +292,20 @@ bool take_terrains(Options& options) {
     for (const auto& entry : std::filesystem::directory_iterator(folder))
       if (entry.path().extension() == ".stl") options.scenes.push_back(entry.path().string());
   std::sort(options.scenes.begin(), options.scenes.end());
-  if (options.scenes.empty())
-    std::printf("terrain meshes: skipped, %s has none\n", folder.string().c_str());
+  if (options.scenes.empty()) std::printf("terrain meshes: skipped, %s has none\n", folder.string().c_str());
   return !options.scenes.empty();
 }
 
 void print_markdown(const std::vector<Method>& methods, const Options& options, const Scores& scores) {
-  std::printf("\n| terrain | method | correct | over/under/missed | noise | coverage % | unsafe % | normal ° |"
-              " offset mm |\n|---|---|---:|---:|---:|---:|---:|---:|---:|\n");
+  std::printf(
+      "\n| terrain | method | correct | over/under/missed | noise | coverage %% | unsafe %% | normal ° |"
+      " offset mm |\n|---|---|---:|---:|---:|---:|---:|---:|---:|\n");
   for (std::size_t s = 0; s < options.scenes.size(); ++s)
     for (std::size_t m = 0; m < methods.size(); ++m) {
       const Score& score = scores[m][s];
       std::printf("| %s | %s | %zu/%zu | %zu/%zu/%zu | %zu | %.1f | %.2f | %.2f | %.2f |\n",
-                  name_of_scene(options.scenes[s]).c_str(), methods[m].name.c_str(), score.correct, score.faces,
-                  score.over, score.under, score.missed, score.noise, score.coverage() * 100,
+                  name_of_scene(options.scenes[s]).c_str(), methods[m].name.c_str(), score.correct,
+                  score.faces, score.over, score.under, score.missed, score.noise, score.coverage() * 100,
                   score.unsafe_share() * 100, score.normal_mean_deg(), score.offset_mean_mm());
     }
 }
@@ -351,7 +355,8 @@ int main(int argc, char** argv) {
   auto* scenes = app.add_option("--scenes", options.scenes, "names, or files of meshes")
                      ->delimiter(',')
                      ->capture_default_str();
-  app.add_flag("--terrain", options.terrain, "the meshes of ../shared/data/terrain_meshes in their place; as Markdown, too")
+  app.add_flag("--terrain", options.terrain,
+               "the meshes of ../shared/data/terrain_meshes in their place; as Markdown, too")
       ->excludes(scenes);
   app.add_option("--seeds", options.seeds)->delimiter(',')->capture_default_str();
   app.add_option("--sensor", options.sensor)->capture_default_str();

@@ -14,23 +14,8 @@
 namespace octosurf::simulation {
 namespace {
 
+using test::area;
 using test::Triangles;
-
-double signed_area(const Ring2& ring) {
-  double twice = 0;
-  for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++)
-    twice += ring[j].x() * ring[i].y() - ring[i].x() * ring[j].y();
-  return twice / 2;
-}
-
-double area(const TrueFace& face) {
-  double sum = signed_area(face.polygons.at(0).outer);
-  for (const auto& hole : face.polygons[0].holes) {
-    EXPECT_LT(signed_area(hole), 0) << "holes run clockwise";
-    sum += signed_area(hole);
-  }
-  return sum;
-}
 
 Eigen::Isometry3d random_pose(Random& random) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
@@ -71,7 +56,8 @@ class MeshFacesTest : public test::TerrainTest {
   }
 };
 
-const Eigen::Vector3d X = Eigen::Vector3d::UnitX(), Y = Eigen::Vector3d::UnitY(), Z = Eigen::Vector3d::UnitZ();
+const Eigen::Vector3d X = Eigen::Vector3d::UnitX(), Y = Eigen::Vector3d::UnitY(),
+                      Z = Eigen::Vector3d::UnitZ();
 
 TEST_F(MeshFacesTest, StairHasItsTreadsRisersAndSides) {
   const auto faces = faces_of(test::stair(4));
@@ -211,7 +197,8 @@ TEST_F(MeshFacesTest, HeapsOfBoxesAgreeWithThePointwiseTwin) {
     for (int i = 0; i < 12; ++i) {
       Eigen::Isometry3d T = random_pose(random);
       if (i < 4) T.linear() = Eigen::AngleAxisd(random.uniform(0, 3), Z).toRotationMatrix();
-      const Eigen::Vector3d half(random.uniform(0.1, 0.6), random.uniform(0.1, 0.6), random.uniform(0.05, 0.4));
+      const Eigen::Vector3d half(random.uniform(0.1, 0.6), random.uniform(0.1, 0.6),
+                                 random.uniform(0.05, 0.4));
       blocks.push_back({T, half});
       test::add_box(triangles, -half, half, T);
     }
@@ -221,8 +208,8 @@ TEST_F(MeshFacesTest, HeapsOfBoxesAgreeWithThePointwiseTwin) {
       for (int k = 0; k < 120; ++k) {
         const int axis = k % 3;
         const double sign = k % 2 == 0 ? 1 : -1;
-        Eigen::Vector3d p = blocks[b].half.cwiseProduct(
-            Eigen::Vector3d(random.uniform(-0.98, 0.98), random.uniform(-0.98, 0.98), random.uniform(-0.98, 0.98)));
+        Eigen::Vector3d p = blocks[b].half.cwiseProduct(Eigen::Vector3d(
+            random.uniform(-0.98, 0.98), random.uniform(-0.98, 0.98), random.uniform(-0.98, 0.98)));
         p[axis] = sign * blocks[b].half[axis];
         const Eigen::Vector3d q = blocks[b].T * p;
         const Eigen::Vector3d n = blocks[b].T.linear() * (sign * Eigen::Vector3d::Unit(axis));

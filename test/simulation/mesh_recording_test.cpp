@@ -20,6 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+using test::area;
 using test::Triangles;
 
 Eigen::Vector3d look(const View& view) { return (view.target - view.eye).normalized(); }
@@ -44,7 +45,7 @@ TEST_F(MeshWalk, OverLevelGroundTheCameraIsCarriedEvenlyAndLooksAheadAndDown) {
     }
     ASSERT_EQ(heights.size(), 1u);
     EXPECT_TRUE(*heights.begin() >= 0.5 && *heights.begin() <= 0.6);
-    EXPECT_EQ(lanes.size(), 2u) << "2 m wide";
+    EXPECT_EQ(lanes.size(), 3u) << "2 m wide";
     EXPECT_EQ(there * 2, path.size()) << "there and back";
   }
 }
@@ -55,8 +56,9 @@ TEST_F(MeshWalk, OverAStairItRisesWithTheStepsAndNeverComesNear) {
     const double step = std::floor((view.eye.x() - 1) / 0.29) + 1;
     const bool on_stair = view.eye.x() > 1 && step <= 6 && std::abs(view.eye.y() - 1) < 0.5;
     const double ground = on_stair ? 0.17 * step : 0;
-    EXPECT_GE(view.eye.z() - ground, 0.25);
-    EXPECT_LE(view.eye.z() - ground, 0.6 + 6 * 0.17) << "at the drop behind the last step it is still that high";
+    EXPECT_GE(view.eye.z() - ground, 0.25 - 1e-6);
+    EXPECT_LE(view.eye.z() - ground, 0.6 + 6 * 0.17)
+        << "at the drop behind the last step it is still that high";
   }
 }
 
@@ -99,30 +101,31 @@ TEST_F(MeshRecording, KeepsTheSizeOfTheFileAndStepsAFewCentimetres) {
 
 TEST_F(MeshRecording, EqualOptionsGiveEqualScansAndSeedsDiffer) {
   SimulationOptions some = options();
-  some.frames = 5;
+  some.frames = 20;
   const Recording a(some), b(some);
   some.seed = 2;
   const Recording c(some);
-  EXPECT_EQ(a.scan(3).points, b.scan(3).points);
-  EXPECT_NE(a.scan(3).points, c.scan(3).points);
+  EXPECT_GT(a.scan(1).points.size(), 100'000u);
+  EXPECT_EQ(a.scan(1).points, b.scan(1).points);
+  EXPECT_NE(a.scan(1).points, c.scan(1).points);
   EXPECT_EQ(a.faces().size(), c.faces().size());
 }
 
 TEST_F(MeshRecording, EverythingAWalkerStepsOnIsSeen) {
   SimulationOptions some = options();
-  some.frames = 100;
   for (const std::string sensor : {"depth", "spinning"}) {
     some.sensor = sensor;
+    some.frames = sensor == "depth" ? 200 : 40;
     const Truth truth = Recording(some).truth();
     for (const auto& face : truth.faces) {
-      double area = 0;
-      const auto& ring = face.polygons[0].outer;
-      for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++)
-        area += (ring[j].x() * ring[i].y() - ring[i].x() * ring[j].y()) / 2;
-      // A lidar's cells of 5 cm between its beams stay empty: only that it sees each face is asked of it.
-      if (face.name.starts_with("terrain/level"))
-        EXPECT_GE(face.visible_area_m2, sensor == "depth" ? 0.9 * area : 0.05) << sensor << ' ' << face.name;
-      if (face.name.starts_with("terrain/overhang")) EXPECT_EQ(face.visible_area_m2, 0) << sensor;
+      if (face.name.starts_with("terrain/level")) {
+        // Between a lidar's beams its cells stay empty: of it is asked only that it sees each.
+        EXPECT_GE(face.visible_area_m2, sensor == "depth" ? 0.9 * area(face) : 0.05)
+            << sensor << ' ' << face.name;
+      }
+      if (face.name.starts_with("terrain/overhang")) {
+        EXPECT_EQ(face.visible_area_m2, 0) << sensor;
+      }
     }
   }
 }
@@ -148,7 +151,8 @@ TEST_F(MeshRecording, AStairIsMappedStepByStep) {
   EXPECT_GE(scores.faces, 9u);
   EXPECT_EQ(scores.correct, scores.faces);
   EXPECT_EQ(scores.noise, 0u);
-  // A rim of half a voxel, what a face is short of when its outermost voxels lie half outside, of a riser 17 cm high.
+  // A rim of half a voxel, what a face is short of when its outermost voxels lie half outside, of a riser 17
+  // cm high.
   EXPECT_GE(scores.coverage, 1 - 0.02 / 0.17);
   // As much of a rim on the outside is nobody's error; what is more hangs over an edge.
   EXPECT_LE(scores.unsafe_share, 0.02);
@@ -187,7 +191,7 @@ TEST_P(TerrainData, IsReadWalkedAndSeen) {
 INSTANTIATE_TEST_SUITE_P(Meshes, TerrainData,
                          testing::Values("bauzil_stairs.stl", "darpa.stl", "ori_plinth.stl",
                                          "plateforme_not_flat.stl", "rubbles_4.stl", "rubbles_stairs_1.stl"),
-                         [](const auto& info) { return info.param.substr(0, info.param.find('.')); });
+                         [](const auto& file) { return file.param.substr(0, file.param.find('.')); });
 
 }  // namespace
 }  // namespace octosurf::simulation

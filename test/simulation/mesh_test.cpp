@@ -32,7 +32,8 @@ class MeshFile : public test::TerrainTest {
  protected:
   MeshFile() { test::add_box(box_, {1, 2, 3}, {1.5, 2.7, 4.1}); }
 
-  void expect_refused(const std::filesystem::path& file, const std::string& why, const MeshOptions& options = {}) {
+  void expect_refused(const std::filesystem::path& file, const std::string& why,
+                      const MeshOptions& options = {}) {
     try {
       read_mesh(file, options);
       ADD_FAILURE() << file << " was read";
@@ -49,12 +50,12 @@ class MeshFile : public test::TerrainTest {
 };
 
 TEST_F(MeshFile, EveryFormatGivesTheSameBox) {
-  for (const auto& [name, bytes] : std::vector<std::pair<std::string, std::string>>{
-           {"a.stl", test::stl(box_)},
-           {"b.STL", test::binary_stl(box_)},
-           {"c.obj", test::obj(box_)},
-           {"d.ply", test::ply(box_)},
-           {"e.dae", test::dae(box_, "Z_UP", 1)}}) {
+  for (const auto& [name, bytes] :
+       std::vector<std::pair<std::string, std::string>>{{"a.stl", test::stl(box_)},
+                                                        {"b.STL", test::binary_stl(box_)},
+                                                        {"c.obj", test::obj(box_)},
+                                                        {"d.ply", test::ply(box_)},
+                                                        {"e.dae", test::dae(box_, "Z_UP", 1)}}) {
     SCOPED_TRACE(name);
     const TriangleMesh mesh = read_mesh(write(name, bytes));
     EXPECT_EQ(mesh.vertices.size(), 8u);
@@ -107,7 +108,8 @@ TEST_F(MeshFile, TrianglesOfNoWidthAreDroppedAndCounted) {
   Triangles triangles = box_;
   triangles.push_back({Eigen::Vector3d(1, 2, 3), Eigen::Vector3d(1, 2, 3), Eigen::Vector3d(1.5, 2, 3)});
   triangles.push_back({Eigen::Vector3d(1, 2, 3), Eigen::Vector3d(1.2, 2, 3), Eigen::Vector3d(1.5, 2, 3)});
-  triangles.push_back({Eigen::Vector3d(1, 2, 3), Eigen::Vector3d(1.2, 2 + 1e-7, 3), Eigen::Vector3d(1.5, 2, 3)});
+  triangles.push_back(
+      {Eigen::Vector3d(1, 2, 3), Eigen::Vector3d(1.2, 2 + 1e-7, 3), Eigen::Vector3d(1.5, 2, 3)});
   const TriangleMesh mesh = mesh_of(triangles);
   EXPECT_EQ(mesh.triangles.size(), 12u);
   EXPECT_EQ(mesh.dropped, 3u);
@@ -139,8 +141,10 @@ TEST_F(MeshFile, ForeignAndDamagedFilesAreRefused) {
     expect_refused(write("zeros." + ending, std::string(1000, '\0')), "");
   }
   expect_refused(write("short.stl", test::binary_stl(box_).substr(0, 300)), "");
-  expect_refused(write("points.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
-                                     "property float z\nend_header\n0 0 0\n"), "");
+  expect_refused(write("points.ply",
+                       "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+                       "property float z\nend_header\n0 0 0\n"),
+                 "");
   expect_refused(write("index.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 30\n"), "");
 }
 
@@ -164,9 +168,10 @@ TEST_F(MeshFile, SizesOfNoTerrainAreRefused) {
 }
 
 TEST_F(MeshFile, BombsCostNothing) {
-  std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float x\n"
-                       "property float y\nproperty float z\nelement face 4000000000\n"
-                       "property list uint uint vertex_indices\nend_header\n";
+  std::string header =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float x\n"
+      "property float y\nproperty float z\nelement face 4000000000\n"
+      "property list uint uint vertex_indices\nend_header\n";
   expect_refused(write("bomb.ply", header), "");
   std::string count = test::binary_stl(box_);
   count.replace(80, 4, "\xff\xff\xff\x7f");
@@ -186,7 +191,8 @@ TEST_F(MeshFile, NothingElseIsOpened) {
 
 TEST_F(MeshFile, OptionsThatMakeNoSense) {
   const auto file = write("box.stl", test::stl(box_));
-  for (const std::string up : {"w", "zz", "-", "+z", "Z"}) EXPECT_THROW(read_mesh(file, {up, 1}), Error) << up;
+  for (const std::string up : {"w", "zz", "-", "+z", "Z"})
+    EXPECT_THROW(read_mesh(file, {up, 1}), Error) << up;
   for (const double scale : {0.0, -1.0, 1e9, std::numeric_limits<double>::quiet_NaN()})
     EXPECT_THROW(read_mesh(file, {"", scale}), Error) << scale;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "evaluation/truth.hpp"
 #include "simulation/mesh.hpp"
 
 #include <Eigen/Geometry>
@@ -12,6 +13,22 @@
 #include <vector>
 
 namespace octosurf::simulation::test {
+
+inline double signed_area(const Ring2& ring) {
+  double twice = 0;
+  for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++)
+    twice += ring[j].x() * ring[i].y() - ring[i].x() * ring[j].y();
+  return twice / 2;
+}
+
+inline double area(const TrueFace& face) {
+  double sum = signed_area(face.polygons.at(0).outer);
+  for (const auto& hole : face.polygons[0].holes) {
+    EXPECT_LT(signed_area(hole), 0) << "holes run clockwise";
+    sum += signed_area(hole);
+  }
+  return sum;
+}
 
 using Triangle3 = std::array<Eigen::Vector3d, 3>;
 using Triangles = std::vector<Triangle3>;
@@ -27,7 +44,8 @@ inline void add_box(Triangles& triangles, const Eigen::Vector3d& min, const Eige
                     const Eigen::Isometry3d& T = Eigen::Isometry3d::Identity()) {
   std::array<Eigen::Vector3d, 8> c;
   for (int i = 0; i < 8; ++i)
-    c[i] = T * Eigen::Vector3d(i & 1 ? max.x() : min.x(), i & 2 ? max.y() : min.y(), i & 4 ? max.z() : min.z());
+    c[i] =
+        T * Eigen::Vector3d(i & 1 ? max.x() : min.x(), i & 2 ? max.y() : min.y(), i & 4 ? max.z() : min.z());
   add_quad(triangles, {c[0], c[2], c[3], c[1]});
   add_quad(triangles, {c[4], c[5], c[7], c[6]});
   add_quad(triangles, {c[0], c[1], c[5], c[4]});
@@ -36,7 +54,8 @@ inline void add_box(Triangles& triangles, const Eigen::Vector3d& min, const Eige
   add_quad(triangles, {c[2], c[0], c[4], c[6]});
 }
 
-/// Steps of 17 by 29 cm, 1 m wide, rising toward +x from x = 1: boxes side by side on a ground sheet of 4 by 2 m.
+/// Steps of 17 by 29 cm, 1 m wide, rising toward +x from x = 1: boxes side by side on a ground sheet of 4 by
+/// 2 m.
 inline Triangles stair(int steps) {
   Triangles triangles;
   add_quad(triangles, {{{0, 0, 0}, {4, 0, 0}, {4, 2, 0}, {0, 2, 0}}});
@@ -60,7 +79,9 @@ inline std::string stl(const Triangles& triangles) {
 
 inline std::string binary_stl(const Triangles& triangles) {
   std::string bytes(80, ' ');
-  const auto add = [&bytes](const auto& value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
+  const auto add = [&bytes](const auto& value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
   add(static_cast<std::uint32_t>(triangles.size()));
   for (const auto& t : triangles) {
     add(std::array<float, 3>{0, 0, 0});
@@ -103,15 +124,19 @@ inline std::string dae(const Triangles& triangles, const std::string& up, double
     indices << i << ' ';
   }
   std::ostringstream out;
-  out << "<?xml version=\"1.0\"?>\n<COLLADA xmlns=\"http://www.collada.org/2005/11/COLLADASchema\" version=\"1.4.1\">"
+  out << "<?xml version=\"1.0\"?>\n<COLLADA xmlns=\"http://www.collada.org/2005/11/COLLADASchema\" "
+         "version=\"1.4.1\">"
       << "<asset><unit meter=\"" << unit << "\" name=\"unit\"/><up_axis>" << up << "</up_axis></asset>"
       << "<library_geometries><geometry id=\"g\"><mesh><source id=\"p\"><float_array id=\"a\" count=\""
-      << 9 * triangles.size() << "\">" << points.str() << "</float_array><technique_common><accessor source=\"#a\""
+      << 9 * triangles.size() << "\">" << points.str()
+      << "</float_array><technique_common><accessor source=\"#a\""
       << " count=\"" << 3 * triangles.size() << "\" stride=\"3\"><param name=\"X\" type=\"float\"/>"
-      << "<param name=\"Y\" type=\"float\"/><param name=\"Z\" type=\"float\"/></accessor></technique_common></source>"
+      << "<param name=\"Y\" type=\"float\"/><param name=\"Z\" "
+         "type=\"float\"/></accessor></technique_common></source>"
       << "<vertices id=\"v\"><input semantic=\"POSITION\" source=\"#p\"/></vertices><triangles count=\""
       << triangles.size() << "\"><input semantic=\"VERTEX\" source=\"#v\" offset=\"0\"/><p>" << indices.str()
-      << "</p></triangles></mesh></geometry></library_geometries><library_visual_scenes><visual_scene id=\"s\"><node>"
+      << "</p></triangles></mesh></geometry></library_geometries><library_visual_scenes><visual_scene "
+         "id=\"s\"><node>"
       << "<instance_geometry url=\"#g\"/></node></visual_scene></library_visual_scenes><scene>"
       << "<instance_visual_scene url=\"#s\"/></scene></COLLADA>\n";
   return out.str();
@@ -122,7 +147,8 @@ class TerrainTest : public testing::Test {
  protected:
   TerrainTest()
       : dir_(std::filesystem::path(testing::TempDir()) /
-             (std::string("octosurf_terrain_") + testing::UnitTest::GetInstance()->current_test_info()->name())) {
+             (std::string("octosurf_terrain_") +
+              testing::UnitTest::GetInstance()->current_test_info()->name())) {
     std::filesystem::create_directories(dir_);
   }
   ~TerrainTest() override { std::filesystem::remove_all(dir_); }
@@ -131,7 +157,9 @@ class TerrainTest : public testing::Test {
     std::ofstream(dir_ / name, std::ios::binary) << bytes;
     return dir_ / name;
   }
-  TriangleMesh mesh_of(const Triangles& triangles) const { return read_mesh(write("terrain.stl", stl(triangles))); }
+  TriangleMesh mesh_of(const Triangles& triangles) const {
+    return read_mesh(write("terrain.stl", stl(triangles)));
+  }
 
   std::filesystem::path dir_;
 };
