@@ -38,6 +38,11 @@ each other; a solid with an open side is seen from inside, too.
 
 A depth camera's recording is a 7-Scenes folder, a laser's is PCD files with poses; truth.json and
 labels (frame-*.label.png, the PCDs' field `label`) stand beside the scans.
+
+--sensor depth has independent Gaussian noise alone. --sensor depth-real is a camera as published models
+of Kinect and RealSense describe it: disparity in steps of 1/8 px (1 cm at 2 m), noise correlated over
+9 pixels (6 mm at 2 m), one flying pixel a pixel of outline, no readings at grazing incidence and of dark
+things, a slow bias over the image (3 mm at 2 m).
 )";
 
 struct Arguments {
@@ -101,13 +106,14 @@ void add_simulate(CLI::App& app) {
   verb->add_option("--scale", options.mesh_scale, "m per unit of the mesh")->capture_default_str();
   verb->add_option("-o,--output", arguments->dir, "folder to write")->required();
   verb->add_option("--sensor", options.sensor,
-                   "depth (640×480 camera), tilting (2-D laser), spinning (3-D lidar)")
+                   "depth (640×480 camera), depth-real (with steps, flying pixels, drop-outs and bias), "
+                   "tilting (2-D laser), spinning (3-D lidar)")
       ->capture_default_str();
   verb->add_option("--seed", options.seed, "varies dimensions and noise; turns, shifts and scales the world")
       ->capture_default_str();
   verb->add_option("--frames", arguments->frames, "number of scans (default: as many as show the scene well)")
       ->check(CLI::PositiveNumber);
-  verb->add_option("--noise-scale", options.noise_scale, "factor on the sensor's noise")
+  verb->add_option("--noise-scale", options.noise_scale, "factor on the sensor's noise (0: none; steps and drop-outs remain)")
       ->capture_default_str();
   verb->add_option("--length", options.length, "m, of the corridor")->capture_default_str();
   verb->add_option("--laps", options.laps, "times the path is walked")->capture_default_str();

@@ -4,6 +4,7 @@
 #include "simulation/mesh_walk.hpp"
 #include "simulation/outside.hpp"
 #include "simulation/ray_caster.hpp"
+#include "simulation/real_camera.hpp"
 #include "simulation/sensor.hpp"
 #include "simulation/trajectory.hpp"
 #include "simulation/visible_cells.hpp"
@@ -22,8 +23,17 @@ using namespace simulation;
 
 namespace {
 
-/// Streams of random numbers drawn from one seed; scan i's noise is stream first_noise + i.
-enum Stream : std::uint64_t { dimensions = 1, placement = 2, drift = 3, first_noise = 1000 };
+/// Streams of random numbers drawn from one seed; scan i's noise is stream first_noise + i, its drop-outs
+/// are stream first_drop_out + i. A recording has a million scans at most.
+enum Stream : std::uint64_t {
+  dimensions = 1,
+  placement = 2,
+  drift = 3,
+  bias = 4,
+  albedo = 5,
+  first_noise = 1000,
+  first_drop_out = 2'000'000
+};
 
 constexpr double walking_step = 0.05;  ///< m between scans over a mesh
 
@@ -80,6 +90,17 @@ Place make_place(const SimulationOptions& options) {
           MeshSummary{mesh.triangles.size(), mesh.dropped, mesh.open_edges}};
 }
 
+/// One normal a facet, counted as RayCaster counts them; map frame.
+std::vector<Eigen::Vector3d> facet_normals(const Scene& scene, const Similarity& T_map_scene) {
+  std::vector<Eigen::Vector3d> normals;
+  for (const auto& solid : scene.solids)
+    for (const auto& facet : solid.facets) {
+      const Eigen::Vector3d& a = facet.ring[0];
+      normals.emplace_back((T_map_scene.R * (facet.ring[1] - a).cross(facet.ring[2] - a)).normalized());
+    }
+  return normals;
+}
+
 }  // namespace
 
 struct Recording::Impl {
@@ -91,6 +112,30 @@ struct Recording::Impl {
     Random random(options.seed, Stream::drift);
     const double toward_rad = random.uniform(0, 2 * std::numbers::pi);
     drift_toward = T_map_scene.R * Eigen::Vector3d(std::cos(toward_rad), std::sin(toward_rad), 0);
+    if (sensor.name == "depth-real") {
+      real_camera.emplace(Random(o.seed, Stream::bias), Random(o.seed, Stream::albedo), o.noise_scale);
+      normals = facet_normals(scene, T_map_scene);
+    }
+  }
+
+  double albedo(std::uint16_t label, const Eigen::Vector3d& point) const {
+    if (label == 0) return real_camera->albedo(0, Eigen::Vector2d::Zero());
+    return real_camera->albedo(label, (faces.all()[label - 1].T_map_face.inverse() * point).head<2>());
+  }
+
+  /// What only a real camera asks of the hits that `readings` were made of.
+  void drop_out(std::size_t i, const Eigen::Isometry3d& T, const std::vector<Eigen::Vector3f>& directions,
+                const std::vector<Hit>& hits, Readings& readings) const {
+    std::vector<double> albedos(hits.size());
+    readings.incidence_rad.resize(hits.size());
+    for (std::size_t k = 0; k < hits.size(); ++k) {
+      if (readings.t[k] == 0) continue;
+      const Eigen::Vector3d direction = directions[k].cast<double>();
+      const double facing = -normals[hits[k].facet].dot(direction) / direction.norm();
+      readings.incidence_rad[k] = static_cast<float>(std::acos(std::clamp(facing, 0.0, 1.0)));
+      albedos[k] = albedo(readings.labels[k], T.translation() + double{hits[k].t} * direction);
+    }
+    real_camera->drop(albedos, Random(options.seed, Stream::first_drop_out + i), readings);
   }
 
   /// The scene changes after the first half of the scans.
@@ -116,6 +161,8 @@ struct Recording::Impl {
   std::vector<RayCaster> casters;
   std::vector<HeadPose> path;
   Eigen::Vector3d drift_toward;
+  std::optional<RealCamera> real_camera;  ///< of depth-real
+  std::vector<Eigen::Vector3d> normals;   ///< of facets; for the real camera alone
 };
 
 Recording::Recording(const SimulationOptions& options) : impl_(std::make_unique<Impl>(options)) {}
@@ -162,12 +209,21 @@ Readings Recording::ideal(std::size_t i) const {
     readings.labels[k] = impl_->faces.label(
         hits[k].facet, T.translation() + static_cast<double>(hits[k].t) * direction, direction);
   }
+  if (impl_->real_camera) impl_->drop_out(i, T, directions, hits, readings);
   return readings;
 }
 
 Readings Recording::measured(std::size_t i, const Readings& ideal) const {
   const auto& sensor = impl_->sensor;
   Random random(impl_->options.seed, Stream::first_noise + i);
+  if (impl_->real_camera) {
+    Readings real = impl_->real_camera->measured(ideal, random);
+    for (std::size_t k = 0; k < real.t.size(); ++k) {
+      real.t[k] = static_cast<float>(sensor.rounded(real.t[k]));
+      if (real.t[k] == 0) real.labels[k] = 0;
+    }
+    return real;
+  }
   Readings noisy;
   noisy.t.resize(ideal.t.size());
   noisy.labels.resize(ideal.t.size());

@@ -16,6 +16,7 @@ namespace octosurf {
 struct Readings {
   std::vector<float> t;               ///< the point is t · ray; 0: no reading
   std::vector<std::uint16_t> labels;  ///< TrueFace::id, 0 for none and for curved things
+  std::vector<float> incidence_rad;   ///< of the ray to the normal; of `depth-real` only, else empty
 };
 
 /// A scan and the true face of each of its points.
@@ -47,7 +48,8 @@ class Recording {
   Eigen::Isometry3d true_pose(std::size_t i) const;     ///< T_map_sensor as it was
   Eigen::Isometry3d T_map_sensor(std::size_t i) const;  ///< as recorded: with drift
 
-  Readings ideal(std::size_t i) const;                            ///< free of noise, unrounded
+  /// Free of noise, unrounded. What `depth-real` drops is left out: it was not seen.
+  Readings ideal(std::size_t i) const;
   Readings measured(std::size_t i, const Readings& ideal) const;  ///< with noise, as written
 
   /// Scan i with the recorded pose; rays without a reading are left out.

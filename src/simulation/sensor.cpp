@@ -11,8 +11,8 @@ namespace {
 constexpr double degree = std::numbers::pi / 180;
 
 // Structured-light or active-stereo camera.
-SensorModel depth_camera() {
-  SensorModel model{"depth", SensorKind::depth_camera, 0.4, 5.0, 4.0, 0.01, 30, 1, depth_width, {}};
+SensorModel depth_camera(const std::string& name) {
+  SensorModel model{name, SensorKind::depth_camera, 0.4, 5.0, 4.0, 0.01, 30, 1, depth_width, {}};
   for (std::size_t y = 0; y < depth_height; ++y)
     for (std::size_t x = 0; x < depth_width; ++x)
       model.rays.push_back(Eigen::Vector3d((static_cast<double>(x) - depth_center_x) / depth_focal,
@@ -68,16 +68,16 @@ double tilt_rad(std::size_t scan) {
 }  // namespace
 
 const std::vector<std::string>& sensor_names() {
-  static const std::vector<std::string> names{"depth", "tilting", "spinning"};
+  static const std::vector<std::string> names{"depth", "depth-real", "tilting", "spinning"};
   return names;
 }
 
 SensorModel make_sensor(const std::string& name) {
-  if (name == "depth") return depth_camera();
+  if (name == "depth" || name == "depth-real") return depth_camera(name);
   if (name == "tilting") return tilting_laser();
   if (name == "spinning") return spinning_lidar();
   throw Error(Error::Kind::usage, "sensor", "'" + name + "' is not known",
-              "choose one of depth, tilting, spinning");
+              "choose one of depth, depth-real, tilting, spinning");
 }
 
 double SensorModel::sigma(double t) const {

@@ -30,7 +30,7 @@ struct SensorModel {
   std::size_t image_width = 0;  ///< 0: rays form no image
   std::vector<Eigen::Vector3f> rays;
 
-  double sigma(double t) const;    ///< m: standard deviation of t
+  double sigma(double t) const;    ///< m: standard deviation of t; depth-real has its own, RealCamera
   double rounded(double t) const;  ///< to what the file format holds; 0 if out of reach
   Eigen::Isometry3d mount(const HeadPose& head, std::size_t scan) const;  ///< sensor's pose
 };

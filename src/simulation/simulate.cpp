@@ -130,7 +130,7 @@ SimulationSummary simulate(const SimulationOptions& options, const std::filesyst
   const Recording recording(options);
   prepare_folder(dir, options.force);
   Recording::Visibility visible = recording.visibility();
-  Writer writer(recording, dir, options.sensor == "depth");
+  Writer writer(recording, dir, make_sensor(options.sensor).image_width > 0);
   std::size_t points = 0;
   for (std::size_t i = 0; i < recording.size(); ++i) {
     const Readings ideal = recording.ideal(i);

@@ -15,7 +15,7 @@ struct SimulationOptions {
   std::filesystem::path mesh;    ///< STL, OBJ, PLY or DAE: the scene is this terrain, in its own size
   std::string mesh_up;           ///< its axis that is up: x, y, z, -x, -y, -z; empty: z, or what a DAE says
   double mesh_scale = 1;         ///< m per unit of the file
-  std::string sensor = "depth";  ///< depth, tilting, spinning
+  std::string sensor = "depth";  ///< depth, depth-real, tilting, spinning
   std::uint64_t seed = 1;        ///< dimensions, noise, and how the world is turned, shifted, scaled
   std::optional<std::size_t> frames;  ///< empty: as many as show the scene well
   double noise_scale = 1;             ///< factor on the sensor's noise; 0: none
@@ -48,7 +48,7 @@ struct SimulationSummary {
 };
 
 /// Records a scene into the folder `dir`:
-/// - depth: a 7-Scenes folder (frame-NNNNNN.depth.png in mm with 0 for no reading,
+/// - depth, depth-real: a 7-Scenes folder (frame-NNNNNN.depth.png in mm with 0 for no reading,
 ///   frame-NNNNNN.pose.txt, camera-intrinsics.txt), besides frame-NNNNNN.label.png (16-bit face ids,
 ///   0 for none) and timestamps.txt (name and seconds a line);
 /// - tilting, spinning: scan-NNNNNN.pcd (binary; x y z label, sensor's frame; VIEWPOINT is the pose)

@@ -69,8 +69,13 @@ class Folder : public testing::Test {
   fs::path dir_;
 };
 
-TEST_F(Folder, DepthIsASevenScenesFolder) {
-  const SimulationOptions options = options_of("depth");
+class DepthFolder : public Folder, public testing::WithParamInterface<std::string> {};
+INSTANTIATE_TEST_SUITE_P(Cameras, DepthFolder, testing::Values("depth", "depth-real"), [](const auto& test) {
+  return test.param == "depth" ? std::string("Perfect") : std::string("Real");
+});
+
+TEST_P(DepthFolder, IsASevenScenesFolder) {
+  const SimulationOptions options = options_of(GetParam());
   std::vector<std::size_t> steps;
   const SimulationSummary summary = simulate(options, dir_, [&](std::size_t done, std::size_t total) {
     EXPECT_EQ(total, 3u);
@@ -129,7 +134,7 @@ TEST_F(Folder, LidarsArePcdFilesWithPoses) {
 }
 
 TEST_F(Folder, SameOptionsSameBytes) {
-  for (const std::string sensor : {"depth", "tilting", "spinning"}) {
+  for (const std::string sensor : {"depth", "depth-real", "tilting", "spinning"}) {
     SimulationOptions options = options_of(sensor);
     options.force = true;
     simulate(options, dir_);

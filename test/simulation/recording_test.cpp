@@ -2,6 +2,7 @@
 #include "simulation/recording.hpp"
 
 #include "simulation/faces.hpp"
+#include "simulation/random.hpp"
 #include "simulation/ray_caster.hpp"
 #include "simulation/scene.hpp"
 #include "simulation/sensor.hpp"
@@ -135,6 +136,32 @@ TEST(Noise, OfTheDepthCameraGrowsAsItsModelSays) {
   }
 }
 
+// Recordings are quoted by seed: what a seed gave must not change. Restated: one normal value a reading, in
+// order, out of the scan's own stream.
+TEST(Noise, IsDrawnReadingByReadingFromTheScansStream) {
+  for (const std::string sensor : {"depth", "tilting", "spinning"}) {
+    const Recording recording(options_of("stones", sensor, 3, 11));
+    const Readings ideal = recording.ideal(2), measured = recording.measured(2, ideal);
+    simulation::Random random(11, 1002);
+    for (std::size_t k = 0; k < ideal.t.size(); ++k) {
+      const double t = ideal.t[k];
+      if (t == 0) {
+        ASSERT_EQ(measured.t[k], 0);
+        continue;
+      }
+      const double sigma = sensor == "depth"     ? 0.0008 + 0.0016 * (t - 0.4) * (t - 0.4)
+                           : sensor == "tilting" ? 0.006 + 0.001 * t
+                                                 : 0.008;
+      const double noisy = t + sigma * random.normal();
+      const double low = sensor == "depth" ? 0.4 : sensor == "tilting" ? 0.1 : 0.3;
+      const double high = sensor == "depth" ? 5 : sensor == "tilting" ? 30 : 50;
+      const double kept = noisy < low || noisy > high ? 0 : noisy;
+      const double written = sensor == "depth" ? std::round(kept * 1000) / 1000 : kept;
+      ASSERT_EQ(measured.t[k], static_cast<float>(written)) << sensor << " " << k;
+    }
+  }
+}
+
 TEST(Noise, OfTheLidars) {
   const Moments tilting = errors(Recording(options_of("room", "tilting", 20)), 1.9, 2.1);
   ASSERT_GT(tilting.n, 1000);
@@ -176,8 +203,70 @@ TEST(Recording, ScansHoldWhatIsMeasuredAndTheirLabels) {
   EXPECT_NO_THROW(require_rigid(labelled.scan.T_map_sensor, "pose"));
 }
 
+// The same scene by both cameras: what the real one does not drop it sees where it is, at an incidence that
+// follows from the faces' planes.
+TEST(Recording, TheRealCameraDropsOfWhatThePerfectOneSees) {
+  const Recording perfect(options_of("office", "depth", 6)), real(options_of("office", "depth-real", 6));
+  std::size_t facing = 0, facing_dropped = 0, grazing = 0, grazing_dropped = 0, behind = 0;
+  for (std::size_t i = 0; i < perfect.size(); ++i) {
+    const Readings all = perfect.ideal(i), kept = real.ideal(i);
+    const Eigen::Matrix3d R = perfect.true_pose(i).linear();
+    ASSERT_EQ(kept.incidence_rad.size(), kept.t.size());
+    for (std::size_t k = 0; k < all.t.size(); ++k) {
+      const bool dropped = kept.t[k] == 0;
+      if (!dropped) {
+        ASSERT_EQ(kept.t[k], all.t[k]);
+        ASSERT_EQ(kept.labels[k], all.labels[k]);
+      }
+      if (all.labels[k] == 0) continue;
+      const Eigen::Vector3d ray = R * perfect.rays()[k].cast<double>().normalized();
+      const double angle = std::acos(-perfect.faces()[all.labels[k] - 1].plane.normal.dot(ray));
+      if (angle > std::numbers::pi / 2) {
+        ++behind;
+        ASSERT_TRUE(dropped);
+        continue;
+      }
+      ASSERT_NEAR(kept.incidence_rad[k], angle, 1e-3);
+      const double degrees = angle * 180 / std::numbers::pi;
+      if (degrees > 86.1) {
+        ASSERT_TRUE(dropped) << degrees;
+      }
+      if (degrees > 78 && degrees < 86) ++grazing, grazing_dropped += dropped;
+      if (degrees < 60 && all.t[k] < 1.5) ++facing, facing_dropped += dropped;
+    }
+  }
+  EXPECT_LT(behind, 10u) << "rays that slipped between two solids onto the back of a face";
+  ASSERT_GT(grazing, 1000u);
+  ASSERT_GT(facing, 10000u);
+  EXPECT_GT(grazing_dropped, grazing / 2) << "half at 78°, all at 86°";
+  EXPECT_LT(facing_dropped, facing / 10) << "dark patches and the darkest faces alone";
+}
+
+TEST(Recording, TheRealCamerasReadingsAreWholeMillimetresInReach) {
+  const Recording recording(options_of("office", "depth-real", 3));
+  const Readings ideal = recording.ideal(1), measured = recording.measured(1, ideal);
+  std::size_t readings = 0, flying = 0;
+  for (std::size_t k = 0; k < measured.t.size(); ++k) {
+    if (ideal.t[k] == 0) {
+      ASSERT_EQ(measured.t[k], 0);
+    }
+    if (measured.t[k] == 0) {
+      ASSERT_EQ(measured.labels[k], 0);
+      continue;
+    }
+    ++readings;
+    flying += measured.labels[k] == 0 && ideal.labels[k] != 0;
+    ASSERT_NEAR(measured.t[k] * 1000, std::round(measured.t[k] * 1000), 1e-3);
+    ASSERT_GE(measured.t[k], 0.4f);
+    ASSERT_LE(measured.t[k], 5.0f);
+  }
+  EXPECT_GT(readings, measured.t.size() / 2);
+  EXPECT_GT(flying, 100u);
+  EXPECT_LT(flying, readings / 20);
+}
+
 TEST(Recording, SameOptionsSameScansInAnyOrder) {
-  for (const std::string sensor : {"depth", "tilting", "spinning"}) {
+  for (const std::string sensor : {"depth", "depth-real", "tilting", "spinning"}) {
     const Recording a(options_of("stones", sensor, 4));
     const Recording b(options_of("stones", sensor, 4));
     const Recording other(options_of("stones", sensor, 4, 4));

@@ -1,0 +1,291 @@
+// The model of a consumer depth camera, each effect by itself against the figure it is said to have.
+#include "simulation/real_camera.hpp"
+
+#include "simulation/sensor.hpp"
+#include "support/seed.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <numbers>
+#include <set>
+
+namespace octosurf::simulation {
+namespace {
+
+constexpr std::size_t pixels = depth_width * depth_height;
+constexpr double degree = std::numbers::pi / 180;
+constexpr double focal_baseline = 525 * 0.075;  // px·m
+
+// Samples of correlated noise are worth fewer independent ones. For means it is the sum of the window's
+// correlation over all lags that counts, 9² = 81; for squares and products the sum of its squares, 6.04².
+constexpr double pixels_a_mean = 81, pixels_a_square = 36.5;
+constexpr double sigmas = 5;  // of what is estimated: once in two million checks by chance
+
+RealCamera camera_of(std::uint64_t seed, double noise_scale = 1) {
+  return {Random(seed, 1), Random(seed, 2), noise_scale};
+}
+
+/// A wall before the camera that covers several disparity steps: depth z (1 ± 3 %) from left to right.
+Readings wall(double z, double incidence_rad = 0) {
+  Readings readings;
+  for (std::size_t k = 0; k < pixels; ++k)
+    readings.t.push_back(
+        static_cast<float>(z * (1 + 0.06 * (static_cast<double>(k % depth_width) / depth_width - 0.5))));
+  readings.labels.assign(pixels, 1);
+  readings.incidence_rad.assign(pixels, static_cast<float>(incidence_rad));
+  return readings;
+}
+
+double column(std::size_t k) { return static_cast<double>(k % depth_width); }
+double row(std::size_t k) { return static_cast<double>(k / depth_width); }
+
+TEST(CorrelatedNoise, HasUnitVarianceAndTheWindowsCorrelation) {
+  constexpr int fields = 8;
+  constexpr std::size_t window = RealCamera::matching_window;
+  Random random(test::seed(), 1);
+  const std::vector<std::pair<std::size_t, std::size_t>> lags{{0, 0}, {1, 0}, {0, 4}, {5, 3}, {8, 8}, {9, 0}};
+  std::vector<double> products(lags.size()), counts(lags.size());
+  double sum = 0;
+  for (int field = 0; field < fields; ++field) {
+    const auto noise = correlated_noise(depth_width, depth_height, window, random);
+    ASSERT_EQ(noise.size(), pixels);
+    for (const double value : noise) sum += value;
+    for (std::size_t i = 0; i < lags.size(); ++i)
+      for (std::size_t y = 0; y + lags[i].second < depth_height; ++y)
+        for (std::size_t x = 0; x + lags[i].first < depth_width; ++x) {
+          products[i] +=
+              noise[y * depth_width + x] * noise[(y + lags[i].second) * depth_width + x + lags[i].first];
+          ++counts[i];
+        }
+  }
+  EXPECT_NEAR(sum / (fields * pixels), 0, sigmas * std::sqrt(pixels_a_mean / (fields * pixels)));
+  for (std::size_t i = 0; i < lags.size(); ++i) {
+    const auto [dx, dy] = lags[i];
+    const double expected =
+        std::max(0.0, 1 - static_cast<double>(dx) / 9) * std::max(0.0, 1 - static_cast<double>(dy) / 9);
+    EXPECT_NEAR(products[i] / counts[i], expected, sigmas * std::sqrt(2 * pixels_a_square / counts[i]))
+        << "lag " << dx << ", " << dy;
+  }
+}
+
+TEST(RealCamera, DepthsDeviateAsPublished) {
+  constexpr int scans = 4;
+  const std::uint64_t seed = test::seed();
+  const RealCamera camera = camera_of(seed);
+  struct Case {
+    double z, incidence_deg, sigma;
+  };
+  // By hand from 0.0012 + 0.0019 (z − 0.4)², beyond 60° with 0.0001 θ² / (√z (π/2 − θ)²) more.
+  for (const auto& [z, incidence_deg, sigma] :
+       {Case{0.8, 0, 0.001504}, Case{1.5, 45, 0.003499}, Case{2, 0, 0.006064}, Case{3, 0, 0.014044},
+        Case{4, 0, 0.025824}, Case{2, 75, 0.006064 + 0.0001 * 25 / std::numbers::sqrt2}}) {
+    const Readings ideal = wall(z, incidence_deg * degree);
+    double squares = 0, expected = 0;
+    for (int scan = 0; scan < scans; ++scan) {
+      const Readings readings = camera.measured(ideal, Random(seed, 100 + static_cast<unsigned>(scan)));
+      for (std::size_t k = 0; k < pixels; ++k) {
+        const double depth = ideal.t[k];
+        const double error =
+            focal_baseline / readings.t[k] - focal_baseline / depth - camera.bias(column(k), row(k));
+        const double metres = error * depth * depth / focal_baseline;
+        squares += metres * metres;
+        // The model of the depth in the middle, carried to this pixel's.
+        const double own = sigma + 0.0019 * (std::pow(depth - 0.4, 2) - std::pow(z - 0.4, 2));
+        expected += own * own;
+      }
+    }
+    const double uncertainty = std::sqrt(pixels_a_square / (2.0 * scans * pixels));
+    EXPECT_NEAR(std::sqrt(squares / expected), 1, sigmas * uncertainty)
+        << z << " m, " << incidence_deg << "°";
+  }
+}
+
+TEST(RealCamera, DisparityComesInEighthsOfAPixel) {
+  const std::uint64_t seed = test::seed();
+  const Readings readings = camera_of(seed).measured(wall(2), Random(seed, 7));
+  std::set<long> steps;
+  for (const float t : readings.t) {
+    const double eighths = 8 * focal_baseline / t;
+    ASSERT_NEAR(eighths, std::round(eighths), 1e-3);
+    steps.insert(std::lround(eighths));
+  }
+  // 1.94 to 2.06 m are 162.4 to 152.9 eighths; noise of half an eighth reaches a little further.
+  EXPECT_GE(steps.size(), 10u);
+  EXPECT_LE(steps.size(), 20u);
+  const double step_m = focal_baseline / (157 / 8.0) - focal_baseline / (158 / 8.0);
+  EXPECT_NEAR(step_m, 0.0127, 0.0001) << "at 2 m";
+}
+
+/// Bars 40 pixels wide, 1 m and 2 m away by turns.
+Readings bars(bool upright) {
+  Readings readings;
+  for (std::size_t k = 0; k < pixels; ++k) {
+    const bool far = (upright ? k % depth_width : k / depth_width) / 40 % 2 == 1;
+    readings.t.push_back(far ? 2.0f : 1.0f);
+    readings.labels.push_back(far ? 2 : 1);
+  }
+  readings.incidence_rad.assign(pixels, 0);
+  return readings;
+}
+
+TEST(RealCamera, OutlinesStrayByEightTenthsOfAPixelWithAFlyingPixelEach) {
+  constexpr int scans = 10;
+  const std::uint64_t seed = test::seed();
+  const RealCamera camera = camera_of(seed);
+  for (const bool upright : {true, false}) {
+    const Readings ideal = bars(upright);
+    const std::size_t length = upright ? depth_height : depth_width;
+    const std::size_t edges = (upright ? depth_width : depth_height) / 40 - 1;
+    double mixed = 0, between = 0;
+    std::vector<double> strayed(3);
+    for (int scan = 0; scan < scans; ++scan) {
+      const Readings readings = camera.measured(ideal, Random(seed, 200 + static_cast<unsigned>(scan)));
+      for (std::size_t k = 0; k < pixels; ++k) {
+        mixed += readings.labels[k] == 0;
+        between += readings.t[k] > 1.1f && readings.t[k] < 1.8f;
+        const std::size_t across = upright ? k % depth_width : k / depth_width;
+        // Pixels j off the border after them, which is half a pixel beyond the last one's centre.
+        const std::size_t j = 39 - across % 40;
+        if (j < strayed.size() && across / 40 < edges)
+          strayed[j] += (readings.t[k] > 1.5f) != (ideal.t[k] > 1.5f);
+      }
+    }
+    const double edge_pixels = static_cast<double>(scans * edges * length);
+    // Along an edge the window makes 9 pixels one sample; a place's count varies by less than 1.
+    const double uncertainty = sigmas * std::sqrt(9 / edge_pixels);
+    EXPECT_NEAR(mixed / edge_pixels, 1, uncertainty);
+    EXPECT_NEAR(between / edge_pixels, 0.7, uncertainty) << "depths are spread evenly between";
+    for (std::size_t j = 0; j < strayed.size(); ++j) {
+      const double expected = std::erfc((static_cast<double>(j) + 0.5) / 0.8 / std::numbers::sqrt2) / 2;
+      EXPECT_NEAR(strayed[j] / edge_pixels, expected, uncertainty * std::sqrt(expected * (1 - expected)))
+          << j << " pixels off";
+    }
+  }
+}
+
+TEST(RealCamera, WithinAFaceNoPixelFlies) {
+  const std::uint64_t seed = test::seed();
+  const Readings readings = camera_of(seed).measured(wall(1.5), Random(seed, 3));
+  EXPECT_EQ(readings.labels, wall(1.5).labels);
+}
+
+TEST(RealCamera, OutlinesStrayMoreAtASlant) {
+  EXPECT_DOUBLE_EQ(RealCamera::lateral_sigma(0), 0.8);
+  EXPECT_NEAR(RealCamera::lateral_sigma(45 * degree), 0.835, 1e-9);
+  EXPECT_NEAR(RealCamera::lateral_sigma(75 * degree), 0.8 + 0.035 * 5, 1e-9);
+}
+
+TEST(RealCamera, DropsAsOftenAsItSays) {
+  constexpr int scans = 4;
+  const std::uint64_t seed = test::seed();
+  const RealCamera camera = camera_of(seed);
+  struct Case {
+    double z, incidence_deg, albedo;
+  };
+  for (const auto& [z, incidence_deg, albedo] :
+       {Case{1, 0, 0.6}, Case{1, 74, 0.6}, Case{1, 78, 0.6}, Case{1, 82, 0.6}, Case{1, 87, 0.6},
+        Case{2, 0, 0.04}, Case{3, 0, 0.04}, Case{4, 68, 0.6}}) {
+    double dropped = 0, expected = 0;
+    for (int scan = 0; scan < scans; ++scan) {
+      Readings readings = wall(z, incidence_deg * degree);
+      for (const float t : readings.t) expected += RealCamera::drop_out(t, incidence_deg * degree, albedo);
+      camera.drop(std::vector<double>(pixels, albedo), Random(seed, 300 + static_cast<unsigned>(scan)),
+                  readings);
+      for (std::size_t k = 0; k < pixels; ++k) {
+        dropped += readings.t[k] == 0;
+        ASSERT_EQ(readings.labels[k], readings.t[k] == 0 ? 0 : 1);
+      }
+    }
+    const double share = expected / (scans * pixels);
+    const double uncertainty = std::sqrt(share * (1 - share) * pixels_a_mean / (scans * pixels));
+    EXPECT_NEAR(dropped / (scans * pixels), share, sigmas * uncertainty + 1e-6)
+        << z << " m, " << incidence_deg << "°, albedo " << albedo;
+  }
+}
+
+TEST(RealCamera, DropsAtGrazingIncidenceAndOfDarkThings) {
+  EXPECT_LT(RealCamera::drop_out(1, 0, 0.6), 1e-6);
+  EXPECT_LT(RealCamera::drop_out(1, 70 * degree, 0.9), 1e-4);
+  EXPECT_NEAR(RealCamera::drop_out(0.5, 78 * degree, 0.9), 0.5, 1e-3);
+  EXPECT_EQ(RealCamera::drop_out(0.5, 86.01 * degree, 0.9), 1);
+  EXPECT_NEAR(RealCamera::drop_out(2, 0, 0.04), 0.5, 1e-9);
+  EXPECT_GT(RealCamera::drop_out(4, 0, 0.04), 0.99);
+  EXPECT_LT(RealCamera::drop_out(1, 0, 0.04), 0.01);
+}
+
+TEST(RealCamera, BiasIsSlowItsOwnAndAsLargeAsStated) {
+  const std::uint64_t seed = test::seed();
+  const RealCamera camera = camera_of(seed), same = camera_of(seed), other = camera_of(seed + 1);
+  double sum = 0, squares = 0, steepest = 0, apart = 0;
+  for (std::size_t k = 0; k < pixels; ++k) {
+    const double bias = camera.bias(column(k), row(k));
+    ASSERT_EQ(bias, same.bias(column(k), row(k)));
+    sum += bias;
+    squares += bias * bias;
+    steepest = std::max(steepest, std::abs(camera.bias(column(k) + 1, row(k)) - bias));
+    apart = std::max(apart, std::abs(other.bias(column(k), row(k)) - bias));
+  }
+  EXPECT_NEAR(sum / pixels, 0, 1e-5);
+  EXPECT_NEAR(std::sqrt(squares / pixels), 0.03, 1e-5);
+  EXPECT_LT(steepest, 0.001) << "px of disparity a pixel";
+  EXPECT_GT(apart, 0.01);
+  EXPECT_NEAR(0.03 * 2 * 2 / focal_baseline, 0.003, 1e-4) << "m at 2 m";
+}
+
+TEST(RealCamera, WhatRemainsOfManyScansIsTheBias) {
+  constexpr int scans = 30;
+  constexpr std::size_t block = 32;
+  const std::uint64_t seed = test::seed();
+  const RealCamera camera = camera_of(seed);
+  const Readings ideal = wall(2);
+  std::vector<double> errors(pixels / (block * block)), biases(errors.size());
+  const auto block_of = [](std::size_t k) {
+    return k / depth_width / block * (depth_width / block) + k % depth_width / block;
+  };
+  for (int scan = 0; scan < scans; ++scan) {
+    const Readings readings = camera.measured(ideal, Random(seed, 400 + static_cast<unsigned>(scan)));
+    for (std::size_t k = 0; k < pixels; ++k) {
+      errors[block_of(k)] += focal_baseline / readings.t[k] - focal_baseline / ideal.t[k];
+      biases[block_of(k)] += camera.bias(column(k), row(k));
+    }
+  }
+  // σ of one disparity at 2 m: 6 mm are 0.06 px.
+  const double samples = scans * block * block;
+  const double uncertainty = 0.065 * std::sqrt(pixels_a_mean / samples);
+  for (std::size_t b = 0; b < errors.size(); ++b)
+    EXPECT_NEAR(errors[b] / samples, biases[b] / samples, sigmas * uncertainty) << "block " << b;
+}
+
+TEST(RealCamera, WithoutNoiseStepsRemain) {
+  const std::uint64_t seed = test::seed();
+  const Readings ideal = bars(true), readings = camera_of(seed, 0).measured(ideal, Random(seed, 1));
+  EXPECT_EQ(readings.labels, ideal.labels);
+  for (std::size_t k = 0; k < pixels; ++k)
+    ASSERT_LE(std::abs(focal_baseline / readings.t[k] - focal_baseline / ideal.t[k]), 1.0 / 16 + 1e-5);
+}
+
+TEST(RealCamera, FacesHaveAlbedosAndAFewDarkPatches) {
+  const RealCamera camera = camera_of(test::seed());
+  constexpr int side = 100, faces = 20;
+  double dark = 0, sum = 0;
+  for (std::uint16_t face = 1; face <= faces; ++face) {
+    std::set<double> albedos;
+    for (int i = 0; i < side * side; ++i) {
+      const Eigen::Vector2d middle(0.2 * (i % side - 50) + 0.1, 0.2 * (i / side - 50) + 0.1);
+      const double albedo = camera.albedo(face, middle);
+      EXPECT_EQ(camera.albedo(face, middle + Eigen::Vector2d(0.09, -0.09)), albedo) << "one patch";
+      albedos.insert(albedo);
+      dark += albedo == 0.04;
+    }
+    EXPECT_EQ(albedos.size(), 2u) << "its own and the dark patches'";
+    EXPECT_GE(*albedos.rbegin(), 0.1);
+    EXPECT_LE(*albedos.rbegin(), 0.9);
+    sum += *albedos.rbegin();
+  }
+  constexpr double patches = faces * side * side;
+  EXPECT_NEAR(dark / patches, 0.03, sigmas * std::sqrt(0.03 / patches));
+  EXPECT_NEAR(sum / faces, 0.5, sigmas * 0.8 / std::sqrt(12.0 * faces));
+}
+
+}  // namespace
+}  // namespace octosurf::simulation
