@@ -25,6 +25,29 @@ Examples:
   octosurf evaluate maps/office --truth sim/office/truth.json
   octosurf evaluate maps/office --truth sim/office/truth.json --json scores.json
   octosurf evaluate maps/table --labels learn17.pcd
+
+Scores against --truth (tol: 1.5 voxels, at least 2 cm, off a plane; exact definitions in
+src/evaluation/evaluate.hpp):
+  judged             true faces of which --min-area or more was seen
+  correct            one surface covers 80 % of the face's seen area and lies on it with 80 % of its own
+  over-segmented     several surfaces that each lie on the face cover 80 % of it
+  under-segmented    one surface covers 80 % of the face and of others besides
+  missed             none of these
+  noise              surfaces of that size that took part in none of these
+  coverage           share of the judged faces' seen area with a surface at most tol and 15° off
+  multiplicity       surfaces upon each other where there are any; 1 is right
+  unsafe area        no true face under it: more than tol or 30° off, or a voxel outside the outline
+  unsafe at 1 cm     the same with 1 cm (1.5 cm) off the true outline in the plane instead of a voxel
+    rim              of it, what lies within 5 cm of the outline
+    false            of it, what lies farther off, or where no face is; the same at 1 and 1.5 cm
+  ghost area         of the unsafe area, what was there and is gone
+  normal error       angle between a face's normal and its surface's, over correct faces
+  offset error       distance of the face's seen centroid to the surface's plane, over correct faces
+  … of all matched   the same two over all judged faces that any surface covers
+  boundary distance  from the seen part of the true outline to the surface's, over correct faces
+  holes found        true holes over 0.02 m² and 10 cm wide of which 80 % stayed empty
+True outlines are those of whole faces: what the sensor could not see of a face can be stood on, too.
+Curved things are not in the truth: surfaces on them count as noise, unsafe and false.
 )";
 
 struct Arguments {
@@ -64,11 +87,20 @@ void print(const Evaluation& scores) {
   std::printf("%-22s %.3f\n", "multiplicity", scores.multiplicity);
   std::printf("%-22s %.3f m², %.2f %% of %.2f m²\n", "unsafe area", scores.unsafe_m2,
               100 * scores.unsafe_share, scores.area_m2);
+  for (std::size_t m = 0; m < outline_margins.size(); ++m) {
+    const std::string name = "unsafe at " + std::string(m == 0 ? "1 cm" : "1.5 cm");
+    const double percent = scores.area_m2 > 0 ? 100 / scores.area_m2 : 0;
+    std::printf("%-22s %.3f m², %.2f %%: rim %.2f %%, false %.2f %%\n", name.c_str(), scores.unsafe_at(m),
+                percent * scores.unsafe_at(m), percent * scores.rim_m2[m], percent * scores.false_m2);
+  }
   std::printf("%-22s %.3f m²\n", "ghost area", scores.ghost_m2);
   std::printf("%-22s mean %.3f°, max %.3f°\n", "normal error", degrees(scores.normal_rad.mean),
               degrees(scores.normal_rad.max));
   std::printf("%-22s mean %.2f mm, max %.2f mm\n", "offset error", 1e3 * scores.offset_m.mean,
               1e3 * scores.offset_m.max);
+  std::printf("%-22s normal mean %.3f°, max %.3f°; offset mean %.2f mm, max %.2f mm\n", "… of all matched",
+              degrees(scores.normal_all_rad.mean), degrees(scores.normal_all_rad.max),
+              1e3 * scores.offset_all_m.mean, 1e3 * scores.offset_all_m.max);
   std::printf("%-22s mean %.1f mm, 95 %% within %.1f mm\n", "boundary distance", 1e3 * scores.boundary_m.mean,
               1e3 * scores.boundary_m.p95);
   std::printf("%-22s %zu of %zu\n", "holes found", scores.holes_found, scores.holes);

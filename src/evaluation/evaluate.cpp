@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <string>
 
@@ -21,8 +22,12 @@ double share(std::size_t part, std::size_t whole) {
   return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
 }
 
+constexpr std::size_t margins = outline_margins.size();
+
 struct SurfaceSamples {
   std::size_t all = 0, unsafe = 0, ghost = 0;
+  std::array<std::size_t, margins> rim{};
+  std::size_t wrong = 0;  // definition 10's false
 };
 
 struct CellCounts {
@@ -44,7 +49,31 @@ bool meets(const Meeting& meeting, const Eigen::Vector2d& uv, double tolerance, 
   return std::abs(p.z()) <= tolerance && meeting.patch->region.within(p.head<2>(), margin);
 }
 
-// Definitions 3 and 6; counts Pair::lying.
+/// Definition 10's outline distance; infinite beyond the rim.
+double outline_distance(const Meeting& meeting, const Eigen::Vector2d& uv, double tolerance) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const Eigen::Vector3d p = transfer(meeting.T_patch_sampled, uv);
+  if (std::abs(p.z()) > tolerance) return infinity;
+  const PlanarRegion& region = meeting.patch->region;
+  return region.contains(p.head<2>()) ? 0 : region.ring_distance(p.head<2>(), rim_width);
+}
+
+void count_outline(const std::vector<Meeting>& meetings, const Eigen::Vector2d& uv, double tolerance,
+                   SurfaceSamples& samples) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Meeting& meeting : meetings) {
+    if (meeting.flag) continue;  // gone
+    nearest = std::min(nearest, outline_distance(meeting, uv, tolerance));
+    if (nearest == 0) return;
+  }
+  if (nearest > rim_width) {
+    ++samples.wrong;
+    return;
+  }
+  for (std::size_t m = 0; m < margins; ++m) samples.rim[m] += nearest > outline_margins[m];
+}
+
+// Definitions 3, 6 and 10; counts Pair::lying.
 SurfaceSamples sample_surface(Scene& scene, std::size_t index) {
   const Patch& surface = scene.surfaces[index];
   std::vector<Meeting> meetings;
@@ -66,6 +95,7 @@ SurfaceSamples sample_surface(Scene& scene, std::size_t index) {
     ++samples.all;
     samples.unsafe += !safe;
     samples.ghost += !safe && ghost;
+    count_outline(meetings, uv, scene.tolerance, samples);
   });
   return samples;
 }
@@ -185,7 +215,7 @@ FaceScore score_face(const Scene& scene, const Counts& counts, std::size_t f) {
 }
 
 void add_faces(const Scene& scene, const Counts& counts, Evaluation& result) {
-  std::vector<double> normals, offsets, boundaries;
+  std::vector<double> normals, offsets, boundaries, all_normals, all_offsets;
   std::size_t seen = 0, covered = 0, layers = 0, seen_all = 0, covered_all = 0;
   for (std::size_t f = 0; f < scene.faces.size(); ++f) {
     if (scene.truth->faces[f].gone || scene.visible[f].count() == 0) continue;
@@ -202,6 +232,10 @@ void add_faces(const Scene& scene, const Counts& counts, Evaluation& result) {
       seen += scene.visible[f].count();
       covered += counts.cells[f].covered;
       layers += counts.cells[f].layers;
+      if (score.surface != 0) {
+        all_normals.push_back(score.normal_rad);
+        all_offsets.push_back(std::abs(score.offset_m));
+      }
     }
     if (const auto match = counts.hoover.match[f]) {
       normals.push_back(score.normal_rad);
@@ -219,6 +253,8 @@ void add_faces(const Scene& scene, const Counts& counts, Evaluation& result) {
   result.normal_rad = summarize(std::move(normals));
   result.offset_m = summarize(std::move(offsets));
   result.boundary_m = summarize(std::move(boundaries));
+  result.normal_all_rad = summarize(std::move(all_normals));
+  result.offset_all_m = summarize(std::move(all_offsets));
   result.holes = result.hole_scores.size();
   for (const HoleScore& hole : result.hole_scores) result.holes_found += hole.found;
 }
@@ -233,6 +269,12 @@ void add_surfaces(const Scene& scene, const Counts& counts, Evaluation& result) 
     score.area_m2 = static_cast<double>(samples.all) * cell_m2;
     score.unsafe_m2 = static_cast<double>(samples.unsafe) * cell_m2;
     score.ghost_m2 = static_cast<double>(samples.ghost) * cell_m2;
+    for (std::size_t m = 0; m < margins; ++m) {
+      score.rim_m2[m] = static_cast<double>(samples.rim[m]) * cell_m2;
+      result.rim_m2[m] += score.rim_m2[m];
+    }
+    score.false_m2 = static_cast<double>(samples.wrong) * cell_m2;
+    result.false_m2 += score.false_m2;
     std::size_t lying = 0;
     for (const std::size_t i : scene.pairs_of_surface[s]) {
       const Pair& pair = scene.pairs[i];

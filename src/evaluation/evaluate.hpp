@@ -3,6 +3,7 @@
 #include "evaluation/hoover.hpp"
 #include "evaluation/truth.hpp"
 
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -47,10 +48,17 @@ struct FaceScore {
   double offset_m = 0;      ///< signed distance of the visible cells' centroid to `surface`
 };
 
+/// m off the true outline beyond which a foot's support is judged, finest first (definition 10).
+inline constexpr std::array outline_margins{0.01, 0.015};
+/// m: as far off an outline as a surface's rim may be; what lies farther is false (definition 10).
+inline constexpr double rim_width = 0.05;
+
 struct SurfaceScore {
   SurfaceId id = 0;
   FoundVerdict verdict = FoundVerdict::noise;
   double area_m2 = 0, unsafe_m2 = 0, ghost_m2 = 0;
+  std::array<double, outline_margins.size()> rim_m2{};  ///< one for each margin
+  double false_m2 = 0;
   std::uint32_t face = 0;  ///< present face on which most of it lies; 0: none
   double on_face = 0;      ///< share of its area that lies there
 };
@@ -93,6 +101,16 @@ struct HoleScore {
 ///    inscribed circle is wider than 0.1 m, half of its ring or more has visible cells next to it
 ///    (as in 8), and one surface covers `threshold` of the face or more. It is found if at least
 ///    `threshold` of its area is outside that surface's polygons.
+/// 10. The same with the true outline instead of one a voxel wider. F's *outline distance* to a sample p
+///    that is at most tol off F's plane, with normals at most `support_rad` apart, is 0 if p's
+///    projection lies inside F's polygons, else its distance to their rings; the least over the present
+///    faces counts. p is *off* at a margin if it is greater than that, *false* if it is greater than
+///    `rim_width` or there is no such face. `unsafe_at` is the area off at each of `outline_margins`:
+///    its `rim` (not false) and `false_m2`, which is the same at every margin. A face's polygons are all
+///    of it that nothing stands on, seen or not: a foot can stand on what was hidden from the sensor, so
+///    a surface that reaches there is right. Area on curved things is false, as in 6.
+/// 11. `normal_all_rad`, `offset_all_m`: as 7, over every judged face that some surface covers, whatever
+///    its verdict, by the surface that covers most of it (the correct one if there is one).
 struct Evaluation {
   EvaluationOptions options;  ///< as in force: the tolerance is filled in
   double resolution_m = 0;
@@ -103,11 +121,16 @@ struct Evaluation {
   double coverage = 0, coverage_all = 0, multiplicity = 0;
   double area_m2 = 0;                                    ///< of all surfaces
   double unsafe_m2 = 0, unsafe_share = 0, ghost_m2 = 0;  ///< share of area_m2; 0 without surfaces
+  std::array<double, outline_margins.size()> rim_m2{};   ///< off the true outline by more than each
+  double false_m2 = 0;                                   ///< more than rim_width off every true face
   Summary normal_rad, offset_m, boundary_m;
+  Summary normal_all_rad, offset_all_m;
   std::size_t holes = 0, holes_found = 0;
   std::vector<FaceScore> face_scores;        ///< every present face with visible cells, truth's order
   std::vector<SurfaceScore> surface_scores;  ///< every surface, snapshot's order
   std::vector<HoleScore> hole_scores;
+
+  double unsafe_at(std::size_t margin) const { return rim_m2.at(margin) + false_m2; }  ///< m²
 };
 
 /// Throws Error(usage) for options out of range or a `min_area` that no face reaches, Error(data)
@@ -117,10 +140,12 @@ struct Evaluation {
 Evaluation evaluate(const Snapshot& snapshot, const Truth& truth, const EvaluationOptions& options = {});
 
 /// One JSON object: the fields of Evaluation by name, angles in degrees (`normal_deg`, …), summaries
-/// as {count, mean, p95, max}; `options` {min_area_m2, tolerance_m, angle_deg, support_deg,
-/// threshold, grid_m}; `face_scores` [{id, name, verdict, visible_m2, covered, multiplicity, surface,
-/// by_surface, of_surface, normal_deg, offset_m}], `surface_scores` [{id, verdict, area_m2, unsafe_m2,
-/// ghost_m2, face, on_face}], `hole_scores` [{face, area_m2, empty, found}].
+/// as {count, mean, p95, max}; of definition 10 `unsafe_10mm_m2`, `unsafe_10mm_share`, `rim_10mm_m2`, the
+/// same of 15mm, `false_m2` and `false_share` (of area_m2); `options` {min_area_m2, tolerance_m, angle_deg,
+/// support_deg, threshold, grid_m}; `face_scores` [{id, name, verdict, visible_m2, covered, multiplicity,
+/// surface, by_surface, of_surface, normal_deg, offset_m}], `surface_scores` [{id, verdict, area_m2,
+/// unsafe_m2, ghost_m2, rim_10mm_m2, rim_15mm_m2, false_m2, face, on_face}], `hole_scores` [{face, area_m2,
+/// empty, found}].
 std::string to_json(const Evaluation& evaluation);
 
 }  // namespace octosurf

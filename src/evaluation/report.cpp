@@ -38,6 +38,9 @@ Json to_object(const SurfaceScore& score) {
           {"area_m2", score.area_m2},
           {"unsafe_m2", score.unsafe_m2},
           {"ghost_m2", score.ghost_m2},
+          {"rim_10mm_m2", score.rim_m2[0]},
+          {"rim_15mm_m2", score.rim_m2[1]},
+          {"false_m2", score.false_m2},
           {"face", score.face},
           {"on_face", score.on_face}};
 }
@@ -73,7 +76,11 @@ std::string dump(const Json& json) { return json.dump(1, ' ', false, Json::error
 }  // namespace
 
 std::string to_json(const Evaluation& evaluation) {
+  static_assert(outline_margins == std::array{0.01, 0.015}, "the names below say the margins");
   const EvaluationOptions& options = evaluation.options;
+  const auto share = [&evaluation](double area_m2) {
+    return evaluation.area_m2 > 0 ? area_m2 / evaluation.area_m2 : 0;
+  };
   const Json json{
       {"options",
        {{"min_area_m2", options.min_area},
@@ -99,9 +106,19 @@ std::string to_json(const Evaluation& evaluation) {
       {"unsafe_m2", evaluation.unsafe_m2},
       {"unsafe_share", evaluation.unsafe_share},
       {"ghost_m2", evaluation.ghost_m2},
+      {"unsafe_10mm_m2", evaluation.unsafe_at(0)},
+      {"unsafe_10mm_share", share(evaluation.unsafe_at(0))},
+      {"rim_10mm_m2", evaluation.rim_m2[0]},
+      {"unsafe_15mm_m2", evaluation.unsafe_at(1)},
+      {"unsafe_15mm_share", share(evaluation.unsafe_at(1))},
+      {"rim_15mm_m2", evaluation.rim_m2[1]},
+      {"false_m2", evaluation.false_m2},
+      {"false_share", share(evaluation.false_m2)},
       {"normal_deg", to_object(evaluation.normal_rad, degrees(1))},
       {"offset_m", to_object(evaluation.offset_m)},
       {"boundary_m", to_object(evaluation.boundary_m)},
+      {"normal_all_deg", to_object(evaluation.normal_all_rad, degrees(1))},
+      {"offset_all_m", to_object(evaluation.offset_all_m)},
       {"holes", evaluation.holes},
       {"holes_found", evaluation.holes_found},
       {"face_scores", to_array(evaluation.face_scores)},

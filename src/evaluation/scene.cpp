@@ -62,7 +62,7 @@ Patch make_patch(const Plane& plane, const Eigen::Isometry3d& T, const std::vect
 void find_pairs(Scene& scene) {
   scene.pairs_of_face.resize(scene.faces.size());
   scene.pairs_of_surface.resize(scene.surfaces.size());
-  const double margin = scene.tolerance + scene.snapshot->resolution;
+  const double margin = scene.tolerance + std::max(scene.snapshot->resolution, rim_width);
   for (std::size_t f = 0; f < scene.faces.size(); ++f) {
     const Patch& face = scene.faces[f];
     if (face.box.isEmpty()) continue;

@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -90,7 +91,11 @@ struct Score {
   std::size_t recordings = 0, faces = 0, correct = 0, over = 0, under = 0, missed = 0, noise = 0;
   double visible_m2 = 0, covered_m2 = 0, layers_m2 = 0, area_m2 = 0, unsafe_m2 = 0;
   double worst_coverage = 1, worst_multiplicity = 0, worst_unsafe = 0;
+  std::array<double, outline_margins.size()> rim_m2{};
+  double false_m2 = 0;
   double normal_sum = 0, normal_max = 0, offset_sum = 0;
+  std::size_t matched = 0;
+  double normal_all_sum = 0, normal_all_max = 0, offset_all_sum = 0;
   std::size_t scans = 0;
   double ms = 0;
 
@@ -114,6 +119,12 @@ struct Score {
     normal_sum += evaluation.normal_rad.mean * static_cast<double>(evaluation.normal_rad.count);
     normal_max = std::max(normal_max, evaluation.normal_rad.max);
     offset_sum += evaluation.offset_m.mean * static_cast<double>(evaluation.offset_m.count);
+    for (std::size_t m = 0; m < rim_m2.size(); ++m) rim_m2[m] += evaluation.rim_m2[m];
+    false_m2 += evaluation.false_m2;
+    matched += evaluation.normal_all_rad.count;
+    normal_all_sum += evaluation.normal_all_rad.mean * static_cast<double>(evaluation.normal_all_rad.count);
+    normal_all_max = std::max(normal_all_max, evaluation.normal_all_rad.max);
+    offset_all_sum += evaluation.offset_all_m.mean * static_cast<double>(evaluation.offset_all_m.count);
     scans += more_scans;
     ms += more_ms;
   }
@@ -125,6 +136,10 @@ struct Score {
   double unsafe_share() const { return ratio(unsafe_m2, area_m2); }
   double normal_mean_deg() const { return ratio(normal_sum, static_cast<double>(correct)) * deg; }
   double offset_mean_mm() const { return ratio(offset_sum, static_cast<double>(correct)) * 1000; }
+  double off_share(std::size_t margin) const { return ratio(rim_m2[margin] + false_m2, area_m2); }
+  double false_share() const { return ratio(false_m2, area_m2); }
+  double normal_all_mean_deg() const { return ratio(normal_all_sum, static_cast<double>(matched)) * deg; }
+  double offset_all_mean_mm() const { return ratio(offset_all_sum, static_cast<double>(matched)) * 1000; }
   double ms_per_scan() const { return ratio(ms, static_cast<double>(scans)); }
 
   void add(const Score& other) {
@@ -146,6 +161,12 @@ struct Score {
     normal_sum += other.normal_sum;
     normal_max = std::max(normal_max, other.normal_max);
     offset_sum += other.offset_sum;
+    for (std::size_t m = 0; m < rim_m2.size(); ++m) rim_m2[m] += other.rim_m2[m];
+    false_m2 += other.false_m2;
+    matched += other.matched;
+    normal_all_sum += other.normal_all_sum;
+    normal_all_max = std::max(normal_all_max, other.normal_all_max);
+    offset_all_sum += other.offset_all_sum;
     scans += other.scans;
     ms += other.ms;
   }
@@ -214,9 +235,15 @@ std::vector<std::string> row_of(const std::string& name, const Score& score) {
           fixed(score.worst_multiplicity, 3),
           fixed(score.unsafe_share() * 100, 2),
           fixed(score.worst_unsafe * 100, 2),
+          fixed(score.off_share(0) * 100, 2),
+          fixed(score.off_share(1) * 100, 2),
+          fixed(score.false_share() * 100, 2),
           fixed(score.normal_mean_deg(), 2),
           fixed(score.normal_max * deg, 2),
           fixed(score.offset_mean_mm(), 2),
+          fixed(score.normal_all_mean_deg(), 2),
+          fixed(score.normal_all_max * deg, 2),
+          fixed(score.offset_all_mean_mm(), 2),
           fixed(score.ms_per_scan(), 1)};
 }
 
@@ -244,6 +271,15 @@ nlohmann::json json_of(const std::string& method, const std::string& scene, cons
           {"worst_multiplicity", score.worst_multiplicity},
           {"unsafe_share", score.unsafe_share()},
           {"worst_unsafe_share", score.worst_unsafe},
+          {"unsafe_10mm_share", score.off_share(0)},
+          {"unsafe_15mm_share", score.off_share(1)},
+          {"rim_10mm_share", score.off_share(0) - score.false_share()},
+          {"rim_15mm_share", score.off_share(1) - score.false_share()},
+          {"false_share", score.false_share()},
+          {"matched", score.matched},
+          {"normal_all_mean_deg", score.normal_all_mean_deg()},
+          {"normal_all_max_deg", score.normal_all_max * deg},
+          {"offset_all_mean_mm", score.offset_all_mean_mm()},
           {"normal_mean_deg", score.normal_mean_deg()},
           {"normal_max_deg", score.normal_max * deg},
           {"offset_mean_mm", score.offset_mean_mm()},
@@ -315,8 +351,12 @@ void body(Options options) {
   const std::vector<Method> methods = methods_of(options);
   const Scores scores = score_all(options, methods);
 
-  TextTable table({"scene, method", "correct", "%", "over/under/missed", "noise", "coverage %", "worst",
-                   "layers", "worst", "unsafe %", "worst", "normal °", "max", "offset mm", "ms/scan"});
+  TextTable table({"scene, method", "correct",    "%",        "over/under/missed",
+                   "noise",         "coverage %", "worst",    "layers",
+                   "worst",         "unsafe %",   "worst",    "1 cm",
+                   "1.5 cm",        "false",      "normal °", "max",
+                   "offset mm",     "all: °",     "max",      "mm",
+                   "ms/scan"});
   nlohmann::json rows = nlohmann::json::array();
   for (std::size_t s = 0; s < options.scenes.size(); ++s) {
     for (std::size_t m = 0; m < methods.size(); ++m) {
@@ -334,7 +374,8 @@ void body(Options options) {
   }
   std::printf(
       "%s sensor, d = %g m, noise ×%g, %zu seeds; faces with at least %g m² visible; \"worst\" is "
-      "the worst single recording.\n%s",
+      "the worst single recording; \"1 cm\", \"1.5 cm\" and \"false\" are unsafe %% off the true outline by "
+      "more than that and than 5 cm; \"all\" are errors over all matched faces.\n%s",
       options.sensor.c_str(), options.resolution, options.noise_scale, options.seeds.size(),
       EvaluationOptions{}.min_area, table.text().c_str());
   if (options.terrain) print_markdown(methods, options, scores);

@@ -40,6 +40,19 @@ bool touches(const Eigen::Vector3d& p, const Plane& plane, const Eigen::Isometry
          (is_inside(polygons, uv) || distance_to_rings(polygons, uv) <= margin);
 }
 
+/// Of a point of a surface to the nearest face under it, in the face's plane: 0 within its outline.
+double outline_distance(const World& world, const Plane& plane, const Eigen::Vector3d& p) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const TrueFace& face : world.truth.faces) {
+    if (face.gone || angle_between(plane, face.plane) > radians(30) ||
+        std::abs(face.plane.signed_distance(p)) > 0.03)
+      continue;
+    const Eigen::Vector2d uv = (face.T_map_face.inverse() * p).head<2>();
+    nearest = std::min(nearest, is_inside(face.polygons, uv) ? 0 : distance_to_rings(face.polygons, uv));
+  }
+  return nearest;
+}
+
 TEST(EvaluateProperties, AgreesWithBruteForceOnRandomWorlds) {
   const unsigned seed = 77;
   std::mt19937 random(seed);
@@ -47,6 +60,7 @@ TEST(EvaluateProperties, AgreesWithBruteForceOnRandomWorlds) {
     SCOPED_TRACE("seed " + std::to_string(seed) + ", round " + std::to_string(round));
     const World world = random_world(random);
     double cells = 0, covered = 0, layers = 0, samples = 0, unsafe = 0, ghost = 0;
+    double off_10mm = 0, off_15mm = 0, off_50mm = 0;
     for (const TrueFace& face : world.truth.faces) {
       for (const CellRun& run : face.visible) {
         for (int c = run.column; !face.gone && c < run.column + run.count; ++c) {
@@ -76,6 +90,10 @@ TEST(EvaluateProperties, AgreesWithBruteForceOnRandomWorlds) {
           ++samples;
           unsafe += !safe;
           ghost += !safe && was;
+          const double off = outline_distance(world, s->plane, p);
+          off_10mm += off > 0.01;
+          off_15mm += off > 0.015;
+          off_50mm += off > 0.05;
         }
       }
     }
@@ -85,6 +103,12 @@ TEST(EvaluateProperties, AgreesWithBruteForceOnRandomWorlds) {
     EXPECT_NEAR(scores.area_m2, samples / 1e4, 1e-9);
     EXPECT_NEAR(scores.unsafe_m2, unsafe / 1e4, 1e-9);
     EXPECT_NEAR(scores.ghost_m2, ghost / 1e4, 1e-9);
+    EXPECT_NEAR(scores.unsafe_at(0), off_10mm / 1e4, 1e-9);
+    EXPECT_NEAR(scores.unsafe_at(1), off_15mm / 1e4, 1e-9);
+    EXPECT_NEAR(scores.false_m2, off_50mm / 1e4, 1e-9);
+    EXPECT_GT(off_10mm, off_15mm);
+    EXPECT_GT(off_15mm, off_50mm);
+    EXPECT_GT(off_50mm, 0);
     EXPECT_GT(ghost, 0);
     EXPECT_LT(covered, cells);
   }
@@ -108,6 +132,9 @@ TEST(EvaluateProperties, ARigidMotionOfEverythingChangesNothing) {
     EXPECT_NEAR(after.multiplicity, before.multiplicity, 1e-3);
     EXPECT_NEAR(after.unsafe_m2, before.unsafe_m2, 1e-3);
     EXPECT_NEAR(after.ghost_m2, before.ghost_m2, 1e-3);
+    for (std::size_t m = 0; m < outline_margins.size(); ++m)
+      EXPECT_NEAR(after.unsafe_at(m), before.unsafe_at(m), 1e-3);
+    EXPECT_NEAR(after.false_m2, before.false_m2, 1e-3);
     EXPECT_NEAR(after.normal_rad.mean, before.normal_rad.mean, 1e-9);
     EXPECT_NEAR(after.offset_m.max, before.offset_m.max, 1e-9);
     EXPECT_NEAR(after.boundary_m.mean, before.boundary_m.mean, 1e-6);

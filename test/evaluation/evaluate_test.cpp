@@ -204,6 +204,90 @@ TEST(Evaluate, OnlyTheVisiblePartIsAskedForAndOnlyItsBoundaryMeasured) {
   EXPECT_NEAR(static_cast<double>(scores.boundary_m.count), 300, 5);
 }
 
+// 10 cm beyond an edge that runs 2 mm from the grid's line: columns 3, 13, … 93 mm off it.
+TEST(Evaluate, WhatLiesOffTheTrueOutlineIsRimOrFalse) {
+  World world;
+  world.add_face(ground, {polygon(box(0, 0, 1.002, 1))});
+  world.add_surface(ground, {polygon(box(0, 0, 1.1, 1))});
+  const Evaluation scores = scores_of(world);
+  EXPECT_NEAR(scores.unsafe_at(0), 0.09, 1e-9);
+  EXPECT_NEAR(scores.unsafe_at(1), 0.08, 1e-9);
+  EXPECT_NEAR(scores.rim_m2[0], 0.04, 1e-9) << "13 to 43 mm";
+  EXPECT_NEAR(scores.rim_m2[1], 0.03, 1e-9);
+  EXPECT_NEAR(scores.false_m2, 0.05, 1e-9) << "53 to 93 mm";
+  EXPECT_NEAR(scores.unsafe_m2, 0.08, 1e-9) << "beyond a voxel, as ever";
+  EXPECT_EQ(scores.surface_scores.at(0).rim_m2, scores.rim_m2);
+  EXPECT_EQ(scores.surface_scores.at(0).false_m2, scores.false_m2);
+}
+
+TEST(Evaluate, WhatWasHiddenOfAFaceSupports) {
+  World world;
+  const std::vector<Polygon> seen{polygon(box(0, 0, 1, 1))};
+  world.add_face(ground, {polygon(box(0, 0, 2, 1))}, &seen);
+  world.add_surface(ground, {polygon(box(0, 0, 2, 1))});
+  EXPECT_EQ(scores_of(world).unsafe_at(0), 0);
+}
+
+// A pillar's foot, 20 cm wide and 2 mm off the grid's lines, over which the surface runs on.
+TEST(Evaluate, WhereSomethingStandsNothingSupports) {
+  World world;
+  world.add_face(ground, {polygon(box(0, 0, 1, 1), {box(0.402, 0.402, 0.602, 0.602)})});
+  world.add_surface(ground, {polygon(box(0, 0, 1, 1))});
+  const Evaluation scores = scores_of(world);
+  EXPECT_NEAR(scores.unsafe_at(0), 0.18 * 0.18, 1e-9);
+  EXPECT_NEAR(scores.unsafe_at(1), 0.17 * 0.17, 1e-9);
+  EXPECT_NEAR(scores.false_m2, 0.1 * 0.1, 1e-9);
+}
+
+TEST(Evaluate, AcrossFlushFacesNothingIsOffAndAboveThemAllIsFalse) {
+  World world;
+  world.add_face(ground, {polygon(box(0, 0, 1, 1))});
+  world.add_face(ground, {polygon(box(1.008, 0, 2, 1))});  // nowhere more than 1 cm from both
+  world.add_surface(ground, {polygon(box(0, 0, 2, 1))});
+  EXPECT_EQ(scores_of(world).unsafe_at(0), 0);
+  world.add_surface(raised(0.04), {polygon(box(0.2, 0.2, 0.7, 0.6))});
+  const Evaluation scores = scores_of(world);
+  EXPECT_NEAR(scores.false_m2, 0.2, 1e-9);
+  EXPECT_EQ(scores.rim_m2[0], 0);
+  EXPECT_NEAR(scores.unsafe_at(1), 0.2, 1e-9);
+}
+
+TEST(Evaluate, WhatIsGoneSupportsNothing) {
+  World world;
+  world.add_face(ground, {polygon(box(0, 0, 1, 1))});
+  world.add_face(raised(1), {polygon(box(0, 0, 0.5, 0.4))}).gone = true;
+  world.add_surface(raised(1), {polygon(box(0, 0, 0.5, 0.4))});
+  const Evaluation scores = scores_of(world);
+  EXPECT_NEAR(scores.ghost_m2, 0.2, 1e-9);
+  EXPECT_NEAR(scores.false_m2, 0.2, 1e-9);
+}
+
+TEST(Evaluate, ErrorsOfAllMatchedFacesCountTheOnesNotCorrect) {
+  World world;
+  const std::vector<Polygon> square{polygon(box(0, 0, 1, 1))};
+  world.add_face(ground, square);
+  world.add_surface(raised(0.002), square);
+  // 60 % of it, tilted by 1° about the line through the seen part's middle, 1 cm up: missed.
+  world.add_face(raised(1), square);
+  const Eigen::Isometry3d tilted =
+      frame({0.5, 0.5, 1.01}) * frame({0, 0, 0}, radians(1), {1, 0, 0}) * frame({-0.5, -0.5, 0});
+  world.add_surface(tilted, {polygon(box(0, 0, 0.6, 1))});
+  world.add_face(raised(2), square);                          // nothing over it: matched by none
+  world.add_face(raised(3), {polygon(box(0, 0, 0.2, 0.2))});  // not judged
+  world.add_surface(raised(3.01), {polygon(box(0, 0, 0.2, 0.2))});
+  const Evaluation scores = scores_of(world);
+  EXPECT_EQ(scores.correct, 1u);
+  EXPECT_EQ(scores.missed, 2u);
+  EXPECT_EQ(scores.offset_m.count, 1u);
+  EXPECT_NEAR(scores.offset_m.max, 0.002, 1e-9);
+  EXPECT_EQ(scores.normal_all_rad.count, 2u);
+  EXPECT_NEAR(scores.normal_all_rad.max, radians(1), 1e-9);
+  EXPECT_NEAR(scores.normal_all_rad.mean, radians(0.5), 1e-9);
+  EXPECT_EQ(scores.offset_all_m.count, 2u);
+  EXPECT_NEAR(scores.offset_all_m.max, 0.01 * std::cos(radians(1)), 1e-9);
+  EXPECT_NEAR(scores.offset_all_m.mean, (0.002 + 0.01 * std::cos(radians(1))) / 2, 1e-9);
+}
+
 TEST(Evaluate, AHoleIsFoundIfFourFifthsOfItStayEmpty) {
   const Ring2 hole = box(0.4, 0.4, 0.8, 0.6);
   const auto recall = [&hole](const std::vector<Ring2>& left_open) {
@@ -266,7 +350,28 @@ TEST(Evaluate, ResultsAreWrittenAsJson) {
   EXPECT_EQ(json.at("face_scores").size(), 3u);
   EXPECT_EQ(json.at("face_scores").at(1).at("verdict"), "correct");
   EXPECT_EQ(json.at("surface_scores").at(2).at("face"), 3);
+  EXPECT_EQ(json.at("surface_scores").at(2).at("rim_10mm_m2"), 0);
+  EXPECT_EQ(json.at("normal_all_deg").at("count"), 3);
+  EXPECT_EQ(json.at("offset_all_m").at("count"), 3);
   EXPECT_EQ(json.at("hole_scores").at(0).at("found"), true);
+}
+
+TEST(Evaluate, OutlineScoresAreWrittenAsJson) {
+  World world;
+  world.add_face(ground, {polygon(box(0, 0, 1.002, 1))});
+  world.add_surface(ground, {polygon(box(0, 0, 1.1, 1))});
+  const auto json = nlohmann::json::parse(to_json(scores_of(world)));
+  const auto value = [&json](const char* name) { return json.at(name).get<double>(); };
+  EXPECT_NEAR(value("unsafe_10mm_m2"), 0.09, 1e-9);
+  EXPECT_NEAR(value("unsafe_10mm_share"), 0.09 / 1.1, 1e-9);
+  EXPECT_NEAR(value("rim_10mm_m2"), 0.04, 1e-9);
+  EXPECT_NEAR(value("unsafe_15mm_m2"), 0.08, 1e-9);
+  EXPECT_NEAR(value("unsafe_15mm_share"), 0.08 / 1.1, 1e-9);
+  EXPECT_NEAR(value("rim_15mm_m2"), 0.03, 1e-9);
+  EXPECT_NEAR(value("false_m2"), 0.05, 1e-9);
+  EXPECT_NEAR(value("false_share"), 0.05 / 1.1, 1e-9);
+  EXPECT_NEAR(json.at("surface_scores").at(0).at("rim_15mm_m2").get<double>(), 0.03, 1e-9);
+  EXPECT_NEAR(json.at("surface_scores").at(0).at("false_m2").get<double>(), 0.05, 1e-9);
 }
 
 TEST(Summarize, GivesMeanNinetyFifthPercentileAndMaximum) {
