@@ -12,6 +12,7 @@ namespace octosurf {
 namespace {
 
 using Setting = ParameterOptions::Setting;
+constexpr std::size_t largest_config = std::size_t{64} << 10;  // bytes; all parameters are a hundredth of it
 
 std::string with(std::string name, char from, char to) {
   std::replace(name.begin(), name.end(), from, to);
@@ -28,8 +29,14 @@ std::vector<Setting> read_config(const std::string& file) {
   std::ifstream stream(file);
   if (!stream) throw Error(Error::Kind::data, file, "cannot be read", "check --config");
   std::vector<Setting> settings;
+  std::string text(largest_config + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  if (text.size() > largest_config)
+    throw Error(Error::Kind::data, file, "is larger than 64 KiB", "give a list of parameters to --config");
+  std::istringstream lines(text);
   std::string line;
-  for (int number = 1; std::getline(stream, line); ++number) {
+  for (int number = 1; std::getline(lines, line); ++number) {
     line = trimmed(line.substr(0, line.find('#')));
     if (line.empty()) continue;
     const std::string where = file + ":" + std::to_string(number);

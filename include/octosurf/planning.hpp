@@ -14,7 +14,7 @@ namespace octosurf {
 /// 2. Every vertex of a piece satisfies its own A·(u, v) ≤ b.
 /// 3. At most four times as many pieces as the fewest possible without new vertices
 ///    (Hertel and Mehlhorn, 1983: triangles merged over their diagonals).
-/// Throws Error(data) if a coordinate is not finite. Cost O(n log n) in vertices, O(n²) at worst.
+/// Throws Error(data) if the polygons are not what Polygon says. Cost O(n log n) in vertices, O(n²) at worst.
 std::vector<ConvexPiece> convex_pieces(const Surface& surface);
 
 /// Overlapping circles that fill the simplified polygons, largest first.

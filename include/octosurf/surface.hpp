@@ -25,7 +25,7 @@ struct Plane {
 using Ring2 = std::vector<Eigen::Vector2d>;  ///< not closed: the last vertex differs from the first
 
 /// In the surface's frame (u, v): outer ring counter-clockwise seen from the normal's tip, holes
-/// clockwise. Rings are simple; two rings may share single vertices.
+/// clockwise, in it. Rings are simple, polygons apart; two rings may share single vertices.
 struct Polygon {
   Ring2 outer;
   std::vector<Ring2> holes;
@@ -92,8 +92,8 @@ struct Snapshot {
 };
 
 /// The polygons without near-collinear vertices: the outline moves by at most d/2, rings stay simple and
-/// apart (Dyken et al. 2009). All of them if the surface's resolution is 0. Cost O(n log n) in vertices,
-/// about 3 µs each: taken when asked for, because mapping does not need it.
+/// apart (Dyken et al. 2009). All if the surface's resolution is 0. Throws Error(data) unless they are
+/// Polygons. O(n log n) in vertices, about 4 µs each: taken when asked for, because mapping does not need it.
 std::vector<Polygon> simplified(const Surface& surface);
 
 /// The polygon extruded by `thickness` m against the normal (paper IV-B): closed, every edge in

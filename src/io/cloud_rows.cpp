@@ -83,7 +83,7 @@ std::vector<Eigen::Vector3f> binary_points(std::string_view bytes, const Coordin
 std::vector<Eigen::Vector3f> text_points(Lines& lines, const Coordinates& xyz, std::size_t points,
                                          std::size_t columns, const std::filesystem::path& file) {
   std::vector<Eigen::Vector3f> result;
-  result.reserve(std::min(points, lines.rest().size()));
+  result.reserve(std::min(points, lines.rest().size() / (2 * columns) + 1));  // a digit and a blank a value
   for (std::string_view line; result.size() < points && lines.next(line);) {
     const auto words = words_of(line);
     if (words.empty()) continue;

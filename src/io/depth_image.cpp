@@ -20,7 +20,10 @@ namespace {
 
 constexpr std::uint32_t largest_side = 8192;
 constexpr std::size_t largest_file = std::size_t{512} << 20;
-constexpr std::size_t deflate_ratio = 1032;  // zlib cannot compress better, so a small file is a small image
+// Of a pixel, in the image and as a point: a PNG's may take 64 MiB (4.7 million pixels) and seven times its
+// size.
+constexpr std::size_t pixel_cost = 2 + sizeof(Eigen::Vector3f), free_bytes = std::size_t{64} << 20;
+constexpr std::size_t bytes_per_file_byte = 7;
 constexpr std::string_view png_signature = "\x89PNG\r\n\x1a\n";
 
 [[noreturn]] void refuse(const std::filesystem::path& file, const std::string& what,
@@ -48,7 +51,9 @@ DepthImage decode_png(const std::string& bytes, const std::filesystem::path& fil
   check_size(header.width, header.height, file);
   DepthImage image{static_cast<int>(header.width), static_cast<int>(header.height), {}};
   const std::size_t pixels = std::size_t{header.width} * header.height;
-  if (2 * pixels > deflate_ratio * bytes.size()) refuse(file, "truncated PNG");
+  if (pixel_cost * pixels > free_bytes + bytes_per_file_byte * bytes.size())
+    refuse(file, "truncated PNG: " + std::to_string(header.width) + "x" + std::to_string(header.height) +
+                     " pixels in " + std::to_string(bytes.size()) + " bytes");
   image.pixels.resize(pixels);
   int error = spng_decode_image(context.get(), image.pixels.data(), 2 * pixels, SPNG_FMT_PNG, 0);
   if (error == 0) error = spng_decode_chunks(context.get());  // up to the end: whole, and check sums right

@@ -17,13 +17,22 @@
 namespace octosurf {
 namespace {
 
-// What a file may decompress to. Real maps shrink to a sixth, a made-up plain of equal voxels to a
-// thirtieth.
-constexpr std::uint64_t free_budget = std::uint64_t{64} << 20;
-constexpr std::uint64_t largest_ratio = 256;
+// What a file may decompress to. Real maps shrink to a third … a seventh, a made-up plain of equal voxels to
+// a thirtieth, in a file of some 100 kB.
+constexpr std::uint64_t free_stream = std::uint64_t{8} << 20;
+constexpr std::uint64_t largest_ratio = 12;
+// What it may take in memory, without the decoder's buffers: with them 64 MiB and 40 times its size. Real
+// maps take 10 … 30 times theirs, most of it the surfaces' hashes of their inliers.
+constexpr std::uint64_t free_memory = std::uint64_t{48} << 20;
+constexpr std::uint64_t memory_ratio = 40;
+// Counted high: hashes grow by doubling.
+constexpr std::uint64_t inlier_cost = 200, waiting_cost = 16, surface_cost = 4096, vertex_cost = 60;
+constexpr std::uint64_t check_cost = 200;  // of a vertex, while its surface is being read
 constexpr std::size_t small_record_limit = std::size_t{1} << 20;
 constexpr std::uint32_t length_delimited = 2;  // protobuf's wire type
 constexpr std::uint32_t last_next_id = 1U << 24;
+// Of scans and revisions: no later one must wrap.
+constexpr std::uint64_t largest_count = std::uint64_t{1} << 48;
 constexpr double largest_integer = 1e9;  // of a parameter; real ones are far below, too
 
 /// A record taken apart: which field it is, and that field's bytes.
@@ -42,7 +51,9 @@ std::string printable(std::string text) {
 class Reader {
  public:
   Reader(std::istream& in, std::uint64_t file_bytes, const std::string& where)
-      : where_(where), records_(in, free_budget + largest_ratio * file_bytes, where) {
+      : where_(where),
+        records_(in, free_stream + largest_ratio * file_bytes, where),
+        most_memory_(free_memory + memory_ratio * file_bytes) {
     advance();
   }
 
@@ -63,6 +74,15 @@ class Reader {
   }
   void require(bool holds, const char* what) const {
     if (!holds) fail(what);
+  }
+
+  /// Counts what a part of the map takes, before it is made.
+  void charge(std::uint64_t count, std::uint64_t bytes) {
+    memory_ += count * bytes;
+    check_memory(0);
+  }
+  void check_memory(std::uint64_t passing) const {
+    require(memory_ + passing <= most_memory_, "it takes far more memory than its size allows");
   }
 
   /// The next record, as it would have been written: one field, all of its bytes. Only then is a
@@ -99,6 +119,7 @@ class Reader {
     state.revision = header.revision();
     state.scans = header.scans();
     state.points = header.points();
+    require(state.revision < largest_count && state.scans < largest_count, "its counts make no sense");
     require(header.next_id() >= 1 && header.next_id() <= last_next_id, "there is no such next surface id");
     state.surfaces.set_next_id(header.next_id());
     if (header.has_next_cylinder_id()) {
@@ -157,9 +178,12 @@ class Reader {
         },
         where_);
     std::size_t points = 0;
+    charge(state.occupancy.size().bytes, 1);
     state.occupancy.for_each_point([&](const VoxelPoint& p) {
       ++points;
-      if (p.surface != 0) inliers_[p.surface].push_back({p.key, p.range_class, p.position});
+      if (p.surface == 0) return;
+      charge(1, inlier_cost);
+      inliers_[p.surface].push_back({p.key, p.range_class, p.position});
     });
     require(points == state.points, "the octree holds another number of points");
   }
@@ -169,6 +193,7 @@ class Reader {
     std::uint64_t last = 0;
     for (; record_.field == map_file::Record::kAccumulated; advance()) {
       const auto accumulated = parse<map_file::Accumulated>(small_record_limit);
+      charge(static_cast<std::uint64_t>(accumulated.steps_size()), waiting_cost);
       for (const std::uint64_t step : accumulated.steps()) {
         require((step > 0 || keys.empty()) && step < std::uint64_t{1} << 48 &&
                     last + step < std::uint64_t{1} << 48,
@@ -182,10 +207,16 @@ class Reader {
   void read_surfaces() {
     MapState& state = *file_.state;
     const SurfaceBounds bounds{state.parameters.occupancy.resolution, state.surfaces.next_id(),
-                               state.revision};
+                               state.revision, state.parameters.max_hole_size()};
     SurfaceId last = 0;
     for (; record_.field == map_file::Record::kSurface; advance()) {
+      check_memory(record_.content.size());
       const auto record = parse<map_file::Surface>(record_limit);
+      const auto vertices = static_cast<std::uint64_t>(record.polygons().uv_size()) / 2;
+      const auto rings = static_cast<std::uint64_t>(record.polygons().vertices_size());
+      charge(1, surface_cost + sizeof(SurfaceId) * static_cast<std::uint64_t>(record.parents_size()));
+      charge(vertices + rings, vertex_cost);
+      check_memory(vertices * check_cost);
       require(record.id() > last && record.id() < bounds.next_id,
               "a surface's id is out of order, or not given out yet");
       last = record.id();
@@ -198,7 +229,9 @@ class Reader {
     MapState& state = *file_.state;
     CylinderId last = 0;
     for (; record_.field == map_file::Record::kCylinder; advance()) {
+      check_memory(record_.content.size());
       const auto record = parse<map_file::Cylinder>(record_limit);
+      charge(static_cast<std::uint64_t>(record.steps_size()), inlier_cost);
       require(state.parameters.detection.detect_cylinders, "it has cylinders but is not to have any");
       require(record.id() > last && record.id() < state.cylinders.next_id(),
               "a cylinder's id is out of order, or not given out yet");
@@ -238,6 +271,7 @@ class Reader {
 
   const std::string& where_;
   RecordReader records_;
+  std::uint64_t most_memory_, memory_ = 0;
   std::string bytes_;
   RecordView record_;  // into bytes_; field 0 behind the last one
   MapFile file_;

@@ -1,8 +1,10 @@
 #include "io/surface_record.hpp"
 
 #include "map_file.pb.h"
+#include "surfaces/ring_check.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <numeric>
@@ -16,8 +18,13 @@ namespace {
 using Doubles = google::protobuf::RepeatedField<double>;
 
 constexpr int moment_doubles = 13;  // of a class
+constexpr std::uint64_t largest_count = std::uint64_t{1} << 48;
+// Of readings for each inlier, and of the weight of one: surfaces forget at a hundred, and a reading weighs
+// as much as an inlier of the nearest class at most.
+constexpr double most_readings = 1e4, most_weight = 1e8;
 constexpr double rotation_slack = 1e-6;
 constexpr double plane_slack = 1e-4;    // m
+constexpr double edge_slack = 1e-6;     // relative
 constexpr double moments_slack = 1e-3;  // relative: they are sums of millions of changes
 
 void put(const Eigen::Vector3d& v, Doubles& out) { out.Add(v.begin(), v.end()); }
@@ -78,6 +85,7 @@ class Reader {
     read_evidence(s);
     read_covariance(s);
     s.polygons = polygons(record_.polygons());
+    check_rings(s.polygons);
     for (const SurfaceId parent : record_.parents()) {
       require(parent > 0 && parent < bounds_.next_id, "has a parent that never was");
       s.parents.push_back(parent);
@@ -85,6 +93,7 @@ class Reader {
     s.polygons_stale = record_.polygons_stale();
     s.revision = record_.revision();
     s.unchecked = record_.unchecked();
+    require(s.unchecked <= largest_count, "has counts that make no sense");
     require(record_.has_polygons_stale() && record_.has_revision() && s.revision <= bounds_.revision,
             "has no revision, or one that is to come");
     return s;
@@ -148,7 +157,9 @@ class Reader {
     s.evidence = {moments(v.subspan(1)), v[0]};
     const Moments& m = s.evidence.moments;
     const auto bounded = [&](const auto& x, double limit) { return x.cwiseAbs().maxCoeff() <= limit; };
-    require(s.evidence.readings >= 0 && m.count >= 0 && bounded(m.sum, reach_ * m.count + plane_slack) &&
+    const double readings = most_readings * static_cast<double>(s.inliers.size());
+    require(s.evidence.readings >= 0 && s.evidence.readings <= readings && m.count >= 0 &&
+                m.count <= most_weight * readings && bounded(m.sum, reach_ * m.count + plane_slack) &&
                 bounded(m.outer, reach_ * reach_ * m.count + plane_slack) &&
                 m.outer.diagonal().minCoeff() >= 0 && m.outer.isApprox(m.outer.transpose(), moments_slack),
             "has evidence that no scan gives");
@@ -207,6 +218,21 @@ class Reader {
       for (std::uint32_t hole = 1; hole < rings; ++hole) polygon.holes.push_back(next_ring());
     }
     return polygons;
+  }
+
+  void check_rings(const std::vector<Polygon>& polygons) const {
+    const double longest = bounds_.max_hole_size * (1 + edge_slack);
+    for (const Polygon& polygon : polygons) {
+      const auto short_edges = [&](const Ring2& ring) {
+        for (std::size_t i = 0; i < ring.size(); ++i)
+          if ((ring[i] - ring[i + 1 < ring.size() ? i + 1 : 0]).norm() > longest) return false;
+        return true;
+      };
+      require(
+          short_edges(polygon.outer) && std::all_of(polygon.holes.begin(), polygon.holes.end(), short_edges),
+          "has boundary points more than h apart");
+    }
+    if (const auto fault = fault_of(polygons)) require(false, ("has " + std::string(*fault)).c_str());
   }
 
   const map_file::Surface& record_;

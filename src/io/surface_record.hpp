@@ -19,6 +19,7 @@ struct SurfaceBounds {
   double resolution = 0;       ///< m
   SurfaceId next_id = 1;       ///< all ids are below
   std::uint64_t revision = 0;  ///< the map's
+  double max_hole_size = 0;    ///< m
 };
 
 /// Inverse; `inliers` are the octree's points with the record's id. Throws Error(data) unless every

@@ -26,6 +26,8 @@ bool knows_free(const VoxelTree& tree) {
   return any;
 }
 
+std::int64_t cube(std::int64_t edge) { return edge * edge * edge; }
+
 /// Calls visit(key) for the voxels on the skin of a cube.
 template <class Visit>
 void visit_skin(VoxelKey corner, int edge, const Visit& visit) {
@@ -61,17 +63,19 @@ std::vector<VoxelPoint> OccupancyMap::adopt_occupied_voxels() {
   // What borders on the unknown only, the underside of a floor say, nobody can have seen; unless the
   // map knows nothing free at all.
   const State open = knows_free(*tree_) ? State::free : State::unknown;
-  constexpr std::int64_t largest_skin = std::int64_t{1} << 27;  // voxels; a hostile file claims 2³²
+  // Scanned buildings have up to a voxel on such skins for 70 bytes of their octree.
+  const std::int64_t largest_skin =
+      (std::int64_t{1} << 17) + static_cast<std::int64_t>(tree_->bytes() / 32);  // voxels
   std::int64_t skin = 0;
   // Collected first: a leaf must not be divided while leaves are visited.
   std::vector<VoxelKey> border;
   tree_->visit_leaves([&](const VoxelTree::Node& leaf, VoxelKey corner) {
     if (!tree_->occupied(leaf.log_odds()) || leaf.payload() != nullptr) return;
     const int edge = 1 << leaf.level();
-    skin += 6 * std::int64_t{edge} * edge;
+    if (edge > 1) skin += cube(edge) - cube(edge - 2);
     if (skin > largest_skin)
       throw Error(Error::Kind::data, "octree", "its undivided occupied blocks have too large a surface",
-                  "no scan leaves such blocks; map the place anew");
+                  "no scan leaves such blocks; map the place anew, or leave of solid bodies only their skin");
     visit_skin(corner, edge, [&](VoxelKey k) {
       for (const Step& s : steps)
         if (at(neighbour(k, s)).state == open) {

@@ -3,6 +3,7 @@
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/voxel_tree.hpp"
 
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -16,6 +17,12 @@ namespace octosurf {
 namespace {
 
 constexpr std::size_t chunk_bytes = std::size_t{1} << 20;
+
+// What an octree out of a file may take. Of a map's nodes, real ones take 1.4 … 1.7 bytes for one that is
+// read, points far from one another 36. Of a .bt, which has two bits for a voxel, a scanned building takes 37
+// times its size.
+constexpr std::size_t free_bytes = std::size_t{32} << 20;
+constexpr std::size_t bytes_per_chunk_byte = 4, bytes_per_file_byte = 64;
 
 VoxelKey child_corner(VoxelKey key, unsigned child, int level) {
   return {static_cast<std::uint16_t>(key.x | (child & 1) << level),
@@ -117,6 +124,8 @@ class NodeReader {
     const auto log_odds = get<float>();
     if (!std::isfinite(log_odds)) fail("a log-odds is not finite");
     tree_.set_leaf(corner, level, log_odds);
+    if (tree_.bytes() > free_bytes + bytes_per_chunk_byte * read_)
+      fail("it takes far more memory than its size allows");
     if (get<std::uint8_t>() == 0) return;
     const auto payload = get<VoxelPayload>();
     if (!payload.has_point()) fail("a point has no distance class");
@@ -126,6 +135,7 @@ class NodeReader {
   void refill() {
     if (position_ < chunk_.size()) return;
     chunk_ = source_();
+    read_ += chunk_.size();
     position_ = 0;
   }
   template <class T>
@@ -145,6 +155,7 @@ class NodeReader {
   VoxelTree& tree_;
   const std::function<std::string()>& source_;
   const std::string& where_;
+  std::size_t read_ = 0;  // bytes of all chunks
   std::string chunk_;
   std::size_t position_ = 0;
 };
@@ -161,16 +172,29 @@ struct OctomapHeader {
   throw Error(Error::Kind::data, file.string(), what, "expected an OctoMap .bt or .ot of type OcTree");
 }
 
+/// The next line of a header, of which only as much is read as one has.
+bool next_line(std::istream& in, std::string& line) {
+  constexpr std::size_t longest = 4096;
+  line.clear();
+  for (int c = in.get(); c != std::istream::traits_type::eof() && line.size() < longest; c = in.get()) {
+    if (c == '\n') return true;
+    line.push_back(static_cast<char>(c));
+  }
+  return false;
+}
+
 OctomapHeader read_header(std::istream& in, const std::filesystem::path& file) {
   if (!in) refuse_octomap(file, "cannot be opened");
   OctomapHeader header;
   std::string line;
-  if (!std::getline(in, line)) refuse_octomap(file, "is empty");
+  if (!next_line(in, line)) refuse_octomap(file, line.empty() ? "is empty" : "is not an OctoMap file");
   if (line.rfind("# Octomap OcTree binary file", 0) == 0)
     header.binary = true;
   else if (line.rfind("# Octomap OcTree file", 0) != 0)
     refuse_octomap(file, "is not an OctoMap file");
-  for (int lines = 0; lines < 64 && std::getline(in, line); ++lines) {
+  for (int lines = 0; lines < 64 && next_line(in, line); ++lines) {
+    if (line.ends_with('\r'))
+      refuse_octomap(file, "was copied as text, which breaks it: its lines end in CR LF");
     std::istringstream words(line);
     std::string word;
     words >> word;
@@ -192,10 +216,21 @@ class OctomapReader {
  public:
   OctomapReader(VoxelTree& tree, std::istream& in, const OctomapHeader& header,
                 const std::filesystem::path& file)
-      : tree_(tree), in_(in), header_(header), file_(file) {}
+      : tree_(tree), in_(in), header_(header), file_(file) {
+    std::error_code error;
+    const std::uintmax_t bytes = std::filesystem::file_size(file, error);
+    if (error) refuse_octomap(file, "cannot be read");
+    most_bytes_ = free_bytes + bytes_per_file_byte * static_cast<std::size_t>(bytes);
+  }
 
   void read() {
+    ++nodes_;
     header_.binary ? read_binary({}, VoxelTree::top_level) : read_full({}, VoxelTree::top_level);
+    if (header_.nodes && *header_.nodes != nodes_)
+      refuse_octomap(file_, "is damaged: " + std::to_string(nodes_) + " nodes where its header says " +
+                                std::to_string(*header_.nodes));
+    if (in_.get() != std::istream::traits_type::eof())
+      refuse_octomap(file_, "is damaged: bytes are left over");
   }
 
  private:
@@ -204,12 +239,13 @@ class OctomapReader {
     if (level == 0) refuse_octomap(file_, "is damaged: deeper than 16 levels");
     unsigned bits = byte();  // in two steps: | does not say which side comes first
     bits |= unsigned{byte()} << 8;
-    if (bits == 0) tree_.set_leaf(corner, level, 0);  // OctoMap's value for a node that nobody set
+    if (bits == 0) set_leaf(corner, level, 0);  // OctoMap's value for a node that nobody set
     for (unsigned c = 0; c < 8; ++c) {
       const unsigned kind = bits >> (2 * c) & 3;
+      nodes_ += kind != 0;
       if (kind == 1 || kind == 2)
-        tree_.set_leaf(child_corner(corner, c, level - 1), level - 1,
-                       kind == 1 ? tree_.model().clamp_min : tree_.model().clamp_max);
+        set_leaf(child_corner(corner, c, level - 1), level - 1,
+                 kind == 1 ? tree_.model().clamp_min : tree_.model().clamp_max);
     }
     for (unsigned c = 0; c < 8; ++c)
       if ((bits >> (2 * c) & 3) == 3) read_binary(child_corner(corner, c, level - 1), level - 1);
@@ -222,10 +258,16 @@ class OctomapReader {
     if (!std::isfinite(value)) refuse_octomap(file_, "is damaged: a log-odds is not finite");
     if (header_.id == "ColorOcTree") byte(), byte(), byte();
     const unsigned mask = byte();
-    if (mask == 0) tree_.set_leaf(corner, level, value);
+    if (mask == 0) set_leaf(corner, level, value);
     if (mask != 0 && level == 0) refuse_octomap(file_, "is damaged: deeper than 16 levels");
+    nodes_ += static_cast<std::size_t>(std::popcount(mask));
     for (unsigned c = 0; c < 8; ++c)
       if (mask >> c & 1) read_full(child_corner(corner, c, level - 1), level - 1);
+  }
+  void set_leaf(VoxelKey corner, int level, float log_odds) {
+    tree_.set_leaf(corner, level, log_odds);
+    if (tree_.bytes() > most_bytes_)
+      refuse_octomap(file_, "is damaged: it takes far more memory than its size allows");
   }
   unsigned char byte() {
     const int c = in_.get();
@@ -236,6 +278,8 @@ class OctomapReader {
   std::istream& in_;
   const OctomapHeader& header_;
   const std::filesystem::path& file_;
+  std::size_t most_bytes_ = 0;
+  std::size_t nodes_ = 0;
 };
 
 }  // namespace

@@ -82,7 +82,7 @@ class OccupancyMap {
   /// Gives occupied voxels that have none a point at their centre, if one of their six neighbours is
   /// free; seen from there. In a map that knows nothing free: if one is unknown. For maps that come
   /// without points. Undivided occupied leaves are divided at such a border. Throws Error(data) if
-  /// their surface is larger than 2²⁷ voxels, which only a damaged or hostile file claims.
+  /// their skins have over 2¹⁷ voxels and one for 32 bytes of octree, which no scans leave.
   std::vector<VoxelPoint> adopt_occupied_voxels();
 
   enum class State { unknown, free, occupied };
@@ -111,9 +111,9 @@ class OccupancyMap {
   void write_bt(std::ostream& out) const;  ///< plain OctoMap, maximum likelihood, pruned
   /// Preorder: per node its child mask, log-odds and payload; lossless. `sink` gets chunks.
   void write_nodes(const std::function<void(const std::string&)>& sink) const;
-  /// Inverse; `source` returns the next chunk (empty: none). Throws Error(data).
+  /// Inverse; `source` gives chunks (at the end: none). Error(data), also over 32 MiB + 4 times them.
   void read_nodes(const std::function<std::string()>& source, const std::string& where);
-  /// Reads an OctoMap file (.bt or .ot) with its own resolution; throws Error(data).
+  /// Reads a .bt or .ot, its own resolution; Error(data), also over 32 MiB + 64 times the file's size.
   static OccupancyMap read_octomap(const std::filesystem::path& file, OccupancyParameters parameters);
 
  private:

@@ -1,4 +1,5 @@
 #include "surfaces/alpha_shape.hpp"
+#include "surfaces/ring_check.hpp"
 
 #include <CGAL/Constrained_Delaunay_triangulation_2.h>
 #include <CGAL/Constrained_triangulation_plus_2.h>
@@ -59,6 +60,7 @@ std::vector<Polygon> simplify(const std::vector<Polygon>& polygons, double toler
 }
 
 std::vector<Polygon> simplified(const Surface& surface) {
+  require_polygons(surface.polygons, "surface " + std::to_string(surface.id));
   if (surface.resolution <= 0) return surface.polygons;
   return simplify(surface.polygons, surface.resolution / 2);
 }

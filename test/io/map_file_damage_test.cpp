@@ -293,6 +293,30 @@ const std::vector<Spoiled>& spoiled_files() {
          p.add_vertices(2);
          for (int i = 0; i < 4; ++i) p.add_uv(i);
        }},
+      // Rings that are none: with a right checksum these crashed convex_pieces(), or went round in it for
+      // ever.
+      {"a vertex twice",
+       [](Spoiler& s) {
+         auto& p = *s.surface().mutable_polygons();
+         for (int i = 0; i < 6; ++i) p.set_uv(i, p.uv(i % 2));
+       }},
+      {"a vertex twice",  // a spike: there and back
+       [](Spoiler& s) {
+         auto& p = *s.surface().mutable_polygons();
+         for (int i = 0; i < 2; ++i) p.set_uv(i + 4, p.uv(i));
+       }},
+      {"a ring",
+       [](Spoiler& s) {  // the other way round
+         auto& p = *s.surface().mutable_polygons();
+         for (int a = 0, b = static_cast<int>(p.vertices(0)) - 1; a < b; ++a, --b)
+           for (int i = 0; i < 2; ++i) std::swap((*p.mutable_uv())[2 * a + i], (*p.mutable_uv())[2 * b + i]);
+       }},
+      {"more than h apart",
+       [](Spoiler& s) { s.surface().mutable_polygons()->set_uv(0, s.surface().polygons().uv(0) + 0.4); }},
+      {"counts make no sense", [](Spoiler& s) { s.header().set_revision(~std::uint64_t{0}); }},
+      {"counts make no sense", [](Spoiler& s) { s.header().set_scans(std::uint64_t{1} << 48); }},
+      {"counts that make no sense", [](Spoiler& s) { s.surface().set_unchecked(~std::uint64_t{0}); }},
+      {"evidence that no scan gives", [](Spoiler& s) { s.surface().set_evidence(0, 1e30); }},
       {"a polygon outside", [](Spoiler& s) { s.surface().mutable_polygons()->set_uv(1, not_a_number); }},
       {"a polygon outside", [](Spoiler& s) { s.surface().mutable_polygons()->set_uv(0, 1e12); }},
       {"parent that never was", [](Spoiler& s) { s.surface().add_parents(s.header().next_id()); }},

@@ -6,7 +6,7 @@
 
 #include <filesystem>
 #include <fstream>
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 #include <octomap/ColorOcTree.h>
 #include <random>
 
@@ -215,6 +215,34 @@ TEST(OccupancyFiles, TruncatedOctomapFilesAreAnError) {
         EXPECT_EQ(error.where(), cut.path().string());
       }
     }
+  }
+}
+
+TEST(OccupancyFiles, WhatIsLeftOverIsAnError) {
+  Both both = mapped(11, 0.6, 1, 12);
+  const TemporaryFile full("full.ot"), colour("colour.ot"), binary("binary.bt"), other("other");
+  ASSERT_TRUE(both.theirs.write(full.path().string()));
+  ASSERT_TRUE(coloured(both.theirs).write(colour.path().string()));
+  ASSERT_TRUE(both.theirs.writeBinary(binary.path().string()));
+  for (const TemporaryFile* file : {&full, &colour, &binary}) {
+    const std::string bytes = file->read();
+    const auto message = [&](const std::string& content) {
+      other.write(content);
+      try {
+        OccupancyMap::read_octomap(other.path(), {});
+      } catch (const Error& error) {
+        return std::string(error.what());
+      }
+      return std::string("read");
+    };
+    using ::testing::HasSubstr;
+    ASSERT_EQ(message(bytes), "read");
+    EXPECT_THAT(message(bytes + '\n'), HasSubstr("bytes are left over"));
+    EXPECT_THAT(message(bytes + bytes), HasSubstr("bytes are left over"));
+    const std::size_t size = bytes.find("\nsize ") + 6;
+    EXPECT_THAT(message(std::string(bytes).insert(size, "1")), HasSubstr("where its header says 1"));
+    const std::size_t line = bytes.find("\nres ");
+    EXPECT_THAT(message(std::string(bytes).insert(line, "\r")), HasSubstr("copied as text"));
   }
 }
 

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+// What is fuzzed: each function reads `bytes` as a file of its kind and then does with what was accepted what
+// a user would. It returns, whatever the bytes are: an Error is an answer. Any other exception, a crash, a
+// result that breaks a promise of the headers (std::abort) and an endless loop are findings. `./dev
+// fuzz-inputs` runs them under libFuzzer, test_fuzz replays the corpus and what was found.
+namespace octosurf::fuzz {
+
+using Bytes = std::span<const std::uint8_t>;
+
+void fuzz_surfaces(Bytes bytes);  ///< a map file: invariants, planner's forms, an insert, save and reload
+void fuzz_octomap(Bytes bytes);   ///< .bt and .ot: points of the occupied voxels, saved as .bt and read again
+void fuzz_graph(Bytes bytes);
+void fuzz_pcd(Bytes bytes);
+void fuzz_ply(Bytes bytes);
+void fuzz_image(Bytes bytes);   ///< PNG and PGM depth images, then as a camera's intrinsics
+void fuzz_poses(Bytes bytes);   ///< pose files of all layouts, asked at times between
+void fuzz_config(Bytes bytes);  ///< map --config
+
+struct Target {
+  std::string_view name;
+  void (*run)(Bytes);
+};
+inline constexpr Target targets[] = {
+    {"surfaces", fuzz_surfaces}, {"octomap", fuzz_octomap}, {"graph", fuzz_graph}, {"pcd", fuzz_pcd},
+    {"ply", fuzz_ply},           {"image", fuzz_image},     {"poses", fuzz_poses}, {"config", fuzz_config}};
+
+/// Peak of the memory that reading took, of the input read last; 0 where nothing counts (libFuzzer has its
+/// own limit).
+extern std::size_t reading_peak;
+
+}  // namespace octosurf::fuzz
