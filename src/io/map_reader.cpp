@@ -19,15 +19,17 @@ namespace {
 
 // What a file may decompress to. Real maps shrink to a third … a seventh, a made-up plain of equal voxels to
 // a thirtieth, in a file of some 100 kB.
-constexpr std::uint64_t free_stream = std::uint64_t{8} << 20;
+constexpr std::uint64_t free_stream = std::uint64_t{4} << 20;
 constexpr std::uint64_t largest_ratio = 12;
-// What it may take in memory, without the decoder's buffers: with them 64 MiB and 40 times its size. Real
-// maps take 10 … 30 times theirs, most of it the surfaces' hashes of their inliers.
-constexpr std::uint64_t free_memory = std::uint64_t{48} << 20;
-constexpr std::uint64_t memory_ratio = 40;
+// What it may take in memory: with the decoder's buffers 64 MiB and 64 times its size. Real maps take 12 … 31
+// times theirs, of which the octree 4 … 11; most is the surfaces' hashes of their inliers.
+constexpr std::uint64_t free_memory = std::uint64_t{40} << 20;
+constexpr std::uint64_t memory_ratio = 64;
 // Counted high: hashes grow by doubling.
 constexpr std::uint64_t inlier_cost = 200, waiting_cost = 16, surface_cost = 4096, vertex_cost = 60;
 constexpr std::uint64_t check_cost = 200;  // of a vertex, while its surface is being read
+// At most, of a byte of the octree's nodes: eight make a brick of 280 bytes.
+constexpr std::uint64_t node_cost = 40;
 constexpr std::size_t small_record_limit = std::size_t{1} << 20;
 constexpr std::uint32_t length_delimited = 2;  // protobuf's wire type
 constexpr std::uint32_t last_next_id = 1U << 24;
@@ -168,15 +170,7 @@ class Reader {
 
   void read_octree() {
     MapState& state = *file_.state;
-    state.occupancy.read_nodes(
-        [this] {
-          if (record_.field != map_file::Record::kOctree) return std::string();
-          require(!record_.content.empty(), "an octree chunk is empty");
-          std::string chunk(record_.content);
-          advance();
-          return chunk;
-        },
-        where_);
+    state.occupancy.read_nodes([this] { return next_nodes(); }, where_);
     std::size_t points = 0;
     charge(state.occupancy.size().bytes, 1);
     state.occupancy.for_each_point([&](const VoxelPoint& p) {
@@ -186,6 +180,25 @@ class Reader {
       inliers_[p.surface].push_back({p.key, p.range_class, p.position});
     });
     require(points == state.points, "the octree holds another number of points");
+  }
+
+  /// Some of the octree's nodes: never so many that they could take more than is left. Real ones take a
+  /// thirtieth of that, so the octree is looked through but a few times.
+  std::string next_nodes() {
+    if (record_.field != map_file::Record::kOctree) return {};
+    require(!record_.content.empty(), "an octree chunk is empty");
+    constexpr std::uint64_t least = 4096;  // bytes
+    if (nodes_left_ == 0) {
+      const std::uint64_t taken = file_.state->occupancy.size().bytes;
+      require(taken <= most_memory_, "it takes far more memory than its size allows");
+      nodes_left_ = std::max(least, (most_memory_ - taken) / node_cost);
+    }
+    const std::size_t n = std::min<std::uint64_t>(nodes_left_, record_.content.size());
+    std::string nodes(record_.content.substr(0, n));
+    nodes_left_ -= n;
+    record_.content.remove_prefix(n);
+    if (record_.content.empty()) advance();
+    return nodes;
   }
 
   void read_accumulated() {
@@ -272,6 +285,7 @@ class Reader {
   const std::string& where_;
   RecordReader records_;
   std::uint64_t most_memory_, memory_ = 0;
+  std::uint64_t nodes_left_ = 0;  // bytes until the octree is measured again
   std::string bytes_;
   RecordView record_;  // into bytes_; field 0 behind the last one
   MapFile file_;

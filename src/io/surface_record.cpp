@@ -19,8 +19,8 @@ using Doubles = google::protobuf::RepeatedField<double>;
 
 constexpr int moment_doubles = 13;  // of a class
 constexpr std::uint64_t largest_count = std::uint64_t{1} << 48;
-// Of readings for each inlier, and of the weight of one: surfaces forget at a hundred, and a reading weighs
-// as much as an inlier of the nearest class at most.
+// Of readings for each inlier, and of the weight of one: surfaces forget at a hundred, and weights are
+// squares of ratios of noises from 1 µm on.
 constexpr double most_readings = 1e4, most_weight = 1e8;
 constexpr double rotation_slack = 1e-6;
 constexpr double plane_slack = 1e-4;    // m
@@ -85,7 +85,8 @@ class Reader {
     read_evidence(s);
     read_covariance(s);
     s.polygons = polygons(record_.polygons());
-    check_rings(s.polygons);
+    if (const auto fault = fault_of(s.polygons)) require(false, ("has " + std::string(*fault)).c_str());
+    check_edges(s.polygons);
     for (const SurfaceId parent : record_.parents()) {
       require(parent > 0 && parent < bounds_.next_id, "has a parent that never was");
       s.parents.push_back(parent);
@@ -220,7 +221,7 @@ class Reader {
     return polygons;
   }
 
-  void check_rings(const std::vector<Polygon>& polygons) const {
+  void check_edges(const std::vector<Polygon>& polygons) const {
     const double longest = bounds_.max_hole_size * (1 + edge_slack);
     for (const Polygon& polygon : polygons) {
       const auto short_edges = [&](const Ring2& ring) {
@@ -232,7 +233,6 @@ class Reader {
           short_edges(polygon.outer) && std::all_of(polygon.holes.begin(), polygon.holes.end(), short_edges),
           "has boundary points more than h apart");
     }
-    if (const auto fault = fault_of(polygons)) require(false, ("has " + std::string(*fault)).c_str());
   }
 
   const map_file::Surface& record_;

@@ -18,11 +18,9 @@ namespace {
 
 constexpr std::size_t chunk_bytes = std::size_t{1} << 20;
 
-// What an octree out of a file may take. Of a map's nodes, real ones take 1.4 … 1.7 bytes for one that is
-// read, points far from one another 36. Of a .bt, which has two bits for a voxel, a scanned building takes 37
-// times its size.
-constexpr std::size_t free_bytes = std::size_t{32} << 20;
-constexpr std::size_t bytes_per_chunk_byte = 4, bytes_per_file_byte = 64;
+// What an octree may take out of a .bt, which has two bits for a voxel: a scanned building takes 37 times its
+// size, and the most there can be is 144 times.
+constexpr std::size_t free_bytes = std::size_t{32} << 20, bytes_per_file_byte = 64;
 
 VoxelKey child_corner(VoxelKey key, unsigned child, int level) {
   return {static_cast<std::uint16_t>(key.x | (child & 1) << level),
@@ -124,8 +122,6 @@ class NodeReader {
     const auto log_odds = get<float>();
     if (!std::isfinite(log_odds)) fail("a log-odds is not finite");
     tree_.set_leaf(corner, level, log_odds);
-    if (tree_.bytes() > free_bytes + bytes_per_chunk_byte * read_)
-      fail("it takes far more memory than its size allows");
     if (get<std::uint8_t>() == 0) return;
     const auto payload = get<VoxelPayload>();
     if (!payload.has_point()) fail("a point has no distance class");
@@ -135,7 +131,6 @@ class NodeReader {
   void refill() {
     if (position_ < chunk_.size()) return;
     chunk_ = source_();
-    read_ += chunk_.size();
     position_ = 0;
   }
   template <class T>
@@ -155,7 +150,6 @@ class NodeReader {
   VoxelTree& tree_;
   const std::function<std::string()>& source_;
   const std::string& where_;
-  std::size_t read_ = 0;  // bytes of all chunks
   std::string chunk_;
   std::size_t position_ = 0;
 };

@@ -111,7 +111,7 @@ class OccupancyMap {
   void write_bt(std::ostream& out) const;  ///< plain OctoMap, maximum likelihood, pruned
   /// Preorder: per node its child mask, log-odds and payload; lossless. `sink` gets chunks.
   void write_nodes(const std::function<void(const std::string&)>& sink) const;
-  /// Inverse; `source` gives chunks (at the end: none). Error(data), also over 32 MiB + 4 times them.
+  /// Inverse; `source` returns the next chunk (empty: none). Throws Error(data).
   void read_nodes(const std::function<std::string()>& source, const std::string& where);
   /// Reads a .bt or .ot, its own resolution; Error(data), also over 32 MiB + 64 times the file's size.
   static OccupancyMap read_octomap(const std::filesystem::path& file, OccupancyParameters parameters);

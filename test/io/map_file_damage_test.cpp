@@ -312,7 +312,9 @@ const std::vector<Spoiled>& spoiled_files() {
            for (int i = 0; i < 2; ++i) std::swap((*p.mutable_uv())[2 * a + i], (*p.mutable_uv())[2 * b + i]);
        }},
       {"more than h apart",
-       [](Spoiler& s) { s.surface().mutable_polygons()->set_uv(0, s.surface().polygons().uv(0) + 0.4); }},
+       [](Spoiler& s) {
+         for (double& value : *s.surface().mutable_polygons()->mutable_uv()) value *= 5;
+       }},
       {"counts make no sense", [](Spoiler& s) { s.header().set_revision(~std::uint64_t{0}); }},
       {"counts make no sense", [](Spoiler& s) { s.header().set_scans(std::uint64_t{1} << 48); }},
       {"counts that make no sense", [](Spoiler& s) { s.surface().set_unchecked(~std::uint64_t{0}); }},
