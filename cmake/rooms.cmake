@@ -5,7 +5,7 @@ target_compile_options(octosurf_warnings INTERFACE -Wall -Wextra -Wpedantic -Wsh
   $<$<BOOL:${OCTOSURF_WERROR}>:-Werror>)
 
 # octosurf_room(NAME SOURCES… [USES library…] [USES_INSIDE library…]): the objects of one folder of src/. Rooms see the
-# public headers and, as "room/header.hpp", one another's; what may include what is DESIGN.md §2.
+# public headers and, as "room/header.hpp", one another's; what may include what is docs/design.md §2.
 # USES_INSIDE: libraries whose compile flags must not reach other rooms (CGAL's -frounding-math).
 function(octosurf_room name)
   cmake_parse_arguments(ARG "" "" "SOURCES;USES;USES_INSIDE" ${ARGN})

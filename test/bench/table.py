@@ -1,21 +1,13 @@
 #!/usr/bin/env python3
-"""Markdown table of bench_speed's JSON files: table.py [--into FILE] [--short-into README.md] JSON…
+"""Markdown table of bench_speed's JSON files: table.py JSON…
 
 Of rows that several files hold, the later file's counts. Every number stands in the files; here they
-are only put side by side. With --into, the text between the marks `<!-- bench -->` and
-`<!-- /bench -->` of that file is replaced; with --short-into likewise by the rows that tell most, while
-what is lost is told of all rows.
+are only put side by side.
 """
 
-import argparse
 import json
 import pathlib
-import re
 import sys
-
-SHORT = re.compile(r"(occupancy|plain|lidar)/.*threads:1|mapper|pcl/.*r:0\.15|memory|loading/anew|"
-                   r"normals/kitchen/r:0\.05|derive/1000000/derive_reference|planes/.*/office|"
-                   r"long_run|app|realtime")
 
 FOOTNOTES = """\
 Each side is a process of its own with its own heap; they take turns, scan by scan, on the same data, which
@@ -165,7 +157,7 @@ def losses(row):
         yield f'mean lag {unit(row["lag_mean_ms"], "ms")} to {unit(row["theirs_lag_mean_ms"], "ms")}'
 
 
-def table(rows, runs, shown=re.compile("")):
+def table(rows, runs):
     lines = ["| what | against | octosurf | the other | times better | beside it |", "|---|---|---|---|---|---|"]
     lost, skipped = [], []
     order = list(CELLS)
@@ -174,8 +166,7 @@ def table(rows, runs, shown=re.compile("")):
             skipped.append(f'{name} ({row["error_message"]})')
             continue
         what, against = row["label"].split(" | ")
-        if shown.match(name):
-            lines.append(f"| {what} | {against} | " + " | ".join(CELLS[name.split("/")[0]](row)) + " |")
+        lines.append(f"| {what} | {against} | " + " | ".join(CELLS[name.split("/")[0]](row)) + " |")
         if lost_by := ", ".join(losses(row)):
             lost.append(f"{what}, against {against} ({lost_by})")
     lines += ["", "Where we lose: " + ("; ".join(lost) if lost else "nowhere in this table") + "."]
@@ -189,29 +180,11 @@ def table(rows, runs, shown=re.compile("")):
     return "\n".join(lines)
 
 
-def put_into(file, text):
-    before, mark, rest = file.read_text(encoding="utf-8").partition("<!-- bench -->\n")
-    _, end, after = rest.partition("<!-- /bench -->")
-    if not mark or not end:
-        sys.exit(f"{file}: has no marks <!-- bench --> and <!-- /bench -->")
-    file.write_text(f"{before}{mark}{text}\n{end}{after}", encoding="utf-8")
-
-
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--into", type=pathlib.Path)
-    parser.add_argument("--short-into", type=pathlib.Path)
-    parser.add_argument("files", nargs="*")
-    arguments = parser.parse_args()
-    if not arguments.files:
+    if len(sys.argv) < 2:
         sys.exit("table.py: no JSON file; `./dev bench NAME` writes one to out/bench")
-    rows, runs = read(arguments.files)
-    if arguments.into:
-        put_into(arguments.into, table(rows, runs))
-    if arguments.short_into:
-        put_into(arguments.short_into, table(rows, runs, SHORT))
-    if not arguments.into and not arguments.short_into:
-        print(table(rows, runs))
+    print(table(*read(sys.argv[1:])))
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -1,4 +1,4 @@
-// Table I of the paper beside ours: same columns, same meaning (DESIGN.md §5).
+// Table I of the paper beside ours: same columns, same meaning (docs/formats.md §1).
 
 #include "bench/support.hpp"
 #include "mapper/run_statistics.hpp"

@@ -1,0 +1,282 @@
+"""Markdown of what results.py measured. Every number stands in a record; here they are put side by side."""
+
+import table as speed_table
+
+NONE = "not measured at this commit"
+
+
+def percent(share, digits=1):
+    return f"{100 * share:.{digits}f} %"
+
+
+def markdown(header, rows):
+    lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows]) + "\n"
+
+
+def content(records, name):
+    return records[name]["content"] if name in records else None
+
+
+def note(record):
+    """What a reader must know of a task: of what commit, when, where, how busy, how long, and in which form."""
+    short = ", quick form" if record["quick"] else ""
+    return [record["commit"], record["date"], record["machine"],
+            f'{record["load"]:.1f}', f'{record["seconds"] / 60:.1f} min{short}']
+
+
+def rows_of(records, name, **wanted):
+    return [row for row in content(records, name) or [] if all(row.get(key) == value for key, value in wanted.items())]
+
+
+def seeds(row):
+    count = len(row["seeds"])
+    return f"{count} seed" + ("s" if count > 1 else "")
+
+
+# Simulated scenes.
+
+ACCURACY = [("depth", "depth camera, 2 cm"), ("depth-real", "depth camera with a real one's faults, 2 cm"),
+            ("depth-1cm", "depth camera, 1 cm"), ("spinning", "spinning lidar, 2 cm"), ("tilting", "tilting laser, 2 cm"),
+            ("noise", "depth camera, noise × 2, 2 cm"), ("drift", "depth camera, drift of 15 mm and 0.3° a lap, two laps, 2 cm")]
+
+ACCURACY_HEADER = ["", "seeds", "correct", "over / under / missed", "noise", "coverage (worst)", "layers (worst)",
+                   "unsafe (worst)", "off by 1 cm, 1.5 cm; false", "normal mean / max", "offset mean",
+                   "all faces: normal, offset"]
+
+
+def accuracy_cells(row):
+    known = "unsafe_10mm_share" in row
+    off = f'{percent(row["unsafe_10mm_share"])}, {percent(row["unsafe_15mm_share"])}; {percent(row["false_share"], 2)}' \
+        if known else "–"
+    every = f'{row["normal_all_mean_deg"]:.2f}°, {row["offset_all_mean_mm"]:.2f} mm' if known else "–"
+    return [seeds(row), f'{percent(row["correct"] / max(row["faces"], 1))} of {row["faces"]}',
+            f'{row["over_segmented"]} / {row["under_segmented"]} / {row["missed"]}', str(row["noise"]),
+            f'{percent(row["coverage"])} ({percent(row["worst_coverage"])})',
+            f'{row["multiplicity"]:.3f} ({row["worst_multiplicity"]:.3f})',
+            f'{percent(row["unsafe_share"], 2)} ({percent(row["worst_unsafe_share"], 2)})', off,
+            f'{row["normal_mean_deg"]:.2f}° / {row["normal_max_deg"]:.1f}°', f'{row["offset_mean_mm"]:.2f} mm', every]
+
+
+def accuracy(records):
+    total, scenes = [], []
+    for name, title in ACCURACY:
+        total += [[title, *accuracy_cells(row)] for row in rows_of(records, name, scene="all")]
+        scenes += [[f'{title}: `{row["scene"]}`', *accuracy_cells(row)]
+                   for row in content(records, name) or [] if row["scene"] != "all"]
+    if not total:
+        return ""
+    return f"{markdown(ACCURACY_HEADER, total)}\n### By scene\n\n{markdown(ACCURACY_HEADER, scenes)}"
+
+
+def terrain(records):
+    rows = content(records, "terrain")
+    return markdown(ACCURACY_HEADER, [[row["scene"], *accuracy_cells(row)] for row in rows]) if rows else ""
+
+
+METHODS = {"ours/default": "octosurf", "pcl/r=0.15": "the paper's pipeline, r = 0.15", "pcl/r=0.06": "the same, r = 0.06"}
+
+
+def paper(records):
+    rows = rows_of(records, "paper", scene="all")
+    return markdown(["method", *ACCURACY_HEADER[1:]],
+                    [[METHODS.get(row["method"], row["method"]), *accuracy_cells(row)] for row in rows]) if rows else ""
+
+
+# Real recordings.
+
+def kitchen(records):
+    rows = []
+    for name in ("kitchen-2cm", "kitchen-1cm"):
+        row = content(records, name)
+        if not row:
+            continue
+        level = [f'{row[what]["area_m2"]:.2f} m², {1000 * row[what]["rms_m"]:.1f} mm' if what in row else "none"
+                 for what in ("floor", "table")]
+        rows.append([f'{row["resolution"]:g} m', str(row["scans"]), str(row["surfaces"]),
+                     str(row["surfaces_over_min_area"]), f'{row["area_m2"]:.1f} m²', str(row["double_layers"]), *level])
+    return markdown(["d", "scans", "surfaces", "of 0.05 m² and more", "area", "double layers", "floor: area, rms",
+                     "table: area, rms"], rows) if rows else ""
+
+
+def labelled(records):
+    rows = [[row["cloud"], f'{row["resolution"]:g}', row["method"], f'{row["correct"]} of {row["labels"]}',
+             f'{row["over_segmented"]} / {row["under_segmented"]} / {row["missed"]}', str(row["noise"]),
+             percent(row["coverage"]), f'{row["mean_iou"]:.3f}',
+             f'{row["normal_deg"]["mean"]:.2f}° / {row["normal_deg"]["max"]:.2f}°',
+             f'{1000 * row["offset_m"]["mean"]:.2f} mm', f'{row["ms"]:,.0f}'] for row in content(records, "labelled") or []]
+    return markdown(["cloud", "d", "method", "correct", "over / under / missed", "noise", "coverage", "mean IoU",
+                     "normal mean / max", "offset mean", "ms"], rows) if rows else ""
+
+
+def mosd(records):
+    by_resolution = {}
+    for row in content(records, "mosd") or []:
+        by_resolution.setdefault(row["resolution"], []).append(row)
+
+    def worst(rows, key, choose, scale=1):
+        return choose(abs(row[key]) for row in rows) * scale
+    rows = [[f"{resolution:g}", str(len(found)), f'{worst(found, "iou_points", min):.3f}',
+             f'{worst(found, "iou_pixels", min):.3f}', f'{worst(found, "offset_m", max, 1000):.2f} mm',
+             f'{worst(found, "angle_deg", max):.3f}°'] for resolution, found in by_resolution.items()]
+    return markdown(["d", "frames", "IoU of readings, least", "IoU of pixels, least", "offset, most", "angle, most"],
+                    rows) if rows else ""
+
+
+def table1(records):
+    rows = [[row["environment"], f'{row["resolution"]:g}', f'{row["points_per_second"]:,.0f}',
+             f'{row["time_to_first_detection_s"]:.3f} s', f'{row["detection_lag_s"]:.3f} s',
+             f'{row["categorized_percent"]:.1f} %'] for row in content(records, "table1") or []]
+    return markdown(["environment", "d", "points per second", "first detection", "mean lag", "categorised"],
+                    rows) if rows else ""
+
+
+# Speed.
+
+def speed_rows(records):
+    rows, runs = {}, []
+    for name, record in records.items():
+        if not name.startswith("speed-"):
+            continue
+        found = {row["name"].split("/iterations:")[0]: row for row in record["content"]["benchmarks"]}
+        rows.update(found)
+        context = dict(record["content"]["context"], commit=record["commit"])
+        runs.append((context, sorted({row.split("/")[0] for row in found})))
+    return rows, runs
+
+
+def speed(records):
+    rows, runs = speed_rows(records)
+    return speed_table.table(rows, runs) + "\n" if rows else ""
+
+
+# The document.
+
+SECTIONS = [
+    ("Simulated scenes", "accuracy", accuracy,
+     "Faces of at least 0.05 m² seen; a face is correct by Hoover's rule at 80 %. *Worst* is the worst single recording, "
+     "*layers* how many surfaces lie over a seen place. *Unsafe* is area of surfaces farther than 1.5 d, at least 2 cm, off what is there, "
+     "or 30° aslant; *off by 1 cm, 1.5 cm* is area that far off the true outline, of which *false* is 5 cm and more off. Errors of "
+     "normal and offset are over correct faces, in the last column over all matched ones."),
+    ("Terrain meshes", "terrain", terrain, "Meshes that planners use, seen by a depth camera as a walking robot would."),
+    ("Beside the paper's pipeline", "paper", paper,
+     "The paper's steps from stock PCL parts (`test/reference`), on the same 20 scans of each recording, all four scenes."),
+    ("The paper's Table I", "table1", table1,
+     "Same columns as in the paper, whose machine had 8 cores; here one thread. A scan arrives at its time stamp and waits for "
+     "the one before it. `./dev bench table1` prints the paper's numbers beside these."),
+    ("The kitchen", "kitchen", kitchen,
+     "A real recording without truth. A double layer is a pair of surfaces within 15° and 5 cm whose polygons overlap by a "
+     "fifth of the smaller one: on a good map there is none."),
+    ("Labelled clouds", "labelled", labelled,
+     "Every method gets the same voxels; CGAL's get the best of several settings, octosurf has its defaults. Milliseconds "
+     "have normals and planes for CGAL, downsampling, occupancy and outlines as well for octosurf."),
+    ("A real table with things on it", "labelled", mosd,
+     "Twelve frames of mOSD, one scan each: how well the table's labelled pixels are covered, and how far its plane is off "
+     "the least-squares plane of those pixels."),
+    ("Speed and memory", "speed", speed, "Beside what others take for the same, in the same run."),
+]
+
+
+def one(records, name, **wanted):
+    rows = rows_of(records, name, **wanted)
+    return rows[0] if rows else None
+
+
+def scores(row):
+    return f'{percent(row["correct"] / max(row["faces"], 1))} of {row["faces"]} faces correct, {percent(row["coverage"])} of ' \
+        f'their area covered, {percent(row["unsafe_share"], 2)} of the surfaces\' area unsafe ({seeds(row)})' if row else NONE
+
+
+def ten_terrain(records):
+    rows = content(records, "terrain")
+    if not rows:
+        return NONE
+    row = next((row for row in rows if row["scene"] == "all"), rows[0])
+    return scores(row)
+
+
+def ten_paper(records):
+    shares = {row["method"]: percent(row["correct"] / max(row["faces"], 1)) for row in rows_of(records, "paper", scene="all")}
+    if "ours/default" not in shares:
+        return NONE
+    theirs = " and ".join(f"{share} ({METHODS[name]})" for name, share in shares.items() if name.startswith("pcl"))
+    return f'{shares["ours/default"]} of faces correct, theirs {theirs}'
+
+
+def ten_kitchen(records):
+    row = content(records, "kitchen-2cm")
+    return f'{row["surfaces"]} surfaces, {row["double_layers"]} double layers in {row["scans"]} scans' if row else NONE
+
+
+def ten_labelled(records):
+    rows = content(records, "labelled") or []
+    wanted = [row for row in rows if row["resolution"] == 0.02 and row["method"] in
+              ("octosurf", "CGAL region growing", "CGAL Efficient RANSAC")]
+    by_cloud = {}
+    for row in wanted:
+        by_cloud.setdefault(row["cloud"], []).append(f'{row["correct"]} of {row["labels"]} ({row["method"]})')
+    return "; ".join(f"{cloud}: {', '.join(found)}" for cloud, found in by_cloud.items()) or NONE
+
+
+def ten_speed(records, pattern, say):
+    rows, _ = speed_rows(records)
+    found = [row for name, row in rows.items() if name.startswith(pattern) and not row.get("error_occurred")]
+    return say(found[0]) if found else NONE
+
+
+def beside(row):
+    ours, theirs = speed_table.pair(row)
+    return f"{ours}; {theirs} for the other"
+
+
+def ten(records):
+    return [
+        ("simulated depth camera, four scenes", scores(one(records, "depth", scene="all")), "accuracy"),
+        ("the same with a real camera's faults", scores(one(records, "depth-real", scene="all")), "accuracy"),
+        ("simulated spinning lidar, four scenes", scores(one(records, "spinning", scene="all")), "accuracy"),
+        ("terrain meshes, depth camera", ten_terrain(records), "terrain"),
+        ("beside the paper's pipeline from PCL, same scans", ten_paper(records), "paper"),
+        ("planes of labelled clouds, d = 2 cm", ten_labelled(records), "labelled"),
+        ("a real kitchen, d = 2 cm", ten_kitchen(records), "kitchen"),
+        ("one scan of the kitchen, occupancy and surfaces, one thread; OctoMap's insertion alone",
+         ten_speed(records, "mapper/kitchen/d:0.02", beside), "speed"),
+        ("heap per octree leaf, kitchen, d = 2 cm; OctoMap's pruned tree",
+         ten_speed(records, "memory/kitchen/d:0.02", lambda row: f'{row["ours_bytes"]:.1f} B; {row["theirs_bytes"]:.1f} B'),
+         "speed"),
+        ("the kitchen as it arrives, 30 scans a second, two threads",
+         ten_speed(records, "realtime/kitchen/d:0.02", lambda row: f'lag p50 {row["lag_p50_ms"]:.0f} ms, p95 '
+                   f'{row["lag_p95_ms"]:.0f} ms; {row["categorized_percent"]:.1f} % of the points categorised'), "speed"),
+    ]
+
+
+def ten_block(records, commit):
+    rows = [[what, result, f"`./dev bench results --only {group}`"] for what, result, group in ten(records)]
+    return f"Measured at commit {commit}; all of it in [docs/results.md](docs/results.md).\n\n" \
+        + markdown(["what", "result", "measured by"], rows)
+
+
+def demo_block(record):
+    if not record:
+        return f"The demo's output: {NONE} (`./dev bench results --only demo`).\n"
+    return "```\n" + record["content"]["text"] + "```\n"
+
+
+def document(records, commit, tasks, reasons):
+    """The whole of docs/results.md, and the README's table."""
+    block = ten_block(records, commit)
+    parts = ["# What was measured", "",
+             f"Written by `./dev bench results` at commit **{commit}**: every number here was measured at that commit; what was "
+             "not is listed at the end. `--only GROUP` measures a part anew, `--list` tells what each part takes.", "",
+             "## In short", "", markdown(["what", "result", "measured by"],
+                                         [[what, result, f"`--only {group}`"] for what, result, group in ten(records)])]
+    for title, group, section, text in SECTIONS:
+        rows = section(records)
+        parts += [f"## {title}", "", f"`./dev bench results --only {group}`. {text}", "", rows or f"{NONE.capitalize()}.\n"]
+    parts += ["## When and where", "",
+              "Load is that of the machine at the task's end: times beside a load of over one are those of a busy machine.", "",
+              markdown(["task", "commit", "date", "machine", "load", "took"],
+                       [[f"`{task.name}`: {task.title}", *note(records[task.name])]
+                        for task in tasks if task.name in records])]
+    missing = [[f"`{task.name}`: {task.title}", reasons[task.name]] for task in tasks if task.name in reasons]
+    parts += ["## Not measured at this commit", "", markdown(["task", "why"], missing) if missing else "Nothing: all is there.\n"]
+    return "\n".join(parts), block
