@@ -5,6 +5,7 @@
 #include "simulation/plane_cells.hpp"
 
 #include <algorithm>
+#include <boost/geometry.hpp>
 #include <boost/geometry/geometries/box.hpp>
 #include <boost/geometry/geometries/point.hpp>
 #include <boost/geometry/index/rtree.hpp>
