@@ -1,4 +1,6 @@
 // `octosurf export`: a map's surfaces in a file other programs read.
+#include "up_option.hpp"
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -26,7 +28,7 @@ Examples:
 )";
 
 struct Arguments {
-  std::string map, file;
+  std::string map, file, up;
   std::vector<std::string> what{"polygons"};
   double min_radius = 0.05;
   double thickness = 0;  // 0: the map's own
@@ -64,6 +66,7 @@ void run(const Arguments& arguments) {
   }
   const LoadedMap loaded = load_map(arguments.map);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
+  options.up = up_in_force(loaded.map, arguments.up).direction;
   options.mesh_thickness =
       arguments.thickness > 0 ? arguments.thickness : loaded.map.parameters().surfaces.mesh_thickness;
   const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
@@ -92,6 +95,7 @@ void add_export(CLI::App& app) {
   verb->add_option("--thickness", arguments->thickness,
                    "m: of --what meshes; default: the map's mesh_thickness")
       ->check(CLI::PositiveNumber);
+  add_up_option(*verb, arguments->up);
   verb->add_flag("--force", arguments->force, "overwrite the file");
   verb->callback([arguments] { run(*arguments); });
 }

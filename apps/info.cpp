@@ -2,6 +2,7 @@
 #include "mapper/run_statistics.hpp"
 #include "parameter_options.hpp"
 #include "surface_table.hpp"
+#include "up_option.hpp"
 
 #include <CLI/CLI.hpp>
 #include <Eigen/Geometry>
@@ -30,7 +31,7 @@ Examples:
 )";
 
 struct Arguments {
-  std::string map;
+  std::string map, up;
   bool json = false, check = false;
 };
 
@@ -39,14 +40,15 @@ constexpr std::size_t listed_surfaces = 10;
 struct Contents {
   Map::Size size;
   std::shared_ptr<const Snapshot> snapshot;
+  Up up;
   Eigen::AlignedBox3d extent;  ///< of the points, map frame; empty if there is none
   std::vector<std::string> violations;
 };
 
-Contents look_into(const Map& map, bool check) {
-  Contents contents{map.size(), map.snapshot(), {}, {}};
+Contents look_into(const Map& map, const Arguments& arguments) {
+  Contents contents{map.size(), map.snapshot(), up_in_force(map, arguments.up), {}, {}};
   map.for_each_point([&](const Map::Voxel& voxel) { contents.extent.extend(*voxel.point); });
-  if (check) contents.violations = check_invariants(map);
+  if (arguments.check) contents.violations = check_invariants(map);
   return contents;
 }
 
@@ -63,10 +65,11 @@ void print(const Map& map, const Contents& contents) {
     std::printf("%-12s x %.2f … %.2f, y %.2f … %.2f, z %.2f … %.2f m\n", "extent", low.x(), high.x(), low.y(),
                 high.y(), low.z(), high.z());
   }
+  std::printf("%-12s %s\n", "up", describe(contents.up).c_str());
   std::printf("%-12s %zu, %.2f m²\n", "surfaces", size.surfaces, total_area(*contents.snapshot));
   if (size.surfaces > 0) {
     std::printf("\nlargest\n");
-    print_table(largest_surfaces(*contents.snapshot, listed_surfaces));
+    print_table(largest_surfaces(*contents.snapshot, listed_surfaces), contents.up.direction);
   }
   if (!contents.snapshot->cylinders.empty()) {
     std::printf("\ncylinders    %zu\n", contents.snapshot->cylinders.size());
@@ -77,13 +80,14 @@ void print(const Map& map, const Contents& contents) {
 
 Json to_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-Json to_json(const Surface& surface) {
+Json to_json(const Surface& surface, const Eigen::Vector3d& up) {
   return {{"id", surface.id},
           {"area_m2", surface.area_m2},
           {"inliers", surface.inliers},
           {"rms_m", surface.rms_m},
           {"normal", to_json(surface.plane.normal)},
-          {"offset", surface.plane.offset}};
+          {"offset", surface.plane.offset},
+          {"slope_deg", slope_rad(surface, up) * 180 / std::numbers::pi}};
 }
 
 Json to_json(const Cylinder& cylinder) {
@@ -110,11 +114,12 @@ void print_json(const Map& map, const Contents& contents, const std::string& war
   json["extent"] = nullptr;
   if (!contents.extent.isEmpty())
     json["extent"] = {{"min", to_json(contents.extent.min())}, {"max", to_json(contents.extent.max())}};
+  json["up"] = Json::parse(up_json(contents.up));
   json["surfaces"] = size.surfaces;
   json["area_m2"] = total_area(*contents.snapshot);
   json["largest"] = Json::array();
   for (const SurfacePtr& surface : largest_surfaces(*contents.snapshot, listed_surfaces))
-    json["largest"].push_back(to_json(*surface));
+    json["largest"].push_back(to_json(*surface, contents.up.direction));
   json["cylinders"] = Json::array();
   for (const CylinderPtr& cylinder : contents.snapshot->cylinders)
     json["cylinders"].push_back(to_json(*cylinder));
@@ -127,7 +132,7 @@ void print_json(const Map& map, const Contents& contents, const std::string& war
 
 void run(const Arguments& arguments) {
   const LoadedMap loaded = load_map(arguments.map);
-  const Contents contents = look_into(loaded.map, arguments.check);
+  const Contents contents = look_into(loaded.map, arguments);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   if (arguments.json)
     print_json(loaded.map, contents, loaded.warning, arguments.check);
@@ -149,6 +154,7 @@ void add_info(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   verb->add_option("map", arguments->map, "map to look into: name without ending, as given to map -o")
       ->required();
+  add_up_option(*verb, arguments->up);
   verb->add_flag("--json", arguments->json, "tell it in JSON");
   verb->add_flag("--check", arguments->check, "check that all parts agree; exit 1 if they do not");
   verb->callback([arguments] { run(*arguments); });

@@ -2,11 +2,13 @@
 // 2: wrong use. Errors are one line on stderr.
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
 #include <cstdio>
 #include <exception>
 #include <memory>
 #include <new>
 #include <string>
+#include <vector>
 
 #include <octosurf/error.hpp>
 
@@ -62,6 +64,26 @@ int complain(const std::string& verb, std::string message, ExitCode code) {
   return code;
 }
 
+bool is_number(const std::string& text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+/// The arguments for CLI11, last first, with the three numbers of `--up X Y Z` made one: an option that
+/// takes one word or three numbers would swallow the map's name behind the word.
+std::vector<std::string> arguments_of(int argc, char** argv) {
+  std::vector<std::string> words(argv + 1, argv + argc);
+  for (std::size_t i = 0; i + 3 < words.size(); ++i) {
+    const auto first = words.begin() + static_cast<std::ptrdiff_t>(i) + 1;
+    if (words[i] != "--up" || !std::all_of(first, first + 3, is_number)) continue;
+    *first = *first + " " + *(first + 1) + " " + *(first + 2);
+    words.erase(first + 1, first + 3);
+  }
+  std::reverse(words.begin(), words.end());
+  return words;
+}
+
 int run(CLI::App& app, int argc, char** argv) {
   const std::string verb = verb_of(app, argc, argv);
   if (argc < 2) return complain({}, "a verb is missing; octosurf --help lists them", wrong_use);
@@ -69,7 +91,7 @@ int run(CLI::App& app, int argc, char** argv) {
   if (verb.empty() && first != "--help" && first != "-h" && first != "--version")
     return complain({}, "'" + first + "' is not a verb; octosurf --help lists them", wrong_use);
   try {
-    app.parse(argc, argv);
+    app.parse(arguments_of(argc, argv));
   } catch (const CLI::Success& asked) {  // help, version
     return app.exit(asked);
   } catch (const CLI::ParseError& error) {

@@ -2,6 +2,7 @@
 #include "io/new_file.hpp"
 #include "map_run.hpp"
 #include "parameter_options.hpp"
+#include "surfaces/map_state.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -32,6 +33,7 @@ Examples:
   octosurf map velodyne --poses poses.txt --resolution 0.05 -o maps/street
   octosurf map old.bt -o maps/old                               surfaces of an OctoMap
   octosurf map kitchen -o maps/live --realtime --checkpoint 10  as a robot would see it
+  octosurf map kitchen -o maps/kitchen --up auto                 where z is not up, as in a camera's frame
   octosurf map --show-parameters --preset paper
 
 Inputs, told apart by content: folders as 7-Scenes, TUM RGB-D or KITTI velodyne have them; 16-bit depth
@@ -91,6 +93,7 @@ Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inp
   if (!options.resume.empty()) {
     LoadedMap loaded = load_map(options.resume);
     choice.require_same(loaded.map.parameters());
+    loaded.map.state().parameters.up = choice.up_over(loaded.map.parameters());
     if (!loaded.warning.empty()) {
       std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
       context.warnings.push_back(loaded.warning);

@@ -3,6 +3,7 @@
 #include "io/new_file.hpp"
 #include "progress.hpp"
 #include "surface_table.hpp"
+#include "up_option.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -171,8 +172,10 @@ void MapRun::print_summary() const {
   std::printf("%-12s %s.surfaces, %s.bt%s%s\n", "written", options_.output.c_str(), options_.output.c_str(),
               options_.report.empty() ? "" : ", ", options_.report.c_str());
   if (snapshot->surfaces.empty()) return;
+  const Up up = up_of(mapper_.map());
+  if (up.source != Up::Source::given) std::printf("%-12s %s\n", "up", describe(up).c_str());
   std::printf("\n");
-  print_table(largest_surfaces(*snapshot, 5));
+  print_table(largest_surfaces(*snapshot, 5), up.direction);
 }
 
 void MapRun::warn_of_double_layers() const {

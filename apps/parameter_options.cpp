@@ -65,8 +65,17 @@ void add_parameter_options(CLI::App& verb, ParameterOptions& options) {
   verb.add_option("--preset", options.preset, "default or paper: what the parameters start from")
       ->check(CLI::IsMember({"default", "paper"}));
   verb.add_option("--config", options.config, "file with lines 'name = value' and # comments; flags win");
+  verb.add_option_function<std::string>(
+          "--up",
+          [&options](const std::string& text) {
+            options.flags.push_back({"up", text, {}});
+          },
+          "against gravity: X Y Z, an axis such as -y, or auto: from the surfaces [z]")
+      ->type_name("DIRECTION")
+      ->group("Parameters [default]");
   const Parameters defaults;
   for (const ParameterInfo& info : parameter_infos()) {
+    if (info.name.starts_with("up_")) continue;  // --up gives all three
     const std::string dashed = with(info.name, '_', '-');
     const std::string names = "--" + info.name + (dashed == info.name ? "" : ",--" + dashed);
     const std::string help = info.help + " [" + get_parameter(defaults, info.name) +
@@ -116,12 +125,18 @@ Parameters ParameterChoice::in_force(std::optional<double> resolution) const {
 void ParameterChoice::require_same(const Parameters& of_map) const {
   const Parameters asked = preset_ ? in_force() : apply_to(of_map);
   for (const ParameterInfo& info : parameter_infos()) {
-    if (!preset_ && !given(info.name)) continue;
+    if (info.name.starts_with("up_") || (!preset_ && !given(info.name))) continue;
     const std::string value = get_parameter(asked, info.name), kept = get_parameter(of_map, info.name);
     if (value != kept)
       throw Error(Error::Kind::usage, info.name, "is " + value + ", but the map that is resumed has " + kept,
                   "leave it out, or start a new map");
   }
+}
+
+std::optional<Eigen::Vector3d> ParameterChoice::up_over(const Parameters& of_map) const {
+  const Parameters parameters = apply_to(of_map);
+  parameters.validate();
+  return parameters.up;
 }
 
 std::string list_parameters(const Parameters& parameters) {

@@ -38,8 +38,12 @@ class ParameterChoice {
   /// Throws Error(usage), also if another resolution was asked for.
   Parameters in_force(std::optional<double> resolution = {}) const;
 
-  /// Throws Error(usage) if something else was asked for than what a map that is gone on with has.
+  /// Throws Error(usage) if something else was asked for than what a map that is gone on with has. `up`
+  /// may differ, because nothing is mapped otherwise for it.
   void require_same(const Parameters& of_map) const;
+
+  /// `up` for a map that is gone on with: what was asked for, else the map's.
+  std::optional<Eigen::Vector3d> up_over(const Parameters& of_map) const;
 
  private:
   bool given(const std::string& name) const;

@@ -1,8 +1,11 @@
 // `octosurf query`: a planner's questions from the shell.
+#include "up_option.hpp"
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -17,31 +20,37 @@ constexpr const char* description = R"(Answers a planner's questions about a map
 
 Examples:
   octosurf query maps/office --nearest 1.2 0.4 0.9
-  octosurf query maps/office --nearest 1.2 0.4 0.9 --json
+  octosurf query maps/office --nearest 1.2 0.4 0.9 --max-slope 30   of what slopes by 30 degrees at most
+  octosurf query maps/office --below 1.2 0.4 0.9 --json             what a foot lowered there meets
 )";
 
 struct Arguments {
-  std::string map;
-  std::vector<double> nearest;
+  std::string map, up;
+  std::vector<double> nearest, below;
+  double max_slope_deg = 180;
   bool json = false;
 };
 
-void print(const Nearest& found, const Surface& surface) {
+constexpr double deg_per_rad = 180 / std::numbers::pi;
+
+void print(const Nearest& found, const Surface& surface, const Eigen::Vector3d& up) {
   const Eigen::Vector3d &p = found.point, &n = surface.plane.normal;
   std::printf("surface   %u\n", found.id);
   std::printf("point     %.4f %.4f %.4f\n", p.x(), p.y(), p.z());
   std::printf("distance  %.4f m\n", found.distance);
   std::printf("normal    %.4f %.4f %.4f\n", n.x(), n.y(), n.z());
+  std::printf("slope     %.2f°\n", slope_rad(surface, up) * deg_per_rad);
   std::printf("area      %.3f m²\n", surface.area_m2);
 }
 
-void print_json(const Nearest& found, const Surface& surface) {
+void print_json(const Nearest& found, const Surface& surface, const Eigen::Vector3d& up) {
   const Eigen::Vector3d &p = found.point, &n = surface.plane.normal;
   nlohmann::ordered_json json;
   json["surface"] = found.id;
   json["point"] = {p.x(), p.y(), p.z()};
   json["distance_m"] = found.distance;
   json["normal"] = {n.x(), n.y(), n.z()};
+  json["slope_deg"] = slope_rad(surface, up) * deg_per_rad;
   json["area_m2"] = surface.area_m2;
   std::printf("%s\n", json.dump().c_str());
 }
@@ -50,11 +59,18 @@ void run(const Arguments& arguments) {
   const LoadedMap loaded = load_map(arguments.map);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
-  const std::vector<double>& at = arguments.nearest;
-  const auto found = nearest(*snapshot, {at[0], at[1], at[2]});
-  if (!found) throw Error(Error::Kind::data, arguments.map, "has no surfaces", "map more scans first");
+  const Eigen::Vector3d up = up_in_force(loaded.map, arguments.up).direction;
+  const SlopeLimit limit{up, arguments.max_slope_deg / deg_per_rad};
+  const bool lowered = !arguments.below.empty();
+  const std::vector<double>& at = lowered ? arguments.below : arguments.nearest;
+  const Eigen::Vector3d point(at[0], at[1], at[2]);
+  const auto found = lowered ? below(*snapshot, point, limit) : nearest(*snapshot, point, limit);
+  if (!found)
+    throw Error(Error::Kind::data, arguments.map,
+                lowered ? "has no such surface below that place" : "has no such surfaces",
+                "map more scans first, or allow a greater --max-slope");
   const Surface& surface = *snapshot->find(found->id);
-  arguments.json ? print_json(*found, surface) : print(*found, surface);
+  arguments.json ? print_json(*found, surface, up) : print(*found, surface, up);
 }
 
 }  // namespace
@@ -63,10 +79,21 @@ void add_query(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("query", description);
   const auto arguments = std::make_shared<Arguments>();
   verb->add_option("map", arguments->map, "map to ask: name without ending, as given to map -o")->required();
-  verb->add_option("--nearest", arguments->nearest,
+  CLI::Option_group* question = verb->add_option_group("question", "what is asked; one of");
+  question
+      ->add_option("--nearest", arguments->nearest,
                    "X Y Z: the place on a surface that is nearest to this point")
-      ->expected(3)
-      ->required();
+      ->expected(3);
+  question
+      ->add_option("--below", arguments->below,
+                   "X Y Z: the place on a surface that is met first straight below this point")
+      ->expected(3);
+  question->require_option(1);
+  verb->add_option("--max-slope", arguments->max_slope_deg,
+                   "degrees: only surfaces that slope so much at most; 90 leaves out ceilings")
+      ->check(CLI::Range(0.0, 180.0))
+      ->capture_default_str();
+  add_up_option(*verb, arguments->up);
   verb->add_flag("--json", arguments->json, "answer in JSON");
   verb->callback([arguments] { run(*arguments); });
 }

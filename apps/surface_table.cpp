@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <numbers>
 
+#include <octosurf/up.hpp>
+
 namespace octosurf {
 
 std::vector<SurfacePtr> largest_surfaces(const Snapshot& snapshot, std::size_t count) {
@@ -14,12 +16,13 @@ std::vector<SurfacePtr> largest_surfaces(const Snapshot& snapshot, std::size_t c
   return surfaces;
 }
 
-void print_table(const std::vector<SurfacePtr>& surfaces) {
-  std::printf(" surface   area m²   inliers   rms mm                  normal   offset m\n");
+void print_table(const std::vector<SurfacePtr>& surfaces, const Eigen::Vector3d& up) {
+  std::printf(" surface   area m²   inliers   rms mm  slope °                  normal   offset m\n");
   for (const SurfacePtr& surface : surfaces) {
     const Eigen::Vector3d& n = surface->plane.normal;
-    std::printf("%8u %9.3f %9zu %8.1f    %6.3f %6.3f %6.3f %10.3f\n", surface->id, surface->area_m2,
-                surface->inliers, 1e3 * surface->rms_m, n.x(), n.y(), n.z(), surface->plane.offset);
+    std::printf("%8u %9.3f %9zu %8.1f %8.1f    %6.3f %6.3f %6.3f %10.3f\n", surface->id, surface->area_m2,
+                surface->inliers, 1e3 * surface->rms_m, slope_rad(*surface, up) * 180 / std::numbers::pi,
+                n.x(), n.y(), n.z(), surface->plane.offset);
   }
 }
 

@@ -10,8 +10,8 @@ namespace octosurf {
 /// The surfaces of largest area, at most `count`; ties by id.
 std::vector<SurfacePtr> largest_surfaces(const Snapshot& snapshot, std::size_t count);
 
-/// Prints them on stdout, a row each under a head line.
-void print_table(const std::vector<SurfacePtr>& surfaces);
+/// Prints them on stdout, a row each under a head line. `up`: for their slopes.
+void print_table(const std::vector<SurfacePtr>& surfaces, const Eigen::Vector3d& up);
 void print_table(const std::vector<CylinderPtr>& cylinders);
 
 double total_area(const Snapshot& snapshot);  ///< m²

@@ -1,4 +1,6 @@
 // `octosurf view`: a picture of a map's surfaces.
+#include "up_option.hpp"
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -21,12 +23,13 @@ Examples:
   octosurf view maps/office --png plan.png --from top
   octosurf view maps/office --png door.png --eye 1 0 1.6 --target 4 2 1
   octosurf view maps/office --png office.png --pending         and the points no surface has
+  octosurf view maps/kitchen --png kitchen.png --up -y         up, if the map does not know it; or auto
   octosurf view maps/office --png edges.png --from top --edges
                              edges: real green, occluded red, sensor limit blue, frontier orange
 )";
 
 struct Arguments {
-  std::string map, png, from = "iso";
+  std::string map, png, from = "iso", up;
   std::vector<double> eye, target;
   int width = PictureOptions{}.width, height = PictureOptions{}.height;
   bool whole = false, pending = false, edges = false, force = false;
@@ -44,6 +47,7 @@ void run(const Arguments& arguments) {
   options.from = static_cast<ViewFrom>(at - view_names.begin());
   if (!arguments.eye.empty()) options.eye = to_point(arguments.eye);
   if (!arguments.target.empty()) options.target = to_point(arguments.target);
+  options.up = up_in_force(loaded.map, arguments.up).direction;
   options.cut = !arguments.whole;
   options.force = arguments.force;
   if (arguments.pending) {
@@ -73,6 +77,7 @@ void add_view(CLI::App& app) {
   verb->add_option("--eye", arguments->eye, "X Y Z: look from here instead")->expected(3)->excludes(from);
   verb->add_option("--target", arguments->target, "X Y Z: look at this; default: the map's middle")
       ->expected(3);
+  add_up_option(*verb, arguments->up);
   verb->add_option("--width", arguments->width, "pixels")->capture_default_str();
   verb->add_option("--height", arguments->height, "pixels")->capture_default_str();
   verb->add_flag("--whole", arguments->whole, "draw surfaces seen from behind, too: ceilings hide rooms");

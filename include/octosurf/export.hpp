@@ -25,8 +25,9 @@ struct ExportOptions {
   /// .ply, .glb: any, .obj, .stl: any but points, .csv: polygons (a row per surface), circles or
   /// points (a row each).
   std::vector<ExportPart> parts{ExportPart::polygons};
-  double mesh_thickness = 0.02;  ///< m, of meshes
-  bool force = false;            ///< write over a file that exists
+  double mesh_thickness = 0.02;                   ///< m, of meshes
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< map frame, of .glb
+  bool force = false;                             ///< write over a file that exists
 };
 
 struct SurfacePoint {
@@ -44,13 +45,13 @@ struct ExportExtras {
   std::map<SurfaceId, std::vector<PolygonEdges>> edges;
 };
 
-/// Writes the surfaces to `file` in the format its ending names: .json (DESIGN.md §5), .ply, .glb,
+/// Writes the surfaces to `file` in the format its ending names: .json (docs/formats.md §2), .ply, .glb,
 /// .obj (with an .mtl beside it), .stl, .csv.
 ///
 /// .json also has `"cylinders"`: {"id", "axis_point", "axis", "radius_m", "length_m", "span_deg", "start",
 /// "inliers", "rms_m", "revision"} each, as in cylinder.hpp.
 ///
-/// 1. Map frame, metres, z up; also in .glb, where viewers expect y up: its root node turns it.
+/// 1. Map frame, metres; also in .glb, where viewers expect y up: its root node turns `up` there.
 /// 2. .json and .csv hold positions to 1e-9 m and all else to a double's last digit, mesh formats
 ///    32-bit floats.
 /// 3. One mesh or object `surface_<id>` per surface in its colour (.glb, .obj); .ply has a colour per
@@ -76,9 +77,10 @@ inline constexpr std::array<std::array<float, 3>, edge_kind_names.size()> edge_c
 struct PictureOptions {
   int width = 1280;  ///< pixels, 16 … 16384
   int height = 960;
-  ViewFrom from = ViewFrom::iso;          ///< front looks along +y, left along +x, top has +y upward
-  std::optional<Eigen::Vector3d> eye;     ///< map frame; instead of `from`
-  std::optional<Eigen::Vector3d> target;  ///< map frame; empty: the middle of the map
+  ViewFrom from = ViewFrom::iso;                  ///< front looks along +y, left along +x, top has +y upward
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< map frame; see render_png()
+  std::optional<Eigen::Vector3d> eye;             ///< map frame; instead of `from`
+  std::optional<Eigen::Vector3d> target;          ///< map frame; empty: the middle of the map
   /// Leave out surfaces seen from behind, so that one looks past ceilings and near walls into rooms.
   bool cut = true;
   std::vector<Eigen::Vector3d> points;  ///< map frame; drawn as grey dots
@@ -88,8 +90,9 @@ struct PictureOptions {
 };
 
 /// Renders the surfaces' polygons as a PNG: each in its colour, shaded, with dark outlines, over a
-/// grid of 1 m at the height of the lowest surfaces. z is up. Framed on the 2 to 98 % extent, so that
-/// stray surfaces do not shrink the rest. Same input, same picture.
+/// grid of 1 m at the height of the lowest surfaces. Framed on the 2 to 98 % extent, so that stray surfaces
+/// do not shrink the rest. Same input, same picture. Where `up` is not +z, it is the picture of the map
+/// turned by upright(up) (up.hpp): x, y and z of `from` are the turned map's.
 /// Throws Error(usage) for nonsense options or a file that exists without `force`, Error(data) for edge
 /// labels of other polygons, Error(output) if it cannot be written. A snapshot without surfaces gives an
 /// empty picture.

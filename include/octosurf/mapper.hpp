@@ -10,7 +10,7 @@
 
 namespace octosurf {
 
-/// Stages of one scan's way (DESIGN.md §4), in order.
+/// Stages of one scan's way (docs/design.md §4), in order.
 enum class Stage { downsample, occupancy, retract, add_inliers, expand, detect, derive };
 inline constexpr std::array<std::string_view, 7> stage_names{
     "downsample", "occupancy", "retract", "add_inliers", "expand", "detect", "derive"};
@@ -63,7 +63,7 @@ class Mapper {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The shipped invariant checker (DESIGN.md §3): one line per violation, empty if all hold.
+/// The shipped invariant checker (docs/design.md §3): one line per violation, empty if all hold.
 /// Cost: one pass over octree and surfaces; for tests, `info --check` and the suspicious.
 std::vector<std::string> check_invariants(const Map& map);
 

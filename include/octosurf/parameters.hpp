@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <string>
 #include <vector>
@@ -54,6 +55,9 @@ struct Parameters {
   OccupancyParameters occupancy;
   SurfaceParameters surfaces;
   DetectionParameters detection;
+  /// Unit vector, map frame: against gravity. Nothing is mapped otherwise for it; pictures, slopes and
+  /// planners' questions ask it. Empty: found from the surfaces (up.hpp).
+  std::optional<Eigen::Vector3d> up = Eigen::Vector3d::UnitZ();
 
   /// The paper's values (section V): r = 0.15, n = 50, s = sensor_noise + d·√3, plain RANSAC, no
   /// minimum width, measured noise not used.
@@ -72,7 +76,7 @@ struct Parameters {
 };
 
 /// A parameter as text, for command lines, config files, reports and map files.
-/// Names are those of DESIGN.md §1; angles are in degrees here.
+/// Names are those of docs/parameters.md; angles are in degrees here.
 struct ParameterInfo {
   std::string name;
   std::string unit;
@@ -84,7 +88,9 @@ const std::vector<ParameterInfo>& parameter_infos();
 /// empty max_range). Throws Error(usage) for an unknown name.
 std::string get_parameter(const Parameters& parameters, const std::string& name);
 
-/// Sets from text ("auto" empties a derived one). Throws Error(usage) naming name, text and rule.
+/// Sets from text ("auto" empties a derived one). `up` stands for up_x, up_y and up_z together: three
+/// numbers, which are brought to length 1, or an axis such as z or -y, or auto. Throws Error(usage) naming
+/// name, text and rule.
 void set_parameter(Parameters& parameters, const std::string& name, const std::string& text);
 
 /// The exact value as a number in the units of the structs (radians; flags 0 or 1), none where it is

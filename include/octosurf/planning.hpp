@@ -1,5 +1,6 @@
 #pragma once
 
+#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -34,8 +35,22 @@ struct Nearest {
   double distance = 0;                              ///< m
 };
 
-/// Nothing if there is no surface with a polygon; the lower id wins a tie. `point` in the map frame;
-/// throws Error(usage) if it is not finite. Cost O(vertices) of the surfaces whose planes are nearer.
-std::optional<Nearest> nearest(const Snapshot& snapshot, const Eigen::Vector3d& point);
+/// Which surfaces a planner asks about: those that slope_rad() to `up` by at most `max_slope_rad`.
+struct SlopeLimit {
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< map frame, any length; up_of(map) tells a map's
+  double max_slope_rad = std::numbers::pi;        ///< π/2 leaves out what hangs over, ceilings first
+};
+
+/// Nothing if there is no such surface with a polygon; the lower id wins a tie. `point` in the map frame;
+/// throws Error(usage) if it is not finite, or the limit makes no sense. Cost O(vertices) of the surfaces
+/// whose planes are nearer.
+std::optional<Nearest> nearest(const Snapshot& snapshot, const Eigen::Vector3d& point,
+                               const SlopeLimit& limit = {});
+
+/// The place straight below a point (against `limit.up`, or at it) where a surface is met first: what a foot
+/// that is lowered there steps on. Nothing if there is none; the lower id wins a tie. Walls, seen along
+/// themselves, are never met. Throws as nearest() does. Cost O(vertices) of the surfaces below.
+std::optional<Nearest> below(const Snapshot& snapshot, const Eigen::Vector3d& point,
+                             const SlopeLimit& limit = {});
 
 }  // namespace octosurf

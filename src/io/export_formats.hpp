@@ -27,7 +27,7 @@ struct ExportJob {
   const std::vector<Eigen::Vector3d>& points_of(SurfaceId id) const;
 };
 
-/// DESIGN.md §5, one surface per line.
+/// docs/formats.md §2, one surface per line.
 void write_json(const ExportJob& job, std::ostream& out);
 
 /// A row per surface, circle or point.

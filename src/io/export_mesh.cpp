@@ -9,6 +9,7 @@
 #include <memory>
 
 #include <octosurf/error.hpp>
+#include <octosurf/up.hpp>
 
 namespace octosurf {
 namespace {
@@ -75,13 +76,21 @@ aiMaterial* to_material(const std::array<float, 3>& color, const MeshFormat& for
   return material.release();
 }
 
-std::unique_ptr<aiScene> to_scene(const std::vector<Shape>& shapes, const MeshFormat& format) {
+/// Turns the map's `up` to y, for a root node.
+aiMatrix4x4 up_to_y(const Eigen::Vector3d& up) {
+  Eigen::Matrix3d z_to_y;
+  z_to_y << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+  const Eigen::Matrix3f R = (z_to_y * upright(up).toRotationMatrix()).cast<float>();
+  return {R(0, 0), R(0, 1), R(0, 2), 0, R(1, 0), R(1, 1), R(1, 2), 0,
+          R(2, 0), R(2, 1), R(2, 2), 0, 0,       0,       0,       1};
+}
+
+std::unique_ptr<aiScene> to_scene(const std::vector<Shape>& shapes, const MeshFormat& format,
+                                  const Eigen::Vector3d& up) {
   const auto count = static_cast<unsigned>(shapes.size());
   auto scene = std::make_unique<aiScene>();
   scene->mRootNode = new aiNode("map");
-  if (format.y_up) {
-    scene->mRootNode->mTransformation = aiMatrix4x4(1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1);
-  }
+  if (format.y_up) scene->mRootNode->mTransformation = up_to_y(up);
   scene->mMeshes = new aiMesh* [count] {};
   scene->mMaterials = new aiMaterial* [count] {};
   scene->mNumMeshes = scene->mNumMaterials = count;
@@ -116,7 +125,7 @@ void write_mesh_file(const ExportJob& job, const std::filesystem::path& file) {
   properties.SetPropertyString(AI_CONFIG_EXPORT_BLOB_NAME, file.stem().string());
   Assimp::Exporter exporter;
   const aiExportDataBlob* blob =
-      exporter.ExportToBlob(to_scene(shapes, format).get(), format.id, 0u, &properties);
+      exporter.ExportToBlob(to_scene(shapes, format, job.options.up).get(), format.id, 0u, &properties);
   if (blob == nullptr) throw Error(Error::Kind::output, file.string(), exporter.GetErrorString());
   put(*blob, output);
   if (blob->next != nullptr) {  // .obj's materials

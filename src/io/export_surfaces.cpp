@@ -1,5 +1,6 @@
 #include "io/export_formats.hpp"
 #include "io/new_file.hpp"
+#include "surfaces/directions.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -41,6 +42,7 @@ void check(const std::filesystem::path& file, const std::string& ending, const E
     throw Error(Error::Kind::usage, file.string(), "no such format",
                 "end the name in .json, .ply, .glb, .obj, .stl or .csv");
   }
+  require_direction(options.up, "up");
   for (const ExportPart part : options.parts) {
     if (std::find(possible.begin(), possible.end(), part) == possible.end()) {
       throw Error(Error::Kind::usage, file.string(), ending + " cannot hold " + names({part}),

@@ -128,6 +128,7 @@ class Reader {
       require(header.next_cylinder_id() >= 1, "there is no such next cylinder id");
       state.cylinders.set_next_id(header.next_cylinder_id());
     }
+    if (header.sensors_up_size() > 0) state.sensors_up = read_sensors_up(header);
     read_noise(header);
     file_.bt = {header.bt_bytes(), header.bt_crc32()};
     advance();
@@ -156,6 +157,14 @@ class Reader {
       fail(error.what());
     }
     return parameters;
+  }
+
+  Eigen::Vector3d read_sensors_up(const map_file::Header& header) const {
+    require(header.sensors_up_size() == 3, "the sensors' up direction has no three coordinates");
+    const Eigen::Vector3d sum(header.sensors_up(0), header.sensors_up(1), header.sensors_up(2));
+    require(sum.norm() <= static_cast<double>(header.scans()) * (1 + 1e-3),
+            "the sensors' up direction makes no sense");
+    return sum;
   }
 
   void read_noise(const map_file::Header& header) {

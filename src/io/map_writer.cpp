@@ -27,6 +27,7 @@ void write_header(const MapState& state, const FileSum& bt, map_file::Header& he
   header.set_range_noise(state.noise.range_noise());
   for (const auto& range_class : state.noise.histogram())
     for (const std::uint32_t count : range_class) header.add_noise_histogram(count);
+  for (const double coordinate : state.sensors_up) header.add_sensors_up(coordinate);
   header.set_bt_bytes(bt.bytes);
   header.set_bt_crc32(bt.crc32);
 }

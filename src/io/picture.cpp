@@ -3,6 +3,7 @@
 #include "io/export_formats.hpp"
 #include "io/new_file.hpp"
 #include "io/png_file.hpp"
+#include "surfaces/directions.hpp"
 #include "surfaces/triangulate.hpp"
 
 #include <algorithm>
@@ -15,6 +16,7 @@
 
 #include <octosurf/error.hpp>
 #include <octosurf/export.hpp>
+#include <octosurf/up.hpp>
 
 namespace octosurf {
 namespace {
@@ -250,16 +252,26 @@ void draw_edges(Canvas& canvas, const Snapshot& snapshot, const PictureOptions& 
   }
 }
 
-}  // namespace
-
-void render_png(const Snapshot& snapshot, const std::filesystem::path& file, const PictureOptions& options) {
-  for (const int side : {options.width, options.height}) {
-    if (side < 16 || side > 16384) {
-      throw Error(Error::Kind::usage, "picture", std::to_string(side) + " pixels is not in 16 … 16384",
-                  "give another size");
-    }
+Snapshot turned(const Snapshot& snapshot, const Eigen::Quaterniond& rotation) {
+  Snapshot result{snapshot.revision, snapshot.resolution, {}};
+  for (const SurfacePtr& surface : snapshot.surfaces) {
+    auto copy = std::make_shared<Surface>(*surface);
+    copy->plane.normal = rotation * surface->plane.normal;
+    copy->T_map_surface = rotation * surface->T_map_surface;
+    result.surfaces.push_back(std::move(copy));
   }
-  NewFile output(file, options.force);
+  return result;
+}
+
+PictureOptions turned(PictureOptions options, const Eigen::Quaterniond& rotation) {
+  if (options.eye) options.eye = rotation * *options.eye;
+  if (options.target) options.target = rotation * *options.target;
+  for (Eigen::Vector3d& point : options.points) point = rotation * point;
+  return options;
+}
+
+/// z is up.
+std::vector<std::uint8_t> draw(const Snapshot& snapshot, const PictureOptions& options) {
   const std::vector<Patch> patches = make_patches(snapshot);
   std::vector<Eigen::Vector3d> samples = spread(patches);
   if (samples.empty()) samples = options.points;
@@ -269,7 +281,24 @@ void render_png(const Snapshot& snapshot, const std::filesystem::path& file, con
   canvas.outline();
   for (const Eigen::Vector3d& point : options.points) canvas.dot(point, {0.3f, 0.3f, 0.32f});
   draw_edges(canvas, snapshot, options, camera.eye);
-  const std::vector<std::uint8_t> rgb = canvas.pixels();
+  return canvas.pixels();
+}
+
+}  // namespace
+
+void render_png(const Snapshot& snapshot, const std::filesystem::path& file, const PictureOptions& options) {
+  for (const int side : {options.width, options.height}) {
+    if (side < 16 || side > 16384) {
+      throw Error(Error::Kind::usage, "picture", std::to_string(side) + " pixels is not in 16 … 16384",
+                  "give another size");
+    }
+  }
+  require_direction(options.up, "up");
+  NewFile output(file, options.force);
+  const Eigen::Quaterniond rotation = upright(options.up);
+  const bool is_upright = rotation.w() == 1;
+  const std::vector<std::uint8_t> rgb =
+      is_upright ? draw(snapshot, options) : draw(turned(snapshot, rotation), turned(options, rotation));
   output.write([&](std::ostream& out) { write_png(rgb, options.width, options.height, out); });
   output.commit();
 }

@@ -47,6 +47,13 @@ std::vector<Index> indices_of(PointWindow& window, const std::vector<VoxelPoint>
   return indices;
 }
 
+/// A camera's y points down in its picture, a lidar's z up; map frame.
+Eigen::Vector3d up_of_sensor(const Scan& scan) {
+  const Eigen::Vector3d up = scan.sensor == SensorKind::depth_camera ? Eigen::Vector3d(0, -1, 0)
+                                                                     : Eigen::Vector3d::UnitZ();
+  return (scan.T_map_sensor.linear() * up).normalized();
+}
+
 void accumulate(MapState& state, const Workspace& work, std::vector<VoxelKey> keys) {
   keys.insert(keys.end(), work.returned.begin(), work.returned.end());
   keys.insert(keys.end(), state.accumulated.begin(), state.accumulated.end());
@@ -65,7 +72,7 @@ struct Mapper::Impl {
   int threads;
   Downsampler downsample;
 
-  /// Everything after the octree's answer: DESIGN.md §4, steps 3 to 7.
+  /// Everything after the octree's answer: docs/design.md §4, steps 3 to 7.
   void update_surfaces(const VoxelScan& scan, const OccupancyDelta& delta, ScanReport& report);
 };
 
@@ -148,6 +155,7 @@ ScanReport Mapper::insert(const Scan& scan) {
                                   parameters.preserve_surfaces ? &state.surfaces : nullptr, impl_->threads);
   });
   ++state.scans;
+  state.sensors_up += up_of_sensor(scan);
   time(Stage::downsample, [&] { state.noise.observe(scan); });
   impl_->update_surfaces(voxels, delta, report);
   return report;

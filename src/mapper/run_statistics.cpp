@@ -81,8 +81,18 @@ Json double_layers_json(const Snapshot& snapshot) {
   return json;
 }
 
+Json up_object(const Up& up) {
+  Json json{{"direction", {up.direction.x(), up.direction.y(), up.direction.z()}},
+            {"from", name_of(up.source)}};
+  if (up.source != Up::Source::surfaces) return json;
+  json["level_m2"] = up.level_m2;
+  json["rival"] = up.rival;
+  return json;
+}
+
 }  // namespace
 
+std::string up_json(const Up& up) { return up_object(up).dump(); }
 std::string parameters_json(const Parameters& parameters) { return parameters_object(parameters).dump(); }
 
 void RunStatistics::add(const Scan& scan, const ScanReport& report, double arrival_s, double done_s) {
@@ -146,6 +156,7 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
     entry = spread(stage_ms_[stage], {{"p50", 0.5}, {"p95", 0.95}});
     entry["total"] = std::accumulate(stage_ms_[stage].begin(), stage_ms_[stage].end(), 0.0);
   }
+  json["up"] = up_object(up_of(map));
   json["surfaces"] = size.surfaces;
   json["area_m2"] = area_m2;
   json["double_layers"] = double_layers_json(*snapshot);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <octosurf/mapper.hpp>
+#include <octosurf/up.hpp>
 
 namespace octosurf {
 
@@ -17,7 +18,7 @@ struct RunContext {
   double wall_s = 0;  ///< the whole run, reading and saving included
 };
 
-/// Gathers what the scans of one run did and writes the report of DESIGN.md §5.
+/// Gathers what the scans of one run did and writes the report (docs/formats.md §1).
 ///
 /// Times are in seconds on one clock of the caller's choice, as long as it is the same for all calls.
 /// What is not defined (a rate without time stamps that move, a lag without categorised points) is
@@ -32,9 +33,8 @@ class RunStatistics {
   /// The pass over an occupancy map: no scan and no sensor time, all else counts.
   void add_occupancy(const ScanReport& report, double arrival_s, double done_s);
 
-  /// All keys of DESIGN.md §5, and `skipped_scans`, `warnings`, `points_dropped`,
-  /// `points_beyond_range`, `double_layers` [{surfaces [a, b], overlap_m2, distance_m, angle_deg}],
-  /// `cylinders`. Of `map`, as it is after the run: octree, surfaces, area, pending points.
+  /// What docs/formats.md §1 lists. Of `map`, as it is after the run: octree, surfaces, area, pending points,
+  /// double layers, cylinders and up (up_json()).
   /// `categorized_percent` is inliers over inliers and pending points of `map`: points that vanished
   /// again count in neither. `points_per_second` is per second of time stamps, from the first scan's
   /// to one mean period after the last one's. `time_to_first_detection_s` is from the first arrival
@@ -63,5 +63,9 @@ class RunStatistics {
 /// Name → value of the parameters in force, as a JSON object: numbers, booleans, and the words
 /// get_parameter() has for what the scans decide ("estimated", "sensor"). Angles in degrees.
 std::string parameters_json(const Parameters& parameters);
+
+/// {"direction": [x, y, z], "from": "given", "surfaces" or "assumed"}, and of an estimate "level_m2" and
+/// "rival", as in up.hpp.
+std::string up_json(const Up& up);
 
 }  // namespace octosurf

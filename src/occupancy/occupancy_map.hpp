@@ -58,7 +58,7 @@ class PlaneLookup {
   virtual bool find(SurfaceId id, Plane& plane, double& tolerance) const = 0;
 };
 
-/// The octree that owns the points (DESIGN.md §3), equal to OctoMap's voxel by voxel.
+/// The octree that owns the points (docs/design.md §3), equal to OctoMap's voxel by voxel.
 ///
 /// 1. With no `planes`, the tree equals octomap::OcTree::insertPointCloud(cloud, origin, max_range,
 ///    false, true), voxel by voxel and value by value.

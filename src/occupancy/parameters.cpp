@@ -4,6 +4,7 @@
 #include <functional>
 #include <numbers>
 #include <sstream>
+#include <string_view>
 
 #include <octosurf/error.hpp>
 #include <octosurf/parameters.hpp>
@@ -62,6 +63,20 @@ Entry derived(Group Parameters::*group, std::optional<Value> Group::*field, Form
           std::move(in_force)};
 }
 
+/// A component of `up`. They are set one after the other, so that they make a unit vector is validate()'s.
+Entry component(int axis, ParameterInfo info) {
+  return {std::move(info), Form::real,
+          [=](const Parameters& p) -> std::optional<double> {
+            return p.up ? std::optional((*p.up)[axis]) : std::nullopt;
+          },
+          [=](Parameters& p, std::optional<double> value) {
+            if (!value) return p.up.reset();
+            if (!p.up) p.up = Eigen::Vector3d::Zero();
+            (*p.up)[axis] = *value;
+          },
+          [](const Parameters&) { return std::string("estimated"); }};
+}
+
 std::vector<Entry> make_entries() {
   using P = Parameters;
   using O = OccupancyParameters;
@@ -111,6 +126,9 @@ std::vector<Entry> make_entries() {
             {"preserve_surfaces", "", "grazing rays do not erode surfaces"}),
       plain(d, &D::detect_cylinders, Form::flag,
             {"detect_cylinders", "", "look for pillars, rails and rungs among what no plane took"}),
+      component(0, {"up_x", "", "unit vector against gravity, map frame; auto: from the surfaces"}),
+      component(1, {"up_y", "", "its y"}),
+      component(2, {"up_z", "", "its z"}),
   };
 }
 
@@ -123,6 +141,42 @@ const Entry& entry(const std::string& name) {
   for (const Entry& e : entries())
     if (e.info.name == name) return e;
   throw Error(Error::Kind::usage, name, "is not a parameter", "octosurf map --show-parameters lists them");
+}
+
+/// A number that is all of the text.
+std::optional<double> number_of(std::string_view text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return {};
+  return value;
+}
+
+/// "z", "-y", "0 -0.9 -0.4" or the same with commas; empty for anything else.
+std::optional<Eigen::Vector3d> direction_of(std::string text) {
+  const std::string_view axes = "xyz";
+  const bool has_sign = text.size() == 2 && (text[0] == '-' || text[0] == '+');
+  if (text.size() == 1 || has_sign)
+    if (const auto axis = axes.find(text.back()); axis != std::string_view::npos)
+      return (text[0] == '-' ? -1.0 : 1.0) * Eigen::Vector3d::Unit(static_cast<Eigen::Index>(axis));
+  std::replace(text.begin(), text.end(), ',', ' ');
+  std::istringstream words(text);
+  Eigen::Vector3d direction;
+  std::string word;
+  for (double& coordinate : direction) {
+    const auto value = words >> word ? number_of(word) : std::nullopt;
+    if (!value) return {};
+    coordinate = *value;
+  }
+  const double length = direction.stableNorm();
+  if (words >> word || !(length > 0) || !std::isfinite(length)) return {};
+  return direction.stableNormalized();
+}
+
+void set_up(Parameters& parameters, const std::string& text) {
+  if (text == "auto") return parameters.up.reset();
+  const std::optional<Eigen::Vector3d> up = direction_of(text);
+  if (!up) refuse("up", "'" + text + "'", "X Y Z, not all 0, or x, -x, y, -y, z, -z, or auto");
+  parameters.up = up;
 }
 
 }  // namespace
@@ -197,6 +251,7 @@ void Parameters::validate() const {
   check("max_curvature", d.max_curvature > 0 && d.max_curvature <= 1.0 / 3, "in (0, 1/3]");
   check("ransac_iterations", d.ransac_iterations >= 1 && d.ransac_iterations <= 1000000, "in [1, 1000000]");
   check("aligned_angle", d.aligned_angle > 0 && d.aligned_angle <= std::numbers::pi, "in (0, 180] degrees");
+  check("up", !up || std::fabs(up->norm() - 1) <= 1e-6, "of length 1");
 }
 
 const std::vector<ParameterInfo>& parameter_infos() {
@@ -209,6 +264,11 @@ const std::vector<ParameterInfo>& parameter_infos() {
 }
 
 std::string get_parameter(const Parameters& parameters, const std::string& name) {
+  if (name == "up") {
+    if (!parameters.up) return "estimated";
+    const Eigen::Vector3d& up = *parameters.up;
+    return text_of(up.x()) + " " + text_of(up.y()) + " " + text_of(up.z());
+  }
   const Entry& e = entry(name);
   const std::optional<double> value = e.get(parameters);
   if (!value) return e.in_force(parameters);
@@ -217,6 +277,7 @@ std::string get_parameter(const Parameters& parameters, const std::string& name)
 }
 
 void set_parameter(Parameters& parameters, const std::string& name, const std::string& text) {
+  if (name == "up") return set_up(parameters, text);
   const Entry& e = entry(name);
   if (text == "auto" && e.in_force) return e.set(parameters, std::nullopt);
   if (e.form == Form::flag) {
@@ -225,13 +286,11 @@ void set_parameter(Parameters& parameters, const std::string& name, const std::s
       refuse(name, "'" + text + "'", "true or false");
     return e.set(parameters, on);
   }
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
-    refuse(name, "'" + text + "'", e.in_force ? "a finite number or auto" : "a finite number");
-  if (e.form == Form::integer && (value != std::floor(value) || std::fabs(value) > 1e9))
+  const std::optional<double> value = number_of(text);
+  if (!value) refuse(name, "'" + text + "'", e.in_force ? "a finite number or auto" : "a finite number");
+  if (e.form == Form::integer && (*value != std::floor(*value) || std::fabs(*value) > 1e9))
     refuse(name, "'" + text + "'", "an integer");
-  e.set(parameters, e.form == Form::degrees ? value * rad_per_deg : value);
+  e.set(parameters, e.form == Form::degrees ? *value * rad_per_deg : *value);
 }
 
 std::optional<double> parameter_value(const Parameters& parameters, const std::string& name) {

@@ -1,11 +1,14 @@
 #include "planning/rings.hpp"
+#include "surfaces/directions.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include <octosurf/error.hpp>
 #include <octosurf/planning.hpp>
+#include <octosurf/up.hpp>
 
 namespace octosurf {
 namespace {
@@ -27,14 +30,46 @@ std::optional<Eigen::Vector2d> closest_in_plane(const Surface& surface, const Ei
   return best;
 }
 
+void require_sensible(const Eigen::Vector3d& point, const SlopeLimit& limit, const char* where) {
+  if (!point.allFinite()) throw Error(Error::Kind::usage, where, "the point is not finite");
+  require_direction(limit.up, "up");
+  if (!(limit.max_slope_rad >= 0))
+    throw Error(Error::Kind::usage, "max_slope", "is not an angle", "must be at least 0");
+}
+
+bool within(const SlopeLimit& limit, const Surface& surface) {
+  return limit.max_slope_rad >= std::numbers::pi || slope_rad(surface, limit.up) <= limit.max_slope_rad;
+}
+
+/// The point of the surface's polygons that the ray from `point` along `direction` (unit) meets.
+std::optional<Nearest> meet(const Surface& surface, const Eigen::Vector3d& point,
+                            const Eigen::Vector3d& direction) {
+  const Eigen::Vector3d from = surface.T_map_surface.inverse() * point;
+  const Eigen::Vector3d along = surface.T_map_surface.linear().transpose() * direction;
+  if (std::fabs(along.z()) < 1e-9) return {};  // in the plane, as good as
+  const double distance = -from.z() / along.z();
+  if (distance < 0) return {};
+  const Eigen::Vector2d uv = (from + distance * along).head<2>();
+  const bool hit = std::any_of(surface.polygons.begin(), surface.polygons.end(),
+                               [&](const Polygon& polygon) { return contains(polygon, uv); });
+  if (!hit) return {};
+  return Nearest{surface.id, surface.to_map(uv), distance};
+}
+
+bool before(const Nearest& a, const Nearest& b) {
+  return std::make_pair(a.distance, a.id) < std::make_pair(b.distance, b.id);
+}
+
 }  // namespace
 
-std::optional<Nearest> nearest(const Snapshot& snapshot, const Eigen::Vector3d& point) {
-  if (!point.allFinite()) throw Error(Error::Kind::usage, "nearest", "the point is not finite");
+std::optional<Nearest> nearest(const Snapshot& snapshot, const Eigen::Vector3d& point,
+                               const SlopeLimit& limit) {
+  require_sensible(point, limit, "nearest");
   // The distance to a plane bounds that to its polygons from below: nearest planes first, and none
   // whose plane is already farther than the best found.
   std::vector<std::pair<double, const Surface*>> by_plane;
   for (const SurfacePtr& surface : snapshot.surfaces) {
+    if (!within(limit, *surface)) continue;
     by_plane.emplace_back(std::abs((surface->T_map_surface.inverse() * point).z()), surface.get());
   }
   std::sort(by_plane.begin(), by_plane.end(), [](const auto& a, const auto& b) {
@@ -48,10 +83,21 @@ std::optional<Nearest> nearest(const Snapshot& snapshot, const Eigen::Vector3d& 
     const auto uv = closest_in_plane(*surface, local.head<2>());
     if (!uv) continue;
     const Eigen::Vector3d on_surface = surface->to_map(*uv);
-    const double distance = (on_surface - point).norm();
-    if (!best || std::make_pair(distance, surface->id) < std::make_pair(best->distance, best->id)) {
-      best = Nearest{surface->id, on_surface, distance};
-    }
+    const Nearest found{surface->id, on_surface, (on_surface - point).norm()};
+    if (!best || before(found, *best)) best = found;
+  }
+  return best;
+}
+
+std::optional<Nearest> below(const Snapshot& snapshot, const Eigen::Vector3d& point,
+                             const SlopeLimit& limit) {
+  require_sensible(point, limit, "below");
+  const Eigen::Vector3d down = -limit.up.normalized();
+  std::optional<Nearest> best;
+  for (const SurfacePtr& surface : snapshot.surfaces) {
+    if (!within(limit, *surface)) continue;
+    const std::optional<Nearest> found = meet(*surface, point, down);
+    if (found && (!best || before(*found, *best))) best = found;
   }
   return best;
 }

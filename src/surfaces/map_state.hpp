@@ -34,6 +34,8 @@ struct MapState {
   std::size_t points = 0;             ///< voxels that hold one
   std::uint64_t scans = 0;
   std::uint64_t revision = 0;
+  /// Sum over the scans of their sensor's own up direction, unit vectors in the map frame: what up_of() asks.
+  Eigen::Vector3d sensors_up = Eigen::Vector3d::Zero();
   AtomicSharedPtr<const Snapshot> snapshot;  ///< what readers in other threads see
 };
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <numbers>
 #include <octomap/octomap.h>
 
@@ -81,8 +82,13 @@ TEST_F(MapRun, ReportHasEveryKey) {
                           "points_dropped",
                           "points_beyond_range",
                           "double_layers",
+                          "up",
                           "warnings"})
     EXPECT_TRUE(report.contains(key)) << key;
+  std::ifstream file(std::string(OCTOSURF_SOURCE_DIR) + "/docs/formats.md");
+  const std::string documentation(std::istreambuf_iterator<char>(file), {});
+  for (const auto& entry : report.items())
+    EXPECT_THAT(documentation, HasSubstr("`" + entry.key() + "`")) << "docs/formats.md does not name it";
   for (const char* key : {"mean", "p50", "p95", "max"})
     EXPECT_GT(report.at("detection_lag_s").at(key), 0) << key;
   for (const char* key : {"p50", "p95", "p99", "max"}) EXPECT_GT(report.at("scan_ms").at(key), 0) << key;

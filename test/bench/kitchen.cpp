@@ -15,6 +15,7 @@
 #include <octosurf/error.hpp>
 #include <octosurf/export.hpp>
 #include <octosurf/mapper.hpp>
+#include <octosurf/up.hpp>
 
 namespace octosurf::bench {
 namespace {
@@ -32,15 +33,12 @@ struct Options {
   std::string pictures, json;
 };
 
-/// Turns the recording's frame so that z is up: what gravity-direction.txt tells, else as it is.
-Eigen::Isometry3d upright(const std::filesystem::path& recording) {
+/// Up in the recording's frame: what gravity-direction.txt tells, else z.
+Eigen::Vector3d true_up(const std::filesystem::path& recording) {
   Eigen::Vector3d down(0, 0, -1);
   std::ifstream file(recording / "gravity-direction.txt");
   for (int axis = 0; axis < 3 && file; ++axis) file >> down[axis];
-  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear() =
-      Eigen::Quaterniond::FromTwoVectors(down.normalized(), -Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  return T;
+  return -down.normalized();
 }
 
 Snapshot turned(const Snapshot& snapshot, const Eigen::Isometry3d& T) {
@@ -60,6 +58,8 @@ struct Mapped {
   Snapshot snapshot;  ///< z up
   std::vector<Eigen::Isometry3d> poses;
   double ms = 0;
+  Up up;  ///< as `--up auto` finds it, in the recording's frame
+  double up_error_rad = 0;
 };
 
 Mapped map_all(const Options& options, const std::filesystem::path& recording) {
@@ -71,7 +71,8 @@ Mapped map_all(const Options& options, const std::filesystem::path& recording) {
       throw Error(Error::Kind::usage, "--set " + assignment, "has no value", "write --set NAME=VALUE");
     set_parameter(parameters, assignment.substr(0, equals), assignment.substr(equals + 1));
   }
-  const Eigen::Isometry3d T = upright(recording);
+  const Eigen::Vector3d up = true_up(recording);
+  const Eigen::Isometry3d T(upright(up));
   Mapper mapper(parameters, options.threads);
   Mapped mapped;
   for_each_scan(recording, options.every, options.frames, [&](const Scan& scan, double) {
@@ -79,6 +80,8 @@ Mapped map_all(const Options& options, const std::filesystem::path& recording) {
     mapped.poses.push_back(T * scan.T_map_sensor);
   });
   mapped.snapshot = turned(*mapper.snapshot(), T);
+  mapped.up = up_from_surfaces(mapper.map());
+  mapped.up_error_rad = std::atan2(mapped.up.direction.cross(up).norm(), mapped.up.direction.dot(up));
   return mapped;
 }
 
@@ -224,6 +227,10 @@ void body(const Options& options) {
                       {"surfaces_over_min_area", over},
                       {"min_area_m2", options.min_area},
                       {"area_m2", area}};
+  json["up_error_deg"] = mapped.up_error_rad * deg;
+  std::printf(
+      "up, found from %.2f m² of level surfaces: %.2f° off; the next-best direction scores %.2f of it\n",
+      mapped.up.level_m2, mapped.up_error_rad * deg, mapped.up.rival);
   print_double_layers(mapped.snapshot, json);
   print_levels(level_surfaces(mapped.snapshot, options.min_area), json);
   if (!options.pictures.empty()) {

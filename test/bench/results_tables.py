@@ -94,9 +94,10 @@ def kitchen(records):
         level = [f'{row[what]["area_m2"]:.2f} m², {1000 * row[what]["rms_m"]:.1f} mm' if what in row else "none"
                  for what in ("floor", "table")]
         rows.append([f'{row["resolution"]:g} m', str(row["scans"]), str(row["surfaces"]),
-                     str(row["surfaces_over_min_area"]), f'{row["area_m2"]:.1f} m²', str(row["double_layers"]), *level])
+                     str(row["surfaces_over_min_area"]), f'{row["area_m2"]:.1f} m²', str(row["double_layers"]), *level,
+                     f'{row["up_error_deg"]:.2f}°'])
     return markdown(["d", "scans", "surfaces", "of 0.05 m² and more", "area", "double layers", "floor: area, rms",
-                     "table: area, rms"], rows) if rows else ""
+                     "table: area, rms", "`--up auto` off by"], rows) if rows else ""
 
 
 def labelled(records):

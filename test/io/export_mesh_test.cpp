@@ -11,6 +11,8 @@
 #include <pcl/point_types.h>
 #include <tiny_gltf.h>
 
+#include <octosurf/error.hpp>
+
 namespace octosurf::test {
 namespace {
 
@@ -224,6 +226,22 @@ TEST_F(ExportTest, GlbStandsUpright) {
   const Eigen::Vector4d up = matrix * Eigen::Vector4d(0, 0, 1, 0);
   EXPECT_EQ(up, Eigen::Vector4d(0, 1, 0, 0));  // glTF's up is y
   EXPECT_NEAR(matrix.determinant(), 1, 1e-12);
+}
+
+TEST_F(ExportTest, GlbOfAMapWhoseZIsNotUpStandsUpright) {
+  ExportOptions options;
+  options.up = {0.2, -0.9, -0.4};
+  export_surfaces(room_, path("room.glb"), options, extras_);
+  const tinygltf::Model model = load_glb(path("room.glb"));
+  const tinygltf::Node& root = model.nodes.at(static_cast<std::size_t>(model.scenes[0].nodes[0]));
+  const Eigen::Map<const Eigen::Matrix4d> matrix(root.matrix.data());
+  Eigen::Vector4d up(0, 0, 0, 0);
+  up.head<3>() = options.up.normalized();
+  EXPECT_LT((matrix * up - Eigen::Vector4d(0, 1, 0, 0)).norm(), 1e-6);
+  EXPECT_NEAR(matrix.determinant(), 1, 1e-6);
+  options.up.setZero();
+  options.force = true;
+  EXPECT_THROW(export_surfaces(room_, path("room.glb"), options, extras_), Error);
 }
 
 TEST_F(ExportTest, GlbPointsAreReadByTinygltf) {

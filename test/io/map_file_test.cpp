@@ -171,7 +171,10 @@ TEST_F(MapFiles, ParametersComeBackExactly) {
                                                    {"clamp_max", 2.9 / 3},
                                                    {"occupied", 1.6 / 3},
                                                    {"preserve_surfaces", 0},
-                                                   {"detect_cylinders", 0}})
+                                                   {"detect_cylinders", 0},
+                                                   {"up_x", 1 / 3.0},
+                                                   {"up_y", -2 / 3.0},
+                                                   {"up_z", 2 / 3.0}})
     set_parameter_value(parameters, name, value);
   for (const ParameterInfo& info : parameter_infos())
     EXPECT_NE(parameter_value(parameters, info.name), parameter_value({}, info.name))

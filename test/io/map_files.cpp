@@ -195,6 +195,7 @@ std::string difference(const Map& map_a, const Map& map_b) {
   if (octree_of(a) != octree_of(b)) return "octree";
   if (a.accumulated != b.accumulated) return "accumulated";
   if (a.points != b.points || a.scans != b.scans || a.revision != b.revision) return "counts";
+  if (a.sensors_up != b.sensors_up) return "sensors' up";
   if (a.noise.histogram() != b.noise.histogram() || a.noise.range_noise() != b.noise.range_noise())
     return "noise";
   for (unsigned c = 0; c < NoiseModel::classes; ++c)

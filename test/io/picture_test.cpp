@@ -8,6 +8,7 @@
 #include <spng.h>
 
 #include <octosurf/error.hpp>
+#include <octosurf/up.hpp>
 
 namespace octosurf::test {
 namespace {
@@ -120,6 +121,62 @@ TEST_F(PictureTest, IsoShowsFloorAndDefaultSize) {
   EXPECT_GT(floor, 20u);  // of 361 places
 }
 
+/// The room as a map would hold it whose frame is turned: R from the old frame to the new one.
+Snapshot turned(const Snapshot& snapshot, const Eigen::Matrix3d& R) {
+  Snapshot result = snapshot;
+  for (SurfacePtr& surface : result.surfaces) {
+    auto copy = std::make_shared<Surface>(*surface);
+    copy->plane.normal = R * surface->plane.normal;
+    copy->T_map_surface = Eigen::Isometry3d(Eigen::Quaterniond(R)) * surface->T_map_surface;
+    surface = std::move(copy);
+  }
+  return result;
+}
+
+/// Share of the pixels that differ.
+double difference(const Image& a, const Image& b) {
+  std::size_t other = 0;
+  for (std::size_t i = 0; i < a.rgb.size(); i += 3)
+    other += !std::equal(
+        a.rgb.begin() + static_cast<std::ptrdiff_t>(i), a.rgb.begin() + static_cast<std::ptrdiff_t>(i) + 3,
+        b.rgb.begin() + static_cast<std::ptrdiff_t>(i), [](int p, int q) { return std::abs(p - q) <= 2; });
+  return 3.0 * static_cast<double>(other) / static_cast<double>(a.rgb.size());
+}
+
+TEST_F(PictureTest, ATurnedMapWhoseUpIsGivenLooksTheSame) {
+  for (const ViewFrom from : {ViewFrom::iso, ViewFrom::top, ViewFrom::left})
+    for (const Eigen::Vector3d& up : {Eigen::Vector3d(0, -1, 0), Eigen::Vector3d(1, 0, 0),
+                                      Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(0.2, -0.9, -0.4)}) {
+      PictureOptions options;
+      options.from = from;
+      options.width = 320;
+      options.height = 240;
+      const Eigen::Matrix3d R = upright(up).toRotationMatrix().transpose();
+      options.points = {Eigen::Vector3d(3, 2, 1.5)};
+      const Image straight = render(room_, options, "straight.png");
+      options.points[0] = R * options.points[0];
+      EXPECT_GT(difference(straight, render(turned(room_, R), options)), 0.2) << "z is not up here";
+      options.up = up;
+      const Image image = render(turned(room_, R), options, "turned.png");
+      EXPECT_LT(difference(straight, image), 0.002) << up.transpose();  // rays that meet an edge
+    }
+}
+
+TEST_F(PictureTest, EyeAndTargetAreInTheMapsFrameWhateverIsUp) {
+  const Eigen::Vector3d up(0.2, -0.9, -0.4);
+  const Eigen::Matrix3d R = upright(up).toRotationMatrix().transpose();
+  PictureOptions options;
+  options.width = 320;
+  options.height = 240;
+  options.eye = Eigen::Vector3d(3, 2, 1.5);
+  options.target = Eigen::Vector3d(0, 2, 1.2);
+  const Image straight = render(room_, options);
+  options.eye = R * *options.eye;
+  options.target = R * *options.target;
+  options.up = up;
+  EXPECT_LT(difference(straight, render(turned(room_, R), options)), 0.002);
+}
+
 TEST_F(PictureTest, PointsAreDrawnUnlessHidden) {
   PictureOptions options;
   options.from = ViewFrom::top;
@@ -202,6 +259,9 @@ TEST_F(PictureTest, NonsenseIsNamed) {
   options.eye = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
   EXPECT_EQ(kind(options, path("p.png")), Error::Kind::usage);
   options.eye.reset();
+  options.up.setZero();
+  EXPECT_EQ(kind(options, path("p.png")), Error::Kind::usage);
+  options.up.setOnes();
   std::ofstream(path("p.png")) << "precious";
   EXPECT_EQ(kind(options, path("p.png")), Error::Kind::usage);
 }

@@ -1,10 +1,14 @@
+#include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <functional>
 #include <gmock/gmock.h>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <octomap/octomap.h>
 #include <set>
+#include <sstream>
 
 #include <octosurf/error.hpp>
 #include <octosurf/parameters.hpp>
@@ -135,6 +139,39 @@ TEST(Parameters, TextGoesInAndOut) {
                                        .surface_tolerance());
 }
 
+TEST(Parameters, UpIsThreeNumbersAnAxisOrAuto) {
+  const auto up_of_text = [](const std::string& text) {
+    Parameters p;
+    set_parameter(p, "up", text);
+    p.validate();
+    return p.up;
+  };
+  EXPECT_EQ(Parameters{}.up, Eigen::Vector3d(0, 0, 1));
+  EXPECT_EQ(up_of_text("y"), Eigen::Vector3d(0, 1, 0));
+  EXPECT_EQ(up_of_text("+x"), Eigen::Vector3d(1, 0, 0));
+  EXPECT_EQ(up_of_text("-z"), Eigen::Vector3d(0, 0, -1));
+  EXPECT_EQ(up_of_text("0 -2 0"), Eigen::Vector3d(0, -1, 0));
+  EXPECT_TRUE(up_of_text("3, 0,-4")->isApprox(Eigen::Vector3d(0.6, 0, -0.8), 1e-15));
+  EXPECT_TRUE(up_of_text("1e300 0 1e300")->isApprox(Eigen::Vector3d(1, 0, 1).normalized(), 1e-15));
+  EXPECT_EQ(up_of_text("auto"), std::nullopt);
+  Parameters p;
+  for (const char* text : {"", "w", "--y", "yy", "0 0 0", "1 2", "1 2 3 4", "nan 0 1", "inf 0 0", "1 2 z"}) {
+    EXPECT_THROW(set_parameter(p, "up", text), Error) << text;
+    EXPECT_EQ(p.up, Eigen::Vector3d(0, 0, 1)) << "changed all the same by " << text;
+  }
+  set_parameter(p, "up", "0 3 -4");
+  EXPECT_EQ(get_parameter(p, "up"), "0 0.6 -0.8");
+  EXPECT_EQ(parameter_value(p, "up_z"), -0.8);
+  set_parameter(p, "up", "auto");
+  EXPECT_EQ(get_parameter(p, "up"), "estimated");
+  EXPECT_EQ(parameter_value(p, "up_x"), std::nullopt);
+  for (const Eigen::Vector3d& wrong : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0, 0, 1.01),
+                                       Eigen::Vector3d(nan, 0, 1), Eigen::Vector3d(inf, 0, 0)}) {
+    p.up = wrong;
+    EXPECT_THROW(p.validate(), Error) << wrong.transpose();
+  }
+}
+
 TEST(Parameters, TextThatIsNoValueIsRefused) {
   for (const ParameterInfo& info : parameter_infos())
     for (const char* text : {"", " ", "nan", "inf", "-inf", "1e999", "0.1m", "0,1", "0x10", "one", "1 2"}) {
@@ -188,6 +225,59 @@ TEST(Parameters, ExactValuesGoInAndOut) {
   for (const double no_count : {std::nan(""), 1e300, -1e300, std::numeric_limits<double>::infinity()}) {
     EXPECT_THROW(set_parameter_value(p, "min_surface_points", no_count), Error);
     EXPECT_THROW(set_parameter_value(p, "preserve_surfaces", no_count), Error);
+  }
+}
+
+/// Rows of docs/parameters.md's table: name → cells behind it.
+std::map<std::string, std::vector<std::string>> documented() {
+  std::ifstream file(std::string(OCTOSURF_SOURCE_DIR) + "/docs/parameters.md");
+  std::map<std::string, std::vector<std::string>> rows;
+  for (std::string line; std::getline(file, line);) {
+    if (!line.starts_with("| `")) continue;
+    std::vector<std::string> cells;
+    std::istringstream parts(line.substr(1));
+    for (std::string cell; std::getline(parts, cell, '|');) {
+      const auto first = cell.find_first_not_of(" `"), last = cell.find_last_not_of(" `");
+      cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
+    }
+    EXPECT_TRUE(rows.emplace(cells.at(0), std::vector(cells.begin() + 1, cells.end())).second) << line;
+  }
+  return rows;
+}
+
+TEST(Parameters, TheDocumentationHasThemAllAsTheyAre) {
+  auto rows = documented();
+  const Parameters defaults, paper = Parameters::paper();
+  for (const ParameterInfo& info : parameter_infos()) {
+    ASSERT_TRUE(rows.contains(info.name)) << info.name << " is not in docs/parameters.md";
+    const std::vector<std::string> cells = rows[info.name];
+    ASSERT_EQ(cells.size(), 5u) << info.name;
+    EXPECT_EQ(cells[0], info.unit) << info.name;
+    const bool derived = !parameter_value(defaults, info.name);
+    if (!derived) {
+      EXPECT_EQ(cells[1], get_parameter(defaults, info.name)) << info.name;
+    }
+    const bool papers = parameter_value(paper, info.name) != parameter_value(defaults, info.name);
+    EXPECT_EQ(!cells[2].empty(), papers) << info.name << ": the paper's column";
+    if (papers && info.name != "surface_tolerance") {  // a formula there
+      EXPECT_EQ(cells[2], get_parameter(paper, info.name)) << info.name;
+    }
+    EXPECT_FALSE(cells[3].empty()) << info.name;
+    rows.erase(info.name);
+  }
+  EXPECT_TRUE(rows.empty()) << rows.begin()->first << " is documented but is no parameter";
+}
+
+/// The formulas of docs/parameters.md.
+TEST(Parameters, DerivedValuesAreWhatTheDocumentationSays) {
+  for (const double d : {0.001, 0.005, 0.01, 0.02, 0.05, 0.1, 0.5}) {
+    Parameters p;
+    p.occupancy.resolution = d;
+    EXPECT_NEAR(p.surface_tolerance(), p.surfaces.sensor_noise + d / 2, 1e-12);
+    EXPECT_NEAR(p.max_hole_size(), std::max(0.08, 4 * d), 1e-12);
+    EXPECT_NEAR(p.search_radius(), std::max(0.06, 5 * d), 1e-12);
+    EXPECT_NEAR(p.normal_radius(), 2.5 * d, 1e-12);
+    EXPECT_EQ(p.min_surface_points(), std::clamp(static_cast<int>(std::lround(0.02 / (d * d))), 20, 500));
   }
 }
 

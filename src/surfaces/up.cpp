@@ -1,0 +1,119 @@
+#include "surfaces/directions.hpp"
+#include "surfaces/map_state.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include <octosurf/error.hpp>
+#include <octosurf/up.hpp>
+
+namespace octosurf {
+namespace {
+
+const double level_cosine = std::cos(5 * std::numbers::pi / 180);
+const double rival_cosine = std::cos(45 * std::numbers::pi / 180);
+constexpr double seen_from_below = 0.5;  // share of a ceiling's area that counts
+constexpr double mounted_upright = 0.9;  // share of sensors whose own up direction says something
+
+struct Level {
+  double score_m2 = 0, area_m2 = 0;
+  Eigen::Vector3d normals = Eigen::Vector3d::Zero();  // turned up, by area
+};
+
+Level level_to(const Snapshot& snapshot, const Eigen::Vector3d& up) {
+  Level level;
+  for (const SurfacePtr& surface : snapshot.surfaces) {
+    const double cosine = surface->plane.normal.dot(up);
+    if (std::fabs(cosine) < level_cosine) continue;
+    level.score_m2 += (cosine > 0 ? 1 : seen_from_below) * surface->area_m2;
+    level.area_m2 += surface->area_m2;
+    level.normals += (cosine > 0 ? 1 : -1) * surface->area_m2 * surface->plane.normal;
+  }
+  return level;
+}
+
+/// How well a direction suits the sensors: 1 along their mean, 1 − t at right angles to it and beyond.
+double suits(const Eigen::Vector3d& up, const Eigen::Vector3d& sensors_up) {
+  const double length = sensors_up.norm(), t = mounted_upright * length;
+  if (length < 1e-9) return 1;
+  const double cosine = std::max(0.0, up.dot(sensors_up) / length);
+  return 1 - t + t * cosine * cosine;
+}
+
+struct Candidate {
+  Eigen::Vector3d up;
+  double score;
+};
+
+}  // namespace
+
+const char* name_of(Up::Source source) {
+  switch (source) {
+    case Up::Source::given:
+      return "given";
+    case Up::Source::surfaces:
+      return "surfaces";
+    case Up::Source::assumed:
+      break;
+  }
+  return "assumed";
+}
+
+Up estimate_up(const Snapshot& snapshot, const Eigen::Vector3d& sensors_up) {
+  std::vector<Candidate> candidates;
+  for (const SurfacePtr& surface : snapshot.surfaces)
+    for (const double side : {1.0, -1.0}) {
+      const Eigen::Vector3d up = side * surface->plane.normal;
+      candidates.push_back({up, level_to(snapshot, up).score_m2 * suits(up, sensors_up)});
+    }
+  const auto less = [](const Candidate& a, const Candidate& b) { return a.score < b.score; };
+  const auto best = std::max_element(candidates.begin(), candidates.end(), less);
+  Up result;
+  if (best == candidates.end() || !(best->score > 0)) {
+    result.source = Up::Source::assumed;
+    return result;
+  }
+  for (const Candidate& other : candidates)
+    if (other.up.dot(best->up) < rival_cosine)
+      result.rival = std::max(result.rival, other.score / best->score);
+  const Eigen::Vector3d mean = level_to(snapshot, best->up).normals.normalized();
+  const Level level = level_to(snapshot, mean);  // once more, about their middle
+  result.source = Up::Source::surfaces;
+  result.direction = level.normals.normalized();
+  result.level_m2 = level.area_m2;
+  return result;
+}
+
+Up up_of(const Map& map) {
+  const std::optional<Eigen::Vector3d>& given = map.parameters().up;
+  return given ? Up{*given, Up::Source::given, 0, 0} : up_from_surfaces(map);
+}
+
+Up up_from_surfaces(const Map& map) {
+  const MapState& state = map.state();
+  const double scans = std::max(1.0, static_cast<double>(state.scans));
+  return estimate_up(*map.snapshot(), state.sensors_up / scans);
+}
+
+double slope_rad(const Surface& surface, const Eigen::Vector3d& up) {
+  const Eigen::Vector3d& n = surface.plane.normal;
+  return std::atan2(n.cross(up).norm(), n.dot(up));  // exact near 0, where acos is not
+}
+
+void require_direction(const Eigen::Vector3d& direction, const char* where) {
+  if (direction.allFinite() && direction.norm() > 1e-9) return;
+  throw Error(Error::Kind::usage, where, "is no direction", "give a vector that is finite and not zero");
+}
+
+Eigen::Quaterniond upright(const Eigen::Vector3d& up) {
+  const Eigen::Vector3d unit = up.normalized();
+  const double across = std::hypot(unit.x(), unit.y());
+  if (across < 1e-12) return unit.z() > 0 ? Eigen::Quaterniond::Identity() : Eigen::Quaterniond(0, 1, 0, 0);
+  const Eigen::Vector3d axis(unit.y() / across, -unit.x() / across, 0);  // up × z
+  return Eigen::Quaterniond(Eigen::AngleAxisd(std::atan2(across, unit.z()), axis));
+}
+
+}  // namespace octosurf

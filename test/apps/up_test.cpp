@@ -1,0 +1,88 @@
+// Up on the command line: given, estimated, and asked for otherwise than the map has it.
+#include "apps/command.hpp"
+
+namespace octosurf::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+class UpOption : public CommandTest {
+ protected:
+  UpOption() { write_floor(); }
+  nlohmann::json up_of(const std::string& map, const std::string& more = {}) const {
+    return nlohmann::json::parse(run_well("info " + map + " --json " + more).out).at("up");
+  }
+  double slope_of_first(const std::string& more) const {
+    const auto json = nlohmann::json::parse(run_well("info m --json " + more).out);
+    return json.at("largest").at(0).at("slope_deg");
+  }
+};
+
+using Json = nlohmann::json;
+
+TEST_F(UpOption, GivenInEveryWay) {
+  const Json minus_y{0.0, -1.0, 0.0};
+  EXPECT_EQ((run_well("map floor -o m"), up_of("m").at("direction")), Json({0.0, 0.0, 1.0}));
+  EXPECT_EQ((run_well("map --up -y floor -o a --first 1"), up_of("a").at("direction")), minus_y);
+  EXPECT_EQ((run_well("map --up 0 -2 0 floor -o b --first 1"), up_of("b").at("direction")), minus_y);
+  EXPECT_EQ((run_well("map floor -o c --first 1 --up=-y"), up_of("c").at("direction")), minus_y);
+  EXPECT_EQ((run_well("map floor -o d --first 1 --up 0,-2,0"), up_of("d").at("direction")), minus_y);
+  write("o.cfg", "up = 0 -1 0\n");
+  EXPECT_EQ((run_well("map floor -o e --first 1 --config o.cfg"), up_of("e").at("direction")), minus_y);
+  EXPECT_EQ(up_of("e").at("from"), "given");
+  EXPECT_THAT(error_of("map floor -o f --up 0 0 0", 2), HasSubstr("up"));
+  EXPECT_THAT(error_of("map floor -o f --up down", 2), HasSubstr("'down'"));
+  EXPECT_FALSE(exists("f.surfaces"));
+}
+
+TEST_F(UpOption, AutoIsToldInReportAndInfo) {
+  const std::string out = run_well("map floor -o m --up auto --report r.json").out;
+  EXPECT_THAT(out, HasSubstr("estimated from"));
+  const Json up = read_json("r.json").at("up");
+  EXPECT_EQ(up.at("from"), "surfaces");
+  EXPECT_NEAR(up.at("direction").at(2), 1, 1e-6);
+  EXPECT_GT(up.at("level_m2"), 1);
+  EXPECT_EQ(read_json("r.json").at("parameters").at("up_z"), "estimated");
+  EXPECT_EQ(up_of("m"), up);
+  EXPECT_THAT(run_well("info m").out, HasSubstr("estimated from"));
+}
+
+TEST_F(UpOption, AskedForOtherwise) {
+  run_well("map floor -o m");
+  EXPECT_NEAR(slope_of_first(""), 0, 0.01);
+  EXPECT_NEAR(slope_of_first("--up x"), 90, 0.01);
+  EXPECT_NEAR(slope_of_first("--up -z"), 180, 0.01);
+  EXPECT_NEAR(slope_of_first("--up auto"), 0, 0.01);
+  EXPECT_EQ(up_of("m", "--up auto").at("from"), "surfaces");
+  run_well("view m --png z.png --width 64 --height 64");
+  run_well("view m --png same.png --width 64 --height 64 --up 0 0 1");
+  run_well("view m --png y.png --width 64 --height 64 --up -y");
+  EXPECT_EQ(read("z.png"), read("same.png"));
+  EXPECT_NE(read("z.png"), read("y.png"));
+  EXPECT_THAT(error_of("view m --png n.png --up 0 0 0", 2), HasSubstr("up"));
+}
+
+TEST_F(UpOption, QueriesKnowSlopesAndWhatIsBelow) {
+  run_well("map floor -o m");
+  const auto ask = [&](const std::string& what) {
+    return Json::parse(run_well("query m --json " + what).out);
+  };
+  EXPECT_NEAR(ask("--nearest 0.2 0 0.5").at("slope_deg"), 0, 0.01);
+  EXPECT_NEAR(ask("--below 0.2 0 0.5").at("distance_m"), 0.5 - floor_height, 0.003);
+  EXPECT_NEAR(ask("--below 0.2 0 -0.5 --up -z").at("distance_m"), 0.5 + floor_height, 0.003);
+  EXPECT_THAT(error_of("query m --nearest 0 0 1 --up x --max-slope 45", 1), HasSubstr("--max-slope"));
+  EXPECT_THAT(error_of("query m --below 0 0 -1", 1), HasSubstr("below"));
+  error_of("query m", 2);
+  error_of("query m --below 0 0 1 --nearest 0 0 1", 2);
+}
+
+TEST_F(UpOption, AMapThatIsGoneOnWithMayGetAnother) {
+  run_well("map floor -o m --first 3");
+  run_well("map floor -o m --resume m --skip 3 --up auto");
+  EXPECT_EQ(up_of("m").at("from"), "surfaces");
+  run_well("map floor -o n --resume m");
+  EXPECT_EQ(up_of("n").at("from"), "surfaces") << "kept";
+}
+
+}  // namespace
+}  // namespace octosurf::test
