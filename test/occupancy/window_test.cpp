@@ -318,7 +318,7 @@ TEST(AdoptOccupiedVoxels, WithoutFreeSpaceTheUnknownIsOpen) {
 TEST(AdoptOccupiedVoxels, AHostileBlockIsRefused) {
   // One occupied child of the root: 2^15 voxels an edge, in two bytes of a .bt.
   const std::filesystem::path file = std::filesystem::temp_directory_path() / "octosurf_hostile_block.bt";
-  std::ofstream(file, std::ios::binary) << "# Octomap OcTree binary file\nid OcTree\nsize 2\nres 0.1\ndata\n"
+  std::ofstream(file, std::ios::binary) << "# Octomap OcTree binary file\nid OcTree\nsize 3\nres 0.1\ndata\n"
                                         << '\x06' << '\0';
   OccupancyMap map = OccupancyMap::read_octomap(file, OccupancyParameters{});
   std::filesystem::remove(file);
