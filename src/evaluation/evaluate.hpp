@@ -101,7 +101,7 @@ struct HoleScore {
 ///    inscribed circle is wider than 0.1 m, half of its ring or more has visible cells next to it
 ///    (as in 8), and one surface covers `threshold` of the face or more. It is found if at least
 ///    `threshold` of its area is outside that surface's polygons.
-/// 10. The same with the true outline instead of one a voxel wider. F's *outline distance* to a sample p
+/// 10. As 6, but for the true outline instead of one a voxel wider. F's *outline distance* to a sample p
 ///    that is at most tol off F's plane, with normals at most `support_rad` apart, is 0 if p's
 ///    projection lies inside F's polygons, else its distance to their rings; the least over the present
 ///    faces counts. p is *off* at a margin if it is greater than that, *false* if it is greater than

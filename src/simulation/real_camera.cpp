@@ -9,38 +9,18 @@
 namespace octosurf::simulation {
 namespace {
 
-// Sources of the figures:
-// [K] Khoshelham and Elberink, Accuracy and resolution of Kinect depth data for indoor mapping
-//     applications, Sensors 12(2), 2012.
-// [N] Nguyen, Izadi and Lovell, Modeling Kinect sensor noise for improved 3D reconstruction and
-//     tracking, 3DIMPVT 2012.
-// [H] Handa, Whelan, McDonald and Davison, A benchmark for RGB-D visual odometry, 3D reconstruction and
-//     SLAM (ICL-NUIM), ICRA 2014; after Barron and Malik, CVPR 2013.
-// [T] Teichman, Miller and Thrun, Unsupervised intrinsic calibration of depth sensors via SLAM, RSS 2013.
-// [C] Clarkson et al., Distortion correction of depth data from consumer depth cameras, 3DBST 2013.
-// [I] Keselman et al., Intel RealSense stereoscopic depth cameras, CVPR workshops 2017; Grunnet-Jepsen
-//     et al., Best-known-methods for tuning Intel RealSense D400 depth cameras.
-//
-// baseline: 7.5 cm between projector and camera [K]; 5 cm in a D435 [I].
-// disparity_step: the Kinect's disparities come in eighths of a pixel [K], as [H] simulates them
-//   (35130 / z[cm], rounded): 11 to 13 mm at 2 m.
-// matching_window: the Kinect correlates windows of 9 × 9 pixels [H, and Konolige and Mihelich's
-//   technical description of it].
-// bias_rms: systematic errors vary slowly over the image, differ from camera to camera and grow with
-//   the distance [T]; a plane is off by some 3 mm even when corrected [C]. 0.03 px are 3 mm at 2 m.
-// Albedos run from black cloth and rubber (0.04) to white paint (0.9). How many things are dark is chosen.
-
 constexpr double focal_baseline = depth_focal * RealCamera::baseline;  // px·m
 constexpr double degree = std::numbers::pi / 180;
 
-// Nobody publishes the share of readings lost as a formula. [N] measured planes up to about 80°, and
-// its σ diverges at 90°: none are lost up to 70°, all from 86° on.
+// How many readings are lost is nowhere published as a formula; these figures are chosen. [N]'s deviations
+// diverge at 90°: none are lost up to 70°, where they have hardly grown, all from 86° on, where an outline
+// strays by two of its usual deviations.
 constexpr double grazing_begins_rad = 70 * degree;
 constexpr double grazing_ends_rad = 86 * degree;
 
 // The projector's light that comes back goes with albedo · cos(incidence) / z²; half of the readings are
-// lost where this is 0.01/m²: black things (0.04) from 2 m on, light ones (0.6) on the floor at 4 m and
-// beyond, seen from a head's height. The fourth power makes the transition about as wide as a factor 3.
+// lost where this is 0.01/m²: black things (0.04) from 2 m on, a light floor (0.6) seen from a height of 1.5
+// m from 4.5 m on. By the fourth power a tenth is lost at 1.7 times as much light, nine tenths at 0.6 times.
 constexpr double return_at_half = 0.01;
 constexpr double return_power = 4;
 
@@ -181,7 +161,7 @@ Readings RealCamera::seen_beside(const Readings& ideal, Random& random) const {
     bool mixed = false;
     for (std::size_t i = 0; i < 4; ++i)
       mixed = mixed || (near.weights[i] > 0 && ideal.labels[near.pixels[i]] != ideal.labels[nearest]);
-    seen.t[k] = static_cast<float>(z);  // mixtures of depths, as [H] has them
+    seen.t[k] = static_cast<float>(z);  // of depths, not of disparities, as in [B]
     seen.labels[k] = mixed ? 0 : ideal.labels[nearest];
     seen.incidence_rad[k] = ideal.incidence_rad[nearest];
   }
