@@ -19,8 +19,9 @@ constexpr double grazing_begins_rad = 70 * degree;
 constexpr double grazing_ends_rad = 86 * degree;
 
 // The projector's light that comes back goes with albedo · cos(incidence) / z²; half of the readings are
-// lost where this is 0.01/m²: black things (0.04) from 2 m on, a light floor (0.6) seen from a height of 1.5
-// m from 4.5 m on. By the fourth power a tenth is lost at 1.7 times as much light, nine tenths at 0.6 times.
+// lost where this is 0.01/m²: black things (0.04) from 2 m on, a light floor (0.6) from 4.5 m
+// on, seen from 1.5 m above it. By the fourth power a tenth is lost at 1.7 times as much light, nine tenths
+// at 0.6 times.
 constexpr double return_at_half = 0.01;
 constexpr double return_power = 4;
 

@@ -90,13 +90,15 @@ Place make_place(const SimulationOptions& options) {
           MeshSummary{mesh.triangles.size(), mesh.dropped, mesh.open_edges}};
 }
 
-/// One normal a facet, counted as RayCaster counts them; map frame.
+/// One normal a facet, of either sign, counted as RayCaster counts them; map frame.
 std::vector<Eigen::Vector3d> facet_normals(const Scene& scene, const Similarity& T_map_scene) {
   std::vector<Eigen::Vector3d> normals;
   for (const auto& solid : scene.solids)
     for (const auto& facet : solid.facets) {
-      const Eigen::Vector3d& a = facet.ring[0];
-      normals.emplace_back((T_map_scene.R * (facet.ring[1] - a).cross(facet.ring[2] - a)).normalized());
+      Eigen::Vector3d twice_area = Eigen::Vector3d::Zero();
+      for (std::size_t i = 2; i < facet.ring.size(); ++i)
+        twice_area += (facet.ring[i - 1] - facet.ring[0]).cross(facet.ring[i] - facet.ring[0]);
+      normals.emplace_back((T_map_scene.R * twice_area).normalized());
     }
   return normals;
 }
@@ -131,8 +133,8 @@ struct Recording::Impl {
     for (std::size_t k = 0; k < hits.size(); ++k) {
       if (readings.t[k] == 0) continue;
       const Eigen::Vector3d direction = directions[k].cast<double>();
-      const double facing = -normals[hits[k].facet].dot(direction) / direction.norm();
-      readings.incidence_rad[k] = static_cast<float>(std::acos(std::clamp(facing, 0.0, 1.0)));
+      const double facing = std::abs(normals[hits[k].facet].dot(direction)) / direction.norm();
+      readings.incidence_rad[k] = static_cast<float>(std::acos(std::min(facing, 1.0)));
       albedos[k] = albedo(readings.labels[k], T.translation() + double{hits[k].t} * direction);
     }
     real_camera->drop(albedos, Random(options.seed, Stream::first_drop_out + i), readings);
