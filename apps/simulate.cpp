@@ -101,8 +101,9 @@ void add_simulate(CLI::App& app) {
   options.scene.clear();
   verb->add_option("scene", options.scene, "room, office, stairs, stones, corridor or change");
   verb->add_option("--mesh", options.mesh, "STL, OBJ, PLY or DAE: the scene is this terrain");
-  verb->add_option("--up", options.mesh_up,
-                   "axis of the mesh that is up: x, y, z, -x, -y, -z (default: z, or what a DAE says)");
+  verb->add_option(
+      "--up", options.mesh_up,
+      "axis of the mesh that is up: x, y, z, or --up=-x, -y, -z (default: z, or what a DAE says)");
   verb->add_option("--scale", options.mesh_scale, "m per unit of the mesh")->capture_default_str();
   verb->add_option("-o,--output", arguments->dir, "folder to write")->required();
   verb->add_option("--sensor", options.sensor,

@@ -46,6 +46,20 @@ TEST_F(WrongUse, OptionsThatMakeNoSense) {
   EXPECT_FALSE(exists("m.surfaces"));
 }
 
+TEST_F(WrongUse, SimulateTakesASceneOrAMesh) {
+  write("step.obj", "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nf 1 2 3 4\n");
+  EXPECT_THAT(error_of("simulate -o s", 2), HasSubstr("--mesh"));
+  EXPECT_THAT(error_of("simulate room --mesh step.obj -o s", 2), HasSubstr("one of them"));
+  EXPECT_THAT(error_of("simulate room --up y -o s", 2), HasSubstr("--up"));
+  EXPECT_THAT(error_of("simulate --mesh step.obj --up sky -o s", 2), HasSubstr("'sky' is no axis"));
+  EXPECT_THAT(error_of("simulate --mesh step.obj --scale 0 -o s", 2), HasSubstr("scale"));
+  EXPECT_THAT(error_of("simulate --mesh steps.obj -o s", 1), HasSubstr("steps.obj: cannot be read"));
+  EXPECT_THAT(error_of("simulate --mesh step.obj --up=-x -o s", 1), HasSubstr("--up"));
+  EXPECT_FALSE(exists("s"));
+  EXPECT_THAT(run_well("simulate --mesh step.obj -o s --frames 2").out, HasSubstr("triangles        2"));
+  EXPECT_TRUE(exists("s/truth.json"));
+}
+
 TEST_F(WrongUse, ParametersThatMakeNoSenseAreNamedWithValueAndRule) {
   const auto refused = [&](const std::string& flag, const std::string& name, const std::string& value,
                            const std::string& rule) {

@@ -320,7 +320,7 @@ Scores score_all(const Options& options, const std::vector<Method>& methods) {
   return scores;
 }
 
-/// The scenes and methods that --terrain stands for, unless named otherwise; false if the meshes are missing.
+/// The scenes that --terrain stands for; false if the meshes are missing.
 bool take_terrains(Options& options) {
   const std::filesystem::path folder = std::filesystem::path(OCTOSURF_DATA_DIR) / "terrain_meshes";
   options.scenes.clear();
@@ -396,10 +396,12 @@ int main(int argc, char** argv) {
   auto* scenes = app.add_option("--scenes", options.scenes, "names, or files of meshes")
                      ->delimiter(',')
                      ->capture_default_str();
-  app.add_flag("--terrain", options.terrain,
-               "the meshes of ../shared/data/terrain_meshes in their place; as Markdown, too")
+  app.add_flag(
+         "--terrain", options.terrain,
+         "the meshes of ../shared/data/terrain_meshes in their place, as Markdown, too; one seed and 300 "
+         "scans of each unless told otherwise")
       ->excludes(scenes);
-  app.add_option("--seeds", options.seeds)->delimiter(',')->capture_default_str();
+  auto* seeds = app.add_option("--seeds", options.seeds)->delimiter(',')->capture_default_str();
   app.add_option("--sensor", options.sensor)->capture_default_str();
   app.add_option("--resolution", options.resolution, "d, m")->capture_default_str();
   app.add_option("--noise-scale", options.noise_scale, "times the sensor's noise")->capture_default_str();
@@ -419,5 +421,7 @@ int main(int argc, char** argv) {
   app.add_flag("--verbose", options.verbose, "list faces that are not correct and surfaces that are unsafe");
   app.add_option("--json", options.json, "write the numbers there");
   CLI11_PARSE(app, argc, argv);
+  if (options.terrain && seeds->count() == 0) options.seeds = {1};
+  if (options.terrain && !options.frames) options.frames = 300;  // a step of 10 to 15 cm each
   return octosurf::bench::guarded_main([&] { octosurf::bench::body(options); });
 }
