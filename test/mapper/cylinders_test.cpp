@@ -3,6 +3,7 @@
 #include "support/guarantees.hpp"
 #include "support/round_scene.hpp"
 #include "support/seed.hpp"
+#include "surfaces/map_state.hpp"
 
 #include <gmock/gmock.h>
 #include <iostream>

@@ -2,6 +2,7 @@
 #include "support/checked_mapper.hpp"
 #include "support/guarantees.hpp"
 #include "support/scene.hpp"
+#include "surfaces/map_state.hpp"
 
 #include <filesystem>
 #include <fstream>
