@@ -27,7 +27,7 @@ MapState pending(const std::vector<Scan>& scans, const Parameters& parameters = 
 }
 
 Scan piece(const Eigen::Vector3d& corner, const Eigen::Vector3d& u, const Eigen::Vector3d& v,
-           double noise = 0, std::uint64_t seed = 1) {
+           double noise = 0, std::uint64_t seed = test::seed()) {
   Scan scan = test::rectangle_scan(eye, corner, u, v);
   std::mt19937_64 rng(seed);
   std::normal_distribution<float> gauss(0, 1);
@@ -135,13 +135,16 @@ TEST(Detect, StandsNoise) {
 }
 
 TEST(Detect, LeavesNarrowStripsAlone) {
-  MapState state = pending({piece({0, 0, 0.01}, {1.5, 0, 0}, {0, 0.025, 0})});
-  ASSERT_GE(state.accumulated.size(), static_cast<std::size_t>(state.parameters.min_surface_points()));
-  EXPECT_TRUE(found(state).empty());
-  Parameters any;
-  any.surfaces.min_surface_width = 0;
-  MapState wide = pending({piece({0, 0, 0.01}, {1.5, 0, 0}, {0, 0.06, 0})}, any);
-  EXPECT_EQ(found(wide).size(), 1U);
+  // One strip, on either side of the parameter: its width alone decides.
+  const Scan strip = piece({0, 0.005, 0.01}, {1.5, 0, 0}, {0, 0.03, 0});
+  Parameters narrower, wider;
+  narrower.surfaces.min_surface_width = 0.015;
+  wider.surfaces.min_surface_width = 0.045;
+  for (const bool wanted : {true, false}) {
+    MapState state = pending({strip}, wanted ? narrower : wider);
+    ASSERT_GE(state.accumulated.size(), static_cast<std::size_t>(state.parameters.min_surface_points()));
+    EXPECT_EQ(found(state).size(), wanted ? 1U : 0U);
+  }
 }
 
 TEST(Detect, ScatteredPointsStayPending) {

@@ -1,5 +1,6 @@
 #include "evaluation/evaluate.hpp"
 #include "hand_made.hpp"
+#include "support/seed.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -13,7 +14,7 @@ using namespace hand_made;
 Evaluation scores_of(const World& world) { return evaluate(world.snapshot, world.truth); }
 
 /// Faces and, near them, surfaces that miss them by a little in every way.
-World random_world(std::mt19937& random) {
+World random_world(std::mt19937_64& random) {
   std::uniform_real_distribution<double> unit(0, 1);
   World world;
   for (int i = 0; i < 6; ++i) {
@@ -54,8 +55,8 @@ double outline_distance(const World& world, const Plane& plane, const Eigen::Vec
 }
 
 TEST(EvaluateProperties, AgreesWithBruteForceOnRandomWorlds) {
-  const unsigned seed = 77;
-  std::mt19937 random(seed);
+  const std::uint64_t seed = test::seed();
+  std::mt19937_64 random(seed);
   for (int round = 0; round < 3; ++round) {
     SCOPED_TRACE("seed " + std::to_string(seed) + ", round " + std::to_string(round));
     const World world = random_world(random);
@@ -115,8 +116,8 @@ TEST(EvaluateProperties, AgreesWithBruteForceOnRandomWorlds) {
 }
 
 TEST(EvaluateProperties, ARigidMotionOfEverythingChangesNothing) {
-  const unsigned seed = 4711;
-  std::mt19937 random(seed);
+  const std::uint64_t seed = test::seed();
+  std::mt19937_64 random(seed);
   for (int round = 0; round < 4; ++round) {
     SCOPED_TRACE("seed " + std::to_string(seed) + ", round " + std::to_string(round));
     const World world = random_world(random);
@@ -142,7 +143,7 @@ TEST(EvaluateProperties, ARigidMotionOfEverythingChangesNothing) {
 }
 
 TEST(EvaluateProperties, TheOrderOfFacesAndSurfacesDoesNotMatter) {
-  std::mt19937 random(5);
+  std::mt19937_64 random = test::rng();
   World world = random_world(random);
   const Evaluation before = scores_of(world);
   std::reverse(world.truth.faces.begin(), world.truth.faces.end());

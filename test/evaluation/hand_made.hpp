@@ -42,7 +42,7 @@ inline Plane plane_of(const Eigen::Isometry3d& T) {
   return {normal, normal.dot(T.translation())};
 }
 
-inline Eigen::Isometry3d random_motion(std::mt19937& random, double reach) {
+inline Eigen::Isometry3d random_motion(std::mt19937_64& random, double reach) {
   std::uniform_real_distribution<double> unit(-1, 1);
   const Eigen::Vector3d axis = Eigen::Vector3d(unit(random), unit(random), unit(random) + 2).normalized();
   const double angle = pi * unit(random);

@@ -167,24 +167,28 @@ TEST(Expand, DoesNotMergeAcrossAStep) {
 }
 
 TEST(Expand, BetweenTwoPlanesTheBetterFitWins) {
-  // Two floors 2 cm apart in height overlap in reach; each point goes to the nearer one.
+  // Two floors 12 mm apart in height, less than s: every point of the strip between them touches both and
+  // fits both. The strip is as short as it is so that the two do not count as grown together.
+  constexpr double low = 0.014, high = 0.026;
   MapState state{Parameters{}};
-  const auto a = test::occupy(state, floor_piece(0, 0.5, 0, 1)).appeared;
-  const auto b = test::occupy(state, floor_piece(0.7, 1.2, 0, 1, 0.031)).appeared;
-  const auto middle_a = test::occupy(state, floor_piece(0.5, 0.6, 0, 1)).appeared;
-  const auto middle_b = test::occupy(state, floor_piece(0.6, 0.7, 0, 1, 0.031)).appeared;
+  ASSERT_GT(state.parameters.surface_tolerance(), high - low);
+  const auto a = test::occupy(state, floor_piece(0, 0.499, 0, 1, low)).appeared;
+  const auto b = test::occupy(state, floor_piece(0.521, 1.02, 0, 1, high)).appeared;
+  const auto strip_a = test::occupy(state, floor_piece(0.501, 0.519, 0.1, 0.3, low)).appeared;
+  const auto strip_b = test::occupy(state, floor_piece(0.501, 0.519, 0.7, 0.9, high)).appeared;
+  ASSERT_GE(std::min(strip_a.size(), strip_b.size()), 10U);
   Workspace work(state);
-  test::make_surface(work, a, ground, everywhere);
-  test::make_surface(work, b, {Eigen::Vector3d::UnitZ(), 0.031}, everywhere);
-  std::vector<VoxelPoint> both = middle_a;
-  both.insert(both.end(), middle_b.begin(), middle_b.end());
+  test::make_surface(work, a, {Eigen::Vector3d::UnitZ(), low}, everywhere);
+  test::make_surface(work, b, {Eigen::Vector3d::UnitZ(), high}, everywhere);
+  std::vector<VoxelPoint> strip = strip_a;
+  strip.insert(strip.end(), strip_b.begin(), strip_b.end());
   Expansion expansion(work);
-  expansion.expand(expansion.add_inliers(indices(work, both)));
-  if (state.surfaces.size() == 2) {
-    EXPECT_GE(owned(state, middle_a, 1), middle_a.size() * 9 / 10);
-    EXPECT_GE(owned(state, middle_b, 2), middle_b.size() * 9 / 10);
-  }
-  for (const auto& p : both) EXPECT_NE(owner(state, p), 0U);
+  expansion.expand(expansion.add_inliers(indices(work, strip)));
+  ASSERT_EQ(state.surfaces.size(), 2U);
+  EXPECT_EQ(owned(state, strip_a, 1), strip_a.size());
+  EXPECT_EQ(owned(state, strip_b, 2), strip_b.size());
+  EXPECT_EQ(owned(state, a, 1), a.size());
+  EXPECT_EQ(owned(state, b, 2), b.size());
 }
 
 TEST(Expand, EveryPointHasExactlyOneOwner) {

@@ -4,6 +4,7 @@
 #include "io/record_stream.hpp"
 #include "support/random_scans.hpp"
 #include "support/round_scene.hpp"
+#include "support/seed.hpp"
 
 #include <fstream>
 #include <iterator>
@@ -142,8 +143,7 @@ Parameters coarse() {
   return parameters;
 }
 
-std::vector<Scan> changing_room(std::size_t scans) {
-  std::mt19937_64 rng(20);
+std::vector<Scan> changing_room(std::size_t scans, std::mt19937_64 rng) {
   std::vector<Scan> all;
   for (std::size_t i = 0; i + 2 < scans; ++i)
     all.push_back(room_scan(rng, 2500, {i < 5 ? 0.9 : 1.3, 1.1, 0.7}, {0.3, -0.2, 0.1}));
@@ -154,8 +154,7 @@ std::vector<Scan> changing_room(std::size_t scans) {
   return all;
 }
 
-std::vector<Scan> pillar(std::size_t scans, std::size_t gone) {
-  std::mt19937_64 rng(21);
+std::vector<Scan> pillar(std::size_t scans, std::size_t gone, std::mt19937_64 rng) {
   RoundScene scene;
   scene.flat.rectangle({-2, -2, 0.01}, {4, 0, 0}, {0, 4, 0});
   scene.flat.rectangle({-2, -2, 0}, {4, 0, 0}, {0, 0, 3}).rectangle({-2, -2, 0}, {0, 4, 0}, {0, 0, 3});

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "map_file.pb.h"
+#include "support/seed.hpp"
 
 #include <filesystem>
 #include <functional>
@@ -35,11 +36,11 @@ Parameters coarse();
 
 /// Scans in a room whose walls change with scan 5: the first ones are seen through, and vanish. The
 /// last two scans are of a few single points each, which wait for a detection run.
-std::vector<Scan> changing_room(std::size_t scans);
+std::vector<Scan> changing_room(std::size_t scans, std::mt19937_64 rng = test::rng());
 
 /// Depth images of a corner of a room with a pillar of radius 0.3 m, from changing sides; the pillar is taken
 /// away before the last `gone` of them.
-std::vector<Scan> pillar(std::size_t scans, std::size_t gone = 0);
+std::vector<Scan> pillar(std::size_t scans, std::size_t gone = 0, std::mt19937_64 rng = test::rng());
 
 Map map_of(const std::vector<Scan>& scans, const Parameters& parameters = coarse());
 

@@ -3,6 +3,7 @@
 #include "support/guarantees.hpp"
 #include "support/polygons.hpp"
 #include "support/scene.hpp"
+#include "support/seed.hpp"
 
 #include <gmock/gmock.h>
 #include <numbers>
@@ -79,7 +80,7 @@ TEST_P(Faces, LowThingsStayOutOfTheFloor) {
   scene.rectangle({-1.2, -1.2, 0.011}, 2.4 * x, 2.4 * y);
   scene.box({-0.5, -0.15, 0.011}, {0.5, 0.15, 0.051});   // a board of 4 cm
   scene.box({-0.15, 0.45, 0.011}, {0.15, 0.65, 0.071});  // a box of 6 cm
-  for (const std::uint64_t seed : {1, 2, 3}) {
+  for (const std::uint64_t seed : test::seeds(3)) {
     SCOPED_TRACE(seed);
     const Seen seen(scene, GetParam(), circle({0, 0.1, 1.3}, 0.9, 10), {{0, 0.1, 0}, {0.3, -0.2, 0}}, seed);
     const auto board = seen.face({0, 0, 0.051}, z), box = seen.face({0, 0.55, 0.071}, z),
@@ -100,7 +101,7 @@ TEST_P(Faces, LowThingsStayOutOfTheFloor) {
 TEST_P(Faces, AThinWallHasTwoSides) {
   Scene scene;
   scene.box({-0.05, -0.8, 0}, {0.05, 0.8, 1.2});
-  for (const std::uint64_t seed : {1, 2, 3}) {
+  for (const std::uint64_t seed : test::seeds(3)) {
     SCOPED_TRACE(seed);
     std::vector<Eigen::Vector3d> eyes;
     for (const double side : {-1.2, 1.2})
@@ -120,7 +121,7 @@ TEST_P(Faces, AHoleInATableStays) {
   scene.rectangle({-1.5, -1.5, 0.011}, 3 * x, 3 * y);
   scene.rectangle({-0.6, -0.4, 0.701}, 1.2 * x, 0.3 * y).rectangle({-0.6, 0.1, 0.701}, 1.2 * x, 0.3 * y);
   scene.rectangle({-0.6, -0.1, 0.701}, 0.5 * x, 0.2 * y).rectangle({0.1, -0.1, 0.701}, 0.5 * x, 0.2 * y);
-  for (const std::uint64_t seed : {1, 2, 3}) {
+  for (const std::uint64_t seed : test::seeds(3)) {
     SCOPED_TRACE(seed);
     const Seen seen(scene, GetParam(), circle({0, 0, 1.9}, 0.6, 8), {{0, 0, 0.7}}, seed);
     const auto top = seen.face({0.4, 0.2, 0.701}, z);
@@ -143,7 +144,7 @@ TEST(CoarserFaces, TopsThatLeanThreeDegreesAreTwo) {
     Eigen::Vector3d along, across;
   };
   for (const Top& top : {Top{"rising", {c, 0, s}, y}, {"falling", {c, 0, -s}, y}, {"twisted", x, {0, c, s}}})
-    for (const std::uint64_t seed : {1, 2, 3}) {
+    for (const std::uint64_t seed : test::seeds(3)) {
       SCOPED_TRACE(top.how + (", seed " + std::to_string(seed)));
       Scene scene;  // two boxes, 3 cm apart
       scene.rectangle({-1, -1, 0.011}, 2.4 * x, 2 * y);
@@ -175,7 +176,7 @@ TEST_P(Faces, RisersAndTreadsAreOneEach) {
   for (int k = 0; k < steps; ++k)
     scene.rectangle({k * going, -0.5, 0.011 + k * rise}, rise * z, y)
         .rectangle({k * going, -0.5, 0.011 + (k + 1) * rise}, going * x, y);
-  for (const std::uint64_t seed : {1, 2, 3}) {
+  for (const std::uint64_t seed : test::seeds(3)) {
     SCOPED_TRACE(seed);
     std::vector<Eigen::Vector3d> eyes;
     for (int i = 0; i < 10; ++i) eyes.emplace_back(-1 + 0.12 * i, -0.3 + 0.15 * (i % 5), 1.3 + 0.06 * i);
@@ -199,7 +200,7 @@ TEST_P(Faces, ABeamOfTenCentimetres) {
   Scene scene;
   scene.rectangle({-1, -1, 0.011}, 2 * x, 2 * y);
   scene.box({-0.6, -0.05, 0.011}, {0.6, 0.05, 0.111});
-  for (const std::uint64_t seed : {1, 2, 3}) {
+  for (const std::uint64_t seed : test::seeds(3)) {
     SCOPED_TRACE(seed);
     const Seen seen(scene, GetParam(), circle({0, 0, 1}, 0.9, 10), {{-0.25, 0, 0.1}, {0.25, 0, 0.1}}, seed);
     const auto top = seen.face({0, 0, 0.111}, z), left = seen.face({0, 0.05, 0.061}, y),
@@ -216,7 +217,7 @@ TEST(FinerFaces, AStepAsThickAsABook) {
   Scene scene;  // 2.5 cm
   scene.rectangle({-0.8, -0.8, 0.011}, 1.6 * x, 1.6 * y);
   scene.box({-0.3, -0.2, 0.011}, {0.3, 0.2, 0.036});
-  for (const std::uint64_t seed : {1, 2, 3}) {
+  for (const std::uint64_t seed : test::seeds(3)) {
     SCOPED_TRACE(seed);
     const Seen seen(scene, 0.01, circle({0, 0, 1}, 0.6, 10), {{0, 0, 0}}, seed);
     const auto book = seen.face({0, 0, 0.036}, z), floor = seen.face({0.5, 0, 0.011}, z);

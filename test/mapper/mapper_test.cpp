@@ -2,6 +2,7 @@
 #include "support/checked_mapper.hpp"
 #include "support/guarantees.hpp"
 #include "support/scene.hpp"
+#include "support/seed.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <filesystem>
@@ -43,7 +44,7 @@ Scene floor_with_box() {
 }
 
 TEST(Mapper, FloorWallAndBox) {
-  std::mt19937_64 rng(1);
+  std::mt19937_64 rng = test::rng();
   Scene scene = floor_with_box();
   scene.rectangle({1.2, -1.2, 0.01}, {0, 2.4, 0}, {0, 0, 1});
   CheckedMapper under_test;
@@ -69,7 +70,7 @@ TEST(Mapper, FloorWallAndBox) {
 }
 
 TEST(Mapper, AFloorGrowsFromStrips) {
-  std::mt19937_64 rng(2);
+  std::mt19937_64 rng = test::rng();
   CheckedMapper under_test;
   double last = 0;
   for (int i = 1; i <= 8; ++i) {
@@ -93,7 +94,7 @@ TEST(Mapper, AFloorGrowsFromStrips) {
 
 TEST(Mapper, PiecesThatGrowTogetherMerge) {
   for (const bool larger_first : {true, false}) {
-    std::mt19937_64 rng(3);
+    std::mt19937_64 rng = test::rng();
     CheckedMapper under_test;
     Scene small, large, gap;
     small.rectangle({0, 0, 0.01}, {0.4, 0, 0}, {0, 1, 0});
@@ -117,7 +118,7 @@ TEST(Mapper, PiecesThatGrowTogetherMerge) {
 }
 
 TEST(Mapper, HolesOverHStayAndSmallerOnesClose) {
-  std::mt19937_64 rng(4);
+  std::mt19937_64 rng = test::rng();
   const auto frame = [](Scene& scene, double x, double half) {  // a plate 0.8 m × 1 m with a square hole
     scene.rectangle({x, 0, 0.01}, {0.8, 0, 0}, {0, 0.5 - half, 0});
     scene.rectangle({x, 0.5 + half, 0.01}, {0.8, 0, 0}, {0, 0.5 - half, 0});
@@ -145,7 +146,7 @@ TEST(Mapper, HolesOverHStayAndSmallerOnesClose) {
 TEST(Mapper, GapsBelowHAreBridgedWiderOnesAreNot) {
   const double h = Parameters{}.max_hole_size();
   for (const double gap : {0.6 * h, 2 * h}) {
-    std::mt19937_64 rng(8);
+    std::mt19937_64 rng = test::rng();
     Scene scene;
     scene.rectangle({0, 0, 0.01}, {0.6, 0, 0}, {0, 1, 0})
         .rectangle({0.6 + gap, 0, 0.01}, {0.6, 0, 0}, {0, 1, 0});
@@ -156,7 +157,7 @@ TEST(Mapper, GapsBelowHAreBridgedWiderOnesAreNot) {
 }
 
 TEST(Mapper, ARemovedBoxGoesAndTheFloorUnderItComes) {
-  std::mt19937_64 rng(5);
+  std::mt19937_64 rng = test::rng();
   CheckedMapper under_test;
   for (const Scan& scan : orbit(floor_with_box(), {0, 0, 0.2}, 1.0, 0.9, 8, rng)) under_test.insert(scan);
   const auto tops = under_test.on_plane(up, {0, 0, 0.41});
@@ -181,7 +182,7 @@ TEST(Mapper, ARemovedBoxGoesAndTheFloorUnderItComes) {
 }
 
 TEST(Mapper, StripsOfATiltingLaserMakeSurfaces) {
-  std::mt19937_64 rng(6);
+  std::mt19937_64 rng = test::rng();
   Scene scene;
   scene.rectangle({-1, -1.5, 0.01}, {3, 0, 0}, {0, 3, 0}).rectangle({2, -1.5, 0.01}, {0, 3, 0}, {0, 0, 1.5});
   CheckedMapper under_test;
@@ -205,7 +206,7 @@ TEST(Mapper, StripsOfATiltingLaserMakeSurfaces) {
 }
 
 TEST(Mapper, SurfacesOfAnOctreeWithoutScans) {
-  std::mt19937_64 rng(7);
+  std::mt19937_64 rng = test::rng();
   Parameters parameters;
   parameters.detection.min_surface_points = 1000000;  // nothing is detected while scanning
   Mapper blind(parameters);

@@ -104,7 +104,7 @@ TEST(Downsample, EqualsAMapOfVoxels) {
 
 TEST(Downsample, GrowsBeyondItsFirstTable) {
   Scan scan;
-  std::mt19937_64 rng(5);
+  std::mt19937_64 rng = test::rng();
   std::uniform_real_distribution<float> wide(-50, 50);
   for (int i = 0; i < 150000; ++i) scan.points.emplace_back(wide(rng), wide(rng), wide(rng));
   Downsampler downsample{VoxelGrid(0.01)};

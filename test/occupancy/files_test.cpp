@@ -127,7 +127,7 @@ TEST(OccupancyFiles, AMapReadBackGoesOnAsBefore) {
 TEST(OccupancyFiles, EmptyMapIsNoBytes) {
   const OccupancyMap empty{OccupancyParameters{}};
   EXPECT_TRUE(nodes_of(empty).empty());
-  std::mt19937_64 rng(1);
+  std::mt19937_64 rng = test::rng();
   EXPECT_EQ(read_back("", 0.02, rng, 1).size().nodes, 0U);
   EXPECT_EQ(test::through_bt(empty).size(), 0U);
 }
@@ -197,7 +197,7 @@ TEST(OccupancyFiles, ReadsWhatOctomapWrites) {
 }
 
 TEST(OccupancyFiles, TruncatedOctomapFilesAreAnError) {
-  Both both = mapped(11, 0.6, 1, 12);
+  Both both = mapped(test::seed(), 0.6, 1, 12);
   const TemporaryFile full("full.ot"), colour("colour.ot"), binary("binary.bt"), cut("cut");
   ASSERT_TRUE(both.theirs.write(full.path().string()));
   ASSERT_TRUE(coloured(both.theirs).write(colour.path().string()));

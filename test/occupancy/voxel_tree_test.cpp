@@ -160,7 +160,7 @@ TEST(VoxelTree, TakesNoMoreHeapThanOctomapsTree) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "the sanitizer's malloc tells nothing";
 #endif
-  std::mt19937_64 rng(5);
+  std::mt19937_64 rng = test::rng();
   std::vector<Scan> scans;
   for (int i = 0; i < 6; ++i) scans.push_back(test::room_scan(rng, 8000, {1.6, 1.2, 1.1}));
   for (const double resolution : {0.02, 0.05}) {

@@ -186,7 +186,7 @@ TEST(PointWindow, StopsAtTheBorderOfTheOctree) {
 }
 
 TEST(PointWindow, AssignmentReachesTheOctree) {
-  std::mt19937_64 rng(2);
+  std::mt19937_64 rng = test::rng();
   OccupancyMap map = random_map(rng, 0.05, {0, 0, 0});
   PointWindow window(map);
   const VoxelPoint p = all_points(map).front();
@@ -199,7 +199,7 @@ TEST(PointWindow, AssignmentReachesTheOctree) {
 }
 
 TEST(PointWindow, BlocksAreWholeAndInMortonOrder) {
-  std::mt19937_64 rng(4);
+  std::mt19937_64 rng = test::rng();
   OccupancyMap map = random_map(rng, 0.05, {0, 0, 0});
   const std::vector<VoxelPoint> points = all_points(map);
   for (std::size_t i = 0; i < points.size(); i += 37) {

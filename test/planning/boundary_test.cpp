@@ -87,7 +87,7 @@ double inside_image(const Eigen::Isometry3d& T_map_camera, const Camera& camera,
 
 std::vector<Scan> orbit(const Scene& scene, const Eigen::Vector3d& target, double radius, double height,
                         int count) {
-  std::mt19937_64 rng(1);
+  std::mt19937_64 rng = test::rng();
   std::vector<Scan> scans;
   for (int i = 0; i < count; ++i) {
     const double a = 2 * std::numbers::pi * i / count + 0.3;
@@ -137,7 +137,7 @@ TEST(Boundary, AShadowIsOccludedAndTheImageEndsInAFrontier) {
   scene.rectangle({-4, -4, 0.01}, {8, 0, 0}, {0, 8, 0}).box({-0.2, -0.2, 0.01}, {0.2, 0.2, 0.31});
   const Eigen::Vector3d eye(-1.5, 0.1, 1.3);
   const Eigen::Isometry3d pose = look_at(eye, {0.1, 0, 0});
-  std::mt19937_64 rng(2);
+  std::mt19937_64 rng = test::rng();
   const Mapper mapper = mapped({camera_scan(scene, pose, rng, fine)});
   const auto snapshot = mapper.snapshot();
   const auto expected = [&](const Edge& edge) -> std::optional<EdgeKind> {
@@ -163,7 +163,7 @@ struct FarFloor {
   Eigen::Isometry3d pose = look_at(eye, {2.6, 0, 0});
 
   Scan scan() const {
-    std::mt19937_64 rng(3);
+    std::mt19937_64 rng = test::rng();
     return camera_scan(scene, pose, rng, fine);
   }
   std::vector<Edge> edges(const Mapper& mapper) const {
@@ -208,7 +208,7 @@ TEST(Boundary, WhatIsTooNearIsTheSensorsLimit) {
   scene.rectangle({-4, -4, 0.01}, {8, 0, 0}, {0, 8, 0});
   Parameters parameters;
   parameters.occupancy.min_range = 1.3;
-  std::mt19937_64 rng(4);
+  std::mt19937_64 rng = test::rng();
   const Eigen::Isometry3d pose = look_at({0, 0, 1.2}, {0, 0, 0});
   const Mapper mapper = mapped({camera_scan(scene, pose, rng, {480, 480, 200, 0.002})}, parameters);
   const auto snapshot = mapper.snapshot();

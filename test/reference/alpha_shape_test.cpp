@@ -1,5 +1,7 @@
 #include "reference/alpha_shape.hpp"
 
+#include "support/seed.hpp"
+
 #include <gtest/gtest.h>
 #include <random>
 #include <set>
@@ -95,9 +97,9 @@ TEST(AlphaShape, NothingFromNoneFromTwoFromCollinear) {
 }
 
 TEST(AlphaShape, RandomCloudsGiveSimpleRingsAndConsistentAreas) {
-  for (const std::uint32_t seed : {1u, 2u, 3u, 4u, 5u}) {
+  for (const std::uint64_t seed : test::seeds(5)) {
     SCOPED_TRACE(seed);
-    std::mt19937 random(seed);
+    std::mt19937_64 random(seed);
     std::uniform_real_distribution<double> place(0, 1);
     std::vector<Eigen::Vector2d> points;
     for (int i = 0; i < 400; ++i) points.emplace_back(place(random), place(random));

@@ -1,5 +1,7 @@
 #include "reference/paper_pipeline.hpp"
 
+#include "support/seed.hpp"
+
 #include <cmath>
 #include <functional>
 #include <gtest/gtest.h>
@@ -32,13 +34,13 @@ Eigen::Isometry3d world() {
   return T;
 }
 
-/// One noisy scan from `eye` that sees all of the panels, about 1.3 points per (cm)².
-Scan scan_of(const std::vector<Panel>& panels, const Eigen::Vector3d& eye, std::uint32_t seed) {
-  std::mt19937 random(seed);
+/// The noisy scan of that number from `eye` that sees all of the panels, about 1.3 points per (cm)².
+Scan scan_of(const std::vector<Panel>& panels, const Eigen::Vector3d& eye, std::uint64_t index) {
+  std::mt19937_64 random(test::seed() + index);
   std::uniform_real_distribution<double> unit(0, 1);
   std::normal_distribution<double> error(0, noise);
   Scan scan;
-  scan.name = "scan " + std::to_string(seed);
+  scan.name = "scan " + std::to_string(index);
   scan.T_map_sensor = world() * Eigen::Translation3d(eye);
   scan.T_map_sensor.rotate(Eigen::AngleAxisd(1.1, Eigen::Vector3d::UnitY()));
   const Eigen::Isometry3d T_sensor_world = scan.T_map_sensor.inverse() * world();

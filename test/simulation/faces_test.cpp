@@ -2,6 +2,7 @@
 #include "simulation/faces.hpp"
 
 #include "support/polygons.hpp"
+#include "support/seed.hpp"
 
 #include <gtest/gtest.h>
 #include <numbers>
@@ -132,7 +133,7 @@ TEST(Faces, FollowTheWorldsTurnShiftAndScale) {
 class EveryScene : public testing::TestWithParam<std::string> {};
 
 TEST_P(EveryScene, PolygonsAreValid) {
-  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+  for (const std::uint64_t seed : test::seeds(8)) {
     const Faces faces(make_scene(GetParam(), Random(seed, 1), 12), {});
     ASSERT_FALSE(faces.all().empty());
     std::uint32_t id = 0;
@@ -169,7 +170,7 @@ bool is_open(const Scene& scene, const std::string& object, int phase, const Eig
 }
 
 TEST_P(EveryScene, PolygonsAgreeWithPointwiseTwin) {
-  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+  for (const std::uint64_t seed : test::seeds(3)) {
     const Scene scene = make_scene(GetParam(), Random(seed, 1), 8);
     const Faces faces(scene, {});
     Random random(seed, 77);

@@ -29,7 +29,7 @@ class TruthFile : public testing::Test {
     SimulationOptions options;
     options.scene = "change";
     options.frames = 2;
-    options.seed = 18446744073709551615u;
+    options.seed = 18446744073709551615u;  // fixed: the largest there is
     return Recording(options).truth();
   }
 

@@ -2,6 +2,7 @@
 #include "simulation/faces.hpp"
 #include "simulation/recording.hpp"
 #include "simulation/sensor.hpp"
+#include "support/seed.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +16,7 @@ SimulationOptions options_of(const std::string& scene, const std::string& sensor
   options.scene = scene;
   options.sensor = sensor;
   options.frames = frames;
-  options.seed = 5;
+  options.seed = test::seed();
   options.length = 8;
   return options;
 }

@@ -124,7 +124,7 @@ TEST(AlphaShape, EqualsDelaunayByDefinition) {
 }
 
 TEST(AlphaShape, FarFromTheOrigin) {
-  std::mt19937_64 rng(3);
+  std::mt19937_64 rng = test::rng();
   std::uniform_real_distribution<double> uniform(0, 1);
   Points near, far;
   for (int i = 0; i < 400; ++i) {
@@ -150,7 +150,7 @@ TEST(AlphaShape, NothingFromTooLittle) {
 }
 
 TEST(AlphaShape, DuplicatesChangeNothing) {
-  std::mt19937_64 rng(5);
+  std::mt19937_64 rng = test::rng();
   std::uniform_real_distribution<double> uniform(0, 1);
   Points points;
   for (int i = 0; i < 200; ++i) points.emplace_back(uniform(rng), uniform(rng));
@@ -213,15 +213,31 @@ TEST(AlphaShape, RingsThatTouchInAVertex) {
   const auto pair = alpha_shape(Points{{0, 0}, {1, 0.4}, {1, -0.4}, {-1, 0.4}, {-1, -0.4}}, 1.2);
   expect_rules(pair, 1.2);
   EXPECT_EQ(pair.size(), 2U);
-  // A square frame whose hole touches the outline in a corner of the grid.
+  // A square of 8 × 8 cells of which three grid points are missing, so that each of the four triangles at an
+  // inner one goes: a hole of two cells. The first hole touches the bite of one cell that the point missing
+  // on the left side leaves, and the second hole, in a vertex each.
+  constexpr double cell = 0.125;
+  const auto is = [cell](const Eigen::Vector2d& p, double u, double v) {
+    return (p - cell * Eigen::Vector2d(u, v)).norm() < 1e-9;
+  };
   Points points;
-  for (const Eigen::Vector2d& p : grid(0, 8, 0.125)) {
-    const bool hole = p.x() > 0.01 && p.x() < 0.49 && p.y() > 0.01 && p.y() < 0.49;
-    const bool bite = p.x() < 0.01 && p.y() > 0.13 && p.y() < 0.37;
-    if (!hole && !bite) points.push_back(p);
+  for (const Eigen::Vector2d& p : grid(0, 8, cell))
+    if (!is(p, 0, 2) && !is(p, 2, 2) && !is(p, 4, 2)) points.push_back(p);
+  const auto square = alpha_shape(points, 0.18);
+  expect_rules(square, 0.18);
+  ASSERT_EQ(square.size(), 1U);
+  ASSERT_EQ(square[0].holes.size(), 2U);
+  EXPECT_NEAR(total_area(square), (64 - 1 - 2 - 2) * cell * cell, 1e-9);
+  const auto visits = [&](const Ring2& ring, double u, double v) {
+    return std::count_if(ring.begin(), ring.end(), [&](const auto& p) { return is(p, u, v); });
+  };
+  for (const Ring2& hole : square[0].holes) {
+    EXPECT_EQ(hole.size(), 4U);
+    EXPECT_NEAR(signed_area(hole), -2 * cell * cell, 1e-9);
+    EXPECT_EQ(visits(hole, 3, 2), 1) << "where the holes touch";
   }
-  const auto frame = alpha_shape(points, 0.18);
-  expect_rules(frame, 0.18);
+  EXPECT_EQ(visits(square[0].holes[0], 1, 2) + visits(square[0].holes[1], 1, 2), 1);
+  EXPECT_EQ(visits(square[0].outer, 1, 2), 1) << "where the first touches the bite";
 }
 
 }  // namespace

@@ -115,7 +115,6 @@ TEST(CylinderFit, WeighsBySigma) {
 }
 
 TEST(CylinderFit, RefusesWhatHasNoOptimum) {
-  std::mt19937_64 rng(1);
   CylinderShape shape{{0, 0, 0}, {0, 0, 1}, 0.1};
   std::vector<CylinderSample> samples(4);
   EXPECT_FALSE(refine(shape, samples)) << "four points have no one cylinder";

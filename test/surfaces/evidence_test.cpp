@@ -91,7 +91,7 @@ TEST(Evidence, PullsThePlaneTowardTheReadings) {
 }
 
 TEST(Evidence, InliersThatGoTakeTheirShare) {
-  std::mt19937_64 rng(1);
+  std::mt19937_64 rng = test::rng();
   const Eigen::Vector3d centre(0, 0, 0);
   SurfaceModel model = square(centre, 0);
   Moments sum;
@@ -112,7 +112,7 @@ TEST(Evidence, InliersThatGoTakeTheirShare) {
 }
 
 TEST(Evidence, NewInliersTakeNothing) {
-  std::mt19937_64 rng(2);
+  std::mt19937_64 rng = test::rng();
   SurfaceModel model = square({0, 0, 0}, 0);
   see(model, {0, 0, 0}, 0.004, 300, rng);
   const Moments before = model.evidence().moments;
@@ -123,7 +123,7 @@ TEST(Evidence, NewInliersTakeNothing) {
 
 TEST(Evidence, OldReadingsFade) {
   // More than a hundred for each inlier: the older ones lose weight, so a plane that moves is followed.
-  std::mt19937_64 rng(3);
+  std::mt19937_64 rng = test::rng();
   const NoiseModel noise{Parameters{}};
   SurfaceModel model = square({0, 0, 0}, 0);
   for (int round = 0; round < 100; ++round) {
@@ -157,7 +157,7 @@ TEST(Evidence, TakenOverIsAsIfEachReadingWereAdded) {
 }
 
 TEST(Evidence, CanBeForgotten) {
-  std::mt19937_64 rng(4);
+  std::mt19937_64 rng = test::rng();
   const NoiseModel noise{Parameters{}};
   SurfaceModel model = square({0, 0, 0}, 0);
   const Moments before = model.moments(&noise);
@@ -169,7 +169,7 @@ TEST(Evidence, CanBeForgotten) {
 }
 
 TEST(Evidence, ComesBackWithTheState) {
-  std::mt19937_64 rng(5);
+  std::mt19937_64 rng = test::rng();
   const NoiseModel noise{Parameters{}};
   SurfaceModel model = square({80, -60, 3}, 0);
   see(model, {80, -60, 3}, 0.004, 300, rng);
@@ -183,7 +183,7 @@ TEST(Evidence, ComesBackWithTheState) {
   };
   expect_equal();
   for (SurfaceModel* each : {&model, &back}) {  // both go on alike
-    std::mt19937_64 same(6);
+    std::mt19937_64 same = test::rng();
     see(*each, {80, -60, 3}, 0.001, 50, same);
     each->remove(all[7].key, all[7].position);
   }
@@ -200,7 +200,7 @@ TEST(Evidence, SurvivesAMerge) {
       test::make_surface(work, points, ground, [](const Eigen::Vector3d& p) { return p.x() < 0.6; });
   SurfaceModel& b =
       test::make_surface(work, points, ground, [](const Eigen::Vector3d& p) { return p.x() >= 0.6; });
-  std::mt19937_64 rng(7);
+  std::mt19937_64 rng = test::rng();
   Moments sum, of_b;
   see(a, {0.3, 0.5, 0.01}, 0.002, 200, rng, &sum);
   see(b, {0.8, 0.5, 0.01}, 0.002, 100, rng, &of_b);

@@ -54,7 +54,7 @@ const Plane level{Eigen::Vector3d::UnitZ(), 0};
 const Eigen::Vector3d x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
 
 TEST(OnePlane, EqualPlanesAre) {
-  Rng rng(1);
+  Rng rng = test::rng();
   for (const double noise : {0.0, 0.001, 0.005}) {
     const Points a = rectangle({0, 0, 0}, 0.4 * x, 0.4 * y, noise * z, rng),
                  b = rectangle({0.44, 0, 0}, 0.4 * x, 0.4 * y, noise * z, rng);
@@ -64,7 +64,7 @@ TEST(OnePlane, EqualPlanesAre) {
 }
 
 TEST(OnePlane, AStepOfACentimetreIsNot) {
-  Rng rng(2);
+  Rng rng = test::rng();
   for (const double noise : {0.0, 0.001, 0.003})
     for (const double step : {-0.01, 0.01}) {
       const Points a = rectangle({0, 0, 0}, 0.4 * x, 0.4 * y, noise * z, rng),
@@ -177,7 +177,7 @@ Parts parts(Workspace& work, const std::vector<Index>& points, const Plane& plan
 }
 
 TEST(Obstructed, ABoardStandsBetweenTwoPointsOfAWall) {
-  Rng rng(3);
+  Rng rng = test::rng();
   Voxels voxels;
   const Eigen::Vector3d eye(1.5, 0.5, 1.2), back(0, 0, 0);
   voxels.see(eye, {0.005, 0, 0.5}, y, 0.5 * z, 0.002 * x, rng);
@@ -198,7 +198,7 @@ TEST(Obstructed, ABoardStandsBetweenTwoPointsOfAWall) {
 }
 
 TEST(Obstructed, FurtherUpOnlyByWhatDoesNotFaceThePlane) {
-  Rng rng(3);
+  Rng rng = test::rng();
   Voxels voxels;
   const Plane wall{x, 0.005};
   const Eigen::Vector3d below(0.005, 0.5, 0.99), above(0.005, 0.5, 1.04);
@@ -235,7 +235,8 @@ TEST(Obstructed, NoiseOfThePlaneItselfIsNoObstacle) {
 
 /// Tops of two blocks side by side, the second leaning; a few readings bridge the gap between them.
 struct Blocks {
-  explicit Blocks(double lean, double gap, const Parameters& parameters = {}, std::uint64_t seed = 4)
+  explicit Blocks(double lean, double gap, const Parameters& parameters = {},
+                  std::uint64_t seed = test::seed())
       : rng(seed), voxels(parameters) {
     const Eigen::Vector3d eye(0.5, 0.2, 1.5);
     const Eigen::Vector3d along = std::cos(lean) * x + std::sin(lean) * z;
@@ -301,7 +302,7 @@ TEST(PartsOf, AHoleyNoisyRectangleIsOne) {
 
 TEST(PartsOf, AShelfsBoardDividesTheWallBehindIt) {
   for (const bool with_board : {true, false}) {
-    Rng rng(5);
+    Rng rng = test::rng();
     Voxels voxels;
     const Eigen::Vector3d high(1.5, 0.5, 1.3), low(1.5, 0.5, 0.7);
     const auto above = voxels.see(high, {0.005, 0, 1.03}, y, 0.5 * z, 0.002 * x, rng);

@@ -152,7 +152,7 @@ TEST(PlaneCovariance, IsTheSameFarFromTheOrigin) {
 }
 
 TEST(PlaneCovariance, OfPointsWithoutNoiseAndOfALineIsDefinite) {
-  std::mt19937_64 rng(1);
+  std::mt19937_64 rng = test::rng();
   const Draw exact = draw(patch([](Reading& r) { r.sigma = 0; }), noise_of(0.005, 0), tilted({1, 2, 3}), rng);
   EXPECT_EQ(exact.covariance.llt().info(), Eigen::Success);
   EXPECT_LT(std::sqrt(exact.covariance(0, 0)), 1e-4) << "rad";

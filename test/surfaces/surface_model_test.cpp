@@ -263,7 +263,7 @@ TEST(SurfaceModel, CellsHoldExactlyTheInliers) {
 }
 
 TEST(SurfaceModel, RemovesOnlyWhatIsThere) {
-  std::mt19937_64 rng(8);
+  std::mt19937_64 rng = test::rng();
   const Eigen::Isometry3d pose = test::random_pose(rng);
   const std::vector<Inlier> all =
       test::voxels_of(test::random_blob(rng, 0.3, 0.06), pose, d, 0.3, 0.006, rng);

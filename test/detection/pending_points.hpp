@@ -1,0 +1,52 @@
+#pragma once
+
+#include "detection/refusal.hpp"
+#include "support/map_state.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+#include <vector>
+
+namespace octosurf::test {
+
+/// Scans in an octree in which nothing has been detected, and all of their points.
+class PendingPoints {
+ public:
+  using Index = PointWindow::Index;
+
+  explicit PendingPoints(const std::vector<Scan>& scans, const Parameters& parameters = {})
+      : state(parameters), work((put(state, scans), state)) {
+    std::vector<VoxelKey> keys;
+    state.occupancy.for_each_point([&](const VoxelPoint& p) { keys.push_back(p.key); });
+    std::sort(keys.begin(), keys.end());
+    for (const VoxelKey key : keys) all.push_back(work.window.find(key));
+  }
+
+  Eigen::Vector3d position(Index i) const { return work.window[i].position.cast<double>(); }
+
+  MapState state;
+  Workspace work;
+  std::vector<Index> all;  ///< in key order, as detection hands regions on
+
+ private:
+  static void put(MapState& map, const std::vector<Scan>& scans) {
+    for (const Scan& scan : scans) occupy(map, scan);
+  }
+};
+
+/// What detection refused: why, how many points, and the numbers.
+struct ToldRefusal {
+  Refusal why;
+  std::vector<PointWindow::Index> points;
+  double measured, limit;
+};
+
+inline RefusalSink listen(std::vector<ToldRefusal>& told) {
+  return [&told](const Refused& r) {
+    told.push_back({r.why, {r.points.begin(), r.points.end()}, r.measured, r.limit});
+  };
+}
+
+}  // namespace octosurf::test

@@ -1,0 +1,21 @@
+# Every random test draws from support/seed.hpp: no generator of its own, no seed written down; else `./dev fuzz`
+# would show it the same world each time. A line that means a fixed scene says why after "fixed:".
+file(GLOB_RECURSE sources ${TESTS}/*.cpp ${TESTS}/*.hpp)
+list(FILTER sources EXCLUDE REGEX "/(bench|consumer)/|/support/(seed\\.hpp|main\\.cpp)$")
+list(LENGTH sources count)
+if(count LESS 50)
+  message(FATAL_ERROR "only ${count} test sources below '${TESTS}'")
+endif()
+foreach(source ${sources})
+  file(STRINGS ${source} lines REGEX
+    "mt19937[_64]* [a-z]+;|(mt19937[_64]*|Rng)( [a-z_]+)?[({]([0-9)}]|std::random_device)|seed_?( = |\\(|{)[0-9]|seed : {|minstd|_random_engine")
+  foreach(line ${lines})
+    if(NOT line MATCHES "// fixed: ")
+      string(STRIP "${line}" line)
+      string(APPEND found "\n  ${source}: ${line}")
+    endif()
+  endforeach()
+endforeach()
+if(found)
+  message(FATAL_ERROR "seeds of their own (take test::rng() or test::seed() of support/seed.hpp):${found}")
+endif()
