@@ -303,7 +303,8 @@ TEST(Explain, WaitingForANewPoint) {
   EXPECT_EQ(ask(mapper.map(), {0.05, 0.05, 0.01}).reason, Reason::on_surface);
 }
 
-/// A noisy floor, and above it a plate that is too small, a cloud of clutter and points far from everything.
+/// A noisy floor, and beside it, where no ray to the floor passes, a plate that is too small, a cloud of
+/// clutter and points far from everything.
 Mapper cluttered_room(std::mt19937_64& rng) {
   std::normal_distribution<float> gauss(0, 0.01F);
   std::uniform_real_distribution<double> uniform(-0.15, 0.15);
@@ -313,13 +314,13 @@ Mapper cluttered_room(std::mt19937_64& rng) {
     for (Eigen::Vector3f& p : scan.points) p *= 1 + gauss(rng) / p.norm();
     mapper.insert(scan);
   }
-  Scan above = rectangle_scan(eye, {0, 0, 0.4}, {0.1, 0, 0}, {0, 0.1, 0});
+  Scan beside = rectangle_scan(eye, {1.3, 0, 0.4}, {0.1, 0, 0}, {0, 0.1, 0});
   for (int i = 0; i < 500; ++i)
-    above.points.push_back(
-        (Eigen::Vector3d(0.8 + uniform(rng), 0.8 + uniform(rng), 0.5 + uniform(rng)) - eye).cast<float>());
+    beside.points.push_back(
+        (Eigen::Vector3d(1.6 + uniform(rng), 0.8 + uniform(rng), 0.5 + uniform(rng)) - eye).cast<float>());
   for (int i = 0; i < 5; ++i)
-    above.points.push_back((Eigen::Vector3d(0.1 + 0.2 * i, 0.3, 0.7) - eye).cast<float>());
-  mapper.insert(above);
+    beside.points.push_back((Eigen::Vector3d(1.3 + 0.2 * i, -0.4, 0.7) - eye).cast<float>());
+  mapper.insert(beside);
   return mapper;
 }
 
@@ -395,6 +396,7 @@ TEST(Explain, EveryPendingPointOfARoomHasItsReason) {
   }
   EXPECT_GE(seen[Reason::isolated], 5);
   EXPECT_GT(seen[Reason::not_flat], 5);
+  EXPECT_GT(seen[Reason::too_few_points], 0);
 }
 
 }  // namespace
