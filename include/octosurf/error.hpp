@@ -9,13 +9,15 @@ namespace octosurf {
 /// The one exception of the library: what failed, where, and how to mend it.
 ///
 /// `what()` is a single line `where: what; mend`, ready for a log. Nothing in the library prints
-/// or aborts: whatever goes wrong arrives as an Error (or as std::bad_alloc).
+/// or aborts: whatever goes wrong arrives as an Error (or as std::bad_alloc; mapper.hpp says what a caller
+/// does then).
 class Error : public std::runtime_error {
  public:
   enum class Kind {
-    usage,  ///< the caller asked for something that makes no sense (parameters, options)
-    data,   ///< a file, an image, a cloud or a pose is missing, damaged or foreign
-    output  ///< a result could not be written
+    usage,      ///< the caller asked for something that makes no sense (parameters, options)
+    data,       ///< a file, an image, a cloud or a pose is missing, damaged or foreign
+    output,     ///< a result could not be written
+    incomplete  ///< a failure in the middle of a scan has left the map unusable: load the last saved one
   };
 
   /// `where` names a file, a parameter or a scan; `mend` tells what to do about it (may be empty).

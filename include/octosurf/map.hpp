@@ -14,7 +14,8 @@ namespace octosurf {
 struct MapState;
 
 /// What a scan source, the octree and the surfaces amount to at one moment: the persistent thing.
-/// Move-only. A Mapper takes one over to go on with it.
+/// Move-only. A Mapper takes one over to go on with it. After a scan that failed half-way (mapper.hpp, 4),
+/// everything but parameters() and snapshot() throws Error(incomplete).
 class Map {
  public:
   explicit Map(const Parameters& parameters = {});  ///< an empty map; validates the parameters
@@ -47,15 +48,16 @@ class Map {
   };
   Size size() const;
 
-  const MapState& state() const { return *state_; }
-  MapState& state() { return *state_; }
+  const MapState& state() const;
+  MapState& state();
 
  private:
   std::unique_ptr<MapState> state_;
 };
 
 /// Writes `stem`.surfaces (everything) and `stem`.bt (plain OctoMap), each to a temporary file that
-/// is synced and renamed. Throws Error(output); files that were there before stay as they were.
+/// is synced and renamed. Throws Error(output), or Error(incomplete) for a map that is not whole; files that
+/// were there before stay as they were.
 void save_map(const Map& map, const std::filesystem::path& stem);
 
 struct LoadedMap {

@@ -35,7 +35,17 @@ struct ScanReport {
 /// 1. Same scans and parameters, same map, byte for byte, whatever `threads` is.
 /// 2. A scan that is refused (Error) leaves the map as it was.
 /// 3. snapshot() may be called from any thread at any time and never waits for insert().
-/// One thread at a time may call insert().
+/// 4. A scan that fails half-way, because memory runs out, breaks nothing else: from then on insert(),
+///    detect_in_occupancy(), map() and release(), and save_map() and all else that is asked of the Map, throw
+///    Error(incomplete). So a broken map is never saved. snapshot() goes on giving what was complete before.
+///
+/// After a std::bad_alloc from insert() or detect_in_occupancy(), call map(). If it does not throw, the scan
+/// has not touched the map: free some memory and insert it again, or leave it out. If it throws
+/// Error(incomplete), keep snapshot() for as long as something stands on it, destroy the Mapper, and make
+/// another from load_map() of the map that was saved last, with the scans since then if they are still at
+/// hand.
+///
+/// One thread at a time may call insert(). Threads that the system does not grant are done without.
 class Mapper {
  public:
   /// `threads` in [1, 256] share a scan's points and rays; the surfaces are one thread's work. Throws
@@ -46,7 +56,8 @@ class Mapper {
   Mapper& operator=(Mapper&&) noexcept;
   ~Mapper();
 
-  /// Throws Error(data) if the pose is not rigid.
+  /// Throws Error(data), and leaves the map as it was, if the pose is not rigid or outside the octree, and if
+  /// the surfaces' ids could run out. Error(incomplete) after a failure, see 4.
   ScanReport insert(const Scan& scan);
 
   /// Surfaces of an existing occupancy map, without scans: every occupied voxel that borders on free
@@ -54,9 +65,9 @@ class Mapper {
   /// Used for .bt and .ot inputs.
   ScanReport detect_in_occupancy();
 
-  std::shared_ptr<const Snapshot> snapshot() const;
-  const Map& map() const;
-  Map release() &&;
+  std::shared_ptr<const Snapshot> snapshot() const;  ///< of the last whole scan
+  const Map& map() const;                            ///< throws Error(incomplete) after a failure, see 4
+  Map release() &&;                                  ///< likewise
 
  private:
   struct Impl;

@@ -3,8 +3,10 @@
 #include "expansion/expansion.hpp"
 #include "surfaces/upkeep.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <numeric>
+#include <set>
 
 #include <octosurf/error.hpp>
 #include <octosurf/mapper.hpp>
@@ -62,22 +64,21 @@ void accumulate(MapState& state, const Workspace& work, std::vector<VoxelKey> ke
   state.accumulated = std::move(keys);
 }
 
-}  // namespace
+/// Refuses a scan that could leave a surface or a cylinder without an id. Each is made of n points at least;
+/// detection gives a point away once, and refit() once more where it splits what detection has made.
+void require_ids(const MapState& state, std::size_t new_points, const std::string& scan) {
+  const std::size_t points = state.points + new_points;
+  const std::size_t most = 2 * points / static_cast<std::size_t>(state.parameters.min_surface_points());
+  if (most <= std::min(state.surfaces.ids_left(), state.cylinders.ids_left())) return;
+  throw Error(Error::Kind::data, scan, "the ids of surfaces could run out", "start a new map");
+}
 
-struct Mapper::Impl {
-  explicit Impl(Map m, int thread_count)
-      : map(std::move(m)), threads(thread_count), downsample(map.state().occupancy.grid()) {}
+std::vector<SurfaceId> list_of(const std::set<SurfaceId>& ids) { return {ids.begin(), ids.end()}; }
 
-  Map map;
-  int threads;
-  Downsampler downsample;
-
-  /// Everything after the octree's answer: docs/design.md §4, steps 3 to 7.
-  void update_surfaces(const VoxelScan& scan, const OccupancyDelta& delta, ScanReport& report);
-};
-
-void Mapper::Impl::update_surfaces(const VoxelScan& scan, const OccupancyDelta& delta, ScanReport& report) {
-  MapState& state = map.state();
+/// Everything after the octree's answer: docs/design.md §4, steps 3 to 7. The report is complete before derive()
+/// publishes, so that what fails has published nothing.
+void update_surfaces(MapState& state, const VoxelScan& scan, const OccupancyDelta& delta,
+                     ScanReport& report) {
   Stopwatch time(report);
   state.points += delta.appeared.size();
   state.points -= delta.vanished.size();
@@ -107,20 +108,28 @@ void Mapper::Impl::update_surfaces(const VoxelScan& scan, const OccupancyDelta& 
   });
   // Last, when every point has settled: whatever becomes of cylinders, planes are not touched by it.
   time(Stage::detect, [&] { update_cylinders(work); });
-  time(Stage::derive, [&] { derive(work); });
 
   report.appeared = delta.appeared.size();
   report.vanished = delta.vanished.size();
   for (const Index i : appeared) report.categorized += work.window[i].surface != 0;
-  const auto list = [](const std::set<SurfaceId>& ids) {
-    return std::vector<SurfaceId>(ids.begin(), ids.end());
-  };
-  report.born = list(work.changes.born);
-  report.grown = list(work.changes.grown);
-  report.shrunk = list(work.changes.shrunk);
-  report.merged = list(work.changes.merged);
-  report.gone = list(work.changes.gone);
+  report.born = list_of(work.changes.born);
+  report.grown = list_of(work.changes.grown);
+  report.shrunk = list_of(work.changes.shrunk);
+  report.merged = list_of(work.changes.merged);
+  report.gone = list_of(work.changes.gone);
+  time(Stage::derive, [&] { derive(work); });
 }
+
+}  // namespace
+
+struct Mapper::Impl {
+  explicit Impl(Map m, int thread_count)
+      : map(std::move(m)), threads(thread_count), downsample(map.state().occupancy.grid()) {}
+
+  Map map;
+  int threads;
+  Downsampler downsample;
+};
 
 Mapper::Mapper(const Parameters& parameters, int threads) : Mapper(Map(parameters), threads) {}
 Mapper::Mapper(Map map, int threads) : impl_(std::make_unique<Impl>(std::move(map), threads)) {
@@ -150,29 +159,51 @@ ScanReport Mapper::insert(const Scan& scan) {
   report.points_out_of_map = voxels.out_of_map;
   report.points_beyond_range = voxels.beyond_range;
   report.voxels = voxels.ends.size();
+  require_ids(state, voxels.ends.size(), scan.name);
+  const OccupancyMap::Touched touched =
+      time(Stage::occupancy, [&] { return state.occupancy.trace(voxels, impl_->threads); });
+
+  // Up to here nothing has changed; from here on whatever is thrown leaves the map unusable.
+  state.unfinished_scan = state.scans + 1;
   const OccupancyDelta delta = time(Stage::occupancy, [&] {
-    return state.occupancy.insert(voxels, impl_->downsample,
-                                  parameters.preserve_surfaces ? &state.surfaces : nullptr, impl_->threads);
+    return state.occupancy.apply(touched, voxels, impl_->downsample,
+                                 parameters.preserve_surfaces ? &state.surfaces : nullptr);
   });
   ++state.scans;
   state.sensors_up += up_of_sensor(scan);
   time(Stage::downsample, [&] { state.noise.observe(scan); });
-  impl_->update_surfaces(voxels, delta, report);
+  update_surfaces(state, voxels, delta, report);
+  state.unfinished_scan = 0;
   return report;
 }
 
 ScanReport Mapper::detect_in_occupancy() {
+  MapState& state = impl_->map.state();
+  require_ids(state, 0, "octree");
   ScanReport report;
   Stopwatch time(report);
   OccupancyDelta delta;
-  time(Stage::occupancy, [&] { delta.appeared = impl_->map.state().occupancy.adopt_occupied_voxels(); });
+  state.unfinished_scan = state.scans + 1;
+  try {
+    time(Stage::occupancy, [&] { delta.appeared = state.occupancy.adopt_occupied_voxels(); });
+  } catch (const Error&) {  // refused before the octree was touched
+    state.unfinished_scan = 0;
+    throw;
+  }
   report.points_raw = report.voxels = delta.appeared.size();
-  impl_->update_surfaces({}, delta, report);
+  update_surfaces(state, {}, delta, report);
+  state.unfinished_scan = 0;
   return report;
 }
 
 std::shared_ptr<const Snapshot> Mapper::snapshot() const { return impl_->map.snapshot(); }
-const Map& Mapper::map() const { return impl_->map; }
-Map Mapper::release() && { return std::move(impl_->map); }
+const Map& Mapper::map() const {
+  impl_->map.state().require_whole();
+  return impl_->map;
+}
+Map Mapper::release() && {
+  impl_->map.state().require_whole();
+  return std::move(impl_->map);
+}
 
 }  // namespace octosurf

@@ -115,12 +115,21 @@ OccupancyMap::~OccupancyMap() = default;
 
 OccupancyDelta OccupancyMap::insert(const VoxelScan& scan, const Downsampler& index,
                                     const PlaneLookup* planes, int threads) {
+  return apply(trace(scan, threads), scan, index, planes);
+}
+
+OccupancyMap::Touched OccupancyMap::trace(const VoxelScan& scan, int threads) {
   detail::GridOrigin from{{scan.origin.x(), scan.origin.y(), scan.origin.z()}, {}, grid_.resolution()};
   VoxelKey key;
   grid_.key_of(scan.origin, key);
   from.key = {key.x, key.y, key.z};
+  return bits_->trace(from, rays_of(scan, grid_), threads);
+}
+
+OccupancyDelta OccupancyMap::apply(const Touched& touched, const VoxelScan& scan, const Downsampler& index,
+                                   const PlaneLookup* planes) {
   Policy policy{grid_, scan, index, planes, GrazingTest(scan, grid_), {}};
-  tree_->apply(bits_->trace(from, rays_of(scan, grid_), threads), policy);
+  tree_->apply(touched, policy);
   return std::move(policy.delta);
 }
 

@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21,7 +22,8 @@ class VoxelTree;
 struct VoxelPayload;
 namespace detail {
 class RayBits;
-}
+struct TouchedBlock;
+}  // namespace detail
 
 /// A voxel's point as it stands in the octree.
 struct VoxelPoint {
@@ -79,10 +81,17 @@ class OccupancyMap {
   OccupancyDelta insert(const VoxelScan& scan, const Downsampler& index, const PlaneLookup* planes,
                         int threads = 1);
 
+  /// Its first half, which takes most of the memory, changes nothing: what the rays touch, valid until the
+  /// next call. The second half takes that in.
+  using Touched = std::span<const detail::TouchedBlock>;
+  Touched trace(const VoxelScan& scan, int threads = 1);
+  OccupancyDelta apply(const Touched& touched, const VoxelScan& scan, const Downsampler& index,
+                       const PlaneLookup* planes);
+
   /// Gives occupied voxels that have none a point at their centre, if one of their six neighbours is
   /// free; seen from there. In a map that knows nothing free: if one is unknown. For maps that come
-  /// without points. Undivided occupied leaves are divided at such a border. Throws Error(data) if
-  /// their skins have over 2¹⁷ voxels and one for 32 bytes of octree, which no scans leave.
+  /// without points. Undivided occupied leaves are divided at such a border. Throws Error(data), before
+  /// anything is changed, if their skins have over 2¹⁷ voxels and one for 32 bytes of octree, which no scans leave.
   std::vector<VoxelPoint> adopt_occupied_voxels();
 
   enum class State { unknown, free, occupied };

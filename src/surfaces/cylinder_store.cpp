@@ -41,7 +41,7 @@ CylinderPtr CylinderModel::publish(std::uint64_t map_revision) const {
 }
 
 CylinderModel& CylinderStore::create(const CylinderShape& shape) {
-  if (next_id_ == 0)
+  if (ids_left() == 0)
     throw Error(Error::Kind::data, "cylinder ids", "all 2^32 are used up", "start a new map");
   const CylinderId id = next_id_++;
   CylinderModel& cylinder = models_[id];

@@ -3,7 +3,9 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <string>
 
+#include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
 
 namespace octosurf {
@@ -39,6 +41,13 @@ double Surface::normal_std_rad() const {
   return std::sqrt(std::max(0.0, slopes.eigenvalues()[1]));
 }
 
+void MapState::require_whole() const {
+  if (unfinished_scan == 0) return;
+  throw Error(Error::Kind::incomplete, "map",
+              "is incomplete since scan " + std::to_string(unfinished_scan) + " failed half-way",
+              "load the one that was saved last");
+}
+
 Map::Map(const Parameters& parameters) {
   parameters.validate();
   state_ = std::make_unique<MapState>(parameters);
@@ -48,14 +57,24 @@ Map::Map(Map&&) noexcept = default;
 Map& Map::operator=(Map&&) noexcept = default;
 Map::~Map() = default;
 
+const MapState& Map::state() const {
+  state_->require_whole();
+  return *state_;
+}
+MapState& Map::state() {
+  state_->require_whole();
+  return *state_;
+}
+
 const Parameters& Map::parameters() const { return state_->parameters; }
 
 std::shared_ptr<const Snapshot> Map::snapshot() const { return state_->snapshot.load(); }
 
 Map::Voxel Map::at(const Eigen::Vector3d& point) const {
+  const OccupancyMap& occupancy = state().occupancy;
   VoxelKey key;
-  if (!state_->occupancy.grid().key_of(point.cast<float>(), key)) return {};
-  const OccupancyMap::Lookup found = state_->occupancy.at(key);
+  if (!occupancy.grid().key_of(point.cast<float>(), key)) return {};
+  const OccupancyMap::Lookup found = occupancy.at(key);
   Voxel voxel = found.point ? voxel_of(*found.point) : Voxel{};
   voxel.occupancy = found.state == OccupancyMap::State::occupied ? Occupancy::occupied
                     : found.state == OccupancyMap::State::free   ? Occupancy::free
@@ -65,21 +84,22 @@ Map::Voxel Map::at(const Eigen::Vector3d& point) const {
 }
 
 void Map::for_each_point(const std::function<void(const Voxel&)>& visit) const {
-  state_->occupancy.for_each_point([&](const VoxelPoint& p) { visit(voxel_of(p)); });
+  state().occupancy.for_each_point([&](const VoxelPoint& p) { visit(voxel_of(p)); });
 }
 
 Map::Size Map::size() const {
-  const OccupancyMap::Size octree = state_->occupancy.size();
+  const MapState& map = state();
+  const OccupancyMap::Size octree = map.occupancy.size();
   Size size;
   size.nodes = octree.nodes;
   size.leaves = octree.leaves;
   size.bytes = octree.bytes;
-  size.points = state_->points;
-  size.surfaces = state_->surfaces.size();
-  for (const auto& [id, surface] : state_->surfaces) size.inliers += surface.size();
+  size.points = map.points;
+  size.surfaces = map.surfaces.size();
+  for (const auto& [id, surface] : map.surfaces) size.inliers += surface.size();
   size.pending = size.points - size.inliers;
-  size.scans = state_->scans;
-  size.revision = state_->revision;
+  size.scans = map.scans;
+  size.revision = map.revision;
   return size;
 }
 

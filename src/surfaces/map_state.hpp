@@ -37,6 +37,11 @@ struct MapState {
   /// Sum over the scans of their sensor's own up direction, unit vectors in the map frame: what up_of() asks.
   Eigen::Vector3d sensors_up = Eigen::Vector3d::Zero();
   AtomicSharedPtr<const Snapshot> snapshot;  ///< what readers in other threads see
+
+  /// Number of the scan that is being inserted: set before the first change, 0 again when all parts are in
+  /// step. It stays set when that scan fails, and then nothing here can be relied on but the snapshot.
+  std::uint64_t unfinished_scan = 0;
+  void require_whole() const;  ///< throws Error(incomplete)
 };
 
 }  // namespace octosurf

@@ -10,8 +10,10 @@
 #include <array>
 #include <boost/container/small_vector.hpp>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <tsl/robin_map.h>
+#include <utility>
 #include <vector>
 
 #include <octosurf/surface.hpp>
@@ -168,7 +170,17 @@ class SurfaceModel {
 
  private:
   void fade(double share);
-  using Cell = boost::container::small_vector<Inlier, 1>;
+  /// Inliers whose projections share a cell, nearly always one. std::swap() would assign to a vector that was
+  /// moved from, which takes memory while it is declared not to throw; moved anew, they take none.
+  struct Cell : boost::container::small_vector<Inlier, 1> {
+    friend void swap(Cell& a, Cell& b) noexcept {
+      Cell before = std::move(a);
+      std::destroy_at(&a);
+      std::construct_at(&a, std::move(b));
+      std::destroy_at(&b);
+      std::construct_at(&b, std::move(before));
+    }
+  };
   void insert(const Inlier& inlier);
   void set_hash_frame(const Eigen::Isometry3d& frame);
   std::optional<Eigen::Vector3d> outward(PlaneCell cell) const;

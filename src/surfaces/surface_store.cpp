@@ -8,7 +8,7 @@
 namespace octosurf {
 
 SurfaceModel& SurfaceStore::create(const Plane& plane, const Eigen::Vector3d& origin) {
-  if (next_id_ > 0xffffff)
+  if (ids_left() == 0)
     throw Error(Error::Kind::data, "surface ids", "all 2^24 are used up", "start a new map");
   const SurfaceId id = next_id_++;
   index_normal(id, plane);

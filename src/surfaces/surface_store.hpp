@@ -23,6 +23,7 @@ class SurfaceStore : public PlaneLookup {
   const SurfaceModel* find(SurfaceId id) const;
   std::size_t size() const { return models_.size(); }
   SurfaceId next_id() const { return next_id_; }
+  std::size_t ids_left() const { return last_id + 1 - next_id_; }
   void set_next_id(SurfaceId id) { next_id_ = id; }
 
   /// Ascending id.
@@ -49,6 +50,7 @@ class SurfaceStore : public PlaneLookup {
   void set_erosion_tolerance(double tolerance) { erosion_tolerance_ = tolerance; }
 
  private:
+  static constexpr SurfaceId last_id = 0xffffff;
   struct Resident {
     SurfaceId id;
     std::uint32_t inliers;

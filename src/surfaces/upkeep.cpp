@@ -245,9 +245,10 @@ void derive(Workspace& work) {
   auto next = std::make_shared<Snapshot>(Snapshot{state.revision, before->resolution, {}});
   const std::set<SurfaceId> touched = work.changes.touched();
   for (auto& [id, surface] : state.surfaces) {
-    if (!touched.contains(id)) {
-      const auto at = std::lower_bound(before->surfaces.begin(), before->surfaces.end(), id,
-                                       [](const SurfacePtr& s, SurfaceId wanted) { return s->id < wanted; });
+    const auto at = std::lower_bound(before->surfaces.begin(), before->surfaces.end(), id,
+                                     [](const SurfacePtr& s, SurfaceId wanted) { return s->id < wanted; });
+    const bool published = at != before->surfaces.end() && (*at)->id == id;
+    if (published && !touched.contains(id)) {
       next->surfaces.push_back(*at);
       continue;
     }

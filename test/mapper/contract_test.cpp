@@ -104,6 +104,23 @@ TEST(MapperContract, RefusedScansLeaveTheMapAsItWas) {
   EXPECT_TRUE(test::digest(under_test.mapper.map()) == test::digest(clean.map()));
 }
 
+TEST(MapperContract, AScanThatCouldUseUpTheIdsIsRefusedUntouched) {
+  const std::vector<Scan> scans = tour(3, 4);
+  Mapper before;
+  insert_all(before, {scans.begin(), scans.begin() + 2});
+  Map map = std::move(before).release();
+  map.state().surfaces.set_next_id(0xffffff);  // one is left, as a map file may say
+  Mapper mapper(std::move(map));
+  const std::string stood = test::digest(mapper.map());
+  const auto snapshot = mapper.snapshot();
+  for (const Scan& scan : {scans[2], scans[3], Scan()}) {
+    EXPECT_THROW(mapper.insert(scan), Error);
+    EXPECT_TRUE(test::digest(mapper.map()) == stood);
+    EXPECT_EQ(mapper.snapshot(), snapshot);
+    EXPECT_THAT(check_invariants(mapper.map()), ::testing::IsEmpty());
+  }
+}
+
 TEST(MapperContract, ScansThatSayNothingChangeNothing) {
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
   CheckedMapper under_test;

@@ -1,13 +1,14 @@
 #pragma once
 
+#include <cstddef>
 #include <exception>
 #include <thread>
 #include <vector>
 
 namespace octosurf::detail {
 
-/// Calls work(0) … work(threads − 1), each in a thread of its own, the first in the caller's. Throws
-/// what the first of them threw, once all are done.
+/// Calls work(0) … work(threads − 1), each in a thread of its own, the first in the caller's and those after
+/// it for which the system has no thread. Throws what the first of them threw, once all are done.
 template <class Work>
 void in_parallel(int threads, const Work& work) {
   std::vector<std::exception_ptr> failures(static_cast<std::size_t>(threads));
@@ -19,8 +20,14 @@ void in_parallel(int threads, const Work& work) {
     }
   };
   std::vector<std::jthread> others;
-  for (int t = 1; t < threads; ++t) others.emplace_back(guarded, t);
+  int started = 1;
+  try {
+    others.reserve(static_cast<std::size_t>(threads));
+    for (; started < threads; ++started) others.emplace_back(guarded, started);
+  } catch (const std::exception&) {  // std::system_error or std::bad_alloc: what is left is done here
+  }
   guarded(0);
+  for (int t = started; t < threads; ++t) guarded(t);
   for (std::jthread& other : others) other.join();
   for (const std::exception_ptr& failure : failures)
     if (failure) std::rethrow_exception(failure);
