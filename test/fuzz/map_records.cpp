@@ -14,7 +14,7 @@
 namespace octosurf::fuzz {
 namespace {
 
-using Random = std::minstd_rand;
+using Random = std::minstd_rand;  // fixed: the fuzzer hands in the seed of each mutation
 
 constexpr std::size_t head_bytes = map_file_magic.size() + 4;
 

@@ -1,4 +1,6 @@
 // Every public function that reads a file, given what is no such file: an Error and nothing else.
+#include "support/seed.hpp"
+
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -93,7 +95,7 @@ TEST_F(OddPaths, AreRefusedWithAnError) {
 
 /// Every kind of file with nothing but noise behind the bytes by which it is told.
 TEST_F(OddPaths, NoiseIsRefusedWithAnError) {
-  std::minstd_rand rng(9);
+  std::mt19937_64 rng = test::rng();
   for (const std::string& head : {std::string(), std::string("\x89PNG\r\n\x1a\n"), std::string("P5 "),
                                   std::string("ply\n"), std::string("# .PCD v0.7\nVERSION 0.7\n"),
                                   std::string("# Octomap OcTree binary file\nid OcTree\nres 0.1\ndata\n"),
