@@ -128,7 +128,9 @@ TEST(RingCheck, TakesWhateverAnOutlineGives) {
     for (int v = 0; v < 24; ++v)
       for (int u = 0; u < 24; ++u)
         if (rng() % 10 < 5 + static_cast<std::uint64_t>(round) % 4) {
-          const std::vector<Point> site{Point(u + (rng() % 3) * 0.25, v + (rng() % 3) * 0.25)};
+          const auto shift = [&] { return 0.25 * static_cast<double>(rng() % 3); };
+          const double x = u + shift(), y = v + shift();
+          const std::vector<Point> site{Point(x, y)};
           outline.set({u, v}, site);
         }
     std::vector<Polygon> polygons = outline.update();
