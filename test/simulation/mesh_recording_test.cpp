@@ -119,8 +119,10 @@ TEST_F(MeshRecording, EverythingAWalkerStepsOnIsSeen) {
     const Truth truth = Recording(some).truth();
     for (const auto& face : truth.faces) {
       if (face.name.starts_with("terrain/level")) {
-        // Between a lidar's beams its cells stay empty: of it is asked only that it sees each.
-        EXPECT_GE(face.visible_area_m2, sensor == "depth" ? 0.9 * area(face) : 0.05)
+        // At a quarter of the usual scans, 20 cm apart, the last 4 cm of a tread, behind the edge above, may
+        // fall between two of them. Between a lidar's beams cells stay empty: of it is asked only that it
+        // sees each face.
+        EXPECT_GE(face.visible_area_m2, sensor == "depth" ? 0.25 / 0.29 * area(face) : 0.05)
             << sensor << ' ' << face.name;
       }
       if (face.name.starts_with("terrain/overhang")) {
