@@ -43,7 +43,7 @@ src/evaluation/evaluate.hpp):
   ghost area         of the unsafe area, what was there and is gone
   normal error       angle between a face's normal and its surface's, over correct faces
   offset error       distance of the face's seen centroid to the surface's plane, over correct faces
-  … of all matched   the same two over all judged faces that any surface covers
+  all matched faces  the same two errors over all judged faces that any surface covers
   boundary distance  from the seen part of the true outline to the surface's, over correct faces
   holes found        true holes over 0.02 m² and 10 cm wide of which 80 % stayed empty
 True outlines are those of whole faces: what the sensor could not see of a face can be stood on, too.
@@ -98,7 +98,7 @@ void print(const Evaluation& scores) {
               degrees(scores.normal_rad.max));
   std::printf("%-22s mean %.2f mm, max %.2f mm\n", "offset error", 1e3 * scores.offset_m.mean,
               1e3 * scores.offset_m.max);
-  std::printf("%-22s normal mean %.3f°, max %.3f°; offset mean %.2f mm, max %.2f mm\n", "… of all matched",
+  std::printf("%-22s normal mean %.3f°, max %.3f°; offset mean %.2f mm, max %.2f mm\n", "all matched faces",
               degrees(scores.normal_all_rad.mean), degrees(scores.normal_all_rad.max),
               1e3 * scores.offset_all_m.mean, 1e3 * scores.offset_all_m.max);
   std::printf("%-22s mean %.1f mm, 95 %% within %.1f mm\n", "boundary distance", 1e3 * scores.boundary_m.mean,

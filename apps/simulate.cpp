@@ -114,7 +114,8 @@ void add_simulate(CLI::App& app) {
       ->capture_default_str();
   verb->add_option("--frames", arguments->frames, "number of scans (default: as many as show the scene well)")
       ->check(CLI::PositiveNumber);
-  verb->add_option("--noise-scale", options.noise_scale, "factor on the sensor's noise (0: none; steps and drop-outs remain)")
+  verb->add_option("--noise-scale", options.noise_scale,
+                   "factor on the sensor's noise (0: none; steps and drop-outs remain)")
       ->capture_default_str();
   verb->add_option("--length", options.length, "m, of the corridor")->capture_default_str();
   verb->add_option("--laps", options.laps, "times the path is walked")->capture_default_str();
