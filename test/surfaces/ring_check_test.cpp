@@ -175,7 +175,9 @@ TEST(RingCheck, NamesTheFault) {
   EXPECT_THAT(ring_fault({{0, 0}, {4, 0}, {4, 4}, {4, 6}, {4, 4}, {0, 4}}), HasSubstr("a vertex twice"))
       << "a spike";
   EXPECT_THAT(ring_fault({{0, 0}, {4, 4}, {4, 0}, {0, 4}}), HasSubstr("cross"));
-  EXPECT_THAT(ring_fault({{0, 0}, {4, 0}, {4, 4}, {2, 0}}), HasSubstr("a vertex on an edge"));
+  EXPECT_THAT(ring_fault({{0, 0}, {4, 0}, {4, 4}, {2, 0}, {3, 4}}), HasSubstr("a vertex on an edge"));
+  EXPECT_THAT(ring_fault({{0, 0}, {4, 0}, {4, 4}, {2, 0}}), HasSubstr("along each other"));
+  EXPECT_THAT(ring_fault({{0, 0}, {4, 0}, {4, 4}, {2, 0}, {0, 4}}), HasSubstr("cross"));
   EXPECT_THAT(ring_fault({{0, 0}, {4, 0}}), HasSubstr("along each other"));
   EXPECT_THAT(ring_fault({}), HasSubstr("fewer than three"));
   EXPECT_THAT(ring_fault({{0, 0}, {4, 0}, {4, std::nan("")}}), HasSubstr("not finite"));
