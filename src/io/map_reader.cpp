@@ -28,8 +28,6 @@ constexpr std::uint64_t memory_ratio = 64;
 // Counted high: hashes grow by doubling.
 constexpr std::uint64_t inlier_cost = 200, waiting_cost = 16, surface_cost = 4096, vertex_cost = 60;
 constexpr std::uint64_t check_cost = 200;  // of a vertex, while its surface is being read
-// At most, of a byte of the octree's nodes: eight make a brick of 280 bytes.
-constexpr std::uint64_t node_cost = 40;
 constexpr std::size_t small_record_limit = std::size_t{1} << 20;
 constexpr std::uint32_t length_delimited = 2;  // protobuf's wire type
 constexpr std::uint32_t last_next_id = 1U << 24;
@@ -181,7 +179,7 @@ class Reader {
     MapState& state = *file_.state;
     state.occupancy.read_nodes([this] { return next_nodes(); }, where_);
     std::size_t points = 0;
-    charge(state.occupancy.size().bytes, 1);
+    charge(state.occupancy.bytes(), 1);
     state.occupancy.for_each_point([&](const VoxelPoint& p) {
       ++points;
       if (p.surface == 0) return;
@@ -191,21 +189,14 @@ class Reader {
     require(points == state.points, "the octree holds another number of points");
   }
 
-  /// Some of the octree's nodes: never so many that they could take more than is left. Real ones take a
-  /// thirtieth of that, so the octree is looked through but a few times.
+  /// Some of the octree's nodes, few enough for the octree to be measured before it is much over the limit.
   std::string next_nodes() {
+    constexpr std::size_t piece = std::size_t{16} << 10;  // makes 0.6 MB at most: eight bytes a brick of 280
     if (record_.field != map_file::Record::kOctree) return {};
     require(!record_.content.empty(), "an octree chunk is empty");
-    constexpr std::uint64_t least = 4096;  // bytes
-    if (nodes_left_ == 0) {
-      const std::uint64_t taken = file_.state->occupancy.size().bytes;
-      require(taken <= most_memory_, "it takes far more memory than its size allows");
-      nodes_left_ = std::max(least, (most_memory_ - taken) / node_cost);
-    }
-    const std::size_t n = std::min<std::uint64_t>(nodes_left_, record_.content.size());
-    std::string nodes(record_.content.substr(0, n));
-    nodes_left_ -= n;
-    record_.content.remove_prefix(n);
+    require(file_.state->occupancy.bytes() <= most_memory_, "it takes far more memory than its size allows");
+    std::string nodes(record_.content.substr(0, piece));
+    record_.content.remove_prefix(nodes.size());
     if (record_.content.empty()) advance();
     return nodes;
   }
@@ -294,7 +285,6 @@ class Reader {
   const std::string& where_;
   RecordReader records_;
   std::uint64_t most_memory_, memory_ = 0;
-  std::uint64_t nodes_left_ = 0;  // bytes until the octree is measured again
   std::string bytes_;
   RecordView record_;  // into bytes_; field 0 behind the last one
   MapFile file_;

@@ -179,6 +179,8 @@ void count_nodes(const VoxelTree::Node& node, OccupancyMap::Size& size) {
 
 }  // namespace
 
+std::size_t OccupancyMap::bytes() const { return tree_->bytes(); }
+
 OccupancyMap::Size OccupancyMap::size() const {
   Size size;
   if (!tree_->empty()) count_nodes(tree_->root(), size);

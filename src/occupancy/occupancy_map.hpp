@@ -115,6 +115,7 @@ class OccupancyMap {
     std::size_t bytes = 0;              ///< of ours, without reserves
   };
   Size size() const;
+  std::size_t bytes() const;  ///< size().bytes, in O(1)
 
   // Files. OctoMap's readers trust what they read, so hostile input is checked here first.
   void write_bt(std::ostream& out) const;  ///< plain OctoMap, maximum likelihood, pruned
