@@ -3,13 +3,14 @@
 
 #include "evaluation/labels.hpp"
 #include "evaluation/truth.hpp"
+#include "io/new_file.hpp"
+#include "output_files.hpp"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <memory>
 #include <numbers>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -132,18 +133,17 @@ void print(const LabelEvaluation& scores) {
 }
 
 void require_writable(const Arguments& arguments) {
-  if (arguments.json.empty() || arguments.force || !std::filesystem::exists(arguments.json)) return;
-  throw Error(Error::Kind::usage, arguments.json, "exists already", "--force overwrites it");
+  if (arguments.json.empty()) return;
+  require_apart("--json", arguments.json, files_of_map(arguments.map));
+  require_apart("--json", arguments.json, {arguments.truth, arguments.labels});
+  NewFile(arguments.json, arguments.force).write([](std::ostream&) {});
 }
 
 void write_json(const Arguments& arguments, const std::string& json) {
   if (arguments.json.empty()) return;
-  std::ofstream stream(arguments.json);
-  stream << json << '\n';
-  stream.close();
-  if (!stream) {
-    throw Error(Error::Kind::output, arguments.json, "cannot be written", "check folder and space");
-  }
+  NewFile file(arguments.json, arguments.force);
+  file.write([&](std::ostream& out) { out << json << '\n'; });
+  file.commit();
 }
 
 template <class Scores>

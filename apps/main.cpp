@@ -2,12 +2,15 @@
 // 2: wrong use. Errors are one line on stderr.
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <charconv>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <memory>
 #include <new>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <octosurf/error.hpp>
@@ -58,9 +61,13 @@ std::string verb_of(const CLI::App& app, int argc, char** argv) {
   return verbs.empty() ? std::string() : word;
 }
 
-int complain(const std::string& verb, std::string message, ExitCode code) {
-  std::replace(message.begin(), message.end(), '\n', ' ');
-  std::fprintf(stderr, "octosurf%s%s: %s\n", verb.empty() ? "" : " ", verb.c_str(), message.c_str());
+/// One line. Takes no memory, because there may be none.
+int complain(const std::string& verb, std::string_view message, ExitCode code) {
+  std::array<char, 4096> line;
+  const std::size_t length = std::min(message.size(), line.size() - 1);
+  std::replace_copy(message.begin(), message.begin() + length, line.begin(), '\n', ' ');
+  line[length] = 0;
+  std::fprintf(stderr, "octosurf%s%s: %s\n", verb.empty() ? "" : " ", verb.c_str(), line.data());
   return code;
 }
 
@@ -111,6 +118,7 @@ int run(CLI::App& app, int argc, char** argv) {
 }  // namespace octosurf
 
 int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow further is an error like a full disk
 #if !defined(__OPTIMIZE__) || !defined(NDEBUG)
   std::fputs("octosurf: note: not an optimised build, many times slower; use -DCMAKE_BUILD_TYPE=Release\n",
              stderr);

@@ -1,11 +1,13 @@
 // `octosurf map`: scans in, map out.
 #include "io/new_file.hpp"
 #include "map_run.hpp"
+#include "output_files.hpp"
 #include "parameter_options.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -38,8 +40,9 @@ Examples:
 
 Inputs, told apart by content: folders as 7-Scenes, TUM RGB-D or KITTI velodyne have them; 16-bit depth
 images (PNG, PGM); clouds (PCD, PLY); OctoMap's .graph, .bt and .ot. Several are one recording after
-the other. -o maps/x writes maps/x.surfaces (everything) and maps/x.bt (plain OctoMap). Ctrl-C ends the
-run after the scan at hand and saves.
+the other. -o maps/x writes maps/x.surfaces (everything) and maps/x.bt (plain OctoMap), every minute and at
+the end. Ctrl-C, SIGTERM or a lost terminal end the run after the scan at hand and save; what else may end
+it, a full disk or no memory, names the last complete checkpoint.
 )";
 
 struct Inputs {
@@ -62,11 +65,6 @@ Inputs sort_inputs(const MapOptions& options) {
   return inputs;
 }
 
-bool same_file(const fs::path& a, const fs::path& b) {
-  std::error_code ignored;
-  return fs::weakly_canonical(a, ignored) == fs::weakly_canonical(b, ignored);
-}
-
 void require_output(const MapOptions& options) {
   const std::string name = fs::path(options.output).filename().string();
   if (options.output.empty())
@@ -76,14 +74,31 @@ void require_output(const MapOptions& options) {
                 "name a map in it, as in -o maps/office");
 }
 
+/// No output is another one or a file that the run reads; the map it goes on with is the exception.
+void refuse_collisions(const MapOptions& options) {
+  std::vector<std::string> read = options.inputs;
+  read.push_back(options.source.poses.value_or("").string());
+  read.push_back(options.source.intrinsics.value_or("").string());
+  read.push_back(options.parameters.config);
+  const std::vector<std::string> written = files_of_map(options.output);
+  for (const std::string& file : written)
+    for (const std::string& input : read)
+      if (fs::is_regular_file(input)) require_apart("-o", file, {input});
+  require_apart("--report", options.report, written);
+  if (!options.resume.empty()) require_apart("--report", options.report, files_of_map(options.resume));
+  require_apart("--report", options.report, read);
+}
+
 /// Refuses what cannot or must not be written before any work is done.
 void probe_outputs(const MapOptions& options) {
-  const bool goes_on = !options.resume.empty() && same_file(options.resume, options.output);
+  refuse_collisions(options);
+  const std::vector<std::string> written = files_of_map(options.output);
+  const bool goes_on =
+      !options.resume.empty() && same_file(files_of_map(options.resume).front(), written.front());
   const auto probe = [](const std::string& file, bool force) {
     NewFile(file, force).write([](std::ostream&) {});
   };
-  probe(options.output + ".surfaces", options.force || goes_on);
-  probe(options.output + ".bt", options.force || goes_on);
+  for (const std::string& file : written) probe(file, options.force || goes_on);
   if (!options.report.empty()) probe(options.report, options.force);
 }
 
@@ -138,9 +153,14 @@ void run(MapOptions& options) {
   if (!inputs.scans.empty()) source = open_scans(inputs.scans, options.source);
   Map start = start_of(options, choice, inputs, context);
   MapRun mapping(options, std::move(start), std::move(context), begin);
-  if (inputs.octree) mapping.adopt_octree();
-  if (source) mapping.map_scans(std::move(source));
-  mapping.finish();
+  mapping.run(inputs.octree.has_value(), std::move(source));
+}
+
+/// Empty, or what is wrong with it; CLI11's own checks take nan for a number in any range.
+std::string not_seconds(const std::string& text) {
+  double seconds = -1;
+  const bool number = !text.empty() && CLI::detail::lexical_cast(text, seconds);
+  return number && seconds >= 0 && std::isfinite(seconds) ? "" : text + " is not a number of seconds";
 }
 
 void add_source_options(CLI::App& verb, MapOptions& options) {
@@ -177,8 +197,10 @@ void add_map(CLI::App& app) {
   verb->add_option("-o,--output", options->output, "map to write: name without ending [that of --resume]");
   verb->add_option("--resume", options->resume, "map to go on with; may be the one of -o");
   verb->add_option("--report", options->report, "write what the run did and cost to this file (JSON)");
-  verb->add_option("--checkpoint", options->checkpoint_s, "save every so many SECONDS between scans")
-      ->check(CLI::PositiveNumber);
+  verb->add_option("--checkpoint", options->checkpoint_s,
+                   "save every so many SECONDS between scans; 0: only at the end")
+      ->check(CLI::Validator(not_seconds, ""))
+      ->capture_default_str();
   verb->add_flag("--realtime", options->realtime,
                  "scans arrive at their time stamps, not as fast as they can be mapped");
   verb->add_option("--threads", options->threads, "result does not depend on it")->capture_default_str();

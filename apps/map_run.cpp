@@ -1,14 +1,17 @@
 #include "map_run.hpp"
 
 #include "io/new_file.hpp"
+#include "last_line.hpp"
 #include "progress.hpp"
 #include "surface_table.hpp"
 #include "up_option.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <new>
 #include <thread>
 #include <utility>
 
@@ -21,26 +24,30 @@ namespace {
 std::atomic<bool> interrupted{false};
 static_assert(std::atomic<bool>::is_always_lock_free);  // a signal handler may not wait for a lock
 
-/// While it lives, the first Ctrl-C or SIGTERM only sets `interrupted`; the second ends the program.
+/// While it lives, the first Ctrl-C, SIGTERM or hang-up only sets `interrupted`; the second ends the program.
+/// A reader of our output that goes away ends nothing.
 class InterruptGuard {
  public:
   InterruptGuard() {
     struct sigaction action {};
     action.sa_handler = [](int) { interrupted = true; };
     action.sa_flags = static_cast<int>(SA_RESETHAND);
-    sigaction(SIGINT, &action, &before_int_);
-    sigaction(SIGTERM, &action, &before_term_);
+    for (std::size_t i = 0; i < signals.size(); ++i) {
+      if (signals[i] == SIGPIPE) action.sa_handler = SIG_IGN;
+      sigaction(signals[i], &action, &before_[i]);
+      // Whoever started the run with nohup wants it to outlive the terminal.
+      if (signals[i] == SIGHUP && before_[i].sa_handler == SIG_IGN) sigaction(SIGHUP, &before_[i], nullptr);
+    }
   }
   ~InterruptGuard() {
-    sigaction(SIGINT, &before_int_, nullptr);
-    sigaction(SIGTERM, &before_term_, nullptr);
+    for (std::size_t i = 0; i < signals.size(); ++i) sigaction(signals[i], &before_[i], nullptr);
   }
   InterruptGuard(const InterruptGuard&) = delete;
   InterruptGuard& operator=(const InterruptGuard&) = delete;
 
  private:
-  struct sigaction before_int_ {
-  }, before_term_{};
+  static constexpr std::array<int, 4> signals{SIGINT, SIGTERM, SIGHUP, SIGPIPE};
+  std::array<struct sigaction, signals.size()> before_{};
 };
 
 std::string count_of(std::size_t count, const char* what) {
@@ -54,50 +61,90 @@ MapRun::MapRun(const MapOptions& options, Map start, RunContext context, Clock::
       mapper_(std::move(start), options.threads),
       statistics_(mapper_.map().parameters()),
       context_(std::move(context)),
-      begin_(begin) {}
+      begin_(begin),
+      checkpoints_(options.output, options.checkpoint_s),
+      reserve_(std::make_unique_for_overwrite<std::byte[]>(std::size_t{8} << 20)) {}
+
+void MapRun::run(bool adopt, std::unique_ptr<ScanSource> source) {
+  const InterruptGuard guard;
+  bool cut_short = false;
+  try {
+    if (adopt) adopt_octree();
+    if (source) map_scans(std::move(source));
+    cut_short = interrupted;
+    if (cut_short && !changed_)
+      throw Error(Error::Kind::data, "", "interrupted before a scan was mapped", "nothing is written");
+    finish();
+  } catch (const std::exception& failure) {
+    const bool refused = dynamic_cast<const Error*>(&failure) != nullptr && !changed_ && !finishing_;
+    if (refused) throw;  // it says all there is to say
+    end_early(failure);
+  }
+  if (cut_short)
+    throw Error(Error::Kind::data, "",
+                "interrupted, " + count_of(statistics_.scans(), "scan") + " mapped and saved",
+                "--resume " + options_.output + " goes on");
+}
 
 void MapRun::adopt_octree() {
-  changed_ = true;
   const double arrival_s = now_s();
   ScanReport report = mapper_.detect_in_occupancy();
   const double done_s = now_s();
   report.total_ms = 1e3 * (done_s - arrival_s);
   statistics_.add_occupancy(report, arrival_s, done_s);
+  changed_ = true;
 }
 
 void MapRun::map_scans(std::unique_ptr<ScanSource> source) {
-  const InterruptGuard guard;
   const std::size_t listed = source->size();
   ScanFeed feed(std::move(source), options_.range);
   if (feed.size() == 0)
     throw Error(Error::Kind::usage, "--skip", "leaves none of the " + std::to_string(listed) + " scans");
-  std::optional<Error> failure;
+  const auto note_skipped = [&] {
+    const std::vector<std::string> skipped = feed.skipped();
+    context_.skipped_scans.insert(context_.skipped_scans.begin(), skipped.begin(), skipped.end());
+  };
   try {
     insert_all(feed);
-  } catch (const Error& error) {
-    failure = error;
+  } catch (const Error&) {  // the report is still written
+    note_skipped();
+    throw;
   }
-  const std::vector<std::string> skipped = feed.skipped();
-  context_.skipped_scans.insert(context_.skipped_scans.begin(), skipped.begin(), skipped.end());
-  if (failure || interrupted) end_early(failure);
+  note_skipped();
 }
 
-void MapRun::end_early(const std::optional<Error>& failure) {
-  if (!changed_ && failure) throw Error(*failure);
-  if (!changed_)
-    throw Error(Error::Kind::data, "", "interrupted before a scan was mapped", "nothing is written");
-  finish();
-  const std::string saved = count_of(statistics_.scans(), "scan") + " mapped and saved";
-  if (!failure)
-    throw Error(Error::Kind::data, "", "interrupted, " + saved, "--resume " + options_.output + " goes on");
-  const bool can_skip = failure->kind() == Error::Kind::data;
-  throw Error(failure->kind(), "", failure->what(),
-              saved + (can_skip ? ", --skip-bad goes on without it" : ""));
+void MapRun::end_early(const std::exception& failure) {
+  reserve_.reset();
+  const bool mapping = !finishing_;
+  LastLine line;
+  line.add("%s", reason_of(failure));
+  if (dynamic_cast<const std::bad_alloc*>(&failure) != nullptr)
+    line.add(" after %zu scans", static_cast<std::size_t>(statistics_.scans()));
+  if (mapping && changed_) {
+    try {
+      finish();
+    } catch (const std::exception& error) {
+      const auto* known = dynamic_cast<const Error*>(&error);
+      if (!all_saved() && (known == nullptr || known->kind() != Error::Kind::incomplete))
+        line.add("; saving failed, too: %s", reason_of(error));
+    }
+  }
+  line.add("; ");
+  if (all_saved()) {
+    const auto* error = dynamic_cast<const Error*>(&failure);
+    const bool can_skip = mapping && error != nullptr && error->kind() == Error::Kind::data;
+    line.add("%zu scan%s mapped and saved", checkpoints_.scans(), checkpoints_.scans() == 1 ? "" : "s");
+    if (can_skip) line.add(", --skip-bad goes on without it");
+  } else {
+    line.add_last_of(checkpoints_);
+    if (checkpoints_.any()) line.add(", --resume %s goes on", options_.output.c_str());
+  }
+  throw line;
 }
 
 void MapRun::insert_all(ScanFeed& feed) {
   Progress progress(feed.size());
-  saved_s_ = now_s();
+  checkpoints_.start(now_s());
   for (std::size_t done = 1; !interrupted; ++done) {
     const std::optional<Scan> scan = feed.next();
     if (!scan) break;
@@ -124,8 +171,8 @@ void MapRun::insert(const Scan& scan) {
   ScanReport report = mapper_.insert(scan);
   const double done_s = now_s();
   report.total_ms = 1e3 * (done_s - start_s);  // what lies between the stages included
-  statistics_.add(scan, report, arrival_s, done_s);
   changed_ = true;
+  statistics_.add(scan, report, arrival_s, done_s);
 }
 
 void MapRun::wait_for(double arrival_s) const {
@@ -135,13 +182,15 @@ void MapRun::wait_for(double arrival_s) const {
 }
 
 void MapRun::checkpoint() {
-  if (options_.checkpoint_s <= 0 || now_s() - saved_s_ < options_.checkpoint_s) return;
-  save_map(mapper_.map(), options_.output);
-  saved_s_ = now_s();
+  if (!checkpoints_.due(now_s())) return;
+  checkpoints_.try_to_save(mapper_.map(), statistics_.scans());
+  checkpoints_.start(now_s());
 }
 
 void MapRun::finish() {
-  save_map(mapper_.map(), options_.output);
+  const Map& map = mapper_.map();
+  finishing_ = true;
+  checkpoints_.save(map, statistics_.scans());
   context_.wall_s = now_s();
   if (!options_.report.empty()) write_report();
   print_summary();
@@ -149,7 +198,7 @@ void MapRun::finish() {
 }
 
 void MapRun::write_report() {
-  NewFile file(options_.report, true);  // that it may be written was seen before the first scan
+  NewFile file(options_.report, options_.force);
   file.write([&](std::ostream& out) { out << statistics_.to_json(mapper_.map(), context_) << '\n'; });
   file.commit();
 }

@@ -1,13 +1,15 @@
 #pragma once
 
+#include "checkpoints.hpp"
 #include "mapper/run_statistics.hpp"
 #include "parameter_options.hpp"
 #include "scan_feed.hpp"
 
 #include <chrono>
+#include <cstddef>
+#include <exception>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,15 +26,17 @@ struct MapOptions {
   ParameterOptions parameters;
   ScanSourceOptions source;
   ScanRange range;
-  double checkpoint_s = 0;  ///< 0: never
+  double checkpoint_s = 60;  ///< 0: never
   int threads = 1;
   bool realtime = false, force = false, show_parameters = false;
 };
 
 /// One run of `octosurf map`, from the first scan to the files.
 ///
-/// Whatever ends the run early (a bad scan, Ctrl-C, SIGTERM), what was mapped until then is saved, the
-/// report written and the summary printed before the Error says so.
+/// Whatever ends the run early (a bad scan, Ctrl-C, SIGTERM, a lost terminal, no memory, a full disk), what
+/// was mapped until then is saved, the report written and the summary printed before the last line says so.
+/// Where that cannot be done, the line names the last complete checkpoint, which is never saved over by a map
+/// that is not whole.
 class MapRun {
  public:
   using Clock = std::chrono::steady_clock;
@@ -40,23 +44,25 @@ class MapRun {
   /// `context`: input and the warnings so far. `begin`: of the whole run.
   MapRun(const MapOptions& options, Map start, RunContext context, Clock::time_point begin);
 
-  /// Surfaces of an octree that came without scans.
-  void adopt_octree();
-  void map_scans(std::unique_ptr<ScanSource> source);
-  /// Saves map and report, prints the summary.
-  void finish();
+  /// Surfaces of an octree that came without scans, if it did, then the scans of `source`, if there is one.
+  void run(bool adopt, std::unique_ptr<ScanSource> source);
 
  private:
+  void adopt_octree();
+  void map_scans(std::unique_ptr<ScanSource> source);
   void insert_all(ScanFeed& feed);
   void insert(const Scan& scan);
-  /// Saves what there is, then throws.
-  [[noreturn]] void end_early(const std::optional<Error>& failure);
+  /// Saves map and report, prints the summary.
+  void finish();
+  /// Saves what there is, if that can be done, then throws the last line.
+  [[noreturn]] void end_early(const std::exception& failure);
   void wait_for(double arrival_s) const;
   void checkpoint();
   void write_report();
   void print_summary() const;
   void print_dropped() const;
   void warn_of_double_layers() const;
+  bool all_saved() const { return checkpoints_.any() && checkpoints_.scans() == statistics_.scans(); }
   double now_s() const { return std::chrono::duration<double>(Clock::now() - begin_).count(); }
 
   const MapOptions& options_;
@@ -64,8 +70,10 @@ class MapRun {
   RunStatistics statistics_;
   RunContext context_;
   Clock::time_point begin_;
-  bool changed_ = false;     // the map, by this run
-  double saved_s_ = 0;       // when the last checkpoint was
+  Checkpoints checkpoints_;
+  std::unique_ptr<std::byte[]> reserve_;  // given back when the run fails: saving takes some memory
+  bool changed_ = false;                  // the map, by this run
+  bool finishing_ = false;
   double stamp_zero_s_ = 0;  // --realtime: a time stamp's arrival is stamp + stamp_zero_s_
 };
 

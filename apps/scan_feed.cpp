@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <new>
+#include <system_error>
 
 #include <octosurf/error.hpp>
 
@@ -24,7 +25,12 @@ std::size_t ScanFeed::size() const {
 void ScanFeed::read_ahead() {
   if (asked_ == range_.first) return;
   const std::size_t left_out = asked_++ == 0 ? range_.skip : range_.every - 1;
-  ahead_ = std::async(std::launch::async, [this, left_out] { return read(left_out); });
+  const auto work = [this, left_out] { return read(left_out); };
+  try {
+    ahead_ = std::async(std::launch::async, work);
+  } catch (const std::system_error&) {  // no thread to be had: read when asked for
+    ahead_ = std::async(std::launch::deferred, work);
+  }
 }
 
 std::optional<Scan> ScanFeed::read(std::size_t left_out) try {

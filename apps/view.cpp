@@ -1,4 +1,5 @@
 // `octosurf view`: a picture of a map's surfaces.
+#include "output_files.hpp"
 #include "up_option.hpp"
 
 #include <CLI/CLI.hpp>
@@ -38,6 +39,7 @@ struct Arguments {
 Eigen::Vector3d to_point(const std::vector<double>& xyz) { return {xyz[0], xyz[1], xyz[2]}; }
 
 void run(const Arguments& arguments) {
+  require_apart("--png", arguments.png, files_of_map(arguments.map));
   const LoadedMap loaded = load_map(arguments.map);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   PictureOptions options;

@@ -55,9 +55,9 @@ class Map {
   std::unique_ptr<MapState> state_;
 };
 
-/// Writes `stem`.surfaces (everything) and `stem`.bt (plain OctoMap), each to a temporary file that
-/// is synced and renamed. Throws Error(output), or Error(incomplete) for a map that is not whole; files that
-/// were there before stay as they were.
+/// Writes `stem`.surfaces (everything) and `stem`.bt (plain OctoMap), each to a temporary file that is synced
+/// and renamed: whenever that fails or the process dies, the files of before or the new ones are there.
+/// Throws Error(output), and Error(incomplete) for a map that is not whole.
 void save_map(const Map& map, const std::filesystem::path& stem);
 
 struct LoadedMap {

@@ -1,9 +1,15 @@
 #include "io/new_file.hpp"
 
+#include "io/left_over_files.hpp"
+
+#include <array>
 #include <cerrno>
+#include <cstdio>
 #include <fcntl.h>
-#include <fstream>
+#include <streambuf>
 #include <string>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <system_error>
 #include <unistd.h>
 #include <utility>
@@ -13,64 +19,132 @@
 namespace octosurf {
 namespace {
 
-void sync_path(const std::filesystem::path& path, int flags, const std::filesystem::path& named) {
-  const int descriptor = ::open(path.c_str(), flags | O_CLOEXEC);
-  const bool synced = descriptor >= 0 && ::fsync(descriptor) == 0;
-  const int failure = errno;
-  if (descriptor >= 0) ::close(descriptor);
-  // EINVAL, ENOTSUP: a file system that has nothing to sync.
-  if (synced || failure == EINVAL || failure == ENOTSUP) return;
-  throw Error(Error::Kind::output, named.string(),
+namespace fs = std::filesystem;
+
+constexpr const char* mend = "check the folder, its rights and the space left";
+
+/// 0, or errno of what failed. EINVAL, ENOTSUP: a file system that has nothing to sync.
+int sync_failure(int descriptor) {
+  if (::fsync(descriptor) == 0 || errno == EINVAL || errno == ENOTSUP) return 0;
+  return errno;
+}
+
+[[noreturn]] void not_synced(const fs::path& file, int failure) {
+  throw Error(Error::Kind::output, file.string(),
               "may not have reached the disk: " + std::generic_category().message(failure), "check the disk");
+}
+
+/// Writes to a file and keeps the reason if that fails, which std::filebuf does not.
+class DescriptorBuffer : public std::streambuf {
+ public:
+  explicit DescriptorBuffer(int descriptor) : descriptor_(descriptor) {
+    setp(bytes_.data(), bytes_.data() + bytes_.size());
+  }
+  int failure() const { return failure_; }
+
+ protected:
+  int_type overflow(int_type c) override {
+    if (sync() != 0) return traits_type::eof();
+    return traits_type::eq_int_type(c, traits_type::eof()) ? traits_type::not_eof(c)
+                                                           : sputc(traits_type::to_char_type(c));
+  }
+  int sync() override {
+    for (const char* next = pbase(); next < pptr() && failure_ == 0;) {
+      const ssize_t written = ::write(descriptor_, next, static_cast<std::size_t>(pptr() - next));
+      if (written >= 0)
+        next += written;
+      else if (errno != EINTR)
+        failure_ = errno;
+    }
+    setp(bytes_.data(), bytes_.data() + bytes_.size());
+    return failure_ == 0 ? 0 : -1;
+  }
+
+ private:
+  int descriptor_;
+  int failure_ = 0;
+  std::array<char, 65536> bytes_;
+};
+
+/// Nobody has removed the file since it was made: a process that tidies up may have met it unlocked.
+bool still_there(int descriptor) {
+  struct stat file {};
+  return ::fstat(descriptor, &file) == 0 && file.st_nlink > 0;
 }
 
 }  // namespace
 
-void sync_folder(const std::filesystem::path& file) {
-  const std::filesystem::path folder = file.parent_path();
-  sync_path(folder.empty() ? "." : folder, O_RDONLY | O_DIRECTORY, file);
+void sync_folder(const fs::path& file) {
+  const fs::path folder = file.parent_path();
+  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const int failure = descriptor < 0 ? errno : sync_failure(descriptor);
+  if (descriptor >= 0) ::close(descriptor);
+  if (failure != 0) not_synced(file, failure);
 }
 
-NewFile::NewFile(std::filesystem::path file, bool force) : file_(std::move(file)) {
+NewFile::NewFile(fs::path file, bool force) : file_(std::move(file)), force_(force) {
   std::error_code ignored;
-  if (std::filesystem::is_directory(file_, ignored)) {
+  const fs::file_status there = fs::status(file_, ignored);
+  if (fs::is_directory(there))
     throw Error(Error::Kind::output, file_.string(), "is a folder", "give a file name");
-  }
-  if (!force && std::filesystem::exists(file_, ignored)) {
+  if (fs::exists(there) && !fs::is_regular_file(there))
+    throw Error(Error::Kind::output, file_.string(), "is not a file that can be replaced",
+                "give another file name");
+  if (!force && fs::exists(fs::symlink_status(file_, ignored)))
     throw Error(Error::Kind::usage, file_.string(), "exists already", "--force overwrites it");
-  }
-  temporary_ = file_;
-  temporary_ += ".part-" + std::to_string(::getpid());
 }
 
 NewFile::~NewFile() {
-  std::error_code ignored;
-  if (!committed_) std::filesystem::remove(temporary_, ignored);
+  if (descriptor_ < 0) return;
+  if (!committed_) ::unlink(temporary_.c_str());
+  ::close(descriptor_);  // last: what is unlocked and still there is taken for left over
 }
 
-void NewFile::write(const std::function<void(std::ostream&)>& fill) const {
-  const auto fail = [&] {
-    throw Error(Error::Kind::output, file_.string(),
-                "cannot be written: " + std::generic_category().message(errno),
-                "check the folder, its rights and the space left");
-  };
-  errno = 0;
-  std::ofstream stream(temporary_, std::ios::binary | std::ios::trunc);
-  if (!stream) fail();
+void NewFile::fail(const char* what, int failure) const {
+  throw Error(Error::Kind::output, file_.string(), what + (": " + std::generic_category().message(failure)),
+              mend);
+}
+
+void NewFile::make() {
+  remove_left_overs(file_);
+  do {
+    if (descriptor_ >= 0) ::close(descriptor_);
+    temporary_ = file_;
+    temporary_ += new_part_ending();
+    std::error_code ignored;
+    const bool replaces = fs::exists(file_, ignored);
+    // Nobody but the owner until commit() gives it the rights of the file it replaces.
+    descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC,
+                         replaces ? 0600 : 0666);
+    if (descriptor_ < 0 && errno != EEXIST) fail("cannot be written", errno);
+    if (descriptor_ >= 0) ::flock(descriptor_, LOCK_EX | LOCK_NB);  // where the file system has locks
+  } while (descriptor_ < 0 || !still_there(descriptor_));
+}
+
+void NewFile::write(const std::function<void(std::ostream&)>& fill) {
+  make();
+  DescriptorBuffer buffer(descriptor_);
+  std::ostream stream(&buffer);
   fill(stream);
-  stream.close();
-  if (!stream) fail();
+  stream.flush();
+  if (!stream) fail("cannot be written", buffer.failure());
 }
 
-void NewFile::sync() const { sync_path(temporary_, O_RDONLY, file_); }
+void NewFile::sync() const {
+  if (const int failure = sync_failure(descriptor_); failure != 0) not_synced(file_, failure);
+}
 
 void NewFile::commit() {
-  std::error_code failure;
-  std::filesystem::rename(temporary_, file_, failure);
-  if (failure) {
-    throw Error(Error::Kind::output, file_.string(), "cannot be put in place: " + failure.message(),
-                "check the folder, its rights and the space left");
+  sync();
+  struct stat replaced {};
+  if (::stat(file_.c_str(), &replaced) == 0) ::fchmod(descriptor_, replaced.st_mode & 0777);
+  if (!force_ && ::renameat2(AT_FDCWD, temporary_.c_str(), AT_FDCWD, file_.c_str(), RENAME_NOREPLACE) == 0) {
+    committed_ = true;
+    return;
   }
+  if (!force_ && errno == EEXIST)
+    throw Error(Error::Kind::usage, file_.string(), "exists already", "--force overwrites it");
+  if (::rename(temporary_.c_str(), file_.c_str()) != 0) fail("cannot be put in place", errno);
   committed_ = true;
 }
 

@@ -8,29 +8,42 @@ namespace octosurf {
 
 /// A file that is complete or not there: written under a temporary name beside its place and renamed
 /// by commit(); given up, with whatever was there before untouched, if it is destroyed earlier.
+///
+/// The temporary file, `NAME.part-` and 16 random hexadecimal digits, is always a new one: what stands at
+/// that name, a symbolic link say, is never opened. It is locked while its process lives. So what a killed
+/// process has left behind is known by its name, its owner and its free lock, and removed when the same
+/// file is written again. The file keeps the access rights of the one that it replaces; a symbolic link in
+/// its place is replaced, not followed.
 class NewFile {
  public:
-  /// Throws Error(usage) if `file` exists and not `force`, Error(output) if it is a folder.
+  /// Throws Error(usage) if `file` exists and not `force`, Error(output) if it is a folder or a device.
   NewFile(std::filesystem::path file, bool force);
   NewFile(const NewFile&) = delete;
   NewFile& operator=(const NewFile&) = delete;
   ~NewFile();
 
+  /// Empty before write().
   const std::filesystem::path& temporary() const { return temporary_; }
 
-  /// Calls `fill` with a binary stream to the temporary file. Throws Error(output) if the file cannot
-  /// be opened or a write fails.
-  void write(const std::function<void(std::ostream&)>& fill) const;
+  /// Makes the temporary file and calls `fill` with a binary stream to it. Once at most. Throws Error(output)
+  /// if the file cannot be made or a write fails.
+  void write(const std::function<void(std::ostream&)>& fill);
 
   /// Waits until what was written is on the disk (fsync). Throws Error(output).
   void sync() const;
 
-  /// Throws Error(output) if the temporary file cannot take its place.
+  /// sync(), then puts the file into its place. Throws Error(output) if that fails, Error(usage) if a file
+  /// has come there meanwhile and not `force`.
   void commit();
 
  private:
+  void make();
+  [[noreturn]] void fail(const char* what, int failure) const;
+
   std::filesystem::path file_;
   std::filesystem::path temporary_;
+  int descriptor_ = -1;
+  bool force_;
   bool committed_ = false;
 };
 

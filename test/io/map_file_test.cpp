@@ -4,11 +4,9 @@
 #include "map_files.hpp"
 #include "simulation/recording.hpp"
 
-#include <csignal>
 #include <numeric>
 #include <octomap/OcTree.h>
 #include <set>
-#include <sys/resource.h>
 
 namespace octosurf::test {
 namespace {
@@ -303,45 +301,6 @@ TEST_F(MapFiles, UnwritableOutputKeepsWhatWasThere) {
   fs::create_directory(folder / "a.surfaces");
   EXPECT_THAT(save_to(folder / "a"), HasSubstr("is a folder"));
   EXPECT_EQ(read_file(folder / "a.bt"), "old");
-}
-
-/// Files cannot grow beyond `bytes` while it lives: what a full disk does to a writer.
-class FullDisk {
- public:
-  explicit FullDisk(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
-    ::getrlimit(RLIMIT_FSIZE, &before_);
-    const rlimit limit{bytes, before_.rlim_max};
-    ::setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  FullDisk(const FullDisk&) = delete;
-  FullDisk& operator=(const FullDisk&) = delete;
-  ~FullDisk() {
-    ::setrlimit(RLIMIT_FSIZE, &before_);
-    std::signal(SIGXFSZ, handler_);
-  }
-
- private:
-  void (*handler_)(int);
-  rlimit before_{};
-};
-
-TEST_F(MapFiles, AFullDiskKeepsWhatWasThere) {
-  save_map(map_of(changing_room(4)), folder / "a");
-  const std::string surfaces = read_file(folder / "a.surfaces"), bt = read_file(folder / "a.bt");
-  const Map larger = map_of(changing_room(10));
-  save_map(larger, folder / "b");
-  for (const rlim_t bytes : {rlim_t{0}, rlim_t{100}, rlim_t{fs::file_size(folder / "b.bt")},
-                             rlim_t{fs::file_size(folder / "b.surfaces") - 1}}) {
-    std::string message;
-    {
-      const FullDisk full(bytes);
-      message = failure(Error::Kind::output, [&] { save_map(larger, folder / "a"); });
-    }
-    EXPECT_THAT(message, HasSubstr("cannot be written: File too large"));
-    EXPECT_EQ(read_file(folder / "a.surfaces"), surfaces);
-    EXPECT_EQ(read_file(folder / "a.bt"), bt);
-    EXPECT_EQ(std::distance(fs::directory_iterator(folder), {}), 4) << "a temporary file is left";
-  }
 }
 
 const fs::path fixtures = fs::path(OCTOSURF_SOURCE_DIR) / "test/io/data";

@@ -1,0 +1,28 @@
+#include "checkpoints.hpp"
+
+#include "last_line.hpp"
+
+#include <cstdio>
+
+namespace octosurf {
+
+void Checkpoints::save(const Map& map, std::size_t scans) {
+  save_map(map, stem_);
+  scans_ = scans;
+  any_ = true;
+  failing_ = false;
+}
+
+void Checkpoints::try_to_save(const Map& map, std::size_t scans) try {
+  save(map, scans);
+} catch (const std::exception& error) {  // no space or no memory: there may be some the next time
+  if (failing_) return;
+  failing_ = true;
+  LastLine line;
+  line.add("warning: no checkpoint of %zu scans, %s; ", scans, reason_of(error));
+  line.add_last_of(*this);
+  line.add(", the run goes on");
+  std::fprintf(stderr, "%s\n", line.what());
+}
+
+}  // namespace octosurf

@@ -1,0 +1,51 @@
+#include "output_files.hpp"
+
+#include <algorithm>
+#include <system_error>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path resolved(const fs::path& path) {
+  std::error_code ignored;
+  return fs::weakly_canonical(fs::absolute(path, ignored), ignored);
+}
+
+bool is_in(const fs::path& file, const fs::path& folder) {
+  std::error_code ignored;
+  if (!fs::is_directory(folder, ignored) || !fs::exists(file, ignored)) return false;
+  const fs::path inner = resolved(file), outer = resolved(folder);
+  return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end();
+}
+
+}  // namespace
+
+bool same_file(const fs::path& a, const fs::path& b) {
+  std::error_code failure;
+  return fs::equivalent(a, b, failure) || resolved(a) == resolved(b);
+}
+
+std::vector<std::string> files_of_map(const std::string& stem) {
+  fs::path path(stem);
+  if (path.extension() == ".surfaces" || path.extension() == ".bt") path.replace_extension();
+  return {path.string() + ".surfaces", path.string() + ".bt"};
+}
+
+void require_apart(const std::string& option, const std::string& output,
+                   const std::vector<std::string>& others) {
+  for (const std::string& other : others) {
+    if (output.empty() || other.empty()) continue;
+    if (same_file(output, other))
+      throw Error(Error::Kind::usage, option + " " + output, "is the file " + other + " itself",
+                  "give another name");
+    if (is_in(output, other))
+      throw Error(Error::Kind::usage, option + " " + output, "is a file of the input " + other,
+                  "give another name");
+  }
+}
+
+}  // namespace octosurf
