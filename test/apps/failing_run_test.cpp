@@ -35,7 +35,7 @@ class FailingRun : public CommandTest {
 };
 
 TEST_F(FailingRun, CheckpointsAreEveryMinuteUnlessToldOtherwise) {
-  EXPECT_THAT(run_well("map --help").out, HasSubstr("[60]"));
+  EXPECT_THAT(run_well("map --help").out, HasSubstr("--checkpoint FLOAT=60 "));
   write_floor("floor", 2);
   for (const char* wrong : {"nan", "-1", "inf", "-inf", "often", ""})
     EXPECT_THAT(error_of(std::string("map floor -o m --checkpoint '") + wrong + "'", 2),
@@ -87,13 +87,15 @@ TEST_F(FailingRun, AFullDiskNamesTheLastCheckpoint) {
   const Outcome outcome = run("map floor -o m --checkpoint 0.000001 --report r.json",
                               "ulimit -f " + std::to_string(blocks) + ";");
   EXPECT_EQ(outcome.code, 1) << outcome.err;
-  ASSERT_EQ(outcome.errors.size(), 2u) << outcome.err;
-  EXPECT_THAT(outcome.errors[0], AllOf(HasSubstr("warning: no checkpoint"), HasSubstr("File too large"),
-                                       HasSubstr("the last complete checkpoint is m with ")));
-  EXPECT_THAT(outcome.errors[1],
+  ASSERT_GE(outcome.errors.size(), 2u) << outcome.err;  // a scan may make the file smaller again
+  for (std::size_t i = 0; i + 1 < outcome.errors.size(); ++i)
+    EXPECT_THAT(outcome.errors[i], AllOf(HasSubstr("warning: no checkpoint"), HasSubstr("File too large"),
+                                         HasSubstr("the last complete checkpoint is m with ")));
+  const std::string& line = outcome.errors.back();
+  EXPECT_THAT(line,
               AllOf(HasSubstr("octosurf map: m.surfaces: cannot be written: File too large"),
                     HasSubstr("the last complete checkpoint is m with "), HasSubstr("--resume m goes on")));
-  const int scans = scans_told(outcome.errors[1]);
+  const int scans = scans_told(line);
   EXPECT_GE(scans, 10);
   EXPECT_EQ(info("m").at("scans"), scans);
   EXPECT_FALSE(exists("r.json"));

@@ -20,6 +20,13 @@ using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
+/// Voxels so large that the files are a few thousand bytes.
+Parameters very_coarse() {
+  Parameters parameters;
+  parameters.occupancy.resolution = 0.2;
+  return parameters;
+}
+
 class SaveFails : public MapFiles {
  protected:
   SaveFails() {
@@ -40,7 +47,7 @@ class SaveFails : public MapFiles {
     return fs::file_size((folder / "new").string() + ending);
   }
 
-  Map before = map_of(changing_room(2)), after = map_of(changing_room(3));
+  Map before = map_of(changing_room(3), very_coarse()), after = map_of(changing_room(5), very_coarse());
   fs::path stem = folder / "map";
   std::string surfaces, bt;
 };
