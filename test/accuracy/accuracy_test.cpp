@@ -54,7 +54,7 @@ Evaluation measure(const Fence& fence) {
   SimulationOptions options;
   options.scene = fence.scene;
   options.sensor = fence.sensor;
-  options.seed = 1;
+  options.seed = 1;  // fixed: bounds lie close to what this recording scores
   options.frames = 24;
   const Recording recording(options);
   Recording::Visibility visibility = recording.visibility();
