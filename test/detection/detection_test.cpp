@@ -19,12 +19,12 @@ void wait_for_detection(MapState& state, const std::vector<VoxelPoint>& points) 
   std::sort(state.accumulated.begin(), state.accumulated.end());
 }
 
-/// Scans into an empty map, all their points waiting.
-MapState pending(const std::vector<Scan>& scans, const Parameters& parameters = {}) {
-  MapState state(parameters);
-  for (const Scan& scan : scans) wait_for_detection(state, test::occupy(state, scan).appeared);
-  return state;
-}
+/// A map with scans in its octree, all their points waiting.
+struct Pending : MapState {
+  explicit Pending(const std::vector<Scan>& seen, const Parameters& wanted = {}) : MapState(wanted) {
+    for (const Scan& scan : seen) wait_for_detection(*this, test::occupy(*this, scan).appeared);
+  }
+};
 
 Scan piece(const Eigen::Vector3d& corner, const Eigen::Vector3d& u, const Eigen::Vector3d& v,
            double noise = 0, std::uint64_t seed = test::seed()) {
@@ -59,8 +59,8 @@ TEST(Detect, FindsAPlaneOfAnyOrientation) {
   for (int round = 0; round < 8; ++round) {
     const Eigen::Isometry3d pose = test::random_pose(rng);
     const Eigen::Vector3d x = pose.linear().col(0), y = pose.linear().col(1), n = pose.linear().col(2);
-    MapState state = pending({test::rectangle_scan(
-        pose.translation() + 1.5 * n, pose.translation() - 0.4 * x - 0.4 * y, 0.8 * x, 0.8 * y)});
+    Pending state({test::rectangle_scan(pose.translation() + 1.5 * n, pose.translation() - 0.4 * x - 0.4 * y,
+                                        0.8 * x, 0.8 * y)});
     const std::size_t points = state.points;
     const auto surfaces = found(state);
     ASSERT_EQ(surfaces.size(), 1U) << "round " << round;
@@ -74,7 +74,7 @@ TEST(Detect, FindsAPlaneOfAnyOrientation) {
 TEST(Detect, WaitsForEnoughPoints) {
   const Parameters parameters;
   const double side = 0.6 * std::sqrt(parameters.min_surface_points()) * parameters.occupancy.resolution;
-  MapState state = pending({piece({0, 0, 0.01}, {side, 0, 0}, {0, side, 0})});
+  Pending state({piece({0, 0, 0.01}, {side, 0, 0}, {0, side, 0})});
   const std::size_t waiting = state.accumulated.size();
   ASSERT_LT(waiting, static_cast<std::size_t>(parameters.min_surface_points()));
   EXPECT_TRUE(found(state).empty());
@@ -83,7 +83,7 @@ TEST(Detect, WaitsForEnoughPoints) {
 
 TEST(Detect, FindsWhatOlderPendingPointsComplete) {
   // One half has been looked at before and waits in the octree only; the other half is new.
-  MapState state = pending({piece({0, 0, 0.01}, {0.5, 0, 0}, {0, 1, 0})});
+  Pending state({piece({0, 0, 0.01}, {0.5, 0, 0}, {0, 1, 0})});
   state.accumulated.clear();
   wait_for_detection(state, test::occupy(state, piece({0.5, 0, 0.01}, {0.5, 0, 0}, {0, 1, 0})).appeared);
   const auto surfaces = found(state);
@@ -92,8 +92,7 @@ TEST(Detect, FindsWhatOlderPendingPointsComplete) {
 }
 
 TEST(Detect, TellsParallelPlanesApart) {
-  MapState state =
-      pending({piece({0, 0, 0.01}, {0.5, 0, 0}, {0, 1, 0}), piece({0.5, 0, 0.11}, {0.5, 0, 0}, {0, 1, 0})});
+  Pending state({piece({0, 0, 0.01}, {0.5, 0, 0}, {0, 1, 0}), piece({0.5, 0, 0.11}, {0.5, 0, 0}, {0, 1, 0})});
   const auto surfaces = found(state);
   ASSERT_EQ(surfaces.size(), 2U);
   std::vector<double> heights{surfaces[0]->plane().offset, surfaces[1]->plane().offset};
@@ -103,9 +102,8 @@ TEST(Detect, TellsParallelPlanesApart) {
 }
 
 TEST(Detect, TellsTheSidesOfACornerApart) {
-  MapState state =
-      pending({piece({0, 0, 0.01}, {1, 0, 0}, {0, 1, 0}), piece({0, 0, 0.02}, {0, 1, 0}, {0, 0, 1}),
-               piece({0, 1, 0.02}, {1, 0, 0}, {0, 0, 1})});
+  Pending state({piece({0, 0, 0.01}, {1, 0, 0}, {0, 1, 0}), piece({0, 0, 0.02}, {0, 1, 0}, {0, 0, 1}),
+                 piece({0, 1, 0.02}, {1, 0, 0}, {0, 0, 1})});
   const auto surfaces = found(state);
   ASSERT_EQ(surfaces.size(), 3U);
   for (const Eigen::Vector3d& n :
@@ -117,7 +115,7 @@ TEST(Detect, TellsTheSidesOfACornerApart) {
 
 TEST(Detect, GapsOverHDivideAPlane) {
   const double gap = 2 * Parameters{}.max_hole_size();
-  MapState state = pending(
+  Pending state(
       {piece({0, 0, 0.01}, {0.5, 0, 0}, {0, 1, 0}), piece({0.5 + gap, 0, 0.01}, {0.5, 0, 0}, {0, 1, 0})});
   EXPECT_EQ(found(state).size(), 2U);
 }
@@ -125,8 +123,8 @@ TEST(Detect, GapsOverHDivideAPlane) {
 TEST(Detect, StandsNoise) {
   const std::uint64_t seed = test::seed();
   for (int round = 0; round < 4; ++round) {
-    MapState state =
-        pending({piece({0, 0, 0.01}, {1, 0, 0}, {0, 1, 0}, 0.005, seed + static_cast<std::uint64_t>(round))});
+    Pending state(
+        {piece({0, 0, 0.01}, {1, 0, 0}, {0, 1, 0}, 0.005, seed + static_cast<std::uint64_t>(round))});
     const auto surfaces = found(state);
     ASSERT_EQ(surfaces.size(), 1U);
     EXPECT_LT(angle_to(*surfaces[0], Eigen::Vector3d::UnitZ()), 0.5);
@@ -141,7 +139,7 @@ TEST(Detect, LeavesNarrowStripsAlone) {
   narrower.surfaces.min_surface_width = 0.015;
   wider.surfaces.min_surface_width = 0.045;
   for (const bool wanted : {true, false}) {
-    MapState state = pending({strip}, wanted ? narrower : wider);
+    Pending state({strip}, wanted ? narrower : wider);
     ASSERT_GE(state.accumulated.size(), static_cast<std::size_t>(state.parameters.min_surface_points()));
     EXPECT_EQ(found(state).size(), wanted ? 1U : 0U);
   }
@@ -153,7 +151,7 @@ TEST(Detect, ScatteredPointsStayPending) {
   std::uniform_real_distribution<float> uniform(-1, 1);
   Scan scan;
   for (int i = 0; i < 1500; ++i) scan.points.emplace_back(uniform(rng), uniform(rng), 2 + uniform(rng));
-  MapState state = pending({scan});
+  Pending state({scan});
   EXPECT_TRUE(found(state).empty());
   state.occupancy.for_each_point([](const VoxelPoint& p) { EXPECT_EQ(p.surface, 0U); });
 }
@@ -167,14 +165,14 @@ TEST(Detect, ACylinderHasNoFacets) {
       scan.points.push_back(
           (Eigen::Vector3d(0.25 * std::cos(a), 0.25 * std::sin(a), z) - scan.T_map_sensor.translation())
               .cast<float>());
-  MapState state = pending({scan});
+  Pending state({scan});
   for (const SurfaceModel* s : found(state))
     ADD_FAILURE() << s->size() << " of " << state.points << " points, rms " << s->rms();
 }
 
 TEST(Detect, WhatIsSeenThroughASurfaceIsItsNoise) {
   // A wall at x = 0 is known; readings 2 cm behind it can only be its own noise.
-  MapState state = pending({});
+  Pending state({});
   const auto wall =
       test::occupy(state, test::rectangle_scan({1.5, 0.5, 0.5}, {0, 0, 0}, {0, 1, 0}, {0, 0, 1})).appeared;
   {
@@ -189,9 +187,8 @@ TEST(Detect, WhatIsSeenThroughASurfaceIsItsNoise) {
 }
 
 TEST(Detect, ThePaperPresetFindsPlanesToo) {
-  MapState state =
-      pending({piece({0, 0, 0.01}, {1, 0, 0}, {0, 1, 0}), piece({0, 0.3, 0.32}, {0.6, 0, 0}, {0, 0.6, 0})},
-              Parameters::paper());
+  Pending state({piece({0, 0, 0.01}, {1, 0, 0}, {0, 1, 0}), piece({0, 0.3, 0.32}, {0.6, 0, 0}, {0, 0.6, 0})},
+                Parameters::paper());
   const auto surfaces = found(state);
   ASSERT_GE(surfaces.size(), 2U);
   EXPECT_LT(angle_to(*surfaces[0], Eigen::Vector3d::UnitZ()), 3);
@@ -203,10 +200,10 @@ TEST(Detect, DoesNotDependOnTheOrderOfPoints) {
   std::mt19937_64 rng(seed);
   std::vector<Scan> scans{piece({0, 0, 0.01}, {1, 0, 0}, {0, 1, 0}, 0.003),
                           piece({0, 0, 0.02}, {0, 1, 0}, {0, 0, 1}, 0.003)};
-  MapState a = pending(scans);
+  Pending a(scans);
   const auto of_a = found(a);
   for (Scan& scan : scans) std::shuffle(scan.points.begin(), scan.points.end(), rng);
-  MapState b = pending(scans);
+  Pending b(scans);
   const auto of_b = found(b);
   ASSERT_EQ(of_a.size(), of_b.size());
   for (std::size_t i = 0; i < of_a.size(); ++i) {

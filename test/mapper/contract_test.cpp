@@ -3,6 +3,7 @@
 #include "support/guarantees.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"
+#include "surfaces/map_state.hpp"
 
 #include <algorithm>
 #include <functional>
@@ -105,7 +106,7 @@ TEST(MapperContract, RefusedScansLeaveTheMapAsItWas) {
 }
 
 TEST(MapperContract, AScanThatCouldUseUpTheIdsIsRefusedUntouched) {
-  const std::vector<Scan> scans = tour(3, 4);
+  const std::vector<Scan> scans = tour(test::rng(), 4);
   Mapper before;
   insert_all(before, {scans.begin(), scans.begin() + 2});
   Map map = std::move(before).release();

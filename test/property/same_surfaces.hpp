@@ -65,7 +65,7 @@ inline double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) 
 }
 
 /// The polygons of `s`, moved by T, as seen along the normal of `on` in its frame.
-inline BgMultiPolygon projected(const Surface& s, const Eigen::Isometry3d& T, const Surface& on) {
+inline std::vector<Polygon> projected(const Surface& s, const Eigen::Isometry3d& T, const Surface& on) {
   const Eigen::Isometry3d T_on_s = on.T_map_surface.inverse() * T * s.T_map_surface;
   std::vector<Polygon> polygons = s.polygons;
   const auto move = [&](Ring2& ring) {
@@ -75,19 +75,14 @@ inline BgMultiPolygon projected(const Surface& s, const Eigen::Isometry3d& T, co
     move(polygon.outer);
     std::for_each(polygon.holes.begin(), polygon.holes.end(), move);
   }
-  return to_boost(polygons);
+  return polygons;
 }
 
 /// What of `s`, moved by T, lies on `o`; nothing if they are not on one plane by far.
-inline BgMultiPolygon shared(const Surface& s, const Eigen::Isometry3d& T, const Surface& o) {
-  BgMultiPolygon common;
-  if (angle_between(T.linear() * s.plane.normal, o.plane.normal) > 0.1) return common;
-  bg::intersection(projected(s, T, o), to_boost(o.polygons), common);
-  if (common.empty()) return common;
-  BgPoint middle;
-  bg::centroid(common, middle);
-  const Eigen::Vector3d at = T.inverse() * o.to_map({middle.x(), middle.y()});
-  if (std::fabs(s.plane.signed_distance(at)) > 0.03) common.clear();
+inline Common shared(const Surface& s, const Eigen::Isometry3d& T, const Surface& o) {
+  if (angle_between(T.linear() * s.plane.normal, o.plane.normal) > 0.1) return {};
+  const Common common = intersection(projected(s, T, o), o.polygons);
+  if (std::fabs(s.plane.signed_distance(T.inverse() * o.to_map(common.centroid))) > 0.03) return {};
   return common;
 }
 
@@ -120,15 +115,12 @@ inline void expect_follow(const std::vector<SurfacePtr>& a, const std::vector<Su
     SCOPED_TRACE("surface " + std::to_string(s->id) + " of " + std::to_string(s->area_m2) + " m²");
     double missing = s->area_m2;
     for (const SurfacePtr& o : b) {
-      const BgMultiPolygon common = shared(*s, T, *o);
-      const double area = bg::area(common);
-      missing -= area;
-      if (area < large) continue;
-      BgPoint middle;
-      bg::centroid(common, middle);
+      const Common common = shared(*s, T, *o);
+      missing -= common.area;
+      if (common.area < large) continue;
       // Two halves of a face are fitted to other points than the whole.
       const bool same_cut = std::fabs(o->area_m2 - s->area_m2) < 0.1 * s->area_m2;
-      expect_one_plane(*s, *o, T, o->to_map({middle.x(), middle.y()}), same_cut ? bounds : other_points);
+      expect_one_plane(*s, *o, T, o->to_map(common.centroid), same_cut ? bounds : other_points);
     }
     EXPECT_LE(missing, bounds.voxels * area_in_doubt(*s));
   }
@@ -144,7 +136,7 @@ inline void expect_as_many(const std::vector<SurfacePtr>& a, const std::vector<S
   for (const SurfacePtr& o : b) {
     std::size_t first = a.size();
     for (std::size_t i = 0; i < a.size(); ++i) {
-      if (bg::area(shared(*a[i], T, *o)) < 0.5 * a[i]->area_m2) continue;
+      if (shared(*a[i], T, *o).area < 0.5 * a[i]->area_m2) continue;
       if (first == a.size()) first = face[i];
       std::replace(face.begin(), face.end(), face[i], first);
     }

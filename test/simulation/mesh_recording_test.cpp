@@ -31,7 +31,7 @@ TEST_F(MeshWalk, OverLevelGroundTheCameraIsCarriedEvenlyAndLooksAheadAndDown) {
   Triangles ground;
   test::add_quad(ground, {{{-1, -2, 0.7}, {4, -2, 0.7}, {4, 0, 0.7}, {-1, 0, 0.7}}});
   const auto mesh = mesh_of(ground);
-  for (const std::uint64_t seed : test::seeds(20)) {
+  for (const std::uint64_t seed : octosurf::test::seeds(20)) {
     const auto path = walk_over(mesh, Random(seed, 2));
     std::set<double> heights, lanes;
     std::size_t there = 0;

@@ -56,6 +56,15 @@ double difference(const std::vector<Polygon>& a, const std::vector<Polygon>& b) 
   return bg::area(only);
 }
 
+Common intersection(const std::vector<Polygon>& a, const std::vector<Polygon>& b) {
+  BgMultiPolygon both;
+  bg::intersection(to_boost(a), to_boost(b), both);
+  if (both.empty()) return {};
+  BgPoint middle;
+  bg::centroid(both, middle);
+  return {bg::area(both), {middle.x(), middle.y()}};
+}
+
 struct Region::Polygons {
   BgMultiPolygon shape;
 };

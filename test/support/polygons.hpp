@@ -23,6 +23,13 @@ bool overlap(const Polygon& a, const Polygon& b);
 /// In one polygons, not in the other, m².
 double difference(const std::vector<Polygon>& a, const std::vector<Polygon>& b);
 
+/// What both hold: its area, m², and its centroid, if there is any.
+struct Common {
+  double area = 0;
+  Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
+};
+Common intersection(const std::vector<Polygon>& a, const std::vector<Polygon>& b);
+
 /// Polygons that are asked about many points.
 class Region {
  public:
