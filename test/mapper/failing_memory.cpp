@@ -38,12 +38,16 @@ std::size_t stop_failing() {
 
 }  // namespace octosurf::test
 
-// The forms for arrays and those that do not throw call these.
+// The forms for arrays call these.
 
 void* operator new(std::size_t size) {
   void* const memory = octosurf::test::fails() ? nullptr : std::malloc(size == 0 ? 1 : size);
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
+}
+
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
+  return octosurf::test::fails() ? nullptr : std::malloc(size == 0 ? 1 : size);
 }
 
 void* operator new(std::size_t size, std::align_val_t alignment) {
@@ -57,5 +61,6 @@ void* operator new(std::size_t size, std::align_val_t alignment) {
 
 void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete(void* memory, const std::nothrow_t&) noexcept { std::free(memory); }
 void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
