@@ -6,6 +6,7 @@
 #include <functional>
 #include <gmock/gmock.h>
 #include <random>
+#include <string_view>
 #include <unistd.h>
 
 #include <octosurf/error.hpp>
@@ -64,8 +65,10 @@ class OddPaths : public ::testing::Test {
     std::error_code ignored;
     fs::remove_all(folder, ignored);
   }
-  static void expect_refused(const fs::path& path) {
+  /// `not_by`: a reader that looks at less than what is wrong.
+  static void expect_refused(const fs::path& path, std::string_view not_by = {}) {
     for (const Reader& reader : readers()) {
+      if (reader.name == not_by) continue;
       SCOPED_TRACE(std::string(reader.name) + " of " + path.string().substr(0, 80));
       try {
         reader.read(path);
@@ -106,7 +109,8 @@ TEST_F(OddPaths, NoiseIsRefusedWithAnError) {
         for (std::size_t i = 0; i < size; ++i) noise.push_back(static_cast<char>(rng() % 256));
         const fs::path file = folder / ("noise" + std::string(ending));
         std::ofstream(file, std::ios::binary) << noise;
-        expect_refused(file);
+        const bool whole_header = head.starts_with("# Octomap");
+        expect_refused(file, whole_header ? "read_octomap_resolution" : "");
       }
 }
 

@@ -77,7 +77,7 @@ TEST(Circles, CoverMostOfACorridor) {
 TEST(Circles, NoneWhereNoneFits) {
   EXPECT_TRUE(circles(surface(1, {{box(0, 0, 10, 0.1), {}}}), 0.06).empty());
   EXPECT_TRUE(circles(Surface{}, 0.1).empty());
-  EXPECT_TRUE(circles(surface(1, {{{{0, 0}, {1, 1}, {2, 2}}, {}}}), 0.1).empty());
+  EXPECT_THROW(circles(surface(1, {{{{0, 0}, {1, 1}, {2, 2}}, {}}}), 0.1), Error);  // that is no ring
 }
 
 TEST(Circles, TinyMinimumRadiusIsBoundedWork) { expect_valid(surface(1, {{box(0, 0, 2, 0.5), {}}}), 0.006); }

@@ -107,7 +107,7 @@ TEST(ConvexPieces, RingsTouchingInAVertexAndIslands) {
 
 TEST(ConvexPieces, NothingFromNothing) {
   EXPECT_TRUE(convex_pieces(Surface{}).empty());
-  EXPECT_TRUE(convex_pieces(surface(1, {{{{0, 0}, {1, 1}, {2, 2}}, {}}})).empty());
+  EXPECT_THROW(convex_pieces(surface(1, {{{{0, 0}, {1, 1}, {2, 2}}, {}}})), Error);  // that is no ring
 }
 
 TEST(ConvexPieces, RefusesNotFinite) {
