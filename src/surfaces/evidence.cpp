@@ -27,7 +27,7 @@ class Observation {
     SurfaceModel* surface = owner != 0 ? find(owner) : nearest(end);
     if (surface == nullptr || misfit(end, *surface) > 1) return;
     const PlaneCell cell = surface->cell_of(end.centroid);
-    if (!surface->within_rim(cell)) return;
+    if (!surface->well_within_rim(cell)) return;
     readings_.push_back({surface->id(), cell.packed(), point ? 1U : 0U, static_cast<double>(end.count),
                          end.count * (end.centroid.cast<double>() - surface->reference())});
   }

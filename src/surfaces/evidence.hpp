@@ -15,7 +15,9 @@ namespace octosurf {
 /// readings over one cell of the plane are taken together here, whatever became of their voxels.
 ///
 /// 1. A reading is of the surface that its voxel belongs to, or of the nearest one within the tolerance.
-/// 2. Cells at the rim are left out: there, readings of the neighbouring face lie within the tolerance, too.
+/// 2. The two outermost rows of cells are left out. Readings of a neighbouring face lie within the tolerance
+///    there: a voxel that an edge crosses may belong to either face, so that the outermost cell may lie
+///    beyond the edge, and the edge in the second one.
 /// 3. A cell's mean weighs by the readings in it, as eight at most, because a sensor's neighbouring
 ///    readings err alike, and by their noise along the normal.
 ///

@@ -87,6 +87,15 @@ bool SurfaceModel::within_rim(PlaneCell cell) const {
   return (empty & empty >> 1 & empty >> 2) == 0;
 }
 
+bool SurfaceModel::well_within_rim(PlaneCell cell) const {
+  constexpr std::uint32_t all = (1U << 25) - 1;
+  if ((bits_.around(cell) & all) == all) return true;  // nearly always, and cheap
+  for (int v = -1; v <= 1; ++v)
+    for (int u = -1; u <= 1; ++u)
+      if (!within_rim({cell.u + u, cell.v + v})) return false;
+  return true;
+}
+
 bool SurfaceModel::covers(PlaneCell cell) const {
   if (occupied(cell)) return true;
   int neighbours = 0;

@@ -70,6 +70,8 @@ class SurfaceModel {
   /// Not at the rim: no three of the eight neighbours that follow each other lack inliers. Where a rim
   /// passes, whatever its direction, three do; fewer are gaps between points.
   bool within_rim(PlaneCell cell) const;
+  /// Nor are its eight neighbours.
+  bool well_within_rim(PlaneCell cell) const;
   /// The nearest cell that holds an inlier, at most `reach` cells off.
   std::optional<PlaneCell> nearest(PlaneCell cell, int reach) const;
   bool near(PlaneCell cell, int reach) const { return nearest(cell, reach).has_value(); }
