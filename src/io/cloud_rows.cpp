@@ -41,15 +41,17 @@ bool Lines::next(std::string_view& line) {
 }
 
 std::vector<std::string_view> words_of(std::string_view line) {
+  constexpr std::size_t most = largest_step + 2;  // a keyword, a word per value, and one too many
   std::vector<std::string_view> words;
-  while (true) {
+  while (words.size() < most) {
     const auto begin = line.find_first_not_of(blanks);
-    if (begin == std::string_view::npos) return words;
+    if (begin == std::string_view::npos) break;
     line.remove_prefix(begin);
     const auto length = std::min(line.find_first_of(blanks), line.size());
     words.push_back(line.substr(0, length));
     line.remove_prefix(length);
   }
+  return words;
 }
 
 std::uint32_t count_in_header(std::string_view word, const std::filesystem::path& file) {

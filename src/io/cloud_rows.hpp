@@ -27,7 +27,10 @@ class Lines {
   std::size_t number_ = 0;
 };
 
-/// Words between blanks.
+constexpr std::size_t largest_step = 1 << 16;  ///< bytes of one point, and so its values
+
+/// Words between blanks; of more than any header or row may have, two more than `largest_step`: a word takes
+/// eight times its two bytes in a file.
 std::vector<std::string_view> words_of(std::string_view line);
 
 /// A count in a header; throws Error(data) naming the word.

@@ -17,8 +17,7 @@ namespace {
 
 using Words = std::vector<std::string_view>;
 
-constexpr std::size_t largest_step = 1 << 16;  // bytes per point
-constexpr std::uint64_t lzf_ratio = 100;       // LZF writes at most 264 bytes for 3 read
+constexpr std::uint64_t lzf_ratio = 100;  // LZF writes at most 264 bytes for 3 read
 // What a compressed cloud may take, its file not counted.
 constexpr std::uint64_t free_bytes = std::uint64_t{64} << 20, bytes_per_file_byte = 7;
 

@@ -19,6 +19,8 @@ const std::map<std::string_view, std::size_t> scalar_bytes{
     {"int16", 2}, {"uint16", 2},  {"int", 4},    {"uint", 4},   {"int32", 4}, {"uint32", 4},
     {"float", 4}, {"float32", 4}, {"double", 8}, {"float64", 8}};
 
+constexpr std::size_t most_elements = 256;  // compared with each other; files have two or three
+
 struct Element {
   std::string_view name;
   std::size_t count = 0;
@@ -69,6 +71,7 @@ class PlyReader {
   }
 
   void take_element(const Words& words) {
+    if (elements_.size() == most_elements) refuse("a PLY of more than 256 elements");
     for (const auto& known : elements_)
       if (known.name == words[1])
         refuse("PLY element " + std::string(words[1].substr(0, 20)) + " is defined twice");
@@ -91,6 +94,7 @@ class PlyReader {
     }
     element.step += type->second;
     ++element.columns;
+    if (element.step > largest_step) refuse("a PLY with more than 65536 bytes per point");
   }
 
   /// What stands before the vertices.

@@ -1,5 +1,7 @@
 // Replays what libFuzzer starts from and what it found; see targets.hpp.
+#include "fuzz/input_file.hpp"
 #include "fuzz/targets.hpp"
+#include "io/cloud_file.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -42,17 +44,49 @@ std::vector<Input> inputs(const std::string& kind) {
 class Replay : public ::testing::TestWithParam<Input> {};
 
 /// An Error or a sound result, and of memory at most eight times the file and 64 MiB.
-TEST_P(Replay, IsReadOrRefused) {
-  std::ifstream stream(GetParam().file, std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+void expect_read_or_refused(void (*run)(Bytes), const std::string& bytes) {
   reading_peak = 0;
-  GetParam().target->run({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+  run({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
   EXPECT_GT(reading_peak, 0U) << "nothing was measured";
   EXPECT_LE(reading_peak, free_bytes + bytes_per_file_byte * bytes.size());
 }
 
+TEST_P(Replay, IsReadOrRefused) {
+  std::ifstream stream(GetParam().file, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  expect_read_or_refused(GetParam().target->run, bytes);
+}
+
 INSTANTIATE_TEST_SUITE_P(Corpus, Replay, ::testing::ValuesIn(inputs("corpus")), name_of);
 INSTANTIATE_TEST_SUITE_P(Findings, Replay, ::testing::ValuesIn(inputs("findings")), name_of);
+
+/// Their words, taken apart, are far larger than they: twelve times, where a vector doubles.
+TEST(Fuzz, LinesOfMillionsOfWordsTakeNoMoreMemoryThanOtherFiles) {
+  std::string words;
+  for (int i = 0; i < 1 << 24; ++i) words += "1 ";
+  const std::string pcd = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA ascii\n";
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+      "property float z\nend_header\n";
+  expect_read_or_refused(fuzz_pcd, "# " + words);
+  expect_read_or_refused(fuzz_pcd, "FIELDS " + words);
+  expect_read_or_refused(fuzz_pcd, pcd + words);
+  expect_read_or_refused(fuzz_ply, "ply\ncomment " + words);
+  expect_read_or_refused(fuzz_ply, ply + words);
+}
+
+/// Their names are compared with each other.
+TEST(Fuzz, AHeaderOfMillionsOfElementsIsSoonRefused) {
+  std::string ply = "ply\nformat ascii 1.0\n";
+  for (int i = 0; i < 1 << 20; ++i) ply += "element e" + std::to_string(i) + " 0\n";
+  const InputFile file({reinterpret_cast<const std::uint8_t*>(ply.data()), ply.size()}, ".ply");
+  try {
+    read_ply(file.path());
+    ADD_FAILURE() << "not refused";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("more than 256 elements"));
+  }
+}
 
 TEST(Fuzz, EveryTargetHasACorpus) {
   for (const Target& target : targets) {
