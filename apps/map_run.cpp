@@ -10,7 +10,9 @@
 #include <array>
 #include <atomic>
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
+#include <ctime>
 #include <new>
 #include <thread>
 #include <utility>
@@ -22,16 +24,30 @@ namespace octosurf {
 namespace {
 
 std::atomic<bool> interrupted{false};
-static_assert(std::atomic<bool>::is_always_lock_free);  // a signal handler may not wait for a lock
+std::atomic<std::int64_t> interrupted_s{0};
+// A signal handler may not wait for a lock.
+static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<std::int64_t>::is_always_lock_free);
 
-/// While it lives, the first Ctrl-C, SIGTERM or hang-up only sets `interrupted`; the second ends the program.
-/// A reader of our output that goes away ends nothing.
+/// The first signal asks for an early end. One that follows at once means the same: timeout(1) signals its
+/// child and then the child's group. A later one ends the program.
+void interrupt(int signal) {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  if (!interrupted.exchange(true)) {
+    interrupted_s = now.tv_sec;
+  } else if (now.tv_sec - interrupted_s >= 2) {
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+  }
+}
+
+/// While it lives, the first Ctrl-C, SIGTERM or hang-up only sets `interrupted`; one that comes two seconds
+/// later or more ends the program. A reader of our output that goes away ends nothing.
 class InterruptGuard {
  public:
   InterruptGuard() {
     struct sigaction action {};
-    action.sa_handler = [](int) { interrupted = true; };
-    action.sa_flags = static_cast<int>(SA_RESETHAND);
+    action.sa_handler = interrupt;
     for (std::size_t i = 0; i < signals.size(); ++i) {
       if (signals[i] == SIGPIPE) action.sa_handler = SIG_IGN;
       sigaction(signals[i], &action, &before_[i]);

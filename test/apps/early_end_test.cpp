@@ -72,6 +72,15 @@ TEST_F(EarlyEnd, AnInterruptSavesWhatIsMapped) {
   EXPECT_LE(scans, 4);
 }
 
+TEST_F(EarlyEnd, TwoInterruptsAtOnceAreOne) {
+  write_floor();
+  const Outcome outcome =
+      run("map floor -o m --realtime --rate 1",
+          "sh -c '\"$@\" & run=$!; sleep 3.2; kill -INT $run; sleep 0.01; kill -INT $run; wait $run' sh");
+  EXPECT_EQ(outcome.code, 1) << outcome.err;
+  EXPECT_GE(info("m").at("scans"), 1);
+}
+
 TEST_F(EarlyEnd, CheckpointsSurviveAKill) {
   write_floor();
   const Outcome outcome = run("map floor -o m --realtime --rate 2 --checkpoint 0.2", "timeout -s KILL 2.2");

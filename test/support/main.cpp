@@ -16,6 +16,7 @@ namespace {
 class Worlds : public testing::EmptyTestEventListener {
  public:
   std::string program;
+  bool in_rounds = false;
 
   std::uint64_t seed() {
     const testing::TestInfo* test = testing::UnitTest::GetInstance()->current_test_info();
@@ -33,7 +34,7 @@ class Worlds : public testing::EmptyTestEventListener {
  private:
   void OnTestIterationStart(const testing::UnitTest&, int iteration) override { round_ = iteration; }
   void OnTestIterationEnd(const testing::UnitTest& all, int) override {
-    if (drawing_.empty()) std::exit(all.Passed() ? 0 : 1);  // one round was enough
+    if (in_rounds && drawing_.empty()) std::exit(all.Passed() ? 0 : 1);  // one round was enough
   }
   void OnTestStart(const testing::TestInfo& test) override {
     seed_.reset();
@@ -65,12 +66,14 @@ std::uint64_t seed() { return worlds().seed(); }
 }  // namespace octosurf::test
 
 int main(int argc, char** argv) {
-  if (const char* rounds = std::getenv("OCTOSURF_TEST_ROUNDS")) {
+  const char* rounds = std::getenv("OCTOSURF_TEST_ROUNDS");
+  if (rounds != nullptr) {
     GTEST_FLAG_SET(repeat, std::stoi(rounds));
     GTEST_FLAG_SET(brief, true);
   }
   testing::InitGoogleMock(&argc, argv);
   octosurf::test::worlds().program = argv[0];
+  octosurf::test::worlds().in_rounds = rounds != nullptr;
   testing::UnitTest::GetInstance()->listeners().Append(&octosurf::test::worlds());
   return RUN_ALL_TESTS();
 }
