@@ -155,23 +155,14 @@ class Reader {
   void read_evidence(SurfaceModel::State& s) const {
     if (record_.evidence_size() == 0) return;  // a file from before there was any
     const auto v = numbers(record_.evidence(), 1 + moment_doubles);
-    s.evidence = {moments(v.subspan(1)), {}, v[0], record_.evidence_points()};
-    // An older file has no squares: as if all had weighed alike.
-    if (record_.evidence_squares_size() > 0)
-      s.evidence.squares = moments(numbers(record_.evidence_squares(), moment_doubles));
-    else
-      s.evidence.squares.add(s.evidence.moments, v[1] / std::max(1.0, v[0]));
-    const Moments &m = s.evidence.moments, &squares = s.evidence.squares;
+    s.evidence = {moments(v.subspan(1)), v[0]};
+    const Moments& m = s.evidence.moments;
     const auto bounded = [&](const auto& x, double limit) { return x.cwiseAbs().maxCoeff() <= limit; };
     const double readings = most_readings * static_cast<double>(s.inliers.size());
     require(s.evidence.readings >= 0 && s.evidence.readings <= readings && m.count >= 0 &&
-                s.evidence.points >= 0 && std::isfinite(s.evidence.points) &&
                 m.count <= most_weight * readings && bounded(m.sum, reach_ * m.count + plane_slack) &&
                 bounded(m.outer, reach_ * reach_ * m.count + plane_slack) &&
-                m.outer.diagonal().minCoeff() >= 0 && m.outer.isApprox(m.outer.transpose(), moments_slack) &&
-                squares.count >= 0 && squares.count <= most_weight * m.count &&
-                bounded(squares.sum, reach_ * squares.count + plane_slack) &&
-                bounded(squares.outer, reach_ * reach_ * squares.count + plane_slack),
+                m.outer.diagonal().minCoeff() >= 0 && m.outer.isApprox(m.outer.transpose(), moments_slack),
             "has evidence that no scan gives");
   }
 
@@ -263,8 +254,6 @@ void write_surface(const SurfaceModel::State& surface, map_file::Surface& record
   if (surface.evidence.readings > 0) {
     record.add_evidence(surface.evidence.readings);
     put(surface.evidence.moments, *record.mutable_evidence());
-    put(surface.evidence.squares, *record.mutable_evidence_squares());
-    record.set_evidence_points(surface.evidence.points);
   }
   if (!surface.covariance.isZero(0))
     for (int row = 0; row < 3; ++row)

@@ -1,7 +1,6 @@
 #include "detection/cylinders.hpp"
 #include "detection/detection.hpp"
 #include "expansion/expansion.hpp"
-#include "surfaces/evidence.hpp"
 #include "surfaces/upkeep.hpp"
 
 #include <algorithm>
@@ -88,6 +87,7 @@ void update_surfaces(MapState& state, const VoxelScan& scan, const OccupancyDelt
 
   time(Stage::retract, [&] {
     retract(work, delta);
+    confirm(work, scan, delta.confirmed);
     retract_cylinders(work, delta);
   });
   const std::vector<Index> appeared = indices_of(work.window, delta.appeared);
@@ -102,7 +102,6 @@ void update_surfaces(MapState& state, const VoxelScan& scan, const OccupancyDelt
     expansion.grow(detect(work));
   });
   time(Stage::derive, [&] {
-    observe(work, scan, delta);
     if (state.parameters.aligned()) expansion.rejoin();
     refit(work);
     accumulate(state, work, {});

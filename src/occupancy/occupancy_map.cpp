@@ -89,7 +89,6 @@ struct OccupancyMap::Policy {
   void hit(VoxelPayload& payload, VoxelKey key) {
     const auto end = static_cast<std::uint32_t>(index.find(key));
     const Eigen::Vector3f& centroid = scan.ends[end].centroid;
-    delta.hits.push_back({payload.surface, end, true});
     if (!payload.has_point()) {
       store_point(payload, grid, key, centroid, scan.origin);
       delta.appeared.push_back(point_of(payload, grid, key));
@@ -100,8 +99,8 @@ struct OccupancyMap::Policy {
       const VoxelPoint before = point_of(payload, grid, key);
       store_point(payload, grid, key, centroid, scan.origin);
       delta.refined.push_back({before, point_of(payload, grid, key)});
-    } else {
-      delta.hits.back().point = false;
+    } else if (payload.surface != 0) {
+      delta.confirmed.push_back({payload.surface, end});
     }
   }
 };

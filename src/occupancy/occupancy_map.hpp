@@ -44,13 +44,12 @@ struct OccupancyDelta {
   std::vector<VoxelPoint> appeared;  ///< pending, surface 0
   std::vector<VoxelPoint> vanished;  ///< as they were; no longer in the octree
   std::vector<Refined> refined;
-  /// Occupied voxels that the scan hit.
-  struct Hit {
-    SurfaceId surface;  ///< that held the voxel
+  /// Hits in voxels that belong to a surface, whose point stays what it was.
+  struct Confirmed {
+    SurfaceId surface;
     std::uint32_t end;  ///< of the scan's ends
-    bool point;         ///< it has become the voxel's point: those of `appeared` and `refined`
   };
-  std::vector<Hit> hits;
+  std::vector<Confirmed> confirmed;
 };
 
 /// Tells the plane of a surface; asked when a ray passed through one of its voxels.

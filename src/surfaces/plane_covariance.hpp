@@ -46,19 +46,14 @@ inline PlaneOverFrame plane_over(const Moments& about, const Eigen::Matrix3d& R,
   return fit;
 }
 
-/// Readings that scatter in a way of their own.
+/// Readings whose weights are right among themselves.
 struct ReadingGroup {
-  Moments about;    ///< as for plane_over()
-  Moments squares;  ///< the same with the weights squared
+  Moments about;  ///< as for plane_over()
   double readings = 0;
 };
 
-/// Covariance of plane_over() of all groups together, by how much the readings do scatter: the inverse of the
-/// normal matrix N, what is known of Σ w²·r²·x·xᵀ, and the inverse again (White's "sandwich"). Of a group
-/// that is N times Σ w²·r² / Σ w, which is right where variances are 1/w up to a factor and also where they
-/// are not, as long as their errors are the same all over the plane: a mean of 20 readings has a 20th of
-/// one's variance, but weighs six times as much. In a plain mean of r²·w, such a mean would count as much as
-/// any.
+/// Covariance of plane_over() of all groups together, if each scatters in its own way: what is kept of a
+/// first scan and the means of later ones are weighted by different knowledge. The same if they do not.
 inline Eigen::Matrix3d covariance_over(std::span<const ReadingGroup> groups, const Eigen::Matrix3d& R) {
   Moments all, scattered;  // N, and Σ of the groups' N times their variances of unit weight
   double readings = 0;
@@ -72,9 +67,9 @@ inline Eigen::Matrix3d covariance_over(std::span<const ReadingGroup> groups, con
   double left = 0;
   for (const ReadingGroup& group : groups) {
     if (!(group.about.count > 0)) continue;
-    left += group.about.count * group.about.mean_squared_distance(along, plane[0]);
-    const double squared = group.squares.count * group.squares.mean_squared_distance(along, plane[0]);
-    scattered.add(group.about, spent * squared / group.about.count + 1e-8);
+    const double of_group = group.about.count * group.about.mean_squared_distance(along, plane[0]);
+    left += of_group;
+    scattered.add(group.about, spent * of_group / std::max(1.0, group.readings) + 1e-8);
   }
   const double variance = left / std::max(1.0, readings - 3) + 1e-8;
   Eigen::Matrix3d normal = normal_matrix(all, R), between = normal_matrix(scattered, R);

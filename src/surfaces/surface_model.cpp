@@ -78,24 +78,6 @@ bool SurfaceModel::surrounded(PlaneCell cell) const {
   return true;
 }
 
-bool SurfaceModel::within_rim(PlaneCell cell) const {
-  constexpr std::array<int, 8> ring{6, 7, 8, 13, 18, 17, 16, 11};  // of the 5 × 5, row by row
-  const std::uint32_t around = bits_.around(cell);
-  std::uint32_t empty = 0;
-  for (std::size_t k = 0; k < ring.size(); ++k) empty |= (~around >> ring[k] & 1U) << k;
-  empty |= empty << 8;  // once around
-  return (empty & empty >> 1 & empty >> 2) == 0;
-}
-
-bool SurfaceModel::well_within_rim(PlaneCell cell) const {
-  constexpr std::uint32_t all = (1U << 25) - 1;
-  if ((bits_.around(cell) & all) == all) return true;  // nearly always, and cheap
-  for (int v = -1; v <= 1; ++v)
-    for (int u = -1; u <= 1; ++u)
-      if (!within_rim({cell.u + u, cell.v + v})) return false;
-  return true;
-}
-
 bool SurfaceModel::covers(PlaneCell cell) const {
   if (occupied(cell)) return true;
   int neighbours = 0;
@@ -140,9 +122,7 @@ bool SurfaceModel::remove(VoxelKey key, const Eigen::Vector3f& position) {
   moments_[found->range_class].add(found->position.cast<double>() - reference_, -1);
   cell.erase(found);
   // Nobody knows which of the evidence was this inlier's: its share goes.
-  const double others = 1 - 1 / static_cast<double>(size_);
-  fade(others);
-  evidence_.points *= others;
+  fade(1 - 1 / static_cast<double>(size_));
   --size_;
   ++unchecked;
   const bool empty = cell.empty();
@@ -161,49 +141,31 @@ std::vector<Inlier> SurfaceModel::sorted_inliers() const {
 
 Moments SurfaceModel::moments(const NoiseModel* noise) const {
   Moments sum;
-  if (noise != nullptr) {
-    sum = unread_moments(*noise).moments;
-    sum.add(evidence_.moments);
-  } else {
-    for (const Moments& m : moments_) sum.add(m);
-  }
-  return sum;
-}
-
-SurfaceModel::Weighted SurfaceModel::unread_moments(const NoiseModel& noise) const {
-  Weighted sum;
-  const double share = unread() / std::max(1.0, static_cast<double>(size_));
-  for (unsigned c = 0; c < NoiseModel::classes && share > 0; ++c) {
+  for (unsigned c = 0; c < NoiseModel::classes; ++c) {
     if (moments_[c].count <= 0) continue;
     // As evidence weighs: by the noise as measured, relative to what the nearest class may have.
-    const double ratio = noise.sigma(1) / std::max(noise.spread(c), 1e-6), weight = ratio * ratio;
-    sum.moments.add(moments_[c], share * weight);
-    sum.squares.add(moments_[c], share * weight * weight);
+    const double ratio = noise != nullptr ? noise->sigma(1) / std::max(noise->spread(c), 1e-6) : 1;
+    sum.add(moments_[c], ratio * ratio);
   }
+  if (noise != nullptr) sum.add(evidence_.moments);
   return sum;
 }
 
-void SurfaceModel::observe(const Eigen::Vector3f& position, double weight, std::uint32_t points) {
+void SurfaceModel::observe(const Eigen::Vector3f& position, double weight) {
   constexpr double enough = 100;  // readings an inlier
   evidence_.moments.add(position.cast<double>() - reference_, weight);
-  evidence_.squares.add(position.cast<double>() - reference_, weight * weight);
-  evidence_.points += points;
   if (++evidence_.readings > enough * static_cast<double>(size_)) fade(0.5);
 }
 
 void SurfaceModel::take_evidence(const SurfaceModel& other) {
   evidence_.moments.add(other.evidence_.moments.shifted(reference_ - other.reference_));
-  evidence_.squares.add(other.evidence_.squares.shifted(reference_ - other.reference_));
   evidence_.readings += other.evidence_.readings;
-  evidence_.points += other.evidence_.points;
 }
 
 void SurfaceModel::fade(double share) {
-  Moments faded, squares;
+  Moments faded;
   faded.add(evidence_.moments, share);
-  squares.add(evidence_.squares, share * share);
   evidence_.moments = faded;
-  evidence_.squares = squares;
   evidence_.readings *= share;
 }
 
@@ -345,10 +307,10 @@ void SurfaceModel::derive(double max_hole_size, const NoiseModel* noise) {
 
 void SurfaceModel::derive_covariance(const NoiseModel& noise) {
   const Eigen::Vector3d origin = pose_.translation() - reference_;
-  const Weighted kept = unread_moments(noise);
-  const std::array<ReadingGroup, 2> groups{
-      {{kept.moments.shifted(origin), kept.squares.shifted(origin), unread()},
-       {evidence_.moments.shifted(origin), evidence_.squares.shifted(origin), evidence_.readings}}};
+  Moments kept = moments(&noise);
+  kept.add(evidence_.moments, -1);
+  const std::array<ReadingGroup, 2> groups{{{kept.shifted(origin), static_cast<double>(size_)},
+                                            {evidence_.moments.shifted(origin), evidence_.readings}}};
   const Eigen::Matrix3d c = covariance_over(groups, pose_.linear().transpose());
   constexpr std::array<int, 3> order{1, 2, 0};  // slopes first
   for (int row = 0; row < 3; ++row)

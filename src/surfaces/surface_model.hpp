@@ -35,13 +35,11 @@ struct Inlier {
 /// 3. `polygons_stale()` is false only if no inlier came or went where the boundary could move.
 class SurfaceModel {
  public:
-  /// What scans read on the plane, cell by cell, see observe() in evidence.hpp: sums that make a plane
-  /// exact, because a voxel that noise reached once weighs little in them.
+  /// What later scans saw again in the voxels of the inliers, beside the point that each keeps: sums
+  /// that make a plane exact, because a voxel that noise reached once weighs little in them.
   struct Evidence {
     Moments moments;      ///< about reference(), weights as of an inlier of the nearest class
-    Moments squares;      ///< the same with the weights squared: what the means' scatter makes of the plane
-    double readings = 0;  ///< scans' cells that were added
-    double points = 0;    ///< inliers whose own points are among them
+    double readings = 0;  ///< scans' voxels that were added
   };
 
   SurfaceModel(SurfaceId id, const Plane& plane, const Eigen::Vector3d& origin, double resolution);
@@ -67,11 +65,6 @@ class SurfaceModel {
   bool covers(PlaneCell cell) const;
   /// All eight neighbours hold inliers.
   bool surrounded(PlaneCell cell) const;
-  /// Not at the rim: no three of the eight neighbours that follow each other lack inliers. Where a rim
-  /// passes, whatever its direction, three do; fewer are gaps between points.
-  bool within_rim(PlaneCell cell) const;
-  /// Nor are its eight neighbours.
-  bool well_within_rim(PlaneCell cell) const;
   /// The nearest cell that holds an inlier, at most `reach` cells off.
   std::optional<PlaneCell> nearest(PlaneCell cell, int reach) const;
   bool near(PlaneCell cell, int reach) const { return nearest(cell, reach).has_value(); }
@@ -86,20 +79,19 @@ class SurfaceModel {
       for (const Inlier& inlier : cell.second) visit(inlier);
   }
 
-  /// Adds the mean of a scan's points over a cell, among them `points` inliers' own. Older readings fade
-  /// once there are more than a hundred for each inlier, or inliers go.
-  void observe(const Eigen::Vector3f& position, double weight, std::uint32_t points = 0);
+  /// Adds the mean of a scan's points in an inlier's voxel. Older readings fade once there are more
+  /// than a hundred for each inlier, or inliers go.
+  void observe(const Eigen::Vector3f& position, double weight);
   const Evidence& evidence() const { return evidence_; }
   void forget_evidence() { evidence_ = {}; }
   /// Another surface's, which merges into this one.
   void take_evidence(const SurfaceModel& other);
 
-  /// Moments over the inliers, weighted by 1/spread² relative to the nearest class's σ, less what of them is
-  /// in the evidence, with the evidence, about reference(); over the inliers alone, unweighted, if `noise` is
-  /// null.
+  /// Moments over all inliers, weighted by 1/spread² relative to the nearest class's σ, with the evidence,
+  /// about reference(); over the inliers alone, unweighted, if `noise` is null.
   Moments moments(const NoiseModel* noise) const;
   /// How many readings are in moments(noise).
-  double readings() const { return unread() + evidence_.readings; }
+  double readings() const { return static_cast<double>(size_) + evidence_.readings; }
   const Eigen::Vector3d& reference() const { return reference_; }
   double rms() const;
 
@@ -178,12 +170,6 @@ class SurfaceModel {
 
  private:
   void fade(double share);
-  /// Inliers of whose points the evidence knows nothing. Nobody knows which: all weigh less for it.
-  double unread() const { return std::max(0.0, static_cast<double>(size_) - evidence_.points); }
-  struct Weighted {
-    Moments moments, squares;  // by weight and by its square
-  };
-  Weighted unread_moments(const NoiseModel& noise) const;
   /// Inliers whose projections share a cell, nearly always one. std::swap() would assign to a vector that was
   /// moved from, which takes memory while it is declared not to throw; moved anew, they take none.
   struct Cell : boost::container::small_vector<Inlier, 1> {

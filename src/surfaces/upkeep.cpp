@@ -1,5 +1,6 @@
 #include "surfaces/upkeep.hpp"
 
+#include "occupancy/payload.hpp"
 #include "surfaces/parts.hpp"
 #include "surfaces/planarity.hpp"
 #include "surfaces/soundness.hpp"
@@ -147,6 +148,31 @@ void retract(Workspace& work, const OccupancyDelta& delta) {
   }
   for (const SurfaceId id : work.changes.touched())
     if (SurfaceModel& surface = *state.surfaces.find(id); too_small(work, surface)) dissolve(work, surface);
+}
+
+void confirm(Workspace& work, const VoxelScan& scan, std::span<const OccupancyDelta::Confirmed> confirmed) {
+  constexpr double independent = 8;  // readings in a voxel
+  constexpr double least_facing = 0.1;
+  constexpr std::size_t plenty = 2000;
+  const NoiseModel& noise = work.state.noise;
+  const Eigen::Vector3d origin = scan.origin.cast<double>();
+  SurfaceModel* surface = nullptr;  // they come in runs of one surface
+  SurfaceId found = 0;
+  for (const OccupancyDelta::Confirmed& c : confirmed) {
+    if (c.surface != found) surface = work.state.surfaces.find(found = c.surface);
+    // Of a large surface a part says as much as all.
+    if (surface == nullptr || (surface->size() > plenty && c.end % 8 != 0)) continue;
+    const EndVoxel& end = scan.ends[c.end];
+    const Eigen::Vector3d sight = origin - end.centroid.cast<double>();
+    const double range = sight.norm();
+    const double facing = std::max(least_facing, surface->plane().normal.dot(sight) / range);
+    const unsigned range_class = range_class_of(static_cast<float>(range));
+    if (std::fabs(surface->distance(end.centroid)) > noise.tolerance(range_class, facing)) continue;
+    if (!surface->surrounded(surface->cell_of(end.centroid))) continue;
+    const double n = independent * end.count / (independent + end.count);
+    const double ratio = noise.sigma(1) / (noise.spread(range_class) * facing);
+    surface->observe(end.centroid, n * ratio * ratio);
+  }
 }
 
 void refit(Workspace& work) {

@@ -265,8 +265,6 @@ const std::vector<Spoiled>& spoiled_files() {
       {"lacks numbers", [](Spoiler& s) { s.surface().add_evidence(0); }},
       {"not finite", [](Spoiler& s) { s.surface().set_evidence(0, not_a_number); }},
       {"not finite", [](Spoiler& s) { s.surface().set_evidence(0, HUGE_VAL); }},
-      {"evidence that no scan gives", [](Spoiler& s) { s.surface().set_evidence_points(not_a_number); }},
-      {"evidence that no scan gives", [](Spoiler& s) { s.surface().set_evidence_points(-1); }},
       {"not finite", [](Spoiler& s) { s.surface().set_evidence(9, -HUGE_VAL); }},
       {"evidence that no scan gives", [](Spoiler& s) { s.surface().set_evidence(0, -1); }},
       {"evidence that no scan gives", [](Spoiler& s) { s.surface().set_evidence(1, -1e-9); }},

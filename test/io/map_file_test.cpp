@@ -74,11 +74,7 @@ TEST_F(MapFiles, EverythingComesBack) {
 TEST_F(MapFiles, WithoutEvidenceNothingWasSeenAgain) {
   std::vector<map_file::Record> records = unpack(bytes_of(map_of(changing_room(9))));
   for (map_file::Record& record : records)
-    if (record.has_surface()) {
-      record.mutable_surface()->clear_evidence();
-      record.mutable_surface()->clear_evidence_squares();
-      record.mutable_surface()->clear_evidence_points();
-    }
+    if (record.has_surface()) record.mutable_surface()->clear_evidence();
   write_file(folder / "a.surfaces", pack(records));
   const LoadedMap a = load_map(folder / "a");
   for (const auto& [id, surface] : a.map.state().surfaces) {

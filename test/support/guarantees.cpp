@@ -79,9 +79,7 @@ std::string digest(const Map& map) {
     };
     for (const Moments& m : s.moments) put_moments(m);
     put_moments(s.evidence.moments);
-    put_moments(s.evidence.squares);
     put(s.evidence.readings);
-    put(s.evidence.points);
     for (const Inlier& i : s.inliers) {
       put(i.key.packed());
       put(i.range_class);
