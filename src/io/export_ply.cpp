@@ -2,56 +2,63 @@
 #include "io/new_file.hpp"
 
 #include <array>
+#include <bit>
 #include <cmath>
-#include <exception>
-#include <functional>
-#include <pcl/PolygonMesh.h>
-#include <pcl/conversions.h>
-#include <pcl/io/ply_io.h>
-#include <pcl/point_types.h>
-
-#include <octosurf/error.hpp>
+#include <cstdint>
 
 namespace octosurf {
 namespace {
 
-std::array<std::uint8_t, 3> bytes(const std::array<float, 3>& color) {
-  std::array<std::uint8_t, 3> result{};
-  for (std::size_t i = 0; i < 3; ++i) result[i] = static_cast<std::uint8_t>(std::lround(255 * color[i]));
-  return result;
+// Written here: PCL's writer does not say that a write has failed, and most readers find no faces in
+// assimp's PLY files.
+
+template <class... Values>
+void put(std::ostream& out, const Values&... values) {
+  (out.write(reinterpret_cast<const char*>(&values), sizeof(values)), ...);
 }
 
-// PCL rather than assimp: PCL and most others do not read the faces of assimp's PLY files.
-bool save_faces(const std::vector<Shape>& shapes, const std::string& file) {
-  pcl::PointCloud<pcl::PointXYZRGB> cloud;
-  pcl::PolygonMesh mesh;
+void put_vertex(std::ostream& out, const Eigen::Vector3d& position, const std::array<float, 3>& color) {
+  for (const double coordinate : position) put(out, static_cast<float>(coordinate));
+  for (const float channel : color) put(out, static_cast<std::uint8_t>(std::lround(255 * channel)));
+}
+
+void put_header(std::ostream& out, const std::vector<Shape>& shapes, bool points) {
+  std::size_t vertices = 0, faces = 0;
   for (const Shape& shape : shapes) {
-    const auto first = static_cast<pcl::index_t>(cloud.size());
-    const auto [red, green, blue] = bytes(shape.color);
-    for (const Eigen::Vector3d& vertex : shape.mesh.vertices) {
-      const Eigen::Vector3f p = vertex.cast<float>();
-      cloud.push_back({p.x(), p.y(), p.z(), red, green, blue});
-    }
-    for (const auto& t : shape.mesh.triangles) {
-      pcl::Vertices face;
-      for (const std::uint32_t corner : t) face.vertices.push_back(first + static_cast<pcl::index_t>(corner));
-      mesh.polygons.push_back(std::move(face));
-    }
+    vertices += shape.mesh.vertices.size();
+    faces += shape.mesh.triangles.size();
   }
-  pcl::toPCLPointCloud2(cloud, mesh.cloud);
-  return pcl::io::savePLYFileBinary(file, mesh) == 0;
+  constexpr bool little = std::endian::native == std::endian::little;
+  out << "ply\nformat " << (little ? "binary_little_endian" : "binary_big_endian") << " 1.0\n"
+      << "element vertex " << vertices << '\n';
+  for (const char* name : {"x", "y", "z"}) out << "property float " << name << '\n';
+  for (const char* name : {"red", "green", "blue"}) out << "property uchar " << name << '\n';
+  if (points)
+    out << "property uint label\n";
+  else
+    out << "element face " << faces << "\nproperty list uchar int vertex_indices\n";
+  out << "end_header\n";
 }
 
-bool save_points(const std::vector<Shape>& shapes, const std::string& file) {
-  pcl::PointCloud<pcl::PointXYZRGBL> cloud;
-  for (const Shape& shape : shapes) {
-    const auto [red, green, blue] = bytes(shape.color);
+void put_points(std::ostream& out, const std::vector<Shape>& shapes) {
+  for (const Shape& shape : shapes)
     for (const Eigen::Vector3d& point : shape.mesh.vertices) {
-      const Eigen::Vector3f p = point.cast<float>();
-      cloud.push_back({p.x(), p.y(), p.z(), red, green, blue, shape.id});
+      put_vertex(out, point, shape.color);
+      put(out, static_cast<std::uint32_t>(shape.id));
     }
+}
+
+void put_faces(std::ostream& out, const std::vector<Shape>& shapes) {
+  for (const Shape& shape : shapes)
+    for (const Eigen::Vector3d& vertex : shape.mesh.vertices) put_vertex(out, vertex, shape.color);
+  std::uint32_t first = 0;
+  for (const Shape& shape : shapes) {
+    for (const auto& corners : shape.mesh.triangles) {
+      put(out, std::uint8_t{3});
+      for (const std::uint32_t corner : corners) put(out, static_cast<std::int32_t>(first + corner));
+    }
+    first += static_cast<std::uint32_t>(shape.mesh.vertices.size());
   }
-  return pcl::io::savePLYFileBinary(file, cloud) == 0;
 }
 
 }  // namespace
@@ -61,17 +68,11 @@ void write_ply(const ExportJob& job, const std::filesystem::path& file) {
   const ExportPart part = job.options.parts.front();
   const std::vector<Shape> shapes = make_shapes(job, part);
   if (shapes.empty()) throw nothing_to_write(file);
-  output.write([](std::ostream&) {});  // PCL would not say why it cannot
-  bool written = false;
-  try {
-    const std::string name = output.temporary().string();
-    written = part == ExportPart::points ? save_points(shapes, name) : save_faces(shapes, name);
-  } catch (const std::exception&) {  // PCL's own types
-    written = false;
-  }
-  if (!written) {
-    throw Error(Error::Kind::output, file.string(), "cannot be written", "check the space left on the disk");
-  }
+  output.write([&](std::ostream& out) {
+    const bool points = part == ExportPart::points;
+    put_header(out, shapes, points);
+    points ? put_points(out, shapes) : put_faces(out, shapes);
+  });
   output.commit();
 }
 
