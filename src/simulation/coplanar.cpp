@@ -1,5 +1,7 @@
 #include "simulation/coplanar.hpp"
 
+#include "simulation/planar.hpp"
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -123,19 +125,6 @@ std::vector<std::vector<std::size_t>> grow_pieces(const TriangleMesh& mesh,
   return pieces;
 }
 
-/// u horizontal where that is possible.
-Eigen::Isometry3d frame_of(const GrowingPlane& plane) {
-  const Eigen::Vector3d& n = plane.normal();
-  const Eigen::Vector3d across =
-      std::abs(n.z()) < 0.95 ? Eigen::Vector3d::UnitZ().cross(n) : Eigen::Vector3d::UnitY().cross(n);
-  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear().col(0) = across.normalized();
-  T.linear().col(1) = n.cross(across).normalized();
-  T.linear().col(2) = n;
-  T.translation() = plane.point();
-  return T;
-}
-
 /// Planes by their normals' cells on the sphere's cube, so that not all need to be tried. Cells are wider
 /// than min_cos, so that a plane that holds a triangle lies in a neighbouring one.
 class PlaneIndex {
@@ -191,7 +180,7 @@ std::vector<CoplanarTriangles> coplanar_triangles(const TriangleMesh& mesh) {
     for (std::size_t k = 1; k < piece.size(); ++k) plane.add(flat[piece[k]]);
     plane.fit();
     index.add(plane.normal(), planes.size() - 1);
-    groups.push_back({frame_of(plane), piece});
+    groups.push_back({face_frame(plane.normal(), plane.point()), piece});
   }
   return groups;
 }

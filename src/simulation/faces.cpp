@@ -14,18 +14,9 @@ namespace {
 
 constexpr std::size_t no_group = std::numeric_limits<std::size_t>::max();
 
-/// z = the facet's outward normal, u horizontal where that is possible.
 Eigen::Isometry3d frame_of(const Facet& facet) {
   const auto& ring = facet.ring;
-  const Eigen::Vector3d n = (ring[1] - ring[0]).cross(ring[2] - ring[0]).normalized();
-  const Eigen::Vector3d across =
-      std::abs(n.z()) < 0.95 ? Eigen::Vector3d::UnitZ().cross(n) : Eigen::Vector3d::UnitY().cross(n);
-  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear().col(0) = across.normalized();
-  T.linear().col(1) = n.cross(across).normalized();
-  T.linear().col(2) = n;
-  T.translation() = ring[0];
-  return T;
+  return face_frame((ring[1] - ring[0]).cross(ring[2] - ring[0]).normalized(), ring[0]);
 }
 
 bool same_plane(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {

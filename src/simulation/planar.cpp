@@ -85,6 +85,17 @@ Areas union_of_facets(const PlanarGroup& group, const Eigen::Isometry3d& T_face_
 
 }  // namespace
 
+Eigen::Isometry3d face_frame(const Eigen::Vector3d& normal, const Eigen::Vector3d& origin) {
+  const Eigen::Vector3d across = std::abs(normal.z()) < 0.95 ? Eigen::Vector3d::UnitZ().cross(normal)
+                                                             : Eigen::Vector3d::UnitY().cross(normal);
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear().col(0) = across.normalized();
+  T.linear().col(1) = normal.cross(across).normalized();
+  T.linear().col(2) = normal;
+  T.translation() = origin;
+  return T;
+}
+
 std::vector<Polygon> open_area(const PlanarGroup& group, const std::vector<const Solid*>& covers) {
   const Eigen::Isometry3d T_face_scene = group.T_scene_face.inverse();
   Areas areas = union_of_facets(group, T_face_scene);
