@@ -1,9 +1,9 @@
 // One small map's two files, damaged everywhere: the same map or an Error, and memory within the bound.
 #include "fuzz/input_file.hpp"
-#include "fuzz/map_records.hpp"
 #include "io/map_file.hpp"
 #include "map_file.pb.h"
 #include "occupancy/occupancy_map.hpp"
+#include "support/packed_map.hpp"
 
 #include <fstream>
 #include <gmock/gmock.h>
@@ -128,14 +128,14 @@ TEST_F(DamagedMap, AnOctreeThatZstdShrankToNothingIsRefused) {
   }
   std::string octree(16 - 9, '\x01');
   octree += cube;
-  std::vector<std::string> records = records_of(surfaces);
+  std::vector<std::string> records = test::records_of(surfaces);
   std::vector<std::string> bomb{records.front()};
   for (std::size_t i = 0; i < octree.size(); i += 1 << 20) {
     map_file::Record record;
     record.set_octree(octree.substr(i, 1 << 20));
     bomb.push_back(record.SerializeAsString());
   }
-  const std::string file = map_file_of(bomb);
+  const std::string file = test::map_file_of(bomb);
   EXPECT_LT(file.size(), 30000U);
   EXPECT_GT(octree.size(), 16000000U);
   EXPECT_THAT(outcome_of(file), ::testing::AnyOf(::testing::HasSubstr("far more memory than its size allows"),

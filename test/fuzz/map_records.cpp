@@ -1,22 +1,16 @@
 #include "fuzz/map_records.hpp"
 
-#include "io/map_file.hpp"
-#include "io/record_stream.hpp"
 #include "map_file.pb.h"
+#include "support/packed_map.hpp"
 
 #include <algorithm>
 #include <limits>
 #include <random>
-#include <sstream>
-
-#include <octosurf/error.hpp>
 
 namespace octosurf::fuzz {
 namespace {
 
 using Random = std::minstd_rand;  // fixed: the fuzzer hands in the seed of each mutation
-
-constexpr std::size_t head_bytes = map_file_magic.size() + 4;
 
 std::size_t below(Random& rng, std::size_t n) { return n == 0 ? 0 : rng() % n; }
 
@@ -91,38 +85,10 @@ bool spoil_surface(map_file::Record& record, Random& rng) {
 
 }  // namespace
 
-std::vector<std::string> records_of(std::string_view file) {
-  if (file.size() < head_bytes) return {};
-  try {
-    std::istringstream in{std::string(file.substr(head_bytes))};
-    RecordReader reader(in, std::uint64_t{1} << 24, "input");
-    std::vector<std::string> records;
-    for (std::string record; reader.next(record);) records.push_back(record);
-    if (!records.empty()) records.pop_back();
-    return records;
-  } catch (const Error&) {
-    return {};
-  }
-}
-
-std::string map_file_of(const std::vector<std::string>& records) {
-  std::ostringstream out;
-  out << map_file_magic;
-  for (int shift = 0; shift < 32; shift += 8) out.put(static_cast<char>(map_file_version >> shift & 0xff));
-  RecordWriter writer(out);
-  for (const std::string& record : records) writer.put(record);
-  map_file::Record footer;
-  footer.mutable_footer()->set_records(writer.records());
-  footer.mutable_footer()->set_crc32(writer.crc32());
-  writer.put(footer.SerializeAsString());
-  writer.finish();
-  return out.str();
-}
-
 std::string mutated_map(std::string_view file, unsigned seed,
                         const std::function<void(std::string&)>& mutate) {
   Random rng(seed);
-  std::vector<std::string> records = records_of(file);
+  std::vector<std::string> records = test::records_of(file);
   if (records.empty() || rng() % 16 == 0) {
     std::string bytes(file);
     mutate(bytes);
@@ -150,7 +116,7 @@ std::string mutated_map(std::string_view file, unsigned seed,
     length.push_back(static_cast<char>(rest));
     one = tag + length + content;
   }
-  return map_file_of(records);
+  return test::map_file_of(records);
 }
 
 }  // namespace octosurf::fuzz

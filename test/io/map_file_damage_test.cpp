@@ -2,6 +2,7 @@
 #include "io/map_file.hpp"
 #include "io/record_stream.hpp"
 #include "map_files.hpp"
+#include "support/packed_map.hpp"
 #include "support/seed.hpp"
 
 #include <array>
@@ -445,17 +446,17 @@ TEST_F(DamagedMapFiles, AFooterThatDoesNotFit) {
   const Records records = unpack(*good);
   std::vector<std::string> bytes;
   for (const map_file::Record& record : records) bytes.push_back(record.SerializeAsString());
-  EXPECT_THAT(loading(pack_bytes(bytes, false)), HasSubstr("records are missing"));
+  EXPECT_THAT(loading(map_file_of(bytes, false)), HasSubstr("records are missing"));
   map_file::Record footer;
   footer.mutable_footer()->set_records(records.size());
   footer.mutable_footer()->set_crc32(0);
   bytes.push_back(footer.SerializeAsString());
-  EXPECT_THAT(loading(pack_bytes(bytes, false)), HasSubstr("checksum differs"));
+  EXPECT_THAT(loading(map_file_of(bytes, false)), HasSubstr("checksum differs"));
   footer.mutable_footer()->set_crc32(crc_of(bytes));
   bytes.back() = footer.SerializeAsString();
-  EXPECT_EQ(loading(pack_bytes(bytes, false)), "loaded");
-  EXPECT_THAT(loading(pack_bytes(bytes, true)), HasSubstr("records follow the last one"));
-  EXPECT_THAT(loading(pack_bytes({}, false)), HasSubstr("begin with a header"));
+  EXPECT_EQ(loading(map_file_of(bytes, false)), "loaded");
+  EXPECT_THAT(loading(map_file_of(bytes, true)), HasSubstr("records follow the last one"));
+  EXPECT_THAT(loading(map_file_of({}, false)), HasSubstr("begin with a header"));
 }
 
 /// Changes bytes inside a record, with a checksum that is right: whatever still loads must do no harm.
@@ -475,7 +476,7 @@ TEST_F(DamagedMapFiles, MutatedRecordsDoNoHarm) {
     std::string& record = cylinder ? mutated.back() : mutated[rng() % mutated.size()];
     for (auto n = rng() % 3 + 1; n > 0; --n)
       record[6 + rng() % (record.size() - 6)] = static_cast<char>(rng() % 4 == 0 ? 0xff : rng());
-    if (loading(pack_bytes(mutated)) != "loaded") continue;
+    if (loading(map_file_of(mutated)) != "loaded") continue;
     ++loaded;
     Mapper mapper(load_map(folder / "map").map);
     check_invariants(mapper.map());

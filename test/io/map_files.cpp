@@ -1,7 +1,7 @@
 #include "map_files.hpp"
 
 #include "io/map_file.hpp"
-#include "io/record_stream.hpp"
+#include "support/packed_map.hpp"
 #include "support/random_scans.hpp"
 #include "support/round_scene.hpp"
 #include "support/seed.hpp"
@@ -211,34 +211,17 @@ std::string difference(const Map& map_a, const Map& map_b) {
 }
 
 std::vector<map_file::Record> unpack(const std::string& file) {
-  std::istringstream in(file.substr(12));
-  RecordReader reader(in, std::uint64_t{1} << 32, "test");
   std::vector<map_file::Record> records;
-  for (std::string bytes; reader.next(bytes);)
+  for (const std::string& bytes : records_of(file))
     if (!records.emplace_back().ParseFromString(bytes)) throw std::runtime_error("not a record");
-  records.pop_back();
+  if (records.empty()) throw std::runtime_error("not a map file");
   return records;
-}
-
-std::string pack_bytes(const std::vector<std::string>& records, bool with_footer) {
-  std::ostringstream out;
-  out.write("\x89OCTSF\r\n\x02\0\0\0", 12);
-  RecordWriter writer(out);
-  for (const std::string& record : records) writer.put(record);
-  if (with_footer) {
-    map_file::Record footer;
-    footer.mutable_footer()->set_records(writer.records());
-    footer.mutable_footer()->set_crc32(writer.crc32());
-    writer.put(footer.SerializeAsString());
-  }
-  writer.finish();
-  return out.str();
 }
 
 std::string pack(const std::vector<map_file::Record>& records) {
   std::vector<std::string> bytes;
   for (const map_file::Record& record : records) bytes.push_back(record.SerializeAsString());
-  return pack_bytes(bytes);
+  return map_file_of(bytes);
 }
 
 std::string failure(Error::Kind kind, const std::function<void()>& work) {

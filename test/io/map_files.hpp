@@ -53,7 +53,6 @@ std::string difference(const Map& a, const Map& b);
 /// A map file taken apart and put together again, with a footer that is true.
 std::vector<map_file::Record> unpack(const std::string& file);  ///< footer left out
 std::string pack(const std::vector<map_file::Record>& records);
-std::string pack_bytes(const std::vector<std::string>& records, bool with_footer = true);
 
 /// The message of the Error of this kind that `work` throws; fails the test if there is none.
 std::string failure(Error::Kind kind, const std::function<void()>& work);
