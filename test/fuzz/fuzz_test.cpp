@@ -88,6 +88,14 @@ TEST(Fuzz, AHeaderOfMillionsOfElementsIsSoonRefused) {
   }
 }
 
+TEST(Fuzz, AnInputStandsInAFolderAlone) {
+  const InputFile one({}, ".pcd"), other({}, ".txt");
+  for (const InputFile* input : {&one, &other}) {
+    const auto files = fs::directory_iterator(input->path().parent_path());
+    EXPECT_EQ(std::distance(files, {}), 1) << input->path();
+  }
+}
+
 TEST(Fuzz, EveryTargetHasACorpus) {
   for (const Target& target : targets) {
     const fs::path folder = fs::path(OCTOSURF_SOURCE_DIR) / "test/fuzz/corpus" / target.name;

@@ -8,19 +8,21 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
+#include <stdexcept>
 #include <string>
-#include <unistd.h>
 
 #include <octosurf/error.hpp>
 
 namespace octosurf::fuzz {
 
-/// The input as a file, for readers that take a path; removed at the end.
+/// The input as a file, for readers that take a path; removed at the end. It stands in a new folder alone:
+/// readers look for poses and intrinsics beside it, and an input may name files there.
 class InputFile {
  public:
-  InputFile(Bytes bytes, const std::string& ending)
-      : path_(std::filesystem::temp_directory_path() /
-              ("octosurf-fuzz-" + std::to_string(getpid()) + ending)) {
+  InputFile(Bytes bytes, const std::string& ending) {
+    std::string folder = (std::filesystem::temp_directory_path() / "octosurf-fuzz-XXXXXX").string();
+    if (::mkdtemp(folder.data()) == nullptr) throw std::runtime_error("no temporary folder");
+    path_ = std::filesystem::path(folder) / ("input" + ending);
     std::ofstream(path_, std::ios::binary)
         .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   }
@@ -28,7 +30,7 @@ class InputFile {
   InputFile& operator=(const InputFile&) = delete;
   ~InputFile() {
     std::error_code ignored;
-    std::filesystem::remove(path_, ignored);
+    std::filesystem::remove_all(path_.parent_path(), ignored);
   }
   const std::filesystem::path& path() const { return path_; }
 
