@@ -10,16 +10,13 @@ namespace octosurf {
 
 ScanFeed::ScanFeed(std::unique_ptr<ScanSource> source, const ScanRange& range)
     : source_(std::move(source)), range_(range) {
+  const std::size_t left = source_->size() - std::min(range_.skip, source_->size());
+  size_ = std::min(range_.first, (left + range_.every - 1) / range_.every);
   read_ahead();
 }
 
 ScanFeed::~ScanFeed() {
   if (ahead_.valid()) ahead_.wait();
-}
-
-std::size_t ScanFeed::size() const {
-  const std::size_t left = source_->size() - std::min(range_.skip, source_->size());
-  return std::min(range_.first, (left + range_.every - 1) / range_.every);
 }
 
 void ScanFeed::read_ahead() {

@@ -26,7 +26,7 @@ class ScanFeed {
   ScanFeed& operator=(const ScanFeed&) = delete;
 
   /// How many there will be, if none is bad.
-  std::size_t size() const;
+  std::size_t size() const { return size_; }
 
   /// The next scan, or nothing at the end. Throws what ScanSource::next() throws, and Error(data) for
   /// a scan that does not fit into memory. No further call after that.
@@ -41,6 +41,7 @@ class ScanFeed {
 
   std::unique_ptr<ScanSource> source_;
   ScanRange range_;
+  std::size_t size_ = 0;  // asked of source_ before it is read from
   std::size_t asked_ = 0;
   std::future<std::optional<Scan>> ahead_;  // the only one who touches source_ while it is valid
 };

@@ -1,0 +1,56 @@
+// Scans that are read beside the work on the ones before.
+#include "scan_feed.hpp"
+
+#include <atomic>
+#include <future>
+#include <gmock/gmock.h>
+
+namespace octosurf::test {
+namespace {
+
+/// Waits in its first next() until it is let go, and notes if it is asked anything meanwhile.
+class SlowSource : public ScanSource {
+ public:
+  SlowSource(std::promise<void>& begun, std::shared_future<void> go_on, bool& disturbed)
+      : begun_(begun), go_on_(std::move(go_on)), disturbed_(disturbed) {}
+
+  std::size_t size() const override {
+    if (reading_) disturbed_ = true;
+    return 7;
+  }
+  std::optional<Scan> next() override {
+    if (given_ == 0) {
+      reading_ = true;
+      begun_.set_value();
+      go_on_.wait();
+      reading_ = false;
+    }
+    return given_++ < 7 ? std::optional<Scan>(Scan{}) : std::nullopt;
+  }
+  const std::vector<std::string>& skipped() const override { return skipped_; }
+
+ private:
+  std::promise<void>& begun_;
+  std::shared_future<void> go_on_;
+  bool& disturbed_;
+  std::atomic<bool> reading_ = false;
+  int given_ = 0;
+  std::vector<std::string> skipped_;
+};
+
+TEST(ScanFeed, ItsSourceIsAskedNothingWhileItReads) {
+  std::promise<void> begun, go_on;
+  bool disturbed = false;
+  ScanFeed feed(std::make_unique<SlowSource>(begun, go_on.get_future().share(), disturbed), {1, 2, 100});
+  begun.get_future().wait();
+  const std::size_t size = feed.size();
+  go_on.set_value();
+  std::size_t scans = 0;
+  while (feed.next()) ++scans;
+  EXPECT_FALSE(disturbed);
+  EXPECT_EQ(size, 3U) << "the second, fourth and sixth of seven";
+  EXPECT_EQ(scans, size);
+}
+
+}  // namespace
+}  // namespace octosurf::test
