@@ -1,6 +1,7 @@
 // Runs that cannot go on: one line, the last complete checkpoint, nothing good written over.
 #include "apps/command.hpp"
 #include "apps/running.hpp"
+#include "support/sanitized.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <octosurf/map.hpp>
@@ -12,14 +13,7 @@ namespace fs = std::filesystem;
 using ::testing::AllOf;
 using ::testing::AnyOf;
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 using ::testing::Not;
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool sanitized = true;
-#else
-constexpr bool sanitized = false;
-#endif
 
 class FailingRun : public CommandTest {
  protected:

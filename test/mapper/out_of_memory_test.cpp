@@ -3,6 +3,7 @@
 #include "mapper/failing_memory.hpp"
 #include "support/guarantees.hpp"
 #include "support/random_scans.hpp"
+#include "support/sanitized.hpp"
 #include "support/seed.hpp"
 
 #include <algorithm>
@@ -243,9 +244,7 @@ TEST_F(FailedAllocations, WithTwoThreads) {
 }
 
 TEST_F(OutOfMemory, ThreadsThatAreNotGrantedAreDoneWithout) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "a sanitizer needs more address space than the limit leaves";
-#endif
+  if (test::sanitized) GTEST_SKIP() << "a sanitizer needs more address space than the limit leaves";
   const std::string crash = crash_of([&] {
     rlimit none{};
     ::getrlimit(RLIMIT_AS, &none);

@@ -4,6 +4,7 @@
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/octomap_twin.hpp"
 #include "support/random_scans.hpp"
+#include "support/sanitized.hpp"
 #include "support/seed.hpp"
 
 #include <gtest/gtest.h>
@@ -157,9 +158,7 @@ double heap_of(const Make& make) {
 }
 
 TEST(VoxelTree, TakesNoMoreHeapThanOctomapsTree) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "the sanitizer's malloc tells nothing";
-#endif
+  if (test::sanitized) GTEST_SKIP() << "the sanitizer's malloc tells nothing";
   std::mt19937_64 rng = test::rng();
   std::vector<Scan> scans;
   for (int i = 0; i < 6; ++i) scans.push_back(test::room_scan(rng, 8000, {1.6, 1.2, 1.1}));
