@@ -10,10 +10,12 @@ namespace {
 constexpr double cos_facing = 0.8;  // 37°: normals of thin rails are smoothed over the bend
 constexpr double rad_per_deg = std::numbers::pi / 180;
 
+constexpr double least_round = 1.1;  // squares left by planes per squares left by the cylinder
+
 /// Rounder than edges and posts: by a quarter of the squares, or by less if very many points say so (a thin
 /// rail's roundness is hardly more than the noise).
 bool round(double facets, std::size_t points) {
-  return facets >= 1.25 || (facets >= 1.1 && static_cast<double>(points) * std::log(facets) >= 40);
+  return facets >= 1.25 || (facets >= least_round && static_cast<double>(points) * std::log(facets) >= 40);
 }
 
 }  // namespace
@@ -54,7 +56,10 @@ std::vector<CylinderSample> CylinderRules::samples(std::span<const Index> points
 bool CylinderRules::promising(const CylinderShape& shape, std::span<const CylinderSample> samples) const {
   if (shape.radius < min_radius_ / 2 || shape.radius > 2 * max_radius()) return false;
   const CylinderEvidence e = weigh(shape, samples, cell_);
-  return e.extent.span >= 40 * rad_per_deg && e.facets >= 1.05;
+  // Two sums of m squares, of deviation √(2/m) each: so few samples tell ln(facets) to 2/√m, and what they show
+  // may be three of that short of the least that convinces.
+  const double doubt = 3 * 2 / std::sqrt(static_cast<double>(samples.size()));
+  return e.extent.span >= 40 * rad_per_deg && e.facets * std::exp(doubt) >= least_round;
 }
 
 bool CylinderRules::convincing(const CylinderShape& shape, std::span<const CylinderSample> samples,

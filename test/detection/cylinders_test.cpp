@@ -78,7 +78,8 @@ TEST(DetectCylinders, FromOneSide) {
       EXPECT_NEAR(found.length_m, seen.length, 0.06);
       // Rays graze the rims: there noise runs around the mantle, three sigma of it at either.
       EXPECT_NEAR(found.span_rad, seen.span, 0.2 + 6 * c.noise / c.radius);
-      EXPECT_GT(found.axis.z(), -1e-3);
+      // Upward when born, or level to 1e-3; then it is fitted again, and either fit leans by its error.
+      EXPECT_GT(found.axis.z(), -1e-3 - 2 * c.largest_tilt_deg * pi / 180);
     }
     std::cout << "radius " << c.radius << " m over " << c.span_deg << " deg at d = " << c.resolution
               << ": radius off by at most " << worst_radius * 1e3 << " mm, axis by " << worst_tilt
