@@ -7,6 +7,7 @@
 #include <boost/geometry/index/rtree.hpp>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -32,6 +33,16 @@ struct Disc {
 // Bounds on the work where min_radius is tiny: grid points along the longer side, boundary samples.
 constexpr double grid_points = 300;
 constexpr double boundary_samples = 20000;
+
+/// Nothing for a triangle whose area rounds to none, which CGAL's circumcenter() asserts not to get.
+std::optional<Eigen::Vector2d> circumcenter(const Eigen::Vector2d& a, const Eigen::Vector2d& b,
+                                            const Eigen::Vector2d& c) {
+  const Eigen::Vector2d q = b - a, r = c - a;
+  const double denominator = 2 * (q.x() * r.y() - r.x() * q.y());
+  if (denominator == 0) return {};
+  const double q2 = q.squaredNorm(), r2 = r.squaredNorm();
+  return a + Eigen::Vector2d(r.y() * q2 - q.y() * r2, q.x() * r2 - r.x() * q2) / denominator;
+}
 
 class Fill {
  public:
@@ -97,8 +108,13 @@ class Fill {
     });
     const CGAL::Delaunay_triangulation_2<Kernel> delaunay(samples.begin(), samples.end());
     for (const auto face : delaunay.finite_face_handles()) {
-      const Kernel::Point_2 circumcenter = delaunay.circumcenter(face);
-      const Eigen::Vector2d center(circumcenter.x(), circumcenter.y());
+      const auto corner = [&](int k) {
+        const Kernel::Point_2& p = face->vertex(k)->point();
+        return Eigen::Vector2d(p.x(), p.y());
+      };
+      const std::optional<Eigen::Vector2d> found = circumcenter(corner(0), corner(1), corner(2));
+      if (!found) continue;
+      const Eigen::Vector2d& center = *found;
       // Slivers of samples on one edge have their centres anywhere.
       if ((center.array() < low_.array()).any() || (center.array() > high_.array()).any()) continue;
       if (contains(polygon_, center)) add_candidate(center);
