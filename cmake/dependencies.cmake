@@ -28,7 +28,7 @@ if(OCTOSURF_BUILD_TESTS)
   target_compile_definitions(octosurf_octomap INTERFACE OCTOMAP_NODEBUGOUT)  # the library does not print
 endif()
 
-# src/io: PCD and PLY; test/reference: the paper's pipeline. Not by find_package(PCL): that one
+# src/io, src/evaluation: PCD; test/io: PLY; test/reference: the paper's pipeline. Not by find_package(PCL): that one
 # pulls in VTK, Qt and MPI, which none of the parts used here needs.
 find_path(PCL_INCLUDE_DIR pcl/point_types.h PATH_SUFFIXES pcl-1.15 pcl-1.14 pcl-1.13 pcl-1.12 REQUIRED)
 function(octosurf_pcl_target target)
