@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -18,7 +19,13 @@ struct Scan {
   double stamp_s = 0;                            ///< time the scan was taken, seconds
   SensorKind sensor = SensorKind::depth_camera;  ///< picks the default maximum range
   std::string name;                              ///< for messages: file or index
+  /// How many readings each point is the mean of, where the scan was thinned before, as an archive's is:
+  /// empty, or a number from 1 on for each point. Such points do not tell the sensor's noise.
+  std::vector<std::uint16_t> readings{};
 };
+
+/// Throws Error(data) unless `readings` is as it says there, and their sum below 2³².
+void require_readings(const Scan& scan);
 
 /// Throws Error(data) naming `where` unless T is finite and |RᵀR − I| ≤ 1e-3, det R > 0.
 void require_rigid(const Eigen::Isometry3d& T, const std::string& where);

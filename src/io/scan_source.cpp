@@ -1,3 +1,4 @@
+#include "io/archived_scan.hpp"
 #include "io/cloud_file.hpp"
 #include "io/depth_image.hpp"
 #include "io/file_kind.hpp"
@@ -77,6 +78,11 @@ class FileScanSource : public ScanSource {
   Scan read(const ListedRecording& recording, const ListedScan& listed) {
     if (recording.graph) return recording.graph->read(listed.graph_index);
     Scan scan;
+    if (listed.kind == FileKind::archived_scan) {
+      scan = read_archived_scan(listed.file).scan();
+      scan.name = listed.file.string();
+      return scan;
+    }
     scan.name = listed.file.string();
     if (listed.kind == FileKind::image) {
       const DepthImage image = read_depth_image(listed.file);
@@ -161,7 +167,7 @@ InputKind classify(const fs::path& input) {
   if (input.extension() == ".surfaces")
     throw Error(Error::Kind::data, input.string(), "a saved map, not scans", "go on with it by --resume");
   throw Error(Error::Kind::data, input.string(), "not a kind of file that is read",
-              "give depth images (PNG, PGM), clouds (PCD, PLY, velodyne .bin), a .graph, .bt or .ot");
+              "give depth images (PNG, PGM), clouds (PCD, PLY, velodyne .bin), a .graph, .bt, .ot or archived .scan");
 }
 
 std::unique_ptr<ScanSource> open_scans(const std::vector<fs::path>& inputs,

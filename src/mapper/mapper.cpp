@@ -129,6 +129,7 @@ struct Mapper::Impl {
   Map map;
   int threads;
   Downsampler downsample;
+  VoxelScan last;
 };
 
 Mapper::Mapper(const Parameters& parameters, int threads) : Mapper(Map(parameters), threads) {}
@@ -142,6 +143,7 @@ Mapper::~Mapper() = default;
 
 ScanReport Mapper::insert(const Scan& scan) {
   require_rigid(scan.T_map_sensor, scan.name);
+  require_readings(scan);
   MapState& state = impl_->map.state();
   const OccupancyParameters& parameters = state.parameters.occupancy;
   const double max_range = parameters.max_range.value_or(scan.sensor == SensorKind::depth_camera
@@ -150,8 +152,9 @@ ScanReport Mapper::insert(const Scan& scan) {
 
   ScanReport report;
   report.points_raw = scan.points.size();
+  report.T_map_sensor = scan.T_map_sensor;
   Stopwatch time(report);
-  const VoxelScan voxels = time(Stage::downsample, [&] {
+  VoxelScan voxels = time(Stage::downsample, [&] {
     return impl_->downsample(scan, parameters.min_range, max_range, impl_->threads);
   });
   report.points_not_finite = voxels.not_finite;
@@ -174,6 +177,7 @@ ScanReport Mapper::insert(const Scan& scan) {
   time(Stage::downsample, [&] { state.noise.observe(scan); });
   update_surfaces(state, voxels, delta, report);
   state.unfinished_scan = 0;
+  impl_->last = std::move(voxels);
   return report;
 }
 
@@ -196,6 +200,7 @@ ScanReport Mapper::detect_in_occupancy() {
   return report;
 }
 
+const VoxelScan& Mapper::last_voxels() const { return impl_->last; }
 std::shared_ptr<const Snapshot> Mapper::snapshot() const { return impl_->map.snapshot(); }
 const Map& Mapper::map() const {
   impl_->map.state().require_whole();

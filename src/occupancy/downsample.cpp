@@ -48,8 +48,14 @@ void Downsampler::collect_runs(const Scan& scan, double min_range, std::size_t b
         if (run.count > 0) part.runs.push_back(run);
         run = {key, 0, grid_.centre_of(key), Eigen::Vector3f::Zero()};
       }
-      ++run.count;
-      run.sum += Eigen::Vector3f(located.x[i], located.y[i], located.z[i]) - run.centre;
+      const Eigen::Vector3f offset = Eigen::Vector3f(located.x[i], located.y[i], located.z[i]) - run.centre;
+      if (scan.readings.empty()) {
+        ++run.count;
+        run.sum += offset;
+      } else {
+        run.count += scan.readings[from + i];
+        run.sum += static_cast<float>(scan.readings[from + i]) * offset;
+      }
     }
     if (run.count > 0) part.runs.push_back(run);
   }

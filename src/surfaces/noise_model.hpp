@@ -50,7 +50,8 @@ class NoiseModel {
   /// The parameter, or the smallest that explains all distance classes from 2 m.
   double range_noise() const { return range_noise_; }
 
-  /// Looks at one triple of consecutive points in seven, until a class has been seen enough.
+  /// Looks at one triple of consecutive points in seven, until a class has been seen enough. Not at points
+  /// that are means of several readings.
   void observe(const Scan& scan);
   const Histogram& histogram() const { return histogram_; }  ///< state, for map files
   void restore(const Histogram& histogram, double range_noise);

@@ -1,0 +1,87 @@
+#include "scan_keeper.hpp"
+
+#include "output_files.hpp"
+
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* option = "--keep-scans ";
+
+/// The first archive of a map that has no scan yet.
+KeptScans new_archive(const KeepingWish& wish, const Map& map) {
+  if (map.size().scans > 0)
+    throw Error(Error::Kind::usage, option + wish.folder,
+                "the map has " + std::to_string(map.size().scans) + " scans that no archive holds",
+                "map them anew with --keep-scans");
+  if (map.size().nodes > 0)
+    throw Error(Error::Kind::usage, option + wish.folder, "the map begins with an octree, which has no scans",
+                "leave it out");
+  require_room_for_archive(wish.folder, wish.force);
+  return {wish.folder};
+}
+
+}  // namespace
+
+ScanKeeper::ScanKeeper(KeptScans kept, const Map& map)
+    : kept_(std::move(kept)), resolution_(map.parameters().occupancy.resolution) {
+  if (!kept_.folder.empty()) archive_ = std::make_unique<ScanArchiveWriter>(kept_.folder, map.size().scans);
+}
+
+void ScanKeeper::add(const Scan& scan, const ScanReport& report, const VoxelScan& voxels) {
+  if (!archive_) return;
+  const ArchivedHeader header{scan.name,   scan.stamp_s,      scan.sensor,
+                              resolution_, scan.T_map_sensor, report.T_map_sensor};
+  try {
+    archive_->add(header, voxels);
+  } catch (...) {
+    kept_ = {};
+    archive_.reset();
+    throw;
+  }
+}
+
+void ScanKeeper::finish() {
+  if (!archive_) return;
+  try {
+    archive_->finish();
+  } catch (...) {
+    kept_ = {};
+    archive_.reset();
+    throw;
+  }
+}
+
+KeptScans choose_archive(const KeepingWish& wish, const Map& map, const KeptScans& before,
+                         std::vector<std::string>& warnings) {
+  if (before.folder.empty()) return wish.folder.empty() ? KeptScans{} : new_archive(wish, map);
+  const std::string there = before.folder.string();
+  if (!wish.folder.empty() && !same_file(wish.folder, there)) {
+    require_room_for_archive(wish.folder, wish.force);
+    copy_archive(there, wish.folder, map.size().scans);
+    return {wish.folder, false, before.poses};
+  }
+  if (!wish.in_place || before.shared) {
+    if (!wish.folder.empty())
+      throw Error(Error::Kind::usage, option + wish.folder, "is the archive of another map, too",
+                  "name a new folder, which begins with its scans");
+    warnings.push_back(there + ": holds the scans up to here, not those that come now; --keep-scans NEW gives the " +
+                       "map an archive of its own");
+    return {};
+  }
+  std::error_code ignored;
+  if (wish.folder.empty() && !fs::is_directory(before.folder, ignored)) {
+    warnings.push_back(there + ": the archive of the map's scans is not there, the map goes on without");
+    return {};
+  }
+  return before;
+}
+
+}  // namespace octosurf
