@@ -80,7 +80,7 @@ MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext 
       context_(std::move(context)),
       begin_(begin),
       checkpoints_(options.output, options.checkpoint_s),
-      keeper_(std::move(kept), mapper_.map()),
+      keeper_(std::move(kept), mapper_),
       poses_(options.write_poses, options.force),
       reserve_(std::make_unique_for_overwrite<std::byte[]>(std::size_t{8} << 20)) {}
 
@@ -193,7 +193,7 @@ void MapRun::insert(const Scan& scan) {
   changed_ = true;
   statistics_.add(scan, report, arrival_s, done_s);
   poses_.add(scan.stamp_s, report.T_map_sensor);
-  keeper_.add(scan, report, mapper_.last_voxels());
+  keeper_.add(scan, report);
 }
 
 void MapRun::wait_for(double arrival_s) const {

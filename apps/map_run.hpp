@@ -24,7 +24,7 @@ namespace octosurf {
 /// What the user of `octosurf map` asked for.
 struct MapOptions {
   std::vector<std::string> inputs;
-  std::string output, resume, report;  ///< stems of maps; file
+  std::string output, resume, report;   ///< stems of maps; file
   std::string keep_scans, write_poses;  ///< folder; file
   ParameterOptions parameters;
   ScanSourceOptions source;

@@ -24,9 +24,7 @@ void PoseLog::save() {
   failing_ = false;
 }
 
-void PoseLog::try_to_save() try {
-  save();
-} catch (const Error& error) {
+void PoseLog::try_to_save() try { save(); } catch (const Error& error) {
   if (failing_) return;
   failing_ = true;
   std::fprintf(stderr, "warning: %s; the run goes on\n", error.what());

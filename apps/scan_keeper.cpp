@@ -1,6 +1,7 @@
 #include "scan_keeper.hpp"
 
 #include "output_files.hpp"
+#include "surfaces/map_state.hpp"
 
 #include <filesystem>
 #include <system_error>
@@ -30,17 +31,26 @@ KeptScans new_archive(const KeepingWish& wish, const Map& map) {
 
 }  // namespace
 
-ScanKeeper::ScanKeeper(KeptScans kept, const Map& map)
-    : kept_(std::move(kept)), resolution_(map.parameters().occupancy.resolution) {
-  if (!kept_.folder.empty()) archive_ = std::make_unique<ScanArchiveWriter>(kept_.folder, map.size().scans);
+ScanKeeper::ScanKeeper(KeptScans kept, Mapper& mapper) : kept_(std::move(kept)), mapper_(mapper) {
+  if (kept_.folder.empty()) return;
+  archive_ = std::make_unique<ScanArchiveWriter>(kept_.folder, mapper.map().size().scans);
+  noise_ = mapper.map().state().noise.histogram();
+  mapper.round_scans();
 }
 
-void ScanKeeper::add(const Scan& scan, const ScanReport& report, const VoxelScan& voxels) {
+void ScanKeeper::add(const Scan& scan, const ScanReport& report) {
   if (!archive_) return;
-  const ArchivedHeader header{scan.name,   scan.stamp_s,      scan.sensor,
-                              resolution_, scan.T_map_sensor, report.T_map_sensor};
+  const MapState& state = mapper_.map().state();
+  const ArchivedHeader header{scan.name,
+                              scan.stamp_s,
+                              scan.sensor,
+                              state.parameters.occupancy.resolution,
+                              scan.T_map_sensor,
+                              report.T_map_sensor,
+                              state.noise.seen_since(noise_)};
+  noise_ = state.noise.histogram();
   try {
-    archive_->add(header, voxels);
+    archive_->add(header, mapper_.last_voxels());
   } catch (...) {
     kept_ = {};
     archive_.reset();
@@ -72,7 +82,8 @@ KeptScans choose_archive(const KeepingWish& wish, const Map& map, const KeptScan
     if (!wish.folder.empty())
       throw Error(Error::Kind::usage, option + wish.folder, "is the archive of another map, too",
                   "name a new folder, which begins with its scans");
-    warnings.push_back(there + ": holds the scans up to here, not those that come now; --keep-scans NEW gives the " +
+    warnings.push_back(there +
+                       ": holds the scans up to here, not those that come now; --keep-scans NEW gives the " +
                        "map an archive of its own");
     return {};
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "io/scan_archive.hpp"
+#include "surfaces/noise_model.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -14,15 +15,16 @@ namespace octosurf {
 
 /// Keeps the scans of a run in an archive, if it is to (`--keep-scans`).
 ///
-/// A scan is added only after it was mapped, and finish() is called before the map is saved: so every saved map
-/// finds all its scans in the archive it names, whenever the power fails.
+/// A scan is added only after it was mapped, and finish() is called before the map is saved: so every saved
+/// map finds all its scans in the archive it names, whenever the power fails.
 class ScanKeeper {
  public:
-  /// Goes on with the archive of `map`, none if kept.folder is empty. Throws Error(output), Error(data).
-  ScanKeeper(KeptScans kept, const Map& map);
+  /// Goes on with the archive of the mapper's map; does nothing if kept.folder is empty. From now on the
+  /// mapper rounds its scans. Throws Error(output), Error(data).
+  ScanKeeper(KeptScans kept, Mapper& mapper);
 
   /// Both throw Error(output). Then the archive misses a scan: the map that is saved afterwards names none.
-  void add(const Scan& scan, const ScanReport& report, const VoxelScan& voxels);
+  void add(const Scan& scan, const ScanReport& report);
   void finish();
 
   /// What to save with the map.
@@ -30,7 +32,8 @@ class ScanKeeper {
 
  private:
   KeptScans kept_;
-  double resolution_;
+  const Mapper& mapper_;
+  NoiseModel::Histogram noise_{};  // of all scans so far
   std::unique_ptr<ScanArchiveWriter> archive_;
 };
 
@@ -41,7 +44,8 @@ struct KeepingWish {
   bool force = false;
 };
 
-/// For a run that goes on with `map`, whose scans are in `before`; what the user should know goes to `warnings`.
+/// For a run that goes on with `map`, whose scans are in `before`; what the user should know goes to
+/// `warnings`.
 /// 1. A map goes on with its archive by itself where it is written over. Written elsewhere, it would share it
 ///    with the map it began as, so it gets one only by a wish, with links to what is there.
 /// 2. A map has either all its scans in an archive or none. Throws Error(usage) where a wish goes against it.

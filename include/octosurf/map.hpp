@@ -56,8 +56,8 @@ class Map {
   std::unique_ptr<MapState> state_;
 };
 
-/// Where the scans that a map was built from are kept (`octosurf map --keep-scans`), so that it can be built anew
-/// with corrected poses.
+/// Where the scans that a map was built from are kept (`octosurf map --keep-scans`), so that it can be built
+/// anew with corrected poses.
 struct KeptScans {
   std::filesystem::path folder;  ///< of the archive that holds all of them; empty: they are not kept
   bool shared = false;           ///< with another map, which may go on with it, as this one may not
@@ -67,8 +67,8 @@ struct KeptScans {
 
 /// Writes `stem`.surfaces (everything) and `stem`.bt (plain OctoMap), each to a temporary file that is synced
 /// and renamed: whenever that fails or the process dies, the files of before or the new ones are there.
-/// Throws Error(output), and Error(incomplete) for a map that is not whole. The file remembers where the map's
-/// `scans` are, relative to it where that can be said; by default that they are not kept.
+/// Throws Error(output), and Error(incomplete) for a map that is not whole. The file remembers where the
+/// map's `scans` are, relative to it where that can be said; by default that they are not kept.
 void save_map(const Map& map, const std::filesystem::path& stem, const KeptScans& scans = {});
 
 struct LoadedMap {

@@ -2,6 +2,7 @@
 
 #include "io/record_stream.hpp"
 #include "scan_archive.pb.h"
+#include "surfaces/noise_model.hpp"
 
 #include <algorithm>
 #include <array>
@@ -20,8 +21,8 @@ namespace {
 namespace fs = std::filesystem;
 using scan_archive::Record;
 
-// What a file may decompress to: five bytes a voxel and more, of which real scans leave 3.5 … 4. In memory a byte
-// makes 28 at most, where all are steps: eight, twice while they grow, and a point.
+// What a file may decompress to: five bytes a voxel and more, of which real scans leave 3.5 … 4. In memory a
+// byte makes 28 at most, where all are steps: eight, twice while they grow, and a point.
 constexpr std::uint64_t free_stream = std::uint64_t{2} << 20;
 constexpr std::uint64_t largest_ratio = 4;
 constexpr std::size_t largest_header = std::size_t{64} << 10;
@@ -87,6 +88,13 @@ class Writer {
     put_pose(h.T_used, [&](double value) { header.add_pose(value); });
     if (h.T_given.matrix() != h.T_used.matrix())
       put_pose(h.T_given, [&](double value) { header.add_given_pose(value); });
+    std::uint32_t last = 0;
+    for (const NoiseCount& seen : h.noise) {
+      const auto place = static_cast<std::uint32_t>(seen.range_class * NoiseModel::bins + seen.size);
+      header.add_noise_steps(place - last);
+      header.add_noise_counts(seen.count);
+      last = place;
+    }
   }
 
   std::string column(std::size_t axis) const {
@@ -123,6 +131,7 @@ class Reader {
     header.T_given = h.given_pose_size() > 0 ? pose(h.given_pose()) : header.T_used;
     require(header.T_used.translation().cwiseAbs().maxCoeff() <= header.resolution * VoxelGrid::origin,
             "the sensor stands outside the octree");
+    header.noise = noise(h);
     return header;
   }
 
@@ -159,7 +168,8 @@ class Reader {
     if (!in_) throw Error(Error::Kind::data, where_, "cannot be read", "check the path and its rights");
     std::array<char, archived_scan_magic.size() + 4> head{};
     in_.read(head.data(), head.size());
-    if (!std::string_view(head.data(), static_cast<std::size_t>(in_.gcount())).starts_with(archived_scan_magic))
+    if (!std::string_view(head.data(), static_cast<std::size_t>(in_.gcount()))
+             .starts_with(archived_scan_magic))
       throw Error(Error::Kind::data, where_, "is not an archived scan",
                   "expected a file of octosurf map --keep-scans");
     require(static_cast<bool>(in_), "it ends too early");
@@ -189,6 +199,21 @@ class Reader {
     return T;
   }
 
+  std::vector<NoiseCount> noise(const scan_archive::Header& header) const {
+    constexpr std::uint32_t places = NoiseModel::classes * NoiseModel::bins;
+    require(header.noise_steps_size() == header.noise_counts_size(), "its noise is not complete");
+    std::vector<NoiseCount> noise;
+    std::uint32_t place = 0;
+    for (int i = 0; i < header.noise_steps_size(); ++i) {
+      const std::uint32_t step = header.noise_steps(i);
+      require((step > 0 || i == 0) && step < places && place + step < places, "its noise is out of order");
+      place += step;
+      noise.push_back({static_cast<std::uint8_t>(place / NoiseModel::bins),
+                       static_cast<std::uint8_t>(place % NoiseModel::bins), header.noise_counts(i)});
+    }
+    return noise;
+  }
+
   void read_voxels(std::vector<ArchivedScan::Point>& points) {
     const Record record = next(Record::kVoxels);
     points.reserve(static_cast<std::size_t>(record.voxels().steps_size()));
@@ -201,9 +226,11 @@ class Reader {
     }
   }
 
-  void read_column(const std::string& column, std::size_t axis, std::vector<ArchivedScan::Point>& points) const {
+  void read_column(const std::string& column, std::size_t axis,
+                   std::vector<ArchivedScan::Point>& points) const {
     require(column.size() == points.size(), "columns are not of one length");
-    for (std::size_t i = 0; i < points.size(); ++i) points[i].place[axis] = static_cast<std::uint8_t>(column[i]);
+    for (std::size_t i = 0; i < points.size(); ++i)
+      points[i].place[axis] = static_cast<std::uint8_t>(column[i]);
   }
 
   void read_readings(std::vector<ArchivedScan::Point>& points) {
@@ -234,6 +261,7 @@ Scan ArchivedScan::scan() const {
   scan.stamp_s = header.stamp_s;
   scan.sensor = header.sensor;
   scan.name = header.name;
+  scan.noise = header.noise;
   const VoxelGrid grid(header.resolution);
   const Eigen::Isometry3d T_sensor_map = header.T_used.inverse();
   scan.points.reserve(points.size());

@@ -15,7 +15,8 @@ void put_record(const map_file::Record& record, RecordWriter& records) {
   records.put(record.SerializeAsString());
 }
 
-void write_header(const MapState& state, const FileSum& bt, const KeptScans& scans, map_file::Header& header) {
+void write_header(const MapState& state, const FileSum& bt, const KeptScans& scans,
+                  map_file::Header& header) {
   for (const ParameterInfo& info : parameter_infos()) {
     map_file::Parameter& parameter = *header.add_parameters();
     parameter.set_name(info.name);

@@ -42,7 +42,8 @@ std::vector<fs::path> files_from(const fs::path& folder, std::uint64_t first) {
   std::error_code failure;
   fs::directory_iterator entry(folder, failure);
   for (; !failure && entry != fs::directory_iterator(); entry.increment(failure))
-    if (const auto number = number_of(entry->path()); number && *number >= first) files.push_back(entry->path());
+    if (const auto number = number_of(entry->path()); number && *number >= first)
+      files.push_back(entry->path());
   if (failure) fail(folder, "cannot be looked at", failure);
   return files;
 }
@@ -67,9 +68,10 @@ std::vector<fs::path> archived_files(const fs::path& folder, std::uint64_t scans
     files.push_back(archived_file(folder, i));
     std::error_code ignored;
     if (!fs::is_regular_file(files.back(), ignored))
-      throw Error(Error::Kind::data, files.back().string(),
-                  "is missing: the map has " + std::to_string(scans) + " scans, and the archive not all of them",
-                  "name the map's own archive");
+      throw Error(
+          Error::Kind::data, files.back().string(),
+          "is missing: the map has " + std::to_string(scans) + " scans, and the archive not all of them",
+          "name the map's own archive");
   }
   return files;
 }
@@ -80,7 +82,9 @@ void require_room_for_archive(const fs::path& folder, bool force) {
   if (!fs::exists(there)) return;
   if (!fs::is_directory(there))
     throw Error(Error::Kind::output, folder.string(), "is not a folder", "name a folder for the scans");
-  const auto is_archived = [](const fs::directory_entry& entry) { return number_of(entry.path()).has_value(); };
+  const auto is_archived = [](const fs::directory_entry& entry) {
+    return number_of(entry.path()).has_value();
+  };
   const fs::directory_iterator begin(folder, ignored), end;
   if (begin == end) return;
   if (!std::all_of(fs::directory_iterator(folder, ignored), end, is_archived))

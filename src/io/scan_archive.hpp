@@ -10,9 +10,9 @@
 namespace octosurf {
 
 // An archive of scans is a folder that holds, for every scan of a map in order, one file as archived_scan.hpp
-// describes it: 000000.scan, 000001.scan, …, numbered as the map counts its scans. So a map of n scans has the
-// first n files for its own. What stands behind them was left by a run that was killed before it could save: it
-// does no harm and is replaced when the map is gone on with.
+// describes it: 000000.scan, 000001.scan, …, numbered as the map counts its scans. So a map of n scans has
+// the first n files for its own. What stands behind them was left by a run that was killed before it could
+// save: it does no harm and is replaced when the map is gone on with.
 
 /// Scan `number` of the archive in `folder`.
 std::filesystem::path archived_file(const std::filesystem::path& folder, std::uint64_t number);
@@ -34,7 +34,8 @@ class ScanArchiveWriter {
   ScanArchiveWriter& operator=(const ScanArchiveWriter&) = delete;
   ~ScanArchiveWriter();
 
-  /// A scan that was mapped, the next one in order. Throws Error(output) if the one before could not be written.
+  /// A scan that was mapped, the next one in order. Throws Error(output) if the one before could not be
+  /// written.
   void add(ArchivedHeader header, VoxelScan voxels);
 
   /// Waits until all that was added is on the disk. Throws Error(output), and is of no use after that.
@@ -48,8 +49,9 @@ class ScanArchiveWriter {
   std::future<void> writing_;
 };
 
-/// Begins the archive in `folder` with the first `scans` scans of another, which it shares with it where the file
-/// system has links. Throws Error(output), Error(data).
-void copy_archive(const std::filesystem::path& from, const std::filesystem::path& folder, std::uint64_t scans);
+/// Begins the archive in `folder` with the first `scans` scans of another, which it shares with it where the
+/// file system has links. Throws Error(output), Error(data).
+void copy_archive(const std::filesystem::path& from, const std::filesystem::path& folder,
+                  std::uint64_t scans);
 
 }  // namespace octosurf

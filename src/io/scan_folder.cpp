@@ -12,7 +12,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* what_is_read =
-    "a folder of scans holds depth images (PNG, PGM), clouds (PCD, PLY, velodyne .bin), a .graph or archived .scan files";
+    "a folder of scans holds depth images (PNG, PGM), clouds (PCD, PLY, velodyne .bin), a .graph or archived "
+    ".scan files";
 
 struct Family {
   FileKind kind;

@@ -166,8 +166,9 @@ InputKind classify(const fs::path& input) {
   if (kind != FileKind::unknown) return InputKind::scans;
   if (input.extension() == ".surfaces")
     throw Error(Error::Kind::data, input.string(), "a saved map, not scans", "go on with it by --resume");
-  throw Error(Error::Kind::data, input.string(), "not a kind of file that is read",
-              "give depth images (PNG, PGM), clouds (PCD, PLY, velodyne .bin), a .graph, .bt, .ot or archived .scan");
+  throw Error(
+      Error::Kind::data, input.string(), "not a kind of file that is read",
+      "give depth images (PNG, PGM), clouds (PCD, PLY, velodyne .bin), a .graph, .bt, .ot or archived .scan");
 }
 
 std::unique_ptr<ScanSource> open_scans(const std::vector<fs::path>& inputs,

@@ -1,6 +1,7 @@
 #include "detection/cylinders.hpp"
 #include "detection/detection.hpp"
 #include "expansion/expansion.hpp"
+#include "mapper/rounded_scan.hpp"
 #include "surfaces/upkeep.hpp"
 
 #include <algorithm>
@@ -51,8 +52,8 @@ std::vector<Index> indices_of(PointWindow& window, const std::vector<VoxelPoint>
 
 /// A camera's y points down in its picture, a lidar's z up; map frame.
 Eigen::Vector3d up_of_sensor(const Scan& scan) {
-  const Eigen::Vector3d up = scan.sensor == SensorKind::depth_camera ? Eigen::Vector3d(0, -1, 0)
-                                                                     : Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d up =
+      scan.sensor == SensorKind::depth_camera ? Eigen::Vector3d(0, -1, 0) : Eigen::Vector3d::UnitZ();
   return (scan.T_map_sensor.linear() * up).normalized();
 }
 
@@ -75,8 +76,8 @@ void require_ids(const MapState& state, std::size_t new_points, const std::strin
 
 std::vector<SurfaceId> list_of(const std::set<SurfaceId>& ids) { return {ids.begin(), ids.end()}; }
 
-/// Everything after the octree's answer: docs/design.md §4, steps 3 to 7. The report is complete before derive()
-/// publishes, so that what fails has published nothing.
+/// Everything after the octree's answer: docs/design.md §4, steps 3 to 7. The report is complete before
+/// derive() publishes, so that what fails has published nothing.
 void update_surfaces(MapState& state, const VoxelScan& scan, const OccupancyDelta& delta,
                      ScanReport& report) {
   Stopwatch time(report);
@@ -126,10 +127,23 @@ struct Mapper::Impl {
   explicit Impl(Map m, int thread_count)
       : map(std::move(m)), threads(thread_count), downsample(map.state().occupancy.grid()) {}
 
+  VoxelScan group(const Scan& scan, double max_range) {
+    const MapState& state = map.state();
+    VoxelScan voxels = downsample(scan, state.parameters.occupancy.min_range, max_range, threads);
+    if (!round_scans && scan.readings.empty()) return voxels;
+    if (scan.readings.empty())
+      round_scan(voxels, state.occupancy.grid(), state.noise);
+    else
+      restore_rounded(voxels, state.occupancy.grid());
+    downsample.find_anew(voxels);
+    return voxels;
+  }
+
   Map map;
   int threads;
   Downsampler downsample;
   VoxelScan last;
+  bool round_scans = false;
 };
 
 Mapper::Mapper(const Parameters& parameters, int threads) : Mapper(Map(parameters), threads) {}
@@ -144,6 +158,8 @@ Mapper::~Mapper() = default;
 ScanReport Mapper::insert(const Scan& scan) {
   require_rigid(scan.T_map_sensor, scan.name);
   require_readings(scan);
+  if (!NoiseModel::takes(scan))
+    throw Error(Error::Kind::data, scan.name, "its noise makes no sense", "leave it out");
   MapState& state = impl_->map.state();
   const OccupancyParameters& parameters = state.parameters.occupancy;
   const double max_range = parameters.max_range.value_or(scan.sensor == SensorKind::depth_camera
@@ -154,9 +170,7 @@ ScanReport Mapper::insert(const Scan& scan) {
   report.points_raw = scan.points.size();
   report.T_map_sensor = scan.T_map_sensor;
   Stopwatch time(report);
-  VoxelScan voxels = time(Stage::downsample, [&] {
-    return impl_->downsample(scan, parameters.min_range, max_range, impl_->threads);
-  });
+  VoxelScan voxels = time(Stage::downsample, [&] { return impl_->group(scan, max_range); });
   report.points_not_finite = voxels.not_finite;
   report.points_too_near = voxels.too_near;
   report.points_out_of_map = voxels.out_of_map;
@@ -200,6 +214,7 @@ ScanReport Mapper::detect_in_occupancy() {
   return report;
 }
 
+void Mapper::round_scans() { impl_->round_scans = true; }
 const VoxelScan& Mapper::last_voxels() const { return impl_->last; }
 std::shared_ptr<const Snapshot> Mapper::snapshot() const { return impl_->map.snapshot(); }
 const Map& Mapper::map() const {

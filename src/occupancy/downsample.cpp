@@ -13,6 +13,13 @@ std::int64_t Downsampler::find(VoxelKey key) const {
   return std::int64_t{table_.find({key.x, key.y, key.z})} - 1;
 }
 
+void Downsampler::find_anew(const VoxelScan& scan) {
+  for (std::uint32_t i = 0; i < scan.ends.size(); ++i) {
+    const VoxelKey key = scan.ends[i].key;
+    table_.at({key.x, key.y, key.z}) = i + 1;
+  }
+}
+
 void Downsampler::add(const Run& run, VoxelScan& out) {
   std::uint32_t& place = table_.at({run.key.x, run.key.y, run.key.z});
   if (place == 0) {

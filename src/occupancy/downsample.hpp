@@ -39,9 +39,12 @@ class Downsampler {
  public:
   explicit Downsampler(const VoxelGrid& grid) : grid_(grid) {}
 
-  /// `scan` must have a rigid pose, and readings that require_readings() takes. Throws Error(data) if the sensor itself is outside the octree.
-  /// The result does not depend on `threads`.
+  /// `scan` must have a rigid pose, and readings that require_readings() takes. Throws Error(data) if the
+  /// sensor itself is outside the octree. The result does not depend on `threads`.
   VoxelScan operator()(const Scan& scan, double min_range, double max_range, int threads = 1);
+
+  /// After `ends` of the last result were put into another order.
+  void find_anew(const VoxelScan& scan);
 
   /// Index into the last result's `ends`, or −1.
   std::int64_t find(VoxelKey key) const;
