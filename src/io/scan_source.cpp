@@ -69,7 +69,7 @@ class FileScanSource : public ScanSource {
                           recording.T_posed_sensor;
     else if (!listed.pose_file.empty())
       scan.T_map_sensor = own_pose(listed);
-    else
+    else if (listed.kind != FileKind::archived_scan)  // whose pose is the very one it was mapped with
       scan.T_map_sensor = rigid(scan.T_map_sensor, scan.name);
     return scan;
   }

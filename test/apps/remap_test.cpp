@@ -3,9 +3,11 @@
 #include "apps/running.hpp"
 #include "io/pose_file.hpp"
 #include "property/same_surfaces.hpp"
+#include "support/scene.hpp"
 #include "support/seed.hpp"
 
 #include <chrono>
+#include <cmath>
 #include <random>
 #include <thread>
 
@@ -52,6 +54,33 @@ class Remap : public CommandTest {
     return loaded.map.snapshot();
   }
 
+  /// Depth images in `name` of a table in a corner, from sides that change, 2 mm of noise; poses.txt.
+  void write_room(const std::string& name, std::size_t images) const {
+    Scene scene;
+    scene.rectangle({-1, -1, 0}, {3, 0, 0}, {0, 3, 0}).rectangle({-1, -1, 0}, {3, 0, 0}, {0, 0, 2});
+    scene.rectangle({-1, -1, 0}, {0, 3, 0}, {0, 0, 2}).box({0, 0, 0}, {0.9, 0.8, 0.7});
+    Camera camera;
+    camera.width = 160;
+    camera.height = 120;
+    camera.focal = 130;
+    std::mt19937_64 random = rng();
+    std::string lines;
+    for (std::size_t i = 0; i < images; ++i) {
+      const double a = 1.6 * static_cast<double>(i) / static_cast<double>(images);
+      const Eigen::Isometry3d T =
+          look_at({0.4 + 1.9 * std::cos(a), 0.4 + 1.9 * std::sin(a), 1.5}, {0.2, 0.2, 0.5});
+      std::string image = "P5\n160 120\n65535\n";
+      for (const Eigen::Vector3f& p : camera_scan(scene, T, random, camera).points) {
+        const int depth_mm = p.allFinite() ? static_cast<int>(std::lround(1000 * p.z())) : 0;
+        image += {static_cast<char>(depth_mm >> 8), static_cast<char>(depth_mm & 0xff)};
+      }
+      write(name + "/" + std::to_string(i) + ".pgm", image);
+      lines += tum_line(static_cast<double>(i) / 30, T) + "\n";
+    }
+    write(name + "/poses.txt", lines);
+    write(name + "/intrinsics.txt", "130 130 79.5 59.5\n");
+  }
+
   /// Every large surface of `before` still has its id, where T has moved it. Returns how many there are.
   static std::size_t expect_ids(const Snapshot& before, const Snapshot& after, const Eigen::Isometry3d& T) {
     std::size_t large_ones = 0;
@@ -69,7 +98,7 @@ class Remap : public CommandTest {
 };
 
 TEST_F(Remap, WithTheSamePosesGivesTheSameMap) {
-  run_well("simulate room -o room --frames 8");
+  write_room("room", 8);
   run_well("map room -o m --keep-scans kept");
   EXPECT_EQ(files_in("kept"), 8U);
   EXPECT_THAT(run_well("remap m -o n --report r.json").out, HasSubstr("0 new; 0 of those before are gone"));
@@ -91,7 +120,7 @@ TEST_F(Remap, WithTheSamePosesGivesTheSameMap) {
 }
 
 TEST_F(Remap, ARigidMotionMovesTheMapAndKeepsIds) {
-  run_well("simulate room -o room --frames 16");
+  write_room("room", 16);
   run_well("map room -o m --keep-scans kept --write-poses p.txt");
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.rotate(Eigen::AngleAxisd(0.4, Eigen::Vector3d(0.1, 0.2, 1).normalized()));
@@ -102,7 +131,7 @@ TEST_F(Remap, ARigidMotionMovesTheMapAndKeepsIds) {
   const auto before = surfaces("m");
   run_well("remap m --poses moved.txt --write-poses used.txt");  // in place
   const auto after = surfaces("m");
-  EXPECT_GE(expect_ids(*before, *after, T), 5U);
+  EXPECT_GE(expect_ids(*before, *after, T), 4U);
   expect_same(before->surfaces, after->surfaces, T, other_points);
   const std::vector<Eigen::Isometry3d> used = poses("used.txt");
   for (std::size_t i = 0; i < used.size(); ++i)
@@ -110,14 +139,14 @@ TEST_F(Remap, ARigidMotionMovesTheMapAndKeepsIds) {
 
   // And back: the map knows its poses, the archive those of the beginning.
   run_well("remap m --poses p.txt");
-  EXPECT_GE(expect_ids(*before, *surfaces("m"), Eigen::Isometry3d::Identity()), 5U);
+  EXPECT_GE(expect_ids(*before, *surfaces("m"), Eigen::Isometry3d::Identity()), 4U);
   run_well("map room --resume m --skip 15");
   EXPECT_EQ(files_in("kept"), 17U);
   run_well("remap m");
 }
 
 TEST_F(Remap, ARecordingWhoseSecondHalfIsOffIsPutRight) {
-  run_well("simulate room -o room --frames 24");
+  write_room("room", 24);
   run_well("map room -o true --keep-scans true.scans --write-poses true.txt");
   std::vector<Eigen::Isometry3d> wrong = poses("true.txt");
   for (std::size_t i = wrong.size() / 2; i < wrong.size(); ++i)
@@ -132,7 +161,7 @@ TEST_F(Remap, ARecordingWhoseSecondHalfIsOffIsPutRight) {
   EXPECT_LT(right->surfaces.size(), off->surfaces.size()) << "double layers are gone";
   // Whoever has most of a face's readings keeps its id; what it had twice is gone, into it.
   const json remap = read_json("r.json").at("remap");
-  EXPECT_GE(remap.at("kept"), 5);
+  EXPECT_GE(remap.at("kept"), 4);
   EXPECT_FALSE(remap.at("gone").empty());
 }
 

@@ -5,6 +5,7 @@
 #include "map_files.hpp"
 #include "support/random_scans.hpp"
 #include "support/scene.hpp"
+#include "surfaces/map_state.hpp"
 
 #include <cmath>
 #include <fstream>
