@@ -40,14 +40,15 @@ Examples:
   octosurf remap maps/kitchen --poses optimised.tum --write-poses used.txt --report remap.json
   octosurf remap maps/kitchen --scans /disk/kitchen.scans              the archive has moved; poses as they were
 
-The map must have been built with `octosurf map --keep-scans DIR`. It is built with its own parameters, and with the
-noise that it had estimated. Poses: one for each scan in order, or a stamped trajectory that covers the time of each;
-the formats of map's --poses. Without --poses those with which the map was built.
+The map must have been built with `octosurf map --keep-scans DIR`. It is built with its own parameters, and
+with what its scans told of the noise. Poses: one for each scan in order, or a stamped trajectory that covers
+the time of each; the formats of map's --poses. Without --poses those with which the map was built, which
+gives the same map again.
 
-Surfaces that are the same keep their ids: an old and a new surface of which the smaller has at least half of its
-readings in the other. Others get ids that were never used, with the surface they came from as parent. Every surface
-counts as changed, so the map's revision is one more. With -o the archive stays the old map's: resumed, the new one
-needs --keep-scans with a new folder.
+Surfaces that are the same keep their ids: an old and a new surface of which the smaller has at least half of
+its readings in the other. Others get ids that were never used, with the surface they came from as parent.
+Every surface counts as changed, so the map's revision is one more. With -o the archive stays the old map's:
+to go on with the new one, give map --keep-scans a new folder.
 )";
 
 struct RemapOptions {

@@ -3,6 +3,7 @@
 #include "output_files.hpp"
 #include "surfaces/map_state.hpp"
 
+#include <cstdio>
 #include <filesystem>
 #include <system_error>
 #include <utility>
@@ -38,35 +39,38 @@ ScanKeeper::ScanKeeper(KeptScans kept, Mapper& mapper) : kept_(std::move(kept)),
   mapper.round_scans();
 }
 
-void ScanKeeper::add(const Scan& scan, const ScanReport& report) {
+template <class Work>
+void ScanKeeper::keep(const Work& work) {
   if (!archive_) return;
-  const MapState& state = mapper_.map().state();
-  const ArchivedHeader header{scan.name,
-                              scan.stamp_s,
-                              scan.sensor,
-                              state.parameters.occupancy.resolution,
-                              scan.T_map_sensor,
-                              report.T_map_sensor,
-                              state.noise.seen_since(noise_)};
-  noise_ = state.noise.histogram();
   try {
-    archive_->add(header, mapper_.last_voxels());
+    work(*archive_);
   } catch (...) {
+    std::fprintf(stderr, "warning: %s: misses a scan from now on, the map is saved without it\n",
+                 kept_.folder.c_str());
     kept_ = {};
     archive_.reset();
     throw;
   }
 }
 
+void ScanKeeper::add(const Scan& scan, const ScanReport& report) {
+  keep([&](ScanArchiveWriter& archive) {
+    const MapState& state = mapper_.map().state();
+    ArchivedHeader header;
+    header.name = scan.name;
+    header.stamp_s = scan.stamp_s;
+    header.sensor = scan.sensor;
+    header.resolution = state.parameters.occupancy.resolution;
+    header.T_given = scan.T_map_sensor;
+    header.T_used = report.T_map_sensor;
+    header.noise = state.noise.seen_since(noise_);
+    noise_ = state.noise.histogram();
+    archive.add(std::move(header), mapper_.last_voxels());
+  });
+}
+
 void ScanKeeper::finish() {
-  if (!archive_) return;
-  try {
-    archive_->finish();
-  } catch (...) {
-    kept_ = {};
-    archive_.reset();
-    throw;
-  }
+  keep([](ScanArchiveWriter& archive) { archive.finish(); });
 }
 
 KeptScans choose_archive(const KeepingWish& wish, const Map& map, const KeptScans& before,

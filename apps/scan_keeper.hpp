@@ -23,7 +23,8 @@ class ScanKeeper {
   /// mapper rounds its scans. Throws Error(output), Error(data).
   ScanKeeper(KeptScans kept, Mapper& mapper);
 
-  /// Both throw Error(output). Then the archive misses a scan: the map that is saved afterwards names none.
+  /// Both throw Error(output). Then the archive misses a scan, and the map that is saved afterwards names
+  /// none: a warning says so.
   void add(const Scan& scan, const ScanReport& report);
   void finish();
 
@@ -31,6 +32,9 @@ class ScanKeeper {
   const KeptScans& kept() const { return kept_; }
 
  private:
+  template <class Work>
+  void keep(const Work& work);
+
   KeptScans kept_;
   const Mapper& mapper_;
   NoiseModel::Histogram noise_{};  // of all scans so far

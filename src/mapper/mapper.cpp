@@ -52,8 +52,8 @@ std::vector<Index> indices_of(PointWindow& window, const std::vector<VoxelPoint>
 
 /// A camera's y points down in its picture, a lidar's z up; map frame.
 Eigen::Vector3d up_of_sensor(const Scan& scan) {
-  const Eigen::Vector3d up =
-      scan.sensor == SensorKind::depth_camera ? Eigen::Vector3d(0, -1, 0) : Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d up = scan.sensor == SensorKind::depth_camera ? Eigen::Vector3d(0, -1, 0)
+                                                                     : Eigen::Vector3d::UnitZ();
   return (scan.T_map_sensor.linear() * up).normalized();
 }
 
@@ -76,8 +76,8 @@ void require_ids(const MapState& state, std::size_t new_points, const std::strin
 
 std::vector<SurfaceId> list_of(const std::set<SurfaceId>& ids) { return {ids.begin(), ids.end()}; }
 
-/// Everything after the octree's answer: docs/design.md §4, steps 3 to 7. The report is complete before
-/// derive() publishes, so that what fails has published nothing.
+/// Everything after the octree's answer: docs/design.md §4, steps 3 to 7. The report is complete before derive()
+/// publishes, so that what fails has published nothing.
 void update_surfaces(MapState& state, const VoxelScan& scan, const OccupancyDelta& delta,
                      ScanReport& report) {
   Stopwatch time(report);
@@ -127,6 +127,7 @@ struct Mapper::Impl {
   explicit Impl(Map m, int thread_count)
       : map(std::move(m)), threads(thread_count), downsample(map.state().occupancy.grid()) {}
 
+  /// By voxel; rounded where that is wanted, or was done before.
   VoxelScan group(const Scan& scan, double max_range) {
     const MapState& state = map.state();
     VoxelScan voxels = downsample(scan, state.parameters.occupancy.min_range, max_range, threads);

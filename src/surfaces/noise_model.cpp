@@ -43,7 +43,7 @@ double NoiseModel::largest_tolerance() const {
 
 void NoiseModel::observe(const Scan& scan) {
   if (!estimate_) return;
-  if (!scan.readings.empty()) return take(scan.noise);
+  if (!scan.readings.empty() || !scan.noise.empty()) return take(scan.noise);
   constexpr std::size_t stride = 7;
   for (std::size_t i = 1; i + 1 < scan.points.size(); i += stride) {
     const Eigen::Vector3f &a = scan.points[i - 1], &b = scan.points[i], &c = scan.points[i + 1];
