@@ -136,7 +136,7 @@ TEST(Downsample, EmptyAndAllNotFinite) {
 /// A point that is the mean of k readings counts like k points there.
 TEST(Downsample, ReadingsCountLikeAsManyPoints) {
   std::mt19937_64 random = test::rng();
-  Scan thinned = test::room_scan(random, 3000);
+  Scan thinned = test::room_scan(random, 3000, {1.5, 1.2, 1}, {0.3, 0.2, 0.1}, 0.01);
   Scan twin = thinned;
   twin.points.clear();
   for (const Eigen::Vector3f& p : thinned.points) {
