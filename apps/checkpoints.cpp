@@ -6,15 +6,15 @@
 
 namespace octosurf {
 
-void Checkpoints::save(const Map& map, std::size_t scans) {
-  save_map(map, stem_);
+void Checkpoints::save(const Map& map, std::size_t scans, const KeptScans& kept) {
+  save_map(map, stem_, kept);
   scans_ = scans;
   any_ = true;
   failing_ = false;
 }
 
-void Checkpoints::try_to_save(const Map& map, std::size_t scans) try {
-  save(map, scans);
+void Checkpoints::try_to_save(const Map& map, std::size_t scans, const KeptScans& kept) try {
+  save(map, scans, kept);
 } catch (const std::exception& error) {  // no space or no memory: there may be some the next time
   if (failing_) return;
   failing_ = true;

@@ -52,11 +52,12 @@ Contents look_into(const Map& map, const Arguments& arguments) {
   return contents;
 }
 
-void print(const Map& map, const Contents& contents) {
+void print(const Map& map, const KeptScans& scans, const Contents& contents) {
   const Map::Size& size = contents.size;
   std::printf("%-12s %g m\n", "resolution", map.parameters().occupancy.resolution);
   std::printf("%-12s %zu, revision %zu\n", "scans", static_cast<std::size_t>(size.scans),
               static_cast<std::size_t>(size.revision));
+  if (!scans.folder.empty()) std::printf("%-12s %s\n", "kept in", scans.folder.c_str());
   std::printf("%-12s %zu nodes, %zu leaves, %.1f MB\n", "octree", size.nodes, size.leaves,
               static_cast<double>(size.bytes) / 1e6);
   std::printf("%-12s %zu: %zu in surfaces, %zu pending\n", "points", size.points, size.inliers, size.pending);
@@ -101,11 +102,13 @@ Json to_json(const Cylinder& cylinder) {
           {"rms_m", cylinder.rms_m}};
 }
 
-void print_json(const Map& map, const Contents& contents, const std::string& warning, bool checked) {
+void print_json(const LoadedMap& loaded, const Contents& contents, bool checked) {
+  const Map& map = loaded.map;
   const Map::Size& size = contents.size;
   Json json;
   json["resolution"] = map.parameters().occupancy.resolution;
   json["scans"] = size.scans;
+  json["kept_scans"] = loaded.scans.folder.empty() ? Json() : Json(loaded.scans.folder.string());
   json["revision"] = size.revision;
   json["octree"] = {{"nodes", size.nodes}, {"leaves", size.leaves}, {"bytes", size.bytes}};
   json["points"] = size.points;
@@ -125,7 +128,7 @@ void print_json(const Map& map, const Contents& contents, const std::string& war
     json["cylinders"].push_back(to_json(*cylinder));
   json["parameters"] = Json::parse(parameters_json(map.parameters()));
   json["warnings"] = Json::array();
-  if (!warning.empty()) json["warnings"].push_back(warning);
+  if (!loaded.warning.empty()) json["warnings"].push_back(loaded.warning);
   if (checked) json["violations"] = contents.violations;
   std::printf("%s\n", json.dump(1, ' ', false, Json::error_handler_t::replace).c_str());
 }
@@ -135,9 +138,9 @@ void run(const Arguments& arguments) {
   const Contents contents = look_into(loaded.map, arguments);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   if (arguments.json)
-    print_json(loaded.map, contents, loaded.warning, arguments.check);
+    print_json(loaded, contents, arguments.check);
   else
-    print(loaded.map, contents);
+    print(loaded.map, loaded.scans, contents);
   if (!arguments.check) return;
   if (!contents.violations.empty())
     throw Error(

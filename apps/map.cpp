@@ -14,6 +14,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <octosurf/error.hpp>
@@ -36,13 +37,19 @@ Examples:
   octosurf map old.bt -o maps/old                               surfaces of an OctoMap
   octosurf map kitchen -o maps/live --realtime --checkpoint 10  as a robot would see it
   octosurf map kitchen -o maps/kitchen --up auto                 where z is not up, as in a camera's frame
+  octosurf map kitchen -o maps/kitchen --keep-scans maps/kitchen.scans   so that remap can move it later
   octosurf map --show-parameters --preset paper
 
 Inputs, told apart by content: folders as 7-Scenes, TUM RGB-D or KITTI velodyne have them; 16-bit depth
-images (PNG, PGM); clouds (PCD, PLY); OctoMap's .graph, .bt and .ot. Several are one recording after
-the other. -o maps/x writes maps/x.surfaces (everything) and maps/x.bt (plain OctoMap), every minute and at
-the end. Ctrl-C, SIGTERM or a lost terminal end the run after the scan at hand and save; what else may end
-it, a full disk or no memory, names the last complete checkpoint.
+images (PNG, PGM); clouds (PCD, PLY); OctoMap's .graph, .bt and .ot; archives of --keep-scans. Several are
+one recording after the other. -o maps/x writes maps/x.surfaces (everything) and maps/x.bt (plain OctoMap),
+every minute and at the end. Ctrl-C, SIGTERM or a lost terminal end the run after the scan at hand and save;
+what else may end it, a full disk or no memory, names the last complete checkpoint.
+
+--keep-scans DIR keeps what the map is built from, some 3 bytes for each voxel that a scan ends in, 50 to
+100 kB for a depth image at 2 cm: remap builds the map anew from it with corrected poses, and map reads it
+like other scans. A map goes on with its archive by itself when it is resumed and written over; with another
+-o it needs --keep-scans with a new folder, which begins with those scans.
 )";
 
 struct Inputs {
@@ -84,27 +91,38 @@ void refuse_collisions(const MapOptions& options) {
   for (const std::string& file : written)
     for (const std::string& input : read)
       if (fs::is_regular_file(input)) require_apart("-o", file, {input});
-  require_apart("--report", options.report, written);
-  if (!options.resume.empty()) require_apart("--report", options.report, files_of_map(options.resume));
-  require_apart("--report", options.report, read);
+  const std::vector<std::string> resumed =
+      options.resume.empty() ? std::vector<std::string>{} : files_of_map(options.resume);
+  for (const auto& [option, file] :
+       {std::pair("--report", options.report), std::pair("--write-poses", options.write_poses)}) {
+    require_apart(option, file, written);
+    require_apart(option, file, resumed);
+    require_apart(option, file, read);
+  }
+  require_apart("--write-poses", options.write_poses, {options.report});
+  require_apart("--keep-scans", options.keep_scans, read);
+}
+
+bool goes_on_in_place(const MapOptions& options) {
+  return !options.resume.empty() &&
+         same_file(files_of_map(options.resume).front(), files_of_map(options.output).front());
 }
 
 /// Refuses what cannot or must not be written before any work is done.
 void probe_outputs(const MapOptions& options) {
   refuse_collisions(options);
   const std::vector<std::string> written = files_of_map(options.output);
-  const bool goes_on =
-      !options.resume.empty() && same_file(files_of_map(options.resume).front(), written.front());
   const auto probe = [](const std::string& file, bool force) {
     NewFile(file, force).write([](std::ostream&) {});
   };
-  for (const std::string& file : written) probe(file, options.force || goes_on);
-  if (!options.report.empty()) probe(options.report, options.force);
+  for (const std::string& file : written) probe(file, options.force || goes_on_in_place(options));
+  for (const std::string& file : {options.report, options.write_poses})
+    if (!file.empty()) probe(file, options.force);
 }
 
 /// The map the run starts from: a saved one, an octree, or an empty one.
 Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inputs& inputs,
-             RunContext& context) {
+             RunContext& context, KeptScans& kept) {
   if (!options.resume.empty()) {
     LoadedMap loaded = load_map(options.resume);
     choice.require_same(loaded.map.parameters());
@@ -113,6 +131,7 @@ Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inp
       std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
       context.warnings.push_back(loaded.warning);
     }
+    kept = std::move(loaded.scans);
     return std::move(loaded.map);
   }
   if (inputs.octree)
@@ -122,8 +141,20 @@ Map start_of(const MapOptions& options, const ParameterChoice& choice, const Inp
 
 void show_parameters(const MapOptions& options, const ParameterChoice& choice) {
   RunContext context;
-  std::fputs(list_parameters(start_of(options, choice, sort_inputs(options), context).parameters()).c_str(),
-             stdout);
+  KeptScans ignored;
+  const Map start = start_of(options, choice, sort_inputs(options), context, ignored);
+  std::fputs(list_parameters(start.parameters()).c_str(), stdout);
+}
+
+/// Where the scans of the run are kept.
+KeptScans archive_of(const MapOptions& options, const Map& start, const KeptScans& before,
+                     RunContext& context) {
+  const std::size_t told = context.warnings.size();
+  KeptScans kept = choose_archive({options.keep_scans, goes_on_in_place(options), options.force}, start,
+                                  before, context.warnings);
+  for (std::size_t i = told; i < context.warnings.size(); ++i)
+    std::fprintf(stderr, "warning: %s\n", context.warnings[i].c_str());
+  return kept;
 }
 
 /// Like save_map and load_map, which take `maps/x.surfaces` for `maps/x`.
@@ -151,8 +182,10 @@ void run(MapOptions& options) {
   context.input = options.inputs;
   std::unique_ptr<ScanSource> source;
   if (!inputs.scans.empty()) source = open_scans(inputs.scans, options.source);
-  Map start = start_of(options, choice, inputs, context);
-  MapRun mapping(options, std::move(start), std::move(context), begin);
+  KeptScans before;
+  Map start = start_of(options, choice, inputs, context, before);
+  KeptScans kept = archive_of(options, start, before, context);
+  MapRun mapping(options, std::move(start), std::move(kept), std::move(context), begin);
   mapping.run(inputs.octree.has_value(), std::move(source));
 }
 
@@ -197,6 +230,10 @@ void add_map(CLI::App& app) {
   verb->add_option("-o,--output", options->output, "map to write: name without ending [that of --resume]");
   verb->add_option("--resume", options->resume, "map to go on with; may be the one of -o");
   verb->add_option("--report", options->report, "write what the run did and cost to this file (JSON)");
+  verb->add_option("--keep-scans", options->keep_scans,
+                   "keep what the map is built from in this folder, for remap");
+  verb->add_option("--write-poses", options->write_poses,
+                   "write the poses with which this run's scans were mapped (stamp tx ty tz qx qy qz qw)");
   verb->add_option("--checkpoint", options->checkpoint_s,
                    "save every so many SECONDS between scans; 0: only at the end")
       ->check(CLI::Validator(not_seconds, ""))

@@ -72,13 +72,16 @@ std::string count_of(std::size_t count, const char* what) {
 
 }  // namespace
 
-MapRun::MapRun(const MapOptions& options, Map start, RunContext context, Clock::time_point begin)
+MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext context,
+               Clock::time_point begin)
     : options_(options),
       mapper_(std::move(start), options.threads),
       statistics_(mapper_.map().parameters()),
       context_(std::move(context)),
       begin_(begin),
       checkpoints_(options.output, options.checkpoint_s),
+      keeper_(std::move(kept), mapper_),
+      poses_(options.write_poses, options.force),
       reserve_(std::make_unique_for_overwrite<std::byte[]>(std::size_t{8} << 20)) {}
 
 void MapRun::run(bool adopt, std::unique_ptr<ScanSource> source) {
@@ -189,6 +192,8 @@ void MapRun::insert(const Scan& scan) {
   report.total_ms = 1e3 * (done_s - start_s);  // what lies between the stages included
   changed_ = true;
   statistics_.add(scan, report, arrival_s, done_s);
+  poses_.add(scan.stamp_s, report.T_map_sensor);
+  keeper_.add(scan, report);
 }
 
 void MapRun::wait_for(double arrival_s) const {
@@ -199,14 +204,18 @@ void MapRun::wait_for(double arrival_s) const {
 
 void MapRun::checkpoint() {
   if (!checkpoints_.due(now_s())) return;
-  checkpoints_.try_to_save(mapper_.map(), statistics_.scans());
+  keeper_.finish();
+  checkpoints_.try_to_save(mapper_.map(), statistics_.scans(), keeper_.kept());
+  poses_.try_to_save();
   checkpoints_.start(now_s());
 }
 
 void MapRun::finish() {
   const Map& map = mapper_.map();
+  keeper_.finish();
   finishing_ = true;
-  checkpoints_.save(map, statistics_.scans());
+  checkpoints_.save(map, statistics_.scans(), keeper_.kept());
+  poses_.save();
   context_.wall_s = now_s();
   if (!options_.report.empty()) write_report();
   print_summary();
@@ -234,8 +243,10 @@ void MapRun::print_summary() const {
   std::printf("%-12s %zu of %zu points\n", "pending", size.pending, size.points);
   std::printf("%-12s %.1f s; a scan %.1f ms (95 %% within %.1f ms)\n", "time", now_s(),
               statistics_.scan_ms_percentile(0.5), statistics_.scan_ms_percentile(0.95));
-  std::printf("%-12s %s.surfaces, %s.bt%s%s\n", "written", options_.output.c_str(), options_.output.c_str(),
-              options_.report.empty() ? "" : ", ", options_.report.c_str());
+  std::printf("%-12s %s.surfaces, %s.bt", "written", options_.output.c_str(), options_.output.c_str());
+  for (const std::string& file : {keeper_.kept().folder.string(), options_.write_poses, options_.report})
+    if (!file.empty()) std::printf(", %s", file.c_str());
+  std::printf("\n");
   if (snapshot->surfaces.empty()) return;
   const Up up = up_of(mapper_.map());
   if (up.source != Up::Source::given) std::printf("%-12s %s\n", "up", describe(up).c_str());

@@ -3,7 +3,9 @@
 #include "checkpoints.hpp"
 #include "mapper/run_statistics.hpp"
 #include "parameter_options.hpp"
+#include "pose_log.hpp"
 #include "scan_feed.hpp"
+#include "scan_keeper.hpp"
 
 #include <chrono>
 #include <cstddef>
@@ -22,7 +24,8 @@ namespace octosurf {
 /// What the user of `octosurf map` asked for.
 struct MapOptions {
   std::vector<std::string> inputs;
-  std::string output, resume, report;  ///< stems of maps; file
+  std::string output, resume, report;   ///< stems of maps; file
+  std::string keep_scans, write_poses;  ///< folder; file
   ParameterOptions parameters;
   ScanSourceOptions source;
   ScanRange range;
@@ -41,8 +44,9 @@ class MapRun {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// `context`: input and the warnings so far. `begin`: of the whole run.
-  MapRun(const MapOptions& options, Map start, RunContext context, Clock::time_point begin);
+  /// `kept`: where the scans of `start` are, and where those to come are to be kept. `context`: input and the
+  /// warnings so far. `begin`: of the whole run.
+  MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext context, Clock::time_point begin);
 
   /// Surfaces of an octree that came without scans, if it did, then the scans of `source`, if there is one.
   void run(bool adopt, std::unique_ptr<ScanSource> source);
@@ -58,6 +62,7 @@ class MapRun {
   [[noreturn]] void end_early(const std::exception& failure);
   void wait_for(double arrival_s) const;
   void checkpoint();
+  void save_poses();
   void write_report();
   void print_summary() const;
   void print_dropped() const;
@@ -71,6 +76,8 @@ class MapRun {
   RunContext context_;
   Clock::time_point begin_;
   Checkpoints checkpoints_;
+  ScanKeeper keeper_;
+  PoseLog poses_;
   std::unique_ptr<std::byte[]> reserve_;  // given back when the run fails: saving takes some memory
   bool changed_ = false;                  // the map, by this run
   bool finishing_ = false;

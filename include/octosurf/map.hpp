@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include <octosurf/parameters.hpp>
 #include <octosurf/surface.hpp>
@@ -55,14 +56,25 @@ class Map {
   std::unique_ptr<MapState> state_;
 };
 
+/// Where the scans that a map was built from are kept (`octosurf map --keep-scans`), so that it can be built
+/// anew with corrected poses.
+struct KeptScans {
+  std::filesystem::path folder;  ///< of the archive that holds all of them; empty: they are not kept
+  bool shared = false;           ///< with another map, which may go on with it, as this one may not
+  /// Of the first scans, where the map was built with others than the archive says.
+  std::vector<Eigen::Isometry3d> poses{};
+};
+
 /// Writes `stem`.surfaces (everything) and `stem`.bt (plain OctoMap), each to a temporary file that is synced
 /// and renamed: whenever that fails or the process dies, the files of before or the new ones are there.
-/// Throws Error(output), and Error(incomplete) for a map that is not whole.
-void save_map(const Map& map, const std::filesystem::path& stem);
+/// Throws Error(output), and Error(incomplete) for a map that is not whole. The file remembers where the
+/// map's `scans` are, relative to it where that can be said; by default that they are not kept.
+void save_map(const Map& map, const std::filesystem::path& stem, const KeptScans& scans = {});
 
 struct LoadedMap {
   Map map;
   std::string warning;  ///< empty, or e.g. that the .bt does not match
+  KeptScans scans{};
 };
 /// Reads `stem`.surfaces; throws Error(data) for damaged or foreign files, never anything worse.
 LoadedMap load_map(const std::filesystem::path& stem);

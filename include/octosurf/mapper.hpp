@@ -10,6 +10,8 @@
 
 namespace octosurf {
 
+struct VoxelScan;
+
 /// Stages of one scan's way (docs/design.md §4), in order.
 enum class Stage { downsample, occupancy, retract, add_inliers, expand, detect, derive };
 inline constexpr std::array<std::string_view, 7> stage_names{
@@ -28,6 +30,8 @@ struct ScanReport {
   std::vector<SurfaceId> born, grown, shrunk, merged, gone;
   std::array<double, stage_names.size()> stage_ms{};
   double total_ms = 0;
+  /// The pose with which the scan was inserted.
+  Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
 };
 
 /// Keeps a map and its surfaces up to date, scan by scan (the paper's system).
@@ -56,14 +60,22 @@ class Mapper {
   Mapper& operator=(Mapper&&) noexcept;
   ~Mapper();
 
-  /// Throws Error(data), and leaves the map as it was, if the pose is not rigid or outside the octree, and if
-  /// the surfaces' ids could run out. Error(incomplete) after a failure, see 4.
+  /// Throws Error(data), and leaves the map as it was, if the pose is not rigid or outside the octree, if its
+  /// `readings` do not go with its points, and if the surfaces' ids could run out. Error(incomplete) after a
+  /// failure, see 4.
   ScanReport insert(const Scan& scan);
 
   /// Surfaces of an existing occupancy map, without scans: every occupied voxel that borders on free
   /// space becomes a point at its centre, seen from there (on unknown space, if the map knows none).
   /// Used for .bt and .ot inputs.
   ScanReport detect_in_occupancy();
+
+  /// From now on insert() rounds scans to what an archive of scans keeps of them
+  /// (src/mapper/rounded_scan.hpp), far below their noise: from such an archive the map can be built again,
+  /// to the bit.
+  void round_scans();
+  /// What insert() has made of the last scan it took, grouped by voxel: what an archive of scans keeps.
+  const VoxelScan& last_voxels() const;
 
   std::shared_ptr<const Snapshot> snapshot() const;  ///< of the last whole scan
   const Map& map() const;                            ///< throws Error(incomplete) after a failure, see 4

@@ -2,12 +2,20 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <string>
 #include <vector>
 
 namespace octosurf {
 
 enum class SensorKind { depth_camera, lidar };
+
+/// What a scan's readings told of the sensor's noise, for a thinned scan that no longer can: so many
+/// differences of one size, at distances of one class. Only octosurf makes them, when it keeps a scan.
+struct NoiseCount {
+  std::uint8_t range_class = 0, size = 0;
+  std::uint32_t count = 0;
+};
 
 /// One posed scan. Points are in the sensor's frame, in metres, in any order; points that are not
 /// finite are "no reading" and are skipped (and counted) by the mapper.
@@ -18,7 +26,14 @@ struct Scan {
   double stamp_s = 0;                            ///< time the scan was taken, seconds
   SensorKind sensor = SensorKind::depth_camera;  ///< picks the default maximum range
   std::string name;                              ///< for messages: file or index
+  /// How many readings each point is the mean of, where the scan was thinned before, as an archive's is:
+  /// empty, or a number from 1 on for each point. Such points do not tell the sensor's noise, `noise` does.
+  std::vector<std::uint16_t> readings{};
+  std::vector<NoiseCount> noise{};
 };
+
+/// Throws Error(data) unless `readings` is as it says there, and their sum below 2³².
+void require_readings(const Scan& scan);
 
 /// Throws Error(data) naming `where` unless T is finite and |RᵀR − I| ≤ 1e-3, det R > 0.
 void require_rigid(const Eigen::Isometry3d& T, const std::string& where);

@@ -67,6 +67,8 @@ InputKind classify(const std::filesystem::path& input);
 /// - KITTI velodyne: `*.bin`, in the folder or `velodyne/`. KITTI poses (3×4) are the camera's: if
 ///   `calib.txt` has a line `Tr:` (velodyne to camera), T_map_velodyne = pose · Tr. `times.txt`.
 /// - OctoMap `.graph`.
+/// - An archive of scans, as `octosurf map --keep-scans` writes it: `*.scan`, with the poses as used, thinned
+///   (Scan::readings).
 ///
 /// A `pose.txt` or `poses.txt` beside the scans is used, and a `camera-intrinsics.txt`,
 /// `intrinsics.txt`, `camera.txt` or `*.K` beside them or in the folder above. Scans of a folder

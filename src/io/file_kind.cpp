@@ -1,5 +1,6 @@
 #include "io/file_kind.hpp"
 
+#include "io/archived_scan.hpp"
 #include "occupancy/scan_graph.hpp"
 
 #include <algorithm>
@@ -26,6 +27,7 @@ constexpr std::array signatures{
     std::pair<std::string_view, FileKind>{"VERSION ", FileKind::pcd},
     std::pair<std::string_view, FileKind>{"FIELDS ", FileKind::pcd},
     std::pair<std::string_view, FileKind>{"# Octomap OcTree", FileKind::occupancy_map},
+    std::pair<std::string_view, FileKind>{archived_scan_magic, FileKind::archived_scan},
 };
 
 constexpr std::array endings{
@@ -35,6 +37,7 @@ constexpr std::array endings{
     std::pair<std::string_view, FileKind>{".ply", FileKind::ply},
     std::pair<std::string_view, FileKind>{".bin", FileKind::velodyne},
     std::pair<std::string_view, FileKind>{".graph", FileKind::graph},
+    std::pair<std::string_view, FileKind>{".scan", FileKind::archived_scan},
     std::pair<std::string_view, FileKind>{".bt", FileKind::occupancy_map},
     std::pair<std::string_view, FileKind>{".ot", FileKind::occupancy_map},
 };

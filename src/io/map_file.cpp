@@ -54,6 +54,15 @@ std::string warning_of(const fs::path& file, const FileSum& expected) {
          "saving the map writes it again";
 }
 
+/// `path` relative to `folder`; absolute where there is no way from one to the other.
+fs::path seen_from(const fs::path& folder, const fs::path& path) {
+  std::error_code failure;
+  const fs::path from = fs::weakly_canonical(fs::absolute(folder.empty() ? "." : folder, failure), failure);
+  const fs::path to = fs::weakly_canonical(fs::absolute(path, failure), failure);
+  const fs::path relative = to.lexically_relative(from);
+  return failure || relative.empty() ? fs::absolute(path, failure) : relative;
+}
+
 void require_map(const MapPaths& files) {
   std::error_code ignored;
   if (fs::is_regular_file(files.surfaces, ignored)) return;
@@ -69,13 +78,15 @@ void require_map(const MapPaths& files) {
 
 }  // namespace
 
-void save_map(const Map& map, const fs::path& stem) {
+void save_map(const Map& map, const fs::path& stem, const KeptScans& scans) {
   const MapPaths files = paths_of(stem);
+  KeptScans from_there = scans;
+  if (!scans.folder.empty()) from_there.folder = seen_from(files.surfaces.parent_path(), scans.folder);
   NewFile bt(files.bt, true), surfaces(files.surfaces, true);
   bt.write([&](std::ostream& out) { map.state().occupancy.write_bt(out); });
   const std::optional<FileSum> sum = sum_of(bt.temporary());
   if (!sum) throw Error(Error::Kind::output, files.bt.string(), "cannot be read back", "check the disk");
-  surfaces.write([&](std::ostream& out) { write_map(map.state(), *sum, out); });
+  surfaces.write([&](std::ostream& out) { write_map(map.state(), *sum, out, from_there); });
   // Both are complete on the disk before either takes its place. If the process dies between the
   // two, the old .surfaces is whole and says that the .bt is not its own.
   bt.sync();
@@ -94,7 +105,8 @@ LoadedMap load_map(const fs::path& stem) {
   if (failure || !in)
     throw Error(Error::Kind::data, files.surfaces.string(), "cannot be read", "check its rights");
   MapFile file = read_map(in, bytes, files.surfaces.string());
-  return {Map(std::move(file.state)), warning_of(files.bt, file.bt)};
+  if (!file.scans.folder.empty()) file.scans.folder = files.surfaces.parent_path() / file.scans.folder;
+  return {Map(std::move(file.state)), warning_of(files.bt, file.bt), std::move(file.scans)};
 }
 
 }  // namespace octosurf

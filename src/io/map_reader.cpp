@@ -26,8 +26,10 @@ constexpr std::uint64_t largest_ratio = 12;
 constexpr std::uint64_t free_memory = std::uint64_t{40} << 20;
 constexpr std::uint64_t memory_ratio = 64;
 // Counted high: hashes grow by doubling.
+constexpr std::uint64_t pose_cost = 2 * sizeof(Eigen::Isometry3d);
 constexpr std::uint64_t inlier_cost = 200, waiting_cost = 16, surface_cost = 4096, vertex_cost = 60;
 constexpr std::uint64_t check_cost = 200;  // of a vertex, while its surface is being read
+constexpr std::size_t longest_path = 4096;
 constexpr std::size_t small_record_limit = std::size_t{1} << 20;
 constexpr std::uint32_t length_delimited = 2;  // protobuf's wire type
 constexpr std::uint32_t last_next_id = 1U << 24;
@@ -61,6 +63,7 @@ class Reader {
     read_header();
     read_octree();
     read_accumulated();
+    read_scan_poses();
     read_surfaces();
     read_cylinders();
     read_footer();
@@ -129,6 +132,10 @@ class Reader {
     if (header.sensors_up_size() > 0) state.sensors_up = read_sensors_up(header);
     read_noise(header);
     file_.bt = {header.bt_bytes(), header.bt_crc32()};
+    require(header.kept_scans().size() <= longest_path && header.kept_scans().find('\0') == std::string::npos,
+            "the name of the scans' folder makes no sense");
+    file_.scans.folder = header.kept_scans();
+    file_.scans.shared = header.kept_scans_shared();
     advance();
   }
 
@@ -213,6 +220,22 @@ class Reader {
                 "a waiting point lies outside the octree, or out of order");
         last += step;
         keys.push_back(VoxelKey::unpack(last));
+      }
+    }
+  }
+
+  void read_scan_poses() {
+    std::vector<Eigen::Isometry3d>& poses = file_.scans.poses;
+    for (; record_.field == map_file::Record::kScanPoses; advance()) {
+      const auto record = parse<map_file::ScanPoses>(small_record_limit);
+      const auto count = static_cast<std::size_t>(record.values_size()) / 12;
+      require(record.values_size() % 12 == 0 && count <= file_.state->scans - poses.size(),
+              "it has poses of scans that are not there");
+      charge(count, pose_cost);
+      for (std::size_t i = 0; i < count; ++i) {
+        Eigen::Isometry3d& T = poses.emplace_back(Eigen::Isometry3d::Identity());
+        for (std::size_t k = 0; k < 12; ++k) T(k / 4, k % 4) = record.values(static_cast<int>(12 * i + k));
+        require_rigid(T, where_);
       }
     }
   }

@@ -8,12 +8,15 @@ namespace octosurf {
 namespace {
 
 constexpr std::size_t keys_in_record = 65536;
+constexpr std::size_t poses_in_record = 8192;
+constexpr std::uint32_t version_without_poses = 2;
 
 void put_record(const map_file::Record& record, RecordWriter& records) {
   records.put(record.SerializeAsString());
 }
 
-void write_header(const MapState& state, const FileSum& bt, map_file::Header& header) {
+void write_header(const MapState& state, const FileSum& bt, const KeptScans& scans,
+                  map_file::Header& header) {
   for (const ParameterInfo& info : parameter_infos()) {
     map_file::Parameter& parameter = *header.add_parameters();
     parameter.set_name(info.name);
@@ -30,6 +33,9 @@ void write_header(const MapState& state, const FileSum& bt, map_file::Header& he
   for (const double coordinate : state.sensors_up) header.add_sensors_up(coordinate);
   header.set_bt_bytes(bt.bytes);
   header.set_bt_crc32(bt.crc32);
+  if (scans.folder.empty()) return;
+  header.set_kept_scans(scans.folder.string());
+  if (scans.shared) header.set_kept_scans_shared(true);
 }
 
 void put_accumulated(const std::vector<VoxelKey>& keys, RecordWriter& records) {
@@ -44,15 +50,25 @@ void put_accumulated(const std::vector<VoxelKey>& keys, RecordWriter& records) {
   }
 }
 
+void put_poses(const std::vector<Eigen::Isometry3d>& poses, RecordWriter& records) {
+  for (std::size_t i = 0; i < poses.size();) {
+    map_file::Record record;
+    for (const std::size_t end = std::min(poses.size(), i + poses_in_record); i < end; ++i)
+      for (int k = 0; k < 12; ++k) record.mutable_scan_poses()->add_values(poses[i](k / 4, k % 4));
+    put_record(record, records);
+  }
+}
+
 }  // namespace
 
-void write_map(const MapState& state, const FileSum& bt, std::ostream& out) {
+void write_map(const MapState& state, const FileSum& bt, std::ostream& out, const KeptScans& scans) {
+  const std::uint32_t version = scans.poses.empty() ? version_without_poses : map_file_version;
   out.write(map_file_magic.data(), map_file_magic.size());
-  for (int shift = 0; shift < 32; shift += 8) out.put(static_cast<char>(map_file_version >> shift & 0xff));
+  for (int shift = 0; shift < 32; shift += 8) out.put(static_cast<char>(version >> shift & 0xff));
 
   RecordWriter records(out);
   map_file::Record header;
-  write_header(state, bt, *header.mutable_header());
+  write_header(state, bt, scans, *header.mutable_header());
   put_record(header, records);
   state.occupancy.write_nodes([&](const std::string& chunk) {
     map_file::Record record;
@@ -60,6 +76,7 @@ void write_map(const MapState& state, const FileSum& bt, std::ostream& out) {
     put_record(record, records);
   });
   put_accumulated(state.accumulated, records);
+  put_poses(scans.poses, records);
   for (const auto& [id, surface] : state.surfaces) {
     map_file::Record record;
     write_surface(surface.state(), *record.mutable_surface());

@@ -82,7 +82,8 @@ void sync_folder(const fs::path& file) {
   if (failure != 0) not_synced(file, failure);
 }
 
-NewFile::NewFile(fs::path file, bool force) : file_(std::move(file)), force_(force) {
+NewFile::NewFile(fs::path file, bool force, LeftOvers left_overs)
+    : file_(std::move(file)), force_(force), left_overs_(left_overs) {
   std::error_code ignored;
   const fs::file_status there = fs::status(file_, ignored);
   if (fs::is_directory(there))
@@ -106,7 +107,7 @@ void NewFile::fail(const char* what, int failure) const {
 }
 
 void NewFile::make() {
-  remove_left_overs(file_);
+  if (left_overs_ == LeftOvers::remove) remove_left_overs(file_);
   do {
     if (descriptor_ >= 0) ::close(descriptor_);
     temporary_ = file_;

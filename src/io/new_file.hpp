@@ -16,8 +16,11 @@ namespace octosurf {
 /// its place is replaced, not followed.
 class NewFile {
  public:
+  /// Whether to look in the folder for what a killed process has left, which takes time where it holds many
+  /// files.
+  enum class LeftOvers { remove, leave };
   /// Throws Error(usage) if `file` exists and not `force`, Error(output) if it is a folder or a device.
-  NewFile(std::filesystem::path file, bool force);
+  NewFile(std::filesystem::path file, bool force, LeftOvers left_overs = LeftOvers::remove);
   NewFile(const NewFile&) = delete;
   NewFile& operator=(const NewFile&) = delete;
   ~NewFile();
@@ -44,6 +47,7 @@ class NewFile {
   std::filesystem::path temporary_;
   int descriptor_ = -1;
   bool force_;
+  LeftOvers left_overs_;
   bool committed_ = false;
 };
 

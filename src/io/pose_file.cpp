@@ -4,6 +4,8 @@
 
 #include <Eigen/SVD>
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <limits>
 
@@ -103,6 +105,22 @@ PoseFile read_poses(const std::filesystem::path& file) {
   for (const auto& pose : result.poses)
     if (pose.stamp_s && !std::isfinite(*pose.stamp_s)) refuse(pose.where, "the time stamp is not finite");
   return result;
+}
+
+std::string tum_line(double stamp_s, const Eigen::Isometry3d& T) {
+  const Eigen::Quaterniond q = Eigen::Quaterniond(T.linear()).normalized();
+  const Eigen::Vector3d t = T.translation();
+  std::string line;
+  for (const double value : {stamp_s, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}) {
+    std::array<char, 32> text{};
+    // The shortest that reads back as the same; without an exponent where that is readable.
+    const bool plain = value == 0 || (std::fabs(value) >= 1e-6 && std::fabs(value) < 1e15);
+    const auto format = plain ? std::chars_format::fixed : std::chars_format::general;
+    char* const end = std::to_chars(text.data(), text.data() + text.size(), value, format).ptr;
+    if (!line.empty()) line += ' ';
+    line.append(text.data(), end);
+  }
+  return line;
 }
 
 Eigen::Isometry3d rigid(const Eigen::Isometry3d& T, const std::string& where) {

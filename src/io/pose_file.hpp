@@ -26,6 +26,9 @@ struct PoseFile {
 /// empty file, a change of format, and a time stamp that is not finite.
 PoseFile read_poses(const std::filesystem::path& file);
 
+/// "stamp tx ty tz qx qy qz qw", as TUM's trajectories have it; read back, the same but for rounding.
+std::string tum_line(double stamp_s, const Eigen::Isometry3d& T);
+
 /// The pose with its rotation made exactly orthonormal; throws Error(data) naming `where` unless it
 /// is rigid already but for rounding (require_rigid).
 Eigen::Isometry3d rigid(const Eigen::Isometry3d& T, const std::string& where);

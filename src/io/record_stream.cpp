@@ -30,7 +30,7 @@ struct RecordWriter::Impl {
       const std::size_t left = ZSTD_compressStream2(context.get(), &output, &input, mode);
       if (ZSTD_isError(left)) throw Error(Error::Kind::output, "zstd", ZSTD_getErrorName(left));
       out.write(buffer.data(), static_cast<std::streamsize>(output.pos));
-      if (mode == ZSTD_e_end ? left == 0 : input.pos == input.size) return;
+      if (mode == ZSTD_e_continue ? input.pos == input.size : left == 0) return;
     }
   }
 
@@ -63,6 +63,7 @@ void RecordWriter::put(std::string_view record) {
   ++impl_->records;
 }
 
+void RecordWriter::end_block() { impl_->compress({}, ZSTD_e_flush); }
 void RecordWriter::finish() { impl_->compress({}, ZSTD_e_end); }
 std::uint64_t RecordWriter::records() const { return impl_->records; }
 std::uint32_t RecordWriter::crc32() const { return impl_->crc.checksum(); }
@@ -87,7 +88,7 @@ struct RecordReader::Impl {
       // Before reading on: the decoder may still hold output.
       const std::size_t left = ZSTD_decompressStream(context.get(), &plain, &input);
       if (ZSTD_isError(left)) fail(std::string("zstd says ") + ZSTD_getErrorName(left));
-      if (plain.pos > budget) fail("it decompresses to far more than any map");
+      if (plain.pos > budget) fail("it decompresses to far more than its size allows");
       budget -= plain.pos;
       if (left == 0)
         end_frame();

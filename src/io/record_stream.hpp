@@ -24,6 +24,8 @@ class RecordWriter {
   /// Throws Error(output) if the record is larger than the limit. Whether the stream took the bytes
   /// is for its owner to look at.
   void put(std::string_view record);
+  /// Ends a block of the compressor, so that what follows is coded by its own frequencies.
+  void end_block();
   /// Ends the frame.
   void finish();
 

@@ -12,7 +12,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* what_is_read =
-    "a folder of scans holds depth images (PNG, PGM), clouds (PCD, PLY, velodyne .bin) or a .graph";
+    "a folder of scans holds depth images (PNG, PGM), clouds (PCD, PLY, velodyne .bin), a .graph or archived "
+    ".scan files";
 
 struct Family {
   FileKind kind;
@@ -22,7 +23,8 @@ const std::vector<Family>& families() {
   static const std::vector<Family> instance{{FileKind::image, {"", "frames", "depth"}},
                                             {FileKind::pcd, {"", "scans", "clouds"}},
                                             {FileKind::velodyne, {"", "velodyne"}},
-                                            {FileKind::graph, {""}}};
+                                            {FileKind::graph, {""}},
+                                            {FileKind::archived_scan, {""}}};
   return instance;
 }
 

@@ -1,5 +1,6 @@
 #include "io/scan_list.hpp"
 
+#include "io/archived_scan.hpp"
 #include "io/text_file.hpp"
 
 #include <algorithm>
@@ -76,6 +77,10 @@ std::optional<double> stamp_in_name(const fs::path& file) {
 void find_stamps(ListedRecording& recording) {
   auto& scans = recording.scans;
   if (scans.front().stamp_s || scans.front().kind == FileKind::graph) return;
+  if (scans.front().kind == FileKind::archived_scan) {
+    for (auto& scan : scans) scan.stamp_s = read_archived_header(scan.file).stamp_s;
+    return;
+  }
   const fs::path times = find_beside(around(recording.folder), {"times.txt"}, "--rate");
   if (!times.empty()) {
     const auto lines = read_text(times);
@@ -144,7 +149,7 @@ void pose_all(const std::vector<ListedRecording*>& recordings, const PoseFile& p
 void find_poses(ListedRecording& recording) {
   auto& scans = recording.scans;
   const FileKind kind = scans.front().kind;
-  if (kind == FileKind::graph) return;
+  if (kind == FileKind::graph || kind == FileKind::archived_scan) return;  // their own
   for (auto& scan : scans) scan.pose_file = own_pose_file(scan.file);
   if (std::any_of(scans.begin(), scans.end(), [](const auto& s) { return fs::exists(s.pose_file); })) return;
   for (auto& scan : scans) scan.pose_file.clear();

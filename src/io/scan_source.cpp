@@ -1,3 +1,4 @@
+#include "io/archived_scan.hpp"
 #include "io/cloud_file.hpp"
 #include "io/depth_image.hpp"
 #include "io/file_kind.hpp"
@@ -68,7 +69,7 @@ class FileScanSource : public ScanSource {
                           recording.T_posed_sensor;
     else if (!listed.pose_file.empty())
       scan.T_map_sensor = own_pose(listed);
-    else
+    else if (listed.kind != FileKind::archived_scan)  // whose pose is the very one it was mapped with
       scan.T_map_sensor = rigid(scan.T_map_sensor, scan.name);
     return scan;
   }
@@ -77,6 +78,11 @@ class FileScanSource : public ScanSource {
   Scan read(const ListedRecording& recording, const ListedScan& listed) {
     if (recording.graph) return recording.graph->read(listed.graph_index);
     Scan scan;
+    if (listed.kind == FileKind::archived_scan) {
+      scan = read_archived_scan(listed.file).scan();
+      scan.name = listed.file.string();
+      return scan;
+    }
     scan.name = listed.file.string();
     if (listed.kind == FileKind::image) {
       const DepthImage image = read_depth_image(listed.file);
@@ -160,8 +166,9 @@ InputKind classify(const fs::path& input) {
   if (kind != FileKind::unknown) return InputKind::scans;
   if (input.extension() == ".surfaces")
     throw Error(Error::Kind::data, input.string(), "a saved map, not scans", "go on with it by --resume");
-  throw Error(Error::Kind::data, input.string(), "not a kind of file that is read",
-              "give depth images (PNG, PGM), clouds (PCD, PLY, velodyne .bin), a .graph, .bt or .ot");
+  throw Error(
+      Error::Kind::data, input.string(), "not a kind of file that is read",
+      "give depth images (PNG, PGM), clouds (PCD, PLY, velodyne .bin), a .graph, .bt, .ot or archived .scan");
 }
 
 std::unique_ptr<ScanSource> open_scans(const std::vector<fs::path>& inputs,

@@ -1,6 +1,7 @@
 #include "detection/cylinders.hpp"
 #include "detection/detection.hpp"
 #include "expansion/expansion.hpp"
+#include "mapper/rounded_scan.hpp"
 #include "surfaces/upkeep.hpp"
 
 #include <algorithm>
@@ -126,9 +127,24 @@ struct Mapper::Impl {
   explicit Impl(Map m, int thread_count)
       : map(std::move(m)), threads(thread_count), downsample(map.state().occupancy.grid()) {}
 
+  /// By voxel; rounded where that is wanted, or was done before.
+  VoxelScan group(const Scan& scan, double max_range) {
+    const MapState& state = map.state();
+    VoxelScan voxels = downsample(scan, state.parameters.occupancy.min_range, max_range, threads);
+    if (!round_scans && scan.readings.empty()) return voxels;
+    if (scan.readings.empty())
+      round_scan(voxels, state.occupancy.grid(), state.noise);
+    else
+      restore_rounded(voxels, state.occupancy.grid());
+    downsample.find_anew(voxels);
+    return voxels;
+  }
+
   Map map;
   int threads;
   Downsampler downsample;
+  VoxelScan last;
+  bool round_scans = false;
 };
 
 Mapper::Mapper(const Parameters& parameters, int threads) : Mapper(Map(parameters), threads) {}
@@ -142,6 +158,9 @@ Mapper::~Mapper() = default;
 
 ScanReport Mapper::insert(const Scan& scan) {
   require_rigid(scan.T_map_sensor, scan.name);
+  require_readings(scan);
+  if (!NoiseModel::takes(scan))
+    throw Error(Error::Kind::data, scan.name, "its noise makes no sense", "leave it out");
   MapState& state = impl_->map.state();
   const OccupancyParameters& parameters = state.parameters.occupancy;
   const double max_range = parameters.max_range.value_or(scan.sensor == SensorKind::depth_camera
@@ -150,10 +169,9 @@ ScanReport Mapper::insert(const Scan& scan) {
 
   ScanReport report;
   report.points_raw = scan.points.size();
+  report.T_map_sensor = scan.T_map_sensor;
   Stopwatch time(report);
-  const VoxelScan voxels = time(Stage::downsample, [&] {
-    return impl_->downsample(scan, parameters.min_range, max_range, impl_->threads);
-  });
+  VoxelScan voxels = time(Stage::downsample, [&] { return impl_->group(scan, max_range); });
   report.points_not_finite = voxels.not_finite;
   report.points_too_near = voxels.too_near;
   report.points_out_of_map = voxels.out_of_map;
@@ -174,6 +192,7 @@ ScanReport Mapper::insert(const Scan& scan) {
   time(Stage::downsample, [&] { state.noise.observe(scan); });
   update_surfaces(state, voxels, delta, report);
   state.unfinished_scan = 0;
+  impl_->last = std::move(voxels);
   return report;
 }
 
@@ -196,6 +215,8 @@ ScanReport Mapper::detect_in_occupancy() {
   return report;
 }
 
+void Mapper::round_scans() { impl_->round_scans = true; }
+const VoxelScan& Mapper::last_voxels() const { return impl_->last; }
 std::shared_ptr<const Snapshot> Mapper::snapshot() const { return impl_->map.snapshot(); }
 const Map& Mapper::map() const {
   impl_->map.state().require_whole();

@@ -16,7 +16,7 @@ namespace octosurf {
 /// One distinct voxel that scan points ended in (paper III-A1).
 struct EndVoxel {
   VoxelKey key;
-  std::uint32_t count = 0;                             ///< points in it
+  std::uint32_t count = 0;                             ///< readings in it
   Eigen::Vector3f centroid = Eigen::Vector3f::Zero();  ///< of them, map frame
 };
 
@@ -39,9 +39,12 @@ class Downsampler {
  public:
   explicit Downsampler(const VoxelGrid& grid) : grid_(grid) {}
 
-  /// `scan` must have a rigid pose. Throws Error(data) if the sensor itself is outside the octree.
-  /// The result does not depend on `threads`.
+  /// `scan` must have a rigid pose, and readings that require_readings() takes. Throws Error(data) if the
+  /// sensor itself is outside the octree. The result does not depend on `threads`.
   VoxelScan operator()(const Scan& scan, double min_range, double max_range, int threads = 1);
+
+  /// After `ends` of the last result were put into another order.
+  void find_anew(const VoxelScan& scan);
 
   /// Index into the last result's `ends`, or −1.
   std::int64_t find(VoxelKey key) const;
@@ -50,7 +53,7 @@ class Downsampler {
   /// Points in a row that share a voxel.
   struct Run {
     VoxelKey key;
-    std::uint32_t count = 0;
+    std::uint32_t count = 0;  // of readings
     Eigen::Vector3f centre = Eigen::Vector3f::Zero();
     Eigen::Vector3f sum =
         Eigen::Vector3f::Zero();  // from the centre: float keeps its digits far from the origin

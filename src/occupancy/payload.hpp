@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace octosurf {
@@ -40,21 +41,32 @@ inline Eigen::Vector3f decode_view(unsigned code) {
   return v.normalized();
 }
 
+/// Where a point stands in its voxel, in 256ths of the voxel's edge, rounded down; and the middle of there.
+using PlaceInVoxel = std::array<std::uint8_t, 3>;
+inline PlaceInVoxel place_in_voxel(const VoxelGrid& grid, VoxelKey key, const Eigen::Vector3f& point) {
+  const Eigen::Vector3d relative = (point.cast<double>() - grid.corner_of(key)) * (256.0 / grid.resolution());
+  const auto quantised = [](double c) { return static_cast<std::uint8_t>(std::clamp(c, 0.0, 255.0)); };
+  return {quantised(relative.x()), quantised(relative.y()), quantised(relative.z())};
+}
+inline Eigen::Vector3f point_at(const VoxelGrid& grid, VoxelKey key, const PlaceInVoxel& place) {
+  const Eigen::Vector3d offset(place[0] + 0.5, place[1] + 0.5, place[2] + 0.5);
+  return (grid.corner_of(key) + offset * (grid.resolution() / 256)).cast<float>();
+}
+
 /// Stores a point inside voxel `key`, seen from `origin`. Rounds to 1/256 of the voxel's edge.
 inline void store_point(VoxelPayload& payload, const VoxelGrid& grid, VoxelKey key,
                         const Eigen::Vector3f& point, const Eigen::Vector3f& origin) {
-  const Eigen::Vector3d relative = (point.cast<double>() - grid.corner_of(key)) * (256.0 / grid.resolution());
-  const auto quantised = [](double c) { return static_cast<std::uint32_t>(std::clamp(c, 0.0, 255.0)); };
-  payload.offset_x = quantised(relative.x()) & 0xff;
-  payload.offset_y = quantised(relative.y()) & 0xff;
-  payload.offset_z = quantised(relative.z()) & 0xff;
+  const PlaceInVoxel place = place_in_voxel(grid, key, point);
+  payload.offset_x = place[0];
+  payload.offset_y = place[1];
+  payload.offset_z = place[2];
   const Eigen::Vector3f view = origin - point;
   payload.view = encode_view(view) & 0xfff;
   payload.range_class = range_class_of(view.norm()) & 0xf;
 }
 inline Eigen::Vector3f load_point(const VoxelPayload& payload, const VoxelGrid& grid, VoxelKey key) {
-  const Eigen::Vector3d offset(payload.offset_x + 0.5, payload.offset_y + 0.5, payload.offset_z + 0.5);
-  return (grid.corner_of(key) + offset * (grid.resolution() / 256)).cast<float>();
+  const auto place = [](unsigned offset) { return static_cast<std::uint8_t>(offset); };
+  return point_at(grid, key, {place(payload.offset_x), place(payload.offset_y), place(payload.offset_z)});
 }
 
 }  // namespace octosurf

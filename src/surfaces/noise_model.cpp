@@ -43,6 +43,7 @@ double NoiseModel::largest_tolerance() const {
 
 void NoiseModel::observe(const Scan& scan) {
   if (!estimate_) return;
+  if (!scan.readings.empty() || !scan.noise.empty()) return take(scan.noise);
   constexpr std::size_t stride = 7;
   for (std::size_t i = 1; i + 1 < scan.points.size(); i += stride) {
     const Eigen::Vector3f &a = scan.points[i - 1], &b = scan.points[i], &c = scan.points[i + 1];
@@ -58,6 +59,29 @@ void NoiseModel::observe(const Scan& scan) {
     ++total_[range_class];
   }
   update();
+}
+
+void NoiseModel::take(const std::vector<NoiseCount>& counts) {
+  for (const NoiseCount& seen : counts) {
+    histogram_[seen.range_class][seen.size] += seen.count;
+    total_[seen.range_class] += seen.count;
+  }
+  update();
+}
+
+bool NoiseModel::takes(const Scan& scan) {
+  return std::all_of(scan.noise.begin(), scan.noise.end(), [](const NoiseCount& seen) {
+    return seen.range_class < classes && seen.size < bins && seen.count <= plenty;
+  });
+}
+
+std::vector<NoiseCount> NoiseModel::seen_since(const Histogram& before) const {
+  std::vector<NoiseCount> seen;
+  for (std::size_t c = 0; c < classes; ++c)
+    for (std::size_t bin = 0; bin < bins; ++bin)
+      if (const std::uint32_t count = histogram_[c][bin] - before[c][bin]; count > 0)
+        seen.push_back({static_cast<std::uint8_t>(c), static_cast<std::uint8_t>(bin), count});
+  return seen;
 }
 
 double NoiseModel::measured_sigma(unsigned c) const {

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <vector>
 
 #include <octosurf/parameters.hpp>
 #include <octosurf/scan.hpp>
@@ -50,13 +51,19 @@ class NoiseModel {
   /// The parameter, or the smallest that explains all distance classes from 2 m.
   double range_noise() const { return range_noise_; }
 
-  /// Looks at one triple of consecutive points in seven, until a class has been seen enough.
+  /// Looks at one triple of consecutive points in seven, until a class has been seen enough; takes what a
+  /// thinned scan tells.
   void observe(const Scan& scan);
+  /// Whether the scan's `noise` can be taken: its classes and sizes are there.
+  static bool takes(const Scan& scan);
+  /// What has been seen since the histogram was `before`.
+  std::vector<NoiseCount> seen_since(const Histogram& before) const;
   const Histogram& histogram() const { return histogram_; }  ///< state, for map files
   void restore(const Histogram& histogram, double range_noise);
 
  private:
   static constexpr std::uint64_t plenty = 1000000;  // observations after which a class is settled
+  void take(const std::vector<NoiseCount>& counts);
   double measured_sigma(unsigned range_class) const;
   void update();
   void tabulate();

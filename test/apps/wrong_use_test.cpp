@@ -10,7 +10,7 @@ using ::testing::HasSubstr;
 class WrongUse : public CommandTest {};
 
 const std::vector<std::string> verbs{"map",   "info",    "export",   "view",
-                                     "query", "explain", "simulate", "evaluate"};
+                                     "query", "explain", "simulate", "evaluate", "remap"};
 
 TEST_F(WrongUse, HelpOfEveryVerbBeginsWithExamples) {
   for (const std::string& verb : verbs) {

@@ -1,5 +1,6 @@
 // Targets for files of scans and what stands beside them.
 #include "fuzz/input_file.hpp"
+#include "io/archived_scan.hpp"
 #include "io/cloud_file.hpp"
 #include "io/depth_image.hpp"
 #include "io/pose_file.hpp"
@@ -8,6 +9,7 @@
 
 #include <cmath>
 #include <optional>
+#include <sstream>
 
 #include <octosurf/scan_source.hpp>
 
@@ -36,6 +38,21 @@ void fuzz_graph(Bytes bytes) {
   promise(ScanGraphFile::matches(file.path()) ==
               accepted([&] { return ScanGraphFile(file.path()).size(); }).has_value(),
           "matches() says what the constructor does");
+  read_as_scans(file.path());
+}
+
+void fuzz_scan(Bytes bytes) {
+  const InputFile file(bytes, ".scan");
+  const auto scan = accepted([&] { return read_archived_scan(file.path()); });
+  if (scan) {
+    promise(scan->scan().points.size() == scan->scan().readings.size(),
+            "a number of readings for each point");
+    std::ostringstream out;
+    write_archived_scan(*scan, out);
+    const std::string again = out.str();
+    const InputFile copy({reinterpret_cast<const std::uint8_t*>(again.data()), again.size()}, ".again.scan");
+    promise(read_archived_scan(copy.path()).points.size() == scan->points.size(), "it can be written again");
+  }
   read_as_scans(file.path());
 }
 

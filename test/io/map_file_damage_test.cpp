@@ -88,9 +88,9 @@ TEST_F(DamagedMapFiles, ForeignFiles) {
 
 TEST_F(DamagedMapFiles, OtherVersions) {
   std::string bytes = *good;
-  bytes[8] = 3;
+  bytes[8] = 4;
   EXPECT_THAT(loading(bytes),
-              AllOf(HasSubstr("has version 3"), HasSubstr("reads up to 2"), HasSubstr("newer version")));
+              AllOf(HasSubstr("has version 4"), HasSubstr("reads up to 3"), HasSubstr("newer version")));
   bytes[8] = 0;
   EXPECT_THAT(loading(bytes), HasSubstr("has no version"));
 }

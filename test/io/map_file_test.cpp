@@ -312,7 +312,9 @@ TEST(MapFileFixture, DISABLED_Write) {
   fs::create_directories(fixtures);
   Parameters parameters;
   parameters.occupancy.resolution = 0.1;
-  save_map(map_of(changing_room(6), parameters), stem);
+  KeptScans scans{stem.string() + ".scans"};
+  scans.poses.assign(6, Eigen::Isometry3d(Eigen::Translation3d(1, 2, 3)));
+  save_map(map_of(changing_room(6), parameters), stem, scans);
 }
 
 /// Four scans of a room whose walls are known, and two of three single points each.
@@ -323,6 +325,11 @@ TEST_P(MapFileOfVersion, IsRead) {
   EXPECT_THAT(check_invariants(loaded.map), IsEmpty());
   EXPECT_EQ(loaded.map.parameters().occupancy.resolution, 0.1);
   EXPECT_EQ(loaded.map.size().scans, 6U);
+  if (GetParam() >= 3) {
+    EXPECT_EQ(loaded.scans.folder.filename(), "version_3.scans");
+    ASSERT_THAT(loaded.scans.poses, SizeIs(6));
+    EXPECT_EQ(loaded.scans.poses[5].translation(), Eigen::Vector3d(1, 2, 3));
+  }
   EXPECT_GE(loaded.map.state().accumulated.size(), 6U);
   EXPECT_EQ(loaded.map.at({0.3, -0.2, 0.1}).occupancy, Map::Occupancy::free) << "the middle of the room";
   const Map::Voxel waiting = loaded.map.at({0.3, -0.1, 2.4});

@@ -96,6 +96,10 @@ TEST(MapperContract, RefusedScansLeaveTheMapAsItWas) {
   refuse([&](Scan& s) { s.T_map_sensor.linear().setZero(); });
   refuse([&](Scan& s) { s.T_map_sensor.translation().x() = 0.02 * 32768 + 1; });
   refuse([&](Scan& s) { s.T_map_sensor.translation().z() = -1e9; });
+  refuse([&](Scan& s) { s.readings.assign(s.points.size() - 1, 1); });
+  refuse([&](Scan& s) { s.readings.assign(s.points.size(), 0); });
+  refuse([&](Scan& s) { s.noise = {{NoiseModel::classes, 0, 1}}; });
+  refuse([&](Scan& s) { s.noise = {{0, NoiseModel::bins, 1}}; });
   // And it goes on as if nothing had been.
   Mapper clean;
   insert_all(clean, scans);

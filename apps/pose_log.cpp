@@ -1,0 +1,33 @@
+#include "pose_log.hpp"
+
+#include "io/new_file.hpp"
+#include "io/pose_file.hpp"
+
+#include <cstdio>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+
+void PoseLog::add(double stamp_s, const Eigen::Isometry3d& T_map_sensor) {
+  if (file_.empty()) return;
+  lines_ += tum_line(stamp_s, T_map_sensor);
+  lines_ += '\n';
+}
+
+void PoseLog::save() {
+  if (file_.empty()) return;
+  NewFile file(file_, force_);
+  file.write([&](std::ostream& out) { out << "# stamp tx ty tz qx qy qz qw, sensor to map\n" << lines_; });
+  file.commit();
+  force_ = true;  // from now on it is ours
+  failing_ = false;
+}
+
+void PoseLog::try_to_save() try { save(); } catch (const Error& error) {
+  if (failing_) return;
+  failing_ = true;
+  std::fprintf(stderr, "warning: %s; the run goes on\n", error.what());
+}
+
+}  // namespace octosurf

@@ -1,0 +1,280 @@
+// `octosurf remap`: a map anew, from the scans it was built from and corrected poses.
+#include "io/new_file.hpp"
+#include "io/pose_file.hpp"
+#include "io/scan_archive.hpp"
+#include "mapper/run_statistics.hpp"
+#include "mapper/succession.hpp"
+#include "output_files.hpp"
+#include "pose_log.hpp"
+#include "progress.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <octosurf/error.hpp>
+#include <octosurf/map.hpp>
+#include <octosurf/mapper.hpp>
+
+namespace octosurf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* description =
+    R"(Builds a map anew from the scans it was built from, with corrected poses.
+
+Examples:
+  octosurf remap maps/kitchen --poses corrected.txt                    in place
+  octosurf remap maps/kitchen --poses corrected.txt -o maps/kitchen2   and leaves the old map as it is
+  octosurf remap maps/kitchen --poses optimised.tum --write-poses used.txt --report remap.json
+  octosurf remap maps/kitchen --scans /disk/kitchen.scans              the archive has moved; poses as they were
+
+The map must have been built with `octosurf map --keep-scans DIR`. It is built with its own parameters, and
+with what its scans told of the noise. Poses: one for each scan in order, or a stamped trajectory that covers
+the time of each; the formats of map's --poses. Without --poses those with which the map was built, which
+gives the same map again.
+
+Surfaces that are the same keep their ids: an old and a new surface of which the smaller has at least half of
+its readings in the other. Others get ids that were never used, with the surface they came from as parent.
+Every surface counts as changed, so the map's revision is one more. With -o the archive stays the old map's:
+to go on with the new one, give map --keep-scans a new folder.
+)";
+
+struct RemapOptions {
+  std::string map, poses, output, scans, report, write_poses;
+  int threads = 1;
+  bool force = false;
+};
+
+/// One run of `octosurf remap`.
+class Remap {
+ public:
+  explicit Remap(const RemapOptions& options)
+      : options_(options),
+        before_(load_map(options.map)),
+        statistics_(before_.map.parameters()),
+        poses_log_(options.write_poses, options.force) {
+    context_.input = {options.map};
+    if (!before_.warning.empty()) warn(before_.warning);
+  }
+
+  void run() {
+    find_scans();
+    find_poses();
+    Mapper mapper(before_.map.parameters(), options_.threads);
+    insert_all(mapper);
+    Map map = std::move(mapper).release();
+    const Identities identities = identify(map.state());
+    renumber(map.state(), identities);
+    save(map, identities);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  double now_s() const { return std::chrono::duration<double>(Clock::now() - begin_).count(); }
+
+  void warn(const std::string& warning) {
+    std::fprintf(stderr, "warning: %s\n", warning.c_str());
+    context_.warnings.push_back(warning);
+  }
+
+  void find_scans() {
+    const std::uint64_t scans = before_.map.size().scans;
+    const fs::path folder = options_.scans.empty() ? before_.scans.folder : fs::path(options_.scans);
+    if (folder.empty() || scans == 0)
+      throw Error(Error::Kind::usage, options_.map, "the scans it was built from are not kept",
+                  "build it with octosurf map --keep-scans");
+    files_ = archived_files(folder, scans);
+    for (const fs::path& file : files_) {
+      headers_.push_back(read_archived_header(file));
+      if (headers_.back().resolution != before_.map.parameters().occupancy.resolution)
+        throw Error(Error::Kind::data, file.string(), "is of a map with another resolution",
+                    "name the map's own archive");
+    }
+    kept_ = {folder, before_.scans.shared || !in_place(), {}};
+  }
+
+  bool in_place() const {
+    return same_file(files_of_map(options_.map).front(), files_of_map(options_.output).front());
+  }
+
+  /// Without new ones those of the old map: its own, and behind them the archive's.
+  void find_poses() {
+    if (options_.poses.empty()) {
+      poses_ = before_.scans.poses;
+      for (std::size_t i = poses_.size(); i < headers_.size(); ++i) poses_.push_back(headers_[i].T_used);
+      return;
+    }
+    const PoseFile file = read_poses(options_.poses);
+    if (!file.stamped || is_one_for_each(file)) {
+      if (file.poses.size() != headers_.size())
+        throw Error(
+            Error::Kind::data, options_.poses,
+            std::to_string(file.poses.size()) + " poses for " + std::to_string(headers_.size()) + " scans",
+            "give one pose per scan, in the order of the scans, or a stamped trajectory");
+      for (const FilePose& pose : file.poses) poses_.push_back(rigid(pose.T, pose.where));
+      return;
+    }
+    const Trajectory trajectory(file);
+    for (std::size_t i = 0; i < headers_.size(); ++i) {
+      const std::string where = files_[i].string() + " (" + headers_[i].name + ")";
+      if (!trajectory.covers(headers_[i].stamp_s))
+        throw Error(Error::Kind::data, where, "no pose in " + options_.poses + " at its time",
+                    "give a trajectory that covers all scans");
+      poses_.push_back(trajectory.at(headers_[i].stamp_s, where));
+    }
+  }
+
+  /// A pose a scan, of the same times: no time need be looked up, and stamps that come twice do no harm.
+  bool is_one_for_each(const PoseFile& file) const {
+    constexpr double rounding_s = 1e-6;
+    return std::equal(file.poses.begin(), file.poses.end(), headers_.begin(), headers_.end(),
+                      [](const FilePose& pose, const ArchivedHeader& scan) {
+                        return std::fabs(*pose.stamp_s - scan.stamp_s) <= rounding_s;
+                      });
+  }
+
+  void insert_all(Mapper& mapper) {
+    Progress progress(files_.size());
+    for (std::size_t i = 0; i < files_.size(); ++i) {
+      Scan scan = read_archived_scan(files_[i]).scan();
+      scan.T_map_sensor = poses_[i];
+      scan.name = files_[i].string();
+      const double arrival_s = now_s();
+      ScanReport report = mapper.insert(scan);
+      const double done_s = now_s();
+      report.total_ms = 1e3 * (done_s - arrival_s);
+      statistics_.add(scan, report, arrival_s, done_s);
+      poses_log_.add(scan.stamp_s, report.T_map_sensor);
+      poses_[i] = report.T_map_sensor;
+      progress.show(i + 1, std::to_string(mapper.snapshot()->surfaces.size()) + " surfaces");
+    }
+  }
+
+  /// Which surfaces are which: by where each archived point lies in both maps.
+  Identities identify(const MapState& after) const {
+    Succession succession(before_.map.state(), after);
+    const VoxelGrid& grid = after.occupancy.grid();
+    for (std::size_t i = 0; i < files_.size(); ++i) {
+      const ArchivedScan archived = read_archived_scan(files_[i]);
+      const Scan scan = archived.scan();
+      // A map that was built anew before stands where its own poses say.
+      const bool moved = i < before_.scans.poses.size();
+      const Eigen::Isometry3d& T_before = moved ? before_.scans.poses[i] : archived.header.T_used;
+      for (std::size_t k = 0; k < scan.points.size(); ++k) {
+        const Eigen::Vector3d point = scan.points[k].cast<double>();
+        VoxelKey before = archived.points[k].key, now;
+        if (moved && !grid.key_of((T_before * point).cast<float>(), before)) continue;
+        if (grid.key_of((poses_[i] * point).cast<float>(), now))
+          succession.add(before, now);
+        else
+          succession.add_lost(before);
+      }
+    }
+    return succession.settle();
+  }
+
+  void save(const Map& map, const Identities& identities) {
+    const auto as_archived = [&](const Eigen::Isometry3d& T, const ArchivedHeader& header) {
+      return T.matrix() == header.T_used.matrix();
+    };
+    if (!std::equal(poses_.begin(), poses_.end(), headers_.begin(), headers_.end(), as_archived))
+      kept_.poses = poses_;
+    save_map(map, options_.output, kept_);
+    poses_log_.save();
+    context_.wall_s = now_s();
+    if (!options_.report.empty()) write_report(map, identities);
+    print_summary(map, identities);
+  }
+
+  void write_report(const Map& map, const Identities& identities) const {
+    auto report = nlohmann::ordered_json::parse(statistics_.to_json(map, context_));
+    report["remap"] = {{"kept", identities.kept}, {"new", identities.born}, {"gone", identities.gone}};
+    NewFile file(options_.report, options_.force);
+    file.write([&](std::ostream& out) { out << report.dump(1) << '\n'; });
+    file.commit();
+  }
+
+  void print_summary(const Map& map, const Identities& identities) const {
+    const double scans = static_cast<double>(files_.size());
+    std::printf("%-12s %zu\n", "scans", files_.size());
+    std::printf("%-12s %zu: %zu as before, %zu new; %zu of those before are gone\n", "surfaces",
+                map.size().surfaces, identities.kept, identities.born, identities.gone.size());
+    std::printf("%-12s %zu of %zu points\n", "pending", map.size().pending, map.size().points);
+    std::printf("%-12s %.1f s; %.1f ms a scan, of which mapping %.1f ms\n", "time", now_s(),
+                1e3 * now_s() / scans, statistics_.scan_ms_percentile(0.5));
+    const std::vector<std::string> files = files_of_map(options_.output);
+    std::printf("%-12s %s, %s", "written", files[0].c_str(), files[1].c_str());
+    for (const std::string& file : {options_.write_poses, options_.report})
+      if (!file.empty()) std::printf(", %s", file.c_str());
+    std::printf("\n");
+  }
+
+  const RemapOptions& options_;
+  Clock::time_point begin_ = Clock::now();
+  LoadedMap before_;
+  RunStatistics statistics_;
+  PoseLog poses_log_;
+  RunContext context_;
+  KeptScans kept_;                        // of the new map
+  std::vector<fs::path> files_;           // of the archive
+  std::vector<ArchivedHeader> headers_;   // of each
+  std::vector<Eigen::Isometry3d> poses_;  // of each: asked for, then used
+};
+
+/// Refuses what cannot or must not be written before any work is done.
+void probe_outputs(const RemapOptions& options) {
+  const std::vector<std::string> read = files_of_map(options.map), written = files_of_map(options.output);
+  const bool in_place = same_file(read.front(), written.front());
+  for (const auto& [option, file] :
+       {std::pair("--report", options.report), std::pair("--write-poses", options.write_poses)}) {
+    require_apart(option, file, read);
+    require_apart(option, file, written);
+    require_apart(option, file, {options.poses, options.scans});
+  }
+  require_apart("--write-poses", options.write_poses, {options.report});
+  for (const std::string& file : written) require_apart("-o", file, {options.poses, options.scans});
+  const auto probe = [](const std::string& file, bool force) {
+    if (!file.empty()) NewFile(file, force).write([](std::ostream&) {});
+  };
+  for (const std::string& file : written) probe(file, options.force || in_place);
+  probe(options.report, options.force);
+  probe(options.write_poses, options.force);
+}
+
+void run(RemapOptions& options) {
+  if (options.output.empty()) options.output = options.map;
+  probe_outputs(options);
+  Remap(options).run();
+}
+
+}  // namespace
+
+void add_remap(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("remap", description);
+  const auto options = std::make_shared<RemapOptions>();
+  options->threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 256u));
+  verb->add_option("map", options->map, "map, built with --keep-scans")->required();
+  verb->add_option("--poses", options->poses, "file with a pose per scan, or a stamped trajectory");
+  verb->add_option("-o,--output", options->output, "map to write [the same]");
+  verb->add_option("--scans", options->scans, "folder of the scans, if it is not where the map says");
+  verb->add_option("--report", options->report, "write what the run did and cost to this file (JSON)");
+  verb->add_option("--write-poses", options->write_poses,
+                   "write the poses with which the scans were mapped (stamp tx ty tz qx qy qz qw)");
+  verb->add_option("--threads", options->threads, "result does not depend on it")->capture_default_str();
+  verb->add_flag("--force", options->force, "overwrite map, report and poses");
+  verb->callback([options] { run(*options); });
+}
+
+}  // namespace octosurf

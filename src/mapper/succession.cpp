@@ -1,0 +1,149 @@
+#include "mapper/succession.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <set>
+#include <tuple>
+#include <utility>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+std::uint64_t pair_of(std::uint32_t before, std::uint32_t after) {
+  return std::uint64_t{before} << 32 | after;
+}
+
+std::uint64_t count_in(const std::map<std::uint32_t, std::uint64_t>& counts, std::uint32_t id) {
+  const auto found = counts.find(id);
+  return found == counts.end() ? 0 : found->second;
+}
+
+SurfaceId surface_at(const MapState& map, VoxelKey key) {
+  const OccupancyMap::Lookup voxel = map.occupancy.at(key);
+  return voxel.point ? voxel.point->surface : 0;
+}
+
+void insert_parent(std::vector<SurfaceId>& parents, SurfaceId id) {
+  if (std::find(parents.begin(), parents.end(), id) == parents.end()) parents.push_back(id);
+}
+
+}  // namespace
+
+void Succession::Shared::add(Id before, Id after) {
+  if (before != 0) ++of_before[before];
+  if (after != 0) ++of_after[after];
+  if (before != 0 && after != 0) ++pairs[pair_of(before, after)];
+}
+
+void Succession::add(VoxelKey before, VoxelKey after) {
+  surfaces_.add(surface_at(before_, before), surface_at(after_, after));
+  cylinders_.add(before_.cylinders.owner(before), after_.cylinders.owner(after));
+}
+
+void Succession::add_lost(VoxelKey before) {
+  surfaces_.add(surface_at(before_, before), 0);
+  cylinders_.add(before_.cylinders.owner(before), 0);
+}
+
+/// By what is new.
+std::map<Succession::Id, Succession::Id> Succession::partners(const Shared& shared) {
+  std::vector<std::tuple<std::uint64_t, Id, Id>> candidates;  // readings, before, after
+  for (const auto& [pair, readings] : shared.pairs) {
+    const auto before = static_cast<Id>(pair >> 32), after = static_cast<Id>(pair & 0xffffffff);
+    const std::uint64_t smaller =
+        std::min(count_in(shared.of_before, before), count_in(shared.of_after, after));
+    if (2 * readings >= smaller) candidates.emplace_back(readings, before, after);
+  }
+  std::sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) {
+    return std::get<0>(a) != std::get<0>(b) ? std::get<0>(a) > std::get<0>(b) : a < b;
+  });
+  std::map<Id, Id> partners;
+  std::set<Id> taken;
+  for (const auto& [readings, before, after] : candidates)
+    if (!partners.contains(after) && taken.insert(before).second) partners[after] = before;
+  return partners;
+}
+
+Identities Succession::settle() const {
+  Identities identities;
+  identities.revision = before_.revision + 1;
+  identities.next_surface = before_.surfaces.next_id();
+  identities.next_cylinder = before_.cylinders.next_id();
+  const std::map<Id, Id> same_surfaces = partners(surfaces_), same_cylinders = partners(cylinders_);
+  if (after_.surfaces.size() - same_surfaces.size() > before_.surfaces.ids_left() ||
+      after_.cylinders.size() - same_cylinders.size() > before_.cylinders.ids_left())
+    throw Error(Error::Kind::data, "remap", "the ids of surfaces run out", "start a new map");
+  for (const auto& [id, surface] : after_.surfaces) {
+    const auto same = same_surfaces.find(id);
+    identities.surfaces[id] = same != same_surfaces.end() ? same->second : identities.next_surface++;
+  }
+  for (const auto& [id, cylinder] : after_.cylinders) {
+    const auto same = same_cylinders.find(id);
+    identities.cylinders[id] = same != same_cylinders.end() ? same->second : identities.next_cylinder++;
+  }
+  identities.kept = same_surfaces.size();
+  identities.born = after_.surfaces.size() - same_surfaces.size();
+  settle_parents(identities);
+  return identities;
+}
+
+void Succession::settle_parents(Identities& identities) const {
+  std::set<SurfaceId> living;
+  for (const auto& [after, id] : identities.surfaces) {
+    living.insert(id);
+    const SurfaceModel* same = before_.surfaces.find(id);
+    identities.parents[id] = same != nullptr ? same->parents() : std::vector<SurfaceId>{};
+  }
+  for (const auto& [id, surface] : before_.surfaces)
+    if (!living.contains(id)) identities.gone.push_back(id);
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> pairs(surfaces_.pairs.begin(), surfaces_.pairs.end());
+  std::sort(pairs.begin(), pairs.end());
+  for (const auto& [pair, readings] : pairs) {
+    const auto before = static_cast<SurfaceId>(pair >> 32), after = static_cast<SurfaceId>(pair & 0xffffffff);
+    const SurfaceId id = identities.surfaces.at(after);
+    const bool born = before_.surfaces.find(id) == nullptr;
+    const bool merged = !living.contains(before) && 2 * readings >= count_in(surfaces_.of_before, before);
+    const bool split = born && 2 * readings >= count_in(surfaces_.of_after, after);
+    if (merged || split) insert_parent(identities.parents[id], before);
+  }
+}
+
+void renumber(MapState& state, const Identities& identities) {
+  SurfaceStore surfaces(state.parameters.occupancy.resolution);
+  surfaces.set_erosion_tolerance(state.parameters.surface_tolerance());
+  for (const auto& [id, surface] : state.surfaces) {
+    SurfaceModel::State renamed = surface.state();
+    renamed.id = identities.surfaces.at(id);
+    renamed.parents = identities.parents.at(renamed.id);
+    renamed.revision = identities.revision;
+    surfaces.restore(renamed);
+  }
+  surfaces.set_next_id(identities.next_surface);
+
+  CylinderStore cylinders;
+  for (const auto& [id, cylinder] : state.cylinders) {
+    CylinderModel renamed = cylinder;
+    renamed.id = identities.cylinders.at(id);
+    renamed.revision = identities.revision;
+    renamed.published.reset();
+    cylinders.restore(std::move(renamed));
+  }
+  cylinders.set_next_id(identities.next_cylinder);
+
+  state.occupancy.for_each_point([&](const VoxelPoint& p) {
+    if (p.surface != 0) state.occupancy.assign(p, identities.surfaces.at(p.surface));
+  });
+  state.surfaces = std::move(surfaces);
+  state.cylinders = std::move(cylinders);
+  state.revision = identities.revision;
+  auto snapshot =
+      std::make_shared<Snapshot>(Snapshot{state.revision, state.parameters.occupancy.resolution, {}});
+  for (const auto& [id, surface] : state.surfaces)
+    snapshot->surfaces.push_back(surface.publish(state.revision));
+  snapshot->cylinders = state.cylinders.publish(state.revision);
+  state.snapshot.store(std::move(snapshot));
+}
+
+}  // namespace octosurf

@@ -1,0 +1,179 @@
+// Who keeps an id when a map is built anew.
+#include "mapper/succession.hpp"
+
+#include "support/scene.hpp"
+#include "support/seed.hpp"
+
+#include <algorithm>
+#include <gmock/gmock.h>
+#include <random>
+
+#include <octosurf/mapper.hpp>
+
+namespace octosurf::test {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+struct Mapped {
+  Map map;
+  std::vector<Scan> scans;
+};
+
+/// Ids begin with `first_id`, so that they are no one else's by chance.
+Map map_of(const std::vector<Scan>& scans, SurfaceId first_id) {
+  Map start;
+  start.state().surfaces.set_next_id(first_id);
+  Mapper mapper(std::move(start));
+  for (const Scan& scan : scans) mapper.insert(scan);
+  return std::move(mapper).release();
+}
+
+/// Straight down from 1.2 m above strips of a floor, `along` x one beside the other. `heights`: of each.
+std::vector<Scan> strips(const std::vector<double>& heights, std::mt19937_64 random) {
+  std::vector<Scan> scans;
+  Camera camera;
+  camera.width = 100;
+  camera.height = 100;
+  camera.focal = 120;
+  for (std::size_t i = 0; i < heights.size(); ++i) {
+    Scene scene;
+    const double x = static_cast<double>(i), z = heights[i];
+    scene.rectangle({x, 0, z}, {1, 0, 0}, {0, 1, 0});
+    const Eigen::Vector3d above(x + 0.5, 0.5, z + 1.2);
+    scans.push_back(camera_scan(scene, look_at(above, above - Eigen::Vector3d::UnitZ()), random, camera));
+  }
+  return scans;
+}
+
+/// Every finite reading of the same scans, at the poses of either map.
+Identities identities_of(const Mapped& before, const Mapped& after) {
+  Succession succession(before.map.state(), after.map.state());
+  const VoxelGrid& grid = after.map.state().occupancy.grid();
+  for (std::size_t i = 0; i < before.scans.size(); ++i)
+    for (const Eigen::Vector3f& p : before.scans[i].points) {
+      VoxelKey old_key, new_key;
+      if (!p.allFinite()) continue;
+      if (grid.key_of((before.scans[i].T_map_sensor * p.cast<double>()).cast<float>(), old_key) &&
+          grid.key_of((after.scans[i].T_map_sensor * p.cast<double>()).cast<float>(), new_key))
+        succession.add(old_key, new_key);
+    }
+  return succession.settle();
+}
+
+std::vector<SurfaceId> ids_of(const Map& map) {
+  std::vector<SurfaceId> ids;
+  for (const SurfacePtr& surface : map.snapshot()->surfaces) ids.push_back(surface->id);
+  return ids;
+}
+
+std::vector<Scan> moved(std::vector<Scan> scans, const Eigen::Isometry3d& T) {
+  for (Scan& scan : scans) scan.T_map_sensor = T * scan.T_map_sensor;
+  return scans;
+}
+
+TEST(Succession, SurfacesThatAreTheSameKeepTheirIdsWhateverTheyAreCalledNow) {
+  const std::vector<Scan> scans = strips({0, 0.5, 1, 1.5}, rng());
+  const Mapped before{map_of(scans, 100), scans};
+  Mapped after{map_of(scans, 7), scans};
+  ASSERT_EQ(ids_of(before.map).size(), 4U);
+  const Identities identities = identities_of(before, after);
+  renumber(after.map.state(), identities);
+  EXPECT_EQ(ids_of(after.map), ids_of(before.map));
+  EXPECT_EQ(identities.kept, 4U);
+  EXPECT_THAT(identities.gone, IsEmpty());
+  EXPECT_THAT(check_invariants(after.map), IsEmpty());
+  EXPECT_EQ(after.map.size().revision, before.map.size().revision + 1);
+  EXPECT_EQ(after.map.state().surfaces.next_id(), before.map.state().surfaces.next_id());
+  EXPECT_EQ(after.map.snapshot()->changed_since(before.map.size().revision).size(), 4U);
+  for (const SurfacePtr& surface : after.map.snapshot()->surfaces)
+    EXPECT_NEAR((surface->plane.normal - before.map.snapshot()->find(surface->id)->plane.normal).norm(), 0,
+                1e-9);
+}
+
+TEST(Succession, ARigidMotionOfAllKeepsAllIds) {
+  std::mt19937_64 random = rng();
+  const std::vector<Scan> scans = strips({0, 0.5, 1, 1.5}, random);
+  std::uniform_real_distribution<double> any(-1, 1);
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.rotate(Eigen::AngleAxisd(3 * any(random),
+                             Eigen::Vector3d(any(random), any(random), any(random)).normalized()));
+  T.translation() = 2 * Eigen::Vector3d(any(random), any(random), any(random));
+  const Mapped before{map_of(scans, 1), scans};
+  Mapped after{map_of(moved(scans, T), 50), moved(scans, T)};
+  renumber(after.map.state(), identities_of(before, after));
+  EXPECT_EQ(ids_of(after.map), ids_of(before.map));
+  EXPECT_THAT(check_invariants(after.map), IsEmpty());
+  for (const SurfacePtr& surface : before.map.snapshot()->surfaces) {
+    const Surface* there = after.map.snapshot()->find(surface->id);
+    ASSERT_NE(there, nullptr);
+    // 2 mm of noise over some 2,500 voxels: 0.04 mm; edges' voxels are cut otherwise.
+    EXPECT_LT((there->plane.normal - T.linear() * surface->plane.normal).norm(), 0.002);
+    EXPECT_LT(std::fabs(there->plane.signed_distance(T * surface->T_map_surface.translation())), 0.0005);
+  }
+}
+
+TEST(Succession, WhatWasTwoAndIsOneKeepsTheLargersIdAndTheOtherAsParent) {
+  std::mt19937_64 random = rng();
+  const std::vector<Scan> apart = strips({0, 0, 0.1}, random);  // the third's pose was wrong
+  std::vector<Scan> level = apart;
+  level[2].T_map_sensor.translation().z() -= 0.1;
+  Mapped before{map_of(apart, 10), apart};
+  Mapped after{map_of(level, 1), level};
+  ASSERT_EQ(before.map.snapshot()->surfaces.size(), 2U);
+  ASSERT_EQ(after.map.snapshot()->surfaces.size(), 1U);
+  const auto& two = before.map.snapshot()->surfaces;
+  const bool first_is_larger = two[0]->inliers > two[1]->inliers;
+  const SurfaceId larger = two[first_is_larger ? 0 : 1]->id, smaller = two[first_is_larger ? 1 : 0]->id;
+  const Identities merged = identities_of(before, after);
+  renumber(after.map.state(), merged);
+  EXPECT_THAT(ids_of(after.map), ElementsAre(larger));
+  EXPECT_THAT(merged.gone, ElementsAre(smaller));
+  EXPECT_THAT(after.map.snapshot()->surfaces[0]->parents, Contains(smaller));
+  EXPECT_THAT(check_invariants(after.map), IsEmpty());
+
+  // And back again: the larger part keeps the id, the other gets a new one, split from it.
+  Mapped again{map_of(apart, 1), apart};
+  const SurfaceId unused = after.map.state().surfaces.next_id();
+  EXPECT_GT(unused, smaller);
+  const Identities split = identities_of(after, again);
+  renumber(again.map.state(), split);
+  EXPECT_THAT(ids_of(again.map), ElementsAre(larger, unused));
+  EXPECT_THAT(again.map.snapshot()->find(unused)->parents, ElementsAre(larger));
+  EXPECT_THAT(split.gone, IsEmpty());
+  EXPECT_EQ(again.map.state().surfaces.next_id(), unused + 1);
+  EXPECT_THAT(check_invariants(again.map), IsEmpty());
+}
+
+TEST(Succession, AnotherMapsSurfacesShareNone) {
+  const std::vector<Scan> here = strips({0, 0.5}, rng());
+  Eigen::Isometry3d far = Eigen::Isometry3d::Identity();
+  far.translation().x() = 50;
+  const Mapped before{map_of(here, 3), here};
+  Mapped after{map_of(moved(here, far), 1), moved(here, far)};
+  Succession nothing_shared(before.map.state(), after.map.state());
+  renumber(after.map.state(), nothing_shared.settle());
+  EXPECT_THAT(ids_of(after.map), ElementsAre(5, 6));
+  for (const SurfacePtr& surface : after.map.snapshot()->surfaces) EXPECT_THAT(surface->parents, IsEmpty());
+  EXPECT_THAT(check_invariants(after.map), IsEmpty());
+}
+
+/// Going on after renumbering must not stumble over what is kept by id.
+TEST(Succession, ARenumberedMapIsGoneOnWith) {
+  std::mt19937_64 random = rng();
+  const std::vector<Scan> scans = strips({0, 0.5, 1}, random);
+  const Mapped before{map_of(scans, 100), scans};
+  Mapped after{map_of(scans, 1), scans};
+  renumber(after.map.state(), identities_of(before, after));
+  Mapper mapper(std::move(after.map));
+  for (const Scan& scan : strips({0, 0.5, 1, 1.5}, random)) {
+    mapper.insert(scan);
+    ASSERT_THAT(check_invariants(mapper.map()), IsEmpty());
+  }
+  EXPECT_THAT(ids_of(mapper.map()), Contains(before.map.state().surfaces.next_id())) << "the fourth strip's";
+}
+
+}  // namespace
+}  // namespace octosurf::test
