@@ -23,6 +23,7 @@ void add_export(CLI::App& app);
 void add_info(CLI::App& app);
 void add_map(CLI::App& app);
 void add_query(CLI::App& app);
+void add_localize(CLI::App& app);
 void add_remap(CLI::App& app);
 void add_simulate(CLI::App& app);
 void add_view(CLI::App& app);
@@ -130,6 +131,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", "octosurf " OCTOSURF_VERSION);
   app.require_subcommand(1);
   octosurf::add_map(app);
+  octosurf::add_localize(app);
   octosurf::add_remap(app);
   octosurf::add_info(app);
   octosurf::add_export(app);

@@ -3,6 +3,7 @@
 #include "map_run.hpp"
 #include "output_files.hpp"
 #include "parameter_options.hpp"
+#include "scan_options.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <CLI/CLI.hpp>
@@ -196,30 +197,6 @@ std::string not_seconds(const std::string& text) {
   return number && seconds >= 0 && std::isfinite(seconds) ? "" : text + " is not a number of seconds";
 }
 
-void add_source_options(CLI::App& verb, MapOptions& options) {
-  const char* const group = "Scans";
-  verb.add_option("--poses", options.source.poses, "file with a pose per scan, or a stamped trajectory")
-      ->group(group);
-  verb.add_option("--intrinsics", options.source.intrinsics, "file with K (3x3) or fx fy cx cy")
-      ->group(group);
-  verb.add_option("--depth-scale", options.source.depth_scale,
-                  "units of a depth image per metre [5000 for TUM, else 1000]")
-      ->group(group);
-  verb.add_option("--rate", options.source.rate_hz,
-                  "scans per second if they have no time stamps [30, lidar 10]")
-      ->group(group);
-  verb.add_flag("--skip-bad", options.source.skip_bad,
-                "go on without scans that cannot be read or have no rigid pose")
-      ->group(group);
-  verb.add_option("--skip", options.range.skip, "leave out so many scans at the start")->group(group);
-  verb.add_option("--every", options.range.every, "map every K-th scan only")
-      ->check(CLI::PositiveNumber)
-      ->group(group);
-  verb.add_option("--first", options.range.first, "map so many scans at most")
-      ->check(CLI::PositiveNumber)
-      ->group(group);
-}
-
 }  // namespace
 
 void add_map(CLI::App& app) {
@@ -243,7 +220,7 @@ void add_map(CLI::App& app) {
   verb->add_option("--threads", options->threads, "result does not depend on it")->capture_default_str();
   verb->add_flag("--force", options->force, "overwrite map and report");
   verb->add_flag("--show-parameters", options->show_parameters, "print the parameters in force and end");
-  add_source_options(*verb, *options);
+  add_scan_options(*verb, options->source, options->range);
   add_parameter_options(*verb, options->parameters);
   verb->callback([options] { run(*options); });
 }

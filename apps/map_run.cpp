@@ -192,8 +192,22 @@ void MapRun::insert(const Scan& scan) {
   report.total_ms = 1e3 * (done_s - start_s);  // what lies between the stages included
   changed_ = true;
   statistics_.add(scan, report, arrival_s, done_s);
-  poses_.add(scan.stamp_s, report.T_map_sensor);
+  note_alignment(scan, report.alignment);
+  if (report.alignment.outcome == AlignmentOutcome::set_aside) return;
+  poses_.add(scan.stamp_s, report.alignment.T_map_sensor);
   keeper_.add(scan, report);
+}
+
+void MapRun::note_alignment(const Scan& scan, const Alignment& alignment) {
+  const bool moved =
+      alignment.outcome == AlignmentOutcome::corrected || alignment.outcome == AlignmentOutcome::agrees;
+  if (!moved || alignment.innovation_m <= mapper_.map().parameters().occupancy.resolution) return;
+  const std::uint64_t scans = statistics_.scans();
+  if (closures_.empty() || closures_.back().end + 1 < scans) closures_.push_back({scan.name, scan.name});
+  Closure& closure = closures_.back();
+  closure.last = scan.name;
+  closure.end = scans;
+  closure.farthest_m = std::max(closure.farthest_m, alignment.innovation_m);
 }
 
 void MapRun::wait_for(double arrival_s) const {
@@ -219,6 +233,7 @@ void MapRun::finish() {
   context_.wall_s = now_s();
   if (!options_.report.empty()) write_report();
   print_summary();
+  warn_of_closures();
   warn_of_double_layers();
 }
 
@@ -239,6 +254,7 @@ void MapRun::print_summary() const {
   std::printf("\n%-12s %zu, of them %zu new\n", "points", statistics_.totals().points_raw,
               statistics_.totals().appeared);
   print_dropped();
+  print_alignment();
   std::printf("%-12s %zu, %.2f m²\n", "surfaces", size.surfaces, total_area(*snapshot));
   std::printf("%-12s %zu of %zu points\n", "pending", size.pending, size.points);
   std::printf("%-12s %.1f s; a scan %.1f ms (95 %% within %.1f ms)\n", "time", now_s(),
@@ -252,6 +268,34 @@ void MapRun::print_summary() const {
   if (up.source != Up::Source::given) std::printf("%-12s %s\n", "up", describe(up).c_str());
   std::printf("\n");
   print_table(largest_surfaces(*snapshot, 5), up.direction);
+}
+
+void MapRun::print_alignment() const {
+  const auto count = [this](AlignmentOutcome outcome) { return statistics_.scans_with(outcome); };
+  const std::size_t corrected = count(AlignmentOutcome::corrected),
+                    recovered = count(AlignmentOutcome::recovered),
+                    aside = count(AlignmentOutcome::set_aside),
+                    unexplained = count(AlignmentOutcome::unexplained);
+  if (corrected + recovered + aside + unexplained == 0) return;
+  std::printf("%-12s %zu corrected", "poses", corrected + recovered);
+  if (recovered > 0) std::printf(", %zu of them far off", recovered);
+  if (aside > 0) std::printf("; %s left out: far off, and not to be found", count_of(aside, "scan").c_str());
+  if (unexplained > 0) std::printf("; %zu fit nowhere and are mapped as given", unexplained);
+  std::printf("\n");
+}
+
+void MapRun::warn_of_closures() const {
+  if (closures_.empty()) return;
+  const Closure& worst =
+      *std::max_element(closures_.begin(), closures_.end(),
+                        [](const Closure& a, const Closure& b) { return a.farthest_m < b.farthest_m; });
+  std::fflush(stdout);
+  std::fprintf(
+      stderr,
+      "warning: %s where the poses do not meet what was mapped before, the farthest from %s to %s: %.1f cm; "
+      "the way between is bent by as much, and remap straightens it with poses that close the loop\n",
+      count_of(closures_.size(), "place").c_str(), worst.first.c_str(), worst.last.c_str(),
+      100 * worst.farthest_m);
 }
 
 void MapRun::warn_of_double_layers() const {

@@ -72,9 +72,13 @@ class Remap {
   void run() {
     find_scans();
     find_poses();
-    Mapper mapper(before_.map.parameters(), options_.threads);
+    const Parameters parameters = before_.map.parameters();
+    Parameters as_given = parameters;
+    as_given.alignment.enabled = false;  // these poses are corrected already
+    Mapper mapper(as_given, options_.threads);
     insert_all(mapper);
     Map map = std::move(mapper).release();
+    map.state().parameters = parameters;
     const Identities identities = identify(map.state());
     renumber(map.state(), identities);
     save(map, identities);
@@ -156,8 +160,8 @@ class Remap {
       const double done_s = now_s();
       report.total_ms = 1e3 * (done_s - arrival_s);
       statistics_.add(scan, report, arrival_s, done_s);
-      poses_log_.add(scan.stamp_s, report.T_map_sensor);
-      poses_[i] = report.T_map_sensor;
+      poses_log_.add(scan.stamp_s, report.alignment.T_map_sensor);
+      poses_[i] = report.alignment.T_map_sensor;
       progress.show(i + 1, std::to_string(mapper.snapshot()->surfaces.size()) + " surfaces");
     }
   }

@@ -62,7 +62,7 @@ void ScanKeeper::add(const Scan& scan, const ScanReport& report) {
     header.sensor = scan.sensor;
     header.resolution = state.parameters.occupancy.resolution;
     header.T_given = scan.T_map_sensor;
-    header.T_used = report.T_map_sensor;
+    header.T_used = report.alignment.T_map_sensor;
     header.noise = state.noise.seen_since(noise_);
     noise_ = state.noise.histogram();
     archive.add(std::move(header), mapper_.last_voxels());

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include <octosurf/alignment.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/scan.hpp>
 
@@ -13,9 +14,9 @@ namespace octosurf {
 struct VoxelScan;
 
 /// Stages of one scan's way (docs/design.md §4), in order.
-enum class Stage { downsample, occupancy, retract, add_inliers, expand, detect, derive };
-inline constexpr std::array<std::string_view, 7> stage_names{
-    "downsample", "occupancy", "retract", "add_inliers", "expand", "detect", "derive"};
+enum class Stage { align, downsample, occupancy, retract, add_inliers, expand, detect, derive };
+inline constexpr std::array<std::string_view, 8> stage_names{
+    "align", "downsample", "occupancy", "retract", "add_inliers", "expand", "detect", "derive"};
 
 /// What one scan did.
 struct ScanReport {
@@ -27,11 +28,11 @@ struct ScanReport {
   std::size_t voxels = 0;               ///< distinct end voxels
   std::size_t appeared = 0, vanished = 0;
   std::size_t categorized = 0;  ///< of the appeared, in a surface when insert returned
+  Alignment alignment;  ///< of the pose; alignment.T_map_sensor is the one that the scan was inserted with
   std::vector<SurfaceId> born, grown, shrunk, merged, gone;
   std::array<double, stage_names.size()> stage_ms{};
   double total_ms = 0;
   /// The pose with which the scan was inserted.
-  Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
 };
 
 /// Keeps a map and its surfaces up to date, scan by scan (the paper's system).

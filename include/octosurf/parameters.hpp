@@ -50,8 +50,14 @@ struct DetectionParameters {
   bool detect_cylinders = true;               ///< look for pillars, rails and rungs among what no plane took
 };
 
+/// src/alignment: a scan's pose against the map, before it is inserted.
+struct AlignmentParameters {
+  bool enabled = true;  ///< a pose is corrected where scan and map say significantly so; off: taken as given
+};
+
 /// Everything that decides what comes out; two runs with equal Parameters and scans give equal bytes.
 struct Parameters {
+  AlignmentParameters alignment;
   OccupancyParameters occupancy;
   SurfaceParameters surfaces;
   DetectionParameters detection;

@@ -1,3 +1,4 @@
+#include "io/alignment_record.hpp"
 #include "io/cylinder_record.hpp"
 #include "io/map_file.hpp"
 #include "io/record_stream.hpp"
@@ -130,6 +131,7 @@ class Reader {
       state.cylinders.set_next_id(header.next_cylinder_id());
     }
     if (header.sensors_up_size() > 0) state.sensors_up = read_sensors_up(header);
+    if (header.has_alignment()) state.alignment = read_alignment(header.alignment(), where_);
     read_noise(header);
     file_.bt = {header.bt_bytes(), header.bt_crc32()};
     require(header.kept_scans().size() <= longest_path && header.kept_scans().find('\0') == std::string::npos,

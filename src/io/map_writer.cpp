@@ -1,3 +1,4 @@
+#include "io/alignment_record.hpp"
 #include "io/cylinder_record.hpp"
 #include "io/map_file.hpp"
 #include "io/record_stream.hpp"
@@ -31,6 +32,7 @@ void write_header(const MapState& state, const FileSum& bt, const KeptScans& sca
   for (const auto& range_class : state.noise.histogram())
     for (const std::uint32_t count : range_class) header.add_noise_histogram(count);
   for (const double coordinate : state.sensors_up) header.add_sensors_up(coordinate);
+  if (!state.alignment.hypotheses.empty()) write_alignment(state.alignment, *header.mutable_alignment());
   header.set_bt_bytes(bt.bytes);
   header.set_bt_crc32(bt.crc32);
   if (scans.folder.empty()) return;

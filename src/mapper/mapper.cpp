@@ -1,3 +1,4 @@
+#include "alignment/scan_aligner.hpp"
 #include "detection/cylinders.hpp"
 #include "detection/detection.hpp"
 #include "expansion/expansion.hpp"
@@ -51,10 +52,16 @@ std::vector<Index> indices_of(PointWindow& window, const std::vector<VoxelPoint>
 }
 
 /// A camera's y points down in its picture, a lidar's z up; map frame.
-Eigen::Vector3d up_of_sensor(const Scan& scan) {
-  const Eigen::Vector3d up = scan.sensor == SensorKind::depth_camera ? Eigen::Vector3d(0, -1, 0)
-                                                                     : Eigen::Vector3d::UnitZ();
-  return (scan.T_map_sensor.linear() * up).normalized();
+Eigen::Vector3d up_of_sensor(const Scan& scan, const Eigen::Isometry3d& T_map_sensor) {
+  const Eigen::Vector3d up =
+      scan.sensor == SensorKind::depth_camera ? Eigen::Vector3d(0, -1, 0) : Eigen::Vector3d::UnitZ();
+  return (T_map_sensor.linear() * up).normalized();
+}
+
+Alignment as_given(const Scan& scan) {
+  Alignment alignment;
+  alignment.T_map_sensor = scan.T_map_sensor;
+  return alignment;
 }
 
 void accumulate(MapState& state, const Workspace& work, std::vector<VoxelKey> keys) {
@@ -76,8 +83,8 @@ void require_ids(const MapState& state, std::size_t new_points, const std::strin
 
 std::vector<SurfaceId> list_of(const std::set<SurfaceId>& ids) { return {ids.begin(), ids.end()}; }
 
-/// Everything after the octree's answer: docs/design.md §4, steps 3 to 7. The report is complete before derive()
-/// publishes, so that what fails has published nothing.
+/// Everything after the octree's answer: docs/design.md §4, steps 3 to 7. The report is complete before
+/// derive() publishes, so that what fails has published nothing.
 void update_surfaces(MapState& state, const VoxelScan& scan, const OccupancyDelta& delta,
                      ScanReport& report) {
   Stopwatch time(report);
@@ -128,9 +135,10 @@ struct Mapper::Impl {
       : map(std::move(m)), threads(thread_count), downsample(map.state().occupancy.grid()) {}
 
   /// By voxel; rounded where that is wanted, or was done before.
-  VoxelScan group(const Scan& scan, double max_range) {
+  VoxelScan group(const Scan& scan, const Eigen::Isometry3d& T_map_sensor, double max_range) {
     const MapState& state = map.state();
-    VoxelScan voxels = downsample(scan, state.parameters.occupancy.min_range, max_range, threads);
+    VoxelScan voxels =
+        downsample(scan, T_map_sensor, state.parameters.occupancy.min_range, max_range, threads);
     if (!round_scans && scan.readings.empty()) return voxels;
     if (scan.readings.empty())
       round_scan(voxels, state.occupancy.grid(), state.noise);
@@ -143,6 +151,7 @@ struct Mapper::Impl {
   Map map;
   int threads;
   Downsampler downsample;
+  ScanAligner align;
   VoxelScan last;
   bool round_scans = false;
 };
@@ -169,9 +178,20 @@ ScanReport Mapper::insert(const Scan& scan) {
 
   ScanReport report;
   report.points_raw = scan.points.size();
-  report.T_map_sensor = scan.T_map_sensor;
   Stopwatch time(report);
-  VoxelScan voxels = time(Stage::downsample, [&] { return impl_->group(scan, max_range); });
+  AlignmentState alignment = state.alignment;
+  report.alignment = time(Stage::align, [&] {
+    // An archive's poses were aligned when its scans were mapped.
+    if (!state.parameters.alignment.enabled || !scan.readings.empty()) return as_given(scan);
+    return impl_->align(alignment, *state.snapshot.load(), scan, state.noise,
+                        {parameters.min_range, max_range});
+  });
+  if (report.alignment.outcome == AlignmentOutcome::set_aside) {
+    state.alignment = std::move(alignment);
+    return report;
+  }
+  VoxelScan voxels =
+      time(Stage::downsample, [&] { return impl_->group(scan, report.alignment.T_map_sensor, max_range); });
   report.points_not_finite = voxels.not_finite;
   report.points_too_near = voxels.too_near;
   report.points_out_of_map = voxels.out_of_map;
@@ -183,12 +203,13 @@ ScanReport Mapper::insert(const Scan& scan) {
 
   // Up to here nothing has changed; from here on whatever is thrown leaves the map unusable.
   state.unfinished_scan = state.scans + 1;
+  state.alignment = std::move(alignment);
   const OccupancyDelta delta = time(Stage::occupancy, [&] {
     return state.occupancy.apply(touched, voxels, impl_->downsample,
                                  parameters.preserve_surfaces ? &state.surfaces : nullptr);
   });
   ++state.scans;
-  state.sensors_up += up_of_sensor(scan);
+  state.sensors_up += up_of_sensor(scan, report.alignment.T_map_sensor);
   time(Stage::downsample, [&] { state.noise.observe(scan); });
   update_surfaces(state, voxels, delta, report);
   state.unfinished_scan = 0;

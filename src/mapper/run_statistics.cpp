@@ -81,6 +81,15 @@ Json double_layers_json(const Snapshot& snapshot) {
   return json;
 }
 
+Json alignment_json(const AlignmentTotals& totals) {
+  Json json{{"scans", Json::object()}};
+  for (std::size_t outcome = 0; outcome < totals.outcomes.size(); ++outcome)
+    json["scans"][std::string(alignment_outcome_names[outcome])] = totals.outcomes[outcome];
+  json["correction_m"] = spread(totals.corrections_m, {{"p50", 0.5}, {"p95", 0.95}});
+  json["correction_deg"] = spread(totals.corrections_deg, {{"p50", 0.5}, {"p95", 0.95}});
+  return json;
+}
+
 Json up_object(const Up& up) {
   Json json{{"direction", {up.direction.x(), up.direction.y(), up.direction.z()}},
             {"from", name_of(up.source)}};
@@ -98,6 +107,14 @@ std::string parameters_json(const Parameters& parameters) { return parameters_ob
 void RunStatistics::add(const Scan& scan, const ScanReport& report, double arrival_s, double done_s) {
   if (scans_++ == 0) first_stamp_s_ = scan.stamp_s;
   last_stamp_s_ = scan.stamp_s;
+  const Alignment& alignment = report.alignment;
+  ++alignment_.outcomes[static_cast<std::size_t>(alignment.outcome)];
+  if (alignment.outcome == AlignmentOutcome::corrected || alignment.outcome == AlignmentOutcome::recovered) {
+    const Eigen::Isometry3d& used = alignment.T_map_sensor;
+    alignment_.corrections_m.push_back((used.translation() - scan.T_map_sensor.translation()).norm());
+    const Eigen::AngleAxisd turn(used.linear() * scan.T_map_sensor.linear().transpose());
+    alignment_.corrections_deg.push_back(turn.angle() * 180 / std::numbers::pi);
+  }
   add_occupancy(report, arrival_s, done_s);
 }
 
@@ -156,6 +173,7 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
     entry = spread(stage_ms_[stage], {{"p50", 0.5}, {"p95", 0.95}});
     entry["total"] = std::accumulate(stage_ms_[stage].begin(), stage_ms_[stage].end(), 0.0);
   }
+  json["alignment"] = alignment_json(alignment_);
   json["up"] = up_object(up_of(map));
   json["surfaces"] = size.surfaces;
   json["area_m2"] = area_m2;

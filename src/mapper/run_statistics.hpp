@@ -18,6 +18,12 @@ struct RunContext {
   double wall_s = 0;  ///< the whole run, reading and saving included
 };
 
+/// What alignment did to the poses of one run.
+struct AlignmentTotals {
+  std::array<std::size_t, alignment_outcome_names.size()> outcomes{};  ///< scans
+  std::vector<double> corrections_m, corrections_deg;  ///< of the scans that were corrected or recovered
+};
+
 /// Gathers what the scans of one run did and writes the report (docs/formats.md §1).
 ///
 /// Times are in seconds on one clock of the caller's choice, as long as it is the same for all calls.
@@ -42,6 +48,9 @@ class RunStatistics {
   std::string to_json(const Map& map, const RunContext& context = {}) const;
 
   std::uint64_t scans() const { return scans_; }
+  std::size_t scans_with(AlignmentOutcome outcome) const {
+    return alignment_.outcomes[static_cast<std::size_t>(outcome)];
+  }
   const ScanReport& totals() const { return totals_; }  ///< counts only; no ids, no times
   double scan_ms_percentile(double share) const;        ///< 0 if there was no scan
 
@@ -58,6 +67,7 @@ class RunStatistics {
   std::vector<double> scan_ms_;
   std::array<std::vector<double>, stage_names.size()> stage_ms_;
   std::vector<Lag> lags_;
+  AlignmentTotals alignment_;
 };
 
 /// Name → value of the parameters in force, as a JSON object: numbers, booleans, and the words

@@ -31,15 +31,15 @@ void Downsampler::add(const Run& run, VoxelScan& out) {
   end.centroid += run.sum;
 }
 
-void Downsampler::collect_runs(const Scan& scan, double min_range, std::size_t begin, std::size_t end,
-                               Part& part) const {
+void Downsampler::collect_runs(const Scan& scan, const Eigen::Isometry3d& T_map_sensor, double min_range,
+                               std::size_t begin, std::size_t end, Part& part) const {
   const double min_range_sq = min_range * min_range;
   part.runs.clear();
   part.not_finite = part.too_near = part.out_of_map = 0;
   LocatedPoints located;
   for (std::size_t from = begin; from < end; from += LocatedPoints::most) {
     const std::span points(scan.points.data() + from, std::min(LocatedPoints::most, end - from));
-    locate(points, scan.T_map_sensor, grid_, located);
+    locate(points, T_map_sensor, grid_, located);
     Run run;
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (located.inside[i] == 0 || points[i].cast<double>().squaredNorm() < min_range_sq) {
@@ -68,9 +68,10 @@ void Downsampler::collect_runs(const Scan& scan, double min_range, std::size_t b
   }
 }
 
-VoxelScan Downsampler::operator()(const Scan& scan, double min_range, double max_range, int threads) {
+VoxelScan Downsampler::operator()(const Scan& scan, const Eigen::Isometry3d& T_map_sensor, double min_range,
+                                  double max_range, int threads) {
   VoxelScan out;
-  out.origin = scan.T_map_sensor.translation().cast<float>();
+  out.origin = T_map_sensor.translation().cast<float>();
   out.max_range = max_range;
   if (VoxelKey key; !grid_.key_of(out.origin, key))
     throw Error(Error::Kind::data, scan.name, "the sensor is outside the octree's range",
@@ -81,7 +82,7 @@ VoxelScan Downsampler::operator()(const Scan& scan, double min_range, double max
   parts_.resize(std::min(static_cast<std::size_t>(threads), stretches));
   detail::in_parallel(static_cast<int>(parts_.size()), [&](int t) {
     const detail::Share share(stretches, t, static_cast<int>(parts_.size()));
-    collect_runs(scan, min_range, share.begin * LocatedPoints::most,
+    collect_runs(scan, T_map_sensor, min_range, share.begin * LocatedPoints::most,
                  std::min(share.end * LocatedPoints::most, scan.points.size()),
                  parts_[static_cast<std::size_t>(t)]);
   });

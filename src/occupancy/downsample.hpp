@@ -39,9 +39,15 @@ class Downsampler {
  public:
   explicit Downsampler(const VoxelGrid& grid) : grid_(grid) {}
 
-  /// `scan` must have a rigid pose, and readings that require_readings() takes. Throws Error(data) if the
-  /// sensor itself is outside the octree. The result does not depend on `threads`.
-  VoxelScan operator()(const Scan& scan, double min_range, double max_range, int threads = 1);
+  /// `scan` as seen from `T_map_sensor`, which must be rigid; its readings are such as require_readings()
+  /// takes. Throws Error(data) if the sensor itself is outside the octree. The result does not depend on
+  /// `threads`.
+  VoxelScan operator()(const Scan& scan, const Eigen::Isometry3d& T_map_sensor, double min_range,
+                       double max_range, int threads = 1);
+  /// From where it says that it was taken.
+  VoxelScan operator()(const Scan& scan, double min_range, double max_range, int threads = 1) {
+    return (*this)(scan, scan.T_map_sensor, min_range, max_range, threads);
+  }
 
   /// After `ends` of the last result were put into another order.
   void find_anew(const VoxelScan& scan);
@@ -63,7 +69,8 @@ class Downsampler {
     std::vector<Run> runs;
     std::size_t not_finite = 0, too_near = 0, out_of_map = 0;
   };
-  void collect_runs(const Scan& scan, double min_range, std::size_t begin, std::size_t end, Part& part) const;
+  void collect_runs(const Scan& scan, const Eigen::Isometry3d& T_map_sensor, double min_range,
+                    std::size_t begin, std::size_t end, Part& part) const;
   void add(const Run& run, VoxelScan& out);
 
   VoxelGrid grid_;

@@ -25,7 +25,8 @@ std::string text_of(double value) {
   throw Error(Error::Kind::usage, name, "is " + value, "must be " + rule);
 }
 
-enum class Form { real, degrees, integer, flag };
+/// A `choice` is a flag that people write as auto or off.
+enum class Form { real, degrees, integer, flag, choice };
 
 /// One row of the table that command line, config, reports and map files share. Values are doubles
 /// in the code's units; none: the parameter is derived, and `in_force` tells from what.
@@ -82,6 +83,7 @@ std::vector<Entry> make_entries() {
   using O = OccupancyParameters;
   using S = SurfaceParameters;
   using D = DetectionParameters;
+  using A = AlignmentParameters;
   constexpr auto o = &P::occupancy;
   constexpr auto s = &P::surfaces;
   constexpr auto d = &P::detection;
@@ -126,6 +128,8 @@ std::vector<Entry> make_entries() {
             {"preserve_surfaces", "", "grazing rays do not erode surfaces"}),
       plain(d, &D::detect_cylinders, Form::flag,
             {"detect_cylinders", "", "look for pillars, rails and rungs among what no plane took"}),
+      plain(&P::alignment, &A::enabled, Form::choice,
+            {"align", "", "auto: poses are corrected where the surfaces say so; off: taken as given"}),
       component(0, {"up_x", "", "unit vector against gravity, map frame; auto: from the surfaces"}),
       component(1, {"up_y", "", "its y"}),
       component(2, {"up_z", "", "its z"}),
@@ -183,6 +187,7 @@ void set_up(Parameters& parameters, const std::string& text) {
 
 Parameters Parameters::paper() {
   Parameters p;
+  p.alignment.enabled = false;
   p.surfaces.surface_tolerance = p.surfaces.sensor_noise + p.occupancy.resolution * std::sqrt(3.0);
   p.surfaces.range_noise = 0;
   p.surfaces.min_surface_width = 0;
@@ -273,6 +278,7 @@ std::string get_parameter(const Parameters& parameters, const std::string& name)
   const std::optional<double> value = e.get(parameters);
   if (!value) return e.in_force(parameters);
   if (e.form == Form::flag) return *value != 0 ? "true" : "false";
+  if (e.form == Form::choice) return *value != 0 ? "auto" : "off";
   return text_of(e.form == Form::degrees ? *value / rad_per_deg : *value);
 }
 
@@ -285,6 +291,10 @@ void set_parameter(Parameters& parameters, const std::string& name, const std::s
     if (!on && text != "false" && text != "off" && text != "0")
       refuse(name, "'" + text + "'", "true or false");
     return e.set(parameters, on);
+  }
+  if (e.form == Form::choice) {
+    if (text != "auto" && text != "off") refuse(name, "'" + text + "'", "auto or off");
+    return e.set(parameters, text == "auto");
   }
   const std::optional<double> value = number_of(text);
   if (!value) refuse(name, "'" + text + "'", e.in_force ? "a finite number or auto" : "a finite number");
@@ -301,7 +311,7 @@ void set_parameter_value(Parameters& parameters, const std::string& name, std::o
   const Entry& e = entry(name);
   if (!value && !e.in_force) refuse(name, "not given", "a number");
   constexpr double largest_count = 1e9;  // fits an int: casting more, or NaN, would be undefined
-  const bool counts = e.form == Form::integer || e.form == Form::flag;
+  const bool counts = e.form == Form::integer || e.form == Form::flag || e.form == Form::choice;
   if (value && counts && !(std::fabs(*value) <= largest_count))
     refuse(name, std::to_string(*value), "a count");
   e.set(parameters, value);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "occupancy/occupancy_map.hpp"
+#include "surfaces/alignment_state.hpp"
 #include "surfaces/atomic_shared_ptr.hpp"
 #include "surfaces/cylinder_store.hpp"
 #include "surfaces/noise_model.hpp"
@@ -30,6 +31,7 @@ struct MapState {
   SurfaceStore surfaces;
   CylinderStore cylinders;
   NoiseModel noise;
+  AlignmentState alignment;
   std::vector<VoxelKey> accumulated;  ///< pending points that wait for the next detection run, key order
   std::size_t points = 0;             ///< voxels that hold one
   std::uint64_t scans = 0;

@@ -178,10 +178,10 @@ TEST(AccuracyOfTheKitchen, StaysWhereItIs) {
   const std::size_t layers = double_layers(*snapshot).size();
   std::printf("kitchen: %zu surfaces, %zu of 0.05 m² and more, %.3f m², %zu double layers\n",
               snapshot->surfaces.size(), large, area_m2, layers);
-  EXPECT_TRUE(within(static_cast<double>(snapshot->surfaces.size()), {51, 61}));  // 56
-  EXPECT_TRUE(within(static_cast<double>(large), {40, 48}));                      // 44
-  EXPECT_TRUE(within(area_m2, {14.0, 14.8}));                                     // 14.398
-  EXPECT_LE(layers, 8U);                                                          // 6
+  EXPECT_TRUE(within(static_cast<double>(snapshot->surfaces.size()), {54, 64}));  // 59
+  EXPECT_TRUE(within(static_cast<double>(large), {42, 50}));                      // 46
+  EXPECT_TRUE(within(area_m2, {14.7, 15.7}));                                     // 15.225
+  EXPECT_LE(layers, 4U);                                                          // 2
 }
 
 }  // namespace

@@ -83,6 +83,7 @@ TEST_F(MapRun, ReportHasEveryKey) {
                           "points_beyond_range",
                           "double_layers",
                           "up",
+                          "alignment",
                           "warnings"})
     EXPECT_TRUE(report.contains(key)) << key;
   std::ifstream file(std::string(OCTOSURF_SOURCE_DIR) + "/docs/formats.md");
@@ -92,9 +93,9 @@ TEST_F(MapRun, ReportHasEveryKey) {
   for (const char* key : {"mean", "p50", "p95", "max"})
     EXPECT_GT(report.at("detection_lag_s").at(key), 0) << key;
   for (const char* key : {"p50", "p95", "p99", "max"}) EXPECT_GT(report.at("scan_ms").at(key), 0) << key;
-  EXPECT_EQ(report.at("stage_ms").size(), 7u);
+  EXPECT_EQ(report.at("stage_ms").size(), 8u);
   for (const char* stage :
-       {"downsample", "occupancy", "retract", "add_inliers", "expand", "detect", "derive"})
+       {"align", "downsample", "occupancy", "retract", "add_inliers", "expand", "detect", "derive"})
     for (const char* key : {"p50", "p95", "max", "total"})
       EXPECT_GE(report.at("stage_ms").at(stage).at(key), 0) << stage << key;
   for (const char* key : {"nodes", "leaves", "bytes"}) EXPECT_GT(report.at("octree").at(key), 0) << key;
@@ -171,7 +172,7 @@ TEST_F(MapRun, DoubleLayersAreReportedAndWarnedOf) {
   for (int i = 0; i < 6; ++i)
     poses += std::to_string(0.1 * i) + " 0 " + std::to_string(1.04 + floor_height) + " 1 0 0 0\n";
   write("slid/poses.txt", poses);
-  const Outcome slid = run_well("map floor slid -o m --resolution 0.01 --report r.json");
+  const Outcome slid = run_well("map floor slid -o m --resolution 0.01 --align off --report r.json");
   ASSERT_EQ(slid.errors.size(), 1U);
   EXPECT_THAT(slid.errors[0], AllOf(HasSubstr("warning: 1 pair"), HasSubstr("4.0 cm"), HasSubstr("report")));
   const json layers = read_json("r.json").at("double_layers");
@@ -185,6 +186,30 @@ TEST_F(MapRun, DoubleLayersAreReportedAndWarnedOf) {
   // Both are the same polygon; rings cross rows at vertices, which costs a row at most.
   EXPECT_NEAR(layers[0].at("overlap_m2").get<double>(), largest.at(0).at("area_m2").get<double>(),
               0.02 * largest.at(0).at("area_m2").get<double>());
+}
+
+TEST_F(MapRun, LocalizeFindsWhatTheMapFixes) {
+  write_floor();
+  run_well("map floor -o m");
+  // The camera 4 cm too high; along the floor nothing tells where it is.
+  write_floor("high");
+  std::string poses;
+  for (int i = 0; i < 6; ++i)
+    poses += std::to_string(0.1 * i) + " 0 " + std::to_string(1.04 + floor_height) + " 1 0 0 0\n";
+  write("high/poses.txt", poses);
+  const json found = json::parse(run_well("localize m high --json --write-poses found.txt").out);
+  ASSERT_EQ(found.size(), 6U);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    EXPECT_EQ(found[i].at("outcome"), "corrected");
+    EXPECT_EQ(found[i].at("determined"), 3);
+    EXPECT_NEAR(found[i].at("position")[0], 0.1 * static_cast<double>(i), 0.002);
+    EXPECT_NEAR(found[i].at("position")[2], 1 + floor_height, 0.005);
+  }
+  const std::string lines = read("found.txt");
+  EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 7) << "a heading, and a line a scan";
+  EXPECT_THAT(run_well("localize m high").out, HasSubstr("3 of 6 directions"));
+  EXPECT_THAT(error_of("localize m high --write-poses found.txt", 2), HasSubstr("found.txt"));
+  EXPECT_THAT(error_of("localize nothing high", 1), HasSubstr("nothing"));
 }
 
 TEST_F(MapRun, InRealTimeScansArriveAtTheirStamps) {

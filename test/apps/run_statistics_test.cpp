@@ -20,7 +20,7 @@ class Statistics : public ::testing::Test {
     report.appeared = appeared;
     report.categorized = categorized;
     if (born) report.born = {1};
-    report.stage_ms[0] = 10 * stamp_s;
+    report.stage_ms[static_cast<std::size_t>(Stage::downsample)] = 10 * stamp_s;
     report.total_ms = 100 * stamp_s;
     statistics.add(scan, report, arrival_s, done_s);
   }

@@ -9,8 +9,8 @@ using ::testing::HasSubstr;
 
 class WrongUse : public CommandTest {};
 
-const std::vector<std::string> verbs{"map",   "info",    "export",   "view",
-                                     "query", "explain", "simulate", "evaluate", "remap"};
+const std::vector<std::string> verbs{"map",     "info",     "export",   "view",  "query",
+                                     "explain", "simulate", "evaluate", "remap", "localize"};
 
 TEST_F(WrongUse, HelpOfEveryVerbBeginsWithExamples) {
   for (const std::string& verb : verbs) {

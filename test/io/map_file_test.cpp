@@ -170,6 +170,7 @@ TEST_F(MapFiles, ParametersComeBackExactly) {
                                                    {"occupied", 1.6 / 3},
                                                    {"preserve_surfaces", 0},
                                                    {"detect_cylinders", 0},
+                                                   {"align", 0},
                                                    {"up_x", 1 / 3.0},
                                                    {"up_y", -2 / 3.0},
                                                    {"up_z", 2 / 3.0}})

@@ -1,5 +1,6 @@
 #include "map_files.hpp"
 
+#include "io/alignment_record.hpp"
 #include "io/map_file.hpp"
 #include "support/packed_map.hpp"
 #include "support/random_scans.hpp"
@@ -186,6 +187,13 @@ std::string bytes_of(const Map& map) {
   return out.str();
 }
 
+/// Every number of it, exactly.
+std::string alignment_bytes(const MapState& state) {
+  map_file::Alignment record;
+  write_alignment(state.alignment, record);
+  return record.SerializeAsString();
+}
+
 std::string difference(const Map& map_a, const Map& map_b) {
   const MapState &a = map_a.state(), &b = map_b.state();
   for (const ParameterInfo& info : parameter_infos())
@@ -199,6 +207,7 @@ std::string difference(const Map& map_a, const Map& map_b) {
     return "noise";
   for (unsigned c = 0; c < NoiseModel::classes; ++c)
     if (a.noise.sigma(c) != b.noise.sigma(c) || a.noise.tolerance(c) != b.noise.tolerance(c)) return "sigma";
+  if (alignment_bytes(a) != alignment_bytes(b)) return "alignment";
   if (a.surfaces.next_id() != b.surfaces.next_id()) return "next id";
   if (a.surfaces.size() != b.surfaces.size()) return "number of surfaces";
   for (const auto& [id, surface] : a.surfaces) {

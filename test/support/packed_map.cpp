@@ -13,6 +13,15 @@ namespace {
 
 constexpr std::size_t head_bytes = map_file_magic.size() + 4;
 
+/// The oldest version that has all of them, as write_map() writes: scans' poses came with version 3.
+std::uint32_t version_of(const std::vector<std::string>& records) {
+  for (const std::string& bytes : records) {
+    map_file::Record record;
+    if (record.ParseFromString(bytes) && record.has_scan_poses()) return 3;
+  }
+  return 2;
+}
+
 }  // namespace
 
 std::vector<std::string> records_of(std::string_view file) {
@@ -32,7 +41,8 @@ std::vector<std::string> records_of(std::string_view file) {
 std::string map_file_of(const std::vector<std::string>& records, bool with_footer) {
   std::ostringstream out;
   out << map_file_magic;
-  for (int shift = 0; shift < 32; shift += 8) out.put(static_cast<char>(map_file_version >> shift & 0xff));
+  const std::uint32_t version = version_of(records);
+  for (int shift = 0; shift < 32; shift += 8) out.put(static_cast<char>(version >> shift & 0xff));
   RecordWriter writer(out);
   for (const std::string& record : records) writer.put(record);
   if (with_footer) {

@@ -134,8 +134,8 @@ TEST(PlaneCovariance, WhatWasSeenAgainMakesItSurer) {
       readings.push_back(r);
     }
   const Draw often = draw(readings, noise, tilted({1, 2, 3}), rng);
-  // 1 + 30·4 times the information. What n readings scatter says of their noise is right to 1/√(2 (n - 3)); 4.5
-  // of that are left in one of 100,000 worlds.
+  // 1 + 30·4 times the information. What n readings scatter says of their noise is right to 1/√(2 (n -
+  // 3)); 4.5 of that are left in one of 100,000 worlds.
   const double bound = 4.5 * 11 / std::sqrt(2.0 * (static_cast<double>(first_readings) - 3));
   EXPECT_NEAR(std::sqrt(once.covariance(0, 0) / often.covariance(0, 0)), std::sqrt(121), bound);
   EXPECT_NEAR(std::sqrt(once.covariance(2, 2) / often.covariance(2, 2)), std::sqrt(121), bound);

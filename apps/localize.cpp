@@ -1,0 +1,151 @@
+// `octosurf localize`: where scans were taken, in a finished map.
+#include "io/map_file.hpp"
+#include "io/new_file.hpp"
+#include "output_files.hpp"
+#include "pose_log.hpp"
+#include "scan_options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <octosurf/alignment.hpp>
+#include <octosurf/error.hpp>
+#include <octosurf/map.hpp>
+#include <octosurf/scan_source.hpp>
+
+namespace octosurf {
+namespace {
+
+constexpr const char* description = R"(Finds the poses of scans in a finished map, from guesses.
+
+Examples:
+  octosurf localize maps/office more --write-poses found.txt      poses of 7-Scenes, TUM, PCD … scans
+  octosurf localize maps/office scan.pcd                          one cloud, its VIEWPOINT the guess
+  octosurf localize maps/office depth --poses guess.txt --intrinsics K.txt --json
+  octosurf localize maps/office more --reach 0.5 --turn 10        guesses up to 50 cm and 10° off
+
+Each scan by itself: the planes in it are matched with the map's surfaces, then its readings. A line a scan:
+how far the guess was off, along how many of the six directions the surfaces in view fix the pose (along the others it stays as
+given), how sure it is there, and how much of the scan they explain. A scan that fits nowhere within reach, or at
+several places alike, keeps its guess and is said to be unexplained; then the exit code is 1.
+)";
+
+constexpr double degrees = 180 / std::numbers::pi;
+
+struct LocalizeOptions {
+  std::string map, write_poses;
+  std::vector<std::string> scans;
+  ScanSourceOptions source;
+  ScanRange range;
+  double reach_m = 0.3, turn_deg = 5;
+  bool json = false, force = false;
+};
+
+/// A little motion's length and angle; the covariance's, of the worst direction that is determined.
+struct Found {
+  std::string name;
+  Alignment alignment;
+  double moved_m = 0, turned_deg = 0, std_m = 0;
+};
+
+Found found_in(const Scan& scan, const Alignment& alignment) {
+  Found found{scan.name, alignment};
+  found.moved_m = (alignment.T_map_sensor.translation() - scan.T_map_sensor.translation()).norm();
+  const Eigen::AngleAxisd turn(alignment.T_map_sensor.linear() * scan.T_map_sensor.linear().transpose());
+  found.turned_deg = turn.angle() * degrees;
+  Twist in_metres;
+  in_metres << Eigen::Vector3d::Constant(alignment.lever_m), Eigen::Vector3d::Ones();
+  for (int i = 0; i < alignment.determined; ++i) {
+    const Twist along = in_metres.asDiagonal() * alignment.directions.col(i);
+    found.std_m = std::max(found.std_m, std::sqrt(along.dot(alignment.covariance * along)));
+  }
+  return found;
+}
+
+std::string_view name_of(AlignmentOutcome outcome) {
+  return alignment_outcome_names[static_cast<std::size_t>(outcome)];
+}
+
+void print_line(const Found& found) {
+  const Alignment& a = found.alignment;
+  std::printf("%s: %s", found.name.c_str(),
+              a.outcome == AlignmentOutcome::corrected ? "found" : std::string(name_of(a.outcome)).c_str());
+  if (a.outcome == AlignmentOutcome::corrected)
+    std::printf(", %.1f cm and %.2f° from the guess, %d of 6 directions fixed to %.1f mm",
+                100 * found.moved_m, found.turned_deg, a.determined, 1e3 * found.std_m);
+  std::printf(", %.0f %% of %zu known readings explained\n", 100 * a.explained_share(), a.known);
+}
+
+nlohmann::ordered_json json_of(const Found& found) {
+  const Alignment& a = found.alignment;
+  const Eigen::Quaterniond q(a.T_map_sensor.linear());
+  const Eigen::Vector3d t = a.T_map_sensor.translation();
+  std::vector<double> covariance(a.covariance.data(), a.covariance.data() + a.covariance.size());
+  return {{"name", found.name},
+          {"outcome", name_of(a.outcome)},
+          {"position", {t.x(), t.y(), t.z()}},
+          {"quaternion", {q.x(), q.y(), q.z(), q.w()}},
+          {"moved_m", found.moved_m},
+          {"turned_deg", found.turned_deg},
+          {"determined", a.determined},
+          {"covariance", covariance},
+          {"known", a.known},
+          {"explained", a.explained}};
+}
+
+void run(const LocalizeOptions& options) {
+  if (!options.write_poses.empty()) {
+    require_apart("--write-poses", options.write_poses, files_of_map(options.map));
+    require_apart("--write-poses", options.write_poses, options.scans);
+  }
+  const LoadedMap loaded = load_map(options.map);
+  if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
+  Localizer localizer(loaded.map.snapshot(), {options.reach_m, options.turn_deg / degrees});
+  ScanFeed feed(open_scans({options.scans.begin(), options.scans.end()}, options.source), options.range);
+  PoseLog poses(options.write_poses, options.force);
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  std::size_t scans = 0, unexplained = 0;
+  while (const std::optional<Scan> scan = feed.next()) {
+    const Found found = found_in(*scan, localizer(*scan));
+    poses.add(scan->stamp_s, found.alignment.T_map_sensor);
+    ++scans;
+    unexplained += found.alignment.outcome == AlignmentOutcome::corrected ? 0 : 1;
+    if (options.json)
+      json.push_back(json_of(found));
+    else
+      print_line(found);
+  }
+  poses.save();
+  if (options.json) std::printf("%s\n", json.dump(1).c_str());
+  if (unexplained > 0)
+    throw Error(Error::Kind::data, "",
+                std::to_string(unexplained) + " of " + std::to_string(scans) + " scans were not found",
+                "a guess nearer by, or --reach and --turn, may help");
+}
+
+}  // namespace
+
+void add_localize(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("localize", description);
+  const auto options = std::make_shared<LocalizeOptions>();
+  verb->add_option("map", options->map, "finished map")->required();
+  verb->add_option("scans", options->scans, "folders or files")->required();
+  verb->add_option("--write-poses", options->write_poses,
+                   "write the poses (stamp tx ty tz qx qy qz qw); a scan that is not found has its guess");
+  verb->add_option("--reach", options->reach_m, "m by which a guess may be off")->capture_default_str();
+  verb->add_option("--turn", options->turn_deg, "degrees by which it may be turned")->capture_default_str();
+  verb->add_flag("--json", options->json, "one array for programs");
+  verb->add_flag("--force", options->force, "overwrite the file of poses");
+  add_scan_options(*verb, options->source, options->range);
+  verb->callback([options] { run(*options); });
+}
+
+}  // namespace octosurf

@@ -1,0 +1,77 @@
+#include "alignment/near_surfaces.hpp"
+#include "alignment/pose_search.hpp"
+#include "surfaces/noise_model.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include <octosurf/alignment.hpp>
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+constexpr double depth_camera_max_range = 4.0;  // m, as a Mapper's
+
+}  // namespace
+
+double Alignment::determined_length_m(const Twist& twist) const {
+  double squares = 0;
+  for (int i = 0; i < determined; ++i) {
+    const double along = lever_m * directions.col(i).head<3>().dot(twist.head<3>()) +
+                         directions.col(i).tail<3>().dot(twist.tail<3>());
+    squares += along * along;
+  }
+  return std::sqrt(squares);
+}
+
+struct Localizer::Impl {
+  std::shared_ptr<const Snapshot> map;
+  AlignmentReach reach;
+  NearSurfaces surfaces;
+};
+
+Localizer::Localizer(std::shared_ptr<const Snapshot> map, const AlignmentReach& reach)
+    : impl_(std::make_unique<Impl>(Impl{std::move(map), reach, {}})) {
+  if (impl_->map == nullptr) throw Error(Error::Kind::usage, "map", "is null", "give the snapshot of a map");
+  const auto require = [](const char* name, double value, double most) {
+    if (!(value > 0 && value <= most))
+      throw Error(Error::Kind::usage, name, "is " + std::to_string(value),
+                  "must be in (0, " + std::to_string(most) + "]");
+  };
+  require("reach.translation_m", reach.translation_m, 10);
+  require("reach.rotation_rad", reach.rotation_rad, 0.5);
+}
+Localizer::Localizer(Localizer&&) noexcept = default;
+Localizer& Localizer::operator=(Localizer&&) noexcept = default;
+Localizer::~Localizer() = default;
+
+Alignment Localizer::operator()(const Scan& scan) {
+  require_rigid(scan.T_map_sensor, scan.name);
+  const Snapshot& map = *impl_->map;
+  NoiseModel noise{Parameters()};
+  noise.observe(scan);
+  const RangeLimits limits{0, scan.sensor == SensorKind::depth_camera
+                                  ? depth_camera_max_range
+                                  : std::numeric_limits<double>::infinity()};
+  const PoseSearch search(map, impl_->surfaces, scan, noise, limits, scan.T_map_sensor, impl_->reach);
+  Alignment result;
+  result.samples = search.samples();
+  const std::optional<PoseFit> found = search.coarse(scan.T_map_sensor);
+  const PoseFit fit =
+      found ? *found : search.fine(scan.T_map_sensor, uncertainty(impl_->reach.rotation_rad, map.resolution));
+  const Determined determined = determined_by(fit, map.resolution);
+  describe(fit, determined, 1, impl_->reach, result);
+  result.disagreement = twist_between(scan.T_map_sensor, fit.T_map_sensor);
+  result.T_map_sensor = found ? without_undetermined(scan.T_map_sensor, fit, determined) : scan.T_map_sensor;
+  result.outcome = found                             ? AlignmentOutcome::corrected
+                   : fit.known < least_known_samples ? AlignmentOutcome::nothing_known
+                                                     : AlignmentOutcome::unexplained;
+  return result;
+}
+
+Alignment align(const std::shared_ptr<const Snapshot>& map, const Scan& scan, const AlignmentReach& reach) {
+  return Localizer(map, reach)(scan);
+}
+
+}  // namespace octosurf

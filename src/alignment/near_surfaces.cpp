@@ -1,0 +1,103 @@
+#include "alignment/near_surfaces.hpp"
+
+#include <utility>
+
+namespace octosurf {
+namespace {
+
+Eigen::AlignedBox3d box_of(const Surface& surface) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& vertex : surface.boundary) box.extend(vertex);
+  return box;
+}
+
+struct AreaMoments {
+  double area = 0;
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();  ///< mean of (p − centre)(p − centre)ᵀ
+};
+
+/// By Green's theorem, ring by ring: holes turn the other way and count negative.
+AreaMoments area_moments(const std::vector<Polygon>& polygons) {
+  AreaMoments m;
+  const auto add = [&](const Ring2& ring) {
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      const Eigen::Vector2d &a = ring[i], &b = ring[(i + 1) % ring.size()];
+      const double twice = a.x() * b.y() - b.x() * a.y();
+      m.area += twice / 2;
+      m.centre += twice / 6 * (a + b);
+      const Eigen::Vector2d c = a + b;
+      m.scatter += twice / 24 * (a * a.transpose() + b * b.transpose() + c * c.transpose());
+    }
+  };
+  for (const Polygon& polygon : polygons) {
+    add(polygon.outer);
+    for (const Ring2& hole : polygon.holes) add(hole);
+  }
+  if (!(m.area > 0)) return {};
+  m.centre /= m.area;
+  m.scatter = m.scatter / m.area - m.centre * m.centre.transpose();
+  return m;
+}
+
+/// By how much the outermost row of a surface's voxels is off on the average, as a share of the voxel's edge:
+/// rays that an edge parts leave there the mean of both its sides.
+constexpr double rim_bias = 1.0 / 6;
+
+/// What a bias of rim_bias · d in a strip d wide along one side of a surface does to its plane. With s² the
+/// variance of its area along an axis (w²/3 of a rectangle that is 2 w wide, of which the strip is d / 2 w):
+/// the slope is off by about rim_bias · d² / s², the offset in the middle by rim_bias · d² / s.
+Eigen::Matrix3d rim_covariance(const Surface& surface) {
+  const double d = surface.resolution;
+  const AreaMoments m = area_moments(surface.polygons);
+  const Eigen::Matrix2d scatter = m.scatter + d * d * Eigen::Matrix2d::Identity();  // no thinner than a voxel
+  const Eigen::Matrix2d inverse = scatter.inverse();
+  const double bias = rim_bias * d * d;
+  Eigen::Matrix3d at_centre = Eigen::Matrix3d::Zero();
+  at_centre.topLeftCorner<2, 2>() = bias * bias * inverse * inverse;
+  at_centre(2, 2) = bias * bias * inverse.trace();
+  Eigen::Matrix3d to_origin =
+      Eigen::Matrix3d::Identity();  // off = c + a u + b v: c there is less by what slopes add
+  to_origin.row(2).head<2>() = -m.centre.transpose();
+  return to_origin * at_centre * to_origin.transpose();
+}
+
+}  // namespace
+
+AlignedSurface::AlignedSurface(const Surface& surface, double edge)
+    : id(surface.id),
+      plane(surface.plane),
+      T_surface_map(surface.T_map_surface.inverse()),
+      covariance(surface.covariance + rim_covariance(surface)),
+      raster(surface.polygons, edge) {}
+
+void NearSurfaces::follow(const Snapshot& snapshot) {
+  std::vector<Entry> entries;
+  entries.reserve(snapshot.surfaces.size());
+  auto before = entries_.begin();
+  for (const SurfacePtr& surface : snapshot.surfaces) {
+    while (before != entries_.end() && before->surface->id < surface->id) ++before;
+    if (before != entries_.end() && before->surface == surface)
+      entries.push_back(std::move(*before++));
+    else
+      entries.push_back({surface, box_of(*surface), nullptr});
+  }
+  entries_ = std::move(entries);
+}
+
+std::vector<const AlignedSurface*> NearSurfaces::in(const Snapshot& snapshot,
+                                                    const Eigen::AlignedBox3d& box) {
+  follow(snapshot);
+  // Two voxels: fine enough for what is left of a stair's tread after erosion, coarse enough to be made anew
+  // for every surface that a scan changes.
+  const double edge = 2 * snapshot.resolution;
+  std::vector<const AlignedSurface*> near;
+  for (Entry& entry : entries_) {
+    if (!entry.box.intersects(box)) continue;
+    if (!entry.aligned) entry.aligned = std::make_unique<const AlignedSurface>(*entry.surface, edge);
+    near.push_back(entry.aligned.get());
+  }
+  return near;
+}
+
+}  // namespace octosurf

@@ -1,0 +1,85 @@
+#include "alignment/plane_raster.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+namespace octosurf {
+namespace {
+
+constexpr double most_cells = 1 << 26;  // 8 MiB; a larger plane gets coarser cells
+
+template <class Visit>
+void for_each_ring(const std::vector<Polygon>& polygons, Visit&& visit) {
+  for (const Polygon& polygon : polygons) {
+    visit(polygon.outer);
+    for (const Ring2& hole : polygon.holes) visit(hole);
+  }
+}
+
+void set_range(std::uint64_t* row, std::size_t begin, std::size_t end) {
+  for (; begin < end && begin % 64 != 0; ++begin) row[begin / 64] ^= std::uint64_t{1} << begin % 64;
+  for (; begin + 64 <= end; begin += 64) row[begin / 64] ^= ~std::uint64_t{0};
+  for (; begin < end; ++begin) row[begin / 64] ^= std::uint64_t{1} << begin % 64;
+}
+
+}  // namespace
+
+PlaneRaster::PlaneRaster(const std::vector<Polygon>& polygons, double edge) {
+  Eigen::AlignedBox2d box;
+  for (const Polygon& polygon : polygons)
+    for (const Eigen::Vector2d& vertex : polygon.outer) box.extend(vertex);
+  if (box.isEmpty()) return;
+  const double coarser = std::sqrt(box.sizes().x() * box.sizes().y() / (most_cells * edge * edge));
+  per_edge_ = 1 / (edge * std::max(1.0, coarser));
+  corner_ = box.min();
+  columns_ = std::floor(box.sizes().x() * per_edge_) + 1;
+  rows_ = std::floor(box.sizes().y() * per_edge_) + 1;
+  words_ = static_cast<std::size_t>(columns_) / 64 + 1;
+  std::vector<std::uint64_t> filled(words_ * static_cast<std::size_t>(rows_));
+  fill(polygons, filled);
+  erode(filled);
+}
+
+/// Even-odd rule at the cells' centres: every side of a ring flips what lies to its right.
+void PlaneRaster::fill(const std::vector<Polygon>& polygons, std::vector<std::uint64_t>& bits) const {
+  std::vector<std::vector<double>> crossings(static_cast<std::size_t>(rows_));
+  for_each_ring(polygons, [&](const Ring2& ring) {
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      Eigen::Vector2d a = (ring[i] - corner_) * per_edge_;
+      Eigen::Vector2d b = (ring[(i + 1) % ring.size()] - corner_) * per_edge_;
+      if (a.y() > b.y()) std::swap(a, b);
+      // Rows whose centre lies in [a.y, b.y).
+      const double first = std::max(0.0, std::ceil(a.y() - 0.5));
+      for (double row = first; row < rows_ && row + 0.5 < b.y(); ++row)
+        crossings[static_cast<std::size_t>(row)].push_back(a.x() + (row + 0.5 - a.y()) / (b.y() - a.y()) *
+                                                                       (b.x() - a.x()));
+    }
+  });
+  for (std::size_t row = 0; row < crossings.size(); ++row) {
+    std::vector<double>& at = crossings[row];
+    std::sort(at.begin(), at.end());
+    for (std::size_t i = 0; i + 1 < at.size(); i += 2)
+      set_range(&bits[row * words_],
+                static_cast<std::size_t>(std::clamp(std::ceil(at[i] - 0.5), 0.0, columns_)),
+                static_cast<std::size_t>(std::clamp(std::ceil(at[i + 1] - 0.5), 0.0, columns_)));
+  }
+}
+
+void PlaneRaster::erode(const std::vector<std::uint64_t>& filled) {
+  const auto rows = static_cast<std::size_t>(rows_);
+  std::vector<std::uint64_t> along(filled.size());
+  for (std::size_t row = 0; row < rows; ++row)
+    for (std::size_t w = 0; w < words_; ++w) {
+      const std::uint64_t* const at = &filled[row * words_ + w];
+      const std::uint64_t before = w > 0 ? at[-1] >> 63 : 0;
+      const std::uint64_t after = w + 1 < words_ ? at[1] << 63 : 0;
+      along[row * words_ + w] = *at & (*at << 1 | before) & (*at >> 1 | after);
+    }
+  bits_.assign(filled.size(), 0);
+  for (std::size_t row = 1; row + 1 < rows; ++row)
+    for (std::size_t w = 0; w < words_; ++w)
+      bits_[row * words_ + w] =
+          along[(row - 1) * words_ + w] & along[row * words_ + w] & along[(row + 1) * words_ + w];
+}
+
+}  // namespace octosurf

@@ -1,0 +1,267 @@
+#include "alignment/pose_fit.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace octosurf {
+namespace {
+
+using Row =
+    Eigen::Matrix<double, 9, 1>;  // derivatives by the pose's twist and by the surface's slopes and offset
+using Block = Eigen::Matrix<double, 9, 9>;
+
+/// Cosine between a surface's normal and the line of sight below which a reading tells nothing: nearly along
+/// it, the reading may belong to what stands before or behind.
+constexpr double least_facing = 0.15;
+constexpr double tukey =
+    4.685;  // standard deviations: 95 % efficient for normal errors (Huber and Ronchetti)
+constexpr double significant = 3;           // standard deviations within which a reading is explained
+constexpr std::size_t enough_samples = 20;  // of a surface, to tell its mean
+constexpr int most_rounds = 8, coarse_rounds = 2;
+
+/// A reading and the place at which its line of sight meets a surface's plane. That place is free of the
+/// noise along the line of sight, which would carry readings over the rim on the one side and bring in others
+/// on the other.
+struct Sighting {
+  /// `arm`: from the sensor to the reading; must not be along the plane.
+  Sighting(const AlignedSurface& surface, const Eigen::Vector3d& sensor, const Eigen::Vector3d& arm) {
+    const double above = surface.plane.signed_distance(sensor), along = surface.plane.normal.dot(arm);
+    distance = above + along;
+    in_surface = surface.T_surface_map * (sensor - above / along * arm);
+  }
+  bool covered_by(const AlignedSurface& surface) const {
+    return surface.raster.covers(in_surface.x(), in_surface.y());
+  }
+
+  double distance;             ///< of the reading, off the plane
+  Eigen::Vector3d in_surface;  ///< the place, in the surface's frame
+};
+
+Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& R) {
+  const Eigen::AngleAxisd turn(R);
+  return turn.angle() * turn.axis();
+}
+
+}  // namespace
+
+Twist twist_between(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to) {
+  Twist twist;
+  twist.head<3>() = rotation_vector(to.linear() * from.linear().transpose());
+  twist.tail<3>() = to.translation() - from.translation();
+  return twist;
+}
+
+Eigen::Isometry3d moved(const Eigen::Isometry3d& pose, const Twist& twist) {
+  const Eigen::Vector3d turn = twist.head<3>();
+  const double angle = turn.norm();
+  Eigen::Isometry3d result = pose;
+  if (angle > 0) {
+    const Eigen::Quaterniond R(pose.linear());
+    result.linear() =
+        (Eigen::Quaterniond(Eigen::AngleAxisd(angle, turn / angle)) * R).normalized().toRotationMatrix();
+  }
+  result.translation() += twist.tail<3>();
+  return result;
+}
+
+struct PoseFitter::Sums {
+  TwistCovariance information = TwistCovariance::Zero();
+  Twist gradient = Twist::Zero();
+  double squared_range = 0, squared_spread = 0, weight = 0;
+  std::size_t known = 0, explained = 0;
+  double noise_share = 0, common_share = 0;
+  std::size_t surfaces = 0;
+};
+
+PoseFitter::PoseFitter(std::span<const Sample> samples, std::span<const AlignedSurface* const> surfaces,
+                       const FitErrors& errors)
+    : samples_(samples), surfaces_(surfaces), errors_(errors) {}
+
+std::vector<PoseFitter::Pairing> PoseFitter::pair(const Eigen::Isometry3d& pose, double reach,
+                                                  std::size_t every) const {
+  // Rows of this table are surfaces, so that a reading meets all of them in a few vector operations.
+  const auto count = static_cast<Eigen::Index>(surfaces_.size());
+  Eigen::Matrix<float, Eigen::Dynamic, 4> planes(count, 4);
+  const Eigen::Vector3d sensor = pose.translation();
+  for (Eigen::Index s = 0; s < count; ++s) {
+    const Plane& plane = surfaces_[static_cast<std::size_t>(s)]->plane;
+    planes.row(s).head<3>() = plane.normal.cast<float>();
+    planes(s, 3) =
+        static_cast<float>(plane.signed_distance(sensor));  // small numbers, far from the origin, too
+  }
+  std::vector<Pairing> pairings;
+  pairings.reserve(2 * samples_.size());
+  Eigen::VectorXf along(count);
+  for (std::uint32_t i = 0; i < samples_.size(); i += static_cast<std::uint32_t>(every)) {
+    const Eigen::Vector3f relative = (pose.linear() * samples_[i].point).cast<float>();
+    along.noalias() = planes.leftCols<3>() * relative;
+    const float facing = static_cast<float>(least_facing * samples_[i].range);
+    for (Eigen::Index s = 0; s < count; ++s)
+      if (along[s] < -facing && std::fabs(along[s] + planes(s, 3)) < static_cast<float>(reach))
+        pairings.push_back({i, static_cast<std::uint32_t>(s)});
+  }
+  return pairings;
+}
+
+/// Variances of slopes and offset that a scan's readings of a surface have in common, from that of a reading.
+Eigen::Vector3d PoseFitter::common_of(double reading) const {
+  return Eigen::Vector3d::Constant(errors_.common_m * errors_.common_m + errors_.common_share * reading);
+}
+
+PoseFitter::Sums PoseFitter::linearise(const Eigen::Isometry3d& pose, std::span<const Pairing> pairings,
+                                       double gate, const TwistCovariance& uncertainty) const {
+  struct OfSurface {
+    Block outer = Block::Zero();
+    Row right = Row::Zero();
+    std::size_t samples = 0;
+    double weight = 0, first = 0, second = 0;  ///< Σ of 1/variance, times residual, times its square
+  };
+  std::vector<OfSurface> of_surface(surfaces_.size());
+  Sums sums;
+  const Eigen::Vector3d sensor = pose.translation();
+  for (std::size_t i = 0; i < pairings.size();) {
+    const Sample& sample = samples_[pairings[i].sample];
+    const Eigen::Vector3d arm = pose.linear() * sample.point;
+    std::optional<Sighting> best;
+    double nearest = gate;
+    std::uint32_t at = 0;
+    bool covered = false;
+    for (const std::uint32_t of = pairings[i].sample; i < pairings.size() && pairings[i].sample == of; ++i) {
+      const AlignedSurface& surface = *surfaces_[pairings[i].surface];
+      const Sighting sighting(surface, sensor, arm);
+      if (covered && std::fabs(sighting.distance) >= nearest) continue;
+      if (!sighting.covered_by(surface)) continue;
+      covered = true;
+      if (std::fabs(sighting.distance) >= nearest) continue;
+      nearest = std::fabs(sighting.distance);
+      at = pairings[i].surface;
+      best = sighting;
+    }
+    if (!best) {
+      sums.known += covered ? 1 : 0;
+      continue;
+    }
+    const AlignedSurface& surface = *surfaces_[at];
+    // The mean of readings on both sides of an edge lies on neither.
+    const Sighting first(surface, sensor, pose.linear() * sample.first),
+        last(surface, sensor, pose.linear() * sample.last);
+    if (!first.covered_by(surface) || !last.covered_by(surface)) continue;
+    ++sums.known;
+    if (std::fabs(first.distance) >= gate || std::fabs(last.distance) >= gate) continue;
+    const Eigen::Vector3d& n = surface.plane.normal;
+    const double distance = best->distance;
+    const Eigen::Vector3d& in_surface = best->in_surface;
+    Row row;
+    row.head<3>() = arm.cross(n);
+    row.segment<3>(3) = n;
+    row.tail<3>() << -in_surface.x(), -in_surface.y(), -1;
+    const double facing = std::max(NoiseModel::least_facing, std::fabs(n.dot(arm)) / sample.range);
+    const double spread = errors_.noise_factor * sample.spread * facing;
+    const double reading = spread * spread;
+    const Eigen::Vector3d common = common_of(reading);
+    const Eigen::Vector3d by_surface = row.tail<3>();
+    const double of_plane =
+        by_surface.dot(surface.covariance * by_surface) + by_surface.cwiseAbs2().dot(common);
+    const Twist by_pose = row.head<6>();
+    const double certain = reading + of_plane;
+    sums.explained += distance * distance < significant * significant * certain ? 1 : 0;
+    const double cut = tukey * std::sqrt(certain + by_pose.dot(uncertainty * by_pose));
+    if (!(std::fabs(distance) < cut)) continue;
+    const double share = distance / cut, robust = (1 - share * share) * (1 - share * share);
+    const double weight = robust / reading;
+    OfSurface& sum = of_surface[at];
+    sum.outer.selfadjointView<Eigen::Lower>().rankUpdate(row, weight);
+    sum.right += weight * distance * row;
+    ++sum.samples;
+    sum.weight += 1 / reading;
+    sum.first += distance / reading;
+    sum.second += distance * distance / reading;
+    sums.squared_range += robust * sample.range * sample.range;
+    sums.squared_spread +=
+        robust * errors_.noise_factor * errors_.noise_factor * sample.spread * sample.spread;
+    sums.weight += robust;
+  }
+  for (std::size_t s = 0; s < surfaces_.size(); ++s) {
+    if (of_surface[s].samples == 0) continue;
+    Block full = of_surface[s].outer.selfadjointView<Eigen::Lower>();
+    const OfSurface& of = of_surface[s];
+    const auto samples = static_cast<double>(of.samples);
+    const double reading = samples / of.weight;
+    if (of.samples >= enough_samples) {
+      const double off = of.first / of.weight;
+      const Eigen::Vector3d middle = full.block<3, 1>(6, 8) / full(8, 8);
+      sums.noise_share += (of.second - off * of.first) / (samples - 1);
+      sums.common_share +=
+          (off * off - 1 / of.weight - middle.dot(surfaces_[s]->covariance * middle)) / reading;
+      ++sums.surfaces;
+    }
+    // The plane is known as well as its covariance and what readings have in common allow.
+    Eigen::Matrix3d known = surfaces_[s]->covariance;
+    known.diagonal() += common_of(reading);
+    full.bottomRightCorner<3, 3>() += known.inverse();
+    const Eigen::Matrix<double, 6, 3> across = full.topRightCorner<6, 3>();
+    const Eigen::Matrix<double, 6, 3> eliminated =
+        across * full.bottomRightCorner<3, 3>().ldlt().solve(Eigen::Matrix3d::Identity());
+    sums.information += full.topLeftCorner<6, 6>() - eliminated * across.transpose();
+    sums.gradient += of_surface[s].right.head<6>() - eliminated * of_surface[s].right.tail<3>();
+  }
+  return sums;
+}
+
+double PoseFitter::agreement(const Eigen::Isometry3d& pose, std::span<const Pairing> pairings) const {
+  const Eigen::Vector3d sensor = pose.translation();
+  double sum = 0;
+  for (std::size_t i = 0; i < pairings.size();) {
+    const std::uint32_t of = pairings[i].sample;
+    const Eigen::Vector3d arm = pose.linear() * samples_[of].point;
+    double best = 0;
+    for (; i < pairings.size() && pairings[i].sample == of; ++i) {
+      const AlignedSurface& surface = *surfaces_[pairings[i].surface];
+      const Eigen::Vector3d& n = surface.plane.normal;
+      const double along = n.dot(arm),
+                   share = (surface.plane.signed_distance(sensor) + along) / errors_.gate_m;
+      const double nearness = 1 - share * share;
+      if (nearness > best && along < 0 && Sighting(surface, sensor, arm).covered_by(surface)) best = nearness;
+    }
+    sum += best;
+  }
+  return sum;
+}
+
+PoseFit PoseFitter::fit(const Eigen::Isometry3d& start, const TwistCovariance& prior) const {
+  PoseFit fit;
+  fit.T_map_sensor = start;
+  const std::vector<Pairing> pairings = pair(start, 2 * errors_.gate_m);
+  const TwistCovariance prior_information = prior.inverse();
+  TwistCovariance uncertainty = prior;
+  for (int round = 0;; ++round) {
+    const double gate = round < coarse_rounds ? errors_.gate_m : errors_.gate_m / 2;
+    const Sums sums = linearise(fit.T_map_sensor, pairings, gate, uncertainty);
+    fit.information = sums.information;
+    fit.known = sums.known;
+    fit.explained = sums.explained;
+    fit.surfaces = sums.surfaces;
+    const auto surfaces = static_cast<double>(std::max<std::size_t>(1, sums.surfaces));
+    fit.noise_share = sums.noise_share / surfaces;
+    fit.common_share = sums.common_share / surfaces;
+    if (sums.weight > 0) {
+      fit.lever_m = std::sqrt(sums.squared_range / sums.weight);
+      fit.spread_m = std::sqrt(sums.squared_spread / sums.weight);
+    }
+    if (round == most_rounds) return fit;
+    const Twist off = twist_between(start, fit.T_map_sensor);
+    const TwistCovariance information = sums.information + prior_information;
+    const Eigen::LDLT<TwistCovariance> solver = information.ldlt();
+    const Twist step = -solver.solve(sums.gradient + prior_information * off);
+    const bool settled =
+        round >= coarse_rounds + 1 && step.tail<3>().norm() + fit.lever_m * step.head<3>().norm() < 2e-5;
+    if (settled) return fit;
+    fit.T_map_sensor = moved(fit.T_map_sensor, step);
+    // What the pose may still be off by widens the weights' reach for as long as it is not settled.
+    uncertainty = solver.solve(TwistCovariance::Identity());
+  }
+}
+
+}  // namespace octosurf

@@ -1,0 +1,80 @@
+#pragma once
+
+#include "alignment/near_surfaces.hpp"
+#include "alignment/samples.hpp"
+
+#include <Eigen/Geometry>
+#include <span>
+#include <vector>
+
+#include <octosurf/alignment.hpp>
+
+namespace octosurf {
+
+/// The small motion about the sensor that takes pose `from` to pose `to`, and back: `to` = moved(from,
+/// twist).
+Twist twist_between(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to);
+Eigen::Isometry3d moved(const Eigen::Isometry3d& pose, const Twist& twist);
+
+/// A pose that scan and surfaces agree on best.
+struct PoseFit {
+  Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
+  TwistCovariance information = TwistCovariance::Zero();  ///< what the readings alone tell, at that pose
+  double lever_m = 1;                                     ///< root mean square range of the samples used
+  double spread_m = 0;                   ///< root mean square of their standard deviations, as assumed
+  std::size_t known = 0, explained = 0;  ///< as in Alignment
+  /// What the residuals say of the readings' errors, as means over surfaces with many readings: their
+  /// variance about the surface's own mean, and that mean's squared beyond what noise and plane explain, both
+  /// as shares of the variance that was assumed of a reading.
+  double noise_share = 0, common_share = 0;
+  std::size_t surfaces = 0;  ///< how many those were
+  double explained_share() const {
+    return known > 0 ? static_cast<double>(explained) / static_cast<double>(known) : 0;
+  }
+};
+
+/// What is assumed about the errors that a fit meets.
+struct FitErrors {
+  double gate_m = 0.06;     ///< a reading further off a surface is none of it
+  double noise_factor = 1;  ///< on the samples' standard deviations
+  double common_m =
+      0.0003;  ///< what a scan's readings of a surface have in common; as much a metre they are tilted …
+  double common_share = 0;  ///< … and beside that, of a reading's variance
+};
+
+/// Plane-to-point registration of one scan's samples to surfaces.
+///
+/// Each reading speaks for the nearest surface that covers it and faces the sensor. The pose is found by
+/// Gauss–Newton with Tukey's weights; a surface's own error (its covariance, and what a scan's readings of it
+/// have in common) is three unknowns more, which are eliminated per surface, so that a thousand readings of
+/// one wall do not fix the pose better than the wall itself is known.
+class PoseFitter {
+ public:
+  PoseFitter(std::span<const Sample> samples, std::span<const AlignedSurface* const> surfaces,
+             const FitErrors& errors);
+
+  /// From `start`, which is taken to be right within `prior` (covariance).
+  /// O(samples × surfaces) once, then O(samples) a round, six at most.
+  PoseFit fit(const Eigen::Isometry3d& start, const TwistCovariance& prior) const;
+
+  struct Pairing {  ///< a reading and a surface it may lie on
+    std::uint32_t sample, surface;
+  };
+  /// Which surfaces that face the sensor pass within `reach` m of every `every`-th sample at a pose.
+  std::vector<Pairing> pair(const Eigen::Isometry3d& pose, double reach, std::size_t every = 1) const;
+  /// How many of the paired samples lie on a surface that covers them at a pose: each counts by how near,
+  /// from 1 down to 0 at the gate.
+  double agreement(const Eigen::Isometry3d& pose, std::span<const Pairing> pairings) const;
+
+ private:
+  struct Sums;
+  Eigen::Vector3d common_of(double reading) const;
+  Sums linearise(const Eigen::Isometry3d& pose, std::span<const Pairing> pairings, double gate,
+                 const TwistCovariance& uncertainty) const;
+
+  std::span<const Sample> samples_;
+  std::span<const AlignedSurface* const> surfaces_;
+  FitErrors errors_;
+};
+
+}  // namespace octosurf

@@ -1,0 +1,182 @@
+#include "alignment/pose_search.hpp"
+
+#include "alignment/plane_match.hpp"
+#include "alignment/scan_planes.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace octosurf {
+namespace {
+
+constexpr std::size_t sample_count = 3000;
+/// A few samples sort out most poses, more of them tell which of the others fit.
+constexpr std::size_t few = 50, more = 10;  // every so many samples
+constexpr std::size_t most_poses = 4000, most_scored = 150, most_made_fine = 8;
+/// Share of the known samples that a pose must explain: what moved since the map was made, and who walks by,
+/// seldom takes more of a picture than the rest.
+constexpr double least_explained = 0.7;
+/// A pose explains a scan as well as the best one if it explains no fewer samples than by chance: what the
+/// best leaves unexplained is a count with its square root for an error, twice that because neighbouring
+/// samples go together, and two such deviations.
+constexpr double by_chance = 4;
+/// Voxels: readings that err by more, as far as the residuals tell, could only bend the map.
+constexpr double least_exact = 0.5;
+/// Voxels on a surface that is off by no more than its readings' noise and a voxel.
+constexpr double gate_voxels = 3;
+
+Eigen::AlignedBox3d box_of(std::span<const Sample> samples, const Eigen::Isometry3d& T, double margin,
+                           double turn_rad) {
+  Eigen::AlignedBox3d box;
+  double farthest = 0;
+  for (const Sample& sample : samples) {
+    box.extend(T * sample.point);
+    farthest = std::max(farthest, sample.range);
+  }
+  if (box.isEmpty()) return box;
+  box.min().array() -= margin + turn_rad * farthest;
+  box.max().array() += margin + turn_rad * farthest;
+  return box;
+}
+
+FitErrors with_gate(FitErrors errors, double gate_m) {
+  errors.gate_m = gate_m;
+  return errors;
+}
+
+double range_of(std::span<const Sample> samples) {
+  double squares = 0;
+  for (const Sample& sample : samples) squares += sample.range * sample.range;
+  return samples.empty() ? 0 : std::sqrt(squares / static_cast<double>(samples.size()));
+}
+
+}  // namespace
+
+TwistCovariance uncertainty(double rotation, double translation) {
+  Twist squares;
+  squares << Eigen::Vector3d::Constant(rotation * rotation),
+      Eigen::Vector3d::Constant(translation * translation);
+  return squares.asDiagonal();
+}
+
+Determined determined_by(const PoseFit& fit, double resolution) {
+  Determined determined;
+  determined.scale << Eigen::Vector3d::Constant(1 / fit.lever_m), Eigen::Vector3d::Ones();
+  const TwistCovariance in_metres =
+      determined.scale.asDiagonal() * fit.information * determined.scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<TwistCovariance> eigen(in_metres);
+  determined.directions = eigen.eigenvectors().rowwise().reverse();
+  const Twist information = eigen.eigenvalues().reverse().cwiseMax(1e-12);
+  determined.variances = information.cwiseInverse();
+  const double tolerance = resolution / 2;  // what is worse, the octree would not notice
+  determined.count = static_cast<int>((determined.variances.array() < tolerance * tolerance).count());
+  return determined;
+}
+
+double length(const Determined& determined, const Twist& twist) {
+  const Twist along =
+      determined.directions.transpose() * determined.scale.cwiseInverse().asDiagonal() * twist;
+  double squares = 0;
+  for (int i = 0; i < determined.count; ++i) squares += along[i] * along[i];
+  return std::sqrt(squares);
+}
+
+Eigen::Isometry3d without_undetermined(const Eigen::Isometry3d& start, const PoseFit& fit,
+                                       const Determined& determined) {
+  Twist along = determined.directions.transpose() * determined.scale.cwiseInverse().asDiagonal() *
+                twist_between(start, fit.T_map_sensor);
+  for (int i = 0; i < determined.count; ++i) along[i] = 0;
+  return moved(fit.T_map_sensor, -(determined.scale.asDiagonal() * determined.directions * along));
+}
+
+void describe(const PoseFit& fit, const Determined& determined, double factor, const AlignmentReach& reach,
+              Alignment& alignment) {
+  alignment.directions = determined.directions;
+  alignment.determined = determined.count;
+  alignment.lever_m = fit.lever_m;
+  alignment.known = fit.known;
+  alignment.explained = fit.explained;
+  Twist variances = factor * factor * determined.variances;
+  const double far = std::max(reach.translation_m, reach.rotation_rad * fit.lever_m);
+  variances.tail(6 - determined.count).setConstant(far * far);
+  const TwistCovariance motions = determined.scale.asDiagonal() * determined.directions;
+  alignment.covariance = motions * variances.asDiagonal() * motions.transpose();
+}
+
+PoseSearch::PoseSearch(const Snapshot& map, NearSurfaces& surfaces, const Scan& scan, const NoiseModel& noise,
+                       const RangeLimits& limits, const Eigen::Isometry3d& start, const AlignmentReach& reach,
+                       const FitErrors& errors)
+    : scan_(scan),
+      noise_(noise),
+      limits_(limits),
+      resolution_(map.resolution),
+      reach_(reach),
+      samples_(sample_scan(scan, noise, sample_count, least_exact * map.resolution / errors.noise_factor,
+                           limits.min_m, limits.max_m)),
+      near_(surfaces.in(map, box_of(samples_, start, gate_voxels * map.resolution + reach.translation_m,
+                                    reach.rotation_rad))),
+      fitter_(samples_, near_, with_gate(errors, gate_voxels * map.resolution)) {}
+
+PoseFit PoseSearch::fine(const Eigen::Isometry3d& start, const TwistCovariance& prior) const {
+  const double range = std::max(1.0, range_of(samples_));
+  return fitter_.fit(start, prior + uncertainty(resolution_ / 2 / range, resolution_ / 2));
+}
+
+/// The poses that most samples agree with, best first.
+void PoseSearch::keep_best(std::vector<Eigen::Isometry3d>& poses, const Eigen::Isometry3d& start,
+                           std::size_t every, std::size_t count) const {
+  const double reach =
+      reach_.translation_m + reach_.rotation_rad * range_of(samples_) + gate_voxels * resolution_;
+  const std::vector<PoseFitter::Pairing> pairings = fitter_.pair(start, reach, every);
+  std::vector<std::pair<double, std::size_t>> ranked;
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    ranked.push_back({-fitter_.agreement(poses[i], pairings), i});
+  std::sort(ranked.begin(), ranked.end());
+  ranked.resize(std::min(count, ranked.size()));
+  std::vector<Eigen::Isometry3d> kept;
+  for (const auto& [score, i] : ranked) kept.push_back(poses[i]);
+  poses = std::move(kept);
+}
+
+std::optional<PoseFit> PoseSearch::coarse(const Eigen::Isometry3d& start) const {
+  const std::vector<ScanPlane> planes =
+      planes_of_scan(scan_, noise_, limits_.min_m, limits_.max_m, resolution_);
+  std::vector<Eigen::Isometry3d> poses = poses_by_planes(planes, near_, start, reach_, most_poses);
+  poses.insert(poses.begin(), start);
+  const double range = range_of(samples_);
+  keep_best(poses, start, few, most_scored);
+  keep_best(poses, start, more, most_scored);
+
+  const auto apart = [&](const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double by) {
+    const Twist twist = twist_between(a, b);
+    return std::max(twist.tail<3>().norm(), range * twist.head<3>().norm()) > by;
+  };
+  std::vector<Eigen::Isometry3d> starts;
+  for (const Eigen::Isometry3d& pose : poses) {
+    if (std::none_of(starts.begin(), starts.end(),
+                     [&](const auto& other) { return !apart(pose, other, 2 * resolution_); }))
+      starts.push_back(pose);
+    if (starts.size() == most_made_fine) break;
+  }
+  std::vector<PoseFit> fits;
+  for (const Eigen::Isometry3d& at : starts)
+    fits.push_back(fine(at, uncertainty(resolution_ / range, resolution_)));
+  const auto best = std::max_element(
+      fits.begin(), fits.end(), [](const PoseFit& a, const PoseFit& b) { return a.explained < b.explained; });
+  if (best == fits.end() || best->known < least_known_samples ||
+      static_cast<double>(best->explained) < least_explained * static_cast<double>(best->known))
+    return {};
+  // Another pose is one that differs where the scan determines it.
+  const Determined determined = determined_by(*best, resolution_);
+  if (determined.count == 0) return {};
+  const auto unexplained = static_cast<double>(best->known - best->explained);
+  const double as_well = static_cast<double>(best->explained) - by_chance * std::sqrt(unexplained + 1);
+  for (const PoseFit& fit : fits) {
+    const double differs = length(determined, twist_between(best->T_map_sensor, fit.T_map_sensor));
+    if (differs > 2 * resolution_ && static_cast<double>(fit.explained) >= as_well) return {};
+  }
+  return *best;
+}
+
+}  // namespace octosurf

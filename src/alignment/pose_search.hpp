@@ -1,0 +1,75 @@
+#pragma once
+
+#include "alignment/near_surfaces.hpp"
+#include "alignment/pose_fit.hpp"
+#include "alignment/samples.hpp"
+
+#include <optional>
+#include <vector>
+
+#include <octosurf/alignment.hpp>
+
+namespace octosurf {
+
+/// Readings that count.
+struct RangeLimits {
+  double min_m = 0, max_m = 0;
+};
+
+/// One scan and the surfaces about it, looked at for poses that agree.
+class PoseSearch {
+ public:
+  /// All must outlive it. The gate of `errors` is the map's. Surfaces are those that the scan's readings may
+  /// meet within `reach` of `start`.
+  PoseSearch(const Snapshot& map, NearSurfaces& surfaces, const Scan& scan, const NoiseModel& noise,
+             const RangeLimits& limits, const Eigen::Isometry3d& start, const AlignmentReach& reach,
+             const FitErrors& errors = {});
+
+  std::size_t samples() const { return samples_.size(); }
+  const AlignmentReach& reach() const { return reach_; }
+  /// Plane-to-point from `start`, which may be off by `prior` and a voxel.
+  PoseFit fine(const Eigen::Isometry3d& start, const TwistCovariance& prior) const;
+  /// The pose within reach of `start` that explains the scan best: planes matched as planes, the best of them
+  /// made fine. None if too little is explained, or another pose explains nearly as much.
+  std::optional<PoseFit> coarse(const Eigen::Isometry3d& start) const;
+
+ private:
+  void keep_best(std::vector<Eigen::Isometry3d>& poses, const Eigen::Isometry3d& start, std::size_t every,
+                 std::size_t count) const;
+
+  const Scan& scan_;
+  const NoiseModel& noise_;
+  RangeLimits limits_;
+  double resolution_;
+  AlignmentReach reach_;
+  std::vector<Sample> samples_;
+  std::vector<const AlignedSurface*> near_;
+  PoseFitter fitter_;
+};
+
+/// Samples on known surfaces without which nothing is measured.
+inline constexpr std::size_t least_known_samples = 100;
+
+/// Independent of each other, rad and m.
+TwistCovariance uncertainty(double rotation, double translation);
+
+/// What of the fit is fixed to within half a voxel.
+struct Determined {
+  TwistCovariance directions;  ///< as Alignment::directions
+  Twist variances;             ///< of the directions, m²
+  int count = 0;
+  Twist scale;  ///< a twist's units per metre
+};
+/// Of the twist's determined part, m.
+double length(const Determined& determined, const Twist& twist);
+Determined determined_by(const PoseFit& fit, double resolution);
+
+/// The fit's pose as far as it is determined, `start` beside that.
+Eigen::Isometry3d without_undetermined(const Eigen::Isometry3d& start, const PoseFit& fit,
+                                       const Determined& determined);
+
+/// Fills in what Alignment tells of a fit; the covariance `factor`² times what the readings tell.
+void describe(const PoseFit& fit, const Determined& determined, double factor, const AlignmentReach& reach,
+              Alignment& alignment);
+
+}  // namespace octosurf

@@ -1,0 +1,105 @@
+#include "alignment/scan_planes.hpp"
+
+#include "occupancy/payload.hpp"
+#include "occupancy/voxel_key.hpp"
+#include "surfaces/moments.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <tsl/robin_map.h>
+
+namespace octosurf {
+namespace {
+
+constexpr std::size_t most_readings = 20000, most_planes = 24;
+constexpr double patch_edge = 8;      // voxels: holds some twenty of those readings in a camera's picture
+constexpr double least_readings = 6;  // of a patch: three fix its plane, as many again tell whether it is one
+constexpr double same_normal = 0.99;  // cosine: patches' normals are good to a few degrees
+constexpr double same_plane = 2;      // voxels off it
+
+struct Patch {
+  Moments moments;      ///< about the sensor
+  double variance = 0;  ///< Σ of the readings' along the line of sight
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ(), centroid = Eigen::Vector3d::Zero();
+};
+
+std::uint64_t cell_of(const Eigen::Vector3d& point, double edge) {
+  const auto part = [&](double x) {
+    return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x / edge)) + (1 << 20));
+  };
+  return part(point.x()) << 42 | part(point.y()) << 21 | part(point.z());
+}
+
+/// In the order in which the scan first touches them.
+std::vector<Patch> collect(const Scan& scan, const NoiseModel& noise, double min_range, double max_range,
+                           double edge) {
+  std::vector<Patch> patches;
+  tsl::robin_map<std::uint64_t, std::size_t, PackedKeyHash> places;
+  const std::size_t step = std::max<std::size_t>(1, scan.points.size() / most_readings);
+  for (std::size_t i = 0; i < scan.points.size(); i += step) {
+    const Eigen::Vector3d point = scan.points[i].cast<double>();
+    const double range = point.norm();
+    if (!(range >= min_range && range > 0 && range <= std::min(max_range, edge * (1 << 19)))) continue;
+    const auto [at, added] = places.try_emplace(cell_of(point, edge), patches.size());
+    if (added) patches.emplace_back();
+    Patch& patch = patches[at->second];
+    patch.moments.add(point);
+    const double spread = noise.spread(range_class_of(static_cast<float>(range)));
+    patch.variance += spread * spread;
+  }
+  return patches;
+}
+
+/// Keeps the flat ones, with their planes; most readings first.
+void keep_flat(std::vector<Patch>& patches) {
+  std::erase_if(patches, [](Patch& patch) {
+    if (patch.moments.count < least_readings) return true;
+    const PlaneFit fit = fit_plane(patch.moments);
+    patch.centroid = fit.centroid;
+    patch.normal = fit.normal.dot(fit.centroid) > 0 ? Eigen::Vector3d(-fit.normal) : fit.normal;
+    const double noise = patch.variance / patch.moments.count;
+    return fit.variances[0] > 2 * noise || fit.variances[1] < 4 * fit.variances[0];
+  });
+  std::stable_sort(patches.begin(), patches.end(),
+                   [](const Patch& a, const Patch& b) { return a.moments.count > b.moments.count; });
+}
+
+}  // namespace
+
+std::vector<ScanPlane> planes_of_scan(const Scan& scan, const NoiseModel& noise, double min_range,
+                                      double max_range, double resolution) {
+  std::vector<Patch> patches = collect(scan, noise, min_range, max_range, patch_edge * resolution);
+  keep_flat(patches);
+  std::vector<ScanPlane> planes;
+  while (!patches.empty() && planes.size() < most_planes) {
+    Moments all = patches.front().moments;
+    PlaneFit fit = fit_plane(all);
+    // Twice: what the first patch's plane collects tells the plane better, and that collects the rest.
+    std::vector<char> on_it;
+    for (int round = 0; round < 2; ++round) {
+      all = {};
+      on_it.assign(patches.size(), 0);
+      for (std::size_t i = 0; i < patches.size(); ++i) {
+        const bool same =
+            std::fabs(patches[i].normal.dot(fit.normal)) > same_normal &&
+            std::fabs(fit.normal.dot(patches[i].centroid - fit.centroid)) < same_plane * resolution;
+        if (!same && i > 0) continue;
+        on_it[i] = 1;
+        all.add(patches[i].moments);
+      }
+      fit = fit_plane(all);
+    }
+    const Eigen::Vector3d normal =
+        fit.normal.dot(fit.centroid) > 0 ? Eigen::Vector3d(-fit.normal) : fit.normal;
+    planes.push_back({normal, fit.centroid, all.count});
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < patches.size(); ++i)
+      if (on_it[i] == 0) patches[kept++] = patches[i];
+    patches.resize(kept);
+  }
+  std::stable_sort(planes.begin(), planes.end(),
+                   [](const ScanPlane& a, const ScanPlane& b) { return a.readings > b.readings; });
+  return planes;
+}
+
+}  // namespace octosurf

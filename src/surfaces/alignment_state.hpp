@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <octosurf/alignment.hpp>
+
+namespace octosurf {
+
+/// What is known of a recording's poses so far (src/alignment, which alone reads and writes it): a part of
+/// the map's state, because it decides where the next scan is inserted.
+struct AlignmentState {
+  /// One of the ways in which the given poses may drift, and how far they have gone if it is true.
+  struct Hypothesis {
+    double rate_m = 0, rate_rad = 0;  ///< standard deviation a scan adds; none: the poses are right as given
+    double factor = 1;                ///< on the measurements' standard deviations
+    double common_share = 0;  ///< variance of what measurements have in common, as a share of their own …
+    double lasting = 0;       ///< … and the share of it that is left at the next scan
+    Eigen::Isometry3d correction = Eigen::Isometry3d::Identity();  ///< T_map_sensor = correction · given
+    Twist common = Twist::Zero();  ///< what neighbouring measurements have in common now
+    /// Of the correction, about the last sensor's position; of `common`; between the two.
+    TwistCovariance covariance = TwistCovariance::Zero(), of_common = TwistCovariance::Zero(),
+                    between = TwistCovariance::Zero();
+    double log_evidence = 0;
+  };
+  std::vector<Hypothesis> hypotheses;     ///< none before the first scan
+  std::size_t believed = 0;               ///< which of them
+  std::optional<Eigen::Isometry3d> last;  ///< the pose with which the last scan was inserted
+  /// Shares lately, 0 before any: of a scan's readings those near known surfaces, and of these those
+  /// explained.
+  double usual_known = 0, usual_share = 0;
+  /// How much larger than the noise model says a reading's variance is, and what readings of a surface have
+  /// in common, as a share of that: as the residuals tell.
+  double noise_factor2 = 1, common_share = 0.5;
+  std::uint32_t scans_learned = 0;        ///< those that told of these errors
+  std::optional<Eigen::Isometry3d> jump;  ///< correction of the last scan, if that one was recovered
+};
+
+}  // namespace octosurf

@@ -1,0 +1,164 @@
+// Maps built from poses that are off: what Mapper::insert makes of them.
+#include "alignment/pose_fit.hpp"
+#include "alignment/surfaces_by_hand.hpp"
+#include "io/map_file.hpp"
+#include "support/seed.hpp"
+#include "surfaces/map_state.hpp"
+
+#include <gtest/gtest.h>
+#include <numbers>
+#include <random>
+#include <sstream>
+
+#include <octosurf/mapper.hpp>
+
+namespace octosurf::test {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180;
+const Camera camera{.width = 160, .height = 120, .focal = 110, .noise = 0.003};
+
+/// A walk about the room that comes back to where it began.
+Eigen::Isometry3d way(int i, int scans) {
+  const double turn = 2 * std::numbers::pi * i / scans;
+  const Eigen::Vector3d eye =
+      middle_of_room + Eigen::Vector3d(0.5 * std::cos(turn), 0.7 * std::sin(turn), 0.2);
+  return look_at(
+      eye, middle_of_room + Eigen::Vector3d(2 * std::cos(turn + 0.6), 2.5 * std::sin(turn + 0.6), -0.7));
+}
+
+std::vector<Scan> walk(int scans, std::mt19937_64 rng, int laps = 1) {
+  std::vector<Scan> all;
+  for (int i = 0; i < laps * scans; ++i)
+    all.push_back(camera_scan(furnished_room(), way(i, scans), rng, camera));
+  return all;
+}
+
+Parameters coarse(bool aligned, double resolution = 0.04) {
+  Parameters parameters;
+  parameters.occupancy.resolution = resolution;
+  parameters.alignment.enabled = aligned;
+  return parameters;
+}
+
+std::string bytes_of(const MapState& state) {
+  std::ostringstream out;
+  write_map(state, {}, out);
+  return out.str();
+}
+
+TEST(AlignedMap, OffTakesPosesAsTheyAre) {
+  Mapper mapper(coarse(false));
+  for (const Scan& scan : walk(6, test::rng())) {
+    const ScanReport report = mapper.insert(scan);
+    EXPECT_EQ(report.alignment.outcome, AlignmentOutcome::off);
+    EXPECT_EQ(report.alignment.T_map_sensor.matrix(), scan.T_map_sensor.matrix());
+  }
+  EXPECT_TRUE(mapper.map().state().alignment.hypotheses.empty());
+}
+
+TEST(AlignedMap, ExactPosesGiveTheSameMapAsWithoutAlignment) {
+  Mapper with(coarse(true)), without(coarse(false));
+  for (const Scan& scan : walk(24, test::rng())) {
+    const ScanReport report = with.insert(scan);
+    without.insert(scan);
+    ASSERT_EQ(report.alignment.T_map_sensor.matrix(), scan.T_map_sensor.matrix());
+  }
+  // All but the parameter and what is known of the poses.
+  const auto bare = [](const Mapper& mapper) {
+    std::ostringstream out;
+    write_map(mapper.map().state(), {}, out);
+    std::istringstream in(out.str());
+    MapFile read = read_map(in, out.str().size(), "map");
+    read.state->parameters.alignment.enabled = false;
+    read.state->alignment = {};
+    return bytes_of(*read.state);
+  };
+  EXPECT_EQ(bare(with), bare(without));
+}
+
+TEST(AlignedMap, DriftIsCorrected) {
+  auto rng = test::rng();
+  constexpr int scans = 40;
+  Mapper with(coarse(true, 0.02)), without(coarse(false, 0.02));
+  double given = 0, used = 0;
+  const std::vector<Scan> all = walk(scans, rng, 2);
+  for (int i = 0; i < static_cast<int>(all.size()); ++i) {
+    Scan scan = all[static_cast<std::size_t>(i)];
+    const Eigen::Isometry3d truth = scan.T_map_sensor;
+    scan.T_map_sensor = Eigen::Translation3d(0.0006 * i, -0.0004 * i, 0.0003 * i) *
+                        Eigen::AngleAxisd(0.01 * degree * i, Eigen::Vector3d::UnitZ()) * truth;
+    const ScanReport report = with.insert(scan);
+    without.insert(scan);
+    given += (scan.T_map_sensor.translation() - truth.translation()).norm();
+    used += (report.alignment.T_map_sensor.translation() - truth.translation()).norm();
+  }
+  EXPECT_LT(used, given / 3);
+  EXPECT_LE(with.snapshot()->surfaces.size(), without.snapshot()->surfaces.size());
+}
+
+TEST(AlignedMap, ASingleScanFarOffIsFoundAgain) {
+  auto rng = test::rng();
+  Mapper mapper(coarse(true));
+  int recovered = 0, far_off = 0;
+  const std::vector<Scan> all = walk(40, rng, 2);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    Scan scan = all[i];
+    const Eigen::Isometry3d truth = scan.T_map_sensor;
+    const bool jump = i >= 40 && i % 8 == 0;
+    if (jump) scan.T_map_sensor = octosurf::moved(truth, any_twist(rng, 0.2, 3 * degree));
+    const Alignment alignment = mapper.insert(scan).alignment;
+    if (!jump) continue;
+    ++far_off;
+    const Twist error = twist_between(truth, alignment.T_map_sensor);
+    const bool found = alignment.outcome == AlignmentOutcome::recovered;
+    recovered += found;
+    EXPECT_TRUE(!found || error.tail<3>().norm() < 0.02) << i;
+  }
+  EXPECT_GE(recovered, far_off - 1) << "of " << far_off;
+}
+
+TEST(AlignedMap, AScanSetAsideChangesNothingOfTheMap) {
+  auto rng = test::rng();
+  Scene floor;
+  floor.rectangle({-3, -3, 0}, {6, 0, 0}, {0, 6, 0});
+  Mapper mapper(coarse(true));
+  for (int i = 0; i < 12; ++i)
+    mapper.insert(camera_scan(floor, look_at({0.02 * i, 0, 1.2}, {0.8 + 0.02 * i, 0.1, 0}), rng, camera));
+  const auto before = mapper.snapshot();
+  const Map::Size size = mapper.map().size();
+  // The floor tells that the scan is 20 cm too high and turned, but not where along it: it cannot be put
+  // right.
+  Scan scan = camera_scan(floor, look_at({0.25, 0, 1.2}, {1.05, 0.1, 0}), rng, camera);
+  Twist off = Twist::Zero();
+  off.tail<3>() << 0.1, 0.05, 0.2;
+  off[0] = 2 * degree;
+  scan.T_map_sensor = octosurf::moved(scan.T_map_sensor, off);
+  const ScanReport report = mapper.insert(scan);
+  EXPECT_EQ(report.alignment.outcome, AlignmentOutcome::set_aside);
+  EXPECT_EQ(mapper.snapshot(), before);
+  EXPECT_EQ(mapper.map().size().scans, size.scans);
+  EXPECT_EQ(mapper.map().size().leaves, size.leaves);
+}
+
+TEST(AlignedMap, IsTheSameAfterAStopAndWhateverTheThreads) {
+  auto rng = test::rng();
+  const std::vector<Scan> all = walk(30, rng);
+  const auto drifted = [&](std::size_t i) {
+    Scan scan = all[i];
+    scan.T_map_sensor = Eigen::Translation3d(0.001 * static_cast<double>(i), 0, 0) * scan.T_map_sensor;
+    return scan;
+  };
+  Mapper whole(coarse(true)), threads(coarse(true), 3), first(coarse(true));
+  for (std::size_t i = 0; i < all.size(); ++i) whole.insert(drifted(i)), threads.insert(drifted(i));
+  for (std::size_t i = 0; i < 15; ++i) first.insert(drifted(i));
+  const std::string stopped = bytes_of(first.map().state());
+  std::istringstream in(stopped);
+  Mapper second(Map(read_map(in, stopped.size(), "map").state));
+  for (std::size_t i = 15; i < all.size(); ++i) second.insert(drifted(i));
+  EXPECT_EQ(bytes_of(second.map().state()), bytes_of(whole.map().state()));
+  EXPECT_EQ(bytes_of(threads.map().state()), bytes_of(whole.map().state()));
+}
+
+}  // namespace
+}  // namespace octosurf::test

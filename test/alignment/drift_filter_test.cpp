@@ -1,0 +1,136 @@
+#include "alignment/drift_filter.hpp"
+
+#include "alignment/pose_fit.hpp"
+#include "alignment/surfaces_by_hand.hpp"
+#include "support/seed.hpp"
+
+#include <gtest/gtest.h>
+#include <random>
+
+namespace octosurf::test {
+namespace {
+
+constexpr double noise_m = 0.001, noise_rad = 0.0005, least_m = 0.002;
+
+/// Where a robot is that walks in a circle.
+Eigen::Isometry3d pose_at(int i) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = Eigen::AngleAxisd(0.05 * i, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  T.translation() = T.linear() * Eigen::Vector3d(3, 0, 1);
+  return T;
+}
+
+/// What a scan at `truth` measures.
+PoseMeasurement measured(const Eigen::Isometry3d& truth, std::mt19937_64& rng, double factor = 1) {
+  std::normal_distribution<double> gauss(0, factor);
+  Twist error;
+  for (int i = 0; i < 6; ++i) error[i] = gauss(rng) * (i < 3 ? noise_rad : noise_m);
+  PoseMeasurement measurement;
+  measurement.T_map_sensor = octosurf::moved(truth, error);
+  measurement.directions = TwistCovariance::Identity();
+  measurement.motions = TwistCovariance::Identity();
+  measurement.least_m = least_m;
+  measurement.variances.resize(6);
+  measurement.variances << Eigen::Vector3d::Constant(noise_rad * noise_rad),
+      Eigen::Vector3d::Constant(noise_m * noise_m);
+  return measurement;
+}
+
+double error_m(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return (a.translation() - b.translation()).norm();
+}
+
+TEST(DriftFilter, ExactPosesStayBitForBit) {
+  auto rng = test::rng();
+  AlignmentState state;
+  for (int i = 0; i < 300; ++i) {
+    DriftFilter filter(state);
+    const PoseMeasurement m = measured(pose_at(i), rng);
+    ASSERT_EQ(filter.update(pose_at(i), &m).matrix(), pose_at(i).matrix()) << "scan " << i;
+    ASSERT_FALSE(filter.drifts());
+  }
+}
+
+TEST(DriftFilter, MeasurementsThatAreWorseThanTheySayDoNotCount) {
+  auto rng = test::rng();
+  AlignmentState state;
+  for (int i = 0; i < 300; ++i) {
+    const PoseMeasurement m = measured(pose_at(i), rng, 3);
+    DriftFilter filter(state);
+    ASSERT_EQ(filter.update(pose_at(i), &m).matrix(), pose_at(i).matrix()) << "scan " << i;
+  }
+  EXPECT_GT(DriftFilter(state).factor(), 1);
+}
+
+TEST(DriftFilter, FollowsADriftAndSaysHowWell) {
+  auto rng = test::rng();
+  AlignmentState state;
+  double worst = 0, given = 0;
+  for (int i = 0; i < 200; ++i) {
+    // Half a millimetre a scan in one direction, and a turn about the vertical: of odometry.
+    const Eigen::Isometry3d drift =
+        Eigen::Translation3d(0.0005 * i, 0, 0) * Eigen::AngleAxisd(0.0001 * i, Eigen::Vector3d::UnitZ());
+    const Eigen::Isometry3d T_given = drift * pose_at(i);
+    const PoseMeasurement m = measured(pose_at(i), rng);
+    const Eigen::Isometry3d used = DriftFilter(state).update(T_given, &m);
+    if (i < 100) continue;
+    worst = std::max(worst, error_m(used, pose_at(i)));
+    given = std::max(given, error_m(T_given, pose_at(i)));
+  }
+  EXPECT_TRUE(DriftFilter(state).drifts());
+  EXPECT_GT(given, 0.09);
+  // A measurement is off by 1.7 mm (three directions of 1 mm); following half a millimetre a scan costs some
+  // lag.
+  EXPECT_LT(worst, 0.008);
+}
+
+TEST(DriftFilter, ADirectionThatNothingMeasuresStaysAsGiven) {
+  auto rng = test::rng();
+  AlignmentState state;
+  for (int i = 0; i < 150; ++i) {
+    Eigen::Isometry3d truth = Eigen::Isometry3d::Identity();
+    truth.translation() << 0.2 * i, 0, 1;
+    const Eigen::Isometry3d T_given =
+        Eigen::Translation3d(0.002 * i, 0.0008 * i, 0) * truth;  // along and across
+    PoseMeasurement m = measured(truth, rng);
+    const Eigen::Matrix<double, 5, 6> without_x =
+        (Eigen::Matrix<double, 5, 6>() << TwistCovariance::Identity().topRows<3>(),
+         TwistCovariance::Identity().bottomRows<2>())
+            .finished();
+    m.directions = without_x;
+    m.motions = without_x.transpose();
+    m.variances = (without_x * m.variances).eval();
+    const Eigen::Isometry3d used = DriftFilter(state).update(T_given, &m);
+    if (i < 60) continue;
+    // Half a voxel of 2 cm, of the 12 cm that it would come to: the sensor's own bias might explain as much.
+    EXPECT_LT(std::fabs(used.translation().y() - truth.translation().y()), 0.01);
+    EXPECT_NEAR(used.translation().x(), T_given.translation().x(), 0.002) << "the corridor's own direction";
+  }
+}
+
+TEST(DriftFilter, AJumpThatStaysIsTakenOver) {
+  auto rng = test::rng();
+  AlignmentState state;
+  const Eigen::Isometry3d slip(Eigen::Translation3d(0.2, -0.1, 0));
+  for (int i = 0; i < 50; ++i) {
+    const PoseMeasurement m = measured(pose_at(i), rng);
+    DriftFilter(state).update(pose_at(i), &m);
+  }
+  DriftFilter(state).jump(slip.inverse());
+  const Eigen::Isometry3d T_given = slip * pose_at(50);
+  EXPECT_LT(error_m(DriftFilter(state).expected(T_given), pose_at(50)), 1e-9);
+}
+
+TEST(DriftFilter, OneWildMeasurementMovesLittle) {
+  auto rng = test::rng();
+  AlignmentState state;
+  for (int i = 0; i < 100; ++i) {
+    PoseMeasurement m = measured(pose_at(i), rng);
+    if (i == 50) m.T_map_sensor = octosurf::moved(m.T_map_sensor, any_twist(rng, 0.05, 0.01));
+    const Eigen::Isometry3d used = DriftFilter(state).update(pose_at(i), &m);
+    EXPECT_LT(error_m(used, pose_at(i)), 0.005) << i;
+  }
+}
+
+}  // namespace
+}  // namespace octosurf::test

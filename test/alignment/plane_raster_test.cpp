@@ -1,0 +1,84 @@
+#include "alignment/plane_raster.hpp"
+
+#include "support/seed.hpp"
+
+#include <gtest/gtest.h>
+#include <random>
+
+namespace octosurf::test {
+namespace {
+
+bool inside(const Ring2& ring, const Eigen::Vector2d& p) {
+  bool in = false;
+  for (std::size_t i = 0; i < ring.size(); ++i) {
+    const Eigen::Vector2d &a = ring[i], &b = ring[(i + 1) % ring.size()];
+    if ((a.y() > p.y()) == (b.y() > p.y())) continue;
+    if (p.x() < a.x() + (p.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x())) in = !in;
+  }
+  return in;
+}
+
+bool inside(const std::vector<Polygon>& polygons, const Eigen::Vector2d& p) {
+  bool in = false;
+  for (const Polygon& polygon : polygons) {
+    in ^= inside(polygon.outer, p);
+    for (const Ring2& hole : polygon.holes) in ^= inside(hole, p);
+  }
+  return in;
+}
+
+/// A star of `corners` about a centre: simple, with deep bays.
+Ring2 star(std::mt19937_64& rng, const Eigen::Vector2d& centre, double least, double most, int corners,
+           bool clockwise) {
+  std::uniform_real_distribution<double> radius(least, most);
+  Ring2 ring;
+  for (int i = 0; i < corners; ++i) {
+    const double angle = (clockwise ? -1 : 1) * 2 * 3.14159265 * i / corners;
+    ring.emplace_back(centre + radius(rng) * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+  }
+  return ring;
+}
+
+TEST(PlaneRaster, CoversCellsWhoseNeighboursAreInside) {
+  auto rng = test::rng();
+  constexpr double edge = 0.04;
+  std::uniform_real_distribution<double> shift(-3, 3);
+  for (int world = 0; world < 20; ++world) {
+    const Eigen::Vector2d centre(shift(rng), shift(rng));
+    const std::vector<Polygon> polygons{
+        {star(rng, centre, 1.2, 3.1, 23, false), {star(rng, centre, 0.2, 0.9, 11, true)}},
+        {star(rng, centre + Eigen::Vector2d(5, 5), 0.1, 1, 7, false), {}}};
+    const PlaneRaster raster(polygons, edge);
+    Eigen::Vector2d low = centre.array() + 1e9, high = centre.array() - 1e9;
+    for (const Polygon& polygon : polygons)
+      for (const Eigen::Vector2d& vertex : polygon.outer)
+        low = low.cwiseMin(vertex), high = high.cwiseMax(vertex);
+    std::size_t covered = 0;
+    for (double x = low.x() - 2.5 * edge; x < high.x() + 3 * edge; x += edge)
+      for (double y = low.y() - 2.5 * edge; y < high.y() + 3 * edge; y += edge) {
+        bool all = true;  // (x, y) is a cell's centre
+        for (const double dx : {-edge, 0.0, edge})
+          for (const double dy : {-edge, 0.0, edge}) all = all && inside(polygons, {x + dx, y + dy});
+        ASSERT_EQ(raster.covers(x, y), all) << "world " << world << " at " << x << ", " << y;
+        covered += all;
+      }
+    EXPECT_GT(covered, 1000U);
+  }
+}
+
+TEST(PlaneRaster, OfNothingCoversNothing) {
+  const PlaneRaster raster({}, 0.04);
+  EXPECT_FALSE(raster.covers(0, 0));
+  const PlaneRaster sliver({{{{0, 0}, {1, 0}, {1, 0.01}}, {}}}, 0.04);
+  EXPECT_FALSE(sliver.covers(0.9, 0.005));
+}
+
+TEST(PlaneRaster, HugePlanesGetCoarserCells) {
+  const double side = 3e4;
+  const PlaneRaster raster({{{{0, 0}, {side, 0}, {side, side}, {0, side}}, {}}}, 0.02);
+  EXPECT_TRUE(raster.covers(side / 2, side / 2));
+  EXPECT_FALSE(raster.covers(-1, side / 2));
+}
+
+}  // namespace
+}  // namespace octosurf::test
