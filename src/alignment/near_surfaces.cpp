@@ -65,8 +65,7 @@ Eigen::Matrix3d rim_covariance(const Surface& surface) {
 }  // namespace
 
 AlignedSurface::AlignedSurface(const Surface& surface, double edge)
-    : id(surface.id),
-      plane(surface.plane),
+    : plane(surface.plane),
       T_surface_map(surface.T_map_surface.inverse()),
       covariance(surface.covariance + rim_covariance(surface)),
       raster(surface.polygons, edge) {}

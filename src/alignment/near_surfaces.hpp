@@ -14,7 +14,6 @@ namespace octosurf {
 struct AlignedSurface {
   AlignedSurface(const Surface& surface, double edge);
 
-  SurfaceId id = 0;
   Plane plane;
   Eigen::Isometry3d T_surface_map;
   /// Of slope along u, slope along v and offset at the surface's origin, as Surface::covariance, which knows
