@@ -247,7 +247,8 @@ void MapRun::print_summary() const {
   const Map::Size size = mapper_.map().size();
   const std::shared_ptr<const Snapshot> snapshot = mapper_.snapshot();
   std::printf("%-12s %zu", "scans", static_cast<std::size_t>(statistics_.scans()));
-  if (size.scans != statistics_.scans())
+  const std::size_t aside = statistics_.scans_with(AlignmentOutcome::set_aside);
+  if (size.scans + aside != statistics_.scans())
     std::printf(", %zu with those before", static_cast<std::size_t>(size.scans));
   if (!context_.skipped_scans.empty())
     std::printf(", %zu skipped, e.g. %s", context_.skipped_scans.size(), context_.skipped_scans[0].c_str());

@@ -65,7 +65,6 @@ class MapRun {
   void warn_of_closures() const;
   void wait_for(double arrival_s) const;
   void checkpoint();
-  void save_poses();
   void write_report();
   void print_summary() const;
   void print_dropped() const;

@@ -32,7 +32,6 @@ struct ScanReport {
   std::vector<SurfaceId> born, grown, shrunk, merged, gone;
   std::array<double, stage_names.size()> stage_ms{};
   double total_ms = 0;
-  /// The pose with which the scan was inserted.
 };
 
 /// Keeps a map and its surfaces up to date, scan by scan (the paper's system).
@@ -64,6 +63,7 @@ class Mapper {
   /// Throws Error(data), and leaves the map as it was, if the pose is not rigid or outside the octree, if its
   /// `readings` do not go with its points, and if the surfaces' ids could run out. Error(incomplete) after a
   /// failure, see 4.
+  /// A scan that is clearly off and not to be put right is not inserted, see AlignmentOutcome::set_aside.
   ScanReport insert(const Scan& scan);
 
   /// Surfaces of an existing occupancy map, without scans: every occupied voxel that borders on free

@@ -1,19 +1,14 @@
 #include "alignment/near_surfaces.hpp"
 #include "alignment/pose_search.hpp"
+#include "occupancy/downsample.hpp"
 #include "surfaces/noise_model.hpp"
 
 #include <cmath>
-#include <limits>
 
 #include <octosurf/alignment.hpp>
 #include <octosurf/error.hpp>
 
 namespace octosurf {
-namespace {
-
-constexpr double depth_camera_max_range = 4.0;  // m, as a Mapper's
-
-}  // namespace
 
 double Alignment::determined_length_m(const Twist& twist) const {
   double squares = 0;
@@ -51,9 +46,7 @@ Alignment Localizer::operator()(const Scan& scan) {
   const Snapshot& map = *impl_->map;
   NoiseModel noise{Parameters()};
   noise.observe(scan);
-  const RangeLimits limits{0, scan.sensor == SensorKind::depth_camera
-                                  ? depth_camera_max_range
-                                  : std::numeric_limits<double>::infinity()};
+  const RangeLimits limits{0, default_max_range(scan.sensor)};
   const PoseSearch search(map, impl_->surfaces, scan, noise, limits, scan.T_map_sensor, impl_->reach);
   Alignment result;
   result.samples = search.samples();

@@ -110,103 +110,109 @@ Eigen::Vector3d PoseFitter::common_of(double reading) const {
   return Eigen::Vector3d::Constant(errors_.common_m * errors_.common_m + errors_.common_share * reading);
 }
 
-PoseFitter::Sums PoseFitter::linearise(const Eigen::Isometry3d& pose, std::span<const Pairing> pairings,
-                                       double gate, const TwistCovariance& uncertainty) const {
-  struct OfSurface {
-    Block outer = Block::Zero();
-    Row right = Row::Zero();
-    std::size_t samples = 0;
-    double weight = 0, first = 0, second = 0;  ///< Σ of 1/variance, times residual, times its square
-  };
-  std::vector<OfSurface> of_surface(surfaces_.size());
+/// What the samples on one surface tell.
+struct PoseFitter::SurfaceSums {
+  Block outer = Block::Zero();
+  Row right = Row::Zero();
+  std::size_t samples = 0;
+  double weight = 0, first = 0, second = 0;  ///< Σ of 1/variance, times residual, times its square
+};
+
+/// One sample, to the nearest of the surfaces that cover it.
+void PoseFitter::add_sample(const Linearisation& at, std::span<const Pairing> candidates, Sums& sums,
+                            std::vector<SurfaceSums>& of_surface) const {
+  const Sample& sample = samples_[candidates.front().sample];
+  const Eigen::Vector3d sensor = at.pose.translation(), arm = at.pose.linear() * sample.point;
+  std::optional<Sighting> best;
+  double nearest = at.gate;
+  std::uint32_t which = 0;
+  bool covered = false;
+  for (const Pairing& candidate : candidates) {
+    const AlignedSurface& surface = *surfaces_[candidate.surface];
+    const Sighting sighting(surface, sensor, arm);
+    if (covered && std::fabs(sighting.distance) >= nearest) continue;
+    if (!sighting.covered_by(surface)) continue;
+    covered = true;
+    if (std::fabs(sighting.distance) >= nearest) continue;
+    nearest = std::fabs(sighting.distance);
+    which = candidate.surface;
+    best = sighting;
+  }
+  if (!best) {
+    sums.known += covered ? 1 : 0;
+    return;
+  }
+  const AlignedSurface& surface = *surfaces_[which];
+  // The mean of readings on both sides of an edge lies on neither.
+  const Sighting first(surface, sensor, at.pose.linear() * sample.first),
+      last(surface, sensor, at.pose.linear() * sample.last);
+  if (!first.covered_by(surface) || !last.covered_by(surface)) return;
+  ++sums.known;
+  if (std::fabs(first.distance) >= at.gate || std::fabs(last.distance) >= at.gate) return;
+
+  const Eigen::Vector3d& n = surface.plane.normal;
+  const double distance = best->distance;
+  Row row;
+  row.head<3>() = arm.cross(n);
+  row.segment<3>(3) = n;
+  row.tail<3>() << -best->in_surface.x(), -best->in_surface.y(), -1;
+  const double facing = std::max(NoiseModel::least_facing, std::fabs(n.dot(arm)) / sample.range);
+  const double spread = errors_.noise_factor * sample.spread, along_normal = spread * facing;
+  const double reading = along_normal * along_normal;
+  const Eigen::Vector3d by_surface = row.tail<3>();
+  const Twist by_pose = row.head<6>();
+  const double certain = reading + by_surface.dot(surface.covariance * by_surface) +
+                         by_surface.cwiseAbs2().dot(common_of(reading));
+  sums.explained += distance * distance < significant * significant * certain ? 1 : 0;
+  const double cut = tukey * std::sqrt(certain + by_pose.dot(at.uncertainty * by_pose));
+  if (!(std::fabs(distance) < cut)) return;
+  const double share = distance / cut, robust = (1 - share * share) * (1 - share * share);
+  SurfaceSums& sum = of_surface[which];
+  sum.outer.selfadjointView<Eigen::Lower>().rankUpdate(row, robust / reading);
+  sum.right += robust / reading * distance * row;
+  ++sum.samples;
+  sum.weight += 1 / reading;
+  sum.first += distance / reading;
+  sum.second += distance * distance / reading;
+  sums.squared_range += robust * sample.range * sample.range;
+  sums.squared_spread += robust * spread * spread;
+  sums.weight += robust;
+}
+
+/// Eliminates the surface's own error.
+void PoseFitter::add_surface(const AlignedSurface& surface, const SurfaceSums& of, Sums& sums) const {
+  Block full = of.outer.selfadjointView<Eigen::Lower>();
+  const auto samples = static_cast<double>(of.samples);
+  const double reading = samples / of.weight;
+  if (of.samples >= enough_samples) {
+    const double off = of.first / of.weight;
+    const Eigen::Vector3d middle = full.block<3, 1>(6, 8) / full(8, 8);
+    sums.noise_share += (of.second - off * of.first) / (samples - 1);
+    sums.common_share += (off * off - 1 / of.weight - middle.dot(surface.covariance * middle)) / reading;
+    ++sums.surfaces;
+  }
+  // The plane is known as well as its covariance and what readings have in common allow.
+  Eigen::Matrix3d known = surface.covariance;
+  known.diagonal() += common_of(reading);
+  full.bottomRightCorner<3, 3>() += known.inverse();
+  const Eigen::Matrix<double, 6, 3> across = full.topRightCorner<6, 3>();
+  const Eigen::Matrix<double, 6, 3> eliminated =
+      across * full.bottomRightCorner<3, 3>().ldlt().solve(Eigen::Matrix3d::Identity());
+  sums.information += full.topLeftCorner<6, 6>() - eliminated * across.transpose();
+  sums.gradient += of.right.head<6>() - eliminated * of.right.tail<3>();
+}
+
+PoseFitter::Sums PoseFitter::linearise(const Linearisation& at, std::span<const Pairing> pairings) const {
+  std::vector<SurfaceSums> of_surface(surfaces_.size());
   Sums sums;
-  const Eigen::Vector3d sensor = pose.translation();
   for (std::size_t i = 0; i < pairings.size();) {
-    const Sample& sample = samples_[pairings[i].sample];
-    const Eigen::Vector3d arm = pose.linear() * sample.point;
-    std::optional<Sighting> best;
-    double nearest = gate;
-    std::uint32_t at = 0;
-    bool covered = false;
-    for (const std::uint32_t of = pairings[i].sample; i < pairings.size() && pairings[i].sample == of; ++i) {
-      const AlignedSurface& surface = *surfaces_[pairings[i].surface];
-      const Sighting sighting(surface, sensor, arm);
-      if (covered && std::fabs(sighting.distance) >= nearest) continue;
-      if (!sighting.covered_by(surface)) continue;
-      covered = true;
-      if (std::fabs(sighting.distance) >= nearest) continue;
-      nearest = std::fabs(sighting.distance);
-      at = pairings[i].surface;
-      best = sighting;
-    }
-    if (!best) {
-      sums.known += covered ? 1 : 0;
-      continue;
-    }
-    const AlignedSurface& surface = *surfaces_[at];
-    // The mean of readings on both sides of an edge lies on neither.
-    const Sighting first(surface, sensor, pose.linear() * sample.first),
-        last(surface, sensor, pose.linear() * sample.last);
-    if (!first.covered_by(surface) || !last.covered_by(surface)) continue;
-    ++sums.known;
-    if (std::fabs(first.distance) >= gate || std::fabs(last.distance) >= gate) continue;
-    const Eigen::Vector3d& n = surface.plane.normal;
-    const double distance = best->distance;
-    const Eigen::Vector3d& in_surface = best->in_surface;
-    Row row;
-    row.head<3>() = arm.cross(n);
-    row.segment<3>(3) = n;
-    row.tail<3>() << -in_surface.x(), -in_surface.y(), -1;
-    const double facing = std::max(NoiseModel::least_facing, std::fabs(n.dot(arm)) / sample.range);
-    const double spread = errors_.noise_factor * sample.spread * facing;
-    const double reading = spread * spread;
-    const Eigen::Vector3d common = common_of(reading);
-    const Eigen::Vector3d by_surface = row.tail<3>();
-    const double of_plane =
-        by_surface.dot(surface.covariance * by_surface) + by_surface.cwiseAbs2().dot(common);
-    const Twist by_pose = row.head<6>();
-    const double certain = reading + of_plane;
-    sums.explained += distance * distance < significant * significant * certain ? 1 : 0;
-    const double cut = tukey * std::sqrt(certain + by_pose.dot(uncertainty * by_pose));
-    if (!(std::fabs(distance) < cut)) continue;
-    const double share = distance / cut, robust = (1 - share * share) * (1 - share * share);
-    const double weight = robust / reading;
-    OfSurface& sum = of_surface[at];
-    sum.outer.selfadjointView<Eigen::Lower>().rankUpdate(row, weight);
-    sum.right += weight * distance * row;
-    ++sum.samples;
-    sum.weight += 1 / reading;
-    sum.first += distance / reading;
-    sum.second += distance * distance / reading;
-    sums.squared_range += robust * sample.range * sample.range;
-    sums.squared_spread +=
-        robust * errors_.noise_factor * errors_.noise_factor * sample.spread * sample.spread;
-    sums.weight += robust;
+    std::size_t end = i + 1;
+    while (end < pairings.size() && pairings[end].sample == pairings[i].sample) ++end;
+    add_sample(at, pairings.subspan(i, end - i), sums, of_surface);
+    i = end;
   }
-  for (std::size_t s = 0; s < surfaces_.size(); ++s) {
-    if (of_surface[s].samples == 0) continue;
-    Block full = of_surface[s].outer.selfadjointView<Eigen::Lower>();
-    const OfSurface& of = of_surface[s];
-    const auto samples = static_cast<double>(of.samples);
-    const double reading = samples / of.weight;
-    if (of.samples >= enough_samples) {
-      const double off = of.first / of.weight;
-      const Eigen::Vector3d middle = full.block<3, 1>(6, 8) / full(8, 8);
-      sums.noise_share += (of.second - off * of.first) / (samples - 1);
-      sums.common_share +=
-          (off * off - 1 / of.weight - middle.dot(surfaces_[s]->covariance * middle)) / reading;
-      ++sums.surfaces;
-    }
-    // The plane is known as well as its covariance and what readings have in common allow.
-    Eigen::Matrix3d known = surfaces_[s]->covariance;
-    known.diagonal() += common_of(reading);
-    full.bottomRightCorner<3, 3>() += known.inverse();
-    const Eigen::Matrix<double, 6, 3> across = full.topRightCorner<6, 3>();
-    const Eigen::Matrix<double, 6, 3> eliminated =
-        across * full.bottomRightCorner<3, 3>().ldlt().solve(Eigen::Matrix3d::Identity());
-    sums.information += full.topLeftCorner<6, 6>() - eliminated * across.transpose();
-    sums.gradient += of_surface[s].right.head<6>() - eliminated * of_surface[s].right.tail<3>();
-  }
+  for (std::size_t s = 0; s < surfaces_.size(); ++s)
+    if (of_surface[s].samples > 0) add_surface(*surfaces_[s], of_surface[s], sums);
   return sums;
 }
 
@@ -238,7 +244,7 @@ PoseFit PoseFitter::fit(const Eigen::Isometry3d& start, const TwistCovariance& p
   TwistCovariance uncertainty = prior;
   for (int round = 0;; ++round) {
     const double gate = round < coarse_rounds ? errors_.gate_m : errors_.gate_m / 2;
-    const Sums sums = linearise(fit.T_map_sensor, pairings, gate, uncertainty);
+    const Sums sums = linearise({fit.T_map_sensor, gate, uncertainty}, pairings);
     fit.information = sums.information;
     fit.known = sums.known;
     fit.explained = sums.explained;

@@ -54,7 +54,7 @@ class PoseFitter {
              const FitErrors& errors);
 
   /// From `start`, which is taken to be right within `prior` (covariance).
-  /// O(samples × surfaces) once, then O(samples) a round, six at most.
+  /// O(samples × surfaces) once, then O(samples) a round, nine at most.
   PoseFit fit(const Eigen::Isometry3d& start, const TwistCovariance& prior) const;
 
   struct Pairing {  ///< a reading and a surface it may lie on
@@ -68,9 +68,17 @@ class PoseFitter {
 
  private:
   struct Sums;
+  struct SurfaceSums;
+  struct Linearisation {
+    const Eigen::Isometry3d& pose;
+    double gate;
+    const TwistCovariance& uncertainty;  ///< of the pose: widens the weights' reach
+  };
   Eigen::Vector3d common_of(double reading) const;
-  Sums linearise(const Eigen::Isometry3d& pose, std::span<const Pairing> pairings, double gate,
-                 const TwistCovariance& uncertainty) const;
+  void add_sample(const Linearisation& at, std::span<const Pairing> candidates, Sums& sums,
+                  std::vector<SurfaceSums>& of_surface) const;
+  void add_surface(const AlignedSurface& surface, const SurfaceSums& of, Sums& sums) const;
+  Sums linearise(const Linearisation& at, std::span<const Pairing> pairings) const;
 
   std::span<const Sample> samples_;
   std::span<const AlignedSurface* const> surfaces_;

@@ -16,8 +16,6 @@
 namespace octosurf {
 namespace {
 
-constexpr double depth_camera_max_range = 4.0;  // m
-
 using Index = PointWindow::Index;
 using Clock = std::chrono::steady_clock;
 
@@ -172,9 +170,7 @@ ScanReport Mapper::insert(const Scan& scan) {
     throw Error(Error::Kind::data, scan.name, "its noise makes no sense", "leave it out");
   MapState& state = impl_->map.state();
   const OccupancyParameters& parameters = state.parameters.occupancy;
-  const double max_range = parameters.max_range.value_or(scan.sensor == SensorKind::depth_camera
-                                                             ? depth_camera_max_range
-                                                             : std::numeric_limits<double>::infinity());
+  const double max_range = parameters.max_range.value_or(default_max_range(scan.sensor));
 
   ScanReport report;
   report.points_raw = scan.points.size();

@@ -34,6 +34,13 @@ struct VoxelScan {
   }
 };
 
+/// m: how far readings are mapped where `max_range` is not given; beyond it they only free space.
+inline constexpr double depth_camera_max_range = 4.0;
+inline double default_max_range(SensorKind sensor) {
+  return sensor == SensorKind::depth_camera ? depth_camera_max_range
+                                            : std::numeric_limits<double>::infinity();
+}
+
 /// Groups points by voxel, runs of neighbours at a time. O(points); about 15 ns a point.
 class Downsampler {
  public:

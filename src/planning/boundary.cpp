@@ -11,8 +11,7 @@
 namespace octosurf {
 namespace {
 
-constexpr double depth_camera_max_range = 4.0;  // m; Mapper's, where max_range is the sensor's own
-constexpr float class_spread = 1.19F;           // ⁴√2: a class's ranges over and under its own
+constexpr float class_spread = 1.19F;  // ⁴√2: a class's ranges over and under its own
 
 using Votes = std::array<int, edge_kind_names.size()>;
 
