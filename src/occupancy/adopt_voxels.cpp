@@ -89,8 +89,12 @@ std::vector<VoxelPoint> OccupancyMap::adopt_occupied_voxels() {
     const Eigen::Vector3f centre = grid_.centre_of(k);
     VoxelPayload& payload = tree_->make_payload(k);
     store_point(payload, grid_, k, centre, centre + open_side(*this, k));
-    adopted.push_back({k, load_point(payload, grid_, k), decode_view(payload.view),
-                       static_cast<std::uint8_t>(payload.range_class), 0, nullptr});
+    adopted.push_back({k,
+                       load_point(payload, grid_, k),
+                       decode_view(payload.view),
+                       static_cast<std::uint8_t>(payload.range_class),
+                       0,
+                       {}});
   }
   return adopted;
 }

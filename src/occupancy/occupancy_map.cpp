@@ -25,7 +25,7 @@ VoxelPoint point_of(const VoxelPayload& payload, const VoxelGrid& grid, VoxelKey
           views[payload.view],
           static_cast<std::uint8_t>(payload.range_class),
           payload.surface,
-          nullptr};
+          {}};
 }
 
 /// Ranges from here on are of the class or above; a little more, because the class itself decides.
@@ -141,28 +141,32 @@ OccupancyMap::Lookup OccupancyMap::at(VoxelKey key) const {
   return lookup;
 }
 
+OccupancyView OccupancyMap::share() { return {tree_->share(), grid_.resolution()}; }
+
 void OccupancyMap::assign(const VoxelPoint& point, SurfaceId surface) {
-  if (point.payload == nullptr) return assign(point.key, surface);
-  point.payload->surface = surface & 0xffffff;
+  if (point.place.run.size_class == 0) return assign(point.key, surface);
+  tree_->payload_at(point.place).surface = surface & 0xffffff;
 }
 
 void OccupancyMap::assign(VoxelKey key, SurfaceId surface) {
-  if (VoxelPayload* payload = tree_->find(key).payload) payload->surface = surface & 0xffffff;
+  const VoxelTree::Found found = tree_->find(key);
+  if (found.payload != nullptr) tree_->payload_at(found.place).surface = surface & 0xffffff;
 }
 
 void OccupancyMap::read_block(VoxelKey key, std::vector<VoxelPoint>& out) const {
-  tree_->visit_points(key, 3, [&](VoxelPayload& payload, VoxelKey k) {
+  tree_->visit_points(key, 3, [&](const VoxelPayload& payload, VoxelKey k, PayloadPlace place) {
     out.push_back(point_of(payload, grid_, k));
-    out.back().payload = &payload;
+    out.back().place = place;
   });
 }
 
 void OccupancyMap::for_each_point(const std::function<void(const VoxelPoint&)>& visit) const {
-  tree_->visit_points({}, VoxelTree::top_level, [&](VoxelPayload& payload, VoxelKey k) {
-    VoxelPoint point = point_of(payload, grid_, k);
-    point.payload = &payload;
-    visit(point);
-  });
+  tree_->visit_points({}, VoxelTree::top_level,
+                      [&](const VoxelPayload& payload, VoxelKey k, PayloadPlace place) {
+                        VoxelPoint point = point_of(payload, grid_, k);
+                        point.place = place;
+                        visit(point);
+                      });
 }
 
 namespace {

@@ -2,6 +2,7 @@
 
 #include "occupancy/downsample.hpp"
 #include "occupancy/voxel_grid.hpp"
+#include "occupancy/voxel_payload.hpp"
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -13,13 +14,13 @@
 #include <string>
 #include <vector>
 
+#include <octosurf/occupancy.hpp>
 #include <octosurf/parameters.hpp>
 #include <octosurf/surface.hpp>
 
 namespace octosurf {
 
 class VoxelTree;
-struct VoxelPayload;
 namespace detail {
 class RayBits;
 struct TouchedBlock;
@@ -32,7 +33,7 @@ struct VoxelPoint {
   Eigen::Vector3f view = Eigen::Vector3f::UnitZ();  ///< unit, toward where it was seen from
   std::uint8_t range_class = 0;                     ///< payload.hpp
   SurfaceId surface = 0;                            ///< 0: pending
-  VoxelPayload* payload = nullptr;  ///< where it is kept, if that is known; valid until the next insert
+  PayloadPlace place{};  ///< where it is kept, if that is known; valid until the next insert
 };
 
 /// The octree's answer to a scan: what became occupied, what no longer is, and whose point a closer
@@ -103,8 +104,11 @@ class OccupancyMap {
   };
   Lookup at(VoxelKey key) const;
 
-  void assign(const VoxelPoint& point, SurfaceId surface);  ///< faster if it has its `payload`
+  void assign(const VoxelPoint& point, SurfaceId surface);  ///< faster if it has its `place`
   void assign(VoxelKey key, SurfaceId surface);             ///< no-op without a point
+
+  /// The octree as it is now, for readers in any thread.
+  OccupancyView share();
 
   /// Appends the points of the 8³ block that holds `key`, in Morton order.
   void read_block(VoxelKey key, std::vector<VoxelPoint>& out) const;

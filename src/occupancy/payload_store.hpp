@@ -6,20 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <utility>
 
 namespace octosurf {
-
-/// Where a brick's payloads lie: `count` of them, in the order of the voxels that own them.
-struct PayloadRun {
-  std::uint32_t index = 0;
-  std::uint8_t size_class = 0;  ///< 0: none; c: room for 2^(c+1)
-};
 
 /// Runs of 1 to 64 payloads, each in a block of the next power of two.
 class PayloadStore {
  public:
-  VoxelPayload* at(PayloadRun run) { return const_cast<VoxelPayload*>(std::as_const(*this).at(run)); }
   const VoxelPayload* at(PayloadRun run) const {
     switch (run.size_class) {
       case 1:
@@ -36,17 +28,33 @@ class PayloadStore {
         return nullptr;
     }
   }
+  VoxelPayload* writable(PayloadRun run) {
+    switch (run.size_class) {
+      case 1:
+        return fours_.writable(run.index).data();
+      case 2:
+        return eights_.writable(run.index).data();
+      case 3:
+        return sixteens_.writable(run.index).data();
+      case 4:
+        return thirty_twos_.writable(run.index).data();
+      case 5:
+        return sixty_fours_.writable(run.index).data();
+      default:
+        return nullptr;
+    }
+  }
 
   /// Opens a place at `rank` among `count`; moves the run if it must grow.
   VoxelPayload& insert(PayloadRun& run, unsigned rank, unsigned count) {
     if (count == room(run.size_class)) move(run, run.size_class + 1U, count);
-    VoxelPayload* p = at(run);
+    VoxelPayload* p = writable(run);
     std::copy_backward(p + rank, p + count, p + count + 1);
     p[rank] = {};
     return p[rank];
   }
   void erase(PayloadRun& run, unsigned rank, unsigned count) {
-    VoxelPayload* p = at(run);
+    VoxelPayload* p = writable(run);
     std::copy(p + rank + 1, p + count, p + rank);
     --count;
     // Half a class of slack, so that a voxel that comes and goes does not move the run each time.
@@ -77,6 +85,16 @@ class PayloadStore {
     }
     run = {};
   }
+  /// For reading only, see Pool::share().
+  PayloadStore share() {
+    PayloadStore copy;
+    copy.fours_ = fours_.share();
+    copy.eights_ = eights_.share();
+    copy.sixteens_ = sixteens_.share();
+    copy.thirty_twos_ = thirty_twos_.share();
+    copy.sixty_fours_ = sixty_fours_.share();
+    return copy;
+  }
   std::size_t bytes() const {
     return fours_.bytes() + eights_.bytes() + sixteens_.bytes() + thirty_twos_.bytes() + sixty_fours_.bytes();
   }
@@ -100,7 +118,7 @@ class PayloadStore {
   }
   void move(PayloadRun& run, unsigned size_class, unsigned count) {
     const PayloadRun to = make(size_class);
-    if (count > 0) std::copy_n(at(run), count, at(to));
+    if (count > 0) std::copy_n(at(run), count, writable(to));
     release(run);
     run = to;
   }

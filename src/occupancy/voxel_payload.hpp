@@ -19,4 +19,18 @@ struct VoxelPayload {
 };
 static_assert(sizeof(VoxelPayload) == 8);
 
+/// Where a brick's payloads lie, in the order of the voxels that own them.
+struct PayloadRun {
+  std::uint32_t index = 0;
+  std::uint8_t size_class = 0;  ///< 0: none; c: room for 2^(c+1)
+  friend bool operator==(const PayloadRun&, const PayloadRun&) = default;
+};
+
+/// Where one payload lies, until the octree's next insert.
+struct PayloadPlace {
+  PayloadRun run;  ///< none: not known
+  std::uint8_t rank = 0;
+  friend bool operator==(const PayloadPlace&, const PayloadPlace&) = default;
+};
+
 }  // namespace octosurf

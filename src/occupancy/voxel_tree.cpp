@@ -7,22 +7,23 @@ namespace octosurf {
 VoxelTree::Group& VoxelTree::divided(Slot& slot) {
   if (slot.link < first_link) {
     const std::uint32_t index = groups_.make();
-    groups_[index].fill(slot);  // a leaf stands for eight equal ones
+    groups_.writable(index).fill(slot);  // a leaf stands for eight equal ones
     slot = {first_link + index, 0};
   }
-  return group(slot);
+  return writable_group(slot);
 }
 
 VoxelTree::Brick& VoxelTree::brick_at(Slot& slot) {
   if (slot.link < first_link) {
     const std::uint32_t index = bricks_.make();
     if (slot.link == leaf) {
-      bricks_[index].value.fill(slot.value);
-      bricks_[index].known = whole;
+      Brick& made = bricks_.writable(index);
+      made.value.fill(slot.value);
+      made.known = whole;
     }
     slot = {first_link + index, 0};
   }
-  return brick(slot);
+  return writable_brick(slot);
 }
 
 VoxelTree::Brick& VoxelTree::brick_at(VoxelKey key) {
@@ -52,10 +53,10 @@ void VoxelTree::close_brick(Slot& slot) {
 
 void VoxelTree::forget(Slot& slot, int level) {
   if (slot.link >= first_link && level > brick_level) {
-    for (Slot& child : group(slot)) forget(child, level - 1);
+    for (Slot& child : writable_group(slot)) forget(child, level - 1);
     groups_.release(slot.link - first_link);
   } else if (slot.link >= first_link) {
-    payloads_.release(brick(slot).payloads);
+    payloads_.release(writable_brick(slot).payloads);
     bricks_.release(slot.link - first_link);
   }
   slot = {};
@@ -64,7 +65,7 @@ void VoxelTree::forget(Slot& slot, int level) {
 VoxelPayload& VoxelTree::payload(Brick& b, unsigned i) {
   const unsigned rank = b.rank(i);
   const std::uint64_t bit = std::uint64_t{1} << i;
-  if ((b.points & bit) != 0) return payloads_.at(b.payloads)[rank];
+  if ((b.points & bit) != 0) return payloads_.writable(b.payloads)[rank];
   VoxelPayload& made = payloads_.insert(b.payloads, rank, detail::bit_count(b.points));
   b.points |= bit;
   return made;
@@ -72,15 +73,18 @@ VoxelPayload& VoxelTree::payload(Brick& b, unsigned i) {
 
 VoxelPayload& VoxelTree::make_payload(VoxelKey key) { return payload(brick_at(key), index_in_brick(key)); }
 
-VoxelTree::Found VoxelTree::find(VoxelKey key) {
+VoxelTree::Found VoxelTree::find(VoxelKey key) const {
   const Slot* slot = &root_;
   int level = top_level;
   while (slot->link >= first_link && level > brick_level) slot = &group(*slot)[child_of(key, --level)];
   if (slot->link < first_link) return {slot->link == leaf, slot->value, level, nullptr};
-  Brick& b = brick(*slot);
+  const Brick& b = brick(*slot);
   const unsigned i = index_in_brick(key);
   Found found{(b.known >> i & 1) != 0, b.value[i], 0, nullptr};
-  if ((b.points >> i & 1) != 0) found.payload = payloads_.at(b.payloads) + b.rank(i);
+  if ((b.points >> i & 1) != 0) {
+    found.place = {b.payloads, static_cast<std::uint8_t>(b.rank(i))};
+    found.payload = payloads_.at(b.payloads) + found.place.rank;
+  }
   return found;
 }
 
@@ -99,6 +103,15 @@ void VoxelTree::set_leaf(VoxelKey corner, int level, float log_odds) {
     b.value[i] = log_odds;
     b.known |= std::uint64_t{1} << i;
   }
+}
+
+std::shared_ptr<const VoxelTree> VoxelTree::share() {
+  const auto copy = std::make_shared<VoxelTree>(model_);
+  copy->root_ = root_;
+  copy->groups_ = groups_.share();
+  copy->bricks_ = bricks_.share();
+  copy->payloads_ = payloads_.share();
+  return copy;
 }
 
 VoxelTree::Node VoxelTree::root() const {

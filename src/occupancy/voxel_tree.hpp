@@ -7,6 +7,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <memory>
 #include <span>
 
 #include <octosurf/adapters/detail/morton.hpp>
@@ -24,6 +25,9 @@ struct OccupancyModel {
 /// brick, with the values of 64 voxels side by side. A brick takes 280 bytes, what OctoMap needs for
 /// the nodes above a single leaf; a scan's masks of hits and misses are applied to it word by word.
 /// Inner nodes hold no value, because a node's maximum is never asked for; files write it.
+///
+/// share() gives readers the tree as it is now; it costs a copy of the pools' tables, and of each chunk that
+/// is written to afterwards.
 ///
 /// 1. Undivided wherever eight children are leaves of one value without points.
 /// 2. A voxel with a point is occupied.
@@ -49,14 +53,19 @@ class VoxelTree {
     bool known = false;
     float log_odds = 0;
     int level = 0;  ///< of the undivided node that holds it, or was looked for and is unknown
-    VoxelPayload* payload = nullptr;
+    const VoxelPayload* payload = nullptr;
+    PayloadPlace place{};  ///< of the payload
   };
-  Found find(VoxelKey key);
+  Found find(VoxelKey key) const;
 
-  /// visit(VoxelPayload&, VoxelKey) for the points of the cube of 2^level voxels (level ≥ 3) that
-  /// holds `key`, in Morton order.
+  /// visit(const VoxelPayload&, VoxelKey, PayloadPlace) for the points of the cube of 2^level voxels
+  /// (level ≥ 3) that holds `key`, in Morton order.
   template <class Visit>
-  void visit_points(VoxelKey key, int level, Visit&& visit);
+  void visit_points(VoxelKey key, int level, Visit&& visit) const;
+  VoxelPayload& payload_at(PayloadPlace place) { return payloads_.writable(place.run)[place.rank]; }
+
+  /// The tree as it is now, for reading, from any thread.
+  std::shared_ptr<const VoxelTree> share();
 
   /// A node as OctoMap's tree would have it. Valid until the tree changes.
   class Node;
@@ -73,10 +82,26 @@ class VoxelTree {
   std::size_t bytes() const { return groups_.bytes() + bricks_.bytes() + payloads_.bytes(); }
 
   static constexpr int top_level = 16;
+  static constexpr int brick_level = 2;
+
+  /// A cube of 4³ voxels.
+  struct Brick {
+    std::array<float, 64> value{};  ///< by Morton index; 0 where unknown, OctoMap's prior
+    std::uint64_t known = 0, points = 0;
+    PayloadRun payloads;
+
+    unsigned rank(unsigned i) const { return detail::bit_count(points & ((std::uint64_t{1} << i) - 1)); }
+  };
+  const VoxelPayload* payloads_of(const Brick& b) const { return payloads_.at(b.payloads); }
+
+  static VoxelKey key_of(std::uint64_t morton) {
+    return {static_cast<std::uint16_t>(detail::compact_bits(morton)),
+            static_cast<std::uint16_t>(detail::compact_bits(morton >> 1)),
+            static_cast<std::uint16_t>(detail::compact_bits(morton >> 2))};
+  }
 
  private:
   static constexpr std::uint32_t unknown = 0, leaf = 1, first_link = 2;
-  static constexpr int brick_level = 2;
   static constexpr std::uint64_t whole = ~std::uint64_t{0};
 
   struct Slot {
@@ -84,13 +109,6 @@ class VoxelTree {
     float value = 0;               // of a leaf
   };
   using Group = std::array<Slot, 8>;
-  struct Brick {
-    std::array<float, 64> value{};  // by Morton index; 0 where unknown, OctoMap's prior
-    std::uint64_t known = 0, points = 0;
-    PayloadRun payloads;
-
-    unsigned rank(unsigned i) const { return detail::bit_count(points & ((std::uint64_t{1} << i) - 1)); }
-  };
 
   static unsigned child_of(VoxelKey key, int level) {  // of the node above `level`
     return (key.x >> level & 1U) | (key.y >> level & 1U) << 1 | (key.z >> level & 1U) << 2;
@@ -98,15 +116,9 @@ class VoxelTree {
   static unsigned index_in_brick(VoxelKey key) {
     return static_cast<unsigned>(detail::morton_of(key.x & 3U, key.y & 3U, key.z & 3U));
   }
-  static VoxelKey key_of(std::uint64_t morton) {
-    return {static_cast<std::uint16_t>(detail::compact_bits(morton)),
-            static_cast<std::uint16_t>(detail::compact_bits(morton >> 1)),
-            static_cast<std::uint16_t>(detail::compact_bits(morton >> 2))};
-  }
-
-  Group& group(const Slot& slot) { return groups_[slot.link - first_link]; }
+  Group& writable_group(const Slot& slot) { return groups_.writable(slot.link - first_link); }
   const Group& group(const Slot& slot) const { return groups_[slot.link - first_link]; }
-  Brick& brick(const Slot& slot) { return bricks_[slot.link - first_link]; }
+  Brick& writable_brick(const Slot& slot) { return bricks_.writable(slot.link - first_link); }
   const Brick& brick(const Slot& slot) const { return bricks_[slot.link - first_link]; }
   Group& divided(Slot& slot);
   Brick& brick_at(Slot& slot);
@@ -130,7 +142,7 @@ class VoxelTree {
   template <class Policy>
   void drop_vanished(Brick& b, std::uint64_t brick_morton, std::uint64_t misses, Policy& policy);
   template <class Visit>
-  void visit_below(const Slot& slot, std::uint64_t morton, int level, Visit& visit);
+  void visit_below(const Slot& slot, std::uint64_t morton, int level, Visit& visit) const;
 
   OccupancyModel model_;
   Slot root_;
@@ -149,6 +161,10 @@ class VoxelTree::Node {
   float log_odds() const { return brick_ != nullptr ? brick_->value[first_] : slot_->value; }  ///< of a leaf
   const VoxelPayload* payload() const;  ///< nullptr if it holds no point
   int level() const { return level_; }
+  /// Of a divided node of brick_level; nullptr of all others.
+  const Brick* brick() const {
+    return level_ == brick_level && slot_->link >= first_link ? &tree_->brick(*slot_) : nullptr;
+  }
 
  private:
   friend class VoxelTree;
@@ -241,7 +257,7 @@ void VoxelTree::drop_vanished(Brick& b, std::uint64_t brick_morton, std::uint64_
 }
 
 template <class Visit>
-void VoxelTree::visit_points(VoxelKey key, int level, Visit&& visit) {
+void VoxelTree::visit_points(VoxelKey key, int level, Visit&& visit) const {
   const Slot* slot = &root_;
   for (int l = top_level - 1; l >= level; --l) {
     if (slot->link < first_link) return;
@@ -251,17 +267,19 @@ void VoxelTree::visit_points(VoxelKey key, int level, Visit&& visit) {
 }
 
 template <class Visit>
-void VoxelTree::visit_below(const Slot& slot, std::uint64_t morton, int level, Visit& visit) {
+void VoxelTree::visit_below(const Slot& slot, std::uint64_t morton, int level, Visit& visit) const {
   if (slot.link < first_link) return;
   if (level > brick_level) {
     const Group& children = group(slot);
     for (unsigned c = 0; c < 8; ++c) visit_below(children[c], morton << 3 | c, level - 1, visit);
     return;
   }
-  Brick& b = brick(slot);
-  VoxelPayload* payloads = payloads_.at(b.payloads);
-  for (std::uint64_t m = b.points; m != 0; m &= m - 1)
-    visit(*payloads++, key_of(morton << 6 | static_cast<unsigned>(std::countr_zero(m))));
+  const Brick& b = brick(slot);
+  const VoxelPayload* payloads = payloads_.at(b.payloads);
+  std::uint8_t rank = 0;
+  for (std::uint64_t m = b.points; m != 0; m &= m - 1, ++rank)
+    visit(payloads[rank], key_of(morton << 6 | static_cast<unsigned>(std::countr_zero(m))),
+          PayloadPlace{b.payloads, rank});
 }
 
 }  // namespace octosurf

@@ -85,7 +85,7 @@ void compare(VoxelTree& tree, const Twin& twin) {
   }
   std::size_t visited = 0;
   std::uint64_t last = 0;
-  tree.visit_points({}, VoxelTree::top_level, [&](const VoxelPayload& payload, VoxelKey key) {
+  tree.visit_points({}, VoxelTree::top_level, [&](const VoxelPayload& payload, VoxelKey key, PayloadPlace) {
     EXPECT_EQ(payload.surface, morton(key) & 0xffffff);
     EXPECT_TRUE(visited == 0 || morton(key) > last);
     last = morton(key);

@@ -58,7 +58,7 @@ TEST(PointWindow, FindsWhatBruteForceFinds) {
     if (found == PointWindow::none) continue;
     EXPECT_EQ(window[found].key, key);
     EXPECT_EQ(window[found].position, expected->second.position);
-    EXPECT_EQ(window[found].payload, expected->second.payload);
+    EXPECT_EQ(window[found].place, expected->second.place);
   }
 }
 

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include <octosurf/ids.hpp>
+
+namespace octosurf {
+
+class VoxelTree;
+struct VoxelKey;
+
+/// A map's octree at one moment: never changes, cheap to copy and to keep, readable from any thread while
+/// the map goes on. It shares with the map all that has not changed since (copy on write, some hundred
+/// voxel bricks at a time): taking one costs a copy of the table of those blocks, some 10 µs for a million
+/// voxels, and each block that a later scan touches is copied once.
+///
+/// Voxels are half-open cubes of edge resolution(); what lies on a face belongs to the higher one. All points
+/// in the map frame, metres.
+class OccupancyView {
+ public:
+  enum class State { unknown, free, occupied };
+
+  struct Voxel {
+    State state = State::unknown;
+    float log_odds = 0;
+    SurfaceId surface = 0;  ///< of an occupied voxel: whose it is; 0: pending, or not occupied
+    Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  };
+
+  /// Nothing known, anywhere.
+  OccupancyView();
+  /// For src/occupancy, which makes them.
+  OccupancyView(std::shared_ptr<const VoxelTree> tree, double resolution);
+
+  double resolution() const { return resolution_; }  ///< d; 0 if nothing is known
+
+  /// The voxel that holds `point`; unknown outside the octree's range. O(depth), some 50 ns.
+  Voxel at(const Eigen::Vector3d& point) const;
+
+  /// The first voxel that stops the straight way from `from` to `to`, in its order: an occupied one, or an
+  /// unknown one too if `unknown_stops`. The voxel of `from` itself counts. Nothing if there is none. Throws
+  /// Error(usage) if a point is not finite. O(voxels passed), some 10 ns each; large free cubes in one step.
+  std::optional<Voxel> first_on_way(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                                    bool unknown_stops = false) const;
+
+  /// Calls `visit` for every occupied voxel whose centre lies in `box` (closed), in Morton order, until it
+  /// returns false. O(nodes that the box meets).
+  void for_each_occupied(const Eigen::AlignedBox3d& box,
+                         const std::function<bool(const Voxel&)>& visit) const;
+
+  /// How many voxels with their centre in `box` are in each state. O(nodes that the box meets).
+  struct Count {
+    std::size_t unknown = 0, free = 0, occupied = 0;
+  };
+  Count count(const Eigen::AlignedBox3d& box) const;
+
+  /// The occupied voxel whose centre is nearest to `point`, and how far that is, if not beyond `limit` m; of
+  /// several the one first in Morton order. Throws Error(usage) if `point` or `limit` is not finite.
+  struct Near {
+    Voxel voxel;
+    double distance = 0;
+  };
+  std::optional<Near> nearest_occupied(const Eigen::Vector3d& point, double limit) const;
+
+ private:
+  Voxel voxel(const VoxelKey& key) const;
+
+  std::shared_ptr<const VoxelTree> tree_;
+  double resolution_ = 0;
+};
+
+}  // namespace octosurf

@@ -1,0 +1,374 @@
+#include "occupancy/payload.hpp"
+#include "occupancy/voxel_grid.hpp"
+#include "occupancy/voxel_tree.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include <octosurf/error.hpp>
+#include <octosurf/occupancy.hpp>
+
+namespace octosurf {
+namespace {
+
+using Voxel = OccupancyView::Voxel;
+using State = OccupancyView::State;
+using Key3 = std::array<int, 3>;
+
+constexpr int last_key = 65535;
+
+double centre_of(int key, double resolution) { return (key - VoxelGrid::origin + 0.5) * resolution; }
+Eigen::Vector3d centre_of(const Key3& key, double resolution) {
+  return {centre_of(key[0], resolution), centre_of(key[1], resolution), centre_of(key[2], resolution)};
+}
+Key3 ints(VoxelKey key) { return {key.x, key.y, key.z}; }
+VoxelKey key_of(const Key3& key) {
+  return {static_cast<std::uint16_t>(key[0]), static_cast<std::uint16_t>(key[1]),
+          static_cast<std::uint16_t>(key[2])};
+}
+
+/// A box of voxels, both ends included; empty if an end comes before its beginning.
+struct KeyBox {
+  Key3 low{0, 0, 0}, high{last_key, last_key, last_key};
+
+  static KeyBox cube(const Key3& corner, int level) {
+    const int edge = (1 << level) - 1;
+    return {corner, {corner[0] + edge, corner[1] + edge, corner[2] + edge}};
+  }
+  KeyBox cut(const KeyBox& other) const {
+    KeyBox result;
+    for (std::size_t i = 0; i < 3; ++i) {
+      result.low[i] = std::max(low[i], other.low[i]);
+      result.high[i] = std::min(high[i], other.high[i]);
+    }
+    return result;
+  }
+  std::size_t voxels() const {
+    std::size_t product = 1;
+    for (std::size_t i = 0; i < 3; ++i)
+      product *= static_cast<std::size_t>(std::max(0, high[i] - low[i] + 1));
+    return product;
+  }
+  bool holds(const Key3& key) const {
+    for (std::size_t i = 0; i < 3; ++i)
+      if (key[i] < low[i] || key[i] > high[i]) return false;
+    return true;
+  }
+};
+
+/// The voxels whose centres lie in a closed box.
+KeyBox keys_in(const Eigen::AlignedBox3d& box, double resolution) {
+  KeyBox keys;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto axis = static_cast<Eigen::Index>(i);
+    const auto near = [&](double coordinate) {
+      const double key = coordinate / resolution + VoxelGrid::origin - 0.5;
+      return static_cast<int>(std::clamp(std::nearbyint(key), -1.0, last_key + 1.0));
+    };
+    // The division may round across a centre; the centres themselves decide.
+    int low = near(box.min()[axis]), high = near(box.max()[axis]);
+    if (centre_of(low, resolution) < box.min()[axis]) ++low;
+    if (centre_of(high, resolution) > box.max()[axis]) --high;
+    keys.low[i] = std::max(0, low);
+    keys.high[i] = std::min(last_key, high);
+  }
+  return keys;
+}
+
+Key3 child_corner(const Key3& corner, unsigned c, int level) {
+  return {corner[0] + static_cast<int>((c & 1) << level), corner[1] + static_cast<int>((c >> 1 & 1) << level),
+          corner[2] + static_cast<int>((c >> 2 & 1) << level)};
+}
+
+std::uint64_t morton_of(const Key3& key) {
+  return detail::morton_of(static_cast<unsigned>(key[0]), static_cast<unsigned>(key[1]),
+                           static_cast<unsigned>(key[2]));
+}
+
+/// Calls `visit(first, last, log_odds, payload)` for what is known of a box of voxels, in Morton order of
+/// their corners: cubes of one value, cut to the box. `visit` returns false to stop.
+template <class Visit>
+class BoxWalk {
+ public:
+  BoxWalk(const VoxelTree& tree, const KeyBox& box, Visit& visit) : tree_(tree), box_(box), visit_(visit) {}
+
+  bool run() { return below(tree_.root(), {0, 0, 0}); }
+
+ private:
+  bool below(const VoxelTree::Node& node, const Key3& corner) {
+    const KeyBox part = box_.cut(KeyBox::cube(corner, node.level()));
+    if (!node.exists() || part.voxels() == 0) return true;
+    if (const VoxelTree::Brick* brick = node.brick()) return in_brick(*brick, corner);
+    if (!node.has_children()) return visit_(part, node.log_odds(), nullptr);
+    for (unsigned c = 0; c < 8; ++c)
+      if (!below(node.child(c), child_corner(corner, c, node.level() - 1))) return false;
+    return true;
+  }
+  bool in_brick(const VoxelTree::Brick& brick, const Key3& corner) {
+    for (std::uint64_t m = brick.known; m != 0; m &= m - 1) {
+      const auto i = static_cast<unsigned>(std::countr_zero(m));
+      const VoxelKey inside = VoxelTree::key_of(i);
+      const Key3 key{corner[0] + inside.x, corner[1] + inside.y, corner[2] + inside.z};
+      if (!box_.holds(key)) continue;
+      const VoxelPayload* payload =
+          (brick.points >> i & 1) != 0 ? tree_.payloads_of(brick) + brick.rank(i) : nullptr;
+      if (!visit_(KeyBox{key, key}, brick.value[i], payload)) return false;
+    }
+    return true;
+  }
+
+  const VoxelTree& tree_;
+  KeyBox box_;
+  Visit& visit_;
+};
+
+/// Calls `visit(key)` for the voxels of a box in Morton order, until it returns false.
+template <class Visit>
+bool each_key(const KeyBox& box, const Key3& corner, int level, Visit& visit) {
+  if (box.cut(KeyBox::cube(corner, level)).voxels() == 0) return true;
+  if (level == 0) return visit(corner);
+  for (unsigned c = 0; c < 8; ++c)
+    if (!each_key(box, child_corner(corner, c, level - 1), level - 1, visit)) return false;
+  return true;
+}
+
+/// The occupied voxel nearest to a place, by branch and bound.
+class NearestSearch {
+ public:
+  NearestSearch(const VoxelTree& tree, const Eigen::Vector3d& point, double resolution, double limit)
+      : tree_(tree), point_(point), resolution_(resolution), best2_(limit * limit) {
+    below(tree_.root(), {0, 0, 0});
+  }
+
+  bool found() const { return found_; }
+  const Key3& key() const { return key_; }
+
+ private:
+  /// Of the centres of a box of voxels the one nearest to the point, the lower key where two are as near.
+  Key3 nearest_in(const KeyBox& box) const {
+    Key3 key;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double place = point_[static_cast<Eigen::Index>(i)] / resolution_ + VoxelGrid::origin - 0.5;
+      key[i] = static_cast<int>(std::clamp(std::ceil(place - 0.5), static_cast<double>(box.low[i]),
+                                           static_cast<double>(box.high[i])));
+    }
+    return key;
+  }
+  double distance2(const Key3& key) const { return (centre_of(key, resolution_) - point_).squaredNorm(); }
+
+  void offer(const Key3& key) {
+    const double d2 = distance2(key);
+    if (d2 > best2_ || (found_ && d2 == best2_ && morton_of(key) > morton_of(key_))) return;
+    best2_ = d2;
+    key_ = key;
+    found_ = true;
+  }
+
+  void below(const VoxelTree::Node& node, const Key3& corner) {
+    if (!node.exists()) return;
+    if (const VoxelTree::Brick* brick = node.brick()) {
+      for (std::uint64_t m = brick->known; m != 0; m &= m - 1) {
+        const auto i = static_cast<unsigned>(std::countr_zero(m));
+        if (!tree_.occupied(brick->value[i])) continue;
+        const VoxelKey inside = VoxelTree::key_of(i);
+        offer({corner[0] + inside.x, corner[1] + inside.y, corner[2] + inside.z});
+      }
+      return;
+    }
+    if (!node.has_children()) {
+      if (tree_.occupied(node.log_odds())) offer(nearest_in(KeyBox::cube(corner, node.level())));
+      return;
+    }
+    std::array<std::pair<double, unsigned>, 8> order;
+    for (unsigned c = 0; c < 8; ++c) {
+      const Key3 at = child_corner(corner, c, node.level() - 1);
+      order[c] = {distance2(nearest_in(KeyBox::cube(at, node.level() - 1))), c};
+    }
+    std::sort(order.begin(), order.end());
+    for (const auto& [d2, c] : order) {
+      if (d2 > best2_) return;
+      below(node.child(c), child_corner(corner, c, node.level() - 1));
+    }
+  }
+
+  const VoxelTree& tree_;
+  Eigen::Vector3d point_;
+  double resolution_, best2_;
+  Key3 key_{};
+  bool found_ = false;
+};
+
+/// The cubes of one value along a straight way, from the first to the last.
+class Way {
+ public:
+  Way(const VoxelTree& tree, const Eigen::Vector3d& from, const Eigen::Vector3d& to, double resolution)
+      : tree_(tree),
+        from_(from / resolution + Eigen::Vector3d::Constant(VoxelGrid::origin)),
+        along_((to - from) / resolution) {}
+
+  /// Steps from cube to cube until `stops(known, log_odds)`; the key of the voxel that did.
+  template <class Stops>
+  std::optional<Key3> first(const Stops& stops) const {
+    Key3 key;
+    for (std::size_t i = 0; i < 3; ++i) key[i] = static_cast<int>(std::floor(from_[axis(i)]));
+    double t = 0;
+    for (;;) {
+      VoxelTree::Found found;
+      found.level = 0;
+      if (KeyBox{}.holds(key)) found = tree_.find(key_of(key));
+      if (stops(found.known, found.log_odds)) return key;
+      if (!step(key, KeyBox::cube(corner_of(key, found.level), found.level), t)) return {};
+    }
+  }
+
+ private:
+  static Eigen::Index axis(std::size_t i) { return static_cast<Eigen::Index>(i); }
+  static Key3 corner_of(const Key3& key, int level) {
+    const int mask = ~((1 << level) - 1);
+    return {key[0] & mask, key[1] & mask, key[2] & mask};
+  }
+
+  /// To the voxel behind `cube`, along the axis that leaves it first; false if the way ends before.
+  bool step(Key3& key, const KeyBox& cube, double& t) const {
+    std::size_t leaving = 3;
+    double nearest = 1;
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (along_[axis(i)] == 0) continue;
+      const int face = along_[axis(i)] > 0 ? cube.high[i] + 1 : cube.low[i];
+      const double at = std::max(t, (face - from_[axis(i)]) / along_[axis(i)]);
+      // A way that ends on a face has reached the voxel above it, not the one below.
+      if (at < nearest || (at == nearest && leaving == 3 && along_[axis(i)] > 0)) {
+        nearest = at;
+        leaving = i;
+      }
+    }
+    if (leaving == 3) return false;
+    t = nearest;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const int at = static_cast<int>(std::floor(from_[axis(i)] + t * along_[axis(i)]));
+      key[i] = i != leaving          ? std::clamp(at, cube.low[i], cube.high[i])
+               : along_[axis(i)] > 0 ? cube.high[i] + 1
+                                     : cube.low[i] - 1;
+    }
+    return true;
+  }
+
+  const VoxelTree& tree_;
+  Eigen::Vector3d from_, along_;  // in voxels
+};
+
+/// Cuts a segment to the octree's cube, with a voxel to spare; false if it does not meet it.
+bool cut_to_octree(Eigen::Vector3d& from, Eigen::Vector3d& to, double resolution) {
+  const double half = (VoxelGrid::origin + 1) * resolution;
+  const Eigen::Vector3d along = to - from;
+  double t0 = 0, t1 = 1;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    if (along[i] == 0) {
+      if (std::fabs(from[i]) > half) return false;
+      continue;
+    }
+    const double a = (-half - from[i]) / along[i], b = (half - from[i]) / along[i];
+    t0 = std::max(t0, std::min(a, b));
+    t1 = std::min(t1, std::max(a, b));
+  }
+  if (t0 > t1) return false;
+  to = from + t1 * along;
+  from += t0 * along;
+  return true;
+}
+
+void require_finite(const Eigen::Vector3d& point, const char* where) {
+  if (!point.allFinite()) throw Error(Error::Kind::usage, where, "the point is not finite");
+}
+
+void require_box(const Eigen::AlignedBox3d& box) {
+  if (box.min().hasNaN() || box.max().hasNaN()) throw Error(Error::Kind::usage, "box", "is not a number");
+}
+
+}  // namespace
+
+OccupancyView::OccupancyView() = default;
+OccupancyView::OccupancyView(std::shared_ptr<const VoxelTree> tree, double resolution)
+    : tree_(std::move(tree)), resolution_(resolution) {}
+
+Voxel OccupancyView::at(const Eigen::Vector3d& point) const {
+  if (tree_ == nullptr) return {};
+  const Eigen::Array3d scaled = (point / resolution_).array() + VoxelGrid::origin;
+  if (!(scaled >= 0).all() || !(scaled < last_key + 1).all()) return {};
+  const Key3 key{static_cast<int>(scaled.x()), static_cast<int>(scaled.y()), static_cast<int>(scaled.z())};
+  return voxel(key_of(key));
+}
+
+Voxel OccupancyView::voxel(const VoxelKey& key) const {
+  const VoxelTree::Found found = tree_->find(key);
+  Voxel voxel;
+  voxel.center = centre_of(ints(key), resolution_);
+  if (!found.known) return voxel;
+  voxel.state = tree_->occupied(found.log_odds) ? State::occupied : State::free;
+  voxel.log_odds = found.log_odds;
+  if (found.payload != nullptr) voxel.surface = found.payload->surface;
+  return voxel;
+}
+
+std::optional<Voxel> OccupancyView::first_on_way(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                                                 bool unknown_stops) const {
+  require_finite(from, "from");
+  require_finite(to, "to");
+  if (unknown_stops && at(from).state == State::unknown) return at(from);
+  Eigen::Vector3d first = from, last = to;
+  if (tree_ == nullptr || !cut_to_octree(first, last, resolution_)) return {};
+  const auto stops = [&](bool known, float log_odds) {
+    return known ? tree_->occupied(log_odds) : unknown_stops;
+  };
+  const std::optional<Key3> key = Way(*tree_, first, last, resolution_).first(stops);
+  if (!key) return {};
+  if (KeyBox{}.holds(*key)) return voxel(key_of(*key));
+  Voxel outside;
+  outside.center = centre_of(*key, resolution_);
+  return outside;
+}
+
+void OccupancyView::for_each_occupied(const Eigen::AlignedBox3d& box,
+                                      const std::function<bool(const Voxel&)>& visit) const {
+  require_box(box);
+  if (tree_ == nullptr || box.isEmpty()) return;
+  const auto in_part = [&](const KeyBox& part, float log_odds, const VoxelPayload* payload) {
+    if (!tree_->occupied(log_odds)) return true;
+    const auto one = [&](const Key3& key) {
+      return visit({State::occupied, log_odds, payload != nullptr ? payload->surface : 0,
+                    centre_of(key, resolution_)});
+    };
+    return part.voxels() == 1 ? one(part.low) : each_key(part, {0, 0, 0}, VoxelTree::top_level, one);
+  };
+  BoxWalk(*tree_, keys_in(box, resolution_), in_part).run();
+}
+
+OccupancyView::Count OccupancyView::count(const Eigen::AlignedBox3d& box) const {
+  require_box(box);
+  Count count;
+  if (tree_ == nullptr || box.isEmpty()) return count;
+  const auto in_part = [&](const KeyBox& part, float log_odds, const VoxelPayload*) {
+    (tree_->occupied(log_odds) ? count.occupied : count.free) += part.voxels();
+    return true;
+  };
+  const KeyBox keys = keys_in(box, resolution_);
+  BoxWalk(*tree_, keys, in_part).run();
+  count.unknown = keys.voxels() - count.free - count.occupied;
+  return count;
+}
+
+std::optional<OccupancyView::Near> OccupancyView::nearest_occupied(const Eigen::Vector3d& point,
+                                                                   double limit) const {
+  require_finite(point, "nearest_occupied");
+  if (!(limit >= 0 && std::isfinite(limit)))
+    throw Error(Error::Kind::usage, "limit", "is not a distance", "must be finite and at least 0");
+  if (tree_ == nullptr) return {};
+  const NearestSearch search(*tree_, point, resolution_, limit);
+  if (!search.found()) return {};
+  const Voxel found = voxel(key_of(search.key()));
+  return Near{found, (found.center - point).norm()};
+}
+
+}  // namespace octosurf
