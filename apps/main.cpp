@@ -17,6 +17,7 @@
 
 namespace octosurf {
 
+void add_diff(CLI::App& app);
 void add_evaluate(CLI::App& app);
 void add_explain(CLI::App& app);
 void add_export(CLI::App& app);
@@ -138,6 +139,7 @@ int main(int argc, char** argv) {
   octosurf::add_view(app);
   octosurf::add_query(app);
   octosurf::add_explain(app);
+  octosurf::add_diff(app);
   octosurf::add_simulate(app);
   octosurf::add_evaluate(app);
   for (CLI::App* verb : app.get_subcommands({})) verb->group("Verbs");

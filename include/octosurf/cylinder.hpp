@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <memory>
 
-namespace octosurf {
+#include <octosurf/ids.hpp>
 
-using CylinderId = std::uint32_t;  ///< 1 …, numbered apart from surfaces, never reused; 0 is "none"
+namespace octosurf {
 
 /// A pillar, rail or rung: the part of a cylinder's mantle that was seen, from outside. Map frame,
 /// metres. Immutable once published in a Snapshot.
@@ -26,6 +26,7 @@ struct Cylinder {
   double span_rad = 0;         ///< (0, 2π]
   std::size_t inliers = 0;     ///< voxels
   double rms_m = 0;            ///< of the inliers' distances to the mantle
+  std::uint64_t born = 0;      ///< map revision in which it appeared; 0: before maps noted that
   std::uint64_t revision = 0;  ///< map revision of the last change
 };
 

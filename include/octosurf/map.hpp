@@ -39,6 +39,10 @@ class Map {
   /// The voxel that holds `point` (map frame); unknown outside the octree's range. O(depth).
   Voxel at(const Eigen::Vector3d& point) const;
 
+  /// The octree as it is now, to be read from any thread while the map goes on; not while something inserts.
+  /// A Mapper that is told to share_octree() has one in each snapshot().
+  OccupancyView octree() const;
+
   /// Calls `visit` for every occupied voxel's point, in key order. O(nodes).
   void for_each_point(const std::function<void(const Voxel&)>& visit) const;
 

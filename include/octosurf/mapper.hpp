@@ -71,6 +71,10 @@ class Mapper {
   /// Used for .bt and .ot inputs.
   ScanReport detect_in_occupancy();
 
+  /// From now on snapshots have an `octree` of the same scan, or no longer. Costs a scan the copying of what
+  /// of the octree it writes to (docs/design.md §5): some tenths of a millisecond for a camera's.
+  void share_octree(bool on = true);
+
   /// From now on insert() rounds scans to what an archive of scans keeps of them
   /// (src/mapper/rounded_scan.hpp), far below their noise: from such an archive the map can be built again,
   /// to the bit.

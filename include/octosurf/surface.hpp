@@ -9,10 +9,11 @@
 #include <vector>
 
 #include <octosurf/cylinder.hpp>
+#include <octosurf/departures.hpp>
+#include <octosurf/ids.hpp>
+#include <octosurf/occupancy.hpp>
 
 namespace octosurf {
-
-using SurfaceId = std::uint32_t;  ///< 1 … 2²⁴−1, never reused; 0 is "none yet"
 
 /// n·x = offset with |n| = 1, n toward the side the surface was seen from. Map frame, metres.
 struct Plane {
@@ -63,6 +64,7 @@ struct Surface {
   /// errors, nor what readings have in common (a sensor's bias): where those count, the plane is less sure.
   /// Simulated tables erred by 0.7 to 1.5 times as much, by up to 2 where the noise reaches s.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  std::uint64_t born = 0;          ///< map revision in which it appeared; 0: before maps noted that
   std::uint64_t revision = 0;      ///< map revision of the last change
   std::vector<SurfaceId> parents;  ///< ids merged into this one, or the one it was split from
 
@@ -84,9 +86,12 @@ struct Snapshot {
   double resolution = 0;
   std::vector<SurfacePtr> surfaces;      ///< ascending id
   std::vector<CylinderPtr> cylinders{};  ///< ascending id
+  DepartureLog departures{};             ///< of all surfaces and cylinders that are no more
+  OccupancyView octree{};  ///< of the same scan; knows nothing unless the Mapper is told to share_octree()
 
   /// nullptr if there is none; O(log n).
   const Surface* find(SurfaceId id) const;
+  const Cylinder* find_cylinder(CylinderId id) const;
   /// Surfaces changed after `revision`; O(n).
   std::vector<SurfacePtr> changed_since(std::uint64_t revision) const;
 };

@@ -245,7 +245,7 @@ class CylinderUpdate {
     joint.inliers.insert(cylinders_.find(b)->inliers.begin(), cylinders_.find(b)->inliers.end());
     if (!fitted(joint)) return;
     const std::map<VoxelKey, Inlier> inliers = cylinders_.find(b)->inliers;
-    cylinders_.erase(b);
+    cylinders_.erase(b, a);
     CylinderModel& into = *cylinders_.find(a);
     for (const auto& [key, point] : inliers) cylinders_.add(into, point);
     into.shape = joint.shape;

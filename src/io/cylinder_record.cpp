@@ -27,7 +27,9 @@ class Reader {
     require(record_.has_revision() && record_.revision() <= state_.revision,
             "has no revision, or one that is to come");
     require(record_.has_unchecked() && record_.unchecked() <= largest_count, "lacks numbers");
+    cylinder.born = record_.born();
     cylinder.revision = record_.revision();
+    require(cylinder.born <= cylinder.revision, "changed before it was there");
     cylinder.unchecked = record_.unchecked();
     return cylinder;
   }
@@ -92,6 +94,7 @@ void write_cylinder(const CylinderModel& cylinder, map_file::Cylinder& record) {
     record.add_steps(key.packed() - last);
     last = key.packed();
   }
+  if (cylinder.born > 0) record.set_born(cylinder.born);
   record.set_revision(cylinder.revision);
   record.set_unchecked(cylinder.unchecked);
 }

@@ -18,8 +18,9 @@ namespace octosurf {
 //   the rest  one zstd frame (window at most 8 MiB): records, each behind its length as a varint
 //
 // A record is a protobuf message `Record` of map_file.proto with exactly one field. In order: one
-// Header; the octree in chunks; Accumulated; ScanPoses; Surfaces, then Cylinders, by ascending id; one Footer
-// with the number of records before it and the CRC-32 (zlib's) of all decompressed bytes before its length.
+// Header; the octree in chunks; Accumulated; ScanPoses; Surfaces, then Cylinders, by ascending id;
+// Departures; one Footer with the number of records before it and the CRC-32 (zlib's) of all decompressed
+// bytes before its length.
 //
 // The octree chunks, put together, are the nodes in preorder, from the root over all 2¹⁶ voxels an
 // axis. Each begins with a byte that says which of its eight children follow (bit c: child c, which
@@ -39,10 +40,10 @@ namespace octosurf {
 // bytes, because a message per node would take ten times its size.
 
 inline constexpr std::string_view map_file_magic{"\x89OCTSF\r\n", 8};
-// Version 3 is written where there are ScanPoses, which an older reader would not know what to do with;
-// else 2.
+// Version 4 is written where there are Departures, 3 where there are ScanPoses, which an older reader would
+// not know what to do with; else 2.
 
-inline constexpr std::uint32_t map_file_version = 3;
+inline constexpr std::uint32_t map_file_version = 4;
 
 /// Size and CRC-32 (zlib's) of a file.
 struct FileSum {

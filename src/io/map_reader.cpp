@@ -1,5 +1,6 @@
 #include "io/alignment_record.hpp"
 #include "io/cylinder_record.hpp"
+#include "io/departure_record.hpp"
 #include "io/map_file.hpp"
 #include "io/record_stream.hpp"
 #include "io/surface_record.hpp"
@@ -29,7 +30,8 @@ constexpr std::uint64_t memory_ratio = 64;
 // Counted high: hashes grow by doubling.
 constexpr std::uint64_t pose_cost = 2 * sizeof(Eigen::Isometry3d);
 constexpr std::uint64_t inlier_cost = 200, waiting_cost = 16, surface_cost = 4096, vertex_cost = 60;
-constexpr std::uint64_t check_cost = 200;  // of a vertex, while its surface is being read
+constexpr std::uint64_t departure_cost = 300;  // of it, of its record, and of noting that it is there
+constexpr std::uint64_t check_cost = 200;      // of a vertex, while its surface is being read
 constexpr std::size_t longest_path = 4096;
 constexpr std::size_t small_record_limit = std::size_t{1} << 20;
 constexpr std::uint32_t length_delimited = 2;  // protobuf's wire type
@@ -67,6 +69,7 @@ class Reader {
     read_scan_poses();
     read_surfaces();
     read_cylinders();
+    read_departures();
     read_footer();
     publish();
     return std::move(file_);
@@ -278,6 +281,20 @@ class Reader {
     }
   }
 
+  void read_departures() {
+    MapState& state = *file_.state;
+    DepartureReader read(state, where_);
+    for (; record_.field == map_file::Record::kDepartures; advance()) {
+      const auto record = parse<map_file::Departures>(small_record_limit);
+      std::vector<Departure> departures;
+      for (const map_file::Departure& departure : record.departures()) {
+        charge(1, departure_cost + sizeof(SurfaceId) * static_cast<std::uint64_t>(departure.parents_size()));
+        departures.push_back(read(departure));
+      }
+      state.departures = state.departures.with(departures);
+    }
+  }
+
   std::vector<Inlier> take_inliers(SurfaceId id) {
     auto entry = inliers_.extract(id);
     if (entry.empty()) return {};
@@ -304,6 +321,7 @@ class Reader {
       snapshot->surfaces.push_back(surface.publish(surface.revision));
     }
     snapshot->cylinders = state.cylinders.publish(state.revision);
+    snapshot->departures = state.departures;
     state.snapshot.store(std::move(snapshot));
   }
 

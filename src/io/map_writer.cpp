@@ -1,5 +1,6 @@
 #include "io/alignment_record.hpp"
 #include "io/cylinder_record.hpp"
+#include "io/departure_record.hpp"
 #include "io/map_file.hpp"
 #include "io/record_stream.hpp"
 #include "io/surface_record.hpp"
@@ -10,7 +11,7 @@ namespace {
 
 constexpr std::size_t keys_in_record = 65536;
 constexpr std::size_t poses_in_record = 8192;
-constexpr std::uint32_t version_without_poses = 2;
+constexpr std::size_t departures_bytes = 1U << 16;
 
 void put_record(const map_file::Record& record, RecordWriter& records) {
   records.put(record.SerializeAsString());
@@ -52,6 +53,17 @@ void put_accumulated(const std::vector<VoxelKey>& keys, RecordWriter& records) {
   }
 }
 
+void put_departures(const DepartureLog& log, RecordWriter& records) {
+  map_file::Record record;
+  log.for_each_since(0, [&](const Departure& departure) {
+    write_departure(departure, *record.mutable_departures()->add_departures());
+    if (record.ByteSizeLong() < departures_bytes) return;
+    put_record(record, records);
+    record.Clear();
+  });
+  if (record.has_departures()) put_record(record, records);
+}
+
 void put_poses(const std::vector<Eigen::Isometry3d>& poses, RecordWriter& records) {
   for (std::size_t i = 0; i < poses.size();) {
     map_file::Record record;
@@ -64,7 +76,7 @@ void put_poses(const std::vector<Eigen::Isometry3d>& poses, RecordWriter& record
 }  // namespace
 
 void write_map(const MapState& state, const FileSum& bt, std::ostream& out, const KeptScans& scans) {
-  const std::uint32_t version = scans.poses.empty() ? version_without_poses : map_file_version;
+  const std::uint32_t version = state.departures.size() > 0 ? map_file_version : scans.poses.empty() ? 2 : 3;
   out.write(map_file_magic.data(), map_file_magic.size());
   for (int shift = 0; shift < 32; shift += 8) out.put(static_cast<char>(version >> shift & 0xff));
 
@@ -89,6 +101,7 @@ void write_map(const MapState& state, const FileSum& bt, std::ostream& out, cons
     write_cylinder(cylinder, *record.mutable_cylinder());
     put_record(record, records);
   }
+  put_departures(state.departures, records);
   map_file::Record footer;
   footer.mutable_footer()->set_records(records.records());
   footer.mutable_footer()->set_crc32(records.crc32());

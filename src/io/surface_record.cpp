@@ -92,11 +92,13 @@ class Reader {
       s.parents.push_back(parent);
     }
     s.polygons_stale = record_.polygons_stale();
+    s.born = record_.born();
     s.revision = record_.revision();
     s.unchecked = record_.unchecked();
     require(s.unchecked <= largest_count, "has counts that make no sense");
     require(record_.has_polygons_stale() && record_.has_revision() && s.revision <= bounds_.revision,
             "has no revision, or one that is to come");
+    require(s.born <= s.revision, "changed before it was there");
     return s;
   }
 
@@ -261,6 +263,7 @@ void write_surface(const SurfaceModel::State& surface, map_file::Surface& record
   put(surface.polygons, *record.mutable_polygons());
   for (const SurfaceId parent : surface.parents) record.add_parents(parent);
   record.set_polygons_stale(surface.polygons_stale);
+  if (surface.born > 0) record.set_born(surface.born);
   record.set_revision(surface.revision);
   record.set_unchecked(surface.unchecked);
   record.set_inliers(surface.inliers.size());

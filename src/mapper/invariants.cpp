@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <sstream>
 
 #include <octosurf/mapper.hpp>
@@ -19,6 +20,7 @@ class Checker {
     for (const auto& [id, surface] : state_.surfaces) check_surface(id, surface);
     for (const auto& [id, cylinder] : state_.cylinders) check_cylinder(id, cylinder);
     check_snapshot();
+    check_departures();
     return std::move(violations_);
   }
 
@@ -137,6 +139,21 @@ class Checker {
         check_published(*cylinder, *model);
       else
         report("cylinder ", cylinder->id, " of the snapshot is not in the map");
+  }
+
+  void check_departures() {
+    std::uint64_t last = 0;
+    std::set<SurfaceId> gone;
+    state_.departures.for_each_since(0, [&](const Departure& departure) {
+      if (departure.revision < last || departure.revision > state_.revision ||
+          departure.born > departure.revision)
+        report("the departure of ", departure.id, " is out of order");
+      last = departure.revision;
+      if (departure.of != Departure::Of::surface) return;
+      if (state_.surfaces.find(departure.id) != nullptr || departure.id >= state_.surfaces.next_id())
+        report("surface ", departure.id, " has gone and is there, or never was");
+      if (!gone.insert(departure.id).second) report("surface ", departure.id, " has gone twice");
+    });
   }
 
   void check_polygons(const Surface& surface) {

@@ -232,6 +232,14 @@ ScanReport Mapper::detect_in_occupancy() {
   return report;
 }
 
+void Mapper::share_octree(bool on) {
+  MapState& state = impl_->map.state();
+  state.octree_shared = on;
+  auto next = std::make_shared<Snapshot>(*state.snapshot.load());
+  next->octree = on ? state.occupancy.share() : OccupancyView();
+  state.snapshot.store(std::move(next));
+}
+
 void Mapper::round_scans() { impl_->round_scans = true; }
 const VoxelScan& Mapper::last_voxels() const { return impl_->last; }
 std::shared_ptr<const Snapshot> Mapper::snapshot() const { return impl_->map.snapshot(); }

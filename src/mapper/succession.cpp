@@ -85,7 +85,13 @@ Identities Succession::settle() const {
   }
   identities.kept = same_surfaces.size();
   identities.born = after_.surfaces.size() - same_surfaces.size();
+  for (const auto& [id, cylinder] : after_.cylinders) {
+    const CylinderId now = identities.cylinders.at(id);
+    const CylinderModel* same = before_.cylinders.find(now);
+    identities.cylinders_born[now] = same != nullptr ? same->born : identities.revision;
+  }
   settle_parents(identities);
+  settle_departures(identities);
   return identities;
 }
 
@@ -95,6 +101,7 @@ void Succession::settle_parents(Identities& identities) const {
     living.insert(id);
     const SurfaceModel* same = before_.surfaces.find(id);
     identities.parents[id] = same != nullptr ? same->parents() : std::vector<SurfaceId>{};
+    identities.surfaces_born[id] = same != nullptr ? same->born : identities.revision;
   }
   for (const auto& [id, surface] : before_.surfaces)
     if (!living.contains(id)) identities.gone.push_back(id);
@@ -107,7 +114,22 @@ void Succession::settle_parents(Identities& identities) const {
     const bool merged = !living.contains(before) && 2 * readings >= count_in(surfaces_.of_before, before);
     const bool split = born && 2 * readings >= count_in(surfaces_.of_after, after);
     if (merged || split) insert_parent(identities.parents[id], before);
+    if (merged) identities.merged.try_emplace(before, id);
   }
+}
+
+void Succession::settle_departures(Identities& identities) const {
+  std::vector<Departure> gone;
+  for (const SurfaceId id : identities.gone) {
+    const SurfaceModel& surface = *before_.surfaces.find(id);
+    const auto into = identities.merged.find(id);
+    gone.push_back({Departure::Of::surface, id, into != identities.merged.end() ? into->second : 0,
+                    surface.born, identities.revision, surface.parents()});
+  }
+  for (const auto& [id, cylinder] : before_.cylinders)
+    if (!identities.cylinders_born.contains(id))
+      gone.push_back({Departure::Of::cylinder, id, 0, cylinder.born, identities.revision, {}});
+  identities.departures = before_.departures.with(gone);
 }
 
 void renumber(MapState& state, const Identities& identities) {
@@ -117,6 +139,7 @@ void renumber(MapState& state, const Identities& identities) {
     SurfaceModel::State renamed = surface.state();
     renamed.id = identities.surfaces.at(id);
     renamed.parents = identities.parents.at(renamed.id);
+    renamed.born = identities.surfaces_born.at(renamed.id);
     renamed.revision = identities.revision;
     surfaces.restore(renamed);
   }
@@ -126,6 +149,7 @@ void renumber(MapState& state, const Identities& identities) {
   for (const auto& [id, cylinder] : state.cylinders) {
     CylinderModel renamed = cylinder;
     renamed.id = identities.cylinders.at(id);
+    renamed.born = identities.cylinders_born.at(renamed.id);
     renamed.revision = identities.revision;
     renamed.published.reset();
     cylinders.restore(std::move(renamed));
@@ -137,12 +161,14 @@ void renumber(MapState& state, const Identities& identities) {
   });
   state.surfaces = std::move(surfaces);
   state.cylinders = std::move(cylinders);
+  state.departures = identities.departures;
   state.revision = identities.revision;
   auto snapshot =
       std::make_shared<Snapshot>(Snapshot{state.revision, state.parameters.occupancy.resolution, {}});
   for (const auto& [id, surface] : state.surfaces)
     snapshot->surfaces.push_back(surface.publish(state.revision));
   snapshot->cylinders = state.cylinders.publish(state.revision);
+  snapshot->departures = state.departures;
   state.snapshot.store(std::move(snapshot));
 }
 

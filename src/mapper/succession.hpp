@@ -13,10 +13,14 @@ namespace octosurf {
 struct Identities {
   std::map<SurfaceId, SurfaceId> surfaces;  ///< as the new map has numbered them → as they are to be called
   std::map<SurfaceId, std::vector<SurfaceId>> parents;  ///< of each, by what it is to be called
+  std::map<SurfaceId, std::uint64_t> surfaces_born;     ///< likewise
+  std::map<CylinderId, std::uint64_t> cylinders_born;   ///< likewise
+  std::map<SurfaceId, SurfaceId> merged;  ///< of the gone: into which, by what it is to be called
   SurfaceId next_surface = 1;
   std::map<CylinderId, CylinderId> cylinders;
   CylinderId next_cylinder = 1;
   std::uint64_t revision = 0;
+  DepartureLog departures;  ///< the old map's, and what it has that the new one has not
 
   // Counts of surfaces, for the user.
   std::size_t kept = 0, born = 0;
@@ -61,6 +65,7 @@ class Succession {
   };
   static std::map<Id, Id> partners(const Shared& shared);
   void settle_parents(Identities& identities) const;
+  void settle_departures(Identities& identities) const;
 
   const MapState& before_;
   const MapState& after_;

@@ -36,6 +36,7 @@ CylinderPtr CylinderModel::publish(std::uint64_t map_revision) const {
   cylinder->span_rad = extent.span;
   cylinder->inliers = points.size();
   cylinder->rms_m = std::sqrt(squares / static_cast<double>(points.size()));
+  cylinder->born = born;
   cylinder->revision = map_revision;
   return cylinder;
 }
@@ -56,8 +57,9 @@ CylinderModel& CylinderStore::restore(CylinderModel model) {
   return models_.insert_or_assign(model.id, std::move(model)).first->second;
 }
 
-void CylinderStore::erase(CylinderId id) {
+void CylinderStore::erase(CylinderId id, CylinderId into) {
   const auto found = models_.find(id);
+  departures_.push_back({Departure::Of::cylinder, id, into, found->second.born, 0, {}});
   for (const auto& [key, inlier] : found->second.inliers) owners_.erase(key.packed());
   models_.erase(found);
   touched_.erase(id);
@@ -103,6 +105,7 @@ void CylinderStore::move(const Inlier& inlier) {
 std::vector<CylinderPtr> CylinderStore::publish(std::uint64_t map_revision) {
   for (const CylinderId id : touched_) {
     CylinderModel& cylinder = models_.at(id);
+    if (cylinder.revision == 0) cylinder.born = map_revision;
     cylinder.revision = map_revision;
     cylinder.published = cylinder.publish(map_revision);
   }

@@ -7,9 +7,11 @@
 #include <map>
 #include <set>
 #include <tsl/robin_map.h>
+#include <utility>
 #include <vector>
 
 #include <octosurf/cylinder.hpp>
+#include <octosurf/departures.hpp>
 
 namespace octosurf {
 
@@ -19,6 +21,7 @@ struct CylinderModel {
   CylinderShape shape;
   std::map<VoxelKey, Inlier> inliers;  ///< with their points as the octree holds them
   std::uint64_t unchecked = 0;         ///< inliers that came, went or moved since the last fit
+  std::uint64_t born = 0;              ///< map revision in which it was first published
   std::uint64_t revision = 0;          ///< map revision of the last published change
   CylinderPtr published;               ///< null before the first time
 
@@ -35,7 +38,10 @@ class CylinderStore {
  public:
   CylinderModel& create(const CylinderShape& shape);
   CylinderModel& restore(CylinderModel model);
-  void erase(CylinderId id);  ///< its voxels become free for others
+  /// Its voxels become free for others; `into` is who has taken it in, if somebody has.
+  void erase(CylinderId id, CylinderId into = 0);
+  /// Of those erased since the last call, in the order of that; their revision is open.
+  std::vector<Departure> take_departures() { return std::exchange(departures_, {}); }
 
   CylinderModel* find(CylinderId id);
   const CylinderModel* find(CylinderId id) const;
@@ -66,6 +72,7 @@ class CylinderStore {
   CylinderId next_id_ = 1;
   tsl::robin_map<std::uint64_t, CylinderId, PackedKeyHash> owners_;
   std::set<CylinderId> touched_;
+  std::vector<Departure> departures_;
 };
 
 }  // namespace octosurf

@@ -28,6 +28,12 @@ const Surface* Snapshot::find(SurfaceId id) const {
   return at != surfaces.end() && (*at)->id == id ? at->get() : nullptr;
 }
 
+const Cylinder* Snapshot::find_cylinder(CylinderId id) const {
+  const auto at = std::lower_bound(cylinders.begin(), cylinders.end(), id,
+                                   [](const CylinderPtr& c, CylinderId wanted) { return c->id < wanted; });
+  return at != cylinders.end() && (*at)->id == id ? at->get() : nullptr;
+}
+
 std::vector<SurfacePtr> Snapshot::changed_since(std::uint64_t since) const {
   std::vector<SurfacePtr> changed;
   std::copy_if(surfaces.begin(), surfaces.end(), std::back_inserter(changed),
@@ -69,6 +75,11 @@ MapState& Map::state() {
 const Parameters& Map::parameters() const { return state_->parameters; }
 
 std::shared_ptr<const Snapshot> Map::snapshot() const { return state_->snapshot.load(); }
+
+OccupancyView Map::octree() const {
+  state_->require_whole();
+  return state_->occupancy.share();
+}
 
 Map::Voxel Map::at(const Eigen::Vector3d& point) const {
   const OccupancyMap& occupancy = state().occupancy;

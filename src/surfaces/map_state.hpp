@@ -32,6 +32,7 @@ struct MapState {
   CylinderStore cylinders;
   NoiseModel noise;
   AlignmentState alignment;
+  DepartureLog departures;
   std::vector<VoxelKey> accumulated;  ///< pending points that wait for the next detection run, key order
   std::size_t points = 0;             ///< voxels that hold one
   std::uint64_t scans = 0;
@@ -39,6 +40,7 @@ struct MapState {
   /// Sum over the scans of their sensor's own up direction, unit vectors in the map frame: what up_of() asks.
   Eigen::Vector3d sensors_up = Eigen::Vector3d::Zero();
   AtomicSharedPtr<const Snapshot> snapshot;  ///< what readers in other threads see
+  bool octree_shared = false;                ///< its octree, too; a wish of the process, not of the map
 
   /// Number of the scan that is being inserted: set before the first change, 0 again when all parts are in
   /// step. It stays set when that scan fails, and then nothing here can be relied on but the snapshot.

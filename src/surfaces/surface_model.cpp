@@ -335,20 +335,22 @@ SurfacePtr SurfaceModel::publish(std::uint64_t map_revision) const {
   surface->inliers = size_;
   surface->rms_m = rms();
   surface->covariance = covariance_;
+  surface->born = born;
   surface->revision = map_revision;
   surface->parents = parents_;
   return surface;
 }
 
 SurfaceModel::State SurfaceModel::state() const {
-  return {id_,        plane_,   checked_plane,   pose_,       hash_frame_,
-          reference_, moments_, evidence_,       covariance_, sorted_inliers(),
-          polygons_,  parents_, polygons_stale_, revision,    unchecked};
+  return {id_,       plane_,      checked_plane,    pose_,     hash_frame_, reference_,      moments_,
+          evidence_, covariance_, sorted_inliers(), polygons_, parents_,    polygons_stale_, born,
+          revision,  unchecked};
 }
 
 SurfaceModel::SurfaceModel(const State& state, double resolution)
     : SurfaceModel(state.id, state.plane, state.reference, resolution) {
   checked_plane = state.checked_plane;
+  born = state.born;
   revision = state.revision;
   unchecked = state.unchecked;
   pose_ = state.pose;

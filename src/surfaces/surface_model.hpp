@@ -153,6 +153,7 @@ class SurfaceModel {
     std::vector<Polygon> polygons;
     std::vector<SurfaceId> parents;
     bool polygons_stale = false;
+    std::uint64_t born = 0;
     std::uint64_t revision = 0;
     std::uint64_t unchecked = 0;
   };
@@ -164,6 +165,7 @@ class SurfaceModel {
   /// Checking it takes long.
   bool large() const { return size_ >= 20000; }
 
+  std::uint64_t born = 0;       ///< map revision in which it was first published
   std::uint64_t revision = 0;   ///< map revision of the last published change
   Plane checked_plane;          ///< plane against which all inliers were last checked
   std::uint64_t unchecked = 0;  ///< inliers that came or went since planarity was last checked

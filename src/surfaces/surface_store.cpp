@@ -27,8 +27,10 @@ SurfaceModel& SurfaceStore::restore(const SurfaceModel::State& state) {
   return model;
 }
 
-void SurfaceStore::erase(SurfaceId id) {
+void SurfaceStore::erase(SurfaceId id, SurfaceId into) {
   const auto found = models_.find(id);
+  const SurfaceModel& model = found->second;
+  departures_.push_back({Departure::Of::surface, id, into, model.born, 0, model.parents()});
   unindex_normal(id, found->second.plane());
   models_.erase(found);
 }

@@ -5,6 +5,7 @@
 #include <boost/container/small_vector.hpp>
 #include <map>
 #include <tsl/robin_map.h>
+#include <utility>
 #include <vector>
 
 namespace octosurf {
@@ -17,7 +18,10 @@ class SurfaceStore : public PlaneLookup {
 
   SurfaceModel& create(const Plane& plane, const Eigen::Vector3d& origin);
   SurfaceModel& restore(const SurfaceModel::State& state);
-  void erase(SurfaceId id);  ///< its inliers must have been removed
+  /// Its inliers must have been removed; `into` is who has taken it in, if somebody has.
+  void erase(SurfaceId id, SurfaceId into = 0);
+  /// Of those erased since the last call, in the order of that; their revision is open.
+  std::vector<Departure> take_departures() { return std::exchange(departures_, {}); }
 
   SurfaceModel* find(SurfaceId id);
   const SurfaceModel* find(SurfaceId id) const;
@@ -66,6 +70,7 @@ class SurfaceStore : public PlaneLookup {
   double resolution_;
   double erosion_tolerance_ = 0;
   std::map<SurfaceId, SurfaceModel> models_;
+  std::vector<Departure> departures_;
   SurfaceId next_id_ = 1;
   tsl::robin_map<std::uint64_t, std::vector<Resident>, PackedKeyHash> places_;
   std::map<int, std::vector<SurfaceId>> normals_;

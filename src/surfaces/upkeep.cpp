@@ -234,8 +234,24 @@ void merge(Workspace& work, SurfaceModel& into, SurfaceModel& from) {
     work.give(i, into);
   }
   into.parents().push_back(gone);
-  state.surfaces.erase(gone);
+  state.surfaces.erase(gone, into.id());
   work.changes.merged.insert(gone);
+}
+
+/// Of what came and went within the scan, too: it may stand between a parent and its heirs.
+void note_departures(MapState& state, const Snapshot& before) {
+  std::vector<Departure> departures = state.surfaces.take_departures();
+  const std::size_t surfaces = departures.size();
+  for (const Departure& cylinder : state.cylinders.take_departures()) departures.push_back(cylinder);
+  if (departures.empty()) return;
+  for (std::size_t i = 0; i < departures.size(); ++i) {
+    Departure& departure = departures[i];
+    departure.revision = state.revision;
+    if (!(i < surfaces ? before.find(departure.id) != nullptr
+                       : before.find_cylinder(departure.id) != nullptr))
+      departure.born = state.revision;
+  }
+  state.departures = state.departures.with(departures);
 }
 
 void derive(Workspace& work) {
@@ -254,10 +270,14 @@ void derive(Workspace& work) {
     }
     surface.derive(state.parameters.max_hole_size(), &state.noise);
     surface.derive_covariance(state.noise);
+    if (!published) surface.born = state.revision;
     surface.revision = state.revision;
     next->surfaces.push_back(surface.publish(state.revision));
   }
   next->cylinders = state.cylinders.publish(state.revision);
+  note_departures(state, *before);
+  next->departures = state.departures;
+  if (state.octree_shared) next->octree = state.occupancy.share();
   state.snapshot.store(std::move(next));
 }
 

@@ -27,6 +27,7 @@ struct Options {
   double resolution = 0.02;
   std::size_t frames = 0, every = 1;
   int threads = 1;
+  bool share_octree = false;
   double min_area = 0.05;
   std::vector<std::string> set;
   std::vector<std::size_t> views{0, 120, 240};
@@ -74,6 +75,7 @@ Mapped map_all(const Options& options, const std::filesystem::path& recording) {
   const Eigen::Vector3d up = true_up(recording);
   const Eigen::Isometry3d T(upright(up));
   Mapper mapper(parameters, options.threads);
+  if (options.share_octree) mapper.share_octree();
   Mapped mapped;
   for_each_scan(recording, options.every, options.frames, [&](const Scan& scan, double) {
     mapped.ms += time_ms([&] { mapper.insert(scan); });
@@ -251,6 +253,7 @@ int main(int argc, char** argv) {
   app.add_option("--frames", options.frames, "scans at most; 0: all");
   app.add_option("--every", options.every, "every k-th scan only")->check(CLI::PositiveNumber);
   app.add_option("--threads", options.threads, "of Mapper")->check(CLI::PositiveNumber);
+  app.add_flag("--share-octree", options.share_octree, "snapshots have the octree");
   app.add_option("--min-area", options.min_area, "m²: surfaces that are counted")->capture_default_str();
   app.add_option("--set", options.set, "NAME=VALUE; may be repeated");
   app.add_option("--pictures", options.pictures, "folder for pictures from all sides and from the camera");

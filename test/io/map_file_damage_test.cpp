@@ -31,8 +31,10 @@ class DamagedMapFiles : public MapFiles {
  protected:
   static void SetUpTestSuite() {
     // Made once for all tests: what varies from world to world is the damage.
-    good = new std::string(bytes_of(map_of(changing_room(9, std::mt19937_64(20)))));       // fixed: see above
-    with_cylinder = new std::string(bytes_of(map_of(pillar(5, 0, std::mt19937_64(21)))));  // fixed: see above
+    good = new std::string(bytes_of(map_of(changing_room(9, std::mt19937_64(20)))));  // fixed: see above
+    auto records = unpack(bytes_of(map_of(pillar(5, 0, std::mt19937_64(21)))));       // fixed: see above
+    std::erase_if(records, [](const map_file::Record& record) { return record.has_departures(); });
+    with_cylinder = new std::string(pack(records));
   }
   static void TearDownTestSuite() {
     delete good;
@@ -88,9 +90,9 @@ TEST_F(DamagedMapFiles, ForeignFiles) {
 
 TEST_F(DamagedMapFiles, OtherVersions) {
   std::string bytes = *good;
-  bytes[8] = 4;
+  bytes[8] = 5;
   EXPECT_THAT(loading(bytes),
-              AllOf(HasSubstr("has version 4"), HasSubstr("reads up to 3"), HasSubstr("newer version")));
+              AllOf(HasSubstr("has version 5"), HasSubstr("reads up to 4"), HasSubstr("newer version")));
   bytes[8] = 0;
   EXPECT_THAT(loading(bytes), HasSubstr("has no version"));
 }

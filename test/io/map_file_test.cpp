@@ -315,7 +315,12 @@ TEST(MapFileFixture, DISABLED_Write) {
   parameters.occupancy.resolution = 0.1;
   KeptScans scans{stem.string() + ".scans"};
   scans.poses.assign(6, Eigen::Isometry3d(Eigen::Translation3d(1, 2, 3)));
-  save_map(map_of(changing_room(6), parameters), stem, scans);
+  Map map = map_of(changing_room(6), parameters);
+  MapState& state = map.state();
+  const SurfaceId next = state.surfaces.next_id();
+  state.surfaces.set_next_id(next + 1);
+  state.departures = DepartureLog().with({{Departure::Of::surface, next, 1, 2, 3, {1, 2}}});
+  save_map(map, stem, scans);
 }
 
 /// Four scans of a room whose walls are known, and two of three single points each.
@@ -327,10 +332,15 @@ TEST_P(MapFileOfVersion, IsRead) {
   EXPECT_EQ(loaded.map.parameters().occupancy.resolution, 0.1);
   EXPECT_EQ(loaded.map.size().scans, 6U);
   if (GetParam() >= 3) {
-    EXPECT_EQ(loaded.scans.folder.filename(), "version_3.scans");
+    EXPECT_EQ(loaded.scans.folder.filename(), "version_" + std::to_string(GetParam()) + ".scans");
     ASSERT_THAT(loaded.scans.poses, SizeIs(6));
     EXPECT_EQ(loaded.scans.poses[5].translation(), Eigen::Vector3d(1, 2, 3));
   }
+  const DepartureLog& departures = loaded.map.snapshot()->departures;
+  EXPECT_EQ(departures.size(), GetParam() >= 4 ? 1U : 0U);
+  departures.for_each_since(0, [&](const Departure& departure) {
+    EXPECT_EQ(departure, (Departure{Departure::Of::surface, departure.id, 1, 2, 3, {1, 2}}));
+  });
   EXPECT_GE(loaded.map.state().accumulated.size(), 6U);
   EXPECT_EQ(loaded.map.at({0.3, -0.2, 0.1}).occupancy, Map::Occupancy::free) << "the middle of the room";
   const Map::Voxel waiting = loaded.map.at({0.3, -0.1, 2.4});

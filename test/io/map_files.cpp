@@ -37,7 +37,7 @@ bool same(const CylinderPtr& a, const CylinderPtr& b) {
   return a->id == b->id && a->axis_point == b->axis_point && a->axis == b->axis &&
          a->radius_m == b->radius_m && a->length_m == b->length_m && a->start == b->start &&
          a->span_rad == b->span_rad && a->inliers == b->inliers && a->rms_m == b->rms_m &&
-         a->revision == b->revision;
+         a->born == b->born && a->revision == b->revision;
 }
 
 bool same(const std::pair<const VoxelKey, Inlier>& a, const std::pair<const VoxelKey, Inlier>& b) {
@@ -65,7 +65,8 @@ std::string surface_difference(const SurfaceModel::State& a, const SurfaceModel:
   if (!all_same(a.polygons, b.polygons)) return "polygons";
   if (a.parents != b.parents) return "parents";
   if (a.polygons_stale != b.polygons_stale) return "polygons_stale";
-  if (a.revision != b.revision || a.unchecked != b.unchecked) return "revision or unchecked";
+  if (a.born != b.born || a.revision != b.revision || a.unchecked != b.unchecked)
+    return "born, revision or unchecked";
   return {};
 }
 
@@ -77,7 +78,7 @@ std::string published_difference(const Surface& a, const Surface& b) {
   if (a.boundary != b.boundary || a.area_m2 != b.area_m2) return "boundary or area";
   if (a.inliers != b.inliers || a.rms_m != b.rms_m) return "inliers or rms";
   if (a.covariance != b.covariance) return "covariance";
-  if (a.revision != b.revision) return "revision";
+  if (a.born != b.born || a.revision != b.revision) return "born or revision";
   return {};
 }
 
@@ -91,10 +92,17 @@ std::string cylinder_difference(const CylinderStore& a, const CylinderStore& b) 
         cylinder.shape.radius != other->shape.radius)
       return "cylinder's shape";
     if (!all_same(cylinder.inliers, other->inliers)) return "cylinder's inliers";
-    if (cylinder.revision != other->revision || cylinder.unchecked != other->unchecked)
-      return "cylinder's revision or unchecked";
+    if (cylinder.born != other->born || cylinder.revision != other->revision ||
+        cylinder.unchecked != other->unchecked)
+      return "cylinder's born, revision or unchecked";
   }
   return {};
+}
+
+std::vector<Departure> all_of(const DepartureLog& log) {
+  std::vector<Departure> all;
+  log.for_each_since(0, [&](const Departure& departure) { all.push_back(departure); });
+  return all;
 }
 
 std::string snapshot_difference(const Snapshot& a, const Snapshot& b) {
@@ -104,6 +112,7 @@ std::string snapshot_difference(const Snapshot& a, const Snapshot& b) {
     if (const std::string d = published_difference(*a.surfaces[i], *b.surfaces[i]); !d.empty())
       return "published surface's " + d;
   if (!all_same(a.cylinders, b.cylinders)) return "published cylinders";
+  if (all_of(a.departures) != all_of(b.departures)) return "published departures";
   return {};
 }
 
@@ -201,6 +210,7 @@ std::string difference(const Map& map_a, const Map& map_b) {
       return info.name;
   if (octree_of(a) != octree_of(b)) return "octree";
   if (a.accumulated != b.accumulated) return "accumulated";
+  if (all_of(a.departures) != all_of(b.departures)) return "departures";
   if (a.points != b.points || a.scans != b.scans || a.revision != b.revision) return "counts";
   if (a.sensors_up != b.sensors_up) return "sensors' up";
   if (a.noise.histogram() != b.noise.histogram() || a.noise.range_noise() != b.noise.range_noise())

@@ -5,6 +5,8 @@
 
 #include <atomic>
 #include <gtest/gtest.h>
+#include <limits>
+#include <map>
 #include <random>
 #include <set>
 #include <string>
@@ -53,6 +55,7 @@ class Reader {
       if (kept_.insert(s).second)
         require(test::invalid(s->polygons).empty(), "has an invalid polygon", s->id);
     }
+    look_at_octree(*snapshot);
     ++looks_;
   }
 
@@ -61,7 +64,22 @@ class Reader {
   std::size_t looks() const { return looks_; }
 
  private:
-  void require(bool holds, const char* what, SurfaceId id) {
+  /// A voxel more or less than the surface has inliers, and the octree is of another scan.
+  void look_at_octree(const Snapshot& snapshot) {
+    constexpr double all = std::numeric_limits<double>::infinity();
+    std::map<SurfaceId, std::size_t> inliers;
+    snapshot.octree.for_each_occupied({Eigen::Vector3d::Constant(-all), Eigen::Vector3d::Constant(all)},
+                                      [&](const OccupancyView::Voxel& voxel) {
+                                        ++inliers[voxel.surface];
+                                        return true;
+                                      });
+    for (const SurfacePtr& s : snapshot.surfaces)
+      require(inliers[s->id] == s->inliers, "has other inliers in its octree", s->id);
+    inliers.erase(0);
+    require(inliers.size() == snapshot.surfaces.size(), "is in the octree only", inliers.size());
+  }
+
+  void require(bool holds, const char* what, std::size_t id) {
     if (!holds && wrong_.empty()) wrong_ = "surface " + std::to_string(id) + " " + what;
   }
 
@@ -74,6 +92,7 @@ class Reader {
 TEST(Readers, FourAtFullSpeedSeeWholeSnapshotsOnly) {
   const std::vector<Scan> scans = turning_round(test::seed(), 16);
   Mapper mapper(Parameters{}, 2);
+  mapper.share_octree();
   std::atomic<bool> done{false};
   std::vector<Reader> readers(4);
   std::vector<std::jthread> threads;
@@ -97,12 +116,19 @@ TEST(Readers, FourAtFullSpeedSeeWholeSnapshotsOnly) {
 TEST(Readers, ASnapshotThatIsKeptStandsStill) {
   const std::vector<Scan> scans = turning_round(test::seed(), 8);
   Mapper mapper;
+  mapper.share_octree();
   for (int i = 0; i < 4; ++i) mapper.insert(scans[static_cast<std::size_t>(i)]);
   const std::shared_ptr<const Snapshot> kept = mapper.snapshot();
   ASSERT_FALSE(kept->surfaces.empty());
   std::vector<Surface> copies;
   for (const SurfacePtr& s : kept->surfaces) copies.push_back(*s);
+  const Eigen::AlignedBox3d box(Eigen::Vector3d::Constant(-3), Eigen::Vector3d::Constant(3));
+  const OccupancyView::Count count = kept->octree.count(box);
+  EXPECT_GT(count.occupied, 1000U);
   for (int i = 4; i < 8; ++i) mapper.insert(scans[static_cast<std::size_t>(i)]);
+  EXPECT_EQ(kept->octree.count(box).occupied, count.occupied);
+  EXPECT_EQ(kept->octree.count(box).free, count.free);
+  EXPECT_GT(mapper.snapshot()->octree.count(box).occupied, count.occupied);
   ASSERT_GT(mapper.snapshot()->revision, kept->revision);
   ASSERT_EQ(kept->surfaces.size(), copies.size());
   for (std::size_t i = 0; i < copies.size(); ++i) {

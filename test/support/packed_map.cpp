@@ -4,6 +4,7 @@
 #include "io/record_stream.hpp"
 #include "map_file.pb.h"
 
+#include <algorithm>
 #include <sstream>
 
 #include <octosurf/error.hpp>
@@ -13,13 +14,17 @@ namespace {
 
 constexpr std::size_t head_bytes = map_file_magic.size() + 4;
 
-/// The oldest version that has all of them, as write_map() writes: scans' poses came with version 3.
+/// The oldest version that has all of them, as write_map() writes: scans' poses came with version 3,
+/// departures with 4.
 std::uint32_t version_of(const std::vector<std::string>& records) {
+  std::uint32_t version = 2;
   for (const std::string& bytes : records) {
     map_file::Record record;
-    if (record.ParseFromString(bytes) && record.has_scan_poses()) return 3;
+    if (!record.ParseFromString(bytes)) continue;
+    if (record.has_scan_poses()) version = std::max(version, 3U);
+    if (record.has_departures()) version = std::max(version, 4U);
   }
-  return 2;
+  return version;
 }
 
 }  // namespace

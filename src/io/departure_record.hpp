@@ -1,0 +1,39 @@
+#pragma once
+
+#include "surfaces/map_state.hpp"
+
+#include <cstdint>
+#include <set>
+#include <string>
+#include <utility>
+
+#include <octosurf/departures.hpp>
+
+namespace octosurf {
+
+namespace map_file {
+class Departure;
+}
+
+void write_departure(const Departure& departure, map_file::Departure& record);
+
+/// The departures of one map file, record by record, once its surfaces and cylinders are there.
+class DepartureReader {
+ public:
+  /// Both must outlive it.
+  DepartureReader(const MapState& state, const std::string& where) : state_(state), where_(where) {}
+
+  /// Throws Error(data) unless the record says what can have been: of an id that was given out, once, that is
+  /// not there any more, in order.
+  Departure operator()(const map_file::Departure& record);
+
+ private:
+  void require(bool holds, const map_file::Departure& record, const char* what) const;
+
+  const MapState& state_;
+  const std::string& where_;
+  std::set<std::pair<bool, std::uint32_t>> read_;
+  std::uint64_t last_revision_ = 0;
+};
+
+}  // namespace octosurf

@@ -1,0 +1,115 @@
+#include <algorithm>
+#include <map>
+#include <set>
+#include <utility>
+
+#include <octosurf/changes.hpp>
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+/// Who passed something on to whom, and who of them is there now. For surfaces or for cylinders.
+class Lineage {
+ public:
+  using Id = std::uint32_t;
+
+  void add_living(Id id) { living_.insert(id); }
+  void pass_on(Id from, Id to) { heirs_[from].insert(to); }
+
+  /// Those that are there and have something of `id`, but not `id` itself.
+  std::set<Id> living_heirs(Id id) const {
+    std::set<Id> seen{id}, found;
+    for (std::vector<Id> open{id}; !open.empty();) {
+      const Id at = open.back();
+      open.pop_back();
+      const auto heirs = heirs_.find(at);
+      if (heirs == heirs_.end()) continue;
+      for (const Id heir : heirs->second) {
+        if (!seen.insert(heir).second) continue;
+        if (living_.contains(heir)) found.insert(heir);
+        open.push_back(heir);
+      }
+    }
+    return found;
+  }
+  bool passed_anything_on(Id id) const { return heirs_.contains(id); }
+
+ private:
+  std::set<Id> living_;
+  std::map<Id, std::set<Id>> heirs_;
+};
+
+struct Past {
+  Lineage surfaces, cylinders;
+  std::vector<SurfaceId> surfaces_gone;  // that were there at the earlier revision
+  std::vector<CylinderId> cylinders_gone;
+};
+
+/// A surface born since has its first parents by being split from them. Later ones were merged into it, and
+/// their departures say so, too; to pass something on twice does no harm.
+void note_parents(std::uint64_t born, SurfaceId id, const std::vector<SurfaceId>& parents,
+                  std::uint64_t since, Lineage& lineage) {
+  if (born <= since) return;
+  for (const SurfaceId parent : parents) lineage.pass_on(parent, id);
+}
+
+Past past_of(const Snapshot& snapshot, std::uint64_t since) {
+  Past past;
+  for (const SurfacePtr& surface : snapshot.surfaces) {
+    past.surfaces.add_living(surface->id);
+    note_parents(surface->born, surface->id, surface->parents, since, past.surfaces);
+  }
+  for (const CylinderPtr& cylinder : snapshot.cylinders) past.cylinders.add_living(cylinder->id);
+  snapshot.departures.for_each_since(since, [&](const Departure& departure) {
+    const bool surface = departure.of == Departure::Of::surface;
+    Lineage& lineage = surface ? past.surfaces : past.cylinders;
+    if (departure.into != 0) lineage.pass_on(departure.id, departure.into);
+    note_parents(departure.born, departure.id, departure.parents, since, lineage);
+    if (departure.born <= since) (surface ? past.surfaces_gone : past.cylinders_gone).push_back(departure.id);
+  });
+  std::sort(past.surfaces_gone.begin(), past.surfaces_gone.end());
+  std::sort(past.cylinders_gone.begin(), past.cylinders_gone.end());
+  return past;
+}
+
+}  // namespace
+
+MapChanges changes_since(const Snapshot& snapshot, std::uint64_t since) {
+  if (since > snapshot.revision)
+    throw Error(Error::Kind::usage, "changes_since",
+                "the map is at revision " + std::to_string(snapshot.revision) + ", not yet at " +
+                    std::to_string(since),
+                "give the revision of an earlier snapshot of the same map");
+  const Past past = past_of(snapshot, since);
+  MapChanges changes;
+  changes.since = since;
+  changes.revision = snapshot.revision;
+  for (const SurfacePtr& surface : snapshot.surfaces) {
+    if (surface->born > since)
+      changes.appeared.push_back(surface->id);
+    else if (surface->revision > since)
+      changes.changed.push_back(surface->id);
+    if (surface->born > since || !past.surfaces.passed_anything_on(surface->id)) continue;
+    for (const SurfaceId heir : past.surfaces.living_heirs(surface->id))
+      changes.split.push_back({surface->id, heir});
+  }
+  for (const SurfaceId id : past.surfaces_gone) {
+    const std::set<SurfaceId> heirs = past.surfaces.living_heirs(id);
+    if (heirs.empty()) changes.gone.push_back(id);
+    for (const SurfaceId heir : heirs) changes.merged.push_back({id, heir});
+  }
+  for (const CylinderPtr& cylinder : snapshot.cylinders)
+    if (cylinder->born > since)
+      changes.cylinders_appeared.push_back(cylinder->id);
+    else if (cylinder->revision > since)
+      changes.cylinders_changed.push_back(cylinder->id);
+  for (const CylinderId id : past.cylinders_gone) {
+    const std::set<CylinderId> heirs = past.cylinders.living_heirs(id);
+    if (heirs.empty()) changes.cylinders_gone.push_back(id);
+    for (const CylinderId heir : heirs) changes.cylinders_merged.push_back({id, heir});
+  }
+  return changes;
+}
+
+}  // namespace octosurf

@@ -1,0 +1,72 @@
+#include "planning/polygon_index.hpp"
+
+#include "planning/rings.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace octosurf {
+
+namespace bgi = boost::geometry::index;
+
+PolygonIndex::PolygonIndex(const std::vector<Polygon>& polygons) {
+  std::vector<Segment> segments;
+  for (const Polygon& polygon : polygons)
+    for_each_edge(polygon, [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+      edges_.emplace_back(from, to);
+      segments.emplace_back(Point(from.x(), from.y()), Point(to.x(), to.y()));
+      box_.extend(from);
+    });
+  tree_ = decltype(tree_)(segments);
+  if (!edges_.empty()) sort_into_rows();
+}
+
+std::size_t PolygonIndex::row_of(double v) const {
+  const double row = (v - box_.min().y()) * rows_per_metre_;
+  return static_cast<std::size_t>(std::clamp(row, 0.0, static_cast<double>(row_begin_.size() - 2)));
+}
+
+/// As many rows as there are edges, but none lower than they are long, on average: an edge lies in few.
+void PolygonIndex::sort_into_rows() {
+  double rise = 0;
+  for (const auto& [from, to] : edges_) rise += std::fabs(to.y() - from.y());
+  const auto n = static_cast<double>(edges_.size());
+  const double height = box_.sizes().y();
+  const double rows = rise > 0 && height > 0 ? std::clamp(height / (rise / n), 1.0, n) : 1.0;
+  rows_per_metre_ = height > 0 ? rows / height : 0;
+  row_begin_.assign(static_cast<std::size_t>(rows) + 2, 0);
+  const auto each_row = [&](const auto& visit) {
+    for (std::uint32_t i = 0; i < edges_.size(); ++i) {
+      const auto [low, high] = std::minmax(edges_[i].first.y(), edges_[i].second.y());
+      for (std::size_t row = row_of(low), last = row_of(high); row <= last; ++row) visit(row, i);
+    }
+  };
+  each_row([&](std::size_t row, std::uint32_t) { ++row_begin_[row + 1]; });
+  for (std::size_t row = 1; row < row_begin_.size(); ++row) row_begin_[row] += row_begin_[row - 1];
+  rows_.resize(row_begin_.back());
+  std::vector<std::uint32_t> next(row_begin_.begin(), row_begin_.end() - 1);
+  each_row([&](std::size_t row, std::uint32_t i) { rows_[next[row]++] = i; });
+}
+
+bool PolygonIndex::contains(const Eigen::Vector2d& point) const {
+  if (edges_.empty() || !box_.contains(point)) return false;
+  const std::size_t row = row_of(point.y());
+  bool inside = false;
+  for (std::uint32_t k = row_begin_[row]; k < row_begin_[row + 1]; ++k) {
+    const auto& [a, b] = edges_[rows_[k]];
+    // As crossings() in rings.cpp.
+    if ((a.y() <= point.y()) == (b.y() <= point.y())) continue;
+    const double at = a.x() + (point.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x());
+    inside ^= at < point.x();
+  }
+  return inside;
+}
+
+std::optional<Eigen::Vector2d> PolygonIndex::closest(const Eigen::Vector2d& point) const {
+  if (edges_.empty()) return {};
+  if (contains(point)) return point;
+  const auto at = tree_.qbegin(bgi::nearest(Point(point.x(), point.y()), 1));
+  return closest_on_segment(vector(at->first), vector(at->second), point);
+}
+
+}  // namespace octosurf

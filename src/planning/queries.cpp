@@ -1,0 +1,291 @@
+#include "planning/box_tree.hpp"
+#include "planning/polygon_index.hpp"
+#include "surfaces/directions.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include <octosurf/error.hpp>
+#include <octosurf/queries.hpp>
+#include <octosurf/up.hpp>
+
+namespace octosurf {
+namespace {
+
+/// One surface and what is worked out for it once.
+struct Entry {
+  SurfacePtr surface;
+  Eigen::Isometry3d T_surface_map;
+  Eigen::AlignedBox3d box;  ///< map frame; a little more than the polygons
+  PolygonIndex polygons;
+
+  explicit Entry(SurfacePtr s)
+      : surface(std::move(s)), T_surface_map(surface->T_map_surface.inverse()), polygons(surface->polygons) {
+    for (const Polygon& polygon : surface->polygons)
+      for (const Eigen::Vector2d& corner : polygon.outer) box.extend(surface->to_map(corner));
+    if (box.isEmpty()) return;
+    // What is said of points on the border must not hang on the last bit.
+    const double slack = 1e-12 * (1 + box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).maxCoeff());
+    box = {box.min().array() - slack, box.max().array() + slack};
+  }
+};
+using EntryPtr = std::shared_ptr<const Entry>;
+
+void require_point(const Eigen::Vector3d& point, const char* where) {
+  if (!point.allFinite()) throw Error(Error::Kind::usage, where, "the point is not finite");
+}
+void require_distance(double distance, const char* where) {
+  if (!(distance >= 0)) throw Error(Error::Kind::usage, where, "is not a distance", "must be at least 0");
+}
+void require_limit(const SlopeLimit& limit) {
+  require_direction(limit.up, "up");
+  if (!(limit.max_slope_rad >= 0))
+    throw Error(Error::Kind::usage, "max_slope", "is not an angle", "must be at least 0");
+}
+bool within(const SlopeLimit& limit, const Surface& surface) {
+  return limit.max_slope_rad >= std::numbers::pi || slope_rad(surface, limit.up) <= limit.max_slope_rad;
+}
+
+/// Cuts a convex polygon to normal·x ≤ offset.
+void cut(std::vector<Eigen::Vector3d>& corners, const Plane& plane) {
+  std::vector<Eigen::Vector3d> kept;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Eigen::Vector3d &a = corners[i], &b = corners[(i + 1) % corners.size()];
+    const double at_a = plane.signed_distance(a), at_b = plane.signed_distance(b);
+    if (at_a <= 0) kept.push_back(a);
+    if ((at_a < 0 && at_b > 0) || (at_a > 0 && at_b < 0)) kept.push_back(a + at_a / (at_a - at_b) * (b - a));
+  }
+  corners = std::move(kept);
+}
+
+/// Whether any of the segment lies in the space.
+bool meets(const ConvexSpace& space, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  double first = 0, last = 1;
+  for (const Plane& plane : space.planes) {
+    const double at_a = plane.signed_distance(a), at_b = plane.signed_distance(b);
+    if (at_a > 0 && at_b > 0) return false;
+    if (at_a > 0) first = std::max(first, at_a / (at_a - at_b));
+    if (at_b > 0) last = std::min(last, at_a / (at_a - at_b));
+  }
+  return first <= last;
+}
+
+/// False only if no point of the box lies in the space; true may be wrong near its corners.
+bool may_meet(const ConvexSpace& space, const Eigen::AlignedBox3d& box) {
+  for (const Plane& plane : space.planes) {
+    const Eigen::Vector3d nearest = (plane.normal.array() > 0).select(box.min(), box.max());
+    if (plane.signed_distance(nearest) > 0) return false;
+  }
+  return true;
+}
+
+bool meets(const ConvexSpace& space, const Entry& entry) {
+  // What the space has of the surface's plane, near the surface.
+  const Eigen::AlignedBox2d& box = entry.polygons.box();
+  std::vector<Eigen::Vector3d> part;
+  for (const auto corner : {Eigen::AlignedBox2d::BottomLeft, Eigen::AlignedBox2d::BottomRight,
+                            Eigen::AlignedBox2d::TopRight, Eigen::AlignedBox2d::TopLeft})
+    part.push_back(entry.surface->to_map(box.corner(corner)));
+  for (const Plane& plane : space.planes) cut(part, plane);
+  if (part.empty()) return false;
+  Eigen::AlignedBox2d near;
+  for (const Eigen::Vector3d& corner : part) near.extend((entry.T_surface_map * corner).head<2>());
+  constexpr double slack = 1e-9;
+  near = {near.min().array() - slack, near.max().array() + slack};
+  bool met = false;
+  entry.polygons.for_each_edge_near(near, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    met = meets(space, entry.surface->to_map(a), entry.surface->to_map(b));
+    return !met;
+  });
+  return met || entry.polygons.contains((entry.T_surface_map * part.front()).head<2>());
+}
+
+/// Where a ray enters a box; infinity if it does not.
+double entry_distance(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& from,
+                      const Eigen::Vector3d& along) {
+  double first = 0, last = HUGE_VAL;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    if (along[i] == 0) {
+      if (from[i] < box.min()[i] || from[i] > box.max()[i]) return HUGE_VAL;
+      continue;
+    }
+    const double a = (box.min()[i] - from[i]) / along[i], b = (box.max()[i] - from[i]) / along[i];
+    first = std::max(first, std::min(a, b));
+    last = std::min(last, std::max(a, b));
+  }
+  return first <= last ? first : HUGE_VAL;
+}
+
+/// The best answer so far: the nearest, of those as near the one with the lower id.
+template <class Answer>
+class Best {
+ public:
+  explicit Best(double within) : limit(within) {}
+  void offer(const Answer& answer) {
+    if (answer.distance > limit || (found && answer.distance == limit && answer.id > found->id)) return;
+    found = answer;
+    limit = answer.distance;
+  }
+  std::optional<Answer> found;
+  double limit;
+};
+
+}  // namespace
+
+ConvexSpace ConvexSpace::box(const Eigen::AlignedBox3d& box) {
+  ConvexSpace space;
+  for (int axis = 0; axis < 3; ++axis) {
+    space.planes.push_back({Eigen::Vector3d::Unit(axis), box.max()[axis]});
+    space.planes.push_back({-Eigen::Vector3d::Unit(axis), -box.min()[axis]});
+  }
+  return space;
+}
+
+ConvexSpace ConvexSpace::frustum(const Eigen::Isometry3d& T_map_camera, double tan_right, double tan_down,
+                                 double near, double far) {
+  const std::array<Plane, 6> of_camera{Plane{{0, 0, -1}, -near},     Plane{{0, 0, 1}, far},
+                                       Plane{{1, 0, -tan_right}, 0}, Plane{{-1, 0, -tan_right}, 0},
+                                       Plane{{0, 1, -tan_down}, 0},  Plane{{0, -1, -tan_down}, 0}};
+  ConvexSpace space;
+  for (const Plane& plane : of_camera) {
+    const double length = plane.normal.norm();
+    const Eigen::Vector3d normal = T_map_camera.linear() * plane.normal / length;
+    space.planes.push_back({normal, plane.offset / length + normal.dot(T_map_camera.translation())});
+  }
+  return space;
+}
+
+struct SurfaceIndex::Impl {
+  std::shared_ptr<const Snapshot> snapshot;
+  std::vector<EntryPtr> entries;  ///< of the surfaces that have polygons; ascending id
+  BoxTree tree;
+
+  template <class Meets, class Test>
+  std::vector<SurfaceId> list(const Meets& near, const Test& test) const {
+    std::vector<SurfaceId> ids;
+    tree.for_each(near, [&](std::size_t i) {
+      if (test(*entries[i])) ids.push_back(entries[i]->surface->id);
+    });
+    std::sort(ids.begin(), ids.end());
+    return ids;
+  }
+
+  std::optional<RayHit> cast(const Eigen::Vector3d& from, const Eigen::Vector3d& along, double within,
+                             const SlopeLimit* limit) const {
+    Best<RayHit> best(within);
+    const auto enters = [&](const Eigen::AlignedBox3d& box) { return entry_distance(box, from, along); };
+    tree.nearest_first(enters, best.limit, [&](std::size_t i) {
+      const Entry& entry = *entries[i];
+      if (limit != nullptr && !octosurf::within(*limit, *entry.surface)) return;
+      const Eigen::Vector3d start = entry.T_surface_map * from, way = entry.T_surface_map.linear() * along;
+      if (std::fabs(way.z()) < 1e-9) return;  // in the plane, as good as
+      const double distance = -start.z() / way.z();
+      if (distance < 0 || distance > best.limit) return;
+      const Eigen::Vector2d uv = (start + distance * way).head<2>();
+      if (entry.polygons.contains(uv))
+        best.offer({entry.surface->id, entry.surface->to_map(uv), distance, way.z() < 0});
+    });
+    return best.found;
+  }
+};
+
+SurfaceIndex::SurfaceIndex(std::shared_ptr<const Snapshot> snapshot, const SurfaceIndex* previous)
+    : impl_(std::make_unique<Impl>()) {
+  if (snapshot == nullptr)
+    throw Error(Error::Kind::usage, "snapshot", "is null", "give that of a map or a Mapper");
+  impl_->snapshot = std::move(snapshot);
+  static const std::vector<EntryPtr> none;
+  const std::vector<EntryPtr>& known = previous != nullptr ? previous->impl_->entries : none;
+  auto at = known.begin();
+  std::vector<Eigen::AlignedBox3d> boxes;
+  for (const SurfacePtr& surface : impl_->snapshot->surfaces) {
+    while (at != known.end() && (*at)->surface->id < surface->id) ++at;
+    EntryPtr entry = at != known.end() && (*at)->surface == surface ? *at : std::make_shared<Entry>(surface);
+    if (entry->box.isEmpty()) continue;
+    boxes.push_back(entry->box);
+    impl_->entries.push_back(std::move(entry));
+  }
+  impl_->tree = BoxTree(std::move(boxes));
+}
+SurfaceIndex::SurfaceIndex(SurfaceIndex&&) noexcept = default;
+SurfaceIndex& SurfaceIndex::operator=(SurfaceIndex&&) noexcept = default;
+SurfaceIndex::~SurfaceIndex() = default;
+
+const Snapshot& SurfaceIndex::snapshot() const { return *impl_->snapshot; }
+
+std::vector<SurfaceId> SurfaceIndex::in(const ConvexSpace& space) const {
+  for (const Plane& plane : space.planes)
+    if (!plane.normal.allFinite() || std::isnan(plane.offset))
+      throw Error(Error::Kind::usage, "space", "has a plane that is not finite");
+  return impl_->list([&](const Eigen::AlignedBox3d& box) { return may_meet(space, box); },
+                     [&](const Entry& entry) { return meets(space, entry); });
+}
+
+std::vector<SurfaceId> SurfaceIndex::in_sphere(const Eigen::Vector3d& center, double radius) const {
+  require_point(center, "in_sphere");
+  require_distance(radius, "radius");
+  return impl_->list(
+      [&](const Eigen::AlignedBox3d& box) { return box.squaredExteriorDistance(center) <= radius * radius; },
+      [&](const Entry& entry) {
+        const Eigen::Vector2d uv = (entry.T_surface_map * center).head<2>();
+        return (entry.surface->to_map(*entry.polygons.closest(uv)) - center).norm() <= radius;
+      });
+}
+
+std::optional<Nearest> SurfaceIndex::nearest(const Eigen::Vector3d& point, const SlopeLimit& limit,
+                                             double within) const {
+  require_point(point, "nearest");
+  require_distance(within, "within");
+  require_limit(limit);
+  Best<Nearest> best(within);
+  const auto distance = [&](const Eigen::AlignedBox3d& box) { return box.exteriorDistance(point); };
+  impl_->tree.nearest_first(distance, best.limit, [&](std::size_t i) {
+    const Entry& entry = *impl_->entries[i];
+    const Eigen::Vector3d local = entry.T_surface_map * point;
+    if (std::fabs(local.z()) > best.limit || !octosurf::within(limit, *entry.surface)) return;
+    const Eigen::Vector3d on_surface = entry.surface->to_map(*entry.polygons.closest(local.head<2>()));
+    best.offer({entry.surface->id, on_surface, (on_surface - point).norm()});
+  });
+  return best.found;
+}
+
+std::optional<Nearest> SurfaceIndex::below(const Eigen::Vector3d& point, const SlopeLimit& limit) const {
+  require_point(point, "below");
+  require_limit(limit);
+  const std::optional<RayHit> hit = impl_->cast(point, -limit.up.normalized(), HUGE_VAL, &limit);
+  if (!hit) return {};
+  return Nearest{hit->id, hit->point, hit->distance};
+}
+
+std::optional<RayHit> SurfaceIndex::first_on_ray(const Eigen::Vector3d& from,
+                                                 const Eigen::Vector3d& direction, double within) const {
+  require_point(from, "first_on_ray");
+  require_direction(direction, "direction");
+  require_distance(within, "within");
+  return impl_->cast(from, direction.normalized(), within, nullptr);
+}
+
+std::optional<SnappedPose> SurfaceIndex::snap(const Eigen::Isometry3d& T_map_pose, const SlopeLimit& limit,
+                                              double within) const {
+  if (!T_map_pose.matrix().allFinite()) throw Error(Error::Kind::usage, "snap", "the pose is not finite");
+  const std::optional<Nearest> found = nearest(T_map_pose.translation(), limit, within);
+  if (!found) return {};
+  const Eigen::Vector3d& normal = impl_->snapshot->find(found->id)->plane.normal;
+  const auto turn = Eigen::Quaterniond::FromTwoVectors(T_map_pose.linear().col(2), normal);
+  SnappedPose snapped;
+  snapped.id = found->id;
+  snapped.T_map_pose.linear() = turn * T_map_pose.linear();
+  snapped.T_map_pose.translation() = found->point;
+  snapped.moved_m = found->distance;
+  snapped.turned_rad = Eigen::AngleAxisd(turn).angle();
+  return snapped;
+}
+
+SurfaceId SurfaceIndex::surface_of_voxel(const Eigen::Vector3d& point) const {
+  return impl_->snapshot->octree.at(point).surface;
+}
+
+}  // namespace octosurf

@@ -1,0 +1,76 @@
+// `octosurf diff` on maps of a table that is taken away.
+#include "apps/command.hpp"
+#include "support/scene.hpp"
+#include "support/seed.hpp"
+
+#include <cmath>
+
+#include <octosurf/mapper.hpp>
+
+namespace octosurf::test {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+class Diff : public CommandTest {
+ protected:
+  /// before: a floor and a table; after: goes on without the table; other: another map, of the floor alone.
+  Diff() {
+    std::mt19937_64 random = rng();
+    Scene empty, full;
+    empty.rectangle({-1.5, -1.5, 0}, {3, 0, 0}, {0, 3, 0});
+    full = empty;
+    full.box({-0.4, -0.3, 0}, {0.4, 0.3, 0.4});
+    const auto look = [&](const Scene& scene, int i) {
+      const double a = 0.7 * i;
+      return camera_scan(scene, look_at({1.6 * std::cos(a), 1.6 * std::sin(a), 1.4}, {0, 0, 0.1}), random);
+    };
+    Mapper mapper, other;
+    for (int i = 0; i < 9; ++i) mapper.insert(look(full, i));
+    save_map(mapper.map(), folder / "before");
+    for (int i = 0; i < 18; ++i) mapper.insert(look(empty, i));
+    save_map(mapper.map(), folder / "after");
+    for (int i = 0; i < 9; ++i) other.insert(look(empty, i));
+    save_map(other.map(), folder / "other");
+  }
+  json told(const std::string& arguments) const {
+    return json::parse(run_well("diff --json " + arguments).out);
+  }
+};
+
+TEST_F(Diff, TellsByIdsWhatWentAndWhatGrew) {
+  const json difference = told("before after");
+  EXPECT_EQ(difference.at("by"), "ids");
+  EXPECT_EQ(difference.at("revision_before"), 9);
+  EXPECT_EQ(difference.at("revision_after"), 27);
+  double gone = 0, grown = 0;
+  for (const json& one : difference.at("gone")) gone += one.at("area_m2").get<double>();
+  for (const json& one : difference.at("changed"))
+    grown += one.at("area_after_m2").get<double>() - one.at("area_before_m2").get<double>();
+  EXPECT_NEAR(gone, 0.48 + 2 * 0.4 * (0.8 + 0.6), 0.4) << "its top and its sides";
+  EXPECT_NEAR(grown, 0.48, 0.15) << "the floor under it";
+  EXPECT_THAT(run_well("diff before after").out, HasSubstr("revision 9 to 27"));
+}
+
+TEST_F(Diff, TheSameMapHasNotChanged) {
+  const json difference = told("before before");
+  for (const char* list : {"appeared", "changed", "gone", "merged", "split"})
+    EXPECT_TRUE(difference.at(list).empty()) << list;
+  const json by_place = told("before before --by place");
+  EXPECT_NEAR(by_place.at("only_before_m2"), 0, 1e-9);
+  EXPECT_NEAR(by_place.at("only_after_m2"), 0, 1e-9);
+}
+
+TEST_F(Diff, MapsThatDoNotGoOnFromOneAnotherAreComparedByPlace) {
+  const json difference = told("before other");
+  EXPECT_EQ(difference.at("by"), "place");
+  EXPECT_NEAR(difference.at("only_before_m2"), 0.48 + 2 * 0.4 * (0.8 + 0.6), 0.4);
+  EXPECT_NEAR(difference.at("only_after_m2"), 0.48, 0.2);
+  EXPECT_EQ(told("after before").at("by"), "place") << "backwards";
+  EXPECT_THAT(error_of("diff before other --by ids", 1), HasSubstr("--by place"));
+  EXPECT_THAT(error_of("diff before nothing", 1), HasSubstr("nothing"));
+}
+
+}  // namespace
+}  // namespace octosurf::test

@@ -1,0 +1,257 @@
+// The index against looking at every surface and every edge.
+#include "shapes.hpp"
+#include "support/seed.hpp"
+
+#include <algorithm>
+#include <boost/geometry.hpp>
+#include <boost/geometry/geometries/point_xy.hpp>
+#include <boost/geometry/geometries/polygon.hpp>
+#include <gmock/gmock.h>
+#include <limits>
+#include <numbers>
+#include <random>
+
+#include <octosurf/error.hpp>
+#include <octosurf/queries.hpp>
+#include <octosurf/up.hpp>
+
+namespace octosurf {
+namespace {
+
+using namespace shapes;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+Eigen::Vector3d random_vector(std::mt19937_64& random, double half) {
+  std::uniform_real_distribution<double> uniform(-half, half);
+  return {uniform(random), uniform(random), uniform(random)};
+}
+
+/// Stars with holes, and some level squares, whose planes are those of a house.
+std::shared_ptr<Snapshot> random_map(std::mt19937_64& random, int count) {
+  auto snapshot = std::make_shared<Snapshot>();
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector3d at = random_vector(random, 8);
+    Surface next = i % 3 == 0 ? surface(static_cast<SurfaceId>(2 * i + 1),
+                                        {{box(0, 0, 2, 1), {}}, {box(3, 0, 1, 1), {}}},
+                                        pose({1, 0, 0}, i % 2 == 0 ? 0 : std::numbers::pi, at))
+                              : surface(static_cast<SurfaceId>(2 * i + 1), {random_polygon(random)},
+                                        pose(random_vector(random, 1) + Eigen::Vector3d(0, 0, 1.1),
+                                             random_vector(random, std::numbers::pi).x(), at));
+    snapshot->surfaces.push_back(std::make_shared<const Surface>(std::move(next)));
+  }
+  return snapshot;
+}
+
+TEST(SurfaceIndex, NearestAndBelowAreWhatLookingAtEverySurfaceGives) {
+  std::mt19937_64 random(test::seed());
+  for (int map = 0; map < 5; ++map) {
+    const auto snapshot = random_map(random, map == 0 ? 1 : 60);
+    const SurfaceIndex index(snapshot);
+    for (int round = 0; round < 200; ++round) {
+      const Eigen::Vector3d point = random_vector(random, 10);
+      SlopeLimit limit;
+      if (round % 2 == 1) limit = {random_vector(random, 1), random_vector(random, 1).cwiseAbs().x()};
+      const auto expected = nearest(*snapshot, point, limit), found = index.nearest(point, limit);
+      ASSERT_EQ(found.has_value(), expected.has_value());
+      if (found) {
+        EXPECT_EQ(found->id, expected->id);
+        EXPECT_NEAR(found->distance, expected->distance, 1e-12);
+        EXPECT_NEAR((found->point - expected->point).norm(), 0, 1e-9);
+        EXPECT_TRUE(index.nearest(point, limit, 1.0001 * found->distance));
+        EXPECT_FALSE(index.nearest(point, limit, 0.9999 * found->distance));
+      }
+      const auto expected_below = below(*snapshot, point, limit), found_below = index.below(point, limit);
+      ASSERT_EQ(found_below.has_value(), expected_below.has_value());
+      if (!found_below) continue;
+      EXPECT_EQ(found_below->id, expected_below->id);
+      EXPECT_NEAR((found_below->point - expected_below->point).norm(), 0, 1e-9);
+    }
+  }
+}
+
+TEST(SurfaceIndex, ARayMeetsTheFirstSurfaceFromEitherSide) {
+  std::mt19937_64 random(test::seed());
+  const auto snapshot = random_map(random, 60);
+  const SurfaceIndex index(snapshot);
+  int hits = 0, backs = 0;
+  for (int round = 0; round < 2000; ++round) {
+    const Eigen::Vector3d from = random_vector(random, 10), direction = random_vector(random, 3);
+    double first = std::numeric_limits<double>::infinity();
+    SurfaceId id = 0;
+    bool front = false;
+    for (const SurfacePtr& s : snapshot->surfaces) {
+      const double speed = s->plane.normal.dot(direction.normalized());
+      const double distance = -s->plane.signed_distance(from) / speed;
+      const Eigen::Vector2d uv = to_uv(*s, from + distance * direction.normalized());
+      const bool on = std::any_of(s->polygons.begin(), s->polygons.end(),
+                                  [&](const Polygon& polygon) { return inside(polygon, uv); });
+      if (distance < 0 || distance >= first || !on) continue;
+      first = distance;
+      id = s->id;
+      front = speed < 0;
+    }
+    const auto found = index.first_on_ray(from, direction);
+    ASSERT_EQ(found.has_value(), id != 0);
+    if (!found) continue;
+    EXPECT_EQ(found->id, id);
+    EXPECT_EQ(found->front, front);
+    EXPECT_NEAR(found->distance, first, 1e-9);
+    EXPECT_NEAR((from + first * direction.normalized() - found->point).norm(), 0, 1e-9);
+    EXPECT_FALSE(index.first_on_ray(from, direction, 0.999 * first));
+    ++hits;
+    backs += !front;
+  }
+  EXPECT_GT(hits, 200);
+  EXPECT_GT(backs, 50);
+}
+
+/// By cutting a large square in the surface's plane, and Boost's polygons: another way than the index goes.
+bool slow_meets(const Surface& s, const ConvexSpace& space) {
+  using Point = boost::geometry::model::d2::point_xy<double>;
+  using Shape = boost::geometry::model::polygon<Point, false, false>;
+  std::vector<Eigen::Vector2d> part{{-40, -40}, {40, -40}, {40, 40}, {-40, 40}};
+  for (const Plane& plane : space.planes) {
+    const Eigen::Vector2d normal = (s.T_map_surface.linear().transpose() * plane.normal).head<2>();
+    const double offset = plane.offset - plane.normal.dot(s.T_map_surface.translation());
+    std::vector<Eigen::Vector2d> kept;
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      const Eigen::Vector2d &a = part[i], &b = part[(i + 1) % part.size()];
+      const double at_a = normal.dot(a) - offset, at_b = normal.dot(b) - offset;
+      if (at_a <= 0) kept.push_back(a);
+      if ((at_a <= 0) != (at_b <= 0)) kept.push_back(a + at_a / (at_a - at_b) * (b - a));
+    }
+    part = kept;
+  }
+  if (part.size() < 3) return false;
+  Shape cut;
+  for (const Eigen::Vector2d& p : part) boost::geometry::append(cut.outer(), Point(p.x(), p.y()));
+  for (const Polygon& polygon : s.polygons) {
+    Shape shape;
+    for (const Eigen::Vector2d& p : polygon.outer)
+      boost::geometry::append(shape.outer(), Point(p.x(), p.y()));
+    for (const Ring2& hole : polygon.holes) {
+      shape.inners().emplace_back();
+      for (const Eigen::Vector2d& p : hole) shape.inners().back().push_back(Point(p.x(), p.y()));
+    }
+    if (boost::geometry::intersects(shape, cut)) return true;
+  }
+  return false;
+}
+
+TEST(SurfaceIndex, ListsWhatMeetsABoxAFrustumASphere) {
+  std::mt19937_64 random(test::seed());
+  const auto snapshot = random_map(random, 60);
+  const SurfaceIndex index(snapshot);
+  std::size_t listed = 0, left_out = 0;
+  for (int round = 0; round < 200; ++round) {
+    Eigen::AlignedBox3d box(random_vector(random, 9));
+    box.extend(box.min() + random_vector(random, 2).cwiseAbs());
+    const Eigen::Isometry3d camera =
+        pose(random_vector(random, 1), random_vector(random, 3).x(), random_vector(random, 6));
+    const Eigen::Vector3d eye = random_vector(random, 9);
+    const double radius = random_vector(random, 2).cwiseAbs().x();
+    for (const ConvexSpace& space : {ConvexSpace::box(box), ConvexSpace::frustum(camera, 0.6, 0.4, 0.1, 4)}) {
+      std::vector<SurfaceId> expected;
+      for (const SurfacePtr& s : snapshot->surfaces)
+        if (slow_meets(*s, space)) expected.push_back(s->id);
+      EXPECT_EQ(index.in(space), expected);
+      listed += expected.size();
+      left_out += snapshot->surfaces.size() - expected.size();
+    }
+    std::vector<SurfaceId> expected;
+    for (const SurfacePtr& s : snapshot->surfaces) {
+      Snapshot alone;
+      alone.surfaces.push_back(s);
+      if (nearest(alone, eye)->distance <= radius) expected.push_back(s->id);
+    }
+    EXPECT_EQ(index.in_sphere(eye, radius), expected);
+  }
+  EXPECT_GT(listed, 300U);
+  EXPECT_GT(left_out, 300U);
+}
+
+TEST(SurfaceIndex, ASpaceInsideASurfaceOrAHole) {
+  auto snapshot = std::make_shared<Snapshot>();
+  snapshot->surfaces.push_back(std::make_shared<const Surface>(
+      surface(1, {{box(0, 0, 4, 4), {reversed(box(1, 1, 2, 2))}}, {box(1.5, 1.5, 1, 1), {}}})));
+  const SurfaceIndex index(snapshot);
+  const auto around = [&](double x, double y) {
+    const Eigen::Vector3d middle(x, y, 0), half(0.1, 0.1, 0.1);
+    return index.in(ConvexSpace::box({middle - half, middle + half}));
+  };
+  EXPECT_THAT(around(0.5, 0.5), ElementsAre(1));
+  EXPECT_THAT(around(1.25, 1.25), IsEmpty()) << "in the hole";
+  EXPECT_THAT(around(2, 2), ElementsAre(1)) << "on the island in it";
+  EXPECT_THAT(index.in(ConvexSpace::box({Eigen::Vector3d(4, 4, 0), Eigen::Vector3d(5, 5, 1)})),
+              ElementsAre(1))
+      << "a corner that touches";
+  EXPECT_THAT(index.in(ConvexSpace{}), ElementsAre(1)) << "no limits";
+}
+
+TEST(SurfaceIndex, TakesOverWhatHasNotChanged) {
+  std::mt19937_64 random(test::seed());
+  const auto first = random_map(random, 40);
+  const SurfaceIndex old(first);
+  auto second = std::make_shared<Snapshot>(*first);
+  second->surfaces.erase(second->surfaces.begin() + 5);
+  for (std::size_t i = 0; i < second->surfaces.size(); i += 7) {
+    Surface moved = *second->surfaces[i];
+    moved.T_map_surface.pretranslate(random_vector(random, 3));
+    moved.plane.offset = moved.plane.normal.dot(moved.T_map_surface.translation());
+    second->surfaces[i] = std::make_shared<const Surface>(std::move(moved));
+  }
+  second->surfaces.push_back(std::make_shared<const Surface>(surface(200, {{box(0, 0, 1, 1), {}}})));
+  const SurfaceIndex fresh(second), followed(second, &old);
+  for (int round = 0; round < 200; ++round) {
+    const Eigen::Vector3d point = random_vector(random, 10);
+    const auto a = fresh.nearest(point), b = followed.nearest(point);
+    ASSERT_EQ(a->id, b->id);
+    ASSERT_EQ(a->point, b->point);
+    ASSERT_EQ(old.nearest(point)->point, SurfaceIndex(first).nearest(point)->point) << "the old one stays";
+  }
+}
+
+TEST(SurfaceIndex, APoseIsLaidOnTheSurface) {
+  std::mt19937_64 random(test::seed());
+  const auto snapshot = random_map(random, 40);
+  const SurfaceIndex index(snapshot);
+  for (int round = 0; round < 50; ++round) {
+    const Eigen::Isometry3d given = pose(random_vector(random, 1), 2, random_vector(random, 8));
+    const auto snapped = index.snap(given);
+    ASSERT_TRUE(snapped);
+    const auto place = nearest(*snapshot, given.translation());
+    EXPECT_EQ(snapped->id, place->id);
+    EXPECT_NEAR((snapped->T_map_pose.translation() - place->point).norm(), 0, 1e-9);
+    EXPECT_NEAR(snapped->moved_m, place->distance, 1e-12);
+    const Eigen::Matrix3d R = snapped->T_map_pose.linear();
+    EXPECT_NEAR((R.col(2) - snapshot->find(place->id)->plane.normal).norm(), 0, 1e-12);
+    EXPECT_NEAR((R.transpose() * R - Eigen::Matrix3d::Identity()).norm(), 0, 1e-12);
+    EXPECT_NEAR(snapped->turned_rad, std::acos(std::clamp(R.col(2).dot(given.linear().col(2)), -1.0, 1.0)),
+                1e-6);
+    EXPECT_NEAR(snapped->turned_rad, Eigen::AngleAxisd(R * given.linear().transpose()).angle(), 1e-6)
+        << "turned further than it had to be";
+  }
+  EXPECT_FALSE(index.snap(pose({0, 0, 1}, 0, {100, 0, 0}), {}, 10));
+}
+
+TEST(SurfaceIndex, NothingFromNothingAndNonsenseIsRefused) {
+  const SurfaceIndex index(std::make_shared<Snapshot>());
+  EXPECT_FALSE(index.nearest({0, 0, 0}));
+  EXPECT_FALSE(index.below({0, 0, 0}));
+  EXPECT_FALSE(index.first_on_ray({0, 0, 0}, {0, 0, 1}));
+  EXPECT_THAT(index.in_sphere({0, 0, 0}, 1), IsEmpty());
+  EXPECT_EQ(index.surface_of_voxel({0, 0, 0}), 0U);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(index.nearest({nan, 0, 0}), Error);
+  EXPECT_THROW(index.nearest({0, 0, 0}, {}, nan), Error);
+  EXPECT_THROW(index.below({nan, 0, 0}), Error);
+  EXPECT_THROW(index.first_on_ray({0, 0, 0}, {0, 0, 0}), Error);
+  EXPECT_THROW(index.first_on_ray({0, 0, 0}, {0, 0, 1}, -1), Error);
+  EXPECT_THROW(index.in_sphere({0, 0, 0}, -1), Error);
+  EXPECT_THROW(index.in({{Plane{{nan, 0, 0}, 0}}}), Error);
+  EXPECT_THROW(SurfaceIndex(nullptr), Error);
+}
+
+}  // namespace
+}  // namespace octosurf
