@@ -192,22 +192,9 @@ void MapRun::insert(const Scan& scan) {
   report.total_ms = 1e3 * (done_s - start_s);  // what lies between the stages included
   changed_ = true;
   statistics_.add(scan, report, arrival_s, done_s);
-  note_alignment(scan, report.alignment);
   if (report.alignment.outcome == AlignmentOutcome::set_aside) return;
   poses_.add(scan.stamp_s, report.alignment.T_map_sensor);
   keeper_.add(scan, report);
-}
-
-void MapRun::note_alignment(const Scan& scan, const Alignment& alignment) {
-  const bool moved =
-      alignment.outcome == AlignmentOutcome::corrected || alignment.outcome == AlignmentOutcome::agrees;
-  if (!moved || alignment.innovation_m <= mapper_.map().parameters().occupancy.resolution) return;
-  const std::uint64_t scans = statistics_.scans();
-  if (closures_.empty() || closures_.back().end + 1 < scans) closures_.push_back({scan.name, scan.name});
-  Closure& closure = closures_.back();
-  closure.last = scan.name;
-  closure.end = scans;
-  closure.farthest_m = std::max(closure.farthest_m, alignment.innovation_m);
 }
 
 void MapRun::wait_for(double arrival_s) const {
@@ -286,16 +273,17 @@ void MapRun::print_alignment() const {
 }
 
 void MapRun::warn_of_closures() const {
-  if (closures_.empty()) return;
-  const Closure& worst =
-      *std::max_element(closures_.begin(), closures_.end(),
-                        [](const Closure& a, const Closure& b) { return a.farthest_m < b.farthest_m; });
+  const std::vector<LoopClosure>& closures = statistics_.closures();
+  if (closures.empty()) return;
+  const LoopClosure& worst = *std::max_element(
+      closures.begin(), closures.end(),
+      [](const LoopClosure& a, const LoopClosure& b) { return a.farthest_m < b.farthest_m; });
   std::fflush(stdout);
   std::fprintf(
       stderr,
       "warning: %s where the poses do not meet what was mapped before, the farthest from %s to %s: %.1f cm; "
       "the way between is bent by as much, and remap straightens it with poses that close the loop\n",
-      count_of(closures_.size(), "place").c_str(), worst.first.c_str(), worst.last.c_str(),
+      count_of(closures.size(), "place").c_str(), worst.first.c_str(), worst.last.c_str(),
       100 * worst.farthest_m);
 }
 

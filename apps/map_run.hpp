@@ -60,7 +60,6 @@ class MapRun {
   void finish();
   /// Saves what there is, if that can be done, then throws the last line.
   [[noreturn]] void end_early(const std::exception& failure);
-  void note_alignment(const Scan& scan, const Alignment& alignment);
   void print_alignment() const;
   void warn_of_closures() const;
   void wait_for(double arrival_s) const;
@@ -77,13 +76,6 @@ class MapRun {
   RunStatistics statistics_;
   RunContext context_;
   Clock::time_point begin_;
-  /// Scans in a row that lie more than a voxel from where those before them let expect it.
-  struct Closure {
-    std::string first, last;
-    double farthest_m = 0;
-    std::uint64_t end = 0;  ///< scans before the next one
-  };
-  std::vector<Closure> closures_;
   Checkpoints checkpoints_;
   ScanKeeper keeper_;
   PoseLog poses_;

@@ -90,6 +90,13 @@ Json alignment_json(const AlignmentTotals& totals) {
   return json;
 }
 
+Json closures_json(const std::vector<LoopClosure>& closures) {
+  Json list = Json::array();
+  for (const LoopClosure& closure : closures)
+    list.push_back({{"first", closure.first}, {"last", closure.last}, {"distance_m", closure.farthest_m}});
+  return list;
+}
+
 Json up_object(const Up& up) {
   Json json{{"direction", {up.direction.x(), up.direction.y(), up.direction.z()}},
             {"from", name_of(up.source)}};
@@ -115,6 +122,7 @@ void RunStatistics::add(const Scan& scan, const ScanReport& report, double arriv
     const Eigen::AngleAxisd turn(used.linear() * scan.T_map_sensor.linear().transpose());
     alignment_.corrections_deg.push_back(turn.angle() * 180 / std::numbers::pi);
   }
+  closures_.add(scan, alignment, parameters_.occupancy.resolution);
   add_occupancy(report, arrival_s, done_s);
 }
 
@@ -174,6 +182,7 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
     entry["total"] = std::accumulate(stage_ms_[stage].begin(), stage_ms_[stage].end(), 0.0);
   }
   json["alignment"] = alignment_json(alignment_);
+  json["alignment"]["closures"] = closures_json(closures_.all());
   json["up"] = up_object(up_of(map));
   json["surfaces"] = size.surfaces;
   json["area_m2"] = area_m2;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "mapper/loop_closures.hpp"
+
 #include <array>
 #include <cstdint>
 #include <string>
@@ -51,6 +53,7 @@ class RunStatistics {
   std::size_t scans_with(AlignmentOutcome outcome) const {
     return alignment_.outcomes[static_cast<std::size_t>(outcome)];
   }
+  const std::vector<LoopClosure>& closures() const { return closures_.all(); }
   const ScanReport& totals() const { return totals_; }  ///< counts only; no ids, no times
   double scan_ms_percentile(double share) const;        ///< 0 if there was no scan
 
@@ -68,6 +71,7 @@ class RunStatistics {
   std::array<std::vector<double>, stage_names.size()> stage_ms_;
   std::vector<Lag> lags_;
   AlignmentTotals alignment_;
+  LoopClosures closures_;
 };
 
 /// Name → value of the parameters in force, as a JSON object: numbers, booleans, and the words
