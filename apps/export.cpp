@@ -1,4 +1,6 @@
 // `octosurf export`: a map's surfaces in a file other programs read.
+#include "output_files.hpp"
+#include "planner_export.hpp"
 #include "up_option.hpp"
 
 #include <CLI/CLI.hpp>
@@ -25,6 +27,8 @@ Examples:
   octosurf export maps/office --to office.glb                  for any 3-D viewer
   octosurf export maps/office --to office.stl --what meshes    closed solids
   octosurf export maps/office --to points.ply --what points    inliers, labelled by surface
+  octosurf export maps/office --to pieces.json --format sl1m --foot 0.22x0.12
+  octosurf export maps/office --to terrain.cdr --format planar_terrain --foot-radius 0.04
 )";
 
 struct Arguments {
@@ -33,6 +37,7 @@ struct Arguments {
   double min_radius = 0.05;
   double thickness = 0;  // 0: the map's own
   bool force = false;
+  PlannerExport planner;
 };
 
 ExportExtras make_extras(const Map& map, const Snapshot& snapshot, const Arguments& arguments,
@@ -56,7 +61,7 @@ ExportExtras make_extras(const Map& map, const Snapshot& snapshot, const Argumen
   return extras;
 }
 
-void run(const Arguments& arguments) {
+void export_by_ending(const Map& map, const Up& up, const Arguments& arguments) {
   ExportOptions options;
   options.force = arguments.force;
   options.parts.clear();
@@ -64,15 +69,23 @@ void run(const Arguments& arguments) {
     const auto at = std::find(export_part_names.begin(), export_part_names.end(), name);
     options.parts.push_back(static_cast<ExportPart>(at - export_part_names.begin()));
   }
+  options.up = up.direction;
+  options.mesh_thickness =
+      arguments.thickness > 0 ? arguments.thickness : map.parameters().surfaces.mesh_thickness;
+  const std::shared_ptr<const Snapshot> snapshot = map.snapshot();
+  export_surfaces(*snapshot, arguments.file, options, make_extras(map, *snapshot, arguments, options.parts));
+  std::printf("%s: %zu surfaces\n", arguments.file.c_str(), snapshot->surfaces.size());
+}
+
+void run(const Arguments& arguments) {
+  require_apart("--to", arguments.file, files_of_map(arguments.map));
   const LoadedMap loaded = load_map(arguments.map);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
-  options.up = up_in_force(loaded.map, arguments.up).direction;
-  options.mesh_thickness =
-      arguments.thickness > 0 ? arguments.thickness : loaded.map.parameters().surfaces.mesh_thickness;
-  const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
-  export_surfaces(*snapshot, arguments.file, options,
-                  make_extras(loaded.map, *snapshot, arguments, options.parts));
-  std::printf("%s: %zu surfaces\n", arguments.file.c_str(), snapshot->surfaces.size());
+  const Up up = up_in_force(loaded.map, arguments.up);
+  if (arguments.planner.format.empty())
+    export_by_ending(loaded.map, up, arguments);
+  else
+    export_for_planner(loaded.map, up, arguments.planner, arguments.file, arguments.force);
 }
 
 }  // namespace
@@ -82,7 +95,8 @@ void add_export(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   verb->add_option("map", arguments->map, "map to export: name without ending, as given to map -o")
       ->required();
-  verb->add_option("--to", arguments->file, "file to write: .json, .ply, .glb, .obj, .stl or .csv")
+  verb->add_option("--to", arguments->file,
+                   "file to write: .json, .ply, .glb, .obj, .stl or .csv; with --format also a folder")
       ->required();
   verb->add_option("--what", arguments->what,
                    "polygons, meshes, convex, circles, points; several with commas for .json")
@@ -97,6 +111,7 @@ void add_export(CLI::App& app) {
       ->check(CLI::PositiveNumber);
   add_up_option(*verb, arguments->up);
   verb->add_flag("--force", arguments->force, "overwrite the file");
+  add_planner_options(*verb, arguments->planner);
   verb->callback([arguments] { run(*arguments); });
 }
 

@@ -23,6 +23,7 @@ void add_explain(CLI::App& app);
 void add_export(CLI::App& app);
 void add_info(CLI::App& app);
 void add_map(CLI::App& app);
+void add_plan(CLI::App& app);
 void add_query(CLI::App& app);
 void add_localize(CLI::App& app);
 void add_remap(CLI::App& app);
@@ -138,6 +139,7 @@ int main(int argc, char** argv) {
   octosurf::add_export(app);
   octosurf::add_view(app);
   octosurf::add_query(app);
+  octosurf::add_plan(app);
   octosurf::add_explain(app);
   octosurf::add_diff(app);
   octosurf::add_simulate(app);

@@ -1,4 +1,6 @@
 // `octosurf query`: a planner's questions from the shell.
+#include "contact_query.hpp"
+#include "place_query.hpp"
 #include "up_option.hpp"
 
 #include <CLI/CLI.hpp>
@@ -22,12 +24,19 @@ Examples:
   octosurf query maps/office --nearest 1.2 0.4 0.9
   octosurf query maps/office --nearest 1.2 0.4 0.9 --max-slope 30   of what slopes by 30 degrees at most
   octosurf query maps/office --below 1.2 0.4 0.9 --json             what a foot lowered there meets
+  octosurf query maps/office --ray 0 0 1.5 1 0 -0.2                 what a camera at 1.5 m looks at
+  octosurf query maps/office --box 0 0 0 2 2 1 --json               ids of the surfaces in there; --sphere X Y Z R
+  octosurf query maps/office --voxel 1.2 0.4 0.9                    occupied, free or unknown, and whose it is
+  octosurf query maps/office --foothold 1.2 0.4 0.0 90 --foot 0.22x0.11 --clearance 0.15 --edge-margin 0.02
+  octosurf query maps/office --regions 7 --foot 0.03 --pieces 12 --json   where a ball foot may be on surface 7
 )";
 
 struct Arguments {
   std::string map, up;
   std::vector<double> nearest, below;
   double max_slope_deg = 180;
+  PlaceQuery place;
+  ContactQuery contact;
   bool json = false;
 };
 
@@ -60,6 +69,12 @@ void run(const Arguments& arguments) {
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
   const Eigen::Vector3d up = up_in_force(loaded.map, arguments.up).direction;
+  if (arguments.place.asked()) return answer(loaded.map, arguments.place, up, arguments.json);
+  if (arguments.contact.asked()) {
+    answer(loaded.map, arguments.map, arguments.contact, up, arguments.max_slope_deg / deg_per_rad,
+           arguments.json);
+    return;
+  }
   const SlopeLimit limit{up, arguments.max_slope_deg / deg_per_rad};
   const bool lowered = !arguments.below.empty();
   const std::vector<double>& at = lowered ? arguments.below : arguments.nearest;
@@ -88,6 +103,8 @@ void add_query(CLI::App& app) {
       ->add_option("--below", arguments->below,
                    "X Y Z: the place on a surface that is met first straight below this point")
       ->expected(3);
+  add_place_options(*question, arguments->place);
+  add_contact_options(*verb, *question, arguments->contact);
   question->require_option(1);
   verb->add_option("--max-slope", arguments->max_slope_deg,
                    "degrees: only surfaces that slope so much at most; 90 leaves out ceilings")

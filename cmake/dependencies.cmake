@@ -1,9 +1,10 @@
 # Debian/Ubuntu packages only; each with what it is used for and where.
 find_package(Eigen3 REQUIRED NO_MODULE)                # everywhere: vectors and poses
 find_package(Threads REQUIRED)                         # src/mapper, apps
-find_package(CGAL REQUIRED)                            # src/surfaces, src/planning: triangulation; src/simulation: arrangements (GPL parts)
-find_package(Boost REQUIRED)                           # everywhere, headers: geometry, container, crc
+find_package(CGAL REQUIRED)                            # src/surfaces, src/planning: triangulation; src/simulation, test/planning: arrangements (GPL parts)
+find_package(Boost REQUIRED)                           # everywhere, headers: geometry, container, crc; src/planning: polygon
 find_package(nlohmann_json REQUIRED)                   # src/io, src/evaluation, src/simulation: JSON
+find_package(fastcdr REQUIRED)                         # src/io: ROS 2 messages as files
 find_package(Protobuf REQUIRED)                        # src/io: the .surfaces schema
 find_package(embree 4 QUIET)                           # src/simulation, src/io/picture: ray casting
 if(NOT embree_FOUND)
@@ -11,6 +12,7 @@ if(NOT embree_FOUND)
 endif()
 find_package(assimp REQUIRED)                          # src/io: ply, glb, obj, stl; src/simulation: terrain meshes
 find_package(PkgConfig REQUIRED)
+pkg_check_modules(lzf REQUIRED IMPORTED_TARGET liblzf)  # src/io: compressed PCD
 pkg_check_modules(spng REQUIRED IMPORTED_TARGET spng)  # src/io, src/simulation: 16-bit PNG
 pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd)  # src/io: the stream inside .surfaces
 find_package(tsl-robin-map REQUIRED)                   # most rooms: hash maps
@@ -26,18 +28,19 @@ if(OCTOSURF_BUILD_TESTS)
   target_include_directories(octosurf_octomap SYSTEM INTERFACE ${OCTOMAP_INCLUDE_DIRS})
   target_link_libraries(octosurf_octomap INTERFACE ${OCTOMAP_LIBRARIES})
   target_compile_definitions(octosurf_octomap INTERFACE OCTOMAP_NODEBUGOUT)  # the library does not print
-endif()
+  find_package(fcl REQUIRED)                           # test/adapters: collision checks
 
-# src/io, src/evaluation: PCD; test/io: PLY; test/reference: the paper's pipeline. Not by find_package(PCL): that one
-# pulls in VTK, Qt and MPI, which none of the parts used here needs.
-find_path(PCL_INCLUDE_DIR pcl/point_types.h PATH_SUFFIXES pcl-1.15 pcl-1.14 pcl-1.13 pcl-1.12 REQUIRED)
-function(octosurf_pcl_target target)
-  add_library(${target} INTERFACE)
-  target_include_directories(${target} SYSTEM INTERFACE ${PCL_INCLUDE_DIR})
-  target_link_libraries(${target} INTERFACE Eigen3::Eigen Boost::headers)
-  foreach(part ${ARGN})
-    find_library(PCL_${part}_LIBRARY pcl_${part} REQUIRED)
-    target_link_libraries(${target} INTERFACE ${PCL_${part}_LIBRARY})
-  endforeach()
-endfunction()
-octosurf_pcl_target(octosurf_pcl common io)
+  # test/io: what reads and wrote PCD and PLY files; test/adapters; test/reference: the paper's pipeline. Not by
+  # find_package(PCL): that one pulls in VTK, Qt and MPI, which none of the parts used here needs.
+  find_path(PCL_INCLUDE_DIR pcl/point_types.h PATH_SUFFIXES pcl-1.15 pcl-1.14 pcl-1.13 pcl-1.12 REQUIRED)
+  function(octosurf_pcl_target target)
+    add_library(${target} INTERFACE)
+    target_include_directories(${target} SYSTEM INTERFACE ${PCL_INCLUDE_DIR})
+    target_link_libraries(${target} INTERFACE Eigen3::Eigen Boost::headers)
+    foreach(part ${ARGN})
+      find_library(PCL_${part}_LIBRARY pcl_${part} REQUIRED)
+      target_link_libraries(${target} INTERFACE ${PCL_${part}_LIBRARY})
+    endforeach()
+  endfunction()
+  octosurf_pcl_target(octosurf_pcl common io)
+endif()

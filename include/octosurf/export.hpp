@@ -35,6 +35,13 @@ struct SurfacePoint {
   Eigen::Vector3d point;  ///< map frame
 };
 
+/// Something else to be shown beside the surfaces: where feet stand, say. Map frame.
+struct NamedMesh {
+  std::string name;
+  std::array<float, 3> color{};  ///< RGB in [0, 1]
+  Mesh mesh;
+};
+
 /// What a snapshot does not hold; only the requested parts are read. Points of surfaces the snapshot
 /// does not have are left out, as are pending ones.
 struct ExportExtras {
@@ -43,6 +50,7 @@ struct ExportExtras {
   std::vector<SurfacePoint> points;  ///< any order
   /// label_edges() of the snapshot's surfaces; goes into .json where there is one.
   std::map<SurfaceId, std::vector<PolygonEdges>> edges;
+  std::vector<NamedMesh> meshes;  ///< .glb: further objects
 };
 
 /// Writes the surfaces to `file` in the format its ending names: .json (docs/formats.md §2), .ply, .glb,
@@ -86,7 +94,8 @@ struct PictureOptions {
   std::vector<Eigen::Vector3d> points;  ///< map frame; drawn as grey dots
   /// label_edges() of the snapshot's surfaces; where there are any, edges are lines in their kind's colour.
   std::map<SurfaceId, std::vector<PolygonEdges>> edges;
-  bool force = false;  ///< write over a file that exists
+  std::vector<NamedMesh> meshes;  ///< drawn like the surfaces
+  bool force = false;             ///< write over a file that exists
 };
 
 /// Renders the surfaces' polygons as a PNG: each in its colour, shaded, with dark outlines, over a

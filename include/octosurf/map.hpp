@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <octosurf/parameters.hpp>
@@ -90,5 +91,10 @@ double read_octomap_resolution(const std::filesystem::path& file);
 /// Mapper::detect_in_occupancy starts from. The file's resolution replaces the parameters'.
 /// Throws Error(data) for damaged or foreign files, Error(usage) for parameters that do not suit.
 Map map_from_octomap(const std::filesystem::path& file, Parameters parameters);
+
+/// The same from an octree's leaves in any order, on the grid of parameters.occupancy.resolution; where two
+/// overlap, the later one counts. Throws Error(data) for leaves that no octree has, Error(usage) for
+/// parameters that do not suit. adapters/octree.hpp takes an octomap::OcTree this way.
+Map map_from_leaves(std::span<const OccupancyView::Leaf> leaves, const Parameters& parameters);
 
 }  // namespace octosurf

@@ -2,10 +2,13 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include <octosurf/ids.hpp>
 
@@ -66,6 +69,32 @@ class OccupancyView {
     double distance = 0;
   };
   std::optional<Near> nearest_occupied(const Eigen::Vector3d& point, double limit) const;
+
+  /// A cube of one value, as OctoMap's octree would have it: pruned wherever eight are equal.
+  struct Leaf {
+    std::array<std::uint16_t, 3> corner{};  ///< OctoMap's key of its lowest voxel; 32768 begins at 0 m
+    std::uint8_t level = 0;                 ///< its edge is 2^level voxels
+    float log_odds = 0;
+  };
+  using VisitLeaves = std::function<void(std::span<const Leaf>)>;
+
+  /// Calls `visit` with all leaves in Morton order, some thousands at a time. O(nodes), a few ns each.
+  void for_each_leaf(const VisitLeaves& visit) const;
+  /// With those that meet `box` (closed); where it cuts a pruned cube, with what of that meets it.
+  void for_each_leaf(const Eigen::AlignedBox3d& box, const VisitLeaves& visit) const;
+
+  /// A cube whose leaves are not what they were: these replace all that was in it; none if nothing is known
+  /// there any longer.
+  struct Change {
+    std::array<std::uint16_t, 3> corner{};
+    std::uint8_t level = 0;
+    std::span<const Leaf> leaves;  ///< Morton order, valid during the call
+  };
+  /// Calls `visit` with what has changed since `before`, a view of the same map, in Morton order; disjoint
+  /// cubes of 4³ voxels or more. Between any two views, but fast where they share blocks: O(nodes above 4³
+  /// voxels), O(cubes of 4³ in blocks written since) and O(leaves that changed). Throws Error(usage) if the
+  /// resolutions differ.
+  void for_each_change(const OccupancyView& before, const std::function<void(const Change&)>& visit) const;
 
  private:
   Voxel voxel(const VoxelKey& key) const;

@@ -2,7 +2,9 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace octosurf {
@@ -26,6 +28,18 @@ Cloud read_pcd(const std::filesystem::path& file);
 Cloud read_ply(const std::filesystem::path& file);
 /// KITTI's velodyne: float32 x y z reflectance, little-endian; no pose.
 Cloud read_velodyne(const std::filesystem::path& file);
+
+/// What a PCD's points are labelled with.
+struct PcdLabels {
+  std::string field;                     ///< label, else intensity, four bytes wide; empty: none
+  std::vector<std::uint32_t> of_points;  ///< whole numbers, 0 for anything else
+  bool colored = false;                  ///< it has a field rgba, too
+};
+struct LabelledPcd {
+  Cloud cloud;
+  PcdLabels labels;
+};
+LabelledPcd read_labelled_pcd(const std::filesystem::path& file);
 
 constexpr std::size_t largest_cloud_file = std::size_t{4} << 30;
 

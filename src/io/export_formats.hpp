@@ -46,6 +46,9 @@ struct Shape {
   Mesh mesh;
 };
 
+/// One mesh as binary STL.
+void write_stl(const Shape& shape, std::ostream& out);
+
 /// Shapes of `part`, those of surfaces that have none of it left out.
 std::vector<Shape> make_shapes(const ExportJob& job, ExportPart part);
 
@@ -55,6 +58,9 @@ double finite(double value, SurfaceId id);  ///< of a surface
 
 /// Throws Error(data) unless there is a label for every edge of the surface's polygons.
 void require_labels_of(const Surface& surface, const std::vector<PolygonEdges>& edges);
+
+/// ".json" of "FILE.JSON".
+std::string ending_of(const std::filesystem::path& file);
 
 /// For formats that cannot be empty.
 Error nothing_to_write(const std::filesystem::path& file);

@@ -7,6 +7,7 @@
 #include <assimp/scene.h>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include <octosurf/error.hpp>
 #include <octosurf/up.hpp>
@@ -36,22 +37,22 @@ aiVector3D to_assimp(const Eigen::Vector3d& v) {
 }
 
 // Assimp's scene owns what it points to, by new and new[].
-aiMesh* to_mesh(const Shape& shape, const std::string& name, unsigned material) {
+aiMesh* to_mesh(const Mesh& shape, const std::string& name, unsigned material) {
   auto mesh = std::make_unique<aiMesh>();
   mesh->mName = name;
   mesh->mMaterialIndex = material;
-  mesh->mNumVertices = static_cast<unsigned>(shape.mesh.vertices.size());
+  mesh->mNumVertices = static_cast<unsigned>(shape.vertices.size());
   mesh->mVertices = new aiVector3D[mesh->mNumVertices];
-  for (unsigned i = 0; i < mesh->mNumVertices; ++i) mesh->mVertices[i] = to_assimp(shape.mesh.vertices[i]);
-  const bool cloud = shape.mesh.triangles.empty();
+  for (unsigned i = 0; i < mesh->mNumVertices; ++i) mesh->mVertices[i] = to_assimp(shape.vertices[i]);
+  const bool cloud = shape.triangles.empty();
   mesh->mPrimitiveTypes = cloud ? aiPrimitiveType_POINT : aiPrimitiveType_TRIANGLE;
-  mesh->mNumFaces = cloud ? mesh->mNumVertices : static_cast<unsigned>(shape.mesh.triangles.size());
+  mesh->mNumFaces = cloud ? mesh->mNumVertices : static_cast<unsigned>(shape.triangles.size());
   mesh->mFaces = new aiFace[mesh->mNumFaces];
   for (unsigned i = 0; i < mesh->mNumFaces; ++i) {
     aiFace& face = mesh->mFaces[i];
     face.mNumIndices = cloud ? 1 : 3;
     face.mIndices = new unsigned[face.mNumIndices];
-    for (unsigned k = 0; k < face.mNumIndices; ++k) face.mIndices[k] = cloud ? i : shape.mesh.triangles[i][k];
+    for (unsigned k = 0; k < face.mNumIndices; ++k) face.mIndices[k] = cloud ? i : shape.triangles[i][k];
   }
   return mesh.release();
 }
@@ -85,9 +86,9 @@ aiMatrix4x4 up_to_y(const Eigen::Vector3d& up) {
           R(2, 0), R(2, 1), R(2, 2), 0, 0,       0,       0,       1};
 }
 
-std::unique_ptr<aiScene> to_scene(const std::vector<Shape>& shapes, const MeshFormat& format,
+std::unique_ptr<aiScene> to_scene(const std::vector<NamedMesh>& meshes, const MeshFormat& format,
                                   const Eigen::Vector3d& up) {
-  const auto count = static_cast<unsigned>(shapes.size());
+  const auto count = static_cast<unsigned>(meshes.size());
   auto scene = std::make_unique<aiScene>();
   scene->mRootNode = new aiNode("map");
   if (format.y_up) scene->mRootNode->mTransformation = up_to_y(up);
@@ -96,9 +97,9 @@ std::unique_ptr<aiScene> to_scene(const std::vector<Shape>& shapes, const MeshFo
   scene->mNumMeshes = scene->mNumMaterials = count;
   std::vector<aiNode*> nodes;
   for (unsigned i = 0; i < count; ++i) {
-    const std::string name = "surface_" + std::to_string(shapes[i].id);
-    scene->mMeshes[i] = to_mesh(shapes[i], name, i);
-    scene->mMaterials[i] = to_material(shapes[i].color, format, name);
+    const std::string& name = meshes[i].name;
+    scene->mMeshes[i] = to_mesh(meshes[i].mesh, name, i);
+    scene->mMaterials[i] = to_material(meshes[i].color, format, name);
     auto node = std::make_unique<aiNode>(name);
     node->mNumMeshes = 1;
     node->mMeshes = new unsigned[1]{i};
@@ -116,16 +117,28 @@ void put(const aiExportDataBlob& blob, NewFile& output) {
 
 }  // namespace
 
+void write_stl(const Shape& shape, std::ostream& out) {
+  Assimp::Exporter exporter;
+  const MeshFormat stl{"stlb", false, false};
+  const aiExportDataBlob* blob = exporter.ExportToBlob(
+      to_scene({{"surface_" + std::to_string(shape.id), shape.color, shape.mesh}}, stl, {}).get(), stl.id);
+  if (blob == nullptr) throw Error(Error::Kind::output, "STL", exporter.GetErrorString());
+  out.write(static_cast<const char*>(blob->data), static_cast<std::streamsize>(blob->size));
+}
+
 void write_mesh_file(const ExportJob& job, const std::filesystem::path& file) {
   const MeshFormat format = format_of(file);
   NewFile output(file, job.options.force);
-  const std::vector<Shape> shapes = make_shapes(job, job.options.parts.front());
-  if (shapes.empty()) throw nothing_to_write(file);
+  std::vector<NamedMesh> meshes;
+  for (Shape& shape : make_shapes(job, job.options.parts.front()))
+    meshes.push_back({"surface_" + std::to_string(shape.id), shape.color, std::move(shape.mesh)});
+  if (meshes.empty()) throw nothing_to_write(file);
+  if (format.y_up) meshes.insert(meshes.end(), job.extras.meshes.begin(), job.extras.meshes.end());
   Assimp::ExportProperties properties;
   properties.SetPropertyString(AI_CONFIG_EXPORT_BLOB_NAME, file.stem().string());
   Assimp::Exporter exporter;
   const aiExportDataBlob* blob =
-      exporter.ExportToBlob(to_scene(shapes, format, job.options.up).get(), format.id, 0u, &properties);
+      exporter.ExportToBlob(to_scene(meshes, format, job.options.up).get(), format.id, 0u, &properties);
   if (blob == nullptr) throw Error(Error::Kind::output, file.string(), exporter.GetErrorString());
   put(*blob, output);
   if (blob->next != nullptr) {  // .obj's materials

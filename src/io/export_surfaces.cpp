@@ -11,13 +11,6 @@
 namespace octosurf {
 namespace {
 
-std::string ending_of(const std::filesystem::path& file) {
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](char c) { return 'A' <= c && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return ending;
-}
-
 std::vector<ExportPart> parts_of(const std::string& ending) {
   using enum ExportPart;
   if (ending == ".json" || ending == ".ply" || ending == ".glb") {
@@ -63,6 +56,13 @@ const std::vector<Value>& find_or_empty(const std::map<SurfaceId, std::vector<Va
 }
 
 }  // namespace
+
+std::string ending_of(const std::filesystem::path& file) {
+  std::string ending = file.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](char c) { return 'A' <= c && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return ending;
+}
 
 bool ExportJob::wants(ExportPart part) const {
   return std::find(options.parts.begin(), options.parts.end(), part) != options.parts.end();

@@ -5,9 +5,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cmath>
 #include <cstring>
+#include <lzf.h>
 #include <map>
-#include <pcl/io/lzf.h>
+#include <optional>
 #include <string>
 
 #include <octosurf/error.hpp>
@@ -36,16 +39,22 @@ class PcdReader {
     Cloud cloud{{}, viewpoint(), value("HEIGHT") > 1};
     const auto& data = header("DATA");
     const std::string_view format = data.size() == 2 ? data[1] : "";
-    if (format == "ascii")
+    if (format == "ascii") {
+      Lines rows = lines_;
       cloud.points = text_points(lines_, xyz_, points_, columns_, file_);
-    else if (format == "binary")
-      cloud.points = binary(lines_.rest());
-    else if (format == "binary_compressed")
-      cloud.points = compressed(lines_.rest());
-    else
+      read_text_labels(rows);
+    } else if (format == "binary") {
+      read_binary(rows_of(lines_.rest()), cloud);
+    } else if (format == "binary_compressed") {
+      read_binary(decompressed(lines_.rest()), cloud);
+    } else {
       refuse("PCD DATA is none of ascii, binary, binary_compressed");
+    }
     return cloud;
   }
+
+  /// After read().
+  PcdLabels take_labels() { return std::move(labels_); }
 
  private:
   [[noreturn]] void refuse(const std::string& what) const {
@@ -101,11 +110,20 @@ class PcdReader {
         found[axis] += real && count == 1 ? 1 : 2;
         xyz_[axis] = {step_, 0, columns_, size == 8};
       }
+      note_label(names[i], types[i], size, count);
       step_ += size * count;
       columns_ += count;
       if (step_ > largest_step) refuse("a PCD with more than 65536 bytes per point");
     }
     if (found != std::array{1, 1, 1}) refuse("a PCD without one each of x, y and z as real numbers");
+  }
+
+  void note_label(std::string_view name, std::string_view type, std::size_t size, std::size_t count) {
+    if (name == "rgba") labels_.colored = true;
+    const bool better = name == "label" || (name == "intensity" && labels_.field.empty());
+    if (!better || size != 4 || count != 1) return;
+    labels_.field = name;
+    label_ = {{step_, 0, columns_, false}, type == "F"};
   }
 
   void check_points() {
@@ -118,14 +136,14 @@ class PcdReader {
     refuse("truncated or damaged PCD: " + std::to_string(points_) + " points announced");
   }
 
-  std::vector<Eigen::Vector3f> binary(std::string_view bytes) {
+  std::string_view rows_of(std::string_view bytes) {
     if (bytes.size() / step_ < points_) refuse_truncated();
-    for (auto& c : xyz_) c.step = step_;
-    return binary_points(bytes, xyz_, points_, false);
+    for_each_column([&](Coordinate& c) { c.step = step_; });
+    return bytes;
   }
 
   /// All x, then all y, and so on, as one LZF block behind its two sizes.
-  std::vector<Eigen::Vector3f> compressed(std::string_view bytes) {
+  std::string decompressed(std::string_view bytes) {
     std::array<std::uint32_t, 2> sizes{};  // compressed, uncompressed
     if (bytes.size() < sizeof sizes) refuse_truncated();
     std::memcpy(sizes.data(), bytes.data(), sizeof sizes);
@@ -135,12 +153,41 @@ class PcdReader {
     if (sizes[1] + sizeof(Eigen::Vector3f) * points_ > free_bytes + bytes_per_file_byte * bytes.size())
       refuse("a PCD that is compressed to less than a seventh and has over 64 MiB of points");
     std::string columns(sizes[1], '\0');
-    if (pcl::lzfDecompress(bytes.data(), sizes[0], columns.data(), sizes[1]) != sizes[1]) refuse_truncated();
-    for (auto& c : xyz_) {
+    if (lzf_decompress(bytes.data(), sizes[0], columns.data(), sizes[1]) != sizes[1]) refuse_truncated();
+    for_each_column([&](Coordinate& c) {
       c.offset *= points_;
       c.step = c.is_double ? sizeof(double) : sizeof(float);
+    });
+    return columns;
+  }
+
+  template <class Change>
+  void for_each_column(const Change& change) {
+    for (Coordinate& c : xyz_) change(c);
+    if (label_) change(label_->place);
+  }
+
+  void read_binary(std::string_view bytes, Cloud& cloud) {
+    cloud.points = binary_points(bytes, xyz_, points_, false);
+    if (!label_) return;
+    for (std::size_t i = 0; i < points_; ++i) {
+      std::uint32_t bits = 0;
+      std::memcpy(&bits, bytes.data() + label_->place.offset + i * label_->place.step, sizeof bits);
+      labels_.of_points.push_back(label_->is_float ? label_of(std::bit_cast<float>(bits)) : bits);
     }
-    return binary_points(columns, xyz_, points_, false);
+  }
+
+  /// The rows that text_points() has read, so that each has its columns.
+  void read_text_labels(Lines rows) {
+    if (!label_) return;
+    for (std::string_view line; labels_.of_points.size() < points_ && rows.next(line);)
+      if (const Words words = words_of(line); !words.empty())
+        labels_.of_points.push_back(label_of(number(words[label_->place.column], file_, rows.number())));
+  }
+
+  /// A whole number, 0 for anything else.
+  static std::uint32_t label_of(double value) {
+    return value >= 0.5 && value < 1e6 ? static_cast<std::uint32_t>(std::lround(value)) : 0;
   }
 
   Eigen::Isometry3d viewpoint() const {
@@ -156,6 +203,12 @@ class PcdReader {
   Lines lines_;
   std::map<std::string_view, Words> header_;
   Coordinates xyz_;
+  struct LabelColumn {
+    Coordinate place;
+    bool is_float;
+  };
+  std::optional<LabelColumn> label_;
+  PcdLabels labels_;
   std::size_t step_ = 0, columns_ = 0, points_ = 0;
 };
 
@@ -164,6 +217,13 @@ class PcdReader {
 Cloud read_pcd(const std::filesystem::path& file) {
   const std::string bytes = read_bytes(file, largest_cloud_file);
   return PcdReader(file, bytes).read();
+}
+
+LabelledPcd read_labelled_pcd(const std::filesystem::path& file) {
+  const std::string bytes = read_bytes(file, largest_cloud_file);
+  PcdReader reader(file, bytes);
+  Cloud cloud = reader.read();
+  return {std::move(cloud), reader.take_labels()};
 }
 
 }  // namespace octosurf

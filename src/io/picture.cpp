@@ -25,23 +25,35 @@ constexpr int oversampling = 2;  // rays per pixel and axis
 constexpr std::uint32_t background = RTC_INVALID_GEOMETRY_ID;
 const Eigen::Vector3d light = Eigen::Vector3d(-0.45, -0.25, 0.85).normalized();
 
-// One polygon in the map frame.
+// One polygon in the map frame, or another flat mesh.
 struct Patch {
-  const Surface* surface;
+  std::array<float, 3> color;
+  Plane plane;
   Mesh mesh;
 };
 
-std::vector<Patch> make_patches(const Snapshot& snapshot) {
+Plane plane_of(const Mesh& mesh) {
+  if (mesh.triangles.empty()) return {};
+  const auto& [a, b, c] = mesh.triangles.front();
+  Plane plane;
+  plane.normal =
+      (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]).normalized();
+  plane.offset = plane.normal.dot(mesh.vertices[a]);
+  return plane;
+}
+
+std::vector<Patch> make_patches(const Snapshot& snapshot, const std::vector<NamedMesh>& meshes) {
   std::vector<Patch> patches;
   std::vector<Eigen::Vector2d> vertices;
   for (const SurfacePtr& surface : snapshot.surfaces) {
     for (const Polygon& polygon : surface->polygons) {
-      Patch patch{surface.get(), {}};
+      Patch patch{surface->color, surface->plane, {}};
       patch.mesh.triangles = triangulate(polygon, vertices);
       for (const Eigen::Vector2d& uv : vertices) patch.mesh.vertices.push_back(surface->to_map(uv));
       if (!patch.mesh.triangles.empty()) patches.push_back(std::move(patch));
     }
   }
+  for (const NamedMesh& more : meshes) patches.push_back({more.color, plane_of(more.mesh), more.mesh});
   return patches;
 }
 
@@ -79,7 +91,7 @@ class Rays {
     if (!device_) throw Error(Error::Kind::output, "picture", "the ray caster does not start");
     scene_.reset(rtcNewScene(device_.get()));
     for (std::size_t i = 0; i < patches.size(); ++i) {
-      if (cut && patches[i].surface->plane.signed_distance(camera.eye) < 0) continue;
+      if (cut && patches[i].plane.signed_distance(camera.eye) < 0) continue;
       add(patches[i].mesh, camera.eye, static_cast<unsigned>(i));
     }
     rtcCommitScene(scene_.get());
@@ -137,7 +149,7 @@ class Canvas {
         const Rays::Hit hit = rays.cast(ray);
         hits_[index(column, row)] = hit;
         colors_[index(column, row)] =
-            hit.patch == background ? ground(ray, box) : shade(*patches[hit.patch].surface, camera.eye);
+            hit.patch == background ? ground(ray, box) : shade(patches[hit.patch], camera.eye);
       }
     }
   }
@@ -209,10 +221,10 @@ class Canvas {
   }
 
   // Lambert's law wrapped around, so that no two of a room's walls look alike and none is black.
-  static Eigen::Vector3f shade(const Surface& surface, const Eigen::Vector3d& eye) {
-    const double side = surface.plane.signed_distance(eye) < 0 ? -1 : 1;
-    const double lit = 0.5 + 0.5 * side * surface.plane.normal.dot(light);
-    const Eigen::Vector3f color(surface.color[0], surface.color[1], surface.color[2]);
+  static Eigen::Vector3f shade(const Patch& patch, const Eigen::Vector3d& eye) {
+    const double side = patch.plane.signed_distance(eye) < 0 ? -1 : 1;
+    const double lit = 0.5 + 0.5 * side * patch.plane.normal.dot(light);
+    const Eigen::Vector3f color(patch.color[0], patch.color[1], patch.color[2]);
     return color * static_cast<float>(0.45 + 0.55 * lit);
   }
 
@@ -267,12 +279,14 @@ PictureOptions turned(PictureOptions options, const Eigen::Quaterniond& rotation
   if (options.eye) options.eye = rotation * *options.eye;
   if (options.target) options.target = rotation * *options.target;
   for (Eigen::Vector3d& point : options.points) point = rotation * point;
+  for (NamedMesh& more : options.meshes)
+    for (Eigen::Vector3d& vertex : more.mesh.vertices) vertex = rotation * vertex;
   return options;
 }
 
 /// z is up.
 std::vector<std::uint8_t> draw(const Snapshot& snapshot, const PictureOptions& options) {
-  const std::vector<Patch> patches = make_patches(snapshot);
+  const std::vector<Patch> patches = make_patches(snapshot, options.meshes);
   std::vector<Eigen::Vector3d> samples = spread(patches);
   if (samples.empty()) samples = options.points;
   const Eigen::AlignedBox3d box = robust_box(samples);

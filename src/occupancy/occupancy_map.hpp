@@ -122,6 +122,9 @@ class OccupancyMap {
   Size size() const;
   std::size_t bytes() const;  ///< size().bytes, in O(1)
 
+  /// Throws Error(data) for leaves that no octree has.
+  void set_leaves(std::span<const OccupancyView::Leaf> leaves);
+
   // Files. OctoMap's readers trust what they read, so hostile input is checked here first.
   void write_bt(std::ostream& out) const;  ///< plain OctoMap, maximum likelihood, pruned
   /// Preorder: per node its child mask, log-odds and payload; lossless. `sink` gets chunks.

@@ -1,3 +1,4 @@
+#include "planning/convex_piece.hpp"
 #include "surfaces/triangulate.hpp"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -110,24 +111,6 @@ class ConvexMerge {
   std::map<Edge, std::uint32_t> piece_at_;  // the triangle left of a directed edge
 };
 
-ConvexPiece to_piece(const Surface& surface, const std::vector<Eigen::Vector2d>& corners) {
-  const auto n = static_cast<Eigen::Index>(corners.size());
-  ConvexPiece piece;
-  piece.A.resize(n, 2);
-  piece.b.resize(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const Eigen::Vector2d& from = corners[static_cast<std::size_t>(i)];
-    const Eigen::Vector2d along = (corners[static_cast<std::size_t>((i + 1) % n)] - from).normalized();
-    piece.A.row(i) << along.y(), -along.x();
-    // The largest over all vertices, not the edge's own value: rounding never shuts a vertex out.
-    piece.b[i] = piece.A.row(i).dot(from);
-    for (const Eigen::Vector2d& corner : corners)
-      piece.b[i] = std::max(piece.b[i], piece.A.row(i).dot(corner));
-    piece.vertices.push_back(surface.to_map(from));
-  }
-  return piece;
-}
-
 }  // namespace
 
 std::vector<ConvexPiece> convex_pieces(const Surface& surface) {
@@ -142,7 +125,7 @@ std::vector<ConvexPiece> convex_pieces(const Surface& surface) {
           corners.push_back(merge.points()[piece[i]]);
         }
       }
-      if (!corners.empty()) result.push_back(to_piece(surface, corners));
+      if (!corners.empty()) result.push_back(convex_piece(surface, corners));
     }
   }
   return result;

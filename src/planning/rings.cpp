@@ -4,13 +4,28 @@
 
 namespace octosurf {
 
-std::vector<double> crossings(const Polygon& polygon, double v) {
-  std::vector<double> result;
+namespace {
+
+void add_crossings(const Polygon& polygon, double v, std::vector<double>& all) {
   for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
     // Half open in v, so that a vertex on the line counts once where the ring passes through it.
     if ((a.y() <= v) == (b.y() <= v)) return;
-    result.push_back(a.x() + (v - a.y()) / (b.y() - a.y()) * (b.x() - a.x()));
+    all.push_back(a.x() + (v - a.y()) / (b.y() - a.y()) * (b.x() - a.x()));
   });
+}
+
+}  // namespace
+
+std::vector<double> crossings(const Polygon& polygon, double v) {
+  std::vector<double> result;
+  add_crossings(polygon, v, result);
+  std::sort(result.begin(), result.end());
+  return result;
+}
+
+std::vector<double> crossings(const std::vector<Polygon>& polygons, double v) {
+  std::vector<double> result;
+  for (const Polygon& polygon : polygons) add_crossings(polygon, v, result);
   std::sort(result.begin(), result.end());
   return result;
 }

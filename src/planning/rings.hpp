@@ -21,6 +21,9 @@ void for_each_edge(const Polygon& polygon, const Visit& visit) {
 /// odd number of them lies below its own u. O(n log n).
 std::vector<double> crossings(const Polygon& polygon, double v);
 
+/// Of the rings of all of them.
+std::vector<double> crossings(const std::vector<Polygon>& polygons, double v);
+
 /// Even-odd rule; on an edge either answer may come. O(n log n).
 bool contains(const Polygon& polygon, const Eigen::Vector2d& point);
 

@@ -122,4 +122,11 @@ Map map_from_octomap(const std::filesystem::path& file, Parameters parameters) {
   return Map(std::move(state));
 }
 
+Map map_from_leaves(std::span<const OccupancyView::Leaf> leaves, const Parameters& parameters) {
+  parameters.validate();
+  auto state = std::make_unique<MapState>(parameters);
+  state->occupancy.set_leaves(leaves);
+  return Map(std::move(state));
+}
+
 }  // namespace octosurf

@@ -7,6 +7,9 @@
 #include <octosurf/adapters/detail/batch_insert.hpp>
 #include <octosurf/adapters/detail/voxel_table.hpp>
 
+// insert_point_cloud() for any OctoMap octree. A map's octree as an octomap::OcTree, and one taken in:
+// adapters/octree.hpp, which needs the library, too.
+
 namespace octosurf {
 namespace detail {
 

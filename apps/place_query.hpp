@@ -1,0 +1,20 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <vector>
+
+#include <octosurf/map.hpp>
+
+namespace octosurf {
+
+/// Questions about a place that may have several answers, or none: `--box`, `--sphere`, `--ray`, `--voxel`.
+struct PlaceQuery {
+  std::vector<double> box, sphere, ray, voxel;
+  bool asked() const { return !box.empty() || !sphere.empty() || !ray.empty() || !voxel.empty(); }
+};
+
+void add_place_options(CLI::Option_group& question, PlaceQuery& query);
+/// Prints the answer; that there is nothing is an answer, too.
+void answer(const Map& map, const PlaceQuery& query, const Eigen::Vector3d& up, bool json);
+
+}  // namespace octosurf

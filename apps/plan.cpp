@@ -1,0 +1,235 @@
+// `octosurf plan`: footsteps over a map.
+#include "io/new_file.hpp"
+#include "output_files.hpp"
+#include "up_option.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <numbers>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <octosurf/boundary.hpp>
+#include <octosurf/error.hpp>
+#include <octosurf/export.hpp>
+#include <octosurf/footsteps.hpp>
+#include <octosurf/map.hpp>
+#include <octosurf/plan_files.hpp>
+#include <octosurf/up.hpp>
+
+namespace octosurf {
+namespace {
+
+constexpr const char* description =
+    R"(Plans footsteps from one place to another, and says why not if there is no way.
+
+Examples:
+  octosurf plan maps/office --from -4.6 -0.6 0.6 -135 --to -6.6 -2.7 1.5 -135
+  octosurf plan maps/office --from -4.6 -0.6 0.6 -135 --to -6.6 -2.7 1.5 -135 --png steps.png -o steps.glb -o steps.json
+  octosurf plan maps/office --from -4.6 -0.6 0.6 -135 --to -5.0 0.0 0.6 -135 --foot 0.26x0.13 --max-forward 0.45
+  octosurf plan maps/stairs --from -3.45 0.74 0.57 -133 --to -5.6 -1.55 1.7 -133 --robot quadruped
+
+X Y Z is on the ground between the feet, YAW in degrees, counter-clockwise from the map's x axis seen from
+above. Feet are put on the footholds nearest to there. Unknown space counts as free.
+)";
+
+constexpr double rad = std::numbers::pi / 180;
+
+struct Arguments {
+  std::string map, robot = "biped", foot, up, png;
+  std::vector<double> from, to;
+  std::vector<std::string> outputs;
+  std::vector<std::pair<std::string, double>> limits;  ///< option and value, as given
+  PlanBudget budget;
+  bool json = false, force = false;
+};
+
+/// A limit that an option sets, and where it is in each robot; null: that robot has none.
+struct LimitOption {
+  const char* name;
+  const char* help;
+  double unit;  ///< of the option in SI
+  double* (*biped)(Biped&);
+  double* (*quadruped)(Quadruped&);
+};
+
+const std::vector<LimitOption>& limit_options() {
+  using B = Biped;
+  using Q = Quadruped;
+  static const std::vector<LimitOption> options{
+      {"--max-forward", "m, from the standing foot to the next", 1, [](B& r) { return &r.max_forward_m; },
+       nullptr},
+      {"--max-backward", "m, likewise", 1, [](B& r) { return &r.max_backward_m; }, nullptr},
+      {"--min-width", "m, between the feet", 1, [](B& r) { return &r.min_width_m; }, nullptr},
+      {"--max-width", "m, likewise", 1, [](B& r) { return &r.max_width_m; }, nullptr},
+      {"--max-step", "m, of a quadruped's body while each foot steps once", 1, nullptr,
+       [](Q& r) { return &r.max_step_m; }},
+      {"--reach", "m, of a quadruped's foot from below its hip", 1, nullptr, [](Q& r) { return &r.reach_m; }},
+      {"--max-up", "m, of a step", 1, [](B& r) { return &r.max_up_m; }, [](Q& r) { return &r.max_up_m; }},
+      {"--max-down", "m, of a step", 1, [](B& r) { return &r.max_down_m; },
+       [](Q& r) { return &r.max_down_m; }},
+      {"--max-turn", "degrees a step", rad, [](B& r) { return &r.max_turn_rad; },
+       [](Q& r) { return &r.max_turn_rad; }},
+      {"--max-slope", "degrees, of the ground", rad, [](B& r) { return &r.contact.max_slope_rad; },
+       [](Q& r) { return &r.contact.max_slope_rad; }},
+      {"--edge-margin", "m, between soles and edges", 1, [](B& r) { return &r.contact.edge_margin_m; },
+       [](Q& r) { return &r.contact.edge_margin_m; }},
+      {"--frontier-margin", "m, between soles and edges that nobody has looked beyond", 1,
+       [](B& r) { return &r.contact.frontier_margin_m; }, [](Q& r) { return &r.contact.frontier_margin_m; }},
+      {"--lift", "m, of a swinging foot", 1, [](B& r) { return &r.lift_m; }, [](Q& r) { return &r.lift_m; }}};
+  return options;
+}
+
+/// "0.22x0.11", or "0.03" for a disc's radius.
+ContactShape foot_of(const std::string& text) {
+  double a = 0, b = 0;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%lfx%lf%c", &a, &b, &rest) == 2 && a > 0 && b > 0)
+    return ContactShape::rectangle(a, b);
+  if (std::sscanf(text.c_str(), "%lf%c", &a, &rest) == 1 && a > 0) return ContactShape::disc(a);
+  throw Error(Error::Kind::usage, "--foot " + text, "is no size",
+              "write LENGTHxWIDTH, 0.22x0.11, or a ball's radius, 0.03");
+}
+
+double* field_of(const LimitOption& option, Robot& robot) {
+  if (auto* biped = std::get_if<Biped>(&robot)) return option.biped ? option.biped(*biped) : nullptr;
+  return option.quadruped ? option.quadruped(std::get<Quadruped>(robot)) : nullptr;
+}
+
+Robot robot_of(const Arguments& arguments, const Eigen::Vector3d& up) {
+  Robot robot = arguments.robot == "biped" ? Robot(Biped{}) : Robot(Quadruped{});
+  std::visit(
+      [&](auto& kind) {
+        kind.contact.up = up;
+        if (!arguments.foot.empty()) kind.foot = foot_of(arguments.foot);
+      },
+      robot);
+  for (const auto& [name, value] : arguments.limits)
+    for (const LimitOption& option : limit_options()) {
+      if (name != option.name) continue;
+      double* field = field_of(option, robot);
+      if (field == nullptr)
+        throw Error(Error::Kind::usage, name, "is none of a " + arguments.robot + "'s limits");
+      *field = value * option.unit;
+    }
+  return robot;
+}
+
+Standing standing_of(const std::vector<double>& v) { return {{v[0], v[1], v[2]}, v[3] * rad}; }
+
+std::map<SurfaceId, std::vector<PolygonEdges>> labels_of(const Map& map, const Robot& robot) {
+  std::map<SurfaceId, std::vector<PolygonEdges>> edges;
+  const double margin = std::visit([](const auto& kind) { return kind.contact.frontier_margin_m; }, robot);
+  if (margin <= 0) return edges;
+  for (const SurfacePtr& surface : map.snapshot()->surfaces) edges[surface->id] = label_edges(map, *surface);
+  return edges;
+}
+
+void print(const FootstepPlan& plan) {
+  std::set<SurfaceId> surfaces;
+  for (const Footstep& step : plan.steps) surfaces.insert(step.surface);
+  double way = 0;
+  for (std::size_t i = 1; i < plan.body.size(); ++i) way += (plan.body[i].at - plan.body[i - 1].at).norm();
+  std::printf("%zu steps over %zu surfaces, %.2f m\n", plan.steps.size(), surfaces.size(), way);
+  std::printf("cost %.2f; none on the planner's grid costs less than %.2f\n", plan.cost, plan.lower_bound);
+  std::printf("%zu expansions, %.0f ms of search, %.0f ms of preparation\n\n", plan.expansions,
+              plan.search_ms, plan.prepare_ms);
+  std::printf(" step  foot         surface        x        y        z      yaw   margin\n");
+  const auto line = [](const std::string& number, const Footstep& step) {
+    const Eigen::Vector3d p = step.T_map_foot.translation();
+    std::printf("%5s  %-11s  %7u  %7.3f  %7.3f  %7.3f  %6.1f°  %6.3f\n", number.c_str(),
+                foot_name(step.foot).data(), step.surface, p.x(), p.y(), p.z(),
+                std::remainder(step.yaw_rad / rad, 360.0), step.margin_m);
+  };
+  for (const Footstep& step : plan.start) line("start", step);
+  for (std::size_t i = 0; i < plan.steps.size(); ++i) line(std::to_string(i + 1), plan.steps[i]);
+}
+
+void write(const Arguments& arguments, const Snapshot& snapshot, const FootstepPlan& plan, const Robot& robot,
+           const Eigen::Vector3d& up) {
+  for (const std::string& file : arguments.outputs) {
+    if (file.ends_with(".json")) {
+      NewFile output(file, arguments.force);
+      output.write([&](std::ostream& out) { out << to_json(plan, robot) << '\n'; });
+      output.commit();
+    } else {
+      ExportExtras extras;
+      extras.meshes = footprints(plan, robot);
+      ExportOptions options;
+      options.up = up;
+      options.force = arguments.force;
+      export_surfaces(snapshot, file, options, extras);
+    }
+  }
+  if (arguments.png.empty()) return;
+  PictureOptions options;
+  options.up = up;
+  options.force = arguments.force;
+  options.meshes = footprints(plan, robot);
+  render_png(snapshot, arguments.png, options);
+}
+
+void require_sensible_files(const Arguments& arguments) {
+  for (const std::string& file : arguments.outputs) {
+    require_apart("-o", file, files_of_map(arguments.map));
+    if (!file.ends_with(".json") && !file.ends_with(".glb"))
+      throw Error(Error::Kind::usage, "-o " + file, "is neither .json nor .glb", "give it such an ending");
+  }
+  require_apart("--png", arguments.png, files_of_map(arguments.map));
+}
+
+void run(const Arguments& arguments) {
+  require_sensible_files(arguments);
+  const LoadedMap loaded = load_map(arguments.map);
+  if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
+  const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
+  const Eigen::Vector3d up = up_in_force(loaded.map, arguments.up).direction;
+  const Robot robot = robot_of(arguments, up);
+  FootstepPlanner planner(snapshot, loaded.map.octree(), robot, labels_of(loaded.map, robot));
+  const FootstepPlan plan =
+      planner.plan(standing_of(arguments.from), standing_of(arguments.to), arguments.budget);
+  write(arguments, *snapshot, plan, robot, up);
+  if (arguments.json) std::printf("%s\n", to_json(plan, robot).c_str());
+  if (!plan.found()) throw Error(Error::Kind::data, arguments.map, plan.refusal->sentence);
+  if (!arguments.json) print(plan);
+}
+
+}  // namespace
+
+void add_plan(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("plan", description);
+  const auto arguments = std::make_shared<Arguments>();
+  verb->add_option("map", arguments->map, "map to walk on: name without ending, as given to map -o")
+      ->required();
+  verb->add_option("--from", arguments->from, "X Y Z YAW: where it stands")->expected(4)->required();
+  verb->add_option("--to", arguments->to, "X Y Z YAW: where it shall stand")->expected(4)->required();
+  verb->add_option("--robot", arguments->robot, "biped or quadruped")
+      ->check(CLI::IsMember({"biped", "quadruped"}))
+      ->capture_default_str();
+  verb->add_option("--foot", arguments->foot, "LENGTHxWIDTH of a sole, or the radius of a ball, m");
+  for (const LimitOption& option : limit_options()) {
+    const std::string name = option.name;
+    verb->add_option_function<double>(
+        name, [arguments, name](double value) { arguments->limits.emplace_back(name, value); }, option.help);
+  }
+  add_up_option(*verb, arguments->up);
+  verb->add_option("--budget", arguments->budget.expansions, "expansions to find a plan")
+      ->capture_default_str();
+  verb->add_option("--improving", arguments->budget.improving, "further expansions to find a better one")
+      ->capture_default_str();
+  verb->add_option("--time", arguments->budget.time_s, "seconds of search at most")
+      ->check(CLI::NonNegativeNumber);
+  verb->add_flag("--json", arguments->json, "answer in JSON");
+  verb->add_option(
+      "-o,--output", arguments->outputs,
+      "FILE.json: the plan; FILE.glb: surfaces and footprints for a 3-D viewer; may be repeated");
+  verb->add_option("--png", arguments->png, "picture of surfaces and footprints: left red, right green");
+  verb->add_flag("--force", arguments->force, "overwrite files");
+  verb->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace octosurf

@@ -1,0 +1,208 @@
+// Composes what planners' own formats are made of: contact regions, their convex pieces, a grid of heights.
+#include "planner_export.hpp"
+
+#include "contact_query.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include <octosurf/contact.hpp>
+#include <octosurf/error.hpp>
+#include <octosurf/planner_formats.hpp>
+#include <octosurf/planning.hpp>
+
+namespace octosurf {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180;
+// A quadruped's ball foot of 3 cm, placed to 3 cm.
+constexpr double default_radius = 0.06;
+constexpr double default_slope = 30 * degree;
+// Floors are level to this (up.hpp): an estimate that near to z leaves the map as the robot's poses have it.
+constexpr double level_rad = 5 * degree;
+
+ContactShape chosen_foot(const PlannerExport& options) {
+  if (options.foot.empty()) return ContactShape::disc(options.foot_radius.value_or(default_radius));
+  if (options.foot_radius)
+    throw Error(Error::Kind::usage, "--foot", "and --foot-radius are two feet", "give one of them");
+  return foot_of(options.foot);
+}
+
+Eigen::Quaterniond turn_of(const Up& up) {
+  const double from_z = std::atan2(up.direction.head<2>().norm(), up.direction.z());
+  if (up.source != Up::Source::given && from_z <= level_rad) return Eigen::Quaterniond::Identity();
+  return upright(up.direction);
+}
+
+/// One export: the map, what was asked for, and the world it is written in.
+class PlannerExporter {
+ public:
+  PlannerExporter(const Map& map, const Up& up, const PlannerExport& options, std::string file, bool force)
+      : snapshot_(map.snapshot()),
+        octree_(map.octree()),
+        options_(options),
+        up_(up.direction),
+        turn_(turn_of(up)),
+        file_(std::move(file)),
+        force_(force) {}
+
+  void run() const {
+    const std::string& format = options_.format;
+    if (format == "sl1m" || format == "hpp") write_pieces();
+    if (format == "ihmc") write_ihmc();
+    if (format == "planar_terrain") write_terrain();
+    if (format == "grid_map" || format == "height") write_grid();
+    if (turn_.angularDistance(Eigen::Quaterniond::Identity()) > 0)
+      std::printf("turned so that up is +z, by the quaternion x %.9g y %.9g z %.9g w %.9g\n", turn_.x(),
+                  turn_.y(), turn_.z(), turn_.w());
+  }
+
+ private:
+  double max_slope(double unless_given) const {
+    return options_.max_slope_deg ? *options_.max_slope_deg * degree : unless_given;
+  }
+
+  PlannerSurface planner_surface(const Surface& surface) const {
+    return {surface.id, surface.T_map_surface, surface.polygons, {}, {}};
+  }
+
+  /// With the contact regions, and their pieces where they are asked for.
+  std::vector<PlannerSurface> contact_surfaces(bool pieces) const {
+    const ContactShape foot = chosen_foot(options_);
+    ContactLimits limits;
+    limits.up = up_;
+    limits.max_slope_rad = max_slope(default_slope);
+    limits.clearance_m = options_.clearance;
+    limits.gap_depth_m = options_.gap_depth;
+    std::optional<double> yaw;
+    if (options_.yaw_deg) yaw = *options_.yaw_deg * degree;
+    std::vector<PlannerSurface> surfaces;
+    for (const SurfacePtr& surface : snapshot_->surfaces) {
+      const ContactRegion region = contact_region(*surface, foot, yaw, limits, &octree_);
+      PlannerSurface one = planner_surface(*surface);
+      one.insets = region.polygons;
+      if (pieces) one.pieces = convex_pieces(*surface, region, options_.pieces);
+      surfaces.push_back(turned(std::move(one), turn_));
+    }
+    return surfaces;
+  }
+
+  HeightGrid grid(double steepest) const {
+    HeightGridOptions wanted;
+    wanted.cell = options_.cell.value_or(0);
+    wanted.turn = turn_;
+    wanted.max_slope_rad = std::min(max_slope(default_slope), steepest);
+    wanted.below = options_.below;
+    return height_grid(*snapshot_, wanted);
+  }
+
+  void write_pieces() const {
+    const std::vector<PlannerSurface> surfaces = contact_surfaces(true);
+    std::size_t pieces = 0, on = 0;
+    for (const PlannerSurface& surface : surfaces) {
+      pieces += surface.pieces.size();
+      on += surface.pieces.empty() ? 0 : 1;
+    }
+    if (options_.format == "sl1m")
+      export_sl1m(surfaces, file_, force_);
+    else
+      pieces = export_hpp(surfaces, file_, force_);
+    std::printf("%s: %zu convex pieces on %zu surfaces\n", file_.c_str(), pieces, on);
+  }
+
+  void write_ihmc() const {
+    std::vector<IhmcRegion> regions;
+    for (const SurfacePtr& surface : snapshot_->surfaces) {
+      if (slope_rad(*surface, up_) > max_slope(std::numbers::pi)) continue;
+      PlannerSurface one = planner_surface(*surface);
+      one.polygons = simplified(*surface);
+      one.pieces = convex_pieces(*surface);
+      for (IhmcRegion& region : ihmc_regions(turned(std::move(one), turn_)))
+        regions.push_back(std::move(region));
+    }
+    export_ihmc(regions, file_, force_);
+    std::printf("%s: %zu regions\n", file_.c_str(), regions.size());
+  }
+
+  void write_terrain() const {
+    const PlanarTerrainCount count =
+        export_planar_terrain(contact_surfaces(false), grid(80 * degree), options_.frame, file_, force_);
+    std::printf("%s: %zu regions\n", file_.c_str(), count.regions);
+    if (count.without_inset + count.too_steep > 0)
+      std::fprintf(stderr, "left out: %zu regions without room for the foot, %zu steeper than 80 degrees\n",
+                   count.without_inset, count.too_steep);
+  }
+
+  void write_grid() const {
+    const HeightGrid heights = grid(std::numbers::pi);
+    if (options_.format == "height")
+      export_height_image(heights, file_, force_);
+    else
+      export_grid_map(heights, options_.frame, file_, force_);
+    std::printf("%s: %td x %td cells of %g m\n", file_.c_str(), heights.elevation.rows(),
+                heights.elevation.cols(), heights.cell);
+  }
+
+  std::shared_ptr<const Snapshot> snapshot_;
+  OccupancyView octree_;
+  const PlannerExport& options_;
+  Eigen::Vector3d up_;
+  Eigen::Quaterniond turn_;
+  std::string file_;
+  bool force_;
+};
+
+}  // namespace
+
+void add_planner_options(CLI::App& verb, PlannerExport& options) {
+  const std::string group = "For planners' own formats (--format)";
+  verb.add_option(
+          "--format", options.format,
+          "sl1m (.json), hpp (folder of STL), ihmc (folder), planar_terrain or grid_map (.json, .cdr), "
+          "height (.png); docs/formats.md, section 7. Without it --to's ending decides")
+      ->check(CLI::IsMember({"sl1m", "hpp", "ihmc", "planar_terrain", "grid_map", "height"}));
+  verb.add_option("--foot", options.foot, "LENGTHxWIDTH of a sole about its reference point, or a radius; m")
+      ->group(group);
+  verb.add_option("--foot-radius", options.foot_radius, "m: a round foot; 0.06 unless there is a --foot")
+      ->check(CLI::NonNegativeNumber)
+      ->group(group);
+  verb.add_option("--yaw", options.yaw_deg, "degrees: the heading of --foot; any, if it is not given")
+      ->group(group);
+  verb.add_option("--max-slope", options.max_slope_deg, "degrees against up; default: 30, of ihmc any")
+      ->check(CLI::Range(0.0, 180.0))
+      ->group(group);
+  verb.add_option("--clearance", options.clearance,
+                  "m over the foot in which nothing may stand or hang; 0: any")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str()
+      ->group(group);
+  verb.add_option(
+          "--gap-depth", options.gap_depth,
+          "m: no foot over gaps behind which the octree knows so much free space (contact.hpp); 0: any")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str()
+      ->group(group);
+  verb.add_option("--pieces", options.pieces, "sl1m, hpp: at most so many convex pieces of a surface")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str()
+      ->group(group);
+  verb.add_option("--cell", options.cell, "m: of height grids; default: the map's resolution")
+      ->check(CLI::PositiveNumber)
+      ->group(group);
+  verb.add_option("--below", options.below, "m: height grids leave out what is higher")->group(group);
+  verb.add_option("--frame", options.frame, "frame id of planar_terrain and grid_map")
+      ->capture_default_str()
+      ->group(group);
+}
+
+void export_for_planner(const Map& map, const Up& up, const PlannerExport& options, const std::string& file,
+                        bool force) {
+  PlannerExporter(map, up, options, file, force).run();
+}
+
+}  // namespace octosurf

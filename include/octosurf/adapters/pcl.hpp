@@ -1,0 +1,141 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <pcl/ModelCoefficients.h>
+#include <pcl/PolygonMesh.h>
+#include <pcl/conversions.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+#include <pcl/segmentation/planar_region.h>
+#include <string>
+#include <vector>
+
+#include <octosurf/error.hpp>
+#include <octosurf/map.hpp>
+#include <octosurf/scan.hpp>
+#include <octosurf/surface.hpp>
+
+// PCL's types in and out. Needs PCL's headers and pcl_common beside octosurf::octosurf. PCL computes in
+// 32-bit floats: what goes out is rounded to them.
+
+namespace octosurf {
+
+/// A cloud with its sensor's pose (`sensor_origin_`, `sensor_orientation_`), its time (`header.stamp`, µs)
+/// and its `header.frame_id` for a name. Organised clouds are a depth camera's, others a lidar's, as with PCD
+/// files. Points at the very origin are no readings: drivers write them for no return. Throws Error(data) if
+/// the orientation is not a rotation.
+template <class Point>
+Scan to_scan(const pcl::PointCloud<Point>& cloud) {
+  const Eigen::Quaterniond orientation = cloud.sensor_orientation_.template cast<double>();
+  if (!(std::abs(orientation.norm() - 1) <= 1e-3))
+    throw Error(Error::Kind::data, "sensor_orientation_", "is not a unit quaternion",
+                "give the sensor's pose");
+  Scan scan;
+  scan.T_map_sensor.linear() = orientation.normalized().toRotationMatrix();
+  scan.T_map_sensor.translation() = cloud.sensor_origin_.template head<3>().template cast<double>();
+  scan.stamp_s = static_cast<double>(cloud.header.stamp) * 1e-6;
+  scan.sensor = cloud.isOrganized() ? SensorKind::depth_camera : SensorKind::lidar;
+  scan.name = cloud.header.frame_id;
+  scan.points.reserve(cloud.size());
+  for (const Point& p : cloud) {
+    const Eigen::Vector3f point(p.x, p.y, p.z);
+    scan.points.push_back(point.isZero(0) ? Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN())
+                                          : point);
+  }
+  return scan;
+}
+
+/// The map's points in its frame, labelled by their surface; 0: pending. O(points).
+inline pcl::PointCloud<pcl::PointXYZL> to_labelled_cloud(const Map& map) {
+  pcl::PointCloud<pcl::PointXYZL> cloud;
+  map.for_each_point([&](const Map::Voxel& voxel) {
+    if (!voxel.point) return;
+    const Eigen::Vector3f p = voxel.point->cast<float>();
+    cloud.push_back({p.x(), p.y(), p.z(), voxel.surface});
+  });
+  return cloud;
+}
+
+/// n·x − offset as PCL's a b c d: a·x + b·y + c·z + d = 0, map frame.
+inline pcl::ModelCoefficients to_model_coefficients(const Plane& plane) {
+  pcl::ModelCoefficients coefficients;
+  for (const double n : plane.normal) coefficients.values.push_back(static_cast<float>(n));
+  coefficients.values.push_back(static_cast<float>(-plane.offset));
+  return coefficients;
+}
+
+/// Any mesh of octosurf's, such as extrude(surface, 0.02): map frame.
+inline pcl::PolygonMesh to_polygon_mesh(const Mesh& mesh) {
+  pcl::PointCloud<pcl::PointXYZ> cloud;
+  for (const Eigen::Vector3d& v : mesh.vertices) {
+    const Eigen::Vector3f p = v.cast<float>();
+    cloud.push_back({p.x(), p.y(), p.z()});
+  }
+  pcl::PolygonMesh result;
+  pcl::toPCLPointCloud2(cloud, result.cloud);
+  for (const auto& t : mesh.triangles) {
+    pcl::Vertices corners;
+    for (const std::uint32_t i : t) corners.vertices.push_back(static_cast<pcl::index_t>(i));
+    result.polygons.push_back(corners);
+  }
+  return result;
+}
+
+namespace detail {
+
+/// Integrals over a polygon: 1, u and v, and uu, uv, vv.
+struct AreaMoments {
+  double area = 0;
+  Eigen::Vector2d first = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
+
+  /// By Green's theorem; a hole, being clockwise, is taken off.
+  void add(const Ring2& ring) {
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      const Eigen::Vector2d &a = ring[i], &b = ring[(i + 1) % ring.size()];
+      const double cross = a.x() * b.y() - b.x() * a.y();
+      area += cross / 2;
+      first += cross / 6 * (a + b);
+      const Eigen::Vector2d sum = a + b;
+      second += cross / 24 * (sum * sum.transpose() + a * a.transpose() + b * b.transpose());
+    }
+  }
+};
+
+}  // namespace detail
+
+/// One region for each polygon of the surface, map frame. PlanarRegion knows no holes: `contour` is the outer
+/// ring. Centroid and covariance are those of points spread evenly over the polygon, holes left out, and by
+/// rms_m about the plane; the count is its share of the inliers by area.
+inline std::vector<pcl::PlanarRegion<pcl::PointXYZ>> to_planar_regions(const Surface& surface) {
+  std::vector<pcl::PlanarRegion<pcl::PointXYZ>> regions;
+  const Eigen::Matrix3d R = surface.T_map_surface.linear();
+  Eigen::Vector4f plane;
+  plane << surface.plane.normal.cast<float>(), static_cast<float>(-surface.plane.offset);
+  for (const Polygon& polygon : surface.polygons) {
+    detail::AreaMoments moments;
+    moments.add(polygon.outer);
+    for (const Ring2& hole : polygon.holes) moments.add(hole);
+    const Eigen::Vector2d mean = moments.first / moments.area;
+    Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+    spread.topLeftCorner<2, 2>() = moments.second / moments.area - mean * mean.transpose();
+    spread(2, 2) = surface.rms_m * surface.rms_m;
+    pcl::PointCloud<pcl::PointXYZ>::VectorType contour;
+    for (const Eigen::Vector2d& uv : polygon.outer) {
+      const Eigen::Vector3f p = surface.to_map(uv).cast<float>();
+      contour.push_back({p.x(), p.y(), p.z()});
+    }
+    const double share = surface.area_m2 > 0 ? moments.area / surface.area_m2 : 0;
+    regions.emplace_back(surface.to_map(mean).cast<float>(), (R * spread * R.transpose()).cast<float>(),
+                         static_cast<unsigned>(std::lround(share * static_cast<double>(surface.inliers))),
+                         contour, plane);
+  }
+  return regions;
+}
+
+}  // namespace octosurf

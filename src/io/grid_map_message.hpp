@@ -1,0 +1,27 @@
+#pragma once
+
+#include "io/message_writer.hpp"
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <octosurf/height_grid.hpp>
+
+namespace octosurf {
+
+using GridLayers = std::vector<std::pair<std::string, const Eigen::MatrixXf*>>;
+
+/// grid_map_msgs/GridMap with these layers of the grid's size.
+void write_grid_map(MessageWriter& out, const HeightGrid& grid, const GridLayers& layers,
+                    const std::string& frame);
+
+/// geometry_msgs/Pose.
+void write_pose(MessageWriter& out, const Eigen::Vector3d& position, const Eigen::Quaterniond& orientation);
+
+/// Throws Error(data) unless the grid has cells and all its layers are of one size.
+void require_cells(const HeightGrid& grid, const std::filesystem::path& file);
+
+}  // namespace octosurf

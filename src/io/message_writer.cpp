@@ -1,0 +1,164 @@
+#include "io/message_writer.hpp"
+
+#include "io/export_formats.hpp"
+#include "io/new_file.hpp"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <fastcdr/Cdr.h>
+#include <fastcdr/FastBuffer.h>
+#include <fastcdr/config.h>
+#include <new>
+#include <nlohmann/json.hpp>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+/// Writes as it goes: a grid of millions of cells need not be a document in memory.
+class JsonWriter : public MessageWriter {
+ public:
+  explicit JsonWriter(std::ostream& out) : out_(out) {}
+
+  void begin_message() override { open('{'); }
+  void end_message() override { close('}'); }
+  void field(const char* name) override {
+    separate();
+    out_ << '"' << name << "\":";
+    first_ = true;
+  }
+  void begin_list(std::size_t) override { open('['); }
+  void end_list() override { close(']'); }
+  void write(double value) override { number(value); }
+  void write(float value) override { number(value); }
+  void write(std::uint32_t value) override { integer(value); }
+  void write(std::int32_t value) override { integer(value); }
+  void write(std::uint16_t value) override { integer(value); }
+  void write(const std::string& value) override {
+    separate();
+    out_ << nlohmann::json(value);
+  }
+  void write(std::span<const float> list) override {
+    begin_list(list.size());
+    for (const float value : list) number(value);
+    end_list();
+  }
+
+ private:
+  void separate() {
+    if (!first_) out_ << ',';
+    first_ = false;
+  }
+  void open(char bracket) {
+    separate();
+    out_ << bracket;
+    first_ = true;
+  }
+  void close(char bracket) {
+    out_ << bracket;
+    first_ = false;
+  }
+  template <class Real>
+  void number(Real value) {
+    separate();
+    if (std::isnan(value)) {
+      out_ << "null";
+      return;
+    }
+    std::array<char, 32> text{};
+    out_.write(text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr - text.data());
+  }
+  template <class Integer>
+  void integer(Integer value) {
+    separate();
+    out_ << value;
+  }
+
+  std::ostream& out_;
+  bool first_ = true;  // of a message or list; or the value of a field
+};
+
+namespace cdr = eprosima::fastcdr;
+
+class CdrWriter : public MessageWriter {
+ public:
+  CdrWriter()
+      :
+#if FASTCDR_VERSION_MAJOR >= 2  // Ubuntu and Debian after 2023; the bytes are the same
+        cdr_(buffer_, cdr::Cdr::LITTLE_ENDIANNESS, cdr::CdrVersion::XCDRv1)
+#else
+        cdr_(buffer_, cdr::Cdr::LITTLE_ENDIANNESS, cdr::Cdr::DDS_CDR)
+#endif
+  {
+#if FASTCDR_VERSION_MAJOR >= 2
+    cdr_.set_encoding_flag(cdr::EncodingAlgorithmFlag::PLAIN_CDR);
+#endif
+    cdr_.serialize_encapsulation();
+  }
+
+  void begin_message() override {}
+  void end_message() override {}
+  void field(const char*) override {}
+  void begin_list(std::size_t size) override { cdr_ << static_cast<std::uint32_t>(size); }
+  void end_list() override {}
+  void write(double value) override { cdr_ << value; }
+  void write(float value) override { cdr_ << value; }
+  void write(std::uint32_t value) override { cdr_ << value; }
+  void write(std::int32_t value) override { cdr_ << value; }
+  void write(std::uint16_t value) override { cdr_ << value; }
+  void write(const std::string& value) override { cdr_ << value; }
+  void write(std::span<const float> list) override {
+    begin_list(list.size());
+#if FASTCDR_VERSION_MAJOR >= 2
+    cdr_.serialize_array(list.data(), list.size());
+#else
+    cdr_.serializeArray(list.data(), list.size());
+#endif
+  }
+
+  std::span<const char> bytes() const {
+#if FASTCDR_VERSION_MAJOR >= 2
+    return {buffer_.getBuffer(), cdr_.get_serialized_data_length()};
+#else
+    return {buffer_.getBuffer(), cdr_.getSerializedDataLength()};
+#endif
+  }
+
+ private:
+  cdr::FastBuffer buffer_;
+  cdr::Cdr cdr_;
+};
+
+void write_cdr(const std::function<void(MessageWriter&)>& message, std::ostream& out) {
+  CdrWriter writer;
+  try {
+    message(writer);
+  } catch (const cdr::exception::NotEnoughMemoryException&) {
+    throw std::bad_alloc();
+  }
+  out.write(writer.bytes().data(), static_cast<std::streamsize>(writer.bytes().size()));
+}
+
+void write_json(const std::function<void(MessageWriter&)>& message, std::ostream& out) {
+  JsonWriter writer(out);
+  message(writer);
+  out << '\n';
+}
+
+}  // namespace
+
+void write_message(const std::function<void(MessageWriter&)>& message, const std::filesystem::path& file,
+                   bool force) {
+  const std::string ending = ending_of(file);
+  if (ending != ".json" && ending != ".cdr")
+    throw Error(Error::Kind::usage, file.string(), "is neither JSON nor CDR by its ending",
+                "end the name in .json or .cdr");
+  NewFile output(file, force);
+  output.write(
+      [&](std::ostream& out) { ending == ".cdr" ? write_cdr(message, out) : write_json(message, out); });
+  output.commit();
+}
+
+}  // namespace octosurf

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <ostream>
+#include <span>
+#include <string>
+
+namespace octosurf {
+
+/// Takes a ROS message field by field, in the order of its definition. One description of a message so gives
+/// all its encodings.
+class MessageWriter {
+ public:
+  virtual ~MessageWriter() = default;
+
+  virtual void begin_message() = 0;
+  virtual void end_message() = 0;
+  virtual void field(const char* name) = 0;  ///< what is written next is its value
+  virtual void begin_list(std::size_t size) = 0;
+  virtual void end_list() = 0;
+  virtual void write(double value) = 0;
+  virtual void write(float value) = 0;
+  virtual void write(std::uint32_t value) = 0;
+  virtual void write(std::int32_t value) = 0;
+  virtual void write(std::uint16_t value) = 0;
+  virtual void write(const std::string& value) = 0;
+  virtual void write(std::span<const float> list) = 0;
+
+  template <class Value>
+  void field(const char* name, const Value& value) {
+    field(name);
+    write(value);
+  }
+};
+
+/// Writes the message to `file`: as JSON (NaN as null) or, if it ends in .cdr, as ROS 2 serialises it: XCDR1,
+/// little-endian, behind its encapsulation header. Throws Error(usage) for other endings and for a file
+/// that exists without `force`, Error(output) if it cannot be written.
+void write_message(const std::function<void(MessageWriter&)>& message, const std::filesystem::path& file,
+                   bool force);
+
+}  // namespace octosurf

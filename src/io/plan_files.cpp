@@ -1,0 +1,113 @@
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include <octosurf/plan_files.hpp>
+
+namespace octosurf {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double degrees = 180 / std::numbers::pi;
+// m over the plane, so that a sole is seen at any angle; each a little more, so that a later one covers it.
+constexpr double raised = 0.006, raised_more = 0.0002;
+constexpr int disc_corners = 24;
+
+constexpr std::array<std::string_view, 4> why_names{"start", "goal", "unreachable", "budget"};
+
+constexpr std::array<float, 3> start_color{0.35F, 0.35F, 0.38F};
+constexpr std::array<std::array<float, 3>, foot_names.size()> foot_colors{{{0.85F, 0.12F, 0.12F},
+                                                                           {0.08F, 0.60F, 0.20F},
+                                                                           {0.85F, 0.12F, 0.12F},
+                                                                           {0.08F, 0.60F, 0.20F},
+                                                                           {0.95F, 0.55F, 0.50F},
+                                                                           {0.50F, 0.80F, 0.55F}}};
+
+const ContactShape& foot_of(const Robot& robot) {
+  return std::visit([](const auto& kind) -> const ContactShape& { return kind.foot; }, robot);
+}
+
+std::vector<Eigen::Vector3d> outline_of(const Footstep& step, const ContactShape& foot, double height) {
+  std::vector<Eigen::Vector3d> ring;
+  for (const Eigen::Vector2d& p : foot.outline)
+    ring.push_back(step.T_map_foot * Eigen::Vector3d(p.x(), p.y(), height));
+  for (int i = 0; i < disc_corners && foot.outline.empty(); ++i) {
+    const double angle = 2 * std::numbers::pi * i / disc_corners;
+    ring.push_back(step.T_map_foot *
+                   Eigen::Vector3d(foot.radius * std::cos(angle), foot.radius * std::sin(angle), height));
+  }
+  return ring;
+}
+
+Json point(const Eigen::Vector3d& p) { return Json{p.x(), p.y(), p.z()}; }
+
+Json json_of(const Footstep& step, const ContactShape& foot) {
+  Json json{{"foot", foot_name(step.foot)},
+            {"surface", step.surface},
+            {"at", point(step.T_map_foot.translation())},
+            {"yaw_deg", step.yaw_rad * degrees}};
+  Json& rows = json["T_map_foot"] = Json::array();
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 4; ++j) rows.push_back(step.T_map_foot.matrix()(i, j));
+  json["margin_m"] = step.margin_m;
+  Json& outline = json["outline"] = Json::array();
+  for (const Eigen::Vector3d& p : outline_of(step, foot, 0)) outline.push_back(point(p));
+  return json;
+}
+
+Json json_of(const NoPlan& refusal) {
+  Json json{{"why", why_names.at(static_cast<std::size_t>(refusal.why))},
+            {"sentence", refusal.sentence},
+            {"contact", refusal.contact ? Json(contact_refusal_name(*refusal.contact)) : Json()},
+            {"nearest", refusal.nearest ? point(*refusal.nearest) : Json()},
+            {"nearest_m", refusal.nearest ? Json(refusal.nearest_m) : Json()}};
+  json["refused"] = Json();
+  for (std::size_t i = 0; i < step_refusal_names.size() && refusal.nearest; ++i)
+    json["refused"][std::string(step_refusal_names[i])] = refusal.refused[i];
+  return json;
+}
+
+NamedMesh mesh_of(const Footstep& step, const ContactShape& foot, const std::string& name,
+                  const std::array<float, 3>& color, double height) {
+  NamedMesh result{name, color, {outline_of(step, foot, height), {}}};
+  for (std::uint32_t i = 2; i < result.mesh.vertices.size(); ++i)
+    result.mesh.triangles.push_back({0, i - 1, i});
+  return result;
+}
+
+}  // namespace
+
+std::string to_json(const FootstepPlan& plan, const Robot& robot) {
+  const ContactShape& foot = foot_of(robot);
+  Json json{{"format", "octosurf-plan"},       {"version", 1},
+            {"found", plan.found()},           {"cost", plan.cost},
+            {"lower_bound", plan.lower_bound}, {"expansions", plan.expansions},
+            {"prepare_ms", plan.prepare_ms},   {"search_ms", plan.search_ms}};
+  for (const auto& [name, feet] : {std::pair{"start", &plan.start}, std::pair{"steps", &plan.steps}}) {
+    json[name] = Json::array();
+    for (const Footstep& step : *feet) json[name].push_back(json_of(step, foot));
+  }
+  json["body"] = Json::array();
+  for (const Standing& pose : plan.body)
+    json["body"].push_back({{"at", point(pose.at)}, {"yaw_deg", pose.yaw_rad * degrees}});
+  if (plan.refusal) json["refusal"] = json_of(*plan.refusal);
+  return json.dump(1);
+}
+
+std::vector<NamedMesh> footprints(const FootstepPlan& plan, const Robot& robot) {
+  const ContactShape& foot = foot_of(robot);
+  std::vector<NamedMesh> meshes;
+  for (const Footstep& step : plan.start)
+    meshes.push_back(mesh_of(step, foot, "start_" + std::string(foot_name(step.foot)), start_color, raised));
+  for (std::size_t i = 0; i < plan.steps.size(); ++i)
+    meshes.push_back(
+        mesh_of(plan.steps[i], foot,
+                "step_" + std::to_string(i + 1) + "_" + std::string(foot_name(plan.steps[i].foot)),
+                foot_colors.at(static_cast<std::size_t>(plan.steps[i].foot)),
+                raised + raised_more * static_cast<double>(i + 1)));
+  return meshes;
+}
+
+}  // namespace octosurf

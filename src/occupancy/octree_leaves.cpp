@@ -1,0 +1,199 @@
+// The octree leaf by leaf, out and in: what another octree is made of, and kept up to date by.
+#include "occupancy/occupancy_map.hpp"
+#include "occupancy/voxel_grid.hpp"
+#include "occupancy/voxel_tree.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include <octosurf/error.hpp>
+#include <octosurf/occupancy.hpp>
+
+namespace octosurf {
+namespace {
+
+using Leaf = OccupancyView::Leaf;
+using Corner = std::array<std::uint16_t, 3>;
+using Node = VoxelTree::Node;
+
+Corner child_corner(const Corner& corner, unsigned c, int level) {
+  return {static_cast<std::uint16_t>(corner[0] + ((c & 1) << level)),
+          static_cast<std::uint16_t>(corner[1] + ((c >> 1 & 1) << level)),
+          static_cast<std::uint16_t>(corner[2] + ((c >> 2 & 1) << level))};
+}
+
+/// Keys from the first to the last on each axis.
+struct KeyRange {
+  std::array<int, 3> low{0, 0, 0}, high{65535, 65535, 65535};
+
+  bool meets(const Corner& corner, int level) const {
+    for (std::size_t i = 0; i < 3; ++i)
+      if (corner[i] > high[i] || corner[i] + (1 << level) - 1 < low[i]) return false;
+    return true;
+  }
+};
+
+KeyRange keys_that_meet(const Eigen::AlignedBox3d& box, double resolution) {
+  KeyRange keys;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto axis = static_cast<Eigen::Index>(i);
+    const auto key = [&](double coordinate) {
+      return static_cast<int>(
+          std::clamp(std::floor(coordinate / resolution) + VoxelGrid::origin, -1.0, 65536.0));
+    };
+    keys.low[i] = key(box.min()[axis]);
+    keys.high[i] = key(box.max()[axis]);
+  }
+  return keys;
+}
+
+/// Collects leaves in Morton order; hands them on, some thousands at a time, if there is a `visit`.
+class LeafCollector {
+ public:
+  LeafCollector(const KeyRange& range, std::vector<Leaf>& leaves, const OccupancyView::VisitLeaves* visit)
+      : range_(range), leaves_(leaves), visit_(visit) {}
+
+  void collect(const Node& node, const Corner& corner) { below(node, corner); }
+  void hand_on() {
+    if (!leaves_.empty()) (*visit_)(leaves_);
+    leaves_.clear();
+  }
+
+ private:
+  static constexpr std::size_t enough = 4096;
+
+  /// True if the node is one leaf, which now stands last.
+  bool below(const Node& node, const Corner& corner) {
+    if (!node.exists() || !range_.meets(corner, node.level())) return false;
+    if (const VoxelTree::Brick* brick = node.brick()) return in_brick(*brick, corner);
+    if (!node.has_children()) {
+      add(corner, node.level(), node.log_odds());
+      return true;
+    }
+    bool all = true;
+    for (unsigned c = 0; c < 8; ++c)
+      all = below(node.child(c), child_corner(corner, c, node.level() - 1)) && all;
+    if (all && merge(corner, node.level())) return true;
+    // Nothing above this node is one leaf either, so that what was collected stays as it is.
+    if (visit_ != nullptr && leaves_.size() >= enough) hand_on();
+    return false;
+  }
+
+  bool in_brick(const VoxelTree::Brick& brick, const Corner& corner) {
+    bool all = true;
+    for (unsigned octet = 0; octet < 8; ++octet) {
+      const Corner at = child_corner(corner, octet, 1);
+      const auto known = static_cast<unsigned>(brick.known >> (8 * octet) & 0xff);
+      const float* values = brick.value.data() + 8 * octet;
+      const bool one =
+          known == 0xff && std::all_of(values, values + 8, [&](float v) { return v == *values; });
+      all = all && one;
+      if (one && range_.meets(at, 1)) {
+        add(at, 1, *values);
+        continue;
+      }
+      all = false;
+      for (unsigned i = 0; i < 8; ++i)
+        if (const Corner voxel = child_corner(at, i, 0); (known >> i & 1) != 0 && range_.meets(voxel, 0))
+          add(voxel, 0, values[i]);
+    }
+    return all && merge(corner, VoxelTree::brick_level);
+  }
+
+  void add(const Corner& corner, int level, float log_odds) {
+    leaves_.push_back({corner, static_cast<std::uint8_t>(level), log_odds});
+  }
+
+  /// Makes the last eight leaves, which fill the cube, one if they are equal.
+  bool merge(const Corner& corner, int level) {
+    const float value = leaves_.back().log_odds;
+    if (std::any_of(leaves_.end() - 8, leaves_.end(),
+                    [&](const Leaf& leaf) { return leaf.log_odds != value; }))
+      return false;
+    leaves_.resize(leaves_.size() - 8);
+    add(corner, level, value);
+    return true;
+  }
+
+  KeyRange range_;
+  std::vector<Leaf>& leaves_;
+  const OccupancyView::VisitLeaves* visit_;
+};
+
+/// All that a tree has in a range.
+void visit_leaves(const VoxelTree& tree, const KeyRange& range, const OccupancyView::VisitLeaves& visit) {
+  std::vector<Leaf> leaves;
+  LeafCollector collector(range, leaves, &visit);
+  collector.collect(tree.root(), {});
+  collector.hand_on();
+}
+
+/// Walks two trees side by side.
+class Comparison {
+ public:
+  explicit Comparison(const std::function<void(const OccupancyView::Change&)>& visit) : visit_(visit) {}
+
+  void compare(const Node& before, const Node& now, const Corner& corner) {
+    const VoxelTree::Brick *was = before.brick(), *is = now.brick();
+    if (was != nullptr && is != nullptr) {
+      if (was != is && (was->known != is->known || was->value != is->value)) changed(now, corner);
+      return;
+    }
+    const bool divided = before.has_children() && now.has_children() && was == nullptr && is == nullptr;
+    if (!divided) {
+      if (before.has_children() || now.has_children() || before.exists() != now.exists() ||
+          (now.exists() && before.log_odds() != now.log_odds()))
+        changed(now, corner);
+      return;
+    }
+    for (unsigned c = 0; c < 8; ++c)
+      compare(before.child(c), now.child(c), child_corner(corner, c, now.level() - 1));
+  }
+
+  void changed(const Node& now, const Corner& corner) {
+    leaves_.clear();
+    LeafCollector({}, leaves_, nullptr).collect(now, corner);
+    visit_({corner, static_cast<std::uint8_t>(now.level()), leaves_});
+  }
+
+ private:
+  const std::function<void(const OccupancyView::Change&)>& visit_;
+  std::vector<Leaf> leaves_;
+};
+
+}  // namespace
+
+void OccupancyView::for_each_leaf(const VisitLeaves& visit) const {
+  if (tree_ != nullptr) visit_leaves(*tree_, {}, visit);
+}
+
+void OccupancyView::for_each_leaf(const Eigen::AlignedBox3d& box, const VisitLeaves& visit) const {
+  if (box.min().hasNaN() || box.max().hasNaN()) throw Error(Error::Kind::usage, "box", "is not a number");
+  if (tree_ != nullptr && !box.isEmpty()) visit_leaves(*tree_, keys_that_meet(box, resolution_), visit);
+}
+
+void OccupancyView::for_each_change(const OccupancyView& before,
+                                    const std::function<void(const Change&)>& visit) const {
+  if (tree_ == nullptr && before.tree_ == nullptr) return;
+  if (tree_ != nullptr && before.tree_ != nullptr && resolution_ != before.resolution_)
+    throw Error(Error::Kind::usage, "before", "is a view of a map of another resolution");
+  const VoxelTree nothing{OccupancyModel{}};
+  Comparison(visit).compare(before.tree_ != nullptr ? before.tree_->root() : nothing.root(),
+                            tree_ != nullptr ? tree_->root() : nothing.root(), {});
+}
+
+void OccupancyMap::set_leaves(std::span<const Leaf> leaves) {
+  for (const Leaf& leaf : leaves) {
+    const unsigned inside = (1U << std::min<unsigned>(leaf.level, VoxelTree::top_level)) - 1;
+    if (leaf.level > VoxelTree::top_level || !std::isfinite(leaf.log_odds) ||
+        ((leaf.corner[0] | leaf.corner[1] | leaf.corner[2]) & inside) != 0)
+      throw Error(Error::Kind::data, "octree",
+                  "holds a leaf that no octree has: its corner, level or log-odds");
+    tree_->set_leaf({leaf.corner[0], leaf.corner[1], leaf.corner[2]}, leaf.level, leaf.log_odds);
+  }
+}
+
+}  // namespace octosurf

@@ -1,0 +1,171 @@
+#include "planning/contact_obstacles.hpp"
+#include "planning/contact_shape.hpp"
+#include "planning/convex_sides.hpp"
+#include "planning/rings.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+// m: what lies on a side is outside, whichever way it is rounded; a thousandth of contact_region()'s grid.
+constexpr double rounding = 1e-9;
+
+/// A contact where it stands, in the surface's frame, with the room that it needs.
+struct Stand {
+  Eigen::Vector2d middle;
+  std::optional<double> radius;  ///< of a disc, whose distances take no sides
+  ConvexSides sole, with_margin, with_frontier;
+};
+
+Stand stand_at(const Sole& sole, std::optional<double> radius, const Eigen::Vector2d& middle,
+               const ContactLimits& limits) {
+  const auto placed = [&](double margin) {
+    Ring2 ring = sole.with_margin(margin);
+    for (Eigen::Vector2d& p : ring) p = middle + sole.to_surface(p);
+    return ConvexSides(ring);
+  };
+  return {middle, radius, placed(0), placed(limits.edge_margin_m),
+          placed(std::max(limits.edge_margin_m, limits.frontier_margin_m))};
+}
+
+/// What a surface's edges say about a stand.
+struct Edges {
+  bool middle_inside = false;
+  double nearest = std::numeric_limits<double>::infinity();
+  double deepest = 0;  ///< how far an edge reaches under the contact
+  bool margin = true, frontier = true;
+
+  bool supported() const { return middle_inside && deepest <= rounding; }
+};
+
+double apart(const Eigen::AlignedBox2d& box, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return (a.cwiseMin(b) - box.max()).cwiseMax(box.min() - a.cwiseMax(b)).maxCoeff();
+}
+
+double distance_to(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Stand& stand) {
+  if (!stand.radius) return stand.sole.distance(a, b);
+  return std::max(0.0, (closest_on_segment(a, b, stand.middle) - stand.middle).norm() - *stand.radius);
+}
+
+void look_at(const Ring2& ring, const std::vector<EdgeKind>* kinds, const Stand& stand, Edges& edges) {
+  for (std::size_t i = 0, n = ring.size(); i < n; ++i) {
+    const Eigen::Vector2d &a = ring[i], &b = ring[i + 1 < n ? i + 1 : 0];
+    // Half open in v, as crossings() of rings.hpp.
+    if ((a.y() <= stand.middle.y()) != (b.y() <= stand.middle.y()) &&
+        a.x() + (stand.middle.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x()) < stand.middle.x())
+      edges.middle_inside = !edges.middle_inside;
+    const double gap = apart(stand.sole.box(), a, b);
+    if (gap < 0) edges.deepest = std::max(edges.deepest, stand.sole.depth(a, b));
+    if (gap < edges.nearest && edges.deepest <= rounding)
+      edges.nearest = std::min(edges.nearest, distance_to(a, b, stand));
+    if (edges.margin && apart(stand.with_margin.box(), a, b) < 0)
+      edges.margin = stand.with_margin.depth(a, b) <= rounding;
+    if (kinds != nullptr && (*kinds)[i] == EdgeKind::frontier && edges.frontier &&
+        apart(stand.with_frontier.box(), a, b) < 0)
+      edges.frontier = stand.with_frontier.depth(a, b) <= rounding;
+  }
+}
+
+Edges look_around(const Surface& surface, const std::vector<PolygonEdges>* kinds, const Stand& stand) {
+  Edges edges;
+  for (std::size_t i = 0; i < surface.polygons.size(); ++i) {
+    const Polygon& polygon = surface.polygons[i];
+    look_at(polygon.outer, kinds != nullptr ? &(*kinds)[i].outer : nullptr, stand, edges);
+    for (std::size_t h = 0; h < polygon.holes.size(); ++h)
+      look_at(polygon.holes[h], kinds != nullptr ? &(*kinds)[i].holes[h] : nullptr, stand, edges);
+  }
+  return edges;
+}
+
+double share_on(const Surface& surface, const Stand& stand, const Edges& edges) {
+  const double whole = stand.sole.area();
+  if (edges.deepest <= rounding || whole <= 0) return edges.middle_inside ? 1 : 0;
+  double sum = 0;
+  for (const Polygon& polygon : surface.polygons) {
+    sum += stand.sole.area_within(polygon.outer);
+    for (const Ring2& hole : polygon.holes) sum += stand.sole.area_within(hole);
+  }
+  return std::clamp(sum / whole, 0.0, 1.0);
+}
+
+Eigen::AlignedBox2d box_of(const Sole& sole, const Stand& stand, double margin) {
+  Eigen::AlignedBox2d box;
+  for (const Eigen::Vector2d& p : sole.with_margin(margin)) box.extend(stand.middle + sole.to_surface(p));
+  return box;
+}
+
+/// The contact with its margin reaches one of these convex rings of the surface's frame.
+bool reaches(const Sole& sole, const Stand& stand, double margin, std::vector<Ring2> rings) {
+  const Ring2 off = mirrored(sole.with_margin(margin));
+  return std::any_of(rings.begin(), rings.end(), [&](Ring2& ring) {
+    for (Eigen::Vector2d& p : ring) p = sole.to_turned(p - stand.middle);
+    return ConvexSides(minkowski_sum(off, ring)).depth(Eigen::Vector2d::Zero()) > rounding;
+  });
+}
+
+bool over_a_gap(const Surface& surface, const Sole& sole, const Stand& stand, const ContactLimits& limits,
+                const OccupancyView& octree) {
+  const Eigen::AlignedBox2d box = box_of(sole, stand, 0);
+  return reaches(sole, stand, 0, gaps_in(surface, box.min(), box.max(), limits, octree));
+}
+
+bool beside_an_obstacle(const Surface& surface, const Sole& sole, const Stand& stand, double margin,
+                        const ContactLimits& limits, const OccupancyView& octree) {
+  const Eigen::AlignedBox2d box = box_of(sole, stand, margin);
+  const std::vector<Eigen::Vector3d> voxels = voxels_over(surface, box.min(), box.max(), limits, octree);
+  return reaches(sole, stand, margin, projected(surface, voxels, octree.resolution()));
+}
+
+/// The first limit that a stand does not keep.
+std::optional<ContactRefusal> refusal_of(const Surface& surface, const Sole& sole, const Stand& stand,
+                                         const Edges& around, const ContactLimits& limits,
+                                         const OccupancyView* octree) {
+  const std::vector<ContactRefusal> of_surface = refusals_of(surface, limits);
+  if (!of_surface.empty()) return of_surface.front();
+  if (!around.supported()) return ContactRefusal::support;
+  if (limits.gap_depth_m > 0 && over_a_gap(surface, sole, stand, limits, *octree))
+    return ContactRefusal::support;
+  if (!around.margin) return ContactRefusal::margin;
+  if (!around.frontier) return ContactRefusal::frontier;
+  if (limits.clearance_m <= 0) return {};
+  if (limits.obstacle_margin_m > 0 &&
+      beside_an_obstacle(surface, sole, stand, limits.obstacle_margin_m, limits, *octree))
+    return ContactRefusal::obstacle;
+  if (beside_an_obstacle(surface, sole, stand, 0, limits, *octree)) return ContactRefusal::clearance;
+  return {};
+}
+
+}  // namespace
+
+Foothold foothold(const Surface& surface, const ContactShape& shape, const Eigen::Vector3d& at,
+                  double yaw_rad, const ContactLimits& limits, const OccupancyView* octree,
+                  const std::vector<PolygonEdges>* edges) {
+  require_sensible(surface, shape, yaw_rad, limits, octree, edges);
+  if (!at.allFinite()) throw Error(Error::Kind::usage, "foothold", "the point is not finite");
+  const Sole sole = sole_of(shape, surface, yaw_rad, limits.up);
+  const Eigen::Vector2d reference = (surface.T_map_surface.inverse() * at).head<2>();
+  const std::optional<double> radius =
+      shape.outline.empty() ? std::optional<double>(shape.radius) : std::nullopt;
+  const Stand stand = stand_at(sole, radius, reference + sole.to_surface(sole.middle), limits);
+  const Edges around = look_around(surface, limits.frontier_margin_m > 0 ? edges : nullptr, stand);
+
+  Foothold result;
+  result.surface = surface.id;
+  result.T_map_contact = surface.T_map_surface * Eigen::Translation3d(reference.x(), reference.y(), 0);
+  result.T_map_contact.rotate(
+      Eigen::AngleAxisd(std::atan2(sole.heading.y(), sole.heading.x()), Eigen::Vector3d::UnitZ()));
+  result.supported = share_on(surface, stand, around);
+  result.margin_m =
+      around.supported()
+          ? around.nearest
+          : -std::max(around.deepest, around.middle_inside ? 0.0 : stand.sole.depth(stand.middle));
+  result.refused = refusal_of(surface, sole, stand, around, limits, octree);
+  result.accepted = !result.refused;
+  return result;
+}
+
+}  // namespace octosurf

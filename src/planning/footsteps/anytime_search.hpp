@@ -1,0 +1,162 @@
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <queue>
+#include <utility>
+#include <vector>
+
+#include <octosurf/footsteps.hpp>
+
+namespace octosurf::footsteps {
+
+using NodeId = std::uint32_t;
+inline constexpr NodeId no_node = std::numeric_limits<NodeId>::max();
+
+/// A step that its limits allow. Whether anything is in its way is asked late, because most steps are never
+/// taken.
+struct StepEdge {
+  NodeId to = no_node;
+  float cost = 0;
+  enum class Way : std::uint8_t { unasked, free, blocked } way = Way::unasked;
+};
+
+struct SearchOutcome {
+  std::vector<NodeId> path;  ///< empty: none was found
+  double cost = std::numeric_limits<double>::infinity();
+  double lower_bound = 0;
+  std::size_t expansions = 0;
+  bool exhausted = false;        ///< all there is was looked at
+  std::vector<NodeId> expanded;  ///< of the first pass, in order
+};
+
+/// Anytime A* by restarts (Richter, Thayer and Ruml 2010): weighted A* with `guide`, which may overestimate,
+/// at falling weights, then A* with `bound`, which does not. What a pass learns of the graph stays in it.
+/// Steps are asked for their way when they leave the queue (lazy weighted A*, Cohen, Phillips and Likhachev
+/// 2014).
+///
+/// Graph: `const std::vector<StepEdge>& steps(NodeId)`, `bool passable(NodeId, std::size_t index of the
+/// step)`, `double guide(NodeId)`, `double bound(NodeId)` (consistent; both infinite where the goal cannot be
+/// reached), `bool ends(NodeId from, NodeId to)` (this step completes a plan), `std::size_t node_count()`.
+template <class Graph>
+class AnytimeSearch {
+ public:
+  AnytimeSearch(Graph& graph, std::vector<NodeId> starts, const PlanBudget& budget)
+      : graph_(graph), starts_(std::move(starts)), budget_(budget) {}
+
+  SearchOutcome run() {
+    start_ = std::chrono::steady_clock::now();
+    allowed_ = budget_.expansions;
+    for (const double weight : {2.0, 1.3}) {
+      const bool first = best_.path.empty() && weight == 2.0;
+      const Ended ended = pass(
+          weight, [&](NodeId node) { return graph_.guide(node); }, first);
+      if (first) {
+        best_.exhausted = ended == Ended::exhausted;
+        if (ended != Ended::goal) return finish();
+        allowed_ = best_.expansions + budget_.improving;
+      }
+    }
+    const Ended ended = pass(
+        1, [&](NodeId node) { return graph_.bound(node); }, false);
+    if (ended != Ended::budget) best_.lower_bound = best_.cost;
+    return finish();
+  }
+
+ private:
+  enum class Ended { goal, exhausted, budget };
+  struct Entry {
+    double f = 0, g = 0;
+    std::uint64_t sequence = 0;
+    NodeId node = no_node, parent = no_node;
+    std::uint32_t step = 0;  ///< of the parent's
+    bool end = false;
+    /// Of equal f the one farther on, then the older: no order depends on addresses or ids.
+    bool operator<(const Entry& other) const {
+      if (f != other.f) return f > other.f;
+      if (g != other.g) return g < other.g;
+      return sequence > other.sequence;
+    }
+  };
+  struct Mark {
+    std::uint32_t pass = 0;
+    NodeId parent = no_node;
+  };
+
+  SearchOutcome finish() { return std::move(best_); }
+
+  bool spent() const {
+    if (best_.expansions >= allowed_) return true;
+    return budget_.time_s &&
+           std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count() > *budget_.time_s;
+  }
+
+  template <class Estimate>
+  Ended pass(double weight, const Estimate& estimate, bool remember) {
+    ++pass_;
+    queue_ = {};
+    sequence_ = 0;
+    for (const NodeId node : starts_) push(node, no_node, 0, 0, weight, estimate);
+    while (!queue_.empty()) {
+      const Entry top = queue_.top();
+      if (weight == 1) best_.lower_bound = std::max(best_.lower_bound, std::min(top.f, best_.cost));
+      queue_.pop();
+      if (!top.end && settled(top.node)) continue;
+      if (top.parent != no_node && !graph_.passable(top.parent, top.step)) continue;
+      if (top.end) {
+        take(top);
+        return Ended::goal;
+      }
+      if (spent()) return Ended::budget;
+      ++best_.expansions;
+      if (remember) best_.expanded.push_back(top.node);
+      mark(top.node) = {pass_, top.parent};
+      const std::vector<StepEdge>& steps = graph_.steps(top.node);
+      for (std::uint32_t i = 0; i < steps.size(); ++i)
+        if (steps[i].way != StepEdge::Way::blocked)
+          push(steps[i].to, top.node, i, top.g + steps[i].cost, weight, estimate);
+    }
+    return Ended::exhausted;
+  }
+
+  template <class Estimate>
+  void push(NodeId node, NodeId parent, std::uint32_t step, double g, double weight,
+            const Estimate& estimate) {
+    const bool end = parent != no_node && graph_.ends(parent, node);
+    if (!end && settled(node)) return;
+    const double bound = end ? 0 : graph_.bound(node);
+    if (!(g + bound < best_.cost - 1e-9)) return;
+    const double h = end ? 0 : estimate(node);
+    if (h == std::numeric_limits<double>::infinity()) return;
+    queue_.push({g + weight * h, g, sequence_++, node, parent, step, end});
+  }
+
+  Mark& mark(NodeId node) {
+    if (node >= marks_.size()) marks_.resize(std::max<std::size_t>(node + 1, graph_.node_count()));
+    return marks_[node];
+  }
+  bool settled(NodeId node) { return mark(node).pass == pass_; }
+
+  void take(const Entry& end) {
+    best_.cost = end.g;
+    best_.path.assign(1, end.node);
+    for (NodeId node = end.parent; node != no_node; node = mark(node).parent) best_.path.push_back(node);
+    std::reverse(best_.path.begin(), best_.path.end());
+  }
+
+  Graph& graph_;
+  std::vector<NodeId> starts_;
+  PlanBudget budget_;
+  std::chrono::steady_clock::time_point start_;
+  std::size_t allowed_ = 0;
+  std::uint32_t pass_ = 0;
+  std::uint64_t sequence_ = 0;
+  std::priority_queue<Entry> queue_;
+  std::vector<Mark> marks_;
+  SearchOutcome best_;
+};
+
+}  // namespace octosurf::footsteps

@@ -1,0 +1,94 @@
+#pragma once
+
+#include "planning/footsteps/anytime_search.hpp"
+#include "planning/footsteps/foothold_field.hpp"
+#include "planning/footsteps/guide_map.hpp"
+#include "planning/footsteps/obstacle_columns.hpp"
+#include "planning/footsteps/swing.hpp"
+#include "planning/footsteps/walking_ground.hpp"
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <unordered_set>
+#include <vector>
+
+#include <octosurf/footsteps.hpp>
+
+namespace octosurf::footsteps {
+
+/// A biped's steps. A node is the foot that stands: a place, and whose foot it is; the other foot is about to
+/// be put down beside it.
+///
+/// A swinging foot passes the standing one at stance_width_m from it. So what it does before belongs to the
+/// step that put the standing foot down, what it does after to the next, and both can be judged without
+/// knowing where it came from or goes to: a node needs no second foot.
+class BipedGraph {
+ public:
+  BipedGraph(const Biped& robot, FootholdField& field, ObstacleColumns& columns, GuideMap& guide);
+
+  NodeId node_of(PlaceId place, int side) const { return 2 * place + static_cast<NodeId>(side); }
+  static PlaceId place_of(NodeId node) { return node / 2; }
+  static int side_of(NodeId node) { return static_cast<int>(node % 2); }  ///< 0 left, 1 right
+
+  /// The pair of places, left and right, nearest to how the robot would stand there; empty: there is none.
+  std::vector<PlaceId> stance(const Eigen::Vector3d& at, int heading);
+  /// Sets the goal: all pairs of places within a hand's breadth of `feet`, a stance.
+  void aim(const Eigen::Vector3d& at, const std::vector<PlaceId>& feet);
+  /// From now on the guide's word that there is no way counts no longer, or again.
+  void ignore_guide(bool ignore) { guideless_ = ignore; }
+  bool at_goal(const std::vector<PlaceId>& feet) const;
+
+  // What AnytimeSearch asks.
+  const std::vector<StepEdge>& steps(NodeId node);
+  bool passable(NodeId from, std::size_t step);
+  double bound(NodeId node) const;
+  double guide(NodeId node) const;
+  bool ends(NodeId from, NodeId to) const { return goal_.contains(from) && goal_.contains(to); }
+  std::size_t node_count() const { return steps_.size(); }
+
+  /// True if no more than `most` nodes lead to the goal, `starts` not among them: looked for backward.
+  bool goal_is_cut_off(const std::vector<NodeId>& starts, std::size_t most);
+
+  /// Where a search that went nowhere came nearest, and what stopped it there.
+  Frontier frontier(const std::vector<NodeId>& expanded);
+
+  const Place& place(NodeId node) const { return field_.place(place_of(node)); }
+  /// The middle of its stance, had it just put its other foot beside this one.
+  Eigen::Vector2d body_at(NodeId node) const;
+  bool way_free(NodeId from, NodeId to);
+
+ private:
+  /// A place seen from a standing foot: forward, outward, and heading steps to the left.
+  struct Offset {
+    double forward, outward;
+  };
+  Offset offset(NodeId from, const Place& to) const;
+  bool in_reach(const Offset& offset) const;
+  double cost(NodeId from, NodeId to) const;
+  void make_steps(NodeId node, std::vector<StepEdge>& made);
+  /// Nodes that have a step to this one, as far as its limits go.
+  std::vector<NodeId> predecessors(NodeId node);
+  bool step_allowed(NodeId from, NodeId to) const;
+  Eigen::AlignedBox2d window(NodeId node, double times) const;
+  SwingPose pose(const Place& place) const { return {place.at.head<2>(), field_.yaw(place.heading)}; }
+  SwingPose beside(NodeId standing) const;  ///< where the other foot passes
+  bool soles_apart(const Place& a, const Place& b) const;
+  bool body_free(NodeId from, NodeId to);
+  const Biped robot_;
+  FootholdField& field_;
+  ObstacleColumns& columns_;
+  GuideMap& guide_;
+  LegBox leg_;
+  int turns_;         ///< heading steps of the widest turn
+  double body_step_;  ///< m, the farthest that a step moves the body's middle
+  std::vector<std::vector<StepEdge>> steps_;
+  std::vector<bool> made_;
+  std::unordered_set<NodeId> goal_;
+  Eigen::Vector2d goal_body_ = Eigen::Vector2d::Zero();
+  double goal_radius_ = 0;
+  int goal_heading_ = 0;
+  bool guideless_ = false;
+};
+
+}  // namespace octosurf::footsteps

@@ -1,0 +1,161 @@
+#include "planning/footsteps/biped_graph.hpp"
+#include "planning/footsteps/walking_ground.hpp"
+
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+namespace octosurf::footsteps {
+namespace {
+
+constexpr std::size_t first_expansions = 1500;  // several times what plans over a room take
+constexpr std::size_t blind_expansions = 600;   // to say how near one gets to what cannot be reached
+constexpr std::size_t backward_nodes = 4000;    // more than the poses on a tread or a table
+constexpr int heading_count = 16;               // 22.5° each: one a step, with the usual limit of 25°
+
+// The largest disc about the reference point that a sole holds.
+double disc_in(const ContactShape& shape) {
+  if (shape.outline.empty()) return shape.radius;
+  double radius = HUGE_VAL;
+  for (std::size_t i = 0; i < shape.outline.size(); ++i) {
+    const Eigen::Vector2d &a = shape.outline[i], &b = shape.outline[(i + 1) % shape.outline.size()];
+    const Eigen::Vector2d edge = (b - a).normalized();
+    radius = std::min(radius, edge.y() * a.x() - edge.x() * a.y());
+  }
+  return std::max(0.0, radius);
+}
+
+GuideMap::Reach reach_of(const Biped& robot) {
+  return {std::hypot(std::max(robot.max_forward_m, robot.max_backward_m), robot.max_width_m), robot.max_up_m,
+          robot.max_down_m};
+}
+
+// Half the side of the square that the body covers over a foot however it is turned: the body's middle is
+// half a stance to the side of it.
+double trunk_reach(const Biped& robot) {
+  const double inscribed = std::min(robot.body.length_m, robot.body.width_m) / 2 - robot.stance_width_m / 2;
+  return std::max(0.0, inscribed / std::sqrt(2.0) - GuideMap::slack_m);
+}
+
+FootName name_of(int side) { return side == 0 ? FootName::left : FootName::right; }
+
+class BipedPlanner : public RobotPlanner {
+ public:
+  BipedPlanner(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree, const Biped& robot,
+               std::map<SurfaceId, std::vector<PolygonEdges>> edges)
+      : robot_(robot),
+        ground_(std::move(snapshot), std::move(octree), std::move(edges), robot.foot, robot.contact,
+                robot.costs, heading_count, robot.body.to_m + robot.max_up_m),
+        guide_(ground_.field, disc_in(robot.foot), robot.contact, ground_.edges, reach_of(robot), robot.body,
+               trunk_reach(robot), ground_.columns),
+        graph_(robot_, ground_.field, ground_.columns, guide_) {}
+
+  FootstepPlan plan(const Standing& from, const Standing& to, const PlanBudget& budget) override {
+    const auto start = std::chrono::steady_clock::now();
+    const double prepared = prepare_ms();
+    FootstepPlan plan;
+    search(ground_.to_walk(from), ground_.to_walk(to), budget, plan);
+    const double ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    plan.prepare_ms = prepare_ms() - std::exchange(told_ms_, prepare_ms());
+    plan.search_ms = ms - (prepare_ms() - prepared);
+    return plan;
+  }
+
+ private:
+  double prepare_ms() const { return ground_.prepare_ms() + guide_.build_ms(); }
+
+  void search(const Standing& from, const Standing& to, const PlanBudget& budget, FootstepPlan& plan) {
+    const int from_heading = ground_.field.nearest_heading(from.yaw_rad),
+              to_heading = ground_.field.nearest_heading(to.yaw_rad);
+    const std::vector<PlaceId> feet = graph_.stance(from.at, from_heading);
+    if (feet.empty()) {
+      plan.refusal = refused_stance(NoPlan::Why::start, from.at, from_heading);
+      return;
+    }
+    const std::vector<PlaceId> goal = graph_.stance(to.at, to_heading);
+    if (goal.empty()) {
+      plan.refusal = refused_stance(NoPlan::Why::goal, to.at, to_heading);
+      return;
+    }
+    graph_.aim(to.at, goal);
+    const std::vector<NodeId> starts{graph_.node_of(feet[0], 0), graph_.node_of(feet[1], 1)};
+    for (const NodeId node : starts) plan.start.push_back(footstep(node));
+    plan.body.push_back(body_over(starts[0]));
+    if (graph_.at_goal(feet)) return;
+    SearchOutcome found = first_search(starts, budget);
+    const bool cut_off =
+        found.path.empty() && !found.exhausted && graph_.goal_is_cut_off(starts, backward_nodes);
+    if (found.path.empty() && !found.exhausted && !cut_off && found.expansions < budget.expansions)
+      found = AnytimeSearch(graph_, starts, budget).run();
+    plan.expansions = found.expansions;
+    if (found.path.empty()) {
+      const Ending ending = found.exhausted ? Ending::start_exhausted
+                            : cut_off       ? Ending::goal_cut_off
+                                            : Ending::budget;
+      plan.refusal = refusal_of(ground_, frontier(found, starts, budget), ending, found.expansions);
+      return;
+    }
+    plan.body.front() = body_over(found.path.front());
+    plan.cost = found.cost;
+    plan.lower_bound = found.lower_bound;
+    for (std::size_t i = 1; i < found.path.size(); ++i) {
+      plan.steps.push_back(footstep(found.path[i]));
+      plan.body.push_back(body_over(found.path[i]));
+    }
+  }
+
+  // Most plans are found soon. Of one that is not, it is asked whether anything leads to the goal at all
+  // before all the budget goes into the search.
+  SearchOutcome first_search(const std::vector<NodeId>& starts, PlanBudget budget) {
+    budget.expansions = std::min(budget.expansions, first_expansions);
+    return AnytimeSearch(graph_, starts, budget).run();
+  }
+
+  // Where the guide knows of no way, nothing was expanded: the same search without it says how far one gets.
+  Frontier frontier(const SearchOutcome& found, const std::vector<NodeId>& starts, const PlanBudget& budget) {
+    if (!found.expanded.empty()) return graph_.frontier(found.expanded);
+    graph_.ignore_guide(true);
+    const SearchOutcome blind =
+        AnytimeSearch(graph_, starts, {std::min(budget.expansions, blind_expansions), 0, budget.time_s})
+            .run();
+    graph_.ignore_guide(false);
+    return graph_.frontier(blind.expanded);
+  }
+
+  NoPlan refused_stance(NoPlan::Why why, const Eigen::Vector3d& at, int heading) const {
+    const double yaw = ground_.field.yaw(heading);
+    const Eigen::Vector3d left(-std::sin(yaw), std::cos(yaw), 0);
+    const double half = robot_.stance_width_m / 2;
+    return refusal_of(ground_, why, {{FootName::left, at + half * left}, {FootName::right, at - half * left}},
+                      yaw);
+  }
+
+  Footstep footstep(NodeId node) const {
+    const Place& place = graph_.place(node);
+    return ground_.footstep(name_of(BipedGraph::side_of(node)), place, ground_.field.yaw(place.heading));
+  }
+
+  Standing body_over(NodeId node) const {
+    const Place& place = graph_.place(node);
+    const Eigen::Vector2d at = graph_.body_at(node);
+    return ground_.to_map({{at.x(), at.y(), place.at.z()}, ground_.field.yaw(place.heading)});
+  }
+
+  Biped robot_;
+  WalkingGround ground_;
+  GuideMap guide_;
+  BipedGraph graph_;
+  double told_ms_ = 0;  ///< of preparation, in plans so far
+};
+
+}  // namespace
+
+std::unique_ptr<RobotPlanner> make_biped_planner(std::shared_ptr<const Snapshot> snapshot,
+                                                 OccupancyView octree, const Biped& robot,
+                                                 std::map<SurfaceId, std::vector<PolygonEdges>> edges) {
+  return std::make_unique<BipedPlanner>(std::move(snapshot), std::move(octree), robot, std::move(edges));
+}
+
+}  // namespace octosurf::footsteps

@@ -1,0 +1,184 @@
+#include "planning/footsteps/guide_map.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <queue>
+#include <unordered_map>
+#include <utility>
+
+namespace octosurf::footsteps {
+namespace {
+
+constexpr int pixels_per_cell = 4;
+constexpr float nowhere = std::numeric_limits<float>::infinity();
+
+int cell_of_pixel(int pixel) { return pixel >= 0 ? pixel / pixels_per_cell : ~(~pixel / pixels_per_cell); }
+
+std::uint64_t key_of(int x, int y) {
+  return static_cast<std::uint64_t>(static_cast<std::uint32_t>(x)) << 32 | static_cast<std::uint32_t>(y);
+}
+
+// Level distance between the nearest points of two cells so many columns or rows apart.
+double gap(int columns, double cell) { return std::max(0, std::abs(columns) - 1) * cell; }
+
+}  // namespace
+
+GuideMap::GuideMap(const FootholdField& field, double disc_radius, const ContactLimits& limits,
+                   const std::map<SurfaceId, std::vector<PolygonEdges>>& edges, const Reach& reach,
+                   const BodyBox& trunk, double trunk_reach_m, ObstacleColumns& columns) {
+  const auto start = std::chrono::steady_clock::now();
+  const double loaded = columns.load_ms();
+  const std::vector<FootholdField::Ground>& surfaces = field.surfaces();
+  grids_.resize(surfaces.size());
+  const double radius = std::max(0.001, disc_radius - slack_m);
+  for (std::size_t s = 0; s < surfaces.size(); ++s) {
+    const auto labels = edges.find(surfaces[s].surface->id);
+    const ContactRegion region =
+        contact_region(*surfaces[s].surface, ContactShape::disc(radius), std::nullopt,
+                       without_obstacles(limits), nullptr, labels == edges.end() ? nullptr : &labels->second);
+    const RegionRaster raster(region.polygons, surfaces[s].T_walk_surface, cell / pixels_per_cell, 0);
+    if (!raster.empty()) add_cells(raster, s, surfaces[s].T_walk_surface, trunk, trunk_reach_m, columns);
+  }
+  link(reach);
+  build_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count() -
+              (columns.load_ms() - loaded);
+}
+
+void GuideMap::add_cells(const RegionRaster& raster, std::size_t surface, const Eigen::Isometry3d& T,
+                         const BodyBox& trunk, double trunk_reach_m, ObstacleColumns& columns) {
+  Grid& grid = grids_[surface];
+  grid.x = cell_of_pixel(raster.x0());
+  grid.y = cell_of_pixel(raster.y0());
+  grid.width = cell_of_pixel(raster.x0() + raster.width() - 1) - grid.x + 1;
+  grid.height = cell_of_pixel(raster.y0() + raster.height() - 1) - grid.y + 1;
+  grid.cell_at.assign(static_cast<std::size_t>(grid.width) * static_cast<std::size_t>(grid.height), -1);
+  const Eigen::Vector3d normal = T.linear().col(2);
+  const double offset = normal.dot(T.translation());
+  for (int cy = grid.y; cy < grid.y + grid.height; ++cy) {
+    for (int cx = grid.x; cx < grid.x + grid.width; ++cx) {
+      Cell made{cx, cy, static_cast<std::uint16_t>(surface), {0, 0}, HUGE_VAL, -HUGE_VAL};
+      int count = 0;
+      for (int pixel = 0; pixel < pixels_per_cell * pixels_per_cell; ++pixel) {
+        const int px = cx * pixels_per_cell + pixel % pixels_per_cell,
+                  py = cy * pixels_per_cell + pixel / pixels_per_cell;
+        if (!raster.inside(px, py)) continue;
+        const Eigen::Vector2d at((px + 0.5) * raster.pixel(), (py + 0.5) * raster.pixel());
+        const double z = (offset - normal.head<2>().dot(at)) / normal.z();
+        if (trunk_reach_m > 0 &&
+            columns.blocked({at, 0, trunk_reach_m, trunk_reach_m, z + trunk.from_m, z + trunk.to_m}))
+          continue;
+        made.middle += at;
+        made.low = std::min(made.low, z);
+        made.high = std::max(made.high, z);
+        ++count;
+      }
+      if (count == 0) continue;
+      made.middle /= count;
+      // Points between those of the grid may lie lower or higher.
+      const double slack = raster.pixel() * normal.head<2>().norm() / normal.z();
+      made.low -= slack;
+      made.high += slack;
+      grid.cell_at[static_cast<std::size_t>(cy - grid.y) * static_cast<std::size_t>(grid.width) +
+                   static_cast<std::size_t>(cx - grid.x)] = static_cast<std::int32_t>(cells_.size());
+      cells_.push_back(made);
+    }
+  }
+}
+
+void GuideMap::link(const Reach& reach) {
+  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> at;
+  for (std::uint32_t i = 0; i < cells_.size(); ++i) at[key_of(cells_[i].x, cells_[i].y)].push_back(i);
+  const int around = static_cast<int>(std::ceil((reach.step_m + 2 * slack_m) / cell)) + 1;
+  for (const Cell& to : cells_) {
+    first_link_.push_back(static_cast<std::uint32_t>(links_.size()));
+    for (int dy = -around; dy <= around; ++dy) {
+      for (int dx = -around; dx <= around; ++dx) {
+        if (std::hypot(gap(dx, cell), gap(dy, cell)) > reach.step_m + 2 * slack_m) continue;
+        const auto found = at.find(key_of(to.x + dx, to.y + dy));
+        if (found == at.end()) continue;
+        for (const std::uint32_t i : found->second) {
+          const Cell& from = cells_[i];
+          if (to.low - from.high > reach.up_m || from.low - to.high > reach.down_m) continue;
+          links_.push_back({i, static_cast<float>((from.middle - to.middle).norm())});
+        }
+      }
+    }
+  }
+  first_link_.push_back(static_cast<std::uint32_t>(links_.size()));
+}
+
+void GuideMap::aim(const std::vector<Target>& targets) {
+  steps_.assign(cells_.size(), nowhere);
+  metres_.assign(cells_.size(), nowhere);
+  next_.resize(cells_.size());
+  std::iota(next_.begin(), next_.end(), 0U);
+  using Entry = std::pair<float, std::uint32_t>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  std::vector<std::uint32_t> front;
+  for (const Target& target : targets) {
+    const std::int32_t i = find(target.at, target.surface);
+    if (i < 0 || metres_[static_cast<std::size_t>(i)] == 0) continue;
+    const auto cell_index = static_cast<std::uint32_t>(i);
+    metres_[cell_index] = steps_[cell_index] = 0;
+    queue.emplace(0.0F, cell_index);
+    front.push_back(cell_index);
+  }
+  for (float count = 1; !front.empty(); ++count) {
+    std::vector<std::uint32_t> next;
+    for (const std::uint32_t to : front) {
+      for (std::uint32_t k = first_link_[to]; k < first_link_[to + 1]; ++k) {
+        if (steps_[links_[k].from] != nowhere) continue;
+        steps_[links_[k].from] = count;
+        next.push_back(links_[k].from);
+      }
+    }
+    front = std::move(next);
+  }
+  while (!queue.empty()) {
+    const auto [distance, to] = queue.top();
+    queue.pop();
+    if (distance > metres_[to]) continue;
+    for (std::uint32_t k = first_link_[to]; k < first_link_[to + 1]; ++k) {
+      const float sum = distance + links_[k].metres;
+      if (sum >= metres_[links_[k].from]) continue;
+      metres_[links_[k].from] = sum;
+      next_[links_[k].from] = to;
+      queue.emplace(sum, links_[k].from);
+    }
+  }
+}
+
+Eigen::Vector2d GuideMap::ahead(const Place& place) const {
+  constexpr double far_enough = 0.5;  // m: nearer cells say more of the grid than of the way
+  const std::int32_t here = find(place.at, place.surface);
+  if (here < 0) return Eigen::Vector2d::Zero();
+  auto at = static_cast<std::uint32_t>(here);
+  while (next_[at] != at && (cells_[at].middle - place.at.head<2>()).norm() < far_enough) at = next_[at];
+  return cells_[at].middle - place.at.head<2>();
+}
+
+std::int32_t GuideMap::find(const Eigen::Vector3d& at, std::size_t surface) const {
+  const Grid& grid = grids_[surface];
+  const auto cell_at = [&](double x, double y) {
+    const int column = static_cast<int>(std::floor(x / cell)) - grid.x;
+    const int row = static_cast<int>(std::floor(y / cell)) - grid.y;
+    if (column < 0 || row < 0 || column >= grid.width || row >= grid.height) return -1;
+    return grid.cell_at[static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.width) +
+                        static_cast<std::size_t>(column)];
+  };
+  if (const std::int32_t here = cell_at(at.x(), at.y()); here >= 0) return here;
+  for (const double dx : {-slack_m, 0.0, slack_m})  // the point of the grid that stands for it may lie beside
+    for (const double dy : {-slack_m, 0.0, slack_m})
+      if (const std::int32_t beside = cell_at(at.x() + dx, at.y() + dy); beside >= 0) return beside;
+  return -1;
+}
+
+double GuideMap::value(const std::vector<float>& values, const Place& place) const {
+  const std::int32_t i = find(place.at, place.surface);
+  return i < 0 ? nowhere : values[static_cast<std::size_t>(i)];
+}
+
+}  // namespace octosurf::footsteps

@@ -1,0 +1,79 @@
+#pragma once
+
+#include "planning/footsteps/foothold_field.hpp"
+#include "planning/footsteps/obstacle_columns.hpp"
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include <octosurf/footsteps.hpp>
+
+namespace octosurf::footsteps {
+
+/// Steps without headings and shapes: cells of 10 cm in which the largest disc inside a sole could stand,
+/// each a step away from all that are no farther than the longest step and no higher than the highest.
+/// Whatever the robot can do, it can do here, so what cannot be reached here cannot be reached.
+class GuideMap {
+ public:
+  struct Reach {
+    double step_m = 0;  ///< level distance between two footholds, one step apart
+    double up_m = 0, down_m = 0;
+  };
+
+  /// `trunk`: all of it within `trunk_reach_m` of straight above a foothold is always there; 0: nothing is.
+  GuideMap(const FootholdField& field, double disc_radius, const ContactLimits& limits,
+           const std::map<SurfaceId, std::vector<PolygonEdges>>& edges, const Reach& reach,
+           const BodyBox& trunk, double trunk_reach_m, ObstacleColumns& columns);
+
+  /// Distances to all cells that hold one of these points (walking frame, surface).
+  struct Target {
+    Eigen::Vector3d at;
+    std::uint16_t surface;
+  };
+  void aim(const std::vector<Target>& targets);
+
+  /// Fewest steps from a place to a target, and m on the way; infinite if there is no way.
+  double steps(const Place& place) const { return value(steps_, place); }
+  double metres(const Place& place) const { return value(metres_, place); }
+  /// From a place to where the way to the nearest target leads in half a metre or a little more.
+  Eigen::Vector2d ahead(const Place& place) const;
+  double build_ms() const { return build_ms_; }  ///< without what the columns took
+
+  /// Half the diagonal of the 2.5 cm between points of the grid: a disc so much smaller stands on one of them
+  /// wherever the sole stands.
+  static constexpr double slack_m = 0.0177;
+
+ private:
+  static constexpr double cell = 0.10;
+  struct Cell {
+    int x = 0, y = 0;
+    std::uint16_t surface = 0;
+    Eigen::Vector2d middle = Eigen::Vector2d::Zero();  ///< of its points
+    double low = 0, high = 0;                          ///< z of its points
+  };
+  struct Link {
+    std::uint32_t from;  ///< who can step here
+    float metres;
+  };
+  struct Grid {  ///< of one surface
+    int x = 0, y = 0, width = 0, height = 0;
+    std::vector<std::int32_t> cell_at;
+  };
+
+  void add_cells(const RegionRaster& raster, std::size_t surface, const Eigen::Isometry3d& T,
+                 const BodyBox& trunk, double trunk_reach_m, ObstacleColumns& columns);
+  void link(const Reach& reach);
+  std::int32_t find(const Eigen::Vector3d& at, std::size_t surface) const;
+  double value(const std::vector<float>& values, const Place& place) const;
+
+  std::vector<Cell> cells_;
+  std::vector<Grid> grids_;
+  std::vector<std::uint32_t> first_link_;  ///< cells + 1
+  std::vector<Link> links_;
+  std::vector<float> steps_, metres_;
+  std::vector<std::uint32_t> next_;  ///< cell on the way, itself at a target
+  double build_ms_ = 0;
+};
+
+}  // namespace octosurf::footsteps

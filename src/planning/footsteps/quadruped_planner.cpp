@@ -1,0 +1,126 @@
+#include "planning/footsteps/quadruped_graph.hpp"
+#include "planning/footsteps/walking_ground.hpp"
+
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+namespace octosurf::footsteps {
+namespace {
+
+// A foot goes as far as the body, and from one end of where it is looked for to the other.
+GuideMap::Reach reach_of(const Quadruped& robot) {
+  const double turned =
+      2 * std::sin(robot.max_turn_rad / 2) * std::hypot(robot.stance_length_m, robot.stance_width_m) / 2;
+  const double rounded = 0.1;  // the body's grid
+  return {std::hypot(robot.max_step_m, robot.max_sideward_m) + turned + 2 * robot.snap_m + rounded,
+          robot.max_up_m, robot.max_down_m};
+}
+
+FootName name_of(std::size_t leg) {
+  return static_cast<FootName>(static_cast<std::size_t>(FootName::front_left) + leg);
+}
+
+class QuadrupedPlanner : public RobotPlanner {
+ public:
+  QuadrupedPlanner(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree, const Quadruped& robot,
+                   std::map<SurfaceId, std::vector<PolygonEdges>> edges)
+      : robot_(robot),
+        ground_(std::move(snapshot), std::move(octree), std::move(edges), robot.foot, robot.contact,
+                robot.costs, 1, robot.body.to_m + robot.max_up_m),
+        guide_(ground_.field, robot.foot.radius, robot.contact, ground_.edges, reach_of(robot), robot.body, 0,
+               ground_.columns),
+        graph_(robot_, ground_, guide_) {}
+
+  FootstepPlan plan(const Standing& from, const Standing& to, const PlanBudget& budget) override {
+    const auto start = std::chrono::steady_clock::now();
+    const double prepared = prepare_ms();
+    FootstepPlan plan;
+    search(ground_.to_walk(from), ground_.to_walk(to), budget, plan);
+    const double ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    plan.prepare_ms = prepare_ms() - std::exchange(told_ms_, prepare_ms());
+    plan.search_ms = ms - (prepare_ms() - prepared);
+    return plan;
+  }
+
+ private:
+  double prepare_ms() const { return ground_.prepare_ms() + guide_.build_ms(); }
+
+  void search(const Standing& from, const Standing& to, const PlanBudget& budget, FootstepPlan& plan) {
+    const auto start = graph_.stance(from);
+    if (!start) {
+      plan.refusal = refused_stance(NoPlan::Why::start, from);
+      return;
+    }
+    const auto goal = graph_.stance(to);
+    if (!goal) {
+      plan.refusal = refused_stance(NoPlan::Why::goal, to);
+      return;
+    }
+    graph_.aim(*goal);
+    for (std::size_t leg = 0; leg < 4; ++leg)
+      plan.start.push_back(footstep(leg, graph_.feet_of(*start)[leg], graph_.body_of(*start).yaw_rad));
+    plan.body.push_back(standing(graph_.body_of(*start), graph_.ground_of(*start)));
+    if (graph_.at_goal(*start)) return;
+    const SearchOutcome found = AnytimeSearch(graph_, {*start}, budget).run();
+    plan.expansions = found.expansions;
+    if (found.path.empty()) {
+      plan.refusal = refusal_of(ground_, frontier(found, *start, budget),
+                                found.exhausted ? Ending::start_exhausted : Ending::budget, found.expansions);
+      return;
+    }
+    plan.cost = found.cost;
+    plan.lower_bound = found.lower_bound;
+    for (std::size_t i = 1; i < found.path.size(); ++i) {
+      const auto steps = graph_.crawl(found.path[i - 1], found.path[i]);
+      for (const CrawlStep& step : *steps) {
+        plan.steps.push_back(footstep(step.leg, step.to, step.body.yaw_rad));
+        plan.body.push_back(standing(step.body, step.ground));
+      }
+    }
+  }
+
+  Frontier frontier(const SearchOutcome& found, NodeId start, const PlanBudget& budget) {
+    if (!found.expanded.empty()) return graph_.frontier(found.expanded);
+    graph_.ignore_guide(true);
+    const SearchOutcome blind =
+        AnytimeSearch(graph_, {start}, {std::min<std::size_t>(budget.expansions, 2000), 0, budget.time_s})
+            .run();
+    graph_.ignore_guide(false);
+    return graph_.frontier(blind.expanded);
+  }
+
+  NoPlan refused_stance(NoPlan::Why why, const Standing& at) const {
+    std::vector<std::pair<FootName, Eigen::Vector3d>> wanted;
+    for (std::size_t leg = 0; leg < 4; ++leg) {
+      const Eigen::Vector2d below = graph_.hip({at.at.head<2>(), at.yaw_rad}, leg);
+      wanted.emplace_back(name_of(leg), Eigen::Vector3d(below.x(), below.y(), at.at.z()));
+    }
+    return refusal_of(ground_, why, wanted, at.yaw_rad);
+  }
+
+  Footstep footstep(std::size_t leg, PlaceId id, double yaw_rad) const {
+    return ground_.footstep(name_of(leg), graph_.place(id), yaw_rad);
+  }
+
+  Standing standing(const SwingPose& body, double z) const {
+    return ground_.to_map({{body.at.x(), body.at.y(), z}, body.yaw_rad});
+  }
+
+  Quadruped robot_;
+  WalkingGround ground_;
+  GuideMap guide_;
+  QuadrupedGraph graph_;
+  double told_ms_ = 0;  ///< of preparation, in plans so far
+};
+
+}  // namespace
+
+std::unique_ptr<RobotPlanner> make_quadruped_planner(std::shared_ptr<const Snapshot> snapshot,
+                                                     OccupancyView octree, const Quadruped& robot,
+                                                     std::map<SurfaceId, std::vector<PolygonEdges>> edges) {
+  return std::make_unique<QuadrupedPlanner>(std::move(snapshot), std::move(octree), robot, std::move(edges));
+}
+
+}  // namespace octosurf::footsteps

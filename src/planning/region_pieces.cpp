@@ -1,0 +1,249 @@
+#include "planning/blocked_polygon.hpp"
+#include "planning/contact_shape.hpp"
+#include "planning/convex_piece.hpp"
+#include "planning/convex_sides.hpp"
+#include "planning/rings.hpp"
+#include "surfaces/triangulate.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <octosurf/contact.hpp>
+
+namespace octosurf {
+namespace {
+
+// m that a piece stays off what bounds it: more than the grid of remaining() can move an edge by, however
+// often it is cut (a µm each time).
+constexpr double clear_of = 2e-5;
+// Of the largest triangles, how many are tried as places to grow a piece from: four times as many cover
+// within 0.4 % as much of the floors of the office's and the stones' maps.
+constexpr std::size_t seeds = 12;
+// A bound on the work; growing ends by itself where a round adds less than a thousandth.
+constexpr int rounds = 10;
+// A piece is not worth its number to a planner if all that are allowed, were they as small, would add less
+// than this to the region.
+constexpr double negligible_share = 0.02;
+
+using Segment = std::pair<Eigen::Vector2d, Eigen::Vector2d>;
+
+struct HalfPlane {
+  Eigen::Vector2d normal;  // unit, outward
+  double offset = 0;
+};
+
+/// What of a convex ring lies in a half plane.
+Ring2 clipped(const Ring2& ring, const HalfPlane& by) {
+  Ring2 kept;
+  for (std::size_t i = 0; i < ring.size(); ++i) {
+    const Eigen::Vector2d &p = ring[i], &q = ring[i + 1 < ring.size() ? i + 1 : 0];
+    const double hp = by.offset - by.normal.dot(p), hq = by.offset - by.normal.dot(q);
+    if (hp >= 0) kept.push_back(p);
+    if ((hp > 0 && hq < 0) || (hp < 0 && hq > 0)) kept.push_back(p + hp / (hp - hq) * (q - p));
+  }
+  return kept;
+}
+
+/// Area, centroid and second moments about it, of a convex ring.
+struct Moments {
+  double area = 0;
+  Eigen::Vector2d centroid = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
+};
+
+Moments moments_of(const Ring2& ring) {
+  Moments sum;
+  const Eigen::Vector2d origin = ring.front();
+  for (std::size_t i = 1; i + 1 < ring.size(); ++i) {
+    const Eigen::Vector2d a = ring[i] - origin, b = ring[i + 1] - origin;
+    const double area = (a.x() * b.y() - a.y() * b.x()) / 2;
+    sum.area += area;
+    sum.centroid += area * (a + b) / 3;
+    // A triangle's second moments about its corner.
+    sum.second +=
+        area / 12 * (2 * a * a.transpose() + 2 * b * b.transpose() + a * b.transpose() + b * a.transpose());
+  }
+  if (sum.area <= 0) return sum;
+  sum.centroid /= sum.area;
+  sum.second = sum.second / sum.area - sum.centroid * sum.centroid.transpose();
+  sum.centroid += origin;
+  return sum;
+}
+
+/// The half planes that keep edges out, tangent to the ellipses |to_circle · (x − centre)| = r where these
+/// first meet an edge: nearest edges first, those beyond a half plane already taken need none (IRIS, Deits
+/// and Tedrake 2014).
+std::vector<HalfPlane> separating(const std::vector<Segment>& edges, const Eigen::Vector2d& centre,
+                                  const Eigen::Matrix2d& to_circle) {
+  struct Near {
+    Segment edge;
+    Eigen::Vector2d closest;
+  };
+  std::vector<Near> left;
+  left.reserve(edges.size());
+  for (const auto& [from, to] : edges) {
+    const Segment edge{to_circle * (from - centre), to_circle * (to - centre)};
+    left.push_back({edge, closest_on_segment(edge.first, edge.second, Eigen::Vector2d::Zero())});
+  }
+  std::vector<HalfPlane> planes;
+  while (!left.empty()) {
+    const auto nearest = std::min_element(left.begin(), left.end(), [](const Near& a, const Near& b) {
+      return a.closest.squaredNorm() < b.closest.squaredNorm();
+    });
+    const Eigen::Vector2d touch = nearest->closest;
+    const double r2 = touch.squaredNorm();
+    *nearest = left.back();
+    left.pop_back();
+    // By a hair, so that neighbours that share the vertex count as beyond.
+    const double beyond = r2 * (1 - 1e-12);
+    std::erase_if(left, [&](const Near& near) {
+      return near.edge.first.dot(touch) >= beyond && near.edge.second.dot(touch) >= beyond;
+    });
+    const Eigen::Vector2d normal = to_circle.transpose() * touch;
+    const double length = normal.norm();
+    if (length > 0) planes.push_back({normal / length, (r2 + normal.dot(centre)) / length});
+  }
+  return planes;
+}
+
+Ring2 box_about(const std::vector<Segment>& edges) {
+  Eigen::AlignedBox2d box;
+  for (const Segment& edge : edges) box.extend(edge.first);
+  return {box.min(), {box.max().x(), box.min().y()}, box.max(), {box.min().x(), box.max().y()}};
+}
+
+struct Grown {
+  Ring2 ring;             ///< clear of the edges
+  Ring2 up_to_the_edges;  ///< what to cut out of the part, so that what is left is clear of the ring
+  double area = 0;
+};
+
+Ring2 intersection(Ring2 ring, const std::vector<HalfPlane>& planes, double inward) {
+  for (const HalfPlane& plane : planes) {
+    ring = clipped(ring, {plane.normal, plane.offset - inward});
+    if (ring.size() < 3) return {};
+  }
+  return ring;
+}
+
+/// A large convex ring about a point inside: grown as an ellipse, which takes on the shape of what it has
+/// grown to.
+Grown grown_from(const std::vector<Segment>& edges, const Ring2& box, Eigen::Vector2d centre) {
+  Eigen::Matrix2d to_circle = Eigen::Matrix2d::Identity();
+  Grown best;
+  for (int round = 0; round < rounds; ++round) {
+    const std::vector<HalfPlane> planes = separating(edges, centre, to_circle);
+    Ring2 ring = intersection(box, planes, clear_of);
+    if (ring.size() < 3) break;
+    const Moments moments = moments_of(ring);
+    if (moments.area <= best.area * 1.001) break;
+    best = {std::move(ring), intersection(box, planes, 0), moments.area};
+    centre = moments.centroid;
+    const Eigen::LLT<Eigen::Matrix2d> root(moments.second);
+    if (root.info() != Eigen::Success) break;
+    to_circle = root.matrixL().solve(Eigen::Matrix2d::Identity());
+  }
+  return best;
+}
+
+/// A part of the region that is left, and the largest piece found in it.
+struct Part {
+  Polygon polygon;
+  Grown best;
+};
+
+Part part_of(Polygon polygon) {
+  std::vector<Segment> edges;
+  for_each_edge(polygon,
+                [&edges](const Eigen::Vector2d& a, const Eigen::Vector2d& b) { edges.emplace_back(a, b); });
+  const Ring2 box = box_about(edges);
+  std::vector<Eigen::Vector2d> points;
+  std::vector<std::pair<double, Eigen::Vector2d>> starts;
+  for (const auto& t : triangulate(polygon, points)) {
+    const Ring2 triangle{points[t[0]], points[t[1]], points[t[2]]};
+    starts.emplace_back(area_of(triangle), (triangle[0] + triangle[1] + triangle[2]) / 3);
+  }
+  const std::size_t tried = std::min(seeds, starts.size());
+  std::partial_sort(starts.begin(), starts.begin() + static_cast<std::ptrdiff_t>(tried), starts.end(),
+                    [](const auto& a, const auto& b) { return a.first > b.first; });
+  Part part{std::move(polygon), {}};
+  for (std::size_t i = 0; i < tried; ++i) {
+    const Eigen::Vector2d& start = starts[i].second;
+    // Already in the best piece, it would lead there again.
+    if (!part.best.ring.empty() && ConvexSides(part.best.ring).depth(start) > 0) continue;
+    Grown grown = grown_from(edges, box, start);
+    if (grown.area > part.best.area) part.best = std::move(grown);
+  }
+  return part;
+}
+
+/// The least distance between two parallels that hold a convex ring between them.
+double width_of(const Ring2& ring) {
+  double width = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < ring.size(); ++i) {
+    const Eigen::Vector2d along = (ring[(i + 1) % ring.size()] - ring[i]).normalized();
+    double farthest = 0;
+    for (const Eigen::Vector2d& p : ring) {
+      const Eigen::Vector2d v = p - ring[i];
+      farthest = std::max(farthest, along.x() * v.y() - along.y() * v.x());
+    }
+    width = std::min(width, farthest);
+  }
+  return width;
+}
+
+/// Without corners that are hardly any: what is left lies inside of what it was.
+Ring2 tidied(Ring2 ring) {
+  Ring2 kept;
+  for (const Eigen::Vector2d& p : ring)
+    if (kept.empty() || (p - kept.back()).norm() > clear_of) kept.push_back(p);
+  while (kept.size() > 1 && (kept.front() - kept.back()).norm() <= clear_of) kept.pop_back();
+  return convex_hull(std::move(kept));
+}
+
+}  // namespace
+
+std::vector<ConvexPiece> convex_pieces(const Surface& surface, const ContactRegion& region, std::size_t most,
+                                       double min_area_m2) {
+  struct Found {
+    Ring2 ring;
+    double area;
+  };
+  std::vector<Found> pieces;
+  if (most == 0) return {};
+  const double least = std::max(min_area_m2, negligible_share * region.area_m2 / static_cast<double>(most));
+  std::vector<Part> parts;
+  const auto add = [&](const std::vector<Polygon>& polygons) {
+    for (const Polygon& polygon : polygons) {
+      if (area_of(std::vector{polygon}) < least) continue;
+      Part part = part_of(polygon);
+      if (part.best.area >= least && part.best.area > 0) parts.push_back(std::move(part));
+    }
+  };
+  add(region.polygons);
+  while (pieces.size() < most && !parts.empty()) {
+    const auto largest = std::max_element(
+        parts.begin(), parts.end(), [](const Part& a, const Part& b) { return a.best.area < b.best.area; });
+    const Part part = std::move(*largest);
+    parts.erase(largest);
+    Ring2 ring = tidied(part.best.ring);
+    // Nothing is known about a surface to a small part of its voxels; the first piece of a region that is no
+    // wider is made all the same.
+    if (ring.size() < 3 || (!pieces.empty() && width_of(ring) < surface.resolution / 4)) continue;
+    const double area = area_of(ring);
+    pieces.push_back({std::move(ring), area});
+    if (pieces.size() < most) add(remaining(part.polygon, std::array{part.best.up_to_the_edges}));
+  }
+  // Mostly they are; but what is found in a part may be more than what was found in the whole.
+  std::stable_sort(pieces.begin(), pieces.end(),
+                   [](const Found& a, const Found& b) { return a.area > b.area; });
+  std::vector<ConvexPiece> result;
+  for (const Found& piece : pieces) result.push_back(convex_piece(surface, piece.ring));
+  return result;
+}
+
+}  // namespace octosurf

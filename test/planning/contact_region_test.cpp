@@ -1,0 +1,406 @@
+// Contact regions against what exact arithmetic, and the eye, says of small surfaces.
+#include "occupancy/occupancy_map.hpp"
+#include "planning/contact_obstacles.hpp"
+#include "planning/contact_shape.hpp"
+#include "planning/exact_region.hpp"
+#include "shapes.hpp"
+#include "support/polygons.hpp"
+#include "support/seed.hpp"
+#include "surfaces/ring_check.hpp"
+
+#include <cmath>
+#include <gmock/gmock.h>
+#include <limits>
+#include <numbers>
+#include <random>
+
+#include <octosurf/contact.hpp>
+#include <octosurf/error.hpp>
+#include <octosurf/up.hpp>
+
+namespace octosurf {
+namespace {
+
+using namespace shapes;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+constexpr double pi = std::numbers::pi;
+// Area along a metre of outline that rounding inward to the grid may cost: a few µm.
+constexpr double grid_loss = 1e-5;
+
+double perimeter(const std::vector<Polygon>& polygons) {
+  double sum = 0;
+  const auto add = [&sum](const Ring2& ring) {
+    for (std::size_t i = 0; i < ring.size(); ++i) sum += (ring[(i + 1) % ring.size()] - ring[i]).norm();
+  };
+  for (const Polygon& polygon : polygons) {
+    add(polygon.outer);
+    for (const Ring2& hole : polygon.holes) add(hole);
+  }
+  return sum;
+}
+
+/// The contact's outline about its reference point as it stands on a level surface whose frame is the map's.
+Ring2 turned(const Ring2& outline, double yaw) {
+  Ring2 result;
+  for (const Eigen::Vector2d& p : outline) result.push_back(Eigen::Rotation2Dd(yaw) * p);
+  return result;
+}
+
+// Guarantees 1 and 2 of the header: not a point too many, and none too few but for the grid.
+void expect_exact(const Surface& on, const ContactShape& shape, double yaw) {
+  const ContactRegion region = contact_region(on, shape, yaw);
+  const test::ExactRegion exact(on.polygons, turned(shape.outline, yaw));
+  EXPECT_TRUE(exact.covers(region.polygons));
+  EXPECT_LE(region.area_m2, exact.area());
+  EXPECT_NEAR(region.area_m2, exact.area(), grid_loss * (perimeter(region.polygons) + 0.1));
+  EXPECT_NEAR(region.area_m2, test::area(region.polygons), 1e-12);
+  EXPECT_FALSE(fault_of(region.polygons));
+  EXPECT_EQ(region.polygons.empty(), !region.refused.empty());
+}
+
+TEST(ContactRegion, OfARectangleInASquare) {
+  const Surface on = surface(7, {{box(0, 0, 1, 1), {}}});
+  const ContactRegion region = contact_region(on, ContactShape::rectangle(0.2, 0.1), 0.0);
+  EXPECT_EQ(region.surface, 7u);
+  ASSERT_EQ(region.polygons.size(), 1u);
+  EXPECT_NEAR(test::difference(region.polygons, {{box(0.1, 0.05, 0.8, 0.9), {}}}), 0, 4 * grid_loss);
+  const ContactRegion across = contact_region(on, ContactShape::rectangle(0.2, 0.1), pi / 2);
+  EXPECT_NEAR(test::difference(across.polygons, {{box(0.05, 0.1, 0.9, 0.8), {}}}), 0, 4 * grid_loss);
+}
+
+TEST(ContactRegion, OfASoleWhoseReferencePointIsItsHeelOrOffIt) {
+  const Surface on = surface(1, {{box(0, 0, 1, 1), {}}});
+  const ContactRegion heel = contact_region(on, ContactShape::rectangle(0.2, 0.1, 0.0), 0.0);
+  EXPECT_NEAR(test::difference(heel.polygons, {{box(0, 0.05, 0.8, 0.9), {}}}), 0, 4 * grid_loss);
+  const ContactRegion off = contact_region(on, ContactShape::rectangle(0.2, 0.1, -0.5), pi);
+  EXPECT_NEAR(test::difference(off.polygons, {{box(0.7, 0.05, 0.8, 0.9), {}}}), 0, 4 * grid_loss);
+}
+
+TEST(ContactRegion, KeepsHolesAndFallsIntoParts) {
+  const Surface on = surface(1, {{box(0, 0, 3, 1), {reversed(box(1.45, 0.05, 0.1, 0.9))}}});
+  const ContactRegion two = contact_region(on, ContactShape::rectangle(0.2, 0.2), 0.0);
+  EXPECT_EQ(two.polygons.size(), 2u);
+  EXPECT_NEAR(two.area_m2, 2 * 1.25 * 0.8, 10 * grid_loss);
+  const ContactRegion ring = contact_region(surface(1, {{box(0, 0, 3, 3), {reversed(box(1, 1, 1, 1))}}}),
+                                            ContactShape::rectangle(0.2, 0.2), 0.0);
+  ASSERT_EQ(ring.polygons.size(), 1u);
+  EXPECT_EQ(ring.polygons[0].holes.size(), 1u);
+  EXPECT_NEAR(ring.area_m2, 2.8 * 2.8 - 1.2 * 1.2, 20 * grid_loss);
+}
+
+TEST(ContactRegion, OfAllHeadingsIsThatOfTheDiscAround) {
+  const Surface on = surface(1, {{box(0, 0, 1, 1), {}}});
+  const ContactShape sole = ContactShape::rectangle(0.16, 0.12);  // reaches 0.1 m
+  const ContactRegion any = contact_region(on, sole, {});
+  EXPECT_FALSE(any.yaw_rad);
+  EXPECT_LT(any.area_m2, 0.8 * 0.8);
+  EXPECT_GT(any.area_m2, 0.8 * 0.8 - 4 * 0.8 * 0.005 * 0.1);  // the 0.5 % of contact.hpp
+  const ContactRegion disc = contact_region(on, ContactShape::disc(0.1), 0.3);
+  EXPECT_NEAR(disc.area_m2, any.area_m2, 4 * 0.8 * 0.005 * 0.1);  // turned, and so is the polygon around it
+}
+
+TEST(ContactRegion, OfAPointIsTheSurface) {
+  const Surface on = surface(1, {{box(0, 0, 1, 1), {reversed(box(0.4, 0.4, 0.1, 0.1))}}});
+  EXPECT_NEAR(contact_region(on, ContactShape::disc(0), {}).area_m2, 0.99, 5 * grid_loss);
+}
+
+TEST(ContactRegion, OfRandomPolygonsIsExact) {
+  std::mt19937_64 random(test::seed());
+  std::uniform_real_distribution<double> uniform(0, 1);
+  for (int i = 0; i < 12 && !HasFailure(); ++i) {
+    const Surface on = surface(1, {random_polygon(random)});
+    const double length = 0.05 + 0.4 * uniform(random);
+    expect_exact(on, ContactShape::rectangle(length, 0.5 * length, length * uniform(random)),
+                 2 * pi * uniform(random));
+  }
+}
+
+TEST(ContactRegion, OfAnyConvexContactIsExact) {
+  std::mt19937_64 random(test::seed());
+  ContactShape shape;
+  shape.outline = {{-0.1, -0.04}, {0.02, -0.06}, {0.12, 0.0}, {0.05, 0.07}, {-0.08, 0.03}};
+  for (int i = 0; i < 6 && !HasFailure(); ++i)
+    expect_exact(surface(1, {random_polygon(random)}), shape, 0.7 * i);
+}
+
+// Edges in line with the contact's, vertices on one line, rings that share vertices, holes that fit exactly:
+// what exact arithmetic is for.
+TEST(ContactRegion, WhereEverythingCoincides) {
+  std::mt19937_64 random(test::seed());
+  const ContactShape sole = ContactShape::rectangle(0.2, 0.1);
+  const Ring2 comb{{0, 0},     {2, 0},   {2, 1}, {1.8, 1}, {1.8, 0.5}, {1.5, 0.5}, {1.5, 1}, {1.3, 1},
+                   {1.3, 0.5}, {1, 0.5}, {1, 1}, {0.8, 1}, {0.8, 0.5}, {0.5, 0.5}, {0.5, 1}, {0, 1}};
+  for (const double yaw : {0.0, pi / 2, pi, pi / 4}) {
+    expect_exact(surface(1, {{comb, {}}}), sole, yaw);
+    const Polygon pinched{box(0, 0, 4, 4),
+                          {reversed({{0, 0}, {2, 1}, {2, 2}, {1, 2}}), reversed({{2, 2}, {3, 2}, {3, 3}})}};
+    expect_exact(surface(1, {pinched, {{{4, 4}, {5, 4}, {5, 5}}, {}}}), sole, yaw);
+    Polygon grid{box(0, 0, 2, 2), {}};
+    for (int x = 0; x < 5; ++x)
+      for (int y = 0; y < 5; ++y)
+        if (random() % 2 == 0) grid.holes.push_back(reversed(box(0.2 + 0.3 * x, 0.2 + 0.3 * y, 0.1, 0.1)));
+    expect_exact(surface(1, {grid}), sole, yaw);
+  }
+}
+
+// A gap that the contact fits exactly has no inside; a grid's width more has.
+TEST(ContactRegion, WhereTheContactJustFits) {
+  const ContactShape sole = ContactShape::rectangle(0.2, 0.1);
+  EXPECT_TRUE(contact_region(surface(1, {{box(0, 0, 1, 0.1), {}}}), sole, 0.0).polygons.empty());
+  EXPECT_FALSE(contact_region(surface(1, {{box(0, 0, 1, 0.1001), {}}}), sole, 0.0).polygons.empty());
+}
+
+// Ring for ring what a ring inside a contact's outline says: nothing fits on an island smaller than the
+// contact, nor beside a hole inside it.
+TEST(ContactRegion, OfPartsSmallerThanTheContactIsNothing) {
+  const Surface on = surface(1, {{box(0, 0, 0.1, 0.1), {reversed(box(0.04, 0.04, 0.02, 0.02))}},
+                                 {box(0.15, 0, 0.1, 0.1), {}},
+                                 {box(0.3, 0, 0.05, 0.3), {}}});
+  const ContactRegion region = contact_region(on, ContactShape::rectangle(0.22, 0.11), 0.4);
+  EXPECT_THAT(region.polygons, IsEmpty());
+  EXPECT_THAT(region.refused, ElementsAre(ContactRefusal::support));
+}
+
+TEST(ContactRegion, TurnsWithTheMap) {
+  std::mt19937_64 random(test::seed());
+  const std::vector<Polygon> polygons{random_polygon(random)};
+  const Surface flat = surface(1, polygons);
+  const ContactShape sole = ContactShape::rectangle(0.3, 0.1, 0.1);
+  const Eigen::Isometry3d T = pose({1, 2, 3}, 1.1, {4, -2, 1});
+  const Surface moved = surface(1, polygons, T);
+  const ContactRegion here = contact_region(flat, sole, 0.0);
+  // Headings are told about `up`, whose zero turns otherwise than the map: sought on the surface.
+  ContactLimits limits;
+  limits.up = T.linear() * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector2d zero = heading_on(moved, 0, limits.up);
+  const ContactRegion there = contact_region(moved, sole, -std::atan2(zero.y(), zero.x()), limits);
+  EXPECT_LT(test::exact_difference(here.polygons, there.polygons), grid_loss * perimeter(here.polygons));
+}
+
+TEST(ContactHeading, IsTheMapsProjectedOntoThePlane) {
+  const Surface floor = surface(1, {{box(0, 0, 1, 1), {}}}, pose({0, 0, 1}, pi / 2, {0, 0, 0}));
+  EXPECT_LT((heading_on(floor, 0, {0, 0, 2}) - Eigen::Vector2d(0, -1)).norm(), 1e-12);
+  EXPECT_LT((heading_on(floor, pi / 2, {0, 0, 2}) - Eigen::Vector2d(1, 0)).norm(), 1e-12);
+  const Surface ramp = surface(1, {{box(0, 0, 1, 1), {}}}, pose({0, 1, 0}, -0.4, {0, 0, 0}));
+  EXPECT_LT((heading_on(ramp, 0, {0, 0, 1}) - Eigen::Vector2d(1, 0)).norm(), 1e-12);
+  // A wall that faces +x: its heading, straight into it, is up.
+  const Surface wall = surface(1, {{box(0, 0, 1, 1), {}}}, pose({0, 1, 0}, pi / 2, {0, 0, 0}));
+  const Eigen::Vector2d up = heading_on(wall, 0, {0, 0, 1});
+  EXPECT_LT(
+      (wall.T_map_surface.linear() * Eigen::Vector3d(up.x(), up.y(), 0) - Eigen::Vector3d(0, 0, 1)).norm(),
+      1e-12);
+}
+
+TEST(ContactLimits, OfTheSurfaceRefuseItWhole) {
+  Surface on = surface(1, {{box(0, 0, 1, 1), {}}}, pose({1, 0, 0}, 0.2, {0, 0, 0}));
+  on.rms_m = 0.004;
+  on.covariance = Eigen::Vector3d(1e-4, 1e-4, 1e-6).asDiagonal();
+  const ContactShape sole = ContactShape::disc(0.05);
+  const auto refused = [&](const ContactLimits& limits) {
+    return contact_region(on, sole, {}, limits).refused;
+  };
+  ContactLimits limits;
+  EXPECT_THAT(refused(limits), IsEmpty());
+  limits.max_slope_rad = 0.19;
+  EXPECT_THAT(refused(limits), ElementsAre(ContactRefusal::slope));
+  limits.up = -limits.up;
+  limits.max_slope_rad = pi;
+  EXPECT_THAT(refused(limits), IsEmpty());
+  limits.min_area_m2 = 1.01;
+  limits.max_rms_m = 0.003;
+  limits.max_normal_std_rad = 0.009;
+  EXPECT_THAT(refused(limits),
+              ElementsAre(ContactRefusal::size, ContactRefusal::roughness, ContactRefusal::uncertainty));
+  limits = {};
+  limits.max_rms_m = 0.005;
+  limits.max_normal_std_rad = 0.011;
+  limits.max_offset_std_m = 0.0009;
+  EXPECT_THAT(refused(limits), ElementsAre(ContactRefusal::uncertainty));
+  limits.max_offset_std_m = 0.0011;
+  EXPECT_THAT(refused(limits), IsEmpty());
+}
+
+TEST(ContactLimits, MarginsAreKeptAllRound) {
+  const Surface on = surface(1, {{box(0, 0, 1, 1), {}}});
+  ContactLimits limits;
+  limits.edge_margin_m = 0.05;
+  const ContactRegion region = contact_region(on, ContactShape::rectangle(0.2, 0.1), 0.0, limits);
+  EXPECT_NEAR(region.area_m2, 0.7 * 0.8, 4 * 0.005 * 0.05);
+  EXPECT_LT(region.area_m2, 0.7 * 0.8);
+  limits.edge_margin_m = 0.46;
+  EXPECT_THAT(contact_region(on, ContactShape::rectangle(0.2, 0.1), 0.0, limits).refused,
+              ElementsAre(ContactRefusal::margin));
+}
+
+TEST(ContactLimits, FrontierEdgesHaveTheirOwnMargin) {
+  const Surface on = surface(1, {{box(0, 0, 1, 1), {reversed(box(0.5, 0.5, 0.02, 0.02))}}});
+  std::vector<PolygonEdges> edges(1);
+  edges[0].outer = {EdgeKind::real, EdgeKind::frontier, EdgeKind::occluded, EdgeKind::real};
+  edges[0].holes = {std::vector<EdgeKind>(4, EdgeKind::sensor_limit)};
+  ContactLimits limits;
+  limits.frontier_margin_m = 0.1;
+  const ContactShape sole = ContactShape::rectangle(0.1, 0.1);
+  const ContactRegion region = contact_region(on, sole, 0.0, limits, nullptr, &edges);
+  EXPECT_NEAR(region.area_m2, 0.8 * 0.9 - 0.12 * 0.12, 0.002);
+  edges[0].outer.pop_back();
+  EXPECT_THROW(contact_region(on, sole, 0.0, limits, nullptr, &edges), Error);
+  EXPECT_THROW(contact_region(on, sole, 0.0, limits), Error);
+}
+
+/// A map of voxels about these points, seen from far above.
+OccupancyMap octree_of(const std::vector<Eigen::Vector3d>& points, double d) {
+  OccupancyParameters parameters;
+  parameters.resolution = d;
+  OccupancyMap map(parameters);
+  Scan scan;
+  scan.T_map_sensor = Eigen::Isometry3d(Eigen::Translation3d(0.5, 0.5, 3));
+  for (const Eigen::Vector3d& p : points)
+    scan.points.push_back((scan.T_map_sensor.inverse() * p).cast<float>());
+  Downsampler downsample(map.grid());
+  map.insert(downsample(scan, scan.T_map_sensor, 0, 30, 1), downsample, nullptr);
+  return map;
+}
+
+TEST(ContactLimits, ObstaclesAndWhatHangsOverAreKeptClearOf) {
+  const Surface on = surface(3, {{box(0, 0, 1, 1), {}}});
+  constexpr double d = 0.02;
+  OccupancyMap map = octree_of({{0.51, 0.51, 0.31}, {0.11, 0.11, 0.01}, {0.91, 0.91, 0.51}}, d);
+  const OccupancyView octree = map.share();
+  const ContactShape sole = ContactShape::rectangle(0.2, 0.1);
+  ContactLimits limits;
+  limits.clearance_m =
+      0.4;  // the one at 0.31 m only: the lowest lies on the surface, the highest over all this
+  const ContactRegion clear = contact_region(on, sole, 0.0, limits, &octree);
+  EXPECT_NEAR(clear.area_m2, 0.8 * 0.9 - 0.22 * 0.12, 20 * grid_loss);
+  limits.obstacle_margin_m = 0.1;
+  const ContactRegion apart = contact_region(on, sole, 0.0, limits, &octree);
+  EXPECT_NEAR(apart.area_m2, 0.8 * 0.9 - (0.22 * 0.12 + 2 * 0.1 * (0.22 + 0.12) + pi * 0.01), 0.001);
+  EXPECT_LT(apart.area_m2, 0.8 * 0.9 - (0.22 * 0.12 + 2 * 0.1 * (0.22 + 0.12) + pi * 0.01));
+  limits.obstacle_margin_m = 0;
+  limits.obstacle_from_m = 0.33;
+  EXPECT_NEAR(contact_region(on, sole, 0.0, limits, &octree).area_m2, 0.8 * 0.9, 20 * grid_loss);
+  EXPECT_THROW(contact_region(on, sole, 0.0, limits), Error);
+}
+
+// A crack that the outline does not show: rays went through it to the ground below. Under the stone beside
+// it, which is thinner than that is deep, the space is known to be free as well.
+TEST(ContactLimits, GapsThatTheOutlineBridgesAreNoSupport) {
+  const Surface on = surface(3, {{box(0, 0, 1, 1), {}}}, pose({0, 0, 1}, 0, {0, 0, 0.5}));
+  std::vector<Eigen::Vector3d> points;
+  for (double x = 0.01; x < 1; x += 0.02)
+    for (double y = 0.01; y < 1; y += 0.02) points.emplace_back(x, y, std::abs(x - 0.5) < 0.02 ? 0.01 : 0.49);
+  OccupancyMap map = octree_of(points, 0.02);
+  OccupancyView octree = map.share();
+  const ContactShape sole = ContactShape::rectangle(0.2, 0.1);
+  ContactLimits limits;
+  EXPECT_NEAR(contact_region(on, sole, 0.0, limits, &octree).area_m2, 0.8 * 0.9, 20 * grid_loss);
+  limits.gap_depth_m = 0.03;
+  const ContactRegion region = contact_region(on, sole, 0.0, limits, &octree);
+  EXPECT_EQ(region.polygons.size(), 2u);
+  EXPECT_NEAR(region.area_m2, 2 * 0.28 * 0.9, 0.01 * 0.9 * 2);
+  const auto refused = [&](double x) {
+    return foothold(on, sole, {x, 0.5, 0.5}, 0, limits, &octree).refused;
+  };
+  EXPECT_EQ(refused(0.5), ContactRefusal::support);
+  EXPECT_EQ(refused(0.42), ContactRefusal::support);
+  EXPECT_EQ(refused(0.35), std::nullopt);
+  EXPECT_THROW(contact_region(on, sole, 0.0, limits), Error);
+}
+
+TEST(ContactLimits, WhatLeavesNothingIsNamed) {
+  const Surface on = surface(3, {{box(0, 0, 0.4, 0.4), {}}});
+  OccupancyMap map = octree_of({{0.21, 0.21, 0.31}}, 0.02);
+  const OccupancyView octree = map.share();
+  ContactLimits limits;
+  limits.clearance_m = 0.4;
+  const ContactShape sole = ContactShape::rectangle(0.3, 0.3);
+  EXPECT_THAT(contact_region(on, sole, 0.0, limits, &octree).refused, ElementsAre(ContactRefusal::clearance));
+  const ContactShape small = ContactShape::rectangle(0.1, 0.1);
+  EXPECT_THAT(contact_region(on, small, 0.0, limits, &octree).refused, IsEmpty());
+  limits.obstacle_margin_m = 0.3;
+  EXPECT_THAT(contact_region(on, small, 0.0, limits, &octree).refused, ElementsAre(ContactRefusal::obstacle));
+  limits.obstacle_margin_m = 0.05;
+  limits.edge_margin_m = 0.1;  // each leaves something, together nothing
+  EXPECT_THAT(contact_region(on, ContactShape::rectangle(0.12, 0.12), 0.0, limits, &octree).refused,
+              ElementsAre(ContactRefusal::margin, ContactRefusal::obstacle, ContactRefusal::clearance));
+}
+
+// Of every voxel alone, by its eight corners.
+TEST(ContactObstacles, ProjectTogetherAsEachAlone) {
+  std::mt19937_64 random(test::seed());
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  constexpr double d = 0.05;
+  for (int round = 0; round < 5; ++round) {
+    const Surface on =
+        surface(1, {}, pose({uniform(random), uniform(random), uniform(random)}, 0.9, {1, 2, 3}));
+    std::vector<Eigen::Vector3d> centres;
+    for (int i = 0; i < 300; ++i)
+      centres.emplace_back(d * (std::floor(6 * uniform(random)) + 0.5),
+                           d * (std::floor(6 * uniform(random)) + 0.5),
+                           d * (std::floor(2 * uniform(random)) + 0.5));
+    const std::vector<Ring2> together = projected(on, centres, d);
+    EXPECT_LT(together.size(), centres.size());
+    const auto in = [](const std::vector<Ring2>& rings, const Eigen::Vector2d& p) {
+      return std::any_of(rings.begin(), rings.end(), [&p](const Ring2& ring) {
+        return inside({ring, {}}, p);
+      });
+    };
+    std::vector<Ring2> each;
+    for (const Eigen::Vector3d& centre : centres) {
+      Ring2 corners;
+      for (int corner = 0; corner < 8; ++corner)
+        corners.push_back(
+            to_uv(on, centre + d / 2 *
+                                   Eigen::Vector3d((corner & 1) != 0 ? 1 : -1, (corner & 2) != 0 ? 1 : -1,
+                                                   (corner & 4) != 0 ? 1 : -1)));
+      each.push_back(convex_hull(corners));
+    }
+    const Eigen::Vector2d middle = to_uv(on, {0, 0, 0});
+    for (int i = 0; i < 300; ++i) {
+      const Eigen::Vector2d p = middle + 0.5 * Eigen::Vector2d(uniform(random), uniform(random));
+      EXPECT_EQ(in(together, p), in(each, p));
+    }
+  }
+}
+
+TEST(ContactRegion, RefusesWhatMakesNoSense) {
+  const Surface on = surface(1, {{box(0, 0, 1, 1), {}}});
+  const double infinity = std::numeric_limits<double>::infinity(), nan = std::nan("");
+  EXPECT_THROW(ContactShape::rectangle(0, 0.1), Error);
+  EXPECT_THROW(ContactShape::rectangle(0.1, nan), Error);
+  EXPECT_THROW(ContactShape::disc(-1), Error);
+  const auto with = [&](Ring2 outline) {
+    ContactShape shape;
+    shape.outline = std::move(outline);
+    return contact_region(on, shape, 0.0);
+  };
+  EXPECT_THROW(with({{0, 0}, {1, 0}}), Error);
+  EXPECT_THROW(with({{0, 0}, {0, 1}, {1, 0}}), Error);                          // clockwise
+  EXPECT_THROW(with({{0, 0}, {1, 0}, {0.1, 0.1}, {0, 1}}), Error);              // not convex
+  EXPECT_THROW(with({{0, 0}, {1, 0}, {0, 1}, {0, 0}, {1, 0}, {0, 1}}), Error);  // twice round
+  EXPECT_THROW(with({{0, 0}, {infinity, 0}, {0, 1}}), Error);
+  EXPECT_THROW(contact_region(on, ContactShape::disc(0.1), nan), Error);
+  for (double ContactLimits::*field :
+       {&ContactLimits::edge_margin_m, &ContactLimits::frontier_margin_m, &ContactLimits::obstacle_margin_m,
+        &ContactLimits::obstacle_from_m, &ContactLimits::clearance_m, &ContactLimits::min_area_m2}) {
+    ContactLimits limits;
+    limits.*field = -0.1;
+    EXPECT_THROW(contact_region(on, ContactShape::disc(0.1), {}, limits), Error);
+  }
+  ContactLimits limits;
+  limits.up = Eigen::Vector3d::Zero();
+  EXPECT_THROW(contact_region(on, ContactShape::disc(0.1), {}, limits), Error);
+  limits = {};
+  limits.obstacle_margin_m = 0.1;
+  const OccupancyView nothing;
+  EXPECT_THROW(contact_region(on, ContactShape::disc(0.1), {}, limits, &nothing), Error);
+  Surface far = surface(1, {{box(1e9, 0, 1, 1), {}}});
+  EXPECT_THROW(contact_region(far, ContactShape::disc(0.1), {}), Error);
+  far.polygons[0].outer[0].x() = nan;
+  EXPECT_THROW(contact_region(far, ContactShape::disc(0.1), {}), Error);
+}
+
+}  // namespace
+}  // namespace octosurf

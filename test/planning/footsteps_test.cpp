@@ -1,0 +1,302 @@
+#include "shapes.hpp"
+
+#include <gmock/gmock.h>
+#include <memory>
+#include <numbers>
+
+#include <octosurf/error.hpp>
+#include <octosurf/footsteps.hpp>
+#include <octosurf/mapper.hpp>
+
+namespace octosurf {
+namespace {
+
+using namespace shapes;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+constexpr double deg = std::numbers::pi / 180;
+
+Eigen::Isometry3d at(double x, double y, double z) {
+  return Eigen::Isometry3d(Eigen::Translation3d(x, y, z));
+}
+
+/// A level rectangle with its lower left corner there.
+Surface slab(SurfaceId id, double x, double y, double z, double length, double width) {
+  return surface(id, {{box(0, 0, length, width), {}}}, at(x, y, z));
+}
+
+std::shared_ptr<const Snapshot> snapshot_of(const std::vector<Surface>& surfaces) {
+  auto snapshot = std::make_shared<Snapshot>();
+  for (const Surface& one : surfaces) snapshot->surfaces.push_back(std::make_shared<Surface>(one));
+  return snapshot;
+}
+
+struct Course {
+  std::shared_ptr<const Snapshot> snapshot;
+  Biped robot;
+
+  FootstepPlan plan(const Standing& from, const Standing& to, const PlanBudget& budget = {}) const {
+    FootstepPlanner planner(snapshot, {}, robot);
+    const FootstepPlan result = planner.plan(from, to, budget);
+    EXPECT_THAT(verify_plan(result, *snapshot, {}, robot), IsEmpty());
+    return result;
+  }
+};
+
+/// A floor of 2 m, `count` treads 0.29 m deep, each `riser` above the one before, and a landing.
+Course stair(int count, double riser) {
+  std::vector<Surface> surfaces{slab(1, -2, -0.6, 0, 2, 1.2)};
+  for (int i = 0; i < count; ++i)
+    surfaces.push_back(slab(static_cast<SurfaceId>(i + 2), 0.29 * i, -0.6, riser * (i + 1), 0.29, 1.2));
+  surfaces.push_back(slab(50, 0.29 * count, -0.6, riser * (count + 1), 1.5, 1.2));
+  return {snapshot_of(surfaces), {}};
+}
+
+Course two_floors(double gap) {
+  return {snapshot_of({slab(1, -2, -0.6, 0, 2, 1.2), slab(2, gap, -0.6, 0, 2, 1.2)}), {}};
+}
+
+std::size_t refused(const FootstepPlan& plan, StepRefusal why) {
+  return plan.refusal->refused[static_cast<std::size_t>(why)];
+}
+
+TEST(Footsteps, WalkOverAFloorToTheGoal) {
+  const Course floor{snapshot_of({slab(1, -1, -1, 0, 6, 2)}), {}};
+  const FootstepPlan plan = floor.plan({{0, 0, 0}, 0}, {{3, 0, 0}, 0});
+  ASSERT_TRUE(plan.found()) << plan.refusal->sentence;
+  // 3 m in steps of 0.35 m at most, and one that brings the feet beside each other.
+  EXPECT_GE(plan.steps.size(), 9);
+  EXPECT_LE(plan.steps.size(), 12);
+  EXPECT_LE((plan.body.back().at - Eigen::Vector3d(3, 0, 0)).norm(), 0.2);
+  EXPECT_GT(plan.cost, static_cast<double>(plan.steps.size()));
+  EXPECT_LE(plan.lower_bound, plan.cost);
+}
+
+TEST(Footsteps, NoneToWhereItStands) {
+  const Course floor{snapshot_of({slab(1, -1, -1, 0, 6, 2)}), {}};
+  const FootstepPlan plan = floor.plan({{0, 0, 0}, 0}, {{0, 0, 0}, 0});
+  EXPECT_TRUE(plan.found());
+  EXPECT_THAT(plan.steps, IsEmpty());
+}
+
+TEST(Footsteps, TurnOnTheSpot) {
+  const Course floor{snapshot_of({slab(1, -1, -1, 0, 2, 2)}), {}};
+  const FootstepPlan plan = floor.plan({{0, 0, 0}, 0}, {{0, 0, 0}, 180 * deg});
+  ASSERT_TRUE(plan.found()) << plan.refusal->sentence;
+  EXPECT_GE(plan.steps.size(), 8);  // of 22.5° at most
+}
+
+TEST(Footsteps, ClimbAStairAndComeDown) {
+  const Course course = stair(5, 0.17);
+  const Standing below{{-1, 0, 0}, 0}, above{{0.29 * 5 + 0.6, 0, 0.17 * 6}, 0};
+  const FootstepPlan up = course.plan(below, above);
+  ASSERT_TRUE(up.found()) << up.refusal->sentence;
+  EXPECT_EQ(up.steps.back().surface, 50);
+  const FootstepPlan down = course.plan({above.at, 180 * deg}, {below.at, 180 * deg});
+  ASSERT_TRUE(down.found()) << down.refusal->sentence;
+  EXPECT_EQ(down.steps.back().surface, 1);
+}
+
+TEST(Footsteps, StandSquareOnTreadsHoweverTheStairIsTurned) {
+  // fixed: 11.25° is as far off the headings of an unturned world as a stair can be.
+  const Course straight = stair(4, 0.17);
+  auto turned = std::make_shared<Snapshot>();
+  const Eigen::Isometry3d T(Eigen::AngleAxisd(11.25 * deg, Eigen::Vector3d::UnitZ()));
+  for (const SurfacePtr& surface : straight.snapshot->surfaces) {
+    auto copy = std::make_shared<Surface>(*surface);
+    copy->T_map_surface = T * copy->T_map_surface;
+    turned->surfaces.push_back(copy);
+  }
+  const Course course{turned, {}};
+  const FootstepPlan plan = course.plan({T * Eigen::Vector3d(-1, 0, 0), 11.25 * deg},
+                                        {T * Eigen::Vector3d(0.29 * 4 + 0.6, 0, 0.17 * 5), 11.25 * deg});
+  EXPECT_TRUE(plan.found()) << plan.refusal->sentence;
+}
+
+TEST(Footsteps, CrossStones) {
+  std::vector<Surface> surfaces{slab(1, -2, -0.6, 0, 2, 1.2), slab(2, 1.6, -0.6, 0, 2, 1.2)};
+  for (int i = 0; i < 5; ++i)
+    surfaces.push_back(
+        slab(static_cast<SurfaceId>(i + 3), 0.06 + 0.31 * i, i % 2 == 0 ? -0.01 : -0.26, 0.05, 0.27, 0.27));
+  const Course course{snapshot_of(surfaces), {}};
+  const FootstepPlan plan = course.plan({{-0.8, 0, 0}, 0}, {{2.4, 0, 0}, 0});
+  ASSERT_TRUE(plan.found()) << plan.refusal->sentence;
+  std::size_t on_stones = 0;
+  for (const Footstep& step : plan.steps) on_stones += step.surface >= 3;
+  EXPECT_GE(on_stones, 4);
+}
+
+TEST(Footsteps, AGapIsSteppedOverOrRefusedForItsWidth) {
+  // The toe stands 0.11 + 0.01 m before the edge, the heel as far behind the other: of 0.35 m 0.11 are left.
+  const Standing from{{-1, 0, 0}, 0};
+  const FootstepPlan over = two_floors(0.08).plan(from, {{1.1, 0, 0}, 0});
+  EXPECT_TRUE(over.found()) << over.refusal->sentence;
+  const FootstepPlan stopped = two_floors(0.6).plan(from, {{1.6, 0, 0}, 0});
+  ASSERT_FALSE(stopped.found());
+  EXPECT_EQ(stopped.refusal->why, NoPlan::Why::unreachable);
+  EXPECT_GT(refused(stopped, StepRefusal::reach), 0);
+  EXPECT_EQ(refused(stopped, StepRefusal::height), 0);
+  EXPECT_NEAR(stopped.refusal->nearest->x(), -0.12, 0.1);
+  EXPECT_THAT(stopped.refusal->sentence, HasSubstr("(reach)"));
+}
+
+TEST(Footsteps, AWallTooHighIsRefusedForItsHeight) {
+  const Course course = stair(0, 0.4);
+  const FootstepPlan plan = course.plan({{-1, 0, 0}, 0}, {{0.8, 0, 0.4}, 0});
+  ASSERT_FALSE(plan.found());
+  EXPECT_EQ(plan.refusal->why, NoPlan::Why::unreachable);
+  EXPECT_GT(refused(plan, StepRefusal::height), 0);
+}
+
+TEST(Footsteps, StartAndGoalAreRefusedWithTheReason) {
+  const Course course = two_floors(0.6);
+  const FootstepPlan start = course.plan({{0.3, 0, 0}, 0}, {{1.6, 0, 0}, 0});
+  ASSERT_FALSE(start.found());
+  EXPECT_EQ(start.refusal->why, NoPlan::Why::start);
+  EXPECT_THAT(start.refusal->sentence, HasSubstr("no surface"));
+  const FootstepPlan goal = course.plan({{-1, 0, 0}, 0}, {{-0.07, 0, 0}, 90 * deg});
+  ASSERT_FALSE(goal.found());
+  EXPECT_EQ(goal.refusal->why, NoPlan::Why::goal);
+  EXPECT_EQ(goal.refusal->contact, ContactRefusal::support) << goal.refusal->sentence;
+}
+
+TEST(Footsteps, SameBudgetSamePlanWhateverWasPlannedBefore) {
+  const Course course = stair(4, 0.17);
+  const Standing from{{-1.5, 0.2, 0}, 0}, to{{0.29 * 4 + 0.6, -0.1, 0.17 * 5}, 0};
+  FootstepPlanner fresh(course.snapshot, {}, course.robot), used(course.snapshot, {}, course.robot);
+  used.plan({{-0.5, 0, 0}, 90 * deg}, {{-1.5, 0, 0}, 45 * deg});
+  const FootstepPlan a = fresh.plan(from, to, {5000, 100, {}}), b = used.plan(from, to, {5000, 100, {}});
+  ASSERT_TRUE(a.found());
+  ASSERT_EQ(a.steps.size(), b.steps.size());
+  EXPECT_EQ(a.cost, b.cost);
+  for (std::size_t i = 0; i < a.steps.size(); ++i)
+    EXPECT_EQ(a.steps[i].T_map_foot.matrix(), b.steps[i].T_map_foot.matrix());
+}
+
+TEST(Footsteps, MoreExpansionsNeverMakeAPlanDearer) {
+  const Course course = stair(4, 0.17);
+  const Standing from{{-1.5, 0.2, 0}, 0}, to{{0.29 * 4 + 0.6, -0.1, 0.17 * 5}, 0};
+  double cost = HUGE_VAL;
+  for (const std::size_t improving : {0, 100, 1000, 10000}) {
+    const FootstepPlan plan = course.plan(from, to, {20000, improving, {}});
+    ASSERT_TRUE(plan.found());
+    EXPECT_LE(plan.cost, cost);
+    EXPECT_LE(plan.lower_bound, plan.cost + 1e-9);
+    cost = plan.cost;
+  }
+}
+
+TEST(Footsteps, UpMayBeAnyDirection) {
+  // fixed: a world lying on its side.
+  const Course straight = stair(4, 0.17);
+  const Eigen::Isometry3d T = pose({1, 0, 0}, 90 * deg, {3, -1, 2});
+  auto turned = std::make_shared<Snapshot>();
+  for (const SurfacePtr& surface : straight.snapshot->surfaces) {
+    auto copy = std::make_shared<Surface>(*surface);
+    copy->T_map_surface = T * copy->T_map_surface;
+    copy->plane.normal = copy->T_map_surface.linear().col(2);
+    copy->plane.offset = copy->plane.normal.dot(copy->T_map_surface.translation());
+    turned->surfaces.push_back(copy);
+  }
+  Course course{turned, {}};
+  course.robot.contact.up = T.linear().col(2);
+  const FootstepPlan plan =
+      course.plan({T * Eigen::Vector3d(-1, 0, 0), 0}, {T * Eigen::Vector3d(0.29 * 4 + 0.6, 0, 0.17 * 5), 0});
+  EXPECT_TRUE(plan.found()) << plan.refusal->sentence;
+}
+
+/// A mapped octree with a box of occupied voxels in it, out of a scan of the box's points.
+OccupancyView octree_with(const Eigen::AlignedBox3d& box) {
+  Parameters parameters;
+  parameters.alignment.enabled = false;
+  Scan scan;
+  for (double x = box.min().x(); x <= box.max().x(); x += 0.02)
+    for (double y = box.min().y(); y <= box.max().y(); y += 0.02)
+      for (double z = box.min().z(); z <= box.max().z(); z += 0.02) scan.points.emplace_back(x, y, z);
+  Mapper mapper(parameters);
+  mapper.insert(scan);
+  return mapper.map().octree();
+}
+
+TEST(Footsteps, GoAroundWhatStandsInTheWayOrHangsOverIt) {
+  const auto floor = snapshot_of({slab(1, -1, -1.5, 0, 4, 3)});
+  const Standing from{{-0.5, 0, 0}, 0}, to{{2.2, 0, 0}, 0};
+  const FootstepPlan straight = FootstepPlanner(floor, {}, Biped{}).plan(from, to);
+  ASSERT_TRUE(straight.found());
+  for (const auto& [low, high] : {std::pair{0.02, 0.3}, {0.3, 0.4}, {1.0, 1.1}}) {
+    const OccupancyView octree =
+        octree_with({Eigen::Vector3d(0.8, -0.5, low), Eigen::Vector3d(1.0, 0.3, high)});
+    const FootstepPlan around = FootstepPlanner(floor, octree, Biped{}).plan(from, to);
+    ASSERT_TRUE(around.found()) << around.refusal->sentence;
+    EXPECT_THAT(verify_plan(around, *floor, octree, Biped{}), IsEmpty());
+    EXPECT_THAT(verify_plan(straight, *floor, octree, Biped{}), Not(IsEmpty())) << "the checker sees " << low;
+    EXPECT_GT(around.cost, straight.cost);
+  }
+}
+
+TEST(Footsteps, AWallAcrossTheWayIsRefusedForItsClearance) {
+  const auto floor = snapshot_of({slab(1, -1, -0.6, 0, 4, 1.2)});
+  const OccupancyView octree = octree_with({Eigen::Vector3d(0.9, -1, 0.02), Eigen::Vector3d(0.94, 1, 1.5)});
+  FootstepPlanner planner(floor, octree, Biped{});
+  const FootstepPlan plan = planner.plan({{0, 0, 0}, 0}, {{2.2, 0, 0}, 0});
+  ASSERT_FALSE(plan.found());
+  EXPECT_LT(plan.refusal->nearest->x(), 0.9);
+}
+
+TEST(VerifyPlan, SeesWhatIsWrong) {
+  const Course course = stair(3, 0.17);
+  const FootstepPlan good = course.plan({{-1, 0, 0}, 0}, {{0.29 * 3 + 0.6, 0, 0.17 * 4}, 0});
+  ASSERT_TRUE(good.found());
+  const auto wrong = [&](const auto& spoil) {
+    FootstepPlan plan = good;
+    spoil(plan);
+    return verify_plan(plan, *course.snapshot, {}, course.robot);
+  };
+  EXPECT_THAT(wrong([](FootstepPlan&) {}), IsEmpty());
+  EXPECT_THAT(wrong([](FootstepPlan& plan) { plan.steps[1].foot = plan.steps[0].foot; }), Not(IsEmpty()));
+  EXPECT_THAT(wrong([](FootstepPlan& plan) { plan.steps[2].T_map_foot.translation().z() += 0.01; }),
+              Not(IsEmpty()));
+  EXPECT_THAT(wrong([](FootstepPlan& plan) { plan.steps[2].surface = 999; }), Not(IsEmpty()));
+  EXPECT_THAT(
+      wrong([](FootstepPlan& plan) { plan.steps.erase(plan.steps.begin() + 1, plan.steps.begin() + 3); }),
+      Not(IsEmpty()));
+  EXPECT_THAT(wrong([](FootstepPlan& plan) { plan.steps[3].yaw_rad += 60 * deg; }), Not(IsEmpty()));
+}
+
+FootstepPlan crawled(const Course& course, const Standing& from, const Standing& to) {
+  FootstepPlanner planner(course.snapshot, {}, Quadruped{});
+  const FootstepPlan plan = planner.plan(from, to);
+  EXPECT_THAT(verify_plan(plan, *course.snapshot, {}, Quadruped{}), IsEmpty());
+  return plan;
+}
+
+TEST(Crawl, AQuadrupedClimbsAStairAndCrossesASmallGap) {
+  const FootstepPlan up = crawled(stair(4, 0.17), {{-1.2, 0, 0}, 0}, {{0.29 * 4 + 0.7, 0, 0.17 * 5}, 0});
+  EXPECT_TRUE(up.found()) << up.refusal->sentence;
+  const FootstepPlan over = crawled(two_floors(0.1), {{-1.2, 0, 0}, 0}, {{1.2, 0, 0}, 0});
+  EXPECT_TRUE(over.found()) << over.refusal->sentence;
+  const FootstepPlan stopped = crawled(two_floors(0.6), {{-1.2, 0, 0}, 0}, {{1.7, 0, 0}, 0});
+  ASSERT_FALSE(stopped.found());
+  EXPECT_GT(refused(stopped, StepRefusal::support), 0) << stopped.refusal->sentence;
+}
+
+TEST(Crawl, StandsWhereFourFeetDo) {
+  const FootstepPlan plan = crawled(two_floors(0.9), {{0.45, 0, 0}, 0}, {{2.0, 0, 0}, 0});
+  ASSERT_FALSE(plan.found());
+  EXPECT_EQ(plan.refusal->why, NoPlan::Why::start);
+}
+
+TEST(Footsteps, WrongUseIsAnError) {
+  const Course course = two_floors(0.1);
+  Biped robot;
+  robot.min_width_m = 0.5;
+  EXPECT_THROW(FootstepPlanner(course.snapshot, {}, robot), Error);
+  FootstepPlanner planner(course.snapshot, {}, Biped{});
+  EXPECT_THROW(planner.plan({{0, NAN, 0}, 0}, {{1, 0, 0}, 0}), Error);
+  EXPECT_THROW(planner.plan({{0, 0, 0}, 0}, {{1, 0, 0}, INFINITY}), Error);
+}
+
+}  // namespace
+}  // namespace octosurf

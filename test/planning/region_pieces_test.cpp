@@ -1,0 +1,174 @@
+// Convex pieces of contact regions: inside, disjoint, exactly; and how much of the region they cover.
+#include "planning/exact_region.hpp"
+#include "shapes.hpp"
+#include "support/polygons.hpp"
+#include "support/seed.hpp"
+
+#include <gmock/gmock.h>
+#include <numbers>
+#include <random>
+
+#include <octosurf/contact.hpp>
+
+namespace octosurf {
+namespace {
+
+using namespace shapes;
+
+std::vector<Ring2> rings_of(const Surface& on, const std::vector<ConvexPiece>& pieces) {
+  std::vector<Ring2> rings;
+  for (const ConvexPiece& piece : pieces) {
+    rings.emplace_back();
+    for (const Eigen::Vector3d& vertex : piece.vertices) rings.back().push_back(to_uv(on, vertex));
+  }
+  return rings;
+}
+
+ContactRegion region_of(std::vector<Polygon> polygons) {
+  ContactRegion region;
+  region.area_m2 = test::area(polygons);
+  region.polygons = std::move(polygons);
+  return region;
+}
+
+double width_of(const Ring2& ring) {
+  double width = HUGE_VAL;
+  for (int i = 0; i < 3600; ++i) {
+    const double angle = std::numbers::pi * i / 3600;
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (const Eigen::Vector2d& p : ring) {
+      const double along = p.dot(Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+      low = std::min(low, along);
+      high = std::max(high, along);
+    }
+    width = std::min(width, high - low);
+  }
+  return width;
+}
+
+/// Pieces as contact.hpp promises them; the share of the region that they cover.
+double expect_valid(const Surface& on, const ContactRegion& region, std::size_t most,
+                    double min_area_m2 = 0) {
+  const std::vector<ConvexPiece> pieces = convex_pieces(on, region, most, min_area_m2);
+  const std::vector<Ring2> rings = rings_of(on, pieces);
+  EXPECT_LE(pieces.size(), most);
+  EXPECT_TRUE(test::disjoint(rings));
+  EXPECT_TRUE(test::inside_of(rings, region.polygons));
+  double sum = 0;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    const double area = ring_area(rings[i]);
+    sum += area;
+    EXPECT_GE(area, min_area_m2);
+    if (i > 0) {
+      EXPECT_LE(area, ring_area(rings[0]));
+      EXPECT_GE(width_of(rings[i]), on.resolution / 4);
+    }
+    EXPECT_EQ(pieces[i].A.rows(), static_cast<Eigen::Index>(rings[i].size()));
+    for (std::size_t k = 0; k < rings[i].size(); ++k) {
+      const Eigen::Vector2d in = rings[i][(k + 1) % rings[i].size()] - rings[i][k];
+      const Eigen::Vector2d out = rings[i][(k + 2) % rings[i].size()] - rings[i][(k + 1) % rings[i].size()];
+      EXPECT_GT(in.x() * out.y() - in.y() * out.x(), 0);
+      EXPECT_LT((pieces[i].A * rings[i][k] - pieces[i].b).maxCoeff(), 1e-9);
+    }
+  }
+  return region.area_m2 > 0 ? sum / region.area_m2 : 1;
+}
+
+Surface with_voxels(Surface surface) {
+  surface.resolution = 0.02;
+  return surface;
+}
+
+TEST(RegionPieces, ConvexRegionIsOne) {
+  const Surface on = with_voxels(surface(1, {{box(0, 0, 2, 1), {}}}, pose({1, 2, 0}, 0.3, {1, 1, 1})));
+  const ContactRegion region = contact_region(on, ContactShape::rectangle(0.2, 0.1), 0.7);
+  EXPECT_EQ(convex_pieces(on, region, 12).size(), 1u);
+  EXPECT_GT(expect_valid(on, region, 12), 0.999);
+}
+
+TEST(RegionPieces, LShapeIsTwoAndAFrameFour) {
+  const Surface on = with_voxels(surface(1, {{box(0, 0, 3, 3), {}}}));
+  const ContactRegion corner = region_of({{{{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}}, {}}});
+  EXPECT_EQ(convex_pieces(on, corner, 12).size(), 2u);
+  EXPECT_GT(expect_valid(on, corner, 12), 0.999);
+  EXPECT_NEAR(expect_valid(on, corner, 1), 2.0 / 3, 0.01);
+  const ContactRegion frame = region_of({{box(0, 0, 3, 3), {reversed(box(1, 1, 1, 1))}}});
+  EXPECT_LE(convex_pieces(on, frame, 12).size(), 5u);
+  EXPECT_GT(expect_valid(on, frame, 12), 0.99);
+}
+
+TEST(RegionPieces, NothingFromNothing) {
+  const Surface on = with_voxels(surface(1, {{box(0, 0, 1, 1), {}}}));
+  EXPECT_TRUE(convex_pieces(on, ContactRegion{}, 12).empty());
+  EXPECT_TRUE(convex_pieces(on, region_of({{box(0, 0, 1, 1), {}}}), 0).empty());
+  EXPECT_TRUE(convex_pieces(on, region_of({{box(0, 0, 1, 1), {}}}), 3, 1.1).empty());
+}
+
+TEST(RegionPieces, ThinRegionIsNotLost) {
+  const Surface on = with_voxels(surface(1, {{box(0, 0, 1, 0.001), {}}}));
+  EXPECT_GT(expect_valid(on, region_of({{box(0, 0, 1, 0.001), {}}}), 3), 0.9);
+}
+
+TEST(RegionPieces, OfRandomPolygons) {
+  std::mt19937_64 random(test::seed());
+  for (int i = 0; i < 15 && !HasFailure(); ++i) {
+    const Surface on = with_voxels(surface(1, {random_polygon(random), {box(3, 0, 0.4, 0.2), {}}},
+                                           pose({1, -2, 0.5}, 0.1 * i, {3, -5, 1})));
+    const ContactRegion region =
+        contact_region(on, ContactShape::rectangle(0.2, 0.1), 0.4 * i, {.up = on.plane.normal});
+    expect_valid(on, region, 1 + random() % 12, i % 2 == 0 ? 0 : 0.01);
+  }
+}
+
+/// A floor as maps have them: an outline of voxels' readings, feet of furniture standing on it.
+Polygon floor_plan(std::mt19937_64& random, int holes) {
+  std::uniform_real_distribution<double> uniform(0, 1);
+  Polygon floor;
+  const auto along = [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to, Ring2& ring) {
+    const int steps = static_cast<int>((to - from).norm() / 0.04);
+    const Eigen::Vector2d side = Eigen::Vector2d(from.y() - to.y(), to.x() - from.x()).normalized();
+    for (int i = 0; i < steps; ++i)
+      ring.push_back(from + (to - from) * (i + 0.5) / steps + 0.015 * (uniform(random) - 0.5) * side);
+  };
+  const Ring2 walls{{0, 0}, {5, 0}, {5, 3}, {3.5, 3}, {3.5, 4}, {0, 4}};
+  for (std::size_t i = 0; i < walls.size(); ++i) along(walls[i], walls[(i + 1) % walls.size()], floor.outer);
+  for (int h = 0; h < holes; ++h) {
+    Ring2 foot;
+    const Ring2 square = box(0.5 + 1.1 * (h % 4), 0.7 + 1.2 * (h / 4), 0.08, 0.08);
+    for (std::size_t i = 0; i < 4; ++i) along(square[i], square[(i + 1) % 4], foot);
+    floor.holes.push_back(reversed(foot));
+  }
+  return floor;
+}
+
+TEST(RegionPieces, CoverNearlyAllOfAFloor) {
+  std::mt19937_64 random(test::seed());
+  for (const int holes : {0, 1, 2, 4}) {
+    const Surface on = with_voxels(surface(1, {floor_plan(random, holes)}));
+    const ContactRegion region = contact_region(on, ContactShape::rectangle(0.22, 0.11), 0.3);
+    EXPECT_GE(expect_valid(on, region, 12), 0.95) << holes << " holes";
+  }
+}
+
+// Parts of a region know nothing of one another.
+TEST(RegionPieces, StayWhereTheRegionStays) {
+  std::mt19937_64 random(test::seed());
+  const Surface on = with_voxels(surface(1, {{box(0, 0, 1, 1), {}}}));
+  Polygon here = random_polygon(random), there = random_polygon(random);
+  for (Eigen::Vector2d& p : there.outer) p.x() += 10;
+  for (Ring2& hole : there.holes)
+    for (Eigen::Vector2d& p : hole) p.x() += 10;
+  const std::vector<Ring2> before = rings_of(on, convex_pieces(on, region_of({here, there}), 200, 0.02));
+  here.outer[3] *= 0.9;
+  const std::vector<Ring2> after = rings_of(on, convex_pieces(on, region_of({here, there}), 200, 0.02));
+  std::size_t far = 0;
+  for (const Ring2& ring : before)
+    if (ring[0].x() > 5) {
+      ++far;
+      EXPECT_THAT(after, testing::Contains(ring));
+    }
+  EXPECT_GT(far, 2u);
+}
+
+}  // namespace
+}  // namespace octosurf
