@@ -1,25 +1,38 @@
-// `octosurf view`: a picture of a map's surfaces.
+// `octosurf view`: a page to look at maps, or a picture of one.
+#include "lineage.hpp"
 #include "output_files.hpp"
 #include "up_option.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include <octosurf/boundary.hpp>
+#include <octosurf/changes.hpp>
+#include <octosurf/error.hpp>
 #include <octosurf/export.hpp>
 #include <octosurf/map.hpp>
+#include <octosurf/page.hpp>
 
 namespace octosurf {
 namespace {
 
 constexpr const char* description =
-    R"(Draws a picture of a map's surfaces, each in its colour, over a grid of 1 m.
+    R"(Writes a page to look at a map in a browser, or draws a picture of it.
+
+The page is one HTML file that fetches nothing: surfaces with their edges by kind, cylinders, voxels,
+pending points, free space; turned, searched, measured. Of several maps it has a time slider and shows
+in colour what changed. Without --html it is NAME.html in the current folder, after the last map's name.
 
 Examples:
+  octosurf view maps/office                                   office.html
+  octosurf view maps/office --html out/page.html --force
+  octosurf view maps/monday maps/tuesday --html week.html     what changed from map to map
+  octosurf view maps/hall --max-mb 30                         finer voxels, if they need more than 10 MB
   octosurf view maps/office --png office.png
   octosurf view maps/office --png plan.png --from top
   octosurf view maps/office --png door.png --eye 1 0 1.6 --target 4 2 1
@@ -30,18 +43,76 @@ Examples:
 )";
 
 struct Arguments {
-  std::string map, png, from = "iso", up;
+  std::vector<std::string> maps;
+  std::string html, png, from = "iso", up;
   std::vector<double> eye, target;
   int width = PictureOptions{}.width, height = PictureOptions{}.height;
+  double max_mb = PageOptions{}.max_mb;
   bool whole = false, pending = false, edges = false, force = false;
 };
 
 Eigen::Vector3d to_point(const std::vector<double>& xyz) { return {xyz[0], xyz[1], xyz[2]}; }
 
-void run(const Arguments& arguments) {
-  require_apart("--png", arguments.png, files_of_map(arguments.map));
-  const LoadedMap loaded = load_map(arguments.map);
+LoadedMap load(const std::string& name) {
+  LoadedMap loaded = load_map(name);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
+  return loaded;
+}
+
+std::map<SurfaceId, std::vector<PolygonEdges>> edges_of(const Map& map) {
+  std::map<SurfaceId, std::vector<PolygonEdges>> edges;
+  for (const SurfacePtr& surface : map.snapshot()->surfaces) edges[surface->id] = label_edges(map, *surface);
+  return edges;
+}
+
+/// A map's name without folder and ending.
+std::string title_of(const std::string& map) {
+  std::filesystem::path stem = std::filesystem::path(files_of_map(map).front()).filename();
+  return stem.replace_extension().string();
+}
+
+/// What became of the map before: by ids if this one goes on from it, else by place.
+void note_changes(PageMap& page, const PageMap& before) {
+  if (goes_on_from(*page.snapshot, *before.snapshot))
+    page.changes = changes_since(*page.snapshot, before.snapshot->revision);
+  else
+    page.changes = compare_maps(*before.snapshot, *page.snapshot);
+}
+
+void write_html(const Arguments& arguments) {
+  const std::string html =
+      arguments.html.empty() ? title_of(arguments.maps.back()) + ".html" : arguments.html;
+  for (const std::string& map : arguments.maps) require_apart("--html", html, files_of_map(map));
+  PageOptions options;
+  options.max_mb = arguments.max_mb;
+  options.force = arguments.force;
+  std::vector<PageMap> maps;
+  for (const std::string& name : arguments.maps) {
+    const LoadedMap loaded = load(name);
+    const Map& map = loaded.map;
+    if (maps.empty()) options.up = up_in_force(map, arguments.up).direction;
+    maps.push_back({title_of(name), map.snapshot(), map.octree(), edges_of(map), {}});
+    if (maps.size() > 1) note_changes(maps.back(), maps[maps.size() - 2]);
+  }
+  const PageReport report = write_page(maps, html, options);
+  std::printf("%s: %.1f MB, %zu surfaces, ", html.c_str(), static_cast<double>(report.bytes) / 1e6,
+              maps.back().snapshot->surfaces.size());
+  if (report.merged == 0)
+    std::printf("without voxels, which do not fit into %g MB (--max-mb)\n", arguments.max_mb);
+  else if (report.merged > 1)
+    std::printf("%zu voxels, merged to %d d to fit into %g MB (--max-mb)\n", report.voxels, report.merged,
+                arguments.max_mb);
+  else
+    std::printf("%zu voxels\n", report.voxels);
+}
+
+void draw_png(const Arguments& arguments) {
+  if (arguments.maps.size() > 1)
+    throw Error(Error::Kind::usage, "--png " + arguments.png, "shows one map at a time",
+                "give one map, or --html FILE for a page of several");
+  const std::string& name = arguments.maps.front();
+  require_apart("--png", arguments.png, files_of_map(name));
+  const LoadedMap loaded = load(name);
   PictureOptions options;
   options.width = arguments.width;
   options.height = arguments.height;
@@ -58,11 +129,27 @@ void run(const Arguments& arguments) {
     });
   }
   const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
-  if (arguments.edges)
-    for (const SurfacePtr& surface : snapshot->surfaces)
-      options.edges[surface->id] = label_edges(loaded.map, *surface);
+  if (arguments.edges) options.edges = edges_of(loaded.map);
   render_png(*snapshot, arguments.png, options);
   std::printf("%s: %zu surfaces\n", arguments.png.c_str(), snapshot->surfaces.size());
+}
+
+void add_picture_options(CLI::App& verb, Arguments& arguments, CLI::Option* png) {
+  CLI::Option* from = verb.add_option("--from", arguments.from, "iso, top, front, back, left or right")
+                          ->check(CLI::IsMember({"iso", "top", "front", "back", "left", "right"}))
+                          ->capture_default_str();
+  CLI::Option* eye = verb.add_option("--eye", arguments.eye, "X Y Z: look from here instead");
+  eye->expected(3)->excludes(from);
+  CLI::Option* target =
+      verb.add_option("--target", arguments.target, "X Y Z: look at this; default: the map's middle");
+  target->expected(3);
+  for (CLI::Option* option :
+       {from, eye, target, verb.add_option("--width", arguments.width, "pixels")->capture_default_str(),
+        verb.add_option("--height", arguments.height, "pixels")->capture_default_str(),
+        verb.add_flag("--whole", arguments.whole, "draw surfaces seen from behind, too: ceilings hide rooms"),
+        verb.add_flag("--pending", arguments.pending, "draw pending points as grey dots"),
+        verb.add_flag("--edges", arguments.edges, "draw edges in a colour by what lies beyond them")})
+    option->needs(png)->group("Of a picture");
 }
 
 }  // namespace
@@ -70,23 +157,19 @@ void run(const Arguments& arguments) {
 void add_view(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("view", description);
   const auto arguments = std::make_shared<Arguments>();
-  verb->add_option("map", arguments->map, "map to look at: name without ending, as given to map -o")
+  verb->add_option("map", arguments->maps,
+                   "maps to look at, oldest first: names without ending, as given to map -o")
       ->required();
-  verb->add_option("--png", arguments->png, "picture to write")->required();
-  CLI::Option* from = verb->add_option("--from", arguments->from, "iso, top, front, back, left or right")
-                          ->check(CLI::IsMember({"iso", "top", "front", "back", "left", "right"}))
-                          ->capture_default_str();
-  verb->add_option("--eye", arguments->eye, "X Y Z: look from here instead")->expected(3)->excludes(from);
-  verb->add_option("--target", arguments->target, "X Y Z: look at this; default: the map's middle")
-      ->expected(3);
+  CLI::Option* html = verb->add_option("--html", arguments->html, "page to write");
+  CLI::Option* png = verb->add_option("--png", arguments->png, "picture to draw instead")->excludes(html);
   add_up_option(*verb, arguments->up);
-  verb->add_option("--width", arguments->width, "pixels")->capture_default_str();
-  verb->add_option("--height", arguments->height, "pixels")->capture_default_str();
-  verb->add_flag("--whole", arguments->whole, "draw surfaces seen from behind, too: ceilings hide rooms");
-  verb->add_flag("--pending", arguments->pending, "draw pending points as grey dots");
-  verb->add_flag("--edges", arguments->edges, "draw edges in a colour by what lies beyond them");
-  verb->add_flag("--force", arguments->force, "overwrite the picture");
-  verb->callback([arguments] { run(*arguments); });
+  verb->add_option("--max-mb", arguments->max_mb, "10⁶ bytes: voxels are merged until the page is no larger")
+      ->check(CLI::PositiveNumber)
+      ->excludes(png)
+      ->capture_default_str();
+  add_picture_options(*verb, *arguments, png);
+  verb->add_flag("--force", arguments->force, "overwrite the file");
+  verb->callback([arguments] { arguments->png.empty() ? write_html(*arguments) : draw_png(*arguments); });
 }
 
 }  // namespace octosurf

@@ -1,0 +1,11 @@
+#pragma once
+
+#include <octosurf/surface.hpp>
+
+namespace octosurf {
+
+/// Whether everything in `before` is in `after` or has left it since, and nothing else is as old: `after` is
+/// the same map later.
+bool goes_on_from(const Snapshot& after, const Snapshot& before);
+
+}  // namespace octosurf

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <octosurf/boundary.hpp>
+#include <octosurf/changes.hpp>
+#include <octosurf/occupancy.hpp>
+#include <octosurf/surface.hpp>
+
+namespace octosurf {
+
+/// A map as a page shows it.
+struct PageMap {
+  std::string name;  ///< for its readers
+  std::shared_ptr<const Snapshot> snapshot;
+  OccupancyView octree{};  ///< Map::octree(); of one that knows nothing, no voxels are shown
+  /// label_edges() of the snapshot's surfaces; where there are any, edges are drawn by their kind.
+  std::map<SurfaceId, std::vector<PolygonEdges>> edges{};
+  /// What became of the map before this one in the list: changes_since() its revision if this map goes on
+  /// from it, else compare_maps() of the two. Drawn in colour.
+  std::variant<std::monostate, MapChanges, MapDifference> changes{};
+};
+
+struct PageOptions {
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< map frame
+  double max_mb = 10;                             ///< 10⁶ bytes, of the file
+  bool force = false;                             ///< write over a file that exists
+};
+
+/// What a page holds, for whoever wrote it.
+struct PageReport {
+  std::size_t bytes = 0;
+  std::size_t voxels = 0;  ///< of all maps, as they are drawn
+  /// Edge of a drawn voxel in voxels of the map: 1 if nothing was merged, 0 if they were left out.
+  int merged = 1;
+};
+
+/// Whether this library was built with the page; without Node.js and the packages of web/ it is not.
+bool has_page();
+
+/// Writes one HTML page to look at the maps: turned, searched, measured, compared in any browser of 2023 or
+/// later that has WebGL 2.
+///
+/// 1. The page is complete in itself. It fetches nothing, and its content security policy forbids it to.
+/// 2. Planes, poses and standard deviations are in it to a double's last digit, polygons to 0.1 mm; free
+///    space in horizontal slices every 0.1 m, or every voxel if voxels are larger.
+/// 3. It is not larger than `max_mb`: if it would be, voxels are merged to 2 d, 4 d … 32 d, at last left out,
+///    and the page says so. A merged voxel is there if one of its voxels is, with the greatest of their
+///    log-odds and the surface that most of them belong to.
+/// 4. The file is complete or not there; same maps, same bytes.
+/// Throws Error(usage) if there is no map or a limit makes no sense, for a file that exists without `force`,
+/// and without has_page(); Error(data) for numbers that are not finite and labels of other polygons;
+/// Error(output) if the surfaces alone are larger than `max_mb`, or the file cannot be written.
+PageReport write_page(const std::vector<PageMap>& maps, const std::filesystem::path& file,
+                      const PageOptions& options = {});
+
+}  // namespace octosurf

@@ -1,0 +1,157 @@
+// make_pages FOLDER: the pages that page_test.mjs looks at, of maps that are known to the last edge.
+#include "io/room_snapshot.hpp"
+#include "support/painted_octree.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <octosurf/page.hpp>
+
+namespace octosurf::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Every side of a polygon another kind, so that all four are to be seen.
+std::map<SurfaceId, std::vector<PolygonEdges>> edges_of(const Snapshot& snapshot) {
+  std::map<SurfaceId, std::vector<PolygonEdges>> edges;
+  const auto kinds = [](const Ring2& ring) {
+    std::vector<EdgeKind> list;
+    for (std::size_t k = 0; k < ring.size(); ++k) list.push_back(static_cast<EdgeKind>(k % 4));
+    return list;
+  };
+  for (const SurfacePtr& surface : snapshot.surfaces)
+    for (const Polygon& polygon : surface->polygons) {
+      PolygonEdges& labels = edges[surface->id].emplace_back();
+      labels.outer = kinds(polygon.outer);
+      for (const Ring2& hole : polygon.holes) labels.holes.push_back(kinds(hole));
+    }
+  return edges;
+}
+
+/// Of the room of make_room(): free in the middle, a pending block of 10 × 10 × 10 voxels at (1, 0.5, 1), the
+/// floor's voxels under it.
+OccupancyView room_octree() {
+  PaintedOctree octree(0.02);
+  for (int y = 25; y < 35; ++y)
+    for (int x = 50; x < 60; ++x) {
+      octree.occupy(x, y, 0, 3.5F, 2);
+      for (int z = 50; z < 60; ++z) octree.occupy(x, y, z, 0.85F, 0);
+    }
+  for (int x = 150; x < 200; ++x) {
+    octree.occupy(x, 100, 100, 1, 0);
+    for (int y = 25; y < 100; ++y) octree.free(x, y, 50);
+  }
+  return octree.view();
+}
+
+PageMap room(const std::string& name) {
+  Snapshot snapshot = make_room();
+  // 2 is the floor. 1 and 4 are its parents' names in make_room().
+  snapshot.departures = snapshot.departures.with(
+      {{Departure::Of::surface, 1, 2, 3, 40, {}}, {Departure::Of::surface, 4, 0, 3, 50, {}}});
+  const auto edges = edges_of(snapshot);
+  return {name, std::make_shared<Snapshot>(std::move(snapshot)), room_octree(), edges, {}};
+}
+
+PageMap turned(PageMap map, const Eigen::Quaterniond& rotation) {
+  Snapshot snapshot = *map.snapshot;
+  for (SurfacePtr& surface : snapshot.surfaces) {
+    Surface copy = *surface;
+    copy.plane.normal = rotation * copy.plane.normal;
+    copy.T_map_surface = rotation * copy.T_map_surface;
+    surface = std::make_shared<Surface>(copy);
+  }
+  snapshot.cylinders.clear();
+  map.snapshot = std::make_shared<Snapshot>(std::move(snapshot));
+  map.octree = {};
+  return map;
+}
+
+/// The room without its ceiling's successor: the table's top (20) has gone, the last step (all of its five
+/// faces) has come, the floor has changed.
+std::vector<PageMap> before_and_after() {
+  PageMap before = room("monday"), after = room("tuesday");
+  Snapshot first = *before.snapshot, second = *after.snapshot;
+  const SurfaceId table_top = first.surfaces[6]->id, newest = second.surfaces.back()->id;
+  first.surfaces.pop_back();
+  std::erase_if(second.surfaces, [&](const SurfacePtr& surface) { return surface->id == table_top; });
+  first.revision = 500;
+  before.snapshot = std::make_shared<Snapshot>(std::move(first));
+  after.snapshot = std::make_shared<Snapshot>(std::move(second));
+  MapChanges changes;
+  changes.since = 500;
+  changes.revision = 812;
+  changes.appeared = {newest};
+  changes.changed = {2};
+  changes.gone = {table_top};
+  after.changes = changes;
+  return {before, after};
+}
+
+/// 1000 × 1000 voxels of a hilly ground, 500 surfaces of 200 vertices.
+PageMap hills() {
+  constexpr double d = 0.02;
+  constexpr int side = 1000;
+  const auto height = [](double x, double y) { return 0.5 * std::sin(x) * std::cos(0.7 * y); };
+  PaintedOctree octree(d);
+  for (int y = 0; y < side; ++y)
+    for (int x = 0; x < side; ++x)
+      octree.occupy(x, y, static_cast<int>(std::floor(height(x * d, y * d) / d)),
+                    0.85F + 0.002F * static_cast<float>((x * 7 + y * 13) % 1000), 0);
+  SnapshotBuilder builder;
+  for (int tile = 0; tile < 500; ++tile) {
+    const double x = 0.4 + 0.8 * (tile % 25), y = 0.5 + 1.0 * (tile / 25);
+    Ring2 ring;
+    for (int k = 0; k < 200; ++k) {
+      const double angle = 2 * std::numbers::pi * k / 200, radius = 0.3 + 0.05 * std::cos(9 * angle);
+      ring.emplace_back(radius * std::cos(angle), radius * std::sin(angle));
+    }
+    builder.add({x, y, height(x, y) + 0.3}, Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitZ(), {{ring, {}}},
+                0.28);
+  }
+  const Snapshot snapshot = builder.take();
+  return {"hills", std::make_shared<Snapshot>(snapshot), octree.view(), edges_of(snapshot), {}};
+}
+
+void write_all(const fs::path& folder) {
+  fs::create_directories(folder);
+  PageOptions options;
+  options.force = true;
+  write_page({room("room </script><script>window.injected = 1</script>")}, folder / "room.html", options);
+  write_page(before_and_after(), folder / "two.html", options);
+  write_page({hills()}, folder / "hills.html", options);
+  PageOptions small = options;
+  small.max_mb = 1.2;
+  write_page({hills()}, folder / "small.html", small);
+  write_page({{"nothing", std::make_shared<Snapshot>(), {}, {}, {}}}, folder / "empty.html", options);
+
+  const Eigen::Vector3d up(0, -1, 0);
+  const auto rotation = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), up);
+  PageOptions tilted = options;
+  tilted.up = up;
+  write_page({turned(room("camera"), rotation)}, folder / "turned.html", tilted);
+}
+
+}  // namespace
+}  // namespace octosurf::test
+
+int main(int argc, char** argv) {
+  try {
+    if (argc != 2) throw std::runtime_error("usage: make_pages FOLDER");
+    if (!octosurf::has_page()) {
+      std::puts("skipped: built without the page (npm ci in web/)");
+      return 77;
+    }
+    octosurf::test::write_all(argv[1]);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "make_pages: %s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,160 @@
+// A map as the page's parts use it. Positions are in the map frame less `origin` (32-bit floats are too coarse far
+// from zero); `toMap` brings them back for whoever reads them.
+import { readBlock, summed } from './block.js';
+
+/**
+ * @typedef {object} Surface   see include/octosurf/surface.hpp; beside its fields:
+ * @property {number} id
+ * @property {number[]} color
+ * @property {number[]} normal
+ * @property {number[]} origin     of its frame
+ * @property {number[][]} axes     u, v, normal of its frame
+ * @property {Float64Array} u      of all rings' vertices
+ * @property {Float64Array} v
+ * @property {Uint8Array} edges    kind of the edge from each vertex to the next of its ring; 255: no label
+ * @property {{from: number, to: number}[]} rings   vertices of each; even-odd tells inside from outside
+ * @property {Uint32Array} corners   three vertices a triangle
+ * @property {number[]} box        least u, least v, greatest u, greatest v
+ * @property {number} index
+ *
+ * @typedef {object} Voxels
+ * @property {number} count
+ * @property {number} size         edge, m
+ * @property {number[]} low        corner of the grid's first cell
+ * @property {number[]} cells      extent of the grid
+ * @property {Uint16Array} x  @property {Uint16Array} y  @property {Uint16Array} z
+ * @property {Uint32Array} surface   0: pending; else index of its surface and 1
+ * @property {function(number): number} logOdds
+ * @property {Float64Array} keys   ascending; for voxelAt()
+ */
+
+export const edgeKinds = ['real', 'occluded', 'sensor_limit', 'frontier'];
+export const noLabel = 255;
+
+const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+
+function surfacesOf(json, arrays, origin) {
+  const u = summed(arrays.ring_u), v = summed(arrays.ring_v), corners = summed(arrays.triangles);
+  let vertex = 0, corner = 0;
+  return json.surfaces.map((stored, index) => {
+    const rings = [];
+    let count = 0;
+    for (const size of stored.rings.flat()) {
+      rings.push({ from: count, to: count + size });
+      count += size;
+    }
+    const T = stored.pose;
+    const surface = {
+      ...stored, index, rings,
+      polygons: stored.rings.length,
+      holes: stored.rings.reduce((sum, sizes) => sum + sizes.length - 1, 0),
+      origin: minus([T[3], T[7], T[11]], origin),
+      axes: [0, 1, 2].map((k) => [T[k], T[4 + k], T[8 + k]]),
+      u: Float64Array.from(u.subarray(vertex, vertex + count), (x) => x * json.ring_step_m),
+      v: Float64Array.from(v.subarray(vertex, vertex + count), (x) => x * json.ring_step_m),
+      edges: arrays.ring_edges.subarray(vertex, vertex + count),
+      corners: corners.subarray(corner, corner + 3 * stored.triangles),
+    };
+    surface.box = boxOf(surface);
+    vertex += count;
+    corner += 3 * stored.triangles;
+    return surface;
+  });
+}
+
+function boxOf({ u, v }) {
+  const box = [Infinity, Infinity, -Infinity, -Infinity];
+  for (let i = 0; i < u.length; ++i) {
+    box[0] = Math.min(box[0], u[i]);
+    box[1] = Math.min(box[1], v[i]);
+    box[2] = Math.max(box[2], u[i]);
+    box[3] = Math.max(box[3], v[i]);
+  }
+  return box;
+}
+
+function voxelsOf(json, arrays, origin) {
+  if (!json.voxels) return null;
+  const { size, low, least_log_odds: least, log_odds_step: step } = json.voxels;
+  const x = summed(arrays.voxel_x), y = summed(arrays.voxel_y), z = summed(arrays.voxel_z);
+  const cells = [x, y, z].map((all) => all.reduce((most, one) => (one > most ? one : most), 0) + 1);
+  const keys = new Float64Array(x.length);
+  for (let i = 0; i < x.length; ++i) keys[i] = (z[i] * cells[1] + y[i]) * cells[0] + x[i];
+  return {
+    count: x.length, size, cells, x, y, z, keys,
+    low: minus(low.map((cell) => cell * size), origin),
+    surface: arrays.voxel_surface,
+    logOdds: (i) => least + step * arrays.voxel_log_odds[i],
+    leastLogOdds: least, greatestLogOdds: least + 255 * step,
+  };
+}
+
+/** The number of the voxel in a cell of the grid, or -1. */
+export function voxelAt(voxels, x, y, z) {
+  const key = (z * voxels.cells[1] + y) * voxels.cells[0] + x;
+  let low = 0, high = voxels.count - 1;
+  while (low <= high) {
+    const middle = (low + high) >> 1;
+    if (voxels.keys[middle] === key) return middle;
+    if (voxels.keys[middle] < key) low = middle + 1;
+    else high = middle - 1;
+  }
+  return -1;
+}
+
+/** A place in the surface's frame, `height` m over it. */
+export function onSurface(surface, u, v, height = 0) {
+  const [a, b, n] = surface.axes;
+  return [0, 1, 2].map((k) => surface.origin[k] + a[k] * u + b[k] * v + n[k] * height);
+}
+
+/** Somewhere inside: the middle of the largest triangle. */
+export function middleOf(surface) {
+  const { u, v, corners } = surface;
+  let most = -1, best = [0, 0];
+  for (let i = 0; i < corners.length; i += 3) {
+    const [a, b, c] = corners.subarray(i, i + 3);
+    const area = Math.abs((u[b] - u[a]) * (v[c] - v[a]) - (u[c] - u[a]) * (v[b] - v[a]));
+    if (area > most) {
+      most = area;
+      best = [(u[a] + u[b] + u[c]) / 3, (v[a] + v[b] + v[c]) / 3];
+    }
+  }
+  return onSurface(surface, ...best);
+}
+
+/** Angle to up in degrees: 0 a floor, 90 a wall, 180 a ceiling. */
+export function slopeDeg(surface, up) {
+  const [x, y, z] = surface.normal;
+  const cosine = Math.min(1, Math.max(-1, x * up[0] + y * up[1] + z * up[2]));
+  return Math.acos(cosine) * 180 / Math.PI;
+}
+
+/** Whole metres near the middle of what the map holds, so that coordinates about it are small. */
+function originOf(json) {
+  const places = json.surfaces.map((one) => [one.pose[3], one.pose[7], one.pose[11]]);
+  if (json.voxels) places.push(json.voxels.low.map((cell) => cell * json.voxels.size));
+  if (places.length === 0) return [0, 0, 0];
+  return [0, 1, 2].map((k) => Math.round(places.reduce((sum, p) => sum + p[k], 0) / places.length));
+}
+
+/** @param {string} text of a block @param {number[]?} origin of the page, or its first map's */
+export async function readMap(text, origin) {
+  const { json, arrays } = await readBlock(text);
+  origin ??= originOf(json);
+  const surfaces = surfacesOf(json, arrays, origin);
+  const map = {
+    name: json.name, revision: json.revision, resolution: json.resolution, up: json.up,
+    rotation: json.R_upright_map, merged: json.merged, voxelsBeforeMerging: json.voxels_before_merging,
+    changes: json.changes, origin, surfaces,
+    cylinders: json.cylinders.map((one) => ({ ...one, axis_point: minus(one.axis_point, origin) })),
+    departedSurfaces: json.departed_surfaces.map(([id, into, born, revision]) => ({ id, into, born, revision })),
+    departedCylinders: json.departed_cylinders.map(([id, into, born, revision]) => ({ id, into, born, revision })),
+    voxels: voxelsOf(json, arrays, origin),
+    slices: json.slices ? { ...json.slices, states: arrays.slice_states } : null,
+    toMap: (place) => place.map((x, k) => x + origin[k]),
+    surface: (id) => surfaces.find((one) => one.id === id),
+    cylinder: (id) => map.cylinders.find((one) => one.id === id),
+  };
+  return map;
+}

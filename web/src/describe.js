@@ -1,0 +1,131 @@
+// What the page says about a thing: a line for the pointer, rows for the panel.
+import { edgeKinds, slopeDeg } from './data.js';
+import { edgeLengths } from './layers/edges.js';
+import { changeOf } from './layers/surfaces.js';
+
+/** @typedef {{name: string, text?: string, ids?: {text: string, id: string}[]}} Row */
+
+const fixed = (values, digits) => values.map((value) => value.toFixed(digits)).join('  ');
+const mm = (meters) => `${(1000 * meters).toFixed(meters < 0.01 ? 2 : 1)} mm`;
+const appearance = (revision) => (revision === 0 ? 'before maps noted that' : `revision ${revision}`);
+
+function centerOf(voxels, i) {
+  return [voxels.x[i], voxels.y[i], voxels.z[i]].map((cell, k) => voxels.low[k] + (cell + 0.5) * voxels.size);
+}
+
+/** @param {object} map @param {import('./picking.js').Hit} hit */
+export function lineOf(map, hit) {
+  if (hit.kind === 'surface') {
+    const { id, area_m2: area } = hit.what;
+    return `surface ${id} · ${area.toFixed(2)} m² · slope ${slopeDeg(hit.what, map.up).toFixed(1)}°`;
+  }
+  if (hit.kind === 'cylinder')
+    return `cylinder c${hit.what.id} · radius ${(100 * hit.what.radius_m).toFixed(1)} cm`;
+  const surface = map.voxels.surface[hit.what];
+  const whose = surface === 0 ? 'pending' : `of surface ${map.surfaces[surface - 1].id}`;
+  return `voxel · log-odds ${map.voxels.logOdds(hit.what).toFixed(2)} · ${whose}`;
+}
+
+export function titleOf(map, hit) {
+  if (hit.kind === 'surface') return `Surface ${hit.what.id}`;
+  if (hit.kind === 'cylinder') return `Cylinder c${hit.what.id}`;
+  return 'Voxel';
+}
+
+/** @returns {Row[]} */
+export function rowsOf(map, hit) {
+  const rows = { surface: surfaceRows, cylinder: cylinderRows, voxel: voxelRows }[hit.kind](map, hit.what);
+  if (hit.place) rows.push({ name: 'picked at', text: `${fixed(map.toMap(hit.place), 3)} m` });
+  return rows;
+}
+
+function lineageRows(map, surface) {
+  const rows = [];
+  if (surface.parents.length > 0)
+    rows.push({ name: 'out of', ids: surface.parents.map((id) => ({ text: String(id), id: String(id) })) });
+  const joined = map.departedSurfaces.filter(({ into }) => into === surface.id);
+  if (joined.length > 0) {
+    rows.push({ name: 'took in', ids: joined.map(({ id, revision }) =>
+      ({ text: `${id} (revision ${revision})`, id: String(id) })) });
+  }
+  const parts = map.surfaces.filter(({ parents }) => parents.includes(surface.id));
+  if (parts.length > 0)
+    rows.push({ name: 'part went to', ids: parts.map(({ id }) => ({ text: String(id), id: String(id) })) });
+  return rows;
+}
+
+function changeRows(map, surface) {
+  const change = changeOf(map, surface.id);
+  if (!change) return [];
+  const text = change.share === undefined ? change.word : `${(100 * change.share).toFixed(0)} % ${change.word}`;
+  return [{ name: 'since before', text }];
+}
+
+function surfaceRows(map, surface) {
+  const c = surface.covariance, std = (k) => Math.sqrt(Math.max(0, c[4 * k]));
+  const deg = (rad) => `${(rad * 180 / Math.PI).toFixed(3)}°`;
+  const lengths = edgeLengths(surface), total = lengths.reduce((sum, one) => sum + one, 0);
+  const edges = edgeKinds.map((kind, k) => [kind.replace('_', ' '), lengths[k]]).filter(([, length]) => length > 0)
+    .sort((a, b) => b[1] - a[1]).map(([kind, length]) => `${kind} ${(100 * length / total).toFixed(0)} %`);
+  return [
+    { name: 'area', text: `${surface.area_m2.toFixed(3)} m²` },
+    { name: 'slope', text: `${slopeDeg(surface, map.up).toFixed(2)}°` },
+    { name: 'normal', text: fixed(surface.normal, 4) },
+    { name: 'offset', text: `${surface.offset.toFixed(4)} m` },
+    { name: 'σ offset', text: mm(surface.offset_std_m) },
+    { name: 'σ normal', text: `${surface.normal_std_deg.toFixed(3)}°` },
+    { name: 'σ of tilts', text: `${deg(std(0))} along u, ${deg(std(1))} along v` },
+    { name: 'rms', text: `${mm(surface.rms_m)} of ${surface.inliers} voxels` },
+    { name: 'outline', text: `${surface.polygons} polygon${surface.polygons === 1 ? '' : 's'}, ${surface.holes} hole${
+      surface.holes === 1 ? '' : 's'}` },
+    ...(total > 0 ? [{ name: 'edges', text: edges.join(', ') }] : []),
+    { name: 'appeared', text: appearance(surface.born) },
+    { name: 'changed', text: `revision ${surface.revision}` },
+    ...lineageRows(map, surface),
+    ...changeRows(map, surface),
+  ];
+}
+
+function cylinderRows(map, cylinder) {
+  return [
+    { name: 'radius', text: `${(100 * cylinder.radius_m).toFixed(2)} cm` },
+    { name: 'length', text: `${cylinder.length_m.toFixed(3)} m` },
+    { name: 'axis', text: fixed(cylinder.axis, 4) },
+    { name: 'middle', text: `${fixed(map.toMap(cylinder.axis_point), 3)} m` },
+    { name: 'seen over', text: `${(cylinder.span_rad * 180 / Math.PI).toFixed(0)}°` },
+    { name: 'rms', text: `${mm(cylinder.rms_m)} of ${cylinder.inliers} voxels` },
+    { name: 'appeared', text: appearance(cylinder.born) },
+    { name: 'changed', text: `revision ${cylinder.revision}` },
+  ];
+}
+
+function voxelRows(map, i) {
+  const { voxels } = map, logOdds = voxels.logOdds(i), surface = voxels.surface[i];
+  const id = surface === 0 ? null : map.surfaces[surface - 1].id;
+  return [
+    { name: 'centre', text: `${fixed(map.toMap(centerOf(voxels, i)), 3)} m` },
+    { name: 'edge', text: `${(100 * voxels.size).toFixed(1)} cm` },
+    { name: 'occupied', text: `${(100 / (1 + Math.exp(-logOdds))).toFixed(1)} %, log-odds ${logOdds.toFixed(2)}` },
+    id === null ? { name: 'surface', text: 'none: pending' }
+      : { name: 'surface', ids: [{ text: String(id), id: String(id) }] },
+  ];
+}
+
+/**
+ * What became of a surface or cylinder that somebody knows by its id.
+ * @param {string} text "12", "c3"
+ * @returns {{hit?: object, answer: string, heir?: string}}
+ */
+export function find(map, text) {
+  const [, letter, digits] = text.trim().match(/^#?\s*(c?)\s*(\d+)$/i) ?? [];
+  if (digits === undefined) return { answer: 'An id is a number, a cylinder’s c and a number.' };
+  const id = Number(digits), isCylinder = letter !== '';
+  const what = isCylinder ? map.cylinder(id) : map.surface(id);
+  if (what) return { hit: { kind: isCylinder ? 'cylinder' : 'surface', what }, answer: '' };
+  const departed = (isCylinder ? map.departedCylinders : map.departedSurfaces).find((one) => one.id === id);
+  const name = isCylinder ? `cylinder c${id}` : `surface ${id}`;
+  if (!departed) return { answer: `There is no ${name}, and none went.` };
+  if (departed.into === 0) return { answer: `${name} went at revision ${departed.revision}.` };
+  const heir = `${isCylinder ? 'c' : ''}${departed.into}`;
+  return { answer: `${name} went into ${heir} at revision ${departed.revision}.`, heir };
+}

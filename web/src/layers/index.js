@@ -1,0 +1,26 @@
+// What can be switched on and off, in the panel's order. An overlay (contact regions for a foot, a plan) is one more
+// of these:
+//
+//   id, label         its name in settings and for readers
+//   on                at first
+//   has(map, context)     whether there is anything of it; always, if left out
+//   count(map, context)   shown behind the label, if given
+//   choices(map)      ways to colour it, if there are several: [{id, label}], the first at first
+//   range(map, settings)  a slider of its own: {least, greatest, value, text(value), set(value)}
+//   create(map, context)  a three.js object in root coordinates (context.js, view.js); asked for when it is first
+//                     shown, and again when a choice, the theme or the map changes. userData.prepare(moving,
+//                     frameMs), if it has one, is called before each picture.
+//   legend(map, context)  [{color | line | ramp, text | low, high}]
+import { surfaces } from './surfaces.js';
+import { edges } from './edges.js';
+import { cylinders } from './cylinders.js';
+import { gone } from './gone.js';
+import { voxels, pending } from './voxels.js';
+import { slice } from './slice.js';
+import { normals } from './normals.js';
+import { axes, grid } from './ground.js';
+
+const needVoxels = (layer) => ({ ...layer, has: (map) => map.voxels !== null });
+
+export const layers = [surfaces, edges, gone, cylinders, needVoxels(pending), needVoxels(voxels), slice, normals,
+  grid, axes];

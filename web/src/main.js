@@ -1,0 +1,180 @@
+// The page: reads its maps, puts the parts together.
+import * as THREE from 'three';
+import { middleOf, readMap } from './data.js';
+import { find, lineOf, rowsOf, titleOf } from './describe.js';
+import { Highlight } from './highlight.js';
+import { bindKeys } from './keys.js';
+import { layers } from './layers/index.js';
+import { Measure } from './measure.js';
+import { Panel } from './panel.js';
+import { pick } from './picking.js';
+import { bindPointer } from './pointer.js';
+import { Stage } from './stage.js';
+import { Theme } from './theme.js';
+import { Timeline } from './timeline.js';
+import { View } from './view.js';
+
+const byId = (id) => document.getElementById(id);
+
+function say(text) {
+  byId('message').hidden = false;
+  byId('message').textContent = text;
+}
+
+async function readMaps() {
+  const maps = [];
+  for (const block of document.querySelectorAll('script.map')) {
+    maps.push(await readMap(block.textContent, maps[0]?.origin ?? null));
+    block.remove();  // its text is no longer needed, and takes memory
+  }
+  return maps;
+}
+
+class Page {
+  constructor(maps) {
+    this.maps = maps;
+    this.view = new View(byId('view'));
+    this.theme = new Theme(() => this.recolor());
+    this.stage = new Stage(this.view, this.theme);
+    this.highlight = new Highlight(this.stage.context);
+    this.measure = new Measure(this.view, this.highlight);
+    this.panel = new Panel(this.stage);
+    this.recolor();
+    this.panel.folded = () => this.view.setInset(this.panel.width);
+    this.panel.folded();
+    this.timeline = new Timeline(maps, (number) => this.showMap(number));
+    if (maps.length > 1) this.stage.settings.choice.surfaces = 'change';
+    this.timeline.show(maps.length - 1);
+    this.fit();
+    this.bind();
+  }
+
+  get map() { return this.stage.map; }
+
+  recolor() {
+    this.view.renderer.setClearColor(this.theme.paper);
+    this.stage.renew();
+    if (this.map) this.panel.update();
+  }
+
+  showMap(number) {
+    this.clear();
+    this.stage.show(this.maps[number], this.maps[number - 1] ?? null);
+    this.panel.update();
+  }
+
+  fit(from = this.stage.side) { this.view.fit(this.stage.context.extent, from); }
+
+  clear() {
+    this.select(null);
+    this.measure.clear();
+    this.hover(null);
+  }
+
+  hit(x, y) {
+    return this.map ? pick(this.map, this.view.ray(x, y), this.stage.shown) : null;
+  }
+
+  /** @param {import('./picking.js').Hit?} hit */
+  hover(hit, x = 0, y = 0) {
+    const tip = byId('tip'), same = hit?.what === this.hovered?.what && hit?.kind === this.hovered?.kind;
+    tip.hidden = hit === null;
+    if (hit) {
+      tip.textContent = lineOf(this.map, hit);
+      const left = Math.min(x + 14, window.innerWidth - tip.offsetWidth - 8);
+      tip.style.transform = `translate(${left}px, ${Math.max(4, y - 34)}px)`;
+    }
+    if (!same) this.highlight.hover(this.map, hit);
+    this.hovered = hit;
+  }
+
+  /** @param {import('./picking.js').Hit?} hit */
+  select(hit) {
+    this.picked = hit;
+    this.highlight.picked(this.map, hit);
+    if (hit) this.panel.details(titleOf(this.map, hit), rowsOf(this.map, hit), (id) => this.search(id));
+    else this.panel.details(null);
+  }
+
+  click(x, y) {
+    const hit = this.hit(x, y);
+    if (!this.measure.on) return this.select(hit);
+    if (hit) this.measure.add(hit.place, this.map.up);
+  }
+
+  /** Selects what has that id and looks at it; says what became of it if it is gone. */
+  search(text) {
+    const { hit, answer, heir } = find(this.map, text);
+    byId('search-answer').textContent = answer;
+    const found = hit ?? (heir ? find(this.map, heir).hit : undefined);
+    if (!found) return false;
+    this.select(found);
+    this.lookAt(found);
+    return true;
+  }
+
+  /** Moves the camera so far that the thing is in the middle, from the side it is seen from. */
+  lookAt({ kind, what }) {
+    const root = this.view.root, place = kind === 'surface' ? middleOf(what) : what.axis_point;
+    const target = root.localToWorld(new THREE.Vector3(...place));
+    const offset = this.view.camera.position.clone().sub(this.view.controls.target);
+    if (kind === 'surface') {
+      const normal = new THREE.Vector3(...what.normal).applyQuaternion(root.quaternion);
+      const height = offset.dot(normal);
+      if (height < 0.3 * offset.length()) offset.addScaledVector(normal, 0.5 * offset.length() - height);
+    }
+    const size = kind === 'surface' ? Math.sqrt(what.area_m2) : what.length_m;
+    offset.setLength(Math.min(offset.length(), Math.max(1.5, 3 * size)));
+    this.view.look(offset.add(target).toArray(), target.toArray());
+  }
+
+  bind() {
+    const toggleHelp = () => {
+      byId('keys').hidden = !byId('keys').hidden;
+      byId('help').setAttribute('aria-expanded', String(!byId('keys').hidden));
+    };
+    const top = () => this.fit([0, -1e-3, 1]);
+    this.actions = {
+      layer: (index) => {
+        if (!layers[index] || !this.stage.has(layers[index])) return;
+        this.stage.switch(layers[index].id);
+        this.panel.update();
+      },
+      fit: () => this.fit(), top, help: toggleHelp,
+      measure: () => this.measure.set(!this.measure.on),
+      search: () => byId('search-text').focus(),
+      backs: () => byId('backs').click(),
+      earlier: () => this.timeline.show(this.timeline.at - 1),
+      later: () => this.timeline.show(this.timeline.at + 1),
+      theme: () => this.theme.set(!this.theme.dark),
+      panel: () => this.panel.fold(),
+      clear: () => {
+        document.activeElement?.blur();
+        this.clear();
+      },
+    };
+    bindKeys(this);
+    bindPointer(this.view, { hover: (x, y) => this.hover(this.hit(x, y), x, y), leave: () => this.hover(null),
+      click: (x, y) => this.click(x, y) });
+    byId('fit').addEventListener('click', this.actions.fit);
+    byId('top').addEventListener('click', top);
+    byId('help').addEventListener('click', toggleHelp);
+    byId('details-close').addEventListener('click', () => this.select(null));
+    byId('search').addEventListener('submit', (event) => {
+      event.preventDefault();
+      this.search(byId('search-text').value);
+    });
+  }
+}
+
+async function start() {
+  if (!window.DecompressionStream) return say('This browser is too old for the page: it needs DecompressionStream.');
+  const page = new Page(await readMaps());
+  window.octosurf = page;  // for the console, and for tests
+  return page;
+}
+
+start().catch((error) => {
+  say(`The page cannot be shown: ${error.message}`);
+  throw error;
+});

@@ -1,0 +1,36 @@
+// Colours as they are on the screen: the page's shaders write sRGB values as they stand, three.js converts none.
+import * as THREE from 'three';
+
+/** From the upright frame's point of view; as in src/io/picture.cpp. */
+export const light = new THREE.Vector3(-0.45, -0.25, 0.85).normalize();
+
+/** Lambert's law wrapped around, so that no two of a room's walls look alike and none is black. */
+export const shadeGlsl = `
+  float shade(vec3 normal) { return 0.45 + 0.55 * (0.5 + 0.5 * dot(normal, light)); }
+`;
+export const shade = (normal) => 0.45 + 0.55 * (0.5 + 0.5 * light.dot(normal));
+
+/** Colours of edges by kind, as in include/octosurf/export.hpp. */
+export const edgeColors = [[0, 0.6, 0.2], [0.85, 0.1, 0.15], [0.1, 0.3, 0.95], [1, 0.6, 0]];
+
+export const changeColors = {
+  appeared: [0.12, 0.68, 0.32], changed: [0.95, 0.66, 0.1], split: [0.55, 0.4, 0.9],
+  gone: [0.88, 0.2, 0.2], same: [0.62, 0.64, 0.66],
+};
+
+const stops = [
+  [0.27, 0.0, 0.33], [0.28, 0.27, 0.55], [0.19, 0.41, 0.56], [0.13, 0.57, 0.55],
+  [0.21, 0.72, 0.47], [0.56, 0.84, 0.27], [0.99, 0.91, 0.14],
+];
+/** Viridis, in seven stops. @param {number} share 0 … 1 */
+export function ramp(share) {
+  const at = Math.min(1, Math.max(0, share)) * (stops.length - 1);
+  const low = Math.min(stops.length - 2, Math.floor(at)), part = at - low;
+  return stops[low].map((value, k) => value + part * (stops[low + 1][k] - value));
+}
+export const rampCss = `linear-gradient(90deg, ${stops.map(css).join(', ')})`;
+
+/** @param {number[]} color 0 … 1 */
+export function css(color) {
+  return `rgb(${color.map((value) => Math.round(255 * value)).join(' ')})`;
+}

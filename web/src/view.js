@@ -1,0 +1,149 @@
+// The canvas: camera, controls, and a picture whenever something has changed.
+//
+// `scene` is upright (z is up), `root` in it holds what is in the map frame less the data's origin.
+import * as THREE from 'three';
+import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
+
+THREE.ColorManagement.enabled = false;
+
+const viewAngleDeg = 50;
+const restMs = 180;  // without movement for so long, everything is drawn whole
+
+export class View {
+  /** @param {HTMLCanvasElement} canvas */
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+    this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.scene = new THREE.Scene();
+    this.root = new THREE.Group();
+    this.scene.add(this.root);
+    this.camera = new THREE.PerspectiveCamera(viewAngleDeg, 1, 0.02, 200);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.zoomToCursor = true;
+    this.controls.maxPolarAngle = Math.PI;
+    this.controls.addEventListener('change', () => this.moved());
+    /** Called before each picture: with whether the camera is moving, and the last frame's ms. */
+    this.beforePicture = [];
+    this.afterPicture = [];
+    this.pixels = new THREE.Vector2(1, 1);
+    this.inset = 0;
+    this.frameMs = 0;
+    this.moving = false;
+    new ResizeObserver(() => this.resize()).observe(canvas);
+    this.resize();
+  }
+
+  resize() {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    if (width === 0 || height === 0) return;
+    this.renderer.setSize(width, height, false);
+    this.renderer.getDrawingBufferSize(this.pixels);
+    this.camera.aspect = width / height;
+    this.camera.setViewOffset(width, height, -this.inset / 2, 0, width, height);
+    this.redraw();
+  }
+
+  /** What the panel leaves free at its right is what the camera's target is in the middle of. */
+  setInset(pixels) {
+    this.inset = pixels;
+    this.resize();
+  }
+
+  /** The camera has moved: draws what may be coarser at once, and the whole when it rests. */
+  moved() {
+    this.moving = true;
+    clearTimeout(this.restTimer);
+    this.restTimer = setTimeout(() => {
+      this.moving = false;
+      this.lastFrame = undefined;
+      this.redraw();
+    }, restMs);
+    this.redraw();
+  }
+
+  redraw() {
+    if (this.asked) return;
+    this.asked = true;
+    requestAnimationFrame((now) => {
+      this.asked = false;
+      this.draw(now);
+    });
+  }
+
+  draw(now) {
+    if (this.moving && this.lastFrame !== undefined) this.frameMs = now - this.lastFrame;
+    this.lastFrame = this.moving ? now : undefined;
+    this.camera.updateMatrixWorld();
+    this.root.updateMatrixWorld();
+    for (const call of this.beforePicture) call(this.moving, this.frameMs);
+    this.renderer.render(this.scene, this.camera);
+    for (const call of this.afterPicture) call();
+  }
+
+  /** Into root coordinates. */
+  get eye() {
+    return this.root.worldToLocal(this.camera.position.clone());
+  }
+
+  /** The ray through a place of the page, in root coordinates. */
+  ray(clientX, clientY) {
+    const box = this.canvas.getBoundingClientRect();
+    const at = new THREE.Vector3(2 * (clientX - box.left) / box.width - 1,
+      1 - 2 * (clientY - box.top) / box.height, 0.5);
+    const from = this.eye;
+    const to = this.root.worldToLocal(at.unproject(this.camera));
+    return { from: from.toArray(), direction: to.sub(from).normalize().toArray() };
+  }
+
+  /** Where a place of root coordinates is in the page: x, y, and whether it is before the camera. */
+  project(place) {
+    const box = this.canvas.getBoundingClientRect();
+    const at = this.root.localToWorld(new THREE.Vector3(...place)).project(this.camera);
+    return {
+      x: box.left + (at.x + 1) / 2 * box.width,
+      y: box.top + (1 - at.y) / 2 * box.height,
+      visible: at.z < 1,
+    };
+  }
+
+  /** Both in upright coordinates. */
+  look(eye, target) {
+    this.camera.position.set(...eye);
+    this.controls.target.set(...target);
+    this.controls.update();
+    this.moved();
+  }
+
+  /** So near that the box just fits. @param {THREE.Box3} box upright @param {number[]} from where to look from */
+  fit(box, from) {
+    const middle = box.getCenter(new THREE.Vector3()), half = box.getSize(new THREE.Vector3()).multiplyScalar(0.5);
+    const back = new THREE.Vector3(...from).normalize();
+    const right = new THREE.Vector3(0, 0, 1).cross(back).normalize(), up = back.clone().cross(right);
+    const reach = (axis) => Math.abs(axis.x) * half.x + Math.abs(axis.y) * half.y + Math.abs(axis.z) * half.z;
+    const tangent = Math.tan(viewAngleDeg / 2 * Math.PI / 180);
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const across = tangent * Math.max(0.3, (width - this.inset) / height);
+    // A box's near side is larger in the picture than its middle: half of its depth is about right for rooms.
+    const distance = 1.05 * Math.max(reach(right) / across, reach(up) / tangent, 0.1) + 0.5 * reach(back);
+    const radius = half.length();
+    this.camera.near = Math.max(0.005, distance / 1000);
+    this.camera.far = distance + 20 * Math.max(radius, 1);
+    this.camera.updateProjectionMatrix();
+    this.look(back.multiplyScalar(distance).add(middle).toArray(), middle.toArray());
+  }
+
+  /** Turns about the target, degrees; and moves nearer by a factor. */
+  orbit(leftDeg, upDeg, factor = 1) {
+    const { position } = this.camera, { target } = this.controls;
+    const z = new THREE.Vector3(0, 0, 1);
+    const offset = position.clone().sub(target).multiplyScalar(factor).applyAxisAngle(z, leftDeg * Math.PI / 180);
+    const polar = Math.acos(Math.min(1, Math.max(-1, offset.z / offset.length())));
+    const wanted = Math.min(Math.PI - 0.001, Math.max(0.001, polar - upDeg * Math.PI / 180));
+    const side = new THREE.Vector3().crossVectors(z, offset);
+    if (side.lengthSq() > 1e-12) offset.applyAxisAngle(side.normalize(), wanted - polar);
+    this.look(offset.add(target).toArray(), target.toArray());
+  }
+}
