@@ -62,6 +62,7 @@ class MapRun {
   [[noreturn]] void end_early(const std::exception& failure);
   void print_alignment() const;
   void warn_of_closures() const;
+  void warn_of_sensor_bias() const;
   void wait_for(double arrival_s) const;
   void checkpoint();
   void write_report();

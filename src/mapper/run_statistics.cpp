@@ -97,6 +97,17 @@ Json closures_json(const std::vector<LoopClosure>& closures) {
   return list;
 }
 
+Json sensor_bias_json(const std::optional<SensorBias>& bias) {
+  if (!bias) return {};
+  const double degrees = 180 / std::numbers::pi;
+  const Eigen::Vector3d tilt = degrees * bias->tilt_rad;
+  const Eigen::Vector4d std = bias->covariance.diagonal().cwiseSqrt();
+  return {{"tilt_deg", {tilt.x(), tilt.y(), tilt.z()}},
+          {"tilt_std_deg", {degrees * std[0], degrees * std[1], degrees * std[2]}},
+          {"range_scale", bias->range_scale},
+          {"range_scale_std", std[3]}};
+}
+
 Json up_object(const Up& up) {
   Json json{{"direction", {up.direction.x(), up.direction.y(), up.direction.z()}},
             {"from", name_of(up.source)}};
@@ -123,6 +134,8 @@ void RunStatistics::add(const Scan& scan, const ScanReport& report, double arriv
     alignment_.corrections_deg.push_back(turn.angle() * 180 / std::numbers::pi);
   }
   closures_.add(scan, alignment, parameters_.occupancy.resolution);
+  const auto voxels = static_cast<double>(std::max<std::size_t>(1, report.voxels));
+  sensor_bias_.add(scan.T_map_sensor, alignment, static_cast<double>(report.appeared) / voxels);
   add_occupancy(report, arrival_s, done_s);
 }
 
@@ -183,6 +196,7 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
   }
   json["alignment"] = alignment_json(alignment_);
   json["alignment"]["closures"] = closures_json(closures_.all());
+  json["alignment"]["sensor_bias"] = sensor_bias_json(sensor_bias());
   json["up"] = up_object(up_of(map));
   json["surfaces"] = size.surfaces;
   json["area_m2"] = area_m2;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "alignment/sensor_bias.hpp"
 #include "mapper/loop_closures.hpp"
 
 #include <array>
@@ -54,6 +55,7 @@ class RunStatistics {
     return alignment_.outcomes[static_cast<std::size_t>(outcome)];
   }
   const std::vector<LoopClosure>& closures() const { return closures_.all(); }
+  std::optional<SensorBias> sensor_bias() const { return sensor_bias_.estimate(); }
   const ScanReport& totals() const { return totals_; }  ///< counts only; no ids, no times
   double scan_ms_percentile(double share) const;        ///< 0 if there was no scan
 
@@ -72,6 +74,7 @@ class RunStatistics {
   std::vector<Lag> lags_;
   AlignmentTotals alignment_;
   LoopClosures closures_;
+  SensorBiasEstimator sensor_bias_;
 };
 
 /// Name → value of the parameters in force, as a JSON object: numbers, booleans, and the words
