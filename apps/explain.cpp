@@ -42,6 +42,9 @@ void print(const Explanation& why) {
     if (figure.at_most) std::printf(", at most %.4g%s", *figure.at_most, unit.c_str());
     std::printf("\n");
   }
+  if (why.scans_left_out + why.scans_unexplained > 0)
+    std::printf("%-16s %zu left out, %zu mapped as given\n", "misfit scans", why.scans_left_out,
+                why.scans_unexplained);
   if (why.around.empty()) return;
   std::printf("\npending points around\n");
   for (const auto& [reason, count] : why.around)
@@ -67,6 +70,7 @@ void print_json(const Explanation& why) {
     if (figure.at_most) entry["at_most"] = *figure.at_most;
     json["figures"].push_back(std::move(entry));
   }
+  json["misfits"] = {{"left_out", why.scans_left_out}, {"mapped_as_given", why.scans_unexplained}};
   json["around"] = Json::object();
   for (const auto& [reason, count] : why.around) json["around"][std::string(reason_name(reason))] = count;
   std::printf("%s\n", json.dump().c_str());

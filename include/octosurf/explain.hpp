@@ -56,6 +56,10 @@ struct Explanation {
   SurfaceId nearest = 0;                     ///< surface with the nearest inlier; 0: no surfaces
   double nearest_distance = 0;               ///< m, to that inlier
   std::vector<Figure> figures;
+  /// Scans taken near enough to have seen the place whose poses did not fit the map, of the last 256: those
+  /// that were left out, so that what they saw is missing, and those that were mapped as given, so that what
+  /// they saw may be doubled. The sentence says so where it matters.
+  std::size_t scans_left_out = 0, scans_unexplained = 0;
   /// Of a pending point: the reasons for the pending points within h of the place, and how many have each.
   std::map<Reason, std::size_t> around;
 };

@@ -91,6 +91,16 @@ AlignmentState::Hypothesis read_hypothesis(Reader& in) {
   return h;
 }
 
+AlignmentState::Misfit read_misfit(Reader& in) {
+  AlignmentState::Misfit misfit;
+  misfit.position = in.matrix<Eigen::Vector3d>();
+  misfit.reach_m = in.number();
+  const double left_out = in.number();
+  in.require(misfit.reach_m >= 0 && (left_out == 0 || left_out == 1), "has a misfit that makes no sense");
+  misfit.left_out = left_out == 1;
+  return misfit;
+}
+
 }  // namespace
 
 void write_alignment(const AlignmentState& state, Record& record) {
@@ -114,6 +124,12 @@ void write_alignment(const AlignmentState& state, Record& record) {
   record.set_noise_factor2(state.noise_factor2);
   record.set_common_share(state.common_share);
   record.set_scans_learned(state.scans_learned);
+  Writer misfits(*record.mutable_misfits());
+  for (const AlignmentState::Misfit& misfit : state.misfits) {
+    misfits.put(misfit.position);
+    misfits.put(misfit.reach_m);
+    misfits.put(misfit.left_out ? 1 : 0);
+  }
   if (state.last) Writer(*record.mutable_last()).put(state.last->affine());
   if (state.jump) Writer(*record.mutable_jump()).put(state.jump->affine());
 }
@@ -143,6 +159,10 @@ AlignmentState read_alignment(const Record& record, const std::string& where) {
   state.noise_factor2 = record.noise_factor2();
   state.common_share = record.common_share();
   state.scans_learned = record.scans_learned();
+  refuse.require(record.misfits_size() <= static_cast<int>(5 * AlignmentState::most_misfits),
+                 "has too many misfits");
+  for (Reader misfits(record.misfits(), where); !misfits.done();)
+    state.misfits.push_back(read_misfit(misfits));
   if (record.last_size() > 0) state.last = Reader(record.last(), where).pose();
   if (record.jump_size() > 0) state.jump = Reader(record.jump(), where).pose();
   return state;

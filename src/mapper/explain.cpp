@@ -194,6 +194,24 @@ void explain_known(const SurfaceId id, Reason place, Explanation& result) {
   result.sentence = sentence_of(place, id);
 }
 
+std::string scans_of(std::size_t count) {
+  return std::to_string(count) + (count == 1 ? " scan" : " scans") + (count == 1 ? " was" : " were");
+}
+
+/// Scans that might have made a surface here but for their poses, and those that may be why there is none.
+void explain_poses(const AlignmentState& alignment, Explanation& result) {
+  for (const AlignmentState::Misfit& misfit : alignment.misfits)
+    if ((misfit.position - result.asked).norm() <= misfit.reach_m)
+      ++(misfit.left_out ? result.scans_left_out : result.scans_unexplained);
+  if (result.reason == Reason::on_surface || result.reason == Reason::on_cylinder) return;
+  if (result.scans_left_out > 0)
+    result.sentence += "; " + scans_of(result.scans_left_out) +
+                       " left out that may have seen it, because the pose was far off the map";
+  if (result.scans_unexplained > 0 && result.looked_at)
+    result.sentence += "; " + scans_of(result.scans_unexplained) +
+                       " mapped near here though the pose fits nowhere, and may have doubled what is here";
+}
+
 }  // namespace
 
 std::string_view reason_name(Reason reason) {
@@ -236,6 +254,7 @@ Explanation explain(const Map& map, const Eigen::Vector3d& point) {
                                                          : Reason::no_point;
     result.sentence = sentence_of(result.reason);
   }
+  explain_poses(state.alignment, result);
   return result;
 }
 

@@ -56,6 +56,15 @@ Eigen::Vector3d up_of_sensor(const Scan& scan, const Eigen::Isometry3d& T_map_se
   return (T_map_sensor.linear() * up).normalized();
 }
 
+/// m, of those that are mapped.
+double farthest_reading(const Scan& scan, double max_range) {
+  float farthest = 0;
+  for (const Eigen::Vector3f& point : scan.points)
+    if (const float range = point.norm(); range <= static_cast<float>(max_range))  // NaN fails
+      farthest = std::max(farthest, range);
+  return farthest;
+}
+
 Alignment as_given(const Scan& scan) {
   Alignment alignment;
   alignment.T_map_sensor = scan.T_map_sensor;
@@ -182,7 +191,11 @@ ScanReport Mapper::insert(const Scan& scan) {
     return impl_->align(alignment, *state.snapshot.load(), scan, state.noise,
                         {parameters.min_range, max_range});
   });
-  if (report.alignment.outcome == AlignmentOutcome::set_aside) {
+  const bool set_aside = report.alignment.outcome == AlignmentOutcome::set_aside;
+  if (set_aside || report.alignment.outcome == AlignmentOutcome::unexplained)
+    alignment.note_misfit(
+        {report.alignment.T_map_sensor.translation(), farthest_reading(scan, max_range), set_aside});
+  if (set_aside) {
     state.alignment = std::move(alignment);
     return report;
   }

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <vector>
 
@@ -25,6 +27,19 @@ struct AlignmentState {
                     between = TwistCovariance::Zero();
     double log_evidence = 0;
   };
+  /// A scan whose pose did not fit the map: what it may have seen is within `reach_m` of it.
+  struct Misfit {
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();
+    double reach_m = 0;
+    bool left_out = false;  ///< not in the map; else it was mapped as given
+  };
+  std::deque<Misfit> misfits;  ///< the last of them, at most most_misfits
+  static constexpr std::size_t most_misfits = 256;
+  void note_misfit(const Misfit& misfit) {
+    if (misfits.size() == most_misfits) misfits.pop_front();
+    misfits.push_back(misfit);
+  }
+
   std::vector<Hypothesis> hypotheses;     ///< none before the first scan
   std::size_t believed = 0;               ///< which of them
   std::optional<Eigen::Isometry3d> last;  ///< the pose with which the last scan was inserted
