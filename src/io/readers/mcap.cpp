@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::string_view magic("\x89MCAP0\r\n", 8);
 constexpr std::uint64_t record_head = 9;  // opcode and length
+constexpr const char* mend = "copy the bag again; --skip-bad maps what is whole";
 
 enum class Op : std::uint8_t {
   header = 1,
@@ -80,6 +81,7 @@ class McapBag : public Bag {
   /// False at the end of the messages.
   bool read_record(const Visit& visit, std::vector<std::string>* left_out) {
     const std::uint64_t begin = file_.position();
+    if (file_.left() == 0) file_.refuse("truncated: the end of its messages is missing", mend);
     const std::string head = file_.take(record_head);
     RecordBytes fields(head);
     const auto op = static_cast<Op>(fields.u8());
@@ -207,8 +209,7 @@ class McapBag : public Bag {
 
   [[noreturn]] void refuse(std::uint64_t begin, const std::string& what) const {
     throw Error(Error::Kind::data, file_.path().string(),
-                "damaged MCAP: " + what + " (record at byte " + std::to_string(begin) + ")",
-                "copy the bag again; --skip-bad maps what is whole");
+                "damaged MCAP: " + what + " (record at byte " + std::to_string(begin) + ")", mend);
   }
 
   template <class Work>

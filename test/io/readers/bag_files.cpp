@@ -127,7 +127,7 @@ std::string mcap_of(const std::vector<McapMessage>& messages) {
     const auto logged_ns = static_cast<std::uint64_t>(std::llround(message.logged_s * 1e9));
     bytes += record(5, bytes_of(channel->second, std::uint32_t{0}, logged_ns, logged_ns) + message.bytes);
   }
-  return bytes;
+  return bytes + record(15, bytes_of(std::uint32_t{0})) + record(2, std::string(20, '\0')) + "\x89MCAP0\r\n";
 }
 
 }  // namespace octosurf::test

@@ -56,7 +56,7 @@ struct McapMessage {
   double logged_s = 0;
   std::string bytes;
 };
-/// An MCAP without chunks, end or summary, as a recorder that was killed leaves one.
+/// An MCAP without chunks, check sums and summary.
 std::string mcap_of(const std::vector<McapMessage>& messages);
 
 }  // namespace octosurf::test

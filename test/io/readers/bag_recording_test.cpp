@@ -69,10 +69,10 @@ class CloudsInBag : public BagFiles, public ::testing::WithParamInterface<Writte
 TEST_P(CloudsInBag, AreThoseOfTheFolder) {
   const fs::path clouds = write_clouds();
   const fs::path bag = write_bag(clouds, GetParam().bag, GetParam().options);
-  auto folder = read_all({clouds});
+  auto expected = read_all({clouds});
   if (std::string(GetParam().options).find("organised") != std::string::npos)
-    for (Scan& scan : folder) scan.sensor = SensorKind::depth_camera;
-  expect_same_scans(read_all({bag}), folder);
+    for (Scan& scan : expected) scan.sensor = SensorKind::depth_camera;
+  expect_same_scans(read_all({bag}), expected);
 }
 
 INSTANTIATE_TEST_SUITE_P(Bags, CloudsInBag,

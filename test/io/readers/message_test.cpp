@@ -42,7 +42,8 @@ class FastCdr {
   }
 
  private:
-  cdr::FastBuffer buffer_;
+  std::string zeros_ = std::string(1000, '\0');  // it leaves what it skips to align as it was
+  cdr::FastBuffer buffer_{zeros_.data(), zeros_.size()};
   cdr::Cdr cdr_;
 };
 
