@@ -1,4 +1,6 @@
-// `octosurf info`: what is in a map.
+// `octosurf info`: what is in a map or a bag.
+#include "bag_info.hpp"
+#include "io/readers/bag.hpp"
 #include "mapper/run_statistics.hpp"
 #include "parameter_options.hpp"
 #include "surface_table.hpp"
@@ -22,12 +24,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* description = R"(Tells what is in a map.
+constexpr const char* description = R"(Tells what is in a map, or in a recording.
 
 Examples:
   octosurf info maps/office
   octosurf info maps/office --json
   octosurf info maps/office --check      whether octree, points and surfaces agree with one another
+  octosurf info walk.mcap                topics of a bag (.bag, .db3, .mcap, or its folder)
 )";
 
 struct Arguments {
@@ -134,6 +137,12 @@ void print_json(const LoadedMap& loaded, const Contents& contents, bool checked)
 }
 
 void run(const Arguments& arguments) {
+  if (is_bag(arguments.map)) {
+    if (arguments.check || !arguments.up.empty())
+      throw Error(Error::Kind::usage, arguments.map, "a bag, and --check and --up are of maps",
+                  "leave them away");
+    return print_bag(arguments.map, arguments.json);
+  }
   const LoadedMap loaded = load_map(arguments.map);
   const Contents contents = look_into(loaded.map, arguments);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
@@ -155,7 +164,8 @@ void run(const Arguments& arguments) {
 void add_info(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("info", description);
   const auto arguments = std::make_shared<Arguments>();
-  verb->add_option("map", arguments->map, "map to look into: name without ending, as given to map -o")
+  verb->add_option("map", arguments->map,
+                   "map to look into: name without ending, as given to map -o; or a bag")
       ->required();
   add_up_option(*verb, arguments->up);
   verb->add_flag("--json", arguments->json, "tell it in JSON");

@@ -109,7 +109,9 @@ void run(const LocalizeOptions& options) {
   const LoadedMap loaded = load_map(options.map);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   Localizer localizer(loaded.map.snapshot(), {options.reach_m, options.turn_deg / degrees});
-  ScanFeed feed(open_scans({options.scans.begin(), options.scans.end()}, options.source), options.range);
+  auto source = open_scans({options.scans.begin(), options.scans.end()}, options.source);
+  for (const std::string& note : source->notes()) std::fprintf(stderr, "%s\n", note.c_str());
+  ScanFeed feed(std::move(source), options.range);
   PoseLog poses(options.write_poses, options.force);
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
   std::size_t scans = 0, unexplained = 0;

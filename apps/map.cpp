@@ -35,6 +35,8 @@ Examples:
   octosurf map more -o maps/kitchen --resume maps/kitchen       go on with a map
   octosurf map depth --poses trajectory.txt --intrinsics K.txt --depth-scale 5000 -o maps/lab
   octosurf map velodyne --poses poses.txt --resolution 0.05 -o maps/street
+  octosurf map walk.mcap -o maps/walk                           a bag; info walk.mcap tells its topics
+  octosurf map walk.bag --topic /lidar/points --fixed-frame odom -o maps/walk
   octosurf map old.bt -o maps/old                               surfaces of an OctoMap
   octosurf map kitchen -o maps/live --realtime --checkpoint 10  as a robot would see it
   octosurf map kitchen -o maps/kitchen --up auto                 where z is not up, as in a camera's frame
@@ -42,7 +44,7 @@ Examples:
   octosurf map --show-parameters --preset paper
 
 Inputs, told apart by content: folders as 7-Scenes, TUM RGB-D or KITTI velodyne have them; 16-bit depth
-images (PNG, PGM); clouds (PCD, PLY); OctoMap's .graph, .bt and .ot; archives of --keep-scans. Several are
+images (PNG, PGM); clouds (PCD, PLY); bags of ROS 1 (.bag) and ROS 2 (.db3, .mcap, or their folder); OctoMap's .graph, .bt and .ot; archives of --keep-scans. Several are
 one recording after the other. -o maps/x writes maps/x.surfaces (everything) and maps/x.bt (plain OctoMap),
 every minute and at the end. Ctrl-C, SIGTERM or a lost terminal end the run after the scan at hand and save;
 what else may end it, a full disk or no memory, names the last complete checkpoint.

@@ -118,6 +118,7 @@ void MapRun::adopt_octree() {
 
 void MapRun::map_scans(std::unique_ptr<ScanSource> source) {
   const std::size_t listed = source->size();
+  for (const std::string& note : source->notes()) std::printf("%s\n", note.c_str());
   ScanFeed feed(std::move(source), options_.range);
   if (feed.size() == 0)
     throw Error(Error::Kind::usage, "--skip", "leaves none of the " + std::to_string(listed) + " scans");

@@ -4,6 +4,29 @@
 
 namespace octosurf {
 
+namespace {
+
+void add_bag_options(CLI::App& verb, BagOptions& bag) {
+  const char* const group = "Bags";
+  verb.add_option("--topic", bag.topics, "clouds or depth images; may be given several times [the only one]")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->group(group);
+  verb.add_option("--pose-topic", bag.pose_topic,
+                  "Odometry, PoseStamped, PoseWithCovarianceStamped or TransformStamped [tf]")
+      ->group(group);
+  verb.add_option("--pose-frame", bag.pose_frame,
+                  "the frame whose poses these are [Odometry's child frame, else the sensor's]")
+      ->group(group);
+  verb.add_option("--fixed-frame", bag.fixed_frame,
+                  "the map's frame in tf [map, else the root above the sensor]")
+      ->group(group);
+  verb.add_option("--info-topic", bag.info_topic, "CameraInfo of the depth images [camera_info beside them]")
+      ->group(group);
+}
+
+}  // namespace
+
 void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& range) {
   const char* const group = "Scans";
   verb.add_option("--poses", source.poses, "file with a pose per scan, or a stamped trajectory")
@@ -13,6 +36,9 @@ void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& rang
                   "units of a depth image per metre [5000 for TUM, else 1000]")
       ->group(group);
   verb.add_option("--rate", source.rate_hz, "scans per second if they have no time stamps [30, lidar 10]")
+      ->group(group);
+  verb.add_option("--max-pose-gap", source.max_pose_gap_s,
+                  "seconds between two poses at most that one is interpolated between [0.1, bags 0.25]")
       ->group(group);
   verb.add_flag("--skip-bad", source.skip_bad,
                 "go on without scans that cannot be read or have no rigid pose")
@@ -24,6 +50,7 @@ void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& rang
   verb.add_option("--first", range.first, "take so many scans at most")
       ->check(CLI::PositiveNumber)
       ->group(group);
+  add_bag_options(verb, source.bag);
 }
 
 }  // namespace octosurf

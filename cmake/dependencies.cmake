@@ -4,7 +4,7 @@ find_package(Threads REQUIRED)                         # src/mapper, apps
 find_package(CGAL REQUIRED)                            # src/surfaces, src/planning: triangulation; src/simulation, test/planning: arrangements (GPL parts)
 find_package(Boost REQUIRED)                           # everywhere, headers: geometry, container, crc; src/planning: polygon
 find_package(nlohmann_json REQUIRED)                   # src/io, src/evaluation, src/simulation: JSON
-find_package(fastcdr REQUIRED)                         # src/io: ROS 2 messages as files
+find_package(fastcdr REQUIRED)                         # src/io: ROS 2 messages as files and in bags
 find_package(Protobuf REQUIRED)                        # src/io: the .surfaces schema
 find_package(embree 4 QUIET)                           # src/simulation, src/io/picture: ray casting
 if(NOT embree_FOUND)
@@ -15,7 +15,10 @@ find_package(PkgConfig REQUIRED)
 pkg_check_modules(lzf REQUIRED IMPORTED_TARGET liblzf)  # src/io: compressed PCD
 pkg_check_modules(spng REQUIRED IMPORTED_TARGET spng)  # src/io, src/simulation: 16-bit PNG
 pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd)  # src/io: the stream inside .surfaces
-find_package(ZLIB REQUIRED)                            # src/io: maps inside a page
+find_package(ZLIB REQUIRED)                            # src/io: maps inside a page, check sums of bags
+pkg_check_modules(lz4 REQUIRED IMPORTED_TARGET liblz4)  # src/io: bags
+find_package(BZip2 REQUIRED)                           # src/io: bags of ROS 1
+find_package(SQLite3 REQUIRED)                         # src/io: bags of ROS 2
 find_package(tsl-robin-map REQUIRED)                   # most rooms: hash maps
 if(OCTOSURF_BUILD_APPS)
   find_package(CLI11 REQUIRED)                         # apps: the command line

@@ -11,6 +11,21 @@
 
 namespace octosurf {
 
+/// What is taken of a bag. What is not said is chosen where there is no choice, and ScanSource::notes() tells
+/// it; where there is one, an Error lists it.
+struct BagOptions {
+  /// Of PointCloud2, or of depth as Image or CompressedImage.
+  std::vector<std::string> topics;
+  /// Poses by Odometry, PoseStamped, PoseWithCovarianceStamped or TransformStamped, instead of by tf.
+  std::optional<std::string> pose_topic;
+  /// Whose poses the pose topic holds; empty: Odometry's child frame, else the sensor's.
+  std::optional<std::string> pose_frame;
+  /// The frame of the map in tf; empty: `map`, if the sensor hangs below it, else the root above the sensor.
+  std::optional<std::string> fixed_frame;
+  /// CameraInfo of the depth images; empty: `camera_info` beside the images' topic.
+  std::optional<std::string> info_topic;
+};
+
 struct ScanSourceOptions {
   /// One pose per scan, over all inputs in order, or a stamped trajectory for scans with time
   /// stamps. Wins over poses found beside or inside the scans. See below for the formats.
@@ -21,6 +36,10 @@ struct ScanSourceOptions {
   std::optional<double> depth_scale;
   /// Scans per second where there are no time stamps; empty: 30 for depth cameras, 10 for lidar.
   std::optional<double> rate_hz;
+  /// A pose is interpolated between neighbours in time at most so far apart; empty: 0.1 for files of poses,
+  /// 0.25 for bags.
+  std::optional<double> max_pose_gap_s;
+  BagOptions bag;
   /// Go on after a scan that cannot be read or whose pose is not a rigid motion.
   bool skip_bad = false;
 };
@@ -44,6 +63,9 @@ class ScanSource {
   /// One line for every scan that was left out so far, and why: with skip_bad the bad ones, and
   /// always the images of a recording for whose time there is no pose.
   virtual const std::vector<std::string>& skipped() const = 0;
+
+  /// One line for every choice that was made for the user: which topics, camera and poses of a bag.
+  virtual std::vector<std::string> notes() const { return {}; }
 };
 
 enum class InputKind {
@@ -69,6 +91,13 @@ InputKind classify(const std::filesystem::path& input);
 /// - OctoMap `.graph`.
 /// - An archive of scans, as `octosurf map --keep-scans` writes it: `*.scan`, with the poses as used, thinned
 ///   (Scan::readings).
+/// - Bags of ROS 1 (2.0; chunks plain, bz2 or lz4) and ROS 2 (`.db3`, `.mcap`; a file, or the folder with
+///   `metadata.yaml`): PointCloud2 of any layout with x, y, z as float32 or float64; depth as Image (16UC1,
+///   mono16 in millimetres, 32FC1 in metres) or CompressedImage (16-bit PNG) with CameraInfo, whose K (P for
+///   images called `rect`) is taken, lens distortion is not undone. In the order of their headers' time
+///   stamps. Poses come from tf, static and moving, or from a topic; one at the scan's very time is taken as
+///   it is, else one between its neighbours; a scan without a pose is a bad one. No index is needed; a bag
+///   that is cut off is refused, and with skip_bad read up to there. Opening one reads it once.
 ///
 /// A `pose.txt` or `poses.txt` beside the scans is used, and a `camera-intrinsics.txt`,
 /// `intrinsics.txt`, `camera.txt` or `*.K` beside them or in the folder above. Scans of a folder

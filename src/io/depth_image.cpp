@@ -36,7 +36,7 @@ void check_size(std::uint64_t width, std::uint64_t height, const std::filesystem
     refuse(file, "an image of " + std::to_string(width) + "x" + std::to_string(height) + " pixels");
 }
 
-DepthImage decode_png(const std::string& bytes, const std::filesystem::path& file) {
+DepthImage decode_png(std::string_view bytes, const std::filesystem::path& file) {
   const std::unique_ptr<spng_ctx, decltype(&spng_ctx_free)> context(spng_ctx_new(0), &spng_ctx_free);
   if (!context) throw std::bad_alloc();
   spng_set_image_limits(context.get(), largest_side, largest_side);
@@ -152,6 +152,11 @@ DepthImage read_depth_image(const std::filesystem::path& file) {
   if (bytes.starts_with(png_signature)) return decode_png(bytes, file);
   if (is_pgm(bytes)) return decode_pgm(bytes, file);
   refuse(file, "neither PNG nor PGM");
+}
+
+DepthImage read_png(std::string_view bytes, const std::string& where) {
+  if (!bytes.starts_with(png_signature)) refuse(where, "not a PNG");
+  return decode_png(bytes, where);
 }
 
 bool is_picture(const std::filesystem::path& file) {

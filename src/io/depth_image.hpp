@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace octosurf {
@@ -25,6 +27,9 @@ struct DepthImage {
 /// PNG or PGM (P5, P2), told by content, at most 8192 × 8192. Throws Error(data) for what is empty,
 /// truncated, damaged, or not 16-bit gray.
 DepthImage read_depth_image(const std::filesystem::path& file);
+
+/// The same for a PNG in memory; `where` names it in messages.
+DepthImage read_png(std::string_view bytes, const std::string& where);
 
 /// True if the header is whole and says that this is a picture, not a 16-bit depth image.
 bool is_picture(const std::filesystem::path& file);

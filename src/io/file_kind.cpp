@@ -28,6 +28,9 @@ constexpr std::array signatures{
     std::pair<std::string_view, FileKind>{"FIELDS ", FileKind::pcd},
     std::pair<std::string_view, FileKind>{"# Octomap OcTree", FileKind::occupancy_map},
     std::pair<std::string_view, FileKind>{archived_scan_magic, FileKind::archived_scan},
+    std::pair<std::string_view, FileKind>{"#ROSBAG V", FileKind::bag},
+    std::pair<std::string_view, FileKind>{"SQLite format 3", FileKind::bag},
+    std::pair<std::string_view, FileKind>{"\x89MCAP0\r\n", FileKind::bag},
 };
 
 constexpr std::array endings{
@@ -38,6 +41,9 @@ constexpr std::array endings{
     std::pair<std::string_view, FileKind>{".bin", FileKind::velodyne},
     std::pair<std::string_view, FileKind>{".graph", FileKind::graph},
     std::pair<std::string_view, FileKind>{".scan", FileKind::archived_scan},
+    std::pair<std::string_view, FileKind>{".bag", FileKind::bag},
+    std::pair<std::string_view, FileKind>{".db3", FileKind::bag},
+    std::pair<std::string_view, FileKind>{".mcap", FileKind::bag},
     std::pair<std::string_view, FileKind>{".bt", FileKind::occupancy_map},
     std::pair<std::string_view, FileKind>{".ot", FileKind::occupancy_map},
 };

@@ -16,7 +16,6 @@ namespace octosurf {
 namespace {
 
 constexpr double quaternion_tolerance = 1e-2;
-constexpr double largest_gap_s = 0.1;      // TUM's ground truth has 0.01 s, a robot's odometry 0.02 … 0.1
 constexpr double nearest_within_s = 0.02;  // TUM's associate.py
 
 [[noreturn]] void refuse(const std::string& where, const std::string& what) {
@@ -141,7 +140,8 @@ Eigen::Isometry3d pose_from(const Eigen::Vector3d& translation, const Eigen::Qua
   return T;
 }
 
-Trajectory::Trajectory(const PoseFile& file) : poses_(file.poses) {
+Trajectory::Trajectory(const PoseFile& file, double largest_gap_s)
+    : poses_(file.poses), largest_gap_s_(largest_gap_s) {
   std::stable_sort(poses_.begin(), poses_.end(),
                    [](const FilePose& a, const FilePose& b) { return a.stamp_s < b.stamp_s; });
 }
@@ -156,8 +156,8 @@ Trajectory::Neighbours Trajectory::around(double stamp_s) const {
     return pose ? std::abs(*pose->stamp_s - stamp_s) : std::numeric_limits<double>::infinity();
   };
   found.nearest = distance(found.before) < distance(found.after) ? found.before : found.after;
-  if (distance(found.nearest) > nearest_within_s) found.nearest = nullptr;
-  if (!found.before || !found.after || *found.after->stamp_s - *found.before->stamp_s > largest_gap_s)
+  if (distance(found.nearest) > std::min(nearest_within_s, largest_gap_s_)) found.nearest = nullptr;
+  if (!found.before || !found.after || *found.after->stamp_s - *found.before->stamp_s > largest_gap_s_)
     found.before = found.after = nullptr;
   return found;
 }
@@ -173,6 +173,7 @@ Eigen::Isometry3d Trajectory::at(double stamp_s, const std::string& where) const
     return rigid(pose.T, where + " (pose at " + pose.where + ")");
   };
   if (!found.before) return checked(*found.nearest);
+  if (*found.after->stamp_s == stamp_s) return checked(*found.after);  // to the bit, not to rounding
   const Eigen::Isometry3d a = checked(*found.before), b = checked(*found.after);
   const double t = (stamp_s - *found.before->stamp_s) / (*found.after->stamp_s - *found.before->stamp_s);
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();

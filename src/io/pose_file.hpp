@@ -40,12 +40,15 @@ Eigen::Isometry3d pose_from(const Eigen::Vector3d& translation, const Eigen::Qua
 /// A stamped trajectory that is asked for the pose at a time.
 class Trajectory {
  public:
-  explicit Trajectory(const PoseFile& file);
+  explicit Trajectory(
+      const PoseFile& file,
+      double largest_gap_s = 0.1);  // s; TUM's ground truth has 0.01 s, a robot's odometry 0.02 … 0.1
 
-  /// True if there are neighbours at most 0.1 s apart around `stamp_s`, or a pose within 0.02 s.
+  /// True if there are neighbours at most `largest_gap_s` apart around `stamp_s`, or a pose within 0.02 s
+  /// (and that gap).
   bool covers(double stamp_s) const;
 
-  /// Linear and slerp between the neighbours, else the nearest. Requires covers(stamp_s); throws
+  /// The pose of that very time; else linear and slerp between the neighbours, else the nearest. Requires covers(stamp_s); throws
   /// Error(data) naming `where` if a pose it needs is not rigid.
   Eigen::Isometry3d at(double stamp_s, const std::string& where) const;
 
@@ -58,6 +61,7 @@ class Trajectory {
   Neighbours around(double stamp_s) const;
 
   std::vector<FilePose> poses_;  ///< ascending time
+  double largest_gap_s_ = 0;
 };
 
 }  // namespace octosurf

@@ -12,8 +12,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* what_is_read =
-    "a folder of scans holds depth images (PNG, PGM), clouds (PCD, PLY, velodyne .bin), a .graph or archived "
-    ".scan files";
+    "a folder of scans holds depth images (PNG, PGM), clouds (PCD, PLY, velodyne .bin), a bag (.bag, .db3, "
+    ".mcap), a .graph or archived .scan files";
 
 struct Family {
   FileKind kind;
@@ -24,7 +24,8 @@ const std::vector<Family>& families() {
                                             {FileKind::pcd, {"", "scans", "clouds"}},
                                             {FileKind::velodyne, {"", "velodyne"}},
                                             {FileKind::graph, {""}},
-                                            {FileKind::archived_scan, {""}}};
+                                            {FileKind::archived_scan, {""}},
+                                            {FileKind::bag, {""}}};
   return instance;
 }
 
@@ -95,6 +96,18 @@ ListedRecording list_tum(const fs::path& folder) {
   return recording;
 }
 
+/// A ROS 2 bag.
+ListedRecording list_bag(const fs::path& folder) {
+  ListedRecording recording;
+  recording.folder = folder;
+  for (const fs::path& file : files_of_bag(folder)) {
+    recording.scans.emplace_back();
+    recording.scans.back().file = file;
+    recording.scans.back().kind = FileKind::bag;
+  }
+  return recording;
+}
+
 }  // namespace
 
 bool natural_less(const std::string& a, const std::string& b) {
@@ -137,6 +150,7 @@ std::vector<fs::path> around(const fs::path& folder) {
 
 ListedRecording list_folder(const fs::path& folder) {
   if (has_tum_index(folder)) return list_tum(folder);
+  if (is_bag(folder)) return list_bag(folder);
   std::string first_picture;
   ListedRecording found;
   for (const auto& family : families()) {

@@ -76,7 +76,7 @@ std::optional<double> stamp_in_name(const fs::path& file) {
 
 void find_stamps(ListedRecording& recording) {
   auto& scans = recording.scans;
-  if (scans.front().stamp_s || scans.front().kind == FileKind::graph) return;
+  if (scans.front().stamp_s || scans.front().kind == FileKind::graph || recording.bag) return;
   if (scans.front().kind == FileKind::archived_scan) {
     for (auto& scan : scans) scan.stamp_s = read_archived_header(scan.file).stamp_s;
     return;
@@ -123,7 +123,8 @@ void find_velodyne_in_camera(ListedRecording& recording) {
 }
 
 /// Hands out the poses of one file: by time where both sides have it, else by order.
-void pose_all(const std::vector<ListedRecording*>& recordings, const PoseFile& poses) {
+void pose_all(const std::vector<ListedRecording*>& recordings, const PoseFile& poses,
+              const ScanSourceOptions& options) {
   std::size_t scans = 0;
   bool stamped = poses.stamped;
   for (const ListedRecording* recording : recordings) {
@@ -131,7 +132,8 @@ void pose_all(const std::vector<ListedRecording*>& recordings, const PoseFile& p
     stamped = stamped && recording->scans.front().stamp_s;
   }
   if (!stamped && scans != poses.poses.size()) differ(poses.file, scans, poses.poses.size(), "pose");
-  const auto trajectory = stamped ? std::make_shared<const Trajectory>(poses) : nullptr;
+  const auto trajectory =
+      stamped ? std::make_shared<const Trajectory>(poses, options.max_pose_gap_s.value_or(0.1)) : nullptr;
   std::size_t next = 0;
   for (ListedRecording* recording : recordings) {
     if (poses.kitti && recording->scans.front().kind == FileKind::velodyne)
@@ -146,10 +148,10 @@ void pose_all(const std::vector<ListedRecording*>& recordings, const PoseFile& p
 }
 
 /// Poses that stand beside the scans, if the scans need or have any.
-void find_poses(ListedRecording& recording) {
+void find_poses(ListedRecording& recording, const ScanSourceOptions& options) {
   auto& scans = recording.scans;
   const FileKind kind = scans.front().kind;
-  if (kind == FileKind::graph || kind == FileKind::archived_scan) return;  // their own
+  if (kind == FileKind::graph || kind == FileKind::archived_scan || recording.bag) return;  // their own
   for (auto& scan : scans) scan.pose_file = own_pose_file(scan.file);
   if (std::any_of(scans.begin(), scans.end(), [](const auto& s) { return fs::exists(s.pose_file); })) return;
   for (auto& scan : scans) scan.pose_file.clear();
@@ -158,7 +160,7 @@ void find_poses(ListedRecording& recording) {
                                              ? std::vector<std::string>{"groundtruth.txt"}
                                              : std::vector<std::string>{"pose.txt", "poses.txt"};
   const fs::path file = find_beside(around(recording.folder), names, "--poses");
-  if (!file.empty()) return pose_all({&recording}, read_poses(file));
+  if (!file.empty()) return pose_all({&recording}, read_poses(file), options);
   const bool needed = kind == FileKind::image || kind == FileKind::velodyne;
   if (needed && (scans.size() > 1 || is_tum(recording.folder)))
     throw Error(Error::Kind::data, recording.folder.string(),
@@ -206,6 +208,21 @@ void open_graph(ListedRecording& recording) {
   for (std::size_t i = 0; i < recording.scans.size(); ++i) recording.scans[i].graph_index = i;
 }
 
+/// One recording per bag, or per bags of one folder, with its scans.
+void open_bags(ListedRecording& recording, const ScanSourceOptions& options, ScanList& list) {
+  if (recording.scans.front().kind != FileKind::bag) return;
+  std::vector<fs::path> files;
+  for (const auto& scan : recording.scans) files.push_back(scan.file);
+  recording.bag = std::make_shared<BagRecording>(files, options, list.left_out);
+  recording.scans.assign(recording.bag->size(), recording.scans.front());
+  for (std::size_t i = 0; i < recording.scans.size(); ++i) {
+    recording.scans[i].bag_index = i;
+    recording.scans[i].stamp_s = recording.bag->stamp_s(i);
+  }
+  for (const std::string& note : recording.bag->notes())
+    list.notes.push_back(files.front().string() + ": " + note);
+}
+
 void check(const ScanSourceOptions& options) {
   const auto positive = [](const std::optional<double>& value, const char* name) {
     if (value && !(std::isfinite(*value) && *value > 0))
@@ -213,6 +230,8 @@ void check(const ScanSourceOptions& options) {
   };
   positive(options.depth_scale, "depth_scale");
   positive(options.rate_hz, "rate_hz");
+  if (const auto gap = options.max_pose_gap_s; gap && !(*gap >= 0))
+    throw Error(Error::Kind::usage, "max_pose_gap", std::to_string(*gap) + " is not a number of seconds");
 }
 
 }  // namespace
@@ -235,9 +254,10 @@ ScanList list_scans(const std::vector<fs::path>& inputs, const ScanSourceOptions
   }
   for (auto& recording : list.recordings) {
     open_graph(recording);
+    open_bags(recording, options, list);
     find_camera(recording, options);
     find_stamps(recording);
-    if (!options.poses) find_poses(recording);
+    if (!options.poses) find_poses(recording, options);
   }
   if (options.poses) {
     std::vector<ListedRecording*> all;
@@ -247,7 +267,7 @@ ScanList list_scans(const std::vector<fs::path>& inputs, const ScanSourceOptions
                     "a .graph has poses of its own", "leave --poses away");
       all.push_back(&recording);
     }
-    pose_all(all, read_poses(*options.poses));
+    pose_all(all, read_poses(*options.poses), options);
   }
   leave_out_unposed(list);
   return list;

@@ -3,6 +3,7 @@
 #include "io/depth_image.hpp"
 #include "io/file_kind.hpp"
 #include "io/pose_file.hpp"
+#include "io/readers/bag_recording.hpp"
 #include "occupancy/scan_graph.hpp"
 
 #include <Eigen/Geometry>
@@ -22,6 +23,7 @@ struct ListedScan {
   FileKind kind = FileKind::unknown;
   std::size_t recording = 0;
   std::size_t graph_index = 0;      ///< of the scans in a .graph
+  std::size_t bag_index = 0;        ///< of the scans in a bag
   std::optional<FilePose> pose;     ///< from a file that holds the poses of many scans
   std::filesystem::path pose_file;  ///< of this scan alone; empty: none
   std::optional<double> stamp_s;
@@ -34,6 +36,7 @@ struct ListedRecording {
   std::optional<Intrinsics> camera;  ///< of images
   double depth_scale = 1000;
   std::shared_ptr<const ScanGraphFile> graph;
+  std::shared_ptr<BagRecording> bag;
   std::shared_ptr<const Trajectory> trajectory;  ///< poses by time; wins over the scans' own
   /// Sensor frame to the frame whose poses the pose file holds.
   Eigen::Isometry3d T_posed_sensor = Eigen::Isometry3d::Identity();
@@ -42,6 +45,7 @@ struct ListedRecording {
 struct ScanList {
   std::vector<ListedRecording> recordings;
   std::vector<std::string> left_out;  ///< one line for every scan that has no pose at its time
+  std::vector<std::string> notes;     ///< one line for every choice made
 };
 
 /// Finds the scans of open_scans() with their poses, intrinsics and time stamps; same errors.

@@ -20,12 +20,16 @@ namespace fs = std::filesystem;
 class FileScanSource : public ScanSource {
  public:
   FileScanSource(ScanList list, const ScanSourceOptions& options)
-      : recordings_(std::move(list.recordings)), options_(options), skipped_(std::move(list.left_out)) {
+      : recordings_(std::move(list.recordings)),
+        options_(options),
+        skipped_(std::move(list.left_out)),
+        notes_(std::move(list.notes)) {
     for (const auto& recording : recordings_) size_ += recording.scans.size();
   }
 
   std::size_t size() const override { return size_; }
   const std::vector<std::string>& skipped() const override { return skipped_; }
+  std::vector<std::string> notes() const override { return notes_; }
 
   std::optional<Scan> next() override {
     while (recording_ < recordings_.size()) {
@@ -41,7 +45,7 @@ class FileScanSource : public ScanSource {
         ++good_;
         return scan;
       } catch (const Error& error) {
-        stamp(listed, listed.kind == FileKind::image ? SensorKind::depth_camera : SensorKind::lidar);
+        stamp(listed, sensor_of(recording, listed));
         if (!options_.skip_bad || error.kind() != Error::Kind::data) throw;
         skipped_.push_back(error.what());
       }
@@ -69,7 +73,8 @@ class FileScanSource : public ScanSource {
                           recording.T_posed_sensor;
     else if (!listed.pose_file.empty())
       scan.T_map_sensor = own_pose(listed);
-    else if (listed.kind != FileKind::archived_scan)  // whose pose is the very one it was mapped with
+    else if (listed.kind != FileKind::archived_scan &&  // whose pose is the very one it was mapped with
+             !recording.bag)                            // made of rigid ones
       scan.T_map_sensor = rigid(scan.T_map_sensor, scan.name);
     return scan;
   }
@@ -77,6 +82,7 @@ class FileScanSource : public ScanSource {
   /// Points, and the pose that stands in the same file.
   Scan read(const ListedRecording& recording, const ListedScan& listed) {
     if (recording.graph) return recording.graph->read(listed.graph_index);
+    if (recording.bag) return recording.bag->read(listed.bag_index);
     Scan scan;
     if (listed.kind == FileKind::archived_scan) {
       scan = read_archived_scan(listed.file).scan();
@@ -97,6 +103,12 @@ class FileScanSource : public ScanSource {
     scan.T_map_sensor = cloud.T_map_sensor;
     scan.sensor = cloud.organised ? SensorKind::depth_camera : SensorKind::lidar;
     return scan;
+  }
+
+  /// Of a scan that cannot be read.
+  static SensorKind sensor_of(const ListedRecording& recording, const ListedScan& listed) {
+    if (recording.bag) return recording.bag->sensor(listed.bag_index);
+    return listed.kind == FileKind::image ? SensorKind::depth_camera : SensorKind::lidar;
   }
 
   void check_size(const DepthImage& image, const fs::path& file) {
@@ -145,7 +157,7 @@ class FileScanSource : public ScanSource {
 
   std::vector<ListedRecording> recordings_;
   ScanSourceOptions options_;
-  std::vector<std::string> skipped_;
+  std::vector<std::string> skipped_, notes_;
   std::size_t size_ = 0, good_ = 0;
   std::size_t recording_ = 0, index_ = 0;
   int image_width_ = 0, image_height_ = 0;  // of this recording's first image
@@ -166,9 +178,10 @@ InputKind classify(const fs::path& input) {
   if (kind != FileKind::unknown) return InputKind::scans;
   if (input.extension() == ".surfaces")
     throw Error(Error::Kind::data, input.string(), "a saved map, not scans", "go on with it by --resume");
-  throw Error(
-      Error::Kind::data, input.string(), "not a kind of file that is read",
-      "give depth images (PNG, PGM), clouds (PCD, PLY, velodyne .bin), a .graph, .bt, .ot or archived .scan");
+  throw Error(Error::Kind::data, input.string(), "not a kind of file that is read",
+              "give depth images (PNG, PGM), clouds (PCD, PLY, velodyne .bin), a bag (.bag, .db3, .mcap), a "
+              ".graph, .bt, "
+              ".ot or archived .scan");
 }
 
 std::unique_ptr<ScanSource> open_scans(const std::vector<fs::path>& inputs,

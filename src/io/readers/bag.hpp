@@ -1,0 +1,86 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace octosurf {
+
+/// How a topic's messages are serialised.
+enum class MessageEncoding {
+  ros1,  ///< little-endian, packed
+  cdr,   ///< XCDR1 behind its encapsulation header, as ROS 2 has it
+  other  ///< JSON, protobuf, …: listed but not read
+};
+
+struct BagTopic {
+  std::string name;
+  std::string type;  ///< "sensor_msgs/PointCloud2", in ROS 2's bags too (sensor_msgs/msg/PointCloud2 there)
+  MessageEncoding encoding = MessageEncoding::other;
+};
+
+/// Where a message stands in a bag; means something to that bag alone.
+struct MessagePlace {
+  std::uint64_t block = 0;  ///< a chunk or a row
+  std::uint64_t offset = 0, size = 0;
+  std::size_t file = 0;  ///< of a bag in several files
+};
+
+struct BagMessage {
+  std::size_t topic = 0;       ///< index into topics()
+  std::int64_t logged_ns = 0;  ///< when it was recorded, since 1970
+  std::string_view bytes;      ///< valid during the visit
+  MessagePlace place;
+};
+
+/// A recording of messages: ROS 1 (format 2.0) or ROS 2 (SQLite, MCAP), read from front to back. Indexes are
+/// not needed, so that a bag whose recorder was killed reads up to where it ends.
+///
+/// What a reader takes of memory is bounded by the size of the file, whatever the file says of itself.
+class Bag {
+ public:
+  using Visit = std::function<void(const BagMessage&)>;
+
+  Bag() = default;
+  Bag(const Bag&) = delete;
+  Bag& operator=(const Bag&) = delete;
+  virtual ~Bag() = default;
+
+  /// Visits every message in the order of the file. Throws Error(data) where the bag is damaged; with
+  /// `left_out`, damaged parts are left out instead, with a line each.
+  virtual void read_all(const Visit& visit, std::vector<std::string>* left_out) = 0;
+
+  /// The bytes of one message that was visited.
+  virtual std::string read(const MessagePlace& place) = 0;
+
+  /// All topics once the bag was read, those of the messages visited so far before that.
+  const std::vector<BagTopic>& topics() const { return topics_; }
+
+ protected:
+  std::vector<BagTopic> topics_;
+};
+
+/// Several files of one recording, topics of one name and type joined. Throws Error(data) if a file is no
+/// bag, or is of a kind that this build cannot read.
+std::unique_ptr<Bag> open_bag(const std::vector<std::filesystem::path>& files);
+
+/// The files of a bag: the file itself, or what stands in the folder of a ROS 2 bag, in natural order.
+/// Throws Error(data) if the folder holds none, or they are compressed as files.
+std::vector<std::filesystem::path> files_of_bag(const std::filesystem::path& input);
+
+/// True for a file that is a bag by its content or, damaged, by its ending, and for a folder that holds one.
+bool is_bag(const std::filesystem::path& input);
+
+/// "sensor_msgs/msg/Image" without its "msg/".
+std::string ros_type(std::string_view type);
+
+// One file each; what `open_bag` joins.
+std::unique_ptr<Bag> open_mcap(const std::filesystem::path& file);
+std::unique_ptr<Bag> open_sqlite_bag(const std::filesystem::path& file);
+std::unique_ptr<Bag> open_ros1_bag(const std::filesystem::path& file);
+
+}  // namespace octosurf

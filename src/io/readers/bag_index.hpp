@@ -1,0 +1,50 @@
+#pragma once
+
+#include "io/readers/bag.hpp"
+#include "io/readers/sensor_messages.hpp"
+#include "io/readers/transform_tree.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace octosurf {
+
+/// A cloud or an image in a bag, found but not read.
+struct ListedMessage {
+  MessagePlace place;
+  std::int64_t stamp_ns = 0;  ///< of its header; when it was recorded if that says none
+  std::uint32_t topic = 0;
+  std::uint32_t frame = 0;  ///< index into BagIndex::frames
+};
+
+/// What one reading of a bag tells of a topic; filled in as far as its type has it.
+struct TopicContents {
+  BagTopic topic;
+  std::uint64_t messages = 0;
+  std::int64_t first_ns = 0, last_ns = 0;   ///< when they were recorded
+  std::vector<ListedMessage> scans;         ///< of clouds and images
+  bool is_depth = false;                    ///< clouds, and images whose first one is of depth
+  PoseTrack poses;                          ///< of messages that hold one pose
+  std::string pose_parent, pose_child;      ///< frames of the first one; a child is not always said
+  std::optional<CameraInfoMessage> camera;  ///< the first
+  bool camera_changes = false;
+};
+
+struct BagIndex {
+  std::vector<TopicContents> topics;
+  std::vector<std::string> frames;
+  TransformTree tree;
+};
+
+/// Reads the bag once. Throws Error(data) where it is damaged, where a message of poses, transforms or
+/// cameras is, and where it would keep more of them than its size, `bytes`, allows; with `left_out`, damaged
+/// ones are left out with a line each.
+BagIndex index_bag(Bag& bag, const std::string& name, std::uint64_t bytes,
+                   std::vector<std::string>* left_out);
+
+/// Topics, counts and times, of a bag of any messages; a line in `damage` for each part that is damaged.
+std::vector<TopicContents> summarise_bag(Bag& bag, std::vector<std::string>& damage);
+
+}  // namespace octosurf

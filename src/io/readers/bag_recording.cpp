@@ -1,0 +1,265 @@
+#include "io/readers/bag_recording.hpp"
+
+#include "io/pose_file.hpp"
+#include "io/readers/bounded_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <set>
+#include <stdexcept>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+// Between neighbours T apart a straight line misses the path of one who accelerates by a by a·T²/8 at most:
+// with the 2 m/s² of a walking robot by 16 mm, less than a voxel.
+constexpr double default_gap_s = 0.25;
+
+bool holds_scans(const TopicContents& topic) { return topic.is_depth && !topic.scans.empty(); }
+bool holds_poses(const TopicContents& topic) { return !topic.poses.samples().empty(); }
+bool holds_camera(const TopicContents& topic) { return topic.camera.has_value(); }
+
+std::string list_of(const std::vector<TopicContents>& topics, bool (*fits)(const TopicContents&)) {
+  std::string list;
+  for (const TopicContents& topic : topics)
+    if (fits(topic)) list += (list.empty() ? "" : ", ") + topic.topic.name + " (" + topic.topic.type + ")";
+  return list.empty() ? "none" : list;
+}
+
+bool is_cloud(const TopicContents& topic) { return topic.topic.type == "sensor_msgs/PointCloud2"; }
+
+/// Where image_transport publishes the camera of an image: a/b/image → a/b/camera_info; a compressed image's
+/// topic is its transport's below the image's.
+std::string info_topic_of(const TopicContents& images) {
+  std::string name = images.topic.name;
+  const auto cut = [&] { name.resize(std::min(name.rfind('/'), name.size())); };
+  if (images.topic.type == "sensor_msgs/CompressedImage") cut();
+  cut();
+  return name + "/camera_info";
+}
+
+/// "…/image_rect": undistorted, so that the projection matrix holds for it.
+bool is_rectified(const std::string& topic) { return topic.find("rect") != std::string::npos; }
+
+std::string counted(std::size_t count, const char* what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
+}  // namespace
+
+BagRecording::BagRecording(const std::vector<std::filesystem::path>& files, const ScanSourceOptions& options,
+                           std::vector<std::string>& left_out)
+    : files_(files), bag_(open_bag(files)), depth_scale_(options.depth_scale), posed_(!options.poses) {
+  for (const auto& file : files_) bytes_ += std::filesystem::file_size(file);
+  gap_ns_ = static_cast<std::int64_t>(1e9 * std::min(options.max_pose_gap_s.value_or(default_gap_s), 1e9));
+  index_ = index_bag(*bag_, files_.front().string(), bytes_, options.skip_bad ? &left_out : nullptr);
+  choose_scans(options.bag);
+  choose_cameras(options);
+  if (posed_) choose_poses(options.bag);
+}
+
+const TopicContents& BagRecording::named(const std::string& topic, const char* option, const char* what,
+                                         bool (*fits)(const TopicContents&)) const {
+  for (const TopicContents& contents : index_.topics)
+    if (contents.topic.name == topic && fits(contents)) return contents;
+  throw Error(Error::Kind::data, files_.front().string(),
+              std::string("no topic ") + topic + " with " + what + ", which " + option + " asks for",
+              "there are: " + list_of(index_.topics, fits));
+}
+
+void BagRecording::choose_scans(const BagOptions& options) {
+  std::vector<const TopicContents*> chosen;
+  if (options.topics.empty()) {
+    for (const TopicContents& topic : index_.topics)
+      if (holds_scans(topic)) chosen.push_back(&topic);
+    if (chosen.empty())
+      throw Error(Error::Kind::data, files_.front().string(), "no topic with point clouds or depth images",
+                  "octosurf info tells what is in the bag");
+    if (chosen.size() > 1)
+      throw Error(Error::Kind::data, files_.front().string(),
+                  counted(chosen.size(), "topic") + " with scans: " + list_of(index_.topics, holds_scans),
+                  "choose by --topic");
+  }
+  for (const std::string& name : std::set<std::string>(options.topics.begin(), options.topics.end()))
+    chosen.push_back(&named(name, "--topic", "point clouds or depth images", holds_scans));
+  for (const TopicContents* topic : chosen) {
+    scans_.insert(scans_.end(), topic->scans.begin(), topic->scans.end());
+    notes_.push_back("scans: " + counted(topic->scans.size(), "message") + " of " + topic->topic.name + " (" +
+                     topic->topic.type + ")");
+  }
+  std::stable_sort(scans_.begin(), scans_.end(),
+                   [](const ListedMessage& a, const ListedMessage& b) { return a.stamp_ns < b.stamp_ns; });
+}
+
+void BagRecording::choose_cameras(const ScanSourceOptions& options) {
+  std::set<std::uint32_t> topics;
+  for (const ListedMessage& scan : scans_)
+    if (!is_cloud(index_.topics[scan.topic])) topics.insert(scan.topic);
+  if (options.bag.info_topic && topics.size() > 1)
+    throw Error(Error::Kind::usage, "--info-topic",
+                "is of one camera, but images of " + counted(topics.size(), "topic") + " are chosen",
+                "map them one after the other");
+  for (const std::uint32_t topic : topics) {
+    if (options.intrinsics)
+      cameras_[topic] = {read_intrinsics(*options.intrinsics), {}, {}};
+    else
+      choose_camera(index_.topics[topic], options.bag.info_topic);
+  }
+}
+
+void BagRecording::choose_camera(const TopicContents& images, const std::optional<std::string>& info_topic) {
+  const std::string name = info_topic.value_or(info_topic_of(images));
+  const auto found = std::find_if(
+      index_.topics.begin(), index_.topics.end(),
+      [&](const TopicContents& topic) { return topic.topic.name == name && holds_camera(topic); });
+  if (found == index_.topics.end())
+    throw Error(Error::Kind::data, files_.front().string(),
+                "no camera for " + images.topic.name + ": no CameraInfo on " + name +
+                    "; there are: " + list_of(index_.topics, holds_camera),
+                "choose by --info-topic, or give --intrinsics FILE");
+  const CameraInfoMessage& info = *found->camera;
+  const bool rectified = is_rectified(images.topic.name);
+  const Intrinsics& camera = rectified ? info.rectified : info.raw;
+  if (!std::isfinite(camera.fx + camera.fy + camera.cx + camera.cy) || camera.fx == 0 || camera.fy == 0)
+    throw Error(Error::Kind::data, files_.front().string() + " " + name,
+                "a camera whose focal length is zero or not finite: it is not calibrated",
+                "give --intrinsics FILE");
+  cameras_[images.scans.front().topic] = {camera, info.width, info.height};
+  notes_.push_back("camera: " + name + " (its " + (rectified ? "P, of rectified images)" : "K)"));
+  if (info.distorted && !rectified)
+    notes_.push_back("camera: the lens' distortion that " + name + " tells of is not undone");
+  if (found->camera_changes)
+    notes_.push_back("camera: " + name + " changes in the course of the bag; its first message is taken");
+}
+
+void BagRecording::choose_poses(const BagOptions& options) {
+  if (options.pose_topic && options.fixed_frame)
+    throw Error(Error::Kind::usage, "--pose-topic", "and --fixed-frame are two sources of poses", "give one");
+  if (options.pose_frame && options.fixed_frame)
+    throw Error(Error::Kind::usage, "--pose-frame", "is of a pose topic, and --fixed-frame of tf",
+                "give one");
+  const std::string& frame = index_.frames[scans_.front().frame];
+  if (options.pose_topic)
+    return choose_pose_topic(named(*options.pose_topic, "--pose-topic", "poses", holds_poses), options);
+  if (options.fixed_frame) {
+    if (!index_.tree.knows(*options.fixed_frame))
+      throw Error(Error::Kind::data, files_.front().string(), "tf has no frame " + *options.fixed_frame,
+                  "octosurf info tells what is in the bag");
+    return choose_fixed_frame(*options.fixed_frame, "");
+  }
+  if (!options.pose_frame && index_.tree.moves(frame))
+    return choose_fixed_frame("", "--fixed-frame or --pose-topic choose others");
+  std::vector<const TopicContents*> topics;
+  for (const TopicContents& topic : index_.topics)
+    if (holds_poses(topic)) topics.push_back(&topic);
+  if (topics.size() == 1) return choose_pose_topic(*topics.front(), options);
+  if (topics.size() > 1)
+    throw Error(Error::Kind::data, files_.front().string(),
+                "tf does not move frame '" + frame + "', and " + std::to_string(topics.size()) +
+                    " topics have poses: " + list_of(index_.topics, holds_poses),
+                "choose by --pose-topic");
+  if (index_.tree.knows(frame)) return choose_fixed_frame("", "nothing moves it");
+  throw Error(Error::Kind::data, files_.front().string(),
+              "no poses: neither tf of frame '" + frame + "' nor a topic with poses",
+              "give --poses FILE, or record /tf and /tf_static");
+}
+
+/// Without a name: `map` (REP 105) if the sensor hangs below it, else the tree's root.
+void BagRecording::choose_fixed_frame(const std::string& frame, const std::string& why) {
+  const std::string& sensor = index_.frames[scans_.front().frame];
+  fixed_frame_ = frame;
+  if (frame.empty()) {
+    const auto names = index_.tree.ancestors(sensor);
+    fixed_frame_ = std::find(names.begin(), names.end(), "map") != names.end() ? "map" : names.back();
+  }
+  notes_.push_back("poses: tf of " + sensor + " in " + fixed_frame_ + (why.empty() ? "" : " (" + why + ")"));
+}
+
+void BagRecording::choose_pose_topic(const TopicContents& topic, const BagOptions& options) {
+  pose_topic_ = &topic;
+  pose_child_ = options.pose_frame.value_or(topic.pose_child);
+  const std::string& sensor = index_.frames[scans_.front().frame];
+  std::string of =
+      pose_child_.empty() ? sensor + " (the sensor, as they name no frame; else --pose-frame)" : pose_child_;
+  if (!pose_child_.empty() && pose_child_ != sensor) of += ", and tf from there to " + sensor;
+  notes_.push_back("poses: " + topic.topic.name + " (" + topic.topic.type + ") in " + topic.pose_parent +
+                   " of " + of);
+}
+
+SensorKind BagRecording::sensor(std::size_t scan) const {
+  return is_cloud(index_.topics[scans_[scan].topic]) ? SensorKind::lidar : SensorKind::depth_camera;
+}
+
+std::string BagRecording::name_of(const ListedMessage& scan) const {
+  std::array<char, 48> time{};
+  std::snprintf(time.data(), time.size(), "%lld.%09lld", static_cast<long long>(scan.stamp_ns / 1000000000),
+                static_cast<long long>(std::abs(scan.stamp_ns % 1000000000)));
+  return files_[scan.place.file].string() + " " + index_.topics[scan.topic].topic.name + " at " + time.data();
+}
+
+Eigen::Isometry3d BagRecording::pose(const ListedMessage& scan) const {
+  const std::string& sensor = index_.frames[scan.frame];
+  if (!pose_topic_) return index_.tree.lookup(fixed_frame_, sensor, scan.stamp_ns, gap_ns_);
+  PoseTrack::At at;
+  try {
+    at = pose_topic_->poses.at(scan.stamp_ns, gap_ns_);
+  } catch (const NoPose& none) {
+    throw NoPose("no pose on " + pose_topic_->topic.name + " at its time: " + none.what());
+  }
+  if (pose_child_.empty() || pose_child_ == sensor) return at.T_parent_child;
+  return at.T_parent_child * index_.tree.lookup(pose_child_, sensor, scan.stamp_ns, gap_ns_);
+}
+
+void BagRecording::read_image(const std::string& bytes, const ListedMessage& listed, Scan& scan) const {
+  const TopicContents& topic = index_.topics[listed.topic];
+  const Camera& camera = cameras_.at(listed.topic);
+  const auto require_size = [&](int width, int height) {
+    if (camera.width && (width != *camera.width || height != *camera.height))
+      throw std::runtime_error("an image of " + std::to_string(width) + "x" + std::to_string(height) +
+                               " pixels, but its camera has " + std::to_string(*camera.width) + "x" +
+                               std::to_string(*camera.height));
+  };
+  const auto reader = message_reader(bytes, topic.topic.encoding);
+  if (topic.topic.type == "sensor_msgs/CompressedImage") {
+    const DepthImage image = depth_of(read_compressed_image_message(*reader), scan.name);
+    require_size(image.width, image.height);
+    scan.points = back_project(image, camera.intrinsics, depth_scale_.value_or(1000));
+    return;
+  }
+  const ImageMessage image = read_image_message(*reader);
+  require_size(image.width, image.height);
+  scan.points = points_of(image, camera.intrinsics, depth_scale_);
+}
+
+Scan BagRecording::read(std::size_t index) {
+  const ListedMessage& listed = scans_[index];
+  const TopicContents& topic = index_.topics[listed.topic];
+  Scan scan;
+  scan.name = name_of(listed);
+  scan.sensor = sensor(index);
+  try {
+    const std::string bytes = bag_->read(listed.place);
+    if (is_cloud(topic)) {
+      CloudMessage cloud =
+          read_cloud_message(*message_reader(bytes, topic.topic.encoding), largest_block(bytes_));
+      if (cloud.organised) scan.sensor = SensorKind::depth_camera;
+      scan.points = std::move(cloud.points);
+    } else {
+      read_image(bytes, listed, scan);
+    }
+    if (posed_) scan.T_map_sensor = pose(listed);
+  } catch (const NoPose& none) {
+    throw Error(Error::Kind::data, scan.name, none.what(),
+                "--skip-bad leaves such scans out, --max-pose-gap allows more");
+  } catch (const std::runtime_error& error) {
+    if (dynamic_cast<const Error*>(&error) != nullptr) throw;
+    throw Error(Error::Kind::data, scan.name, error.what(), "--skip-bad leaves it out");
+  }
+  return scan;
+}
+
+}  // namespace octosurf

@@ -1,0 +1,72 @@
+#pragma once
+
+#include "io/readers/bag.hpp"
+#include "io/readers/bag_index.hpp"
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <octosurf/scan.hpp>
+#include <octosurf/scan_source.hpp>
+
+namespace octosurf {
+
+/// The posed scans of a bag: its clouds and depth images by the times in their headers.
+class BagRecording {
+ public:
+  /// Reads the bag once and chooses topics, camera and poses by the options; with options.poses, no poses.
+  /// Throws Error(data) for a damaged bag and for one in which what is asked for is not there or, not asked
+  /// for, there more than once. With options.skip_bad damaged parts add a line to `left_out` instead.
+  BagRecording(const std::vector<std::filesystem::path>& files, const ScanSourceOptions& options,
+               std::vector<std::string>& left_out);
+
+  std::size_t size() const { return scans_.size(); }
+  double stamp_s(std::size_t scan) const { return static_cast<double>(scans_[scan].stamp_ns) / 1e9; }
+  SensorKind sensor(std::size_t scan) const;
+
+  /// Throws Error(data) with topic and time if the scan or its pose is bad.
+  Scan read(std::size_t scan);
+
+  /// What was chosen, a line each.
+  const std::vector<std::string>& notes() const { return notes_; }
+
+ private:
+  void choose_scans(const BagOptions& options);
+  void choose_cameras(const ScanSourceOptions& options);
+  void choose_camera(const TopicContents& images, const std::optional<std::string>& info_topic);
+  void choose_poses(const BagOptions& options);
+  void choose_pose_topic(const TopicContents& topic, const BagOptions& options);
+  void choose_fixed_frame(const std::string& frame, const std::string& why);
+  const TopicContents& named(const std::string& topic, const char* option, const char* what,
+                             bool (*fits)(const TopicContents&)) const;
+  Eigen::Isometry3d pose(const ListedMessage& scan) const;
+  void read_image(const std::string& bytes, const ListedMessage& listed, Scan& scan) const;
+  std::string name_of(const ListedMessage& scan) const;
+
+  struct Camera {
+    Intrinsics intrinsics;
+    std::optional<int> width, height;  ///< of its images, if it is known
+  };
+
+  std::vector<std::filesystem::path> files_;
+  std::uint64_t bytes_ = 0;  // of the files
+  std::unique_ptr<Bag> bag_;
+  BagIndex index_;
+  std::vector<ListedMessage> scans_;
+  std::map<std::uint32_t, Camera> cameras_;  // by the images' topic
+  std::optional<double> depth_scale_;
+  std::int64_t gap_ns_ = 0;
+  bool posed_ = true;
+  const TopicContents* pose_topic_ = nullptr;  // in index_; else tf
+  std::string pose_child_;                     // whose poses it holds; empty: the sensor's
+  std::string fixed_frame_;
+  std::vector<std::string> notes_;
+};
+
+}  // namespace octosurf

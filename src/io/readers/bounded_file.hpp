@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <string_view>
+
+namespace octosurf {
+
+/// A file of records that say their own length: nothing is read beyond its end, nothing is allocated for what
+/// is not there.
+class BoundedFile {
+ public:
+  /// Throws Error(data) if it cannot be read.
+  explicit BoundedFile(const std::filesystem::path& file);
+
+  const std::filesystem::path& path() const { return path_; }
+  std::uint64_t size() const { return size_; }
+  std::uint64_t position() const { return position_; }
+  std::uint64_t left() const { return size_ - position_; }
+  void seek(std::uint64_t position);
+
+  /// The next bytes; throws Error(data) "truncated" if there are fewer.
+  std::string take(std::uint64_t bytes);
+  void skip(std::uint64_t bytes);
+
+  /// Throws Error(data) that names the file and the byte where it is now.
+  [[noreturn]] void refuse(const std::string& what, const std::string& mend = {}) const;
+
+ private:
+  void require(std::uint64_t bytes) const;
+
+  std::filesystem::path path_;
+  std::ifstream stream_;
+  std::uint64_t size_ = 0, position_ = 0;
+};
+
+/// Little-endian numbers and counted strings out of a record; throws std::out_of_range where it ends too
+/// early, which the reader of the record turns into an Error.
+class RecordBytes {
+ public:
+  explicit RecordBytes(std::string_view bytes) : bytes_(bytes) {}
+
+  std::uint64_t number(std::size_t width);
+  std::uint16_t u16() { return static_cast<std::uint16_t>(number(2)); }
+  std::uint32_t u32() { return static_cast<std::uint32_t>(number(4)); }
+  std::uint64_t u64() { return number(8); }
+  std::uint8_t u8() { return static_cast<std::uint8_t>(number(1)); }
+  std::string_view take(std::uint64_t size);
+  std::string_view text() { return take(u32()); }  ///< behind its length in four bytes
+  std::string_view rest() const { return bytes_.substr(position_); }
+  std::size_t position() const { return position_; }
+  bool at_end() const { return position_ == bytes_.size(); }
+
+ private:
+  std::string_view bytes_;
+  std::size_t position_ = 0;
+};
+
+/// What a compressed block of a file may be decompressed to: 32 MiB and three and a half times the file, half
+/// of what a reader may take. Recorders write blocks of about one MiB, or of one message.
+std::uint64_t largest_block(std::uint64_t file_size);
+
+/// The block decompressed to exactly `size` bytes; "" and "none" as it is. Formats: zstd, lz4 (frames), bz2.
+/// Throws std::runtime_error saying what is wrong.
+std::string decompressed(std::string_view block, std::string_view format, std::uint64_t size);
+
+}  // namespace octosurf

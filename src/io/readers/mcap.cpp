@@ -1,0 +1,241 @@
+// MCAP (mcap.dev/spec): records of an opcode and a length, messages in chunks or bare. Debian has no reader.
+#include "io/readers/bag.hpp"
+#include "io/readers/bounded_file.hpp"
+
+#include <limits>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <zlib.h>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+constexpr std::string_view magic("\x89MCAP0\r\n", 8);
+constexpr std::uint64_t record_head = 9;  // opcode and length
+constexpr const char* mend = "copy the bag again; --skip-bad maps what is whole";
+
+enum class Op : std::uint8_t {
+  header = 1,
+  footer = 2,
+  schema = 3,
+  channel = 4,
+  message = 5,
+  chunk = 6,
+  statistics = 11,
+  data_end = 15,
+};
+
+std::uint32_t crc_of(std::string_view bytes, std::uint32_t before = 0) {
+  return static_cast<std::uint32_t>(
+      ::crc32_z(before, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()));
+}
+
+class McapBag : public Bag {
+ public:
+  explicit McapBag(const std::filesystem::path& file) : file_(file) {
+    if (file_.left() < magic.size() || file_.take(magic.size()) != magic)
+      file_.refuse("not an MCAP file", "record it again, or copy it again");
+  }
+
+  void read_all(const Visit& visit, std::vector<std::string>* left_out) override {
+    file_.seek(0);
+    crc_ = crc_of(file_.take(magic.size()));
+    messages_ = 0;
+    const std::size_t told = left_out ? left_out->size() : 0;
+    bool ended = false;
+    try {
+      while (!ended) ended = !read_record(visit, left_out);
+      if (left_out == nullptr || left_out->size() == told) check_statistics();
+    } catch (const Error& error) {
+      if (!left_out) throw;
+      left_out->push_back(std::string(error.what()) + (ended ? "" : "; the rest is left out"));
+    }
+  }
+
+  std::string read(const MessagePlace& place) override {
+    if (!cached_ || *cached_ != place.block) {
+      cached_.reset();
+      file_.seek(place.block);
+      const std::string head = file_.take(record_head);
+      RecordBytes fields(head);
+      const bool chunk = fields.u8() == static_cast<std::uint8_t>(Op::chunk);
+      const std::string record = file_.take(fields.u64());
+      cache_ = chunk ? unpack_at(place.block, record) : record;
+      cached_ = place.block;
+    }
+    if (place.offset > cache_.size() || place.size > cache_.size() - place.offset)
+      file_.refuse("changed while it was read");
+    return cache_.substr(place.offset, place.size);
+  }
+
+ private:
+  struct Channel {
+    std::uint16_t schema = 0;
+    std::string topic, encoding;
+    std::optional<std::size_t> index;  // into topics_
+  };
+
+  /// False at the end of the messages.
+  bool read_record(const Visit& visit, std::vector<std::string>* left_out) {
+    const std::uint64_t begin = file_.position();
+    if (file_.left() == 0) file_.refuse("truncated: the end of its messages is missing", mend);
+    const std::string head = file_.take(record_head);
+    RecordBytes fields(head);
+    const auto op = static_cast<Op>(fields.u8());
+    const std::string record = file_.take(fields.u64());
+    if (op == Op::footer) return false;
+    if (op == Op::data_end) {
+      const std::uint32_t crc = parse(begin, [&] { return RecordBytes(record).u32(); });
+      if (crc != 0 && crc != crc_) refuse(begin, "the check sum of its messages is wrong");
+      return false;
+    }
+    crc_ = crc_of(record, crc_of(head, crc_));
+    try {
+      if (op == Op::chunk)
+        read_chunk(begin, unpack_at(begin, record), visit);
+      else
+        parse(begin, [&] { return read_content(op, record, {begin, 0, 0, 0}, visit), 0; });
+    } catch (const Error& error) {
+      if (!left_out) throw;
+      left_out->emplace_back(error.what());
+    }
+    return true;
+  }
+
+  void read_chunk(std::uint64_t begin, const std::string& records, const Visit& visit) {
+    parse(begin, [&] {
+      for (RecordBytes bytes(records); !bytes.at_end();) {
+        const auto op = static_cast<Op>(bytes.u8());
+        const std::uint64_t size = bytes.u64();
+        const std::size_t offset = bytes.position();
+        read_content(op, bytes.take(size), {begin, offset, 0, 0}, visit);
+      }
+      return 0;
+    });
+  }
+
+  /// Schemas, channels and messages, as they stand in a chunk or outside of one.
+  void read_content(Op op, std::string_view record, MessagePlace place, const Visit& visit) {
+    RecordBytes fields(record);
+    if (op == Op::schema) {
+      const std::uint16_t id = fields.u16();
+      schemas_[id] = fields.text();
+    } else if (op == Op::channel) {
+      const std::uint16_t id = fields.u16();
+      Channel channel{fields.u16(), {}, {}, {}};
+      channel.topic = fields.text();
+      channel.encoding = fields.text();
+      channels_[id] = std::move(channel);
+      topic_of(id);
+    } else if (op == Op::message) {
+      const std::uint16_t id = fields.u16();
+      fields.u32();  // sequence
+      const std::uint64_t logged_ns = fields.u64();
+      fields.u64();  // published
+      if (logged_ns > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()))
+        throw std::out_of_range("a message of the year 2262 or later");
+      place.offset += fields.position();
+      place.size = fields.rest().size();
+      ++messages_;
+      visit({topic_of(id), static_cast<std::int64_t>(logged_ns), fields.rest(), place});
+    }
+  }
+
+  std::size_t topic_of(std::uint16_t id) {
+    const auto found = channels_.find(id);
+    if (found == channels_.end()) throw std::out_of_range("a message of an unknown channel");
+    Channel& channel = found->second;
+    if (channel.index) return *channel.index;
+    const auto schema = schemas_.find(channel.schema);
+    const MessageEncoding encoding = channel.encoding == "cdr"    ? MessageEncoding::cdr
+                                     : channel.encoding == "ros1" ? MessageEncoding::ros1
+                                                                  : MessageEncoding::other;
+    BagTopic topic{channel.topic, schema == schemas_.end() ? "" : ros_type(schema->second), encoding};
+    std::size_t index = 0;  // several channels may be of one topic
+    while (index < topics_.size() &&
+           (topics_[index].name != topic.name || topics_[index].type != topic.type ||
+            topics_[index].encoding != topic.encoding))
+      ++index;
+    if (index == topics_.size()) topics_.push_back(std::move(topic));
+    channel.index = index;
+    return index;
+  }
+
+  /// The records of a chunk.
+  std::string unpack(std::string_view record) {
+    RecordBytes fields(record);
+    fields.u64();  // first and last time
+    fields.u64();
+    const std::uint64_t size = fields.u64();
+    const std::uint32_t crc = fields.u32();
+    const std::string_view format = fields.text();
+    const std::string_view packed = fields.take(fields.u64());
+    if (size > largest_block(file_.size()))
+      throw std::runtime_error("a chunk of " + std::to_string(size) +
+                               " bytes, far more than the file's size");
+    std::string records = decompressed(packed, format, size);
+    if (crc != 0 && crc != crc_of(records)) throw std::runtime_error("a chunk's check sum is wrong");
+    return records;
+  }
+
+  std::string unpack_at(std::uint64_t begin, std::string_view record) {
+    return parse(begin, [&] { return unpack(record); });
+  }
+
+  /// What the recorder counted, if it came to that: a damaged length or opcode hides messages.
+  void check_statistics() {
+    while (file_.left() >= record_head) {
+      const std::uint64_t begin = file_.position();
+      const std::string head = file_.take(record_head);
+      RecordBytes fields(head);
+      const auto op = static_cast<Op>(fields.u8());
+      const std::uint64_t size = fields.u64();
+      if (op == Op::footer || size > file_.left()) return;
+      if (op != Op::statistics) {
+        file_.skip(size);
+        continue;
+      }
+      const std::string record = file_.take(size);
+      const std::uint64_t counted = parse(begin, [&] { return RecordBytes(record).u64(); });
+      if (counted != messages_)
+        refuse(begin, "holds " + std::to_string(messages_) + " messages, but its statistics say " +
+                          std::to_string(counted));
+      return;
+    }
+  }
+
+  [[noreturn]] void refuse(std::uint64_t begin, const std::string& what) const {
+    throw Error(Error::Kind::data, file_.path().string(),
+                "damaged MCAP: " + what + " (record at byte " + std::to_string(begin) + ")", mend);
+  }
+
+  template <class Work>
+  auto parse(std::uint64_t begin, const Work& work) -> decltype(work()) {
+    try {
+      return work();
+    } catch (const Error&) {
+      throw;
+    } catch (const std::out_of_range& error) {
+      refuse(begin, error.what());
+    } catch (const std::runtime_error& error) {
+      refuse(begin, error.what());
+    }
+  }
+
+  BoundedFile file_;
+  std::map<std::uint16_t, std::string> schemas_;
+  std::map<std::uint16_t, Channel> channels_;
+  std::uint32_t crc_ = 0;
+  std::uint64_t messages_ = 0;
+  std::string cache_;
+  std::optional<std::uint64_t> cached_;  // the chunk or bare message in cache_
+};
+
+}  // namespace
+
+std::unique_ptr<Bag> open_mcap(const std::filesystem::path& file) { return std::make_unique<McapBag>(file); }
+
+}  // namespace octosurf

@@ -1,0 +1,239 @@
+// ROS 1's bags, format 2.0 (wiki.ros.org/Bags/Format/2.0): records of a header of named fields and of data;
+// messages in chunks.
+#include "io/readers/bag.hpp"
+#include "io/readers/bounded_file.hpp"
+
+#include <map>
+#include <optional>
+#include <stdexcept>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+constexpr std::string_view magic = "#ROSBAG V2.0\n";
+
+enum class Op : std::uint8_t {
+  message = 2,
+  header = 3,
+  index = 4,
+  chunk = 5,
+  chunk_info = 6,
+  connection = 7
+};
+
+using Fields = std::map<std::string_view, std::string_view>;
+
+/// "name=value", each behind its length.
+Fields fields_of(std::string_view header) {
+  Fields fields;
+  for (RecordBytes bytes(header); !bytes.at_end();) {
+    const std::string_view field = bytes.text();
+    const auto equals = field.find('=');
+    if (equals == std::string_view::npos) throw std::out_of_range("a header's field without a name");
+    fields[field.substr(0, equals)] = field.substr(equals + 1);
+  }
+  return fields;
+}
+
+std::string_view value_of(const Fields& fields, std::string_view name) {
+  const auto found = fields.find(name);
+  if (found == fields.end()) throw std::out_of_range("a record without its field " + std::string(name));
+  return found->second;
+}
+
+std::uint32_t number_of(const Fields& fields, std::string_view name) {
+  return RecordBytes(value_of(fields, name)).u32();
+}
+
+Op op_of(const Fields& fields) { return static_cast<Op>(RecordBytes(value_of(fields, "op")).u8()); }
+
+class Ros1Bag : public Bag {
+ public:
+  explicit Ros1Bag(const std::filesystem::path& file) : file_(file) {
+    const std::string head = file_.take(std::min<std::uint64_t>(magic.size(), file_.left()));
+    if (head == magic) return;
+    if (head.starts_with("#ROSBAG V"))
+      throw Error(Error::Kind::data, file.string(), "a ROS bag of a version before 2.0",
+                  "rewrite it: rosbag migrate or rosbag fix");
+    throw Error(Error::Kind::data, file.string(), "not a ROS 1 bag", "copy it again");
+  }
+
+  void read_all(const Visit& visit, std::vector<std::string>* left_out) override {
+    file_.seek(magic.size());
+    counted_.clear();
+    chunks_ = 0;
+    chunks_announced_.reset();
+    bool damaged = false;
+    try {
+      while (file_.left() > 0) read_record(visit, left_out, damaged);
+      if (!damaged) check_counts(file_.position());
+      if (!damaged && chunks_announced_ && *chunks_announced_ != chunks_)
+        refuse(0, "holds " + std::to_string(chunks_) + " chunks, but its head says " +
+                      std::to_string(*chunks_announced_));
+    } catch (const Error& error) {
+      if (!left_out) throw;
+      left_out->push_back(std::string(error.what()) + "; the rest is left out");
+    }
+  }
+
+  std::string read(const MessagePlace& place) override {
+    if (cached_ != place.block) {
+      cached_.reset();
+      file_.seek(place.block);
+      const Record record = take_record();
+      cache_ = parse(place.block, [&] { return unpack(fields_of(record.header), record.data); });
+      cached_ = place.block;
+    }
+    if (place.offset > cache_.size() || place.size > cache_.size() - place.offset)
+      file_.refuse("changed while it was read");
+    return cache_.substr(place.offset, place.size);
+  }
+
+ private:
+  struct Record {
+    std::string header, data;
+  };
+  Record take_record() {
+    const auto sized = [&] {
+      const std::string size = file_.take(4);
+      return file_.take(RecordBytes(size).u32());
+    };
+    Record record;
+    record.header = sized();
+    record.data = sized();
+    return record;
+  }
+
+  void read_record(const Visit& visit, std::vector<std::string>* left_out, bool& damaged) {
+    const std::uint64_t begin = file_.position();
+    const Record record = take_record();
+    try {
+      parse(begin, [&] {
+        const Fields fields = fields_of(record.header);
+        const Op op = op_of(fields);
+        // What stands behind a chunk is its index, then the next chunk.
+        if (op != Op::index) check_counts(begin);
+        if (op == Op::chunk)
+          read_chunk(begin, unpack(fields, record.data), visit);
+        else if (op == Op::index)
+          note_count(fields);
+        else if (op == Op::connection)
+          note_connection(fields, record.data);
+        else if (op == Op::header)
+          note_head(fields);
+        else if (op != Op::chunk_info)
+          throw std::out_of_range("a record of unknown kind");
+        return 0;
+      });
+    } catch (const Error& error) {
+      damaged = true;
+      counted_.clear();
+      if (!left_out) throw;
+      left_out->emplace_back(error.what());
+    }
+  }
+
+  void read_chunk(std::uint64_t begin, const std::string& records, const Visit& visit) {
+    ++chunks_;
+    for (RecordBytes bytes(records); !bytes.at_end();) {
+      const Fields fields = fields_of(bytes.text());
+      const std::string_view data = bytes.text();
+      const Op op = op_of(fields);
+      if (op == Op::connection) {
+        note_connection(fields, data);
+      } else if (op == Op::message) {
+        const std::uint32_t connection = number_of(fields, "conn");
+        RecordBytes time(value_of(fields, "time"));
+        const std::int64_t seconds = time.u32();
+        const std::int64_t logged_ns = 1000000000 * seconds + time.u32();
+        const auto topic = connections_.find(connection);
+        if (topic == connections_.end()) throw std::out_of_range("a message of an unknown connection");
+        ++counted_[connection];
+        visit({topic->second, logged_ns, data, {begin, bytes.position() - data.size(), data.size(), 0}});
+      } else {
+        throw std::out_of_range("a chunk with a record of unknown kind");
+      }
+    }
+  }
+
+  /// The records of a chunk.
+  std::string unpack(const Fields& fields, std::string_view data) const {
+    const std::uint32_t size = number_of(fields, "size");
+    if (size > largest_block(file_.size()))
+      throw std::runtime_error("a chunk of " + std::to_string(size) +
+                               " bytes, far more than the file's size");
+    return decompressed(data, value_of(fields, "compression"), size);
+  }
+
+  void note_connection(const Fields& fields, std::string_view data) {
+    const Fields about = fields_of(data);
+    const BagTopic topic{std::string(value_of(fields, "topic")), ros_type(value_of(about, "type")),
+                         MessageEncoding::ros1};
+    std::size_t index = 0;  // several publishers are several connections of one topic
+    while (index < topics_.size() && (topics_[index].name != topic.name || topics_[index].type != topic.type))
+      ++index;
+    if (index == topics_.size()) topics_.push_back(topic);
+    connections_[number_of(fields, "conn")] = index;
+  }
+
+  /// The head is rewritten when the recorder ends; before, it announces nothing.
+  void note_head(const Fields& fields) {
+    if (RecordBytes(value_of(fields, "index_pos")).u64() == 0) return;
+    chunks_announced_ = number_of(fields, "chunk_count");
+  }
+
+  void note_count(const Fields& fields) {
+    const std::uint32_t connection = number_of(fields, "conn"), count = number_of(fields, "count");
+    if (counted_[connection] != count)
+      throw std::runtime_error("a chunk with " + std::to_string(counted_[connection]) +
+                               " messages of a connection, whose index has " + std::to_string(count));
+    counted_.erase(connection);
+    indexed_ = true;
+  }
+
+  /// That the chunk before had an index of all its messages; the last one of a bag that was cut off has none.
+  void check_counts(std::uint64_t begin) {
+    const bool some_missing = indexed_ && !counted_.empty();
+    counted_.clear();
+    indexed_ = false;
+    if (some_missing) refuse(begin, "a chunk whose index lacks a connection");
+  }
+
+  [[noreturn]] void refuse(std::uint64_t begin, const std::string& what) const {
+    throw Error(Error::Kind::data, file_.path().string(),
+                "damaged ROS 1 bag: " + what + " (record at byte " + std::to_string(begin) + ")",
+                "copy the bag again; --skip-bad maps what is whole");
+  }
+
+  template <class Work>
+  auto parse(std::uint64_t begin, const Work& work) -> decltype(work()) {
+    try {
+      return work();
+    } catch (const Error&) {
+      throw;
+    } catch (const std::out_of_range& error) {
+      refuse(begin, error.what());
+    } catch (const std::runtime_error& error) {
+      refuse(begin, error.what());
+    }
+  }
+
+  BoundedFile file_;
+  std::map<std::uint32_t, std::size_t> connections_;  // to topics_
+  std::map<std::uint32_t, std::uint32_t> counted_;    // messages of the last chunk by connection
+  bool indexed_ = false;                              // an index of that chunk was there
+  std::uint32_t chunks_ = 0;
+  std::optional<std::uint32_t> chunks_announced_;
+  std::string cache_;
+  std::optional<std::uint64_t> cached_;  // the chunk in cache_
+};
+
+}  // namespace
+
+std::unique_ptr<Bag> open_ros1_bag(const std::filesystem::path& file) {
+  return std::make_unique<Ros1Bag>(file);
+}
+
+}  // namespace octosurf

@@ -1,0 +1,252 @@
+#include "io/readers/sensor_messages.hpp"
+
+#include "io/cloud_rows.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <stdexcept>
+
+namespace octosurf {
+namespace {
+
+constexpr std::uint32_t largest_side = 8192;  // of an image, as of depth images in files
+
+[[noreturn]] void fail(const std::string& what) { throw std::runtime_error(what); }
+
+std::string without_slash(std::string frame) {
+  if (frame.starts_with('/')) frame.erase(0, 1);
+  return frame;
+}
+
+Eigen::Vector3d read_vector(MessageReader& message) {
+  Eigen::Vector3d v;
+  for (double& value : v) value = message.f64();
+  return v;
+}
+
+Eigen::Quaterniond read_quaternion(MessageReader& message) {
+  Eigen::Quaterniond q;
+  for (double& value : q.coeffs()) value = message.f64();  // x y z w, as ROS has them
+  return q;
+}
+
+/// The fields x, y and z of a cloud, as offsets in a point.
+Coordinates read_fields(MessageReader& message) {
+  constexpr std::uint8_t float32 = 7, float64 = 8;
+  Coordinates xyz;
+  std::array<int, 3> found{};
+  for (std::uint32_t count = message.u32(); count > 0; --count) {
+    const std::string name = message.text();
+    const std::uint32_t offset = message.u32();
+    const std::uint8_t type = message.u8();
+    message.u32();  // values of it; drivers write 0 or 1
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (name != std::string_view("xyz").substr(axis, 1)) continue;
+      if (type != float32 && type != float64) fail("its field " + name + " is no float32 or float64");
+      xyz[axis] = {offset, 0, 0, type == float64};
+      ++found[axis];
+    }
+  }
+  if (found != std::array{1, 1, 1}) fail("a cloud without one each of x, y and z");
+  return xyz;
+}
+
+void check_positive_side(std::uint32_t width, std::uint32_t height) {
+  if (width == 0 || height == 0 || width > largest_side || height > largest_side)
+    fail("an image of " + std::to_string(width) + "x" + std::to_string(height) + " pixels");
+}
+
+template <class Pixel>
+Pixel pixel_at(const char* place, bool big_endian) {
+  std::array<char, sizeof(Pixel)> bytes;
+  std::memcpy(bytes.data(), place, sizeof(Pixel));
+  if (big_endian) std::reverse(bytes.begin(), bytes.end());
+  Pixel value;
+  std::memcpy(&value, bytes.data(), sizeof(Pixel));
+  return value;
+}
+
+/// As back_project() does it, of depths that are real numbers.
+std::vector<Eigen::Vector3f> back_project_metres(const ImageMessage& image, const Intrinsics& camera,
+                                                 double units_per_metre) {
+  const auto metres = static_cast<float>(1 / units_per_metre);
+  std::vector<Eigen::Vector3f> points;
+  points.reserve(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
+  for (int v = 0; v < image.height; ++v) {
+    const char* row = image.data.data() + static_cast<std::size_t>(v) * image.step;
+    const auto slope_y = static_cast<float>((v - camera.cy) / camera.fy);
+    for (int u = 0; u < image.width; ++u, row += sizeof(float)) {
+      const float z = pixel_at<float>(row, image.big_endian) * metres;
+      if (!std::isfinite(z) || z <= 0) continue;  // REP 118: NaN, ±∞ and, by drivers, 0 are no reading
+      points.emplace_back(static_cast<float>((u - camera.cx) / camera.fx) * z, slope_y * z, z);
+    }
+  }
+  return points;
+}
+
+}  // namespace
+
+MessageHeader read_header(MessageReader& message) {
+  if (message.numbers_headers()) message.u32();
+  const auto seconds =
+      static_cast<std::int32_t>(message.u32());  // ROS 1's are unsigned; both end in 2038 here
+  const std::uint32_t nanoseconds = message.u32();
+  return {std::int64_t{1000000000} * seconds + nanoseconds, without_slash(message.text())};
+}
+
+CloudMessage read_cloud_message(MessageReader& message, std::uint64_t largest_size) {
+  read_header(message);
+  const std::uint64_t height = message.u32(), width = message.u32();
+  Coordinates xyz = read_fields(message);
+  const bool big_endian = message.u8() != 0;
+  const std::uint64_t step = message.u32(), row_step = message.u32();
+  const std::string_view data = message.bytes();
+  for (Coordinate& c : xyz) {
+    c.step = step;
+    if (c.offset + (c.is_double ? 8 : 4) > step) fail("a field of it lies outside of its points");
+  }
+  const std::uint64_t row = height > 1 ? row_step : width * step;
+  if (width == 0 || height == 0) return {{}, height > 1};  // a scanner that saw nothing
+  // In this order nothing overflows: width and step are of 32 bits, and so is `row` when there are rows.
+  if (width * step > data.size() || row < width * step || (data.size() - width * step) / row < height - 1)
+    fail("says it has " + std::to_string(width) + "x" + std::to_string(height) + " points of " +
+         std::to_string(step) + " bytes, but holds " + std::to_string(data.size()) + " bytes");
+  if (width * height > largest_size / sizeof(Eigen::Vector3f))
+    fail("a cloud of " + std::to_string(width * height) + " points, far more than its bag's size");
+  CloudMessage cloud{{}, height > 1};
+  if (row == width * step) {
+    cloud.points = binary_points(data, xyz, width * height, big_endian);
+    return cloud;
+  }
+  cloud.points.reserve(width * height);
+  for (std::uint64_t i = 0; i < height; ++i) {
+    const auto points = binary_points(data.substr(i * row), xyz, width, big_endian);
+    cloud.points.insert(cloud.points.end(), points.begin(), points.end());
+  }
+  return cloud;
+}
+
+DepthKind depth_kind(std::string_view encoding) {
+  if (encoding == "16UC1" || encoding == "mono16") return DepthKind::millimetres;
+  return encoding == "32FC1" ? DepthKind::metres : DepthKind::none;
+}
+
+ImageMessage read_image_message(MessageReader& message) {
+  read_header(message);
+  const std::uint32_t height = message.u32(), width = message.u32();
+  ImageMessage image;
+  image.encoding = message.text();
+  image.big_endian = message.u8() != 0;
+  image.step = message.u32();
+  image.data = message.bytes();
+  check_positive_side(width, height);
+  image.width = static_cast<int>(width);
+  image.height = static_cast<int>(height);
+  return image;
+}
+
+bool CompressedImageMessage::is_depth() const {
+  return format.find("16UC1") != std::string::npos || format.find("mono16") != std::string::npos ||
+         format.find("compressedDepth") != std::string::npos;
+}
+
+CompressedImageMessage read_compressed_image_message(MessageReader& message) {
+  read_header(message);
+  CompressedImageMessage image;
+  image.format = message.text();
+  image.data = message.bytes();
+  return image;
+}
+
+std::vector<Eigen::Vector3f> points_of(const ImageMessage& image, const Intrinsics& camera,
+                                       std::optional<double> units_per_metre) {
+  const DepthKind kind = depth_kind(image.encoding);
+  if (kind == DepthKind::none)
+    fail("an image of encoding '" + image.encoding.substr(0, 20) +
+         "' is no depth image (16UC1, mono16, 32FC1)");
+  const std::size_t width = static_cast<std::size_t>(image.width),
+                    height = static_cast<std::size_t>(image.height);
+  const std::size_t row = width * (kind == DepthKind::metres ? sizeof(float) : sizeof(std::uint16_t));
+  if (image.step < row || row > image.data.size() || (image.data.size() - row) / image.step < height - 1)
+    fail("says it has " + std::to_string(width) + "x" + std::to_string(height) + " pixels in rows of " +
+         std::to_string(image.step) + " bytes, but holds " + std::to_string(image.data.size()) + " bytes");
+  if (kind == DepthKind::metres) return back_project_metres(image, camera, units_per_metre.value_or(1));
+  DepthImage depth{image.width, image.height, {}};
+  depth.pixels.reserve(width * height);
+  for (std::size_t v = 0; v < height; ++v)
+    for (std::size_t u = 0; u < width; ++u)
+      depth.pixels.push_back(
+          pixel_at<std::uint16_t>(image.data.data() + v * image.step + 2 * u, image.big_endian));
+  return back_project(depth, camera, units_per_metre.value_or(1000));
+}
+
+DepthImage depth_of(const CompressedImageMessage& image, const std::string& where) {
+  constexpr std::size_t transport_head = 12;  // compressed_depth_image_transport's: format, two parameters
+  std::string_view png = image.data;
+  if (image.format.find("compressedDepth") != std::string::npos) {
+    if (image.format.find("32FC1") != std::string::npos)
+      fail("depth of 32FC1, quantised by its transport, is not read (record the raw topic)");
+    if (image.format.find("rvl") != std::string::npos) fail("compressed by RVL, which is not read (use png)");
+    png.remove_prefix(std::min(transport_head, png.size()));
+  }
+  return read_png(png, where);
+}
+
+bool CameraInfoMessage::operator==(const CameraInfoMessage& other) const {
+  const auto same = [](const Intrinsics& a, const Intrinsics& b) {
+    return a.fx == b.fx && a.fy == b.fy && a.cx == b.cx && a.cy == b.cy;
+  };
+  return width == other.width && height == other.height && same(raw, other.raw) &&
+         same(rectified, other.rectified);
+}
+
+CameraInfoMessage read_camera_info(MessageReader& message) {
+  read_header(message);
+  const std::uint32_t height = message.u32(), width = message.u32();
+  message.text();  // the distortion's model
+  CameraInfoMessage info;
+  for (std::uint32_t count = message.u32(); count > 0; --count) info.distorted |= message.f64() != 0;
+  std::array<double, 9> k{}, r{};
+  std::array<double, 12> p{};
+  for (double& value : k) value = message.f64();
+  for (double& value : r) value = message.f64();
+  for (double& value : p) value = message.f64();
+  check_positive_side(width, height);
+  info.width = static_cast<int>(width);
+  info.height = static_cast<int>(height);
+  info.raw = {k[0], k[4], k[2], k[5]};
+  info.rectified = {p[0], p[5], p[2], p[6]};
+  return info;
+}
+
+std::vector<TransformMessage> read_transforms(MessageReader& message) {
+  std::vector<TransformMessage> transforms;
+  for (std::uint32_t count = message.u32(); count > 0; --count) {
+    TransformMessage& transform = transforms.emplace_back();
+    transform.header = read_header(message);
+    transform.child_frame = without_slash(message.text());
+    transform.translation = read_vector(message);
+    transform.rotation = read_quaternion(message);
+  }
+  return transforms;
+}
+
+bool is_pose_type(std::string_view type) {
+  return type == "nav_msgs/Odometry" || type == "geometry_msgs/PoseStamped" ||
+         type == "geometry_msgs/PoseWithCovarianceStamped" || type == "geometry_msgs/TransformStamped";
+}
+
+TransformMessage read_pose_message(MessageReader& message, std::string_view type) {
+  TransformMessage pose;
+  pose.header = read_header(message);
+  if (type == "nav_msgs/Odometry" || type == "geometry_msgs/TransformStamped")
+    pose.child_frame = without_slash(message.text());
+  pose.translation = read_vector(message);
+  pose.rotation = read_quaternion(message);
+  return pose;
+}
+
+}  // namespace octosurf

@@ -1,0 +1,87 @@
+#pragma once
+
+#include "io/depth_image.hpp"
+#include "io/readers/message_reader.hpp"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace octosurf {
+
+// The messages that a map is built from, of ROS 1 and ROS 2. Reading throws std::runtime_error saying what is
+// wrong with the message; whoever knows its topic and time makes an Error of it.
+
+struct MessageHeader {
+  std::int64_t stamp_ns = 0;
+  std::string frame;  ///< without ROS 1's leading slash
+};
+MessageHeader read_header(MessageReader& message);
+
+/// Points of a sensor_msgs/PointCloud2 in its frame: x, y, z as float32 or float64 wherever they stand, of
+/// either byte order, with padding between points and rows. Points at the very origin become not finite.
+struct CloudMessage {
+  std::vector<Eigen::Vector3f> points;
+  bool organised = false;  ///< rows and columns, as a depth camera gives them
+};
+/// `largest_size`: bytes that the points may take.
+CloudMessage read_cloud_message(MessageReader& message, std::uint64_t largest_size);
+
+enum class DepthKind {
+  none,         ///< a picture
+  millimetres,  ///< 16UC1, mono16
+  metres        ///< 32FC1
+};
+DepthKind depth_kind(std::string_view encoding);
+
+/// A sensor_msgs/Image, its pixels not yet read.
+struct ImageMessage {
+  int width = 0, height = 0;
+  std::string encoding;
+  bool big_endian = false;
+  std::size_t step = 0;   ///< bytes of a row
+  std::string_view data;  ///< of the message
+};
+ImageMessage read_image_message(MessageReader& message);
+
+/// A sensor_msgs/CompressedImage: depth as a 16-bit PNG, plain or of compressed_depth_image_transport.
+struct CompressedImageMessage {
+  std::string format;
+  std::string_view data;
+  bool is_depth() const;
+};
+CompressedImageMessage read_compressed_image_message(MessageReader& message);
+
+/// Points of a depth image; `units_per_metre` empty: 1000 for millimetres, 1 for metres.
+std::vector<Eigen::Vector3f> points_of(const ImageMessage& image, const Intrinsics& camera,
+                                       std::optional<double> units_per_metre);
+/// `where` names the message for the PNG's decoder, which throws Error(data).
+DepthImage depth_of(const CompressedImageMessage& image, const std::string& where);
+
+struct CameraInfoMessage {
+  int width = 0, height = 0;
+  Intrinsics raw;        ///< K
+  Intrinsics rectified;  ///< P's left part
+  bool distorted = false;
+  bool operator==(const CameraInfoMessage&) const;
+};
+CameraInfoMessage read_camera_info(MessageReader& message);
+
+struct TransformMessage {
+  MessageHeader header;
+  std::string child_frame;  ///< empty for PoseStamped and PoseWithCovarianceStamped, which have none
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+};
+/// tf2_msgs/TFMessage.
+std::vector<TransformMessage> read_transforms(MessageReader& message);
+
+/// nav_msgs/Odometry and geometry_msgs/{PoseStamped, PoseWithCovarianceStamped, TransformStamped}.
+bool is_pose_type(std::string_view type);
+TransformMessage read_pose_message(MessageReader& message, std::string_view type);
+
+}  // namespace octosurf

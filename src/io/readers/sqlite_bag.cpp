@@ -1,0 +1,139 @@
+// A ROS 2 bag's .db3: tables `topics` and `messages` in a SQLite database.
+#include "io/readers/bag.hpp"
+#include "io/readers/bounded_file.hpp"
+
+#include <map>
+#include <sqlite3.h>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+// Steps of SQLite's machine between two looks whether it goes in circles, and how many of them it may take
+// for a byte of the file and at all: a row takes some ten steps and at least ten bytes.
+constexpr int steps_between_looks = 1000;
+constexpr std::uint64_t steps_per_byte = 10, free_steps = 1000000;
+
+class SqliteBag : public Bag {
+ public:
+  explicit SqliteBag(const std::filesystem::path& file)
+      : file_(file), size_(BoundedFile(file).size()), base_(opened(file), &sqlite3_close) {
+    // The file is a stranger's: no value larger than the file itself, no functions in its schema.
+    sqlite3_limit(
+        base_.get(), SQLITE_LIMIT_LENGTH,
+        static_cast<int>(std::min<std::uint64_t>(std::max<std::uint64_t>(size_, 1000000), 1 << 30)));
+    sqlite3_db_config(base_.get(), SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+    sqlite3_db_config(base_.get(), SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+    sqlite3_progress_handler(base_.get(), steps_between_looks, &SqliteBag::goes_in_circles, this);
+    require_tables();
+  }
+
+  void read_all(const Visit& visit, std::vector<std::string>* left_out) override try {
+    steps_ = 0;
+    read_topics();
+    // The order in which they were recorded, whatever their time stamps say.
+    const Statement all = prepared("SELECT id, topic_id, timestamp, data FROM messages ORDER BY id");
+    while (step(all)) {
+      const auto found = topic_indices_.find(sqlite3_column_int64(all.get(), 1));
+      if (found == topic_indices_.end()) refuse("a message of an unknown topic");
+      const auto id = static_cast<std::uint64_t>(sqlite3_column_int64(all.get(), 0));
+      visit({found->second, sqlite3_column_int64(all.get(), 2), blob(all, 3), {id, 0, 0, 0}});
+    }
+  } catch (const Error& error) {
+    if (!left_out) throw;
+    left_out->push_back(std::string(error.what()) + "; the rest is left out");
+  }
+
+  std::string read(const MessagePlace& place) override {
+    steps_ = 0;
+    const Statement one = prepared("SELECT data FROM messages WHERE id = ?");
+    sqlite3_bind_int64(one.get(), 1, static_cast<std::int64_t>(place.block));
+    if (!step(one)) refuse("changed while it was read");
+    return std::string(blob(one, 0));
+  }
+
+ private:
+  using Statement = std::unique_ptr<sqlite3_stmt, decltype(&sqlite3_finalize)>;
+
+  static sqlite3* opened(const std::filesystem::path& file) {
+    sqlite3* base = nullptr;
+    const int error = sqlite3_open_v2(file.c_str(), &base, SQLITE_OPEN_READONLY, nullptr);
+    if (base == nullptr) throw std::bad_alloc();
+    if (error == SQLITE_OK) return base;
+    const std::string what = sqlite3_errmsg(base);
+    sqlite3_close(base);
+    throw Error(Error::Kind::data, file.string(), "cannot be read (SQLite says " + what + ")");
+  }
+
+  static int goes_in_circles(void* self) {
+    auto& bag = *static_cast<SqliteBag*>(self);
+    bag.steps_ += steps_between_looks;
+    return bag.steps_ > free_steps + steps_per_byte * bag.size_ ? 1 : 0;
+  }
+
+  /// Tables, not views, which could compute without end what no file holds.
+  void require_tables() {
+    const Statement tables = prepared(
+        "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name IN ('topics', 'messages') AND "
+        "sql NOT LIKE '%VIRTUAL%' AND sql NOT LIKE '%GENERATED%'");
+    if (!step(tables) || sqlite3_column_int(tables.get(), 0) != 2)
+      throw Error(Error::Kind::data, file_.string(), "an SQLite database, but no ROS 2 bag",
+                  "a bag has the tables topics and messages");
+  }
+
+  void read_topics() {
+    const Statement all = prepared("SELECT id, name, type, serialization_format FROM topics ORDER BY id");
+    topics_.clear();
+    topic_indices_.clear();
+    while (step(all)) {
+      topic_indices_[sqlite3_column_int64(all.get(), 0)] = topics_.size();
+      const bool cdr = text(all, 3) == "cdr";
+      topics_.push_back(
+          {text(all, 1), ros_type(text(all, 2)), cdr ? MessageEncoding::cdr : MessageEncoding::other});
+    }
+  }
+
+  Statement prepared(const char* query) {
+    sqlite3_stmt* statement = nullptr;
+    if (sqlite3_prepare_v2(base_.get(), query, -1, &statement, nullptr) != SQLITE_OK) refuse_damaged();
+    return {statement, &sqlite3_finalize};
+  }
+
+  bool step(const Statement& statement) {
+    const int result = sqlite3_step(statement.get());
+    if (result == SQLITE_NOMEM) throw std::bad_alloc();
+    if (result != SQLITE_ROW && result != SQLITE_DONE) refuse_damaged();
+    return result == SQLITE_ROW;
+  }
+
+  static std::string text(const Statement& row, int column) {
+    const unsigned char* value = sqlite3_column_text(row.get(), column);
+    return value ? reinterpret_cast<const char*>(value) : "";
+  }
+
+  static std::string_view blob(const Statement& row, int column) {
+    const void* value = sqlite3_column_blob(row.get(), column);
+    const int size = sqlite3_column_bytes(row.get(), column);
+    return {static_cast<const char*>(value), value ? static_cast<std::size_t>(size) : 0};
+  }
+
+  [[noreturn]] void refuse_damaged() { refuse(std::string("SQLite says ") + sqlite3_errmsg(base_.get())); }
+  [[noreturn]] void refuse(const std::string& what) const {
+    throw Error(Error::Kind::data, file_.string(), "a damaged bag: " + what,
+                "copy the bag again, or mend it by sqlite3's .recover; --skip-bad maps what is whole");
+  }
+
+  std::filesystem::path file_;
+  std::uint64_t size_ = 0, steps_ = 0;
+  std::unique_ptr<sqlite3, decltype(&sqlite3_close)> base_;
+  std::map<std::int64_t, std::size_t> topic_indices_;
+};
+
+}  // namespace
+
+std::unique_ptr<Bag> open_sqlite_bag(const std::filesystem::path& file) {
+  return std::make_unique<SqliteBag>(file);
+}
+
+}  // namespace octosurf

@@ -1,0 +1,162 @@
+#include "io/readers/transform_tree.hpp"
+
+#include "io/pose_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <stdexcept>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+constexpr std::int64_t nearest_within_ns = 20000000;  // as for pose files
+
+std::string seconds(std::int64_t ns) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3f s", static_cast<double>(ns) / 1e9);
+  return text.data();
+}
+
+Eigen::Isometry3d transform(const PoseTrack::Sample& sample) try {
+  return rigid(pose_from(sample.translation, Eigen::Quaterniond(sample.rotation)),
+               "pose at " + seconds(sample.stamp_ns));
+} catch (const Error& error) {  // the caller knows of which scan
+  throw std::runtime_error(error.what());
+}
+
+/// b − a, or the largest number where that overflows; a ≤ b.
+std::int64_t distance(std::int64_t a, std::int64_t b) {
+  const auto apart = static_cast<std::uint64_t>(b) - static_cast<std::uint64_t>(a);
+  return static_cast<std::int64_t>(std::min<std::uint64_t>(apart, std::numeric_limits<std::int64_t>::max()));
+}
+
+}  // namespace
+
+void PoseTrack::finish() {
+  std::stable_sort(samples_.begin(), samples_.end(),
+                   [](const Sample& a, const Sample& b) { return a.stamp_ns < b.stamp_ns; });
+  // Of equal times keep the last: unique() over the reversed sequence keeps its first.
+  const auto kept = std::unique(samples_.rbegin(), samples_.rend(),
+                                [](const Sample& a, const Sample& b) { return a.stamp_ns == b.stamp_ns; });
+  samples_.erase(samples_.begin(), kept.base());
+}
+
+PoseTrack::At PoseTrack::at(std::int64_t stamp_ns, std::int64_t gap_ns) const {
+  const auto after =
+      std::lower_bound(samples_.begin(), samples_.end(), stamp_ns,
+                       [](const Sample& sample, std::int64_t t) { return sample.stamp_ns < t; });
+  if (after != samples_.end() && after->stamp_ns == stamp_ns) return {after->parent, transform(*after)};
+  if (after == samples_.begin() || after == samples_.end()) {
+    if (samples_.empty()) throw NoPose("there is none");
+    const Sample& nearest = after == samples_.end() ? samples_.back() : samples_.front();
+    const std::int64_t away =
+        distance(std::min(nearest.stamp_ns, stamp_ns), std::max(nearest.stamp_ns, stamp_ns));
+    if (away <= std::min(nearest_within_ns, gap_ns)) return {nearest.parent, transform(nearest)};
+    throw NoPose(std::string(after == samples_.end() ? "the last is " : "the first is ") + seconds(away) +
+                 (after == samples_.end() ? " earlier" : " later"));
+  }
+  const Sample &a = *std::prev(after), &b = *after;
+  const std::int64_t apart = distance(a.stamp_ns, b.stamp_ns);
+  if (apart > gap_ns) throw NoPose("its neighbours in time are " + seconds(apart) + " apart");
+  if (a.parent != b.parent) throw NoPose("its parent changes between its neighbours in time");
+  const Eigen::Isometry3d from = transform(a), to = transform(b);
+  const double t = static_cast<double>(stamp_ns - a.stamp_ns) / static_cast<double>(apart);
+  At at{a.parent, Eigen::Isometry3d::Identity()};
+  at.T_parent_child.translation() = (1 - t) * from.translation() + t * to.translation();
+  at.T_parent_child.linear() =
+      Eigen::Quaterniond(from.linear()).slerp(t, Eigen::Quaterniond(to.linear())).toRotationMatrix();
+  return at;
+}
+
+std::uint32_t TransformTree::index_of(const std::string& frame) {
+  const auto [found, is_new] = indices_.emplace(frame, static_cast<std::uint32_t>(frames_.size()));
+  if (is_new) frames_.push_back({frame, {}, {}});
+  return found->second;
+}
+
+void TransformTree::add(const Edge& edge, PoseTrack::Sample sample) {
+  sample.parent = index_of(edge.parent);
+  Frame& child = frames_[index_of(edge.child)];
+  if (edge.fixed)
+    child.fixed = sample;
+  else
+    child.track.add(sample);
+}
+
+void TransformTree::finish() {
+  for (Frame& frame : frames_) frame.track.finish();
+}
+
+std::vector<std::string> TransformTree::ancestors(const std::string& frame) const {
+  std::vector<std::string> names;
+  auto found = indices_.find(frame);
+  if (found == indices_.end()) return names;
+  for (std::uint32_t at = found->second; names.size() <= frames_.size();) {
+    const Frame& f = frames_[at];
+    names.push_back(f.name);
+    if (!f.track.samples().empty())
+      at = f.track.samples().front().parent;
+    else if (f.fixed)
+      at = f.fixed->parent;
+    else
+      break;
+  }
+  return names;
+}
+
+bool TransformTree::moves(const std::string& frame) const {
+  const auto names = ancestors(frame);
+  return std::any_of(names.begin(), names.end(), [&](const std::string& name) {
+    return !frames_[indices_.at(name)].track.samples().empty();
+  });
+}
+
+TransformTree::Way TransformTree::up(std::uint32_t start, std::optional<std::uint32_t> stop,
+                                     std::int64_t stamp_ns, std::int64_t gap_ns) const {
+  Way way{{{start, Eigen::Isometry3d::Identity()}}, {}};
+  while (way.steps.back().frame != stop) {
+    const Step& last = way.steps.back();
+    const Frame& frame = frames_[last.frame];
+    PoseTrack::At at;
+    if (!frame.track.samples().empty()) {
+      try {
+        at = frame.track.at(stamp_ns, gap_ns);
+      } catch (const NoPose& none) {  // no matter, if the other frame hangs below this one
+        way.broken = "no pose of frame " + frame.name + " at its time: " + none.what();
+        break;
+      }
+    } else if (frame.fixed) {
+      at = {frame.fixed->parent, transform(*frame.fixed)};
+    } else {
+      break;  // the root
+    }
+    if (way.steps.size() > frames_.size())
+      throw NoPose("the frames above " + frames_[start].name + " form a ring");
+    way.steps.push_back({at.parent, at.T_parent_child * last.T_frame_start});
+  }
+  return way;
+}
+
+Eigen::Isometry3d TransformTree::lookup(const std::string& to, const std::string& from, std::int64_t stamp_ns,
+                                        std::int64_t gap_ns) const {
+  if (to == from) return Eigen::Isometry3d::Identity();
+  const auto target = indices_.find(to), source = indices_.find(from);
+  if (source == indices_.end()) throw NoPose("tf has no frame '" + from + "'");
+  if (target == indices_.end()) throw NoPose("tf has no frame '" + to + "'");
+  const Way way = up(source->second, target->second, stamp_ns, gap_ns);
+  if (way.steps.back().frame == target->second) return way.steps.back().T_frame_start;
+  const Way back = up(target->second, {}, stamp_ns, gap_ns);
+  for (const Step& step : back.steps)
+    for (const Step& other : way.steps)
+      if (other.frame == step.frame) return step.T_frame_start.inverse() * other.T_frame_start;
+  if (!way.broken.empty() || !back.broken.empty())
+    throw NoPose(way.broken.empty() ? back.broken : way.broken);
+  throw NoPose("tf does not connect " + from + " with " + to);
+}
+
+}  // namespace octosurf

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace octosurf {
+
+/// A pose cannot be told at the time asked for; what() says of which frames and why.
+class NoPose : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// One frame's poses in another over time.
+class PoseTrack {
+ public:
+  struct Sample {
+    std::int64_t stamp_ns = 0;
+    std::uint32_t parent = 0;  ///< whoever adds it knows what it stands for
+    Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+    Eigen::Quaternion<double, Eigen::DontAlign> rotation =
+        Eigen::Quaternion<double, Eigen::DontAlign>::Identity();
+  };
+
+  void add(const Sample& sample) { samples_.push_back(sample); }
+  /// To be called after the last add(): sorts by time; of several at one time the last one added stays.
+  void finish();
+  const std::vector<Sample>& samples() const { return samples_; }
+
+  struct At {
+    std::uint32_t parent = 0;
+    Eigen::Isometry3d T_parent_child = Eigen::Isometry3d::Identity();
+  };
+  /// The sample of that very time; else slerp and a line between the neighbours, if they are at most `gap_ns`
+  /// apart and have one parent; else, before the first and after the last, a sample at most min(20 ms, gap)
+  /// away. Throws NoPose saying how far the nearest are, and std::runtime_error if a pose is no rigid motion.
+  At at(std::int64_t stamp_ns, std::int64_t gap_ns) const;
+
+ private:
+  std::vector<Sample> samples_;
+};
+
+/// tf: frames, each in its parent's, some fixed (/tf_static), some moving (/tf).
+class TransformTree {
+ public:
+  struct Edge {
+    std::string parent, child;
+    bool fixed = false;  ///< holds at all times; the last one added wins
+  };
+  void add(const Edge& edge, PoseTrack::Sample sample);
+  void finish();
+
+  bool knows(const std::string& frame) const { return indices_.contains(frame); }
+  /// From the frame up to its tree's root, as its first transforms have it.
+  std::vector<std::string> ancestors(const std::string& frame) const;
+  /// True if a frame between these two, or they themselves, moves.
+  bool moves(const std::string& frame) const;
+
+  /// T_to_from at that time; throws what PoseTrack::at() throws, with the frames' names, and NoPose if there
+  /// is no way from one to the other.
+  Eigen::Isometry3d lookup(const std::string& to, const std::string& from, std::int64_t stamp_ns,
+                           std::int64_t gap_ns) const;
+
+ private:
+  struct Frame {
+    std::string name;
+    std::optional<PoseTrack::Sample> fixed;
+    PoseTrack track;
+  };
+  struct Step {
+    std::uint32_t frame = 0;
+    Eigen::Isometry3d T_frame_start = Eigen::Isometry3d::Identity();
+  };
+  std::uint32_t index_of(const std::string& frame);
+  struct Way {
+    std::vector<Step> steps;
+    std::string broken;  ///< why it does not go on to the root; empty: it does
+  };
+  Way up(std::uint32_t start, std::optional<std::uint32_t> stop, std::int64_t stamp_ns,
+         std::int64_t gap_ns) const;
+
+  std::vector<Frame> frames_;
+  std::map<std::string, std::uint32_t> indices_;
+};
+
+}  // namespace octosurf

@@ -1,0 +1,244 @@
+// What is taken of a bag: chosen where there is no choice, else asked for.
+#include "io/readers/bag_files.hpp"
+
+namespace octosurf::test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+constexpr const char* cloud_type = "sensor_msgs/msg/PointCloud2";
+constexpr const char* tf_type = "tf2_msgs/msg/TFMessage";
+constexpr const char* odometry_type = "nav_msgs/msg/Odometry";
+
+McapMessage cloud(double stamp_s, const std::string& topic = "/points", const std::string& frame = "lidar") {
+  return {topic, cloud_type, stamp_s, one_point(stamp_s, frame).all()};
+}
+McapMessage tf(double stamp_s, const std::string& parent, const std::string& child, double x) {
+  return {"/tf", tf_type, stamp_s, one_transform(stamp_s, parent, child, x).all()};
+}
+McapMessage fixed(const std::string& parent, const std::string& child, double x) {
+  return {"/tf_static", tf_type, 0.5, one_transform(0.5, parent, child, x).all()};
+}
+McapMessage odometry(double stamp_s, double x, const std::string& topic = "/odom",
+                     const std::string& child = "base") {
+  CdrBytes message;
+  message.header(stamp_s, "odom").text(child).pose(x);
+  for (int i = 0; i < 36 + 6 + 36; ++i) message.f64(0);
+  return {topic, odometry_type, stamp_s, message.all()};
+}
+
+class BagChoice : public ScanFiles {
+ protected:
+  std::filesystem::path bag(const std::vector<McapMessage>& messages) const {
+    return write("a.mcap", mcap_of(messages));
+  }
+  std::string refusal(const std::vector<McapMessage>& messages, const BagOptions& choice = {}) const {
+    ScanSourceOptions options;
+    options.bag = choice;
+    return failure({bag(messages)}, options);
+  }
+  /// Where the scans were taken, along x.
+  std::vector<double> places(const std::vector<McapMessage>& messages, const BagOptions& choice = {},
+                             bool skip_bad = false) const {
+    ScanSourceOptions options;
+    options.bag = choice;
+    options.skip_bad = skip_bad;
+    std::vector<double> all;
+    for (const Scan& scan : read_all({bag(messages)}, options))
+      all.push_back(scan.T_map_sensor.translation().x());
+    return all;
+  }
+};
+
+TEST_F(BagChoice, TheOnlyTopicIsTakenAndSaid) {
+  const auto source = open_scans({bag({tf(1, "odom", "lidar", 4), cloud(1)})});
+  EXPECT_THAT(source->notes(), ElementsAre(HasSubstr("scans: 1 message of /points (sensor_msgs/PointCloud2)"),
+                                           HasSubstr("poses: tf of lidar in odom")));
+  const auto scans = read_all(*source);
+  ASSERT_EQ(scans.size(), 1U);
+  EXPECT_EQ(scans[0].points, std::vector<Eigen::Vector3f>({{1, 2, 3}}));
+  EXPECT_EQ(scans[0].T_map_sensor.translation().x(), 4);
+  EXPECT_EQ(scans[0].sensor, SensorKind::lidar);
+}
+
+TEST_F(BagChoice, SeveralTopicsAreListed) {
+  const std::vector<McapMessage> two{tf(1, "odom", "lidar", 4), cloud(1), cloud(1.01, "/other")};
+  EXPECT_THAT(refusal(two),
+              AllOf(HasSubstr("2 topics with scans"), HasSubstr("/points (sensor_msgs/PointCloud2)"),
+                    HasSubstr("/other"), HasSubstr("--topic")));
+  BagOptions options;
+  options.topics = {"/other"};
+  EXPECT_THAT(places(two, options), ElementsAre(4));
+  options.topics = {"/other", "/points"};
+  EXPECT_THAT(places(two, options), ElementsAre(4, 4));
+  options.topics = {"/tf"};
+  EXPECT_THAT(refusal(two, options), AllOf(HasSubstr("no topic /tf with point clouds"), HasSubstr("/other")));
+}
+
+TEST_F(BagChoice, NothingToMap) {
+  EXPECT_THAT(refusal({tf(1, "odom", "lidar", 4)}), HasSubstr("no topic with point clouds or depth images"));
+  EXPECT_THAT(refusal({}), HasSubstr("no topic with point clouds or depth images"));
+}
+
+TEST_F(BagChoice, TheMapsFrameIsMapOrTheRoot) {
+  const std::vector<McapMessage> chain{fixed("base", "lidar", 0.5), tf(1, "earth", "map", 1000),
+                                       tf(1, "map", "odom", 10), tf(1, "odom", "base", 1), cloud(1)};
+  EXPECT_THAT(places(chain), ElementsAre(11.5));
+  BagOptions options;
+  options.fixed_frame = "odom";
+  EXPECT_THAT(places(chain, options), ElementsAre(1.5));
+  options.fixed_frame = "earth";
+  EXPECT_THAT(places(chain, options), ElementsAre(1011.5));
+  options.fixed_frame = "moon";
+  EXPECT_THAT(refusal(chain, options), HasSubstr("tf has no frame moon"));
+}
+
+TEST_F(BagChoice, APoseTopicIsGoneOnFromByTf) {
+  const std::vector<McapMessage> messages{fixed("base", "lidar", 0.5), odometry(1, 7), cloud(1)};
+  EXPECT_THAT(places(messages), ElementsAre(7.5));  // tf does not move it
+  BagOptions options;
+  options.pose_frame = "lidar";
+  EXPECT_THAT(places(messages, options), ElementsAre(7));
+  std::vector<McapMessage> both = messages;
+  both.push_back(tf(1, "map", "base", 3));
+  EXPECT_THAT(places(both), ElementsAre(3.5));
+  options = {};
+  options.pose_topic = "/odom";
+  EXPECT_THAT(places(both, options), ElementsAre(7.5));
+  both.push_back(odometry(1, 8, "/other"));
+  options.pose_topic = "/others";
+  EXPECT_THAT(refusal(both, options),
+              AllOf(HasSubstr("no topic /others with poses"), HasSubstr("/odom"), HasSubstr("/other")));
+}
+
+TEST_F(BagChoice, WithoutExtrinsicsThereIsNoPose) {
+  EXPECT_THAT(refusal({odometry(1, 7), cloud(1)}),
+              AllOf(HasSubstr("/points at 1.000000000"), HasSubstr("tf has no frame 'lidar'")));
+}
+
+TEST_F(BagChoice, SeveralPoseTopicsAreListed) {
+  EXPECT_THAT(refusal({odometry(1, 7), odometry(1, 8, "/other"), cloud(1)}),
+              AllOf(HasSubstr("2 topics have poses"), HasSubstr("/odom (nav_msgs/Odometry)"),
+                    HasSubstr("--pose-topic")));
+}
+
+TEST_F(BagChoice, NoPosesAtAll) {
+  EXPECT_THAT(refusal({cloud(1)}), AllOf(HasSubstr("no poses"), HasSubstr("--poses FILE")));
+}
+
+TEST_F(BagChoice, PosesAreInterpolatedWithinTheGap) {
+  const std::vector<McapMessage> messages{odometry(1, 1, "/odom", "lidar"),
+                                          odometry(1.2, 2, "/odom", "lidar"),
+                                          odometry(1.6, 4, "/odom", "lidar"), cloud(1.05), cloud(1.4)};
+  EXPECT_THAT(refusal(messages),
+              AllOf(HasSubstr("/points at 1.400000000: no pose on /odom at its time: its neighbours "
+                              "in time are 0.400 s apart"),
+                    HasSubstr("--skip-bad"), HasSubstr("--max-pose-gap")));
+  EXPECT_THAT(places(messages, {}, true), ElementsAre(::testing::DoubleNear(1.25, 1e-9)));
+  ScanSourceOptions options;
+  options.max_pose_gap_s = 0.5;
+  EXPECT_EQ(read_all({bag(messages)}, options).size(), 2U);
+}
+
+TEST_F(BagChoice, ScansComeInTheOrderOfTheirHeaders) {
+  std::vector<McapMessage> messages{fixed("map", "lidar", 0), cloud(3), cloud(1), cloud(2)};
+  std::vector<double> stamps;
+  for (const Scan& scan : read_all({bag(messages)})) stamps.push_back(scan.stamp_s);
+  EXPECT_THAT(stamps, ElementsAre(1, 2, 3));
+  messages.push_back({"/points", cloud_type, 2.5, one_point(0, "lidar").all()});  // its driver has no clock
+  stamps.clear();
+  for (const Scan& scan : read_all({bag(messages)})) stamps.push_back(scan.stamp_s);
+  EXPECT_THAT(stamps, ElementsAre(1, 2, 2.5, 3));
+}
+
+TEST_F(BagChoice, ADamagedScanIsABadScan) {
+  const std::vector<McapMessage> messages{
+      fixed("map", "lidar", 0), cloud(1), {"/points", cloud_type, 2, "nonsense"}, cloud(3)};
+  EXPECT_THAT(refusal(messages), AllOf(HasSubstr("/points at 2.000000000"), HasSubstr("not CDR")));
+  EXPECT_EQ(places(messages, {}, true).size(), 2U);
+}
+
+TEST_F(BagChoice, DamagedPosesAreToldAtOnce) {
+  const std::vector<McapMessage> messages{
+      fixed("map", "lidar", 0), {"/tf", tf_type, 2, "nonsense"}, cloud(3)};
+  EXPECT_THAT(refusal(messages), AllOf(HasSubstr("a.mcap /tf: message 1 not CDR"), HasSubstr("--skip-bad")));
+  EXPECT_EQ(places(messages, {}, true).size(), 1U);
+}
+
+McapMessage image(double stamp_s, const std::string& topic, const std::string& encoding) {
+  return {topic, "sensor_msgs/msg/Image", stamp_s,
+          CdrBytes()
+              .header(stamp_s, "camera")
+              .u32(1)
+              .u32(2)
+              .text(encoding)
+              .u8(0)
+              .u32(encoding == "rgb8" ? 6 : 4)
+              .bytes(encoding == "rgb8" ? std::string(6, 'x')
+                                        : bytes_of(std::uint16_t{1000}, std::uint16_t{2000}))
+              .all()};
+}
+McapMessage camera(const std::string& topic, double focal_length, double distortion = 0) {
+  CdrBytes info;
+  info.header(1, "camera").u32(1).u32(2).text("plumb_bob").u32(1).f64(distortion);
+  for (const double f : {focal_length, 0.0, 0.0, 0.0, focal_length, 0.0, 0.0, 0.0, 1.0}) info.f64(f);
+  for (int i = 0; i < 9; ++i) info.f64(0);
+  for (const double f :
+       {2 * focal_length, 0.0, 0.0, 0.0, 0.0, 2 * focal_length, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0})
+    info.f64(f);
+  return {topic, "sensor_msgs/msg/CameraInfo", 1, info.all()};
+}
+
+TEST_F(BagChoice, PicturesAreNoDepth) {
+  const std::vector<McapMessage> messages{fixed("map", "camera", 0), camera("/a/camera_info", 1),
+                                          image(1, "/a/color", "rgb8"), image(1, "/a/depth", "16UC1")};
+  const auto source = open_scans({bag(messages)});
+  EXPECT_THAT(source->notes()[0], HasSubstr("/a/depth"));
+  EXPECT_THAT(source->notes()[1], HasSubstr("camera: /a/camera_info (its K)"));
+  const auto scans = read_all(*source);
+  ASSERT_EQ(scans.size(), 1U);
+  EXPECT_EQ(scans[0].points, std::vector<Eigen::Vector3f>({{0, 0, 1}, {2, 0, 2}}));
+  EXPECT_EQ(scans[0].sensor, SensorKind::depth_camera);
+}
+
+TEST_F(BagChoice, ACameraIsFoundByItsNamespaceOrName) {
+  const std::vector<McapMessage> messages{fixed("map", "camera", 0), camera("/b/camera_info", 1, 0.1),
+                                          image(1, "/a/depth", "16UC1")};
+  EXPECT_THAT(refusal(messages),
+              AllOf(HasSubstr("no CameraInfo on /a/camera_info"),
+                    HasSubstr("/b/camera_info (sensor_msgs/CameraInfo)"), HasSubstr("--info-topic")));
+  ScanSourceOptions options;
+  options.bag.info_topic = "/b/camera_info";
+  const auto source = open_scans({bag(messages)}, options);
+  EXPECT_THAT(source->notes()[2], HasSubstr("distortion"));
+}
+
+TEST_F(BagChoice, RectifiedImagesHaveTheProjectionMatrix) {
+  const auto scans = read_all(
+      {bag({fixed("map", "camera", 0), camera("/a/camera_info", 1), image(1, "/a/image_rect", "16UC1")})});
+  ASSERT_EQ(scans.size(), 1U);
+  EXPECT_EQ(scans[0].points[1], Eigen::Vector3f(1, 0, 2));
+}
+
+TEST_F(BagChoice, ACameraWithoutCalibrationIsRefused) {
+  EXPECT_THAT(
+      refusal({fixed("map", "camera", 0), camera("/a/camera_info", 0), image(1, "/a/depth", "16UC1")}),
+      HasSubstr("not calibrated"));
+}
+
+TEST_F(BagChoice, TwoSourcesOfPosesAreRefused) {
+  ScanSourceOptions options;
+  options.bag.pose_topic = "/odom";
+  options.bag.fixed_frame = "map";
+  try {
+    open_scans({bag({odometry(1, 7), cloud(1)})}, options);
+    ADD_FAILURE() << "not refused";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), Error::Kind::usage);
+  }
+}
+
+}  // namespace
+}  // namespace octosurf::test

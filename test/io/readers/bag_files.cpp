@@ -1,0 +1,133 @@
+#include "io/readers/bag_files.hpp"
+
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <map>
+#include <sstream>
+
+namespace octosurf::test {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string poses(int count) {
+  std::ostringstream text;
+  text.precision(std::numeric_limits<double>::max_digits10);
+  for (int i = 0; i < count; ++i) {
+    const double half = 0.1 + 0.3 * i;
+    text << i / 30.0 << ' ' << 0.1 * i << ' ' << -0.3 << ' ' << 1.0 / 3 << ' ' << 0 << ' '
+         << std::sin(half) * 0.6 << ' ' << std::sin(half) * 0.8 << ' ' << std::cos(half) << '\n';
+  }
+  return text.str();
+}
+
+std::string record(std::uint8_t op, const std::string& body) {
+  return bytes_of(op, std::uint64_t{body.size()}) + body;
+}
+
+std::string counted(const std::string& text) {
+  return bytes_of(static_cast<std::uint32_t>(text.size())) + text;
+}
+
+}  // namespace
+
+void BagFiles::SetUp() {
+  const std::string command = std::string("'") + OCTOSURF_BAG_PYTHON +
+                              "' -c 'import rosbag, rospy, sensor_msgs.msg, " +
+                              "nav_msgs.msg, tf2_msgs.msg, lz4.frame, zstandard' 2>/dev/null";
+  if (std::system(command.c_str()) != 0)
+    GTEST_SKIP() << "Debian's Python has no rosbag, message, lz4 or zstandard modules (see ./dev)";
+}
+
+fs::path BagFiles::write_images(const std::string& name) const {
+  for (int image = 0; image < 3; ++image) {
+    std::vector<std::uint16_t> pixels;
+    for (int i = 0; i < 24; ++i) pixels.push_back(static_cast<std::uint16_t>(1000 + 37 * i + 501 * image));
+    pixels[3] = 0;
+    pixels[20] = 65535;
+    write_png(name + "/frame-00000" + std::to_string(image) + ".depth.png", 6, 4, pixels);
+  }
+  write(name + "/camera-intrinsics.txt", "5.25 0 2.5\n0 5.3 1.5\n0 0 1\n");
+  write(name + "/times.txt", "0\n0.03333333333333333\n0.06666666666666667\n");
+  write(name + "/poses.txt", poses(3));
+  return folder / name;
+}
+
+fs::path BagFiles::write_clouds(const std::string& name) const {
+  for (int cloud = 0; cloud < 3; ++cloud) {
+    std::string points;
+    for (int i = 0; i < 40; ++i)
+      points += i == 7 ? bytes_of(0.0F, 0.0F, 0.0F)
+                       : bytes_of(0.1F * static_cast<float>(i), 1.0F / static_cast<float>(i + 1),
+                                  static_cast<float>(cloud) - 0.7F);
+    write(name + "/scan-" + std::to_string(cloud) + ".pcd",
+          "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 40\nHEIGHT 1\n"
+          "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 40\nDATA binary\n" +
+              points);
+  }
+  write(name + "/times.txt", "0\n0.03333333333333333\n0.06666666666666667\n");
+  write(name + "/poses.txt", poses(3));
+  return folder / name;
+}
+
+fs::path BagFiles::write_bag(const fs::path& recording, const std::string& name,
+                             const std::string& options) const {
+  const fs::path bag = folder / name;
+  fs::create_directories(bag.parent_path());
+  const std::string command = std::string("'") + OCTOSURF_BAG_PYTHON +
+                              "' '" OCTOSURF_SOURCE_DIR "/test/io/readers/write_bag.py' '" +
+                              recording.string() + "' '" + bag.string() + "' " + options;
+  EXPECT_EQ(std::system(command.c_str()), 0) << command;
+  return bag;
+}
+
+CdrBytes& CdrBytes::text(const std::string& value) { return bytes(value + '\0'); }
+
+CdrBytes& CdrBytes::bytes(std::string_view value) {
+  u32(static_cast<std::uint32_t>(value.size()));
+  bytes_ += value;
+  return *this;
+}
+
+CdrBytes& CdrBytes::header(double stamp_s, const std::string& frame) {
+  const double seconds = std::floor(stamp_s);
+  return u32(static_cast<std::uint32_t>(static_cast<std::int32_t>(seconds)))
+      .u32(static_cast<std::uint32_t>(std::lround((stamp_s - seconds) * 1e9)))
+      .text(frame);
+}
+
+CdrBytes& CdrBytes::pose(double x, double qw) { return f64(x).f64(0).f64(0).f64(0).f64(0).f64(0).f64(qw); }
+
+CdrBytes one_point(double stamp_s, const std::string& frame) {
+  CdrBytes cloud;
+  cloud.header(stamp_s, frame).u32(1).u32(1).u32(3);
+  for (std::uint32_t axis = 0; axis < 3; ++axis)
+    cloud.text(std::string("xyz").substr(axis, 1)).u32(4 * axis).u8(7).u32(1);
+  return cloud.u8(0).u32(12).u32(12).bytes(bytes_of(1.0F, 2.0F, 3.0F)).u8(1);
+}
+
+CdrBytes one_transform(double stamp_s, const std::string& parent, const std::string& child, double x) {
+  return CdrBytes().u32(1).header(stamp_s, parent).text(child).pose(x);
+}
+
+std::string mcap_of(const std::vector<McapMessage>& messages) {
+  std::string bytes = "\x89MCAP0\r\n" + record(1, counted("ros2") + counted("test"));
+  std::map<std::string, std::uint16_t> channels;
+  for (const McapMessage& message : messages) {
+    const auto [channel, is_new] =
+        channels.emplace(message.topic, static_cast<std::uint16_t>(channels.size() + 1));
+    if (is_new) {
+      bytes +=
+          record(3, bytes_of(channel->second) + counted(message.type) + counted("ros2msg") + counted(""));
+      bytes += record(4, bytes_of(channel->second, channel->second) + counted(message.topic) +
+                             counted("cdr") + counted(""));
+    }
+    const auto logged_ns = static_cast<std::uint64_t>(std::llround(message.logged_s * 1e9));
+    bytes += record(5, bytes_of(channel->second, std::uint32_t{0}, logged_ns, logged_ns) + message.bytes);
+  }
+  return bytes + record(15, bytes_of(std::uint32_t{0})) + record(2, std::string(20, '\0')) + "\x89MCAP0\r\n";
+}
+
+}  // namespace octosurf::test

@@ -1,0 +1,62 @@
+#pragma once
+
+#include "io/readers/bag.hpp"
+#include "io/scan_files.hpp"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace octosurf::test {
+
+/// Recordings in folders, and bags of them as others write them (write_bag.py).
+class BagFiles : public ScanFiles {
+ protected:
+  void SetUp() override;
+
+  /// Three images of 6×4 pixels with readings and none; poses that turn and move. Poses are stamped from 0 at
+  /// 30 Hz.
+  std::filesystem::path write_images(const std::string& name = "images") const;
+  /// Three clouds of 40 points, one of them at the origin.
+  std::filesystem::path write_clouds(const std::string& name = "clouds") const;
+  /// The options are those of write_bag.py. Skips the test if a Python module is missing.
+  std::filesystem::path write_bag(const std::filesystem::path& recording, const std::string& name,
+                                  const std::string& options = {}) const;
+};
+
+/// Messages as a bag has them, for what write_bag.py does not write: little-endian, each value aligned.
+class CdrBytes {
+ public:
+  CdrBytes& u8(std::uint8_t value) { return put(value); }
+  CdrBytes& u32(std::uint32_t value) { return put(value); }
+  CdrBytes& f64(double value) { return put(value); }
+  CdrBytes& text(const std::string& value);
+  CdrBytes& bytes(std::string_view value);
+  CdrBytes& header(double stamp_s, const std::string& frame);
+  CdrBytes& pose(double x, double qw = 1);  ///< x 0 0 and a quaternion 0 0 0 qw
+  std::string all() const { return std::string("\0\1\0\0", 4) + bytes_; }
+
+ private:
+  template <class Number>
+  CdrBytes& put(Number value) {
+    bytes_.resize((bytes_.size() + sizeof value - 1) / sizeof value * sizeof value);
+    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+    return *this;
+  }
+  std::string bytes_;
+};
+
+/// One cloud of one point (1, 2, 3).
+CdrBytes one_point(double stamp_s, const std::string& frame);
+/// One transform, x along the parent's axis.
+CdrBytes one_transform(double stamp_s, const std::string& parent, const std::string& child, double x);
+
+struct McapMessage {
+  std::string topic, type;  ///< sensor_msgs/msg/Image
+  double logged_s = 0;
+  std::string bytes;
+};
+/// An MCAP without chunks, check sums and summary.
+std::string mcap_of(const std::vector<McapMessage>& messages);
+
+}  // namespace octosurf::test

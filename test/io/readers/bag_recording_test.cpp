@@ -1,0 +1,120 @@
+// Bags that others wrote give the very scans of the folders they were made of.
+#include "io/readers/bag_files.hpp"
+
+#include <cstring>
+
+namespace octosurf::test {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+namespace fs = std::filesystem;
+
+void expect_same_scans(const std::vector<Scan>& bag, const std::vector<Scan>& folder, double pose_error = 0) {
+  ASSERT_EQ(bag.size(), folder.size());
+  for (std::size_t i = 0; i < bag.size(); ++i) {
+    ASSERT_EQ(bag[i].points.size(), folder[i].points.size());
+    // To the bit, "not a number" included.
+    EXPECT_EQ(std::memcmp(bag[i].points.data(), folder[i].points.data(),
+                          sizeof(Eigen::Vector3f) * bag[i].points.size()),
+              0)
+        << "scan " << i;
+    EXPECT_LE((bag[i].T_map_sensor.matrix() - folder[i].T_map_sensor.matrix()).cwiseAbs().maxCoeff(),
+              pose_error)
+        << "scan " << i;
+    EXPECT_EQ(bag[i].sensor, folder[i].sensor);
+    EXPECT_NEAR(bag[i].stamp_s - bag[0].stamp_s, folder[i].stamp_s - folder[0].stamp_s, 1e-6);
+  }
+}
+
+struct Written {
+  const char* bag;
+  const char* options;
+};
+std::string name_of(const ::testing::TestParamInfo<Written>& info) {
+  std::string name = std::string(info.param.bag) + "_" + info.param.options;
+  for (char& c : name)
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
+  return name;
+}
+
+class ImagesInBag : public BagFiles, public ::testing::WithParamInterface<Written> {};
+
+TEST_P(ImagesInBag, AreThoseOfTheFolder) {
+  const fs::path images = write_images();
+  const fs::path bag = write_bag(images, GetParam().bag, GetParam().options);
+  // Where tf is a product of two turns, its rounding is not the folder's.
+  const bool chain = std::string(GetParam().options).find("chain") != std::string::npos;
+  expect_same_scans(read_all({bag}), read_all({images}), chain ? 1e-15 : 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Bags, ImagesInBag,
+    ::testing::Values(Written{"a.bag", ""}, Written{"a.bag", "packing=bz2 poses=odometry"},
+                      Written{"a.bag", "packing=lz4 poses=pose depth=mono16"},
+                      Written{"a.bag", "depth=32FC1 chunk=100 poses=chain"}, Written{"a.bag", "depth=big"},
+                      Written{"a.bag", "depth=png"}, Written{"a.db3", ""},
+                      Written{"a.db3", "poses=odometry depth=32FC1"},
+                      Written{"a.db3", "poses=pose depth=compressedDepth"},
+                      Written{"a.db3", "poses=chain depth=big"}, Written{"a.mcap", ""},
+                      Written{"a.mcap", "chunk=0 poses=odometry"},
+                      Written{"a.mcap", "packing=zstd poses=pose depth=big"},
+                      Written{"a.mcap", "packing=lz4 chunk=100 poses=chain depth=mono16"},
+                      Written{"a.mcap", "packing=zstd depth=compressedDepth"}),
+    name_of);
+
+class CloudsInBag : public BagFiles, public ::testing::WithParamInterface<Written> {};
+
+TEST_P(CloudsInBag, AreThoseOfTheFolder) {
+  const fs::path clouds = write_clouds();
+  const fs::path bag = write_bag(clouds, GetParam().bag, GetParam().options);
+  auto expected = read_all({clouds});
+  if (std::string(GetParam().options).find("organised") != std::string::npos)
+    for (Scan& scan : expected) scan.sensor = SensorKind::depth_camera;
+  expect_same_scans(read_all({bag}), expected);
+}
+
+INSTANTIATE_TEST_SUITE_P(Bags, CloudsInBag,
+                         ::testing::Values(Written{"a.bag", ""},
+                                           Written{"a.bag", "cloud=doubles packing=lz4"},
+                                           Written{"a.bag", "cloud=padded"},
+                                           Written{"a.bag", "cloud=organised"}, Written{"a.bag", "cloud=big"},
+                                           Written{"a.db3", ""}, Written{"a.db3", "cloud=doubles"},
+                                           Written{"a.db3", "cloud=padded"}, Written{"a.mcap", "cloud=big"},
+                                           Written{"a.mcap", "packing=zstd cloud=organised"}),
+                         name_of);
+
+TEST_F(BagFiles, AFolderWithMetadataIsOneRecordingOfItsFiles) {
+  const fs::path first = write_clouds("first"), second = write_clouds("second");
+  write_bag(first, "walk/walk_0.mcap");
+  write_bag(second, "walk/walk_1.mcap", "poses=tf packing=lz4");
+  write("walk/metadata.yaml", "rosbag2_bagfile_information:\n");
+  const auto source = open_scans({folder / "walk"});
+  EXPECT_EQ(source->size(), 6U);
+  EXPECT_EQ(read_all(*source).size(), 6U);
+  EXPECT_THAT(source->notes(), ElementsAre(HasSubstr("scans: 6 messages of /lidar/points"),
+                                           HasSubstr("poses: tf of lidar in map")));
+}
+
+TEST_F(BagFiles, PosesOfAFileWin) {
+  const fs::path clouds = write_clouds();
+  const fs::path bag = write_bag(clouds, "a.mcap");
+  ScanSourceOptions options;
+  options.poses = write("line.txt", "0 0 1 0 0 0 1\n0 0 2 0 0 0 1\n0 0 3 0 0 0 1\n");
+  const auto scans = read_all({bag}, options);
+  ASSERT_EQ(scans.size(), 3U);
+  EXPECT_EQ(scans[2].T_map_sensor.translation().z(), 3);
+}
+
+TEST_F(BagFiles, IntrinsicsOfAFileWin) {
+  const fs::path bag = write_bag(write_images(), "a.bag");
+  ScanSourceOptions options;
+  options.intrinsics = write("k.txt", "10 10 0 0\n");
+  const auto scans = read_all({bag}, options);
+  ASSERT_FALSE(scans.empty());
+  EXPECT_EQ(scans[0].points[0], Eigen::Vector3f(0, 0, 1));
+}
+
+}  // namespace
+}  // namespace octosurf::test

@@ -1,0 +1,191 @@
+// Messages of every layout, and such as no driver sends.
+#include "io/readers/bag_files.hpp"
+#include "io/readers/sensor_messages.hpp"
+
+#include <fastcdr/Cdr.h>
+#include <fastcdr/FastBuffer.h>
+#include <fastcdr/config.h>
+
+namespace octosurf::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+namespace cdr = eprosima::fastcdr;
+
+constexpr std::uint64_t plenty = std::uint64_t{64} << 20;
+
+/// What Fast CDR, by whose library ROS 2 serialises, makes of the same values.
+class FastCdr {
+ public:
+  FastCdr()
+      :
+#if FASTCDR_VERSION_MAJOR >= 2
+        cdr_(buffer_, cdr::Cdr::LITTLE_ENDIANNESS, cdr::CdrVersion::XCDRv1) {
+    cdr_.set_encoding_flag(cdr::EncodingAlgorithmFlag::PLAIN_CDR);
+#else
+        cdr_(buffer_, cdr::Cdr::LITTLE_ENDIANNESS, cdr::Cdr::DDS_CDR) {
+#endif
+    cdr_.serialize_encapsulation();
+  }
+  template <class Value>
+  FastCdr& operator<<(const Value& value) {
+    cdr_ << value;
+    return *this;
+  }
+  std::string all() {
+#if FASTCDR_VERSION_MAJOR >= 2
+    return {buffer_.getBuffer(), cdr_.get_serialized_data_length()};
+#else
+    return {buffer_.getBuffer(), cdr_.getSerializedDataLength()};
+#endif
+  }
+
+ private:
+  std::string zeros_ = std::string(1000, '\0');  // it leaves what it skips to align as it was
+  cdr::FastBuffer buffer_{zeros_.data(), zeros_.size()};
+  cdr::Cdr cdr_;
+};
+
+/// The message of the exception that reading throws.
+template <class Read>
+std::string refusal(const std::string& bytes, MessageEncoding encoding, const Read& read) {
+  try {
+    read(*message_reader(bytes, encoding));
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  ADD_FAILURE() << "not refused";
+  return {};
+}
+
+std::string cloud_refusal(const CdrBytes& cloud) {
+  return refusal(cloud.all(), MessageEncoding::cdr,
+                 [](MessageReader& message) { read_cloud_message(message, plenty); });
+}
+
+CdrBytes cloud_of(std::uint32_t height, std::uint32_t width, std::uint32_t step, std::uint32_t row_step,
+                  std::size_t bytes, const std::string& names = "xyz", std::uint8_t type = 7) {
+  CdrBytes cloud;
+  cloud.header(1, "lidar").u32(height).u32(width).u32(static_cast<std::uint32_t>(names.size()));
+  for (std::uint32_t i = 0; i < names.size(); ++i) cloud.text(names.substr(i, 1)).u32(4 * i).u8(type).u32(1);
+  return cloud.u8(0).u32(step).u32(row_step).bytes(std::string(bytes, '\0')).u8(1);
+}
+
+/// The tests' writers of CDR, this one's and write_bag.py's, against Fast CDR's: what they made is of its
+/// bytes.
+TEST_F(BagFiles, WritersOfCdrAgreeWithFastCdr) {
+  const auto sequence = [](const std::string& bytes) {
+    return std::vector<std::uint8_t>(bytes.begin(), bytes.end());
+  };
+  const std::string points = bytes_of(1.0F, 2.0F, 3.0F);
+  FastCdr fast;
+  fast << std::int32_t{5} << std::uint32_t{500000000} << std::string("lidar") << std::uint32_t{1}
+       << std::uint32_t{1} << std::uint32_t{3};
+  for (std::uint32_t axis = 0; axis < 3; ++axis)
+    fast << std::string("xyz").substr(axis, 1) << 4 * axis << std::uint8_t{7} << std::uint32_t{1};
+  fast << std::uint8_t{0} << std::uint32_t{12} << std::uint32_t{12} << sequence(points) << std::uint8_t{1};
+  EXPECT_EQ(one_point(5.5, "lidar").all(), fast.all());
+
+  const auto bag = open_bag({write_bag(write_clouds(), "a.db3", "poses=tf scans=1")});
+  std::vector<std::string> written;
+  bag->read_all([&](const BagMessage& message) { written.emplace_back(message.bytes); }, nullptr);
+  ASSERT_EQ(written.size(), 2U);
+  FastCdr transform;
+  transform << std::uint32_t{1} << std::int32_t{1700000000} << std::uint32_t{0} << std::string("map")
+            << std::string("lidar") << 0.0 << -0.3 << 1.0 / 3 << 0.0 << std::sin(0.1) * 0.6
+            << std::sin(0.1) * 0.8 << std::cos(0.1);
+  EXPECT_EQ(written[0], transform.all());
+}
+
+TEST(Messages, AreReadInEitherByteOrder) {
+  cdr::FastBuffer buffer;
+#if FASTCDR_VERSION_MAJOR >= 2
+  cdr::Cdr big(buffer, cdr::Cdr::BIG_ENDIANNESS, cdr::CdrVersion::XCDRv1);
+  big.set_encoding_flag(cdr::EncodingAlgorithmFlag::PLAIN_CDR);
+#else
+  cdr::Cdr big(buffer, cdr::Cdr::BIG_ENDIANNESS, cdr::Cdr::DDS_CDR);
+#endif
+  big.serialize_encapsulation();
+  big << std::int32_t{5} << std::uint32_t{7} << std::string("/map") << 1.0 << 2.0 << 3.0 << 0.0 << 0.0 << 0.0
+      << 1.0;
+#if FASTCDR_VERSION_MAJOR >= 2
+  const std::string bytes(buffer.getBuffer(), big.get_serialized_data_length());
+#else
+  const std::string bytes(buffer.getBuffer(), big.getSerializedDataLength());
+#endif
+  const auto pose =
+      read_pose_message(*message_reader(bytes, MessageEncoding::cdr), "geometry_msgs/PoseStamped");
+  EXPECT_EQ(pose.header.stamp_ns, 5000000007);
+  EXPECT_EQ(pose.header.frame, "map");
+  EXPECT_EQ(pose.translation, Eigen::Vector3d(1, 2, 3));
+}
+
+TEST(Messages, OfEveryLengthAreReadOrRefused) {
+  const std::string cloud = one_point(1, "lidar").all(), tf = one_transform(1, "map", "lidar", 3).all();
+  for (std::size_t n = 0; n < cloud.size() - 1; ++n)  // whether it is dense is not asked
+    EXPECT_THAT(refusal(cloud.substr(0, n), MessageEncoding::cdr,
+                        [](MessageReader& message) { read_cloud_message(message, plenty); }),
+                ::testing::AnyOf(HasSubstr("ends too early"), HasSubstr("not CDR")))
+        << n;
+  for (std::size_t n = 0; n < tf.size(); ++n)
+    EXPECT_THAT(refusal(tf.substr(0, n), MessageEncoding::cdr,
+                        [](MessageReader& message) { read_transforms(message); }),
+                ::testing::AnyOf(HasSubstr("ends too early"), HasSubstr("not CDR")))
+        << n;
+  for (std::size_t n = 0; n < tf.size() - 4; ++n)
+    EXPECT_THAT(refusal(tf.substr(4, n), MessageEncoding::ros1,
+                        [](MessageReader& message) { read_transforms(message); }),
+                HasSubstr("ends too early"))
+        << n;
+}
+
+TEST(Messages, OfSizesThatTheyDoNotHaveAreRefused) {
+  EXPECT_THAT(cloud_refusal(cloud_of(1, 4000000000, 12, 12, 12)),
+              HasSubstr("says it has 4000000000x1 points"));
+  EXPECT_THAT(cloud_refusal(cloud_of(4000000000, 4000000000, 12, 12, 24)), HasSubstr("says it has"));
+  EXPECT_THAT(cloud_refusal(cloud_of(4000000000, 1, 12, 12, 24)), HasSubstr("says it has"));
+  EXPECT_THAT(cloud_refusal(cloud_of(2, 1, 12, 11, 24)), HasSubstr("says it has"));
+  EXPECT_THAT(cloud_refusal(cloud_of(2, 1, 12, 0, 24)), HasSubstr("says it has"));
+  EXPECT_THAT(cloud_refusal(cloud_of(1, 1, 11, 12, 24)), HasSubstr("lies outside"));
+  EXPECT_THAT(cloud_refusal(cloud_of(1, 4000000000, 0, 0, 0)), HasSubstr("lies outside"));
+  EXPECT_THAT(cloud_refusal(cloud_of(1, 1, 12, 12, 12, "xyy")), HasSubstr("one each of x, y and z"));
+  EXPECT_THAT(cloud_refusal(cloud_of(1, 1, 12, 12, 12, "xyz", 5)), HasSubstr("no float32 or float64"));
+  const std::string large = cloud_of(1, 1000, 12, 12000, 12000).all();
+  EXPECT_THAT(refusal(large, MessageEncoding::cdr,
+                      [](MessageReader& message) { read_cloud_message(message, 11999); }),
+              HasSubstr("far more than its bag's size"));
+  EXPECT_TRUE(
+      read_cloud_message(*message_reader(cloud_of(1, 0, 12, 0, 0).all(), MessageEncoding::cdr), plenty)
+          .points.empty());
+}
+
+std::string image_refusal(std::uint32_t height, std::uint32_t width, const std::string& encoding,
+                          std::uint32_t step, std::size_t bytes) {
+  const std::string image = CdrBytes()
+                                .header(1, "camera")
+                                .u32(height)
+                                .u32(width)
+                                .text(encoding)
+                                .u8(0)
+                                .u32(step)
+                                .bytes(std::string(bytes, '\0'))
+                                .all();
+  return refusal(image, MessageEncoding::cdr, [](MessageReader& message) {
+    points_of(read_image_message(message), {1, 1, 0, 0}, {});
+  });
+}
+
+TEST(Messages, ImagesOfSizesThatTheyDoNotHaveAreRefused) {
+  EXPECT_THAT(image_refusal(4, 6, "16UC1", 12, 47), HasSubstr("says it has 6x4 pixels"));
+  EXPECT_THAT(image_refusal(4, 6, "16UC1", 11, 48), HasSubstr("says it has"));
+  EXPECT_THAT(image_refusal(4, 6, "16UC1", 0, 48), HasSubstr("says it has"));
+  EXPECT_THAT(image_refusal(4, 6, "32FC1", 12, 48), HasSubstr("says it has"));
+  EXPECT_THAT(image_refusal(4, 6, "rgb8", 18, 72), HasSubstr("no depth image"));
+  EXPECT_THAT(image_refusal(0, 6, "16UC1", 12, 48), HasSubstr("image of 6x0"));
+  EXPECT_THAT(image_refusal(8000, 8000, "16UC1", 16000, 48), HasSubstr("says it has"));
+  EXPECT_THAT(image_refusal(4000000000, 4000000000, "16UC1", 4, 48), HasSubstr("image of"));
+}
+
+}  // namespace
+}  // namespace octosurf::test
