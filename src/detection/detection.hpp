@@ -1,7 +1,7 @@
 #pragma once
 
 #include "detection/refusal.hpp"
-#include "surfaces/changes.hpp"
+#include "surfaces/scan_changes.hpp"
 
 #include <vector>
 

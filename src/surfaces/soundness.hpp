@@ -1,6 +1,6 @@
 #pragma once
 
-#include "surfaces/changes.hpp"
+#include "surfaces/scan_changes.hpp"
 
 #include <span>
 

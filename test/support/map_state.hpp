@@ -1,7 +1,7 @@
 #pragma once
 
 #include "occupancy/downsample.hpp"
-#include "surfaces/changes.hpp"
+#include "surfaces/scan_changes.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <limits>

@@ -1,0 +1,114 @@
+"""Says which includes break the house: docs/design.md §2 has the arrows, this reads them there.
+
+- A room of src/, and apps/, includes headers of its own, public ones, and those of the rooms behind its arrows.
+- The arrows have no cycle, and neither have the headers.
+- No header of src/ is called like a public one.
+- Public headers (but for adapters/) include one another, Eigen and the standard library.
+"""
+
+import pathlib
+import re
+import sys
+
+INCLUDE = re.compile(r'^\s*#\s*include\s+[<"]([^>"]+)[>"]', re.MULTILINE)
+# "a, b → c, d", several to a line apart by blanks; "a → b → c" are two arrows.
+ARROW = re.compile(r"\w+(?:, \w+)*(?:\s+→ \w+(?:, \w+)*)+")
+
+
+def rooms_in(text):
+    return text.strip().split(", ")
+
+
+def arrows_of(design):
+    """Room → the rooms that it may include."""
+    table = re.search(r"behind its arrow:\n\n```\n(.*?)```", design, re.DOTALL)
+    assert table, "docs/design.md has no table of arrows"
+    arrows = {}
+    for chain in ARROW.findall(table[1]):
+        steps = [rooms_in(step) for step in chain.split("→")]
+        for sources, targets in zip(steps, steps[1:]):
+            for room in sources:
+                arrows.setdefault(room, set()).update(targets)
+    return arrows
+
+
+def includes_of(file):
+    return INCLUDE.findall(file.read_text())
+
+
+def closed(arrows):
+    """What a room may include that may include what …: rooms further behind are allowed, too."""
+    reach = {room: set(targets) for room, targets in arrows.items()}
+    for _ in reach:
+        for targets in reach.values():
+            targets |= set().union(*(reach.get(room, set()) for room in targets))
+    return reach
+
+
+def wrong_arrows(root, arrows):
+    rooms = {folder.name for folder in (root / "src").iterdir() if folder.is_dir()}
+    assert len(rooms) > 5, "hardly any rooms: is the layout another one?"
+    arrows = {room: rooms if targets == {"all"} else targets for room, targets in arrows.items()}
+    unknown = (set(arrows) | set().union(*arrows.values())) - rooms - {"apps"}
+    yield from (f"docs/design.md has an arrow of {room}, which is no room" for room in sorted(unknown))
+    reach = closed(arrows)
+    yield from (f"the arrows lead from {room} back to it" for room in sorted(reach) if room in reach[room])
+    for folder in sorted({root / "src" / room for room in rooms} | {root / "apps"}):
+        for file in sorted(folder.rglob("*.[ch]pp")):
+            for include in includes_of(file):
+                room = include.split("/")[0]
+                if room in rooms and room != folder.name and room not in reach.get(folder.name, set()):
+                    yield f"{file.relative_to(root)} includes {include}: {folder.name} → {room} is no arrow"
+
+
+def header_cycles(root):
+    """The public header `x` is told apart from those of src/ by its folder."""
+    graph = {}
+    for base, prefix in ((root / "src", ""), (root / "include", "")):
+        for file in base.rglob("*.hpp"):
+            graph[prefix + str(file.relative_to(base))] = includes_of(file)
+    done, path = set(), []
+
+    def visit(header):
+        if header in path:
+            yield "headers include each other: " + " → ".join([*path[path.index(header):], header])
+        elif header in graph and header not in done:
+            path.append(header)
+            for include in graph[header]:
+                yield from visit(include)
+            path.pop()
+            done.add(header)
+
+    for header in sorted(graph):
+        yield from visit(header)
+
+
+def like_public_ones(root):
+    public = {file.name for file in (root / "include" / "octosurf").glob("*.hpp")}
+    assert len(public) > 10, "hardly any public headers: is the layout another one?"
+    for file in sorted((root / "src").rglob("*.hpp")):
+        if file.name in public:
+            yield f"{file.relative_to(root)} is called like a public header"
+
+
+def heavy_public_headers(root):
+    for file in sorted((root / "include" / "octosurf").glob("*.hpp")):
+        for include in includes_of(file):
+            standard = re.fullmatch(r"[a-z_0-9]+", include)
+            if not (standard or include.startswith(("octosurf/", "Eigen/"))) or "adapters" in include:
+                yield f"{file.relative_to(root)} includes {include}"
+
+
+def problems(root):
+    arrows = arrows_of((root / "docs" / "design.md").read_text())
+    yield from wrong_arrows(root, arrows)
+    yield from header_cycles(root)
+    yield from like_public_ones(root)
+    yield from heavy_public_headers(root)
+
+
+if __name__ == "__main__":
+    found = list(problems(pathlib.Path(sys.argv[1])))
+    for problem in found:
+        print(problem)
+    sys.exit(1 if found else 0)

@@ -1,0 +1,78 @@
+"""Each rule of check_architecture.py, broken once in a small house."""
+
+import pathlib
+import tempfile
+import unittest
+
+import check_architecture
+
+DESIGN = """A room includes public headers, its own, and those of the rooms behind its arrow:
+
+```
+apps → all          top, side → middle → bottom
+```
+"""
+ROOMS = ["top", "side", "middle", "bottom", "fifth", "sixth"]
+
+
+class House(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.root = pathlib.Path(self.folder.name)
+        self.write("docs/design.md", DESIGN)
+        for room in ROOMS:
+            self.write(f"src/{room}/{room}.hpp", "#pragma once\n")
+        for i in range(11):
+            self.write(f"include/octosurf/public{i}.hpp", "#include <vector>\n#include <Eigen/Core>\n")
+        self.write("apps/main.cpp", '#include "bottom/bottom.hpp"\n')
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def write(self, path, text):
+        file = self.root / path
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
+
+    def problem(self):
+        found = list(check_architecture.problems(self.root))
+        self.assertEqual(len(found), 1, found)
+        return found[0]
+
+    def test_a_house_in_order_has_no_problem(self):
+        self.write("src/top/a.cpp", '#include "middle/middle.hpp"\n#include "bottom/bottom.hpp"\n#include <cmath>\n')
+        self.assertEqual(list(check_architecture.problems(self.root)), [])
+
+    def test_an_arrow_up(self):
+        self.write("src/bottom/a.cpp", '#include "middle/middle.hpp"\n')
+        self.assertIn("bottom → middle is no arrow", self.problem())
+
+    def test_an_arrow_aside(self):
+        self.write("src/top/a.hpp", '  #  include "side/side.hpp"\n')
+        self.assertIn("top → side is no arrow", self.problem())
+
+    def test_arrows_in_a_circle(self):
+        self.write("docs/design.md", DESIGN.replace("→ bottom", "→ bottom → top"))
+        found = list(check_architecture.problems(self.root))
+        self.assertEqual([line.split()[-4] for line in found], ["bottom", "middle", "top"], found)
+
+    def test_an_arrow_of_no_room(self):
+        self.write("docs/design.md", DESIGN.replace("side", "cellar"))
+        self.assertIn("cellar", self.problem())
+
+    def test_headers_in_a_circle(self):
+        self.write("src/top/a.hpp", '#include "top/b.hpp"\n')
+        self.write("src/top/b.hpp", '#include "top/a.hpp"\n')
+        self.assertIn("include each other", self.problem())
+
+    def test_a_header_called_like_a_public_one(self):
+        self.write("src/top/public3.hpp", "")
+        self.assertIn("called like", self.problem())
+
+    def test_a_heavy_public_header(self):
+        self.write("include/octosurf/public3.hpp", "#include <CGAL/Point_2.h>\n")
+        self.assertIn("CGAL", self.problem())
+
+
+if __name__ == "__main__":
+    unittest.main()
