@@ -44,7 +44,7 @@ class JoinedBag : public Bag {
     }
   }
 
-  std::string read(const MessagePlace& place) override { return parts_[place.file]->read(place); }
+  std::string_view read(const MessagePlace& place) override { return parts_[place.file]->read(place); }
 
  private:
   /// Gives the part's topics their indices among all.

@@ -54,8 +54,8 @@ class Bag {
   /// `left_out`, damaged parts are left out instead, with a line each.
   virtual void read_all(const Visit& visit, std::vector<std::string>* left_out) = 0;
 
-  /// The bytes of one message that was visited.
-  virtual std::string read(const MessagePlace& place) = 0;
+  /// The bytes of one message that was visited; valid until the next is read.
+  virtual std::string_view read(const MessagePlace& place) = 0;
 
   /// All topics once the bag was read, those of the messages visited so far before that.
   const std::vector<BagTopic>& topics() const { return topics_; }

@@ -1,5 +1,7 @@
 #include "io/readers/bag_index.hpp"
 
+#include "io/readers/bounded_file.hpp"
+
 #include <algorithm>
 #include <map>
 #include <stdexcept>
@@ -9,9 +11,8 @@
 namespace octosurf {
 namespace {
 
-// What an index may keep: 16 MiB and twice the size of the bag. A transform takes 100 bytes in a bag and not
-// more here, so that only a bag that is compressed by far more than bags are exceeds it.
-constexpr std::uint64_t free_bytes = std::uint64_t{16} << 20, bytes_per_file_byte = 2;
+// Bytes kept of a scan until it is read: where it is, here and in the list of scans to map.
+constexpr std::uint64_t bytes_of_scan = 512;
 
 void count(const BagMessage& message, TopicContents& contents) {
   const std::int64_t now = message.logged_ns;
@@ -24,7 +25,7 @@ void count(const BagMessage& message, TopicContents& contents) {
 class Indexer {
  public:
   Indexer(std::string name, std::uint64_t bytes, std::vector<std::string>* left_out)
-      : name_(std::move(name)), budget_(free_bytes + bytes_per_file_byte * bytes), left_out_(left_out) {}
+      : name_(std::move(name)), budget_(largest_index(bytes)), left_out_(left_out) {}
 
   void add(const BagTopic& topic, const BagMessage& message) {
     while (index_.topics.size() <= message.topic) index_.topics.emplace_back();
@@ -64,7 +65,7 @@ class Indexer {
       header = {};
     }
     if (contents.scans.empty()) contents.is_depth = is_depth(contents.topic, message.bytes);
-    keep(sizeof(ListedMessage));
+    keep(bytes_of_scan);
     contents.scans.push_back({message.place, header.stamp_ns != 0 ? header.stamp_ns : message.logged_ns,
                               static_cast<std::uint32_t>(message.topic), frame_index(header.frame)});
   }
@@ -121,7 +122,6 @@ class Indexer {
     return found->second;
   }
 
-  /// A vector may have twice what is in it.
   void keep(std::uint64_t bytes) {
     kept_ += bytes;
     if (kept_ > budget_)

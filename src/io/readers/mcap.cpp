@@ -55,7 +55,7 @@ class McapBag : public Bag {
     }
   }
 
-  std::string read(const MessagePlace& place) override {
+  std::string_view read(const MessagePlace& place) override {
     if (!cached_ || *cached_ != place.block) {
       cached_.reset();
       file_.seek(place.block);
@@ -68,7 +68,7 @@ class McapBag : public Bag {
     }
     if (place.offset > cache_.size() || place.size > cache_.size() - place.offset)
       file_.refuse("changed while it was read");
-    return cache_.substr(place.offset, place.size);
+    return std::string_view(cache_).substr(place.offset, place.size);
   }
 
  private:

@@ -56,11 +56,13 @@ struct CompressedImageMessage {
 };
 CompressedImageMessage read_compressed_image_message(MessageReader& message);
 
-/// Points of a depth image; `units_per_metre` empty: 1000 for millimetres, 1 for metres.
+/// Points of a depth image, which with their pixels take at most `largest_size` bytes; `units_per_metre`
+/// empty: 1000 for millimetres, 1 for metres.
 std::vector<Eigen::Vector3f> points_of(const ImageMessage& image, const Intrinsics& camera,
-                                       std::optional<double> units_per_metre);
+                                       std::optional<double> units_per_metre, std::uint64_t largest_size);
 /// `where` names the message for the PNG's decoder, which throws Error(data).
-DepthImage depth_of(const CompressedImageMessage& image, const std::string& where);
+DepthImage depth_of(const CompressedImageMessage& image, const std::string& where,
+                    std::uint64_t largest_size);
 
 struct CameraInfoMessage {
   int width = 0, height = 0;

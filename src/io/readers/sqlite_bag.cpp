@@ -45,12 +45,12 @@ class SqliteBag : public Bag {
     left_out->push_back(std::string(error.what()) + "; the rest is left out");
   }
 
-  std::string read(const MessagePlace& place) override {
+  std::string_view read(const MessagePlace& place) override {
     steps_ = 0;
     const Statement one = prepared("SELECT data FROM messages WHERE id = ?");
     sqlite3_bind_int64(one.get(), 1, static_cast<std::int64_t>(place.block));
     if (!step(one)) refuse("changed while it was read");
-    return std::string(blob(one, 0));
+    return message_ = blob(one, 0);
   }
 
  private:
@@ -128,6 +128,7 @@ class SqliteBag : public Bag {
   std::uint64_t size_ = 0, steps_ = 0;
   std::unique_ptr<sqlite3, decltype(&sqlite3_close)> base_;
   std::map<std::int64_t, std::size_t> topic_indices_;
+  std::string message_;  // read last
 };
 
 }  // namespace

@@ -172,7 +172,7 @@ std::string image_refusal(std::uint32_t height, std::uint32_t width, const std::
                                 .bytes(std::string(bytes, '\0'))
                                 .all();
   return refusal(image, MessageEncoding::cdr, [](MessageReader& message) {
-    points_of(read_image_message(message), {1, 1, 0, 0}, {});
+    points_of(read_image_message(message), {1, 1, 0, 0}, {}, plenty);
   });
 }
 
