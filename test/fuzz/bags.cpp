@@ -46,10 +46,11 @@ void read_message(MessageReader& message, int type, std::size_t size) {
     promise(camera.width > 0 && camera.height > 0, "a camera has pixels");
   } else if (type == 4) {
     TransformTree tree;
-    for (const TransformMessage& one : read_transforms(message))
+    for_each_transform(message, [&](const TransformMessage& one) {
       tree.add({one.header.frame, one.child_frame, one.header.stamp_ns % 2 == 0},
                {one.header.stamp_ns, 0, one.translation,
                 Eigen::Quaternion<double, Eigen::DontAlign>(one.rotation)});
+    });
     tree.finish();
     tree.lookup("map", "lidar", 1000000000, 1000000000);
   } else {

@@ -183,6 +183,13 @@ void BagRecording::choose_pose_topic(const TopicContents& topic, const BagOption
   pose_topic_ = &topic;
   pose_child_ = options.pose_frame.value_or(topic.pose_child);
   const std::string& sensor = index_.frames[scans_.front().frame];
+  const bool one_frame = std::all_of(scans_.begin(), scans_.end(), [&](const ListedMessage& scan) {
+    return scan.frame == scans_.front().frame;
+  });
+  if (pose_child_.empty() && !one_frame)
+    throw Error(Error::Kind::data, files_.front().string(),
+                "the poses of " + topic.topic.name + " name no frame, and the scans are of several",
+                "name it by --pose-frame");
   std::string of =
       pose_child_.empty() ? sensor + " (the sensor, as they name no frame; else --pose-frame)" : pose_child_;
   if (!pose_child_.empty() && pose_child_ != sensor) of += ", and tf from there to " + sensor;

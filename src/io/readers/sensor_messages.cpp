@@ -226,16 +226,15 @@ CameraInfoMessage read_camera_info(MessageReader& message) {
   return info;
 }
 
-std::vector<TransformMessage> read_transforms(MessageReader& message) {
-  std::vector<TransformMessage> transforms;
+void for_each_transform(MessageReader& message, const std::function<void(const TransformMessage&)>& visit) {
   for (std::uint32_t count = message.u32(); count > 0; --count) {
-    TransformMessage& transform = transforms.emplace_back();
+    TransformMessage transform;
     transform.header = read_header(message);
     transform.child_frame = without_slash(message.text());
     transform.translation = read_vector(message);
     transform.rotation = read_quaternion(message);
+    visit(transform);
   }
-  return transforms;
 }
 
 bool is_pose_type(std::string_view type) {

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -79,8 +80,8 @@ struct TransformMessage {
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
 };
-/// tf2_msgs/TFMessage.
-std::vector<TransformMessage> read_transforms(MessageReader& message);
+/// Visits those of a tf2_msgs/TFMessage.
+void for_each_transform(MessageReader& message, const std::function<void(const TransformMessage&)>& visit);
 
 /// nav_msgs/Odometry and geometry_msgs/{PoseStamped, PoseWithCovarianceStamped, TransformStamped}.
 bool is_pose_type(std::string_view type);
