@@ -36,7 +36,7 @@ void check_size(std::uint64_t width, std::uint64_t height, const std::filesystem
     refuse(file, "an image of " + std::to_string(width) + "x" + std::to_string(height) + " pixels");
 }
 
-DepthImage decode_png(std::string_view bytes, const std::filesystem::path& file) {
+DepthImage decode_png(std::string_view bytes, const std::filesystem::path& file, std::uint64_t largest_size) {
   const std::unique_ptr<spng_ctx, decltype(&spng_ctx_free)> context(spng_ctx_new(0), &spng_ctx_free);
   if (!context) throw std::bad_alloc();
   spng_set_image_limits(context.get(), largest_side, largest_side);
@@ -51,7 +51,7 @@ DepthImage decode_png(std::string_view bytes, const std::filesystem::path& file)
   check_size(header.width, header.height, file);
   DepthImage image{static_cast<int>(header.width), static_cast<int>(header.height), {}};
   const std::size_t pixels = std::size_t{header.width} * header.height;
-  if (pixel_cost * pixels > free_bytes + bytes_per_file_byte * bytes.size())
+  if (pixel_cost * pixels > largest_size)
     refuse(file, "truncated PNG: " + std::to_string(header.width) + "x" + std::to_string(header.height) +
                      " pixels in " + std::to_string(bytes.size()) + " bytes");
   image.pixels.resize(pixels);
@@ -149,14 +149,15 @@ Intrinsics read_intrinsics(const std::filesystem::path& file) {
 DepthImage read_depth_image(const std::filesystem::path& file) {
   const std::string bytes = read_bytes(file, largest_file);
   if (bytes.empty()) refuse(file, "is empty");
-  if (bytes.starts_with(png_signature)) return decode_png(bytes, file);
+  if (bytes.starts_with(png_signature))
+    return decode_png(bytes, file, free_bytes + bytes_per_file_byte * bytes.size());
   if (is_pgm(bytes)) return decode_pgm(bytes, file);
   refuse(file, "neither PNG nor PGM");
 }
 
-DepthImage read_png(std::string_view bytes, const std::string& where) {
+DepthImage read_png(std::string_view bytes, const std::string& where, std::uint64_t largest_size) {
   if (!bytes.starts_with(png_signature)) refuse(where, "not a PNG");
-  return decode_png(bytes, where);
+  return decode_png(bytes, where, largest_size);
 }
 
 bool is_picture(const std::filesystem::path& file) {

@@ -28,8 +28,9 @@ struct DepthImage {
 /// truncated, damaged, or not 16-bit gray.
 DepthImage read_depth_image(const std::filesystem::path& file);
 
-/// The same for a PNG in memory; `where` names it in messages.
-DepthImage read_png(std::string_view bytes, const std::string& where);
+/// The same for a PNG in memory, which with its points may take `largest_size` bytes; `where` names it in
+/// messages.
+DepthImage read_png(std::string_view bytes, const std::string& where, std::uint64_t largest_size);
 
 /// True if the header is whole and says that this is a picture, not a 16-bit depth image.
 bool is_picture(const std::filesystem::path& file);

@@ -337,7 +337,7 @@ void OccupancyView::for_each_occupied(const Eigen::AlignedBox3d& box,
   const auto in_part = [&](const KeyBox& part, float log_odds, const VoxelPayload* payload) {
     if (!tree_->occupied(log_odds)) return true;
     const auto one = [&](const Key3& key) {
-      return visit({State::occupied, log_odds, payload != nullptr ? payload->surface : 0,
+      return visit({State::occupied, log_odds, payload != nullptr ? SurfaceId{payload->surface} : 0,
                     centre_of(key, resolution_)});
     };
     return part.voxels() == 1 ? one(part.low) : each_key(part, {0, 0, 0}, VoxelTree::top_level, one);

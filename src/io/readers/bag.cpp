@@ -25,10 +25,18 @@ std::unique_ptr<Bag> open_one(const fs::path& file) {
       "copy the bag again");
 }
 
+/// "walk_0.db3.zstd"
+bool is_packed(const fs::path& file) {
+  const std::string ending = file.stem().extension().string();
+  return file.extension() == ".zstd" && (ending == ".db3" || ending == ".mcap");
+}
+
 /// One recording in several files.
 class JoinedBag : public Bag {
  public:
-  explicit JoinedBag(std::vector<std::unique_ptr<Bag>> parts) : parts_(std::move(parts)) {}
+  explicit JoinedBag(const std::vector<fs::path>& files) : files_(files) {
+    for (const fs::path& file : files_) parts_.push_back(open_one(file));
+  }
 
   void read_all(const Visit& visit, std::vector<std::string>* left_out) override {
     for (std::size_t file = 0; file < parts_.size(); ++file) {
@@ -44,22 +52,17 @@ class JoinedBag : public Bag {
     }
   }
 
-  std::string read(const MessagePlace& place) override { return parts_[place.file]->read(place); }
+  std::string_view read(const MessagePlace& place) override { return parts_[place.file]->read(place); }
 
  private:
   /// Gives the part's topics their indices among all.
   void join(std::size_t file, std::vector<std::size_t>& indices) {
     const std::vector<BagTopic>& own = parts_[file]->topics();
-    for (std::size_t i = indices.size(); i < own.size(); ++i) {
-      const auto same = [&](const BagTopic& topic) {
-        return topic.name == own[i].name && topic.type == own[i].type && topic.encoding == own[i].encoding;
-      };
-      const auto found = std::find_if(topics_.begin(), topics_.end(), same);
-      indices.push_back(static_cast<std::size_t>(found - topics_.begin()));
-      if (found == topics_.end()) topics_.push_back(own[i]);
-    }
+    for (std::size_t i = indices.size(); i < own.size(); ++i)
+      indices.push_back(topic_index(own[i], files_[file]));
   }
 
+  std::vector<fs::path> files_;
   std::vector<std::unique_ptr<Bag>> parts_;
 };
 
@@ -67,25 +70,19 @@ class JoinedBag : public Bag {
 
 std::unique_ptr<Bag> open_bag(const std::vector<fs::path>& files) {
   if (files.size() == 1) return open_one(files.front());
-  std::vector<std::unique_ptr<Bag>> parts;
-  for (const fs::path& file : files) parts.push_back(open_one(file));
-  return std::make_unique<JoinedBag>(std::move(parts));
+  return std::make_unique<JoinedBag>(files);
 }
 
 std::vector<fs::path> files_of_bag(const fs::path& input) {
   if (!fs::is_directory(input)) return {input};
   std::vector<fs::path> files;
-  fs::path packed;
   for (const auto& entry : fs::directory_iterator(input)) {
     if (!entry.is_regular_file()) continue;
     if (kind_of(entry.path()) == FileKind::bag) files.push_back(entry.path());
-    if (entry.path().extension() == ".zstd") packed = entry.path();
+    if (is_packed(entry.path()) && !fs::exists(fs::path(entry.path()).replace_extension()))
+      throw Error(Error::Kind::data, entry.path().string(), "a bag that is compressed as a file",
+                  "unpack it first: zstd -d --rm " + entry.path().filename().string());
   }
-  if (!packed.empty())
-    throw Error(Error::Kind::data, packed.string(), "a bag that is compressed as a file",
-                "unpack it first: zstd -d --rm " + packed.filename().string());
-  if (files.empty())
-    throw Error(Error::Kind::data, input.string(), "a bag's folder without .db3 or .mcap files");
   std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
     return natural_less(a.filename().string(), b.filename().string());
   });
@@ -96,7 +93,22 @@ bool is_bag(const fs::path& input) {
   std::error_code error;
   if (!fs::is_directory(input, error))
     return fs::is_regular_file(input, error) && kind_of(input) == FileKind::bag;
-  return fs::is_regular_file(input / "metadata.yaml", error);
+  if (!fs::is_regular_file(input / "metadata.yaml", error)) return false;
+  const auto entries = fs::directory_iterator(input, error);
+  return std::any_of(begin(entries), end(entries), [](const fs::directory_entry& entry) {
+    return kind_of(entry.path()) == FileKind::bag || is_packed(entry.path());
+  });
+}
+
+std::size_t Bag::topic_index(const BagTopic& topic, const fs::path& where) {
+  constexpr std::size_t most = 1 << 16;
+  const auto [found, is_new] = topic_indices_.emplace(topic, topics_.size());
+  if (is_new && topics_.size() == most) {
+    topic_indices_.erase(found);
+    throw Error(Error::Kind::data, where.string(), "a damaged bag: more than 65536 topics", "copy it again");
+  }
+  if (is_new) topics_.push_back(topic);
+  return found->second;
 }
 
 std::string ros_type(std::string_view type) {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -21,6 +22,7 @@ struct BagTopic {
   std::string name;
   std::string type;  ///< "sensor_msgs/PointCloud2", in ROS 2's bags too (sensor_msgs/msg/PointCloud2 there)
   MessageEncoding encoding = MessageEncoding::other;
+  auto operator<=>(const BagTopic&) const = default;
 };
 
 /// Where a message stands in a bag; means something to that bag alone.
@@ -54,14 +56,20 @@ class Bag {
   /// `left_out`, damaged parts are left out instead, with a line each.
   virtual void read_all(const Visit& visit, std::vector<std::string>* left_out) = 0;
 
-  /// The bytes of one message that was visited.
-  virtual std::string read(const MessagePlace& place) = 0;
+  /// The bytes of one message that was visited; valid until the next is read.
+  virtual std::string_view read(const MessagePlace& place) = 0;
 
   /// All topics once the bag was read, those of the messages visited so far before that.
   const std::vector<BagTopic>& topics() const { return topics_; }
 
  protected:
+  /// Several publishers, channels or files may have one topic. Throws Error(data) that names `where` for more
+  /// topics than MCAP has numbers for.
+  std::size_t topic_index(const BagTopic& topic, const std::filesystem::path& where);
+
+ private:
   std::vector<BagTopic> topics_;
+  std::map<BagTopic, std::size_t> topic_indices_;
 };
 
 /// Several files of one recording, topics of one name and type joined. Throws Error(data) if a file is no
@@ -69,10 +77,11 @@ class Bag {
 std::unique_ptr<Bag> open_bag(const std::vector<std::filesystem::path>& files);
 
 /// The files of a bag: the file itself, or what stands in the folder of a ROS 2 bag, in natural order.
-/// Throws Error(data) if the folder holds none, or they are compressed as files.
+/// Throws Error(data) if some are compressed as files.
 std::vector<std::filesystem::path> files_of_bag(const std::filesystem::path& input);
 
-/// True for a file that is a bag by its content or, damaged, by its ending, and for a folder that holds one.
+/// True for a file that is a bag by its content or, damaged, by its ending, and for the folder of a ROS 2
+/// bag: with metadata.yaml and such files.
 bool is_bag(const std::filesystem::path& input);
 
 /// "sensor_msgs/msg/Image" without its "msg/".

@@ -1,5 +1,7 @@
 #include "io/readers/bag_index.hpp"
 
+#include "io/readers/bounded_file.hpp"
+
 #include <algorithm>
 #include <map>
 #include <stdexcept>
@@ -9,9 +11,10 @@
 namespace octosurf {
 namespace {
 
-// What an index may keep: 16 MiB and twice the size of the bag. A transform takes 100 bytes in a bag and not
-// more here, so that only a bag that is compressed by far more than bags are exceeds it.
-constexpr std::uint64_t free_bytes = std::uint64_t{16} << 20, bytes_per_file_byte = 2;
+// Bytes kept of a scan until it is read: where it is, here and in the list of scans to map.
+constexpr std::uint64_t bytes_of_scan = 512;
+// And of two new frames, their names not counted.
+constexpr std::uint64_t bytes_of_frame = 1024;
 
 void count(const BagMessage& message, TopicContents& contents) {
   const std::int64_t now = message.logged_ns;
@@ -24,12 +27,12 @@ void count(const BagMessage& message, TopicContents& contents) {
 class Indexer {
  public:
   Indexer(std::string name, std::uint64_t bytes, std::vector<std::string>* left_out)
-      : name_(std::move(name)), budget_(free_bytes + bytes_per_file_byte * bytes), left_out_(left_out) {}
+      : name_(std::move(name)), budget_(largest_index(bytes)), left_out_(left_out) {}
 
   void add(const BagTopic& topic, const BagMessage& message) {
     while (index_.topics.size() <= message.topic) index_.topics.emplace_back();
     TopicContents& contents = index_.topics[message.topic];
-    contents.topic = topic;
+    if (contents.messages == 0) contents.topic = topic;
     count(message, contents);
     if (topic.encoding == MessageEncoding::other) return;
     if (topic.type == "sensor_msgs/PointCloud2" || topic.type == "sensor_msgs/Image" ||
@@ -63,8 +66,8 @@ class Indexer {
     } catch (const std::runtime_error&) {
       header = {};
     }
-    if (contents.scans.empty()) contents.is_depth = is_depth(contents.topic, message.bytes);
-    keep(sizeof(ListedMessage));
+    if (!contents.is_depth) contents.is_depth = is_depth(contents.topic, message.bytes);
+    keep(bytes_of_scan);
     contents.scans.push_back({message.place, header.stamp_ns != 0 ? header.stamp_ns : message.logged_ns,
                               static_cast<std::uint32_t>(message.topic), frame_index(header.frame)});
   }
@@ -86,11 +89,8 @@ class Indexer {
     const auto reader = message_reader(message.bytes, contents.topic.encoding);
     if (type == "tf2_msgs/TFMessage" || type == "tf/tfMessage") {
       const bool fixed = contents.topic.name.ends_with("tf_static");
-      keep(message.bytes.size());  // while its transforms are taken apart, and longer
-      for (const TransformMessage& transform : read_transforms(*reader)) {
-        keep(sizeof(PoseTrack::Sample));
-        index_.tree.add({transform.header.frame, transform.child_frame, fixed}, sample_of(transform));
-      }
+      for_each_transform(*reader,
+                         [&](const TransformMessage& transform) { add_transform(transform, fixed); });
     } else if (is_pose_type(type)) {
       const TransformMessage pose = read_pose_message(*reader, type);
       if (contents.poses.samples().empty()) {
@@ -104,6 +104,14 @@ class Indexer {
       if (!contents.camera) contents.camera = camera;
       contents.camera_changes |= *contents.camera != camera;
     }
+  }
+
+  void add_transform(const TransformMessage& transform, bool fixed) {
+    const std::size_t frames = index_.tree.size();
+    index_.tree.add({transform.header.frame, transform.child_frame, fixed}, sample_of(transform));
+    keep(sizeof(PoseTrack::Sample));
+    if (index_.tree.size() > frames)
+      keep(bytes_of_frame + 4 * (transform.header.frame.size() + transform.child_frame.size()));
   }
 
   static PoseTrack::Sample sample_of(const TransformMessage& transform) {
@@ -121,7 +129,6 @@ class Indexer {
     return found->second;
   }
 
-  /// A vector may have twice what is in it.
   void keep(std::uint64_t bytes) {
     kept_ += bytes;
     if (kept_ > budget_)

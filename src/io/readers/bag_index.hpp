@@ -25,7 +25,7 @@ struct TopicContents {
   std::uint64_t messages = 0;
   std::int64_t first_ns = 0, last_ns = 0;   ///< when they were recorded
   std::vector<ListedMessage> scans;         ///< of clouds and images
-  bool is_depth = false;                    ///< clouds, and images whose first one is of depth
+  bool is_depth = false;                    ///< clouds, and images one of which is of depth
   PoseTrack poses;                          ///< of messages that hold one pose
   std::string pose_parent, pose_child;      ///< frames of the first one; a child is not always said
   std::optional<CameraInfoMessage> camera;  ///< the first

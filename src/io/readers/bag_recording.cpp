@@ -183,6 +183,13 @@ void BagRecording::choose_pose_topic(const TopicContents& topic, const BagOption
   pose_topic_ = &topic;
   pose_child_ = options.pose_frame.value_or(topic.pose_child);
   const std::string& sensor = index_.frames[scans_.front().frame];
+  const bool one_frame = std::all_of(scans_.begin(), scans_.end(), [&](const ListedMessage& scan) {
+    return scan.frame == scans_.front().frame;
+  });
+  if (pose_child_.empty() && !one_frame)
+    throw Error(Error::Kind::data, files_.front().string(),
+                "the poses of " + topic.topic.name + " name no frame, and the scans are of several",
+                "name it by --pose-frame");
   std::string of =
       pose_child_.empty() ? sensor + " (the sensor, as they name no frame; else --pose-frame)" : pose_child_;
   if (!pose_child_.empty() && pose_child_ != sensor) of += ", and tf from there to " + sensor;
@@ -214,7 +221,7 @@ Eigen::Isometry3d BagRecording::pose(const ListedMessage& scan) const {
   return at.T_parent_child * index_.tree.lookup(pose_child_, sensor, scan.stamp_ns, gap_ns_);
 }
 
-void BagRecording::read_image(const std::string& bytes, const ListedMessage& listed, Scan& scan) const {
+void BagRecording::read_image(std::string_view bytes, const ListedMessage& listed, Scan& scan) const {
   const TopicContents& topic = index_.topics[listed.topic];
   const Camera& camera = cameras_.at(listed.topic);
   const auto require_size = [&](int width, int height) {
@@ -225,14 +232,15 @@ void BagRecording::read_image(const std::string& bytes, const ListedMessage& lis
   };
   const auto reader = message_reader(bytes, topic.topic.encoding);
   if (topic.topic.type == "sensor_msgs/CompressedImage") {
-    const DepthImage image = depth_of(read_compressed_image_message(*reader), scan.name);
+    const DepthImage image =
+        depth_of(read_compressed_image_message(*reader), scan.name, largest_scan(bytes_));
     require_size(image.width, image.height);
     scan.points = back_project(image, camera.intrinsics, depth_scale_.value_or(1000));
     return;
   }
   const ImageMessage image = read_image_message(*reader);
   require_size(image.width, image.height);
-  scan.points = points_of(image, camera.intrinsics, depth_scale_);
+  scan.points = points_of(image, camera.intrinsics, depth_scale_, largest_scan(bytes_));
 }
 
 Scan BagRecording::read(std::size_t index) {
@@ -242,10 +250,10 @@ Scan BagRecording::read(std::size_t index) {
   scan.name = name_of(listed);
   scan.sensor = sensor(index);
   try {
-    const std::string bytes = bag_->read(listed.place);
+    const std::string_view bytes = bag_->read(listed.place);
     if (is_cloud(topic)) {
       CloudMessage cloud =
-          read_cloud_message(*message_reader(bytes, topic.topic.encoding), largest_block(bytes_));
+          read_cloud_message(*message_reader(bytes, topic.topic.encoding), largest_scan(bytes_));
       if (cloud.organised) scan.sensor = SensorKind::depth_camera;
       scan.points = std::move(cloud.points);
     } else {

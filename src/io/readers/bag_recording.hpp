@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <octosurf/scan.hpp>
@@ -46,7 +47,7 @@ class BagRecording {
   const TopicContents& named(const std::string& topic, const char* option, const char* what,
                              bool (*fits)(const TopicContents&)) const;
   Eigen::Isometry3d pose(const ListedMessage& scan) const;
-  void read_image(const std::string& bytes, const ListedMessage& listed, Scan& scan) const;
+  void read_image(std::string_view bytes, const ListedMessage& listed, Scan& scan) const;
   std::string name_of(const ListedMessage& scan) const;
 
   struct Camera {

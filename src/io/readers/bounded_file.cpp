@@ -102,10 +102,6 @@ std::string_view RecordBytes::take(std::uint64_t size) {
   return taken;
 }
 
-std::uint64_t largest_block(std::uint64_t file_size) {
-  return (std::uint64_t{32} << 20) + 3 * file_size + file_size / 2;
-}
-
 std::string decompressed(std::string_view block, std::string_view format, std::uint64_t size) {
   if (format.empty() || format == "none") {
     if (size != block.size()) fail("a block of another size than announced");

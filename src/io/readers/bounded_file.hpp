@@ -58,9 +58,16 @@ class RecordBytes {
   std::size_t position_ = 0;
 };
 
-/// What a compressed block of a file may be decompressed to: 32 MiB and three and a half times the file, half
-/// of what a reader may take. Recorders write blocks of about one MiB, or of one message.
-std::uint64_t largest_block(std::uint64_t file_size);
+// What reading a bag may take is 64 MiB and eight times its size, however well it is compressed. These are
+// shares of it: a block decompressed, a scan's points (each 14 bytes with its pixel), and, twice for vectors
+// that grow and are sorted, what is kept of transforms and of where scans are. Recorders write blocks of one
+// MiB or one message, and points of 1280×720 pixels take 13 MiB.
+constexpr std::uint64_t mebibyte = std::uint64_t{1} << 20;
+constexpr std::uint64_t largest_block(std::uint64_t file_size) {
+  return 12 * mebibyte + file_size + file_size / 2;
+}
+constexpr std::uint64_t largest_scan(std::uint64_t file_size) { return 32 * mebibyte + 3 * file_size; }
+constexpr std::uint64_t largest_index(std::uint64_t file_size) { return 8 * mebibyte + file_size; }
 
 /// The block decompressed to exactly `size` bytes; "" and "none" as it is. Formats: zstd, lz4 (frames), bz2.
 /// Throws std::runtime_error saying what is wrong.

@@ -55,7 +55,7 @@ class McapBag : public Bag {
     }
   }
 
-  std::string read(const MessagePlace& place) override {
+  std::string_view read(const MessagePlace& place) override {
     if (!cached_ || *cached_ != place.block) {
       cached_.reset();
       file_.seek(place.block);
@@ -68,7 +68,7 @@ class McapBag : public Bag {
     }
     if (place.offset > cache_.size() || place.size > cache_.size() - place.offset)
       file_.refuse("changed while it was read");
-    return cache_.substr(place.offset, place.size);
+    return std::string_view(cache_).substr(place.offset, place.size);
   }
 
  private:
@@ -153,15 +153,9 @@ class McapBag : public Bag {
     const MessageEncoding encoding = channel.encoding == "cdr"    ? MessageEncoding::cdr
                                      : channel.encoding == "ros1" ? MessageEncoding::ros1
                                                                   : MessageEncoding::other;
-    BagTopic topic{channel.topic, schema == schemas_.end() ? "" : ros_type(schema->second), encoding};
-    std::size_t index = 0;  // several channels may be of one topic
-    while (index < topics_.size() &&
-           (topics_[index].name != topic.name || topics_[index].type != topic.type ||
-            topics_[index].encoding != topic.encoding))
-      ++index;
-    if (index == topics_.size()) topics_.push_back(std::move(topic));
-    channel.index = index;
-    return index;
+    const BagTopic topic{channel.topic, schema == schemas_.end() ? "" : ros_type(schema->second), encoding};
+    channel.index = topic_index(topic, file_.path());
+    return *channel.index;
   }
 
   /// The records of a chunk.

@@ -1,5 +1,7 @@
 // ROS 1's bags, format 2.0 (wiki.ros.org/Bags/Format/2.0): records of a header of named fields and of data;
-// messages in chunks.
+// messages in chunks. Not by rosbag's own library: that one ends the program at some flipped bytes (an assert
+// of its Buffer, at one of 1500 flips of a small bag), allocates what a record says of itself, refuses bags
+// whose recorder was killed, and loads plugins and Python.
 #include "io/readers/bag.hpp"
 #include "io/readers/bounded_file.hpp"
 
@@ -78,7 +80,7 @@ class Ros1Bag : public Bag {
     }
   }
 
-  std::string read(const MessagePlace& place) override {
+  std::string_view read(const MessagePlace& place) override {
     if (cached_ != place.block) {
       cached_.reset();
       file_.seek(place.block);
@@ -88,7 +90,7 @@ class Ros1Bag : public Bag {
     }
     if (place.offset > cache_.size() || place.size > cache_.size() - place.offset)
       file_.refuse("changed while it was read");
-    return cache_.substr(place.offset, place.size);
+    return std::string_view(cache_).substr(place.offset, place.size);
   }
 
  private:
@@ -171,11 +173,7 @@ class Ros1Bag : public Bag {
     const Fields about = fields_of(data);
     const BagTopic topic{std::string(value_of(fields, "topic")), ros_type(value_of(about, "type")),
                          MessageEncoding::ros1};
-    std::size_t index = 0;  // several publishers are several connections of one topic
-    while (index < topics_.size() && (topics_[index].name != topic.name || topics_[index].type != topic.type))
-      ++index;
-    if (index == topics_.size()) topics_.push_back(topic);
-    connections_[number_of(fields, "conn")] = index;
+    connections_[number_of(fields, "conn")] = topic_index(topic, file_.path());
   }
 
   /// The head is rewritten when the recorder ends; before, it announces nothing.

@@ -162,7 +162,7 @@ CompressedImageMessage read_compressed_image_message(MessageReader& message) {
 }
 
 std::vector<Eigen::Vector3f> points_of(const ImageMessage& image, const Intrinsics& camera,
-                                       std::optional<double> units_per_metre) {
+                                       std::optional<double> units_per_metre, std::uint64_t largest_size) {
   const DepthKind kind = depth_kind(image.encoding);
   if (kind == DepthKind::none)
     fail("an image of encoding '" + image.encoding.substr(0, 20) +
@@ -173,6 +173,9 @@ std::vector<Eigen::Vector3f> points_of(const ImageMessage& image, const Intrinsi
   if (image.step < row || row > image.data.size() || (image.data.size() - row) / image.step < height - 1)
     fail("says it has " + std::to_string(width) + "x" + std::to_string(height) + " pixels in rows of " +
          std::to_string(image.step) + " bytes, but holds " + std::to_string(image.data.size()) + " bytes");
+  if (width * height > largest_size / (sizeof(Eigen::Vector3f) + sizeof(std::uint16_t)))
+    fail("an image of " + std::to_string(width) + "x" + std::to_string(height) +
+         " pixels, far more than its bag's size");
   if (kind == DepthKind::metres) return back_project_metres(image, camera, units_per_metre.value_or(1));
   DepthImage depth{image.width, image.height, {}};
   depth.pixels.reserve(width * height);
@@ -183,7 +186,8 @@ std::vector<Eigen::Vector3f> points_of(const ImageMessage& image, const Intrinsi
   return back_project(depth, camera, units_per_metre.value_or(1000));
 }
 
-DepthImage depth_of(const CompressedImageMessage& image, const std::string& where) {
+DepthImage depth_of(const CompressedImageMessage& image, const std::string& where,
+                    std::uint64_t largest_size) {
   constexpr std::size_t transport_head = 12;  // compressed_depth_image_transport's: format, two parameters
   std::string_view png = image.data;
   if (image.format.find("compressedDepth") != std::string::npos) {
@@ -192,7 +196,7 @@ DepthImage depth_of(const CompressedImageMessage& image, const std::string& wher
     if (image.format.find("rvl") != std::string::npos) fail("compressed by RVL, which is not read (use png)");
     png.remove_prefix(std::min(transport_head, png.size()));
   }
-  return read_png(png, where);
+  return read_png(png, where, largest_size);
 }
 
 bool CameraInfoMessage::operator==(const CameraInfoMessage& other) const {
@@ -222,16 +226,15 @@ CameraInfoMessage read_camera_info(MessageReader& message) {
   return info;
 }
 
-std::vector<TransformMessage> read_transforms(MessageReader& message) {
-  std::vector<TransformMessage> transforms;
+void for_each_transform(MessageReader& message, const std::function<void(const TransformMessage&)>& visit) {
   for (std::uint32_t count = message.u32(); count > 0; --count) {
-    TransformMessage& transform = transforms.emplace_back();
+    TransformMessage transform;
     transform.header = read_header(message);
     transform.child_frame = without_slash(message.text());
     transform.translation = read_vector(message);
     transform.rotation = read_quaternion(message);
+    visit(transform);
   }
-  return transforms;
 }
 
 bool is_pose_type(std::string_view type) {

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -56,11 +57,13 @@ struct CompressedImageMessage {
 };
 CompressedImageMessage read_compressed_image_message(MessageReader& message);
 
-/// Points of a depth image; `units_per_metre` empty: 1000 for millimetres, 1 for metres.
+/// Points of a depth image, which with their pixels take at most `largest_size` bytes; `units_per_metre`
+/// empty: 1000 for millimetres, 1 for metres.
 std::vector<Eigen::Vector3f> points_of(const ImageMessage& image, const Intrinsics& camera,
-                                       std::optional<double> units_per_metre);
+                                       std::optional<double> units_per_metre, std::uint64_t largest_size);
 /// `where` names the message for the PNG's decoder, which throws Error(data).
-DepthImage depth_of(const CompressedImageMessage& image, const std::string& where);
+DepthImage depth_of(const CompressedImageMessage& image, const std::string& where,
+                    std::uint64_t largest_size);
 
 struct CameraInfoMessage {
   int width = 0, height = 0;
@@ -77,8 +80,8 @@ struct TransformMessage {
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
 };
-/// tf2_msgs/TFMessage.
-std::vector<TransformMessage> read_transforms(MessageReader& message);
+/// Visits those of a tf2_msgs/TFMessage.
+void for_each_transform(MessageReader& message, const std::function<void(const TransformMessage&)>& visit);
 
 /// nav_msgs/Odometry and geometry_msgs/{PoseStamped, PoseWithCovarianceStamped, TransformStamped}.
 bool is_pose_type(std::string_view type);

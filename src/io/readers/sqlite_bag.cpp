@@ -35,8 +35,8 @@ class SqliteBag : public Bag {
     // The order in which they were recorded, whatever their time stamps say.
     const Statement all = prepared("SELECT id, topic_id, timestamp, data FROM messages ORDER BY id");
     while (step(all)) {
-      const auto found = topic_indices_.find(sqlite3_column_int64(all.get(), 1));
-      if (found == topic_indices_.end()) refuse("a message of an unknown topic");
+      const auto found = indices_by_id_.find(sqlite3_column_int64(all.get(), 1));
+      if (found == indices_by_id_.end()) refuse("a message of an unknown topic");
       const auto id = static_cast<std::uint64_t>(sqlite3_column_int64(all.get(), 0));
       visit({found->second, sqlite3_column_int64(all.get(), 2), blob(all, 3), {id, 0, 0, 0}});
     }
@@ -45,12 +45,12 @@ class SqliteBag : public Bag {
     left_out->push_back(std::string(error.what()) + "; the rest is left out");
   }
 
-  std::string read(const MessagePlace& place) override {
+  std::string_view read(const MessagePlace& place) override {
     steps_ = 0;
     const Statement one = prepared("SELECT data FROM messages WHERE id = ?");
     sqlite3_bind_int64(one.get(), 1, static_cast<std::int64_t>(place.block));
     if (!step(one)) refuse("changed while it was read");
-    return std::string(blob(one, 0));
+    return message_ = blob(one, 0);
   }
 
  private:
@@ -84,13 +84,11 @@ class SqliteBag : public Bag {
 
   void read_topics() {
     const Statement all = prepared("SELECT id, name, type, serialization_format FROM topics ORDER BY id");
-    topics_.clear();
-    topic_indices_.clear();
+    indices_by_id_.clear();
     while (step(all)) {
-      topic_indices_[sqlite3_column_int64(all.get(), 0)] = topics_.size();
-      const bool cdr = text(all, 3) == "cdr";
-      topics_.push_back(
-          {text(all, 1), ros_type(text(all, 2)), cdr ? MessageEncoding::cdr : MessageEncoding::other});
+      const MessageEncoding encoding = text(all, 3) == "cdr" ? MessageEncoding::cdr : MessageEncoding::other;
+      indices_by_id_[sqlite3_column_int64(all.get(), 0)] =
+          topic_index({text(all, 1), ros_type(text(all, 2)), encoding}, file_);
     }
   }
 
@@ -127,7 +125,8 @@ class SqliteBag : public Bag {
   std::filesystem::path file_;
   std::uint64_t size_ = 0, steps_ = 0;
   std::unique_ptr<sqlite3, decltype(&sqlite3_close)> base_;
-  std::map<std::int64_t, std::size_t> topic_indices_;
+  std::map<std::int64_t, std::size_t> indices_by_id_;
+  std::string message_;  // read last
 };
 
 }  // namespace

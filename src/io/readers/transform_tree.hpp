@@ -55,6 +55,7 @@ class TransformTree {
   void add(const Edge& edge, PoseTrack::Sample sample);
   void finish();
 
+  std::size_t size() const { return frames_.size(); }  ///< frames
   bool knows(const std::string& frame) const { return indices_.contains(frame); }
   /// From the frame up to its tree's root, as its first transforms have it.
   std::vector<std::string> ancestors(const std::string& frame) const;

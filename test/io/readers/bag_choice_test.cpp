@@ -113,6 +113,19 @@ TEST_F(BagChoice, APoseTopicIsGoneOnFromByTf) {
               AllOf(HasSubstr("no topic /others with poses"), HasSubstr("/odom"), HasSubstr("/other")));
 }
 
+TEST_F(BagChoice, PosesWithoutAFrameAreTheOneSensors) {
+  const McapMessage pose{"/pose", "geometry_msgs/msg/PoseStamped", 1,
+                         CdrBytes().header(1, "world").pose(6).all()};
+  EXPECT_THAT(places({pose, cloud(1)}), ElementsAre(6));
+  const std::vector<McapMessage> two{pose, fixed("base", "left", 0.5), fixed("base", "right", -0.5),
+                                     cloud(1, "/left", "left"), cloud(1, "/right", "right")};
+  BagOptions options;
+  options.topics = {"/left", "/right"};
+  EXPECT_THAT(refusal(two, options), HasSubstr("name no frame, and the scans are of several"));
+  options.pose_frame = "base";
+  EXPECT_THAT(places(two, options), ElementsAre(6.5, 5.5));
+}
+
 TEST_F(BagChoice, WithoutExtrinsicsThereIsNoPose) {
   EXPECT_THAT(refusal({odometry(1, 7), cloud(1)}),
               AllOf(HasSubstr("/points at 1.000000000"), HasSubstr("tf has no frame 'lidar'")));

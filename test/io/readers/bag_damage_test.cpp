@@ -159,7 +159,7 @@ TEST_F(ForgedBags, AFolderOfCompressedFilesSaysHowToUnpackThem) {
   write("walk/walk_0.db3.zstd", "");
   EXPECT_THAT(failure({folder / "walk"}), AllOf(HasSubstr("compressed as a file"), HasSubstr("zstd -d")));
   fs::remove(folder / "walk/walk_0.db3.zstd");
-  EXPECT_THAT(failure({folder / "walk"}), HasSubstr("without .db3 or .mcap"));
+  EXPECT_THAT(failure({folder / "walk"}), HasSubstr("holds no scans"));
 }
 
 }  // namespace

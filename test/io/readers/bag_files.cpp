@@ -1,7 +1,8 @@
 #include "io/readers/bag_files.hpp"
 
+#include "support/bag_writer.hpp"
+
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <map>
 #include <sstream>
@@ -34,11 +35,7 @@ std::string counted(const std::string& text) {
 }  // namespace
 
 void BagFiles::SetUp() {
-  const std::string command = std::string("'") + OCTOSURF_BAG_PYTHON +
-                              "' -c 'import rosbag, rospy, sensor_msgs.msg, " +
-                              "nav_msgs.msg, tf2_msgs.msg, lz4.frame, zstandard' 2>/dev/null";
-  if (std::system(command.c_str()) != 0)
-    GTEST_SKIP() << "Debian's Python has no rosbag, message, lz4 or zstandard modules (see ./dev)";
+  if (!can_write_bags()) GTEST_SKIP() << no_bag_writer;
 }
 
 fs::path BagFiles::write_images(const std::string& name) const {
@@ -76,10 +73,7 @@ fs::path BagFiles::write_bag(const fs::path& recording, const std::string& name,
                              const std::string& options) const {
   const fs::path bag = folder / name;
   fs::create_directories(bag.parent_path());
-  const std::string command = std::string("'") + OCTOSURF_BAG_PYTHON +
-                              "' '" OCTOSURF_SOURCE_DIR "/test/io/readers/write_bag.py' '" +
-                              recording.string() + "' '" + bag.string() + "' " + options;
-  EXPECT_EQ(std::system(command.c_str()), 0) << command;
+  write_bag_of(recording, bag, options);
   return bag;
 }
 

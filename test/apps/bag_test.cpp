@@ -1,0 +1,169 @@
+// Bags as users map them: the same maps as from the folders that they were made of.
+#include "apps/command.hpp"
+#include "support/bag_writer.hpp"
+
+#include <Eigen/Geometry>
+#include <fstream>
+#include <iomanip>
+#include <limits>
+#include <sstream>
+
+namespace octosurf::test {
+namespace {
+
+using nlohmann::json;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+namespace fs = std::filesystem;
+
+class Bags : public CommandTest {
+ protected:
+  void SetUp() override {
+    if (!can_write_bags()) GTEST_SKIP() << no_bag_writer;
+  }
+
+  /// A simulated recording, its poses as quaternions, which is how bags have them.
+  void simulate(const std::string& name, const std::string& options) const {
+    run_well("simulate room -o " + name + " " + options);
+    if (exists(name + "/poses.txt")) return;
+    std::ofstream poses(folder / name / "poses.txt");
+    poses.precision(std::numeric_limits<double>::max_digits10);
+    for (int frame = 0;; ++frame) {
+      std::ostringstream stem;
+      stem << name << "/frame-" << std::setw(6) << std::setfill('0') << frame << ".pose.txt";
+      if (!exists(stem.str())) break;
+      std::ifstream in(folder / stem.str());
+      Eigen::Matrix4d T;
+      for (int i = 0; i < 16; ++i) in >> T(i / 4, i % 4);
+      const Eigen::Quaterniond q(Eigen::Matrix3d(T.topLeftCorner<3, 3>()));
+      poses << T(0, 3) << ' ' << T(1, 3) << ' ' << T(2, 3) << ' ' << q.x() << ' ' << q.y() << ' ' << q.z()
+            << ' ' << q.w() << '\n';
+      fs::remove(folder / stem.str());
+    }
+  }
+
+  void write_bag(const std::string& recording, const std::string& bag,
+                 const std::string& options = {}) const {
+    write_bag_of(folder / recording, folder / bag, options);
+  }
+
+  /// Maps the bag and compares with the map of its folder.
+  void expect_map_of(const std::string& bag, const std::string& expected,
+                     const std::string& options = {}) const {
+    run_well("map " + bag + " -o bag --force " + options);
+    EXPECT_TRUE(read("bag.surfaces") == read(expected + ".surfaces")) << bag;
+    EXPECT_TRUE(read("bag.bt") == read(expected + ".bt")) << bag;
+  }
+};
+
+TEST_F(Bags, OfDepthImagesGiveTheMapOfTheirFolder) {
+  simulate("sim", "--frames 4");
+  run_well("map sim -o folder");
+  EXPECT_GT(info("folder").at("surfaces"), 3);
+  write_bag("sim", "plain.bag");
+  expect_map_of("plain.bag", "folder");
+  write_bag("sim", "bz2.bag", "packing=bz2 poses=odometry");
+  expect_map_of("bz2.bag", "folder");
+  write_bag("sim", "lz4.bag", "packing=lz4 poses=pose depth=32FC1");
+  expect_map_of("lz4.bag", "folder");
+  write_bag("sim", "walk.db3", "poses=odometry depth=mono16");
+  expect_map_of("walk.db3", "folder");
+  write_bag("sim", "walk.mcap", "packing=zstd depth=compressedDepth");
+  expect_map_of("walk.mcap", "folder");
+  fs::create_directory(folder / "walk");
+  write("walk/metadata.yaml", "");
+  write_bag("sim", "walk/walk_0.mcap", "packing=lz4 depth=big poses=pose");
+  expect_map_of("walk", "folder");
+}
+
+TEST_F(Bags, OfCloudsGiveTheMapOfTheirFolder) {
+  simulate("sim", "--sensor spinning --frames 3");
+  run_well("map sim -o folder");
+  EXPECT_GT(info("folder").at("surfaces"), 3);
+  write_bag("sim", "plain.bag");
+  expect_map_of("plain.bag", "folder");
+  write_bag("sim", "lz4.bag", "packing=lz4 cloud=padded");
+  expect_map_of("lz4.bag", "folder");
+  write_bag("sim", "walk.db3", "poses=odometry cloud=doubles");
+  expect_map_of("walk.db3", "folder");
+  write_bag("sim", "walk.mcap", "packing=zstd cloud=big");
+  expect_map_of("walk.mcap", "folder", "--topic /lidar/points --fixed-frame map");
+}
+
+TEST_F(Bags, InfoTellsTopicsCountsAndTimes) {
+  simulate("sim", "--sensor spinning --frames 3");
+  for (const std::string bag : {"walk.bag", "walk.db3", "walk.mcap"}) {
+    write_bag("sim", bag);
+    EXPECT_THAT(
+        run_well("info " + bag).out,
+        AllOf(HasSubstr("messages     6\n"), HasSubstr("duration     0.200 s\n"),
+              HasSubstr("/lidar/points  sensor_msgs/PointCloud2          3     0.000 s     0.200 s")));
+    const json contents = json::parse(run_well("info --json " + bag).out);
+    EXPECT_EQ(contents.at("messages"), 6);
+    EXPECT_EQ(contents.at("first_s"), 1.7e9);
+    EXPECT_NEAR(contents.at("duration_s").get<double>(), 0.2, 1e-6);
+    const json& topic = contents.at("topics").at(0);
+    EXPECT_EQ(topic.at("name"), "/lidar/points");
+    EXPECT_EQ(topic.at("type"), "sensor_msgs/PointCloud2");
+    EXPECT_EQ(topic.at("messages"), 3);
+    EXPECT_NEAR(topic.at("last_s").get<double>() - topic.at("first_s").get<double>(), 0.2, 1e-6);
+  }
+  EXPECT_THAT(error_of("info walk.bag --check", 2), HasSubstr("a bag"));
+}
+
+TEST_F(Bags, WhatWasChosenIsSaid) {
+  simulate("sim", "--sensor spinning --frames 2");
+  write_bag("sim", "walk.mcap");
+  EXPECT_THAT(run_well("map walk.mcap -o m").out,
+              AllOf(HasSubstr("walk.mcap: scans: 2 messages of /lidar/points (sensor_msgs/PointCloud2)\n"),
+                    HasSubstr("walk.mcap: poses: tf of lidar in map")));
+  EXPECT_THAT(error_of("map walk.mcap -o n --topic /camera", 1),
+              AllOf(HasSubstr("no topic /camera"), HasSubstr("/lidar/points (sensor_msgs/PointCloud2)")));
+}
+
+TEST_F(Bags, ADamagedOneLosesNothing) {
+  write_floor();
+  simulate("sim", "--sensor spinning --frames 4");
+  write_bag("sim", "walk.mcap", "chunk=1000");
+  run_well("map floor -o m");
+  const std::string before = read("m.surfaces");
+  const std::string bag = read("walk.mcap");
+  write("cut.mcap", std::string_view(bag).substr(0, bag.size() * 3 / 5));
+  EXPECT_THAT(error_of("map cut.mcap --resume m", 1),
+              AllOf(HasSubstr("cut.mcap: truncated"), HasSubstr("--skip-bad maps what is whole")));
+  EXPECT_TRUE(read("m.surfaces") == before);
+  EXPECT_THAT(error_of("info cut.mcap", 1), HasSubstr("cut.mcap: truncated"));
+
+  run_well("map cut.mcap -o cut --skip-bad --report cut.json");
+  EXPECT_EQ(read_json("cut.json").at("scans"), 2);
+  EXPECT_THAT(read_json("cut.json").at("skipped_scans").at(0).get<std::string>(),
+              HasSubstr("the rest is left out"));
+  run_well("map walk.mcap --first 2 -o two");
+  EXPECT_TRUE(read("cut.surfaces") == read("two.surfaces"));
+}
+
+/// The commands of docs/usage.md, as they stand there.
+TEST_F(Bags, TheDocumentedCommandsRun) {
+  simulate("sim", "--sensor spinning --frames 2");
+  for (const std::string bag : {"walk.bag", "walk.mcap"}) write_bag("sim", bag, "poses=chain");
+  simulate("depth", "--frames 2");
+  write_bag("depth", "kitchen.db3", "poses=odometry");
+  fs::create_directory(folder / "maps");
+  std::ifstream usage(OCTOSURF_SOURCE_DIR "/docs/usage.md");
+  std::string line;
+  while (std::getline(usage, line) && line != "## Bags") {
+  }
+  while (std::getline(usage, line) && line != "```sh") {
+  }
+  int commands = 0;
+  while (std::getline(usage, line) && line != "```") {
+    ASSERT_TRUE(line.starts_with("octosurf ")) << line;
+    run_well(line.substr(9, line.find('#') - 9));
+    ++commands;
+  }
+  EXPECT_GE(commands, 4);
+}
+
+}  // namespace
+}  // namespace octosurf::test
