@@ -44,8 +44,8 @@ Examples:
   octosurf map --show-parameters --preset paper
 
 Inputs, told apart by content: folders as 7-Scenes, TUM RGB-D or KITTI velodyne have them; 16-bit depth
-images (PNG, PGM); clouds (PCD, PLY); bags of ROS 1 (.bag) and ROS 2 (.db3, .mcap, or their folder); OctoMap's .graph, .bt and .ot; archives of --keep-scans. Several are
-one recording after the other. -o maps/x writes maps/x.surfaces (everything) and maps/x.bt (plain OctoMap),
+images (PNG, PGM); clouds (PCD, PLY); bags of ROS 1 (.bag) and ROS 2 (.db3, .mcap, or their folder);
+OctoMap's .graph, .bt and .ot; archives of --keep-scans. Several are one recording after the other. -o maps/x writes maps/x.surfaces (everything) and maps/x.bt (plain OctoMap),
 every minute and at the end. Ctrl-C, SIGTERM or a lost terminal end the run after the scan at hand and save;
 what else may end it, a full disk or no memory, names the last complete checkpoint.
 
