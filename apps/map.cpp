@@ -45,9 +45,11 @@ Examples:
 
 Inputs, told apart by content: folders as 7-Scenes, TUM RGB-D or KITTI velodyne have them; 16-bit depth
 images (PNG, PGM); clouds (PCD, PLY); bags of ROS 1 (.bag) and ROS 2 (.db3, .mcap, or their folder);
-OctoMap's .graph, .bt and .ot; archives of --keep-scans. Several are one recording after the other. -o maps/x writes maps/x.surfaces (everything) and maps/x.bt (plain OctoMap),
-every minute and at the end. Ctrl-C, SIGTERM or a lost terminal end the run after the scan at hand and save;
-what else may end it, a full disk or no memory, names the last complete checkpoint.
+OctoMap's .graph, .bt and .ot; archives of --keep-scans. Several are one recording after the other. Of a bag
+the topic, the camera and the poses are chosen where there is no choice, and said. -o maps/x writes
+maps/x.surfaces (everything) and maps/x.bt (plain OctoMap), every minute and at the end. Ctrl-C, SIGTERM or a
+lost terminal end the run after the scan at hand and save; what else may end it, a full disk or no memory,
+names the last complete checkpoint.
 
 --keep-scans DIR keeps what the map is built from, some 3 bytes for each voxel that a scan ends in, 50 to
 100 kB for a depth image at 2 cm: remap builds the map anew from it with corrected poses, and map reads it

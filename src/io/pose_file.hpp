@@ -37,19 +37,20 @@ Eigen::Isometry3d rigid(const Eigen::Isometry3d& T, const std::string& where);
 /// rigid() refuses.
 Eigen::Isometry3d pose_from(const Eigen::Vector3d& translation, const Eigen::Quaterniond& q);
 
+/// TUM's ground truth has 0.01 s from pose to pose, a robot's odometry 0.02 … 0.1.
+constexpr double largest_pose_gap_s = 0.1;
+
 /// A stamped trajectory that is asked for the pose at a time.
 class Trajectory {
  public:
-  explicit Trajectory(
-      const PoseFile& file,
-      double largest_gap_s = 0.1);  // s; TUM's ground truth has 0.01 s, a robot's odometry 0.02 … 0.1
+  explicit Trajectory(const PoseFile& file, double largest_gap_s = largest_pose_gap_s);
 
   /// True if there are neighbours at most `largest_gap_s` apart around `stamp_s`, or a pose within 0.02 s
   /// (and that gap).
   bool covers(double stamp_s) const;
 
-  /// The pose of that very time; else linear and slerp between the neighbours, else the nearest. Requires covers(stamp_s); throws
-  /// Error(data) naming `where` if a pose it needs is not rigid.
+  /// The pose of that very time; else linear and slerp between the neighbours, else the nearest. Requires
+  /// covers(stamp_s); throws Error(data) naming `where` if a pose it needs is not rigid.
   Eigen::Isometry3d at(double stamp_s, const std::string& where) const;
 
  private:

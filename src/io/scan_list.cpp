@@ -133,7 +133,8 @@ void pose_all(const std::vector<ListedRecording*>& recordings, const PoseFile& p
   }
   if (!stamped && scans != poses.poses.size()) differ(poses.file, scans, poses.poses.size(), "pose");
   const auto trajectory =
-      stamped ? std::make_shared<const Trajectory>(poses, options.max_pose_gap_s.value_or(0.1)) : nullptr;
+      stamped ? std::make_shared<const Trajectory>(poses, options.max_pose_gap_s.value_or(largest_pose_gap_s))
+              : nullptr;
   std::size_t next = 0;
   for (ListedRecording* recording : recordings) {
     if (poses.kitti && recording->scans.front().kind == FileKind::velodyne)

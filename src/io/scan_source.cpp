@@ -180,8 +180,7 @@ InputKind classify(const fs::path& input) {
     throw Error(Error::Kind::data, input.string(), "a saved map, not scans", "go on with it by --resume");
   throw Error(Error::Kind::data, input.string(), "not a kind of file that is read",
               "give depth images (PNG, PGM), clouds (PCD, PLY, velodyne .bin), a bag (.bag, .db3, .mcap), a "
-              ".graph, .bt, "
-              ".ot or archived .scan");
+              ".graph, .bt, .ot or archived .scan");
 }
 
 std::unique_ptr<ScanSource> open_scans(const std::vector<fs::path>& inputs,

@@ -44,14 +44,14 @@ class McapBag : public Bag {
     file_.seek(0);
     crc_ = crc_of(file_.take(magic.size()));
     messages_ = 0;
-    const std::size_t told = left_out ? left_out->size() : 0;
-    bool ended = false;
+    whole_ = true;
     try {
-      while (!ended) ended = !read_record(visit, left_out);
-      if (left_out == nullptr || left_out->size() == told) check_statistics();
+      while (read_record(visit, left_out)) {
+      }
+      if (whole_) check_statistics();
     } catch (const Error& error) {
       if (!left_out) throw;
-      left_out->push_back(std::string(error.what()) + (ended ? "" : "; the rest is left out"));
+      left_out->push_back(std::string(error.what()) + "; what follows is left out");
     }
   }
 
@@ -89,7 +89,7 @@ class McapBag : public Bag {
     if (op == Op::footer) return false;
     if (op == Op::data_end) {
       const std::uint32_t crc = parse(begin, [&] { return RecordBytes(record).u32(); });
-      if (crc != 0 && crc != crc_) refuse(begin, "the check sum of its messages is wrong");
+      if (whole_ && crc != 0 && crc != crc_) refuse(begin, "the check sum of its messages is wrong");
       return false;
     }
     crc_ = crc_of(record, crc_of(head, crc_));
@@ -100,6 +100,7 @@ class McapBag : public Bag {
         parse(begin, [&] { return read_content(op, record, {begin, 0, 0, 0}, visit), 0; });
     } catch (const Error& error) {
       if (!left_out) throw;
+      whole_ = false;
       left_out->emplace_back(error.what());
     }
     return true;
@@ -224,6 +225,7 @@ class McapBag : public Bag {
   std::map<std::uint16_t, Channel> channels_;
   std::uint32_t crc_ = 0;
   std::uint64_t messages_ = 0;
+  bool whole_ = true;  // nothing was left out so far
   std::string cache_;
   std::optional<std::uint64_t> cached_;  // the chunk or bare message in cache_
 };

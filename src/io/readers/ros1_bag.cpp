@@ -76,7 +76,7 @@ class Ros1Bag : public Bag {
                       std::to_string(*chunks_announced_));
     } catch (const Error& error) {
       if (!left_out) throw;
-      left_out->push_back(std::string(error.what()) + "; the rest is left out");
+      left_out->push_back(std::string(error.what()) + "; what follows is left out");
     }
   }
 

@@ -42,7 +42,7 @@ class SqliteBag : public Bag {
     }
   } catch (const Error& error) {
     if (!left_out) throw;
-    left_out->push_back(std::string(error.what()) + "; the rest is left out");
+    left_out->push_back(std::string(error.what()) + "; what follows is left out");
   }
 
   std::string_view read(const MessagePlace& place) override {
