@@ -131,11 +131,10 @@ std::optional<ContactRefusal> refusal_of(const Surface& surface, const Sole& sol
     return ContactRefusal::support;
   if (!around.margin) return ContactRefusal::margin;
   if (!around.frontier) return ContactRefusal::frontier;
-  if (limits.clearance_m <= 0) return {};
-  if (limits.obstacle_margin_m > 0 &&
-      beside_an_obstacle(surface, sole, stand, limits.obstacle_margin_m, limits, *octree))
-    return ContactRefusal::obstacle;
-  if (beside_an_obstacle(surface, sole, stand, 0, limits, *octree)) return ContactRefusal::clearance;
+  // With a margin first: what hangs over the contact itself is nearer than that, too.
+  const double margin = limits.obstacle_margin_m;
+  if (limits.clearance_m > 0 && beside_an_obstacle(surface, sole, stand, margin, limits, *octree))
+    return margin > 0 ? ContactRefusal::obstacle : ContactRefusal::clearance;
   return {};
 }
 

@@ -1,7 +1,6 @@
 #include "planning/footsteps/biped_graph.hpp"
-#include "planning/footsteps/walking_ground.hpp"
+#include "planning/footsteps/robot_planner.hpp"
 
-#include <chrono>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -44,29 +43,25 @@ class BipedPlanner : public RobotPlanner {
  public:
   BipedPlanner(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree, const Biped& robot,
                std::map<SurfaceId, std::vector<PolygonEdges>> edges)
-      : robot_(robot),
-        ground_(std::move(snapshot), std::move(octree), std::move(edges), robot.foot, robot.contact,
-                robot.costs, heading_count, robot.body.to_m + robot.max_up_m),
-        guide_(ground_.field, disc_in(robot.foot), robot.contact, ground_.edges, reach_of(robot), robot.body,
-               trunk_reach(robot), ground_.columns),
+      : RobotPlanner(std::move(snapshot), std::move(octree), kind_of(robot), std::move(edges)),
+        robot_(robot),
         graph_(robot_, ground_.field, ground_.columns, guide_) {}
 
-  FootstepPlan plan(const Standing& from, const Standing& to, const PlanBudget& budget) override {
-    const auto start = std::chrono::steady_clock::now();
-    const double prepared = prepare_ms();
-    FootstepPlan plan;
-    search(ground_.to_walk(from), ground_.to_walk(to), budget, plan);
-    const double ms =
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-    plan.prepare_ms = prepare_ms() - std::exchange(told_ms_, prepare_ms());
-    plan.search_ms = ms - (prepare_ms() - prepared);
-    return plan;
+ private:
+  static Kind kind_of(const Biped& robot) {
+    return {.foot = robot.foot,
+            .contact = robot.contact,
+            .costs = robot.costs,
+            .body = robot.body,
+            .headings = heading_count,
+            .headroom_m = robot.body.to_m + robot.max_up_m,
+            .disc_radius_m = disc_in(robot.foot),
+            .trunk_reach_m = trunk_reach(robot),
+            .reach = reach_of(robot)};
   }
 
- private:
-  double prepare_ms() const { return ground_.prepare_ms() + guide_.build_ms(); }
-
-  void search(const Standing& from, const Standing& to, const PlanBudget& budget, FootstepPlan& plan) {
+  void search(const Standing& from, const Standing& to, const PlanBudget& budget,
+              FootstepPlan& plan) override {
     const int from_heading = ground_.field.nearest_heading(from.yaw_rad),
               to_heading = ground_.field.nearest_heading(to.yaw_rad);
     const std::vector<PlaceId> feet = graph_.stance(from.at, from_heading);
@@ -144,10 +139,7 @@ class BipedPlanner : public RobotPlanner {
   }
 
   Biped robot_;
-  WalkingGround ground_;
-  GuideMap guide_;
   BipedGraph graph_;
-  double told_ms_ = 0;  ///< of preparation, in plans so far
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "planning/footsteps/walking_ground.hpp"
+#include "planning/footsteps/robot_planner.hpp"
 
 #include <cmath>
 #include <utility>

@@ -86,11 +86,17 @@ bool ObstacleColumns::blocked_in_block(const Tile& tile, int x0, int y0, const S
 const ObstacleColumns::Tile& ObstacleColumns::tile(int tile_x, int tile_y) {
   const std::uint64_t key = static_cast<std::uint64_t>(static_cast<std::uint32_t>(tile_x)) << 32 |
                             static_cast<std::uint32_t>(tile_y);
+  Recent& recent = recent_[static_cast<std::size_t>((tile_y & 7) * 8 + (tile_x & 7))];
+  if (recent.tile != nullptr && recent.key == key) return *recent.tile;
   const auto found = tiles_.find(key);
-  if (found != tiles_.end()) return found->second;
+  if (found != tiles_.end()) {
+    recent = {key, &found->second};
+    return found->second;
+  }
   const auto start = std::chrono::steady_clock::now();
   const Tile& made = tiles_.emplace(key, load(tile_x, tile_y)).first->second;
   load_ms_ += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  recent = {key, &made};
   return made;
 }
 

@@ -1,7 +1,6 @@
 #include "planning/footsteps/quadruped_graph.hpp"
-#include "planning/footsteps/walking_ground.hpp"
+#include "planning/footsteps/robot_planner.hpp"
 
-#include <chrono>
 #include <cmath>
 #include <utility>
 
@@ -25,29 +24,24 @@ class QuadrupedPlanner : public RobotPlanner {
  public:
   QuadrupedPlanner(std::shared_ptr<const Snapshot> snapshot, OccupancyView octree, const Quadruped& robot,
                    std::map<SurfaceId, std::vector<PolygonEdges>> edges)
-      : robot_(robot),
-        ground_(std::move(snapshot), std::move(octree), std::move(edges), robot.foot, robot.contact,
-                robot.costs, 1, robot.body.to_m + robot.max_up_m),
-        guide_(ground_.field, robot.foot.radius, robot.contact, ground_.edges, reach_of(robot), robot.body, 0,
-               ground_.columns),
+      : RobotPlanner(std::move(snapshot), std::move(octree), kind_of(robot), std::move(edges)),
+        robot_(robot),
         graph_(robot_, ground_, guide_) {}
 
-  FootstepPlan plan(const Standing& from, const Standing& to, const PlanBudget& budget) override {
-    const auto start = std::chrono::steady_clock::now();
-    const double prepared = prepare_ms();
-    FootstepPlan plan;
-    search(ground_.to_walk(from), ground_.to_walk(to), budget, plan);
-    const double ms =
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-    plan.prepare_ms = prepare_ms() - std::exchange(told_ms_, prepare_ms());
-    plan.search_ms = ms - (prepare_ms() - prepared);
-    return plan;
+ private:
+  static Kind kind_of(const Quadruped& robot) {
+    return {.foot = robot.foot,
+            .contact = robot.contact,
+            .costs = robot.costs,
+            .body = robot.body,
+            .headings = 1,
+            .headroom_m = robot.body.to_m + robot.max_up_m,
+            .disc_radius_m = robot.foot.radius,
+            .reach = reach_of(robot)};
   }
 
- private:
-  double prepare_ms() const { return ground_.prepare_ms() + guide_.build_ms(); }
-
-  void search(const Standing& from, const Standing& to, const PlanBudget& budget, FootstepPlan& plan) {
+  void search(const Standing& from, const Standing& to, const PlanBudget& budget,
+              FootstepPlan& plan) override {
     const auto start = graph_.stance(from);
     if (!start) {
       plan.refusal = refused_stance(NoPlan::Why::start, from);
@@ -109,10 +103,7 @@ class QuadrupedPlanner : public RobotPlanner {
   }
 
   Quadruped robot_;
-  WalkingGround ground_;
-  GuideMap guide_;
   QuadrupedGraph graph_;
-  double told_ms_ = 0;  ///< of preparation, in plans so far
 };
 
 }  // namespace

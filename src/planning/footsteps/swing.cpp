@@ -23,6 +23,25 @@ bool all_free(const SwingPose& from, const SwingPose& to, double half_diagonal, 
   return true;
 }
 
+// A box about all of a box's places on its way from one pose to the other: as it is turned at first, and as
+// much larger as its middle moves and its corners turn. Mostly it is free, and none of the samples need be
+// asked.
+UprightBox about(const SwingPose& from, const SwingPose& to, const Eigen::Vector2d& middle,
+                 double half_length, double half_width) {
+  const Eigen::Rotation2Dd turned(from.yaw_rad);
+  const double turn = std::abs(turn_between(from.yaw_rad, to.yaw_rad));
+  // A corner turned by up to 90° lies no farther along than the side before, plus the other side's share.
+  const double sine = std::sin(std::min(turn, std::numbers::pi / 2));
+  const Eigen::Vector2d half_way = (turned.inverse() * (to.at - from.at)).cwiseAbs() / 2;
+  const double swing = middle.norm() * 2 * std::sin(std::min(turn, std::numbers::pi) / 2);
+  UprightBox box;
+  box.center = (from.at + to.at) / 2 + turned * middle;
+  box.yaw_rad = from.yaw_rad;
+  box.half_length = half_length + half_width * sine + half_way.x() + swing;
+  box.half_width = half_width + half_length * sine + half_way.y() + swing;
+  return box;
+}
+
 }  // namespace
 
 double turn_between(double from_rad, double to_rad) {
@@ -40,6 +59,11 @@ LegBox LegBox::of(const ContactShape& shape) {
 bool sweep_free(ObstacleColumns& columns, const LegBox& leg, const SwingPose& from, const SwingPose& to,
                 double from_z, double to_z) {
   const double half_diagonal = leg.middle.norm() + std::hypot(leg.half_length, leg.half_width);
+  UprightBox all = about(from, to, leg.middle, leg.half_length + between_samples / 2,
+                         leg.half_width + between_samples / 2);
+  all.from_z = from_z;
+  all.to_z = to_z;
+  if (!columns.blocked(all)) return true;
   return all_free(from, to, half_diagonal, [&](const SwingPose& at, double) {
     const Eigen::Vector2d middle = at.at + Eigen::Rotation2Dd(at.yaw_rad) * leg.middle;
     return !columns.blocked({middle, at.yaw_rad, leg.half_length + between_samples / 2,
@@ -57,6 +81,13 @@ bool swing_free(ObstacleColumns& columns, const LegBox& leg, const SwingPose& fr
 bool body_sweep_free(ObstacleColumns& columns, const BodyBox& body, const SwingPose& from, double from_ground,
                      const SwingPose& to, double to_ground, const Eigen::Vector2d& rise) {
   const double half_diagonal = std::hypot(body.length_m, body.width_m) / 2;
+  if (rise.isZero()) {
+    UprightBox all = about(from, to, Eigen::Vector2d::Zero(), (body.length_m + between_samples) / 2,
+                           (body.width_m + between_samples) / 2);
+    all.from_z = std::min(from_ground, to_ground) + body.from_m;
+    all.to_z = std::max(from_ground, to_ground) + body.to_m;
+    if (!columns.blocked(all)) return true;
+  }
   return all_free(from, to, half_diagonal, [&](const SwingPose& at, double share) {
     const double ground = from_ground + share * (to_ground - from_ground);
     return !columns.blocked({at.at, at.yaw_rad, (body.length_m + between_samples) / 2,

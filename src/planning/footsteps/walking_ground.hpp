@@ -43,20 +43,6 @@ struct WalkingGround {
                                                                 double yaw_rad) const;
 };
 
-/// A kind of robot's planner.
-class RobotPlanner {
- public:
-  virtual ~RobotPlanner() = default;
-  virtual FootstepPlan plan(const Standing& from, const Standing& to, const PlanBudget& budget) = 0;
-};
-
-std::unique_ptr<RobotPlanner> make_biped_planner(std::shared_ptr<const Snapshot> snapshot,
-                                                 OccupancyView octree, const Biped& robot,
-                                                 std::map<SurfaceId, std::vector<PolygonEdges>> edges);
-std::unique_ptr<RobotPlanner> make_quadruped_planner(std::shared_ptr<const Snapshot> snapshot,
-                                                     OccupancyView octree, const Quadruped& robot,
-                                                     std::map<SurfaceId, std::vector<PolygonEdges>> edges);
-
 /// Where a search that went nowhere came nearest to the goal (walking frame), and what stopped it there.
 struct Frontier {
   Eigen::Vector3d nearest = Eigen::Vector3d::Zero();
