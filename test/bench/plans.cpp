@@ -28,6 +28,7 @@ struct Options {
   std::uint64_t seed = 1;
   std::size_t goals = 50;
   PlanBudget budget;
+  std::optional<double> edge_margin_m;  ///< in place of the robot's own
   std::string robot = "biped";
   std::filesystem::path pictures;
   std::string json;
@@ -71,7 +72,9 @@ void draw(const Options& options, const World& world, const Robot& robot, const 
 }
 
 Result run(const Options& options, const World& world) {
-  const Robot robot = options.robot == "biped" ? Robot(Biped{}) : Robot(Quadruped{});
+  Robot robot = options.robot == "biped" ? Robot(Biped{}) : Robot(Quadruped{});
+  if (options.edge_margin_m)
+    std::visit([&](auto& kind) { kind.contact.edge_margin_m = *options.edge_margin_m; }, robot);
   const ContactShape foot = std::visit([](const auto& kind) { return kind.foot; }, robot);
   FootstepPlanner on_map(world.mapped, world.octree, robot), on_truth(world.truth, world.true_octree, robot);
   std::mt19937_64 random(options.seed);
@@ -196,6 +199,7 @@ int main(int argc, char** argv) {
   app.add_option("--budget", options.budget.expansions, "expansions to find a plan")->capture_default_str();
   app.add_option("--improving", options.budget.improving, "further ones to find a better one")
       ->capture_default_str();
+  app.add_option("--edge-margin", options.edge_margin_m, "of footholds, m, in place of the robot's own");
   app.add_option("--pictures", options.pictures, "folder for one picture of each scene");
   app.add_option("--json", options.json, "write the numbers there");
   app.add_flag("--verbose", options.verbose, "tell what was refused and why");

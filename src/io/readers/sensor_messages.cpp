@@ -149,7 +149,9 @@ ImageMessage read_image_message(MessageReader& message) {
 }
 
 bool CompressedImageMessage::is_depth() const {
-  return format.find("16UC1") != std::string::npos || format.find("mono16") != std::string::npos ||
+  // IHDR is a PNG's first chunk: bit depth is byte 24, colour type byte 25 (0 is gray).
+  const bool gray16 = data.starts_with("\x89PNG") && data.size() > 25 && data[24] == 16 && data[25] == 0;
+  return gray16 || format.find("16UC1") != std::string::npos || format.find("mono16") != std::string::npos ||
          format.find("compressedDepth") != std::string::npos;
 }
 

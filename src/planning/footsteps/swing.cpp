@@ -65,7 +65,8 @@ bool sweep_free(ObstacleColumns& columns, const LegBox& leg, const SwingPose& fr
   all.to_z = to_z;
   if (!columns.blocked(all)) return true;
   return all_free(from, to, half_diagonal, [&](const SwingPose& at, double) {
-    const Eigen::Vector2d middle = at.at + Eigen::Rotation2Dd(at.yaw_rad) * leg.middle;
+    const Eigen::Vector2d middle =
+        leg.middle.isZero() ? at.at : at.at + Eigen::Rotation2Dd(at.yaw_rad) * leg.middle;
     return !columns.blocked({middle, at.yaw_rad, leg.half_length + between_samples / 2,
                              leg.half_width + between_samples / 2, from_z, to_z});
   });

@@ -117,6 +117,25 @@ INSTANTIATE_TEST_SUITE_P(
                       Kind{"b.bag", "packing=bz2 chunk=300", false}, Kind{"c.bag", "packing=lz4", false}),
     name_of);
 
+/// The head of a ROS 1 bag says where its index is, once there is one; until then, zero.
+TEST_F(BagFiles, ABagWithoutIndexIsRead) {
+  const fs::path file = write_bag(write_images(), "a.bag", "chunk=300");
+  const auto whole = read_all({file});
+  std::ifstream stream(file, std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  const std::size_t place = bytes.find("index_pos=") + std::strlen("index_pos=");
+  std::uint64_t index = 0;
+  std::memcpy(&index, bytes.data() + place, sizeof index);
+  ASSERT_LT(index, bytes.size());
+  bytes.replace(place, sizeof index, sizeof index, '\0');
+  const auto active = read_all({write("a.bag.active", std::string_view(bytes).substr(0, index))});
+  ASSERT_EQ(active.size(), whole.size());
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    EXPECT_EQ(active[i].points, whole[i].points);
+    EXPECT_EQ(active[i].T_map_sensor.matrix(), whole[i].T_map_sensor.matrix());
+  }
+}
+
 class ForgedBags : public ScanFiles {};
 
 std::string record(std::uint8_t op, const std::string& body) {

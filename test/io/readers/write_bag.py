@@ -151,7 +151,7 @@ def depth(millimetres):
 
 def compressed_image(stamp, frame, png, kind):
     if kind == 'png':
-        return header(stamp, frame) + [('string', '16UC1; png'), ('bytes', png)]
+        return header(stamp, frame) + [('string', 'png'), ('bytes', png)]
     return header(stamp, frame) + [('string', '16UC1; compressedDepth png'),
                                    ('bytes', struct.pack('<iff', 0, 0, 0) + png)]
 
