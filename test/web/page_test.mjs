@@ -1,5 +1,6 @@
 // page_test.mjs PAGES: what a person does with the pages of make_pages, in a real browser.
 import assert from 'node:assert/strict';
+import { existsSync } from 'node:fs';
 import { join } from 'node:path';
 import { Browser, chromium, skipped } from './browser.mjs';
 
@@ -7,6 +8,10 @@ const folder = process.argv[2];
 const program = chromium();
 if (!program) {
   console.log('skipped: no Chromium');
+  process.exit(skipped);
+}
+if (!existsSync(folder)) {
+  console.log('skipped: built without the page, so that there are none to look at');
   process.exit(skipped);
 }
 
