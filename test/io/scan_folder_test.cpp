@@ -1,5 +1,9 @@
 #include "io/scan_files.hpp"
 #include "io/scan_list.hpp"
+#include "support/seed.hpp"
+
+#include <random>
+#include <sstream>
 
 namespace octosurf::test {
 namespace {
@@ -83,6 +87,42 @@ TEST_F(ScanFolders, Tum) {
   EXPECT_THAT(failure({folder}), HasSubstr("no scan has a pose at its time"));
   std::filesystem::remove(folder / "groundtruth.txt");
   EXPECT_THAT(failure({folder}), HasSubstr("without poses"));
+}
+
+TEST_F(ScanFolders, PosesAreInterpolatedOverTheGapThatIsAllowed) {
+  write("depth.txt", "10.2 depth/10.2.png\n");
+  write("groundtruth.txt", "10.0 1 0 0 0 0 0 1\n10.4 2 0 0 0 0 0 1\n");
+  write_png("depth/10.2.png", 1, 1, {5000});
+  EXPECT_THAT(failure({folder}), HasSubstr("no scan has a pose at its time"));
+  ScanSourceOptions options;
+  options.max_pose_gap_s = 0.5;
+  EXPECT_NEAR(read_all({folder}, options).at(0).T_map_sensor.translation().x(), 1.5, 1e-6);
+}
+
+/// slerp() at its end gives the end but for rounding.
+TEST_F(ScanFolders, APoseOfTheVeryTimeIsTakenToTheBit) {
+  auto random = rng();
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  std::string stamped, plain, index;
+  for (int i = 0; i < 20; ++i) {
+    const Eigen::Vector4d q =
+        Eigen::Vector4d(uniform(random), uniform(random), uniform(random), 2).normalized();
+    std::ostringstream pose;
+    pose.precision(17);
+    pose << uniform(random) << " 0 0 " << q.transpose() << "\n";
+    plain += pose.str();
+    stamped += std::to_string(10 + i) + ".03 " + pose.str();
+    index += std::to_string(10 + i) + ".03 depth/" + std::to_string(10 + i) + ".03.png\n";
+    write_png("depth/" + std::to_string(10 + i) + ".03.png", 1, 1, {5000});
+  }
+  write("depth.txt", index);
+  write("groundtruth.txt", stamped);
+  ScanSourceOptions by_order;
+  by_order.poses = write("elsewhere/poses", plain);
+  const auto by_time = read_all({folder}), in_order = read_all({folder}, by_order);
+  ASSERT_EQ(by_time.size(), in_order.size());
+  for (std::size_t i = 0; i < by_time.size(); ++i)
+    EXPECT_EQ(by_time[i].T_map_sensor.matrix(), in_order[i].T_map_sensor.matrix()) << i;
 }
 
 TEST_F(ScanFolders, AnyDepthImagesWithPosesIntrinsicsAndScale) {
