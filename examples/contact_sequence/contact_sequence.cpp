@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <coin/Cbc_C_Interface.h>
 #include <fstream>
 #include <limits>

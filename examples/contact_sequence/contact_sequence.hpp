@@ -57,7 +57,8 @@ struct ContactSequence {
 /// 2. It is in reach of the foot that stands, and both are in reach of the centre of mass.
 /// 3. While a foot is in the air the robot stands statically on the other one: the centre of mass is over it.
 ///    Between two such postures it moves straight, over the hull of both soles.
-/// 4. Among plans of the fewest steps, feet are beside each other at the stance's width where they can be.
+/// 4. Of all plans of the fewest steps it is one whose feet are nearest to the stance's width apart.
+/// The world's z is up, as in what `octosurf export` writes for SL1M.
 /// Empty: CBC has proven that no plan has so few steps.
 ///
 /// CBC, and not GLPK, which Debian has, too: both solve each of these programmes of some hundred binaries in

@@ -66,8 +66,9 @@ struct Biped {
   BodyBox body{0.30, 0.50, 0.45, 1.60};
   StepCosts costs;
 
-  /// Half a voxel of 2 cm about foot and shin, because outlines and voxels are known no better; no gaps under
-  /// the sole; room for the shin up to where the body's box begins.
+  /// Half a voxel of 2 cm about foot and shin, because outlines and voxels are known no better: a sole then
+  /// overhangs a true edge by a centimetre at most; no gaps under the sole; room for the shin up to where the
+  /// body's box begins.
   static ContactLimits limits();
   void validate() const;  ///< throws Error(usage) naming field, value and rule
 };

@@ -5,6 +5,8 @@
 #include "simulation/recording.hpp"
 #include "support/seed.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
 

@@ -16,7 +16,7 @@ constexpr double greedy = 4;            // of a search that only shall say how n
 constexpr double sidling_step = 0.12;   // m, of a step sideways or backward
 constexpr double usual_share = 0.9;     // of the longest step, in the estimate of a whole way
 
-Eigen::Vector2d left_of(double yaw) { return {-std::sin(yaw), std::cos(yaw)}; }
+Eigen::Vector2d left_of(const Eigen::Vector2d& forward) { return {-forward.y(), forward.x()}; }
 
 // Every point of both soles, level, lies on its own side of a strip `between_soles` wide.
 bool apart_along(const std::vector<Eigen::Vector2d>& a, const std::vector<Eigen::Vector2d>& b,
@@ -33,6 +33,8 @@ bool apart_along(const std::vector<Eigen::Vector2d>& a, const std::vector<Eigen:
 
 BipedGraph::BipedGraph(const Biped& robot, FootholdField& field, ObstacleColumns& columns, GuideMap& guide)
     : robot_(robot), field_(field), columns_(columns), guide_(guide), leg_(LegBox::of(robot.foot)) {
+  for (int heading = 0; heading < field.headings(); ++heading)
+    forward_.emplace_back(std::cos(field.yaw(heading)), std::sin(field.yaw(heading)));
   turns_ = static_cast<int>(robot.max_turn_rad / field.step_yaw() + 1e-9);
   const double half = robot.stance_width_m / 2, turn = turns_ * field.step_yaw();
   body_step_ = std::hypot(
@@ -44,22 +46,22 @@ BipedGraph::BipedGraph(const Biped& robot, FootholdField& field, ObstacleColumns
 Eigen::Vector2d BipedGraph::body_at(NodeId node) const {
   const Place& at = place(node);
   const double inward = side_of(node) == 0 ? -1 : 1;
-  return at.at.head<2>() + inward * robot_.stance_width_m / 2 * left_of(field_.yaw(at.heading));
+  return at.at.head<2>() + inward * robot_.stance_width_m / 2 * left_of(forward_[at.heading]);
 }
 
 SwingPose BipedGraph::beside(NodeId standing) const {
   const Place& at = place(standing);
   const double inward = side_of(standing) == 0 ? -1 : 1;
-  const double yaw = field_.yaw(at.heading);
-  return {at.at.head<2>() + inward * robot_.stance_width_m * left_of(yaw), yaw};
+  return {at.at.head<2>() + inward * robot_.stance_width_m * left_of(forward_[at.heading]),
+          field_.yaw(at.heading)};
 }
 
 BipedGraph::Offset BipedGraph::offset(NodeId from, const Place& to) const {
   const Place& at = place(from);
-  const double yaw = field_.yaw(at.heading);
+  const Eigen::Vector2d& forward = forward_[at.heading];
   const Eigen::Vector2d d = to.at.head<2>() - at.at.head<2>();
-  const double left = left_of(yaw).dot(d);
-  return {std::cos(yaw) * d.x() + std::sin(yaw) * d.y(), side_of(from) == 0 ? -left : left};
+  const double left = left_of(forward).dot(d);
+  return {forward.dot(d), side_of(from) == 0 ? -left : left};
 }
 
 bool BipedGraph::in_reach(const Offset& offset) const {
@@ -79,13 +81,13 @@ double BipedGraph::cost(NodeId from, NodeId to) const {
 
 Eigen::AlignedBox2d BipedGraph::window(NodeId node, double times) const {
   const Place& at = place(node);
-  const double yaw = field_.yaw(at.heading), outward = side_of(node) == 0 ? -1 : 1;
-  const Eigen::Vector2d forward(std::cos(yaw), std::sin(yaw));
+  const double outward = side_of(node) == 0 ? -1 : 1;
+  const Eigen::Vector2d& forward = forward_[at.heading];
   Eigen::AlignedBox2d box;
   for (const double f : {-times * robot_.max_backward_m, times * robot_.max_forward_m})
     for (const double w :
          {times > 1 ? -times * robot_.max_width_m : robot_.min_width_m, times * robot_.max_width_m})
-      box.extend(at.at.head<2>() + f * forward + outward * w * left_of(yaw));
+      box.extend(at.at.head<2>() + f * forward + outward * w * left_of(forward));
   return box;
 }
 
@@ -203,7 +205,7 @@ bool BipedGraph::soles_apart(const Place& a, const Place& b) const {
 }
 
 std::vector<PlaceId> BipedGraph::stance(const Eigen::Vector3d& at, int heading) {
-  const double yaw = field_.yaw(heading);
+  const Eigen::Vector2d left_of_body = left_of(forward_[static_cast<std::size_t>(heading)]);
   struct Candidate {
     double squared;
     PlaceId id;
@@ -211,7 +213,7 @@ std::vector<PlaceId> BipedGraph::stance(const Eigen::Vector3d& at, int heading) 
   std::array<std::vector<Candidate>, 2> candidates;
   for (int side = 0; side < 2; ++side) {
     const Eigen::Vector2d nominal =
-        at.head<2>() + (side == 0 ? 1 : -1) * robot_.stance_width_m / 2 * left_of(yaw);
+        at.head<2>() + (side == 0 ? 1 : -1) * robot_.stance_width_m / 2 * left_of_body;
     const Eigen::Vector2d r(stance_radius, stance_radius);
     field_.for_each_place(heading, {nominal - r, nominal + r}, [&](PlaceId id) {
       const Eigen::Vector3d& p = field_.place(id).at;

@@ -80,8 +80,9 @@ class BipedGraph {
   ObstacleColumns& columns_;
   GuideMap& guide_;
   LegBox leg_;
-  int turns_;         ///< heading steps of the widest turn
-  double body_step_;  ///< m, the farthest that a step moves the body's middle
+  std::vector<Eigen::Vector2d> forward_;  ///< by heading: asked for with every place that is looked at
+  int turns_;                             ///< heading steps of the widest turn
+  double body_step_;                      ///< m, the farthest that a step moves the body's middle
   std::vector<std::vector<StepEdge>> steps_;
   std::vector<bool> made_;
   std::unordered_set<NodeId> goal_;
