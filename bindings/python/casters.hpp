@@ -1,0 +1,121 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cstddef>
+#include <pybind11/eigen.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+#include <octosurf/alignment.hpp>
+#include <octosurf/boundary.hpp>
+#include <octosurf/contact.hpp>
+#include <octosurf/error.hpp>
+#include <octosurf/export.hpp>
+#include <octosurf/footsteps.hpp>
+#include <octosurf/map.hpp>
+#include <octosurf/up.hpp>
+
+// How octosurf's types are said in Python where they are no classes of their own: enumerations are strings,
+// poses are 4×4 arrays.
+
+namespace octosurf::python {
+
+/// The names of an enumeration's values, in order; `what` says in an error what is named.
+template <class E>
+struct Names;  // specialised below
+
+#define OCTOSURF_NAMES(Enumeration, What, List) \
+  template <>                                   \
+  struct Names<Enumeration> {                   \
+    static constexpr const char* what = What;   \
+    static constexpr auto& list = List;         \
+  }
+
+inline constexpr std::array<std::string_view, 4> error_kind_names{"usage", "data", "output", "incomplete"};
+inline constexpr std::array<std::string_view, 2> sensor_names{"depth_camera", "lidar"};
+inline constexpr std::array<std::string_view, 3> state_names{"unknown", "free", "occupied"};
+inline constexpr std::array<std::string_view, 3> up_source_names{"given", "surfaces", "assumed"};
+inline constexpr std::array<std::string_view, 2> departed_names{"surface", "cylinder"};
+inline constexpr std::array<std::string_view, 4> no_plan_names{"start", "goal", "unreachable", "budget"};
+
+OCTOSURF_NAMES(Error::Kind, "kind of error", error_kind_names);
+OCTOSURF_NAMES(SensorKind, "sensor", sensor_names);
+OCTOSURF_NAMES(OccupancyView::State, "state", state_names);
+OCTOSURF_NAMES(Map::Occupancy, "state", state_names);
+OCTOSURF_NAMES(Up::Source, "source", up_source_names);
+OCTOSURF_NAMES(Departure::Of, "kind", departed_names);
+OCTOSURF_NAMES(AlignmentOutcome, "outcome", alignment_outcome_names);
+OCTOSURF_NAMES(EdgeKind, "kind of edge", edge_kind_names);
+OCTOSURF_NAMES(ContactRefusal, "refusal", contact_refusal_names);
+OCTOSURF_NAMES(FootName, "foot", foot_names);
+OCTOSURF_NAMES(StepRefusal, "refusal", step_refusal_names);
+OCTOSURF_NAMES(NoPlan::Why, "reason", no_plan_names);
+OCTOSURF_NAMES(ExportPart, "part", export_part_names);
+OCTOSURF_NAMES(ViewFrom, "view", view_names);
+
+#undef OCTOSURF_NAMES
+
+template <class E>
+E named(std::string_view name) {
+  std::string all;
+  for (std::size_t i = 0; i < Names<E>::list.size(); ++i) {
+    if (Names<E>::list[i] == name) return static_cast<E>(i);
+    all += (i == 0 ? "" : ", ") + std::string(Names<E>::list[i]);
+  }
+  throw Error(Error::Kind::usage, "'" + std::string(name) + "'", std::string("is no ") + Names<E>::what,
+              "give one of " + all);
+}
+
+}  // namespace octosurf::python
+
+namespace pybind11::detail {
+
+/// Enumerations that have Names.
+template <class E>
+struct type_caster<E, std::void_t<decltype(octosurf::python::Names<E>::what)>> {
+  PYBIND11_TYPE_CASTER(E, const_name("str"));
+
+  bool load(handle source, bool) {
+    if (!isinstance<str>(source)) return false;
+    value = octosurf::python::named<E>(source.cast<std::string>());
+    return true;
+  }
+  static handle cast(E value, return_value_policy, handle) {
+    const std::string_view name = octosurf::python::Names<E>::list[static_cast<std::size_t>(value)];
+    return str(name.data(), name.size()).release();
+  }
+};
+
+/// Rigid motions: 4×4 float64 whose last row is 0 0 0 1, copied. That they are rigid is checked where they
+/// are used.
+template <>
+struct type_caster<Eigen::Isometry3d> {
+  PYBIND11_TYPE_CASTER(Eigen::Isometry3d, const_name("numpy.ndarray[numpy.float64[4, 4]]"));
+
+  bool load(handle source, bool) {
+    const auto numbers = array_t<double, array::c_style | array::forcecast>::ensure(source);
+    if (!numbers) {
+      PyErr_Clear();
+      return false;
+    }
+    const bool square = numbers.ndim() == 2 && numbers.shape(0) == 4 && numbers.shape(1) == 4;
+    if (!square)
+      throw octosurf::Error(octosurf::Error::Kind::data, "pose", "is not 4x4", "give a rigid motion");
+    value.matrix() = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(numbers.data());
+    if (!(value.matrix().row(3) == Eigen::RowVector4d(0, 0, 0, 1)))
+      throw octosurf::Error(octosurf::Error::Kind::data, "pose", "has another last row than 0 0 0 1",
+                            "give a rigid motion");
+    return true;
+  }
+  static handle cast(const Eigen::Isometry3d& pose, return_value_policy, handle) {
+    return type_caster<Eigen::Matrix4d>::cast(pose.matrix(), return_value_policy::copy, {});
+  }
+};
+
+}  // namespace pybind11::detail

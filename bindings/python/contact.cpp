@@ -1,0 +1,155 @@
+// octosurf/contact.hpp in Python: contact regions, footholds and convex pieces.
+#include "arrays.hpp"
+#include "bind.hpp"
+#include "fields.hpp"
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <octosurf/contact.hpp>
+
+namespace py = pybind11;
+
+namespace octosurf::python {
+namespace {
+
+using Edges = std::vector<PolygonEdges>;
+
+void bind_shape(py::module_& module) {
+  py::class_<ContactShape>(module, "ContactShape", R"(What touches a surface: the sole of a foot, or a palm.
+
+In the contact's own frame, m: its reference point is the origin, x forward, y left, z away from the surface.)")
+      .def_static("rectangle", &ContactShape::rectangle, py::arg("length"), py::arg("width"),
+                  py::arg("behind") = py::none(),
+                  "A sole; its reference point is `behind` m in front of its heel, in its middle by default.")
+      .def_static("disc", &ContactShape::disc, py::arg("radius"), "A ball foot, m.")
+      .def_static(
+          "polygon",
+          [](Ring2 outline) {
+            return ContactShape{std::move(outline), 0};
+          },
+          py::arg("outline"), "(N, 2), m, convex, counter-clockwise, at least three vertices.")
+      .def_property_readonly(
+          "outline",
+          [](const py::object& self) { return rows_view(self.cast<const ContactShape&>().outline, self); },
+          "(N, 2) float64, m, counter-clockwise; empty: a disc; a read-only view.")
+      .def_readonly("radius", &ContactShape::radius, "m, of a disc.")
+      .def("reach", &ContactShape::reach, "m: the farthest that any part lies from the reference point.")
+      .def(
+          "to_dict",
+          [](const ContactShape& self) {
+            py::list outline;
+            for (const Eigen::Vector2d& at : self.outline) outline.append(py::make_tuple(at.x(), at.y()));
+            return py::dict(py::arg("outline") = outline, py::arg("radius") = self.radius);
+          },
+          "Outline and radius, as JSON can hold them.")
+      .def_static(
+          "from_dict",
+          [](const py::dict& values) {
+            return ContactShape{values["outline"].cast<Ring2>(), values["radius"].cast<double>()};
+          },
+          py::arg("values"), "Back from to_dict().");
+}
+
+void bind_limits(py::module_& module) {
+  using L = ContactLimits;
+  Settings<L>(module, "ContactLimits",
+              "What a contact needs. The defaults ask nothing but slope and support.")
+      .field("up", &L::up, "(3,) float64, map frame, any length; up_of(map) tells a map's; a view.")
+      .field("max_slope_rad", &L::max_slope_rad, "rad, of the surface; pi: any, walls and ceilings too.")
+      .field("min_area_m2", &L::min_area_m2, "m2, of the surface.")
+      .field("max_rms_m", &L::max_rms_m, "m, roughness; None: any.")
+      .field("max_normal_std_rad", &L::max_normal_std_rad, "rad; None: any.")
+      .field("max_offset_std_m", &L::max_offset_std_m, "m; None: any.")
+      .field("edge_margin_m", &L::edge_margin_m,
+             "m between the contact and every edge; outlines reach up to d beyond what is there.")
+      .field("frontier_margin_m", &L::frontier_margin_m, "m between the contact and edges of kind frontier.")
+      .field("obstacle_margin_m", &L::obstacle_margin_m,
+             "m between the contact and what is occupied above the surface; 0: not asked; needs a clearance.")
+      .field("obstacle_from_m", &L::obstacle_from_m, "m above the plane from which voxels are obstacles.")
+      .field("clearance_m", &L::clearance_m,
+             "m along the normal with nothing over the contact; 0: not asked.")
+      .field("gap_depth_m", &L::gap_depth_m,
+             "m of free space under the contact that make a gap, refused as support; 0: not asked.");
+}
+
+void bind_results(py::module_& module) {
+  using R = ContactRegion;
+  py::class_<R>(module, "ContactRegion",
+                "Where on one surface a contact's reference point may be so that every limit is kept.")
+      .def_readonly("surface", &R::surface, "Id.")
+      .def_readonly("revision", &R::revision, "Of the surface it was made from.")
+      .def_readonly("yaw_rad", &R::yaw_rad, "rad; None: any heading will do there.")
+      .def_readonly("polygons", &R::polygons, "List of Polygon, surface frame, m.")
+      .def_readonly("area_m2", &R::area_m2, "m2.")
+      .def_readonly(
+          "refused", &R::refused,
+          R"(If there is no polygon: the limits that leave nothing: "slope", "size", "roughness", "uncertainty",
+"support", "margin", "frontier", "obstacle", "clearance".)");
+  using F = Foothold;
+  py::class_<F>(module, "Foothold", "One contact at a place, and what is to be said about it.")
+      .def_readonly("surface", &F::surface, "Id.")
+      .def_readonly("T_map_contact", &F::T_map_contact,
+                    "(4, 4) float64, on the plane, z along its normal; a copy.")
+      .def_readonly("supported", &F::supported,
+                    "Share of the contact's area that lies on the surface, [0, 1].")
+      .def_readonly("margin_m", &F::margin_m, "m to the nearest edge; negative: how much is beyond it.")
+      .def_readonly("accepted", &F::accepted, "Every limit is kept.")
+      .def_readonly("refused", &F::refused, "The first limit that is not, or None.");
+}
+
+}  // namespace
+
+void bind_contact(py::module_& module) {
+  bind_shape(module);
+  bind_limits(module);
+  bind_results(module);
+  module.def(
+      "heading_on", &heading_on, py::arg("surface"), py::arg("yaw_rad"),
+      py::arg("up") = Eigen::Vector3d(0, 0, 1),
+      "(2,) float64: where a contact's x axis points in the surface's frame, for a heading about `up`, rad.");
+  module.def(
+      "contact_region",
+      [](const std::shared_ptr<Surface>& surface, ContactShape shape, std::optional<double> yaw_rad,
+         ContactLimits limits, std::optional<OccupancyView> octree, std::optional<Edges> edges) {
+        const py::gil_scoped_release others_run;
+        return contact_region(*surface, shape, yaw_rad, limits, octree ? &*octree : nullptr,
+                              edges ? &*edges : nullptr);
+      },
+      py::arg("surface"), py::arg("shape"), py::arg("yaw_rad") = py::none(),
+      py::arg("limits") = ContactLimits{}, py::kw_only(), py::arg("octree") = py::none(),
+      py::arg("edges") = py::none(),
+      R"(ContactRegion of a Surface for one heading, rad counter-clockwise from the map's x axis, or None for all.
+
+octree: OccupancyView, asked for obstacles, clearance and gaps. edges: label_edges() of the surface, for a frontier margin.
+Safe: a contact at any point of it lies on the surface. Throws Error(usage) for limits that make no sense or miss what they
+need.)");
+  module.def(
+      "foothold",
+      [](const std::shared_ptr<Surface>& surface, ContactShape shape, const Eigen::Vector3d& at,
+         double yaw_rad, ContactLimits limits, std::optional<OccupancyView> octree,
+         std::optional<Edges> edges) {
+        const py::gil_scoped_release others_run;
+        return foothold(*surface, shape, at, yaw_rad, limits, octree ? &*octree : nullptr,
+                        edges ? &*edges : nullptr);
+      },
+      py::arg("surface"), py::arg("shape"), py::arg("at"), py::arg("yaw_rad"),
+      py::arg("limits") = ContactLimits{}, py::kw_only(), py::arg("octree") = py::none(),
+      py::arg("edges") = py::none(),
+      "Foothold: judges a contact whose reference point stands at `at`, (3,), map frame, projected onto the "
+      "plane.");
+  module.def(
+      "convex_pieces",
+      [](const std::shared_ptr<Surface>& surface, const ContactRegion& region, std::size_t most,
+         double min_area_m2) {
+        const py::gil_scoped_release others_run;
+        return convex_pieces(*surface, region, most, min_area_m2);
+      },
+      py::arg("surface"), py::arg("region"), py::arg("most"), py::arg("min_area_m2") = 0.0,
+      R"(At most `most` disjoint convex pieces inside a ContactRegion, the largest first: a list of ConvexPiece.
+
+They cover as much of it as they can. Surface.convex_pieces() covers all of a surface's polygons instead.)");
+}
+
+}  // namespace octosurf::python

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <pybind11/pybind11.h>
+#include <string>
+#include <utility>
+
+#include <octosurf/error.hpp>
+#include <octosurf/mapper.hpp>
+
+namespace octosurf::python {
+
+/// A map, with the Mapper that keeps it up to date once there is one. Python's Map and Mapper share it: who
+/// holds either holds the map, and what one thread asks of it waits for the scan that another one inserts.
+class MapHolder {
+ public:
+  explicit MapHolder(Map map) : map_(std::move(map)) {}
+
+  /// Hands the map to a Mapper. Throws Error(usage) if it has one.
+  void take_over(int threads) {
+    const std::lock_guard alone(busy_);
+    if (mapper_)
+      throw Error(Error::Kind::usage, "map", "has a Mapper already",
+                  "insert with that one, or load the map anew");
+    // Checked here, because a Mapper that refuses has taken the map nevertheless.
+    if (threads < 1 || threads > 256)
+      throw Error(Error::Kind::usage, "threads", "is " + std::to_string(threads), "must be in [1, 256]");
+    mapper_.emplace(std::move(*map_), threads);
+    map_.reset();
+  }
+
+  /// `ask(const Map&)`, while nothing inserts and other Python threads run.
+  template <class Ask>
+  auto read(Ask ask) const {
+    const pybind11::gil_scoped_release others_run;
+    const std::lock_guard alone(busy_);
+    return ask(mapper_ ? mapper_->map() : *map_);
+  }
+
+  /// `change(Mapper&)` of a map that has been taken over; likewise.
+  template <class Change>
+  auto write(Change change) {
+    const pybind11::gil_scoped_release others_run;
+    const std::lock_guard alone(busy_);
+    return change(*mapper_);
+  }
+
+  /// Never waits for a scan. With Python's lock, without which take_over() is not called.
+  std::shared_ptr<Snapshot> snapshot() const {
+    return std::const_pointer_cast<Snapshot>(mapper_ ? mapper_->snapshot() : map_->snapshot());
+  }
+
+ private:
+  mutable std::mutex busy_;
+  std::optional<Map> map_;
+  std::optional<Mapper> mapper_;
+};
+
+using MapPtr = std::shared_ptr<MapHolder>;
+
+}  // namespace octosurf::python

@@ -1,0 +1,149 @@
+// octosurf/mapper.hpp in Python.
+#include "bind.hpp"
+#include "casters.hpp"
+#include "map_holder.hpp"
+#include "scan_arrays.hpp"
+
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <octosurf/mapper.hpp>
+
+namespace py = pybind11;
+
+namespace octosurf::python {
+namespace {
+
+/// Python's Mapper: the map it keeps up to date, and room for the points of the scan at hand.
+class PythonMapper {
+ public:
+  PythonMapper(MapPtr map, int threads) : map_(std::move(map)) { map_->take_over(threads); }
+
+  const MapPtr& map() const { return map_; }
+
+  ScanReport insert(const Scan& scan) {
+    return map_->write([&scan](Mapper& mapper) { return mapper.insert(scan); });
+  }
+
+  /// Points are copied to where the scan's before lay: fresh memory would cost more than the copying does.
+  ScanReport insert_points(const Points& points, const Eigen::Isometry3d& T_map_sensor, double stamp_s,
+                           SensorKind sensor, std::string name) {
+    require_shape(points);
+    return map_->write([&](Mapper& mapper) {
+      copy_points(points, scan_.points);
+      scan_.T_map_sensor = T_map_sensor;
+      scan_.stamp_s = stamp_s;
+      scan_.sensor = sensor;
+      scan_.name = std::move(name);
+      return mapper.insert(scan_);
+    });
+  }
+
+  ScanReport insert_depth(const py::array& depth, const py::object& intrinsics,
+                          const Eigen::Isometry3d& T_map_camera, double depth_scale, double stamp_s,
+                          std::string name) {
+    return insert(Scan{points_of_depth(depth, intrinsics, depth_scale), T_map_camera, stamp_s,
+                       SensorKind::depth_camera, std::move(name)});
+  }
+
+  ScanReport detect_in_occupancy() {
+    return map_->write([](Mapper& mapper) { return mapper.detect_in_occupancy(); });
+  }
+
+  void share_octree(bool on) {
+    map_->write([on](Mapper& mapper) { mapper.share_octree(on); });
+  }
+
+ private:
+  MapPtr map_;
+  Scan scan_;
+};
+
+std::map<std::string, double> stages_of(const ScanReport& report) {
+  std::map<std::string, double> stages;
+  for (std::size_t i = 0; i < stage_names.size(); ++i)
+    stages[std::string(stage_names[i])] = report.stage_ms[i];
+  return stages;
+}
+
+void bind_report(py::module_& module) {
+  using R = ScanReport;
+  py::class_<R>(module, "ScanReport", "What one scan did.")
+      .def_readonly("points_raw", &R::points_raw, "Handed in.")
+      .def_readonly("points_not_finite", &R::points_not_finite, "No reading.")
+      .def_readonly("points_too_near", &R::points_too_near, "Dropped: nearer than min_range.")
+      .def_readonly("points_beyond_range", &R::points_beyond_range,
+                    "Not mapped, but free space up to max_range.")
+      .def_readonly("points_out_of_map", &R::points_out_of_map, "Dropped: outside the octree.")
+      .def_readonly("voxels", &R::voxels, "Distinct end voxels.")
+      .def_readonly("appeared", &R::appeared, "Voxels that became occupied.")
+      .def_readonly("vanished", &R::vanished, "Voxels that no longer are.")
+      .def_readonly("categorized", &R::categorized, "Of the appeared, in a surface when insert() returned.")
+      .def_readonly("alignment", &R::alignment,
+                    "Alignment; its T_map_sensor is what the scan was inserted with.")
+      .def_readonly("born", &R::born, "Surface ids.")
+      .def_readonly("grown", &R::grown, "Surface ids.")
+      .def_readonly("shrunk", &R::shrunk, "Surface ids.")
+      .def_readonly("merged", &R::merged, "Surface ids.")
+      .def_readonly("gone", &R::gone, "Surface ids.")
+      .def_property_readonly("stage_ms", &stages_of, "dict of ms by stage: align, downsample, occupancy, …")
+      .def_readonly("total_ms", &R::total_ms, "ms.")
+      .def("__repr__", [](const R& report) {
+        return "<ScanReport: " + std::to_string(report.points_raw) + " points, " +
+               std::to_string(report.appeared) + " voxels appeared, " + std::to_string(report.vanished) +
+               " vanished, " + std::to_string(report.born.size()) + " surfaces born>";
+      });
+}
+
+constexpr const char* mapper_doc = R"(Keeps a map and its surfaces up to date, scan by scan.
+
+1. Same scans and parameters, same map, byte for byte, whatever `threads` is.
+2. A scan that is refused (Error) leaves the map as it was.
+3. snapshot() may be called from any thread at any time and never waits for an insertion.
+4. While a scan is inserted, other Python threads run; a second insertion waits for the first.
+5. After MemoryError ask map().size(): if that raises no Error, the scan has not touched the map.)";
+
+}  // namespace
+
+void bind_mapper(py::module_& module) {
+  bind_report(module);
+  py::class_<PythonMapper> mapper(module, "Mapper", mapper_doc);
+  mapper
+      .def(py::init([](const Parameters& parameters, int threads) {
+             return std::make_unique<PythonMapper>(std::make_shared<MapHolder>(Map(parameters)), threads);
+           }),
+           py::arg("parameters") = Parameters{}, py::arg("threads") = 1,
+           "Begins an empty map; `threads` in [1, 256] share a scan's points and rays. Throws Error(usage).")
+      .def(py::init([](MapPtr map, int threads) {
+             return std::make_unique<PythonMapper>(std::move(map), threads);
+           }),
+           py::arg("map"), py::arg("threads") = 1, "Goes on with a Map that has no Mapper yet.")
+      .def("insert", &PythonMapper::insert, py::arg("scan"),
+           R"(Inserts a Scan and returns its ScanReport; nothing is copied.
+
+Throws Error(data), and leaves the map as it was, if the pose is not rigid or outside the octree. A scan that is clearly off
+and not to be put right is not inserted: report.alignment.outcome is "set_aside".)")
+      .def("insert_points", &PythonMapper::insert_points, py::arg("points"), py::arg("T_map_sensor"),
+           py::kw_only(), py::arg("stamp_s") = 0.0, py::arg("sensor") = SensorKind::depth_camera,
+           py::arg("name") = "",
+           "Scan(points, T_map_sensor, …) inserted: points (..., 3), m, sensor frame, copied; pose (4, 4).")
+      .def("insert_depth", &PythonMapper::insert_depth, py::arg("depth"), py::arg("intrinsics"),
+           py::arg("T_map_camera"), py::kw_only(), py::arg("depth_scale") = 1000.0, py::arg("stamp_s") = 0.0,
+           py::arg("name") = "",
+           "Scan.from_depth(depth, intrinsics, T_map_camera, …) inserted: an image (H, W), uint16 units or "
+           "metres.")
+      .def("detect_in_occupancy", &PythonMapper::detect_in_occupancy,
+           "Surfaces of an occupancy map without scans (map_from_octomap()): a ScanReport.")
+      .def(
+          "share_octree", &PythonMapper::share_octree, py::arg("on") = true,
+          "From now on snapshots have an octree of the same scan; costs a camera's scan some tenths of a ms.")
+      .def(
+          "snapshot", [](const PythonMapper& self) { return self.map()->snapshot(); },
+          "Snapshot of the last whole scan; shared, nothing is copied.")
+      .def("map", &PythonMapper::map, "The Map that it keeps up to date; shared, not copied.");
+}
+
+}  // namespace octosurf::python

@@ -1,0 +1,166 @@
+// octosurf/occupancy.hpp in Python: the octree of a map at one moment.
+#include "arrays.hpp"
+#include "bind.hpp"
+#include "casters.hpp"
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include <octosurf/occupancy.hpp>
+
+namespace py = pybind11;
+
+namespace octosurf::python {
+namespace {
+
+using View = OccupancyView;
+using Leaf = View::Leaf;
+
+/// A row of OccupancyView.occupied().
+struct OccupiedRow {
+  std::array<double, 3> center;
+  float log_odds;
+  SurfaceId surface;
+};
+
+/// Corner, level, leaves: as OccupancyView::Change.
+using ChangedCube = std::tuple<std::array<std::uint16_t, 3>, std::uint8_t, py::array_t<Leaf>>;
+
+Eigen::AlignedBox3d box_of(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+  if (!((low.array() <= high.array()).all()))
+    throw Error(Error::Kind::usage, "box", "has a corner `low` that is not below `high`", "swap them");
+  return {low, high};
+}
+
+py::array_t<OccupiedRow> occupied(const View& view, const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+  std::vector<OccupiedRow> rows;
+  {
+    const py::gil_scoped_release others_run;
+    view.for_each_occupied(box_of(low, high), [&rows](const View::Voxel& voxel) {
+      rows.push_back({{voxel.center.x(), voxel.center.y(), voxel.center.z()}, voxel.log_odds, voxel.surface});
+      return true;
+    });
+  }
+  return moved_array(std::move(rows));
+}
+
+py::array_t<Leaf> leaves(const View& view) {
+  std::vector<Leaf> all;
+  {
+    const py::gil_scoped_release others_run;
+    view.for_each_leaf(
+        [&all](std::span<const Leaf> some) { all.insert(all.end(), some.begin(), some.end()); });
+  }
+  return moved_array(std::move(all));
+}
+
+py::array_t<Leaf> leaves_in(const View& view, const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+  std::vector<Leaf> all;
+  view.for_each_leaf(box_of(low, high),
+                     [&all](std::span<const Leaf> some) { all.insert(all.end(), some.begin(), some.end()); });
+  return moved_array(std::move(all));
+}
+
+std::vector<ChangedCube> changes(const View& view, const View& before) {
+  std::vector<ChangedCube> all;
+  view.for_each_change(before, [&all](const View::Change& change) {
+    all.push_back(ChangedCube(change.corner, change.level,
+                              moved_array(std::vector<Leaf>(change.leaves.begin(), change.leaves.end()))));
+  });
+  return all;
+}
+
+py::array_t<std::uint8_t> states(
+    const View& view, const py::array_t<double, py::array::c_style | py::array::forcecast>& points) {
+  if (points.ndim() != 2 || points.shape(1) != 3)
+    throw Error(Error::Kind::usage, "points", "are not of shape (N, 3)", "give one row per point");
+  std::vector<std::uint8_t> all(static_cast<std::size_t>(points.shape(0)));
+  const double* point = points.data();
+  for (std::uint8_t& state : all) {
+    state = static_cast<std::uint8_t>(view.at({point[0], point[1], point[2]}).state);
+    point += 3;
+  }
+  return moved_array(std::move(all));
+}
+
+void bind_voxel(py::class_<View>& view) {
+  using Voxel = View::Voxel;
+  py::class_<Voxel>(view, "Voxel", "A cube of edge OccupancyView.resolution.")
+      .def_readonly("state", &Voxel::state, R"("unknown", "free" or "occupied".)")
+      .def_readonly("log_odds", &Voxel::log_odds, "Of being occupied.")
+      .def_readonly("surface", &Voxel::surface,
+                    "Id of the surface an occupied voxel belongs to; 0: pending, or not occupied.")
+      .def_readonly("center", &Voxel::center, "(3,) float64, map frame, m; a view.");
+  using Count = View::Count;
+  py::class_<Count>(view, "Count", "Voxels by state.")
+      .def_readonly("unknown", &Count::unknown, "Voxels.")
+      .def_readonly("free", &Count::free, "Voxels.")
+      .def_readonly("occupied", &Count::occupied, "Voxels.");
+}
+
+}  // namespace
+
+void bind_occupancy(py::module_& module) {
+  PYBIND11_NUMPY_DTYPE(OccupiedRow, center, log_odds, surface);
+  PYBIND11_NUMPY_DTYPE(Leaf, corner, level, log_odds);
+
+  py::class_<View> view(
+      module, "OccupancyView",
+      R"(A map's octree at one moment: never changes, cheap to keep, readable from any thread.
+
+Voxels are half-open cubes of edge `resolution`; what lies on a face belongs to the higher one. Points are in the map
+frame, metres. Boxes are closed and given by their corners `low` and `high`, (3,) each.)");
+  bind_voxel(view);
+  view.def_property_readonly("resolution", &View::resolution, "d, m; 0 if nothing is known.")
+      .def("at", &View::at, py::arg("point"),
+           "The Voxel that holds `point`, (3,); unknown outside the octree.")
+      .def("states", &states, py::arg("points"),
+           "(N,) uint8, one for each row of `points`, (N, 3): 0 unknown, 1 free, 2 occupied.")
+      .def(
+          "first_on_way", &View::first_on_way, py::arg("from_"), py::arg("to"),
+          py::arg("unknown_stops") = false,
+          R"(The first Voxel that stops the straight way between two points: an occupied one, or an unknown one too.
+
+None if there is none. Throws Error(usage) if a point is not finite.)")
+      .def("occupied", &occupied, py::arg("low"), py::arg("high"),
+           R"(Every occupied voxel with its centre in the box, in Morton order; a structured array of its own.
+
+Columns: "center" (3 float64, m), "log_odds" (float32), "surface" (uint32; 0: pending).)")
+      .def(
+          "count",
+          [](const View& self, const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+            return self.count(box_of(low, high));
+          },
+          py::arg("low"), py::arg("high"), "How many voxels with their centre in the box are in each state.")
+      .def(
+          "nearest_occupied",
+          [](const View& self, const Eigen::Vector3d& point,
+             double limit) -> std::optional<std::pair<View::Voxel, double>> {
+            const auto near = self.nearest_occupied(point, limit);
+            if (!near) return {};
+            return std::pair(near->voxel, near->distance);
+          },
+          py::arg("point"), py::arg("limit"),
+          "The occupied Voxel nearest to `point` and its distance, m; None if it is farther than `limit` m.")
+      .def(
+          "leaves", &leaves,
+          R"(All leaves as OctoMap's octree would have them, pruned, in Morton order; a structured array of its own.
+
+Columns: "corner" (3 uint16, OctoMap's key of its lowest voxel; 32768 begins at 0 m), "level" (uint8: its edge is
+2**level voxels), "log_odds" (float32).)")
+      .def("leaves_in", &leaves_in, py::arg("low"), py::arg("high"),
+           "Those that meet the box; where it cuts a pruned cube, what of that meets it.")
+      .def("changes", &changes, py::arg("before"),
+           R"(What has changed since `before`, an earlier view: a list of (corner, level, leaves).
+
+Each is a cube that was replaced: its lowest voxel's key, its edge as 2**level voxels, and the leaves that are in it
+now, as leaves() has them; none if nothing is known there any longer.)");
+}
+
+}  // namespace octosurf::python

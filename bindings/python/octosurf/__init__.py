@@ -1,0 +1,19 @@
+"""Contact surfaces on an OctoMap for legged robots.
+
+Metres, radians, seconds; poses are 4x4 arrays, T_a_b from frame b to frame a. Arrays that are views keep alive what they
+look into and cannot be written to; the docstrings say which are copies. What fails raises octosurf.Error, in a line that
+says what, where and the mend. Objects of the library may be shared between threads; mapping, planning, loading and saving
+let other Python threads run.
+
+    mapper = octosurf.Mapper()
+    for scan in octosurf.open_scans("kitchen"):
+        mapper.insert(scan)
+    for surface in mapper.snapshot().surfaces:
+        print(surface)
+    octosurf.save(mapper.map(), "maps/kitchen")
+"""
+
+from octosurf import _octosurf
+from octosurf._octosurf import *  # noqa: F403
+
+__all__ = [name for name in dir(_octosurf) if not name.startswith("_")]

@@ -1,0 +1,108 @@
+// octosurf/parameters.hpp in Python.
+#include "bind.hpp"
+#include "fields.hpp"
+
+#include <octosurf/parameters.hpp>
+
+namespace py = pybind11;
+
+namespace octosurf::python {
+namespace {
+
+void bind_occupancy_parameters(py::module_& module) {
+  using P = OccupancyParameters;
+  Settings<P>(module, "OccupancyParameters", "The octree and what a scan does to it.")
+      .field("resolution", &P::resolution, "d, m: voxel edge; also of downsampling and change detection.")
+      .field("max_range", &P::max_range,
+             "m: beyond it points only free space; None: 4 for depth cameras, unlimited for lidar.")
+      .field("min_range", &P::min_range, "m: nearer points are dropped.")
+      .field("hit", &P::hit, "P(occupied | endpoint).")
+      .field("miss", &P::miss, "P(occupied | ray passed through).")
+      .field("clamp_min", &P::clamp_min, "Probability, lower clamp.")
+      .field("clamp_max", &P::clamp_max, "Probability, upper clamp.")
+      .field("occupied", &P::occupied, "Probability from which a voxel counts as occupied.")
+      .field("preserve_surfaces", &P::preserve_surfaces,
+             "A ray erodes a surface's voxel only if it crosses its plane beyond s; off: the tree equals "
+             "OctoMap's.");
+}
+
+void bind_surface_parameters(py::module_& module) {
+  using P = SurfaceParameters;
+  Settings<P>(module, "SurfaceParameters", "What belongs to a surface and what is derived from it.")
+      .field("surface_tolerance", &P::surface_tolerance, "s, m: reach of a plane; None: derived.")
+      .field("sensor_noise", &P::sensor_noise, "m: standard deviation near the sensor.")
+      .field("range_noise", &P::range_noise,
+             "1/m: sigma(z) = sensor_noise + range_noise z^2; None: estimated from the scans.")
+      .field("max_hole_size", &P::max_hole_size,
+             "h, m: alpha of the alpha shape, expansion reach, cluster gap; None: derived.")
+      .field("min_surface_width", &P::min_surface_width, "m: narrower clusters stay pending; 0: any.")
+      .field("mesh_thickness", &P::mesh_thickness, "m: extrusion against the normal.");
+}
+
+void bind_detection_parameters(py::module_& module) {
+  using P = DetectionParameters;
+  Settings<P>(module, "DetectionParameters", "From pending points to new surfaces.")
+      .field("search_radius", &P::search_radius, "r, m: largest neighbourhood; None: derived.")
+      .field("normal_radius", &P::normal_radius,
+             "m: neighbourhood where points are dense and exact; None: derived.")
+      .field("min_surface_points", &P::min_surface_points, "n; None: derived.")
+      .field("smoothness_angle", &P::smoothness_angle, "rad: region growing, normal difference.")
+      .field("max_curvature", &P::max_curvature, "Region growing, surface variation.")
+      .field("ransac_iterations", &P::ransac_iterations, "Of a plane fit.")
+      .field("aligned_angle", &P::aligned_angle,
+             "rad: RANSAC inliers' normals to the plane's; pi/2 and more: the paper's plain plane model.")
+      .field("detect_cylinders", &P::detect_cylinders,
+             "Look for pillars, rails and rungs among what no plane took.");
+}
+
+}  // namespace
+
+void bind_parameters(py::module_& module) {
+  using P = Parameters;
+  Settings<AlignmentParameters>(module, "AlignmentParameters",
+                                "A scan's pose against the map, before it is inserted.")
+      .field("enabled", &AlignmentParameters::enabled,
+             "A pose is corrected where scan and map say significantly so; off: taken as given.");
+  bind_occupancy_parameters(module);
+  bind_surface_parameters(module);
+  bind_detection_parameters(module);
+
+  Settings<P> parameters(
+      module, "Parameters",
+      R"(Everything that decides what comes out; equal Parameters and scans give equal maps.
+
+SI units, angles in radians. A field that is None is derived from the others; an explicit value wins. For example
+Parameters(occupancy={"resolution": 0.01}, up=None); fields can be set afterwards, too.)");
+  parameters.field("alignment", &P::alignment, "AlignmentParameters.")
+      .field("occupancy", &P::occupancy, "OccupancyParameters.")
+      .field("surfaces", &P::surfaces, "SurfaceParameters.")
+      .field("detection", &P::detection, "DetectionParameters.")
+      .field("up", &P::up,
+             "(3,) float64, unit vector in the map frame against gravity, a copy; None: found from the "
+             "surfaces.");
+  parameters.def_static("paper", &P::paper, "The paper's values (section V).");
+  parameters.def("validate", &P::validate, "Throws Error(usage) naming field, value and rule.");
+  parameters.def("surface_tolerance", &P::surface_tolerance, "s in force, m.");
+  parameters.def("max_hole_size", &P::max_hole_size, "h in force, m.");
+  parameters.def("search_radius", &P::search_radius, "r in force, m.");
+  parameters.def("normal_radius", &P::normal_radius, "In force, m.");
+  parameters.def("min_surface_points", &P::min_surface_points, "n in force.");
+  parameters.def("aligned", &P::aligned, "Whether points' own normals decide; else the paper's planes.");
+  parameters.def(
+      "get", &get_parameter, py::arg("name"),
+      "The value in force as text, as `octosurf map --show-parameters` has it: angles in degrees.");
+  parameters.def(
+      "set", &set_parameter, py::arg("name"), py::arg("text"),
+      R"(Sets from text, as an option of `octosurf map` does: angles in degrees, "auto" for what is derived.
+Throws Error(usage) naming name, text and rule.)");
+  parameters.def_static(
+      "names",
+      [] {
+        std::vector<std::string> names;
+        for (const ParameterInfo& info : parameter_infos()) names.push_back(info.name);
+        return names;
+      },
+      "Of get() and set(); docs/parameters.md says what each does.");
+}
+
+}  // namespace octosurf::python

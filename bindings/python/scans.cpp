@@ -1,0 +1,136 @@
+// octosurf/scan.hpp and scan_source.hpp in Python: what is inserted, and recordings that are read.
+#include "arrays.hpp"
+#include "bind.hpp"
+#include "casters.hpp"
+#include "scan_arrays.hpp"
+
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <octosurf/scan.hpp>
+#include <octosurf/scan_source.hpp>
+
+namespace py = pybind11;
+
+namespace octosurf::python {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A source that two threads may ask: one waits for the other.
+class Recording {
+ public:
+  explicit Recording(std::unique_ptr<ScanSource> source) : source_(std::move(source)) {}
+
+  std::size_t size() const { return source_->size(); }
+
+  std::unique_ptr<Scan> next() {
+    {
+      const py::gil_scoped_release others_run;
+      const std::lock_guard alone(busy_);
+      if (std::optional<Scan> scan = source_->next()) return std::make_unique<Scan>(*std::move(scan));
+    }
+    throw py::stop_iteration();
+  }
+
+  std::vector<std::string> skipped() {
+    const py::gil_scoped_release others_run;
+    const std::lock_guard alone(busy_);
+    return source_->skipped();
+  }
+
+ private:
+  std::mutex busy_;
+  std::unique_ptr<ScanSource> source_;
+};
+
+std::unique_ptr<Recording> opened(std::variant<fs::path, std::vector<fs::path>> inputs,
+                                  ScanSourceOptions options) {
+  if (const auto* one = std::get_if<fs::path>(&inputs)) inputs = std::vector<fs::path>{*one};
+  const py::gil_scoped_release others_run;
+  return std::make_unique<Recording>(open_scans(std::get<1>(inputs), options));
+}
+
+void bind_scan(py::module_& module) {
+  py::class_<Scan>(module, "Scan", "One posed scan, which owns its points; does not change.")
+      .def(
+          py::init([](const Points& points, const Eigen::Isometry3d& T_map_sensor, double stamp_s,
+                      SensorKind sensor, std::string name) {
+            require_shape(points);
+            Scan scan{{}, T_map_sensor, stamp_s, sensor, std::move(name)};
+            copy_points(points, scan.points);
+            return scan;
+          }),
+          py::arg("points"), py::arg("T_map_sensor"), py::kw_only(), py::arg("stamp_s") = 0.0,
+          py::arg("sensor") = SensorKind::depth_camera, py::arg("name") = "",
+          R"(points: (..., 3), m, in the sensor's frame, copied as float32; what is not finite is "no reading".
+T_map_sensor: (4, 4), sensor frame to map frame, a rigid motion.
+stamp_s: when it was taken, s. sensor: "depth_camera" or "lidar", picks the default maximum range.
+name: for messages.)")
+      .def_static(
+          "from_depth",
+          [](const py::array& depth, const py::object& intrinsics, const Eigen::Isometry3d& T_map_camera,
+             double depth_scale, double stamp_s, std::string name) {
+            return Scan{points_of_depth(depth, intrinsics, depth_scale), T_map_camera, stamp_s,
+                        SensorKind::depth_camera, std::move(name)};
+          },
+          py::arg("depth"), py::arg("intrinsics"), py::arg("T_map_camera"), py::kw_only(),
+          py::arg("depth_scale") = 1000.0, py::arg("stamp_s") = 0.0, py::arg("name") = "",
+          R"(From a depth image of a pinhole camera without distortion; x right, y down, z along the optical axis.
+
+depth: (H, W) uint16 with `depth_scale` units per metre, 0 and 65535 for no reading; or float32 or float64 in metres,
+0, negative and not finite for no reading (`depth_scale` is not used).
+intrinsics: (fx, fy, cx, cy) or K, (3, 3); pixels. T_map_camera: (4, 4), camera frame to map frame.)")
+      .def_property_readonly(
+          "points", [](const py::object& self) { return rows_view(self.cast<const Scan&>().points, self); },
+          "(N, 3) float32, sensor frame, m; a read-only view.")
+      .def_readonly("T_map_sensor", &Scan::T_map_sensor, "(4, 4) float64, sensor frame to map frame; a copy.")
+      .def_readonly("stamp_s", &Scan::stamp_s, "s.")
+      .def_readonly("sensor", &Scan::sensor, R"("depth_camera" or "lidar".)")
+      .def_readonly("name", &Scan::name, "File or index.")
+      .def(
+          "with_pose",
+          [](const Scan& self, const Eigen::Isometry3d& T_map_sensor) {
+            Scan moved = self;
+            moved.T_map_sensor = T_map_sensor;
+            return moved;
+          },
+          py::arg("T_map_sensor"), "A copy of it at another pose, (4, 4).")
+      .def("__len__", [](const Scan& self) { return self.points.size(); });
+}
+
+}  // namespace
+
+void bind_scans(py::module_& module) {
+  bind_scan(module);
+  py::class_<Recording>(module, "ScanSource",
+                        "Posed scans, one after the other, decoded as they are asked for.")
+      .def("__len__", &Recording::size, "Number of scans listed, bad ones included.")
+      .def("__iter__", [](const py::object& self) { return self; })
+      .def("__next__", &Recording::next, "Throws Error(data) with its name for a scan that cannot be read.")
+      .def("skipped", &Recording::skipped, "A line for every scan that was left out so far, and why.");
+  module.def(
+      "open_scans",
+      [](std::variant<fs::path, std::vector<fs::path>> inputs, std::optional<fs::path> poses,
+         std::optional<fs::path> intrinsics, std::optional<double> depth_scale, std::optional<double> rate_hz,
+         bool skip_bad) {
+        return opened(std::move(inputs),
+                      {std::move(poses), std::move(intrinsics), depth_scale, rate_hz, skip_bad});
+      },
+      py::arg("inputs"), py::kw_only(), py::arg("poses") = py::none(), py::arg("intrinsics") = py::none(),
+      py::arg("depth_scale") = py::none(), py::arg("rate_hz") = py::none(), py::arg("skip_bad") = false,
+      R"(Opens a recording, or a list of them, one after the other: what `octosurf map` reads.
+
+7-Scenes, TUM RGB-D and KITTI folders, 16-bit depth images (PNG, PGM), PCD, PLY, OctoMap's .graph, archives of scans.
+poses: a file with one pose per scan, or a stamped trajectory; wins over what lies beside the scans.
+intrinsics: a file with K or `fx fy cx cy`. depth_scale: units per metre; None: 5000 for TUM folders, else 1000.
+rate_hz: of scans without time stamps; None: 30 for depth cameras, 10 for lidar.
+skip_bad: go on after a scan that cannot be read or whose pose is not a rigid motion.
+Throws Error(usage, data).)");
+}
+
+}  // namespace octosurf::python

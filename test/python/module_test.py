@@ -1,0 +1,338 @@
+import gc
+import json
+import pathlib
+import pickle
+import threading
+import time
+import unittest
+
+import numpy as np
+
+import octosurf
+import world
+
+
+def floor(size=1.0, step=0.01):
+    """A level square as a sensor 1 m above it sees it, in the sensor's frame, which is the map's but for the height."""
+    grid = np.arange(-size / 2, size / 2, step)
+    x, y = np.meshgrid(grid, grid)
+    return np.stack([x, y, np.full_like(x, -1)], axis=-1).reshape(-1, 3)
+
+
+def above():
+    pose = np.eye(4)
+    pose[2, 3] = 1
+    return pose
+
+
+def mapped_floor():
+    mapper = octosurf.Mapper()
+    mapper.share_octree()
+    mapper.insert_points(floor(), above())
+    return mapper
+
+
+class Mapping(unittest.TestCase):
+    def test_a_floor_becomes_a_surface(self):
+        mapper = mapped_floor()
+        (surface,) = mapper.snapshot().surfaces
+        self.assertGreater(surface.plane.normal[2], 0.999)
+        self.assertAlmostEqual(surface.plane.offset, 0, delta=0.005)
+        self.assertAlmostEqual(surface.area_m2, 1, delta=0.08)
+        self.assertEqual(surface.covariance.shape, (3, 3))
+        self.assertEqual(mapper.map().check_invariants(), [])
+
+    def test_points_of_any_layout_make_the_same_map(self):
+        points = floor()
+        wanted = self.saved(points.astype(np.float32))
+        self.assertEqual(self.saved(points), wanted)
+        self.assertEqual(self.saved(np.asfortranarray(points)), wanted)
+        self.assertEqual(self.saved(points.reshape(100, 100, 3)), wanted)
+        self.assertEqual(self.saved(np.repeat(points, 2, axis=0)[::2]), wanted)
+
+    def saved(self, points):
+        mapper = octosurf.Mapper()
+        mapper.insert_points(points, above())
+        octosurf.save(mapper.map(), world.FOLDER / "layout")
+        return (world.FOLDER / "layout.surfaces").read_bytes()
+
+    def test_same_bytes_as_the_command(self):
+        command = world.FOLDER / "command"
+        world.command("map", world.recording(), "-o", command)
+        mapper = octosurf.Mapper()
+        for scan in octosurf.open_scans(world.recording()):
+            mapper.insert(scan)
+        python = world.FOLDER / "python"
+        octosurf.save(mapper.map(), python)
+        for ending in (".surfaces", ".bt"):
+            self.assertEqual(python.with_suffix(ending).read_bytes(), command.with_suffix(ending).read_bytes())
+
+    def test_depth_in_units_and_metres_says_the_same(self):
+        units = np.full((48, 64), 1500, np.uint16)
+        units[0, :3] = (0, 65535, 2000)
+        metres = units.astype(np.float32) / 1000
+        metres[0, :2] = (np.nan, -1)
+        camera = (50, 50, 31.5, 23.5)
+        k = [[50, 0, 31.5], [0, 50, 23.5], [0, 0, 1]]
+        of_units = octosurf.Scan.from_depth(units, camera, np.eye(4))
+        of_metres = octosurf.Scan.from_depth(metres, k, np.eye(4))
+        self.assertEqual(len(of_units), 48 * 64 - 2)
+        np.testing.assert_allclose(of_units.points, of_metres.points, rtol=1e-6)
+        u, v = 63, 47
+        np.testing.assert_allclose(of_units.points[-1], [(u - 31.5) / 50 * 1.5, (v - 23.5) / 50 * 1.5, 1.5], rtol=1e-6)
+
+    def test_a_map_goes_on_where_it_was_saved(self):
+        scans = list(octosurf.open_scans(world.recording()))
+        whole = octosurf.Mapper()
+        for scan in scans:
+            whole.insert(scan)
+        first = octosurf.Mapper()
+        for scan in scans[:5]:
+            first.insert(scan)
+        octosurf.save(first.map(), world.FOLDER / "half")
+        second = octosurf.Mapper(octosurf.load(world.FOLDER / "half"), threads=2)
+        for scan in scans[5:]:
+            second.insert(scan)
+        octosurf.save(whole.map(), world.FOLDER / "whole")
+        octosurf.save(second.map(), world.FOLDER / "half")
+        self.assertEqual((world.FOLDER / "half.surfaces").read_bytes(), (world.FOLDER / "whole.surfaces").read_bytes())
+
+
+class Lifetimes(unittest.TestCase):
+    def test_arrays_outlive_what_they_are_of(self):
+        mapper = mapped_floor()
+        surface = mapper.snapshot().surfaces[0]
+        views = [surface.boundary, surface.polygons[0].outer, surface.plane.normal, surface.covariance]
+        copies = [view.copy() for view in views]
+        addresses = [view.__array_interface__["data"][0] for view in views]
+        del mapper, surface
+        gc.collect()
+        rubbish = [np.full(view.shape, 7.0) for view in views for _ in range(100)]
+        for view, copy, address in zip(views, copies, addresses):
+            np.testing.assert_array_equal(view, copy)
+            self.assertEqual(view.__array_interface__["data"][0], address)
+        self.assertEqual(len(rubbish), 400)
+
+    def test_views_are_not_copied_and_not_written_to(self):
+        surface = mapped_floor().snapshot().surfaces[0]
+        for name in ("boundary", "covariance"):
+            first, second = getattr(surface, name), getattr(surface, name)
+            self.assertEqual(first.__array_interface__["data"], second.__array_interface__["data"])
+            with self.assertRaises(ValueError):
+                first[0, 0] = 1
+
+    def test_a_snapshot_does_not_change(self):
+        mapper = mapped_floor()
+        before = mapper.snapshot()
+        outline = before.surfaces[0].boundary.copy()
+        mapper.insert_points(floor(1.5), above())
+        np.testing.assert_array_equal(before.surfaces[0].boundary, outline)
+        self.assertGreater(mapper.snapshot().surfaces[0].area_m2, 2)
+
+
+class Threads(unittest.TestCase):
+    def test_others_run_while_a_scan_is_inserted(self):
+        # Were Python's lock held, no count at all could be made between an insertion's begin and its end.
+        mapper = octosurf.Mapper(octosurf.Parameters(occupancy={"resolution": 0.005}))
+        scan = octosurf.Scan(floor(3, 0.004), above())
+        inside, counts, done = threading.Event(), [], threading.Event()
+
+        def count():
+            while not done.is_set():
+                counts.append(time.perf_counter())
+                mapper.snapshot()
+                time.sleep(0)
+
+        counter = threading.Thread(target=count)
+        counter.start()
+        while not counts:
+            time.sleep(0)
+        begin = time.perf_counter()
+        report = mapper.insert(scan)
+        end = time.perf_counter()
+        done.set()
+        counter.join()
+        del inside
+        while_inserting = [at for at in counts if begin < at < end - report.total_ms / 2e3]
+        self.assertGreater(len(while_inserting), 1)
+
+    def test_what_is_asked_of_the_map_waits_for_the_scan(self):
+        mapper = octosurf.Mapper()
+        scans = list(octosurf.open_scans(world.recording()))
+        failures, done = [], threading.Event()
+
+        def ask():
+            while not done.is_set():
+                if mapper.map().check_invariants():
+                    failures.append("a map between two states was seen")
+                mapper.map().at([0, 0, 0])
+
+        reader = threading.Thread(target=ask)
+        reader.start()
+        for scan in scans[:4]:
+            mapper.insert(scan)
+        done.set()
+        reader.join()
+        self.assertEqual(failures, [])
+
+
+class Errors(unittest.TestCase):
+    def refused(self, kind, call):
+        with self.assertRaises(octosurf.Error) as raised:
+            call()
+        self.assertEqual(raised.exception.kind, kind)
+        self.assertIn(raised.exception.where, str(raised.exception))
+        self.assertTrue(str(raised.exception).endswith(raised.exception.mend))
+        return raised.exception
+
+    def test_have_kind_place_and_mend(self):
+        missing = self.refused("data", lambda: octosurf.load("/nowhere/map"))
+        self.assertIn("/nowhere/map", missing.where)
+        self.assertTrue(missing.mend)
+        self.refused("usage", lambda: octosurf.Mapper(threads=0))
+        self.refused("usage", lambda: octosurf.Parameters.from_dict({"resolutoin": 1}))
+        self.refused("usage", lambda: octosurf.Scan(floor(), np.eye(4), sensor="lidr"))
+        self.refused("output", lambda: octosurf.save(octosurf.Map(), "/nowhere/map"))
+        self.refused("data", lambda: octosurf.open_scans("/nowhere"))
+
+    def test_bad_input_is_refused_at_the_door(self):
+        mapper = mapped_floor()
+        revision = mapper.snapshot().revision
+        self.refused("data", lambda: mapper.insert_points(np.zeros((5, 2)), np.eye(4)))
+        self.refused("data", lambda: mapper.insert_points(floor(), 2 * np.eye(4)))
+        self.refused("data", lambda: mapper.insert_points(floor(), np.diag([2.0, 1, 1, 1])))
+        self.refused("data", lambda: mapper.insert_points(floor(), np.eye(3)))
+        depth = np.ones((4, 4), np.uint16)
+        self.refused("data", lambda: mapper.insert_depth(depth, (0, 1, 1, 1), np.eye(4)))
+        self.refused("data", lambda: mapper.insert_depth(depth.astype(np.int32), (1, 1, 1, 1), np.eye(4)))
+        self.refused("data", lambda: mapper.insert_depth(depth, (1, 1, 1, 1), np.eye(4), depth_scale=0))
+        self.refused("usage", lambda: octosurf.Mapper(mapper.map()))
+        self.assertEqual(mapper.snapshot().revision, revision)
+        with self.assertRaises(TypeError):
+            octosurf.ContactLimits(max_slope=1)
+
+    def test_a_name_of_any_bytes(self):
+        name = world.FOLDER / "\udcff"
+        self.assertIn("\udcff", self.refused("data", lambda: octosurf.open_scans(name)).where)
+
+
+class Settings(unittest.TestCase):
+    def test_every_parameter_of_the_command_is_there(self):
+        # Each, set by its text, changes what to_dict() says, and comes back from there.
+        unlike = {"preserve_surfaces": "false", "detect_cylinders": "false", "align": "off", "up_x": "1", "up_y": "1",
+                  "up_z": "0.5", "hit": "0.8", "miss": "0.3", "occupied": "0.6", "clamp_min": "0.2", "clamp_max": "0.9",
+                  "min_surface_points": "77", "ransac_iterations": "5"}
+        for name in octosurf.Parameters.names():
+            changed = octosurf.Parameters()
+            changed.set(name, unlike.get(name, "0.031"))
+            self.assertNotEqual(changed, octosurf.Parameters(), name)
+            again = octosurf.Parameters.from_dict(json.loads(json.dumps(changed.to_dict())))
+            self.assertEqual(again, changed, name)
+            self.assertEqual(again.get(name), changed.get(name))
+
+    def test_nested_fields_and_validation(self):
+        parameters = octosurf.Parameters(occupancy={"resolution": 0.01}, up=None)
+        self.assertEqual(parameters.occupancy.resolution, 0.01)
+        self.assertIsNone(parameters.up)
+        parameters.detection.smoothness_angle = 9
+        with self.assertRaises(octosurf.Error) as raised:
+            parameters.validate()
+        self.assertEqual(raised.exception.where, "smoothness_angle")
+
+    def test_survive_pickling(self):
+        for settings in (octosurf.Parameters.paper(), octosurf.Biped(max_up_m=0.1), octosurf.Quadruped(),
+                         octosurf.ContactLimits(clearance_m=0.3)):
+            self.assertEqual(pickle.loads(pickle.dumps(settings)), settings)
+
+
+class Questions(unittest.TestCase):
+    def setUp(self):
+        self.mapper = mapped_floor()
+        self.snapshot = self.mapper.snapshot()
+        (self.surface,) = self.snapshot.surfaces
+
+    def test_places(self):
+        index = octosurf.SurfaceIndex(self.snapshot)
+        for asked in (index.nearest([0, 0, 0.3]), octosurf.nearest(self.snapshot, [0, 0, 0.3]), index.below([0, 0, 0.3])):
+            self.assertEqual(asked.id, self.surface.id)
+            self.assertAlmostEqual(asked.distance, 0.3, delta=0.01)
+        self.assertIsNone(index.nearest([0, 0, 0.3], within=0.1))
+        self.assertIsNone(octosurf.below(self.snapshot, [5, 5, 1]))
+        hit = index.first_on_ray([0, 0, 2], [0, 0, -1])
+        self.assertTrue(hit.front)
+        self.assertEqual(index.inside(octosurf.ConvexSpace.box([-1, -1, -1], [1, 1, 1])), [self.surface.id])
+        self.assertEqual(index.in_sphere([0, 0, 2], 1), [])
+        self.assertEqual(index.surface_of_voxel([0.1, 0.1, hit.point[2]]), self.surface.id)
+        self.assertAlmostEqual(index.snap(above()).moved_m, 1, delta=0.01)
+
+    def test_octree(self):
+        octree = self.snapshot.octree
+        voxels = octree.occupied([-1, -1, -0.1], [1, 1, 0.1])
+        self.assertEqual(octree.count([-1, -1, -0.1], [1, 1, 0.1]).occupied, len(voxels))
+        self.assertTrue((octree.states(voxels["center"]) == 2).all())
+        self.assertEqual(octree.at([0, 0, 0.5]).state, "free")
+        self.assertEqual(octree.first_on_way([0, 0, 0.5], [0, 0, -0.5]).state, "occupied")
+        self.assertLess(octree.nearest_occupied([0, 0, 0.1], 1)[1], 0.13)
+        again = octosurf.map_from_leaves(octree.leaves()).octree()
+        self.assertEqual(again.changes(octree), [])
+        self.assertTrue(again.changes(octosurf.Map().octree()))
+
+    def test_contacts(self):
+        foot = octosurf.ContactShape.rectangle(0.2, 0.1)
+        region = octosurf.contact_region(self.surface, foot, 0.0)
+        self.assertLess(region.area_m2, self.surface.area_m2)
+        self.assertTrue(octosurf.foothold(self.surface, foot, [0, 0, 0], 0).accepted)
+        self.assertEqual(octosurf.foothold(self.surface, foot, [0.5, 0, 0], 0).refused, "support")
+        (piece, *_) = octosurf.convex_pieces(self.surface, region, 3)
+        local = np.linalg.inv(self.surface.T_map_surface) @ np.c_[piece.vertices, np.ones(len(piece.vertices))].T
+        self.assertTrue((piece.A @ local[:2] <= piece.b[:, None] + 1e-9).all())
+
+    def test_plans(self):
+        here, there = octosurf.Standing(at=[-0.2, 0, 0]), octosurf.Standing(at=[0.2, 0, 0])
+        robot = octosurf.Biped()
+        plan = octosurf.plan(self.snapshot, here, there, robot)
+        self.assertTrue(plan.found())
+        self.assertEqual(octosurf.verify_plan(plan, self.snapshot, robot), [])
+        self.assertEqual(json.loads(plan.to_json(robot))["format"], "octosurf-plan")
+        away = octosurf.plan(self.snapshot, here, octosurf.Standing(at=[9, 0, 0]), robot)
+        self.assertEqual((away.found(), away.refusal.why), (False, "goal"))
+
+    def test_alignment_and_explanations(self):
+        snapshot = self.snapshot
+        scan = octosurf.Scan(floor(), above())
+        raised = above()
+        raised[2, 3] += 0.03
+        found = octosurf.align(snapshot, scan.with_pose(raised))
+        self.assertEqual(found.outcome, "corrected")
+        self.assertAlmostEqual(found.T_map_sensor[2, 3], 1, delta=0.003)
+        self.assertEqual(octosurf.Localizer(snapshot).localize(scan).outcome, "agrees")
+        self.assertEqual(octosurf.explain(self.mapper.map(), [0, 0, 0]).reason, "on_surface")
+        self.assertEqual(octosurf.double_layers(snapshot), [])
+        edges = octosurf.label_edges(self.mapper.map(), self.surface)
+        self.assertEqual(len(edges[0].outer), len(self.surface.polygons[0].outer))
+
+    def test_changes(self):
+        self.assertEqual(octosurf.changes_since(self.snapshot, 0).appeared, [self.surface.id])
+        (row,) = octosurf.compare_maps(self.snapshot, self.snapshot).before
+        self.assertAlmostEqual(row.shared_m2, row.area_m2, delta=0.02 * row.area_m2)
+
+    def test_files(self):
+        edges = {self.surface.id: octosurf.label_edges(self.mapper.map(), self.surface)}
+        file = world.FOLDER / "floor.json"
+        octosurf.export_surfaces(self.snapshot, file, edges=edges, force=True)
+        self.assertEqual(json.loads(file.read_text())["surfaces"][0]["id"], self.surface.id)
+        octosurf.export_surfaces(self.snapshot, world.FOLDER / "floor.ply", parts=["points"],
+                                 points=self.mapper.map().points(), force=True)
+        octosurf.render_png(self.snapshot, world.FOLDER / "floor.png", view="top", force=True)
+        grid = octosurf.height_grid(self.snapshot)
+        self.assertAlmostEqual(float(np.nanmean(grid.elevation)), 0, delta=0.01)
+        octosurf.export_grid_map(grid, "map", world.FOLDER / "grid.json", force=True)
+        piece = octosurf.PlannerSurface(self.surface, pieces=self.surface.convex_pieces())
+        octosurf.export_ihmc(octosurf.ihmc_regions(piece), world.FOLDER / "ihmc", force=True)
+        self.assertEqual(octosurf.read_ihmc(world.FOLDER / "ihmc")[0].id, self.surface.id)
+        for name in ("floor.ply", "floor.png", "grid.json"):
+            self.assertGreater(pathlib.Path(world.FOLDER / name).stat().st_size, 100)
+
+
+if __name__ == "__main__":
+    unittest.main()
