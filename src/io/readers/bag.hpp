@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
 namespace octosurf {
@@ -22,7 +23,9 @@ struct BagTopic {
   std::string name;
   std::string type;  ///< "sensor_msgs/PointCloud2", in ROS 2's bags too (sensor_msgs/msg/PointCloud2 there)
   MessageEncoding encoding = MessageEncoding::other;
-  auto operator<=>(const BagTopic&) const = default;
+  bool operator<(const BagTopic& other) const {
+    return std::tie(name, type, encoding) < std::tie(other.name, other.type, other.encoding);
+  }
 };
 
 /// Where a message stands in a bag; means something to that bag alone.
