@@ -138,11 +138,12 @@ Eigen::Vector2d heading_on(const Surface& surface, double yaw_rad, const Eigen::
 Sole sole_of(const ContactShape& shape, const Surface& surface, std::optional<double> yaw_rad,
              const Eigen::Vector3d& up) {
   Sole sole;
-  if (yaw_rad) sole.heading = heading_on(surface, *yaw_rad, up);
   if (!yaw_rad || shape.outline.empty()) {
+    // Never turned: the polygon about a disc is not round, and a disc's heading shall not decide anything.
     sole.outline = around_disc(shape.reach());
     return sole;
   }
+  sole.heading = heading_on(surface, *yaw_rad, up);
   for (const Eigen::Vector2d& p : shape.outline) sole.middle += p / static_cast<double>(shape.outline.size());
   sole.outline = shape.outline;
   for (Eigen::Vector2d& p : sole.outline) p -= sole.middle;

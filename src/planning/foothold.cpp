@@ -155,8 +155,9 @@ Foothold foothold(const Surface& surface, const ContactShape& shape, const Eigen
   Foothold result;
   result.surface = surface.id;
   result.T_map_contact = surface.T_map_surface * Eigen::Translation3d(reference.x(), reference.y(), 0);
+  const Eigen::Vector2d heading = heading_on(surface, yaw_rad, limits.up);
   result.T_map_contact.rotate(
-      Eigen::AngleAxisd(std::atan2(sole.heading.y(), sole.heading.x()), Eigen::Vector3d::UnitZ()));
+      Eigen::AngleAxisd(std::atan2(heading.y(), heading.x()), Eigen::Vector3d::UnitZ()));
   result.supported = share_on(surface, stand, around);
   result.margin_m =
       around.supported()

@@ -122,6 +122,18 @@ TEST(Foothold, AgreesWithTheRegionBesideFrontiersAndObstacles) {
   }
 }
 
+TEST(Foothold, OfADiscDoesNotDependOnItsHeading) {
+  // The polygon that stands for a disc reaches 0.5 % beyond it at its corners.
+  const double radius = 0.03;
+  Asked ask{surface(1, {{box(0, 0, 1, 1), {}}}), ContactShape::disc(radius), 0, {}};
+  for (const double off : {1.001, 1.002, 1.003, 1.004}) {
+    const bool accepted = ask.at({off * radius, 0.5}).accepted;
+    for (ask.yaw = 0; ask.yaw < 2 * pi; ask.yaw += 0.01)
+      ASSERT_EQ(ask.at({off * radius, 0.5}).accepted, accepted) << off << " at " << ask.yaw;
+    ask.yaw = 0;
+  }
+}
+
 TEST(Foothold, TellsTheShareOfSupport) {
   std::mt19937_64 random(test::seed());
   std::uniform_real_distribution<double> uniform(-2, 2);
