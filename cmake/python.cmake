@@ -1,9 +1,9 @@
 # OCTOSURF_BUILD_PYTHON, on where what it takes is there. Debian: pybind11-dev, python3-dev, python3-numpy.
 set(octosurf_python_default OFF)
-if(NOT Python_EXECUTABLE AND EXISTS /usr/bin/python3)
-  set(Python_EXECUTABLE /usr/bin/python3)  # Debian's, for which there are the packages; not what pyenv put before it
-endif()
 if(PROJECT_IS_TOP_LEVEL)
+  if(NOT Python_EXECUTABLE AND EXISTS /usr/bin/python3)
+    set(Python_EXECUTABLE /usr/bin/python3)  # Debian's, which has the packages, whatever pyenv put before it
+  endif()
   find_package(Python 3.9 QUIET COMPONENTS Interpreter Development.Module)
   if(Python_FOUND)
     find_package(pybind11 2.10 QUIET CONFIG)

@@ -34,7 +34,8 @@ octosurf_map = mapper.map()
 snapshot = octosurf_map.snapshot()
 up = octosurf.up_of(octosurf_map).direction.copy()
 area = sum(surface.area_m2 for surface in snapshot.surfaces)
-print(f"{octosurf_map.size().scans} scans, {len(snapshot.surfaces)} surfaces, {area:.1f} m2; last scan {report.total_ms:.0f} ms")
+print(f"{octosurf_map.size().scans} scans, {len(snapshot.surfaces)} surfaces, {area:.1f} m2")
+print(f"the last scan took {report.total_ms:.0f} ms")
 
 # %% Where feet may stand: the largest surface that is level, and on it the two places that lie farthest apart.
 robot = octosurf.Biped()
@@ -65,7 +66,7 @@ across = np.cross(up, [0, 0, 1] if abs(up[2]) < 0.9 else [1, 0, 0])
 across /= np.linalg.norm(across)
 axes_of_picture = np.stack([across, np.cross(up, across)])
 figure, axes = plt.subplots(figsize=(8, 8))
-for surface in sorted(snapshot.surfaces, key=lambda one: float(one.boundary @ up @ np.ones(len(one.boundary))) / len(one.boundary)):
+for surface in sorted(snapshot.surfaces, key=lambda one: float(np.mean(one.boundary @ up))):
     for polygon in surface.polygons:
         ring = np.array([surface.to_map(uv) for uv in polygon.outer])
         axes.add_patch(Polygon(ring @ axes_of_picture.T, facecolor=surface.color, edgecolor="black", linewidth=0.3))
@@ -73,7 +74,8 @@ if plan:
     for step in plan.steps:
         sole = np.c_[robot.foot.outline, np.zeros(len(robot.foot.outline)), np.ones(len(robot.foot.outline))]
         outline = (sole @ step.T_map_foot.T)[:, :3]
-        axes.add_patch(Polygon(outline @ axes_of_picture.T, facecolor="red" if step.foot == "left" else "green", zorder=3))
+        side = "red" if step.foot == "left" else "green"
+        axes.add_patch(Polygon(outline @ axes_of_picture.T, facecolor=side, zorder=3))
 axes.set_aspect("equal")
 axes.autoscale_view()
 axes.set_xlabel("m")

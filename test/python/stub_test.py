@@ -17,13 +17,16 @@ class Stub(unittest.TestCase):
         self.assertEqual(made, STUB.read_text(), "make it anew: bindings/python/stubs/make_stub.py says how")
 
     def test_is_checked_by_mypy(self):
-        if not shutil.which("mypy", path="/usr/bin:/usr/local/bin"):
+        mypy = shutil.which("mypy", path="/usr/bin")  # Debian's, which sees Debian's NumPy
+        if not mypy:
             self.skipTest("mypy is not installed")
         examples = sorted((world.SOURCE / "examples").glob("*.py"))
         self.assertTrue(examples)
+        settings = world.FOLDER / "mypy.ini"
+        settings.write_text("[mypy]\nstrict = True\n[mypy-matplotlib.*]\nignore_missing_imports = True\n")
         cache = world.FOLDER / "mypy"
         for file in [STUB, *examples]:
-            checked = subprocess.run(["/usr/bin/mypy", "--strict", "--cache-dir", cache, file], capture_output=True,
+            checked = subprocess.run([mypy, "--config-file", settings, "--cache-dir", cache, file], capture_output=True,
                                      text=True, env={"MYPYPATH": str(world.BUILD / "python"), "PATH": "/usr/bin:/bin"})
             self.assertEqual(checked.returncode, 0, checked.stdout + checked.stderr)
 

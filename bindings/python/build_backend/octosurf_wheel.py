@@ -13,6 +13,7 @@ import hashlib
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -56,7 +57,8 @@ def built_package(settings):
     build = CHECKOUT / settings.get("build-dir", "build/wheel")
     if not (build / "CMakeCache.txt").exists():
         options = ["BUILD_TESTS", "BUILD_BENCH", "BUILD_APPS"]
-        run("cmake", "-S", CHECKOUT, "-B", build, "-DCMAKE_BUILD_TYPE=Release", "-DBUILD_SHARED_LIBS=OFF",
+        generator = ["-G", "Ninja"] if shutil.which("ninja") else []
+        run("cmake", "-S", CHECKOUT, "-B", build, *generator, "-DCMAKE_BUILD_TYPE=Release", "-DBUILD_SHARED_LIBS=OFF",
             "-DOCTOSURF_BUILD_PYTHON=ON", f"-DPython_EXECUTABLE={sys.executable}",
             *[f"-DOCTOSURF_{option}=OFF" for option in options])
     jobs = settings.get("jobs", os.cpu_count() or 1)
