@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <string_view>
 
 #include <octosurf/boundary.hpp>
 #include <octosurf/changes.hpp>
@@ -26,6 +27,14 @@ std::string export_text(const Snapshot& snapshot, const ExportExtras& extras) {
   std::ostringstream out;
   write_json({snapshot, options, extras, {}}, out);
   return std::move(out).str();
+}
+
+/// The page allowed to ask this server, and told to (web/src/follow.js).
+std::string following(std::string html) {
+  constexpr std::string_view policy = "default-src 'none';", head = "<meta charset=\"utf-8\">";
+  html.replace(html.find(policy), policy.size(), "default-src 'none'; connect-src 'self';");
+  html.insert(html.find(head) + head.size(), "\n<meta name=\"octosurf-live\" content=\"yes\">");
+  return html;
 }
 
 /// What is known of a map that goes on growing.
@@ -77,7 +86,9 @@ ServedMap::Text ServedMap::make_page_text(double max_mb) const {
   options.up = asked.up;
   options.max_mb = max_mb;
   const PageMap map{asked.name, asked.snapshot, asked.octree, all_edges.get(), {}};
-  return std::make_shared<const std::string>(make_page({map}, "the page of " + asked.name, options).html);
+  std::string html = make_page({map}, "the page of " + asked.name, options).html;
+  if (!map_) html = following(std::move(html));
+  return std::make_shared<const std::string>(std::move(html));
 }
 
 ServedMap::Text ServedMap::make_surfaces() const {

@@ -294,5 +294,39 @@ class Door(unittest.TestCase):
             server.process.communicate()
 
 
+class WhileMapping(unittest.TestCase):
+    def test_deltas_add_up_and_the_map_is_the_same(self):
+        with tempfile.TemporaryDirectory() as folder:
+            command("simulate", "stairs", "-o", f"{folder}/scans", "--frames", "90", "--noise-scale", "0")
+            command("map", f"{folder}/scans", "-o", f"{folder}/alone")
+            with serving.Server(COMMAND, f"{folder}/scans", "-o", f"{folder}/served", "--realtime",
+                                verb="map", port="--serve") as server:
+                stuck = [server.half_open(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n" * 20) for _ in range(3)]
+                known, revision, told = {}, 0, 0
+                try:
+                    while True:
+                        changes = server.ask("/api/changes", since=revision)[1]
+                        for gone in changes["gone"] + [heir["id"] for heir in changes["merged"]]:
+                            del known[gone]
+                        known.update((s["id"], s) for s in changes["now"]["surfaces"])
+                        told += changes["revision"] > revision
+                        revision = changes["revision"]
+                        whole = server.ask("/api/surfaces")[1]
+                        if whole["revision"] == revision:
+                            self.assertEqual([known[i] for i in sorted(known)], whole["surfaces"])
+                        status, page = server.ask("/")
+                        self.assertIn(status, (200, 400))  # 400: built without the page
+                        if status == 200:
+                            self.assertIn(b'name="octosurf-live"', page)
+                except OSError:  # the run is over
+                    pass
+                self.assertEqual(server.process.wait(timeout=60), 0)
+                for line in stuck:
+                    line.close()
+            self.assertGreater(told, 2, "nothing was asked while the map grew")
+            alone, served = (pathlib.Path(folder, f"{name}.surfaces").read_bytes() for name in ("alone", "served"))
+            self.assertEqual(alone, served)
+
+
 if __name__ == "__main__":
     unittest.main(argv=[sys.argv[0], *sys.argv[3:]], verbosity=2)

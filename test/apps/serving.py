@@ -18,11 +18,12 @@ EVERYTHING = QUESTIONS + ("/", "/api/info", "/api/surfaces", "/openapi.json", "/
 class Server:
     """`with Server(command, "maps/office") as server:`; it has to end well on SIGTERM."""
 
-    def __init__(self, command, map_name, *options, env=None):
+    def __init__(self, command, map_name, *options, verb="serve", port="--port", env=None):
         self.process = subprocess.Popen(
-            [command, "serve", map_name, "--port", "0", *options],
+            [command, verb, map_name, port, "0", *options],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ, **(env or {})})
-        line = self.process.stdout.readline()
+        while not (line := self.process.stdout.readline()).startswith("serving") and line:
+            pass
         found = re.fullmatch(r"serving http://(\[?[\w.:]+?\]?):(\d+)/\n", line)
         if not found:
             raise AssertionError(f"said {line!r} and {self.process.communicate()[1]!r}")
