@@ -1,12 +1,17 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include <octosurf/boundary.hpp>
 #include <octosurf/contact.hpp>
-#include <octosurf/map.hpp>
+#include <octosurf/occupancy.hpp>
+#include <octosurf/surface.hpp>
 
 namespace CLI {
 class App;
@@ -33,8 +38,28 @@ ContactShape foot_of(const std::string& text);
 
 void add_contact_options(CLI::App& verb, CLI::Option_group& question, ContactQuery& query);
 
-/// Answers on stdout. `map_name` is for errors.
-void answer(const Map& map, const std::string& map_name, const ContactQuery& query, const Eigen::Vector3d& up,
-            double max_slope_rad, bool json);
+/// The map that is asked about contacts.
+struct AskedMap {
+  std::string name;  ///< for errors
+  std::shared_ptr<const Snapshot> snapshot;
+  OccupancyView octree;
+  Eigen::Vector3d up;
+  std::function<std::vector<PolygonEdges>(const Surface&)> edges_of;  ///< label_edges()
+};
+
+struct FoundRegion {
+  const Surface* surface;  ///< of the snapshot
+  ContactRegion region;
+  std::vector<ConvexPiece> pieces;
+};
+
+/// Of `query.regions`. Throws Error(data) if there is no such surface, Error(usage) for limits that make no
+/// sense.
+FoundRegion find_region(const AskedMap& map, const ContactQuery& query, double max_slope_rad);
+/// Of `query.foothold`, likewise.
+Foothold find_foothold(const AskedMap& map, const ContactQuery& query, double max_slope_rad);
+
+/// Answers on stdout.
+void answer(const AskedMap& map, const ContactQuery& query, double max_slope_rad, bool json);
 
 }  // namespace octosurf

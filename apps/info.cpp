@@ -1,4 +1,6 @@
 // `octosurf info`: what is in a map or a bag.
+#include "info.hpp"
+
 #include "bag_info.hpp"
 #include "io/readers/bag.hpp"
 #include "mapper/run_statistics.hpp"
@@ -48,10 +50,10 @@ struct Contents {
   std::vector<std::string> violations;
 };
 
-Contents look_into(const Map& map, const Arguments& arguments) {
-  Contents contents{map.size(), map.snapshot(), up_in_force(map, arguments.up), {}, {}};
+Contents look_into(const Map& map, const std::string& up, bool check) {
+  Contents contents{map.size(), map.snapshot(), up_in_force(map, up), {}, {}};
   map.for_each_point([&](const Map::Voxel& voxel) { contents.extent.extend(*voxel.point); });
-  if (arguments.check) contents.violations = check_invariants(map);
+  if (check) contents.violations = check_invariants(map);
   return contents;
 }
 
@@ -105,7 +107,7 @@ Json to_json(const Cylinder& cylinder) {
           {"rms_m", cylinder.rms_m}};
 }
 
-void print_json(const LoadedMap& loaded, const Contents& contents, bool checked) {
+Json json_of(const LoadedMap& loaded, const Contents& contents) {
   const Map& map = loaded.map;
   const Map::Size& size = contents.size;
   Json json;
@@ -132,8 +134,17 @@ void print_json(const LoadedMap& loaded, const Contents& contents, bool checked)
   json["parameters"] = Json::parse(parameters_json(map.parameters()));
   json["warnings"] = Json::array();
   if (!loaded.warning.empty()) json["warnings"].push_back(loaded.warning);
+  return json;
+}
+
+std::string text_of(const Json& json) {
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+void print_json(const LoadedMap& loaded, const Contents& contents, bool checked) {
+  Json json = json_of(loaded, contents);
   if (checked) json["violations"] = contents.violations;
-  std::printf("%s\n", json.dump(1, ' ', false, Json::error_handler_t::replace).c_str());
+  std::fputs(text_of(json).c_str(), stdout);
 }
 
 void run(const Arguments& arguments) {
@@ -144,7 +155,7 @@ void run(const Arguments& arguments) {
     return print_bag(arguments.map, arguments.json);
   }
   const LoadedMap loaded = load_map(arguments.map);
-  const Contents contents = look_into(loaded.map, arguments);
+  const Contents contents = look_into(loaded.map, arguments.up, arguments.check);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   if (arguments.json)
     print_json(loaded, contents, arguments.check);
@@ -160,6 +171,10 @@ void run(const Arguments& arguments) {
 }
 
 }  // namespace
+
+std::string info_json(const LoadedMap& loaded, const std::string& up) {
+  return text_of(json_of(loaded, look_into(loaded.map, up, false)));
+}
 
 void add_info(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("info", description);

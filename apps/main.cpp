@@ -27,6 +27,7 @@ void add_plan(CLI::App& app);
 void add_query(CLI::App& app);
 void add_localize(CLI::App& app);
 void add_remap(CLI::App& app);
+void add_serve(CLI::App& app);
 void add_simulate(CLI::App& app);
 void add_view(CLI::App& app);
 
@@ -138,6 +139,7 @@ int main(int argc, char** argv) {
   octosurf::add_info(app);
   octosurf::add_export(app);
   octosurf::add_view(app);
+  octosurf::add_serve(app);
   octosurf::add_query(app);
   octosurf::add_plan(app);
   octosurf::add_explain(app);

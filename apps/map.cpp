@@ -39,6 +39,7 @@ Examples:
   octosurf map walk.bag --topic /lidar/points --fixed-frame odom -o maps/walk
   octosurf map old.bt -o maps/old                               surfaces of an OctoMap
   octosurf map kitchen -o maps/live --realtime --checkpoint 10  as a robot would see it
+  octosurf map kitchen -o maps/live --realtime --serve 8080     a page that follows it: http://127.0.0.1:8080/
   octosurf map kitchen -o maps/kitchen --up auto                 where z is not up, as in a camera's frame
   octosurf map kitchen -o maps/kitchen --keep-scans maps/kitchen.scans   so that remap can move it later
   octosurf map --show-parameters --preset paper
@@ -221,6 +222,8 @@ void add_map(CLI::App& app) {
       ->capture_default_str();
   verb->add_flag("--realtime", options->realtime,
                  "scans arrive at their time stamps, not as fast as they can be mapped");
+  verb->add_option("--serve", options->serve_port,
+                   "PORT of this machine: serve the map while it grows, as serve does; 0: any that is free");
   verb->add_option("--threads", options->threads, "result does not depend on it")->capture_default_str();
   verb->add_flag("--force", options->force, "overwrite map and report");
   verb->add_flag("--show-parameters", options->show_parameters, "print the parameters in force and end");

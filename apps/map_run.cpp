@@ -2,7 +2,9 @@
 
 #include "io/new_file.hpp"
 #include "last_line.hpp"
+#include "output_files.hpp"
 #include "progress.hpp"
+#include "serve/live_server.hpp"
 #include "surface_table.hpp"
 #include "up_option.hpp"
 
@@ -86,10 +88,21 @@ MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext 
       poses_(options.write_poses, options.force),
       reserve_(std::make_unique_for_overwrite<std::byte[]>(std::size_t{8} << 20)) {}
 
+MapRun::~MapRun() = default;
+
+void MapRun::serve() {
+  HttpPlace place;
+  place.port = *options_.serve_port;
+  server_ = std::make_unique<LiveServer>(mapper_, title_of(options_.output), place);
+  std::printf("serving %s\n", server_->url().c_str());
+  std::fflush(stdout);
+}
+
 void MapRun::run(bool adopt, std::unique_ptr<ScanSource> source) {
   const InterruptGuard guard;
   bool cut_short = false;
   try {
+    if (options_.serve_port) serve();
     if (adopt) adopt_octree();
     if (source) map_scans(std::move(source));
     cut_short = interrupted;

@@ -12,6 +12,7 @@
 #include <exception>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,10 +30,13 @@ struct MapOptions {
   ParameterOptions parameters;
   ScanSourceOptions source;
   ScanRange range;
-  double checkpoint_s = 60;  ///< 0: never
+  double checkpoint_s = 60;                  ///< 0: never
+  std::optional<unsigned short> serve_port;  ///< of this machine, to serve the map while it grows
   int threads = 1;
   bool realtime = false, force = false, show_parameters = false;
 };
+
+class LiveServer;
 
 /// One run of `octosurf map`, from the first scan to the files.
 ///
@@ -50,8 +54,10 @@ class MapRun {
 
   /// Surfaces of an octree that came without scans, if it did, then the scans of `source`, if there is one.
   void run(bool adopt, std::unique_ptr<ScanSource> source);
+  ~MapRun();
 
  private:
+  void serve();
   void adopt_octree();
   void map_scans(std::unique_ptr<ScanSource> source);
   void insert_all(ScanFeed& feed);
@@ -83,7 +89,8 @@ class MapRun {
   std::unique_ptr<std::byte[]> reserve_;  // given back when the run fails: saving takes some memory
   bool changed_ = false;                  // the map, by this run
   bool finishing_ = false;
-  double stamp_zero_s_ = 0;  // --realtime: a time stamp's arrival is stamp + stamp_zero_s_
+  std::unique_ptr<LiveServer> server_;  // before the mapper, which it asks, is gone
+  double stamp_zero_s_ = 0;             // --realtime: a time stamp's arrival is stamp + stamp_zero_s_
 };
 
 }  // namespace octosurf

@@ -35,6 +35,11 @@ std::vector<std::string> files_of_map(const std::string& stem) {
   return {path.string() + ".surfaces", path.string() + ".bt"};
 }
 
+std::string title_of(const std::string& stem) {
+  std::filesystem::path name = std::filesystem::path(files_of_map(stem).front()).filename();
+  return name.replace_extension().string();
+}
+
 void require_apart(const std::string& option, const std::string& output,
                    const std::vector<std::string>& others) {
   for (const std::string& other : others) {

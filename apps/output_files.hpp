@@ -12,6 +12,9 @@ bool same_file(const std::filesystem::path& a, const std::filesystem::path& b);
 /// A map's two files: `stem`.surfaces and `stem`.bt; a stem may be given with either ending.
 std::vector<std::string> files_of_map(const std::string& stem);
 
+/// A map's name without folder and ending.
+std::string title_of(const std::string& stem);
+
 /// Throws Error(usage) if `output`, given with `option`, is one of `others`, or a file that is there in one
 /// of them that is a folder. Empty names are none.
 void require_apart(const std::string& option, const std::string& output,

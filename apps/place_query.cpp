@@ -1,18 +1,16 @@
 #include "place_query.hpp"
 
+#include "answers.hpp"
 #include "surface_table.hpp"
 
 #include <algorithm>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include <octosurf/queries.hpp>
 
 namespace octosurf {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 Eigen::Vector3d point_at(const std::vector<double>& values, std::size_t first) {
   return {values[first], values[first + 1], values[first + 2]};
@@ -21,7 +19,7 @@ Eigen::Vector3d point_at(const std::vector<double>& values, std::size_t first) {
 void print_surfaces(const SurfaceIndex& index, const std::vector<SurfaceId>& ids, const Eigen::Vector3d& up,
                     bool json) {
   if (json) {
-    std::printf("%s\n", Json{{"surfaces", ids}}.dump().c_str());
+    std::printf("%s\n", surfaces_json(ids).c_str());
     return;
   }
   std::vector<SurfacePtr> surfaces;
@@ -32,13 +30,7 @@ void print_surfaces(const SurfaceIndex& index, const std::vector<SurfaceId>& ids
 
 void print_hit(const std::optional<RayHit>& hit, bool json) {
   if (json) {
-    Json answer{{"surface", nullptr}};
-    if (hit)
-      answer = {{"surface", hit->id},
-                {"point", {hit->point.x(), hit->point.y(), hit->point.z()}},
-                {"distance_m", hit->distance},
-                {"side", hit->front ? "front" : "back"}};
-    std::printf("%s\n", answer.dump().c_str());
+    std::printf("%s\n", hit_json(hit).c_str());
   } else if (hit) {
     std::printf("surface   %u, from its %s\npoint     %.4f %.4f %.4f\ndistance  %.4f m\n", hit->id,
                 hit->front ? "front" : "back", hit->point.x(), hit->point.y(), hit->point.z(), hit->distance);
@@ -48,16 +40,11 @@ void print_hit(const std::optional<RayHit>& hit, bool json) {
 }
 
 void print_voxel(const OccupancyView::Voxel& voxel, bool json) {
-  const char* const states[] = {"unknown", "free", "occupied"};
-  const char* const state = states[static_cast<std::size_t>(voxel.state)];
   if (json) {
-    Json answer{{"state", state}, {"log_odds", nullptr}, {"surface", nullptr}};
-    if (voxel.state != OccupancyView::State::unknown) answer["log_odds"] = voxel.log_odds;
-    if (voxel.surface != 0) answer["surface"] = voxel.surface;
-    std::printf("%s\n", answer.dump().c_str());
+    std::printf("%s\n", voxel_json(voxel).c_str());
     return;
   }
-  std::printf("state     %s\n", state);
+  std::printf("state     %s\n", state_name(voxel.state));
   if (voxel.state != OccupancyView::State::unknown) std::printf("log-odds  %.3f\n", voxel.log_odds);
   if (voxel.surface != 0)
     std::printf("surface   %u\n", voxel.surface);

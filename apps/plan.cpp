@@ -1,6 +1,7 @@
 // `octosurf plan`: footsteps over a map.
 #include "io/new_file.hpp"
 #include "output_files.hpp"
+#include "plan_query.hpp"
 #include "up_option.hpp"
 
 #include <CLI/CLI.hpp>
@@ -40,91 +41,15 @@ above. Feet are put on the footholds nearest to there. Unknown space counts as f
 constexpr double rad = std::numbers::pi / 180;
 
 struct Arguments {
-  std::string map, robot = "biped", foot, up, png;
-  std::vector<double> from, to;
+  std::string map, up, png;
+  PlanQuery query;
   std::vector<std::string> outputs;
-  std::vector<std::pair<std::string, double>> limits;  ///< option and value, as given
-  PlanBudget budget;
   bool json = false, force = false;
 };
 
-/// A limit that an option sets, and where it is in each robot; null: that robot has none.
-struct LimitOption {
-  const char* name;
-  const char* help;
-  double unit;  ///< of the option in SI
-  double* (*biped)(Biped&);
-  double* (*quadruped)(Quadruped&);
-};
-
-const std::vector<LimitOption>& limit_options() {
-  using B = Biped;
-  using Q = Quadruped;
-  static const std::vector<LimitOption> options{
-      {"--max-forward", "m, from the standing foot to the next", 1, [](B& r) { return &r.max_forward_m; },
-       nullptr},
-      {"--max-backward", "m, likewise", 1, [](B& r) { return &r.max_backward_m; }, nullptr},
-      {"--min-width", "m, between the feet", 1, [](B& r) { return &r.min_width_m; }, nullptr},
-      {"--max-width", "m, likewise", 1, [](B& r) { return &r.max_width_m; }, nullptr},
-      {"--max-step", "m, of a quadruped's body while each foot steps once", 1, nullptr,
-       [](Q& r) { return &r.max_step_m; }},
-      {"--reach", "m, of a quadruped's foot from below its hip", 1, nullptr, [](Q& r) { return &r.reach_m; }},
-      {"--max-up", "m, of a step", 1, [](B& r) { return &r.max_up_m; }, [](Q& r) { return &r.max_up_m; }},
-      {"--max-down", "m, of a step", 1, [](B& r) { return &r.max_down_m; },
-       [](Q& r) { return &r.max_down_m; }},
-      {"--max-turn", "degrees a step", rad, [](B& r) { return &r.max_turn_rad; },
-       [](Q& r) { return &r.max_turn_rad; }},
-      {"--max-slope", "degrees, of the ground", rad, [](B& r) { return &r.contact.max_slope_rad; },
-       [](Q& r) { return &r.contact.max_slope_rad; }},
-      {"--edge-margin", "m, between soles and edges", 1, [](B& r) { return &r.contact.edge_margin_m; },
-       [](Q& r) { return &r.contact.edge_margin_m; }},
-      {"--frontier-margin", "m, between soles and edges that nobody has looked beyond", 1,
-       [](B& r) { return &r.contact.frontier_margin_m; }, [](Q& r) { return &r.contact.frontier_margin_m; }},
-      {"--lift", "m, of a swinging foot", 1, [](B& r) { return &r.lift_m; }, [](Q& r) { return &r.lift_m; }}};
-  return options;
-}
-
-/// "0.22x0.11", or "0.03" for a disc's radius.
-ContactShape foot_of(const std::string& text) {
-  double a = 0, b = 0;
-  char rest = 0;
-  if (std::sscanf(text.c_str(), "%lfx%lf%c", &a, &b, &rest) == 2 && a > 0 && b > 0)
-    return ContactShape::rectangle(a, b);
-  if (std::sscanf(text.c_str(), "%lf%c", &a, &rest) == 1 && a > 0) return ContactShape::disc(a);
-  throw Error(Error::Kind::usage, "--foot " + text, "is no size",
-              "write LENGTHxWIDTH, 0.22x0.11, or a ball's radius, 0.03");
-}
-
-double* field_of(const LimitOption& option, Robot& robot) {
-  if (auto* biped = std::get_if<Biped>(&robot)) return option.biped ? option.biped(*biped) : nullptr;
-  return option.quadruped ? option.quadruped(std::get<Quadruped>(robot)) : nullptr;
-}
-
-Robot robot_of(const Arguments& arguments, const Eigen::Vector3d& up) {
-  Robot robot = arguments.robot == "biped" ? Robot(Biped{}) : Robot(Quadruped{});
-  std::visit(
-      [&](auto& kind) {
-        kind.contact.up = up;
-        if (!arguments.foot.empty()) kind.foot = foot_of(arguments.foot);
-      },
-      robot);
-  for (const auto& [name, value] : arguments.limits)
-    for (const LimitOption& option : limit_options()) {
-      if (name != option.name) continue;
-      double* field = field_of(option, robot);
-      if (field == nullptr)
-        throw Error(Error::Kind::usage, name, "is none of a " + arguments.robot + "'s limits");
-      *field = value * option.unit;
-    }
-  return robot;
-}
-
-Standing standing_of(const std::vector<double>& v) { return {{v[0], v[1], v[2]}, v[3] * rad}; }
-
 std::map<SurfaceId, std::vector<PolygonEdges>> labels_of(const Map& map, const Robot& robot) {
   std::map<SurfaceId, std::vector<PolygonEdges>> edges;
-  const double margin = std::visit([](const auto& kind) { return kind.contact.frontier_margin_m; }, robot);
-  if (margin <= 0) return edges;
+  if (!needs_edge_kinds(robot)) return edges;
   for (const SurfacePtr& surface : map.snapshot()->surfaces) edges[surface->id] = label_edges(map, *surface);
   return edges;
 }
@@ -188,10 +113,10 @@ void run(const Arguments& arguments) {
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
   const Eigen::Vector3d up = up_in_force(loaded.map, arguments.up).direction;
-  const Robot robot = robot_of(arguments, up);
+  const PlanQuery& query = arguments.query;
+  const Robot robot = robot_of(query, up);
   FootstepPlanner planner(snapshot, loaded.map.octree(), robot, labels_of(loaded.map, robot));
-  const FootstepPlan plan =
-      planner.plan(standing_of(arguments.from), standing_of(arguments.to), arguments.budget);
+  const FootstepPlan plan = planner.plan(standing_of(query.from), standing_of(query.to), query.budget);
   write(arguments, *snapshot, plan, robot, up);
   if (arguments.json) std::printf("%s\n", to_json(plan, robot).c_str());
   if (!plan.found()) throw Error(Error::Kind::data, arguments.map, plan.refusal->sentence);
@@ -205,23 +130,25 @@ void add_plan(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   verb->add_option("map", arguments->map, "map to walk on: name without ending, as given to map -o")
       ->required();
-  verb->add_option("--from", arguments->from, "X Y Z YAW: where it stands")->expected(4)->required();
-  verb->add_option("--to", arguments->to, "X Y Z YAW: where it shall stand")->expected(4)->required();
-  verb->add_option("--robot", arguments->robot, "biped or quadruped")
+  verb->add_option("--from", arguments->query.from, "X Y Z YAW: where it stands")->expected(4)->required();
+  verb->add_option("--to", arguments->query.to, "X Y Z YAW: where it shall stand")->expected(4)->required();
+  verb->add_option("--robot", arguments->query.robot, "biped or quadruped")
       ->check(CLI::IsMember({"biped", "quadruped"}))
       ->capture_default_str();
-  verb->add_option("--foot", arguments->foot, "LENGTHxWIDTH of a sole, or the radius of a ball, m");
+  verb->add_option("--foot", arguments->query.foot, "LENGTHxWIDTH of a sole, or the radius of a ball, m");
   for (const LimitOption& option : limit_options()) {
     const std::string name = option.name;
     verb->add_option_function<double>(
-        name, [arguments, name](double value) { arguments->limits.emplace_back(name, value); }, option.help);
+        name, [arguments, name](double value) { arguments->query.limits.emplace_back(name, value); },
+        option.help);
   }
   add_up_option(*verb, arguments->up);
-  verb->add_option("--budget", arguments->budget.expansions, "expansions to find a plan")
+  verb->add_option("--budget", arguments->query.budget.expansions, "expansions to find a plan")
       ->capture_default_str();
-  verb->add_option("--improving", arguments->budget.improving, "further expansions to find a better one")
+  verb->add_option("--improving", arguments->query.budget.improving,
+                   "further expansions to find a better one")
       ->capture_default_str();
-  verb->add_option("--time", arguments->budget.time_s, "seconds of search at most")
+  verb->add_option("--time", arguments->query.budget.time_s, "seconds of search at most")
       ->check(CLI::NonNegativeNumber);
   verb->add_flag("--json", arguments->json, "answer in JSON");
   verb->add_option(

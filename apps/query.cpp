@@ -1,4 +1,5 @@
 // `octosurf query`: a planner's questions from the shell.
+#include "answers.hpp"
 #include "contact_query.hpp"
 #include "place_query.hpp"
 #include "up_option.hpp"
@@ -6,11 +7,11 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
 #include <vector>
 
+#include <octosurf/boundary.hpp>
 #include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/planning.hpp>
@@ -52,18 +53,6 @@ void print(const Nearest& found, const Surface& surface, const Eigen::Vector3d& 
   std::printf("area      %.3f m²\n", surface.area_m2);
 }
 
-void print_json(const Nearest& found, const Surface& surface, const Eigen::Vector3d& up) {
-  const Eigen::Vector3d &p = found.point, &n = surface.plane.normal;
-  nlohmann::ordered_json json;
-  json["surface"] = found.id;
-  json["point"] = {p.x(), p.y(), p.z()};
-  json["distance_m"] = found.distance;
-  json["normal"] = {n.x(), n.y(), n.z()};
-  json["slope_deg"] = slope_rad(surface, up) * deg_per_rad;
-  json["area_m2"] = surface.area_m2;
-  std::printf("%s\n", json.dump().c_str());
-}
-
 void run(const Arguments& arguments) {
   const LoadedMap loaded = load_map(arguments.map);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
@@ -71,8 +60,9 @@ void run(const Arguments& arguments) {
   const Eigen::Vector3d up = up_in_force(loaded.map, arguments.up).direction;
   if (arguments.place.asked()) return answer(loaded.map, arguments.place, up, arguments.json);
   if (arguments.contact.asked()) {
-    answer(loaded.map, arguments.map, arguments.contact, up, arguments.max_slope_deg / deg_per_rad,
-           arguments.json);
+    const auto edges_of = [&](const Surface& surface) { return label_edges(loaded.map, surface); };
+    answer({arguments.map, snapshot, loaded.map.octree(), up, edges_of}, arguments.contact,
+           arguments.max_slope_deg / deg_per_rad, arguments.json);
     return;
   }
   const SlopeLimit limit{up, arguments.max_slope_deg / deg_per_rad};
@@ -85,7 +75,10 @@ void run(const Arguments& arguments) {
                 lowered ? "has no such surface below that place" : "has no such surfaces",
                 "map more scans first, or allow a greater --max-slope");
   const Surface& surface = *snapshot->find(found->id);
-  arguments.json ? print_json(*found, surface, up) : print(*found, surface, up);
+  if (arguments.json)
+    std::printf("%s\n", nearest_json(*found, surface, up).c_str());
+  else
+    print(*found, surface, up);
 }
 
 }  // namespace

@@ -65,12 +65,6 @@ std::map<SurfaceId, std::vector<PolygonEdges>> edges_of(const Map& map) {
   return edges;
 }
 
-/// A map's name without folder and ending.
-std::string title_of(const std::string& map) {
-  std::filesystem::path stem = std::filesystem::path(files_of_map(map).front()).filename();
-  return stem.replace_extension().string();
-}
-
 /// What became of the map before: by ids if this one goes on from it, else by place.
 void note_changes(PageMap& page, const PageMap& before) {
   if (goes_on_from(*page.snapshot, *before.snapshot))

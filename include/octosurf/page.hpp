@@ -60,4 +60,13 @@ bool has_page();
 PageReport write_page(const std::vector<PageMap>& maps, const std::filesystem::path& file,
                       const PageOptions& options = {});
 
+struct Page {
+  std::string html;
+  PageReport report;
+};
+
+/// What write_page() writes, for a server to give. Throws as it does; `name` stands in errors where the file
+/// would.
+Page make_page(const std::vector<PageMap>& maps, const std::string& name, const PageOptions& options = {});
+
 }  // namespace octosurf

@@ -71,12 +71,12 @@ std::string smallest_mb(std::size_t bytes) {
   return text.data();
 }
 
-void check(const std::vector<PageMap>& maps, const std::filesystem::path& file, const PageOptions& options) {
+void check(const std::vector<PageMap>& maps, const std::string& name, const PageOptions& options) {
   if (!has_page())
     throw Error(
-        Error::Kind::usage, file.string(), "this octosurf was built without the page",
+        Error::Kind::usage, name, "this octosurf was built without the page",
         "install Node.js and npm, run ./dev build (or npm ci in web/ and build anew); --png draws a picture");
-  if (maps.empty()) throw Error(Error::Kind::usage, file.string(), "has no map to show", "give one");
+  if (maps.empty()) throw Error(Error::Kind::usage, name, "has no map to show", "give one");
   if (!(std::isfinite(options.max_mb) && options.max_mb > 0))
     throw Error(Error::Kind::usage, "max_mb", "is not positive", "10 is the default");
   require_direction(options.up, "up");
@@ -86,10 +86,8 @@ void check(const std::vector<PageMap>& maps, const std::filesystem::path& file, 
 
 bool has_page() { return !page_template().empty(); }
 
-PageReport write_page(const std::vector<PageMap>& maps, const std::filesystem::path& file,
-                      const PageOptions& options) {
-  check(maps, file, options);
-  NewFile output(file, options.force);
+Page make_page(const std::vector<PageMap>& maps, const std::string& name, const PageOptions& options) {
+  check(maps, name, options);
   const std::string_view page = page_template();
   const std::size_t mark = page.find(page_maps_mark);
   const std::string_view before = page.substr(0, mark), after = page.substr(mark + page_maps_mark.size());
@@ -107,13 +105,21 @@ PageReport write_page(const std::vector<PageMap>& maps, const std::filesystem::p
   if (!html) {
     const std::size_t least =
         frame + maps_html(all, 0, options, static_cast<std::size_t>(-1), report)->size();
-    throw Error(Error::Kind::output, file.string(), "would be larger than allowed even without voxels",
+    throw Error(Error::Kind::output, name, "would be larger than allowed even without voxels",
                 "allow " + smallest_mb(least) + " MB (--max-mb)");
   }
-  output.write([&](std::ostream& out) { out << before << *html << after; });
-  output.commit();
   report.bytes = frame + html->size();
-  return report;
+  return {std::string(before).append(*html).append(after), report};
+}
+
+PageReport write_page(const std::vector<PageMap>& maps, const std::filesystem::path& file,
+                      const PageOptions& options) {
+  check(maps, file.string(), options);
+  NewFile output(file, options.force);  // first, because a page takes a while
+  const Page page = make_page(maps, file.string(), options);
+  output.write([&](std::ostream& out) { out << page.html; });
+  output.commit();
+  return page.report;
 }
 
 }  // namespace octosurf

@@ -66,7 +66,7 @@ export class Browser {
     return new Promise((resolve, reject) => this.waiting.set(id, { resolve, reject }));
   }
 
-  /** @param {string} file @param {{width?: number, height?: number, dark?: boolean, touch?: boolean}} how */
+  /** @param {string} file or an address @param {{width?: number, height?: number, dark?: boolean, touch?: boolean}} how */
   async open(file, { width = 1280, height = 800, dark = false, touch = false } = {}) {
     const { targetId } = await this.send('Target.createTarget', { url: 'about:blank' });
     const { sessionId } = await this.send('Target.attachToTarget', { targetId, flatten: true });
@@ -78,7 +78,7 @@ export class Browser {
     if (touch) await page.session.send('Emulation.setTouchEmulationEnabled', { enabled: true });
     await page.session.send('Emulation.setEmulatedMedia',
       { features: [{ name: 'prefers-color-scheme', value: dark ? 'dark' : 'light' }] });
-    page.url = pathToFileURL(file).href;
+    page.url = file.startsWith('http:') ? file : pathToFileURL(file).href;
     await page.session.send('Page.navigate', { url: page.url });
     return page;
   }

@@ -2,6 +2,7 @@
 import * as THREE from 'three';
 import { middleOf, readMap } from './data.js';
 import { find, lineOf, rowsOf, titleOf } from './describe.js';
+import { follow } from './follow.js';
 import { Highlight } from './highlight.js';
 import { bindKeys } from './keys.js';
 import { layers } from './layers/index.js';
@@ -61,6 +62,16 @@ class Page {
     this.clear();
     this.stage.show(this.maps[number], this.maps[number - 1] ?? null);
     this.panel.update();
+  }
+
+  /** The map as it is now, in the place of the latest; what was picked stays picked while it is there. */
+  take(map) {
+    const { kind, what } = this.picked ?? {}, wasEmpty = this.map.surfaces.length === 0;
+    this.maps[this.maps.length - 1] = map;
+    this.timeline.show(this.maps.length - 1);
+    const again = kind === 'surface' ? map.surface(what.id) : undefined;
+    if (again) this.select({ kind, what: again });
+    if (wasEmpty) this.fit();
   }
 
   fit(from = this.stage.side) { this.view.fit(this.stage.context.extent, from); }
@@ -171,6 +182,7 @@ async function start() {
   if (!window.DecompressionStream) return say('This browser is too old for the page: it needs DecompressionStream.');
   const page = new Page(await readMaps());
   window.octosurf = page;  // for the console, and for tests
+  if (document.querySelector('meta[name="octosurf-live"]')) follow({ get map() { return page.map; }, take: (map) => page.take(map), say });
   return page;
 }
 

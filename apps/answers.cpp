@@ -1,0 +1,95 @@
+#include "answers.hpp"
+
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <string>
+
+#include <octosurf/up.hpp>
+
+namespace octosurf {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr double deg_per_rad = 180 / std::numbers::pi;
+
+Json point(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
+
+Json ring(const Surface& surface, const Ring2& vertices) {
+  Json points = Json::array();
+  for (const Eigen::Vector2d& uv : vertices) points.push_back(point(surface.to_map(uv)));
+  return points;
+}
+
+}  // namespace
+
+std::string surfaces_json(const std::vector<SurfaceId>& ids) { return Json{{"surfaces", ids}}.dump(); }
+
+std::string hit_json(const std::optional<RayHit>& hit) {
+  if (!hit) return Json{{"surface", nullptr}}.dump();
+  const Json json{{"surface", hit->id},
+                  {"point", point(hit->point)},
+                  {"distance_m", hit->distance},
+                  {"side", hit->front ? "front" : "back"}};
+  return json.dump();
+}
+
+std::string voxel_json(const OccupancyView::Voxel& voxel) {
+  Json json{{"state", state_name(voxel.state)}, {"log_odds", nullptr}, {"surface", nullptr}};
+  if (voxel.state != OccupancyView::State::unknown) json["log_odds"] = voxel.log_odds;
+  if (voxel.surface != 0) json["surface"] = voxel.surface;
+  return json.dump();
+}
+
+std::string nearest_json(const Nearest& found, const Surface& surface, const Eigen::Vector3d& up) {
+  const Json json{{"surface", found.id},
+                  {"point", point(found.point)},
+                  {"distance_m", found.distance},
+                  {"normal", point(surface.plane.normal)},
+                  {"slope_deg", slope_rad(surface, up) * deg_per_rad},
+                  {"area_m2", surface.area_m2}};
+  return json.dump();
+}
+
+std::string foothold_json(const Foothold& found) {
+  const Json json{{"surface", found.surface},
+                  {"accepted", found.accepted},
+                  {"refused", found.refused ? Json(contact_refusal_name(*found.refused)) : Json()},
+                  {"supported", found.supported},
+                  {"margin_m", found.margin_m},
+                  {"point", point(found.T_map_contact.translation())},
+                  {"normal", point(found.T_map_contact.linear().col(2))},
+                  {"heading", point(found.T_map_contact.linear().col(0))}};
+  return json.dump();
+}
+
+std::string region_json(const Surface& surface, const ContactRegion& region,
+                        const std::vector<ConvexPiece>& pieces) {
+  Json json;
+  json["surface"] = region.surface;
+  json["revision"] = region.revision;
+  json["yaw_deg"] = region.yaw_rad ? Json(*region.yaw_rad * deg_per_rad) : Json();
+  json["area_m2"] = region.area_m2;
+  json["refused"] = Json::array();
+  for (const ContactRefusal refusal : region.refused)
+    json["refused"].push_back(contact_refusal_name(refusal));
+  json["polygons"] = Json::array();
+  for (const Polygon& polygon : region.polygons) {
+    Json holes = Json::array();
+    for (const Ring2& hole : polygon.holes) holes.push_back(ring(surface, hole));
+    json["polygons"].push_back({{"outer", ring(surface, polygon.outer)}, {"holes", holes}});
+  }
+  json["pieces"] = Json::array();
+  for (const ConvexPiece& piece : pieces) {
+    Json vertices = Json::array();
+    for (const Eigen::Vector3d& v : piece.vertices) vertices.push_back(point(v));
+    json["pieces"].push_back(vertices);
+  }
+  return json.dump();
+}
+
+const char* state_name(OccupancyView::State state) {
+  constexpr const char* names[] = {"unknown", "free", "occupied"};
+  return names[static_cast<std::size_t>(state)];
+}
+
+}  // namespace octosurf

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <octosurf/contact.hpp>
+#include <octosurf/occupancy.hpp>
+#include <octosurf/planning.hpp>
+#include <octosurf/queries.hpp>
+
+// Answers as one line of JSON: what `octosurf query --json` prints and `octosurf serve` gives. Map frame, m
+// and degrees.
+
+namespace octosurf {
+
+std::string surfaces_json(const std::vector<SurfaceId>& ids);
+std::string hit_json(const std::optional<RayHit>& hit);
+std::string voxel_json(const OccupancyView::Voxel& voxel);
+std::string nearest_json(const Nearest& found, const Surface& surface, const Eigen::Vector3d& up);
+std::string foothold_json(const Foothold& found);
+std::string region_json(const Surface& surface, const ContactRegion& region,
+                        const std::vector<ConvexPiece>& pieces);
+
+const char* state_name(OccupancyView::State state);
+
+}  // namespace octosurf

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <octosurf/footsteps.hpp>
+
+namespace octosurf {
+
+/// What `plan` takes.
+struct PlanQuery {
+  std::string robot = "biped", foot;                   ///< as --robot and --foot take them
+  std::vector<double> from, to;                        ///< x y z, m, and the heading, degrees
+  std::vector<std::pair<std::string, double>> limits;  ///< option and value, as given
+  PlanBudget budget;
+};
+
+/// A limit that an option sets, and where it is in each robot; null: that robot has none.
+struct LimitOption {
+  const char* name;
+  const char* help;
+  double unit;  ///< of the option in SI
+  double* (*biped)(Biped&);
+  double* (*quadruped)(Quadruped&);
+};
+
+const std::vector<LimitOption>& limit_options();
+
+/// Throws Error(usage) for a foot that is none and a limit that the robot does not have.
+Robot robot_of(const PlanQuery& query, const Eigen::Vector3d& up);
+
+Standing standing_of(const std::vector<double>& xyz_and_deg);
+
+/// Whether its limits ask for label_edges().
+bool needs_edge_kinds(const Robot& robot);
+
+}  // namespace octosurf

@@ -1,0 +1,119 @@
+// `octosurf serve`: the page, and a planner's questions over HTTP.
+#include "output_files.hpp"
+#include "serve/api.hpp"
+#include "serve/http_server.hpp"
+#include "up_option.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <string>
+
+#include <octosurf/error.hpp>
+#include <octosurf/map.hpp>
+#include <octosurf/page.hpp>
+
+namespace octosurf {
+namespace {
+
+constexpr const char* description =
+    R"help(Serves a map over HTTP: the page to look at it, and answers in JSON.
+
+Prints one line, "serving http://127.0.0.1:PORT/", and runs until Ctrl-C or SIGTERM. Only this machine can
+ask, unless --listen says otherwise, which takes a token.
+
+Examples:
+  octosurf serve maps/office                     the page is at the address that is printed
+  octosurf serve maps/office --port 8080
+  curl 'http://127.0.0.1:8080/api/query/below?point=-4.6,-0.6,1'
+  curl http://127.0.0.1:8080/api/regions -H 'Content-Type: application/json' \
+       -d '{"surface": 1, "foot": "0.22x0.11", "yaw_deg": 90, "edge_margin_m": 0.02, "pieces": 8}'
+  curl 'http://127.0.0.1:8080/api/plan?from=-4.6,-0.6,0.6,-135&to=-6.6,-2.7,1.5,-135'
+  curl http://127.0.0.1:8080/openapi.json        everything that can be asked
+  openssl rand -hex 32 > token; chmod 600 token
+  octosurf serve maps/office --listen 0.0.0.0 --port 8080 --token token
+  curl -H "Authorization: Bearer $(cat token)" http://robot:8080/api/surfaces
+
+/api/query/{box,sphere,ray,voxel,nearest,below,foothold}, /api/regions and /api/plan answer as octosurf query
+--json and octosurf plan --json do; parameters are called as their options, with _ and a unit.
+A token goes over the network as it is; where others listen, tunnel instead: ssh -L 8080:127.0.0.1:8080 robot
+)help";
+
+constexpr const char* token_variable = "OCTOSURF_TOKEN";
+// Guessed at a thousand a second, 16 letters and digits take longer than the universe has.
+constexpr std::size_t shortest_token = 16;
+
+struct Arguments {
+  std::string map, up, token_file;
+  HttpPlace place;
+  double max_mb = PageOptions{}.max_mb;
+};
+
+/// Of the file, or of the environment; empty if neither is given.
+std::string token_of(const Arguments& arguments) {
+  std::string token, where = token_variable;
+  if (!arguments.token_file.empty()) {
+    where = arguments.token_file;
+    std::ifstream in(where, std::ios::binary);
+    token.assign(std::istreambuf_iterator<char>(in), {});
+    if (!in) throw Error(Error::Kind::data, where, "cannot be read", "write a token into it");
+    while (!token.empty() && (token.back() == '\n' || token.back() == '\r')) token.pop_back();
+  } else if (const char* given = std::getenv(token_variable)) {
+    token = given;
+  } else {
+    return {};
+  }
+  const bool plain = std::all_of(token.begin(), token.end(), [](char c) { return '!' <= c && c <= '~'; });
+  if (token.size() < shortest_token || !plain)
+    throw Error(Error::Kind::usage, where, "holds no token of 16 letters or more, without blanks",
+                "openssl rand -hex 32 makes one");
+  return token;
+}
+
+void run(const Arguments& arguments) {
+  HttpPlace place = arguments.place;
+  if (place.address == "localhost") place.address = "127.0.0.1";
+  place.token = token_of(arguments);
+  if (place.token.empty() && !is_loopback(place.address))
+    throw Error(Error::Kind::usage, "--listen " + place.address, "lets others ask, too",
+                std::string("give a token they must know by --token FILE or ") + token_variable);
+  LoadedMap map = load_map(arguments.map);
+  if (!map.warning.empty()) std::fprintf(stderr, "warning: %s\n", map.warning.c_str());
+  const auto served = std::make_shared<const ServedMap>(std::move(map), title_of(arguments.map), arguments.up,
+                                                        arguments.max_mb);
+  Api api([&] { return served; });
+  HttpServer server(
+      place, [&](const HttpRequest& request) { return api.answer(request); }, Api::is_slow);
+  server.end_on_signals();  // first: who reads the line may send one
+  std::printf("serving %s\n", server.url().c_str());
+  std::fflush(stdout);
+  server.run();
+}
+
+}  // namespace
+
+void add_serve(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("serve", description);
+  const auto arguments = std::make_shared<Arguments>();
+  verb->add_option("map", arguments->map, "map to serve: name without ending, as given to map -o")
+      ->required();
+  verb->add_option("--listen", arguments->place.address, "address of this machine to listen on")
+      ->type_name("ADDRESS")
+      ->capture_default_str();
+  verb->add_option("--port", arguments->place.port, "port to listen on; 0: any that is free")
+      ->capture_default_str();
+  verb->add_option("--token", arguments->token_file,
+                   "file with the token that who asks must know; or in OCTOSURF_TOKEN")
+      ->type_name("FILE");
+  verb->add_option("--max-mb", arguments->max_mb, "10⁶ bytes: voxels are merged until the page is no larger")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  add_up_option(*verb, arguments->up);
+  verb->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace octosurf

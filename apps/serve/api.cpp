@@ -1,0 +1,144 @@
+#include "serve/api.hpp"
+
+#include "answers.hpp"
+#include "plan_query.hpp"
+#include "serve/questions.hpp"
+
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <utility>
+
+#include <octosurf/plan_files.hpp>
+
+namespace octosurf {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr double rad_per_deg = std::numbers::pi / 180;
+
+Eigen::Vector3d point(const Values& values, const std::string& name) {
+  const std::vector<double> v = values.numbers(name);
+  return {v[0], v[1], v[2]};
+}
+
+SlopeLimit slope_limit(const ServedMap& map, const Values& values) {
+  return {map.asked.up, values.number("max_slope_deg") * rad_per_deg};
+}
+
+std::string found_json(const ServedMap& map, const std::optional<Nearest>& found, const char* without) {
+  if (!found)
+    throw Error(Error::Kind::data, map.asked.name, without,
+                "allow a greater max_slope_deg, or map more scans");
+  return nearest_json(*found, *map.asked.snapshot->find(found->id), map.asked.up);
+}
+
+ContactQuery contact_query(const Values& values) {
+  ContactQuery query;
+  query.foot = values.text("foot");
+  query.edge_margin = values.number("edge_margin_m");
+  query.frontier_margin = values.number("frontier_margin_m");
+  query.obstacle_margin = values.number("obstacle_margin_m");
+  query.clearance = values.number("clearance_m");
+  query.gap_depth = values.number("gap_depth_m");
+  return query;
+}
+
+std::string foothold_answer(const ServedMap& map, const Values& values) {
+  ContactQuery query = contact_query(values);
+  query.foothold = values.numbers("point");
+  query.foothold.push_back(values.number("yaw_deg"));
+  return foothold_json(find_foothold(map.asked, query, slope_limit(map, values).max_slope_rad));
+}
+
+std::string region_answer(const ServedMap& map, const Values& values) {
+  ContactQuery query = contact_query(values);
+  query.regions = static_cast<SurfaceId>(values.number("surface"));
+  if (values.has("yaw_deg")) query.yaw_deg = values.number("yaw_deg");
+  query.pieces = static_cast<std::size_t>(values.number("pieces"));
+  const FoundRegion found = find_region(map.asked, query, slope_limit(map, values).max_slope_rad);
+  return region_json(*found.surface, found.region, found.pieces);
+}
+
+std::string answer_to(const ServedMap& map, const std::string& path, const Values& values) {
+  const SurfaceIndex& index = map.index;
+  if (path == "/api/query/box") {
+    const Eigen::Vector3d a = point(values, "min"), b = point(values, "max");
+    return surfaces_json(index.in(ConvexSpace::box({a.cwiseMin(b), a.cwiseMax(b)})));
+  }
+  if (path == "/api/query/sphere")
+    return surfaces_json(index.in_sphere(point(values, "center"), values.number("radius_m")));
+  if (path == "/api/query/ray")
+    return hit_json(index.first_on_ray(point(values, "from"), point(values, "direction")));
+  if (path == "/api/query/voxel") return voxel_json(map.asked.octree.at(point(values, "point")));
+  if (path == "/api/query/nearest")
+    return found_json(map, index.nearest(point(values, "point"), slope_limit(map, values)),
+                      "has no such surfaces");
+  if (path == "/api/query/below")
+    return found_json(map, index.below(point(values, "point"), slope_limit(map, values)),
+                      "has no such surface below that place");
+  if (path == "/api/query/foothold") return foothold_answer(map, values);
+  if (path == "/api/changes") return map.changes_json(static_cast<std::uint64_t>(values.number("since")));
+  return region_answer(map, values);
+}
+
+HttpReply wrong_method(const std::string& path, const char* allowed) {
+  HttpReply reply = refusal(405, "this cannot be asked so", path, std::string("use ") + allowed);
+  reply.allow = allowed;
+  return reply;
+}
+
+}  // namespace
+
+bool Api::is_slow(const HttpRequest& request) { return request.path == "/api/plan"; }
+
+HttpReply Api::answer(const HttpRequest& request) {
+  const std::string& path = request.path;
+  const bool get = request.method == "GET" || request.method == "HEAD";
+  const std::shared_ptr<const ServedMap> map = map_();
+  if (const Question* question = find_question(path)) {
+    if (!get && request.method != "POST") return wrong_method(path, "GET, HEAD, POST");
+    try {
+      const Values values(*question, request);
+      return reply_of(path == "/api/plan" ? plan(*map, values) : answer_to(*map, path, values) + "\n");
+    } catch (const Error& error) {  // told in the question's words, not the command line's
+      if (error.kind() != Error::Kind::usage) throw;
+      return refusal(400, error, parameter_of(*question, error.where()));
+    }
+  }
+  const auto json = [](ServedMap::Text text) { return HttpReply{200, "application/json", std::move(text)}; };
+  if (path != "/" && path != "/api/info" && path != "/api/surfaces" && path != "/openapi.json")
+    return refusal(404, "there is no such page", path.substr(0, 64), "GET /openapi.json lists what there is");
+  if (!get) return wrong_method(path, "GET, HEAD");
+  if (path == "/") return {200, "text/html; charset=utf-8", map->page.get()};
+  if (path == "/api/surfaces") return json(map->surfaces.get());
+  if (path == "/api/info") return reply_of(map->info);
+  return reply_of(openapi_json());
+}
+
+std::string Api::plan(const ServedMap& map, const Values& values) {
+  PlanQuery query;
+  query.from = values.numbers("from");
+  query.to = values.numbers("to");
+  query.robot = values.text("robot");
+  if (values.has("foot")) query.foot = values.text("foot");
+  query.budget.expansions = static_cast<std::size_t>(values.number("budget"));
+  query.budget.improving = static_cast<std::size_t>(values.number("improving"));
+  query.budget.time_s = values.number("time_s");
+  const Question& question = *find_question("/api/plan");
+  for (const LimitOption& option : limit_options()) {
+    const std::string name = parameter_of(question, option.name);
+    if (values.has(name)) query.limits.emplace_back(option.name, values.number(name));
+  }
+  const Robot robot = robot_of(query, map.asked.up);
+  const std::string key = Json{map.asked.snapshot->revision, query.robot, query.foot, query.limits}.dump();
+  const std::lock_guard lock(planning_);
+  if (planned_for_ != key) {
+    planner_ = std::make_unique<FootstepPlanner>(
+        map.asked.snapshot, map.asked.octree, robot,
+        needs_edge_kinds(robot) ? map.all_edges.get() : std::map<SurfaceId, std::vector<PolygonEdges>>{});
+    planned_for_ = key;
+  }
+  return to_json(planner_->plan(standing_of(query.from), standing_of(query.to), query.budget), robot) + "\n";
+}
+
+}  // namespace octosurf

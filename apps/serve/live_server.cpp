@@ -1,0 +1,50 @@
+#include "serve/live_server.hpp"
+
+#include <sys/resource.h>
+#include <utility>
+
+#include <octosurf/page.hpp>
+#include <octosurf/up.hpp>
+
+namespace octosurf {
+namespace {
+
+/// Of the calling thread, for good: what it does can wait, the next scan cannot.
+void yield_to_the_mapper() {
+  thread_local const int done = ::setpriority(PRIO_PROCESS, 0, 10);  // Linux: 0 is this thread
+  static_cast<void>(done);  // where it is not allowed, all have the same share
+}
+
+}  // namespace
+
+LiveServer::LiveServer(Mapper& mapper, std::string name, const HttpPlace& place)
+    : mapper_(mapper),
+      name_(std::move(name)),
+      up_(mapper.map().parameters().up),
+      api_([this] { return latest(); }),
+      server_(
+          place,
+          [this](const HttpRequest& request) {
+            yield_to_the_mapper();
+            return api_.answer(request);
+          },
+          Api::is_slow) {
+  mapper.share_octree();
+  thread_ = std::thread([this] { server_.run(); });
+}
+
+LiveServer::~LiveServer() {
+  server_.stop();
+  thread_.join();
+}
+
+std::shared_ptr<const ServedMap> LiveServer::latest() {
+  const std::shared_ptr<const Snapshot> snapshot = mapper_.snapshot();
+  const std::lock_guard lock(making_);
+  if (!latest_ || latest_->asked.snapshot != snapshot)
+    latest_ = std::make_shared<const ServedMap>(
+        snapshot, name_, up_ ? *up_ : estimate_up(*snapshot).direction, PageOptions{}.max_mb);
+  return latest_;
+}
+
+}  // namespace octosurf

@@ -1,0 +1,40 @@
+#pragma once
+
+#include "serve/api.hpp"
+#include "serve/http_server.hpp"
+
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include <octosurf/mapper.hpp>
+
+namespace octosurf {
+
+/// Serves a map while it grows, from threads of its own that leave the processor to the mapper. Answers are
+/// of the latest snapshot; the mapper never waits for them.
+class LiveServer {
+ public:
+  /// Has the mapper share its octree. `mapper` has to outlive this. Throws as HttpServer.
+  LiveServer(Mapper& mapper, std::string name, const HttpPlace& place);
+  LiveServer(const LiveServer&) = delete;
+  LiveServer& operator=(const LiveServer&) = delete;
+  ~LiveServer();  ///< waits for answers that are being made
+
+  std::string url() const { return server_.url(); }
+
+ private:
+  std::shared_ptr<const ServedMap> latest();
+
+  const Mapper& mapper_;
+  const std::string name_;
+  const std::optional<Eigen::Vector3d> up_;  ///< if the map's parameters say
+  std::mutex making_;                        ///< of the latest
+  std::shared_ptr<const ServedMap> latest_;
+  Api api_;
+  HttpServer server_;
+  std::thread thread_;
+};
+
+}  // namespace octosurf

@@ -1,0 +1,119 @@
+#include "serve/served_map.hpp"
+
+#include "info.hpp"
+#include "io/export_formats.hpp"
+#include "surface_table.hpp"
+#include "up_option.hpp"
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string_view>
+
+#include <octosurf/boundary.hpp>
+#include <octosurf/changes.hpp>
+#include <octosurf/error.hpp>
+#include <octosurf/export.hpp>
+#include <octosurf/page.hpp>
+
+namespace octosurf {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// As export_surfaces() writes .json.
+std::string export_text(const Snapshot& snapshot, const ExportExtras& extras) {
+  const ExportOptions options;
+  std::ostringstream out;
+  write_json({snapshot, options, extras, {}}, out);
+  return std::move(out).str();
+}
+
+/// The page allowed to ask this server, and told to (web/src/follow.js).
+std::string following(std::string html) {
+  constexpr std::string_view policy = "default-src 'none';", head = "<meta charset=\"utf-8\">";
+  html.replace(html.find(policy), policy.size(), "default-src 'none'; connect-src 'self';");
+  html.insert(html.find(head) + head.size(), "\n<meta name=\"octosurf-live\" content=\"yes\">");
+  return html;
+}
+
+/// What is known of a map that goes on growing.
+std::string info_of(const Snapshot& snapshot) {
+  return Json{{"resolution", snapshot.resolution},
+              {"revision", snapshot.revision},
+              {"surfaces", snapshot.surfaces.size()},
+              {"area_m2", total_area(snapshot)},
+              {"cylinders", snapshot.cylinders.size()}}
+             .dump() +
+         "\n";
+}
+
+}  // namespace
+
+ServedMap::ServedMap(LoadedMap map, std::string name, const std::string& up, double max_page_mb)
+    : asked{std::move(name), map.map.snapshot(), map.map.octree(), up_in_force(map.map, up).direction,
+            [this](const Surface& surface) { return all_edges.get().at(surface.id); }},
+      index(asked.snapshot),
+      info(info_json(map, up)),
+      all_edges([this] { return make_edges(); }),
+      page([this, max_page_mb] { return make_page_text(max_page_mb); }),
+      surfaces([this] { return make_surfaces(); }),
+      map_(std::move(map)) {}
+
+ServedMap::ServedMap(std::shared_ptr<const Snapshot> snapshot, std::string name, const Eigen::Vector3d& up,
+                     double max_page_mb)
+    : asked{std::move(name), snapshot, snapshot->octree, up,
+            [](const Surface&) -> std::vector<PolygonEdges> {
+              throw Error(Error::Kind::usage, "frontier_margin_m", "is not known while the map grows",
+                          "leave it away until it is saved");
+            }},
+      index(snapshot),
+      info(info_of(*snapshot)),
+      all_edges([this] { return make_edges(); }),
+      page([this, max_page_mb] { return make_page_text(max_page_mb); }),
+      surfaces([this] { return make_surfaces(); }) {}
+
+std::map<SurfaceId, std::vector<PolygonEdges>> ServedMap::make_edges() const {
+  std::map<SurfaceId, std::vector<PolygonEdges>> edges;
+  if (!map_) return edges;
+  for (const SurfacePtr& surface : asked.snapshot->surfaces)
+    edges[surface->id] = label_edges(map_->map, *surface);
+  return edges;
+}
+
+ServedMap::Text ServedMap::make_page_text(double max_mb) const {
+  PageOptions options;
+  options.up = asked.up;
+  options.max_mb = max_mb;
+  const PageMap map{asked.name, asked.snapshot, asked.octree, all_edges.get(), {}};
+  std::string html = make_page({map}, "the page of " + asked.name, options).html;
+  if (!map_) html = following(std::move(html));
+  return std::make_shared<const std::string>(std::move(html));
+}
+
+ServedMap::Text ServedMap::make_surfaces() const {
+  ExportExtras extras;
+  extras.edges = all_edges.get();
+  return std::make_shared<const std::string>(export_text(*asked.snapshot, extras));
+}
+
+std::string ServedMap::changes_json(std::uint64_t since) const {
+  const MapChanges changes = changes_since(*asked.snapshot, since);
+  Json json{{"since", changes.since},     {"revision", changes.revision}, {"appeared", changes.appeared},
+            {"changed", changes.changed}, {"gone", changes.gone},         {"merged", Json::array()},
+            {"split", Json::array()}};
+  for (const MapChanges::Heir& heir : changes.merged)
+    json["merged"].push_back({{"id", heir.before}, {"into", heir.now}});
+  for (const MapChanges::Heir& heir : changes.split)
+    json["split"].push_back({{"id", heir.before}, {"part", heir.now}});
+  Snapshot now = *asked.snapshot;
+  now.surfaces = asked.snapshot->changed_since(since);
+  std::erase_if(now.cylinders, [&](const CylinderPtr& cylinder) { return cylinder->revision <= since; });
+  std::string text = json.dump();
+  text.back() = ',';
+  std::string exported = export_text(now, {});
+  exported.pop_back();  // the end of its last line
+  return text + "\"now\":" + exported + "}";
+}
+
+}  // namespace octosurf

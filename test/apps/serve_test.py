@@ -1,0 +1,332 @@
+"""serve_test.py COMMAND MAP [unittest's arguments]: `octosurf serve` as its clients meet it."""
+
+import base64
+import json
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import serving
+
+COMMAND, MAP = sys.argv[1:3]
+
+
+def command(*words, code=0):
+    done = subprocess.run([COMMAND, *words], capture_output=True, text=True, timeout=300)
+    assert done.returncode == code, (words, done)
+    return done.stdout if code == 0 else done.stderr
+
+
+def query(*words):
+    return json.loads(command("query", MAP, "--json", *map(str, words)))
+
+
+class Answers(unittest.TestCase):
+    """Each answer is the command's."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.server = serving.Server(COMMAND, MAP)
+        cls.surfaces = cls.server.ask("/api/surfaces")[1]["surfaces"]
+        cls.floor = max(cls.surfaces, key=lambda s: s["area_m2"] * (s["plane"]["normal"][2] > 0.9))
+        # Inside it, with a foot's room.
+        piece = cls.server.ask("/api/regions", {"surface": cls.floor["id"], "pieces": 1})[1]["pieces"][0]
+        cls.at = [sum(p[i] for p in piece) / len(piece) for i in range(3)]
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.server.__exit__()
+
+    def both(self, path, **parameters):
+        """By GET and by POST."""
+        by_post = self.server.ask(path, parameters)
+        as_text = {name: ",".join(map(repr, value)) if isinstance(value, list) else value
+                   for name, value in parameters.items()}
+        by_get = self.server.ask(path, **as_text)
+        if path == "/api/plan":
+            for _, plan in (by_post, by_get):
+                plan.pop("prepare_ms"), plan.pop("search_ms")
+        self.assertEqual(by_post, by_get)
+        self.assertEqual(by_post[0], 200, by_post[1])
+        return by_post[1]
+
+    def test_places(self):
+        x, y, z = self.at
+        box = self.both("/api/query/box", min=[x - 1, y - 1, z - 1], max=[x + 1, y + 1, z + 1])
+        self.assertEqual(box, query("--box", x - 1, y - 1, z - 1, x + 1, y + 1, z + 1))
+        self.assertIn(self.floor["id"], box["surfaces"])
+        self.assertEqual(self.both("/api/query/sphere", center=self.at, radius_m=0.5),
+                         query("--sphere", x, y, z, 0.5))
+        for direction in ([1, 0.2, -0.3], [0, 0, 1], [0, 0, -1]):
+            ray = self.both("/api/query/ray", **{"from": [x, y, z + 0.5], "direction": direction})
+            self.assertEqual(ray, query("--ray", x, y, z + 0.5, *direction))
+        for dz in (0, 0.5, 90):
+            self.assertEqual(self.both("/api/query/voxel", point=[x, y, z + dz]), query("--voxel", x, y, z + dz))
+
+    def test_nearest_and_below(self):
+        x, y, z = self.at
+        for question in ("nearest", "below"):
+            for slope in (180, 20):
+                found = self.both(f"/api/query/{question}", point=[x, y, z + 1], max_slope_deg=slope)
+                self.assertEqual(found, query(f"--{question}", x, y, z + 1, "--max-slope", slope))
+        status, refused = self.server.ask("/api/query/below", {"point": [x, y, z - 90]})
+        self.assertEqual((status, refused["error"]), (404, "has no such surface below that place"))
+
+    def test_footholds_and_regions(self):
+        x, y, z = self.at
+        limits = {"foot": "0.2x0.1", "edge_margin_m": 0.01, "clearance_m": 0.2, "obstacle_margin_m": 0.02,
+                  "gap_depth_m": 0.03, "frontier_margin_m": 0.05, "max_slope_deg": 30}
+        words = [w for name, value in limits.items()
+                 for w in ("--" + name.removesuffix("_m").removesuffix("_deg").replace("_", "-"), value)]
+        self.assertEqual(self.both("/api/query/foothold", point=self.at, yaw_deg=30, **limits),
+                         query("--foothold", x, y, z, 30, *words))
+        region = self.both("/api/regions", surface=self.floor["id"], yaw_deg=30, pieces=5, **limits)
+        self.assertEqual(region, query("--regions", self.floor["id"], "--yaw", 30, "--pieces", 5, *words))
+        self.assertTrue(region["polygons"] and region["pieces"])
+        inside = [sum(p[i] for p in region["pieces"][0]) / len(region["pieces"][0]) for i in range(3)]
+        self.assertTrue(self.both("/api/query/foothold", point=inside, yaw_deg=30, **limits)["accepted"])
+        self.assertEqual(self.server.ask("/api/regions", {"surface": 4294967295})[0], 404)
+
+    def test_plans(self):
+        # The README's: from the floor of the office to the landing of its stair.
+        way = {"from": [-4.6, -0.6, 0.6, -135], "to": [-6.6, -2.7, 1.5, -135]}
+        for more in ({}, {"max_up_m": 0.05}, {"robot": "quadruped", "budget": 50}):
+            words = [w for name, value in {**way, **more}.items()
+                     for w in ("--" + name.removesuffix("_m").replace("_", "-"),
+                               *(value if isinstance(value, list) else [value]))]
+            done = subprocess.run([COMMAND, "plan", MAP, "--json", *map(str, words)], capture_output=True, text=True)
+            of_command = json.loads(done.stdout)
+            del of_command["prepare_ms"], of_command["search_ms"]
+            self.assertEqual(self.both("/api/plan", **way, **more), of_command)
+        status, refused = self.server.ask("/api/plan", {**way, "max_step_m": 0.1})
+        self.assertEqual((status, refused["where"]), (400, "max_step_m"))
+
+    def test_documents(self):
+        self.assertEqual(self.server.ask("/api/info")[1], json.loads(command("info", MAP, "--json")))
+        with tempfile.TemporaryDirectory() as folder:
+            command("export", MAP, "--to", f"{folder}/x.json")
+            line = self.server.connection()
+            self.addCleanup(line.close)
+            line.request("GET", "/api/surfaces")
+            self.assertEqual(line.getresponse().read(), pathlib.Path(folder, "x.json").read_bytes())
+            try:
+                command("view", MAP, "--html", f"{folder}/x.html")
+            except AssertionError as built_without:
+                self.assertIn("built without the page", str(built_without))
+                self.assertEqual(self.server.ask("/")[0], 400)
+            else:
+                self.assertEqual(self.server.ask("/"), (200, pathlib.Path(folder, "x.html").read_bytes()))
+
+    def test_changes(self):
+        revision = self.server.ask("/api/info")[1]["revision"]
+        all_of_it = self.server.ask("/api/surfaces")[1]
+        for since in (0, revision // 2, revision):
+            changes = self.both("/api/changes", since=since)
+            now = [s["id"] for s in all_of_it["surfaces"] if s["revision"] > since]
+            self.assertEqual([s["id"] for s in changes["now"]["surfaces"]], now)
+            self.assertEqual(sorted(changes["appeared"] + changes["changed"]), now)
+            self.assertEqual(changes["revision"], revision)
+        self.assertEqual(self.server.ask("/api/changes", since=revision + 1)[0], 400)
+
+    def test_openapi_says_what_is_answered(self):
+        document = self.server.ask("/openapi.json")[1]
+        self.assertEqual(document["openapi"], "3.0.3")
+        self.assertEqual(set(document["paths"]), set(serving.EVERYTHING) - {"/nothing"})
+        x, y, z = self.at
+        asked = {"box": {"min": self.at, "max": [x, y, z + 1]}, "sphere": {"center": self.at, "radius_m": 1},
+                 "ray": {"from": [x, y, z + 1], "direction": [0, 0, -1]}, "voxel": {"point": self.at},
+                 "nearest": {"point": self.at}, "below": {"point": [x, y, z + 1]},
+                 "foothold": {"point": self.at, "yaw_deg": 0}, "regions": {"surface": self.floor["id"]},
+                 "changes": {"since": 1},
+                 "plan": {"from": [*self.at, 0], "to": [*self.at, 0]}}
+        for path in serving.QUESTIONS:
+            post = document["paths"][path]["post"]
+            schema = post["requestBody"]["content"]["application/json"]["schema"]
+            parameters = asked[path.rsplit("/", 1)[1]]
+            self.assertLessEqual(set(schema["required"]), set(parameters))
+            self.assertLessEqual(set(parameters), set(schema["properties"]))
+            for missing in schema["required"]:
+                fewer = {name: value for name, value in parameters.items() if name != missing}
+                status, refused = self.server.ask(path, fewer)
+                self.assertEqual((status, refused["where"]), (400, missing))
+            answer = self.server.ask(path, parameters)[1]
+            told = post["responses"]["200"]["content"]["application/json"]["schema"]["properties"]
+            self.assertLessEqual(set(answer), set(told), path)
+
+    def test_head_and_keep_alive(self):
+        line = self.server.connection()
+        self.addCleanup(line.close)
+        for _ in range(3):
+            line.request("HEAD", "/api/info")
+            reply = line.getresponse()
+            self.assertEqual((reply.status, reply.read()), (200, b""))
+            self.assertEqual(self.server.ask("/api/info", connection=line)[0], 200)
+
+
+class Refusals(unittest.TestCase):
+    def setUp(self):
+        self.server = serving.Server(COMMAND, MAP)
+        self.addCleanup(self.server.__exit__)
+
+    def refused(self, status, where, *ask, **more):
+        got, body = self.server.ask(*ask, **more)
+        self.assertEqual(got, status, body)
+        self.assertEqual(set(body), {"error", "where", "mend"})
+        self.assertEqual(body["where"], where, body)
+
+    def test_bad_questions(self):
+        voxel = "/api/query/voxel"
+        self.refused(400, "point", voxel)
+        self.refused(400, "point", voxel, {"point": [1, 2]})
+        self.refused(400, "point", voxel, {"point": "here"})
+        self.refused(400, "point", voxel, {"point": [1, 2, None]})
+        self.refused(400, "point", voxel, {"point": [1, 2, 1e7]})
+        self.refused(400, "body", voxel, '{"point":[1,2,NaN]}')
+        self.refused(400, "body", voxel, '{"point":[1,2,1e999]}')
+        self.refused(400, "body", voxel, "[" * 60000)
+        self.refused(400, "body", voxel, "[1,2,3]")
+        self.refused(400, "body", voxel, b'{"point\xff":1}')
+        self.refused(400, "colour", voxel, {"point": [1, 2, 3], "colour": 1})
+        self.refused(400, "point", voxel, point="1,2,nan")
+        self.refused(400, "point", voxel, point="1,2,")
+        self.refused(400, "query", voxel + "?point=%2")
+        self.refused(400, "point", voxel + "?point=1,2,3&point=1,2,3")
+        self.refused(400, "Content-Type", voxel, {"point": [1, 2, 3]}, headers={"Content-Type": "text/plain"})
+        self.refused(400, "foot", "/api/regions", {"surface": 1, "foot": "big"})
+        self.refused(400, "surface", "/api/regions", {"surface": 1.5})
+        self.refused(400, "robot", "/api/plan", {"from": [0] * 4, "to": [0] * 4, "robot": "bird"})
+
+    def test_other_requests(self):
+        self.refused(404, "/nothing", "/nothing")
+        self.refused(405, "/api/info", "/api/info", {})
+        self.refused(405, "/api/plan", "/api/plan", method="DELETE")
+        self.refused(413, "body", "/api/plan", "x" * 70000)
+        self.refused(413, "body", "/api/plan", "x" * 900000)  # not lost in a reset connection
+        self.refused(431, "header", "/", headers={"X-Long": "x" * 9000})
+        self.assertIn(b" 400 ", self.server.raw(b"hello\r\n\r\n"))
+
+    def test_pages_of_other_sites_cannot_ask(self):
+        self.refused(421, "Host", "/api/info", headers={"Host": "rebound.example:80"})
+        self.refused(421, "Host", "/api/info", headers={"Host": "127.0.0.1.rebound.example"})
+        self.refused(403, "Origin", "/api/info", headers={"Origin": "http://rebound.example"})
+        for host in ("localhost", "127.0.0.1:99", "[::1]:80", "LocalHost:1"):
+            status = self.server.ask("/api/info", headers={"Host": host, "Origin": f"http://{host}"})[0]
+            self.assertEqual(status, 200, host)
+
+    def test_silent_connections_do_not_keep_others_out(self):
+        lines = [self.server.half_open(b"GET / HT") for _ in range(200)]
+        for _ in range(20):
+            self.assertEqual(self.server.ask("/api/info")[0], 200)
+        for line in lines:
+            line.close()
+
+    def test_a_client_that_does_not_read_keeps_nobody_waiting(self):
+        lines = [self.server.half_open(b"GET /api/surfaces HTTP/1.1\r\nHost: localhost\r\n\r\n" * 50)
+                 for _ in range(10)]
+        for _ in range(20):
+            self.assertEqual(self.server.ask("/api/info")[0], 200)
+        for line in lines:
+            line.close()
+
+    def test_it_answers_after_thousands_of_bad_requests(self):
+        rng = serving.world()
+        statuses = serving.fuzz(self.server, rng, 2000)
+        print(dict(sorted(statuses.items(), key=str)))
+        self.assertIsNone(self.server.process.poll())
+        self.assertEqual(self.server.ask("/api/info")[0], 200)
+        self.assertNotIn(500, statuses)
+        for expected in (200, 400, 404, 413):
+            self.assertIn(expected, statuses, "the requests are not as odd as they should be")
+
+
+class Door(unittest.TestCase):
+    TOKEN = "0123456789abcdefXYZ"
+
+    def test_the_token(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder, "token")
+            file.write_text(self.TOKEN + "\n")
+            file.chmod(0o600)
+            with serving.Server(COMMAND, MAP, "--listen", "0.0.0.0", "--token", str(file)) as server:
+                server.host = "127.0.0.1"
+                self.answers_to_its_token_only(server)
+        with serving.Server(COMMAND, MAP, env={"OCTOSURF_TOKEN": self.TOKEN}) as server:
+            self.answers_to_its_token_only(server)
+
+    def answers_to_its_token_only(self, server):
+        def status(*authorization):
+            return server.ask("/api/info", headers={"Authorization": a for a in authorization})[0]
+
+        wrong = [self.TOKEN[:-1], self.TOKEN + "x", self.TOKEN.lower(), "", "x" * 19, self.TOKEN[1:]]
+        self.assertEqual([status(f"Bearer {token}") for token in wrong], [401] * len(wrong))
+        self.assertEqual([status(), status(self.TOKEN), status(f"Digest {self.TOKEN}")], [401] * 3)
+        self.assertEqual(status(f"Bearer {self.TOKEN}"), 200)
+        basic = base64.b64encode(f"me:{self.TOKEN}".encode()).decode()
+        self.assertEqual(status(f"Basic {basic}"), 200)
+        self.assertEqual(status("Basic " + base64.b64encode(b"me:no").decode()), 401)
+        self.assertEqual(server.ask("/nothing")[0], 401)
+
+    def test_others_need_a_token(self):
+        told = command("serve", MAP, "--listen", "0.0.0.0", code=2)
+        self.assertIn("--token", told)
+        with tempfile.NamedTemporaryFile("w") as file:
+            file.write("short")
+            file.flush()
+            self.assertIn("16 letters", command("serve", MAP, "--token", file.name, code=2))
+        self.assertIn("nothing", command("serve", MAP, "--token", "/nothing", code=1))
+
+    def test_wrong_use(self):
+        self.assertIn("--listen", command("serve", MAP, "--listen", "moon", code=2))
+        self.assertIn("nothing.surfaces", command("serve", "nothing", code=1))
+        with serving.Server(COMMAND, MAP) as server:
+            self.assertIn("port", command("serve", MAP, "--port", str(server.port), code=2))
+
+    def test_ends_well_by_either_signal_and_while_it_answers(self):
+        for number in (signal.SIGINT, signal.SIGTERM):
+            server = serving.Server(COMMAND, MAP)
+            line = server.half_open(b"GET /api/surfaces HTTP/1.1\r\nHost: localhost\r\n\r\n" * 20)
+            server.process.send_signal(number)
+            self.assertEqual(server.process.wait(timeout=60), 0)
+            line.close()
+            server.process.communicate()
+
+
+class WhileMapping(unittest.TestCase):
+    def test_deltas_add_up_and_the_map_is_the_same(self):
+        with tempfile.TemporaryDirectory() as folder:
+            command("simulate", "stairs", "-o", f"{folder}/scans", "--frames", "90", "--noise-scale", "0")
+            command("map", f"{folder}/scans", "-o", f"{folder}/alone")
+            with serving.Server(COMMAND, f"{folder}/scans", "-o", f"{folder}/served", "--realtime",
+                                verb="map", port="--serve") as server:
+                stuck = [server.half_open(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n" * 20) for _ in range(3)]
+                known, revision, told = {}, 0, 0
+                try:
+                    while True:
+                        changes = server.ask("/api/changes", since=revision)[1]
+                        for gone in changes["gone"] + [heir["id"] for heir in changes["merged"]]:
+                            del known[gone]
+                        known.update((s["id"], s) for s in changes["now"]["surfaces"])
+                        told += changes["revision"] > revision
+                        revision = changes["revision"]
+                        whole = server.ask("/api/surfaces")[1]
+                        if whole["revision"] == revision:
+                            self.assertEqual([known[i] for i in sorted(known)], whole["surfaces"])
+                        status, page = server.ask("/")
+                        self.assertIn(status, (200, 400))  # 400: built without the page
+                        if status == 200:
+                            self.assertIn(b'name="octosurf-live"', page)
+                except OSError:  # the run is over
+                    pass
+                self.assertEqual(server.process.wait(timeout=60), 0)
+                for line in stuck:
+                    line.close()
+            self.assertGreater(told, 2, "nothing was asked while the map grew")
+            alone, served = (pathlib.Path(folder, f"{name}.surfaces").read_bytes() for name in ("alone", "served"))
+            self.assertEqual(alone, served)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]], verbosity=2)
