@@ -10,7 +10,7 @@ namespace octosurf {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr double deg_per_rad = 180 / std::numbers::pi;
+constexpr double deg_per_rad = 180 / std::numbers::pi, rad_per_deg = std::numbers::pi / 180;
 
 Json point(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
 
@@ -67,7 +67,8 @@ std::string region_json(const Surface& surface, const ContactRegion& region,
   Json json;
   json["surface"] = region.surface;
   json["revision"] = region.revision;
-  json["yaw_deg"] = region.yaw_rad ? Json(*region.yaw_rad * deg_per_rad) : Json();
+  // Divided, not multiplied by the inverse: most headings that were given in degrees come back to the digit.
+  json["yaw_deg"] = region.yaw_rad ? Json(*region.yaw_rad / rad_per_deg) : Json();
   json["area_m2"] = region.area_m2;
   json["refused"] = Json::array();
   for (const ContactRefusal refusal : region.refused)

@@ -121,7 +121,7 @@ Foothold find_foothold(const AskedMap& map, const ContactQuery& query, double ma
   const auto found = nearest(*map.snapshot, at, {map.up, max_slope_rad});
   if (!found)
     throw Error(Error::Kind::data, map.name, "has no such surfaces",
-                "map more scans first, or allow a greater --max-slope");
+                "map more scans first, or allow a greater slope");
   const Surface& surface = *map.snapshot->find(found->id);
   const std::vector<PolygonEdges> edges = edges_of(map, surface, limits);
   return foothold(surface, foot, at, v[3] * rad_per_deg, limits, &map.octree, &edges);

@@ -1,5 +1,7 @@
 #include "serve/live_server.hpp"
 
+#include <cstdio>
+#include <exception>
 #include <sys/resource.h>
 #include <utility>
 
@@ -30,7 +32,13 @@ LiveServer::LiveServer(Mapper& mapper, std::string name, const HttpPlace& place)
           },
           Api::is_slow) {
   mapper.share_octree();
-  thread_ = std::thread([this] { server_.run(); });
+  thread_ = std::thread([this] {
+    try {
+      server_.run();
+    } catch (const std::exception& error) {  // no memory, say: the map is worth more than its page
+      std::fprintf(stderr, "warning: the map is served no longer: %s\n", error.what());
+    }
+  });
 }
 
 LiveServer::~LiveServer() {

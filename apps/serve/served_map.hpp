@@ -2,6 +2,7 @@
 
 #include "contact_query.hpp"
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
