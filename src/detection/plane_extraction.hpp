@@ -1,8 +1,8 @@
 #pragma once
 
 #include "detection/refusal.hpp"
-#include "surfaces/scan_changes.hpp"
 #include "surfaces/planarity.hpp"
+#include "surfaces/scan_changes.hpp"
 
 #include <span>
 #include <vector>

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "surfaces/scan_changes.hpp"
 #include "surfaces/lanes.hpp"
+#include "surfaces/scan_changes.hpp"
 
 #include <span>
 #include <vector>

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "occupancy/downsample.hpp"
-#include "surfaces/scan_changes.hpp"
 #include "surfaces/map_state.hpp"
+#include "surfaces/scan_changes.hpp"
 
 #include <limits>
 #include <vector>
