@@ -34,12 +34,13 @@ const folder = mkdtempSync(join(tmpdir(), 'octosurf-live-'));
 const browser = new Browser(program);
 try {
   const { run, address } = await mapping(folder);
-  const page = await browser.open(address);
-  await page.ready();
-  if (await page.visible('#message')) {
+  const answer = await fetch(address);
+  if (/built without the page/.test(await answer.text())) {
     console.log('skipped: built without the page');
     process.exitCode = skipped;
   } else {
+    const page = await browser.open(address);
+    await page.ready();
     await page.until('page.map.surfaces.length > 0');
     const id = await page.value('page.map.surfaces[0].id');
     await page.press('#search-text');
