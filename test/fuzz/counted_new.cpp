@@ -21,11 +21,17 @@ void* operator new(std::size_t bytes) {
   }
   return place;
 }
+void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept try {
+  return operator new(bytes);
+} catch (const std::bad_alloc&) {
+  return nullptr;
+}
 void operator delete(void* place) noexcept {
   if (place != nullptr) in_use -= malloc_usable_size(place);
   std::free(place);
 }
 void operator delete(void* place, std::size_t) noexcept { operator delete(place); }
+void operator delete(void* place, const std::nothrow_t&) noexcept { operator delete(place); }
 
 namespace octosurf::fuzz {
 
