@@ -13,11 +13,11 @@ if (!program) {
   process.exit(skipped);
 }
 
-/** A run that maps a stair as slowly as it was recorded; resolves with its address once it serves. */
+/** A run that maps a stair so slowly that it does not end before it is told to; resolves with its address once it serves. */
 async function mapping(folder) {
   const scans = join(folder, 'scans');
   execFileSync(command, ['simulate', 'stairs', '-o', scans, '--frames', '400', '--noise-scale', '0']);
-  const run = spawn(command, ['map', scans, '-o', join(folder, 'map'), '--realtime', '--serve', '0']);
+  const run = spawn(command, ['map', scans, '-o', join(folder, 'map'), '--realtime', '--rate', '2', '--serve', '0']);
   let said = '';
   const address = await new Promise((resolve, reject) => {
     run.once('exit', () => reject(new Error(`it does not serve: ${said}`)));
@@ -48,11 +48,12 @@ try {
     await page.key('Enter');
     for (let i = 0; i < 3; ++i) {
       const before = await page.value('page.map.revision');
-      await page.until(`page.map.revision > ${before}`);
+      await page.until(`page.map.revision > ${before}`, 60);
     }
     assert.equal(await page.text('#details-title'), `Surface ${id}`, 'what was picked stays picked');
     assert.deepEqual(page.errors, []);
     assert.ok(page.fetched.every((url) => url.startsWith(address)), page.fetched.join(' '));
+    run.kill();
     await page.until('!document.getElementById("message").hidden', 60);
     assert.match(await page.text('#message'), /no longer served/);
     console.log('follows the map: well');
