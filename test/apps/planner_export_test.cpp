@@ -90,8 +90,7 @@ TEST_F(PlannerExportVerb, WhereUpIsGivenEverythingIsTurned) {
 
 TEST_F(PlannerExportVerb, WrongUse) {
   EXPECT_THAT(error_of("export m --to p.json --format sl2m", 2), HasSubstr("sl2m"));
-  EXPECT_THAT(error_of("export m --to p.json --format sl1m --foot large", 2),
-              HasSubstr("large: is no foot"));
+  EXPECT_THAT(error_of("export m --to p.json --format sl1m --foot large", 2), HasSubstr("large: is no foot"));
   error_of("export m --to p.json --format sl1m --foot 0.2x-1", 2);
   EXPECT_THAT(error_of("export m --to p.json --format sl1m --foot 0.2x0.1 --foot-radius 0.1", 2),
               HasSubstr("one of them"));
