@@ -27,6 +27,11 @@ struct SensorBias {
 /// error of its own pose, as that was used. A Kalman filter over (c, τ, ω, κ), one for each of a few rates of
 /// drift, of which the likeliest counts. What the recording does not tell (a tilt about an axis about which
 /// the sensor never turned) keeps the variance that it was assumed to have.
+///
+/// A lower bound rather than a measurement: where poses are corrected late or not at all, the map takes up
+/// part of the bias, and `covariance` does not know it. On simulated scenes tilts came out at 53 to 92 % of
+/// what they were, scales at 93 and 102 % on stairs, at 13 and 50 % in an office. A map that alignment has
+/// bent tells false ones.
 class SensorBiasEstimator {
  public:
   /// One scan after the other, of which `new_share` is new in the map; O(1).
