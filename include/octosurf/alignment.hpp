@@ -14,6 +14,7 @@ namespace octosurf {
 
 /// A small motion: three rotations (rad), then three translations (m), map axes, about the sensor's position.
 using Twist = Eigen::Matrix<double, 6, 1>;
+/// Of a Twist: rad², rad·m and m².
 using TwistCovariance = Eigen::Matrix<double, 6, 6>;
 
 /// How a scan's pose came out of its alignment.
@@ -26,22 +27,22 @@ enum class AlignmentOutcome {
   set_aside,   ///< was off likewise, and what the map knows there does not fix it: the scan is not inserted
   unexplained  ///< fits nowhere within reach: the pose is the given one, with the corrections before it
 };
+/// By AlignmentOutcome, as in reports.
 inline constexpr std::array<std::string_view, 7> alignment_outcome_names{
     "off", "nothing_known", "agrees", "corrected", "recovered", "set_aside", "unexplained"};
 
 /// A scan's pose against the surfaces of a map.
 struct Alignment {
-  AlignmentOutcome outcome = AlignmentOutcome::off;
-  Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
+  AlignmentOutcome outcome = AlignmentOutcome::off;                ///< what was done
+  Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();  ///< the pose that came out
   /// Of the pose's error as a twist, as far as scan and map tell. A direction that they do not determine has
   /// the variance of the search's reach: it stays as given.
   TwistCovariance covariance = TwistCovariance::Zero();
   /// Orthonormal columns, the first `determined` of which are the directions that surfaces fix to within half
-  /// a voxel, the best first. Rotations count by `lever_m`, the distance at which they move the scan's
-  /// points.
+  /// a voxel, the best first. Rotations count by `lever_m`.
   TwistCovariance directions = TwistCovariance::Identity();
-  int determined = 0;
-  double lever_m = 1;
+  int determined = 0;         ///< 0 … 6
+  double lever_m = 1;         ///< distance at which rotations move the scan's points
   std::size_t samples = 0;    ///< of the scan's points that were looked at
   std::size_t known = 0;      ///< of them, near surfaces that the map has
   std::size_t explained = 0;  ///< of those, on the surface at this pose, as far as the noise lets tell
@@ -51,6 +52,7 @@ struct Alignment {
   /// than a voxel: a loop closes, or the poses have jumped.
   double innovation_m = 0;
 
+  /// Of the known samples, [0, 1]; 0 if there are none.
   double explained_share() const {
     return known > 0 ? static_cast<double>(explained) / static_cast<double>(known) : 0;
   }
@@ -60,7 +62,7 @@ struct Alignment {
 
 /// How far align() looks about the given pose.
 struct AlignmentReach {
-  double translation_m = 0.3;
+  double translation_m = 0.3;                 ///< in any direction
   double rotation_rad = 0.08726646259971647;  ///< 5°
 };
 
@@ -74,10 +76,12 @@ struct AlignmentReach {
 /// Error(data) if the pose is not rigid.
 class Localizer {
  public:
+  /// Looks in `map`'s surfaces, which it keeps.
   explicit Localizer(std::shared_ptr<const Snapshot> map, const AlignmentReach& reach = {});
   Localizer(Localizer&&) noexcept;
   Localizer& operator=(Localizer&&) noexcept;
   ~Localizer();
+  /// Where `scan` was taken; one thread at a time.
   Alignment operator()(const Scan& scan);
 
  private:

@@ -16,16 +16,18 @@ enum class EdgeKind {
   sensor_limit,  ///< unknown, because the sensor's range ended here
   frontier       ///< unknown for any other reason: nobody has looked
 };
+/// By EdgeKind.
 inline constexpr std::array<std::string_view, 4> edge_kind_names{"real", "occluded", "sensor_limit",
                                                                  "frontier"};
+/// As in files: "real", "occluded", …
 constexpr std::string_view edge_kind_name(EdgeKind kind) {
   return edge_kind_names[static_cast<std::size_t>(kind)];
 }
 
 /// Labels of a polygon's edges; edge k of a ring runs from vertex k to k + 1.
 struct PolygonEdges {
-  std::vector<EdgeKind> outer;
-  std::vector<std::vector<EdgeKind>> holes;
+  std::vector<EdgeKind> outer;               ///< of the outer ring
+  std::vector<std::vector<EdgeKind>> holes;  ///< of each hole's ring
 };
 
 /// One label for every edge of `surface.polygons`, ring by ring, from what the map's octree knows within h
@@ -37,10 +39,10 @@ struct PolygonEdges {
 /// 2. real: within h, something off the plane or of another surface, or a free voxel behind the plane on the
 ///    line of sight, or straight behind a free one. Free space in front of a plane proves nothing.
 /// 3. Where the sensor stood is known to 4° and to a fifth of its distance only (payload.hpp).
-/// 4. sensor_limit: that distance may have been the range limit, and the line of sight is free up to the
-/// edge,
-///    as rays beyond the range leave it; or it may have been min_range. The limit is max_range; if that is
-///    the sensor's own, 4 m, unless the surface has points seen from clearly farther (a lidar's: no limit).
+/// 4. sensor_limit: that distance may have been the range limit, and the line of sight is free up to
+///    the edge, as rays beyond the range leave it; or it may have been min_range. The limit is max_range; if
+///    that is the sensor's own, 4 m, unless the surface has points seen from clearly farther (a lidar's: no
+///    limit).
 /// Deterministic. Cost: O(inliers) + 5 to 100 µs an edge, more where it is unknown: taken when asked for.
 std::vector<PolygonEdges> label_edges(const Map& map, const Surface& surface);
 

@@ -9,7 +9,8 @@ namespace octosurf {
 
 /// What became of the surfaces and cylinders that somebody knew at an earlier revision. Ids ascend.
 struct MapChanges {
-  std::uint64_t since = 0, revision = 0;
+  std::uint64_t since = 0;     ///< the earlier revision
+  std::uint64_t revision = 0;  ///< the snapshot's
 
   std::vector<SurfaceId> appeared;  ///< were not there; those split from others among them
   std::vector<SurfaceId> changed;   ///< were there and are, with another plane, polygon or covariance
@@ -17,7 +18,8 @@ struct MapChanges {
 
   /// A surface that was there, and one that is there now and holds all or a part of it.
   struct Heir {
-    SurfaceId before = 0, now = 0;
+    SurfaceId before = 0;  ///< id at the earlier revision
+    SurfaceId now = 0;     ///< id now
     friend bool operator==(const Heir&, const Heir&) = default;
   };
   /// `before` is no more; by `before`, then `now`. After a split and a merger there may be several.
@@ -25,12 +27,16 @@ struct MapChanges {
   /// `before` is still there, and `now`, another one, has a part of it; likewise.
   std::vector<Heir> split;
 
-  std::vector<CylinderId> cylinders_appeared, cylinders_changed, cylinders_gone;
+  std::vector<CylinderId> cylinders_appeared;  ///< as of surfaces
+  std::vector<CylinderId> cylinders_changed;   ///< likewise
+  std::vector<CylinderId> cylinders_gone;      ///< likewise
+  /// As Heir, of cylinders.
   struct CylinderHeir {
-    CylinderId before = 0, now = 0;
+    CylinderId before = 0;  ///< id at the earlier revision
+    CylinderId now = 0;     ///< id now
     friend bool operator==(const CylinderHeir&, const CylinderHeir&) = default;
   };
-  std::vector<CylinderHeir> cylinders_merged;
+  std::vector<CylinderHeir> cylinders_merged;  ///< as `merged`
 };
 
 /// Everything that happened after revision `since`, over any number of scans, splits and mergers in between:
@@ -43,7 +49,7 @@ MapChanges changes_since(const Snapshot& snapshot, std::uint64_t since);
 
 /// A surface of one of two maps, and how much of it the other map has, too.
 struct SurfaceDifference {
-  SurfaceId id = 0;
+  SurfaceId id = 0;      ///< in its own map
   double area_m2 = 0;    ///< of its polygons
   double shared_m2 = 0;  ///< of that, over or under a polygon of the other map's, see compare_maps()
   SurfaceId other = 0;   ///< the other map's that holds most of it; 0: none
@@ -51,8 +57,10 @@ struct SurfaceDifference {
   double angle_rad = 0;  ///< between the normals
 };
 
+/// What compare_maps() found.
 struct MapDifference {
-  std::vector<SurfaceDifference> before, after;  ///< every surface of either, ascending id
+  std::vector<SurfaceDifference> before;  ///< every surface of the first map, ascending id
+  std::vector<SurfaceDifference> after;   ///< and of the second
 };
 
 /// Compares two maps of one place as they lie, whoever made them and whatever their ids: a point of a surface

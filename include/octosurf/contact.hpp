@@ -25,6 +25,7 @@ struct ContactShape {
 
   /// A sole whose reference point is `behind` m in front of its heel (its middle by default).
   static ContactShape rectangle(double length, double width, std::optional<double> behind = {});
+  /// A disc about its reference point: a ball of a foot, at any heading.
   static ContactShape disc(double radius);
 
   /// The farthest that any part lies from the reference point.
@@ -43,8 +44,10 @@ enum class ContactRefusal {
   obstacle,     ///< something stands within obstacle_margin_m of it
   clearance     ///< something hangs over it lower than clearance_m
 };
+/// By ContactRefusal.
 inline constexpr std::array<std::string_view, 9> contact_refusal_names{
     "slope", "size", "roughness", "uncertainty", "support", "margin", "frontier", "obstacle", "clearance"};
+/// As in answers and files: "slope", "size", …
 constexpr std::string_view contact_refusal_name(ContactRefusal refusal) {
   return contact_refusal_names[static_cast<std::size_t>(refusal)];
 }
@@ -66,7 +69,7 @@ struct ContactLimits {
   /// which any part lies between `obstacle_from_m` and `clearance_m` over its plane: room for a shin, for
   /// swing. 0: not asked; needs a clearance.
   double obstacle_margin_m = 0;
-  double obstacle_from_m = 0.05;
+  double obstacle_from_m = 0.05;  ///< m over the plane; what is lower is no obstacle
   /// No such voxel stands straight over the contact itself; m along the normal. 0: the octree is not asked.
   double clearance_m = 0;
   /// Outlines bridge gaps narrower than max_hole_size: cracks between stones, say. Where the octree knows
@@ -78,11 +81,11 @@ struct ContactLimits {
 /// Where on one surface the reference point of a contact may be so that all of the contact is supported and
 /// every limit is kept.
 struct ContactRegion {
-  SurfaceId surface = 0;
+  SurfaceId surface = 0;          ///< the surface it is on
   std::uint64_t revision = 0;     ///< of the surface it was made from
   std::optional<double> yaw_rad;  ///< empty: any heading will do there
   std::vector<Polygon> polygons;  ///< surface frame; holes are kept, a region may be in parts
-  double area_m2 = 0;
+  double area_m2 = 0;             ///< of `polygons`
   /// If there is no polygon: every limit that leaves nothing by itself; if it takes several, all of them.
   std::vector<ContactRefusal> refused;
 };
@@ -110,7 +113,7 @@ ContactRegion contact_region(const Surface& surface, const ContactShape& shape, 
 
 /// One contact at a place, and what is to be said about it.
 struct Foothold {
-  SurfaceId surface = 0;
+  SurfaceId surface = 0;                                            ///< the surface it is on
   Eigen::Isometry3d T_map_contact = Eigen::Isometry3d::Identity();  ///< on the plane, z along its normal
   double supported = 0;  ///< share of the contact's area that lies on the surface, [0, 1]
   /// From the contact to the nearest edge. Negative: how much would have to be taken off all round the

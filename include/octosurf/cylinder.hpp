@@ -15,10 +15,10 @@ namespace octosurf {
 /// Its inliers stay pending for the planes, so a point may count here and later become a surface's,
 /// which takes it away from the cylinder: planes are the same with and without cylinders.
 struct Cylinder {
-  CylinderId id = 0;
+  CylinderId id = 0;                                     ///< never reused
   Eigen::Vector3d axis_point = Eigen::Vector3d::Zero();  ///< on the axis, in the middle of the extent
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit; when born upward, or along +x or +y if level
-  double radius_m = 0;
+  double radius_m = 0;                              ///< of the mantle
   double length_m = 0;  ///< extent of the inliers along the axis, from axis_point half to either side
   /// Unit, square to the axis: the inliers lie within `span_rad` from here, counter-clockwise seen from
   /// the axis' tip. Behind it nothing has been seen yet.
@@ -30,6 +30,7 @@ struct Cylinder {
   std::uint64_t revision = 0;  ///< map revision of the last change
 };
 
+/// Keeps a cylinder of a snapshot alive.
 using CylinderPtr = std::shared_ptr<const Cylinder>;
 
 }  // namespace octosurf

@@ -8,12 +8,14 @@ namespace octosurf {
 
 /// Two surfaces where the world most likely has one: they face the same way and lie upon each other.
 struct DoubleLayer {
-  SurfaceId first = 0, second = 0;  ///< first < second
-  double overlap_m2 = 0;            ///< of their polygons where they are near each other
-  double distance_m = 0;            ///< mean over the overlap, along the smaller one's normal
-  double angle_rad = 0;             ///< between the planes
+  SurfaceId first = 0;    ///< the lower of the two ids
+  SurfaceId second = 0;   ///< the higher
+  double overlap_m2 = 0;  ///< of their polygons where they are near each other
+  double distance_m = 0;  ///< mean over the overlap, along the smaller one's normal
+  double angle_rad = 0;   ///< between the planes
 };
 
+/// When two surfaces count as a double layer.
 struct DoubleLayerOptions {
   double max_angle_rad = 0.2617993877991494;  ///< 15°; between normals, so the two sides of a wall are apart
   double max_distance_m = 0.05;               ///< farther apart they are two things

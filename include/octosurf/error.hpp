@@ -13,6 +13,7 @@ namespace octosurf {
 /// does then).
 class Error : public std::runtime_error {
  public:
+  /// What sort of failure it is, and so who has to act.
   enum class Kind {
     usage,      ///< the caller asked for something that makes no sense (parameters, options)
     data,       ///< a file, an image, a cloud or a pose is missing, damaged or foreign
@@ -28,9 +29,9 @@ class Error : public std::runtime_error {
         where_(std::move(where)),
         mend_(std::move(mend)) {}
 
-  Kind kind() const noexcept { return kind_; }
-  const std::string& where() const noexcept { return where_; }
-  const std::string& mend() const noexcept { return mend_; }
+  Kind kind() const noexcept { return kind_; }                  ///< what sort of failure
+  const std::string& where() const noexcept { return where_; }  ///< file, parameter or scan; may be empty
+  const std::string& mend() const noexcept { return mend_; }    ///< what to do about it; may be empty
 
  private:
   Kind kind_;

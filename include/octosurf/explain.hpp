@@ -40,14 +40,16 @@ std::string_view reason_name(Reason reason);
 
 /// A number behind an explanation, and the bound it was held against, if there is one.
 struct Figure {
-  std::string name;  ///< e.g. "width"
-  double value = 0;
-  std::string unit;  ///< "" for counts and shares
-  std::optional<double> at_least, at_most;
+  std::string name;                ///< e.g. "width"
+  double value = 0;                ///< in `unit`
+  std::string unit;                ///< "" for counts and shares
+  std::optional<double> at_least;  ///< lower bound; empty: none
+  std::optional<double> at_most;   ///< upper bound; empty: none
 };
 
+/// What explain() found.
 struct Explanation {
-  Reason reason = Reason::unseen;
+  Reason reason = Reason::unseen;            ///< the check that refused a surface, or where there is one
   std::string sentence;                      ///< plain English, one line
   Eigen::Vector3d asked{0, 0, 0};            ///< map frame
   std::optional<Eigen::Vector3d> looked_at;  ///< the nearest point within h, if there is one
@@ -55,11 +57,12 @@ struct Explanation {
   CylinderId cylinder = 0;                   ///< that the point supports; 0: none
   SurfaceId nearest = 0;                     ///< surface with the nearest inlier; 0: no surfaces
   double nearest_distance = 0;               ///< m, to that inlier
-  std::vector<Figure> figures;
-  /// Scans taken near enough to have seen the place whose poses did not fit the map, of the last 256: those
-  /// that were left out, so that what they saw is missing, and those that were mapped as given, so that what
-  /// they saw may be doubled. The sentence says so where it matters.
-  std::size_t scans_left_out = 0, scans_unexplained = 0;
+  std::vector<Figure> figures;               ///< numbers behind the reason
+  /// Of the last 256 scans, those taken near enough to have seen the place that were left out because their
+  /// poses did not fit the map: what they saw is missing. The sentence says so where it matters.
+  std::size_t scans_left_out = 0;
+  /// Likewise those that were mapped as given although they did not fit: what they saw may be doubled.
+  std::size_t scans_unexplained = 0;
   /// Of a pending point: the reasons for the pending points within h of the place, and how many have each.
   std::map<Reason, std::size_t> around;
 };

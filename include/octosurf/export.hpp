@@ -17,9 +17,11 @@ namespace octosurf {
 
 /// What of the surfaces goes into a file.
 enum class ExportPart { polygons, meshes, convex, circles, points };
+/// By ExportPart, as `export --what` takes them.
 inline constexpr std::array<std::string_view, 5> export_part_names{"polygons", "meshes", "convex", "circles",
                                                                    "points"};
 
+/// How export_surfaces() writes.
 struct ExportOptions {
   /// .json: any number, added to the polygons that are always there. Others: exactly one;
   /// .ply, .glb: any, .obj, .stl: any but points, .csv: polygons (a row per surface), circles or
@@ -30,6 +32,7 @@ struct ExportOptions {
   bool force = false;                             ///< write over a file that exists
 };
 
+/// A point of the map and whose it is.
 struct SurfacePoint {
   SurfaceId surface = 0;  ///< 0: pending
   Eigen::Vector3d point;  ///< map frame
@@ -37,17 +40,17 @@ struct SurfacePoint {
 
 /// Something else to be shown beside the surfaces: where feet stand, say. Map frame.
 struct NamedMesh {
-  std::string name;
+  std::string name;              ///< of the object in the file
   std::array<float, 3> color{};  ///< RGB in [0, 1]
-  Mesh mesh;
+  Mesh mesh;                     ///< its triangles
 };
 
 /// What a snapshot does not hold; only the requested parts are read. Points of surfaces the snapshot
 /// does not have are left out, as are pending ones.
 struct ExportExtras {
-  std::map<SurfaceId, std::vector<ConvexPiece>> convex;
-  std::map<SurfaceId, std::vector<Circle>> circles;
-  std::vector<SurfacePoint> points;  ///< any order
+  std::map<SurfaceId, std::vector<ConvexPiece>> convex;  ///< convex_pieces() by surface
+  std::map<SurfaceId, std::vector<Circle>> circles;      ///< circles() by surface
+  std::vector<SurfacePoint> points;                      ///< any order
   /// label_edges() of the snapshot's surfaces; goes into .json where there is one.
   std::map<SurfaceId, std::vector<PolygonEdges>> edges;
   std::vector<NamedMesh> meshes;  ///< .glb: further objects
@@ -76,15 +79,17 @@ void export_surfaces(const Snapshot& snapshot, const std::filesystem::path& file
 
 /// From where a picture is taken; all but `top` look from outside at the middle of the map.
 enum class ViewFrom { iso, top, front, back, left, right };
+/// By ViewFrom, as `view --from` takes them.
 inline constexpr std::array<std::string_view, 6> view_names{"iso", "top", "front", "back", "left", "right"};
 
 /// Colours of edges in pictures (view --edges): green, red, blue, orange.
 inline constexpr std::array<std::array<float, 3>, edge_kind_names.size()> edge_colors{
     {{0.0F, 0.6F, 0.2F}, {0.85F, 0.1F, 0.15F}, {0.1F, 0.3F, 0.95F}, {1.0F, 0.6F, 0.0F}}};
 
+/// How render_png() draws.
 struct PictureOptions {
-  int width = 1280;  ///< pixels, 16 … 16384
-  int height = 960;
+  int width = 1280;                               ///< pixels, 16 … 16384
+  int height = 960;                               ///< likewise
   ViewFrom from = ViewFrom::iso;                  ///< front looks along +y, left along +x, top has +y upward
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< map frame; see render_png()
   std::optional<Eigen::Vector3d> eye;             ///< map frame; instead of `from`

@@ -19,6 +19,7 @@ struct HeightGrid {
   std::array<Eigen::MatrixXf, 3> normal;             ///< of the surface there: x, y, z
   Eigen::MatrixXf surface;                           ///< its id; a float holds every SurfaceId exactly
 
+  /// The middle of a cell: x, y.
   Eigen::Vector2d center_of(Eigen::Index row, Eigen::Index column) const {
     const Eigen::Vector2d from_corner(static_cast<double>(row) + 0.5, static_cast<double>(column) + 0.5);
     return center + cell * (Eigen::Vector2d(static_cast<double>(elevation.rows()),
@@ -28,6 +29,7 @@ struct HeightGrid {
   }
 };
 
+/// What height_grid() takes.
 struct HeightGridOptions {
   double cell = 0;  ///< m; 0: the map's resolution
   /// From the map's frame to the grid's, whose z is up: upright(up) (up.hpp).

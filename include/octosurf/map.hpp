@@ -26,16 +26,18 @@ class Map {
   Map& operator=(Map&&) noexcept;
   ~Map();
 
-  const Parameters& parameters() const;
-  std::shared_ptr<const Snapshot> snapshot() const;
+  const Parameters& parameters() const;              ///< those it was made with
+  std::shared_ptr<const Snapshot> snapshot() const;  ///< its surfaces after the last whole scan
 
+  /// What is known of a voxel.
   enum class Occupancy { unknown, free, occupied };
+  /// All that the map has of a voxel.
   struct Voxel {
-    Occupancy occupancy = Occupancy::unknown;
-    float log_odds = 0;
-    SurfaceId surface = 0;                 ///< 0: pending, or not occupied
-    std::optional<Eigen::Vector3d> point;  ///< representative point, map frame
-    std::optional<Eigen::Vector3d> view;   ///< unit vector toward where it was seen from
+    Occupancy occupancy = Occupancy::unknown;  ///< by `log_odds` and Parameters
+    float log_odds = 0;                        ///< ln(p / (1 − p)) of its being occupied; 0 if unknown
+    SurfaceId surface = 0;                     ///< 0: pending, or not occupied
+    std::optional<Eigen::Vector3d> point;      ///< representative point, map frame
+    std::optional<Eigen::Vector3d> view;       ///< unit vector toward where it was seen from
   };
   /// The voxel that holds `point` (map frame); unknown outside the octree's range. O(depth).
   Voxel at(const Eigen::Vector3d& point) const;
@@ -47,15 +49,22 @@ class Map {
   /// Calls `visit` for every occupied voxel's point, in key order. O(nodes).
   void for_each_point(const std::function<void(const Voxel&)>& visit) const;
 
+  /// How large the map is.
   struct Size {
-    std::size_t nodes = 0, leaves = 0, bytes = 0;
-    std::size_t points = 0, pending = 0, surfaces = 0, inliers = 0;
-    std::uint64_t scans = 0, revision = 0;
+    std::size_t nodes = 0;       ///< of the octree, as OctoMap counts them
+    std::size_t leaves = 0;      ///< likewise
+    std::size_t bytes = 0;       ///< of memory, octree
+    std::size_t points = 0;      ///< occupied voxels that have one
+    std::size_t pending = 0;     ///< of them, on no surface
+    std::size_t surfaces = 0;    ///< number
+    std::size_t inliers = 0;     ///< points on a surface
+    std::uint64_t scans = 0;     ///< inserted so far
+    std::uint64_t revision = 0;  ///< raised by every scan
   };
-  Size size() const;
+  Size size() const;  ///< O(surfaces)
 
-  const MapState& state() const;
-  MapState& state();
+  const MapState& state() const;  ///< what is behind it; for octosurf's own rooms
+  MapState& state();              ///< likewise
 
  private:
   std::unique_ptr<MapState> state_;
@@ -76,10 +85,11 @@ struct KeptScans {
 /// map's `scans` are, relative to it where that can be said; by default that they are not kept.
 void save_map(const Map& map, const std::filesystem::path& stem, const KeptScans& scans = {});
 
+/// What load_map() read.
 struct LoadedMap {
-  Map map;
+  Map map;              ///< as it was saved
   std::string warning;  ///< empty, or e.g. that the .bt does not match
-  KeptScans scans{};
+  KeptScans scans{};    ///< where its scans are, if they were kept
 };
 /// Reads `stem`.surfaces; throws Error(data) for damaged or foreign files, never anything worse.
 LoadedMap load_map(const std::filesystem::path& stem);

@@ -9,12 +9,14 @@
 #include <octosurf/map.hpp>
 #include <octosurf/scan.hpp>
 
+/// Posed depth or lidar scans in; one map of a place, and the contact surfaces in it, out.
 namespace octosurf {
 
 struct VoxelScan;
 
 /// Stages of one scan's way (docs/design.md §4), in order.
 enum class Stage { align, downsample, occupancy, retract, add_inliers, expand, detect, derive };
+/// By Stage, as in reports.
 inline constexpr std::array<std::string_view, 8> stage_names{
     "align", "downsample", "occupancy", "retract", "add_inliers", "expand", "detect", "derive"};
 
@@ -26,12 +28,17 @@ struct ScanReport {
   std::size_t points_beyond_range = 0;  ///< not mapped, but free space up to max_range
   std::size_t points_out_of_map = 0;    ///< dropped: outside the octree's 2¹⁶ voxels
   std::size_t voxels = 0;               ///< distinct end voxels
-  std::size_t appeared = 0, vanished = 0;
-  std::size_t categorized = 0;  ///< of the appeared, in a surface when insert returned
+  std::size_t appeared = 0;             ///< voxels that became occupied
+  std::size_t vanished = 0;             ///< voxels that no longer are
+  std::size_t categorized = 0;          ///< of the appeared, in a surface when insert returned
   Alignment alignment;  ///< of the pose; alignment.T_map_sensor is the one that the scan was inserted with
-  std::vector<SurfaceId> born, grown, shrunk, merged, gone;
-  std::array<double, stage_names.size()> stage_ms{};
-  double total_ms = 0;
+  std::vector<SurfaceId> born;    ///< surfaces that appeared
+  std::vector<SurfaceId> grown;   ///< that were given points
+  std::vector<SurfaceId> shrunk;  ///< that lost points
+  std::vector<SurfaceId> merged;  ///< that others took in
+  std::vector<SurfaceId> gone;    ///< that were dissolved: what is left of their points is pending
+  std::array<double, stage_names.size()> stage_ms{};  ///< milliseconds, by Stage
+  double total_ms = 0;                                ///< milliseconds, all of insert()
 };
 
 /// Keeps a map and its surfaces up to date, scan by scan (the paper's system).
@@ -55,6 +62,7 @@ class Mapper {
   /// `threads` in [1, 256] share a scan's points and rays; the surfaces are one thread's work. Throws
   /// Error(usage).
   explicit Mapper(const Parameters& parameters = {}, int threads = 1);
+  /// Goes on with a map, with the parameters it was made with.
   explicit Mapper(Map map, int threads = 1);
   Mapper(Mapper&&) noexcept;
   Mapper& operator=(Mapper&&) noexcept;

@@ -26,13 +26,15 @@ struct VoxelKey;
 /// in the map frame, metres.
 class OccupancyView {
  public:
+  /// What is known of a voxel: unknown until a ray has ended in it or passed through it.
   enum class State { unknown, free, occupied };
 
+  /// All that a view has of a voxel.
   struct Voxel {
-    State state = State::unknown;
-    float log_odds = 0;
-    SurfaceId surface = 0;  ///< of an occupied voxel: whose it is; 0: pending, or not occupied
-    Eigen::Vector3d center = Eigen::Vector3d::Zero();
+    State state = State::unknown;  ///< by `log_odds` and the map's parameters
+    float log_odds = 0;            ///< ln(p / (1 − p)) of its being occupied; 0 if unknown
+    SurfaceId surface = 0;         ///< of an occupied voxel: whose it is; 0: pending, or not occupied
+    Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< map frame
   };
 
   /// Nothing known, anywhere.
@@ -56,26 +58,31 @@ class OccupancyView {
   void for_each_occupied(const Eigen::AlignedBox3d& box,
                          const std::function<bool(const Voxel&)>& visit) const;
 
-  /// How many voxels with their centre in `box` are in each state. O(nodes that the box meets).
+  /// Voxels by State.
   struct Count {
-    std::size_t unknown = 0, free = 0, occupied = 0;
+    std::size_t unknown = 0;   ///< no ray reached them
+    std::size_t free = 0;      ///< rays passed through them
+    std::size_t occupied = 0;  ///< rays ended in them
   };
+  /// How many voxels with their centre in `box` are in each state. O(nodes that the box meets).
   Count count(const Eigen::AlignedBox3d& box) const;
 
+  /// A voxel, and how far it is.
+  struct Near {
+    Voxel voxel;          ///< the nearest
+    double distance = 0;  ///< m, to its centre
+  };
   /// The occupied voxel whose centre is nearest to `point`, and how far that is, if not beyond `limit` m; of
   /// several the one first in Morton order. Throws Error(usage) if `point` or `limit` is not finite.
-  struct Near {
-    Voxel voxel;
-    double distance = 0;
-  };
   std::optional<Near> nearest_occupied(const Eigen::Vector3d& point, double limit) const;
 
   /// A cube of one value, as OctoMap's octree would have it: pruned wherever eight are equal.
   struct Leaf {
     std::array<std::uint16_t, 3> corner{};  ///< OctoMap's key of its lowest voxel; 32768 begins at 0 m
     std::uint8_t level = 0;                 ///< its edge is 2^level voxels
-    float log_odds = 0;
+    float log_odds = 0;                     ///< of every voxel in it
   };
+  /// Takes leaves, valid during the call.
   using VisitLeaves = std::function<void(std::span<const Leaf>)>;
 
   /// Calls `visit` with all leaves in Morton order, some thousands at a time. O(nodes), a few ns each.
@@ -86,9 +93,9 @@ class OccupancyView {
   /// A cube whose leaves are not what they were: these replace all that was in it; none if nothing is known
   /// there any longer.
   struct Change {
-    std::array<std::uint16_t, 3> corner{};
-    std::uint8_t level = 0;
-    std::span<const Leaf> leaves;  ///< Morton order, valid during the call
+    std::array<std::uint16_t, 3> corner{};  ///< as a Leaf's
+    std::uint8_t level = 0;                 ///< as a Leaf's
+    std::span<const Leaf> leaves;           ///< Morton order, valid during the call
   };
   /// Calls `visit` with what has changed since `before`, a view of the same map, in Morton order; disjoint
   /// cubes of 4³ voxels or more. Between any two views, but fast where they share blocks: O(nodes above 4³

@@ -17,8 +17,8 @@ namespace octosurf {
 
 /// A map as a page shows it.
 struct PageMap {
-  std::string name;  ///< for its readers
-  std::shared_ptr<const Snapshot> snapshot;
+  std::string name;                          ///< for its readers
+  std::shared_ptr<const Snapshot> snapshot;  ///< its surfaces and cylinders
   OccupancyView octree{};  ///< Map::octree(); of one that knows nothing, no voxels are shown
   /// label_edges() of the snapshot's surfaces; where there are any, edges are drawn by their kind.
   std::map<SurfaceId, std::vector<PolygonEdges>> edges{};
@@ -27,6 +27,7 @@ struct PageMap {
   std::variant<std::monostate, MapChanges, MapDifference> changes{};
 };
 
+/// How write_page() writes.
 struct PageOptions {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< map frame
   double max_mb = 10;                             ///< 10⁶ bytes, of the file
@@ -35,7 +36,7 @@ struct PageOptions {
 
 /// What a page holds, for whoever wrote it.
 struct PageReport {
-  std::size_t bytes = 0;
+  std::size_t bytes = 0;   ///< of the file
   std::size_t voxels = 0;  ///< of all maps, as they are drawn
   /// Edge of a drawn voxel in voxels of the map: 1 if nothing was merged, 0 if they were left out.
   int merged = 1;
@@ -60,9 +61,10 @@ bool has_page();
 PageReport write_page(const std::vector<PageMap>& maps, const std::filesystem::path& file,
                       const PageOptions& options = {});
 
+/// A page that is in no file.
 struct Page {
-  std::string html;
-  PageReport report;
+  std::string html;   ///< all of it, UTF-8
+  PageReport report;  ///< what it holds
 };
 
 /// What write_page() writes, for a server to give. Throws as it does; `name` stands in errors where the file

@@ -44,10 +44,10 @@ struct DetectionParameters {
   std::optional<int> min_surface_points;         ///< n; empty: derived
   double smoothness_angle = 0.5235987755982988;  ///< rad: region growing, normal difference (30°)
   double max_curvature = 0.05;                   ///< region growing, surface variation λ₀/Σλ
-  int ransac_iterations = 200;
-  double aligned_angle = 0.5235987755982988;  ///< rad: RANSAC inliers' normals to the plane's;
-                                              ///< π/2 and more: the paper's plain plane model
-  bool detect_cylinders = true;               ///< look for pillars, rails and rungs among what no plane took
+  int ransac_iterations = 200;                   ///< plane fit
+  double aligned_angle = 0.5235987755982988;     ///< rad: RANSAC inliers' normals to the plane's;
+                                                 ///< π/2 and more: the paper's plain plane model
+  bool detect_cylinders = true;  ///< look for pillars, rails and rungs among what no plane took
 };
 
 /// src/alignment: a scan's pose against the map, before it is inserted.
@@ -57,10 +57,10 @@ struct AlignmentParameters {
 
 /// Everything that decides what comes out; two runs with equal Parameters and scans give equal bytes.
 struct Parameters {
-  AlignmentParameters alignment;
-  OccupancyParameters occupancy;
-  SurfaceParameters surfaces;
-  DetectionParameters detection;
+  AlignmentParameters alignment;  ///< a scan's pose
+  OccupancyParameters occupancy;  ///< the octree
+  SurfaceParameters surfaces;     ///< what belongs to a surface
+  DetectionParameters detection;  ///< new surfaces
   /// Unit vector, map frame: against gravity. Nothing is mapped otherwise for it; pictures, slopes and
   /// planners' questions ask it. Empty: found from the surfaces (up.hpp).
   std::optional<Eigen::Vector3d> up = Eigen::Vector3d::UnitZ();
@@ -84,10 +84,11 @@ struct Parameters {
 /// A parameter as text, for command lines, config files, reports and map files.
 /// Names are those of docs/parameters.md; angles are in degrees here.
 struct ParameterInfo {
-  std::string name;
-  std::string unit;
-  std::string help;
+  std::string name;  ///< e.g. "search_radius"
+  std::string unit;  ///< "m", "deg", …; empty: a number or a flag
+  std::string help;  ///< what it does, one line
 };
+/// All parameters, in the order of docs/parameters.md.
 const std::vector<ParameterInfo>& parameter_infos();
 
 /// Value in force (derived ones resolved; "estimated" for an empty range_noise, "sensor" for an
@@ -100,8 +101,9 @@ std::string get_parameter(const Parameters& parameters, const std::string& name)
 void set_parameter(Parameters& parameters, const std::string& name, const std::string& text);
 
 /// The exact value as a number in the units of the structs (radians; flags 0 or 1), none where it is
-/// to be derived; and back. Throws Error(usage) for an unknown name.
+/// to be derived. Throws Error(usage) for an unknown name.
 std::optional<double> parameter_value(const Parameters& parameters, const std::string& name);
+/// Sets what parameter_value() gave. Throws Error(usage) for an unknown name.
 void set_parameter_value(Parameters& parameters, const std::string& name, std::optional<double> value);
 
 }  // namespace octosurf

@@ -25,7 +25,7 @@ namespace octosurf {
 
 /// One surface, and where on it a contact's reference point may be.
 struct PlannerSurface {
-  SurfaceId id = 0;
+  SurfaceId id = 0;                                                   ///< in the map
   Eigen::Isometry3d T_world_surface = Eigen::Isometry3d::Identity();  ///< z is the normal
   std::vector<Polygon> polygons;                                      ///< surface frame
   std::vector<Polygon> insets;      ///< surface frame, apart, inside `polygons`: ContactRegion::polygons
@@ -59,7 +59,7 @@ std::size_t export_hpp(const std::vector<PlannerSurface>& surfaces, const std::f
 
 /// A planar region as IHMC's planners know it. No holes: the convex polygons leave them out.
 struct IhmcRegion {
-  std::int32_t id = 0;
+  std::int32_t id = 0;                                               ///< the surface's
   Eigen::Isometry3d T_world_region = Eigen::Isometry3d::Identity();  ///< z is the normal
   Ring2 hull;                   ///< the outer ring, counter-clockwise, region frame
   std::vector<Ring2> polygons;  ///< convex, counter-clockwise, region frame

@@ -30,7 +30,7 @@ std::vector<Circle> circles(const Surface& surface, double min_radius);
 
 /// The place on a surface that is nearest to a point.
 struct Nearest {
-  SurfaceId id = 0;
+  SurfaceId id = 0;                                 ///< of the surface
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< map frame, on the surface's `polygons`
   double distance = 0;                              ///< m
 };

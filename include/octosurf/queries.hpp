@@ -14,8 +14,9 @@ namespace octosurf {
 
 /// A convex part of space: all points with normal·x ≤ offset for each of its planes. Map frame.
 struct ConvexSpace {
-  std::vector<Plane> planes;
+  std::vector<Plane> planes;  ///< normals outward
 
+  /// The box, its faces included.
   static ConvexSpace box(const Eigen::AlignedBox3d& box);
   /// What a camera sees between two distances along its z axis: `T_map_camera` with x right, y down, z
   /// forward, the tangents of the half angles to the right and down.
@@ -25,7 +26,7 @@ struct ConvexSpace {
 
 /// Where a ray meets a surface.
 struct RayHit {
-  SurfaceId id = 0;
+  SurfaceId id = 0;                                 ///< the surface it meets
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< map frame, on the surface's `polygons`
   double distance = 0;                              ///< m
   bool front = true;                                ///< from the side the surface was seen from
@@ -33,10 +34,10 @@ struct RayHit {
 
 /// A pose laid on a surface.
 struct SnappedPose {
-  SurfaceId id = 0;
-  Eigen::Isometry3d T_map_pose = Eigen::Isometry3d::Identity();
-  double moved_m = 0;     ///< how far its origin moved
-  double turned_rad = 0;  ///< and by how much it turned
+  SurfaceId id = 0;                                              ///< the surface it lies on
+  Eigen::Isometry3d T_map_pose = Eigen::Isometry3d::Identity();  ///< origin on the plane, z its normal
+  double moved_m = 0;                                            ///< how far its origin moved
+  double turned_rad = 0;                                         ///< and by how much it turned
 };
 
 /// A snapshot's surfaces, ordered by place for questions that are asked often. Immutable: every thread may
@@ -54,16 +55,18 @@ class SurfaceIndex {
   SurfaceIndex& operator=(SurfaceIndex&&) noexcept;
   ~SurfaceIndex();
 
-  const Snapshot& snapshot() const;
+  const Snapshot& snapshot() const;  ///< the snapshot it was made of
 
   /// Surfaces of which any point lies in the space, its border included; ascending id. Some µs, and O(log n)
   /// per surface near it.
   std::vector<SurfaceId> in(const ConvexSpace& space) const;
+  /// Likewise within `radius` m of `center`.
   std::vector<SurfaceId> in_sphere(const Eigen::Vector3d& center, double radius) const;
 
   /// As planning.hpp has them; nearest() not beyond `within` m. Some µs.
   std::optional<Nearest> nearest(const Eigen::Vector3d& point, const SlopeLimit& limit = {},
                                  double within = std::numeric_limits<double>::infinity()) const;
+  /// As planning.hpp's below(). Some µs.
   std::optional<Nearest> below(const Eigen::Vector3d& point, const SlopeLimit& limit = {}) const;
 
   /// The first surface along a ray, from either side, at most `within` m away. Surfaces that the ray runs in

@@ -8,19 +8,21 @@
 
 namespace octosurf {
 
+/// What took a scan.
 enum class SensorKind { depth_camera, lidar };
 
 /// What a scan's readings told of the sensor's noise, for a thinned scan that no longer can: so many
 /// differences of one size, at distances of one class. Only octosurf makes them, when it keeps a scan.
 struct NoiseCount {
-  std::uint8_t range_class = 0, size = 0;
-  std::uint32_t count = 0;
+  std::uint8_t range_class = 0;  ///< of distances, src/surfaces/noise_model.hpp
+  std::uint8_t size = 0;         ///< class of differences, likewise
+  std::uint32_t count = 0;       ///< of differences in both
 };
 
 /// One posed scan. Points are in the sensor's frame, in metres, in any order; points that are not
 /// finite are "no reading" and are skipped (and counted) by the mapper.
 struct Scan {
-  std::vector<Eigen::Vector3f> points;
+  std::vector<Eigen::Vector3f> points;  ///< readings, sensor frame, m
   /// Sensor frame to map frame; must be a rigid motion.
   Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
   double stamp_s = 0;                            ///< time the scan was taken, seconds
@@ -29,7 +31,7 @@ struct Scan {
   /// How many readings each point is the mean of, where the scan was thinned before, as an archive's is:
   /// empty, or a number from 1 on for each point. Such points do not tell the sensor's noise, `noise` does.
   std::vector<std::uint16_t> readings{};
-  std::vector<NoiseCount> noise{};
+  std::vector<NoiseCount> noise{};  ///< of such a thinned scan; else empty
 };
 
 /// Throws Error(data) unless `readings` is as it says there, and their sum below 2³².

@@ -26,6 +26,7 @@ struct BagOptions {
   std::optional<std::string> info_topic;
 };
 
+/// How open_scans() reads.
 struct ScanSourceOptions {
   /// One pose per scan, over all inputs in order, or a stamped trajectory for scans with time
   /// stamps. Wins over poses found beside or inside the scans. See below for the formats.
@@ -39,6 +40,7 @@ struct ScanSourceOptions {
   /// A pose is interpolated between neighbours in time at most so far apart; empty: 0.1 for files of poses,
   /// 0.25 for bags.
   std::optional<double> max_pose_gap_s;
+  /// What is taken of bags.
   BagOptions bag;
   /// Go on after a scan that cannot be read or whose pose is not a rigid motion.
   bool skip_bad = false;
@@ -68,6 +70,7 @@ class ScanSource {
   virtual std::vector<std::string> notes() const { return {}; }
 };
 
+/// What an input is.
 enum class InputKind {
   scans,         ///< a folder or file that open_scans reads
   occupancy_map  ///< OctoMap's .bt or .ot

@@ -17,9 +17,10 @@ namespace octosurf {
 
 /// n·x = offset with |n| = 1, n toward the side the surface was seen from. Map frame, metres.
 struct Plane {
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
-  double offset = 0;
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit vector
+  double offset = 0;                                  ///< m, of the plane from the origin along the normal
 
+  /// m; positive on the side the normal points to.
   double signed_distance(const Eigen::Vector3d& point) const { return normal.dot(point) - offset; }
 };
 
@@ -28,14 +29,14 @@ using Ring2 = std::vector<Eigen::Vector2d>;  ///< not closed: the last vertex di
 /// In the surface's frame (u, v): outer ring counter-clockwise seen from the normal's tip, holes
 /// clockwise, in it. Rings are simple, polygons apart; two rings may share single vertices.
 struct Polygon {
-  Ring2 outer;
-  std::vector<Ring2> holes;
+  Ring2 outer;               ///< counter-clockwise
+  std::vector<Ring2> holes;  ///< clockwise
 };
 
 /// Closed triangle mesh, map frame, faces counter-clockwise seen from outside.
 struct Mesh {
-  std::vector<Eigen::Vector3d> vertices;
-  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<Eigen::Vector3d> vertices;                ///< m
+  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< three indices into `vertices` each
 };
 
 /// One contact surface as a planner sees it. Immutable once published in a Snapshot.
@@ -45,10 +46,10 @@ struct Mesh {
 /// 2. `boundary` are the rings' vertices; neighbours on a ring are never more than h apart.
 /// 3. Polygons do not overlap; islands in holes are polygons of their own.
 struct Surface {
-  SurfaceId id = 0;
+  SurfaceId id = 0;              ///< for good: never reused
   double resolution = 0;         ///< d of the map, m
   std::array<float, 3> color{};  ///< RGB in [0, 1], distinct by construction
-  Plane plane;
+  Plane plane;                   ///< fitted to the inliers' readings
   /// Surface frame to map frame: z = plane.normal, origin on the plane. Moved as little as
   /// possible when the plane is refitted.
   Eigen::Isometry3d T_map_surface = Eigen::Isometry3d::Identity();
@@ -73,17 +74,19 @@ struct Surface {
   /// Of the plane's height at the frame's origin, m.
   double offset_std_m() const { return std::sqrt(covariance(2, 2)); }
 
+  /// A point of the surface's frame, in the map's.
   Eigen::Vector3d to_map(const Eigen::Vector2d& uv) const {
     return T_map_surface * Eigen::Vector3d(uv.x(), uv.y(), 0);
   }
 };
 
+/// Keeps a surface of a snapshot alive.
 using SurfacePtr = std::shared_ptr<const Surface>;
 
 /// A consistent view of all surfaces at one revision; never changes, cheap to copy and to keep.
 struct Snapshot {
-  std::uint64_t revision = 0;
-  double resolution = 0;
+  std::uint64_t revision = 0;            ///< of the map when it was taken
+  double resolution = 0;                 ///< d of the map, m
   std::vector<SurfacePtr> surfaces;      ///< ascending id
   std::vector<CylinderPtr> cylinders{};  ///< ascending id
   DepartureLog departures{};             ///< of all surfaces and cylinders that are no more
@@ -91,6 +94,7 @@ struct Snapshot {
 
   /// nullptr if there is none; O(log n).
   const Surface* find(SurfaceId id) const;
+  /// Likewise among the cylinders.
   const Cylinder* find_cylinder(CylinderId id) const;
   /// Surfaces changed after `revision`; O(n).
   std::vector<SurfacePtr> changed_since(std::uint64_t revision) const;

@@ -11,12 +11,13 @@ namespace octosurf {
 /// Which way is up in a map, and how that is known.
 struct Up {
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< unit vector, map frame
+  /// How it is known.
   enum class Source {
-    given,     ///< Parameters::up
-    surfaces,  ///< an estimate, out of the surfaces and of how the sensors were held
-    assumed    ///< +z, because there is no surface to tell
-  } source = Source::given;
-  double level_m2 = 0;  ///< of an estimate: area of the surfaces level to it, seen from above or below
+    given,                   ///< Parameters::up
+    surfaces,                ///< an estimate, out of the surfaces and of how the sensors were held
+    assumed                  ///< +z, because there is no surface to tell
+  } source = Source::given;  ///< how it is known
+  double level_m2 = 0;       ///< of an estimate: area of the surfaces level to it, seen from above or below
   /// Of an estimate: the score of the best direction more than 45° off, over this one's. At 1 the two are
   /// as likely, and the direction should be given.
   double rival = 0;

@@ -20,6 +20,7 @@
 
 namespace octosurf {
 
+/// A triangle mesh as FCL collides it.
 using FclMesh = fcl::BVHModel<fcl::OBBRSSd>;
 
 /// Any mesh of octosurf's, such as extrude(surface, 0.02), in its own coordinates.
@@ -50,10 +51,12 @@ inline std::shared_ptr<fcl::OcTreed> to_fcl_octree(const OccupancyView& view,
 /// Cost of update(): O(surfaces), and a mesh and its box tree for each that changed.
 class FclSurfaces {
  public:
+  /// `thickness` of the meshes against the normal, m.
   explicit FclSurfaces(double thickness = 0.02) : thickness_(thickness) {}
   FclSurfaces(const FclSurfaces&) = delete;
   FclSurfaces& operator=(const FclSurfaces&) = delete;
 
+  /// Brings objects and manager to what `snapshot` has.
   void update(const Snapshot& snapshot) {
     for (auto entry = entries_.begin(); entry != entries_.end();)
       entry = snapshot.find(entry->first) == nullptr ? remove(entry) : std::next(entry);
@@ -66,8 +69,9 @@ class FclSurfaces {
     manager_.setup();
   }
 
+  /// To be asked for collisions and distances; not to be changed.
   fcl::DynamicAABBTreeCollisionManagerd& manager() { return manager_; }
-  std::size_t size() const { return entries_.size(); }
+  std::size_t size() const { return entries_.size(); }  ///< number of objects
   /// nullptr if there is none.
   fcl::CollisionObjectd* object(SurfaceId id) const {
     const auto found = entries_.find(id);
