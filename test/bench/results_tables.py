@@ -259,7 +259,7 @@ def ten_block(records, commit):
 def demo_block(record):
     if not record:
         return f"The demo's output: {NONE} (`./dev bench results --only demo`).\n"
-    return "```\n" + record["content"]["text"] + "```\n"
+    return "```text\n" + record["content"]["text"] + "```\n"
 
 
 def document(records, commit, tasks, reasons):
