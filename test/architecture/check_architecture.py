@@ -21,7 +21,7 @@ def rooms_in(text):
 
 def arrows_of(design):
     """Room → the rooms that it may include."""
-    table = re.search(r"behind its arrow:\n\n```\n(.*?)```", design, re.DOTALL)
+    table = re.search(r"behind its arrow:\n\n```text\n(.*?)```", design, re.DOTALL)
     assert table, "docs/design.md has no table of arrows"
     arrows = {}
     for chain in ARROW.findall(table[1]):

@@ -8,7 +8,7 @@ import check_architecture
 
 DESIGN = """A room includes public headers, its own, and those of the rooms behind its arrow:
 
-```
+```text
 apps → all          top, side → middle → bottom
 ```
 """
