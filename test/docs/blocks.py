@@ -24,6 +24,7 @@ import argparse
 import os
 import pathlib
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -130,10 +131,10 @@ def script_of(document, blocks, folder):
     for i, block in enumerate(blocks):
         script.append(f"exec >'{folder}/{i}.out' 2>&1")
         if "needs" in block.notes and (lacking := missing(block.notes["needs"])):
-            script += [f"echo 'missing: {' '.join(lacking)}'", f"exit {SKIPPED}"]
+            script += [f"echo missing: {' '.join(lacking)}", f"exit {SKIPPED}"]
             break
         if "with" in block.notes and (lacking := missing(block.notes["with"])):
-            script.append(f"echo 'not run: missing: {' '.join(lacking)}'")
+            script.append(f"echo not run, missing: {' '.join(lacking)}")
             continue
         if "setup" in block.notes:
             script += [block.notes["setup"], f"exec >'{folder}/{i}.out' 2>&1"]
@@ -144,7 +145,7 @@ def script_of(document, blocks, folder):
             if block.language == "cpp" and block.program():
                 script.append(f"\"$DOCS_CPP\" '{name_of(document)}:{block.line}'")
         elif "not run:" in block.notes:
-            script.append(f"echo 'not run: {block.notes['not run:']}'")
+            script.append("echo " + shlex.quote("not run: " + block.notes["not run:"]))
         elif block.language == "sh":
             script.append(block.code)
         elif block.language == "python":
