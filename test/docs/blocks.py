@@ -67,6 +67,8 @@ def blocks_of(document):
         if match["language"] not in RUN + READ:
             sys.exit(f"{document}:{line - 1}: a block of '{match['language']}'; one of {', '.join(RUN + READ)} is needed")
         blocks.append(Block(line, match["language"], match["code"], notes, match.span("code")))
+    if len(re.findall(r"^ *```", text, re.MULTILINE)) != 2 * len(blocks):
+        sys.exit(f"{document}: a fence is indented or not closed")
     return blocks
 
 

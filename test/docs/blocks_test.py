@@ -70,6 +70,9 @@ class Documents(unittest.TestCase):
     def test_unnamed_languages_are_refused(self):
         self.assertIn("docs/a.md:1: a block of ''", self.run_blocks("```\nx\n```\n")[1])
 
+    def test_no_fence_is_missed(self):
+        self.assertIn("indented", self.run_blocks("- item\n  ```sh\n  false\n  ```\n")[1])
+
     def test_programs_may_end_without_return(self):
         unit = blocks.translation_unit(self.document("```cpp\n#include <map>\nint main() {\n}\n```\n```cpp\nint f();\n```\n"))
         self.assertLess(unit.index("#include <map>"), unit.index("namespace block_2 {"))
