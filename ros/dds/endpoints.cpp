@@ -109,6 +109,12 @@ std::size_t Reader::lost() const {
   return status.total_count;
 }
 
+std::size_t Reader::writers() const {
+  dds_subscription_matched_status_t status{};
+  dds_get_subscription_matched_status(reader_, &status);
+  return status.current_count;
+}
+
 Waiting::Waiting(const Participant& participant, const std::vector<const Reader*>& readers)
     : set_(checked(dds_create_waitset(participant.entity()), "cannot wait for messages")) {
   for (const Reader* reader : readers) {

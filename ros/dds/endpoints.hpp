@@ -61,6 +61,7 @@ class Reader {
   std::optional<RawMessage> take() const;
   /// Messages that others that came tell of, but that did not come themselves.
   std::size_t lost() const;
+  std::size_t writers() const;
   dds_entity_t entity() const { return reader_; }
 
  private:

@@ -129,7 +129,11 @@ class Inputs {
     }
   }
 
-  std::size_t lost_scans() const { return scans_.lost(); }
+  InputState state() const {
+    const auto count = [](std::size_t writers) { return static_cast<std::uint32_t>(writers); };
+    return {scans_.lost(), count(scans_.writers()), count(camera_ ? camera_->writers() : 0),
+            count(tf_.writers() + tf_static_.writers())};
+  }
 
  private:
   Reader scans_, tf_, tf_static_;
@@ -146,7 +150,7 @@ void run(const NodeOptions& options, bool force) {
   {
     const Participant participant(options.domain);
     const Inputs inputs(participant, options);
-    const Publications publications(participant, mapping, options, [&] { return inputs.lost_scans(); });
+    const Publications publications(participant, mapping, options, [&] { return inputs.state(); });
     const Services services(participant, mapping, options);
     std::printf("mapping %s in domain %u\n", options.scans().c_str(), options.domain);
     std::fflush(stdout);

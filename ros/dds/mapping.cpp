@@ -55,6 +55,8 @@ void Mapping::refuse(const std::string& what, std::uint64_t& count) {
 
 void Mapping::add_transforms(const RawMessage& message, bool fixed) try {
   sensors_.add_transforms(message.bytes(), fixed);
+  const std::lock_guard lock(mutex_);
+  ++counts_.transforms;
 } catch (const std::runtime_error& error) {
   refuse(std::string(fixed ? "/tf_static: " : "/tf: ") + error.what(), counts_.messages_refused);
 }

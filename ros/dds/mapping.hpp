@@ -27,6 +27,7 @@ struct MappingCounts {
   std::uint64_t set_aside = 0;         ///< clearly off, and not to be put right (mapper.hpp)
   std::uint64_t refused = 0;           ///< damaged, without a pose, …
   std::uint64_t dropped = 0;           ///< made way for newer ones
+  std::uint64_t transforms = 0;        ///< messages of tf
   std::uint64_t messages_refused = 0;  ///< of tf and CameraInfo
   std::string last_refusal;
 };

@@ -31,10 +31,10 @@ std::vector<PlannerSurface> contact_surfaces(const Snapshot& snapshot, double fo
 }  // namespace
 
 Publications::Publications(const Participant& participant, const Mapping& mapping, const NodeOptions& options,
-                           std::function<std::size_t()> lost)
+                           std::function<InputState()> inputs)
     : mapping_(mapping),
       options_(options),
-      lost_(std::move(lost)),
+      inputs_(std::move(inputs)),
       surfaces_(participant, topic_over_dds(options.name + "/surfaces"),
                 type_over_dds("octosurf_msgs/Surfaces"), Profile::latched),
       markers_(participant, topic_over_dds(options.name + "/markers"),
@@ -103,6 +103,7 @@ bool Publications::publish_map(const Snapshot& snapshot) {
 
 void Publications::publish_status(const Snapshot& snapshot) {
   const MappingCounts counts = mapping_.counts();
+  const InputState inputs = inputs_();
   publish(status_, "status", [&](MessageWriter& out) {
     out.begin_message();
     out.field("received", counts.received);
@@ -111,10 +112,14 @@ void Publications::publish_status(const Snapshot& snapshot) {
     out.field("set_aside", counts.set_aside);
     out.field("refused", counts.refused);
     out.field("dropped", counts.dropped);
-    out.field("lost", std::uint64_t{lost_()});
+    out.field("lost", inputs.lost);
+    out.field("transforms", counts.transforms);
     out.field("messages_refused", counts.messages_refused);
     out.field("revision", snapshot.revision);
     out.field("surfaces", static_cast<std::uint32_t>(snapshot.surfaces.size()));
+    out.field("scan_publishers", inputs.scan_publishers);
+    out.field("camera_publishers", inputs.camera_publishers);
+    out.field("transform_publishers", inputs.transform_publishers);
     out.field("last_refusal", counts.last_refusal);
     out.end_message();
   });

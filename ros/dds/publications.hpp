@@ -5,19 +5,26 @@
 #include "mapping.hpp"
 #include "options.hpp"
 
+#include <cstdint>
+#include <exception>
 #include <functional>
 #include <string>
 #include <thread>
 
 namespace octosurf::dds {
 
+/// Who is heard.
+struct InputState {
+  std::uint64_t lost = 0;  ///< scans that are known to have been sent but did not come
+  std::uint32_t scan_publishers = 0, camera_publishers = 0, transform_publishers = 0;
+};
+
 /// Publishes the map, latched, whenever it has changed, and how the node does; in a thread of its own, from
 /// snapshots, so that mapping never waits for it.
 class Publications {
  public:
-  /// `lost`: scans that are known to have been sent but did not come.
   Publications(const Participant& participant, const Mapping& mapping, const NodeOptions& options,
-               std::function<std::size_t()> lost);
+               std::function<InputState()> inputs);
 
  private:
   void run(std::stop_token stop);
@@ -28,7 +35,7 @@ class Publications {
 
   const Mapping& mapping_;
   const NodeOptions& options_;
-  std::function<std::size_t()> lost_;
+  std::function<InputState()> inputs_;
   Writer surfaces_, markers_, terrain_, octomap_, grid_map_, status_;
   std::string problem_;  // that was told last
   std::jthread thread_;
