@@ -111,16 +111,19 @@ class CdrWriter : public MessageWriter {
   void begin_message() override {}
   void end_message() override {}
   void field(const char*) override {}
-  void begin_list(std::size_t size) override { cdr_ << static_cast<std::uint32_t>(size); }
+  void begin_list(std::size_t size) override { write(static_cast<std::uint32_t>(size)); }
   void end_list() override {}
-  void write(double value) override { cdr_ << value; }
-  void write(float value) override { cdr_ << value; }
-  void write(std::uint32_t value) override { cdr_ << value; }
-  void write(std::int32_t value) override { cdr_ << value; }
-  void write(std::uint16_t value) override { cdr_ << value; }
-  void write(std::uint64_t value) override { cdr_ << value; }
-  void write(bool value) override { cdr_ << value; }
-  void write(const std::string& value) override { cdr_ << value; }
+  void write(double value) override { write_number(value); }
+  void write(float value) override { write_number(value); }
+  void write(std::uint32_t value) override { write_number(value); }
+  void write(std::int32_t value) override { write_number(value); }
+  void write(std::uint16_t value) override { write_number(value); }
+  void write(std::uint64_t value) override { write_number(value); }
+  void write(bool value) override { write_number(value); }
+  void write(const std::string& value) override {
+    pad_to(sizeof(std::uint32_t));  // its length stands first
+    cdr_ << value;
+  }
   void write(std::span<const float> list) override { write_list(list); }
   void write(std::span<const std::int8_t> list) override { write_list(list); }
 
@@ -133,9 +136,20 @@ class CdrWriter : public MessageWriter {
   }
 
  private:
+  /// Fast CDR leaves out what aligns a value, so that there would be whatever the memory held before.
+  void pad_to(std::size_t alignment) {
+    constexpr std::size_t encapsulation = 4;  // does not count
+    while ((bytes().size() - encapsulation) % alignment != 0) cdr_ << '\0';
+  }
+  template <class Number>
+  void write_number(Number value) {
+    pad_to(sizeof value);
+    cdr_ << value;
+  }
   template <class Value>
   void write_list(std::span<const Value> list) {
     begin_list(list.size());
+    if (!list.empty()) pad_to(sizeof(Value));
 #if FASTCDR_VERSION_MAJOR >= 2
     cdr_.serialize_array(list.data(), list.size());
 #else
