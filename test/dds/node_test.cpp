@@ -2,6 +2,7 @@
 #include "dds/robot.hpp"
 
 #include <Eigen/Geometry>
+#include <numbers>
 #include <octomap/OcTree.h>
 #include <sstream>
 
@@ -64,6 +65,20 @@ TEST_F(NodeTest, MapsCloudsByAChainOfTransforms) {
   EXPECT_EQ(end(*node), 0) << node->errors();
   EXPECT_TRUE(read("live.surfaces") == read("offline.surfaces"));
   EXPECT_TRUE(read("live.bt") == read("offline.bt"));
+}
+
+TEST_F(NodeTest, SaysWhatIsWrongWithItsUse) {
+  write("there.surfaces", "");
+  for (const std::vector<std::string>& arguments :
+       std::vector<std::vector<std::string>>{{"-o", "m"},
+                                             {"-o", "m", "--depth", "no_slash"},
+                                             {"-o", "m", "--depth", "/d", "--cloud", "/c"},
+                                             {"-o", "m", "--cloud", "/c", "--resolution", "-1"},
+                                             {"-o", "there", "--cloud", "/c"}}) {
+    const auto node = start(arguments);
+    EXPECT_EQ(node->wait(), 2) << ::testing::PrintToString(arguments);
+    EXPECT_NE(node->errors(), "");
+  }
 }
 
 class Outputs : public NodeTest {
@@ -139,7 +154,6 @@ TEST_F(Outputs, AreThoseOfTheOfflineMap) {
 TEST_F(Outputs, HaveAnOctomapThatOctomapReadsAndWritesAgain) {
   map();
   if (HasFatalFailure() || IsSkipped()) return;
-  EXPECT_EQ(end(*start({"-o", "x"})), 2);  // no topic
   using octomap_msgs::msg::dds_::Octomap_PubSubType;
   Subscription<Octomap_PubSubType> octomap(*vendor, "rt/octosurf/octomap_binary", Qos::latched);
   octomap::OcTree expected((folder / "offline.bt").string());
@@ -165,15 +179,27 @@ TEST_F(Outputs, AnswerWhatIsAsked) {
   if (HasFatalFailure() || IsSkipped()) return;
   namespace srv = octosurf_msgs::srv::dds_;
   Client<srv::Query_Request_PubSubType, srv::Query_Response_PubSubType> query(*vendor, "/octosurf/query");
-  srv::Query_Request_ question;
-  question.question(1);  // BELOW
-  question.point().z(2);
-  question.max_slope(0.5);
-  const auto floor = query.call(question);
+  const auto below = [&](double x, double y) {
+    srv::Query_Request_ question;
+    question.question(1);  // BELOW
+    question.point().x(x);
+    question.point().y(y);
+    question.point().z(2);
+    question.max_slope(std::numbers::pi);
+    return query.call(question);
+  };
+  srv::Query_Response_ floor;
+  Eigen::Vector2d at(0, 0);
+  for (at.x() = -3; !floor.success() && at.x() < 6; at.x() += 0.5)
+    for (at.y() = -3; !floor.success() && at.y() < 6; at.y() += 0.5) floor = below(at.x(), at.y());
   ASSERT_TRUE(floor.success()) << floor.message();
-  EXPECT_GT(floor.surface(), 0u);
-  EXPECT_NEAR(floor.normal().z(), 1, 0.01);
-  EXPECT_NEAR(floor.distance(), 2 - floor.point().z(), 1e-9);
+  std::ostringstream offline_question;
+  offline_question << "query offline --json --below " << at.x() - 0.5 << ' ' << at.y() - 0.5 << " 2";
+  const nlohmann::json expected = nlohmann::json::parse(run_well(offline_question.str()).out);
+  EXPECT_EQ(expected.at("surface"), floor.surface());
+  EXPECT_NEAR(expected.at("distance_m").get<double>(), floor.distance(), 1e-6);
+  EXPECT_NEAR(expected.at("normal").at(2).get<double>(), floor.normal().z(), 1e-6);
+  srv::Query_Request_ question;
   question.question(7);
   EXPECT_THAT(query.call(question).message(), HasSubstr("NEAREST"));
 
@@ -184,7 +210,7 @@ TEST_F(Outputs, AnswerWhatIsAsked) {
   contact.foot_length(0.22);
   contact.foot_width(0.11);
   contact.any_yaw(true);
-  contact.max_slope(0.5);
+  contact.max_slope(std::numbers::pi);
   const auto found = regions.call(contact);
   ASSERT_TRUE(found.success()) << found.message();
   ASSERT_EQ(found.regions().size(), 1u);
