@@ -1,7 +1,6 @@
 #include "endpoints.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cstdlib>
 #include <memory>

@@ -23,7 +23,7 @@ Mapping::Mapping(Map start, const NodeOptions& options)
       queue_(options.queue_mb << 20) {
   mapper_->share_octree();
   publish_snapshot();
-  thread_ = std::jthread([this](std::stop_token stop) { run(std::move(stop)); });
+  thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
 }
 
 Mapping::~Mapping() = default;
@@ -67,7 +67,7 @@ void Mapping::add_camera(const RawMessage& message) try {
   refuse(std::string("CameraInfo: ") + error.what(), counts_.messages_refused);
 }
 
-void Mapping::run(std::stop_token stop) try {
+void Mapping::run(const std::stop_token& stop) try {
   for (;;) {
     std::optional<ScanQueue::Item> item;
     std::packaged_task<void()> task;
@@ -84,7 +84,7 @@ void Mapping::run(std::stop_token stop) try {
       }
     }
     if (task.valid()) task();
-    if (item) map_scan(std::move(*item), stop);
+    if (item) map_scan(*item, stop);
     save_checkpoint();
   }
 } catch (...) {
@@ -93,10 +93,10 @@ void Mapping::run(std::stop_token stop) try {
   tasks_.clear();  // who waits for them is told by a broken promise
 }
 
-void Mapping::map_scan(ScanQueue::Item item, std::stop_token stop) try {
+void Mapping::map_scan(const ScanQueue::Item& item, const std::stop_token& stop) try {
   const auto latest = item.came + std::chrono::duration_cast<Sensors::Clock::duration>(
                                       std::chrono::duration<double>(options_.wait_s));
-  const Scan scan = sensors_.scan_of(item.message.bytes(), item.message.sent_ns(), latest, std::move(stop));
+  const Scan scan = sensors_.scan_of(item.message.bytes(), item.message.sent_ns(), latest, stop);
   const ScanReport report = mapper_->insert(scan);
   changed_ = true;
   publish_snapshot();
@@ -125,8 +125,8 @@ void Mapping::save_checkpoint() {
   try {
     save_map(mapper_->map(), options_.output);
     changed_ = false;
-  } catch (const Error& error) {  // no space: there may be some the next time
-    if (error.kind() == Error::Kind::incomplete) throw;
+  } catch (const std::exception& error) {  // no space or no memory: there may be some the next time
+    if (is_incomplete(error)) throw;
     std::fprintf(stderr, "warning: no checkpoint, %s\n", error.what());
   }
 }

@@ -59,8 +59,8 @@ class Mapping {
  private:
   using Work = std::function<void()>;
 
-  void run(std::stop_token stop);
-  void map_scan(ScanQueue::Item item, std::stop_token stop);
+  void run(const std::stop_token& stop);
+  void map_scan(const ScanQueue::Item& item, const std::stop_token& stop);
   void save_checkpoint();
   void do_between_scans(Work work);
   void publish_snapshot();

@@ -7,7 +7,6 @@
 #include <condition_variable>
 #include <cstdio>
 #include <mutex>
-#include <numbers>
 #include <vector>
 
 #include <octosurf/contact.hpp>

@@ -3,9 +3,11 @@
 #include "io/pose_file.hpp"
 #include "io/readers/bounded_file.hpp"
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <memory>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -83,7 +85,7 @@ Eigen::Isometry3d Sensors::pose(const MessageHeader& header) {
 }
 
 Scan Sensors::scan_of(std::string_view message, std::int64_t sent_ns, Clock::time_point latest,
-                      std::stop_token stop) {
+                      const std::stop_token& stop) {
   MessageHeader header = read_header(*reader_of(message));
   if (header.stamp_ns == 0) header.stamp_ns = sent_ns;
   Scan scan;
@@ -92,7 +94,9 @@ Scan Sensors::scan_of(std::string_view message, std::int64_t sent_ns, Clock::tim
   std::optional<CameraInfoMessage> camera;
   {
     std::unique_lock lock(mutex_);
-    news_.wait_until(lock, std::move(stop), latest, [&] { return ready(header); });
+    // A scan whose pose may still change must not be the last one of a map that is ended.
+    if (!news_.wait_until(lock, stop, latest, [&] { return ready(header); }) && stop.stop_requested())
+      throw std::runtime_error("the node was ended while it waited for its pose");
     scan.T_map_sensor = pose(header);
     camera = camera_;
   }

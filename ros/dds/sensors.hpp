@@ -33,7 +33,7 @@ class Sensors {
   /// Then makes do with what there is, as for the last scans of a bag. `sent_ns`: its time if its header has
   /// none.
   Scan scan_of(std::string_view message, std::int64_t sent_ns, Clock::time_point latest,
-               std::stop_token stop);
+               const std::stop_token& stop);
 
  private:
   bool ready(const MessageHeader& header);

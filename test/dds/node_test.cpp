@@ -2,6 +2,7 @@
 #include "dds/robot.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <numbers>
 #include <octomap/OcTree.h>
 #include <sstream>
@@ -229,6 +230,32 @@ TEST_F(Outputs, AnswerWhatIsAsked) {
   const auto nowhere = plan.call(way);
   EXPECT_FALSE(nowhere.success());
   EXPECT_NE(nowhere.message(), "");
+
+  // Where half a metre of floor is about the robot it can stand, and make a step.
+  contact.foot_length(0.5);
+  contact.foot_width(0);
+  contact.max_slope(0.1);
+  const auto open_floor = regions.call(contact).regions();
+  const auto place = std::find_if(open_floor.begin(), open_floor.end(),
+                                  [](const auto& region) { return !region.polygons().empty(); });
+  ASSERT_NE(place, open_floor.end());
+  const auto& pose = place->pose();
+  const auto& corner = place->polygons()[0].outer().points()[0];
+  const Eigen::Vector3d start =
+      Eigen::Vector3d(pose.position().x(), pose.position().y(), pose.position().z()) +
+      Eigen::Quaterniond(pose.orientation().w(), pose.orientation().x(), pose.orientation().y(),
+                         pose.orientation().z()) *
+          Eigen::Vector3d(corner.u(), corner.v(), 0);
+  for (auto* end : {&way.start(), &way.goal()}) {
+    end->x(start.x());
+    end->y(start.y());
+    end->z(start.z());
+  }
+  way.goal().x(start.x() + 0.15);
+  const auto steps = plan.call(way);
+  ASSERT_TRUE(steps.success()) << steps.message();
+  EXPECT_GT(steps.steps().size(), 2u);  // the two feet as they stand, and what follows
+  for (const auto& step : steps.steps()) EXPECT_EQ(step.surface(), place->surface());
 }
 
 TEST_F(Outputs, SaveAndLoadBesideTheNodesOwnMapOnly) {

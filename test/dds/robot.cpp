@@ -105,7 +105,8 @@ void Player::play(std::size_t first, std::size_t last) {
 void NodeTest::SetUp() {
   if (!can_write_bags()) GTEST_SKIP() << no_bag_writer;
   setenv("CYCLONEDDS_URI", loopback, 1);
-  domain = 1 + static_cast<std::uint32_t>(getpid()) % 200;  // tests run beside each other
+  domain = 1 + static_cast<std::uint32_t>(getpid()) %
+                   100;  // tests run beside each other; ports below the ephemeral ones
   vendor = std::make_unique<Vendor>(domain);
 }
 
