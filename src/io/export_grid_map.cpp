@@ -34,7 +34,8 @@ void write_layer(MessageWriter& out, const Eigen::MatrixXf& layer) {
   out.end_message();
 }
 
-/// std_msgs/Header: a map is of no one moment, so its time is 0.
+}  // namespace
+
 void write_header(MessageWriter& out, const std::string& frame) {
   out.begin_message();
   out.field("stamp");
@@ -46,16 +47,18 @@ void write_header(MessageWriter& out, const std::string& frame) {
   out.end_message();
 }
 
-}  // namespace
+void write_point(MessageWriter& out, const Eigen::Vector3d& point) {
+  out.begin_message();
+  out.field("x", point.x());
+  out.field("y", point.y());
+  out.field("z", point.z());
+  out.end_message();
+}
 
 void write_pose(MessageWriter& out, const Eigen::Vector3d& position, const Eigen::Quaterniond& orientation) {
   out.begin_message();
   out.field("position");
-  out.begin_message();
-  out.field("x", position.x());
-  out.field("y", position.y());
-  out.field("z", position.z());
-  out.end_message();
+  write_point(out, position);
   out.field("orientation");
   out.begin_message();
   out.field("x", orientation.x());
@@ -108,15 +111,18 @@ void require_cells(const HeightGrid& grid, const std::filesystem::path& file) {
     throw Error(Error::Kind::data, file.string(), "the grid's layers differ in size", "use height_grid()");
 }
 
+GridLayers layers_of(const HeightGrid& grid) {
+  return {{"elevation", &grid.elevation},
+          {"normal_x", &grid.normal[0]},
+          {"normal_y", &grid.normal[1]},
+          {"normal_z", &grid.normal[2]},
+          {"surface_id", &grid.surface}};
+}
+
 void export_grid_map(const HeightGrid& grid, const std::string& frame, const std::filesystem::path& file,
                      bool force) {
   require_cells(grid, file);
-  const GridLayers layers{{"elevation", &grid.elevation},
-                          {"normal_x", &grid.normal[0]},
-                          {"normal_y", &grid.normal[1]},
-                          {"normal_z", &grid.normal[2]},
-                          {"surface_id", &grid.surface}};
-  write_message([&](MessageWriter& out) { write_grid_map(out, grid, layers, frame); }, file, force);
+  write_message([&](MessageWriter& out) { write_grid_map(out, grid, layers_of(grid), frame); }, file, force);
 }
 
 }  // namespace octosurf

@@ -1,5 +1,6 @@
 #include "io/export_formats.hpp"
 #include "io/grid_map_message.hpp"
+#include "io/planar_terrain_message.hpp"
 #include "io/planner_pieces.hpp"
 #include "io/terrain_layers.hpp"
 
@@ -106,28 +107,33 @@ void write_region(MessageWriter& out, const TerrainRegion& region) {
 
 }  // namespace
 
+PlanarTerrainCount write_planar_terrain(MessageWriter& out, const std::vector<PlannerSurface>& surfaces,
+                                        const HeightGrid& grid, const std::string& frame) {
+  PlanarTerrainCount count;
+  const std::vector<TerrainRegion> regions = usable_regions(surfaces, count);
+  const Eigen::MatrixXf elevation = without_gaps(grid.elevation);
+  const Eigen::MatrixXf smooth = mean_over(elevation, 0.2 / grid.cell);
+  out.begin_message();
+  out.field("planarRegions");
+  out.begin_list(regions.size());
+  for (const TerrainRegion& region : regions) write_region(out, region);
+  out.end_list();
+  out.field("gridmap");
+  write_grid_map(out, grid, {{"elevation", &elevation}, {"smooth_planar", &smooth}}, frame);
+  out.end_message();
+  return count;
+}
+
 PlanarTerrainCount export_planar_terrain(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
                                          const std::string& frame, const std::filesystem::path& file,
                                          bool force) {
   require_cells(grid, file);
   PlanarTerrainCount count;
-  const std::vector<TerrainRegion> regions = usable_regions(surfaces, count);
-  if (regions.empty())
+  usable_regions(surfaces, count);
+  if (count.regions == 0)
     throw Error(Error::Kind::data, file.string(), "there is nothing to put into it",
                 "no surface has room for the contact; a smaller foot or a larger slope leaves more");
-  const Eigen::MatrixXf elevation = without_gaps(grid.elevation);
-  const Eigen::MatrixXf smooth = mean_over(elevation, 0.2 / grid.cell);
-  const auto message = [&](MessageWriter& out) {
-    out.begin_message();
-    out.field("planarRegions");
-    out.begin_list(regions.size());
-    for (const TerrainRegion& region : regions) write_region(out, region);
-    out.end_list();
-    out.field("gridmap");
-    write_grid_map(out, grid, {{"elevation", &elevation}, {"smooth_planar", &smooth}}, frame);
-    out.end_message();
-  };
-  write_message(message, file, force);
+  write_message([&](MessageWriter& out) { write_planar_terrain(out, surfaces, grid, frame); }, file, force);
   return count;
 }
 

@@ -36,6 +36,11 @@ class JsonWriter : public MessageWriter {
   void write(std::uint32_t value) override { integer(value); }
   void write(std::int32_t value) override { integer(value); }
   void write(std::uint16_t value) override { integer(value); }
+  void write(std::uint64_t value) override { integer(value); }
+  void write(bool value) override {
+    separate();
+    out_ << (value ? "true" : "false");
+  }
   void write(const std::string& value) override {
     separate();
     out_ << nlohmann::json(value);
@@ -43,6 +48,11 @@ class JsonWriter : public MessageWriter {
   void write(std::span<const float> list) override {
     begin_list(list.size());
     for (const float value : list) number(value);
+    end_list();
+  }
+  void write(std::span<const std::int8_t> list) override {
+    begin_list(list.size());
+    for (const int value : list) integer(value);
     end_list();
   }
 
@@ -101,22 +111,21 @@ class CdrWriter : public MessageWriter {
   void begin_message() override {}
   void end_message() override {}
   void field(const char*) override {}
-  void begin_list(std::size_t size) override { cdr_ << static_cast<std::uint32_t>(size); }
+  void begin_list(std::size_t size) override { write(static_cast<std::uint32_t>(size)); }
   void end_list() override {}
-  void write(double value) override { cdr_ << value; }
-  void write(float value) override { cdr_ << value; }
-  void write(std::uint32_t value) override { cdr_ << value; }
-  void write(std::int32_t value) override { cdr_ << value; }
-  void write(std::uint16_t value) override { cdr_ << value; }
-  void write(const std::string& value) override { cdr_ << value; }
-  void write(std::span<const float> list) override {
-    begin_list(list.size());
-#if FASTCDR_VERSION_MAJOR >= 2
-    cdr_.serialize_array(list.data(), list.size());
-#else
-    cdr_.serializeArray(list.data(), list.size());
-#endif
+  void write(double value) override { write_number(value); }
+  void write(float value) override { write_number(value); }
+  void write(std::uint32_t value) override { write_number(value); }
+  void write(std::int32_t value) override { write_number(value); }
+  void write(std::uint16_t value) override { write_number(value); }
+  void write(std::uint64_t value) override { write_number(value); }
+  void write(bool value) override { write_number(value); }
+  void write(const std::string& value) override {
+    pad_to(sizeof(std::uint32_t));  // its length stands first
+    cdr_ << value;
   }
+  void write(std::span<const float> list) override { write_list(list); }
+  void write(std::span<const std::int8_t> list) override { write_list(list); }
 
   std::span<const char> bytes() const {
 #if FASTCDR_VERSION_MAJOR >= 2
@@ -127,19 +136,30 @@ class CdrWriter : public MessageWriter {
   }
 
  private:
+  /// Fast CDR leaves out what aligns a value, so that there would be whatever the memory held before.
+  void pad_to(std::size_t alignment) {
+    constexpr std::size_t encapsulation = 4;  // does not count
+    while ((bytes().size() - encapsulation) % alignment != 0) cdr_ << '\0';
+  }
+  template <class Number>
+  void write_number(Number value) {
+    pad_to(sizeof value);
+    cdr_ << value;
+  }
+  template <class Value>
+  void write_list(std::span<const Value> list) {
+    begin_list(list.size());
+    if (!list.empty()) pad_to(sizeof(Value));
+#if FASTCDR_VERSION_MAJOR >= 2
+    cdr_.serialize_array(list.data(), list.size());
+#else
+    cdr_.serializeArray(list.data(), list.size());
+#endif
+  }
+
   cdr::FastBuffer buffer_;
   cdr::Cdr cdr_;
 };
-
-void write_cdr(const std::function<void(MessageWriter&)>& message, std::ostream& out) {
-  CdrWriter writer;
-  try {
-    message(writer);
-  } catch (const cdr::exception::NotEnoughMemoryException&) {
-    throw std::bad_alloc();
-  }
-  out.write(writer.bytes().data(), static_cast<std::streamsize>(writer.bytes().size()));
-}
 
 void write_json(const std::function<void(MessageWriter&)>& message, std::ostream& out) {
   JsonWriter writer(out);
@@ -149,6 +169,16 @@ void write_json(const std::function<void(MessageWriter&)>& message, std::ostream
 
 }  // namespace
 
+std::string cdr_of(const std::function<void(MessageWriter&)>& message) {
+  CdrWriter writer;
+  try {
+    message(writer);
+  } catch (const cdr::exception::NotEnoughMemoryException&) {
+    throw std::bad_alloc();
+  }
+  return {writer.bytes().begin(), writer.bytes().end()};
+}
+
 void write_message(const std::function<void(MessageWriter&)>& message, const std::filesystem::path& file,
                    bool force) {
   const std::string ending = ending_of(file);
@@ -156,8 +186,12 @@ void write_message(const std::function<void(MessageWriter&)>& message, const std
     throw Error(Error::Kind::usage, file.string(), "is neither JSON nor CDR by its ending",
                 "end the name in .json or .cdr");
   NewFile output(file, force);
-  output.write(
-      [&](std::ostream& out) { ending == ".cdr" ? write_cdr(message, out) : write_json(message, out); });
+  output.write([&](std::ostream& out) {
+    if (ending == ".cdr")
+      out << cdr_of(message);
+    else
+      write_json(message, out);
+  });
   output.commit();
 }
 

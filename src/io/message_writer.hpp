@@ -26,8 +26,14 @@ class MessageWriter {
   virtual void write(std::uint32_t value) = 0;
   virtual void write(std::int32_t value) = 0;
   virtual void write(std::uint16_t value) = 0;
+  virtual void write(std::uint64_t value) = 0;
+  virtual void write(bool value) = 0;
   virtual void write(const std::string& value) = 0;
   virtual void write(std::span<const float> list) = 0;
+  virtual void write(std::span<const std::int8_t> list) = 0;
+
+  /// Not the string's address, which would be a bool.
+  void write(const char*) = delete;
 
   template <class Value>
   void field(const char* name, const Value& value) {
@@ -36,9 +42,12 @@ class MessageWriter {
   }
 };
 
-/// Writes the message to `file`: as JSON (NaN as null) or, if it ends in .cdr, as ROS 2 serialises it: XCDR1,
-/// little-endian, behind its encapsulation header. Throws Error(usage) for other endings and for a file
-/// that exists without `force`, Error(output) if it cannot be written.
+/// The message as ROS 2 serialises it: XCDR1, little-endian, behind its encapsulation header.
+std::string cdr_of(const std::function<void(MessageWriter&)>& message);
+
+/// Writes the message to `file`: as JSON (NaN as null) or, if it ends in .cdr, as cdr_of() gives it. Throws
+/// Error(usage) for other endings and for a file that exists without `force`, Error(output) if it cannot be
+/// written.
 void write_message(const std::function<void(MessageWriter&)>& message, const std::filesystem::path& file,
                    bool force);
 

@@ -11,9 +11,10 @@
 
 namespace octosurf::test {
 
-Running::Running(const std::filesystem::path& folder, const std::vector<std::string>& arguments)
+Running::Running(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
+                 const char* program)
     : errors_(folder / ".running") {
-  std::vector<const char*> words{OCTOSURF_COMMAND};
+  std::vector<const char*> words{program};
   for (const std::string& argument : arguments) words.push_back(argument.c_str());
   words.push_back(nullptr);
   child_ = fork();

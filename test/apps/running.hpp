@@ -9,10 +9,12 @@
 
 namespace octosurf::test {
 
-/// The built `octosurf` at work beside the test, in `folder`; killed if it is still there in the end.
+/// The built `octosurf`, or another program, at work beside the test, in `folder`; killed if it is still
+/// there in the end.
 class Running {
  public:
-  Running(const std::filesystem::path& folder, const std::vector<std::string>& arguments);
+  Running(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
+          const char* program = OCTOSURF_COMMAND);
   Running(const Running&) = delete;
   Running& operator=(const Running&) = delete;
   ~Running();

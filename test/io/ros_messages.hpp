@@ -25,7 +25,7 @@ class CdrReader {
   }
   template <class Number>
   Number number() {
-    while (position_ % sizeof(Number) != 0) ++position_;
+    for (; position_ % sizeof(Number) != 0; ++position_) EXPECT_EQ(bytes_.at(4 + position_), 0) << "padding";
     Number value{};
     if (4 + position_ + sizeof(Number) > bytes_.size()) throw std::runtime_error("the message ends early");
     std::memcpy(&value, bytes_.data() + 4 + position_, sizeof(Number));

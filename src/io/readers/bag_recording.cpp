@@ -32,19 +32,6 @@ std::string list_of(const std::vector<TopicContents>& topics, bool (*fits)(const
 
 bool is_cloud(const TopicContents& topic) { return topic.topic.type == "sensor_msgs/PointCloud2"; }
 
-/// Where image_transport publishes the camera of an image: a/b/image → a/b/camera_info; a compressed image's
-/// topic is its transport's below the image's.
-std::string info_topic_of(const TopicContents& images) {
-  std::string name = images.topic.name;
-  const auto cut = [&] { name.resize(std::min(name.rfind('/'), name.size())); };
-  if (images.topic.type == "sensor_msgs/CompressedImage") cut();
-  cut();
-  return name + "/camera_info";
-}
-
-/// "…/image_rect": undistorted, so that the projection matrix holds for it.
-bool is_rectified(const std::string& topic) { return topic.find("rect") != std::string::npos; }
-
 std::string counted(std::size_t count, const char* what) {
   return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
 }
@@ -112,7 +99,8 @@ void BagRecording::choose_cameras(const ScanSourceOptions& options) {
 }
 
 void BagRecording::choose_camera(const TopicContents& images, const std::optional<std::string>& info_topic) {
-  const std::string name = info_topic.value_or(info_topic_of(images));
+  const std::string name = info_topic.value_or(
+      camera_info_topic(images.topic.name, images.topic.type == "sensor_msgs/CompressedImage"));
   const auto found = std::find_if(
       index_.topics.begin(), index_.topics.end(),
       [&](const TopicContents& topic) { return topic.topic.name == name && holds_camera(topic); });
@@ -123,12 +111,12 @@ void BagRecording::choose_camera(const TopicContents& images, const std::optiona
                 "choose by --info-topic, or give --intrinsics FILE");
   const CameraInfoMessage& info = *found->camera;
   const bool rectified = is_rectified(images.topic.name);
-  const Intrinsics& camera = rectified ? info.rectified : info.raw;
-  if (!std::isfinite(camera.fx + camera.fy + camera.cx + camera.cy) || camera.fx == 0 || camera.fy == 0)
-    throw Error(Error::Kind::data, files_.front().string() + " " + name,
-                "a camera whose focal length is zero or not finite: it is not calibrated",
+  try {
+    cameras_[images.scans.front().topic] = {intrinsics_for(info, images.topic.name), info.width, info.height};
+  } catch (const std::runtime_error& error) {
+    throw Error(Error::Kind::data, files_.front().string() + " " + name, error.what(),
                 "give --intrinsics FILE");
-  cameras_[images.scans.front().topic] = {camera, info.width, info.height};
+  }
   notes_.push_back("camera: " + name + " (its " + (rectified ? "P, of rectified images)" : "K)"));
   if (info.distorted && !rectified)
     notes_.push_back("camera: the lens' distortion that " + name + " tells of is not undone");
@@ -224,22 +212,19 @@ Eigen::Isometry3d BagRecording::pose(const ListedMessage& scan) const {
 void BagRecording::read_image(std::string_view bytes, const ListedMessage& listed, Scan& scan) const {
   const TopicContents& topic = index_.topics[listed.topic];
   const Camera& camera = cameras_.at(listed.topic);
-  const auto require_size = [&](int width, int height) {
-    if (camera.width && (width != *camera.width || height != *camera.height))
-      throw std::runtime_error("an image of " + std::to_string(width) + "x" + std::to_string(height) +
-                               " pixels, but its camera has " + std::to_string(*camera.width) + "x" +
-                               std::to_string(*camera.height));
+  const auto check_size = [&](int width, int height) {
+    if (camera.width) require_size(width, height, *camera.width, *camera.height);
   };
   const auto reader = message_reader(bytes, topic.topic.encoding);
   if (topic.topic.type == "sensor_msgs/CompressedImage") {
     const DepthImage image =
         depth_of(read_compressed_image_message(*reader), scan.name, largest_scan(bytes_));
-    require_size(image.width, image.height);
+    check_size(image.width, image.height);
     scan.points = back_project(image, camera.intrinsics, depth_scale_.value_or(1000));
     return;
   }
   const ImageMessage image = read_image_message(*reader);
-  require_size(image.width, image.height);
+  check_size(image.width, image.height);
   scan.points = points_of(image, camera.intrinsics, depth_scale_, largest_scan(bytes_));
 }
 

@@ -37,6 +37,7 @@ class CdrReader : public MessageReader {
 
   std::uint8_t u8() override { return number<std::uint8_t>(); }
   std::uint32_t u32() override { return number<std::uint32_t>(); }
+  std::uint64_t u64() override { return number<std::uint64_t>(); }
   double f64() override { return number<double>(); }
   std::string text() override {
     std::string value;
@@ -97,9 +98,10 @@ class PackedReader : public MessageReader {
   std::uint32_t u32() override {
     return checked([&] { return bytes_.u32(); });
   }
-  double f64() override {
-    return std::bit_cast<double>(checked([&] { return bytes_.u64(); }));
+  std::uint64_t u64() override {
+    return checked([&] { return bytes_.u64(); });
   }
+  double f64() override { return std::bit_cast<double>(u64()); }
   std::string text() override { return std::string(bytes()); }
   std::string_view bytes() override {
     return checked([&] { return bytes_.text(); });

@@ -18,6 +18,7 @@ class MessageReader {
 
   virtual std::uint8_t u8() = 0;
   virtual std::uint32_t u32() = 0;
+  virtual std::uint64_t u64() = 0;
   virtual double f64() = 0;
   virtual std::string text() = 0;
   virtual std::string_view bytes() = 0;      ///< of a uint8[]

@@ -228,6 +228,28 @@ CameraInfoMessage read_camera_info(MessageReader& message) {
   return info;
 }
 
+std::string camera_info_topic(std::string images, bool compressed) {
+  const auto cut = [&] { images.resize(std::min(images.rfind('/'), images.size())); };
+  if (compressed) cut();
+  cut();
+  return images + "/camera_info";
+}
+
+bool is_rectified(const std::string& images) { return images.find("rect") != std::string::npos; }
+
+const Intrinsics& intrinsics_for(const CameraInfoMessage& camera, const std::string& images) {
+  const Intrinsics& chosen = is_rectified(images) ? camera.rectified : camera.raw;
+  if (!std::isfinite(chosen.fx + chosen.fy + chosen.cx + chosen.cy) || chosen.fx == 0 || chosen.fy == 0)
+    fail("a camera whose focal length is zero or not finite: it is not calibrated");
+  return chosen;
+}
+
+void require_size(int width, int height, int camera_width, int camera_height) {
+  if (width != camera_width || height != camera_height)
+    fail("an image of " + std::to_string(width) + "x" + std::to_string(height) +
+         " pixels, but its camera has " + std::to_string(camera_width) + "x" + std::to_string(camera_height));
+}
+
 void for_each_transform(MessageReader& message, const std::function<void(const TransformMessage&)>& visit) {
   for (std::uint32_t count = message.u32(); count > 0; --count) {
     TransformMessage transform;

@@ -46,6 +46,13 @@ void PoseTrack::finish() {
   samples_.erase(samples_.begin(), kept.base());
 }
 
+void PoseTrack::forget_before(std::int64_t stamp_ns) {
+  const auto kept =
+      std::lower_bound(samples_.begin(), samples_.end(), stamp_ns,
+                       [](const Sample& sample, std::int64_t t) { return sample.stamp_ns < t; });
+  samples_.erase(samples_.begin(), kept);
+}
+
 PoseTrack::At PoseTrack::at(std::int64_t stamp_ns, std::int64_t gap_ns) const {
   const auto after =
       std::lower_bound(samples_.begin(), samples_.end(), stamp_ns,
@@ -92,6 +99,12 @@ void TransformTree::finish() {
   for (Frame& frame : frames_) frame.track.finish();
 }
 
+void TransformTree::keep_last(std::int64_t duration_ns) {
+  for (Frame& frame : frames_)
+    if (!frame.track.samples().empty())
+      frame.track.forget_before(frame.track.samples().back().stamp_ns - duration_ns);
+}
+
 std::vector<std::string> TransformTree::ancestors(const std::string& frame) const {
   std::vector<std::string> names;
   auto found = indices_.find(frame);
@@ -114,6 +127,20 @@ bool TransformTree::moves(const std::string& frame) const {
   return std::any_of(names.begin(), names.end(), [&](const std::string& name) {
     return !frames_[indices_.at(name)].track.samples().empty();
   });
+}
+
+bool TransformTree::settled(const std::string& to, const std::string& from, std::int64_t stamp_ns) const {
+  if (to == from) return true;
+  const std::vector<std::string> above = ancestors(from), above_target = ancestors(to);
+  const auto met = std::find_first_of(above.begin(), above.end(), above_target.begin(), above_target.end());
+  if (met == above.end()) return false;
+  const auto has_come = [&](const std::string& name) {
+    const auto& samples = frames_[indices_.at(name)].track.samples();
+    return samples.empty() || samples.back().stamp_ns >= stamp_ns;
+  };
+  return std::all_of(above.begin(), met, has_come) &&
+         std::all_of(above_target.begin(), std::find(above_target.begin(), above_target.end(), *met),
+                     has_come);
 }
 
 TransformTree::Way TransformTree::up(std::uint32_t start, std::optional<std::uint32_t> stop,

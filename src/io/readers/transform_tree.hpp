@@ -31,6 +31,8 @@ class PoseTrack {
   /// To be called after the last add(): sorts by time; of several at one time the last one added stays.
   void finish();
   const std::vector<Sample>& samples() const { return samples_; }
+  /// Forgets what is older, of a finished track.
+  void forget_before(std::int64_t stamp_ns);
 
   struct At {
     std::uint32_t parent = 0;
@@ -54,6 +56,8 @@ class TransformTree {
   };
   void add(const Edge& edge, PoseTrack::Sample sample);
   void finish();
+  /// Of moving frames what is older than so long before each one's last transform. The tree must be finished.
+  void keep_last(std::int64_t duration_ns);
 
   std::size_t size() const { return frames_.size(); }  ///< frames
   bool knows(const std::string& frame) const { return indices_.contains(frame); }
@@ -61,6 +65,10 @@ class TransformTree {
   std::vector<std::string> ancestors(const std::string& frame) const;
   /// True if a frame between these two, or they themselves, moves.
   bool moves(const std::string& frame) const;
+
+  /// True if what is added later, in order of time, leaves lookup() as it is: the frames hang together, and
+  /// each moving one between them has a transform at that time or after it.
+  bool settled(const std::string& to, const std::string& from, std::int64_t stamp_ns) const;
 
   /// T_to_from at that time; throws what PoseTrack::at() throws, with the frames' names, and NoPose if there
   /// is no way from one to the other.

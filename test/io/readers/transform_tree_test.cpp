@@ -48,6 +48,39 @@ TEST(PoseTrack, OfTwoAtOneTimeTheLastOneHolds) {
   EXPECT_EQ(track.at(second, 0).T_parent_child.translation().x(), 5);
 }
 
+TEST(TransformTree, IsSettledWhenNothingThatComesLaterCanChangeAnAnswer) {
+  TransformTree tree;
+  EXPECT_TRUE(tree.settled("map", "map", second));
+  EXPECT_FALSE(tree.settled("map", "camera", second));
+  tree.add({"base", "camera", true}, sample(0, 1));
+  tree.add({"odom", "base", false}, sample(1, 1));
+  EXPECT_FALSE(tree.settled("map", "camera", second));  // does not hang together yet
+  tree.add({"map", "odom", false}, sample(0.9, 1));
+  tree.finish();
+  EXPECT_FALSE(tree.settled("map", "camera", second));
+  EXPECT_TRUE(tree.settled("map", "camera", second * 9 / 10));
+  EXPECT_TRUE(tree.settled("odom", "camera", second));  // what moves above does not matter
+  EXPECT_FALSE(tree.settled("odom", "camera", second + 1));
+  tree.add({"map", "odom", false}, sample(1.1, 1));
+  tree.add({"map", "other", false}, sample(0.5, 1));
+  tree.finish();
+  EXPECT_TRUE(tree.settled("map", "camera", second));
+  EXPECT_FALSE(tree.settled("other", "camera", second));  // up to the map, and down again
+  EXPECT_TRUE(tree.settled("other", "camera", second / 2));
+}
+
+TEST(TransformTree, ForgetsWhatIsOldOfEachMovingFrame) {
+  TransformTree tree;
+  for (const double t : {1.0, 2.0, 3.0}) tree.add({"map", "base", false}, sample(t, t));
+  tree.add({"map", "slow", false}, sample(1, 1));
+  tree.add({"base", "camera", true}, sample(0, 0));
+  tree.finish();
+  tree.keep_last(second);
+  EXPECT_THAT(why_not(tree, "map", "camera", 1), HasSubstr("the first is 1.000 s later"));
+  EXPECT_EQ(tree.lookup("map", "camera", 2 * second, 0).translation().x(), 2);
+  EXPECT_EQ(tree.lookup("map", "slow", second, 0).translation().x(), 1);
+}
+
 TEST(PoseTrack, DoesNotGuessOverGaps) {
   PoseTrack track;
   track.add(sample(1, 2));

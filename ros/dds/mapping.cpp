@@ -1,0 +1,193 @@
+#include "mapping.hpp"
+
+#include <cstdio>
+#include <utility>
+
+#include <octosurf/error.hpp>
+#include <octosurf/map.hpp>
+
+namespace octosurf::dds {
+namespace {
+
+bool is_incomplete(const std::exception& error) {
+  const auto* known = dynamic_cast<const Error*>(&error);
+  return known != nullptr && known->kind() == Error::Kind::incomplete;
+}
+
+}  // namespace
+
+Mapping::Mapping(Map start, const NodeOptions& options)
+    : options_(options),
+      sensors_(options),
+      mapper_(std::make_unique<Mapper>(std::move(start), options.threads)),
+      queue_(options.queue_mb << 20) {
+  mapper_->share_octree();
+  publish_snapshot();
+  thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+}
+
+Mapping::~Mapping() = default;
+
+void Mapping::add_scan(RawMessage message) {
+  {
+    const std::lock_guard lock(mutex_);
+    ++counts_.received;
+    const std::size_t dropped = queue_.push({std::move(message), Sensors::Clock::now()});
+    if (dropped > 0 && counts_.dropped == 0)
+      std::fprintf(
+          stderr,
+          "warning: scans come faster than they are mapped; the oldest make way, %s/status counts them\n",
+          options_.name.c_str());
+    counts_.dropped += dropped;
+  }
+  work_.notify_all();
+}
+
+void Mapping::refuse(const std::string& what, std::uint64_t& count) {
+  const std::lock_guard lock(mutex_);
+  ++count;
+  counts_.last_refusal = what;
+  const auto now = Sensors::Clock::now();
+  if (now - told_ < std::chrono::seconds(1)) return;  // a sensor that is all wrong must not flood the log
+  told_ = now;
+  std::fprintf(stderr, "refused: %s (%llu so far)\n", what.c_str(), static_cast<unsigned long long>(count));
+}
+
+void Mapping::add_transforms(const RawMessage& message, bool fixed) try {
+  sensors_.add_transforms(message.bytes(), fixed);
+  const std::lock_guard lock(mutex_);
+  ++counts_.transforms;
+} catch (const std::runtime_error& error) {
+  refuse(std::string(fixed ? "/tf_static: " : "/tf: ") + error.what(), counts_.messages_refused);
+}
+
+void Mapping::add_camera(const RawMessage& message) try {
+  sensors_.add_camera(message.bytes());
+} catch (const std::runtime_error& error) {
+  refuse(std::string("CameraInfo: ") + error.what(), counts_.messages_refused);
+}
+
+void Mapping::run(const std::stop_token& stop) try {
+  for (;;) {
+    std::optional<ScanQueue::Item> item;
+    std::packaged_task<void()> task;
+    {
+      std::unique_lock lock(mutex_);
+      const bool more = work_.wait_for(lock, stop, std::chrono::milliseconds(100),
+                                       [&] { return !tasks_.empty() || queue_.size() > 0; });
+      if (stop.stop_requested()) break;
+      if (more && !tasks_.empty()) {
+        task = std::move(tasks_.front());
+        tasks_.pop_front();
+      } else if (more) {
+        item = queue_.pop();
+      }
+    }
+    if (task.valid()) task();
+    if (item) map_scan(*item, stop);
+    save_checkpoint();
+  }
+} catch (...) {
+  const std::lock_guard lock(mutex_);
+  failure_ = std::current_exception();
+  tasks_.clear();  // who waits for them is told by a broken promise
+}
+
+void Mapping::map_scan(const ScanQueue::Item& item, const std::stop_token& stop) try {
+  const auto latest = item.came + std::chrono::duration_cast<Sensors::Clock::duration>(
+                                      std::chrono::duration<double>(options_.wait_s));
+  const Scan scan = sensors_.scan_of(item.message.bytes(), item.message.sent_ns(), latest, stop);
+  const ScanReport report = mapper_->insert(scan);
+  changed_ = true;
+  publish_snapshot();
+  const std::lock_guard lock(mutex_);
+  ++(report.alignment.outcome == AlignmentOutcome::set_aside ? counts_.set_aside : counts_.mapped);
+} catch (const std::runtime_error& error) {
+  if (is_incomplete(error)) throw;
+  refuse(options_.scans() + ": " + error.what(), counts_.refused);
+} catch (const std::bad_alloc&) {
+  mapper_->map();  // throws, if the scan has left it half-way
+  refuse(options_.scans() + ": no memory for a scan", counts_.refused);
+}
+
+void Mapping::publish_snapshot() {
+  const std::lock_guard lock(mutex_);
+  snapshot_ = mapper_->snapshot();
+  up_ = mapper_->map().parameters().up.value_or(Eigen::Vector3d::UnitZ());
+}
+
+void Mapping::save_checkpoint() {
+  const auto now = Sensors::Clock::now();
+  if (options_.checkpoint_s <= 0 || !changed_ ||
+      std::chrono::duration<double>(now - saved_).count() < options_.checkpoint_s)
+    return;
+  saved_ = now;
+  try {
+    save_map(mapper_->map(), options_.output);
+    changed_ = false;
+  } catch (const std::exception& error) {  // no space or no memory: there may be some the next time
+    if (is_incomplete(error)) throw;
+    std::fprintf(stderr, "warning: no checkpoint, %s\n", error.what());
+  }
+}
+
+void Mapping::do_between_scans(Work work) {
+  std::packaged_task<void()> task(std::move(work));
+  std::future<void> done = task.get_future();
+  {
+    const std::lock_guard lock(mutex_);
+    if (failure_) std::rethrow_exception(failure_);
+    tasks_.push_back(std::move(task));
+  }
+  work_.notify_all();
+  done.get();
+}
+
+void Mapping::save(const std::string& stem) {
+  do_between_scans([&] {
+    save_map(mapper_->map(), stem);
+    if (stem == options_.output) changed_ = false;
+  });
+}
+
+void Mapping::load(const std::string& stem) {
+  do_between_scans([&] {
+    LoadedMap loaded = load_map(stem);
+    auto mapper = std::make_unique<Mapper>(std::move(loaded.map), options_.threads);
+    mapper->share_octree();
+    mapper_ = std::move(mapper);
+    changed_ = true;
+    publish_snapshot();
+  });
+}
+
+std::shared_ptr<const Snapshot> Mapping::snapshot() const {
+  const std::lock_guard lock(mutex_);
+  return snapshot_;
+}
+
+Eigen::Vector3d Mapping::up() const {
+  const std::lock_guard lock(mutex_);
+  return up_;
+}
+
+MappingCounts Mapping::counts() const {
+  const std::lock_guard lock(mutex_);
+  MappingCounts counts = counts_;
+  counts.waiting = queue_.size();
+  return counts;
+}
+
+bool Mapping::failed() const {
+  const std::lock_guard lock(mutex_);
+  return failure_ != nullptr;
+}
+
+void Mapping::finish() {
+  thread_.request_stop();
+  if (thread_.joinable()) thread_.join();
+  if (failure_) std::rethrow_exception(failure_);
+  if (changed_) save_map(mapper_->map(), options_.output);
+}
+
+}  // namespace octosurf::dds

@@ -1,0 +1,88 @@
+#pragma once
+
+#include "options.hpp"
+#include "scan_queue.hpp"
+#include "sensors.hpp"
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <future>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include <octosurf/mapper.hpp>
+
+namespace octosurf::dds {
+
+/// What has become of the scans. All that were received are waiting, at work, or in one of the other counts.
+struct MappingCounts {
+  std::uint64_t received = 0;
+  std::uint64_t waiting = 0;
+  std::uint64_t mapped = 0;
+  std::uint64_t set_aside = 0;         ///< clearly off, and not to be put right (mapper.hpp)
+  std::uint64_t refused = 0;           ///< damaged, without a pose, …
+  std::uint64_t dropped = 0;           ///< made way for newer ones
+  std::uint64_t transforms = 0;        ///< messages of tf
+  std::uint64_t messages_refused = 0;  ///< of tf and CameraInfo
+  std::string last_refusal;
+};
+
+/// The map, and the thread that keeps it: what others ask of it is done between two scans, or read from
+/// snapshots while it works on.
+class Mapping {
+ public:
+  Mapping(Map start, const NodeOptions& options);
+  ~Mapping();
+
+  void add_scan(RawMessage message);
+  void add_transforms(const RawMessage& message, bool fixed);
+  void add_camera(const RawMessage& message);
+
+  /// Both wait for the scan at hand, and throw what save_map() and load_map() throw. A map that is loaded
+  /// replaces the one at work; what waits to be mapped goes into it.
+  void save(const std::string& stem);
+  void load(const std::string& stem);
+
+  std::shared_ptr<const Snapshot> snapshot() const;
+  Eigen::Vector3d up() const;  ///< as the map's parameters have it, else z (REP 103)
+  MappingCounts counts() const;
+  bool failed() const;  ///< the map is not whole any more: finish() tells
+
+  /// Ends after the scan at hand, saves, and throws what made mapping fail.
+  void finish();
+
+ private:
+  using Work = std::function<void()>;
+
+  void run(const std::stop_token& stop);
+  void map_scan(const ScanQueue::Item& item, const std::stop_token& stop);
+  void save_checkpoint();
+  void do_between_scans(Work work);
+  void publish_snapshot();
+  void refuse(const std::string& what, std::uint64_t& count);
+
+  const NodeOptions& options_;
+  Sensors sensors_;
+  std::unique_ptr<Mapper> mapper_;  // of the thread
+  Sensors::Clock::time_point saved_ = Sensors::Clock::now();
+  bool changed_ = false;  // since it was saved
+
+  mutable std::mutex mutex_;  // of what follows
+  std::condition_variable_any work_;
+  ScanQueue queue_;
+  std::deque<std::packaged_task<void()>> tasks_;
+  MappingCounts counts_;
+  Sensors::Clock::time_point told_{};  // of a refusal
+  std::shared_ptr<const Snapshot> snapshot_;
+  Eigen::Vector3d up_ = Eigen::Vector3d::UnitZ();
+  std::exception_ptr failure_;
+
+  std::jthread thread_;
+};
+
+}  // namespace octosurf::dds

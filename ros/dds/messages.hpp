@@ -1,0 +1,35 @@
+#pragma once
+
+#include "io/message_writer.hpp"
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include <octosurf/contact.hpp>
+#include <octosurf/footsteps.hpp>
+#include <octosurf/surface.hpp>
+
+// The messages of ROS 2 that the node writes, field by field as their .msg files have them; those of
+// octosurf_msgs stand in ament/octosurf_msgs/msg. `frame` is the map's frame.
+
+namespace octosurf::dds {
+
+/// octosurf_msgs/Surfaces.
+void write_surfaces(MessageWriter& out, const Snapshot& snapshot, const std::string& frame);
+
+/// octosurf_msgs/ContactRegion, of `surface`.
+void write_region(MessageWriter& out, const Surface& surface, const ContactRegion& region);
+
+/// octosurf_msgs/Footstep.
+void write_footstep(MessageWriter& out, const Footstep& step);
+
+/// visualization_msgs/MarkerArray as of Humble: each surface as triangles in its colour, after all that was
+/// shown before is deleted.
+void write_markers(MessageWriter& out, const Snapshot& snapshot, const std::string& frame);
+
+/// octomap_msgs/Octomap, binary, as octomap_msgs::binaryMapToMsg() makes it of the octree, by OctoMap's own
+/// writer. The snapshot must have one that is not empty.
+void write_octomap(MessageWriter& out, const Snapshot& snapshot, const std::string& frame);
+
+}  // namespace octosurf::dds

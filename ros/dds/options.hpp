@@ -1,0 +1,35 @@
+#pragma once
+
+#include "parameter_options.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace octosurf::dds {
+
+/// What the node was started with.
+struct NodeOptions {
+  std::uint32_t domain = 0;
+  std::string cloud, depth;           ///< topics; one of them is given
+  std::optional<std::string> info;    ///< CameraInfo of the depth images; empty: beside them
+  std::optional<double> depth_scale;  ///< units per metre; empty: by the encoding
+  std::string frame = "map";          ///< the map's, in tf
+  double max_pose_gap_s = 0.25;       ///< as for bags
+  double wait_s = 1;                  ///< for a scan's pose and camera
+  bool reliable = false;              ///< ask for scans again that were lost
+  std::size_t queue_mb = 256;         ///< scans that wait
+  std::string output;                 ///< stem of the map
+  bool resume = false;                ///< go on with it, if it is there
+  double checkpoint_s = 60;           ///< 0: never
+  std::string name = "/octosurf";     ///< before the topics and services
+  double publish_s = 1;               ///< between two publications of the map
+  double foot_radius_m = 0.06;        ///< of PlanarTerrain's insets
+  int threads = 1;
+  ParameterOptions parameters;
+
+  bool takes_depth() const { return !depth.empty(); }
+  const std::string& scans() const { return takes_depth() ? depth : cloud; }
+};
+
+}  // namespace octosurf::dds

@@ -1,0 +1,127 @@
+#include "publications.hpp"
+
+#include "io/grid_map_message.hpp"
+#include "io/planar_terrain_message.hpp"
+#include "messages.hpp"
+
+#include <condition_variable>
+#include <cstdio>
+#include <mutex>
+#include <vector>
+
+#include <octosurf/contact.hpp>
+
+namespace octosurf::dds {
+namespace {
+
+/// Where a round foot may be on each surface. Terrains are of z up (REP 103).
+std::vector<PlannerSurface> contact_surfaces(const Snapshot& snapshot, double foot_radius_m) {
+  const ContactShape foot = ContactShape::disc(foot_radius_m);
+  std::vector<PlannerSurface> surfaces;
+  for (const SurfacePtr& surface : snapshot.surfaces)
+    surfaces.push_back({surface->id,
+                        surface->T_map_surface,
+                        surface->polygons,
+                        contact_region(*surface, foot, {}).polygons,
+                        {}});
+  return surfaces;
+}
+
+}  // namespace
+
+Publications::Publications(const Participant& participant, const Mapping& mapping, const NodeOptions& options,
+                           std::function<InputState()> inputs)
+    : mapping_(mapping),
+      options_(options),
+      inputs_(std::move(inputs)),
+      surfaces_(participant, topic_over_dds(options.name + "/surfaces"),
+                type_over_dds("octosurf_msgs/Surfaces"), Profile::latched),
+      markers_(participant, topic_over_dds(options.name + "/markers"),
+               type_over_dds("visualization_msgs/MarkerArray"), Profile::latched),
+      terrain_(participant, topic_over_dds(options.name + "/planar_terrain"),
+               type_over_dds("convex_plane_decomposition_msgs/PlanarTerrain"), Profile::latched),
+      octomap_(participant, topic_over_dds(options.name + "/octomap_binary"),
+               type_over_dds("octomap_msgs/Octomap"), Profile::latched),
+      grid_map_(participant, topic_over_dds(options.name + "/grid_map"),
+                type_over_dds("grid_map_msgs/GridMap"), Profile::latched),
+      status_(participant, topic_over_dds(options.name + "/status"), type_over_dds("octosurf_msgs/Status"),
+              Profile::latched),
+      thread_([this](std::stop_token stop) { run(std::move(stop)); }) {}
+
+void Publications::run(std::stop_token stop) {
+  std::mutex mutex;
+  std::condition_variable_any never;  // notified; only the stop ends the wait early
+  const std::chrono::duration<double> period(options_.publish_s);
+  std::shared_ptr<const Snapshot> last;
+  while (!stop.stop_requested()) {
+    const std::shared_ptr<const Snapshot> snapshot = mapping_.snapshot();
+    if (snapshot != last && publish_map(*snapshot)) last = snapshot;
+    publish_status(*snapshot);
+    std::unique_lock lock(mutex);
+    never.wait_for(lock, stop, period, [] { return false; });
+  }
+}
+
+/// Of a grid of too many cells, say: once in a row.
+void Publications::tell(const char* what, const std::exception& error) {
+  const std::string problem = std::string(what) + ": " + error.what();
+  if (problem != problem_) std::fprintf(stderr, "warning: not published: %s\n", problem.c_str());
+  problem_ = problem;
+}
+
+/// False if it is to be tried again, because readers were too slow.
+bool Publications::publish(const Writer& writer, const char* what,
+                           const std::function<void(MessageWriter&)>& message) try {
+  return writer.write(cdr_of(message));
+} catch (const std::exception& error) {
+  tell(what, error);
+  return true;
+}
+
+bool Publications::publish_map(const Snapshot& snapshot) {
+  const std::string& frame = options_.frame;
+  bool all =
+      publish(surfaces_, "surfaces", [&](MessageWriter& out) { write_surfaces(out, snapshot, frame); });
+  all &= publish(markers_, "markers", [&](MessageWriter& out) { write_markers(out, snapshot, frame); });
+  if (snapshot.octree.resolution() > 0)
+    all &= publish(octomap_, "octomap", [&](MessageWriter& out) { write_octomap(out, snapshot, frame); });
+  HeightGrid grid;
+  try {
+    grid = height_grid(snapshot);
+  } catch (const std::exception& error) {
+    tell("grid map", error);
+  }
+  if (grid.elevation.size() == 0) return all;  // nothing level yet
+  all &= publish(grid_map_, "grid map",
+                 [&](MessageWriter& out) { write_grid_map(out, grid, layers_of(grid), frame); });
+  all &= publish(terrain_, "planar terrain", [&](MessageWriter& out) {
+    write_planar_terrain(out, contact_surfaces(snapshot, options_.foot_radius_m), grid, frame);
+  });
+  return all;
+}
+
+void Publications::publish_status(const Snapshot& snapshot) {
+  const MappingCounts counts = mapping_.counts();
+  const InputState inputs = inputs_();
+  publish(status_, "status", [&](MessageWriter& out) {
+    out.begin_message();
+    out.field("received", counts.received);
+    out.field("waiting", counts.waiting);
+    out.field("mapped", counts.mapped);
+    out.field("set_aside", counts.set_aside);
+    out.field("refused", counts.refused);
+    out.field("dropped", counts.dropped);
+    out.field("lost", inputs.lost);
+    out.field("transforms", counts.transforms);
+    out.field("messages_refused", counts.messages_refused);
+    out.field("revision", snapshot.revision);
+    out.field("surfaces", static_cast<std::uint32_t>(snapshot.surfaces.size()));
+    out.field("scan_publishers", inputs.scan_publishers);
+    out.field("camera_publishers", inputs.camera_publishers);
+    out.field("transform_publishers", inputs.transform_publishers);
+    out.field("last_refusal", counts.last_refusal);
+    out.end_message();
+  });
+}
+
+}  // namespace octosurf::dds

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <dds/dds.h>
+#include <memory>
+#include <string>
+#include <string_view>
+
+namespace octosurf::dds {
+
+/// A message as it came from the network: CDR behind its encapsulation header. Shares the one copy that
+/// Cyclone made of it.
+class RawMessage {
+ public:
+  RawMessage() = default;
+  /// Takes a reference over, as dds_takecdr() gives it.
+  RawMessage(ddsi_serdata* data, std::int64_t sent_ns);
+
+  std::string_view bytes() const;
+  std::int64_t sent_ns() const { return sent_ns_; }  ///< since 1970, by the publisher's clock
+
+ private:
+  std::shared_ptr<ddsi_serdata> data_;
+  std::int64_t sent_ns_ = 0;
+};
+
+/// A topic whose messages Cyclone passes on unread, as rmw_cyclonedds_cpp has them: what a message means is
+/// known by its reader and writer alone, and a message that is damaged reaches the reader, which refuses and
+/// counts it. `type` tells what writers of the topic need for raw_message().
+struct RawTopic {
+  dds_entity_t entity = 0;
+  ddsi_sertype* type = nullptr;  ///< the topic's
+};
+
+/// Both as DDS names them. Throws std::runtime_error.
+RawTopic make_raw_topic(dds_entity_t participant, const std::string& name, const std::string& type);
+
+/// For dds_writecdr(), which takes the reference over.
+ddsi_serdata* raw_message(const ddsi_sertype* type, std::string cdr);
+
+}  // namespace octosurf::dds

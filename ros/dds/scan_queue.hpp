@@ -1,0 +1,47 @@
+#pragma once
+
+#include "raw_type.hpp"
+
+#include <chrono>
+#include <cstddef>
+#include <deque>
+#include <optional>
+
+namespace octosurf::dds {
+
+/// Scans that have come and wait to be mapped, up to so many bytes: then the oldest make way, as what is
+/// mapped next should be where the robot is now. Not for two threads at once.
+class ScanQueue {
+ public:
+  struct Item {
+    RawMessage message;
+    std::chrono::steady_clock::time_point came;
+  };
+
+  explicit ScanQueue(std::size_t most_bytes) : most_bytes_(most_bytes) {}
+
+  /// Returns how many made way; a message that is larger than all the queue is one of them.
+  std::size_t push(Item item) {
+    bytes_ += item.message.bytes().size();
+    items_.push_back(std::move(item));
+    std::size_t dropped = 0;
+    for (; bytes_ > most_bytes_; ++dropped) pop();
+    return dropped;
+  }
+
+  std::optional<Item> pop() {
+    if (items_.empty()) return std::nullopt;
+    std::optional<Item> first = std::move(items_.front());
+    items_.pop_front();
+    bytes_ -= first->message.bytes().size();
+    return first;
+  }
+
+  std::size_t size() const { return items_.size(); }
+
+ private:
+  std::size_t most_bytes_, bytes_ = 0;
+  std::deque<Item> items_;
+};
+
+}  // namespace octosurf::dds

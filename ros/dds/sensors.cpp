@@ -1,0 +1,117 @@
+#include "sensors.hpp"
+
+#include "io/pose_file.hpp"
+#include "io/readers/bounded_file.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf::dds {
+namespace {
+
+// Longer than scans wait: 256 MB of depth images are 14 s at 30 Hz, of a lidar's clouds half a minute.
+constexpr std::int64_t transforms_kept_ns = 60'000'000'000;
+// A robot has some hundred. Names that no one has asked for must not fill the memory.
+constexpr std::size_t most_frames = 10000;
+
+std::unique_ptr<MessageReader> reader_of(std::string_view message) {
+  return message_reader(message, MessageEncoding::cdr);
+}
+
+std::string name_of(const std::string& topic, std::int64_t stamp_ns) {
+  std::array<char, 48> time{};
+  std::snprintf(time.data(), time.size(), "%lld.%09lld", static_cast<long long>(stamp_ns / 1000000000),
+                static_cast<long long>(std::abs(stamp_ns % 1000000000)));
+  return topic + " at " + time.data();
+}
+
+}  // namespace
+
+void Sensors::add_transforms(std::string_view message, bool fixed) {
+  std::vector<TransformMessage> transforms;
+  for_each_transform(*reader_of(message), [&](const TransformMessage& transform) {
+    rigid(pose_from(transform.translation, transform.rotation), "transform of " + transform.child_frame);
+    if (transform.child_frame.empty() || transform.child_frame == transform.header.frame)
+      throw std::runtime_error("a transform of frame '" + transform.child_frame + "' in itself");
+    transforms.push_back(transform);
+  });
+  {
+    const std::lock_guard lock(mutex_);
+    for (const TransformMessage& transform : transforms) {
+      const bool known = tree_.knows(transform.child_frame) && tree_.knows(transform.header.frame);
+      if (!known && tree_.size() + 2 > most_frames)
+        throw std::runtime_error("more than " + std::to_string(most_frames) + " frames");
+      tree_.add({transform.header.frame, transform.child_frame, fixed},
+                {transform.header.stamp_ns, 0, transform.translation, transform.rotation});
+    }
+    tree_sorted_ = false;
+  }
+  news_.notify_all();
+}
+
+void Sensors::add_camera(std::string_view message) {
+  const CameraInfoMessage camera = read_camera_info(*reader_of(message));
+  intrinsics_for(camera, options_.depth);
+  {
+    const std::lock_guard lock(mutex_);
+    camera_ = camera;
+  }
+  news_.notify_all();
+}
+
+void Sensors::sort_tree() {
+  if (std::exchange(tree_sorted_, true)) return;
+  tree_.finish();
+  tree_.keep_last(transforms_kept_ns);
+}
+
+bool Sensors::ready(const MessageHeader& header) {
+  sort_tree();
+  return (!options_.takes_depth() || camera_) && tree_.settled(options_.frame, header.frame, header.stamp_ns);
+}
+
+Eigen::Isometry3d Sensors::pose(const MessageHeader& header) {
+  sort_tree();
+  const auto gap_ns = static_cast<std::int64_t>(1e9 * std::min(options_.max_pose_gap_s, 1e9));
+  return tree_.lookup(options_.frame, header.frame, header.stamp_ns, gap_ns);
+}
+
+Scan Sensors::scan_of(std::string_view message, std::int64_t sent_ns, Clock::time_point latest,
+                      const std::stop_token& stop) {
+  MessageHeader header = read_header(*reader_of(message));
+  if (header.stamp_ns == 0) header.stamp_ns = sent_ns;
+  Scan scan;
+  scan.name = name_of(options_.scans(), header.stamp_ns);
+  scan.stamp_s = static_cast<double>(header.stamp_ns) / 1e9;
+  std::optional<CameraInfoMessage> camera;
+  {
+    std::unique_lock lock(mutex_);
+    // A scan whose pose may still change must not be the last one of a map that is ended.
+    if (!news_.wait_until(lock, stop, latest, [&] { return ready(header); }) && stop.stop_requested())
+      throw std::runtime_error("the node was ended while it waited for its pose");
+    scan.T_map_sensor = pose(header);
+    camera = camera_;
+  }
+  const std::uint64_t largest = largest_scan(message.size());
+  if (!options_.takes_depth()) {
+    CloudMessage cloud = read_cloud_message(*reader_of(message), largest);
+    scan.sensor = cloud.organised ? SensorKind::depth_camera : SensorKind::lidar;
+    scan.points = std::move(cloud.points);
+    return scan;
+  }
+  if (!camera) throw std::runtime_error("no CameraInfo has come yet");
+  const ImageMessage image = read_image_message(*reader_of(message));
+  require_size(image.width, image.height, camera->width, camera->height);
+  scan.points = points_of(image, intrinsics_for(*camera, options_.depth), options_.depth_scale, largest);
+  return scan;
+}
+
+}  // namespace octosurf::dds

@@ -1,0 +1,51 @@
+#pragma once
+
+#include "io/readers/sensor_messages.hpp"
+#include "io/readers/transform_tree.hpp"
+#include "options.hpp"
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <string_view>
+
+#include <octosurf/scan.hpp>
+
+namespace octosurf::dds {
+
+/// Posed scans out of messages, by the same rules and code as those of a bag (scan_source.hpp), so that a map
+/// made live is the one that `octosurf map` makes of the recording. Messages are added in any thread. What is
+/// wrong with one is told by a std::runtime_error, and nothing of it is kept.
+class Sensors {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  explicit Sensors(const NodeOptions& options) : options_(options) {}
+
+  void add_transforms(std::string_view message, bool fixed);
+  void add_camera(std::string_view message);
+
+  /// The scan of a PointCloud2 or an Image. Waits until `latest` for what tells its pose for good: a
+  /// transform at its time or after it of everything that moves between sensor and map, and for the camera.
+  /// Then makes do with what there is, as for the last scans of a bag. `sent_ns`: its time if its header has
+  /// none.
+  Scan scan_of(std::string_view message, std::int64_t sent_ns, Clock::time_point latest,
+               const std::stop_token& stop);
+
+ private:
+  bool ready(const MessageHeader& header);
+  Eigen::Isometry3d pose(const MessageHeader& header);
+  void sort_tree();
+
+  const NodeOptions& options_;
+  std::mutex mutex_;
+  std::condition_variable_any news_;
+  TransformTree tree_;
+  bool tree_sorted_ = true;
+  std::optional<CameraInfoMessage> camera_;
+};
+
+}  // namespace octosurf::dds

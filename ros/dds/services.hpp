@@ -1,0 +1,51 @@
+#pragma once
+
+#include "endpoints.hpp"
+#include "io/message_writer.hpp"
+#include "io/readers/message_reader.hpp"
+#include "mapping.hpp"
+#include "options.hpp"
+
+#include <functional>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace octosurf::dds {
+
+/// The services of octosurf_msgs/srv, as rmw_cyclonedds_cpp has services over DDS: a topic of requests and
+/// one of replies, both with the client's id and the request's number before the message. (rmw_fastrtps_cpp
+/// sends those beside the message, and does not understand these.) One request after the other, in a thread
+/// of their own.
+class Services {
+ public:
+  Services(const Participant& participant, Mapping& mapping, const NodeOptions& options);
+
+ private:
+  /// Reads the request, writes the reply.
+  using Answer = std::function<void(MessageReader&, MessageWriter&)>;
+  struct Service {
+    std::string name;
+    Reader requests;
+    Writer replies;
+    Answer answer;
+  };
+
+  void add(const Participant& participant, const std::string& name, const std::string& type, Answer answer);
+  void run(const std::stop_token& stop);
+  void answer(const Service& service, const RawMessage& request);
+  void save(MessageReader& in, MessageWriter& out);
+  void load(MessageReader& in, MessageWriter& out);
+  void query(MessageReader& in, MessageWriter& out) const;
+  void contact_regions(MessageReader& in, MessageWriter& out) const;
+  void plan(MessageReader& in, MessageWriter& out) const;
+  std::string stem_of(const std::string& name) const;
+
+  Mapping& mapping_;
+  const NodeOptions& options_;
+  std::vector<Service> services_;
+  std::optional<Waiting> requests_;
+  std::jthread thread_;
+};
+
+}  // namespace octosurf::dds

@@ -1,0 +1,132 @@
+#include "dds/robot.hpp"
+
+#include "support/bag_writer.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <iomanip>
+#include <limits>
+#include <sstream>
+#include <unistd.h>
+
+namespace octosurf::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+// No multicast, which loopbacks need not have; peers are looked for by unicast.
+constexpr const char* loopback =
+    "<CycloneDDS><Domain id='any'><General><Interfaces><NetworkInterface address='127.0.0.1'/></Interfaces>"
+    "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
+    "<Peers><Peer address='127.0.0.1'/></Peers></Discovery></Domain></CycloneDDS>";
+
+bool is_scan(const std::string& topic) { return topic == "/camera/depth/image" || topic == "/lidar/points"; }
+
+/// The poses of a 7-Scenes folder as quaternions, which is how bags have them.
+void write_poses_of(const fs::path& recording) {
+  std::ofstream poses(recording / "poses.txt");
+  poses.precision(std::numeric_limits<double>::max_digits10);
+  for (int frame = 0;; ++frame) {
+    std::ostringstream name;
+    name << "frame-" << std::setw(6) << std::setfill('0') << frame << ".pose.txt";
+    std::ifstream in(recording / name.str());
+    if (!in) return;
+    Eigen::Matrix4d T;
+    for (int i = 0; i < 16; ++i) in >> T(i / 4, i % 4);
+    const Eigen::Quaterniond q(Eigen::Matrix3d(T.topLeftCorner<3, 3>()));
+    poses << T(0, 3) << ' ' << T(1, 3) << ' ' << T(2, 3) << ' ' << q.x() << ' ' << q.y() << ' ' << q.z()
+          << ' ' << q.w() << '\n';
+  }
+}
+
+}  // namespace
+
+Player::Player(Vendor& vendor, const fs::path& bag, Qos scans)
+    : images(vendor, "rt/camera/depth/image", scans),
+      cameras(vendor, "rt/camera/depth/camera_info", Qos::best_effort),
+      clouds(vendor, "rt/lidar/points", scans),
+      tf(vendor, "rt/tf", Qos::reliable),
+      tf_static(vendor, "rt/tf_static", Qos::latched) {
+  const auto source = open_bag({bag});
+  source->read_all(
+      [&](const BagMessage& message) {
+        const std::string& topic = source->topics()[message.topic].name;
+        if (is_scan(topic)) scans_.push_back(messages_.size());
+        depth_ |= topic == "/camera/depth/image";
+        messages_.push_back({topic, std::string(message.bytes)});
+      },
+      nullptr);
+}
+
+bool Player::is_heard(const Status& status, std::uint32_t scan_publishers) const {
+  const auto heard = [&](const std::function<void()>& speak, const std::function<std::uint64_t()>& count) {
+    const std::uint64_t before = count();
+    for (int attempt = 0; attempt < 60; ++attempt) {
+      speak();
+      for (int tenths = 0; tenths < 10; ++tenths) {
+        if (count() > before) return true;
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      }
+    }
+    return false;
+  };
+  sensor_msgs::msg::dds_::Image_ image;
+  sensor_msgs::msg::dds_::PointCloud2_ cloud;
+  image.header().frame_id("map");
+  cloud.header().frame_id("map");
+  const auto speak = [&] { depth_ ? images.publish(image) : clouds.publish(cloud); };
+  return wait_until([&] {
+           const auto now = status.last();
+           return now.scan_publishers() == scan_publishers && now.camera_publishers() == (depth_ ? 1 : 0) &&
+                  now.transform_publishers() == 2;
+         }) &&
+         heard([&] { tf.publish({}); }, [&] { return status.last().transforms(); }) &&
+         heard(speak, [&] { return status.last().refused(); });
+}
+
+void Player::publish(const Message& message) const {
+  using namespace sensor_msgs::msg::dds_;
+  using tf2_msgs::msg::dds_::TFMessage_PubSubType;
+  if (message.topic == "/camera/depth/image") images.publish(deserialised<Image_PubSubType>(message.cdr));
+  if (message.topic == "/camera/depth/camera_info")
+    cameras.publish(deserialised<CameraInfo_PubSubType>(message.cdr));
+  if (message.topic == "/lidar/points") clouds.publish(deserialised<PointCloud2_PubSubType>(message.cdr));
+  if (message.topic == "/tf") tf.publish(deserialised<TFMessage_PubSubType>(message.cdr));
+  if (message.topic == "/tf_static") tf_static.publish(deserialised<TFMessage_PubSubType>(message.cdr));
+}
+
+void Player::play(std::size_t first, std::size_t last) {
+  const std::size_t begin = first == 0 ? 0 : scans_.at(first - 1) + 1;
+  for (std::size_t i = begin; i <= scans_.at(last - 1); ++i) publish(messages_[i]);
+}
+
+void NodeTest::SetUp() {
+  if (!can_write_bags()) GTEST_SKIP() << no_bag_writer;
+  setenv("CYCLONEDDS_URI", loopback, 1);
+  domain = 1 + static_cast<std::uint32_t>(getpid()) %
+                   100;  // tests run beside each other; ports below the ephemeral ones
+  vendor = std::make_unique<Vendor>(domain);
+}
+
+std::unique_ptr<Running> NodeTest::start(const std::vector<std::string>& arguments) const {
+  std::vector<std::string> all{"--domain", std::to_string(domain), "--publish", "0.05"};
+  all.insert(all.end(), arguments.begin(), arguments.end());
+  return std::make_unique<Running>(folder, all, OCTOSURF_DDS);
+}
+
+int NodeTest::end(Running& node) {
+  node.send(SIGINT);
+  return node.wait();
+}
+
+void NodeTest::record(const std::string& simulate, const std::string& bag) const {
+  run_well("simulate room -o sim " + simulate);
+  if (!exists("sim/poses.txt")) write_poses_of(folder / "sim");
+  write_bag_of(folder / "sim", folder / "walk.db3", bag);
+  run_well("map walk.db3 -o offline");
+  ASSERT_GT(info("offline").at("surfaces"), 3);
+}
+
+}  // namespace octosurf::test

@@ -1,0 +1,96 @@
+#include "dds/vendor.hpp"
+
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
+#include <fastdds/dds/publisher/qos/DataWriterQos.hpp>
+#include <fastdds/dds/subscriber/qos/DataReaderQos.hpp>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastrtps/utils/IPLocator.h>
+#include <stdexcept>
+
+namespace octosurf::test {
+namespace {
+
+template <class EndpointQos>
+void apply(Qos qos, int depth, EndpointQos& to) {
+  to.reliability().kind =
+      qos == Qos::best_effort ? fast::BEST_EFFORT_RELIABILITY_QOS : fast::RELIABLE_RELIABILITY_QOS;
+  to.durability().kind =
+      qos == Qos::latched ? fast::TRANSIENT_LOCAL_DURABILITY_QOS : fast::VOLATILE_DURABILITY_QOS;
+  to.history().kind = fast::KEEP_LAST_HISTORY_QOS;
+  to.history().depth = depth;
+  to.endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+}
+
+template <class Entity>
+Entity* made(Entity* entity, const std::string& what) {
+  if (entity == nullptr) throw std::runtime_error("Fast DDS makes no " + what);
+  return entity;
+}
+
+}  // namespace
+
+Vendor::Vendor(std::uint32_t domain) {
+  fast::DomainParticipantQos qos = fast::PARTICIPANT_QOS_DEFAULT;
+  qos.transport().use_builtin_transports = false;
+  auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+  udp->interfaceWhiteList.emplace_back("127.0.0.1");
+  qos.transport().user_transports.push_back(udp);
+  eprosima::fastrtps::rtps::Locator_t here;
+  eprosima::fastrtps::rtps::IPLocator::setIPv4(here, "127.0.0.1");
+  auto& builtin = qos.wire_protocol().builtin;
+  builtin.initialPeersList.push_back(here);
+  builtin.metatrafficUnicastLocatorList.push_back(here);
+  participant_ =
+      made(fast::DomainParticipantFactory::get_instance()->create_participant(domain, qos), "participant");
+  publisher_ = made(participant_->create_publisher(fast::PUBLISHER_QOS_DEFAULT), "publisher");
+  subscriber_ = made(participant_->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT), "subscriber");
+}
+
+Vendor::~Vendor() {
+  participant_->delete_contained_entities();
+  fast::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+}
+
+fast::Topic* Vendor::topic(const std::string& name, const fast::TypeSupport& type) {
+  if (auto* known = dynamic_cast<fast::Topic*>(participant_->lookup_topicdescription(name))) return known;
+  type.register_type(participant_);
+  return made(participant_->create_topic(name, type.get_type_name(), fast::TOPIC_QOS_DEFAULT),
+              "topic " + name);
+}
+
+fast::DataWriter* Vendor::writer(const std::string& name, const fast::TypeSupport& type, Qos qos, int depth) {
+  fast::DataWriterQos wanted = fast::DATAWRITER_QOS_DEFAULT;
+  apply(qos, depth, wanted);
+  wanted.publish_mode().kind = fast::ASYNCHRONOUS_PUBLISH_MODE;  // what sends messages larger than a datagram
+  // Cyclone takes what a reliable writer sends before its first heartbeat for the past; that comes every 3 s.
+  wanted.reliable_writer_qos().times.heartbeatPeriod = {0, 50'000'000};
+  return made(publisher_->create_datawriter(topic(name, type), wanted), "writer");
+}
+
+fast::DataReader* Vendor::reader(const std::string& name, const fast::TypeSupport& type, Qos qos,
+                                 fast::DataReaderListener* listener) {
+  fast::DataReaderQos wanted = fast::DATAREADER_QOS_DEFAULT;
+  apply(qos, 10, wanted);
+  return made(subscriber_->create_datareader(topic(name, type), wanted, listener), "reader");
+}
+
+RawSupport::RawSupport(const std::string& type) {
+  setName(type.c_str());
+  m_typeSize = 1 << 20;
+  m_isGetKeyDefined = false;
+}
+
+bool RawSupport::serialize(void* data, eprosima::fastrtps::rtps::SerializedPayload_t* payload) {
+  const std::string& bytes = *static_cast<const std::string*>(data);
+  if (bytes.size() > payload->max_size) return false;
+  std::copy(bytes.begin(), bytes.end(), reinterpret_cast<char*>(payload->data));
+  payload->length = static_cast<std::uint32_t>(bytes.size());
+  return true;
+}
+
+std::function<std::uint32_t()> RawSupport::getSerializedSizeProvider(void* data) {
+  return [data] { return static_cast<std::uint32_t>(static_cast<const std::string*>(data)->size()); };
+}
+
+}  // namespace octosurf::test

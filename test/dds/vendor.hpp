@@ -1,0 +1,179 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/subscriber/DataReader.hpp>
+#include <fastdds/dds/subscriber/DataReaderListener.hpp>
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <fastdds/dds/topic/TypeSupport.hpp>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <utility>
+
+// A robot of another vendor: Fast DDS, with types that its fastddsgen has made of ros/dds/idl.
+
+namespace octosurf::test {
+
+namespace fast = eprosima::fastdds::dds;
+
+enum class Qos { best_effort, reliable, latched };
+
+/// Asks again and again until `holds` or a minute is over; returns whether it holds. On a machine that does
+/// anything at all it is a matter of tenths of a second.
+inline bool wait_until(const std::function<bool()>& holds) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+  while (!holds()) {
+    if (std::chrono::steady_clock::now() > end) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return true;
+}
+
+/// A participant on the loopback alone.
+class Vendor {
+ public:
+  explicit Vendor(std::uint32_t domain);
+  ~Vendor();
+  Vendor(const Vendor&) = delete;
+  Vendor& operator=(const Vendor&) = delete;
+
+  fast::DataWriter* writer(const std::string& topic, const fast::TypeSupport& type, Qos qos, int depth);
+  fast::DataReader* reader(const std::string& topic, const fast::TypeSupport& type, Qos qos,
+                           fast::DataReaderListener* listener);
+
+ private:
+  fast::Topic* topic(const std::string& name, const fast::TypeSupport& type);
+
+  fast::DomainParticipant* participant_ = nullptr;
+  fast::Publisher* publisher_ = nullptr;
+  fast::Subscriber* subscriber_ = nullptr;
+};
+
+/// Bytes as they are, under the name of a type: what a publisher sends that is broken.
+class RawSupport : public fast::TopicDataType {
+ public:
+  explicit RawSupport(const std::string& type);
+  bool serialize(void* data, eprosima::fastrtps::rtps::SerializedPayload_t* payload) override;
+  bool deserialize(eprosima::fastrtps::rtps::SerializedPayload_t*, void*) override { return false; }
+  std::function<std::uint32_t()> getSerializedSizeProvider(void* data) override;
+  bool getKey(void*, eprosima::fastrtps::rtps::InstanceHandle_t*, bool) override { return false; }
+  void* createData() override { return new std::string; }
+  void deleteData(void* data) override { delete static_cast<std::string*>(data); }
+};
+
+template <class Support>
+class Publisher {
+ public:
+  using Message = typename Support::type;
+
+  Publisher(Vendor& vendor, const std::string& topic, Qos qos, int depth = 100)
+      : writer_(vendor.writer(topic, fast::TypeSupport(new Support), qos, depth)) {}
+  bool publish(Message message) const { return writer_->write(&message); }
+
+ private:
+  fast::DataWriter* writer_;
+};
+
+/// What has come last on a topic, and how much.
+template <class Support>
+class Subscription : private fast::DataReaderListener {
+ public:
+  using Message = typename Support::type;
+
+  Subscription(Vendor& vendor, const std::string& topic, Qos qos)
+      : reader_(vendor.reader(topic, fast::TypeSupport(new Support), qos, this)) {}
+  ~Subscription() override { reader_->set_listener(nullptr); }
+
+  Message last() const {
+    const std::lock_guard lock(mutex_);
+    return last_;
+  }
+  int count() const {
+    const std::lock_guard lock(mutex_);
+    return count_;
+  }
+  int writers() const {
+    fast::SubscriptionMatchedStatus status;
+    reader_->get_subscription_matched_status(status);
+    return status.current_count;
+  }
+
+ private:
+  void on_data_available(fast::DataReader* reader) override {
+    Message message;
+    fast::SampleInfo info;
+    while (reader->take_next_sample(&message, &info) == eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
+      if (!info.valid_data) continue;
+      const std::lock_guard lock(mutex_);
+      last_ = std::move(message);
+      ++count_;
+    }
+  }
+
+  mutable std::mutex mutex_;
+  Message last_;
+  int count_ = 0;
+  fast::DataReader* reader_;
+};
+
+/// A client of a service, as rmw_cyclonedds_cpp has them.
+template <class RequestSupport, class ResponseSupport>
+class Client {
+ public:
+  Client(Vendor& vendor, const std::string& service)
+      : requests_(vendor, "rq" + service + "Request", Qos::reliable),
+        replies_(vendor, "rr" + service + "Reply", Qos::reliable) {}
+
+  /// The answer; false in `success` without one.
+  typename ResponseSupport::type call(typename RequestSupport::type request) {
+    constexpr std::uint64_t me = 0x0123456789abcdefULL;
+    request.call().client(me);
+    request.call().number(++number_);
+    wait_until([&] { return replies_.writers() > 0; });
+    const auto answered = [&] {
+      return replies_.last().call().number() == number_ && replies_.last().call().client() == me;
+    };
+    // A service that does not know the client yet does not hear it: it is asked again.
+    for (int tenths = 0; tenths < 600 && !answered(); ++tenths) {
+      if (tenths % 50 == 0) requests_.publish(request);
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    if (answered()) return replies_.last();
+    return {};
+  }
+
+ private:
+  Publisher<RequestSupport> requests_;
+  Subscription<ResponseSupport> replies_;
+  std::int64_t number_ = 0;
+};
+
+/// As Fast DDS serialises it, behind its encapsulation header.
+template <class Support>
+std::string serialised(typename Support::type message) {
+  Support support;
+  eprosima::fastrtps::rtps::SerializedPayload_t payload(support.getSerializedSizeProvider(&message)());
+  if (!support.serialize(&message, &payload)) return {};
+  return {reinterpret_cast<const char*>(payload.data), payload.length};
+}
+
+/// Throws std::runtime_error unless the bytes are such a message.
+template <class Support>
+typename Support::type deserialised(std::string_view bytes) {
+  Support support;
+  eprosima::fastrtps::rtps::SerializedPayload_t payload(static_cast<std::uint32_t>(bytes.size()));
+  std::copy(bytes.begin(), bytes.end(), reinterpret_cast<char*>(payload.data));
+  payload.length = static_cast<std::uint32_t>(bytes.size());
+  typename Support::type message;
+  if (!support.deserialize(&payload, &message)) throw std::runtime_error("no such message");
+  return message;
+}
+
+}  // namespace octosurf::test
