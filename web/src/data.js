@@ -12,7 +12,7 @@ import { readBlock, summed } from './block.js';
  * @property {Float64Array} u      of all rings' vertices
  * @property {Float64Array} v
  * @property {Uint8Array} edges    kind of the edge from each vertex to the next of its ring; 255: no label
- * @property {{from: number, to: number}[]} rings   vertices of each; even-odd tells inside from outside
+ * @property {{from: number, to: number, outer: boolean}[]} rings   vertices of each: an outer ring, its holes, the next
  * @property {Uint32Array} corners   three vertices a triangle
  * @property {number[]} box        least u, least v, greatest u, greatest v
  * @property {number} index
@@ -39,9 +39,11 @@ function surfacesOf(json, arrays, origin) {
   return json.surfaces.map((stored, index) => {
     const rings = [];
     let count = 0;
-    for (const size of stored.rings.flat()) {
-      rings.push({ from: count, to: count + size });
-      count += size;
+    for (const sizes of stored.rings) {
+      sizes.forEach((size, k) => {
+        rings.push({ from: count, to: count + size, outer: k === 0 });
+        count += size;
+      });
     }
     const T = stored.pose;
     const surface = {

@@ -1,6 +1,7 @@
 // The map that is shown, and its layers' objects: made when first shown, thrown away when they are outdated.
 import * as THREE from 'three';
 import { onSurface } from './data.js';
+import { Effort } from './detail.js';
 import { dispose } from './highlight.js';
 import { lightIn } from './layers/mesh.js';
 import { layers } from './layers/index.js';
@@ -63,10 +64,13 @@ export class Stage {
         on: Object.fromEntries(layers.map(({ id, on }) => [id, on])), choice: {}, sliceHeight: null,
       },
     };
+    const effort = new Effort();
+    let whole = true;
     view.beforePicture.push((moving, frameMs) => {
       this.context.eye.copy(view.eye);
-      for (const object of this.objects.values())
-        if (object.visible) object.userData.prepare?.(moving, frameMs);
+      if (moving) effort.note(frameMs, whole);
+      whole = effort.share(layers.map(({ id }) => this.objects.get(id))
+        .filter((object) => object?.visible && object.userData.draw), moving);
     });
   }
 

@@ -8,8 +8,8 @@
 //   choices(map)      ways to colour it, if there are several: [{id, label}], the first at first
 //   range(map, settings)  a slider of its own: {least, greatest, value, text(value), set(value)}
 //   create(map, context)  a three.js object in root coordinates (context.js, view.js); asked for when it is first
-//                     shown, and again when a choice, the theme or the map changes. userData.prepare(moving,
-//                     frameMs), if it has one, is called before each picture.
+//                     shown, and again when a choice, the theme or the map changes. If it has userData.draw, detail.js
+//                     has it drawn by that, before each picture.
 //   legend(map, context)  [{color | line | ramp, text | low, high}]
 import { surfaces } from './surfaces.js';
 import { edges } from './edges.js';
