@@ -59,6 +59,21 @@ std::string region_answer(const ServedMap& map, const Values& values) {
   return region_json(*found.surface, found.region, found.pieces);
 }
 
+std::string all_regions_answer(const ServedMap& map, const Values& values) {
+  ContactQuery query = contact_query(values);
+  if (values.has("yaw_deg")) query.yaw_deg = values.number("yaw_deg");
+  std::string answer = "{\"revision\":" + std::to_string(map.asked.snapshot->revision);
+  answer += ",\"regions\":[";
+  const char* before = "";
+  for (const SurfacePtr& surface : map.asked.snapshot->surfaces) {
+    query.regions = surface->id;
+    const FoundRegion found = find_region(map.asked, query, slope_limit(map, values).max_slope_rad);
+    answer.append(before).append(region_json(*found.surface, found.region, found.pieces));
+    before = ",";
+  }
+  return answer.append("]}");
+}
+
 std::string answer_to(const ServedMap& map, const std::string& path, const Values& values) {
   const SurfaceIndex& index = map.index;
   if (path == "/api/query/box") {
@@ -78,6 +93,7 @@ std::string answer_to(const ServedMap& map, const std::string& path, const Value
                       "has no such surface below that place");
   if (path == "/api/query/foothold") return foothold_answer(map, values);
   if (path == "/api/changes") return map.changes_json(static_cast<std::uint64_t>(values.number("since")));
+  if (path == "/api/regions/all") return all_regions_answer(map, values);
   return region_answer(map, values);
 }
 
@@ -89,7 +105,9 @@ HttpReply wrong_method(const std::string& path, const char* allowed) {
 
 }  // namespace
 
-bool Api::is_slow(const HttpRequest& request) { return request.path == "/api/plan"; }
+bool Api::is_slow(const HttpRequest& request) {
+  return request.path == "/api/plan" || request.path == "/api/regions/all";
+}
 
 HttpReply Api::answer(const HttpRequest& request) {
   const std::string& path = request.path;

@@ -1,7 +1,9 @@
 #include "serve/live_server.hpp"
 
+#include <array>
 #include <cstdio>
 #include <exception>
+#include <random>
 #include <sys/resource.h>
 #include <utility>
 
@@ -17,11 +19,20 @@ void yield_to_the_mapper() {
   static_cast<void>(done);  // where it is not allowed, all have the same share
 }
 
+/// No two runs have the same, so that nobody takes one's revisions for the other's.
+std::string new_run() {
+  std::random_device random;
+  std::array<char, 17> text{};
+  std::snprintf(text.data(), text.size(), "%08x%08x", random(), random());
+  return text.data();
+}
+
 }  // namespace
 
 LiveServer::LiveServer(Mapper& mapper, std::string name, const HttpPlace& place)
     : mapper_(mapper),
       name_(std::move(name)),
+      run_(new_run()),
       up_(mapper.map().parameters().up),
       api_([this] { return latest(); }),
       server_(
@@ -51,7 +62,7 @@ std::shared_ptr<const ServedMap> LiveServer::latest() {
   const std::lock_guard lock(making_);
   if (!latest_ || latest_->asked.snapshot != snapshot)
     latest_ = std::make_shared<const ServedMap>(
-        snapshot, name_, up_ ? *up_ : estimate_up(*snapshot).direction, PageOptions{}.max_mb);
+        snapshot, name_, up_ ? *up_ : estimate_up(*snapshot).direction, PageOptions{}.max_mb, run_);
   return latest_;
 }
 

@@ -15,6 +15,17 @@ namespace octosurf {
 /// Surfaces, cylinders, departures and changes.
 void add_surfaces(PageBlock& block, const PageMap& map);
 
+/// Contact regions.
+void add_feet(PageBlock& block, const PageMap& map);
+
+/// Plans. Throws Error(data) for what is none.
+void add_plans(PageBlock& block, const PageMap& map);
+
+inline constexpr double page_polygon_step = 1e-4;  ///< m: polygons' coordinates are stored as multiples of it
+
+/// A coordinate of a polygon of that surface so. Throws Error(data) if it is not finite.
+std::int32_t page_polygon_steps(double coordinate, SurfaceId id);
+
 /// An occupied voxel, or several merged to a larger one.
 struct PageVoxel {
   int x = 0, y = 0, z = 0;  ///< its corner over its edge

@@ -15,7 +15,6 @@ namespace {
 
 using Json = PageBlock::Json;
 
-constexpr double polygon_step = 1e-4;  // m: polygons' coordinates are stored as multiples of it
 constexpr std::uint8_t no_label = 255;
 constexpr double deg_per_rad = 180 / std::numbers::pi;
 
@@ -26,14 +25,10 @@ struct Rings {
   std::vector<std::uint32_t> triangles;  ///< three vertices each, counted from the surface's first
 };
 
-std::int32_t stored(double coordinate, SurfaceId id) {
-  return static_cast<std::int32_t>(std::lround(std::clamp(finite(coordinate, id) / polygon_step, -2e9, 2e9)));
-}
-
 void add_ring(Rings& rings, const Ring2& ring, SurfaceId id, const std::vector<EdgeKind>* kinds) {
   for (std::size_t k = 0; k < ring.size(); ++k) {
-    rings.u.push_back(stored(ring[k].x(), id));
-    rings.v.push_back(stored(ring[k].y(), id));
+    rings.u.push_back(page_polygon_steps(ring[k].x(), id));
+    rings.v.push_back(page_polygon_steps(ring[k].y(), id));
     rings.edges.push_back(kinds == nullptr ? no_label : static_cast<std::uint8_t>((*kinds)[k]));
   }
 }
@@ -179,6 +174,11 @@ Json changes_json(const PageMap& map) {
 
 }  // namespace
 
+std::int32_t page_polygon_steps(double coordinate, SurfaceId id) {
+  const double steps = finite(coordinate, id) / page_polygon_step;
+  return static_cast<std::int32_t>(std::lround(std::clamp(steps, -2e9, 2e9)));
+}
+
 void add_surfaces(PageBlock& block, const PageMap& map) {
   const Snapshot& snapshot = *map.snapshot;
   Rings rings;
@@ -193,7 +193,7 @@ void add_surfaces(PageBlock& block, const PageMap& map) {
   block.json["departed_surfaces"] = departures_json(snapshot.departures, Departure::Of::surface);
   block.json["departed_cylinders"] = departures_json(snapshot.departures, Departure::Of::cylinder);
   block.json["changes"] = changes_json(map);
-  block.json["ring_step_m"] = polygon_step;
+  block.json["ring_step_m"] = page_polygon_step;
   block.add("ring_u", differences(rings.u));
   block.add("ring_v", differences(rings.v));
   block.add("ring_edges", rings.edges);

@@ -11,7 +11,8 @@ import subprocess
 import urllib.parse
 
 PATHS = ("box", "sphere", "ray", "voxel", "nearest", "below", "foothold")
-QUESTIONS = tuple(f"/api/query/{name}" for name in PATHS) + ("/api/regions", "/api/changes", "/api/plan")
+QUESTIONS = tuple(f"/api/query/{name}" for name in PATHS) + (
+    "/api/regions", "/api/regions/all", "/api/changes", "/api/plan")
 EVERYTHING = QUESTIONS + ("/", "/api/info", "/api/surfaces", "/openapi.json", "/nothing")
 
 
@@ -118,6 +119,7 @@ def nearly_right(rng, path):
         "ray": {"from": place(), "direction": place()}, "voxel": {"point": place()},
         "nearest": {"point": place(), "max_slope_deg": rng.choice([0, 30, 180])}, "below": {"point": place()},
         "foothold": {"point": place(), "yaw_deg": rng.uniform(-720, 720), **contact},
+        "all": {"yaw_deg": rng.uniform(-720, 720), **contact},
         "regions": {"surface": rng.choice([1, 2, 3, 7, 4294967295]), "pieces": rng.choice([0, 1, 5]), **contact},
         "changes": {"since": rng.choice([0, 1, 7, 2**53 - 1, 0.5])},
         "plan": {"from": place(4), "to": place(4), "time_s": 0.01, "robot": rng.choice(["biped", "quadruped"]),

@@ -140,6 +140,46 @@ function originOf(json) {
   return [0, 1, 2].map((k) => Math.round(places.reduce((sum, p) => sum + p[k], 0) / places.length));
 }
 
+/**
+ * A foot's contact regions as the server gives them.
+ * @param {object[]} answers of /api/regions/all
+ */
+export function footFrom(map, name, answers) {
+  const regions = answers.map(({ surface: id, area_m2, refused, polygons }) => {
+    const surface = map.surface(id);
+    const flat = (ring) => {
+      const places = ring.map((place) => minus(minus(place, map.origin), surface.origin));
+      const along = (k) => places.map((p) => p.reduce((sum, x, i) => sum + x * surface.axes[k][i], 0));
+      return { u: along(0), v: along(1) };
+    };
+    return { surface: id, area_m2, refused,
+      polygons: surface ? polygons.map(({ outer, holes }) => [outer, ...holes].map(flat)) : [] };
+  });
+  return { name, regions };
+}
+
+function feetOf(json, arrays) {
+  if (!json.feet) return [];
+  const u = summed(arrays.region_u), v = summed(arrays.region_v);
+  let at = 0;
+  const ring = (size) => {
+    const part = (all) => Array.from(all.subarray(at, at + size), (x) => x * json.ring_step_m);
+    const result = { u: part(u), v: part(v) };
+    at += size;
+    return result;
+  };
+  return json.feet.map(({ name, regions }) => ({ name, regions: regions.map((one) =>
+    ({ ...one, polygons: one.rings.map((sizes) => sizes.map(ring)) })) }));
+}
+
+/** A plan, as the block has it and the server gives it, in root coordinates. */
+export function planFrom({ origin }, plan) {
+  const here = (place) => minus(place, origin);
+  const step = (one) => ({ ...one, at: here(one.at), outline: one.outline.map(here) });
+  return { ...plan, start: plan.start.map(step), steps: plan.steps.map(step),
+    body: plan.body.map(({ at }) => ({ at: here(at) })) };
+}
+
 /** @param {string} text of a block @param {number[]?} origin of the page, or its first map's */
 export async function readMap(text, origin) {
   const { json, arrays } = await readBlock(text);
@@ -152,6 +192,8 @@ export async function readMap(text, origin) {
     cylinders: json.cylinders.map((one) => ({ ...one, axis_point: minus(one.axis_point, origin) })),
     departedSurfaces: json.departed_surfaces.map(([id, into, born, revision]) => ({ id, into, born, revision })),
     departedCylinders: json.departed_cylinders.map(([id, into, born, revision]) => ({ id, into, born, revision })),
+    feet: feetOf(json, arrays), feetLeftOut: json.feet_left_out,
+    plans: (json.plans ?? []).map((plan) => planFrom({ origin }, plan)),
     voxels: voxelsOf(json, arrays, origin),
     slices: json.slices ? { ...json.slices, states: arrays.slice_states } : null,
     toMap: (place) => place.map((x, k) => x + origin[k]),

@@ -4,7 +4,7 @@ import { readMap } from './data.js';
 const pause = (ms) => new Promise((done) => { setTimeout(done, ms); });
 const leastPauseMs = 1000;
 
-/** @param {{map: object, take: function(object): void, say: function(string): void}} page until it is closed */
+/** @param {object} page see main.js; until it is closed */
 export async function follow(page) {
   for (;;) {
     const begin = performance.now();

@@ -10,6 +10,7 @@ import { Measure } from './measure.js';
 import { Panel } from './panel.js';
 import { pick } from './picking.js';
 import { bindPointer } from './pointer.js';
+import { Asking, hasServer, runToFollow } from './server.js';
 import { Stage } from './stage.js';
 import { Theme } from './theme.js';
 import { Timeline } from './timeline.js';
@@ -74,6 +75,29 @@ class Page {
     if (wasEmpty) this.fit();
   }
 
+  /** Contact regions that were asked for, in the place of those asked for before. */
+  takeFoot(foot) {
+    this.map.feet = [foot, ...this.map.feet.filter(({ name }) => !name.startsWith('asked:'))];
+    this.stage.settings.choice.regions = foot.name;
+    this.stage.settings.on.regions = true;
+    this.stage.renew('regions');
+    this.panel.update();
+    if (this.picked) this.select(this.picked);
+  }
+
+  takePlan(plan) {
+    this.map.plans = [...this.map.plans.filter(({ name }) => name !== plan.name), plan];
+    this.stage.settings.on.plans = true;
+    this.stage.renew('plans');
+    this.panel.update();
+  }
+
+  /** Of the way from one place to another, as planners count it (up.hpp). */
+  yawDeg(from, to) {
+    const way = new THREE.Vector3(...to.map((x, k) => x - from[k])).applyQuaternion(this.view.root.quaternion);
+    return Math.atan2(way.y, way.x) * 180 / Math.PI;
+  }
+
   fit(from = this.stage.side) { this.view.fit(this.stage.context.extent, from); }
 
   clear() {
@@ -103,12 +127,13 @@ class Page {
   select(hit) {
     this.picked = hit;
     this.highlight.picked(this.map, hit);
-    if (hit) this.panel.details(titleOf(this.map, hit), rowsOf(this.map, hit), (id) => this.search(id));
+    if (hit) this.panel.details(titleOf(this.map, hit), rowsOf(this.map, hit, this.stage.settings), (id) => this.search(id));
     else this.panel.details(null);
   }
 
   click(x, y) {
     const hit = this.hit(x, y);
+    if (hit && this.asking?.click(hit.place)) return undefined;
     if (!this.measure.on) return this.select(hit);
     if (hit) this.measure.add(hit.place, this.map.up);
   }
@@ -182,7 +207,8 @@ async function start() {
   if (!window.DecompressionStream) return say('This browser is too old for the page: it needs DecompressionStream.');
   const page = new Page(await readMaps());
   window.octosurf = page;  // for the console, and for tests
-  if (document.querySelector('meta[name="octosurf-live"]')) follow({ get map() { return page.map; }, take: (map) => page.take(map), say });
+  if (hasServer()) page.asking = new Asking(page);
+  if (runToFollow()) follow(page, runToFollow());
   return page;
 }
 
