@@ -1,5 +1,7 @@
 #include "serve/live_server.hpp"
 
+#include "serve/live_feed.hpp"
+
 #include <array>
 #include <cstdio>
 #include <exception>
@@ -41,7 +43,9 @@ LiveServer::LiveServer(Mapper& mapper, std::string name, const HttpPlace& place)
             yield_to_the_mapper();
             return api_.answer(request);
           },
-          Api::is_slow) {
+          Api::is_slow,
+          std::make_shared<LiveFeed>(
+              run_, [this] { return mapper_.snapshot()->revision; }, [this] { return now(); })) {
   mapper.share_octree();
   thread_ = std::thread([this] {
     try {
@@ -57,12 +61,22 @@ LiveServer::~LiveServer() {
   thread_.join();
 }
 
+Eigen::Vector3d LiveServer::up_in(const Snapshot& snapshot) const {
+  return up_ ? *up_ : estimate_up(snapshot).direction;
+}
+
+AskedMap LiveServer::now() const {
+  yield_to_the_mapper();
+  const std::shared_ptr<const Snapshot> snapshot = mapper_.snapshot();
+  return {name_, snapshot, snapshot->octree, up_in(*snapshot), {}};
+}
+
 std::shared_ptr<const ServedMap> LiveServer::latest() {
   const std::shared_ptr<const Snapshot> snapshot = mapper_.snapshot();
   const std::lock_guard lock(making_);
   if (!latest_ || latest_->asked.snapshot != snapshot)
     latest_ = std::make_shared<const ServedMap>(
-        snapshot, name_, up_ ? *up_ : estimate_up(*snapshot).direction, PageOptions{}.max_mb, run_);
+        snapshot, name_, up_in(*snapshot), PageOptions{}.max_mb, run_);
   return latest_;
 }
 

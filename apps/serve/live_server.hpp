@@ -27,6 +27,8 @@ class LiveServer {
 
  private:
   std::shared_ptr<const ServedMap> latest();
+  AskedMap now() const;
+  Eigen::Vector3d up_in(const Snapshot& snapshot) const;
 
   const Mapper& mapper_;
   const std::string name_, run_;

@@ -193,6 +193,16 @@ const std::vector<Question>& questions() {
   return all;
 }
 
+const Question& live_question() {
+  static const Question live{
+      "/live",
+      "a WebSocket: what changes on the map, as it changes",
+      {{"since", Kind::whole, "the revision that is known; everything, if it is not given", 0, last_revision},
+       {"run", Kind::text, "whose revision that is, as messages told: everything, if the map is another run's"}},
+      "{}"};
+  return live;
+}
+
 const Question* find_question(std::string_view path) {
   const auto found = std::find_if(questions().begin(), questions().end(),
                                   [&](const Question& question) { return question.path == path; });

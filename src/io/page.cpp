@@ -11,7 +11,6 @@
 
 #include <octosurf/error.hpp>
 #include <octosurf/page.hpp>
-#include <octosurf/up.hpp>
 
 namespace octosurf {
 namespace {
@@ -33,15 +32,11 @@ struct MapOfPage {
 std::string encoded(const MapOfPage& one, const std::vector<PageVoxel>& voxels, const Detail& detail,
                     const PageOptions& options) {
   const PageMap& map = one.map;
-  const Eigen::Vector3d up = options.up.normalized();
-  const Eigen::Quaterniond R_upright_map = upright(up);
   PageBlock block;
   block.json["name"] = map.name;
   block.json["revision"] = map.snapshot->revision;
   block.json["resolution"] = map.snapshot->resolution;
-  block.json["up"] = {up.x(), up.y(), up.z()};
-  // So that heights in the page and its slices are those of up.hpp.
-  block.json["R_upright_map"] = {R_upright_map.x(), R_upright_map.y(), R_upright_map.z(), R_upright_map.w()};
+  add_up(block, options.up);
   block.json["merged"] = detail.merged;
   block.json["feet_left_out"] = !detail.feet && !map.feet.empty();
   block.json["voxels_before_merging"] = one.voxels.size();

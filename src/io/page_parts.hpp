@@ -12,8 +12,11 @@
 
 namespace octosurf {
 
-/// Surfaces, cylinders, departures and changes.
-void add_surfaces(PageBlock& block, const PageMap& map);
+/// Surfaces, cylinders, departures since a revision, and changes.
+void add_surfaces(PageBlock& block, const PageMap& map, std::uint64_t departed_since = 0);
+
+/// Which way is up.
+void add_up(PageBlock& block, const Eigen::Vector3d& up);
 
 /// Contact regions.
 void add_feet(PageBlock& block, const PageMap& map);

@@ -13,7 +13,7 @@ import urllib.parse
 PATHS = ("box", "sphere", "ray", "voxel", "nearest", "below", "foothold")
 QUESTIONS = tuple(f"/api/query/{name}" for name in PATHS) + (
     "/api/regions", "/api/regions/all", "/api/changes", "/api/plan")
-EVERYTHING = QUESTIONS + ("/", "/api/info", "/api/surfaces", "/openapi.json", "/nothing")
+EVERYTHING = QUESTIONS + ("/live", "/", "/api/info", "/api/surfaces", "/openapi.json", "/nothing")
 
 
 class Server:

@@ -23,7 +23,7 @@ export function lineOf(map, hit) {
   if (hit.kind === 'cylinder')
     return `cylinder c${hit.what.id} · radius ${(100 * hit.what.radius_m).toFixed(1)} cm`;
   const surface = map.voxels.surface[hit.what];
-  const whose = surface === 0 ? 'pending' : `of surface ${map.surfaces[surface - 1].id}`;
+  const whose = surface === 0 ? 'pending' : `of surface ${surface}`;
   return `voxel · log-odds ${map.voxels.logOdds(hit.what).toFixed(2)} · ${whose}`;
 }
 
@@ -111,13 +111,12 @@ function cylinderRows(map, cylinder) {
 }
 
 function voxelRows(map, i) {
-  const { voxels } = map, logOdds = voxels.logOdds(i), surface = voxels.surface[i];
-  const id = surface === 0 ? null : map.surfaces[surface - 1].id;
+  const { voxels } = map, logOdds = voxels.logOdds(i), id = voxels.surface[i];
   return [
     { name: 'centre', text: `${fixed(map.toMap(centerOf(voxels, i)), 3)} m` },
     { name: 'edge', text: `${(100 * voxels.size).toFixed(1)} cm` },
     { name: 'occupied', text: `${(100 / (1 + Math.exp(-logOdds))).toFixed(1)} %, log-odds ${logOdds.toFixed(2)}` },
-    id === null ? { name: 'surface', text: 'none: pending' }
+    id === 0 ? { name: 'surface', text: 'none: pending' }
       : { name: 'surface', ids: [{ text: String(id), id: String(id) }] },
   ];
 }

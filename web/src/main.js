@@ -2,7 +2,7 @@
 import * as THREE from 'three';
 import { middleOf, readMap } from './data.js';
 import { find, lineOf, rowsOf, titleOf } from './describe.js';
-import { follow } from './follow.js';
+import { Following } from './follow.js';
 import { Highlight } from './highlight.js';
 import { bindKeys } from './keys.js';
 import { layers } from './layers/index.js';
@@ -48,6 +48,7 @@ class Page {
     if (maps.length > 1) this.stage.settings.choice.surfaces = 'change';
     this.timeline.show(maps.length - 1);
     this.fit();
+    this.wasEmpty = this.map.surfaces.length === 0;
     this.bind();
   }
 
@@ -65,15 +66,30 @@ class Page {
     this.panel.update();
   }
 
-  /** The map as it is now, in the place of the latest; what was picked stays picked while it is there. */
-  take(map) {
-    const { kind, what } = this.picked ?? {}, wasEmpty = this.map.surfaces.length === 0;
-    this.maps[this.maps.length - 1] = map;
-    this.timeline.show(this.maps.length - 1);
-    const again = kind === 'surface' ? map.surface(what.id) : undefined;
-    if (again) this.select({ kind, what: again });
+  /** The map's surfaces and cylinders have changed. What was picked stays picked while it is there. */
+  renewSurfaces() {
+    const { kind, what } = this.picked ?? {}, { map } = this, wasEmpty = this.wasEmpty;
+    this.wasEmpty = map.surfaces.length === 0;
+    this.stage.mapChanged();
+    if (kind === 'surface' || kind === 'cylinder') {
+      const again = kind === 'surface' ? map.surface(what.id) : map.cylinder(what.id);
+      if (again !== what) this.select(again ? { kind, what: again } : null);
+    }
+    this.hover(null);
+    this.panel.update();
     if (wasEmpty) this.fit();
   }
+
+  /** The map's voxels have. */
+  renewVoxels() {
+    if (this.picked?.kind === 'voxel') this.select(null);
+    this.hover(null);
+    for (const id of ['voxels', 'pending', 'slice']) this.stage.renew(id);
+    this.panel.update();
+  }
+
+  say(text) { say(text); }
+  hush() { byId('message').hidden = true; }
 
   /** Contact regions that were asked for, in the place of those asked for before. */
   takeFoot(foot) {
@@ -208,7 +224,7 @@ async function start() {
   const page = new Page(await readMaps());
   window.octosurf = page;  // for the console, and for tests
   if (hasServer()) page.asking = new Asking(page);
-  if (runToFollow()) follow(page, runToFollow());
+  if (runToFollow()) page.following = new Following(page, runToFollow());
   return page;
 }
 

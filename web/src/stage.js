@@ -7,6 +7,7 @@ import { lightIn } from './layers/mesh.js';
 import { layers } from './layers/index.js';
 
 const samplesPerArea = 40;  // a m²
+const ofVoxels = new Set(['voxels', 'pending', 'slice']);
 
 /** Places on the map, as many as it has area there; without surfaces, voxels. */
 function samplesOf({ surfaces, voxels }) {
@@ -82,12 +83,23 @@ export class Stage {
   show(map, before) {
     this.map = map;
     this.context.before = before;
+    this.takeExtent();
+    this.renew();
+  }
+
+  takeExtent() {
+    const { map } = this;
     this.context.light.copy(lightIn(map.rotation));
     this.view.root.quaternion.set(...map.rotation);
     this.view.root.updateMatrixWorld();
     this.context.extent.copy(extentOf(map, this.view.root.quaternion));
     this.side = bestSide(map, this.view.root.quaternion);
-    this.renew();
+  }
+
+  /** All but the voxels of the map that is shown is another. */
+  mapChanged() {
+    this.takeExtent();
+    for (const { id } of layers) if (!ofVoxels.has(id)) this.renew(id);
   }
 
   /** Makes the shown layers anew: all, or one. */

@@ -98,9 +98,9 @@ function coloringOf(map, choice) {
   const table = Array.from({ length: 256 }, (_, i) => ramp(i / 255).map((value) => Math.round(255 * value)));
   const byShare = (share) => table[Math.min(255, Math.max(0, Math.round(255 * share)))];
   if (choice === 'surface') {
-    const own = [pendingColor, ...map.surfaces.map((one) => one.color)]
-      .map((color) => color.map((value) => Math.round(255 * value)));
-    return (i) => own[voxels.surface[i]];
+    const bytes = (color) => color.map((value) => Math.round(255 * value));
+    const own = new Map(map.surfaces.map(({ id, color }) => [id, bytes(color)])), none = bytes(pendingColor);
+    return (i) => own.get(voxels.surface[i]) ?? none;
   }
   if (choice === 'log_odds') {
     const { leastLogOdds: least, greatestLogOdds: greatest } = voxels;
