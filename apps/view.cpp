@@ -99,7 +99,7 @@ PagePlan load_plan(const std::string& file) {
   std::string text(std::istreambuf_iterator<char>(in), {});
   if (!in)
     throw Error(Error::Kind::data, file, "cannot be read", "octosurf plan -o FILE.json writes one");
-  return {title_of(file), std::move(text)};
+  return {std::filesystem::path(file).stem().string(), std::move(text)};
 }
 
 void write_html(const Arguments& arguments) {

@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include <octosurf/changes.hpp>
 #include <octosurf/page.hpp>
 
 namespace octosurf {
@@ -29,9 +30,9 @@ LiveFeed::Changes LiveFeed::changes(std::optional<std::uint64_t> since, const st
   for (const Changes& made : made_)
     if (made.since == result.since && made.revision == result.revision && made.whole == result.whole)
       return made;
-  const PageMap page = page_map(map);
-  const std::optional<std::uint64_t> known = result.whole ? std::nullopt : std::optional(result.since);
-  result.message = std::make_shared<const std::string>(page_changes_message({page, map.up, run_, known}));
+  PageMap page = page_map(map);
+  if (!result.whole) page.changes = changes_since(*map.snapshot, result.since);
+  result.message = std::make_shared<const std::string>(page_changes_message(page, map.up, run_));
   made_.push_front(result);
   if (made_.size() > most_kept) made_.pop_back();
   return result;

@@ -28,24 +28,24 @@ Snapshot told_of(const Snapshot& snapshot, std::uint64_t since) {
 
 }  // namespace
 
-std::string page_changes_message(const PageChanges& asked) {
-  const Snapshot& snapshot = *asked.map.snapshot;
+std::string page_changes_message(const PageMap& map, const Eigen::Vector3d& up, const std::string& run) {
+  const Snapshot& snapshot = *map.snapshot;
+  const auto* changes = std::get_if<MapChanges>(&map.changes);
   PageBlock block;
   block.json["kind"] = "changes";
-  block.json["run"] = asked.run;
-  block.json["name"] = asked.map.name;
+  block.json["run"] = run;
+  block.json["name"] = map.name;
   block.json["revision"] = snapshot.revision;
   block.json["resolution"] = snapshot.resolution;
-  block.json["since"] = asked.since ? Json(*asked.since) : Json();
-  add_up(block, asked.up);
-  PageMap told{asked.map.name, asked.map.snapshot};
-  if (asked.since) {
-    const MapChanges changes = changes_since(snapshot, *asked.since);
-    block.json["gone"] = no_more(changes.gone, changes.merged);
-    block.json["cylinders_gone"] = no_more(changes.cylinders_gone, changes.cylinders_merged);
-    told.snapshot = std::make_shared<const Snapshot>(told_of(snapshot, *asked.since));
+  block.json["since"] = changes != nullptr ? Json(changes->since) : Json();
+  add_up(block, up);
+  PageMap told{map.name, map.snapshot};
+  if (changes != nullptr) {
+    block.json["gone"] = no_more(changes->gone, changes->merged);
+    block.json["cylinders_gone"] = no_more(changes->cylinders_gone, changes->cylinders_merged);
+    told.snapshot = std::make_shared<const Snapshot>(told_of(snapshot, changes->since));
   }
-  add_surfaces(block, told, asked.since.value_or(0));
+  add_surfaces(block, told, changes != nullptr ? changes->since : 0);
   return block.packed();
 }
 

@@ -2,8 +2,6 @@
 
 #include <Eigen/Core>
 #include <cstddef>
-#include <cstdint>
-#include <optional>
 #include <string>
 
 #include <octosurf/page.hpp>
@@ -12,17 +10,9 @@
 
 namespace octosurf {
 
-/// Surfaces and cylinders that appeared or changed since a revision, whole, and the ids of those that are gone. Empty
-/// `since`: everything, in the place of whatever was known.
-struct PageChanges {
-  const PageMap& map;
-  Eigen::Vector3d up;
-  std::string run;  ///< whose revisions these are
-  std::optional<std::uint64_t> since;
-};
-
-/// Throws Error(usage) for a revision to come.
-std::string page_changes_message(const PageChanges& changes);
+/// Surfaces and cylinders that appeared or changed, whole, and the ids of those that are gone: by `map.changes`, if it
+/// is changes_since() a revision, else everything, in the place of whatever was known. `run`: whose revisions these are.
+std::string page_changes_message(const PageMap& map, const Eigen::Vector3d& up, const std::string& run);
 
 /// All voxels, with `slices` the slices of free space, too: merged until they take no more than `most_bytes`, as a
 /// page's are.
