@@ -88,6 +88,10 @@ class Answers(unittest.TestCase):
         self.assertTrue(region["polygons"] and region["pieces"])
         inside = [sum(p[i] for p in region["pieces"][0]) / len(region["pieces"][0]) for i in range(3)]
         self.assertTrue(self.both("/api/query/foothold", point=inside, yaw_deg=30, **limits)["accepted"])
+        everywhere = self.both("/api/regions/all", foot="0.03", max_slope_deg=20)
+        self.assertEqual([r["surface"] for r in everywhere["regions"]], [s["id"] for s in self.surfaces])
+        for one in everywhere["regions"][:5]:
+            self.assertEqual(one, self.both("/api/regions", surface=one["surface"], foot="0.03", max_slope_deg=20))
         self.assertEqual(self.server.ask("/api/regions", {"surface": 4294967295})[0], 404)
 
     def test_plans(self):
@@ -118,7 +122,11 @@ class Answers(unittest.TestCase):
                 self.assertIn("built without the page", str(built_without))
                 self.assertEqual(self.server.ask("/")[0], 400)
             else:
-                self.assertEqual(self.server.ask("/"), (200, pathlib.Path(folder, "x.html").read_bytes()))
+                status, page = self.server.ask("/")
+                told = b'<meta name="octosurf-server" content="yes">\n'
+                self.assertIn(told, page)
+                page = page.replace(told, b"").replace(b" connect-src 'self';", b"")
+                self.assertEqual((status, page), (200, pathlib.Path(folder, "x.html").read_bytes()))
 
     def test_changes(self):
         revision = self.server.ask("/api/info")[1]["revision"]
@@ -140,7 +148,7 @@ class Answers(unittest.TestCase):
                  "ray": {"from": [x, y, z + 1], "direction": [0, 0, -1]}, "voxel": {"point": self.at},
                  "nearest": {"point": self.at}, "below": {"point": [x, y, z + 1]},
                  "foothold": {"point": self.at, "yaw_deg": 0}, "regions": {"surface": self.floor["id"]},
-                 "changes": {"since": 1},
+                 "all": {}, "changes": {"since": 1},
                  "plan": {"from": [*self.at, 0], "to": [*self.at, 0]}}
         for path in serving.QUESTIONS:
             post = document["paths"][path]["post"]
@@ -242,6 +250,68 @@ class Refusals(unittest.TestCase):
             self.assertIn(expected, statuses, "the requests are not as odd as they should be")
 
 
+class LiveMessages(unittest.TestCase):
+    """/live, of a map that does not change."""
+
+    def setUp(self):
+        self.server = serving.Server(COMMAND, MAP)
+        self.addCleanup(self.server.__exit__)
+
+    def live(self, *arguments, **more):
+        live = serving.Live(self.server, *arguments, **more)
+        self.addCleanup(live.line.close)
+        return live
+
+    def test_tells_the_whole_map_and_then_voxels(self):
+        of_file = self.server.ask("/api/surfaces")[1]
+        for query in ("", "?since=1&run=another", "?since=999999999&run="):
+            live = self.live(query)
+            self.assertEqual(live.status, 101)
+            told = live.message()
+            self.assertEqual((told["kind"], told["since"], told["revision"]), ("changes", None, of_file["revision"]))
+            self.assertEqual([s["id"] for s in told["surfaces"]], [s["id"] for s in of_file["surfaces"]])
+        for word, slices in (("voxels", False), ("slices", True)):
+            live.send(word)
+            told = live.message()
+            self.assertEqual((told["kind"], "slices" in told), ("voxels", slices))
+            self.assertGreater(told["arrays"]["voxel_x"][2], 1000)
+
+    def test_who_may_not_ask_is_not_let_in(self):
+        for status, headers in ((403, {"Origin": "http://rebound.example"}), (421, {"Host": "rebound.example"})):
+            self.assertEqual(self.live(headers=headers).status, status)
+        self.assertEqual(self.live("?since=soon").status, 400)
+        self.assertEqual(self.live("?colour=1").status, 400)
+        self.assertEqual(self.server.ask("/live")[0], 426)
+
+    def test_what_may_not_be_said_ends_it(self):
+        for sent, kind, code in (("hello", serving.Live.TEXT, 1008), ("voxels", serving.Live.BINARY, 1008),
+                                 ("x" * 65, serving.Live.TEXT, 1009), ("x" * 60000, serving.Live.BINARY, 1009)):
+            live = self.live()
+            live.send(sent, kind)
+            self.assertEqual(live.closed(), code, sent[:9])
+
+    def test_it_answers_after_odd_frames(self):
+        ends = serving.fuzz_live(self.server, serving.world(), 1000)
+        print(dict(sorted(ends.items(), key=str)))
+        self.assertLessEqual({1002, 1008, 1009}, set(ends))
+        self.assertIsNone(self.server.process.poll())
+        self.assertEqual(self.live().message()["kind"], "changes")
+
+    def test_so_many_and_no_more(self):
+        lives = [self.live() for _ in range(40)]
+        self.assertEqual(sorted({live.status for live in lives}), [101, 503])
+        self.assertEqual(self.server.ask("/api/info")[0], 200)
+
+    def test_who_answers_no_ping_is_dropped(self):
+        live = self.live()
+        live.message()
+        kinds = set()
+        with self.assertRaises(OSError):
+            while True:
+                kinds.add(live.frame()[0] & 0xf)
+        self.assertIn(serving.Live.PING, kinds)
+
+
 class Door(unittest.TestCase):
     TOKEN = "0123456789abcdefXYZ"
 
@@ -268,6 +338,11 @@ class Door(unittest.TestCase):
         self.assertEqual(status(f"Basic {basic}"), 200)
         self.assertEqual(status("Basic " + base64.b64encode(b"me:no").decode()), 401)
         self.assertEqual(server.ask("/nothing")[0], 401)
+        for authorization, expected in ((None, 401), ("Bearer x", 401), (f"Bearer {self.TOKEN}", 101),
+                                        (f"Basic {basic}", 101)):
+            headers = {"Authorization": authorization} if authorization else {}
+            with serving.Live(server, headers=headers) as live:
+                self.assertEqual(live.status, expected)
 
     def test_others_need_a_token(self):
         told = command("serve", MAP, "--listen", "0.0.0.0", code=2)
@@ -294,7 +369,47 @@ class Door(unittest.TestCase):
             server.process.communicate()
 
 
+def live_surfaces(known, told):
+    """`known` after a message, by id."""
+    if told["since"] is None:
+        known = {}
+    for gone in told.get("gone", []):
+        del known[gone]
+    known.update((s["id"], s) for s in told["surfaces"])
+    return known
+
+
 class WhileMapping(unittest.TestCase):
+    def test_live_messages_add_up_and_a_stuck_one_keeps_nobody(self):
+        with tempfile.TemporaryDirectory() as folder:
+            command("simulate", "stairs", "-o", f"{folder}/scans", "--frames", "90", "--noise-scale", "0")
+            with serving.Server(COMMAND, f"{folder}/scans", "-o", f"{folder}/served", "--realtime",
+                                verb="map", port="--serve") as server:
+                stuck = serving.Live(server)
+                live, known, messages, resyncs, compared = serving.Live(server), {}, 0, 0, 0
+                try:
+                    while True:
+                        told = live.message()
+                        messages += 1
+                        self.assertEqual(told["kind"], "changes")
+                        if messages > 1:
+                            self.assertEqual(told["since"], revision)  # an unknown `since` would be the whole map
+                        revision, known = told["revision"], live_surfaces(known, told)
+                        whole = server.ask("/api/surfaces")[1]
+                        if whole["revision"] == revision:
+                            compared += 1
+                            self.assertEqual([(i, known[i]["revision"]) for i in sorted(known)],
+                                             [(s["id"], s["revision"]) for s in whole["surfaces"]])
+                        if messages % 5 == 0:  # comes back with what it knows
+                            resyncs += 1
+                            live.line.close()
+                            live = serving.Live(server, f"?since={revision}&run={told['run']}")
+                except OSError:  # the run is over
+                    live.line.close()
+                self.assertEqual(server.process.wait(timeout=60), 0)
+                stuck.line.close()
+            self.assertGreater(min(messages, compared, resyncs), 1)
+
     def test_deltas_add_up_and_the_map_is_the_same(self):
         with tempfile.TemporaryDirectory() as folder:
             command("simulate", "stairs", "-o", f"{folder}/scans", "--frames", "90", "--noise-scale", "0")
@@ -317,7 +432,7 @@ class WhileMapping(unittest.TestCase):
                         status, page = server.ask("/")
                         self.assertIn(status, (200, 400))  # 400: built without the page
                         if status == 200:
-                            self.assertIn(b'name="octosurf-live"', page)
+                            self.assertIn(b'name="octosurf-run"', page)
                 except OSError:  # the run is over
                     pass
                 self.assertEqual(server.process.wait(timeout=60), 0)
