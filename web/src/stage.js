@@ -65,12 +65,12 @@ export class Stage {
         on: Object.fromEntries(layers.map(({ id, on }) => [id, on])), choice: {}, sliceHeight: null,
       },
     };
-    const effort = new Effort();
+    this.effort = new Effort();
     let whole = true;
     view.beforePicture.push((moving, frameMs) => {
       this.context.eye.copy(view.eye);
-      if (moving) effort.note(frameMs, whole);
-      whole = effort.share(layers.map(({ id }) => this.objects.get(id))
+      if (moving) this.effort.note(frameMs, whole);
+      whole = this.effort.share(layers.map(({ id }) => this.objects.get(id))
         .filter((object) => object?.visible && object.userData.draw), moving);
     });
   }
@@ -122,7 +122,8 @@ export class Stage {
         this.view.root.add(object);
       }
       const object = this.objects.get(layer.id);
-      if (object) object.visible = shown;
+      // Pending points are in the middle of their voxels, where nobody sees them.
+      if (object) object.visible = shown && !(layer.id === 'pending' && this.shows('voxels'));
     }
     this.view.redraw();
   }
