@@ -36,7 +36,18 @@ function kept(u, v, { from, to }, tolerance) {
   return [...stays].sort((a, b) => a - b);
 }
 
-/** The same surface, roughly: holes within the tolerance are closed, edges have the kind of their first part. */
+function extent(u, v, { from, to }) {
+  const box = [Infinity, Infinity, -Infinity, -Infinity];
+  for (let i = from; i < to; ++i) {
+    box[0] = Math.min(box[0], u[i]);
+    box[1] = Math.min(box[1], v[i]);
+    box[2] = Math.max(box[2], u[i]);
+    box[3] = Math.max(box[3], v[i]);
+  }
+  return Math.max(box[2] - box[0], box[3] - box[1]);
+}
+
+/** The same surface, roughly: what is smaller than the tolerance is left out, edges have the kind of their first part. */
 export function coarse(surface, tolerance) {
   const u = [], v = [], edges = [], rings = [], corners = [];
   let contour = null, holes = [], first = 0;
@@ -47,8 +58,8 @@ export function coarse(surface, tolerance) {
   };
   for (const ring of surface.rings) {
     if (ring.outer) finish();
+    if (extent(surface.u, surface.v, ring) < tolerance || (!ring.outer && !contour)) continue;
     const vertices = kept(surface.u, surface.v, ring, tolerance);
-    if (!ring.outer && vertices.length < 4) continue;
     const points = vertices.map((i) => new Vector2(surface.u[i], surface.v[i]));
     if (ring.outer) [contour, holes, first] = [points, [], u.length];
     else holes.push(points);

@@ -47,6 +47,7 @@ const fragmentShader = `
   }
 `;
 
+const closing = 0.75;       // of a cell's edge: squares so large leave few gaps, and whole ones take twice as long
 const coarsest = 6;        // level: one voxel drawn for each 64³
 const mostCells = 2 ** 28;  // that a level's table may have, in bits
 
@@ -153,7 +154,7 @@ function drawCubes(object, view, counts, allowed) {
   uniforms.rootOfClip.value.copy(view.root.matrixWorld).invert().multiply(view.camera.matrixWorld)
     .multiply(view.camera.projectionMatrixInverse);
   uniforms.cubes.value = level === 0;
-  uniforms.growth.value = level === 0 ? Math.sqrt(3) : 2 ** level;
+  uniforms.growth.value = level === 0 ? Math.sqrt(3) : closing * 2 ** level;
   return { cost: counts[level], whole: level === 0 };
 }
 
