@@ -30,8 +30,8 @@ std::optional<double> yaw_deg_of(const std::string& text, std::size_t at) {
 std::string name_of(const std::string& foot, std::optional<double> yaw_deg, const ContactLimits& limits) {
   char text[200];
   const std::string heading = yaw_deg ? std::to_string(std::lround(*yaw_deg)) + "°" : "any heading";
-  std::snprintf(text, sizeof text, "%s m, %s; slope to %.0f°, %.0f mm to edges", foot.c_str(), heading.c_str(),
-                limits.max_slope_rad / rad_per_deg, 1000 * limits.edge_margin_m);
+  std::snprintf(text, sizeof text, "%s m, %s; slope to %.0f°, %.0f mm to edges", foot.c_str(),
+                heading.c_str(), limits.max_slope_rad / rad_per_deg, 1000 * limits.edge_margin_m);
   std::string name = text;
   if (limits.clearance_m > 0) {
     std::snprintf(text, sizeof text, ", %.2f m of room over it, no gaps under it", limits.clearance_m);

@@ -97,8 +97,7 @@ std::vector<PageFoot> feet_of(const Arguments& arguments, const PageMap& page, c
 PagePlan load_plan(const std::string& file) {
   std::ifstream in(file, std::ios::binary);
   std::string text(std::istreambuf_iterator<char>(in), {});
-  if (!in)
-    throw Error(Error::Kind::data, file, "cannot be read", "octosurf plan -o FILE.json writes one");
+  if (!in) throw Error(Error::Kind::data, file, "cannot be read", "octosurf plan -o FILE.json writes one");
   return {std::filesystem::path(file).stem().string(), std::move(text)};
 }
 
@@ -195,12 +194,14 @@ void add_view(CLI::App& app) {
       ->check(CLI::PositiveNumber)
       ->excludes(png)
       ->capture_default_str();
-  verb->add_option("--foot", arguments->feet,
-                   "contact regions for this foot: LENGTHxWIDTH of a sole or the radius of a disc, m, with @YAW "
-                   "(degrees) for one heading; again for another; none")
+  verb->add_option(
+          "--foot", arguments->feet,
+          "contact regions for this foot: LENGTHxWIDTH of a sole or the radius of a disc, m, with @YAW "
+          "(degrees) for one heading; again for another; none")
       ->allow_extra_args(false)
       ->excludes(png);
-  verb->add_option("--plan", arguments->plans, "footsteps to show: a .json file of octosurf plan; again for another")
+  verb->add_option("--plan", arguments->plans,
+                   "footsteps to show: a .json file of octosurf plan; again for another")
       ->type_name("FILE")
       ->allow_extra_args(false)
       ->excludes(png);

@@ -177,9 +177,11 @@ class HttpServer::Impl::Session : public std::enable_shared_from_this<Session> {
       return write(std::move(*refused));
     const std::string target = text(request.target());
     const std::size_t mark = target.find('?');
-    HttpRequest asked{text(request.method_string()), target.substr(0, mark),
+    HttpRequest asked{text(request.method_string()),
+                      target.substr(0, mark),
                       mark == std::string::npos ? std::string() : target.substr(mark + 1),
-                      value(http::field::content_type).value_or(""), {}};
+                      value(http::field::content_type).value_or(""),
+                      {}};
     if (asked.path == live_question().path) return follow(request, asked);
     asked.body = std::move(request.body());
     server_.answer_in_time(shared_from_this(), std::move(asked));

@@ -40,7 +40,8 @@ struct HttpLimits {
 ///    it; else 401. Compared in constant time.
 /// 4. On a loopback address, requests for other hosts are refused, or a page anywhere could ask by giving its
 ///    own name this address (DNS rebinding); as are those that another site's page makes (Origin).
-/// 5. /live becomes a WebSocket that `live` is told over (live_session.hpp), to who may ask by 3 and 4; at most `live` of
+/// 5. /live becomes a WebSocket that `live` is told over (live_session.hpp), to who may ask by 3 and 4; at
+/// most `live` of
 ///    HttpLimits at a time, else 503.
 /// 6. What `answer` throws is answered: Error(usage) 400, Error(data) 404, all else 500.
 class HttpServer {

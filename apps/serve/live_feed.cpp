@@ -43,9 +43,9 @@ LiveFeed::Message LiveFeed::voxels(bool slices) {
   const AskedMap map = map_();
   if (!voxels_.message || voxels_.revision != map.snapshot->revision || (slices && !voxels_.slices)) {
     const auto most_bytes = static_cast<std::size_t>(PageOptions{}.max_mb * 1e6);
-    voxels_ = {map.snapshot->revision, slices,
-               std::make_shared<const std::string>(
-                   page_voxels_message(page_map(map), map.up, slices, most_bytes))};
+    voxels_ = {
+        map.snapshot->revision, slices,
+        std::make_shared<const std::string>(page_voxels_message(page_map(map), map.up, slices, most_bytes))};
   }
   return voxels_.message;
 }

@@ -12,8 +12,8 @@
 
 namespace octosurf {
 
-/// What those who follow a map are told, as messages (io/page_changes.hpp). From any thread; made once for all who know
-/// the same.
+/// What those who follow a map are told, as messages (io/page_changes.hpp). From any thread; made once for
+/// all who know the same.
 class LiveFeed {
  public:
   using Revision = std::function<std::uint64_t()>;  ///< of the map as it is now; takes no time

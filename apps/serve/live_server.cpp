@@ -75,8 +75,8 @@ std::shared_ptr<const ServedMap> LiveServer::latest() {
   const std::shared_ptr<const Snapshot> snapshot = mapper_.snapshot();
   const std::lock_guard lock(making_);
   if (!latest_ || latest_->asked.snapshot != snapshot)
-    latest_ = std::make_shared<const ServedMap>(
-        snapshot, name_, up_in(*snapshot), PageOptions{}.max_mb, run_);
+    latest_ =
+        std::make_shared<const ServedMap>(snapshot, name_, up_in(*snapshot), PageOptions{}.max_mb, run_);
   return latest_;
 }
 

@@ -27,11 +27,14 @@ struct LivePlace {
 
 /// One who follows the map over a WebSocket.
 ///
-/// 1. At most one message is on its way, and the next is made of what has changed until then: who is slow gets fewer
+/// 1. At most one message is on its way, and the next is made of what has changed until then: who is slow
+/// gets fewer
 ///    and larger ones, and nobody's messages pile up.
-/// 2. Who has not answered a ping within 20 s is dropped, a client that reads nothing, say; it may come back with the
+/// 2. Who has not answered a ping within 20 s is dropped, a client that reads nothing, say; it may come back
+/// with the
 ///    revision it knows.
-/// 3. All that a client may send is "voxels" or "slices" (text), for the voxels (with slices of free space) as they are
+/// 3. All that a client may send is "voxels" or "slices" (text), for the voxels (with slices of free space)
+/// as they are
 ///    now. Anything else ends the session (1008 policy, 1009 too big, 1002 no WebSocket).
 class LiveSession : public std::enable_shared_from_this<LiveSession> {
  public:

@@ -93,11 +93,14 @@ Json path_of(const Question& question) {
 
 /// What comes over a WebSocket OpenAPI has no words for.
 constexpr const char* live_description =
-    "Asked for as an upgrade to a WebSocket, by who may ask. Binary messages come, at most five a second: gzip "
-    "of the length (32 bits, little-endian) of a JSON document, the document, and the arrays that its `arrays` "
+    "Asked for as an upgrade to a WebSocket, by who may ask. Binary messages come, at most five a second: "
+    "gzip "
+    "of the length (32 bits, little-endian) of a JSON document, the document, and the arrays that its "
+    "`arrays` "
     "lists as [type, place, count], little-endian. kind `changes`: surfaces and cylinders that appeared or "
     "changed, whole, and the ids of those gone, from revision `since` (null: forget all that was known) to "
-    "`revision` of `run`. kind `voxels`, to who sends the text `voxels`, or `slices` for slices of free space, "
+    "`revision` of `run`. kind `voxels`, to who sends the text `voxels`, or `slices` for slices of free "
+    "space, "
     "too. Who is slow gets fewer, larger messages; who answers no ping within 20 s is dropped, and may come "
     "back with `since` and `run`. Anything else that is sent ends it. How surfaces lie in the arrays is the "
     "page's affair (web/src/data.js) and may change; /api/changes is for programs.";
@@ -105,11 +108,11 @@ constexpr const char* live_description =
 Json live_path() {
   Json get = path_of(live_question())["get"];
   get["description"] = live_description;
-  get["responses"] = {{"101", {{"description", "a WebSocket from now on"}}},
-                      {"426", {{"description", "asked for without an upgrade"}}},
-                      {"default",
-                       {{"description", "refused"},
-                        {"content", content({{"$ref", "#/components/schemas/Error"}})}}}};
+  get["responses"] = {
+      {"101", {{"description", "a WebSocket from now on"}}},
+      {"426", {{"description", "asked for without an upgrade"}}},
+      {"default",
+       {{"description", "refused"}, {"content", content({{"$ref", "#/components/schemas/Error"}})}}}};
   return {{"get", std::move(get)}};
 }
 

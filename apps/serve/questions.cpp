@@ -198,7 +198,8 @@ const Question& live_question() {
       "/live",
       "a WebSocket: what changes on the map, as it changes",
       {{"since", Kind::whole, "the revision that is known; everything, if it is not given", 0, last_revision},
-       {"run", Kind::text, "whose revision that is, as messages told: everything, if the map is another run's"}},
+       {"run", Kind::text,
+        "whose revision that is, as messages told: everything, if the map is another run's"}},
       "{}"};
   return live;
 }

@@ -67,8 +67,8 @@ bool has_page();
 /// 2. Planes, poses and standard deviations are in it to a double's last digit, polygons to 0.1 mm; free
 ///    space in horizontal slices every 0.1 m, or every voxel if voxels are larger.
 /// 3. It is not larger than `max_mb`: if it would be, voxels are merged to 2 d, 4 d … 32 d, at last left out,
-///    then contact regions, too, and the page says so. A merged voxel is there if one of its voxels is, with the greatest of their
-///    log-odds and the surface that most of them belong to.
+///    then contact regions, too, and the page says so. A merged voxel is there if one of its voxels is, with
+///    the greatest of their log-odds and the surface that most of them belong to.
 /// 4. The file is complete or not there; same maps, same bytes.
 /// Throws Error(usage) if there is no map or a limit makes no sense, for a file that exists without `force`,
 /// and without has_page(); Error(data) for numbers that are not finite, labels of other polygons, regions of

@@ -38,7 +38,8 @@ class PlanReader {
 
  private:
   void require(bool well, const std::string& what) const {
-    if (!well) throw Error(Error::Kind::data, name_, what, "give what octosurf plan -o FILE.json has written");
+    if (!well)
+      throw Error(Error::Kind::data, name_, what, "give what octosurf plan -o FILE.json has written");
   }
 
   Json number(const Json& object, const char* key) const {

@@ -200,9 +200,9 @@ void add_surfaces(PageBlock& block, const PageMap& map, std::uint64_t departed_s
   for (const CylinderPtr& cylinder : snapshot.cylinders) cylinders.push_back(cylinder_json(*cylinder));
   block.json["surfaces"] = std::move(surfaces);
   block.json["cylinders"] = std::move(cylinders);
-  block.json["departed_surfaces"] = 
+  block.json["departed_surfaces"] =
       departures_json(snapshot.departures, departed_since, Departure::Of::surface);
-  block.json["departed_cylinders"] = 
+  block.json["departed_cylinders"] =
       departures_json(snapshot.departures, departed_since, Departure::Of::cylinder);
   block.json["changes"] = changes_json(map);
   block.json["ring_step_m"] = page_polygon_step;

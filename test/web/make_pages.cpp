@@ -61,7 +61,8 @@ ContactRegion region_on_floor(double margin) {
   return region;
 }
 
-/// A large sole may be 0.2 m from the floor's edges and no nearer, a small one 0.05 m; none on the first wall.
+/// A large sole may be 0.2 m from the floor's edges and no nearer, a small one 0.05 m; none on the first
+/// wall.
 std::vector<PageFoot> feet_on_floor() {
   ContactRegion on_wall;
   on_wall.surface = 8;
@@ -79,7 +80,10 @@ PagePlan straight_plan() {
                 {"yaw_deg", 0},
                 {"margin_m", 0.5},
                 {"outline",
-                 {{x - 0.13, y - 0.06, 0}, {x + 0.13, y - 0.06, 0}, {x + 0.13, y + 0.06, 0}, {x - 0.13, y + 0.06, 0}}}};
+                 {{x - 0.13, y - 0.06, 0},
+                  {x + 0.13, y - 0.06, 0},
+                  {x + 0.13, y + 0.06, 0},
+                  {x - 0.13, y + 0.06, 0}}}};
   };
   const Json plan{{"format", "octosurf-plan"},
                   {"version", 1},
@@ -102,8 +106,13 @@ PageMap room(const std::string& name) {
   snapshot.departures = snapshot.departures.with(
       {{Departure::Of::surface, 1, 2, 3, 40, {}}, {Departure::Of::surface, 4, 0, 3, 50, {}}});
   const auto edges = edges_of(snapshot);
-  return {name,  std::make_shared<Snapshot>(std::move(snapshot)), room_octree(), edges, {},
-          feet_on_floor(), {straight_plan(), no_plan()}};
+  return {name,
+          std::make_shared<Snapshot>(std::move(snapshot)),
+          room_octree(),
+          edges,
+          {},
+          feet_on_floor(),
+          {straight_plan(), no_plan()}};
 }
 
 PageMap turned(PageMap map, const Eigen::Quaterniond& rotation) {

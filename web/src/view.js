@@ -82,6 +82,7 @@ export class View {
     for (const call of this.beforePicture) call(this.moving, this.frameMs);
     this.renderer.render(this.scene, this.camera);
     if (this.moving) this.wait();
+    this.firstPictureMs ??= performance.now();
     for (const call of this.afterPicture) call();
   }
 
