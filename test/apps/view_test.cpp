@@ -20,7 +20,7 @@ class ViewVerb : public CommandTest {
 TEST_F(ViewVerb, RefusesFeetThatAreNone) {
   EXPECT_THAT(error_of("view m --foot big", 2), HasSubstr("--foot big"));
   EXPECT_THAT(error_of("view m --foot 0.2x0.1@north", 2), AllOf(HasSubstr("@"), HasSubstr("0.22x0.11@90")));
-  EXPECT_THAT(error_of("view m --foot -1", 2), HasSubstr("foot"));
+  EXPECT_THAT(error_of("view m --foot -1", 2), HasSubstr("radius"));
   EXPECT_FALSE(exists("m.html"));
 }
 

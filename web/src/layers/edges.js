@@ -44,7 +44,8 @@ export const edges = {
     const byKind = context.settings.choice.edges !== 'plain';
     const ink = context.ink();
     const group = new THREE.Group();
-    drawByLevels(group, levelCount, (level) => {
+    drawByLevels(group, levelCount + 1, (level) => {
+      if (level === levelCount) return { object: new THREE.Group(), cost: 0 };  // surfaces' colours must do
       const lines = linesOf(surfacesAt(map, level), (kind) => (byKind && kind !== noLabel ? edgeColors[kind] : ink));
       const object = ribbons(lines, context, byKind ? 1.8 : 1.2, context.cut);
       return { object, cost: costOfEdge * lines.from.length / 3 };

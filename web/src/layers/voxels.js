@@ -47,7 +47,7 @@ const fragmentShader = `
   }
 `;
 
-const closing = 0.75;       // of a cell's edge: squares so large leave few gaps, and whole ones take twice as long
+const closing = 0.6;        // of a cell's edge: squares so large leave few gaps, and whole ones take thrice as long
 const coarsest = 6;        // level: one voxel drawn for each 64³
 const mostCells = 2 ** 28;  // that a level's table may have, in bits
 
