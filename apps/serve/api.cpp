@@ -4,6 +4,7 @@
 #include "plan_query.hpp"
 #include "serve/questions.hpp"
 
+#include <chrono>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <utility>
@@ -15,6 +16,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 constexpr double rad_per_deg = std::numbers::pi / 180;
+// Whoever ends the server waits for what is being answered.
+constexpr std::chrono::seconds longest_answer{20};
 
 Eigen::Vector3d point(const Values& values, const std::string& name) {
   const std::vector<double> v = values.numbers(name);
@@ -65,7 +68,11 @@ std::string all_regions_answer(const ServedMap& map, const Values& values) {
   std::string answer = "{\"revision\":" + std::to_string(map.asked.snapshot->revision);
   answer += ",\"regions\":[";
   const char* before = "";
+  const auto end = std::chrono::steady_clock::now() + longest_answer;
   for (const SurfacePtr& surface : map.asked.snapshot->surfaces) {
+    if (std::chrono::steady_clock::now() > end)
+      throw Error(Error::Kind::usage, "clearance_m", "takes too long on all surfaces of this map",
+                  "ask /api/regions surface by surface, or leave clearance_m and gap_depth_m away");
     query.regions = surface->id;
     const FoundRegion found = find_region(map.asked, query, slope_limit(map, values).max_slope_rad);
     answer.append(before).append(region_json(*found.surface, found.region, found.pieces));

@@ -39,7 +39,7 @@ struct PageMap {
   /// from it, else compare_maps() of the two. Drawn in colour.
   std::variant<std::monostate, MapChanges, MapDifference> changes{};
   std::vector<PageFoot> feet{};   ///< one of them is shown at a time
-  std::vector<PagePlan> plans{};  ///< shown on whichever map the page shows
+  std::vector<PagePlan> plans{};  ///< over this map
 };
 
 struct PageOptions {

@@ -71,7 +71,7 @@ async function followsTheMap(browser, folder) {
 
     await page.press('#foot-show');
     await page.until('page.map.feet.length === 1', 60);
-    assert.match(await page.text('#legend'), /asked: 0.22x0.11 m/);
+    assert.match(await page.text('#legend'), /asked at revision \d+: 0.22x0.11 m/);
     assert.ok(await page.value('page.stage.objects.get("regions").visible'));
     assert.deepEqual(page.errors, []);
     const socket = `${address.replace('http', 'ws')}live?`;

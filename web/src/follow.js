@@ -49,6 +49,7 @@ export class Following {
     if (block.json.kind === 'changes') {
       takeChanges(page.map, block);
       this.run = block.json.run;
+      if (block.json.since === null) this.voxelsRevision = -1;
       this.told = { messages: (this.told?.messages ?? 0) + 1, bytes, whole: block.json.since === null };
       this.drawSoon();
     } else {

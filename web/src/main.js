@@ -93,7 +93,7 @@ class Page {
 
   /** Contact regions that were asked for, in the place of those asked for before. */
   takeFoot(foot) {
-    this.map.feet = [foot, ...this.map.feet.filter(({ name }) => !name.startsWith('asked:'))];
+    this.map.feet = [foot, ...this.map.feet.filter(({ name }) => !name.startsWith('asked '))];
     this.stage.settings.choice.regions = foot.name;
     this.stage.settings.on.regions = true;
     this.stage.renew('regions');

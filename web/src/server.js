@@ -47,12 +47,12 @@ export class Asking {
   async askRegions() {
     const parameters = this.parameters(), { page } = this;
     const { foot, ...limits } = parameters;
-    const name = `asked: ${foot ?? 'usual foot'} m, ${Object.entries(limits).map(([key, value]) =>
-      `${key.replace(/_(m|deg)$/, '').replaceAll('_', ' ')} ${value} ${key.endsWith('_deg') ? '°' : 'm'}`).join(', ')}`;
+    const asked = [`${foot ?? 'usual foot'} m`, ...Object.entries(limits).map(([key, value]) =>
+      `${key.replace(/_(m|deg)$/, '').replaceAll('_', ' ')} ${value} ${key.endsWith('_deg') ? '°' : 'm'}`)];
     this.answer('asked …');
     try {
       const answer = await ask('/api/regions/all', parameters);
-      page.takeFoot(footFrom(page.map, name, answer.regions));
+      page.takeFoot(footFrom(page.map, `asked at revision ${answer.revision}: ${asked.join(', ')}`, answer.regions));
       this.answer('');
     } catch (error) {
       this.answer(error.message);
