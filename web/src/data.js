@@ -224,7 +224,8 @@ export function takeChanges(map, { json, arrays }) {
     return [...(whole ? [] : known.filter(({ id }) => !replaced.has(id))), ...now];
   };
   const whole = json.since === null;
-  Object.assign(map, { name: json.name, revision: json.revision, up: json.up, rotation: json.R_upright_map });
+  Object.assign(map, { name: json.name, revision: json.revision, resolution: json.resolution, up: json.up,
+    rotation: json.R_upright_map });
   map.surfaces = merged(map.surfaces, json.gone ?? [], surfacesOf(json, arrays, map.origin), whole);
   map.cylinders = merged(map.cylinders, json.cylinders_gone ?? [], cylindersOf(json, map.origin), whole);
   map.departedSurfaces = [...(whole ? [] : map.departedSurfaces), ...departures(json.departed_surfaces)];
