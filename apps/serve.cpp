@@ -2,6 +2,7 @@
 #include "output_files.hpp"
 #include "serve/api.hpp"
 #include "serve/http_server.hpp"
+#include "serve/live_feed.hpp"
 #include "up_option.hpp"
 
 #include <CLI/CLI.hpp>
@@ -40,6 +41,7 @@ Examples:
 
 /api/query/{box,sphere,ray,voxel,nearest,below,foothold}, /api/regions and /api/plan answer as octosurf query
 --json and octosurf plan --json do; parameters are called as their options, with _ and a unit.
+/live is a WebSocket that tells what changes, as the page of map --serve follows its map.
 A token goes over the network as it is; where others listen, tunnel instead: ssh -L 8080:127.0.0.1:8080 robot
 )help";
 
@@ -86,8 +88,10 @@ void run(const Arguments& arguments) {
   const auto served = std::make_shared<const ServedMap>(std::move(map), title_of(arguments.map), arguments.up,
                                                         arguments.max_mb);
   Api api([&] { return served; });
+  const auto feed = std::make_shared<LiveFeed>(
+      "", [&] { return served->asked.snapshot->revision; }, [&] { return served->asked; });
   HttpServer server(
-      place, [&](const HttpRequest& request) { return api.answer(request); }, Api::is_slow);
+      place, [&](const HttpRequest& request) { return api.answer(request); }, Api::is_slow, feed);
   server.end_on_signals();  // first: who reads the line may send one
   std::printf("serving %s\n", server.url().c_str());
   std::fflush(stdout);

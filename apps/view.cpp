@@ -1,14 +1,18 @@
 // `octosurf view`: a page to look at maps, or a picture of one.
 #include "lineage.hpp"
 #include "output_files.hpp"
+#include "page_feet.hpp"
 #include "up_option.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <octosurf/boundary.hpp>
@@ -25,14 +29,17 @@ constexpr const char* description =
     R"(Writes a page to look at a map in a browser, or draws a picture of it.
 
 The page is one HTML file that fetches nothing: surfaces with their edges by kind, cylinders, voxels,
-pending points, free space; turned, searched, measured. Of several maps it has a time slider and shows
-in colour what changed. Without --html it is NAME.html in the current folder, after the last map's name.
+pending points, free space, where feet may stand, plans; turned, searched, measured. Of several maps it
+has a time slider and shows in colour what changed. Without --html it is NAME.html in the current folder,
+after the last map's name.
 
 Examples:
   octosurf view maps/office                                   office.html
   octosurf view maps/office --html out/page.html --force
   octosurf view maps/monday maps/tuesday --html week.html     what changed from map to map
   octosurf view maps/hall --max-mb 30                         finer voxels, if they need more than 10 MB
+  octosurf view maps/office --foot 0.26x0.13 --foot 0.26x0.13@90   contact regions: any heading, 90 degrees
+  octosurf view maps/office --plan steps.json --plan back.json     what octosurf plan -o steps.json wrote
   octosurf view maps/office --png office.png
   octosurf view maps/office --png plan.png --from top
   octosurf view maps/office --png door.png --eye 1 0 1.6 --target 4 2 1
@@ -40,10 +47,15 @@ Examples:
   octosurf view maps/kitchen --png kitchen.png --up -y         up, if the map does not know it; or auto
   octosurf view maps/office --png edges.png --from top --edges
                              edges: real green, occluded red, sensor limit blue, frontier orange
+
+Contact regions are where the middle of a foot may be. Without --foot: a sole of 0.22x0.11 m and a ball of
+0.03 m with slope and edges for their only limits. With it: with all the limits that octosurf plan keeps,
+margins to obstacles, room over the foot, no gap under it, which takes seconds, or minutes in a hall;
+--foot none: none. octosurf serve's page asks for any foot, any limits, and plans.
 )";
 
 struct Arguments {
-  std::vector<std::string> maps;
+  std::vector<std::string> maps, feet, plans;
   std::string html, png, from = "iso", up;
   std::vector<double> eye, target;
   int width = PictureOptions{}.width, height = PictureOptions{}.height;
@@ -73,10 +85,27 @@ void note_changes(PageMap& page, const PageMap& before) {
     page.changes = compare_maps(*before.snapshot, *page.snapshot);
 }
 
+std::vector<PageFoot> feet_of(const Arguments& arguments, const PageMap& page, const Eigen::Vector3d& up) {
+  if (arguments.feet == std::vector<std::string>{"none"}) return {};
+  const AskedMap asked{page.name, page.snapshot, page.octree, up, {}};
+  if (arguments.feet.empty()) return usual_page_feet(asked);
+  std::vector<PageFoot> feet;
+  for (const std::string& foot : arguments.feet) feet.push_back(page_foot(asked, foot));
+  return feet;
+}
+
+PagePlan load_plan(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string text(std::istreambuf_iterator<char>(in), {});
+  if (!in) throw Error(Error::Kind::data, file, "cannot be read", "octosurf plan -o FILE.json writes one");
+  return {std::filesystem::path(file).stem().string(), std::move(text)};
+}
+
 void write_html(const Arguments& arguments) {
   const std::string html =
       arguments.html.empty() ? title_of(arguments.maps.back()) + ".html" : arguments.html;
   for (const std::string& map : arguments.maps) require_apart("--html", html, files_of_map(map));
+  require_apart("--html", html, arguments.plans);
   PageOptions options;
   options.max_mb = arguments.max_mb;
   options.force = arguments.force;
@@ -87,7 +116,9 @@ void write_html(const Arguments& arguments) {
     if (maps.empty()) options.up = up_in_force(map, arguments.up).direction;
     maps.push_back({title_of(name), map.snapshot(), map.octree(), edges_of(map), {}});
     if (maps.size() > 1) note_changes(maps.back(), maps[maps.size() - 2]);
+    maps.back().feet = feet_of(arguments, maps.back(), options.up);
   }
+  for (const std::string& file : arguments.plans) maps.back().plans.push_back(load_plan(file));
   const PageReport report = write_page(maps, html, options);
   std::printf("%s: %.1f MB, %zu surfaces, ", html.c_str(), static_cast<double>(report.bytes) / 1e6,
               maps.back().snapshot->surfaces.size());
@@ -98,6 +129,8 @@ void write_html(const Arguments& arguments) {
                 arguments.max_mb);
   else
     std::printf("%zu voxels\n", report.voxels);
+  if (report.feet_left_out)
+    std::printf("contact regions do not fit into it, either (--foot none, --max-mb)\n");
 }
 
 void draw_png(const Arguments& arguments) {
@@ -161,6 +194,17 @@ void add_view(CLI::App& app) {
       ->check(CLI::PositiveNumber)
       ->excludes(png)
       ->capture_default_str();
+  verb->add_option(
+          "--foot", arguments->feet,
+          "contact regions for this foot: LENGTHxWIDTH of a sole or the radius of a disc, m, with @YAW "
+          "(degrees) for one heading; again for another; none")
+      ->allow_extra_args(false)
+      ->excludes(png);
+  verb->add_option("--plan", arguments->plans,
+                   "footsteps to show: a .json file of octosurf plan; again for another")
+      ->type_name("FILE")
+      ->allow_extra_args(false)
+      ->excludes(png);
   add_picture_options(*verb, *arguments, png);
   verb->add_flag("--force", arguments->force, "overwrite the file");
   verb->callback([arguments] { arguments->png.empty() ? write_html(*arguments) : draw_png(*arguments); });

@@ -4,6 +4,7 @@
 #include "plan_query.hpp"
 #include "serve/questions.hpp"
 
+#include <chrono>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <utility>
@@ -15,6 +16,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 constexpr double rad_per_deg = std::numbers::pi / 180;
+// Whoever ends the server waits for what is being answered.
+constexpr std::chrono::seconds longest_answer{20};
 
 Eigen::Vector3d point(const Values& values, const std::string& name) {
   const std::vector<double> v = values.numbers(name);
@@ -59,6 +62,25 @@ std::string region_answer(const ServedMap& map, const Values& values) {
   return region_json(*found.surface, found.region, found.pieces);
 }
 
+std::string all_regions_answer(const ServedMap& map, const Values& values) {
+  ContactQuery query = contact_query(values);
+  if (values.has("yaw_deg")) query.yaw_deg = values.number("yaw_deg");
+  std::string answer = "{\"revision\":" + std::to_string(map.asked.snapshot->revision);
+  answer += ",\"regions\":[";
+  const char* before = "";
+  const auto end = std::chrono::steady_clock::now() + longest_answer;
+  for (const SurfacePtr& surface : map.asked.snapshot->surfaces) {
+    if (std::chrono::steady_clock::now() > end)
+      throw Error(Error::Kind::usage, "clearance_m", "takes too long on all surfaces of this map",
+                  "ask /api/regions surface by surface, or leave clearance_m and gap_depth_m away");
+    query.regions = surface->id;
+    const FoundRegion found = find_region(map.asked, query, slope_limit(map, values).max_slope_rad);
+    answer.append(before).append(region_json(*found.surface, found.region, found.pieces));
+    before = ",";
+  }
+  return answer.append("]}");
+}
+
 std::string answer_to(const ServedMap& map, const std::string& path, const Values& values) {
   const SurfaceIndex& index = map.index;
   if (path == "/api/query/box") {
@@ -78,6 +100,7 @@ std::string answer_to(const ServedMap& map, const std::string& path, const Value
                       "has no such surface below that place");
   if (path == "/api/query/foothold") return foothold_answer(map, values);
   if (path == "/api/changes") return map.changes_json(static_cast<std::uint64_t>(values.number("since")));
+  if (path == "/api/regions/all") return all_regions_answer(map, values);
   return region_answer(map, values);
 }
 
@@ -89,7 +112,9 @@ HttpReply wrong_method(const std::string& path, const char* allowed) {
 
 }  // namespace
 
-bool Api::is_slow(const HttpRequest& request) { return request.path == "/api/plan"; }
+bool Api::is_slow(const HttpRequest& request) {
+  return request.path == "/api/plan" || request.path == "/api/regions/all";
+}
 
 HttpReply Api::answer(const HttpRequest& request) {
   const std::string& path = request.path;

@@ -1,6 +1,8 @@
 #include "serve/http_server.hpp"
 
 #include "serve/http_guard.hpp"
+#include "serve/live_session.hpp"
+#include "serve/questions.hpp"
 
 #include <boost/asio/dispatch.hpp>
 #include <boost/asio/io_context.hpp>
@@ -12,6 +14,7 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/version.hpp>
+#include <boost/beast/websocket.hpp>
 #include <list>
 #include <new>
 #include <optional>
@@ -42,11 +45,13 @@ HttpReply refusal_of(const error_code& failure) {
 struct HttpServer::Impl {
   class Session;
 
-  Impl(const HttpPlace& where, Answer answer_, IsSlow is_slow_, const HttpLimits& limits_)
+  Impl(const HttpPlace& where, Answer answer_, IsSlow is_slow_, std::shared_ptr<LiveFeed> live_,
+       const HttpLimits& limits_)
       : place(where),
         limits(limits_),
         answer(std::move(answer_)),
         is_slow(std::move(is_slow_)),
+        live(std::move(live_)),
         guard(where) {
     try {
       const tcp::endpoint endpoint(asio::ip::make_address(place.address), place.port);
@@ -82,9 +87,10 @@ struct HttpServer::Impl {
   const HttpLimits limits;
   const Answer answer;
   const IsSlow is_slow;
+  const std::shared_ptr<LiveFeed> live;
   const HttpGuard guard;
   // Of the thread that runs `io`; sessions, which end with it at the latest, have to do with them.
-  std::size_t connections = 0, waiting = 0, waiting_slow = 0;
+  std::size_t connections = 0, waiting = 0, waiting_slow = 0, live_sessions = 0;
   std::list<Session*> silent;  ///< those that wait for a request, longest first
   asio::io_context io{1};
   tcp::acceptor acceptor{io};
@@ -171,10 +177,33 @@ class HttpServer::Impl::Session : public std::enable_shared_from_this<Session> {
       return write(std::move(*refused));
     const std::string target = text(request.target());
     const std::size_t mark = target.find('?');
-    server_.answer_in_time(shared_from_this(),
-                           {text(request.method_string()), target.substr(0, mark),
-                            mark == std::string::npos ? std::string() : target.substr(mark + 1),
-                            value(http::field::content_type).value_or(""), std::move(request.body())});
+    HttpRequest asked{text(request.method_string()),
+                      target.substr(0, mark),
+                      mark == std::string::npos ? std::string() : target.substr(mark + 1),
+                      value(http::field::content_type).value_or(""),
+                      {}};
+    if (asked.path == live_question().path) return follow(request, asked);
+    asked.body = std::move(request.body());
+    server_.answer_in_time(shared_from_this(), std::move(asked));
+  }
+
+  /// Goes on as a WebSocket; this session ends.
+  void follow(const http::request<http::string_body>& request, const HttpRequest& asked) {
+    if (!beast::websocket::is_upgrade(request))
+      return write(refusal(426, "this is a WebSocket", asked.path, "ask for an upgrade to one"));
+    if (server_.live_sessions >= server_.limits.live)
+      return refuse(refusal(503, "too many follow the map", asked.path, "try again"));
+    try {
+      const Values values(live_question(), asked);
+      std::optional<std::uint64_t> known;
+      if (values.has("since")) known = static_cast<std::uint64_t>(values.number("since"));
+      const LivePlace place{server_.io, server_.workers, server_.live_sessions};
+      std::make_shared<LiveSession>(std::move(stream_), server_.live, place, known,
+                                    values.has("run") ? values.text("run") : "")
+          ->accept(request);
+    } catch (const Error& error) {
+      write(refusal(400, error, error.where()));
+    }
   }
 
   /// Tells the other side that this was all, and takes what it still sends for a while: closed with unread
@@ -245,8 +274,9 @@ void HttpServer::Impl::answer_in_time(const std::shared_ptr<Session>& session, H
   });
 }
 
-HttpServer::HttpServer(const HttpPlace& place, Answer answer, IsSlow is_slow, const HttpLimits& limits)
-    : impl_(std::make_unique<Impl>(place, std::move(answer), std::move(is_slow), limits)) {}
+HttpServer::HttpServer(const HttpPlace& place, Answer answer, IsSlow is_slow, std::shared_ptr<LiveFeed> live,
+                       const HttpLimits& limits)
+    : impl_(std::make_unique<Impl>(place, std::move(answer), std::move(is_slow), std::move(live), limits)) {}
 
 HttpServer::~HttpServer() = default;
 

@@ -10,6 +10,8 @@
 
 namespace octosurf {
 
+class LiveFeed;
+
 struct HttpPlace {
   std::string address = "127.0.0.1";  ///< an address of this machine
   unsigned short port = 0;            ///< 0: any that is free
@@ -20,6 +22,7 @@ struct HttpPlace {
 struct HttpLimits {
   std::size_t header_bytes = 8 << 10, body_bytes = 64 << 10;
   std::size_t connections = 64;
+  std::size_t live = 32;            ///< WebSockets, beside those
   std::size_t waiting = 64;         ///< requests that are being answered or wait for it
   std::size_t waiting_slow = 4;     ///< likewise of slow ones
   std::chrono::seconds arrive{20};  ///< for the next whole request, once the last one is answered
@@ -37,7 +40,10 @@ struct HttpLimits {
 ///    it; else 401. Compared in constant time.
 /// 4. On a loopback address, requests for other hosts are refused, or a page anywhere could ask by giving its
 ///    own name this address (DNS rebinding); as are those that another site's page makes (Origin).
-/// 5. What `answer` throws is answered: Error(usage) 400, Error(data) 404, all else 500.
+/// 5. /live becomes a WebSocket that `live` is told over (live_session.hpp), to who may ask by 3 and 4; at
+/// most `live` of
+///    HttpLimits at a time, else 503.
+/// 6. What `answer` throws is answered: Error(usage) 400, Error(data) 404, all else 500.
 class HttpServer {
  public:
   using Answer = std::function<HttpReply(const HttpRequest&)>;
@@ -45,7 +51,8 @@ class HttpServer {
 
   /// Listens from now on. Both are called from other threads, `answer` from several at a time. Throws
   /// Error(usage) for an address that is none of this machine or a port that is taken.
-  HttpServer(const HttpPlace& place, Answer answer, IsSlow is_slow, const HttpLimits& limits = {});
+  HttpServer(const HttpPlace& place, Answer answer, IsSlow is_slow, std::shared_ptr<LiveFeed> live,
+             const HttpLimits& limits = {});
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;
   ~HttpServer();

@@ -1,7 +1,11 @@
 #include "serve/live_server.hpp"
 
+#include "serve/live_feed.hpp"
+
+#include <array>
 #include <cstdio>
 #include <exception>
+#include <random>
 #include <sys/resource.h>
 #include <utility>
 
@@ -17,11 +21,20 @@ void yield_to_the_mapper() {
   static_cast<void>(done);  // where it is not allowed, all have the same share
 }
 
+/// No two runs have the same, so that nobody takes one's revisions for the other's.
+std::string new_run() {
+  std::random_device random;
+  std::array<char, 17> text{};
+  std::snprintf(text.data(), text.size(), "%08x%08x", random(), random());
+  return text.data();
+}
+
 }  // namespace
 
 LiveServer::LiveServer(Mapper& mapper, std::string name, const HttpPlace& place)
     : mapper_(mapper),
       name_(std::move(name)),
+      run_(new_run()),
       up_(mapper.map().parameters().up),
       api_([this] { return latest(); }),
       server_(
@@ -30,7 +43,9 @@ LiveServer::LiveServer(Mapper& mapper, std::string name, const HttpPlace& place)
             yield_to_the_mapper();
             return api_.answer(request);
           },
-          Api::is_slow) {
+          Api::is_slow,
+          std::make_shared<LiveFeed>(
+              run_, [this] { return mapper_.snapshot()->revision; }, [this] { return now(); })) {
   mapper.share_octree();
   thread_ = std::thread([this] {
     try {
@@ -46,12 +61,22 @@ LiveServer::~LiveServer() {
   thread_.join();
 }
 
+Eigen::Vector3d LiveServer::up_in(const Snapshot& snapshot) const {
+  return up_ ? *up_ : estimate_up(snapshot).direction;
+}
+
+AskedMap LiveServer::now() const {
+  yield_to_the_mapper();
+  const std::shared_ptr<const Snapshot> snapshot = mapper_.snapshot();
+  return {name_, snapshot, snapshot->octree, up_in(*snapshot), {}};
+}
+
 std::shared_ptr<const ServedMap> LiveServer::latest() {
   const std::shared_ptr<const Snapshot> snapshot = mapper_.snapshot();
   const std::lock_guard lock(making_);
   if (!latest_ || latest_->asked.snapshot != snapshot)
-    latest_ = std::make_shared<const ServedMap>(
-        snapshot, name_, up_ ? *up_ : estimate_up(*snapshot).direction, PageOptions{}.max_mb);
+    latest_ =
+        std::make_shared<const ServedMap>(snapshot, name_, up_in(*snapshot), PageOptions{}.max_mb, run_);
   return latest_;
 }
 

@@ -27,9 +27,11 @@ class LiveServer {
 
  private:
   std::shared_ptr<const ServedMap> latest();
+  AskedMap now() const;
+  Eigen::Vector3d up_in(const Snapshot& snapshot) const;
 
   const Mapper& mapper_;
-  const std::string name_;
+  const std::string name_, run_;
   const std::optional<Eigen::Vector3d> up_;  ///< if the map's parameters say
   std::mutex making_;                        ///< of the latest
   std::shared_ptr<const ServedMap> latest_;

@@ -91,6 +91,31 @@ Json path_of(const Question& question) {
         {"responses", answer}}}};
 }
 
+/// What comes over a WebSocket OpenAPI has no words for.
+constexpr const char* live_description =
+    "Asked for as an upgrade to a WebSocket, by who may ask. Binary messages come, at most five a second: "
+    "gzip "
+    "of the length (32 bits, little-endian) of a JSON document, the document, and the arrays that its "
+    "`arrays` "
+    "lists as [type, place, count], little-endian. kind `changes`: surfaces and cylinders that appeared or "
+    "changed, whole, and the ids of those gone, from revision `since` (null: forget all that was known) to "
+    "`revision` of `run`. kind `voxels`, to who sends the text `voxels`, or `slices` for slices of free "
+    "space, "
+    "too. Who is slow gets fewer, larger messages; who answers no ping within 20 s is dropped, and may come "
+    "back with `since` and `run`. Anything else that is sent ends it. How surfaces lie in the arrays is the "
+    "page's affair (web/src/data.js) and may change; /api/changes is for programs.";
+
+Json live_path() {
+  Json get = path_of(live_question())["get"];
+  get["description"] = live_description;
+  get["responses"] = {
+      {"101", {{"description", "a WebSocket from now on"}}},
+      {"426", {{"description", "asked for without an upgrade"}}},
+      {"default",
+       {{"description", "refused"}, {"content", content({{"$ref", "#/components/schemas/Error"}})}}}};
+  return {{"get", std::move(get)}};
+}
+
 Json page_path(const char* summary, Json ok) {
   return {{"get", {{"summary", summary}, {"responses", responses(std::move(ok))}}}};
 }
@@ -104,6 +129,7 @@ std::string openapi_json() {
   paths["/api/info"] = page_path("what octosurf info --json prints", content(object));
   paths["/api/surfaces"] = page_path("what octosurf export writes as .json", content(object));
   paths["/openapi.json"] = page_path("this document", content(object));
+  paths[live_question().path] = live_path();
   for (const Question& question : questions()) paths[question.path] = path_of(question);
   const Json document{{"openapi", "3.0.3"},
                       {"info", {{"title", "octosurf serve"}, {"version", "1"}, {"description", description}}},

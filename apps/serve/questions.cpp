@@ -112,6 +112,10 @@ constexpr std::string_view region_answer = R"({
              "description":"if there is no polygon: why"},
   "polygons":{"type":"array","items":{"$ref":"#/components/schemas/Polygon"}},
   "pieces":{"type":"array","items":{"$ref":"#/components/schemas/Ring"}}})";
+constexpr std::string_view regions_answer = R"({
+  "revision":{"type":"integer"},
+  "regions":{"type":"array","description":"one of each surface, as /api/regions gives them, without pieces",
+    "items":{"type":"object"}}})";
 constexpr std::string_view changes_answer = R"({
   "since":{"type":"integer"},"revision":{"type":"integer"},
   "appeared":{"type":"array","items":{"type":"integer"}},"changed":{"type":"array","items":{"type":"integer"}},
@@ -171,6 +175,7 @@ std::vector<Question> make_questions() {
        with_contact({place("point", "m"), heading}), foothold_answer},
       {"/api/regions", "where on a surface the middle of a foot may be, so that all of it is supported",
        with_contact({id, yaw, pieces}), region_answer},
+      {"/api/regions/all", "likewise on every surface", with_contact({yaw}), regions_answer},
       {"/api/changes",
        "what became of the surfaces since a revision, and those that appeared or changed as they are now",
        {{"since", Kind::whole, "a revision that /api/info or an earlier answer told", 0, last_revision, 1,
@@ -186,6 +191,17 @@ std::vector<Question> make_questions() {
 const std::vector<Question>& questions() {
   static const std::vector<Question> all = make_questions();
   return all;
+}
+
+const Question& live_question() {
+  static const Question live{
+      "/live",
+      "a WebSocket: what changes on the map, as it changes",
+      {{"since", Kind::whole, "the revision that is known; everything, if it is not given", 0, last_revision},
+       {"run", Kind::text,
+        "whose revision that is, as messages told: everything, if the map is another run's"}},
+      "{}"};
+  return live;
 }
 
 const Question* find_question(std::string_view path) {

@@ -33,6 +33,9 @@ struct Question {
 
 const std::vector<Question>& questions();
 
+/// /live, which is no question, but takes parameters as one: what it is told, is told over a WebSocket.
+const Question& live_question();
+
 /// The question that is asked at `path`; null if there is none.
 const Question* find_question(std::string_view path);
 

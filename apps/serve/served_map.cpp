@@ -2,6 +2,7 @@
 
 #include "info.hpp"
 #include "io/export_formats.hpp"
+#include "page_feet.hpp"
 #include "surface_table.hpp"
 #include "up_option.hpp"
 
@@ -29,11 +30,13 @@ std::string export_text(const Snapshot& snapshot, const ExportExtras& extras) {
   return std::move(out).str();
 }
 
-/// The page allowed to ask this server, and told to (web/src/follow.js).
-std::string following(std::string html) {
+/// The page allowed to ask this server, and told to; with a `run` to follow it, too (web/src/server.js).
+std::string served(std::string html, const std::string& run) {
   constexpr std::string_view policy = "default-src 'none';", head = "<meta charset=\"utf-8\">";
   html.replace(html.find(policy), policy.size(), "default-src 'none'; connect-src 'self';");
-  html.insert(html.find(head) + head.size(), "\n<meta name=\"octosurf-live\" content=\"yes\">");
+  std::string told = "\n<meta name=\"octosurf-server\" content=\"yes\">";
+  if (!run.empty()) told += "\n<meta name=\"octosurf-run\" content=\"" + run + "\">";
+  html.insert(html.find(head) + head.size(), told);
   return html;
 }
 
@@ -61,7 +64,7 @@ ServedMap::ServedMap(LoadedMap map, std::string name, const std::string& up, dou
       map_(std::move(map)) {}
 
 ServedMap::ServedMap(std::shared_ptr<const Snapshot> snapshot, std::string name, const Eigen::Vector3d& up,
-                     double max_page_mb)
+                     double max_page_mb, std::string run)
     : asked{std::move(name), snapshot, snapshot->octree, up,
             [](const Surface&) -> std::vector<PolygonEdges> {
               throw Error(Error::Kind::usage, "frontier_margin_m", "is not known while the map grows",
@@ -71,7 +74,8 @@ ServedMap::ServedMap(std::shared_ptr<const Snapshot> snapshot, std::string name,
       info(info_of(*snapshot)),
       all_edges([this] { return make_edges(); }),
       page([this, max_page_mb] { return make_page_text(max_page_mb); }),
-      surfaces([this] { return make_surfaces(); }) {}
+      surfaces([this] { return make_surfaces(); }),
+      run_(std::move(run)) {}
 
 std::map<SurfaceId, std::vector<PolygonEdges>> ServedMap::make_edges() const {
   std::map<SurfaceId, std::vector<PolygonEdges>> edges;
@@ -85,10 +89,11 @@ ServedMap::Text ServedMap::make_page_text(double max_mb) const {
   PageOptions options;
   options.up = asked.up;
   options.max_mb = max_mb;
-  const PageMap map{asked.name, asked.snapshot, asked.octree, all_edges.get(), {}};
-  std::string html = make_page({map}, "the page of " + asked.name, options).html;
-  if (!map_) html = following(std::move(html));
-  return std::make_shared<const std::string>(std::move(html));
+  PageMap map{asked.name, asked.snapshot, asked.octree, all_edges.get(), {}};
+  // Of a map that goes on growing they would be outdated before they are looked at: its page asks for them.
+  if (map_) map.feet = usual_page_feet(asked);
+  return std::make_shared<const std::string>(
+      served(make_page({map}, "the page of " + asked.name, options).html, map_ ? "" : run_));
 }
 
 ServedMap::Text ServedMap::make_surfaces() const {

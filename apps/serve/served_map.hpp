@@ -39,8 +39,9 @@ class ServedMap {
   /// `name` for its readers and errors; `up`: of --up.
   ServedMap(LoadedMap map, std::string name, const std::string& up, double max_page_mb);
   /// A map that goes on growing, which has no kinds of edges yet. The snapshot has its octree.
+  /// `run`: the name of the run that it grows in, for who follows it.
   ServedMap(std::shared_ptr<const Snapshot> snapshot, std::string name, const Eigen::Vector3d& up,
-            double max_page_mb);
+            double max_page_mb, std::string run);
 
   using Text = std::shared_ptr<const std::string>;
 
@@ -60,6 +61,7 @@ class ServedMap {
   Text make_surfaces() const;
 
   const std::optional<LoadedMap> map_;
+  const std::string run_;
 };
 
 }  // namespace octosurf

@@ -10,10 +10,23 @@
 
 #include <octosurf/boundary.hpp>
 #include <octosurf/changes.hpp>
+#include <octosurf/contact.hpp>
 #include <octosurf/occupancy.hpp>
 #include <octosurf/surface.hpp>
 
 namespace octosurf {
+
+/// Where a foot may stand on a map's surfaces, for a page to show.
+struct PageFoot {
+  std::string name;                    ///< for its readers: which foot, in which heading, with which margins
+  std::vector<ContactRegion> regions;  ///< one of each surface that was asked, of the page's snapshot
+};
+
+/// A footstep plan for a page to show.
+struct PagePlan {
+  std::string name;  ///< for its readers
+  std::string json;  ///< as plan_files.hpp's to_json() writes it
+};
 
 /// A map as a page shows it.
 struct PageMap {
@@ -25,6 +38,8 @@ struct PageMap {
   /// What became of the map before this one in the list: changes_since() its revision if this map goes on
   /// from it, else compare_maps() of the two. Drawn in colour.
   std::variant<std::monostate, MapChanges, MapDifference> changes{};
+  std::vector<PageFoot> feet{};   ///< one of them is shown at a time
+  std::vector<PagePlan> plans{};  ///< over this map
 };
 
 /// How write_page() writes.
@@ -40,6 +55,7 @@ struct PageReport {
   std::size_t voxels = 0;  ///< of all maps, as they are drawn
   /// Edge of a drawn voxel in voxels of the map: 1 if nothing was merged, 0 if they were left out.
   int merged = 1;
+  bool feet_left_out = false;  ///< contact regions, because there was no room for them
 };
 
 /// Whether this library was built with the page; without Node.js and the packages of web/ it is not.
@@ -52,11 +68,12 @@ bool has_page();
 /// 2. Planes, poses and standard deviations are in it to a double's last digit, polygons to 0.1 mm; free
 ///    space in horizontal slices every 0.1 m, or every voxel if voxels are larger.
 /// 3. It is not larger than `max_mb`: if it would be, voxels are merged to 2 d, 4 d … 32 d, at last left out,
-///    and the page says so. A merged voxel is there if one of its voxels is, with the greatest of their
-///    log-odds and the surface that most of them belong to.
+///    then contact regions, too, and the page says so. A merged voxel is there if one of its voxels is, with
+///    the greatest of their log-odds and the surface that most of them belong to.
 /// 4. The file is complete or not there; same maps, same bytes.
 /// Throws Error(usage) if there is no map or a limit makes no sense, for a file that exists without `force`,
-/// and without has_page(); Error(data) for numbers that are not finite and labels of other polygons;
+/// and without has_page(); Error(data) for numbers that are not finite, labels of other polygons, regions of
+/// other surfaces and plans that are none;
 /// Error(output) if the surfaces alone are larger than `max_mb`, or the file cannot be written.
 PageReport write_page(const std::vector<PageMap>& maps, const std::filesystem::path& file,
                       const PageOptions& options = {});

@@ -11,12 +11,17 @@
 
 #include <octosurf/error.hpp>
 #include <octosurf/page.hpp>
-#include <octosurf/up.hpp>
 
 namespace octosurf {
 namespace {
 
-constexpr std::array<int, 7> merges{1, 2, 4, 8, 16, 32, 0};  // 0: without voxels
+/// How much of the maps a page has.
+struct Detail {
+  int merged;  ///< edge of a voxel in voxels of the map; 0: without voxels
+  bool feet;   ///< with contact regions
+};
+constexpr std::array<Detail, 8> details{
+    {{1, true}, {2, true}, {4, true}, {8, true}, {16, true}, {32, true}, {0, true}, {0, false}}};
 
 /// What of a map is the same whatever its voxels are merged to.
 struct MapOfPage {
@@ -24,41 +29,42 @@ struct MapOfPage {
   std::vector<PageVoxel> voxels;
 };
 
-std::string encoded(const MapOfPage& one, const std::vector<PageVoxel>& voxels, int merged,
+std::string encoded(const MapOfPage& one, const std::vector<PageVoxel>& voxels, const Detail& detail,
                     const PageOptions& options) {
   const PageMap& map = one.map;
-  const Eigen::Vector3d up = options.up.normalized();
-  const Eigen::Quaterniond R_upright_map = upright(up);
   PageBlock block;
   block.json["name"] = map.name;
   block.json["revision"] = map.snapshot->revision;
   block.json["resolution"] = map.snapshot->resolution;
-  block.json["up"] = {up.x(), up.y(), up.z()};
-  // So that heights in the page and its slices are those of up.hpp.
-  block.json["R_upright_map"] = {R_upright_map.x(), R_upright_map.y(), R_upright_map.z(), R_upright_map.w()};
-  block.json["merged"] = merged;
+  add_up(block, options.up);
+  block.json["merged"] = detail.merged;
+  block.json["feet_left_out"] = !detail.feet && !map.feet.empty();
   block.json["voxels_before_merging"] = one.voxels.size();
   add_surfaces(block, map);
-  if (merged != 0) {
-    const double size = map.octree.resolution() * merged;
+  if (detail.feet) add_feet(block, map);
+  add_plans(block, map);
+  if (detail.merged != 0) {
+    const double size = map.octree.resolution() * detail.merged;
     add_voxels(block, voxels, size, *map.snapshot);
     add_slices(block, map.octree, voxels, size, options.up);
   }
   return block.encoded();
 }
 
-/// The page's maps with voxels merged so; nothing if they take more than `room` bytes.
-std::optional<std::string> maps_html(const std::vector<MapOfPage>& maps, int merged,
+/// The page's maps so; nothing if they take more than `room` bytes.
+std::optional<std::string> maps_html(const std::vector<MapOfPage>& maps, const Detail& detail,
                                      const PageOptions& options, std::size_t room, PageReport& report) {
+  const int merged = detail.merged;
   std::string html;
-  report.voxels = 0;
+  report = {};
   for (const MapOfPage& one : maps) {
     std::vector<PageVoxel> larger;
     if (merged > 1) larger = merge_voxels(one.voxels, merged);
     const std::vector<PageVoxel>& voxels = merged > 1 ? larger : one.voxels;
     if (merged != 0) report.voxels += voxels.size();
     html += "<script type=\"application/octet-stream\" class=\"map\">" +
-            encoded(one, voxels, merged, options) + "</script>\n";
+            encoded(one, voxels, detail, options) + "</script>\n";
+    report.feet_left_out = report.feet_left_out || (!detail.feet && !one.map.feet.empty());
     if (html.size() > room) return std::nullopt;
   }
   report.merged = merged;
@@ -98,13 +104,13 @@ Page make_page(const std::vector<PageMap>& maps, const std::string& name, const 
   for (const PageMap& map : maps) all.push_back({map, occupied_voxels(map.octree)});
   PageReport report;
   std::optional<std::string> html;
-  for (const int merged : merges) {
-    html = maps_html(all, merged, options, room, report);
+  for (const Detail& detail : details) {
+    html = maps_html(all, detail, options, room, report);
     if (html) break;
   }
   if (!html) {
     const std::size_t least =
-        frame + maps_html(all, 0, options, static_cast<std::size_t>(-1), report)->size();
+        frame + maps_html(all, details.back(), options, static_cast<std::size_t>(-1), report)->size();
     throw Error(Error::Kind::output, name, "would be larger than allowed even without voxels",
                 "allow " + smallest_mb(least) + " MB (--max-mb)");
   }

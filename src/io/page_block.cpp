@@ -50,7 +50,9 @@ std::string base64(std::string_view bytes) {
   return text;
 }
 
-std::string PageBlock::encoded() const {
+std::string PageBlock::encoded() const { return base64(packed()); }
+
+std::string PageBlock::packed() const {
   // A name that is no UTF-8 is shown as far as it can be.
   std::string document = json.dump(-1, ' ', false, Json::error_handler_t::replace);
   document.resize((document.size() + 3) / 4 * 4, ' ');
@@ -59,7 +61,7 @@ std::string PageBlock::encoded() const {
   std::memcpy(whole.data(), &length, sizeof length);
   whole += document;
   whole += bytes_;
-  return base64(gzip(whole));
+  return gzip(whole);
 }
 
 }  // namespace octosurf

@@ -32,7 +32,8 @@ class PageBlock {
     if (!numbers.empty()) std::memcpy(bytes_.data() + at, numbers.data(), numbers.size() * sizeof(Number));
   }
 
-  std::string encoded() const;
+  std::string packed() const;   ///< compressed
+  std::string encoded() const;  ///< that as base64
 
  private:
   std::string bytes_;

@@ -12,8 +12,22 @@
 
 namespace octosurf {
 
-/// Surfaces, cylinders, departures and changes.
-void add_surfaces(PageBlock& block, const PageMap& map);
+/// Surfaces, cylinders, departures since a revision, and changes.
+void add_surfaces(PageBlock& block, const PageMap& map, std::uint64_t departed_since = 0);
+
+/// Which way is up.
+void add_up(PageBlock& block, const Eigen::Vector3d& up);
+
+/// Contact regions.
+void add_feet(PageBlock& block, const PageMap& map);
+
+/// Plans. Throws Error(data) for what is none.
+void add_plans(PageBlock& block, const PageMap& map);
+
+inline constexpr double page_polygon_step = 1e-4;  ///< m: polygons' coordinates are stored as multiples of it
+
+/// A coordinate of a polygon of that surface so. Throws Error(data) if it is not finite.
+std::int32_t page_polygon_steps(double coordinate, SurfaceId id);
 
 /// An occupied voxel, or several merged to a larger one.
 struct PageVoxel {

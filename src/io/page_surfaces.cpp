@@ -10,12 +10,13 @@
 #include <string>
 #include <utility>
 
+#include <octosurf/up.hpp>
+
 namespace octosurf {
 namespace {
 
 using Json = PageBlock::Json;
 
-constexpr double polygon_step = 1e-4;  // m: polygons' coordinates are stored as multiples of it
 constexpr std::uint8_t no_label = 255;
 constexpr double deg_per_rad = 180 / std::numbers::pi;
 
@@ -26,14 +27,10 @@ struct Rings {
   std::vector<std::uint32_t> triangles;  ///< three vertices each, counted from the surface's first
 };
 
-std::int32_t stored(double coordinate, SurfaceId id) {
-  return static_cast<std::int32_t>(std::lround(std::clamp(finite(coordinate, id) / polygon_step, -2e9, 2e9)));
-}
-
 void add_ring(Rings& rings, const Ring2& ring, SurfaceId id, const std::vector<EdgeKind>* kinds) {
   for (std::size_t k = 0; k < ring.size(); ++k) {
-    rings.u.push_back(stored(ring[k].x(), id));
-    rings.v.push_back(stored(ring[k].y(), id));
+    rings.u.push_back(page_polygon_steps(ring[k].x(), id));
+    rings.v.push_back(page_polygon_steps(ring[k].y(), id));
     rings.edges.push_back(kinds == nullptr ? no_label : static_cast<std::uint8_t>((*kinds)[k]));
   }
 }
@@ -133,9 +130,9 @@ Json cylinder_json(const Cylinder& cylinder) {
 }
 
 /// Who went, into what (0: nothing), when it appeared and went.
-Json departures_json(const DepartureLog& departures, Departure::Of of) {
+Json departures_json(const DepartureLog& departures, std::uint64_t since, Departure::Of of) {
   Json list = Json::array();
-  departures.for_each_since(0, [&](const Departure& one) {
+  departures.for_each_since(since, [&](const Departure& one) {
     if (one.of == of) list.push_back(Json::array({one.id, one.into, one.born, one.revision}));
   });
   return list;
@@ -179,7 +176,20 @@ Json changes_json(const PageMap& map) {
 
 }  // namespace
 
-void add_surfaces(PageBlock& block, const PageMap& map) {
+std::int32_t page_polygon_steps(double coordinate, SurfaceId id) {
+  const double steps = finite(coordinate, id) / page_polygon_step;
+  return static_cast<std::int32_t>(std::lround(std::clamp(steps, -2e9, 2e9)));
+}
+
+void add_up(PageBlock& block, const Eigen::Vector3d& up) {
+  const Eigen::Vector3d to = up.normalized();
+  // So that heights in the page and its slices are those of up.hpp.
+  const Eigen::Quaterniond R_upright_map = upright(to);
+  block.json["up"] = {to.x(), to.y(), to.z()};
+  block.json["R_upright_map"] = {R_upright_map.x(), R_upright_map.y(), R_upright_map.z(), R_upright_map.w()};
+}
+
+void add_surfaces(PageBlock& block, const PageMap& map, std::uint64_t departed_since) {
   const Snapshot& snapshot = *map.snapshot;
   Rings rings;
   Json surfaces = Json::array(), cylinders = Json::array();
@@ -190,10 +200,12 @@ void add_surfaces(PageBlock& block, const PageMap& map) {
   for (const CylinderPtr& cylinder : snapshot.cylinders) cylinders.push_back(cylinder_json(*cylinder));
   block.json["surfaces"] = std::move(surfaces);
   block.json["cylinders"] = std::move(cylinders);
-  block.json["departed_surfaces"] = departures_json(snapshot.departures, Departure::Of::surface);
-  block.json["departed_cylinders"] = departures_json(snapshot.departures, Departure::Of::cylinder);
+  block.json["departed_surfaces"] =
+      departures_json(snapshot.departures, departed_since, Departure::Of::surface);
+  block.json["departed_cylinders"] =
+      departures_json(snapshot.departures, departed_since, Departure::Of::cylinder);
   block.json["changes"] = changes_json(map);
-  block.json["ring_step_m"] = polygon_step;
+  block.json["ring_step_m"] = page_polygon_step;
   block.add("ring_u", differences(rings.u));
   block.add("ring_v", differences(rings.v));
   block.add("ring_edges", rings.edges);

@@ -1,5 +1,7 @@
 """A running `octosurf serve`, and requests to it that no well-behaved client would send."""
 
+import base64
+import gzip
 import http.client
 import json
 import os
@@ -7,12 +9,14 @@ import random
 import re
 import signal
 import socket
+import struct
 import subprocess
 import urllib.parse
 
 PATHS = ("box", "sphere", "ray", "voxel", "nearest", "below", "foothold")
-QUESTIONS = tuple(f"/api/query/{name}" for name in PATHS) + ("/api/regions", "/api/changes", "/api/plan")
-EVERYTHING = QUESTIONS + ("/", "/api/info", "/api/surfaces", "/openapi.json", "/nothing")
+QUESTIONS = tuple(f"/api/query/{name}" for name in PATHS) + (
+    "/api/regions", "/api/regions/all", "/api/changes", "/api/plan")
+EVERYTHING = QUESTIONS + ("/live", "/", "/api/info", "/api/surfaces", "/openapi.json", "/nothing")
 
 
 class Server:
@@ -80,6 +84,83 @@ class Server:
         return line
 
 
+class Live:
+    """A WebSocket at /live. `status` is 101 if the server agreed."""
+    TEXT, BINARY, CLOSE, PING, PONG = 1, 2, 8, 9, 10
+
+    def __init__(self, server, query="", headers=None, timeout=60):
+        self.line = socket.create_connection((server.host, server.port), timeout=timeout)
+        fields = {"Host": f"localhost:{server.port}", "Connection": "Upgrade", "Upgrade": "websocket",
+                  "Sec-WebSocket-Version": "13", "Sec-WebSocket-Key": base64.b64encode(b"0123456789abcdef").decode(),
+                  **(headers or {})}
+        self.line.sendall((f"GET /live{query} HTTP/1.1\r\n"
+                           + "".join(f"{name}: {value}\r\n" for name, value in fields.items()) + "\r\n").encode())
+        self.bytes = b""
+        while b"\r\n\r\n" not in self.bytes:
+            self.more()
+        head, self.bytes = self.bytes.split(b"\r\n\r\n", 1)
+        self.status = int(STATUS_LINE.match(head)[1])
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.line.close()
+
+    def more(self):
+        piece = self.line.recv(65536)
+        if not piece:
+            raise ConnectionResetError("closed")
+        self.bytes += piece
+
+    def take(self, count):
+        while len(self.bytes) < count:
+            self.more()
+        piece, self.bytes = self.bytes[:count], self.bytes[count:]
+        return piece
+
+    def send(self, data, kind=TEXT):
+        data = data.encode() if isinstance(data, str) else data
+        length = bytes([0x80 | len(data)]) if len(data) < 126 else b"\xfe" + struct.pack(">H", len(data))
+        self.line.sendall(bytes([0x80 | kind]) + length + b"\0\0\0\0" + data)
+
+    def frame(self):
+        """Kind and content of the next one."""
+        first, length = self.take(2)
+        if length == 126:
+            length = struct.unpack(">H", self.take(2))[0]
+        elif length == 127:
+            length = struct.unpack(">Q", self.take(8))[0]
+        return first & 0x8f, self.take(length)
+
+    def message(self):
+        """The JSON of the next binary message; pings are answered meanwhile. An int: it was closed with that code."""
+        content = b""
+        while True:
+            kind, data = self.frame()
+            if kind == 0x80 | self.PING:
+                self.send(data, self.PONG)
+            elif kind == 0x80 | self.CLOSE:
+                return struct.unpack(">H", data[:2])[0] if data else 1005
+            elif kind != 0x80 | self.PONG:
+                content += data
+                if kind & 0x80:
+                    break
+        whole = gzip.decompress(content)
+        length, = struct.unpack("<I", whole[:4])
+        return json.loads(whole[4:4 + length])
+
+    def closed(self):
+        """Waits for the server to close it; the code it gave, if it gave one."""
+        try:
+            while True:
+                told = self.message()
+                if isinstance(told, int):
+                    return told
+        except OSError:
+            return None
+
+
 def odd_number(rng):
     return rng.choice([
         "NaN", "Infinity", "-Infinity", "1e999", "-1e308", "1e-320", "9" * 400, "0", "-0", "1.5", "-7",
@@ -118,6 +199,7 @@ def nearly_right(rng, path):
         "ray": {"from": place(), "direction": place()}, "voxel": {"point": place()},
         "nearest": {"point": place(), "max_slope_deg": rng.choice([0, 30, 180])}, "below": {"point": place()},
         "foothold": {"point": place(), "yaw_deg": rng.uniform(-720, 720), **contact},
+        "all": {"yaw_deg": rng.uniform(-720, 720), **contact},
         "regions": {"surface": rng.choice([1, 2, 3, 7, 4294967295]), "pieces": rng.choice([0, 1, 5]), **contact},
         "changes": {"since": rng.choice([0, 1, 7, 2**53 - 1, 0.5])},
         "plan": {"from": place(4), "to": place(4), "time_s": 0.01, "robot": rng.choice(["biped", "quadruped"]),
@@ -156,6 +238,42 @@ def odd_request(rng):
     head = (f"POST {path} HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
             f"Content-Length: {len(data)}\r\nConnection: close\r\n\r\n")
     return head.encode() + data
+
+
+def odd_frames(rng):
+    """What may be sent over a WebSocket that is none, or none of what may be asked."""
+    kind = rng.randrange(7)
+    if kind == 0:
+        return rng.randbytes(rng.randrange(200))
+    if kind == 1:  # a right text, its head damaged
+        frame = bytearray(b"\x81\x86\0\0\0\0voxels")
+        frame[rng.randrange(2)] ^= 1 << rng.randrange(8)
+        return bytes(frame)
+    if kind == 2:  # says it is giant
+        return b"\x82\xff" + struct.pack(">Q", rng.choice([65, 2**20, 2**31, 2**63 - 1, 2**64 - 1])) + rng.randbytes(99)
+    if kind == 3:  # text that is no UTF-8, or no question
+        text = rng.choice([b"\xff\xfe", b"voxel", b"{}", b"", b"voxels ", rng.randbytes(60)])
+        return bytes([0x81, 0x80 | len(text)]) + b"\0\0\0\0" + text
+    if kind == 4:  # binary
+        return b"\x82\x86\0\0\0\0voxels"
+    if kind == 5:  # pieces without an end
+        return b"\x01\x81\0\0\0\0v" + b"\x00\x81\0\0\0\0o" * rng.randrange(200)
+    return b"\x88\x80\0\0\0\0" + b"\x89\x80\0\0\0\0" * rng.randrange(50)  # a close, and pings after it
+
+
+def fuzz_live(server, rng, count):
+    """How each WebSocket ended: its code, or None."""
+    ends = {}
+    for _ in range(count):
+        with Live(server, rng.choice(["", "?since=1&run=x", "?since=0"])) as live:
+            live.line.sendall(odd_frames(rng))
+            try:
+                live.line.shutdown(socket.SHUT_WR)
+            except OSError:
+                pass
+            code = live.closed()
+        ends[code] = ends.get(code, 0) + 1
+    return ends
 
 
 STATUS_LINE = re.compile(rb"HTTP/1\.[01] (\d{3}) ")

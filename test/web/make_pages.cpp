@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -51,13 +52,67 @@ OccupancyView room_octree() {
   return octree.view();
 }
 
+ContactRegion region_on_floor(double margin) {
+  ContactRegion region;
+  region.surface = 2;
+  region.polygons = {{box_ring(margin, margin, 6 - 2 * margin, 4 - 2 * margin),
+                      {hole_ring(2 - margin, 1.5 - margin, 0.8 + 2 * margin, 0.6 + 2 * margin)}}};
+  region.area_m2 = (6 - 2 * margin) * (4 - 2 * margin) - (0.8 + 2 * margin) * (0.6 + 2 * margin);
+  return region;
+}
+
+/// A large sole may be 0.2 m from the floor's edges and no nearer, a small one 0.05 m; none on the first
+/// wall.
+std::vector<PageFoot> feet_on_floor() {
+  ContactRegion on_wall;
+  on_wall.surface = 8;
+  on_wall.refused = {ContactRefusal::slope};
+  return {{"large", {region_on_floor(0.2), on_wall}}, {"small", {region_on_floor(0.05), on_wall}}};
+}
+
+/// Along x over the floor, soles of 0.26 × 0.12 m.
+PagePlan straight_plan() {
+  using Json = nlohmann::json;
+  const auto sole = [](const char* foot, double x, double y) {
+    return Json{{"foot", foot},
+                {"surface", 2},
+                {"at", {x, y, 0}},
+                {"yaw_deg", 0},
+                {"margin_m", 0.5},
+                {"outline",
+                 {{x - 0.13, y - 0.06, 0},
+                  {x + 0.13, y - 0.06, 0},
+                  {x + 0.13, y + 0.06, 0},
+                  {x - 0.13, y + 0.06, 0}}}};
+  };
+  const Json plan{{"format", "octosurf-plan"},
+                  {"version", 1},
+                  {"found", true},
+                  {"cost", 6.5},
+                  {"start", {sole("left", 3.6, 1.0), sole("right", 3.6, 0.7)}},
+                  {"steps", {sole("left", 4.0, 1.0), sole("right", 4.4, 0.7), sole("left", 4.8, 1.0)}},
+                  {"body", {{{"at", {3.6, 0.85, 0}}}, {{"at", {4.0, 0.85, 0}}}}}};
+  return {"across", plan.dump()};
+}
+
+PagePlan no_plan() {
+  return {"nowhere", R"({"format":"octosurf-plan","version":1,"found":false,"start":[],"steps":[],"body":[],
+    "refusal":{"why":"start","sentence":"the robot cannot stand <b>there</b>"}})"};
+}
+
 PageMap room(const std::string& name) {
   Snapshot snapshot = make_room();
   // 2 is the floor. 1 and 4 are its parents' names in make_room().
   snapshot.departures = snapshot.departures.with(
       {{Departure::Of::surface, 1, 2, 3, 40, {}}, {Departure::Of::surface, 4, 0, 3, 50, {}}});
   const auto edges = edges_of(snapshot);
-  return {name, std::make_shared<Snapshot>(std::move(snapshot)), room_octree(), edges, {}};
+  return {name,
+          std::make_shared<Snapshot>(std::move(snapshot)),
+          room_octree(),
+          edges,
+          {},
+          feet_on_floor(),
+          {straight_plan(), no_plan()}};
 }
 
 PageMap turned(PageMap map, const Eigen::Quaterniond& rotation) {
@@ -71,6 +126,7 @@ PageMap turned(PageMap map, const Eigen::Quaterniond& rotation) {
   snapshot.cylinders.clear();
   map.snapshot = std::make_shared<Snapshot>(std::move(snapshot));
   map.octree = {};
+  map.plans.clear();
   return map;
 }
 

@@ -81,6 +81,62 @@ async function aRoom(browser) {
   assert.deepEqual(page.fetched, [], 'nothing is fetched');
 }
 
+/** Where a place of the map is in the picture; it has to be the surface that is seen there. */
+async function onSurface(page, place, id) {
+  const at = await page.value(`(() => {
+    const place = ${JSON.stringify(place)}.map((x, k) => x - page.map.origin[k]);
+    const { x, y } = page.view.project(place);
+    return { x, y, id: page.hit(x, y)?.what.id };
+  })()`);
+  assert.equal(at.id, id, `${place} is to be seen`);
+  return at;
+}
+
+const different = (a, b) => Math.max(...a.map((x, k) => Math.abs(x - b[k]))) > 25;
+
+/** Contact regions of two feet, and plans, as make_pages knows them. */
+async function feetAndPlans(browser) {
+  const page = await browser.open(join(folder, 'room.html'));
+  await page.ready();
+  await page.press('#top');
+  const middle = await onSurface(page, [5, 2.4, 0], 2), nearWall = await onSurface(page, [3, 0.12, 0], 2);
+  const bare = await page.colors([middle, nearWall]);
+  await page.press('#layer-regions');
+  assert.match(await page.text('#legend'), /the middle of a foot may be here: large/);
+  const large = await page.colors([middle, nearWall]);
+  assert.deepEqual([0, 1].map((i) => different(bare[i], large[i])), [true, false], 'the large foot keeps off the wall');
+  await page.value(`(() => {
+    const select = document.querySelector('select[aria-label^="Contact regions"]');
+    select.value = 'small';
+    select.dispatchEvent(new Event('change'));
+  })()`);
+  const small = await page.colors([middle, nearWall]);
+  assert.ok(different(bare[1], small[1]), 'the small foot may go to it');
+  await page.click(middle.x, middle.y);
+  assert.match(await page.text('#details-table'), /its middle may be on 22\.3\d+ m² \(small\)/);
+  await page.press('#search-text');
+  await page.type('8');
+  await page.key('Enter');
+  assert.match(await page.text('#details-table'), /nowhere: slope/);
+  await page.key('Escape');
+  await page.press('#layer-regions');
+  await page.press('#top');
+
+  // Toes, where no number is written.
+  const toes = [await onSurface(page, [4.1, 0.96, 0], 2), await onSurface(page, [4.5, 0.66, 0], 2)];
+  const [left, right] = await page.colors(toes);
+  assert.ok(left[0] > left[1] + 50, `a left foot is red: ${left}`);
+  assert.ok(right[1] > right[0] + 50, `a right foot is green: ${right}`);
+  const legend = await page.text('#legend');
+  assert.match(legend, /across: 3 steps/);
+  assert.match(legend, /nowhere: no plan: the robot cannot stand <b>there<\/b>/);
+  await page.press('#layer-plans');
+  const [without] = await page.colors(toes);
+  assert.ok(different(left, without), 'plans can be switched off');
+  assert.deepEqual(page.errors, []);
+  assert.deepEqual(page.fetched, [], 'nothing is fetched');
+}
+
 async function twoMaps(browser) {
   const page = await browser.open(join(folder, 'two.html'), { dark: true });
   await page.ready();
@@ -103,6 +159,21 @@ async function touched(browser) {
   assert.deepEqual(page.errors, []);
 }
 
+/** Turns for a while. @returns {Promise<number>} pictures a second */
+function turn(page) {
+  return page.value(`new Promise((done) => {
+    const starts = [];
+    const step = (now) => {
+      starts.push(now);
+      if (starts.length > 60)  // the first pictures are those that the page learns from
+        return done(40000 / (starts[60] - starts[20]));
+      page.view.orbit(2, 0);
+      return requestAnimationFrame(step);
+    };
+    requestAnimationFrame(step);
+  })`);
+}
+
 /** A million voxels and five hundred surfaces: loads and turns. */
 async function large(browser) {
   const start = performance.now();
@@ -120,7 +191,20 @@ async function large(browser) {
     }
     return (performance.now() - start) / 5;
   })()`);
-  console.log(`1 000 000 voxels: there after ${(loaded / 1000).toFixed(1)} s, ${frame.toFixed(0)} ms a frame without a GPU`);
+  const turning = await turn(page);
+  const first = await page.value('page.view.firstPictureMs') / 1000;
+  console.log(`1 000 000 voxels: a picture after ${first.toFixed(1)} s, whole after ${(loaded / 1000).toFixed(1)} s, ${frame.toFixed(0)} ms a picture at rest, ${
+    turning.toFixed(0)} pictures a second while turning, without a GPU`);
+  const drawnAfter = (frameMs) => page.value(`(() => {
+    for (let i = 0; i < 60; ++i) page.stage.effort.note(${frameMs}, false);
+    page.stage.effort.share([page.stage.objects.get('voxels')], true);
+    return page.stage.objects.get('voxels').geometry.drawRange.count;
+  })()`);
+  assert.ok(await drawnAfter(500) < 10000, 'what takes too long is drawn coarser');
+  assert.equal(await drawnAfter(5), 1000000, 'what is quick is drawn whole');
+  await page.value('page.view.redraw()');
+  await page.until('!page.view.asked && !page.view.moving', 120);
+  assert.equal(await page.value('page.stage.objects.get("voxels").geometry.drawRange.count'), 1000000, 'whole at rest');
   assert.deepEqual(page.errors, []);
   const small = await browser.open(join(folder, 'small.html'));
   await small.ready();
@@ -140,7 +224,7 @@ async function nothing(browser) {
 
 const browser = new Browser(program);
 try {
-  for (const test of [aRoom, twoMaps, touched, large, nothing]) {
+  for (const test of [aRoom, feetAndPlans, twoMaps, touched, large, nothing]) {
     await test(browser);
     console.log(`${test.name}: well`);
   }

@@ -14,12 +14,15 @@ function bytesOfBase64(text) {
   return bytes;
 }
 
+/** @param {string} text of a block that stands in a page */
+export const readTextBlock = (text) => readBlock(bytesOfBase64(text.trim()));
+
 /**
- * @param {string} text
+ * @param {BufferSource} bytes
  * @returns {Promise<{json: object, arrays: Object<string, ArrayLike<number>>}>}
  */
-export async function readBlock(text) {
-  const packed = new Blob([bytesOfBase64(text.trim())]).stream();
+export async function readBlock(bytes) {
+  const packed = new Blob([bytes]).stream();
   const buffer = await new Response(packed.pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
   const length = new DataView(buffer).getUint32(0, true);
   const json = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));

@@ -1,6 +1,6 @@
 // A map as the page's parts use it. Positions are in the map frame less `origin` (32-bit floats are too coarse far
 // from zero); `toMap` brings them back for whoever reads them.
-import { readBlock, summed } from './block.js';
+import { readTextBlock, summed } from './block.js';
 
 /**
  * @typedef {object} Surface   see include/octosurf/surface.hpp; beside its fields:
@@ -12,10 +12,9 @@ import { readBlock, summed } from './block.js';
  * @property {Float64Array} u      of all rings' vertices
  * @property {Float64Array} v
  * @property {Uint8Array} edges    kind of the edge from each vertex to the next of its ring; 255: no label
- * @property {{from: number, to: number}[]} rings   vertices of each; even-odd tells inside from outside
+ * @property {{from: number, to: number, outer: boolean}[]} rings   vertices of each: an outer ring, its holes, the next
  * @property {Uint32Array} corners   three vertices a triangle
  * @property {number[]} box        least u, least v, greatest u, greatest v
- * @property {number} index
  *
  * @typedef {object} Voxels
  * @property {number} count
@@ -23,7 +22,7 @@ import { readBlock, summed } from './block.js';
  * @property {number[]} low        corner of the grid's first cell
  * @property {number[]} cells      extent of the grid
  * @property {Uint16Array} x  @property {Uint16Array} y  @property {Uint16Array} z
- * @property {Uint32Array} surface   0: pending; else index of its surface and 1
+ * @property {Uint32Array} surface   id; 0: pending
  * @property {function(number): number} logOdds
  * @property {Float64Array} keys   ascending; for voxelAt()
  */
@@ -36,16 +35,18 @@ const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 function surfacesOf(json, arrays, origin) {
   const u = summed(arrays.ring_u), v = summed(arrays.ring_v), corners = summed(arrays.triangles);
   let vertex = 0, corner = 0;
-  return json.surfaces.map((stored, index) => {
+  return json.surfaces.map((stored) => {
     const rings = [];
     let count = 0;
-    for (const size of stored.rings.flat()) {
-      rings.push({ from: count, to: count + size });
-      count += size;
+    for (const sizes of stored.rings) {
+      sizes.forEach((size, k) => {
+        rings.push({ from: count, to: count + size, outer: k === 0 });
+        count += size;
+      });
     }
     const T = stored.pose;
     const surface = {
-      ...stored, index, rings,
+      ...stored, rings,
       polygons: stored.rings.length,
       holes: stored.rings.reduce((sum, sizes) => sum + sizes.length - 1, 0),
       origin: minus([T[3], T[7], T[11]], origin),
@@ -73,7 +74,8 @@ function boxOf({ u, v }) {
   return box;
 }
 
-function voxelsOf(json, arrays, origin) {
+/** @param {number[]} ids of the surfaces that the block's voxels are numbered by, from 1 */
+function voxelsOf(json, arrays, origin, ids) {
   if (!json.voxels) return null;
   const { size, low, least_log_odds: least, log_odds_step: step } = json.voxels;
   const x = summed(arrays.voxel_x), y = summed(arrays.voxel_y), z = summed(arrays.voxel_z);
@@ -83,7 +85,7 @@ function voxelsOf(json, arrays, origin) {
   return {
     count: x.length, size, cells, x, y, z, keys,
     low: minus(low.map((cell) => cell * size), origin),
-    surface: arrays.voxel_surface,
+    surface: arrays.voxel_surface.map((number) => (number === 0 ? 0 : ids[number - 1])),
     logOdds: (i) => least + step * arrays.voxel_log_odds[i],
     leastLogOdds: least, greatestLogOdds: least + 255 * step,
   };
@@ -138,23 +140,103 @@ function originOf(json) {
   return [0, 1, 2].map((k) => Math.round(places.reduce((sum, p) => sum + p[k], 0) / places.length));
 }
 
+/**
+ * A foot's contact regions as the server gives them.
+ * @param {object[]} answers of /api/regions/all
+ */
+export function footFrom(map, name, answers) {
+  const regions = answers.map(({ surface: id, area_m2, refused, polygons }) => {
+    const surface = map.surface(id);
+    const flat = (ring) => {
+      const places = ring.map((place) => minus(minus(place, map.origin), surface.origin));
+      const along = (k) => places.map((p) => p.reduce((sum, x, i) => sum + x * surface.axes[k][i], 0));
+      return { u: along(0), v: along(1) };
+    };
+    return { surface: id, area_m2, refused,
+      polygons: surface ? polygons.map(({ outer, holes }) => [outer, ...holes].map(flat)) : [] };
+  });
+  return { name, regions };
+}
+
+function feetOf(json, arrays) {
+  if (!json.feet) return [];
+  const u = summed(arrays.region_u), v = summed(arrays.region_v);
+  let at = 0;
+  const ring = (size) => {
+    const part = (all) => Array.from(all.subarray(at, at + size), (x) => x * json.ring_step_m);
+    const result = { u: part(u), v: part(v) };
+    at += size;
+    return result;
+  };
+  return json.feet.map(({ name, regions }) => ({ name, regions: regions.map((one) =>
+    ({ ...one, polygons: one.rings.map((sizes) => sizes.map(ring)) })) }));
+}
+
+/** A plan, as the block has it and the server gives it, in root coordinates. */
+export function planFrom({ origin }, plan) {
+  const here = (place) => minus(place, origin);
+  const step = (one) => ({ ...one, at: here(one.at), outline: one.outline.map(here) });
+  return { ...plan, start: plan.start.map(step), steps: plan.steps.map(step),
+    body: plan.body.map(({ at }) => ({ at: here(at) })) };
+}
+
 /** @param {string} text of a block @param {number[]?} origin of the page, or its first map's */
 export async function readMap(text, origin) {
-  const { json, arrays } = await readBlock(text);
+  const { json, arrays } = await readTextBlock(text);
   origin ??= originOf(json);
   const surfaces = surfacesOf(json, arrays, origin);
   const map = {
     name: json.name, revision: json.revision, resolution: json.resolution, up: json.up,
     rotation: json.R_upright_map, merged: json.merged, voxelsBeforeMerging: json.voxels_before_merging,
     changes: json.changes, origin, surfaces,
-    cylinders: json.cylinders.map((one) => ({ ...one, axis_point: minus(one.axis_point, origin) })),
-    departedSurfaces: json.departed_surfaces.map(([id, into, born, revision]) => ({ id, into, born, revision })),
-    departedCylinders: json.departed_cylinders.map(([id, into, born, revision]) => ({ id, into, born, revision })),
-    voxels: voxelsOf(json, arrays, origin),
-    slices: json.slices ? { ...json.slices, states: arrays.slice_states } : null,
+    cylinders: cylindersOf(json, origin),
+    departedSurfaces: departures(json.departed_surfaces), departedCylinders: departures(json.departed_cylinders),
+    feet: feetOf(json, arrays), feetLeftOut: json.feet_left_out,
+    plans: (json.plans ?? []).map((plan) => planFrom({ origin }, plan)),
+    voxels: voxelsOf(json, arrays, origin, surfaces.map(({ id }) => id)),
+    slices: slicesOf(json, arrays),
     toMap: (place) => place.map((x, k) => x + origin[k]),
-    surface: (id) => surfaces.find((one) => one.id === id),
+    surface: (id) => map.byId.get(id),
     cylinder: (id) => map.cylinders.find((one) => one.id === id),
   };
+  index(map);
   return map;
+}
+
+/** @param {object} map whose surfaces have changed: they are in order, and found by their ids */
+function index(map) {
+  map.surfaces.sort((a, b) => a.id - b.id);
+  map.byId = new Map(map.surfaces.map((one) => [one.id, one]));
+  map.coarseSurfaces = undefined;
+}
+
+const slicesOf = (json, arrays) => (json.slices ? { ...json.slices, states: arrays.slice_states } : null);
+
+const departures = (list) => list.map(([id, into, born, revision]) => ({ id, into, born, revision }));
+
+const cylindersOf = (json, origin) =>
+  json.cylinders.map((one) => ({ ...one, axis_point: minus(one.axis_point, origin) }));
+
+/** Brings a map up to date: a message of kind `changes` (src/io/page_changes.hpp). */
+export function takeChanges(map, { json, arrays }) {
+  const merged = (known, gone, now, whole) => {
+    const replaced = new Set([...gone, ...now.map(({ id }) => id)]);
+    return [...(whole ? [] : known.filter(({ id }) => !replaced.has(id))), ...now];
+  };
+  const whole = json.since === null;
+  Object.assign(map, { name: json.name, revision: json.revision, resolution: json.resolution, up: json.up,
+    rotation: json.R_upright_map });
+  map.surfaces = merged(map.surfaces, json.gone ?? [], surfacesOf(json, arrays, map.origin), whole);
+  map.cylinders = merged(map.cylinders, json.cylinders_gone ?? [], cylindersOf(json, map.origin), whole);
+  map.departedSurfaces = [...(whole ? [] : map.departedSurfaces), ...departures(json.departed_surfaces)];
+  map.departedCylinders = [...(whole ? [] : map.departedCylinders), ...departures(json.departed_cylinders)];
+  index(map);
+}
+
+/** Likewise one of kind `voxels`. */
+export function takeVoxels(map, { json, arrays }) {
+  map.voxels = voxelsOf(json, arrays, map.origin, json.surface_ids);
+  map.slices = slicesOf(json, arrays) ?? map.slices;
+  map.merged = json.merged;
+  map.voxelsBeforeMerging = json.voxels_before_merging;
 }

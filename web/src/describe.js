@@ -1,6 +1,7 @@
 // What the page says about a thing: a line for the pointer, rows for the panel.
 import { edgeKinds, slopeDeg } from './data.js';
 import { edgeLengths } from './layers/edges.js';
+import { footOf, regionOn } from './layers/regions.js';
 import { changeOf } from './layers/surfaces.js';
 
 /** @typedef {{name: string, text?: string, ids?: {text: string, id: string}[]}} Row */
@@ -22,7 +23,7 @@ export function lineOf(map, hit) {
   if (hit.kind === 'cylinder')
     return `cylinder c${hit.what.id} · radius ${(100 * hit.what.radius_m).toFixed(1)} cm`;
   const surface = map.voxels.surface[hit.what];
-  const whose = surface === 0 ? 'pending' : `of surface ${map.surfaces[surface - 1].id}`;
+  const whose = surface === 0 ? 'pending' : `of surface ${surface}`;
   return `voxel · log-odds ${map.voxels.logOdds(hit.what).toFixed(2)} · ${whose}`;
 }
 
@@ -32,9 +33,10 @@ export function titleOf(map, hit) {
   return 'Voxel';
 }
 
-/** @returns {Row[]} */
-export function rowsOf(map, hit) {
+/** @param {import('./context.js').Settings} settings @returns {Row[]} */
+export function rowsOf(map, hit, settings) {
   const rows = { surface: surfaceRows, cylinder: cylinderRows, voxel: voxelRows }[hit.kind](map, hit.what);
+  if (hit.kind === 'surface') rows.push(...footRows(map, hit.what, settings));
   if (hit.place) rows.push({ name: 'picked at', text: `${fixed(map.toMap(hit.place), 3)} m` });
   return rows;
 }
@@ -52,6 +54,15 @@ function lineageRows(map, surface) {
   if (parts.length > 0)
     rows.push({ name: 'part went to', ids: parts.map(({ id }) => ({ text: String(id), id: String(id) })) });
   return rows;
+}
+
+/** How much of it the foot may stand on whose regions are chosen, or why not. */
+function footRows(map, surface, settings) {
+  const foot = footOf(map, settings), region = regionOn(foot, surface.id);
+  if (!region) return [];
+  const text = region.polygons.length > 0 ? `its middle may be on ${region.area_m2.toFixed(3)} m²`
+    : `nowhere: ${region.refused.join(', ')}`;
+  return [{ name: 'a foot', text: `${text} (${foot.name})` }];
 }
 
 function changeRows(map, surface) {
@@ -100,13 +111,12 @@ function cylinderRows(map, cylinder) {
 }
 
 function voxelRows(map, i) {
-  const { voxels } = map, logOdds = voxels.logOdds(i), surface = voxels.surface[i];
-  const id = surface === 0 ? null : map.surfaces[surface - 1].id;
+  const { voxels } = map, logOdds = voxels.logOdds(i), id = voxels.surface[i];
   return [
     { name: 'centre', text: `${fixed(map.toMap(centerOf(voxels, i)), 3)} m` },
     { name: 'edge', text: `${(100 * voxels.size).toFixed(1)} cm` },
     { name: 'occupied', text: `${(100 / (1 + Math.exp(-logOdds))).toFixed(1)} %, log-odds ${logOdds.toFixed(2)}` },
-    id === null ? { name: 'surface', text: 'none: pending' }
+    id === 0 ? { name: 'surface', text: 'none: pending' }
       : { name: 'surface', ids: [{ text: String(id), id: String(id) }] },
   ];
 }

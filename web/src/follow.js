@@ -1,25 +1,89 @@
-// The page of a map that grows: asks whether it has changed, and takes it anew.
-import { readMap } from './data.js';
+// The page of a map that grows: is told over a WebSocket what changes, and asks for voxels while it shows them.
+import { readBlock } from './block.js';
+import { takeChanges, takeVoxels } from './data.js';
 
-const pause = (ms) => new Promise((done) => { setTimeout(done, ms); });
-const leastPauseMs = 1000;
+const soonestMs = 250, latestMs = 4000;  // until it tries to reach the server again
+// A large map takes long to be drawn anew: a fifth of the time at most, so that the page stays at hand.
+const restShare = 4;
+const leastVoxelsMs = 2000;
 
-/** @param {{map: object, take: function(object): void, say: function(string): void}} page until it is closed */
-export async function follow(page) {
-  for (;;) {
-    const begin = performance.now();
-    try {
-      const { revision } = await (await fetch('/api/info')).json();
-      if (revision !== page.map.revision) {
-        const text = await (await fetch('/')).text();
-        const block = new DOMParser().parseFromString(text, 'text/html').querySelector('script.map');
-        page.take(await readMap(block.textContent, page.map.origin));
-      }
-    } catch {
-      page.say('The map is no longer served; this is the last that was seen of it.');
-      return;
+export class Following {
+  /** @param {object} page see main.js @param {string} run */
+  constructor(page, run) {
+    this.page = page;
+    this.run = run;
+    this.pause = soonestMs;
+    this.voxelsAt = -Infinity;
+    this.voxelsRevision = page.map.revision;
+    this.reading = Promise.resolve();
+    this.connect();
+    setInterval(() => this.askForVoxels(), 500);
+  }
+
+  connect() {
+    const known = new URLSearchParams({ since: this.page.map.revision, run: this.run });
+    const socket = new WebSocket(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/live?${known}`);
+    socket.binaryType = 'arraybuffer';
+    socket.addEventListener('open', () => {
+      this.socket = socket;
+      this.pause = soonestMs;
+      this.voxelsAsked = false;
+      this.page.hush();
+    });
+    socket.addEventListener('message', ({ data }) => {
+      // One after the other: unpacking takes its time, and changes count on those before.
+      this.reading = this.reading.then(async () => this.take(await readBlock(data), data.byteLength))
+        .catch((error) => this.page.say(`What the server told cannot be read: ${error.message}`));
+    });
+    socket.addEventListener('close', () => {
+      this.socket = null;
+      this.page.say('The map is no longer served; this is the last that was seen of it.');
+      setTimeout(() => this.connect(), this.pause);
+      this.pause = Math.min(latestMs, 2 * this.pause);
+    });
+  }
+
+  /** @param {number} bytes of the message: for tests */
+  take(block, bytes) {
+    const { page } = this;
+    if (block.json.kind === 'changes') {
+      takeChanges(page.map, block);
+      this.run = block.json.run;
+      if (block.json.since === null) this.voxelsRevision = -1;
+      this.told = { messages: (this.told?.messages ?? 0) + 1, bytes, whole: block.json.since === null };
+      this.drawSoon();
+    } else {
+      takeVoxels(page.map, block);
+      this.voxelsRevision = block.json.revision;
+      this.voxelsAsked = false;
+      this.voxelsMs = performance.now() - this.voxelsAt;
+      page.renewVoxels();
     }
-    // A large map takes seconds to be read: a fifth of the time at most, so that the page stays at hand.
-    await pause(Math.max(leastPauseMs, 4 * (performance.now() - begin)));
+  }
+
+  /** Draws what has changed; what comes meanwhile and for a while after is drawn at once with it. */
+  drawSoon() {
+    if (this.drawing) return;
+    this.drawing = setTimeout(() => {
+      const begin = performance.now();
+      this.page.renewSurfaces();
+      const took = performance.now() - begin;
+      this.drawing = setTimeout(() => {
+        this.drawing = undefined;
+        if (this.page.map.revision !== this.drawn) this.drawSoon();
+      }, restShare * took);
+      this.drawn = this.page.map.revision;
+    });
+  }
+
+  /** All voxels are many: asked for while they are to be seen, and not sooner than drawing them lets the page rest. */
+  askForVoxels() {
+    const { stage } = this.page, wanted = ['voxels', 'pending', 'slice'].some((id) => stage.settings.on[id]);
+    const rest = Math.max(leastVoxelsMs, restShare * (this.voxelsMs ?? 0));
+    if (!this.socket || !wanted || this.voxelsAsked || performance.now() - this.voxelsAt < rest) return;
+    if (this.voxelsRevision === this.page.map.revision && (this.page.map.slices || !stage.settings.on.slice)) return;
+    this.socket.send(stage.settings.on.slice ? 'slices' : 'voxels');
+    this.voxelsAsked = true;
+    this.voxelsAt = performance.now();
   }
 }

@@ -2,7 +2,7 @@
 import * as THREE from 'three';
 import { middleOf, readMap } from './data.js';
 import { find, lineOf, rowsOf, titleOf } from './describe.js';
-import { follow } from './follow.js';
+import { Following } from './follow.js';
 import { Highlight } from './highlight.js';
 import { bindKeys } from './keys.js';
 import { layers } from './layers/index.js';
@@ -10,6 +10,7 @@ import { Measure } from './measure.js';
 import { Panel } from './panel.js';
 import { pick } from './picking.js';
 import { bindPointer } from './pointer.js';
+import { Asking, hasServer, runToFollow } from './server.js';
 import { Stage } from './stage.js';
 import { Theme } from './theme.js';
 import { Timeline } from './timeline.js';
@@ -47,6 +48,7 @@ class Page {
     if (maps.length > 1) this.stage.settings.choice.surfaces = 'change';
     this.timeline.show(maps.length - 1);
     this.fit();
+    this.wasEmpty = this.map.surfaces.length === 0;
     this.bind();
   }
 
@@ -64,14 +66,52 @@ class Page {
     this.panel.update();
   }
 
-  /** The map as it is now, in the place of the latest; what was picked stays picked while it is there. */
-  take(map) {
-    const { kind, what } = this.picked ?? {}, wasEmpty = this.map.surfaces.length === 0;
-    this.maps[this.maps.length - 1] = map;
-    this.timeline.show(this.maps.length - 1);
-    const again = kind === 'surface' ? map.surface(what.id) : undefined;
-    if (again) this.select({ kind, what: again });
+  /** The map's surfaces and cylinders have changed. What was picked stays picked while it is there. */
+  renewSurfaces() {
+    const { kind, what } = this.picked ?? {}, { map } = this, wasEmpty = this.wasEmpty;
+    this.wasEmpty = map.surfaces.length === 0;
+    this.stage.mapChanged();
+    if (kind === 'surface' || kind === 'cylinder') {
+      const again = kind === 'surface' ? map.surface(what.id) : map.cylinder(what.id);
+      if (again !== what) this.select(again ? { kind, what: again } : null);
+    }
+    this.hover(null);
+    this.panel.update();
     if (wasEmpty) this.fit();
+  }
+
+  /** The map's voxels have. */
+  renewVoxels() {
+    if (this.picked?.kind === 'voxel') this.select(null);
+    this.hover(null);
+    for (const id of ['voxels', 'pending', 'slice']) this.stage.renew(id);
+    this.panel.update();
+  }
+
+  say(text) { say(text); }
+  hush() { byId('message').hidden = true; }
+
+  /** Contact regions that were asked for, in the place of those asked for before. */
+  takeFoot(foot) {
+    this.map.feet = [foot, ...this.map.feet.filter(({ name }) => !name.startsWith('asked '))];
+    this.stage.settings.choice.regions = foot.name;
+    this.stage.settings.on.regions = true;
+    this.stage.renew('regions');
+    this.panel.update();
+    if (this.picked) this.select(this.picked);
+  }
+
+  takePlan(plan) {
+    this.map.plans = [...this.map.plans.filter(({ name }) => name !== plan.name), plan];
+    this.stage.settings.on.plans = true;
+    this.stage.renew('plans');
+    this.panel.update();
+  }
+
+  /** Of the way from one place to another, as planners count it (up.hpp). */
+  yawDeg(from, to) {
+    const way = new THREE.Vector3(...to.map((x, k) => x - from[k])).applyQuaternion(this.view.root.quaternion);
+    return Math.atan2(way.y, way.x) * 180 / Math.PI;
   }
 
   fit(from = this.stage.side) { this.view.fit(this.stage.context.extent, from); }
@@ -103,12 +143,13 @@ class Page {
   select(hit) {
     this.picked = hit;
     this.highlight.picked(this.map, hit);
-    if (hit) this.panel.details(titleOf(this.map, hit), rowsOf(this.map, hit), (id) => this.search(id));
+    if (hit) this.panel.details(titleOf(this.map, hit), rowsOf(this.map, hit, this.stage.settings), (id) => this.search(id));
     else this.panel.details(null);
   }
 
   click(x, y) {
     const hit = this.hit(x, y);
+    if (hit && this.asking?.click(hit.place)) return undefined;
     if (!this.measure.on) return this.select(hit);
     if (hit) this.measure.add(hit.place, this.map.up);
   }
@@ -182,7 +223,8 @@ async function start() {
   if (!window.DecompressionStream) return say('This browser is too old for the page: it needs DecompressionStream.');
   const page = new Page(await readMaps());
   window.octosurf = page;  // for the console, and for tests
-  if (document.querySelector('meta[name="octosurf-live"]')) follow({ get map() { return page.map; }, take: (map) => page.take(map), say });
+  if (hasServer()) page.asking = new Asking(page);
+  if (runToFollow()) page.following = new Following(page, runToFollow());
   return page;
 }
 

@@ -118,12 +118,13 @@ export class Panel {
 
   notice() {
     const { map } = this.stage, notice = byId('notice');
-    notice.hidden = map.merged === 1;
+    notice.hidden = map.merged === 1 && !map.feetLeftOut;
     const voxels = `${thousands(map.voxelsBeforeMerging)} voxels`;
     notice.textContent = map.merged === 0
       ? `Without voxels: ${voxels} do not fit into the page’s limit (view --max-mb).`
       : `Voxels are drawn merged to ${map.merged} d, ${(100 * map.merged * map.resolution).toFixed(0)} cm: ${voxels
       } do not fit into the page’s limit (view --max-mb).`;
+    if (map.feetLeftOut) notice.textContent += ' Nor do contact regions.';
   }
 
   /**

@@ -1,11 +1,13 @@
 // The map that is shown, and its layers' objects: made when first shown, thrown away when they are outdated.
 import * as THREE from 'three';
 import { onSurface } from './data.js';
+import { Effort } from './detail.js';
 import { dispose } from './highlight.js';
 import { lightIn } from './layers/mesh.js';
 import { layers } from './layers/index.js';
 
 const samplesPerArea = 40;  // a m²
+const ofVoxels = new Set(['voxels', 'pending', 'slice']);
 
 /** Places on the map, as many as it has area there; without surfaces, voxels. */
 function samplesOf({ surfaces, voxels }) {
@@ -63,10 +65,13 @@ export class Stage {
         on: Object.fromEntries(layers.map(({ id, on }) => [id, on])), choice: {}, sliceHeight: null,
       },
     };
+    this.effort = new Effort();
+    let whole = true;
     view.beforePicture.push((moving, frameMs) => {
       this.context.eye.copy(view.eye);
-      for (const object of this.objects.values())
-        if (object.visible) object.userData.prepare?.(moving, frameMs);
+      if (moving) this.effort.note(frameMs, whole);
+      whole = this.effort.share(layers.map(({ id }) => this.objects.get(id))
+        .filter((object) => object?.visible && object.userData.draw), moving);
     });
   }
 
@@ -78,12 +83,23 @@ export class Stage {
   show(map, before) {
     this.map = map;
     this.context.before = before;
+    this.takeExtent();
+    this.renew();
+  }
+
+  takeExtent() {
+    const { map } = this;
     this.context.light.copy(lightIn(map.rotation));
     this.view.root.quaternion.set(...map.rotation);
     this.view.root.updateMatrixWorld();
     this.context.extent.copy(extentOf(map, this.view.root.quaternion));
     this.side = bestSide(map, this.view.root.quaternion);
-    this.renew();
+  }
+
+  /** All but the voxels of the map that is shown is another. */
+  mapChanged() {
+    this.takeExtent();
+    for (const { id } of layers) if (!ofVoxels.has(id)) this.renew(id);
   }
 
   /** Makes the shown layers anew: all, or one. */
@@ -106,7 +122,8 @@ export class Stage {
         this.view.root.add(object);
       }
       const object = this.objects.get(layer.id);
-      if (object) object.visible = shown;
+      // Pending points are in the middle of their voxels, where nobody sees them.
+      if (object) object.visible = shown && !(layer.id === 'pending' && this.shows('voxels'));
     }
     this.view.redraw();
   }

@@ -29,6 +29,7 @@ export class View {
     this.beforePicture = [];
     this.afterPicture = [];
     this.pixels = new THREE.Vector2(1, 1);
+    this.pixel = new Uint8Array(4);
     this.inset = 0;
     this.frameMs = 0;
     this.moving = false;
@@ -74,13 +75,21 @@ export class View {
   }
 
   draw(now) {
-    if (this.moving && this.lastFrame !== undefined) this.frameMs = now - this.lastFrame;
+    this.frameMs = this.moving && this.lastFrame !== undefined ? now - this.lastFrame : 0;
     this.lastFrame = this.moving ? now : undefined;
     this.camera.updateMatrixWorld();
     this.root.updateMatrixWorld();
     for (const call of this.beforePicture) call(this.moving, this.frameMs);
     this.renderer.render(this.scene, this.camera);
+    if (this.moving) this.wait();
+    this.firstPictureMs ??= performance.now();
     for (const call of this.afterPicture) call();
+  }
+
+  /** Until the picture is there. Else pictures would queue up, and come seconds late where drawing is slow. */
+  wait() {
+    const gl = this.renderer.getContext();
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, this.pixel);
   }
 
   /** Into root coordinates. */

@@ -32,6 +32,7 @@ export function mantleOf(cylinders) {
 
 export const cylinders = {
   id: 'cylinders', label: 'Cylinders', on: true,
+  has: (map) => map.cylinders.length > 0,
   count: (map) => map.cylinders.length,
   create: (map, context) => mesh(mantleOf(map.cylinders), { ...context, cut: { value: false } }),
   legend: () => [{ color, text: 'cylinder, as far as it was seen' }],

@@ -1,8 +1,12 @@
 // Boundary edges of surfaces, by what lies beyond them.
+import * as THREE from 'three';
+import { levelCount, surfacesAt } from '../coarse.js';
 import { edgeKinds, noLabel, onSurface } from '../data.js';
+import { drawByLevels } from '../detail.js';
 import { edgeColors } from '../shading.js';
 import { Lines, ribbons } from './ribbons.js';
 
+const costOfEdge = 3;  // of points drawn
 const texts = ['real: it ends there', 'occluded: something stood before it', 'sensor limit: its range ended',
   'frontier: nobody has looked'];
 
@@ -39,8 +43,14 @@ export const edges = {
   create(map, context) {
     const byKind = context.settings.choice.edges !== 'plain';
     const ink = context.ink();
-    const lines = linesOf(map.surfaces, (kind) => (byKind && kind !== noLabel ? edgeColors[kind] : ink));
-    return ribbons(lines, context, byKind ? 1.8 : 1.2, context.cut);
+    const group = new THREE.Group();
+    drawByLevels(group, levelCount + 1, (level) => {
+      if (level === levelCount) return { object: new THREE.Group(), cost: 0 };  // surfaces' colours must do
+      const lines = linesOf(surfacesAt(map, level), (kind) => (byKind && kind !== noLabel ? edgeColors[kind] : ink));
+      const object = ribbons(lines, context, byKind ? 1.8 : 1.2, context.cut);
+      return { object, cost: costOfEdge * lines.from.length / 3 };
+    });
+    return group;
   },
   legend: (map, context) => (context.settings.choice.edges === 'plain' ? []
     : edgeColors.map((color, kind) => ({ line: color, text: texts[kind] }))),

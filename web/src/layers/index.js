@@ -1,5 +1,4 @@
-// What can be switched on and off, in the panel's order. An overlay (contact regions for a foot, a plan) is one more
-// of these:
+// What can be switched on and off, in the panel's order:
 //
 //   id, label         its name in settings and for readers
 //   on                at first
@@ -8,9 +7,11 @@
 //   choices(map)      ways to colour it, if there are several: [{id, label}], the first at first
 //   range(map, settings)  a slider of its own: {least, greatest, value, text(value), set(value)}
 //   create(map, context)  a three.js object in root coordinates (context.js, view.js); asked for when it is first
-//                     shown, and again when a choice, the theme or the map changes. userData.prepare(moving,
-//                     frameMs), if it has one, is called before each picture.
+//                     shown, and again when a choice, the theme or the map changes. If it has userData.draw, detail.js
+//                     has it drawn by that, before each picture.
 //   legend(map, context)  [{color | line | ramp, text | low, high}]
+import { plans } from './plans.js';
+import { regions } from './regions.js';
 import { surfaces } from './surfaces.js';
 import { edges } from './edges.js';
 import { cylinders } from './cylinders.js';
@@ -22,5 +23,5 @@ import { axes, grid } from './ground.js';
 
 const needVoxels = (layer) => ({ ...layer, has: (map) => map.voxels !== null });
 
-export const layers = [surfaces, edges, gone, cylinders, needVoxels(pending), needVoxels(voxels), slice, normals,
-  grid, axes];
+export const layers = [surfaces, edges, gone, cylinders, needVoxels(pending), needVoxels(voxels), slice, regions, plans,
+  normals, grid, axes];

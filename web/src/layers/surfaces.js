@@ -1,8 +1,12 @@
 // Surfaces: their polygons, holes left open, in one of several colours.
+import * as THREE from 'three';
 import { changeColors, ramp, rampCss, css } from '../shading.js';
 import { onSurface, slopeDeg } from '../data.js';
+import { levelCount, surfacesAt } from '../coarse.js';
+import { drawByLevels } from '../detail.js';
 import { mesh } from './mesh.js';
 
+const costOfTriangle = 1.4;  // measured without a graphics card, as that of edges
 const steepDeg = 90, unsureMm = 5;  // ends of the ramps
 
 /** What became of each surface since the map before: for `by ids` a word, for `by place` the share that is new. */
@@ -97,7 +101,12 @@ export const surfaces = {
     .map(([id, one]) => ({ id, label: one.label })),
   create(map, context) {
     const coloring = colorings[context.settings.choice.surfaces] ?? colorings.own;
-    return mesh(trianglesOf(map.surfaces, (surface) => coloring.of(surface, map)), context);
+    const group = new THREE.Group();
+    drawByLevels(group, levelCount, (level) => {
+      const parts = trianglesOf(surfacesAt(map, level), (surface) => coloring.of(surface, map));
+      return { object: mesh(parts, context), cost: costOfTriangle * parts.indices.length / 3 };
+    });
+    return group;
   },
   legend(map, context) {
     const coloring = colorings[context.settings.choice.surfaces] ?? colorings.own;

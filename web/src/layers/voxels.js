@@ -1,6 +1,6 @@
 // Voxels: a point each, that the fragment shader makes a cube of by cutting the pixel's ray with it. A million of
-// them are a million vertices, not twelve million triangles. They are drawn in random order, so that a part of them,
-// drawn larger, is a coarser picture of all: that is what is shown while the camera moves and time is short.
+// them are a million vertices, not twelve million triangles. They are ordered so that the first of them, drawn larger,
+// are a coarser picture of all: that is what is shown while the camera moves and time is short.
 import * as THREE from 'three';
 import { ramp, rampCss, shadeGlsl } from '../shading.js';
 
@@ -47,21 +47,39 @@ const fragmentShader = `
   }
 `;
 
-const smoothFrameMs = 33, quickFrameMs = 20;
-const fewest = 5000;
-const firstPart = 400000;  // voxels drawn in the first moving frame; the frames' times set it from then on
+const closing = 0.6;        // of a cell's edge: squares so large leave few gaps, and whole ones take thrice as long
+const coarsest = 6;        // level: one voxel drawn for each 64³
+const mostCells = 2 ** 28;  // that a level's table may have, in bits
 
-/** The same order every time. */
-function shuffled(count) {
-  const order = new Uint32Array(count);
-  let state = 1;
-  for (let i = 0; i < count; ++i) {
-    state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
-    const j = Math.floor(state / 2 ** 32 * (i + 1));
-    order[i] = order[j];
-    order[j] = i;
+/**
+ * One voxel for each cell of 2^6 voxels' edge first, then one for each further cell of half that edge, and so on.
+ * @param {function(number): boolean} wanted by a voxel's number
+ * @returns {{order: Uint32Array, counts: number[]}} numbers; how many of them a picture of each level takes
+ */
+function byLevels(voxels, wanted) {
+  const { x, y, z, count } = voxels, order = [], counts = [];
+  const open = [];
+  for (let i = 0; i < count; ++i) if (wanted(i)) open.push(i);
+  let rest = Uint32Array.from(open);
+  for (let level = coarsest; level > 0; --level) {
+    const [nx, ny, nz] = voxels.cells.map((cells) => (cells >> level) + 1);
+    if (nx * ny * nz <= mostCells) {
+      const taken = new Uint8Array((nx * ny * nz >> 3) + 1);
+      rest = rest.filter((i) => {
+        const cell = ((z[i] >> level) * ny + (y[i] >> level)) * nx + (x[i] >> level), bit = 1 << (cell & 7);
+        if (taken[cell >> 3] & bit) return true;
+        taken[cell >> 3] |= bit;
+        order.push(i);
+        return false;
+      });
+    }
+    counts[level] = order.length;
   }
-  return order;
+  counts[0] = order.length + rest.length;
+  const all = new Uint32Array(counts[0]);
+  all.set(order);
+  all.set(rest, order.length);
+  return { order: all, counts };
 }
 
 function heights(map) {
@@ -81,9 +99,9 @@ function coloringOf(map, choice) {
   const table = Array.from({ length: 256 }, (_, i) => ramp(i / 255).map((value) => Math.round(255 * value)));
   const byShare = (share) => table[Math.min(255, Math.max(0, Math.round(255 * share)))];
   if (choice === 'surface') {
-    const own = [pendingColor, ...map.surfaces.map((one) => one.color)]
-      .map((color) => color.map((value) => Math.round(255 * value)));
-    return (i) => own[voxels.surface[i]];
+    const bytes = (color) => color.map((value) => Math.round(255 * value));
+    const own = new Map(map.surfaces.map(({ id, color }) => [id, bytes(color)])), none = bytes(pendingColor);
+    return (i) => own.get(voxels.surface[i]) ?? none;
   }
   if (choice === 'log_odds') {
     const { leastLogOdds: least, greatestLogOdds: greatest } = voxels;
@@ -122,31 +140,22 @@ function points(map, context, order, colorOf) {
   return object;
 }
 
-const budgets = { voxels: firstPart, pending: firstPart };  // kept from map to map: they are the machine's
-
-/**
- * How many of the points are drawn in the picture that comes: all, or while the camera moves as many as frames of
- * 33 ms have time for.
- * @returns {number} that share of all
- */
-function prepare(object, view, kind, moving, frameMs) {
-  const { camera } = view, count = object.geometry.attributes.position.count;
-  object.material.uniforms.pixelsPerUnit.value = view.pixels.y / 2 * camera.projectionMatrix.elements[5];
-  if (moving && frameMs > smoothFrameMs) budgets[kind] *= Math.max(0.4, smoothFrameMs / frameMs);
-  if (moving && frameMs > 0 && frameMs < quickFrameMs) budgets[kind] *= 1.25;
-  budgets[kind] = Math.min(Math.max(budgets[kind], fewest), count);
-  const part = moving ? budgets[kind] / Math.max(1, count) : 1;
-  object.geometry.setDrawRange(0, Math.round(part * count));
-  object.userData.drawn = Math.round(part * count);
-  return part;
+/** Sets the finest level that costs no more than is allowed. @returns {number} the level, 0 the whole */
+function chooseLevel(object, view, counts, allowed) {
+  let level = 0;
+  while (level < coarsest && counts[level] > allowed) ++level;
+  object.material.uniforms.pixelsPerUnit.value = view.pixels.y / 2 * view.camera.projectionMatrix.elements[5];
+  object.geometry.setDrawRange(0, counts[level]);
+  return level;
 }
 
-function prepareCubes(object, view, moving, frameMs) {
-  const part = prepare(object, view, 'voxels', moving, frameMs), { uniforms } = object.material;
+function drawCubes(object, view, counts, allowed) {
+  const level = chooseLevel(object, view, counts, allowed), { uniforms } = object.material;
   uniforms.rootOfClip.value.copy(view.root.matrixWorld).invert().multiply(view.camera.matrixWorld)
     .multiply(view.camera.projectionMatrixInverse);
-  uniforms.cubes.value = part === 1;
-  uniforms.growth.value = part === 1 ? Math.sqrt(3) : Math.min(4, 1.1 / Math.sqrt(part));
+  uniforms.cubes.value = level === 0;
+  uniforms.growth.value = level === 0 ? Math.sqrt(3) : closing * 2 ** level;
+  return { cost: counts[level], whole: level === 0 };
 }
 
 export const voxels = {
@@ -156,8 +165,9 @@ export const voxels = {
     { id: 'surface', label: 'by surface' }],
   create(map, context) {
     const colorOf = coloringOf(map, context.settings.choice.voxels);
-    const object = points(map, context, shuffled(map.voxels.count), colorOf);
-    object.userData.prepare = (moving, frameMs) => prepareCubes(object, context.view, moving, frameMs);
+    const { order, counts } = byLevels(map.voxels, () => true);
+    const object = points(map, context, order, colorOf);
+    object.userData.draw = (allowed) => drawCubes(object, context.view, counts, allowed);
     return object;
   },
   legend(map, context) {
@@ -177,13 +187,14 @@ export const pending = {
   id: 'pending', label: 'Pending points', on: true,
   count: (map) => (map.voxels ? map.voxels.surface.reduce((sum, one) => sum + (one === 0), 0) : 0),
   create(map, context) {
-    const order = shuffled(map.voxels.count).filter((i) => map.voxels.surface[i] === 0);
+    const { order, counts } = byLevels(map.voxels, (i) => map.voxels.surface[i] === 0);
     const color = pendingColor.map((value) => Math.round(255 * value));
     const object = points(map, context, order, () => color);
     const growth = 0.4;  // smaller than voxels: one sees what is behind them
-    object.userData.prepare = (moving, frameMs) => {
-      const part = prepare(object, context.view, 'pending', moving, frameMs);
-      object.material.uniforms.growth.value = growth / Math.sqrt(part);
+    object.userData.draw = (allowed) => {
+      const level = chooseLevel(object, context.view, counts, allowed);
+      object.material.uniforms.growth.value = growth * 2 ** level;
+      return { cost: counts[level], whole: level === 0 };
     };
     return object;
   },
