@@ -5,6 +5,7 @@
 
 #include <octosurf/error.hpp>
 #include <octosurf/planner_formats.hpp>
+#include <octosurf/ros_messages.hpp>
 
 namespace octosurf {
 namespace {
@@ -37,6 +38,7 @@ void write_layer(MessageWriter& out, const Eigen::MatrixXf& layer) {
 /// std_msgs/Header: a map is of no one moment, so its time is 0.
 void write_header(MessageWriter& out, const std::string& frame) {
   out.begin_message();
+  if (out.numbers_headers()) out.field("seq", std::uint32_t{0});
   out.field("stamp");
   out.begin_message();
   out.field("sec", std::int32_t{0});
@@ -44,6 +46,14 @@ void write_header(MessageWriter& out, const std::string& frame) {
   out.end_message();
   out.field("frame_id", frame);
   out.end_message();
+}
+
+GridLayers layers_of(const HeightGrid& grid) {
+  return {{"elevation", &grid.elevation},
+          {"normal_x", &grid.normal[0]},
+          {"normal_y", &grid.normal[1]},
+          {"normal_z", &grid.normal[2]},
+          {"surface_id", &grid.surface}};
 }
 
 }  // namespace
@@ -111,12 +121,13 @@ void require_cells(const HeightGrid& grid, const std::filesystem::path& file) {
 void export_grid_map(const HeightGrid& grid, const std::string& frame, const std::filesystem::path& file,
                      bool force) {
   require_cells(grid, file);
-  const GridLayers layers{{"elevation", &grid.elevation},
-                          {"normal_x", &grid.normal[0]},
-                          {"normal_y", &grid.normal[1]},
-                          {"normal_z", &grid.normal[2]},
-                          {"surface_id", &grid.surface}};
-  write_message([&](MessageWriter& out) { write_grid_map(out, grid, layers, frame); }, file, force);
+  write_message([&](MessageWriter& out) { write_grid_map(out, grid, layers_of(grid), frame); }, file, force);
+}
+
+std::string grid_map_message(const HeightGrid& grid, const std::string& frame, MessageEncoding encoding) {
+  require_cells(grid, "grid map");
+  return message_bytes([&](MessageWriter& out) { write_grid_map(out, grid, layers_of(grid), frame); },
+                       encoding);
 }
 
 }  // namespace octosurf

@@ -10,6 +10,7 @@
 
 #include <octosurf/error.hpp>
 #include <octosurf/planner_formats.hpp>
+#include <octosurf/ros_messages.hpp>
 
 namespace octosurf {
 namespace {
@@ -104,31 +105,56 @@ void write_region(MessageWriter& out, const TerrainRegion& region) {
   out.end_message();
 }
 
+/// A terrain and its heights, checked.
+class PlanarTerrain {
+ public:
+  /// `where` names it in errors.
+  PlanarTerrain(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
+                const std::filesystem::path& where)
+      : grid_(grid) {
+    require_cells(grid, where);
+    regions_ = usable_regions(surfaces, count_);
+    if (regions_.empty())
+      throw Error(Error::Kind::data, where.string(), "there is nothing to put into it",
+                  "no surface has room for the contact; a smaller foot or a larger slope leaves more");
+    elevation_ = without_gaps(grid.elevation);
+    smooth_ = mean_over(elevation_, 0.2 / grid.cell);
+  }
+
+  const PlanarTerrainCount& count() const { return count_; }
+
+  void write(MessageWriter& out, const std::string& frame) const {
+    out.begin_message();
+    out.field("planarRegions");
+    out.begin_list(regions_.size());
+    for (const TerrainRegion& region : regions_) write_region(out, region);
+    out.end_list();
+    out.field("gridmap");
+    write_grid_map(out, grid_, {{"elevation", &elevation_}, {"smooth_planar", &smooth_}}, frame);
+    out.end_message();
+  }
+
+ private:
+  const HeightGrid& grid_;
+  PlanarTerrainCount count_;
+  std::vector<TerrainRegion> regions_;
+  Eigen::MatrixXf elevation_, smooth_;
+};
+
 }  // namespace
 
 PlanarTerrainCount export_planar_terrain(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
                                          const std::string& frame, const std::filesystem::path& file,
                                          bool force) {
-  require_cells(grid, file);
-  PlanarTerrainCount count;
-  const std::vector<TerrainRegion> regions = usable_regions(surfaces, count);
-  if (regions.empty())
-    throw Error(Error::Kind::data, file.string(), "there is nothing to put into it",
-                "no surface has room for the contact; a smaller foot or a larger slope leaves more");
-  const Eigen::MatrixXf elevation = without_gaps(grid.elevation);
-  const Eigen::MatrixXf smooth = mean_over(elevation, 0.2 / grid.cell);
-  const auto message = [&](MessageWriter& out) {
-    out.begin_message();
-    out.field("planarRegions");
-    out.begin_list(regions.size());
-    for (const TerrainRegion& region : regions) write_region(out, region);
-    out.end_list();
-    out.field("gridmap");
-    write_grid_map(out, grid, {{"elevation", &elevation}, {"smooth_planar", &smooth}}, frame);
-    out.end_message();
-  };
-  write_message(message, file, force);
-  return count;
+  const PlanarTerrain terrain(surfaces, grid, file);
+  write_message([&](MessageWriter& out) { terrain.write(out, frame); }, file, force);
+  return terrain.count();
+}
+
+std::string planar_terrain_message(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
+                                   const std::string& frame, MessageEncoding encoding) {
+  const PlanarTerrain terrain(surfaces, grid, "planar terrain");
+  return message_bytes([&](MessageWriter& out) { terrain.write(out, frame); }, encoding);
 }
 
 }  // namespace octosurf

@@ -4,6 +4,7 @@
 #include "io/new_file.hpp"
 
 #include <array>
+#include <bit>
 #include <charconv>
 #include <cmath>
 #include <fastcdr/Cdr.h>
@@ -45,6 +46,7 @@ class JsonWriter : public MessageWriter {
     for (const float value : list) number(value);
     end_list();
   }
+  bool numbers_headers() const override { return false; }
 
  private:
   void separate() {
@@ -117,6 +119,7 @@ class CdrWriter : public MessageWriter {
     cdr_.serializeArray(list.data(), list.size());
 #endif
   }
+  bool numbers_headers() const override { return false; }
 
   std::span<const char> bytes() const {
 #if FASTCDR_VERSION_MAJOR >= 2
@@ -131,14 +134,54 @@ class CdrWriter : public MessageWriter {
   cdr::Cdr cdr_;
 };
 
-void write_cdr(const std::function<void(MessageWriter&)>& message, std::ostream& out) {
+/// ROS 1's: little-endian, nothing aligned, strings without an end.
+class PackedWriter : public MessageWriter {
+ public:
+  void begin_message() override {}
+  void end_message() override {}
+  void field(const char*) override {}
+  void begin_list(std::size_t size) override { put(static_cast<std::uint32_t>(size)); }
+  void end_list() override {}
+  void write(double value) override { put(value); }
+  void write(float value) override { put(value); }
+  void write(std::uint32_t value) override { put(value); }
+  void write(std::int32_t value) override { put(value); }
+  void write(std::uint16_t value) override { put(value); }
+  void write(const std::string& value) override {
+    begin_list(value.size());
+    bytes_ += value;
+  }
+  void write(std::span<const float> list) override {
+    begin_list(list.size());
+    bytes_.append(reinterpret_cast<const char*>(list.data()), list.size_bytes());
+  }
+  bool numbers_headers() const override { return true; }
+
+  const std::string& bytes() const { return bytes_; }
+
+ private:
+  static_assert(std::endian::native == std::endian::little);
+  template <class Number>
+  void put(Number value) {
+    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+  }
+
+  std::string bytes_;
+};
+
+std::string cdr_bytes(const std::function<void(MessageWriter&)>& message) {
   CdrWriter writer;
   try {
     message(writer);
   } catch (const cdr::exception::NotEnoughMemoryException&) {
     throw std::bad_alloc();
   }
-  out.write(writer.bytes().data(), static_cast<std::streamsize>(writer.bytes().size()));
+  return {writer.bytes().begin(), writer.bytes().end()};
+}
+
+void write_cdr(const std::function<void(MessageWriter&)>& message, std::ostream& out) {
+  const std::string bytes = cdr_bytes(message);
+  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 
 void write_json(const std::function<void(MessageWriter&)>& message, std::ostream& out) {
@@ -148,6 +191,15 @@ void write_json(const std::function<void(MessageWriter&)>& message, std::ostream
 }
 
 }  // namespace
+
+std::string message_bytes(const std::function<void(MessageWriter&)>& message, MessageEncoding encoding) {
+  if (encoding == MessageEncoding::cdr) return cdr_bytes(message);
+  if (encoding != MessageEncoding::ros1)
+    throw Error(Error::Kind::usage, "a message's encoding", "is neither ROS 1's nor ROS 2's");
+  PackedWriter writer;
+  message(writer);
+  return writer.bytes();
+}
 
 void write_message(const std::function<void(MessageWriter&)>& message, const std::filesystem::path& file,
                    bool force) {

@@ -8,6 +8,8 @@
 #include <span>
 #include <string>
 
+#include <octosurf/ros_messages.hpp>
+
 namespace octosurf {
 
 /// Takes a ROS message field by field, in the order of its definition. One description of a message so gives
@@ -28,6 +30,7 @@ class MessageWriter {
   virtual void write(std::uint16_t value) = 0;
   virtual void write(const std::string& value) = 0;
   virtual void write(std::span<const float> list) = 0;
+  virtual bool numbers_headers() const = 0;  ///< a Header begins with a sequence number, as in ROS 1
 
   template <class Value>
   void field(const char* name, const Value& value) {
@@ -41,5 +44,8 @@ class MessageWriter {
 /// that exists without `force`, Error(output) if it cannot be written.
 void write_message(const std::function<void(MessageWriter&)>& message, const std::filesystem::path& file,
                    bool force);
+
+/// The message's bytes. Throws Error(usage) for an encoding that ROS does not have.
+std::string message_bytes(const std::function<void(MessageWriter&)>& message, MessageEncoding encoding);
 
 }  // namespace octosurf
