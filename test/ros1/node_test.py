@@ -176,13 +176,13 @@ class Parameters(unittest.TestCase):
         player.connect()
         options = dynamic_reconfigure.client.Client("/octosurf", timeout=60)
 
-        options.update_configuration({"mapping": False, "pose_timeout": 0.05})
+        options.update_configuration({"enabled": False, "pose_timeout": 0.05})
         player.publish(0)
         wait_for(lambda: node.status().refused == 1, "the refusal")
-        self.assertIn("~mapping is off", node.status().last_refusal)
+        self.assertIn("~enabled is off", node.status().last_refusal)
 
         # Scans without a pose hold up the queue for a second each, so that it runs over.
-        options.update_configuration({"mapping": True, "pose_timeout": 1, "queue_size": 2})
+        options.update_configuration({"enabled": True, "pose_timeout": 1, "queue_size": 2})
         lost = copy.deepcopy(player.scans[1][-1][1])
         lost.header.frame_id = "nowhere"
         for _ in range(6):

@@ -101,7 +101,7 @@ class Node:
 
     def wait_until_ready(self):
         wait_for(lambda: self.logged("ready") or self.process.poll() is not None, "the node")
-        assert self.process.poll() is None, self.log()
+        assert self.process.poll() is None, f"it ended with {self.end()}: {self.log()}"
         self.status_topic = Topic("status", "octosurf_msgs/Status")
         self.status_topic.next()
         return self

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <ros/ros.h>
 
@@ -14,6 +15,8 @@ static_assert(std::atomic<int>::is_always_lock_free);  // a signal handler may n
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::setvbuf(stdout, nullptr, _IOLBF,
+               0);  // rosconsole does not flush, and lines matter when they are written
   // ROS' own handler ends the connection to the master while the map is still to be saved.
   ros::init(argc, argv, "octosurf", ros::init_options::NoSigintHandler);
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int which) { stop_signal = which; });
@@ -27,7 +30,7 @@ int main(int argc, char** argv) {
     spinner.stop();
     return saved ? EXIT_SUCCESS : EXIT_FAILURE;
   } catch (const std::exception& error) {
-    ROS_FATAL_STREAM(error.what());
+    std::fprintf(stderr, "octosurf_node: %s\n", error.what());  // ROS' log has ended with the node's handles
     return EXIT_FAILURE;
   }
 }

@@ -118,8 +118,8 @@ void MapperNode::run() {
 }
 
 void MapperNode::insert(const PosedScan& posed) {
-  if (!options_().mapping)
-    throw Error(Error::Kind::data, posed.scan.name, "is not mapped, as ~mapping is off");
+  if (!options_().enabled)
+    throw Error(Error::Kind::data, posed.scan.name, "is not mapped, as ~enabled is off");
   const std::lock_guard lock(mapping_);
   const ScanReport report = mapper_.insert(posed.scan);
   unsaved_ = true;
