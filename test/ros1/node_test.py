@@ -8,7 +8,6 @@ from ros_world import FOLDER, Node, Player, octosurf, recording_as_bag, start_ro
 
 import dynamic_reconfigure.client
 import rospy
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
 DEPTH = "/camera/depth/image"
 CLOUD = "/lidar/points"
@@ -64,7 +63,7 @@ class Refuses(unittest.TestCase):
     def setUp(self):
         self.bag = recording_as_bag("clouds", ["--sensor", "spinning", "--frames", "2"], [])
         self.images = recording_as_bag("images", ["--frames", "1"], [])
-        octosurf("map", self.bag, "-o", FOLDER / "good")
+        octosurf("map", self.bag, "-o", FOLDER / "good", "--force")
         self.player, self.camera = Player(self.bag), Player(self.images)
         self.node = Node(cloud_topics=CLOUD, depth_topics=DEPTH, pose_timeout=0.2).wait_until_ready()
         self.player.connect()
@@ -96,10 +95,10 @@ class Refuses(unittest.TestCase):
         wrong.header.stamp += rospy.Duration(1000)
         self.refused(CLOUD, wrong, "no pose of lidar in map")
 
-        self.refused(DEPTH, self.camera.scans[0][-1][1], "no camera")
-        info, image = (copy.deepcopy(next(m for _, m in self.camera.scans[0] if isinstance(m, kind)))
-                       for kind in (CameraInfo, Image))
+        messages = copy.deepcopy(dict(self.camera.scans[0]))
         info_topic = "/camera/depth/camera_info"
+        info, image = messages[info_topic], messages[DEPTH]
+        self.refused(DEPTH, image, "no camera")
         info.width -= 1
         self.camera.publishers[info_topic].publish(info)
         self.refused(DEPTH, image, "but its camera has")
@@ -166,7 +165,6 @@ class Parameters(unittest.TestCase):
             self.assertEqual(node.process.wait(60), 1)
             node.end()
             self.assertIn(why, node.log())
-            rospy.delete_param("/octosurf")
 
     def test_options_change_while_it_maps(self):
         bag = recording_as_bag("clouds", ["--sensor", "spinning", "--frames", "3"], [])

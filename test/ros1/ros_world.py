@@ -91,11 +91,16 @@ def start_ros():
 class Node:
     """The node under test, its log with it."""
 
-    def __init__(self, executable=NODE, **parameters):
+    def __init__(self, **parameters):
         start_ros()
         self.lines, self.status_topic = [], None
+        if rospy.has_param("/octosurf"):  # of a node before
+            rospy.delete_param("/octosurf")
         words = [f"_{name.replace('__', '/')}:={value}" for name, value in parameters.items()]
-        self.process = subprocess.Popen([executable, *words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self.follow([NODE, *words])
+
+    def follow(self, words):
+        self.process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         self.reader = threading.Thread(target=lambda: self.lines.extend(iter(self.process.stdout.readline, "")))
         self.reader.start()
 
