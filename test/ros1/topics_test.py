@@ -40,6 +40,7 @@ class Published(unittest.TestCase):
         player.play(cls.node, range(len(player.scans)))
         revision = cls.node.status().revision
         early.next(lambda message: message.revision == revision)  # what is new is sent unasked
+        early.subscriber.unregister()
         # Whoever comes late gets the map as it is.
         cls.topics = {name: Topic(name, kind) for name, kind in (
             ("surfaces", "octosurf_msgs/Surfaces"), ("markers", "visualization_msgs/MarkerArray"),
@@ -169,6 +170,7 @@ class Published(unittest.TestCase):
         import dynamic_reconfigure.client
         dynamic_reconfigure.client.Client("/octosurf", timeout=60).update_configuration(
             {"foot_radius": 0.02, "max_slope": 10, "cell": 0.05})
+        self.topics["planar_terrain"].subscriber.unregister()
         again = Topic("planar_terrain", "convex_plane_decomposition_msgs/PlanarTerrain")
         options = ("--foot-radius", "0.02", "--max-slope", "10", "--cell", "0.05")
         self.assert_same(again.next(), self.export("planar_terrain", *options), "terrain")
