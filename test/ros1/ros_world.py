@@ -120,7 +120,7 @@ class Node:
     def status(self):
         return self.status_topic.messages[-1]
 
-    def call(self, name, kind, **request):
+    def call(self, name, kind, /, **request):
         service = f"/octosurf/{name}"
         rospy.wait_for_service(service, PATIENCE)
         module = __import__("octosurf_msgs.srv", fromlist=[kind])
