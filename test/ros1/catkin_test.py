@@ -44,8 +44,8 @@ class CatkinWorkspace(unittest.TestCase):
         for package in ("octosurf_msgs", "octosurf_ros"):  # copies: nothing of the checkout around them is seen
             shutil.copytree(SOURCE / "ros/ros1" / package, packages / package)
         path = "/usr/bin:/bin:" + os.environ["PATH"]  # catkin's Python is Debian's
-        run("catkin_make", "-j1", "-DCMAKE_BUILD_TYPE=Release", f"-DCMAKE_PREFIX_PATH={prefix}",
-            "-DPYTHON_EXECUTABLE=/usr/bin/python3", cwd=WORKSPACE, env=os.environ | {"PATH": path})
+        run("catkin_make", "-C", WORKSPACE, "-j1", "-DCMAKE_BUILD_TYPE=Release", f"-DCMAKE_PREFIX_PATH={prefix}",
+            "-DPYTHON_EXECUTABLE=/usr/bin/python3", env=os.environ | {"PATH": path})
 
         bag = recording_as_bag("clouds", ["--sensor", "spinning", "--frames", "2"], [])
         octosurf("map", bag, "-o", FOLDER / "offline")

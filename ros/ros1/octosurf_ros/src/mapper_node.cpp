@@ -42,12 +42,13 @@ bool is_map(const std::string& stem) { return std::filesystem::exists(stem + ".s
 
 MapperNode::MapperNode()
     : settings_(read_settings(own_)),
+      map_file_(settings_.map),
       options_(own_),
       mapper_(settings_.parameters, settings_.threads),
       status_topic_(own_.advertise<octosurf_msgs::Status>("status", 100, true)),
       publisher_(own_, settings_.fixed_frame, [this] { return options_(); }),
       intake_(node_, settings_, [this] { return options_(); }) {
-  if (settings_.resume && !settings_.map.empty() && is_map(settings_.map)) {
+  if (settings_.resume && !map_file_.empty() && is_map(map_file_)) {
     const std::lock_guard lock(mapping_);
     ROS_INFO_STREAM(load({}));
   }
@@ -78,7 +79,7 @@ bool MapperNode::finish() {
   if (!thread_.joinable()) return true;
   thread_.join();
   const std::lock_guard lock(mapping_);
-  if (!settings_.save_at_end || settings_.map.empty()) return true;
+  if (!settings_.save_at_end || map_file_.empty()) return true;
   try {
     if (unsaved_) ROS_INFO_STREAM(save({}));
     return true;
@@ -106,11 +107,8 @@ void MapperNode::run() {
       const std::optional<PosedScan> scan = intake_.next();
       if (!scan) return;
       insert(*scan);
-    } catch (const Error& error) {
-      refuse(error.what());
-      if (error.kind() == Error::Kind::incomplete) return;  // what was saved last is what is left
     } catch (const std::bad_alloc&) {
-      refuse("out of memory");
+      refuse("out of memory");  // if that has broken the map, scans are refused until ~load
     } catch (const std::exception& error) {
       refuse(error.what());
     }
@@ -139,7 +137,7 @@ void MapperNode::refuse(const std::string& why) {
 
 void MapperNode::checkpoint() {
   const double period = options_().checkpoint_period;
-  if (period == 0 || settings_.map.empty() ||
+  if (period == 0 || map_file_.empty() ||
       std::chrono::steady_clock::now() - saved_at_ < std::chrono::duration<double>(period))
     return;
   try {
@@ -170,8 +168,8 @@ void MapperNode::show(ros::Time stamp) {
 
 std::string MapperNode::file_of(const std::string& asked_for) const {
   if (!asked_for.empty()) return asked_for;
-  if (settings_.map.empty()) throw Error(Error::Kind::usage, "~map", "is empty", "name a file");
-  return settings_.map;
+  if (map_file_.empty()) throw Error(Error::Kind::usage, "~map", "is empty", "name a file");
+  return map_file_;
 }
 
 std::string MapperNode::save(const std::string& file) {
@@ -179,7 +177,7 @@ std::string MapperNode::save(const std::string& file) {
   save_map(mapper_.map(), stem);
   const std::shared_ptr<const Snapshot> snapshot = mapper_.snapshot();
   saved_at_ = std::chrono::steady_clock::now();
-  if (stem == settings_.map) unsaved_ = false;
+  if (stem == map_file_) unsaved_ = false;
   return stem + ": " + std::to_string(snapshot->surfaces.size()) + " surfaces of revision " +
          std::to_string(snapshot->revision) + " saved";
 }
@@ -193,7 +191,8 @@ std::string MapperNode::load(const std::string& file) {
   mapper_.share_octree();
   show(status_.header.stamp);
   const std::shared_ptr<const Snapshot> snapshot = mapper_.snapshot();
-  unsaved_ = stem != settings_.map;
+  map_file_ = stem;
+  unsaved_ = false;
   return stem + ": " + std::to_string(snapshot->surfaces.size()) + " surfaces of revision " +
          std::to_string(snapshot->revision) + " loaded";
 }

@@ -44,7 +44,7 @@ class MapperNode {
   void show(ros::Time stamp);
   std::shared_ptr<const AskedMap> asked();
 
-  /// Both with mapping_ locked. `file` empty: ~map. Return what was done; throw Error.
+  /// Both with mapping_ locked. `file` empty: map_file_. Return what was done; throw Error.
   std::string save(const std::string& file);
   std::string load(const std::string& file);
   std::string file_of(const std::string& asked_for) const;
@@ -58,7 +58,8 @@ class MapperNode {
 
   std::mutex mapping_;  ///< of mapper_ and of what stands with it
   Mapper mapper_;
-  bool unsaved_ = false;  ///< it is not what ~map holds
+  std::string map_file_;  ///< of what was loaded last, else ~map
+  bool unsaved_ = false;  ///< it is not what map_file_ holds
   std::chrono::steady_clock::time_point saved_at_ = std::chrono::steady_clock::now();
   octosurf_msgs::Status status_;
 

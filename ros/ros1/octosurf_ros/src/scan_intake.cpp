@@ -21,6 +21,9 @@ std::string info_topic_of(const std::string& images) {
   return images.substr(0, images.rfind('/') + 1) + "camera_info";
 }
 
+/// "…/image_rect": undistorted, so that the projection matrix holds for it; as for bags.
+bool is_rectified(const std::string& images) { return images.find("rect") != std::string::npos; }
+
 }  // namespace
 
 template <class Message>
@@ -36,7 +39,6 @@ void ScanIntake::subscribe(ros::NodeHandle& node, const std::string& topic, std:
 
 ScanIntake::ScanIntake(ros::NodeHandle& node, const Settings& settings, std::function<Options()> options)
     : fixed_frame_(settings.fixed_frame),
-      rectified_(settings.rectified),
       options_(std::move(options)),
       poses_(ros::Duration(settings.tf_history_s)) {
   for (const std::string& topic : settings.cloud_topics)
@@ -78,9 +80,10 @@ std::optional<PosedScan> ScanIntake::next() {
   const std::optional<WaitingScan> waiting = queue_.pop();
   if (!waiting) return {};
   const std::string& where = waiting->topic;
-  ReceivedScan received = waiting->is_depth ? scan_from_depth(*waiting->bytes, *camera_of(where, where),
-                                                              MessageEncoding::ros1, where, rectified_)
-                                            : scan_from_cloud(*waiting->bytes, MessageEncoding::ros1, where);
+  ReceivedScan received = waiting->is_depth
+                              ? scan_from_depth(*waiting->bytes, *camera_of(where, where),
+                                                MessageEncoding::ros1, where, is_rectified(where))
+                              : scan_from_cloud(*waiting->bytes, MessageEncoding::ros1, where);
   received.scan.name += " at " + std::to_string(received.scan.stamp_s);
   received.scan.T_map_sensor = poses_.at(fixed_frame_, received.frame, received.stamp_ns,
                                          options_().pose_timeout, received.scan.name, stopping_);

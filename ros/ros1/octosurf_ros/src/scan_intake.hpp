@@ -44,7 +44,6 @@ class ScanIntake {
   Bytes camera_of(const std::string& topic, const std::string& where) const;
 
   const std::string fixed_frame_;
-  const bool rectified_;
   const std::function<Options()> options_;
   ScanQueue queue_;
   std::atomic<bool> stopping_ = false;

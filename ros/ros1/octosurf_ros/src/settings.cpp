@@ -1,7 +1,7 @@
 #include "settings.hpp"
 
-#include <xmlrpcpp/XmlRpcValue.h>
 #include <sstream>
+#include <xmlrpcpp/XmlRpcValue.h>
 
 #include <octosurf/error.hpp>
 
@@ -62,7 +62,6 @@ Settings read_settings(const ros::NodeHandle& node) {
   settings.depth_topics = topics(node, "depth_topics");
   if (settings.cloud_topics.empty() && settings.depth_topics.empty())
     refuse("cloud_topics", "and ~depth_topics are empty: there is nothing to map");
-  read(node, "rectified", settings.rectified);
   read(node, "fixed_frame", settings.fixed_frame);
   if (settings.fixed_frame.starts_with('/')) settings.fixed_frame.erase(0, 1);
   if (settings.fixed_frame.empty()) refuse("fixed_frame", "is empty");

@@ -15,7 +15,6 @@ using Options = octosurf_ros::OctosurfConfig;
 /// What is read once, out of the node's private parameters.
 struct Settings {
   std::vector<std::string> cloud_topics, depth_topics;
-  bool rectified = false;           ///< ~rectified: the depth images are, so that P holds for them
   std::string fixed_frame = "map";  ///< ~fixed_frame: of the map; its z is up
   std::string map;                  ///< ~map: path without ending; empty: ~save has to name one
   bool resume = true;               ///< ~resume: go on with ~map where it is there

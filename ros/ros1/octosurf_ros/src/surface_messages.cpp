@@ -160,9 +160,8 @@ octosurf_msgs::Surfaces surfaces_message(const Snapshot& snapshot, const std_msg
 void PieceCache::update(const Snapshot& snapshot) {
   std::erase_if(pieces_, [&](const auto& entry) { return snapshot.find(entry.first) == nullptr; });
   for (const SurfacePtr& surface : snapshot.surfaces) {
-    const auto [entry, is_new] = pieces_.try_emplace(surface->id);
-    if (is_new || entry->second.revision != surface->revision)
-      entry->second = {surface->revision, convex_pieces(*surface)};
+    Entry& entry = pieces_[surface->id];
+    if (entry.surface != surface) entry = {surface, convex_pieces(*surface)};
   }
 }
 

@@ -20,7 +20,7 @@ octosurf_msgs::Polygon polygon_message(const Polygon& polygon, const Surface& su
 
 octosurf_msgs::Surfaces surfaces_message(const Snapshot& snapshot, const std_msgs::Header& header);
 
-/// The convex pieces of surfaces, made once for each of their revisions.
+/// The convex pieces of surfaces, made once for each that is published.
 class PieceCache {
  public:
   /// Those of the surfaces that are no more are forgotten.
@@ -29,7 +29,7 @@ class PieceCache {
 
  private:
   struct Entry {
-    std::uint64_t revision = 0;
+    SurfacePtr surface;  // which a snapshot shares with the one before, unless it changed
     std::vector<ConvexPiece> pieces;
   };
   std::map<SurfaceId, Entry> pieces_;
