@@ -42,9 +42,9 @@ bool is_map(const std::string& stem) { return std::filesystem::exists(stem + ".s
 
 MapperNode::MapperNode()
     : settings_(read_settings(own_)),
-      map_file_(settings_.map),
       options_(own_),
       mapper_(settings_.parameters, settings_.threads),
+      map_file_(settings_.map),
       status_topic_(own_.advertise<octosurf_msgs::Status>("status", 100, true)),
       publisher_(own_, settings_.fixed_frame, [this] { return options_(); }),
       intake_(node_, settings_, [this] { return options_(); }) {
