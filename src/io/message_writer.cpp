@@ -103,14 +103,17 @@ class CdrWriter : public MessageWriter {
   void begin_message() override {}
   void end_message() override {}
   void field(const char*) override {}
-  void begin_list(std::size_t size) override { cdr_ << static_cast<std::uint32_t>(size); }
+  void begin_list(std::size_t size) override { put(static_cast<std::uint32_t>(size)); }
   void end_list() override {}
-  void write(double value) override { cdr_ << value; }
-  void write(float value) override { cdr_ << value; }
-  void write(std::uint32_t value) override { cdr_ << value; }
-  void write(std::int32_t value) override { cdr_ << value; }
-  void write(std::uint16_t value) override { cdr_ << value; }
-  void write(const std::string& value) override { cdr_ << value; }
+  void write(double value) override { put(value); }
+  void write(float value) override { put(value); }
+  void write(std::uint32_t value) override { put(value); }
+  void write(std::int32_t value) override { put(value); }
+  void write(std::uint16_t value) override { put(value); }
+  void write(const std::string& value) override {
+    align(sizeof(std::uint32_t));
+    cdr_ << value;
+  }
   void write(std::span<const float> list) override {
     begin_list(list.size());
 #if FASTCDR_VERSION_MAJOR >= 2
@@ -130,6 +133,17 @@ class CdrWriter : public MessageWriter {
   }
 
  private:
+  template <class Number>
+  void put(Number value) {
+    align(sizeof value);
+    cdr_ << value;
+  }
+  /// Fast CDR leaves what it skips as it was in memory; a message's bytes are its own.
+  void align(std::size_t size) {
+    constexpr std::size_t encapsulation = 4;
+    while ((bytes().size() - encapsulation) % size != 0) cdr_ << std::uint8_t{0};
+  }
+
   cdr::FastBuffer buffer_;
   cdr::Cdr cdr_;
 };
