@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 
 #include <octosurf/ids.hpp>
 
@@ -89,6 +90,10 @@ class OccupancyView {
   void for_each_leaf(const VisitLeaves& visit) const;
   /// With those that meet `box` (closed); where it cuts a pruned cube, with what of that meets it.
   void for_each_leaf(const Eigen::AlignedBox3d& box, const VisitLeaves& visit) const;
+
+  /// What stands behind the header of the map's .bt, which is what octomap_msgs sends of a tree at maximum
+  /// likelihood and pruned: two bits for a child. O(nodes), some ns each.
+  std::string octomap_data() const;
 
   /// A cube whose leaves are not what they were: these replace all that was in it; none if nothing is known
   /// there any longer.

@@ -5,6 +5,7 @@
 
 #include <octosurf/error.hpp>
 #include <octosurf/planner_formats.hpp>
+#include <octosurf/ros_messages.hpp>
 
 namespace octosurf {
 namespace {
@@ -38,6 +39,7 @@ void write_layer(MessageWriter& out, const Eigen::MatrixXf& layer) {
 
 void write_header(MessageWriter& out, const std::string& frame) {
   out.begin_message();
+  if (out.numbers_headers()) out.field("seq", std::uint32_t{0});
   out.field("stamp");
   out.begin_message();
   out.field("sec", std::int32_t{0});
@@ -123,6 +125,12 @@ void export_grid_map(const HeightGrid& grid, const std::string& frame, const std
                      bool force) {
   require_cells(grid, file);
   write_message([&](MessageWriter& out) { write_grid_map(out, grid, layers_of(grid), frame); }, file, force);
+}
+
+std::string grid_map_message(const HeightGrid& grid, const std::string& frame, MessageEncoding encoding) {
+  require_cells(grid, "grid map");
+  return message_bytes([&](MessageWriter& out) { write_grid_map(out, grid, layers_of(grid), frame); },
+                       encoding);
 }
 
 }  // namespace octosurf

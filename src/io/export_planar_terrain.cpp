@@ -11,6 +11,7 @@
 
 #include <octosurf/error.hpp>
 #include <octosurf/planner_formats.hpp>
+#include <octosurf/ros_messages.hpp>
 
 namespace octosurf {
 namespace {
@@ -105,6 +106,18 @@ void write_region(MessageWriter& out, const TerrainRegion& region) {
   out.end_message();
 }
 
+/// How many there are to write. `where` names the terrain in errors.
+PlanarTerrainCount count_regions(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
+                                 const std::filesystem::path& where) {
+  require_cells(grid, where);
+  PlanarTerrainCount count;
+  usable_regions(surfaces, count);
+  if (count.regions == 0)
+    throw Error(Error::Kind::data, where.string(), "there is nothing to put into it",
+                "no surface has room for the contact; a smaller foot or a larger slope leaves more");
+  return count;
+}
+
 }  // namespace
 
 PlanarTerrainCount write_planar_terrain(MessageWriter& out, const std::vector<PlannerSurface>& surfaces,
@@ -127,14 +140,16 @@ PlanarTerrainCount write_planar_terrain(MessageWriter& out, const std::vector<Pl
 PlanarTerrainCount export_planar_terrain(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
                                          const std::string& frame, const std::filesystem::path& file,
                                          bool force) {
-  require_cells(grid, file);
-  PlanarTerrainCount count;
-  usable_regions(surfaces, count);
-  if (count.regions == 0)
-    throw Error(Error::Kind::data, file.string(), "there is nothing to put into it",
-                "no surface has room for the contact; a smaller foot or a larger slope leaves more");
+  const PlanarTerrainCount count = count_regions(surfaces, grid, file);
   write_message([&](MessageWriter& out) { write_planar_terrain(out, surfaces, grid, frame); }, file, force);
   return count;
+}
+
+std::string planar_terrain_message(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
+                                   const std::string& frame, MessageEncoding encoding) {
+  count_regions(surfaces, grid, "planar terrain");
+  return message_bytes([&](MessageWriter& out) { write_planar_terrain(out, surfaces, grid, frame); },
+                       encoding);
 }
 
 }  // namespace octosurf

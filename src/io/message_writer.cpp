@@ -4,6 +4,7 @@
 #include "io/new_file.hpp"
 
 #include <array>
+#include <bit>
 #include <charconv>
 #include <cmath>
 #include <fastcdr/Cdr.h>
@@ -161,6 +162,46 @@ class CdrWriter : public MessageWriter {
   cdr::Cdr cdr_;
 };
 
+/// ROS 1's: little-endian, nothing aligned, strings without an end.
+class PackedWriter : public MessageWriter {
+ public:
+  void begin_message() override {}
+  void end_message() override {}
+  void field(const char*) override {}
+  void begin_list(std::size_t size) override { put(static_cast<std::uint32_t>(size)); }
+  void end_list() override {}
+  void write(double value) override { put(value); }
+  void write(float value) override { put(value); }
+  void write(std::uint32_t value) override { put(value); }
+  void write(std::int32_t value) override { put(value); }
+  void write(std::uint16_t value) override { put(value); }
+  void write(std::uint64_t value) override { put(value); }
+  void write(bool value) override { put(static_cast<std::uint8_t>(value)); }
+  void write(const std::string& value) override {
+    begin_list(value.size());
+    bytes_ += value;
+  }
+  void write(std::span<const float> list) override { put_list(list); }
+  void write(std::span<const std::int8_t> list) override { put_list(list); }
+  bool numbers_headers() const override { return true; }
+
+  const std::string& bytes() const { return bytes_; }
+
+ private:
+  static_assert(std::endian::native == std::endian::little);
+  template <class Number>
+  void put(Number value) {
+    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+  }
+  template <class Value>
+  void put_list(std::span<const Value> list) {
+    begin_list(list.size());
+    bytes_.append(reinterpret_cast<const char*>(list.data()), list.size_bytes());
+  }
+
+  std::string bytes_;
+};
+
 void write_json(const std::function<void(MessageWriter&)>& message, std::ostream& out) {
   JsonWriter writer(out);
   message(writer);
@@ -177,6 +218,15 @@ std::string cdr_of(const std::function<void(MessageWriter&)>& message) {
     throw std::bad_alloc();
   }
   return {writer.bytes().begin(), writer.bytes().end()};
+}
+
+std::string message_bytes(const std::function<void(MessageWriter&)>& message, MessageEncoding encoding) {
+  if (encoding == MessageEncoding::cdr) return cdr_of(message);
+  if (encoding != MessageEncoding::ros1)
+    throw Error(Error::Kind::usage, "a message's encoding", "is neither ROS 1's nor ROS 2's");
+  PackedWriter writer;
+  message(writer);
+  return writer.bytes();
 }
 
 void write_message(const std::function<void(MessageWriter&)>& message, const std::filesystem::path& file,

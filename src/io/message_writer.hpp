@@ -8,6 +8,8 @@
 #include <span>
 #include <string>
 
+#include <octosurf/ros_messages.hpp>
+
 namespace octosurf {
 
 /// Takes a ROS message field by field, in the order of its definition. One description of a message so gives
@@ -32,6 +34,10 @@ class MessageWriter {
   virtual void write(std::span<const float> list) = 0;
   virtual void write(std::span<const std::int8_t> list) = 0;
 
+  virtual bool numbers_headers() const {
+    return false;
+  }  ///< a Header begins with a sequence number, as in ROS 1
+
   /// Not the string's address, which would be a bool.
   void write(const char*) = delete;
 
@@ -50,5 +56,8 @@ std::string cdr_of(const std::function<void(MessageWriter&)>& message);
 /// written.
 void write_message(const std::function<void(MessageWriter&)>& message, const std::filesystem::path& file,
                    bool force);
+
+/// The message's bytes. Throws Error(usage) for an encoding that ROS does not have.
+std::string message_bytes(const std::function<void(MessageWriter&)>& message, MessageEncoding encoding);
 
 }  // namespace octosurf

@@ -287,6 +287,13 @@ void OccupancyMap::write_bt(std::ostream& out) const {
   out.write(writer.bytes().data(), static_cast<std::streamsize>(writer.bytes().size()));
 }
 
+std::string OccupancyView::octomap_data() const {
+  if (!tree_) return {};
+  BtWriter writer(*tree_);
+  if (!tree_->empty()) writer.write(tree_->root());
+  return writer.bytes();
+}
+
 void OccupancyMap::write_nodes(const std::function<void(const std::string&)>& sink) const {
   if (tree_->empty()) return;
   NodeWriter writer(sink);

@@ -6,6 +6,7 @@
 #include <spng.h>
 
 #include <octosurf/error.hpp>
+#include <octosurf/ros_messages.hpp>
 
 namespace octosurf::test {
 namespace {
@@ -44,6 +45,19 @@ TEST_F(GridMapMessage, ReadersFindHeightNormalAndSurfaceAtAPosition) {
   EXPECT_EQ(at_position(map, "normal_z", 5.15, 3.55), 1);
   EXPECT_EQ(at_position(map, "normal_x", 5.15, 3.55), 0);
   EXPECT_NEAR(at_position(map, "elevation", 2.25, 1.75), 0.75, 1e-6);
+}
+
+/// ROS 1's are decoded by its own library in ros1.Topics; here, that they begin as they ought to.
+TEST_F(GridMapMessage, BytesAreThoseOfTheFile) {
+  const HeightGrid grid = room_grid(room_);
+  export_grid_map(grid, "map", path("grid.cdr"));
+  EXPECT_TRUE(grid_map_message(grid, "map", MessageEncoding::cdr) == ros::bytes_of(path("grid.cdr")));
+  const std::string packed = grid_map_message(grid, "map", MessageEncoding::ros1);
+  EXPECT_EQ(packed.substr(0, 19), std::string(12, '\0') + std::string("\3\0\0\0map", 7));
+  double resolution = 0;
+  std::memcpy(&resolution, packed.data() + 19, sizeof resolution);
+  EXPECT_EQ(resolution, 0.1);
+  EXPECT_THROW(grid_map_message(grid, "map", MessageEncoding::other), Error);
 }
 
 TEST_F(GridMapMessage, JsonSaysTheSameWithNullForNothing) {

@@ -163,6 +163,7 @@ TEST(OccupancyFiles, BtIsOctomapsOwn) {
     both.theirs.writeBinary(theirs);  // leaves `theirs` at maximum likelihood, pruned
     EXPECT_EQ(size_in(mine.str()), size_in(theirs.str()));
     EXPECT_TRUE(data_of(mine.str()) == data_of(theirs.str()));
+    EXPECT_TRUE(both.ours.share().octomap_data() == data_of(theirs.str()));
     const octomap::OcTree read = test::through_bt(both.ours);
     EXPECT_EQ(read.size(), both.theirs.size());
     EXPECT_DOUBLE_EQ(read.getResolution(), resolution);
@@ -251,6 +252,8 @@ TEST(OccupancyFiles, AnEmptyMapsBtIsAnEmptyMap) {
   const TemporaryFile file("empty.bt");
   std::ostringstream bt;
   OccupancyMap(parameters).write_bt(bt);
+  EXPECT_EQ(OccupancyMap(parameters).share().octomap_data(), "");
+  EXPECT_EQ(OccupancyView().octomap_data(), "");
   file.write(bt.str());
   const OccupancyMap map = OccupancyMap::read_octomap(file.path(), parameters);
   EXPECT_EQ(map.size().nodes, 0U);

@@ -10,14 +10,9 @@
 #include <tuple>
 #include <vector>
 
-namespace octosurf {
+#include <octosurf/ros_messages.hpp>
 
-/// How a topic's messages are serialised.
-enum class MessageEncoding {
-  ros1,  ///< little-endian, packed
-  cdr,   ///< XCDR1 behind its encapsulation header, as ROS 2 has it
-  other  ///< JSON, protobuf, …: listed but not read
-};
+namespace octosurf {
 
 struct BagTopic {
   std::string name;

@@ -1,6 +1,8 @@
 // What is taken of a bag: chosen where there is no choice, else asked for.
 #include "io/readers/bag_files.hpp"
 
+#include <octosurf/ros_messages.hpp>
+
 namespace octosurf::test {
 namespace {
 
@@ -202,6 +204,46 @@ McapMessage camera(const std::string& topic, double focal_length, double distort
        {2 * focal_length, 0.0, 0.0, 0.0, 0.0, 2 * focal_length, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0})
     info.f64(f);
   return {topic, "sensor_msgs/msg/CameraInfo", 1, info.all()};
+}
+
+/// What a node receives one by one is read as out of a bag.
+TEST_F(BagChoice, MessagesThatComeOneByOneAreReadAlike) {
+  const McapMessage info = camera("/a/camera_info", 2), depth = image(1, "/a/image", "16UC1");
+  const auto cdr = MessageEncoding::cdr;
+  const Scan expected = *open_scans({bag({fixed("map", "camera", 0), info, depth})})->next();
+  const ReceivedScan received = scan_from_depth(depth.bytes, info.bytes, cdr, "here");
+  EXPECT_EQ(received.scan.points, expected.points);
+  EXPECT_EQ(received.scan.points.size(), 2U);
+  EXPECT_EQ(received.scan.sensor, expected.sensor);
+  EXPECT_EQ(received.frame, "camera");
+  EXPECT_EQ(received.stamp_ns, 1000000000);
+  EXPECT_EQ(scan_from_depth(depth.bytes, info.bytes, cdr, "here", true).scan.points[1].x() * 2,
+            received.scan.points[1].x());
+  const ReceivedScan cloud = scan_from_cloud(one_point(5, "lidar").all(), cdr, "here");
+  EXPECT_EQ(cloud.scan.points, (std::vector<Eigen::Vector3f>{{1, 2, 3}}));
+  EXPECT_EQ(cloud.scan.sensor, SensorKind::lidar);
+  EXPECT_EQ(cloud.frame, "lidar");
+
+  const auto refused = [](const auto& read) -> std::string {
+    try {
+      read();
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "not refused";
+  };
+  EXPECT_THAT(refused([&] { scan_from_depth(depth.bytes, camera("", 0).bytes, cdr, "here"); }),
+              AllOf(HasSubstr("here: "), HasSubstr("not calibrated")));
+  EXPECT_THAT(refused([&] { scan_from_depth(depth.bytes, depth.bytes, cdr, "here"); }), HasSubstr("here: "));
+  EXPECT_THAT(refused([&] { scan_from_cloud(depth.bytes, cdr, "here"); }), HasSubstr("here: "));
+  EXPECT_THAT(refused([&] { scan_from_cloud("", MessageEncoding::ros1, "here"); }), HasSubstr("too early"));
+  const Eigen::Quaterniond q(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY()));
+  EXPECT_TRUE(pose_from_transform({1, 2, 3}, q, "here").linear().isApprox(q.toRotationMatrix(), 1e-15));
+  EXPECT_THAT(refused([] {
+                pose_from_transform({0, 0, 0}, Eigen::Quaterniond(2, 0, 0, 0), "here");
+              }),
+              HasSubstr("here"));
+  EXPECT_THAT(refused([&] { pose_from_transform({std::nan(""), 0, 0}, q, "here"); }), HasSubstr("here"));
 }
 
 TEST_F(BagChoice, PicturesAreNoDepth) {

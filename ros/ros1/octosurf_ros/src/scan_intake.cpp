@@ -1,0 +1,99 @@
+#include "scan_intake.hpp"
+
+#include "raw_message.hpp"
+
+#include <chrono>
+#include <ros/console.h>
+#include <sensor_msgs/CameraInfo.h>
+#include <sensor_msgs/Image.h>
+#include <sensor_msgs/PointCloud2.h>
+#include <thread>
+#include <utility>
+
+#include <octosurf/error.hpp>
+#include <octosurf/ros_messages.hpp>
+
+namespace octosurf::ros1 {
+namespace {
+
+/// Where image_transport has the camera of an image: a/b/image → a/b/camera_info.
+std::string info_topic_of(const std::string& images) {
+  return images.substr(0, images.rfind('/') + 1) + "camera_info";
+}
+
+/// "…/image_rect": undistorted, so that the projection matrix holds for it; as for bags.
+bool is_rectified(const std::string& images) { return images.find("rect") != std::string::npos; }
+
+}  // namespace
+
+template <class Message>
+void ScanIntake::subscribe(ros::NodeHandle& node, const std::string& topic, std::function<void(Bytes)> take) {
+  // Never waits for long: what has to wait does so in queue_, which counts.
+  const boost::function<void(const boost::shared_ptr<const Raw<Message>>&)> callback =
+      [take = std::move(take)](const boost::shared_ptr<const Raw<Message>>& message) {
+        // Boost's pointer lives as long as what the standard's deletes: nothing is copied.
+        take(Bytes(std::shared_ptr<const void>(nullptr, [message](const void*) {}), &message->bytes));
+      };
+  subscribers_.push_back(node.subscribe<Raw<Message>>(topic, 0, callback));
+}
+
+ScanIntake::ScanIntake(ros::NodeHandle& node, const Settings& settings, std::function<Options()> options)
+    : fixed_frame_(settings.fixed_frame),
+      options_(std::move(options)),
+      poses_(ros::Duration(settings.tf_history_s)) {
+  for (const std::string& topic : settings.cloud_topics)
+    subscribe<sensor_msgs::PointCloud2>(node, topic,
+                                        [this, topic](Bytes bytes) { take(topic, false, std::move(bytes)); });
+  for (const std::string& topic : settings.depth_topics) {
+    subscribe<sensor_msgs::CameraInfo>(node, info_topic_of(topic), [this, topic](Bytes bytes) {
+      const std::lock_guard lock(mutex_);
+      cameras_[topic] = std::move(bytes);
+    });
+    subscribe<sensor_msgs::Image>(node, topic,
+                                  [this, topic](Bytes bytes) { take(topic, true, std::move(bytes)); });
+  }
+}
+
+void ScanIntake::take(const std::string& topic, bool is_depth, Bytes bytes) {
+  const std::size_t dropped =
+      queue_.push({topic, is_depth, std::move(bytes)}, static_cast<std::size_t>(options_().queue_size));
+  if (dropped > 0)
+    ROS_WARN_STREAM_THROTTLE(
+        10, "scans come faster than they are mapped: " << queue_.counts().dropped << " dropped so far");
+}
+
+ScanIntake::Bytes ScanIntake::camera_of(const std::string& topic, const std::string& where) const {
+  using Clock = std::chrono::steady_clock;
+  const auto end = Clock::now() + std::chrono::duration<double>(options_().pose_timeout);
+  while (true) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (const auto camera = cameras_.find(topic); camera != cameras_.end()) return camera->second;
+    }
+    if (stopping_ || Clock::now() >= end)
+      throw Error(Error::Kind::data, where, "no camera: nothing came on " + info_topic_of(topic));
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+}
+
+std::optional<PosedScan> ScanIntake::next() {
+  const std::optional<WaitingScan> waiting = queue_.pop();
+  if (!waiting) return {};
+  const std::string& where = waiting->topic;
+  ReceivedScan received = waiting->is_depth
+                              ? scan_from_depth(*waiting->bytes, *camera_of(where, where),
+                                                MessageEncoding::ros1, where, is_rectified(where))
+                              : scan_from_cloud(*waiting->bytes, MessageEncoding::ros1, where);
+  received.scan.name += " at " + std::to_string(received.scan.stamp_s);
+  received.scan.T_map_sensor = poses_.at(fixed_frame_, received.frame, received.stamp_ns,
+                                         options_().pose_timeout, received.scan.name, stopping_);
+  return PosedScan{std::move(received.scan),
+                   ros::Time().fromNSec(static_cast<std::uint64_t>(received.stamp_ns))};
+}
+
+void ScanIntake::stop() {
+  stopping_ = true;
+  queue_.close();
+}
+
+}  // namespace octosurf::ros1

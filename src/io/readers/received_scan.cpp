@@ -1,0 +1,79 @@
+// Messages that come one by one, as a node receives them: a pose, a cloud, a depth image.
+#include "io/pose_file.hpp"
+#include "io/readers/bounded_file.hpp"
+#include "io/readers/sensor_messages.hpp"
+
+#include <cmath>
+#include <stdexcept>
+
+#include <octosurf/error.hpp>
+#include <octosurf/ros_messages.hpp>
+
+namespace octosurf {
+namespace {
+
+/// Runs `read`; what it throws about the message becomes an Error that says which one.
+template <class Read>
+auto naming(const std::string& where, const Read& read) {
+  try {
+    return read();
+  } catch (const Error&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    throw Error(Error::Kind::data, where, error.what());
+  }
+}
+
+ReceivedScan begin_scan(std::string_view message, MessageEncoding encoding, const std::string& where) {
+  const MessageHeader header = read_header(*message_reader(message, encoding));
+  ReceivedScan received;
+  received.frame = header.frame;
+  received.stamp_ns = header.stamp_ns;
+  received.scan.stamp_s = static_cast<double>(header.stamp_ns) / 1e9;
+  received.scan.name = where;
+  return received;
+}
+
+Intrinsics camera_of(const CameraInfoMessage& info, bool rectified) {
+  const Intrinsics camera = rectified ? info.rectified : info.raw;
+  if (!std::isfinite(camera.fx + camera.fy + camera.cx + camera.cy) || camera.fx == 0 || camera.fy == 0)
+    throw std::runtime_error("its camera's focal length is zero or not finite: it is not calibrated");
+  return camera;
+}
+
+}  // namespace
+
+ReceivedScan scan_from_cloud(std::string_view cloud, MessageEncoding encoding, const std::string& where) {
+  return naming(where, [&] {
+    ReceivedScan received = begin_scan(cloud, encoding, where);
+    CloudMessage read = read_cloud_message(*message_reader(cloud, encoding), largest_scan(cloud.size()));
+    received.scan.sensor = read.organised ? SensorKind::depth_camera : SensorKind::lidar;
+    received.scan.points = std::move(read.points);
+    return received;
+  });
+}
+
+ReceivedScan scan_from_depth(std::string_view image, std::string_view camera_info, MessageEncoding encoding,
+                             const std::string& where, bool rectified, std::optional<double> depth_scale) {
+  return naming(where, [&] {
+    ReceivedScan received = begin_scan(image, encoding, where);
+    const CameraInfoMessage info = read_camera_info(*message_reader(camera_info, encoding));
+    const Intrinsics camera = camera_of(info, rectified);
+    const auto reader = message_reader(image, encoding);
+    const ImageMessage read = read_image_message(*reader);
+    if (read.width != info.width || read.height != info.height)
+      throw std::runtime_error("an image of " + std::to_string(read.width) + "x" +
+                               std::to_string(read.height) + " pixels, but its camera has " +
+                               std::to_string(info.width) + "x" + std::to_string(info.height));
+    received.scan.sensor = SensorKind::depth_camera;
+    received.scan.points = points_of(read, camera, depth_scale, largest_scan(image.size()));
+    return received;
+  });
+}
+
+Eigen::Isometry3d pose_from_transform(const Eigen::Vector3d& translation, const Eigen::Quaterniond& rotation,
+                                      const std::string& where) {
+  return rigid(pose_from(translation, rotation), where);
+}
+
+}  // namespace octosurf
