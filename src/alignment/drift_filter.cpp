@@ -5,6 +5,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
+#include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 #include <optional>
 
@@ -35,6 +36,21 @@ constexpr double freedom = 4;
 /// Natural logarithm by which drift must be the better explanation before it is believed: of a thousand
 /// recordings without drift, about one is taken for one with.
 const double required = std::log(1000.0);
+/// By which a correction must differ from none, as usual; that it is there at all is for the evidence of many
+/// scans to tell.
+constexpr double certainty = 0.95;
+
+/// Whether a motion is more than one measurement may be off. However many scans repeat a measurement, what
+/// they have in common does not average out: the errors of the planes that they all see. Readings that are
+/// better than they were held to be (a factor below 1) do not make the planes any better.
+bool significant(const Twist& motion, const PoseMeasurement& measurement, double factor) {
+  const auto along = (measurement.directions * motion).eval();
+  const double deviations = std::max(1.0, factor);
+  const double squared =
+      (along.array().square() / measurement.variances.array()).sum() / (deviations * deviations);
+  const boost::math::chi_squared by_chance(static_cast<double>(std::max<Eigen::Index>(1, along.size())));
+  return squared > boost::math::quantile(by_chance, certainty);
+}
 
 }  // namespace
 
@@ -165,7 +181,9 @@ void DriftFilter::choose(const Eigen::Isometry3d& T_given, const PoseMeasurement
   const double better = h.log_evidence - state_.hypotheses[still].log_evidence;
   const Twist correction = twist_between(T_given, h.correction * T_given);
   const double length = correction.tail<3>().norm() + measurement.lever_m * correction.head<3>().norm();
-  const bool drifted = drifts() ? better > -required : better > required && length > measurement.least_m;
+  const bool drifted = drifts() ? better > -required
+                                : better > required && length > measurement.least_m &&
+                                      significant(correction, measurement, h.factor);
   state_.believed = drifted ? drifting : still;
 }
 

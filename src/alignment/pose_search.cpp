@@ -5,6 +5,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace octosurf {
@@ -23,6 +24,10 @@ constexpr double least_explained = 0.7;
 constexpr double by_chance = 4;
 /// Voxels: readings that err by more, as far as the residuals tell, could only bend the map.
 constexpr double least_exact = 0.5;
+/// Samples that must tell of a direction: a few within reach of a plane may as well lie on something that
+/// stands near it, and Tukey's weights need a majority to tell. With this many their scatter is told to a
+/// sixth, 1 / √(2 n).
+constexpr double least_behind = 20;
 /// Voxels on a surface that is off by no more than its readings' noise and a voxel.
 constexpr double gate_voxels = 3;
 
@@ -66,11 +71,19 @@ Determined determined_by(const PoseFit& fit, double resolution) {
   const TwistCovariance in_metres =
       determined.scale.asDiagonal() * fit.information * determined.scale.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<TwistCovariance> eigen(in_metres);
-  determined.directions = eigen.eigenvectors().rowwise().reverse();
+  const TwistCovariance directions = eigen.eigenvectors().rowwise().reverse();
   const Twist information = eigen.eigenvalues().reverse().cwiseMax(1e-12);
-  determined.variances = information.cwiseInverse();
   const double tolerance = resolution / 2;  // what is worse, the octree would not notice
-  determined.count = static_cast<int>((determined.variances.array() < tolerance * tolerance).count());
+  std::array<int, 6> order{0, 1, 2, 3, 4, 5};
+  const auto open = std::stable_partition(order.begin(), order.end(), [&](int i) {
+    const Twist motion = determined.scale.asDiagonal() * directions.col(i);
+    return 1 / information[i] < tolerance * tolerance && fit.samples_behind(motion) >= least_behind;
+  });
+  determined.count = static_cast<int>(open - order.begin());
+  for (int i = 0; i < 6; ++i) {
+    determined.directions.col(i) = directions.col(order[static_cast<std::size_t>(i)]);
+    determined.variances[i] = 1 / information[order[static_cast<std::size_t>(i)]];
+  }
   return determined;
 }
 

@@ -62,6 +62,27 @@ TEST(DriftFilter, MeasurementsThatAreWorseThanTheySayDoNotCount) {
   EXPECT_GT(DriftFilter(state).factor(), 1);
 }
 
+TEST(DriftFilter, AnErrorThatAllScansShareIsNoDrift) {
+  // A robot that stands still sees the same surfaces again and again, and their errors: each measurement says
+  // the same, off by what one of them may be off.
+  AlignmentState state;
+  const Eigen::Isometry3d T = pose_at(0);
+  PoseMeasurement m;
+  m.directions = TwistCovariance::Identity();
+  m.motions = TwistCovariance::Identity();
+  m.least_m = least_m;
+  m.variances.resize(6);
+  m.variances << Eigen::Vector3d::Constant(noise_rad * noise_rad),
+      Eigen::Vector3d::Constant(4 * noise_m * noise_m);
+  Twist error = Twist::Zero();
+  error[5] = 3 * noise_m;  // 1.5 standard deviations, more than least_m
+  m.T_map_sensor = octosurf::moved(T, error);
+  for (int i = 0; i < 300; ++i) {
+    DriftFilter filter(state);
+    ASSERT_EQ(filter.update(T, &m).matrix(), T.matrix()) << "scan " << i;
+  }
+}
+
 TEST(DriftFilter, FollowsADriftAndSaysHowWell) {
   auto rng = test::rng();
   AlignmentState state;
