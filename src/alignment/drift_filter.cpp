@@ -41,13 +41,11 @@ const double required = std::log(1000.0);
 constexpr double certainty = 0.95;
 
 /// Whether a motion is more than one measurement may be off. However many scans repeat a measurement, what
-/// they have in common does not average out: the errors of the planes that they all see. Readings that are
-/// better than they were held to be (a factor below 1) do not make the planes any better.
-bool significant(const Twist& motion, const PoseMeasurement& measurement, double factor) {
+/// they have in common does not average out: the errors of the planes that they all see. By what factor their
+/// readings err otherwise than they were held to makes the planes neither better nor worse.
+bool significant(const Twist& motion, const PoseMeasurement& measurement) {
   const auto along = (measurement.directions * motion).eval();
-  const double deviations = std::max(1.0, factor);
-  const double squared =
-      (along.array().square() / measurement.variances.array()).sum() / (deviations * deviations);
+  const double squared = (along.array().square() / measurement.variances.array()).sum();
   const boost::math::chi_squared by_chance(static_cast<double>(std::max<Eigen::Index>(1, along.size())));
   return squared > boost::math::quantile(by_chance, certainty);
 }
@@ -181,9 +179,9 @@ void DriftFilter::choose(const Eigen::Isometry3d& T_given, const PoseMeasurement
   const double better = h.log_evidence - state_.hypotheses[still].log_evidence;
   const Twist correction = twist_between(T_given, h.correction * T_given);
   const double length = correction.tail<3>().norm() + measurement.lever_m * correction.head<3>().norm();
-  const bool drifted = drifts() ? better > -required
-                                : better > required && length > measurement.least_m &&
-                                      significant(correction, measurement, h.factor);
+  const bool drifted =
+      drifts() ? better > -required
+               : better > required && length > measurement.least_m && significant(correction, measurement);
   state_.believed = drifted ? drifting : still;
 }
 

@@ -24,10 +24,10 @@ constexpr double least_explained = 0.7;
 constexpr double by_chance = 4;
 /// Voxels: readings that err by more, as far as the residuals tell, could only bend the map.
 constexpr double least_exact = 0.5;
-/// Samples that must tell of a direction: a few within reach of a plane may as well lie on something that
-/// stands near it, and Tukey's weights need a majority to tell. With this many their scatter is told to a
-/// sixth, 1 / √(2 n).
-constexpr double least_behind = 20;
+/// Samples that must tell of a direction. A surface's own error takes three numbers, two slopes and an
+/// offset; of five samples a majority still fixes them, of fewer a single one that lies on something else
+/// decides.
+constexpr double fewest_behind = 5;
 /// Voxels on a surface that is off by no more than its readings' noise and a voxel.
 constexpr double gate_voxels = 3;
 
@@ -77,7 +77,7 @@ Determined determined_by(const PoseFit& fit, double resolution) {
   std::array<int, 6> order{0, 1, 2, 3, 4, 5};
   const auto open = std::stable_partition(order.begin(), order.end(), [&](int i) {
     const Twist motion = determined.scale.asDiagonal() * directions.col(i);
-    return 1 / information[i] < tolerance * tolerance && fit.samples_behind(motion) >= least_behind;
+    return 1 / information[i] < tolerance * tolerance && fit.samples_behind(motion) >= fewest_behind;
   });
   determined.count = static_cast<int>(open - order.begin());
   for (int i = 0; i < 6; ++i) {
