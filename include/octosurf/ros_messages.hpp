@@ -27,9 +27,9 @@ enum class MessageEncoding {
 
 /// A scan as a message has it; where its sensor was is another message's to tell.
 struct ReceivedScan {
-  Scan scan;          ///< T_map_sensor is not set
-  std::string frame;  ///< of the sensor, without ROS 1's leading slash
-  std::int64_t stamp_ns = 0;
+  Scan scan;                  ///< T_map_sensor is not set
+  std::string frame;          ///< of the sensor, without ROS 1's leading slash
+  std::int64_t stamp_ns = 0;  ///< of its header, since the epoch
 };
 
 /// Of a sensor_msgs/PointCloud2. Throws Error(data) that names `where` for a message that is not whole, has
