@@ -20,7 +20,8 @@ class Stub(unittest.TestCase):
         mypy = shutil.which("mypy", path="/usr/bin")  # Debian's, which sees Debian's NumPy
         if not mypy:
             self.skipTest("mypy is not installed")
-        examples = sorted((world.SOURCE / "examples").glob("*.py"))
+        examples = [file for file in sorted((world.SOURCE / "examples").glob("*.py"))
+                    if "import octosurf" in file.read_text()]
         self.assertTrue(examples)
         settings = world.FOLDER / "mypy.ini"
         settings.write_text("[mypy]\nstrict = True\n[mypy-matplotlib.*]\nignore_missing_imports = True\n")
