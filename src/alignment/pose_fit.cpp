@@ -66,16 +66,6 @@ Eigen::Isometry3d moved(const Eigen::Isometry3d& pose, const Twist& twist) {
   return result;
 }
 
-double PoseFit::samples_behind(const Twist& motion) const {
-  double sum = 0, squares = 0;
-  for (const SurfaceShare& share : shares) {
-    const double told = std::max(0.0, motion.dot(share.information * motion));
-    sum += told;
-    squares += told * told / static_cast<double>(share.samples);
-  }
-  return squares > 0 ? sum * sum / squares : 0;
-}
-
 struct PoseFitter::Sums {
   TwistCovariance information = TwistCovariance::Zero();
   Twist gradient = Twist::Zero();
@@ -83,7 +73,6 @@ struct PoseFitter::Sums {
   std::size_t known = 0, explained = 0;
   double noise_share = 0, common_share = 0;
   std::size_t surfaces = 0;
-  std::vector<PoseFit::SurfaceShare> shares;
 };
 
 PoseFitter::PoseFitter(std::span<const Sample> samples, std::span<const AlignedSurface* const> surfaces,
@@ -209,9 +198,7 @@ void PoseFitter::add_surface(const AlignedSurface& surface, const SurfaceSums& o
   const Eigen::Matrix<double, 6, 3> across = full.topRightCorner<6, 3>();
   const Eigen::Matrix<double, 6, 3> eliminated =
       across * full.bottomRightCorner<3, 3>().ldlt().solve(Eigen::Matrix3d::Identity());
-  const TwistCovariance information = full.topLeftCorner<6, 6>() - eliminated * across.transpose();
-  sums.information += information;
-  sums.shares.push_back({information, of.samples});
+  sums.information += full.topLeftCorner<6, 6>() - eliminated * across.transpose();
   sums.gradient += of.right.head<6>() - eliminated * of.right.tail<3>();
 }
 
@@ -257,9 +244,8 @@ PoseFit PoseFitter::fit(const Eigen::Isometry3d& start, const TwistCovariance& p
   TwistCovariance uncertainty = prior;
   for (int round = 0;; ++round) {
     const double gate = round < coarse_rounds ? errors_.gate_m : errors_.gate_m / 2;
-    Sums sums = linearise({fit.T_map_sensor, gate, uncertainty}, pairings);
+    const Sums sums = linearise({fit.T_map_sensor, gate, uncertainty}, pairings);
     fit.information = sums.information;
-    fit.shares = std::move(sums.shares);
     fit.known = sums.known;
     fit.explained = sums.explained;
     fit.surfaces = sums.surfaces;

@@ -28,17 +28,9 @@ struct PoseFit {
   /// as shares of the variance that was assumed of a reading.
   double noise_share = 0, common_share = 0;
   std::size_t surfaces = 0;  ///< how many those were
-  struct SurfaceShare {      ///< of the information
-    TwistCovariance information;
-    std::size_t samples;  ///< that it came from
-  };
-  std::vector<SurfaceShare> shares{};
   double explained_share() const {
     return known > 0 ? static_cast<double>(explained) / static_cast<double>(known) : 0;
   }
-  /// How many samples the information on a motion comes from: as many as on surfaces that tell of it alike,
-  /// and no more than the one surface has that tells most.
-  double samples_behind(const Twist& motion) const;
 };
 
 /// What is assumed about the errors that a fit meets.

@@ -5,7 +5,6 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace octosurf {
@@ -24,10 +23,6 @@ constexpr double least_explained = 0.7;
 constexpr double by_chance = 4;
 /// Voxels: readings that err by more, as far as the residuals tell, could only bend the map.
 constexpr double least_exact = 0.5;
-/// Samples that must tell of a direction. A surface's own error takes three numbers, two slopes and an
-/// offset; of five samples a majority still fixes them, of fewer a single one that lies on something else
-/// decides.
-constexpr double fewest_behind = 5;
 /// Voxels on a surface that is off by no more than its readings' noise and a voxel.
 constexpr double gate_voxels = 3;
 
@@ -71,19 +66,11 @@ Determined determined_by(const PoseFit& fit, double resolution) {
   const TwistCovariance in_metres =
       determined.scale.asDiagonal() * fit.information * determined.scale.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<TwistCovariance> eigen(in_metres);
-  const TwistCovariance directions = eigen.eigenvectors().rowwise().reverse();
+  determined.directions = eigen.eigenvectors().rowwise().reverse();
   const Twist information = eigen.eigenvalues().reverse().cwiseMax(1e-12);
+  determined.variances = information.cwiseInverse();
   const double tolerance = resolution / 2;  // what is worse, the octree would not notice
-  std::array<int, 6> order{0, 1, 2, 3, 4, 5};
-  const auto open = std::stable_partition(order.begin(), order.end(), [&](int i) {
-    const Twist motion = determined.scale.asDiagonal() * directions.col(i);
-    return 1 / information[i] < tolerance * tolerance && fit.samples_behind(motion) >= fewest_behind;
-  });
-  determined.count = static_cast<int>(open - order.begin());
-  for (int i = 0; i < 6; ++i) {
-    determined.directions.col(i) = directions.col(order[static_cast<std::size_t>(i)]);
-    determined.variances[i] = 1 / information[order[static_cast<std::size_t>(i)]];
-  }
+  determined.count = static_cast<int>((determined.variances.array() < tolerance * tolerance).count());
   return determined;
 }
 

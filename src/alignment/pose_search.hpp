@@ -53,8 +53,7 @@ inline constexpr std::size_t least_known_samples = 100;
 /// Independent of each other, rad and m.
 TwistCovariance uncertainty(double rotation, double translation);
 
-/// What of the fit is fixed to within half a voxel, by as many samples as measure anything: a few on a board
-/// that others stand behind may all be mistaken.
+/// What of the fit is fixed to within half a voxel.
 struct Determined {
   TwistCovariance directions;  ///< as Alignment::directions
   Twist variances;             ///< of the directions, m²

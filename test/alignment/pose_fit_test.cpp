@@ -95,24 +95,6 @@ TEST(PoseFit, ABareFloorLeavesThreeDirections) {
   EXPECT_NEAR(left[2], off[2], 0.02 * degree);
 }
 
-TEST(PoseFit, AHandfulOfReadingsFixesNoDirection) {
-  // Of a board that the map knows, a piece as wide as a hand is left, and it has moved forward by a
-  // centimetre.
-  auto rng = test::rng();
-  Scene floor;
-  floor.rectangle({-5, -5, 0}, {10, 0, 0}, {0, 10, 0});
-  Scene with_board = floor, with_piece = floor;
-  with_board.rectangle({1.5, 0.4, 0}, {0, -0.8, 0}, {0, 0, 0.8});
-  with_piece.rectangle({1.49, 0.03, 0.2}, {0, -0.06, 0}, {0, 0, 0.06});
-  const auto map = map_of_rectangles(with_board, {0, 0, 1});
-  const Eigen::Isometry3d truth = look_at({0, 0, 1}, {1.5, 0, 0});
-  const test::Camera camera{.width = 240, .height = 180, .focal = 200, .noise = 0.001};
-  EXPECT_EQ(fine(map, camera_scan(with_board, truth, rng, camera), truth).determined.count, 5);
-  const Aligned aligned = fine(map, camera_scan(with_piece, truth, rng, camera), truth);
-  EXPECT_EQ(aligned.determined.count, 3);
-  EXPECT_GT(aligned.fit.known, 2000u);
-}
-
 TEST(PoseFit, SomebodyWhoWalksByDoesNotDragIt) {
   auto rng = test::rng();
   const Scene room = furnished_room();
