@@ -1,9 +1,9 @@
 #pragma once
 
 #include "checkpoints.hpp"
-#include "mapper/run_statistics.hpp"
 #include "parameter_options.hpp"
 #include "pose_log.hpp"
+#include "run_statistics.hpp"
 #include "scan_feed.hpp"
 #include "scan_keeper.hpp"
 

@@ -84,7 +84,7 @@ class Mapper {
   void share_octree(bool on = true);
 
   /// From now on insert() rounds scans to what an archive of scans keeps of them
-  /// (src/mapper/rounded_scan.hpp), far below their noise: from such an archive the map can be built again,
+  /// (src/sensing/rounded_scan.hpp), far below their noise: from such an archive the map can be built again,
   /// to the bit.
   void round_scans();
   /// What insert() has made of the last scan it took, grouped by voxel: what an archive of scans keeps.

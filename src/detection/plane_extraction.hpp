@@ -1,7 +1,7 @@
 #pragma once
 
 #include "detection/refusal.hpp"
-#include "surfaces/planarity.hpp"
+#include "geometry/planarity.hpp"
 #include "surfaces/scan_changes.hpp"
 
 #include <span>

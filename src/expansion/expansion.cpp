@@ -1,7 +1,7 @@
 #include "expansion/expansion.hpp"
 
-#include "surfaces/obstructed.hpp"
-#include "surfaces/upkeep.hpp"
+#include "surfaces/criteria/joining.hpp"
+#include "surfaces/criteria/obstructed.hpp"
 
 #include <algorithm>
 #include <cmath>

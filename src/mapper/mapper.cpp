@@ -2,8 +2,10 @@
 #include "detection/cylinders.hpp"
 #include "detection/detection.hpp"
 #include "expansion/expansion.hpp"
-#include "mapper/rounded_scan.hpp"
-#include "surfaces/upkeep.hpp"
+#include "sensing/rounded_scan.hpp"
+#include "upkeep/derive.hpp"
+#include "upkeep/retract.hpp"
+#include "upkeep/revise.hpp"
 
 #include <algorithm>
 #include <chrono>

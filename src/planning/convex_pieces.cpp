@@ -1,5 +1,5 @@
+#include "geometry/triangulate.hpp"
 #include "planning/convex_piece.hpp"
-#include "surfaces/triangulate.hpp"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <algorithm>

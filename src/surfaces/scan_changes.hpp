@@ -76,4 +76,13 @@ class Workspace {
   }
 };
 
+/// Merges `from` into `into`: inliers, moments, lineage. `from` ceases to exist.
+void merge(Workspace& work, SurfaceModel& into, SurfaceModel& from);
+
+/// Its points go back to pending, and it is gone.
+void dissolve(Workspace& work, SurfaceModel& surface);
+
+/// Fewer than n inliers are left.
+bool too_small(const Workspace& work, const SurfaceModel& surface);
+
 }  // namespace octosurf

@@ -1,0 +1,261 @@
+#include "detection/detection.hpp"
+#include "diagnosis/refusal_text.hpp"
+#include "upkeep/revise.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <deque>
+#include <memory>
+
+#include <octosurf/error.hpp>
+#include <octosurf/explain.hpp>
+
+namespace octosurf {
+namespace {
+
+using Index = PointWindow::Index;
+
+/// The point nearest to `at` within `radius`; the lower key wins a tie.
+std::optional<VoxelPoint> nearest_point(const OccupancyMap& occupancy, VoxelKey key,
+                                        const Eigen::Vector3d& at, double radius) {
+  const int reach = static_cast<int>(std::ceil(radius / occupancy.grid().resolution()));
+  const auto first = [&](std::uint16_t k) { return std::max(0, k - reach) / 8; };
+  const auto last = [&](std::uint16_t k) { return std::min(65535, k + reach) / 8; };
+  std::vector<VoxelPoint> points;
+  for (int z = first(key.z); z <= last(key.z); ++z)
+    for (int y = first(key.y); y <= last(key.y); ++y)
+      for (int x = first(key.x); x <= last(key.x); ++x)
+        occupancy.read_block({static_cast<std::uint16_t>(8 * x), static_cast<std::uint16_t>(8 * y),
+                              static_cast<std::uint16_t>(8 * z)},
+                             points);
+  std::optional<VoxelPoint> best;
+  double nearest = radius;
+  for (const VoxelPoint& p : points) {
+    const double distance = (p.position.cast<double>() - at).norm();
+    if (distance > nearest || (best && distance == nearest && best->key < p.key)) continue;
+    nearest = distance;
+    best = p;
+  }
+  return best;
+}
+
+/// The surface with the nearest inlier; the lower id wins a tie.
+void find_nearest_surface(const MapState& state, Explanation& result) {
+  double nearest_sq = std::numeric_limits<double>::infinity();
+  for (const auto& [id, surface] : state.surfaces)
+    surface.for_each_inlier([&, surface_id = id](const Inlier& inlier) {
+      const double distance_sq = (inlier.position.cast<double>() - result.asked).squaredNorm();
+      if (distance_sq >= nearest_sq) return;
+      nearest_sq = distance_sq;
+      result.nearest = surface_id;
+      result.nearest_distance = std::sqrt(distance_sq);
+    });
+}
+
+/// Even-odd rule.
+bool inside(const Ring2& ring, const Eigen::Vector2d& p) {
+  bool odd = false;
+  for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++)
+    if ((ring[i].y() > p.y()) != (ring[j].y() > p.y()) &&
+        p.x() <
+            ring[i].x() + (p.y() - ring[i].y()) / (ring[j].y() - ring[i].y()) * (ring[j].x() - ring[i].x()))
+      odd = !odd;
+  return odd;
+}
+
+/// Where the place lies, seen along the surface's normal: on it, in a hole of it, or beside it.
+Reason place_on(const SurfaceModel& surface, const Eigen::Vector3d& at) {
+  const Eigen::Vector2d uv = (surface.pose().inverse() * at).head<2>();
+  Reason place = Reason::beside_surface;
+  for (const Polygon& polygon : surface.polygons()) {
+    if (!inside(polygon.outer, uv)) continue;
+    const bool in_hole = std::any_of(polygon.holes.begin(), polygon.holes.end(),
+                                     [&](const Ring2& hole) { return inside(hole, uv); });
+    if (!in_hole) return Reason::on_surface;
+    place = Reason::in_hole;  // unless on an island in it
+  }
+  return place;
+}
+
+/// A surface whose plane passes by within s, the nearest plane first, of which `at` is a part or a hole.
+std::optional<std::pair<SurfaceId, Reason>> surface_around(const MapState& state, const Eigen::Vector3d& at) {
+  std::optional<std::pair<SurfaceId, Reason>> found;
+  double nearest = std::max(state.parameters.surface_tolerance(), state.parameters.occupancy.resolution);
+  for (const auto& [id, surface] : state.surfaces) {
+    const double distance = std::fabs(surface.plane().signed_distance(at));
+    if (distance > nearest) continue;
+    const Reason place = place_on(surface, at);
+    if (place == Reason::beside_surface) continue;
+    if (found && found->second == Reason::on_surface && place == Reason::in_hole) continue;
+    nearest = distance;
+    found.emplace(id, place);
+  }
+  return found;
+}
+
+/// What detection and refit() read of a map. Not the cylinders, which planes take no notice of, nor what is
+/// accumulated: the points to begin with are chosen here.
+std::unique_ptr<MapState> copy_of(const MapState& state) {
+  auto copy = std::make_unique<MapState>(state.parameters);
+  std::deque<std::string> chunks;
+  state.occupancy.write_nodes([&](const std::string& chunk) { chunks.push_back(chunk); });
+  copy->occupancy.read_nodes(
+      [&] {
+        if (chunks.empty()) return std::string();
+        std::string chunk = std::move(chunks.front());
+        chunks.pop_front();
+        return chunk;
+      },
+      "copy");
+  for (const auto& [id, surface] : state.surfaces) copy->surfaces.restore(surface.state());
+  copy->surfaces.set_next_id(state.surfaces.next_id());
+  copy->noise = state.noise;
+  copy->points = state.points;
+  return copy;
+}
+
+/// Detection once more, around a pending point, and what it said of every point. `cylinders` are the map's.
+class Rerun {
+ public:
+  Rerun(MapState& copy, const CylinderStore& cylinders, VoxelKey place)
+      : work_(copy), cylinders_(cylinders), place_(place) {
+    const Parameters& p = copy.parameters;
+    const double radius = std::max(4 * p.max_hole_size(), 2 * p.search_radius());
+    const RefusalSink note = [this](const Refused& refused) {
+      for (const Index i : refused.points) refused_.try_emplace(i, refused);
+    };
+    detect_from(work_, pending_within(radius), &note);
+    for (const VoxelKey key : pending_) taken_[key] = work_.window[work_.window.find(key)].surface;
+    refit(work_);  // which dissolves what it finds out to be none
+  }
+
+  /// The reason for one point, with its figures.
+  StatedReason reason(VoxelKey key) {
+    if (const CylinderId cylinder = cylinders_.owner(key); cylinder != 0) return on_cylinder(cylinder);
+    const Index i = work_.window.find(key);
+    if (const SurfaceId born = taken_[key]; born != 0) {
+      const auto dissolved = work_.changes.unsound.find(born);
+      return dissolved == work_.changes.unsound.end() ? StatedReason{} : reason_for(dissolved->second);
+    }
+    if (const auto found = refused_.find(i); found != refused_.end()) return reason_for(found->second);
+    const LocalPlane& local = work_.normals.at(i);
+    return local.known ? not_flat(local.curvature, work_.state.parameters.detection.max_curvature)
+                       : no_normal();
+  }
+
+  std::map<Reason, std::size_t> reasons_within(double radius, const Eigen::Vector3d& at) {
+    std::map<Reason, std::size_t> counts;
+    for (const VoxelKey key : pending_)
+      if ((work_.window[work_.window.find(key)].position.cast<double>() - at).norm() <= radius)
+        ++counts[reason(key).reason];
+    return counts;
+  }
+
+ private:
+  std::vector<Index> pending_within(double radius) {
+    std::vector<Index> pending;
+    const int reach = static_cast<int>(radius / work_.state.parameters.occupancy.resolution) + 1;
+    work_.window.for_each_near(place_, reach, [&](Index i) {
+      if (work_.window[i].surface != 0) return;
+      pending.push_back(i);
+      pending_.push_back(work_.window[i].key);
+    });
+    return pending;
+  }
+
+  Workspace work_;
+  const CylinderStore& cylinders_;
+  VoxelKey place_;
+  std::vector<VoxelKey> pending_;
+  std::map<VoxelKey, SurfaceId> taken_;  // by detection, before upkeep had its say
+  std::map<Index, Refused> refused_;     // whose spans no longer stand for anything
+};
+
+void explain_pending(const MapState& state, const VoxelPoint& point, Explanation& result) {
+  const std::unique_ptr<MapState> copy = copy_of(state);
+  Rerun rerun(*copy, state.cylinders, point.key);
+  StatedReason stated = rerun.reason(point.key);
+  if (stated.reason == Reason::waiting) {
+    const auto n = static_cast<double>(state.parameters.min_surface_points());
+    stated = waiting(static_cast<double>(state.accumulated.size()), n);
+  }
+  result.reason = stated.reason;
+  result.sentence = stated.sentence;
+  result.surface = stated.surface;
+  result.cylinder = stated.cylinder;
+  result.figures = std::move(stated.figures);
+  result.around = rerun.reasons_within(state.parameters.max_hole_size(), result.asked);
+}
+
+void explain_known(const SurfaceId id, Reason place, Explanation& result) {
+  result.reason = place;
+  result.surface = id;
+  result.sentence = sentence_of(place, id);
+}
+
+std::string scans_of(std::size_t count) {
+  return std::to_string(count) + (count == 1 ? " scan" : " scans") + (count == 1 ? " was" : " were");
+}
+
+/// Scans that might have made a surface here but for their poses, and those that may be why there is none.
+void explain_poses(const AlignmentState& alignment, Explanation& result) {
+  for (const AlignmentState::Misfit& misfit : alignment.misfits)
+    if ((misfit.position - result.asked).norm() <= misfit.reach_m)
+      ++(misfit.left_out ? result.scans_left_out : result.scans_unexplained);
+  if (result.reason == Reason::on_surface || result.reason == Reason::on_cylinder) return;
+  if (result.scans_left_out > 0)
+    result.sentence += "; " + scans_of(result.scans_left_out) +
+                       " left out that may have seen it, because the pose was far off the map";
+  if (result.scans_unexplained > 0 && result.looked_at)
+    result.sentence += "; " + scans_of(result.scans_unexplained) +
+                       " mapped near here though the pose fits nowhere, and may have doubled what is here";
+}
+
+}  // namespace
+
+std::string_view reason_name(Reason reason) {
+  constexpr std::array<std::string_view, 20> names{
+      "on_surface",   "in_hole",  "beside_surface", "on_cylinder",       "outside_map",      "unseen",
+      "free_space",   "no_point", "isolated",       "no_normal",         "not_flat",         "too_few_points",
+      "too_narrow",   "bent",     "scattered",      "too_few_for_range", "normals_disagree", "noise_sheet",
+      "seen_through", "waiting"};
+  return names.at(static_cast<std::size_t>(reason));
+}
+
+Explanation explain(const Map& map, const Eigen::Vector3d& point) {
+  if (!point.allFinite()) throw Error(Error::Kind::usage, "explain", "the point is not finite");
+  const MapState& state = map.state();
+  Explanation result;
+  result.asked = point;
+  VoxelKey key;
+  if (!state.occupancy.grid().key_of(point.cast<float>(), key)) {
+    result.reason = Reason::outside_map;
+    result.sentence = sentence_of(result.reason);
+    return result;
+  }
+  find_nearest_surface(state, result);
+  const std::optional<VoxelPoint> nearest =
+      nearest_point(state.occupancy, key, point, state.parameters.max_hole_size());
+  if (nearest) result.looked_at = nearest->position.cast<double>();
+
+  const auto around = surface_around(state, point);
+  const bool pending = nearest && nearest->surface == 0;
+  if (around && (around->second == Reason::on_surface || !pending)) {
+    explain_known(around->first, around->second, result);
+  } else if (pending) {
+    explain_pending(state, *nearest, result);
+  } else if (nearest) {
+    explain_known(nearest->surface, place_on(*state.surfaces.find(nearest->surface), point), result);
+  } else {
+    const OccupancyMap::State here = state.occupancy.at(key).state;
+    result.reason = here == OccupancyMap::State::unknown ? Reason::unseen
+                    : here == OccupancyMap::State::free  ? Reason::free_space
+                                                         : Reason::no_point;
+    result.sentence = sentence_of(result.reason);
+  }
+  explain_poses(state.alignment, result);
+  return result;
+}
+
+}  // namespace octosurf

@@ -1,0 +1,44 @@
+#pragma once
+
+#include "geometry/moments.hpp"
+
+#include <Eigen/Geometry>
+
+namespace octosurf {
+
+/// Do points lie about a plane as noise would have it, or as a slope over stairs or the facet of a
+/// cylinder? Gathers them in one pass: distances in units of their noise, and a quadric, which a
+/// curved patch bends over its whole extent while noise and rounded edges do not.
+class Planarity {
+ public:
+  explicit Planarity(const Eigen::Isometry3d& T_map_surface) : T_surface_map_(T_map_surface.inverse()) {}
+
+  /// `sigma`: the point's noise; `tolerance`: what it may lie off; `inner`: not on the rim, where
+  /// points of the neighbouring face get in.
+  void add(const Eigen::Vector3f& position, double sigma, double tolerance, bool inner);
+
+  std::size_t count() const { return count_; }
+  /// Root mean square of distance / σ. Planes show 0.1 to 1.4, a slope over stairs 2.
+  double scatter() const {
+    return std::sqrt(squares_ / static_cast<double>(std::max<std::size_t>(count_, 1)));
+  }
+  double mean_tolerance() const {
+    return tolerances_ / static_cast<double>(std::max<std::size_t>(count_, 1));
+  }
+  /// Bends by more than `share` of the tolerance (of 25 mm at most) over its extent, with a radius below 1 m,
+  /// and turns by more than 17°.
+  bool bends(double share = 0.4) const;
+
+ private:
+  using Vector6d = Eigen::Matrix<double, 6, 1>;
+  using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+  Eigen::Isometry3d T_surface_map_;
+  std::size_t count_ = 0, inner_ = 0;
+  double squares_ = 0, tolerances_ = 0;
+  Matrix6d normal_matrix_ = Matrix6d::Zero();
+  Vector6d right_side_ = Vector6d::Zero();
+  Moments spread_;
+};
+
+}  // namespace octosurf
