@@ -15,10 +15,22 @@ namespace octosurf {
 struct VoxelScan;
 
 /// Stages of one scan's way (docs/design.md §4), in order.
-enum class Stage { align, downsample, occupancy, retract, add_inliers, expand, detect, derive };
+enum class Stage {
+  align,
+  downsample,
+  occupancy,
+  retract,
+  add_inliers,
+  expand,
+  detect,
+  revise,
+  cylinders,
+  derive
+};
 /// By Stage, as in reports.
-inline constexpr std::array<std::string_view, 8> stage_names{
-    "align", "downsample", "occupancy", "retract", "add_inliers", "expand", "detect", "derive"};
+inline constexpr std::array<std::string_view, 10> stage_names{
+    "align",  "downsample", "occupancy", "retract",   "add_inliers",
+    "expand", "detect",     "revise",    "cylinders", "derive"};
 
 /// What one scan did.
 struct ScanReport {

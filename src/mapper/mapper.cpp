@@ -102,10 +102,10 @@ void update_surfaces(MapState& state, const VoxelScan& scan, const OccupancyDelt
   Workspace work(state);
   Expansion expansion(work);
 
+  time(Stage::cylinders, [&] { retract_cylinders(work, delta); });
   time(Stage::retract, [&] {
     retract(work, delta);
     confirm(work, scan, delta.confirmed);
-    retract_cylinders(work, delta);
   });
   const std::vector<Index> appeared = indices_of(work.window, delta.appeared);
   std::vector<Index> left = time(Stage::add_inliers, [&] { return expansion.add_inliers(appeared); });
@@ -118,13 +118,13 @@ void update_surfaces(MapState& state, const VoxelScan& scan, const OccupancyDelt
     work.returned.clear();
     expansion.grow(detect(work));
   });
-  time(Stage::derive, [&] {
+  time(Stage::revise, [&] {
     if (state.parameters.aligned()) expansion.rejoin();
     refit(work);
     accumulate(state, work, {});
   });
   // Last, when every point has settled: whatever becomes of cylinders, planes are not touched by it.
-  time(Stage::detect, [&] { update_cylinders(work); });
+  time(Stage::cylinders, [&] { update_cylinders(work); });
 
   report.appeared = delta.appeared.size();
   report.vanished = delta.vanished.size();
