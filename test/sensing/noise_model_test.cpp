@@ -1,6 +1,6 @@
 #include "sensing/noise_model.hpp"
 
-#include "occupancy/payload.hpp"
+#include "occupancy/occupancy_map.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"
 

@@ -1,6 +1,7 @@
 #include "support/map_state.hpp"
 #include "support/seed.hpp"
 #include "surfaces/blobs.hpp"
+#include "surfaces/criteria/joining.hpp"
 #include "surfaces/criteria/soundness.hpp"
 #include "upkeep/derive.hpp"
 #include "upkeep/retract.hpp"
