@@ -213,7 +213,7 @@ struct Mapper::Impl {
   /// From its first change on whatever is thrown leaves the map unusable.
   void apply(MapState& state, const Scan& scan, Prepared prepared, Backlog& backlog);
   /// Brings the surfaces up to date; the map is whole again.
-  std::vector<ScanReport> finish(MapState& state, Backlog backlog);
+  std::vector<ScanReport> finish(MapState& state, Backlog& backlog);
 
   Map map;
   int threads;
@@ -285,7 +285,7 @@ void Mapper::Impl::apply(MapState& state, const Scan& scan, Prepared prepared, B
   last = std::move(prepared.voxels);
 }
 
-std::vector<ScanReport> Mapper::Impl::finish(MapState& state, Backlog backlog) {
+std::vector<ScanReport> Mapper::Impl::finish(MapState& state, Backlog& backlog) {
   if (backlog.work) update_surfaces(backlog, state);
   state.unfinished_scan = 0;
   return std::move(backlog.reports);
@@ -306,7 +306,7 @@ std::vector<ScanReport> Mapper::insert_all(std::span<const Scan> scans) {
     }
     impl_->apply(state, scan, std::move(*prepared), backlog);
   }
-  return impl_->finish(state, std::move(backlog));
+  return impl_->finish(state, backlog);
 }
 
 ScanReport Mapper::detect_in_occupancy() {
@@ -327,7 +327,7 @@ ScanReport Mapper::detect_in_occupancy() {
   backlog.reports.push_back(std::move(report));
   backlog.appeared.emplace_back();
   take_out(backlog, state, {}, delta, backlog.reports.back());
-  return std::move(impl_->finish(state, std::move(backlog)).back());
+  return std::move(impl_->finish(state, backlog).back());
 }
 
 void Mapper::share_octree(bool on) {

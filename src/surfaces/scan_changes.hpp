@@ -46,6 +46,8 @@ class Workspace {
       : state(map_state),
         window(map_state.occupancy),
         normals(window, map_state.parameters, map_state.noise, map_state.surfaces) {}
+  Workspace(const Workspace&) = delete;  // `normals` refers to `window`
+  Workspace& operator=(const Workspace&) = delete;
 
   MapState& state;
   PointWindow window;

@@ -1,6 +1,7 @@
 #include "sensing/noise_model.hpp"
 
 #include "occupancy/occupancy_map.hpp"
+#include "sensing/reading_code.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"
 
