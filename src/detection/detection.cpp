@@ -100,14 +100,14 @@ std::vector<SurfaceId> detect(Workspace& work) {
 
 std::vector<SurfaceId> detect_from(Workspace& work, std::vector<Index> waiting, const RefusalSink* refusals) {
   const Parameters& parameters = work.state.parameters;
-  const auto tell = [&](Refusal why, Index i, SurfaceId surface) {
-    if (refusals != nullptr) (*refusals)({why, {&i, 1}, 0, 0, surface});
+  const auto tell = [&](Reason why, Index i, SurfaceId surface) {
+    if (refusals != nullptr) (*refusals)({{.reason = why, .surface = surface}, {&i, 1}});
   };
   const double r = parameters.search_radius();
   const int reach = static_cast<int>(r / parameters.occupancy.resolution) + 1;
   std::erase_if(waiting, [&](Index i) {
     if (!isolated(work, i, reach, static_cast<float>(r))) return false;
-    tell(Refusal::isolated, i, 0);
+    tell(Reason::isolated, i, 0);
     return true;
   });
 
@@ -117,7 +117,7 @@ std::vector<SurfaceId> detect_from(Workspace& work, std::vector<Index> waiting, 
   SeenThrough seen_through(work);
   const auto allowed = [&](Index i) {
     const SurfaceId in_front = parameters.aligned() ? seen_through(i) : 0;
-    if (in_front != 0) tell(Refusal::seen_through, i, in_front);
+    if (in_front != 0) tell(Reason::seen_through, i, in_front);
     return in_front == 0;
   };
   if (refusals != nullptr)

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "detection/refusal.hpp"
+#include "detection/refused.hpp"
 #include "surfaces/scan_changes.hpp"
 
 #include <vector>

@@ -28,14 +28,13 @@ PlaneExtraction::PlaneExtraction(Workspace& work, const Parameters& parameters, 
       cos_aligned_(aligned_ ? static_cast<float>(std::cos(parameters.detection.aligned_angle)) : -1),
       refusals_(refusals) {}
 
-bool PlaneExtraction::refuse(Refusal why, std::span<const Index> points, double measured, double limit,
-                             SurfaceId surface) const {
-  if (refusals_ != nullptr) (*refusals_)({why, points, measured, limit, surface});
+bool PlaneExtraction::refuse(const Refusal& why, std::span<const Index> points) const {
+  if (refusals_ != nullptr) (*refusals_)({why, points});
   return false;
 }
 
-bool PlaneExtraction::too_few(Refusal why, std::span<const Index> points, std::size_t count) const {
-  return count < fewest_ && !refuse(why, points, static_cast<double>(count), static_cast<double>(fewest_));
+bool PlaneExtraction::too_few(std::string_view what, std::span<const Index> points, std::size_t count) const {
+  return count < fewest_ && !refuse(fewer_than_n(what, count, fewest_), points);
 }
 
 std::vector<PlaneExtraction::Index> PlaneExtraction::inliers_of(std::span<const Index> region,
@@ -84,12 +83,12 @@ bool PlaneExtraction::wide_enough(std::span<const Index> cluster, bool bent) {
   for (const Index i : cluster) moments.add(work_.window[i].position.cast<double>() - reference);
   const double width = width_of(moments);
   const double least = parameters_.surfaces.min_surface_width;
-  if (width < least) return refuse(Refusal::narrow, cluster, width, least);
+  if (width < least) return refuse({Reason::too_narrow, width, least}, cluster);
   // What is left beside a pillar's widest facet are narrower ones, which look flat; so do the strips that
   // its inliers fall into.
   constexpr double wider_than_facets = 0.2, wider_than_strips = 0.1;  // m
   const double facets = bent ? wider_than_facets : curved_ ? wider_than_strips : 0;
-  return width >= facets || refuse(Refusal::bent, cluster);
+  return width >= facets || refuse({Reason::bent}, cluster);
 }
 
 Planarity PlaneExtraction::planarity_of(std::span<const Index> cluster, const Plane& plane) {
@@ -113,17 +112,17 @@ bool PlaneExtraction::planar(std::span<const Index> cluster, const Plane& plane,
   }));
   if (planarity.bends()) {
     bent = true;
-    return refuse(Refusal::bent, cluster);
+    return refuse({Reason::bent}, cluster);
   }
   // As the root: a laser leaves few readings on a strip, and asking for more in proportion loses it.
   const double effort = std::sqrt(planarity.mean_tolerance() / parameters_.surface_tolerance());
   const auto points = static_cast<double>(cluster.size());
   if (!(planarity.scatter() <= largest_scatter))
-    return refuse(Refusal::scattered, cluster, planarity.scatter(), largest_scatter);
+    return refuse({Reason::scattered, planarity.scatter(), largest_scatter}, cluster);
   if (points < static_cast<double>(fewest_) * effort)
-    return refuse(Refusal::few_for_range, cluster, points, static_cast<double>(fewest_) * effort);
+    return refuse({Reason::too_few_for_range, points, static_cast<double>(fewest_) * effort}, cluster);
   return agreeing * 10 > cluster.size() * 6 ||
-         refuse(Refusal::normals_disagree, cluster, static_cast<double>(agreeing) / points, 0.6);
+         refuse({Reason::normals_disagree, static_cast<double>(agreeing) / points, 0.6}, cluster);
 }
 
 bool PlaneExtraction::acceptable(std::span<const Index> cluster, const Plane& plane, bool& bent) {
@@ -131,7 +130,7 @@ bool PlaneExtraction::acceptable(std::span<const Index> cluster, const Plane& pl
   if (!aligned_) return true;
   if (!planar(cluster, plane, bent)) return false;
   const SurfaceId neighbour = parallel_sheet(work_, cluster, plane, 0);
-  return neighbour == 0 || refuse(Refusal::noise_sheet, cluster, 0, 0, neighbour);
+  return neighbour == 0 || refuse({.reason = Reason::noise_sheet, .surface = neighbour}, cluster);
 }
 
 void PlaneExtraction::make_surface(std::span<const Index> cluster, const Plane& plane,
@@ -151,7 +150,7 @@ std::vector<SurfaceId> PlaneExtraction::operator()(std::vector<Index> region) {
     const RegionPoints points(work_, region, 1, cos_aligned_);
     Plane plane;
     if (!ransac(region, points, plane)) {
-      refuse(Refusal::no_plane, region);
+      refuse({.reason = Reason::too_few_points, .what = few::off_a_line}, region);
       break;
     }
     std::vector<Index> inliers = inliers_of(region, points, plane);
@@ -159,11 +158,11 @@ std::vector<SurfaceId> PlaneExtraction::operator()(std::vector<Index> region) {
       plane = fitted(work_, inliers, plane);
       inliers = inliers_of(region, points, plane);
     }
-    if (too_few(Refusal::few_on_plane, region, inliers.size())) break;
+    if (too_few(few::on_plane, region, inliers.size())) break;
     const std::vector<std::vector<Index>> parts = parts_of(work_, inliers, plane);
     curved_ = aligned_ && parts.size() > 1 && planarity_of(inliers, plane).bends();
     for (const std::vector<Index>& part : parts)
-      if (!too_few(Refusal::small_cluster, part, part.size()))
+      if (!too_few(few::in_cluster, part, part.size()))
         make_surface(part, fitted(work_, part, plane), born, bent);
     std::vector<Index> rest;
     points.for_each(plane, [&](std::size_t k, bool belongs) {
@@ -171,7 +170,7 @@ std::vector<SurfaceId> PlaneExtraction::operator()(std::vector<Index> region) {
     });
     region = std::move(rest);
   }
-  too_few(Refusal::few_left, region, region.size());
+  too_few(few::left_over, region, region.size());
   return born;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "detection/refusal.hpp"
+#include "detection/refused.hpp"
 #include "surfaces/planarity.hpp"
 #include "surfaces/scan_changes.hpp"
 
@@ -37,9 +37,9 @@ class PlaneExtraction {
   bool acceptable(std::span<const Index> cluster, const Plane& plane, bool& bent);
   bool wide_enough(std::span<const Index> cluster, bool bent);
   bool planar(std::span<const Index> cluster, const Plane& plane, bool& bent);
-  bool refuse(Refusal why, std::span<const Index> points, double measured = 0, double limit = 0,
-              SurfaceId surface = 0) const;                                           // tells and is false
-  bool too_few(Refusal why, std::span<const Index> points, std::size_t count) const;  // if so, tells
+  bool refuse(const Refusal& why, std::span<const Index> points) const;  // tells and is false
+  bool too_few(std::string_view what, std::span<const Index> points,
+               std::size_t count) const;  // if so, tells
 
   Workspace& work_;
   const Parameters& parameters_;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "detection/refusal.hpp"
+#include "detection/refused.hpp"
 #include "surfaces/scan_changes.hpp"
 
 #include <span>
@@ -57,8 +57,7 @@ std::vector<std::vector<RegionGrowing::Index>> RegionGrowing::operator()(std::sp
     if (region.size() >= fewest_)
       regions.push_back(region);
     else if (refusals_ != nullptr)
-      (*refusals_)(
-          {Refusal::small_region, region, static_cast<double>(region.size()), static_cast<double>(fewest_)});
+      (*refusals_)({fewer_than_n(few::in_region, region.size(), fewest_), region});
   }
   return regions;
 }

@@ -3,7 +3,6 @@
 #include "surfaces/upkeep.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <deque>
 #include <memory>
@@ -123,25 +122,26 @@ class Rerun {
     const Parameters& p = copy.parameters;
     const double radius = std::max(4 * p.max_hole_size(), 2 * p.search_radius());
     const RefusalSink note = [this](const Refused& refused) {
-      for (const Index i : refused.points) refused_.try_emplace(i, refused);
+      for (const Index i : refused.points) refused_.try_emplace(i, refused.why);
     };
     detect_from(work_, pending_within(radius), &note);
     for (const VoxelKey key : pending_) taken_[key] = work_.window[work_.window.find(key)].surface;
     refit(work_);  // which dissolves what it finds out to be none
   }
 
-  /// The reason for one point, with its figures.
-  StatedReason reason(VoxelKey key) {
-    if (const CylinderId cylinder = cylinders_.owner(key); cylinder != 0) return on_cylinder(cylinder);
+  /// Why the point is pending; Reason::waiting if detection would take it now.
+  Refusal reason(VoxelKey key) {
+    if (const CylinderId cylinder = cylinders_.owner(key); cylinder != 0)
+      return {.reason = Reason::on_cylinder, .cylinder = cylinder};
     const Index i = work_.window.find(key);
     if (const SurfaceId born = taken_[key]; born != 0) {
       const auto dissolved = work_.changes.unsound.find(born);
-      return dissolved == work_.changes.unsound.end() ? StatedReason{} : reason_for(dissolved->second);
+      return dissolved == work_.changes.unsound.end() ? Refusal{Reason::waiting} : dissolved->second;
     }
-    if (const auto found = refused_.find(i); found != refused_.end()) return reason_for(found->second);
+    if (const auto found = refused_.find(i); found != refused_.end()) return found->second;
     const LocalPlane& local = work_.normals.at(i);
-    return local.known ? not_flat(local.curvature, work_.state.parameters.detection.max_curvature)
-                       : no_normal();
+    if (!local.known) return {Reason::no_normal};
+    return {Reason::not_flat, local.curvature, work_.state.parameters.detection.max_curvature};
   }
 
   std::map<Reason, std::size_t> reasons_within(double radius, const Eigen::Vector3d& at) {
@@ -168,30 +168,28 @@ class Rerun {
   const CylinderStore& cylinders_;
   VoxelKey place_;
   std::vector<VoxelKey> pending_;
-  std::map<VoxelKey, SurfaceId> taken_;  // by detection, before upkeep had its say
-  std::map<Index, Refused> refused_;     // whose spans no longer stand for anything
+  std::map<VoxelKey, SurfaceId> taken_;  // by detection, before refit()
+  std::map<Index, Refusal> refused_;
 };
+
+void state_reason(const Refusal& refusal, Explanation& result) {
+  result.reason = refusal.reason;
+  result.sentence = sentence_of(refusal);
+  result.surface = refusal.surface;
+  result.cylinder = refusal.cylinder;
+  result.figures = figures_of(refusal);
+}
 
 void explain_pending(const MapState& state, const VoxelPoint& point, Explanation& result) {
   const std::unique_ptr<MapState> copy = copy_of(state);
   Rerun rerun(*copy, state.cylinders, point.key);
-  StatedReason stated = rerun.reason(point.key);
-  if (stated.reason == Reason::waiting) {
-    const auto n = static_cast<double>(state.parameters.min_surface_points());
-    stated = waiting(static_cast<double>(state.accumulated.size()), n);
+  Refusal refusal = rerun.reason(point.key);
+  if (refusal.reason == Reason::waiting) {
+    refusal.measured = static_cast<double>(state.accumulated.size());
+    refusal.limit = static_cast<double>(state.parameters.min_surface_points());
   }
-  result.reason = stated.reason;
-  result.sentence = stated.sentence;
-  result.surface = stated.surface;
-  result.cylinder = stated.cylinder;
-  result.figures = std::move(stated.figures);
+  state_reason(refusal, result);
   result.around = rerun.reasons_within(state.parameters.max_hole_size(), result.asked);
-}
-
-void explain_known(const SurfaceId id, Reason place, Explanation& result) {
-  result.reason = place;
-  result.surface = id;
-  result.sentence = sentence_of(place, id);
 }
 
 std::string scans_of(std::size_t count) {
@@ -214,15 +212,6 @@ void explain_poses(const AlignmentState& alignment, Explanation& result) {
 
 }  // namespace
 
-std::string_view reason_name(Reason reason) {
-  constexpr std::array<std::string_view, 20> names{
-      "on_surface",   "in_hole",  "beside_surface", "on_cylinder",       "outside_map",      "unseen",
-      "free_space",   "no_point", "isolated",       "no_normal",         "not_flat",         "too_few_points",
-      "too_narrow",   "bent",     "scattered",      "too_few_for_range", "normals_disagree", "noise_sheet",
-      "seen_through", "waiting"};
-  return names.at(static_cast<std::size_t>(reason));
-}
-
 Explanation explain(const Map& map, const Eigen::Vector3d& point) {
   if (!point.allFinite()) throw Error(Error::Kind::usage, "explain", "the point is not finite");
   const MapState& state = map.state();
@@ -230,8 +219,7 @@ Explanation explain(const Map& map, const Eigen::Vector3d& point) {
   result.asked = point;
   VoxelKey key;
   if (!state.occupancy.grid().key_of(point.cast<float>(), key)) {
-    result.reason = Reason::outside_map;
-    result.sentence = sentence_of(result.reason);
+    state_reason({Reason::outside_map}, result);
     return result;
   }
   find_nearest_surface(state, result);
@@ -242,17 +230,18 @@ Explanation explain(const Map& map, const Eigen::Vector3d& point) {
   const auto around = surface_around(state, point);
   const bool pending = nearest && nearest->surface == 0;
   if (around && (around->second == Reason::on_surface || !pending)) {
-    explain_known(around->first, around->second, result);
+    state_reason({.reason = around->second, .surface = around->first}, result);
   } else if (pending) {
     explain_pending(state, *nearest, result);
   } else if (nearest) {
-    explain_known(nearest->surface, place_on(*state.surfaces.find(nearest->surface), point), result);
+    const Reason place = place_on(*state.surfaces.find(nearest->surface), point);
+    state_reason({.reason = place, .surface = nearest->surface}, result);
   } else {
     const OccupancyMap::State here = state.occupancy.at(key).state;
-    result.reason = here == OccupancyMap::State::unknown ? Reason::unseen
-                    : here == OccupancyMap::State::free  ? Reason::free_space
-                                                         : Reason::no_point;
-    result.sentence = sentence_of(result.reason);
+    state_reason({here == OccupancyMap::State::unknown ? Reason::unseen
+                  : here == OccupancyMap::State::free  ? Reason::free_space
+                                                       : Reason::no_point},
+                 result);
   }
   explain_poses(state.alignment, result);
   return result;

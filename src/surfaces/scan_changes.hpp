@@ -2,28 +2,17 @@
 
 #include "surfaces/map_state.hpp"
 #include "surfaces/normal_field.hpp"
+#include "surfaces/refusal.hpp"
 
 #include <map>
 #include <set>
 
 namespace octosurf {
 
-/// Why upkeep dissolves a surface.
-struct Unsound {
-  enum class Why {
-    few,     ///< measured inliers are left, n needed
-    narrow,  ///< width in m, the limit needed
-    bent,    ///< a curved patch
-    sheet    ///< mostly within the noise of `neighbour`
-  } why;
-  double measured = 0, limit = 0;
-  SurfaceId neighbour = 0;
-};
-
 /// What a scan did to the surfaces so far; sets, so that results come in order of id.
 struct Changes {
   std::set<SurfaceId> born, grown, shrunk, merged, gone;
-  std::map<SurfaceId, Unsound> unsound;  ///< of those of the gone that refit() dissolved
+  std::map<SurfaceId, Refusal> unsound;  ///< of those of the gone that refit() dissolved
 
   /// Every surface whose inliers are no longer what they were.
   std::set<SurfaceId> touched() const {

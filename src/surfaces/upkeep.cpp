@@ -80,22 +80,23 @@ bool still_sound(Workspace& work, SurfaceModel& surface) {
   // What its neighbours have taken it down to, with some patience.
   const double width = width_of(surface.moments(nullptr));
   const double least = 0.8 * work.state.parameters.surfaces.min_surface_width;
-  const auto unsound = [&](const Unsound& why) {
+  const auto unsound = [&](const Refusal& why) {
     work.changes.unsound[surface.id()] = why;
     return false;
   };
-  if (width < least) return unsound({Unsound::Why::narrow, width, least});
+  if (width < least) return unsound({Reason::too_narrow, width, least});
   if (surface.settled()) return true;
   surface.unchecked = 0;
   const std::vector<Workspace::Index> points = indices_of(work, surface);
-  if (bends(work, surface, points)) return unsound({Unsound::Why::bent});
+  if (bends(work, surface, points)) return unsound({Reason::bent});
   const Sheet sheet = sheet_of(work, points, surface.plane(), surface.id());
-  if (sheet.covers_much_of(points.size())) return unsound({Unsound::Why::sheet, 0, 0, sheet.over});
+  if (sheet.covers_much_of(points.size()))
+    return unsound({.reason = Reason::noise_sheet, .surface = sheet.over});
   if (sheet.points.size() * 20 > points.size()) {
     const std::size_t returned = work.returned.size();
     for (const Workspace::Index i : sheet.points) work.take_back(i);
     work.returned.resize(returned);  // they would only be found again
-    return !too_small(work, surface) || unsound({Unsound::Why::sheet, 0, 0, sheet.over});
+    return !too_small(work, surface) || unsound({.reason = Reason::noise_sheet, .surface = sheet.over});
   }
   std::vector<std::vector<Workspace::Index>> parts = parts_of(work, points, surface.plane());
   if (parts.size() > 1) split(work, surface, std::move(parts));
@@ -186,8 +187,8 @@ void refit(Workspace& work) {
     if (displacement(surface, plane, surface.checked_plane) > patience) drop_misfits(work, surface);
     surface.rehash_if_tilted();
     if (too_small(work, surface)) {
-      const auto n = static_cast<double>(state.parameters.min_surface_points());
-      work.changes.unsound[id] = {Unsound::Why::few, static_cast<double>(surface.size()), n};
+      work.changes.unsound[id] = fewer_than_n(
+          few::on_plane, surface.size(), static_cast<std::size_t>(state.parameters.min_surface_points()));
       dissolve(work, surface);
     } else if (state.parameters.aligned() && !still_sound(work, surface)) {
       // Its points are settled: the same plane would only be found again.

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "detection/refusal.hpp"
+#include "detection/refused.hpp"
 #include "support/map_state.hpp"
 
 #include <algorithm>
@@ -36,17 +36,14 @@ class PendingPoints {
   }
 };
 
-/// What detection refused: why, how many points, and the numbers.
+/// What detection refused, and why.
 struct ToldRefusal {
   Refusal why;
   std::vector<PointWindow::Index> points;
-  double measured, limit;
 };
 
 inline RefusalSink listen(std::vector<ToldRefusal>& told) {
-  return [&told](const Refused& r) {
-    told.push_back({r.why, {r.points.begin(), r.points.end()}, r.measured, r.limit});
-  };
+  return [&told](const Refused& r) { told.push_back({r.why, {r.points.begin(), r.points.end()}}); };
 }
 
 }  // namespace octosurf::test

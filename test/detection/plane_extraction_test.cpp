@@ -26,8 +26,10 @@ struct Extracted {
   std::vector<const SurfaceModel*> surfaces;
   std::vector<ToldRefusal> told;
 
-  const ToldRefusal* refusal(Refusal why) const {
-    const auto at = std::find_if(told.begin(), told.end(), [&](const auto& r) { return r.why == why; });
+  const ToldRefusal* refusal(Reason reason, std::string_view what = {}) const {
+    const auto at = std::find_if(told.begin(), told.end(), [&](const ToldRefusal& r) {
+      return r.why.reason == reason && r.why.what == what;
+    });
     return at == told.end() ? nullptr : &*at;
   }
 };
@@ -102,11 +104,11 @@ TEST(PlaneExtraction, TellsWhatIsLeftBesideThePlanes) {
   ASSERT_GT(above, 10U);
   const Extracted result = extracted(pending);
   ASSERT_EQ(result.surfaces.size(), 1U);
-  const ToldRefusal* left = result.refusal(Refusal::few_left);
+  const ToldRefusal* left = result.refusal(Reason::too_few_points, few::left_over);
   ASSERT_NE(left, nullptr);
   EXPECT_EQ(left->points.size(), above);
-  EXPECT_EQ(left->measured, static_cast<double>(above));
-  EXPECT_EQ(left->limit, pending.state.parameters.min_surface_points());
+  EXPECT_EQ(left->why.measured, static_cast<double>(above));
+  EXPECT_EQ(left->why.limit, pending.state.parameters.min_surface_points());
 }
 
 TEST(PlaneExtraction, TellsAClusterThatIsTooSmall) {
@@ -116,10 +118,10 @@ TEST(PlaneExtraction, TellsAClusterThatIsTooSmall) {
       pending.all.begin(), pending.all.end(), [&](Index i) { return pending.position(i).x() > 0.7; }));
   const Extracted result = extracted(pending);
   ASSERT_EQ(result.surfaces.size(), 1U);
-  const ToldRefusal* small = result.refusal(Refusal::small_cluster);
+  const ToldRefusal* small = result.refusal(Reason::too_few_points, few::in_cluster);
   ASSERT_NE(small, nullptr);
   EXPECT_EQ(small->points.size(), beside);
-  EXPECT_EQ(small->measured, static_cast<double>(beside));
+  EXPECT_EQ(small->why.measured, static_cast<double>(beside));
 }
 
 TEST(PlaneExtraction, TellsHowNarrowAStripIs) {
@@ -127,12 +129,12 @@ TEST(PlaneExtraction, TellsHowNarrowAStripIs) {
   pending.state.parameters.surfaces.min_surface_width = 0.05;
   const Extracted result = extracted(pending);
   EXPECT_THAT(result.surfaces, IsEmpty());
-  const ToldRefusal* narrow = result.refusal(Refusal::narrow);
+  const ToldRefusal* narrow = result.refusal(Reason::too_narrow);
   ASSERT_NE(narrow, nullptr);
-  EXPECT_EQ(narrow->limit, 0.05);
+  EXPECT_EQ(narrow->why.limit, 0.05);
   // Readings at y = 5 and 14 mm in one row of voxels, 23 and 32 mm in the next: their means are 18 mm apart,
   // as are those of the halves of what spreads uniformly over √12·9 = 31.2 mm.
-  EXPECT_NEAR(narrow->measured, 0.0312, 0.0003);
+  EXPECT_NEAR(narrow->why.measured, 0.0312, 0.0003);
 }
 
 TEST(PlaneExtraction, ALineSpansNoPlane) {
@@ -144,8 +146,9 @@ TEST(PlaneExtraction, ALineSpansNoPlane) {
   ASSERT_GE(pending.all.size(), 90U);
   const Extracted result = extracted(pending);
   EXPECT_THAT(result.surfaces, IsEmpty());
-  EXPECT_TRUE(result.refusal(Refusal::no_plane) != nullptr || result.refusal(Refusal::narrow) != nullptr ||
-              result.refusal(Refusal::few_on_plane) != nullptr);
+  EXPECT_TRUE(result.refusal(Reason::too_few_points, few::off_a_line) != nullptr ||
+              result.refusal(Reason::too_narrow) != nullptr ||
+              result.refusal(Reason::too_few_points, few::on_plane) != nullptr);
 }
 
 TEST(PlaneExtraction, ScatterAboveTheNoiseIsNoPlane) {
@@ -163,12 +166,12 @@ TEST(PlaneExtraction, ScatterAboveTheNoiseIsNoPlane) {
     parameters.detection.aligned_angle = 1.4;  // rad: normals of such clutter point anywhere
     PendingPoints pending({scan}, parameters);
     const Extracted result = extracted(pending);
-    const ToldRefusal* scattered = result.refusal(Refusal::scattered);
+    const ToldRefusal* scattered = result.refusal(Reason::scattered);
     ASSERT_EQ(scattered != nullptr, sigma < 0.01);
     if (scattered == nullptr) continue;
     EXPECT_THAT(result.surfaces, IsEmpty());
-    EXPECT_GT(scattered->measured, 4) << "in σ";
-    EXPECT_EQ(scattered->limit, 1.7);
+    EXPECT_GT(scattered->why.measured, 4) << "in σ";
+    EXPECT_EQ(scattered->why.limit, 1.7);
   }
 }
 
@@ -183,7 +186,7 @@ TEST(PlaneExtraction, APillarsFacetIsBent) {
   PendingPoints pending({pillar});
   const Extracted result = extracted(pending);
   EXPECT_THAT(result.surfaces, IsEmpty());
-  EXPECT_NE(result.refusal(Refusal::bent), nullptr);
+  EXPECT_NE(result.refusal(Reason::bent), nullptr);
 }
 
 TEST(PlaneExtraction, ASheetInASurfacesNoiseIsNone) {
@@ -202,7 +205,7 @@ TEST(PlaneExtraction, ASheetInASurfacesNoiseIsNone) {
     ASSERT_GT(pending.all.size(), 500U);
     const Extracted result = extracted(pending);
     EXPECT_EQ(result.surfaces.size(), near ? 0U : 1U);
-    EXPECT_EQ(result.refusal(Refusal::noise_sheet) != nullptr, near);
+    EXPECT_EQ(result.refusal(Reason::noise_sheet) != nullptr, near);
   }
 }
 

@@ -115,10 +115,11 @@ TEST(RegionGrowing, TellsWhatIsTooSmall) {
   const Regions regions = grown(pending, &sink);
   ASSERT_EQ(regions.size(), 1U);
   ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].why, Refusal::small_region);
+  EXPECT_EQ(told[0].why.reason, Reason::too_few_points);
+  EXPECT_EQ(told[0].why.what, few::in_region);
   EXPECT_EQ(told[0].points.size(), pending.all.size() - regions[0].size());
-  EXPECT_EQ(told[0].measured, static_cast<double>(told[0].points.size()));
-  EXPECT_EQ(told[0].limit, pending.state.parameters.min_surface_points());
+  EXPECT_EQ(told[0].why.measured, static_cast<double>(told[0].points.size()));
+  EXPECT_EQ(told[0].why.limit, pending.state.parameters.min_surface_points());
 }
 
 TEST(RegionGrowing, SurfacesPointsAreNoNeighbours) {

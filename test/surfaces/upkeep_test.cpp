@@ -172,10 +172,10 @@ TEST(Refit, GivesBothPartsOfWhatItSplitsTheirOwnPlanes) {
   expect_in_step(state);
 }
 
-Unsound::Why dissolved(const Workspace& work, SurfaceId id) {
+Reason dissolved(const Workspace& work, SurfaceId id) {
   EXPECT_TRUE(work.changes.gone.contains(id));
   EXPECT_EQ(work.state.surfaces.find(id), nullptr);
-  return work.changes.unsound.at(id).why;
+  return work.changes.unsound.at(id).reason;
 }
 
 TEST(Refit, TellsWhyItDissolvesWhatIsTooNarrow) {
@@ -184,7 +184,7 @@ TEST(Refit, TellsWhyItDissolvesWhatIsTooNarrow) {
   test::make_surface(work, floor.delta.appeared, ground,
                      [](const Eigen::Vector3d& p) { return p.y() > 0.5 && p.y() < 0.52; });
   refit(work);
-  ASSERT_EQ(dissolved(work, 1), Unsound::Why::narrow);
+  ASSERT_EQ(dissolved(work, 1), Reason::too_narrow);
   EXPECT_LE(work.changes.unsound.at(1).measured, 0.02);
   EXPECT_DOUBLE_EQ(work.changes.unsound.at(1).limit, 0.8 * Parameters{}.surfaces.min_surface_width);
   expect_in_step(floor.state);
@@ -203,7 +203,7 @@ TEST(Refit, TellsWhyItDissolvesWhatBends) {
   Workspace work(state);
   test::make_surface(work, delta.appeared, {Eigen::Vector3d::UnitX(), 0.235}, everywhere);
   refit(work);
-  EXPECT_EQ(dissolved(work, 1), Unsound::Why::bent);
+  EXPECT_EQ(dissolved(work, 1), Reason::bent);
 }
 
 TEST(Refit, TellsWhoseNoiseWhatItDissolvesIs) {
@@ -217,8 +217,8 @@ TEST(Refit, TellsWhoseNoiseWhatItDissolvesIs) {
   test::make_surface(work, sheet.appeared, {Eigen::Vector3d::UnitZ(), 0.01 + 1.15 * s}, everywhere);
   const SurfaceModel& real = test::make_surface(work, floor.delta.appeared, ground, everywhere);
   refit(work);
-  ASSERT_EQ(dissolved(work, 1), Unsound::Why::sheet);
-  EXPECT_EQ(work.changes.unsound.at(1).neighbour, real.id());
+  ASSERT_EQ(dissolved(work, 1), Reason::noise_sheet);
+  EXPECT_EQ(work.changes.unsound.at(1).surface, real.id());
   EXPECT_EQ(work.changes.unsound.size(), 1U) << "the floor stays";
 }
 
@@ -231,7 +231,7 @@ TEST(Refit, TellsHowFewItLeaves) {
   const std::vector<Inlier> inliers = surface.sorted_inliers();
   for (std::size_t i = 30; i < inliers.size(); ++i) work.take_back(work.window.find(inliers[i].key));
   refit(work);
-  ASSERT_EQ(dissolved(work, 1), Unsound::Why::few);
+  ASSERT_EQ(dissolved(work, 1), Reason::too_few_points);
   EXPECT_EQ(work.changes.unsound.at(1).measured, 30);
   EXPECT_EQ(work.changes.unsound.at(1).limit, 50);
 }
