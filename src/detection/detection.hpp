@@ -17,9 +17,14 @@ namespace octosurf {
 /// and stay pending: they are what makes parallel sheets behind far walls.
 std::vector<SurfaceId> detect(Workspace& work);
 
-/// The same from these pending points on, however few, whatever has accumulated. Tells `refusals`, if
-/// there is one, which points it leaves alone, and why.
-std::vector<SurfaceId> detect_from(Workspace& work, std::vector<PointWindow::Index> waiting,
-                                   const RefusalSink* refusals = nullptr);
+/// What a detection run has made of the points it looked at.
+struct Detection {
+  std::vector<SurfaceId> born;   ///< new surfaces
+  std::vector<Refused> refused;  ///< points left pending; no point is named twice
+};
+
+/// The same from these pending points on, however few, whatever has accumulated. `refused` says nothing of
+/// points without a normal, that are not flat, or that were seen through a surface (seen_through.hpp).
+Detection detect_from(Workspace& work, std::vector<PointWindow::Index> waiting);
 
 }  // namespace octosurf

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <optional>
 #include <random>
+#include <utility>
 
 namespace octosurf {
 namespace {
@@ -20,22 +21,13 @@ constexpr double largest_scatter = 1.7;
 
 }  // namespace
 
-PlaneExtraction::PlaneExtraction(Workspace& work, const Parameters& parameters, const RefusalSink* refusals)
+PlaneExtraction::PlaneExtraction(Workspace& work, std::vector<Index> region)
     : work_(work),
-      parameters_(parameters),
-      fewest_(static_cast<std::size_t>(parameters.min_surface_points())),
-      aligned_(parameters.aligned()),
-      cos_aligned_(aligned_ ? static_cast<float>(std::cos(parameters.detection.aligned_angle)) : -1),
-      refusals_(refusals) {}
-
-bool PlaneExtraction::refuse(const Refusal& why, std::span<const Index> points) const {
-  if (refusals_ != nullptr) (*refusals_)({why, points});
-  return false;
-}
-
-bool PlaneExtraction::too_few(std::string_view what, std::span<const Index> points, std::size_t count) const {
-  return count < fewest_ && !refuse(fewer_than_n(what, count, fewest_), points);
-}
+      parameters_(work.state.parameters),
+      fewest_(static_cast<std::size_t>(parameters_.min_surface_points())),
+      aligned_(parameters_.aligned()),
+      cos_aligned_(aligned_ ? static_cast<float>(std::cos(parameters_.detection.aligned_angle)) : -1),
+      region_(std::move(region)) {}
 
 std::vector<PlaneExtraction::Index> PlaneExtraction::inliers_of(std::span<const Index> region,
                                                                 const RegionPoints& points,
@@ -77,18 +69,19 @@ bool PlaneExtraction::ransac(std::span<const Index> points, const RegionPoints& 
   return most >= 3;
 }
 
-bool PlaneExtraction::wide_enough(std::span<const Index> cluster, bool bent) {
+std::optional<Refusal> PlaneExtraction::refusal_by_width(std::span<const Index> cluster) {
   const Eigen::Vector3d reference = work_.window[cluster.front()].position.cast<double>();
   Moments moments;
   for (const Index i : cluster) moments.add(work_.window[i].position.cast<double>() - reference);
   const double width = width_of(moments);
   const double least = parameters_.surfaces.min_surface_width;
-  if (width < least) return refuse({Reason::too_narrow, width, least}, cluster);
+  if (width < least) return Refusal{Reason::too_narrow, width, least};
   // What is left beside a pillar's widest facet are narrower ones, which look flat; so do the strips that
   // its inliers fall into.
   constexpr double wider_than_facets = 0.2, wider_than_strips = 0.1;  // m
-  const double facets = bent ? wider_than_facets : curved_ ? wider_than_strips : 0;
-  return width >= facets || refuse({Reason::bent}, cluster);
+  const double facets = cluster_bends_ ? wider_than_facets : plane_bends_ ? wider_than_strips : 0;
+  if (width < facets) return Refusal{Reason::bent};
+  return {};
 }
 
 Planarity PlaneExtraction::planarity_of(std::span<const Index> cluster, const Plane& plane) {
@@ -103,75 +96,80 @@ Planarity PlaneExtraction::planarity_of(std::span<const Index> cluster, const Pl
   return planarity;
 }
 
-/// Scatters as noise does, is flat, and its points' own normals mostly agree with it. What was only
-/// seen from far needs more points: noise makes small planes out of anything.
-bool PlaneExtraction::planar(std::span<const Index> cluster, const Plane& plane, bool& bent) {
+/// It scatters as noise does, is flat, its points' own normals mostly agree with it, and it is no noise of a
+/// surface beside it. What was only seen from far needs more points: noise makes small planes out of
+/// anything.
+PlaneExtraction::Verdict PlaneExtraction::verdict_on_shape(std::span<const Index> cluster,
+                                                           const Plane& plane) {
   const Planarity planarity = planarity_of(cluster, plane);
   const auto agreeing = static_cast<std::size_t>(std::count_if(cluster.begin(), cluster.end(), [&](Index i) {
     return work_.normals.at(i).normal.dot(plane.normal.cast<float>()) > cos_15_deg;
   }));
-  if (planarity.bends()) {
-    bent = true;
-    return refuse({Reason::bent}, cluster);
-  }
+  if (planarity.bends()) return {Refusal{Reason::bent}, true};
+  if (!(planarity.scatter() <= largest_scatter))
+    return {Refusal{Reason::scattered, planarity.scatter(), largest_scatter}};
   // As the root: a laser leaves few readings on a strip, and asking for more in proportion loses it.
   const double effort = std::sqrt(planarity.mean_tolerance() / parameters_.surface_tolerance());
   const auto points = static_cast<double>(cluster.size());
-  if (!(planarity.scatter() <= largest_scatter))
-    return refuse({Reason::scattered, planarity.scatter(), largest_scatter}, cluster);
   if (points < static_cast<double>(fewest_) * effort)
-    return refuse({Reason::too_few_for_range, points, static_cast<double>(fewest_) * effort}, cluster);
-  return agreeing * 10 > cluster.size() * 6 ||
-         refuse({Reason::normals_disagree, static_cast<double>(agreeing) / points, 0.6}, cluster);
+    return {Refusal{Reason::too_few_for_range, points, static_cast<double>(fewest_) * effort}};
+  if (agreeing * 10 <= cluster.size() * 6)
+    return {Refusal{Reason::normals_disagree, static_cast<double>(agreeing) / points, 0.6}};
+  if (const SurfaceId neighbour = parallel_sheet(work_, cluster, plane, 0); neighbour != 0)
+    return {Refusal{.reason = Reason::noise_sheet, .surface = neighbour}};
+  return {};
 }
 
-bool PlaneExtraction::acceptable(std::span<const Index> cluster, const Plane& plane, bool& bent) {
-  if (!wide_enough(cluster, bent)) return false;
-  if (!aligned_) return true;
-  if (!planar(cluster, plane, bent)) return false;
-  const SurfaceId neighbour = parallel_sheet(work_, cluster, plane, 0);
-  return neighbour == 0 || refuse({.reason = Reason::noise_sheet, .surface = neighbour}, cluster);
-}
-
-void PlaneExtraction::make_surface(std::span<const Index> cluster, const Plane& plane,
-                                   std::vector<SurfaceId>& born, bool& bent) {
-  if (!acceptable(cluster, plane, bent)) return;
-  SurfaceModel& surface =
-      work_.state.surfaces.create(plane, work_.window[cluster.front()].position.cast<double>());
-  for (const Index i : cluster) work_.give(i, surface);
-  work_.changes.born.insert(surface.id());
-  born.push_back(surface.id());
-}
-
-std::vector<SurfaceId> PlaneExtraction::operator()(std::vector<Index> region) {
-  std::vector<SurfaceId> born;
-  bool bent = false;
-  while (region.size() >= fewest_) {
-    const RegionPoints points(work_, region, 1, cos_aligned_);
-    Plane plane;
-    if (!ransac(region, points, plane)) {
-      refuse({.reason = Reason::too_few_points, .what = few::off_a_line}, region);
-      break;
-    }
-    std::vector<Index> inliers = inliers_of(region, points, plane);
-    for (int round = 0; round < 3 && inliers.size() >= fewest_; ++round) {
-      plane = fitted(work_, inliers, plane);
-      inliers = inliers_of(region, points, plane);
-    }
-    if (too_few(few::on_plane, region, inliers.size())) break;
-    const std::vector<std::vector<Index>> parts = parts_of(work_, inliers, plane);
-    curved_ = aligned_ && parts.size() > 1 && planarity_of(inliers, plane).bends();
-    for (const std::vector<Index>& part : parts)
-      if (!too_few(few::in_cluster, part, part.size()))
-        make_surface(part, fitted(work_, part, plane), born, bent);
-    std::vector<Index> rest;
-    points.for_each(plane, [&](std::size_t k, bool belongs) {
-      if (!belongs) rest.push_back(region[k]);
-    });
-    region = std::move(rest);
+PlaneProposal PlaneExtraction::judged(std::vector<Index> cluster) {
+  if (cluster.size() < fewest_) {
+    const Refusal why = fewer_than_n(few::in_cluster, cluster.size(), fewest_);
+    return {plane_, std::move(cluster), why};
   }
-  too_few(few::left_over, region, region.size());
-  return born;
+  const Plane plane = fitted(work_, cluster, plane_);
+  std::optional<Refusal> refusal = refusal_by_width(cluster);
+  if (!refusal && aligned_) {
+    const Verdict verdict = verdict_on_shape(cluster, plane);
+    cluster_bends_ |= verdict.bends;
+    refusal = verdict.refusal;
+  }
+  return {plane, std::move(cluster), refusal};
+}
+
+/// Takes the region's next plane and its inliers' clusters out of it. What has none is proposed as a whole,
+/// to be refused.
+std::optional<PlaneProposal> PlaneExtraction::divide() {
+  const auto all_refused = [&](const Refusal& why) {
+    return PlaneProposal{plane_, std::exchange(region_, {}), why};
+  };
+  if (region_.size() < fewest_) return all_refused(fewer_than_n(few::left_over, region_.size(), fewest_));
+  const RegionPoints points(work_, region_, 1, cos_aligned_);
+  if (!ransac(region_, points, plane_))
+    return all_refused({.reason = Reason::too_few_points, .what = few::off_a_line});
+  std::vector<Index> inliers = inliers_of(region_, points, plane_);
+  for (int round = 0; round < 3 && inliers.size() >= fewest_; ++round) {
+    plane_ = fitted(work_, inliers, plane_);
+    inliers = inliers_of(region_, points, plane_);
+  }
+  if (inliers.size() < fewest_) return all_refused(fewer_than_n(few::on_plane, inliers.size(), fewest_));
+  clusters_ = parts_of(work_, inliers, plane_);
+  std::reverse(clusters_.begin(), clusters_.end());
+  plane_bends_ = aligned_ && clusters_.size() > 1 && planarity_of(inliers, plane_).bends();
+  std::vector<Index> rest;
+  points.for_each(plane_, [&](std::size_t k, bool belongs) {
+    if (!belongs) rest.push_back(region_[k]);
+  });
+  region_ = std::move(rest);
+  return {};
+}
+
+std::optional<PlaneProposal> PlaneExtraction::next() {
+  while (clusters_.empty()) {
+    if (region_.empty()) return {};
+    if (std::optional<PlaneProposal> refused = divide()) return refused;
+  }
+  std::vector<Index> cluster = std::move(clusters_.back());
+  clusters_.pop_back();
+  return judged(std::move(cluster));
 }
 
 }  // namespace octosurf

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "detection/refused.hpp"
 #include "surfaces/scan_changes.hpp"
 
 #include <span>
@@ -12,16 +11,20 @@ namespace octosurf {
 /// flattest seed outward to neighbours whose normals differ by less than the smoothness angle from
 /// the point they are reached from; points that are not flat join but do not carry on.
 ///
-/// Grows from `seeds` only, through all pending points that `allowed` lets in. Regions of fewer than
-/// n points are not returned. Order of regions and of points in them is fixed by geometry.
+/// Grows from `seeds` only, through all pending points that `allowed` lets in. Order of regions and of
+/// points in them is fixed by geometry.
 class RegionGrowing {
  public:
   using Index = PointWindow::Index;
 
-  RegionGrowing(Workspace& work, const Parameters& parameters, const RefusalSink* refusals = nullptr);
+  RegionGrowing(Workspace& work, const Parameters& parameters);
 
+  struct Regions {
+    std::vector<std::vector<Index>> large;  ///< of n points and more
+    std::vector<std::vector<Index>> small;  ///< of fewer
+  };
   template <class Allowed>
-  std::vector<std::vector<Index>> operator()(std::span<const Index> seeds, Allowed&& allowed);
+  Regions operator()(std::span<const Index> seeds, Allowed&& allowed);
 
  private:
   void sort_seeds(std::vector<Index>& seeds);
@@ -30,16 +33,14 @@ class RegionGrowing {
   Workspace& work_;
   std::size_t fewest_;
   float cos_smooth_;
-  const RefusalSink* refusals_;
   PointWindow::Marks unvisited_;
 };
 
 template <class Allowed>
-std::vector<std::vector<RegionGrowing::Index>> RegionGrowing::operator()(std::span<const Index> all_seeds,
-                                                                         Allowed&& allowed) {
+RegionGrowing::Regions RegionGrowing::operator()(std::span<const Index> all_seeds, Allowed&& allowed) {
   std::vector<Index> seeds(all_seeds.begin(), all_seeds.end());
   sort_seeds(seeds);
-  std::vector<std::vector<Index>> regions;
+  Regions regions;
   std::vector<Index> region;
   for (const Index seed : seeds) {
     if (!allowed(seed) || !visit(seed)) continue;
@@ -54,10 +55,7 @@ std::vector<std::vector<RegionGrowing::Index>> RegionGrowing::operator()(std::sp
         region.push_back(i);
       });
     }
-    if (region.size() >= fewest_)
-      regions.push_back(region);
-    else if (refusals_ != nullptr)
-      (*refusals_)({fewer_than_n(few::in_region, region.size(), fewest_), region});
+    (region.size() >= fewest_ ? regions.large : regions.small).push_back(region);
   }
   return regions;
 }

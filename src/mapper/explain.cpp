@@ -1,4 +1,5 @@
 #include "detection/detection.hpp"
+#include "detection/seen_through.hpp"
 #include "mapper/refusal_text.hpp"
 #include "surfaces/upkeep.hpp"
 
@@ -121,10 +122,15 @@ class Rerun {
       : work_(copy), cylinders_(cylinders), place_(place) {
     const Parameters& p = copy.parameters;
     const double radius = std::max(4 * p.max_hole_size(), 2 * p.search_radius());
-    const RefusalSink note = [this](const Refused& refused) {
+    const std::vector<Index> pending = pending_within(radius);
+    std::map<Index, SurfaceId> in_front;  // asked before detection changes the surfaces
+    SeenThrough seen_through(work_);
+    for (const Index i : pending)
+      if (const SurfaceId surface = seen_through(i); surface != 0) in_front[i] = surface;
+    for (const Refused& refused : detect_from(work_, pending).refused)
       for (const Index i : refused.points) refused_.try_emplace(i, refused.why);
-    };
-    detect_from(work_, pending_within(radius), &note);
+    for (const auto& [i, surface] : in_front)
+      refused_.try_emplace(i, Refusal{.reason = Reason::seen_through, .surface = surface});
     for (const VoxelKey key : pending_) taken_[key] = work_.window[work_.window.find(key)].surface;
     refit(work_);  // which dissolves what it finds out to be none
   }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "detection/refused.hpp"
 #include "support/map_state.hpp"
 
 #include <algorithm>
@@ -35,15 +34,5 @@ class PendingPoints {
     for (const Scan& scan : scans) occupy(map, scan);
   }
 };
-
-/// What detection refused, and why.
-struct ToldRefusal {
-  Refusal why;
-  std::vector<PointWindow::Index> points;
-};
-
-inline RefusalSink listen(std::vector<ToldRefusal>& told) {
-  return [&told](const Refused& r) { told.push_back({r.why, {r.points.begin(), r.points.end()}}); };
-}
 
 }  // namespace octosurf::test
