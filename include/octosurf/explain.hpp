@@ -135,10 +135,10 @@ struct Explanation {
 };
 
 /// Why is there no surface at `point` (map frame)? Looks at the nearest occupied voxel's point within h; if
-/// that one is pending, detection is run again on a copy, from the pending points around, and tells which of
-/// its checks refused it. The map does not change; nothing may insert meanwhile.
+/// that one is pending, detection is run again, from the pending points around, and tells which of its checks
+/// refused it. The map does not change; nothing may insert meanwhile.
 ///
-/// Cost: O(inliers), and for a pending point a copy of the map (about a second for 10 million voxels).
+/// Cost: O(inliers), and for a pending point a detection run around it.
 /// Throws Error(usage) if `point` is not finite.
 Explanation explain(const Map& map, const Eigen::Vector3d& point);
 

@@ -17,7 +17,7 @@ const SeenThrough::Surfaces& SeenThrough::near(VoxelKey key) {
   Surfaces& surfaces = entry.value();
   if (fresh)
     for (const SurfaceId id : work_.state.surfaces.near(key, 8))
-      surfaces.push_back(work_.state.surfaces.find(id));
+      surfaces.push_back(work_.state.surfaces.look_up(id));
   return surfaces;
 }
 

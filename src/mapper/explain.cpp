@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
-#include <memory>
 
 #include <octosurf/error.hpp>
 #include <octosurf/explain.hpp>
@@ -94,33 +92,19 @@ std::optional<std::pair<SurfaceId, Reason>> surface_around(const MapState& state
   return found;
 }
 
-/// What detection and refit() read of a map. Not the cylinders, which planes take no notice of, nor what is
-/// accumulated: the points to begin with are chosen here.
-std::unique_ptr<MapState> copy_of(const MapState& state) {
-  auto copy = std::make_unique<MapState>(state.parameters);
-  std::deque<std::string> chunks;
-  state.occupancy.write_nodes([&](const std::string& chunk) { chunks.push_back(chunk); });
-  copy->occupancy.read_nodes(
-      [&] {
-        if (chunks.empty()) return std::string();
-        std::string chunk = std::move(chunks.front());
-        chunks.pop_front();
-        return chunk;
-      },
-      "copy");
-  for (const auto& [id, surface] : state.surfaces) copy->surfaces.restore(surface.state());
-  copy->surfaces.set_next_id(state.surfaces.next_id());
-  copy->noise = state.noise;
-  copy->points = state.points;
-  return copy;
-}
-
-/// Detection once more, around a pending point, and what it said of every point. `cylinders` are the map's.
+/// Detection once more, around a pending point, and what it made of every point. Its surfaces stand beside
+/// the map's, which stays as it is.
 class Rerun {
  public:
-  Rerun(MapState& copy, const CylinderStore& cylinders, VoxelKey place)
-      : work_(copy), cylinders_(cylinders), place_(place) {
-    const Parameters& p = copy.parameters;
+  Rerun(const MapState& map, VoxelKey place)
+      : state_(map.parameters),
+        work_(state_, PointWindow::read_only(map.occupancy)),
+        cylinders_(map.cylinders),
+        place_(place) {
+    // Planes take no notice of cylinders, and the points to begin with are chosen here.
+    state_.surfaces = SurfaceStore::beside(map.surfaces);
+    state_.noise = map.noise;
+    const Parameters& p = map.parameters;
     const double radius = std::max(4 * p.max_hole_size(), 2 * p.search_radius());
     const std::vector<Index> pending = pending_within(radius);
     std::map<Index, SurfaceId> in_front;  // asked before detection changes the surfaces
@@ -170,6 +154,7 @@ class Rerun {
     return pending;
   }
 
+  MapState state_;  // what detection and refit() add to the map
   Workspace work_;
   const CylinderStore& cylinders_;
   VoxelKey place_;
@@ -187,8 +172,7 @@ void state_reason(const Refusal& refusal, Explanation& result) {
 }
 
 void explain_pending(const MapState& state, const VoxelPoint& point, Explanation& result) {
-  const std::unique_ptr<MapState> copy = copy_of(state);
-  Rerun rerun(*copy, state.cylinders, point.key);
+  Rerun rerun(state, point.key);
   Refusal refusal = rerun.reason(point.key);
   if (refusal.reason == Reason::waiting) {
     refusal.measured = static_cast<double>(state.accumulated.size());

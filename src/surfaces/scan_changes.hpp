@@ -6,6 +6,7 @@
 
 #include <map>
 #include <set>
+#include <utility>
 
 namespace octosurf {
 
@@ -31,9 +32,11 @@ class Workspace {
  public:
   using Index = PointWindow::Index;
 
-  explicit Workspace(MapState& map_state)
+  explicit Workspace(MapState& map_state) : Workspace(map_state, PointWindow(map_state.occupancy)) {}
+  /// On another octree's points than the state's own.
+  Workspace(MapState& map_state, PointWindow points)
       : state(map_state),
-        window(map_state.occupancy),
+        window(std::move(points)),
         normals(window, map_state.parameters, map_state.noise, map_state.surfaces) {}
 
   MapState& state;

@@ -15,7 +15,7 @@ Sheet sheet_of(Workspace& work, std::span<const Index> points, const Plane& plan
   for (const Index i : points) {
     const VoxelPoint& p = work.window[i];
     for (const SurfaceId id : work.state.surfaces.near(p.key, 2)) {
-      const SurfaceModel& surface = *work.state.surfaces.find(id);
+      const SurfaceModel& surface = *work.state.surfaces.look_up(id);
       if (id == self || surface.size() <= points.size() ||
           surface.plane().normal.dot(plane.normal) < facing_alike)
         continue;

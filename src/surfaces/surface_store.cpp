@@ -7,6 +7,13 @@
 
 namespace octosurf {
 
+SurfaceStore SurfaceStore::beside(const SurfaceStore& known) {
+  SurfaceStore store(known.resolution_);
+  store.known_ = &known;
+  store.next_id_ = known.next_id_;
+  return store;
+}
+
 SurfaceModel& SurfaceStore::create(const Plane& plane, const Eigen::Vector3d& origin) {
   if (ids_left() == 0)
     throw Error(Error::Kind::data, "surface ids", "all 2^24 are used up", "start a new map");
@@ -40,8 +47,8 @@ SurfaceModel* SurfaceStore::find(SurfaceId id) {
   return found == models_.end() ? nullptr : &found->second;
 }
 const SurfaceModel* SurfaceStore::find(SurfaceId id) const {
-  const auto found = models_.find(id);
-  return found == models_.end() ? nullptr : &found->second;
+  if (const auto found = models_.find(id); found != models_.end()) return &found->second;
+  return known_ != nullptr ? known_->find(id) : nullptr;
 }
 
 void SurfaceStore::add(SurfaceModel& surface, const Inlier& inlier) {
@@ -66,8 +73,7 @@ bool SurfaceStore::remove(SurfaceModel& surface, VoxelKey key, const Eigen::Vect
   return true;
 }
 
-SurfaceStore::Ids SurfaceStore::near(VoxelKey key, int reach) const {
-  Ids ids;
+void SurfaceStore::add_ids_near(VoxelKey key, int reach, Ids& ids) const {
   const auto block = [](int k) { return static_cast<std::uint64_t>(std::clamp(k, 0, 65535) >> 3); };
   for (std::uint64_t z = block(key.z - reach); z <= block(key.z + reach); ++z)
     for (std::uint64_t y = block(key.y - reach); y <= block(key.y + reach); ++y)
@@ -77,6 +83,12 @@ SurfaceStore::Ids SurfaceStore::near(VoxelKey key, int reach) const {
         for (const Resident& resident : place->second)
           if (std::find(ids.begin(), ids.end(), resident.id) == ids.end()) ids.push_back(resident.id);
       }
+}
+
+SurfaceStore::Ids SurfaceStore::near(VoxelKey key, int reach) const {
+  Ids ids;
+  add_ids_near(key, reach, ids);
+  if (known_ != nullptr) known_->add_ids_near(key, reach, ids);
   std::sort(ids.begin(), ids.end());
   return ids;
 }

@@ -15,6 +15,9 @@ namespace octosurf {
 class SurfaceStore : public PlaneLookup {
  public:
   explicit SurfaceStore(double resolution) : resolution_(resolution) {}
+  /// An empty store that goes on with the ids of `known`, and whose find() const and near() find those, too.
+  /// They stay as they are, and must outlive this store.
+  static SurfaceStore beside(const SurfaceStore& known);
 
   SurfaceModel& create(const Plane& plane, const Eigen::Vector3d& origin);
   SurfaceModel& restore(const SurfaceModel::State& state);
@@ -25,6 +28,7 @@ class SurfaceStore : public PlaneLookup {
 
   SurfaceModel* find(SurfaceId id);
   const SurfaceModel* find(SurfaceId id) const;
+  const SurfaceModel* look_up(SurfaceId id) const { return find(id); }  ///< to read it, whoever asks
   std::size_t size() const { return models_.size(); }
   SurfaceId next_id() const { return next_id_; }
   std::size_t ids_left() const { return last_id + 1 - next_id_; }
@@ -67,6 +71,9 @@ class SurfaceStore : public PlaneLookup {
   void index_normal(SurfaceId id, const Plane& plane);
   void unindex_normal(SurfaceId id, const Plane& plane);
 
+  void add_ids_near(VoxelKey key, int reach, Ids& ids) const;
+
+  const SurfaceStore* known_ = nullptr;  // read only
   double resolution_;
   double erosion_tolerance_ = 0;
   std::map<SurfaceId, SurfaceModel> models_;
