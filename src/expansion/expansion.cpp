@@ -37,7 +37,7 @@ std::optional<double> Expansion::misfit(Index i, const SurfaceModel& surface) {
 }
 
 bool Expansion::reaches(Index i, const SurfaceModel& surface, int cells) {
-  const VoxelPoint p = work_.window[i];
+  const VoxelPoint& p = work_.window[i];
   const PlaneCell cell = surface.cell_of(p.position);
   const std::optional<PlaneCell> nearest = surface.nearest(cell, cells);
   if (!nearest) return false;
@@ -47,17 +47,16 @@ bool Expansion::reaches(Index i, const SurfaceModel& surface, int cells) {
 }
 
 SurfaceModel* Expansion::best_surface(Index i, Reach reach) {
-  const VoxelKey key = work_.window[i].key;
-  const Eigen::Vector3f position = work_.window[i].position;
+  const VoxelPoint& p = work_.window[i];
   SurfaceModel* best = nullptr;
   double best_ratio = 2;
   bool best_touches = false;  // what a point touches goes before what lies across a gap
   for (const SurfaceId id :
-       work_.state.surfaces.near(key, reach == Reach::within_h ? h_cells_ : adjacent_voxels)) {
+       work_.state.surfaces.near(p.key, reach == Reach::within_h ? h_cells_ : adjacent_voxels)) {
     SurfaceModel& surface = *work_.state.surfaces.find(id);
     const std::optional<double> ratio = misfit(i, surface);
     if (!ratio) continue;
-    const PlaneCell cell = surface.cell_of(position);
+    const PlaneCell cell = surface.cell_of(p.position);
     const bool touches = !careful_ || surface.near(cell, 1);
     if (best != nullptr &&
         std::tuple(touches, -*ratio, surface.size()) <= std::tuple(best_touches, -best_ratio, best->size()))
@@ -171,9 +170,7 @@ void Expansion::visit_neighbour(Index i, SurfaceModel& surface) {
   const double other_ratio = std::fabs(other.distance(work_.window[i].position)) /
                              work_.state.noise.tolerance(work_.window[i], other.plane());
   if (*ratio < takeover * other_ratio && other_ratio > 0.2) {
-    work_.take_back(i);
-    work_.returned.pop_back();  // it has an owner again at once
-    work_.give(i, surface);
+    work_.reassign(i, surface);
     frontier_.push_back(i);
   }
 }

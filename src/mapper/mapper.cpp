@@ -72,7 +72,7 @@ Alignment as_given(const Scan& scan) {
 }
 
 void accumulate(MapState& state, const Workspace& work, std::vector<VoxelKey> keys) {
-  keys.insert(keys.end(), work.returned.begin(), work.returned.end());
+  keys.insert(keys.end(), work.requeued.begin(), work.requeued.end());
   keys.insert(keys.end(), state.accumulated.begin(), state.accumulated.end());
   std::sort(keys.begin(), keys.end());
   keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
@@ -113,7 +113,7 @@ void update_surfaces(MapState& state, const VoxelScan& scan, const OccupancyDelt
     for (const Index i : left)
       if (work.window[i].surface == 0) pending.push_back(work.window[i].key);
     accumulate(state, work, std::move(pending));
-    work.returned.clear();
+    work.requeued.clear();
     expansion.grow(detect(work));
   });
   time(Stage::derive, [&] {

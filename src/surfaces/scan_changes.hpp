@@ -26,8 +26,9 @@ struct Changes {
   }
 };
 
-/// One scan's working set, handed from stage to stage. Every move of a point between a surface and
-/// pending goes through give() and take_back(), which keep octree, surfaces and records in step.
+/// One scan's working set, handed from stage to stage. Whatever changes the owner of a point goes through
+/// give(), reassign(), release() and requeue(), which keep octree, surfaces and records in step; points of
+/// vanished voxels alone leave their surfaces without (retract() in upkeep.hpp).
 class Workspace {
  public:
   using Index = PointWindow::Index;
@@ -43,7 +44,7 @@ class Workspace {
   PointWindow window;
   NormalField normals;
   Changes changes;
-  std::vector<VoxelKey> returned;  ///< points that went back to pending: detection looks at them again
+  std::vector<VoxelKey> requeued;  ///< pending points that the next detection looks at again
 
   /// What plane detection looked at and may not have taken: for cylinders.
   struct LeftOver {
@@ -51,19 +52,51 @@ class Workspace {
     std::vector<Index> points;                ///< that waited for detection
   } left_over;
 
+  /// Makes a pending point the surface's.
   void give(Index i, SurfaceModel& surface) {
+    state.cylinders.release(window[i].key);
+    add(i, surface);
+  }
+  /// Moves a point from its surface to another.
+  void reassign(Index i, SurfaceModel& to) {
+    changes.shrunk.insert(window[i].surface);
+    absorb(i, to);
+  }
+  /// The same, but the surface it comes from is about to end and is not told to have shrunk.
+  void absorb(Index i, SurfaceModel& to) {
+    remove(i, window[i].position);
+    add(i, to);
+  }
+  /// The surface keeps a point that was at `before`.
+  void move(Index i, const Eigen::Vector3f& before) {
+    SurfaceModel& surface = remove(i, before);
+    add(i, surface);
+  }
+  /// Takes a point from its surface: it is pending, and no detection looks at it before something near it
+  /// changes.
+  void release(Index i) { release(i, window[i].position); }
+  /// Takes a point from its surface: it is pending, and the next detection looks at it. `before`: where the
+  /// surface has it, if that is elsewhere.
+  void requeue(Index i) { requeue(i, window[i].position); }
+  void requeue(Index i, const Eigen::Vector3f& before) {
+    release(i, before);
+    requeued.push_back(window[i].key);
+  }
+
+ private:
+  void add(Index i, SurfaceModel& surface) {
     const VoxelPoint& p = window[i];
-    if (p.surface == 0) state.cylinders.release(p.key);
     state.surfaces.add(surface, {p.key, p.range_class, p.position});
     window.assign(i, surface.id());
     changes.grown.insert(surface.id());
   }
-  void take_back(Index i) {
-    const VoxelPoint& p = window[i];
-    SurfaceModel& surface = *state.surfaces.find(p.surface);
-    state.surfaces.remove(surface, p.key, p.position);
-    changes.shrunk.insert(p.surface);
-    returned.push_back(p.key);
+  SurfaceModel& remove(Index i, const Eigen::Vector3f& position) {
+    SurfaceModel& surface = *state.surfaces.find(window[i].surface);
+    state.surfaces.remove(surface, window[i].key, position);
+    return surface;
+  }
+  void release(Index i, const Eigen::Vector3f& before) {
+    changes.shrunk.insert(remove(i, before).id());
     window.assign(i, 0);
   }
 };

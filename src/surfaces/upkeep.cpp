@@ -20,9 +20,15 @@ double displacement(const SurfaceModel& surface, const Plane& a, const Plane& b)
          reach * (a.normal - b.normal).norm();
 }
 
-void dissolve(Workspace& work, SurfaceModel& surface) {
+enum class Points { requeued, released };
+
+/// Points that are settled are released only: detection would find the same plane again.
+void dissolve(Workspace& work, SurfaceModel& surface, Points points) {
   const SurfaceId id = surface.id();
-  for (const Inlier& inlier : surface.sorted_inliers()) work.take_back(work.window.find(inlier.key));
+  for (const Inlier& inlier : surface.sorted_inliers()) {
+    const Workspace::Index i = work.window.find(inlier.key);
+    points == Points::requeued ? work.requeue(i) : work.release(i);
+  }
   work.state.surfaces.erase(id);
   work.changes.gone.insert(id);
 }
@@ -60,11 +66,7 @@ void split(Workspace& work, SurfaceModel& surface, std::vector<std::vector<Works
     SurfaceModel& own = work.state.surfaces.create(fitted(work, *part, surface.plane()),
                                                    work.window[part->front()].position.cast<double>());
     own.parents().push_back(surface.id());
-    for (const Workspace::Index i : *part) {
-      work.take_back(i);
-      work.returned.pop_back();  // it has an owner again at once
-      work.give(i, own);
-    }
+    for (const Workspace::Index i : *part) work.reassign(i, own);
     work.changes.born.insert(own.id());
   }
   // The plane it was refitted to lay between the parts.
@@ -93,9 +95,7 @@ bool still_sound(Workspace& work, SurfaceModel& surface) {
   if (sheet.covers_much_of(points.size()))
     return unsound({.reason = Reason::noise_sheet, .surface = sheet.over});
   if (sheet.points.size() * 20 > points.size()) {
-    const std::size_t returned = work.returned.size();
-    for (const Workspace::Index i : sheet.points) work.take_back(i);
-    work.returned.resize(returned);  // they would only be found again
+    for (const Workspace::Index i : sheet.points) work.release(i);  // they would only be found again
     return !too_small(work, surface) || unsound({.reason = Reason::noise_sheet, .surface = sheet.over});
   }
   std::vector<std::vector<Workspace::Index>> parts = parts_of(work, points, surface.plane());
@@ -114,7 +114,7 @@ void drop_misfits(Workspace& work, SurfaceModel& surface) {
     if (distance > 1.5 * noise.tolerance(p, surface.plane())) misfits.push_back(inlier.key);
   });
   std::sort(misfits.begin(), misfits.end());
-  for (const VoxelKey key : misfits) work.take_back(work.window.find(key));
+  for (const VoxelKey key : misfits) work.requeue(work.window.find(key));
   surface.checked_plane = surface.plane();
 }
 
@@ -130,25 +130,23 @@ void retract(Workspace& work, const OccupancyDelta& delta) {
   }
   for (const OccupancyDelta::Refined& r : delta.refined) {
     if (r.before.surface == 0) {
-      work.returned.push_back(r.after.key);  // seen better, it may make a plane now
+      work.requeued.push_back(r.after.key);  // seen better, it may make a plane now
       continue;
     }
     SurfaceModel* surface = state.surfaces.find(r.before.surface);
     if (surface == nullptr) continue;
     const std::uint64_t unchecked = surface->unchecked;
-    state.surfaces.remove(*surface, r.before.key, r.before.position);
     const PointWindow::Index i = work.window.find(r.after.key);
     if (std::fabs(surface->distance(r.after.position)) <= state.noise.tolerance(r.after, surface->plane())) {
-      work.give(i, *surface);
+      work.move(i, r.before.position);
       if (surface->large()) surface->unchecked = unchecked;  // where it was, only better seen
     } else {
-      work.window.assign(i, 0);
-      work.returned.push_back(r.after.key);
-      work.changes.shrunk.insert(r.before.surface);
+      work.requeue(i, r.before.position);
     }
   }
   for (const SurfaceId id : work.changes.touched())
-    if (SurfaceModel& surface = *state.surfaces.find(id); too_small(work, surface)) dissolve(work, surface);
+    if (SurfaceModel& surface = *state.surfaces.find(id); too_small(work, surface))
+      dissolve(work, surface, Points::requeued);
 }
 
 void confirm(Workspace& work, const VoxelScan& scan, std::span<const OccupancyDelta::Confirmed> confirmed) {
@@ -189,12 +187,9 @@ void refit(Workspace& work) {
     if (too_small(work, surface)) {
       work.changes.unsound[id] = fewer_than_n(
           few::on_plane, surface.size(), static_cast<std::size_t>(state.parameters.min_surface_points()));
-      dissolve(work, surface);
+      dissolve(work, surface, Points::requeued);
     } else if (state.parameters.aligned() && !still_sound(work, surface)) {
-      // Its points are settled: the same plane would only be found again.
-      const std::size_t returned = work.returned.size();
-      dissolve(work, surface);
-      work.returned.resize(returned);
+      dissolve(work, surface, Points::released);
     }
   }
 }
@@ -229,11 +224,7 @@ void merge(Workspace& work, SurfaceModel& into, SurfaceModel& from) {
   MapState& state = work.state;
   const SurfaceId gone = from.id();
   into.take_evidence(from);
-  for (const Inlier& inlier : from.sorted_inliers()) {
-    const PointWindow::Index i = work.window.find(inlier.key);
-    state.surfaces.remove(from, inlier.key, inlier.position);
-    work.give(i, into);
-  }
+  for (const Inlier& inlier : from.sorted_inliers()) work.absorb(work.window.find(inlier.key), into);
   into.parents().push_back(gone);
   state.surfaces.erase(gone, into.id());
   work.changes.merged.insert(gone);

@@ -87,7 +87,7 @@ TEST(Retract, DissolvesBelowTheFewestPoints) {
   retract(work, delta);
   EXPECT_EQ(floor.state.surfaces.find(1), nullptr);
   EXPECT_TRUE(work.changes.gone.contains(1));
-  EXPECT_EQ(work.returned.size(), left_over) << "its points return to pending";
+  EXPECT_EQ(work.requeued.size(), left_over) << "its points return to pending";
   floor.state.occupancy.for_each_point([](const VoxelPoint& p) { EXPECT_EQ(p.surface, 0U); });
   EXPECT_TRUE(floor.state.surfaces.near(floor.delta.appeared.front().key, 500).empty());
 }
@@ -144,7 +144,7 @@ TEST(Refit, ReturnsWhatAMovedPlaneLeavesBehind) {
   const SurfaceModel& surface = test::make_surface(work, points, between, everywhere);
   refit(work);
   EXPECT_NEAR(surface.plane().offset, 0.01, 0.005);
-  EXPECT_GE(work.returned.size(), step.appeared.size() * 9 / 10);
+  EXPECT_GE(work.requeued.size(), step.appeared.size() * 9 / 10);
   expect_in_step(floor.state);
 }
 
@@ -229,7 +229,7 @@ TEST(Refit, TellsHowFewItLeaves) {
       work, floor.delta.appeared, ground,
       [](const Eigen::Vector3d& p) { return p.x() > 0.4 && p.x() < 0.6 && p.y() > 0.4 && p.y() < 0.6; });
   const std::vector<Inlier> inliers = surface.sorted_inliers();
-  for (std::size_t i = 30; i < inliers.size(); ++i) work.take_back(work.window.find(inliers[i].key));
+  for (std::size_t i = 30; i < inliers.size(); ++i) work.requeue(work.window.find(inliers[i].key));
   refit(work);
   ASSERT_EQ(dissolved(work, 1), Reason::too_few_points);
   EXPECT_EQ(work.changes.unsound.at(1).measured, 30);
@@ -296,7 +296,7 @@ TEST(Derive, PublishesWhatChangedAndKeepsTheRest) {
   EXPECT_EQ(first->revision, 1U);
   EXPECT_NEAR(first->surfaces[0]->area_m2, 0.5, 0.03);
   Workspace work(floor.state);
-  work.take_back(work.window.find(floor.state.surfaces.find(2)->sorted_inliers().front().key));
+  work.requeue(work.window.find(floor.state.surfaces.find(2)->sorted_inliers().front().key));
   derive(work);
   const auto second = floor.state.snapshot.load();
   EXPECT_EQ(second->revision, 2U);
