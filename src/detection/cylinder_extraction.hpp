@@ -38,7 +38,8 @@ class CylinderExtraction {
   };
   std::vector<Oriented> oriented(std::span<const Index> region);
   std::optional<Guess> guess(const Oriented& a, const Oriented& b) const;
-  std::optional<CylinderShape> ransac(std::span<const Index> region);
+  static std::size_t count(const Guess& guess, std::span<const Oriented> points, std::size_t to_beat);
+  std::optional<CylinderShape> best_shape(std::span<const Index> region);
   std::vector<Index> inliers_of(const CylinderShape& shape, std::span<const Index> region);
   std::vector<Index> fullest_stretch(const CylinderShape& shape, std::vector<Index> inliers);
 

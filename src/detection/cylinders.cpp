@@ -2,6 +2,7 @@
 
 #include "detection/cylinder_extraction.hpp"
 #include "detection/cylinder_rules.hpp"
+#include "surfaces/breadth_first.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -39,12 +40,13 @@ class CylinderUpdate {
 
   /// Outward from `frontier`, whose points are the cylinder's.
   void flood(CylinderModel& cylinder, std::vector<Index> frontier) {
-    for (std::size_t next = 0; next < frontier.size(); ++next)
-      work_.window.for_each_near(work_.window[frontier[next]].key, adjacent_voxels, [&](Index i) {
+    breadth_first(frontier, [&](Index from) {
+      work_.window.for_each_near(work_.window[from].key, adjacent_voxels, [&](Index i) {
         if (!free(i) || !rules_.fits(cylinder.shape, i)) return;
         cylinders_.add(cylinder, inlier(i));
         frontier.push_back(i);
       });
+    });
   }
 
   void grow_known() {
@@ -85,23 +87,20 @@ class CylinderUpdate {
     std::vector<std::vector<Index>> heaps;
     while (!cells.empty()) {
       std::vector<Index> heap;
-      std::vector<VoxelKey> open{cells.begin()->first};
+      std::vector<VoxelKey> reached;
       const auto take = [&](std::map<VoxelKey, std::vector<Index>>::iterator cell) {
+        reached.push_back(cell->first);
         heap.insert(heap.end(), cell->second.begin(), cell->second.end());
         return cells.erase(cell);
       };
       take(cells.begin());
-      while (!open.empty()) {
-        const VoxelKey at = open.back();
-        open.pop_back();
+      breadth_first(reached, [&](VoxelKey at) {
         for (int z = at.z - 1; z <= at.z + 1; ++z)
           for (int y = at.y - 1; y <= at.y + 1; ++y)
             for (auto cell = cells.lower_bound(cell_of(at.x - 1, y, z));
-                 cell != cells.end() && !(cell_of(at.x + 1, y, z) < cell->first);) {
-              open.push_back(cell->first);
+                 cell != cells.end() && !(cell_of(at.x + 1, y, z) < cell->first);)
               cell = take(cell);
-            }
-      }
+      });
       if (heap.size() < rules_.fewest()) continue;
       std::sort(heap.begin(), heap.end(),
                 [&](Index a, Index b) { return work_.window[a].key < work_.window[b].key; });

@@ -1,5 +1,6 @@
 #include "detection/plane_extraction.hpp"
 
+#include "detection/ransac.hpp"
 #include "detection/region_points.hpp"
 #include "surfaces/parts.hpp"
 #include "surfaces/planarity.hpp"
@@ -15,7 +16,6 @@ namespace octosurf {
 namespace {
 
 constexpr std::size_t scored_points = 2000;  // a sample this large ranks hypotheses as well as all
-constexpr double confidence = 0.999;
 constexpr float cos_15_deg = 0.9659258F;
 constexpr double largest_scatter = 1.7;
 
@@ -39,7 +39,7 @@ std::vector<PlaneExtraction::Index> PlaneExtraction::inliers_of(std::span<const 
   return inliers;
 }
 
-bool PlaneExtraction::ransac(std::span<const Index> points, const RegionPoints& all, Plane& best) {
+std::optional<Plane> PlaneExtraction::best_plane(std::span<const Index> points, const RegionPoints& all) {
   std::mt19937_64 rng(PackedKeyHash()(work_.window[points.front()].key.packed()) ^ points.size());
   std::optional<RegionPoints> some;
   if (const std::size_t stride = points.size() / scored_points + 1; stride > 1)
@@ -47,26 +47,21 @@ bool PlaneExtraction::ransac(std::span<const Index> points, const RegionPoints& 
   const RegionPoints& sample = some ? *some : all;
   const auto pick = [&] { return points[rng() % points.size()]; };
   const auto position = [&](Index i) { return Eigen::Vector3d(work_.window[i].position.cast<double>()); };
-
-  std::size_t most = 0;
-  double needed = parameters_.detection.ransac_iterations;
-  for (int k = 0; k < parameters_.detection.ransac_iterations && k < needed; ++k) {
+  const auto draw = [&]() -> std::optional<Plane> {
     const Index first = pick();
     const Eigen::Vector3d a = position(first), b = position(pick()), c = position(pick());
     const Eigen::Vector3d cross = (b - a).cross(c - a);
-    if (cross.norm() < 1e-9 + 1e-3 * (b - a).norm() * (c - a).norm()) continue;  // collinear
+    if (cross.norm() < 1e-9 + 1e-3 * (b - a).norm() * (c - a).norm()) return {};  // collinear
     Plane plane{cross.normalized(), 0};
     if (plane.normal.cast<float>().dot(work_.window[first].view) < 0) plane.normal = -plane.normal;
     plane.offset = plane.normal.dot(a);
-    const std::size_t inliers = sample.count(plane, most);
-    if (inliers <= most) continue;
-    most = inliers;
-    best = plane;
-    const double share = static_cast<double>(most) / static_cast<double>(sample.size());
-    const double all_good = std::min(share * share * share, 1 - 1e-9);
-    needed = std::log(1 - confidence) / std::log(1 - all_good);
-  }
-  return most >= 3;
+    return plane;
+  };
+  const auto best = ransac<Plane>(
+      {.iterations = parameters_.detection.ransac_iterations, .drawn = 3, .scored = sample.size()}, draw,
+      [&](const Plane& plane, std::size_t to_beat) { return sample.count(plane, to_beat); });
+  if (!best || best->inliers < 3) return {};
+  return best->model;
 }
 
 std::optional<Refusal> PlaneExtraction::refusal_by_width(std::span<const Index> cluster) {
@@ -143,8 +138,9 @@ std::optional<PlaneProposal> PlaneExtraction::divide() {
   };
   if (region_.size() < fewest_) return all_refused(fewer_than_n(few::left_over, region_.size(), fewest_));
   const RegionPoints points(work_, region_, 1, cos_aligned_);
-  if (!ransac(region_, points, plane_))
-    return all_refused({.reason = Reason::too_few_points, .what = few::off_a_line});
+  const std::optional<Plane> best = best_plane(region_, points);
+  if (!best) return all_refused({.reason = Reason::too_few_points, .what = few::off_a_line});
+  plane_ = *best;
   std::vector<Index> inliers = inliers_of(region_, points, plane_);
   for (int round = 0; round < 3 && inliers.size() >= fewest_; ++round) {
     plane_ = fitted(work_, inliers, plane_);

@@ -43,7 +43,7 @@ class PlaneExtraction {
   };
 
   std::optional<PlaneProposal> divide();
-  bool ransac(std::span<const Index> points, const RegionPoints& all, Plane& plane);
+  std::optional<Plane> best_plane(std::span<const Index> points, const RegionPoints& all);
   std::vector<Index> inliers_of(std::span<const Index> region, const RegionPoints& points,
                                 const Plane& plane);
   Planarity planarity_of(std::span<const Index> cluster, const Plane& plane);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "surfaces/breadth_first.hpp"
 #include "surfaces/scan_changes.hpp"
 
 #include <span>
@@ -45,16 +46,16 @@ RegionGrowing::Regions RegionGrowing::operator()(std::span<const Index> all_seed
   for (const Index seed : seeds) {
     if (!allowed(seed) || !visit(seed)) continue;
     region.assign(1, seed);
-    for (std::size_t next = 0; next < region.size(); ++next) {
-      const LocalPlane here = work_.normals.at(region[next]);
-      if (!here.known || !here.flat) continue;
-      work_.window.for_each_near(work_.window[region[next]].key, here.reach, unvisited_, [&](Index i) {
+    breadth_first(region, [&](Index from) {
+      const LocalPlane& here = work_.normals.at(from);
+      if (!here.known || !here.flat) return;
+      work_.window.for_each_near(work_.window[from].key, here.reach, unvisited_, [&](Index i) {
         const LocalPlane& there = work_.normals.at(i);
         if (!there.known || there.normal.dot(here.normal) < cos_smooth_ || !allowed(i)) return;
         visit(i);
         region.push_back(i);
       });
-    }
+    });
     (region.size() >= fewest_ ? regions.large : regions.small).push_back(region);
   }
   return regions;

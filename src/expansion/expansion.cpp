@@ -1,5 +1,6 @@
 #include "expansion/expansion.hpp"
 
+#include "surfaces/breadth_first.hpp"
 #include "surfaces/obstructed.hpp"
 #include "surfaces/upkeep.hpp"
 
@@ -120,14 +121,13 @@ void Expansion::rejoin() {
 }
 
 void Expansion::flood() {
-  for (std::size_t next = 0; next < frontier_.size(); ++next) {
-    const Index from = frontier_[next];
+  breadth_first(frontier_, [&](Index from) {
     SurfaceModel* surface = work_.state.surfaces.find(work_.window[from].surface);
-    if (surface == nullptr) continue;
+    if (surface == nullptr) return;
     work_.window.for_each_near(work_.window[from].key, adjacent_voxels, [&](Index i) {
       if (work_.window.columns().surface[i] != surface->id()) visit_neighbour(i, *surface);
     });
-  }
+  });
   for (const Index i : frontier_) note_contacts(i);
   frontier_.clear();
 }

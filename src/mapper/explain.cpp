@@ -1,6 +1,7 @@
 #include "detection/detection.hpp"
 #include "detection/seen_through.hpp"
 #include "mapper/refusal_text.hpp"
+#include "surfaces/even_odd.hpp"
 #include "surfaces/upkeep.hpp"
 
 #include <algorithm>
@@ -49,17 +50,6 @@ void find_nearest_surface(const MapState& state, Explanation& result) {
       result.nearest = surface_id;
       result.nearest_distance = std::sqrt(distance_sq);
     });
-}
-
-/// Even-odd rule.
-bool inside(const Ring2& ring, const Eigen::Vector2d& p) {
-  bool odd = false;
-  for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++)
-    if ((ring[i].y() > p.y()) != (ring[j].y() > p.y()) &&
-        p.x() <
-            ring[i].x() + (p.y() - ring[i].y()) / (ring[j].y() - ring[i].y()) * (ring[j].x() - ring[i].x()))
-      odd = !odd;
-  return odd;
 }
 
 /// Where the place lies, seen along the surface's normal: on it, in a hole of it, or beside it.

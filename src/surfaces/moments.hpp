@@ -2,6 +2,10 @@
 
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include <octosurf/surface.hpp>
 
 namespace octosurf {
 
@@ -46,11 +50,6 @@ struct PlaneFit {
   Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
   Eigen::Vector3d variances = Eigen::Vector3d::Zero();  ///< ascending; [0] is along the normal
-
-  double curvature() const {
-    const double sum = variances.sum();
-    return sum > 0 ? variances[0] / sum : 0;
-  }
 };
 
 /// `moments.count` must be positive. Direct 3×3 eigen decomposition (closed form).
@@ -59,5 +58,18 @@ inline PlaneFit fit_plane(const Moments& moments) {
   solver.computeDirect(moments.covariance());
   return {moments.mean(), solver.eigenvectors().col(0), solver.eigenvalues().cwiseMax(0.0)};
 }
+
+/// Plane through the points of moments about `reference`; normal on the side of `toward`.
+inline Plane fitted_plane(const Moments& moments, const Eigen::Vector3d& reference,
+                          const Eigen::Vector3d& toward) {
+  const PlaneFit fit = fit_plane(moments);
+  Plane plane{fit.normal, 0};
+  if (plane.normal.dot(toward) < 0) plane.normal = -plane.normal;
+  plane.offset = plane.normal.dot(reference + fit.centroid);
+  return plane;
+}
+
+/// Across the narrow side, m: a uniform strip of width w has a variance of w²/12 across.
+inline double width_of(const Moments& moments) { return std::sqrt(12 * fit_plane(moments).variances[1]); }
 
 }  // namespace octosurf

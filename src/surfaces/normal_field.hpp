@@ -36,9 +36,6 @@ class NormalField {
     return i < done_.size() && done_[i] ? planes_[i] : computed(i);
   }
 
-  PointWindow& window() { return window_; }
-  const NoiseModel& noise() const { return noise_; }
-
  private:
   const LocalPlane& computed(PointWindow::Index i);
   LocalPlane compute(PointWindow::Index i, double radius);

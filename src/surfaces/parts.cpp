@@ -1,6 +1,8 @@
 #include "surfaces/parts.hpp"
 
+#include "surfaces/breadth_first.hpp"
 #include "surfaces/cell_rows.hpp"
+#include "surfaces/disjoint_sets.hpp"
 #include "surfaces/obstructed.hpp"
 #include "surfaces/plane_covariance.hpp"
 
@@ -8,7 +10,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <tsl/robin_map.h>
 #include <tuple>
@@ -81,7 +82,7 @@ class Parts {
     join();
     std::vector<std::vector<Index>> joined(patches_.size());
     for (std::size_t cell = 0; cell < parts_.size(); ++cell) {
-      std::vector<Index>& part = joined[root(parts_[cell])];
+      std::vector<Index>& part = joined[joints_.root(parts_[cell])];
       const auto points = points_.of(cell);
       part.insert(part.end(), points.begin(), points.end());
     }
@@ -153,14 +154,12 @@ class Parts {
       }
     }
     gather();
-    parents_.resize(patches_.size());
-    std::iota(parents_.begin(), parents_.end(), std::size_t{0});
+    joints_ = DisjointSets(patches_.size());
   }
 
   /// Breadth first over cells of at least this depth, so that parts that meet share what lies between.
   void spread(std::vector<std::uint32_t> open, int depth, std::vector<std::uint32_t>& reached) {
-    for (std::size_t next = 0; next < open.size(); ++next) {
-      const std::uint32_t from = open[next];
+    breadth_first(open, [&](std::uint32_t from) {
       bool at_rim = false;
       rows_.for_each_run_within(points_.cells[from], 1, [&](std::uint32_t first, std::uint32_t end) {
         for (std::uint32_t c = first; c < end; ++c) {
@@ -174,7 +173,7 @@ class Parts {
         }
       });
       if (at_rim) reached.push_back(from);
-    }
+    });
   }
 
   static constexpr std::int8_t deepest = 2, under = -1;  // what is under something comes last
@@ -289,13 +288,13 @@ class Parts {
   bool join_once() {
     bool joined = false;
     for (Pair& pair : pairs_) {
-      const std::size_t a = root(pair.a), b = root(pair.b);
+      const std::size_t a = joints_.root(pair.a), b = joints_.root(pair.b);
       if (a == b) continue;
       if (careful_ && (!grown_together(pair) || !meet(pair)) && !explained_by_one(pair, a, b)) continue;
       Patch& into = patches_[std::min(a, b)];
       into.moments.add(patches_[std::max(a, b)].moments);
       into.points += patches_[std::max(a, b)].points;
-      parents_[std::max(a, b)] = std::min(a, b);
+      joints_.join(std::min(a, b), std::max(a, b));
       joined = true;
     }
     return joined;
@@ -342,11 +341,6 @@ class Parts {
     return false;
   }
 
-  std::size_t root(std::size_t part) const {
-    while (parents_[part] != part) part = parents_[part];
-    return part;
-  }
-
   Workspace& work_;
   Plane plane_;
   Eigen::Matrix3d R_;  // rows u, v, normal
@@ -360,7 +354,7 @@ class Parts {
   std::vector<std::uint32_t> parts_;  // of each cell
   double points_per_cell_;
   std::vector<Patch> patches_;
-  std::vector<std::size_t> parents_;
+  DisjointSets joints_;  // parts; the root has the patch of all
   std::vector<Slopes> slopes_;
   std::vector<Contact> contacts_;
   std::vector<Pair> pairs_;

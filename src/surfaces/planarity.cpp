@@ -20,9 +20,10 @@ void Planarity::add(const Eigen::Vector3f& position, double sigma, double tolera
   spread_.add({q.x(), q.y(), 0});
 }
 
-bool Planarity::bends(double share) const {
+bool Planarity::bends() const {
   constexpr std::size_t enough = 12;    // twice the quadric's unknowns
   constexpr double largest_radius = 1;  // m
+  constexpr double share = 0.4;         // of the tolerance
   // Noise averages out over a patch: a far pillar's facet shows its bend below the reach of its points.
   constexpr double largest_tolerance = 0.025;  // m
   constexpr double least_turn = 0.3;  // rad: a cushion bulges by 13°, a pillar's facet turns by 28° and more

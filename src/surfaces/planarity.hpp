@@ -17,7 +17,6 @@ class Planarity {
   /// points of the neighbouring face get in.
   void add(const Eigen::Vector3f& position, double sigma, double tolerance, bool inner);
 
-  std::size_t count() const { return count_; }
   /// Root mean square of distance / σ. Planes show 0.1 to 1.4, a slope over stairs 2.
   double scatter() const {
     return std::sqrt(squares_ / static_cast<double>(std::max<std::size_t>(count_, 1)));
@@ -25,9 +24,9 @@ class Planarity {
   double mean_tolerance() const {
     return tolerances_ / static_cast<double>(std::max<std::size_t>(count_, 1));
   }
-  /// Bends by more than `share` of the tolerance (of 25 mm at most) over its extent, with a radius below 1 m,
+  /// Bends by more than 0.4 of the tolerance (of 25 mm at most) over its extent, with a radius below 1 m,
   /// and turns by more than 17°.
-  bool bends(double share = 0.4) const;
+  bool bends() const;
 
  private:
   using Vector6d = Eigen::Matrix<double, 6, 1>;

@@ -35,16 +35,6 @@ SurfaceId parallel_sheet(Workspace& work, std::span<const Index> points, const P
   return sheet.covers_much_of(points.size()) ? sheet.over : 0;
 }
 
-Plane fitted_plane(const Moments& moments, const Eigen::Vector3d& reference, const Eigen::Vector3d& toward) {
-  const PlaneFit fit = fit_plane(moments);
-  Plane plane{fit.normal, 0};
-  if (plane.normal.dot(toward) < 0) plane.normal = -plane.normal;
-  plane.offset = plane.normal.dot(reference + fit.centroid);
-  return plane;
-}
-
-double width_of(const Moments& moments) { return std::sqrt(12 * fit_plane(moments).variances[1]); }
-
 Plane fitted(Workspace& work, std::span<const Index> points, const Plane& toward) {
   const Eigen::Vector3d reference = work.window[points.front()].position.cast<double>();
   Moments moments;

@@ -22,11 +22,6 @@ Sheet sheet_of(Workspace& work, std::span<const Workspace::Index> points, const 
 SurfaceId parallel_sheet(Workspace& work, std::span<const Workspace::Index> points, const Plane& plane,
                          SurfaceId self);
 
-/// Plane through the points of moments about `reference`; normal on the side of `toward`.
-Plane fitted_plane(const Moments& moments, const Eigen::Vector3d& reference, const Eigen::Vector3d& toward);
-/// Across the narrow side, m: a uniform strip of width w has a variance of w²/12 across.
-double width_of(const Moments& moments);
-
 /// Plane through points, weighted by 1/σ²; normal on the side of `toward`'s.
 Plane fitted(Workspace& work, std::span<const Workspace::Index> points, const Plane& toward);
 

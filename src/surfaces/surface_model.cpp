@@ -4,7 +4,6 @@
 #include "surfaces/plane_covariance.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -231,8 +230,8 @@ std::optional<Eigen::Vector3d> SurfaceModel::outward(PlaneCell cell) const {
   if ((around & next_to_it) == next_to_it) return {};
   Eigen::Vector2i inward(0, 0);
   for (const int k : {-2, -1, 1, 2})
-    inward += k * Eigen::Vector2i(std::popcount(around & column << (k + 2)),
-                                  std::popcount(around & row << 5 * (k + 2)));
+    inward += k * Eigen::Vector2i(detail::bit_count(around & column << (k + 2)),
+                                  detail::bit_count(around & row << 5 * (k + 2)));
   if (inward.squaredNorm() < clear * clear) return {};
   return -(hash_frame_.linear().leftCols<2>() * inward.cast<double>().normalized());
 }

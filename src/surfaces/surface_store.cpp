@@ -18,13 +18,11 @@ SurfaceModel& SurfaceStore::create(const Plane& plane, const Eigen::Vector3d& or
   if (ids_left() == 0)
     throw Error(Error::Kind::data, "surface ids", "all 2^24 are used up", "start a new map");
   const SurfaceId id = next_id_++;
-  index_normal(id, plane);
   return models_.try_emplace(id, id, plane, origin, resolution_).first->second;
 }
 
 SurfaceModel& SurfaceStore::restore(const SurfaceModel::State& state) {
   SurfaceModel& model = models_.try_emplace(state.id, state, resolution_).first->second;
-  index_normal(state.id, state.plane);
   for (const Inlier& inlier : state.inliers) {
     auto& residents = places_[block_of(inlier.key)];
     const auto found =
@@ -38,7 +36,6 @@ void SurfaceStore::erase(SurfaceId id, SurfaceId into) {
   const auto found = models_.find(id);
   const SurfaceModel& model = found->second;
   departures_.push_back({Departure::Of::surface, id, into, model.born, 0, model.parents()});
-  unindex_normal(id, found->second.plane());
   models_.erase(found);
 }
 
@@ -89,43 +86,6 @@ SurfaceStore::Ids SurfaceStore::near(VoxelKey key, int reach) const {
   Ids ids;
   add_ids_near(key, reach, ids);
   if (known_ != nullptr) known_->add_ids_near(key, reach, ids);
-  std::sort(ids.begin(), ids.end());
-  return ids;
-}
-
-void SurfaceStore::index_normal(SurfaceId id, const Plane& plane) {
-  normals_[normal_bucket(plane.normal)].push_back(id);
-}
-void SurfaceStore::unindex_normal(SurfaceId id, const Plane& plane) {
-  auto& ids = normals_[normal_bucket(plane.normal)];
-  ids.erase(std::find(ids.begin(), ids.end(), id));
-}
-
-void SurfaceStore::set_plane(SurfaceModel& surface, const Plane& plane) {
-  unindex_normal(surface.id(), surface.plane());
-  surface.set_plane(plane);
-  index_normal(surface.id(), plane);
-}
-
-std::vector<SurfaceId> SurfaceStore::near_plane(const Plane& plane, double angle_rad, double distance,
-                                                const Eigen::Vector3d& point) const {
-  std::vector<SurfaceId> ids;
-  const double cos_angle = std::cos(angle_rad);
-  const double spread = 2 * std::sin(std::min(angle_rad, 3.0) / 2);  // chord: largest change of a component
-  const auto low = [&](int a) { return normal_cell(std::max(-1.0, plane.normal[a] - spread)); };
-  const auto high = [&](int a) { return normal_cell(std::min(1.0, plane.normal[a] + spread)); };
-  for (int z = low(2); z <= high(2); ++z)
-    for (int y = low(1); y <= high(1); ++y)
-      for (int x = low(0); x <= high(0); ++x) {
-        const auto bucket = normals_.find((z * 11 + y) * 11 + x);
-        if (bucket == normals_.end()) continue;
-        for (const SurfaceId id : bucket->second) {
-          const Plane& other = find(id)->plane();
-          if (other.normal.dot(plane.normal) >= cos_angle &&
-              std::fabs(other.signed_distance(point)) <= distance)
-            ids.push_back(id);
-        }
-      }
   std::sort(ids.begin(), ids.end());
   return ids;
 }

@@ -70,8 +70,8 @@ void split(Workspace& work, SurfaceModel& surface, std::vector<std::vector<Works
     work.changes.born.insert(own.id());
   }
   // The plane it was refitted to lay between the parts.
-  work.state.surfaces.set_plane(
-      surface, fitted_plane(surface.moments(&work.state.noise), surface.reference(), surface.plane().normal));
+  surface.set_plane(
+      fitted_plane(surface.moments(&work.state.noise), surface.reference(), surface.plane().normal));
   surface.rehash_if_tilted();
 }
 
@@ -181,7 +181,7 @@ void refit(Workspace& work) {
     SurfaceModel& surface = *state.surfaces.find(id);
     const Plane plane =
         fitted_plane(surface.moments(&state.noise), surface.reference(), surface.plane().normal);
-    state.surfaces.set_plane(surface, plane);
+    surface.set_plane(plane);
     if (displacement(surface, plane, surface.checked_plane) > patience) drop_misfits(work, surface);
     surface.rehash_if_tilted();
     if (too_small(work, surface)) {

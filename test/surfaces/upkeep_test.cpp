@@ -162,7 +162,7 @@ TEST(Refit, GivesBothPartsOfWhatItSplitsTheirOwnPlanes) {
   SurfaceModel& surface = test::make_surface(work, points, {Eigen::Vector3d::UnitZ(), 0.015}, everywhere);
   std::vector<PointWindow::Index> all;
   for (const VoxelPoint& p : points) all.push_back(work.window.find(p.key));
-  state.surfaces.set_plane(surface, fitted(work, all, surface.plane()));
+  surface.set_plane(fitted(work, all, surface.plane()));
   surface.checked_plane = surface.plane();
   refit(work);
   ASSERT_EQ(state.surfaces.size(), 2U);
