@@ -65,7 +65,7 @@ std::optional<CylinderShape> CylinderExtraction::best_shape(std::span<const Inde
   constexpr float neighbourhood = 0.5F;  // m
   std::vector<Oriented> points = oriented(region);
   const std::size_t stride = CylinderRules::stride(region.size(), scored_points);
-  if (points.size() * stride < rules_.fewest()) return {};
+  if (points.size() * stride < rules_.min_points()) return {};
   std::mt19937_64 rng(PackedKeyHash()(work_.window[region.front()].key.packed()) ^ region.size());
   for (std::size_t k = points.size(); k > 1; --k) std::swap(points[k - 1], points[rng() % k]);
   const auto pick = [&]() -> const Oriented& { return points[rng() % points.size()]; };
@@ -79,7 +79,7 @@ std::optional<CylinderShape> CylinderExtraction::best_shape(std::span<const Inde
       ransac<Guess>({.iterations = iterations,
                      .drawn = 2,
                      .scored = points.size(),
-                     .to_beat = rules_.fewest() / stride / 2},
+                     .to_beat = rules_.min_points() / stride / 2},
                     draw, [&](const Guess& g, std::size_t to_beat) { return count(g, points, to_beat); });
   if (!best) return {};
   const Eigen::Vector3d reference = work_.window[region.front()].position.cast<double>();
@@ -114,21 +114,21 @@ std::vector<CylinderExtraction::Index> CylinderExtraction::fullest_stretch(const
 }
 
 std::optional<CylinderExtraction::Found> CylinderExtraction::operator()(std::span<const Index> region) {
-  if (region.size() < rules_.fewest()) return {};
+  if (region.size() < rules_.min_points()) return {};
   std::optional<CylinderShape> shape = best_shape(region);
   if (!shape) return {};
   std::vector<Index> inliers = inliers_of(*shape, region);
   for (int round = 0; round < 3; ++round) {
-    if (inliers.size() < rules_.fewest()) return {};
+    if (inliers.size() < rules_.min_points()) return {};
     if (round > 0) inliers = fullest_stretch(*shape, std::move(inliers));
     const auto samples = rules_.samples(
         inliers, CylinderRules::stride(inliers.size(), round == 0 ? scored_points : fitted_points));
     if (!refine(*shape, samples) || (round == 0 && !rules_.promising(*shape, samples))) return {};
     inliers = inliers_of(*shape, region);
   }
-  if (inliers.size() < rules_.fewest()) return {};
+  if (inliers.size() < rules_.min_points()) return {};
   inliers = fullest_stretch(*shape, std::move(inliers));
-  if (inliers.size() < rules_.fewest() ||
+  if (inliers.size() < rules_.min_points() ||
       !rules_.convincing(
           *shape, rules_.samples(inliers, CylinderRules::stride(inliers.size(), weighed_points)), false))
     return {};

@@ -11,8 +11,8 @@ namespace octosurf {
 /// Cylinders out of a region of pending points (the paper's own extension, III-C4).
 ///
 /// RANSAC over two oriented points, whose normals give the axis' direction and, by how far apart they
-/// point, the radius; the best refined to its inliers by least squares; of stretches along the axis more
-/// than h apart the fullest. Random numbers depend on the region only.
+/// point, the radius; the best refined to its inliers by least squares; of the stretches along the axis that
+/// are more than h apart the one with the most points. Random numbers depend on the region only.
 class CylinderExtraction {
  public:
   using Index = PointWindow::Index;

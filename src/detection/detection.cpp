@@ -26,7 +26,7 @@ bool isolated(Workspace& work, Index i, int reach, float radius) {
     });
     return neighbours >= 2;
   };
-  // Nearly every point has them next to it, and then the blocks around are not asked for.
+  // Nearly every point has them next to it; then the blocks around need not be read.
   return !enough_within(std::min(1, reach)) && !enough_within(reach);
 }
 

@@ -9,12 +9,12 @@ namespace octosurf {
 
 /// New surface detection (paper III-C, Algorithm 2) on what no surface has taken.
 ///
-/// Runs once `accumulated` (new or returned pending points) holds at least n points. It starts from
+/// Runs once `accumulated` (new or requeued pending points) holds at least n points. It starts from
 /// those, looks at the older pending points around them, and leaves the rest alone: its cost
 /// follows the change, not the size of the pending set. Returns the ids of the new surfaces.
 ///
-/// Points that were seen *through* a surface lie in its noise (nothing opaque lets them be seen)
-/// and stay pending: they are what makes parallel sheets behind far walls.
+/// Points that were seen *through* a surface are its noise, because surfaces are opaque. They stay pending;
+/// otherwise they would make parallel surfaces behind far walls.
 std::vector<SurfaceId> detect(Workspace& work);
 
 /// What a detection run has made of the points it looked at.

@@ -25,8 +25,8 @@ PlaneExtraction::PlaneExtraction(Workspace& work, std::vector<Index> region)
     : work_(work),
       parameters_(work.state.parameters),
       fewest_(static_cast<std::size_t>(parameters_.min_surface_points())),
-      aligned_(parameters_.aligned()),
-      cos_aligned_(aligned_ ? static_cast<float>(std::cos(parameters_.detection.aligned_angle)) : -1),
+      robust_(parameters_.aligned()),
+      cos_aligned_(robust_ ? static_cast<float>(std::cos(parameters_.detection.aligned_angle)) : -1),
       region_(std::move(region)) {}
 
 std::vector<PlaneExtraction::Index> PlaneExtraction::inliers_of(std::span<const Index> region,
@@ -71,8 +71,8 @@ std::optional<Refusal> PlaneExtraction::refusal_by_width(std::span<const Index> 
   const double width = width_of(moments);
   const double least = parameters_.surfaces.min_surface_width;
   if (width < least) return Refusal{Reason::too_narrow, width, least};
-  // What is left beside a pillar's widest facet are narrower ones, which look flat; so do the strips that
-  // its inliers fall into.
+  // Beside the widest facet of a pillar there are narrower ones that look flat, and so do the strips into
+  // which the inliers of its plane are divided.
   constexpr double wider_than_facets = 0.2, wider_than_strips = 0.1;  // m
   const double facets = cluster_bends_ ? wider_than_facets : plane_bends_ ? wider_than_strips : 0;
   if (width < facets) return Refusal{Reason::bent};
@@ -103,14 +103,14 @@ PlaneExtraction::Verdict PlaneExtraction::verdict_on_shape(std::span<const Index
   if (planarity.bends()) return {Refusal{Reason::bent}, true};
   if (!(planarity.scatter() <= largest_scatter))
     return {Refusal{Reason::scattered, planarity.scatter(), largest_scatter}};
-  // As the root: a laser leaves few readings on a strip, and asking for more in proportion loses it.
-  const double effort = std::sqrt(planarity.mean_tolerance() / parameters_.surface_tolerance());
+  // The square root, because a laser leaves few readings on a strip: in proportion, strips would be lost.
+  const double required_factor = std::sqrt(planarity.mean_tolerance() / parameters_.surface_tolerance());
   const auto points = static_cast<double>(cluster.size());
-  if (points < static_cast<double>(fewest_) * effort)
-    return {Refusal{Reason::too_few_for_range, points, static_cast<double>(fewest_) * effort}};
+  if (points < static_cast<double>(fewest_) * required_factor)
+    return {Refusal{Reason::too_few_for_range, points, static_cast<double>(fewest_) * required_factor}};
   if (agreeing * 10 <= cluster.size() * 6)
     return {Refusal{Reason::normals_disagree, static_cast<double>(agreeing) / points, 0.6}};
-  if (const SurfaceId neighbour = parallel_sheet(work_, cluster, plane, 0); neighbour != 0)
+  if (const SurfaceId neighbour = noise_sheet_over(work_, cluster, plane, 0); neighbour != 0)
     return {Refusal{.reason = Reason::noise_sheet, .surface = neighbour}};
   return {};
 }
@@ -122,7 +122,7 @@ PlaneProposal PlaneExtraction::judged(std::vector<Index> cluster) {
   }
   const Plane plane = fitted(work_, cluster, plane_);
   std::optional<Refusal> refusal = refusal_by_width(cluster);
-  if (!refusal && aligned_) {
+  if (!refusal && robust_) {
     const Verdict verdict = verdict_on_shape(cluster, plane);
     cluster_bends_ |= verdict.bends;
     refusal = verdict.refusal;
@@ -149,7 +149,7 @@ std::optional<PlaneProposal> PlaneExtraction::divide() {
   if (inliers.size() < fewest_) return all_refused(fewer_than_n(few::on_plane, inliers.size(), fewest_));
   clusters_ = parts_of(work_, inliers, plane_);
   std::reverse(clusters_.begin(), clusters_.end());
-  plane_bends_ = aligned_ && clusters_.size() > 1 && planarity_of(inliers, plane_).bends();
+  plane_bends_ = robust_ && clusters_.size() > 1 && planarity_of(inliers, plane_).bends();
   std::vector<Index> rest;
   points.for_each(plane_, [&](std::size_t k, bool belongs) {
     if (!belongs) rest.push_back(region_[k]);

@@ -54,7 +54,7 @@ class PlaneExtraction {
   Workspace& work_;
   const Parameters& parameters_;
   std::size_t fewest_;
-  bool aligned_;
+  bool robust_;  // Parameters::aligned(); else the paper's planes
   float cos_aligned_;
   std::vector<Index> region_;                 // points that no plane has been found for yet
   Plane plane_;                               // the last one found

@@ -6,8 +6,8 @@ namespace octosurf {
 
 SurfaceId SeenThrough::operator()(Index i) {
   if (!work_.state.parameters.aligned()) return 0;
-  if (i >= answers_.size()) answers_.resize(std::max<std::size_t>(work_.window.size(), i + 1), unasked);
-  if (answers_[i] == unasked) answers_[i] = in_front_of(work_.window[i]);
+  if (i >= answers_.size()) answers_.resize(std::max<std::size_t>(work_.window.size(), i + 1), unknown);
+  if (answers_[i] == unknown) answers_[i] = in_front_of(work_.window[i]);
   return answers_[i];
 }
 

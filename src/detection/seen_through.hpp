@@ -8,8 +8,8 @@
 
 namespace octosurf {
 
-/// Which points are seen through a surface. Each point is looked at once, so no surface may change meanwhile.
-/// The paper's own variant (Parameters::aligned) does not ask.
+/// Which points are seen through a surface. The answer for a point is kept, so no surface may change
+/// meanwhile. None are where Parameters::aligned() is false: the paper has no such rule.
 class SeenThrough {
  public:
   using Index = PointWindow::Index;
@@ -21,7 +21,7 @@ class SeenThrough {
 
  private:
   using Surfaces = std::vector<const SurfaceModel*>;
-  static constexpr SurfaceId unasked = ~SurfaceId{0};
+  static constexpr SurfaceId unknown = ~SurfaceId{0};
   static constexpr std::uint64_t blocks = 0xfff8fff8fff8ULL;  // of eight voxels along each axis
 
   const Surfaces& near(VoxelKey key);

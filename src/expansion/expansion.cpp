@@ -12,7 +12,7 @@ namespace octosurf {
 namespace {
 
 constexpr int adjacent_voxels = 2;  // flood: a neighbour, or one voxel left out
-constexpr double takeover = 0.5;    // a point changes over if it fits here twice as well
+constexpr double takeover = 0.5;    // a point is reassigned if it fits here twice as well
 constexpr int contacts_to_merge = 6;
 
 }  // namespace
@@ -21,7 +21,7 @@ Expansion::Expansion(Workspace& work)
     : work_(work),
       h_cells_(std::max(1, static_cast<int>(work.state.parameters.max_hole_size() /
                                             work.state.parameters.occupancy.resolution))),
-      careful_(work.state.parameters.aligned()),
+      robust_(work.state.parameters.aligned()),
       cos_smooth_(static_cast<float>(std::cos(work.state.parameters.detection.smoothness_angle))) {}
 
 std::optional<double> Expansion::misfit(Index i, const SurfaceModel& surface) {
@@ -30,7 +30,8 @@ std::optional<double> Expansion::misfit(Index i, const SurfaceModel& surface) {
   const double ratio = std::fabs(surface.distance(p.position)) / tolerance;
   if (ratio > 1) return {};
   const Eigen::Vector3f n = surface.plane().normal.cast<float>();
-  if (n.dot(p.view) < -0.1F) return {};  // seen from behind (the stored view is exact to 3°)
+  if (n.dot(p.view) < -0.1F)
+    return {};  // seen from behind: 6° beyond a right angle, as the stored view is exact to 4°
   const LocalPlane& local = work_.normals.at(i);
   const bool sure = local.known && local.flat;
   if (sure ? local.normal.dot(n) < cos_smooth_ : ratio > 0.5) return {};
@@ -42,7 +43,7 @@ bool Expansion::reaches(Index i, const SurfaceModel& surface, int cells) {
   const PlaneCell cell = surface.cell_of(p.position);
   const std::optional<PlaneCell> nearest = surface.nearest(cell, cells);
   if (!nearest) return false;
-  if (!careful_ || (std::abs(nearest->u - cell.u) <= 1 && std::abs(nearest->v - cell.v) <= 1)) return true;
+  if (!robust_ || (std::abs(nearest->u - cell.u) <= 1 && std::abs(nearest->v - cell.v) <= 1)) return true;
   return !obstructed(work_, surface.plane(), p.position.cast<double>(), surface.centre_of(*nearest),
                      work_.state.noise.tolerance(p, surface.plane()));
 }
@@ -51,14 +52,14 @@ SurfaceModel* Expansion::best_surface(Index i, Reach reach) {
   const VoxelPoint& p = work_.window[i];
   SurfaceModel* best = nullptr;
   double best_ratio = 2;
-  bool best_touches = false;  // what a point touches goes before what lies across a gap
+  bool best_touches = false;  // a surface that the point touches is preferred to one across a gap
   for (const SurfaceId id :
        work_.state.surfaces.near(p.key, reach == Reach::within_h ? h_cells_ : adjacent_voxels)) {
     SurfaceModel& surface = *work_.state.surfaces.find(id);
     const std::optional<double> ratio = misfit(i, surface);
     if (!ratio) continue;
     const PlaneCell cell = surface.cell_of(p.position);
-    const bool touches = !careful_ || surface.near(cell, 1);
+    const bool touches = !robust_ || surface.near(cell, 1);
     if (best != nullptr &&
         std::tuple(touches, -*ratio, surface.size()) <= std::tuple(best_touches, -best_ratio, best->size()))
       continue;
@@ -109,7 +110,7 @@ void Expansion::grow(std::span<const SurfaceId> surfaces) {
 void Expansion::rejoin() {
   for (const SurfaceId id : work_.changes.touched()) {
     const SurfaceModel& surface = *work_.state.surfaces.find(id);
-    if (surface.settled()) continue;
+    if (surface.recently_checked()) continue;
     std::vector<VoxelKey> rim;
     surface.for_each_inlier([&](const Inlier& inlier) {
       if (!surface.surrounded(surface.cell_of(inlier.position))) rim.push_back(inlier.key);
@@ -183,7 +184,7 @@ void Expansion::merge_contacts() {
       continue;
     const double width = std::sqrt(static_cast<double>(std::min(a->size(), b->size())));
     const bool one = coplanar(*a, *b, contact.place / contact.points, work_.state.noise) ||
-                     (contact.touching > 2 * width && grown_together(*a, *b, work_.state.noise));
+                     (contact.touching > 2 * width && joint_plane_fits(*a, *b, work_.state.noise));
     if (!one) continue;
     // The larger keeps its id, the older one on a tie.
     a->size() >= b->size() ? merge(work_, *a, *b) : merge(work_, *b, *a);

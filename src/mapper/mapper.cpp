@@ -102,7 +102,7 @@ void update_surfaces(MapState& state, const VoxelScan& scan, const OccupancyDelt
 
   time(Stage::retract, [&] {
     retract(work, delta);
-    confirm(work, scan, delta.confirmed);
+    accumulate_evidence(work, scan, delta.confirmed);
     retract_cylinders(work, delta);
   });
   const std::vector<Index> appeared = indices_of(work.window, delta.appeared);
@@ -121,7 +121,7 @@ void update_surfaces(MapState& state, const VoxelScan& scan, const OccupancyDelt
     refit(work);
     accumulate(state, work, {});
   });
-  // Last, when every point has settled: whatever becomes of cylinders, planes are not touched by it.
+  // Last, when the planes have all their points: cylinders never change them.
   time(Stage::detect, [&] { update_cylinders(work); });
 
   report.appeared = delta.appeared.size();

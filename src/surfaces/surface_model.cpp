@@ -143,7 +143,7 @@ Moments SurfaceModel::moments(const NoiseModel* noise) const {
   for (unsigned c = 0; c < NoiseModel::classes; ++c) {
     if (moments_[c].count <= 0) continue;
     // As evidence weighs: by the noise as measured, relative to what the nearest class may have.
-    const double ratio = noise != nullptr ? noise->sigma(1) / std::max(noise->spread(c), 1e-6) : 1;
+    const double ratio = noise != nullptr ? noise->sigma(1) / std::max(noise->measured_sigma(c), 1e-6) : 1;
     sum.add(moments_[c], ratio * ratio);
   }
   if (noise != nullptr) sum.add(evidence_.moments);
@@ -289,7 +289,7 @@ void SurfaceModel::derive(double max_hole_size, const NoiseModel* noise) {
   int spacing = 2;
   while (spacing < 16 && 0.625 * (2 * spacing) + std::numbers::sqrt2 <= alpha / 2) spacing *= 2;
   std::vector<Eigen::Vector2d> sites;
-  for (const CellBits::Cells& cells : bits_.settle(alpha > 3.99))
+  for (const CellBits::Cells& cells : bits_.take_changes(alpha > 3.99))
     cells.for_each([&](PlaneCell cell) {
       sites_of(cell, spacing, sites);
       outline_->set(cell, sites);

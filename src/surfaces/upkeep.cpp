@@ -22,7 +22,7 @@ double displacement(const SurfaceModel& surface, const Plane& a, const Plane& b)
 
 enum class Points { requeued, released };
 
-/// Points that are settled are released only: detection would find the same plane again.
+/// `released`: for points that detection has nothing new to say about; it would find the same plane again.
 void dissolve(Workspace& work, SurfaceModel& surface, Points points) {
   const SurfaceId id = surface.id();
   for (const Inlier& inlier : surface.sorted_inliers()) {
@@ -51,16 +51,16 @@ bool bends(const Workspace& work, const SurfaceModel& surface, std::span<const W
     planarity.add(p.position, work.state.noise.sigma(p.range_class),
                   work.state.noise.tolerance(p.range_class), surface.surrounded(surface.cell_of(p.position)));
   }
-  // Not its scatter: voxels that noise reached once count as much as those it hits each time.
+  // Its scatter is not checked: a voxel that noise reached once counts as much as one hit by every scan.
   return planarity.bends();
 }
 
-/// The largest part keeps the id. What is too little for a surface of its own stays with it.
+/// The largest part keeps the id, and the parts that are too small for a surface of their own.
 void split(Workspace& work, SurfaceModel& surface, std::vector<std::vector<Workspace::Index>> parts) {
   const auto largest = std::max_element(parts.begin(), parts.end(),
                                         [](const auto& a, const auto& b) { return a.size() < b.size(); });
   const auto fewest = static_cast<std::size_t>(work.state.parameters.min_surface_points());
-  surface.forget_evidence();  // it spoke of all parts together
+  surface.forget_evidence();  // it mixes readings of all parts
   for (auto part = parts.begin(); part != parts.end(); ++part) {
     if (part == largest || part->size() < fewest) continue;
     SurfaceModel& own = work.state.surfaces.create(fitted(work, *part, surface.plane()),
@@ -75,11 +75,11 @@ void split(Workspace& work, SurfaceModel& surface, std::vector<std::vector<Works
   surface.rehash_if_tilted();
 }
 
-/// A surface that a few far points made, that has crept around a pillar or over two blocks, or that is
-/// the noise of one found later, is found out once it has changed by a quarter: closer views leave less
-/// to noise. False if it is none.
+/// Checks a surface that has changed by a quarter for being one plane, and splits it if it is several. A
+/// surface may turn out to be none when closer views have less noise: if a few far points made it, if it has
+/// grown around a pillar or over two blocks, or if it is the noise of one found later. False if it is none.
 bool still_sound(Workspace& work, SurfaceModel& surface) {
-  // What its neighbours have taken it down to, with some patience.
+  // Neighbours may have taken points from it. A known surface may be a fifth narrower than a new one.
   const double width = width_of(surface.moments(nullptr));
   const double least = 0.8 * work.state.parameters.surfaces.min_surface_width;
   const auto unsound = [&](const Refusal& why) {
@@ -87,15 +87,15 @@ bool still_sound(Workspace& work, SurfaceModel& surface) {
     return false;
   };
   if (width < least) return unsound({Reason::too_narrow, width, least});
-  if (surface.settled()) return true;
+  if (surface.recently_checked()) return true;
   surface.unchecked = 0;
   const std::vector<Workspace::Index> points = indices_of(work, surface);
   if (bends(work, surface, points)) return unsound({Reason::bent});
-  const Sheet sheet = sheet_of(work, points, surface.plane(), surface.id());
-  if (sheet.covers_much_of(points.size()))
+  const NoiseSheet sheet = noise_sheet_in(work, points, surface.plane(), surface.id());
+  if (sheet.has_large_share_of(points.size()))
     return unsound({.reason = Reason::noise_sheet, .surface = sheet.over});
   if (sheet.points.size() * 20 > points.size()) {
-    for (const Workspace::Index i : sheet.points) work.release(i);  // they would only be found again
+    for (const Workspace::Index i : sheet.points) work.release(i);  // detection would find them again
     return !too_small(work, surface) || unsound({.reason = Reason::noise_sheet, .surface = sheet.over});
   }
   std::vector<std::vector<Workspace::Index>> parts = parts_of(work, points, surface.plane());
@@ -103,7 +103,7 @@ bool still_sound(Workspace& work, SurfaceModel& surface) {
   return true;
 }
 
-/// Inliers that a moved plane has left behind, with half a tolerance of patience.
+/// Drops inliers that lie 1.5 tolerances and more off the plane, which has moved.
 void drop_misfits(Workspace& work, SurfaceModel& surface) {
   const NoiseModel& noise = work.state.noise;
   std::vector<VoxelKey> misfits;
@@ -130,7 +130,7 @@ void retract(Workspace& work, const OccupancyDelta& delta) {
   }
   for (const OccupancyDelta::Refined& r : delta.refined) {
     if (r.before.surface == 0) {
-      work.requeued.push_back(r.after.key);  // seen better, it may make a plane now
+      work.requeued.push_back(r.after.key);  // seen better, it may be part of a plane now
       continue;
     }
     SurfaceModel* surface = state.surfaces.find(r.before.surface);
@@ -139,7 +139,7 @@ void retract(Workspace& work, const OccupancyDelta& delta) {
     const PointWindow::Index i = work.window.find(r.after.key);
     if (std::fabs(surface->distance(r.after.position)) <= state.noise.tolerance(r.after, surface->plane())) {
       work.move(i, r.before.position);
-      if (surface->large()) surface->unchecked = unchecked;  // where it was, only better seen
+      if (surface->expensive_to_check()) surface->unchecked = unchecked;  // where it was, only better seen
     } else {
       work.requeue(i, r.before.position);
     }
@@ -149,18 +149,18 @@ void retract(Workspace& work, const OccupancyDelta& delta) {
       dissolve(work, surface, Points::requeued);
 }
 
-void confirm(Workspace& work, const VoxelScan& scan, std::span<const OccupancyDelta::Confirmed> confirmed) {
-  constexpr double independent = 8;  // readings in a voxel
+void accumulate_evidence(Workspace& work, const VoxelScan& scan,
+                         std::span<const OccupancyDelta::Confirmed> confirmed) {
+  constexpr double independent = 8;  // readings in a voxel whose errors are not common to all
   constexpr double least_facing = 0.1;
-  constexpr std::size_t plenty = 2000;
+  constexpr std::size_t large_surface = 2000;  // inliers; every eighth reading is enough for its plane
   const NoiseModel& noise = work.state.noise;
   const Eigen::Vector3d origin = scan.origin.cast<double>();
   SurfaceModel* surface = nullptr;  // they come in runs of one surface
   SurfaceId found = 0;
   for (const OccupancyDelta::Confirmed& c : confirmed) {
     if (c.surface != found) surface = work.state.surfaces.find(found = c.surface);
-    // Of a large surface a part says as much as all.
-    if (surface == nullptr || (surface->size() > plenty && c.end % 8 != 0)) continue;
+    if (surface == nullptr || (surface->size() > large_surface && c.end % 8 != 0)) continue;
     const EndVoxel& end = scan.ends[c.end];
     const Eigen::Vector3d sight = origin - end.centroid.cast<double>();
     const double range = sight.norm();
@@ -169,20 +169,20 @@ void confirm(Workspace& work, const VoxelScan& scan, std::span<const OccupancyDe
     if (std::fabs(surface->distance(end.centroid)) > noise.tolerance(range_class, facing)) continue;
     if (!surface->surrounded(surface->cell_of(end.centroid))) continue;
     const double n = independent * end.count / (independent + end.count);
-    const double ratio = noise.sigma(1) / (noise.spread(range_class) * facing);
+    const double ratio = noise.sigma(1) / (noise.measured_sigma(range_class) * facing);
     surface->observe(end.centroid, n * ratio * ratio);
   }
 }
 
 void refit(Workspace& work) {
   MapState& state = work.state;
-  const double patience = state.parameters.surface_tolerance() / 4;
+  const double max_displacement = state.parameters.surface_tolerance() / 4;
   for (const SurfaceId id : work.changes.touched()) {
     SurfaceModel& surface = *state.surfaces.find(id);
     const Plane plane =
         fitted_plane(surface.moments(&state.noise), surface.reference(), surface.plane().normal);
     surface.set_plane(plane);
-    if (displacement(surface, plane, surface.checked_plane) > patience) drop_misfits(work, surface);
+    if (displacement(surface, plane, surface.checked_plane) > max_displacement) drop_misfits(work, surface);
     surface.rehash_if_tilted();
     if (too_small(work, surface)) {
       work.changes.unsound[id] = fewer_than_n(
@@ -204,7 +204,7 @@ bool coplanar(const SurfaceModel& a, const SurfaceModel& b, const Eigen::Vector3
   return one_plane(patch(a), patch(b), a.plane(), contact, noise.base_tolerance(), a.resolution());
 }
 
-bool grown_together(const SurfaceModel& a, const SurfaceModel& b, const NoiseModel& noise) {
+bool joint_plane_fits(const SurfaceModel& a, const SurfaceModel& b, const NoiseModel& noise) {
   constexpr double cos_10_deg = 0.984807753012208;
   if (a.plane().normal.dot(b.plane().normal) < cos_10_deg) return false;
   Moments joint = b.moments(&noise).shifted(a.reference() - b.reference());
@@ -230,7 +230,7 @@ void merge(Workspace& work, SurfaceModel& into, SurfaceModel& from) {
   work.changes.merged.insert(gone);
 }
 
-/// Of what came and went within the scan, too: it may stand between a parent and its heirs.
+/// Surfaces that came and went within the scan are noted, too: one may link a parent to its heirs.
 void note_departures(MapState& state, const Snapshot& before) {
   std::vector<Departure> departures = state.surfaces.take_departures();
   const std::size_t surfaces = departures.size();
