@@ -3,8 +3,8 @@
 
 #include "bag_info.hpp"
 #include "io/readers/bag.hpp"
-#include "mapper/run_statistics.hpp"
 #include "parameter_options.hpp"
+#include "run_statistics.hpp"
 #include "surface_table.hpp"
 #include "up_option.hpp"
 

@@ -1,5 +1,5 @@
 // `octosurf localize`: where scans were taken, in a finished map.
-#include "io/map_file.hpp"
+#include "io/map_file/map_file.hpp"
 #include "io/new_file.hpp"
 #include "output_files.hpp"
 #include "pose_log.hpp"

@@ -70,6 +70,9 @@ class InterruptGuard {
   std::array<struct sigaction, signals.size()> before_{};
 };
 
+/// Scans that wait are inserted together, but for so many at most: half a second of a camera's, 60 MB.
+constexpr std::size_t most_together = 16;
+
 std::string count_of(std::size_t count, const char* what) {
   return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
 }
@@ -132,7 +135,7 @@ void MapRun::adopt_octree() {
 void MapRun::map_scans(std::unique_ptr<ScanSource> source) {
   const std::size_t listed = source->size();
   for (const std::string& note : source->notes()) std::printf("%s\n", note.c_str());
-  ScanFeed feed(std::move(source), options_.range);
+  ScanFeed feed(std::move(source), options_.range, options_.realtime ? most_together : 1);
   if (feed.size() == 0)
     throw Error(Error::Kind::usage, "--skip", "leaves none of the " + std::to_string(listed) + " scans");
   const auto note_skipped = [&] {
@@ -180,33 +183,52 @@ void MapRun::end_early(const std::exception& failure) {
 void MapRun::insert_all(ScanFeed& feed) {
   Progress progress(feed.size());
   checkpoints_.start(now_s());
-  for (std::size_t done = 1; !interrupted; ++done) {
-    const std::optional<Scan> scan = feed.next();
-    if (!scan) break;
-    try {
-      insert(*scan);
-    } catch (const Error& error) {
-      if (!options_.source.skip_bad || error.kind() != Error::Kind::data) throw;
-      context_.skipped_scans.emplace_back(error.what());
-    }
+  std::vector<Scan> scans;
+  for (std::size_t done = 0; !interrupted;) {
+    std::optional<Scan> first = feed.next();
+    if (!first) break;
+    scans.clear();
+    scans.push_back(std::move(*first));
+    if (options_.realtime) wait_and_join(scans, feed);
+    if (interrupted) break;
+    insert(scans);
+    done += scans.size();
     progress.show(done, count_of(mapper_.snapshot()->surfaces.size(), "surface"));
     checkpoint();
   }
 }
 
-void MapRun::insert(const Scan& scan) {
-  double arrival_s = now_s();
-  if (options_.realtime) {
-    if (statistics_.scans() == 0) stamp_zero_s_ = arrival_s - scan.stamp_s;
-    arrival_s = stamp_zero_s_ + scan.stamp_s;
-    wait_for(arrival_s);
-    if (interrupted) return;
+void MapRun::wait_and_join(std::vector<Scan>& scans, ScanFeed& feed) {
+  if (statistics_.scans() == 0) stamp_zero_s_ = now_s() - scans.front().stamp_s;
+  wait_for(arrival_of(scans.front()));
+  // An archive makes the map again scan by scan.
+  if (!keeper_.kept().folder.empty()) return;
+  for (const Scan* next;
+       scans.size() < most_together && (next = feed.peek()) != nullptr && arrival_of(*next) <= now_s();)
+    scans.push_back(std::move(*feed.next()));
+}
+
+void MapRun::insert(std::span<const Scan> scans) {
+  while (!scans.empty()) {
+    try {
+      const double start_s = now_s();
+      std::vector<ScanReport> reports = mapper_.insert_all(scans);
+      const double done_s = now_s();
+      // What lies between the stages included.
+      if (reports.size() == 1) reports.front().total_ms = 1e3 * (done_s - start_s);
+      changed_ = true;
+      for (std::size_t i = 0; i < reports.size(); ++i)
+        note(scans[i], reports[i], options_.realtime ? arrival_of(scans[i]) : start_s, done_s);
+      scans = scans.subspan(reports.size());
+    } catch (const Error& error) {
+      if (!options_.source.skip_bad || error.kind() != Error::Kind::data) throw;
+      context_.skipped_scans.emplace_back(error.what());
+      scans = scans.subspan(1);
+    }
   }
-  const double start_s = now_s();
-  ScanReport report = mapper_.insert(scan);
-  const double done_s = now_s();
-  report.total_ms = 1e3 * (done_s - start_s);  // what lies between the stages included
-  changed_ = true;
+}
+
+void MapRun::note(const Scan& scan, const ScanReport& report, double arrival_s, double done_s) {
   statistics_.add(scan, report, arrival_s, done_s);
   if (report.alignment.outcome == AlignmentOutcome::set_aside) return;
   poses_.add(scan.stamp_s, report.alignment.T_map_sensor);

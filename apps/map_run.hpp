@@ -1,9 +1,9 @@
 #pragma once
 
 #include "checkpoints.hpp"
-#include "mapper/run_statistics.hpp"
 #include "parameter_options.hpp"
 #include "pose_log.hpp"
+#include "run_statistics.hpp"
 #include "scan_feed.hpp"
 #include "scan_keeper.hpp"
 
@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -61,7 +62,10 @@ class MapRun {
   void adopt_octree();
   void map_scans(std::unique_ptr<ScanSource> source);
   void insert_all(ScanFeed& feed);
-  void insert(const Scan& scan);
+  /// --realtime: waits until the scan has arrived, and adds those that have meanwhile.
+  void wait_and_join(std::vector<Scan>& scans, ScanFeed& feed);
+  void insert(std::span<const Scan> scans);
+  void note(const Scan& scan, const ScanReport& report, double arrival_s, double done_s);
   /// Saves map and report, prints the summary.
   void finish();
   /// Saves what there is, if that can be done, then throws the last line.
@@ -76,6 +80,7 @@ class MapRun {
   void print_dropped() const;
   void warn_of_double_layers() const;
   bool all_saved() const { return checkpoints_.any() && checkpoints_.scans() == statistics_.scans(); }
+  double arrival_of(const Scan& scan) const { return stamp_zero_s_ + scan.stamp_s; }
   double now_s() const { return std::chrono::duration<double>(Clock::now() - begin_).count(); }
 
   const MapOptions& options_;

@@ -1,7 +1,7 @@
 #include "pose_log.hpp"
 
 #include "io/new_file.hpp"
-#include "io/pose_file.hpp"
+#include "io/readers/pose_file.hpp"
 
 #include <cstdio>
 

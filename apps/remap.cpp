@@ -1,12 +1,12 @@
 // `octosurf remap`: a map anew, from the scans it was built from and corrected poses.
+#include "io/map_file/scan_archive.hpp"
 #include "io/new_file.hpp"
-#include "io/pose_file.hpp"
-#include "io/scan_archive.hpp"
-#include "mapper/run_statistics.hpp"
+#include "io/readers/pose_file.hpp"
 #include "mapper/succession.hpp"
 #include "output_files.hpp"
 #include "pose_log.hpp"
 #include "progress.hpp"
+#include "run_statistics.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

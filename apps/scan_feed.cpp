@@ -3,34 +3,61 @@
 #include <algorithm>
 #include <new>
 #include <system_error>
+#include <utility>
 
 #include <octosurf/error.hpp>
 
 namespace octosurf {
 
-ScanFeed::ScanFeed(std::unique_ptr<ScanSource> source, const ScanRange& range)
-    : source_(std::move(source)), range_(range) {
+ScanFeed::ScanFeed(std::unique_ptr<ScanSource> source, const ScanRange& range, std::size_t ahead)
+    : source_(std::move(source)), range_(range), ready_(std::max<std::size_t>(1, ahead)) {
   const std::size_t left = source_->size() - std::min(range_.skip, source_->size());
   size_ = std::min(range_.first, (left + range_.every - 1) / range_.every);
-  read_ahead();
-}
-
-ScanFeed::~ScanFeed() {
-  if (ahead_.valid()) ahead_.wait();
-}
-
-void ScanFeed::read_ahead() {
-  if (asked_ == range_.first) return;
-  const std::size_t left_out = asked_++ == 0 ? range_.skip : range_.every - 1;
-  const auto work = [this, left_out] { return read(left_out); };
   try {
-    ahead_ = std::async(std::launch::async, work);
-  } catch (const std::system_error&) {  // no thread to be had: read when asked for
-    ahead_ = std::async(std::launch::deferred, work);
+    thread_ = std::thread([this] { read_ahead(); });
+  } catch (const std::system_error&) {
+    // No thread to be had: wait_for_one() reads.
   }
 }
 
-std::optional<Scan> ScanFeed::read(std::size_t left_out) try {
+ScanFeed::~ScanFeed() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  changed_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+void ScanFeed::read_ahead() {
+  std::unique_lock lock(mutex_);
+  while (!ended_) {
+    changed_.wait(lock, [this] { return stop_ || !ready_.full(); });
+    if (stop_) return;
+    busy_ = true;
+    lock.unlock();
+    Reading reading = read();
+    lock.lock();
+    busy_ = false;
+    ended_ = !reading.scan;
+    ready_.push_back(std::move(reading));
+    changed_.notify_all();
+  }
+}
+
+ScanFeed::Reading ScanFeed::read() {
+  Reading reading;
+  try {
+    reading.scan = read_one();
+  } catch (...) {
+    reading.failure = std::current_exception();
+  }
+  return reading;
+}
+
+std::optional<Scan> ScanFeed::read_one() try {
+  if (asked_ == range_.first) return {};
+  std::size_t left_out = asked_++ == 0 ? range_.skip : range_.every - 1;
   for (; left_out > 0; --left_out)
     if (!source_->next()) return {};
   return source_->next();
@@ -38,15 +65,35 @@ std::optional<Scan> ScanFeed::read(std::size_t left_out) try {
   throw Error(Error::Kind::data, "scan " + std::to_string(asked_), "does not fit into memory");
 }
 
+void ScanFeed::wait_for_one(std::unique_lock<std::mutex>& lock) {
+  if (thread_.joinable()) {
+    changed_.wait(lock, [this] { return !ready_.empty() || ended_; });
+  } else if (ready_.empty() && !ended_) {
+    ready_.push_back(read());
+    ended_ = !ready_.front().scan;
+  }
+}
+
 std::optional<Scan> ScanFeed::next() {
-  if (!ahead_.valid()) return {};
-  std::optional<Scan> scan = ahead_.get();
-  if (scan) read_ahead();
-  return scan;
+  std::unique_lock lock(mutex_);
+  wait_for_one(lock);
+  if (ready_.empty()) return {};
+  Reading reading = std::move(ready_.front());
+  ready_.pop_front();
+  changed_.notify_all();
+  if (reading.failure) std::rethrow_exception(reading.failure);
+  return std::move(reading.scan);
+}
+
+const Scan* ScanFeed::peek() {
+  std::unique_lock lock(mutex_);
+  wait_for_one(lock);
+  return !ready_.empty() && ready_.front().scan ? &*ready_.front().scan : nullptr;
 }
 
 std::vector<std::string> ScanFeed::skipped() {
-  if (ahead_.valid()) ahead_.wait();
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] { return !busy_; });
   return source_->skipped();
 }
 

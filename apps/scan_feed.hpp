@@ -1,11 +1,15 @@
 #pragma once
 
+#include <boost/circular_buffer.hpp>
+#include <condition_variable>
 #include <cstddef>
-#include <future>
+#include <exception>
 #include <limits>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <octosurf/scan_source.hpp>
@@ -17,10 +21,11 @@ struct ScanRange {
   std::size_t skip = 0, every = 1, first = std::numeric_limits<std::size_t>::max();
 };
 
-/// Scans of a source; the next one is read and decoded beside the work on the one before.
+/// Scans of a source; the next ones are read and decoded beside the work on the one before.
 class ScanFeed {
  public:
-  ScanFeed(std::unique_ptr<ScanSource> source, const ScanRange& range);
+  /// `ahead`: so many are held ready, at least 1.
+  ScanFeed(std::unique_ptr<ScanSource> source, const ScanRange& range, std::size_t ahead = 1);
   ~ScanFeed();
   ScanFeed(const ScanFeed&) = delete;
   ScanFeed& operator=(const ScanFeed&) = delete;
@@ -32,18 +37,32 @@ class ScanFeed {
   /// a scan that does not fit into memory. No further call after that.
   std::optional<Scan> next();
 
+  /// The scan that next() will return, null if there is none or next() will throw. Valid until then.
+  const Scan* peek();
+
   /// Left out so far, a line each. Waits for the scan that is being read.
   std::vector<std::string> skipped();
 
  private:
+  struct Reading {
+    std::optional<Scan> scan;
+    std::exception_ptr failure;
+  };
   void read_ahead();
-  std::optional<Scan> read(std::size_t left_out);
+  Reading read();
+  std::optional<Scan> read_one();
+  void wait_for_one(std::unique_lock<std::mutex>& lock);
 
-  std::unique_ptr<ScanSource> source_;
+  std::unique_ptr<ScanSource> source_;  // whoever has set busy_ may touch it
   ScanRange range_;
-  std::size_t size_ = 0;  // asked of source_ before it is read from
-  std::size_t asked_ = 0;
-  std::future<std::optional<Scan>> ahead_;  // the only one who touches source_ while it is valid
+  std::size_t size_ = 0;   // asked of source_ before it is read from
+  std::size_t asked_ = 0;  // scans
+
+  std::mutex mutex_;  // of what follows
+  std::condition_variable changed_;
+  boost::circular_buffer<Reading> ready_;  // allocated once: the thread that fills it must not fail
+  bool busy_ = false, ended_ = false, stop_ = false;
+  std::thread thread_;
 };
 
 }  // namespace octosurf

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "io/scan_archive.hpp"
-#include "surfaces/noise_model.hpp"
+#include "io/map_file/scan_archive.hpp"
+#include "sensing/noise_model.hpp"
 
 #include <cstdint>
 #include <memory>

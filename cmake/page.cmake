@@ -14,7 +14,7 @@ function(octosurf_page_template variable)
   else()
     message(NOTICE "octosurf: no Node.js or no web/node_modules (npm ci in web/): octosurf view will draw pictures only")
     file(CONFIGURE OUTPUT ${source} @ONLY CONTENT [[
-#include "io/page_template.hpp"
+#include "io/exporters/page_template.hpp"
 
 std::string_view octosurf::page_template() { return {}; }
 ]])

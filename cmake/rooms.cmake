@@ -16,3 +16,8 @@ function(octosurf_room name)
   target_link_libraries(octosurf_${name} PUBLIC ${ARG_USES} Eigen3::Eigen
                         PRIVATE ${ARG_USES_INSIDE} $<BUILD_INTERFACE:octosurf_warnings>)
 endfunction()
+
+# What keeps a map, and what makes one: the rooms that a program links.
+set(OCTOSURF_MAP_ROOMS octosurf_surfaces octosurf_occupancy octosurf_sensing octosurf_geometry)
+set(OCTOSURF_MAPPER_ROOMS octosurf_mapper octosurf_diagnosis octosurf_upkeep octosurf_detection octosurf_expansion
+  octosurf_alignment ${OCTOSURF_MAP_ROOMS})

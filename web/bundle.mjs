@@ -37,7 +37,7 @@ if (page.split('<!--octosurf:maps-->').length !== 2) throw new Error('page.html 
 
 const end = ')octosurf"';
 if (page.includes(end)) throw new Error(`the page must not contain ${end}`);
-const source = `#include "io/page_template.hpp"
+const source = `#include "io/exporters/page_template.hpp"
 
 std::string_view octosurf::page_template() {
   return R"octosurf(${page})octosurf";

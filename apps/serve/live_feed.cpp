@@ -1,6 +1,6 @@
 #include "serve/live_feed.hpp"
 
-#include "io/page_changes.hpp"
+#include "io/exporters/page_changes.hpp"
 
 #include <utility>
 

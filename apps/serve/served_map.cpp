@@ -1,7 +1,7 @@
 #include "serve/served_map.hpp"
 
 #include "info.hpp"
-#include "io/export_formats.hpp"
+#include "io/exporters/export_formats.hpp"
 #include "page_feet.hpp"
 #include "surface_table.hpp"
 #include "up_option.hpp"

@@ -1,7 +1,7 @@
 // Points and depth images as NumPy has them, copied into what a Scan owns.
 #include "scan_arrays.hpp"
 
-#include "io/depth_image.hpp"
+#include "io/readers/depth_image.hpp"
 
 #include <cmath>
 #include <cstdint>

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -15,10 +16,22 @@ namespace octosurf {
 struct VoxelScan;
 
 /// Stages of one scan's way (docs/design.md §4), in order.
-enum class Stage { align, downsample, occupancy, retract, add_inliers, expand, detect, derive };
+enum class Stage {
+  align,
+  downsample,
+  occupancy,
+  retract,
+  add_inliers,
+  expand,
+  detect,
+  revise,
+  cylinders,
+  derive
+};
 /// By Stage, as in reports.
-inline constexpr std::array<std::string_view, 8> stage_names{
-    "align", "downsample", "occupancy", "retract", "add_inliers", "expand", "detect", "derive"};
+inline constexpr std::array<std::string_view, 10> stage_names{
+    "align",  "downsample", "occupancy", "retract",   "add_inliers",
+    "expand", "detect",     "revise",    "cylinders", "derive"};
 
 /// What one scan did.
 struct ScanReport {
@@ -74,6 +87,16 @@ class Mapper {
   /// A scan that is clearly off and not to be put right is not inserted, see AlignmentOutcome::set_aside.
   ScanReport insert(const Scan& scan);
 
+  /// Scans that have come while others were mapped: each goes into the octree by itself, in order, and the
+  /// surfaces are brought up to date once, for all of them, which costs little more than for one. Each scan
+  /// is aligned with the surfaces from before the first, and these alone are spared grazing rays; with
+  /// `align` and `preserve_surfaces` off the octree is the one that as many insert() make.
+  ///
+  /// Takes as many as it can and returns a report for each that it took, at least one if any are given. Stops
+  /// before a scan that insert() would refuse; if that is the first, throws its Error, and leaves the map as
+  /// it was. What became of surfaces (`born` to `gone`), and the time that took, is in the last one's report.
+  std::vector<ScanReport> insert_all(std::span<const Scan> scans);
+
   /// Surfaces of an existing occupancy map, without scans: every occupied voxel that borders on free
   /// space becomes a point at its centre, seen from there (on unknown space, if the map knows none).
   /// Used for .bt and .ot inputs.
@@ -84,10 +107,11 @@ class Mapper {
   void share_octree(bool on = true);
 
   /// From now on insert() rounds scans to what an archive of scans keeps of them
-  /// (src/mapper/rounded_scan.hpp), far below their noise: from such an archive the map can be built again,
+  /// (src/sensing/rounded_scan.hpp), far below their noise: from such an archive the map can be built again,
   /// to the bit.
   void round_scans();
   /// What insert() has made of the last scan it took, grouped by voxel: what an archive of scans keeps.
+  /// After insert_all(): of the last one.
   const VoxelScan& last_voxels() const;
 
   std::shared_ptr<const Snapshot> snapshot() const;  ///< of the last whole scan

@@ -14,7 +14,7 @@ enum class SensorKind { depth_camera, lidar };
 /// What a scan's readings told of the sensor's noise, for a thinned scan that no longer can: so many
 /// differences of one size, at distances of one class. Only octosurf makes them, when it keeps a scan.
 struct NoiseCount {
-  std::uint8_t range_class = 0;  ///< of distances, src/surfaces/noise_model.hpp
+  std::uint8_t range_class = 0;  ///< of distances, src/sensing/noise_model.hpp
   std::uint8_t size = 0;         ///< class of differences, likewise
   std::uint32_t count = 0;       ///< of differences in both
 };

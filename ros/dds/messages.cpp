@@ -1,6 +1,6 @@
 #include "messages.hpp"
 
-#include "io/grid_map_message.hpp"
+#include "io/exporters/grid_map_message.hpp"
 
 #include <array>
 #include <sstream>

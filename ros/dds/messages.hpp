@@ -1,6 +1,6 @@
 #pragma once
 
-#include "io/message_writer.hpp"
+#include "io/exporters/message_writer.hpp"
 
 #include <cstdint>
 #include <span>

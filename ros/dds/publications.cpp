@@ -1,7 +1,7 @@
 #include "publications.hpp"
 
-#include "io/grid_map_message.hpp"
-#include "io/planar_terrain_message.hpp"
+#include "io/exporters/grid_map_message.hpp"
+#include "io/exporters/planar_terrain_message.hpp"
 #include "messages.hpp"
 
 #include <condition_variable>

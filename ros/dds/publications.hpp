@@ -1,7 +1,7 @@
 #pragma once
 
 #include "endpoints.hpp"
-#include "io/message_writer.hpp"
+#include "io/exporters/message_writer.hpp"
 #include "mapping.hpp"
 #include "options.hpp"
 

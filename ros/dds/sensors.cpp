@@ -1,7 +1,7 @@
 #include "sensors.hpp"
 
-#include "io/pose_file.hpp"
 #include "io/readers/bounded_file.hpp"
+#include "io/readers/pose_file.hpp"
 
 #include <array>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "services.hpp"
 
-#include "io/grid_map_message.hpp"
+#include "io/exporters/grid_map_message.hpp"
 #include "messages.hpp"
 
 #include <algorithm>

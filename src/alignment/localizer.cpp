@@ -1,7 +1,7 @@
 #include "alignment/near_surfaces.hpp"
 #include "alignment/pose_search.hpp"
-#include "occupancy/downsample.hpp"
-#include "surfaces/noise_model.hpp"
+#include "sensing/downsample.hpp"
+#include "sensing/noise_model.hpp"
 
 #include <cmath>
 

@@ -1,6 +1,6 @@
 #include "alignment/samples.hpp"
 
-#include "occupancy/payload.hpp"
+#include "sensing/reading_code.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 #include "alignment/drift_filter.hpp"
 #include "alignment/near_surfaces.hpp"
 #include "alignment/pose_search.hpp"
-#include "surfaces/noise_model.hpp"
+#include "sensing/noise_model.hpp"
 
 #include <octosurf/alignment.hpp>
 

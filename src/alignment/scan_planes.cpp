@@ -1,8 +1,8 @@
 #include "alignment/scan_planes.hpp"
 
-#include "occupancy/payload.hpp"
-#include "occupancy/voxel_key.hpp"
-#include "surfaces/moments.hpp"
+#include "geometry/moments.hpp"
+#include "geometry/voxel_key.hpp"
+#include "sensing/reading_code.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "surfaces/noise_model.hpp"
+#include "sensing/noise_model.hpp"
 
 #include <Eigen/Core>
 #include <vector>

@@ -2,7 +2,7 @@
 
 #include "detection/cylinder_extraction.hpp"
 #include "detection/cylinder_rules.hpp"
-#include "surfaces/breadth_first.hpp"
+#include "geometry/breadth_first.hpp"
 
 #include <algorithm>
 #include <cmath>

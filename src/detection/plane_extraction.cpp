@@ -2,9 +2,9 @@
 
 #include "detection/ransac.hpp"
 #include "detection/region_points.hpp"
-#include "surfaces/parts.hpp"
-#include "surfaces/planarity.hpp"
-#include "surfaces/soundness.hpp"
+#include "geometry/planarity.hpp"
+#include "surfaces/criteria/parts.hpp"
+#include "surfaces/criteria/soundness.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "surfaces/planarity.hpp"
+#include "geometry/planarity.hpp"
 #include "surfaces/scan_changes.hpp"
 
 #include <optional>

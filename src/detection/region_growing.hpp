@@ -1,6 +1,6 @@
 #pragma once
 
-#include "surfaces/breadth_first.hpp"
+#include "geometry/breadth_first.hpp"
 #include "surfaces/scan_changes.hpp"
 
 #include <span>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "surfaces/lanes.hpp"
+#include "geometry/lanes.hpp"
 #include "surfaces/scan_changes.hpp"
 
 #include <span>

@@ -1,5 +1,5 @@
 #include "evaluation/labels.hpp"
-#include "io/cloud_file.hpp"
+#include "io/readers/cloud_file.hpp"
 
 #include <array>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "evaluation/planar_region.hpp"
 
-#include "surfaces/even_odd.hpp"
+#include "geometry/even_odd.hpp"
 
 #include <algorithm>
 

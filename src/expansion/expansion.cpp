@@ -1,8 +1,8 @@
 #include "expansion/expansion.hpp"
 
-#include "surfaces/breadth_first.hpp"
-#include "surfaces/obstructed.hpp"
-#include "surfaces/upkeep.hpp"
+#include "geometry/breadth_first.hpp"
+#include "surfaces/criteria/joining.hpp"
+#include "surfaces/criteria/obstructed.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "io/new_folder.hpp"
 
-#include "io/left_over_files.hpp"
+#include "io/map_file/left_over_files.hpp"
 #include "io/new_file.hpp"
 
 #include <algorithm>

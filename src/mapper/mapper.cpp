@@ -2,13 +2,18 @@
 #include "detection/cylinders.hpp"
 #include "detection/detection.hpp"
 #include "expansion/expansion.hpp"
-#include "mapper/rounded_scan.hpp"
-#include "surfaces/upkeep.hpp"
+#include "sensing/rounded_scan.hpp"
+#include "upkeep/derive.hpp"
+#include "upkeep/retract.hpp"
+#include "upkeep/revise.hpp"
 
 #include <algorithm>
 #include <chrono>
-#include <numeric>
+#include <optional>
 #include <set>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include <octosurf/error.hpp>
 #include <octosurf/mapper.hpp>
@@ -42,10 +47,12 @@ class Stopwatch {
   ScanReport& report_;
 };
 
-std::vector<Index> indices_of(PointWindow& window, const std::vector<VoxelPoint>& points) {
+/// Of the points that are still there.
+std::vector<Index> indices_of(PointWindow& window, const std::vector<std::vector<VoxelKey>>& of_scans) {
   std::vector<Index> indices;
-  indices.reserve(points.size());
-  for (const VoxelPoint& p : points) indices.push_back(window.find(p.key));
+  for (const std::vector<VoxelKey>& keys : of_scans)
+    for (const VoxelKey key : keys)
+      if (const Index i = window.find(key); i != PointWindow::none) indices.push_back(i);
   return indices;
 }
 
@@ -90,22 +97,59 @@ void require_ids(const MapState& state, std::size_t new_points, const std::strin
 
 std::vector<SurfaceId> list_of(const std::set<SurfaceId>& ids) { return {ids.begin(), ids.end()}; }
 
-/// Everything after the octree's answer: docs/design.md §4, steps 3 to 7. The report is complete before
-/// derive() publishes, so that what fails has published nothing.
-void update_surfaces(MapState& state, const VoxelScan& scan, const OccupancyDelta& delta,
-                     ScanReport& report) {
+/// What scans that went into the octree have left to the surfaces.
+struct Backlog {
+  std::vector<ScanReport> reports;
+  std::vector<std::vector<VoxelKey>> appeared;  ///< of each report; none if the scan was set aside
+  std::optional<Workspace> work;                ///< of the scan last applied
+};
+
+std::vector<VoxelKey> keys_of(const std::vector<VoxelPoint>& points) {
+  std::vector<VoxelKey> keys;
+  keys.reserve(points.size());
+  for (const VoxelPoint& p : points) keys.push_back(p.key);
+  return keys;
+}
+
+/// Goes on where the scan before stopped, with a window on the octree as it is now.
+void renew(std::optional<Workspace>& work, MapState& state) {
+  Changes changes;
+  std::vector<VoxelKey> requeued;
+  if (work) {
+    changes = std::move(work->changes);
+    requeued = std::move(work->requeued);
+  }
+  work.emplace(state);
+  work->changes = std::move(changes);
+  work->requeued = std::move(requeued);
+}
+
+/// What each scan's delta asks at once, because the next one builds on it: docs/design.md §4, step 3.
+void take_out(Backlog& backlog, MapState& state, const VoxelScan& scan, const OccupancyDelta& delta,
+              ScanReport& report) {
   Stopwatch time(report);
   state.points += delta.appeared.size();
   state.points -= delta.vanished.size();
-  Workspace work(state);
+  report.appeared = delta.appeared.size();
+  report.vanished = delta.vanished.size();
+  renew(backlog.work, state);
+  time(Stage::cylinders, [&] { retract_cylinders(*backlog.work, delta); });
+  time(Stage::retract, [&] {
+    retract(*backlog.work, delta);
+    accumulate_evidence(*backlog.work, scan, delta.confirmed);
+  });
+  backlog.appeared.back() = keys_of(delta.appeared);
+}
+
+/// Steps 4 to 9, for all scans of the backlog. The reports are complete before derive() publishes, so that
+/// what fails has published nothing.
+void update_surfaces(Backlog& backlog, MapState& state) {
+  ScanReport& report = backlog.reports.back();
+  Stopwatch time(report);
+  Workspace& work = *backlog.work;
   Expansion expansion(work);
 
-  time(Stage::retract, [&] {
-    retract(work, delta);
-    accumulate_evidence(work, scan, delta.confirmed);
-    retract_cylinders(work, delta);
-  });
-  const std::vector<Index> appeared = indices_of(work.window, delta.appeared);
+  const std::vector<Index> appeared = indices_of(work.window, backlog.appeared);
   std::vector<Index> left = time(Stage::add_inliers, [&] { return expansion.add_inliers(appeared); });
   time(Stage::expand, [&] { expansion.expand(left); });
   time(Stage::detect, [&] {
@@ -116,17 +160,18 @@ void update_surfaces(MapState& state, const VoxelScan& scan, const OccupancyDelt
     work.requeued.clear();
     expansion.grow(detect(work));
   });
-  time(Stage::derive, [&] {
+  time(Stage::revise, [&] {
     if (state.parameters.aligned()) expansion.rejoin();
     refit(work);
     accumulate(state, work, {});
   });
   // Last, when the planes have all their points: cylinders never change them.
-  time(Stage::detect, [&] { update_cylinders(work); });
+  time(Stage::cylinders, [&] { update_cylinders(work); });
 
-  report.appeared = delta.appeared.size();
-  report.vanished = delta.vanished.size();
-  for (const Index i : appeared) report.categorized += work.window[i].surface != 0;
+  for (std::size_t scan = 0; scan < backlog.reports.size(); ++scan)
+    for (const VoxelKey key : backlog.appeared[scan])
+      if (const Index i = work.window.find(key); i != PointWindow::none)
+        backlog.reports[scan].categorized += work.window[i].surface != 0;
   report.born = list_of(work.changes.born);
   report.grown = list_of(work.changes.grown);
   report.shrunk = list_of(work.changes.shrunk);
@@ -142,8 +187,8 @@ struct Mapper::Impl {
       : map(std::move(m)), threads(thread_count), downsample(map.state().occupancy.grid()) {}
 
   /// By voxel; rounded where that is wanted, or was done before.
-  VoxelScan group(const Scan& scan, const Eigen::Isometry3d& T_map_sensor, double max_range) {
-    const MapState& state = map.state();
+  VoxelScan group(const MapState& state, const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
+                  double max_range) {
     VoxelScan voxels =
         downsample(scan, T_map_sensor, state.parameters.occupancy.min_range, max_range, threads);
     if (!round_scans && scan.readings.empty()) return voxels;
@@ -154,6 +199,21 @@ struct Mapper::Impl {
     downsample.find_anew(voxels);
     return voxels;
   }
+
+  /// A scan that nothing speaks against, ready to be inserted.
+  struct Prepared {
+    ScanReport report;
+    AlignmentState alignment;
+    bool set_aside = false;
+    VoxelScan voxels;
+    OccupancyMap::Touched touched;
+  };
+  /// Throws what insert() throws. Changes nothing.
+  Prepared prepare(MapState& state, const Scan& scan);
+  /// From its first change on whatever is thrown leaves the map unusable.
+  void apply(MapState& state, const Scan& scan, Prepared prepared, Backlog& backlog);
+  /// Brings the surfaces up to date; the map is whole again.
+  std::vector<ScanReport> finish(MapState& state, Backlog& backlog);
 
   Map map;
   int threads;
@@ -172,58 +232,81 @@ Mapper::Mapper(Mapper&&) noexcept = default;
 Mapper& Mapper::operator=(Mapper&&) noexcept = default;
 Mapper::~Mapper() = default;
 
-ScanReport Mapper::insert(const Scan& scan) {
+Mapper::Impl::Prepared Mapper::Impl::prepare(MapState& state, const Scan& scan) {
   require_rigid(scan.T_map_sensor, scan.name);
   require_readings(scan);
   if (!NoiseModel::takes(scan))
     throw Error(Error::Kind::data, scan.name, "its noise makes no sense", "leave it out");
-  MapState& state = impl_->map.state();
   const OccupancyParameters& parameters = state.parameters.occupancy;
   const double max_range = parameters.max_range.value_or(default_max_range(scan.sensor));
 
-  ScanReport report;
+  Prepared prepared;
+  ScanReport& report = prepared.report;
   report.points_raw = scan.points.size();
   Stopwatch time(report);
-  AlignmentState alignment = state.alignment;
+  AlignmentState& alignment = prepared.alignment = state.alignment;
   report.alignment = time(Stage::align, [&] {
     // An archive's poses were aligned when its scans were mapped.
     if (!state.parameters.alignment.enabled || !scan.readings.empty()) return as_given(scan);
-    return impl_->align(alignment, *state.snapshot.load(), scan, state.noise,
-                        {parameters.min_range, max_range});
+    return align(alignment, *state.snapshot.load(), scan, state.noise, {parameters.min_range, max_range});
   });
-  const bool set_aside = report.alignment.outcome == AlignmentOutcome::set_aside;
-  if (set_aside || report.alignment.outcome == AlignmentOutcome::unexplained)
+  prepared.set_aside = report.alignment.outcome == AlignmentOutcome::set_aside;
+  if (prepared.set_aside || report.alignment.outcome == AlignmentOutcome::unexplained)
     alignment.note_misfit(
-        {report.alignment.T_map_sensor.translation(), farthest_reading(scan, max_range), set_aside});
-  if (set_aside) {
-    state.alignment = std::move(alignment);
-    return report;
-  }
-  VoxelScan voxels =
-      time(Stage::downsample, [&] { return impl_->group(scan, report.alignment.T_map_sensor, max_range); });
+        {report.alignment.T_map_sensor.translation(), farthest_reading(scan, max_range), prepared.set_aside});
+  if (prepared.set_aside) return prepared;
+  VoxelScan& voxels = prepared.voxels =
+      time(Stage::downsample, [&] { return group(state, scan, report.alignment.T_map_sensor, max_range); });
   report.points_not_finite = voxels.not_finite;
   report.points_too_near = voxels.too_near;
   report.points_out_of_map = voxels.out_of_map;
   report.points_beyond_range = voxels.beyond_range;
   report.voxels = voxels.ends.size();
   require_ids(state, voxels.ends.size(), scan.name);
-  const OccupancyMap::Touched touched =
-      time(Stage::occupancy, [&] { return state.occupancy.trace(voxels, impl_->threads); });
+  prepared.touched = time(Stage::occupancy, [&] { return state.occupancy.trace(voxels, threads); });
+  return prepared;
+}
 
-  // Up to here nothing has changed; from here on whatever is thrown leaves the map unusable.
-  state.unfinished_scan = state.scans + 1;
-  state.alignment = std::move(alignment);
+void Mapper::Impl::apply(MapState& state, const Scan& scan, Prepared prepared, Backlog& backlog) {
+  ScanReport& report = backlog.reports.emplace_back(std::move(prepared.report));
+  backlog.appeared.emplace_back();
+  Stopwatch time(report);
+  if (!prepared.set_aside) state.unfinished_scan = state.scans + 1;
+  state.alignment = std::move(prepared.alignment);
+  if (prepared.set_aside) return;
   const OccupancyDelta delta = time(Stage::occupancy, [&] {
-    return state.occupancy.apply(touched, voxels, impl_->downsample,
-                                 parameters.preserve_surfaces ? &state.surfaces : nullptr);
+    return state.occupancy.apply(prepared.touched, prepared.voxels, downsample,
+                                 state.parameters.occupancy.preserve_surfaces ? &state.surfaces : nullptr);
   });
   ++state.scans;
   state.sensors_up += up_of_sensor(scan, report.alignment.T_map_sensor);
   time(Stage::downsample, [&] { state.noise.observe(scan); });
-  update_surfaces(state, voxels, delta, report);
+  take_out(backlog, state, prepared.voxels, delta, report);
+  last = std::move(prepared.voxels);
+}
+
+std::vector<ScanReport> Mapper::Impl::finish(MapState& state, Backlog& backlog) {
+  if (backlog.work) update_surfaces(backlog, state);
   state.unfinished_scan = 0;
-  impl_->last = std::move(voxels);
-  return report;
+  return std::move(backlog.reports);
+}
+
+ScanReport Mapper::insert(const Scan& scan) { return std::move(insert_all({&scan, 1}).front()); }
+
+std::vector<ScanReport> Mapper::insert_all(std::span<const Scan> scans) {
+  MapState& state = impl_->map.state();
+  Backlog backlog;
+  for (const Scan& scan : scans) {
+    std::optional<Impl::Prepared> prepared;
+    try {
+      prepared = impl_->prepare(state, scan);
+    } catch (const Error&) {
+      if (backlog.reports.empty()) throw;
+      break;
+    }
+    impl_->apply(state, scan, std::move(*prepared), backlog);
+  }
+  return impl_->finish(state, backlog);
 }
 
 ScanReport Mapper::detect_in_occupancy() {
@@ -240,9 +323,11 @@ ScanReport Mapper::detect_in_occupancy() {
     throw;
   }
   report.points_raw = report.voxels = delta.appeared.size();
-  update_surfaces(state, {}, delta, report);
-  state.unfinished_scan = 0;
-  return report;
+  Backlog backlog;
+  backlog.reports.push_back(std::move(report));
+  backlog.appeared.emplace_back();
+  take_out(backlog, state, {}, delta, backlog.reports.back());
+  return std::move(impl_->finish(state, backlog).back());
 }
 
 void Mapper::share_octree(bool on) {

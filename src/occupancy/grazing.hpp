@@ -1,6 +1,6 @@
 #pragma once
 
-#include "occupancy/downsample.hpp"
+#include "sensing/downsample.hpp"
 
 #include <cstdint>
 #include <vector>

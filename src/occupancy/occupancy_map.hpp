@@ -1,8 +1,8 @@
 #pragma once
 
-#include "occupancy/downsample.hpp"
-#include "occupancy/voxel_grid.hpp"
+#include "geometry/voxel_grid.hpp"
 #include "occupancy/voxel_payload.hpp"
+#include "sensing/downsample.hpp"
 
 #include <Eigen/Core>
 #include <cstdint>

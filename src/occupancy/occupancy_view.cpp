@@ -1,5 +1,5 @@
+#include "geometry/voxel_grid.hpp"
 #include "occupancy/payload.hpp"
-#include "occupancy/voxel_grid.hpp"
 #include "occupancy/voxel_tree.hpp"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // The octree leaf by leaf, out and in: what another octree is made of, and kept up to date by.
+#include "geometry/voxel_grid.hpp"
 #include "occupancy/occupancy_map.hpp"
-#include "occupancy/voxel_grid.hpp"
 #include "occupancy/voxel_tree.hpp"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 #pragma once
 
+#include "geometry/voxel_key.hpp"
 #include "occupancy/payload_store.hpp"
 #include "occupancy/pool.hpp"
-#include "occupancy/voxel_key.hpp"
 
 #include <array>
 #include <bit>

@@ -1,6 +1,6 @@
 #include "planning/contact_shape.hpp"
 
-#include "surfaces/directions.hpp"
+#include "geometry/directions.hpp"
 
 #include <algorithm>
 #include <string>

@@ -1,6 +1,6 @@
+#include "geometry/disjoint_sets.hpp"
+#include "geometry/triangulate.hpp"
 #include "planning/convex_piece.hpp"
-#include "surfaces/disjoint_sets.hpp"
-#include "surfaces/triangulate.hpp"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <algorithm>

@@ -1,8 +1,8 @@
+#include "geometry/even_odd.hpp"
 #include "planning/contact_obstacles.hpp"
 #include "planning/contact_shape.hpp"
 #include "planning/convex_sides.hpp"
 #include "planning/rings.hpp"
-#include "surfaces/even_odd.hpp"
 
 #include <algorithm>
 #include <limits>

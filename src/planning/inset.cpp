@@ -1,10 +1,10 @@
 #include "planning/inset.hpp"
 
+#include "geometry/even_odd.hpp"
 #include "planning/cell_grid.hpp"
 #include "planning/convex_lines.hpp"
 #include "planning/convex_sides.hpp"
 #include "planning/rings.hpp"
-#include "surfaces/even_odd.hpp"
 
 #include <tsl/robin_map.h>
 

@@ -1,5 +1,5 @@
+#include "geometry/directions.hpp"
 #include "planning/rings.hpp"
-#include "surfaces/directions.hpp"
 
 #include <algorithm>
 #include <cmath>

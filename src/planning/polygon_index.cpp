@@ -1,7 +1,7 @@
 #include "planning/polygon_index.hpp"
 
+#include "geometry/even_odd.hpp"
 #include "planning/rings.hpp"
-#include "surfaces/even_odd.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
+#include "geometry/directions.hpp"
 #include "planning/box_tree.hpp"
 #include "planning/polygon_index.hpp"
-#include "surfaces/directions.hpp"
 
 #include <algorithm>
 #include <array>

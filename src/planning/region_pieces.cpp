@@ -1,9 +1,9 @@
+#include "geometry/triangulate.hpp"
 #include "planning/blocked_polygon.hpp"
 #include "planning/contact_shape.hpp"
 #include "planning/convex_piece.hpp"
 #include "planning/convex_sides.hpp"
 #include "planning/rings.hpp"
-#include "surfaces/triangulate.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

@@ -1,7 +1,7 @@
 #include "simulation/faces.hpp"
 
+#include "geometry/even_odd.hpp"
 #include "simulation/planar.hpp"
-#include "surfaces/even_odd.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "surfaces/cylinder_fit.hpp"
-#include "surfaces/noise_model.hpp"
+#include "geometry/cylinder_fit.hpp"
+#include "sensing/noise_model.hpp"
 #include "surfaces/surface_model.hpp"
 
 #include <map>

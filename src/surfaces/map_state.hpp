@@ -1,10 +1,10 @@
 #pragma once
 
 #include "occupancy/occupancy_map.hpp"
+#include "sensing/noise_model.hpp"
 #include "surfaces/alignment_state.hpp"
 #include "surfaces/atomic_shared_ptr.hpp"
 #include "surfaces/cylinder_store.hpp"
-#include "surfaces/noise_model.hpp"
 #include "surfaces/surface_store.hpp"
 
 #include <memory>

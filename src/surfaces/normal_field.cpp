@@ -1,6 +1,6 @@
 #include "surfaces/normal_field.hpp"
 
-#include "surfaces/lanes.hpp"
+#include "geometry/lanes.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "occupancy/point_window.hpp"
-#include "surfaces/noise_model.hpp"
+#include "sensing/noise_model.hpp"
 #include "surfaces/surface_store.hpp"
 
 #include <vector>

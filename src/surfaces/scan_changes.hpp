@@ -28,7 +28,7 @@ struct Changes {
 
 /// One scan's working set, handed from stage to stage. Whatever changes the owner of a point goes through
 /// give(), reassign(), release() and requeue(), which keep octree, surfaces and records in step; points of
-/// vanished voxels alone leave their surfaces without (retract() in upkeep.hpp).
+/// vanished voxels alone leave their surfaces without (retract() in src/upkeep).
 class Workspace {
  public:
   using Index = PointWindow::Index;
@@ -39,6 +39,8 @@ class Workspace {
       : state(map_state),
         window(std::move(points)),
         normals(window, map_state.parameters, map_state.noise, map_state.surfaces) {}
+  Workspace(const Workspace&) = delete;  // `normals` refers to `window`
+  Workspace& operator=(const Workspace&) = delete;
 
   MapState& state;
   PointWindow window;
@@ -100,5 +102,18 @@ class Workspace {
     window.assign(i, 0);
   }
 };
+
+/// Merges `from` into `into`: inliers, moments, lineage. `from` ceases to exist.
+void merge(Workspace& work, SurfaceModel& into, SurfaceModel& from);
+
+/// What becomes of the points of a surface that ends: `released` ones are no news to detection, which would
+/// only find the same plane again.
+enum class Points { requeued, released };
+
+/// Its points are pending again, and it is gone.
+void dissolve(Workspace& work, SurfaceModel& surface, Points points);
+
+/// Fewer than n inliers are left.
+bool too_small(const Workspace& work, const SurfaceModel& surface);
 
 }  // namespace octosurf

@@ -1,7 +1,7 @@
 #include "surfaces/surface_model.hpp"
 
-#include "surfaces/alpha_shape.hpp"
-#include "surfaces/plane_covariance.hpp"
+#include "geometry/alpha_shape.hpp"
+#include "geometry/plane_covariance.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -28,17 +28,6 @@ double to_side(const Eigen::Vector3d& at, const Eigen::Vector3d& direction, doub
 }
 
 }  // namespace
-
-Eigen::Matrix3d plane_axes(const Eigen::Vector3d& normal) {
-  Eigen::Matrix3d axes;
-  axes.col(2) = normal;
-  // All of a level plane's directions are horizontal: its x is then the one nearest the map's.
-  const bool level = std::hypot(normal.x(), normal.y()) < 1e-6;
-  axes.col(0) = level ? Eigen::Vector3d(Eigen::Vector3d::UnitY().cross(normal).normalized())
-                      : Eigen::Vector3d(Eigen::Vector3d::UnitZ().cross(normal).normalized());
-  axes.col(1) = axes.col(2).cross(axes.col(0));
-  return axes;
-}
 
 std::array<float, 3> color_of(SurfaceId id) {
   const double hue = 6 * std::fmod(id * std::numbers::phi, 1.0);

@@ -1,10 +1,11 @@
 #pragma once
 
+#include "geometry/cell_bits.hpp"
+#include "geometry/moments.hpp"
+#include "geometry/outline.hpp"
+#include "geometry/plane_frame.hpp"
 #include "occupancy/occupancy_map.hpp"
-#include "surfaces/cell_bits.hpp"
-#include "surfaces/moments.hpp"
-#include "surfaces/noise_model.hpp"
-#include "surfaces/outline.hpp"
+#include "sensing/noise_model.hpp"
 
 #include <Eigen/Geometry>
 #include <array>
@@ -208,9 +209,6 @@ class SurfaceModel {
   bool polygons_stale_ = true;
   std::vector<Polygon> polygons_;
 };
-
-/// A frame whose z is `normal` (unit), with x horizontal: exactly level and upright planes included.
-Eigen::Matrix3d plane_axes(const Eigen::Vector3d& normal);
 
 /// Distinct by construction: the hue steps by the golden ratio from id to id.
 std::array<float, 3> color_of(SurfaceId id);

@@ -1,4 +1,4 @@
-#include "surfaces/directions.hpp"
+#include "geometry/directions.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <algorithm>
@@ -101,11 +101,6 @@ Up up_from_surfaces(const Map& map) {
 double slope_rad(const Surface& surface, const Eigen::Vector3d& up) {
   const Eigen::Vector3d& n = surface.plane.normal;
   return std::atan2(n.cross(up).norm(), n.dot(up));  // exact near 0, where acos is not
-}
-
-void require_direction(const Eigen::Vector3d& direction, const char* where) {
-  if (direction.allFinite() && direction.norm() > 1e-9) return;
-  throw Error(Error::Kind::usage, where, "is no direction", "give a vector that is finite and not zero");
 }
 
 Eigen::Quaterniond upright(const Eigen::Vector3d& up) {

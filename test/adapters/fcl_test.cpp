@@ -1,5 +1,5 @@
 // FCL's collision objects of surfaces and octree, against every surface and voxel asked by itself.
-#include "io/room_snapshot.hpp"
+#include "io/exporters/room_snapshot.hpp"
 #include "support/random_scans.hpp"
 #include "support/seed.hpp"
 

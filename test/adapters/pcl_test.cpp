@@ -1,9 +1,9 @@
 // PCL's types in and out.
-#include "io/room_snapshot.hpp"
+#include "geometry/triangulate.hpp"
+#include "io/exporters/room_snapshot.hpp"
 #include "planning/shapes.hpp"
 #include "support/random_scans.hpp"
 #include "support/seed.hpp"
-#include "surfaces/triangulate.hpp"
 
 #include <gtest/gtest.h>
 #include <map>

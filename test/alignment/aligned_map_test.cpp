@@ -1,7 +1,7 @@
 // Maps built from poses that are off: what Mapper::insert makes of them.
 #include "alignment/pose_fit.hpp"
 #include "alignment/surfaces_by_hand.hpp"
-#include "io/map_file.hpp"
+#include "io/map_file/map_file.hpp"
 #include "support/seed.hpp"
 #include "surfaces/map_state.hpp"
 

@@ -93,9 +93,9 @@ TEST_F(MapRun, ReportHasEveryKey) {
   for (const char* key : {"mean", "p50", "p95", "max"})
     EXPECT_GT(report.at("detection_lag_s").at(key), 0) << key;
   for (const char* key : {"p50", "p95", "p99", "max"}) EXPECT_GT(report.at("scan_ms").at(key), 0) << key;
-  EXPECT_EQ(report.at("stage_ms").size(), 8u);
-  for (const char* stage :
-       {"align", "downsample", "occupancy", "retract", "add_inliers", "expand", "detect", "derive"})
+  EXPECT_EQ(report.at("stage_ms").size(), 10u);
+  for (const char* stage : {"align", "downsample", "occupancy", "retract", "add_inliers", "expand", "detect",
+                            "revise", "cylinders", "derive"})
     for (const char* key : {"p50", "p95", "max", "total"})
       EXPECT_GE(report.at("stage_ms").at(stage).at(key), 0) << stage << key;
   for (const char* key : {"nodes", "leaves", "bytes"}) EXPECT_GT(report.at("octree").at(key), 0) << key;

@@ -1,7 +1,7 @@
 // Scans that are kept while mapping, and maps that are built anew from them.
 #include "apps/command.hpp"
 #include "apps/running.hpp"
-#include "io/pose_file.hpp"
+#include "io/readers/pose_file.hpp"
 #include "property/same_surfaces.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"

@@ -1,5 +1,5 @@
 // The report's numbers, from scans whose every number is known.
-#include "mapper/run_statistics.hpp"
+#include "run_statistics.hpp"
 
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>

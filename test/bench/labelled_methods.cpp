@@ -3,8 +3,8 @@
 #include "bench/cgal_planes.hpp"
 #include "bench/support.hpp"
 #include "evaluation/planar_region.hpp"
-#include "occupancy/downsample.hpp"
 #include "reference/paper_pipeline.hpp"
+#include "sensing/downsample.hpp"
 
 #include <cmath>
 #include <functional>

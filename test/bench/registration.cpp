@@ -4,8 +4,8 @@
 #include "alignment/near_surfaces.hpp"
 #include "alignment/pose_search.hpp"
 #include "bench/support.hpp"
+#include "sensing/noise_model.hpp"
 #include "simulation/recording.hpp"
-#include "surfaces/noise_model.hpp"
 
 #include <CLI/CLI.hpp>
 #include <Eigen/Dense>

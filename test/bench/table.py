@@ -40,7 +40,7 @@ def ratio(row):
     return text
 
 
-STAGES = ("downsample", "occupancy", "retract", "add_inliers", "expand", "detect", "derive")
+STAGES = ("downsample", "occupancy", "retract", "add_inliers", "expand", "detect", "revise", "cylinders", "derive")
 
 
 def stages(row):

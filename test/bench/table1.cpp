@@ -1,7 +1,7 @@
 // Table I of the paper beside ours: same columns, same meaning (docs/formats.md §1).
 
 #include "bench/support.hpp"
-#include "mapper/run_statistics.hpp"
+#include "run_statistics.hpp"
 #include "simulation/recording.hpp"
 
 #include <CLI/CLI.hpp>

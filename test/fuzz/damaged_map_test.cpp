@@ -1,6 +1,6 @@
 // One small map's two files, damaged everywhere: the same map or an Error, and memory within the bound.
 #include "fuzz/input_file.hpp"
-#include "io/map_file.hpp"
+#include "io/map_file/map_file.hpp"
 #include "map_file.pb.h"
 #include "occupancy/occupancy_map.hpp"
 #include "support/packed_map.hpp"

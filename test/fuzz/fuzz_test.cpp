@@ -1,7 +1,7 @@
 // Replays what libFuzzer starts from and what it found; see targets.hpp.
 #include "fuzz/input_file.hpp"
 #include "fuzz/targets.hpp"
-#include "io/cloud_file.hpp"
+#include "io/readers/cloud_file.hpp"
 
 #include <algorithm>
 #include <filesystem>

@@ -1,6 +1,6 @@
 // Targets for maps: .surfaces, .bt and .ot.
 #include "fuzz/input_file.hpp"
-#include "io/map_file.hpp"
+#include "io/map_file/map_file.hpp"
 #include "occupancy/occupancy_map.hpp"
 
 #include <optional>

@@ -1,10 +1,10 @@
 // Targets for files of scans and what stands beside them.
 #include "fuzz/input_file.hpp"
-#include "io/archived_scan.hpp"
-#include "io/cloud_file.hpp"
-#include "io/depth_image.hpp"
-#include "io/pose_file.hpp"
-#include "occupancy/scan_graph.hpp"
+#include "io/map_file/archived_scan.hpp"
+#include "io/readers/cloud_file.hpp"
+#include "io/readers/depth_image.hpp"
+#include "io/readers/pose_file.hpp"
+#include "io/readers/scan_graph.hpp"
 #include "parameter_options.hpp"
 
 #include <cmath>

@@ -1,4 +1,5 @@
 // Contact regions against what exact arithmetic, and the eye, says of small surfaces.
+#include "geometry/ring_check.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "planning/contact_obstacles.hpp"
 #include "planning/contact_shape.hpp"
@@ -6,7 +7,6 @@
 #include "shapes.hpp"
 #include "support/polygons.hpp"
 #include "support/seed.hpp"
-#include "surfaces/ring_check.hpp"
 
 #include <cmath>
 #include <gmock/gmock.h>

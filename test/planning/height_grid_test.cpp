@@ -1,5 +1,5 @@
 // Height grids against every cell's centre asked of every surface by itself.
-#include "io/room_snapshot.hpp"
+#include "io/exporters/room_snapshot.hpp"
 #include "shapes.hpp"
 #include "support/polygons.hpp"
 #include "support/seed.hpp"

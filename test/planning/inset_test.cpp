@@ -1,13 +1,13 @@
 // The fast way to a region against the slow one: everything cut out, one by one, in integers.
 #include "planning/inset.hpp"
 
+#include "geometry/ring_check.hpp"
 #include "planning/blocked_polygon.hpp"
 #include "planning/contact_shape.hpp"
 #include "planning/exact_region.hpp"
 #include "planning/rings.hpp"
 #include "shapes.hpp"
 #include "support/seed.hpp"
-#include "surfaces/ring_check.hpp"
 
 #include <gmock/gmock.h>
 #include <numbers>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "occupancy/downsample.hpp"
+#include "sensing/downsample.hpp"
 #include "surfaces/map_state.hpp"
 #include "surfaces/scan_changes.hpp"
 

@@ -1,7 +1,7 @@
 #include "support/packed_map.hpp"
 
-#include "io/map_file.hpp"
-#include "io/record_stream.hpp"
+#include "io/map_file/map_file.hpp"
+#include "io/map_file/record_stream.hpp"
 #include "map_file.pb.h"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "occupancy/voxel_grid.hpp"
+#include "geometry/voxel_grid.hpp"
 #include "occupancy/voxel_tree.hpp"
 
 #include <octosurf/occupancy.hpp>

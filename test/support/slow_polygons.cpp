@@ -1,6 +1,6 @@
 #include "support/slow_polygons.hpp"
 
-#include "surfaces/alpha_shape.hpp"
+#include "geometry/alpha_shape.hpp"
 
 namespace octosurf::test {
 

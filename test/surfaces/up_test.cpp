@@ -1,5 +1,5 @@
+#include "geometry/directions.hpp"
 #include "support/seed.hpp"
-#include "surfaces/directions.hpp"
 
 #include <gmock/gmock.h>
 #include <limits>

@@ -1,5 +1,5 @@
 // make_pages FOLDER: the pages that page_test.mjs looks at, of maps that are known to the last edge.
-#include "io/room_snapshot.hpp"
+#include "io/exporters/room_snapshot.hpp"
 #include "support/painted_octree.hpp"
 
 #include <cmath>

@@ -1,8 +1,8 @@
 #include "io/readers/bag.hpp"
 
-#include "io/file_kind.hpp"
 #include "io/readers/bounded_file.hpp"
-#include "io/scan_list.hpp"
+#include "io/readers/file_kind.hpp"
+#include "io/readers/scan_list.hpp"
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
 #include "io/readers/bag_recording.hpp"
 
-#include "io/pose_file.hpp"
 #include "io/readers/bounded_file.hpp"
+#include "io/readers/pose_file.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 // Messages that come one by one, as a node receives them: a pose, a cloud, a depth image.
-#include "io/pose_file.hpp"
 #include "io/readers/bounded_file.hpp"
+#include "io/readers/pose_file.hpp"
 #include "io/readers/sensor_messages.hpp"
 
 #include <cmath>

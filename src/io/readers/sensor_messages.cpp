@@ -1,6 +1,6 @@
 #include "io/readers/sensor_messages.hpp"
 
-#include "io/cloud_rows.hpp"
+#include "io/readers/cloud_rows.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "io/depth_image.hpp"
+#include "io/readers/depth_image.hpp"
 #include "io/readers/message_reader.hpp"
 
 #include <Eigen/Core>

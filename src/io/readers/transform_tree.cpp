@@ -1,6 +1,6 @@
 #include "io/readers/transform_tree.hpp"
 
-#include "io/pose_file.hpp"
+#include "io/readers/pose_file.hpp"
 
 #include <algorithm>
 #include <array>

@@ -3,8 +3,8 @@
 #include "bench/cgal_planes.hpp"
 #include "bench/speed/contestant.hpp"
 #include "bench/support.hpp"
-#include "occupancy/downsample.hpp"
 #include "reference/alpha_shape.hpp"
+#include "sensing/downsample.hpp"
 
 #include <Eigen/Geometry>
 #include <tsl/robin_set.h>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "io/readers/bag.hpp"
-#include "io/scan_files.hpp"
+#include "io/readers/scan_files.hpp"
 
 #include <cstdint>
 #include <string>

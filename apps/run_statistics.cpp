@@ -1,0 +1,213 @@
+#include "run_statistics.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <numeric>
+#include <sys/resource.h>
+
+#include <octosurf/diagnosis.hpp>
+
+namespace octosurf {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// `values` ascending and not empty.
+double percentile(const std::vector<double>& values, double share) {
+  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
+  return values[std::clamp<std::size_t>(rank, 1, values.size()) - 1];
+}
+
+Json spread(std::vector<double> values, const std::vector<std::pair<const char*, double>>& shares) {
+  std::sort(values.begin(), values.end());
+  Json json;
+  for (const auto& [name, share] : shares)
+    json[name] = values.empty() ? Json() : Json(percentile(values, share));
+  json["max"] = values.empty() ? Json() : Json(values.back());
+  return json;
+}
+
+double peak_rss_mb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) * 1024 / 1e6;  // kB of 1024 on Linux
+}
+
+/// Percentiles over points, each with the lag of the scan that brought it.
+template <class Lags>
+Json lag_json(Lags lags) {
+  std::sort(lags.begin(), lags.end(), [](const auto& a, const auto& b) { return a.seconds < b.seconds; });
+  double points = 0, sum = 0;
+  for (const auto& lag : lags) {
+    points += static_cast<double>(lag.points);
+    sum += lag.seconds * static_cast<double>(lag.points);
+  }
+  if (points == 0) return {{"mean", nullptr}, {"p50", nullptr}, {"p95", nullptr}, {"max", nullptr}};
+  const auto at = [&](double share) {
+    double seen = 0;
+    for (const auto& lag : lags)
+      if ((seen += static_cast<double>(lag.points)) >= share * points) return lag.seconds;
+    return lags.back().seconds;
+  };
+  return {{"mean", sum / points}, {"p50", at(0.5)}, {"p95", at(0.95)}, {"max", lags.back().seconds}};
+}
+
+Json to_json_value(const std::string& text) {
+  if (text == "true" || text == "false") return text == "true";
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return text;
+  if (value == std::floor(value) && std::fabs(value) < 1e15) return static_cast<std::int64_t>(value);
+  return value;
+}
+
+Json parameters_object(const Parameters& parameters) {
+  Json json = Json::object();
+  for (const ParameterInfo& info : parameter_infos())
+    json[info.name] = to_json_value(get_parameter(parameters, info.name));
+  return json;
+}
+
+Json double_layers_json(const Snapshot& snapshot) {
+  Json json = Json::array();
+  for (const DoubleLayer& layer : double_layers(snapshot))
+    json.push_back({{"surfaces", {layer.first, layer.second}},
+                    {"overlap_m2", layer.overlap_m2},
+                    {"distance_m", layer.distance_m},
+                    {"angle_deg", layer.angle_rad * 180 / std::numbers::pi}});
+  return json;
+}
+
+Json alignment_json(const AlignmentTotals& totals) {
+  Json json{{"scans", Json::object()}};
+  for (std::size_t outcome = 0; outcome < totals.outcomes.size(); ++outcome)
+    json["scans"][std::string(alignment_outcome_names[outcome])] = totals.outcomes[outcome];
+  json["correction_m"] = spread(totals.corrections_m, {{"p50", 0.5}, {"p95", 0.95}});
+  json["correction_deg"] = spread(totals.corrections_deg, {{"p50", 0.5}, {"p95", 0.95}});
+  return json;
+}
+
+Json closures_json(const std::vector<LoopClosure>& closures) {
+  Json list = Json::array();
+  for (const LoopClosure& closure : closures)
+    list.push_back({{"first", closure.first}, {"last", closure.last}, {"distance_m", closure.farthest_m}});
+  return list;
+}
+
+Json sensor_bias_json(const std::optional<SensorBias>& bias) {
+  if (!bias) return {};
+  const double degrees = 180 / std::numbers::pi;
+  const Eigen::Vector3d tilt = degrees * bias->tilt_rad;
+  const Eigen::Vector4d std = bias->covariance.diagonal().cwiseSqrt();
+  return {{"tilt_deg", {tilt.x(), tilt.y(), tilt.z()}},
+          {"tilt_std_deg", {degrees * std[0], degrees * std[1], degrees * std[2]}},
+          {"range_scale", bias->range_scale},
+          {"range_scale_std", std[3]}};
+}
+
+Json up_object(const Up& up) {
+  Json json{{"direction", {up.direction.x(), up.direction.y(), up.direction.z()}},
+            {"from", name_of(up.source)}};
+  if (up.source != Up::Source::surfaces) return json;
+  json["level_m2"] = up.level_m2;
+  json["rival"] = up.rival;
+  return json;
+}
+
+}  // namespace
+
+std::string up_json(const Up& up) { return up_object(up).dump(); }
+std::string parameters_json(const Parameters& parameters) { return parameters_object(parameters).dump(); }
+
+void RunStatistics::add(const Scan& scan, const ScanReport& report, double arrival_s, double done_s) {
+  if (scans_++ == 0) first_stamp_s_ = scan.stamp_s;
+  last_stamp_s_ = scan.stamp_s;
+  const Alignment& alignment = report.alignment;
+  ++alignment_.outcomes[static_cast<std::size_t>(alignment.outcome)];
+  if (alignment.outcome == AlignmentOutcome::corrected || alignment.outcome == AlignmentOutcome::recovered) {
+    const Eigen::Isometry3d& used = alignment.T_map_sensor;
+    alignment_.corrections_m.push_back((used.translation() - scan.T_map_sensor.translation()).norm());
+    const Eigen::AngleAxisd turn(used.linear() * scan.T_map_sensor.linear().transpose());
+    alignment_.corrections_deg.push_back(turn.angle() * 180 / std::numbers::pi);
+  }
+  closures_.add(scan, alignment, parameters_.occupancy.resolution);
+  const auto voxels = static_cast<double>(std::max<std::size_t>(1, report.voxels));
+  sensor_bias_.add(scan.T_map_sensor, alignment, static_cast<double>(report.appeared) / voxels);
+  add_occupancy(report, arrival_s, done_s);
+}
+
+void RunStatistics::add_occupancy(const ScanReport& report, double arrival_s, double done_s) {
+  if (scan_ms_.empty()) first_arrival_s_ = arrival_s;
+  if (first_detection_s_ < 0 && !report.born.empty()) first_detection_s_ = done_s - first_arrival_s_;
+  scan_ms_.push_back(report.total_ms);
+  for (std::size_t stage = 0; stage < stage_ms_.size(); ++stage)
+    stage_ms_[stage].push_back(report.stage_ms[stage]);
+  if (report.categorized > 0) lags_.push_back({done_s - arrival_s, report.categorized});
+  for (const auto count :
+       {&ScanReport::points_raw, &ScanReport::points_not_finite, &ScanReport::points_too_near,
+        &ScanReport::points_beyond_range, &ScanReport::points_out_of_map, &ScanReport::voxels,
+        &ScanReport::appeared, &ScanReport::vanished, &ScanReport::categorized})
+    totals_.*count += report.*count;
+}
+
+double RunStatistics::scan_ms_percentile(double share) const {
+  if (scan_ms_.empty()) return 0;
+  std::vector<double> sorted = scan_ms_;
+  std::sort(sorted.begin(), sorted.end());
+  return percentile(sorted, share);
+}
+
+std::string RunStatistics::to_json(const Map& map, const RunContext& context) const {
+  const Map::Size size = map.size();
+  const std::shared_ptr<const Snapshot> snapshot = map.snapshot();
+  double area_m2 = 0;
+  for (const SurfacePtr& surface : snapshot->surfaces) area_m2 += surface->area_m2;
+  const auto scans = static_cast<double>(scans_);
+  const double span_s = scans_ > 1 ? (last_stamp_s_ - first_stamp_s_) * scans / (scans - 1) : 0;
+  const std::size_t categorizable = size.inliers + size.pending;
+
+  Json json;
+  json["version"] = OCTOSURF_VERSION;
+  json["parameters"] = parameters_object(parameters_);
+  json["input"] = context.input;
+  json["scans"] = scans_;
+  json["skipped_scans"] = context.skipped_scans;
+  json["warnings"] = context.warnings;
+  json["points_raw"] = totals_.points_raw;
+  json["points_dropped"] = {{"not_finite", totals_.points_not_finite},
+                            {"too_near", totals_.points_too_near},
+                            {"out_of_map", totals_.points_out_of_map}};
+  json["points_beyond_range"] = totals_.points_beyond_range;
+  json["points_new"] = totals_.appeared;
+  json["points_per_second"] = span_s > 0 ? Json(static_cast<double>(totals_.appeared) / span_s) : Json();
+  json["time_to_first_detection_s"] = first_detection_s_ >= 0 ? Json(first_detection_s_) : Json();
+  json["detection_lag_s"] = lag_json(lags_);
+  json["categorized_percent"] =
+      categorizable > 0 ? Json(100 * static_cast<double>(size.inliers) / static_cast<double>(categorizable))
+                        : Json();
+  json["scan_ms"] = spread(scan_ms_, {{"p50", 0.5}, {"p95", 0.95}, {"p99", 0.99}});
+  for (std::size_t stage = 0; stage < stage_ms_.size(); ++stage) {
+    Json& entry = json["stage_ms"][std::string(stage_names[stage])];
+    entry = spread(stage_ms_[stage], {{"p50", 0.5}, {"p95", 0.95}});
+    entry["total"] = std::accumulate(stage_ms_[stage].begin(), stage_ms_[stage].end(), 0.0);
+  }
+  json["alignment"] = alignment_json(alignment_);
+  json["alignment"]["closures"] = closures_json(closures_.all());
+  json["alignment"]["sensor_bias"] = sensor_bias_json(sensor_bias());
+  json["up"] = up_object(up_of(map));
+  json["surfaces"] = size.surfaces;
+  json["area_m2"] = area_m2;
+  json["double_layers"] = double_layers_json(*snapshot);
+  json["cylinders"] = map.snapshot()->cylinders.size();
+  json["pending_points"] = size.pending;
+  json["peak_rss_mb"] = peak_rss_mb();
+  json["octree"] = {{"nodes", size.nodes}, {"leaves", size.leaves}, {"bytes", size.bytes}};
+  json["wall_s"] = context.wall_s;
+  // A file name need not be UTF-8; its odd bytes are replaced.
+  return json.dump(1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace octosurf

@@ -1,0 +1,45 @@
+#include "diagnosis/refusal_text.hpp"
+
+#include <locale>
+#include <sstream>
+
+namespace octosurf {
+namespace {
+
+template <class Value>
+std::string text(const Value& value) {
+  std::ostringstream out;
+  out.imbue(std::locale::classic());
+  out.precision(3);
+  out << value;
+  return out.str();
+}
+
+void replace_all(std::string& sentence, std::string_view placeholder, std::string_view value) {
+  for (std::size_t at = 0; (at = sentence.find(placeholder, at)) != std::string::npos; at += value.size())
+    sentence.replace(at, placeholder.size(), value);
+}
+
+}  // namespace
+
+std::string sentence_of(const Refusal& refusal) {
+  std::string sentence(text_of(refusal.reason).sentence);
+  replace_all(sentence, "{what}", refusal.what);
+  replace_all(sentence, "{measured}", text(refusal.measured));
+  replace_all(sentence, "{limit}", text(refusal.limit));
+  replace_all(sentence, "{measured%}", text(100 * refusal.measured));
+  replace_all(sentence, "{limit%}", text(100 * refusal.limit));
+  replace_all(sentence, "{surface}", text(refusal.surface));
+  replace_all(sentence, "{cylinder}", text(refusal.cylinder));
+  return sentence;
+}
+
+std::vector<Figure> figures_of(const Refusal& refusal) {
+  const ReasonText& told = text_of(refusal.reason);
+  if (told.figure.empty() || (refusal.measured == 0 && refusal.limit == 0)) return {};
+  Figure figure{std::string(told.figure), refusal.measured, std::string(told.unit), {}, {}};
+  (told.bound == ReasonText::Bound::at_least ? figure.at_least : figure.at_most) = refusal.limit;
+  return {figure};
+}
+
+}  // namespace octosurf

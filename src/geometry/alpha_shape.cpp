@@ -1,0 +1,162 @@
+#include "geometry/alpha_shape.hpp"
+
+#include "geometry/rings.hpp"
+
+#include <CGAL/Delaunay_triangulation_2.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Triangulation_face_base_with_info_2.h>
+#include <array>
+#include <unordered_map>
+
+namespace octosurf {
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+
+struct FaceMark {
+  bool kept = false;
+  int component = -1;            // of kept triangles joined by edges
+  std::array<bool, 3> walked{};  // boundary edge opposite vertex i is on a ring already
+};
+using VertexBase = CGAL::Triangulation_vertex_base_2<Kernel>;
+using FaceBase = CGAL::Triangulation_face_base_with_info_2<FaceMark, Kernel>;
+using Delaunay =
+    CGAL::Delaunay_triangulation_2<Kernel, CGAL::Triangulation_data_structure_2<VertexBase, FaceBase>>;
+using Face = Delaunay::Face_handle;
+using Vertex = Delaunay::Vertex_handle;
+
+void mark_kept(const Delaunay& triangulation, double alpha) {
+  const double limit = alpha * alpha;
+  for (const Face face : triangulation.finite_face_handles()) {
+    face->info().kept = true;
+    for (int i = 0; i < 3; ++i) {
+      const auto& a = face->vertex(i)->point();
+      const auto& b = face->vertex(Delaunay::ccw(i))->point();
+      if (CGAL::squared_distance(a, b) > limit) face->info().kept = false;
+    }
+  }
+}
+
+int label_components(const Delaunay& triangulation) {
+  int components = 0;
+  std::vector<Face> stack;
+  for (const Face seed : triangulation.finite_face_handles()) {
+    if (!seed->info().kept || seed->info().component >= 0) continue;
+    seed->info().component = components;
+    for (stack.assign(1, seed); !stack.empty();) {
+      const Face face = stack.back();
+      stack.pop_back();
+      for (int i = 0; i < 3; ++i) {
+        const Face next = face->neighbor(i);
+        if (!next->info().kept || next->info().component >= 0) continue;
+        next->info().component = components;
+        stack.push_back(next);
+      }
+    }
+    ++components;
+  }
+  return components;
+}
+
+/// Boundary edge of a kept triangle: opposite its vertex `index`, interior on the left.
+struct BoundaryEdge {
+  Face face;
+  int index;
+
+  Vertex from() const { return face->vertex(Delaunay::ccw(index)); }
+  Vertex to() const { return face->vertex(Delaunay::cw(index)); }
+};
+
+/// The next boundary edge: turn about `to()` through kept triangles until one has no kept neighbour.
+BoundaryEdge next_edge(const BoundaryEdge& edge) {
+  const Vertex pivot = edge.to();
+  Face face = edge.face;
+  for (;;) {
+    const int pivot_index = face->index(pivot);
+    const int out = Delaunay::cw(pivot_index);  // opposite it lies the edge that leaves the pivot
+    const Face beyond = face->neighbor(out);
+    if (!beyond->info().kept) return {face, out};
+    face = beyond;
+  }
+}
+
+/// Cuts a closed walk into vertex-simple loops: a vertex met again closes the loop since its first
+/// visit. Linear, where the original's ring splitting was quadratic.
+void split_loops(const std::vector<Vertex>& walk, std::vector<Ring2>& loops) {
+  std::vector<Vertex> open;
+  std::unordered_map<const void*, std::size_t> place;
+  const auto emit = [&](std::size_t begin) {
+    Ring2 ring;
+    for (std::size_t i = begin; i < open.size(); ++i)
+      ring.emplace_back(open[i]->point().x(), open[i]->point().y());
+    if (ring.size() >= 3) loops.push_back(std::move(ring));
+  };
+  for (const Vertex v : walk) {
+    if (const auto seen = place.find(&*v); seen != place.end()) {
+      const std::size_t begin = seen->second;
+      emit(begin);
+      for (std::size_t i = begin; i < open.size(); ++i) place.erase(&*open[i]);
+      open.resize(begin);
+    }
+    place[&*v] = open.size();
+    open.push_back(v);
+  }
+  emit(0);
+}
+
+}  // namespace
+
+std::vector<Polygon> alpha_shape(std::span<const Eigen::Vector2d> points, double alpha) {
+  std::vector<Kernel::Point_2> sites;
+  sites.reserve(points.size());
+  for (const Eigen::Vector2d& p : points) sites.emplace_back(p.x(), p.y());
+  const Delaunay triangulation(sites.begin(), sites.end());
+  if (triangulation.dimension() < 2) return {};
+  mark_kept(triangulation, alpha);
+
+  std::vector<Polygon> polygons(static_cast<std::size_t>(label_components(triangulation)));
+  for (const Face face : triangulation.finite_face_handles()) {
+    if (!face->info().kept) continue;
+    for (int i = 0; i < 3; ++i) {
+      if (face->neighbor(i)->info().kept || face->info().walked[static_cast<std::size_t>(i)]) continue;
+      std::vector<Vertex> walk;
+      BoundaryEdge edge{face, i};
+      do {
+        edge.face->info().walked[static_cast<std::size_t>(edge.index)] = true;
+        walk.push_back(edge.from());
+        edge = next_edge(edge);
+      } while (edge.face != face || edge.index != i);
+      std::vector<Ring2> loops;
+      split_loops(walk, loops);
+      Polygon& polygon = polygons[static_cast<std::size_t>(face->info().component)];
+      for (Ring2& loop : loops) {
+        if (signed_area(loop) > 0)
+          polygon.outer = std::move(loop);
+        else
+          polygon.holes.push_back(std::move(loop));
+      }
+    }
+  }
+  // A sliver's area can round to nothing; what has no outer ring covers nothing.
+  std::erase_if(polygons, [](const Polygon& polygon) { return polygon.outer.empty(); });
+  order_rings(polygons);
+  return polygons;
+}
+
+double signed_area(const Ring2& ring) {
+  double twice = 0;
+  for (std::size_t i = 0; i < ring.size(); ++i) {
+    // About the first vertex, so that far-off rings keep their digits.
+    const Eigen::Vector2d a = ring[i] - ring[0], b = ring[(i + 1) % ring.size()] - ring[0];
+    twice += a.x() * b.y() - a.y() * b.x();
+  }
+  return twice / 2;
+}
+
+double area_of(const Polygon& polygon) {
+  double area = signed_area(polygon.outer);
+  for (const Ring2& hole : polygon.holes) area += signed_area(hole);
+  return area;
+}
+
+}  // namespace octosurf

@@ -1,0 +1,82 @@
+#pragma once
+
+#include "geometry/moments.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <span>
+
+namespace octosurf {
+
+/// A plane by least squares over a given frame, off = offset + slopes·(u, v), and how sure its points
+/// leave it.
+struct PlaneOverFrame {
+  Eigen::Vector3d plane;       ///< offset, slope along u, slope along v
+  Eigen::Matrix3d covariance;  ///< of these; symmetric positive definite up to rounding
+};
+
+/// The normal matrix of that fit, from moments about the frame's origin. `R`: rows u, v, normal of it.
+inline Eigen::Matrix3d normal_matrix(const Moments& about, const Eigen::Matrix3d& R) {
+  const Eigen::Vector3d sum = R * about.sum;
+  const Eigen::Matrix3d outer = R * about.outer * R.transpose();
+  Eigen::Matrix3d normal;
+  normal << about.count, sum.x(), sum.y(),  //
+      sum.x(), outer(0, 0), outer(0, 1),    //
+      sum.y(), outer(0, 1), outer(1, 1);
+  return normal;
+}
+
+/// `about`: moments of `readings` points about the frame's origin, weighted by 1/σ² up to a common factor,
+/// which the residuals tell. `R`: rows u, v, normal of the frame. What lies in a line has a slope of 1 as
+/// its deviation across; a point is not held to be better than 0.1 mm, which is about how it is stored.
+inline PlaneOverFrame plane_over(const Moments& about, const Eigen::Matrix3d& R, double readings) {
+  const Eigen::Vector3d sum = R * about.sum;
+  const Eigen::Matrix3d outer = R * about.outer * R.transpose();
+  Eigen::Matrix3d normal = normal_matrix(about, R);
+  const Eigen::Vector3d right(sum.z(), outer(0, 2), outer(1, 2));
+  // Of a handful of points, or a line of them, a slope of 1 is as good as none; it keeps this regular.
+  const double least = 1e-9 * about.count;
+  normal.diagonal().tail<2>().array() += least;
+  PlaneOverFrame fit;
+  fit.plane = normal.ldlt().solve(right);
+  const double left = std::max(0.0, outer(2, 2) - right.dot(fit.plane));
+  const double variance = left / std::max(1.0, readings - 3) + 1e-8;
+  normal.diagonal().tail<2>().array() += variance;
+  fit.covariance = variance * normal.inverse();
+  return fit;
+}
+
+/// Readings whose weights are right among themselves.
+struct ReadingGroup {
+  Moments about;  ///< as for plane_over()
+  double readings = 0;
+};
+
+/// Covariance of plane_over() of all groups together, if each scatters in its own way: what is kept of a
+/// first scan and the means of later ones are weighted by different knowledge. The same if they do not.
+inline Eigen::Matrix3d covariance_over(std::span<const ReadingGroup> groups, const Eigen::Matrix3d& R) {
+  Moments all, scattered;  // N, and Σ of the groups' N times their variances of unit weight
+  double readings = 0;
+  for (const ReadingGroup& group : groups) {
+    all.add(group.about);
+    readings += group.readings;
+  }
+  const Eigen::Vector3d plane = plane_over(all, R, readings).plane;
+  const Eigen::Vector3d along = R.transpose() * Eigen::Vector3d(-plane[1], -plane[2], 1);
+  const double spent = readings / std::max(1.0, readings - 3);
+  double left = 0;
+  for (const ReadingGroup& group : groups) {
+    if (!(group.about.count > 0)) continue;
+    const double of_group = group.about.count * group.about.mean_squared_distance(along, plane[0]);
+    left += of_group;
+    scattered.add(group.about, spent * of_group / std::max(1.0, group.readings) + 1e-8);
+  }
+  const double variance = left / std::max(1.0, readings - 3) + 1e-8;
+  Eigen::Matrix3d normal = normal_matrix(all, R), between = normal_matrix(scattered, R);
+  normal.diagonal().tail<2>().array() += variance;  // a slope of 1, as in plane_over()
+  between.diagonal().tail<2>().array() += variance * variance;
+  const Eigen::Matrix3d inverse = normal.inverse();
+  return inverse * between * inverse;
+}
+
+}  // namespace octosurf

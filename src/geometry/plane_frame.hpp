@@ -1,0 +1,19 @@
+#pragma once
+
+#include "geometry/moments.hpp"
+
+#include <Eigen/Core>
+
+#include <octosurf/surface.hpp>
+
+namespace octosurf {
+
+/// A frame whose z is `normal` (unit), with x horizontal: exactly level and upright planes included.
+Eigen::Matrix3d plane_axes(const Eigen::Vector3d& normal);
+
+/// Plane through the points of moments about `reference`; normal on the side of `toward`.
+Plane fitted_plane(const Moments& moments, const Eigen::Vector3d& reference, const Eigen::Vector3d& toward);
+/// Across the narrow side, m: a uniform strip of width w has a variance of w²/12 across.
+double width_of(const Moments& moments);
+
+}  // namespace octosurf

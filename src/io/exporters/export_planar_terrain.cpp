@@ -1,0 +1,155 @@
+#include "io/exporters/export_formats.hpp"
+#include "io/exporters/grid_map_message.hpp"
+#include "io/exporters/planar_terrain_message.hpp"
+#include "io/exporters/planner_pieces.hpp"
+#include "io/exporters/terrain_layers.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include <octosurf/error.hpp>
+#include <octosurf/planner_formats.hpp>
+#include <octosurf/ros_messages.hpp>
+
+namespace octosurf {
+namespace {
+
+constexpr double steepest_rad = 80 * std::numbers::pi / 180;
+
+/// One message region: a polygon of a surface and the insets in it.
+struct TerrainRegion {
+  const PlannerSurface* surface;
+  const Polygon* boundary;
+  std::vector<const Polygon*> insets;
+};
+
+std::vector<TerrainRegion> regions_of(const PlannerSurface& surface) {
+  std::vector<TerrainRegion> regions;
+  for (const Polygon& polygon : surface.polygons) regions.push_back({&surface, &polygon, {}});
+  for (const Polygon& inset : surface.insets) {
+    const std::size_t at = polygon_with(surface.polygons, interior_point(inset));
+    if (at < regions.size()) regions[at].insets.push_back(&inset);
+  }
+  return regions;
+}
+
+std::vector<TerrainRegion> usable_regions(const std::vector<PlannerSurface>& surfaces,
+                                          PlanarTerrainCount& count) {
+  std::vector<TerrainRegion> usable;
+  for (const PlannerSurface& surface : surfaces) {
+    if (surface.T_world_surface(2, 2) < std::cos(steepest_rad)) {
+      count.too_steep += surface.polygons.size();
+      continue;
+    }
+    for (TerrainRegion& region : regions_of(surface)) {
+      count.without_inset += region.insets.empty();
+      if (!region.insets.empty()) usable.push_back(std::move(region));
+    }
+  }
+  count.regions = usable.size();
+  return usable;
+}
+
+void write_ring(MessageWriter& out, const Ring2& ring, SurfaceId id) {
+  out.begin_message();
+  out.field("points");
+  out.begin_list(ring.size());
+  for (const Eigen::Vector2d& uv : ring) {
+    finite(uv.sum(), id);
+    out.begin_message();
+    out.field("x", static_cast<float>(uv.x()));
+    out.field("y", static_cast<float>(uv.y()));
+    out.end_message();
+  }
+  out.end_list();
+  out.end_message();
+}
+
+void write_polygon(MessageWriter& out, const Polygon& polygon, SurfaceId id) {
+  out.begin_message();
+  out.field("outer_boundary");
+  write_ring(out, polygon.outer, id);
+  out.field("holes");
+  out.begin_list(polygon.holes.size());
+  for (const Ring2& hole : polygon.holes) write_ring(out, hole, id);
+  out.end_list();
+  out.end_message();
+}
+
+void write_box(MessageWriter& out, const Ring2& ring) {
+  Eigen::AlignedBox2f box;
+  for (const Eigen::Vector2d& uv : ring) box.extend(uv.cast<float>());
+  out.begin_message();
+  out.field("min_x", box.min().x());
+  out.field("min_y", box.min().y());
+  out.field("max_x", box.max().x());
+  out.field("max_y", box.max().y());
+  out.end_message();
+}
+
+void write_region(MessageWriter& out, const TerrainRegion& region) {
+  const SurfaceId id = region.surface->id;
+  const Eigen::Isometry3d& pose = region.surface->T_world_surface;
+  out.begin_message();
+  out.field("plane_parameters");
+  write_pose(out, pose.translation(), Eigen::Quaterniond(pose.linear()));
+  out.field("bbox2d");
+  write_box(out, region.boundary->outer);
+  out.field("boundary");
+  write_polygon(out, *region.boundary, id);
+  out.field("insets");
+  out.begin_list(region.insets.size());
+  for (const Polygon* inset : region.insets) write_polygon(out, *inset, id);
+  out.end_list();
+  out.end_message();
+}
+
+/// How many there are to write. `where` names the terrain in errors.
+PlanarTerrainCount count_regions(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
+                                 const std::filesystem::path& where) {
+  require_cells(grid, where);
+  PlanarTerrainCount count;
+  usable_regions(surfaces, count);
+  if (count.regions == 0)
+    throw Error(Error::Kind::data, where.string(), "there is nothing to put into it",
+                "no surface has room for the contact; a smaller foot or a larger slope leaves more");
+  return count;
+}
+
+}  // namespace
+
+PlanarTerrainCount write_planar_terrain(MessageWriter& out, const std::vector<PlannerSurface>& surfaces,
+                                        const HeightGrid& grid, const std::string& frame) {
+  PlanarTerrainCount count;
+  const std::vector<TerrainRegion> regions = usable_regions(surfaces, count);
+  const Eigen::MatrixXf elevation = without_gaps(grid.elevation);
+  const Eigen::MatrixXf smooth = mean_over(elevation, 0.2 / grid.cell);
+  out.begin_message();
+  out.field("planarRegions");
+  out.begin_list(regions.size());
+  for (const TerrainRegion& region : regions) write_region(out, region);
+  out.end_list();
+  out.field("gridmap");
+  write_grid_map(out, grid, {{"elevation", &elevation}, {"smooth_planar", &smooth}}, frame);
+  out.end_message();
+  return count;
+}
+
+PlanarTerrainCount export_planar_terrain(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
+                                         const std::string& frame, const std::filesystem::path& file,
+                                         bool force) {
+  const PlanarTerrainCount count = count_regions(surfaces, grid, file);
+  write_message([&](MessageWriter& out) { write_planar_terrain(out, surfaces, grid, frame); }, file, force);
+  return count;
+}
+
+std::string planar_terrain_message(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
+                                   const std::string& frame, MessageEncoding encoding) {
+  count_regions(surfaces, grid, "planar terrain");
+  return message_bytes([&](MessageWriter& out) { write_planar_terrain(out, surfaces, grid, frame); },
+                       encoding);
+}
+
+}  // namespace octosurf

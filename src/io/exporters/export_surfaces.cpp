@@ -1,0 +1,138 @@
+#include "geometry/directions.hpp"
+#include "io/exporters/export_formats.hpp"
+#include "io/new_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <octosurf/error.hpp>
+#include <octosurf/export.hpp>
+
+namespace octosurf {
+namespace {
+
+std::vector<ExportPart> parts_of(const std::string& ending) {
+  using enum ExportPart;
+  if (ending == ".json" || ending == ".ply" || ending == ".glb") {
+    return {polygons, meshes, convex, circles, points};
+  }
+  if (ending == ".obj" || ending == ".stl") return {polygons, meshes, convex, circles};
+  if (ending == ".csv") return {polygons, circles, points};
+  return {};
+}
+
+std::string names(const std::vector<ExportPart>& parts) {
+  std::string text;
+  for (const ExportPart part : parts) {
+    text += (text.empty() ? "" : ", ") + std::string(export_part_names.at(static_cast<std::size_t>(part)));
+  }
+  return text;
+}
+
+void check(const std::filesystem::path& file, const std::string& ending, const ExportOptions& options) {
+  const std::vector<ExportPart> possible = parts_of(ending);
+  if (possible.empty()) {
+    throw Error(Error::Kind::usage, file.string(), "no such format",
+                "end the name in .json, .ply, .glb, .obj, .stl or .csv");
+  }
+  require_direction(options.up, "up");
+  for (const ExportPart part : options.parts) {
+    if (std::find(possible.begin(), possible.end(), part) == possible.end()) {
+      throw Error(Error::Kind::usage, file.string(), ending + " cannot hold " + names({part}),
+                  "it can hold " + names(possible) + "; .json holds everything");
+    }
+  }
+  if (ending != ".json" && options.parts.size() != 1) {
+    throw Error(Error::Kind::usage, file.string(), ending + " holds one kind of thing at a time",
+                "ask for one of " + names(possible) + ", or write .json");
+  }
+}
+
+template <typename Value>
+const std::vector<Value>& find_or_empty(const std::map<SurfaceId, std::vector<Value>>& all, SurfaceId id) {
+  static const std::vector<Value> nothing;
+  const auto found = all.find(id);
+  return found == all.end() ? nothing : found->second;
+}
+
+}  // namespace
+
+std::string ending_of(const std::filesystem::path& file) {
+  std::string ending = file.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](char c) { return 'A' <= c && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return ending;
+}
+
+bool ExportJob::wants(ExportPart part) const {
+  return std::find(options.parts.begin(), options.parts.end(), part) != options.parts.end();
+}
+const std::vector<ConvexPiece>& ExportJob::convex(SurfaceId id) const {
+  return find_or_empty(extras.convex, id);
+}
+const std::vector<Circle>& ExportJob::circles(SurfaceId id) const {
+  return find_or_empty(extras.circles, id);
+}
+const std::vector<Eigen::Vector3d>& ExportJob::points_of(SurfaceId id) const {
+  return find_or_empty(points, id);
+}
+
+double finite(double value, const std::string& what) {
+  if (std::isfinite(value)) return value;
+  throw Error(Error::Kind::data, what, "holds a number that is not finite",
+              "build the map anew from its scans");
+}
+double finite(double value, SurfaceId id) {
+  return std::isfinite(value) ? value : finite(value, "surface " + std::to_string(id));
+}
+
+void require_labels_of(const Surface& surface, const std::vector<PolygonEdges>& edges) {
+  const auto same = [](const Ring2& ring, const std::vector<EdgeKind>& kinds) {
+    return ring.size() == kinds.size();
+  };
+  const bool fit = std::equal(edges.begin(), edges.end(), surface.polygons.begin(), surface.polygons.end(),
+                              [&](const PolygonEdges& labels, const Polygon& polygon) {
+                                return same(polygon.outer, labels.outer) &&
+                                       std::equal(polygon.holes.begin(), polygon.holes.end(),
+                                                  labels.holes.begin(), labels.holes.end(), same);
+                              });
+  if (!fit)
+    throw Error(Error::Kind::data, "surface " + std::to_string(surface.id),
+                "has edge labels of other polygons", "label the edges of the snapshot that is exported");
+}
+
+Error nothing_to_write(const std::filesystem::path& file) {
+  return Error(Error::Kind::data, file.string(), "there is nothing to put into it",
+               "the map has no surfaces with such parts; .json and .csv can be empty");
+}
+
+Eigen::Vector3d tidy(const Eigen::Vector3d& point) {
+  // Beyond 10⁶ m a double has no nanometres to round to.
+  return point.unaryExpr([](double x) {
+    return std::abs(x) < 1e6 ? std::round(x * 1e9) / 1e9 + 0.0 : x;  // + 0.0: no −0
+  });
+}
+Eigen::Vector3d tidy(const Eigen::Vector3d& point, SurfaceId id) {
+  return tidy(point.unaryExpr([id](double x) { return finite(x, id); }));
+}
+
+void export_surfaces(const Snapshot& snapshot, const std::filesystem::path& file,
+                     const ExportOptions& options, const ExportExtras& extras) {
+  const std::string ending = ending_of(file);
+  check(file, ending, options);
+  ExportJob job{snapshot, options, extras, {}};
+  if (job.wants(ExportPart::points)) {
+    for (const SurfacePoint& point : extras.points) job.points[point.surface].push_back(point.point);
+  }
+  if (ending == ".ply") {
+    write_ply(job, file);
+  } else if (ending == ".json" || ending == ".csv") {
+    NewFile output(file, options.force);
+    output.write([&](std::ostream& out) { ending == ".json" ? write_json(job, out) : write_csv(job, out); });
+    output.commit();
+  } else {
+    write_mesh_file(job, file);
+  }
+}
+
+}  // namespace octosurf

@@ -1,0 +1,36 @@
+#pragma once
+
+#include "io/exporters/message_writer.hpp"
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <octosurf/height_grid.hpp>
+
+namespace octosurf {
+
+using GridLayers = std::vector<std::pair<std::string, const Eigen::MatrixXf*>>;
+
+/// grid_map_msgs/GridMap with these layers of the grid's size.
+void write_grid_map(MessageWriter& out, const HeightGrid& grid, const GridLayers& layers,
+                    const std::string& frame);
+
+/// The layers that export_grid_map() has; they are the grid's.
+GridLayers layers_of(const HeightGrid& grid);
+
+/// std_msgs/Header. A map is of no one moment, so its time is 0.
+void write_header(MessageWriter& out, const std::string& frame);
+
+/// geometry_msgs/Point, Vector3.
+void write_point(MessageWriter& out, const Eigen::Vector3d& point);
+
+/// geometry_msgs/Pose.
+void write_pose(MessageWriter& out, const Eigen::Vector3d& position, const Eigen::Quaterniond& orientation);
+
+/// Throws Error(data) unless the grid has cells and all its layers are of one size.
+void require_cells(const HeightGrid& grid, const std::filesystem::path& file);
+
+}  // namespace octosurf

@@ -1,0 +1,248 @@
+#include "io/exporters/message_writer.hpp"
+
+#include "io/exporters/export_formats.hpp"
+#include "io/new_file.hpp"
+
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <fastcdr/Cdr.h>
+#include <fastcdr/FastBuffer.h>
+#include <fastcdr/config.h>
+#include <new>
+#include <nlohmann/json.hpp>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+/// Writes as it goes: a grid of millions of cells need not be a document in memory.
+class JsonWriter : public MessageWriter {
+ public:
+  explicit JsonWriter(std::ostream& out) : out_(out) {}
+
+  void begin_message() override { open('{'); }
+  void end_message() override { close('}'); }
+  void field(const char* name) override {
+    separate();
+    out_ << '"' << name << "\":";
+    first_ = true;
+  }
+  void begin_list(std::size_t) override { open('['); }
+  void end_list() override { close(']'); }
+  void write(double value) override { number(value); }
+  void write(float value) override { number(value); }
+  void write(std::uint32_t value) override { integer(value); }
+  void write(std::int32_t value) override { integer(value); }
+  void write(std::uint16_t value) override { integer(value); }
+  void write(std::uint64_t value) override { integer(value); }
+  void write(bool value) override {
+    separate();
+    out_ << (value ? "true" : "false");
+  }
+  void write(const std::string& value) override {
+    separate();
+    out_ << nlohmann::json(value);
+  }
+  void write(std::span<const float> list) override {
+    begin_list(list.size());
+    for (const float value : list) number(value);
+    end_list();
+  }
+  void write(std::span<const std::int8_t> list) override {
+    begin_list(list.size());
+    for (const int value : list) integer(value);
+    end_list();
+  }
+
+ private:
+  void separate() {
+    if (!first_) out_ << ',';
+    first_ = false;
+  }
+  void open(char bracket) {
+    separate();
+    out_ << bracket;
+    first_ = true;
+  }
+  void close(char bracket) {
+    out_ << bracket;
+    first_ = false;
+  }
+  template <class Real>
+  void number(Real value) {
+    separate();
+    if (std::isnan(value)) {
+      out_ << "null";
+      return;
+    }
+    std::array<char, 32> text{};
+    out_.write(text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr - text.data());
+  }
+  template <class Integer>
+  void integer(Integer value) {
+    separate();
+    out_ << value;
+  }
+
+  std::ostream& out_;
+  bool first_ = true;  // of a message or list; or the value of a field
+};
+
+namespace cdr = eprosima::fastcdr;
+
+class CdrWriter : public MessageWriter {
+ public:
+  CdrWriter()
+      :
+#if FASTCDR_VERSION_MAJOR >= 2  // Ubuntu and Debian after 2023; the bytes are the same
+        cdr_(buffer_, cdr::Cdr::LITTLE_ENDIANNESS, cdr::CdrVersion::XCDRv1)
+#else
+        cdr_(buffer_, cdr::Cdr::LITTLE_ENDIANNESS, cdr::Cdr::DDS_CDR)
+#endif
+  {
+#if FASTCDR_VERSION_MAJOR >= 2
+    cdr_.set_encoding_flag(cdr::EncodingAlgorithmFlag::PLAIN_CDR);
+#endif
+    cdr_.serialize_encapsulation();
+  }
+
+  void begin_message() override {}
+  void end_message() override {}
+  void field(const char*) override {}
+  void begin_list(std::size_t size) override { write(static_cast<std::uint32_t>(size)); }
+  void end_list() override {}
+  void write(double value) override { write_number(value); }
+  void write(float value) override { write_number(value); }
+  void write(std::uint32_t value) override { write_number(value); }
+  void write(std::int32_t value) override { write_number(value); }
+  void write(std::uint16_t value) override { write_number(value); }
+  void write(std::uint64_t value) override { write_number(value); }
+  void write(bool value) override { write_number(value); }
+  void write(const std::string& value) override {
+    pad_to(sizeof(std::uint32_t));  // its length stands first
+    cdr_ << value;
+  }
+  void write(std::span<const float> list) override { write_list(list); }
+  void write(std::span<const std::int8_t> list) override { write_list(list); }
+
+  std::span<const char> bytes() const {
+#if FASTCDR_VERSION_MAJOR >= 2
+    return {buffer_.getBuffer(), cdr_.get_serialized_data_length()};
+#else
+    return {buffer_.getBuffer(), cdr_.getSerializedDataLength()};
+#endif
+  }
+
+ private:
+  /// Fast CDR leaves out what aligns a value, so that there would be whatever the memory held before.
+  void pad_to(std::size_t alignment) {
+    constexpr std::size_t encapsulation = 4;  // does not count
+    while ((bytes().size() - encapsulation) % alignment != 0) cdr_ << '\0';
+  }
+  template <class Number>
+  void write_number(Number value) {
+    pad_to(sizeof value);
+    cdr_ << value;
+  }
+  template <class Value>
+  void write_list(std::span<const Value> list) {
+    begin_list(list.size());
+    if (!list.empty()) pad_to(sizeof(Value));
+#if FASTCDR_VERSION_MAJOR >= 2
+    cdr_.serialize_array(list.data(), list.size());
+#else
+    cdr_.serializeArray(list.data(), list.size());
+#endif
+  }
+
+  cdr::FastBuffer buffer_;
+  cdr::Cdr cdr_;
+};
+
+/// ROS 1's: little-endian, nothing aligned, strings without an end.
+class PackedWriter : public MessageWriter {
+ public:
+  void begin_message() override {}
+  void end_message() override {}
+  void field(const char*) override {}
+  void begin_list(std::size_t size) override { put(static_cast<std::uint32_t>(size)); }
+  void end_list() override {}
+  void write(double value) override { put(value); }
+  void write(float value) override { put(value); }
+  void write(std::uint32_t value) override { put(value); }
+  void write(std::int32_t value) override { put(value); }
+  void write(std::uint16_t value) override { put(value); }
+  void write(std::uint64_t value) override { put(value); }
+  void write(bool value) override { put(static_cast<std::uint8_t>(value)); }
+  void write(const std::string& value) override {
+    begin_list(value.size());
+    bytes_ += value;
+  }
+  void write(std::span<const float> list) override { put_list(list); }
+  void write(std::span<const std::int8_t> list) override { put_list(list); }
+  bool numbers_headers() const override { return true; }
+
+  const std::string& bytes() const { return bytes_; }
+
+ private:
+  static_assert(std::endian::native == std::endian::little);
+  template <class Number>
+  void put(Number value) {
+    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+  }
+  template <class Value>
+  void put_list(std::span<const Value> list) {
+    begin_list(list.size());
+    bytes_.append(reinterpret_cast<const char*>(list.data()), list.size_bytes());
+  }
+
+  std::string bytes_;
+};
+
+void write_json(const std::function<void(MessageWriter&)>& message, std::ostream& out) {
+  JsonWriter writer(out);
+  message(writer);
+  out << '\n';
+}
+
+}  // namespace
+
+std::string cdr_of(const std::function<void(MessageWriter&)>& message) {
+  CdrWriter writer;
+  try {
+    message(writer);
+  } catch (const cdr::exception::NotEnoughMemoryException&) {
+    throw std::bad_alloc();
+  }
+  return {writer.bytes().begin(), writer.bytes().end()};
+}
+
+std::string message_bytes(const std::function<void(MessageWriter&)>& message, MessageEncoding encoding) {
+  if (encoding == MessageEncoding::cdr) return cdr_of(message);
+  if (encoding != MessageEncoding::ros1)
+    throw Error(Error::Kind::usage, "a message's encoding", "is neither ROS 1's nor ROS 2's");
+  PackedWriter writer;
+  message(writer);
+  return writer.bytes();
+}
+
+void write_message(const std::function<void(MessageWriter&)>& message, const std::filesystem::path& file,
+                   bool force) {
+  const std::string ending = ending_of(file);
+  if (ending != ".json" && ending != ".cdr")
+    throw Error(Error::Kind::usage, file.string(), "is neither JSON nor CDR by its ending",
+                "end the name in .json or .cdr");
+  NewFile output(file, force);
+  output.write([&](std::ostream& out) {
+    if (ending == ".cdr")
+      out << cdr_of(message);
+    else
+      write_json(message, out);
+  });
+  output.commit();
+}
+
+}  // namespace octosurf

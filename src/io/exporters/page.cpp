@@ -1,0 +1,131 @@
+#include "geometry/directions.hpp"
+#include "io/exporters/page_parts.hpp"
+#include "io/exporters/page_template.hpp"
+#include "io/new_file.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <string>
+
+#include <octosurf/error.hpp>
+#include <octosurf/page.hpp>
+
+namespace octosurf {
+namespace {
+
+/// How much of the maps a page has.
+struct Detail {
+  int merged;  ///< edge of a voxel in voxels of the map; 0: without voxels
+  bool feet;   ///< with contact regions
+};
+constexpr std::array<Detail, 8> details{
+    {{1, true}, {2, true}, {4, true}, {8, true}, {16, true}, {32, true}, {0, true}, {0, false}}};
+
+/// What of a map is the same whatever its voxels are merged to.
+struct MapOfPage {
+  const PageMap& map;
+  std::vector<PageVoxel> voxels;
+};
+
+std::string encoded(const MapOfPage& one, const std::vector<PageVoxel>& voxels, const Detail& detail,
+                    const PageOptions& options) {
+  const PageMap& map = one.map;
+  PageBlock block;
+  block.json["name"] = map.name;
+  block.json["revision"] = map.snapshot->revision;
+  block.json["resolution"] = map.snapshot->resolution;
+  add_up(block, options.up);
+  block.json["merged"] = detail.merged;
+  block.json["feet_left_out"] = !detail.feet && !map.feet.empty();
+  block.json["voxels_before_merging"] = one.voxels.size();
+  add_surfaces(block, map);
+  if (detail.feet) add_feet(block, map);
+  add_plans(block, map);
+  if (detail.merged != 0) {
+    const double size = map.octree.resolution() * detail.merged;
+    add_voxels(block, voxels, size, *map.snapshot);
+    add_slices(block, map.octree, voxels, size, options.up);
+  }
+  return block.encoded();
+}
+
+/// The page's maps so; nothing if they take more than `room` bytes.
+std::optional<std::string> maps_html(const std::vector<MapOfPage>& maps, const Detail& detail,
+                                     const PageOptions& options, std::size_t room, PageReport& report) {
+  const int merged = detail.merged;
+  std::string html;
+  report = {};
+  for (const MapOfPage& one : maps) {
+    std::vector<PageVoxel> larger;
+    if (merged > 1) larger = merge_voxels(one.voxels, merged);
+    const std::vector<PageVoxel>& voxels = merged > 1 ? larger : one.voxels;
+    if (merged != 0) report.voxels += voxels.size();
+    html += "<script type=\"application/octet-stream\" class=\"map\">" +
+            encoded(one, voxels, detail, options) + "</script>\n";
+    report.feet_left_out = report.feet_left_out || (!detail.feet && !one.map.feet.empty());
+    if (html.size() > room) return std::nullopt;
+  }
+  report.merged = merged;
+  return html;
+}
+
+std::string smallest_mb(std::size_t bytes) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.1f", std::ceil(static_cast<double>(bytes) / 1e5) / 10);
+  return text.data();
+}
+
+void check(const std::vector<PageMap>& maps, const std::string& name, const PageOptions& options) {
+  if (!has_page())
+    throw Error(
+        Error::Kind::usage, name, "this octosurf was built without the page",
+        "install Node.js and npm, run ./dev build (or npm ci in web/ and build anew); --png draws a picture");
+  if (maps.empty()) throw Error(Error::Kind::usage, name, "has no map to show", "give one");
+  if (!(std::isfinite(options.max_mb) && options.max_mb > 0))
+    throw Error(Error::Kind::usage, "max_mb", "is not positive", "10 is the default");
+  require_direction(options.up, "up");
+}
+
+}  // namespace
+
+bool has_page() { return !page_template().empty(); }
+
+Page make_page(const std::vector<PageMap>& maps, const std::string& name, const PageOptions& options) {
+  check(maps, name, options);
+  const std::string_view page = page_template();
+  const std::size_t mark = page.find(page_maps_mark);
+  const std::string_view before = page.substr(0, mark), after = page.substr(mark + page_maps_mark.size());
+  const auto limit = static_cast<std::size_t>(std::min(options.max_mb * 1e6, 1e15));
+  const std::size_t frame = before.size() + after.size(), room = limit > frame ? limit - frame : 0;
+
+  std::vector<MapOfPage> all;
+  for (const PageMap& map : maps) all.push_back({map, occupied_voxels(map.octree)});
+  PageReport report;
+  std::optional<std::string> html;
+  for (const Detail& detail : details) {
+    html = maps_html(all, detail, options, room, report);
+    if (html) break;
+  }
+  if (!html) {
+    const std::size_t least =
+        frame + maps_html(all, details.back(), options, static_cast<std::size_t>(-1), report)->size();
+    throw Error(Error::Kind::output, name, "would be larger than allowed even without voxels",
+                "allow " + smallest_mb(least) + " MB (--max-mb)");
+  }
+  report.bytes = frame + html->size();
+  return {std::string(before).append(*html).append(after), report};
+}
+
+PageReport write_page(const std::vector<PageMap>& maps, const std::filesystem::path& file,
+                      const PageOptions& options) {
+  check(maps, file.string(), options);
+  NewFile output(file, options.force);  // first, because a page takes a while
+  const Page page = make_page(maps, file.string(), options);
+  output.write([&](std::ostream& out) { out << page.html; });
+  output.commit();
+  return page.report;
+}
+
+}  // namespace octosurf

@@ -1,0 +1,75 @@
+#include "io/exporters/page_changes.hpp"
+
+#include "io/exporters/page_parts.hpp"
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace octosurf {
+namespace {
+
+using Json = PageBlock::Json;
+
+template <typename Id, typename Heir>
+Json no_more(const std::vector<Id>& gone, const std::vector<Heir>& merged) {
+  Json ids = gone;
+  for (const Heir& heir : merged) ids.push_back(heir.before);
+  return ids;
+}
+
+/// What of the snapshot is to be told.
+Snapshot told_of(const Snapshot& snapshot, std::uint64_t since) {
+  Snapshot told = snapshot;
+  told.surfaces = snapshot.changed_since(since);
+  std::erase_if(told.cylinders, [&](const CylinderPtr& cylinder) { return cylinder->revision <= since; });
+  return told;
+}
+
+}  // namespace
+
+std::string page_changes_message(const PageMap& map, const Eigen::Vector3d& up, const std::string& run) {
+  const Snapshot& snapshot = *map.snapshot;
+  const auto* changes = std::get_if<MapChanges>(&map.changes);
+  PageBlock block;
+  block.json["kind"] = "changes";
+  block.json["run"] = run;
+  block.json["name"] = map.name;
+  block.json["revision"] = snapshot.revision;
+  block.json["resolution"] = snapshot.resolution;
+  block.json["since"] = changes != nullptr ? Json(changes->since) : Json();
+  add_up(block, up);
+  PageMap told{map.name, map.snapshot};
+  if (changes != nullptr) {
+    block.json["gone"] = no_more(changes->gone, changes->merged);
+    block.json["cylinders_gone"] = no_more(changes->cylinders_gone, changes->cylinders_merged);
+    told.snapshot = std::make_shared<const Snapshot>(told_of(snapshot, changes->since));
+  }
+  add_surfaces(block, told, changes != nullptr ? changes->since : 0);
+  return block.packed();
+}
+
+std::string page_voxels_message(const PageMap& map, const Eigen::Vector3d& up, bool slices,
+                                std::size_t most_bytes) {
+  const std::vector<PageVoxel> voxels = occupied_voxels(map.octree);
+  std::string message;
+  for (const int merged : {1, 2, 4, 8, 16, 32}) {
+    PageBlock block;
+    block.json["kind"] = "voxels";
+    block.json["revision"] = map.snapshot->revision;
+    block.json["merged"] = merged;
+    block.json["voxels_before_merging"] = voxels.size();
+    Json ids = Json::array();  // what the numbers in voxel_surface mean
+    for (const SurfacePtr& surface : map.snapshot->surfaces) ids.push_back(surface->id);
+    block.json["surface_ids"] = std::move(ids);
+    const std::vector<PageVoxel> drawn = merged > 1 ? merge_voxels(voxels, merged) : voxels;
+    const double size = map.octree.resolution() * merged;
+    add_voxels(block, drawn, size, *map.snapshot);
+    if (slices) add_slices(block, map.octree, drawn, size, up);
+    message = block.packed();
+    if (message.size() <= most_bytes) break;
+  }
+  return message;
+}
+
+}  // namespace octosurf

@@ -1,0 +1,320 @@
+#include "embree.hpp"
+#include "geometry/directions.hpp"
+#include "geometry/triangulate.hpp"
+#include "io/exporters/export_formats.hpp"
+#include "io/new_file.hpp"
+#include "io/png_file.hpp"
+#include "io/readers/camera.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include <octosurf/error.hpp>
+#include <octosurf/export.hpp>
+#include <octosurf/up.hpp>
+
+namespace octosurf {
+namespace {
+
+constexpr int oversampling = 2;  // rays per pixel and axis
+constexpr std::uint32_t background = RTC_INVALID_GEOMETRY_ID;
+const Eigen::Vector3d light = Eigen::Vector3d(-0.45, -0.25, 0.85).normalized();
+
+// One polygon in the map frame, or another flat mesh.
+struct Patch {
+  std::array<float, 3> color;
+  Plane plane;
+  Mesh mesh;
+};
+
+Plane plane_of(const Mesh& mesh) {
+  if (mesh.triangles.empty()) return {};
+  const auto& [a, b, c] = mesh.triangles.front();
+  Plane plane;
+  plane.normal =
+      (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]).normalized();
+  plane.offset = plane.normal.dot(mesh.vertices[a]);
+  return plane;
+}
+
+std::vector<Patch> make_patches(const Snapshot& snapshot, const std::vector<NamedMesh>& meshes) {
+  std::vector<Patch> patches;
+  std::vector<Eigen::Vector2d> vertices;
+  for (const SurfacePtr& surface : snapshot.surfaces) {
+    for (const Polygon& polygon : surface->polygons) {
+      Patch patch{surface->color, surface->plane, {}};
+      patch.mesh.triangles = triangulate(polygon, vertices);
+      for (const Eigen::Vector2d& uv : vertices) patch.mesh.vertices.push_back(surface->to_map(uv));
+      if (!patch.mesh.triangles.empty()) patches.push_back(std::move(patch));
+    }
+  }
+  for (const NamedMesh& more : meshes) patches.push_back({more.color, plane_of(more.mesh), more.mesh});
+  return patches;
+}
+
+// Points spread evenly over the surfaces, so that a quantile of them is one of area.
+std::vector<Eigen::Vector3d> spread(const std::vector<Patch>& patches) {
+  constexpr double count = 20000;
+  std::vector<std::pair<std::array<Eigen::Vector3d, 3>, double>> triangles;
+  double total = 0;
+  for (const Patch& patch : patches) {
+    for (const auto& t : patch.mesh.triangles) {
+      const auto& v = patch.mesh.vertices;
+      const double area = (v[t[1]] - v[t[0]]).cross(v[t[2]] - v[t[0]]).norm() / 2;
+      triangles.push_back({{v[t[0]], v[t[1]], v[t[2]]}, area});
+      total += area;
+    }
+  }
+  std::vector<Eigen::Vector3d> points;
+  double due = 0, s = 0, t = 0;
+  for (const auto& [corners, area] : triangles) {
+    for (due += count * area / total; due >= 1; due -= 1) {
+      s = std::fmod(s + 0.7548776662466927, 1);  // the R2 sequence: even, and the same every time
+      t = std::fmod(t + 0.5698402909980532, 1);
+      const double a = 1 - std::sqrt(s), b = std::sqrt(s) * t;
+      points.push_back(corners[0] + (1 - a - b) * (corners[1] - corners[0]) + b * (corners[2] - corners[0]));
+    }
+  }
+  return points;
+}
+
+// The patches as an Embree scene, relative to the camera's eye for the sake of its 32-bit floats.
+class Rays {
+ public:
+  Rays(const std::vector<Patch>& patches, const Camera& camera, bool cut)
+      : device_(rtcNewDevice(nullptr), &rtcReleaseDevice), scene_(nullptr, &rtcReleaseScene) {
+    if (!device_) throw Error(Error::Kind::output, "picture", "the ray caster does not start");
+    scene_.reset(rtcNewScene(device_.get()));
+    for (std::size_t i = 0; i < patches.size(); ++i) {
+      if (cut && patches[i].plane.signed_distance(camera.eye) < 0) continue;
+      add(patches[i].mesh, camera.eye, static_cast<unsigned>(i));
+    }
+    rtcCommitScene(scene_.get());
+  }
+
+  struct Hit {
+    std::uint32_t patch = background;
+    float distance = std::numeric_limits<float>::infinity();
+  };
+  Hit cast(const Eigen::Vector3d& direction) const {
+    RTCRayHit ray{};
+    ray.ray.dir_x = static_cast<float>(direction.x());
+    ray.ray.dir_y = static_cast<float>(direction.y());
+    ray.ray.dir_z = static_cast<float>(direction.z());
+    ray.ray.tfar = std::numeric_limits<float>::infinity();
+    ray.ray.mask = ~0u;
+    ray.hit.geomID = background;
+    intersect(scene_.get(), {&ray, 1});
+    return {ray.hit.geomID, ray.ray.tfar};
+  }
+
+ private:
+  void add(const Mesh& mesh, const Eigen::Vector3d& eye, unsigned id) {
+    const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices.size()));
+    auto* indices = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), mesh.triangles.size()));
+    if (vertices == nullptr || indices == nullptr) throw std::bad_alloc();
+    for (const Eigen::Vector3d& v : mesh.vertices) {
+      for (int axis = 0; axis < 3; ++axis) *vertices++ = static_cast<float>(v[axis] - eye[axis]);
+    }
+    for (const auto& t : mesh.triangles) indices = std::copy(t.begin(), t.end(), indices);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(scene_.get(), geometry, id);
+    rtcReleaseGeometry(geometry);
+  }
+
+  std::unique_ptr<std::remove_pointer_t<RTCDevice>, decltype(&rtcReleaseDevice)> device_;
+  std::unique_ptr<std::remove_pointer_t<RTCScene>, decltype(&rtcReleaseScene)> scene_;
+};
+
+// The picture at `oversampling` times its size.
+class Canvas {
+ public:
+  Canvas(const Camera& camera, const std::vector<Patch>& patches, const Eigen::AlignedBox3d& box, bool cut)
+      : camera_(camera), columns_(camera.width * oversampling), rows_(camera.height * oversampling) {
+    const Rays rays(patches, camera, cut);
+    hits_.resize(static_cast<std::size_t>(columns_) * rows_);
+    colors_.resize(hits_.size());
+    for (int row = 0; row < rows_; ++row) {
+      for (int column = 0; column < columns_; ++column) {
+        const Eigen::Vector3d ray =
+            camera.direction((column + 0.5) / oversampling, (row + 0.5) / oversampling);
+        const Rays::Hit hit = rays.cast(ray);
+        hits_[index(column, row)] = hit;
+        colors_[index(column, row)] =
+            hit.patch == background ? ground(ray, box) : shade(patches[hit.patch], camera.eye);
+      }
+    }
+  }
+
+  // Dark lines where one polygon ends.
+  void outline() {
+    for (int row = 0; row + 1 < rows_; ++row) {
+      for (int column = 0; column + 1 < columns_; ++column) {
+        const std::uint32_t here = hits_[index(column, row)].patch;
+        if (hits_[index(column + 1, row)].patch != here || hits_[index(column, row + 1)].patch != here) {
+          colors_[index(column, row)] *= 0.35f;
+        }
+      }
+    }
+  }
+
+  // Lines two pixels wide.
+  void edges(const Surface& surface, const Ring2& ring, const std::vector<EdgeKind>& kinds) {
+    for (std::size_t k = 0; k < ring.size(); ++k) {
+      const Eigen::Vector3d from = surface.to_map(ring[k]), to = surface.to_map(ring[(k + 1) % ring.size()]);
+      const auto start = camera_.project(from), end = camera_.project(to);
+      if (!start || !end) continue;
+      const double length = std::hypot(end->x - start->x, end->y - start->y);
+      const int steps = static_cast<int>(std::min(2 * length, 4.0 * camera_.width)) + 1;
+      const std::array<float, 3>& rgb = edge_colors[static_cast<std::size_t>(kinds[k])];
+      for (int i = 0; i < steps; ++i) {
+        const Eigen::Vector3d at = from + (i + 0.5) / steps * (to - from);
+        for (const int shift : {0, 1}) dot(at, {rgb[0], rgb[1], rgb[2]}, shift);
+      }
+    }
+  }
+
+  // A pixel, or the one `shift` to the right of and below it.
+  void dot(const Eigen::Vector3d& point, const Eigen::Vector3f& color, int shift = 0) {
+    auto pixel = camera_.project(point);
+    if (!pixel) return;
+    pixel->x += shift;
+    pixel->y += shift;
+    if (!(pixel->x >= 0 && pixel->x < camera_.width && pixel->y >= 0 && pixel->y < camera_.height)) return;
+    const int column = static_cast<int>(pixel->x) * oversampling,
+              row = static_cast<int>(pixel->y) * oversampling;
+    for (int i = 0; i < oversampling * oversampling; ++i) {
+      const std::size_t at = index(column + i % oversampling, row + i / oversampling);
+      // Points on a surface scatter about it, so a little behind still counts as in front.
+      if (pixel->distance < hits_[at].distance * 1.002 + 0.02) colors_[at] = color;
+    }
+  }
+
+  std::vector<std::uint8_t> pixels() const {
+    std::vector<std::uint8_t> rgb;
+    rgb.reserve(3 * static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height));
+    for (int row = 0; row < rows_; row += oversampling) {
+      for (int column = 0; column < columns_; column += oversampling) {
+        Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+        for (int i = 0; i < oversampling * oversampling; ++i) {
+          sum += colors_[index(column + i % oversampling, row + i / oversampling)];
+        }
+        sum = (sum / (oversampling * oversampling)).cwiseMax(0).cwiseMin(1);
+        for (int c = 0; c < 3; ++c) rgb.push_back(static_cast<std::uint8_t>(std::lround(255 * sum[c])));
+      }
+    }
+    return rgb;
+  }
+
+ private:
+  std::size_t index(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+           static_cast<std::size_t>(column);
+  }
+
+  // Lambert's law wrapped around, so that no two of a room's walls look alike and none is black.
+  static Eigen::Vector3f shade(const Patch& patch, const Eigen::Vector3d& eye) {
+    const double side = patch.plane.signed_distance(eye) < 0 ? -1 : 1;
+    const double lit = 0.5 + 0.5 * side * patch.plane.normal.dot(light);
+    const Eigen::Vector3f color(patch.color[0], patch.color[1], patch.color[2]);
+    return color * static_cast<float>(0.45 + 0.55 * lit);
+  }
+
+  // A grid of 1 m that ends some way around the map.
+  Eigen::Vector3f ground(const Eigen::Vector3d& ray, const Eigen::AlignedBox3d& box) const {
+    const Eigen::Vector3f paper(0.96f, 0.96f, 0.95f);
+    if (camera_.eye.z() <= box.min().z() || ray.z() >= 0) return paper;
+    const double distance = (box.min().z() - camera_.eye.z()) / ray.z();
+    const Eigen::Vector3d at = camera_.eye + distance * ray;
+    const double around = 1 + 0.15 * box.diagonal().norm();
+    if (((at - box.min()).head<2>().array() < -around).any()) return paper;
+    if (((at - box.max()).head<2>().array() > around).any()) return paper;
+    const double pixel = distance * 2 * camera_.half_height / camera_.height;
+    if (pixel > 0.1) return paper;  // lines would run together
+    const Eigen::Array2d off = (at.head<2>().array() - at.head<2>().array().round()).abs();
+    return off.minCoeff() < 0.6 * pixel ? Eigen::Vector3f(0.82f, 0.83f, 0.84f) : paper;
+  }
+
+  const Camera& camera_;
+  int columns_, rows_;
+  std::vector<Rays::Hit> hits_;
+  std::vector<Eigen::Vector3f> colors_;
+};
+
+void draw_edges(Canvas& canvas, const Snapshot& snapshot, const PictureOptions& options,
+                const Eigen::Vector3d& eye) {
+  for (const auto& [id, edges] : options.edges) {
+    const Surface* surface = snapshot.find(id);
+    if (surface == nullptr) continue;
+    require_labels_of(*surface, edges);
+    if (options.cut && surface->plane.signed_distance(eye) < 0) continue;
+    for (std::size_t p = 0; p < edges.size(); ++p) {
+      canvas.edges(*surface, surface->polygons[p].outer, edges[p].outer);
+      for (std::size_t k = 0; k < edges[p].holes.size(); ++k)
+        canvas.edges(*surface, surface->polygons[p].holes[k], edges[p].holes[k]);
+    }
+  }
+}
+
+Snapshot turned(const Snapshot& snapshot, const Eigen::Quaterniond& rotation) {
+  Snapshot result{snapshot.revision, snapshot.resolution, {}};
+  for (const SurfacePtr& surface : snapshot.surfaces) {
+    auto copy = std::make_shared<Surface>(*surface);
+    copy->plane.normal = rotation * surface->plane.normal;
+    copy->T_map_surface = rotation * surface->T_map_surface;
+    result.surfaces.push_back(std::move(copy));
+  }
+  return result;
+}
+
+PictureOptions turned(PictureOptions options, const Eigen::Quaterniond& rotation) {
+  if (options.eye) options.eye = rotation * *options.eye;
+  if (options.target) options.target = rotation * *options.target;
+  for (Eigen::Vector3d& point : options.points) point = rotation * point;
+  for (NamedMesh& more : options.meshes)
+    for (Eigen::Vector3d& vertex : more.mesh.vertices) vertex = rotation * vertex;
+  return options;
+}
+
+/// z is up.
+std::vector<std::uint8_t> draw(const Snapshot& snapshot, const PictureOptions& options) {
+  const std::vector<Patch> patches = make_patches(snapshot, options.meshes);
+  std::vector<Eigen::Vector3d> samples = spread(patches);
+  if (samples.empty()) samples = options.points;
+  const Eigen::AlignedBox3d box = robust_box(samples);
+  const Camera camera = make_camera(box, options);
+  Canvas canvas(camera, patches, box, options.cut);
+  canvas.outline();
+  for (const Eigen::Vector3d& point : options.points) canvas.dot(point, {0.3f, 0.3f, 0.32f});
+  draw_edges(canvas, snapshot, options, camera.eye);
+  return canvas.pixels();
+}
+
+}  // namespace
+
+void render_png(const Snapshot& snapshot, const std::filesystem::path& file, const PictureOptions& options) {
+  for (const int side : {options.width, options.height}) {
+    if (side < 16 || side > 16384) {
+      throw Error(Error::Kind::usage, "picture", std::to_string(side) + " pixels is not in 16 … 16384",
+                  "give another size");
+    }
+  }
+  require_direction(options.up, "up");
+  NewFile output(file, options.force);
+  const Eigen::Quaterniond rotation = upright(options.up);
+  const bool is_upright = rotation.w() == 1;
+  const std::vector<std::uint8_t> rgb =
+      is_upright ? draw(snapshot, options) : draw(turned(snapshot, rotation), turned(options, rotation));
+  output.write([&](std::ostream& out) { write_png(rgb, options.width, options.height, out); });
+  output.commit();
+}
+
+}  // namespace octosurf

@@ -1,0 +1,76 @@
+#include "geometry/triangulate.hpp"
+#include "io/exporters/export_formats.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+namespace octosurf {
+namespace {
+
+void append_fan(const std::vector<Eigen::Vector3d>& ring, Mesh& mesh) {
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), ring.begin(), ring.end());
+  for (std::uint32_t i = 2; i < ring.size(); ++i) mesh.triangles.push_back({first, first + i - 1, first + i});
+}
+
+Mesh flat(const Surface& surface) {
+  Mesh mesh;
+  std::vector<Eigen::Vector2d> vertices;
+  for (const Polygon& polygon : surface.polygons) {
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    for (const auto& t : triangulate(polygon, vertices)) {
+      mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+    }
+    for (const Eigen::Vector2d& uv : vertices) mesh.vertices.push_back(surface.to_map(uv));
+  }
+  return mesh;
+}
+
+Mesh discs(const Surface& surface, const std::vector<Circle>& circles) {
+  constexpr int corners = 32;
+  const Eigen::Matrix3d R = surface.T_map_surface.linear();
+  Mesh mesh;
+  for (const Circle& circle : circles) {
+    std::vector<Eigen::Vector3d> ring;
+    for (int i = 0; i < corners; ++i) {
+      const double angle = 2 * std::numbers::pi * i / corners;
+      ring.push_back(circle.center +
+                     circle.radius * (std::cos(angle) * R.col(0) + std::sin(angle) * R.col(1)));
+    }
+    append_fan(ring, mesh);
+  }
+  return mesh;
+}
+
+Mesh mesh_of(const ExportJob& job, const Surface& surface, ExportPart part) {
+  Mesh mesh;
+  switch (part) {
+    case ExportPart::polygons:
+      return flat(surface);
+    case ExportPart::meshes:
+      return extrude(surface, job.options.mesh_thickness);
+    case ExportPart::convex:
+      for (const ConvexPiece& piece : job.convex(surface.id)) append_fan(piece.vertices, mesh);
+      return mesh;
+    case ExportPart::circles:
+      return discs(surface, job.circles(surface.id));
+    case ExportPart::points:
+      mesh.vertices = job.points_of(surface.id);
+  }
+  return mesh;
+}
+
+}  // namespace
+
+std::vector<Shape> make_shapes(const ExportJob& job, ExportPart part) {
+  std::vector<Shape> shapes;
+  for (const SurfacePtr& surface : job.snapshot.surfaces) {
+    Shape shape{surface->id, surface->color, mesh_of(job, *surface, part)};
+    for (const Eigen::Vector3d& vertex : shape.mesh.vertices) finite(vertex.sum(), shape.id);
+    if (!shape.mesh.vertices.empty()) shapes.push_back(std::move(shape));
+  }
+  return shapes;
+}
+
+}  // namespace octosurf

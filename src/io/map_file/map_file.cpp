@@ -1,0 +1,112 @@
+#include "io/map_file/map_file.hpp"
+
+#include "io/new_file.hpp"
+
+#include <array>
+#include <boost/crc.hpp>
+#include <fstream>
+#include <optional>
+
+#include <octosurf/error.hpp>
+#include <octosurf/map.hpp>
+
+namespace octosurf {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct MapPaths {
+  fs::path surfaces, bt;
+};
+
+MapPaths paths_of(fs::path stem) {
+  if (stem.extension() == ".surfaces" || stem.extension() == ".bt") stem.replace_extension();
+  MapPaths paths{stem, stem};
+  paths.surfaces += ".surfaces";
+  paths.bt += ".bt";
+  return paths;
+}
+
+/// Nothing if the file cannot be read.
+std::optional<FileSum> sum_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) return {};
+  boost::crc_32_type crc;
+  FileSum sum;
+  std::array<char, 65536> buffer;
+  while (in.read(buffer.data(), buffer.size()), in.gcount() > 0) {
+    crc.process_bytes(buffer.data(), static_cast<std::size_t>(in.gcount()));
+    sum.bytes += static_cast<std::uint64_t>(in.gcount());
+  }
+  sum.crc32 = crc.checksum();
+  if (in.bad()) return {};
+  return sum;
+}
+
+/// Empty if `file` is the .bt that was written with the map.
+std::string warning_of(const fs::path& file, const FileSum& expected) {
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) return file.string() + ": is missing; saving the map writes it again";
+  const std::uintmax_t bytes = fs::file_size(file, ignored);
+  if (!ignored && bytes == expected.bytes && sum_of(file) == expected) return {};
+  return file.string() +
+         ": is not the one that was saved with the .surfaces, which holds everything and is used; "
+         "saving the map writes it again";
+}
+
+/// `path` relative to `folder`; absolute where there is no way from one to the other.
+fs::path seen_from(const fs::path& folder, const fs::path& path) {
+  std::error_code failure;
+  const fs::path from = fs::weakly_canonical(fs::absolute(folder.empty() ? "." : folder, failure), failure);
+  const fs::path to = fs::weakly_canonical(fs::absolute(path, failure), failure);
+  const fs::path relative = to.lexically_relative(from);
+  return failure || relative.empty() ? fs::absolute(path, failure) : relative;
+}
+
+void require_map(const MapPaths& files) {
+  std::error_code ignored;
+  if (fs::is_regular_file(files.surfaces, ignored)) return;
+  const std::string where = files.surfaces.string();
+  if (fs::exists(files.surfaces, ignored))
+    throw Error(Error::Kind::data, where, "is not a file", "give the path of a saved map");
+  if (fs::exists(files.bt, ignored))
+    throw Error(Error::Kind::data, where, "is missing, only the .bt is there",
+                "octosurf map " + files.bt.string() + " -o … makes surfaces out of an OctoMap");
+  throw Error(Error::Kind::data, where, "there is no such map",
+              "give the path of a saved map, as in maps/office");
+}
+
+}  // namespace
+
+void save_map(const Map& map, const fs::path& stem, const KeptScans& scans) {
+  const MapPaths files = paths_of(stem);
+  KeptScans from_there = scans;
+  if (!scans.folder.empty()) from_there.folder = seen_from(files.surfaces.parent_path(), scans.folder);
+  NewFile bt(files.bt, true), surfaces(files.surfaces, true);
+  bt.write([&](std::ostream& out) { map.state().occupancy.write_bt(out); });
+  const std::optional<FileSum> sum = sum_of(bt.temporary());
+  if (!sum) throw Error(Error::Kind::output, files.bt.string(), "cannot be read back", "check the disk");
+  surfaces.write([&](std::ostream& out) { write_map(map.state(), *sum, out, from_there); });
+  // Both are complete on the disk before either takes its place. If the process dies between the
+  // two, the old .surfaces is whole and says that the .bt is not its own.
+  bt.sync();
+  surfaces.sync();
+  bt.commit();
+  surfaces.commit();
+  sync_folder(files.surfaces);
+}
+
+LoadedMap load_map(const fs::path& stem) {
+  const MapPaths files = paths_of(stem);
+  require_map(files);
+  std::error_code failure;
+  const std::uintmax_t bytes = fs::file_size(files.surfaces, failure);
+  std::ifstream in(files.surfaces, std::ios::binary);
+  if (failure || !in)
+    throw Error(Error::Kind::data, files.surfaces.string(), "cannot be read", "check its rights");
+  MapFile file = read_map(in, bytes, files.surfaces.string());
+  if (!file.scans.folder.empty()) file.scans.folder = files.surfaces.parent_path() / file.scans.folder;
+  return {Map(std::move(file.state)), warning_of(files.bt, file.bt), std::move(file.scans)};
+}
+
+}  // namespace octosurf

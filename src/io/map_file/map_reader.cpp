@@ -1,0 +1,367 @@
+#include "io/map_file/alignment_record.hpp"
+#include "io/map_file/cylinder_record.hpp"
+#include "io/map_file/departure_record.hpp"
+#include "io/map_file/map_file.hpp"
+#include "io/map_file/record_stream.hpp"
+#include "io/map_file/surface_record.hpp"
+#include "map_file.pb.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/wire_format_lite.h>
+#include <optional>
+#include <unordered_map>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+// What a file may decompress to. Real maps shrink to a third … a seventh, a made-up plain of equal voxels to
+// a thirtieth, in a file of some 100 kB.
+constexpr std::uint64_t free_stream = std::uint64_t{4} << 20;
+constexpr std::uint64_t largest_ratio = 12;
+// What it may take in memory: with the decoder's buffers 64 MiB and 64 times its size. Real maps take 12 … 31
+// times theirs, of which the octree 4 … 11; most is the surfaces' hashes of their inliers.
+constexpr std::uint64_t free_memory = std::uint64_t{40} << 20;
+constexpr std::uint64_t memory_ratio = 64;
+// Counted high: hashes grow by doubling.
+constexpr std::uint64_t pose_cost = 2 * sizeof(Eigen::Isometry3d);
+constexpr std::uint64_t inlier_cost = 200, waiting_cost = 16, surface_cost = 4096, vertex_cost = 60;
+constexpr std::uint64_t departure_cost = 300;  // of it, of its record, and of noting that it is there
+constexpr std::uint64_t check_cost = 200;      // of a vertex, while its surface is being read
+constexpr std::size_t longest_path = 4096;
+constexpr std::size_t small_record_limit = std::size_t{1} << 20;
+constexpr std::uint32_t length_delimited = 2;  // protobuf's wire type
+constexpr std::uint32_t last_next_id = 1U << 24;
+// Of scans and revisions: no later one must wrap.
+constexpr std::uint64_t largest_count = std::uint64_t{1} << 48;
+constexpr double largest_integer = 1e9;  // of a parameter; real ones are far below, too
+
+/// A record taken apart: which field it is, and that field's bytes.
+struct RecordView {
+  int field = 0;
+  std::string_view content;
+};
+
+std::string printable(std::string text) {
+  text.resize(std::min<std::size_t>(text.size(), 64));
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+  return text;
+}
+
+class Reader {
+ public:
+  Reader(std::istream& in, std::uint64_t file_bytes, const std::string& where)
+      : where_(where),
+        records_(in, free_stream + largest_ratio * file_bytes, where),
+        most_memory_(free_memory + memory_ratio * file_bytes) {
+    advance();
+  }
+
+  MapFile operator()() {
+    read_header();
+    read_octree();
+    read_accumulated();
+    read_scan_poses();
+    read_surfaces();
+    read_cylinders();
+    read_departures();
+    read_footer();
+    publish();
+    return std::move(file_);
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& what) const {
+    throw Error(Error::Kind::data, where_, "is damaged: " + what, "restore it from a backup");
+  }
+  void require(bool holds, const char* what) const {
+    if (!holds) fail(what);
+  }
+
+  /// Counts what a part of the map takes, before it is made.
+  void charge(std::uint64_t count, std::uint64_t bytes) {
+    memory_ += count * bytes;
+    check_memory(0);
+  }
+  void check_memory(std::uint64_t passing) const {
+    require(memory_ + passing <= most_memory_, "it takes far more memory than its size allows");
+  }
+
+  /// The next record, as it would have been written: one field, all of its bytes. Only then is a
+  /// message made of it, so that what it may cost is known from its type.
+  void advance() {
+    record_ = {};
+    if (!records_.next(bytes_)) return;
+    google::protobuf::io::CodedInputStream in(reinterpret_cast<const std::uint8_t*>(bytes_.data()),
+                                              static_cast<int>(bytes_.size()));
+    std::uint32_t tag = 0, length = 0;
+    require(in.ReadVarint32(&tag) && (tag & 7) == length_delimited && in.ReadVarint32(&length) &&
+                static_cast<std::size_t>(in.CurrentPosition()) + length == bytes_.size(),
+            "a record is not one field");
+    record_ = {static_cast<int>(tag >> 3), std::string_view(bytes_).substr(bytes_.size() - length)};
+  }
+
+  template <class Message>
+  Message parse(std::size_t limit) const {
+    Message message;
+    require(record_.content.size() <= limit &&
+                message.ParseFromArray(record_.content.data(), static_cast<int>(record_.content.size())),
+            "a record cannot be read");
+    return message;
+  }
+
+  void read_header() {
+    require(record_.field == map_file::Record::kHeader, "it does not begin with a header");
+    const auto header = parse<map_file::Header>(small_record_limit);
+    file_.state = std::make_unique<MapState>(read_parameters(header));
+    MapState& state = *file_.state;
+    require(header.has_revision() && header.has_scans() && header.has_points() && header.has_next_id() &&
+                header.has_range_noise() && header.has_bt_bytes() && header.has_bt_crc32(),
+            "the header is not complete");
+    state.revision = header.revision();
+    state.scans = header.scans();
+    state.points = header.points();
+    require(state.revision < largest_count && state.scans < largest_count, "its counts make no sense");
+    require(header.next_id() >= 1 && header.next_id() <= last_next_id, "there is no such next surface id");
+    state.surfaces.set_next_id(header.next_id());
+    if (header.has_next_cylinder_id()) {
+      require(header.next_cylinder_id() >= 1, "there is no such next cylinder id");
+      state.cylinders.set_next_id(header.next_cylinder_id());
+    }
+    if (header.sensors_up_size() > 0) state.sensors_up = read_sensors_up(header);
+    if (header.has_alignment()) state.alignment = read_alignment(header.alignment(), where_);
+    read_noise(header);
+    file_.bt = {header.bt_bytes(), header.bt_crc32()};
+    require(header.kept_scans().size() <= longest_path && header.kept_scans().find('\0') == std::string::npos,
+            "the name of the scans' folder makes no sense");
+    file_.scans.folder = header.kept_scans();
+    file_.scans.shared = header.kept_scans_shared();
+    advance();
+  }
+
+  Parameters read_parameters(const map_file::Header& header) const {
+    Parameters parameters;
+    const auto& infos = parameter_infos();
+    for (const map_file::Parameter& p : header.parameters()) {
+      const bool known = std::any_of(infos.begin(), infos.end(),
+                                     [&](const ParameterInfo& info) { return info.name == p.name(); });
+      if (!known)
+        throw Error(Error::Kind::data, where_,
+                    "has a parameter '" + printable(p.name()) + "' that this octosurf does not know",
+                    "use the newer version that wrote it");
+      require(!p.has_value() || std::fabs(p.value()) <= largest_integer, "a parameter makes no sense");
+      try {
+        set_parameter_value(parameters, p.name(), p.has_value() ? std::optional(p.value()) : std::nullopt);
+      } catch (const Error& error) {
+        fail(error.what());
+      }
+    }
+    try {
+      parameters.validate();
+    } catch (const Error& error) {
+      fail(error.what());
+    }
+    return parameters;
+  }
+
+  Eigen::Vector3d read_sensors_up(const map_file::Header& header) const {
+    require(header.sensors_up_size() == 3, "the sensors' up direction has no three coordinates");
+    const Eigen::Vector3d sum(header.sensors_up(0), header.sensors_up(1), header.sensors_up(2));
+    require(sum.norm() <= static_cast<double>(header.scans()) * (1 + 1e-3),
+            "the sensors' up direction makes no sense");
+    return sum;
+  }
+
+  void read_noise(const map_file::Header& header) {
+    NoiseModel::Histogram histogram{};
+    require(header.noise_histogram_size() == static_cast<int>(NoiseModel::classes * NoiseModel::bins),
+            "the noise histogram has another size");
+    for (std::size_t i = 0; i < NoiseModel::classes * NoiseModel::bins; ++i)
+      histogram[i / NoiseModel::bins][i % NoiseModel::bins] = header.noise_histogram(static_cast<int>(i));
+    require(header.range_noise() >= 0 && header.range_noise() <= 1, "the noise makes no sense");
+    file_.state->noise.restore(histogram, header.range_noise());
+  }
+
+  void read_octree() {
+    MapState& state = *file_.state;
+    state.occupancy.read_nodes([this] { return next_nodes(); }, where_);
+    std::size_t points = 0;
+    charge(state.occupancy.bytes(), 1);
+    state.occupancy.for_each_point([&](const VoxelPoint& p) {
+      ++points;
+      if (p.surface == 0) return;
+      charge(1, inlier_cost);
+      inliers_[p.surface].push_back({p.key, p.range_class, p.position});
+    });
+    require(points == state.points, "the octree holds another number of points");
+  }
+
+  /// Some of the octree's nodes, few enough for the octree to be measured before it is much over the limit.
+  std::string next_nodes() {
+    constexpr std::size_t piece = std::size_t{16} << 10;  // makes 0.6 MB at most: eight bytes a brick of 280
+    if (record_.field != map_file::Record::kOctree) return {};
+    require(!record_.content.empty(), "an octree chunk is empty");
+    require(file_.state->occupancy.bytes() <= most_memory_, "it takes far more memory than its size allows");
+    std::string nodes(record_.content.substr(0, piece));
+    record_.content.remove_prefix(nodes.size());
+    if (record_.content.empty()) advance();
+    return nodes;
+  }
+
+  void read_accumulated() {
+    std::vector<VoxelKey>& keys = file_.state->accumulated;
+    std::uint64_t last = 0;
+    for (; record_.field == map_file::Record::kAccumulated; advance()) {
+      const auto accumulated = parse<map_file::Accumulated>(small_record_limit);
+      charge(static_cast<std::uint64_t>(accumulated.steps_size()), waiting_cost);
+      for (const std::uint64_t step : accumulated.steps()) {
+        require((step > 0 || keys.empty()) && step < std::uint64_t{1} << 48 &&
+                    last + step < std::uint64_t{1} << 48,
+                "a waiting point lies outside the octree, or out of order");
+        last += step;
+        keys.push_back(VoxelKey::unpack(last));
+      }
+    }
+  }
+
+  void read_scan_poses() {
+    std::vector<Eigen::Isometry3d>& poses = file_.scans.poses;
+    for (; record_.field == map_file::Record::kScanPoses; advance()) {
+      const auto record = parse<map_file::ScanPoses>(small_record_limit);
+      const auto count = static_cast<std::size_t>(record.values_size()) / 12;
+      require(record.values_size() % 12 == 0 && count <= file_.state->scans - poses.size(),
+              "it has poses of scans that are not there");
+      charge(count, pose_cost);
+      for (std::size_t i = 0; i < count; ++i) {
+        Eigen::Isometry3d& T = poses.emplace_back(Eigen::Isometry3d::Identity());
+        for (std::size_t k = 0; k < 12; ++k) T(k / 4, k % 4) = record.values(static_cast<int>(12 * i + k));
+        require_rigid(T, where_);
+      }
+    }
+  }
+
+  void read_surfaces() {
+    MapState& state = *file_.state;
+    const SurfaceBounds bounds{state.parameters.occupancy.resolution, state.surfaces.next_id(),
+                               state.revision, state.parameters.max_hole_size()};
+    SurfaceId last = 0;
+    for (; record_.field == map_file::Record::kSurface; advance()) {
+      check_memory(record_.content.size());
+      const auto record = parse<map_file::Surface>(record_limit);
+      const auto vertices = static_cast<std::uint64_t>(record.polygons().uv_size()) / 2;
+      const auto rings = static_cast<std::uint64_t>(record.polygons().vertices_size());
+      charge(1, surface_cost + sizeof(SurfaceId) * static_cast<std::uint64_t>(record.parents_size()));
+      charge(vertices + rings, vertex_cost);
+      check_memory(vertices * check_cost);
+      require(record.id() > last && record.id() < bounds.next_id,
+              "a surface's id is out of order, or not given out yet");
+      last = record.id();
+      state.surfaces.restore(read_surface(record, take_inliers(last), bounds, where_));
+    }
+    if (!inliers_.empty()) fail("voxels belong to a surface that is not there");
+  }
+
+  void read_cylinders() {
+    MapState& state = *file_.state;
+    CylinderId last = 0;
+    for (; record_.field == map_file::Record::kCylinder; advance()) {
+      check_memory(record_.content.size());
+      const auto record = parse<map_file::Cylinder>(record_limit);
+      charge(static_cast<std::uint64_t>(record.steps_size()), inlier_cost);
+      require(state.parameters.detection.detect_cylinders, "it has cylinders but is not to have any");
+      require(record.id() > last && record.id() < state.cylinders.next_id(),
+              "a cylinder's id is out of order, or not given out yet");
+      last = record.id();
+      state.cylinders.restore(read_cylinder(record, state, where_));
+    }
+  }
+
+  void read_departures() {
+    MapState& state = *file_.state;
+    DepartureReader read(state, where_);
+    for (; record_.field == map_file::Record::kDepartures; advance()) {
+      const auto record = parse<map_file::Departures>(small_record_limit);
+      std::vector<Departure> departures;
+      for (const map_file::Departure& departure : record.departures()) {
+        charge(1, departure_cost + sizeof(SurfaceId) * static_cast<std::uint64_t>(departure.parents_size()));
+        departures.push_back(read(departure));
+      }
+      state.departures = state.departures.with(departures);
+    }
+  }
+
+  std::vector<Inlier> take_inliers(SurfaceId id) {
+    auto entry = inliers_.extract(id);
+    if (entry.empty()) return {};
+    std::vector<Inlier> inliers = std::move(entry.mapped());
+    std::sort(inliers.begin(), inliers.end(), [](const Inlier& a, const Inlier& b) { return a.key < b.key; });
+    return inliers;
+  }
+
+  void read_footer() {
+    require(record_.field == map_file::Record::kFooter, "records are missing, or out of order");
+    const auto footer = parse<map_file::Footer>(small_record_limit);
+    require(footer.has_records() && footer.records() == records_.records() - 1, "records are missing");
+    require(footer.has_crc32() && footer.crc32() == records_.crc32_before_last(), "the checksum differs");
+    advance();
+    require(record_.field == 0, "records follow the last one");
+  }
+
+  void publish() {
+    MapState& state = *file_.state;
+    auto snapshot =
+        std::make_shared<Snapshot>(Snapshot{state.revision, state.parameters.occupancy.resolution, {}});
+    for (auto& [id, surface] : state.surfaces) {
+      if (surface.covariance().isZero(0)) surface.derive_covariance(state.noise);  // an older file
+      snapshot->surfaces.push_back(surface.publish(surface.revision));
+    }
+    snapshot->cylinders = state.cylinders.publish(state.revision);
+    snapshot->departures = state.departures;
+    state.snapshot.store(std::move(snapshot));
+  }
+
+  const std::string& where_;
+  RecordReader records_;
+  std::uint64_t most_memory_, memory_ = 0;
+  std::string bytes_;
+  RecordView record_;  // into bytes_; field 0 behind the last one
+  MapFile file_;
+  std::unordered_map<SurfaceId, std::vector<Inlier>> inliers_;
+};
+
+void check_version(std::istream& in, const std::string& where) {
+  std::array<char, map_file_magic.size()> magic{};
+  in.read(magic.data(), magic.size());
+  if (in.gcount() != static_cast<std::streamsize>(magic.size()) ||
+      std::string_view(magic.data(), magic.size()) != map_file_magic)
+    throw Error(Error::Kind::data, where, "is not an octosurf map",
+                "expected a .surfaces file of octosurf map");
+  std::uint32_t version = 0;
+  for (int shift = 0; shift < 32; shift += 8) {
+    const int byte = in.get();
+    if (byte == std::istream::traits_type::eof())
+      throw Error(Error::Kind::data, where, "is damaged: it ends too early", "restore it from a backup");
+    version |= static_cast<std::uint32_t>(byte) << shift;
+  }
+  if (version > map_file_version)
+    throw Error(Error::Kind::data, where,
+                "has version " + std::to_string(version) + " of the format, this octosurf reads up to " +
+                    std::to_string(map_file_version),
+                "use the newer version that wrote it");
+  if (version == 0)
+    throw Error(Error::Kind::data, where, "is damaged: it has no version", "restore it from a backup");
+}
+
+}  // namespace
+
+MapFile read_map(std::istream& in, std::uint64_t file_bytes, const std::string& where) {
+  check_version(in, where);
+  return Reader(in, file_bytes, where)();
+}
+
+}  // namespace octosurf

@@ -1,0 +1,112 @@
+#include "io/map_file/alignment_record.hpp"
+#include "io/map_file/cylinder_record.hpp"
+#include "io/map_file/departure_record.hpp"
+#include "io/map_file/map_file.hpp"
+#include "io/map_file/record_stream.hpp"
+#include "io/map_file/surface_record.hpp"
+#include "map_file.pb.h"
+
+namespace octosurf {
+namespace {
+
+constexpr std::size_t keys_in_record = 65536;
+constexpr std::size_t poses_in_record = 8192;
+constexpr std::size_t departures_bytes = 1U << 16;
+
+void put_record(const map_file::Record& record, RecordWriter& records) {
+  records.put(record.SerializeAsString());
+}
+
+void write_header(const MapState& state, const FileSum& bt, const KeptScans& scans,
+                  map_file::Header& header) {
+  for (const ParameterInfo& info : parameter_infos()) {
+    map_file::Parameter& parameter = *header.add_parameters();
+    parameter.set_name(info.name);
+    if (const auto value = parameter_value(state.parameters, info.name)) parameter.set_value(*value);
+  }
+  header.set_revision(state.revision);
+  header.set_scans(state.scans);
+  header.set_points(state.points);
+  header.set_next_id(state.surfaces.next_id());
+  header.set_next_cylinder_id(state.cylinders.next_id());
+  header.set_range_noise(state.noise.range_noise());
+  for (const auto& range_class : state.noise.histogram())
+    for (const std::uint32_t count : range_class) header.add_noise_histogram(count);
+  for (const double coordinate : state.sensors_up) header.add_sensors_up(coordinate);
+  if (!state.alignment.hypotheses.empty()) write_alignment(state.alignment, *header.mutable_alignment());
+  header.set_bt_bytes(bt.bytes);
+  header.set_bt_crc32(bt.crc32);
+  if (scans.folder.empty()) return;
+  header.set_kept_scans(scans.folder.string());
+  if (scans.shared) header.set_kept_scans_shared(true);
+}
+
+void put_accumulated(const std::vector<VoxelKey>& keys, RecordWriter& records) {
+  std::uint64_t last = 0;
+  for (std::size_t i = 0; i < keys.size();) {
+    map_file::Record record;
+    for (const std::size_t end = std::min(keys.size(), i + keys_in_record); i < end; ++i) {
+      record.mutable_accumulated()->add_steps(keys[i].packed() - last);
+      last = keys[i].packed();
+    }
+    put_record(record, records);
+  }
+}
+
+void put_departures(const DepartureLog& log, RecordWriter& records) {
+  map_file::Record record;
+  log.for_each_since(0, [&](const Departure& departure) {
+    write_departure(departure, *record.mutable_departures()->add_departures());
+    if (record.ByteSizeLong() < departures_bytes) return;
+    put_record(record, records);
+    record.Clear();
+  });
+  if (record.has_departures()) put_record(record, records);
+}
+
+void put_poses(const std::vector<Eigen::Isometry3d>& poses, RecordWriter& records) {
+  for (std::size_t i = 0; i < poses.size();) {
+    map_file::Record record;
+    for (const std::size_t end = std::min(poses.size(), i + poses_in_record); i < end; ++i)
+      for (int k = 0; k < 12; ++k) record.mutable_scan_poses()->add_values(poses[i](k / 4, k % 4));
+    put_record(record, records);
+  }
+}
+
+}  // namespace
+
+void write_map(const MapState& state, const FileSum& bt, std::ostream& out, const KeptScans& scans) {
+  const std::uint32_t version = state.departures.size() > 0 ? map_file_version : scans.poses.empty() ? 2 : 3;
+  out.write(map_file_magic.data(), map_file_magic.size());
+  for (int shift = 0; shift < 32; shift += 8) out.put(static_cast<char>(version >> shift & 0xff));
+
+  RecordWriter records(out);
+  map_file::Record header;
+  write_header(state, bt, scans, *header.mutable_header());
+  put_record(header, records);
+  state.occupancy.write_nodes([&](const std::string& chunk) {
+    map_file::Record record;
+    record.set_octree(chunk);
+    put_record(record, records);
+  });
+  put_accumulated(state.accumulated, records);
+  put_poses(scans.poses, records);
+  for (const auto& [id, surface] : state.surfaces) {
+    map_file::Record record;
+    write_surface(surface.state(), *record.mutable_surface());
+    put_record(record, records);
+  }
+  for (const auto& [id, cylinder] : state.cylinders) {
+    map_file::Record record;
+    write_cylinder(cylinder, *record.mutable_cylinder());
+    put_record(record, records);
+  }
+  put_departures(state.departures, records);
+  map_file::Record footer;
+  footer.mutable_footer()->set_records(records.records());
+  footer.mutable_footer()->set_crc32(records.crc32());
+  put_record(footer, records);
+  records.finish();
+}
+
+}  // namespace octosurf

@@ -1,0 +1,174 @@
+#include "io/map_file/record_stream.hpp"
+
+#include <algorithm>
+#include <boost/crc.hpp>
+#include <optional>
+#include <vector>
+#include <zstd.h>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+constexpr int compression_level = 3;
+constexpr int largest_window = 23;  // log2 of bytes; level 3 takes 21, a decoder would grant 27
+constexpr std::size_t growth = std::size_t{1} << 20;
+
+}  // namespace
+
+struct RecordWriter::Impl {
+  explicit Impl(std::ostream& stream) : out(stream), context(ZSTD_createCCtx(), &ZSTD_freeCCtx) {
+    if (!context) throw std::bad_alloc();
+    ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, compression_level);
+  }
+
+  void compress(std::string_view bytes, ZSTD_EndDirective mode) {
+    ZSTD_inBuffer input{bytes.data(), bytes.size(), 0};
+    for (;;) {
+      ZSTD_outBuffer output{buffer.data(), buffer.size(), 0};
+      const std::size_t left = ZSTD_compressStream2(context.get(), &output, &input, mode);
+      if (ZSTD_isError(left)) throw Error(Error::Kind::output, "zstd", ZSTD_getErrorName(left));
+      out.write(buffer.data(), static_cast<std::streamsize>(output.pos));
+      if (mode == ZSTD_e_continue ? input.pos == input.size : left == 0) return;
+    }
+  }
+
+  void put(std::string_view bytes) {
+    crc.process_bytes(bytes.data(), bytes.size());
+    compress(bytes, ZSTD_e_continue);
+  }
+
+  std::ostream& out;
+  std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context;
+  std::vector<char> buffer = std::vector<char>(ZSTD_CStreamOutSize());
+  boost::crc_32_type crc;
+  std::uint64_t records = 0;
+};
+
+RecordWriter::RecordWriter(std::ostream& out) : impl_(std::make_unique<Impl>(out)) {}
+RecordWriter::~RecordWriter() = default;
+
+void RecordWriter::put(std::string_view record) {
+  if (record.size() > record_limit)
+    throw Error(Error::Kind::output, "map file",
+                "a record of " + std::to_string(record.size()) + " bytes is over the format's limit",
+                "map with a larger max_hole_size or resolution");
+  std::string length;
+  std::size_t rest = record.size();
+  for (; rest >= 128; rest >>= 7) length.push_back(static_cast<char>(rest | 128));
+  length.push_back(static_cast<char>(rest));
+  impl_->put(length);
+  impl_->put(record);
+  ++impl_->records;
+}
+
+void RecordWriter::end_block() { impl_->compress({}, ZSTD_e_flush); }
+void RecordWriter::finish() { impl_->compress({}, ZSTD_e_end); }
+std::uint64_t RecordWriter::records() const { return impl_->records; }
+std::uint32_t RecordWriter::crc32() const { return impl_->crc.checksum(); }
+
+struct RecordReader::Impl {
+  Impl(std::istream& stream, std::uint64_t most, std::string name)
+      : in(stream), budget(most), where(std::move(name)), context(ZSTD_createDCtx(), &ZSTD_freeDCtx) {
+    if (!context) throw std::bad_alloc();
+    ZSTD_DCtx_setParameter(context.get(), ZSTD_d_windowLogMax, largest_window);
+  }
+
+  [[noreturn]] void fail(const std::string& what) const {
+    throw Error(Error::Kind::data, where, "is damaged: " + what, "restore it from a backup");
+  }
+
+  /// Decompresses until there is a byte to read; false at the end of the frame.
+  bool refill() {
+    while (position == plain.pos) {
+      if (ended) return false;
+      plain = {plain_buffer.data(), plain_buffer.size(), 0};
+      position = 0;
+      // Before reading on: the decoder may still hold output.
+      const std::size_t left = ZSTD_decompressStream(context.get(), &plain, &input);
+      if (ZSTD_isError(left)) fail(std::string("zstd says ") + ZSTD_getErrorName(left));
+      if (plain.pos > budget) fail("it decompresses to far more than its size allows");
+      budget -= plain.pos;
+      if (left == 0)
+        end_frame();
+      else if (plain.pos == 0 && input.pos == input.size)
+        read_more();
+    }
+    return true;
+  }
+
+  void read_more() {
+    in.read(packed_buffer.data(), static_cast<std::streamsize>(packed_buffer.size()));
+    input = {packed_buffer.data(), static_cast<std::size_t>(in.gcount()), 0};
+    if (input.size == 0) fail("it ends too early");
+  }
+
+  void end_frame() {
+    ended = true;
+    if (input.pos != input.size || in.peek() != std::istream::traits_type::eof()) fail("bytes are left over");
+  }
+
+  /// Up to `most` bytes that are there without waiting; call refill() first.
+  std::string_view take(std::size_t most) {
+    const std::size_t n = std::min(most, plain.pos - position);
+    const std::string_view bytes(plain_buffer.data() + position, n);
+    position += n;
+    crc.process_bytes(bytes.data(), bytes.size());
+    return bytes;
+  }
+
+  std::optional<std::size_t> read_length() {
+    std::size_t length = 0;
+    for (int shift = 0; shift < 35; shift += 7) {
+      if (!refill()) {
+        if (shift == 0) return {};
+        fail("it ends within a length");
+      }
+      const auto byte = static_cast<unsigned char>(take(1).front());
+      length |= static_cast<std::size_t>(byte & 127) << shift;
+      if (byte < 128) {
+        if (length > record_limit) fail("a record is over the limit");
+        return length;
+      }
+    }
+    fail("a length has no end");
+  }
+
+  std::istream& in;
+  std::uint64_t budget;
+  std::string where;
+  std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context;
+  std::vector<char> packed_buffer = std::vector<char>(ZSTD_DStreamInSize());
+  std::vector<char> plain_buffer = std::vector<char>(ZSTD_DStreamOutSize());
+  ZSTD_inBuffer input{packed_buffer.data(), 0, 0};
+  ZSTD_outBuffer plain{plain_buffer.data(), plain_buffer.size(), 0};
+  std::size_t position = 0;  // in `plain`
+  bool ended = false;
+  boost::crc_32_type crc;
+  std::uint32_t crc_before_last = 0;
+  std::uint64_t records = 0;
+};
+
+RecordReader::RecordReader(std::istream& in, std::uint64_t budget, std::string where)
+    : impl_(std::make_unique<Impl>(in, budget, std::move(where))) {}
+RecordReader::~RecordReader() = default;
+
+bool RecordReader::next(std::string& record) {
+  record.clear();
+  impl_->crc_before_last = impl_->crc.checksum();
+  const std::optional<std::size_t> length = impl_->read_length();
+  if (!length) return false;
+  record.reserve(std::min(*length, growth));
+  while (record.size() < *length) {
+    if (!impl_->refill()) impl_->fail("it ends within a record");
+    record += impl_->take(*length - record.size());
+  }
+  ++impl_->records;
+  return true;
+}
+
+std::uint64_t RecordReader::records() const { return impl_->records; }
+std::uint32_t RecordReader::crc32_before_last() const { return impl_->crc_before_last; }
+
+}  // namespace octosurf

@@ -1,0 +1,185 @@
+#include "io/readers/pose_file.hpp"
+
+#include "io/text_file.hpp"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+#include <octosurf/error.hpp>
+#include <octosurf/scan.hpp>
+
+namespace octosurf {
+namespace {
+
+constexpr double quaternion_tolerance = 1e-2;
+constexpr double nearest_within_s = 0.02;  // TUM's associate.py
+
+[[noreturn]] void refuse(const std::string& where, const std::string& what) {
+  throw Error(Error::Kind::data, where, what,
+              "a pose is 7, 8 (with time stamp), 12 or 16 numbers in a line, or four lines of 4");
+}
+
+FilePose from_quaternion(const double* v, std::string where) {
+  FilePose pose;
+  pose.T = pose_from({v[0], v[1], v[2]}, Eigen::Quaterniond(v[6], v[3], v[4], v[5]));
+  pose.where = std::move(where);
+  return pose;
+}
+
+FilePose from_rows(const std::vector<double>& v, std::string where) {
+  FilePose pose;
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 4; ++column) pose.T(row, column) = v[4 * row + column];
+  pose.where = std::move(where);
+  return pose;
+}
+
+/// A 4×4; its last row may carry a time stamp in place of the 1 (HKU-MARS' alidarPose.csv).
+FilePose from_matrix(const std::vector<double>& v, std::string where) {
+  if (v[12] != 0 || v[13] != 0 || v[14] != 0)
+    refuse(where, "the last row of a 4x4 pose is not 0 0 0 1 (or 0 0 0 TIME)");
+  FilePose pose = from_rows(v, std::move(where));
+  pose.stamp_s = v[15];
+  return pose;
+}
+
+/// A last row of 0 0 0 1 in every pose is no time stamp.
+void keep_only_real_stamps(std::vector<FilePose>& poses) {
+  if (std::any_of(poses.begin(), poses.end(), [](const FilePose& p) { return p.stamp_s != 1.0; })) return;
+  for (auto& pose : poses) pose.stamp_s.reset();
+}
+
+std::vector<FilePose> read_blocks(const std::vector<TextLine>& lines, const std::filesystem::path& file) {
+  std::vector<FilePose> poses;
+  for (std::size_t first = 0; first < lines.size(); first += 4) {
+    std::vector<double> values;
+    for (std::size_t row = first; row < std::min(first + 4, lines.size()); ++row) {
+      const auto four = numbers(lines[row], file);
+      if (four.size() != 4)
+        refuse(at_line(file, lines[row].number),
+               std::to_string(four.size()) + " numbers where 4 were expected");
+      values.insert(values.end(), four.begin(), four.end());
+    }
+    if (values.size() != 16)
+      refuse(at_line(file, lines[first].number), "a 4x4 pose breaks off at the end of the file");
+    poses.push_back(from_matrix(values, at_line(file, lines[first].number)));
+  }
+  return poses;
+}
+
+FilePose read_line(const TextLine& line, std::size_t columns, const std::filesystem::path& file) {
+  const auto values = numbers(line, file);
+  const std::string where = at_line(file, line.number);
+  if (values.size() != columns)
+    refuse(where,
+           std::to_string(values.size()) + " numbers where " + std::to_string(columns) + " were expected");
+  if (columns == 7) return from_quaternion(values.data(), where);
+  if (columns == 12) return from_rows(values, where);
+  if (columns == 16) return from_matrix(values, where);
+  if (columns != 8) refuse(where, std::to_string(columns) + " numbers are no pose");
+  FilePose pose = from_quaternion(values.data() + 1, where);
+  pose.stamp_s = values[0];
+  return pose;
+}
+
+}  // namespace
+
+PoseFile read_poses(const std::filesystem::path& file) {
+  const auto lines = read_text(file);
+  if (lines.empty()) refuse(file.string(), "holds no poses");
+  const std::size_t columns = lines.front().words.size();
+  PoseFile result{file, {}, false, columns == 12};
+  if (columns == 4) {
+    result.poses = read_blocks(lines, file);
+  } else {
+    result.poses.reserve(lines.size());
+    for (const auto& line : lines) result.poses.push_back(read_line(line, columns, file));
+  }
+  if (columns == 4 || columns == 16) keep_only_real_stamps(result.poses);
+  result.stamped = result.poses.front().stamp_s.has_value();
+  for (const auto& pose : result.poses)
+    if (pose.stamp_s && !std::isfinite(*pose.stamp_s)) refuse(pose.where, "the time stamp is not finite");
+  return result;
+}
+
+std::string tum_line(double stamp_s, const Eigen::Isometry3d& T) {
+  const Eigen::Quaterniond q = Eigen::Quaterniond(T.linear()).normalized();
+  const Eigen::Vector3d t = T.translation();
+  std::string line;
+  for (const double value : {stamp_s, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}) {
+    std::array<char, 32> text{};
+    // The shortest that reads back as the same; without an exponent where that is readable.
+    const bool plain = value == 0 || (std::fabs(value) >= 1e-6 && std::fabs(value) < 1e15);
+    const auto format = plain ? std::chars_format::fixed : std::chars_format::general;
+    char* const end = std::to_chars(text.data(), text.data() + text.size(), value, format).ptr;
+    if (!line.empty()) line += ' ';
+    line.append(text.data(), end);
+  }
+  return line;
+}
+
+Eigen::Isometry3d rigid(const Eigen::Isometry3d& T, const std::string& where) {
+  require_rigid(T, where);
+  // The nearest rotation (Frobenius norm): R = U Vᵀ.
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(T.linear(), Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Isometry3d result = T;
+  result.linear() = svd.matrixU() * svd.matrixV().transpose();
+  return result;
+}
+
+Eigen::Isometry3d pose_from(const Eigen::Vector3d& translation, const Eigen::Quaterniond& q) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation() = translation;
+  const bool unit = std::abs(q.norm() - 1) <= quaternion_tolerance;
+  // |q|² R is the quaternion's homogeneous matrix: a rotation only if q is a unit quaternion.
+  T.linear() = (unit ? 1.0 : q.squaredNorm()) * q.normalized().toRotationMatrix();
+  return T;
+}
+
+Trajectory::Trajectory(const PoseFile& file, double largest_gap_s)
+    : poses_(file.poses), largest_gap_s_(largest_gap_s) {
+  std::stable_sort(poses_.begin(), poses_.end(),
+                   [](const FilePose& a, const FilePose& b) { return a.stamp_s < b.stamp_s; });
+}
+
+Trajectory::Neighbours Trajectory::around(double stamp_s) const {
+  const auto after = std::lower_bound(poses_.begin(), poses_.end(), stamp_s,
+                                      [](const FilePose& pose, double t) { return *pose.stamp_s < t; });
+  Neighbours found;
+  if (after != poses_.end()) found.after = &*after;
+  if (after != poses_.begin()) found.before = &*std::prev(after);
+  const auto distance = [&](const FilePose* pose) {
+    return pose ? std::abs(*pose->stamp_s - stamp_s) : std::numeric_limits<double>::infinity();
+  };
+  found.nearest = distance(found.before) < distance(found.after) ? found.before : found.after;
+  if (distance(found.nearest) > std::min(nearest_within_s, largest_gap_s_)) found.nearest = nullptr;
+  if (!found.before || !found.after || *found.after->stamp_s - *found.before->stamp_s > largest_gap_s_)
+    found.before = found.after = nullptr;
+  return found;
+}
+
+bool Trajectory::covers(double stamp_s) const {
+  const auto found = around(stamp_s);
+  return found.before || found.nearest;
+}
+
+Eigen::Isometry3d Trajectory::at(double stamp_s, const std::string& where) const {
+  const auto found = around(stamp_s);
+  const auto checked = [&](const FilePose& pose) {
+    return rigid(pose.T, where + " (pose at " + pose.where + ")");
+  };
+  if (!found.before) return checked(*found.nearest);
+  if (*found.after->stamp_s == stamp_s) return checked(*found.after);  // to the bit, not to rounding
+  const Eigen::Isometry3d a = checked(*found.before), b = checked(*found.after);
+  const double t = (stamp_s - *found.before->stamp_s) / (*found.after->stamp_s - *found.before->stamp_s);
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation() = (1 - t) * a.translation() + t * b.translation();
+  T.linear() = Eigen::Quaterniond(a.linear()).slerp(t, Eigen::Quaterniond(b.linear())).toRotationMatrix();
+  return T;
+}
+
+}  // namespace octosurf

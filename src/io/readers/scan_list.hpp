@@ -1,0 +1,70 @@
+#pragma once
+
+#include "io/readers/bag_recording.hpp"
+#include "io/readers/depth_image.hpp"
+#include "io/readers/file_kind.hpp"
+#include "io/readers/pose_file.hpp"
+#include "io/readers/scan_graph.hpp"
+
+#include <Eigen/Geometry>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <octosurf/scan_source.hpp>
+
+namespace octosurf {
+
+/// Where one scan is, found but not read.
+struct ListedScan {
+  std::filesystem::path file;
+  FileKind kind = FileKind::unknown;
+  std::size_t recording = 0;
+  std::size_t graph_index = 0;      ///< of the scans in a .graph
+  std::size_t bag_index = 0;        ///< of the scans in a bag
+  std::optional<FilePose> pose;     ///< from a file that holds the poses of many scans
+  std::filesystem::path pose_file;  ///< of this scan alone; empty: none
+  std::optional<double> stamp_s;
+};
+
+/// What the scans of one folder (or of several files in a row from one folder) have in common.
+struct ListedRecording {
+  std::filesystem::path folder;  ///< the scans stand here
+  std::vector<ListedScan> scans;
+  std::optional<Intrinsics> camera;  ///< of images
+  double depth_scale = 1000;
+  std::shared_ptr<const ScanGraphFile> graph;
+  std::shared_ptr<BagRecording> bag;
+  std::shared_ptr<const Trajectory> trajectory;  ///< poses by time; wins over the scans' own
+  /// Sensor frame to the frame whose poses the pose file holds.
+  Eigen::Isometry3d T_posed_sensor = Eigen::Isometry3d::Identity();
+};
+
+struct ScanList {
+  std::vector<ListedRecording> recordings;
+  std::vector<std::string> left_out;  ///< one line for every scan that has no pose at its time
+  std::vector<std::string> notes;     ///< one line for every choice made
+};
+
+/// Finds the scans of open_scans() with their poses, intrinsics and time stamps; same errors.
+ScanList list_scans(const std::vector<std::filesystem::path>& inputs, const ScanSourceOptions& options);
+
+/// The scans of one folder, in natural order, without poses and intrinsics; depth.txt gives stamps.
+ListedRecording list_folder(const std::filesystem::path& folder);
+
+/// full2 before full10.
+bool natural_less(const std::string& a, const std::string& b);
+
+/// True if files of these kinds can stand in one recording.
+bool same_family(FileKind a, FileKind b);
+
+/// True for a TUM RGB-D folder and for its folder `depth`.
+bool is_tum(const std::filesystem::path& folder);
+
+/// The folder, and the one above if the name (frames, scans, …) says that the scans of a recording
+/// stand in a folder of their own.
+std::vector<std::filesystem::path> around(const std::filesystem::path& folder);
+
+}  // namespace octosurf

@@ -1,0 +1,193 @@
+#include "io/map_file/archived_scan.hpp"
+#include "io/readers/cloud_file.hpp"
+#include "io/readers/depth_image.hpp"
+#include "io/readers/file_kind.hpp"
+#include "io/readers/scan_list.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include <octosurf/error.hpp>
+#include <octosurf/scan_source.hpp>
+
+namespace octosurf {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Reads listed scans and gives them their time stamps.
+class FileScanSource : public ScanSource {
+ public:
+  FileScanSource(ScanList list, const ScanSourceOptions& options)
+      : recordings_(std::move(list.recordings)),
+        options_(options),
+        skipped_(std::move(list.left_out)),
+        notes_(std::move(list.notes)) {
+    for (const auto& recording : recordings_) size_ += recording.scans.size();
+  }
+
+  std::size_t size() const override { return size_; }
+  const std::vector<std::string>& skipped() const override { return skipped_; }
+  std::vector<std::string> notes() const override { return notes_; }
+
+  std::optional<Scan> next() override {
+    while (recording_ < recordings_.size()) {
+      const ListedRecording& recording = recordings_[recording_];
+      if (index_ == recording.scans.size()) {
+        begin_recording(recording_ + 1);
+        continue;
+      }
+      const ListedScan& listed = recording.scans[index_++];
+      try {
+        Scan scan = load(recording, listed);
+        scan.stamp_s = stamp(listed, scan.sensor);
+        ++good_;
+        return scan;
+      } catch (const Error& error) {
+        stamp(listed, sensor_of(recording, listed));
+        if (!options_.skip_bad || error.kind() != Error::Kind::data) throw;
+        skipped_.push_back(error.what());
+      }
+    }
+    if (options_.skip_bad && std::exchange(good_, 1) == 0)
+      throw Error(Error::Kind::data, "", "none of the " + std::to_string(size_) + " scans is good",
+                  "the last one: " + skipped_.back());
+    return std::nullopt;
+  }
+
+ private:
+  void begin_recording(std::size_t recording) {
+    recording_ = recording;
+    index_ = 0;
+    image_width_ = image_height_ = 0;
+    shift_s_.reset();
+  }
+
+  Scan load(const ListedRecording& recording, const ListedScan& listed) {
+    Scan scan = read(recording, listed);
+    if (recording.trajectory)
+      scan.T_map_sensor = recording.trajectory->at(*listed.stamp_s, scan.name) * recording.T_posed_sensor;
+    else if (listed.pose)
+      scan.T_map_sensor = rigid(listed.pose->T, scan.name + " (pose at " + listed.pose->where + ")") *
+                          recording.T_posed_sensor;
+    else if (!listed.pose_file.empty())
+      scan.T_map_sensor = own_pose(listed);
+    else if (listed.kind != FileKind::archived_scan &&  // whose pose is the very one it was mapped with
+             !recording.bag)                            // made of rigid ones
+      scan.T_map_sensor = rigid(scan.T_map_sensor, scan.name);
+    return scan;
+  }
+
+  /// Points, and the pose that stands in the same file.
+  Scan read(const ListedRecording& recording, const ListedScan& listed) {
+    if (recording.graph) return recording.graph->read(listed.graph_index);
+    if (recording.bag) return recording.bag->read(listed.bag_index);
+    Scan scan;
+    if (listed.kind == FileKind::archived_scan) {
+      scan = read_archived_scan(listed.file).scan();
+      scan.name = listed.file.string();
+      return scan;
+    }
+    scan.name = listed.file.string();
+    if (listed.kind == FileKind::image) {
+      const DepthImage image = read_depth_image(listed.file);
+      check_size(image, listed.file);
+      scan.points = back_project(image, *recording.camera, recording.depth_scale);
+      return scan;
+    }
+    Cloud cloud = listed.kind == FileKind::pcd   ? read_pcd(listed.file)
+                  : listed.kind == FileKind::ply ? read_ply(listed.file)
+                                                 : read_velodyne(listed.file);
+    scan.points = std::move(cloud.points);
+    scan.T_map_sensor = cloud.T_map_sensor;
+    scan.sensor = cloud.organised ? SensorKind::depth_camera : SensorKind::lidar;
+    return scan;
+  }
+
+  /// Of a scan that cannot be read.
+  static SensorKind sensor_of(const ListedRecording& recording, const ListedScan& listed) {
+    if (recording.bag) return recording.bag->sensor(listed.bag_index);
+    return listed.kind == FileKind::image ? SensorKind::depth_camera : SensorKind::lidar;
+  }
+
+  void check_size(const DepthImage& image, const fs::path& file) {
+    if (image_width_ == 0) {
+      image_width_ = image.width;
+      image_height_ = image.height;
+    }
+    const auto size = [](int width, int height) {
+      return std::to_string(width) + "x" + std::to_string(height);
+    };
+    if (image.width != image_width_ || image.height != image_height_)
+      throw Error(Error::Kind::data, file.string(),
+                  size(image.width, image.height) + " pixels, but the images before have " +
+                      size(image_width_, image_height_),
+                  "the images of a recording are of one camera");
+  }
+
+  static Eigen::Isometry3d own_pose(const ListedScan& listed) {
+    const PoseFile file = read_poses(listed.pose_file);
+    if (file.poses.size() != 1)
+      throw Error(Error::Kind::data, listed.pose_file.string(),
+                  std::to_string(file.poses.size()) + " poses for one scan");
+    return rigid(file.poses[0].T, file.poses[0].where);
+  }
+
+  /// Given time stamps are kept unless they would go back from one recording to the next; where
+  /// there are none, scans follow at the sensor's rate.
+  double stamp(const ListedScan& listed, SensorKind sensor) {
+    const double rate = options_.rate_hz.value_or(sensor == SensorKind::lidar ? 10 : 30);
+    double now = next_stamp();
+    if (listed.stamp_s) {
+      if (!shift_s_) shift_s_ = rate_ > 0 ? std::max(0.0, now - *listed.stamp_s) : 0.0;
+      now = *listed.stamp_s + *shift_s_;
+    }
+    if (listed.stamp_s || rate != rate_) {
+      since_s_ = now;
+      steps_ = 0;
+      rate_ = rate;
+    }
+    ++steps_;
+    return now;
+  }
+
+  /// When a scan without time stamp would come; counted, so that rounding does not add up.
+  double next_stamp() const { return rate_ > 0 ? since_s_ + static_cast<double>(steps_) / rate_ : 0; }
+
+  std::vector<ListedRecording> recordings_;
+  ScanSourceOptions options_;
+  std::vector<std::string> skipped_, notes_;
+  std::size_t size_ = 0, good_ = 0;
+  std::size_t recording_ = 0, index_ = 0;
+  int image_width_ = 0, image_height_ = 0;  // of this recording's first image
+  std::optional<double> shift_s_;           // of this recording's time stamps
+  double since_s_ = 0, rate_ = 0;           // rate 0: no scan yet
+  std::size_t steps_ = 0;                   // since since_s_
+};
+
+}  // namespace
+
+InputKind classify(const fs::path& input) {
+  std::error_code error;
+  const auto status = fs::status(input, error);
+  if (!fs::exists(status)) throw Error(Error::Kind::data, input.string(), "no such file or folder");
+  if (fs::is_directory(status)) return InputKind::scans;
+  const FileKind kind = fs::is_regular_file(status) ? kind_of(input) : FileKind::unknown;
+  if (kind == FileKind::occupancy_map) return InputKind::occupancy_map;
+  if (kind != FileKind::unknown) return InputKind::scans;
+  if (input.extension() == ".surfaces")
+    throw Error(Error::Kind::data, input.string(), "a saved map, not scans", "go on with it by --resume");
+  throw Error(Error::Kind::data, input.string(), "not a kind of file that is read",
+              "give depth images (PNG, PGM), clouds (PCD, PLY, velodyne .bin), a bag (.bag, .db3, .mcap), a "
+              ".graph, .bt, .ot or archived .scan");
+}
+
+std::unique_ptr<ScanSource> open_scans(const std::vector<fs::path>& inputs,
+                                       const ScanSourceOptions& options) try {
+  return std::make_unique<FileScanSource>(list_scans(inputs, options), options);
+} catch (const fs::filesystem_error& error) {
+  throw Error(Error::Kind::data, error.path1().string(), error.code().message());
+}
+
+}  // namespace octosurf

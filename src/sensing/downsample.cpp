@@ -1,0 +1,103 @@
+#include "sensing/downsample.hpp"
+
+#include "sensing/locate.hpp"
+
+#include <algorithm>
+
+#include <octosurf/adapters/detail/parallel.hpp>
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+
+std::int64_t Downsampler::find(VoxelKey key) const {
+  return std::int64_t{table_.find({key.x, key.y, key.z})} - 1;
+}
+
+void Downsampler::find_anew(const VoxelScan& scan) {
+  for (std::uint32_t i = 0; i < scan.ends.size(); ++i) {
+    const VoxelKey key = scan.ends[i].key;
+    table_.at({key.x, key.y, key.z}) = i + 1;
+  }
+}
+
+void Downsampler::add(const Run& run, VoxelScan& out) {
+  std::uint32_t& place = table_.at({run.key.x, run.key.y, run.key.z});
+  if (place == 0) {
+    out.ends.push_back({run.key, 0, Eigen::Vector3f::Zero()});
+    place = static_cast<std::uint32_t>(out.ends.size());
+  }
+  EndVoxel& end = out.ends[place - 1];
+  end.count += run.count;
+  end.centroid += run.sum;
+}
+
+void Downsampler::collect_runs(const Scan& scan, const Eigen::Isometry3d& T_map_sensor, double min_range,
+                               std::size_t begin, std::size_t end, Part& part) const {
+  const double min_range_sq = min_range * min_range;
+  part.runs.clear();
+  part.not_finite = part.too_near = part.out_of_map = 0;
+  LocatedPoints located;
+  for (std::size_t from = begin; from < end; from += LocatedPoints::most) {
+    const std::span points(scan.points.data() + from, std::min(LocatedPoints::most, end - from));
+    locate(points, T_map_sensor, grid_, located);
+    Run run;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (located.inside[i] == 0 || points[i].cast<double>().squaredNorm() < min_range_sq) {
+        ++(!points[i].allFinite()                                  ? part.not_finite
+           : points[i].cast<double>().squaredNorm() < min_range_sq ? part.too_near
+                                                                   : part.out_of_map);
+        continue;
+      }
+      const VoxelKey key{static_cast<std::uint16_t>(located.key_x[i]),
+                         static_cast<std::uint16_t>(located.key_y[i]),
+                         static_cast<std::uint16_t>(located.key_z[i])};
+      if (run.count == 0 || !(key == run.key)) {
+        if (run.count > 0) part.runs.push_back(run);
+        run = {key, 0, grid_.centre_of(key), Eigen::Vector3f::Zero()};
+      }
+      const Eigen::Vector3f offset = Eigen::Vector3f(located.x[i], located.y[i], located.z[i]) - run.centre;
+      if (scan.readings.empty()) {
+        ++run.count;
+        run.sum += offset;
+      } else {
+        run.count += scan.readings[from + i];
+        run.sum += static_cast<float>(scan.readings[from + i]) * offset;
+      }
+    }
+    if (run.count > 0) part.runs.push_back(run);
+  }
+}
+
+VoxelScan Downsampler::operator()(const Scan& scan, const Eigen::Isometry3d& T_map_sensor, double min_range,
+                                  double max_range, int threads) {
+  VoxelScan out;
+  out.origin = T_map_sensor.translation().cast<float>();
+  out.max_range = max_range;
+  if (VoxelKey key; !grid_.key_of(out.origin, key))
+    throw Error(Error::Kind::data, scan.name, "the sensor is outside the octree's range",
+                "shift the poses nearer to the origin or use a larger resolution");
+  table_.clear();
+  // Runs end at the same points whatever the number of threads, so sums round alike.
+  const std::size_t stretches = scan.points.size() / LocatedPoints::most + 1;
+  parts_.resize(std::min(static_cast<std::size_t>(threads), stretches));
+  detail::in_parallel(static_cast<int>(parts_.size()), [&](int t) {
+    const detail::Share share(stretches, t, static_cast<int>(parts_.size()));
+    collect_runs(scan, T_map_sensor, min_range, share.begin * LocatedPoints::most,
+                 std::min(share.end * LocatedPoints::most, scan.points.size()),
+                 parts_[static_cast<std::size_t>(t)]);
+  });
+  for (const Part& part : parts_) {
+    for (const Run& run : part.runs) add(run, out);
+    out.not_finite += part.not_finite;
+    out.too_near += part.too_near;
+    out.out_of_map += part.out_of_map;
+  }
+  for (EndVoxel& end : out.ends) {
+    const Eigen::Vector3f centre = grid_.centre_of(end.key);
+    if (!out.within_range(centre)) out.beyond_range += end.count;
+    end.centroid = centre + end.centroid / static_cast<float>(end.count);
+  }
+  return out;
+}
+
+}  // namespace octosurf

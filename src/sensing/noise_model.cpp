@@ -1,0 +1,125 @@
+#include "sensing/noise_model.hpp"
+
+#include "sensing/reading_code.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace octosurf {
+namespace {
+
+constexpr double bin_width = 0.0015;              // m
+constexpr std::uint64_t min_observations = 1000;  // before a class is estimated
+constexpr double kept_share = 0.95;               // the largest differences are edges, not noise
+// Root mean square of what is kept of a normal distribution, to its deviation; variance of a second
+// difference is 6 sigma².
+constexpr double per_trimmed_rms = 1.148 / 2.449489742783178;
+constexpr double smallest_measured_sigma = 0.001;  // m: poses are no better
+constexpr double largest_excess = 0.03;            // m; what is more is no longer noise but clutter
+
+}  // namespace
+
+NoiseModel::NoiseModel(const Parameters& parameters)
+    : sensor_noise_(parameters.surfaces.sensor_noise),
+      base_tolerance_(parameters.surface_tolerance()),
+      range_noise_(parameters.surfaces.range_noise.value_or(0)),
+      estimate_(!parameters.surfaces.range_noise) {
+  tabulate();
+}
+
+void NoiseModel::tabulate() {
+  for (unsigned c = 0; c < classes; ++c) {
+    const double z = range_of_class(std::max(c, 1U));
+    sigma_[c] = sensor_noise_ + (estimate_ ? excess_[c] : range_noise_ * z * z);
+    tolerance_[c] = base_tolerance_ + 4 * (sigma_[c] - sensor_noise_);
+    measured_sigma_[c] =
+        std::max(smallest_measured_sigma,
+                 estimate_ && total_[c] >= min_observations ? sigma_of_histogram(c) : sigma_[c]);
+  }
+}
+
+double NoiseModel::largest_tolerance() const {
+  return estimate_ ? base_tolerance_ + 4 * largest_excess : tolerance_[classes - 1];
+}
+
+void NoiseModel::observe(const Scan& scan) {
+  if (!estimate_) return;
+  if (!scan.readings.empty() || !scan.noise.empty()) return take(scan.noise);
+  constexpr std::size_t stride = 7;
+  for (std::size_t i = 1; i + 1 < scan.points.size(); i += stride) {
+    const Eigen::Vector3f &a = scan.points[i - 1], &b = scan.points[i], &c = scan.points[i + 1];
+    const float range = b.norm();
+    if (!std::isfinite(range)) continue;
+    const unsigned range_class = range_class_of(range);
+    if (total_[range_class] >= max_observations) continue;
+    // Neighbours on one surface; NaN fails the comparison.
+    if (!((c - a).norm() < 0.05F * range && (b - a).norm() < 0.05F * range)) continue;
+    const auto bin = static_cast<std::size_t>(std::fabs(a.norm() - 2 * range + c.norm()) / bin_width);
+    if (bin >= bins) continue;
+    ++histogram_[range_class][bin];
+    ++total_[range_class];
+  }
+  update();
+}
+
+void NoiseModel::take(const std::vector<NoiseCount>& counts) {
+  for (const NoiseCount& seen : counts) {
+    histogram_[seen.range_class][seen.size] += seen.count;
+    total_[seen.range_class] += seen.count;
+  }
+  update();
+}
+
+bool NoiseModel::takes(const Scan& scan) {
+  return std::all_of(scan.noise.begin(), scan.noise.end(), [](const NoiseCount& seen) {
+    return seen.range_class < classes && seen.size < bins && seen.count <= max_observations;
+  });
+}
+
+std::vector<NoiseCount> NoiseModel::seen_since(const Histogram& before) const {
+  std::vector<NoiseCount> seen;
+  for (std::size_t c = 0; c < classes; ++c)
+    for (std::size_t bin = 0; bin < bins; ++bin)
+      if (const std::uint32_t count = histogram_[c][bin] - before[c][bin]; count > 0)
+        seen.push_back({static_cast<std::uint8_t>(c), static_cast<std::uint8_t>(bin), count});
+  return seen;
+}
+
+double NoiseModel::sigma_of_histogram(unsigned c) const {
+  const double kept = kept_share * static_cast<double>(total_[c]);
+  double squares = 0, left = kept;
+  for (std::size_t bin = 0; bin < bins && left > 0; ++bin) {
+    const double n = std::min(left, static_cast<double>(histogram_[c][bin]));
+    const double difference = (static_cast<double>(bin) + 0.5) * bin_width;
+    squares += n * difference * difference;
+    left -= n;
+  }
+  return std::sqrt(squares / kept) * per_trimmed_rms;
+}
+
+void NoiseModel::update() {
+  // Each class its own: a lidar's noise does not grow with z², so nothing is extrapolated. A class
+  // that was not seen min_observations takes over from the nearest one below it that was.
+  range_noise_ = 0;
+  double excess = 0;
+  for (unsigned c = 1; c < classes; ++c) {
+    if (total_[c] >= min_observations) {
+      excess = std::clamp(sigma_of_histogram(c) - sensor_noise_, 0.0, largest_excess);
+      const double z = range_of_class(c);
+      if (z >= 2) range_noise_ = std::max(range_noise_, excess / (z * z));
+    }
+    excess_[c] = excess;
+  }
+  tabulate();
+}
+
+void NoiseModel::restore(const Histogram& histogram, double range_noise) {
+  histogram_ = histogram;
+  for (std::size_t c = 0; c < classes; ++c)
+    total_[c] = std::accumulate(histogram_[c].begin(), histogram_[c].end(), std::uint64_t{0});
+  range_noise_ = range_noise;
+  estimate_ ? update() : tabulate();
+}
+
+}  // namespace octosurf

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include <octosurf/parameters.hpp>
+#include <octosurf/scan.hpp>
+#include <octosurf/surface.hpp>
+
+namespace octosurf {
+
+/// How much the points scatter, by the distance they were seen from, and how far off a plane they
+/// may therefore lie: σ(z) = sensor_noise + range_noise·z², tolerance(z) = s + 4·(σ(z) − sensor_noise).
+///
+/// If `range_noise` is not given it is estimated from the scans themselves: on anything smooth, the
+/// second difference of three consecutive readings' ranges is noise alone, of variance 6σ². Its
+/// trimmed root mean square, by distance class, leaves out the edges in between and, unlike a median,
+/// sees the steps of a sensor that counts depth in steps. Scans whose points are in no
+/// order (neighbours far apart) give no estimate and leave the noise at `sensor_noise`.
+class NoiseModel {
+ public:
+  static constexpr std::size_t classes = 16, bins = 160;
+  static constexpr double least_facing = 0.07;  ///< sine of a stored view's error, about 4°
+  using Histogram = std::array<std::array<std::uint32_t, bins>, classes>;
+
+  explicit NoiseModel(const Parameters& parameters);
+
+  double sigma(unsigned range_class) const { return sigma_[range_class]; }
+  /// As measured in the scans, where `sigma` never falls below sensor_noise: for weights.
+  double measured_sigma(unsigned range_class) const { return measured_sigma_[range_class]; }
+  /// How far beyond an edge its readings may lie, m: two `measured_sigma`, rounded up to a millimetre, so
+  /// that outlines rarely change while the noise is being estimated.
+  double overreach(unsigned range_class) const {
+    return std::ceil(2000 * measured_sigma_[range_class]) / 1000;
+  }
+  double tolerance(unsigned range_class) const { return tolerance_[range_class]; }
+  /// Off a plane that the line of sight meets at `facing`, the cosine between view and normal: noise
+  /// lies along the line of sight, so what is seen along a plane hardly leaves it.
+  double tolerance(unsigned range_class, double facing) const {
+    const double share = least_facing + (1 - least_facing) * std::fabs(facing);
+    return base_tolerance_ + share * (tolerance_[range_class] - base_tolerance_);
+  }
+  /// The same for whatever knows the class of its distance and the direction it was seen from.
+  template <class Point>
+  double tolerance(const Point& p, const Plane& plane) const {
+    return tolerance(p.range_class, plane.normal.dot(p.view.template cast<double>()));
+  }
+  double base_tolerance() const { return base_tolerance_; }
+  /// What no class's tolerance ever exceeds, however the estimates change.
+  double largest_tolerance() const;
+  /// The parameter, or the smallest that explains all distance classes from 2 m.
+  double range_noise() const { return range_noise_; }
+
+  /// Uses one triple of consecutive points in seven, until a class has enough of them. Of a thinned scan it
+  /// uses the counts that come with it.
+  void observe(const Scan& scan);
+  /// Whether the scan's `noise` can be taken: its classes and sizes are there.
+  static bool takes(const Scan& scan);
+  /// What has been seen since the histogram was `before`.
+  std::vector<NoiseCount> seen_since(const Histogram& before) const;
+  const Histogram& histogram() const { return histogram_; }  ///< state, for map files
+  void restore(const Histogram& histogram, double range_noise);
+
+ private:
+  static constexpr std::uint64_t max_observations = 1000000;  // a class with more is estimated well enough
+  void take(const std::vector<NoiseCount>& counts);
+  double sigma_of_histogram(unsigned range_class) const;
+  void update();
+  void tabulate();
+
+  double sensor_noise_, base_tolerance_, range_noise_ = 0;
+  bool estimate_ = false;
+  Histogram histogram_{};
+  std::array<std::uint64_t, classes> total_{};
+  std::array<double, classes> excess_{};  // σ − sensor_noise, estimated
+  std::array<double, classes> sigma_{}, tolerance_{}, measured_sigma_{};
+};
+
+}  // namespace octosurf

@@ -1,0 +1,43 @@
+#include "surfaces/criteria/obstructed.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace octosurf {
+
+bool obstructed(Workspace& work, const Plane& plane, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                double reach, int layers) {
+  const VoxelGrid& grid = work.state.occupancy.grid();
+  const double d = grid.resolution();
+  const auto onto = [&](const Eigen::Vector3d& p) {
+    return Eigen::Vector3d(p - plane.signed_distance(p) * plane.normal);
+  };
+  const Eigen::Vector3d from = onto(a), way = onto(b) - from;
+  const int steps = static_cast<int>(std::ceil(2 * way.norm() / d));
+  const auto stands_in = [&](VoxelKey key) {
+    const Workspace::Index i = work.window.find(key);
+    if (i == PointWindow::none) return false;
+    const VoxelPoint& p = work.window[i];
+    // In upper layers points seen from behind the plane are ignored: they are of an opposite face, such as
+    // the other side of a crack.
+    if (layers > 1 && p.view.dot(plane.normal.cast<float>()) <= 0) return false;
+    return plane.signed_distance(p.position.cast<double>()) > work.state.noise.tolerance(p, plane);
+  };
+  VoxelKey last;
+  bool any = false;
+  for (int layer = 1; layer <= layers; ++layer) {
+    const Eigen::Vector3d start = from + (reach + layer * d) * plane.normal;
+    for (int k = 0; k <= steps; ++k) {
+      VoxelKey key;
+      if (!grid.key_of((start + way * (static_cast<double>(k) / std::max(1, steps))).cast<float>(), key))
+        continue;
+      if (any && key == last) continue;  // two steps a voxel
+      last = key;
+      any = true;
+      if (stands_in(key)) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace octosurf

@@ -1,0 +1,240 @@
+#include "geometry/triangulate.hpp"
+#include "support/seed.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gmock/gmock.h>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <random>
+#include <set>
+#include <utility>
+
+#include <octosurf/error.hpp>
+#include <octosurf/surface.hpp>
+
+namespace octosurf {
+namespace {
+
+double ring_area(const Ring2& ring) {
+  double twice = 0;
+  for (std::size_t i = 0; i < ring.size(); ++i) {
+    const Eigen::Vector2d &a = ring[i], &b = ring[(i + 1) % ring.size()];
+    twice += a.x() * b.y() - a.y() * b.x();
+  }
+  return twice / 2;
+}
+
+// Holes are clockwise, so their areas are negative.
+double polygon_area(const Polygon& polygon) {
+  double area = ring_area(polygon.outer);
+  for (const Ring2& hole : polygon.holes) area += ring_area(hole);
+  return area;
+}
+
+double triangle_area(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
+  return ((b - a).x() * (c - a).y() - (b - a).y() * (c - a).x()) / 2;
+}
+
+Ring2 box(double u, double v, double width, double height) {
+  return {{u, v}, {u + width, v}, {u + width, v + height}, {u, v + height}};
+}
+
+Ring2 reversed(Ring2 ring) {
+  std::reverse(ring.begin(), ring.end());
+  return ring;
+}
+
+// Star-shaped about its centre, so simple for any radii.
+Ring2 star(std::mt19937_64& random, const Eigen::Vector2d& center, double inner, double outer, int corners) {
+  std::uniform_real_distribution<double> radius(inner, outer);
+  Ring2 ring;
+  for (int i = 0; i < corners; ++i) {
+    const double angle = 2 * std::numbers::pi * i / corners;
+    ring.push_back(center + radius(random) * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+  }
+  return ring;
+}
+
+// A star with up to four holes, one in each quadrant of its kernel.
+Polygon random_polygon(std::mt19937_64& random) {
+  Polygon polygon{star(random, {0, 0}, 1.0, 2.0, std::uniform_int_distribution<int>(12, 60)(random)), {}};
+  for (const auto& [x, y] : {std::pair{.35, .35}, {-.35, .35}, {-.35, -.35}, {.35, -.35}}) {
+    if (random() % 4 == 0) continue;
+    polygon.holes.push_back(reversed(star(random, {x, y}, 0.05, 0.3, 3 + static_cast<int>(random() % 20))));
+  }
+  return polygon;
+}
+
+Surface surface_of(std::vector<Polygon> polygons, const Eigen::Isometry3d& pose) {
+  Surface surface;
+  surface.id = 1;
+  surface.T_map_surface = pose;
+  surface.plane.normal = pose.linear().col(2);
+  surface.plane.offset = surface.plane.normal.dot(pose.translation());
+  for (const Polygon& polygon : polygons) surface.area_m2 += polygon_area(polygon);
+  surface.polygons = std::move(polygons);
+  return surface;
+}
+
+Eigen::Isometry3d tilted() {
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.rotate(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, -2, 0.5).normalized()));
+  pose.pretranslate(Eigen::Vector3d(3, -5, 1.5));
+  return pose;
+}
+
+using Triangles = std::vector<std::array<std::uint32_t, 3>>;
+
+void expect_valid(const Polygon& polygon) {
+  std::vector<Eigen::Vector2d> vertices;
+  const Triangles triangles = triangulate(polygon, vertices);
+  double area = 0;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> directed;
+  for (const auto& t : triangles) {
+    const double part = triangle_area(vertices[t[0]], vertices[t[1]], vertices[t[2]]);
+    EXPECT_GT(part, 0);
+    area += part;
+    for (std::size_t i = 0; i < 3; ++i) ++directed[{t[i], t[(i + 1) % 3]}];
+  }
+  EXPECT_NEAR(area, polygon_area(polygon), 1e-12 * (1 + area));
+
+  // The rim, as points: exactly the rings' directed edges.
+  using Key = std::array<double, 4>;
+  std::multiset<Key> rim, rings;
+  for (const auto& [edge, count] : directed) {
+    EXPECT_EQ(count, 1);
+    if (directed.count({edge.second, edge.first}) > 0) continue;
+    const Eigen::Vector2d &a = vertices[edge.first], &b = vertices[edge.second];
+    rim.insert({a.x(), a.y(), b.x(), b.y()});
+  }
+  const auto add = [&](const Ring2& ring) {
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      const Eigen::Vector2d &a = ring[i], &b = ring[(i + 1) % ring.size()];
+      rings.insert({a.x(), a.y(), b.x(), b.y()});
+    }
+  };
+  add(polygon.outer);
+  for (const Ring2& hole : polygon.holes) add(hole);
+  EXPECT_EQ(rim, rings);
+}
+
+// Each directed edge once and its opposite once: closed, manifold in its edges, one orientation.
+void expect_closed(const Mesh& mesh, double volume) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> directed;
+  double six_volumes = 0;
+  const Eigen::Vector3d origin = mesh.vertices.front();  // near, for accuracy
+  for (const auto& t : mesh.triangles) {
+    for (std::size_t i = 0; i < 3; ++i) ++directed[{t[i], t[(i + 1) % 3]}];
+    const Eigen::Vector3d a = mesh.vertices[t[0]] - origin, b = mesh.vertices[t[1]] - origin;
+    six_volumes += a.dot(b.cross(mesh.vertices[t[2]] - origin));
+  }
+  for (const auto& [edge, count] : directed) {
+    ASSERT_EQ(count, 1);
+    ASSERT_EQ(directed.count({edge.second, edge.first}), 1u);
+  }
+  EXPECT_NEAR(six_volumes / 6, volume, 1e-10 * (1 + volume));
+}
+
+// The triangles around every vertex form a single fan.
+void expect_manifold_vertices(const Mesh& mesh) {
+  std::vector<std::map<std::uint32_t, std::uint32_t>> next(mesh.vertices.size());
+  for (const auto& t : mesh.triangles) {
+    for (std::size_t i = 0; i < 3; ++i) next[t[i]][t[(i + 1) % 3]] = t[(i + 2) % 3];
+  }
+  for (const auto& fan : next) {
+    ASSERT_FALSE(fan.empty());  // no vertex without a triangle
+    std::size_t steps = 0;
+    std::uint32_t at = fan.begin()->first;
+    do {
+      at = fan.at(at);
+      ++steps;
+    } while (at != fan.begin()->first && steps <= fan.size());
+    ASSERT_EQ(steps, fan.size());
+  }
+}
+
+TEST(Triangulate, SquareWithHole) { expect_valid({box(0, 0, 2, 1), {reversed(box(0.5, 0.25, 0.5, 0.5))}}); }
+
+TEST(Triangulate, RingsTouchingInAVertex) {
+  const Ring2 outer{{0, 0}, {4, 0}, {4, 4}, {0, 4}};
+  // One hole touches the outer ring in (0, 0), the second the first in (2, 2).
+  expect_valid({outer, {reversed({{0, 0}, {2, 1}, {2, 2}, {1, 2}}), reversed({{2, 2}, {3, 2}, {3, 3}})}});
+}
+
+TEST(Triangulate, CollinearVerticesStay) {
+  expect_valid({{{0, 0}, {1, 0}, {2, 0}, {2, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}}, {}});
+}
+
+TEST(Triangulate, NothingWithoutArea) {
+  std::vector<Eigen::Vector2d> vertices{{1, 1}};
+  EXPECT_TRUE(triangulate({}, vertices).empty());
+  EXPECT_TRUE(vertices.empty());
+  EXPECT_TRUE(triangulate({{{0, 0}, {1, 1}}, {}}, vertices).empty());
+  EXPECT_TRUE(triangulate({{{0, 0}, {1, 1}, {2, 2}}, {}}, vertices).empty());
+  EXPECT_TRUE(triangulate({{{1, 1}, {1, 1}, {1, 1}}, {}}, vertices).empty());
+}
+
+TEST(Triangulate, CrossingRingIsCutNotRefused) {
+  std::vector<Eigen::Vector2d> vertices;
+  const Triangles triangles = triangulate({{{0, 0}, {2, 2}, {2, 0}, {0, 2}}, {}}, vertices);
+  double area = 0;
+  for (const auto& t : triangles) area += triangle_area(vertices[t[0]], vertices[t[1]], vertices[t[2]]);
+  EXPECT_NEAR(area, 2, 1e-12);  // the two halves of the bow tie
+}
+
+TEST(Triangulate, RefusesNotFinite) {
+  std::vector<Eigen::Vector2d> vertices;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(triangulate({{{0, 0}, {1, 0}, {nan, 1}}, {}}, vertices), Error);
+}
+
+TEST(Triangulate, RandomPolygonsWithHoles) {
+  std::mt19937_64 random(test::seed());
+  for (int i = 0; i < 200 && !HasFailure(); ++i) expect_valid(random_polygon(random));
+}
+
+TEST(Extrude, BoxHasItsVolumeAndBounds) {
+  const Mesh mesh = extrude(surface_of({{box(0, 0, 2, 1), {}}}, Eigen::Isometry3d::Identity()), 0.1);
+  EXPECT_EQ(mesh.vertices.size(), 8u);
+  EXPECT_EQ(mesh.triangles.size(), 12u);
+  expect_closed(mesh, 0.2);
+  expect_manifold_vertices(mesh);
+  for (const Eigen::Vector3d& v : mesh.vertices) {
+    EXPECT_TRUE(v.z() == 0 || v.z() == -0.1);  // against the normal
+    EXPECT_TRUE((v.x() == 0 || v.x() == 2) && (v.y() == 0 || v.y() == 1));
+  }
+}
+
+TEST(Extrude, RingsTouchingInAVertexStayManifold) {
+  const Polygon pinched{{{0, 0}, {4, 0}, {4, 4}, {0, 4}},
+                        {reversed({{0, 0}, {2, 1}, {2, 2}, {1, 2}}), reversed({{2, 2}, {3, 2}, {3, 3}})}};
+  const Polygon neighbour{box(4, 4, 1, 1), {}};  // touches the outer ring in (4, 4)
+  const Surface surface = surface_of({pinched, neighbour}, tilted());
+  const Mesh mesh = extrude(surface, 0.02);
+  expect_closed(mesh, 0.02 * surface.area_m2);
+  expect_manifold_vertices(mesh);
+}
+
+TEST(Extrude, RandomPolygonsWithHoles) {
+  std::mt19937_64 random(test::seed());
+  for (int i = 0; i < 100 && !HasFailure(); ++i) {
+    const Surface surface = surface_of({random_polygon(random)}, tilted());
+    const Mesh mesh = extrude(surface, 0.05);
+    expect_closed(mesh, 0.05 * surface.area_m2);
+    expect_manifold_vertices(mesh);
+  }
+}
+
+TEST(Extrude, NothingFromNothing) { EXPECT_TRUE(extrude(Surface{}, 0.02).vertices.empty()); }
+
+TEST(Extrude, RefusesThicknessThatIsNotPositive) {
+  const Surface surface = surface_of({{box(0, 0, 1, 1), {}}}, Eigen::Isometry3d::Identity());
+  for (const double thickness : {0.0, -0.02, std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_THROW(extrude(surface, thickness), Error);
+  }
+}
+
+}  // namespace
+}  // namespace octosurf

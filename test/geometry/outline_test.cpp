@@ -1,0 +1,192 @@
+// The outline kept up to date against alpha_shape() of the sites that are in, bit for bit.
+#include "geometry/outline.hpp"
+
+#include "geometry/alpha_shape.hpp"
+#include "support/seed.hpp"
+#include "surfaces/blobs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <map>
+#include <random>
+#include <set>
+
+namespace octosurf {
+namespace {
+
+using Cell = std::pair<int, int>;
+using Sites = std::map<Cell, std::vector<Eigen::Vector2d>>;
+
+std::vector<Eigen::Vector2d> all_of(const Sites& sites) {
+  std::vector<Eigen::Vector2d> all;
+  for (const auto& [cell, of_cell] : sites) all.insert(all.end(), of_cell.begin(), of_cell.end());
+  return all;
+}
+
+/// Sites change a few cells at a time; `content` draws what a cell holds from then on.
+template <class Content>
+void expect_alpha_shape_throughout(std::mt19937_64& rng, double alpha, int extent, int rounds,
+                                   const Content& content) {
+  Outline outline(alpha);
+  Sites sites;
+  std::uniform_int_distribution<int> somewhere(-extent, extent);
+  for (int round = 0; round < rounds; ++round) {
+    // Now and then everything goes, or nearly.
+    const bool emptied = rng() % 16 == 0;
+    std::set<Cell> cells;
+    if (emptied)
+      for (const auto& [cell, of_cell] : sites)
+        if (rng() % 8 != 0) cells.insert(cell);
+    for (int i = static_cast<int>(rng() % 40); i > 0; --i) cells.emplace(somewhere(rng), somewhere(rng));
+    for (const Cell& cell : cells) {
+      std::vector<Eigen::Vector2d> wanted;
+      if (!emptied) wanted = content(cell);
+      outline.set({cell.first, cell.second}, wanted);
+      sites.erase(cell);
+      if (!wanted.empty()) sites[cell] = wanted;
+    }
+    std::vector<Eigen::Vector2d> all = all_of(sites);
+    std::shuffle(all.begin(), all.end(), rng);
+    ASSERT_TRUE(test::identical(outline.update(), alpha_shape(all, alpha))) << "round " << round;
+  }
+}
+
+TEST(Outline, IsTheAlphaShapeOfWhatIsIn) {
+  const std::uint64_t seed = test::seed();
+  std::mt19937_64 rng(seed);
+  std::uniform_int_distribution<int> within(0, 4095);
+  for (const double alpha : {1.3, 2.0, 3.99})
+    expect_alpha_shape_throughout(rng, alpha, 12, 120, [&](const Cell& cell) {
+      std::vector<Eigen::Vector2d> sites;
+      for (int n = static_cast<int>(rng() % 4); n > 0; --n)
+        sites.emplace_back(cell.first + within(rng) * Outline::quantum,
+                           cell.second + within(rng) * Outline::quantum);
+      return sites;
+    });
+}
+
+/// On a grid nearly all sites are collinear and cocircular with others, and equal ones meet at the
+/// cells' borders: the triangulation must not depend on the order in which they came and went.
+TEST(Outline, DoesNotDependOnHistoryOnAGrid) {
+  const std::uint64_t seed = test::seed();
+  std::mt19937_64 rng(seed);
+  for (const double step : {1.0, 0.5})
+    for (const double alpha : {1.0, 1.5, 2.3})
+      expect_alpha_shape_throughout(rng, alpha, 7, 150, [&](const Cell& cell) {
+        std::vector<Eigen::Vector2d> sites;
+        for (int n = static_cast<int>(rng() % 3); n > 0; --n)
+          sites.emplace_back(cell.first + step * static_cast<double>(rng() % 3),
+                             cell.second + step * static_cast<double>(rng() % 3));
+        return sites;
+      });
+}
+
+TEST(Outline, SurvivesSitesOnALine) {
+  const std::uint64_t seed = test::seed();
+  std::mt19937_64 rng(seed);
+  expect_alpha_shape_throughout(rng, 2.0, 3, 300, [&](const Cell& cell) {
+    const bool off = rng() % 12 == 0;
+    return std::vector<Eigen::Vector2d>{{cell.first, off ? 1 : 0}};
+  });
+}
+
+TEST(Outline, CountsEqualSitesOfSeveralCells) {
+  Outline outline(2);
+  const std::vector<Eigen::Vector2d> corner{{1, 1}};
+  outline.set({0, 0}, std::vector<Eigen::Vector2d>{{0, 0}, {0, 1}, {1, 1}});
+  outline.set({1, 1}, corner);
+  EXPECT_EQ(outline.update().size(), 1U);
+  EXPECT_EQ(outline.sites(), 3U);
+  outline.set({1, 1}, {});
+  EXPECT_EQ(outline.update().size(), 1U) << "the other cell still holds it";
+  outline.set({1, 1}, corner);
+  outline.set({0, 0}, {});
+  EXPECT_TRUE(outline.update().empty());
+  EXPECT_EQ(outline.sites(), 1U);
+}
+
+/// Discs in holes of discs: every hole goes to the smallest ring about it, whatever the boxes say.
+TEST(Outline, IslandsInHolesArePolygonsOfTheirOwn) {
+  Outline outline(1.9);
+  Sites sites;
+  for (int v = -40; v <= 40; ++v)
+    for (int u = -40; u <= 40; ++u)
+      if (const double r = std::hypot(u, v); static_cast<int>(r / 5) % 2 == 0 && r < 40)
+        sites[{u, v}] = {{u + 0.5, v + 0.5}};
+  for (const auto& [cell, of_cell] : sites) outline.set({cell.first, cell.second}, of_cell);
+  const std::vector<Polygon> polygons = outline.update();
+  EXPECT_EQ(polygons.size(), 4U);  // a disc of radius 5 and three rings
+  std::size_t holes = 0;
+  for (const Polygon& polygon : polygons) {
+    EXPECT_LE(polygon.holes.size(), 1U);
+    holes += polygon.holes.size();
+  }
+  EXPECT_EQ(holes, 3U);
+  EXPECT_TRUE(test::identical(polygons, alpha_shape(all_of(sites), 1.9)));
+}
+
+TEST(CellBits, FollowWhatComesAndGoes) {
+  const std::uint64_t seed = test::seed();
+  std::mt19937_64 rng(seed);
+  std::map<Cell, int> content;        // inliers of each cell
+  std::set<Cell> deep, rim, touched;  // as of the last take_changes(); cells whose content changed since
+  CellBits bits;
+  std::uniform_int_distribution<int> somewhere(-13, 13);
+  const auto holds = [&](int u, int v) { return content.contains({u, v}); };
+  for (int round = 0; round < 150 && !HasFailure(); ++round) {
+    const std::uint64_t grow = rng() % 8;
+    for (int i = static_cast<int>(rng() % 300); i > 0; --i) {
+      const Cell cell(somewhere(rng), somewhere(rng));
+      const bool more = rng() % 8 < grow;
+      if (!more && !content.contains(cell)) continue;
+      if (more)
+        ++content[cell];
+      else if (--content[cell] == 0)
+        content.erase(cell);
+      touched.insert(cell);
+      bits.change({cell.first, cell.second}, content.contains(cell));
+    }
+    std::set<Cell> told;
+    for (const CellBits::Cells& cells : bits.take_changes(true))
+      cells.for_each([&](PlaneCell cell) { EXPECT_TRUE(told.emplace(cell.u, cell.v).second); });
+    std::set<Cell> now_deep, now_rim, near_flips;
+    for (int v = -16; v <= 16; ++v)
+      for (int u = -16; u <= 16; ++u) {
+        if ((deep.contains({u, v}) || rim.contains({u, v})) == holds(u, v)) continue;
+        for (int y = -2; y <= 2; ++y)
+          for (int x = -2; x <= 2; ++x) near_flips.emplace(u + x, v + y);
+      }
+    for (const auto& [cell, n] : content) {
+      bool inside = true;
+      for (int y = -2; y <= 2; ++y)
+        for (int x = -2; x <= 2; ++x) inside = inside && holds(cell.first + x, cell.second + y);
+      (inside ? now_deep : now_rim).insert(cell);
+    }
+    for (int v = -16; v <= 16; ++v)
+      for (int u = -16; u <= 16; ++u) {
+        const Cell cell(u, v);
+        EXPECT_EQ(bits.occupied({u, v}), holds(u, v));
+        EXPECT_EQ(bits.deep_inside({u, v}), now_deep.contains(cell));
+        const bool was_rim = rim.contains(cell), is_rim = now_rim.contains(cell);
+        std::uint32_t around = 0;
+        for (int y = -2; y <= 2; ++y)
+          for (int x = -2; x <= 2; ++x)
+            around |= static_cast<std::uint32_t>(holds(u + x, v + y)) << (5 * (y + 2) + x + 2);
+        EXPECT_EQ(bits.around({u, v}), around);
+        if (was_rim != is_rim || deep.contains(cell) != now_deep.contains(cell) ||
+            (is_rim && (touched.contains(cell) || near_flips.contains(cell)))) {
+          EXPECT_TRUE(told.contains(cell)) << u << ", " << v << " changed, and nobody says so";
+        }
+      }
+    for (const Cell& cell : told)
+      EXPECT_TRUE(touched.contains(cell) || deep.contains(cell) != now_deep.contains(cell) ||
+                  near_flips.contains(cell));
+    deep = now_deep;
+    rim = now_rim;
+    touched.clear();
+  }
+}
+
+}  // namespace
+}  // namespace octosurf

@@ -1,0 +1,209 @@
+// PlanarTerrain messages, decoded from their definitions and asked what ocs2 and legged_perceptive ask.
+#include "io/exporters/planner_fixture.hpp"
+#include "io/exporters/terrain_layers.hpp"
+#include "io/ros_messages.hpp"
+#include "support/polygons.hpp"
+
+#include <octosurf/error.hpp>
+
+namespace octosurf::test {
+namespace {
+
+HeightGrid small_grid() {
+  HeightGrid grid;
+  grid.cell = 0.05;
+  grid.center = {4, -1};
+  grid.elevation = Eigen::MatrixXf::Constant(40, 44, 0.75F);
+  grid.elevation(3, 5) = std::nanf("");
+  grid.elevation(20, 20) = 0.25F;
+  grid.elevation(20, 21) = std::nanf("");
+  grid.surface = grid.elevation;
+  grid.normal.fill(grid.elevation);
+  return grid;
+}
+
+std::vector<octosurf::Polygon> polygon_of(const ros::PolygonWithHoles2d& from) {
+  const auto ring = [](const ros::Polygon2d& points) {
+    Ring2 vertices;
+    for (const auto& [x, y] : points) vertices.emplace_back(x, y);
+    return vertices;
+  };
+  Polygon polygon{ring(from.outer_boundary), {}};
+  for (const ros::Polygon2d& hole : from.holes) polygon.holes.push_back(ring(hole));
+  return {polygon};
+}
+
+class PlanarTerrainMessage : public PlannerFormats {
+ protected:
+  ros::PlanarTerrain written(const std::vector<PlannerSurface>& surfaces) {
+    count = export_planar_terrain(surfaces, small_grid(), "odom", path("terrain.cdr"), true);
+    ros::CdrReader in(ros::bytes_of(path("terrain.cdr")));
+    ros::PlanarTerrain terrain = read_terrain(in);
+    EXPECT_TRUE(in.at_end());
+    return terrain;
+  }
+  PlanarTerrainCount count;
+};
+
+TEST_F(PlanarTerrainMessage, RegionsHavePoseBoxBoundaryAndInsetsInside) {
+  const PlannerSurface table = table_with_hole(5);
+  const ros::PlanarTerrain terrain = written({table});
+  ASSERT_EQ(terrain.planar_regions.size(), 1u);
+  EXPECT_EQ(count.regions, 1u);
+  EXPECT_EQ(count.without_inset, 1u);  // the island
+  EXPECT_EQ(count.too_steep, 0u);
+  const ros::PlanarRegion& region = terrain.planar_regions[0];
+  EXPECT_EQ(region.plane_parameters, (ros::Pose{3, -2, 0.75, 0, 0, 0, 1}));
+  EXPECT_EQ(region.bbox2d, (std::array<float, 4>{0, 0, 2, 2}));
+  EXPECT_EQ(region.boundary.holes.size(), 1u);
+  ASSERT_EQ(region.insets.size(), 1u);
+  EXPECT_EQ(region.insets[0].holes.size(), 1u);
+  const auto boundary = polygon_of(region.boundary), inset = polygon_of(region.insets[0]);
+  EXPECT_EQ(invalid(boundary), "");
+  EXPECT_NEAR(area(boundary), 4 - 0.16, 1e-6);
+  EXPECT_NEAR(area(inset), 1.8 * 1.8 - 0.36, 1e-6);
+  EXPECT_NEAR(intersection(boundary, inset).area, area(inset), 1e-6);
+}
+
+TEST_F(PlanarTerrainMessage, PosesTurnThePlaneIntoTheWorld) {
+  std::mt19937_64 random = rng();
+  std::vector<PlannerSurface> surfaces;
+  for (int i = 0; i < 50; ++i) {
+    PlannerSurface surface = random_surface(random, 1 + i, i * 79.0 / 49 * std::numbers::pi / 180);
+    const Ring2 ring = random_convex(random, 1);
+    surface.polygons = surface.insets = {{ring, {}}};
+    surfaces.push_back(surface);
+  }
+  const ros::PlanarTerrain terrain = written(surfaces);
+  ASSERT_EQ(terrain.planar_regions.size(), surfaces.size());
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    const ros::Pose& p = terrain.planar_regions[i].plane_parameters;
+    const Eigen::Quaterniond q(p[6], p[3], p[4], p[5]);
+    const auto& [x, y] = terrain.planar_regions[i].boundary.outer_boundary[0];
+    const Eigen::Vector3d world = q * Eigen::Vector3d(x, y, 0) + Eigen::Vector3d(p[0], p[1], p[2]);
+    const Eigen::Vector2d uv = surfaces[i].polygons[0].outer[0];
+    EXPECT_LT((world - surfaces[i].T_world_surface * Eigen::Vector3d(uv.x(), uv.y(), 0)).norm(), 1e-6);
+    // "Along gravity": they divide by the normal's z.
+    EXPECT_GT((q * Eigen::Vector3d::UnitZ()).z(), 0.17);
+  }
+}
+
+TEST_F(PlanarTerrainMessage, SteepAndCrampedRegionsAreLeftOutAndCounted) {
+  std::mt19937_64 random = rng();
+  PlannerSurface wall = random_surface(random, 8, 81 * std::numbers::pi / 180);
+  PlannerSurface ceiling = random_surface(random, 9, std::numbers::pi);
+  wall.polygons = wall.insets = ceiling.polygons = ceiling.insets = {{shapes::box(0, 0, 1, 1), {}}};
+  PlannerSurface cramped = table_with_hole(6);
+  cramped.insets.clear();
+  const ros::PlanarTerrain terrain = written({wall, ceiling, cramped, table_with_hole(7)});
+  EXPECT_EQ(terrain.planar_regions.size(), 1u);
+  EXPECT_EQ(count.too_steep, 2u);
+  EXPECT_EQ(count.without_inset, 3u);
+  for (const ros::PlanarRegion& region : terrain.planar_regions) EXPECT_FALSE(region.insets.empty());
+  EXPECT_THROW(export_planar_terrain({wall}, small_grid(), "map", path("none.cdr")), Error);
+  EXPECT_FALSE(std::filesystem::exists(path("none.cdr")));
+}
+
+TEST_F(PlanarTerrainMessage, EveryInsetGoesToThePolygonItLiesIn) {
+  PlannerSurface surface;
+  surface.id = 1;
+  surface.polygons = {{shapes::box(0, 0, 1, 1), {}}, {shapes::box(2, 0, 1, 1), {}}};
+  surface.insets = {{shapes::box(2.1, 0.1, 0.3, 0.8), {}},
+                    {shapes::box(0, 0, 1, 1), {}},
+                    {shapes::box(2.6, 0.1, 0.3, 0.8), {}}};
+  const ros::PlanarTerrain terrain = written({surface});
+  ASSERT_EQ(terrain.planar_regions.size(), 2u);
+  EXPECT_EQ(terrain.planar_regions[0].insets.size(), 1u);
+  EXPECT_EQ(terrain.planar_regions[1].insets.size(), 2u);
+}
+
+TEST_F(PlanarTerrainMessage, TheGridHasTheLayersThatReadersDereferenceWithoutGaps) {
+  const ros::GridMap map = written({table_with_hole(5)}).gridmap;
+  EXPECT_EQ(map.frame_id, "odom");
+  EXPECT_NO_THROW(map.layer("elevation"));
+  EXPECT_NO_THROW(map.layer("smooth_planar"));
+  for (const ros::Float32MultiArray& layer : map.data)
+    for (const float height : layer.data) EXPECT_TRUE(std::isfinite(height));
+  const HeightGrid grid = small_grid();
+  const auto at = [&](Eigen::Index row, Eigen::Index column, const char* layer) {
+    const Eigen::Vector2d center = grid.center_of(row, column);
+    return at_position(map, layer, center.x(), center.y());
+  };
+  EXPECT_EQ(at(20, 20, "elevation"), 0.25F);
+  EXPECT_EQ(at(20, 21, "elevation"), 0.25F);  // the lowest on its rim
+  EXPECT_EQ(at(3, 5, "elevation"), 0.75F);
+  EXPECT_EQ(at(30, 30, "smooth_planar"), 0.75F);
+  EXPECT_NEAR(at(20, 20, "smooth_planar"), (23 * 0.75 + 2 * 0.25) / 25, 1e-6);
+}
+
+TEST_F(PlanarTerrainMessage, JsonSaysTheSame) {
+  const ros::PlanarTerrain terrain = written({table_with_hole(5), table_with_hole(6)});
+  export_planar_terrain({table_with_hole(5), table_with_hole(6)}, small_grid(), "odom", path("terrain.json"));
+  const ros::Json json = ros::Json::parse(std::ifstream(path("terrain.json")));
+  ASSERT_EQ(json.at("planarRegions").size(), terrain.planar_regions.size());
+  for (std::size_t i = 0; i < terrain.planar_regions.size(); ++i)
+    EXPECT_EQ(ros::read_region(json["planarRegions"][i]), terrain.planar_regions[i]);
+  expect_same(ros::read_grid_map(json.at("gridmap")), terrain.gridmap);
+}
+
+TEST_F(PlanarTerrainMessage, EndingsAndExistingFilesAreRefused) {
+  EXPECT_THROW(export_planar_terrain({table_with_hole(5)}, small_grid(), "map", path("a.bag")), Error);
+  written({table_with_hole(5)});
+  EXPECT_THROW(export_planar_terrain({table_with_hole(5)}, small_grid(), "map", path("terrain.cdr")), Error);
+  EXPECT_THROW(export_planar_terrain({table_with_hole(5)}, {}, "map", path("b.cdr")), Error);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_), {}), 1);
+}
+
+/// Each gap by itself, over and over until nothing changes: slow and obvious.
+Eigen::MatrixXf without_gaps_by_sweeps(const Eigen::MatrixXf& given) {
+  constexpr float none = std::numeric_limits<float>::infinity();
+  Eigen::MatrixXf lowest = given.unaryExpr([](float h) { return std::isnan(h) ? none : h; });
+  const auto lower = [&](Eigen::Index r, Eigen::Index c, Eigen::Index r2, Eigen::Index c2) {
+    if (r2 < 0 || c2 < 0 || r2 >= given.rows() || c2 >= given.cols()) return false;
+    if (lowest(r2, c2) >= lowest(r, c)) return false;
+    lowest(r, c) = lowest(r2, c2);
+    return true;
+  };
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (Eigen::Index r = 0; r < given.rows(); ++r)
+      for (Eigen::Index c = 0; c < given.cols(); ++c)
+        if (std::isnan(given(r, c)))
+          for (const auto& [dr, dc] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}})
+            changed = lower(r, c, r + dr, c + dc) || changed;
+  }
+  return lowest;
+}
+
+TEST(TerrainLayers, GapsAreFilledAsBySweeps) {
+  std::mt19937_64 random = rng();
+  for (int round = 0; round < 50; ++round) {
+    Eigen::MatrixXf heights(1 + random() % 12, 1 + random() % 12);
+    for (float& height : heights.reshaped())
+      height = random() % 2 == 0 ? std::nanf("") : static_cast<float>(random() % 100);
+    heights(0, 0) = 50;
+    EXPECT_EQ(without_gaps(heights), without_gaps_by_sweeps(heights));
+  }
+  EXPECT_TRUE(std::isnan(without_gaps(Eigen::MatrixXf::Constant(3, 2, std::nanf("")))(2, 1)));
+}
+
+TEST(TerrainLayers, MeanIsThatOfTheSquareAsFarAsTheGridReaches) {
+  std::mt19937_64 random = rng();
+  Eigen::MatrixXf heights(17, 9);
+  for (float& height : heights.reshaped()) height = static_cast<float>(random() % 1000) / 1000;
+  for (const double cells : {0.5, 1.0, 3.0, 4.0, 100.0}) {
+    const Eigen::MatrixXf mean = mean_over(heights, cells);
+    const auto reach = static_cast<Eigen::Index>(cells / 2);
+    for (Eigen::Index r = 0; r < heights.rows(); ++r)
+      for (Eigen::Index c = 0; c < heights.cols(); ++c) {
+        const Eigen::Index r0 = std::max<Eigen::Index>(r - reach, 0),
+                           r1 = std::min(r + reach, heights.rows() - 1);
+        const Eigen::Index c0 = std::max<Eigen::Index>(c - reach, 0),
+                           c1 = std::min(c + reach, heights.cols() - 1);
+        EXPECT_NEAR(mean(r, c), heights.block(r0, c0, r1 - r0 + 1, c1 - c0 + 1).mean(), 1e-5);
+      }
+  }
+}
+
+}  // namespace
+}  // namespace octosurf::test

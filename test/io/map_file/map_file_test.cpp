@@ -1,0 +1,371 @@
+// Map files: everything comes back, resuming changes nothing, the .bt is OctoMap's, old versions read.
+#include "io/map_file/map_file.hpp"
+
+#include "map_files.hpp"
+#include "simulation/recording.hpp"
+
+#include <numeric>
+#include <octomap/OcTree.h>
+#include <set>
+
+namespace octosurf::test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+namespace fs = std::filesystem;
+
+/// Scans of a simulated depth camera, thinned out.
+std::vector<Scan> simulated(const std::string& scene, std::size_t frames) {
+  SimulationOptions options;
+  options.scene = scene;
+  options.frames = frames;
+  const Recording recording(options);
+  std::vector<Scan> scans;
+  for (std::size_t i = 0; i < recording.size(); ++i) {
+    Scan scan = recording.scan(i);
+    std::vector<Eigen::Vector3f> thinned;
+    for (std::size_t k = i % 8; k < scan.points.size(); k += 8) thinned.push_back(scan.points[k]);
+    scan.points = std::move(thinned);
+    scans.push_back(std::move(scan));
+  }
+  return scans;
+}
+
+/// What a map has to have for a round trip to show anything.
+struct Variety {
+  std::size_t waiting = 0, holes = 0, observed = 0, cylinders = 0;
+  double seen_again = 0;
+
+  void add(const MapState& state) {
+    cylinders += state.cylinders.size();
+    waiting += state.accumulated.size();
+    for (const auto& [id, surface] : state.surfaces) {
+      for (const Polygon& polygon : surface.polygons()) holes += polygon.holes.size();
+      seen_again += surface.evidence().readings;
+    }
+    for (const auto& range_class : state.noise.histogram())
+      observed += std::accumulate(range_class.begin(), range_class.end(), std::size_t{0});
+  }
+};
+
+TEST_F(MapFiles, EverythingComesBack) {
+  Variety variety;
+  for (const std::vector<Scan>& scans :
+       {changing_room(9), changing_room(14), simulated("office", 12), pillar(5)}) {
+    const Map map = map_of(scans);
+    save_map(map, folder / "office");
+    const LoadedMap loaded = load_map(folder / "office");
+    EXPECT_EQ(loaded.warning, "");
+    EXPECT_EQ(difference(map, loaded.map), "");
+    EXPECT_THAT(check_invariants(loaded.map), IsEmpty());
+    variety.add(map.state());
+  }
+  EXPECT_GT(variety.waiting, 0U);
+  EXPECT_GT(variety.holes, 0U);
+  EXPECT_GT(variety.observed, 0U);
+  EXPECT_GT(variety.cylinders, 0U);
+  EXPECT_GT(variety.seen_again, 100);
+}
+
+TEST_F(MapFiles, WithoutEvidenceNothingWasSeenAgain) {
+  std::vector<map_file::Record> records = unpack(bytes_of(map_of(changing_room(9))));
+  for (map_file::Record& record : records)
+    if (record.has_surface()) record.mutable_surface()->clear_evidence();
+  write_file(folder / "a.surfaces", pack(records));
+  const LoadedMap a = load_map(folder / "a");
+  for (const auto& [id, surface] : a.map.state().surfaces) {
+    EXPECT_EQ(surface.evidence().readings, 0);
+    EXPECT_EQ(surface.evidence().moments.count, 0);
+  }
+  EXPECT_THAT(check_invariants(a.map), IsEmpty());
+  EXPECT_EQ(bytes_of(a.map), pack(records));
+}
+
+TEST_F(MapFiles, LineageAndUsedUpIdsComeBack) {
+  std::vector<map_file::Record> records = unpack(bytes_of(map_of(changing_room(5))));
+  records.front().mutable_header()->set_next_id(1000);
+  map_file::Surface& surface = *records.back().mutable_surface();
+  surface.clear_parents();
+  surface.add_parents(999);
+  surface.add_parents(17);
+  write_file(folder / "a.surfaces", pack(records));
+  const LoadedMap a = load_map(folder / "a");
+  EXPECT_EQ(a.map.snapshot()->find(surface.id())->parents, (std::vector<SurfaceId>{999, 17}));
+  EXPECT_EQ(a.map.state().surfaces.next_id(), 1000U);
+  save_map(a.map, folder / "b");
+  EXPECT_EQ(difference(a.map, load_map(folder / "b").map), "");
+}
+
+TEST_F(MapFiles, AFileWithoutCovariancesGetsThemFromItsMoments) {
+  const Map map = map_of(changing_room(9));
+  std::vector<map_file::Record> records = unpack(bytes_of(map));
+  for (map_file::Record& record : records)
+    if (record.has_surface()) record.mutable_surface()->clear_covariance();
+  write_file(folder / "old.surfaces", pack(records));
+  const LoadedMap old = load_map(folder / "old");
+  for (const SurfacePtr& surface : old.map.snapshot()->surfaces) {
+    // Of the noise as it is known by now, and with what was seen again since they were published.
+    const Eigen::Matrix3d kept = map.snapshot()->find(surface->id)->covariance;
+    EXPECT_GT(surface->offset_std_m(), 0.5 * std::sqrt(kept(2, 2)));
+    EXPECT_LT(surface->offset_std_m(), 2 * std::sqrt(kept(2, 2)));
+  }
+}
+
+TEST_F(MapFiles, SameStateSameBytes) {
+  const Map map = map_of(changing_room(9));
+  save_map(map, folder / "a");
+  save_map(map, folder / "b");
+  save_map(load_map(folder / "a").map, folder / "c");
+  for (const char* ending : {".surfaces", ".bt"}) {
+    const std::string bytes = read_file(folder / (std::string("a") + ending));
+    EXPECT_FALSE(bytes.empty());
+    EXPECT_EQ(bytes, read_file(folder / (std::string("b") + ending)));
+    EXPECT_EQ(bytes, read_file(folder / (std::string("c") + ending))) << "saved, loaded, saved";
+  }
+}
+
+TEST_F(MapFiles, NothingIsLeftBesideTheTwoFiles) {
+  save_map(map_of(changing_room(3)), folder / "a");
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder)) names.insert(entry.path().filename());
+  EXPECT_EQ(names, (std::set<std::string>{"a.bt", "a.surfaces"}));
+}
+
+TEST_F(MapFiles, EmptyMap) {
+  const Map map(coarse());
+  save_map(map, folder / "empty");
+  const LoadedMap loaded = load_map(folder / "empty");
+  EXPECT_EQ(difference(map, loaded.map), "");
+  EXPECT_THAT(check_invariants(loaded.map), IsEmpty());
+  EXPECT_EQ(bytes_of(map), bytes_of(loaded.map));
+}
+
+TEST_F(MapFiles, ParametersComeBackExactly) {
+  Parameters parameters;  // every one another than the default, thirds that no short text holds
+  for (const auto& [name, value] :
+       std::vector<std::pair<const char*, double>>{{"resolution", 0.1 / 3},
+                                                   {"surface_tolerance", 0.07 / 3},
+                                                   {"sensor_noise", 0.01 / 3},
+                                                   {"range_noise", 0.001 / 3},
+                                                   {"max_hole_size", 0.5 / 3},
+                                                   {"search_radius", 0.7 / 3},
+                                                   {"normal_radius", 0.4 / 3},
+                                                   {"min_surface_points", 41},
+                                                   {"min_surface_width", 0.2 / 3},
+                                                   {"smoothness_angle", 1 / 3.0},
+                                                   {"max_curvature", 0.1 / 3},
+                                                   {"ransac_iterations", 77},
+                                                   {"aligned_angle", 2 / 3.0},
+                                                   {"mesh_thickness", 0.1 / 3},
+                                                   {"max_range", 20 / 3.0},
+                                                   {"min_range", 1 / 3.0},
+                                                   {"hit", 2 / 3.0},
+                                                   {"miss", 1 / 3.0},
+                                                   {"clamp_min", 0.1 / 3},
+                                                   {"clamp_max", 2.9 / 3},
+                                                   {"occupied", 1.6 / 3},
+                                                   {"preserve_surfaces", 0},
+                                                   {"detect_cylinders", 0},
+                                                   {"align", 0},
+                                                   {"up_x", 1 / 3.0},
+                                                   {"up_y", -2 / 3.0},
+                                                   {"up_z", 2 / 3.0}})
+    set_parameter_value(parameters, name, value);
+  for (const ParameterInfo& info : parameter_infos())
+    EXPECT_NE(parameter_value(parameters, info.name), parameter_value({}, info.name))
+        << "not tested: " << info.name;
+  save_map(map_of(changing_room(4), parameters), folder / "a");
+  const LoadedMap loaded = load_map(folder / "a");
+  for (const ParameterInfo& info : parameter_infos())
+    EXPECT_EQ(parameter_value(loaded.map.parameters(), info.name), parameter_value(parameters, info.name))
+        << info.name;
+  EXPECT_EQ(loaded.map.state().occupancy.grid().resolution(), 0.1 / 3);
+}
+
+void expect_resuming_changes_nothing(const std::vector<Scan>& scans, const Parameters& parameters,
+                                     const fs::path& stem) {
+  Mapper once(parameters);
+  std::optional<Mapper> resumed(parameters);  // stopped, saved and loaded after each scan
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    const ScanReport a = once.insert(scans[i]), b = resumed->insert(scans[i]);
+    ASSERT_EQ(bytes_of(once.map()), bytes_of(resumed->map())) << "after scan " << i;
+    ASSERT_EQ(a.grown, b.grown);
+    save_map(resumed->map(), stem);
+    resumed.emplace(load_map(stem).map);
+  }
+  EXPECT_EQ(difference(once.map(), resumed->map()), "");
+}
+
+TEST_F(MapFiles, ResumingChangesNothing) {
+  expect_resuming_changes_nothing(changing_room(14), coarse(), folder / "map");
+}
+TEST_F(MapFiles, ResumingChangesNothingAroundAPillar) {
+  const std::vector<Scan> scans = pillar(30, 20);
+  EXPECT_THAT(map_of({scans.begin(), scans.begin() + 10}).snapshot()->cylinders, SizeIs(1));
+  EXPECT_THAT(map_of(scans).snapshot()->cylinders, IsEmpty()) << "it is taken away";
+  expect_resuming_changes_nothing(scans, coarse(), folder / "map");
+}
+TEST_F(MapFiles, ResumingChangesNothingInAnOffice) {
+  Parameters parameters = coarse();
+  parameters.occupancy.resolution = 0.04;
+  expect_resuming_changes_nothing(simulated("office", 12), parameters, folder / "map");
+}
+TEST_F(MapFiles, ResumingChangesNothingWhereThingsMove) {
+  Parameters parameters = coarse();
+  parameters.occupancy.resolution = 0.04;
+  expect_resuming_changes_nothing(simulated("change", 16), parameters, folder / "map");
+}
+TEST_F(MapFiles, ResumingChangesNothingWithThePapersParameters) {
+  Parameters parameters = Parameters::paper();
+  parameters.occupancy.resolution = 0.05;
+  expect_resuming_changes_nothing(changing_room(14), parameters, folder / "map");
+}
+
+TEST_F(MapFiles, EndingsOfEitherFileNameTheMap) {
+  const Map map = map_of(changing_room(3));
+  save_map(map, folder / "a.v2.surfaces");
+  EXPECT_TRUE(fs::exists(folder / "a.v2.surfaces"));
+  EXPECT_TRUE(fs::exists(folder / "a.v2.bt"));
+  for (const char* name : {"a.v2", "a.v2.bt", "a.v2.surfaces"})
+    EXPECT_EQ(difference(map, load_map(folder / name).map), "") << name;
+}
+
+TEST_F(MapFiles, TheBtIsAnOctoMapWithTheSameOccupiedVoxels) {
+  const Map map = map_of(changing_room(9));
+  save_map(map, folder / "a");
+  octomap::OcTree tree(0.5);
+  ASSERT_TRUE(tree.readBinary((folder / "a.bt").string()));
+  EXPECT_EQ(tree.getResolution(), 0.05);
+  std::size_t occupied = 0, free = 0;
+  tree.expand();
+  for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf) {
+    const bool is_occupied = tree.isNodeOccupied(*leaf);
+    (is_occupied ? occupied : free) += 1;
+    const octomap::point3d p = leaf.getCoordinate();
+    ASSERT_EQ(map.at({p.x(), p.y(), p.z()}).occupancy,
+              is_occupied ? Map::Occupancy::occupied : Map::Occupancy::free);
+  }
+  EXPECT_EQ(occupied, map.size().points);
+  EXPECT_GT(free, occupied);
+}
+
+TEST_F(MapFiles, ABtThatDoesNotMatchIsNamedInAWarning) {
+  save_map(map_of(changing_room(4)), folder / "old");
+  save_map(map_of(changing_room(5)), folder / "a");
+  EXPECT_EQ(load_map(folder / "a").warning, "");
+
+  // As after a crash between the two renames: the .bt is new, the .surfaces old.
+  const std::string before = read_file(folder / "old.bt");
+  fs::copy_file(folder / "a.bt", folder / "old.bt", fs::copy_options::overwrite_existing);
+  const LoadedMap old = load_map(folder / "old");
+  EXPECT_THAT(old.warning, AllOf(HasSubstr("old.bt"), HasSubstr("is not the one that was saved")));
+  EXPECT_EQ(old.map.size().scans, 4U);
+  save_map(old.map, folder / "old");
+  EXPECT_EQ(read_file(folder / "old.bt"), before);
+  EXPECT_EQ(load_map(folder / "old").warning, "");
+
+  std::string same_size = before;
+  same_size.back() = static_cast<char>(same_size.back() ^ 1);
+  write_file(folder / "old.bt", same_size);
+  EXPECT_THAT(load_map(folder / "old").warning, HasSubstr("is not the one that was saved"));
+  fs::remove(folder / "old.bt");
+  EXPECT_THAT(load_map(folder / "old").warning, AllOf(HasSubstr("old.bt"), HasSubstr("is missing")));
+  fs::create_directory(folder / "old.bt");
+  EXPECT_THAT(load_map(folder / "old").warning, HasSubstr("is not the one that was saved"));
+}
+
+TEST_F(MapFiles, MissingFilesSayWhatToDo) {
+  const auto load = [&] { load_map(folder / "a"); };
+  EXPECT_THAT(failure(Error::Kind::data, load), HasSubstr("there is no such map"));
+  write_file(folder / "a.bt", "# Octomap OcTree binary file\n");
+  EXPECT_THAT(failure(Error::Kind::data, load), AllOf(HasSubstr("octosurf map"), HasSubstr("a.bt -o"),
+                                                      HasSubstr("makes surfaces out of an OctoMap")));
+  fs::create_directory(folder / "a.surfaces");
+  EXPECT_THAT(failure(Error::Kind::data, load), HasSubstr("is not a file"));
+}
+
+TEST_F(MapFiles, UnwritableOutputKeepsWhatWasThere) {
+  const Map map = map_of(changing_room(4));
+  const auto save_to = [&](const fs::path& stem) {
+    return failure(Error::Kind::output, [&] { save_map(map, stem); });
+  };
+  EXPECT_THAT(save_to(folder / "no" / "such" / "folder"), HasSubstr("cannot be written"));
+  write_file(folder / "file", "text");
+  EXPECT_THAT(save_to(folder / "file" / "a"), HasSubstr("cannot be written"));
+
+  // The second of the two files cannot take its place: the first is not replaced either.
+  write_file(folder / "a.bt", "old");
+  fs::create_directory(folder / "a.surfaces");
+  EXPECT_THAT(save_to(folder / "a"), HasSubstr("is a folder"));
+  EXPECT_EQ(read_file(folder / "a.bt"), "old");
+}
+
+const fs::path fixtures = fs::path(OCTOSURF_SOURCE_DIR) / "test/io/data";
+
+/// Writes the fixture of the present version, once: run with --gtest_also_run_disabled_tests.
+TEST(MapFileFixture, DISABLED_Write) {
+  const fs::path stem = fixtures / ("version_" + std::to_string(map_file_version));
+  ASSERT_FALSE(fs::exists(stem.string() + ".surfaces")) << "files of a version never change";
+  fs::create_directories(fixtures);
+  Parameters parameters;
+  parameters.occupancy.resolution = 0.1;
+  KeptScans scans{stem.string() + ".scans"};
+  scans.poses.assign(6, Eigen::Isometry3d(Eigen::Translation3d(1, 2, 3)));
+  Map map = map_of(changing_room(6), parameters);
+  MapState& state = map.state();
+  const SurfaceId next = state.surfaces.next_id();
+  state.surfaces.set_next_id(next + 1);
+  state.departures = DepartureLog().with({{Departure::Of::surface, next, 1, 2, 3, {1, 2}}});
+  save_map(map, stem, scans);
+}
+
+/// Four scans of a room whose walls are known, and two of three single points each.
+class MapFileOfVersion : public testing::TestWithParam<int> {};
+TEST_P(MapFileOfVersion, IsRead) {
+  LoadedMap loaded = load_map(fixtures / ("version_" + std::to_string(GetParam())));
+  EXPECT_EQ(loaded.warning, "");
+  EXPECT_THAT(check_invariants(loaded.map), IsEmpty());
+  EXPECT_EQ(loaded.map.parameters().occupancy.resolution, 0.1);
+  EXPECT_EQ(loaded.map.size().scans, 6U);
+  if (GetParam() >= 3) {
+    EXPECT_EQ(loaded.scans.folder.filename(), "version_" + std::to_string(GetParam()) + ".scans");
+    ASSERT_THAT(loaded.scans.poses, SizeIs(6));
+    EXPECT_EQ(loaded.scans.poses[5].translation(), Eigen::Vector3d(1, 2, 3));
+  }
+  const DepartureLog& departures = loaded.map.snapshot()->departures;
+  EXPECT_EQ(departures.size(), GetParam() >= 4 ? 1U : 0U);
+  departures.for_each_since(0, [&](const Departure& departure) {
+    EXPECT_EQ(departure, (Departure{Departure::Of::surface, departure.id, 1, 2, 3, {1, 2}}));
+  });
+  EXPECT_GE(loaded.map.state().accumulated.size(), 6U);
+  EXPECT_EQ(loaded.map.at({0.3, -0.2, 0.1}).occupancy, Map::Occupancy::free) << "the middle of the room";
+  const Map::Voxel waiting = loaded.map.at({0.3, -0.1, 2.4});
+  ASSERT_EQ(waiting.occupancy, Map::Occupancy::occupied);
+  EXPECT_EQ(waiting.surface, 0U);
+  EXPECT_LT((*waiting.point - Eigen::Vector3d(0.3, -0.1, 2.4)).norm(), 0.1 / 128);
+  EXPECT_LT((*waiting.view - Eigen::Vector3d(-0.3, 0.1, -2.4).normalized()).norm(), 0.06)
+      << "seen from the origin";
+
+  const Eigen::Vector3d centre(0.3, -0.2, 0.1), half(0.9, 1.1, 0.7);
+  ASSERT_THAT(loaded.map.snapshot()->surfaces, SizeIs(6));
+  for (const SurfacePtr& wall : loaded.map.snapshot()->surfaces) {
+    int axis = 0;
+    EXPECT_GT(wall->plane.normal.cwiseAbs().maxCoeff(&axis), 0.999);
+    EXPECT_NEAR(wall->plane.signed_distance(centre), half[axis], 0.01) << "its normal points inward";
+    const double area = 4 * half.prod() / half[axis];
+    EXPECT_GT(wall->area_m2, 0.8 * area);
+    EXPECT_LT(wall->area_m2, 1.05 * area);
+  }
+
+  Mapper mapper(std::move(loaded.map));
+  mapper.insert(changing_room(6)[3]);
+  EXPECT_THAT(check_invariants(mapper.map()), IsEmpty()) << "after going on";
+}
+INSTANTIATE_TEST_SUITE_P(Every, MapFileOfVersion, testing::Range(1, static_cast<int>(map_file_version) + 1));
+
+}  // namespace
+}  // namespace octosurf::test

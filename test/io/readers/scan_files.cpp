@@ -1,0 +1,92 @@
+#include "io/readers/scan_files.hpp"
+
+#include <spng.h>
+#include <stdlib.h>
+
+namespace octosurf::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string encode_png(int width, int height, int bits, int colour, const void* pixels, std::size_t bytes) {
+  spng_ctx* context = spng_ctx_new(SPNG_CTX_ENCODER);
+  spng_set_option(context, SPNG_ENCODE_TO_BUFFER, 1);
+  spng_ihdr header{};
+  header.width = static_cast<std::uint32_t>(width);
+  header.height = static_cast<std::uint32_t>(height);
+  header.bit_depth = static_cast<std::uint8_t>(bits);
+  header.color_type = static_cast<std::uint8_t>(colour);
+  spng_set_ihdr(context, &header);
+  EXPECT_EQ(spng_encode_image(context, pixels, bytes, SPNG_FMT_PNG, SPNG_ENCODE_FINALIZE), 0);
+  std::size_t size = 0;
+  int error = 0;
+  void* buffer = spng_get_png_buffer(context, &size, &error);
+  std::string png(static_cast<const char*>(buffer), size);
+  free(buffer);
+  spng_ctx_free(context);
+  return png;
+}
+
+}  // namespace
+
+ScanFiles::ScanFiles() {
+  std::string name = (fs::temp_directory_path() / "octosurf_scans_XXXXXX").string();
+  folder = mkdtemp(name.data());
+}
+
+ScanFiles::~ScanFiles() { fs::remove_all(folder); }
+
+fs::path ScanFiles::write(const std::string& name, std::string_view content) const {
+  const fs::path file = folder / name;
+  fs::create_directories(file.parent_path());
+  std::ofstream(file, std::ios::binary) << content;
+  return file;
+}
+
+fs::path ScanFiles::write_png(const std::string& name, int width, int height,
+                              const std::vector<std::uint16_t>& pixels) const {
+  return write(name,
+               encode_png(width, height, 16, SPNG_COLOR_TYPE_GRAYSCALE, pixels.data(), 2 * pixels.size()));
+}
+
+fs::path ScanFiles::write_picture(const std::string& name, bool colour) const {
+  const std::string pixels(colour ? 6 : 2, 'x');
+  return write(name, encode_png(2, 1, 8, colour ? SPNG_COLOR_TYPE_TRUECOLOR : SPNG_COLOR_TYPE_GRAYSCALE,
+                                pixels.data(), pixels.size()));
+}
+
+void ScanFiles::write_two_images() const {
+  write_png("1.png", 2, 1, {1000, 2000});
+  write_png("2.png", 2, 1, {3000, 4000});
+}
+
+fs::path ScanFiles::write_pcd(const std::string& name, const std::string& viewpoint) const {
+  return write(name,
+               "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 3\n"
+               "HEIGHT 1\nVIEWPOINT " +
+                   viewpoint + "\nPOINTS 3\nDATA ascii\n1 2 3\n4 5 6\nnan nan nan\n");
+}
+
+std::vector<Scan> read_all(ScanSource& source) {
+  std::vector<Scan> scans;
+  while (auto scan = source.next()) scans.push_back(std::move(*scan));
+  return scans;
+}
+
+std::vector<Scan> read_all(const std::vector<fs::path>& inputs, const ScanSourceOptions& options) {
+  return read_all(*open_scans(inputs, options));
+}
+
+std::string failure(const std::vector<fs::path>& inputs, const ScanSourceOptions& options) {
+  try {
+    read_all(inputs, options);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), Error::Kind::data) << error.what();
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+    return error.what();
+  }
+  ADD_FAILURE() << "nothing was refused";
+  return {};
+}
+
+}  // namespace octosurf::test

@@ -1,0 +1,353 @@
+#include "io/readers/scan_files.hpp"
+#include "io/readers/scan_list.hpp"
+#include "support/seed.hpp"
+
+#include <random>
+#include <sstream>
+
+namespace octosurf::test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+using ScanFolders = ScanFiles;
+
+std::vector<double> stamps(const std::vector<Scan>& scans) {
+  std::vector<double> result;
+  for (const auto& scan : scans) result.push_back(scan.stamp_s);
+  return result;
+}
+
+std::vector<std::string> names(const std::vector<Scan>& scans) {
+  std::vector<std::string> result;
+  for (const auto& scan : scans) result.push_back(std::filesystem::path(scan.name).filename().string());
+  return result;
+}
+
+TEST_F(ScanFolders, SevenScenes) {
+  for (const auto* place : {"", "frames/"}) {
+    std::filesystem::remove_all(folder);
+    write("camera-intrinsics.txt", "2 0 0\n0 2 0\n0 0 1\n");
+    write("gravity-direction.txt", "0 0 1\n");
+    for (int i = 0; i < 2; ++i) {
+      const std::string frame = place + std::string("frame-00000") + std::to_string(i);
+      write_png(frame + ".depth.png", 2, 1, {1000, 65535});
+      write_picture(frame + ".color.png", true);
+      write(frame + ".pose.txt", "1 0 0 " + std::to_string(i) + "\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
+    }
+    const auto source = open_scans({folder});
+    EXPECT_EQ(source->size(), 2u);
+    const auto scans = read_all(*source);
+    ASSERT_EQ(scans.size(), 2u);
+    EXPECT_THAT(names(scans), ElementsAre("frame-000000.depth.png", "frame-000001.depth.png"));
+    EXPECT_THAT(scans[1].points, ElementsAre(Eigen::Vector3f(0, 0, 1)));
+    EXPECT_EQ(scans[1].T_map_sensor.translation(), Eigen::Vector3d(1, 0, 0));
+    EXPECT_EQ(scans[1].sensor, SensorKind::depth_camera);
+    EXPECT_DOUBLE_EQ(scans[1].stamp_s, 1.0 / 30);
+    EXPECT_THAT(source->skipped(), IsEmpty());
+  }
+}
+
+TEST_F(ScanFolders, SevenScenesIntrinsicsMayStandAbove) {
+  write("camera-intrinsics.txt", unit_camera);
+  write_png("seq/frame-0.depth.png", 1, 1, {1000});
+  write("seq/frame-0.pose.txt", identity_pose);
+  EXPECT_THAT(read_all({folder / "seq"}), SizeIs(1));
+  EXPECT_THAT(read_all({folder / "seq/"}), SizeIs(1));
+  EXPECT_THAT(read_all({folder / "seq/frame-0.depth.png"}), SizeIs(1));
+}
+
+TEST_F(ScanFolders, Tum) {
+  write(
+      "depth.txt",
+      "# depth maps\n# timestamp filename\n9.0 depth/9.0.png\n10.0 depth/10.0.png\n10.05 depth/10.05.png\n");
+  write("groundtruth.txt", "# tx ty tz q\n10.0 1 0 0 0 0 0 1\n10.1 2 0 0 0 0 0 1\n");
+  for (const auto* name : {"depth/9.0.png", "depth/10.0.png", "depth/10.05.png"})
+    write_png(name, 1, 1, {5000});
+  const auto source = open_scans({folder});
+  EXPECT_EQ(source->size(), 2u);
+  EXPECT_THAT(source->skipped(), ElementsAre(HasSubstr("9.0.png: no pose at its time")));
+  const auto scans = read_all(*source);
+  EXPECT_THAT(stamps(scans), ElementsAre(10.0, 10.05));
+  EXPECT_NEAR(scans[1].T_map_sensor.translation().x(), 1.5, 1e-6);
+  // 5000 units per metre, 525 525 319.5 239.5.
+  EXPECT_LT((scans[0].points[0] - Eigen::Vector3f(-319.5f / 525, -239.5f / 525, 1)).norm(), 1e-6);
+
+  // The folder of the images alone is known for what it is, and an intrinsics file wins.
+  write("camera.txt", unit_camera);
+  const auto depth_only = read_all({folder / "depth"});
+  ASSERT_THAT(depth_only, SizeIs(2));
+  EXPECT_THAT(depth_only[0].points, ElementsAre(Eigen::Vector3f(0, 0, 1)));
+
+  write("groundtruth.txt", "900.0 1 0 0 0 0 0 1\n");
+  EXPECT_THAT(failure({folder}), HasSubstr("no scan has a pose at its time"));
+  std::filesystem::remove(folder / "groundtruth.txt");
+  EXPECT_THAT(failure({folder}), HasSubstr("without poses"));
+}
+
+TEST_F(ScanFolders, PosesAreInterpolatedOverTheGapThatIsAllowed) {
+  write("depth.txt", "10.2 depth/10.2.png\n");
+  write("groundtruth.txt", "10.0 1 0 0 0 0 0 1\n10.4 2 0 0 0 0 0 1\n");
+  write_png("depth/10.2.png", 1, 1, {5000});
+  EXPECT_THAT(failure({folder}), HasSubstr("no scan has a pose at its time"));
+  ScanSourceOptions options;
+  options.max_pose_gap_s = 0.5;
+  EXPECT_NEAR(read_all({folder}, options).at(0).T_map_sensor.translation().x(), 1.5, 1e-6);
+}
+
+/// slerp() at its end gives the end but for rounding.
+TEST_F(ScanFolders, APoseOfTheVeryTimeIsTakenToTheBit) {
+  auto random = rng();
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  std::string stamped, plain, index;
+  for (int i = 0; i < 20; ++i) {
+    const Eigen::Vector4d q =
+        Eigen::Vector4d(uniform(random), uniform(random), uniform(random), 2).normalized();
+    std::ostringstream pose;
+    pose.precision(17);
+    pose << uniform(random) << " 0 0 " << q.transpose() << "\n";
+    plain += pose.str();
+    stamped += std::to_string(10 + i) + ".03 " + pose.str();
+    index += std::to_string(10 + i) + ".03 depth/" + std::to_string(10 + i) + ".03.png\n";
+    write_png("depth/" + std::to_string(10 + i) + ".03.png", 1, 1, {5000});
+  }
+  write("depth.txt", index);
+  write("groundtruth.txt", stamped);
+  ScanSourceOptions by_order;
+  by_order.poses = write("elsewhere/poses", plain);
+  const auto by_time = read_all({folder}), in_order = read_all({folder}, by_order);
+  ASSERT_EQ(by_time.size(), in_order.size());
+  for (std::size_t i = 0; i < by_time.size(); ++i)
+    EXPECT_EQ(by_time[i].T_map_sensor.matrix(), in_order[i].T_map_sensor.matrix()) << i;
+}
+
+TEST_F(ScanFolders, AnyDepthImagesWithPosesIntrinsicsAndScale) {
+  write_two_images();
+  ScanSourceOptions options;
+  options.poses = write("elsewhere/p", "0 0 0 0 0 0 1\n7 0 0 0 0 0 1\n");
+  options.intrinsics = write("elsewhere/k", unit_camera);
+  options.depth_scale = 500;
+  options.rate_hz = 4;
+  const auto scans = read_all({folder}, options);
+  ASSERT_THAT(scans, SizeIs(2));
+  EXPECT_THAT(scans[0].points, ElementsAre(Eigen::Vector3f(0, 0, 2), Eigen::Vector3f(4, 0, 4)));
+  EXPECT_EQ(scans[1].T_map_sensor.translation().x(), 7);
+  EXPECT_THAT(stamps(scans), ElementsAre(0, 0.25));
+
+  // The same found beside the images.
+  write("pose.txt", "3 0 0 0 0 0 1\n4 0 0 0 0 0 1\n");
+  write("x.K", unit_camera);
+  EXPECT_EQ(read_all({folder})[1].T_map_sensor.translation().x(), 4);
+  write("poses.txt", "3 0 0 0 0 0 1\n4 0 0 0 0 0 1\n");
+  EXPECT_THAT(failure({folder}), HasSubstr("holds both pose.txt and poses.txt; choose one with --poses"));
+}
+
+TEST_F(ScanFolders, ScansComeInNaturalOrder) {
+  EXPECT_TRUE(natural_less("full2.pcd", "full10.pcd"));
+  EXPECT_FALSE(natural_less("full10.pcd", "full2.pcd"));
+  EXPECT_TRUE(natural_less("a007", "a8"));
+  EXPECT_TRUE(natural_less("a", "a1"));
+  EXPECT_TRUE(natural_less("a01", "a1") != natural_less("a1", "a01"));
+  EXPECT_FALSE(natural_less("x", "x"));
+  for (const auto* name : {"full10.pcd", "full2.pcd", "full1.pcd"}) write_pcd(name);
+  EXPECT_THAT(names(read_all({folder})), ElementsAre("full1.pcd", "full2.pcd", "full10.pcd"));
+}
+
+TEST_F(ScanFolders, CloudsTakeViewpointOrPoses) {
+  write_pcd("scans/1.pcd", "1 2 3 1 0 0 0");
+  write_pcd("scans/2.pcd", "4 5 6 1 0 0 0");
+  auto scans = read_all({folder});
+  ASSERT_THAT(scans, SizeIs(2));
+  EXPECT_EQ(scans[1].T_map_sensor.translation(), Eigen::Vector3d(4, 5, 6));
+  EXPECT_EQ(scans[1].sensor, SensorKind::lidar);
+  EXPECT_THAT(stamps(scans), ElementsAre(0, 0.1));
+  EXPECT_FALSE(scans[0].points[2].allFinite());
+
+  ScanSourceOptions options;
+  options.poses =
+      write("poses.csv", "1,0,0,7\n0,1,0,8\n0,0,1,9\n0,0,0,100.5\n1,0,0,7\n0,1,0,8\n0,0,1,9\n0,0,0,101.5\n");
+  scans = read_all({folder}, options);
+  EXPECT_EQ(scans[0].T_map_sensor.translation(), Eigen::Vector3d(7, 8, 9));
+  EXPECT_THAT(stamps(scans), ElementsAre(100.5, 101.5));
+}
+
+TEST_F(ScanFolders, Kitti) {
+  // The scanner is 1 m ahead of the camera, axes as usual: velodyne x = camera z, y = −x, z = −y.
+  write("calib.txt", "P0: 1 0 0 0 0 1 0 0 0 0 1 0\nTr: 0 -1 0 0 0 0 -1 0 1 0 0 1\n");
+  write("times.txt", "0.0\n0.5\n");
+  write("poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 10\n");
+  for (const auto* name : {"velodyne/000000.bin", "velodyne/000001.bin"})
+    write(name, bytes_of(5.f, 2.f, 3.f, 0.f));
+  for (const auto& input : {folder, folder / "velodyne"}) {
+    const auto scans = read_all({input});
+    ASSERT_THAT(scans, SizeIs(2));
+    EXPECT_THAT(stamps(scans), ElementsAre(0, 0.5));
+    const Eigen::Vector3d p = scans[1].T_map_sensor * scans[1].points[0].cast<double>();
+    EXPECT_LT((p - Eigen::Vector3d(-2, -3, 16)).norm(), 1e-9) << p.transpose();
+  }
+  std::filesystem::remove(folder / "poses.txt");
+  EXPECT_THAT(failure({folder}), HasSubstr("2 scans without poses; give --poses"));
+  write("times.txt", "0.0\nnan\n");
+  EXPECT_THAT(failure({folder}), HasSubstr("times.txt:2: the time stamp is not finite"));
+  write("times.txt", "0.0\n");
+  EXPECT_THAT(failure({folder}), HasSubstr("1 time stamp for 2 scans"));
+}
+
+TEST_F(ScanFolders, InputsFollowOneAnother) {
+  write_pcd("a/1.pcd");
+  write_pcd("a/2.pcd");
+  write("b/0.bin", bytes_of(1.f, 2.f, 3.f, 0.f));
+  write("b/times.txt", "0.05\n");
+  const auto a = folder / "a";
+  const auto scans = read_all({a / "2.pcd", a / "1.pcd", folder / "b", a});
+  EXPECT_THAT(names(scans), ElementsAre("2.pcd", "1.pcd", "0.bin", "1.pcd", "2.pcd"));
+  // Time does not go back where the next input's stamps begin before.
+  EXPECT_THAT(stamps(scans), ElementsAre(testing::DoubleEq(0), testing::DoubleEq(0.1), testing::DoubleEq(0.2),
+                                         testing::DoubleEq(0.3), testing::DoubleEq(0.4)));
+  // One pose file serves all inputs.
+  ScanSourceOptions options;
+  options.poses = write("p", "1 0 0 0 0 0 1\n2 0 0 0 0 0 1\n3 0 0 0 0 0 1\n");
+  const auto posed = read_all({a, folder / "b"}, options);
+  EXPECT_EQ(posed[2].T_map_sensor.translation().x(), 3);
+}
+
+TEST_F(ScanFolders, KindIsToldByContent) {
+  const auto pcd = write_pcd("cloud.dat");
+  EXPECT_EQ(classify(pcd), InputKind::scans);
+  EXPECT_THAT(read_all({pcd}), SizeIs(1));
+  EXPECT_EQ(classify(write("map.dat", "# Octomap OcTree binary file\nid OcTree\n")),
+            InputKind::occupancy_map);
+  EXPECT_EQ(classify(write("map.ot", "# Octomap OcTree file\nid OcTree\n")), InputKind::occupancy_map);
+  EXPECT_EQ(classify(folder), InputKind::scans);
+  EXPECT_THROW(open_scans({folder / "map.ot"}), Error);
+  EXPECT_THAT(failure({folder / "missing"}), HasSubstr("missing: no such file or folder"));
+  EXPECT_THAT(failure({write("notes.txt", "hello")}),
+              HasSubstr("notes.txt: not a kind of file that is read"));
+  EXPECT_THAT(failure({write("office.surfaces", "x")}), HasSubstr("--resume"));
+}
+
+TEST_F(ScanFolders, EmptyAndUnclearFoldersAreRefused) {
+  EXPECT_THAT(failure({folder}), HasSubstr("holds no scans"));
+  write("notes.txt", "hello");
+  EXPECT_THAT(failure({folder}), HasSubstr("holds no scans"));
+  write_picture("1.png", false);
+  EXPECT_THAT(failure({folder}), AllOf(HasSubstr("1.png"), HasSubstr("not a 16-bit depth image")));
+  write_pcd("1.pcd");
+  EXPECT_THAT(read_all({folder}), SizeIs(1));  // the picture is no scan
+  write_png("2.png", 1, 1, {1});
+  EXPECT_THAT(failure({folder}), HasSubstr("holds depth images and clouds"));
+}
+
+TEST_F(ScanFolders, WhatIsMissingOrDoesNotFitIsNamed) {
+  write_two_images();
+  EXPECT_THAT(failure({folder}), HasSubstr("without camera intrinsics; give --intrinsics"));
+  write("intrinsics.txt", unit_camera);
+  EXPECT_THAT(failure({folder}), HasSubstr("2 scans without poses; give --poses"));
+  EXPECT_THAT(read_all({folder / "1.png"}), SizeIs(1));  // a single image is in the map frame
+  write("poses.txt", identity_pose);
+  EXPECT_THAT(failure({folder}), HasSubstr("poses.txt: 1 pose for 2 scans"));
+  ScanSourceOptions options;
+  options.poses = write("elsewhere/p", std::string(identity_pose) + identity_pose + identity_pose);
+  EXPECT_THAT(failure({folder}, options), HasSubstr("3 poses for 2 scans"));
+  options.poses = folder / "nowhere";
+  EXPECT_THAT(failure({folder}, options), HasSubstr("nowhere: cannot be read"));
+  options = {};
+  options.intrinsics = write("elsewhere/k", "1 2 3");
+  EXPECT_THAT(failure({folder}, options), HasSubstr("3 numbers are no camera intrinsics"));
+}
+
+TEST_F(ScanFolders, OptionsThatMakeNoSenseAreWrongUse) {
+  write_pcd("1.pcd");
+  for (const double value : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+    ScanSourceOptions scale, rate;
+    scale.depth_scale = value;
+    rate.rate_hz = value;
+    for (const auto& options : {scale, rate}) {
+      try {
+        open_scans({folder}, options);
+        ADD_FAILURE() << value;
+      } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), Error::Kind::usage);
+      }
+    }
+  }
+  EXPECT_THROW(open_scans({}), Error);
+}
+
+class BadScans : public ScanFiles {
+ protected:
+  BadScans() {
+    write("intrinsics.txt", unit_camera);
+    write("poses.txt", "0 0 0 0 0 0 1\n1 0 0 0 0 0 1\n2 0 0 0 0 0 3\n3 0 0 0 0 0 1\n4 0 0 0 0 0 1\n");
+    write_png("1.png", 1, 1, {1000});
+    write("2.png", "");                      // empty
+    write_png("3.png", 1, 1, {1000});        // its pose is not rigid
+    write_png("4.png", 2, 1, {1000, 1000});  // of another size
+    write_png("5.png", 1, 1, {1000});
+  }
+};
+
+TEST_F(BadScans, StopTheRunWithTheirNames) {
+  const auto source = open_scans({folder});
+  EXPECT_TRUE(source->next());
+  const auto message = [&] {
+    try {
+      source->next();
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string("nothing");
+  };
+  EXPECT_THAT(message(), HasSubstr("2.png: is empty"));
+  EXPECT_THAT(message(),
+              AllOf(HasSubstr("3.png"), HasSubstr("poses.txt:3"), HasSubstr("not a rigid motion")));
+  EXPECT_THAT(message(), AllOf(HasSubstr("4.png"), HasSubstr("2x1"), HasSubstr("1x1")));
+}
+
+TEST_F(BadScans, AreSkippedAndListedOnDemand) {
+  ScanSourceOptions options;
+  options.skip_bad = true;
+  const auto source = open_scans({folder}, options);
+  EXPECT_EQ(source->size(), 5u);
+  const auto scans = read_all(*source);
+  EXPECT_THAT(names(scans), ElementsAre("1.png", "5.png"));
+  EXPECT_EQ(scans[1].T_map_sensor.translation().x(), 4);
+  EXPECT_NEAR(scans[1].stamp_s, 4.0 / 30, 1e-12);  // time went on
+  EXPECT_THAT(source->skipped(), ElementsAre(HasSubstr("2.png"), HasSubstr("3.png"), HasSubstr("4.png")));
+  EXPECT_FALSE(source->next());
+}
+
+TEST_F(BadScans, SetUpProblemsAreNotSkipped) {
+  ScanSourceOptions options;
+  options.skip_bad = true;
+  write("poses.txt", identity_pose);
+  EXPECT_THAT(failure({folder}, options), HasSubstr("1 pose for 5 scans"));
+  std::filesystem::remove(folder / "intrinsics.txt");
+  EXPECT_THAT(failure({folder}, options), HasSubstr("without camera intrinsics"));
+}
+
+TEST_F(BadScans, NothingGoodAtAllIsAFailure) {
+  write("bad/1.pcd", "x");
+  ScanSourceOptions options;
+  options.skip_bad = true;
+  EXPECT_THAT(failure({folder / "bad"}, options), HasSubstr("none of the 1 scans is good"));
+}
+
+TEST_F(BadScans, OwnPoseFileMissingOrDouble) {
+  write("seven/camera-intrinsics.txt", unit_camera);
+  write_png("seven/a-1.depth.png", 1, 1, {1000});
+  write_png("seven/a-2.depth.png", 1, 1, {1000});
+  write("seven/a-1.pose.txt", identity_pose);
+  EXPECT_THAT(failure({folder / "seven"}), HasSubstr("a-2.pose.txt: cannot be read"));
+  write("seven/a-2.pose.txt", std::string(identity_pose) + identity_pose);
+  EXPECT_THAT(failure({folder / "seven"}), HasSubstr("a-2.pose.txt: 2 poses for one scan"));
+  write("seven/a-2.pose.txt", "1 0 0 0\n0 -1.#IND 0 0\n0 0 1 0\n0 0 0 1\n");
+  EXPECT_THAT(failure({folder / "seven"}), HasSubstr("a-2.pose.txt:2: '-1.#IND' is not a number"));
+}
+
+}  // namespace
+}  // namespace octosurf::test

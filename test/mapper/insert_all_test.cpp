@@ -1,0 +1,150 @@
+// Scans that wait go in together: the octree as one by one, the surfaces as good.
+#include "support/checked_mapper.hpp"
+#include "support/guarantees.hpp"
+#include "support/scene.hpp"
+#include "support/seed.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <gtest/gtest.h>
+#include <span>
+#include <tuple>
+#include <vector>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+using test::Scene;
+
+Scene room() { return Scene().box({-1.5, -1.2, 0.01}, {1.5, 1.2, 2.0}); }
+Scene room_with_box() { return room().box({0.3, -0.4, 0.01}, {0.9, 0.3, 0.4}); }
+
+/// From one place to the other, looking down at the middle.
+std::vector<Scan> pass(const Scene& scene, std::mt19937_64& rng, int count) {
+  std::vector<Scan> scans;
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector3d eye(-1.2 + 0.05 * i, 0.9 - 0.06 * i, 1.3);
+    scans.push_back(test::camera_scan(scene, test::look_at(eye, {0.5, 0.0, 0.1}), rng));
+    scans.back().name = "scan " + std::to_string(i);
+  }
+  return scans;
+}
+
+/// The box stands there at first, and is gone then: a voxel that was hit three times is free after seven
+/// misses.
+std::vector<Scan> box_goes(std::mt19937_64& rng) {
+  std::vector<Scan> scans = pass(room_with_box(), rng, 3);
+  for (Scan& scan : pass(room(), rng, 8)) scans.push_back(std::move(scan));
+  return scans;
+}
+
+Parameters as_given() {
+  Parameters parameters;
+  parameters.alignment.enabled = false;
+  return parameters;
+}
+
+using Leaves = std::vector<std::tuple<std::array<std::uint16_t, 3>, int, float>>;
+Leaves leaves_of(const Mapper& mapper) {
+  Leaves leaves;
+  mapper.map().octree().for_each_leaf([&](std::span<const OccupancyView::Leaf> some) {
+    for (const OccupancyView::Leaf& leaf : some) leaves.emplace_back(leaf.corner, leaf.level, leaf.log_odds);
+  });
+  return leaves;
+}
+
+/// In groups of 1 to `most`.
+void insert_in_groups(Mapper& mapper, std::span<const Scan> scans, std::mt19937_64& rng, std::size_t most) {
+  while (!scans.empty()) {
+    const std::size_t count = std::min<std::size_t>(1 + rng() % most, scans.size());
+    ASSERT_EQ(mapper.insert_all(scans.first(count)).size(), count);
+    EXPECT_TRUE(check_invariants(mapper.map()).empty()) << check_invariants(mapper.map()).front();
+    scans = scans.subspan(count);
+  }
+}
+
+TEST(InsertAll, TheOctreeIsTheOneOfOneByOne) {
+  std::mt19937_64 rng = test::rng();
+  const std::vector<Scan> scans = box_goes(rng);
+  Parameters parameters = as_given();
+  parameters.occupancy.preserve_surfaces = false;  // else surfaces that are found earlier keep their voxels
+  Mapper one_by_one(parameters), grouped(parameters), at_once(parameters);
+  for (const Scan& scan : scans) one_by_one.insert(scan);
+  insert_in_groups(grouped, scans, rng, 5);
+  insert_in_groups(at_once, scans, rng, scans.size());
+  const Leaves leaves = leaves_of(one_by_one);
+  EXPECT_GT(leaves.size(), 1000U);
+  EXPECT_TRUE(leaves_of(grouped) == leaves);
+  EXPECT_TRUE(leaves_of(at_once) == leaves);
+  EXPECT_EQ(grouped.map().size().points, one_by_one.map().size().points);
+}
+
+TEST(InsertAll, FindsTheSameFaces) {
+  std::mt19937_64 rng = test::rng();
+  const std::vector<Scan> scans = pass(room_with_box(), rng, 12);
+  test::CheckedMapper one_by_one(as_given()), grouped(as_given());
+  for (const Scan& scan : scans) one_by_one.insert(scan);
+  insert_in_groups(grouped.mapper, scans, rng, 6);
+  const auto area_on = [](const test::CheckedMapper& mapper, const Eigen::Vector3d& normal,
+                          const Eigen::Vector3d& point) {
+    double area = 0;
+    for (const SurfacePtr& surface : mapper.on_plane(normal, point)) area += surface->area_m2;
+    return area;
+  };
+  const std::pair<Eigen::Vector3d, Eigen::Vector3d> faces[] = {{{0, 0, 1}, {0, 0, 0.01}},
+                                                               {{0, 0, 1}, {0.6, 0, 0.4}},
+                                                               {{-1, 0, 0}, {0.3, 0, 0.2}},
+                                                               {{-1, 0, 0}, {1.5, 0, 1}}};
+  for (const auto& [normal, point] : faces) {
+    const double area = area_on(one_by_one, normal, point);
+    EXPECT_GT(area, 0.05) << point.transpose();
+    // What was seen last may wait for its surface in one map and not in the other: a strip, no face.
+    EXPECT_NEAR(area_on(grouped, normal, point), area, 0.1 * area) << point.transpose();
+  }
+  test::expect_guarantees(grouped.mapper.map());
+}
+
+TEST(InsertAll, WhatGoesAmongTheScansIsGone) {
+  std::mt19937_64 rng = test::rng();
+  const std::vector<Scan> scans = box_goes(rng);
+  test::CheckedMapper mapper(as_given());
+  const std::vector<ScanReport> reports = mapper.mapper.insert_all(scans);
+  ASSERT_EQ(reports.size(), scans.size());
+  EXPECT_TRUE(check_invariants(mapper.mapper.map()).empty());
+  EXPECT_TRUE(mapper.on_plane({0, 0, 1}, {0.6, 0, 0.4}).empty()) << "the box's top";
+  EXPECT_FALSE(mapper.on_plane({0, 0, 1}, {0.6, 0, 0.01}).empty()) << "the floor";
+  std::size_t appeared = 0, vanished = 0;
+  for (const ScanReport& report : reports) {
+    appeared += report.appeared;
+    vanished += report.vanished;
+    EXPECT_LE(report.categorized, report.appeared);
+    if (&report != &reports.back()) {
+      EXPECT_TRUE(report.born.empty());
+    }
+  }
+  EXPECT_GT(vanished, 100U);
+  EXPECT_EQ(mapper.mapper.map().size().points, appeared - vanished);
+  EXPECT_EQ(reports.back().born.size(), mapper.surfaces().size());
+  EXPECT_EQ(mapper.mapper.snapshot()->revision, 1U) << "published once";
+}
+
+TEST(InsertAll, StopsBeforeAScanThatIsRefused) {
+  std::mt19937_64 rng = test::rng();
+  std::vector<Scan> scans = pass(room(), rng, 5);
+  scans[3].T_map_sensor.linear() *= 1.01;
+  Mapper mapper(as_given()), taken(as_given());
+  EXPECT_EQ(mapper.insert_all(scans).size(), 3U);
+  taken.insert_all(std::span(scans).first(3));
+  const std::string digest = test::digest(taken.map());
+  EXPECT_TRUE(test::digest(mapper.map()) == digest);
+  EXPECT_THROW(mapper.insert_all(std::span(scans).subspan(3)), Error);
+  EXPECT_TRUE(test::digest(mapper.map()) == digest);
+  EXPECT_EQ(mapper.insert_all(std::span(scans).subspan(4)).size(), 1U);
+  EXPECT_TRUE(mapper.insert_all({}).empty());
+}
+
+}  // namespace
+}  // namespace octosurf

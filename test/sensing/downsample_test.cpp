@@ -1,0 +1,174 @@
+// The downsampler against a std::map of voxels.
+#include "sensing/downsample.hpp"
+
+#include "support/random_scans.hpp"
+#include "support/seed.hpp"
+
+#include <gtest/gtest.h>
+#include <limits>
+#include <map>
+#include <octomap/octomap.h>
+#include <random>
+#include <vector>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+constexpr double unlimited = std::numeric_limits<double>::infinity();
+
+struct Twin {
+  struct Cell {
+    std::uint32_t count = 0;
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  };
+  std::map<std::uint64_t, Cell> cells;
+  std::vector<std::uint64_t> order;
+  std::size_t not_finite = 0, too_near = 0, out_of_map = 0, beyond_range = 0;
+};
+
+/// One point at a time, keys by OctoMap.
+Twin slowly(const Scan& scan, double resolution, double min_range, double max_range) {
+  const octomap::OcTree tree(resolution);
+  const Eigen::Vector3f origin = scan.T_map_sensor.translation().cast<float>();
+  Twin twin;
+  for (const Eigen::Vector3f& p : scan.points) {
+    if (!std::isfinite(p.x()) || !std::isfinite(p.y()) || !std::isfinite(p.z())) {
+      ++twin.not_finite;
+      continue;
+    }
+    if (p.cast<double>().norm() < min_range) {
+      ++twin.too_near;
+      continue;
+    }
+    const Eigen::Vector3f m =
+        (scan.T_map_sensor.linear() * p.cast<double>() + scan.T_map_sensor.translation()).cast<float>();
+    octomap::OcTreeKey key;
+    if (!tree.coordToKeyChecked(octomap::point3d(m.x(), m.y(), m.z()), key)) {
+      ++twin.out_of_map;
+      continue;
+    }
+    const octomap::point3d centre = tree.keyToCoord(key);
+    const octomap::point3d sensor(origin.x(), origin.y(), origin.z());
+    if ((centre - sensor).norm() > max_range) ++twin.beyond_range;
+    const std::uint64_t packed = VoxelKey{key[0], key[1], key[2]}.packed();
+    Twin::Cell& cell = twin.cells[packed];
+    if (cell.count++ == 0) twin.order.push_back(packed);
+    cell.sum += m.cast<double>();
+  }
+  return twin;
+}
+
+void expect_same(const Scan& scan, Downsampler& downsample, double d, double min_range, double max_range) {
+  const VoxelScan fast = downsample(scan, min_range, max_range);
+  const Twin slow = slowly(scan, d, min_range, max_range);
+  EXPECT_EQ(fast.not_finite, slow.not_finite);
+  EXPECT_EQ(fast.too_near, slow.too_near);
+  EXPECT_EQ(fast.out_of_map, slow.out_of_map);
+  EXPECT_EQ(fast.beyond_range, slow.beyond_range);
+  ASSERT_EQ(fast.ends.size(), slow.cells.size());
+  std::size_t points = 0;
+  for (std::size_t i = 0; i < fast.ends.size(); ++i) {
+    const EndVoxel& end = fast.ends[i];
+    ASSERT_EQ(end.key.packed(), slow.order[i]) << "not in the order of first touch";
+    const Twin::Cell& cell = slow.cells.at(end.key.packed());
+    ASSERT_EQ(end.count, cell.count);
+    const Eigen::Vector3d centroid = cell.sum / cell.count;
+    ASSERT_LT((end.centroid.cast<double>() - centroid).norm(), 1e-6 * (1 + centroid.norm()));
+    ASSERT_EQ(downsample.find(end.key), static_cast<std::int64_t>(i));
+    points += end.count;
+  }
+  EXPECT_EQ(points + slow.not_finite + slow.too_near + slow.out_of_map, scan.points.size());
+}
+
+TEST(Downsample, EqualsAMapOfVoxels) {
+  const std::uint64_t seed = test::seed();
+  std::mt19937_64 rng(seed);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+  for (const double d : {0.004, 0.02, 0.1}) {
+    Downsampler downsample{VoxelGrid(d)};
+    for (int round = 0; round < 6; ++round) {
+      const double far = d * 32768 * 0.9 * (round % 3) / 2;
+      Scan scan = test::room_scan(rng, 20000, {1.4, 1.1, 0.9}, Eigen::Vector3d(far, -far, uniform(rng)));
+      for (std::size_t i = 0; i < scan.points.size(); i += 97) {
+        constexpr std::array<float, 4> bad{nan, inf, -inf, 3e38F};
+        scan.points[i][static_cast<int>(rng() % 3)] = bad[rng() % 4];
+      }
+      for (std::size_t i = 50; i < scan.points.size(); i += 101) scan.points[i] *= 0.05F;
+      expect_same(scan, downsample, d, round % 2 == 0 ? 0.1 : 0, round < 3 ? unlimited : 1.2);
+    }
+  }
+}
+
+TEST(Downsample, GrowsBeyondItsFirstTable) {
+  Scan scan;
+  std::mt19937_64 rng = test::rng();
+  std::uniform_real_distribution<float> wide(-50, 50);
+  for (int i = 0; i < 150000; ++i) scan.points.emplace_back(wide(rng), wide(rng), wide(rng));
+  Downsampler downsample{VoxelGrid(0.01)};
+  expect_same(scan, downsample, 0.01, 0, unlimited);
+  scan.points.resize(10);  // nothing of the large scan is left behind
+  expect_same(scan, downsample, 0.01, 0, unlimited);
+}
+
+TEST(Downsample, FindsNothingThatIsNotThere) {
+  Downsampler downsample{VoxelGrid(0.02)};
+  EXPECT_EQ(downsample.find({1, 2, 3}), -1);
+  Scan scan;
+  scan.points = {{1, 0, 0}};
+  downsample(scan, 0, unlimited);
+  EXPECT_EQ(downsample.find({1, 2, 3}), -1);
+  EXPECT_EQ(downsample.find({32768 + 50, 32768, 32768}), 0);
+}
+
+TEST(Downsample, EmptyAndAllNotFinite) {
+  Downsampler downsample{VoxelGrid(0.02)};
+  Scan scan;
+  EXPECT_TRUE(downsample(scan, 0, 4).ends.empty());
+  scan.points.assign(7, Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
+  const VoxelScan voxels = downsample(scan, 0, 4);
+  EXPECT_TRUE(voxels.ends.empty());
+  EXPECT_EQ(voxels.not_finite, 7U);
+}
+
+/// A point that is the mean of k readings counts like k points there.
+TEST(Downsample, ReadingsCountLikeAsManyPoints) {
+  std::mt19937_64 random = test::rng();
+  Scan thinned = test::room_scan(random, 3000, {1.5, 1.2, 1}, {0.3, 0.2, 0.1}, 0.01);
+  Scan twin = thinned;
+  twin.points.clear();
+  for (const Eigen::Vector3f& p : thinned.points) {
+    thinned.readings.push_back(static_cast<std::uint16_t>(1 + random() % 20));
+    twin.points.insert(twin.points.end(), thinned.readings.back(), p);
+  }
+  Downsampler downsample{VoxelGrid(0.1)};
+  const VoxelScan a = downsample(thinned, 0, unlimited), b = downsample(twin, 0, unlimited);
+  ASSERT_EQ(a.ends.size(), b.ends.size());
+  for (std::size_t i = 0; i < a.ends.size(); ++i) {
+    EXPECT_EQ(a.ends[i].key, b.ends[i].key);
+    EXPECT_EQ(a.ends[i].count, b.ends[i].count);
+    EXPECT_LT((a.ends[i].centroid - b.ends[i].centroid).norm(), 1e-5F);  // sums of float, of a voxel's size
+  }
+}
+
+TEST(Downsample, RefusesASensorOutsideTheOctree) {
+  Downsampler downsample{VoxelGrid(0.02)};
+  Scan scan;
+  scan.name = "scan 12";
+  scan.points = {{1, 0, 0}};
+  for (const double x : {0.02 * 32768 + 0.1, -0.02 * 32768 - 0.1, 1e12}) {
+    scan.T_map_sensor.translation().x() = x;
+    try {
+      downsample(scan, 0, 4);
+      FAIL() << x;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), Error::Kind::data);
+      EXPECT_EQ(error.where(), "scan 12");
+    }
+  }
+}
+
+}  // namespace
+}  // namespace octosurf

@@ -1,0 +1,251 @@
+// What scans saw again in a surface's voxels, against sums over each reading.
+#include "support/map_state.hpp"
+#include "support/seed.hpp"
+#include "surfaces/blobs.hpp"
+#include "upkeep/retract.hpp"
+#include "upkeep/revise.hpp"
+
+#include <gtest/gtest.h>
+#include <random>
+
+namespace octosurf {
+namespace {
+
+constexpr double d = 0.02;
+const Eigen::Vector3d z(0, 0, 1);
+
+void expect_same(const Moments& a, const Moments& b, double slack = 1e-9) {
+  EXPECT_NEAR(a.count, b.count, slack * (1 + std::fabs(b.count)));
+  EXPECT_LE((a.sum - b.sum).norm(), slack * (1 + b.sum.norm()));
+  EXPECT_LE((a.outer - b.outer).norm(), slack * (1 + b.outer.norm()));
+}
+
+/// A square of 20 × 20 voxels about `centre`, its points at height `height` over it.
+SurfaceModel square(const Eigen::Vector3d& centre, double height, SurfaceId id = 1) {
+  SurfaceModel model(id, {z, centre.z()}, centre, d);
+  for (int v = 0; v < 20; ++v)
+    for (int u = 0; u < 20; ++u) {
+      const Eigen::Vector3d at = centre + Eigen::Vector3d((u - 9.5) * d, (v - 9.5) * d, height);
+      model.add({{static_cast<std::uint16_t>(100 + u), static_cast<std::uint16_t>(100 + v), 7},
+                 8,
+                 at.cast<float>()});
+    }
+  return model;
+}
+
+/// `n` readings spread over the square, at a height, with random weights.
+void see(SurfaceModel& model, const Eigen::Vector3d& centre, double height, int n, std::mt19937_64& rng,
+         Moments* sum = nullptr) {
+  std::uniform_real_distribution<double> side(-0.19, 0.19), weights(0.2, 3);
+  for (int i = 0; i < n; ++i) {
+    const Eigen::Vector3f p = (centre + Eigen::Vector3d(side(rng), side(rng), height)).cast<float>();
+    const double weight = weights(rng);
+    model.observe(p, weight);
+    if (sum != nullptr) sum->add(p.cast<double>() - model.reference(), weight);
+  }
+}
+
+double height_of(const SurfaceModel& model, const NoiseModel& noise, const Eigen::Vector3d& centre) {
+  const PlaneFit fit = fit_plane(model.moments(&noise));
+  return fit.normal.dot(model.reference() + fit.centroid - centre) / fit.normal.z();
+}
+
+TEST(Evidence, IsTheSumOfItsReadings) {
+  const std::uint64_t seed = test::seed();
+  std::mt19937_64 rng(seed);
+  const NoiseModel noise{Parameters{}};
+  for (const Eigen::Vector3d& centre : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(80, -60, 3)}) {
+    SurfaceModel model = square(centre, 0);
+    const Moments inliers = model.moments(&noise), unweighted = model.moments(nullptr);
+    Moments sum;
+    see(model, centre, 0.004, 500, rng, &sum);
+    EXPECT_EQ(model.evidence().readings, 500);
+    EXPECT_EQ(model.readings(), 900);
+    expect_same(model.evidence().moments, sum);
+    Moments both = inliers;
+    both.add(sum);
+    expect_same(model.moments(&noise), both);
+    expect_same(model.moments(nullptr), unweighted);
+    EXPECT_EQ(model.size(), 400U);
+  }
+}
+
+TEST(Evidence, PullsThePlaneTowardTheReadings) {
+  const std::uint64_t seed = test::seed();
+  std::mt19937_64 rng(seed);
+  const NoiseModel noise{Parameters{}};
+  const Eigen::Vector3d centre(80, -60, 3);
+  SurfaceModel model = square(centre, 0);
+  double last = height_of(model, noise, centre);
+  EXPECT_NEAR(last, 0, 1e-5);
+  for (int round = 0; round < 5; ++round) {
+    see(model, centre, 0.004, 400, rng);
+    const double now = height_of(model, noise, centre);
+    EXPECT_GT(now, last + 1e-5) << "round " << round;
+    EXPECT_LT(now, 0.004);
+    last = now;
+  }
+  // The inliers' 400 against 2000 of mean weight 1.6 (relative to the nearest class, as theirs).
+  const double ratio = noise.sigma(1) / noise.sigma(8);
+  const double share = 2000 * 1.6 / (2000 * 1.6 + 400 * ratio * ratio);
+  EXPECT_NEAR(last, 0.004 * share, 1e-4);
+}
+
+TEST(Evidence, InliersThatGoTakeTheirShare) {
+  std::mt19937_64 rng = test::rng();
+  const Eigen::Vector3d centre(0, 0, 0);
+  SurfaceModel model = square(centre, 0);
+  Moments sum;
+  see(model, centre, 0.004, 800, rng, &sum);
+  const std::vector<Inlier> all = model.sorted_inliers();
+  for (std::size_t i = 0; i < 100; ++i) ASSERT_TRUE(model.remove(all[i].key, all[i].position));
+  // 300 of 400 are left, and so are three quarters of what was seen again.
+  EXPECT_NEAR(model.evidence().readings, 600, 1e-6);
+  Moments left;
+  left.add(sum, 0.75);
+  expect_same(model.evidence().moments, left);
+  EXPECT_FALSE(model.remove(all[0].key, all[0].position)) << "no longer one";
+  EXPECT_NEAR(model.evidence().readings, 600, 1e-6);
+  for (std::size_t i = 100; i < 400; ++i) ASSERT_TRUE(model.remove(all[i].key, all[i].position));
+  EXPECT_EQ(model.size(), 0U);
+  EXPECT_NEAR(model.evidence().readings, 0, 1e-9);
+  EXPECT_NEAR(model.evidence().moments.count, 0, 1e-9);
+}
+
+TEST(Evidence, NewInliersTakeNothing) {
+  std::mt19937_64 rng = test::rng();
+  SurfaceModel model = square({0, 0, 0}, 0);
+  see(model, {0, 0, 0}, 0.004, 300, rng);
+  const Moments before = model.evidence().moments;
+  model.add({{300, 300, 7}, 8, {0.25F, 0, 0}});
+  EXPECT_EQ(model.evidence().readings, 300);
+  expect_same(model.evidence().moments, before, 0);
+}
+
+TEST(Evidence, OldReadingsFade) {
+  // More than a hundred for each inlier: the older ones lose weight, so a plane that moves is followed.
+  std::mt19937_64 rng = test::rng();
+  const NoiseModel noise{Parameters{}};
+  SurfaceModel model = square({0, 0, 0}, 0);
+  for (int round = 0; round < 100; ++round) {
+    see(model, {0, 0, 0}, 0, 400, rng);
+    EXPECT_LE(model.evidence().readings, 40000);
+  }
+  see(model, {0, 0, 0}, 0.004, 40000, rng);
+  EXPECT_LE(model.evidence().readings, 40000);
+  EXPECT_GE(model.evidence().readings, 20000);
+  EXPECT_GT(height_of(model, noise, {0, 0, 0}), 0.0022) << "the newer half weighs more";
+}
+
+TEST(Evidence, TakenOverIsAsIfEachReadingWereAdded) {
+  const std::uint64_t seed = test::seed();
+  std::mt19937_64 rng(seed);
+  const Eigen::Vector3d here(80, -60, 3), there(80.4, -60.1, 3.002);
+  SurfaceModel into = square(here, 0, 1), from = square(there, 0, 2), slow = square(here, 0, 3);
+  ASSERT_NE(into.reference(), from.reference());
+  std::uniform_real_distribution<double> side(-0.19, 0.19), weights(0.2, 3);
+  for (int i = 0; i < 600; ++i) {
+    const bool second = i % 3 == 0;
+    const Eigen::Vector3f p =
+        ((second ? there : here) + Eigen::Vector3d(side(rng), side(rng), 0.003 * side(rng))).cast<float>();
+    const double weight = weights(rng);
+    (second ? from : into).observe(p, weight);
+    slow.observe(p, weight);
+  }
+  into.take_evidence(from);
+  EXPECT_EQ(into.evidence().readings, slow.evidence().readings);
+  expect_same(into.evidence().moments, slow.evidence().moments);
+}
+
+TEST(Evidence, CanBeForgotten) {
+  std::mt19937_64 rng = test::rng();
+  const NoiseModel noise{Parameters{}};
+  SurfaceModel model = square({0, 0, 0}, 0);
+  const Moments before = model.moments(&noise);
+  see(model, {0, 0, 0}, 0.004, 300, rng);
+  model.forget_evidence();
+  EXPECT_EQ(model.evidence().readings, 0);
+  EXPECT_EQ(model.evidence().moments.count, 0);
+  expect_same(model.moments(&noise), before, 0);
+}
+
+TEST(Evidence, ComesBackWithTheState) {
+  std::mt19937_64 rng = test::rng();
+  const NoiseModel noise{Parameters{}};
+  SurfaceModel model = square({80, -60, 3}, 0);
+  see(model, {80, -60, 3}, 0.004, 300, rng);
+  const std::vector<Inlier> all = model.sorted_inliers();
+  model.remove(all[3].key, all[3].position);
+  SurfaceModel back(model.state(), d);
+  const auto expect_equal = [&] {
+    EXPECT_EQ(back.evidence().readings, model.evidence().readings);
+    expect_same(back.evidence().moments, model.evidence().moments, 0);
+    expect_same(back.moments(&noise), model.moments(&noise), 0);
+  };
+  expect_equal();
+  for (SurfaceModel* each : {&model, &back}) {  // both go on alike
+    std::mt19937_64 same = test::rng();
+    see(*each, {80, -60, 3}, 0.001, 50, same);
+    each->remove(all[7].key, all[7].position);
+  }
+  expect_equal();
+}
+
+TEST(Evidence, SurvivesAMerge) {
+  MapState state{Parameters{}};
+  const auto points =
+      test::occupy(state, test::rectangle_scan({0.5, 0.5, 1.5}, {0, 0, 0.01}, {1, 0, 0}, {0, 1, 0})).appeared;
+  Workspace work(state);
+  const Plane ground{z, 0.01};
+  SurfaceModel& a =
+      test::make_surface(work, points, ground, [](const Eigen::Vector3d& p) { return p.x() < 0.6; });
+  SurfaceModel& b =
+      test::make_surface(work, points, ground, [](const Eigen::Vector3d& p) { return p.x() >= 0.6; });
+  std::mt19937_64 rng = test::rng();
+  Moments sum, of_b;
+  see(a, {0.3, 0.5, 0.01}, 0.002, 200, rng, &sum);
+  see(b, {0.8, 0.5, 0.01}, 0.002, 100, rng, &of_b);
+  sum.add(of_b.shifted(a.reference() - b.reference()));
+  merge(work, a, b);
+  EXPECT_EQ(a.evidence().readings, 300);
+  expect_same(a.evidence().moments, sum);
+}
+
+TEST(Evidence, ScansThatSeeAFloorAgainMoveItsPlane) {
+  // First 3 mm too low, then right, often: the voxels keep their first points, the plane comes right.
+  const std::uint64_t seed = test::seed();
+  std::mt19937_64 rng(seed);
+  std::normal_distribution<double> gauss(0, 0.001);
+  MapState state{Parameters{}};
+  const Eigen::Vector3d eye(0.5, 0.5, 1.5);
+  const auto floor = [&](double height) {
+    Scan scan = test::rectangle_scan(eye, {0.1, 0.1, height}, {0.8, 0, 0}, {0, 0.8, 0});
+    for (Eigen::Vector3f& p : scan.points) p.z() += static_cast<float>(gauss(rng));
+    return scan;
+  };
+  {
+    const auto points = test::occupy(state, floor(0.009)).appeared;
+    Workspace work(state);
+    test::make_surface(work, points, {z, 0.009}, [](const Eigen::Vector3d&) { return true; });
+  }
+  std::size_t readings = 0;
+  for (int i = 0; i < 20; ++i) {
+    Downsampler downsample(state.occupancy.grid());
+    const VoxelScan voxels = downsample(floor(0.012), 0, 100);
+    const OccupancyDelta delta = state.occupancy.insert(voxels, downsample, &state.surfaces);
+    readings += delta.confirmed.size();
+    Workspace work(state);
+    accumulate_evidence(work, voxels, delta.confirmed);
+    work.changes.grown.insert(1);
+    refit(work);
+  }
+  const SurfaceModel& surface = *state.surfaces.find(1);
+  EXPECT_GT(readings, 20000U);
+  EXPECT_LE(surface.evidence().readings, static_cast<double>(readings));
+  EXPECT_GE(surface.evidence().readings, 0.8 * static_cast<double>(readings)) << "all but the rim's";
+  EXPECT_NEAR(surface.plane().signed_distance({0.5, 0.5, 0.012}), 0, 4e-4);
+  EXPECT_GT(surface.plane().normal.z(), std::cos(0.001));
+}
+
+}  // namespace
+}  // namespace octosurf
