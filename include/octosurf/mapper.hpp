@@ -124,7 +124,7 @@ class Mapper {
 };
 
 /// The shipped invariant checker (docs/design.md §3): one line per violation, empty if all hold.
-/// Cost: one pass over octree and surfaces; for tests, `info --check` and debugging.
+/// Cost: one pass over octree and surfaces; for tests, `info --check` and the suspicious.
 std::vector<std::string> check_invariants(const Map& map);
 
 }  // namespace octosurf

@@ -12,8 +12,8 @@ constexpr double rad_per_deg = std::numbers::pi / 180;
 
 constexpr double least_round = 1.1;  // squares left by planes per squares left by the cylinder
 
-/// Rounder than edges and posts: by a quarter of the squares, or by less if very many points say so (a thin
-/// rail's roundness is hardly more than the noise).
+/// Rounder than edges and posts: by a quarter of the squares, or by less if there are very many points (a
+/// thin rail's roundness is hardly more than the noise).
 bool round(double facets, std::size_t points) {
   return facets >= 1.25 || (facets >= least_round && static_cast<double>(points) * std::log(facets) >= 40);
 }

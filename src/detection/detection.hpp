@@ -7,7 +7,7 @@
 
 namespace octosurf {
 
-/// New surface detection (paper III-C, Algorithm 2) on what no surface has taken.
+/// New surface detection (paper III-C, Algorithm 2) on points that no surface has taken.
 ///
 /// Runs once `accumulated` (new or requeued pending points) holds at least n points. It starts from
 /// those, looks at the older pending points around them, and leaves the rest alone: its cost
@@ -23,8 +23,8 @@ struct Detection {
   std::vector<Refused> refused;  ///< points left pending; no point is named twice
 };
 
-/// The same from these pending points on, however few, whatever has accumulated. `refused` says nothing of
-/// points without a normal, that are not flat, or that were seen through a surface (seen_through.hpp).
+/// The same from these pending points on, however few, whatever has accumulated. `refused` does not
+/// name points that have no normal, are not flat or were seen through a surface (seen_through.hpp).
 Detection detect_from(Workspace& work, std::vector<PointWindow::Index> waiting);
 
 }  // namespace octosurf

@@ -24,7 +24,7 @@ constexpr double largest_scatter = 1.7;
 PlaneExtraction::PlaneExtraction(Workspace& work, std::vector<Index> region)
     : work_(work),
       parameters_(work.state.parameters),
-      fewest_(static_cast<std::size_t>(parameters_.min_surface_points())),
+      min_points_(static_cast<std::size_t>(parameters_.min_surface_points())),
       robust_(parameters_.aligned()),
       cos_aligned_(robust_ ? static_cast<float>(std::cos(parameters_.detection.aligned_angle)) : -1),
       region_(std::move(region)) {}
@@ -69,8 +69,8 @@ std::optional<Refusal> PlaneExtraction::refusal_by_width(std::span<const Index> 
   Moments moments;
   for (const Index i : cluster) moments.add(work_.window[i].position.cast<double>() - reference);
   const double width = width_of(moments);
-  const double least = parameters_.surfaces.min_surface_width;
-  if (width < least) return Refusal{Reason::too_narrow, width, least};
+  const double min_width = parameters_.surfaces.min_surface_width;
+  if (width < min_width) return Refusal{Reason::too_narrow, width, min_width};
   // Beside the widest facet of a pillar there are narrower ones that look flat, and so do the strips into
   // which the inliers of its plane are divided.
   constexpr double wider_than_facets = 0.2, wider_than_strips = 0.1;  // m
@@ -91,9 +91,9 @@ Planarity PlaneExtraction::planarity_of(std::span<const Index> cluster, const Pl
   return planarity;
 }
 
-/// It scatters as noise does, is flat, its points' own normals mostly agree with it, and it is no noise of a
-/// surface beside it. What was only seen from far needs more points: noise makes small planes out of
-/// anything.
+/// A cluster passes if it scatters as noise does, does not bend, most of its points' own normals agree with
+/// the plane, and it is not the noise of a surface beside it. One that was seen only from far needs more
+/// points, because noise makes small planes out of anything.
 PlaneExtraction::Verdict PlaneExtraction::verdict_on_shape(std::span<const Index> cluster,
                                                            const Plane& plane) {
   const Planarity planarity = planarity_of(cluster, plane);
@@ -106,8 +106,8 @@ PlaneExtraction::Verdict PlaneExtraction::verdict_on_shape(std::span<const Index
   // The square root, because a laser leaves few readings on a strip: in proportion, strips would be lost.
   const double required_factor = std::sqrt(planarity.mean_tolerance() / parameters_.surface_tolerance());
   const auto points = static_cast<double>(cluster.size());
-  if (points < static_cast<double>(fewest_) * required_factor)
-    return {Refusal{Reason::too_few_for_range, points, static_cast<double>(fewest_) * required_factor}};
+  if (points < static_cast<double>(min_points_) * required_factor)
+    return {Refusal{Reason::too_few_for_range, points, static_cast<double>(min_points_) * required_factor}};
   if (agreeing * 10 <= cluster.size() * 6)
     return {Refusal{Reason::normals_disagree, static_cast<double>(agreeing) / points, 0.6}};
   if (const SurfaceId neighbour = noise_sheet_over(work_, cluster, plane, 0); neighbour != 0)
@@ -116,8 +116,8 @@ PlaneExtraction::Verdict PlaneExtraction::verdict_on_shape(std::span<const Index
 }
 
 PlaneProposal PlaneExtraction::judged(std::vector<Index> cluster) {
-  if (cluster.size() < fewest_) {
-    const Refusal why = fewer_than_n(few::in_cluster, cluster.size(), fewest_);
+  if (cluster.size() < min_points_) {
+    const Refusal why = fewer_than_n(few::in_cluster, cluster.size(), min_points_);
     return {plane_, std::move(cluster), why};
   }
   const Plane plane = fitted(work_, cluster, plane_);
@@ -130,23 +130,25 @@ PlaneProposal PlaneExtraction::judged(std::vector<Index> cluster) {
   return {plane, std::move(cluster), refusal};
 }
 
-/// Takes the region's next plane and its inliers' clusters out of it. What has none is proposed as a whole,
-/// to be refused.
+/// Takes the next plane's inliers out of the region, as clusters. If there is no further plane, returns all
+/// that is left as one refused proposal.
 std::optional<PlaneProposal> PlaneExtraction::divide() {
   const auto all_refused = [&](const Refusal& why) {
     return PlaneProposal{plane_, std::exchange(region_, {}), why};
   };
-  if (region_.size() < fewest_) return all_refused(fewer_than_n(few::left_over, region_.size(), fewest_));
+  if (region_.size() < min_points_)
+    return all_refused(fewer_than_n(few::left_over, region_.size(), min_points_));
   const RegionPoints points(work_, region_, 1, cos_aligned_);
   const std::optional<Plane> best = best_plane(region_, points);
   if (!best) return all_refused({.reason = Reason::too_few_points, .what = few::off_a_line});
   plane_ = *best;
   std::vector<Index> inliers = inliers_of(region_, points, plane_);
-  for (int round = 0; round < 3 && inliers.size() >= fewest_; ++round) {
+  for (int round = 0; round < 3 && inliers.size() >= min_points_; ++round) {
     plane_ = fitted(work_, inliers, plane_);
     inliers = inliers_of(region_, points, plane_);
   }
-  if (inliers.size() < fewest_) return all_refused(fewer_than_n(few::on_plane, inliers.size(), fewest_));
+  if (inliers.size() < min_points_)
+    return all_refused(fewer_than_n(few::on_plane, inliers.size(), min_points_));
   clusters_ = parts_of(work_, inliers, plane_);
   std::reverse(clusters_.begin(), clusters_.end());
   plane_bends_ = robust_ && clusters_.size() > 1 && planarity_of(inliers, plane_).bends();

@@ -15,7 +15,7 @@ class RegionPoints;
 struct PlaneProposal {
   Plane plane;                             ///< without meaning if the points span none
   std::vector<PointWindow::Index> points;  ///< never empty
-  std::optional<Refusal> refusal;          ///< empty: it is
+  std::optional<Refusal> refusal;          ///< empty: it is to become one
 };
 
 /// Planes out of one smooth region (paper III-C4).
@@ -32,8 +32,8 @@ class PlaneExtraction {
   /// `region`: in key order.
   PlaneExtraction(Workspace& work, std::vector<Index> region);
 
-  /// Of the region's points, each in one proposal; empty once all have been in one. What is not refused is to
-  /// be a surface before this is called again.
+  /// The next proposal, until each point of the region has been in one. A proposal that is not refused has to
+  /// be made a surface before the next call, whose proposal is compared with it.
   std::optional<PlaneProposal> next();
 
  private:
@@ -53,7 +53,7 @@ class PlaneExtraction {
 
   Workspace& work_;
   const Parameters& parameters_;
-  std::size_t fewest_;
+  std::size_t min_points_;
   bool robust_;  // Parameters::aligned(); else the paper's planes
   float cos_aligned_;
   std::vector<Index> region_;                 // points that no plane has been found for yet

@@ -9,7 +9,7 @@ namespace octosurf {
 
 RegionGrowing::RegionGrowing(Workspace& work, const Parameters& parameters)
     : work_(work),
-      fewest_(static_cast<std::size_t>(parameters.min_surface_points())),
+      min_points_(static_cast<std::size_t>(parameters.min_surface_points())),
       cos_smooth_(static_cast<float>(std::cos(parameters.detection.smoothness_angle))) {}
 
 bool RegionGrowing::visit(Index i) { return unvisited_.remove(work_.window, i); }

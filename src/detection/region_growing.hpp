@@ -32,7 +32,7 @@ class RegionGrowing {
   bool visit(Index i);  // true the first time
 
   Workspace& work_;
-  std::size_t fewest_;
+  std::size_t min_points_;
   float cos_smooth_;
   PointWindow::Marks unvisited_;
 };
@@ -56,7 +56,7 @@ RegionGrowing::Regions RegionGrowing::operator()(std::span<const Index> all_seed
         region.push_back(i);
       });
     });
-    (region.size() >= fewest_ ? regions.large : regions.small).push_back(region);
+    (region.size() >= min_points_ ? regions.large : regions.small).push_back(region);
   }
   return regions;
 }

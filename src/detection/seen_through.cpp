@@ -31,8 +31,7 @@ SurfaceId SeenThrough::in_front_of(const VoxelPoint& p) {
     if (facing < 0.2F) continue;
     const Eigen::Vector3f crossing = p.position + p.view * (static_cast<float>(behind) / facing);
     const PlaneCell cell = surface->cell_of(crossing);
-    // Inside its border, where three of nine would be missing, so that what is seen past an edge is not
-    // taken for noise.
+    // At the surface's border three of nine cells are missing. Points seen past its edge are not its noise.
     int around = 0;
     for (int v = -1; v <= 1; ++v)
       for (int u = -1; u <= 1; ++u) around += surface->covers({cell.u + u, cell.v + v});

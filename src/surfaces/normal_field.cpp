@@ -186,18 +186,18 @@ LocalPlane NormalField::compute(PointWindow::Index i, double radius) {
   LocalPlane plane;
   plane.reach = std::max(1, static_cast<int>(radius / resolution_));
   NeighbourMoments moments(p, static_cast<float>(radius));
-  SurfaceId asked = 0;  // neighbours come in runs of one surface
+  SurfaceId run = 0;  // surface of the present run of neighbours
   bool off = false;
   window_.for_each_row_near(p.key, plane.reach, [&](PointWindow::Index first, unsigned count) {
     const PointWindow::Columns& points = window_.columns();
-    if (belong_to(asked, &points.surface[first], count)) {
+    if (belong_to(run, &points.surface[first], count)) {
       if (!off) moments.add(points, first, count);
       return;
     }
     for (; count > 0; --count, ++first) {
-      if (points.surface[first] != asked) {
-        asked = points.surface[first];
-        off = asked != 0 && asked != p.surface && lies_off(p, asked);
+      if (points.surface[first] != run) {
+        run = points.surface[first];
+        off = run != 0 && run != p.surface && lies_off(p, run);
       }
       if (!off) moments.add(points, first, 1);
     }

@@ -1,7 +1,7 @@
 #include "surfaces/surface_model.hpp"
 
-#include "geometry/alpha_shape.hpp"
 #include "geometry/plane_covariance.hpp"
+#include "geometry/rings.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -109,7 +109,7 @@ bool SurfaceModel::remove(VoxelKey key, const Eigen::Vector3f& position) {
   if (found == cell.end()) return false;
   moments_[found->range_class].add(found->position.cast<double>() - reference_, -1);
   cell.erase(found);
-  // Nobody knows which of the evidence was this inlier's: its share goes.
+  // Which of the evidence is of this inlier is not known, so an average share of it is removed.
   fade(1 - 1 / static_cast<double>(size_));
   --size_;
   ++unchecked;
@@ -131,7 +131,7 @@ Moments SurfaceModel::moments(const NoiseModel* noise) const {
   Moments sum;
   for (unsigned c = 0; c < NoiseModel::classes; ++c) {
     if (moments_[c].count <= 0) continue;
-    // As evidence weighs: by the noise as measured, relative to what the nearest class may have.
+    // Weighted like the evidence: by the measured noise, relative to the noise allowed to the nearest class.
     const double ratio = noise != nullptr ? noise->sigma(1) / std::max(noise->measured_sigma(c), 1e-6) : 1;
     sum.add(moments_[c], ratio * ratio);
   }
@@ -140,9 +140,9 @@ Moments SurfaceModel::moments(const NoiseModel* noise) const {
 }
 
 void SurfaceModel::observe(const Eigen::Vector3f& position, double weight) {
-  constexpr double enough = 100;  // readings an inlier
+  constexpr double max_readings = 100;  // an inlier
   evidence_.moments.add(position.cast<double>() - reference_, weight);
-  if (++evidence_.readings > enough * static_cast<double>(size_)) fade(0.5);
+  if (++evidence_.readings > max_readings * static_cast<double>(size_)) fade(0.5);
 }
 
 void SurfaceModel::take_evidence(const SurfaceModel& other) {

@@ -41,10 +41,10 @@ bool bends(const Workspace& work, const SurfaceModel& surface, std::span<const W
 void split(Workspace& work, SurfaceModel& surface, std::vector<std::vector<Workspace::Index>> parts) {
   const auto largest = std::max_element(parts.begin(), parts.end(),
                                         [](const auto& a, const auto& b) { return a.size() < b.size(); });
-  const auto fewest = static_cast<std::size_t>(work.state.parameters.min_surface_points());
+  const auto min_points = static_cast<std::size_t>(work.state.parameters.min_surface_points());
   surface.forget_evidence();  // it mixes readings of all parts
   for (auto part = parts.begin(); part != parts.end(); ++part) {
-    if (part == largest || part->size() < fewest) continue;
+    if (part == largest || part->size() < min_points) continue;
     SurfaceModel& own = work.state.surfaces.create(fitted(work, *part, surface.plane()),
                                                    work.window[part->front()].position.cast<double>());
     own.parents().push_back(surface.id());
@@ -63,12 +63,12 @@ void split(Workspace& work, SurfaceModel& surface, std::vector<std::vector<Works
 bool still_sound(Workspace& work, SurfaceModel& surface) {
   // Neighbours may have taken points from it. A known surface may be a fifth narrower than a new one.
   const double width = width_of(surface.moments(nullptr));
-  const double least = 0.8 * work.state.parameters.surfaces.min_surface_width;
+  const double min_width = 0.8 * work.state.parameters.surfaces.min_surface_width;
   const auto unsound = [&](const Refusal& why) {
     work.changes.unsound[surface.id()] = why;
     return false;
   };
-  if (width < least) return unsound({Reason::too_narrow, width, least});
+  if (width < min_width) return unsound({Reason::too_narrow, width, min_width});
   if (surface.recently_checked()) return true;
   surface.unchecked = 0;
   const std::vector<Workspace::Index> points = indices_of(work, surface);

@@ -1,7 +1,7 @@
 // The outline kept up to date against alpha_shape() of the sites that are in, bit for bit.
 #include "geometry/outline.hpp"
 
-#include "geometry/alpha_shape.hpp"
+#include "support/alpha_shape_twin.hpp"
 #include "support/seed.hpp"
 #include "surfaces/blobs.hpp"
 

@@ -25,10 +25,10 @@ NoiseSheet noise_sheet_in(Workspace& work, std::span<const Index> points, const 
         over[id].push_back(i);
     }
   }
-  NoiseSheet most;
+  NoiseSheet largest;
   for (auto& [id, covered] : over)
-    if (covered.size() > most.points.size()) most = {id, std::move(covered)};
-  return most;
+    if (covered.size() > largest.points.size()) largest = {id, std::move(covered)};
+  return largest;
 }
 
 SurfaceId noise_sheet_over(Workspace& work, std::span<const Index> points, const Plane& plane,
