@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <map>
 #include <optional>
@@ -12,7 +14,8 @@
 
 namespace octosurf {
 
-/// Why there is no surface at a place, or that there is one.
+/// Why there is no surface at a place, or that there is one. A reason is added here, with its row in
+/// `reason_texts`, and where it is given; nowhere else.
 enum class Reason {
   on_surface,         ///< there is one: the place lies within its polygons
   in_hole,            ///< in a hole of a surface
@@ -35,8 +38,72 @@ enum class Reason {
   seen_through,       ///< seen through a surface: that one's noise
   waiting             ///< the next detection run around it would make a surface
 };
+
+/// How a reason is told.
+struct ReasonText {
+  Reason reason;
+  std::string_view name;  ///< as in `--json`
+  /// {measured} and {limit} stand for the figure's value and its bound, {measured%} and {limit%} for the same
+  /// in percent, {surface} and {cylinder} for ids, {what} for what there are too few of.
+  std::string_view sentence;
+  std::string_view figure{};  ///< name of the Figure; empty: there is none
+  std::string_view unit{};    ///< of the Figure
+  enum class Bound { at_least, at_most } bound = Bound::at_least;
+};
+/// By Reason.
+inline constexpr std::array reason_texts{
+    ReasonText{Reason::on_surface, "on_surface", "There is a surface here: surface {surface}."},
+    ReasonText{Reason::in_hole, "in_hole", "No surface: this is in a hole of surface {surface}."},
+    ReasonText{
+        Reason::beside_surface, "beside_surface",
+        "No surface: the nearest point belongs to surface {surface}, and this is outside its polygons."},
+    ReasonText{Reason::on_cylinder, "on_cylinder", "No surface: this is on cylinder {cylinder}."},
+    ReasonText{Reason::outside_map, "outside_map", "No surface: this is outside what the octree can hold."},
+    ReasonText{Reason::unseen, "unseen", "No surface: nothing was ever seen here."},
+    ReasonText{Reason::free_space, "free_space", "No surface: this is free space."},
+    ReasonText{Reason::no_point, "no_point",
+               "No surface: the voxel here is occupied, but no scan has put a point into it."},
+    ReasonText{Reason::isolated, "isolated",
+               "No surface: the point here stands alone, with fewer than two others within r."},
+    ReasonText{Reason::no_normal, "no_normal",
+               "No surface: the point here has too few neighbours for a normal, or all in a line."},
+    ReasonText{Reason::not_flat, "not_flat",
+               "No surface: the surroundings of the point here are not flat (curvature {measured}, at most "
+               "{limit}): an edge, something round, or clutter.",
+               "curvature", "", ReasonText::Bound::at_most},
+    ReasonText{Reason::too_few_points, "too_few_points", "No surface: {what}.", "points"},
+    ReasonText{Reason::too_narrow, "too_narrow",
+               "No surface: the patch here is {measured} m wide, and a surface needs {limit} m.", "width",
+               "m"},
+    ReasonText{Reason::bent, "bent", "No surface: the patch here is curved, like a pillar's side."},
+    ReasonText{Reason::scattered, "scattered",
+               "No surface: the points here scatter about their plane by {measured} times the noise, and a "
+               "surface may by {limit}.",
+               "scatter", "", ReasonText::Bound::at_most},
+    ReasonText{Reason::too_few_for_range, "too_few_for_range",
+               "No surface: {measured} points seen from so far prove nothing yet; with that noise it needs "
+               "{limit}.",
+               "points"},
+    ReasonText{Reason::normals_disagree, "normals_disagree",
+               "No surface: the plane through the points here agrees with the normals of {measured%} % of "
+               "them, and a surface needs more than {limit%} %.",
+               "agreeing"},
+    ReasonText{Reason::noise_sheet, "noise_sheet",
+               "No surface: the patch here is parallel to surface {surface} and within its noise."},
+    ReasonText{Reason::seen_through, "seen_through",
+               "No surface: what was seen here was seen through surface {surface} and is its noise."},
+    ReasonText{Reason::waiting, "waiting",
+               "Not yet a surface: detection would make one here, but only looks once enough new points have "
+               "come ({measured} of {limit} are waiting).",
+               "new_points"}};
+constexpr const ReasonText& text_of(Reason reason) {
+  return reason_texts.at(static_cast<std::size_t>(reason));
+}
+static_assert(std::all_of(reason_texts.begin(), reason_texts.end(),
+                          [](const ReasonText& text) { return &text_of(text.reason) == &text; }));
+
 /// As in `--json`: "on_surface", "in_hole", …
-std::string_view reason_name(Reason reason);
+constexpr std::string_view reason_name(Reason reason) { return text_of(reason).name; }
 
 /// A number behind an explanation, and the bound it was held against, if there is one.
 struct Figure {
@@ -68,10 +135,10 @@ struct Explanation {
 };
 
 /// Why is there no surface at `point` (map frame)? Looks at the nearest occupied voxel's point within h; if
-/// that one is pending, detection is run again on a copy, from the pending points around, and tells which of
-/// its checks refused it. The map does not change; nothing may insert meanwhile.
+/// that one is pending, detection is run again, from the pending points around, and tells which of its checks
+/// refused it. The map does not change; nothing may insert meanwhile.
 ///
-/// Cost: O(inliers), and for a pending point a copy of the map (about a second for 10 million voxels).
+/// Cost: O(inliers), and for a pending point a detection run around it.
 /// Throws Error(usage) if `point` is not finite.
 Explanation explain(const Map& map, const Eigen::Vector3d& point);
 

@@ -44,7 +44,8 @@ std::vector<Sample> sample_scan(const Scan& scan, const NoiseModel& noise, std::
       before = point;
     }
     const Eigen::Vector3d mean = sum / readings;
-    const double spread = noise.spread(range_class_of(static_cast<float>(range))) / std::sqrt(readings);
+    const double spread =
+        noise.measured_sigma(range_class_of(static_cast<float>(range))) / std::sqrt(readings);
     if (spread <= most_spread) samples.push_back({mean, start, before, mean.norm(), spread});
   }
   return samples;

@@ -44,7 +44,7 @@ std::vector<Patch> collect(const Scan& scan, const NoiseModel& noise, double min
     if (added) patches.emplace_back();
     Patch& patch = patches[at->second];
     patch.moments.add(point);
-    const double spread = noise.spread(range_class_of(static_cast<float>(range)));
+    const double spread = noise.measured_sigma(range_class_of(static_cast<float>(range)));
     patch.variance += spread * spread;
   }
   return patches;

@@ -1,5 +1,7 @@
 #include "detection/cylinder_extraction.hpp"
 
+#include "detection/ransac.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -11,7 +13,6 @@ constexpr std::size_t scored_points = 192;  // a sample this large ranks hypothe
 constexpr std::size_t fitted_points = 400, weighed_points = 2000;
 constexpr int iterations = 64;
 constexpr std::size_t first_look = 32, fewest_at_first = 3;  // of points in no order: most guesses end there
-constexpr double confidence = 0.999;
 constexpr float cos_facing = 0.8F;
 
 }  // namespace
@@ -45,42 +46,45 @@ std::optional<CylinderExtraction::Guess> CylinderExtraction::guess(const Oriente
   return Guess{(a.position - radius * a.normal + b.position - radius * b.normal) / 2, axis, radius};
 }
 
-std::optional<CylinderShape> CylinderExtraction::ransac(std::span<const Index> region) {
+/// Points on the mantle whose normals face outward; gives up once there cannot be more than `to_beat`.
+std::size_t CylinderExtraction::count(const Guess& guess, std::span<const Oriented> points,
+                                      std::size_t to_beat) {
+  std::size_t found = 0, left = points.size();
+  for (const Oriented& p : points) {
+    if (found + left <= to_beat || (points.size() - left == first_look && found < fewest_at_first)) return 0;
+    --left;
+    const Eigen::Vector3f v = p.position - guess.point;
+    const Eigen::Vector3f outward = v - guess.axis.dot(v) * guess.axis;
+    const float rho = outward.norm();
+    found += std::fabs(rho - guess.radius) <= p.tolerance && p.normal.dot(outward) >= cos_facing * rho;
+  }
+  return found;
+}
+
+std::optional<CylinderShape> CylinderExtraction::best_shape(std::span<const Index> region) {
   constexpr float neighbourhood = 0.5F;  // m
   std::vector<Oriented> points = oriented(region);
   const std::size_t stride = CylinderRules::stride(region.size(), scored_points);
-  if (points.size() * stride < rules_.fewest()) return {};
+  if (points.size() * stride < rules_.min_points()) return {};
   std::mt19937_64 rng(PackedKeyHash()(work_.window[region.front()].key.packed()) ^ region.size());
   for (std::size_t k = points.size(); k > 1; --k) std::swap(points[k - 1], points[rng() % k]);
   const auto pick = [&]() -> const Oriented& { return points[rng() % points.size()]; };
-  std::size_t most = rules_.fewest() / stride / 2;
-  std::optional<Guess> best;
-  double needed = iterations;
-  for (int k = 0; k < iterations && k < needed; ++k) {
+  const auto draw = [&] {
     const Oriented& a = pick();
     const Oriented* b = &pick();
     for (int again = 0; again < 4 && (b->position - a.position).norm() > neighbourhood; ++again) b = &pick();
-    const std::optional<Guess> g = guess(a, *b);
-    if (!g) continue;
-    std::size_t count = 0, left = points.size();
-    for (const Oriented& p : points) {
-      if (count + left <= most || (points.size() - left == first_look && count < fewest_at_first)) break;
-      --left;
-      const Eigen::Vector3f v = p.position - g->point;
-      const Eigen::Vector3f outward = v - g->axis.dot(v) * g->axis;
-      const float rho = outward.norm();
-      count += std::fabs(rho - g->radius) <= p.tolerance && p.normal.dot(outward) >= cos_facing * rho;
-    }
-    if (left > 0 || count <= most) continue;
-    most = count;
-    best = g;
-    const double share = static_cast<double>(most) / static_cast<double>(points.size());
-    needed = std::log(1 - confidence) / std::log(1 - std::min(share * share, 1 - 1e-9));
-  }
+    return guess(a, *b);
+  };
+  const auto best =
+      ransac<Guess>({.iterations = iterations,
+                     .drawn = 2,
+                     .scored = points.size(),
+                     .to_beat = rules_.min_points() / stride / 2},
+                    draw, [&](const Guess& g, std::size_t to_beat) { return count(g, points, to_beat); });
   if (!best) return {};
   const Eigen::Vector3d reference = work_.window[region.front()].position.cast<double>();
-  return CylinderShape{reference + best->point.cast<double>(), best->axis.cast<double>().normalized(),
-                       best->radius};
+  return CylinderShape{reference + best->model.point.cast<double>(),
+                       best->model.axis.cast<double>().normalized(), best->model.radius};
 }
 
 std::vector<CylinderExtraction::Index> CylinderExtraction::inliers_of(const CylinderShape& shape,
@@ -110,21 +114,21 @@ std::vector<CylinderExtraction::Index> CylinderExtraction::fullest_stretch(const
 }
 
 std::optional<CylinderExtraction::Found> CylinderExtraction::operator()(std::span<const Index> region) {
-  if (region.size() < rules_.fewest()) return {};
-  std::optional<CylinderShape> shape = ransac(region);
+  if (region.size() < rules_.min_points()) return {};
+  std::optional<CylinderShape> shape = best_shape(region);
   if (!shape) return {};
   std::vector<Index> inliers = inliers_of(*shape, region);
   for (int round = 0; round < 3; ++round) {
-    if (inliers.size() < rules_.fewest()) return {};
+    if (inliers.size() < rules_.min_points()) return {};
     if (round > 0) inliers = fullest_stretch(*shape, std::move(inliers));
     const auto samples = rules_.samples(
         inliers, CylinderRules::stride(inliers.size(), round == 0 ? scored_points : fitted_points));
     if (!refine(*shape, samples) || (round == 0 && !rules_.promising(*shape, samples))) return {};
     inliers = inliers_of(*shape, region);
   }
-  if (inliers.size() < rules_.fewest()) return {};
+  if (inliers.size() < rules_.min_points()) return {};
   inliers = fullest_stretch(*shape, std::move(inliers));
-  if (inliers.size() < rules_.fewest() ||
+  if (inliers.size() < rules_.min_points() ||
       !rules_.convincing(
           *shape, rules_.samples(inliers, CylinderRules::stride(inliers.size(), weighed_points)), false))
     return {};

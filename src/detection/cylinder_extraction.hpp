@@ -11,8 +11,8 @@ namespace octosurf {
 /// Cylinders out of a region of pending points (the paper's own extension, III-C4).
 ///
 /// RANSAC over two oriented points, whose normals give the axis' direction and, by how far apart they
-/// point, the radius; the best refined to its inliers by least squares; of stretches along the axis more
-/// than h apart the fullest. Random numbers depend on the region only.
+/// point, the radius; the best refined to its inliers by least squares; of the stretches along the axis that
+/// are more than h apart the one with the most points. Random numbers depend on the region only.
 class CylinderExtraction {
  public:
   using Index = PointWindow::Index;
@@ -38,7 +38,8 @@ class CylinderExtraction {
   };
   std::vector<Oriented> oriented(std::span<const Index> region);
   std::optional<Guess> guess(const Oriented& a, const Oriented& b) const;
-  std::optional<CylinderShape> ransac(std::span<const Index> region);
+  static std::size_t count(const Guess& guess, std::span<const Oriented> points, std::size_t to_beat);
+  std::optional<CylinderShape> best_shape(std::span<const Index> region);
   std::vector<Index> inliers_of(const CylinderShape& shape, std::span<const Index> region);
   std::vector<Index> fullest_stretch(const CylinderShape& shape, std::vector<Index> inliers);
 

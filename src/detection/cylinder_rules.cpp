@@ -12,8 +12,8 @@ constexpr double rad_per_deg = std::numbers::pi / 180;
 
 constexpr double least_round = 1.1;  // squares left by planes per squares left by the cylinder
 
-/// Rounder than edges and posts: by a quarter of the squares, or by less if very many points say so (a thin
-/// rail's roundness is hardly more than the noise).
+/// Rounder than edges and posts: by a quarter of the squares, or by less if there are very many points (a
+/// thin rail's roundness is hardly more than the noise).
 bool round(double facets, std::size_t points) {
   return facets >= 1.25 || (facets >= least_round && static_cast<double>(points) * std::log(facets) >= 40);
 }
@@ -22,7 +22,7 @@ bool round(double facets, std::size_t points) {
 
 CylinderRules::CylinderRules(Workspace& work)
     : work_(work),
-      fewest_(static_cast<std::size_t>(work.state.parameters.min_surface_points())),
+      min_points_(static_cast<std::size_t>(work.state.parameters.min_surface_points())),
       min_radius_(1.5 * work.state.parameters.occupancy.resolution),
       min_length_(std::max(0.1, 4 * work.state.parameters.occupancy.resolution)),
       cell_(work.state.parameters.max_hole_size() / 2) {}
@@ -56,8 +56,8 @@ std::vector<CylinderSample> CylinderRules::samples(std::span<const Index> points
 bool CylinderRules::promising(const CylinderShape& shape, std::span<const CylinderSample> samples) const {
   if (shape.radius < min_radius_ / 2 || shape.radius > 2 * max_radius()) return false;
   const CylinderEvidence e = weigh(shape, samples, cell_);
-  // Two sums of m squares, of deviation √(2/m) each: so few samples tell ln(facets) to 2/√m, and what they
-  // show may be three of that short of the least that convinces.
+  // Two sums of m squares, of deviation √(2/m) each: so few samples determine ln(facets) to 2/√m, and it
+  // may be three of that below the least that convinces.
   const double doubt = 3 * 2 / std::sqrt(static_cast<double>(samples.size()));
   return e.extent.span >= 40 * rad_per_deg && e.facets * std::exp(doubt) >= least_round;
 }

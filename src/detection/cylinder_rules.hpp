@@ -8,19 +8,19 @@
 
 namespace octosurf {
 
-/// Who belongs to a cylinder, and what makes one worth telling.
+/// Which points belong to a cylinder, and when a cylinder is certain enough to be reported.
 class CylinderRules {
  public:
   using Index = PointWindow::Index;
 
   explicit CylinderRules(Workspace& work);
 
-  std::size_t fewest() const { return fewest_; }     ///< inliers: n
-  double min_radius() const { return min_radius_; }  ///< m
-  double max_radius() const { return 0.5; }          ///< m
+  std::size_t min_points() const { return min_points_; }  ///< inliers: n
+  double min_radius() const { return min_radius_; }       ///< m
+  double max_radius() const { return 0.5; }               ///< m
   double tolerance(Index i) const { return work_.state.noise.tolerance(work_.window[i].range_class); }
-  /// The same, but no more than an eighth of the radius, if that is over s: what is seen so badly tells
-  /// nothing about anything so thin.
+  /// The same, but no more than an eighth of the radius, if that is over s: a point less certain than r/8
+  /// cannot constrain a cylinder of radius r.
   double tolerance(const CylinderShape& shape, Index i) const {
     return std::min(tolerance(i), std::max(work_.state.parameters.surface_tolerance(), shape.radius / 8));
   }
@@ -32,19 +32,19 @@ class CylinderRules {
   CylinderSample sample(Index i);
   /// Of every `stride`-th.
   std::vector<CylinderSample> samples(std::span<const Index> points, std::size_t stride);
-  /// So many apart that about `most` are taken: they tell a shape as well as all.
+  /// So far apart that about `most` are taken; they determine a shape as well as all do.
   static std::size_t stride(std::size_t points, std::size_t most) { return points / most + 1; }
 
-  /// Could become convincing once it is fitted to all of its points; most of what clutter gives could not.
+  /// Could become convincing once it is fitted to all of its points; most shapes from clutter could not.
   bool promising(const CylinderShape& shape, std::span<const CylinderSample> samples) const;
-  /// A cylinder is told once it is at least as long as its radius and is seen over 60°, scatters as noise
-  /// does, is straight and leaves no large holes, and if edges and posts of flat sides would not do as
-  /// well. One that is known already need not convince as much again (`known`).
+  /// A cylinder is reported once it is at least as long as its radius and is seen over 60°, scatters as noise
+  /// does, is straight and has no large holes, and if edges and posts with flat sides do not explain its
+  /// points as well. Limits are lower for one that is `known` already.
   bool convincing(const CylinderShape& shape, std::span<const CylinderSample> samples, bool known) const;
 
  private:
   Workspace& work_;
-  std::size_t fewest_;
+  std::size_t min_points_;
   double min_radius_, min_length_, cell_;
 };
 

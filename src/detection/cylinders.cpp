@@ -2,6 +2,7 @@
 
 #include "detection/cylinder_extraction.hpp"
 #include "detection/cylinder_rules.hpp"
+#include "geometry/breadth_first.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +13,7 @@ namespace {
 using Index = PointWindow::Index;
 
 constexpr int adjacent_voxels = 2;           // a neighbour, or one voxel left out
-constexpr std::size_t fitted_points = 2000;  // as good as all
+constexpr std::size_t fitted_points = 2000;  // a fit to a sample this large is as good as one to all
 
 class CylinderUpdate {
  public:
@@ -22,8 +23,8 @@ class CylinderUpdate {
   void operator()() {
     grow_known();
     for (const std::vector<Index>& region : work_.left_over.regions) look_for_new(region);
-    for (const std::vector<Index>& heap : heaps()) look_for_new(heap);
-    settle();
+    for (const std::vector<Index>& cluster : unassigned_clusters()) look_for_new(cluster);
+    refit_changed();
     merge_grown();
   }
 
@@ -39,12 +40,13 @@ class CylinderUpdate {
 
   /// Outward from `frontier`, whose points are the cylinder's.
   void flood(CylinderModel& cylinder, std::vector<Index> frontier) {
-    for (std::size_t next = 0; next < frontier.size(); ++next)
-      work_.window.for_each_near(work_.window[frontier[next]].key, adjacent_voxels, [&](Index i) {
+    breadth_first(frontier, [&](Index from) {
+      work_.window.for_each_near(work_.window[from].key, adjacent_voxels, [&](Index i) {
         if (!free(i) || !rules_.fits(cylinder.shape, i)) return;
         cylinders_.add(cylinder, inlier(i));
         frontier.push_back(i);
       });
+    });
   }
 
   void grow_known() {
@@ -71,7 +73,7 @@ class CylinderUpdate {
   }
 
   /// Points that waited, are in no smooth region and lie together; in key order.
-  std::vector<std::vector<Index>> heaps() {
+  std::vector<std::vector<Index>> unassigned_clusters() {
     std::vector<bool> in_region(work_.window.size(), false);
     for (const std::vector<Index>& region : work_.left_over.regions)
       for (const Index i : region) in_region[i] = true;
@@ -82,32 +84,29 @@ class CylinderUpdate {
         const VoxelKey key = work_.window[i].key;
         cells[cell_of(key.x >> 2, key.y >> 2, key.z >> 2)].push_back(i);
       }
-    std::vector<std::vector<Index>> heaps;
+    std::vector<std::vector<Index>> clusters;
     while (!cells.empty()) {
-      std::vector<Index> heap;
-      std::vector<VoxelKey> open{cells.begin()->first};
+      std::vector<Index> cluster;
+      std::vector<VoxelKey> reached;
       const auto take = [&](std::map<VoxelKey, std::vector<Index>>::iterator cell) {
-        heap.insert(heap.end(), cell->second.begin(), cell->second.end());
+        reached.push_back(cell->first);
+        cluster.insert(cluster.end(), cell->second.begin(), cell->second.end());
         return cells.erase(cell);
       };
       take(cells.begin());
-      while (!open.empty()) {
-        const VoxelKey at = open.back();
-        open.pop_back();
+      breadth_first(reached, [&](VoxelKey at) {
         for (int z = at.z - 1; z <= at.z + 1; ++z)
           for (int y = at.y - 1; y <= at.y + 1; ++y)
             for (auto cell = cells.lower_bound(cell_of(at.x - 1, y, z));
-                 cell != cells.end() && !(cell_of(at.x + 1, y, z) < cell->first);) {
-              open.push_back(cell->first);
+                 cell != cells.end() && !(cell_of(at.x + 1, y, z) < cell->first);)
               cell = take(cell);
-            }
-      }
-      if (heap.size() < rules_.fewest()) continue;
-      std::sort(heap.begin(), heap.end(),
+      });
+      if (cluster.size() < rules_.min_points()) continue;
+      std::sort(cluster.begin(), cluster.end(),
                 [&](Index a, Index b) { return work_.window[a].key < work_.window[b].key; });
-      heaps.push_back(std::move(heap));
+      clusters.push_back(std::move(cluster));
     }
-    return heaps;
+    return clusters;
   }
   static VoxelKey cell_of(int x, int y, int z) {
     const auto clamped = [](int k) { return static_cast<std::uint16_t>(std::clamp(k, 0, 65535)); };
@@ -116,11 +115,11 @@ class CylinderUpdate {
 
   void look_for_new(std::vector<Index> points) {
     std::erase_if(points, [&](Index i) { return !free(i); });
-    while (points.size() >= rules_.fewest()) {
+    while (points.size() >= rules_.min_points()) {
       const auto found = extract_(points);
       if (!found) return;
       take(*found);
-      // Without its neighbourhood, which is not to make another one beside it.
+      // Without its neighbourhood, so that no other one is found beside it.
       std::erase_if(points, [&](Index i) {
         return !free(i) || std::fabs(found->shape.distance(position(i))) <= 2 * rules_.tolerance(i);
       });
@@ -164,7 +163,7 @@ class CylinderUpdate {
     return 2 * over > found.inliers.size();
   }
 
-  /// Fits the shape to the inliers again; false if it convinces no longer.
+  /// Fits the shape to the inliers again; false if it is not convincing any more.
   bool fitted(CylinderModel& cylinder) const {
     const Eigen::Vector3d axis = cylinder.shape.axis;
     const std::vector<CylinderSample> samples =
@@ -174,7 +173,7 @@ class CylinderUpdate {
     return rules_.convincing(cylinder.shape, samples, true);
   }
 
-  /// With half a tolerance of patience.
+  /// Inliers 1.5 tolerances and more off the mantle.
   void drop_misfits(CylinderModel& cylinder) {
     std::vector<VoxelKey> misfits;
     for (const auto& [key, point] : cylinder.inliers)
@@ -188,15 +187,16 @@ class CylinderUpdate {
     if (!fitted(cylinder)) return false;
     drop_misfits(cylinder);
     cylinder.unchecked = 0;
-    return cylinder.inliers.size() >= rules_.fewest();
+    return cylinder.inliers.size() >= rules_.min_points();
   }
 
-  void settle() {
+  void refit_changed() {
     const std::set<CylinderId> touched = cylinders_.touched();
     for (const CylinderId id : touched) {
       CylinderModel& cylinder = *cylinders_.find(id);
       const bool changed = cylinder.unchecked * 8 > cylinder.inliers.size();
-      if (cylinder.inliers.size() < rules_.fewest() || (changed && !refit(cylinder))) cylinders_.erase(id);
+      if (cylinder.inliers.size() < rules_.min_points() || (changed && !refit(cylinder)))
+        cylinders_.erase(id);
     }
   }
 
@@ -208,7 +208,7 @@ class CylinderUpdate {
     if (std::fabs(a.shape.axis.dot(b.shape.axis)) < cos_10_deg ||
         std::fabs(a.shape.radius - b.shape.radius) > slack)
       return false;
-    // Near enough at all, before every point is asked.
+    // Whether they are near each other at all, before every point is looked at.
     const double sin_10_deg = 0.17364817766693033;
     if (a.shape.from_axis(b.shape.point).norm() >
         slack + sin_10_deg * std::fabs(a.shape.height(b.shape.point)))

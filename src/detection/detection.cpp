@@ -2,10 +2,10 @@
 
 #include "detection/plane_extraction.hpp"
 #include "detection/region_growing.hpp"
+#include "detection/seen_through.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <tsl/robin_map.h>
+#include <optional>
 
 namespace octosurf {
 namespace {
@@ -26,61 +26,28 @@ bool isolated(Workspace& work, Index i, int reach, float radius) {
     });
     return neighbours >= 2;
   };
-  // Nearly every point has them next to it, and then the blocks around are not asked for.
+  // Nearly every point has them next to it; then the blocks around need not be read.
   return !enough_within(std::min(1, reach)) && !enough_within(reach);
 }
 
-/// Which points are seen through a surface; asked once of each, while no surface changes.
-class SeenThrough {
- public:
-  explicit SeenThrough(Workspace& work) : work_(work) {}
+/// The proposal becomes a surface that has its points.
+SurfaceId commit(Workspace& work, const PlaneProposal& proposal) {
+  const Eigen::Vector3d origin = work.window[proposal.points.front()].position.cast<double>();
+  SurfaceModel& surface = work.state.surfaces.create(proposal.plane, origin);
+  for (const Index i : proposal.points) work.give(i, surface);
+  work.changes.born.insert(surface.id());
+  return surface.id();
+}
 
-  /// The surface just in front of the point that the line of sight to it passes through; 0: none.
-  SurfaceId operator()(Index i) {
-    if (i >= answers_.size()) answers_.resize(std::max<std::size_t>(work_.window.size(), i + 1), unasked);
-    if (answers_[i] == unasked) answers_[i] = in_front_of(work_.window[i]);
-    return answers_[i];
-  }
-
- private:
-  static constexpr SurfaceId unasked = ~SurfaceId{0};
-  using Surfaces = std::vector<const SurfaceModel*>;
-
-  /// In the block of the point and those around it: within eight voxels.
-  const Surfaces& near(VoxelKey key) {
-    const auto [entry, fresh] = near_.try_emplace(key.packed() & blocks);
-    Surfaces& surfaces = entry.value();
-    if (fresh)
-      for (const SurfaceId id : work_.state.surfaces.near(key, 8))
-        surfaces.push_back(work_.state.surfaces.find(id));
-    return surfaces;
-  }
-
-  SurfaceId in_front_of(const VoxelPoint& p) {
-    constexpr double farthest = 0.3;  // m; deeper than any noise this could be
-    const double depth = std::min(farthest, 2.5 * work_.state.noise.tolerance(p.range_class));
-    for (const SurfaceModel* surface : near(p.key)) {
-      const double behind = -surface->distance(p.position);
-      if (behind <= 0 || behind > depth) continue;
-      const auto facing = static_cast<float>(surface->plane().normal.dot(p.view.cast<double>()));
-      if (facing < 0.2F) continue;
-      const Eigen::Vector3f crossing = p.position + p.view * (static_cast<float>(behind) / facing);
-      const PlaneCell cell = surface->cell_of(crossing);
-      // Inside its border, where three of nine would be missing, so that what is seen past an edge is
-      // not taken for noise.
-      int around = 0;
-      for (int v = -1; v <= 1; ++v)
-        for (int u = -1; u <= 1; ++u) around += surface->covers({cell.u + u, cell.v + v});
-      if (around >= 7) return surface->id();
-    }
-    return 0;
-  }
-
-  static constexpr std::uint64_t blocks = 0xfff8fff8fff8ULL;  // of eight voxels along each axis
-  Workspace& work_;
-  std::vector<SurfaceId> answers_;
-  tsl::robin_map<std::uint64_t, Surfaces, PackedKeyHash> near_;
-};
+/// The region's planes one after the other, because each is judged beside the surfaces made before it.
+void detect_in(Workspace& work, const std::vector<Index>& region, Detection& result) {
+  PlaneExtraction planes(work, region);
+  while (std::optional<PlaneProposal> proposal = planes.next())
+    if (proposal->refusal)
+      result.refused.push_back({*proposal->refusal, std::move(proposal->points)});
+    else
+      result.born.push_back(commit(work, *proposal));
+}
 
 }  // namespace
 
@@ -95,43 +62,39 @@ std::vector<SurfaceId> detect(Workspace& work) {
   if (waiting.size() < static_cast<std::size_t>(parameters.min_surface_points())) return {};
 
   state.accumulated.clear();
-  return detect_from(work, std::move(waiting));
+  return detect_from(work, std::move(waiting)).born;
 }
 
-std::vector<SurfaceId> detect_from(Workspace& work, std::vector<Index> waiting, const RefusalSink* refusals) {
+Detection detect_from(Workspace& work, std::vector<Index> waiting) {
   const Parameters& parameters = work.state.parameters;
-  const auto tell = [&](Refusal why, Index i, SurfaceId surface) {
-    if (refusals != nullptr) (*refusals)({why, {&i, 1}, 0, 0, surface});
-  };
   const double r = parameters.search_radius();
   const int reach = static_cast<int>(r / parameters.occupancy.resolution) + 1;
+  std::vector<Index> alone;
   std::erase_if(waiting, [&](Index i) {
     if (!isolated(work, i, reach, static_cast<float>(r))) return false;
-    tell(Refusal::isolated, i, 0);
+    alone.push_back(i);
     return true;
   });
 
-  RegionGrowing grow(work, parameters, refusals);
-  PlaneExtraction extract(work, parameters, refusals);
-  std::vector<SurfaceId> born;
+  Detection result;
+  result.refused.push_back({{Reason::isolated}, std::move(alone)});
+  RegionGrowing grow(work, parameters);
   SeenThrough seen_through(work);
-  const auto allowed = [&](Index i) {
-    const SurfaceId in_front = parameters.aligned() ? seen_through(i) : 0;
-    if (in_front != 0) tell(Refusal::seen_through, i, in_front);
-    return in_front == 0;
-  };
-  if (refusals != nullptr)
-    for (const Index i : waiting) allowed(i);  // told of all: what is no seed is not asked again
-  for (std::vector<Index>& region : grow(waiting, allowed)) {
+  RegionGrowing::Regions regions = grow(waiting, [&](Index i) { return seen_through(i) == 0; });
+  for (std::vector<Index>& small : regions.small) {
+    const Refusal why =
+        fewer_than_n(few::in_region, small.size(), static_cast<std::size_t>(parameters.min_surface_points()));
+    result.refused.push_back({why, std::move(small)});
+  }
+  for (std::vector<Index>& region : regions.large) {
     // Kept in key order from here on: RANSAC's draw must not depend on how the region was walked.
     std::sort(region.begin(), region.end(),
               [&](Index a, Index b) { return work.window[a].key < work.window[b].key; });
-    const std::vector<SurfaceId> ids = extract(region);
-    born.insert(born.end(), ids.begin(), ids.end());
+    detect_in(work, region, result);
     work.left_over.regions.push_back(std::move(region));
   }
   work.left_over.points = std::move(waiting);
-  return born;
+  return result;
 }
 
 }  // namespace octosurf

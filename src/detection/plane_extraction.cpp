@@ -1,5 +1,6 @@
 #include "detection/plane_extraction.hpp"
 
+#include "detection/ransac.hpp"
 #include "detection/region_points.hpp"
 #include "geometry/planarity.hpp"
 #include "surfaces/criteria/parts.hpp"
@@ -9,34 +10,24 @@
 #include <cmath>
 #include <optional>
 #include <random>
+#include <utility>
 
 namespace octosurf {
 namespace {
 
 constexpr std::size_t scored_points = 2000;  // a sample this large ranks hypotheses as well as all
-constexpr double confidence = 0.999;
 constexpr float cos_15_deg = 0.9659258F;
 constexpr double largest_scatter = 1.7;
 
 }  // namespace
 
-PlaneExtraction::PlaneExtraction(Workspace& work, const Parameters& parameters, const RefusalSink* refusals)
+PlaneExtraction::PlaneExtraction(Workspace& work, std::vector<Index> region)
     : work_(work),
-      parameters_(parameters),
-      fewest_(static_cast<std::size_t>(parameters.min_surface_points())),
-      aligned_(parameters.aligned()),
-      cos_aligned_(aligned_ ? static_cast<float>(std::cos(parameters.detection.aligned_angle)) : -1),
-      refusals_(refusals) {}
-
-bool PlaneExtraction::refuse(Refusal why, std::span<const Index> points, double measured, double limit,
-                             SurfaceId surface) const {
-  if (refusals_ != nullptr) (*refusals_)({why, points, measured, limit, surface});
-  return false;
-}
-
-bool PlaneExtraction::too_few(Refusal why, std::span<const Index> points, std::size_t count) const {
-  return count < fewest_ && !refuse(why, points, static_cast<double>(count), static_cast<double>(fewest_));
-}
+      parameters_(work.state.parameters),
+      min_points_(static_cast<std::size_t>(parameters_.min_surface_points())),
+      robust_(parameters_.aligned()),
+      cos_aligned_(robust_ ? static_cast<float>(std::cos(parameters_.detection.aligned_angle)) : -1),
+      region_(std::move(region)) {}
 
 std::vector<PlaneExtraction::Index> PlaneExtraction::inliers_of(std::span<const Index> region,
                                                                 const RegionPoints& points,
@@ -48,7 +39,7 @@ std::vector<PlaneExtraction::Index> PlaneExtraction::inliers_of(std::span<const 
   return inliers;
 }
 
-bool PlaneExtraction::ransac(std::span<const Index> points, const RegionPoints& all, Plane& best) {
+std::optional<Plane> PlaneExtraction::best_plane(std::span<const Index> points, const RegionPoints& all) {
   std::mt19937_64 rng(PackedKeyHash()(work_.window[points.front()].key.packed()) ^ points.size());
   std::optional<RegionPoints> some;
   if (const std::size_t stride = points.size() / scored_points + 1; stride > 1)
@@ -56,40 +47,36 @@ bool PlaneExtraction::ransac(std::span<const Index> points, const RegionPoints& 
   const RegionPoints& sample = some ? *some : all;
   const auto pick = [&] { return points[rng() % points.size()]; };
   const auto position = [&](Index i) { return Eigen::Vector3d(work_.window[i].position.cast<double>()); };
-
-  std::size_t most = 0;
-  double needed = parameters_.detection.ransac_iterations;
-  for (int k = 0; k < parameters_.detection.ransac_iterations && k < needed; ++k) {
+  const auto draw = [&]() -> std::optional<Plane> {
     const Index first = pick();
     const Eigen::Vector3d a = position(first), b = position(pick()), c = position(pick());
     const Eigen::Vector3d cross = (b - a).cross(c - a);
-    if (cross.norm() < 1e-9 + 1e-3 * (b - a).norm() * (c - a).norm()) continue;  // collinear
+    if (cross.norm() < 1e-9 + 1e-3 * (b - a).norm() * (c - a).norm()) return {};  // collinear
     Plane plane{cross.normalized(), 0};
     if (plane.normal.cast<float>().dot(work_.window[first].view) < 0) plane.normal = -plane.normal;
     plane.offset = plane.normal.dot(a);
-    const std::size_t inliers = sample.count(plane, most);
-    if (inliers <= most) continue;
-    most = inliers;
-    best = plane;
-    const double share = static_cast<double>(most) / static_cast<double>(sample.size());
-    const double all_good = std::min(share * share * share, 1 - 1e-9);
-    needed = std::log(1 - confidence) / std::log(1 - all_good);
-  }
-  return most >= 3;
+    return plane;
+  };
+  const auto best = ransac<Plane>(
+      {.iterations = parameters_.detection.ransac_iterations, .drawn = 3, .scored = sample.size()}, draw,
+      [&](const Plane& plane, std::size_t to_beat) { return sample.count(plane, to_beat); });
+  if (!best || best->inliers < 3) return {};
+  return best->model;
 }
 
-bool PlaneExtraction::wide_enough(std::span<const Index> cluster, bool bent) {
+std::optional<Refusal> PlaneExtraction::refusal_by_width(std::span<const Index> cluster) {
   const Eigen::Vector3d reference = work_.window[cluster.front()].position.cast<double>();
   Moments moments;
   for (const Index i : cluster) moments.add(work_.window[i].position.cast<double>() - reference);
   const double width = width_of(moments);
-  const double least = parameters_.surfaces.min_surface_width;
-  if (width < least) return refuse(Refusal::narrow, cluster, width, least);
-  // What is left beside a pillar's widest facet are narrower ones, which look flat; so do the strips that
-  // its inliers fall into.
+  const double min_width = parameters_.surfaces.min_surface_width;
+  if (width < min_width) return Refusal{Reason::too_narrow, width, min_width};
+  // Beside the widest facet of a pillar there are narrower ones that look flat, and so do the strips into
+  // which the inliers of its plane are divided.
   constexpr double wider_than_facets = 0.2, wider_than_strips = 0.1;  // m
-  const double facets = bent ? wider_than_facets : curved_ ? wider_than_strips : 0;
-  return width >= facets || refuse(Refusal::bent, cluster);
+  const double facets = cluster_bends_ ? wider_than_facets : plane_bends_ ? wider_than_strips : 0;
+  if (width < facets) return Refusal{Reason::bent};
+  return {};
 }
 
 Planarity PlaneExtraction::planarity_of(std::span<const Index> cluster, const Plane& plane) {
@@ -104,75 +91,83 @@ Planarity PlaneExtraction::planarity_of(std::span<const Index> cluster, const Pl
   return planarity;
 }
 
-/// Scatters as noise does, is flat, and its points' own normals mostly agree with it. What was only
-/// seen from far needs more points: noise makes small planes out of anything.
-bool PlaneExtraction::planar(std::span<const Index> cluster, const Plane& plane, bool& bent) {
+/// A cluster passes if it scatters as noise does, does not bend, most of its points' own normals agree with
+/// the plane, and it is not the noise of a surface beside it. One that was seen only from far needs more
+/// points, because noise makes small planes out of anything.
+PlaneExtraction::Verdict PlaneExtraction::verdict_on_shape(std::span<const Index> cluster,
+                                                           const Plane& plane) {
   const Planarity planarity = planarity_of(cluster, plane);
   const auto agreeing = static_cast<std::size_t>(std::count_if(cluster.begin(), cluster.end(), [&](Index i) {
     return work_.normals.at(i).normal.dot(plane.normal.cast<float>()) > cos_15_deg;
   }));
-  if (planarity.bends()) {
-    bent = true;
-    return refuse(Refusal::bent, cluster);
-  }
-  // As the root: a laser leaves few readings on a strip, and asking for more in proportion loses it.
-  const double effort = std::sqrt(planarity.mean_tolerance() / parameters_.surface_tolerance());
-  const auto points = static_cast<double>(cluster.size());
+  if (planarity.bends()) return {Refusal{Reason::bent}, true};
   if (!(planarity.scatter() <= largest_scatter))
-    return refuse(Refusal::scattered, cluster, planarity.scatter(), largest_scatter);
-  if (points < static_cast<double>(fewest_) * effort)
-    return refuse(Refusal::few_for_range, cluster, points, static_cast<double>(fewest_) * effort);
-  return agreeing * 10 > cluster.size() * 6 ||
-         refuse(Refusal::normals_disagree, cluster, static_cast<double>(agreeing) / points, 0.6);
+    return {Refusal{Reason::scattered, planarity.scatter(), largest_scatter}};
+  // The square root, because a laser leaves few readings on a strip: in proportion, strips would be lost.
+  const double required_factor = std::sqrt(planarity.mean_tolerance() / parameters_.surface_tolerance());
+  const auto points = static_cast<double>(cluster.size());
+  if (points < static_cast<double>(min_points_) * required_factor)
+    return {Refusal{Reason::too_few_for_range, points, static_cast<double>(min_points_) * required_factor}};
+  if (agreeing * 10 <= cluster.size() * 6)
+    return {Refusal{Reason::normals_disagree, static_cast<double>(agreeing) / points, 0.6}};
+  if (const SurfaceId neighbour = noise_sheet_over(work_, cluster, plane, 0); neighbour != 0)
+    return {Refusal{.reason = Reason::noise_sheet, .surface = neighbour}};
+  return {};
 }
 
-bool PlaneExtraction::acceptable(std::span<const Index> cluster, const Plane& plane, bool& bent) {
-  if (!wide_enough(cluster, bent)) return false;
-  if (!aligned_) return true;
-  if (!planar(cluster, plane, bent)) return false;
-  const SurfaceId neighbour = parallel_sheet(work_, cluster, plane, 0);
-  return neighbour == 0 || refuse(Refusal::noise_sheet, cluster, 0, 0, neighbour);
-}
-
-void PlaneExtraction::make_surface(std::span<const Index> cluster, const Plane& plane,
-                                   std::vector<SurfaceId>& born, bool& bent) {
-  if (!acceptable(cluster, plane, bent)) return;
-  SurfaceModel& surface =
-      work_.state.surfaces.create(plane, work_.window[cluster.front()].position.cast<double>());
-  for (const Index i : cluster) work_.give(i, surface);
-  work_.changes.born.insert(surface.id());
-  born.push_back(surface.id());
-}
-
-std::vector<SurfaceId> PlaneExtraction::operator()(std::vector<Index> region) {
-  std::vector<SurfaceId> born;
-  bool bent = false;
-  while (region.size() >= fewest_) {
-    const RegionPoints points(work_, region, 1, cos_aligned_);
-    Plane plane;
-    if (!ransac(region, points, plane)) {
-      refuse(Refusal::no_plane, region);
-      break;
-    }
-    std::vector<Index> inliers = inliers_of(region, points, plane);
-    for (int round = 0; round < 3 && inliers.size() >= fewest_; ++round) {
-      plane = fitted(work_, inliers, plane);
-      inliers = inliers_of(region, points, plane);
-    }
-    if (too_few(Refusal::few_on_plane, region, inliers.size())) break;
-    const std::vector<std::vector<Index>> parts = parts_of(work_, inliers, plane);
-    curved_ = aligned_ && parts.size() > 1 && planarity_of(inliers, plane).bends();
-    for (const std::vector<Index>& part : parts)
-      if (!too_few(Refusal::small_cluster, part, part.size()))
-        make_surface(part, fitted(work_, part, plane), born, bent);
-    std::vector<Index> rest;
-    points.for_each(plane, [&](std::size_t k, bool belongs) {
-      if (!belongs) rest.push_back(region[k]);
-    });
-    region = std::move(rest);
+PlaneProposal PlaneExtraction::judged(std::vector<Index> cluster) {
+  if (cluster.size() < min_points_) {
+    const Refusal why = fewer_than_n(few::in_cluster, cluster.size(), min_points_);
+    return {plane_, std::move(cluster), why};
   }
-  too_few(Refusal::few_left, region, region.size());
-  return born;
+  const Plane plane = fitted(work_, cluster, plane_);
+  std::optional<Refusal> refusal = refusal_by_width(cluster);
+  if (!refusal && robust_) {
+    const Verdict verdict = verdict_on_shape(cluster, plane);
+    cluster_bends_ |= verdict.bends;
+    refusal = verdict.refusal;
+  }
+  return {plane, std::move(cluster), refusal};
+}
+
+/// Takes the next plane's inliers out of the region, as clusters. If there is no further plane, returns all
+/// that is left as one refused proposal.
+std::optional<PlaneProposal> PlaneExtraction::divide() {
+  const auto all_refused = [&](const Refusal& why) {
+    return PlaneProposal{plane_, std::exchange(region_, {}), why};
+  };
+  if (region_.size() < min_points_)
+    return all_refused(fewer_than_n(few::left_over, region_.size(), min_points_));
+  const RegionPoints points(work_, region_, 1, cos_aligned_);
+  const std::optional<Plane> best = best_plane(region_, points);
+  if (!best) return all_refused({.reason = Reason::too_few_points, .what = few::off_a_line});
+  plane_ = *best;
+  std::vector<Index> inliers = inliers_of(region_, points, plane_);
+  for (int round = 0; round < 3 && inliers.size() >= min_points_; ++round) {
+    plane_ = fitted(work_, inliers, plane_);
+    inliers = inliers_of(region_, points, plane_);
+  }
+  if (inliers.size() < min_points_)
+    return all_refused(fewer_than_n(few::on_plane, inliers.size(), min_points_));
+  clusters_ = parts_of(work_, inliers, plane_);
+  std::reverse(clusters_.begin(), clusters_.end());
+  plane_bends_ = robust_ && clusters_.size() > 1 && planarity_of(inliers, plane_).bends();
+  std::vector<Index> rest;
+  points.for_each(plane_, [&](std::size_t k, bool belongs) {
+    if (!belongs) rest.push_back(region_[k]);
+  });
+  region_ = std::move(rest);
+  return {};
+}
+
+std::optional<PlaneProposal> PlaneExtraction::next() {
+  while (clusters_.empty()) {
+    if (region_.empty()) return {};
+    if (std::optional<PlaneProposal> refused = divide()) return refused;
+  }
+  std::vector<Index> cluster = std::move(clusters_.back());
+  clusters_.pop_back();
+  return judged(std::move(cluster));
 }
 
 }  // namespace octosurf

@@ -1,15 +1,22 @@
 #pragma once
 
-#include "detection/refusal.hpp"
 #include "geometry/planarity.hpp"
 #include "surfaces/scan_changes.hpp"
 
+#include <optional>
 #include <span>
 #include <vector>
 
 namespace octosurf {
 
 class RegionPoints;
+
+/// A plane through some of a region's points, and whether it is to become a surface.
+struct PlaneProposal {
+  Plane plane;                             ///< without meaning if the points span none
+  std::vector<PointWindow::Index> points;  ///< never empty
+  std::optional<Refusal> refusal;          ///< empty: it is to become one
+};
 
 /// Planes out of one smooth region (paper III-C4).
 ///
@@ -22,32 +29,38 @@ class PlaneExtraction {
  public:
   using Index = PointWindow::Index;
 
-  PlaneExtraction(Workspace& work, const Parameters& parameters, const RefusalSink* refusals = nullptr);
+  /// `region`: in key order.
+  PlaneExtraction(Workspace& work, std::vector<Index> region);
 
-  /// Creates surfaces in the store and gives them their points; returns their ids.
-  std::vector<SurfaceId> operator()(std::vector<Index> region);
+  /// The next proposal, until each point of the region has been in one. A proposal that is not refused has to
+  /// be made a surface before the next call, whose proposal is compared with it.
+  std::optional<PlaneProposal> next();
 
  private:
-  bool ransac(std::span<const Index> points, const RegionPoints& all, Plane& plane);
+  struct Verdict {
+    std::optional<Refusal> refusal;
+    bool bends = false;  // the cluster by itself
+  };
+
+  std::optional<PlaneProposal> divide();
+  std::optional<Plane> best_plane(std::span<const Index> points, const RegionPoints& all);
   std::vector<Index> inliers_of(std::span<const Index> region, const RegionPoints& points,
                                 const Plane& plane);
-  void make_surface(std::span<const Index> cluster, const Plane& plane, std::vector<SurfaceId>& born,
-                    bool& bent);
   Planarity planarity_of(std::span<const Index> cluster, const Plane& plane);
-  bool acceptable(std::span<const Index> cluster, const Plane& plane, bool& bent);
-  bool wide_enough(std::span<const Index> cluster, bool bent);
-  bool planar(std::span<const Index> cluster, const Plane& plane, bool& bent);
-  bool refuse(Refusal why, std::span<const Index> points, double measured = 0, double limit = 0,
-              SurfaceId surface = 0) const;                                           // tells and is false
-  bool too_few(Refusal why, std::span<const Index> points, std::size_t count) const;  // if so, tells
+  PlaneProposal judged(std::vector<Index> cluster);
+  std::optional<Refusal> refusal_by_width(std::span<const Index> cluster);
+  Verdict verdict_on_shape(std::span<const Index> cluster, const Plane& plane);
 
   Workspace& work_;
   const Parameters& parameters_;
-  std::size_t fewest_;
-  bool aligned_;
-  bool curved_ = false;  // the plane's inliers together bend
+  std::size_t min_points_;
+  bool robust_;  // Parameters::aligned(); else the paper's planes
   float cos_aligned_;
-  const RefusalSink* refusals_;
+  std::vector<Index> region_;                 // points that no plane has been found for yet
+  Plane plane_;                               // the last one found
+  std::vector<std::vector<Index>> clusters_;  // of its inliers, not proposed yet; in reverse order
+  bool plane_bends_ = false;                  // its inliers together
+  bool cluster_bends_ = false;                // one of the region's clusters
 };
 
 }  // namespace octosurf

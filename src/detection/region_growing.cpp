@@ -7,11 +7,10 @@
 
 namespace octosurf {
 
-RegionGrowing::RegionGrowing(Workspace& work, const Parameters& parameters, const RefusalSink* refusals)
+RegionGrowing::RegionGrowing(Workspace& work, const Parameters& parameters)
     : work_(work),
-      fewest_(static_cast<std::size_t>(parameters.min_surface_points())),
-      cos_smooth_(static_cast<float>(std::cos(parameters.detection.smoothness_angle))),
-      refusals_(refusals) {}
+      min_points_(static_cast<std::size_t>(parameters.min_surface_points())),
+      cos_smooth_(static_cast<float>(std::cos(parameters.detection.smoothness_angle))) {}
 
 bool RegionGrowing::visit(Index i) { return unvisited_.remove(work_.window, i); }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "detection/refusal.hpp"
+#include "geometry/breadth_first.hpp"
 #include "surfaces/scan_changes.hpp"
 
 #include <span>
@@ -12,53 +12,51 @@ namespace octosurf {
 /// flattest seed outward to neighbours whose normals differ by less than the smoothness angle from
 /// the point they are reached from; points that are not flat join but do not carry on.
 ///
-/// Grows from `seeds` only, through all pending points that `allowed` lets in. Regions of fewer than
-/// n points are not returned. Order of regions and of points in them is fixed by geometry.
+/// Grows from `seeds` only, through all pending points that `allowed` lets in. Order of regions and of
+/// points in them is fixed by geometry.
 class RegionGrowing {
  public:
   using Index = PointWindow::Index;
 
-  RegionGrowing(Workspace& work, const Parameters& parameters, const RefusalSink* refusals = nullptr);
+  RegionGrowing(Workspace& work, const Parameters& parameters);
 
+  struct Regions {
+    std::vector<std::vector<Index>> large;  ///< of n points and more
+    std::vector<std::vector<Index>> small;  ///< of fewer
+  };
   template <class Allowed>
-  std::vector<std::vector<Index>> operator()(std::span<const Index> seeds, Allowed&& allowed);
+  Regions operator()(std::span<const Index> seeds, Allowed&& allowed);
 
  private:
   void sort_seeds(std::vector<Index>& seeds);
   bool visit(Index i);  // true the first time
 
   Workspace& work_;
-  std::size_t fewest_;
+  std::size_t min_points_;
   float cos_smooth_;
-  const RefusalSink* refusals_;
   PointWindow::Marks unvisited_;
 };
 
 template <class Allowed>
-std::vector<std::vector<RegionGrowing::Index>> RegionGrowing::operator()(std::span<const Index> all_seeds,
-                                                                         Allowed&& allowed) {
+RegionGrowing::Regions RegionGrowing::operator()(std::span<const Index> all_seeds, Allowed&& allowed) {
   std::vector<Index> seeds(all_seeds.begin(), all_seeds.end());
   sort_seeds(seeds);
-  std::vector<std::vector<Index>> regions;
+  Regions regions;
   std::vector<Index> region;
   for (const Index seed : seeds) {
     if (!allowed(seed) || !visit(seed)) continue;
     region.assign(1, seed);
-    for (std::size_t next = 0; next < region.size(); ++next) {
-      const LocalPlane here = work_.normals.at(region[next]);
-      if (!here.known || !here.flat) continue;
-      work_.window.for_each_near(work_.window[region[next]].key, here.reach, unvisited_, [&](Index i) {
+    breadth_first(region, [&](Index from) {
+      const LocalPlane& here = work_.normals.at(from);
+      if (!here.known || !here.flat) return;
+      work_.window.for_each_near(work_.window[from].key, here.reach, unvisited_, [&](Index i) {
         const LocalPlane& there = work_.normals.at(i);
         if (!there.known || there.normal.dot(here.normal) < cos_smooth_ || !allowed(i)) return;
         visit(i);
         region.push_back(i);
       });
-    }
-    if (region.size() >= fewest_)
-      regions.push_back(region);
-    else if (refusals_ != nullptr)
-      (*refusals_)(
-          {Refusal::small_region, region, static_cast<double>(region.size()), static_cast<double>(fewest_)});
+    });
+    (region.size() >= min_points_ ? regions.large : regions.small).push_back(region);
   }
   return regions;
 }

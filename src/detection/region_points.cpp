@@ -7,7 +7,7 @@ namespace octosurf {
 RegionPoints::RegionPoints(Workspace& work, std::span<const Index> points, std::size_t stride,
                            float cos_aligned)
     : reference_(work.window[points.front()].position.cast<double>()),
-      // A float's cosine may fall short of −1; what asks for none must take all.
+      // Rounded to a float a cosine may be below −1; without a limit every point must pass.
       cos_aligned_(cos_aligned <= -1 ? -2 : cos_aligned),
       size_((points.size() + stride - 1) / stride) {
   const std::size_t lanes = (size_ + 3) / 4 * 4;

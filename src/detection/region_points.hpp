@@ -14,7 +14,7 @@ class RegionPoints {
   using Index = PointWindow::Index;
 
   /// Of every `stride`-th of `points` (not empty). `cos_aligned`: least cosine between a plane's
-  /// normal and an inlier's own; −1 asks for none.
+  /// normal and an inlier's own; −1: no limit.
   RegionPoints(Workspace& work, std::span<const Index> points, std::size_t stride, float cos_aligned);
 
   std::size_t size() const { return size_; }
@@ -60,7 +60,7 @@ class RegionPoints {
   // Filled up to a multiple of four with points that belong nowhere.
   std::vector<float> x_, y_, z_, normal_x_, normal_y_, normal_z_, view_x_, view_y_, view_z_;
   std::vector<float> base_,
-      excess_;  // of the tolerance: seen along the plane, and what is added seen straight
+      excess_;  // tolerance of a plane seen edge-on, and how much more one seen head-on has
 };
 
 }  // namespace octosurf

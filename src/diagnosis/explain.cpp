@@ -1,12 +1,11 @@
 #include "detection/detection.hpp"
+#include "detection/seen_through.hpp"
 #include "diagnosis/refusal_text.hpp"
+#include "geometry/even_odd.hpp"
 #include "upkeep/revise.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <deque>
-#include <memory>
 
 #include <octosurf/error.hpp>
 #include <octosurf/explain.hpp>
@@ -53,17 +52,6 @@ void find_nearest_surface(const MapState& state, Explanation& result) {
     });
 }
 
-/// Even-odd rule.
-bool inside(const Ring2& ring, const Eigen::Vector2d& p) {
-  bool odd = false;
-  for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++)
-    if ((ring[i].y() > p.y()) != (ring[j].y() > p.y()) &&
-        p.x() <
-            ring[i].x() + (p.y() - ring[i].y()) / (ring[j].y() - ring[i].y()) * (ring[j].x() - ring[i].x()))
-      odd = !odd;
-  return odd;
-}
-
 /// Where the place lies, seen along the surface's normal: on it, in a hole of it, or beside it.
 Reason place_on(const SurfaceModel& surface, const Eigen::Vector3d& at) {
   const Eigen::Vector2d uv = (surface.pose().inverse() * at).head<2>();
@@ -94,54 +82,46 @@ std::optional<std::pair<SurfaceId, Reason>> surface_around(const MapState& state
   return found;
 }
 
-/// What detection and refit() read of a map. Not the cylinders, which planes take no notice of, nor what is
-/// accumulated: the points to begin with are chosen here.
-std::unique_ptr<MapState> copy_of(const MapState& state) {
-  auto copy = std::make_unique<MapState>(state.parameters);
-  std::deque<std::string> chunks;
-  state.occupancy.write_nodes([&](const std::string& chunk) { chunks.push_back(chunk); });
-  copy->occupancy.read_nodes(
-      [&] {
-        if (chunks.empty()) return std::string();
-        std::string chunk = std::move(chunks.front());
-        chunks.pop_front();
-        return chunk;
-      },
-      "copy");
-  for (const auto& [id, surface] : state.surfaces) copy->surfaces.restore(surface.state());
-  copy->surfaces.set_next_id(state.surfaces.next_id());
-  copy->noise = state.noise;
-  copy->points = state.points;
-  return copy;
-}
-
-/// Detection once more, around a pending point, and what it said of every point. `cylinders` are the map's.
+/// Detection once more, around a pending point, and what it made of every point. Its surfaces stand beside
+/// the map's, which stays as it is.
 class Rerun {
  public:
-  Rerun(MapState& copy, const CylinderStore& cylinders, VoxelKey place)
-      : work_(copy), cylinders_(cylinders), place_(place) {
-    const Parameters& p = copy.parameters;
+  Rerun(const MapState& map, VoxelKey place)
+      : state_(map.parameters),
+        work_(state_, PointWindow::read_only(map.occupancy)),
+        cylinders_(map.cylinders),
+        place_(place) {
+    // Planes take no notice of cylinders, and the points to begin with are chosen here.
+    state_.surfaces = SurfaceStore::beside(map.surfaces);
+    state_.noise = map.noise;
+    const Parameters& p = map.parameters;
     const double radius = std::max(4 * p.max_hole_size(), 2 * p.search_radius());
-    const RefusalSink note = [this](const Refused& refused) {
-      for (const Index i : refused.points) refused_.try_emplace(i, refused);
-    };
-    detect_from(work_, pending_within(radius), &note);
+    const std::vector<Index> pending = pending_within(radius);
+    std::map<Index, SurfaceId> in_front;  // asked before detection changes the surfaces
+    SeenThrough seen_through(work_);
+    for (const Index i : pending)
+      if (const SurfaceId surface = seen_through(i); surface != 0) in_front[i] = surface;
+    for (const Refused& refused : detect_from(work_, pending).refused)
+      for (const Index i : refused.points) refused_.try_emplace(i, refused.why);
+    for (const auto& [i, surface] : in_front)
+      refused_.try_emplace(i, Refusal{.reason = Reason::seen_through, .surface = surface});
     for (const VoxelKey key : pending_) taken_[key] = work_.window[work_.window.find(key)].surface;
     refit(work_);  // which dissolves what it finds out to be none
   }
 
-  /// The reason for one point, with its figures.
-  StatedReason reason(VoxelKey key) {
-    if (const CylinderId cylinder = cylinders_.owner(key); cylinder != 0) return on_cylinder(cylinder);
+  /// Why the point is pending; Reason::waiting if detection would take it now.
+  Refusal reason(VoxelKey key) {
+    if (const CylinderId cylinder = cylinders_.owner(key); cylinder != 0)
+      return {.reason = Reason::on_cylinder, .cylinder = cylinder};
     const Index i = work_.window.find(key);
     if (const SurfaceId born = taken_[key]; born != 0) {
       const auto dissolved = work_.changes.unsound.find(born);
-      return dissolved == work_.changes.unsound.end() ? StatedReason{} : reason_for(dissolved->second);
+      return dissolved == work_.changes.unsound.end() ? Refusal{Reason::waiting} : dissolved->second;
     }
-    if (const auto found = refused_.find(i); found != refused_.end()) return reason_for(found->second);
+    if (const auto found = refused_.find(i); found != refused_.end()) return found->second;
     const LocalPlane& local = work_.normals.at(i);
-    return local.known ? not_flat(local.curvature, work_.state.parameters.detection.max_curvature)
-                       : no_normal();
+    if (!local.known) return {Reason::no_normal};
+    return {Reason::not_flat, local.curvature, work_.state.parameters.detection.max_curvature};
   }
 
   std::map<Reason, std::size_t> reasons_within(double radius, const Eigen::Vector3d& at) {
@@ -164,34 +144,32 @@ class Rerun {
     return pending;
   }
 
+  MapState state_;  // what detection and refit() add to the map
   Workspace work_;
   const CylinderStore& cylinders_;
   VoxelKey place_;
   std::vector<VoxelKey> pending_;
-  std::map<VoxelKey, SurfaceId> taken_;  // by detection, before upkeep had its say
-  std::map<Index, Refused> refused_;     // whose spans no longer stand for anything
+  std::map<VoxelKey, SurfaceId> taken_;  // by detection, before refit()
+  std::map<Index, Refusal> refused_;
 };
 
-void explain_pending(const MapState& state, const VoxelPoint& point, Explanation& result) {
-  const std::unique_ptr<MapState> copy = copy_of(state);
-  Rerun rerun(*copy, state.cylinders, point.key);
-  StatedReason stated = rerun.reason(point.key);
-  if (stated.reason == Reason::waiting) {
-    const auto n = static_cast<double>(state.parameters.min_surface_points());
-    stated = waiting(static_cast<double>(state.accumulated.size()), n);
-  }
-  result.reason = stated.reason;
-  result.sentence = stated.sentence;
-  result.surface = stated.surface;
-  result.cylinder = stated.cylinder;
-  result.figures = std::move(stated.figures);
-  result.around = rerun.reasons_within(state.parameters.max_hole_size(), result.asked);
+void state_reason(const Refusal& refusal, Explanation& result) {
+  result.reason = refusal.reason;
+  result.sentence = sentence_of(refusal);
+  result.surface = refusal.surface;
+  result.cylinder = refusal.cylinder;
+  result.figures = figures_of(refusal);
 }
 
-void explain_known(const SurfaceId id, Reason place, Explanation& result) {
-  result.reason = place;
-  result.surface = id;
-  result.sentence = sentence_of(place, id);
+void explain_pending(const MapState& state, const VoxelPoint& point, Explanation& result) {
+  Rerun rerun(state, point.key);
+  Refusal refusal = rerun.reason(point.key);
+  if (refusal.reason == Reason::waiting) {
+    refusal.measured = static_cast<double>(state.accumulated.size());
+    refusal.limit = static_cast<double>(state.parameters.min_surface_points());
+  }
+  state_reason(refusal, result);
+  result.around = rerun.reasons_within(state.parameters.max_hole_size(), result.asked);
 }
 
 std::string scans_of(std::size_t count) {
@@ -214,15 +192,6 @@ void explain_poses(const AlignmentState& alignment, Explanation& result) {
 
 }  // namespace
 
-std::string_view reason_name(Reason reason) {
-  constexpr std::array<std::string_view, 20> names{
-      "on_surface",   "in_hole",  "beside_surface", "on_cylinder",       "outside_map",      "unseen",
-      "free_space",   "no_point", "isolated",       "no_normal",         "not_flat",         "too_few_points",
-      "too_narrow",   "bent",     "scattered",      "too_few_for_range", "normals_disagree", "noise_sheet",
-      "seen_through", "waiting"};
-  return names.at(static_cast<std::size_t>(reason));
-}
-
 Explanation explain(const Map& map, const Eigen::Vector3d& point) {
   if (!point.allFinite()) throw Error(Error::Kind::usage, "explain", "the point is not finite");
   const MapState& state = map.state();
@@ -230,8 +199,7 @@ Explanation explain(const Map& map, const Eigen::Vector3d& point) {
   result.asked = point;
   VoxelKey key;
   if (!state.occupancy.grid().key_of(point.cast<float>(), key)) {
-    result.reason = Reason::outside_map;
-    result.sentence = sentence_of(result.reason);
+    state_reason({Reason::outside_map}, result);
     return result;
   }
   find_nearest_surface(state, result);
@@ -242,17 +210,18 @@ Explanation explain(const Map& map, const Eigen::Vector3d& point) {
   const auto around = surface_around(state, point);
   const bool pending = nearest && nearest->surface == 0;
   if (around && (around->second == Reason::on_surface || !pending)) {
-    explain_known(around->first, around->second, result);
+    state_reason({.reason = around->second, .surface = around->first}, result);
   } else if (pending) {
     explain_pending(state, *nearest, result);
   } else if (nearest) {
-    explain_known(nearest->surface, place_on(*state.surfaces.find(nearest->surface), point), result);
+    const Reason place = place_on(*state.surfaces.find(nearest->surface), point);
+    state_reason({.reason = place, .surface = nearest->surface}, result);
   } else {
     const OccupancyMap::State here = state.occupancy.at(key).state;
-    result.reason = here == OccupancyMap::State::unknown ? Reason::unseen
-                    : here == OccupancyMap::State::free  ? Reason::free_space
-                                                         : Reason::no_point;
-    result.sentence = sentence_of(result.reason);
+    state_reason({here == OccupancyMap::State::unknown ? Reason::unseen
+                  : here == OccupancyMap::State::free  ? Reason::free_space
+                                                       : Reason::no_point},
+                 result);
   }
   explain_poses(state.alignment, result);
   return result;

@@ -1,4 +1,4 @@
-#include "geometry/alpha_shape.hpp"
+#include "geometry/rings.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <algorithm>

@@ -1,5 +1,7 @@
 #include "evaluation/planar_region.hpp"
 
+#include "geometry/even_odd.hpp"
+
 #include <algorithm>
 
 namespace octosurf {
@@ -13,15 +15,6 @@ double squared_distance(const Eigen::Vector2d& p, const Eigen::Vector2d& a, cons
   const double length2 = edge.squaredNorm();
   const double t = length2 > 0 ? std::clamp((p - a).dot(edge) / length2, 0.0, 1.0) : 0.0;
   return (p - a - t * edge).squaredNorm();
-}
-
-// Half-open, so that a vertex counts once; the same rule everywhere keeps parity even.
-bool crosses(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double v) {
-  return (a.y() <= v) != (b.y() <= v);
-}
-
-double crossing(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double v) {
-  return a.x() + (b.x() - a.x()) * ((v - a.y()) / (b.y() - a.y()));
 }
 
 }  // namespace

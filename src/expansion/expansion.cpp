@@ -1,5 +1,6 @@
 #include "expansion/expansion.hpp"
 
+#include "geometry/breadth_first.hpp"
 #include "surfaces/criteria/joining.hpp"
 #include "surfaces/criteria/obstructed.hpp"
 
@@ -11,7 +12,7 @@ namespace octosurf {
 namespace {
 
 constexpr int adjacent_voxels = 2;  // flood: a neighbour, or one voxel left out
-constexpr double takeover = 0.5;    // a point changes over if it fits here twice as well
+constexpr double takeover = 0.5;    // a point is reassigned if it fits here twice as well
 constexpr int contacts_to_merge = 6;
 
 }  // namespace
@@ -20,7 +21,7 @@ Expansion::Expansion(Workspace& work)
     : work_(work),
       h_cells_(std::max(1, static_cast<int>(work.state.parameters.max_hole_size() /
                                             work.state.parameters.occupancy.resolution))),
-      careful_(work.state.parameters.aligned()),
+      robust_(work.state.parameters.aligned()),
       cos_smooth_(static_cast<float>(std::cos(work.state.parameters.detection.smoothness_angle))) {}
 
 std::optional<double> Expansion::misfit(Index i, const SurfaceModel& surface) {
@@ -29,7 +30,8 @@ std::optional<double> Expansion::misfit(Index i, const SurfaceModel& surface) {
   const double ratio = std::fabs(surface.distance(p.position)) / tolerance;
   if (ratio > 1) return {};
   const Eigen::Vector3f n = surface.plane().normal.cast<float>();
-  if (n.dot(p.view) < -0.1F) return {};  // seen from behind (the stored view is exact to 3°)
+  if (n.dot(p.view) < -0.1F)
+    return {};  // seen from behind: 6° beyond a right angle, as the stored view is exact to 4°
   const LocalPlane& local = work_.normals.at(i);
   const bool sure = local.known && local.flat;
   if (sure ? local.normal.dot(n) < cos_smooth_ : ratio > 0.5) return {};
@@ -37,28 +39,27 @@ std::optional<double> Expansion::misfit(Index i, const SurfaceModel& surface) {
 }
 
 bool Expansion::reaches(Index i, const SurfaceModel& surface, int cells) {
-  const VoxelPoint p = work_.window[i];
+  const VoxelPoint& p = work_.window[i];
   const PlaneCell cell = surface.cell_of(p.position);
   const std::optional<PlaneCell> nearest = surface.nearest(cell, cells);
   if (!nearest) return false;
-  if (!careful_ || (std::abs(nearest->u - cell.u) <= 1 && std::abs(nearest->v - cell.v) <= 1)) return true;
+  if (!robust_ || (std::abs(nearest->u - cell.u) <= 1 && std::abs(nearest->v - cell.v) <= 1)) return true;
   return !obstructed(work_, surface.plane(), p.position.cast<double>(), surface.centre_of(*nearest),
                      work_.state.noise.tolerance(p, surface.plane()));
 }
 
 SurfaceModel* Expansion::best_surface(Index i, Reach reach) {
-  const VoxelKey key = work_.window[i].key;
-  const Eigen::Vector3f position = work_.window[i].position;
+  const VoxelPoint& p = work_.window[i];
   SurfaceModel* best = nullptr;
   double best_ratio = 2;
-  bool best_touches = false;  // what a point touches goes before what lies across a gap
+  bool best_touches = false;  // a surface that the point touches is preferred to one across a gap
   for (const SurfaceId id :
-       work_.state.surfaces.near(key, reach == Reach::within_h ? h_cells_ : adjacent_voxels)) {
+       work_.state.surfaces.near(p.key, reach == Reach::within_h ? h_cells_ : adjacent_voxels)) {
     SurfaceModel& surface = *work_.state.surfaces.find(id);
     const std::optional<double> ratio = misfit(i, surface);
     if (!ratio) continue;
-    const PlaneCell cell = surface.cell_of(position);
-    const bool touches = !careful_ || surface.near(cell, 1);
+    const PlaneCell cell = surface.cell_of(p.position);
+    const bool touches = !robust_ || surface.near(cell, 1);
     if (best != nullptr &&
         std::tuple(touches, -*ratio, surface.size()) <= std::tuple(best_touches, -best_ratio, best->size()))
       continue;
@@ -109,7 +110,7 @@ void Expansion::grow(std::span<const SurfaceId> surfaces) {
 void Expansion::rejoin() {
   for (const SurfaceId id : work_.changes.touched()) {
     const SurfaceModel& surface = *work_.state.surfaces.find(id);
-    if (surface.settled()) continue;
+    if (surface.recently_checked()) continue;
     std::vector<VoxelKey> rim;
     surface.for_each_inlier([&](const Inlier& inlier) {
       if (!surface.surrounded(surface.cell_of(inlier.position))) rim.push_back(inlier.key);
@@ -121,14 +122,13 @@ void Expansion::rejoin() {
 }
 
 void Expansion::flood() {
-  for (std::size_t next = 0; next < frontier_.size(); ++next) {
-    const Index from = frontier_[next];
+  breadth_first(frontier_, [&](Index from) {
     SurfaceModel* surface = work_.state.surfaces.find(work_.window[from].surface);
-    if (surface == nullptr) continue;
+    if (surface == nullptr) return;
     work_.window.for_each_near(work_.window[from].key, adjacent_voxels, [&](Index i) {
       if (work_.window.columns().surface[i] != surface->id()) visit_neighbour(i, *surface);
     });
-  }
+  });
   for (const Index i : frontier_) note_contacts(i);
   frontier_.clear();
 }
@@ -171,9 +171,7 @@ void Expansion::visit_neighbour(Index i, SurfaceModel& surface) {
   const double other_ratio = std::fabs(other.distance(work_.window[i].position)) /
                              work_.state.noise.tolerance(work_.window[i], other.plane());
   if (*ratio < takeover * other_ratio && other_ratio > 0.2) {
-    work_.take_back(i);
-    work_.returned.pop_back();  // it has an owner again at once
-    work_.give(i, surface);
+    work_.reassign(i, surface);
     frontier_.push_back(i);
   }
 }
@@ -186,7 +184,7 @@ void Expansion::merge_contacts() {
       continue;
     const double width = std::sqrt(static_cast<double>(std::min(a->size(), b->size())));
     const bool one = coplanar(*a, *b, contact.place / contact.points, work_.state.noise) ||
-                     (contact.touching > 2 * width && grown_together(*a, *b, work_.state.noise));
+                     (contact.touching > 2 * width && joint_plane_fits(*a, *b, work_.state.noise));
     if (!one) continue;
     // The larger keeps its id, the older one on a tie.
     a->size() >= b->size() ? merge(work_, *a, *b) : merge(work_, *b, *a);

@@ -13,8 +13,8 @@ namespace octosurf {
 /// Surface expansion (paper III-B): points that belong to surfaces that are known already.
 ///
 /// A point fits a surface if it lies within the tolerance of its distance off the plane, was seen
-/// from the surface's front, and its own normal, where that is sure, is within the smoothness angle
-/// of the surface's; where it is not (edges, clutter) the tolerance is halved. Nothing may stand on the
+/// from the surface's front, and its own normal is within the smoothness angle of the surface's; where that
+/// normal is not certain (edges, clutter) the tolerance is halved instead. Nothing may stand on the
 /// plane between the point and the surface: a shelf's board divides the wall behind it. Of several surfaces
 /// that a point fits, the one with the smallest distance in units of tolerance gets it, the larger
 /// on a tie.
@@ -28,15 +28,16 @@ class Expansion {
   std::vector<Index> add_inliers(std::span<const Index> points);
 
   /// III-B2: points within h of a surface along its plane, then outward from each of them through
-  /// the octree until nothing fits any more; inliers of neighbours that fit much better here change
-  /// over. Surfaces that met on one plane are merged, the larger keeping its id.
+  /// the octree until nothing fits any more; inliers of neighbours that fit much better here are
+  /// reassigned. Surfaces that met on one plane are merged, the larger keeping its id.
   void expand(std::span<const Index> points);
 
   /// The same outward growth, from all inliers of `surfaces` (new ones).
   void grow(std::span<const SurfaceId> surfaces);
 
-  /// Merges surfaces that make one plane with a neighbour that this scan touched: what was too unsure
-  /// when they met may be sure now. Asks the rims only, of surfaces that have changed by a quarter.
+  /// Merges surfaces that make one plane with a neighbour that this scan touched: their planes may be certain
+  /// enough by now, although they were not when the two met. Looks only at the rims of surfaces that have
+  /// changed by a quarter.
   void rejoin();
 
  private:
@@ -53,7 +54,7 @@ class Expansion {
 
   Workspace& work_;
   int h_cells_;
-  bool careful_;  // else the paper's expansion
+  bool robust_;  // Parameters::aligned(); else the paper's expansion
   float cos_smooth_;
   std::vector<Index> frontier_;
   struct Contact {

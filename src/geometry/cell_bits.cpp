@@ -36,7 +36,7 @@ bool CellBits::change(PlaneCell cell, bool occupied) {
 void CellBits::change_all() {
   dirty_.clear();
   for (auto tile = tiles_.begin(); tile != tiles_.end(); ++tile) {
-    tile.value() = {tile->second.occupied, 0, 0, tile->second.occupied | tile->second.settled};
+    tile.value() = {tile->second.occupied, 0, 0, tile->second.occupied | tile->second.taken};
     dirty_.push_back(tile->first);
   }
 }
@@ -74,10 +74,10 @@ std::uint64_t CellBits::eroded(PlaneCell at) const {
   return deep;
 }
 
-/// Cells of a tile with a neighbour within two that was not occupied as of the last settle() and is now, or
-/// the other way round.
+/// Cells of a tile with a neighbour within two that was not occupied as of the last take_changes() and is
+/// now, or the other way round.
 std::uint64_t CellBits::near_flipped(PlaneCell at) const {
-  Rows rows = rows_about(at, [](const Tile& tile) { return tile.occupied ^ tile.settled; });
+  Rows rows = rows_about(at, [](const Tile& tile) { return tile.occupied ^ tile.taken; });
   for (std::uint64_t& row : rows) row = (row | row >> 1 | row >> 2 | row >> 3 | row >> 4) & 0xff;
   std::uint64_t near = 0;
   for (int v = 0; v < 8; ++v)
@@ -93,7 +93,7 @@ std::vector<std::uint64_t> CellBits::tiles_to_look_at() const {
   for (const std::uint64_t key : dirty_) {
     const Tile& tile = tiles_.find(key)->second;
     const PlaneCell at = PlaneCell::unpack(key);
-    const std::uint64_t flipped = tile.occupied ^ tile.settled;
+    const std::uint64_t flipped = tile.occupied ^ tile.taken;
     for (int v = -1; v <= 1; ++v)
       for (int u = -1; u <= 1; ++u) {
         const std::uint64_t side = (u < 0   ? low_u
@@ -111,7 +111,7 @@ std::vector<std::uint64_t> CellBits::tiles_to_look_at() const {
   return keys;
 }
 
-std::vector<CellBits::Cells> CellBits::settle(bool thin) {
+std::vector<CellBits::Cells> CellBits::take_changes(bool thin) {
   std::vector<Cells> changed;
   for (const std::uint64_t key : tiles_to_look_at()) {
     const auto found = tiles_.find(key);
@@ -126,7 +126,7 @@ std::vector<CellBits::Cells> CellBits::settle(bool thin) {
   for (const std::uint64_t key : dirty_) {
     const auto found = tiles_.find(key);
     Tile& tile = found.value();
-    tile.settled = tile.occupied;
+    tile.taken = tile.occupied;
     tile.changed = 0;
     if (tile.occupied == 0) tiles_.erase(found);
   }

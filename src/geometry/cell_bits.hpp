@@ -23,7 +23,7 @@ struct PlaneCell {
 };
 
 /// Which cells of a plane hash are occupied, which of them lie deep inside (5 × 5 cells about them
-/// occupied), and where that or their content changed since settle() was last called. Bits, 64 cells
+/// occupied), and where that or their content changed since take_changes() was last called. Bits, 64 cells
 /// to a tile: half a byte a cell.
 class CellBits {
  public:
@@ -50,7 +50,7 @@ class CellBits {
   }
   /// Which of the 5 × 5 cells about one are occupied: bit 5·(v + 2) + u + 2 for the cell (u, v) off it.
   std::uint32_t around(PlaneCell cell) const;
-  /// As of the last settle().
+  /// As of the last take_changes().
   bool deep_inside(PlaneCell cell) const {
     const auto tile = tiles_.find(tile_of(cell).packed());
     return tile != tiles_.end() && (tile->second.deep >> bit_of(cell) & 1) != 0;
@@ -66,11 +66,11 @@ class CellBits {
   /// Brings deep_inside() up to date (with `thin` false no cell is), and returns the cells whose part in
   /// the outline may have changed, tiles in order: their content, or a cell within two of theirs, came or
   /// went. Cost follows the tiles with changes.
-  std::vector<Cells> settle(bool thin);
+  std::vector<Cells> take_changes(bool thin);
 
  private:
   struct Tile {
-    std::uint64_t occupied = 0, settled = 0 /* occupied as of the last settle() */, deep = 0, changed = 0;
+    std::uint64_t occupied = 0, taken = 0 /* occupied as of the last take_changes() */, deep = 0, changed = 0;
   };
   using Rows = std::array<std::uint64_t, 12>;
   template <class Select>

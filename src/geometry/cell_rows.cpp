@@ -60,7 +60,7 @@ CellRows::CellRows(std::span<const PlaneCell> cells) : first_v_(cells.front().v)
     Place before = row.cells;
     for (std::uint32_t word = row.begin; word < bits_.size(); ++word) {
       before_.push_back(before);
-      before += count(bits_[word]);
+      before += detail::bit_count(bits_[word]);
     }
   }
 }

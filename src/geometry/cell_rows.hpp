@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include <octosurf/adapters/detail/morton.hpp>
+
 namespace octosurf {
 
 /// The occupied cells of a plane as rows of bits: which of them lie near one, by their places in the list.
@@ -45,12 +47,6 @@ class CellRows {
     Place cells = 0;          // in the rows before
     Place end = 0;
   };
-  static unsigned count(std::uint64_t bits) {  // std::popcount would be a call
-    bits -= bits >> 1 & 0x5555555555555555ULL;
-    bits = (bits & 0x3333333333333333ULL) + (bits >> 2 & 0x3333333333333333ULL);
-    bits = (bits + (bits >> 4)) & 0x0f0f0f0f0f0f0f0fULL;
-    return static_cast<unsigned>(bits * 0x0101010101010101ULL >> 56);
-  }
   /// Where the row's first cell from `u` on stands.
   Place rank(const Row& row, std::int64_t u) const {
     const std::int64_t bit = u - std::int64_t{row.word} * 64;
@@ -58,7 +54,7 @@ class CellRows {
     const auto word = static_cast<std::uint64_t>(bit) / 64;
     if (word >= row.words) return row.end;
     return before_[row.begin + word] +
-           count(bits_[row.begin + word] & ((std::uint64_t{1} << (bit % 64)) - 1));
+           detail::bit_count(bits_[row.begin + word] & ((std::uint64_t{1} << (bit % 64)) - 1));
   }
   std::uint64_t bits(std::int64_t row, std::int64_t word) const;
 

@@ -200,11 +200,10 @@ CylinderEvidence weigh(const CylinderShape& shape, std::span<const CylinderSampl
   Eigen::Matrix2d line = 1e-9 * Eigen::Matrix2d::Identity();
   Eigen::Vector2d line_side = Eigen::Vector2d::Zero();
   std::unordered_set<std::uint64_t> cells;
-  double chi = 0, squares = 0;
+  double chi = 0;
   for (const CylinderSample& s : samples) {
     const double f = shape.distance(s.position), t = (shape.height(s.position) - middle) / half;
     chi += f * f / (s.sigma * s.sigma);
-    squares += f * f;
     const Eigen::Vector3d row(1, t, t * t);
     parabola += row * row.transpose();
     parabola_side += f * row;
@@ -222,7 +221,6 @@ CylinderEvidence weigh(const CylinderShape& shape, std::span<const CylinderSampl
   const Eigen::Vector3d bend = parabola.ldlt().solve(parabola_side);
   const Eigen::Vector2d lean = line.ldlt().solve(line_side);
   evidence.scatter = std::sqrt(chi / n);
-  evidence.rms = std::sqrt(squares / n);
   evidence.bulge = std::fabs(bend[2]);
   evidence.taper = std::fabs(bend[1]);
   evidence.lean = std::fabs(lean[0]) + std::fabs(lean[1]);

@@ -49,7 +49,6 @@ CylinderExtent extent_of(const CylinderShape& shape, std::span<const CylinderSam
 struct CylinderEvidence {
   CylinderExtent extent;
   double scatter = 0;   ///< root mean square of distance / σ: 0.1 to 1.4 where it is one
-  double rms = 0;       ///< m
   double facets = 0;    ///< squares left by the best of planes along the axis, two or four, per squares left
                         ///< by the cylinder: 1 and less on edges and posts
   double bulge = 0;     ///< m: how far the mantle is from straight along the axis (spheres, vases)

@@ -1,9 +1,9 @@
+#include "geometry/disjoint_sets.hpp"
 #include "geometry/triangulate.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <numeric>
 #include <string>
 #include <tuple>
 
@@ -23,19 +23,6 @@ struct Edge {
   std::size_t corner;
 };
 
-class CornerSets {
- public:
-  explicit CornerSets(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), 0u); }
-  std::size_t find(std::size_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void unite(std::size_t a, std::size_t b) { parent_[find(b)] = find(a); }
-
- private:
-  std::vector<std::size_t> parent_;
-};
-
 // One polygon's top, bottom and walls. Corners of triangles that meet in an edge are one vertex;
 // corners that merely touch in a point (rings that share a vertex) become vertices of their own,
 // otherwise the wall's edge there would stand in four triangles.
@@ -52,7 +39,7 @@ void add_prism(const Triangles& triangles, const std::vector<Eigen::Vector2d>& p
     return std::tie(a.low, a.high, a.corner) < std::tie(b.low, b.high, b.corner);
   });
 
-  CornerSets sets(3 * triangles.size());
+  DisjointSets sets(3 * triangles.size());
   std::vector<std::size_t> rim;  // corners whose edge has no triangle on its other side
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const bool paired =
@@ -62,8 +49,8 @@ void add_prism(const Triangles& triangles, const std::vector<Eigen::Vector2d>& p
       continue;
     }
     const std::size_t a = edges[i].corner, b = edges[i + 1].corner;
-    sets.unite(a, next_corner(b));
-    sets.unite(next_corner(a), b);
+    sets.join(a, next_corner(b));
+    sets.join(next_corner(a), b);
     ++i;
   }
 
@@ -71,7 +58,7 @@ void add_prism(const Triangles& triangles, const std::vector<Eigen::Vector2d>& p
   constexpr std::uint32_t none = 0xffffffffu;
   std::vector<std::uint32_t> top(3 * triangles.size(), none);
   for (std::size_t corner = 0; corner < top.size(); ++corner) {
-    std::uint32_t& index = top[sets.find(corner)];
+    std::uint32_t& index = top[sets.root(corner)];
     if (index == none) {
       index = static_cast<std::uint32_t>(mesh.vertices.size());
       const Eigen::Vector3d point = surface.to_map(points[triangles[corner / 3][corner % 3]]);

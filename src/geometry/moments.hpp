@@ -46,11 +46,6 @@ struct PlaneFit {
   Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
   Eigen::Vector3d variances = Eigen::Vector3d::Zero();  ///< ascending; [0] is along the normal
-
-  double curvature() const {
-    const double sum = variances.sum();
-    return sum > 0 ? variances[0] / sum : 0;
-  }
 };
 
 /// `moments.count` must be positive. Direct 3×3 eigen decomposition (closed form).

@@ -1,6 +1,5 @@
 #include "geometry/outline.hpp"
 
-#include "geometry/alpha_shape.hpp"
 #include "geometry/rings.hpp"
 
 #include <CGAL/Delaunay_triangulation_2.h>

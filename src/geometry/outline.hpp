@@ -13,9 +13,10 @@ namespace octosurf {
 
 /// The alpha shape of sites that come and go cell by cell, kept up to date.
 ///
-/// 1. update() gives what alpha_shape() gives for the sites that are in, bit for bit and whatever was
-///    in before: a set of sites has one Delaunay triangulation, four cocircular ones included (CGAL
-///    perturbs symbolically, by the sites' lexicographic order).
+/// 1. update() gives what its slow twin, alpha_shape() in test/support, gives for the sites that are in, bit
+/// for
+///    bit and whatever was in before: a set of sites has one Delaunay triangulation, four cocircular ones
+///    included (CGAL perturbs symbolically, by the sites' lexicographic order).
 /// 2. Cost of update(): O(log n) per site that came or went, plus the length of all rings; about 3 µs
 ///    a site. Memory about 150 bytes a site.
 class Outline {

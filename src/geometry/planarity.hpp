@@ -6,18 +6,17 @@
 
 namespace octosurf {
 
-/// Do points lie about a plane as noise would have it, or as a slope over stairs or the facet of a
-/// cylinder? Gathers them in one pass: distances in units of their noise, and a quadric, which a
-/// curved patch bends over its whole extent while noise and rounded edges do not.
+/// Whether points scatter about a plane as noise does, or lie on something else, such as a slope over stairs
+/// or a facet of a cylinder. One pass over the points sums their distances in units of the noise, and fits a
+/// quadric: a curved patch bends it over its whole extent; noise and rounded edges do not.
 class Planarity {
  public:
   explicit Planarity(const Eigen::Isometry3d& T_map_surface) : T_surface_map_(T_map_surface.inverse()) {}
 
   /// `sigma`: the point's noise; `tolerance`: what it may lie off; `inner`: not on the rim, where
-  /// points of the neighbouring face get in.
+  /// there are points of the neighbouring face.
   void add(const Eigen::Vector3f& position, double sigma, double tolerance, bool inner);
 
-  std::size_t count() const { return count_; }
   /// Root mean square of distance / σ. Planes show 0.1 to 1.4, a slope over stairs 2.
   double scatter() const {
     return std::sqrt(squares_ / static_cast<double>(std::max<std::size_t>(count_, 1)));
@@ -25,9 +24,9 @@ class Planarity {
   double mean_tolerance() const {
     return tolerances_ / static_cast<double>(std::max<std::size_t>(count_, 1));
   }
-  /// Bends by more than `share` of the tolerance (of 25 mm at most) over its extent, with a radius below 1 m,
+  /// Bends by more than 0.4 of the tolerance (of 25 mm at most) over its extent, with a radius below 1 m,
   /// and turns by more than 17°.
-  bool bends(double share = 0.4) const;
+  bool bends() const;
 
  private:
   using Vector6d = Eigen::Matrix<double, 6, 1>;
@@ -38,7 +37,7 @@ class Planarity {
   double squares_ = 0, tolerances_ = 0;
   Matrix6d normal_matrix_ = Matrix6d::Zero();
   Vector6d right_side_ = Vector6d::Zero();
-  Moments spread_;
+  Moments inner_moments_;  // of their (u, v)
 };
 
 }  // namespace octosurf

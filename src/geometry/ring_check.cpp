@@ -1,6 +1,6 @@
 #include "geometry/ring_check.hpp"
 
-#include "geometry/alpha_shape.hpp"
+#include "geometry/rings.hpp"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <algorithm>

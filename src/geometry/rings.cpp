@@ -1,7 +1,5 @@
 #include "geometry/rings.hpp"
 
-#include "geometry/alpha_shape.hpp"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <optional>
@@ -90,6 +88,22 @@ std::vector<Polygon> polygons_of(std::vector<Ring2> rings) {
   for (Outer& outer : outers) polygons.push_back(std::move(outer.polygon));
   order_rings(polygons);
   return polygons;
+}
+
+double signed_area(const Ring2& ring) {
+  double twice = 0;
+  for (std::size_t i = 0; i < ring.size(); ++i) {
+    // About the first vertex, so that far-off rings keep their digits.
+    const Eigen::Vector2d a = ring[i] - ring[0], b = ring[(i + 1) % ring.size()] - ring[0];
+    twice += a.x() * b.y() - a.y() * b.x();
+  }
+  return twice / 2;
+}
+
+double area_of(const Polygon& polygon) {
+  double area = signed_area(polygon.outer);
+  for (const Ring2& hole : polygon.holes) area += signed_area(hole);
+  return area;
 }
 
 }  // namespace octosurf

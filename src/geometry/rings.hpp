@@ -15,4 +15,9 @@ void order_rings(std::vector<Polygon>& polygons);
 /// Cost O(vertices), and O(vertices of an outer ring) for every hole in the box of several outer rings.
 std::vector<Polygon> polygons_of(std::vector<Ring2> rings);
 
+/// Signed area of a ring, positive if counter-clockwise.
+double signed_area(const Ring2& ring);
+/// Area of a polygon with its holes taken off, m².
+double area_of(const Polygon& polygon);
+
 }  // namespace octosurf

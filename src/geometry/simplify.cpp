@@ -1,4 +1,5 @@
-#include "geometry/alpha_shape.hpp"
+#include "geometry/simplify.hpp"
+
 #include "geometry/ring_check.hpp"
 
 #include <CGAL/Constrained_Delaunay_triangulation_2.h>

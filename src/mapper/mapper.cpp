@@ -79,7 +79,7 @@ Alignment as_given(const Scan& scan) {
 }
 
 void accumulate(MapState& state, const Workspace& work, std::vector<VoxelKey> keys) {
-  keys.insert(keys.end(), work.returned.begin(), work.returned.end());
+  keys.insert(keys.end(), work.requeued.begin(), work.requeued.end());
   keys.insert(keys.end(), state.accumulated.begin(), state.accumulated.end());
   std::sort(keys.begin(), keys.end());
   keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
@@ -115,14 +115,14 @@ std::vector<VoxelKey> keys_of(const std::vector<VoxelPoint>& points) {
 /// Goes on where the scan before stopped, with a window on the octree as it is now.
 void renew(std::optional<Workspace>& work, MapState& state) {
   Changes changes;
-  std::vector<VoxelKey> returned;
+  std::vector<VoxelKey> requeued;
   if (work) {
     changes = std::move(work->changes);
-    returned = std::move(work->returned);
+    requeued = std::move(work->requeued);
   }
   work.emplace(state);
   work->changes = std::move(changes);
-  work->returned = std::move(returned);
+  work->requeued = std::move(requeued);
 }
 
 /// What each scan's delta asks at once, because the next one builds on it: docs/design.md §4, step 3.
@@ -137,7 +137,7 @@ void take_out(Backlog& backlog, MapState& state, const VoxelScan& scan, const Oc
   time(Stage::cylinders, [&] { retract_cylinders(*backlog.work, delta); });
   time(Stage::retract, [&] {
     retract(*backlog.work, delta);
-    confirm(*backlog.work, scan, delta.confirmed);
+    accumulate_evidence(*backlog.work, scan, delta.confirmed);
   });
   backlog.appeared.back() = keys_of(delta.appeared);
 }
@@ -157,7 +157,7 @@ void find_surfaces(Backlog& backlog, MapState& state) {
     for (const Index i : left)
       if (work.window[i].surface == 0) pending.push_back(work.window[i].key);
     accumulate(state, work, std::move(pending));
-    work.returned.clear();
+    work.requeued.clear();
     expansion.grow(detect(work));
   });
 }
@@ -181,7 +181,7 @@ void update_surfaces(Backlog& backlog, MapState& state) {
     refit(work);
     accumulate(state, work, {});
   });
-  // Last, when every point has settled: whatever becomes of cylinders, planes are not touched by it.
+  // Last, when the planes have all their points: cylinders never change them.
   time(Stage::cylinders, [&] { update_cylinders(work); });
 
   count_categorized(backlog);

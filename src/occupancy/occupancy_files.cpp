@@ -3,7 +3,6 @@
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/voxel_tree.hpp"
 
-#include <bit>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -254,7 +253,7 @@ class OctomapReader {
     const unsigned mask = byte();
     if (mask == 0) set_leaf(corner, level, value);
     if (mask != 0 && level == 0) refuse_octomap(file_, "is damaged: deeper than 16 levels");
-    nodes_ += static_cast<std::size_t>(std::popcount(mask));
+    nodes_ += detail::bit_count(mask);
     for (unsigned c = 0; c < 8; ++c)
       if (mask >> c & 1) read_full(child_corner(corner, c, level - 1), level - 1);
   }

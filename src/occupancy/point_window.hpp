@@ -19,7 +19,9 @@ class PointWindow {
   using Index = std::uint32_t;
   static constexpr Index none = ~Index{0};
 
-  explicit PointWindow(OccupancyMap& map) : map_(map) {}
+  explicit PointWindow(OccupancyMap& map) : map_(map), writable_(&map) {}
+  /// Of an octree that stays as it is: assign() changes the window alone.
+  static PointWindow read_only(const OccupancyMap& map) { return PointWindow(map, nullptr); }
 
   std::size_t size() const { return points_.size(); }
   /// The reference stays good while further blocks are read; columns() do not stay in place.
@@ -40,10 +42,10 @@ class PointWindow {
     return present ? index_in(block, key) : none;
   }
 
-  /// Gives the point to a surface (0: pending), here and in the octree.
+  /// Gives the point to a surface (0: pending), here and, if that may change, in the octree.
   void assign(Index i, SurfaceId surface) {
     points_[i].surface = columns_.surface[i] = surface;
-    map_.assign(points_[i], surface);
+    if (writable_ != nullptr) writable_->assign(points_[i], surface);
   }
 
   /// visit(Index) for every point whose voxel lies within `reach` voxels of `key` along each axis,
@@ -74,6 +76,7 @@ class PointWindow {
   void for_each_row_near(VoxelKey key, int reach, Visit&& visit);
 
  private:
+  PointWindow(const OccupancyMap& map, OccupancyMap* writable) : map_(map), writable_(writable) {}
   static constexpr std::uint64_t block_mask = 0x1fff1fff1fffULL;  // three 13-bit fields
   static constexpr std::uint32_t unknown = ~std::uint32_t{0};
   struct Block {
@@ -84,7 +87,7 @@ class PointWindow {
     Index count = 0;
     std::array<std::uint32_t, 27> around;  // of blocks_, x fastest; unknown until asked for
   };
-  static constexpr std::array<std::uint8_t, 256> bits_in_row = [] {  // std::popcount would be a call
+  static constexpr std::array<std::uint8_t, 256> bits_in_row = [] {  // faster than detail::bit_count
     std::array<std::uint8_t, 256> bits{};
     for (unsigned row = 0; row < 256; ++row) bits[row] = static_cast<std::uint8_t>(std::popcount(row));
     return bits;
@@ -125,7 +128,8 @@ class PointWindow {
     return blocks_[home].around[side];
   }
 
-  OccupancyMap& map_;
+  const OccupancyMap& map_;
+  OccupancyMap* writable_;          // the same, or nullptr
   PagedVector<VoxelPoint> points_;  // of a block: ordered by z, y, x
   Columns columns_;
   std::vector<Block> blocks_;

@@ -1,3 +1,5 @@
+#include "geometry/breadth_first.hpp"
+
 #include <algorithm>
 #include <map>
 #include <set>
@@ -20,17 +22,16 @@ class Lineage {
   /// Those that are there and have something of `id`, but not `id` itself.
   std::set<Id> living_heirs(Id id) const {
     std::set<Id> seen{id}, found;
-    for (std::vector<Id> open{id}; !open.empty();) {
-      const Id at = open.back();
-      open.pop_back();
+    std::vector<Id> reached{id};
+    breadth_first(reached, [&](Id at) {
       const auto heirs = heirs_.find(at);
-      if (heirs == heirs_.end()) continue;
+      if (heirs == heirs_.end()) return;
       for (const Id heir : heirs->second) {
         if (!seen.insert(heir).second) continue;
         if (living_.contains(heir)) found.insert(heir);
-        open.push_back(heir);
+        reached.push_back(heir);
       }
-    }
+    });
     return found;
   }
   bool passed_anything_on(Id id) const { return heirs_.contains(id); }

@@ -1,3 +1,4 @@
+#include "geometry/disjoint_sets.hpp"
 #include "geometry/triangulate.hpp"
 #include "planning/convex_piece.hpp"
 
@@ -25,7 +26,7 @@ class ConvexMerge {
     for (const auto& t : triangles) {
       const auto piece = static_cast<std::uint32_t>(pieces_.size());
       pieces_.emplace_back(t.begin(), t.end());
-      owner_.push_back(piece);
+      owners_.add();
       for (std::size_t i = 0; i < 3; ++i) piece_at_[{t[i], t[(i + 1) % 3]}] = piece;
     }
     for (const auto& [from, to] : diagonals()) try_merge(from, to);
@@ -80,11 +81,6 @@ class ConvexMerge {
     }
   }
 
-  std::uint32_t owner(std::uint32_t piece) {
-    while (owner_[piece] != piece) piece = owner_[piece] = owner_[owner_[piece]];
-    return piece;
-  }
-
   // The vertices of `piece` in order, from the end of edge from → to round to its beginning.
   static Piece opened(const Piece& piece, std::uint32_t from) {
     const auto begin = std::find(piece.begin(), piece.end(), from);
@@ -94,7 +90,8 @@ class ConvexMerge {
   }
 
   void try_merge(std::uint32_t from, std::uint32_t to) {
-    const std::uint32_t left = owner(piece_at_.at({from, to})), right = owner(piece_at_.at({to, from}));
+    const std::size_t left = owners_.root(piece_at_.at({from, to})),
+                      right = owners_.root(piece_at_.at({to, from}));
     const Piece p = opened(pieces_[left], from);  // to … from
     const Piece q = opened(pieces_[right], to);   // from … to
     if (turn(p[p.size() - 2], from, q[1]) < 0 || turn(q[q.size() - 2], to, p[1]) < 0) return;
@@ -102,12 +99,12 @@ class ConvexMerge {
     merged.insert(merged.end(), q.begin(), q.end() - 1);
     pieces_[left] = std::move(merged);
     pieces_[right].clear();
-    owner_[right] = left;
+    owners_.join(left, right);
   }
 
   std::vector<Eigen::Vector2d> points_;
   std::vector<Piece> pieces_;
-  std::vector<std::uint32_t> owner_;        // union-find over pieces
+  DisjointSets owners_;                     // pieces that have been merged; the root has their vertices
   std::map<Edge, std::uint32_t> piece_at_;  // the triangle left of a directed edge
 };
 

@@ -1,3 +1,4 @@
+#include "geometry/even_odd.hpp"
 #include "planning/contact_obstacles.hpp"
 #include "planning/contact_shape.hpp"
 #include "planning/convex_sides.hpp"
@@ -54,10 +55,7 @@ double distance_to(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Sta
 void look_at(const Ring2& ring, const std::vector<EdgeKind>* kinds, const Stand& stand, Edges& edges) {
   for (std::size_t i = 0, n = ring.size(); i < n; ++i) {
     const Eigen::Vector2d &a = ring[i], &b = ring[i + 1 < n ? i + 1 : 0];
-    // Half open in v, as crossings() of rings.hpp.
-    if ((a.y() <= stand.middle.y()) != (b.y() <= stand.middle.y()) &&
-        a.x() + (stand.middle.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x()) < stand.middle.x())
-      edges.middle_inside = !edges.middle_inside;
+    edges.middle_inside ^= passes_left_of(stand.middle, a, b);
     const double gap = apart(stand.sole.box(), a, b);
     if (gap < 0) edges.deepest = std::max(edges.deepest, stand.sole.depth(a, b));
     if (gap < edges.nearest && edges.deepest <= rounding)

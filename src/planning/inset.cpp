@@ -1,5 +1,6 @@
 #include "planning/inset.hpp"
 
+#include "geometry/even_odd.hpp"
 #include "planning/cell_grid.hpp"
 #include "planning/convex_lines.hpp"
 #include "planning/convex_sides.hpp"
@@ -298,9 +299,7 @@ bool Inset::in_polygon(const Eigen::Vector2d& p) const {
   const Eigen::Vector2d level(0, p.y());
   rows_->visit({level, level}, [&](std::uint32_t edge) {
     const Eigen::Vector2d &a = corners_[edge], &b = corners_[next_[edge]];
-    if ((a.y() <= p.y()) != (b.y() <= p.y()) &&
-        a.x() + (p.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x()) < p.x())
-      inside = !inside;
+    inside ^= passes_left_of(p, a, b);
   });
   return inside;
 }

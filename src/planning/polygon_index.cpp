@@ -1,5 +1,6 @@
 #include "planning/polygon_index.hpp"
 
+#include "geometry/even_odd.hpp"
 #include "planning/rings.hpp"
 
 #include <algorithm>
@@ -54,10 +55,7 @@ bool PolygonIndex::contains(const Eigen::Vector2d& point) const {
   bool inside = false;
   for (std::uint32_t k = row_begin_[row]; k < row_begin_[row + 1]; ++k) {
     const auto& [a, b] = edges_[rows_[k]];
-    // As crossings() in rings.cpp.
-    if ((a.y() <= point.y()) == (b.y() <= point.y())) continue;
-    const double at = a.x() + (point.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x());
-    inside ^= at < point.x();
+    inside ^= passes_left_of(point, a, b);
   }
   return inside;
 }

@@ -1,5 +1,7 @@
 #include "planning/rings.hpp"
 
+#include "geometry/even_odd.hpp"
+
 #include <algorithm>
 
 namespace octosurf {
@@ -8,9 +10,7 @@ namespace {
 
 void add_crossings(const Polygon& polygon, double v, std::vector<double>& all) {
   for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-    // Half open in v, so that a vertex on the line counts once where the ring passes through it.
-    if ((a.y() <= v) == (b.y() <= v)) return;
-    all.push_back(a.x() + (v - a.y()) / (b.y() - a.y()) * (b.x() - a.x()));
+    if (crosses(a, b, v)) all.push_back(crossing(a, b, v));
   });
 }
 

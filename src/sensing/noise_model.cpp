@@ -9,14 +9,14 @@
 namespace octosurf {
 namespace {
 
-constexpr double bin_width = 0.0015;    // m
-constexpr std::uint64_t enough = 1000;  // observations before a class has a say
-constexpr double kept_share = 0.95;     // the largest differences are edges, not noise
+constexpr double bin_width = 0.0015;              // m
+constexpr std::uint64_t min_observations = 1000;  // before a class is estimated
+constexpr double kept_share = 0.95;               // the largest differences are edges, not noise
 // Root mean square of what is kept of a normal distribution, to its deviation; variance of a second
 // difference is 6 sigma².
 constexpr double per_trimmed_rms = 1.148 / 2.449489742783178;
-constexpr double smallest_spread = 0.001;  // m: poses are no better
-constexpr double largest_excess = 0.03;    // m; what is more is no longer noise but clutter
+constexpr double smallest_measured_sigma = 0.001;  // m: poses are no better
+constexpr double largest_excess = 0.03;            // m; what is more is no longer noise but clutter
 
 }  // namespace
 
@@ -33,7 +33,9 @@ void NoiseModel::tabulate() {
     const double z = range_of_class(std::max(c, 1U));
     sigma_[c] = sensor_noise_ + (estimate_ ? excess_[c] : range_noise_ * z * z);
     tolerance_[c] = base_tolerance_ + 4 * (sigma_[c] - sensor_noise_);
-    spread_[c] = std::max(smallest_spread, estimate_ && total_[c] >= enough ? measured_sigma(c) : sigma_[c]);
+    measured_sigma_[c] =
+        std::max(smallest_measured_sigma,
+                 estimate_ && total_[c] >= min_observations ? sigma_of_histogram(c) : sigma_[c]);
   }
 }
 
@@ -50,7 +52,7 @@ void NoiseModel::observe(const Scan& scan) {
     const float range = b.norm();
     if (!std::isfinite(range)) continue;
     const unsigned range_class = range_class_of(range);
-    if (total_[range_class] >= plenty) continue;
+    if (total_[range_class] >= max_observations) continue;
     // Neighbours on one surface; NaN fails the comparison.
     if (!((c - a).norm() < 0.05F * range && (b - a).norm() < 0.05F * range)) continue;
     const auto bin = static_cast<std::size_t>(std::fabs(a.norm() - 2 * range + c.norm()) / bin_width);
@@ -71,7 +73,7 @@ void NoiseModel::take(const std::vector<NoiseCount>& counts) {
 
 bool NoiseModel::takes(const Scan& scan) {
   return std::all_of(scan.noise.begin(), scan.noise.end(), [](const NoiseCount& seen) {
-    return seen.range_class < classes && seen.size < bins && seen.count <= plenty;
+    return seen.range_class < classes && seen.size < bins && seen.count <= max_observations;
   });
 }
 
@@ -84,7 +86,7 @@ std::vector<NoiseCount> NoiseModel::seen_since(const Histogram& before) const {
   return seen;
 }
 
-double NoiseModel::measured_sigma(unsigned c) const {
+double NoiseModel::sigma_of_histogram(unsigned c) const {
   const double kept = kept_share * static_cast<double>(total_[c]);
   double squares = 0, left = kept;
   for (std::size_t bin = 0; bin < bins && left > 0; ++bin) {
@@ -98,12 +100,12 @@ double NoiseModel::measured_sigma(unsigned c) const {
 
 void NoiseModel::update() {
   // Each class its own: a lidar's noise does not grow with z², so nothing is extrapolated. A class
-  // that was not seen enough takes over from the nearest one below it that was.
+  // that was not seen min_observations takes over from the nearest one below it that was.
   range_noise_ = 0;
   double excess = 0;
   for (unsigned c = 1; c < classes; ++c) {
-    if (total_[c] >= enough) {
-      excess = std::clamp(measured_sigma(c) - sensor_noise_, 0.0, largest_excess);
+    if (total_[c] >= min_observations) {
+      excess = std::clamp(sigma_of_histogram(c) - sensor_noise_, 0.0, largest_excess);
       const double z = range_of_class(c);
       if (z >= 2) range_noise_ = std::max(range_noise_, excess / (z * z));
     }

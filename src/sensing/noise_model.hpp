@@ -19,7 +19,7 @@ namespace octosurf {
 /// second difference of three consecutive readings' ranges is noise alone, of variance 6σ². Its
 /// trimmed root mean square, by distance class, leaves out the edges in between and, unlike a median,
 /// sees the steps of a sensor that counts depth in steps. Scans whose points are in no
-/// order (neighbours far apart) tell nothing and leave the noise at `sensor_noise`.
+/// order (neighbours far apart) give no estimate and leave the noise at `sensor_noise`.
 class NoiseModel {
  public:
   static constexpr std::size_t classes = 16, bins = 160;
@@ -30,10 +30,12 @@ class NoiseModel {
 
   double sigma(unsigned range_class) const { return sigma_[range_class]; }
   /// As measured in the scans, where `sigma` never falls below sensor_noise: for weights.
-  double spread(unsigned range_class) const { return spread_[range_class]; }
-  /// How far beyond an edge its readings may lie, m: two `spread`, to the next millimetre, so that what
-  /// hangs on it rarely changes while the noise is being estimated.
-  double overreach(unsigned range_class) const { return std::ceil(2000 * spread_[range_class]) / 1000; }
+  double measured_sigma(unsigned range_class) const { return measured_sigma_[range_class]; }
+  /// How far beyond an edge its readings may lie, m: two `measured_sigma`, rounded up to a millimetre, so
+  /// that outlines rarely change while the noise is being estimated.
+  double overreach(unsigned range_class) const {
+    return std::ceil(2000 * measured_sigma_[range_class]) / 1000;
+  }
   double tolerance(unsigned range_class) const { return tolerance_[range_class]; }
   /// Off a plane that the line of sight meets at `facing`, the cosine between view and normal: noise
   /// lies along the line of sight, so what is seen along a plane hardly leaves it.
@@ -52,8 +54,8 @@ class NoiseModel {
   /// The parameter, or the smallest that explains all distance classes from 2 m.
   double range_noise() const { return range_noise_; }
 
-  /// Looks at one triple of consecutive points in seven, until a class has been seen enough; takes what a
-  /// thinned scan tells.
+  /// Uses one triple of consecutive points in seven, until a class has enough of them. Of a thinned scan it
+  /// uses the counts that come with it.
   void observe(const Scan& scan);
   /// Whether the scan's `noise` can be taken: its classes and sizes are there.
   static bool takes(const Scan& scan);
@@ -63,9 +65,9 @@ class NoiseModel {
   void restore(const Histogram& histogram, double range_noise);
 
  private:
-  static constexpr std::uint64_t plenty = 1000000;  // observations after which a class is settled
+  static constexpr std::uint64_t max_observations = 1000000;  // a class with more is estimated well enough
   void take(const std::vector<NoiseCount>& counts);
-  double measured_sigma(unsigned range_class) const;
+  double sigma_of_histogram(unsigned range_class) const;
   void update();
   void tabulate();
 
@@ -74,7 +76,7 @@ class NoiseModel {
   Histogram histogram_{};
   std::array<std::uint64_t, classes> total_{};
   std::array<double, classes> excess_{};  // σ − sensor_noise, estimated
-  std::array<double, classes> sigma_{}, tolerance_{}, spread_{};
+  std::array<double, classes> sigma_{}, tolerance_{}, measured_sigma_{};
 };
 
 }  // namespace octosurf

@@ -13,7 +13,7 @@
 namespace octosurf {
 namespace {
 
-constexpr double independent = 8;  // readings in a voxel, as in confirm()
+constexpr double independent = 8;  // readings in a voxel, as in accumulate_evidence()
 constexpr double added_variance = 0.01;
 constexpr std::uint32_t most_readings = 0xffff;  // that an archive can tell
 constexpr int finest_bits = 8;                   // of a place in a voxel
@@ -65,7 +65,7 @@ void round_scan(VoxelScan& scan, const VoxelGrid& grid, const NoiseModel& noise)
       continue;
     }
     const unsigned range_class = range_class_of((end.centroid - scan.origin).norm());
-    const int idle = idle_bits(noise.spread(range_class), end.count, grid.resolution());
+    const int idle = idle_bits(noise.measured_sigma(range_class), end.count, grid.resolution());
     PlaceInVoxel place = place_in_voxel(grid, end.key, end.centroid);
     for (std::uint8_t& coordinate : place) coordinate = middle_of(coordinate, idle, lower);
     end.centroid = point_at(grid, end.key, place);

@@ -1,5 +1,6 @@
 #include "simulation/faces.hpp"
 
+#include "geometry/even_odd.hpp"
 #include "simulation/planar.hpp"
 
 #include <algorithm>
@@ -71,18 +72,6 @@ void scale(Polygon& polygon, double factor) {
     for (auto& p : hole) p *= factor;
 }
 
-bool inside_ring(const Ring2& ring, const Eigen::Vector2d& p) {
-  bool inside = false;
-  for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++) {
-    const auto& a = ring[i];
-    const auto& b = ring[j];
-    if ((a.y() > p.y()) != (b.y() > p.y()) &&
-        p.x() < (b.x() - a.x()) * (p.y() - a.y()) / (b.y() - a.y()) + a.x())
-      inside = !inside;
-  }
-  return inside;
-}
-
 double distance_to_ring(const Ring2& ring, const Eigen::Vector2d& p) {
   double best = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0, j = ring.size() - 1; i < ring.size(); j = i++) {
@@ -96,9 +85,9 @@ double distance_to_ring(const Ring2& ring, const Eigen::Vector2d& p) {
 }  // namespace
 
 bool contains(const Polygon& polygon, const Eigen::Vector2d& p) {
-  if (!inside_ring(polygon.outer, p)) return false;
+  if (!inside(polygon.outer, p)) return false;
   for (const auto& hole : polygon.holes)
-    if (inside_ring(hole, p)) return false;
+    if (inside(hole, p)) return false;
   return true;
 }
 

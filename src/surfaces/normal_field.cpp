@@ -106,23 +106,23 @@ bool belong_to(SurfaceId surface, const SurfaceId* of_points, unsigned count) {
          all((load_mask(of_points + 4) == wanted) | load_mask(&beyond[12 - count]));
 }
 
-/// Spread of the neighbours along its principal axes, ascending, and the axis of the smallest.
-struct Spread {
+/// Variances of the neighbours along their principal axes, ascending, and the axis of the smallest.
+struct PrincipalVariances {
   double smallest = 0, middle = 0, largest = 0;
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // unit; zero if no direction is flattest
 };
 
 /// The eigenvalues of the covariance without trigonometry: Newton from below, where the
 /// characteristic polynomial is concave, climbs to the smallest; the others solve a quadratic.
-Spread spread_of(const NeighbourSums& s) {
+PrincipalVariances principal_variances(const NeighbourSums& s) {
   const double n = s.weight;
   const Eigen::Vector3d mean = s.sum.cast<double>() / n;
   double xx = s.outer[0] / n - mean.x() * mean.x(), xy = s.outer[1] / n - mean.x() * mean.y(),
          xz = s.outer[2] / n - mean.x() * mean.z(), yy = s.outer[3] / n - mean.y() * mean.y(),
          yz = s.outer[4] / n - mean.y() * mean.z(), zz = s.outer[5] / n - mean.z() * mean.z();
   const double trace = xx + yy + zz;
-  Spread spread;
-  if (!(trace > 0)) return spread;
+  PrincipalVariances found;
+  if (!(trace > 0)) return found;
   for (double* element : {&xx, &xy, &xz, &yy, &yz, &zz}) *element /= trace;
   const double minors = xx * yy - xy * xy + xx * zz - xz * xz + yy * zz - yz * yz;
   const double determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
@@ -137,15 +137,15 @@ Spread spread_of(const NeighbourSums& s) {
   }
   const double rest = 1 - least;
   const double half_gap = std::sqrt(std::max(0.0, rest * rest / 4 - (minors - least * rest)));
-  spread.smallest = least * trace;
-  spread.middle = (rest / 2 - half_gap) * trace;
-  spread.largest = (rest / 2 + half_gap) * trace;
+  found.smallest = least * trace;
+  found.middle = (rest / 2 - half_gap) * trace;
+  found.largest = (rest / 2 + half_gap) * trace;
   const Eigen::Vector3d a(xx - least, xy, xz), b(xy, yy - least, yz), c(xz, yz, zz - least);
   Eigen::Vector3d normal = a.cross(b);
   for (const Eigen::Vector3d& other : {Eigen::Vector3d(a.cross(c)), Eigen::Vector3d(b.cross(c))})
     if (other.squaredNorm() > normal.squaredNorm()) normal = other;
-  if (normal.squaredNorm() > 1e-24) spread.normal = normal.normalized();
-  return spread;
+  if (normal.squaredNorm() > 1e-24) found.normal = normal.normalized();
+  return found;
 }
 
 }  // namespace
@@ -181,36 +181,38 @@ bool NormalField::lies_off(const VoxelPoint& p, SurfaceId id) const {
 }
 
 LocalPlane NormalField::compute(PointWindow::Index i, double radius) {
-  constexpr float fewest_neighbours = 6;
+  constexpr float min_neighbours = 6;
   const VoxelPoint& p = window_[i];
   LocalPlane plane;
   plane.reach = std::max(1, static_cast<int>(radius / resolution_));
   NeighbourMoments moments(p, static_cast<float>(radius));
-  SurfaceId asked = 0;  // neighbours come in runs of one surface
+  SurfaceId run = 0;  // surface of the present run of neighbours
   bool off = false;
   window_.for_each_row_near(p.key, plane.reach, [&](PointWindow::Index first, unsigned count) {
     const PointWindow::Columns& points = window_.columns();
-    if (belong_to(asked, &points.surface[first], count)) {
+    if (belong_to(run, &points.surface[first], count)) {
       if (!off) moments.add(points, first, count);
       return;
     }
     for (; count > 0; --count, ++first) {
-      if (points.surface[first] != asked) {
-        asked = points.surface[first];
-        off = asked != 0 && asked != p.surface && lies_off(p, asked);
+      if (points.surface[first] != run) {
+        run = points.surface[first];
+        off = run != 0 && run != p.surface && lies_off(p, run);
       }
       if (!off) moments.add(points, first, 1);
     }
   });
   const NeighbourSums sums = moments.sums();
-  if (sums.count < fewest_neighbours) return plane;
-  const Spread spread = spread_of(sums);
-  // In a line: the second spread is no more than a voxel's rounding.
-  if (spread.middle < 0.05 * spread.largest || spread.middle < 0.09 * resolution_ * resolution_) return plane;
+  if (sums.count < min_neighbours) return plane;
+  const PrincipalVariances variances = principal_variances(sums);
+  // In a line: the second variance is no more than a voxel's rounding.
+  if (variances.middle < 0.05 * variances.largest || variances.middle < 0.09 * resolution_ * resolution_)
+    return plane;
   plane.known = true;
-  plane.normal = spread.normal.isZero() ? p.view : spread.normal.cast<float>();
+  plane.normal = variances.normal.isZero() ? p.view : variances.normal.cast<float>();
   if (plane.normal.dot(p.view) < 0) plane.normal = -plane.normal;
-  plane.curvature = static_cast<float>(spread.smallest / (spread.smallest + spread.middle + spread.largest));
+  plane.curvature =
+      static_cast<float>(variances.smallest / (variances.smallest + variances.middle + variances.largest));
   const double sigma_sq = std::pow(noise_.sigma(p.range_class), 2);
   const double by_noise = sigma_sq / (sigma_sq + radius * radius / 2);
   plane.flat = plane.curvature <= std::max(max_curvature_, std::min(1.5 * by_noise, 0.15));

@@ -14,7 +14,7 @@ struct LocalPlane {
   float curvature = 1;                               ///< surface variation λ₀/Σλ
   int reach = 0;                                     ///< voxels, the neighbourhood it took
   bool known = false;                                ///< false: fewer than three neighbours, or all in a line
-  bool flat = false;  ///< curvature is what this much noise would give on a plane
+  bool flat = false;                                 ///< its curvature may be noise on a plane
 };
 
 /// Normals of a window's points by moving least squares of degree 1 (paper III-C2; Alexa et al.
@@ -23,9 +23,9 @@ struct LocalPlane {
 ///
 /// The radius is `normal_radius`; where that many points are too few or in a line (laser strips), or
 /// too noisy for it, it is widened up to r. Neighbours that were seen from the opposite side do not
-/// count, so the two sides of a thin wall stay apart. Nor do points of a surface that the point in
-/// question lies off: what is known of a table's top does not round the edge beside it. It looks at
-/// all other points, those of surfaces too, because expansion and detection both ask.
+/// count, so the two sides of a thin wall stay apart. Nor do points of a surface whose plane the
+/// point in question lies off, so that the edge beside a known table top is not rounded. All other points
+/// count, those of surfaces too, because expansion needs normals as well as detection.
 class NormalField {
  public:
   NormalField(PointWindow& window, const Parameters& parameters, const NoiseModel& noise,
@@ -35,9 +35,6 @@ class NormalField {
   const LocalPlane& at(PointWindow::Index i) {
     return i < done_.size() && done_[i] ? planes_[i] : computed(i);
   }
-
-  PointWindow& window() { return window_; }
-  const NoiseModel& noise() const { return noise_; }
 
  private:
   const LocalPlane& computed(PointWindow::Index i);

@@ -2,28 +2,18 @@
 
 #include "surfaces/map_state.hpp"
 #include "surfaces/normal_field.hpp"
+#include "surfaces/refusal.hpp"
 
 #include <map>
 #include <set>
+#include <utility>
 
 namespace octosurf {
-
-/// Why upkeep dissolves a surface.
-struct Unsound {
-  enum class Why {
-    few,     ///< measured inliers are left, n needed
-    narrow,  ///< width in m, the limit needed
-    bent,    ///< a curved patch
-    sheet    ///< mostly within the noise of `neighbour`
-  } why;
-  double measured = 0, limit = 0;
-  SurfaceId neighbour = 0;
-};
 
 /// What a scan did to the surfaces so far; sets, so that results come in order of id.
 struct Changes {
   std::set<SurfaceId> born, grown, shrunk, merged, gone;
-  std::map<SurfaceId, Unsound> unsound;  ///< of those of the gone that refit() dissolved
+  std::map<SurfaceId, Refusal> unsound;  ///< of those of the gone that refit() dissolved
 
   /// Every surface whose inliers are no longer what they were.
   std::set<SurfaceId> touched() const {
@@ -36,15 +26,18 @@ struct Changes {
   }
 };
 
-/// One scan's working set, handed from stage to stage. Every move of a point between a surface and
-/// pending goes through give() and take_back(), which keep octree, surfaces and records in step.
+/// One scan's working set, handed from stage to stage. Whatever changes the owner of a point goes through
+/// give(), reassign(), release() and requeue(), which keep octree, surfaces and records in step; points of
+/// vanished voxels alone leave their surfaces without (retract() in src/upkeep).
 class Workspace {
  public:
   using Index = PointWindow::Index;
 
-  explicit Workspace(MapState& map_state)
+  explicit Workspace(MapState& map_state) : Workspace(map_state, PointWindow(map_state.occupancy)) {}
+  /// On another octree's points than the state's own.
+  Workspace(MapState& map_state, PointWindow points)
       : state(map_state),
-        window(map_state.occupancy),
+        window(std::move(points)),
         normals(window, map_state.parameters, map_state.noise, map_state.surfaces) {}
   Workspace(const Workspace&) = delete;  // `normals` refers to `window`
   Workspace& operator=(const Workspace&) = delete;
@@ -53,7 +46,7 @@ class Workspace {
   PointWindow window;
   NormalField normals;
   Changes changes;
-  std::vector<VoxelKey> returned;  ///< points that went back to pending: detection looks at them again
+  std::vector<VoxelKey> requeued;  ///< pending points that the next detection looks at again
 
   /// What plane detection looked at and may not have taken: for cylinders.
   struct LeftOver {
@@ -61,19 +54,51 @@ class Workspace {
     std::vector<Index> points;                ///< that waited for detection
   } left_over;
 
+  /// Makes a pending point the surface's.
   void give(Index i, SurfaceModel& surface) {
+    state.cylinders.release(window[i].key);
+    add(i, surface);
+  }
+  /// Moves a point from its surface to another.
+  void reassign(Index i, SurfaceModel& to) {
+    changes.shrunk.insert(window[i].surface);
+    absorb(i, to);
+  }
+  /// The same, but the surface it comes from is about to end and is not told to have shrunk.
+  void absorb(Index i, SurfaceModel& to) {
+    remove(i, window[i].position);
+    add(i, to);
+  }
+  /// The surface keeps a point that was at `before`.
+  void move(Index i, const Eigen::Vector3f& before) {
+    SurfaceModel& surface = remove(i, before);
+    add(i, surface);
+  }
+  /// Takes a point from its surface: it is pending, and no detection looks at it before something near it
+  /// changes.
+  void release(Index i) { release(i, window[i].position); }
+  /// Takes a point from its surface: it is pending, and the next detection looks at it. `before`: where the
+  /// surface has it, if that is elsewhere.
+  void requeue(Index i) { requeue(i, window[i].position); }
+  void requeue(Index i, const Eigen::Vector3f& before) {
+    release(i, before);
+    requeued.push_back(window[i].key);
+  }
+
+ private:
+  void add(Index i, SurfaceModel& surface) {
     const VoxelPoint& p = window[i];
-    if (p.surface == 0) state.cylinders.release(p.key);
     state.surfaces.add(surface, {p.key, p.range_class, p.position});
     window.assign(i, surface.id());
     changes.grown.insert(surface.id());
   }
-  void take_back(Index i) {
-    const VoxelPoint& p = window[i];
-    SurfaceModel& surface = *state.surfaces.find(p.surface);
-    state.surfaces.remove(surface, p.key, p.position);
-    changes.shrunk.insert(p.surface);
-    returned.push_back(p.key);
+  SurfaceModel& remove(Index i, const Eigen::Vector3f& position) {
+    SurfaceModel& surface = *state.surfaces.find(window[i].surface);
+    state.surfaces.remove(surface, window[i].key, position);
+    return surface;
+  }
+  void release(Index i, const Eigen::Vector3f& before) {
+    changes.shrunk.insert(remove(i, before).id());
     window.assign(i, 0);
   }
 };
@@ -81,8 +106,12 @@ class Workspace {
 /// Merges `from` into `into`: inliers, moments, lineage. `from` ceases to exist.
 void merge(Workspace& work, SurfaceModel& into, SurfaceModel& from);
 
-/// Its points go back to pending, and it is gone.
-void dissolve(Workspace& work, SurfaceModel& surface);
+/// What becomes of the points of a surface that ends: `released` ones are no news to detection, which would
+/// only find the same plane again.
+enum class Points { requeued, released };
+
+/// Its points are pending again, and it is gone.
+void dissolve(Workspace& work, SurfaceModel& surface, Points points);
 
 /// Fewer than n inliers are left.
 bool too_small(const Workspace& work, const SurfaceModel& surface);

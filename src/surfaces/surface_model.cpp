@@ -1,10 +1,9 @@
 #include "surfaces/surface_model.hpp"
 
-#include "geometry/alpha_shape.hpp"
 #include "geometry/plane_covariance.hpp"
+#include "geometry/rings.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -110,7 +109,7 @@ bool SurfaceModel::remove(VoxelKey key, const Eigen::Vector3f& position) {
   if (found == cell.end()) return false;
   moments_[found->range_class].add(found->position.cast<double>() - reference_, -1);
   cell.erase(found);
-  // Nobody knows which of the evidence was this inlier's: its share goes.
+  // Which of the evidence is of this inlier is not known, so an average share of it is removed.
   fade(1 - 1 / static_cast<double>(size_));
   --size_;
   ++unchecked;
@@ -132,8 +131,8 @@ Moments SurfaceModel::moments(const NoiseModel* noise) const {
   Moments sum;
   for (unsigned c = 0; c < NoiseModel::classes; ++c) {
     if (moments_[c].count <= 0) continue;
-    // As evidence weighs: by the noise as measured, relative to what the nearest class may have.
-    const double ratio = noise != nullptr ? noise->sigma(1) / std::max(noise->spread(c), 1e-6) : 1;
+    // Weighted like the evidence: by the measured noise, relative to the noise allowed to the nearest class.
+    const double ratio = noise != nullptr ? noise->sigma(1) / std::max(noise->measured_sigma(c), 1e-6) : 1;
     sum.add(moments_[c], ratio * ratio);
   }
   if (noise != nullptr) sum.add(evidence_.moments);
@@ -141,9 +140,9 @@ Moments SurfaceModel::moments(const NoiseModel* noise) const {
 }
 
 void SurfaceModel::observe(const Eigen::Vector3f& position, double weight) {
-  constexpr double enough = 100;  // readings an inlier
+  constexpr double max_readings = 100;  // an inlier
   evidence_.moments.add(position.cast<double>() - reference_, weight);
-  if (++evidence_.readings > enough * static_cast<double>(size_)) fade(0.5);
+  if (++evidence_.readings > max_readings * static_cast<double>(size_)) fade(0.5);
 }
 
 void SurfaceModel::take_evidence(const SurfaceModel& other) {
@@ -220,8 +219,8 @@ std::optional<Eigen::Vector3d> SurfaceModel::outward(PlaneCell cell) const {
   if ((around & next_to_it) == next_to_it) return {};
   Eigen::Vector2i inward(0, 0);
   for (const int k : {-2, -1, 1, 2})
-    inward += k * Eigen::Vector2i(std::popcount(around & column << (k + 2)),
-                                  std::popcount(around & row << 5 * (k + 2)));
+    inward += k * Eigen::Vector2i(detail::bit_count(around & column << (k + 2)),
+                                  detail::bit_count(around & row << 5 * (k + 2)));
   if (inward.squaredNorm() < clear * clear) return {};
   return -(hash_frame_.linear().leftCols<2>() * inward.cast<double>().normalized());
 }
@@ -279,7 +278,7 @@ void SurfaceModel::derive(double max_hole_size, const NoiseModel* noise) {
   int spacing = 2;
   while (spacing < 16 && 0.625 * (2 * spacing) + std::numbers::sqrt2 <= alpha / 2) spacing *= 2;
   std::vector<Eigen::Vector2d> sites;
-  for (const CellBits::Cells& cells : bits_.settle(alpha > 3.99))
+  for (const CellBits::Cells& cells : bits_.take_changes(alpha > 3.99))
     cells.for_each([&](PlaneCell cell) {
       sites_of(cell, spacing, sites);
       outline_->set(cell, sites);

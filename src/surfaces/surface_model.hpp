@@ -36,8 +36,8 @@ struct Inlier {
 /// 3. `polygons_stale()` is false only if no inlier came or went where the boundary could move.
 class SurfaceModel {
  public:
-  /// What later scans saw again in the voxels of the inliers, beside the point that each keeps: sums
-  /// that make a plane exact, because a voxel that noise reached once weighs little in them.
+  /// Repeated observations of the inliers' voxels, beside the point that each voxel keeps. They make the
+  /// plane exact, because a voxel that noise reached only once weighs little in these sums.
   struct Evidence {
     Moments moments;      ///< about reference(), weights as of an inlier of the nearest class
     double readings = 0;  ///< scans' voxels that were added
@@ -88,8 +88,8 @@ class SurfaceModel {
   /// Another surface's, which merges into this one.
   void take_evidence(const SurfaceModel& other);
 
-  /// Moments over all inliers, weighted by 1/spread² relative to the nearest class's σ, with the evidence,
-  /// about reference(); over the inliers alone, unweighted, if `noise` is null.
+  /// Moments over all inliers, weighted by 1/measured_sigma² relative to the nearest class's σ, with the
+  /// evidence, about reference(); over the inliers alone, unweighted, if `noise` is null.
   Moments moments(const NoiseModel* noise) const;
   /// How many readings are in moments(noise).
   double readings() const { return static_cast<double>(size_) + evidence_.readings; }
@@ -161,10 +161,10 @@ class SurfaceModel {
   State state() const;
   SurfaceModel(const State& state, double resolution);
 
-  /// Too little has come or gone since it was last checked for being one plane.
-  bool settled() const { return unchecked * 4 < size_; }
-  /// Checking it takes long.
-  bool large() const { return size_ >= 20000; }
+  /// Fewer than a quarter of its inliers came or went since it was last checked for being one plane.
+  bool recently_checked() const { return unchecked * 4 < size_; }
+  /// It has so many inliers that a better view of some is no reason to check all of them.
+  bool expensive_to_check() const { return size_ >= 20000; }
 
   std::uint64_t born = 0;       ///< map revision in which it was first published
   std::uint64_t revision = 0;   ///< map revision of the last published change

@@ -10,11 +10,14 @@
 
 namespace octosurf {
 
-/// All surfaces, found by id, by place (8³-voxel blocks that hold inliers) and by plane (quantised
-/// normal), so that a point meets the few surfaces near it, never all of them.
+/// All surfaces, found by id and by place (8³-voxel blocks that hold inliers), so that a point meets the few
+/// surfaces near it, never all of them.
 class SurfaceStore : public PlaneLookup {
  public:
   explicit SurfaceStore(double resolution) : resolution_(resolution) {}
+  /// An empty store that goes on with the ids of `known`, and whose find() const and near() find those, too.
+  /// They stay as they are, and must outlive this store.
+  static SurfaceStore beside(const SurfaceStore& known);
 
   SurfaceModel& create(const Plane& plane, const Eigen::Vector3d& origin);
   SurfaceModel& restore(const SurfaceModel::State& state);
@@ -25,6 +28,7 @@ class SurfaceStore : public PlaneLookup {
 
   SurfaceModel* find(SurfaceId id);
   const SurfaceModel* find(SurfaceId id) const;
+  const SurfaceModel* look_up(SurfaceId id) const { return find(id); }  ///< to read it, whoever asks
   std::size_t size() const { return models_.size(); }
   SurfaceId next_id() const { return next_id_; }
   std::size_t ids_left() const { return last_id + 1 - next_id_; }
@@ -39,16 +43,10 @@ class SurfaceStore : public PlaneLookup {
   // Inliers come and go through the store, so that the look-up by place stays true.
   void add(SurfaceModel& surface, const Inlier& inlier);
   bool remove(SurfaceModel& surface, VoxelKey key, const Eigen::Vector3f& position);
-  void set_plane(SurfaceModel& surface, const Plane& plane);
 
   /// Ids with inliers in the blocks within `reach` voxels of `key`, ascending, each once.
   using Ids = boost::container::small_vector<SurfaceId, 8>;
   Ids near(VoxelKey key, int reach) const;
-
-  /// Ids of surfaces whose normal is within `angle_rad` of the plane's and whose plane passes within
-  /// `distance` of `point`; ascending. O(surfaces with such a normal).
-  std::vector<SurfaceId> near_plane(const Plane& plane, double angle_rad, double distance,
-                                    const Eigen::Vector3d& point) const;
 
   bool find(SurfaceId id, Plane& plane, double& tolerance) const override;
   void set_erosion_tolerance(double tolerance) { erosion_tolerance_ = tolerance; }
@@ -60,20 +58,15 @@ class SurfaceStore : public PlaneLookup {
     std::uint32_t inliers;
   };
   static std::uint64_t block_of(VoxelKey key) { return key.packed() >> 3 & 0x1fff1fff1fffULL; }
-  static int normal_cell(double component) { return static_cast<int>(std::floor((component + 1) * 5)); }
-  static int normal_bucket(const Eigen::Vector3d& n) {
-    return (normal_cell(n.z()) * 11 + normal_cell(n.y())) * 11 + normal_cell(n.x());
-  }
-  void index_normal(SurfaceId id, const Plane& plane);
-  void unindex_normal(SurfaceId id, const Plane& plane);
+  void add_ids_near(VoxelKey key, int reach, Ids& ids) const;
 
+  const SurfaceStore* known_ = nullptr;  // read only
   double resolution_;
   double erosion_tolerance_ = 0;
   std::map<SurfaceId, SurfaceModel> models_;
   std::vector<Departure> departures_;
   SurfaceId next_id_ = 1;
   tsl::robin_map<std::uint64_t, std::vector<Resident>, PackedKeyHash> places_;
-  std::map<int, std::vector<SurfaceId>> normals_;
 };
 
 }  // namespace octosurf

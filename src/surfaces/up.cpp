@@ -16,7 +16,8 @@ namespace {
 const double level_cosine = std::cos(5 * std::numbers::pi / 180);
 const double rival_cosine = std::cos(45 * std::numbers::pi / 180);
 constexpr double seen_from_below = 0.5;  // share of a ceiling's area that counts
-constexpr double mounted_upright = 0.9;  // share of sensors whose own up direction says something
+constexpr double mounted_upright =
+    0.9;  // share of sensors that are mounted upright, so that their own up direction counts
 
 struct Level {
   double score_m2 = 0, area_m2 = 0;

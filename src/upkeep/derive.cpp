@@ -5,7 +5,7 @@
 namespace octosurf {
 namespace {
 
-/// Of what came and went within the scan, too: it may stand between a parent and its heirs.
+/// Surfaces that came and went within the scan are noted, too: one may link a parent to its heirs.
 void note_departures(MapState& state, const Snapshot& before) {
   std::vector<Departure> departures = state.surfaces.take_departures();
   const std::size_t surfaces = departures.size();

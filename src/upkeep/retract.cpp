@@ -17,39 +17,37 @@ void retract(Workspace& work, const OccupancyDelta& delta) {
   }
   for (const OccupancyDelta::Refined& r : delta.refined) {
     if (r.before.surface == 0) {
-      work.returned.push_back(r.after.key);  // seen better, it may make a plane now
+      work.requeued.push_back(r.after.key);  // seen better, it may be part of a plane now
       continue;
     }
     SurfaceModel* surface = state.surfaces.find(r.before.surface);
     if (surface == nullptr) continue;
     const std::uint64_t unchecked = surface->unchecked;
-    state.surfaces.remove(*surface, r.before.key, r.before.position);
     const PointWindow::Index i = work.window.find(r.after.key);
     if (std::fabs(surface->distance(r.after.position)) <= state.noise.tolerance(r.after, surface->plane())) {
-      work.give(i, *surface);
-      if (surface->large()) surface->unchecked = unchecked;  // where it was, only better seen
+      work.move(i, r.before.position);
+      if (surface->expensive_to_check()) surface->unchecked = unchecked;  // where it was, only better seen
     } else {
-      work.window.assign(i, 0);
-      work.returned.push_back(r.after.key);
-      work.changes.shrunk.insert(r.before.surface);
+      work.requeue(i, r.before.position);
     }
   }
   for (const SurfaceId id : work.changes.touched())
-    if (SurfaceModel& surface = *state.surfaces.find(id); too_small(work, surface)) dissolve(work, surface);
+    if (SurfaceModel& surface = *state.surfaces.find(id); too_small(work, surface))
+      dissolve(work, surface, Points::requeued);
 }
 
-void confirm(Workspace& work, const VoxelScan& scan, std::span<const OccupancyDelta::Confirmed> confirmed) {
-  constexpr double independent = 8;  // readings in a voxel
+void accumulate_evidence(Workspace& work, const VoxelScan& scan,
+                         std::span<const OccupancyDelta::Confirmed> confirmed) {
+  constexpr double independent = 8;  // readings in a voxel whose errors are not common to all
   constexpr double least_facing = 0.1;
-  constexpr std::size_t plenty = 2000;
+  constexpr std::size_t large_surface = 2000;  // inliers; every eighth reading is enough for its plane
   const NoiseModel& noise = work.state.noise;
   const Eigen::Vector3d origin = scan.origin.cast<double>();
   SurfaceModel* surface = nullptr;  // they come in runs of one surface
   SurfaceId found = 0;
   for (const OccupancyDelta::Confirmed& c : confirmed) {
     if (c.surface != found) surface = work.state.surfaces.find(found = c.surface);
-    // Of a large surface a part says as much as all.
-    if (surface == nullptr || (surface->size() > plenty && c.end % 8 != 0)) continue;
+    if (surface == nullptr || (surface->size() > large_surface && c.end % 8 != 0)) continue;
     const EndVoxel& end = scan.ends[c.end];
     const Eigen::Vector3d sight = origin - end.centroid.cast<double>();
     const double range = sight.norm();
@@ -58,7 +56,7 @@ void confirm(Workspace& work, const VoxelScan& scan, std::span<const OccupancyDe
     if (std::fabs(surface->distance(end.centroid)) > noise.tolerance(range_class, facing)) continue;
     if (!surface->surrounded(surface->cell_of(end.centroid))) continue;
     const double n = independent * end.count / (independent + end.count);
-    const double ratio = noise.sigma(1) / (noise.spread(range_class) * facing);
+    const double ratio = noise.sigma(1) / (noise.measured_sigma(range_class) * facing);
     surface->observe(end.centroid, n * ratio * ratio);
   }
 }

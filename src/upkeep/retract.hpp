@@ -11,9 +11,10 @@ namespace octosurf {
 /// fit go back to pending), and dissolves surfaces that fell below n. Cost follows the delta.
 void retract(Workspace& work, const OccupancyDelta& delta);
 
-/// Hands what the scan saw again to the surfaces as evidence of their planes. Counts points, not
-/// voxels: at most eight a voxel, because a sensor's neighbouring readings err alike. Surfaces with new
-/// evidence only are not refitted before something else touches them.
-void confirm(Workspace& work, const VoxelScan& scan, std::span<const OccupancyDelta::Confirmed> confirmed);
+/// Adds repeated observations of inlier voxels to each surface's moments. It counts points, not voxels, but
+/// at most eight in a voxel, because a sensor's neighbouring readings have errors in common. A surface that
+/// got nothing but evidence is not refitted before something else touches it.
+void accumulate_evidence(Workspace& work, const VoxelScan& scan,
+                         std::span<const OccupancyDelta::Confirmed> confirmed);
 
 }  // namespace octosurf

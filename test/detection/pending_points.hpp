@@ -1,6 +1,5 @@
 #pragma once
 
-#include "detection/refusal.hpp"
 #include "support/map_state.hpp"
 
 #include <algorithm>
@@ -35,18 +34,5 @@ class PendingPoints {
     for (const Scan& scan : scans) occupy(map, scan);
   }
 };
-
-/// What detection refused: why, how many points, and the numbers.
-struct ToldRefusal {
-  Refusal why;
-  std::vector<PointWindow::Index> points;
-  double measured, limit;
-};
-
-inline RefusalSink listen(std::vector<ToldRefusal>& told) {
-  return [&told](const Refused& r) {
-    told.push_back({r.why, {r.points.begin(), r.points.end()}, r.measured, r.limit});
-  };
-}
 
 }  // namespace octosurf::test

@@ -14,7 +14,6 @@ namespace {
 
 using test::PendingPoints;
 using test::rectangle_scan;
-using test::ToldRefusal;
 using ::testing::Contains;
 using ::testing::Field;
 using ::testing::IsEmpty;
@@ -24,20 +23,30 @@ const Eigen::Vector3d eye(0.5, 0.5, 2);
 
 struct Extracted {
   std::vector<const SurfaceModel*> surfaces;
-  std::vector<ToldRefusal> told;
+  std::vector<PlaneProposal> refused;
 
-  const ToldRefusal* refusal(Refusal why) const {
-    const auto at = std::find_if(told.begin(), told.end(), [&](const auto& r) { return r.why == why; });
-    return at == told.end() ? nullptr : &*at;
+  const PlaneProposal* refusal(Reason reason, std::string_view what = {}) const {
+    const auto at = std::find_if(refused.begin(), refused.end(), [&](const PlaneProposal& p) {
+      return p.refusal->reason == reason && p.refusal->what == what;
+    });
+    return at == refused.end() ? nullptr : &*at;
   }
 };
 
 /// All of the points as one region.
 Extracted extracted(PendingPoints& pending) {
   Extracted result;
-  const RefusalSink sink = test::listen(result.told);
-  PlaneExtraction extract(pending.work, pending.state.parameters, &sink);
-  for (const SurfaceId id : extract(pending.all)) result.surfaces.push_back(pending.state.surfaces.find(id));
+  PlaneExtraction planes(pending.work, pending.all);
+  while (std::optional<PlaneProposal> proposal = planes.next()) {
+    if (proposal->refusal) {
+      result.refused.push_back(std::move(*proposal));
+      continue;
+    }
+    SurfaceModel& surface =
+        pending.state.surfaces.create(proposal->plane, pending.position(proposal->points.front()));
+    for (const Index i : proposal->points) pending.work.give(i, surface);
+    result.surfaces.push_back(&surface);
+  }
   return result;
 }
 
@@ -58,7 +67,6 @@ TEST(PlaneExtraction, APlaneIsASurfaceOfAllItsPoints) {
     // Points are stored to 1/256 voxel (0.08 mm, rms 0.023 mm): over a hundred of them on 0.4 m.
     EXPECT_LT(angle_deg(result.surfaces[0]->plane(), n), 0.02);
     EXPECT_NEAR(result.surfaces[0]->plane().signed_distance(pose.translation()), 0, 2e-5);
-    EXPECT_THAT(pending.work.changes.born, ::testing::ElementsAre(result.surfaces[0]->id()));
     for (const Index i : pending.all) EXPECT_EQ(pending.work.window[i].surface, result.surfaces[0]->id());
   }
 }
@@ -102,11 +110,11 @@ TEST(PlaneExtraction, TellsWhatIsLeftBesideThePlanes) {
   ASSERT_GT(above, 10U);
   const Extracted result = extracted(pending);
   ASSERT_EQ(result.surfaces.size(), 1U);
-  const ToldRefusal* left = result.refusal(Refusal::few_left);
+  const PlaneProposal* left = result.refusal(Reason::too_few_points, few::left_over);
   ASSERT_NE(left, nullptr);
   EXPECT_EQ(left->points.size(), above);
-  EXPECT_EQ(left->measured, static_cast<double>(above));
-  EXPECT_EQ(left->limit, pending.state.parameters.min_surface_points());
+  EXPECT_EQ(left->refusal->measured, static_cast<double>(above));
+  EXPECT_EQ(left->refusal->limit, pending.state.parameters.min_surface_points());
 }
 
 TEST(PlaneExtraction, TellsAClusterThatIsTooSmall) {
@@ -116,10 +124,10 @@ TEST(PlaneExtraction, TellsAClusterThatIsTooSmall) {
       pending.all.begin(), pending.all.end(), [&](Index i) { return pending.position(i).x() > 0.7; }));
   const Extracted result = extracted(pending);
   ASSERT_EQ(result.surfaces.size(), 1U);
-  const ToldRefusal* small = result.refusal(Refusal::small_cluster);
+  const PlaneProposal* small = result.refusal(Reason::too_few_points, few::in_cluster);
   ASSERT_NE(small, nullptr);
   EXPECT_EQ(small->points.size(), beside);
-  EXPECT_EQ(small->measured, static_cast<double>(beside));
+  EXPECT_EQ(small->refusal->measured, static_cast<double>(beside));
 }
 
 TEST(PlaneExtraction, TellsHowNarrowAStripIs) {
@@ -127,12 +135,12 @@ TEST(PlaneExtraction, TellsHowNarrowAStripIs) {
   pending.state.parameters.surfaces.min_surface_width = 0.05;
   const Extracted result = extracted(pending);
   EXPECT_THAT(result.surfaces, IsEmpty());
-  const ToldRefusal* narrow = result.refusal(Refusal::narrow);
+  const PlaneProposal* narrow = result.refusal(Reason::too_narrow);
   ASSERT_NE(narrow, nullptr);
-  EXPECT_EQ(narrow->limit, 0.05);
+  EXPECT_EQ(narrow->refusal->limit, 0.05);
   // Readings at y = 5 and 14 mm in one row of voxels, 23 and 32 mm in the next: their means are 18 mm apart,
   // as are those of the halves of what spreads uniformly over √12·9 = 31.2 mm.
-  EXPECT_NEAR(narrow->measured, 0.0312, 0.0003);
+  EXPECT_NEAR(narrow->refusal->measured, 0.0312, 0.0003);
 }
 
 TEST(PlaneExtraction, ALineSpansNoPlane) {
@@ -144,8 +152,9 @@ TEST(PlaneExtraction, ALineSpansNoPlane) {
   ASSERT_GE(pending.all.size(), 90U);
   const Extracted result = extracted(pending);
   EXPECT_THAT(result.surfaces, IsEmpty());
-  EXPECT_TRUE(result.refusal(Refusal::no_plane) != nullptr || result.refusal(Refusal::narrow) != nullptr ||
-              result.refusal(Refusal::few_on_plane) != nullptr);
+  EXPECT_TRUE(result.refusal(Reason::too_few_points, few::off_a_line) != nullptr ||
+              result.refusal(Reason::too_narrow) != nullptr ||
+              result.refusal(Reason::too_few_points, few::on_plane) != nullptr);
 }
 
 TEST(PlaneExtraction, ScatterAboveTheNoiseIsNoPlane) {
@@ -163,12 +172,12 @@ TEST(PlaneExtraction, ScatterAboveTheNoiseIsNoPlane) {
     parameters.detection.aligned_angle = 1.4;  // rad: normals of such clutter point anywhere
     PendingPoints pending({scan}, parameters);
     const Extracted result = extracted(pending);
-    const ToldRefusal* scattered = result.refusal(Refusal::scattered);
+    const PlaneProposal* scattered = result.refusal(Reason::scattered);
     ASSERT_EQ(scattered != nullptr, sigma < 0.01);
     if (scattered == nullptr) continue;
     EXPECT_THAT(result.surfaces, IsEmpty());
-    EXPECT_GT(scattered->measured, 4) << "in σ";
-    EXPECT_EQ(scattered->limit, 1.7);
+    EXPECT_GT(scattered->refusal->measured, 4) << "in σ";
+    EXPECT_EQ(scattered->refusal->limit, 1.7);
   }
 }
 
@@ -183,7 +192,7 @@ TEST(PlaneExtraction, APillarsFacetIsBent) {
   PendingPoints pending({pillar});
   const Extracted result = extracted(pending);
   EXPECT_THAT(result.surfaces, IsEmpty());
-  EXPECT_NE(result.refusal(Refusal::bent), nullptr);
+  EXPECT_NE(result.refusal(Reason::bent), nullptr);
 }
 
 TEST(PlaneExtraction, ASheetInASurfacesNoiseIsNone) {
@@ -202,7 +211,7 @@ TEST(PlaneExtraction, ASheetInASurfacesNoiseIsNone) {
     ASSERT_GT(pending.all.size(), 500U);
     const Extracted result = extracted(pending);
     EXPECT_EQ(result.surfaces.size(), near ? 0U : 1U);
-    EXPECT_EQ(result.refusal(Refusal::noise_sheet) != nullptr, near);
+    EXPECT_EQ(result.refusal(Reason::noise_sheet) != nullptr, near);
   }
 }
 
@@ -218,7 +227,7 @@ TEST(PlaneExtraction, EveryPointIsTakenOrRefused) {
     PendingPoints pending(scans);
     const Extracted result = extracted(pending);
     std::set<Index> refused;
-    for (const ToldRefusal& r : result.told) refused.insert(r.points.begin(), r.points.end());
+    for (const PlaneProposal& r : result.refused) refused.insert(r.points.begin(), r.points.end());
     for (const Index i : pending.all)
       EXPECT_NE(pending.work.window[i].surface != 0, refused.contains(i)) << pending.position(i).transpose();
     for (const SurfaceModel* s : result.surfaces) EXPECT_GE(s->size(), 50U);

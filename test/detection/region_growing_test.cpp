@@ -21,10 +21,13 @@ using Regions = std::vector<std::vector<Index>>;
 constexpr double degree = std::numbers::pi / 180;
 const Eigen::Vector3d eye(0.5, 0.5, 2);
 
-Regions grown(PendingPoints& pending, const RefusalSink* refusals = nullptr) {
-  RegionGrowing grow(pending.work, pending.state.parameters, refusals);
+RegionGrowing::Regions all_grown(PendingPoints& pending) {
+  RegionGrowing grow(pending.work, pending.state.parameters);
   return grow(pending.all, [](Index) { return true; });
 }
+
+/// Those of n points and more.
+Regions grown(PendingPoints& pending) { return all_grown(pending).large; }
 
 /// Two halves of a floor that meet at y = 0.5 under `angle`.
 std::vector<Scan> folded(double angle) {
@@ -87,7 +90,7 @@ TEST(RegionGrowing, GoesWhereItIsAllowed) {
   PendingPoints pending({rectangle_scan(eye, {0, 0, 0.01}, {1, 0, 0}, {0, 1, 0})});
   const auto allowed = [&](Index i) { return std::fabs(pending.position(i).x() - 0.5) > 0.1; };
   RegionGrowing grow(pending.work, pending.state.parameters);
-  const Regions regions = grow(pending.all, allowed);
+  const Regions regions = grow(pending.all, allowed).large;
   ASSERT_EQ(regions.size(), 2U);
   const auto wanted = std::count_if(pending.all.begin(), pending.all.end(), allowed);
   EXPECT_EQ(regions[0].size() + regions[1].size(), static_cast<std::size_t>(wanted));
@@ -101,24 +104,20 @@ TEST(RegionGrowing, StartsFromItsSeedsOnly) {
   });
   ASSERT_NE(middle, pending.all.end());
   RegionGrowing grow(pending.work, pending.state.parameters);
-  const Regions regions = grow(std::span(&*middle, 1), [](Index) { return true; });
+  const Regions regions = grow(std::span(&*middle, 1), [](Index) { return true; }).large;
   ASSERT_EQ(regions.size(), 1U);
   for (const Index i : regions[0]) EXPECT_LT(pending.position(i).x(), 0.41);
-  EXPECT_TRUE(grow(pending.all, [](Index) { return true; }).size() == 1) << "what was visited is done";
+  EXPECT_TRUE(grow(pending.all, [](Index) { return true; }).large.size() == 1) << "what was visited is done";
 }
 
-TEST(RegionGrowing, TellsWhatIsTooSmall) {
+TEST(RegionGrowing, ReturnsWhatIsTooSmallApart) {
   PendingPoints pending({rectangle_scan(eye, {0, 0, 0.01}, {0.5, 0, 0}, {0, 0.5, 0}),
                          rectangle_scan(eye, {0.8, 0.8, 0.01}, {0.1, 0, 0}, {0, 0.1, 0})});
-  std::vector<test::ToldRefusal> told;
-  const RefusalSink sink = test::listen(told);
-  const Regions regions = grown(pending, &sink);
-  ASSERT_EQ(regions.size(), 1U);
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].why, Refusal::small_region);
-  EXPECT_EQ(told[0].points.size(), pending.all.size() - regions[0].size());
-  EXPECT_EQ(told[0].measured, static_cast<double>(told[0].points.size()));
-  EXPECT_EQ(told[0].limit, pending.state.parameters.min_surface_points());
+  const RegionGrowing::Regions regions = all_grown(pending);
+  ASSERT_EQ(regions.large.size(), 1U);
+  ASSERT_EQ(regions.small.size(), 1U);
+  EXPECT_EQ(regions.small[0].size(), pending.all.size() - regions.large[0].size());
+  EXPECT_LT(regions.small[0].size(), static_cast<std::size_t>(pending.state.parameters.min_surface_points()));
 }
 
 TEST(RegionGrowing, SurfacesPointsAreNoNeighbours) {

@@ -1,6 +1,6 @@
 // The alpha shape against a Delaunay triangulation by definition: circumcircles without points.
-#include "geometry/alpha_shape.hpp"
-
+#include "geometry/rings.hpp"
+#include "support/alpha_shape_twin.hpp"
 #include "support/polygons.hpp"
 #include "support/seed.hpp"
 #include "surfaces/blobs.hpp"

@@ -1,7 +1,7 @@
 // The outline kept up to date against alpha_shape() of the sites that are in, bit for bit.
 #include "geometry/outline.hpp"
 
-#include "geometry/alpha_shape.hpp"
+#include "support/alpha_shape_twin.hpp"
 #include "support/seed.hpp"
 #include "surfaces/blobs.hpp"
 
@@ -130,7 +130,7 @@ TEST(CellBits, FollowWhatComesAndGoes) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::map<Cell, int> content;        // inliers of each cell
-  std::set<Cell> deep, rim, touched;  // as of the last settle(); cells whose content changed since
+  std::set<Cell> deep, rim, touched;  // as of the last take_changes(); cells whose content changed since
   CellBits bits;
   std::uniform_int_distribution<int> somewhere(-13, 13);
   const auto holds = [&](int u, int v) { return content.contains({u, v}); };
@@ -148,7 +148,7 @@ TEST(CellBits, FollowWhatComesAndGoes) {
       bits.change({cell.first, cell.second}, content.contains(cell));
     }
     std::set<Cell> told;
-    for (const CellBits::Cells& cells : bits.settle(true))
+    for (const CellBits::Cells& cells : bits.take_changes(true))
       cells.for_each([&](PlaneCell cell) { EXPECT_TRUE(told.emplace(cell.u, cell.v).second); });
     std::set<Cell> now_deep, now_rim, near_flips;
     for (int v = -16; v <= 16; ++v)

@@ -1,4 +1,7 @@
-#include "geometry/alpha_shape.hpp"
+#include "geometry/simplify.hpp"
+
+#include "geometry/rings.hpp"
+#include "support/alpha_shape_twin.hpp"
 #include "support/polygons.hpp"
 #include "support/seed.hpp"
 #include "surfaces/blobs.hpp"

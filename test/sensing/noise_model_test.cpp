@@ -89,7 +89,7 @@ TEST(NoiseModel, MeasuresEachDistanceByItself) {
   for (std::size_t k = 0; k < seen.size(); ++k)
     noise.observe(sphere(range_of_class(seen[k]), truth[k], 40000 * looked_at_once, rng));
   for (std::size_t k = 0; k < seen.size(); ++k) {
-    EXPECT_NEAR(noise.spread(seen[k]), truth[k], 0.025 * truth[k]) << "class " << seen[k];
+    EXPECT_NEAR(noise.measured_sigma(seen[k]), truth[k], 0.025 * truth[k]) << "class " << seen[k];
     EXPECT_NEAR(noise.sigma(seen[k]), truth[k], 0.025 * truth[k]) << "class " << seen[k];
     EXPECT_NEAR(noise.tolerance(seen[k]), parameters.surface_tolerance() + 4 * (noise.sigma(seen[k]) - s),
                 1e-12);
@@ -113,7 +113,7 @@ TEST(NoiseModel, ADifferenceThatIsAlwaysTheSame) {
     scan.points[i] *= 1 + static_cast<float>((i % 2 == 0 ? 0.5 : -0.5) * delta / 2);
   noise.observe(scan);
   const double middle = (std::floor(2 * delta / bin) + 0.5) * bin;
-  EXPECT_NEAR(noise.spread(range_class_of(2)), middle * 1.148 / std::sqrt(6.0), 1e-9);
+  EXPECT_NEAR(noise.measured_sigma(range_class_of(2)), middle * 1.148 / std::sqrt(6.0), 1e-9);
 }
 
 TEST(NoiseModel, AClassHasNoSayBeforeAThousandReadings) {
@@ -125,7 +125,7 @@ TEST(NoiseModel, AClassHasNoSayBeforeAThousandReadings) {
   few.observe(sphere(2, 2 * s, 999 * looked_at_once, rng));
   enough.observe(sphere(2, 2 * s, 1002 * looked_at_once, rng));
   EXPECT_EQ(few.sigma(c), s);
-  EXPECT_EQ(few.spread(c), s);
+  EXPECT_EQ(few.measured_sigma(c), s);
   EXPECT_GT(enough.sigma(c), 1.5 * s);
 }
 
@@ -142,7 +142,7 @@ TEST(NoiseModel, EdgesDoNotCount) {
   for (std::size_t i = 1; i + 1 < scan.points.size(); i += 30 * looked_at_once)
     scan.points[i] *= 1 + edge(rng) / scan.points[i].norm();
   noise.observe(scan);
-  EXPECT_NEAR(noise.spread(range_class_of(4)), 1.081 * truth, 0.025 * truth);
+  EXPECT_NEAR(noise.measured_sigma(range_class_of(4)), 1.081 * truth, 0.025 * truth);
 }
 
 TEST(NoiseModel, NearReadingsDoNotSpoilTheFarOnes) {
@@ -227,17 +227,17 @@ TEST(NoiseModel, SpreadIsWhatWasMeasured) {
   const double truth = parameters.surfaces.sensor_noise / 2;
   NoiseModel noise(parameters);
   const unsigned c = range_class_of(2);
-  EXPECT_EQ(noise.spread(c), noise.sigma(c)) << "nothing is known yet";
+  EXPECT_EQ(noise.measured_sigma(c), noise.sigma(c)) << "nothing is known yet";
   for (int i = 0; i < 4; ++i) noise.observe(wall(2, truth, 0, rng));
-  EXPECT_NEAR(noise.spread(c), truth, 0.25 * truth);
+  EXPECT_NEAR(noise.measured_sigma(c), truth, 0.25 * truth);
   EXPECT_EQ(noise.sigma(c), parameters.surfaces.sensor_noise);
-  EXPECT_EQ(noise.spread(15), noise.sigma(15)) << "never seen";
+  EXPECT_EQ(noise.measured_sigma(15), noise.sigma(15)) << "never seen";
 
   Parameters given = parameters;
   given.surfaces.range_noise = 0.001;
   NoiseModel fixed(given);
   for (int i = 0; i < 4; ++i) fixed.observe(wall(2, truth, 0, rng));
-  EXPECT_EQ(fixed.spread(c), fixed.sigma(c));
+  EXPECT_EQ(fixed.measured_sigma(c), fixed.sigma(c));
 }
 
 TEST(NoiseModel, ShuffledScansDoNotRaiseIt) {

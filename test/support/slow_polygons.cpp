@@ -1,6 +1,6 @@
 #include "support/slow_polygons.hpp"
 
-#include "geometry/alpha_shape.hpp"
+#include "support/alpha_shape_twin.hpp"
 
 namespace octosurf::test {
 

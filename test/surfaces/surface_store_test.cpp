@@ -98,40 +98,6 @@ TEST(SurfaceStore, IdsRiseAndAreNeverUsedAgain) {
   EXPECT_ANY_THROW(store.create({Eigen::Vector3d::UnitY(), 0}, {0, 0, 0}));
 }
 
-std::vector<SurfaceId> slowly_near_plane(const SurfaceStore& store, const Plane& plane, double angle,
-                                         double distance, const Eigen::Vector3d& point) {
-  std::vector<SurfaceId> ids;
-  for (const auto& [id, surface] : store)
-    if (std::acos(std::clamp(surface.plane().normal.dot(plane.normal), -1.0, 1.0)) <= angle &&
-        std::fabs(surface.plane().normal.dot(point) - surface.plane().offset) <= distance)
-      ids.push_back(id);
-  return ids;
-}
-
-TEST(SurfaceStore, FindsByPlane) {
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
-  std::uniform_real_distribution<double> uniform(-1, 1);
-  SurfaceStore store(d);
-  for (int i = 0; i < 300; ++i) {
-    const Eigen::Isometry3d pose = test::random_pose(rng, 1);
-    store.create(test::plane_of(pose), pose.translation());
-  }
-  for (int axis = 0; axis < 3; ++axis)  // cells' borders
-    for (const double sign : {-1.0, 1.0}) store.create({sign * Eigen::Vector3d::Unit(axis), 0.1}, {0, 0, 0});
-  for (int round = 0; round < 300; ++round) {
-    if (round == 150)  // planes move
-      for (auto& [id, surface] : store) store.set_plane(surface, test::plane_of(test::random_pose(rng, 1)));
-    const Plane plane = round % 10 == 0 ? Plane{Eigen::Vector3d::Unit(round / 10 % 3), 0}
-                                        : test::plane_of(test::random_pose(rng, 1));
-    const double angle = 0.01 + std::fabs(uniform(rng)) * (round % 3 == 0 ? 3 : 0.5);
-    const double distance = std::fabs(uniform(rng));
-    const Eigen::Vector3d point(uniform(rng), uniform(rng), uniform(rng));
-    EXPECT_EQ(store.near_plane(plane, angle, distance, point),
-              slowly_near_plane(store, plane, angle, distance, point));
-  }
-}
-
 TEST(SurfaceStore, RestoresWhatItGave) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);

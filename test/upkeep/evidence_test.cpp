@@ -235,7 +235,7 @@ TEST(Evidence, ScansThatSeeAFloorAgainMoveItsPlane) {
     const OccupancyDelta delta = state.occupancy.insert(voxels, downsample, &state.surfaces);
     readings += delta.confirmed.size();
     Workspace work(state);
-    confirm(work, voxels, delta.confirmed);
+    accumulate_evidence(work, voxels, delta.confirmed);
     work.changes.grown.insert(1);
     refit(work);
   }

@@ -89,7 +89,7 @@ TEST(Retract, DissolvesBelowTheFewestPoints) {
   retract(work, delta);
   EXPECT_EQ(floor.state.surfaces.find(1), nullptr);
   EXPECT_TRUE(work.changes.gone.contains(1));
-  EXPECT_EQ(work.returned.size(), left_over) << "its points return to pending";
+  EXPECT_EQ(work.requeued.size(), left_over) << "its points return to pending";
   floor.state.occupancy.for_each_point([](const VoxelPoint& p) { EXPECT_EQ(p.surface, 0U); });
   EXPECT_TRUE(floor.state.surfaces.near(floor.delta.appeared.front().key, 500).empty());
 }
@@ -146,7 +146,7 @@ TEST(Refit, ReturnsWhatAMovedPlaneLeavesBehind) {
   const SurfaceModel& surface = test::make_surface(work, points, between, everywhere);
   refit(work);
   EXPECT_NEAR(surface.plane().offset, 0.01, 0.005);
-  EXPECT_GE(work.returned.size(), step.appeared.size() * 9 / 10);
+  EXPECT_GE(work.requeued.size(), step.appeared.size() * 9 / 10);
   expect_in_step(floor.state);
 }
 
@@ -164,7 +164,7 @@ TEST(Refit, GivesBothPartsOfWhatItSplitsTheirOwnPlanes) {
   SurfaceModel& surface = test::make_surface(work, points, {Eigen::Vector3d::UnitZ(), 0.015}, everywhere);
   std::vector<PointWindow::Index> all;
   for (const VoxelPoint& p : points) all.push_back(work.window.find(p.key));
-  state.surfaces.set_plane(surface, fitted(work, all, surface.plane()));
+  surface.set_plane(fitted(work, all, surface.plane()));
   surface.checked_plane = surface.plane();
   refit(work);
   ASSERT_EQ(state.surfaces.size(), 2U);
@@ -174,10 +174,10 @@ TEST(Refit, GivesBothPartsOfWhatItSplitsTheirOwnPlanes) {
   expect_in_step(state);
 }
 
-Unsound::Why dissolved(const Workspace& work, SurfaceId id) {
+Reason dissolved(const Workspace& work, SurfaceId id) {
   EXPECT_TRUE(work.changes.gone.contains(id));
   EXPECT_EQ(work.state.surfaces.find(id), nullptr);
-  return work.changes.unsound.at(id).why;
+  return work.changes.unsound.at(id).reason;
 }
 
 TEST(Refit, TellsWhyItDissolvesWhatIsTooNarrow) {
@@ -186,7 +186,7 @@ TEST(Refit, TellsWhyItDissolvesWhatIsTooNarrow) {
   test::make_surface(work, floor.delta.appeared, ground,
                      [](const Eigen::Vector3d& p) { return p.y() > 0.5 && p.y() < 0.52; });
   refit(work);
-  ASSERT_EQ(dissolved(work, 1), Unsound::Why::narrow);
+  ASSERT_EQ(dissolved(work, 1), Reason::too_narrow);
   EXPECT_LE(work.changes.unsound.at(1).measured, 0.02);
   EXPECT_DOUBLE_EQ(work.changes.unsound.at(1).limit, 0.8 * Parameters{}.surfaces.min_surface_width);
   expect_in_step(floor.state);
@@ -205,7 +205,7 @@ TEST(Refit, TellsWhyItDissolvesWhatBends) {
   Workspace work(state);
   test::make_surface(work, delta.appeared, {Eigen::Vector3d::UnitX(), 0.235}, everywhere);
   refit(work);
-  EXPECT_EQ(dissolved(work, 1), Unsound::Why::bent);
+  EXPECT_EQ(dissolved(work, 1), Reason::bent);
 }
 
 TEST(Refit, TellsWhoseNoiseWhatItDissolvesIs) {
@@ -219,8 +219,8 @@ TEST(Refit, TellsWhoseNoiseWhatItDissolvesIs) {
   test::make_surface(work, sheet.appeared, {Eigen::Vector3d::UnitZ(), 0.01 + 1.15 * s}, everywhere);
   const SurfaceModel& real = test::make_surface(work, floor.delta.appeared, ground, everywhere);
   refit(work);
-  ASSERT_EQ(dissolved(work, 1), Unsound::Why::sheet);
-  EXPECT_EQ(work.changes.unsound.at(1).neighbour, real.id());
+  ASSERT_EQ(dissolved(work, 1), Reason::noise_sheet);
+  EXPECT_EQ(work.changes.unsound.at(1).surface, real.id());
   EXPECT_EQ(work.changes.unsound.size(), 1U) << "the floor stays";
 }
 
@@ -231,9 +231,9 @@ TEST(Refit, TellsHowFewItLeaves) {
       work, floor.delta.appeared, ground,
       [](const Eigen::Vector3d& p) { return p.x() > 0.4 && p.x() < 0.6 && p.y() > 0.4 && p.y() < 0.6; });
   const std::vector<Inlier> inliers = surface.sorted_inliers();
-  for (std::size_t i = 30; i < inliers.size(); ++i) work.take_back(work.window.find(inliers[i].key));
+  for (std::size_t i = 30; i < inliers.size(); ++i) work.requeue(work.window.find(inliers[i].key));
   refit(work);
-  ASSERT_EQ(dissolved(work, 1), Unsound::Why::few);
+  ASSERT_EQ(dissolved(work, 1), Reason::too_few_points);
   EXPECT_EQ(work.changes.unsound.at(1).measured, 30);
   EXPECT_EQ(work.changes.unsound.at(1).limit, 50);
 }
@@ -298,7 +298,7 @@ TEST(Derive, PublishesWhatChangedAndKeepsTheRest) {
   EXPECT_EQ(first->revision, 1U);
   EXPECT_NEAR(first->surfaces[0]->area_m2, 0.5, 0.03);
   Workspace work(floor.state);
-  work.take_back(work.window.find(floor.state.surfaces.find(2)->sorted_inliers().front().key));
+  work.requeue(work.window.find(floor.state.surfaces.find(2)->sorted_inliers().front().key));
   derive(work);
   const auto second = floor.state.snapshot.load();
   EXPECT_EQ(second->revision, 2U);

@@ -1,5 +1,5 @@
 // IHMC's planar regions in their text form: PlanarRegionFileTools.java, as docs/formats.md §7 describes it.
-#include "geometry/alpha_shape.hpp"
+#include "geometry/rings.hpp"
 #include "io/exporters/export_formats.hpp"
 #include "io/exporters/planner_pieces.hpp"
 #include "io/new_file.hpp"

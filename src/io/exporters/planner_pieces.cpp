@@ -1,6 +1,6 @@
 #include "io/exporters/planner_pieces.hpp"
 
-#include "geometry/alpha_shape.hpp"
+#include "geometry/rings.hpp"
 #include "geometry/triangulate.hpp"
 #include "io/exporters/export_formats.hpp"
 

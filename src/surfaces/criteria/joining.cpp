@@ -8,7 +8,7 @@ namespace octosurf {
 
 bool coplanar(const SurfaceModel& a, const SurfaceModel& b, const Eigen::Vector3d& contact,
               const NoiseModel& noise) {
-  constexpr double cos_10_deg = 0.984807753012208;  // however unsure
+  constexpr double cos_10_deg = 0.984807753012208;  // however uncertain the planes are
   if (a.plane().normal.dot(b.plane().normal) < cos_10_deg) return false;
   const auto patch = [&](const SurfaceModel& s) {
     return Patch{s.moments(&noise), s.reference(), s.readings()};
@@ -16,7 +16,7 @@ bool coplanar(const SurfaceModel& a, const SurfaceModel& b, const Eigen::Vector3
   return one_plane(patch(a), patch(b), a.plane(), contact, noise.base_tolerance(), a.resolution());
 }
 
-bool grown_together(const SurfaceModel& a, const SurfaceModel& b, const NoiseModel& noise) {
+bool joint_plane_fits(const SurfaceModel& a, const SurfaceModel& b, const NoiseModel& noise) {
   constexpr double cos_10_deg = 0.984807753012208;
   if (a.plane().normal.dot(b.plane().normal) < cos_10_deg) return false;
   Moments joint = b.moments(&noise).shifted(a.reference() - b.reference());

@@ -9,8 +9,9 @@ namespace octosurf {
 bool coplanar(const SurfaceModel& a, const SurfaceModel& b, const Eigen::Vector3d& contact,
               const NoiseModel& noise);
 
-/// The same for surfaces that touch along most of the smaller one's width: a joint plane leaves each by a
-/// third of s at most. Poses that drift between visits leave a surface's pieces that far apart.
-bool grown_together(const SurfaceModel& a, const SurfaceModel& b, const NoiseModel& noise);
+/// A joint plane fits both: it raises the rms distance of each by a third of s at most. Poses that drift
+/// between visits leave the pieces of one surface that far apart. For surfaces that touch along most of the
+/// smaller one's width.
+bool joint_plane_fits(const SurfaceModel& a, const SurfaceModel& b, const NoiseModel& noise);
 
 }  // namespace octosurf

@@ -18,11 +18,12 @@ bool obstructed(Workspace& work, const Plane& plane, const Eigen::Vector3d& a, c
     const Workspace::Index i = work.window.find(key);
     if (i == PointWindow::none) return false;
     const VoxelPoint& p = work.window[i];
-    // Further up, what faces the plane stands opposite, as the other side of a crack does.
+    // In upper layers points seen from behind the plane are ignored: they are of an opposite face, such as
+    // the other side of a crack.
     if (layers > 1 && p.view.dot(plane.normal.cast<float>()) <= 0) return false;
     return plane.signed_distance(p.position.cast<double>()) > work.state.noise.tolerance(p, plane);
   };
-  VoxelKey asked;
+  VoxelKey last;
   bool any = false;
   for (int layer = 1; layer <= layers; ++layer) {
     const Eigen::Vector3d start = from + (reach + layer * d) * plane.normal;
@@ -30,8 +31,8 @@ bool obstructed(Workspace& work, const Plane& plane, const Eigen::Vector3d& a, c
       VoxelKey key;
       if (!grid.key_of((start + way * (static_cast<double>(k) / std::max(1, steps))).cast<float>(), key))
         continue;
-      if (any && key == asked) continue;  // two steps a voxel
-      asked = key;
+      if (any && key == last) continue;  // two steps a voxel
+      last = key;
       any = true;
       if (stands_in(key)) return true;
     }

@@ -4,9 +4,9 @@
 
 namespace octosurf {
 
-/// Something stands on the plane between two points of it: a point that is not its noise, on the way
-/// from `a` to `b` just above the `reach` of the noise, or in as many `layers` of voxels above that, where
-/// so few readings are that a board may have none in the lowest.
+/// Something stands on the plane between two of its points: there is a point that is not the plane's noise on
+/// the straight way from `a` to `b`, in the first of `layers` of voxels above the `reach` of the noise. More
+/// than one layer is for sparse readings, where a board may have no point in the lowest.
 bool obstructed(Workspace& work, const Plane& plane, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                 double reach, int layers = 1);
 

@@ -1,6 +1,8 @@
 #include "surfaces/criteria/parts.hpp"
 
+#include "geometry/breadth_first.hpp"
 #include "geometry/cell_rows.hpp"
+#include "geometry/disjoint_sets.hpp"
 #include "geometry/plane_covariance.hpp"
 #include "surfaces/criteria/obstructed.hpp"
 
@@ -8,7 +10,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <tsl/robin_map.h>
 #include <tuple>
@@ -19,14 +20,14 @@ namespace {
 
 using Index = Workspace::Index;
 
-/// How much a fit's slopes may be off beside its noise, because that is not independent from point to
-/// point: a laser's line errs as a whole. `bias` m at the patch's own standard width, where scatter
-/// inside a voxel is no width.
+/// Covariance of the errors of a fit's slopes that are common to many points, such as those of one line of a
+/// laser: `bias` m at one standard deviation of the patch's extent, from which the scatter inside a voxel is
+/// subtracted.
 Eigen::Matrix2d slope_bias(const Moments& moments, const Eigen::Matrix3d& R, double bias, double resolution) {
   constexpr double smallest = 1e-8;  // m²
-  const Eigen::Matrix2d spread = (R * moments.covariance() * R.transpose()).topLeftCorner<2, 2>() -
+  const Eigen::Matrix2d extent = (R * moments.covariance() * R.transpose()).topLeftCorner<2, 2>() -
                                  Eigen::Matrix2d::Identity() * (resolution * resolution / 16);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(spread);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(extent);
   const Eigen::Vector2d variances =
       (bias * bias * axes.eigenvalues().cwiseMax(smallest).cwiseInverse().array()).matrix();
   return axes.eigenvectors() * variances.asDiagonal() * axes.eigenvectors().transpose();
@@ -43,7 +44,7 @@ PlaneOverFrame height_of(const Patch& patch, const Eigen::Matrix3d& R, const Eig
   return height;
 }
 
-constexpr double edge_bias = 0.007;  // rad, 0.4°: what edges and far views leave in a fit
+constexpr double edge_bias = 0.007;  // rad, 0.4°: error that edges and far views leave in a fit's slopes
 constexpr double limit = 16.3;       // χ² of three, 99.9 %
 
 double offset_bias(double tolerance) { return tolerance / 30; }
@@ -66,12 +67,12 @@ class Parts {
         R_(plane_axes(plane.normal).transpose()),
         reach_(std::max(1, static_cast<int>(work.state.parameters.max_hole_size() /
                                             work.state.parameters.occupancy.resolution))),
-        careful_(work.state.parameters.aligned()),
+        robust_(work.state.parameters.aligned()),
         reference_(work.window[points.front()].position.cast<double>()),
         points_(by_cell(work, points, plane)),
         rows_(points_.cells),
         depths_(rows_.depths()),
-        sparse_(careful_ && sparse()),
+        sparse_(robust_ && sparse()),
         parts_(points_.cells.size(), unlabelled),
         points_per_cell_(static_cast<double>(points.size()) / static_cast<double>(points_.cells.size())) {
     label();
@@ -81,7 +82,7 @@ class Parts {
     join();
     std::vector<std::vector<Index>> joined(patches_.size());
     for (std::size_t cell = 0; cell < parts_.size(); ++cell) {
-      std::vector<Index>& part = joined[root(parts_[cell])];
+      std::vector<Index>& part = joined[joints_.root(parts_[cell])];
       const auto points = points_.of(cell);
       part.insert(part.end(), points.begin(), points.end());
     }
@@ -91,7 +92,7 @@ class Parts {
 
  private:
   static constexpr std::uint32_t unlabelled = ~std::uint32_t{0};
-  static constexpr std::size_t enough_contacts = 32;  // to begin to know where two parts meet
+  static constexpr std::size_t min_sampled_gaps = 32;  // before gaps of a pair are left out
   static constexpr std::uint32_t last = ~std::uint32_t{0};
   struct Contact {
     std::uint32_t cell, other;
@@ -102,31 +103,32 @@ class Parts {
     std::uint32_t a, b;
     double points = 0;                       // of the smaller
     std::uint32_t begin = last, end = last;  // of contacts_, as they were found
-    std::size_t facing = 0, tried = 0, touching = 0;
-    std::optional<bool> open = std::nullopt;          // empty: not asked yet
-    Eigen::Vector3d place = Eigen::Vector3d::Zero();  // mean of the open ones
+    std::size_t gap_candidates = 0, sampled_gaps = 0, touching = 0;
+    std::optional<bool> free_contact = std::nullopt;  // empty: not known yet
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();  // mean of the unobstructed contacts
     std::array<std::size_t, 4> refused{};             // roots and their sizes when they were not one plane
   };
 
-  /// What a shelf's board has next to the wall passes for the wall's, and bridges the gap that it is.
-  void mark_what_is_under() {
+  /// Points of an object that stands on the plane, such as a shelf's board, can lie within the plane's
+  /// tolerance and so bridge the gap that the object makes. Their cells are labelled last.
+  void mark_covered_cells() {
     for (std::size_t cell = 0; cell < depths_.size(); ++cell) {
       const auto points = points_.of(cell);
       if (std::any_of(points.begin(), points.end(), [&](Index i) {
             const Eigen::Vector3d at = work_.window[i].position.cast<double>();
             return blocked(i, at, at);
           }))
-        depths_[cell] = under;
+        depths_[cell] = covered;
     }
   }
 
-  /// A laser's lines leave holes between them: cells without points amid five and more that have some.
-  /// So does what is seen through a crack, but that is small.
+  /// The lines of a laser leave holes between them: cells without points that have five neighbours with some,
+  /// or more. A plane seen through a crack has such holes too, but it is small.
   bool sparse() const {
-    constexpr std::size_t enough = 600;     // cells
-    constexpr std::size_t least_share = 7;  // a seventh: at a twelfth a real depth camera's kitchen is cut up
+    constexpr std::size_t min_cells = 600;
+    constexpr std::size_t cells_per_hole = 7;  // at twelve a real depth camera's kitchen is cut up
     const std::vector<PlaneCell>& cells = points_.cells;
-    if (cells.size() <= enough) return false;
+    if (cells.size() <= min_cells) return false;
     std::size_t holes = 0;
     for (std::size_t c = 0; c + 1 < cells.size(); ++c) {
       if (cells[c].v != cells[c + 1].v || cells[c].u + 2 != cells[c + 1].u) continue;
@@ -135,32 +137,31 @@ class Parts {
                                 [&](std::uint32_t first, std::uint32_t end) { near += end - first; });
       holes += near >= 5;
     }
-    return holes * least_share > cells.size();
+    return holes * cells_per_hole > cells.size();
   }
 
-  /// From the cells deepest inside outward, because noise bridges a gap in places: what touches among
-  /// cells whose surroundings are full, then what that reaches and what touches among the next, …
+  /// From the cells deepest inside outward, because noise bridges a gap in places. Cells whose surroundings
+  /// are full are joined first where they touch; the parts then grow into the cells of the next lower depth,
+  /// whose remaining cells make parts of their own; and so on.
   void label() {
-    if (sparse_) mark_what_is_under();
+    if (sparse_) mark_covered_cells();
     std::vector<std::uint32_t> reached;
-    for (int depth = deepest; depth >= under; --depth) {
-      spread(std::exchange(reached, {}), depth, reached);
+    for (int depth = deepest; depth >= covered; --depth) {
+      grow(std::exchange(reached, {}), depth, reached);
       for (std::uint32_t c = 0; c < parts_.size(); ++c) {
         if (parts_[c] != unlabelled || depths_[c] < depth) continue;
         parts_[c] = static_cast<std::uint32_t>(patches_.size());
         patches_.push_back({{}, reference_, 0});
-        spread({c}, depth, reached);
+        grow({c}, depth, reached);
       }
     }
     gather();
-    parents_.resize(patches_.size());
-    std::iota(parents_.begin(), parents_.end(), std::size_t{0});
+    joints_ = DisjointSets(patches_.size());
   }
 
   /// Breadth first over cells of at least this depth, so that parts that meet share what lies between.
-  void spread(std::vector<std::uint32_t> open, int depth, std::vector<std::uint32_t>& reached) {
-    for (std::size_t next = 0; next < open.size(); ++next) {
-      const std::uint32_t from = open[next];
+  void grow(std::vector<std::uint32_t> open, int depth, std::vector<std::uint32_t>& reached) {
+    breadth_first(open, [&](std::uint32_t from) {
       bool at_rim = false;
       rows_.for_each_run_within(points_.cells[from], 1, [&](std::uint32_t first, std::uint32_t end) {
         for (std::uint32_t c = first; c < end; ++c) {
@@ -174,10 +175,10 @@ class Parts {
         }
       });
       if (at_rim) reached.push_back(from);
-    }
+    });
   }
 
-  static constexpr std::int8_t deepest = 2, under = -1;  // what is under something comes last
+  static constexpr std::int8_t deepest = 2, covered = -1;  // covered: by an object on the plane
 
   void gather() {
     const NoiseModel& noise = work_.state.noise;
@@ -217,12 +218,12 @@ class Parts {
   static bool touch(PlaneCell a, PlaneCell b) { return std::abs(a.u - b.u) <= 1 && std::abs(a.v - b.v) <= 1; }
 
   void note(std::uint32_t cell, std::uint32_t other, bool touching) {
-    if (depths_[cell] == under || depths_[other] == under) return;
+    if (depths_[cell] == covered || depths_[other] == covered) return;
     Pair& pair = pair_of(parts_[cell], parts_[other]);
-    // Ever fewer of those that face each other, so that the whole contact has a say.
-    const std::size_t stride = 1 + pair.tried / enough_contacts;
-    if (!touching && pair.facing++ % (stride * stride) != 0) return;
-    ++(touching ? pair.touching : pair.tried);
+    // Gaps are sampled ever more sparsely, so that the samples are spread along the whole contact.
+    const std::size_t stride = 1 + pair.sampled_gaps / min_sampled_gaps;
+    if (!touching && pair.gap_candidates++ % (stride * stride) != 0) return;
+    ++(touching ? pair.touching : pair.sampled_gaps);
     const auto place = static_cast<std::uint32_t>(contacts_.size());
     contacts_.push_back({cell, other, touching, last});
     (pair.begin == last ? pair.begin : contacts_[pair.end].next) = place;
@@ -231,18 +232,18 @@ class Parts {
 
   Pair& pair_of(std::uint32_t a, std::uint32_t b) {
     const std::uint64_t key = std::uint64_t{a} << 32 | b;
-    if (pairs_.empty() || key != last_asked_) {  // they come in runs
+    if (pairs_.empty() || key != last_pair_) {  // they come in runs
       const auto [entry, fresh] = places_.try_emplace(key, pairs_.size());
       if (fresh) pairs_.push_back({a, b, std::min(patches_[a].points, patches_[b].points)});
-      last_asked_ = key;
-      last_place_ = entry->second;
+      last_pair_ = key;
+      last_pair_place_ = entry->second;
     }
-    return pairs_[last_place_];
+    return pairs_[last_pair_place_];
   }
 
-  /// They touch nearly as much as halves of one patch would: three pairs of cells for each of its width.
-  /// Then it takes more than a small difference to tell them apart, for poses drift between visits.
-  bool grown_together(const Pair& pair) const {
+  /// They touch nearly as much as two halves of one patch would, which have three touching pairs of cells for
+  /// each cell of its width. Then a small difference does not part them, because poses drift between visits.
+  bool touch_along_width(const Pair& pair) const {
     return static_cast<double>(pair.touching) >= 2 * std::sqrt(pair.points / points_per_cell_);
   }
 
@@ -255,29 +256,29 @@ class Parts {
     return obstructed(work_, plane_, from, to, work_.state.noise.tolerance(p, plane_), sparse_ ? reach_ : 1);
   }
 
-  /// They meet anywhere, and where that is on the mean. Where readings are dense one open place tells that
-  /// there are no two; where they are sparse what stands between may have none there.
-  bool meet(Pair& pair) {
-    if (pair.open) return *pair.open;
-    std::size_t open = 0, all = 0;
+  /// True if some contact is unobstructed; if `sparse_`, if most of them are, because an object between the
+  /// parts may have no reading at some. Stores the mean place of the unobstructed contacts.
+  bool has_free_contact(Pair& pair) {
+    if (pair.free_contact) return *pair.free_contact;
+    std::size_t unobstructed = 0, all = 0;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (std::uint32_t k = pair.begin; k != last; k = contacts_[k].next, ++all) {
       const Contact& contact = contacts_[k];
       const Eigen::Vector3d from = first_of(contact.cell), to = first_of(contact.other);
-      if (!contact.touching && careful_ && blocked(points_.points[points_.first[contact.cell]], from, to))
+      if (!contact.touching && robust_ && blocked(points_.points[points_.first[contact.cell]], from, to))
         continue;
-      ++open;
+      ++unobstructed;
       sum += contact.touching ? from : (from + to) / 2;
     }
-    pair.open = open > 0 && (!sparse_ || 2 * open > all);
-    if (open > 0) pair.place = sum / static_cast<double>(open);
-    return *pair.open;
+    pair.free_contact = unobstructed > 0 && (!sparse_ || 2 * unobstructed > all);
+    if (unobstructed > 0) pair.place = sum / static_cast<double>(unobstructed);
+    return *pair.free_contact;
   }
 
   void join() {
     if (patches_.size() < 2) return;
     find_contacts();
-    // The largest first: they say best what the plane is.
+    // The largest first: their planes are the most certain.
     std::sort(pairs_.begin(), pairs_.end(), [](const Pair& x, const Pair& y) {
       return std::tuple(-x.points, x.a, x.b) < std::tuple(-y.points, y.a, y.b);
     });
@@ -289,20 +290,21 @@ class Parts {
   bool join_once() {
     bool joined = false;
     for (Pair& pair : pairs_) {
-      const std::size_t a = root(pair.a), b = root(pair.b);
+      const std::size_t a = joints_.root(pair.a), b = joints_.root(pair.b);
       if (a == b) continue;
-      if (careful_ && (!grown_together(pair) || !meet(pair)) && !explained_by_one(pair, a, b)) continue;
+      if (robust_ && (!touch_along_width(pair) || !has_free_contact(pair)) && !explained_by_one(pair, a, b))
+        continue;
       Patch& into = patches_[std::min(a, b)];
       into.moments.add(patches_[std::max(a, b)].moments);
       into.points += patches_[std::max(a, b)].points;
-      parents_[std::max(a, b)] = std::min(a, b);
+      joints_.join(std::min(a, b), std::max(a, b));
       joined = true;
     }
     return joined;
   }
 
   struct Slopes {
-    double points = 0;  // of the patch when it was asked
+    double points = 0;  // of the patch when they were fitted
     Eigen::Vector2d slopes;
     Eigen::Matrix2d covariance;
   };
@@ -318,10 +320,11 @@ class Parts {
     return known;
   }
 
-  /// They lean too differently to be one plane wherever they meet: slopes do not depend on the place that
-  /// they are taken about, and their χ² alone is no more than that with the heights.
-  bool lean_apart(std::size_t a, std::size_t b) {
-    constexpr double rounding = 1.01;  // far more than there is
+  /// Their slopes differ too much for one plane, wherever they meet. A quick check before one_plane(): slopes
+  /// do not depend on the place that they are taken about, and the χ² of the slopes alone is never larger
+  /// than that with the heights.
+  bool slopes_differ(std::size_t a, std::size_t b) {
+    constexpr double rounding = 1.01;  // far more than rounding makes
     const Slopes &of_a = slopes_of(a), &of_b = slopes_of(b);
     const Eigen::Vector2d difference = of_a.slopes - of_b.slopes;
     const Eigen::Matrix2d covariance =
@@ -329,9 +332,9 @@ class Parts {
     return difference.dot(covariance.inverse() * difference) > rounding * limit;
   }
 
-  /// Not asked again before one of them has grown.
+  /// A pair that was refused is not tried again before one of the two has grown.
   bool explained_by_one(Pair& pair, std::size_t a, std::size_t b) {
-    if (lean_apart(a, b) || !meet(pair)) return false;
+    if (slopes_differ(a, b) || !has_free_contact(pair)) return false;
     const std::array<std::size_t, 4> now{a, b, static_cast<std::size_t>(patches_[a].points),
                                          static_cast<std::size_t>(patches_[b].points)};
     if (now == pair.refused) return false;
@@ -342,16 +345,11 @@ class Parts {
     return false;
   }
 
-  std::size_t root(std::size_t part) const {
-    while (parents_[part] != part) part = parents_[part];
-    return part;
-  }
-
   Workspace& work_;
   Plane plane_;
   Eigen::Matrix3d R_;  // rows u, v, normal
   int reach_;          // cells, h
-  bool careful_;       // else the paper's clusters by h alone
+  bool robust_;        // Parameters::aligned(); else the paper's clusters by h alone
   Eigen::Vector3d reference_;
   PointsByCell points_;
   CellRows rows_;
@@ -360,13 +358,13 @@ class Parts {
   std::vector<std::uint32_t> parts_;  // of each cell
   double points_per_cell_;
   std::vector<Patch> patches_;
-  std::vector<std::size_t> parents_;
+  DisjointSets joints_;  // parts; the root has the patch of all
   std::vector<Slopes> slopes_;
   std::vector<Contact> contacts_;
   std::vector<Pair> pairs_;
   tsl::robin_map<std::uint64_t, std::size_t, PackedKeyHash> places_;
-  std::uint64_t last_asked_ = 0;
-  std::size_t last_place_ = 0;
+  std::uint64_t last_pair_ = 0;
+  std::size_t last_pair_place_ = 0;
 };
 
 }  // namespace

@@ -6,21 +6,23 @@
 
 namespace octosurf {
 
-/// What is asked of points before they are called one surface, and again when a surface has changed.
+/// Checks of points before they become a surface, and of a surface when it has changed.
 
-/// Which of `points` lie over one larger surface that faces the same way, within the reach of its noise
-/// and of poses that drift between visits. Who sees one of the two would see it through the other: they
-/// cannot both be there, and the larger one is believed.
-struct Sheet {
+/// Points that lie over a larger surface that faces the same way, within the reach of its noise and of poses
+/// that drift between visits. A sensor would see one of the two through the other, so they cannot both be
+/// there: the larger surface is kept, and these points are taken for its noise.
+struct NoiseSheet {
   SurfaceId over = 0;  ///< the larger surface; 0: none
   std::vector<Workspace::Index> points;
-  bool covers_much_of(std::size_t all) const { return points.size() * 10 > all * 4; }
+  bool has_large_share_of(std::size_t all) const { return points.size() * 10 > all * 4; }  ///< over 40 %
 };
-/// The larger surface that most of the points lie over. `self`: what they belong to, 0 if to none.
-Sheet sheet_of(Workspace& work, std::span<const Workspace::Index> points, const Plane& plane, SurfaceId self);
-/// So many of the points are such noise that they are no surface of their own.
-SurfaceId parallel_sheet(Workspace& work, std::span<const Workspace::Index> points, const Plane& plane,
-                         SurfaceId self);
+/// The noise sheet with the most of the points. `self`: the surface they belong to, 0 if to none.
+NoiseSheet noise_sheet_in(Workspace& work, std::span<const Workspace::Index> points, const Plane& plane,
+                          SurfaceId self);
+/// The surface that has most of the points as its noise, so that they are none of their own; 0: there is
+/// none.
+SurfaceId noise_sheet_over(Workspace& work, std::span<const Workspace::Index> points, const Plane& plane,
+                           SurfaceId self);
 
 /// Plane through points, weighted by 1/σ²; normal on the side of `toward`'s.
 Plane fitted(Workspace& work, std::span<const Workspace::Index> points, const Plane& toward);

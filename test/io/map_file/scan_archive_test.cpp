@@ -191,7 +191,7 @@ TEST_F(ScanArchives, RoundingIsWithinItsBoundAndHasNoBias) {
       const VoxelScan& all = rounded.last_voxels();
       if (!all.within_range(VoxelGrid(0.02).centre_of(end.key))) continue;
       const Eigen::Vector3d shift = (end.centroid - was.centroid).cast<double>();
-      const double spread = noise.spread(range_class_of((was.centroid - all.origin).norm()));
+      const double spread = noise.measured_sigma(range_class_of((was.centroid - all.origin).norm()));
       const double n = 8.0 * was.count / (8 + was.count);
       const double step = std::max(0.02 / 256, spread * std::sqrt(0.12 / n));
       EXPECT_LE(shift.cwiseAbs().maxCoeff(), step / 2 + 0.02 / 512 + 2e-6);

@@ -32,7 +32,7 @@ struct Wall {
     Workspace work(state);
     std::vector<Index> all;
     for (const VoxelPoint& p : points) all.push_back(work.window.find(p.key));
-    return parallel_sheet(work, all, {facing * x, facing * corner.x()}, self);
+    return noise_sheet_over(work, all, {facing * x, facing * corner.x()}, self);
   }
 
   MapState state{Parameters{}};

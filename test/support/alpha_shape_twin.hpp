@@ -17,16 +17,8 @@ namespace octosurf {
 /// Duplicate and collinear points are fine; fewer than three distinct points give no polygon.
 /// The result does not depend on the points' order, ties between cocircular points included. Rings
 /// begin at their lexicographically smallest vertex; holes and polygons are in the order of their rings.
-/// Cost O(n log n); about 3 µs a point. Outline keeps the same up to date while points come and go.
+/// Cost O(n log n). The slow twin of Outline (geometry/outline.hpp), which keeps the same up to date while
+/// points come and go.
 std::vector<Polygon> alpha_shape(std::span<const Eigen::Vector2d> points, double alpha);
-
-/// Area of a polygon with its holes taken off, m².
-double area_of(const Polygon& polygon);
-/// Signed area of a ring, positive if counter-clockwise.
-double signed_area(const Ring2& ring);
-
-/// Drops near-collinear vertices, moving the outline by at most `tolerance`; keeps rings simple and
-/// apart (topology-preserving, Dyken et al. 2009, CGAL Polyline_simplification_2).
-std::vector<Polygon> simplify(const std::vector<Polygon>& polygons, double tolerance);
 
 }  // namespace octosurf

@@ -1,4 +1,4 @@
-#include "geometry/alpha_shape.hpp"
+#include "support/alpha_shape_twin.hpp"
 
 #include "geometry/rings.hpp"
 
@@ -141,22 +141,6 @@ std::vector<Polygon> alpha_shape(std::span<const Eigen::Vector2d> points, double
   std::erase_if(polygons, [](const Polygon& polygon) { return polygon.outer.empty(); });
   order_rings(polygons);
   return polygons;
-}
-
-double signed_area(const Ring2& ring) {
-  double twice = 0;
-  for (std::size_t i = 0; i < ring.size(); ++i) {
-    // About the first vertex, so that far-off rings keep their digits.
-    const Eigen::Vector2d a = ring[i] - ring[0], b = ring[(i + 1) % ring.size()] - ring[0];
-    twice += a.x() * b.y() - a.y() * b.x();
-  }
-  return twice / 2;
-}
-
-double area_of(const Polygon& polygon) {
-  double area = signed_area(polygon.outer);
-  for (const Ring2& hole : polygon.holes) area += signed_area(hole);
-  return area;
 }
 
 }  // namespace octosurf
