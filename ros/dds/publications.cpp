@@ -95,7 +95,8 @@ bool Publications::publish_map(const Snapshot& snapshot) {
   all &= publish(grid_map_, "grid map",
                  [&](MessageWriter& out) { write_grid_map(out, grid, layers_of(grid), frame); });
   all &= publish(terrain_, "planar terrain", [&](MessageWriter& out) {
-    write_planar_terrain(out, contact_surfaces(snapshot, options_.foot_radius_m), grid, frame);
+    const std::vector<PlannerSurface> surfaces = contact_surfaces(snapshot, options_.foot_radius_m);
+    write_planar_terrain(out, terrain_regions(surfaces).regions, grid, frame);
   });
   return all;
 }
