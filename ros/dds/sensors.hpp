@@ -45,7 +45,7 @@ class Sensors {
   std::condition_variable_any news_;
   TransformTree tree_;
   bool tree_sorted_ = true;
-  std::optional<CameraInfoMessage> camera_;
+  std::optional<std::string> camera_;  // CameraInfo as it came, found to be one of a calibrated camera
 };
 
 }  // namespace octosurf::dds

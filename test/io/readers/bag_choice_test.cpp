@@ -246,6 +246,16 @@ TEST_F(BagChoice, MessagesThatComeOneByOneAreReadAlike) {
   EXPECT_THAT(refused([&] { pose_from_transform({std::nan(""), 0, 0}, q, "here"); }), HasSubstr("here"));
 }
 
+TEST(ImageTopics, TellTheirCameraAndWhetherTheyAreRectified) {
+  EXPECT_EQ(camera_info_topic("/camera/depth/image"), "/camera/depth/camera_info");
+  EXPECT_EQ(camera_info_topic("/camera/depth/image/compressedDepth", true), "/camera/depth/camera_info");
+  EXPECT_EQ(camera_info_topic("/image"), "/camera_info");
+  EXPECT_EQ(camera_info_topic("image"), "camera_info");
+  EXPECT_EQ(camera_info_topic("image/compressedDepth", true), "camera_info");
+  EXPECT_TRUE(is_rectified("/camera/depth/image_rect_raw"));
+  EXPECT_FALSE(is_rectified("/camera/depth/image_raw"));
+}
+
 TEST_F(BagChoice, PicturesAreNoDepth) {
   const std::vector<McapMessage> messages{fixed("map", "camera", 0), camera("/a/camera_info", 1),
                                           image(1, "/a/color", "rgb8"), image(1, "/a/depth", "16UC1")};

@@ -14,17 +14,6 @@
 #include <octosurf/ros_messages.hpp>
 
 namespace octosurf::ros1 {
-namespace {
-
-/// Where image_transport has the camera of an image: a/b/image → a/b/camera_info.
-std::string info_topic_of(const std::string& images) {
-  return images.substr(0, images.rfind('/') + 1) + "camera_info";
-}
-
-/// "…/image_rect": undistorted, so that the projection matrix holds for it; as for bags.
-bool is_rectified(const std::string& images) { return images.find("rect") != std::string::npos; }
-
-}  // namespace
 
 template <class Message>
 void ScanIntake::subscribe(ros::NodeHandle& node, const std::string& topic, std::function<void(Bytes)> take) {
@@ -45,7 +34,7 @@ ScanIntake::ScanIntake(ros::NodeHandle& node, const Settings& settings, std::fun
     subscribe<sensor_msgs::PointCloud2>(node, topic,
                                         [this, topic](Bytes bytes) { take(topic, false, std::move(bytes)); });
   for (const std::string& topic : settings.depth_topics) {
-    subscribe<sensor_msgs::CameraInfo>(node, info_topic_of(topic), [this, topic](Bytes bytes) {
+    subscribe<sensor_msgs::CameraInfo>(node, camera_info_topic(topic), [this, topic](Bytes bytes) {
       const std::lock_guard lock(mutex_);
       cameras_[topic] = std::move(bytes);
     });
@@ -71,7 +60,7 @@ ScanIntake::Bytes ScanIntake::camera_of(const std::string& topic, const std::str
       if (const auto camera = cameras_.find(topic); camera != cameras_.end()) return camera->second;
     }
     if (stopping_ || Clock::now() >= end)
-      throw Error(Error::Kind::data, where, "no camera: nothing came on " + info_topic_of(topic));
+      throw Error(Error::Kind::data, where, "no camera: nothing came on " + camera_info_topic(topic));
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
 }
