@@ -7,24 +7,23 @@
 #include <condition_variable>
 #include <cstdio>
 #include <mutex>
-#include <vector>
+#include <numbers>
 
-#include <octosurf/contact.hpp>
+#include <octosurf/planner_formats.hpp>
 
 namespace octosurf::dds {
 namespace {
 
-/// Where a round foot may be on each surface. Terrains are of z up (REP 103).
-std::vector<PlannerSurface> contact_surfaces(const Snapshot& snapshot, double foot_radius_m) {
-  const ContactShape foot = ContactShape::disc(foot_radius_m);
-  std::vector<PlannerSurface> surfaces;
-  for (const SurfacePtr& surface : snapshot.surfaces)
-    surfaces.push_back({surface->id,
-                        surface->T_map_surface,
-                        surface->polygons,
-                        contact_region(*surface, foot, {}).polygons,
-                        {}});
-  return surfaces;
+constexpr double degree = std::numbers::pi / 180;
+
+/// Of the planar terrain, which is of z up (REP 103).
+PlannerContact contact_of(const NodeOptions& options) {
+  PlannerContact contact;
+  contact.shape = ContactShape::disc(options.foot_radius_m);
+  contact.limits.max_slope_rad = options.max_slope_deg * degree;
+  contact.limits.clearance_m = options.clearance_m;
+  contact.limits.gap_depth_m = options.gap_depth_m;
+  return contact;
 }
 
 }  // namespace
@@ -87,7 +86,9 @@ bool Publications::publish_map(const Snapshot& snapshot) {
     all &= publish(octomap_, "octomap", [&](MessageWriter& out) { write_octomap(out, snapshot, frame); });
   HeightGrid grid;
   try {
-    grid = height_grid(snapshot);
+    HeightGridOptions wanted;
+    wanted.max_slope_rad = options_.max_slope_deg * degree;
+    grid = height_grid(snapshot, wanted);
   } catch (const std::exception& error) {
     tell("grid map", error);
   }
@@ -95,7 +96,7 @@ bool Publications::publish_map(const Snapshot& snapshot) {
   all &= publish(grid_map_, "grid map",
                  [&](MessageWriter& out) { write_grid_map(out, grid, layers_of(grid), frame); });
   all &= publish(terrain_, "planar terrain", [&](MessageWriter& out) {
-    const std::vector<PlannerSurface> surfaces = contact_surfaces(snapshot, options_.foot_radius_m);
+    const auto surfaces = planner_surfaces(snapshot, contact_of(options_), &snapshot.octree);
     write_planar_terrain(out, terrain_regions(surfaces).regions, grid, frame);
   });
   return all;
