@@ -43,6 +43,11 @@ ReceivedScan scan_from_depth(std::string_view image, std::string_view camera_inf
                              const std::string& where, bool rectified = false,
                              std::optional<double> depth_scale = {});
 
+/// Throws Error(data) that names `where` unless it is the sensor_msgs/CameraInfo of a calibrated camera, as
+/// scan_from_depth() takes it.
+void require_camera(std::string_view camera_info, MessageEncoding encoding, const std::string& where,
+                    bool rectified = false);
+
 /// The topic on which image_transport has the CameraInfo of a topic of images: a/b/image → a/b/camera_info.
 /// `compressed`: it is a transport's, below the images': a/b/image/compressedDepth → a/b/camera_info.
 std::string camera_info_topic(const std::string& images, bool compressed = false);

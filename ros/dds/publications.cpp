@@ -53,9 +53,9 @@ void Publications::run(std::stop_token stop) {
   const std::chrono::duration<double> period(options_.publish_s);
   std::shared_ptr<const Snapshot> last;
   while (!stop.stop_requested()) {
-    const std::shared_ptr<const Snapshot> snapshot = mapping_.snapshot();
-    if (snapshot != last && publish_map(*snapshot)) last = snapshot;
-    publish_status(*snapshot);
+    const MapMoment moment = mapping_.moment();
+    if (moment.snapshot != last && publish_map(moment)) last = moment.snapshot;
+    publish_status(moment);
     std::unique_lock lock(mutex);
     never.wait_for(lock, stop, period, [] { return false; });
   }
@@ -77,10 +77,11 @@ bool Publications::publish(const Writer& writer, const char* what,
   return true;
 }
 
-bool Publications::publish_map(const Snapshot& snapshot) {
+bool Publications::publish_map(const MapMoment& moment) {
   const std::string& frame = options_.frame;
-  bool all =
-      publish(surfaces_, "surfaces", [&](MessageWriter& out) { write_surfaces(out, snapshot, frame); });
+  const Snapshot& snapshot = *moment.snapshot;
+  bool all = publish(surfaces_, "surfaces",
+                     [&](MessageWriter& out) { write_surfaces(out, snapshot, frame, moment.stamp_ns); });
   all &= publish(markers_, "markers", [&](MessageWriter& out) { write_markers(out, snapshot, frame); });
   if (snapshot.octree.resolution() > 0)
     all &= publish(octomap_, "octomap", [&](MessageWriter& out) { write_octomap(out, snapshot, frame); });
@@ -102,11 +103,15 @@ bool Publications::publish_map(const Snapshot& snapshot) {
   return all;
 }
 
-void Publications::publish_status(const Snapshot& snapshot) {
+void Publications::publish_status(const MapMoment& moment) {
   const MappingCounts counts = mapping_.counts();
   const InputState inputs = inputs_();
   publish(status_, "status", [&](MessageWriter& out) {
     out.begin_message();
+    out.field("header");
+    write_header(out, options_.frame, moment.stamp_ns);
+    out.field("revision", moment.snapshot->revision);
+    out.field("surfaces", static_cast<std::uint32_t>(moment.snapshot->surfaces.size()));
     out.field("received", counts.received);
     out.field("waiting", counts.waiting);
     out.field("mapped", counts.mapped);
@@ -116,12 +121,11 @@ void Publications::publish_status(const Snapshot& snapshot) {
     out.field("lost", inputs.lost);
     out.field("transforms", counts.transforms);
     out.field("messages_refused", counts.messages_refused);
-    out.field("revision", snapshot.revision);
-    out.field("surfaces", static_cast<std::uint32_t>(snapshot.surfaces.size()));
     out.field("scan_publishers", inputs.scan_publishers);
     out.field("camera_publishers", inputs.camera_publishers);
     out.field("transform_publishers", inputs.transform_publishers);
     out.field("last_refusal", counts.last_refusal);
+    out.field("scan_ms", counts.scan_ms);
     out.end_message();
   });
 }

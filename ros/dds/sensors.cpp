@@ -57,7 +57,7 @@ void Sensors::add_transforms(std::string_view message, bool fixed) {
 }
 
 void Sensors::add_camera(std::string_view message) {
-  intrinsics_for(read_camera_info(*reader_of(message)), is_rectified(options_.depth));
+  require_camera(message, MessageEncoding::cdr, {}, is_rectified(options_.depth));
   {
     const std::lock_guard lock(mutex_);
     camera_ = message;
@@ -82,8 +82,8 @@ Eigen::Isometry3d Sensors::pose(const MessageHeader& header) {
   return tree_.lookup(options_.frame, header.frame, header.stamp_ns, gap_ns);
 }
 
-Scan Sensors::scan_of(std::string_view message, std::int64_t sent_ns, Clock::time_point latest,
-                      const std::stop_token& stop) {
+ReceivedScan Sensors::scan_of(std::string_view message, std::int64_t sent_ns, Clock::time_point latest,
+                              const std::stop_token& stop) {
   MessageHeader header = read_header(*reader_of(message));
   if (header.stamp_ns == 0) header.stamp_ns = sent_ns;
   Eigen::Isometry3d T_map_sensor;
@@ -97,18 +97,19 @@ Scan Sensors::scan_of(std::string_view message, std::int64_t sent_ns, Clock::tim
     camera = camera_;
   }
   constexpr MessageEncoding cdr = MessageEncoding::cdr;
-  Scan scan;
+  ReceivedScan received;
   if (!options_.takes_depth()) {
-    scan = scan_from_cloud(message, cdr, {}).scan;
+    received = scan_from_cloud(message, cdr, {});
   } else {
     if (!camera) throw std::runtime_error("no CameraInfo has come yet");
     const bool rectified = is_rectified(options_.depth);
-    scan = scan_from_depth(message, *camera, cdr, {}, rectified, options_.depth_scale).scan;
+    received = scan_from_depth(message, *camera, cdr, {}, rectified, options_.depth_scale);
   }
-  scan.name = name_of(options_.scans(), header.stamp_ns);
-  scan.stamp_s = static_cast<double>(header.stamp_ns) / 1e9;
-  scan.T_map_sensor = T_map_sensor;
-  return scan;
+  received.stamp_ns = header.stamp_ns;
+  received.scan.name = name_of(options_.scans(), header.stamp_ns);
+  received.scan.stamp_s = static_cast<double>(header.stamp_ns) / 1e9;
+  received.scan.T_map_sensor = T_map_sensor;
+  return received;
 }
 
 }  // namespace octosurf::dds

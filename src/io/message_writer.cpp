@@ -37,6 +37,7 @@ class JsonWriter : public MessageWriter {
   void write(std::uint32_t value) override { integer(value); }
   void write(std::int32_t value) override { integer(value); }
   void write(std::uint16_t value) override { integer(value); }
+  void write(std::uint8_t value) override { integer(unsigned{value}); }
   void write(std::uint64_t value) override { integer(value); }
   void write(bool value) override {
     separate();
@@ -108,6 +109,7 @@ class BytesWriter : public MessageWriter {
   void write(std::uint32_t value) override { self().put(value); }
   void write(std::int32_t value) override { self().put(value); }
   void write(std::uint16_t value) override { self().put(value); }
+  void write(std::uint8_t value) override { self().put(value); }
   void write(std::uint64_t value) override { self().put(value); }
   void write(bool value) override { self().put(static_cast<std::uint8_t>(value)); }
   void write(const std::string& value) override { self().put(value); }

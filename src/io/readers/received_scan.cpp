@@ -60,6 +60,11 @@ ReceivedScan scan_from_depth(std::string_view image, std::string_view camera_inf
   });
 }
 
+void require_camera(std::string_view camera_info, MessageEncoding encoding, const std::string& where,
+                    bool rectified) {
+  naming(where, [&] { intrinsics_for(read_camera_info(*message_reader(camera_info, encoding)), rectified); });
+}
+
 std::string camera_info_topic(const std::string& images, bool compressed) {
   const std::string raw = compressed ? images.substr(0, images.rfind('/')) : images;
   return raw.substr(0, raw.rfind('/') + 1) + "camera_info";  // npos + 1 is 0

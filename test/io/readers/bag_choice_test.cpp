@@ -234,6 +234,9 @@ TEST_F(BagChoice, MessagesThatComeOneByOneAreReadAlike) {
   };
   EXPECT_THAT(refused([&] { scan_from_depth(depth.bytes, camera("", 0).bytes, cdr, "here"); }),
               AllOf(HasSubstr("here: "), HasSubstr("not calibrated")));
+  EXPECT_THAT(refused([&] { require_camera(camera("", 0).bytes, cdr, "here"); }),
+              AllOf(HasSubstr("here: "), HasSubstr("not calibrated")));
+  EXPECT_NO_THROW(require_camera(info.bytes, cdr, "here"));
   EXPECT_THAT(refused([&] { scan_from_depth(depth.bytes, depth.bytes, cdr, "here"); }), HasSubstr("here: "));
   EXPECT_THAT(refused([&] { scan_from_cloud(depth.bytes, cdr, "here"); }), HasSubstr("here: "));
   EXPECT_THAT(refused([&] { scan_from_cloud("", MessageEncoding::ros1, "here"); }), HasSubstr("too early"));
