@@ -1,6 +1,7 @@
 // `octosurf plan`: footsteps over a map.
 #include "io/new_file.hpp"
 #include "output_files.hpp"
+#include "picture_eye.hpp"
 #include "plan_query.hpp"
 #include "up_option.hpp"
 
@@ -31,6 +32,7 @@ constexpr const char* description =
 Examples:
   octosurf plan maps/office --from -4.6 -0.6 0.6 -135 --to -6.6 -2.7 1.5 -135
   octosurf plan maps/office --from -4.6 -0.6 0.6 -135 --to -6.6 -2.7 1.5 -135 --png steps.png -o steps.glb -o steps.json
+  octosurf plan maps/office --from -4.6 -0.6 0.6 -135 --to -6.6 -2.7 1.5 -135 --png steps.png --eye -3 2 3
   octosurf plan maps/office --from -4.6 -0.6 0.6 -135 --to -5.0 0.0 0.6 -135 --foot 0.26x0.13 --max-forward 0.45
   octosurf plan maps/stairs --from -3.45 0.74 0.57 -133 --to -5.6 -1.55 1.7 -133 --robot quadruped
 
@@ -42,6 +44,7 @@ constexpr double rad = std::numbers::pi / 180;
 
 struct Arguments {
   std::string map, up, png;
+  PictureEye eye;
   PlanQuery query;
   std::vector<std::string> outputs;
   bool json = false, force = false;
@@ -95,6 +98,7 @@ void write(const Arguments& arguments, const Snapshot& snapshot, const FootstepP
   options.up = up;
   options.force = arguments.force;
   options.meshes = footprints(plan, robot);
+  look_from(arguments.eye, options);
   render_png(snapshot, arguments.png, options);
 }
 
@@ -154,7 +158,9 @@ void add_plan(CLI::App& app) {
   verb->add_option(
       "-o,--output", arguments->outputs,
       "FILE.json: the plan; FILE.glb: surfaces and footprints for a 3-D viewer; may be repeated");
-  verb->add_option("--png", arguments->png, "picture of surfaces and footprints: left red, right green");
+  CLI::Option* png =
+      verb->add_option("--png", arguments->png, "picture of surfaces and footprints: left red, right green");
+  add_eye_options(*verb, png, arguments->eye);
   verb->add_flag("--force", arguments->force, "overwrite files");
   verb->callback([arguments] { run(*arguments); });
 }

@@ -20,14 +20,13 @@ namespace octosurf {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
-// A quadruped's ball foot of 3 cm, placed to 3 cm.
-constexpr double default_radius = 0.06;
 constexpr double default_slope = 30 * degree;
 // Floors are level to this (up.hpp): an estimate that near to z leaves the map as the robot's poses have it.
 constexpr double level_rad = 5 * degree;
 
 ContactShape chosen_foot(const PlannerExport& options) {
-  if (options.foot.empty()) return ContactShape::disc(options.foot_radius.value_or(default_radius));
+  if (options.foot.empty())
+    return options.foot_radius ? ContactShape::disc(*options.foot_radius) : PlannerContact().shape;
   if (options.foot_radius)
     throw Error(Error::Kind::usage, "--foot", "and --foot-radius are two feet", "give one of them");
   return foot_of(options.foot);
@@ -67,29 +66,18 @@ class PlannerExporter {
     return options_.max_slope_deg ? *options_.max_slope_deg * degree : unless_given;
   }
 
-  PlannerSurface planner_surface(const Surface& surface) const {
-    return {surface.id, surface.T_map_surface, surface.polygons, {}, {}};
-  }
-
   /// With the contact regions, and their pieces where they are asked for.
   std::vector<PlannerSurface> contact_surfaces(bool pieces) const {
-    const ContactShape foot = chosen_foot(options_);
-    ContactLimits limits;
-    limits.up = up_;
-    limits.max_slope_rad = max_slope(default_slope);
-    limits.clearance_m = options_.clearance;
-    limits.gap_depth_m = options_.gap_depth;
-    std::optional<double> yaw;
-    if (options_.yaw_deg) yaw = *options_.yaw_deg * degree;
-    std::vector<PlannerSurface> surfaces;
-    for (const SurfacePtr& surface : snapshot_->surfaces) {
-      const ContactRegion region = contact_region(*surface, foot, yaw, limits, &octree_);
-      PlannerSurface one = planner_surface(*surface);
-      one.insets = region.polygons;
-      if (pieces) one.pieces = convex_pieces(*surface, region, options_.pieces);
-      surfaces.push_back(turned(std::move(one), turn_));
-    }
-    return surfaces;
+    PlannerContact contact;
+    contact.shape = chosen_foot(options_);
+    contact.limits.up = up_;
+    contact.limits.max_slope_rad = max_slope(default_slope);
+    contact.limits.clearance_m = options_.clearance;
+    contact.limits.gap_depth_m = options_.gap_depth;
+    if (options_.yaw_deg) contact.yaw_rad = *options_.yaw_deg * degree;
+    if (pieces) contact.pieces = options_.pieces;
+    contact.turn = turn_;
+    return planner_surfaces(*snapshot_, contact, &octree_);
   }
 
   HeightGrid grid(double steepest) const {
@@ -119,8 +107,7 @@ class PlannerExporter {
     std::vector<IhmcRegion> regions;
     for (const SurfacePtr& surface : snapshot_->surfaces) {
       if (slope_rad(*surface, up_) > max_slope(std::numbers::pi)) continue;
-      PlannerSurface one = planner_surface(*surface);
-      one.polygons = simplified(*surface);
+      PlannerSurface one{surface->id, surface->T_map_surface, simplified(*surface), {}, {}};
       one.pieces = convex_pieces(*surface);
       for (IhmcRegion& region : ihmc_regions(turned(std::move(one), turn_)))
         regions.push_back(std::move(region));

@@ -2,6 +2,7 @@
 #include "lineage.hpp"
 #include "output_files.hpp"
 #include "page_feet.hpp"
+#include "picture_eye.hpp"
 #include "up_option.hpp"
 
 #include <CLI/CLI.hpp>
@@ -57,13 +58,11 @@ margins to obstacles, room over the foot, no gap under it, which takes seconds, 
 struct Arguments {
   std::vector<std::string> maps, feet, plans;
   std::string html, png, from = "iso", up;
-  std::vector<double> eye, target;
+  PictureEye eye;
   int width = PictureOptions{}.width, height = PictureOptions{}.height;
   double max_mb = PageOptions{}.max_mb;
   bool whole = false, pending = false, edges = false, force = false;
 };
-
-Eigen::Vector3d to_point(const std::vector<double>& xyz) { return {xyz[0], xyz[1], xyz[2]}; }
 
 LoadedMap load(const std::string& name) {
   LoadedMap loaded = load_map(name);
@@ -145,8 +144,7 @@ void draw_png(const Arguments& arguments) {
   options.height = arguments.height;
   const auto at = std::find(view_names.begin(), view_names.end(), arguments.from);
   options.from = static_cast<ViewFrom>(at - view_names.begin());
-  if (!arguments.eye.empty()) options.eye = to_point(arguments.eye);
-  if (!arguments.target.empty()) options.target = to_point(arguments.target);
+  look_from(arguments.eye, options);
   options.up = up_in_force(loaded.map, arguments.up).direction;
   options.cut = !arguments.whole;
   options.force = arguments.force;
@@ -165,11 +163,8 @@ void add_picture_options(CLI::App& verb, Arguments& arguments, CLI::Option* png)
   CLI::Option* from = verb.add_option("--from", arguments.from, "iso, top, front, back, left or right")
                           ->check(CLI::IsMember({"iso", "top", "front", "back", "left", "right"}))
                           ->capture_default_str();
-  CLI::Option* eye = verb.add_option("--eye", arguments.eye, "X Y Z: look from here instead");
-  eye->expected(3)->excludes(from);
-  CLI::Option* target =
-      verb.add_option("--target", arguments.target, "X Y Z: look at this; default: the map's middle");
-  target->expected(3);
+  const auto [eye, target] = add_eye_options(verb, png, arguments.eye);
+  eye->excludes(from);
   for (CLI::Option* option :
        {from, eye, target, verb.add_option("--width", arguments.width, "pixels")->capture_default_str(),
         verb.add_option("--height", arguments.height, "pixels")->capture_default_str(),

@@ -5,10 +5,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include <octosurf/contact.hpp>
 #include <octosurf/height_grid.hpp>
+#include <octosurf/occupancy.hpp>
 #include <octosurf/pieces.hpp>
 #include <octosurf/surface.hpp>
 
@@ -34,6 +37,24 @@ struct PlannerSurface {
 
 /// From the map's frame to a world that is turned by `turn` against it.
 PlannerSurface turned(PlannerSurface surface, const Eigen::Quaterniond& turn);
+
+/// What planner_surfaces() takes.
+struct PlannerContact {
+  /// A quadruped's ball foot of 3 cm, placed to 3 cm.
+  ContactShape shape = ContactShape::disc(0.06);
+  std::optional<double> yaw_rad;  ///< of the contact; empty: any heading
+  ContactLimits limits;           ///< `up` in the map's frame
+  std::size_t pieces = 0;         ///< at most so many convex pieces of each surface's region
+  /// From the map's frame to the world's: upright(up) (up.hpp).
+  Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+};
+
+/// All surfaces of the snapshot, in its order, each with its contact_region() and, if they are asked for,
+/// that region's convex_pieces(). Surfaces without room for the contact have no insets. `octree` is asked as
+/// by contact_region(), and may be null if the limits do not need it. Throws as these two do; costs what they
+/// do.
+std::vector<PlannerSurface> planner_surfaces(const Snapshot& snapshot, const PlannerContact& contact,
+                                             const OccupancyView* octree = nullptr);
 
 /// SL1M and its kin: a JSON list of the pieces, `{"id", "vertices", "normal", "A", "b"}` each.
 ///

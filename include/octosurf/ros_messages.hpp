@@ -43,6 +43,19 @@ ReceivedScan scan_from_depth(std::string_view image, std::string_view camera_inf
                              const std::string& where, bool rectified = false,
                              std::optional<double> depth_scale = {});
 
+/// Throws Error(data) that names `where` unless it is the sensor_msgs/CameraInfo of a calibrated camera, as
+/// scan_from_depth() takes it.
+void require_camera(std::string_view camera_info, MessageEncoding encoding, const std::string& where,
+                    bool rectified = false);
+
+/// The topic on which image_transport has the CameraInfo of a topic of images: a/b/image → a/b/camera_info.
+/// `compressed`: it is a transport's, below the images': a/b/image/compressedDepth → a/b/camera_info.
+std::string camera_info_topic(const std::string& images, bool compressed = false);
+
+/// Whether a topic of images is of undistorted ones, as image_proc names theirs ("a/b/image_rect"): the
+/// `rectified` of scan_from_depth().
+bool is_rectified(const std::string& images);
+
 /// A pose out of tf as a Scan takes it: the rotation exactly orthonormal. Throws Error(data) that names
 /// `where` for what is not finite, or a quaternion farther than 1e-2 from unit length.
 Eigen::Isometry3d pose_from_transform(const Eigen::Vector3d& translation, const Eigen::Quaterniond& rotation,

@@ -82,6 +82,17 @@ void add_options(CLI::App& app, NodeOptions& options, bool& force) {
   app.add_option("--foot-radius", options.foot_radius_m, "m, of the planar terrain's insets")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  app.add_option("--max-slope", options.max_slope_deg, "degrees, of planar terrain and grid map")
+      ->check(CLI::Range(0.0, 80.0))
+      ->capture_default_str();
+  app.add_option("--clearance", options.clearance_m,
+                 "m over a foot of the planar terrain in which nothing may stand or hang; 0: any")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  app.add_option("--gap-depth", options.gap_depth_m,
+                 "m of free space behind a surface that make a gap for such a foot; 0: none do")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   app.add_option("--domain", options.domain, "[ROS_DOMAIN_ID, else 0]");
   app.add_option("--threads", options.threads, "result does not depend on it")->capture_default_str();
   add_parameter_options(app, options.parameters);

@@ -1,5 +1,7 @@
 #include "mapping.hpp"
 
+#include "questions.hpp"
+
 #include <cstdio>
 #include <utility>
 
@@ -20,6 +22,7 @@ Mapping::Mapping(Map start, const NodeOptions& options)
     : options_(options),
       sensors_(options),
       mapper_(std::make_unique<Mapper>(std::move(start), options.threads)),
+      own_(options.output),
       queue_(options.queue_mb << 20) {
   mapper_->share_octree();
   publish_snapshot();
@@ -96,11 +99,12 @@ void Mapping::run(const std::stop_token& stop) try {
 void Mapping::map_scan(const ScanQueue::Item& item, const std::stop_token& stop) try {
   const auto latest = item.came + std::chrono::duration_cast<Sensors::Clock::duration>(
                                       std::chrono::duration<double>(options_.wait_s));
-  const Scan scan = sensors_.scan_of(item.message.bytes(), item.message.sent_ns(), latest, stop);
-  const ScanReport report = mapper_->insert(scan);
+  const ReceivedScan received = sensors_.scan_of(item.message.bytes(), item.message.sent_ns(), latest, stop);
+  const ScanReport report = mapper_->insert(received.scan);
   changed_ = true;
-  publish_snapshot();
+  publish_snapshot(received.stamp_ns);
   const std::lock_guard lock(mutex_);
+  counts_.scan_ms = report.total_ms;
   ++(report.alignment.outcome == AlignmentOutcome::set_aside ? counts_.set_aside : counts_.mapped);
 } catch (const std::runtime_error& error) {
   if (is_incomplete(error)) throw;
@@ -110,9 +114,9 @@ void Mapping::map_scan(const ScanQueue::Item& item, const std::stop_token& stop)
   refuse(options_.scans() + ": no memory for a scan", counts_.refused);
 }
 
-void Mapping::publish_snapshot() {
+void Mapping::publish_snapshot(std::optional<std::int64_t> stamp_ns) {
   const std::lock_guard lock(mutex_);
-  snapshot_ = mapper_->snapshot();
+  moment_ = {mapper_->snapshot(), stamp_ns.value_or(moment_.stamp_ns)};
   up_ = mapper_->map().parameters().up.value_or(Eigen::Vector3d::UnitZ());
 }
 
@@ -123,7 +127,7 @@ void Mapping::save_checkpoint() {
     return;
   saved_ = now;
   try {
-    save_map(mapper_->map(), options_.output);
+    save_map(mapper_->map(), own_);
     changed_ = false;
   } catch (const std::exception& error) {  // no space or no memory: there may be some the next time
     if (is_incomplete(error)) throw;
@@ -143,27 +147,36 @@ void Mapping::do_between_scans(Work work) {
   done.get();
 }
 
-void Mapping::save(const std::string& stem) {
+std::string Mapping::save(const std::string& stem) {
+  std::string done;
   do_between_scans([&] {
-    save_map(mapper_->map(), stem);
-    if (stem == options_.output) changed_ = false;
+    const std::string& to = stem.empty() ? own_ : stem;
+    save_map(mapper_->map(), to);
+    if (to == own_) changed_ = false;
+    done = services::kept_line(to, *mapper_->snapshot(), "saved");
   });
+  return done;
 }
 
-void Mapping::load(const std::string& stem) {
+std::string Mapping::load(const std::string& stem) {
+  std::string done;
   do_between_scans([&] {
-    LoadedMap loaded = load_map(stem);
+    const std::string from = stem.empty() ? own_ : stem;
+    LoadedMap loaded = load_map(from);
     auto mapper = std::make_unique<Mapper>(std::move(loaded.map), options_.threads);
     mapper->share_octree();
     mapper_ = std::move(mapper);
-    changed_ = true;
+    own_ = from;
+    changed_ = false;
     publish_snapshot();
+    done = services::kept_line(from, *mapper_->snapshot(), "loaded");
   });
+  return done;
 }
 
-std::shared_ptr<const Snapshot> Mapping::snapshot() const {
+MapMoment Mapping::moment() const {
   const std::lock_guard lock(mutex_);
-  return snapshot_;
+  return moment_;
 }
 
 Eigen::Vector3d Mapping::up() const {
@@ -187,7 +200,7 @@ void Mapping::finish() {
   thread_.request_stop();
   if (thread_.joinable()) thread_.join();
   if (failure_) std::rethrow_exception(failure_);
-  if (changed_) save_map(mapper_->map(), options_.output);
+  if (changed_) save_map(mapper_->map(), own_);
 }
 
 }  // namespace octosurf::dds

@@ -12,6 +12,7 @@
 #include <future>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -30,6 +31,13 @@ struct MappingCounts {
   std::uint64_t transforms = 0;        ///< messages of tf
   std::uint64_t messages_refused = 0;  ///< of tf and CameraInfo
   std::string last_refusal;
+  double scan_ms = 0;  ///< of work on the last scan mapped
+};
+
+/// The map after some scan.
+struct MapMoment {
+  std::shared_ptr<const Snapshot> snapshot;
+  std::int64_t stamp_ns = 0;  ///< of the last scan mapped, since the node was started
 };
 
 /// The map, and the thread that keeps it: what others ask of it is done between two scans, or read from
@@ -43,12 +51,13 @@ class Mapping {
   void add_transforms(const RawMessage& message, bool fixed);
   void add_camera(const RawMessage& message);
 
-  /// Both wait for the scan at hand, and throw what save_map() and load_map() throw. A map that is loaded
-  /// replaces the one at work; what waits to be mapped goes into it.
-  void save(const std::string& stem);
-  void load(const std::string& stem);
+  /// Both wait for the scan at hand, tell in a line what they did, and throw what save_map() and load_map()
+  /// throw. A map that is loaded replaces the one at work, and is the node's own from then on; what waits to
+  /// be mapped goes into it. `stem` empty: the node's own.
+  std::string save(const std::string& stem);
+  std::string load(const std::string& stem);
 
-  std::shared_ptr<const Snapshot> snapshot() const;
+  MapMoment moment() const;
   Eigen::Vector3d up() const;  ///< as the map's parameters have it, else z (REP 103)
   MappingCounts counts() const;
   bool failed() const;  ///< the map is not whole any more: finish() tells
@@ -63,12 +72,13 @@ class Mapping {
   void map_scan(const ScanQueue::Item& item, const std::stop_token& stop);
   void save_checkpoint();
   void do_between_scans(Work work);
-  void publish_snapshot();
+  void publish_snapshot(std::optional<std::int64_t> stamp_ns = {});
   void refuse(const std::string& what, std::uint64_t& count);
 
   const NodeOptions& options_;
   Sensors sensors_;
-  std::unique_ptr<Mapper> mapper_;  // of the thread
+  std::unique_ptr<Mapper> mapper_;  // of the thread, as are the next three
+  std::string own_;                 // stem of the node's own map
   Sensors::Clock::time_point saved_ = Sensors::Clock::now();
   bool changed_ = false;  // since it was saved
 
@@ -78,7 +88,7 @@ class Mapping {
   std::deque<std::packaged_task<void()>> tasks_;
   MappingCounts counts_;
   Sensors::Clock::time_point told_{};  // of a refusal
-  std::shared_ptr<const Snapshot> snapshot_;
+  MapMoment moment_;
   Eigen::Vector3d up_ = Eigen::Vector3d::UnitZ();
   std::exception_ptr failure_;
 

@@ -27,30 +27,32 @@ void write_color(MessageWriter& out, const std::array<float, 3>& rgb, float alph
 }
 
 /// octosurf_msgs/Ring.
-void write_ring(MessageWriter& out, const Ring2& ring) {
+void write_ring(MessageWriter& out, const std::vector<Eigen::Vector3d>& points) {
   out.begin_message();
   out.field("points");
-  out.begin_list(ring.size());
-  for (const Eigen::Vector2d& point : ring) {
-    out.begin_message();
-    out.field("u", point.x());
-    out.field("v", point.y());
-    out.end_message();
-  }
+  out.begin_list(points.size());
+  for (const Eigen::Vector3d& point : points) write_point(out, point);
   out.end_list();
   out.end_message();
 }
 
+void write_ring(MessageWriter& out, const Ring2& ring, const Surface& surface) {
+  std::vector<Eigen::Vector3d> points;
+  points.reserve(ring.size());
+  for (const Eigen::Vector2d& uv : ring) points.push_back(surface.to_map(uv));
+  write_ring(out, points);
+}
+
 /// octosurf_msgs/Polygon[].
-void write_polygons(MessageWriter& out, const std::vector<Polygon>& polygons) {
+void write_polygons(MessageWriter& out, const std::vector<Polygon>& polygons, const Surface& surface) {
   out.begin_list(polygons.size());
   for (const Polygon& polygon : polygons) {
     out.begin_message();
     out.field("outer");
-    write_ring(out, polygon.outer);
+    write_ring(out, polygon.outer, surface);
     out.field("holes");
     out.begin_list(polygon.holes.size());
-    for (const Ring2& hole : polygon.holes) write_ring(out, hole);
+    for (const Ring2& hole : polygon.holes) write_ring(out, hole, surface);
     out.end_list();
     out.end_message();
   }
@@ -61,18 +63,46 @@ void write_polygons(MessageWriter& out, const std::vector<Polygon>& polygons) {
 void write_surface(MessageWriter& out, const Surface& surface) {
   out.begin_message();
   out.field("id", surface.id);
-  out.field("revision", surface.revision);
   out.field("color");
   write_color(out, surface.color, 1);
+  out.field("normal");
+  write_point(out, surface.plane.normal);
+  out.field("offset", surface.plane.offset);
   out.field("pose");
   write_pose(out, surface.T_map_surface);
+  out.field("polygons");
+  write_polygons(out, surface.polygons, surface);
   out.field("area", surface.area_m2);
   out.field("inliers", static_cast<std::uint32_t>(surface.inliers));
   out.field("rms", surface.rms_m);
   out.field("covariance");  // of fixed length: without a length before it
   for (int i = 0; i < 9; ++i) out.write(surface.covariance(i / 3, i % 3));
-  out.field("polygons");
-  write_polygons(out, surface.polygons);
+  out.field("born", surface.born);
+  out.field("revision", surface.revision);
+  out.field("parents");
+  out.begin_list(surface.parents.size());
+  for (const SurfaceId parent : surface.parents) out.write(parent);
+  out.end_list();
+  out.end_message();
+}
+
+/// octosurf_msgs/Cylinder.
+void write_cylinder(MessageWriter& out, const Cylinder& cylinder) {
+  out.begin_message();
+  out.field("id", cylinder.id);
+  out.field("axis_point");
+  write_point(out, cylinder.axis_point);
+  out.field("axis");
+  write_point(out, cylinder.axis);
+  out.field("radius", cylinder.radius_m);
+  out.field("length", cylinder.length_m);
+  out.field("start");
+  write_point(out, cylinder.start);
+  out.field("span", cylinder.span_rad);
+  out.field("inliers", static_cast<std::uint32_t>(cylinder.inliers));
+  out.field("rms", cylinder.rms_m);
+  out.field("born", cylinder.born);
+  out.field("revision", cylinder.revision);
   out.end_message();
 }
 
@@ -144,28 +174,36 @@ Marker marker_of(const Surface& surface) {
 
 }  // namespace
 
-void write_surfaces(MessageWriter& out, const Snapshot& snapshot, const std::string& frame) {
+void write_surfaces(MessageWriter& out, const Snapshot& snapshot, const std::string& frame,
+                    std::int64_t stamp_ns) {
   out.begin_message();
   out.field("header");
-  write_header(out, frame);
+  write_header(out, frame, stamp_ns);
   out.field("revision", snapshot.revision);
   out.field("resolution", snapshot.resolution);
   out.field("surfaces");
   out.begin_list(snapshot.surfaces.size());
   for (const SurfacePtr& surface : snapshot.surfaces) write_surface(out, *surface);
   out.end_list();
+  out.field("cylinders");
+  out.begin_list(snapshot.cylinders.size());
+  for (const CylinderPtr& cylinder : snapshot.cylinders) write_cylinder(out, *cylinder);
+  out.end_list();
   out.end_message();
 }
 
-void write_region(MessageWriter& out, const Surface& surface, const ContactRegion& region) {
+void write_region(MessageWriter& out, const services::FoundRegion& found) {
+  const ContactRegion& region = found.region;
   out.begin_message();
   out.field("surface", region.surface);
   out.field("revision", region.revision);
-  out.field("pose");
-  write_pose(out, surface.T_map_surface);
-  out.field("polygons");
-  write_polygons(out, region.polygons);
   out.field("area", region.area_m2);
+  out.field("polygons");
+  write_polygons(out, region.polygons, *found.surface);
+  out.field("pieces");
+  out.begin_list(found.pieces.size());
+  for (const ConvexPiece& piece : found.pieces) write_ring(out, piece.vertices);
+  out.end_list();
   out.field("refused");
   out.begin_list(region.refused.size());
   for (const ContactRefusal refusal : region.refused) out.write(std::string(contact_refusal_name(refusal)));
@@ -180,6 +218,7 @@ void write_footstep(MessageWriter& out, const Footstep& step) {
   out.field("pose");
   write_pose(out, step.T_map_foot);
   out.field("yaw", step.yaw_rad);
+  out.field("margin", step.margin_m);
   out.end_message();
 }
 

@@ -1,12 +1,12 @@
 #pragma once
 
 #include "io/exporters/message_writer.hpp"
+#include "questions.hpp"
 
 #include <cstdint>
 #include <span>
 #include <string>
 
-#include <octosurf/contact.hpp>
 #include <octosurf/footsteps.hpp>
 #include <octosurf/surface.hpp>
 
@@ -15,11 +15,12 @@
 
 namespace octosurf::dds {
 
-/// octosurf_msgs/Surfaces.
-void write_surfaces(MessageWriter& out, const Snapshot& snapshot, const std::string& frame);
+/// octosurf_msgs/Surfaces. `stamp_ns`: of the last scan mapped.
+void write_surfaces(MessageWriter& out, const Snapshot& snapshot, const std::string& frame,
+                    std::int64_t stamp_ns);
 
-/// octosurf_msgs/ContactRegion, of `surface`.
-void write_region(MessageWriter& out, const Surface& surface, const ContactRegion& region);
+/// octosurf_msgs/ContactRegion.
+void write_region(MessageWriter& out, const services::FoundRegion& found);
 
 /// octosurf_msgs/Footstep.
 void write_footstep(MessageWriter& out, const Footstep& step);

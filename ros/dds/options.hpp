@@ -25,6 +25,9 @@ struct NodeOptions {
   std::string name = "/octosurf";     ///< before the topics and services
   double publish_s = 1;               ///< between two publications of the map
   double foot_radius_m = 0.06;        ///< of PlanarTerrain's insets
+  double max_slope_deg = 30;          ///< of them and of GridMap
+  double clearance_m = 0;             ///< over such a foot; 0: the octree is not asked
+  double gap_depth_m = 0;             ///< under it, likewise
   int threads = 1;
   ParameterOptions parameters;
 

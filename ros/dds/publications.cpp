@@ -7,24 +7,23 @@
 #include <condition_variable>
 #include <cstdio>
 #include <mutex>
-#include <vector>
+#include <numbers>
 
-#include <octosurf/contact.hpp>
+#include <octosurf/planner_formats.hpp>
 
 namespace octosurf::dds {
 namespace {
 
-/// Where a round foot may be on each surface. Terrains are of z up (REP 103).
-std::vector<PlannerSurface> contact_surfaces(const Snapshot& snapshot, double foot_radius_m) {
-  const ContactShape foot = ContactShape::disc(foot_radius_m);
-  std::vector<PlannerSurface> surfaces;
-  for (const SurfacePtr& surface : snapshot.surfaces)
-    surfaces.push_back({surface->id,
-                        surface->T_map_surface,
-                        surface->polygons,
-                        contact_region(*surface, foot, {}).polygons,
-                        {}});
-  return surfaces;
+constexpr double degree = std::numbers::pi / 180;
+
+/// Of the planar terrain, which is of z up (REP 103).
+PlannerContact contact_of(const NodeOptions& options) {
+  PlannerContact contact;
+  contact.shape = ContactShape::disc(options.foot_radius_m);
+  contact.limits.max_slope_rad = options.max_slope_deg * degree;
+  contact.limits.clearance_m = options.clearance_m;
+  contact.limits.gap_depth_m = options.gap_depth_m;
+  return contact;
 }
 
 }  // namespace
@@ -54,9 +53,9 @@ void Publications::run(std::stop_token stop) {
   const std::chrono::duration<double> period(options_.publish_s);
   std::shared_ptr<const Snapshot> last;
   while (!stop.stop_requested()) {
-    const std::shared_ptr<const Snapshot> snapshot = mapping_.snapshot();
-    if (snapshot != last && publish_map(*snapshot)) last = snapshot;
-    publish_status(*snapshot);
+    const MapMoment moment = mapping_.moment();
+    if (moment.snapshot != last && publish_map(moment)) last = moment.snapshot;
+    publish_status(moment);
     std::unique_lock lock(mutex);
     never.wait_for(lock, stop, period, [] { return false; });
   }
@@ -78,16 +77,19 @@ bool Publications::publish(const Writer& writer, const char* what,
   return true;
 }
 
-bool Publications::publish_map(const Snapshot& snapshot) {
+bool Publications::publish_map(const MapMoment& moment) {
   const std::string& frame = options_.frame;
-  bool all =
-      publish(surfaces_, "surfaces", [&](MessageWriter& out) { write_surfaces(out, snapshot, frame); });
+  const Snapshot& snapshot = *moment.snapshot;
+  bool all = publish(surfaces_, "surfaces",
+                     [&](MessageWriter& out) { write_surfaces(out, snapshot, frame, moment.stamp_ns); });
   all &= publish(markers_, "markers", [&](MessageWriter& out) { write_markers(out, snapshot, frame); });
   if (snapshot.octree.resolution() > 0)
     all &= publish(octomap_, "octomap", [&](MessageWriter& out) { write_octomap(out, snapshot, frame); });
   HeightGrid grid;
   try {
-    grid = height_grid(snapshot);
+    HeightGridOptions wanted;
+    wanted.max_slope_rad = options_.max_slope_deg * degree;
+    grid = height_grid(snapshot, wanted);
   } catch (const std::exception& error) {
     tell("grid map", error);
   }
@@ -95,16 +97,21 @@ bool Publications::publish_map(const Snapshot& snapshot) {
   all &= publish(grid_map_, "grid map",
                  [&](MessageWriter& out) { write_grid_map(out, grid, layers_of(grid), frame); });
   all &= publish(terrain_, "planar terrain", [&](MessageWriter& out) {
-    write_planar_terrain(out, contact_surfaces(snapshot, options_.foot_radius_m), grid, frame);
+    const auto surfaces = planner_surfaces(snapshot, contact_of(options_), &snapshot.octree);
+    write_planar_terrain(out, terrain_regions(surfaces).regions, grid, frame);
   });
   return all;
 }
 
-void Publications::publish_status(const Snapshot& snapshot) {
+void Publications::publish_status(const MapMoment& moment) {
   const MappingCounts counts = mapping_.counts();
   const InputState inputs = inputs_();
   publish(status_, "status", [&](MessageWriter& out) {
     out.begin_message();
+    out.field("header");
+    write_header(out, options_.frame, moment.stamp_ns);
+    out.field("revision", moment.snapshot->revision);
+    out.field("surfaces", static_cast<std::uint32_t>(moment.snapshot->surfaces.size()));
     out.field("received", counts.received);
     out.field("waiting", counts.waiting);
     out.field("mapped", counts.mapped);
@@ -114,12 +121,11 @@ void Publications::publish_status(const Snapshot& snapshot) {
     out.field("lost", inputs.lost);
     out.field("transforms", counts.transforms);
     out.field("messages_refused", counts.messages_refused);
-    out.field("revision", snapshot.revision);
-    out.field("surfaces", static_cast<std::uint32_t>(snapshot.surfaces.size()));
     out.field("scan_publishers", inputs.scan_publishers);
     out.field("camera_publishers", inputs.camera_publishers);
     out.field("transform_publishers", inputs.transform_publishers);
     out.field("last_refusal", counts.last_refusal);
+    out.field("scan_ms", counts.scan_ms);
     out.end_message();
   });
 }

@@ -28,10 +28,10 @@ class Publications {
 
  private:
   void run(std::stop_token stop);
-  bool publish_map(const Snapshot& snapshot);
+  bool publish_map(const MapMoment& moment);
   bool publish(const Writer& writer, const char* what, const std::function<void(MessageWriter&)>& message);
   void tell(const char* what, const std::exception& error);
-  void publish_status(const Snapshot& snapshot);
+  void publish_status(const MapMoment& moment);
 
   const Mapping& mapping_;
   const NodeOptions& options_;

@@ -1,18 +1,17 @@
 #include "sensors.hpp"
 
-#include "io/readers/bounded_file.hpp"
 #include "io/readers/pose_file.hpp"
 
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include <octosurf/error.hpp>
+#include <octosurf/ros_messages.hpp>
 
 namespace octosurf::dds {
 namespace {
@@ -58,11 +57,10 @@ void Sensors::add_transforms(std::string_view message, bool fixed) {
 }
 
 void Sensors::add_camera(std::string_view message) {
-  const CameraInfoMessage camera = read_camera_info(*reader_of(message));
-  intrinsics_for(camera, options_.depth);
+  require_camera(message, MessageEncoding::cdr, {}, is_rectified(options_.depth));
   {
     const std::lock_guard lock(mutex_);
-    camera_ = camera;
+    camera_ = message;
   }
   news_.notify_all();
 }
@@ -84,34 +82,34 @@ Eigen::Isometry3d Sensors::pose(const MessageHeader& header) {
   return tree_.lookup(options_.frame, header.frame, header.stamp_ns, gap_ns);
 }
 
-Scan Sensors::scan_of(std::string_view message, std::int64_t sent_ns, Clock::time_point latest,
-                      const std::stop_token& stop) {
+ReceivedScan Sensors::scan_of(std::string_view message, std::int64_t sent_ns, Clock::time_point latest,
+                              const std::stop_token& stop) {
   MessageHeader header = read_header(*reader_of(message));
   if (header.stamp_ns == 0) header.stamp_ns = sent_ns;
-  Scan scan;
-  scan.name = name_of(options_.scans(), header.stamp_ns);
-  scan.stamp_s = static_cast<double>(header.stamp_ns) / 1e9;
-  std::optional<CameraInfoMessage> camera;
+  Eigen::Isometry3d T_map_sensor;
+  std::optional<std::string> camera;
   {
     std::unique_lock lock(mutex_);
     // A scan whose pose may still change must not be the last one of a map that is ended.
     if (!news_.wait_until(lock, stop, latest, [&] { return ready(header); }) && stop.stop_requested())
       throw std::runtime_error("the node was ended while it waited for its pose");
-    scan.T_map_sensor = pose(header);
+    T_map_sensor = pose(header);
     camera = camera_;
   }
-  const std::uint64_t largest = largest_scan(message.size());
+  constexpr MessageEncoding cdr = MessageEncoding::cdr;
+  ReceivedScan received;
   if (!options_.takes_depth()) {
-    CloudMessage cloud = read_cloud_message(*reader_of(message), largest);
-    scan.sensor = cloud.organised ? SensorKind::depth_camera : SensorKind::lidar;
-    scan.points = std::move(cloud.points);
-    return scan;
+    received = scan_from_cloud(message, cdr, {});
+  } else {
+    if (!camera) throw std::runtime_error("no CameraInfo has come yet");
+    const bool rectified = is_rectified(options_.depth);
+    received = scan_from_depth(message, *camera, cdr, {}, rectified, options_.depth_scale);
   }
-  if (!camera) throw std::runtime_error("no CameraInfo has come yet");
-  const ImageMessage image = read_image_message(*reader_of(message));
-  require_size(image.width, image.height, camera->width, camera->height);
-  scan.points = points_of(image, intrinsics_for(*camera, options_.depth), options_.depth_scale, largest);
-  return scan;
+  received.stamp_ns = header.stamp_ns;
+  received.scan.name = name_of(options_.scans(), header.stamp_ns);
+  received.scan.stamp_s = static_cast<double>(header.stamp_ns) / 1e9;
+  received.scan.T_map_sensor = T_map_sensor;
+  return received;
 }
 
 }  // namespace octosurf::dds

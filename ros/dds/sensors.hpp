@@ -12,7 +12,7 @@
 #include <string>
 #include <string_view>
 
-#include <octosurf/scan.hpp>
+#include <octosurf/ros_messages.hpp>
 
 namespace octosurf::dds {
 
@@ -28,12 +28,12 @@ class Sensors {
   void add_transforms(std::string_view message, bool fixed);
   void add_camera(std::string_view message);
 
-  /// The scan of a PointCloud2 or an Image. Waits until `latest` for what tells its pose for good: a
+  /// The scan of a PointCloud2 or an Image, posed. Waits until `latest` for what tells its pose for good: a
   /// transform at its time or after it of everything that moves between sensor and map, and for the camera.
   /// Then makes do with what there is, as for the last scans of a bag. `sent_ns`: its time if its header has
   /// none.
-  Scan scan_of(std::string_view message, std::int64_t sent_ns, Clock::time_point latest,
-               const std::stop_token& stop);
+  ReceivedScan scan_of(std::string_view message, std::int64_t sent_ns, Clock::time_point latest,
+                       const std::stop_token& stop);
 
  private:
   bool ready(const MessageHeader& header);
@@ -45,7 +45,7 @@ class Sensors {
   std::condition_variable_any news_;
   TransformTree tree_;
   bool tree_sorted_ = true;
-  std::optional<CameraInfoMessage> camera_;
+  std::optional<std::string> camera_;  // CameraInfo as it came, found to be one of a calibrated camera
 };
 
 }  // namespace octosurf::dds

@@ -7,17 +7,11 @@
 #include <cctype>
 #include <cstdio>
 #include <filesystem>
-#include <variant>
 
-#include <octosurf/contact.hpp>
 #include <octosurf/error.hpp>
-#include <octosurf/footsteps.hpp>
-#include <octosurf/planning.hpp>
 
 namespace octosurf::dds {
 namespace {
-
-constexpr double longest_plan_s = 30;
 
 Eigen::Vector3d read_point(MessageReader& in) {
   Eigen::Vector3d point;
@@ -25,31 +19,33 @@ Eigen::Vector3d read_point(MessageReader& in) {
   return point;
 }
 
-/// `success` and `message`, with which every reply begins: whether `work` threw, and what.
-void write_outcome(MessageWriter& out, const std::function<void()>& work) {
-  std::string problem;
+Standing read_standing(MessageReader& in) {
+  Standing standing;
+  standing.at = read_point(in);
+  standing.yaw_rad = in.f64();
+  return standing;
+}
+
+/// `success` and `message`, with which every reply begins: what `work` says, or what it throws.
+void write_outcome(MessageWriter& out, const std::function<std::string()>& work) {
+  bool success = true;
+  std::string message;
   try {
-    work();
+    message = work();
   } catch (const std::exception& error) {
-    problem = error.what();
-    if (problem.empty()) problem = "failed";
+    success = false;
+    message = error.what();
+    if (message.empty()) message = "failed";
   }
-  out.field("success", problem.empty());
-  out.field("message", problem);
+  out.field("success", success);
+  out.field("message", message);
 }
 
-const Surface& surface_of(const Snapshot& snapshot, SurfaceId id) {
-  const Surface* surface = snapshot.find(id);
-  if (surface == nullptr) throw Error(Error::Kind::data, "surface " + std::to_string(id), "there is none");
-  return *surface;
-}
-
-Robot robot_called(const std::string& name, const Eigen::Vector3d& up) {
-  if (name != "biped" && name != "quadruped")
-    throw Error(Error::Kind::usage, "robot", "'" + name + "' is neither biped nor quadruped");
-  Robot robot = name == "biped" ? Robot(Biped{}) : Robot(Quadruped{});
-  std::visit([&](auto& kind) { kind.contact.up = up; }, robot);
-  return robot;
+void write_steps(MessageWriter& out, const char* name, const std::vector<Footstep>& steps) {
+  out.field(name);
+  out.begin_list(steps.size());
+  for (const Footstep& step : steps) write_footstep(out, step);
+  out.end_list();
 }
 
 }  // namespace
@@ -103,103 +99,110 @@ void Services::answer(const Service& service, const RawMessage& request) try {
   std::fprintf(stderr, "refused: a request of %s: %s\n", service.name.c_str(), error.what());
 }
 
-/// Beside the node's own map: whoever can reach the network must not write or read elsewhere.
+/// Beside the map that the node was started with: whoever can reach the network must not write or read
+/// elsewhere. Empty for the node's own.
 std::string Services::stem_of(const std::string& name) const {
-  if (name.empty()) return options_.output;
+  if (name.empty()) return {};
   const auto allowed = [](unsigned char c) {
     return std::isalnum(c) != 0 || c == '_' || c == '-' || c == '.';
   };
   if (name.front() == '.' || name.size() > 100 || !std::all_of(name.begin(), name.end(), allowed))
-    throw Error(Error::Kind::usage, "name", "is no plain name of a map",
+    throw Error(Error::Kind::usage, "file", "is no plain name of a map",
                 "give letters, digits, '_', '-' and '.', or nothing for the node's own map");
   return (std::filesystem::path(options_.output).parent_path() / name).string();
 }
 
 void Services::save(MessageReader& in, MessageWriter& out) {
-  const std::string name = in.text();
-  write_outcome(out, [&] { mapping_.save(stem_of(name)); });
+  const std::string file = in.text();
+  write_outcome(out, [&] { return mapping_.save(stem_of(file)); });
 }
 
 void Services::load(MessageReader& in, MessageWriter& out) {
-  const std::string name = in.text();
-  write_outcome(out, [&] { mapping_.load(stem_of(name)); });
+  const std::string file = in.text();
+  write_outcome(out, [&] { return mapping_.load(stem_of(file)); });
 }
 
-void Services::query(MessageReader& in, MessageWriter& out) const {
-  constexpr std::uint8_t is_nearest = 0, is_below = 1;
-  const std::uint8_t question = in.u8();
-  const Eigen::Vector3d point = read_point(in);
-  const SlopeLimit limit{mapping_.up(), in.f64()};
-  Nearest found;
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+const services::AskedMap& Services::asked() {
+  std::shared_ptr<const Snapshot> snapshot = mapping_.moment().snapshot;
+  if (!asked_ || asked_->snapshot != snapshot)
+    asked_ = std::make_unique<services::AskedMap>(std::move(snapshot), asked_.get(), mapping_.up());
+  return *asked_;
+}
+
+void Services::query(MessageReader& in, MessageWriter& out) {
+  services::PlaceQuestion question;
+  question.kind = in.u8();
+  question.point = read_point(in);
+  question.corner = read_point(in);
+  question.direction = read_point(in);
+  question.distance = in.f64();
+  question.max_slope = in.f64();
+  const services::AskedMap& map = asked();
+  services::PlaceAnswer found;
   write_outcome(out, [&] {
-    if (question != is_nearest && question != is_below)
-      throw Error(Error::Kind::usage, "question", "is neither NEAREST nor BELOW");
-    const auto snapshot = mapping_.snapshot();
-    const auto answer =
-        question == is_below ? below(*snapshot, point, limit) : nearest(*snapshot, point, limit);
-    if (!answer) throw Error(Error::Kind::data, "", "there is no such surface");
-    found = *answer;
-    normal = surface_of(*snapshot, found.id).plane.normal;
+    found = services::answer(map, question);
+    return std::string();
   });
-  out.field("surface", found.id);
+  out.field("revision", map.snapshot->revision);
+  out.field("found", found.found);
+  out.field("surfaces");
+  out.begin_list(found.surfaces.size());
+  for (const SurfaceId surface : found.surfaces) out.write(surface);
+  out.end_list();
   out.field("point");
   write_point(out, found.point);
   out.field("distance", found.distance);
   out.field("normal");
-  write_point(out, normal);
+  write_point(out, found.normal);
+  out.field("front", found.front);
+  out.field("state", found.state);
+  out.field("log_odds", found.log_odds);
 }
 
-void Services::contact_regions(MessageReader& in, MessageWriter& out) const {
-  const SurfaceId id = in.u32();
-  const double length = in.f64(), width = in.f64();
-  const bool any_yaw = in.u8() != 0;
-  const double yaw = in.f64();
-  ContactLimits limits;
-  limits.up = mapping_.up();
-  limits.max_slope_rad = in.f64();
-  limits.edge_margin_m = in.f64();
-  limits.clearance_m = in.f64();
-  const auto snapshot = mapping_.snapshot();
-  std::vector<std::pair<const Surface*, ContactRegion>> regions;
+void Services::contact_regions(MessageReader& in, MessageWriter& out) {
+  services::RegionsQuestion question;
+  question.surface = in.u32();
+  for (double* value : {&question.length, &question.width, &question.radius}) *value = in.f64();
+  question.any_heading = in.u8() != 0;
+  for (double* value : {&question.yaw, &question.max_slope, &question.edge_margin, &question.obstacle_margin,
+                        &question.clearance, &question.gap_depth})
+    *value = in.f64();
+  question.pieces = in.u32();
+  const services::AskedMap& map = asked();
+  std::vector<services::FoundRegion> regions;
   write_outcome(out, [&] {
-    const ContactShape foot = width > 0 ? ContactShape::rectangle(length, width) : ContactShape::disc(length);
-    const auto add = [&](const Surface& surface) {
-      regions.emplace_back(&surface,
-                           contact_region(surface, foot, any_yaw ? std::nullopt : std::optional(yaw), limits,
-                                          &snapshot->octree));
-    };
-    if (id != 0) return add(surface_of(*snapshot, id));
-    for (const SurfacePtr& surface : snapshot->surfaces) add(*surface);
+    regions = services::answer(map, question);
+    return std::string();
   });
+  out.field("revision", map.snapshot->revision);
   out.field("regions");
   out.begin_list(regions.size());
-  for (const auto& [surface, region] : regions) write_region(out, *surface, region);
+  for (const services::FoundRegion& region : regions) write_region(out, region);
   out.end_list();
 }
 
-void Services::plan(MessageReader& in, MessageWriter& out) const {
-  const std::string name = in.text();
-  Standing start, goal;
-  for (Standing* end : {&start, &goal}) {
-    end->at = read_point(in);
-    end->yaw_rad = in.f64();
-  }
-  const double time_s = in.f64();
+void Services::plan(MessageReader& in, MessageWriter& out) {
+  services::PlanQuestion question;
+  question.robot = in.text();
+  question.start = read_standing(in);
+  question.goal = read_standing(in);
+  question.expansions = in.u32();
+  question.time_limit = in.f64();
+  const services::AskedMap& map = asked();
   FootstepPlan plan;
+  bool found = false;
   write_outcome(out, [&] {
-    const auto snapshot = mapping_.snapshot();
-    PlanBudget budget;
-    budget.time_s = time_s > 0 ? std::min(time_s, longest_plan_s) : longest_plan_s;
-    plan = FootstepPlanner(snapshot, snapshot->octree, robot_called(name, mapping_.up()))
-               .plan(start, goal, budget);
-    if (plan.refusal) throw Error(Error::Kind::data, "", plan.refusal->sentence);
+    plan = services::answer(map, question);
+    found = plan.found();
+    return plan.refusal ? plan.refusal->sentence : std::string();
   });
-  out.field("steps");
-  out.begin_list(plan.start.size() + plan.steps.size());
-  for (const Footstep& step : plan.start) write_footstep(out, step);
-  for (const Footstep& step : plan.steps) write_footstep(out, step);
-  out.end_list();
+  out.field("revision", map.snapshot->revision);
+  out.field("found", found);
+  write_steps(out, "start", plan.start);
+  write_steps(out, "steps", plan.steps);
+  out.field("cost", plan.cost);
+  out.field("lower_bound", plan.lower_bound);
+  out.field("expansions", static_cast<std::uint32_t>(plan.expansions));
 }
 
 }  // namespace octosurf::dds

@@ -5,8 +5,10 @@
 #include "io/readers/message_reader.hpp"
 #include "mapping.hpp"
 #include "options.hpp"
+#include "questions.hpp"
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
@@ -36,13 +38,16 @@ class Services {
   void answer(const Service& service, const RawMessage& request);
   void save(MessageReader& in, MessageWriter& out);
   void load(MessageReader& in, MessageWriter& out);
-  void query(MessageReader& in, MessageWriter& out) const;
-  void contact_regions(MessageReader& in, MessageWriter& out) const;
-  void plan(MessageReader& in, MessageWriter& out) const;
+  void query(MessageReader& in, MessageWriter& out);
+  void contact_regions(MessageReader& in, MessageWriter& out);
+  void plan(MessageReader& in, MessageWriter& out);
+  /// The map as it is now.
+  const services::AskedMap& asked();
   std::string stem_of(const std::string& name) const;
 
   Mapping& mapping_;
   const NodeOptions& options_;
+  std::unique_ptr<const services::AskedMap> asked_;  // last
   std::vector<Service> services_;
   std::optional<Waiting> requests_;
   std::jthread thread_;

@@ -71,6 +71,23 @@ TEST_F(PlanVerb, ClimbsTheStairAndWritesThePlan) {
               HasSubstr("plan.png"));
 }
 
+TEST_F(PlanVerb, DrawsThePictureFromWhereItIsTold) {
+  const std::string plan = "plan m --from " + from + " --to " + to;
+  run_well(plan + " --png usual.png");
+  run_well(plan + " --png over.png --eye 0 0 6 --target 0 0 0.5");
+  run_well(plan + " --png aside.png --eye 5 0 6 --target 0 0 0.5");
+  EXPECT_THAT(read("over.png"), HasSubstr("PNG"));
+  EXPECT_FALSE(read("over.png") == read("usual.png"));
+  EXPECT_FALSE(read("over.png") == read("aside.png"));
+  // Past the plan it is the picture of the map alone.
+  const std::string away = " --eye 0 0 6 --target 9 9 9";
+  run_well(plan + " --png away.png" + away);
+  run_well("view m --png map_away.png" + away);
+  EXPECT_TRUE(read("away.png") == read("map_away.png"));
+  EXPECT_THAT(error_of(plan + " --eye 0 0 6", 2), HasSubstr("--png"));
+  EXPECT_THAT(error_of(plan + " --png p.png --eye 0 0", 2), HasSubstr("--eye"));
+}
+
 TEST_F(PlanVerb, SaysWhyNotInOneLineAndInJson) {
   const std::string high = "--from " + from + " --to " + to + " --max-up 0.1";
   EXPECT_THAT(error_of("plan m " + high, 1),

@@ -95,6 +95,9 @@ class Outputs : public NodeTest {
     player.play(0, player.scans());
     ASSERT_TRUE(has_mapped(*status, player.scans())) << node->errors();
     offline = info("offline");
+    for (const Player::Message& message : player.messages())
+      if (message.topic == image_topic)
+        last_stamp = deserialised<Image_PubSubType>(message.cdr).header().stamp();
   }
   /// The last map that the node has published on a topic, for one who comes when all is over.
   template <class Support>
@@ -107,6 +110,7 @@ class Outputs : public NodeTest {
   std::unique_ptr<Running> node;
   std::unique_ptr<Status> status;
   nlohmann::json offline;
+  builtin_interfaces::msg::dds_::Time_ last_stamp;  // of its scans
 };
 
 TEST_F(Outputs, AreThoseOfTheOfflineMap) {
@@ -120,13 +124,31 @@ TEST_F(Outputs, AreThoseOfTheOfflineMap) {
 
   run_well("export offline --to offline.json");
   const nlohmann::json expected = read_json("offline.json");
+  const auto published = surfaces.last();
   std::vector<double> areas, expected_areas;
   double total_area = 0;
-  for (const auto& surface : surfaces.last().surfaces()) areas.push_back(surface.area());
+  for (const auto& surface : published.surfaces()) areas.push_back(surface.area());
   for (const auto& surface : expected.at("surfaces")) expected_areas.push_back(surface.at("area_m2"));
   for (const double area : areas) total_area += area;
   EXPECT_THAT(areas, UnorderedElementsAreArray(expected_areas));
-  EXPECT_EQ(surfaces.last().header().frame_id(), "map");
+  EXPECT_EQ(published.header().frame_id(), "map");
+  EXPECT_EQ(published.header().stamp(), last_stamp);
+  EXPECT_EQ(status->last().header().stamp(), last_stamp);
+  EXPECT_GT(status->last().scan_ms(), 0);
+  for (const auto& surface : published.surfaces()) {
+    const auto same_id = [&](const nlohmann::json& other) { return other.at("id") == surface.id(); };
+    const auto found = std::find_if(expected.at("surfaces").begin(), expected.at("surfaces").end(), same_id);
+    ASSERT_NE(found, expected.at("surfaces").end());
+    EXPECT_NEAR(surface.offset(), found->at("plane").at("offset").get<double>(), 1.1e-9);
+    EXPECT_NEAR(surface.normal().z(), found->at("plane").at("normal").at(2).get<double>(), 1.1e-9);
+    EXPECT_EQ(surface.inliers(), found->at("inliers"));
+    EXPECT_EQ(surface.revision(), found->at("revision"));
+    const auto& corner = surface.polygons().at(0).outer().points().at(0);
+    const nlohmann::json& vertex = found->at("polygons").at(0).at("outer").at(0);
+    EXPECT_NEAR(corner.x(), vertex.at(0).get<double>(), 1.1e-9);
+    EXPECT_NEAR(corner.y(), vertex.at(1).get<double>(), 1.1e-9);
+    EXPECT_NEAR(corner.z(), vertex.at(2).get<double>(), 1.1e-9);
+  }
 
   double shown_area = 0;
   const auto markers = latched<visualization_msgs::msg::dds_::MarkerArray_PubSubType>("markers");
@@ -175,87 +197,160 @@ TEST_F(Outputs, HaveAnOctomapThatOctomapReadsAndWritesAgain) {
   EXPECT_TRUE(wait_until(same));
 }
 
-TEST_F(Outputs, AnswerWhatIsAsked) {
-  map();
-  if (HasFatalFailure() || IsSkipped()) return;
-  namespace srv = octosurf_msgs::srv::dds_;
-  Client<srv::Query_Request_PubSubType, srv::Query_Response_PubSubType> query(*vendor, "/octosurf/query");
-  const auto below = [&](double x, double y) {
-    srv::Query_Request_ question;
-    question.question(1);  // BELOW
+class Answers : public Outputs {
+ protected:
+  using Question = octosurf_msgs::srv::dds_::Query_Request_;
+  using Answer = octosurf_msgs::srv::dds_::Query_Response_;
+  using Regions = octosurf_msgs::srv::dds_::ContactRegions_Request_;
+
+  void SetUp() override {
+    Outputs::SetUp();
+    if (IsSkipped()) return;
+    map();
+    if (HasFatalFailure()) return;
+    using namespace octosurf_msgs::srv::dds_;
+    query = std::make_unique<Client<Query_Request_PubSubType, Query_Response_PubSubType>>(*vendor,
+                                                                                          "/octosurf/query");
+    regions = std::make_unique<Client<ContactRegions_Request_PubSubType, ContactRegions_Response_PubSubType>>(
+        *vendor, "/octosurf/contact_regions");
+  }
+
+  enum Kind : std::uint8_t { nearest, below, ray, sphere, box, voxel };
+  static Question question(Kind kind, double x, double y, double z) {
+    Question question;
+    question.kind(kind);
     question.point().x(x);
     question.point().y(y);
-    question.point().z(2);
-    question.max_slope(std::numbers::pi);
-    return query.call(question);
-  };
-  srv::Query_Response_ floor;
-  Eigen::Vector2d at(0, 0);
-  for (at.x() = -3; !floor.success() && at.x() < 6; at.x() += 0.5)
-    for (at.y() = -3; !floor.success() && at.y() < 6; at.y() += 0.5) floor = below(at.x(), at.y());
-  ASSERT_TRUE(floor.success()) << floor.message();
-  std::ostringstream offline_question;
-  offline_question << "query offline --json --below " << at.x() - 0.5 << ' ' << at.y() - 0.5 << " 2";
-  const nlohmann::json expected = nlohmann::json::parse(run_well(offline_question.str()).out);
-  EXPECT_EQ(expected.at("surface"), floor.surface());
-  EXPECT_NEAR(expected.at("distance_m").get<double>(), floor.distance(), 1e-6);
-  EXPECT_NEAR(expected.at("normal").at(2).get<double>(), floor.normal().z(), 1e-6);
-  srv::Query_Request_ question;
-  question.question(7);
-  EXPECT_THAT(query.call(question).message(), HasSubstr("NEAREST"));
+    question.point().z(z);
+    return question;
+  }
+  /// A place on the floor, asked from 2 m up.
+  Answer floor() {
+    Answer found;
+    for (double x = -3; !found.found() && x < 6; x += 0.5)
+      for (double y = -3; !found.found() && y < 6; y += 0.5) found = query->call(question(below, x, y, 2));
+    return found;
+  }
+  /// What `octosurf query` says of the same map.
+  nlohmann::json offline_answer(const std::string& asked) const {
+    return nlohmann::json::parse(run_well("query offline --json " + asked).out);
+  }
+  static std::string words(const std::vector<double>& numbers) {
+    std::ostringstream text;
+    text.precision(17);
+    for (const double number : numbers) text << ' ' << number;
+    return text.str();
+  }
 
-  Client<srv::ContactRegions_Request_PubSubType, srv::ContactRegions_Response_PubSubType> regions(
-      *vendor, "/octosurf/contact_regions");
-  srv::ContactRegions_Request_ contact;
-  contact.surface(floor.surface());
-  contact.foot_length(0.22);
-  contact.foot_width(0.11);
-  contact.any_yaw(true);
+  std::unique_ptr<Client<octosurf_msgs::srv::dds_::Query_Request_PubSubType,
+                         octosurf_msgs::srv::dds_::Query_Response_PubSubType>>
+      query;
+  std::unique_ptr<Client<octosurf_msgs::srv::dds_::ContactRegions_Request_PubSubType,
+                         octosurf_msgs::srv::dds_::ContactRegions_Response_PubSubType>>
+      regions;
+};
+
+TEST_F(Answers, AboutPlacesAreThoseOfTheOfflineMap) {
+  const Answer on_floor = floor();
+  ASSERT_TRUE(on_floor.found()) << on_floor.message();
+  EXPECT_TRUE(on_floor.success());
+  EXPECT_EQ(on_floor.revision(), offline.at("revision"));
+  const double x = on_floor.point().x(), y = on_floor.point().y(), z = on_floor.point().z();
+  const nlohmann::json expected = offline_answer("--below" + words({x, y, 2}));
+  ASSERT_EQ(on_floor.surfaces().size(), 1u);
+  EXPECT_EQ(expected.at("surface"), on_floor.surfaces()[0]);
+  EXPECT_NEAR(expected.at("distance_m").get<double>(), on_floor.distance(), 1e-6);
+  EXPECT_NEAR(expected.at("normal").at(2).get<double>(), on_floor.normal().z(), 1e-6);
+
+  Question down = question(ray, x, y, 2);
+  down.direction().z(-1);
+  const Answer met = query->call(down);
+  EXPECT_EQ(met.surfaces(), on_floor.surfaces());
+  EXPECT_NEAR(met.distance(), on_floor.distance(), 1e-9);
+  EXPECT_EQ(met.front(), offline_answer("--ray" + words({x, y, 2, 0, 0, -1})).at("side") == "front");
+
+  Question near = question(sphere, x, y, z);
+  near.distance(1.5);
+  const auto ids = [](const nlohmann::json& of) {
+    return of.at("surfaces").get<std::vector<std::uint32_t>>();
+  };
+  EXPECT_EQ(query->call(near).surfaces(), ids(offline_answer("--sphere" + words({x, y, z, 1.5}))));
+  Question boxed = question(box, x, y, z);
+  boxed.corner().x(x - 1);
+  boxed.corner().y(y + 2);
+  boxed.corner().z(z - 0.5);
+  EXPECT_EQ(query->call(boxed).surfaces(),
+            ids(offline_answer("--box" + words({x - 1, y, z - 0.5, x, y + 2, z}))));
+  const std::vector<std::string> states{"unknown", "free", "occupied"};
+  for (const double height : {0.0, 0.5, 9.0}) {
+    const Answer there = query->call(question(voxel, x, y, z + height));
+    const nlohmann::json known = offline_answer("--voxel" + words({x, y, z + height}));
+    EXPECT_EQ(states.at(there.state()), known.at("state"));
+    if (there.state() != 0) {
+      EXPECT_NEAR(there.log_odds(), known.at("log_odds").get<double>(), 1e-5);
+    }
+  }
+  Question nonsense = question(nearest, x, y, z);
+  nonsense.kind(77);
+  EXPECT_FALSE(query->call(nonsense).success());
+  EXPECT_THAT(query->call(nonsense).message(), HasSubstr("octosurf_msgs/Query"));
+}
+
+TEST_F(Answers, AboutContactsAndPlans) {
+  const Answer on_floor = floor();
+  ASSERT_TRUE(on_floor.found()) << on_floor.message();
+  Regions contact;
+  contact.surface(on_floor.surfaces().at(0));
+  contact.length(0.22);
+  contact.width(0.11);
+  contact.any_heading(true);
   contact.max_slope(std::numbers::pi);
-  const auto found = regions.call(contact);
+  contact.pieces(3);
+  const auto found = regions->call(contact);
   ASSERT_TRUE(found.success()) << found.message();
   ASSERT_EQ(found.regions().size(), 1u);
-  EXPECT_GT(found.regions()[0].area(), 0.1);
+  const nlohmann::json expected = offline_answer("--regions " + std::to_string(on_floor.surfaces()[0]) +
+                                                 " --foot 0.22x0.11 --max-slope 180 --pieces 3");
+  EXPECT_NEAR(found.regions()[0].area(), expected.at("area_m2").get<double>(), 1e-8);
+  EXPECT_EQ(found.regions()[0].pieces().size(), expected.at("pieces").size());
   contact.surface(0);
-  EXPECT_EQ(regions.call(contact).regions().size(), offline.at("surfaces").get<std::size_t>());
-  contact.foot_length(-1);
-  EXPECT_FALSE(regions.call(contact).success());
+  EXPECT_EQ(regions->call(contact).regions().size(), offline.at("surfaces").get<std::size_t>());
+  contact.length(-1);
+  EXPECT_FALSE(regions->call(contact).success());
 
-  Client<srv::Plan_Request_PubSubType, srv::Plan_Response_PubSubType> plan(*vendor, "/octosurf/plan");
-  srv::Plan_Request_ way;
+  using namespace octosurf_msgs::srv::dds_;
+  Client<Plan_Request_PubSubType, Plan_Response_PubSubType> plan(*vendor, "/octosurf/plan");
+  Plan_Request_ way;
   way.robot("snake");
   EXPECT_THAT(plan.call(way).message(), HasSubstr("quadruped"));
   way.robot("biped");
   way.start().x(100);  // where there is nothing to stand on
   const auto nowhere = plan.call(way);
-  EXPECT_FALSE(nowhere.success());
+  EXPECT_TRUE(nowhere.success());
+  EXPECT_FALSE(nowhere.found());
   EXPECT_NE(nowhere.message(), "");
 
   // Where half a metre of floor is about the robot it can stand, and make a step.
-  contact.foot_length(0.5);
-  contact.foot_width(0);
-  contact.max_slope(0.1);
-  const auto open_floor = regions.call(contact).regions();
+  Regions open;
+  open.radius(0.5);
+  open.any_heading(true);
+  open.max_slope(0.1);
+  const auto open_floor = regions->call(open).regions();
   const auto place = std::find_if(open_floor.begin(), open_floor.end(),
                                   [](const auto& region) { return !region.polygons().empty(); });
   ASSERT_NE(place, open_floor.end());
-  const auto& pose = place->pose();
-  const auto& corner = place->polygons()[0].outer().points()[0];
-  const Eigen::Vector3d start =
-      Eigen::Vector3d(pose.position().x(), pose.position().y(), pose.position().z()) +
-      Eigen::Quaterniond(pose.orientation().w(), pose.orientation().x(), pose.orientation().y(),
-                         pose.orientation().z()) *
-          Eigen::Vector3d(corner.u(), corner.v(), 0);
-  for (auto* end : {&way.start(), &way.goal()}) {
-    end->x(start.x());
-    end->y(start.y());
-    end->z(start.z());
-  }
-  way.goal().x(start.x() + 0.15);
+  way.start() = way.goal() = place->polygons()[0].outer().points()[0];
+  way.goal().x(way.start().x() + 0.15);
+  way.time_limit(600);
   const auto steps = plan.call(way);
-  ASSERT_TRUE(steps.success()) << steps.message();
-  EXPECT_GT(steps.steps().size(), 2u);  // the two feet as they stand, and what follows
-  for (const auto& step : steps.steps()) EXPECT_EQ(step.surface(), place->surface());
+  ASSERT_TRUE(steps.found()) << steps.message();
+  EXPECT_EQ(steps.start().size(), 2u);
+  EXPECT_GT(steps.steps().size(), 0u);
+  EXPECT_GE(steps.cost(), steps.lower_bound());
+  for (const auto& step : steps.steps()) {
+    EXPECT_EQ(step.surface(), place->surface());
+    EXPECT_GT(step.margin(), 0);
+  }
 }
 
 TEST_F(Outputs, SaveAndLoadBesideTheNodesOwnMapOnly) {
@@ -266,23 +361,25 @@ TEST_F(Outputs, SaveAndLoadBesideTheNodesOwnMapOnly) {
   Client<srv::Load_Request_PubSubType, srv::Load_Response_PubSubType> load(*vendor, "/octosurf/load");
   srv::Save_Request_ other;
   for (const std::string name : {"../x", "/tmp/x", ".x", "a/b"}) {
-    other.name(name);
+    other.file(name);
     EXPECT_THAT(save.call(other).message(), HasSubstr("plain name")) << name;
   }
-  other.name("other");
-  EXPECT_TRUE(save.call(other).success());
+  other.file("other");
+  EXPECT_THAT(save.call(other).message(), HasSubstr("other: "));
   EXPECT_TRUE(read("other.surfaces") == read("offline.surfaces"));
   run_well("map walk.db3 -o first --first 1");
+  const std::string before = read("first.surfaces");
   srv::Load_Request_ first;
-  first.name("none");
+  first.file("none");
   EXPECT_FALSE(load.call(first).success());
   EXPECT_EQ(info("other").at("revision"), status->last().revision());
-  first.name("first");
+  first.file("first");
   const auto loaded = load.call(first);
   EXPECT_TRUE(loaded.success()) << loaded.message();
   EXPECT_TRUE(wait_until([&] { return info("first").at("revision") == status->last().revision(); }));
+  EXPECT_THAT(save.call({}).message(), HasSubstr("first: "));  // it is the node's own now
   EXPECT_EQ(end(*node), 0);
-  EXPECT_TRUE(read("live.surfaces") == read("first.surfaces"));
+  EXPECT_TRUE(read("first.surfaces") == before);
 }
 
 }  // namespace

@@ -38,8 +38,12 @@ class MapsAsOffline(unittest.TestCase):
         player.connect()
         player.play(node, range(half, len(player.scans)))
         self.assertEqual(node.end(), 0, node.log())  # saves, as ~map is named
-        self.assertEqual(node.status().mapped, len(player.scans) - half)
-        self.assertEqual(node.status().dropped, 0)
+        status = node.status()
+        self.assertEqual(status.mapped, len(player.scans) - half)
+        self.assertEqual((status.dropped, status.set_aside, status.messages_refused), (0, 0, 0))
+        self.assertEqual((status.scan_publishers, status.camera_publishers), (1, int("depth_topics" in parameters)))
+        self.assertGreaterEqual(status.transform_publishers, 1)
+        self.assertGreater(status.transforms, 0)
         player.close()
         live, offline = files_of(f"{name}_live"), files_of(f"{name}_offline")
         self.assertGreater(len(offline["surfaces"]), 1000)
@@ -104,6 +108,10 @@ class Refuses(unittest.TestCase):
         self.refused(DEPTH, image, "but its camera has")
         info.width += 1
         self.camera.publishers[info_topic].publish(info)
+        uncalibrated = copy.deepcopy(info)
+        uncalibrated.K = [0] * 9
+        self.camera.publishers[info_topic].publish(uncalibrated)  # is not taken
+        wait_for(lambda: self.node.logged("it is not calibrated"), "the camera's refusal")
         image.encoding = "rgb8"
         wait_for(lambda: self.refused_for(image, "is no depth image"), "the right camera")
 
@@ -112,9 +120,11 @@ class Refuses(unittest.TestCase):
         bad.transforms[0].header.stamp += rospy.Duration(5)
         bad.transforms[0].transform.translation.x = math.nan
         self.player.publishers["/tf"].publish(bad)
+        wait_for(lambda: self.node.logged("/tf: transform of"), "its line in the log")
         wrong = copy.deepcopy(cloud)
         wrong.header.stamp = bad.transforms[0].header.stamp
         self.refused(CLOUD, wrong, "no pose of lidar in map")
+        self.assertEqual(self.node.status().messages_refused, 2)  # this one and the camera
 
         self.player.play(self.node, [1])
         saved = self.node.call("save", "Save", file=str(FOLDER / "live"))
@@ -188,7 +198,8 @@ class Parameters(unittest.TestCase):
         wait_for(lambda: node.status().received == 7 and node.status().waiting == 0, "the flood to pass")
         status = node.status()
         self.assertGreaterEqual(status.dropped, 3)
-        self.assertEqual(status.received, status.mapped + status.dropped + status.refused + status.waiting)
+        self.assertEqual(status.received,
+                         status.mapped + status.set_aside + status.dropped + status.refused + status.waiting)
         self.assertTrue(node.logged("scans come faster than they are mapped"), node.log())
 
         options.update_configuration({"queue_size": 30})

@@ -127,7 +127,7 @@ class Services(unittest.TestCase):
         yaw = math.atan2(goal[1] - start[1], goal[0] - start[0])
         for robot in ("biped", "quadruped"):
             answer = self.node.call("plan", "Plan", robot=robot, start=Point(*start), start_yaw=yaw, goal=Point(*goal),
-                                    goal_yaw=yaw, expansions=2000)
+                                    goal_yaw=yaw, expansions=2000, time_limit=600)
             self.assertTrue(answer.success, answer.message)
             expected = json.loads(octosurf("plan", self.map, "--from", *start, repr(math.degrees(yaw)), "--to", *goal,
                                            repr(math.degrees(yaw)), "--robot", robot, "--budget", 2000, "--json"))

@@ -37,13 +37,15 @@ void write_layer(MessageWriter& out, const Eigen::MatrixXf& layer) {
 
 }  // namespace
 
-void write_header(MessageWriter& out, const std::string& frame) {
+void write_header(MessageWriter& out, const std::string& frame, std::int64_t stamp_ns) {
   out.begin_message();
   if (out.numbers_headers()) out.field("seq", std::uint32_t{0});
+  constexpr std::int64_t second = 1000000000;
+  const std::int64_t nanoseconds = (stamp_ns % second + second) % second;  // from 0 on, before 1970 too
   out.field("stamp");
   out.begin_message();
-  out.field("sec", std::int32_t{0});
-  out.field("nanosec", std::uint32_t{0});
+  out.field("sec", static_cast<std::int32_t>((stamp_ns - nanoseconds) / second));
+  out.field("nanosec", static_cast<std::uint32_t>(nanoseconds));
   out.end_message();
   out.field("frame_id", frame);
   out.end_message();

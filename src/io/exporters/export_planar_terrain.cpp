@@ -18,13 +18,6 @@ namespace {
 
 constexpr double steepest_rad = 80 * std::numbers::pi / 180;
 
-/// One message region: a polygon of a surface and the insets in it.
-struct TerrainRegion {
-  const PlannerSurface* surface;
-  const Polygon* boundary;
-  std::vector<const Polygon*> insets;
-};
-
 std::vector<TerrainRegion> regions_of(const PlannerSurface& surface) {
   std::vector<TerrainRegion> regions;
   for (const Polygon& polygon : surface.polygons) regions.push_back({&surface, &polygon, {}});
@@ -33,23 +26,6 @@ std::vector<TerrainRegion> regions_of(const PlannerSurface& surface) {
     if (at < regions.size()) regions[at].insets.push_back(&inset);
   }
   return regions;
-}
-
-std::vector<TerrainRegion> usable_regions(const std::vector<PlannerSurface>& surfaces,
-                                          PlanarTerrainCount& count) {
-  std::vector<TerrainRegion> usable;
-  for (const PlannerSurface& surface : surfaces) {
-    if (surface.T_world_surface(2, 2) < std::cos(steepest_rad)) {
-      count.too_steep += surface.polygons.size();
-      continue;
-    }
-    for (TerrainRegion& region : regions_of(surface)) {
-      count.without_inset += region.insets.empty();
-      if (!region.insets.empty()) usable.push_back(std::move(region));
-    }
-  }
-  count.regions = usable.size();
-  return usable;
 }
 
 void write_ring(MessageWriter& out, const Ring2& ring, SurfaceId id) {
@@ -106,24 +82,37 @@ void write_region(MessageWriter& out, const TerrainRegion& region) {
   out.end_message();
 }
 
-/// How many there are to write. `where` names the terrain in errors.
-PlanarTerrainCount count_regions(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
-                                 const std::filesystem::path& where) {
+/// Those of a terrain that must have some. `where` names it in errors.
+TerrainRegions some_regions(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
+                            const std::filesystem::path& where) {
   require_cells(grid, where);
-  PlanarTerrainCount count;
-  usable_regions(surfaces, count);
-  if (count.regions == 0)
+  TerrainRegions terrain = terrain_regions(surfaces);
+  if (terrain.regions.empty())
     throw Error(Error::Kind::data, where.string(), "there is nothing to put into it",
                 "no surface has room for the contact; a smaller foot or a larger slope leaves more");
-  return count;
+  return terrain;
 }
 
 }  // namespace
 
-PlanarTerrainCount write_planar_terrain(MessageWriter& out, const std::vector<PlannerSurface>& surfaces,
-                                        const HeightGrid& grid, const std::string& frame) {
-  PlanarTerrainCount count;
-  const std::vector<TerrainRegion> regions = usable_regions(surfaces, count);
+TerrainRegions terrain_regions(const std::vector<PlannerSurface>& surfaces) {
+  TerrainRegions usable;
+  for (const PlannerSurface& surface : surfaces) {
+    if (surface.T_world_surface(2, 2) < std::cos(steepest_rad)) {
+      usable.count.too_steep += surface.polygons.size();
+      continue;
+    }
+    for (TerrainRegion& region : regions_of(surface)) {
+      usable.count.without_inset += region.insets.empty();
+      if (!region.insets.empty()) usable.regions.push_back(std::move(region));
+    }
+  }
+  usable.count.regions = usable.regions.size();
+  return usable;
+}
+
+void write_planar_terrain(MessageWriter& out, const std::vector<TerrainRegion>& regions,
+                          const HeightGrid& grid, const std::string& frame) {
   const Eigen::MatrixXf elevation = without_gaps(grid.elevation);
   const Eigen::MatrixXf smooth = mean_over(elevation, 0.2 / grid.cell);
   out.begin_message();
@@ -134,21 +123,21 @@ PlanarTerrainCount write_planar_terrain(MessageWriter& out, const std::vector<Pl
   out.field("gridmap");
   write_grid_map(out, grid, {{"elevation", &elevation}, {"smooth_planar", &smooth}}, frame);
   out.end_message();
-  return count;
 }
 
 PlanarTerrainCount export_planar_terrain(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
                                          const std::string& frame, const std::filesystem::path& file,
                                          bool force) {
-  const PlanarTerrainCount count = count_regions(surfaces, grid, file);
-  write_message([&](MessageWriter& out) { write_planar_terrain(out, surfaces, grid, frame); }, file, force);
-  return count;
+  const TerrainRegions terrain = some_regions(surfaces, grid, file);
+  write_message([&](MessageWriter& out) { write_planar_terrain(out, terrain.regions, grid, frame); }, file,
+                force);
+  return terrain.count;
 }
 
 std::string planar_terrain_message(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
                                    const std::string& frame, MessageEncoding encoding) {
-  count_regions(surfaces, grid, "planar terrain");
-  return message_bytes([&](MessageWriter& out) { write_planar_terrain(out, surfaces, grid, frame); },
+  const TerrainRegions terrain = some_regions(surfaces, grid, "planar terrain");
+  return message_bytes([&](MessageWriter& out) { write_planar_terrain(out, terrain.regions, grid, frame); },
                        encoding);
 }
 

@@ -3,6 +3,7 @@
 #include "io/exporters/message_writer.hpp"
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -21,8 +22,8 @@ void write_grid_map(MessageWriter& out, const HeightGrid& grid, const GridLayers
 /// The layers that export_grid_map() has; they are the grid's.
 GridLayers layers_of(const HeightGrid& grid);
 
-/// std_msgs/Header. A map is of no one moment, so its time is 0.
-void write_header(MessageWriter& out, const std::string& frame);
+/// std_msgs/Header. A map is of no one moment, so its time is 0 unless one is given.
+void write_header(MessageWriter& out, const std::string& frame, std::int64_t stamp_ns = 0);
 
 /// geometry_msgs/Point, Vector3.
 void write_point(MessageWriter& out, const Eigen::Vector3d& point);

@@ -37,6 +37,7 @@ class JsonWriter : public MessageWriter {
   void write(std::uint32_t value) override { integer(value); }
   void write(std::int32_t value) override { integer(value); }
   void write(std::uint16_t value) override { integer(value); }
+  void write(std::uint8_t value) override { integer(unsigned{value}); }
   void write(std::uint64_t value) override { integer(value); }
   void write(bool value) override {
     separate();
@@ -93,7 +94,38 @@ class JsonWriter : public MessageWriter {
 
 namespace cdr = eprosima::fastcdr;
 
-class CdrWriter : public MessageWriter {
+/// What both of ROS' serialisations have in common: values one after the other, without names. `Encoding` has
+/// put() of a number or a text, and put_list() of numbers, whose count was put before.
+template <class Encoding>
+class BytesWriter : public MessageWriter {
+ public:
+  void begin_message() override {}
+  void end_message() override {}
+  void field(const char*) override {}
+  void begin_list(std::size_t size) override { self().put(static_cast<std::uint32_t>(size)); }
+  void end_list() override {}
+  void write(double value) override { self().put(value); }
+  void write(float value) override { self().put(value); }
+  void write(std::uint32_t value) override { self().put(value); }
+  void write(std::int32_t value) override { self().put(value); }
+  void write(std::uint16_t value) override { self().put(value); }
+  void write(std::uint8_t value) override { self().put(value); }
+  void write(std::uint64_t value) override { self().put(value); }
+  void write(bool value) override { self().put(static_cast<std::uint8_t>(value)); }
+  void write(const std::string& value) override { self().put(value); }
+  void write(std::span<const float> list) override { write_list(list); }
+  void write(std::span<const std::int8_t> list) override { write_list(list); }
+
+ private:
+  template <class Number>
+  void write_list(std::span<const Number> list) {
+    begin_list(list.size());
+    self().put_list(list);
+  }
+  Encoding& self() { return static_cast<Encoding&>(*this); }
+};
+
+class CdrWriter : public BytesWriter<CdrWriter> {
  public:
   CdrWriter()
       :
@@ -109,25 +141,6 @@ class CdrWriter : public MessageWriter {
     cdr_.serialize_encapsulation();
   }
 
-  void begin_message() override {}
-  void end_message() override {}
-  void field(const char*) override {}
-  void begin_list(std::size_t size) override { write(static_cast<std::uint32_t>(size)); }
-  void end_list() override {}
-  void write(double value) override { write_number(value); }
-  void write(float value) override { write_number(value); }
-  void write(std::uint32_t value) override { write_number(value); }
-  void write(std::int32_t value) override { write_number(value); }
-  void write(std::uint16_t value) override { write_number(value); }
-  void write(std::uint64_t value) override { write_number(value); }
-  void write(bool value) override { write_number(value); }
-  void write(const std::string& value) override {
-    pad_to(sizeof(std::uint32_t));  // its length stands first
-    cdr_ << value;
-  }
-  void write(std::span<const float> list) override { write_list(list); }
-  void write(std::span<const std::int8_t> list) override { write_list(list); }
-
   std::span<const char> bytes() const {
 #if FASTCDR_VERSION_MAJOR >= 2
     return {buffer_.getBuffer(), cdr_.get_serialized_data_length()};
@@ -137,20 +150,24 @@ class CdrWriter : public MessageWriter {
   }
 
  private:
+  friend BytesWriter;
   /// Fast CDR leaves out what aligns a value, so that there would be whatever the memory held before.
   void pad_to(std::size_t alignment) {
     constexpr std::size_t encapsulation = 4;  // does not count
     while ((bytes().size() - encapsulation) % alignment != 0) cdr_ << '\0';
   }
   template <class Number>
-  void write_number(Number value) {
+  void put(Number value) {
     pad_to(sizeof value);
     cdr_ << value;
   }
-  template <class Value>
-  void write_list(std::span<const Value> list) {
-    begin_list(list.size());
-    if (!list.empty()) pad_to(sizeof(Value));
+  void put(const std::string& value) {
+    pad_to(sizeof(std::uint32_t));  // its length stands first
+    cdr_ << value;
+  }
+  template <class Number>
+  void put_list(std::span<const Number> list) {
+    if (!list.empty()) pad_to(sizeof(Number));
 #if FASTCDR_VERSION_MAJOR >= 2
     cdr_.serialize_array(list.data(), list.size());
 #else
@@ -163,39 +180,25 @@ class CdrWriter : public MessageWriter {
 };
 
 /// ROS 1's: little-endian, nothing aligned, strings without an end.
-class PackedWriter : public MessageWriter {
+class PackedWriter : public BytesWriter<PackedWriter> {
  public:
-  void begin_message() override {}
-  void end_message() override {}
-  void field(const char*) override {}
-  void begin_list(std::size_t size) override { put(static_cast<std::uint32_t>(size)); }
-  void end_list() override {}
-  void write(double value) override { put(value); }
-  void write(float value) override { put(value); }
-  void write(std::uint32_t value) override { put(value); }
-  void write(std::int32_t value) override { put(value); }
-  void write(std::uint16_t value) override { put(value); }
-  void write(std::uint64_t value) override { put(value); }
-  void write(bool value) override { put(static_cast<std::uint8_t>(value)); }
-  void write(const std::string& value) override {
-    begin_list(value.size());
-    bytes_ += value;
-  }
-  void write(std::span<const float> list) override { put_list(list); }
-  void write(std::span<const std::int8_t> list) override { put_list(list); }
   bool numbers_headers() const override { return true; }
 
   const std::string& bytes() const { return bytes_; }
 
  private:
+  friend BytesWriter;
   static_assert(std::endian::native == std::endian::little);
   template <class Number>
   void put(Number value) {
     bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
   }
-  template <class Value>
-  void put_list(std::span<const Value> list) {
-    begin_list(list.size());
+  void put(const std::string& value) {
+    put(static_cast<std::uint32_t>(value.size()));
+    bytes_ += value;
+  }
+  template <class Number>
+  void put_list(std::span<const Number> list) {
     bytes_.append(reinterpret_cast<const char*>(list.data()), list.size_bytes());
   }
 

@@ -28,6 +28,7 @@ class MessageWriter {
   virtual void write(std::uint32_t value) = 0;
   virtual void write(std::int32_t value) = 0;
   virtual void write(std::uint16_t value) = 0;
+  virtual void write(std::uint8_t value) = 0;
   virtual void write(std::uint64_t value) = 0;
   virtual void write(bool value) = 0;
   virtual void write(const std::string& value) = 0;

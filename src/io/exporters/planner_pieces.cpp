@@ -27,13 +27,6 @@ bool odd_crossings(const Ring2& ring, const Eigen::Vector2d& point) {
 
 }  // namespace
 
-PlannerSurface turned(PlannerSurface surface, const Eigen::Quaterniond& turn) {
-  surface.T_world_surface = turn * surface.T_world_surface;
-  for (ConvexPiece& piece : surface.pieces)
-    for (Eigen::Vector3d& vertex : piece.vertices) vertex = turn * vertex;
-  return surface;
-}
-
 void require_pieces(const std::vector<PlannerSurface>& surfaces, const std::filesystem::path& file) {
   bool any = false;
   for (const PlannerSurface& surface : surfaces)

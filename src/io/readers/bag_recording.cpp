@@ -112,7 +112,7 @@ void BagRecording::choose_camera(const TopicContents& images, const std::optiona
   const CameraInfoMessage& info = *found->camera;
   const bool rectified = is_rectified(images.topic.name);
   try {
-    cameras_[images.scans.front().topic] = {intrinsics_for(info, images.topic.name), info.width, info.height};
+    cameras_[images.scans.front().topic] = {intrinsics_for(info, rectified), info.width, info.height};
   } catch (const std::runtime_error& error) {
     throw Error(Error::Kind::data, files_.front().string() + " " + name, error.what(),
                 "give --intrinsics FILE");

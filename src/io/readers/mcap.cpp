@@ -1,6 +1,5 @@
 // MCAP (mcap.dev/spec): records of an opcode and a length, messages in chunks or bare. Debian has no reader.
-#include "io/readers/bag.hpp"
-#include "io/readers/bounded_file.hpp"
+#include "io/readers/chunked_bag.hpp"
 
 #include <limits>
 #include <map>
@@ -15,7 +14,6 @@ namespace {
 
 constexpr std::string_view magic("\x89MCAP0\r\n", 8);
 constexpr std::uint64_t record_head = 9;  // opcode and length
-constexpr const char* mend = "copy the bag again; --skip-bad maps what is whole";
 
 enum class Op : std::uint8_t {
   header = 1,
@@ -33,9 +31,9 @@ std::uint32_t crc_of(std::string_view bytes, std::uint32_t before = 0) {
       ::crc32_z(before, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()));
 }
 
-class McapBag : public Bag {
+class McapBag : public ChunkedBag {
  public:
-  explicit McapBag(const std::filesystem::path& file) : file_(file) {
+  explicit McapBag(const std::filesystem::path& file) : ChunkedBag(file, "MCAP") {
     if (file_.left() < magic.size() || file_.take(magic.size()) != magic)
       file_.refuse("not an MCAP file", "record it again, or copy it again");
   }
@@ -55,28 +53,21 @@ class McapBag : public Bag {
     }
   }
 
-  std::string_view read(const MessagePlace& place) override {
-    if (!cached_ || *cached_ != place.block) {
-      cached_.reset();
-      file_.seek(place.block);
-      const std::string head = file_.take(record_head);
-      RecordBytes fields(head);
-      const bool chunk = fields.u8() == static_cast<std::uint8_t>(Op::chunk);
-      const std::string record = file_.take(fields.u64());
-      cache_ = chunk ? unpack_at(place.block, record) : record;
-      cached_ = place.block;
-    }
-    if (place.offset > cache_.size() || place.size > cache_.size() - place.offset)
-      file_.refuse("changed while it was read");
-    return std::string_view(cache_).substr(place.offset, place.size);
-  }
-
  private:
   struct Channel {
     std::uint16_t schema = 0;
     std::string topic, encoding;
     std::optional<std::size_t> index;  // into topics_
   };
+
+  /// A chunk's records, or a message outside of chunks.
+  std::string read_block(std::uint64_t begin) override {
+    const std::string head = file_.take(record_head);
+    RecordBytes fields(head);
+    const bool chunk = fields.u8() == static_cast<std::uint8_t>(Op::chunk);
+    const std::string record = file_.take(fields.u64());
+    return chunk ? unpack_at(begin, record) : record;
+  }
 
   /// False at the end of the messages.
   bool read_record(const Visit& visit, std::vector<std::string>* left_out) {
@@ -168,10 +159,7 @@ class McapBag : public Bag {
     const std::uint32_t crc = fields.u32();
     const std::string_view format = fields.text();
     const std::string_view packed = fields.take(fields.u64());
-    if (size > largest_block(file_.size()))
-      throw std::runtime_error("a chunk of " + std::to_string(size) +
-                               " bytes, far more than the file's size");
-    std::string records = decompressed(packed, format, size);
+    std::string records = unpacked(packed, format, size);
     if (crc != 0 && crc != crc_of(records)) throw std::runtime_error("a chunk's check sum is wrong");
     return records;
   }
@@ -202,32 +190,11 @@ class McapBag : public Bag {
     }
   }
 
-  [[noreturn]] void refuse(std::uint64_t begin, const std::string& what) const {
-    throw Error(Error::Kind::data, file_.path().string(),
-                "damaged MCAP: " + what + " (record at byte " + std::to_string(begin) + ")", mend);
-  }
-
-  template <class Work>
-  auto parse(std::uint64_t begin, const Work& work) -> decltype(work()) {
-    try {
-      return work();
-    } catch (const Error&) {
-      throw;
-    } catch (const std::out_of_range& error) {
-      refuse(begin, error.what());
-    } catch (const std::runtime_error& error) {
-      refuse(begin, error.what());
-    }
-  }
-
-  BoundedFile file_;
   std::map<std::uint16_t, std::string> schemas_;
   std::map<std::uint16_t, Channel> channels_;
   std::uint32_t crc_ = 0;
   std::uint64_t messages_ = 0;
   bool whole_ = true;  // nothing was left out so far
-  std::string cache_;
-  std::optional<std::uint64_t> cached_;  // the chunk or bare message in cache_
 };
 
 }  // namespace

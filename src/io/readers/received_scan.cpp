@@ -3,7 +3,6 @@
 #include "io/readers/pose_file.hpp"
 #include "io/readers/sensor_messages.hpp"
 
-#include <cmath>
 #include <stdexcept>
 
 #include <octosurf/error.hpp>
@@ -34,13 +33,6 @@ ReceivedScan begin_scan(std::string_view message, MessageEncoding encoding, cons
   return received;
 }
 
-Intrinsics camera_of(const CameraInfoMessage& info, bool rectified) {
-  const Intrinsics camera = rectified ? info.rectified : info.raw;
-  if (!std::isfinite(camera.fx + camera.fy + camera.cx + camera.cy) || camera.fx == 0 || camera.fy == 0)
-    throw std::runtime_error("its camera's focal length is zero or not finite: it is not calibrated");
-  return camera;
-}
-
 }  // namespace
 
 ReceivedScan scan_from_cloud(std::string_view cloud, MessageEncoding encoding, const std::string& where) {
@@ -58,18 +50,27 @@ ReceivedScan scan_from_depth(std::string_view image, std::string_view camera_inf
   return naming(where, [&] {
     ReceivedScan received = begin_scan(image, encoding, where);
     const CameraInfoMessage info = read_camera_info(*message_reader(camera_info, encoding));
-    const Intrinsics camera = camera_of(info, rectified);
+    const Intrinsics& camera = intrinsics_for(info, rectified);
     const auto reader = message_reader(image, encoding);
     const ImageMessage read = read_image_message(*reader);
-    if (read.width != info.width || read.height != info.height)
-      throw std::runtime_error("an image of " + std::to_string(read.width) + "x" +
-                               std::to_string(read.height) + " pixels, but its camera has " +
-                               std::to_string(info.width) + "x" + std::to_string(info.height));
+    require_size(read.width, read.height, info.width, info.height);
     received.scan.sensor = SensorKind::depth_camera;
     received.scan.points = points_of(read, camera, depth_scale, largest_scan(image.size()));
     return received;
   });
 }
+
+void require_camera(std::string_view camera_info, MessageEncoding encoding, const std::string& where,
+                    bool rectified) {
+  naming(where, [&] { intrinsics_for(read_camera_info(*message_reader(camera_info, encoding)), rectified); });
+}
+
+std::string camera_info_topic(const std::string& images, bool compressed) {
+  const std::string raw = compressed ? images.substr(0, images.rfind('/')) : images;
+  return raw.substr(0, raw.rfind('/') + 1) + "camera_info";  // npos + 1 is 0
+}
+
+bool is_rectified(const std::string& images) { return images.find("rect") != std::string::npos; }
 
 Eigen::Isometry3d pose_from_transform(const Eigen::Vector3d& translation, const Eigen::Quaterniond& rotation,
                                       const std::string& where) {

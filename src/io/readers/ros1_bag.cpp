@@ -2,8 +2,7 @@
 // messages in chunks. Not by rosbag's own library: that one ends the program at some flipped bytes (an assert
 // of its Buffer, at one of 1500 flips of a small bag), allocates what a record says of itself, refuses bags
 // whose recorder was killed, and loads plugins and Python.
-#include "io/readers/bag.hpp"
-#include "io/readers/bounded_file.hpp"
+#include "io/readers/chunked_bag.hpp"
 
 #include <map>
 #include <optional>
@@ -51,9 +50,9 @@ std::uint32_t number_of(const Fields& fields, std::string_view name) {
 
 Op op_of(const Fields& fields) { return static_cast<Op>(RecordBytes(value_of(fields, "op")).u8()); }
 
-class Ros1Bag : public Bag {
+class Ros1Bag : public ChunkedBag {
  public:
-  explicit Ros1Bag(const std::filesystem::path& file) : file_(file) {
+  explicit Ros1Bag(const std::filesystem::path& file) : ChunkedBag(file, "ROS 1 bag") {
     const std::string head = file_.take(std::min<std::uint64_t>(magic.size(), file_.left()));
     if (head == magic) return;
     if (head.starts_with("#ROSBAG V"))
@@ -80,19 +79,6 @@ class Ros1Bag : public Bag {
     }
   }
 
-  std::string_view read(const MessagePlace& place) override {
-    if (cached_ != place.block) {
-      cached_.reset();
-      file_.seek(place.block);
-      const Record record = take_record();
-      cache_ = parse(place.block, [&] { return unpack(fields_of(record.header), record.data); });
-      cached_ = place.block;
-    }
-    if (place.offset > cache_.size() || place.size > cache_.size() - place.offset)
-      file_.refuse("changed while it was read");
-    return std::string_view(cache_).substr(place.offset, place.size);
-  }
-
  private:
   struct Record {
     std::string header, data;
@@ -106,6 +92,11 @@ class Ros1Bag : public Bag {
     record.header = sized();
     record.data = sized();
     return record;
+  }
+
+  std::string read_block(std::uint64_t begin) override {
+    const Record record = take_record();
+    return parse(begin, [&] { return unpack(fields_of(record.header), record.data); });
   }
 
   void read_record(const Visit& visit, std::vector<std::string>* left_out, bool& damaged) {
@@ -162,11 +153,7 @@ class Ros1Bag : public Bag {
 
   /// The records of a chunk.
   std::string unpack(const Fields& fields, std::string_view data) const {
-    const std::uint32_t size = number_of(fields, "size");
-    if (size > largest_block(file_.size()))
-      throw std::runtime_error("a chunk of " + std::to_string(size) +
-                               " bytes, far more than the file's size");
-    return decompressed(data, value_of(fields, "compression"), size);
+    return unpacked(data, value_of(fields, "compression"), number_of(fields, "size"));
   }
 
   void note_connection(const Fields& fields, std::string_view data) {
@@ -199,33 +186,11 @@ class Ros1Bag : public Bag {
     if (some_missing) refuse(begin, "a chunk whose index lacks a connection");
   }
 
-  [[noreturn]] void refuse(std::uint64_t begin, const std::string& what) const {
-    throw Error(Error::Kind::data, file_.path().string(),
-                "damaged ROS 1 bag: " + what + " (record at byte " + std::to_string(begin) + ")",
-                "copy the bag again; --skip-bad maps what is whole");
-  }
-
-  template <class Work>
-  auto parse(std::uint64_t begin, const Work& work) -> decltype(work()) {
-    try {
-      return work();
-    } catch (const Error&) {
-      throw;
-    } catch (const std::out_of_range& error) {
-      refuse(begin, error.what());
-    } catch (const std::runtime_error& error) {
-      refuse(begin, error.what());
-    }
-  }
-
-  BoundedFile file_;
   std::map<std::uint32_t, std::size_t> connections_;  // to topics_
   std::map<std::uint32_t, std::uint32_t> counted_;    // messages of the last chunk by connection
   bool indexed_ = false;                              // an index of that chunk was there
   std::uint32_t chunks_ = 0;
   std::optional<std::uint32_t> chunks_announced_;
-  std::string cache_;
-  std::optional<std::uint64_t> cached_;  // the chunk in cache_
 };
 
 }  // namespace

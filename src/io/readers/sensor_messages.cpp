@@ -228,17 +228,8 @@ CameraInfoMessage read_camera_info(MessageReader& message) {
   return info;
 }
 
-std::string camera_info_topic(std::string images, bool compressed) {
-  const auto cut = [&] { images.resize(std::min(images.rfind('/'), images.size())); };
-  if (compressed) cut();
-  cut();
-  return images + "/camera_info";
-}
-
-bool is_rectified(const std::string& images) { return images.find("rect") != std::string::npos; }
-
-const Intrinsics& intrinsics_for(const CameraInfoMessage& camera, const std::string& images) {
-  const Intrinsics& chosen = is_rectified(images) ? camera.rectified : camera.raw;
+const Intrinsics& intrinsics_for(const CameraInfoMessage& camera, bool rectified) {
+  const Intrinsics& chosen = rectified ? camera.rectified : camera.raw;
   if (!std::isfinite(chosen.fx + chosen.fy + chosen.cx + chosen.cy) || chosen.fx == 0 || chosen.fy == 0)
     fail("a camera whose focal length is zero or not finite: it is not calibrated");
   return chosen;

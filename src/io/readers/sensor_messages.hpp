@@ -74,13 +74,8 @@ struct CameraInfoMessage {
 };
 CameraInfoMessage read_camera_info(MessageReader& message);
 
-/// Where image_transport publishes the camera of an image: a/b/image → a/b/camera_info; a compressed image's
-/// topic is its transport's below the image's.
-std::string camera_info_topic(std::string images, bool compressed = false);
-/// "…/image_rect": undistorted, so that the projection matrix holds for it.
-bool is_rectified(const std::string& images);
-/// What holds for the images of a topic. Throws if the camera is not calibrated.
-const Intrinsics& intrinsics_for(const CameraInfoMessage& camera, const std::string& images);
+/// What holds for its images; `rectified`: is_rectified(). Throws if the camera is not calibrated.
+const Intrinsics& intrinsics_for(const CameraInfoMessage& camera, bool rectified);
 /// Throws if the image is of another size than the camera's.
 void require_size(int width, int height, int camera_width, int camera_height);
 

@@ -1,4 +1,5 @@
 // PlanarTerrain messages, decoded from their definitions and asked what ocs2 and legged_perceptive ask.
+#include "io/exporters/planar_terrain_message.hpp"
 #include "io/exporters/planner_fixture.hpp"
 #include "io/exporters/terrain_layers.hpp"
 #include "io/ros_messages.hpp"
@@ -102,6 +103,20 @@ TEST_F(PlanarTerrainMessage, SteepAndCrampedRegionsAreLeftOutAndCounted) {
   for (const ros::PlanarRegion& region : terrain.planar_regions) EXPECT_FALSE(region.insets.empty());
   EXPECT_THROW(export_planar_terrain({wall}, small_grid(), "map", path("none.cdr")), Error);
   EXPECT_FALSE(std::filesystem::exists(path("none.cdr")));
+}
+
+TEST_F(PlanarTerrainMessage, WithoutARegionItIsATerrainWithoutFootholds) {
+  PlannerSurface cramped = table_with_hole(6);
+  cramped.insets.clear();
+  const std::vector<PlannerSurface> surfaces{cramped};
+  const TerrainRegions none = terrain_regions(surfaces);
+  EXPECT_EQ(none.count.without_inset, 2u);
+  ros::CdrReader in(
+      cdr_of([&](MessageWriter& out) { write_planar_terrain(out, none.regions, small_grid(), "odom"); }));
+  const ros::PlanarTerrain terrain = read_terrain(in);
+  EXPECT_TRUE(in.at_end());
+  EXPECT_TRUE(terrain.planar_regions.empty());
+  expect_same(terrain.gridmap, written({table_with_hole(5)}).gridmap);
 }
 
 TEST_F(PlanarTerrainMessage, EveryInsetGoesToThePolygonItLiesIn) {

@@ -234,6 +234,9 @@ TEST_F(BagChoice, MessagesThatComeOneByOneAreReadAlike) {
   };
   EXPECT_THAT(refused([&] { scan_from_depth(depth.bytes, camera("", 0).bytes, cdr, "here"); }),
               AllOf(HasSubstr("here: "), HasSubstr("not calibrated")));
+  EXPECT_THAT(refused([&] { require_camera(camera("", 0).bytes, cdr, "here"); }),
+              AllOf(HasSubstr("here: "), HasSubstr("not calibrated")));
+  EXPECT_NO_THROW(require_camera(info.bytes, cdr, "here"));
   EXPECT_THAT(refused([&] { scan_from_depth(depth.bytes, depth.bytes, cdr, "here"); }), HasSubstr("here: "));
   EXPECT_THAT(refused([&] { scan_from_cloud(depth.bytes, cdr, "here"); }), HasSubstr("here: "));
   EXPECT_THAT(refused([&] { scan_from_cloud("", MessageEncoding::ros1, "here"); }), HasSubstr("too early"));
@@ -244,6 +247,16 @@ TEST_F(BagChoice, MessagesThatComeOneByOneAreReadAlike) {
               }),
               HasSubstr("here"));
   EXPECT_THAT(refused([&] { pose_from_transform({std::nan(""), 0, 0}, q, "here"); }), HasSubstr("here"));
+}
+
+TEST(ImageTopics, TellTheirCameraAndWhetherTheyAreRectified) {
+  EXPECT_EQ(camera_info_topic("/camera/depth/image"), "/camera/depth/camera_info");
+  EXPECT_EQ(camera_info_topic("/camera/depth/image/compressedDepth", true), "/camera/depth/camera_info");
+  EXPECT_EQ(camera_info_topic("/image"), "/camera_info");
+  EXPECT_EQ(camera_info_topic("image"), "camera_info");
+  EXPECT_EQ(camera_info_topic("image/compressedDepth", true), "camera_info");
+  EXPECT_TRUE(is_rectified("/camera/depth/image_rect_raw"));
+  EXPECT_FALSE(is_rectified("/camera/depth/image_raw"));
 }
 
 TEST_F(BagChoice, PicturesAreNoDepth) {

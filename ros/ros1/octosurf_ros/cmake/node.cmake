@@ -13,7 +13,7 @@ function(octosurf_ros_node target)
   octosurf_ros_messages(${target}_foreign_messages ${foreign})
   octosurf_cxx20_headers(${target}_cxx20_headers)
   set(sources)
-  foreach(name main answers mapper_node pose_lookup publisher scan_queue scan_intake settings surface_messages
+  foreach(name main answers mapper_node pose_lookup publisher questions scan_queue scan_intake settings surface_messages
                terrain_messages)
     list(APPEND sources ${OCTOSURF_ROS_DIR}/src/${name}.cpp)
   endforeach()

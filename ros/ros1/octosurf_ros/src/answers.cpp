@@ -2,25 +2,28 @@
 
 #include "surface_messages.hpp"
 
-#include <limits>
-#include <memory>
-#include <numbers>
-#include <utility>
-
-#include <octosurf/contact.hpp>
 #include <octosurf/error.hpp>
-#include <octosurf/footsteps.hpp>
 
 namespace octosurf::ros1 {
 namespace {
+
+using octosurf_msgs::Query;
+using services::PlaceAnswer;
+using services::PlaceQuestion;
+static_assert(int{PlaceQuestion::nearest} == Query::Request::NEAREST &&
+              int{PlaceQuestion::below} == Query::Request::BELOW &&
+              int{PlaceQuestion::ray} == Query::Request::RAY &&
+              int{PlaceQuestion::sphere} == Query::Request::SPHERE &&
+              int{PlaceQuestion::box} == Query::Request::BOX &&
+              int{PlaceQuestion::voxel} == Query::Request::VOXEL);
+static_assert(int{PlaceAnswer::unknown} == Query::Response::UNKNOWN &&
+              int{PlaceAnswer::free} == Query::Response::FREE &&
+              int{PlaceAnswer::occupied} == Query::Response::OCCUPIED);
 
 template <class Message>
 Eigen::Vector3d vector_of(const Message& message) {
   return {message.x, message.y, message.z};
 }
-
-/// Zero stands for "any" in requests, whose numbers are zero where nobody sets them.
-double or_any(double value) { return value == 0 ? std::numeric_limits<double>::infinity() : value; }
 
 /// A response that `fill` fills in, or that says why it cannot.
 template <class Response, class Fill>
@@ -39,121 +42,17 @@ Response answered(const AskedMap& map, const Fill& fill) {
   return response;
 }
 
-// ---- places ----
-
-using Query = octosurf_msgs::Query;
-
-void put(const AskedMap& map, SurfaceId id, const Eigen::Vector3d& point, double distance,
-         Query::Response& response) {
-  response.found = true;
-  response.surfaces = {id};
-  response.point = point_message(point);
-  response.distance = distance;
-  response.normal = vector_message(map.snapshot->find(id)->plane.normal);
-}
-
-void ask_place(const AskedMap& map, const Query::Request& request, Query::Response& response) {
-  SlopeLimit limit;
-  if (request.max_slope != 0) limit.max_slope_rad = request.max_slope;
-  const Eigen::Vector3d point = vector_of(request.point);
-  const auto place = request.kind == Query::Request::BELOW
-                         ? map.index.below(point, limit)
-                         : map.index.nearest(point, limit, or_any(request.distance));
-  if (place) put(map, place->id, place->point, place->distance, response);
-}
-
-void ask_ray(const AskedMap& map, const Query::Request& request, Query::Response& response) {
-  const auto hit = map.index.first_on_ray(vector_of(request.point), vector_of(request.direction),
-                                          or_any(request.distance));
-  if (!hit) return;
-  put(map, hit->id, hit->point, hit->distance, response);
-  response.front = hit->front;
-}
-
-void ask_box(const AskedMap& map, const Query::Request& request, Query::Response& response) {
-  Eigen::AlignedBox3d box(vector_of(request.point));
-  box.extend(vector_of(request.corner));
-  response.surfaces = map.index.in(ConvexSpace::box(box));
-}
-
-void ask_voxel(const AskedMap& map, const Query::Request& request, Query::Response& response) {
-  const Eigen::Vector3d point = vector_of(request.point);
-  if (!point.allFinite()) throw Error(Error::Kind::usage, "point", "is not finite");
-  const OccupancyView::Voxel voxel = map.snapshot->octree.at(point);
-  using State = OccupancyView::State;
-  response.state = voxel.state == State::unknown ? Query::Response::UNKNOWN
-                   : voxel.state == State::free  ? Query::Response::FREE
-                                                 : Query::Response::OCCUPIED;
-  response.log_odds = voxel.log_odds;
-  if (voxel.surface != 0) response.surfaces = {voxel.surface};
-}
-
-void ask(const AskedMap& map, const Query::Request& request, Query::Response& response) {
-  switch (request.kind) {
-    case Query::Request::NEAREST:
-    case Query::Request::BELOW:
-      return ask_place(map, request, response);
-    case Query::Request::RAY:
-      return ask_ray(map, request, response);
-    case Query::Request::SPHERE:
-      response.surfaces = map.index.in_sphere(vector_of(request.point), request.distance);
-      return;
-    case Query::Request::BOX:
-      return ask_box(map, request, response);
-    case Query::Request::VOXEL:
-      return ask_voxel(map, request, response);
-    default:
-      throw Error(Error::Kind::usage, "kind", "is none of octosurf_msgs/Query");
-  }
-}
-
-// ---- contact regions ----
-
-using Regions = octosurf_msgs::ContactRegions;
-
-ContactShape foot_of(const Regions::Request& request) {
-  const bool is_sole = request.length != 0 || request.width != 0;
-  if (is_sole == (request.radius != 0))
-    throw Error(Error::Kind::usage, "length, width, radius", "say no foot, or two",
-                "give length and width, or a radius");
-  return is_sole ? ContactShape::rectangle(request.length, request.width)
-                 : ContactShape::disc(request.radius);
-}
-
-ContactLimits limits_of(const Regions::Request& request) {
-  ContactLimits limits;
-  if (request.max_slope != 0) limits.max_slope_rad = request.max_slope;
-  limits.edge_margin_m = request.edge_margin;
-  limits.obstacle_margin_m = request.obstacle_margin;
-  limits.clearance_m = request.clearance;
-  limits.gap_depth_m = request.gap_depth;
-  return limits;
-}
-
-octosurf_msgs::ContactRegion region_message(const Surface& surface, const ContactRegion& region,
-                                            std::size_t pieces) {
+octosurf_msgs::ContactRegion region_message(const services::FoundRegion& found) {
   octosurf_msgs::ContactRegion message;
-  message.surface = surface.id;
-  message.revision = region.revision;
-  message.area = region.area_m2;
-  for (const Polygon& polygon : region.polygons)
-    message.polygons.push_back(polygon_message(polygon, surface));
-  for (const ContactRefusal refusal : region.refused)
+  message.surface = found.surface->id;
+  message.revision = found.region.revision;
+  message.area = found.region.area_m2;
+  for (const Polygon& polygon : found.region.polygons)
+    message.polygons.push_back(polygon_message(polygon, *found.surface));
+  for (const ConvexPiece& piece : found.pieces) message.pieces.push_back(ring_message(piece.vertices));
+  for (const ContactRefusal refusal : found.region.refused)
     message.refused.emplace_back(contact_refusal_name(refusal));
-  if (pieces > 0)
-    for (const ConvexPiece& piece : convex_pieces(surface, region, pieces))
-      message.pieces.push_back(ring_message(piece.vertices));
   return message;
-}
-
-// ---- plans ----
-
-using Plan = octosurf_msgs::Plan;
-
-Robot robot_of(const std::string& name) {
-  if (name.empty() || name == "biped") return Biped{};
-  if (name == "quadruped") return Quadruped{};
-  throw Error(Error::Kind::usage, "robot", "is neither biped nor quadruped: " + name.substr(0, 40));
 }
 
 octosurf_msgs::Footstep footstep_message(const Footstep& step) {
@@ -169,34 +68,52 @@ octosurf_msgs::Footstep footstep_message(const Footstep& step) {
 }  // namespace
 
 Query::Response answer(const AskedMap& map, const Query::Request& request) {
-  return answered<Query::Response>(map, [&](Query::Response& response) { ask(map, request, response); });
-}
-
-Regions::Response answer(const AskedMap& map, const Regions::Request& request) {
-  return answered<Regions::Response>(map, [&](Regions::Response& response) {
-    const ContactShape foot = foot_of(request);
-    const ContactLimits limits = limits_of(request);
-    std::optional<double> yaw;
-    if (!request.any_heading) yaw = request.yaw;
-    const Snapshot& snapshot = *map.snapshot;
-    if (request.surface != 0 && snapshot.find(request.surface) == nullptr)
-      throw Error(Error::Kind::data, "surface", "there is none of id " + std::to_string(request.surface));
-    for (const SurfacePtr& surface : snapshot.surfaces) {
-      if (request.surface != 0 && surface->id != request.surface) continue;
-      const ContactRegion region = contact_region(*surface, foot, yaw, limits, &snapshot.octree);
-      response.regions.push_back(region_message(*surface, region, request.pieces));
-    }
+  return answered<Query::Response>(map, [&](Query::Response& response) {
+    const PlaceAnswer found = services::answer(
+        map, PlaceQuestion{request.kind, vector_of(request.point), vector_of(request.corner),
+                           vector_of(request.direction), request.distance, request.max_slope});
+    response.found = found.found;
+    response.surfaces = found.surfaces;
+    response.point = point_message(found.point);
+    response.distance = found.distance;
+    response.normal = vector_message(found.normal);
+    response.front = found.front;
+    response.state = found.state;
+    response.log_odds = found.log_odds;
   });
 }
 
-Plan::Response answer(const AskedMap& map, const Plan::Request& request) {
-  return answered<Plan::Response>(map, [&](Plan::Response& response) {
-    PlanBudget budget;
-    if (request.expansions != 0) budget.expansions = request.expansions;
-    if (request.time_limit != 0) budget.time_s = request.time_limit;
-    FootstepPlanner planner(map.snapshot, map.snapshot->octree, robot_of(request.robot));
-    const FootstepPlan plan = planner.plan({vector_of(request.start), request.start_yaw},
-                                           {vector_of(request.goal), request.goal_yaw}, budget);
+octosurf_msgs::ContactRegions::Response answer(const AskedMap& map,
+                                               const octosurf_msgs::ContactRegions::Request& request) {
+  using Response = octosurf_msgs::ContactRegions::Response;
+  return answered<Response>(map, [&](Response& response) {
+    services::RegionsQuestion question;
+    question.surface = request.surface;
+    question.length = request.length;
+    question.width = request.width;
+    question.radius = request.radius;
+    question.any_heading = request.any_heading;
+    question.yaw = request.yaw;
+    question.max_slope = request.max_slope;
+    question.edge_margin = request.edge_margin;
+    question.obstacle_margin = request.obstacle_margin;
+    question.clearance = request.clearance;
+    question.gap_depth = request.gap_depth;
+    question.pieces = request.pieces;
+    for (const services::FoundRegion& found : services::answer(map, question))
+      response.regions.push_back(region_message(found));
+  });
+}
+
+octosurf_msgs::Plan::Response answer(const AskedMap& map, const octosurf_msgs::Plan::Request& request) {
+  using Response = octosurf_msgs::Plan::Response;
+  return answered<Response>(map, [&](Response& response) {
+    const FootstepPlan plan =
+        services::answer(map, services::PlanQuestion{request.robot,
+                                                     {vector_of(request.start), request.start_yaw},
+                                                     {vector_of(request.goal), request.goal_yaw},
+                                                     request.expansions,
+                                                     request.time_limit});
     response.found = plan.found();
     for (const Footstep& step : plan.start) response.start.push_back(footstep_message(step));
     for (const Footstep& step : plan.steps) response.steps.push_back(footstep_message(step));

@@ -121,7 +121,7 @@ void MapperNode::insert(const PosedScan& posed) {
   const std::lock_guard lock(mapping_);
   const ScanReport report = mapper_.insert(posed.scan);
   unsaved_ = true;
-  ++status_.mapped;
+  ++(report.alignment.outcome == AlignmentOutcome::set_aside ? status_.set_aside : status_.mapped);
   status_.scan_ms = report.total_ms;
   show(posed.stamp);
   checkpoint();
@@ -130,6 +130,7 @@ void MapperNode::insert(const PosedScan& posed) {
 void MapperNode::refuse(const std::string& why) {
   ROS_WARN_STREAM("refused: " << why);
   const std::lock_guard lock(mapping_);
+  hear();
   ++status_.refused;
   status_.last_refusal = why;
   show(status_.header.stamp);
@@ -148,6 +149,17 @@ void MapperNode::checkpoint() {
   }
 }
 
+/// What came besides scans, into the status.
+void MapperNode::hear() {
+  const Heard heard = intake_.heard();
+  if (heard.messages_refused != status_.messages_refused) status_.last_refusal = heard.last_refusal;
+  status_.messages_refused = heard.messages_refused;
+  status_.transforms = heard.transforms;
+  status_.scan_publishers = heard.scan_publishers;
+  status_.camera_publishers = heard.camera_publishers;
+  status_.transform_publishers = heard.transform_publishers;
+}
+
 void MapperNode::show(ros::Time stamp) {
   const std::shared_ptr<const Snapshot> snapshot = mapper_.snapshot();
   {
@@ -155,12 +167,13 @@ void MapperNode::show(ros::Time stamp) {
     latest_ = snapshot;
   }
   publisher_.show(snapshot, stamp);
+  hear();
   const ScanQueue::Counts counts = intake_.counts();
   status_.header.stamp = stamp;
   status_.header.frame_id = settings_.fixed_frame;
   status_.revision = snapshot->revision;
   status_.surfaces = static_cast<std::uint32_t>(snapshot->surfaces.size());
-  status_.waiting = static_cast<std::uint32_t>(counts.waiting);
+  status_.waiting = counts.waiting;
   status_.received = counts.received;
   status_.dropped = counts.dropped;
   status_topic_.publish(status_);
@@ -178,8 +191,7 @@ std::string MapperNode::save(const std::string& file) {
   const std::shared_ptr<const Snapshot> snapshot = mapper_.snapshot();
   saved_at_ = std::chrono::steady_clock::now();
   if (stem == map_file_) unsaved_ = false;
-  return stem + ": " + std::to_string(snapshot->surfaces.size()) + " surfaces of revision " +
-         std::to_string(snapshot->revision) + " saved";
+  return services::kept_line(stem, *snapshot, "saved");
 }
 
 std::string MapperNode::load(const std::string& file) {
@@ -193,8 +205,7 @@ std::string MapperNode::load(const std::string& file) {
   const std::shared_ptr<const Snapshot> snapshot = mapper_.snapshot();
   map_file_ = stem;
   unsaved_ = false;
-  return stem + ": " + std::to_string(snapshot->surfaces.size()) + " surfaces of revision " +
-         std::to_string(snapshot->revision) + " loaded";
+  return services::kept_line(stem, *snapshot, "loaded");
 }
 
 }  // namespace octosurf::ros1

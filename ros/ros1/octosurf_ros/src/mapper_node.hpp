@@ -41,6 +41,7 @@ class MapperNode {
   void insert(const PosedScan& scan);
   void refuse(const std::string& why);
   void checkpoint();
+  void hear();
   void show(ros::Time stamp);
   std::shared_ptr<const AskedMap> asked();
 

@@ -14,44 +14,68 @@
 #include <octosurf/ros_messages.hpp>
 
 namespace octosurf::ros1 {
-namespace {
-
-/// Where image_transport has the camera of an image: a/b/image → a/b/camera_info.
-std::string info_topic_of(const std::string& images) {
-  return images.substr(0, images.rfind('/') + 1) + "camera_info";
-}
-
-/// "…/image_rect": undistorted, so that the projection matrix holds for it; as for bags.
-bool is_rectified(const std::string& images) { return images.find("rect") != std::string::npos; }
-
-}  // namespace
 
 template <class Message>
-void ScanIntake::subscribe(ros::NodeHandle& node, const std::string& topic, std::function<void(Bytes)> take) {
+ros::Subscriber ScanIntake::subscribe(ros::NodeHandle& node, const std::string& topic,
+                                      std::function<void(Bytes)> take) {
   // Never waits for long: what has to wait does so in queue_, which counts.
   const boost::function<void(const boost::shared_ptr<const Raw<Message>>&)> callback =
       [take = std::move(take)](const boost::shared_ptr<const Raw<Message>>& message) {
         // Boost's pointer lives as long as what the standard's deletes: nothing is copied.
         take(Bytes(std::shared_ptr<const void>(nullptr, [message](const void*) {}), &message->bytes));
       };
-  subscribers_.push_back(node.subscribe<Raw<Message>>(topic, 0, callback));
+  return node.subscribe<Raw<Message>>(topic, 0, callback);
 }
 
 ScanIntake::ScanIntake(ros::NodeHandle& node, const Settings& settings, std::function<Options()> options)
     : fixed_frame_(settings.fixed_frame),
       options_(std::move(options)),
-      poses_(ros::Duration(settings.tf_history_s)) {
+      poses_(node, ros::Duration(settings.tf_history_s), [this](const std::string& why) { refuse(why); }) {
   for (const std::string& topic : settings.cloud_topics)
-    subscribe<sensor_msgs::PointCloud2>(node, topic,
-                                        [this, topic](Bytes bytes) { take(topic, false, std::move(bytes)); });
+    scan_topics_.push_back(subscribe<sensor_msgs::PointCloud2>(
+        node, topic, [this, topic](Bytes bytes) { take(topic, false, std::move(bytes)); }));
   for (const std::string& topic : settings.depth_topics) {
-    subscribe<sensor_msgs::CameraInfo>(node, info_topic_of(topic), [this, topic](Bytes bytes) {
-      const std::lock_guard lock(mutex_);
-      cameras_[topic] = std::move(bytes);
-    });
-    subscribe<sensor_msgs::Image>(node, topic,
-                                  [this, topic](Bytes bytes) { take(topic, true, std::move(bytes)); });
+    camera_topics_.push_back(subscribe<sensor_msgs::CameraInfo>(
+        node, camera_info_topic(topic),
+        [this, topic](Bytes bytes) { take_camera(topic, std::move(bytes)); }));
+    scan_topics_.push_back(subscribe<sensor_msgs::Image>(
+        node, topic, [this, topic](Bytes bytes) { take(topic, true, std::move(bytes)); }));
   }
+}
+
+void ScanIntake::refuse(const std::string& why) {
+  const std::lock_guard lock(mutex_);
+  ++messages_refused_;
+  last_refusal_ = why;
+}
+
+void ScanIntake::take_camera(const std::string& images, Bytes bytes) {
+  try {
+    require_camera(*bytes, MessageEncoding::ros1, camera_info_topic(images), is_rectified(images));
+  } catch (const Error& error) {
+    refuse(error.what());
+    ROS_WARN_STREAM_THROTTLE(1, "refused: " << error.what());
+    return;
+  }
+  const std::lock_guard lock(mutex_);
+  cameras_[images] = std::move(bytes);
+}
+
+Heard ScanIntake::heard() const {
+  const auto publishers = [](const std::vector<ros::Subscriber>& topics) {
+    std::uint32_t sum = 0;
+    for (const ros::Subscriber& topic : topics) sum += topic.getNumPublishers();
+    return sum;
+  };
+  Heard heard;
+  heard.scan_publishers = publishers(scan_topics_);
+  heard.camera_publishers = publishers(camera_topics_);
+  heard.transform_publishers = poses_.publishers();
+  heard.transforms = poses_.messages();
+  const std::lock_guard lock(mutex_);
+  heard.messages_refused = messages_refused_;
+  heard.last_refusal = last_refusal_;
+  return heard;
 }
 
 void ScanIntake::take(const std::string& topic, bool is_depth, Bytes bytes) {
@@ -71,7 +95,7 @@ ScanIntake::Bytes ScanIntake::camera_of(const std::string& topic, const std::str
       if (const auto camera = cameras_.find(topic); camera != cameras_.end()) return camera->second;
     }
     if (stopping_ || Clock::now() >= end)
-      throw Error(Error::Kind::data, where, "no camera: nothing came on " + info_topic_of(topic));
+      throw Error(Error::Kind::data, where, "no camera: nothing came on " + camera_info_topic(topic));
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
 }

@@ -5,6 +5,7 @@
 #include "settings.hpp"
 
 #include <atomic>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -25,6 +26,14 @@ struct PosedScan {
   ros::Time stamp;
 };
 
+/// Who is heard, and what came besides scans.
+struct Heard {
+  std::uint32_t scan_publishers = 0, camera_publishers = 0, transform_publishers = 0;
+  std::uint64_t transforms = 0;        ///< messages of tf
+  std::uint64_t messages_refused = 0;  ///< of tf and CameraInfo
+  std::string last_refusal;            ///< of these
+};
+
 /// Subscribes to clouds, depth images and their cameras, and makes scans of them.
 class ScanIntake {
  public:
@@ -35,11 +44,15 @@ class ScanIntake {
   std::optional<PosedScan> next();
   void stop();
   ScanQueue::Counts counts() const { return queue_.counts(); }
+  Heard heard() const;
 
  private:
   using Bytes = std::shared_ptr<const std::string>;
   template <class Message>
-  void subscribe(ros::NodeHandle& node, const std::string& topic, std::function<void(Bytes)> take);
+  static ros::Subscriber subscribe(ros::NodeHandle& node, const std::string& topic,
+                                   std::function<void(Bytes)> take);
+  void take_camera(const std::string& images, Bytes bytes);
+  void refuse(const std::string& why);
   void take(const std::string& topic, bool is_depth, Bytes bytes);
   Bytes camera_of(const std::string& topic, const std::string& where) const;
 
@@ -49,8 +62,10 @@ class ScanIntake {
   std::atomic<bool> stopping_ = false;
   mutable std::mutex mutex_;
   std::map<std::string, Bytes> cameras_;  // CameraInfo by the images' topic
+  std::uint64_t messages_refused_ = 0;    // of tf and CameraInfo
+  std::string last_refusal_;              // of these
   PoseLookup poses_;
-  std::vector<ros::Subscriber> subscribers_;  // last: what they call is there
+  std::vector<ros::Subscriber> scan_topics_, camera_topics_;  // last: what they call is there
 };
 
 }  // namespace octosurf::ros1

@@ -106,22 +106,6 @@ visualization_msgs::Marker outline_marker(const Surface& surface, const std_msgs
 
 }  // namespace
 
-geometry_msgs::Point point_message(const Eigen::Vector3d& point) {
-  geometry_msgs::Point message;
-  message.x = point.x();
-  message.y = point.y();
-  message.z = point.z();
-  return message;
-}
-
-geometry_msgs::Vector3 vector_message(const Eigen::Vector3d& vector) {
-  geometry_msgs::Vector3 message;
-  message.x = vector.x();
-  message.y = vector.y();
-  message.z = vector.z();
-  return message;
-}
-
 geometry_msgs::Pose pose_message(const Eigen::Isometry3d& pose) {
   const Eigen::Quaterniond rotation(pose.linear());
   geometry_msgs::Pose message;
@@ -187,13 +171,8 @@ jsk_recognition_msgs::PolygonArray polygons_message(const Snapshot& snapshot, co
     for (const ConvexPiece& piece : pieces.of(*surface)) {
       geometry_msgs::PolygonStamped polygon;
       polygon.header = header;
-      for (const Eigen::Vector3d& vertex : piece.vertices) {
-        geometry_msgs::Point32 point;
-        point.x = static_cast<float>(vertex.x());
-        point.y = static_cast<float>(vertex.y());
-        point.z = static_cast<float>(vertex.z());
-        polygon.polygon.points.push_back(point);
-      }
+      for (const Eigen::Vector3d& vertex : piece.vertices)
+        polygon.polygon.points.push_back(xyz_message<geometry_msgs::Point32>(vertex));
       message.polygons.push_back(polygon);
       message.labels.push_back(surface->id);
       message.likelihood.push_back(1);

@@ -11,8 +11,21 @@
 
 namespace octosurf::ros1 {
 
-geometry_msgs::Point point_message(const Eigen::Vector3d& point);
-geometry_msgs::Vector3 vector_message(const Eigen::Vector3d& vector);
+/// geometry_msgs/Point, Point32 or Vector3.
+template <class Message>
+Message xyz_message(const Eigen::Vector3d& xyz) {
+  Message message;
+  message.x = static_cast<decltype(message.x)>(xyz.x());
+  message.y = static_cast<decltype(message.y)>(xyz.y());
+  message.z = static_cast<decltype(message.z)>(xyz.z());
+  return message;
+}
+inline geometry_msgs::Point point_message(const Eigen::Vector3d& point) {
+  return xyz_message<geometry_msgs::Point>(point);
+}
+inline geometry_msgs::Vector3 vector_message(const Eigen::Vector3d& vector) {
+  return xyz_message<geometry_msgs::Vector3>(vector);
+}
 geometry_msgs::Pose pose_message(const Eigen::Isometry3d& pose);
 octosurf_msgs::Ring ring_message(const std::vector<Eigen::Vector3d>& points);
 /// In the map's frame.

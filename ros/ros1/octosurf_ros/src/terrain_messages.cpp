@@ -32,14 +32,13 @@ Message decoded(std::string bytes, const char* type) {
   return message;
 }
 
-PlannerSurface planner_surface(const Surface& surface, const Snapshot& snapshot, const Options& options) {
-  ContactLimits limits;
-  limits.max_slope_rad = options.max_slope * degree;
-  limits.clearance_m = options.clearance;
-  limits.gap_depth_m = options.gap_depth;
-  const ContactRegion region =
-      contact_region(surface, ContactShape::disc(options.foot_radius), {}, limits, &snapshot.octree);
-  return {surface.id, surface.T_map_surface, surface.polygons, region.polygons, {}};
+PlannerContact contact_of(const Options& options) {
+  PlannerContact contact;
+  contact.shape = ContactShape::disc(options.foot_radius);
+  contact.limits.max_slope_rad = options.max_slope * degree;
+  contact.limits.clearance_m = options.clearance;
+  contact.limits.gap_depth_m = options.gap_depth;
+  return contact;
 }
 
 }  // namespace
@@ -67,9 +66,7 @@ grid_map_msgs::GridMap grid_map_message(const Snapshot& snapshot, const Options&
 convex_plane_decomposition_msgs::PlanarTerrain terrain_message(const Snapshot& snapshot,
                                                                const Options& options,
                                                                const std_msgs::Header& header) {
-  std::vector<PlannerSurface> surfaces;
-  for (const SurfacePtr& surface : snapshot.surfaces)
-    surfaces.push_back(planner_surface(*surface, snapshot, options));
+  const auto surfaces = planner_surfaces(snapshot, contact_of(options), &snapshot.octree);
   auto message = decoded<convex_plane_decomposition_msgs::PlanarTerrain>(
       planar_terrain_message(surfaces, heights(snapshot, options), header.frame_id, MessageEncoding::ros1),
       "convex_plane_decomposition_msgs/PlanarTerrain");

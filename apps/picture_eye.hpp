@@ -1,0 +1,28 @@
+#pragma once
+
+#include <vector>
+
+#include <octosurf/export.hpp>
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+namespace octosurf {
+
+/// Where a picture is looked at from, and to: --eye and --target, x y z each, or nothing.
+struct PictureEye {
+  std::vector<double> eye, target;
+};
+
+struct EyeOptions {
+  CLI::Option *eye, *target;
+};
+/// Adds both to a verb whose option `png` names the picture.
+EyeOptions add_eye_options(CLI::App& verb, CLI::Option* png, PictureEye& eye);
+
+/// Puts what was given into `options`.
+void look_from(const PictureEye& eye, PictureOptions& options);
+
+}  // namespace octosurf

@@ -1,0 +1,80 @@
+#pragma once
+
+#include "io/readers/bag.hpp"
+#include "io/readers/bounded_file.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+
+/// A bag of records, whose messages stand in blocks that are unpacked as a whole: a MessagePlace's block is
+/// the byte at which such a record begins, its offset is one of the unpacked block.
+class ChunkedBag : public Bag {
+ public:
+  std::string_view read(const MessagePlace& place) override {
+    if (cached_ != place.block) {
+      cached_.reset();
+      file_.seek(place.block);
+      cache_ = read_block(place.block);
+      cached_ = place.block;
+    }
+    if (place.offset > cache_.size() || place.size > cache_.size() - place.offset)
+      file_.refuse("changed while it was read");
+    return std::string_view(cache_).substr(place.offset, place.size);
+  }
+
+ protected:
+  static constexpr const char* mend = "copy the bag again; --skip-bad maps what is whole";
+
+  /// `format` is named in errors.
+  ChunkedBag(const std::filesystem::path& file, const char* format) : file_(file), format_(format) {}
+
+  /// The block whose record begins at `begin`, where the file stands.
+  virtual std::string read_block(std::uint64_t begin) = 0;
+
+  /// A chunk's content, which it says is of `size` bytes.
+  std::string unpacked(std::string_view packed, std::string_view compression, std::uint64_t size) const {
+    if (size > largest_block(file_.size()))
+      throw std::runtime_error("a chunk of " + std::to_string(size) +
+                               " bytes, far more than the file's size");
+    return decompressed(packed, compression, size);
+  }
+
+  /// Does `work` on the record at byte `begin`; what that throws of the record becomes an Error that says
+  /// where it is.
+  template <class Work>
+  auto parse(std::uint64_t begin, const Work& work) const -> decltype(work()) {
+    try {
+      return work();
+    } catch (const Error&) {
+      throw;
+    } catch (const std::out_of_range& error) {
+      refuse(begin, error.what());
+    } catch (const std::runtime_error& error) {
+      refuse(begin, error.what());
+    }
+  }
+
+  [[noreturn]] void refuse(std::uint64_t begin, const std::string& what) const {
+    throw Error(
+        Error::Kind::data, file_.path().string(),
+        std::string("damaged ") + format_ + ": " + what + " (record at byte " + std::to_string(begin) + ")",
+        mend);
+  }
+
+  BoundedFile file_;
+
+ private:
+  const char* format_;
+  std::string cache_;
+  std::optional<std::uint64_t> cached_;  // the block in cache_
+};
+
+}  // namespace octosurf

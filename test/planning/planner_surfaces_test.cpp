@@ -1,0 +1,112 @@
+// What planners' formats are made of, against contact regions and pieces asked one by one.
+#include "planning/shapes.hpp"
+
+#include <gmock/gmock.h>
+#include <numbers>
+
+#include <octosurf/error.hpp>
+#include <octosurf/planner_formats.hpp>
+#include <octosurf/up.hpp>
+
+namespace octosurf {
+namespace {
+
+using shapes::box;
+
+constexpr double degree = std::numbers::pi / 180;
+
+/// A square of `side`, tilted about the map's y axis.
+SurfacePtr square(SurfaceId id, double side, double tilt_rad) {
+  Surface surface;
+  surface.id = id;
+  surface.T_map_surface.linear() = Eigen::AngleAxisd(tilt_rad, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  surface.T_map_surface.translation() = Eigen::Vector3d(id, -2, 0.3);
+  surface.plane.normal = surface.T_map_surface.linear().col(2);
+  surface.plane.offset = surface.plane.normal.dot(surface.T_map_surface.translation());
+  surface.polygons = {{box(0, 0, side, side), {}}};
+  return std::make_shared<const Surface>(surface);
+}
+
+/// A floor, a ledge too small to stand on, a slope and a wall that faces +x.
+Snapshot four_squares() {
+  Snapshot snapshot;
+  snapshot.resolution = 0.02;
+  snapshot.surfaces = {square(1, 1, 0), square(2, 0.1, 0), square(3, 1, 45 * degree),
+                       square(4, 1, 90 * degree)};
+  return snapshot;
+}
+
+double area_of(const std::vector<Polygon>& polygons) {
+  double sum = 0;
+  for (const Polygon& polygon : polygons) sum += shapes::area(polygon);
+  return sum;
+}
+
+TEST(PlannerSurfaces, HaveInsetsWhereTheContactHasRoom) {
+  PlannerContact contact;
+  contact.shape = ContactShape::disc(0.1);
+  const Snapshot snapshot = four_squares();
+  const std::vector<PlannerSurface> surfaces = planner_surfaces(snapshot, contact);
+  ASSERT_EQ(surfaces.size(), 4u);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(surfaces[i].id, snapshot.surfaces[i]->id);
+    EXPECT_TRUE(surfaces[i].T_world_surface.isApprox(snapshot.surfaces[i]->T_map_surface));
+    EXPECT_EQ(surfaces[i].polygons.at(0).outer, snapshot.surfaces[i]->polygons.at(0).outer);
+    EXPECT_TRUE(surfaces[i].pieces.empty()) << "none were asked for";
+  }
+  EXPECT_NEAR(area_of(surfaces[0].insets), 0.8 * 0.8, 1e-4);
+  for (const std::size_t none : {1, 2, 3}) EXPECT_TRUE(surfaces[none].insets.empty()) << none;
+  contact.limits.max_slope_rad = 50 * degree;
+  EXPECT_NEAR(area_of(planner_surfaces(snapshot, contact)[2].insets), 0.8 * 0.8, 1e-4);
+}
+
+TEST(PlannerSurfaces, AreThoseOfRegionsAndPiecesAskedOneByOne) {
+  PlannerContact contact;
+  contact.shape = ContactShape::rectangle(0.3, 0.1);
+  contact.yaw_rad = 0.4;
+  contact.limits.max_slope_rad = 50 * degree;
+  contact.limits.edge_margin_m = 0.02;
+  contact.pieces = 3;
+  const Snapshot snapshot = four_squares();
+  const std::vector<PlannerSurface> surfaces = planner_surfaces(snapshot, contact);
+  for (std::size_t i = 0; i < snapshot.surfaces.size(); ++i) {
+    const Surface& surface = *snapshot.surfaces[i];
+    const ContactRegion region = contact_region(surface, contact.shape, contact.yaw_rad, contact.limits);
+    ASSERT_EQ(surfaces[i].insets.size(), region.polygons.size());
+    for (std::size_t k = 0; k < region.polygons.size(); ++k)
+      EXPECT_EQ(surfaces[i].insets[k].outer, region.polygons[k].outer);
+    const std::vector<ConvexPiece> pieces = convex_pieces(surface, region, 3);
+    ASSERT_EQ(surfaces[i].pieces.size(), pieces.size());
+    for (std::size_t k = 0; k < pieces.size(); ++k)
+      EXPECT_EQ(surfaces[i].pieces[k].vertices, pieces[k].vertices);
+  }
+  EXPECT_FALSE(surfaces[0].pieces.empty());
+}
+
+TEST(PlannerSurfaces, AreTurnedWithTheirPieces) {
+  PlannerContact contact;
+  contact.shape = ContactShape::disc(0.1);
+  contact.limits.up = Eigen::Vector3d::UnitX();  // so that the wall is the floor
+  contact.turn = upright(contact.limits.up);
+  contact.pieces = 2;
+  const std::vector<PlannerSurface> surfaces = planner_surfaces(four_squares(), contact);
+  EXPECT_TRUE(surfaces[0].insets.empty());
+  const PlannerSurface& floor = surfaces[3];
+  EXPECT_NEAR(area_of(floor.insets), 0.8 * 0.8, 1e-4);
+  EXPECT_NEAR(floor.T_world_surface(2, 2), 1, 1e-9);
+  ASSERT_FALSE(floor.pieces.empty());
+  for (const Eigen::Vector3d& vertex : floor.pieces[0].vertices) {
+    const Eigen::Vector3d uvw = floor.T_world_surface.inverse() * vertex;
+    EXPECT_NEAR(uvw.z(), 0, 1e-9);
+    EXPECT_NEAR((uvw.head<2>() - Eigen::Vector2d(0.5, 0.5)).cwiseAbs().maxCoeff(), 0.4, 1e-3);
+  }
+}
+
+TEST(PlannerSurfaces, LimitsThatNeedTheOctreeAskForIt) {
+  PlannerContact contact;
+  contact.limits.clearance_m = 0.3;
+  EXPECT_THROW(planner_surfaces(four_squares(), contact), Error);
+}
+
+}  // namespace
+}  // namespace octosurf
