@@ -2,6 +2,8 @@
 #include "detection/cylinders.hpp"
 #include "detection/detection.hpp"
 #include "expansion/expansion.hpp"
+#include "mapper/adopt_surfaces.hpp"
+#include "mapper/merge_maps.hpp"
 #include "mapper/rounded_scan.hpp"
 #include "surfaces/upkeep.hpp"
 
@@ -91,9 +93,10 @@ void require_ids(const MapState& state, std::size_t new_points, const std::strin
 std::vector<SurfaceId> list_of(const std::set<SurfaceId>& ids) { return {ids.begin(), ids.end()}; }
 
 /// Everything after the octree's answer: docs/design.md §4, steps 3 to 7. The report is complete before
-/// derive() publishes, so that what fails has published nothing.
-void update_surfaces(MapState& state, const VoxelScan& scan, const OccupancyDelta& delta,
-                     ScanReport& report) {
+/// derive() publishes, so that what fails has published nothing. `foreign`: the surfaces that another map has
+/// on what appeared.
+void update_surfaces(MapState& state, const VoxelScan& scan, const OccupancyDelta& delta, ScanReport& report,
+                     const ForeignSurfaces* foreign = nullptr) {
   Stopwatch time(report);
   state.points += delta.appeared.size();
   state.points -= delta.vanished.size();
@@ -107,6 +110,8 @@ void update_surfaces(MapState& state, const VoxelScan& scan, const OccupancyDelt
   });
   const std::vector<Index> appeared = indices_of(work.window, delta.appeared);
   std::vector<Index> left = time(Stage::add_inliers, [&] { return expansion.add_inliers(appeared); });
+  if (foreign != nullptr)
+    time(Stage::detect, [&] { expansion.adopt(adopt_surfaces(work, appeared, *foreign)); });
   time(Stage::expand, [&] { expansion.expand(left); });
   time(Stage::detect, [&] {
     std::vector<VoxelKey> pending;
@@ -241,6 +246,30 @@ ScanReport Mapper::detect_in_occupancy() {
   }
   report.points_raw = report.voxels = delta.appeared.size();
   update_surfaces(state, {}, delta, report);
+  state.unfinished_scan = 0;
+  return report;
+}
+
+MergeReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other) {
+  MapState& state = impl_->map.state();
+  const MapState& theirs = other.state();
+  require_mergeable(state, theirs, T_map_other);
+  require_ids(state, theirs.points, "the other map");
+  MergeReport report;
+  if (theirs.occupancy.empty()) return report;
+  Stopwatch time(report.changes);
+  const OtherMap there(theirs, T_map_other, state.parameters.occupancy);
+  report.changes.points_out_of_map = there.points_lost();
+  report.changes.points_raw = theirs.points;
+  report.changes.voxels = theirs.points;
+  // As in insert(): from here on whatever is thrown leaves the map unusable.
+  state.unfinished_scan = state.scans + 1;
+  const OccupancyMap::Merged merged =
+      time(Stage::occupancy, [&] { return state.occupancy.merge(there.occupancy()); });
+  there.hand_over_records(state);
+  const ForeignSurfaces foreign{theirs.surfaces, T_map_other, merged.surfaces};
+  update_surfaces(state, {}, merged.delta, report.changes, &foreign);
+  report.surfaces = there.heirs_in(state);
   state.unfinished_scan = 0;
   return report;
 }
