@@ -26,6 +26,7 @@ void add_map(CLI::App& app);
 void add_plan(CLI::App& app);
 void add_query(CLI::App& app);
 void add_localize(CLI::App& app);
+void add_merge(CLI::App& app);
 void add_remap(CLI::App& app);
 void add_serve(CLI::App& app);
 void add_simulate(CLI::App& app);
@@ -136,6 +137,7 @@ int main(int argc, char** argv) {
   octosurf::add_map(app);
   octosurf::add_localize(app);
   octosurf::add_remap(app);
+  octosurf::add_merge(app);
   octosurf::add_info(app);
   octosurf::add_export(app);
   octosurf::add_view(app);

@@ -47,6 +47,14 @@ class MapHolder {
     return change(*mapper_);
   }
 
+  /// `change(Mapper&, const Map&)` of a map that has been taken over, and another one that is read; likewise.
+  template <class Change>
+  auto write_with(const MapHolder& other, Change change) {
+    const pybind11::gil_scoped_release others_run;
+    const std::scoped_lock alone(busy_, other.busy_);  // both at once: another thread may want them crosswise
+    return change(*mapper_, other.mapper_ ? other.mapper_->map() : *other.map_);
+  }
+
   /// Never waits for a scan. With Python's lock, without which take_over() is not called.
   std::shared_ptr<Snapshot> snapshot() const {
     return std::const_pointer_cast<Snapshot>(mapper_ ? mapper_->snapshot() : map_->snapshot());

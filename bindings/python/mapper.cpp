@@ -1,4 +1,4 @@
-// octosurf/mapper.hpp in Python.
+// octosurf/mapper.hpp and map_alignment.hpp in Python.
 #include "bind.hpp"
 #include "casters.hpp"
 #include "map_holder.hpp"
@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include <octosurf/error.hpp>
+#include <octosurf/map_alignment.hpp>
 #include <octosurf/mapper.hpp>
 
 namespace py = pybind11;
@@ -51,6 +53,14 @@ class PythonMapper {
 
   ScanReport detect_in_occupancy() {
     return map_->write([](Mapper& mapper) { return mapper.detect_in_occupancy(); });
+  }
+
+  MergeReport merge(const MapPtr& other, const Eigen::Isometry3d& T_map_other) {
+    if (other == map_)
+      throw Error(Error::Kind::usage, "other", "is the map itself, whose readings would count twice",
+                  "give another one");
+    return map_->write_with(
+        *other, [&](Mapper& mapper, const Map& theirs) { return mapper.merge(theirs, T_map_other); });
   }
 
   void share_octree(bool on) {
@@ -98,6 +108,50 @@ void bind_report(py::module_& module) {
       });
 }
 
+void bind_merge_report(py::module_& module) {
+  using S = MergedSurface;
+  py::class_<S>(module, "MergedSurface", "What became of another map's surface.")
+      .def_readonly("other", &S::other, "Its id in the other map.")
+      .def_readonly("id", &S::id, "The surface here that has most of its points; 0: none has any.")
+      .def_readonly("inliers", &S::inliers, "Points that it had there.")
+      .def_readonly("shared", &S::shared, "Of them, in voxels of surface `id` here.")
+      .def_readonly("on_surfaces", &S::on_surfaces, "Of them, in voxels of any surface here.");
+  using R = MergeReport;
+  py::class_<R>(module, "MergeReport", "What a merger did.")
+      .def_readonly("changes", &R::changes, "ScanReport; points_raw: those of the other map.")
+      .def_readonly("surfaces", &R::surfaces,
+                    "Each of the other map's: list of MergedSurface, ascending id there.")
+      .def("__repr__", [](const R& report) {
+        return "<MergeReport: " + std::to_string(report.changes.appeared) + " voxels appeared, " +
+               std::to_string(report.changes.vanished) + " vanished, " +
+               std::to_string(report.surfaces.size()) + " surfaces taken in>";
+      });
+}
+
+void bind_map_alignment(py::module_& module) {
+  using M = MapAlignment;
+  py::class_<M>(module, "MapAlignment", "Where another map lies in the frame of a map.")
+      .def_readonly("T_map_other", &M::T_map_other,
+                    "(4, 4) float64, the other map's frame to this one's; as given unless scan.outcome is "
+                    "\"corrected\"; a copy.")
+      .def_readonly("scan", &M::scan, "Alignment of the other map's points as one scan.");
+  constexpr AlignmentReach reach;
+  module.def(
+      "align_maps",
+      [](const std::shared_ptr<Snapshot>& map, const MapPtr& other, const Eigen::Isometry3d& T_map_other,
+         double translation_m, double rotation_rad) {
+        return other->read([&](const Map& theirs) {
+          return align_maps(map, theirs, T_map_other, {translation_m, rotation_rad});
+        });
+      },
+      py::arg("map"), py::arg("other"),
+      py::arg("T_map_other") = Eigen::Isometry3d(Eigen::Isometry3d::Identity()), py::kw_only(),
+      py::arg("translation_m") = reach.translation_m, py::arg("rotation_rad") = reach.rotation_rad,
+      R"(MapAlignment of another Map with a Snapshot's surfaces, from a guess so far off at most: m, rad.
+
+For Mapper.merge(). Throws Error(data) if the pose is not rigid.)");
+}
+
 constexpr const char* mapper_doc = R"(Keeps a map and its surfaces up to date, scan by scan.
 
 1. Same scans and parameters, same map, byte for byte, whatever `threads` is.
@@ -110,6 +164,8 @@ constexpr const char* mapper_doc = R"(Keeps a map and its surfaces up to date, s
 
 void bind_mapper(py::module_& module) {
   bind_report(module);
+  bind_merge_report(module);
+  bind_map_alignment(module);
   py::class_<PythonMapper> mapper(module, "Mapper", mapper_doc);
   mapper
       .def(py::init([](const Parameters& parameters, int threads) {
@@ -137,6 +193,14 @@ and not to be put right is not inserted: report.alignment.outcome is "set_aside"
            "metres.")
       .def("detect_in_occupancy", &PythonMapper::detect_in_occupancy,
            "Surfaces of an occupancy map without scans (map_from_octomap()): a ScanReport.")
+      .def("merge", &PythonMapper::merge, py::arg("other"),
+           py::arg("T_map_other") = Eigen::Isometry3d(Eigen::Isometry3d::Identity()),
+           R"(Takes in another Map, which stays as it is: a MergeReport.
+
+T_map_other, (4, 4), is the other map's frame in this one's, right to about a voxel (align_maps()); with the identity
+nothing is resampled. Log-odds add up, so the maps must not share scans; surfaces that are here keep their ids.
+Throws Error(data), and leaves the map as it was, if the maps' resolution, clamps or threshold of occupancy differ, or
+the pose is not rigid. Some 10 µs a point of the other map.)")
       .def(
           "share_octree", &PythonMapper::share_octree, py::arg("on") = true,
           "From now on snapshots have an octree of the same scan; costs a camera's scan some tenths of a ms.")

@@ -107,6 +107,11 @@ void Expansion::grow(std::span<const SurfaceId> surfaces) {
   merge_contacts();
 }
 
+void Expansion::adopt(std::span<const SurfaceId> surfaces) {
+  adopted_.insert(surfaces.begin(), surfaces.end());
+  grow(surfaces);
+}
+
 void Expansion::rejoin() {
   for (const SurfaceId id : work_.changes.touched()) {
     const SurfaceModel& surface = *work_.state.surfaces.find(id);
@@ -186,8 +191,10 @@ void Expansion::merge_contacts() {
     const bool one = coplanar(*a, *b, contact.place / contact.points, work_.state.noise) ||
                      (contact.touching > 2 * width && joint_plane_fits(*a, *b, work_.state.noise));
     if (!one) continue;
-    // The larger keeps its id, the older one on a tie.
-    a->size() >= b->size() ? merge(work_, *a, *b) : merge(work_, *b, *a);
+    // The larger keeps its id, the older one on a tie; but what another map had found joins what was here.
+    const bool a_came = adopted_.contains(a->id()), b_came = adopted_.contains(b->id());
+    const bool a_keeps = a_came == b_came ? a->size() >= b->size() : b_came;
+    a_keeps ? merge(work_, *a, *b) : merge(work_, *b, *a);
   }
   contacts_.clear();
 }

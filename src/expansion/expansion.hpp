@@ -4,6 +4,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <utility>
 #include <vector>
@@ -35,6 +36,10 @@ class Expansion {
   /// The same outward growth, from all inliers of `surfaces` (new ones).
   void grow(std::span<const SurfaceId> surfaces);
 
+  /// grow(), from surfaces that another map had found. Where they meet those that are here, now or later,
+  /// these keep their ids, however small.
+  void adopt(std::span<const SurfaceId> surfaces);
+
   /// Merges surfaces that make one plane with a neighbour that this scan touched: their planes may be certain
   /// enough by now, although they were not when the two met. Looks only at the rims of surfaces that have
   /// changed by a quarter.
@@ -57,6 +62,7 @@ class Expansion {
   bool robust_;  // Parameters::aligned(); else the paper's expansion
   float cos_smooth_;
   std::vector<Index> frontier_;
+  std::set<SurfaceId> adopted_;
   struct Contact {
     int points = 0, obstructed = 0, touching = 0;     // of one that fit the other
     Eigen::Vector3d place = Eigen::Vector3d::Zero();  // their sum

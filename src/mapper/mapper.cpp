@@ -2,6 +2,8 @@
 #include "detection/cylinders.hpp"
 #include "detection/detection.hpp"
 #include "expansion/expansion.hpp"
+#include "mapper/adopt_surfaces.hpp"
+#include "mapper/merge_maps.hpp"
 #include "sensing/rounded_scan.hpp"
 #include "upkeep/derive.hpp"
 #include "upkeep/retract.hpp"
@@ -103,7 +105,17 @@ struct Backlog {
   std::vector<std::vector<VoxelKey>> appeared;  ///< of each report; none if the scan was set aside
   std::size_t searched = 0;                     ///< of these, in which surfaces were looked for
   std::optional<Workspace> work;                ///< of the scan last applied
+  std::optional<Expansion> expansion;           ///< likewise
+  const ForeignSurfaces* foreign = nullptr;     ///< that another map has on what appeared
 };
+
+/// Of what came without a scan.
+Backlog backlog_of(ScanReport report) {
+  Backlog backlog;
+  backlog.reports.push_back(std::move(report));
+  backlog.appeared.emplace_back();
+  return backlog;
+}
 
 std::vector<VoxelKey> keys_of(const std::vector<VoxelPoint>& points) {
   std::vector<VoxelKey> keys;
@@ -113,16 +125,17 @@ std::vector<VoxelKey> keys_of(const std::vector<VoxelPoint>& points) {
 }
 
 /// Goes on where the scan before stopped, with a window on the octree as it is now.
-void renew(std::optional<Workspace>& work, MapState& state) {
+void renew(Backlog& backlog, MapState& state) {
   Changes changes;
   std::vector<VoxelKey> requeued;
-  if (work) {
-    changes = std::move(work->changes);
-    requeued = std::move(work->requeued);
+  if (backlog.work) {
+    changes = std::move(backlog.work->changes);
+    requeued = std::move(backlog.work->requeued);
   }
-  work.emplace(state);
-  work->changes = std::move(changes);
-  work->requeued = std::move(requeued);
+  backlog.work.emplace(state);
+  backlog.work->changes = std::move(changes);
+  backlog.work->requeued = std::move(requeued);
+  backlog.expansion.emplace(*backlog.work);
 }
 
 /// What each scan's delta asks at once, because the next one builds on it: docs/design.md §4, step 3.
@@ -133,7 +146,7 @@ void take_out(Backlog& backlog, MapState& state, const VoxelScan& scan, const Oc
   state.points -= delta.vanished.size();
   report.appeared = delta.appeared.size();
   report.vanished = delta.vanished.size();
-  renew(backlog.work, state);
+  renew(backlog, state);
   time(Stage::cylinders, [&] { retract_cylinders(*backlog.work, delta); });
   time(Stage::retract, [&] {
     retract(*backlog.work, delta);
@@ -146,11 +159,13 @@ void take_out(Backlog& backlog, MapState& state, const VoxelScan& scan, const Oc
 void find_surfaces(Backlog& backlog, MapState& state) {
   Stopwatch time(backlog.reports.back());
   Workspace& work = *backlog.work;
-  Expansion expansion(work);
+  Expansion& expansion = *backlog.expansion;
   const std::vector<Index> appeared =
       indices_of(work.window, std::span(backlog.appeared).subspan(backlog.searched));
   backlog.searched = backlog.appeared.size();
   std::vector<Index> left = time(Stage::add_inliers, [&] { return expansion.add_inliers(appeared); });
+  if (backlog.foreign != nullptr)
+    time(Stage::detect, [&] { expansion.adopt(adopt_surfaces(work, appeared, *backlog.foreign)); });
   time(Stage::expand, [&] { expansion.expand(left); });
   time(Stage::detect, [&] {
     std::vector<VoxelKey> pending;
@@ -177,7 +192,7 @@ void update_surfaces(Backlog& backlog, MapState& state) {
   Stopwatch time(report);
   Workspace& work = *backlog.work;
   time(Stage::revise, [&] {
-    if (state.parameters.aligned()) Expansion(work).rejoin();
+    if (state.parameters.aligned()) backlog.expansion->rejoin();
     refit(work);
     accumulate(state, work, {});
   });
@@ -342,11 +357,35 @@ ScanReport Mapper::detect_in_occupancy() {
     throw;
   }
   report.points_raw = report.voxels = delta.appeared.size();
-  Backlog backlog;
-  backlog.reports.push_back(std::move(report));
-  backlog.appeared.emplace_back();
+  Backlog backlog = backlog_of(std::move(report));
   take_out(backlog, state, {}, delta, backlog.reports.back());
   return std::move(impl_->finish(state, backlog).back());
+}
+
+MergeReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other) {
+  MapState& state = impl_->map.state();
+  const MapState& theirs = other.state();
+  require_mergeable(state, theirs, T_map_other);
+  require_ids(state, theirs.points, "the other map");
+  MergeReport report;
+  if (theirs.occupancy.empty()) return report;
+  Stopwatch time(report.changes);
+  const OtherMap there(theirs, T_map_other, state.parameters.occupancy);
+  report.changes.points_out_of_map = there.points_lost();
+  report.changes.points_raw = theirs.points;
+  report.changes.voxels = theirs.points;
+  // As in insert(): from here on whatever is thrown leaves the map unusable.
+  state.unfinished_scan = state.scans + 1;
+  const OccupancyMap::Merged merged =
+      time(Stage::occupancy, [&] { return state.occupancy.merge(there.occupancy()); });
+  there.hand_over_records(state);
+  const ForeignSurfaces foreign{theirs.surfaces, T_map_other, merged.surfaces};
+  Backlog backlog = backlog_of(std::move(report.changes));
+  backlog.foreign = &foreign;
+  take_out(backlog, state, {}, merged.delta, backlog.reports.back());
+  report.changes = std::move(impl_->finish(state, backlog).back());
+  report.surfaces = there.heirs_in(state);
+  return report;
 }
 
 void Mapper::share_octree(bool on) {

@@ -133,6 +133,42 @@ OccupancyDelta OccupancyMap::apply(const Touched& touched, const VoxelScan& scan
   return std::move(policy.delta);
 }
 
+namespace {
+
+/// Whose points stay where two octrees become one.
+struct MergePolicy {
+  const VoxelGrid& grid;
+  OccupancyMap::Merged merged;
+
+  void vanished(const VoxelPayload& payload, VoxelKey key) {
+    merged.delta.vanished.push_back(point_of(payload, grid, key));
+  }
+
+  void meet(VoxelPayload& payload, const VoxelPayload& theirs, VoxelKey key) {
+    const VoxelPoint before = point_of(payload, grid, key);
+    const bool had_point = payload.has_point();
+    if (had_point && theirs.range_class >= payload.range_class) return;
+    payload = theirs;
+    payload.surface = before.surface & 0xffffff;
+    if (had_point) {
+      merged.delta.refined.push_back({before, point_of(payload, grid, key)});
+    } else {
+      merged.delta.appeared.push_back(point_of(payload, grid, key));
+      merged.surfaces.push_back(theirs.surface);
+    }
+  }
+};
+
+}  // namespace
+
+OccupancyMap::Merged OccupancyMap::merge(const OccupancyMap& other) {
+  MergePolicy policy{grid_, {}};
+  tree_->add(*other.tree_, policy);
+  return std::move(policy.merged);
+}
+
+bool OccupancyMap::empty() const { return tree_->empty(); }
+
 OccupancyMap::Lookup OccupancyMap::at(VoxelKey key) const {
   const VoxelTree::Found found = tree_->find(key);
   if (!found.known) return {};

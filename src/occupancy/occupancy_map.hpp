@@ -5,6 +5,7 @@
 #include "sensing/downsample.hpp"
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -88,6 +89,28 @@ class OccupancyMap {
   Touched trace(const VoxelScan& scan, int threads = 1);
   OccupancyDelta apply(const Touched& touched, const VoxelScan& scan, const Downsampler& index,
                        const PlaneLookup* planes);
+
+  /// What another octree has brought in.
+  struct Merged {
+    OccupancyDelta delta;             ///< appeared, vanished and refined, as by a scan
+    std::vector<SurfaceId> surfaces;  ///< whose each of delta.appeared is in the other octree; 0: pending
+  };
+  /// Takes in what another octree on the same grid and with the same model knows, as independent readings.
+  /// Their log-odds add up (Bayes' rule; before any reading they are 0) and are clamped as OctoMap clamps
+  /// them reading by reading, so that what changes can be unlearned; a voxel that only one knows has its
+  /// value. Occupancy is the same whichever takes in the other. A voxel that has a point keeps it unless the
+  /// other was seen from nearer by; one that becomes occupied, or had none, takes the other's. Where neither
+  /// has one, the sum of two doubts being enough, the next reading brings it. `other` must not be this one.
+  /// O(nodes), some 5 ns a voxel of divided cubes.
+  Merged merge(const OccupancyMap& other);
+  /// What an octree knows, on the grid of another frame. Its points are moved, with the log-odds of their
+  /// voxel; of several that meet in one voxel the one seen from nearest stays, the first in Morton order of
+  /// as near ones, and the highest log-odds. All other voxels have the log-odds at their centre, where that
+  /// is not a point's voxel. Points outside the grid are counted in `lost`. O(nodes near what is known), some
+  /// 0.5 µs a voxel that is not deep in a cube of one value.
+  static OccupancyMap resampled(const OccupancyMap& other, const Eigen::Isometry3d& T_here_other,
+                                const OccupancyParameters& parameters, std::size_t& lost);
+  bool empty() const;  ///< knows nothing
 
   /// Gives occupied voxels that have none a point at their centre, if one of their six neighbours is
   /// free; seen from there. In a map that knows nothing free: if one is unknown. For maps that come

@@ -49,6 +49,17 @@ class VoxelTree {
     if (!blocks.empty()) descend(root_, top_level, blocks, policy);
   }
 
+  /// Adds the log-odds of another tree on the same grid with the same clamps, clamped; a voxel that one of
+  /// them does not know has the other's. `other` must not be this one. Policy:
+  /// - `void vanished(const VoxelPayload&, VoxelKey)`: as above.
+  /// - `void meet(VoxelPayload&, const VoxelPayload& theirs, VoxelKey)`: the voxel is occupied and there is a
+  ///   point in it in `other`; fill in or refine. Ascending Morton order.
+  /// O(nodes of `other`, and of this one in its undivided cubes).
+  template <class Policy>
+  void add(const VoxelTree& other, Policy& policy) {
+    add(root_, {other, other.root_}, top_level, 0, policy);
+  }
+
   struct Found {
     bool known = false;
     float log_odds = 0;
@@ -141,6 +152,18 @@ class VoxelTree {
   std::uint64_t kept(const Brick& b, std::uint64_t brick_morton, std::uint64_t misses, Policy& policy) const;
   template <class Policy>
   void drop_vanished(Brick& b, std::uint64_t brick_morton, std::uint64_t misses, Policy& policy);
+  struct Theirs {  ///< a slot of another tree
+    const VoxelTree& tree;
+    const Slot& slot;
+  };
+  template <class Policy>
+  void add(Slot& slot, const Theirs& theirs, int level, std::uint64_t morton, Policy& policy);
+  template <class Policy>
+  void add_brick(Slot& slot, const Theirs& theirs, std::uint64_t brick_morton, Policy& policy);
+  float sum(float a, float b) const {
+    const float both = a + b;
+    return both < model_.clamp_min ? model_.clamp_min : both > model_.clamp_max ? model_.clamp_max : both;
+  }
   template <class Visit>
   void visit_below(const Slot& slot, std::uint64_t morton, int level, Visit& visit) const;
 
@@ -254,6 +277,44 @@ void VoxelTree::drop_vanished(Brick& b, std::uint64_t brick_morton, std::uint64_
     payloads_.erase(b.payloads, rank, detail::bit_count(b.points));
     b.points &= ~(std::uint64_t{1} << i);
   }
+}
+
+template <class Policy>
+void VoxelTree::add(Slot& slot, const Theirs& theirs, int level, std::uint64_t morton, Policy& policy) {
+  if (theirs.slot.link == unknown) return;
+  if (theirs.slot.link == leaf && slot.link < first_link) {
+    slot.value = slot.link == leaf ? sum(slot.value, theirs.slot.value) : theirs.slot.value;
+    slot.link = leaf;
+    return;
+  }
+  if (level == brick_level) return add_brick(slot, theirs, morton, policy);
+  Group& children = divided(slot);
+  for (unsigned c = 0; c < 8; ++c) {
+    // A leaf stands for eight equal ones.
+    const Slot& child = theirs.slot.link == leaf ? theirs.slot : theirs.tree.group(theirs.slot)[c];
+    add(children[c], {theirs.tree, child}, level - 1, morton << 3 | c, policy);
+  }
+  close(slot);
+}
+
+template <class Policy>
+void VoxelTree::add_brick(Slot& slot, const Theirs& theirs, std::uint64_t brick_morton, Policy& policy) {
+  Brick& b = brick_at(slot);
+  const Brick* of = theirs.slot.link == leaf ? nullptr : &theirs.tree.brick(theirs.slot);
+  const std::uint64_t known = of == nullptr ? whole : of->known;
+  for (std::uint64_t m = known; m != 0; m &= m - 1) {
+    const auto i = static_cast<unsigned>(std::countr_zero(m));
+    const float value = of == nullptr ? theirs.slot.value : of->value[i];
+    b.value[i] = (b.known >> i & 1) != 0 ? sum(b.value[i], value) : value;
+  }
+  b.known |= known;
+  if ((known & b.points) != 0) drop_vanished(b, brick_morton, known & b.points, policy);
+  for (std::uint64_t m = of == nullptr ? 0 : of->points; m != 0; m &= m - 1) {
+    const auto i = static_cast<unsigned>(std::countr_zero(m));
+    if (occupied(b.value[i]))
+      policy.meet(payload(b, i), theirs.tree.payloads_of(*of)[of->rank(i)], key_of(brick_morton << 6 | i));
+  }
+  close_brick(slot);
 }
 
 template <class Visit>

@@ -311,6 +311,25 @@ class Questions(unittest.TestCase):
         edges = octosurf.label_edges(self.mapper.map(), self.surface)
         self.assertEqual(len(edges[0].outer), len(self.surface.polygons[0].outer))
 
+    def test_merging(self):
+        apart = np.eye(4)
+        apart[0, 3] = 1.1
+        other = octosurf.Mapper()
+        other.insert_points(floor(), above())
+        whole = octosurf.Mapper()
+        whole.insert_points(floor(), above())
+        report = whole.merge(other.map(), apart)
+        self.assertEqual([surface.other for surface in report.surfaces], [self.surface.id])
+        self.assertGreater(report.surfaces[0].on_surfaces, 0.9 * report.surfaces[0].inliers)
+        self.assertEqual(whole.map().check_invariants(), [])
+        with self.assertRaises(octosurf.Error):
+            whole.merge(whole.map())
+        apart[:] = np.eye(4)
+        apart[2, 3] = 0.05
+        found = octosurf.align_maps(self.snapshot, other.map(), apart)
+        self.assertEqual(found.scan.outcome, "corrected")
+        self.assertAlmostEqual(found.T_map_other[2, 3], 0, delta=0.003)
+
     def test_changes(self):
         self.assertEqual(octosurf.changes_since(self.snapshot, 0).appeared, [self.surface.id])
         (row,) = octosurf.compare_maps(self.snapshot, self.snapshot).before

@@ -1,0 +1,291 @@
+// `octosurf merge`: two maps into one.
+#include "io/new_file.hpp"
+#include "io/readers/pose_file.hpp"
+#include "lineage.hpp"
+#include "output_files.hpp"
+
+#include <CLI/CLI.hpp>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <octosurf/error.hpp>
+#include <octosurf/map.hpp>
+#include <octosurf/map_alignment.hpp>
+#include <octosurf/mapper.hpp>
+
+namespace octosurf {
+namespace {
+
+constexpr const char* description = R"(Merges two maps into one.
+
+Examples:
+  octosurf merge maps/east maps/west -o maps/house                       both in one frame
+  octosurf merge maps/east maps/west -o maps/house --pose 4.2 0.1 0 0 0 90
+  octosurf merge maps/east maps/west -o maps/house --pose-file T_east_west.txt --align
+  octosurf merge maps/monday maps/tuesday -o maps/monday --force         into the first one's files
+
+The second map is taken into the first: its frame, its parameters and the ids of its surfaces stay. What both know of a
+voxel counts as independent readings, so maps must not share scans; where one has seen a surface and the other
+free space, the sum decides. The second's surfaces go on in those of the first with which they are one plane;
+the others keep their planes and get new ids. Both maps need the same resolution, and stay as they are.
+
+--pose is where the second map's frame lies in the first's: metres, then degrees, turned about x first, then
+y, then z; it must be right to about a voxel. Without, both have the same frame. --align makes it so from a
+guess, by the surfaces that both maps have: it refuses to merge where they do not fit within --reach and
+--turn. The merged map can be gone on with (map --resume); the scans of both are not kept with it.
+)";
+
+struct MergeOptions {
+  std::string first, second, output, pose_file, report;
+  std::vector<double> pose;
+  double reach_m = 0.3, turn_deg = 5;
+  bool align = false, force = false;
+};
+
+constexpr double degrees = 180 / std::numbers::pi;
+
+Eigen::Isometry3d pose_of(const MergeOptions& options) {
+  if (!options.pose_file.empty()) {
+    const PoseFile file = read_poses(options.pose_file);
+    if (file.poses.size() != 1)
+      throw Error(Error::Kind::data, options.pose_file,
+                  "holds " + std::to_string(file.poses.size()) + " poses",
+                  "give one, that of the second map's frame in the first's");
+    return rigid(file.poses.front().T, file.poses.front().where);
+  }
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  if (options.pose.empty()) return T;
+  T.translation() = Eigen::Vector3d(options.pose[0], options.pose[1], options.pose[2]);
+  // Exactly none where none is asked for, so that the maps' voxels are taken as they are.
+  constexpr std::array<int, 3> order{2, 1, 0};
+  for (const int axis : order)
+    if (const double angle = options.pose[3 + static_cast<std::size_t>(axis)] / degrees; angle != 0)
+      T.rotate(Eigen::AngleAxisd(angle, Eigen::Vector3d::Unit(axis)));
+  return rigid(T, "--pose");
+}
+
+double area_of(const Snapshot& snapshot) {
+  double area = 0;
+  for (const SurfacePtr& surface : snapshot.surfaces) area += surface->area_m2;
+  return area;
+}
+
+/// One run of `octosurf merge`.
+class Merge {
+ public:
+  explicit Merge(const MergeOptions& options) : options_(options) {}
+
+  void run() {
+    LoadedMap first = load(options_.first);
+    const LoadedMap second = load(options_.second);
+    warn_of_shared_scans(first, second);
+    before_ = first.map.snapshot();
+    size_before_ = first.map.size();
+    T_first_second_ = pose_of(options_);
+    if (options_.align) align(second.map);
+    Mapper mapper(std::move(first.map));
+    report_ = mapper.merge(second.map, T_first_second_);
+    save_map(mapper.map(), options_.output);
+    wall_s_ = std::chrono::duration<double>(Clock::now() - begin_).count();
+    if (!options_.report.empty()) write_report(mapper.map(), second.map);
+    print_summary(mapper.map(), second.map);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  static LoadedMap load(const std::string& name) {
+    LoadedMap loaded = load_map(name);
+    if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
+    return loaded;
+  }
+
+  void warn_of_shared_scans(const LoadedMap& first, const LoadedMap& second) const {
+    const auto shared = [](const LoadedMap& a, const LoadedMap& b) {
+      return !a.map.snapshot()->surfaces.empty() && goes_on_from(*b.map.snapshot(), *a.map.snapshot());
+    };
+    if (shared(first, second) || shared(second, first))
+      std::fprintf(stderr,
+                   "warning: one of %s and %s seems to go on from the other: what they share counts twice\n",
+                   options_.first.c_str(), options_.second.c_str());
+  }
+
+  void align(const Map& second) {
+    alignment_ =
+        align_maps(before_, second, T_first_second_, {options_.reach_m, options_.turn_deg / degrees});
+    const Alignment& found = alignment_->scan;
+    if (found.outcome != AlignmentOutcome::corrected)
+      throw Error(Error::Kind::data, options_.second,
+                  found.outcome == AlignmentOutcome::nothing_known
+                      ? "has too little in common with " + options_.first + " to be aligned"
+                      : "fits " + options_.first + " nowhere within reach, or at several places alike",
+                  "give a nearer --pose, more --reach and --turn, or merge without --align");
+    T_first_second_ = alignment_->T_map_other;
+  }
+
+  std::size_t inliers_of_second() const {
+    std::size_t inliers = 0;
+    for (const MergedSurface& surface : report_.surfaces) inliers += surface.inliers;
+    return inliers;
+  }
+  std::size_t still_inliers() const {
+    std::size_t inliers = 0;
+    for (const MergedSurface& surface : report_.surfaces) inliers += surface.on_surfaces;
+    return inliers;
+  }
+  /// Of the second map's surfaces, those that go on in one that the first had.
+  std::size_t going_on() const {
+    return static_cast<std::size_t>(
+        std::count_if(report_.surfaces.begin(), report_.surfaces.end(), [&](const MergedSurface& surface) {
+          return surface.id != 0 && before_->find(surface.id) != nullptr;
+        }));
+  }
+  static std::size_t kept(const Snapshot& before, const Snapshot& after) {
+    return static_cast<std::size_t>(std::count_if(before.surfaces.begin(), before.surfaces.end(),
+                                                  [&](const SurfacePtr& s) { return after.find(s->id); }));
+  }
+
+  void write_report(const Map& merged, const Map& second) const {
+    using Json = nlohmann::ordered_json;
+    const auto map_json = [](const Snapshot& snapshot, const Map::Size& size) {
+      return Json{{"scans", size.scans},       {"points", size.points},        {"pending", size.pending},
+                  {"surfaces", size.surfaces}, {"area_m2", area_of(snapshot)}, {"revision", size.revision}};
+    };
+    Json json{{"first", map_json(*before_, size_before_)},
+              {"second", map_json(*second.snapshot(), second.size())},
+              {"merged", map_json(*merged.snapshot(), merged.size())}};
+    std::vector<double> T;
+    for (int row = 0; row < 4; ++row)
+      for (int column = 0; column < 4; ++column) T.push_back(T_first_second_.matrix()(row, column));
+    json["T_first_second"] = T;
+    const ScanReport& changes = report_.changes;
+    json["changes"] = {{"appeared", changes.appeared},
+                       {"vanished", changes.vanished},
+                       {"out_of_map", changes.points_out_of_map},
+                       {"born", changes.born},
+                       {"grown", changes.grown},
+                       {"shrunk", changes.shrunk},
+                       {"merged", changes.merged},
+                       {"gone", changes.gone}};
+    json["surfaces"] = Json::array();
+    for (const MergedSurface& surface : report_.surfaces)
+      json["surfaces"].push_back({{"second", surface.other},
+                                  {"merged", surface.id == 0 ? Json(nullptr) : Json(surface.id)},
+                                  {"inliers", surface.inliers},
+                                  {"shared", surface.shared},
+                                  {"on_surfaces", surface.on_surfaces}});
+    json["wall_s"] = wall_s_;
+    NewFile file(options_.report, options_.force);
+    file.write([&](std::ostream& out) { out << json.dump(1) << '\n'; });
+    file.commit();
+  }
+
+  void print_summary(const Map& merged, const Map& second) const {
+    const auto line = [](const char* label, const Snapshot& snapshot, const Map::Size& size) {
+      std::printf("%-12s %zu surfaces, %.2f m²; %zu points, %zu of them pending; %llu scans\n", label,
+                  size.surfaces, area_of(snapshot), size.points, size.pending,
+                  static_cast<unsigned long long>(size.scans));
+    };
+    line("first", *before_, size_before_);
+    line("second", *second.snapshot(), second.size());
+    line("merged", *merged.snapshot(), merged.size());
+    if (alignment_) print_alignment();
+    const std::size_t stayed = kept(*before_, *merged.snapshot());
+    std::printf("%-12s %zu of the first stay, %zu are new, %zu are gone or merged\n", "surfaces", stayed,
+                merged.size().surfaces - stayed, size_before_.surfaces - stayed);
+    std::printf(
+        "%-12s %zu of its %zu surfaces go on in the first's; %.1f %% of their points are on surfaces\n",
+        "of second", going_on(), report_.surfaces.size(),
+        100.0 * static_cast<double>(still_inliers()) /
+            static_cast<double>(std::max<std::size_t>(1, inliers_of_second())));
+    std::printf("%-12s %zu appeared, %zu vanished\n", "voxels", report_.changes.appeared,
+                report_.changes.vanished);
+    if (report_.changes.points_out_of_map > 0)
+      std::printf("%-12s %zu points outside the octree\n", "dropped", report_.changes.points_out_of_map);
+    std::printf("%-12s %.1f s, of which merging %.1f s\n", "time", wall_s_, report_.changes.total_ms / 1e3);
+    const std::vector<std::string> files = files_of_map(options_.output);
+    std::printf("%-12s %s, %s", "written", files[0].c_str(), files[1].c_str());
+    if (!options_.report.empty()) std::printf(", %s", options_.report.c_str());
+    std::printf("\n");
+  }
+
+  void print_alignment() const {
+    const Eigen::Vector3d t = T_first_second_.translation();
+    const Eigen::Matrix3d& R = T_first_second_.linear();
+    std::printf(
+        "%-12s --pose %.4f %.4f %.4f %.3f %.3f %.3f; %d of 6 directions fixed, %.0f %% of %zu readings fit\n",
+        "aligned", t.x(), t.y(), t.z(), degrees * std::atan2(R(2, 1), R(2, 2)),
+        degrees * std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2))), degrees * std::atan2(R(1, 0), R(0, 0)),
+        alignment_->scan.determined, 100 * alignment_->scan.explained_share(), alignment_->scan.known);
+  }
+
+  const MergeOptions& options_;
+  Clock::time_point begin_ = Clock::now();
+  std::shared_ptr<const Snapshot> before_;  // the first map's
+  Map::Size size_before_;                   // likewise
+  Eigen::Isometry3d T_first_second_ = Eigen::Isometry3d::Identity();
+  std::optional<MapAlignment> alignment_;
+  MergeReport report_;
+  double wall_s_ = 0;
+};
+
+/// Refuses what cannot or must not be written before any work is done.
+void probe_outputs(const MergeOptions& options) {
+  const std::vector<std::string> first = files_of_map(options.first), second = files_of_map(options.second),
+                                 written = files_of_map(options.output);
+  if (same_file(first.front(), second.front()))
+    throw Error(Error::Kind::usage, options.second,
+                "is the first map itself, whose readings would count twice", "give another one");
+  for (const std::string& file : written) require_apart("-o", file, {options.pose_file});
+  for (const std::vector<std::string>& files : {first, second, written})
+    require_apart("--report", options.report, files);
+  require_apart("--report", options.report, {options.pose_file});
+  const auto probe = [&](const std::string& file) {
+    if (!file.empty()) NewFile(file, options.force).write([](std::ostream&) {});
+  };
+  for (const std::string& file : written) probe(file);
+  probe(options.report);
+}
+
+void run(const MergeOptions& options) {
+  probe_outputs(options);
+  Merge(options).run();
+}
+
+}  // namespace
+
+void add_merge(CLI::App& app) {
+  CLI::App* verb = app.add_subcommand("merge", description);
+  const auto options = std::make_shared<MergeOptions>();
+  verb->add_option("first", options->first, "map whose frame, parameters and ids stay")->required();
+  verb->add_option("second", options->second, "map that is taken in")->required();
+  verb->add_option("-o,--output", options->output, "map to write: name without ending")->required();
+  auto* pose = verb->add_option("--pose", options->pose,
+                                "X Y Z ROLL PITCH YAW: the second map's frame in the first's, m and degrees")
+                   ->expected(6);
+  verb->add_option("--pose-file", options->pose_file,
+                   "the same from a file with one pose; the formats of map's --poses")
+      ->excludes(pose);
+  verb->add_flag("--align", options->align,
+                 "find the pose by the surfaces of both; what is given is a guess");
+  verb->add_option("--reach", options->reach_m, "--align: m by which the guess may be off")
+      ->capture_default_str();
+  verb->add_option("--turn", options->turn_deg, "--align: degrees by which it may be turned")
+      ->capture_default_str();
+  verb->add_option("--report", options->report, "write what became of what to this file (JSON)");
+  verb->add_flag("--force", options->force, "overwrite map and report");
+  verb->callback([options] { run(*options); });
+}
+
+}  // namespace octosurf

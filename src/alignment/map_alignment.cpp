@@ -1,0 +1,117 @@
+// A map against another one: its points are one scan of what its surfaces are.
+#include "occupancy/payload.hpp"
+#include "surfaces/map_state.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include <octosurf/map_alignment.hpp>
+
+namespace octosurf {
+namespace {
+
+/// A point on a surface, in the frame of its map.
+struct Reading {
+  Eigen::Vector3d point, normal;
+  Eigen::Vector3d sensor;  ///< about where it was seen from
+};
+
+/// The places of the map that the other's points may meet within reach.
+class Neighbourhood {
+ public:
+  Neighbourhood(const Snapshot& map, const AlignmentReach& reach) : reach_(reach) {
+    Eigen::AlignedBox3d all;
+    for (const SurfacePtr& surface : map.surfaces) {
+      Eigen::AlignedBox3d box;
+      for (const Eigen::Vector3d& vertex : surface->boundary) box.extend(vertex);
+      if (box.isEmpty()) continue;
+      boxes_.push_back(box);
+      all.extend(box);
+    }
+    if (!all.isEmpty()) centre_ = all.center();
+  }
+  bool holds(const Eigen::Vector3d& p) const {
+    const double off = reach_.translation_m + reach_.rotation_rad * (p - centre_).norm();
+    return std::any_of(boxes_.begin(), boxes_.end(),
+                       [&](const auto& box) { return box.squaredExteriorDistance(p) <= off * off; });
+  }
+
+ private:
+  AlignmentReach reach_;
+  std::vector<Eigen::AlignedBox3d> boxes_;
+  Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
+};
+
+/// Surface by surface, so that neighbours in the list are mostly neighbours on one surface, as a scan's are.
+std::vector<Reading> readings_near(const MapState& other, const Eigen::Isometry3d& T_map_other,
+                                   const Neighbourhood& near) {
+  std::map<SurfaceId, std::vector<Reading>> of_surface;
+  other.occupancy.for_each_point([&](const VoxelPoint& p) {
+    const Eigen::Vector3d point = p.position.cast<double>();
+    if (p.surface == 0 || !near.holds(T_map_other * point)) return;
+    const Eigen::Vector3d normal = other.surfaces.find(p.surface)->plane().normal;
+    of_surface[p.surface].push_back(
+        {point, normal, point + range_of_class(p.range_class) * p.view.cast<double>()});
+  });
+  std::vector<Reading> all;
+  for (const auto& [id, readings] : of_surface) all.insert(all.end(), readings.begin(), readings.end());
+  return all;
+}
+
+/// As PoseFitter has it: a surface seen along itself tells nothing.
+bool faces(const Reading& reading, const Eigen::Vector3d& place) {
+  constexpr double least_facing = 0.15;
+  const Eigen::Vector3d sight = place - reading.point;
+  return reading.normal.dot(sight) > least_facing * sight.norm();
+}
+
+/// Of the places where sensors were the one that most readings face.
+Eigen::Vector3d best_place(const std::vector<Reading>& readings) {
+  constexpr std::size_t places = 100, judges = 1000;
+  const std::size_t step = std::max<std::size_t>(1, readings.size() / places);
+  const std::size_t stride = std::max<std::size_t>(1, readings.size() / judges);
+  Eigen::Vector3d best = Eigen::Vector3d::Zero();
+  std::size_t most = 0;
+  for (std::size_t i = 0; i < readings.size(); i += step) {
+    std::size_t facing = 0;
+    for (std::size_t k = 0; k < readings.size(); k += stride)
+      facing += faces(readings[k], readings[i].sensor);
+    if (facing <= most) continue;
+    most = facing;
+    best = readings[i].sensor;
+  }
+  return best;
+}
+
+}  // namespace
+
+MapAlignment align_maps(const std::shared_ptr<const Snapshot>& map, const Map& other,
+                        const Eigen::Isometry3d& T_map_other, const AlignmentReach& reach) {
+  require_rigid(T_map_other, "T_map_other");
+  Localizer localizer(map, reach);
+  const MapState& theirs = other.state();
+  const std::vector<Reading> readings = readings_near(theirs, T_map_other, Neighbourhood(*map, reach));
+  Eigen::Isometry3d T_other_sensor = Eigen::Isometry3d::Identity();
+  T_other_sensor.translation() = best_place(readings);
+  Scan scan;
+  scan.name = "the other map";
+  scan.sensor = SensorKind::lidar;  // no range is too far
+  scan.T_map_sensor = T_map_other * T_other_sensor;
+  for (const Reading& reading : readings)
+    if (faces(reading, T_other_sensor.translation()))
+      scan.points.push_back((reading.point - T_other_sensor.translation()).cast<float>());
+  // Voxels' points are no readings in a row: what the map's scans told of the noise stands.
+  scan.readings.assign(scan.points.size(), 1);
+  scan.noise = theirs.noise.seen_since({});
+  MapAlignment result;
+  result.scan = localizer(scan);
+  result.T_map_other = result.scan.outcome == AlignmentOutcome::corrected
+                           ? result.scan.T_map_sensor * T_other_sensor.inverse()
+                           : T_map_other;
+  return result;
+}
+
+}  // namespace octosurf

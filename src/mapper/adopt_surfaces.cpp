@@ -1,0 +1,61 @@
+#include "mapper/adopt_surfaces.hpp"
+
+#include <cmath>
+#include <map>
+
+namespace octosurf {
+namespace {
+
+using Index = Workspace::Index;
+
+Plane moved(const Plane& plane, const Eigen::Isometry3d& T) {
+  const Eigen::Vector3d normal = (T.linear() * plane.normal).normalized();
+  return {normal, plane.offset + normal.dot(T.translation())};
+}
+
+/// What later scans told of a surface, in this map's frame.
+SurfaceModel::State moved_evidence(const SurfaceModel& surface, const Plane& plane,
+                                   const Eigen::Isometry3d& T) {
+  const Eigen::Matrix3d R = T.linear();
+  SurfaceModel::State state;
+  state.plane = plane;
+  state.reference = T * surface.reference();
+  state.pose.linear() = plane_axes(plane.normal);
+  state.evidence = surface.evidence();
+  state.evidence.moments.sum = R * state.evidence.moments.sum;
+  state.evidence.moments.outer = R * state.evidence.moments.outer * R.transpose();
+  return state;
+}
+
+}  // namespace
+
+std::vector<SurfaceId> adopt_surfaces(Workspace& work, std::span<const Index> appeared,
+                                      const ForeignSurfaces& foreign) {
+  std::map<SurfaceId, std::vector<Index>> pending;  // by their surface in the other map
+  for (std::size_t k = 0; k < appeared.size(); ++k)
+    if (foreign.owner[k] != 0 && work.window[appeared[k]].surface == 0)
+      pending[foreign.owner[k]].push_back(appeared[k]);
+  const auto fewest = static_cast<std::size_t>(work.state.parameters.min_surface_points());
+  std::vector<SurfaceId> adopted;
+  for (auto& [owner, points] : pending) {
+    const SurfaceModel& theirs = *foreign.store.find(owner);
+    const Plane plane = moved(theirs.plane(), foreign.T_map_other);
+    // Another surface's point may stand in the voxel where two have met on this map's grid. As patient as
+    // refit() is with inliers.
+    std::erase_if(points, [&](Index i) {
+      const VoxelPoint& p = work.window[i];
+      return std::fabs(plane.signed_distance(p.position.cast<double>())) >
+             1.5 * work.state.noise.tolerance(p, plane);
+    });
+    if (points.size() < fewest) continue;
+    SurfaceModel& own =
+        work.state.surfaces.create(plane, work.window[points.front()].position.cast<double>());
+    for (const Index i : points) work.give(i, own);
+    own.take_evidence(SurfaceModel(moved_evidence(theirs, plane, foreign.T_map_other), own.resolution()));
+    work.changes.born.insert(own.id());
+    adopted.push_back(own.id());
+  }
+  return adopted;
+}
+
+}  // namespace octosurf

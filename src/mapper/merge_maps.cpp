@@ -1,0 +1,79 @@
+#include "mapper/merge_maps.hpp"
+
+#include <map>
+#include <string>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+void require_same(const char* parameter, double ours, double theirs, const char* mend) {
+  if (ours == theirs) return;
+  throw Error(Error::Kind::data, "the other map",
+              std::string("its ") + parameter + " is " + std::to_string(theirs) + ", here it is " +
+                  std::to_string(ours),
+              mend);
+}
+
+}  // namespace
+
+void require_mergeable(const MapState& map, const MapState& other, const Eigen::Isometry3d& T_map_other) {
+  if (&map == &other)
+    throw Error(Error::Kind::usage, "the other map", "is the map itself, whose readings would count twice",
+                "give another one");
+  require_rigid(T_map_other, "T_map_other");
+  const OccupancyParameters &ours = map.parameters.occupancy, &theirs = other.parameters.occupancy;
+  constexpr const char* mend = "build one of them anew with the other's parameters";
+  require_same("resolution", ours.resolution, theirs.resolution, mend);
+  // What hits and misses weigh may differ: it is in the log-odds. These say what log-odds mean.
+  require_same("clamp_min", ours.clamp_min, theirs.clamp_min, mend);
+  require_same("clamp_max", ours.clamp_max, theirs.clamp_max, mend);
+  require_same("occupied", ours.occupied, theirs.occupied, mend);
+}
+
+OtherMap::OtherMap(const MapState& other, const Eigen::Isometry3d& T_map_other,
+                   const OccupancyParameters& parameters)
+    : other_(other), T_map_other_(T_map_other) {
+  if (T_map_other.matrix() == Eigen::Matrix4d::Identity()) return;
+  resampled_.emplace(OccupancyMap::resampled(other.occupancy, T_map_other, parameters, lost_));
+}
+
+void OtherMap::hand_over_records(MapState& map) const {
+  map.scans += other_.scans;
+  map.sensors_up += T_map_other_.linear() * other_.sensors_up;
+  for (AlignmentState::Misfit misfit : other_.alignment.misfits) {
+    misfit.position = T_map_other_ * misfit.position;
+    map.alignment.note_misfit(misfit);
+  }
+  Scan told;
+  told.noise = other_.noise.seen_since({});
+  if (!told.noise.empty()) map.noise.observe(told);
+}
+
+std::vector<MergedSurface> OtherMap::heirs_in(const MapState& map) const {
+  std::vector<MergedSurface> all;
+  for (const auto& [id, surface] : other_.surfaces) {
+    MergedSurface& merged = all.emplace_back();
+    merged.other = id;
+    merged.inliers = surface.size();
+    std::map<SurfaceId, std::size_t> owners;
+    surface.for_each_inlier([&](const Inlier& inlier) {
+      VoxelKey key = inlier.key;
+      if (resampled_ &&
+          !map.occupancy.grid().key_of((T_map_other_ * inlier.position.cast<double>()).cast<float>(), key))
+        return;
+      const OccupancyMap::Lookup found = map.occupancy.at(key);
+      if (found.point && found.point->surface != 0) ++owners[found.point->surface];
+    });
+    for (const auto& [owner, points] : owners) {
+      merged.on_surfaces += points;
+      if (points <= merged.shared) continue;
+      merged.id = owner;
+      merged.shared = points;
+    }
+  }
+  return all;
+}
+
+}  // namespace octosurf

@@ -1,0 +1,170 @@
+// An octree on the grid of another frame.
+#include "occupancy/occupancy_map.hpp"
+#include "occupancy/payload.hpp"
+#include "occupancy/voxel_tree.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+namespace octosurf {
+namespace {
+
+using Node = VoxelTree::Node;
+using Key3 = std::array<int, 3>;
+
+constexpr int last_key = 65535;
+
+VoxelKey key_of(const Key3& k) {
+  return {static_cast<std::uint16_t>(k[0]), static_cast<std::uint16_t>(k[1]),
+          static_cast<std::uint16_t>(k[2])};
+}
+
+Key3 child_corner(const Key3& corner, unsigned c, int level) {
+  return {corner[0] + static_cast<int>((c & 1) << level), corner[1] + static_cast<int>((c >> 1 & 1) << level),
+          corner[2] + static_cast<int>((c >> 2 & 1) << level)};
+}
+
+/// Voxels from `low` to `high`, both included.
+struct KeyBox {
+  Key3 low, high;
+  bool meets(const Key3& corner, int level) const {
+    for (std::size_t i = 0; i < 3; ++i)
+      if (corner[i] > high[i] || corner[i] + (1 << level) - 1 < low[i]) return false;
+    return true;
+  }
+  bool inside() const {
+    return std::min({low[0], low[1], low[2]}) >= 0 && std::max({high[0], high[1], high[2]}) <= last_key;
+  }
+  bool holds(const Key3& corner, int level) const {
+    for (std::size_t i = 0; i < 3; ++i)
+      if (corner[i] < low[i] || corner[i] + (1 << level) - 1 > high[i]) return false;
+    return true;
+  }
+};
+
+/// What a box of voxels has in common: whether it is known, and its value.
+class Uniform {
+ public:
+  /// `beyond`: some of the box is outside the octree, where nothing is known.
+  explicit Uniform(bool beyond) : any_(beyond) {}
+
+  /// False if two of the voxels differ.
+  bool take(const Node& node, const Key3& corner, const KeyBox& box) {
+    if (!box.meets(corner, node.level())) return true;
+    if (!node.exists()) return agree({});
+    if (!node.has_children()) return node.payload() == nullptr && agree(node.log_odds());
+    // A divided cube differs somewhere, and all of it is asked for.
+    if (box.holds(corner, node.level())) return false;
+    for (unsigned c = 0; c < 8; ++c)
+      if (!take(node.child(c), child_corner(corner, c, node.level() - 1), box)) return false;
+    return true;
+  }
+  std::optional<float> log_odds() const { return value_; }
+
+ private:
+  bool agree(std::optional<float> value) {
+    if (!any_) value_ = value;
+    any_ = true;
+    return value_ == value;
+  }
+  bool any_;
+  std::optional<float> value_;  // none: unknown
+};
+
+/// Fills a tree with what another knows at its voxels' centres, cube by cube: what lies deep in a cube of one
+/// value is not asked voxel by voxel.
+class Resampling {
+ public:
+  Resampling(const VoxelTree& from, const VoxelGrid& grid, const Eigen::Isometry3d& T_from_to, VoxelTree& to)
+      : from_(from), grid_(grid), T_from_to_(T_from_to), to_(to) {}
+
+  void below(const Key3& corner, int level) {
+    if (level == 0) return voxel(key_of(corner));
+    const KeyBox box = box_of(corner, level);
+    Uniform uniform(!box.inside());
+    if (uniform.take(from_.root(), {0, 0, 0}, box)) {
+      if (uniform.log_odds()) to_.set_leaf(key_of(corner), level, *uniform.log_odds());
+      return;
+    }
+    for (unsigned c = 0; c < 8; ++c) below(child_corner(corner, c, level - 1), level - 1);
+  }
+
+ private:
+  Eigen::Vector3d centre_in_from(const Key3& corner, double half) const {
+    const Eigen::Vector3d at(corner[0], corner[1], corner[2]);
+    return T_from_to_ * ((at.array() + half - VoxelGrid::origin) * grid_.resolution()).matrix();
+  }
+
+  void voxel(VoxelKey key) {
+    VoxelKey there;
+    if (!grid_.key_of(centre_in_from({key.x, key.y, key.z}, 0.5).cast<float>(), there)) return;
+    const VoxelTree::Found found = from_.find(there);
+    if (found.known && found.payload == nullptr) to_.set_leaf(key, 0, found.log_odds);
+  }
+
+  /// Which voxels the cube's centres fall into, at most.
+  KeyBox box_of(const Key3& corner, int level) const {
+    const double edge = 1 << level;
+    const Eigen::Vector3d centre = centre_in_from(corner, edge / 2) / grid_.resolution();
+    constexpr double rounding = 0.01;  // voxels: a float's, at the octree's rim, in key_of()
+    const Eigen::Vector3d half =
+        (T_from_to_.linear().cwiseAbs() * Eigen::Vector3d::Constant((edge - 1) / 2)).array() + rounding;
+    KeyBox box{};
+    for (int i = 0; i < 3; ++i) {
+      const double low = std::floor(centre[i] - half[i]) + VoxelGrid::origin;
+      const double high = std::floor(centre[i] + half[i]) + VoxelGrid::origin;
+      box.low[static_cast<std::size_t>(i)] = static_cast<int>(std::clamp(low, -1.0, last_key + 1.0));
+      box.high[static_cast<std::size_t>(i)] = static_cast<int>(std::clamp(high, -1.0, last_key + 1.0));
+    }
+    return box;
+  }
+
+  const VoxelTree& from_;
+  const VoxelGrid& grid_;
+  const Eigen::Isometry3d& T_from_to_;
+  VoxelTree& to_;
+};
+
+/// A point of the other frame with the view that it keeps.
+VoxelPayload moved(const VoxelPayload& payload, const VoxelGrid& grid, VoxelKey key,
+                   const Eigen::Vector3f& point, const Eigen::Matrix3d& turn) {
+  VoxelPayload result = payload;
+  const PlaceInVoxel place = place_in_voxel(grid, key, point);
+  result.offset_x = place[0];
+  result.offset_y = place[1];
+  result.offset_z = place[2];
+  result.view = encode_view((turn * decode_view(payload.view).cast<double>()).cast<float>()) & 0xfff;
+  return result;
+}
+
+}  // namespace
+
+OccupancyMap OccupancyMap::resampled(const OccupancyMap& other, const Eigen::Isometry3d& T_here_other,
+                                     const OccupancyParameters& parameters, std::size_t& lost) {
+  OccupancyMap here(parameters);
+  const VoxelTree& from = *other.tree_;
+  VoxelTree& to = *here.tree_;
+  const Eigen::Isometry3d T_other_here = T_here_other.inverse();
+  Resampling(from, here.grid_, T_other_here, to).below({0, 0, 0}, VoxelTree::top_level);
+  from.visit_points({}, VoxelTree::top_level, [&](const VoxelPayload& payload, VoxelKey k, PayloadPlace) {
+    const Eigen::Vector3f point =
+        (T_here_other * load_point(payload, other.grid_, k).cast<double>()).cast<float>();
+    VoxelKey key;
+    if (!here.grid_.key_of(point, key)) {
+      ++lost;
+      return;
+    }
+    const float log_odds = from.find(k).log_odds;
+    const VoxelTree::Found found = to.find(key);
+    const bool taken = found.payload != nullptr;
+    const unsigned range_class = taken ? found.payload->range_class : 0;
+    to.set_leaf(key, 0, taken ? std::max(log_odds, found.log_odds) : log_odds);
+    if (!taken || payload.range_class < range_class)
+      to.make_payload(key) = moved(payload, here.grid_, key, point, T_here_other.linear());
+  });
+  return here;
+}
+
+}  // namespace octosurf

@@ -1,0 +1,118 @@
+// `octosurf merge` on maps of the two halves of a room.
+#include "apps/command.hpp"
+#include "support/scene.hpp"
+#include "support/seed.hpp"
+
+#include <cmath>
+
+#include <octosurf/mapper.hpp>
+
+namespace octosurf::test {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+class Merge : public CommandTest {
+ protected:
+  /// left, right: halves of a room that overlap; all: the room. right_elsewhere: right, in a frame that lies
+  /// 1 m along y and a quarter turn about z from the others'.
+  Merge() {
+    std::mt19937_64 random = rng();
+    Scene scene;
+    scene.rectangle({-2, -1.5, 0}, {4, 0, 0}, {0, 3, 0});
+    scene.rectangle({-2, 1.5, 0}, {4, 0, 0}, {0, 0, 1.6});
+    scene.box({-0.5, -0.4, 0}, {0.5, 0.4, 0.5});
+    Mapper left, right, all, elsewhere;
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    T.translation().y() = 1;
+    T.linear() << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+    for (int i = 0; i < 12; ++i) {
+      const double side = i % 2 == 0 ? -1 : 1;
+      const Scan scan = camera_scan(
+          scene, look_at({0.7 * side, -1.2, 1.5}, {(0.2 + 0.1 * i) * side, 0.5 + 0.5 * std::sin(i), 0.2}),
+          random);
+      (side < 0 ? left : right).insert(scan);
+      all.insert(scan);
+      if (side > 0) elsewhere.insert(moved(scan, T.inverse()));
+    }
+    save_map(left.map(), folder / "left");
+    save_map(right.map(), folder / "right");
+    save_map(all.map(), folder / "all");
+    save_map(elsewhere.map(), folder / "right_elsewhere");
+  }
+  double apart_m2(const std::string& a, const std::string& b) const {
+    const json difference = json::parse(run_well("diff --by place --json " + a + " " + b).out);
+    return difference.at("only_before_m2").get<double>() + difference.at("only_after_m2").get<double>();
+  }
+};
+
+TEST_F(Merge, MakesOneMapOfTwo) {
+  const std::string left = read("left.surfaces");
+  const std::string told = run_well("merge left right -o both --report both.json").out;
+  EXPECT_THAT(told, HasSubstr("first"));
+  EXPECT_THAT(told, HasSubstr("written      both.surfaces, both.bt, both.json"));
+  const json both = info("both");
+  EXPECT_TRUE(both.at("violations").empty());
+  EXPECT_EQ(both.at("scans"), 12);
+  EXPECT_LT(apart_m2("both", "all"), 0.8) << "of some 20 m²";
+  const json report = read_json("both.json");
+  EXPECT_EQ(report.at("merged").at("surfaces"), both.at("surfaces"));
+  EXPECT_EQ(report.at("second").at("surfaces"), report.at("surfaces").size());
+  EXPECT_EQ(read("left.surfaces"), left);
+  EXPECT_TRUE(exists("both.bt"));
+}
+
+TEST_F(Merge, WritesOverWithForceOnly) {
+  const std::string left = read("left.surfaces");
+  EXPECT_THAT(error_of("merge left right -o left", 2), HasSubstr("--force"));
+  EXPECT_EQ(read("left.surfaces"), left);
+  run_well("merge left right -o left --force");
+  EXPECT_EQ(info("left").at("scans"), 12);
+  EXPECT_THAT(error_of("merge left right", 2), HasSubstr("--output"));
+  EXPECT_THAT(error_of("merge right right -o twice", 2), HasSubstr("itself"));
+  EXPECT_THAT(error_of("merge right ./right.surfaces -o twice", 2), HasSubstr("itself"));
+  EXPECT_THAT(error_of("merge left right -o both --report left.surfaces --force", 2), HasSubstr("--report"));
+  EXPECT_THAT(error_of("merge left nothing -o both", 1), HasSubstr("nothing"));
+}
+
+TEST_F(Merge, TakesThePoseOfTheSecondFrame) {
+  run_well("merge left right_elsewhere -o both --pose 0 1 0 0 0 90");
+  EXPECT_LT(apart_m2("both", "all"), 1.2);
+  write("T.txt", "0 -1 0 0  1 0 0 1  0 0 1 0  0 0 0 1\n");
+  run_well("merge left right_elsewhere -o by_file --pose-file T.txt");
+  EXPECT_LT(apart_m2("both", "by_file"), 0.05);
+  write("two.txt", "0 0 0 0 0 0 1\n0 0 0 0 0 0 1\n");
+  EXPECT_THAT(error_of("merge left right -o none --pose-file two.txt", 1), HasSubstr("2 poses"));
+  EXPECT_EQ(run("merge left right -o none --pose 0 1 0").code, 2);
+  EXPECT_EQ(run("merge left right -o none --pose 0 1 0 0 0 0 --pose-file T.txt").code, 2);
+  EXPECT_FALSE(exists("none.surfaces"));
+}
+
+TEST_F(Merge, FindsThePoseFromAGuess) {
+  const std::string told =
+      run_well("merge left right_elsewhere -o both --pose 0.1 1.05 -0.04 1 -1 92 --align").out;
+  EXPECT_THAT(told, HasSubstr("aligned"));
+  EXPECT_LT(apart_m2("both", "all"), 1.2);
+  EXPECT_THAT(error_of("merge left right_elsewhere -o none --pose 30 0 0 0 0 0 --align", 1),
+              HasSubstr("--pose"));
+  EXPECT_FALSE(exists("none.surfaces"));
+}
+
+TEST_F(Merge, RefusesAnotherResolution) {
+  Parameters coarse;
+  coarse.occupancy.resolution = 0.05;
+  save_map(Map(coarse), folder / "coarse");
+  EXPECT_THAT(error_of("merge left coarse -o both", 1), HasSubstr("resolution is 0.05"));
+  EXPECT_FALSE(exists("both.surfaces"));
+}
+
+TEST_F(Merge, CanBeGoneOnWith) {
+  run_well("merge left right -o both");
+  write_floor();
+  run_well("map floor --poses floor/poses.txt --intrinsics floor/intrinsics.txt --resume both -o both");
+  EXPECT_EQ(info("both").at("scans"), 18);
+}
+
+}  // namespace
+}  // namespace octosurf::test

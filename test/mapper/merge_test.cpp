@@ -1,0 +1,278 @@
+// Two maps into one: against the map of all scans, in both orders, in another frame.
+#include "support/guarantees.hpp"
+#include "support/scene.hpp"
+#include "support/seed.hpp"
+#include "surfaces/map_state.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <span>
+#include <vector>
+
+#include <octosurf/changes.hpp>
+#include <octosurf/error.hpp>
+#include <octosurf/mapper.hpp>
+
+namespace octosurf::test {
+namespace {
+
+using Leaf = OccupancyView::Leaf;
+
+/// A room with a table in its middle.
+Scene room() {
+  Scene scene;
+  scene.rectangle({-2, -1.5, 0}, {4, 0, 0}, {0, 3, 0});
+  scene.rectangle({-2, -1.5, 0}, {4, 0, 0}, {0, 0, 1.8}).rectangle({-2, 1.5, 0}, {4, 0, 0}, {0, 0, 1.8});
+  scene.rectangle({-2, -1.5, 0}, {0, 3, 0}, {0, 0, 1.8}).rectangle({2, -1.5, 0}, {0, 3, 0}, {0, 0, 1.8});
+  scene.box({-0.5, -0.4, 0}, {0.5, 0.4, 0.5});
+  return scene;
+}
+
+/// From the middle of the room over one half of it, to both sides.
+std::vector<Scan> scans_of_half(std::mt19937_64& rng, double side, int count = 10) {
+  const Scene scene = room();
+  std::vector<Scan> scans;
+  for (int i = 0; i < count; ++i) {
+    const double y = 1.2 * std::sin(1.3 * i);
+    scans.push_back(camera_scan(scene, look_at({-0.4 * side, -0.6 * y, 1.4}, {1.3 * side, y, 0.3}), rng));
+  }
+  return scans;
+}
+
+Mapper mapped(const std::vector<Scan>& scans, const Parameters& parameters = {}) {
+  Mapper mapper(parameters);
+  for (const Scan& scan : scans) mapper.insert(scan);
+  return mapper;
+}
+
+void expect_sound(const Mapper& mapper) {
+  EXPECT_THAT(check_invariants(mapper.map()), ::testing::IsEmpty());
+  expect_guarantees(mapper.map());
+}
+
+std::vector<Leaf> leaves_of(const Map& map) {
+  std::vector<Leaf> all;
+  map.octree().for_each_leaf(
+      [&](std::span<const Leaf> leaves) { all.insert(all.end(), leaves.begin(), leaves.end()); });
+  return all;
+}
+void expect_same_occupancy(const Map& a, const Map& b) {
+  const std::vector<Leaf> of_a = leaves_of(a), of_b = leaves_of(b);
+  EXPECT_TRUE(
+      std::equal(of_a.begin(), of_a.end(), of_b.begin(), of_b.end(), [](const Leaf& x, const Leaf& y) {
+        return x.corner == y.corner && x.level == y.level && x.log_odds == y.log_odds;
+      }));
+}
+
+double unshared_area(const std::vector<SurfaceDifference>& surfaces) {
+  double area = 0;
+  for (const SurfaceDifference& one : surfaces) area += one.area_m2 - one.shared_m2;
+  return area;
+}
+double area_of(const Snapshot& snapshot) {
+  double area = 0;
+  for (const SurfacePtr& surface : snapshot.surfaces) area += surface->area_m2;
+  return area;
+}
+std::size_t large(const Snapshot& snapshot) {
+  return static_cast<std::size_t>(std::count_if(snapshot.surfaces.begin(), snapshot.surfaces.end(),
+                                                [](const SurfacePtr& s) { return s->area_m2 > 0.25; }));
+}
+
+/// Surfaces of the same places, to `share` of their area.
+void expect_same_surfaces(const Snapshot& a, const Snapshot& b, double share) {
+  const MapDifference difference = compare_maps(a, b);
+  EXPECT_LT(unshared_area(difference.before), share * area_of(a));
+  EXPECT_LT(unshared_area(difference.after), share * area_of(b));
+  EXPECT_EQ(large(a), large(b));
+}
+
+TEST(MergedMaps, HalvesOfARoomMakeTheRoom) {
+  std::mt19937_64 rng = test::rng();
+  const std::vector<Scan> left = scans_of_half(rng, -1), right = scans_of_half(rng, 1);
+  std::vector<Scan> both = left;
+  both.insert(both.end(), right.begin(), right.end());
+  const Mapper all = mapped(both), other = mapped(right);
+  Mapper mapper = mapped(left);
+  const auto before = mapper.snapshot();
+  const MergeReport report = mapper.merge(other.map());
+  expect_sound(mapper);
+  const Snapshot& merged = *mapper.snapshot();
+  expect_same_surfaces(merged, *all.snapshot(), 0.03);
+  EXPECT_EQ(mapper.map().size().scans, both.size());
+  EXPECT_EQ(merged.revision, before->revision + 1);
+
+  // Those that were there keep their ids.
+  for (const SurfacePtr& surface : before->surfaces) {
+    const std::vector<SurfaceId>& taken_in = report.changes.merged;
+    EXPECT_TRUE(merged.find(surface->id) != nullptr ||
+                std::find(taken_in.begin(), taken_in.end(), surface->id) != taken_in.end())
+        << surface->id;
+  }
+  // Nothing that the other one knew is lost.
+  ASSERT_EQ(report.surfaces.size(), other.snapshot()->surfaces.size());
+  std::size_t inliers = 0, still = 0;
+  for (const MergedSurface& surface : report.surfaces) {
+    EXPECT_EQ(surface.inliers, other.snapshot()->find(surface.other)->inliers);
+    EXPECT_LE(surface.shared, surface.on_surfaces);
+    EXPECT_LE(surface.on_surfaces, surface.inliers);
+    EXPECT_EQ(surface.id == 0, surface.on_surfaces == 0);
+    inliers += surface.inliers;
+    still += surface.on_surfaces;
+  }
+  EXPECT_GT(static_cast<double>(still), 0.97 * static_cast<double>(inliers));
+}
+
+/// The floor of both halves is one, and as exact as that of the map of all scans.
+TEST(MergedMaps, PlanesAreThoseOfAllScans) {
+  std::mt19937_64 rng = test::rng();
+  Mapper mapper = mapped(scans_of_half(rng, -1));
+  mapper.merge(mapped(scans_of_half(rng, 1)).map());
+  int floors = 0;
+  for (const SurfacePtr& surface : mapper.snapshot()->surfaces) {
+    if (surface->plane.normal.z() < 0.99 || std::fabs(surface->plane.offset) > 0.05) continue;
+    ++floors;
+    EXPECT_LT(std::acos(std::min(1.0, surface->plane.normal.z())), 0.001);
+    EXPECT_LT(std::fabs(surface->plane.offset), 0.001);
+    EXPECT_NEAR(surface->area_m2, 12 - 0.8, 0.6);
+  }
+  EXPECT_EQ(floors, 1);
+}
+
+TEST(MergedMaps, OccupancyIsTheSameInEitherOrder) {
+  std::mt19937_64 rng = test::rng();
+  const std::vector<Scan> left = scans_of_half(rng, -1, 6), right = scans_of_half(rng, 1, 6);
+  Mapper a = mapped(left), b = mapped(right);
+  a.merge(mapped(right).map());
+  b.merge(mapped(left).map());
+  expect_same_occupancy(a.map(), b.map());
+  expect_sound(b);
+  expect_same_surfaces(*a.snapshot(), *b.snapshot(), 0.03);
+}
+
+TEST(MergedMaps, AnEmptyOneChangesNothing) {
+  std::mt19937_64 rng = test::rng();
+  Mapper mapper = mapped(scans_of_half(rng, 1, 5));
+  const std::string before = digest(mapper.map());
+  mapper.merge(Map());
+  EXPECT_EQ(digest(mapper.map()), before);
+}
+
+TEST(MergedMaps, AnEmptyOneBecomesTheOther) {
+  std::mt19937_64 rng = test::rng();
+  const Mapper other = mapped(scans_of_half(rng, 1));
+  Mapper mapper;
+  mapper.merge(other.map());
+  expect_sound(mapper);
+  expect_same_occupancy(mapper.map(), other.map());
+  expect_same_surfaces(*mapper.snapshot(), *other.snapshot(), 0.03);
+}
+
+TEST(MergedMaps, AreTheSameAgain) {
+  std::mt19937_64 rng = test::rng();
+  const std::vector<Scan> left = scans_of_half(rng, -1, 5), right = scans_of_half(rng, 1, 5);
+  Mapper a = mapped(left), b = mapped(left);
+  a.merge(mapped(right).map());
+  b.merge(mapped(right).map());
+  EXPECT_EQ(digest(a.map()), digest(b.map()));
+}
+
+/// A table that the other map has seen to be gone.
+TEST(MergedMaps, SurfacesGoWhereTheSumSaysFree) {
+  std::mt19937_64 rng = test::rng();
+  Scene full, empty;
+  empty.rectangle({-1.5, -1.5, 0}, {3, 0, 0}, {0, 3, 0});
+  full = empty;
+  full.box({-0.4, -0.3, 0}, {0.4, 0.3, 0.4});
+  const auto scans = [&](const Scene& scene, int count) {
+    std::vector<Scan> all;
+    for (int i = 0; i < count; ++i)
+      all.push_back(camera_scan(
+          scene, look_at({1.6 * std::cos(0.7 * i), 1.6 * std::sin(0.7 * i), 1.4}, {0, 0, 0.1}), rng));
+    return all;
+  };
+  const auto tops = [](const Snapshot& snapshot) {
+    return std::count_if(snapshot.surfaces.begin(), snapshot.surfaces.end(), [](const SurfacePtr& s) {
+      return s->plane.normal.z() > 0.99 && std::fabs(s->plane.offset - 0.4) < 0.03;
+    });
+  };
+  Mapper mapper = mapped(scans(full, 2));  // twice 0.85: less than the six rays through it, 2.0 at most
+  ASSERT_EQ(tops(*mapper.snapshot()), 1);
+  const MergeReport report = mapper.merge(mapped(scans(empty, 12)).map());
+  EXPECT_GT(report.changes.vanished, 100u);
+  EXPECT_EQ(tops(*mapper.snapshot()), 0);
+  expect_sound(mapper);
+}
+
+/// The other map was made in a frame of its own, whose voxels are no voxels here.
+TEST(MergedMaps, LieWhereThePoseSays) {
+  std::mt19937_64 rng = test::rng();
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  const std::vector<Scan> left = scans_of_half(rng, -1), right = scans_of_half(rng, 1);
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation() = Eigen::Vector3d(uniform(rng), uniform(rng), uniform(rng));
+  T.rotate(Eigen::AngleAxisd(3 * uniform(rng), Eigen::Vector3d(uniform(rng), uniform(rng), 2).normalized()));
+  std::vector<Scan> elsewhere = right, both = left;
+  for (Scan& scan : elsewhere) scan = moved(scan, T.inverse());
+  both.insert(both.end(), right.begin(), right.end());
+  Mapper mapper = mapped(left);
+  const MergeReport report = mapper.merge(mapped(elsewhere).map(), T);
+  expect_sound(mapper);
+  const Mapper all = mapped(both);
+  expect_same_surfaces(*mapper.snapshot(), *all.snapshot(), 0.05);
+  EXPECT_EQ(report.changes.points_out_of_map, 0u);
+  std::size_t inliers = 0, still = 0;
+  for (const MergedSurface& surface : report.surfaces) {
+    inliers += surface.inliers;
+    still += surface.on_surfaces;
+  }
+  EXPECT_GT(static_cast<double>(still), 0.95 * static_cast<double>(inliers));
+}
+
+TEST(MergedMaps, GoOn) {
+  std::mt19937_64 rng = test::rng();
+  Mapper mapper = mapped(scans_of_half(rng, -1, 5));
+  mapper.merge(mapped(scans_of_half(rng, 1, 5)).map());
+  for (const Scan& scan : scans_of_half(rng, 1, 3)) mapper.insert(scan);
+  mapper.merge(mapped(scans_of_half(rng, -1, 3)).map());
+  expect_sound(mapper);
+  EXPECT_EQ(mapper.map().size().scans, 16u);
+}
+
+TEST(MergedMaps, AreRefusedBeforeAnythingIsTouched) {
+  std::mt19937_64 rng = test::rng();
+  const std::vector<Scan> scans = scans_of_half(rng, 1, 2);
+  Mapper mapper = mapped(scans);
+  const std::string before = digest(mapper.map());
+  const auto refusal = [&](const Map& other, const Eigen::Isometry3d& T = Eigen::Isometry3d::Identity()) {
+    try {
+      mapper.merge(other, T);
+    } catch (const Error& error) {
+      EXPECT_FALSE(error.mend().empty());
+      return std::string(error.what());
+    }
+    return std::string("nothing");
+  };
+  const auto with = [&](const char* name, const char* value) {
+    Parameters parameters;
+    set_parameter(parameters, name, value);
+    return mapped(scans, parameters);
+  };
+  using ::testing::HasSubstr;
+  EXPECT_THAT(refusal(with("resolution", "0.05").map()), HasSubstr("resolution is 0.05"));
+  EXPECT_THAT(refusal(with("clamp_max", "0.9").map()), HasSubstr("clamp_max"));
+  EXPECT_THAT(refusal(with("clamp_min", "0.2").map()), HasSubstr("clamp_min"));
+  EXPECT_THAT(refusal(with("occupied", "0.6").map()), HasSubstr("occupied"));
+  EXPECT_THAT(refusal(mapper.map()), HasSubstr("itself"));
+  Eigen::Isometry3d stretched = Eigen::Isometry3d::Identity();
+  stretched.linear() *= 1.1;
+  EXPECT_THAT(refusal(with("hit", "0.8").map(), stretched), HasSubstr("T_map_other"));
+  EXPECT_EQ(digest(mapper.map()), before);
+  EXPECT_EQ(refusal(with("hit", "0.8").map()), "nothing") << "what a hit weighs is in the log-odds";
+}
+
+}  // namespace
+}  // namespace octosurf::test

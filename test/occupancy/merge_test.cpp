@@ -1,0 +1,265 @@
+// Two octrees into one, against maps of voxels.
+#include "occupancy/occupancy_map.hpp"
+#include "support/random_scans.hpp"
+#include "support/seed.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+#include <map>
+#include <random>
+#include <span>
+#include <vector>
+
+#include <octosurf/occupancy.hpp>
+
+namespace octosurf {
+namespace {
+
+using Values = std::map<std::uint64_t, float>;
+using Points = std::map<std::uint64_t, VoxelPoint>;
+
+OccupancyParameters coarse(double occupied = 0.5) {
+  OccupancyParameters parameters;
+  parameters.resolution = 0.05;
+  parameters.occupied = occupied;
+  return parameters;
+}
+
+void insert_room(OccupancyMap& map, std::mt19937_64& rng, const Eigen::Vector3d& half, int scans) {
+  Downsampler downsample(map.grid());
+  for (int i = 0; i < scans; ++i) {
+    const Scan scan = test::room_scan(rng, 1500, half, {0.3, -0.2, 0.1});
+    map.insert(downsample(scan, 0, std::numeric_limits<double>::infinity()), downsample, nullptr);
+  }
+}
+
+/// Scans of a room whose walls stand somewhere; its points belong to surfaces at random.
+OccupancyMap random_map(std::mt19937_64& rng, const OccupancyParameters& parameters) {
+  std::uniform_real_distribution<double> half(0.5, 0.9);
+  OccupancyMap map(parameters);
+  insert_room(map, rng, {half(rng), half(rng), half(rng)}, 1 + static_cast<int>(rng() % 6));
+  std::vector<VoxelKey> keys;
+  map.for_each_point([&](const VoxelPoint& p) { keys.push_back(p.key); });
+  for (const VoxelKey key : keys) map.assign(key, static_cast<SurfaceId>(rng() % 9));
+  return map;
+}
+
+Values values_of(OccupancyMap& map) {
+  Values values;
+  map.share().for_each_leaf([&](std::span<const OccupancyView::Leaf> leaves) {
+    for (const OccupancyView::Leaf& leaf : leaves)
+      for (int z = 0; z < 1 << leaf.level; ++z)
+        for (int y = 0; y < 1 << leaf.level; ++y)
+          for (int x = 0; x < 1 << leaf.level; ++x)
+            values[VoxelKey{static_cast<std::uint16_t>(leaf.corner[0] + x),
+                            static_cast<std::uint16_t>(leaf.corner[1] + y),
+                            static_cast<std::uint16_t>(leaf.corner[2] + z)}
+                       .packed()] = leaf.log_odds;
+  });
+  return values;
+}
+
+Points points_of(const OccupancyMap& map) {
+  Points points;
+  map.for_each_point([&](const VoxelPoint& p) { points[p.key.packed()] = p; });
+  return points;
+}
+
+void expect_same_point(const VoxelPoint& a, const VoxelPoint& b, SurfaceId surface) {
+  EXPECT_EQ(a.key, b.key);
+  EXPECT_EQ(a.position, b.position);
+  EXPECT_EQ(a.view, b.view);
+  EXPECT_EQ(a.range_class, b.range_class);
+  EXPECT_EQ(a.surface, surface);
+}
+
+float log_odds_of(double p) { return static_cast<float>(std::log(p / (1 - p))); }
+
+/// What the two amount to, voxel by voxel.
+Values sum_of(const Values& a, const Values& b, const OccupancyParameters& parameters) {
+  Values sum = a;
+  for (const auto& [key, value] : b) {
+    const auto [at, fresh] = sum.try_emplace(key, value);
+    if (!fresh)
+      at->second = std::clamp(at->second + value, log_odds_of(parameters.clamp_min),
+                              log_odds_of(parameters.clamp_max));
+  }
+  return sum;
+}
+
+TEST(MergedOctrees, AddUpVoxelByVoxel) {
+  for (const double occupied : {0.5, 0.7, 0.4}) {
+    std::mt19937_64 rng = test::rng();
+    const OccupancyParameters parameters = coarse(occupied);
+    OccupancyMap a = random_map(rng, parameters), b = random_map(rng, parameters);
+    const Values sum = sum_of(values_of(a), values_of(b), parameters);
+    const Points points_a = points_of(a), points_b = points_of(b);
+    const OccupancyMap::Merged merged = a.merge(b);
+    EXPECT_EQ(values_of(a), sum);
+
+    // Whose point stays, voxel by voxel.
+    const Points points = points_of(a);
+    std::size_t appeared = 0, vanished = 0, refined = 0;
+    for (const auto& [key, value] : sum) {
+      const auto of_a = points_a.find(key), of_b = points_b.find(key), now = points.find(key);
+      const bool is_occupied = value >= log_odds_of(parameters.occupied);
+      ASSERT_EQ(now != points.end(), is_occupied && (of_a != points_a.end() || of_b != points_b.end()));
+      vanished += of_a != points_a.end() && !is_occupied;
+      if (now == points.end()) continue;
+      const bool closer = of_a != points_a.end() && of_b != points_b.end() &&
+                          of_b->second.range_class < of_a->second.range_class;
+      const bool had = of_a != points_a.end();
+      expect_same_point(now->second, had && !closer ? of_a->second : of_b->second,
+                        had ? of_a->second.surface : 0);
+      appeared += !had;
+      refined += closer;
+    }
+    EXPECT_EQ(merged.delta.appeared.size(), appeared);
+    EXPECT_EQ(merged.delta.vanished.size(), vanished);
+    EXPECT_EQ(merged.delta.refined.size(), refined);
+    EXPECT_GT(appeared, 0u);
+    ASSERT_EQ(merged.surfaces.size(), appeared);
+    for (std::size_t i = 0; i < appeared; ++i)
+      EXPECT_EQ(merged.surfaces[i], points_b.at(merged.delta.appeared[i].key.packed()).surface);
+    for (const VoxelPoint& p : merged.delta.vanished) {
+      const VoxelPoint& was = points_a.at(p.key.packed());
+      expect_same_point(p, was, was.surface);
+    }
+    for (const OccupancyDelta::Refined& r : merged.delta.refined)
+      expect_same_point(r.before, points_a.at(r.after.key.packed()), r.after.surface);
+  }
+}
+
+TEST(MergedOctrees, AreTheSameInEitherOrder) {
+  std::mt19937_64 rng = test::rng();
+  OccupancyMap a = random_map(rng, coarse()), b = random_map(rng, coarse());
+  OccupancyMap b_first(coarse());
+  b_first.merge(b);
+  b_first.merge(a);
+  a.merge(b);
+  EXPECT_EQ(values_of(a), values_of(b_first));
+}
+
+TEST(MergedOctrees, AreNoOtherWithAnEmptyOne) {
+  std::mt19937_64 rng = test::rng();
+  OccupancyMap a = random_map(rng, coarse()), nothing(coarse());
+  const Values values = values_of(a);
+  const Points points = points_of(a);
+  EXPECT_TRUE(a.merge(nothing).delta.appeared.empty());
+  EXPECT_EQ(values_of(a), values);
+  const OccupancyMap::Merged merged = nothing.merge(a);
+  EXPECT_EQ(merged.delta.appeared.size(), points.size());
+  EXPECT_EQ(values_of(nothing), values);
+  EXPECT_EQ(nothing.size().nodes, a.size().nodes);
+  EXPECT_TRUE(OccupancyMap(coarse()).empty());
+  EXPECT_FALSE(nothing.empty());
+}
+
+/// Cubes of all sizes up to 16 voxels that overlap, of a few values, in one of 32.
+std::vector<OccupancyView::Leaf> random_cubes(std::mt19937_64& rng) {
+  std::vector<OccupancyView::Leaf> leaves;
+  constexpr std::array<float, 4> values{-2, -1, 0.5F, 3};
+  for (int i = 0; i < 60; ++i) {
+    OccupancyView::Leaf leaf;
+    leaf.level = static_cast<std::uint8_t>(rng() % 5);
+    for (std::uint16_t& k : leaf.corner)
+      k = static_cast<std::uint16_t>(32768 + ((rng() % 32) >> leaf.level << leaf.level));
+    leaf.log_odds = values[rng() % values.size()];
+    leaves.push_back(leaf);
+  }
+  return leaves;
+}
+
+TEST(MergedOctrees, AreUndividedWhereAllIsEqual) {
+  std::mt19937_64 rng = test::rng();
+  for (int world = 0; world < 8; ++world) {
+    OccupancyMap a(coarse()), b(coarse());
+    a.set_leaves(random_cubes(rng));
+    b.set_leaves(random_cubes(rng));
+    const Values sum = sum_of(values_of(a), values_of(b), coarse());
+    OccupancyMap nothing(coarse());
+    nothing.merge(a);
+    nothing.merge(b);
+    EXPECT_EQ(values_of(nothing), sum);
+    std::size_t leaves = 0;
+    nothing.share().for_each_leaf([&](std::span<const OccupancyView::Leaf> all) { leaves += all.size(); });
+    EXPECT_EQ(nothing.size().leaves, leaves);
+  }
+}
+
+/// The rule, voxel by voxel.
+TEST(ResampledOctree, KnowsWhatTheOtherKnowsAtItsCentres) {
+  std::mt19937_64 rng = test::rng();
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  OccupancyMap from = random_map(rng, coarse());
+  for (OccupancyView::Leaf& leaf : random_cubes(rng)) {  // occupied without a point, and free cubes
+    leaf.corner[0] = static_cast<std::uint16_t>(leaf.corner[0] + 32);  // beside the room
+    from.set_leaves({&leaf, 1});
+  }
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation() = 0.3 * Eigen::Vector3d(uniform(rng), uniform(rng), uniform(rng));
+  T.rotate(
+      Eigen::AngleAxisd(3 * uniform(rng), Eigen::Vector3d(uniform(rng), uniform(rng), 1.1).normalized()));
+  std::size_t lost = 0;
+  OccupancyMap to = OccupancyMap::resampled(from, T, coarse(), lost);
+  EXPECT_EQ(lost, 0u);
+
+  Values expected;
+  const VoxelGrid grid(coarse().resolution);
+  const Eigen::Isometry3d back = T.inverse();
+  // All that is known lies within 4 m of the origin, which has moved by 0.6 m at most.
+  constexpr int reach = 4.6 * 20;
+  for (int z = -reach; z < reach; ++z)
+    for (int y = -reach; y < reach; ++y)
+      for (int x = -reach; x < reach; ++x) {
+        const Eigen::Vector3d centre = (Eigen::Vector3d(x, y, z).array() + 0.5) * grid.resolution();
+        VoxelKey there;
+        ASSERT_TRUE(grid.key_of((back * centre).cast<float>(), there));
+        const OccupancyMap::Lookup found = from.at(there);
+        if (found.state == OccupancyMap::State::unknown || found.point) continue;
+        expected[VoxelKey{static_cast<std::uint16_t>(x + 32768), static_cast<std::uint16_t>(y + 32768),
+                          static_cast<std::uint16_t>(z + 32768)}
+                     .packed()] = found.log_odds;
+      }
+  Points points;
+  std::map<std::uint64_t, float> of_points;
+  from.for_each_point([&](const VoxelPoint& p) {
+    VoxelKey key;
+    ASSERT_TRUE(grid.key_of((T * p.position.cast<double>()).cast<float>(), key));
+    const float log_odds = from.at(p.key).log_odds;
+    const auto [at, fresh] = of_points.try_emplace(key.packed(), log_odds);
+    at->second = std::max(at->second, log_odds);
+    const auto [point, first] = points.try_emplace(key.packed(), p);
+    if (!first && p.range_class < point->second.range_class) point->second = p;
+  });
+  for (const auto& [key, log_odds] : of_points) expected[key] = log_odds;
+  EXPECT_EQ(values_of(to), expected);
+  const Points found = points_of(to);
+  ASSERT_EQ(found.size(), points.size());
+  for (const auto& [key, point] : found) {
+    const VoxelPoint& was = points.at(key);
+    EXPECT_LT((T * was.position.cast<double>() - point.position.cast<double>()).norm(),
+              grid.resolution() / 256);
+    EXPECT_GT((T.linear() * was.view.cast<double>()).dot(point.view.cast<double>()), std::cos(0.07));
+    EXPECT_EQ(point.range_class, was.range_class);
+    EXPECT_EQ(point.surface, was.surface);
+  }
+}
+
+TEST(ResampledOctree, CountsWhatIsOutside) {
+  std::mt19937_64 rng = test::rng();
+  OccupancyMap from = random_map(rng, coarse());
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation().x() = 32768 * coarse().resolution;  // the octree's rim is in the middle of the room
+  std::size_t lost = 0;
+  const OccupancyMap to = OccupancyMap::resampled(from, T, coarse(), lost);
+  EXPECT_GT(lost, 0u);
+  EXPECT_EQ(points_of(to).size() + lost, points_of(from).size());
+}
+
+}  // namespace
+}  // namespace octosurf
