@@ -1,18 +1,21 @@
-# OCTOSURF_BUILD_PYTHON, on where what it takes is there. Debian: pybind11-dev, python3-dev, python3-numpy.
-set(octosurf_python_default OFF)
-if(PROJECT_IS_TOP_LEVEL)
-  if(NOT Python_EXECUTABLE AND EXISTS /usr/bin/python3)
-    set(Python_EXECUTABLE /usr/bin/python3)  # Debian's, which has the packages, whatever pyenv put before it
-  endif()
-  find_package(Python 3.9 QUIET COMPONENTS Interpreter Development.Module)
-  if(Python_FOUND)
-    find_package(pybind11 2.10 QUIET CONFIG)
-  endif()
-  if(pybind11_FOUND)
-    set(octosurf_python_default ON)
+# OCTOSURF_BUILD_PYTHON; AUTO is on where what it takes is there, and looks again each time. Debian: pybind11-dev,
+# python3-dev, python3-numpy.
+set(OCTOSURF_BUILD_PYTHON AUTO CACHE STRING "Build the Python package: ON, OFF, or AUTO: where there is pybind11")
+if(OCTOSURF_BUILD_PYTHON STREQUAL AUTO)
+  set(OCTOSURF_BUILD_PYTHON OFF)  # hides the cache's
+  if(PROJECT_IS_TOP_LEVEL)
+    if(NOT Python_EXECUTABLE AND EXISTS /usr/bin/python3)
+      set(Python_EXECUTABLE /usr/bin/python3)  # Debian's, which has the packages, whatever pyenv put before it
+    endif()
+    find_package(Python 3.9 QUIET COMPONENTS Interpreter Development.Module)
+    if(Python_FOUND)
+      find_package(pybind11 2.10 QUIET CONFIG)
+    endif()
+    if(pybind11_FOUND)
+      set(OCTOSURF_BUILD_PYTHON ON)
+    endif()
   endif()
 endif()
-option(OCTOSURF_BUILD_PYTHON "Build the Python package" ${octosurf_python_default})
 if(OCTOSURF_BUILD_PYTHON)
   find_package(Python 3.9 REQUIRED COMPONENTS Interpreter Development.Module)
   find_package(pybind11 2.10 REQUIRED CONFIG)

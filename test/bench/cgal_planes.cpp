@@ -6,11 +6,19 @@
 #include <CGAL/Random.h>
 #include <CGAL/Shape_detection/Efficient_RANSAC.h>
 #include <CGAL/Shape_detection/Region_growing/Region_growing.h>
-#include <CGAL/Shape_detection/Region_growing/Region_growing_on_point_set.h>
 #include <CGAL/pca_estimate_normals.h>
 #include <CGAL/property_map.h>
+#include <CGAL/version.h>
+#include <boost/property_map/function_property_map.hpp>
 #include <cmath>
+#include <numeric>
 #include <tuple>
+// CGAL 6 (Debian 13) has moved it and made it speak of items instead of places in a range.
+#if CGAL_VERSION_NR >= 1060000000
+#include <CGAL/Shape_detection/Region_growing/Point_set.h>
+#else
+#include <CGAL/Shape_detection/Region_growing/Region_growing_on_point_set.h>
+#endif
 
 namespace octosurf::bench {
 namespace {
@@ -27,6 +35,39 @@ constexpr unsigned normal_neighbours = 24;
 constexpr unsigned growing_neighbours = 12;
 constexpr std::size_t fewest_points = 30;
 
+#if CGAL_VERSION_NR >= 1060000000
+template <std::size_t part>
+struct PartOf {
+  const PointNormals* cloud = nullptr;
+  const std::tuple_element_t<part, PointNormal>& operator()(std::size_t i) const {
+    return std::get<part>((*cloud)[i]);
+  }
+};
+template <std::size_t part>
+using PartMap =
+    boost::function_property_map<PartOf<part>, std::size_t, const std::tuple_element_t<part, PointNormal>&>;
+
+Regions grow_regions(PointNormals& cloud, const CgalSettings& settings) {
+  namespace point_set = CGAL::Shape_detection::Point_set;
+  using Query = point_set::K_neighbor_query<Kernel, std::size_t, PartMap<0>>;
+  using Region = point_set::Least_squares_plane_fit_region<Kernel, std::size_t, PartMap<0>, PartMap<1>>;
+  std::vector<std::size_t> items(cloud.size());
+  std::iota(items.begin(), items.end(), std::size_t{0});
+  const PartMap<0> points(PartOf<0>{&cloud});
+  Query query(items, CGAL::parameters::k_neighbors(growing_neighbours).point_map(points));
+  Region region(CGAL::parameters::maximum_distance(settings.tolerance)
+                    .maximum_angle(settings.angle_rad * 180 / CGAL_PI)
+                    .minimum_region_size(settings.min_points)
+                    .point_map(points)
+                    .normal_map(PartMap<1>(PartOf<1>{&cloud})));
+  Regions regions;
+  CGAL::Shape_detection::Region_growing<Query, Region> growing(items, query, region);
+  std::vector<decltype(growing)::Primitive_and_region> found;
+  growing.detect(std::back_inserter(found));
+  for (auto& [plane, indices] : found) regions.push_back(std::move(indices));
+  return regions;
+}
+#else
 Regions grow_regions(PointNormals& cloud, const CgalSettings& settings) {
   namespace point_set = CGAL::Shape_detection::Point_set;
   using Query = point_set::K_neighbor_query<Kernel, PointNormals, PointMap>;
@@ -38,6 +79,7 @@ Regions grow_regions(PointNormals& cloud, const CgalSettings& settings) {
   growing.detect(std::back_inserter(regions));
   return regions;
 }
+#endif
 
 Regions draw_planes(PointNormals& cloud, const CgalSettings& settings) {
   using Traits = CGAL::Shape_detection::Efficient_RANSAC_traits<Kernel, PointNormals, PointMap, NormalMap>;

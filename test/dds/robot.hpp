@@ -4,8 +4,6 @@
 #include "apps/running.hpp"
 #include "dds/vendor.hpp"
 #include "io/readers/bag.hpp"
-#include "octosurf_msgsPubSubTypes.h"
-#include "ros2PubSubTypes.h"
 
 #include <memory>
 #include <string>

@@ -1,11 +1,7 @@
 #include "dds/vendor.hpp"
 
-#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
-#include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
-#include <fastdds/dds/publisher/qos/DataWriterQos.hpp>
-#include <fastdds/dds/subscriber/qos/DataReaderQos.hpp>
-#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastrtps/utils/IPLocator.h>
+#include <algorithm>
+#include <memory>
 #include <stdexcept>
 
 namespace octosurf::test {
@@ -19,7 +15,7 @@ void apply(Qos qos, int depth, EndpointQos& to) {
       qos == Qos::latched ? fast::TRANSIENT_LOCAL_DURABILITY_QOS : fast::VOLATILE_DURABILITY_QOS;
   to.history().kind = fast::KEEP_LAST_HISTORY_QOS;
   to.history().depth = depth;
-  to.endpoint().history_memory_policy = eprosima::fastrtps::rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+  to.endpoint().history_memory_policy = fast_rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
 }
 
 template <class Entity>
@@ -36,8 +32,8 @@ Vendor::Vendor(std::uint32_t domain) {
   auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
   udp->interfaceWhiteList.emplace_back("127.0.0.1");
   qos.transport().user_transports.push_back(udp);
-  eprosima::fastrtps::rtps::Locator_t here;
-  eprosima::fastrtps::rtps::IPLocator::setIPv4(here, "127.0.0.1");
+  fast_rtps::Locator_t here;
+  fast_rtps::IPLocator::setIPv4(here, "127.0.0.1");
   auto& builtin = qos.wire_protocol().builtin;
   builtin.initialPeersList.push_back(here);
   builtin.metatrafficUnicastLocatorList.push_back(here);
@@ -64,7 +60,7 @@ fast::DataWriter* Vendor::writer(const std::string& name, const fast::TypeSuppor
   apply(qos, depth, wanted);
   wanted.publish_mode().kind = fast::ASYNCHRONOUS_PUBLISH_MODE;  // what sends messages larger than a datagram
   // Cyclone takes what a reliable writer sends before its first heartbeat for the past; that comes every 3 s.
-  wanted.reliable_writer_qos().times.heartbeatPeriod = {0, 50'000'000};
+  set_heartbeat(wanted, 50'000'000);
   return made(publisher_->create_datawriter(topic(name, type), wanted), "writer");
 }
 
@@ -76,21 +72,24 @@ fast::DataReader* Vendor::reader(const std::string& name, const fast::TypeSuppor
 }
 
 RawSupport::RawSupport(const std::string& type) {
+  constexpr std::uint32_t most = 1 << 20;
+#if OCTOSURF_FAST_DDS == 2
   setName(type.c_str());
-  m_typeSize = 1 << 20;
+  m_typeSize = most;
   m_isGetKeyDefined = false;
+#else
+  set_name(type);
+  max_serialized_type_size = most;
+  is_compute_key_provided = false;
+#endif
 }
 
-bool RawSupport::serialize(void* data, eprosima::fastrtps::rtps::SerializedPayload_t* payload) {
+bool RawSupport::copy(const void* data, fast_rtps::SerializedPayload_t& payload) {
   const std::string& bytes = *static_cast<const std::string*>(data);
-  if (bytes.size() > payload->max_size) return false;
-  std::copy(bytes.begin(), bytes.end(), reinterpret_cast<char*>(payload->data));
-  payload->length = static_cast<std::uint32_t>(bytes.size());
+  if (bytes.size() > payload.max_size) return false;
+  std::copy(bytes.begin(), bytes.end(), reinterpret_cast<char*>(payload.data));
+  payload.length = static_cast<std::uint32_t>(bytes.size());
   return true;
-}
-
-std::function<std::uint32_t()> RawSupport::getSerializedSizeProvider(void* data) {
-  return [data] { return static_cast<std::uint32_t>(static_cast<const std::string*>(data)->size()); };
 }
 
 }  // namespace octosurf::test

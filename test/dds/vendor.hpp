@@ -1,27 +1,21 @@
 #pragma once
 
+#include "dds/fast_dds.hpp"
+
 #include <chrono>
 #include <cstdint>
-#include <fastdds/dds/domain/DomainParticipant.hpp>
-#include <fastdds/dds/publisher/DataWriter.hpp>
-#include <fastdds/dds/publisher/Publisher.hpp>
-#include <fastdds/dds/subscriber/DataReader.hpp>
-#include <fastdds/dds/subscriber/DataReaderListener.hpp>
-#include <fastdds/dds/subscriber/SampleInfo.hpp>
-#include <fastdds/dds/subscriber/Subscriber.hpp>
-#include <fastdds/dds/topic/TypeSupport.hpp>
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <stdexcept>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <utility>
 
 // A robot of another vendor: Fast DDS, with types that its fastddsgen has made of ros/dds/idl.
 
 namespace octosurf::test {
-
-namespace fast = eprosima::fastdds::dds;
 
 enum class Qos { best_effort, reliable, latched };
 
@@ -54,18 +48,6 @@ class Vendor {
   fast::DomainParticipant* participant_ = nullptr;
   fast::Publisher* publisher_ = nullptr;
   fast::Subscriber* subscriber_ = nullptr;
-};
-
-/// Bytes as they are, under the name of a type: what a publisher sends that is broken.
-class RawSupport : public fast::TopicDataType {
- public:
-  explicit RawSupport(const std::string& type);
-  bool serialize(void* data, eprosima::fastrtps::rtps::SerializedPayload_t* payload) override;
-  bool deserialize(eprosima::fastrtps::rtps::SerializedPayload_t*, void*) override { return false; }
-  std::function<std::uint32_t()> getSerializedSizeProvider(void* data) override;
-  bool getKey(void*, eprosima::fastrtps::rtps::InstanceHandle_t*, bool) override { return false; }
-  void* createData() override { return new std::string; }
-  void deleteData(void* data) override { delete static_cast<std::string*>(data); }
 };
 
 template <class Support>
@@ -109,7 +91,7 @@ class Subscription : private fast::DataReaderListener {
   void on_data_available(fast::DataReader* reader) override {
     Message message;
     fast::SampleInfo info;
-    while (reader->take_next_sample(&message, &info) == eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
+    while (take(*reader, &message, info)) {
       if (!info.valid_data) continue;
       const std::lock_guard lock(mutex_);
       last_ = std::move(message);
@@ -155,24 +137,14 @@ class Client {
   std::int64_t number_ = 0;
 };
 
-/// As Fast DDS serialises it, behind its encapsulation header.
-template <class Support>
-std::string serialised(typename Support::type message) {
-  Support support;
-  eprosima::fastrtps::rtps::SerializedPayload_t payload(support.getSerializedSizeProvider(&message)());
-  if (!support.serialize(&message, &payload)) return {};
-  return {reinterpret_cast<const char*>(payload.data), payload.length};
-}
-
 /// Throws std::runtime_error unless the bytes are such a message.
 template <class Support>
 typename Support::type deserialised(std::string_view bytes) {
-  Support support;
-  eprosima::fastrtps::rtps::SerializedPayload_t payload(static_cast<std::uint32_t>(bytes.size()));
+  fast_rtps::SerializedPayload_t payload(static_cast<std::uint32_t>(bytes.size()));
   std::copy(bytes.begin(), bytes.end(), reinterpret_cast<char*>(payload.data));
   payload.length = static_cast<std::uint32_t>(bytes.size());
   typename Support::type message;
-  if (!support.deserialize(&payload, &message)) throw std::runtime_error("no such message");
+  if (!deserialise<Support>(payload, message)) throw std::runtime_error("no such message");
   return message;
 }
 
