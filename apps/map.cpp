@@ -221,9 +221,13 @@ void add_map(CLI::App& app) {
       ->check(CLI::Validator(not_seconds, ""))
       ->capture_default_str();
   verb->add_flag("--realtime", options->realtime,
-                 "scans arrive at their time stamps, not as fast as they can be mapped; those that wait "
-                 "meanwhile (16 at most, "
-                 "and without --keep-scans) are mapped together");
+                 "scans arrive at their time stamps, not as fast as they can be mapped; those that wait are "
+                 "mapped together");
+  verb->add_option("--together", options->together,
+                   "--realtime: at most so many; 1: each by itself, so that the map does not depend on the "
+                   "machine's load. With --keep-scans always 1")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
   verb->add_option("--serve", options->serve_port,
                    "PORT of this machine: serve the map while it grows, as serve does; 0: any that is free");
   verb->add_option("--threads", options->threads, "result does not depend on it")->capture_default_str();

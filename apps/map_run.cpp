@@ -70,9 +70,6 @@ class InterruptGuard {
   std::array<struct sigaction, signals.size()> before_{};
 };
 
-/// Scans that wait are inserted together, but for so many at most: half a second of a camera's, 60 MB.
-constexpr std::size_t most_together = 16;
-
 std::string count_of(std::size_t count, const char* what) {
   return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
 }
@@ -135,7 +132,7 @@ void MapRun::adopt_octree() {
 void MapRun::map_scans(std::unique_ptr<ScanSource> source) {
   const std::size_t listed = source->size();
   for (const std::string& note : source->notes()) std::printf("%s\n", note.c_str());
-  ScanFeed feed(std::move(source), options_.range, options_.realtime ? most_together : 1);
+  ScanFeed feed(std::move(source), options_.range, options_.realtime ? options_.together : 1);
   if (feed.size() == 0)
     throw Error(Error::Kind::usage, "--skip", "leaves none of the " + std::to_string(listed) + " scans");
   const auto note_skipped = [&] {
@@ -204,7 +201,7 @@ void MapRun::wait_and_join(std::vector<Scan>& scans, ScanFeed& feed) {
   // An archive makes the map again scan by scan.
   if (!keeper_.kept().folder.empty()) return;
   for (const Scan* next;
-       scans.size() < most_together && (next = feed.peek()) != nullptr && arrival_of(*next) <= now_s();)
+       scans.size() < options_.together && (next = feed.peek()) != nullptr && arrival_of(*next) <= now_s();)
     scans.push_back(std::move(*feed.next()));
 }
 

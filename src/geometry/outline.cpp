@@ -32,11 +32,15 @@ using Face = Delaunay::Face_handle;
 using Vertex = Delaunay::Vertex_handle;
 
 /// Where the boundary passes a vertex, interior on the left. It depends on the triangles at the vertex
-/// only, so it lasts as long as they do.
+/// only, so it lasts as long as they do. The boundary is walked over all corners in every update(): what that
+/// needs stands here and not at the vertices.
 struct Corner {
-  Vertex at, from, to;
+  Eigen::Vector2d place;
+  std::int32_t next = -1;     // corner along the boundary
   std::int32_t sibling = -1;  // next corner of the same vertex
-  bool walked = false;
+  bool used = false, walked = false;
+  bool alone = true;  // no other corner at the vertex
+  Vertex at, from, to;
 };
 
 struct Site {
@@ -73,9 +77,10 @@ struct Outline::Impl {
   void insert_entering();
   void drop_corners(Vertex vertex);
   void find_corners(Vertex vertex);
-  const Corner& next(const Corner& corner) const;
+  Corner& corner_at(std::int32_t index) { return corners[static_cast<std::size_t>(index)]; }
+  void link_corners(Vertex vertex);
   std::vector<Ring2> trace();
-  void split(const std::vector<const Corner*>& walk, std::vector<Ring2>& loops) const;
+  static void split(const std::vector<const Corner*>& walk, std::vector<Ring2>& loops);
 };
 
 bool Outline::Impl::kept(Face face) const {
@@ -167,8 +172,8 @@ void Outline::Impl::insert_entering() {
 }
 
 void Outline::Impl::drop_corners(Vertex vertex) {
-  for (std::int32_t i = vertex->info().corner; i >= 0; i = corners[static_cast<std::size_t>(i)].sibling) {
-    corners[static_cast<std::size_t>(i)].at = Vertex();
+  for (std::int32_t i = vertex->info().corner; i >= 0; i = corner_at(i).sibling) {
+    corner_at(i).used = false;
     free_corners.push_back(i);
   }
   vertex->info().corner = -1;
@@ -201,36 +206,50 @@ void Outline::Impl::find_corners(Vertex vertex) {
       free_corners.push_back(static_cast<std::int32_t>(corners.size()));
       corners.emplace_back();
     }
-    const std::int32_t place = free_corners.back();
+    const std::int32_t index = free_corners.back();
     free_corners.pop_back();
-    corners[static_cast<std::size_t>(place)] = {vertex, spokes[end % n].left, spokes[begin].right,
-                                                vertex->info().corner};
-    vertex->info().corner = place;
+    Corner& corner = corner_at(index);
+    corner = {{vertex->point().x(), vertex->point().y()},
+              -1,
+              vertex->info().corner,
+              true,
+              false,
+              true,
+              vertex,
+              spokes[end % n].left,
+              spokes[begin].right};
+    if (corner.sibling >= 0) corner.alone = corner_at(corner.sibling).alone = false;
+    vertex->info().corner = index;
   }
 }
 
-const Corner& Outline::Impl::next(const Corner& corner) const {
-  std::int32_t i = corner.to->info().corner;
-  while (corners[static_cast<std::size_t>(i)].from != corner.at)
-    i = corners[static_cast<std::size_t>(i)].sibling;
-  return corners[static_cast<std::size_t>(i)];
+/// Into the boundary, on both sides: a neighbour whose triangles are what they were keeps its corners, but
+/// one of them may lead to a corner here. To be called when all that changed have theirs.
+void Outline::Impl::link_corners(Vertex vertex) {
+  for (std::int32_t i = vertex->info().corner; i >= 0; i = corner_at(i).sibling) {
+    Corner& corner = corner_at(i);
+    std::int32_t before = corner.from->info().corner, after = corner.to->info().corner;
+    while (corner_at(before).to != vertex) before = corner_at(before).sibling;
+    while (corner_at(after).from != vertex) after = corner_at(after).sibling;
+    corner_at(before).next = i;
+    corner.next = after;
+  }
 }
 
 /// Cuts a closed walk into vertex-simple loops: a vertex met again closes the loop since its first
 /// visit. Only vertices with several corners can be.
-void Outline::Impl::split(const std::vector<const Corner*>& walk, std::vector<Ring2>& loops) const {
+void Outline::Impl::split(const std::vector<const Corner*>& walk, std::vector<Ring2>& loops) {
   std::vector<const Corner*> open;
   std::unordered_map<const void*, std::size_t> place;
   const auto emit = [&](std::size_t begin) {
     if (open.size() - begin < 3) return;
     Ring2& ring = loops.emplace_back();
     ring.reserve(open.size() - begin);
-    for (std::size_t i = begin; i < open.size(); ++i)
-      ring.emplace_back(open[i]->at->point().x(), open[i]->at->point().y());
+    for (std::size_t i = begin; i < open.size(); ++i) ring.push_back(open[i]->place);
   };
+  open.reserve(walk.size());
   for (const Corner* corner : walk) {
-    const std::int32_t first = corner->at->info().corner;
-    if (corners[static_cast<std::size_t>(first)].sibling >= 0) {
+    if (!corner->alone) {
       if (const auto seen = place.find(&*corner->at); seen != place.end()) {
         const std::size_t begin = seen->second;
         emit(begin);
@@ -246,16 +265,16 @@ void Outline::Impl::split(const std::vector<const Corner*>& walk, std::vector<Ri
 
 std::vector<Ring2> Outline::Impl::trace() {
   std::vector<Ring2> loops;
-  for (Corner& corner : corners) corner.walked = corner.at == Vertex();
+  for (Corner& corner : corners) corner.walked = !corner.used;
   std::vector<const Corner*> walk;
   for (Corner& start : corners) {
     if (start.walked) continue;
     walk.clear();
-    const Corner* corner = &start;
+    Corner* corner = &start;
     do {
-      corners[static_cast<std::size_t>(corner - corners.data())].walked = true;
+      corner->walked = true;
       walk.push_back(corner);
-      corner = &next(*corner);
+      corner = &corner_at(corner->next);
     } while (corner != &start);
     split(walk, loops);
   }
@@ -295,6 +314,7 @@ std::vector<Polygon> Outline::update() {
     impl.find_corners(vertex);
     vertex->info().changed = false;
   }
+  for (const Vertex vertex : impl.changed) impl.link_corners(vertex);
   impl.changed.clear();
   return polygons_of(impl.trace());
 }

@@ -48,7 +48,7 @@ class Stopwatch {
 };
 
 /// Of the points that are still there.
-std::vector<Index> indices_of(PointWindow& window, const std::vector<std::vector<VoxelKey>>& of_scans) {
+std::vector<Index> indices_of(PointWindow& window, std::span<const std::vector<VoxelKey>> of_scans) {
   std::vector<Index> indices;
   for (const std::vector<VoxelKey>& keys : of_scans)
     for (const VoxelKey key : keys)
@@ -101,6 +101,7 @@ std::vector<SurfaceId> list_of(const std::set<SurfaceId>& ids) { return {ids.beg
 struct Backlog {
   std::vector<ScanReport> reports;
   std::vector<std::vector<VoxelKey>> appeared;  ///< of each report; none if the scan was set aside
+  std::size_t searched = 0;                     ///< of these, in which surfaces were looked for
   std::optional<Workspace> work;                ///< of the scan last applied
 };
 
@@ -141,15 +142,14 @@ void take_out(Backlog& backlog, MapState& state, const VoxelScan& scan, const Oc
   backlog.appeared.back() = keys_of(delta.appeared);
 }
 
-/// Steps 4 to 9, for all scans of the backlog. The reports are complete before derive() publishes, so that
-/// what fails has published nothing.
-void update_surfaces(Backlog& backlog, MapState& state) {
-  ScanReport& report = backlog.reports.back();
-  Stopwatch time(report);
+/// Steps 4 to 6, for the scans in which surfaces have not been looked for.
+void find_surfaces(Backlog& backlog, MapState& state) {
+  Stopwatch time(backlog.reports.back());
   Workspace& work = *backlog.work;
   Expansion expansion(work);
-
-  const std::vector<Index> appeared = indices_of(work.window, backlog.appeared);
+  const std::vector<Index> appeared =
+      indices_of(work.window, std::span(backlog.appeared).subspan(backlog.searched));
+  backlog.searched = backlog.appeared.size();
   std::vector<Index> left = time(Stage::add_inliers, [&] { return expansion.add_inliers(appeared); });
   time(Stage::expand, [&] { expansion.expand(left); });
   time(Stage::detect, [&] {
@@ -160,18 +160,31 @@ void update_surfaces(Backlog& backlog, MapState& state) {
     work.requeued.clear();
     expansion.grow(detect(work));
   });
+}
+
+void count_categorized(Backlog& backlog) {
+  Workspace& work = *backlog.work;
+  for (std::size_t scan = 0; scan < backlog.reports.size(); ++scan)
+    for (const VoxelKey key : backlog.appeared[scan])
+      if (const Index i = work.window.find(key); i != PointWindow::none)
+        backlog.reports[scan].categorized += work.window[i].surface != 0;
+}
+
+/// Steps 7 to 9. The reports are complete before derive() publishes, so that what fails has published
+/// nothing.
+void update_surfaces(Backlog& backlog, MapState& state) {
+  ScanReport& report = backlog.reports.back();
+  Stopwatch time(report);
+  Workspace& work = *backlog.work;
   time(Stage::revise, [&] {
-    if (state.parameters.aligned()) expansion.rejoin();
+    if (state.parameters.aligned()) Expansion(work).rejoin();
     refit(work);
     accumulate(state, work, {});
   });
   // Last, when the planes have all their points: cylinders never change them.
   time(Stage::cylinders, [&] { update_cylinders(work); });
 
-  for (std::size_t scan = 0; scan < backlog.reports.size(); ++scan)
-    for (const VoxelKey key : backlog.appeared[scan])
-      if (const Index i = work.window.find(key); i != PointWindow::none)
-        backlog.reports[scan].categorized += work.window[i].surface != 0;
+  count_categorized(backlog);
   report.born = list_of(work.changes.born);
   report.grown = list_of(work.changes.grown);
   report.shrunk = list_of(work.changes.shrunk);
@@ -283,10 +296,16 @@ void Mapper::Impl::apply(MapState& state, const Scan& scan, Prepared prepared, B
   time(Stage::downsample, [&] { state.noise.observe(scan); });
   take_out(backlog, state, prepared.voxels, delta, report);
   last = std::move(prepared.voxels);
+  // One scan's points lie thinner about their planes than several scans' together: what is new is looked for
+  // in the first, and takes in what the others add.
+  if (backlog.searched == 0) find_surfaces(backlog, state);
 }
 
 std::vector<ScanReport> Mapper::Impl::finish(MapState& state, Backlog& backlog) {
-  if (backlog.work) update_surfaces(backlog, state);
+  if (backlog.work) {
+    if (backlog.searched < backlog.appeared.size()) find_surfaces(backlog, state);
+    update_surfaces(backlog, state);
+  }
   state.unfinished_scan = 0;
   return std::move(backlog.reports);
 }
