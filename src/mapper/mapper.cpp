@@ -101,6 +101,10 @@ std::vector<SurfaceId> list_of(const std::set<SurfaceId>& ids) { return {ids.beg
 
 /// What scans that went into the octree have left to the surfaces.
 struct Backlog {
+  Backlog() = default;
+  /// Of what came without a scan.
+  explicit Backlog(ScanReport report) : reports{std::move(report)}, appeared(1) {}
+
   std::vector<ScanReport> reports;
   std::vector<std::vector<VoxelKey>> appeared;  ///< of each report; none if the scan was set aside
   std::size_t searched = 0;                     ///< of these, in which surfaces were looked for
@@ -108,14 +112,6 @@ struct Backlog {
   std::optional<Expansion> expansion;           ///< likewise
   const ForeignSurfaces* foreign = nullptr;     ///< that another map has on what appeared
 };
-
-/// Of what came without a scan.
-Backlog backlog_of(ScanReport report) {
-  Backlog backlog;
-  backlog.reports.push_back(std::move(report));
-  backlog.appeared.emplace_back();
-  return backlog;
-}
 
 std::vector<VoxelKey> keys_of(const std::vector<VoxelPoint>& points) {
   std::vector<VoxelKey> keys;
@@ -357,7 +353,7 @@ ScanReport Mapper::detect_in_occupancy() {
     throw;
   }
   report.points_raw = report.voxels = delta.appeared.size();
-  Backlog backlog = backlog_of(std::move(report));
+  Backlog backlog(std::move(report));
   take_out(backlog, state, {}, delta, backlog.reports.back());
   return std::move(impl_->finish(state, backlog).back());
 }
@@ -380,7 +376,7 @@ MergeReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other
       time(Stage::occupancy, [&] { return state.occupancy.merge(there.occupancy()); });
   there.hand_over_records(state);
   const ForeignSurfaces foreign{theirs.surfaces, T_map_other, merged.surfaces};
-  Backlog backlog = backlog_of(std::move(report.changes));
+  Backlog backlog(std::move(report.changes));
   backlog.foreign = &foreign;
   take_out(backlog, state, {}, merged.delta, backlog.reports.back());
   report.changes = std::move(impl_->finish(state, backlog).back());

@@ -8,6 +8,8 @@
 #include <limits>
 #include <numbers>
 
+#include <octosurf/adapters/detail/morton.hpp>
+
 namespace octosurf {
 namespace {
 
