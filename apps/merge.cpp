@@ -277,11 +277,13 @@ void add_merge(CLI::App& app) {
   verb->add_option("--pose-file", options->pose_file,
                    "the same from a file with one pose; the formats of map's --poses")
       ->excludes(pose);
-  verb->add_flag("--align", options->align,
-                 "find the pose by the surfaces of both; what is given is a guess");
-  verb->add_option("--reach", options->reach_m, "--align: m by which the guess may be off")
+  auto* align = verb->add_flag("--align", options->align,
+                               "find the pose by the surfaces of both; what is given is a guess");
+  verb->add_option("--reach", options->reach_m, "m by which the guess may be off")
+      ->needs(align)
       ->capture_default_str();
-  verb->add_option("--turn", options->turn_deg, "--align: degrees by which it may be turned")
+  verb->add_option("--turn", options->turn_deg, "degrees by which it may be turned")
+      ->needs(align)
       ->capture_default_str();
   verb->add_option("--report", options->report, "write what became of what to this file (JSON)");
   verb->add_flag("--force", options->force, "overwrite map and report");

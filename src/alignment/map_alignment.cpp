@@ -106,11 +106,12 @@ MapAlignment align_maps(const std::shared_ptr<const Snapshot>& map, const Map& o
   // Voxels' points are no readings in a row: what the map's scans told of the noise stands.
   scan.readings.assign(scan.points.size(), 1);
   scan.noise = theirs.noise.seen_since({});
-  MapAlignment result;
-  result.scan = localizer(scan);
-  result.T_map_other = result.scan.outcome == AlignmentOutcome::corrected
-                           ? result.scan.T_map_sensor * T_other_sensor.inverse()
-                           : T_map_other;
+  MapAlignment result{T_map_other, {}};
+  result.scan.outcome = AlignmentOutcome::nothing_known;
+  result.scan.T_map_sensor = scan.T_map_sensor;
+  if (!scan.points.empty()) result.scan = localizer(scan);
+  if (result.scan.outcome == AlignmentOutcome::corrected)
+    result.T_map_other = result.scan.T_map_sensor * T_other_sensor.inverse();
   return result;
 }
 

@@ -244,6 +244,56 @@ TEST_F(FailedAllocations, WithTwoThreads) {
   expect_refused_or_right(story, 60, false);
 }
 
+TEST_F(OutOfMemory, AMergerIsRefusedOrRight) {
+  const std::vector<Scan> scans = changing_room(8);
+  Mapper mapper(coarse()), other(coarse()), whole(coarse());
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    if (i >= 4) other.insert(scans[i]);
+    if (i < 4) mapper.insert(scans[i]);
+    if (i < 4) whole.insert(scans[i]);
+  }
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation().x() = 0.31;
+  const std::string stood = test::digest(mapper.map());
+  whole.merge(other.map(), T);
+  const std::string merged = test::digest(whole.map());
+  // In the child; with the allocation after `n` more failing.
+  const auto tell = [&](std::size_t n) {
+    const std::size_t asked = test::allocations();
+    test::fail_allocation_after(n, false);
+    try {
+      mapper.merge(other.map(), T);
+    } catch (const std::bad_alloc&) {
+      finding->threw = true;
+    }
+    finding->failed = test::stop_failing();
+    finding->allocations = test::allocations() - asked;
+    try {
+      if (test::digest(mapper.map()) != (finding->threw ? stood : merged))
+        finding->complain("the map is another one");
+    } catch (const Error&) {
+      finding->refused = true;
+      if (!finding->threw) finding->complain("a merger that went well has broken the map");
+    }
+  };
+  constexpr std::size_t none = 1U << 30, count = 60;
+  ASSERT_EQ(crash_of([&] { tell(none); }), "");
+  ASSERT_STREQ(finding->problem, "");
+  const std::size_t all = finding->allocations;
+  std::size_t refused = 0, unharmed = 0;
+  std::mt19937_64 rng(test::seed());
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t n =
+        i == 0 ? 0 : std::uniform_int_distribution(all * i / count, all * (i + 1) / count - 1)(rng);
+    EXPECT_EQ(crash_of([&] { tell(n); }), "") << "allocation " << n << " of " << all;
+    EXPECT_STREQ(finding->problem, "") << "allocation " << n << " of " << all;
+    refused += finding->refused;
+    unharmed += finding->threw && !finding->refused;
+  }
+  EXPECT_GT(refused, 0U) << "when the octree has been touched";
+  EXPECT_GT(unharmed, 0U) << "before";
+}
+
 TEST_F(OutOfMemory, ThreadsThatAreNotGrantedAreDoneWithout) {
   if (test::sanitized) GTEST_SKIP() << "a sanitizer needs more address space than the limit leaves";
   const std::string crash = crash_of([&] {
