@@ -30,6 +30,10 @@ class PythonMapper {
     return map_->write([&scan](Mapper& mapper) { return mapper.insert(scan); });
   }
 
+  std::vector<ScanReport> insert_all(const std::vector<Scan>& scans) {
+    return map_->write([&scans](Mapper& mapper) { return mapper.insert_all(scans); });
+  }
+
   /// Points are copied to where the scan's before lay: fresh memory would cost more than the copying does.
   ScanReport insert_points(const Points& points, const Eigen::Isometry3d& T_map_sensor, double stamp_s,
                            SensorKind sensor, std::string name) {
@@ -182,6 +186,12 @@ void bind_mapper(py::module_& module) {
 
 Throws Error(data), and leaves the map as it was, if the pose is not rigid or outside the octree. A scan that is clearly off
 and not to be put right is not inserted: report.alignment.outcome is "set_aside".)")
+      .def(
+          "insert_all", &PythonMapper::insert_all, py::arg("scans"),
+          R"(Inserts Scans that have come while others were mapped, and returns a ScanReport for each that was taken.
+
+The octree takes one after the other, the surfaces are brought up to date once: ten cost little more than two. Stops before a
+scan that insert() would refuse; if that is the first, throws its Error(data), and leaves the map as it was. The scans are copied.)")
       .def("insert_points", &PythonMapper::insert_points, py::arg("points"), py::arg("T_map_sensor"),
            py::kw_only(), py::arg("stamp_s") = 0.0, py::arg("sensor") = SensorKind::depth_camera,
            py::arg("name") = "",

@@ -81,6 +81,16 @@ class Mapping(unittest.TestCase):
         u, v = 63, 47
         np.testing.assert_allclose(of_units.points[-1], [(u - 31.5) / 50 * 1.5, (v - 23.5) / 50 * 1.5, 1.5], rtol=1e-6)
 
+    def test_scans_that_wait_go_in_together(self):
+        scans = list(octosurf.open_scans(world.recording()))
+        mapper = octosurf.Mapper()
+        reports = mapper.insert_all(scans[:4])
+        self.assertEqual(len(reports), 4)
+        self.assertEqual(mapper.snapshot().revision, 1)
+        self.assertEqual(mapper.map().size().points, sum(r.appeared for r in reports) - sum(r.vanished for r in reports))
+        self.assertEqual(mapper.map().check_invariants(), [])
+        self.assertEqual(mapper.insert_all([]), [])
+
     def test_a_map_goes_on_where_it_was_saved(self):
         scans = list(octosurf.open_scans(world.recording()))
         whole = octosurf.Mapper()
