@@ -84,12 +84,14 @@ TEST_F(NodeTest, SaysWhatIsWrongWithItsUse) {
 
 class Outputs : public NodeTest {
  protected:
-  /// A node that has mapped the recording.
-  void map() {
+  /// A node that has mapped the recording, started with `options`, too.
+  void map(const std::vector<std::string>& options = {}) {
     record("--frames 6", "");
     if (HasFatalFailure()) return;
     Player player(*vendor, folder / "walk.db3", Qos::reliable);
-    node = start({"--depth", image_topic, "-o", "live", "--reliable"});
+    std::vector<std::string> arguments{"--depth", image_topic, "-o", "live", "--reliable"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    node = start(arguments);
     status = std::make_unique<Status>(*vendor, "rt/octosurf/status", Qos::latched);
     ASSERT_TRUE(player.is_heard(*status)) << node->errors();
     player.play(0, player.scans());
@@ -114,7 +116,7 @@ class Outputs : public NodeTest {
 };
 
 TEST_F(Outputs, AreThoseOfTheOfflineMap) {
-  map();
+  map({"--foot-radius", "0.05", "--max-slope", "20", "--clearance", "0.3", "--gap-depth", "0.03"});
   if (HasFatalFailure() || IsSkipped()) return;
   // The other outputs are written after this one of the same round, and status after all.
   Subscription<Surfaces_PubSubType> surfaces(*vendor, "rt/octosurf/surfaces", Qos::latched);
@@ -165,8 +167,10 @@ TEST_F(Outputs, AreThoseOfTheOfflineMap) {
   }
   EXPECT_NEAR(shown_area, total_area, 0.05 * total_area);  // outlines are simplified by up to half a voxel
 
-  run_well("export offline --format planar_terrain --to terrain.cdr");
-  run_well("export offline --format grid_map --to grid.cdr");
+  run_well(
+      "export offline --format planar_terrain --to terrain.cdr --foot-radius 0.05 --max-slope 20 "
+      "--clearance 0.3 --gap-depth 0.03");
+  run_well("export offline --format grid_map --to grid.cdr --max-slope 20");
   using convex_plane_decomposition_msgs::msg::dds_::PlanarTerrain_PubSubType;
   using grid_map_msgs::msg::dds_::GridMap_PubSubType;
   EXPECT_TRUE(serialised<PlanarTerrain_PubSubType>(latched<PlanarTerrain_PubSubType>("planar_terrain")) ==
