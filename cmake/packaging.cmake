@@ -1,5 +1,4 @@
 # install, export, find_package(octosurf)
-option(OCTOSURF_INSTALL "Install octosurf" ${PROJECT_IS_TOP_LEVEL})
 if(NOT OCTOSURF_INSTALL)
   return()
 endif()
