@@ -1,7 +1,6 @@
 // `octosurf merge`: two maps into one.
 #include "io/new_file.hpp"
 #include "io/readers/pose_file.hpp"
-#include "lineage.hpp"
 #include "output_files.hpp"
 
 #include <CLI/CLI.hpp>
@@ -89,7 +88,7 @@ class Merge {
   void run() {
     LoadedMap first = load(options_.first);
     const LoadedMap second = load(options_.second);
-    warn_of_shared_scans(first, second);
+    require_other_scans(first, second);
     before_ = first.map.snapshot();
     size_before_ = first.map.size();
     T_first_second_ = pose_of(options_);
@@ -111,14 +110,14 @@ class Merge {
     return loaded;
   }
 
-  void warn_of_shared_scans(const LoadedMap& first, const LoadedMap& second) const {
-    const auto shared = [](const LoadedMap& a, const LoadedMap& b) {
-      return !a.map.snapshot()->surfaces.empty() && goes_on_from(*b.map.snapshot(), *a.map.snapshot());
-    };
-    if (shared(first, second) || shared(second, first))
-      std::fprintf(stderr,
-                   "warning: one of %s and %s seems to go on from the other: what they share counts twice\n",
-                   options_.first.c_str(), options_.second.c_str());
+  /// As far as the maps themselves tell.
+  void require_other_scans(const LoadedMap& first, const LoadedMap& second) const {
+    if (first.scans.folder.empty() || second.scans.folder.empty() ||
+        !same_file(first.scans.folder, second.scans.folder))
+      return;
+    throw Error(Error::Kind::data, options_.second,
+                "was built from scans of " + options_.first + ", whose readings would count twice",
+                "merge maps of different scans");
   }
 
   void align(const Map& second) {

@@ -1,4 +1,4 @@
-#include "alignment/near_surfaces.hpp"
+#include "alignment/locate_scan.hpp"
 #include "alignment/pose_search.hpp"
 #include "sensing/downsample.hpp"
 #include "sensing/noise_model.hpp"
@@ -28,7 +28,14 @@ struct Localizer::Impl {
 
 Localizer::Localizer(std::shared_ptr<const Snapshot> map, const AlignmentReach& reach)
     : impl_(std::make_unique<Impl>(Impl{std::move(map), reach, {}})) {
-  if (impl_->map == nullptr) throw Error(Error::Kind::usage, "map", "is null", "give the snapshot of a map");
+  require_reach(impl_->map, reach);
+}
+Localizer::Localizer(Localizer&&) noexcept = default;
+Localizer& Localizer::operator=(Localizer&&) noexcept = default;
+Localizer::~Localizer() = default;
+
+void require_reach(const std::shared_ptr<const Snapshot>& map, const AlignmentReach& reach) {
+  if (map == nullptr) throw Error(Error::Kind::usage, "map", "is null", "give the snapshot of a map");
   const auto require = [](const char* name, double value, double most) {
     if (!(value > 0 && value <= most))
       throw Error(Error::Kind::usage, name, "is " + std::to_string(value),
@@ -37,24 +44,25 @@ Localizer::Localizer(std::shared_ptr<const Snapshot> map, const AlignmentReach& 
   require("reach.translation_m", reach.translation_m, 10);
   require("reach.rotation_rad", reach.rotation_rad, 0.5);
 }
-Localizer::Localizer(Localizer&&) noexcept = default;
-Localizer& Localizer::operator=(Localizer&&) noexcept = default;
-Localizer::~Localizer() = default;
 
 Alignment Localizer::operator()(const Scan& scan) {
   require_rigid(scan.T_map_sensor, scan.name);
-  const Snapshot& map = *impl_->map;
   NoiseModel noise{Parameters()};
   noise.observe(scan);
+  return locate_scan(*impl_->map, impl_->surfaces, scan, noise, impl_->reach);
+}
+
+Alignment locate_scan(const Snapshot& map, NearSurfaces& surfaces, const Scan& scan, const NoiseModel& noise,
+                      const AlignmentReach& reach, const FitErrors& errors) {
   const RangeLimits limits{0, default_max_range(scan.sensor)};
-  const PoseSearch search(map, impl_->surfaces, scan, noise, limits, scan.T_map_sensor, impl_->reach);
+  const PoseSearch search(map, surfaces, scan, noise, limits, scan.T_map_sensor, reach, errors);
   Alignment result;
   result.samples = search.samples();
   const std::optional<PoseFit> found = search.coarse(scan.T_map_sensor);
   const PoseFit fit =
-      found ? *found : search.fine(scan.T_map_sensor, uncertainty(impl_->reach.rotation_rad, map.resolution));
+      found ? *found : search.fine(scan.T_map_sensor, uncertainty(reach.rotation_rad, map.resolution));
   const Determined determined = determined_by(fit, map.resolution);
-  describe(fit, determined, 1, impl_->reach, result);
+  describe(fit, determined, 1, reach, result);
   result.disagreement = twist_between(scan.T_map_sensor, fit.T_map_sensor);
   result.T_map_sensor = found ? without_undetermined(scan.T_map_sensor, fit, determined) : scan.T_map_sensor;
   result.outcome = found                             ? AlignmentOutcome::corrected

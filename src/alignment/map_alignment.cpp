@@ -1,9 +1,11 @@
 // A map against another one: its points are one scan of what its surfaces are.
+#include "alignment/locate_scan.hpp"
 #include "occupancy/payload.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <utility>
 #include <vector>
@@ -17,6 +19,7 @@ namespace {
 struct Reading {
   Eigen::Vector3d point, normal;
   Eigen::Vector3d sensor;  ///< about where it was seen from
+  double off = 0;          ///< its surface's plane, m
 };
 
 /// The places of the map that the other's points may meet within reach.
@@ -52,9 +55,10 @@ std::vector<Reading> readings_near(const MapState& other, const Eigen::Isometry3
   other.occupancy.for_each_point([&](const VoxelPoint& p) {
     const Eigen::Vector3d point = p.position.cast<double>();
     if (p.surface == 0 || !near.holds(T_map_other * point)) return;
-    const Eigen::Vector3d normal = other.surfaces.find(p.surface)->plane().normal;
-    of_surface[p.surface].push_back(
-        {point, normal, point + range_of_class(p.range_class) * p.view.cast<double>()});
+    const Plane& plane = other.surfaces.find(p.surface)->plane();
+    of_surface[p.surface].push_back({point, plane.normal,
+                                     point + range_of_class(p.range_class) * p.view.cast<double>(),
+                                     plane.signed_distance(point)});
   });
   std::vector<Reading> all;
   for (const auto& [id, readings] : of_surface) all.insert(all.end(), readings.begin(), readings.end());
@@ -86,30 +90,50 @@ Eigen::Vector3d best_place(const std::vector<Reading>& readings) {
   return best;
 }
 
+/// By how much more neighbouring points together are off their planes than a sensor's noise would have it:
+/// poses that drifted while the map was made leave them so, and they err alike, where a scan's readings do
+/// not.
+double noise_factor(const std::vector<Reading>& readings, const Eigen::Vector3d& place,
+                    const NoiseModel& noise) {
+  constexpr std::size_t in_a_row = 8;  // as samples.cpp has it
+  double squares = 0, expected = 0;
+  for (std::size_t i = 0; i + in_a_row <= readings.size(); i += in_a_row) {
+    double off = 0;
+    for (std::size_t k = i; k < i + in_a_row; ++k) off += readings[k].off / in_a_row;
+    const auto range = static_cast<float>((readings[i].point - place).norm());
+    const double spread = noise.spread(range_class_of(range));
+    squares += off * off;
+    expected += spread * spread / in_a_row;
+  }
+  return expected > 0 ? std::max(1.0, std::sqrt(squares / expected)) : 1;
+}
+
 }  // namespace
 
 MapAlignment align_maps(const std::shared_ptr<const Snapshot>& map, const Map& other,
                         const Eigen::Isometry3d& T_map_other, const AlignmentReach& reach) {
   require_rigid(T_map_other, "T_map_other");
-  Localizer localizer(map, reach);
+  require_reach(map, reach);
   const MapState& theirs = other.state();
-  const std::vector<Reading> readings = readings_near(theirs, T_map_other, Neighbourhood(*map, reach));
+  std::vector<Reading> readings = readings_near(theirs, T_map_other, Neighbourhood(*map, reach));
   Eigen::Isometry3d T_other_sensor = Eigen::Isometry3d::Identity();
   T_other_sensor.translation() = best_place(readings);
   Scan scan;
   scan.name = "the other map";
   scan.sensor = SensorKind::lidar;  // no range is too far
   scan.T_map_sensor = T_map_other * T_other_sensor;
-  for (const Reading& reading : readings)
-    if (faces(reading, T_other_sensor.translation()))
-      scan.points.push_back((reading.point - T_other_sensor.translation()).cast<float>());
-  // Voxels' points are no readings in a row: what the map's scans told of the noise stands.
-  scan.readings.assign(scan.points.size(), 1);
-  scan.noise = theirs.noise.seen_since({});
+  const Eigen::Vector3d place = T_other_sensor.translation();
+  std::erase_if(readings, [&](const Reading& reading) { return !faces(reading, place); });
+  for (const Reading& reading : readings) scan.points.push_back((reading.point - place).cast<float>());
   MapAlignment result{T_map_other, {}};
   result.scan.outcome = AlignmentOutcome::nothing_known;
   result.scan.T_map_sensor = scan.T_map_sensor;
-  if (!scan.points.empty()) result.scan = localizer(scan);
+  if (!scan.points.empty()) {
+    FitErrors errors;
+    errors.noise_factor = noise_factor(readings, place, theirs.noise);
+    NearSurfaces surfaces;
+    result.scan = locate_scan(*map, surfaces, scan, theirs.noise, reach, errors);
+  }
   if (result.scan.outcome == AlignmentOutcome::corrected)
     result.T_map_other = result.scan.T_map_sensor * T_other_sensor.inverse();
   return result;

@@ -3,6 +3,7 @@
 #include "support/scene.hpp"
 #include "support/seed.hpp"
 
+#include <array>
 #include <cmath>
 
 #include <octosurf/mapper.hpp>
@@ -23,6 +24,9 @@ class Merge : public CommandTest {
     scene.rectangle({-2, -1.5, 0}, {4, 0, 0}, {0, 3, 0});
     scene.rectangle({-2, 1.5, 0}, {4, 0, 0}, {0, 0, 1.6});
     scene.box({-0.5, -0.4, 0}, {0.5, 0.4, 0.5});
+    // Seen from both halves, and not along x.
+    scene.rectangle({-0.6, 1.4, 0}, {0.6, -0.5, 0}, {0, 0, 1.6})
+        .rectangle({0, 0.9, 0}, {0.6, 0.5, 0}, {0, 0, 1.6});
     Mapper left, right, all, elsewhere;
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
     T.translation().y() = 1;
@@ -91,8 +95,12 @@ TEST_F(Merge, TakesThePoseOfTheSecondFrame) {
 
 TEST_F(Merge, FindsThePoseFromAGuess) {
   const std::string told =
-      run_well("merge left right_elsewhere -o both --pose 0.1 1.05 -0.04 1 -1 92 --align").out;
-  EXPECT_THAT(told, HasSubstr("aligned"));
+      run_well("merge left right_elsewhere -o both --pose 0.1 1.05 -0.04 1 -1 92 --align --report both.json")
+          .out;
+  EXPECT_THAT(told, HasSubstr("6 of 6 directions fixed"));
+  const json T = read_json("both.json").at("T_first_second");
+  const std::array<double, 16> truth{0, -1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 1};
+  for (std::size_t i = 0; i < truth.size(); ++i) EXPECT_NEAR(T[i], truth[i], 0.005) << i;
   EXPECT_LT(apart_m2("both", "all"), 1.2);
   EXPECT_THAT(error_of("merge left right_elsewhere -o none --pose 30 0 0 0 0 0 --align", 1),
               HasSubstr("--pose"));
@@ -104,6 +112,16 @@ TEST_F(Merge, RefusesAnotherResolution) {
   coarse.occupancy.resolution = 0.05;
   save_map(Map(coarse), folder / "coarse");
   EXPECT_THAT(error_of("merge left coarse -o both", 1), HasSubstr("resolution is 0.05"));
+  EXPECT_FALSE(exists("both.surfaces"));
+}
+
+TEST_F(Merge, RefusesMapsOfTheSameScans) {
+  write_floor();
+  run_well(
+      "map floor --poses floor/poses.txt --intrinsics floor/intrinsics.txt -o kept --keep-scans kept.scans");
+  std::filesystem::copy(folder / "kept.surfaces", folder / "too.surfaces");
+  std::filesystem::copy(folder / "kept.bt", folder / "too.bt");
+  EXPECT_THAT(error_of("merge kept too -o both", 1), HasSubstr("count twice"));
   EXPECT_FALSE(exists("both.surfaces"));
 }
 
