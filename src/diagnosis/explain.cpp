@@ -106,7 +106,7 @@ class Rerun {
     for (const auto& [i, surface] : in_front)
       refused_.try_emplace(i, Refusal{.reason = Reason::seen_through, .surface = surface});
     for (const VoxelKey key : pending_) taken_[key] = work_.window[work_.window.find(key)].surface;
-    refit(work_);  // which dissolves what it finds out to be none
+    refit(work_);  // dissolves surfaces that do not pass its checks
   }
 
   /// Why the point is pending; Reason::waiting if detection would take it now.

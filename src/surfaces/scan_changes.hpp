@@ -64,7 +64,7 @@ class Workspace {
     changes.shrunk.insert(window[i].surface);
     absorb(i, to);
   }
-  /// The same, but the surface it comes from is about to end and is not told to have shrunk.
+  /// The same for a surface that is about to end: it is not recorded as shrunk.
   void absorb(Index i, SurfaceModel& to) {
     remove(i, window[i].position);
     add(i, to);
@@ -106,8 +106,8 @@ class Workspace {
 /// Merges `from` into `into`: inliers, moments, lineage. `from` ceases to exist.
 void merge(Workspace& work, SurfaceModel& into, SurfaceModel& from);
 
-/// What becomes of the points of a surface that ends: `released` ones are no news to detection, which would
-/// only find the same plane again.
+/// What becomes of the points of a surface that ends. `released`: detection would only find the same plane
+/// in them again.
 enum class Points { requeued, released };
 
 /// Its points are pending again, and it is gone.

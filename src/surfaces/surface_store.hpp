@@ -28,7 +28,7 @@ class SurfaceStore : public PlaneLookup {
 
   SurfaceModel* find(SurfaceId id);
   const SurfaceModel* find(SurfaceId id) const;
-  const SurfaceModel* look_up(SurfaceId id) const { return find(id); }  ///< to read it, whoever asks
+  const SurfaceModel* look_up(SurfaceId id) const { return find(id); }  ///< for reading: of `known`, too
   std::size_t size() const { return models_.size(); }
   SurfaceId next_id() const { return next_id_; }
   std::size_t ids_left() const { return last_id + 1 - next_id_; }
