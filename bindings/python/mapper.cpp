@@ -149,8 +149,9 @@ void bind_map_alignment(py::module_& module) {
         });
       },
       py::arg("map"), py::arg("other"),
-      py::arg("T_map_other") = Eigen::Isometry3d(Eigen::Isometry3d::Identity()), py::kw_only(),
-      py::arg("translation_m") = reach.translation_m, py::arg("rotation_rad") = reach.rotation_rad,
+      py::arg_v("T_map_other", Eigen::Isometry3d(Eigen::Isometry3d::Identity()), "numpy.eye(4)"),
+      py::kw_only(), py::arg("translation_m") = reach.translation_m,
+      py::arg("rotation_rad") = reach.rotation_rad,
       R"(MapAlignment of another Map with a Snapshot's surfaces, from a guess so far off at most: m, rad.
 
 For Mapper.merge(). Throws Error(data) if the pose is not rigid.)");
@@ -204,7 +205,7 @@ scan that insert() would refuse; if that is the first, throws its Error(data), a
       .def("detect_in_occupancy", &PythonMapper::detect_in_occupancy,
            "Surfaces of an occupancy map without scans (map_from_octomap()): a ScanReport.")
       .def("merge", &PythonMapper::merge, py::arg("other"),
-           py::arg("T_map_other") = Eigen::Isometry3d(Eigen::Isometry3d::Identity()),
+           py::arg_v("T_map_other", Eigen::Isometry3d(Eigen::Isometry3d::Identity()), "numpy.eye(4)"),
            R"(Takes in another Map, which stays as it is: a MergeReport.
 
 T_map_other, (4, 4), is the other map's frame in this one's, right to about a voxel (align_maps()); with the identity
