@@ -41,14 +41,16 @@ enum class Reason {
 
 /// How a reason is told.
 struct ReasonText {
-  Reason reason;
+  Reason reason;          ///< what it is the text of
   std::string_view name;  ///< as in `--json`
   /// {measured} and {limit} stand for the figure's value and its bound, {measured%} and {limit%} for the same
   /// in percent, {surface} and {cylinder} for ids, {what} for what there are too few of.
   std::string_view sentence;
   std::string_view figure{};  ///< name of the Figure; empty: there is none
   std::string_view unit{};    ///< of the Figure
-  enum class Bound { at_least, at_most } bound = Bound::at_least;
+  /// Which side of its bound the Figure should be on.
+  enum class Bound { at_least, at_most };
+  Bound bound = Bound::at_least;  ///< of the Figure
 };
 /// By Reason.
 inline constexpr std::array reason_texts{
@@ -96,6 +98,7 @@ inline constexpr std::array reason_texts{
                "Not yet a surface: detection would make one here, but only looks once enough new points have "
                "come ({measured} of {limit} are waiting).",
                "new_points"}};
+/// How `reason` is told.
 constexpr const ReasonText& text_of(Reason reason) {
   return reason_texts.at(static_cast<std::size_t>(reason));
 }

@@ -101,7 +101,7 @@ double noise_factor(const std::vector<Reading>& readings, const Eigen::Vector3d&
     double off = 0;
     for (std::size_t k = i; k < i + in_a_row; ++k) off += readings[k].off / in_a_row;
     const auto range = static_cast<float>((readings[i].point - place).norm());
-    const double spread = noise.spread(range_class_of(range));
+    const double spread = noise.measured_sigma(range_class_of(range));
     squares += off * off;
     expected += spread * spread / in_a_row;
   }
