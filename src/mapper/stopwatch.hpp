@@ -1,0 +1,35 @@
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+
+#include <octosurf/mapper.hpp>
+
+namespace octosurf {
+
+/// Runs one stage and notes its time.
+class Stopwatch {
+  using Clock = std::chrono::steady_clock;
+
+ public:
+  explicit Stopwatch(ScanReport& report) : report_(report) {}
+  template <class Work>
+  decltype(auto) operator()(Stage stage, Work&& work) {
+    struct Note {
+      ScanReport& report;
+      std::size_t stage;
+      Clock::time_point start = Clock::now();
+      ~Note() {
+        const double ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+        report.stage_ms[stage] += ms;
+        report.total_ms += ms;
+      }
+    } note{report_, static_cast<std::size_t>(stage)};
+    return work();
+  }
+
+ private:
+  ScanReport& report_;
+};
+
+}  // namespace octosurf

@@ -1,0 +1,138 @@
+#include "mapper/surface_update.hpp"
+
+#include "detection/cylinders.hpp"
+#include "detection/detection.hpp"
+#include "mapper/stopwatch.hpp"
+#include "upkeep/derive.hpp"
+#include "upkeep/retract.hpp"
+#include "upkeep/revise.hpp"
+
+#include <algorithm>
+#include <set>
+#include <span>
+#include <utility>
+
+namespace octosurf {
+namespace {
+
+using Index = PointWindow::Index;
+
+/// Of the points that are still there.
+std::vector<Index> indices_of(PointWindow& window, std::span<const std::vector<VoxelKey>> of_scans) {
+  std::vector<Index> indices;
+  for (const std::vector<VoxelKey>& keys : of_scans)
+    for (const VoxelKey key : keys)
+      if (const Index i = window.find(key); i != PointWindow::none) indices.push_back(i);
+  return indices;
+}
+
+std::vector<VoxelKey> keys_of(const std::vector<VoxelPoint>& points) {
+  std::vector<VoxelKey> keys;
+  keys.reserve(points.size());
+  for (const VoxelPoint& p : points) keys.push_back(p.key);
+  return keys;
+}
+
+std::vector<SurfaceId> list_of(const std::set<SurfaceId>& ids) { return {ids.begin(), ids.end()}; }
+
+}  // namespace
+
+ScanReport& SurfaceUpdate::add(ScanReport report) {
+  appeared_.emplace_back();
+  return reports_.emplace_back(std::move(report));
+}
+
+/// Goes on where the scan before stopped, with a window on the octree as it is now.
+void SurfaceUpdate::renew_workspace() {
+  Changes changes;
+  std::vector<VoxelKey> requeued;
+  if (work_) {
+    changes = std::move(work_->changes);
+    requeued = std::move(work_->requeued);
+  }
+  work_.emplace(state_);
+  work_->changes = std::move(changes);
+  work_->requeued = std::move(requeued);
+  expansion_.emplace(*work_);
+}
+
+void SurfaceUpdate::retract(const VoxelScan& scan, const OccupancyDelta& delta) {
+  ScanReport& report = reports_.back();
+  Stopwatch time(report);
+  state_.points += delta.appeared.size();
+  state_.points -= delta.vanished.size();
+  report.appeared = delta.appeared.size();
+  report.vanished = delta.vanished.size();
+  renew_workspace();
+  time(Stage::cylinders, [&] { retract_cylinders(*work_, delta); });
+  time(Stage::retract, [&] {
+    octosurf::retract(*work_, delta);
+    accumulate_evidence(*work_, scan, delta.confirmed);
+  });
+  appeared_.back() = keys_of(delta.appeared);
+}
+
+void SurfaceUpdate::accumulate(std::vector<VoxelKey> keys) {
+  keys.insert(keys.end(), work_->requeued.begin(), work_->requeued.end());
+  keys.insert(keys.end(), state_.accumulated.begin(), state_.accumulated.end());
+  std::sort(keys.begin(), keys.end());
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  state_.accumulated = std::move(keys);
+}
+
+void SurfaceUpdate::find_surfaces(const ForeignSurfaces* foreign) {
+  Stopwatch time(reports_.back());
+  const std::vector<Index> appeared = indices_of(work_->window, std::span(appeared_).subspan(searched_));
+  searched_ = appeared_.size();
+  const std::vector<Index> left = time(Stage::add_inliers, [&] { return expansion_->add_inliers(appeared); });
+  if (foreign != nullptr)
+    time(Stage::detect, [&] { expansion_->adopt(adopt_surfaces(*work_, appeared, *foreign)); });
+  time(Stage::expand, [&] { expansion_->expand(left); });
+  time(Stage::detect, [&] {
+    std::vector<VoxelKey> pending;
+    for (const Index i : left)
+      if (work_->window[i].surface == 0) pending.push_back(work_->window[i].key);
+    accumulate(std::move(pending));
+    work_->requeued.clear();
+    expansion_->grow(detect(*work_));
+  });
+}
+
+void SurfaceUpdate::count_categorized() {
+  for (std::size_t scan = 0; scan < reports_.size(); ++scan)
+    for (const VoxelKey key : appeared_[scan])
+      if (const Index i = work_->window.find(key); i != PointWindow::none)
+        reports_[scan].categorized += work_->window[i].surface != 0;
+}
+
+void SurfaceUpdate::revise_and_publish() {
+  ScanReport& report = reports_.back();
+  Stopwatch time(report);
+  time(Stage::revise, [&] {
+    if (state_.parameters.aligned()) expansion_->rejoin();
+    refit(*work_);
+    accumulate({});
+  });
+  // Last, when the planes have all their points: cylinders never change them.
+  time(Stage::cylinders, [&] { update_cylinders(*work_); });
+
+  count_categorized();
+  const Changes& changes = work_->changes;
+  report.born = list_of(changes.born);
+  report.grown = list_of(changes.grown);
+  report.shrunk = list_of(changes.shrunk);
+  report.merged = list_of(changes.merged);
+  report.gone = list_of(changes.gone);
+  time(Stage::derive, [&] { derive(*work_); });
+}
+
+std::vector<ScanReport> SurfaceUpdate::finish() {
+  if (work_) {
+    if (searched_ < appeared_.size()) find_surfaces();
+    revise_and_publish();
+  }
+  state_.unfinished_scan = 0;
+  return std::move(reports_);
+}
+
+}  // namespace octosurf

@@ -1,0 +1,53 @@
+#pragma once
+
+#include "expansion/expansion.hpp"
+#include "mapper/adopt_surfaces.hpp"
+#include "sensing/downsample.hpp"
+#include "surfaces/scan_changes.hpp"
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include <octosurf/mapper.hpp>
+
+namespace octosurf {
+
+/// What scans that go into the octree, one or several, ask of the surfaces: docs/design.md §4, from step 3
+/// on. Each stage's time goes to the last report.
+class SurfaceUpdate {
+ public:
+  explicit SurfaceUpdate(MapState& state) : state_(state) {}
+
+  bool empty() const { return reports_.empty(); }
+  /// A scan's, with what is known so far; where its stages go on. Valid until the next.
+  ScanReport& add(ScanReport report);
+
+  /// Step 3, of the last report's scan: what its delta asks at once, because the next scan builds on it.
+  void retract(const VoxelScan& scan, const OccupancyDelta& delta);
+
+  /// Surfaces were looked for in some scan's points already.
+  bool searched() const { return searched_ > 0; }
+  /// Steps 4 to 6, for the scans in which surfaces have not been looked for. `foreign`: those that another
+  /// map has on what appeared.
+  void find_surfaces(const ForeignSurfaces* foreign = nullptr);
+
+  /// What is left of steps 4 to 6, and 7 to 9. The reports are complete before the snapshot is published, so
+  /// that what fails has published nothing.
+  std::vector<ScanReport> finish();
+
+ private:
+  void renew_workspace();
+  void accumulate(std::vector<VoxelKey> keys);
+  void count_categorized();
+  void revise_and_publish();
+
+  MapState& state_;
+  std::vector<ScanReport> reports_;
+  std::vector<std::vector<VoxelKey>> appeared_;  // of each report; none if the scan was set aside
+  std::size_t searched_ = 0;                     // of these, in which surfaces were looked for
+  std::optional<Workspace> work_;                // of the scan last applied
+  std::optional<Expansion> expansion_;           // likewise
+};
+
+}  // namespace octosurf
