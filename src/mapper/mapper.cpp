@@ -166,7 +166,9 @@ std::vector<ScanReport> Mapper::insert_all(std::span<const Scan> scans) {
     }
     impl_->apply(state, scan, std::move(*prepared), surfaces);
   }
-  return surfaces.finish();
+  std::vector<ScanReport> reports = surfaces.finish();
+  state.unfinished_scan = 0;
+  return reports;
 }
 
 ScanReport Mapper::detect_in_occupancy() {
@@ -186,7 +188,9 @@ ScanReport Mapper::detect_in_occupancy() {
   SurfaceUpdate surfaces(state);
   surfaces.add(std::move(report));
   surfaces.retract({}, delta);
-  return std::move(surfaces.finish().back());
+  report = std::move(surfaces.finish().back());
+  state.unfinished_scan = 0;
+  return report;
 }
 
 MergeReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other) {
@@ -213,6 +217,7 @@ MergeReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other
   surfaces.find_surfaces(&foreign);
   report.changes = std::move(surfaces.finish().back());
   report.surfaces = there.heirs_in(state);
+  state.unfinished_scan = 0;
   return report;
 }
 

@@ -131,7 +131,6 @@ std::vector<ScanReport> SurfaceUpdate::finish() {
     if (searched_ < appeared_.size()) find_surfaces();
     revise_and_publish();
   }
-  state_.unfinished_scan = 0;
   return std::move(reports_);
 }
 

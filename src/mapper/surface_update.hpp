@@ -33,7 +33,8 @@ class SurfaceUpdate {
   void find_surfaces(const ForeignSurfaces* foreign = nullptr);
 
   /// What is left of steps 4 to 6, and 7 to 9. The reports are complete before the snapshot is published, so
-  /// that what fails has published nothing.
+  /// that what fails has published nothing. The map is whole when its caller says so (unfinished_scan), after
+  /// whatever else of its own can fail.
   std::vector<ScanReport> finish();
 
  private:
