@@ -2,6 +2,7 @@
 #include "io/new_file.hpp"
 #include "io/readers/pose_file.hpp"
 #include "output_files.hpp"
+#include "surface_table.hpp"
 
 #include <CLI/CLI.hpp>
 #include <Eigen/Geometry>
@@ -72,12 +73,6 @@ Eigen::Isometry3d pose_of(const MergeOptions& options) {
     if (const double angle = options.pose[3 + static_cast<std::size_t>(axis)] / degrees; angle != 0)
       T.rotate(Eigen::AngleAxisd(angle, Eigen::Vector3d::Unit(axis)));
   return rigid(T, "--pose");
-}
-
-double area_of(const Snapshot& snapshot) {
-  double area = 0;
-  for (const SurfacePtr& surface : snapshot.surfaces) area += surface->area_m2;
-  return area;
 }
 
 /// One run of `octosurf merge`.
@@ -158,8 +153,9 @@ class Merge {
   void write_report(const Map& merged, const Map& second) const {
     using Json = nlohmann::ordered_json;
     const auto map_json = [](const Snapshot& snapshot, const Map::Size& size) {
-      return Json{{"scans", size.scans},       {"points", size.points},        {"pending", size.pending},
-                  {"surfaces", size.surfaces}, {"area_m2", area_of(snapshot)}, {"revision", size.revision}};
+      return Json{
+          {"scans", size.scans},       {"points", size.points},           {"pending", size.pending},
+          {"surfaces", size.surfaces}, {"area_m2", total_area(snapshot)}, {"revision", size.revision}};
     };
     Json json{{"first", map_json(*before_, size_before_)},
               {"second", map_json(*second.snapshot(), second.size())},
@@ -193,7 +189,7 @@ class Merge {
   void print_summary(const Map& merged, const Map& second) const {
     const auto line = [](const char* label, const Snapshot& snapshot, const Map::Size& size) {
       std::printf("%-12s %zu surfaces, %.2f m²; %zu points, %zu of them pending; %llu scans\n", label,
-                  size.surfaces, area_of(snapshot), size.points, size.pending,
+                  size.surfaces, total_area(snapshot), size.points, size.pending,
                   static_cast<unsigned long long>(size.scans));
     };
     line("first", *before_, size_before_);

@@ -1,6 +1,6 @@
 // A map against another one: its points are one scan of what its surfaces are.
 #include "alignment/locate_scan.hpp"
-#include "occupancy/payload.hpp"
+#include "sensing/reading_code.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <Eigen/Geometry>
