@@ -159,9 +159,7 @@ void MapRun::end_early(const std::exception& failure) {
     try {
       finish();
     } catch (const std::exception& error) {
-      const auto* known = dynamic_cast<const Error*>(&error);
-      if (!all_saved() && (known == nullptr || known->kind() != Error::Kind::incomplete))
-        line.add("; saving failed, too: %s", reason_of(error));
+      if (!all_saved()) line.add("; saving failed, too: %s", reason_of(error));
     }
   }
   line.add("; ");

@@ -12,12 +12,12 @@ constexpr const char* doc =
     R"(What failed, where, and how to mend it; str() is one line "where: what; mend".
 
 kind: "usage" (the caller asked for something that makes no sense), "data" (a file, an image, a cloud or a pose is
-missing, damaged or foreign), "output" (a result could not be written) or "incomplete" (a failure in the middle of a scan
-has left the map unusable: load the last saved one).
+missing, damaged or foreign), "output" (a result could not be written) or "incomplete" (a scan that failed is
+not taken back yet, for want of memory: the Mapper's next call does that).
 where: a file, a parameter or a scan.
 mend: what to do about it; may be empty.
 
-When memory runs out, MemoryError is raised instead; ask Mapper.map() whether the map is whole.)";
+When memory runs out, MemoryError is raised instead.)";
 
 PyObject* error_type = nullptr;
 

@@ -160,10 +160,9 @@ For Mapper.merge(). Throws Error(data) if the pose is not rigid.)");
 constexpr const char* mapper_doc = R"(Keeps a map and its surfaces up to date, scan by scan.
 
 1. Same scans and parameters, same map, byte for byte, whatever `threads` is.
-2. A scan that is refused (Error) leaves the map as it was.
+2. All or nothing: whatever is raised, Error or MemoryError, the map is what it was before the call, and goes on.
 3. snapshot() may be called from any thread at any time and never waits for an insertion.
-4. While a scan is inserted, other Python threads run; a second insertion waits for the first.
-5. After MemoryError ask map().size(): if that raises no Error, the scan has not touched the map.)";
+4. While a scan is inserted, other Python threads run; a second insertion waits for the first.)";
 
 }  // namespace
 

@@ -113,8 +113,7 @@ void bind_maps(py::module_& module) {
                                 R"(The persistent thing: octree, surfaces, pending points, parameters.
 
 Given to a Mapper it goes on being readable; what one thread asks of it then waits for the scan that another one
-inserts, but for snapshot(), which never waits. After a scan that failed half-way because memory ran out, everything but
-snapshot() throws Error(incomplete).)")
+inserts, but for snapshot(), which never waits.)")
       .def(
           py::init([](const Parameters& parameters) { return std::make_shared<MapHolder>(Map(parameters)); }),
           py::arg("parameters") = Parameters{},

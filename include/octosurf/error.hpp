@@ -18,7 +18,7 @@ class Error : public std::runtime_error {
     usage,      ///< the caller asked for something that makes no sense (parameters, options)
     data,       ///< a file, an image, a cloud or a pose is missing, damaged or foreign
     output,     ///< a result could not be written
-    incomplete  ///< a failure in the middle of a scan has left the map unusable: load the last saved one
+    incomplete  ///< a scan that failed is not taken back yet, for want of memory (Mapper, 4)
   };
 
   /// `where` names a file, a parameter or a scan; `mend` tells what to do about it (may be empty).

@@ -72,18 +72,13 @@ struct MergeReport {
 /// Keeps a map and its surfaces up to date, scan by scan (the paper's system).
 ///
 /// 1. Same scans and parameters, same map, byte for byte, whatever `threads` is.
-/// 2. A scan that is refused (Error) leaves the map as it was.
+/// 2. All or nothing: whatever insert(), insert_all(), merge() and detect_in_occupancy() throw, an Error
+///    because something is refused or std::bad_alloc in the middle, the map is byte for byte what it was
+///    before the call, and goes on from there: free some memory and insert the scan again, or leave it out.
 /// 3. snapshot() may be called from any thread at any time and never waits for insert().
-/// 4. A scan that fails half-way, because memory runs out, breaks nothing else: from then on insert(),
-///    merge(), detect_in_occupancy(), map() and release(), and save_map() and all else that is asked of the
-///    Map, throw Error(incomplete). So a broken map is never saved. snapshot() goes on giving what was
-///    complete before.
-///
-/// After a std::bad_alloc from insert(), merge() or detect_in_occupancy(), call map(). If it does not throw,
-/// the scan has not touched the map: free some memory and insert it again, or leave it out. If it throws
-/// Error(incomplete), keep snapshot() for as long as something stands on it, destroy the Mapper, and make
-/// another from load_map() of the map that was saved last, with the scans since then if they are still at
-/// hand.
+/// 4. To take back what was begun may need memory, too. If there is none, the next call of the mapper does
+///    what is left, or throws std::bad_alloc again; until then save_map() and all else that is asked of a Map
+///    that somebody holds throw Error(incomplete). snapshot() goes on giving what was complete before.
 ///
 /// One thread at a time may call insert(). Threads that the system does not grant are done without.
 class Mapper {
@@ -98,8 +93,7 @@ class Mapper {
   ~Mapper();
 
   /// Throws Error(data), and leaves the map as it was, if the pose is not rigid or outside the octree, if its
-  /// `readings` do not go with its points, and if the surfaces' ids could run out. Error(incomplete) after a
-  /// failure, see 4.
+  /// `readings` do not go with its points, and if the surfaces' ids could run out.
   /// A scan that is clearly off and not to be put right is not inserted, see AlignmentOutcome::set_aside.
   ScanReport insert(const Scan& scan);
 
@@ -110,8 +104,8 @@ class Mapper {
   /// `preserve_surfaces` off the octree is the one that as many insert() make.
   ///
   /// Takes as many as it can and returns a report for each that it took, at least one if any are given. Stops
-  /// before a scan that insert() would refuse; if that is the first, throws its Error, and leaves the map as
-  /// it was. What became of surfaces (`born` to `gone`), and the time that took, is in the last one's report.
+  /// before a scan that insert() would refuse; if that is the first, throws its Error. After std::bad_alloc
+  /// none of them is in the map. What became of surfaces (`born` to `gone`), and the time that took, is in the last one's report.
   std::vector<ScanReport> insert_all(std::span<const Scan> scans);
 
   /// Surfaces of an existing occupancy map, without scans: every occupied voxel that borders on free
@@ -139,8 +133,7 @@ class Mapper {
   ///
   /// Throws, and leaves the map as it was: Error(data) if the maps' resolution, clamps or threshold of
   /// occupancy differ, if T_map_other is not rigid, or if the surfaces' ids could run out; Error(usage) if
-  /// `other` is the map itself. Error(incomplete) if one of the maps is; after a failure in the middle see 4
-  /// above. Nothing may insert into `other` meanwhile. Cost: as scans of what the other map has, all at once:
+  /// `other` is the map itself; Error(incomplete) if `other` is, see 4 above. Nothing may insert into `other` meanwhile. Cost: as scans of what the other map has, all at once:
   /// some 10 µs for each of its points; 0.5 µs more for each voxel that is resampled.
   MergeReport merge(const Map& other, const Eigen::Isometry3d& T_map_other = Eigen::Isometry3d::Identity());
 
@@ -157,7 +150,7 @@ class Mapper {
   const VoxelScan& last_voxels() const;
 
   std::shared_ptr<const Snapshot> snapshot() const;  ///< of the last whole scan
-  const Map& map() const;                            ///< throws Error(incomplete) after a failure, see 4
+  const Map& map() const;                            ///< throws std::bad_alloc after a failure, see 4
   Map release() &&;                                  ///< likewise
 
  private:

@@ -9,14 +9,6 @@
 #include <octosurf/map.hpp>
 
 namespace octosurf::dds {
-namespace {
-
-bool is_incomplete(const std::exception& error) {
-  const auto* known = dynamic_cast<const Error*>(&error);
-  return known != nullptr && known->kind() == Error::Kind::incomplete;
-}
-
-}  // namespace
 
 Mapping::Mapping(Map start, const NodeOptions& options)
     : options_(options),
@@ -107,10 +99,8 @@ void Mapping::map_scan(const ScanQueue::Item& item, const std::stop_token& stop)
   counts_.scan_ms = report.total_ms;
   ++(report.alignment.outcome == AlignmentOutcome::set_aside ? counts_.set_aside : counts_.mapped);
 } catch (const std::runtime_error& error) {
-  if (is_incomplete(error)) throw;
   refuse(options_.scans() + ": " + error.what(), counts_.refused);
 } catch (const std::bad_alloc&) {
-  mapper_->map();  // throws, if the scan has left it half-way
   refuse(options_.scans() + ": no memory for a scan", counts_.refused);
 }
 
@@ -130,7 +120,6 @@ void Mapping::save_checkpoint() {
     save_map(mapper_->map(), own_);
     changed_ = false;
   } catch (const std::exception& error) {  // no space or no memory: there may be some the next time
-    if (is_incomplete(error)) throw;
     std::fprintf(stderr, "warning: no checkpoint, %s\n", error.what());
   }
 }

@@ -3,6 +3,7 @@
 #include "mapper/stopwatch.hpp"
 #include "mapper/surface_update.hpp"
 #include "sensing/rounded_scan.hpp"
+#include "surfaces/transaction.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -76,7 +77,7 @@ struct Mapper::Impl {
   };
   /// Throws what insert() throws. Changes nothing.
   Prepared prepare(MapState& state, const Scan& scan);
-  /// From its first change on whatever is thrown leaves the map unusable.
+  /// Within a Transaction.
   void apply(MapState& state, const Scan& scan, Prepared prepared, SurfaceUpdate& surfaces);
 
   Map map;
@@ -134,7 +135,6 @@ Mapper::Impl::Prepared Mapper::Impl::prepare(MapState& state, const Scan& scan) 
 void Mapper::Impl::apply(MapState& state, const Scan& scan, Prepared prepared, SurfaceUpdate& surfaces) {
   ScanReport& report = surfaces.add(std::move(prepared.report));
   Stopwatch time(report);
-  if (!prepared.set_aside) state.unfinished_scan = state.scans + 1;
   state.alignment = std::move(prepared.alignment);
   if (prepared.set_aside) return;
   const OccupancyDelta delta = time(Stage::occupancy, [&] {
@@ -155,6 +155,7 @@ ScanReport Mapper::insert(const Scan& scan) { return std::move(insert_all({&scan
 
 std::vector<ScanReport> Mapper::insert_all(std::span<const Scan> scans) {
   MapState& state = impl_->map.state();
+  std::optional<Transaction> changes;
   SurfaceUpdate surfaces(state);
   for (const Scan& scan : scans) {
     std::optional<Impl::Prepared> prepared;
@@ -164,10 +165,11 @@ std::vector<ScanReport> Mapper::insert_all(std::span<const Scan> scans) {
       if (surfaces.empty()) throw;
       break;
     }
+    if (!changes) changes.emplace(state);
     impl_->apply(state, scan, std::move(*prepared), surfaces);
   }
   std::vector<ScanReport> reports = surfaces.finish();
-  state.unfinished_scan = 0;
+  if (changes) changes->commit(surfaces.snapshot());
   return reports;
 }
 
@@ -177,19 +179,14 @@ ScanReport Mapper::detect_in_occupancy() {
   ScanReport report;
   Stopwatch time(report);
   OccupancyDelta delta;
-  state.unfinished_scan = state.scans + 1;
-  try {
-    time(Stage::occupancy, [&] { delta.appeared = state.occupancy.adopt_occupied_voxels(); });
-  } catch (const Error&) {  // refused before the octree was touched
-    state.unfinished_scan = 0;
-    throw;
-  }
+  Transaction changes(state);
+  time(Stage::occupancy, [&] { delta.appeared = state.occupancy.adopt_occupied_voxels(); });
   report.points_raw = report.voxels = delta.appeared.size();
   SurfaceUpdate surfaces(state);
   surfaces.add(std::move(report));
   surfaces.retract({}, delta);
   report = std::move(surfaces.finish().back());
-  state.unfinished_scan = 0;
+  changes.commit(surfaces.snapshot());
   return report;
 }
 
@@ -205,8 +202,7 @@ MergeReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other
   report.changes.points_out_of_map = there.points_lost();
   report.changes.points_raw = theirs.points;
   report.changes.voxels = theirs.points;
-  // As in insert(): from here on whatever is thrown leaves the map unusable.
-  state.unfinished_scan = state.scans + 1;
+  Transaction changes(state);
   const OccupancyMap::Merged merged =
       time(Stage::occupancy, [&] { return state.occupancy.merge(there.occupancy()); });
   there.hand_over_records(state);
@@ -217,15 +213,15 @@ MergeReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other
   surfaces.find_surfaces(&foreign);
   report.changes = std::move(surfaces.finish().back());
   report.surfaces = there.heirs_in(state);
-  state.unfinished_scan = 0;
+  changes.commit(surfaces.snapshot());
   return report;
 }
 
 void Mapper::share_octree(bool on) {
   MapState& state = impl_->map.state();
-  state.octree_shared = on;
   auto next = std::make_shared<Snapshot>(*state.snapshot.load());
   next->octree = on ? state.occupancy.share() : OccupancyView();
+  state.octree_shared = on;
   state.snapshot.store(std::move(next));
 }
 
@@ -233,11 +229,11 @@ void Mapper::round_scans() { impl_->round_scans = true; }
 const VoxelScan& Mapper::last_voxels() const { return impl_->last; }
 std::shared_ptr<const Snapshot> Mapper::snapshot() const { return impl_->map.snapshot(); }
 const Map& Mapper::map() const {
-  impl_->map.state().require_whole();
+  impl_->map.state().restore();
   return impl_->map;
 }
 Map Mapper::release() && {
-  impl_->map.state().require_whole();
+  impl_->map.state().restore();
   return std::move(impl_->map);
 }
 

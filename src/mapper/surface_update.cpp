@@ -105,7 +105,7 @@ void SurfaceUpdate::count_categorized() {
         reports_[scan].categorized += work_->window[i].surface != 0;
 }
 
-void SurfaceUpdate::revise_and_publish() {
+void SurfaceUpdate::revise() {
   ScanReport& report = reports_.back();
   Stopwatch time(report);
   time(Stage::revise, [&] {
@@ -123,13 +123,13 @@ void SurfaceUpdate::revise_and_publish() {
   report.shrunk = list_of(changes.shrunk);
   report.merged = list_of(changes.merged);
   report.gone = list_of(changes.gone);
-  time(Stage::derive, [&] { derive(*work_); });
+  snapshot_ = time(Stage::derive, [&] { return derive(*work_); });
 }
 
 std::vector<ScanReport> SurfaceUpdate::finish() {
   if (work_) {
     if (searched_ < appeared_.size()) find_surfaces();
-    revise_and_publish();
+    revise();
   }
   return std::move(reports_);
 }

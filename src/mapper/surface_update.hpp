@@ -6,6 +6,7 @@
 #include "surfaces/scan_changes.hpp"
 
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -32,16 +33,16 @@ class SurfaceUpdate {
   /// map has on what appeared.
   void find_surfaces(const ForeignSurfaces* foreign = nullptr);
 
-  /// What is left of steps 4 to 6, and 7 to 9. The reports are complete before the snapshot is published, so
-  /// that what fails has published nothing. The map is whole when its caller says so (unfinished_scan), after
-  /// whatever else of its own can fail.
+  /// What is left of steps 4 to 6, and 7 to 9.
   std::vector<ScanReport> finish();
+  /// To be published; after finish(). Null if no scan went into the octree.
+  const std::shared_ptr<const Snapshot>& snapshot() const { return snapshot_; }
 
  private:
   void renew_workspace();
   void accumulate(std::vector<VoxelKey> keys);
   void count_categorized();
-  void revise_and_publish();
+  void revise();
 
   MapState& state_;
   std::vector<ScanReport> reports_;
@@ -49,6 +50,7 @@ class SurfaceUpdate {
   std::size_t searched_ = 0;                     // of these, in which surfaces were looked for
   std::optional<Workspace> work_;                // of the scan last applied
   std::optional<Expansion> expansion_;           // likewise
+  std::shared_ptr<const Snapshot> snapshot_;
 };
 
 }  // namespace octosurf

@@ -177,6 +177,10 @@ OccupancyMap::Lookup OccupancyMap::at(VoxelKey key) const {
   return lookup;
 }
 
+void OccupancyMap::begin_changes() { tree_->begin_changes(); }
+void OccupancyMap::commit() noexcept { tree_->commit(); }
+void OccupancyMap::roll_back() noexcept { tree_->roll_back(); }
+
 OccupancyView OccupancyMap::share() { return {tree_->share(), grid_.resolution()}; }
 
 void OccupancyMap::assign(const VoxelPoint& point, SurfaceId surface) {

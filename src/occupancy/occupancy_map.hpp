@@ -133,6 +133,12 @@ class OccupancyMap {
   /// The octree as it is now, for readers in any thread.
   OccupancyView share();
 
+  /// From here on until commit() or roll_back() the octree as it is now is kept, at the cost of a copy of
+  /// what is written to. Not while a begin_changes() is open already.
+  void begin_changes();
+  void commit() noexcept;
+  void roll_back() noexcept;
+
   /// Appends the points of the 8³ block that holds `key`, in Morton order.
   void read_block(VoxelKey key, std::vector<VoxelPoint>& out) const;
   /// All points, in Morton order.

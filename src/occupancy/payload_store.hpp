@@ -95,11 +95,29 @@ class PayloadStore {
     copy.sixty_fours_ = sixty_fours_.share();
     return copy;
   }
+  // See Pool.
+  void begin_changes() {
+    for_each_pool([](auto& pool) { pool.begin_changes(); });
+  }
+  void commit() noexcept {
+    for_each_pool([](auto& pool) { pool.commit(); });
+  }
+  void roll_back() noexcept {
+    for_each_pool([](auto& pool) { pool.roll_back(); });
+  }
   std::size_t bytes() const {
     return fours_.bytes() + eights_.bytes() + sixteens_.bytes() + thirty_twos_.bytes() + sixty_fours_.bytes();
   }
 
  private:
+  template <class Visit>
+  void for_each_pool(const Visit& visit) {
+    visit(fours_);
+    visit(eights_);
+    visit(sixteens_);
+    visit(thirty_twos_);
+    visit(sixty_fours_);
+  }
   static unsigned room(unsigned size_class) { return size_class == 0 ? 0 : 2U << size_class; }
   PayloadRun make(unsigned size_class) {
     const auto c = static_cast<std::uint8_t>(size_class);

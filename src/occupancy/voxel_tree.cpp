@@ -114,6 +114,26 @@ std::shared_ptr<const VoxelTree> VoxelTree::share() {
   return copy;
 }
 
+void VoxelTree::begin_changes() {
+  groups_.begin_changes();
+  bricks_.begin_changes();
+  payloads_.begin_changes();
+  root_before_ = root_;
+}
+
+void VoxelTree::commit() noexcept {
+  groups_.commit();
+  bricks_.commit();
+  payloads_.commit();
+}
+
+void VoxelTree::roll_back() noexcept {
+  groups_.roll_back();
+  bricks_.roll_back();
+  payloads_.roll_back();
+  root_ = root_before_;
+}
+
 VoxelTree::Node VoxelTree::root() const {
   Node node;
   node.tree_ = this;

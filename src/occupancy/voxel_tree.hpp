@@ -78,6 +78,12 @@ class VoxelTree {
   /// The tree as it is now, for reading, from any thread.
   std::shared_ptr<const VoxelTree> share();
 
+  /// From here on until commit() or roll_back() the tree as it is now is kept: a copy of each chunk that is
+  /// written to.
+  void begin_changes();
+  void commit() noexcept;
+  void roll_back() noexcept;
+
   /// A node as OctoMap's tree would have it. Valid until the tree changes.
   class Node;
   Node root() const;
@@ -168,7 +174,7 @@ class VoxelTree {
   void visit_below(const Slot& slot, std::uint64_t morton, int level, Visit& visit) const;
 
   OccupancyModel model_;
-  Slot root_;
+  Slot root_, root_before_;  // the latter: at begin_changes()
   Pool<Group, 10> groups_;
   Pool<Brick, 8> bricks_;
   PayloadStore payloads_;

@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <optional>
 #include <vector>
 
@@ -33,10 +32,10 @@ struct AlignmentState {
     double reach_m = 0;
     bool left_out = false;  ///< not in the map; else it was mapped as given
   };
-  std::deque<Misfit> misfits;  ///< the last of them, at most most_misfits
+  std::vector<Misfit> misfits;  ///< the last of them, at most most_misfits
   static constexpr std::size_t most_misfits = 256;
   void note_misfit(const Misfit& misfit) {
-    if (misfits.size() == most_misfits) misfits.pop_front();
+    if (misfits.size() == most_misfits) misfits.erase(misfits.begin());
     misfits.push_back(misfit);
   }
 

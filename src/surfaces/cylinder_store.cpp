@@ -44,11 +44,10 @@ CylinderPtr CylinderModel::publish(std::uint64_t map_revision) const {
 CylinderModel& CylinderStore::create(const CylinderShape& shape) {
   if (ids_left() == 0)
     throw Error(Error::Kind::data, "cylinder ids", "all 2^32 are used up", "start a new map");
-  const CylinderId id = next_id_++;
-  CylinderModel& cylinder = models_[id];
-  cylinder.id = id;
+  CylinderModel& cylinder = models_[next_id_];
+  cylinder.id = next_id_++;
   cylinder.shape = shape;
-  touched_.insert(id);
+  touched_.insert(cylinder.id);
   return cylinder;
 }
 
@@ -59,6 +58,7 @@ CylinderModel& CylinderStore::restore(CylinderModel model) {
 
 void CylinderStore::erase(CylinderId id, CylinderId into) {
   const auto found = models_.find(id);
+  keep(found->second);
   departures_.push_back({Departure::Of::cylinder, id, into, found->second.born, 0, {}});
   for (const auto& [key, inlier] : found->second.inliers) owners_.erase(key.packed());
   models_.erase(found);
@@ -67,7 +67,9 @@ void CylinderStore::erase(CylinderId id, CylinderId into) {
 
 CylinderModel* CylinderStore::find(CylinderId id) {
   const auto found = models_.find(id);
-  return found == models_.end() ? nullptr : &found->second;
+  if (found == models_.end()) return nullptr;
+  keep(found->second);
+  return &found->second;
 }
 const CylinderModel* CylinderStore::find(CylinderId id) const {
   const auto found = models_.find(id);
@@ -75,6 +77,7 @@ const CylinderModel* CylinderStore::find(CylinderId id) const {
 }
 
 void CylinderStore::add(CylinderModel& cylinder, const Inlier& inlier) {
+  keep(cylinder);
   release(inlier.key);
   cylinder.inliers[inlier.key] = inlier;
   owners_[inlier.key.packed()] = cylinder.id;
@@ -87,6 +90,7 @@ void CylinderStore::release(VoxelKey key) {
   const auto owner = owners_.find(key.packed());
   if (owner == owners_.end()) return;
   CylinderModel& cylinder = models_.at(owner->second);
+  keep(cylinder);
   cylinder.inliers.erase(key);
   ++cylinder.unchecked;
   touched_.insert(cylinder.id);
@@ -97,6 +101,7 @@ void CylinderStore::move(const Inlier& inlier) {
   const CylinderId id = owner(inlier.key);
   if (id == 0) return;
   CylinderModel& cylinder = models_.at(id);
+  keep(cylinder);
   cylinder.inliers[inlier.key] = inlier;
   ++cylinder.unchecked;
   touched_.insert(id);
@@ -105,6 +110,7 @@ void CylinderStore::move(const Inlier& inlier) {
 std::vector<CylinderPtr> CylinderStore::publish(std::uint64_t map_revision) {
   for (const CylinderId id : touched_) {
     CylinderModel& cylinder = models_.at(id);
+    keep(cylinder);
     if (cylinder.revision == 0) cylinder.born = map_revision;
     cylinder.revision = map_revision;
     cylinder.published = cylinder.publish(map_revision);
@@ -117,6 +123,43 @@ std::vector<CylinderPtr> CylinderStore::publish(std::uint64_t map_revision) {
     all.push_back(cylinder.published);
   }
   return all;
+}
+
+void CylinderStore::begin_changes() {
+  touched_before_ = touched_;
+  next_id_before_ = next_id_;
+  open_ = true;
+}
+
+/// Before the model is changed.
+void CylinderStore::keep(const CylinderModel& model) {
+  if (open_ && model.id < next_id_before_) before_.try_emplace(model.id, model);
+}
+
+void CylinderStore::commit() noexcept {
+  open_ = false;
+  before_.clear();
+  touched_before_.clear();
+}
+
+void CylinderStore::roll_back() {
+  decltype(owners_) owners;
+  const auto settle = [&](const CylinderModel& model) {
+    for (const auto& [key, inlier] : model.inliers) owners[key.packed()] = model.id;
+  };
+  for (const auto& [id, model] : before_) settle(model);
+  for (const auto& [id, model] : models_)
+    if (id < next_id_before_ && !before_.contains(id)) settle(model);
+
+  // From here on nothing can fail.
+  models_.erase(models_.lower_bound(next_id_before_), models_.end());
+  for (const auto& [id, model] : before_) models_.erase(id);
+  models_.merge(before_);
+  owners_.swap(owners);
+  touched_.swap(touched_before_);
+  next_id_ = next_id_before_;
+  departures_.clear();
+  commit();
 }
 
 }  // namespace octosurf

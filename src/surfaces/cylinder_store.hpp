@@ -62,6 +62,14 @@ class CylinderStore {
   void release(VoxelKey key);                               ///< no-op if it supports none
   void move(const Inlier& inlier);                          ///< a closer view of its point; no-op likewise
 
+  /// From here on until commit() or roll_back() what the cylinders are now is kept: a copy of each that is
+  /// changed.
+  void begin_changes();
+  void commit() noexcept;
+  /// All as it was at begin_changes(). Changes nothing if it throws, and can be called again. O(inliers of
+  /// all).
+  void roll_back();
+
   /// Cylinders whose inliers are no longer what was published; ascending.
   const std::set<CylinderId>& touched() const { return touched_; }
   /// All in order of id, the touched ones anew; none is touched afterwards.
@@ -73,6 +81,13 @@ class CylinderStore {
   tsl::robin_map<std::uint64_t, CylinderId, PackedKeyHash> owners_;
   std::set<CylinderId> touched_;
   std::vector<Departure> departures_;
+
+  void keep(const CylinderModel& model);
+
+  bool open_ = false;                           // between begin_changes() and its end
+  CylinderId next_id_before_ = 1;               // at begin_changes()
+  std::set<CylinderId> touched_before_;         // likewise
+  std::map<CylinderId, CylinderModel> before_;  // those changed since
 };
 
 }  // namespace octosurf

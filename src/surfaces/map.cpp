@@ -47,11 +47,17 @@ double Surface::normal_std_rad() const {
   return std::sqrt(std::max(0.0, slopes.eigenvalues()[1]));
 }
 
+void MapState::restore() {
+  if (!unrestored) return;
+  surfaces.roll_back(occupancy, *snapshot.load());
+  cylinders.roll_back();
+  unrestored = false;
+}
+
 void MapState::require_whole() const {
-  if (unfinished_scan == 0) return;
-  throw Error(Error::Kind::incomplete, "map",
-              "is incomplete since scan " + std::to_string(unfinished_scan) + " failed half-way",
-              "load the one that was saved last");
+  if (!unrestored) return;
+  throw Error(Error::Kind::incomplete, "map", "memory did not suffice to take back a scan that failed",
+              "free some and call the mapper's map()");
 }
 
 Map::Map(const Parameters& parameters) {
@@ -68,7 +74,7 @@ const MapState& Map::state() const {
   return *state_;
 }
 MapState& Map::state() {
-  state_->require_whole();
+  state_->restore();
   return *state_;
 }
 

@@ -42,10 +42,10 @@ struct MapState {
   AtomicSharedPtr<const Snapshot> snapshot;  ///< what readers in other threads see
   bool octree_shared = false;                ///< its octree, too; a wish of the process, not of the map
 
-  /// Number of the scan that is being inserted: set before the first change, 0 again when all parts are in
-  /// step. It stays set when that scan fails, and then nothing here can be relied on but the snapshot.
-  std::uint64_t unfinished_scan = 0;
-  void require_whole() const;  ///< throws Error(incomplete)
+  /// Changes have failed and the surfaces are not yet as they were before, for want of memory (Transaction).
+  bool unrestored = false;
+  void restore();              ///< makes them so; throws std::bad_alloc
+  void require_whole() const;  ///< throws Error(incomplete) if they are not
 };
 
 }  // namespace octosurf

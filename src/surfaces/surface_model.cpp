@@ -331,10 +331,17 @@ SurfacePtr SurfaceModel::publish(std::uint64_t map_revision) const {
   return surface;
 }
 
+SurfaceModel::State SurfaceModel::head() const {
+  return {
+      id_, plane_, checked_plane, pose_,           hash_frame_, reference_, moments_, evidence_, covariance_,
+      {},  {},     parents_,      polygons_stale_, born,        revision,   unchecked};
+}
+
 SurfaceModel::State SurfaceModel::state() const {
-  return {id_,       plane_,      checked_plane,    pose_,     hash_frame_, reference_,      moments_,
-          evidence_, covariance_, sorted_inliers(), polygons_, parents_,    polygons_stale_, born,
-          revision,  unchecked};
+  State state = head();
+  state.inliers = sorted_inliers();
+  state.polygons = polygons_;
+  return state;
 }
 
 SurfaceModel::SurfaceModel(const State& state, double resolution)

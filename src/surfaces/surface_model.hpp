@@ -159,6 +159,8 @@ class SurfaceModel {
     std::uint64_t unchecked = 0;
   };
   State state() const;
+  /// The same without inliers and polygons, O(1): for whoever has those elsewhere.
+  State head() const;
   SurfaceModel(const State& state, double resolution);
 
   /// Fewer than a quarter of its inliers came or went since it was last checked for being one plane.
@@ -170,6 +172,7 @@ class SurfaceModel {
   std::uint64_t revision = 0;   ///< map revision of the last published change
   Plane checked_plane;          ///< plane against which all inliers were last checked
   std::uint64_t unchecked = 0;  ///< inliers that came or went since planarity was last checked
+  std::uint64_t kept_in = 0;    ///< the SurfaceStore's
 
  private:
   void fade(double share);

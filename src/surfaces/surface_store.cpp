@@ -17,31 +17,28 @@ SurfaceStore SurfaceStore::beside(const SurfaceStore& known) {
 SurfaceModel& SurfaceStore::create(const Plane& plane, const Eigen::Vector3d& origin) {
   if (ids_left() == 0)
     throw Error(Error::Kind::data, "surface ids", "all 2^24 are used up", "start a new map");
-  const SurfaceId id = next_id_++;
-  return models_.try_emplace(id, id, plane, origin, resolution_).first->second;
+  SurfaceModel& model = models_.try_emplace(next_id_, next_id_, plane, origin, resolution_).first->second;
+  ++next_id_;
+  model.kept_in = period_;
+  return model;
 }
 
 SurfaceModel& SurfaceStore::restore(const SurfaceModel::State& state) {
   SurfaceModel& model = models_.try_emplace(state.id, state, resolution_).first->second;
-  for (const Inlier& inlier : state.inliers) {
-    auto& residents = places_[block_of(inlier.key)];
-    const auto found =
-        std::find_if(residents.begin(), residents.end(), [&](const Resident& r) { return r.id == state.id; });
-    found == residents.end() ? residents.push_back({state.id, 1}) : void(++found->inliers);
-  }
+  for (const Inlier& inlier : state.inliers) add_resident(places_, inlier.key, state.id);
   return model;
 }
 
 void SurfaceStore::erase(SurfaceId id, SurfaceId into) {
   const auto found = models_.find(id);
-  const SurfaceModel& model = found->second;
+  const SurfaceModel& model = kept(found->second);
   departures_.push_back({Departure::Of::surface, id, into, model.born, 0, model.parents()});
   models_.erase(found);
 }
 
 SurfaceModel* SurfaceStore::find(SurfaceId id) {
   const auto found = models_.find(id);
-  return found == models_.end() ? nullptr : &found->second;
+  return found == models_.end() ? nullptr : &kept(found->second);
 }
 const SurfaceModel* SurfaceStore::find(SurfaceId id) const {
   if (const auto found = models_.find(id); found != models_.end()) return &found->second;
@@ -50,13 +47,14 @@ const SurfaceModel* SurfaceStore::find(SurfaceId id) const {
 
 void SurfaceStore::add(SurfaceModel& surface, const Inlier& inlier) {
   surface.add(inlier);
-  auto& residents = places_[block_of(inlier.key)];
-  for (Resident& resident : residents)
-    if (resident.id == surface.id()) {
-      ++resident.inliers;
-      return;
-    }
-  residents.push_back({surface.id(), 1});
+  add_resident(places_, inlier.key, surface.id());
+}
+
+void SurfaceStore::add_resident(Places& places, VoxelKey key, SurfaceId id) {
+  auto& residents = places[block_of(key)];
+  const auto found =
+      std::find_if(residents.begin(), residents.end(), [&](const Resident& r) { return r.id == id; });
+  found == residents.end() ? residents.push_back({id, 1}) : void(++found->inliers);
 }
 
 bool SurfaceStore::remove(SurfaceModel& surface, VoxelKey key, const Eigen::Vector3f& position) {
@@ -88,6 +86,60 @@ SurfaceStore::Ids SurfaceStore::near(VoxelKey key, int reach) const {
   if (known_ != nullptr) known_->add_ids_near(key, reach, ids);
   std::sort(ids.begin(), ids.end());
   return ids;
+}
+
+void SurfaceStore::begin_changes() {
+  ++period_;
+  open_ = true;
+  next_id_before_ = next_id_;
+}
+
+/// Before the model is changed.
+SurfaceModel& SurfaceStore::kept(SurfaceModel& model) {
+  if (open_ && model.kept_in != period_) {
+    heads_before_.push_back(model.head());
+    model.kept_in = period_;
+  }
+  return model;
+}
+
+void SurfaceStore::commit() noexcept {
+  open_ = false;
+  heads_before_.clear();
+}
+
+void SurfaceStore::roll_back(const OccupancyMap& points, const Snapshot& published) {
+  std::map<SurfaceId, SurfaceModel::State> before;
+  for (const SurfaceModel::State& head : heads_before_) before.emplace(head.id, head);
+  for (auto& [id, state] : before)
+    if (const Surface* surface = published.find(id)) state.polygons = surface->polygons;
+  if (!before.empty())
+    points.for_each_point([&](const VoxelPoint& p) {
+      if (const auto found = before.find(p.surface); found != before.end())
+        found->second.inliers.push_back({p.key, p.range_class, p.position});
+    });
+  std::map<SurfaceId, SurfaceModel> models;
+  for (auto& [id, state] : before) {
+    std::sort(state.inliers.begin(), state.inliers.end(),
+              [](const Inlier& a, const Inlier& b) { return a.key < b.key; });
+    models.try_emplace(id, state, resolution_);
+  }
+  Places places;
+  const auto settle = [&](SurfaceId id, const SurfaceModel& model) {
+    model.for_each_inlier([&](const Inlier& inlier) { add_resident(places, inlier.key, id); });
+  };
+  for (const auto& [id, model] : models) settle(id, model);
+  for (const auto& [id, model] : models_)
+    if (id < next_id_before_ && !models.contains(id)) settle(id, model);
+
+  // From here on nothing can fail.
+  models_.erase(models_.lower_bound(next_id_before_), models_.end());
+  for (const auto& [id, state] : before) models_.erase(id);
+  models_.merge(models);
+  places_.swap(places);
+  next_id_ = next_id_before_;
+  departures_.clear();
+  commit();
 }
 
 bool SurfaceStore::find(SurfaceId id, Plane& plane, double& tolerance) const {

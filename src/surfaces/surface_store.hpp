@@ -35,10 +35,17 @@ class SurfaceStore : public PlaneLookup {
   void set_next_id(SurfaceId id) { next_id_ = id; }
 
   /// Ascending id.
-  auto begin() { return models_.begin(); }
-  auto end() { return models_.end(); }
   auto begin() const { return models_.begin(); }
   auto end() const { return models_.end(); }
+
+  /// From here on until commit() or roll_back() what the surfaces are now is kept: O(1) for each that is
+  /// asked for to be changed.
+  void begin_changes();
+  void commit() noexcept;
+  /// All as it was at begin_changes(). `points`: the octree as it was then, which has the inliers;
+  /// `published`: the snapshot of that time, which has the polygons. Changes nothing if it throws, and can be
+  /// called again. O(points of the octree), less if no surface was asked for.
+  void roll_back(const OccupancyMap& points, const Snapshot& published);
 
   // Inliers come and go through the store, so that the look-up by place stays true.
   void add(SurfaceModel& surface, const Inlier& inlier);
@@ -58,7 +65,10 @@ class SurfaceStore : public PlaneLookup {
     std::uint32_t inliers;
   };
   static std::uint64_t block_of(VoxelKey key) { return key.packed() >> 3 & 0x1fff1fff1fffULL; }
+  using Places = tsl::robin_map<std::uint64_t, std::vector<Resident>, PackedKeyHash>;
+  static void add_resident(Places& places, VoxelKey key, SurfaceId id);
   void add_ids_near(VoxelKey key, int reach, Ids& ids) const;
+  SurfaceModel& kept(SurfaceModel& model);
 
   const SurfaceStore* known_ = nullptr;  // read only
   double resolution_;
@@ -66,7 +76,12 @@ class SurfaceStore : public PlaneLookup {
   std::map<SurfaceId, SurfaceModel> models_;
   std::vector<Departure> departures_;
   SurfaceId next_id_ = 1;
-  tsl::robin_map<std::uint64_t, std::vector<Resident>, PackedKeyHash> places_;
+  Places places_;
+
+  std::uint64_t period_ = 0;                       // each begin_changes() begins another
+  bool open_ = false;                              // between begin_changes() and its end
+  SurfaceId next_id_before_ = 1;                   // at begin_changes()
+  std::vector<SurfaceModel::State> heads_before_;  // of those that were asked for since
 };
 
 }  // namespace octosurf

@@ -23,13 +23,13 @@ void note_departures(MapState& state, const Snapshot& before) {
 
 }  // namespace
 
-void derive(Workspace& work) {
+std::shared_ptr<const Snapshot> derive(Workspace& work) {
   MapState& state = work.state;
   ++state.revision;
   const std::shared_ptr<const Snapshot> before = state.snapshot.load();
   auto next = std::make_shared<Snapshot>(Snapshot{state.revision, before->resolution, {}});
   const std::set<SurfaceId> touched = work.changes.touched();
-  for (auto& [id, surface] : state.surfaces) {
+  for (const auto& [id, known] : state.surfaces) {
     const auto at = std::lower_bound(before->surfaces.begin(), before->surfaces.end(), id,
                                      [](const SurfacePtr& s, SurfaceId wanted) { return s->id < wanted; });
     const bool published = at != before->surfaces.end() && (*at)->id == id;
@@ -37,6 +37,7 @@ void derive(Workspace& work) {
       next->surfaces.push_back(*at);
       continue;
     }
+    SurfaceModel& surface = *state.surfaces.find(id);
     surface.derive(state.parameters.max_hole_size(), &state.noise);
     surface.derive_covariance(state.noise);
     if (!published) surface.born = state.revision;
@@ -47,7 +48,7 @@ void derive(Workspace& work) {
   note_departures(state, *before);
   next->departures = state.departures;
   if (state.octree_shared) next->octree = state.occupancy.share();
-  state.snapshot.store(std::move(next));
+  return next;
 }
 
 }  // namespace octosurf

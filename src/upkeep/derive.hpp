@@ -2,9 +2,11 @@
 
 #include "surfaces/scan_changes.hpp"
 
+#include <memory>
+
 namespace octosurf {
 
-/// Recomputes what is stale of the touched surfaces and publishes a new snapshot.
-void derive(Workspace& work);
+/// Recomputes what is stale of the touched surfaces. Returns the next snapshot, for whoever publishes it.
+std::shared_ptr<const Snapshot> derive(Workspace& work);
 
 }  // namespace octosurf

@@ -291,7 +291,7 @@ TEST(Derive, PublishesWhatChangedAndKeepsTheRest) {
     Workspace work(floor.state);
     test::make_surface(work, floor.delta.appeared, ground, left);
     test::make_surface(work, floor.delta.appeared, ground, right);
-    derive(work);
+    floor.state.snapshot.store(derive(work));
   }
   const auto first = floor.state.snapshot.load();
   ASSERT_EQ(first->surfaces.size(), 2U);
@@ -299,7 +299,7 @@ TEST(Derive, PublishesWhatChangedAndKeepsTheRest) {
   EXPECT_NEAR(first->surfaces[0]->area_m2, 0.5, 0.03);
   Workspace work(floor.state);
   work.requeue(work.window.find(floor.state.surfaces.find(2)->sorted_inliers().front().key));
-  derive(work);
+  floor.state.snapshot.store(derive(work));
   const auto second = floor.state.snapshot.load();
   EXPECT_EQ(second->revision, 2U);
   EXPECT_EQ(second->surfaces[0], first->surfaces[0]) << "not copied";

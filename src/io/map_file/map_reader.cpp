@@ -316,8 +316,9 @@ class Reader {
     MapState& state = *file_.state;
     auto snapshot =
         std::make_shared<Snapshot>(Snapshot{state.revision, state.parameters.occupancy.resolution, {}});
-    for (auto& [id, surface] : state.surfaces) {
-      if (surface.covariance().isZero(0)) surface.derive_covariance(state.noise);  // an older file
+    for (const auto& [id, surface] : state.surfaces) {
+      if (surface.covariance().isZero(0))
+        state.surfaces.find(id)->derive_covariance(state.noise);  // an older file
       snapshot->surfaces.push_back(surface.publish(surface.revision));
     }
     snapshot->cylinders = state.cylinders.publish(state.revision);

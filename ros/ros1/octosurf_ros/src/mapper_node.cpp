@@ -108,7 +108,7 @@ void MapperNode::run() {
       if (!scan) return;
       insert(*scan);
     } catch (const std::bad_alloc&) {
-      refuse("out of memory");  // if that has broken the map, scans are refused until ~load
+      refuse("out of memory");
     } catch (const std::exception& error) {
       refuse(error.what());
     }

@@ -1,0 +1,58 @@
+#include "surfaces/transaction.hpp"
+
+#include <type_traits>
+#include <utility>
+
+namespace octosurf {
+
+Transaction::Records::Records(const MapState& state)
+    : noise(state.noise),
+      alignment(state.alignment),
+      departures(state.departures),
+      accumulated(state.accumulated),
+      points(state.points),
+      scans(state.scans),
+      revision(state.revision),
+      sensors_up(state.sensors_up) {}
+
+// A std::deque among the members would take memory to be moved.
+static_assert(std::is_nothrow_swappable_v<AlignmentState> && std::is_nothrow_swappable_v<DepartureLog> &&
+              std::is_nothrow_copy_assignable_v<NoiseModel>);
+
+void Transaction::Records::put_back(MapState& state) noexcept {
+  state.noise = noise;
+  std::swap(state.alignment, alignment);
+  std::swap(state.departures, departures);
+  std::swap(state.accumulated, accumulated);
+  state.points = points;
+  state.scans = scans;
+  state.revision = revision;
+  state.sensors_up = sensors_up;
+}
+
+Transaction::Transaction(MapState& state) : state_(state), before_(state) {
+  state.cylinders.begin_changes();  // the only one that takes memory
+  state.surfaces.begin_changes();
+  state.occupancy.begin_changes();
+}
+
+void Transaction::commit(std::shared_ptr<const Snapshot> next) noexcept {
+  if (next) state_.snapshot.store(std::move(next));
+  state_.occupancy.commit();
+  state_.surfaces.commit();
+  state_.cylinders.commit();
+  open_ = false;
+}
+
+Transaction::~Transaction() {
+  if (!open_) return;
+  state_.occupancy.roll_back();
+  before_.put_back(state_);
+  state_.unrestored = true;
+  try {
+    state_.restore();
+  } catch (...) {  // no memory: whoever works on the map next tries again
+  }
+}
+
+}  // namespace octosurf
