@@ -18,13 +18,13 @@ constexpr float cos_facing = 0.8F;
 }  // namespace
 
 std::vector<CylinderExtraction::Oriented> CylinderExtraction::oriented(std::span<const Index> region) {
-  const Eigen::Vector3f reference = work_.window[region.front()].position;
+  const Eigen::Vector3f reference = map_.window[region.front()].position;
   std::vector<Oriented> points;
   const std::size_t stride = CylinderRules::stride(region.size(), scored_points);
   for (std::size_t k = 0; k < region.size(); k += stride) {
-    const LocalPlane& local = work_.normals.at(region[k]);
+    const LocalPlane& local = map_.normals.at(region[k]);
     if (local.known)
-      points.push_back({work_.window[region[k]].position - reference, local.normal,
+      points.push_back({map_.window[region[k]].position - reference, local.normal,
                         static_cast<float>(rules_.tolerance(region[k]))});
   }
   return points;
@@ -66,7 +66,7 @@ std::optional<CylinderShape> CylinderExtraction::best_shape(std::span<const Inde
   std::vector<Oriented> points = oriented(region);
   const std::size_t stride = CylinderRules::stride(region.size(), scored_points);
   if (points.size() * stride < rules_.min_points()) return {};
-  std::mt19937_64 rng(PackedKeyHash()(work_.window[region.front()].key.packed()) ^ region.size());
+  std::mt19937_64 rng(PackedKeyHash()(map_.window[region.front()].key.packed()) ^ region.size());
   for (std::size_t k = points.size(); k > 1; --k) std::swap(points[k - 1], points[rng() % k]);
   const auto pick = [&]() -> const Oriented& { return points[rng() % points.size()]; };
   const auto draw = [&] {
@@ -82,7 +82,7 @@ std::optional<CylinderShape> CylinderExtraction::best_shape(std::span<const Inde
                      .to_beat = rules_.min_points() / stride / 2},
                     draw, [&](const Guess& g, std::size_t to_beat) { return count(g, points, to_beat); });
   if (!best) return {};
-  const Eigen::Vector3d reference = work_.window[region.front()].position.cast<double>();
+  const Eigen::Vector3d reference = map_.window[region.front()].position.cast<double>();
   return CylinderShape{reference + best->model.point.cast<double>(),
                        best->model.axis.cast<double>().normalized(), best->model.radius};
 }
@@ -97,8 +97,8 @@ std::vector<CylinderExtraction::Index> CylinderExtraction::inliers_of(const Cyli
 
 std::vector<CylinderExtraction::Index> CylinderExtraction::fullest_stretch(const CylinderShape& shape,
                                                                            std::vector<Index> inliers) {
-  const double h = work_.state.parameters.max_hole_size();
-  const auto height = [&](Index i) { return shape.height(work_.window[i].position.cast<double>()); };
+  const double h = map_.parameters.max_hole_size();
+  const auto height = [&](Index i) { return shape.height(map_.window[i].position.cast<double>()); };
   std::vector<double> heights;
   for (const Index i : inliers) heights.push_back(height(i));
   std::sort(heights.begin(), heights.end());

@@ -21,7 +21,7 @@ class CylinderExtraction {
     std::vector<Index> inliers;  ///< in the region's order
   };
 
-  CylinderExtraction(Workspace& work, CylinderRules& rules) : work_(work), rules_(rules) {}
+  CylinderExtraction(const MapView& map, CylinderRules& rules) : map_(map), rules_(rules) {}
 
   /// The convincing one with the most points, if there is any. `region` is not empty and in key order.
   std::optional<Found> operator()(std::span<const Index> region);
@@ -43,7 +43,7 @@ class CylinderExtraction {
   std::vector<Index> inliers_of(const CylinderShape& shape, std::span<const Index> region);
   std::vector<Index> fullest_stretch(const CylinderShape& shape, std::vector<Index> inliers);
 
-  Workspace& work_;
+  const MapView& map_;
   CylinderRules& rules_;
 };
 

@@ -20,30 +20,30 @@ bool round(double facets, std::size_t points) {
 
 }  // namespace
 
-CylinderRules::CylinderRules(Workspace& work)
-    : work_(work),
-      min_points_(static_cast<std::size_t>(work.state.parameters.min_surface_points())),
-      min_radius_(1.5 * work.state.parameters.occupancy.resolution),
-      min_length_(std::max(0.1, 4 * work.state.parameters.occupancy.resolution)),
-      cell_(work.state.parameters.max_hole_size() / 2) {}
+CylinderRules::CylinderRules(const MapView& map)
+    : map_(map),
+      min_points_(static_cast<std::size_t>(map.parameters.min_surface_points())),
+      min_radius_(1.5 * map.parameters.occupancy.resolution),
+      min_length_(std::max(0.1, 4 * map.parameters.occupancy.resolution)),
+      cell_(map.parameters.max_hole_size() / 2) {}
 
 bool CylinderRules::fits(const CylinderShape& shape, Index i) {
-  const VoxelPoint& p = work_.window[i];
+  const VoxelPoint& p = map_.window[i];
   const Eigen::Vector3d outward = shape.from_axis(p.position.cast<double>());
   const double rho = outward.norm(), misfit = std::fabs(rho - shape.radius);
   const double reach = tolerance(shape, i);
   if (misfit > reach) return false;
-  const LocalPlane& local = work_.normals.at(i);
+  const LocalPlane& local = map_.normals.at(i);
   if (!local.known) return misfit <= reach / 2;
   return local.normal.cast<double>().dot(outward) >= cos_facing * rho;
 }
 
 CylinderSample CylinderRules::sample(Index i) {
-  const LocalPlane& local = work_.normals.at(i);
-  const VoxelPoint& p = work_.window[i];
+  const LocalPlane& local = map_.normals.at(i);
+  const VoxelPoint& p = map_.window[i];
   return {p.position.cast<double>(),
           local.known ? Eigen::Vector3d(local.normal.cast<double>()) : Eigen::Vector3d::Zero(),
-          std::max(work_.state.noise.sigma(p.range_class), 1e-6)};
+          std::max(map_.noise.sigma(p.range_class), 1e-6)};
 }
 
 std::vector<CylinderSample> CylinderRules::samples(std::span<const Index> points, std::size_t stride) {
@@ -66,7 +66,7 @@ bool CylinderRules::convincing(const CylinderShape& shape, std::span<const Cylin
                                bool known) const {
   if (shape.radius < min_radius_ || shape.radius > max_radius()) return false;
   const CylinderEvidence e = weigh(shape, samples, cell_);
-  const double bend = 0.4 * work_.state.noise.tolerance(1);
+  const double bend = 0.4 * map_.noise.tolerance(1);
   return e.extent.length() >= std::max(min_length_, shape.radius) &&
          e.extent.span >= (known ? 45 : 60) * rad_per_deg && e.scatter <= (known ? 2.2 : 1.7) &&
          (known ? e.facets >= 1.05 : round(e.facets, samples.size())) && e.bulge <= bend && e.taper <= bend &&

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "surfaces/scan_changes.hpp"
+#include "surfaces/map_view.hpp"
 
 #include <algorithm>
 #include <span>
@@ -13,16 +13,16 @@ class CylinderRules {
  public:
   using Index = PointWindow::Index;
 
-  explicit CylinderRules(Workspace& work);
+  explicit CylinderRules(const MapView& map);
 
   std::size_t min_points() const { return min_points_; }  ///< inliers: n
   double min_radius() const { return min_radius_; }       ///< m
   double max_radius() const { return 0.5; }               ///< m
-  double tolerance(Index i) const { return work_.state.noise.tolerance(work_.window[i].range_class); }
+  double tolerance(Index i) const { return map_.noise.tolerance(map_.window[i].range_class); }
   /// The same, but no more than an eighth of the radius, if that is over s: a point less certain than r/8
   /// cannot constrain a cylinder of radius r.
   double tolerance(const CylinderShape& shape, Index i) const {
-    return std::min(tolerance(i), std::max(work_.state.parameters.surface_tolerance(), shape.radius / 8));
+    return std::min(tolerance(i), std::max(map_.parameters.surface_tolerance(), shape.radius / 8));
   }
 
   /// Within its tolerance of the mantle and, where its normal is known, facing away from the axis; where
@@ -43,7 +43,7 @@ class CylinderRules {
   bool convincing(const CylinderShape& shape, std::span<const CylinderSample> samples, bool known) const;
 
  private:
-  Workspace& work_;
+  const MapView& map_;
   std::size_t min_points_;
   double min_radius_, min_length_, cell_;
 };

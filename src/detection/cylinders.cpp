@@ -17,12 +17,16 @@ constexpr std::size_t fitted_points = 2000;  // a fit to a sample this large is 
 
 class CylinderUpdate {
  public:
-  explicit CylinderUpdate(Workspace& work)
-      : work_(work), cylinders_(work.state.cylinders), rules_(work), extract_(work, rules_) {}
+  CylinderUpdate(Ledger& ledger, const Detection::LeftOver& left_over)
+      : map_(ledger),
+        cylinders_(ledger.cylinder_store()),
+        left_over_(left_over),
+        rules_(map_),
+        extract_(map_, rules_) {}
 
   void operator()() {
     grow_known();
-    for (const std::vector<Index>& region : work_.left_over.regions) look_for_new(region);
+    for (const std::vector<Index>& region : left_over_.regions) look_for_new(region);
     for (const std::vector<Index>& cluster : unassigned_clusters()) look_for_new(cluster);
     refit_changed();
     merge_grown();
@@ -30,18 +34,18 @@ class CylinderUpdate {
 
  private:
   bool free(Index i) const {
-    return work_.window[i].surface == 0 && cylinders_.owner(work_.window[i].key) == 0;
+    return map_.window[i].surface == 0 && cylinders_.owner(map_.window[i].key) == 0;
   }
   Inlier inlier(Index i) const {
-    const VoxelPoint& p = work_.window[i];
+    const VoxelPoint& p = map_.window[i];
     return {p.key, p.range_class, p.position};
   }
-  Eigen::Vector3d position(Index i) const { return work_.window[i].position.cast<double>(); }
+  Eigen::Vector3d position(Index i) const { return map_.window[i].position.cast<double>(); }
 
   /// Outward from `frontier`, whose points are the cylinder's.
   void flood(CylinderModel& cylinder, std::vector<Index> frontier) {
     breadth_first(frontier, [&](Index from) {
-      work_.window.for_each_near(work_.window[from].key, adjacent_voxels, [&](Index i) {
+      map_.window.for_each_near(map_.window[from].key, adjacent_voxels, [&](Index i) {
         if (!free(i) || !rules_.fits(cylinder.shape, i)) return;
         cylinders_.add(cylinder, inlier(i));
         frontier.push_back(i);
@@ -50,10 +54,10 @@ class CylinderUpdate {
   }
 
   void grow_known() {
-    if (cylinders_.size() == 0 || work_.left_over.points.empty()) return;
-    const double h = work_.state.parameters.max_hole_size();
+    if (cylinders_.size() == 0 || left_over_.points.empty()) return;
+    const double h = map_.parameters.max_hole_size();
     Eigen::AlignedBox3d around;
-    for (const Index i : work_.left_over.points) around.extend(position(i));
+    for (const Index i : left_over_.points) around.extend(position(i));
     for (const auto& entry : cylinders_) {
       CylinderModel& cylinder = *cylinders_.find(entry.first);
       const Cylinder& known = *cylinder.published;
@@ -61,7 +65,7 @@ class CylinderUpdate {
       const Eigen::Vector3d reach = half * known.axis.cwiseAbs() + Eigen::Vector3d::Constant(radius);
       if (!around.intersects({known.axis_point - reach, known.axis_point + reach})) continue;
       std::vector<Index> taken;
-      for (const Index i : work_.left_over.points) {
+      for (const Index i : left_over_.points) {
         if (std::fabs(known.axis.dot(position(i) - known.axis_point)) > half || !free(i) ||
             !rules_.fits(cylinder.shape, i))
           continue;
@@ -74,14 +78,14 @@ class CylinderUpdate {
 
   /// Points that waited, are in no smooth region and lie together; in key order.
   std::vector<std::vector<Index>> unassigned_clusters() {
-    std::vector<bool> in_region(work_.window.size(), false);
-    for (const std::vector<Index>& region : work_.left_over.regions)
+    std::vector<bool> in_region(map_.window.size(), false);
+    for (const std::vector<Index>& region : left_over_.regions)
       for (const Index i : region) in_region[i] = true;
     // By cells of 4³ voxels: points of one, and of two that touch, are at most h apart.
     std::map<VoxelKey, std::vector<Index>> cells;
-    for (const Index i : work_.left_over.points)
-      if (free(i) && !in_region[i] && work_.normals.at(i).known) {
-        const VoxelKey key = work_.window[i].key;
+    for (const Index i : left_over_.points)
+      if (free(i) && !in_region[i] && map_.normals.at(i).known) {
+        const VoxelKey key = map_.window[i].key;
         cells[cell_of(key.x >> 2, key.y >> 2, key.z >> 2)].push_back(i);
       }
     std::vector<std::vector<Index>> clusters;
@@ -103,7 +107,7 @@ class CylinderUpdate {
       });
       if (cluster.size() < rules_.min_points()) continue;
       std::sort(cluster.begin(), cluster.end(),
-                [&](Index a, Index b) { return work_.window[a].key < work_.window[b].key; });
+                [&](Index a, Index b) { return map_.window[a].key < map_.window[b].key; });
       clusters.push_back(std::move(cluster));
     }
     return clusters;
@@ -153,8 +157,8 @@ class CylinderUpdate {
     constexpr double cos_30_deg = 0.8660254037844386;
     if (std::fabs(known.shape.axis.dot(found.shape.axis)) < cos_30_deg) return false;
     std::size_t over = 0;
-    const auto extent = extent_of(known.shape, known.samples(work_.state.noise));
-    const double h = work_.state.parameters.max_hole_size();
+    const auto extent = extent_of(known.shape, known.samples(map_.noise));
+    const double h = map_.parameters.max_hole_size();
     for (const Index i : found.inliers) {
       const double height = known.shape.height(position(i));
       over += height >= extent.low - h && height <= extent.high + h &&
@@ -167,7 +171,7 @@ class CylinderUpdate {
   bool fitted(CylinderModel& cylinder) const {
     const Eigen::Vector3d axis = cylinder.shape.axis;
     const std::vector<CylinderSample> samples =
-        cylinder.samples(work_.state.noise, CylinderRules::stride(cylinder.inliers.size(), fitted_points));
+        cylinder.samples(map_.noise, CylinderRules::stride(cylinder.inliers.size(), fitted_points));
     if (!refine(cylinder.shape, samples)) return false;
     cylinder.shape = along(cylinder.shape, axis);
     return rules_.convincing(cylinder.shape, samples, true);
@@ -178,7 +182,7 @@ class CylinderUpdate {
     std::vector<VoxelKey> misfits;
     for (const auto& [key, point] : cylinder.inliers)
       if (std::fabs(cylinder.shape.distance(point.position.cast<double>())) >
-          1.5 * work_.state.noise.tolerance(point.range_class))
+          1.5 * map_.noise.tolerance(point.range_class))
         misfits.push_back(key);
     for (const VoxelKey key : misfits) cylinders_.release(key);
   }
@@ -203,7 +207,7 @@ class CylinderUpdate {
   /// One cylinder explains both.
   bool joined(const CylinderModel& a, const CylinderModel& b) const {
     constexpr double cos_10_deg = 0.984807753012208;
-    const NoiseModel& noise = work_.state.noise;
+    const NoiseModel& noise = map_.noise;
     const double slack = noise.tolerance(1);
     if (std::fabs(a.shape.axis.dot(b.shape.axis)) < cos_10_deg ||
         std::fabs(a.shape.radius - b.shape.radius) > slack)
@@ -216,7 +220,7 @@ class CylinderUpdate {
     const auto of_a = a.samples(noise), of_b = b.samples(noise);
     const CylinderExtent extent_a = extent_of(a.shape, of_a), extent_b = extent_of(a.shape, of_b);
     const double gap = std::max(extent_a.low, extent_b.low) - std::min(extent_a.high, extent_b.high);
-    if (gap > work_.state.parameters.max_hole_size()) return false;
+    if (gap > map_.parameters.max_hole_size()) return false;
     const auto off = [](const CylinderModel& m, const std::vector<CylinderSample>& points) {
       double squares = 0;
       for (const CylinderSample& s : points) squares += std::pow(m.shape.distance(s.position), 2);
@@ -253,33 +257,34 @@ class CylinderUpdate {
     into.unchecked = 0;
   }
 
-  Workspace& work_;
+  const MapView& map_;
   CylinderStore& cylinders_;
+  const Detection::LeftOver& left_over_;
   CylinderRules rules_;
   CylinderExtraction extract_;
 };
 
 }  // namespace
 
-void retract_cylinders(Workspace& work, const OccupancyDelta& delta) {
-  CylinderStore& cylinders = work.state.cylinders;
+void retract_cylinders(Ledger& ledger, const OccupancyDelta& delta) {
+  CylinderStore& cylinders = ledger.cylinder_store();
   if (cylinders.size() == 0) return;
   for (const VoxelPoint& p : delta.vanished) cylinders.release(p.key);
   for (const OccupancyDelta::Refined& r : delta.refined) {
     const CylinderId id = cylinders.owner(r.after.key);
     if (id == 0) continue;
     const double misfit = cylinders.find(id)->shape.distance(r.after.position.cast<double>());
-    if (std::fabs(misfit) <= 1.5 * work.state.noise.tolerance(r.after.range_class))
+    if (std::fabs(misfit) <= 1.5 * ledger.noise.tolerance(r.after.range_class))
       cylinders.move({r.after.key, r.after.range_class, r.after.position});
     else
       cylinders.release(r.after.key);
   }
 }
 
-void update_cylinders(Workspace& work) {
-  if (!work.state.parameters.detection.detect_cylinders) return;
-  if (work.left_over.points.empty() && work.state.cylinders.touched().empty()) return;
-  CylinderUpdate{work}();
+void update_cylinders(Ledger& ledger, const Detection::LeftOver& left_over) {
+  if (!ledger.parameters.detection.detect_cylinders) return;
+  if (left_over.points.empty() && ledger.cylinder_store().touched().empty()) return;
+  CylinderUpdate{ledger, left_over}();
 }
 
 }  // namespace octosurf

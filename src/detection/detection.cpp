@@ -13,16 +13,16 @@ namespace {
 using Index = PointWindow::Index;
 
 /// Paper III-C1: fewer than two neighbours within r can have no normal; they wait.
-bool isolated(Workspace& work, Index i, int reach, float radius) {
-  const VoxelKey key = work.window[i].key;
-  const Eigen::Vector3f p = work.window[i].position;
+bool isolated(const MapView& map, Index i, int reach, float radius) {
+  const VoxelKey key = map.window[i].key;
+  const Eigen::Vector3f p = map.window[i].position;
   const auto enough_within = [&](int box) {
     int neighbours = -1;  // itself
-    work.window.for_each_row_near(key, box, [&](Index first, unsigned count) {
+    map.window.for_each_row_near(key, box, [&](Index first, unsigned count) {
       if (neighbours >= 2) return;
       for (Index j = first; j < first + count; ++j)
-        neighbours += work.window.columns().surface[j] == 0 &&
-                      (work.window[j].position - p).squaredNorm() <= radius * radius;
+        neighbours += map.window.columns().surface[j] == 0 &&
+                      (map.window[j].position - p).squaredNorm() <= radius * radius;
     });
     return neighbours >= 2;
   };
@@ -31,55 +31,51 @@ bool isolated(Workspace& work, Index i, int reach, float radius) {
 }
 
 /// The proposal becomes a surface that has its points.
-SurfaceId commit(Workspace& work, const PlaneProposal& proposal) {
-  const Eigen::Vector3d origin = work.window[proposal.points.front()].position.cast<double>();
-  SurfaceModel& surface = work.state.surfaces.create(proposal.plane, origin);
-  for (const Index i : proposal.points) work.give(i, surface);
-  work.changes.born.insert(surface.id());
+SurfaceId commit(Ledger& ledger, const PlaneProposal& proposal) {
+  const Eigen::Vector3d origin = ledger.window[proposal.points.front()].position.cast<double>();
+  SurfaceModel& surface = ledger.create(proposal.plane, origin);
+  for (const Index i : proposal.points) ledger.give(i, surface);
+  ledger.changes.born.insert(surface.id());
   return surface.id();
 }
 
 /// The region's planes one after the other, because each is judged beside the surfaces made before it.
-void detect_in(Workspace& work, const std::vector<Index>& region, Detection& result) {
-  PlaneExtraction planes(work, region);
+void detect_in(Ledger& ledger, const std::vector<Index>& region, Detection& result) {
+  PlaneExtraction planes(ledger, region);
   while (std::optional<PlaneProposal> proposal = planes.next())
     if (proposal->refusal)
       result.refused.push_back({*proposal->refusal, std::move(proposal->points)});
     else
-      result.born.push_back(commit(work, *proposal));
+      result.born.push_back(commit(ledger, *proposal));
 }
 
 }  // namespace
 
-std::vector<SurfaceId> detect(Workspace& work) {
-  MapState& state = work.state;
-  const Parameters& parameters = state.parameters;
+std::optional<Detection> detect(Ledger& ledger, std::span<const VoxelKey> accumulated) {
   std::vector<Index> waiting;
-  for (const VoxelKey key : state.accumulated) {
-    const Index i = work.window.find(key);
-    if (i != PointWindow::none && work.window[i].surface == 0) waiting.push_back(i);
+  for (const VoxelKey key : accumulated) {
+    const Index i = ledger.window.find(key);
+    if (i != PointWindow::none && ledger.window[i].surface == 0) waiting.push_back(i);
   }
-  if (waiting.size() < static_cast<std::size_t>(parameters.min_surface_points())) return {};
-
-  state.accumulated.clear();
-  return detect_from(work, std::move(waiting)).born;
+  if (waiting.size() < static_cast<std::size_t>(ledger.parameters.min_surface_points())) return {};
+  return detect_from(ledger, std::move(waiting));
 }
 
-Detection detect_from(Workspace& work, std::vector<Index> waiting) {
-  const Parameters& parameters = work.state.parameters;
+Detection detect_from(Ledger& ledger, std::vector<Index> waiting) {
+  const Parameters& parameters = ledger.parameters;
   const double r = parameters.search_radius();
   const int reach = static_cast<int>(r / parameters.occupancy.resolution) + 1;
   std::vector<Index> alone;
   std::erase_if(waiting, [&](Index i) {
-    if (!isolated(work, i, reach, static_cast<float>(r))) return false;
+    if (!isolated(ledger, i, reach, static_cast<float>(r))) return false;
     alone.push_back(i);
     return true;
   });
 
   Detection result;
   result.refused.push_back({{Reason::isolated}, std::move(alone)});
-  RegionGrowing grow(work, parameters);
-  SeenThrough seen_through(work);
+  RegionGrowing grow(ledger, parameters);
+  SeenThrough seen_through(ledger);
   RegionGrowing::Regions regions = grow(waiting, [&](Index i) { return seen_through(i) == 0; });
   for (std::vector<Index>& small : regions.small) {
     const Refusal why =
@@ -89,11 +85,11 @@ Detection detect_from(Workspace& work, std::vector<Index> waiting) {
   for (std::vector<Index>& region : regions.large) {
     // Kept in key order from here on: RANSAC's draw must not depend on how the region was walked.
     std::sort(region.begin(), region.end(),
-              [&](Index a, Index b) { return work.window[a].key < work.window[b].key; });
-    detect_in(work, region, result);
-    work.left_over.regions.push_back(std::move(region));
+              [&](Index a, Index b) { return ledger.window[a].key < ledger.window[b].key; });
+    detect_in(ledger, region, result);
+    result.left_over.regions.push_back(std::move(region));
   }
-  work.left_over.points = std::move(waiting);
+  result.left_over.points = std::move(waiting);
   return result;
 }
 

@@ -21,9 +21,9 @@ constexpr double largest_scatter = 1.7;
 
 }  // namespace
 
-PlaneExtraction::PlaneExtraction(Workspace& work, std::vector<Index> region)
-    : work_(work),
-      parameters_(work.state.parameters),
+PlaneExtraction::PlaneExtraction(const MapView& map, std::vector<Index> region)
+    : map_(map),
+      parameters_(map.parameters),
       min_points_(static_cast<std::size_t>(parameters_.min_surface_points())),
       robust_(parameters_.aligned()),
       cos_aligned_(robust_ ? static_cast<float>(std::cos(parameters_.detection.aligned_angle)) : -1),
@@ -40,20 +40,20 @@ std::vector<PlaneExtraction::Index> PlaneExtraction::inliers_of(std::span<const 
 }
 
 std::optional<Plane> PlaneExtraction::best_plane(std::span<const Index> points, const RegionPoints& all) {
-  std::mt19937_64 rng(PackedKeyHash()(work_.window[points.front()].key.packed()) ^ points.size());
+  std::mt19937_64 rng(PackedKeyHash()(map_.window[points.front()].key.packed()) ^ points.size());
   std::optional<RegionPoints> some;
   if (const std::size_t stride = points.size() / scored_points + 1; stride > 1)
-    some.emplace(work_, points, stride, cos_aligned_);
+    some.emplace(map_, points, stride, cos_aligned_);
   const RegionPoints& sample = some ? *some : all;
   const auto pick = [&] { return points[rng() % points.size()]; };
-  const auto position = [&](Index i) { return Eigen::Vector3d(work_.window[i].position.cast<double>()); };
+  const auto position = [&](Index i) { return Eigen::Vector3d(map_.window[i].position.cast<double>()); };
   const auto draw = [&]() -> std::optional<Plane> {
     const Index first = pick();
     const Eigen::Vector3d a = position(first), b = position(pick()), c = position(pick());
     const Eigen::Vector3d cross = (b - a).cross(c - a);
     if (cross.norm() < 1e-9 + 1e-3 * (b - a).norm() * (c - a).norm()) return {};  // collinear
     Plane plane{cross.normalized(), 0};
-    if (plane.normal.cast<float>().dot(work_.window[first].view) < 0) plane.normal = -plane.normal;
+    if (plane.normal.cast<float>().dot(map_.window[first].view) < 0) plane.normal = -plane.normal;
     plane.offset = plane.normal.dot(a);
     return plane;
   };
@@ -65,9 +65,9 @@ std::optional<Plane> PlaneExtraction::best_plane(std::span<const Index> points, 
 }
 
 std::optional<Refusal> PlaneExtraction::refusal_by_width(std::span<const Index> cluster) {
-  const Eigen::Vector3d reference = work_.window[cluster.front()].position.cast<double>();
+  const Eigen::Vector3d reference = map_.window[cluster.front()].position.cast<double>();
   Moments moments;
-  for (const Index i : cluster) moments.add(work_.window[i].position.cast<double>() - reference);
+  for (const Index i : cluster) moments.add(map_.window[i].position.cast<double>() - reference);
   const double width = width_of(moments);
   const double min_width = parameters_.surfaces.min_surface_width;
   if (width < min_width) return Refusal{Reason::too_narrow, width, min_width};
@@ -80,13 +80,13 @@ std::optional<Refusal> PlaneExtraction::refusal_by_width(std::span<const Index> 
 }
 
 Planarity PlaneExtraction::planarity_of(std::span<const Index> cluster, const Plane& plane) {
-  const SurfaceModel frame(0, plane, work_.window[cluster.front()].position.cast<double>(), 1.0);
-  const NoiseModel& noise = work_.state.noise;
+  const SurfaceModel frame(0, plane, map_.window[cluster.front()].position.cast<double>(), 1.0);
+  const NoiseModel& noise = map_.noise;
   Planarity planarity(frame.pose());
   for (const Index i : cluster) {
-    const VoxelPoint& p = work_.window[i];
+    const VoxelPoint& p = map_.window[i];
     planarity.add(p.position, noise.sigma(p.range_class), noise.tolerance(p.range_class),
-                  work_.normals.at(i).flat);
+                  map_.normals.at(i).flat);
   }
   return planarity;
 }
@@ -98,7 +98,7 @@ PlaneExtraction::Verdict PlaneExtraction::verdict_on_shape(std::span<const Index
                                                            const Plane& plane) {
   const Planarity planarity = planarity_of(cluster, plane);
   const auto agreeing = static_cast<std::size_t>(std::count_if(cluster.begin(), cluster.end(), [&](Index i) {
-    return work_.normals.at(i).normal.dot(plane.normal.cast<float>()) > cos_15_deg;
+    return map_.normals.at(i).normal.dot(plane.normal.cast<float>()) > cos_15_deg;
   }));
   if (planarity.bends()) return {Refusal{Reason::bent}, true};
   if (!(planarity.scatter() <= largest_scatter))
@@ -110,7 +110,7 @@ PlaneExtraction::Verdict PlaneExtraction::verdict_on_shape(std::span<const Index
     return {Refusal{Reason::too_few_for_range, points, static_cast<double>(min_points_) * required_factor}};
   if (agreeing * 10 <= cluster.size() * 6)
     return {Refusal{Reason::normals_disagree, static_cast<double>(agreeing) / points, 0.6}};
-  if (const SurfaceId neighbour = noise_sheet_over(work_, cluster, plane, 0); neighbour != 0)
+  if (const SurfaceId neighbour = noise_sheet_over(map_, cluster, plane, 0); neighbour != 0)
     return {Refusal{.reason = Reason::noise_sheet, .surface = neighbour}};
   return {};
 }
@@ -120,7 +120,7 @@ PlaneProposal PlaneExtraction::judged(std::vector<Index> cluster) {
     const Refusal why = fewer_than_n(few::in_cluster, cluster.size(), min_points_);
     return {plane_, std::move(cluster), why};
   }
-  const Plane plane = fitted(work_, cluster, plane_);
+  const Plane plane = fitted(map_, cluster, plane_);
   std::optional<Refusal> refusal = refusal_by_width(cluster);
   if (!refusal && robust_) {
     const Verdict verdict = verdict_on_shape(cluster, plane);
@@ -138,18 +138,18 @@ std::optional<PlaneProposal> PlaneExtraction::divide() {
   };
   if (region_.size() < min_points_)
     return all_refused(fewer_than_n(few::left_over, region_.size(), min_points_));
-  const RegionPoints points(work_, region_, 1, cos_aligned_);
+  const RegionPoints points(map_, region_, 1, cos_aligned_);
   const std::optional<Plane> best = best_plane(region_, points);
   if (!best) return all_refused({.reason = Reason::too_few_points, .what = few::off_a_line});
   plane_ = *best;
   std::vector<Index> inliers = inliers_of(region_, points, plane_);
   for (int round = 0; round < 3 && inliers.size() >= min_points_; ++round) {
-    plane_ = fitted(work_, inliers, plane_);
+    plane_ = fitted(map_, inliers, plane_);
     inliers = inliers_of(region_, points, plane_);
   }
   if (inliers.size() < min_points_)
     return all_refused(fewer_than_n(few::on_plane, inliers.size(), min_points_));
-  clusters_ = parts_of(work_, inliers, plane_);
+  clusters_ = parts_of(map_, inliers, plane_);
   std::reverse(clusters_.begin(), clusters_.end());
   plane_bends_ = robust_ && clusters_.size() > 1 && planarity_of(inliers, plane_).bends();
   std::vector<Index> rest;

@@ -1,7 +1,8 @@
 #pragma once
 
 #include "geometry/planarity.hpp"
-#include "surfaces/scan_changes.hpp"
+#include "surfaces/map_view.hpp"
+#include "surfaces/refusal.hpp"
 
 #include <optional>
 #include <span>
@@ -30,7 +31,7 @@ class PlaneExtraction {
   using Index = PointWindow::Index;
 
   /// `region`: in key order.
-  PlaneExtraction(Workspace& work, std::vector<Index> region);
+  PlaneExtraction(const MapView& map, std::vector<Index> region);
 
   /// The next proposal, until each point of the region has been in one. A proposal that is not refused has to
   /// be made a surface before the next call, whose proposal is compared with it.
@@ -51,7 +52,7 @@ class PlaneExtraction {
   std::optional<Refusal> refusal_by_width(std::span<const Index> cluster);
   Verdict verdict_on_shape(std::span<const Index> cluster, const Plane& plane);
 
-  Workspace& work_;
+  const MapView& map_;
   const Parameters& parameters_;
   std::size_t min_points_;
   bool robust_;  // Parameters::aligned(); else the paper's planes

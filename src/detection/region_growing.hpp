@@ -1,7 +1,7 @@
 #pragma once
 
 #include "geometry/breadth_first.hpp"
-#include "surfaces/scan_changes.hpp"
+#include "surfaces/map_view.hpp"
 
 #include <span>
 #include <vector>
@@ -18,7 +18,7 @@ class RegionGrowing {
  public:
   using Index = PointWindow::Index;
 
-  RegionGrowing(Workspace& work, const Parameters& parameters);
+  RegionGrowing(const MapView& map, const Parameters& parameters);
 
   struct Regions {
     std::vector<std::vector<Index>> large;  ///< of n points and more
@@ -31,7 +31,7 @@ class RegionGrowing {
   void sort_seeds(std::vector<Index>& seeds);
   bool visit(Index i);  // true the first time
 
-  Workspace& work_;
+  const MapView& map_;
   std::size_t min_points_;
   float cos_smooth_;
   PointWindow::Marks unvisited_;
@@ -47,10 +47,10 @@ RegionGrowing::Regions RegionGrowing::operator()(std::span<const Index> all_seed
     if (!allowed(seed) || !visit(seed)) continue;
     region.assign(1, seed);
     breadth_first(region, [&](Index from) {
-      const LocalPlane& here = work_.normals.at(from);
+      const LocalPlane& here = map_.normals.at(from);
       if (!here.known || !here.flat) return;
-      work_.window.for_each_near(work_.window[from].key, here.reach, unvisited_, [&](Index i) {
-        const LocalPlane& there = work_.normals.at(i);
+      map_.window.for_each_near(map_.window[from].key, here.reach, unvisited_, [&](Index i) {
+        const LocalPlane& there = map_.normals.at(i);
         if (!there.known || there.normal.dot(here.normal) < cos_smooth_ || !allowed(i)) return;
         visit(i);
         region.push_back(i);

@@ -4,9 +4,9 @@
 
 namespace octosurf {
 
-RegionPoints::RegionPoints(Workspace& work, std::span<const Index> points, std::size_t stride,
+RegionPoints::RegionPoints(const MapView& map, std::span<const Index> points, std::size_t stride,
                            float cos_aligned)
-    : reference_(work.window[points.front()].position.cast<double>()),
+    : reference_(map.window[points.front()].position.cast<double>()),
       // Rounded to a float a cosine may be below −1; without a limit every point must pass.
       cos_aligned_(cos_aligned <= -1 ? -2 : cos_aligned),
       size_((points.size() + stride - 1) / stride) {
@@ -15,20 +15,20 @@ RegionPoints::RegionPoints(Workspace& work, std::span<const Index> points, std::
        {&x_, &y_, &z_, &normal_x_, &normal_y_, &normal_z_, &view_x_, &view_y_, &view_z_, &excess_})
     column->resize(lanes);
   base_.resize(lanes, -1);
-  const double base = work.state.noise.base_tolerance();
+  const double base = map.noise.base_tolerance();
   for (std::size_t k = 0; k < size_; ++k) {
     const Index i = points[k * stride];
-    const VoxelPoint& p = work.window[i];
+    const VoxelPoint& p = map.window[i];
     const Eigen::Vector3f at = (p.position.cast<double>() - reference_).cast<float>();
     x_[k] = at.x();
     y_[k] = at.y();
     z_[k] = at.z();
     base_[k] = static_cast<float>(base);
-    excess_[k] = static_cast<float>(work.state.noise.tolerance(p.range_class) - base);
+    excess_[k] = static_cast<float>(map.noise.tolerance(p.range_class) - base);
     view_x_[k] = p.view.x();
     view_y_[k] = p.view.y();
     view_z_[k] = p.view.z();
-    const Eigen::Vector3f& normal = work.normals.at(i).normal;
+    const Eigen::Vector3f& normal = map.normals.at(i).normal;
     normal_x_[k] = normal.x();
     normal_y_[k] = normal.y();
     normal_z_[k] = normal.z();

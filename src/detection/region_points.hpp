@@ -1,7 +1,7 @@
 #pragma once
 
 #include "geometry/lanes.hpp"
-#include "surfaces/scan_changes.hpp"
+#include "surfaces/map_view.hpp"
 
 #include <span>
 #include <vector>
@@ -15,7 +15,7 @@ class RegionPoints {
 
   /// Of every `stride`-th of `points` (not empty). `cos_aligned`: least cosine between a plane's
   /// normal and an inlier's own; −1: no limit.
-  RegionPoints(Workspace& work, std::span<const Index> points, std::size_t stride, float cos_aligned);
+  RegionPoints(const MapView& map, std::span<const Index> points, std::size_t stride, float cos_aligned);
 
   std::size_t size() const { return size_; }
 

@@ -5,9 +5,9 @@
 namespace octosurf {
 
 SurfaceId SeenThrough::operator()(Index i) {
-  if (!work_.state.parameters.aligned()) return 0;
-  if (i >= answers_.size()) answers_.resize(std::max<std::size_t>(work_.window.size(), i + 1), unknown);
-  if (answers_[i] == unknown) answers_[i] = in_front_of(work_.window[i]);
+  if (!map_.parameters.aligned()) return 0;
+  if (i >= answers_.size()) answers_.resize(std::max<std::size_t>(map_.window.size(), i + 1), unknown);
+  if (answers_[i] == unknown) answers_[i] = in_front_of(map_.window[i]);
   return answers_[i];
 }
 
@@ -16,14 +16,13 @@ const SeenThrough::Surfaces& SeenThrough::near(VoxelKey key) {
   const auto [entry, fresh] = near_.try_emplace(key.packed() & blocks);
   Surfaces& surfaces = entry.value();
   if (fresh)
-    for (const SurfaceId id : work_.state.surfaces.near(key, 8))
-      surfaces.push_back(work_.state.surfaces.look_up(id));
+    for (const SurfaceId id : map_.surfaces.near(key, 8)) surfaces.push_back(map_.surfaces.find(id));
   return surfaces;
 }
 
 SurfaceId SeenThrough::in_front_of(const VoxelPoint& p) {
   constexpr double farthest = 0.3;  // m; deeper than any noise this could be
-  const double depth = std::min(farthest, 2.5 * work_.state.noise.tolerance(p.range_class));
+  const double depth = std::min(farthest, 2.5 * map_.noise.tolerance(p.range_class));
   for (const SurfaceModel* surface : near(p.key)) {
     const double behind = -surface->distance(p.position);
     if (behind <= 0 || behind > depth) continue;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "surfaces/scan_changes.hpp"
+#include "surfaces/map_view.hpp"
 
 #include <cstdint>
 #include <tsl/robin_map.h>
@@ -14,7 +14,7 @@ class SeenThrough {
  public:
   using Index = PointWindow::Index;
 
-  explicit SeenThrough(const Workspace& work) : work_(work) {}
+  explicit SeenThrough(const MapView& map) : map_(map) {}
 
   /// The surface just in front of the point that the line of sight to it passes through; 0: none.
   SurfaceId operator()(Index i);
@@ -27,7 +27,7 @@ class SeenThrough {
   const Surfaces& near(VoxelKey key);
   SurfaceId in_front_of(const VoxelPoint& p);
 
-  const Workspace& work_;
+  const MapView& map_;
   std::vector<SurfaceId> answers_;
   tsl::robin_map<std::uint64_t, Surfaces, PackedKeyHash> near_;
 };

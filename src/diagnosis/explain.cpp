@@ -88,7 +88,7 @@ class Rerun {
  public:
   Rerun(const MapState& map, VoxelKey place)
       : state_(map.parameters),
-        work_(state_, PointWindow::read_only(map.occupancy)),
+        ledger_(state_, PointWindow::read_only(map.occupancy)),
         cylinders_(map.cylinders),
         place_(place) {
     // Planes take no notice of cylinders, and the points to begin with are chosen here.
@@ -98,36 +98,36 @@ class Rerun {
     const double radius = std::max(4 * p.max_hole_size(), 2 * p.search_radius());
     const std::vector<Index> pending = pending_within(radius);
     std::map<Index, SurfaceId> in_front;  // asked before detection changes the surfaces
-    SeenThrough seen_through(work_);
+    SeenThrough seen_through(ledger_);
     for (const Index i : pending)
       if (const SurfaceId surface = seen_through(i); surface != 0) in_front[i] = surface;
-    for (const Refused& refused : detect_from(work_, pending).refused)
+    for (const Refused& refused : detect_from(ledger_, pending).refused)
       for (const Index i : refused.points) refused_.try_emplace(i, refused.why);
     for (const auto& [i, surface] : in_front)
       refused_.try_emplace(i, Refusal{.reason = Reason::seen_through, .surface = surface});
-    for (const VoxelKey key : pending_) taken_[key] = work_.window[work_.window.find(key)].surface;
-    refit(work_);  // dissolves surfaces that do not pass its checks
+    for (const VoxelKey key : pending_) taken_[key] = ledger_.window[ledger_.window.find(key)].surface;
+    refit(ledger_);  // dissolves surfaces that do not pass its checks
   }
 
   /// Why the point is pending; Reason::waiting if detection would take it now.
   Refusal reason(VoxelKey key) {
     if (const CylinderId cylinder = cylinders_.owner(key); cylinder != 0)
       return {.reason = Reason::on_cylinder, .cylinder = cylinder};
-    const Index i = work_.window.find(key);
+    const Index i = ledger_.window.find(key);
     if (const SurfaceId born = taken_[key]; born != 0) {
-      const auto dissolved = work_.changes.unsound.find(born);
-      return dissolved == work_.changes.unsound.end() ? Refusal{Reason::waiting} : dissolved->second;
+      const auto dissolved = ledger_.changes.unsound.find(born);
+      return dissolved == ledger_.changes.unsound.end() ? Refusal{Reason::waiting} : dissolved->second;
     }
     if (const auto found = refused_.find(i); found != refused_.end()) return found->second;
-    const LocalPlane& local = work_.normals.at(i);
+    const LocalPlane& local = ledger_.normals.at(i);
     if (!local.known) return {Reason::no_normal};
-    return {Reason::not_flat, local.curvature, work_.state.parameters.detection.max_curvature};
+    return {Reason::not_flat, local.curvature, ledger_.parameters.detection.max_curvature};
   }
 
   std::map<Reason, std::size_t> reasons_within(double radius, const Eigen::Vector3d& at) {
     std::map<Reason, std::size_t> counts;
     for (const VoxelKey key : pending_)
-      if ((work_.window[work_.window.find(key)].position.cast<double>() - at).norm() <= radius)
+      if ((ledger_.window[ledger_.window.find(key)].position.cast<double>() - at).norm() <= radius)
         ++counts[reason(key).reason];
     return counts;
   }
@@ -135,17 +135,17 @@ class Rerun {
  private:
   std::vector<Index> pending_within(double radius) {
     std::vector<Index> pending;
-    const int reach = static_cast<int>(radius / work_.state.parameters.occupancy.resolution) + 1;
-    work_.window.for_each_near(place_, reach, [&](Index i) {
-      if (work_.window[i].surface != 0) return;
+    const int reach = static_cast<int>(radius / ledger_.parameters.occupancy.resolution) + 1;
+    ledger_.window.for_each_near(place_, reach, [&](Index i) {
+      if (ledger_.window[i].surface != 0) return;
       pending.push_back(i);
-      pending_.push_back(work_.window[i].key);
+      pending_.push_back(ledger_.window[i].key);
     });
     return pending;
   }
 
   MapState state_;  // what detection and refit() add to the map
-  Workspace work_;
+  Ledger ledger_;
   const CylinderStore& cylinders_;
   VoxelKey place_;
   std::vector<VoxelKey> pending_;

@@ -17,45 +17,45 @@ constexpr int contacts_to_merge = 6;
 
 }  // namespace
 
-Expansion::Expansion(Workspace& work)
-    : work_(work),
-      h_cells_(std::max(1, static_cast<int>(work.state.parameters.max_hole_size() /
-                                            work.state.parameters.occupancy.resolution))),
-      robust_(work.state.parameters.aligned()),
-      cos_smooth_(static_cast<float>(std::cos(work.state.parameters.detection.smoothness_angle))) {}
+Expansion::Expansion(Ledger& ledger)
+    : ledger_(ledger),
+      h_cells_(std::max(
+          1, static_cast<int>(ledger.parameters.max_hole_size() / ledger.parameters.occupancy.resolution))),
+      robust_(ledger.parameters.aligned()),
+      cos_smooth_(static_cast<float>(std::cos(ledger.parameters.detection.smoothness_angle))) {}
 
 std::optional<double> Expansion::misfit(Index i, const SurfaceModel& surface) {
-  const VoxelPoint& p = work_.window[i];
-  const double tolerance = work_.state.noise.tolerance(p, surface.plane());
+  const VoxelPoint& p = ledger_.window[i];
+  const double tolerance = ledger_.noise.tolerance(p, surface.plane());
   const double ratio = std::fabs(surface.distance(p.position)) / tolerance;
   if (ratio > 1) return {};
   const Eigen::Vector3f n = surface.plane().normal.cast<float>();
   if (n.dot(p.view) < -0.1F)
     return {};  // seen from behind: 6° beyond a right angle, as the stored view is exact to 4°
-  const LocalPlane& local = work_.normals.at(i);
+  const LocalPlane& local = ledger_.normals.at(i);
   const bool sure = local.known && local.flat;
   if (sure ? local.normal.dot(n) < cos_smooth_ : ratio > 0.5) return {};
   return ratio;
 }
 
 bool Expansion::reaches(Index i, const SurfaceModel& surface, int cells) {
-  const VoxelPoint& p = work_.window[i];
+  const VoxelPoint& p = ledger_.window[i];
   const PlaneCell cell = surface.cell_of(p.position);
   const std::optional<PlaneCell> nearest = surface.nearest(cell, cells);
   if (!nearest) return false;
   if (!robust_ || (std::abs(nearest->u - cell.u) <= 1 && std::abs(nearest->v - cell.v) <= 1)) return true;
-  return !obstructed(work_, surface.plane(), p.position.cast<double>(), surface.centre_of(*nearest),
-                     work_.state.noise.tolerance(p, surface.plane()));
+  return !obstructed(ledger_, surface.plane(), p.position.cast<double>(), surface.centre_of(*nearest),
+                     ledger_.noise.tolerance(p, surface.plane()));
 }
 
 SurfaceModel* Expansion::best_surface(Index i, Reach reach) {
-  const VoxelPoint& p = work_.window[i];
+  const VoxelPoint& p = ledger_.window[i];
   SurfaceModel* best = nullptr;
   double best_ratio = 2;
   bool best_touches = false;  // a surface that the point touches is preferred to one across a gap
   for (const SurfaceId id :
-       work_.state.surfaces.near(p.key, reach == Reach::within_h ? h_cells_ : adjacent_voxels)) {
-    SurfaceModel& surface = *work_.state.surfaces.find(id);
+       ledger_.surfaces.near(p.key, reach == Reach::within_h ? h_cells_ : adjacent_voxels)) {
+    SurfaceModel& surface = *ledger_.find(id);
     const std::optional<double> ratio = misfit(i, surface);
     if (!ratio) continue;
     const PlaneCell cell = surface.cell_of(p.position);
@@ -77,9 +77,9 @@ SurfaceModel* Expansion::best_surface(Index i, Reach reach) {
 std::vector<Expansion::Index> Expansion::add_inliers(std::span<const Index> points) {
   std::vector<Index> left;
   for (const Index i : points) {
-    if (work_.window[i].surface != 0) continue;
+    if (ledger_.window[i].surface != 0) continue;
     if (SurfaceModel* surface = best_surface(i, Reach::inside))
-      work_.give(i, *surface);
+      ledger_.give(i, *surface);
     else
       left.push_back(i);
   }
@@ -88,9 +88,9 @@ std::vector<Expansion::Index> Expansion::add_inliers(std::span<const Index> poin
 
 void Expansion::expand(std::span<const Index> points) {
   for (const Index i : points) {
-    if (work_.window[i].surface != 0) continue;
+    if (ledger_.window[i].surface != 0) continue;
     if (SurfaceModel* surface = best_surface(i, Reach::within_h)) {
-      work_.give(i, *surface);
+      ledger_.give(i, *surface);
       frontier_.push_back(i);
     }
   }
@@ -100,9 +100,9 @@ void Expansion::expand(std::span<const Index> points) {
 
 void Expansion::grow(std::span<const SurfaceId> surfaces) {
   for (const SurfaceId id : surfaces)
-    if (const SurfaceModel* surface = work_.state.surfaces.find(id))
+    if (const SurfaceModel* surface = ledger_.find(id))
       for (const Inlier& inlier : surface->sorted_inliers())
-        frontier_.push_back(work_.window.find(inlier.key));
+        frontier_.push_back(ledger_.window.find(inlier.key));
   flood();
   merge_contacts();
 }
@@ -113,25 +113,25 @@ void Expansion::adopt(std::span<const SurfaceId> surfaces) {
 }
 
 void Expansion::rejoin() {
-  for (const SurfaceId id : work_.changes.touched()) {
-    const SurfaceModel& surface = *work_.state.surfaces.find(id);
+  for (const SurfaceId id : ledger_.changes.touched()) {
+    const SurfaceModel& surface = *ledger_.find(id);
     if (surface.recently_checked()) continue;
     std::vector<VoxelKey> rim;
     surface.for_each_inlier([&](const Inlier& inlier) {
       if (!surface.surrounded(surface.cell_of(inlier.position))) rim.push_back(inlier.key);
     });
     std::sort(rim.begin(), rim.end());
-    for (const VoxelKey key : rim) note_contacts(work_.window.find(key));
+    for (const VoxelKey key : rim) note_contacts(ledger_.window.find(key));
   }
   merge_contacts();
 }
 
 void Expansion::flood() {
   breadth_first(frontier_, [&](Index from) {
-    SurfaceModel* surface = work_.state.surfaces.find(work_.window[from].surface);
+    SurfaceModel* surface = ledger_.find(ledger_.window[from].surface);
     if (surface == nullptr) return;
-    work_.window.for_each_near(work_.window[from].key, adjacent_voxels, [&](Index i) {
-      if (work_.window.columns().surface[i] != surface->id()) visit_neighbour(i, *surface);
+    ledger_.window.for_each_near(ledger_.window[from].key, adjacent_voxels, [&](Index i) {
+      if (ledger_.window.columns().surface[i] != surface->id()) visit_neighbour(i, *surface);
     });
   });
   for (const Index i : frontier_) note_contacts(i);
@@ -140,14 +140,14 @@ void Expansion::flood() {
 
 /// Surfaces that this new inlier brought within h of its own, on one plane.
 void Expansion::note_contacts(Index i) {
-  const VoxelPoint& p = work_.window[i];
-  const SurfaceModel* own = work_.state.surfaces.find(p.surface);
+  const VoxelPoint& p = ledger_.window[i];
+  const SurfaceModel* own = ledger_.find(p.surface);
   if (own == nullptr || own->surrounded(own->cell_of(p.position))) return;
-  for (const SurfaceId id : work_.state.surfaces.near(p.key, h_cells_)) {
+  for (const SurfaceId id : ledger_.surfaces.near(p.key, h_cells_)) {
     if (id == p.surface) continue;
-    const SurfaceModel& other = *work_.state.surfaces.find(id);
+    const SurfaceModel& other = *ledger_.find(id);
     if (other.plane().normal.dot(own->plane().normal) < cos_smooth_ ||
-        std::fabs(other.distance(p.position)) > work_.state.noise.tolerance(p, other.plane()) ||
+        std::fabs(other.distance(p.position)) > ledger_.noise.tolerance(p, other.plane()) ||
         !other.near(other.cell_of(p.position), h_cells_))
       continue;
     Contact& contact = contacts_[std::minmax(p.surface, id)];
@@ -162,39 +162,39 @@ void Expansion::note_contacts(Index i) {
 }
 
 void Expansion::visit_neighbour(Index i, SurfaceModel& surface) {
-  const SurfaceId owner = work_.window[i].surface;
+  const SurfaceId owner = ledger_.window[i].surface;
   const std::optional<double> ratio = misfit(i, surface);
   if (!ratio) return;
   if (owner == 0) {
     SurfaceModel* best = best_surface(i, Reach::adjacent);
     if (best == nullptr) return;
-    work_.give(i, *best);
+    ledger_.give(i, *best);
     frontier_.push_back(i);
     return;
   }
-  SurfaceModel& other = *work_.state.surfaces.find(owner);
-  const double other_ratio = std::fabs(other.distance(work_.window[i].position)) /
-                             work_.state.noise.tolerance(work_.window[i], other.plane());
+  SurfaceModel& other = *ledger_.find(owner);
+  const double other_ratio = std::fabs(other.distance(ledger_.window[i].position)) /
+                             ledger_.noise.tolerance(ledger_.window[i], other.plane());
   if (*ratio < takeover * other_ratio && other_ratio > 0.2) {
-    work_.reassign(i, surface);
+    ledger_.reassign(i, surface);
     frontier_.push_back(i);
   }
 }
 
 void Expansion::merge_contacts() {
   for (const auto& [pair, contact] : contacts_) {
-    SurfaceModel* a = work_.state.surfaces.find(pair.first);
-    SurfaceModel* b = work_.state.surfaces.find(pair.second);
+    SurfaceModel* a = ledger_.find(pair.first);
+    SurfaceModel* b = ledger_.find(pair.second);
     if (contact.points < std::max(contacts_to_merge, contact.obstructed) || a == nullptr || b == nullptr)
       continue;
     const double width = std::sqrt(static_cast<double>(std::min(a->size(), b->size())));
-    const bool one = coplanar(*a, *b, contact.place / contact.points, work_.state.noise) ||
-                     (contact.touching > 2 * width && joint_plane_fits(*a, *b, work_.state.noise));
+    const bool one = coplanar(*a, *b, contact.place / contact.points, ledger_.noise) ||
+                     (contact.touching > 2 * width && joint_plane_fits(*a, *b, ledger_.noise));
     if (!one) continue;
     // The larger keeps its id, the older one on a tie; but what another map had found joins what was here.
     const bool a_came = adopted_.contains(a->id()), b_came = adopted_.contains(b->id());
     const bool a_keeps = a_came == b_came ? a->size() >= b->size() : b_came;
-    a_keeps ? merge(work_, *a, *b) : merge(work_, *b, *a);
+    a_keeps ? ledger_.merge(*a, *b) : ledger_.merge(*b, *a);
   }
   contacts_.clear();
 }

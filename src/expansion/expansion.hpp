@@ -1,6 +1,6 @@
 #pragma once
 
-#include "surfaces/scan_changes.hpp"
+#include "surfaces/ledger.hpp"
 
 #include <map>
 #include <optional>
@@ -23,7 +23,7 @@ class Expansion {
  public:
   using Index = PointWindow::Index;
 
-  explicit Expansion(Workspace& work);
+  explicit Expansion(Ledger& ledger);
 
   /// III-B1: points that lie inside a surface's polygon. Returns those that are left.
   std::vector<Index> add_inliers(std::span<const Index> points);
@@ -57,7 +57,7 @@ class Expansion {
   void note_contacts(Index i);
   void merge_contacts();
 
-  Workspace& work_;
+  Ledger& ledger_;
   int h_cells_;
   bool robust_;  // Parameters::aligned(); else the paper's expansion
   float cos_smooth_;

@@ -6,7 +6,7 @@
 namespace octosurf {
 namespace {
 
-using Index = Workspace::Index;
+using Index = MapView::Index;
 
 Plane moved(const Plane& plane, const Eigen::Isometry3d& T) {
   const Eigen::Vector3d normal = (T.linear() * plane.normal).normalized();
@@ -29,13 +29,13 @@ SurfaceModel::State moved_evidence(const SurfaceModel& surface, const Plane& pla
 
 }  // namespace
 
-std::vector<SurfaceId> adopt_surfaces(Workspace& work, std::span<const Index> appeared,
+std::vector<SurfaceId> adopt_surfaces(Ledger& ledger, std::span<const Index> appeared,
                                       const ForeignSurfaces& foreign) {
   std::map<SurfaceId, std::vector<Index>> pending;  // by their surface in the other map
   for (std::size_t k = 0; k < appeared.size(); ++k)
-    if (foreign.owner[k] != 0 && work.window[appeared[k]].surface == 0)
+    if (foreign.owner[k] != 0 && ledger.window[appeared[k]].surface == 0)
       pending[foreign.owner[k]].push_back(appeared[k]);
-  const auto fewest = static_cast<std::size_t>(work.state.parameters.min_surface_points());
+  const auto fewest = static_cast<std::size_t>(ledger.parameters.min_surface_points());
   std::vector<SurfaceId> adopted;
   for (auto& [owner, points] : pending) {
     const SurfaceModel& theirs = *foreign.store.find(owner);
@@ -43,16 +43,15 @@ std::vector<SurfaceId> adopt_surfaces(Workspace& work, std::span<const Index> ap
     // Another surface's point may stand in the voxel where two have met on this map's grid. As patient as
     // refit() is with inliers.
     std::erase_if(points, [&](Index i) {
-      const VoxelPoint& p = work.window[i];
+      const VoxelPoint& p = ledger.window[i];
       return std::fabs(plane.signed_distance(p.position.cast<double>())) >
-             1.5 * work.state.noise.tolerance(p, plane);
+             1.5 * ledger.noise.tolerance(p, plane);
     });
     if (points.size() < fewest) continue;
-    SurfaceModel& own =
-        work.state.surfaces.create(plane, work.window[points.front()].position.cast<double>());
-    for (const Index i : points) work.give(i, own);
+    SurfaceModel& own = ledger.create(plane, ledger.window[points.front()].position.cast<double>());
+    for (const Index i : points) ledger.give(i, own);
     own.take_evidence(SurfaceModel(moved_evidence(theirs, plane, foreign.T_map_other), own.resolution()));
-    work.changes.born.insert(own.id());
+    ledger.changes.born.insert(own.id());
     adopted.push_back(own.id());
   }
   return adopted;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "surfaces/scan_changes.hpp"
+#include "surfaces/ledger.hpp"
 
 #include <Eigen/Geometry>
 #include <span>
@@ -20,7 +20,7 @@ struct ForeignSurfaces {
 /// need not be found again among points that all come at once; whether they are surfaces here, and one with
 /// those that were, later stages ask as of any other. Less than n points make none: they are left to
 /// expansion and detection. Returns the ids, ascending. O(points).
-std::vector<SurfaceId> adopt_surfaces(Workspace& work, std::span<const Workspace::Index> appeared,
+std::vector<SurfaceId> adopt_surfaces(Ledger& ledger, std::span<const MapView::Index> appeared,
                                       const ForeignSurfaces& foreign);
 
 }  // namespace octosurf

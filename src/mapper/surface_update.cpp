@@ -43,17 +43,12 @@ ScanReport& SurfaceUpdate::add(ScanReport report) {
 }
 
 /// Goes on where the scan before stopped, with a window on the octree as it is now.
-void SurfaceUpdate::renew_workspace() {
+void SurfaceUpdate::renew_ledger() {
   Changes changes;
-  std::vector<VoxelKey> requeued;
-  if (work_) {
-    changes = std::move(work_->changes);
-    requeued = std::move(work_->requeued);
-  }
-  work_.emplace(state_);
-  work_->changes = std::move(changes);
-  work_->requeued = std::move(requeued);
-  expansion_.emplace(*work_);
+  if (ledger_) changes = std::move(ledger_->changes);
+  ledger_.emplace(state_).changes = std::move(changes);
+  left_over_ = {};
+  expansion_.emplace(*ledger_);
 }
 
 void SurfaceUpdate::retract(const VoxelScan& scan, const OccupancyDelta& delta) {
@@ -63,17 +58,17 @@ void SurfaceUpdate::retract(const VoxelScan& scan, const OccupancyDelta& delta) 
   state_.points -= delta.vanished.size();
   report.appeared = delta.appeared.size();
   report.vanished = delta.vanished.size();
-  renew_workspace();
-  time(Stage::cylinders, [&] { retract_cylinders(*work_, delta); });
+  renew_ledger();
+  time(Stage::cylinders, [&] { retract_cylinders(*ledger_, delta); });
   time(Stage::retract, [&] {
-    octosurf::retract(*work_, delta);
-    accumulate_evidence(*work_, scan, delta.confirmed);
+    octosurf::retract(*ledger_, delta);
+    accumulate_evidence(*ledger_, scan, delta.confirmed);
   });
   appeared_.back() = keys_of(delta.appeared);
 }
 
 void SurfaceUpdate::accumulate(std::vector<VoxelKey> keys) {
-  keys.insert(keys.end(), work_->requeued.begin(), work_->requeued.end());
+  keys.insert(keys.end(), ledger_->changes.requeued.begin(), ledger_->changes.requeued.end());
   keys.insert(keys.end(), state_.accumulated.begin(), state_.accumulated.end());
   std::sort(keys.begin(), keys.end());
   keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
@@ -82,27 +77,31 @@ void SurfaceUpdate::accumulate(std::vector<VoxelKey> keys) {
 
 void SurfaceUpdate::find_surfaces(const ForeignSurfaces* foreign) {
   Stopwatch time(reports_.back());
-  const std::vector<Index> appeared = indices_of(work_->window, std::span(appeared_).subspan(searched_));
+  const std::vector<Index> appeared = indices_of(ledger_->window, std::span(appeared_).subspan(searched_));
   searched_ = appeared_.size();
   const std::vector<Index> left = time(Stage::add_inliers, [&] { return expansion_->add_inliers(appeared); });
   if (foreign != nullptr)
-    time(Stage::detect, [&] { expansion_->adopt(adopt_surfaces(*work_, appeared, *foreign)); });
+    time(Stage::detect, [&] { expansion_->adopt(adopt_surfaces(*ledger_, appeared, *foreign)); });
   time(Stage::expand, [&] { expansion_->expand(left); });
   time(Stage::detect, [&] {
     std::vector<VoxelKey> pending;
     for (const Index i : left)
-      if (work_->window[i].surface == 0) pending.push_back(work_->window[i].key);
+      if (ledger_->window[i].surface == 0) pending.push_back(ledger_->window[i].key);
     accumulate(std::move(pending));
-    work_->requeued.clear();
-    expansion_->grow(detect(*work_));
+    ledger_->changes.requeued.clear();
+    if (std::optional<Detection> found = detect(*ledger_, state_.accumulated)) {
+      state_.accumulated.clear();
+      left_over_ = std::move(found->left_over);
+      expansion_->grow(found->born);
+    }
   });
 }
 
 void SurfaceUpdate::count_categorized() {
   for (std::size_t scan = 0; scan < reports_.size(); ++scan)
     for (const VoxelKey key : appeared_[scan])
-      if (const Index i = work_->window.find(key); i != PointWindow::none)
-        reports_[scan].categorized += work_->window[i].surface != 0;
+      if (const Index i = ledger_->window.find(key); i != PointWindow::none)
+        reports_[scan].categorized += ledger_->window[i].surface != 0;
 }
 
 void SurfaceUpdate::revise() {
@@ -110,24 +109,24 @@ void SurfaceUpdate::revise() {
   Stopwatch time(report);
   time(Stage::revise, [&] {
     if (state_.parameters.aligned()) expansion_->rejoin();
-    refit(*work_);
+    refit(*ledger_);
     accumulate({});
   });
   // Last, when the planes have all their points: cylinders never change them.
-  time(Stage::cylinders, [&] { update_cylinders(*work_); });
+  time(Stage::cylinders, [&] { update_cylinders(*ledger_, left_over_); });
 
   count_categorized();
-  const Changes& changes = work_->changes;
+  const Changes& changes = ledger_->changes;
   report.born = list_of(changes.born);
   report.grown = list_of(changes.grown);
   report.shrunk = list_of(changes.shrunk);
   report.merged = list_of(changes.merged);
   report.gone = list_of(changes.gone);
-  snapshot_ = time(Stage::derive, [&] { return derive(*work_); });
+  snapshot_ = time(Stage::derive, [&] { return derive(state_, changes.touched()); });
 }
 
 std::vector<ScanReport> SurfaceUpdate::finish() {
-  if (work_) {
+  if (ledger_) {
     if (searched_ < appeared_.size()) find_surfaces();
     revise();
   }

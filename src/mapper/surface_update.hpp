@@ -1,9 +1,10 @@
 #pragma once
 
+#include "detection/detection.hpp"
 #include "expansion/expansion.hpp"
 #include "mapper/adopt_surfaces.hpp"
 #include "sensing/downsample.hpp"
-#include "surfaces/scan_changes.hpp"
+#include "surfaces/ledger.hpp"
 
 #include <cstddef>
 #include <memory>
@@ -39,7 +40,7 @@ class SurfaceUpdate {
   const std::shared_ptr<const Snapshot>& snapshot() const { return snapshot_; }
 
  private:
-  void renew_workspace();
+  void renew_ledger();
   void accumulate(std::vector<VoxelKey> keys);
   void count_categorized();
   void revise();
@@ -48,8 +49,9 @@ class SurfaceUpdate {
   std::vector<ScanReport> reports_;
   std::vector<std::vector<VoxelKey>> appeared_;  // of each report; none if the scan was set aside
   std::size_t searched_ = 0;                     // of these, in which surfaces were looked for
-  std::optional<Workspace> work_;                // of the scan last applied
+  std::optional<Ledger> ledger_;                 // of the scan last applied
   std::optional<Expansion> expansion_;           // likewise
+  Detection::LeftOver left_over_;                // likewise
   std::shared_ptr<const Snapshot> snapshot_;
 };
 

@@ -42,12 +42,6 @@ class PointWindow {
     return present ? index_in(block, key) : none;
   }
 
-  /// Gives the point to a surface (0: pending), here and, if that may change, in the octree.
-  void assign(Index i, SurfaceId surface) {
-    points_[i].surface = columns_.surface[i] = surface;
-    if (writable_ != nullptr) writable_->assign(points_[i], surface);
-  }
-
   /// visit(Index) for every point whose voxel lies within `reach` voxels of `key` along each axis,
   /// itself included, in a fixed order. Cost: blocks met, plus points met.
   template <class Visit>
@@ -76,6 +70,13 @@ class PointWindow {
   void for_each_row_near(VoxelKey key, int reach, Visit&& visit);
 
  private:
+  friend class Ledger;
+  /// Gives the point to a surface (0: pending), here and, if that may change, in the octree.
+  void assign(Index i, SurfaceId surface) {
+    points_[i].surface = columns_.surface[i] = surface;
+    if (writable_ != nullptr) writable_->assign(points_[i], surface);
+  }
+
   PointWindow(const OccupancyMap& map, OccupancyMap* writable) : map_(map), writable_(writable) {}
   static constexpr std::uint64_t block_mask = 0x1fff1fff1fffULL;  // three 13-bit fields
   static constexpr std::uint32_t unknown = ~std::uint32_t{0};

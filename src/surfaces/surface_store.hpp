@@ -26,9 +26,8 @@ class SurfaceStore : public PlaneLookup {
   /// Of those erased since the last call, in the order of that; their revision is open.
   std::vector<Departure> take_departures() { return std::exchange(departures_, {}); }
 
-  SurfaceModel* find(SurfaceId id);
-  const SurfaceModel* find(SurfaceId id) const;
-  const SurfaceModel* look_up(SurfaceId id) const { return find(id); }  ///< for reading: of `known`, too
+  SurfaceModel* find(SurfaceId id);              ///< to be changed
+  const SurfaceModel* find(SurfaceId id) const;  ///< to be read: of `known`, too
   std::size_t size() const { return models_.size(); }
   SurfaceId next_id() const { return next_id_; }
   std::size_t ids_left() const { return last_id + 1 - next_id_; }

@@ -23,12 +23,10 @@ void note_departures(MapState& state, const Snapshot& before) {
 
 }  // namespace
 
-std::shared_ptr<const Snapshot> derive(Workspace& work) {
-  MapState& state = work.state;
+std::shared_ptr<const Snapshot> derive(MapState& state, const std::set<SurfaceId>& touched) {
   ++state.revision;
   const std::shared_ptr<const Snapshot> before = state.snapshot.load();
   auto next = std::make_shared<Snapshot>(Snapshot{state.revision, before->resolution, {}});
-  const std::set<SurfaceId> touched = work.changes.touched();
   for (const auto& [id, known] : state.surfaces) {
     const auto at = std::lower_bound(before->surfaces.begin(), before->surfaces.end(), id,
                                      [](const SurfacePtr& s, SurfaceId wanted) { return s->id < wanted; });

@@ -7,46 +7,43 @@
 
 namespace octosurf {
 
-void retract(Workspace& work, const OccupancyDelta& delta) {
-  MapState& state = work.state;
+void retract(Ledger& ledger, const OccupancyDelta& delta) {
   for (const VoxelPoint& p : delta.vanished) {
     if (p.surface == 0) continue;
-    SurfaceModel* surface = state.surfaces.find(p.surface);
-    if (surface != nullptr && state.surfaces.remove(*surface, p.key, p.position))
-      work.changes.shrunk.insert(p.surface);
+    ledger.drop(p);
   }
   for (const OccupancyDelta::Refined& r : delta.refined) {
     if (r.before.surface == 0) {
-      work.requeued.push_back(r.after.key);  // seen better, it may be part of a plane now
+      ledger.changes.requeued.push_back(r.after.key);  // seen better, it may be part of a plane now
       continue;
     }
-    SurfaceModel* surface = state.surfaces.find(r.before.surface);
+    SurfaceModel* surface = ledger.find(r.before.surface);
     if (surface == nullptr) continue;
     const std::uint64_t unchecked = surface->unchecked;
-    const PointWindow::Index i = work.window.find(r.after.key);
-    if (std::fabs(surface->distance(r.after.position)) <= state.noise.tolerance(r.after, surface->plane())) {
-      work.move(i, r.before.position);
+    const PointWindow::Index i = ledger.window.find(r.after.key);
+    if (std::fabs(surface->distance(r.after.position)) <= ledger.noise.tolerance(r.after, surface->plane())) {
+      ledger.move(i, r.before.position);
       if (surface->expensive_to_check()) surface->unchecked = unchecked;  // where it was, only better seen
     } else {
-      work.requeue(i, r.before.position);
+      ledger.requeue(i, r.before.position);
     }
   }
-  for (const SurfaceId id : work.changes.touched())
-    if (SurfaceModel& surface = *state.surfaces.find(id); too_small(work, surface))
-      dissolve(work, surface, Points::requeued);
+  for (const SurfaceId id : ledger.changes.touched())
+    if (SurfaceModel& surface = *ledger.find(id); ledger.too_small(surface))
+      ledger.dissolve(surface, Points::requeued);
 }
 
-void accumulate_evidence(Workspace& work, const VoxelScan& scan,
+void accumulate_evidence(Ledger& ledger, const VoxelScan& scan,
                          std::span<const OccupancyDelta::Confirmed> confirmed) {
   constexpr double independent = 8;  // readings in a voxel whose errors are not common to all
   constexpr double least_facing = 0.1;
   constexpr std::size_t large_surface = 2000;  // inliers; every eighth reading is enough for its plane
-  const NoiseModel& noise = work.state.noise;
+  const NoiseModel& noise = ledger.noise;
   const Eigen::Vector3d origin = scan.origin.cast<double>();
   SurfaceModel* surface = nullptr;  // they come in runs of one surface
   SurfaceId found = 0;
   for (const OccupancyDelta::Confirmed& c : confirmed) {
-    if (c.surface != found) surface = work.state.surfaces.find(found = c.surface);
+    if (c.surface != found) surface = ledger.find(found = c.surface);
     if (surface == nullptr || (surface->size() > large_surface && c.end % 8 != 0)) continue;
     const EndVoxel& end = scan.ends[c.end];
     const Eigen::Vector3d sight = origin - end.centroid.cast<double>();

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "sensing/downsample.hpp"
-#include "surfaces/scan_changes.hpp"
+#include "surfaces/ledger.hpp"
 
 #include <span>
 
@@ -9,12 +9,12 @@ namespace octosurf {
 
 /// Takes vanished voxels out of their surfaces, carries refined points over (those that no longer
 /// fit go back to pending), and dissolves surfaces that fell below n. Cost follows the delta.
-void retract(Workspace& work, const OccupancyDelta& delta);
+void retract(Ledger& ledger, const OccupancyDelta& delta);
 
 /// Adds repeated observations of inlier voxels to each surface's moments. It counts points, not voxels, but
 /// at most eight in a voxel, because a sensor's neighbouring readings have errors in common. A surface that
 /// got nothing but evidence is not refitted before something else touches it.
-void accumulate_evidence(Workspace& work, const VoxelScan& scan,
+void accumulate_evidence(Ledger& ledger, const VoxelScan& scan,
                          std::span<const OccupancyDelta::Confirmed> confirmed);
 
 }  // namespace octosurf

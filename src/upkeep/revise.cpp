@@ -19,105 +19,104 @@ double displacement(const SurfaceModel& surface, const Plane& a, const Plane& b)
          reach * (a.normal - b.normal).norm();
 }
 
-std::vector<Workspace::Index> indices_of(Workspace& work, const SurfaceModel& surface) {
-  std::vector<Workspace::Index> indices;
+std::vector<MapView::Index> indices_of(Ledger& ledger, const SurfaceModel& surface) {
+  std::vector<MapView::Index> indices;
   indices.reserve(surface.size());
-  for (const Inlier& inlier : surface.sorted_inliers()) indices.push_back(work.window.find(inlier.key));
+  for (const Inlier& inlier : surface.sorted_inliers()) indices.push_back(ledger.window.find(inlier.key));
   return indices;
 }
 
-bool bends(const Workspace& work, const SurfaceModel& surface, std::span<const Workspace::Index> points) {
+bool bends(const Ledger& ledger, const SurfaceModel& surface, std::span<const MapView::Index> points) {
   Planarity planarity(surface.pose());
-  for (const Workspace::Index i : points) {
-    const VoxelPoint& p = work.window[i];
-    planarity.add(p.position, work.state.noise.sigma(p.range_class),
-                  work.state.noise.tolerance(p.range_class), surface.surrounded(surface.cell_of(p.position)));
+  for (const MapView::Index i : points) {
+    const VoxelPoint& p = ledger.window[i];
+    planarity.add(p.position, ledger.noise.sigma(p.range_class), ledger.noise.tolerance(p.range_class),
+                  surface.surrounded(surface.cell_of(p.position)));
   }
   // Its scatter is not checked: a voxel that noise reached once counts as much as one hit by every scan.
   return planarity.bends();
 }
 
 /// The largest part keeps the id, and the parts that are too small for a surface of their own.
-void split(Workspace& work, SurfaceModel& surface, std::vector<std::vector<Workspace::Index>> parts) {
+void split(Ledger& ledger, SurfaceModel& surface, std::vector<std::vector<MapView::Index>> parts) {
   const auto largest = std::max_element(parts.begin(), parts.end(),
                                         [](const auto& a, const auto& b) { return a.size() < b.size(); });
-  const auto min_points = static_cast<std::size_t>(work.state.parameters.min_surface_points());
+  const auto min_points = static_cast<std::size_t>(ledger.parameters.min_surface_points());
   surface.forget_evidence();  // it mixes readings of all parts
   for (auto part = parts.begin(); part != parts.end(); ++part) {
     if (part == largest || part->size() < min_points) continue;
-    SurfaceModel& own = work.state.surfaces.create(fitted(work, *part, surface.plane()),
-                                                   work.window[part->front()].position.cast<double>());
+    SurfaceModel& own = ledger.create(fitted(ledger, *part, surface.plane()),
+                                      ledger.window[part->front()].position.cast<double>());
     own.parents().push_back(surface.id());
-    for (const Workspace::Index i : *part) work.reassign(i, own);
-    work.changes.born.insert(own.id());
+    for (const MapView::Index i : *part) ledger.reassign(i, own);
+    ledger.changes.born.insert(own.id());
   }
   // The plane it was refitted to lay between the parts.
   surface.set_plane(
-      fitted_plane(surface.moments(&work.state.noise), surface.reference(), surface.plane().normal));
+      fitted_plane(surface.moments(&ledger.noise), surface.reference(), surface.plane().normal));
   surface.rehash_if_tilted();
 }
 
 /// Checks a surface that has changed by a quarter for being one plane, and splits it if it is several. A
 /// surface may turn out to be none when closer views have less noise: if a few far points made it, if it has
 /// grown around a pillar or over two blocks, or if it is the noise of one found later. False if it is none.
-bool still_sound(Workspace& work, SurfaceModel& surface) {
+bool still_sound(Ledger& ledger, SurfaceModel& surface) {
   // Neighbours may have taken points from it. A known surface may be a fifth narrower than a new one.
   const double width = width_of(surface.moments(nullptr));
-  const double min_width = 0.8 * work.state.parameters.surfaces.min_surface_width;
+  const double min_width = 0.8 * ledger.parameters.surfaces.min_surface_width;
   const auto unsound = [&](const Refusal& why) {
-    work.changes.unsound[surface.id()] = why;
+    ledger.changes.unsound[surface.id()] = why;
     return false;
   };
   if (width < min_width) return unsound({Reason::too_narrow, width, min_width});
   if (surface.recently_checked()) return true;
   surface.unchecked = 0;
-  const std::vector<Workspace::Index> points = indices_of(work, surface);
-  if (bends(work, surface, points)) return unsound({Reason::bent});
-  const NoiseSheet sheet = noise_sheet_in(work, points, surface.plane(), surface.id());
+  const std::vector<MapView::Index> points = indices_of(ledger, surface);
+  if (bends(ledger, surface, points)) return unsound({Reason::bent});
+  const NoiseSheet sheet = noise_sheet_in(ledger, points, surface.plane(), surface.id());
   if (sheet.has_large_share_of(points.size()))
     return unsound({.reason = Reason::noise_sheet, .surface = sheet.over});
   if (sheet.points.size() * 20 > points.size()) {
-    for (const Workspace::Index i : sheet.points) work.release(i);  // detection would find them again
-    return !too_small(work, surface) || unsound({.reason = Reason::noise_sheet, .surface = sheet.over});
+    for (const MapView::Index i : sheet.points) ledger.release(i);  // detection would find them again
+    return !ledger.too_small(surface) || unsound({.reason = Reason::noise_sheet, .surface = sheet.over});
   }
-  std::vector<std::vector<Workspace::Index>> parts = parts_of(work, points, surface.plane());
-  if (parts.size() > 1) split(work, surface, std::move(parts));
+  std::vector<std::vector<MapView::Index>> parts = parts_of(ledger, points, surface.plane());
+  if (parts.size() > 1) split(ledger, surface, std::move(parts));
   return true;
 }
 
 /// Drops inliers that lie 1.5 tolerances and more off the plane, which has moved.
-void drop_misfits(Workspace& work, SurfaceModel& surface) {
-  const NoiseModel& noise = work.state.noise;
+void drop_misfits(Ledger& ledger, SurfaceModel& surface) {
+  const NoiseModel& noise = ledger.noise;
   std::vector<VoxelKey> misfits;
   surface.for_each_inlier([&](const Inlier& inlier) {
     const double distance = std::fabs(surface.distance(inlier.position));
     if (distance <= 1.5 * noise.base_tolerance()) return;  // nearly all
-    const VoxelPoint& p = work.window[work.window.find(inlier.key)];
+    const VoxelPoint& p = ledger.window[ledger.window.find(inlier.key)];
     if (distance > 1.5 * noise.tolerance(p, surface.plane())) misfits.push_back(inlier.key);
   });
   std::sort(misfits.begin(), misfits.end());
-  for (const VoxelKey key : misfits) work.requeue(work.window.find(key));
+  for (const VoxelKey key : misfits) ledger.requeue(ledger.window.find(key));
   surface.checked_plane = surface.plane();
 }
 
 }  // namespace
 
-void refit(Workspace& work) {
-  MapState& state = work.state;
-  const double max_displacement = state.parameters.surface_tolerance() / 4;
-  for (const SurfaceId id : work.changes.touched()) {
-    SurfaceModel& surface = *state.surfaces.find(id);
+void refit(Ledger& ledger) {
+  const double max_displacement = ledger.parameters.surface_tolerance() / 4;
+  for (const SurfaceId id : ledger.changes.touched()) {
+    SurfaceModel& surface = *ledger.find(id);
     const Plane plane =
-        fitted_plane(surface.moments(&state.noise), surface.reference(), surface.plane().normal);
+        fitted_plane(surface.moments(&ledger.noise), surface.reference(), surface.plane().normal);
     surface.set_plane(plane);
-    if (displacement(surface, plane, surface.checked_plane) > max_displacement) drop_misfits(work, surface);
+    if (displacement(surface, plane, surface.checked_plane) > max_displacement) drop_misfits(ledger, surface);
     surface.rehash_if_tilted();
-    if (too_small(work, surface)) {
-      work.changes.unsound[id] = fewer_than_n(
-          few::on_plane, surface.size(), static_cast<std::size_t>(state.parameters.min_surface_points()));
-      dissolve(work, surface, Points::requeued);
-    } else if (state.parameters.aligned() && !still_sound(work, surface)) {
-      dissolve(work, surface, Points::released);
+    if (ledger.too_small(surface)) {
+      ledger.changes.unsound[id] = fewer_than_n(
+          few::on_plane, surface.size(), static_cast<std::size_t>(ledger.parameters.min_surface_points()));
+      ledger.dissolve(surface, Points::requeued);
+    } else if (ledger.parameters.aligned() && !still_sound(ledger, surface)) {
+      ledger.dissolve(surface, Points::released);
     }
   }
 }

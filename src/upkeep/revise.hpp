@@ -1,6 +1,6 @@
 #pragma once
 
-#include "surfaces/scan_changes.hpp"
+#include "surfaces/ledger.hpp"
 
 namespace octosurf {
 
@@ -10,6 +10,6 @@ namespace octosurf {
 /// quarter is also checked for being one plane: if it bends, has become too narrow or is the noise of another
 /// surface (soundness.hpp) it is dissolved, and Changes::unsound has the reason; if it is several planes it
 /// is split (parts.hpp).
-void refit(Workspace& work);
+void refit(Ledger& ledger);
 
 }  // namespace octosurf

@@ -42,9 +42,10 @@ void wait(MapState& state, const Scan& scan) {
 }
 
 void update(MapState& state) {
-  Workspace work(state);
-  detect(work);
-  update_cylinders(work);
+  Ledger ledger(state);
+  const std::optional<Detection> found = detect(ledger, state.accumulated);
+  if (found) state.accumulated.clear();
+  update_cylinders(ledger, found ? found->left_over : Detection::LeftOver{});
   ++state.revision;
   state.cylinders.publish(state.revision);
 }
@@ -128,11 +129,11 @@ TEST(DetectCylinders, TheDrawDependsOnTheRegionOnly) {
   const OccupancyDelta delta = test::occupy(state, scan);
   std::optional<CylinderExtraction::Found> first;
   for (int round = 0; round < 3; ++round) {
-    Workspace work(state);
-    CylinderRules rules(work);
+    Ledger ledger(state);
+    CylinderRules rules(ledger);
     std::vector<PointWindow::Index> region;
-    for (const VoxelPoint& p : delta.appeared) region.push_back(work.window.find(p.key));
-    const auto found = CylinderExtraction(work, rules)(region);
+    for (const VoxelPoint& p : delta.appeared) region.push_back(ledger.window.find(p.key));
+    const auto found = CylinderExtraction(ledger, rules)(region);
     ASSERT_TRUE(found);
     if (!first) first = found;
     EXPECT_EQ(found->inliers.size(), first->inliers.size());
@@ -177,14 +178,14 @@ TEST(DetectCylinders, ASurfaceTakesPointsAway) {
   const CylinderModel& cylinder = state.cylinders.begin()->second;
   const std::size_t before = cylinder.inliers.size();
   {
-    Workspace work(state);
+    Ledger ledger(state);
     const Eigen::Vector3d n = pose.linear().col(0);
     SurfaceModel& surface = state.surfaces.create({n, n.dot(pose.translation())}, pose.translation());
     std::vector<VoxelKey> half;
     for (const auto& [key, inlier] : cylinder.inliers)
       if (half.size() < before / 2) half.push_back(key);
     for (const VoxelKey key : half) {
-      work.give(work.window.find(key), surface);
+      ledger.give(ledger.window.find(key), surface);
       EXPECT_EQ(state.cylinders.owner(key), 0U);
     }
     EXPECT_EQ(cylinder.inliers.size(), before - before / 2);
@@ -198,19 +199,19 @@ TEST(DetectCylinders, VanishedPointsLeaveAndTooFewEndIt) {
   wait(state, Seen{}.scan(test::random_pose(rng), 0.02, rng));
   update(state);
   ASSERT_EQ(state.cylinders.size(), 1U);
-  Workspace work(state);
+  Ledger ledger(state);
   OccupancyDelta delta;
   for (const auto& [key, inlier] : state.cylinders.begin()->second.inliers)
-    delta.vanished.push_back(work.window[work.window.find(key)]);
+    delta.vanished.push_back(ledger.window[ledger.window.find(key)]);
   const auto all = delta.vanished;
   delta.vanished.resize(10);
-  retract_cylinders(work, delta);
-  update_cylinders(work);
+  retract_cylinders(ledger, delta);
+  update_cylinders(ledger, {});
   ASSERT_EQ(state.cylinders.size(), 1U);
   EXPECT_EQ(state.cylinders.begin()->second.inliers.size(), all.size() - 10);
   delta.vanished.assign(all.begin() + 10, all.end() - 5);
-  retract_cylinders(work, delta);
-  update_cylinders(work);
+  retract_cylinders(ledger, delta);
+  update_cylinders(ledger, {});
   EXPECT_EQ(state.cylinders.size(), 0U);
   EXPECT_EQ(state.cylinders.next_id(), 2U);
 }

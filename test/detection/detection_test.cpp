@@ -36,9 +36,12 @@ Scan piece(const Eigen::Vector3d& corner, const Eigen::Vector3d& u, const Eigen:
 }
 
 std::vector<const SurfaceModel*> found(MapState& state) {
-  Workspace work(state);
+  Ledger ledger(state);
   std::vector<const SurfaceModel*> surfaces;
-  for (const SurfaceId id : detect(work)) surfaces.push_back(state.surfaces.find(id));
+  if (const std::optional<Detection> detection = detect(ledger, state.accumulated)) {
+    state.accumulated.clear();
+    for (const SurfaceId id : detection->born) surfaces.push_back(state.surfaces.find(id));
+  }
   // Nothing is lost: octree and surfaces agree.
   std::size_t owned = 0, inliers = 0;
   state.occupancy.for_each_point([&](const VoxelPoint& p) { owned += p.surface != 0; });
@@ -176,8 +179,8 @@ TEST(Detect, WhatIsSeenThroughASurfaceIsItsNoise) {
   const auto wall =
       test::occupy(state, test::rectangle_scan({1.5, 0.5, 0.5}, {0, 0, 0}, {0, 1, 0}, {0, 0, 1})).appeared;
   {
-    Workspace work(state);
-    test::make_surface(work, wall, {Eigen::Vector3d::UnitX(), 0}, [](const auto&) { return true; });
+    Ledger ledger(state);
+    test::make_surface(ledger, wall, {Eigen::Vector3d::UnitX(), 0}, [](const auto&) { return true; });
   }
   const auto behind =
       test::occupy(state, test::rectangle_scan({1.5, 0.5, 0.5}, {-0.025, 0.2, 0.2}, {0, 0.6, 0}, {0, 0, 0.6}))

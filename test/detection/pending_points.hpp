@@ -16,17 +16,17 @@ class PendingPoints {
   using Index = PointWindow::Index;
 
   explicit PendingPoints(const std::vector<Scan>& scans, const Parameters& parameters = {})
-      : state(parameters), work((put(state, scans), state)) {
+      : state(parameters), ledger((put(state, scans), state)) {
     std::vector<VoxelKey> keys;
     state.occupancy.for_each_point([&](const VoxelPoint& p) { keys.push_back(p.key); });
     std::sort(keys.begin(), keys.end());
-    for (const VoxelKey key : keys) all.push_back(work.window.find(key));
+    for (const VoxelKey key : keys) all.push_back(ledger.window.find(key));
   }
 
-  Eigen::Vector3d position(Index i) const { return work.window[i].position.cast<double>(); }
+  Eigen::Vector3d position(Index i) const { return ledger.window[i].position.cast<double>(); }
 
   MapState state;
-  Workspace work;
+  Ledger ledger;
   std::vector<Index> all;  ///< in key order, as detection hands regions on
 
  private:

@@ -36,7 +36,7 @@ struct Extracted {
 /// All of the points as one region.
 Extracted extracted(PendingPoints& pending) {
   Extracted result;
-  PlaneExtraction planes(pending.work, pending.all);
+  PlaneExtraction planes(pending.ledger, pending.all);
   while (std::optional<PlaneProposal> proposal = planes.next()) {
     if (proposal->refusal) {
       result.refused.push_back(std::move(*proposal));
@@ -44,7 +44,7 @@ Extracted extracted(PendingPoints& pending) {
     }
     SurfaceModel& surface =
         pending.state.surfaces.create(proposal->plane, pending.position(proposal->points.front()));
-    for (const Index i : proposal->points) pending.work.give(i, surface);
+    for (const Index i : proposal->points) pending.ledger.give(i, surface);
     result.surfaces.push_back(&surface);
   }
   return result;
@@ -67,7 +67,7 @@ TEST(PlaneExtraction, APlaneIsASurfaceOfAllItsPoints) {
     // Points are stored to 1/256 voxel (0.08 mm, rms 0.023 mm): over a hundred of them on 0.4 m.
     EXPECT_LT(angle_deg(result.surfaces[0]->plane(), n), 0.02);
     EXPECT_NEAR(result.surfaces[0]->plane().signed_distance(pose.translation()), 0, 2e-5);
-    for (const Index i : pending.all) EXPECT_EQ(pending.work.window[i].surface, result.surfaces[0]->id());
+    for (const Index i : pending.all) EXPECT_EQ(pending.ledger.window[i].surface, result.surfaces[0]->id());
   }
 }
 
@@ -206,8 +206,8 @@ TEST(PlaneExtraction, ASheetInASurfacesNoiseIsNone) {
                           parameters);
     SurfaceModel& wall = pending.state.surfaces.create({Eigen::Vector3d::UnitX(), 0.003}, {0.003, 0.5, 0.5});
     for (const Index i : pending.all)
-      if (pending.position(i).x() < 0.015) pending.work.give(i, wall);
-    std::erase_if(pending.all, [&](Index i) { return pending.work.window[i].surface != 0; });
+      if (pending.position(i).x() < 0.015) pending.ledger.give(i, wall);
+    std::erase_if(pending.all, [&](Index i) { return pending.ledger.window[i].surface != 0; });
     ASSERT_GT(pending.all.size(), 500U);
     const Extracted result = extracted(pending);
     EXPECT_EQ(result.surfaces.size(), near ? 0U : 1U);
@@ -229,7 +229,7 @@ TEST(PlaneExtraction, EveryPointIsTakenOrRefused) {
     std::set<Index> refused;
     for (const PlaneProposal& r : result.refused) refused.insert(r.points.begin(), r.points.end());
     for (const Index i : pending.all)
-      EXPECT_NE(pending.work.window[i].surface != 0, refused.contains(i)) << pending.position(i).transpose();
+      EXPECT_NE(pending.ledger.window[i].surface != 0, refused.contains(i)) << pending.position(i).transpose();
     for (const SurfaceModel* s : result.surfaces) EXPECT_GE(s->size(), 50U);
   }
 }
@@ -242,10 +242,10 @@ SlowCount counted_slowly(PendingPoints& pending, const Plane& plane, double cos_
   constexpr double rounding = 1e-5;
   SlowCount count;
   for (const Index i : pending.all) {
-    const VoxelPoint& p = pending.work.window[i];
+    const VoxelPoint& p = pending.ledger.window[i];
     const double off = std::fabs(plane.signed_distance(pending.position(i)));
     const double room = pending.state.noise.tolerance(p, plane) - off;
-    const double turned = pending.work.normals.at(i).normal.cast<double>().dot(plane.normal) - cos_aligned;
+    const double turned = pending.ledger.normals.at(i).normal.cast<double>().dot(plane.normal) - cos_aligned;
     count.surely += room > rounding && turned > rounding;
     count.maybe += room > -rounding && turned > -rounding;
   }
@@ -265,7 +265,7 @@ TEST(RegionPoints, CountsAsTheSlowTwinDoes) {
                                      {0.5, 0, 0.3 * uniform(rng)}, {0, 0.5, 0.3 * uniform(rng)}, 0.015));
     PendingPoints pending(scans, parameters);
     for (const double cos_aligned : {-1.0, 0.9}) {
-      const RegionPoints points(pending.work, pending.all, 1, static_cast<float>(cos_aligned));
+      const RegionPoints points(pending.ledger, pending.all, 1, static_cast<float>(cos_aligned));
       ASSERT_EQ(points.size(), pending.all.size());
       for (int k = 0; k < 20; ++k) {
         Plane plane;

@@ -22,7 +22,7 @@ constexpr double degree = std::numbers::pi / 180;
 const Eigen::Vector3d eye(0.5, 0.5, 2);
 
 RegionGrowing::Regions all_grown(PendingPoints& pending) {
-  RegionGrowing grow(pending.work, pending.state.parameters);
+  RegionGrowing grow(pending.ledger, pending.state.parameters);
   return grow(pending.all, [](Index) { return true; });
 }
 
@@ -89,7 +89,7 @@ TEST(RegionGrowing, StopsAtAGap) {
 TEST(RegionGrowing, GoesWhereItIsAllowed) {
   PendingPoints pending({rectangle_scan(eye, {0, 0, 0.01}, {1, 0, 0}, {0, 1, 0})});
   const auto allowed = [&](Index i) { return std::fabs(pending.position(i).x() - 0.5) > 0.1; };
-  RegionGrowing grow(pending.work, pending.state.parameters);
+  RegionGrowing grow(pending.ledger, pending.state.parameters);
   const Regions regions = grow(pending.all, allowed).large;
   ASSERT_EQ(regions.size(), 2U);
   const auto wanted = std::count_if(pending.all.begin(), pending.all.end(), allowed);
@@ -103,7 +103,7 @@ TEST(RegionGrowing, StartsFromItsSeedsOnly) {
     return (pending.position(i) - Eigen::Vector3d(0.2, 0.5, 0.01)).norm() < 0.03;
   });
   ASSERT_NE(middle, pending.all.end());
-  RegionGrowing grow(pending.work, pending.state.parameters);
+  RegionGrowing grow(pending.ledger, pending.state.parameters);
   const Regions regions = grow(std::span(&*middle, 1), [](Index) { return true; }).large;
   ASSERT_EQ(regions.size(), 1U);
   for (const Index i : regions[0]) EXPECT_LT(pending.position(i).x(), 0.41);
@@ -125,8 +125,8 @@ TEST(RegionGrowing, SurfacesPointsAreNoNeighbours) {
   PendingPoints pending({rectangle_scan(eye, {0, 0, 0.01}, {1, 0, 0}, {0, 1, 0})});
   SurfaceModel& surface = pending.state.surfaces.create({Eigen::Vector3d::UnitZ(), 0.01}, {0.5, 0.5, 0.01});
   for (const Index i : pending.all)
-    if (std::fabs(pending.position(i).x() - 0.5) < 0.1) pending.work.give(i, surface);
-  std::erase_if(pending.all, [&](Index i) { return pending.work.window[i].surface != 0; });
+    if (std::fabs(pending.position(i).x() - 0.5) < 0.1) pending.ledger.give(i, surface);
+  std::erase_if(pending.all, [&](Index i) { return pending.ledger.window[i].surface != 0; });
   const Regions regions = grown(pending);
   ASSERT_EQ(regions.size(), 2U);
   EXPECT_EQ(regions[0].size() + regions[1].size(), pending.all.size());
@@ -134,12 +134,12 @@ TEST(RegionGrowing, SurfacesPointsAreNoNeighbours) {
 
 /// The slow twin: every point asks all others.
 Regions grown_slowly(PendingPoints& pending) {
-  NormalField& normals = pending.work.normals;
+  NormalField& normals = pending.ledger.normals;
   const float cos_smooth = static_cast<float>(std::cos(pending.state.parameters.detection.smoothness_angle));
   std::set<Index> left(pending.all.begin(), pending.all.end());
   const auto flat = [&](Index i) { return normals.at(i).known && normals.at(i).flat; };
   const auto near = [&](Index a, Index b) {
-    const VoxelKey p = pending.work.window[a].key, q = pending.work.window[b].key;
+    const VoxelKey p = pending.ledger.window[a].key, q = pending.ledger.window[b].key;
     return std::max({std::abs(p.x - q.x), std::abs(p.y - q.y), std::abs(p.z - q.z)}) <= normals.at(a).reach;
   };
   Regions regions;

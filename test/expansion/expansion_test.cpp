@@ -20,9 +20,9 @@ Scan floor_piece(double x0, double x1, double y0, double y1, double z = 0.01) {
   return test::rectangle_scan(eye, {x0, y0, z}, {x1 - x0, 0, 0}, {0, y1 - y0, 0});
 }
 
-std::vector<Index> indices(Workspace& work, const std::vector<VoxelPoint>& points) {
+std::vector<Index> indices(Ledger& ledger, const std::vector<VoxelPoint>& points) {
   std::vector<Index> all;
-  for (const VoxelPoint& p : points) all.push_back(work.window.find(p.key));
+  for (const VoxelPoint& p : points) all.push_back(ledger.window.find(p.key));
   return all;
 }
 
@@ -31,8 +31,8 @@ struct Fixture {
   explicit Fixture(const std::vector<Scan>& scans) {
     known = test::occupy(state, floor_piece(0, 1, 0, 1)).appeared;
     {
-      Workspace work(state);
-      test::make_surface(work, known, ground, everywhere);
+      Ledger ledger(state);
+      test::make_surface(ledger, known, ground, everywhere);
     }
     for (const Scan& scan : scans) {
       const auto appeared = test::occupy(state, scan).appeared;
@@ -55,9 +55,9 @@ std::size_t owned(const MapState& state, const std::vector<VoxelPoint>& points, 
 TEST(AddInliers, TakesWhatLiesInsideAndReturnsTheRest) {
   // A second layer of voxels 8 mm higher, within s; and points 0.3 m above, which are not.
   Fixture f({floor_piece(0.3, 0.6, 0.3, 0.6, 0.021), floor_piece(0.3, 0.6, 0.3, 0.6, 0.3)});
-  Workspace work(f.state);
-  Expansion expansion(work);
-  const std::vector<Index> left = expansion.add_inliers(indices(work, f.fresh));
+  Ledger ledger(f.state);
+  Expansion expansion(ledger);
+  const std::vector<Index> left = expansion.add_inliers(indices(ledger, f.fresh));
   std::size_t low = 0, low_taken = 0, high_taken = 0;
   for (const VoxelPoint& p : f.fresh) {
     const bool taken = owner(f.state, p) == 1;
@@ -68,16 +68,16 @@ TEST(AddInliers, TakesWhatLiesInsideAndReturnsTheRest) {
   EXPECT_GE(low_taken, low * 9 / 10) << "all but some at the rim, whose normals are not sure";
   EXPECT_EQ(high_taken, 0U);
   EXPECT_EQ(left.size(), f.fresh.size() - low_taken);
-  for (const Index i : left) EXPECT_EQ(work.window[i].surface, 0U);
+  for (const Index i : left) EXPECT_EQ(ledger.window[i].surface, 0U);
 }
 
 TEST(AddInliers, TakesNothingSeenFromBehind) {
   // The floor's underside, 1 cm below it, seen from below: within s, but the other side of a board.
   Fixture f({test::rectangle_scan({0.5, 0.5, -1.5}, {0.3, 0.3, -0.001}, {0.3, 0, 0}, {0, 0.3, 0})});
   ASSERT_GT(f.fresh.size(), 100U);
-  Workspace work(f.state);
-  Expansion expansion(work);
-  const auto left = expansion.add_inliers(indices(work, f.fresh));
+  Ledger ledger(f.state);
+  Expansion expansion(ledger);
+  const auto left = expansion.add_inliers(indices(ledger, f.fresh));
   EXPECT_EQ(left.size(), f.fresh.size());
   expansion.expand(left);
   EXPECT_EQ(owned(f.state, f.fresh, 1), 0U);
@@ -87,9 +87,9 @@ TEST(Expand, ReachesOverAGapOfH) {
   const double h = Parameters{}.max_hole_size();
   for (const double gap : {0.5 * h, 2 * h}) {
     Fixture f({floor_piece(1 + gap, 1.4 + gap, 0, 1)});
-    Workspace work(f.state);
-    Expansion expansion(work);
-    expansion.expand(expansion.add_inliers(indices(work, f.fresh)));
+    Ledger ledger(f.state);
+    Expansion expansion(ledger);
+    expansion.expand(expansion.add_inliers(indices(ledger, f.fresh)));
     const std::size_t taken = owned(f.state, f.fresh, 1);
     if (gap < h)
       EXPECT_EQ(taken, f.fresh.size()) << "then outward until nothing is left";
@@ -102,9 +102,9 @@ TEST(Expand, FollowsAPathAroundCorners) {
   // From the floor's edge out, along and back: an arm whose end is 0.5 m away from the floor.
   Fixture f(
       {floor_piece(1, 1.6, 0.4, 0.5), floor_piece(1.5, 1.6, 0.4, 1.5), floor_piece(0.2, 1.6, 1.4, 1.5)});
-  Workspace work(f.state);
-  Expansion expansion(work);
-  expansion.expand(expansion.add_inliers(indices(work, f.fresh)));
+  Ledger ledger(f.state);
+  Expansion expansion(ledger);
+  expansion.expand(expansion.add_inliers(indices(ledger, f.fresh)));
   EXPECT_GE(owned(f.state, f.fresh, 1), f.fresh.size() * 99 / 100);
 }
 
@@ -112,18 +112,18 @@ TEST(Expand, PicksUpOldPendingPoints) {
   // Only the bridge is new; what lies behind it has been pending for long.
   Fixture f({floor_piece(1.2, 1.8, 0, 1)});
   const auto bridge = test::occupy(f.state, floor_piece(1, 1.2, 0, 1)).appeared;
-  Workspace work(f.state);
-  Expansion expansion(work);
-  expansion.expand(expansion.add_inliers(indices(work, bridge)));
+  Ledger ledger(f.state);
+  Expansion expansion(ledger);
+  expansion.expand(expansion.add_inliers(indices(ledger, bridge)));
   EXPECT_GE(owned(f.state, f.fresh, 1), f.fresh.size() * 99 / 100);
 }
 
 TEST(Expand, StopsAtAWall) {
   // A wall stands on the floor's far edge: of it no more than its foot may be taken.
   Fixture f({test::rectangle_scan(eye, {1, 0, 0.02}, {0, 1, 0}, {0, 0, 0.8})});
-  Workspace work(f.state);
-  Expansion expansion(work);
-  expansion.expand(expansion.add_inliers(indices(work, f.fresh)));
+  Ledger ledger(f.state);
+  Expansion expansion(ledger);
+  expansion.expand(expansion.add_inliers(indices(ledger, f.fresh)));
   for (const VoxelPoint& p : f.fresh)
     if (owner(f.state, p) == 1) {
       EXPECT_LT(p.position.z(), 0.01F + static_cast<float>(f.state.parameters.surface_tolerance()) + 1e-3F);
@@ -138,16 +138,16 @@ TEST(Expand, MergesWhatGrewTogetherAndTheLargerKeepsItsId) {
     const auto a = test::occupy(state, floor_piece(0, border - 0.1, 0, 1)).appeared;
     const auto b = test::occupy(state, floor_piece(border + 0.1, 1, 0, 1)).appeared;
     const auto gap = test::occupy(state, floor_piece(border - 0.1, border + 0.1, 0, 1)).appeared;
-    Workspace work(state);
-    test::make_surface(work, a, ground, everywhere);
-    test::make_surface(work, b, ground, everywhere);
-    Expansion expansion(work);
-    expansion.expand(expansion.add_inliers(indices(work, gap)));
+    Ledger ledger(state);
+    test::make_surface(ledger, a, ground, everywhere);
+    test::make_surface(ledger, b, ground, everywhere);
+    Expansion expansion(ledger);
+    expansion.expand(expansion.add_inliers(indices(ledger, gap)));
     ASSERT_EQ(state.surfaces.size(), 1U);
     const SurfaceId kept = larger_first ? 1 : 2, gone = 3 - kept;
     ASSERT_NE(state.surfaces.find(kept), nullptr);
     EXPECT_EQ(state.surfaces.find(kept)->parents(), std::vector<SurfaceId>{gone});
-    EXPECT_TRUE(work.changes.merged.contains(gone));
+    EXPECT_TRUE(ledger.changes.merged.contains(gone));
     EXPECT_EQ(state.surfaces.find(kept)->size(), a.size() + b.size() + gap.size());
   }
 }
@@ -156,10 +156,10 @@ TEST(Expand, DoesNotMergeAcrossAStep) {
   MapState state{Parameters{}};
   const auto a = test::occupy(state, floor_piece(0, 0.5, 0, 1)).appeared;
   const auto b = test::occupy(state, floor_piece(0.5, 1, 0, 1, 0.08)).appeared;
-  Workspace work(state);
-  test::make_surface(work, a, ground, everywhere);
-  test::make_surface(work, b, {Eigen::Vector3d::UnitZ(), 0.08}, everywhere);
-  Expansion expansion(work);
+  Ledger ledger(state);
+  test::make_surface(ledger, a, ground, everywhere);
+  test::make_surface(ledger, b, {Eigen::Vector3d::UnitZ(), 0.08}, everywhere);
+  Expansion expansion(ledger);
   expansion.grow(std::vector<SurfaceId>{1, 2});
   EXPECT_EQ(state.surfaces.size(), 2U);
   EXPECT_GE(owned(state, a, 1), a.size() * 99 / 100);
@@ -177,13 +177,13 @@ TEST(Expand, BetweenTwoPlanesTheBetterFitWins) {
   const auto strip_a = test::occupy(state, floor_piece(0.501, 0.519, 0.1, 0.3, low)).appeared;
   const auto strip_b = test::occupy(state, floor_piece(0.501, 0.519, 0.7, 0.9, high)).appeared;
   ASSERT_GE(std::min(strip_a.size(), strip_b.size()), 10U);
-  Workspace work(state);
-  test::make_surface(work, a, {Eigen::Vector3d::UnitZ(), low}, everywhere);
-  test::make_surface(work, b, {Eigen::Vector3d::UnitZ(), high}, everywhere);
+  Ledger ledger(state);
+  test::make_surface(ledger, a, {Eigen::Vector3d::UnitZ(), low}, everywhere);
+  test::make_surface(ledger, b, {Eigen::Vector3d::UnitZ(), high}, everywhere);
   std::vector<VoxelPoint> strip = strip_a;
   strip.insert(strip.end(), strip_b.begin(), strip_b.end());
-  Expansion expansion(work);
-  expansion.expand(expansion.add_inliers(indices(work, strip)));
+  Expansion expansion(ledger);
+  expansion.expand(expansion.add_inliers(indices(ledger, strip)));
   ASSERT_EQ(state.surfaces.size(), 2U);
   EXPECT_EQ(owned(state, strip_a, 1), strip_a.size());
   EXPECT_EQ(owned(state, strip_b, 2), strip_b.size());
@@ -202,12 +202,12 @@ TEST(Expand, EveryPointHasExactlyOneOwner) {
       scans.push_back(floor_piece(x, x + 0.4, y, y + 0.3, 0.01 + 0.03 * static_cast<double>(rng() % 3)));
     }
     Fixture f(scans);
-    Workspace work(f.state);
+    Ledger ledger(f.state);
     const std::size_t before = f.state.surfaces.find(1)->size();
-    Expansion expansion(work);
+    Expansion expansion(ledger);
     std::vector<Index> points;
     for (const VoxelPoint& p : f.fresh)
-      if (const Index i = work.window.find(p.key); i != PointWindow::none) points.push_back(i);
+      if (const Index i = ledger.window.find(p.key); i != PointWindow::none) points.push_back(i);
     expansion.expand(expansion.add_inliers(points));
     std::size_t mine = 0;
     f.state.occupancy.for_each_point([&](const VoxelPoint& p) { mine += p.surface == 1; });
@@ -218,13 +218,13 @@ TEST(Expand, EveryPointHasExactlyOneOwner) {
 
 TEST(Expand, NothingFromNothing) {
   Fixture f({});
-  Workspace work(f.state);
-  Expansion expansion(work);
+  Ledger ledger(f.state);
+  Expansion expansion(ledger);
   EXPECT_TRUE(expansion.add_inliers({}).empty());
   expansion.expand({});
   expansion.grow({});
   expansion.grow(std::vector<SurfaceId>{99});  // merged away in the meantime
-  EXPECT_TRUE(work.changes.touched().empty());
+  EXPECT_TRUE(ledger.changes.touched().empty());
 }
 
 }  // namespace

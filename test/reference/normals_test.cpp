@@ -21,9 +21,9 @@ struct Comparison {
 };
 
 template <class Work>
-double milliseconds(const Work& work) {
+double milliseconds(const Work& ledger) {
   const auto start = std::chrono::steady_clock::now();
-  work();
+  ledger();
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
@@ -41,10 +41,10 @@ Comparison compare(const Scan& scan, double resolution, double radius) {
   Comparison result;
   std::vector<reference::PointNormal> expected;
   result.pcl_ms = milliseconds([&] { expected = reference::mls_normals(points, radius); });
-  Workspace work(state);
+  Ledger ledger(state);
   std::vector<LocalPlane> planes;
   result.own_ms = milliseconds([&] {
-    for (const VoxelPoint& p : delta.appeared) planes.push_back(work.normals.at(work.window.find(p.key)));
+    for (const VoxelPoint& p : delta.appeared) planes.push_back(ledger.normals.at(ledger.window.find(p.key)));
   });
   for (const auto& [i, normal, curvature] : expected) {
     if (curvature > planar_curvature) continue;

@@ -2,7 +2,7 @@
 
 #include "sensing/downsample.hpp"
 #include "surfaces/map_state.hpp"
-#include "surfaces/scan_changes.hpp"
+#include "surfaces/ledger.hpp"
 
 #include <limits>
 #include <vector>
@@ -18,11 +18,11 @@ Scan rectangle_scan(const Eigen::Vector3d& eye, const Eigen::Vector3d& corner, c
 
 /// A surface of those points for which `wanted(position)` is true.
 template <class Wanted>
-SurfaceModel& make_surface(Workspace& work, const std::vector<VoxelPoint>& points, const Plane& plane,
+SurfaceModel& make_surface(Ledger& ledger, const std::vector<VoxelPoint>& points, const Plane& plane,
                            const Wanted& wanted) {
-  SurfaceModel& surface = work.state.surfaces.create(plane, points.front().position.cast<double>());
+  SurfaceModel& surface = ledger.create(plane, points.front().position.cast<double>());
   for (const VoxelPoint& p : points)
-    if (wanted(Eigen::Vector3d(p.position.cast<double>()))) work.give(work.window.find(p.key), surface);
+    if (wanted(Eigen::Vector3d(p.position.cast<double>()))) ledger.give(ledger.window.find(p.key), surface);
   return surface;
 }
 

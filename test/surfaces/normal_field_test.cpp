@@ -35,13 +35,13 @@ TEST(NormalField, FindsPlanesOfAnyOrientation) {
       }
       MapState state{Parameters{}};
       const OccupancyDelta delta = test::occupy(state, square(pose, noise, rng));
-      Workspace work(state);
+      Ledger ledger(state);
       std::size_t inner = 0, known = 0, flat = 0, wrong = 0;
       for (const VoxelPoint& p : delta.appeared) {
         const Eigen::Vector3d at = pose.inverse() * Eigen::Vector3d(p.position.cast<double>());
         if (at.head<2>().cwiseAbs().maxCoeff() > 0.4) continue;
         ++inner;
-        const LocalPlane plane = work.normals.at(work.window.find(p.key));
+        const LocalPlane plane = ledger.normals.at(ledger.window.find(p.key));
         known += plane.known;
         flat += plane.known && plane.flat;
         if (!plane.known) continue;
@@ -63,12 +63,12 @@ TEST(NormalField, TwoSidesOfAThinBoardStayApart) {
   const Eigen::Vector3d y(0, 1, 0), z(0, 0, 1);
   test::occupy(state, test::rectangle_scan({1.5, 0.5, 0.5}, {0.015, 0, 0}, y, z));
   test::occupy(state, test::rectangle_scan({-1.5, 0.5, 0.5}, {-0.015, 0, 0}, y, z));
-  Workspace work(state);
+  Ledger ledger(state);
   std::size_t points = 0, wrong = 0;
   state.occupancy.for_each_point([&](const VoxelPoint& p) {
     if ((p.position.tail<2>() - Eigen::Vector2f(0.5F, 0.5F)).cwiseAbs().maxCoeff() > 0.4F) return;
     ++points;
-    const LocalPlane plane = work.normals.at(work.window.find(p.key));
+    const LocalPlane plane = ledger.normals.at(ledger.window.find(p.key));
     const Eigen::Vector3d front = (p.position.x() > 0 ? 1 : -1) * Eigen::Vector3d::UnitX();
     wrong += !plane.known || degrees_between(plane.normal.cast<double>(), front) > 10;
   });
@@ -81,12 +81,12 @@ TEST(NormalField, CornersAreNotFlat) {
   const Eigen::Vector3d x(1, 0, 0), y(0, 1, 0), z(0, 0, 1), eye(0.7, 0.5, 0.7);
   test::occupy(state, test::rectangle_scan(eye, {0, 0, 0}, x, y));
   test::occupy(state, test::rectangle_scan(eye, {0, 0, 0}, y, z));
-  Workspace work(state);
+  Ledger ledger(state);
   std::size_t at_edge = 0, flat_at_edge = 0, away = 0, flat_away = 0;
   state.occupancy.for_each_point([&](const VoxelPoint& p) {
     if (p.position.y() < 0.2F || p.position.y() > 0.8F || p.position.x() > 0.8F || p.position.z() > 0.8F)
       return;
-    const LocalPlane plane = work.normals.at(work.window.find(p.key));
+    const LocalPlane plane = ledger.normals.at(ledger.window.find(p.key));
     const float from_edge = std::max(p.position.x(), p.position.z());
     if (from_edge < 0.015F) {
       ++at_edge;
@@ -117,17 +117,17 @@ TEST(NormalField, AKnownTopDoesNotRoundTheEdgeBesideIt) {
     const auto of_side = test::occupy(state, side).appeared;
     const double s = state.parameters.surface_tolerance();
     if (top_is_known) {
-      Workspace work(state);
-      test::make_surface(work, of_top, {z, 0.001}, [](const Eigen::Vector3d&) { return true; });
+      Ledger ledger(state);
+      test::make_surface(ledger, of_top, {z, 0.001}, [](const Eigen::Vector3d&) { return true; });
     }
-    Workspace work(state);
+    Ledger ledger(state);
     double sum = 0;
     int points = 0;
     for (const VoxelPoint& p : of_side) {
       if (p.position.z() > -s - 0.003 || p.position.z() < -0.035F || p.position.y() < 0.2F ||
           p.position.y() > 0.8F)
         continue;
-      const LocalPlane plane = work.normals.at(work.window.find(p.key));
+      const LocalPlane plane = ledger.normals.at(ledger.window.find(p.key));
       EXPECT_TRUE(plane.known);
       sum += degrees_between(plane.normal.cast<double>(), Eigen::Vector3d::UnitX());
       ++points;
@@ -147,9 +147,9 @@ TEST(NormalField, TooFewOrALineIsNotKnown) {
   scan.points.emplace_back(3, 3, -1);  // alone
   for (int i = 0; i < 100; ++i) scan.points.push_back({0.01F * static_cast<float>(i), 0, -1});
   test::occupy(state, scan);
-  Workspace work(state);
+  Ledger ledger(state);
   state.occupancy.for_each_point(
-      [&](const VoxelPoint& p) { EXPECT_FALSE(work.normals.at(work.window.find(p.key)).known); });
+      [&](const VoxelPoint& p) { EXPECT_FALSE(ledger.normals.at(ledger.window.find(p.key)).known); });
 }
 
 }  // namespace

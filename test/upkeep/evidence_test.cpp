@@ -195,18 +195,18 @@ TEST(Evidence, SurvivesAMerge) {
   MapState state{Parameters{}};
   const auto points =
       test::occupy(state, test::rectangle_scan({0.5, 0.5, 1.5}, {0, 0, 0.01}, {1, 0, 0}, {0, 1, 0})).appeared;
-  Workspace work(state);
+  Ledger ledger(state);
   const Plane ground{z, 0.01};
   SurfaceModel& a =
-      test::make_surface(work, points, ground, [](const Eigen::Vector3d& p) { return p.x() < 0.6; });
+      test::make_surface(ledger, points, ground, [](const Eigen::Vector3d& p) { return p.x() < 0.6; });
   SurfaceModel& b =
-      test::make_surface(work, points, ground, [](const Eigen::Vector3d& p) { return p.x() >= 0.6; });
+      test::make_surface(ledger, points, ground, [](const Eigen::Vector3d& p) { return p.x() >= 0.6; });
   std::mt19937_64 rng = test::rng();
   Moments sum, of_b;
   see(a, {0.3, 0.5, 0.01}, 0.002, 200, rng, &sum);
   see(b, {0.8, 0.5, 0.01}, 0.002, 100, rng, &of_b);
   sum.add(of_b.shifted(a.reference() - b.reference()));
-  merge(work, a, b);
+  ledger.merge(a, b);
   EXPECT_EQ(a.evidence().readings, 300);
   expect_same(a.evidence().moments, sum);
 }
@@ -225,8 +225,8 @@ TEST(Evidence, ScansThatSeeAFloorAgainMoveItsPlane) {
   };
   {
     const auto points = test::occupy(state, floor(0.009)).appeared;
-    Workspace work(state);
-    test::make_surface(work, points, {z, 0.009}, [](const Eigen::Vector3d&) { return true; });
+    Ledger ledger(state);
+    test::make_surface(ledger, points, {z, 0.009}, [](const Eigen::Vector3d&) { return true; });
   }
   std::size_t readings = 0;
   for (int i = 0; i < 20; ++i) {
@@ -234,10 +234,10 @@ TEST(Evidence, ScansThatSeeAFloorAgainMoveItsPlane) {
     const VoxelScan voxels = downsample(floor(0.012), 0, 100);
     const OccupancyDelta delta = state.occupancy.insert(voxels, downsample, &state.surfaces);
     readings += delta.confirmed.size();
-    Workspace work(state);
-    accumulate_evidence(work, voxels, delta.confirmed);
-    work.changes.grown.insert(1);
-    refit(work);
+    Ledger ledger(state);
+    accumulate_evidence(ledger, voxels, delta.confirmed);
+    ledger.changes.grown.insert(1);
+    refit(ledger);
   }
   const SurfaceModel& surface = *state.surfaces.find(1);
   EXPECT_GT(readings, 20000U);

@@ -58,18 +58,18 @@ OccupancyDelta vanish(MapState& state, const std::vector<VoxelPoint>& points) {
 TEST(Retract, TakesVanishedVoxelsOut) {
   Floor floor;
   {
-    Workspace work(floor.state);
-    test::make_surface(work, floor.delta.appeared, ground, everywhere);
+    Ledger ledger(floor.state);
+    test::make_surface(ledger, floor.delta.appeared, ground, everywhere);
   }
   std::vector<VoxelPoint> part(floor.delta.appeared.begin(), floor.delta.appeared.begin() + 300);
   const OccupancyDelta delta = vanish(floor.state, part);
   ASSERT_GT(delta.vanished.size(), 200U);
-  Workspace work(floor.state);
+  Ledger ledger(floor.state);
   const std::size_t before = floor.state.surfaces.find(1)->size();
-  retract(work, delta);
+  retract(ledger, delta);
   EXPECT_EQ(floor.state.surfaces.find(1)->size(), before - delta.vanished.size());
-  EXPECT_TRUE(work.changes.shrunk.contains(1));
-  EXPECT_FALSE(work.changes.gone.contains(1));
+  EXPECT_TRUE(ledger.changes.shrunk.contains(1));
+  EXPECT_FALSE(ledger.changes.gone.contains(1));
   expect_in_step(floor.state);
 }
 
@@ -77,19 +77,19 @@ TEST(Retract, DissolvesBelowTheFewestPoints) {
   Floor floor;
   const auto n = static_cast<std::size_t>(floor.state.parameters.min_surface_points());
   {
-    Workspace work(floor.state);
-    test::make_surface(work, floor.delta.appeared, ground, everywhere);
+    Ledger ledger(floor.state);
+    test::make_surface(ledger, floor.delta.appeared, ground, everywhere);
   }
   const std::size_t all = floor.state.surfaces.find(1)->size();
   const OccupancyDelta delta =
       vanish(floor.state, {floor.delta.appeared.begin() + 20, floor.delta.appeared.end()});
   const std::size_t left_over = all - delta.vanished.size();
   ASSERT_LT(left_over, n);
-  Workspace work(floor.state);
-  retract(work, delta);
+  Ledger ledger(floor.state);
+  retract(ledger, delta);
   EXPECT_EQ(floor.state.surfaces.find(1), nullptr);
-  EXPECT_TRUE(work.changes.gone.contains(1));
-  EXPECT_EQ(work.requeued.size(), left_over) << "its points return to pending";
+  EXPECT_TRUE(ledger.changes.gone.contains(1));
+  EXPECT_EQ(ledger.changes.requeued.size(), left_over) << "its points return to pending";
   floor.state.occupancy.for_each_point([](const VoxelPoint& p) { EXPECT_EQ(p.surface, 0U); });
   EXPECT_TRUE(floor.state.surfaces.near(floor.delta.appeared.front().key, 500).empty());
 }
@@ -97,15 +97,15 @@ TEST(Retract, DissolvesBelowTheFewestPoints) {
 TEST(Retract, CarriesRefinedPointsOver) {
   Floor floor;
   {
-    Workspace work(floor.state);
-    test::make_surface(work, floor.delta.appeared, ground, everywhere);
+    Ledger ledger(floor.state);
+    test::make_surface(ledger, floor.delta.appeared, ground, everywhere);
   }
   // The same floor from 0.4 m: nearer views replace the points, 3 mm higher.
   const OccupancyDelta delta = test::occupy(
       floor.state, test::rectangle_scan({0.5, 0.5, 0.4}, {0.3, 0.3, 0.013}, {0.4, 0, 0}, {0, 0.4, 0}));
   ASSERT_GT(delta.refined.size(), 100U);
-  Workspace work(floor.state);
-  retract(work, delta);
+  Ledger ledger(floor.state);
+  retract(ledger, delta);
   expect_in_step(floor.state);
   const SurfaceModel& surface = *floor.state.surfaces.find(1);
   for (const Inlier& inlier : surface.sorted_inliers())
@@ -121,10 +121,10 @@ TEST(Refit, RecoversThePlane) {
     Plane wrong = ground;
     wrong.normal = (wrong.normal + 0.01 * Eigen::Vector3d(uniform(rng), uniform(rng), 0)).normalized();
     wrong.offset = wrong.normal.dot(Eigen::Vector3d(0.5, 0.5, 0.01)) + 0.003 * uniform(rng);
-    Workspace work(floor.state);
-    const SurfaceModel& surface = test::make_surface(work, floor.delta.appeared, wrong, everywhere);
+    Ledger ledger(floor.state);
+    const SurfaceModel& surface = test::make_surface(ledger, floor.delta.appeared, wrong, everywhere);
     const std::size_t before = surface.size();
-    refit(work);
+    refit(ledger);
     ASSERT_NE(floor.state.surfaces.find(1), nullptr);
     EXPECT_EQ(surface.size(), before);
     EXPECT_GT(surface.plane().normal.z(), 0) << "the normal stays on its side";
@@ -141,12 +141,12 @@ TEST(Refit, ReturnsWhatAMovedPlaneLeavesBehind) {
       floor.state, test::rectangle_scan({0.5, 0.5, 1.5}, {0.2, 0.2, 0.05}, {0.15, 0, 0}, {0, 0.15, 0}));
   std::vector<VoxelPoint> points = floor.delta.appeared;
   points.insert(points.end(), step.appeared.begin(), step.appeared.end());
-  Workspace work(floor.state);
+  Ledger ledger(floor.state);
   const Plane between{Eigen::Vector3d::UnitZ(), 0.03};
-  const SurfaceModel& surface = test::make_surface(work, points, between, everywhere);
-  refit(work);
+  const SurfaceModel& surface = test::make_surface(ledger, points, between, everywhere);
+  refit(ledger);
   EXPECT_NEAR(surface.plane().offset, 0.01, 0.005);
-  EXPECT_GE(work.requeued.size(), step.appeared.size() * 9 / 10);
+  EXPECT_GE(ledger.changes.requeued.size(), step.appeared.size() * 9 / 10);
   expect_in_step(floor.state);
 }
 
@@ -160,13 +160,13 @@ TEST(Refit, GivesBothPartsOfWhatItSplitsTheirOwnPlanes) {
   const auto second =
       test::occupy(state, test::rectangle_scan(eye, {0.54, 0, 0.01}, 0.4 * along, y)).appeared;
   points.insert(points.end(), second.begin(), second.end());
-  Workspace work(state);
-  SurfaceModel& surface = test::make_surface(work, points, {Eigen::Vector3d::UnitZ(), 0.015}, everywhere);
+  Ledger ledger(state);
+  SurfaceModel& surface = test::make_surface(ledger, points, {Eigen::Vector3d::UnitZ(), 0.015}, everywhere);
   std::vector<PointWindow::Index> all;
-  for (const VoxelPoint& p : points) all.push_back(work.window.find(p.key));
-  surface.set_plane(fitted(work, all, surface.plane()));
+  for (const VoxelPoint& p : points) all.push_back(ledger.window.find(p.key));
+  surface.set_plane(fitted(ledger, all, surface.plane()));
   surface.checked_plane = surface.plane();
-  refit(work);
+  refit(ledger);
   ASSERT_EQ(state.surfaces.size(), 2U);
   EXPECT_LT((state.surfaces.find(1)->plane().normal - Eigen::Vector3d::UnitZ()).norm(), 0.0087)
       << "half a degree";
@@ -174,21 +174,21 @@ TEST(Refit, GivesBothPartsOfWhatItSplitsTheirOwnPlanes) {
   expect_in_step(state);
 }
 
-Reason dissolved(const Workspace& work, SurfaceId id) {
-  EXPECT_TRUE(work.changes.gone.contains(id));
-  EXPECT_EQ(work.state.surfaces.find(id), nullptr);
-  return work.changes.unsound.at(id).reason;
+Reason dissolved(const Ledger& ledger, SurfaceId id) {
+  EXPECT_TRUE(ledger.changes.gone.contains(id));
+  EXPECT_EQ(ledger.surfaces.find(id), nullptr);
+  return ledger.changes.unsound.at(id).reason;
 }
 
 TEST(Refit, TellsWhyItDissolvesWhatIsTooNarrow) {
   Floor floor;
-  Workspace work(floor.state);
-  test::make_surface(work, floor.delta.appeared, ground,
+  Ledger ledger(floor.state);
+  test::make_surface(ledger, floor.delta.appeared, ground,
                      [](const Eigen::Vector3d& p) { return p.y() > 0.5 && p.y() < 0.52; });
-  refit(work);
-  ASSERT_EQ(dissolved(work, 1), Reason::too_narrow);
-  EXPECT_LE(work.changes.unsound.at(1).measured, 0.02);
-  EXPECT_DOUBLE_EQ(work.changes.unsound.at(1).limit, 0.8 * Parameters{}.surfaces.min_surface_width);
+  refit(ledger);
+  ASSERT_EQ(dissolved(ledger, 1), Reason::too_narrow);
+  EXPECT_LE(ledger.changes.unsound.at(1).measured, 0.02);
+  EXPECT_DOUBLE_EQ(ledger.changes.unsound.at(1).limit, 0.8 * Parameters{}.surfaces.min_surface_width);
   expect_in_step(floor.state);
 }
 
@@ -202,10 +202,10 @@ TEST(Refit, TellsWhyItDissolvesWhatBends) {
           (Eigen::Vector3d(0.25 * std::cos(a), 0.25 * std::sin(a), z) - pillar.T_map_sensor.translation())
               .cast<float>());
   const OccupancyDelta delta = test::occupy(state, pillar);
-  Workspace work(state);
-  test::make_surface(work, delta.appeared, {Eigen::Vector3d::UnitX(), 0.235}, everywhere);
-  refit(work);
-  EXPECT_EQ(dissolved(work, 1), Reason::bent);
+  Ledger ledger(state);
+  test::make_surface(ledger, delta.appeared, {Eigen::Vector3d::UnitX(), 0.235}, everywhere);
+  refit(ledger);
+  EXPECT_EQ(dissolved(ledger, 1), Reason::bent);
 }
 
 TEST(Refit, TellsWhoseNoiseWhatItDissolvesIs) {
@@ -215,44 +215,44 @@ TEST(Refit, TellsWhoseNoiseWhatItDissolvesIs) {
   const OccupancyDelta sheet = test::occupy(
       floor.state,
       test::rectangle_scan({0.5, 0.5, 1.5}, {0.2, 0.2, 0.01 + 1.15 * s}, {0.5, 0, 0}, {0, 0.5, 0}));
-  Workspace work(floor.state);
-  test::make_surface(work, sheet.appeared, {Eigen::Vector3d::UnitZ(), 0.01 + 1.15 * s}, everywhere);
-  const SurfaceModel& real = test::make_surface(work, floor.delta.appeared, ground, everywhere);
-  refit(work);
-  ASSERT_EQ(dissolved(work, 1), Reason::noise_sheet);
-  EXPECT_EQ(work.changes.unsound.at(1).surface, real.id());
-  EXPECT_EQ(work.changes.unsound.size(), 1U) << "the floor stays";
+  Ledger ledger(floor.state);
+  test::make_surface(ledger, sheet.appeared, {Eigen::Vector3d::UnitZ(), 0.01 + 1.15 * s}, everywhere);
+  const SurfaceModel& real = test::make_surface(ledger, floor.delta.appeared, ground, everywhere);
+  refit(ledger);
+  ASSERT_EQ(dissolved(ledger, 1), Reason::noise_sheet);
+  EXPECT_EQ(ledger.changes.unsound.at(1).surface, real.id());
+  EXPECT_EQ(ledger.changes.unsound.size(), 1U) << "the floor stays";
 }
 
 TEST(Refit, TellsHowFewItLeaves) {
   Floor floor;
-  Workspace work(floor.state);
+  Ledger ledger(floor.state);
   SurfaceModel& surface = test::make_surface(
-      work, floor.delta.appeared, ground,
+      ledger, floor.delta.appeared, ground,
       [](const Eigen::Vector3d& p) { return p.x() > 0.4 && p.x() < 0.6 && p.y() > 0.4 && p.y() < 0.6; });
   const std::vector<Inlier> inliers = surface.sorted_inliers();
-  for (std::size_t i = 30; i < inliers.size(); ++i) work.requeue(work.window.find(inliers[i].key));
-  refit(work);
-  ASSERT_EQ(dissolved(work, 1), Reason::too_few_points);
-  EXPECT_EQ(work.changes.unsound.at(1).measured, 30);
-  EXPECT_EQ(work.changes.unsound.at(1).limit, 50);
+  for (std::size_t i = 30; i < inliers.size(); ++i) ledger.requeue(ledger.window.find(inliers[i].key));
+  refit(ledger);
+  ASSERT_EQ(dissolved(ledger, 1), Reason::too_few_points);
+  EXPECT_EQ(ledger.changes.unsound.at(1).measured, 30);
+  EXPECT_EQ(ledger.changes.unsound.at(1).limit, 50);
 }
 
 TEST(Merge, KeepsPointsAndLineage) {
   Floor floor;
-  Workspace work(floor.state);
-  SurfaceModel& a = test::make_surface(work, floor.delta.appeared, ground, left);
-  SurfaceModel& b = test::make_surface(work, floor.delta.appeared, ground, right);
+  Ledger ledger(floor.state);
+  SurfaceModel& a = test::make_surface(ledger, floor.delta.appeared, ground, left);
+  SurfaceModel& b = test::make_surface(ledger, floor.delta.appeared, ground, right);
   const std::size_t together = a.size() + b.size();
   const Moments ma = a.moments(nullptr), mb = b.moments(nullptr).shifted(a.reference() - b.reference());
   ASSERT_TRUE(coplanar(a, b, (a.reference() + b.reference()) / 2, floor.state.noise));
-  merge(work, a, b);
+  ledger.merge(a, b);
   EXPECT_EQ(a.size(), together);
   EXPECT_EQ(floor.state.surfaces.find(2), nullptr);
   EXPECT_EQ(a.parents(), std::vector<SurfaceId>{2});
-  EXPECT_TRUE(work.changes.merged.contains(2));
-  EXPECT_FALSE(work.changes.touched().contains(2));
-  EXPECT_TRUE(work.changes.touched().contains(1));
+  EXPECT_TRUE(ledger.changes.merged.contains(2));
+  EXPECT_FALSE(ledger.changes.touched().contains(2));
+  EXPECT_TRUE(ledger.changes.touched().contains(1));
   EXPECT_LT((a.moments(nullptr).outer - ma.outer - mb.outer).norm(), 1e-9);
   floor.state.occupancy.for_each_point([](const VoxelPoint& p) { EXPECT_EQ(p.surface, 1U); });
   expect_in_step(floor.state);
@@ -266,11 +266,11 @@ bool are_coplanar(double raised, double tilt) {
   const auto first = points(test::rectangle_scan(eye, {0, 0, 0.01}, {0.5, 0, 0}, {0, 0.5, 0}));
   const Eigen::Vector3d along(std::cos(tilt), 0, std::sin(tilt));
   const auto second = points(test::rectangle_scan(eye, {0.53, 0, 0.01 + raised}, 0.5 * along, {0, 0.5, 0}));
-  Workspace work(state);
-  SurfaceModel& a = test::make_surface(work, first, ground, everywhere);
+  Ledger ledger(state);
+  SurfaceModel& a = test::make_surface(ledger, first, ground, everywhere);
   const Eigen::Vector3d n = along.cross(Eigen::Vector3d::UnitY());
   SurfaceModel& b =
-      test::make_surface(work, second, {n, n.dot(Eigen::Vector3d(0.53, 0, 0.01 + raised))}, everywhere);
+      test::make_surface(ledger, second, {n, n.dot(Eigen::Vector3d(0.53, 0, 0.01 + raised))}, everywhere);
   const Eigen::Vector3d contact(0.515, 0.25, 0.01);
   const bool one_way = coplanar(a, b, contact, state.noise), other_way = coplanar(b, a, contact, state.noise);
   EXPECT_EQ(one_way, other_way);
@@ -288,18 +288,18 @@ TEST(Coplanar, OnePlaneAndOneOnly) {
 TEST(Derive, PublishesWhatChangedAndKeepsTheRest) {
   Floor floor;
   {
-    Workspace work(floor.state);
-    test::make_surface(work, floor.delta.appeared, ground, left);
-    test::make_surface(work, floor.delta.appeared, ground, right);
-    floor.state.snapshot.store(derive(work));
+    Ledger ledger(floor.state);
+    test::make_surface(ledger, floor.delta.appeared, ground, left);
+    test::make_surface(ledger, floor.delta.appeared, ground, right);
+    floor.state.snapshot.store(derive(floor.state, ledger.changes.touched()));
   }
   const auto first = floor.state.snapshot.load();
   ASSERT_EQ(first->surfaces.size(), 2U);
   EXPECT_EQ(first->revision, 1U);
   EXPECT_NEAR(first->surfaces[0]->area_m2, 0.5, 0.03);
-  Workspace work(floor.state);
-  work.requeue(work.window.find(floor.state.surfaces.find(2)->sorted_inliers().front().key));
-  floor.state.snapshot.store(derive(work));
+  Ledger ledger(floor.state);
+  ledger.requeue(ledger.window.find(floor.state.surfaces.find(2)->sorted_inliers().front().key));
+  floor.state.snapshot.store(derive(floor.state, ledger.changes.touched()));
   const auto second = floor.state.snapshot.load();
   EXPECT_EQ(second->revision, 2U);
   EXPECT_EQ(second->surfaces[0], first->surfaces[0]) << "not copied";

@@ -5,9 +5,9 @@
 
 namespace octosurf {
 
-bool obstructed(Workspace& work, const Plane& plane, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+bool obstructed(const MapView& map, const Plane& plane, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                 double reach, int layers) {
-  const VoxelGrid& grid = work.state.occupancy.grid();
+  const VoxelGrid& grid = map.grid;
   const double d = grid.resolution();
   const auto onto = [&](const Eigen::Vector3d& p) {
     return Eigen::Vector3d(p - plane.signed_distance(p) * plane.normal);
@@ -15,13 +15,13 @@ bool obstructed(Workspace& work, const Plane& plane, const Eigen::Vector3d& a, c
   const Eigen::Vector3d from = onto(a), way = onto(b) - from;
   const int steps = static_cast<int>(std::ceil(2 * way.norm() / d));
   const auto stands_in = [&](VoxelKey key) {
-    const Workspace::Index i = work.window.find(key);
+    const MapView::Index i = map.window.find(key);
     if (i == PointWindow::none) return false;
-    const VoxelPoint& p = work.window[i];
+    const VoxelPoint& p = map.window[i];
     // In upper layers points seen from behind the plane are ignored: they are of an opposite face, such as
     // the other side of a crack.
     if (layers > 1 && p.view.dot(plane.normal.cast<float>()) <= 0) return false;
-    return plane.signed_distance(p.position.cast<double>()) > work.state.noise.tolerance(p, plane);
+    return plane.signed_distance(p.position.cast<double>()) > map.noise.tolerance(p, plane);
   };
   VoxelKey last;
   bool any = false;

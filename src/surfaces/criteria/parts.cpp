@@ -18,7 +18,7 @@
 namespace octosurf {
 namespace {
 
-using Index = Workspace::Index;
+using Index = MapView::Index;
 
 /// Covariance of the errors of a fit's slopes that are common to many points, such as those of one line of a
 /// laser: `bias` m at one standard deviation of the patch's extent, from which the scatter inside a voxel is
@@ -50,26 +50,26 @@ constexpr double limit = 16.3;       // χ² of three, 99.9 %
 double offset_bias(double tolerance) { return tolerance / 30; }
 
 /// In cells about the map's origin, so that no point's place in the list decides where they begin.
-PointsByCell by_cell(Workspace& work, std::span<const Index> points, const Plane& plane) {
-  const SurfaceModel frame(0, plane, plane.offset * plane.normal, work.state.parameters.occupancy.resolution);
+PointsByCell by_cell(const MapView& map, std::span<const Index> points, const Plane& plane) {
+  const SurfaceModel frame(0, plane, plane.offset * plane.normal, map.parameters.occupancy.resolution);
   std::vector<PlaneCell> cells;
   cells.reserve(points.size());
-  for (const Index i : points) cells.push_back(frame.cell_of(work.window[i].position));
+  for (const Index i : points) cells.push_back(frame.cell_of(map.window[i].position));
   return PointsByCell(points, cells);
 }
 
 /// Parts of a plane while they are joined.
 class Parts {
  public:
-  Parts(Workspace& work, std::span<const Index> points, const Plane& plane)
-      : work_(work),
+  Parts(const MapView& map, std::span<const Index> points, const Plane& plane)
+      : map_(map),
         plane_(plane),
         R_(plane_axes(plane.normal).transpose()),
-        reach_(std::max(1, static_cast<int>(work.state.parameters.max_hole_size() /
-                                            work.state.parameters.occupancy.resolution))),
-        robust_(work.state.parameters.aligned()),
-        reference_(work.window[points.front()].position.cast<double>()),
-        points_(by_cell(work, points, plane)),
+        reach_(std::max(
+            1, static_cast<int>(map.parameters.max_hole_size() / map.parameters.occupancy.resolution))),
+        robust_(map.parameters.aligned()),
+        reference_(map.window[points.front()].position.cast<double>()),
+        points_(by_cell(map, points, plane)),
         rows_(points_.cells),
         depths_(rows_.depths()),
         sparse_(robust_ && sparse()),
@@ -115,7 +115,7 @@ class Parts {
     for (std::size_t cell = 0; cell < depths_.size(); ++cell) {
       const auto points = points_.of(cell);
       if (std::any_of(points.begin(), points.end(), [&](Index i) {
-            const Eigen::Vector3d at = work_.window[i].position.cast<double>();
+            const Eigen::Vector3d at = map_.window[i].position.cast<double>();
             return blocked(i, at, at);
           }))
         depths_[cell] = covered;
@@ -181,7 +181,7 @@ class Parts {
   static constexpr std::int8_t deepest = 2, covered = -1;  // covered: by an object on the plane
 
   void gather() {
-    const NoiseModel& noise = work_.state.noise;
+    const NoiseModel& noise = map_.noise;
     std::array<double, NoiseModel::classes> weights{};
     for (unsigned c = 0; c < NoiseModel::classes; ++c) {
       const double ratio = noise.sigma(1) / std::max(noise.sigma(c), 1e-6);
@@ -190,7 +190,7 @@ class Parts {
     for (std::size_t cell = 0; cell < parts_.size(); ++cell) {
       Patch& patch = patches_[parts_[cell]];
       for (const Index i : points_.of(cell)) {
-        const VoxelPoint& p = work_.window[i];
+        const VoxelPoint& p = map_.window[i];
         patch.moments.add(p.position.cast<double>() - patch.reference, weights[p.range_class]);
         ++patch.points;
       }
@@ -248,12 +248,12 @@ class Parts {
   }
 
   Eigen::Vector3d first_of(std::uint32_t cell) const {
-    return work_.window[points_.points[points_.first[cell]]].position.cast<double>();
+    return map_.window[points_.points[points_.first[cell]]].position.cast<double>();
   }
 
   bool blocked(Index i, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-    const VoxelPoint& p = work_.window[i];
-    return obstructed(work_, plane_, from, to, work_.state.noise.tolerance(p, plane_), sparse_ ? reach_ : 1);
+    const VoxelPoint& p = map_.window[i];
+    return obstructed(map_, plane_, from, to, map_.noise.tolerance(p, plane_), sparse_ ? reach_ : 1);
   }
 
   /// True if some contact is unobstructed; if `sparse_`, if most of them are, because an object between the
@@ -312,9 +312,9 @@ class Parts {
     Slopes& known = slopes_[part];
     const Patch& patch = patches_[part];
     if (known.points != patch.points) {
-      const PlaneOverFrame fit = height_of(patch, R_, patch.reference + patch.moments.mean(),
-                                           offset_bias(work_.state.noise.base_tolerance()),
-                                           work_.state.parameters.occupancy.resolution);
+      const PlaneOverFrame fit =
+          height_of(patch, R_, patch.reference + patch.moments.mean(),
+                    offset_bias(map_.noise.base_tolerance()), map_.parameters.occupancy.resolution);
       known = {patch.points, fit.plane.tail<2>(), fit.covariance.bottomRightCorner<2, 2>()};
     }
     return known;
@@ -338,14 +338,14 @@ class Parts {
     const std::array<std::size_t, 4> now{a, b, static_cast<std::size_t>(patches_[a].points),
                                          static_cast<std::size_t>(patches_[b].points)};
     if (now == pair.refused) return false;
-    if (one_plane(patches_[a], patches_[b], plane_, pair.place, work_.state.noise.base_tolerance(),
-                  work_.state.parameters.occupancy.resolution))
+    if (one_plane(patches_[a], patches_[b], plane_, pair.place, map_.noise.base_tolerance(),
+                  map_.parameters.occupancy.resolution))
       return true;
     pair.refused = now;
     return false;
   }
 
-  Workspace& work_;
+  const MapView& map_;
   Plane plane_;
   Eigen::Matrix3d R_;  // rows u, v, normal
   int reach_;          // cells, h
@@ -382,8 +382,9 @@ bool one_plane(const Patch& a, const Patch& b, const Plane& about, const Eigen::
   return difference.dot(covariance.ldlt().solve(difference)) <= limit;
 }
 
-std::vector<std::vector<Index>> parts_of(Workspace& work, std::span<const Index> points, const Plane& plane) {
-  return Parts(work, points, plane)();
+std::vector<std::vector<Index>> parts_of(const MapView& map, std::span<const Index> points,
+                                         const Plane& plane) {
+  return Parts(map, points, plane)();
 }
 
 }  // namespace octosurf

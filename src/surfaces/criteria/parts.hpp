@@ -1,6 +1,6 @@
 #pragma once
 
-#include "surfaces/scan_changes.hpp"
+#include "surfaces/map_view.hpp"
 
 #include <span>
 #include <vector>
@@ -24,7 +24,7 @@ bool one_plane(const Patch& a, const Patch& b, const Plane& about, const Eigen::
 /// together; across a gap of up to h they do if one plane explains both sides and nothing stands in
 /// the gap: two blocks side by side are tilted a little differently, and a shelf's board divides the wall
 /// behind it. Cost O(n log n).
-std::vector<std::vector<Workspace::Index>> parts_of(Workspace& work, std::span<const Workspace::Index> points,
-                                                    const Plane& plane);
+std::vector<std::vector<MapView::Index>> parts_of(const MapView& map, std::span<const MapView::Index> points,
+                                                  const Plane& plane);
 
 }  // namespace octosurf

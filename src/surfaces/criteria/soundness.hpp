@@ -1,6 +1,6 @@
 #pragma once
 
-#include "surfaces/scan_changes.hpp"
+#include "surfaces/map_view.hpp"
 
 #include <span>
 
@@ -13,18 +13,18 @@ namespace octosurf {
 /// there: the larger surface is kept, and these points are taken for its noise.
 struct NoiseSheet {
   SurfaceId over = 0;  ///< the larger surface; 0: none
-  std::vector<Workspace::Index> points;
+  std::vector<MapView::Index> points;
   bool has_large_share_of(std::size_t all) const { return points.size() * 10 > all * 4; }  ///< over 40 %
 };
 /// The noise sheet with the most of the points. `self`: the surface they belong to, 0 if to none.
-NoiseSheet noise_sheet_in(Workspace& work, std::span<const Workspace::Index> points, const Plane& plane,
+NoiseSheet noise_sheet_in(const MapView& map, std::span<const MapView::Index> points, const Plane& plane,
                           SurfaceId self);
 /// The surface that has most of the points as its noise, so that they are none of their own; 0: there is
 /// none.
-SurfaceId noise_sheet_over(Workspace& work, std::span<const Workspace::Index> points, const Plane& plane,
+SurfaceId noise_sheet_over(const MapView& map, std::span<const MapView::Index> points, const Plane& plane,
                            SurfaceId self);
 
 /// Plane through points, weighted by 1/σ²; normal on the side of `toward`'s.
-Plane fitted(Workspace& work, std::span<const Workspace::Index> points, const Plane& toward);
+Plane fitted(const MapView& map, std::span<const MapView::Index> points, const Plane& toward);
 
 }  // namespace octosurf

@@ -15,7 +15,7 @@
 namespace octosurf {
 namespace {
 
-using Index = Workspace::Index;
+using Index = MapView::Index;
 using Points = std::vector<Eigen::Vector3d>;
 using Rng = std::mt19937_64;
 
@@ -154,20 +154,20 @@ struct Voxels {
   MapState state;
 };
 
-std::vector<Index> indices(Workspace& work, const std::vector<std::vector<VoxelKey>>& lists) {
+std::vector<Index> indices(Ledger& ledger, const std::vector<std::vector<VoxelKey>>& lists) {
   std::vector<Index> all;
   for (const auto& keys : lists)
-    for (const VoxelKey key : keys) all.push_back(work.window.find(key));
+    for (const VoxelKey key : keys) all.push_back(ledger.window.find(key));
   return all;
 }
 
 using Parts = std::set<std::set<Index>>;
 
 /// Parts as sets; each point must be in one of them and nothing else.
-Parts parts(Workspace& work, const std::vector<Index>& points, const Plane& plane) {
+Parts parts(Ledger& ledger, const std::vector<Index>& points, const Plane& plane) {
   Parts found;
   std::multiset<Index> held;
-  for (const std::vector<Index>& part : parts_of(work, points, plane)) {
+  for (const std::vector<Index>& part : parts_of(ledger, points, plane)) {
     EXPECT_FALSE(part.empty());
     held.insert(part.begin(), part.end());
     found.emplace(part.begin(), part.end());
@@ -186,15 +186,15 @@ TEST(Obstructed, ABoardStandsBetweenTwoPointsOfAWall) {
   const Eigen::Vector3d below(0.005, 0.5, 0.99), above(0.005, 0.5, 1.04);
   const double reach = voxels.state.noise.tolerance(4);
   {
-    Workspace work(voxels.state);
-    EXPECT_FALSE(obstructed(work, wall, below, above, reach)) << "nothing is there";
-    EXPECT_FALSE(obstructed(work, wall, below, {0.005, 0.5, 0.6}, reach)) << "but the wall and its noise";
+    Ledger ledger(voxels.state);
+    EXPECT_FALSE(obstructed(ledger, wall, below, above, reach)) << "nothing is there";
+    EXPECT_FALSE(obstructed(ledger, wall, below, {0.005, 0.5, 0.6}, reach)) << "but the wall and its noise";
   }
   voxels.see(eye, {0.005, 0, 1.03}, y, 0.3 * x, 0.001 * z, rng);  // its top
-  Workspace work(voxels.state);
-  EXPECT_TRUE(obstructed(work, wall, below, above, reach));
-  EXPECT_TRUE(obstructed(work, wall, above, below, reach));
-  EXPECT_FALSE(obstructed(work, wall, below, {0.005, 0.5, 0.6}, reach)) << "beside the board";
+  Ledger ledger(voxels.state);
+  EXPECT_TRUE(obstructed(ledger, wall, below, above, reach));
+  EXPECT_TRUE(obstructed(ledger, wall, above, below, reach));
+  EXPECT_FALSE(obstructed(ledger, wall, below, {0.005, 0.5, 0.6}, reach)) << "beside the board";
 }
 
 TEST(Obstructed, FurtherUpOnlyByWhatDoesNotFaceThePlane) {
@@ -207,13 +207,13 @@ TEST(Obstructed, FurtherUpOnlyByWhatDoesNotFaceThePlane) {
   // A crack's other side, 7 cm off, seen from in between.
   voxels.see({0.04, 0.5, 1.0}, {0.075, 0.3, 0.8}, 0.4 * y, 0.4 * z, 0.001 * x, rng);
   {
-    Workspace work(voxels.state);
-    EXPECT_FALSE(obstructed(work, wall, below, above, reach, layers));
+    Ledger ledger(voxels.state);
+    EXPECT_FALSE(obstructed(ledger, wall, below, above, reach, layers));
   }
   voxels.see({1.5, 0.5, 1.2}, {0.06, 0.45, 1.015}, 0.2 * x, 0.1 * y, 0.001 * z, rng);  // a board's outer part
-  Workspace work(voxels.state);
-  EXPECT_FALSE(obstructed(work, wall, below, above, reach)) << "not in the lowest layer";
-  EXPECT_TRUE(obstructed(work, wall, below, above, reach, layers));
+  Ledger ledger(voxels.state);
+  EXPECT_FALSE(obstructed(ledger, wall, below, above, reach)) << "not in the lowest layer";
+  EXPECT_TRUE(obstructed(ledger, wall, below, above, reach, layers));
 }
 
 TEST(Obstructed, NoiseOfThePlaneItselfIsNoObstacle) {
@@ -222,13 +222,13 @@ TEST(Obstructed, NoiseOfThePlaneItselfIsNoObstacle) {
   Voxels voxels;
   const Eigen::Vector3d eye(0.5, 0.5, 1.5);
   for (int i = 0; i < 4; ++i) voxels.see(eye, {0, 0, 0.01}, x, y, 0.004 * z, rng);
-  Workspace work(voxels.state);
+  Ledger ledger(voxels.state);
   const Plane ground{z, 0.01};
   std::uniform_real_distribution<double> side(0.05, 0.95);
   int blocked = 0;
   for (int i = 0; i < 500; ++i) {
     const Eigen::Vector3d a(side(rng), side(rng), 0.01), b(side(rng), side(rng), 0.01);
-    blocked += obstructed(work, ground, a, b, voxels.state.noise.tolerance(6));
+    blocked += obstructed(ledger, ground, a, b, voxels.state.noise.tolerance(6));
   }
   EXPECT_EQ(blocked, 0);
 }
@@ -258,13 +258,13 @@ TEST(PartsOf, BlocksThatLeanAgainstOneAnotherAreTwo) {
   for (std::uint64_t round = 0; round < 10; ++round)
     for (const double lean : {-3 * degree, 3 * degree}) {
       Blocks blocks(lean, 0.04, {}, seed + round);
-      Workspace work(blocks.voxels.state);
-      const Parts found = parts(work, indices(work, blocks.lists), blocks.plane());
+      Ledger ledger(blocks.voxels.state);
+      const Parts found = parts(ledger, indices(ledger, blocks.lists), blocks.plane());
       ASSERT_EQ(found.size(), 2U) << "round " << round;
       // What bridges the gap may go either way, the blocks may not.
       for (const std::set<Index>& part : found) {
         std::size_t left = 0, right = 0;
-        for (const Index i : part) (work.window[i].position.x() < 0.5F ? left : right) += 1;
+        for (const Index i : part) (ledger.window[i].position.x() < 0.5F ? left : right) += 1;
         EXPECT_LE(std::min(left, right), 30U);
         EXPECT_GE(std::max(left, right), 400U);
       }
@@ -274,12 +274,12 @@ TEST(PartsOf, BlocksThatLeanAgainstOneAnotherAreTwo) {
 TEST(PartsOf, BlocksOfOnePlaneAreOneAcrossAGapOfH) {
   for (const double gap : {0.04, 0.06}) {
     Blocks blocks(0, gap);
-    Workspace work(blocks.voxels.state);
-    EXPECT_EQ(parts(work, indices(work, blocks.lists), blocks.plane()).size(), 1U) << "gap " << gap;
+    Ledger ledger(blocks.voxels.state);
+    EXPECT_EQ(parts(ledger, indices(ledger, blocks.lists), blocks.plane()).size(), 1U) << "gap " << gap;
   }
   Blocks blocks(0, 0.15);
-  Workspace work(blocks.voxels.state);
-  EXPECT_EQ(parts(work, indices(work, blocks.lists), blocks.plane()).size(), 2U) << "further than h";
+  Ledger ledger(blocks.voxels.state);
+  EXPECT_EQ(parts(ledger, indices(ledger, blocks.lists), blocks.plane()).size(), 2U) << "further than h";
 }
 
 /// But for a few points at its rim that holes have cut off: the test whether these are of the plane says no
@@ -296,11 +296,11 @@ TEST(PartsOf, AHoleyNoisyRectangleIsOne) {
     Voxels voxels;
     const auto keys = voxels.see(pose.translation() + 1.5 * n, pose.translation() - 0.5 * u - 0.3 * v, u,
                                  0.6 * v, 0.004 * n, rng);
-    Workspace work(voxels.state);
+    Ledger ledger(voxels.state);
     std::vector<Index> kept;
-    for (const Index i : indices(work, {keys}))
+    for (const Index i : indices(ledger, {keys}))
       if (rng() % 10 != 0) kept.push_back(i);
-    const Parts found = parts(work, kept, test::plane_of(pose));
+    const Parts found = parts(ledger, kept, test::plane_of(pose));
     std::size_t largest = 0;
     for (const std::set<Index>& part : found) largest = std::max(largest, part.size());
     EXPECT_LE(kept.size() - largest, kept.size() / 50) << "round " << round;
@@ -321,8 +321,8 @@ TEST(PartsOf, AShelfsBoardDividesTheWallBehindIt) {
       voxels.see(low, {0.025, 0, 1.0}, 0.28 * x, y, 0.001 * z, rng);
       voxels.see(low, {0.305, 0, 1.0}, 0.03 * z, y, 0.001 * x, rng);
     }
-    Workspace work(voxels.state);
-    const Parts found = parts(work, indices(work, {above, below}), {x, 0.005});
+    Ledger ledger(voxels.state);
+    const Parts found = parts(ledger, indices(ledger, {above, below}), {x, 0.005});
     EXPECT_EQ(found.size(), with_board ? 2U : 1U) << (with_board ? "" : "nothing in the gap");
   }
 }
@@ -335,12 +335,12 @@ TEST(PartsOf, AWallWithHolesIsOneAcrossAGap) {
   const Eigen::Vector3d high(1.5, 0.6, 1.3), low(1.5, 0.6, 0.7);
   const auto above = voxels.see(high, {0.005, 0, 1.03}, 1.2 * y, 0.5 * z, 0.002 * x, rng);
   const auto below = voxels.see(low, {0.005, 0, 0.5}, 1.2 * y, 0.5 * z, 0.002 * x, rng);
-  Workspace work(voxels.state);
+  Ledger ledger(voxels.state);
   std::vector<Index> kept;
-  for (const Index i : indices(work, {above, below}))
+  for (const Index i : indices(ledger, {above, below}))
     if (rng() % 5 != 0) kept.push_back(i);
   std::size_t of_some_size = 0;
-  for (const std::set<Index>& part : parts(work, kept, {x, 0.005})) of_some_size += part.size() >= 50;
+  for (const std::set<Index>& part : parts(ledger, kept, {x, 0.005})) of_some_size += part.size() >= 50;
   EXPECT_EQ(of_some_size, 1U);
 }
 
@@ -349,12 +349,12 @@ TEST(PartsOf, TheOrderOfThePointsDoesNotMatter) {
   const std::uint64_t seed = test::seed();
   for (std::uint64_t round = 0; round < 10; ++round) {
     Blocks blocks(3 * degree, 0.04, {}, seed + round);
-    Workspace work(blocks.voxels.state);
-    std::vector<Index> points = indices(work, blocks.lists);
-    const Parts first = parts(work, points, blocks.plane());
+    Ledger ledger(blocks.voxels.state);
+    std::vector<Index> points = indices(ledger, blocks.lists);
+    const Parts first = parts(ledger, points, blocks.plane());
     for (int k = 0; k < 3; ++k) {
       std::shuffle(points.begin() + 1, points.end(), blocks.rng);
-      const bool same = parts(work, points, blocks.plane()) == first;
+      const bool same = parts(ledger, points, blocks.plane()) == first;
       EXPECT_TRUE(same) << "round " << round << ", shuffle " << k;
     }
   }
@@ -365,8 +365,8 @@ TEST(PartsOf, ThePapersAreClustersByHAlone) {
   ASSERT_FALSE(paper.aligned());
   for (const double gap : {0.04, 0.06, 0.15}) {
     Blocks blocks(3 * degree, gap, paper);
-    Workspace work(blocks.voxels.state);
-    EXPECT_EQ(parts(work, indices(work, blocks.lists), blocks.plane()).size(), gap < 0.08 ? 1U : 2U)
+    Ledger ledger(blocks.voxels.state);
+    EXPECT_EQ(parts(ledger, indices(ledger, blocks.lists), blocks.plane()).size(), gap < 0.08 ? 1U : 2U)
         << "gap " << gap;
   }
 }

@@ -10,7 +10,7 @@
 namespace octosurf {
 namespace {
 
-using Index = Workspace::Index;
+using Index = MapView::Index;
 
 const Eigen::Vector3d x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
 const Eigen::Vector3d eye(1.5, 0.5, 0.5);
@@ -19,8 +19,8 @@ const Eigen::Vector3d eye(1.5, 0.5, 0.5);
 struct Wall {
   Wall() {
     const auto points = test::occupy(state, test::rectangle_scan(eye, {0.001, 0, 0}, y, z)).appeared;
-    Workspace work(state);
-    test::make_surface(work, points, {x, 0.001}, [](const Eigen::Vector3d&) { return true; });
+    Ledger ledger(state);
+    test::make_surface(ledger, points, {x, 0.001}, [](const Eigen::Vector3d&) { return true; });
   }
 
   /// What a sheet at `at` is said to lie over; points and plane as seen from `from`.
@@ -29,10 +29,10 @@ struct Wall {
     Scan scan = test::rectangle_scan({facing * 1.5, 0.5, 0.5}, corner, width * y, height * z);
     const auto points = test::occupy(state, scan).appeared;
     EXPECT_GT(points.size(), 100U);
-    Workspace work(state);
+    Ledger ledger(state);
     std::vector<Index> all;
-    for (const VoxelPoint& p : points) all.push_back(work.window.find(p.key));
-    return noise_sheet_over(work, all, {facing * x, facing * corner.x()}, self);
+    for (const VoxelPoint& p : points) all.push_back(ledger.window.find(p.key));
+    return noise_sheet_over(ledger, all, {facing * x, facing * corner.x()}, self);
   }
 
   MapState state{Parameters{}};
@@ -64,12 +64,12 @@ TEST(Fitted, GoesThroughThePointsOnTheGivenSide) {
   for (Eigen::Vector3f& p : scan.points) p.z() += static_cast<float>(gauss(rng));
   MapState state{Parameters{}};
   const auto points = test::occupy(state, scan).appeared;
-  Workspace work(state);
+  Ledger ledger(state);
   std::vector<Index> all;
-  for (const VoxelPoint& p : points) all.push_back(work.window.find(p.key));
+  for (const VoxelPoint& p : points) all.push_back(ledger.window.find(p.key));
   for (const double side : {-1.0, 1.0}) {
     const Plane toward{side * Eigen::Vector3d(0.1, 0.1, 0.99).normalized(), 0};
-    const Plane plane = fitted(work, all, toward);
+    const Plane plane = fitted(ledger, all, toward);
     EXPECT_NEAR(plane.normal.norm(), 1, 1e-9);
     // 2500 points of 3 mm and what rounding to 1/256 of a voxel leaves.
     EXPECT_GT(side * plane.normal.z(), std::cos(0.0015));

@@ -1,0 +1,22 @@
+#pragma once
+
+#include "surfaces/map_state.hpp"
+#include "surfaces/normal_field.hpp"
+
+namespace octosurf {
+
+/// What stages read: the map's surfaces and its points around what has changed. Blocks of points and their
+/// normals are loaded when they are first asked for; nothing else changes through it.
+struct MapView {
+  using Index = PointWindow::Index;
+
+  const Parameters& parameters;
+  const VoxelGrid& grid;
+  const SurfaceStore& surfaces;
+  const CylinderStore& cylinders;
+  const NoiseModel& noise;
+  PointWindow& window;
+  NormalField& normals;
+};
+
+}  // namespace octosurf
