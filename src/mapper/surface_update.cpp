@@ -18,7 +18,7 @@ namespace {
 using Index = PointWindow::Index;
 
 /// Of the points that are still there.
-std::vector<Index> indices_of(PointWindow& window, std::span<const std::vector<VoxelKey>> of_scans) {
+std::vector<Index> indices_of(const PointWindow& window, std::span<const std::vector<VoxelKey>> of_scans) {
   std::vector<Index> indices;
   for (const std::vector<VoxelKey>& keys : of_scans)
     for (const VoxelKey key : keys)

@@ -2,7 +2,7 @@
 
 namespace octosurf {
 
-std::uint32_t PointWindow::look_up(std::uint64_t packed_block) {
+std::uint32_t PointWindow::look_up(std::uint64_t packed_block) const {
   const auto [entry, fresh] = index_.try_emplace(packed_block, static_cast<std::uint32_t>(blocks_.size()));
   last_asked_ = packed_block;
   last_block_ = entry->second;
@@ -10,7 +10,7 @@ std::uint32_t PointWindow::look_up(std::uint64_t packed_block) {
   return last_block_;
 }
 
-void PointWindow::read_block(std::uint64_t packed_block) {
+void PointWindow::read_block(std::uint64_t packed_block) const {
   const VoxelKey base{static_cast<std::uint16_t>((packed_block & 0x1fff) << 3),
                       static_cast<std::uint16_t>((packed_block >> 16 & 0x1fff) << 3),
                       static_cast<std::uint16_t>((packed_block >> 32 & 0x1fff) << 3)};
@@ -41,7 +41,7 @@ void PointWindow::read_block(std::uint64_t packed_block) {
   for (const VoxelPoint& p : scratch_) place(index_in(block, p.key), p);
 }
 
-void PointWindow::place(Index i, const VoxelPoint& p) {
+void PointWindow::place(Index i, const VoxelPoint& p) const {
   points_[i] = p;
   columns_.x[i] = p.position.x();
   columns_.y[i] = p.position.y();
@@ -69,7 +69,7 @@ PointWindow::Marks::Slices& PointWindow::Marks::of(const PointWindow& window, st
   return slices_[b];
 }
 
-bool PointWindow::Marks::remove(PointWindow& window, Index i) {
+bool PointWindow::Marks::remove(const PointWindow& window, Index i) {
   const VoxelKey key = window.points_[i].key;
   std::uint64_t& slice = of(window, window.block_of(key.packed() >> 3 & block_mask))[key.z & 7];
   const std::uint64_t bit = std::uint64_t{1} << (8 * (key.y & 7) + (key.x & 7));

@@ -13,7 +13,7 @@ namespace octosurf {
 
 /// The octree's points around what a scan changed, block by block, with an index for each: what
 /// neighbourhood queries run on. Blocks of 8³ voxels are read from the octree when first asked for,
-/// so the cost follows the change. Valid until the octree's next insert.
+/// so the cost follows the change. Valid until the octree's next insert. One thread's.
 class PointWindow {
  public:
   using Index = std::uint32_t;
@@ -36,21 +36,27 @@ class PointWindow {
   const Columns& columns() const { return columns_; }
 
   /// Index of the point in voxel `key`, or none.
-  Index find(VoxelKey key) {
+  Index find(VoxelKey key) const {
     const Block& block = blocks_[block_of(key.packed() >> 3 & block_mask)];
     const bool present = block.slices[key.z & 7] >> (8 * (key.y & 7) + (key.x & 7)) & 1;
     return present ? index_in(block, key) : none;
   }
 
+  /// Gives the point to a surface (0: pending), here and, if that may change, in the octree.
+  void assign(Index i, SurfaceId surface) {
+    points_[i].surface = columns_.surface[i] = surface;
+    if (writable_ != nullptr) writable_->assign(points_[i], surface);
+  }
+
   /// visit(Index) for every point whose voxel lies within `reach` voxels of `key` along each axis,
   /// itself included, in a fixed order. Cost: blocks met, plus points met.
   template <class Visit>
-  void for_each_near(VoxelKey key, int reach, Visit&& visit);
+  void for_each_near(VoxelKey key, int reach, Visit&& visit) const;
 
   /// A set of the window's points: at first all that are pending when their block is first asked for.
   class Marks {
    public:
-    bool remove(PointWindow& window, Index i);  ///< false if it is not among them
+    bool remove(const PointWindow& window, Index i);  ///< false if it is not among them
 
    private:
     friend PointWindow;
@@ -62,21 +68,14 @@ class PointWindow {
   };
   /// The same for those that are marked. Cost: blocks met, plus marked points met.
   template <class Visit>
-  void for_each_near(VoxelKey key, int reach, Marks& marks, Visit&& visit);
+  void for_each_near(VoxelKey key, int reach, Marks& marks, Visit&& visit) const;
 
   /// The same points as rows: visit(first, count) for the points [first, first + count), none in some; at
   /// most eight in each. May not load further blocks.
   template <class Visit>
-  void for_each_row_near(VoxelKey key, int reach, Visit&& visit);
+  void for_each_row_near(VoxelKey key, int reach, Visit&& visit) const;
 
  private:
-  friend class Ledger;
-  /// Gives the point to a surface (0: pending), here and, if that may change, in the octree.
-  void assign(Index i, SurfaceId surface) {
-    points_[i].surface = columns_.surface[i] = surface;
-    if (writable_ != nullptr) writable_->assign(points_[i], surface);
-  }
-
   PointWindow(const OccupancyMap& map, OccupancyMap* writable) : map_(map), writable_(writable) {}
   static constexpr std::uint64_t block_mask = 0x1fff1fff1fffULL;  // three 13-bit fields
   static constexpr std::uint32_t unknown = ~std::uint32_t{0};
@@ -105,23 +104,23 @@ class PointWindow {
     }
   };
   template <class Visit>
-  void for_each_block_near(VoxelKey key, int reach, Visit&& visit);
+  void for_each_block_near(VoxelKey key, int reach, Visit&& visit) const;
   template <class Visit>
-  void visit_points(std::uint32_t b, unsigned z, std::uint64_t wanted, Visit&& visit);
+  void visit_points(std::uint32_t b, unsigned z, std::uint64_t wanted, Visit&& visit) const;
   /// Its voxel must hold a point.
   static Index index_in(const Block& block, VoxelKey key) {
     const unsigned y = key.y & 7, z = key.z & 7;
     const auto row = static_cast<unsigned>(block.slices[z] >> (8 * y) & 0xff);
     return row_in(block, y, z) + bits_in_row[row & ((1U << (key.x & 7)) - 1)];
   }
-  std::uint32_t block_of(std::uint64_t packed_block) {
+  std::uint32_t block_of(std::uint64_t packed_block) const {
     return packed_block == last_asked_ ? last_block_ : look_up(packed_block);
   }
-  std::uint32_t look_up(std::uint64_t packed_block);
-  void read_block(std::uint64_t packed_block);
-  void place(Index i, const VoxelPoint& p);
+  std::uint32_t look_up(std::uint64_t packed_block) const;
+  void read_block(std::uint64_t packed_block) const;
+  void place(Index i, const VoxelPoint& p) const;
   /// The same as block_of(packed_block), which is `side` of `home`.
-  std::uint32_t block_beside(std::uint32_t home, std::size_t side, std::uint64_t packed_block) {
+  std::uint32_t block_beside(std::uint32_t home, std::size_t side, std::uint64_t packed_block) const {
     if (blocks_[home].around[side] == unknown) {
       const std::uint32_t found = block_of(packed_block);
       blocks_[home].around[side] = found;
@@ -130,18 +129,19 @@ class PointWindow {
   }
 
   const OccupancyMap& map_;
-  OccupancyMap* writable_;          // the same, or nullptr
-  PagedVector<VoxelPoint> points_;  // of a block: ordered by z, y, x
-  Columns columns_;
-  std::vector<Block> blocks_;
-  tsl::robin_map<std::uint64_t, std::uint32_t, PackedKeyHash> index_;
-  std::uint64_t last_asked_ = ~std::uint64_t{0};  // and its block: neighbours are asked for together
-  std::uint32_t last_block_ = 0;
-  std::vector<VoxelPoint> scratch_;
+  OccupancyMap* writable_;  // the same, or nullptr
+  // What has been read so far.
+  mutable PagedVector<VoxelPoint> points_;  // of a block: ordered by z, y, x
+  mutable Columns columns_;
+  mutable std::vector<Block> blocks_;
+  mutable tsl::robin_map<std::uint64_t, std::uint32_t, PackedKeyHash> index_;
+  mutable std::uint64_t last_asked_ = ~std::uint64_t{0};  // and its block: neighbours are asked for together
+  mutable std::uint32_t last_block_ = 0;
+  mutable std::vector<VoxelPoint> scratch_;
 };
 
 template <class Visit>
-void PointWindow::for_each_block_near(VoxelKey key, int reach, Visit&& visit) {
+void PointWindow::for_each_block_near(VoxelKey key, int reach, Visit&& visit) const {
   const std::array<int, 3> low{std::max(0, key.x - reach), std::max(0, key.y - reach),
                                std::max(0, key.z - reach)};
   const std::array<int, 3> high{std::min(65535, key.x + reach), std::min(65535, key.y + reach),
@@ -164,14 +164,14 @@ void PointWindow::for_each_block_near(VoxelKey key, int reach, Visit&& visit) {
 }
 
 template <class Visit>
-void PointWindow::for_each_near(VoxelKey key, int reach, Visit&& visit) {
+void PointWindow::for_each_near(VoxelKey key, int reach, Visit&& visit) const {
   for_each_block_near(key, reach, [&](std::uint32_t b, const Box& box) {
     for (unsigned z = box.z0; z <= box.z1; ++z) visit_points(b, z, blocks_[b].slices[z] & box.slice(), visit);
   });
 }
 
 template <class Visit>
-void PointWindow::for_each_near(VoxelKey key, int reach, Marks& marks, Visit&& visit) {
+void PointWindow::for_each_near(VoxelKey key, int reach, Marks& marks, Visit&& visit) const {
   for_each_block_near(key, reach, [&](std::uint32_t b, const Box& box) {
     for (unsigned z = box.z0; z <= box.z1; ++z)
       visit_points(b, z, marks.of(*this, b)[z] & box.slice(), visit);
@@ -179,7 +179,7 @@ void PointWindow::for_each_near(VoxelKey key, int reach, Marks& marks, Visit&& v
 }
 
 template <class Visit>
-void PointWindow::visit_points(std::uint32_t b, unsigned z, std::uint64_t wanted, Visit&& visit) {
+void PointWindow::visit_points(std::uint32_t b, unsigned z, std::uint64_t wanted, Visit&& visit) const {
   for (; wanted != 0; wanted &= wanted - 1) {
     const int bit = std::countr_zero(wanted);
     const Block& block = blocks_[b];  // looked up again: visiting may load more blocks
@@ -190,7 +190,7 @@ void PointWindow::visit_points(std::uint32_t b, unsigned z, std::uint64_t wanted
 }
 
 template <class Visit>
-void PointWindow::for_each_row_near(VoxelKey key, int reach, Visit&& visit) {
+void PointWindow::for_each_row_near(VoxelKey key, int reach, Visit&& visit) const {
   for_each_block_near(key, reach, [&](std::uint32_t b, const Box& box) {
     const Block& block = blocks_[b];
     const unsigned below = (box.row & -box.row) - 1;

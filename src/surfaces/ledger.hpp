@@ -98,7 +98,7 @@ class Ledger : public MapView {
   void add(Index i, SurfaceModel& surface) {
     const VoxelPoint& p = window[i];
     state_.surfaces.add(surface, {p.key, p.range_class, p.position});
-    window.assign(i, surface.id());
+    points_.assign(i, surface.id());
     changes.grown.insert(surface.id());
   }
   SurfaceModel& remove(Index i, const Eigen::Vector3f& position) {
@@ -108,7 +108,7 @@ class Ledger : public MapView {
   }
   void release(Index i, const Eigen::Vector3f& before) {
     changes.shrunk.insert(remove(i, before).id());
-    window.assign(i, 0);
+    points_.assign(i, 0);
   }
 
   MapState& state_;

@@ -15,8 +15,8 @@ struct MapView {
   const SurfaceStore& surfaces;
   const CylinderStore& cylinders;
   const NoiseModel& noise;
-  PointWindow& window;
-  NormalField& normals;
+  const PointWindow& window;
+  const NormalField& normals;
 };
 
 }  // namespace octosurf

@@ -150,7 +150,7 @@ PrincipalVariances principal_variances(const NeighbourSums& s) {
 
 }  // namespace
 
-NormalField::NormalField(PointWindow& window, const Parameters& parameters, const NoiseModel& noise,
+NormalField::NormalField(const PointWindow& window, const Parameters& parameters, const NoiseModel& noise,
                          const SurfaceStore& surfaces)
     : window_(window),
       noise_(noise),
@@ -160,7 +160,7 @@ NormalField::NormalField(PointWindow& window, const Parameters& parameters, cons
       largest_(parameters.search_radius()),
       max_curvature_(parameters.detection.max_curvature) {}
 
-const LocalPlane& NormalField::computed(PointWindow::Index i) {
+const LocalPlane& NormalField::computed(PointWindow::Index i) const {
   if (i >= planes_.size()) {
     planes_.grow_to(std::max<std::size_t>(window_.size(), i + 1));
     done_.resize(planes_.size(), false);
@@ -180,7 +180,7 @@ bool NormalField::lies_off(const VoxelPoint& p, SurfaceId id) const {
          std::fabs(surface->distance(p.position)) > noise_.tolerance(p, surface->plane());
 }
 
-LocalPlane NormalField::compute(PointWindow::Index i, double radius) {
+LocalPlane NormalField::compute(PointWindow::Index i, double radius) const {
   constexpr float min_neighbours = 6;
   const VoxelPoint& p = window_[i];
   LocalPlane plane;

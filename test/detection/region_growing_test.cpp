@@ -134,7 +134,7 @@ TEST(RegionGrowing, SurfacesPointsAreNoNeighbours) {
 
 /// The slow twin: every point asks all others.
 Regions grown_slowly(PendingPoints& pending) {
-  NormalField& normals = pending.ledger.normals;
+  const NormalField& normals = pending.ledger.normals;
   const float cos_smooth = static_cast<float>(std::cos(pending.state.parameters.detection.smoothness_angle));
   std::set<Index> left(pending.all.begin(), pending.all.end());
   const auto flat = [&](Index i) { return normals.at(i).known && normals.at(i).flat; };
