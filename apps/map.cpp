@@ -221,11 +221,13 @@ void add_map(CLI::App& app) {
       ->check(CLI::Validator(not_seconds, ""))
       ->capture_default_str();
   verb->add_flag("--realtime", options->realtime,
-                 "scans arrive at their time stamps, not as fast as they can be mapped; those that wait are "
-                 "mapped together");
-  verb->add_option("--together", options->together,
-                   "--realtime: at most so many; 1: each by itself, so that the map does not depend on the "
-                   "machine's load. With --keep-scans always 1")
+                 "scans arrive at their time stamps, not as fast as they can be mapped; where mapping falls "
+                 "behind, those that wait are mapped together");
+  verb->add_option(
+          "--together", options->together,
+          "--realtime: at most so many, once one by one they would wait for as long as so many take to "
+          "arrive; 1: each by itself, so that the map does not depend on the machine's load. With "
+          "--keep-scans always 1")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
   verb->add_option("--serve", options->serve_port,

@@ -86,6 +86,7 @@ MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext 
       checkpoints_(options.output, options.checkpoint_s),
       keeper_(std::move(kept), mapper_),
       poses_(options.write_poses, options.force),
+      backlog_(options.together),
       reserve_(std::make_unique_for_overwrite<std::byte[]>(std::size_t{8} << 20)) {}
 
 MapRun::~MapRun() = default;
@@ -186,7 +187,9 @@ void MapRun::insert_all(ScanFeed& feed) {
     scans.push_back(std::move(*first));
     if (options_.realtime) wait_and_join(scans, feed);
     if (interrupted) break;
+    const double start_s = now_s();
     insert(scans);
+    backlog_.mapped(now_s() - start_s);
     done += scans.size();
     progress.show(done, count_of(mapper_.snapshot()->surfaces.size(), "surface"));
     checkpoint();
@@ -195,12 +198,16 @@ void MapRun::insert_all(ScanFeed& feed) {
 
 void MapRun::wait_and_join(std::vector<Scan>& scans, ScanFeed& feed) {
   if (statistics_.scans() == 0) stamp_zero_s_ = now_s() - scans.front().stamp_s;
-  wait_for(arrival_of(scans.front()));
+  const double arrival_s = arrival_of(scans.front());
+  backlog_.next(scans.front().stamp_s, now_s() - arrival_s);
+  wait_for(arrival_s);
   // An archive makes the map again scan by scan.
-  if (!keeper_.kept().folder.empty()) return;
+  if (!backlog_.join() || !keeper_.kept().folder.empty()) return;
   for (const Scan* next;
-       scans.size() < options_.together && (next = feed.peek()) != nullptr && arrival_of(*next) <= now_s();)
+       scans.size() < options_.together && (next = feed.peek()) != nullptr && arrival_of(*next) <= now_s();) {
+    backlog_.joined(next->stamp_s);
     scans.push_back(std::move(*feed.next()));
+  }
 }
 
 void MapRun::insert(std::span<const Scan> scans) {

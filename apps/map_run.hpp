@@ -1,5 +1,6 @@
 #pragma once
 
+#include "backlog.hpp"
 #include "checkpoints.hpp"
 #include "parameter_options.hpp"
 #include "pose_log.hpp"
@@ -34,7 +35,7 @@ struct MapOptions {
   double checkpoint_s = 60;                  ///< 0: never
   std::optional<unsigned short> serve_port;  ///< of this machine, to serve the map while it grows
   int threads = 1;
-  std::size_t together = 16;  ///< scans that wait: half a second of a camera's, 60 MB
+  std::size_t together = 16;  ///< scans that wait, at most: half a second of a camera's, 60 MB
   bool realtime = false, force = false, show_parameters = false;
 };
 
@@ -63,7 +64,7 @@ class MapRun {
   void adopt_octree();
   void map_scans(std::unique_ptr<ScanSource> source);
   void insert_all(ScanFeed& feed);
-  /// --realtime: waits until the scan has arrived, and adds those that have meanwhile.
+  /// --realtime: waits until the scan has arrived; where mapping has fallen behind, adds others that have.
   void wait_and_join(std::vector<Scan>& scans, ScanFeed& feed);
   void insert(std::span<const Scan> scans);
   void note(const Scan& scan, const ScanReport& report, double arrival_s, double done_s);
@@ -92,6 +93,7 @@ class MapRun {
   Checkpoints checkpoints_;
   ScanKeeper keeper_;
   PoseLog poses_;
+  Backlog backlog_;                       // --realtime
   std::unique_ptr<std::byte[]> reserve_;  // given back when the run fails: saving takes some memory
   bool changed_ = false;                  // the map, by this run
   bool finishing_ = false;
