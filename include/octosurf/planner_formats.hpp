@@ -96,7 +96,7 @@ void export_ihmc(const std::vector<IhmcRegion>& regions, const std::filesystem::
 
 /// Reads such a folder, of version 1 (a normal in place of the orientation) or 2. Hulls that are not simple
 /// are given as they stand. Throws Error(data) naming file and line for what is damaged, truncated or
-/// foreign.
+/// foreign, for a region given twice and for convex polygons of fewer than three vertices.
 std::vector<IhmcRegion> read_ihmc(const std::filesystem::path& folder);
 
 /// What a planar terrain left out.

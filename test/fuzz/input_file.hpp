@@ -15,26 +15,40 @@
 
 namespace octosurf::fuzz {
 
-/// The input as a file, for readers that take a path; removed at the end. It stands in a new folder alone:
-/// readers look for poses and intrinsics beside it, and an input may name files there.
-class InputFile {
+/// A new folder for inputs, for readers that take a path; removed at the end.
+class InputFolder {
  public:
-  InputFile(Bytes bytes, const std::string& ending) {
+  InputFolder() {
     std::string folder = (std::filesystem::temp_directory_path() / "octosurf-fuzz-XXXXXX").string();
     if (::mkdtemp(folder.data()) == nullptr) throw std::runtime_error("no temporary folder");
-    path_ = std::filesystem::path(folder) / ("input" + ending);
-    std::ofstream(path_, std::ios::binary)
-        .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    path_ = folder;
   }
-  InputFile(const InputFile&) = delete;
-  InputFile& operator=(const InputFile&) = delete;
-  ~InputFile() {
+  InputFolder(const InputFolder&) = delete;
+  InputFolder& operator=(const InputFolder&) = delete;
+  ~InputFolder() {
     std::error_code ignored;
-    std::filesystem::remove_all(path_.parent_path(), ignored);
+    std::filesystem::remove_all(path_, ignored);
+  }
+  std::filesystem::path add(const std::string& name, Bytes bytes) const {
+    std::ofstream(path_ / name, std::ios::binary)
+        .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    return path_ / name;
   }
   const std::filesystem::path& path() const { return path_; }
 
  private:
+  std::filesystem::path path_;
+};
+
+/// The input as a file, alone in its folder: readers look for poses and intrinsics beside it, and an input
+/// may name files there.
+class InputFile {
+ public:
+  InputFile(Bytes bytes, const std::string& ending) : path_(folder_.add("input" + ending, bytes)) {}
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  InputFolder folder_;
   std::filesystem::path path_;
 };
 

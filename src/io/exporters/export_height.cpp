@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <vector>
 
 #include <octosurf/error.hpp>
@@ -70,7 +71,9 @@ void export_height_image(const HeightGrid& grid, const std::filesystem::path& fi
                                      {"origin", {first.x(), first.y()}}};
   NewFile image(file, force), text(std::filesystem::path(file).replace_extension(".json"), force);
   image.write([&](std::ostream& out) { write_png(pixels_of(grid.elevation, scale), width, height, out); });
-  text.write([&](std::ostream& out) { out << about.dump(1) << '\n'; });
+  // A file's name need not be UTF-8; its odd bytes are replaced.
+  const std::string document = about.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  text.write([&](std::ostream& out) { out << document << '\n'; });
   text.commit();
   image.commit();
 }

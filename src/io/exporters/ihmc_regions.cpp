@@ -12,6 +12,7 @@
 #include <cmath>
 #include <initializer_list>
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -102,9 +103,9 @@ class HeaderReader {
   }
   Eigen::Vector3d direction() {
     const Eigen::Vector3d v = vector();
-    const double length = v.norm();
-    if (!(length > 0) || !std::isfinite(length)) fail("a direction has no length");
-    return v / length;
+    const double largest = v.cwiseAbs().maxCoeff();
+    if (largest == 0) fail("a direction has no length");
+    return (v / largest).normalized();  // the squares of very short ones would lose their digits
   }
   std::size_t words_left() const { return line_.words.size() - next_; }
   [[noreturn]] void fail(const std::string& what) const { refuse(at_line(file_, line_.number), what); }
@@ -155,13 +156,18 @@ Header read_header(const TextLine& line, const fs::path& file) {
   if (!none && in.words_left() != polygons)
     in.fail("lists " + std::to_string(in.words_left()) + " convex polygons and announces " +
             std::to_string(polygons));
-  for (std::size_t i = 0; i < polygons; ++i) header.polygons.push_back(in.size());
+  for (std::size_t i = 0; i < polygons; ++i) {
+    header.polygons.push_back(in.size());
+    // Empty ones would also cost far more memory than their two bytes here.
+    if (header.polygons.back() < 3) in.fail("lists a convex polygon of fewer than three vertices");
+  }
   return header;
 }
 
 Ring2 read_ring(const std::vector<TextLine>& lines, std::size_t first, std::size_t size,
                 const fs::path& file) {
   Ring2 ring;
+  ring.reserve(size);
   for (std::size_t i = first; i < first + size; ++i) {
     const std::vector<double> xy = numbers(lines[i], file);
     if (xy.size() != 2 || !std::isfinite(xy[0] + xy[1]))
@@ -233,8 +239,15 @@ void export_ihmc(const std::vector<IhmcRegion>& regions, const fs::path& folder,
 std::vector<IhmcRegion> read_ihmc(const fs::path& folder) {
   const fs::path file = folder / "header.txt";
   std::vector<IhmcRegion> regions;
-  for (const TextLine& line : read_text(file))
-    regions.push_back(read_region(read_header(line, file), folder));
+  std::set<std::pair<std::int32_t, std::int32_t>> seen;
+  for (const TextLine& line : read_text(file)) {
+    Header header = read_header(line, file);
+    // Short lines that name one large file again and again would take any amount of memory.
+    if (!seen.insert({header.region.id, header.index}).second)
+      refuse(at_line(file, line.number),
+             "gives " + file_name(header.region.id, header.index) + " a second time");
+    regions.push_back(read_region(std::move(header), folder));
+  }
   return regions;
 }
 

@@ -45,7 +45,8 @@ class JsonWriter : public MessageWriter {
   }
   void write(const std::string& value) override {
     separate();
-    out_ << nlohmann::json(value);
+    // A frame's name may come from a command line or a bag: bytes that are no UTF-8 must not end the export.
+    out_ << nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   }
   void write(std::span<const float> list) override {
     begin_list(list.size());

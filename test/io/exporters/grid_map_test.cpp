@@ -109,6 +109,16 @@ TEST_F(GridMapMessage, IsTheSameToTheByteWhateverTheMemoryHeldBefore) {
   EXPECT_TRUE(files[0] == files[1]);
 }
 
+TEST_F(GridMapMessage, NamesThatAreNoUtf8EndNoExport) {
+  const HeightGrid grid = room_grid(room_);
+  const std::string replaced = "h\xEF\xBF\xBDhe";
+  export_grid_map(grid, "h\xF6he", path("grid.json"));
+  EXPECT_EQ(nlohmann::json::parse(std::ifstream(path("grid.json"))).at("info").at("header").at("frame_id"),
+            replaced);
+  export_height_image(grid, path("h\xF6he.png"));
+  EXPECT_EQ(nlohmann::json::parse(std::ifstream(path("h\xF6he.json"))).at("image"), replaced + ".png");
+}
+
 TEST_F(GridMapMessage, HeightImageGivesTheHeightsBack) {
   HeightGridOptions options;
   options.cell = 0.1;

@@ -138,6 +138,18 @@ TEST_F(Ihmc, TheirReaderFindsWhatWasWritten) {
   EXPECT_EQ(read_ihmc(path("folder"))[1].polygons.size(), 0u);
 }
 
+TEST_F(Ihmc, DirectionsNeedNotBeOfUnitLength) {
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.25, Eigen::Vector3d(0, 0.6, 0.8)).matrix();
+  for (const char* axis : {"0, 0.6, 0.8", "0, 3, 4", "0, 6e-161, 8e-161", "0, 3e300, 4e300"}) {
+    ASSERT_EQ(refusal(std::string("regionId: 5, index: 1, origin: 0, 0, 0, orientation: ") + axis +
+                          ", 0.25, concave hull size: 3, number of convex polygons: 0, []\n",
+                      "0, 0\n0, 1\n1, 0\n"),
+              "read")
+        << axis;
+    EXPECT_LT((read_ihmc(path("bad"))[0].T_world_region.linear() - turn).norm(), 1e-12) << axis;
+  }
+}
+
 TEST_F(Ihmc, DamagedFoldersAreRefused) {
   const std::string header =
       "regionId: 5, index: 1, origin: 0, 0, 0, orientation: 0, 0, 1, 0, concave hull size: 3, "
@@ -163,6 +175,9 @@ TEST_F(Ihmc, DamagedFoldersAreRefused) {
   EXPECT_THAT(with("polygons: 1, [3]", "polygons: 2000000000, [3]"), HasSubstr("announces"));
   EXPECT_THAT(with("size: 3", "size: 2147483647"), HasSubstr("vertices where"));
   EXPECT_THAT(with("number of convex polygons: 1, [3]", ""), HasSubstr("header.txt:1"));
+  EXPECT_THAT(refusal(header + header, ring + ring),
+              HasSubstr("header.txt:2: gives region5_1 a second time"));
+  EXPECT_THAT(with("polygons: 1, [3]", "polygons: 2, [3, 0]"), HasSubstr("fewer than three"));
   EXPECT_THROW(read_ihmc(path("nowhere")), Error);
 }
 
