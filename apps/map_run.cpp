@@ -87,6 +87,7 @@ MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext 
       keeper_(std::move(kept), mapper_),
       poses_(options.write_poses, options.force),
       backlog_(options.together),
+      history_(options.history, {options.force, !options.resume.empty()}, *mapper_.snapshot()),
       reserve_(std::make_unique_for_overwrite<std::byte[]>(std::size_t{8} << 20)) {}
 
 MapRun::~MapRun() = default;
@@ -221,6 +222,7 @@ void MapRun::insert(std::span<const Scan> scans) {
       changed_ = true;
       for (std::size_t i = 0; i < reports.size(); ++i)
         note(scans[i], reports[i], options_.realtime ? arrival_of(scans[i]) : start_s, done_s);
+      history_.add(*mapper_.snapshot(), scans[reports.size() - 1].stamp_s);
       scans = scans.subspan(reports.size());
     } catch (const Error& error) {
       if (!options_.source.skip_bad || error.kind() != Error::Kind::data) throw;
@@ -248,6 +250,7 @@ void MapRun::checkpoint() {
   keeper_.finish();
   checkpoints_.try_to_save(mapper_.map(), statistics_.scans(), keeper_.kept());
   poses_.try_to_save();
+  history_.try_to_save();
   checkpoints_.start(now_s());
 }
 
@@ -257,6 +260,7 @@ void MapRun::finish() {
   finishing_ = true;
   checkpoints_.save(map, statistics_.scans(), keeper_.kept());
   poses_.save();
+  history_.save();
   context_.wall_s = now_s();
   if (!options_.report.empty()) write_report();
   print_summary();
@@ -289,7 +293,8 @@ void MapRun::print_summary() const {
   std::printf("%-12s %.1f s; a scan %.1f ms (95 %% within %.1f ms)\n", "time", now_s(),
               statistics_.scan_ms_percentile(0.5), statistics_.scan_ms_percentile(0.95));
   std::printf("%-12s %s.surfaces, %s.bt", "written", options_.output.c_str(), options_.output.c_str());
-  for (const std::string& file : {keeper_.kept().folder.string(), options_.write_poses, options_.report})
+  for (const std::string& file :
+       {keeper_.kept().folder.string(), options_.write_poses, options_.history, options_.report})
     if (!file.empty()) std::printf(", %s", file.c_str());
   std::printf("\n");
   if (snapshot->surfaces.empty()) return;

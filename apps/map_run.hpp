@@ -2,6 +2,7 @@
 
 #include "backlog.hpp"
 #include "checkpoints.hpp"
+#include "history_log.hpp"
 #include "parameter_options.hpp"
 #include "pose_log.hpp"
 #include "run_statistics.hpp"
@@ -29,6 +30,7 @@ struct MapOptions {
   std::vector<std::string> inputs;
   std::string output, resume, report;   ///< stems of maps; file
   std::string keep_scans, write_poses;  ///< folder; file
+  std::string history;                  ///< file
   ParameterOptions parameters;
   ScanSourceOptions source;
   ScanRange range;
@@ -94,6 +96,7 @@ class MapRun {
   ScanKeeper keeper_;
   PoseLog poses_;
   Backlog backlog_;                       // --realtime
+  HistoryLog history_;
   std::unique_ptr<std::byte[]> reserve_;  // given back when the run fails: saving takes some memory
   bool changed_ = false;                  // the map, by this run
   bool finishing_ = false;

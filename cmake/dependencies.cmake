@@ -2,8 +2,10 @@
 find_package(Eigen3 REQUIRED NO_MODULE)                # everywhere: vectors and poses
 find_package(Threads REQUIRED)                         # src/mapper, apps
 set(CMAKE_POLICY_DEFAULT_CMP0167 NEW)                  # CGAL asks for Boost by a module that CMake gives up
-find_package(CGAL REQUIRED)                            # src/surfaces, src/planning: triangulation; src/simulation, test/planning: arrangements (GPL parts)
-find_package(Boost REQUIRED CONFIG)                    # everywhere, headers: geometry, container, crc; src/planning: polygon; apps/serve: Beast
+# src/surfaces, src/planning: triangulation; src/simulation, test/planning: arrangements (GPL parts)
+find_package(CGAL REQUIRED)
+# everywhere, headers: geometry, container, crc; src/planning: polygon; apps/serve: Beast
+find_package(Boost REQUIRED CONFIG)
 find_package(nlohmann_json REQUIRED)                   # src/io, src/evaluation, src/simulation: JSON
 find_package(fastcdr REQUIRED)                         # src/io: ROS 2 messages as files and in bags
 find_package(Protobuf REQUIRED)                        # src/io: the .surfaces schema

@@ -2,7 +2,8 @@
 # the packages may be installed after a first build. By pkg-config: the CMake packages of ROS are catkin's, which would
 # take over the whole build.
 set(OCTOSURF_BUILD_ROS1 AUTO CACHE STRING "Build the node of ROS 1: ON, OFF, or AUTO: where there is ROS 1")
-set(octosurf_ros1_modules roscpp tf2_ros dynamic_reconfigure sensor_msgs geometry_msgs std_msgs visualization_msgs gencpp)
+set(octosurf_ros1_modules roscpp tf2_ros dynamic_reconfigure sensor_msgs geometry_msgs std_msgs visualization_msgs
+  gencpp)
 pkg_get_variable(octosurf_ros1_prefix roscpp prefix)
 if(NOT octosurf_ros1_prefix)
   # Debian 13's .pc files say "prefix=${roscpp_PREFIX}", which nothing defines.

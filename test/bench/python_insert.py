@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Mapper.insert from Python beside C++ on the same scans, in turns.
+"""Mapper.insert from Python beside C++: ./dev bench python [RECORDING].
 
-    ninja bench_python_insert octosurf_python
-    PYTHONPATH=build/release/python python3 test/bench/python_insert.py RECORDING build/release/test/bench/bench_python_insert
-
-Prints the seconds of all insertions: C++, insert(Scan) and insert_points(array, pose), which copies the points; medians over
-the rounds, and the median of Python's share over C++'s of the same round.
+Both map the same scans in lockstep, scan by scan and in changing order, so that whatever else the machine does slows
+both alike. Compared are insert(Scan) and insert_points(array, pose), which copies the points, with C++'s insert(Scan):
+the processor's seconds for all scans, and the median over the scans of the one time over the other.
 """
 
+import itertools
+import pathlib
 import statistics
 import subprocess
 import sys
@@ -15,44 +15,53 @@ import time
 
 import octosurf
 
-ROUNDS = 7
+KITCHEN = pathlib.Path(__file__).resolve().parents[3] / "shared/data/rgbd_7scenes_redkitchen"
 
 
-def python(recording, insert):
-    mapper, seconds = octosurf.Mapper(), 0.0
-    for scan in octosurf.open_scans(recording):
-        given = insert(mapper, scan)
-        begin = time.perf_counter()
-        given()
-        seconds += time.perf_counter() - begin
-    return seconds
+class Cpp:
+    """bench_python_insert, which inserts its next scan when it is told to."""
+
+    def __init__(self, program, recording):
+        self.process = subprocess.Popen([program, recording], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+    def insert(self, _scan):
+        self.process.stdin.write("\n")
+        self.process.stdin.flush()
+        return tuple(float(word) for word in self.process.stdout.readline().split())
 
 
-def of_scan(mapper, scan):
-    return lambda: mapper.insert(scan)
+class Python:
+    """A mapper of this process."""
 
+    def __init__(self, copies):
+        self.mapper, self.copies = octosurf.Mapper(), copies
 
-def of_points(mapper, scan):
-    points, pose = scan.points.copy(), scan.T_map_sensor
-    return lambda: mapper.insert_points(points, pose)
+    def insert(self, scan):
+        points, pose = scan.points.copy() if self.copies else None, scan.T_map_sensor
+        begin, begin_busy = time.perf_counter(), time.thread_time()
+        if self.copies:
+            self.mapper.insert_points(points, pose)
+        else:
+            self.mapper.insert(scan)
+        return time.perf_counter() - begin, time.thread_time() - begin_busy
 
 
 def main():
-    recording, program = sys.argv[1:3]
-    rounds = int(sys.argv[3]) if len(sys.argv) > 3 else ROUNDS
-    turns = {
-        "C++": lambda: float(subprocess.run([program, recording], check=True, capture_output=True, text=True).stdout),
-        "insert": lambda: python(recording, of_scan),
-        "insert_points": lambda: python(recording, of_points),
-    }
-    seconds = {name: [] for name in turns}
-    for _ in range(rounds):
-        for name, turn in turns.items():
-            seconds[name].append(turn())
-    for name, all_rounds in seconds.items():
-        shares = [mine / cpp for mine, cpp in zip(all_rounds, seconds["C++"])]
-        print(f"{name:14}{statistics.median(all_rounds):8.3f} s  {min(all_rounds):8.3f} s at least  "
-              f"{statistics.median(shares):6.3f} of C++ ({min(shares):.3f} to {max(shares):.3f})")
+    program, recording = sys.argv[1], sys.argv[2] if len(sys.argv) > 2 else str(KITCHEN)
+    if not pathlib.Path(recording).exists():
+        sys.exit(f"skipped: no recording {recording}")
+    mappers = {"C++": Cpp(program, recording), "insert": Python(False), "insert_points": Python(True)}
+    taken = {name: [] for name in mappers}
+    orders = itertools.cycle(itertools.permutations(mappers))
+    for scan in octosurf.open_scans(recording):
+        for name in next(orders):
+            taken[name].append(mappers[name].insert(scan))
+    print(f"{len(taken['C++'])} scans; s on the processor (on the clock), of C++'s in all, of each scan's median")
+    for name, times in taken.items():
+        wall, busy = (sum(column) for column in zip(*times))
+        base = sum(cpp for _, cpp in taken["C++"])
+        median = statistics.median(mine / cpp for (_, mine), (_, cpp) in zip(times, taken["C++"]))
+        print(f"{name:14}{busy:8.3f} ({wall:.3f}) {busy / base:8.3f} {median:8.3f}")
 
 
 if __name__ == "__main__":

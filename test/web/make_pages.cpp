@@ -151,6 +151,34 @@ std::vector<PageMap> before_and_after() {
   return {before, after};
 }
 
+/// The room with what it was before: at revision 500 without the last step and with a table's top at another
+/// height, at 600 with a surface, 99, that went, at 700 as it is but for the table's top.
+PageMap room_with_history() {
+  PageMap map = room("room with a past");
+  Snapshot now = *map.snapshot, then = now;
+  now.departures = now.departures.with({{Departure::Of::surface, 99, 0, 600, 650, {}}});
+  const SurfacePtr table_top = then.surfaces[6];
+  Surface lower = *table_top;
+  lower.T_map_surface.translation().z() -= 0.1;
+  lower.revision = 5;
+  then.surfaces[6] = std::make_shared<Surface>(lower);
+  then.surfaces.pop_back();
+  then.revision = 500;
+  map.history.add(then, 10);
+  Surface visitor = *table_top;
+  visitor.id = 99;
+  visitor.born = visitor.revision = 600;
+  visitor.T_map_surface.translation().z() += 0.5;
+  then.surfaces.push_back(std::make_shared<Surface>(visitor));
+  then.revision = 600;
+  map.history.add(then, 12.5);
+  then.surfaces.back() = now.surfaces.back();
+  then.revision = 700;
+  map.history.add(then, 14);
+  map.snapshot = std::make_shared<Snapshot>(std::move(now));
+  return map;
+}
+
 /// 1000 × 1000 voxels of a hilly ground, 500 surfaces of 200 vertices.
 PageMap hills() {
   constexpr double d = 0.02;
@@ -182,6 +210,7 @@ void write_all(const fs::path& folder) {
   options.force = true;
   write_page({room("room </script><script>window.injected = 1</script>")}, folder / "room.html", options);
   write_page(before_and_after(), folder / "two.html", options);
+  write_page({room_with_history()}, folder / "history.html", options);
   write_page({hills()}, folder / "hills.html", options);
   PageOptions small = options;
   small.max_mb = 1.2;

@@ -150,6 +150,55 @@ async function twoMaps(browser) {
   assert.deepEqual(page.errors, []);
 }
 
+/** Surfaces come, change and go as the slider moves. */
+async function aHistory(browser) {
+  const page = await browser.open(join(folder, 'history.html'));
+  await page.ready();
+  const ids = () => page.value('page.map.surfaces.map((s) => s.id)');
+  const now = await ids(), newest = now.at(-1);
+  const slideTo = (number) => page.value(`(() => {
+    const slider = document.getElementById('time-slider');
+    slider.value = '${number}';
+    slider.dispatchEvent(new Event('input'));
+  })()`).then(() => page.settled());
+  assert.match(await page.text('#time-name'), /^room with a past \(4 of 4\)/);
+  assert.equal(await page.visible('#layer-gone').catch(() => false), false, 'the map itself is shown as it is');
+
+  await slideTo(0);
+  assert.match(await page.text('#time-name'), /^revision 500, after 0\.0 s \(1 of 4\)/);
+  assert.deepEqual(await ids(), now.filter((id) => id !== newest));
+  assert.match(await page.text('#legend'), /appeared/);
+  const height = (id) => page.value(`page.map.toMap(page.map.surface(${id}).origin)[2]`);
+  const low = await height(20);
+
+  await slideTo(1);
+  assert.match(await page.text('#time-name'), /^revision 600, after 2\.5 s/);
+  assert.ok((await ids()).includes(99), 'a surface that is no more');
+  await page.press('#top');
+  const [visitor] = await page.value(seen(99));
+  const [r, g, b] = (await page.colors([visitor]))[0];
+  assert.ok(g > r + 40 && g > b + 40, `what appeared is green: ${[r, g, b]}`);
+  await page.click(visitor.x, visitor.y);
+  assert.match(await page.text('#details-table'), /appeared.*revision 600.*since before.*appeared/);
+
+  await slideTo(2);
+  assert.equal(await page.visible('#details'), false);
+  assert.ok(!(await ids()).includes(99));
+  const [red, green] = (await page.colors([visitor]))[0];
+  assert.ok(red > green + 25, `what went is a shade of red: ${[red, green]}`);
+
+  await slideTo(3);
+  assert.deepEqual(await ids(), now);
+  assert.ok(Math.abs(await height(20) - low - 0.1) < 1e-6, 'the table has been put up');
+  await page.press('#play');
+  assert.match(await page.text('#time-name'), /\([12] of 4\)/, 'it plays from the beginning');
+  await page.until('page.timeline.at === 3 && !page.timeline.playing');
+  await page.key('[');
+  assert.match(await page.text('#time-name'), /^revision 700/);
+  assert.deepEqual(page.errors, []);
+  assert.deepEqual(page.fetched, [], 'nothing is fetched');
+}
+
 async function touched(browser) {
   const page = await browser.open(join(folder, 'room.html'), { width: 800, height: 900, touch: true });
   await page.ready();
@@ -224,7 +273,7 @@ async function nothing(browser) {
 
 const browser = new Browser(program);
 try {
-  for (const test of [aRoom, feetAndPlans, twoMaps, touched, large, nothing]) {
+  for (const test of [aRoom, feetAndPlans, twoMaps, aHistory, touched, large, nothing]) {
     await test(browser);
     console.log(`${test.name}: well`);
   }

@@ -1,6 +1,7 @@
 // A map as the page's parts use it. Positions are in the map frame less `origin` (32-bit floats are too coarse far
 // from zero); `toMap` brings them back for whoever reads them.
 import { readTextBlock, summed } from './block.js';
+import { momentsOf } from './history.js';
 
 /**
  * @typedef {object} Surface   see include/octosurf/surface.hpp; beside its fields:
@@ -32,31 +33,38 @@ export const noLabel = 255;
 
 const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 
+/**
+ * A surface as it is stored, with its part of the arrays.
+ * @param {{u: Float64Array, v: Float64Array, edges: Uint8Array, origin: number[]}} part origin: of the page
+ */
+export function surfaceFrom(stored, { u, v, edges, origin }) {
+  const rings = [], T = stored.pose;
+  let count = 0;
+  for (const sizes of stored.rings) {
+    sizes.forEach((size, k) => {
+      rings.push({ from: count, to: count + size, outer: k === 0 });
+      count += size;
+    });
+  }
+  return {
+    ...stored, rings, u, v, edges,
+    polygons: stored.rings.length,
+    holes: stored.rings.reduce((sum, sizes) => sum + sizes.length - 1, 0),
+    origin: minus([T[3], T[7], T[11]], origin),
+    axes: [0, 1, 2].map((k) => [T[k], T[4 + k], T[8 + k]]),
+    box: boxOf({ u, v }),
+  };
+}
+
 function surfacesOf(json, arrays, origin) {
   const u = summed(arrays.ring_u), v = summed(arrays.ring_v), corners = summed(arrays.triangles);
   let vertex = 0, corner = 0;
   return json.surfaces.map((stored) => {
-    const rings = [];
-    let count = 0;
-    for (const sizes of stored.rings) {
-      sizes.forEach((size, k) => {
-        rings.push({ from: count, to: count + size, outer: k === 0 });
-        count += size;
-      });
-    }
-    const T = stored.pose;
-    const surface = {
-      ...stored, rings,
-      polygons: stored.rings.length,
-      holes: stored.rings.reduce((sum, sizes) => sum + sizes.length - 1, 0),
-      origin: minus([T[3], T[7], T[11]], origin),
-      axes: [0, 1, 2].map((k) => [T[k], T[4 + k], T[8 + k]]),
-      u: Float64Array.from(u.subarray(vertex, vertex + count), (x) => x * json.ring_step_m),
-      v: Float64Array.from(v.subarray(vertex, vertex + count), (x) => x * json.ring_step_m),
-      edges: arrays.ring_edges.subarray(vertex, vertex + count),
-      corners: corners.subarray(corner, corner + 3 * stored.triangles),
-    };
-    surface.box = boxOf(surface);
+    const count = stored.rings.flat().reduce((sum, size) => sum + size, 0);
+    const meters = (all) => Float64Array.from(all.subarray(vertex, vertex + count), (x) => x * json.ring_step_m);
+    const surface = surfaceFrom(stored,
+      { u: meters(u), v: meters(v), edges: arrays.ring_edges.subarray(vertex, vertex + count), origin });
+    surface.corners = corners.subarray(corner, corner + 3 * stored.triangles);
     vertex += count;
     corner += 3 * stored.triangles;
     return surface;
@@ -192,13 +200,20 @@ export async function readMap(text, origin) {
     cylinders: cylindersOf(json, origin),
     departedSurfaces: departures(json.departed_surfaces), departedCylinders: departures(json.departed_cylinders),
     feet: feetOf(json, arrays), feetLeftOut: json.feet_left_out,
+    momentsLeftOut: json.moments_left_out,
     plans: (json.plans ?? []).map((plan) => planFrom({ origin }, plan)),
     voxels: voxelsOf(json, arrays, origin, surfaces.map(({ id }) => id)),
     slices: slicesOf(json, arrays),
     toMap: (place) => place.map((x, k) => x + origin[k]),
-    surface: (id) => map.byId.get(id),
-    cylinder: (id) => map.cylinders.find((one) => one.id === id),
   };
+  map.moments = momentsOf(map, json, arrays);
+  return indexed(map);
+}
+
+/** @param {object} map @returns {object} the same, whose surfaces and cylinders are found by their ids */
+export function indexed(map) {
+  map.surface = (id) => map.byId.get(id);
+  map.cylinder = (id) => map.cylinders.find((one) => one.id === id);
   index(map);
   return map;
 }
@@ -214,7 +229,7 @@ const slicesOf = (json, arrays) => (json.slices ? { ...json.slices, states: arra
 
 const departures = (list) => list.map(([id, into, born, revision]) => ({ id, into, born, revision }));
 
-const cylindersOf = (json, origin) =>
+export const cylindersOf = (json, origin) =>
   json.cylinders.map((one) => ({ ...one, axis_point: minus(one.axis_point, origin) }));
 
 /** Brings a map up to date: a message of kind `changes` (src/io/page_changes.hpp). */

@@ -72,7 +72,21 @@ function changeRows(map, surface) {
   return [{ name: 'since before', text }];
 }
 
+/** What a history keeps of a surface. */
+function pastRows(map, surface) {
+  return [
+    { name: 'area', text: `${surface.area_m2.toFixed(3)} m²` },
+    { name: 'slope', text: `${slopeDeg(surface, map.up).toFixed(2)}°` },
+    { name: 'normal', text: fixed(surface.normal, 4) },
+    { name: 'fitted to', text: `${surface.inliers} voxels` },
+    { name: 'appeared', text: appearance(surface.born) },
+    { name: 'changed', text: `revision ${surface.revision}` },
+    ...changeRows(map, surface),
+  ];
+}
+
 function surfaceRows(map, surface) {
+  if (surface.past) return pastRows(map, surface);
   const c = surface.covariance, std = (k) => Math.sqrt(Math.max(0, c[4 * k]));
   const deg = (rad) => `${(rad * 180 / Math.PI).toFixed(3)}°`;
   const lengths = edgeLengths(surface), total = lengths.reduce((sum, one) => sum + one, 0);

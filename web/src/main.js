@@ -34,7 +34,8 @@ async function readMaps() {
 
 class Page {
   constructor(maps) {
-    this.maps = maps;
+    // One map's history stands before it.
+    this.maps = maps.length === 1 ? [...maps[0].moments, maps[0]] : maps;
     this.view = new View(byId('view'));
     this.theme = new Theme(() => this.recolor());
     this.stage = new Stage(this.view, this.theme);
@@ -44,9 +45,9 @@ class Page {
     this.recolor();
     this.panel.folded = () => this.view.setInset(this.panel.width);
     this.panel.folded();
-    this.timeline = new Timeline(maps, (number) => this.showMap(number));
+    this.timeline = new Timeline(this.maps, (number) => this.showMap(number));
     if (maps.length > 1) this.stage.settings.choice.surfaces = 'change';
-    this.timeline.show(maps.length - 1);
+    this.timeline.show(this.maps.length - 1);
     this.fit();
     this.wasEmpty = this.map.surfaces.length === 0;
     this.bind();
@@ -196,8 +197,9 @@ class Page {
       measure: () => this.measure.set(!this.measure.on),
       search: () => byId('search-text').focus(),
       backs: () => byId('backs').click(),
-      earlier: () => this.timeline.show(this.timeline.at - 1),
-      later: () => this.timeline.show(this.timeline.at + 1),
+      earlier: () => this.timeline.go(this.timeline.at - 1),
+      later: () => this.timeline.go(this.timeline.at + 1),
+      play: () => this.timeline.play(!this.timeline.playing),
       theme: () => this.theme.set(!this.theme.dark),
       panel: () => this.panel.fold(),
       clear: () => {

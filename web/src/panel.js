@@ -116,15 +116,20 @@ export class Panel {
       element('label', { htmlFor: 'backs', title: 'Surfaces seen from behind (b)' }, 'Seen from behind, too'));
   }
 
+  /** What the page's limit has left out. */
   notice() {
-    const { map } = this.stage, notice = byId('notice');
-    notice.hidden = map.merged === 1 && !map.feetLeftOut;
-    const voxels = `${thousands(map.voxelsBeforeMerging)} voxels`;
-    notice.textContent = map.merged === 0
-      ? `Without voxels: ${voxels} do not fit into the page’s limit (view --max-mb).`
-      : `Voxels are drawn merged to ${map.merged} d, ${(100 * map.merged * map.resolution).toFixed(0)} cm: ${voxels
-      } do not fit into the page’s limit (view --max-mb).`;
-    if (map.feetLeftOut) notice.textContent += ' Nor do contact regions.';
+    const { map } = this.stage, notice = byId('notice'), voxels = `${thousands(map.voxelsBeforeMerging)} voxels`;
+    const missing = [];
+    if (map.merged === 0) missing.push(`Without voxels: ${voxels} do not fit into the page’s limit (view --max-mb).`);
+    if (map.merged > 1) {
+      missing.push(`Voxels are drawn merged to ${map.merged} d, ${(100 * map.merged * map.resolution).toFixed(0)} cm: ${
+        voxels} do not fit into the page’s limit (view --max-mb).`);
+    }
+    if (map.feetLeftOut) missing.push('Nor do contact regions.');
+    if (map.momentsLeftOut > 0)
+      missing.push(`${map.momentsLeftOut} of the history’s moments do not fit into it (view --max-mb).`);
+    notice.hidden = missing.length === 0;
+    notice.textContent = missing.join(' ');
   }
 
   /**

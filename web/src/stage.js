@@ -88,7 +88,7 @@ export class Stage {
   }
 
   takeExtent() {
-    const { map } = this;
+    const map = this.map.whole ?? this.map;  // moments of one map are looked at in one frame
     this.context.light.copy(lightIn(map.rotation));
     this.view.root.quaternion.set(...map.rotation);
     this.view.root.updateMatrixWorld();

@@ -114,21 +114,6 @@ Json surface_json(Rings& rings, const Surface& surface, const std::vector<Polygo
   return json;
 }
 
-Json cylinder_json(const Cylinder& cylinder) {
-  const std::string name = "cylinder " + std::to_string(cylinder.id);
-  return {{"id", cylinder.id},
-          {"axis_point", numbers_json(cylinder.axis_point, name)},
-          {"axis", numbers_json(cylinder.axis, name)},
-          {"radius_m", finite(cylinder.radius_m, name)},
-          {"length_m", finite(cylinder.length_m, name)},
-          {"start", numbers_json(cylinder.start, name)},
-          {"span_rad", finite(cylinder.span_rad, name)},
-          {"inliers", cylinder.inliers},
-          {"rms_m", finite(cylinder.rms_m, name)},
-          {"born", cylinder.born},
-          {"revision", cylinder.revision}};
-}
-
 /// Who went, into what (0: nothing), when it appeared and went.
 Json departures_json(const DepartureLog& departures, std::uint64_t since, Departure::Of of) {
   Json list = Json::array();
@@ -176,6 +161,21 @@ Json changes_json(const PageMap& map) {
 
 }  // namespace
 
+PageBlock::Json page_cylinder_json(const Cylinder& cylinder) {
+  const std::string name = "cylinder " + std::to_string(cylinder.id);
+  return {{"id", cylinder.id},
+          {"axis_point", numbers_json(cylinder.axis_point, name)},
+          {"axis", numbers_json(cylinder.axis, name)},
+          {"radius_m", finite(cylinder.radius_m, name)},
+          {"length_m", finite(cylinder.length_m, name)},
+          {"start", numbers_json(cylinder.start, name)},
+          {"span_rad", finite(cylinder.span_rad, name)},
+          {"inliers", cylinder.inliers},
+          {"rms_m", finite(cylinder.rms_m, name)},
+          {"born", cylinder.born},
+          {"revision", cylinder.revision}};
+}
+
 std::int32_t page_polygon_steps(double coordinate, SurfaceId id) {
   const double steps = finite(coordinate, id) / page_polygon_step;
   return static_cast<std::int32_t>(std::lround(std::clamp(steps, -2e9, 2e9)));
@@ -197,7 +197,7 @@ void add_surfaces(PageBlock& block, const PageMap& map, std::uint64_t departed_s
     const auto labels = map.edges.find(surface->id);
     surfaces.push_back(surface_json(rings, *surface, labels == map.edges.end() ? nullptr : &labels->second));
   }
-  for (const CylinderPtr& cylinder : snapshot.cylinders) cylinders.push_back(cylinder_json(*cylinder));
+  for (const CylinderPtr& cylinder : snapshot.cylinders) cylinders.push_back(page_cylinder_json(*cylinder));
   block.json["surfaces"] = std::move(surfaces);
   block.json["cylinders"] = std::move(cylinders);
   block.json["departed_surfaces"] =

@@ -37,11 +37,14 @@ export function linesOf(surfaces, colorOf) {
   return lines;
 }
 
+/** A history does not say what lay beyond an edge. */
+const isByKind = (map, { settings }) => !map.whole && settings.choice.edges !== 'plain';
+
 export const edges = {
   id: 'edges', label: 'Edges', on: true,
-  choices: () => [{ id: 'kind', label: 'by kind' }, { id: 'plain', label: 'plain' }],
+  choices: (map) => (map.whole ? [] : [{ id: 'kind', label: 'by kind' }, { id: 'plain', label: 'plain' }]),
   create(map, context) {
-    const byKind = context.settings.choice.edges !== 'plain';
+    const byKind = isByKind(map, context);
     const ink = context.ink();
     const group = new THREE.Group();
     drawByLevels(group, levelCount + 1, (level) => {
@@ -52,6 +55,6 @@ export const edges = {
     });
     return group;
   },
-  legend: (map, context) => (context.settings.choice.edges === 'plain' ? []
-    : edgeColors.map((color, kind) => ({ line: color, text: texts[kind] }))),
+  legend: (map, context) => (isByKind(map, context)
+    ? edgeColors.map((color, kind) => ({ line: color, text: texts[kind] })) : []),
 };

@@ -43,7 +43,7 @@ export const colorings = {
     legend: () => [{ ramp: rampCss, low: 'level', high: 'upright, overhanging' }],
   },
   certainty: {
-    label: 'offset σ', of: (surface) => ramp(surface.offset_std_m * 1000 / unsureMm),
+    label: 'offset σ', notOfPast: true, of: (surface) => ramp(surface.offset_std_m * 1000 / unsureMm),
     legend: () => [{ ramp: rampCss, low: '0 mm', high: `${unsureMm} mm and more` }],
   },
   change: {
@@ -68,10 +68,18 @@ function changeLegend(map) {
   }
   return [
     { color: changeColors.appeared, text: 'appeared' }, { color: changeColors.changed, text: 'changed' },
-    { color: changeColors.split, text: 'split off another' }, { color: changeColors.same, text: 'as before' },
+    ...(map.whole ? [] : [{ color: changeColors.split, text: 'split off another' }]),
+    { color: changeColors.same, text: 'as before' },
     { color: changeColors.gone, text: 'gone' },
   ];
 }
+
+/** Of what a history tells, what changed is what one looks for; of a map, its own colours. */
+const usual = (map) => (map.whole ? 'change' : 'own');
+const chosen = (map, { settings }) => {
+  const one = colorings[settings.choice.surfaces];
+  return one && !(one.notOfPast && map.whole) ? one : colorings[usual(map)];
+};
 
 /** All triangles of some surfaces in one mesh. */
 export function trianglesOf(surfaces, colorOf) {
@@ -97,10 +105,12 @@ export function trianglesOf(surfaces, colorOf) {
 export const surfaces = {
   id: 'surfaces', label: 'Surfaces', on: true,
   count: (map) => map.surfaces.length,
-  choices: (map) => Object.entries(colorings).filter(([, one]) => !one.needsBefore || map.changes)
+  choices: (map) => Object.entries(colorings)
+    .filter(([, one]) => (!one.needsBefore || map.changes) && !(one.notOfPast && map.whole))
+    .sort(([id], [other]) => (other === usual(map)) - (id === usual(map)))
     .map(([id, one]) => ({ id, label: one.label })),
   create(map, context) {
-    const coloring = colorings[context.settings.choice.surfaces] ?? colorings.own;
+    const coloring = chosen(map, context);
     const group = new THREE.Group();
     drawByLevels(group, levelCount, (level) => {
       const parts = trianglesOf(surfacesAt(map, level), (surface) => coloring.of(surface, map));
@@ -109,7 +119,7 @@ export const surfaces = {
     return group;
   },
   legend(map, context) {
-    const coloring = colorings[context.settings.choice.surfaces] ?? colorings.own;
+    const coloring = chosen(map, context);
     return coloring.legend ? coloring.legend(map) : [];
   },
 };
