@@ -122,7 +122,7 @@ void SurfaceUpdate::revise() {
   report.shrunk = list_of(changes.shrunk);
   report.merged = list_of(changes.merged);
   report.gone = list_of(changes.gone);
-  snapshot_ = time(Stage::derive, [&] { return derive(state_, changes.touched()); });
+  snapshot_ = time(Stage::derive, [&] { return derive(state_, changes); });
 }
 
 std::vector<ScanReport> SurfaceUpdate::finish() {

@@ -21,26 +21,35 @@ void note_departures(MapState& state, const Snapshot& before) {
   state.departures = state.departures.with(departures);
 }
 
+/// In order of id; takes the place of what it was.
+void put(std::vector<SurfacePtr>& surfaces, SurfacePtr surface) {
+  const auto at = std::lower_bound(surfaces.begin(), surfaces.end(), surface->id,
+                                   [](const SurfacePtr& s, SurfaceId wanted) { return s->id < wanted; });
+  if (at != surfaces.end() && (*at)->id == surface->id)
+    *at = std::move(surface);
+  else
+    surfaces.insert(at, std::move(surface));
+}
+
 }  // namespace
 
-std::shared_ptr<const Snapshot> derive(MapState& state, const std::set<SurfaceId>& touched) {
+std::shared_ptr<const Snapshot> derive(MapState& state, const Changes& changes) {
   ++state.revision;
   const std::shared_ptr<const Snapshot> before = state.snapshot.load();
   auto next = std::make_shared<Snapshot>(Snapshot{state.revision, before->resolution, {}});
-  for (const auto& [id, known] : state.surfaces) {
-    const auto at = std::lower_bound(before->surfaces.begin(), before->surfaces.end(), id,
-                                     [](const SurfacePtr& s, SurfaceId wanted) { return s->id < wanted; });
-    const bool published = at != before->surfaces.end() && (*at)->id == id;
-    if (published && !touched.contains(id)) {
-      next->surfaces.push_back(*at);
-      continue;
-    }
+  next->surfaces.reserve(before->surfaces.size() + changes.born.size());
+  next->surfaces = before->surfaces;
+  if (!changes.gone.empty() || !changes.merged.empty())
+    std::erase_if(next->surfaces, [&](const SurfacePtr& surface) {
+      return changes.gone.contains(surface->id) || changes.merged.contains(surface->id);
+    });
+  for (const SurfaceId id : changes.touched()) {
     SurfaceModel& surface = *state.surfaces.find(id);
     surface.derive(state.parameters.max_hole_size(), &state.noise);
     surface.derive_covariance(state.noise);
-    if (!published) surface.born = state.revision;
+    if (before->find(id) == nullptr) surface.born = state.revision;
     surface.revision = state.revision;
-    next->surfaces.push_back(surface.publish(state.revision));
+    put(next->surfaces, surface.publish(state.revision));
   }
   next->cylinders = state.cylinders.publish(state.revision);
   note_departures(state, *before);

@@ -1,14 +1,13 @@
 #pragma once
 
-#include "surfaces/map_state.hpp"
+#include "surfaces/ledger.hpp"
 
 #include <memory>
-#include <set>
 
 namespace octosurf {
 
-/// Recomputes what is stale of the touched surfaces, and of those never published. Returns the next snapshot,
-/// for whoever publishes it.
-std::shared_ptr<const Snapshot> derive(MapState& state, const std::set<SurfaceId>& touched);
+/// Recomputes what is stale of the touched surfaces. Returns the next snapshot, for whoever publishes it: the
+/// last one with what has changed. Cost follows the change, but for the copy of pointers to all surfaces.
+std::shared_ptr<const Snapshot> derive(MapState& state, const Changes& changes);
 
 }  // namespace octosurf
