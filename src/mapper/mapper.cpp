@@ -1,8 +1,11 @@
 #include "alignment/scan_aligner.hpp"
+#include "detection/cylinders.hpp"
+#include "law/replace_surfaces.hpp"
 #include "mapper/merge_maps.hpp"
 #include "mapper/stopwatch.hpp"
 #include "mapper/surface_update.hpp"
 #include "sensing/rounded_scan.hpp"
+#include "upkeep/derive.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -217,6 +220,23 @@ MergeReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other
   surfaces.find_surfaces(&foreign);
   report.changes = std::move(surfaces.finish().back());
   report.surfaces = there.heirs_in(state);
+  state.unfinished_scan = 0;
+  return report;
+}
+
+ScanReport Mapper::resegment() {
+  MapState& state = impl_->map.state();
+  require_ids(state, 0, "the map");
+  ScanReport report;
+  Stopwatch time(report);
+  state.unfinished_scan = state.scans + 1;
+  Workspace work(state);
+  time(Stage::detect, [&] { replace_surfaces(work); });
+  time(Stage::cylinders, [&] { update_cylinders(work); });
+  report.born.assign(work.changes.born.begin(), work.changes.born.end());
+  report.merged.assign(work.changes.merged.begin(), work.changes.merged.end());
+  report.gone.assign(work.changes.gone.begin(), work.changes.gone.end());
+  time(Stage::derive, [&] { derive(work); });
   state.unfinished_scan = 0;
   return report;
 }
