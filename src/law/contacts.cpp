@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-namespace octosurf {
+namespace octosurf::law {
 namespace {
 
 using Index = Readings::Index;
@@ -103,4 +103,4 @@ void meet_across_gaps(const Readings& readings, const std::vector<Label>& labels
   gaps.report(graph);
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::law

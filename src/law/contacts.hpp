@@ -4,7 +4,7 @@
 
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::law {
 
 /// Where the patches of `labels` meet: every pair of neighbouring readings with two labels, ambiguous ones
 /// left out.
@@ -16,4 +16,4 @@ void meet_neighbours(const Readings& readings, const std::vector<Label>& labels,
 void meet_across_gaps(const Readings& readings, const std::vector<Label>& labels, double reach,
                       PatchGraph& graph);
 
-}  // namespace octosurf
+}  // namespace octosurf::law

@@ -5,7 +5,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 
-namespace octosurf {
+namespace octosurf::law {
 namespace {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
@@ -71,4 +71,4 @@ bool is_curved(const Readings& readings, const Patch& patch, std::span<const Rea
   return log_bayes > 0 && turn_of(bend, spread) > least_turn;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::law

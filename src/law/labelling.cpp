@@ -7,7 +7,7 @@
 #include <boost/container/small_vector.hpp>
 #include <numeric>
 
-namespace octosurf {
+namespace octosurf::law {
 namespace {
 
 using Index = Readings::Index;
@@ -176,4 +176,4 @@ void refit_patches(const Readings& readings, const std::vector<Label>& labels, s
   }
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::law

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::law {
 
 /// Readings that a plane of a neighbour at an angle explains, too, as those along the edge of two walls: they
 /// join nothing, and planes are fitted without them. O(readings).
@@ -24,4 +24,4 @@ std::vector<Patch> connected_pieces(const Readings& readings, const std::vector<
 /// Fits each patch to the readings with its label, without ambiguous ones where enough are left.
 void refit_patches(const Readings& readings, const std::vector<Label>& labels, std::vector<Patch>& patches);
 
-}  // namespace octosurf
+}  // namespace octosurf::law

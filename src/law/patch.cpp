@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace octosurf {
+namespace octosurf::law {
 namespace {
 
 /// How many times as large as what can be told apart the difference of two planes may be, ln: 1 mm to 10 cm,
@@ -72,8 +72,8 @@ double description_cost(const Patch& patch) {
   const Eigen::Matrix3d R = plane_axes(patch.plane.normal).transpose();
   const Eigen::Matrix3d C = heights_over(patch, patch.centroid(), R).covariance;
   const double allowed = std::sqrt((2 * std::numbers::pi * C).determinant());
-  const double all = ReadingModel::clutter_scale * 2 * std::numbers::pi;  // offsets; directions
+  const double all = ReadingModel::clutter_depth * 2 * std::numbers::pi;  // offsets; directions
   return std::log(all / allowed) + log_places;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::law

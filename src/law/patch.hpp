@@ -7,7 +7,7 @@
 
 #include <octosurf/surface.hpp>
 
-namespace octosurf {
+namespace octosurf::law {
 
 /// Readings that are held to be one plane, as sums: what the law decides on. Sizes in metres.
 struct Patch {
@@ -53,4 +53,4 @@ double log_tail(const Patch& a, const Patch& b);
 /// many places were looked at for one.
 double description_cost(const Patch& patch);
 
-}  // namespace octosurf
+}  // namespace octosurf::law

@@ -6,7 +6,7 @@
 #include <queue>
 #include <tuple>
 
-namespace octosurf {
+namespace octosurf::law {
 namespace {
 
 /// Effort: planes that differ by more than 60° are never one, and heights over a frame between them make
@@ -90,4 +90,4 @@ PatchGraph::Merged PatchGraph::merge() && {
   return merged;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::law

@@ -5,7 +5,7 @@
 #include <map>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::law {
 
 /// Nats for each pair of neighbouring voxels that the rim between two planes would part: the prior that
 /// surfaces are wholes (Potts). Tuned: half of it cuts noisy walls up, twice as much changes nothing.
@@ -55,4 +55,4 @@ class PatchGraph {
   std::vector<std::map<Label, Contact>> contacts_;  // of each patch, by the other; kept for both
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::law

@@ -6,7 +6,7 @@
 #include <optional>
 #include <random>
 
-namespace octosurf {
+namespace octosurf::law {
 namespace {
 
 using Index = Readings::Index;
@@ -147,4 +147,4 @@ std::vector<Patch> find_planelets(const Readings& readings, std::vector<Label>& 
   return patches;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::law

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::law {
 
 /// Edge of the smallest blocks in which planes are looked for, in voxels: 8 cm, what a foot's edge needs, and
 /// at least four voxels, so that a block that a plane crosses holds more readings than a plane has
@@ -18,4 +18,4 @@ int planelet_edge(double resolution);
 /// `patches`, which begins with one for clutter. O(readings).
 std::vector<Patch> find_planelets(const Readings& readings, std::vector<Label>& labels);
 
-}  // namespace octosurf
+}  // namespace octosurf::law

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace octosurf {
+namespace octosurf::law {
 namespace {
 
 // Effort: how far neighbours are looked for where readings are sparse. Six are what a hexagon has.
@@ -49,4 +49,4 @@ void Readings::add_to(Patch& patch, Index i) const {
   patch.hits += r.hits;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::law

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::law {
 
 /// Which plane a reading belongs to: a place in a list of patches. 0 is clutter, and no patch.
 using Label = std::uint32_t;
@@ -84,4 +84,4 @@ Patch Readings::patch_of(const Indices& indices, const Plane& about) const {
   return patch;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::law

@@ -6,7 +6,7 @@
 #include <map>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::law {
 namespace {
 
 using Index = Workspace::Index;
@@ -111,4 +111,4 @@ void replace_surfaces(Workspace& work) {
   state.accumulated.clear();
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::law

@@ -2,12 +2,12 @@
 
 #include "surfaces/scan_changes.hpp"
 
-namespace octosurf {
+namespace octosurf::law {
 
 /// Dissolves all surfaces and makes those that segment() finds among all of the octree's points, owned and
 /// pending. Each goes on with what later scans told of a surface before, if nine tenths of that one's points
 /// are its own, and names those as parents; what became of a former surface is noted with the one that has
-/// the most of its points. No point waits for detection then. `work` must have been made for this alone.
+/// the most of its points. No point waits for detection then.
 void replace_surfaces(Workspace& work);
 
-}  // namespace octosurf
+}  // namespace octosurf::law

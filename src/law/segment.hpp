@@ -4,7 +4,7 @@
 
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::law {
 
 /// What a user asks of surfaces, beside the law.
 struct SegmentLimits {
@@ -25,4 +25,4 @@ struct Segmentation {
 /// About 4 µs a reading.
 Segmentation segment(const Readings& readings, const SegmentLimits& limits);
 
-}  // namespace octosurf
+}  // namespace octosurf::law

@@ -231,7 +231,7 @@ ScanReport Mapper::resegment() {
   Stopwatch time(report);
   state.unfinished_scan = state.scans + 1;
   Workspace work(state);
-  time(Stage::detect, [&] { replace_surfaces(work); });
+  time(Stage::detect, [&] { law::replace_surfaces(work); });
   time(Stage::cylinders, [&] { update_cylinders(work); });
   report.born.assign(work.changes.born.begin(), work.changes.born.end());
   report.merged.assign(work.changes.merged.begin(), work.changes.merged.end());

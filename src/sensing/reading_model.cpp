@@ -11,7 +11,7 @@ ReadingModel::ReadingModel(const NoiseModel& noise, double resolution) {
   }
   const double step = resolution / 256;  // of a point in its voxel (sensing/reading_code.hpp)
   common_ = step * step / 12 + pose_sigma * pose_sigma;
-  log_scale_ = std::log(clutter_scale / std::sqrt(2 * std::numbers::pi));
+  log_scale_ = log_odds + std::log(clutter_depth / std::sqrt(2 * std::numbers::pi));
 }
 
 }  // namespace octosurf

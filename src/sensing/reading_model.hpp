@@ -34,8 +34,8 @@ class ReadingModel {
   /// Of the readings near a plane those that are not its: what is usual in robust fitting, and a factor of
   /// three either way moves one face in forty.
   static constexpr double outlier_share = 0.1;
-  /// What the two make together, m: how many times as dense as clutter a plane's readings are to be.
-  static constexpr double clutter_scale = clutter_depth * (1 - outlier_share) / outlier_share;
+  /// Of that share, nats: ln 9.
+  static constexpr double log_odds = 2.1972245773362196;
 
   /// `resolution`: the octree's voxel, m. The noise is taken as it is now.
   ReadingModel(const NoiseModel& noise, double resolution);
@@ -62,7 +62,7 @@ class ReadingModel {
  private:
   std::array<double, NoiseModel::classes> along_sight_;  // σ_c²
   double common_;                                        // σ_q² + σ_pose²
-  double log_scale_;                                     // of `clutter_scale` / √2π
+  double log_scale_;                                     // ln of odds · clutter_depth / √2π
 };
 
 }  // namespace octosurf
