@@ -43,6 +43,7 @@ Examples:
   octosurf map kitchen -o maps/kitchen --history kitchen.history   for a time slider: view --history
   octosurf map kitchen -o maps/kitchen --up auto                 where z is not up, as in a camera's frame
   octosurf map kitchen -o maps/kitchen --keep-scans maps/kitchen.scans   so that remap can move it later
+  octosurf map kitchen -o maps/kitchen --rules law              surfaces by one criterion, found at the end
   octosurf map --show-parameters --preset paper
 
 Inputs, told apart by content: folders as 7-Scenes, TUM RGB-D or KITTI velodyne have them; 16-bit depth
@@ -60,6 +61,12 @@ with --resume it goes on with the file.
 100 kB for a depth image at 2 cm: remap builds the map anew from it with corrected poses, and map reads it
 like other scans. A map goes on with its archive by itself when it is resumed and written over; with another
 -o it needs --keep-scans with a new folder, which begins with those scans.
+
+--rules law replaces the surfaces when the run ends by those that one likelihood and one merging criterion
+find among all points of the octree at once (some 5 µs a point), instead of some hundred tuned thresholds.
+Until then, in checkpoints and on the page of --serve, surfaces are those of the tuned rules; ids are new at
+the end, and a run that goes on with such a map goes on by the tuned rules. It does not follow single scans
+yet, so it is not for --realtime, which is refused.
 )";
 
 struct Inputs {
@@ -178,10 +185,17 @@ std::string without_ending(const std::string& stem) {
              : stem;
 }
 
+void refuse_law_in_realtime(const MapOptions& options) {
+  if (options.rules == "law" && options.realtime)
+    throw Error(Error::Kind::usage, "--rules law", "finds surfaces when the run ends, not while scans arrive",
+                "leave out --realtime, or use --rules tuned");
+}
+
 void run(MapOptions& options) {
   const auto begin = MapRun::Clock::now();
   const ParameterChoice choice(options.parameters);
   if (options.show_parameters) return show_parameters(options, choice);
+  refuse_law_in_realtime(options);
   options.output = without_ending(options.output.empty() ? options.resume : options.output);
   options.resume = without_ending(options.resume);
   if (options.inputs.empty())
@@ -228,6 +242,9 @@ void add_map(CLI::App& app) {
   verb->add_option("--checkpoint", options->checkpoint_s,
                    "save every so many SECONDS between scans; 0: only at the end")
       ->check(CLI::Validator(not_seconds, ""))
+      ->capture_default_str();
+  verb->add_option("--rules", options->rules, "what finds surfaces: tuned, or law, when the run ends")
+      ->check(CLI::IsMember({"tuned", "law"}))
       ->capture_default_str();
   verb->add_flag("--realtime", options->realtime,
                  "scans arrive at their time stamps, not as fast as they can be mapped; where mapping falls "

@@ -110,6 +110,7 @@ void MapRun::run(bool adopt, std::unique_ptr<ScanSource> source) {
     cut_short = interrupted;
     if (cut_short && !changed_)
       throw Error(Error::Kind::data, "", "interrupted before a scan was mapped", "nothing is written");
+    if (options_.rules == "law") mapper_.resegment();
     finish();
   } catch (const std::exception& failure) {
     const bool refused = dynamic_cast<const Error*>(&failure) != nullptr && !changed_ && !finishing_;

@@ -38,6 +38,7 @@ struct MapOptions {
   std::optional<unsigned short> serve_port;  ///< of this machine, to serve the map while it grows
   int threads = 1;
   std::size_t together = 16;  ///< scans that wait, at most: half a second of a camera's, 60 MB
+  std::string rules = "tuned";  ///< by which surfaces are found: tuned or law
   bool realtime = false, force = false, show_parameters = false;
 };
 

@@ -1,9 +1,12 @@
 #include "alignment/scan_aligner.hpp"
+#include "detection/cylinders.hpp"
+#include "law/replace_surfaces.hpp"
 #include "mapper/merge_maps.hpp"
 #include "mapper/stopwatch.hpp"
 #include "mapper/surface_update.hpp"
 #include "sensing/rounded_scan.hpp"
 #include "surfaces/transaction.hpp"
+#include "upkeep/derive.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -214,6 +217,24 @@ MergeReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other
   report.changes = std::move(surfaces.finish().back());
   report.surfaces = there.heirs_in(state);
   changes.commit(surfaces.snapshot());
+  return report;
+}
+
+ScanReport Mapper::resegment() {
+  MapState& state = impl_->map.state();
+  require_ids(state, 0, "the map");
+  ScanReport report;
+  Stopwatch time(report);
+  Transaction transaction(state);
+  Ledger ledger(state);
+  time(Stage::detect, [&] { law::replace_surfaces(ledger, state.occupancy); });
+  state.accumulated.clear();
+  time(Stage::cylinders, [&] { update_cylinders(ledger, {}); });
+  const Changes& changes = ledger.changes;
+  report.born.assign(changes.born.begin(), changes.born.end());
+  report.merged.assign(changes.merged.begin(), changes.merged.end());
+  report.gone.assign(changes.gone.begin(), changes.gone.end());
+  transaction.commit(time(Stage::derive, [&] { return derive(state, changes); }));
   return report;
 }
 

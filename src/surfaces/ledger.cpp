@@ -24,14 +24,14 @@ void Ledger::merge(SurfaceModel& into, SurfaceModel& from) {
   changes.merged.insert(gone);
 }
 
-void Ledger::dissolve(SurfaceModel& surface, Points points) {
+void Ledger::dissolve(SurfaceModel& surface, Points points, SurfaceId into) {
   const SurfaceId id = surface.id();
   for (const Inlier& inlier : surface.sorted_inliers()) {
     const Index i = window.find(inlier.key);
     points == Points::requeued ? requeue(i) : release(i);
   }
-  state_.surfaces.erase(id);
-  changes.gone.insert(id);
+  state_.surfaces.erase(id, into);
+  (into == 0 ? changes.gone : changes.merged).insert(id);
 }
 
 }  // namespace octosurf

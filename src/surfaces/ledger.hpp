@@ -81,8 +81,8 @@ class Ledger : public MapView {
 
   /// Merges `from` into `into`: inliers, moments, lineage. `from` ceases to exist.
   void merge(SurfaceModel& into, SurfaceModel& from);
-  /// Its points are pending again, and it is gone.
-  void dissolve(SurfaceModel& surface, Points points);
+  /// Its points are pending again, and it is gone. `into`: who takes them in instead, if somebody does.
+  void dissolve(SurfaceModel& surface, Points points, SurfaceId into = 0);
 
   /// Fewer than n inliers are left.
   bool too_small(const SurfaceModel& surface) const {

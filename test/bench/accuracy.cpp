@@ -1,5 +1,6 @@
-// How exact the surfaces are on simulated scenes: ours with default parameters and with the paper's,
-// beside the paper's pipeline from stock PCL parts, all on the same scans and scored alike.
+// How exact the surfaces are on simulated scenes: ours with default parameters, by the law of src/law on the
+// same octree, and with the paper's parameters, beside the paper's pipeline from stock PCL parts, all on the
+// same scans and scored alike.
 
 #include "bench/support.hpp"
 #include "evaluation/evaluate.hpp"
@@ -51,7 +52,7 @@ std::string name_of_scene(const std::string& scene) { return std::filesystem::pa
 
 /// One way to get surfaces from scans.
 struct Method {
-  enum class Kind { ours, pcl, pcl_offline };
+  enum class Kind { ours, law, pcl, pcl_offline };
   std::string name;
   Parameters parameters;
   Kind kind = Kind::ours;
@@ -69,7 +70,9 @@ std::vector<Method> methods_of(const Options& options) {
   }
   const Parameters paper = reference::paper_parameters(options.resolution);
   const Parameters small = reference::paper_parameters_small_radius(options.resolution);
+  const Method law{"ours/law", tuned.parameters, Method::Kind::law};
   std::vector<Method> methods{std::move(tuned),
+                              law,
                               {"ours/paper", paper},
                               {"pcl/r=0.15", paper, Method::Kind::pcl},
                               {"pcl/r=0.06", small, Method::Kind::pcl}};
@@ -180,9 +183,10 @@ struct Run {
 
 Run run_method(const Method& method, const std::vector<Scan>& scans, const Options& options) {
   Run run;
-  if (method.kind == Method::Kind::ours) {
+  if (method.kind == Method::Kind::ours || method.kind == Method::Kind::law) {
     Mapper mapper(method.parameters, options.threads);
     for (const Scan& scan : scans) run.ms += time_ms([&] { mapper.insert(scan); });
+    if (method.kind == Method::Kind::law) run.ms += time_ms([&] { mapper.resegment(); });
     run.scans = scans.size();
     run.snapshot = *mapper.snapshot();
     return run;
@@ -416,7 +420,7 @@ int main(int argc, char** argv) {
   app.add_option("--only", options.only,
                  "methods whose name begins so: ours, ours/default, pcl, pcl/r=0.06 …")
       ->delimiter(',');
-  app.add_option("--set", options.set, "NAME=VALUE for ours/default; may be repeated");
+  app.add_option("--set", options.set, "NAME=VALUE for ours/default and ours/law; may be repeated");
   app.add_flag("--offline", options.offline, "also the PCL pipeline run once on all scans together");
   app.add_flag("--verbose", options.verbose, "list faces that are not correct and surfaces that are unsafe");
   app.add_option("--json", options.json, "write the numbers there");

@@ -1,0 +1,106 @@
+#include "law/contacts.hpp"
+
+#include <cmath>
+#include <utility>
+
+namespace octosurf::law {
+namespace {
+
+using Index = Readings::Index;
+
+/// Effort: lines looked at between two patches.
+constexpr int most_lines = 32;
+/// A voxel inside a plane has eight neighbours in it at least.
+constexpr int neighbours_inside = 8;
+
+/// Looks for patches across gaps from the readings at rims.
+class Gaps {
+ public:
+  Gaps(const Readings& readings, const std::vector<Label>& labels, double reach, const PatchGraph& graph)
+      : readings_(readings), labels_(labels), reach_(reach), graph_(graph) {}
+
+  void look_around(Index i) {
+    if (!at_rim(i)) return;
+    const int voxels = static_cast<int>(reach_ / readings_.resolution());
+    readings_.window().for_each_near(readings_[i].key, voxels, [&](Index j) {
+      if (j <= i || labels_[j] == clutter || labels_[j] == labels_[i] || !at_rim(j)) return;
+      const Eigen::Vector3d line = position(j) - position(i);
+      if (line.squaredNorm() <= reach_ * reach_ && !graph_.met(labels_[i], labels_[j])) look_along(i, j);
+    });
+  }
+
+  void report(PatchGraph& graph) const {
+    for (const auto& [pair, gap] : gaps_)
+      if (2 * gap.open > gap.lines) graph.meet(pair.first, pair.second, gap.sum / gap.open, 0);
+  }
+
+ private:
+  struct Gap {
+    int lines = 0, open = 0;
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();  // of the open lines' middles
+  };
+
+  Eigen::Vector3d position(Index i) const { return readings_[i].position.cast<double>(); }
+
+  bool at_rim(Index i) const {
+    int same = 0;
+    for (const Index j : readings_.near(i)) same += labels_[j] == labels_[i];
+    return labels_[i] != clutter && same < neighbours_inside;
+  }
+
+  void look_along(Index i, Index j) {
+    const Label a = std::min(labels_[i], labels_[j]), b = std::max(labels_[i], labels_[j]);
+    const Patch &pa = graph_[a], &pb = graph_[b];
+    if (pa.plane.normal.dot(pb.plane.normal) < 0.5) return;  // as in PatchGraph::gain()
+    Gap& gap = gaps_[{a, b}];
+    const Eigen::Vector3d middle = 0.5 * (position(i) + position(j));
+    if (gap.lines == most_lines || !(log_same(pa, pb, middle) > 0)) return;
+    ++gap.lines;
+    if (!open(i, j)) return;
+    ++gap.open;
+    gap.sum += middle;
+  }
+
+  bool open(Index i, Index j) const {
+    const Eigen::Vector3d from = position(i), line = position(j) - from;
+    const int steps = static_cast<int>(2 * line.norm() / readings_.resolution());
+    for (int k = 1; k < steps; ++k) {
+      VoxelKey key;
+      const Eigen::Vector3d at = from + line * (static_cast<double>(k) / steps);
+      if (!readings_.grid().key_of(at.cast<float>(), key)) return false;
+      const Index on_it = readings_.window().find(key);
+      if (on_it == PointWindow::none) continue;
+      if (labels_[on_it] != labels_[i] && labels_[on_it] != labels_[j]) return false;
+    }
+    return true;
+  }
+
+  const Readings& readings_;
+  const std::vector<Label>& labels_;
+  double reach_;
+  const PatchGraph& graph_;
+  std::map<std::pair<Label, Label>, Gap> gaps_;
+};
+
+}  // namespace
+
+void meet_neighbours(const Readings& readings, const std::vector<Label>& labels,
+                     const std::vector<bool>& ambiguous, PatchGraph& graph) {
+  for (Index i = 0; i < readings.size(); ++i) {
+    if (labels[i] == clutter || ambiguous[i]) continue;
+    for (const Index j : readings.near(i)) {
+      if (labels[j] == clutter || labels[j] == labels[i] || ambiguous[j]) continue;
+      const Eigen::Vector3f middle = 0.5F * (readings[i].position + readings[j].position);
+      graph.meet(labels[i], labels[j], middle.cast<double>(), 0.5);  // each pair is seen from both ends
+    }
+  }
+}
+
+void meet_across_gaps(const Readings& readings, const std::vector<Label>& labels, double reach,
+                      PatchGraph& graph) {
+  Gaps gaps(readings, labels, reach, graph);
+  for (Index i = 0; i < readings.size(); ++i) gaps.look_around(i);
+  gaps.report(graph);
+}
+
+}  // namespace octosurf::law

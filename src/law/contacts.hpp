@@ -1,0 +1,19 @@
+#pragma once
+
+#include "law/patch_graph.hpp"
+
+#include <vector>
+
+namespace octosurf::law {
+
+/// Where the patches of `labels` meet: every pair of neighbouring readings with two labels, ambiguous ones
+/// left out.
+void meet_neighbours(const Readings& readings, const std::vector<Label>& labels,
+                     const std::vector<bool>& ambiguous, PatchGraph& graph);
+
+/// Patches that do not touch meet across a gap of at most `reach` m, if most of the lines between their rims
+/// are open: no reading of anything else stands on them.
+void meet_across_gaps(const Readings& readings, const std::vector<Label>& labels, double reach,
+                      PatchGraph& graph);
+
+}  // namespace octosurf::law

@@ -1,0 +1,179 @@
+#include "law/labelling.hpp"
+
+#include "geometry/disjoint_sets.hpp"
+#include "law/patch_graph.hpp"
+
+#include <algorithm>
+#include <boost/container/small_vector.hpp>
+#include <numeric>
+
+namespace octosurf::law {
+namespace {
+
+using Index = Readings::Index;
+
+/// Two planes at less than 20° part so slowly that most of what lies near their edge would be of both.
+constexpr double cos_nearly_parallel = 0.93969262078590838;
+
+constexpr std::size_t fewest = 5;  // readings: a plane's three parameters, and two that can contradict
+constexpr int most_sweeps = 8;     // effort: nearly all is settled after three
+
+/// The labels among the neighbours of a reading, and how many of them have each.
+class NeighbourLabels {
+ public:
+  NeighbourLabels(const Readings& readings, const std::vector<Label>& labels, Index i) {
+    for (const Index j : readings.near(i)) {
+      const Label label = labels[j];
+      const auto at = std::find_if(counts_.begin(), counts_.end(),
+                                   [label](const Count& count) { return count.label == label; });
+      if (at == counts_.end())
+        counts_.push_back({label, 1});
+      else
+        ++at->readings;
+    }
+  }
+  struct Count {
+    Label label;
+    int readings;
+  };
+  auto begin() const { return counts_.begin(); }
+  auto end() const { return counts_.end(); }
+  int of(Label label) const {
+    for (const Count& count : counts_)
+      if (count.label == label) return count.readings;
+    return 0;
+  }
+
+ private:
+  boost::container::small_vector<Count, 8> counts_;
+};
+
+Label best_label(const Readings& readings, const std::vector<Patch>& patches,
+                 const std::vector<Label>& labels, Index i) {
+  const NeighbourLabels near(readings, labels, i);
+  // Common to all candidates: rim_cost for each neighbour. What is left is gained for those that agree.
+  Label best = clutter;
+  double most = rim_cost * near.of(clutter);
+  const auto consider = [&](Label label, int agreeing) {
+    const double gain = readings.log_ratio(i, patches[label].plane) + rim_cost * agreeing;
+    if (gain > most) {
+      most = gain;
+      best = label;
+    }
+  };
+  for (const auto& [label, agreeing] : near)
+    if (label != clutter) consider(label, agreeing);
+  if (labels[i] != clutter && near.of(labels[i]) == 0) consider(labels[i], 0);
+  return best;
+}
+
+std::vector<std::vector<Index>> readings_by_label(const std::vector<Label>& labels, std::size_t count) {
+  std::vector<std::vector<Index>> of(count);
+  for (Index i = 0; i < labels.size(); ++i)
+    if (labels[i] != clutter) of[labels[i]].push_back(i);
+  return of;
+}
+
+/// Root of each reading's piece; ambiguous ones go with the most of their neighbours in one.
+std::vector<std::size_t> roots_of_pieces(const Readings& readings, const std::vector<Label>& labels,
+                                         const std::vector<bool>& ambiguous) {
+  DisjointSets sets(readings.size());
+  for (Index i = 0; i < readings.size(); ++i) {
+    if (labels[i] == clutter || ambiguous[i]) continue;
+    for (const Index j : readings.near(i))
+      if (labels[j] == labels[i] && !ambiguous[j]) sets.join(i, j);
+  }
+  std::vector<std::size_t> roots(readings.size());
+  for (Index i = 0; i < readings.size(); ++i) roots[i] = sets.root(i);
+  for (Index i = 0; i < readings.size(); ++i) {
+    if (!ambiguous[i]) continue;
+    int most = 0;
+    for (const Index j : readings.near(i)) {
+      if (labels[j] != labels[i] || ambiguous[j]) continue;
+      int agreeing = 0;
+      for (const Index k : readings.near(i))
+        agreeing += labels[k] == labels[i] && !ambiguous[k] && sets.root(k) == sets.root(j);
+      if (agreeing > most) {
+        most = agreeing;
+        roots[i] = sets.root(j);
+      }
+    }
+  }
+  return roots;
+}
+
+}  // namespace
+
+std::vector<bool> find_ambiguous(const Readings& readings, const std::vector<Label>& labels,
+                                 const std::vector<Patch>& patches) {
+  std::vector<bool> ambiguous(readings.size(), false);
+  for (Index i = 0; i < readings.size(); ++i) {
+    if (labels[i] == clutter) continue;
+    const Plane& own = patches[labels[i]].plane;
+    for (const auto& [label, count] : NeighbourLabels(readings, labels, i)) {
+      if (label == clutter || label == labels[i]) continue;
+      const Plane& other = patches[label].plane;
+      if (own.normal.dot(other.normal) < cos_nearly_parallel && readings.log_ratio(i, other) > 0)
+        ambiguous[i] = true;
+    }
+  }
+  return ambiguous;
+}
+
+void relabel(const Readings& readings, const std::vector<Patch>& patches, std::vector<Label>& labels) {
+  std::vector<bool> ask(readings.size(), true);
+  for (int sweep = 0; sweep < most_sweeps; ++sweep) {
+    std::vector<bool> ask_again(readings.size(), false);
+    bool changed = false;
+    for (Index i = 0; i < readings.size(); ++i) {
+      if (!ask[i]) continue;
+      const Label best = best_label(readings, patches, labels, i);
+      if (best == labels[i]) continue;
+      labels[i] = best;
+      changed = true;
+      for (const Index j : readings.near(i)) ask_again[j] = true;
+    }
+    if (!changed) return;
+    ask = std::move(ask_again);
+  }
+}
+
+std::vector<Patch> connected_pieces(const Readings& readings, const std::vector<Patch>& patches,
+                                    std::vector<Label>& labels) {
+  const std::vector<bool> ambiguous = find_ambiguous(readings, labels, patches);
+  const std::vector<std::size_t> roots = roots_of_pieces(readings, labels, ambiguous);
+  std::vector<std::size_t> sizes(readings.size(), 0);
+  for (Index i = 0; i < readings.size(); ++i)
+    if (labels[i] != clutter) ++sizes[roots[i]];
+  std::vector<Label> of_root(readings.size(), clutter);
+  std::vector<Patch> pieces(1);
+  for (Index i = 0; i < readings.size(); ++i) {
+    if (labels[i] == clutter) continue;
+    if (sizes[roots[i]] < fewest) {
+      labels[i] = clutter;
+      continue;
+    }
+    Label& piece = of_root[roots[i]];
+    if (piece == clutter) {
+      piece = static_cast<Label>(pieces.size());
+      pieces.push_back(patches[labels[i]]);
+    }
+    labels[i] = piece;
+  }
+  refit_patches(readings, labels, pieces);
+  return pieces;
+}
+
+void refit_patches(const Readings& readings, const std::vector<Label>& labels, std::vector<Patch>& patches) {
+  const std::vector<bool> ambiguous = find_ambiguous(readings, labels, patches);
+  const std::vector<std::vector<Index>> of = readings_by_label(labels, patches.size());
+  for (Label label = 1; label < patches.size(); ++label) {
+    std::vector<Index> clear;
+    std::copy_if(of[label].begin(), of[label].end(), std::back_inserter(clear),
+                 [&](Index i) { return !ambiguous[i]; });
+    const std::vector<Index>& fitted = clear.size() < fewest ? of[label] : clear;
+    if (fitted.size() >= fewest) patches[label] = readings.patch_of(fitted, patches[label].plane);
+  }
+}
+
+}  // namespace octosurf::law

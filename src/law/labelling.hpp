@@ -1,0 +1,27 @@
+#pragma once
+
+#include "law/readings.hpp"
+
+#include <vector>
+
+namespace octosurf::law {
+
+/// Readings that a plane of a neighbour at an angle explains, too, as those along the edge of two walls: they
+/// join nothing, and planes are fitted without them. O(readings).
+std::vector<bool> find_ambiguous(const Readings& readings, const std::vector<Label>& labels,
+                                 const std::vector<Patch>& patches);
+
+/// Gives each reading the label among its neighbours' that explains it best: the highest log_ratio, clutter
+/// having 0, less rim_cost for each neighbour with another label (iterated conditional modes, Besag 1986).
+/// O(readings), a few times.
+void relabel(const Readings& readings, const std::vector<Patch>& patches, std::vector<Label>& labels);
+
+/// Makes a patch of each connected piece of a label, fitted anew; pieces of less readings than a plane needs
+/// become clutter. Labels are those of the pieces then. O(readings).
+std::vector<Patch> connected_pieces(const Readings& readings, const std::vector<Patch>& patches,
+                                    std::vector<Label>& labels);
+
+/// Fits each patch to the readings with its label, without ambiguous ones where enough are left.
+void refit_patches(const Readings& readings, const std::vector<Label>& labels, std::vector<Patch>& patches);
+
+}  // namespace octosurf::law

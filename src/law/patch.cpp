@@ -1,0 +1,79 @@
+#include "law/patch.hpp"
+
+#include "geometry/plane_covariance.hpp"
+#include "geometry/plane_frame.hpp"
+#include "sensing/reading_model.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace octosurf::law {
+namespace {
+
+/// How many times as large as what can be told apart the difference of two planes may be, ln: 1 mm to 10 cm,
+/// or 0.5° to a right angle.
+const double log_scales = std::log(100.0);
+/// Places looked at for a plane, ln: one in 10⁴ of those that hold none may seem to hold one.
+constexpr double log_places = 9;
+
+constexpr double pose_variance = ReadingModel::pose_sigma * ReadingModel::pose_sigma;
+
+}  // namespace
+
+void Patch::take(const Patch& other) {
+  moments.add(other.moments.shifted(origin - other.origin));
+  readings += other.readings;
+  hits += other.hits;
+  fit();
+}
+
+void Patch::fit() { plane = fitted_plane(moments, origin, plane.normal); }
+
+double Patch::chi2(const Plane& to) const {
+  return moments.count * moments.mean_squared_distance(to.normal, to.offset - to.normal.dot(origin));
+}
+
+Heights heights_over(const Patch& patch, const Eigen::Vector3d& at, const Eigen::Matrix3d& R) {
+  const Moments about = patch.moments.shifted(at - patch.origin);
+  Eigen::Matrix3d normal = normal_matrix(about, R);
+  // Readings in a line tell nothing of the slope across: that may be anything up to 1.
+  normal.diagonal().tail<2>().array() += 1;
+  const Eigen::Vector3d n = R * patch.plane.normal;
+  const double offset = patch.plane.offset - patch.plane.normal.dot(at);
+  Heights heights;
+  heights.theta = Eigen::Vector3d(offset, -n.x(), -n.y()) / n.z();
+  heights.covariance = (1 + about.count * pose_variance) * normal.inverse();
+  return heights;
+}
+
+double log_same(const Patch& a, const Patch& b, const Eigen::Vector3d& at) {
+  const Eigen::Vector3d between = a.plane.normal + b.plane.normal;
+  const Eigen::Matrix3d R = plane_axes(between.normalized()).transpose();
+  const Heights ha = heights_over(a, at, R), hb = heights_over(b, at, R);
+  const Eigen::Vector3d D = ha.theta - hb.theta;
+  const Eigen::Matrix3d C = ha.covariance + hb.covariance;
+  const Eigen::LDLT<Eigen::Matrix3d> solver(C);
+  const double log_determinant = solver.vectorD().array().max(1e-300).log().sum();
+  const double log_one =
+      -0.5 * (3 * std::log(2 * std::numbers::pi) + log_determinant + D.dot(solver.solve(D)));
+  const double step2 = D[0] * D[0] + C(0, 0);
+  const double slope2 = D.tail<2>().squaredNorm() + 0.5 * (C(1, 1) + C(2, 2));
+  const double log_two =
+      -std::log(2 * std::sqrt(step2) * log_scales) - std::log(2 * std::numbers::pi * slope2 * log_scales);
+  return log_one - log_two;
+}
+
+double log_tail(const Patch& a, const Patch& b) {
+  const double often = (a.hits / a.readings) / (b.hits / b.readings);
+  return -0.5 * (b.chi2(a.plane) - b.chi2(b.plane)) + b.readings * std::log1p(often) + description_cost(b);
+}
+
+double description_cost(const Patch& patch) {
+  const Eigen::Matrix3d R = plane_axes(patch.plane.normal).transpose();
+  const Eigen::Matrix3d C = heights_over(patch, patch.centroid(), R).covariance;
+  const double allowed = std::sqrt((2 * std::numbers::pi * C).determinant());
+  const double all = ReadingModel::clutter_depth * 2 * std::numbers::pi;  // offsets; directions
+  return std::log(all / allowed) + log_places;
+}
+
+}  // namespace octosurf::law

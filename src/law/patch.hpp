@@ -1,0 +1,56 @@
+#pragma once
+
+#include "geometry/moments.hpp"
+
+#include <Eigen/Core>
+#include <Eigen/Dense>
+
+#include <octosurf/surface.hpp>
+
+namespace octosurf::law {
+
+/// Readings that are held to be one plane, as sums: what the law decides on. Sizes in metres.
+struct Patch {
+  Plane plane;
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< what `moments` are about
+  Moments moments;                                   ///< weighted by 1/variance (ReadingModel::weight)
+  double readings = 0;                               ///< voxels
+  double hits = 0;                                   ///< scans that hit these voxels, as the octree tells
+
+  Eigen::Vector3d centroid() const { return origin + moments.mean(); }
+  /// Adds the other's readings and fits the plane to all. The other may face elsewhere.
+  void take(const Patch& other);
+  /// The least-squares plane of the moments, on the side that `plane` faces.
+  void fit();
+  /// Σ weight · distance² of its readings to a plane.
+  double chi2(const Plane& to) const;
+};
+
+/// A patch as heights over a frame: offset + slopes · (u, v), and how sure they are. The covariance is that
+/// of independent readings plus what they have in common, σ_pose² for the offset and σ_pose² over the
+/// readings' extent² for the slopes: with W the sum of weights and N the normal matrix of the fit,
+/// (1 + W σ_pose²) N⁻¹ is exactly that.
+struct Heights {
+  Eigen::Vector3d theta;       ///< offset [m], slopes along u and v
+  Eigen::Matrix3d covariance;  ///< of these
+};
+/// `R`: rows u, v, normal of a frame at `at`.
+Heights heights_over(const Patch& patch, const Eigen::Vector3d& at, const Eigen::Matrix3d& R);
+
+/// ln of how much more likely two patches' planes are as readings of one plane than of two that differ by
+/// something. Of that something not even the scale is known, between what can be told apart and a hundred
+/// times as much: a prior that is even in its logarithm. `at`: where they meet; there the difference is
+/// taken.
+double log_same(const Patch& a, const Patch& b, const Eigen::Vector3d& at);
+
+/// ln of how much shorter the readings are told without `b`, as the tail of `a`'s noise. Of the readings in
+/// each of `a`'s voxels, some of those that reach a voxel beyond it are bound to lie off by more: the more
+/// often `a` was hit than `b`, the less such a tail says.
+double log_tail(const Patch& a, const Patch& b);
+
+/// Nats that a plane must explain before it is worth telling: its parameters as exactly as its readings know
+/// them (Laplace's approximation: the volume of all planes over that of those the readings allow), and how
+/// many places were looked at for one.
+double description_cost(const Patch& patch);
+
+}  // namespace octosurf::law

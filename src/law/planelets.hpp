@@ -1,0 +1,21 @@
+#pragma once
+
+#include "law/readings.hpp"
+
+#include <vector>
+
+namespace octosurf::law {
+
+/// Edge of the smallest blocks in which planes are looked for, in voxels: 8 cm, what a foot's edge needs, and
+/// at least four voxels, so that a block that a plane crosses holds more readings than a plane has
+/// parameters.
+int planelet_edge(double resolution);
+
+/// Small planes to begin with: in blocks of planelet_edge() the best of a least-squares plane and of planes
+/// through three readings each, by Σ log_ratio over what belongs to it, again and again while one explains
+/// more than its description costs; what is left goes to blocks of twice the edge, three times, where
+/// readings are sparse or noise is larger than the block. Labels readings[i] with the place of its patch in
+/// `patches`, which begins with one for clutter. O(readings).
+std::vector<Patch> find_planelets(const Readings& readings, std::vector<Label>& labels);
+
+}  // namespace octosurf::law

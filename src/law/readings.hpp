@@ -1,0 +1,87 @@
+#pragma once
+
+#include "law/patch.hpp"
+#include "occupancy/point_window.hpp"
+#include "sensing/reading_model.hpp"
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace octosurf::law {
+
+/// Which plane a reading belongs to: a place in a list of patches. 0 is clutter, and no patch.
+using Label = std::uint32_t;
+inline constexpr Label clutter = 0;
+
+/// What the octree keeps of the scans in one voxel.
+struct Reading {
+  VoxelKey key;
+  Eigen::Vector3f position = Eigen::Vector3f::Zero();
+  Eigen::Vector3f view = Eigen::Vector3f::UnitZ();  ///< unit, toward the sensor
+  std::uint8_t range_class = 0;
+  float hits = 1;  ///< scans that hit the voxel, as far as its log-odds tell (at most some four)
+
+  double facing(const Plane& plane) const { return plane.normal.dot(view.cast<double>()); }
+  double distance(const Plane& plane) const { return plane.signed_distance(position.cast<double>()); }
+};
+
+/// All points of an octree, owned and pending alike, with their neighbours, in the octree's order.
+class Readings {
+ public:
+  using Index = PointWindow::Index;
+
+  /// Loads all of the octree's points into `window`; indices are the window's own. O(points), about 1 µs
+  /// each.
+  Readings(const OccupancyMap& octree, const PointWindow& window, const NoiseModel& noise);
+
+  std::size_t size() const { return readings_.size(); }
+  const Reading& operator[](Index i) const { return readings_[i]; }
+  /// The voxels around: the 26, or where fewer than six of these hold a reading, those within as few voxels
+  /// as bring six, at most 16 cm. Symmetric only where both have six.
+  std::span<const Index> near(Index i) const {
+    return std::span(neighbours_).subspan(first_[i], first_[i + 1] - first_[i]);
+  }
+  const ReadingModel& model() const { return model_; }
+  double resolution() const { return grid_.resolution(); }
+  const VoxelGrid& grid() const { return grid_; }
+  const PointWindow& window() const { return window_; }
+
+  double log_ratio(Index i, const Plane& plane) const {
+    const Reading& r = readings_[i];
+    return model_.log_ratio(r.distance(plane), r.range_class, r.facing(plane));
+  }
+  /// Adds a reading to a patch's sums, weighted as a reading of the patch's plane; fits nothing.
+  void add_to(Patch& patch, Index i) const;
+  /// The patch of some readings, fitted by weights that follow the plane, which starts as `about`.
+  template <class Indices>
+  Patch patch_of(const Indices& indices, const Plane& about) const;
+
+ private:
+  void find_neighbours(Index i);
+
+  const PointWindow& window_;
+  VoxelGrid grid_;
+  ReadingModel model_;
+  std::vector<Reading> readings_;
+  std::vector<std::size_t> first_;  // in `neighbours_`
+  std::vector<Index> neighbours_;
+};
+
+template <class Indices>
+Patch Readings::patch_of(const Indices& indices, const Plane& about) const {
+  Patch patch;
+  patch.plane = about;
+  for (int round = 0; round < 2; ++round) {  // weights move by the square of what the normal does
+    Patch next;
+    next.plane = patch.plane;
+    next.origin = readings_[*std::begin(indices)].position.template cast<double>();
+    for (const Index i : indices) add_to(next, i);
+    next.fit();
+    patch = next;
+  }
+  return patch;
+}
+
+}  // namespace octosurf::law

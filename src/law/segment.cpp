@@ -1,0 +1,118 @@
+#include "law/segment.hpp"
+
+#include "geometry/plane_frame.hpp"
+#include "law/contacts.hpp"
+#include "law/curvature.hpp"
+#include "law/labelling.hpp"
+#include "law/patch_graph.hpp"
+#include "law/planelets.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace octosurf::law {
+namespace {
+
+using Index = Readings::Index;
+
+constexpr int rounds = 3;  // effort: the third moves one label in a hundred
+
+void merge(const Readings& readings, double gap, Segmentation& segmentation) {
+  const std::vector<bool> ambiguous = find_ambiguous(readings, segmentation.labels, segmentation.patches);
+  PatchGraph graph(std::move(segmentation.patches));
+  meet_neighbours(readings, segmentation.labels, ambiguous, graph);
+  meet_across_gaps(readings, segmentation.labels, gap, graph);
+  PatchGraph::Merged merged = std::move(graph).merge();
+  for (Label& label : segmentation.labels) label = merged.into[label];
+  segmentation.patches = std::move(merged.patches);
+}
+
+std::vector<std::vector<Index>> by_label(const Segmentation& segmentation) {
+  std::vector<std::vector<Index>> of(segmentation.patches.size());
+  for (Index i = 0; i < segmentation.labels.size(); ++i) of[segmentation.labels[i]].push_back(i);
+  return of;
+}
+
+/// Large enough, and does not bend.
+bool may_be_surface(const Readings& readings, const SegmentLimits& limits, const Patch& patch,
+                    const std::vector<Index>& indices) {
+  if (indices.size() < limits.fewest_points) return false;
+  Moments extent;  // unweighted
+  for (const Index i : indices) extent.add(readings[i].position.cast<double>() - patch.origin);
+  return width_of(extent) >= limits.least_width && !is_curved(readings, patch, indices);
+}
+
+/// Of each label, the readings beside its own that are nobody's, as deep as clutter is looked at.
+std::vector<std::size_t> count_clutter_around(const Readings& readings, const Segmentation& segmentation) {
+  constexpr double depth = ReadingModel::clutter_depth / 2;
+  const int reach = std::max(1, static_cast<int>(depth / readings.resolution()));
+  std::vector<std::size_t> counts(segmentation.patches.size(), 0);
+  std::set<Label> around;
+  for (Index i = 0; i < readings.size(); ++i) {
+    if (segmentation.labels[i] != clutter) continue;
+    around.clear();
+    readings.window().for_each_near(readings[i].key, reach,
+                                    [&](Index j) { around.insert(segmentation.labels[j]); });
+    for (const Label label : around)
+      counts[label] += std::fabs(readings[i].distance(segmentation.patches[label].plane)) <= depth;
+  }
+  return counts;
+}
+
+/// Whether a plane among clutter explains what is there by more than its description costs, against clutter
+/// alone. How much of what is there the plane explains is its own to say: a wall nine tenths, a slab through
+/// a bush hardly any (Laplace's rule of succession).
+bool explains_enough(const Readings& readings, const Patch& patch, const std::vector<Index>& indices,
+                     std::size_t clutter_around) {
+  const auto its = static_cast<double>(indices.size()), others = static_cast<double>(clutter_around);
+  const double share = (its + 1) / (its + others + 2);
+  double explained = its * std::log(share) + others * std::log(1 - share);
+  for (const Index i : indices) explained += readings.log_ratio(i, patch.plane) - ReadingModel::log_odds;
+  return explained > description_cost(patch);
+}
+
+/// What does not hold becomes clutter.
+template <class Holds>
+void keep_labels(Segmentation& segmentation, Holds&& holds) {
+  const std::vector<std::vector<Index>> of = by_label(segmentation);
+  std::vector<Label> into(segmentation.patches.size(), clutter);
+  std::vector<Patch> kept(1);
+  for (Label label = 1; label < segmentation.patches.size(); ++label) {
+    if (!holds(label, of[label])) continue;
+    into[label] = static_cast<Label>(kept.size());
+    kept.push_back(segmentation.patches[label]);
+  }
+  for (Label& label : segmentation.labels) label = into[label];
+  segmentation.patches = std::move(kept);
+}
+
+void accept(const Readings& readings, const SegmentLimits& limits, Segmentation& segmentation) {
+  keep_labels(segmentation, [&](Label label, const std::vector<Index>& indices) {
+    return may_be_surface(readings, limits, segmentation.patches[label], indices);
+  });
+  const std::vector<std::size_t> around = count_clutter_around(readings, segmentation);
+  keep_labels(segmentation, [&](Label label, const std::vector<Index>& indices) {
+    return explains_enough(readings, segmentation.patches[label], indices, around[label]);
+  });
+}
+
+}  // namespace
+
+Segmentation segment(const Readings& readings, const SegmentLimits& limits) {
+  Segmentation result;
+  result.patches = find_planelets(readings, result.labels);
+  for (int round = 0; round < rounds; ++round) {
+    merge(readings, limits.gap, result);
+    relabel(readings, result.patches, result.labels);
+    result.patches = connected_pieces(readings, result.patches, result.labels);
+  }
+  merge(readings, limits.gap, result);
+  accept(readings, limits, result);
+  relabel(readings, result.patches, result.labels);
+  refit_patches(readings, result.labels, result.patches);
+  accept(readings, limits, result);
+  return result;
+}
+
+}  // namespace octosurf::law

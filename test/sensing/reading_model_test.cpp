@@ -1,0 +1,79 @@
+#include "sensing/reading_model.hpp"
+
+#include "sensing/reading_code.hpp"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <numbers>
+
+namespace octosurf {
+namespace {
+
+/// σ(z) = 2 mm + 1.5 mm/m² · z², told and not estimated.
+NoiseModel told_noise() {
+  Parameters parameters;
+  parameters.surfaces.sensor_noise = 0.002;
+  parameters.surfaces.range_noise = 0.0015;
+  return NoiseModel(parameters);
+}
+
+/// The density of a reading of the plane over that of clutter, times the odds of the two.
+double slow_ratio(double distance, double sigma) {
+  const double density =
+      std::exp(-distance * distance / (2 * sigma * sigma)) / (sigma * std::sqrt(2 * std::numbers::pi));
+  const double odds = (1 - ReadingModel::outlier_share) / ReadingModel::outlier_share;
+  return odds * density / (1 / ReadingModel::clutter_depth);
+}
+
+TEST(ReadingModel, VarianceIsTheNoiseThatTheNormalSees) {
+  const NoiseModel noise = told_noise();
+  const ReadingModel model(noise, 0.02);
+  const double rounding = 0.02 / 256 / std::sqrt(12), pose = ReadingModel::pose_sigma;
+  for (unsigned c = 1; c < NoiseModel::classes; ++c) {
+    const double z = range_of_class(c), sigma = 0.002 + 0.0015 * z * z;
+    const double common = rounding * rounding + pose * pose;
+    EXPECT_NEAR(model.variance(c, 1), sigma * sigma + common, 1e-6 * sigma * sigma);
+    // Along the plane only the view's own error is left.
+    const double grazing = sigma * ReadingModel::view_error;
+    EXPECT_NEAR(model.variance(c, 0), grazing * grazing + common, 1e-6 * sigma * sigma);
+    EXPECT_DOUBLE_EQ(model.weight(c, 0.5), 1 / model.variance(c, 0.5));
+    EXPECT_NEAR(model.independent_variance(c, 0.5) + pose * pose, model.variance(c, 0.5), 1e-15);
+  }
+}
+
+TEST(ReadingModel, RatioIsThatOfTheDensities) {
+  const NoiseModel noise = told_noise();
+  const ReadingModel model(noise, 0.02);
+  for (const unsigned c : {1U, 5U, 9U})
+    for (const double facing : {-0.05, 0.0, 0.3, 1.0})
+      for (const double distance : {-0.02, 0.0, 0.001, 0.05}) {
+        const double sigma = std::sqrt(model.variance(c, facing));
+        const double slow = std::log(slow_ratio(distance, sigma));
+        EXPECT_NEAR(model.log_ratio(distance, c, facing), slow, 1e-9 * (1 + std::fabs(slow)));
+      }
+}
+
+TEST(ReadingModel, WhatIsSeenFromBehindIsNotThePlanes) {
+  const NoiseModel noise = told_noise();
+  const ReadingModel model(noise, 0.02);
+  EXPECT_LT(model.log_ratio(0, 3, -0.5), -1e300);
+  EXPECT_GT(model.log_ratio(0, 3, -0.5 * ReadingModel::view_error), 0);  // the view is no better known
+}
+
+TEST(ReadingModel, FartherReadingsBelongFromFartherOff) {
+  const NoiseModel noise = told_noise();
+  const ReadingModel model(noise, 0.02);
+  const auto gate = [&](unsigned c) {
+    double distance = 0;
+    while (model.log_ratio(distance, c, 1) > 0) distance += 1e-4;
+    return distance;
+  };
+  for (unsigned c = 2; c < 10; ++c) {
+    EXPECT_GT(gate(c), gate(c - 1));
+    EXPECT_LT(gate(c), 4 * std::sqrt(model.variance(c, 1)));
+    EXPECT_GT(gate(c), 2 * std::sqrt(model.variance(c, 1)));
+  }
+}
+
+}  // namespace
+}  // namespace octosurf
