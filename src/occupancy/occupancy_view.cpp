@@ -139,6 +139,10 @@ class NearestSearch {
  public:
   NearestSearch(const VoxelTree& tree, const Eigen::Vector3d& point, double resolution, double limit)
       : tree_(tree), point_(point), resolution_(resolution), best2_(limit * limit) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double place = point_[static_cast<Eigen::Index>(i)] / resolution_ + VoxelGrid::origin - 0.5;
+      nearest_[i] = static_cast<int>(std::clamp(std::ceil(place - 0.5), 0.0, double{last_key}));
+    }
     below(tree_.root(), {0, 0, 0});
   }
 
@@ -146,48 +150,69 @@ class NearestSearch {
   const Key3& key() const { return key_; }
 
  private:
-  /// Of the centres of a box of voxels the one nearest to the point, the lower key where two are as near.
-  Key3 nearest_in(const KeyBox& box) const {
-    Key3 key;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const double place = point_[static_cast<Eigen::Index>(i)] / resolution_ + VoxelGrid::origin - 0.5;
-      key[i] = static_cast<int>(std::clamp(std::ceil(place - 0.5), static_cast<double>(box.low[i]),
-                                           static_cast<double>(box.high[i])));
-    }
-    return key;
+  /// Along one axis: of the centres from `low` to `high` that which is nearest to the point, the lower one
+  /// where two are as near; and how far it is, squared.
+  int nearest_in(std::size_t axis, int low, int high) const { return std::clamp(nearest_[axis], low, high); }
+  double distance2(std::size_t axis, int key) const {
+    const double distance = centre_of(key, resolution_) - point_[static_cast<Eigen::Index>(axis)];
+    return distance * distance;
   }
-  double distance2(const Key3& key) const { return (centre_of(key, resolution_) - point_).squaredNorm(); }
 
   void offer(const Key3& key) {
-    const double d2 = distance2(key);
+    const double d2 = distance2(0, key[0]) + distance2(1, key[1]) + distance2(2, key[2]);
     if (d2 > best2_ || (found_ && d2 == best2_ && morton_of(key) > morton_of(key_))) return;
     best2_ = d2;
     key_ = key;
     found_ = true;
   }
 
+  void in_brick(const VoxelTree::Brick& brick, const Key3& corner) {
+    // Most bricks about a free place are free, which a loop without branches finds out four voxels at a time.
+    bool any = false;
+    for (const float value : brick.value) any |= tree_.occupied(value);
+    if (!any) return;
+    for (std::uint64_t m = brick.known; m != 0; m &= m - 1) {
+      const auto i = static_cast<unsigned>(std::countr_zero(m));
+      if (!tree_.occupied(brick.value[i])) continue;
+      const VoxelKey inside = VoxelTree::key_of(i);
+      offer({corner[0] + inside.x, corner[1] + inside.y, corner[2] + inside.z});
+    }
+  }
+
+  /// An undivided cube, all of it occupied.
+  void in_leaf(const Key3& corner, int level) {
+    Key3 key;
+    for (std::size_t i = 0; i < 3; ++i) key[i] = nearest_in(i, corner[i], corner[i] + (1 << level) - 1);
+    offer(key);
+  }
+
   void below(const VoxelTree::Node& node, const Key3& corner) {
-    if (!node.exists()) return;
-    if (const VoxelTree::Brick* brick = node.brick()) {
-      for (std::uint64_t m = brick->known; m != 0; m &= m - 1) {
-        const auto i = static_cast<unsigned>(std::countr_zero(m));
-        if (!tree_.occupied(brick->value[i])) continue;
-        const VoxelKey inside = VoxelTree::key_of(i);
-        offer({corner[0] + inside.x, corner[1] + inside.y, corner[2] + inside.z});
-      }
-      return;
-    }
+    if (const VoxelTree::Brick* brick = node.brick()) return in_brick(*brick, corner);
     if (!node.has_children()) {
-      if (tree_.occupied(node.log_odds())) offer(nearest_in(KeyBox::cube(corner, node.level())));
+      if (node.exists() && tree_.occupied(node.log_odds())) in_leaf(corner, node.level());
       return;
     }
-    std::array<std::pair<double, unsigned>, 8> order;
-    for (unsigned c = 0; c < 8; ++c) {
-      const Key3 at = child_corner(corner, c, node.level() - 1);
-      order[c] = {distance2(nearest_in(KeyBox::cube(at, node.level() - 1))), c};
+    // A child lies in the lower or upper half along each axis: six distances make all eight.
+    const int half = 1 << (node.level() - 1);
+    std::array<std::array<double, 2>, 3> halves;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const int middle = corner[i] + half;
+      halves[i] = {distance2(i, nearest_in(i, corner[i], middle - 1)),
+                   distance2(i, nearest_in(i, middle, middle + half - 1))};
     }
-    std::sort(order.begin(), order.end());
-    for (const auto& [d2, c] : order) {
+    std::array<std::pair<double, unsigned>, 8> order;  // the nearest first
+    std::size_t count = 0;
+    for (unsigned c = 0; c < 8; ++c) {
+      const VoxelTree::Node child = node.child(c);
+      if (!child.has_children() && !(child.exists() && tree_.occupied(child.log_odds()))) continue;
+      const double d2 = halves[0][c & 1] + halves[1][c >> 1 & 1] + halves[2][c >> 2];
+      if (d2 > best2_) continue;
+      std::size_t place = count++;
+      for (; place > 0 && d2 < order[place - 1].first; --place) order[place] = order[place - 1];
+      order[place] = {d2, c};
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+      const auto& [d2, c] = order[k];
       if (d2 > best2_) return;
       below(node.child(c), child_corner(corner, c, node.level() - 1));
     }
@@ -196,6 +221,7 @@ class NearestSearch {
   const VoxelTree& tree_;
   Eigen::Vector3d point_;
   double resolution_, best2_;
+  Key3 nearest_{};  // the voxel that holds the point, or is nearest to it
   Key3 key_{};
   bool found_ = false;
 };

@@ -57,6 +57,9 @@ class LeafCollector {
       : range_(range), leaves_(leaves), visit_(visit) {}
 
   void collect(const Node& node, const Corner& corner) { below(node, corner); }
+  void collect_octet(const VoxelTree::Brick& brick, unsigned octet, const Corner& corner) {
+    in_octet(brick, octet, corner);
+  }
   void hand_on() {
     if (!leaves_.empty()) (*visit_)(leaves_);
     leaves_.clear();
@@ -84,23 +87,23 @@ class LeafCollector {
 
   bool in_brick(const VoxelTree::Brick& brick, const Corner& corner) {
     bool all = true;
-    for (unsigned octet = 0; octet < 8; ++octet) {
-      const Corner at = child_corner(corner, octet, 1);
-      const auto known = static_cast<unsigned>(brick.known >> (8 * octet) & 0xff);
-      const float* values = brick.value.data() + 8 * octet;
-      const bool one =
-          known == 0xff && std::all_of(values, values + 8, [&](float v) { return v == *values; });
-      all = all && one;
-      if (one && range_.meets(at, 1)) {
-        add(at, 1, *values);
-        continue;
-      }
-      all = false;
-      for (unsigned i = 0; i < 8; ++i)
-        if (const Corner voxel = child_corner(at, i, 0); (known >> i & 1) != 0 && range_.meets(voxel, 0))
-          add(voxel, 0, values[i]);
-    }
+    for (unsigned octet = 0; octet < 8; ++octet)
+      all = in_octet(brick, octet, child_corner(corner, octet, 1)) && all;
     return all && merge(corner, VoxelTree::brick_level);
+  }
+
+  bool in_octet(const VoxelTree::Brick& brick, unsigned octet, const Corner& corner) {
+    const auto known = static_cast<unsigned>(brick.known >> (8 * octet) & 0xff);
+    const float* values = brick.value.data() + 8 * octet;
+    if (known == 0xff && range_.meets(corner, 1) &&
+        std::all_of(values, values + 8, [&](float v) { return v == *values; })) {
+      add(corner, 1, *values);
+      return true;
+    }
+    for (unsigned i = 0; i < 8; ++i)
+      if (const Corner voxel = child_corner(corner, i, 0); (known >> i & 1) != 0 && range_.meets(voxel, 0))
+        add(voxel, 0, values[i]);
+    return false;
   }
 
   void add(const Corner& corner, int level, float log_odds) {
@@ -134,23 +137,50 @@ void visit_leaves(const VoxelTree& tree, const KeyRange& range, const OccupancyV
 /// Walks two trees side by side.
 class Comparison {
  public:
-  explicit Comparison(const std::function<void(const OccupancyView::Change&)>& visit) : visit_(visit) {}
+  Comparison(const VoxelTree& before, const VoxelTree& now,
+             const std::function<void(const OccupancyView::Change&)>& visit)
+      : visit_(visit),
+        related_(now.same_history(before)),
+        forward_(now.shares() >= before.shares()),
+        shares_(std::min(before.shares(), now.shares())) {
+    compare(before.root(), now.root(), {});
+  }
 
+ private:
+  /// `before` stands for the same cube; where it is one leaf it may be larger.
   void compare(const Node& before, const Node& now, const Corner& corner) {
-    const VoxelTree::Brick *was = before.brick(), *is = now.brick();
-    if (was != nullptr && is != nullptr) {
-      if (was != is && (was->known != is->known || was->value != is->value)) changed(now, corner);
-      return;
-    }
-    const bool divided = before.has_children() && now.has_children() && was == nullptr && is == nullptr;
-    if (!divided) {
-      if (before.has_children() || now.has_children() || before.exists() != now.exists() ||
+    if (related_ && !(forward_ ? now : before).written_since(shares_)) return;
+    if (!now.has_children()) {
+      if (before.has_children() || before.exists() != now.exists() ||
           (now.exists() && before.log_odds() != now.log_odds()))
         changed(now, corner);
-      return;
+    } else if (!before.exists()) {
+      changed(now, corner);
+    } else if (const VoxelTree::Brick* is = now.brick()) {
+      compare_octets(before, *is, corner);
+    } else {
+      for (unsigned c = 0; c < 8; ++c)
+        compare(before.has_children() ? before.child(c) : before, now.child(c),
+                child_corner(corner, c, now.level() - 1));
     }
-    for (unsigned c = 0; c < 8; ++c)
-      compare(before.child(c), now.child(c), child_corner(corner, c, now.level() - 1));
+  }
+
+  void compare_octets(const Node& before, const VoxelTree::Brick& is, const Corner& corner) {
+    const VoxelTree::Brick* was = before.brick();
+    if (was == &is) return;
+    for (unsigned octet = 0; octet < 8; ++octet) {
+      bool same = true;
+      for (unsigned i = 8 * octet; i < 8 * octet + 8; ++i) {
+        const bool was_known = was == nullptr || (was->known >> i & 1) != 0;
+        const float was_value = was == nullptr ? before.log_odds() : was->value[i];
+        same = same && was_known == ((is.known >> i & 1) != 0) && was_value == is.value[i];
+      }
+      if (same) continue;
+      const Corner at = child_corner(corner, octet, 1);
+      leaves_.clear();
+      LeafCollector({}, leaves_, nullptr).collect_octet(is, octet, at);
+      visit_({at, 1, leaves_});
+    }
   }
 
   void changed(const Node& now, const Corner& corner) {
@@ -159,8 +189,9 @@ class Comparison {
     visit_({corner, static_cast<std::uint8_t>(now.level()), leaves_});
   }
 
- private:
   const std::function<void(const OccupancyView::Change&)>& visit_;
+  bool related_, forward_;  // shared from one tree; `now` is the later one
+  std::uint32_t shares_;    // before the earlier of the two
   std::vector<Leaf> leaves_;
 };
 
@@ -181,8 +212,7 @@ void OccupancyView::for_each_change(const OccupancyView& before,
   if (tree_ != nullptr && before.tree_ != nullptr && resolution_ != before.resolution_)
     throw Error(Error::Kind::usage, "before", "is a view of a map of another resolution");
   const VoxelTree nothing{OccupancyModel{}};
-  Comparison(visit).compare(before.tree_ != nullptr ? before.tree_->root() : nothing.root(),
-                            tree_ != nullptr ? tree_->root() : nothing.root(), {});
+  Comparison(before.tree_ != nullptr ? *before.tree_ : nothing, tree_ != nullptr ? *tree_ : nothing, visit);
 }
 
 void OccupancyMap::set_leaves(std::span<const Leaf> leaves) {

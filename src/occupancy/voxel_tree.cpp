@@ -1,15 +1,22 @@
 #include "occupancy/voxel_tree.hpp"
 
 #include <algorithm>
+#include <atomic>
 
 namespace octosurf {
+
+VoxelTree::VoxelTree(const OccupancyModel& occupancy_model) : model_(occupancy_model) {
+  static std::atomic<std::uint64_t> histories{0};
+  history_ = ++histories;
+}
 
 VoxelTree::Group& VoxelTree::divided(Slot& slot) {
   if (slot.link < first_link) {
     const std::uint32_t index = groups_.make();
     groups_.writable(index).fill(slot);  // a leaf stands for eight equal ones
-    slot = {first_link + index, 0};
+    slot.link = first_link + index;
   }
+  slot.value = std::bit_cast<float>(shares_);
   return writable_group(slot);
 }
 
@@ -21,8 +28,9 @@ VoxelTree::Brick& VoxelTree::brick_at(Slot& slot) {
       made.value.fill(slot.value);
       made.known = whole;
     }
-    slot = {first_link + index, 0};
+    slot.link = first_link + index;
   }
+  slot.value = std::bit_cast<float>(shares_);
   return writable_brick(slot);
 }
 
@@ -107,6 +115,8 @@ void VoxelTree::set_leaf(VoxelKey corner, int level, float log_odds) {
 
 std::shared_ptr<const VoxelTree> VoxelTree::share() {
   const auto copy = std::make_shared<VoxelTree>(model_);
+  copy->history_ = history_;
+  copy->shares_ = shares_++;
   copy->root_ = root_;
   copy->groups_ = groups_.share();
   copy->bricks_ = bricks_.share();

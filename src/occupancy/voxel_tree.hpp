@@ -27,13 +27,14 @@ struct OccupancyModel {
 /// Inner nodes hold no value, because a node's maximum is never asked for; files write it.
 ///
 /// share() gives readers the tree as it is now; it costs a copy of the pools' tables, and of each chunk that
-/// is written to afterwards.
+/// is written to afterwards. Divided nodes know after how many of those they were last written to, so that
+/// what changed between two is found without a look at the rest.
 ///
 /// 1. Undivided wherever eight children are leaves of one value without points.
 /// 2. A voxel with a point is occupied.
 class VoxelTree {
  public:
-  explicit VoxelTree(const OccupancyModel& occupancy_model) : model_(occupancy_model) {}
+  explicit VoxelTree(const OccupancyModel& occupancy_model);
 
   const OccupancyModel& model() const { return model_; }
   bool occupied(float log_odds) const { return log_odds >= model_.occupied; }
@@ -77,6 +78,10 @@ class VoxelTree {
 
   /// The tree as it is now, for reading, from any thread.
   std::shared_ptr<const VoxelTree> share();
+  /// How many times it, or what it was shared from, had been shared before.
+  std::uint32_t shares() const { return shares_; }
+  /// Whether one was shared from the other, or both from one.
+  bool same_history(const VoxelTree& other) const { return history_ == other.history_; }
 
   /// From here on until commit() or roll_back() the tree as it is now is kept: a copy of each chunk that is
   /// written to.
@@ -123,7 +128,7 @@ class VoxelTree {
 
   struct Slot {
     std::uint32_t link = unknown;  // or leaf, or first_link + index of a group or brick
-    float value = 0;               // of a leaf
+    float value = 0;               // of a leaf; else the bits of shares_ at the last write to it or below it
   };
   using Group = std::array<Slot, 8>;
 
@@ -137,6 +142,7 @@ class VoxelTree {
   const Group& group(const Slot& slot) const { return groups_[slot.link - first_link]; }
   Brick& writable_brick(const Slot& slot) { return bricks_.writable(slot.link - first_link); }
   const Brick& brick(const Slot& slot) const { return bricks_[slot.link - first_link]; }
+  // All that is written below a slot passes one of these two.
   Group& divided(Slot& slot);
   Brick& brick_at(Slot& slot);
   Brick& brick_at(VoxelKey key);
@@ -174,7 +180,9 @@ class VoxelTree {
   void visit_below(const Slot& slot, std::uint64_t morton, int level, Visit& visit) const;
 
   OccupancyModel model_;
-  Slot root_, root_before_;  // the latter: at begin_changes()
+  std::uint64_t history_;     // of this tree and of all that is shared from it alone
+  std::uint32_t shares_ = 0;  // four billion: 4.5 years at 30 Hz
+  Slot root_, root_before_;   // the latter: at begin_changes()
   Pool<Group, 10> groups_;
   Pool<Brick, 8> bricks_;
   PayloadStore payloads_;
@@ -189,6 +197,12 @@ class VoxelTree::Node {
   Node child(unsigned c) const;  ///< needs has_children(); may not exist
   float log_odds() const { return brick_ != nullptr ? brick_->value[first_] : slot_->value; }  ///< of a leaf
   const VoxelPayload* payload() const;  ///< nullptr if it holds no point
+  /// False only if it is divided, at brick_level or above, and nothing in it was written since the tree had
+  /// been shared `shares` times before: whoever got that share has the same there.
+  bool written_since(std::uint32_t shares) const {
+    return brick_ != nullptr || slot_->link < first_link ||
+           std::bit_cast<std::uint32_t>(slot_->value) > shares;
+  }
   int level() const { return level_; }
   /// Of a divided node of brick_level; nullptr of all others.
   const Brick* brick() const {

@@ -6,11 +6,14 @@
 #include "support/seed.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -251,6 +254,63 @@ TEST(SharedView, StandsStillWhileTheMapGoesOn) {
       ASSERT_EQ(found.log_odds, v.log_odds);
       ASSERT_EQ(found.surface, v.surface);
     }
+}
+
+using Leaf = OccupancyView::Leaf;
+using Voxels = std::map<std::array<std::uint16_t, 3>, float>;
+
+void add(const Leaf& leaf, Voxels& voxels) {
+  const int edge = 1 << leaf.level;
+  for (int i = 0; i < edge * edge * edge; ++i)
+    voxels[{static_cast<std::uint16_t>(leaf.corner[0] + i % edge),
+            static_cast<std::uint16_t>(leaf.corner[1] + i / edge % edge),
+            static_cast<std::uint16_t>(leaf.corner[2] + i / edge / edge)}] = leaf.log_odds;
+}
+
+Voxels voxels_of(const OccupancyView& view) {
+  Voxels voxels;
+  view.for_each_leaf([&](std::span<const Leaf> leaves) {
+    for (const Leaf& leaf : leaves) add(leaf, voxels);
+  });
+  return voxels;
+}
+
+/// What for_each_change() makes of all that is known in `before`; every cube it tells must be different
+/// there.
+Voxels followed(const OccupancyView& before, const OccupancyView& now) {
+  Voxels voxels = voxels_of(before);
+  now.for_each_change(before, [&](const OccupancyView::Change& change) {
+    Voxels cube, was;
+    for (const Leaf& leaf : change.leaves) add(leaf, cube);
+    const auto inside = [&](const auto& voxel) {
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        if (voxel.first[axis] >> change.level != change.corner[axis] >> change.level) return false;
+      return true;
+    };
+    std::copy_if(voxels.begin(), voxels.end(), std::inserter(was, was.end()), inside);
+    EXPECT_NE(was, cube);
+    std::erase_if(voxels, inside);
+    voxels.merge(cube);
+    EXPECT_TRUE(cube.empty()) << "leaves beyond their cube";
+  });
+  return voxels;
+}
+
+// Scans see the same walls again and again: free space closes into large leaves, which the next room divides.
+TEST(SharedView, TellsWhatHasChangedSinceAnyOther) {
+  std::mt19937_64 rng(test::seed());
+  OccupancyMap map(parameters()), other(parameters());
+  std::vector<OccupancyView> views{map.share()};
+  for (int scan = 0; scan < 24; ++scan) {
+    const double half = scan % 8 == 7 ? 0.3 : 0.8;
+    insert(map, test::room_scan(rng, 1200, {half, half, half}));
+    if (scan % 4 == 3) views.push_back(map.share());
+  }
+  insert(other, test::room_scan(rng, 300, {0.6, 0.7, 0.5}));
+  views.push_back(other.share());
+  views.emplace_back();
+  for (const OccupancyView& before : views)
+    for (const OccupancyView& now : views) EXPECT_EQ(followed(before, now), voxels_of(now));
 }
 
 TEST(SharedView, OutlivesItsMap) {
