@@ -4,7 +4,6 @@
 #include <mutex>
 #include <optional>
 #include <pybind11/pybind11.h>
-#include <string>
 #include <utility>
 
 #include <octosurf/error.hpp>
@@ -24,9 +23,6 @@ class MapHolder {
     if (mapper_)
       throw Error(Error::Kind::usage, "map", "has a Mapper already",
                   "insert with that one, or load the map anew");
-    // Checked here, because a Mapper that refuses has taken the map nevertheless.
-    if (threads < 1 || threads > 256)
-      throw Error(Error::Kind::usage, "threads", "is " + std::to_string(threads), "must be in [1, 256]");
     mapper_.emplace(std::move(*map_), threads);
     map_.reset();
   }

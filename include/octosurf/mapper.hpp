@@ -87,8 +87,8 @@ class Mapper {
   /// `threads` in [1, 256] share a scan's points and rays; the surfaces are one thread's work. Throws
   /// Error(usage).
   explicit Mapper(const Parameters& parameters = {}, int threads = 1);
-  /// Goes on with a map, with the parameters it was made with.
-  explicit Mapper(Map map, int threads = 1);
+  /// Goes on with a map, with the parameters it was made with. If it throws, the map stays the caller's.
+  explicit Mapper(Map&& map, int threads = 1);
   Mapper(Mapper&&) noexcept;
   Mapper& operator=(Mapper&&) noexcept;
   ~Mapper();

@@ -18,6 +18,9 @@ constexpr int format_version = 1;
 /// Cells further out than this are no scene but a damaged file; keeps readers' grids small.
 constexpr int max_cell_index = 10'000'000;
 
+/// A mesh's scene has the name of its file, which need not be UTF-8: odd bytes are replaced.
+std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
 Json ring_to_json(const Ring2& ring) {
   Json json = Json::array();
   for (const auto& p : ring) json.push_back({p.x(), p.y()});
@@ -149,12 +152,12 @@ void save_truth(const Truth& truth, const std::filesystem::path& file) {
   std::ofstream out(file, std::ios::binary);
   // One face a line: still one JSON document, yet a diff or a pager can cope with it.
   out << "{\"format\":" << Json(format_name) << ",\"version\":" << format_version
-      << ",\"scene\":" << Json(truth.scene) << ",\"sensor\":" << Json(truth.sensor)
+      << ",\"scene\":" << text_of(truth.scene) << ",\"sensor\":" << text_of(truth.sensor)
       << ",\"seed\":" << truth.seed << ",\"cell\":" << Json(truth.cell)
       << ",\"visible_hits\":" << truth.visible_hits << ",\"faces\":[";
   const char* separator = "\n";
   for (const auto& face : truth.faces) {
-    out << separator << face_to_json(face);
+    out << separator << text_of(face_to_json(face));
     separator = ",\n";
   }
   out << "\n]}\n";

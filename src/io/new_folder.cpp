@@ -33,9 +33,12 @@ void require_replaceable(const fs::path& folder, bool force, const NewFolder::Is
   if (!fs::is_directory(fs::symlink_status(folder, ignored)))
     throw Error(Error::Kind::usage, folder.string(), "is not a folder", "give another name");
   const auto known = [&](const fs::directory_entry& entry) {
-    return entry.is_regular_file() && ours(entry.path().filename().string());
+    return entry.is_regular_file(ignored) && ours(entry.path().filename().string());
   };
-  if (!std::all_of(fs::directory_iterator(folder), {}, known))
+  std::error_code failure;
+  const fs::directory_iterator entries(folder, failure);
+  if (failure) throw not_written(folder, "cannot be read", failure.value());
+  if (!std::all_of(entries, {}, known))
     throw Error(Error::Kind::usage, folder.string(), "holds other files", "give a folder of its own");
 }
 

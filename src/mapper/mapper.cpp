@@ -50,10 +50,15 @@ void require_ids(const MapState& state, std::size_t new_points, const std::strin
   throw Error(Error::Kind::data, scan, "the ids of surfaces could run out", "start a new map");
 }
 
+void require_threads(int threads) {
+  if (threads < 1 || threads > 256)
+    throw Error(Error::Kind::usage, "threads", "is " + std::to_string(threads), "must be in [1, 256]");
+}
+
 }  // namespace
 
 struct Mapper::Impl {
-  explicit Impl(Map m, int thread_count)
+  explicit Impl(Map&& m, int thread_count)
       : map(std::move(m)), threads(thread_count), downsample(map.state().occupancy.grid()) {}
 
   /// By voxel; rounded where that is wanted, or was done before.
@@ -92,9 +97,11 @@ struct Mapper::Impl {
 };
 
 Mapper::Mapper(const Parameters& parameters, int threads) : Mapper(Map(parameters), threads) {}
-Mapper::Mapper(Map map, int threads) : impl_(std::make_unique<Impl>(std::move(map), threads)) {
-  if (threads < 1 || threads > 256)
-    throw Error(Error::Kind::usage, "threads", "is " + std::to_string(threads), "must be in [1, 256]");
+Mapper::Mapper(Map&& map, int threads) {
+  require_threads(threads);
+  // Throws of a map that is not whole, while it is the caller's.
+  static_cast<void>(std::as_const(map).state());
+  impl_ = std::make_unique<Impl>(std::move(map), threads);
 }
 Mapper::Mapper(Mapper&&) noexcept = default;
 Mapper& Mapper::operator=(Mapper&&) noexcept = default;

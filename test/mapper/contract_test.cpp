@@ -126,6 +126,16 @@ TEST(MapperContract, AScanThatCouldUseUpTheIdsIsRefusedUntouched) {
   }
 }
 
+TEST(MapperContract, ThreadsThatAreRefusedLeaveTheCallerItsMap) {
+  Mapper before;
+  insert_all(before, tour(test::rng(), 2));
+  Map map = std::move(before).release();
+  const std::string stood = test::digest(map);
+  for (const int threads : {0, -1, 257}) EXPECT_THROW(Mapper(std::move(map), threads), Error) << threads;
+  EXPECT_TRUE(test::digest(map) == stood);
+  EXPECT_TRUE(test::digest(Mapper(std::move(map), 2).map()) == stood);
+}
+
 TEST(MapperContract, ScansThatSayNothingChangeNothing) {
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
   CheckedMapper under_test;

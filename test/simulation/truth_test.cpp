@@ -95,6 +95,13 @@ TEST_F(TruthFile, RoundTripLosesNothing) {
   }
 }
 
+TEST_F(TruthFile, NamesThatAreNoUtf8AreSavedAsFarAsTheyCanBe) {
+  Truth truth = example();
+  truth.scene = "Gel\xE4nde";
+  save_truth(truth, file_);
+  EXPECT_EQ(load_truth(file_).scene, "Gel\xEF\xBF\xBDnde");
+}
+
 TEST_F(TruthFile, ForeignFilesAreRefused) {
   expect_refused("");
   expect_refused("P5 640 480 65535\n");

@@ -150,6 +150,17 @@ TEST_F(Ihmc, DirectionsNeedNotBeOfUnitLength) {
   }
 }
 
+TEST_F(Ihmc, AFolderWithALinkToItselfIsNotReplaced) {
+  fs::create_directory(path("folder"));
+  fs::create_symlink("region1_1", path("folder/region1_1"));
+  try {
+    export_ihmc(ihmc_regions(table_with_hole(5)), path("folder"), true);
+    ADD_FAILURE() << "replaced";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("holds other files"));
+  }
+}
+
 TEST_F(Ihmc, DamagedFoldersAreRefused) {
   const std::string header =
       "regionId: 5, index: 1, origin: 0, 0, 0, orientation: 0, 0, 1, 0, concave hull size: 3, "
