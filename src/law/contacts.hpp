@@ -12,7 +12,8 @@ void meet_neighbours(const Readings& readings, const std::vector<Label>& labels,
                      const std::vector<bool>& ambiguous, PatchGraph& graph);
 
 /// Patches that do not touch meet across a gap of at most `reach` m, if most of the lines between their rims
-/// are open: no reading of anything else stands on them.
+/// are open: no reading of anything else stands on them, nor just above, beyond the reach of the plane's own
+/// noise, as those of a board do that stands on the plane and hides what is under it.
 void meet_across_gaps(const Readings& readings, const std::vector<Label>& labels, double reach,
                       PatchGraph& graph);
 

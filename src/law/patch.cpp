@@ -24,6 +24,7 @@ void Patch::take(const Patch& other) {
   moments.add(other.moments.shifted(origin - other.origin));
   readings += other.readings;
   hits += other.hits;
+  log_peaks += other.log_peaks;
   fit();
 }
 

@@ -16,6 +16,7 @@ struct Patch {
   Moments moments;                                   ///< weighted by 1/variance (ReadingModel::weight)
   double readings = 0;                               ///< voxels
   double hits = 0;                                   ///< scans that hit these voxels, as the octree tells
+  double log_peaks = 0;                              ///< Σ ReadingModel::log_peak
 
   Eigen::Vector3d centroid() const { return origin + moments.mean(); }
   /// Adds the other's readings and fits the plane to all. The other may face elsewhere.
@@ -24,6 +25,8 @@ struct Patch {
   void fit();
   /// Σ weight · distance² of its readings to a plane.
   double chi2(const Plane& to) const;
+  /// Σ log_ratio of its readings to a plane, nats: positive if they belong to it on the whole.
+  double explained_by(const Plane& other) const { return log_peaks - 0.5 * chi2(other); }
 };
 
 /// A patch as heights over a frame: offset + slopes · (u, v), and how sure they are. The covariance is that

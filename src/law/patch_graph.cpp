@@ -27,6 +27,11 @@ void PatchGraph::meet(Label a, Label b, const Eigen::Vector3d& at, double pairs)
 double PatchGraph::gain(Label a, Label b, const Contact& contact) const {
   const Patch &pa = patches_[a], &pb = patches_[b];
   if (pa.plane.normal.dot(pb.plane.normal) < least_cosine) return -std::numeric_limits<double>::infinity();
+  // However much a rim between them would cost, a plane that the readings do not belong to tells nothing.
+  Patch both = pa;
+  both.take(pb);
+  if (pa.explained_by(both.plane) < 0 || pb.explained_by(both.plane) < 0)
+    return -std::numeric_limits<double>::infinity();
   double evidence = log_same(pa, pb, contact.sum / contact.places);
   const Patch &large = pa.readings < pb.readings ? pb : pa, &small = pa.readings < pb.readings ? pa : pb;
   if (small.readings <= largest_tail * large.readings && contact.pairs > 0)

@@ -43,8 +43,9 @@ void Readings::find_neighbours(Index i) {
 
 void Readings::add_to(Patch& patch, Index i) const {
   const Reading& r = readings_[i];
-  patch.moments.add(r.position.cast<double>() - patch.origin,
-                    model_.weight(r.range_class, r.facing(patch.plane)));
+  const double facing = r.facing(patch.plane);
+  patch.moments.add(r.position.cast<double>() - patch.origin, model_.weight(r.range_class, facing));
+  patch.log_peaks += model_.log_peak(r.range_class, facing);
   patch.readings += 1;
   patch.hits += r.hits;
 }

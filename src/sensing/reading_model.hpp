@@ -2,6 +2,7 @@
 
 #include "sensing/noise_model.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -55,8 +56,15 @@ class ReadingModel {
   /// known. Cost: a logarithm, about 10 ns.
   double log_ratio(double distance, unsigned range_class, double facing) const {
     if (facing < -view_error) return -std::numeric_limits<double>::infinity();
-    const double v = variance(range_class, facing);
-    return log_scale_ - 0.5 * (std::log(v) + distance * distance / v);
+    return log_peak(range_class, facing) - 0.5 * distance * distance * weight(range_class, facing);
+  }
+  /// The same for a reading on the plane.
+  double log_peak(unsigned range_class, double facing) const {
+    return log_scale_ - 0.5 * std::log(variance(range_class, facing));
+  }
+  /// m, off the plane to where a reading stops belonging to it.
+  double reach(unsigned range_class, double facing) const {
+    return std::sqrt(std::max(0.0, 2 * variance(range_class, facing) * log_peak(range_class, facing)));
   }
 
  private:

@@ -15,6 +15,7 @@ Patch level(double x, double z, double facing = 1) {
       patch.moments.add({0.02 * i, 0.02 * j, 0}, 1 / (0.002 * 0.002));
       ++patch.readings;
       ++patch.hits;
+      patch.log_peaks += 5;  // of 2 mm
     }
   patch.fit();
   return patch;
@@ -38,6 +39,12 @@ TEST(PatchGraph, LeavesStepsAndBacksApart) {
   graph.meet(1, 2, {0.11, 0, 0.02}, 11);
   graph.meet(1, 3, {0, 0, 0}, 100);
   EXPECT_EQ(std::move(graph).merge().patches.size(), 4U);
+}
+
+TEST(PatchGraph, ALongRimIsNoReasonToJoinAStep) {
+  PatchGraph graph({Patch(), level(0, 0), level(0.22, 0.05)});
+  graph.meet(1, 2, {0.11, 0, 0.02}, 10000);
+  EXPECT_EQ(std::move(graph).merge().patches.size(), 3U);
 }
 
 TEST(PatchGraph, WhatDoesNotMeetIsNotJoined) {

@@ -55,8 +55,8 @@ TEST(Patch, CovarianceIsThatOfReadingsPlusWhatTheyHaveInCommon) {
 
 TEST(Patch, HeightsErrAsTheirCovarianceSays) {
   std::mt19937_64 rng = test::rng();
-  // Noise far over σ_pose, so that all of the covariance is seen. Off the patch, where slopes count.
-  const Square square{.centre = {1, 2, 3}, .normal = tilted(0.4), .sigma = 0.03};
+  // Off the patch, where slopes count.
+  const Square square{.centre = {1, 2, 3}, .normal = tilted(0.4), .sigma = 0.01};
   const Eigen::Matrix3d axes = plane_axes(square.normal), R = axes.transpose();
   const Eigen::Vector3d at = square.centre + axes * Eigen::Vector3d(0.2, -0.1, 0);
   constexpr int trials = 2000;
@@ -65,9 +65,11 @@ TEST(Patch, HeightsErrAsTheirCovarianceSays) {
     const Heights heights = heights_over(patch_of(square, rng), at, R);
     chi2 += heights.theta.dot(heights.covariance.inverse() * heights.theta) / trials;
   }
-  // χ² of three: mean 3, deviation √(6 / trials) of the mean; six of these. The floor of σ_pose² and normals
-  // that follow the noise take some per cent.
-  EXPECT_NEAR(chi2, 3, 0.15 + 6 * std::sqrt(6.0 / trials));
+  // χ² of three has a mean of 3; here its share that is noise, without what readings have in common. The mean
+  // of 2,000 scatters by √(6 / trials); six of these, and 5 % for total instead of plain least squares.
+  const double W = 121 / (square.sigma * square.sigma);
+  const double share = 1 / (1 + W * ReadingModel::pose_sigma * ReadingModel::pose_sigma);
+  EXPECT_NEAR(chi2, 3 * share, share * (0.15 + 6 * std::sqrt(6.0 / trials)));
 }
 
 TEST(Patch, TakesAnotherAsIfItHadItsReadingsFromTheStart) {

@@ -63,15 +63,12 @@ TEST(ReadingModel, WhatIsSeenFromBehindIsNotThePlanes) {
 TEST(ReadingModel, FartherReadingsBelongFromFartherOff) {
   const NoiseModel noise = told_noise();
   const ReadingModel model(noise, 0.02);
-  const auto gate = [&](unsigned c) {
-    double distance = 0;
-    while (model.log_ratio(distance, c, 1) > 0) distance += 1e-4;
-    return distance;
-  };
   for (unsigned c = 2; c < 10; ++c) {
-    EXPECT_GT(gate(c), gate(c - 1));
-    EXPECT_LT(gate(c), 4 * std::sqrt(model.variance(c, 1)));
-    EXPECT_GT(gate(c), 2 * std::sqrt(model.variance(c, 1)));
+    const double reach = model.reach(c, 1);
+    EXPECT_NEAR(model.log_ratio(reach, c, 1), 0, 1e-9);
+    EXPECT_GT(reach, model.reach(c - 1, 1));
+    EXPECT_LT(reach, 4 * std::sqrt(model.variance(c, 1)));
+    EXPECT_GT(reach, 2 * std::sqrt(model.variance(c, 1)));
   }
 }
 
