@@ -64,11 +64,11 @@ struct Surface {
   /// what the readings scatter about the plane. Symmetric positive definite. It does not know the poses'
   /// errors, nor what readings have in common (a sensor's bias): where those count, the plane is less sure.
   /// Simulated tables of 0.6 by 0.4 m erred by 0.7 to 1.5 times as much, by up to 2 where the noise reaches
-  /// s. The offset of large ones errs by far more: rays keep the voxels before a plane free, those behind it
-  /// not, so that it comes to lie too deep the more often it is seen, and its readings scatter as before.
-  /// After twelve scans a table of 1.2 by 0.8 m lay 0.07 mm off where 0.024 were said (2 mm of noise), one
-  /// of 1.8 by 1.2 m 0.95 mm where 0.064 were said (8 mm); their slopes erred by 0.6 to 1.9 times as much as
-  /// said.
+  /// s. Rays keep the voxels before a plane free, those behind it not, so that a large one comes to lie too
+  /// deep the more often it is seen. How far repeated observations say otherwise is in the offset's variance:
+  /// after twelve scans tables of 1.2 by 0.8 m erred by 1.2 times as much as said (2 mm of noise; 0.09 mm).
+  /// Where noise reaches s, they are taken along: one of 1.8 by 1.2 m lay 0.95 mm off (8 mm of noise), of
+  /// which little is said.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   std::uint64_t born = 0;          ///< map revision in which it appeared; 0: before maps noted that
   std::uint64_t revision = 0;      ///< map revision of the last change

@@ -17,6 +17,20 @@ namespace {
 /// from the plane, whatever the surface's extent: far less than a voxel. Rehashing costs O(n).
 constexpr double cos_largest_tilt = 0.99984769515639;  // 1°
 
+/// Square of what the inliers' own points move the plane along its normal, beyond what chance does: rays free
+/// the voxels before a plane, not those behind it, and a voxel behind that noise reached once counts as much
+/// as one that each scan hits. Repeated observations weigh by their number, so that the difference of the
+/// two tells it.
+double offset_bias(const ReadingGroup& inliers, const ReadingGroup& repeated, const Eigen::Vector3d& normal) {
+  if (!(inliers.about.count > 0 && repeated.about.count > 0)) return 0;
+  double chance = 0;
+  for (const ReadingGroup* group : {&inliers, &repeated})
+    chance += normal.dot(group->about.covariance() * normal) / std::max(1.0, group->readings);
+  const double difference = normal.dot(inliers.about.mean() - repeated.about.mean());
+  const double share = inliers.about.count / (inliers.about.count + repeated.about.count);
+  return share * share * std::max(0.0, difference * difference - chance);
+}
+
 /// From a point inside a cube, along a unit direction, to the cube's side. `at`: from the cube's centre.
 double to_side(const Eigen::Vector3d& at, const Eigen::Vector3d& direction, double half_edge) {
   double nearest = std::numeric_limits<double>::infinity();
@@ -301,7 +315,8 @@ void SurfaceModel::derive_covariance(const NoiseModel& noise) {
   kept.add(evidence_.moments, -1);
   const std::array<ReadingGroup, 2> groups{{{kept.shifted(origin), static_cast<double>(size_)},
                                             {evidence_.moments.shifted(origin), evidence_.readings}}};
-  const Eigen::Matrix3d c = covariance_over(groups, pose_.linear().transpose());
+  Eigen::Matrix3d c = covariance_over(groups, pose_.linear().transpose());
+  c(0, 0) += offset_bias(groups[0], groups[1], plane_.normal);
   constexpr std::array<int, 3> order{1, 2, 0};  // slopes first
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 3; ++column)

@@ -64,12 +64,15 @@ TEST(Covariance, IsTrueOfWholeScans) {
   }
 }
 
-TEST(Covariance, IsTrueOfALargeSurface) {  // which takes every eighth reading only as evidence
+/// It takes every eighth reading only as evidence, so that the inliers' own points, which come to lie too
+/// deep, weigh more: after twelve scans its errors were twice what was said. They are 1.2 times now, of which
+/// chance takes 0.09 either way in 30 worlds.
+TEST(Covariance, IsTrueOfALargeSurface) {
   std::mt19937_64 rng(test::seed());
   for (const int scans : {1, 4, 12}) {
-    const double ratio = error_over_said(scans, 0.002, 2, 20, rng);
+    const double ratio = error_over_said(scans, 0.002, 2, 30, rng);
     EXPECT_GT(ratio, 0.5) << scans << " scans";
-    EXPECT_LT(ratio, 2) << scans << " scans";
+    EXPECT_LT(ratio, 1.65) << scans << " scans";
   }
 }
 
