@@ -92,7 +92,7 @@ std::vector<PageFoot> feet_of(const Arguments& arguments, const PageMap& page, c
   return feet;
 }
 
-// A plan of as many steps as a page takes, 100,000, is smaller.
+// Tens of thousands of steps, which are 1 to 4 kB each.
 constexpr std::size_t most_plan_bytes = std::size_t{256} << 20;
 
 PagePlan load_plan(const std::string& file) {
