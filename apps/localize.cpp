@@ -126,7 +126,8 @@ void run(const LocalizeOptions& options) {
       print_line(found);
   }
   poses.save();
-  if (options.json) std::printf("%s\n", json.dump(1).c_str());
+  if (options.json)  // scans have their files' names, which need not be UTF-8; odd bytes are replaced
+    std::printf("%s\n", json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
   if (unexplained > 0)
     throw Error(Error::Kind::data, "",
                 std::to_string(unexplained) + " of " + std::to_string(scans) + " scans were not found",

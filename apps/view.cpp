@@ -1,4 +1,5 @@
 // `octosurf view`: a page to look at maps, or a picture of one.
+#include "io/text_file.hpp"
 #include "lineage.hpp"
 #include "output_files.hpp"
 #include "page_feet.hpp"
@@ -9,8 +10,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <string>
 #include <utility>
@@ -95,11 +94,11 @@ std::vector<PageFoot> feet_of(const Arguments& arguments, const PageMap& page, c
   return feet;
 }
 
+// Tens of thousands of steps, which are 1 to 4 kB each.
+constexpr std::size_t most_plan_bytes = std::size_t{256} << 20;
+
 PagePlan load_plan(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::string text(std::istreambuf_iterator<char>(in), {});
-  if (!in) throw Error(Error::Kind::data, file, "cannot be read", "octosurf plan -o FILE.json writes one");
-  return {std::filesystem::path(file).stem().string(), std::move(text)};
+  return {std::filesystem::path(file).stem().string(), read_bytes(file, most_plan_bytes)};
 }
 
 History history_of(const Arguments& arguments, const PageMap& map) {

@@ -222,6 +222,15 @@ TEST_F(MapRun, LocalizeFindsWhatTheMapFixes) {
   EXPECT_THAT(error_of("localize nothing high", 1), HasSubstr("nothing"));
 }
 
+TEST_F(MapRun, LocalizeTellsOfFoldersWhoseNamesAreNoUtf8) {
+  write_floor();
+  run_well("map floor -o m");
+  std::filesystem::rename(folder / "floor", folder / "fl\xF6r");
+  const json found = json::parse(run_well("localize m fl\xF6r --json").out);
+  ASSERT_EQ(found.size(), 6U);
+  EXPECT_THAT(found[0].at("name").get<std::string>(), HasSubstr("fl\xEF\xBF\xBDr"));
+}
+
 TEST_F(MapRun, InRealTimeScansArriveAtTheirStamps) {
   write_floor("floor", 4);
   run_well("map floor -o m --realtime --rate 10 --report r.json");

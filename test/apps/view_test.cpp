@@ -25,7 +25,8 @@ TEST_F(ViewVerb, RefusesFeetThatAreNone) {
 }
 
 TEST_F(ViewVerb, RefusesPlansThatAreNoneByName) {
-  EXPECT_THAT(error_of("view m --plan nothing.json", 1), HasSubstr("nothing.json"));
+  for (const std::string none : {"nothing.json", "/dev/zero", "/proc"})  // one of no end, and a folder
+    EXPECT_THAT(error_of("view m --plan " + none, 1), HasSubstr(none + ": cannot be read"));
   if (!has_page()) GTEST_SKIP() << "built without the page";
   const std::string head =
       R"({"format":"octosurf-plan","version":1,"found":true,"cost":1,"body":[],"start":[],)";
