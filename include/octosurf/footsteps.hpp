@@ -115,7 +115,7 @@ struct Standing {
 struct PlanBudget {
   std::size_t expansions = 6000;  ///< to find a plan at all
   std::size_t improving = 200;    ///< after the first plan, to find better ones
-  std::optional<double> time_s;   ///< of the search; checked at each expansion
+  std::optional<double> time_s;   ///< of all search of one call; checked at each expansion
 };
 
 /// One foot put down.

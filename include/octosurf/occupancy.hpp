@@ -103,9 +103,8 @@ class OccupancyView {
     std::span<const Leaf> leaves;           ///< Morton order, valid during the call
   };
   /// Calls `visit` with what has changed since `before`, a view of the same map, in Morton order; disjoint
-  /// cubes of 4³ voxels or more. Between any two views, but fast where they share blocks: O(nodes above 4³
-  /// voxels), O(cubes of 4³ in blocks written since) and O(leaves that changed). Throws Error(usage) if the
-  /// resolutions differ.
+  /// cubes of 2³ voxels or more. O(cubes of 4³ voxels that scans in between wrote to); of views of two maps,
+  /// which it compares as well, O(nodes of both). Throws Error(usage) if the resolutions differ.
   void for_each_change(const OccupancyView& before, const std::function<void(const Change&)>& visit) const;
 
  private:

@@ -71,17 +71,22 @@ class Inset {
   std::vector<std::uint32_t> seen_edge_, seen_beside_;
   std::uint32_t round_ = 0;
   // How far along the kernel's normals: every corner, and the two ends of the line at hand.
-  std::vector<double> along_kernel_;
-  std::vector<std::pair<double, double>> line_along_;
+  std::vector<double> along_kernel_, line_from_, line_to_;
   std::vector<Rest> left_, scratch_;  // of the line at hand
   std::vector<Rest> rests_;
   Eigen::AlignedBox2d box_;
 };
 
 Inset::Inset(const Polygon& polygon, const Ring2& kernel, std::span<const Ring2> besides) : kernel_(kernel) {
+  std::size_t n = polygon.outer.size();
+  for (const Ring2& hole : polygon.holes) n += hole.size();
+  for (auto* indices : {&next_, &previous_, &front_line_, &first_side_, &sides_}) indices->reserve(n);
+  corners_.reserve(n);
+  lines_.reserve(2 * n);  // about as many corners of a rough outline stick out as do not
   add_ring(polygon.outer);
   for (const Ring2& hole : polygon.holes) add_ring(hole);
-  line_along_.resize(kernel_.corners.size());
+  line_from_.resize(kernel_.corners.size());
+  line_to_.resize(kernel_.corners.size());
   along_kernel_.reserve(corners_.size() * kernel_.corners.size());
   for (const Eigen::Vector2d& corner : corners_)
     for (const Eigen::Vector2d& normal : kernel_.normals) along_kernel_.push_back(normal.dot(corner));
@@ -183,17 +188,28 @@ void Inset::fill_grids() {
 // Sides 0 to m − 1: the kernel's; m: the front; m + 1: the back.
 bool Inset::cut_by_edge(std::uint32_t edge, const Line& line, Cut& cut) const {
   const Eigen::Vector2d &p = corners_[edge], &q = corners_[next_[edge]], &a = line.from, &b = line.to;
-  const double *along_p = &along_kernel_[edge * line_along_.size()],
-               *along_q = &along_kernel_[next_[edge] * line_along_.size()];
+  const double *along_p = &along_kernel_[edge * line_from_.size()],
+               *along_q = &along_kernel_[next_[edge] * line_from_.size()];
   const auto m = static_cast<std::uint32_t>(kernel_.corners.size());
+  // Most edges are beyond reach, and of the rest most cover all of the line: both without a branch for each
+  // side.
+  double both = HUGE_VAL, either = HUGE_VAL;
+  for (std::uint32_t k = 0; k < m; ++k) {
+    const double offset = std::max(along_p[k], along_q[k]) + kernel_.offsets[k];
+    const double at_a = offset - line_from_[k], at_b = offset - line_to_[k];
+    both = std::min(both, std::min(at_a, at_b));
+    either = std::min(either, std::max(at_a, at_b));
+  }
+  if (either <= 0) return false;
   const Eigen::Vector2d right = right_of(q - p);
   const double along_a = right.dot(a), along_b = right.dot(b);
   if (!cut.by(front_[edge] - along_a, front_[edge] - along_b, m) ||
       !cut.by(along_a + back_[edge], along_b + back_[edge], m + 1))
     return false;
+  if (both >= 0) return true;
   for (std::uint32_t k = 0; k < m; ++k) {
     const double offset = std::max(along_p[k], along_q[k]) + kernel_.offsets[k];
-    if (!cut.by(offset - line_along_[k].first, offset - line_along_[k].second, k)) return false;
+    if (!cut.by(offset - line_from_[k], offset - line_to_[k], k)) return false;
   }
   return true;
 }
@@ -268,8 +284,10 @@ bool Inset::take_off_near(const Line& line, std::uint32_t skip0, std::uint32_t s
 
 void Inset::begin(std::uint32_t line) {
   left_.assign(1, {line, 0, 1, none, none});
-  for (std::size_t k = 0; k < line_along_.size(); ++k)
-    line_along_[k] = {kernel_.normals[k].dot(lines_[line].from), kernel_.normals[k].dot(lines_[line].to)};
+  for (std::size_t k = 0; k < line_from_.size(); ++k) {
+    line_from_[k] = kernel_.normals[k].dot(lines_[line].from);
+    line_to_[k] = kernel_.normals[k].dot(lines_[line].to);
+  }
 }
 
 // What touches a line by its making is not asked whether it covers it, which rounding would decide.

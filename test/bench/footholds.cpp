@@ -12,10 +12,14 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
 #include <random>
+#include <string>
+#include <tuple>
+#include <utility>
 
 #include <octosurf/contact.hpp>
 #include <octosurf/error.hpp>
@@ -86,6 +90,7 @@ struct Tally {
   std::size_t asked = 0, good = 0;
   std::array<std::size_t, margins.size()> accepted{}, off_1cm{}, off_2cm{}, off_all{}, good_accepted{};
   std::size_t hull_accepted = 0, hull_off_1cm = 0, hull_off_2cm = 0, hull_good = 0;
+  std::map<std::string, std::size_t> good_refused;  ///< why, by the surface that supports most of the contact
   std::vector<double> us;
 
   void add(const Tally& other) {
@@ -102,6 +107,7 @@ struct Tally {
     hull_off_1cm += other.hull_off_1cm;
     hull_off_2cm += other.hull_off_2cm;
     hull_good += other.hull_good;
+    for (const auto& [why, count] : other.good_refused) good_refused[why] += count;
     us.insert(us.end(), other.us.begin(), other.us.end());
   }
 };
@@ -181,17 +187,27 @@ void ask_map(const std::vector<Walkable>& surfaces, const OccupancyView& octree,
   }
 }
 
+/// Of one that is refused. For want of support: by how much the contact stands out, or a gap in the octree.
+std::string reason_of(const Foothold& found) {
+  const std::string name(contact_refusal_name(*found.refused));
+  if (*found.refused != ContactRefusal::support) return name;
+  if (found.margin_m >= 0) return name + ", gap";
+  return name + (found.margin_m >= -0.005 ? ", < 5 mm" : found.margin_m >= -0.02 ? ", < 2 cm" : ", more");
+}
+
 /// Places that are truly supported and were seen: how many are accepted, by any surface that is there.
 void ask_truth(const std::vector<Walkable>& surfaces, const OccupancyView& octree, const Ground& ground,
                const Foot& foot, double tolerance, const Options& options, std::mt19937_64& rng,
                Tally& tally) {
   const std::vector<Eigen::Vector2d> points = points_of(foot.shape, inside_by);
+  const std::vector<Eigen::Vector2d> foot_points = points_of(foot.shape, 0);
   for (std::size_t i = 0; i < options.count; ++i) {
     const Ground::Place place = ground.place(rng, points);
     if (!place.supported || !place.seen) continue;
     ++tally.good;
-    double margin = -1;
+    double margin = -1, supported = 0;
     bool hull = false;
+    std::string why = "no surface there";
     const Eigen::Vector3d at = place.T_map_contact.translation();
     for (const Walkable& one : surfaces) {
       const Surface& surface = *one.surface;
@@ -200,11 +216,21 @@ void ask_truth(const std::vector<Walkable>& surfaces, const OccupancyView& octre
         continue;
       const double yaw = yaw_of(surface, place.T_map_contact.linear().col(0));
       const Foothold found = foothold(surface, foot.shape, at, yaw, foot.limits, &octree);
-      if (found.accepted) margin = std::max(margin, found.margin_m);
+      if (found.accepted)
+        margin = std::max(margin, found.margin_m);
+      else if (found.supported > supported)
+        std::tie(supported, why) = std::pair(found.supported, reason_of(found));
       hull = hull || in_hull(one.hull, surface, foot.shape, found.T_map_contact);
     }
     for (std::size_t m = 0; m < margins.size(); ++m) tally.good_accepted[m] += margin >= margins[m];
     tally.hull_good += hull;
+    if (margin >= 0) continue;
+    if (why == contact_refusal_name(ContactRefusal::clearance))
+      why += ground.obstructed(place.T_map_contact, foot_points, foot.limits.obstacle_from_m,
+                               foot.limits.clearance_m)
+                 ? ", a true face is in it"
+                 : ", no true face is in it";
+    ++tally.good_refused[why];
   }
 }
 
@@ -263,6 +289,7 @@ nlohmann::json json_of(const std::string& scene, const std::string& foot, const 
           {"hull_off_1cm", tally.hull_off_1cm},
           {"hull_off_2cm", tally.hull_off_2cm},
           {"hull_good_accepted", tally.hull_good},
+          {"good_refused", tally.good_refused},
           {"us_p50", percentile(tally.us, 0.5)},
           {"us_p99", percentile(tally.us, 0.99)}};
 }
@@ -323,6 +350,9 @@ void body(Options options) {
     rows.push_back(json_of("all", feet[f].name, totals[f], options));
     std::printf("foothold(), %s: p50 %.1f µs, p99 %.1f µs of %zu\n", feet[f].name.c_str(),
                 percentile(totals[f].us, 0.5), percentile(totals[f].us, 0.99), totals[f].us.size());
+    std::printf("of %zu good ones refused:", totals[f].good);
+    for (const auto& [why, count] : totals[f].good_refused) std::printf("  %s: %zu", why.c_str(), count);
+    std::printf("\n");
   }
   std::printf(
       "%s sensor, noise ×%g, %zu seeds; accepted: of %zu random ones in the surfaces' hulls; off: a part of "

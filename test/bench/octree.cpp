@@ -66,7 +66,7 @@ int main(int count, char** arguments) {
     before = now;
   }
   std::printf(
-      "anew %.1f ms, readBinary %.1f ms, updated after a scan %.2f ms (%zu cubes of 4^3 voxels a scan)\n",
+      "anew %.1f ms, readBinary %.1f ms, updated after a scan %.2f ms (%zu cubes of 2^3 voxels a scan)\n",
       median(anew), median(read), median(update), cubes / 7);
   return kept->size() == to_octree(before)->size() ? 0 : 1;
 }

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <queue>
 #include <utility>
 #include <vector>
@@ -47,26 +48,42 @@ class AnytimeSearch {
   AnytimeSearch(Graph& graph, std::vector<NodeId> starts, const PlanBudget& budget)
       : graph_(graph), starts_(std::move(starts)), budget_(budget) {}
 
-  SearchOutcome run() {
-    start_ = std::chrono::steady_clock::now();
-    allowed_ = budget_.expansions;
-    for (const double weight : {2.0, 1.3}) {
-      const bool first = best_.path.empty() && weight == 2.0;
-      const Ended ended = pass(
-          weight, [&](NodeId node) { return graph_.guide(node); }, first);
-      if (first) {
-        best_.exhausted = ended == Ended::exhausted;
-        if (ended != Ended::goal) return finish();
-        allowed_ = best_.expansions + budget_.improving;
-      }
-    }
-    const Ended ended = pass(
-        1, [&](NodeId node) { return graph_.bound(node); }, false);
-    if (ended != Ended::budget) best_.lower_bound = best_.cost;
-    return finish();
+  /// Looks for a plan with so many expansions at most, and the budget's; called again it goes on from there.
+  /// True if it has ended: a plan is found or the graph exhausted.
+  bool find(std::size_t expansions) {
+    if (best_.exhausted || !best_.path.empty()) return true;
+    allowed_ = std::min(expansions, budget_.expansions);
+    const auto guide = [&](NodeId node) { return graph_.guide(node); };
+    if (pass_ == 0) begin(first_weight, guide);
+    const Ended ended = go_on(first_weight, guide, true);
+    best_.exhausted = ended == Ended::exhausted;
+    return ended != Ended::budget;
   }
 
+  /// Spends the budget; the best plan, or none.
+  const SearchOutcome& run() {
+    if (!find(budget_.expansions) || best_.exhausted) return best_;
+    allowed_ = best_.expansions + budget_.improving;
+    const auto guide = [&](NodeId node) { return graph_.guide(node); };
+    const auto bound = [&](NodeId node) { return graph_.bound(node); };
+    begin(1.3, guide);
+    go_on(1.3, guide, false);
+    begin(1, bound);
+    if (go_on(1, bound, false) != Ended::budget) best_.lower_bound = best_.cost;
+    return best_;
+  }
+
+  const SearchOutcome& so_far() const { return best_; }
+  /// Of the budget, where no plan was found.
+  PlanBudget left() const { return {budget_.expansions - best_.expansions, budget_.improving, time_left()}; }
+
  private:
+  std::optional<double> time_left() const {
+    if (!budget_.time_s) return {};
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start_;
+    return std::max(0.0, *budget_.time_s - spent.count());
+  }
+  static constexpr double first_weight = 2;
   enum class Ended { goal, exhausted, budget };
   struct Entry {
     double f = 0, g = 0;
@@ -86,20 +103,18 @@ class AnytimeSearch {
     NodeId parent = no_node;
   };
 
-  SearchOutcome finish() { return std::move(best_); }
-
-  bool spent() const {
-    if (best_.expansions >= allowed_) return true;
-    return budget_.time_s &&
-           std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count() > *budget_.time_s;
-  }
+  bool spent() const { return best_.expansions >= allowed_ || time_left() == 0.0; }
 
   template <class Estimate>
-  Ended pass(double weight, const Estimate& estimate, bool remember) {
+  void begin(double weight, const Estimate& estimate) {
     ++pass_;
     queue_ = {};
     sequence_ = 0;
     for (const NodeId node : starts_) push(node, no_node, 0, 0, weight, estimate);
+  }
+
+  template <class Estimate>
+  Ended go_on(double weight, const Estimate& estimate, bool remember) {
     while (!queue_.empty()) {
       const Entry top = queue_.top();
       if (weight == 1) best_.lower_bound = std::max(best_.lower_bound, std::min(top.f, best_.cost));
@@ -110,7 +125,10 @@ class AnytimeSearch {
         take(top);
         return Ended::goal;
       }
-      if (spent()) return Ended::budget;
+      if (spent()) {
+        queue_.push(top);
+        return Ended::budget;
+      }
       ++best_.expansions;
       if (remember) best_.expanded.push_back(top.node);
       mark(top.node) = {pass_, top.parent};
@@ -150,7 +168,7 @@ class AnytimeSearch {
   Graph& graph_;
   std::vector<NodeId> starts_;
   PlanBudget budget_;
-  std::chrono::steady_clock::time_point start_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   std::size_t allowed_ = 0;
   std::uint32_t pass_ = 0;
   std::uint64_t sequence_ = 0;

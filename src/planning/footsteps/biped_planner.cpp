@@ -79,17 +79,17 @@ class BipedPlanner : public RobotPlanner {
     for (const NodeId node : starts) plan.start.push_back(footstep(node));
     plan.body.push_back(body_over(starts[0]));
     if (graph_.at_goal(feet)) return;
-    SearchOutcome found = first_search(starts, budget);
-    const bool cut_off =
-        found.path.empty() && !found.exhausted && graph_.goal_is_cut_off(starts, backward_nodes);
-    if (found.path.empty() && !found.exhausted && !cut_off && found.expansions < budget.expansions)
-      found = AnytimeSearch(graph_, starts, budget).run();
+    // Most plans are found soon. Of one that is not, it is asked whether anything leads to the goal at all
+    // before all the budget goes into the search.
+    AnytimeSearch search(graph_, starts, budget);
+    const bool cut_off = !search.find(first_expansions) && graph_.goal_is_cut_off(starts, backward_nodes);
+    const SearchOutcome& found = cut_off ? search.so_far() : search.run();
     plan.expansions = found.expansions;
     if (found.path.empty()) {
       const Ending ending = found.exhausted ? Ending::start_exhausted
                             : cut_off       ? Ending::goal_cut_off
                                             : Ending::budget;
-      plan.refusal = refusal_of(ground_, frontier(found, starts, budget), ending, found.expansions);
+      plan.refusal = refusal_of(ground_, frontier(found, starts, search.left()), ending, found.expansions);
       return;
     }
     plan.body.front() = body_over(found.path.front());
@@ -101,20 +101,12 @@ class BipedPlanner : public RobotPlanner {
     }
   }
 
-  // Most plans are found soon. Of one that is not, it is asked whether anything leads to the goal at all
-  // before all the budget goes into the search.
-  SearchOutcome first_search(const std::vector<NodeId>& starts, PlanBudget budget) {
-    budget.expansions = std::min(budget.expansions, first_expansions);
-    return AnytimeSearch(graph_, starts, budget).run();
-  }
-
   // Where the guide knows of no way, nothing was expanded: the same search without it says how far one gets.
-  Frontier frontier(const SearchOutcome& found, const std::vector<NodeId>& starts, const PlanBudget& budget) {
+  Frontier frontier(const SearchOutcome& found, const std::vector<NodeId>& starts, PlanBudget left) {
     if (!found.expanded.empty()) return graph_.frontier(found.expanded);
     graph_.ignore_guide(true);
-    const SearchOutcome blind =
-        AnytimeSearch(graph_, starts, {std::min(budget.expansions, blind_expansions), 0, budget.time_s})
-            .run();
+    left.expansions = std::min(left.expansions, blind_expansions);
+    const SearchOutcome blind = AnytimeSearch(graph_, starts, left).run();
     graph_.ignore_guide(false);
     return graph_.frontier(blind.expanded);
   }

@@ -57,10 +57,11 @@ class QuadrupedPlanner : public RobotPlanner {
       plan.start.push_back(footstep(leg, graph_.feet_of(*start)[leg], graph_.body_of(*start).yaw_rad));
     plan.body.push_back(standing(graph_.body_of(*start), graph_.ground_of(*start)));
     if (graph_.at_goal(*start)) return;
-    const SearchOutcome found = AnytimeSearch(graph_, {*start}, budget).run();
+    AnytimeSearch search(graph_, {*start}, budget);
+    const SearchOutcome& found = search.run();
     plan.expansions = found.expansions;
     if (found.path.empty()) {
-      plan.refusal = refusal_of(ground_, frontier(found, *start, budget),
+      plan.refusal = refusal_of(ground_, frontier(found, *start, search.left()),
                                 found.exhausted ? Ending::start_exhausted : Ending::budget, found.expansions);
       return;
     }
@@ -75,12 +76,11 @@ class QuadrupedPlanner : public RobotPlanner {
     }
   }
 
-  Frontier frontier(const SearchOutcome& found, NodeId start, const PlanBudget& budget) {
+  Frontier frontier(const SearchOutcome& found, NodeId start, PlanBudget left) {
     if (!found.expanded.empty()) return graph_.frontier(found.expanded);
     graph_.ignore_guide(true);
-    const SearchOutcome blind =
-        AnytimeSearch(graph_, {start}, {std::min<std::size_t>(budget.expansions, 2000), 0, budget.time_s})
-            .run();
+    left.expansions = std::min<std::size_t>(left.expansions, 2000);
+    const SearchOutcome blind = AnytimeSearch(graph_, {start}, left).run();
     graph_.ignore_guide(false);
     return graph_.frontier(blind.expanded);
   }
