@@ -3,8 +3,10 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <future>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include <octosurf/contact.hpp>
 #include <octosurf/error.hpp>
@@ -66,7 +68,10 @@ PageFoot make_foot(const AskedMap& map, const std::string& text, bool edges_only
 PageFoot page_foot(const AskedMap& map, const std::string& text) { return make_foot(map, text, false); }
 
 std::vector<PageFoot> usual_page_feet(const AskedMap& map) {
-  return {make_foot(map, "0.22x0.11", true), make_foot(map, "0.03", true)};
+  // With another thread, if there is one to be had.
+  std::future<PageFoot> ball = std::async([&map] { return make_foot(map, "0.03", true); });
+  PageFoot sole = make_foot(map, "0.22x0.11", true);
+  return {std::move(sole), ball.get()};
 }
 
 }  // namespace octosurf

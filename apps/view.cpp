@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <future>
+#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -89,8 +91,11 @@ std::vector<PageFoot> feet_of(const Arguments& arguments, const PageMap& page, c
   if (arguments.feet == std::vector<std::string>{"none"}) return {};
   const AskedMap asked{page.name, page.snapshot, page.octree, up, {}};
   if (arguments.feet.empty()) return usual_page_feet(asked);
+  std::vector<std::future<PageFoot>> asking;
+  for (const std::string& foot : arguments.feet)
+    asking.push_back(std::async([&asked, &foot] { return page_foot(asked, foot); }));
   std::vector<PageFoot> feet;
-  for (const std::string& foot : arguments.feet) feet.push_back(page_foot(asked, foot));
+  for (std::future<PageFoot>& foot : asking) feet.push_back(foot.get());
   return feet;
 }
 
@@ -126,9 +131,13 @@ void write_html(const Arguments& arguments) {
     const LoadedMap loaded = load(name);
     const Map& map = loaded.map;
     if (maps.empty()) options.up = up_in_force(map, arguments.up).direction;
-    maps.push_back({title_of(name), map.snapshot(), map.octree(), edges_of(map), {}});
+    maps.push_back({title_of(name), map.snapshot(), map.octree(), {}, {}});
+    // Of a hall edges and feet take seconds each: side by side, if there is a thread to be had.
+    std::future<std::map<SurfaceId, std::vector<PolygonEdges>>> edges =
+        std::async([&map] { return edges_of(map); });
     if (maps.size() > 1) note_changes(maps.back(), maps[maps.size() - 2]);
     maps.back().feet = feet_of(arguments, maps.back(), options.up);
+    maps.back().edges = edges.get();
   }
   if (!arguments.history.empty()) maps.back().history = history_of(arguments, maps.back());
   for (const std::string& file : arguments.plans) maps.back().plans.push_back(load_plan(file));

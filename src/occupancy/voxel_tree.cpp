@@ -105,7 +105,10 @@ void VoxelTree::set_leaf(VoxelKey corner, int level, float log_odds) {
     *slot = {leaf, log_odds};
     return;
   }
-  Brick& b = brick_at(*slot);
+  set_leaf(brick_at(*slot), corner, level, log_odds);
+}
+
+void VoxelTree::set_leaf(Brick& b, VoxelKey corner, int level, float log_odds) {
   const unsigned first = index_in_brick(corner);
   for (unsigned i = first; i < first + (1U << (3 * level)); ++i) {
     b.value[i] = log_odds;

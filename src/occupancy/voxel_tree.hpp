@@ -34,6 +34,8 @@ struct OccupancyModel {
 /// 2. A voxel with a point is occupied.
 class VoxelTree {
  public:
+  struct Brick;
+
   explicit VoxelTree(const OccupancyModel& occupancy_model);
 
   const OccupancyModel& model() const { return model_; }
@@ -98,6 +100,10 @@ class VoxelTree {
 
   /// Makes the cube of 2^level voxels with this corner one leaf (level 0: a voxel).
   void set_leaf(VoxelKey corner, int level, float log_odds);
+  /// The cube of 4³ voxels with this corner as a brick, divided for that if it is not; and likewise
+  /// set_leaf() in it, without the way from the root. For who fills a tree: until another leaf is set.
+  Brick& make_brick(VoxelKey corner) { return brick_at(corner); }
+  static void set_leaf(Brick& b, VoxelKey corner, int level, float log_odds);
   /// The payload of an occupied voxel, made if it has none; divides what is above it.
   VoxelPayload& make_payload(VoxelKey key);
 

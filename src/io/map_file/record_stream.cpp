@@ -1,9 +1,9 @@
 #include "io/map_file/record_stream.hpp"
 
 #include <algorithm>
-#include <boost/crc.hpp>
 #include <optional>
 #include <vector>
+#include <zlib.h>
 #include <zstd.h>
 
 #include <octosurf/error.hpp>
@@ -14,6 +14,12 @@ namespace {
 constexpr int compression_level = 3;
 constexpr int largest_window = 23;  // log2 of bytes; level 3 takes 21, a decoder would grant 27
 constexpr std::size_t growth = std::size_t{1} << 20;
+
+/// The checksum of bytes that follow those of checksum `crc`.
+std::uint32_t crc_of(std::uint32_t crc, std::string_view bytes) {
+  return static_cast<std::uint32_t>(
+      ::crc32_z(crc, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+}
 
 }  // namespace
 
@@ -35,14 +41,14 @@ struct RecordWriter::Impl {
   }
 
   void put(std::string_view bytes) {
-    crc.process_bytes(bytes.data(), bytes.size());
+    crc = crc_of(crc, bytes);
     compress(bytes, ZSTD_e_continue);
   }
 
   std::ostream& out;
   std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context;
   std::vector<char> buffer = std::vector<char>(ZSTD_CStreamOutSize());
-  boost::crc_32_type crc;
+  std::uint32_t crc = 0;
   std::uint64_t records = 0;
 };
 
@@ -66,7 +72,7 @@ void RecordWriter::put(std::string_view record) {
 void RecordWriter::end_block() { impl_->compress({}, ZSTD_e_flush); }
 void RecordWriter::finish() { impl_->compress({}, ZSTD_e_end); }
 std::uint64_t RecordWriter::records() const { return impl_->records; }
-std::uint32_t RecordWriter::crc32() const { return impl_->crc.checksum(); }
+std::uint32_t RecordWriter::crc32() const { return impl_->crc; }
 
 struct RecordReader::Impl {
   Impl(std::istream& stream, std::uint64_t most, std::string name)
@@ -114,7 +120,7 @@ struct RecordReader::Impl {
     const std::size_t n = std::min(most, plain.pos - position);
     const std::string_view bytes(plain_buffer.data() + position, n);
     position += n;
-    crc.process_bytes(bytes.data(), bytes.size());
+    crc = crc_of(crc, bytes);
     return bytes;
   }
 
@@ -145,7 +151,7 @@ struct RecordReader::Impl {
   ZSTD_outBuffer plain{plain_buffer.data(), plain_buffer.size(), 0};
   std::size_t position = 0;  // in `plain`
   bool ended = false;
-  boost::crc_32_type crc;
+  std::uint32_t crc = 0;
   std::uint32_t crc_before_last = 0;
   std::uint64_t records = 0;
 };
@@ -156,7 +162,7 @@ RecordReader::~RecordReader() = default;
 
 bool RecordReader::next(std::string& record) {
   record.clear();
-  impl_->crc_before_last = impl_->crc.checksum();
+  impl_->crc_before_last = impl_->crc;
   const std::optional<std::size_t> length = impl_->read_length();
   if (!length) return false;
   record.reserve(std::min(*length, growth));
