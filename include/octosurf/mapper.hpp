@@ -143,10 +143,9 @@ class Mapper {
   /// and what later scans told of a surface's plane goes on in the one that has its points. Octree and poses
   /// stay as they are. Later scans go on by the stages' rules.
   ///
-  /// Looks at every point, so it is for the end of a run: some 5 µs a point, a second or two for 60 scans of
-  /// a room at 2 cm. Throws Error(data), and leaves the map as it was, if the surfaces' ids could run out;
-  /// see 2 above. `born`, `merged` and `gone` of the report say what became of
-  /// surfaces.
+  /// Looks at every point, so it is for the end of a run. Throws Error(data), and leaves the map as it was,
+  /// if the surfaces' ids could run out; see 2 above. `born`, `merged` and `gone` of the report say what
+  /// became of surfaces.
   ScanReport resegment();
 
   /// From now on snapshots have an `octree` of the same scan, or no longer. Costs a scan the copying of what
