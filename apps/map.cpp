@@ -63,10 +63,10 @@ like other scans. A map goes on with its archive by itself when it is resumed an
 -o it needs --keep-scans with a new folder, which begins with those scans.
 
 --rules law replaces the surfaces when the run ends by those that one likelihood and one merging criterion
-find among all points of the octree at once (less than 10 µs a point), instead of some hundred tuned thresholds.
-Until then, in checkpoints and on the page of --serve, surfaces are those of the tuned rules; ids are new at
-the end, and a run that goes on with such a map goes on by the tuned rules. It does not follow single scans
-yet, so it is not for --realtime, which is refused.
+find among all points of the octree at once, instead of some hundred tuned thresholds. Until then, in
+checkpoints and on the page of --serve, surfaces are those of the tuned rules; ids are new at the end, and a
+run that goes on with such a map goes on by the tuned rules. It does not follow single scans yet, so it is
+not for --realtime, which is refused.
 )";
 
 struct Inputs {

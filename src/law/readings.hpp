@@ -32,8 +32,7 @@ class Readings {
  public:
   using Index = PointWindow::Index;
 
-  /// Loads all of the octree's points into `window`; indices are the window's own. O(points), about 1 µs
-  /// each.
+  /// Loads all of the octree's points into `window`; indices are the window's own. O(points).
   Readings(const OccupancyMap& octree, const PointWindow& window, const NoiseModel& noise);
 
   std::size_t size() const { return readings_.size(); }

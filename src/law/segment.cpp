@@ -16,7 +16,7 @@ namespace {
 
 using Index = Readings::Index;
 
-constexpr int rounds = 3;  // effort: the third moves one label in a hundred
+constexpr int rounds = 3;  // effort: merging, relabelling, and merging what that has parted
 
 void merge(const Readings& readings, double gap, Segmentation& segmentation) {
   const std::vector<bool> ambiguous = find_ambiguous(readings, segmentation.labels, segmentation.patches);
