@@ -37,7 +37,7 @@ struct MapOptions {
   double checkpoint_s = 60;                  ///< 0: never
   std::optional<unsigned short> serve_port;  ///< of this machine, to serve the map while it grows
   int threads = 1;
-  std::size_t together = 16;  ///< scans that wait, at most: half a second of a camera's, 60 MB
+  std::size_t together = 16;    ///< scans that wait, at most: half a second of a camera's, 60 MB
   std::string rules = "tuned";  ///< by which surfaces are found: tuned or law
   bool realtime = false, force = false, show_parameters = false;
 };
@@ -96,7 +96,7 @@ class MapRun {
   Checkpoints checkpoints_;
   ScanKeeper keeper_;
   PoseLog poses_;
-  Backlog backlog_;                       // --realtime
+  Backlog backlog_;  // --realtime
   HistoryLog history_;
   std::unique_ptr<std::byte[]> reserve_;  // given back when the run fails: saving takes some memory
   bool changed_ = false;                  // the map, by this run

@@ -106,7 +106,8 @@ class Mapper {
   ///
   /// Takes as many as it can and returns a report for each that it took, at least one if any are given. Stops
   /// before a scan that insert() would refuse; if that is the first, throws its Error. After std::bad_alloc
-  /// none of them is in the map. What became of surfaces (`born` to `gone`), and the time that took, is in the last one's report.
+  /// none of them is in the map. What became of surfaces (`born` to `gone`), and the time that took, is in
+  /// the last one's report.
   std::vector<ScanReport> insert_all(std::span<const Scan> scans);
 
   /// Surfaces of an existing occupancy map, without scans: every occupied voxel that borders on free
@@ -134,8 +135,9 @@ class Mapper {
   ///
   /// Throws, and leaves the map as it was: Error(data) if the maps' resolution, clamps or threshold of
   /// occupancy differ, if T_map_other is not rigid, or if the surfaces' ids could run out; Error(usage) if
-  /// `other` is the map itself; Error(incomplete) if `other` is, see 4 above. Nothing may insert into `other` meanwhile. Cost: as scans of what the other map has, all at once:
-  /// some 10 µs for each of its points; 0.5 µs more for each voxel that is resampled.
+  /// `other` is the map itself; Error(incomplete) if `other` is, see 4 above. Nothing may insert into `other`
+  /// meanwhile. Cost: as scans of what the other map has, all at once: some 10 µs for each of its points; 0.5
+  /// µs more for each voxel that is resampled.
   MergeReport merge(const Map& other, const Eigen::Isometry3d& T_map_other = Eigen::Isometry3d::Identity());
 
   /// Replaces all surfaces by those that one likelihood and one criterion (src/law) find among all of the

@@ -229,7 +229,8 @@ TEST(PlaneExtraction, EveryPointIsTakenOrRefused) {
     std::set<Index> refused;
     for (const PlaneProposal& r : result.refused) refused.insert(r.points.begin(), r.points.end());
     for (const Index i : pending.all)
-      EXPECT_NE(pending.ledger.window[i].surface != 0, refused.contains(i)) << pending.position(i).transpose();
+      EXPECT_NE(pending.ledger.window[i].surface != 0, refused.contains(i))
+          << pending.position(i).transpose();
     for (const SurfaceModel* s : result.surfaces) EXPECT_GE(s->size(), 50U);
   }
 }

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "sensing/downsample.hpp"
-#include "surfaces/map_state.hpp"
 #include "surfaces/ledger.hpp"
+#include "surfaces/map_state.hpp"
 
 #include <limits>
 #include <vector>
