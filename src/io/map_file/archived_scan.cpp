@@ -1,11 +1,11 @@
 #include "io/map_file/archived_scan.hpp"
 
+#include "io/map_file/file_beginning.hpp"
 #include "io/map_file/record_stream.hpp"
 #include "scan_archive.pb.h"
 #include "sensing/noise_model.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -20,6 +20,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using scan_archive::Record;
+
+constexpr FileBeginning beginning{archived_scan_magic, archived_scan_version, "an archived scan",
+                                  "octosurf map --keep-scans"};
 
 // What a file may decompress to: five bytes a voxel and more, of which real scans leave 3.5 … 4. In memory a
 // byte makes 28 at most, where all are steps: eight, twice while they grow, and a point.
@@ -113,7 +116,8 @@ class Reader {
   explicit Reader(const fs::path& file)
       : where_(file.string()),
         in_(file, std::ios::binary),
-        records_((check_beginning(), in_), free_stream + largest_ratio * size_of(file), where_) {}
+        records_(after_beginning(in_, where_, beginning), free_stream + largest_ratio * size_of(file),
+                 where_) {}
 
   ArchivedHeader header() {
     const Record record = next(Record::kHeader);
@@ -162,26 +166,6 @@ class Reader {
     std::error_code failure;
     const std::uintmax_t bytes = fs::file_size(file, failure);
     return failure ? 0 : bytes;
-  }
-
-  void check_beginning() {
-    if (!in_) throw Error(Error::Kind::data, where_, "cannot be read", "check the path and its rights");
-    std::array<char, archived_scan_magic.size() + 4> head{};
-    in_.read(head.data(), head.size());
-    if (!std::string_view(head.data(), static_cast<std::size_t>(in_.gcount()))
-             .starts_with(archived_scan_magic))
-      throw Error(Error::Kind::data, where_, "is not an archived scan",
-                  "expected a file of octosurf map --keep-scans");
-    require(static_cast<bool>(in_), "it ends too early");
-    std::uint32_t version = 0;
-    for (std::size_t i = 0; i < 4; ++i)
-      version |= std::uint32_t{static_cast<unsigned char>(head[archived_scan_magic.size() + i])} << (8 * i);
-    require(version > 0, "it has no version");
-    if (version > archived_scan_version)
-      throw Error(Error::Kind::data, where_,
-                  "has version " + std::to_string(version) + " of the format, this octosurf reads up to " +
-                      std::to_string(archived_scan_version),
-                  "use the newer version that wrote it");
   }
 
   Record next(int field) {

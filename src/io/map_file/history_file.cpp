@@ -1,6 +1,7 @@
 #include "io/map_file/history_file.hpp"
 
 #include "history_file.pb.h"
+#include "io/map_file/file_beginning.hpp"
 #include "io/map_file/record_stream.hpp"
 #include "io/new_file.hpp"
 
@@ -22,6 +23,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using history_file::Record;
+
+constexpr FileBeginning beginning{history_file_magic, history_file_version, "a map's history",
+                                  "octosurf map --history"};
 
 // What a file may decompress to; poses and outlines of rooms shrink to a half.
 constexpr std::uint64_t free_stream = std::uint64_t{4} << 20;
@@ -84,7 +88,8 @@ class Reader {
   explicit Reader(const fs::path& file)
       : where_(file.string()),
         in_(file, std::ios::binary),
-        records_((check_beginning(), in_), free_stream + largest_ratio * size_of(file), where_) {}
+        records_((refuse_folders(), after_beginning(in_, where_, beginning)),
+                 free_stream + largest_ratio * size_of(file), where_) {}
 
   History operator()() {
     const Record first = next();
@@ -119,26 +124,10 @@ class Reader {
     return failure ? 0 : bytes;
   }
 
-  void check_beginning() {
+  void refuse_folders() const {
     std::error_code ignored;
     if (!in_ || fs::is_directory(where_, ignored))
       throw Error(Error::Kind::data, where_, "cannot be read", "octosurf map --history FILE writes one");
-    std::array<char, history_file_magic.size() + 4> head{};
-    in_.read(head.data(), head.size());
-    if (!std::string_view(head.data(), static_cast<std::size_t>(in_.gcount()))
-             .starts_with(history_file_magic))
-      throw Error(Error::Kind::data, where_, "is not a map's history",
-                  "expected a file of octosurf map --history");
-    require(static_cast<bool>(in_), "it ends too early");
-    std::uint32_t version = 0;
-    for (std::size_t i = 0; i < 4; ++i)
-      version |= std::uint32_t{static_cast<unsigned char>(head[history_file_magic.size() + i])} << (8 * i);
-    require(version > 0, "it has no version");
-    if (version > history_file_version)
-      throw Error(Error::Kind::data, where_,
-                  "has version " + std::to_string(version) + " of the format, this octosurf reads up to " +
-                      std::to_string(history_file_version),
-                  "use the newer version that wrote it");
   }
 
   Record next() {
