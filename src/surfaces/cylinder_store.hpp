@@ -76,13 +76,13 @@ class CylinderStore {
   std::vector<CylinderPtr> publish(std::uint64_t map_revision);
 
  private:
+  void keep(const CylinderModel& model);
+
   std::map<CylinderId, CylinderModel> models_;
   CylinderId next_id_ = 1;
   tsl::robin_map<std::uint64_t, CylinderId, PackedKeyHash> owners_;
   std::set<CylinderId> touched_;
   std::vector<Departure> departures_;
-
-  void keep(const CylinderModel& model);
 
   bool open_ = false;                           // between begin_changes() and its end
   CylinderId next_id_before_ = 1;               // at begin_changes()
