@@ -232,6 +232,7 @@ int main(int argc, char** argv) {
     if (argc != 2) throw std::runtime_error("usage: make_pages FOLDER");
     if (!octosurf::has_page()) {
       std::puts("skipped: built without the page (npm ci in web/)");
+      std::filesystem::remove_all(argv[1]);  // an earlier build's
       return 77;
     }
     octosurf::test::write_all(argv[1]);

@@ -243,6 +243,29 @@ std::string pack(const std::vector<map_file::Record>& records) {
   return map_file_of(bytes);
 }
 
+void expect_refused_when_damaged(const std::string& good, const std::string& kind,
+                                 const std::function<std::string(const std::string&)>& reading,
+                                 const std::function<std::string()>& read_back) {
+  using ::testing::HasSubstr;
+  const auto refused = ::testing::AnyOf(HasSubstr("is damaged"), HasSubstr(kind));
+  for (std::size_t n = 0; n < good.size(); n += n < 40 ? 1 : good.size() / 100)
+    ASSERT_THAT(reading(good.substr(0, n)), refused) << n;
+  EXPECT_THAT(reading(good + '\0'), HasSubstr("left over"));
+  std::mt19937_64 random = rng();
+  for (int round = 0; round < 400; ++round) {
+    std::string bytes = good;
+    const std::size_t at = round < 100 ? static_cast<std::size_t>(round) : random() % bytes.size();
+    bytes[at] = static_cast<char>(bytes[at] ^ 1 << random() % 8);
+    if (reading(bytes) == "read") {  // a bit that zstd does not look at
+      ASSERT_EQ(read_back(), good) << at;
+    }
+  }
+  std::string newer = good;
+  newer[8] = 2;
+  EXPECT_THAT(reading(newer), HasSubstr("has version 2"));
+  EXPECT_THAT(reading("\x89PNG\r\n\x1a\n"), HasSubstr(kind));
+}
+
 std::string failure(Error::Kind kind, const std::function<void()>& work) {
   try {
     work();

@@ -54,6 +54,14 @@ std::string difference(const Map& a, const Map& b);
 std::vector<map_file::Record> unpack(const std::string& file);  ///< footer left out
 std::string pack(const std::vector<map_file::Record>& records);
 
+/// Damages the file `good` everywhere: truncated, longer, single bits flipped. `reading` takes a file's
+/// content and gives the message of its Error(data), "read" if there is none; `read_back` writes again what
+/// was read last. Fails the test unless each is refused, as damaged or as not `kind` ("is not a map's
+/// history"), or is what it was.
+void expect_refused_when_damaged(const std::string& good, const std::string& kind,
+                                 const std::function<std::string(const std::string&)>& reading,
+                                 const std::function<std::string()>& read_back);
+
 /// The message of the Error of this kind that `work` throws; fails the test if there is none.
 std::string failure(Error::Kind kind, const std::function<void()>& work);
 
