@@ -104,7 +104,7 @@ Eigen::Vector3d SurfaceModel::centre_of(PlaneCell cell) const {
 
 void SurfaceModel::insert(const Inlier& inlier) {
   const PlaneCell cell = cell_of(inlier.position);
-  cells_.try_emplace(cell.packed()).first.value().push_back(inlier);
+  inliers_.add(cell, inlier);
   // A point deep inside the boundary does not move it (paper III-B).
   if (bits_.change(cell, true)) polygons_stale_ = true;
   ++size_;
@@ -118,20 +118,15 @@ void SurfaceModel::add(const Inlier& inlier) {
 
 bool SurfaceModel::remove(VoxelKey key, const Eigen::Vector3f& position) {
   const PlaneCell at = cell_of(position);
-  const auto entry = cells_.find(at.packed());
-  if (entry == cells_.end()) return false;
-  Cell& cell = entry.value();
-  const auto found = std::find_if(cell.begin(), cell.end(), [&](const Inlier& i) { return i.key == key; });
-  if (found == cell.end()) return false;
-  moments_[found->range_class].add(found->position.cast<double>() - reference_, -1);
-  cell.erase(found);
+  const std::optional<InlierTiles::Removed> removed = inliers_.remove(at, key);
+  if (!removed) return false;
+  const Inlier& inlier = removed->inlier;
+  moments_[inlier.range_class].add(inlier.position.cast<double>() - reference_, -1);
   // Which of the evidence is of this inlier is not known, so an average share of it is removed.
   fade(1 - 1 / static_cast<double>(size_));
   --size_;
   ++unchecked;
-  const bool empty = cell.empty();
-  if (empty) cells_.erase(entry);
-  if (bits_.change(at, !empty)) polygons_stale_ = true;
+  if (bits_.change(at, !removed->cell_empty)) polygons_stale_ = true;
   return true;
 }
 
@@ -194,7 +189,7 @@ void SurfaceModel::rehash_if_tilted() {
   if (hash_frame_.linear().col(2).dot(plane_.normal) > cos_largest_tilt) return;
   set_hash_frame(pose_);
   const std::vector<Inlier> all = sorted_inliers();
-  cells_.clear();
+  inliers_.clear();
   bits_.clear();
   outline_.reset();
   size_ = 0;
@@ -271,14 +266,14 @@ void SurfaceModel::sites_of(PlaneCell cell, int spacing, std::vector<Eigen::Vect
     const int shift = (cell.v & spacing) != 0 ? spacing / 2 : 0;
     if (cell.v % spacing == 0 && (cell.u + shift) % spacing == 0)
       sites.emplace_back(cell.u + 0.5, cell.v + 0.5);
-  } else if (const auto found = cells_.find(cell.packed()); found != cells_.end()) {
-    for (const Inlier& inlier : found->second) {
-      sites.push_back(outline_point(inlier.position));
-      const double overreach = overreach_[inlier.range_class];
-      if (overreach >= resolution_) continue;
-      if (const auto p = rim_point(inlier, overreach)) sites.push_back(outline_point(*p));
-    }
+    return;
   }
+  inliers_.for_each_in(cell, [&](const Inlier& inlier) {
+    sites.push_back(outline_point(inlier.position));
+    const double overreach = overreach_[inlier.range_class];
+    if (overreach >= resolution_) return;
+    if (const auto p = rim_point(inlier, overreach)) sites.push_back(outline_point(*p));
+  });
 }
 
 void SurfaceModel::derive(double max_hole_size, const NoiseModel* noise) {

@@ -6,27 +6,19 @@
 #include "geometry/plane_frame.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "sensing/noise_model.hpp"
+#include "surfaces/inlier_tiles.hpp"
 
 #include <Eigen/Geometry>
 #include <array>
-#include <boost/container/small_vector.hpp>
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <tsl/robin_map.h>
 #include <utility>
 #include <vector>
 
 #include <octosurf/surface.hpp>
 
 namespace octosurf {
-
-/// A voxel that belongs to a surface, with its point as the octree holds it.
-struct Inlier {
-  VoxelKey key;
-  std::uint8_t range_class = 0;
-  Eigen::Vector3f position = Eigen::Vector3f::Zero();
-};
 
 /// The working form of a surface: its inliers in a 2-D hash over its own plane, running moments of
 /// them by distance class, plane, stable pose, and what was derived from them last.
@@ -76,8 +68,7 @@ class SurfaceModel {
   std::vector<Inlier> sorted_inliers() const;
   template <class Visit>
   void for_each_inlier(Visit&& visit) const {  ///< in no particular order
-    for (const auto& cell : cells_)
-      for (const Inlier& inlier : cell.second) visit(inlier);
+    inliers_.for_each(std::forward<Visit>(visit));
   }
 
   /// Adds the mean of a scan's points in an inlier's voxel. Older readings fade once there are more
@@ -176,17 +167,6 @@ class SurfaceModel {
 
  private:
   void fade(double share);
-  /// Inliers whose projections share a cell, nearly always one. std::swap() would assign to a vector that was
-  /// moved from, which takes memory while it is declared not to throw; moved anew, they take none.
-  struct Cell : boost::container::small_vector<Inlier, 1> {
-    friend void swap(Cell& a, Cell& b) noexcept {
-      Cell before = std::move(a);
-      std::destroy_at(&a);
-      std::construct_at(&a, std::move(b));
-      std::destroy_at(&b);
-      std::construct_at(&b, std::move(before));
-    }
-  };
   void insert(const Inlier& inlier);
   void set_hash_frame(const Eigen::Isometry3d& frame);
   std::optional<Eigen::Vector3d> outward(PlaneCell cell) const;
@@ -203,7 +183,7 @@ class SurfaceModel {
   std::array<Moments, NoiseModel::classes> moments_;
   Evidence evidence_;
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
-  tsl::robin_map<std::uint64_t, Cell, PackedKeyHash> cells_;
+  InlierTiles inliers_;
   CellBits bits_;
   std::optional<Outline> outline_;  // none before the first derive()
   Overreach overreach_;

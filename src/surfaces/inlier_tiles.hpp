@@ -1,0 +1,75 @@
+#pragma once
+
+#include "geometry/cell_bits.hpp"
+#include "geometry/voxel_key.hpp"
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <tsl/robin_map.h>
+#include <vector>
+
+namespace octosurf {
+
+/// A voxel that belongs to a surface, with its point as the octree holds it.
+struct Inlier {
+  VoxelKey key;
+  std::uint8_t range_class = 0;
+  Eigen::Vector3f position = Eigen::Vector3f::Zero();
+};
+
+/// A surface's inliers by the cell of its plane that they fall into. Those of 8 × 8 cells stand together, in
+/// order of their cells, so that a scan, which sees a part of a surface, touches few places in memory however
+/// large the surface is: 20 bytes an inlier, at most twice that as a tile grows.
+class InlierTiles {
+ public:
+  /// O(inliers of a tile), as remove().
+  void add(PlaneCell cell, const Inlier& inlier);
+
+  struct Removed {
+    Inlier inlier;
+    bool cell_empty = false;  ///< it was the last one of its cell
+  };
+  /// None if there is no such inlier in that cell.
+  std::optional<Removed> remove(PlaneCell cell, VoxelKey key);
+
+  void clear() { tiles_.clear(); }
+
+  /// Those of one cell, in the order in which they came.
+  template <class Visit>
+  void for_each_in(PlaneCell cell, Visit&& visit) const {
+    const auto tile = tiles_.find(CellBits::tile_of(cell).packed());
+    if (tile == tiles_.end()) return;
+    const auto bit = static_cast<std::uint8_t>(CellBits::bit_of(cell));
+    const std::vector<Placed>& all = tile->second.inliers;
+    for (std::size_t i = tile->second.first_from(bit); i < all.size() && all[i].cell == bit; ++i)
+      visit(all[i].inlier());
+  }
+  /// All, in no particular order.
+  template <class Visit>
+  void for_each(Visit&& visit) const {
+    for (const auto& tile : tiles_)
+      for (const Placed& placed : tile.second.inliers) visit(placed.inlier());
+  }
+
+ private:
+  /// An Inlier whose padding says which cell of the tile it falls into.
+  struct Placed {
+    VoxelKey key;
+    std::uint8_t range_class, cell;
+    Eigen::Vector3f position;
+    Inlier inlier() const { return {key, range_class, position}; }
+  };
+  struct Tile {
+    std::uint64_t occupied = 0;
+    std::vector<Placed> inliers;  // by cell
+
+    /// Index of the first inlier in this cell or a later one.
+    std::size_t first_from(std::uint8_t cell) const;
+  };
+
+  tsl::robin_map<std::uint64_t, Tile, PackedKeyHash> tiles_;
+};
+
+}  // namespace octosurf
