@@ -1,5 +1,8 @@
 #include "alignment/near_surfaces.hpp"
 
+#include "surfaces/reading_covariance.hpp"
+#include "surfaces/surface_store.hpp"
+
 #include <utility>
 
 namespace octosurf {
@@ -67,7 +70,8 @@ Eigen::Matrix3d rim_covariance(const Surface& surface) {
 AlignedSurface::AlignedSurface(const Surface& surface, double edge)
     : plane(surface.plane),
       T_surface_map(surface.T_map_surface.inverse()),
-      covariance(surface.covariance + rim_covariance(surface)),
+      by_rim(rim_covariance(surface)),
+      covariance(surface.covariance + by_rim),
       raster(surface.polygons, edge) {}
 
 void NearSurfaces::follow(const Snapshot& snapshot) {
@@ -84,8 +88,8 @@ void NearSurfaces::follow(const Snapshot& snapshot) {
   entries_ = std::move(entries);
 }
 
-std::vector<const AlignedSurface*> NearSurfaces::in(const Snapshot& snapshot,
-                                                    const Eigen::AlignedBox3d& box) {
+std::vector<const AlignedSurface*> NearSurfaces::in(const Snapshot& snapshot, const Eigen::AlignedBox3d& box,
+                                                    const GrowingMap* growing) {
   follow(snapshot);
   // Two voxels: fine enough for what is left of a stair's tread after erosion, coarse enough to be made anew
   // for every surface that a scan changes.
@@ -93,7 +97,12 @@ std::vector<const AlignedSurface*> NearSurfaces::in(const Snapshot& snapshot,
   std::vector<const AlignedSurface*> near;
   for (Entry& entry : entries_) {
     if (!entry.box.intersects(box)) continue;
-    if (!entry.aligned) entry.aligned = std::make_unique<const AlignedSurface>(*entry.surface, edge);
+    if (!entry.aligned) entry.aligned = std::make_unique<AlignedSurface>(*entry.surface, edge);
+    // Anew for every scan: what the noise is known to be changes with every one, too.
+    if (growing != nullptr)
+      entry.aligned->covariance =
+          covariance_of_readings(*growing->surfaces.find(entry.surface->id), growing->noise) +
+          entry.aligned->by_rim;
     near.push_back(entry.aligned.get());
   }
   return near;

@@ -10,31 +10,43 @@
 
 namespace octosurf {
 
+class NoiseModel;
+class SurfaceStore;
+
 /// What alignment keeps of a surface, as of one of its revisions.
 struct AlignedSurface {
   AlignedSurface(const Surface& surface, double edge);
 
   Plane plane;
   Eigen::Isometry3d T_surface_map;
-  /// Of slope along u, slope along v and offset at the surface's origin, as Surface::covariance, which knows
-  /// the readings' noise, with what the plane may be off because its rim is mixed with what lies beyond it.
-  Eigen::Matrix3d covariance;
+  /// What the plane may be off because its rim is mixed with what lies beyond it: covariance of slope along
+  /// u, slope along v and offset at the surface's origin.
+  Eigen::Matrix3d by_rim;
+  Eigen::Matrix3d covariance;  ///< the same of all that is known: by its readings' noise, and by_rim
   PlaneRaster raster;
+};
+
+/// A map that is being built: what its snapshot does not tell of the surfaces.
+struct GrowingMap {
+  const SurfaceStore& surfaces;
+  const NoiseModel& noise;
 };
 
 /// The surfaces of a map with their rasters, which are made when a scan first comes near a surface and again
 /// after it changed.
 class NearSurfaces {
  public:
-  /// Those of the snapshot whose box meets `box` (map frame), ascending id; valid until the next call.
-  /// O(surfaces), plus the rasters of those that changed.
-  std::vector<const AlignedSurface*> in(const Snapshot& snapshot, const Eigen::AlignedBox3d& box);
+  /// Those of the snapshot whose box meets `box` (map frame), ascending id; valid until the next call. As
+  /// sure as their readings' scatter says (covariance_of_readings()) if the snapshot is that of the `growing`
+  /// map, as sure as published otherwise. O(surfaces), plus the rasters of those that changed.
+  std::vector<const AlignedSurface*> in(const Snapshot& snapshot, const Eigen::AlignedBox3d& box,
+                                        const GrowingMap* growing = nullptr);
 
  private:
   struct Entry {
     SurfacePtr surface;
     Eigen::AlignedBox3d box;
-    std::unique_ptr<const AlignedSurface> aligned;
+    std::unique_ptr<AlignedSurface> aligned;
   };
   void follow(const Snapshot& snapshot);
 

@@ -106,7 +106,7 @@ void describe(const PoseFit& fit, const Determined& determined, double factor, c
 
 PoseSearch::PoseSearch(const Snapshot& map, NearSurfaces& surfaces, const Scan& scan, const NoiseModel& noise,
                        const RangeLimits& limits, const Eigen::Isometry3d& start, const AlignmentReach& reach,
-                       const FitErrors& errors)
+                       const FitErrors& errors, const GrowingMap* growing)
     : scan_(scan),
       noise_(noise),
       limits_(limits),
@@ -114,8 +114,10 @@ PoseSearch::PoseSearch(const Snapshot& map, NearSurfaces& surfaces, const Scan& 
       reach_(reach),
       samples_(sample_scan(scan, noise, sample_count, least_exact * map.resolution / errors.noise_factor,
                            limits.min_m, limits.max_m)),
-      near_(surfaces.in(map, box_of(samples_, start, gate_voxels * map.resolution + reach.translation_m,
-                                    reach.rotation_rad))),
+      near_(surfaces.in(
+          map,
+          box_of(samples_, start, gate_voxels * map.resolution + reach.translation_m, reach.rotation_rad),
+          growing)),
       fitter_(samples_, near_, with_gate(errors, gate_voxels * map.resolution)) {}
 
 PoseFit PoseSearch::fine(const Eigen::Isometry3d& start, const TwistCovariance& prior) const {

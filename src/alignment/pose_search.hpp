@@ -20,10 +20,10 @@ struct RangeLimits {
 class PoseSearch {
  public:
   /// All must outlive it. The gate of `errors` is the map's. Surfaces are those that the scan's readings may
-  /// meet within `reach` of `start`.
+  /// meet within `reach` of `start`; `growing` as for NearSurfaces::in().
   PoseSearch(const Snapshot& map, NearSurfaces& surfaces, const Scan& scan, const NoiseModel& noise,
              const RangeLimits& limits, const Eigen::Isometry3d& start, const AlignmentReach& reach,
-             const FitErrors& errors = {});
+             const FitErrors& errors = {}, const GrowingMap* growing = nullptr);
 
   std::size_t samples() const { return samples_.size(); }
   const AlignmentReach& reach() const { return reach_; }

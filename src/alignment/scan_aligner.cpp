@@ -157,11 +157,12 @@ Alignment Turn::align(const PoseSearch& search) {
 
 }  // namespace
 
-Alignment ScanAligner::operator()(AlignmentState& state, const Snapshot& map, const Scan& scan,
-                                  const NoiseModel& noise, const RangeLimits& limits) {
+Alignment ScanAligner::operator()(AlignmentState& state, const Snapshot& map, const GrowingMap& growing,
+                                  const Scan& scan, const RangeLimits& limits) {
   Turn turn(state, scan, map.resolution);
   const FitErrors errors{.noise_factor = std::sqrt(state.noise_factor2), .common_share = state.common_share};
-  const PoseSearch search(map, surfaces_, scan, noise, limits, turn.expected(), AlignmentReach(), errors);
+  const PoseSearch search(map, surfaces_, scan, growing.noise, limits, turn.expected(), AlignmentReach(),
+                          errors, &growing);
   return turn.align(search);
 }
 

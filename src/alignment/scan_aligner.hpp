@@ -12,10 +12,10 @@ namespace octosurf {
 /// Aligns one scan after the other of a recording to the map that they build.
 class ScanAligner {
  public:
-  /// The pose with which to insert `scan`; `state` is brought forward by it. Two milliseconds, ten times as
-  /// much for a scan that has to be looked for.
-  Alignment operator()(AlignmentState& state, const Snapshot& map, const Scan& scan, const NoiseModel& noise,
-                       const RangeLimits& limits);
+  /// The pose with which to insert `scan`; `state` is brought forward by it. `map` is the `growing` map's
+  /// snapshot. Two milliseconds, ten times as much for a scan that has to be looked for.
+  Alignment operator()(AlignmentState& state, const Snapshot& map, const GrowingMap& growing,
+                       const Scan& scan, const RangeLimits& limits);
 
  private:
   NearSurfaces surfaces_;

@@ -123,7 +123,8 @@ Mapper::Impl::Prepared Mapper::Impl::prepare(MapState& state, const Scan& scan) 
   report.alignment = time(Stage::align, [&] {
     // An archive's poses were aligned when its scans were mapped.
     if (!state.parameters.alignment.enabled || !scan.readings.empty()) return as_given(scan);
-    return align(alignment, *state.snapshot.load(), scan, state.noise, {parameters.min_range, max_range});
+    return align(alignment, *state.snapshot.load(), {state.surfaces, state.noise}, scan,
+                 {parameters.min_range, max_range});
   });
   prepared.set_aside = report.alignment.outcome == AlignmentOutcome::set_aside;
   if (prepared.set_aside || report.alignment.outcome == AlignmentOutcome::unexplained)

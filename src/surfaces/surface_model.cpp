@@ -2,6 +2,7 @@
 
 #include "geometry/plane_covariance.hpp"
 #include "geometry/rings.hpp"
+#include "surfaces/reading_covariance.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -29,6 +30,16 @@ double offset_bias(const ReadingGroup& inliers, const ReadingGroup& repeated, co
   const double difference = normal.dot(inliers.about.mean() - repeated.about.mean());
   const double share = inliers.about.count / (inliers.about.count + repeated.about.count);
   return share * share * std::max(0.0, difference * difference - chance);
+}
+
+/// The inliers' own points and the repeated observations, about the origin of the surface's frame.
+std::array<ReadingGroup, 2> reading_groups(const SurfaceModel& surface, const NoiseModel& noise) {
+  const Eigen::Vector3d origin = surface.pose().translation() - surface.reference();
+  const SurfaceModel::Evidence& repeated = surface.evidence();
+  Moments kept = surface.moments(&noise);
+  kept.add(repeated.moments, -1);
+  return {{{kept.shifted(origin), static_cast<double>(surface.size())},
+           {repeated.moments.shifted(origin), repeated.readings}}};
 }
 
 /// From a point inside a cube, along a unit direction, to the cube's side. `at`: from the cube's centre.
@@ -304,18 +315,21 @@ void SurfaceModel::derive(double max_hole_size, const NoiseModel* noise) {
   polygons_stale_ = false;
 }
 
-void SurfaceModel::derive_covariance(const NoiseModel& noise) {
-  const Eigen::Vector3d origin = pose_.translation() - reference_;
-  Moments kept = moments(&noise);
-  kept.add(evidence_.moments, -1);
-  const std::array<ReadingGroup, 2> groups{{{kept.shifted(origin), static_cast<double>(size_)},
-                                            {evidence_.moments.shifted(origin), evidence_.readings}}};
-  Eigen::Matrix3d c = covariance_over(groups, pose_.linear().transpose());
-  c(0, 0) += offset_bias(groups[0], groups[1], plane_.normal);
+Eigen::Matrix3d covariance_of_readings(const SurfaceModel& surface, const NoiseModel& noise) {
+  const Eigen::Matrix3d c =
+      covariance_over(reading_groups(surface, noise), surface.pose().linear().transpose());
   constexpr std::array<int, 3> order{1, 2, 0};  // slopes first
+  Eigen::Matrix3d covariance;
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 3; ++column)
-      covariance_(row, column) = (c(order[row], order[column]) + c(order[column], order[row])) / 2;
+      covariance(row, column) = (c(order[row], order[column]) + c(order[column], order[row])) / 2;
+  return covariance;
+}
+
+void SurfaceModel::derive_covariance(const NoiseModel& noise) {
+  covariance_ = covariance_of_readings(*this, noise);
+  const std::array<ReadingGroup, 2> groups = reading_groups(*this, noise);
+  covariance_(2, 2) += offset_bias(groups[0], groups[1], plane_.normal);
 }
 
 SurfacePtr SurfaceModel::publish(std::uint64_t map_revision) const {

@@ -28,6 +28,7 @@ struct Options {
   double drift_m = 0.015, drift_deg = 0.3;
   int laps = 2;
   std::optional<std::size_t> frames;
+  double length = 60;          // m, of the corridor
   std::size_t jump_every = 0;  // this scan's pose is off by 20 cm and 3°
   bool verbose = false, localize = false;
 };
@@ -46,7 +47,8 @@ Eigen::Isometry3d jumped(const Eigen::Isometry3d& T, std::size_t i) {
 /// A recording's poses, as they came and as they were used, and what was said of them.
 struct Poses {
   std::vector<double> given_mm, given_deg, used_mm, used_deg, align_ms;
-  double squared = 0;  ///< of the determined errors, in their standard deviations
+  std::vector<double> open_mm;  ///< moved along what the scan does not determine; of those that leave such
+  double squared = 0;           ///< of the determined errors, in their standard deviations
   int dimensions = 0;
   std::array<std::size_t, alignment_outcome_names.size()> outcomes{};
 
@@ -60,6 +62,11 @@ struct Poses {
     used_deg.push_back(deg * used.head<3>().norm());
     align_ms.push_back(report.stage_ms[static_cast<std::size_t>(Stage::align)]);
     ++outcomes[static_cast<std::size_t>(alignment.outcome)];
+    Twist all = twist_between(scan.T_map_sensor, alignment.T_map_sensor);
+    const double along_determined = alignment.determined_length_m(all);
+    all.head<3>() *= alignment.lever_m;
+    if (alignment.determined < 6)
+      open_mm.push_back(1e3 * std::sqrt(std::max(0.0, all.squaredNorm() - std::pow(along_determined, 2))));
     if (alignment.determined == 0) return;
     const Twist fit = twist_between(truth, moved(scan.T_map_sensor, alignment.disagreement));
     Twist in_metres;
@@ -103,6 +110,7 @@ void run(const Options& options, const std::string& scene, std::uint64_t seed, T
   simulation.drift_rad = options.drift_deg / deg;
   simulation.laps = options.laps;
   simulation.frames = options.frames;
+  simulation.length = options.length;
   const Recording recording(simulation);
   Recording::Visibility visibility = recording.visibility();
   Parameters on, off;
@@ -133,6 +141,9 @@ void run(const Options& options, const std::string& scene, std::uint64_t seed, T
   std::fprintf(stderr, "%s: alignment %.2f ms a scan, 95 %% within %.2f; squared error per dimension %.2f;",
                name.c_str(), mean(poses.align_ms), percentile(poses.align_ms, 0.95),
                poses.squared / std::max(1, poses.dimensions));
+  if (!poses.open_mm.empty())
+    std::fprintf(stderr, " %zu scans leave directions open, moved along these by %.2f mm, 95 %% within %.2f;",
+                 poses.open_mm.size(), mean(poses.open_mm), percentile(poses.open_mm, 0.95));
   for (std::size_t o = 0; o < poses.outcomes.size(); ++o)
     if (poses.outcomes[o] > 0)
       std::fprintf(stderr, " %s %zu", alignment_outcome_names[o].data(), poses.outcomes[o]);
@@ -228,6 +239,7 @@ int main(int argc, char** argv) {
   app.add_option("--drift-deg", options.drift_deg, "per lap")->capture_default_str();
   app.add_option("--laps", options.laps)->capture_default_str();
   app.add_option("--frames", options.frames, "scans");
+  app.add_option("--length", options.length, "of the scene corridor, m")->capture_default_str();
   app.add_option("--jump-every", options.jump_every, "every so many scans one is off by 20 cm and 3 degrees");
   app.add_flag("--localize", options.localize,
                "scans in a finished map, from guesses up to 30 cm and 5 degrees off");
