@@ -43,6 +43,15 @@ AreaMoments area_moments(const std::vector<Polygon>& polygons) {
   return m;
 }
 
+/// Of what a box of the map covers in a surface's plane.
+Eigen::AlignedBox2d in_plane(const Eigen::AlignedBox3d& box, const Eigen::Isometry3d& T_surface_map) {
+  Eigen::AlignedBox2d covered;
+  for (int corner = 0; corner < 8; ++corner)
+    covered.extend(
+        (T_surface_map * box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner))).head<2>());
+  return covered;
+}
+
 /// By how much the outermost row of a surface's voxels is off on the average, as a share of the voxel's edge:
 /// rays that an edge parts leave there the mean of both its sides.
 constexpr double rim_bias = 1.0 / 6;
@@ -67,12 +76,12 @@ Eigen::Matrix3d rim_covariance(const Surface& surface) {
 
 }  // namespace
 
-AlignedSurface::AlignedSurface(const Surface& surface, double edge)
+AlignedSurface::AlignedSurface(const Surface& surface, double edge, const Eigen::AlignedBox2d& window)
     : plane(surface.plane),
       T_surface_map(surface.T_map_surface.inverse()),
       by_rim(rim_covariance(surface)),
       covariance(surface.covariance + by_rim),
-      raster(surface.polygons, edge) {}
+      raster(surface.polygons, edge, window) {}
 
 void NearSurfaces::follow(const Snapshot& snapshot) {
   std::vector<Entry> entries;
@@ -97,7 +106,12 @@ std::vector<const AlignedSurface*> NearSurfaces::in(const Snapshot& snapshot, co
   std::vector<const AlignedSurface*> near;
   for (Entry& entry : entries_) {
     if (!entry.box.intersects(box)) continue;
-    if (!entry.aligned) entry.aligned = std::make_unique<AlignedSurface>(*entry.surface, edge);
+    const Eigen::AlignedBox2d window = in_plane(box, entry.surface->T_map_surface.inverse());
+    if (!entry.aligned || !entry.aligned->raster.holds(window)) {
+      const Eigen::Vector2d beyond = window.sizes() / 2;  // for the scans that come next
+      entry.aligned = std::make_unique<AlignedSurface>(
+          *entry.surface, edge, Eigen::AlignedBox2d(window.min() - beyond, window.max() + beyond));
+    }
     // Anew for every scan: what the noise is known to be changes with every one, too.
     if (growing != nullptr)
       entry.aligned->covariance =

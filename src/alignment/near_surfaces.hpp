@@ -15,7 +15,8 @@ class SurfaceStore;
 
 /// What alignment keeps of a surface, as of one of its revisions.
 struct AlignedSurface {
-  AlignedSurface(const Surface& surface, double edge);
+  /// The raster is that of `window` (u, v).
+  AlignedSurface(const Surface& surface, double edge, const Eigen::AlignedBox2d& window);
 
   Plane plane;
   Eigen::Isometry3d T_surface_map;
@@ -38,7 +39,8 @@ class NearSurfaces {
  public:
   /// Those of the snapshot whose box meets `box` (map frame), ascending id; valid until the next call. As
   /// sure as their readings' scatter says (covariance_of_readings()) if the snapshot is that of the `growing`
-  /// map, as sure as published otherwise. O(surfaces), plus the rasters of those that changed.
+  /// map, as sure as published otherwise. Their rasters tell of what is within `box` only. O(surfaces), plus
+  /// the rasters of those that changed, and of those of which another part is near.
   std::vector<const AlignedSurface*> in(const Snapshot& snapshot, const Eigen::AlignedBox3d& box,
                                         const GrowingMap* growing = nullptr);
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -13,29 +13,38 @@ namespace octosurf {
 /// in them. The rim is left out, because readings near an edge mix what lies on both its sides.
 class PlaneRaster {
  public:
-  /// O(cells in the polygons' box / 64 + rings' length / edge).
-  PlaneRaster(const std::vector<Polygon>& polygons, double edge);
+  /// Of what lies within `window`; beyond it nothing is covered.
+  /// O(cells in the window / 64 + vertices + length of the rings beside the window / edge).
+  PlaneRaster(const std::vector<Polygon>& polygons, double edge, const Eigen::AlignedBox2d& window);
 
   bool covers(double u, double v) const {
-    const double column = (u - corner_.x()) * per_edge_, row = (v - corner_.y()) * per_edge_;
-    if (!(column >= 0 && row >= 0 && column < columns_ && row < rows_)) return false;
+    const double column = (u - corner_.x()) * per_edge_ - window_.first.x(),
+                 row = (v - corner_.y()) * per_edge_ - window_.first.y();
+    if (!(column >= 0 && row >= 0 && column < window_.size.x() && row < window_.size.y())) return false;
     const auto c = static_cast<std::size_t>(column), r = static_cast<std::size_t>(row);
     return (bits_[r * words_ + c / 64] >> (c % 64) & 1) != 0;
   }
   /// Within `reach` of the polygons' box.
   bool near(const Eigen::Vector2d& uv, double reach) const {
     const Eigen::Array2d at = (uv - corner_).array();
-    return (at >= -reach).all() && (at <= Eigen::Array2d(columns_, rows_) / per_edge_ + reach).all();
+    return (at >= -reach).all() && (at <= cells_ / per_edge_ + reach).all();
   }
+  /// All that is within `window` can be asked for.
+  bool holds(const Eigen::AlignedBox2d& window) const;
 
  private:
+  struct Window {  ///< columns and rows: whole numbers, compared with doubles
+    Eigen::Array2d first = Eigen::Array2d::Zero(), size = Eigen::Array2d::Zero();
+  };
+  Window window_of(const Eigen::AlignedBox2d& box) const;
   void fill(const std::vector<Polygon>& polygons, std::vector<std::uint64_t>& bits) const;
   void erode(const std::vector<std::uint64_t>& filled);
 
   Eigen::Vector2d corner_ = Eigen::Vector2d::Zero();
   double per_edge_ = 1;
-  double columns_ = 0, rows_ = 0;  // whole numbers; compared with doubles
-  std::size_t words_ = 0;          // of a row
+  Eigen::Array2d cells_ = Eigen::Array2d::Zero();  // columns and rows of the polygons' box
+  Window window_;
+  std::size_t words_ = 0;  // of a row
   std::vector<std::uint64_t> bits_;
 };
 

@@ -3,6 +3,7 @@
 #include "support/seed.hpp"
 
 #include <gtest/gtest.h>
+#include <limits>
 #include <random>
 
 namespace octosurf::test {
@@ -39,6 +40,10 @@ Ring2 star(std::mt19937_64& rng, const Eigen::Vector2d& centre, double least, do
   return ring;
 }
 
+constexpr double infinity = std::numeric_limits<double>::infinity();
+const Eigen::AlignedBox2d everywhere(Eigen::Vector2d::Constant(-infinity),
+                                     Eigen::Vector2d::Constant(infinity));
+
 TEST(PlaneRaster, CoversCellsWhoseNeighboursAreInside) {
   auto rng = test::rng();
   constexpr double edge = 0.04;
@@ -48,7 +53,7 @@ TEST(PlaneRaster, CoversCellsWhoseNeighboursAreInside) {
     const std::vector<Polygon> polygons{
         {star(rng, centre, 1.2, 3.1, 23, false), {star(rng, centre, 0.2, 0.9, 11, true)}},
         {star(rng, centre + Eigen::Vector2d(5, 5), 0.1, 1, 7, false), {}}};
-    const PlaneRaster raster(polygons, edge);
+    const PlaneRaster raster(polygons, edge, everywhere);
     Eigen::Vector2d low = centre.array() + 1e9, high = centre.array() - 1e9;
     for (const Polygon& polygon : polygons)
       for (const Eigen::Vector2d& vertex : polygon.outer)
@@ -66,16 +71,49 @@ TEST(PlaneRaster, CoversCellsWhoseNeighboursAreInside) {
   }
 }
 
+TEST(PlaneRaster, OfAWindowCoversTheSameThere) {
+  auto rng = test::rng();
+  constexpr double edge = 0.04;
+  std::uniform_real_distribution<double> place(-4, 4), size(0.1, 3), within(0, 1);
+  std::size_t covered = 0;
+  for (int world = 0; world < 50; ++world) {
+    const std::vector<Polygon> polygons{
+        {star(rng, {0.3, 0.2}, 1.2, 3.1, 23, false), {star(rng, {0.3, 0.2}, 0.2, 0.9, 11, true)}}};
+    const Eigen::Vector2d low(place(rng), place(rng));
+    const Eigen::AlignedBox2d window(low, low + Eigen::Vector2d(size(rng), size(rng)));
+    const PlaneRaster whole(polygons, edge, everywhere), part(polygons, edge, window);
+    EXPECT_TRUE(part.holds(window));
+    EXPECT_TRUE(whole.holds(everywhere));
+    for (int i = 0; i < 1000; ++i) {
+      const Eigen::Vector2d p =
+          window.min() + window.sizes().cwiseProduct(Eigen::Vector2d(within(rng), within(rng)));
+      ASSERT_EQ(part.covers(p.x(), p.y()), whole.covers(p.x(), p.y())) << "world " << world << " at " << p;
+      covered += whole.covers(p.x(), p.y());
+      const Eigen::Vector2d anywhere(place(rng), place(rng));
+      if (part.covers(anywhere.x(), anywhere.y())) {
+        ASSERT_TRUE(whole.covers(anywhere.x(), anywhere.y()));
+      }
+      ASSERT_EQ(part.near(anywhere, 0.1), whole.near(anywhere, 0.1));
+    }
+  }
+  const PlaneRaster part({{{{0, 0}, {9, 0}, {9, 9}, {0, 9}}, {}}}, edge,
+                         {Eigen::Vector2d(2, 2), Eigen::Vector2d(4, 4)});
+  EXPECT_TRUE(part.holds({Eigen::Vector2d(3, 3), Eigen::Vector2d(4, 4)}));
+  EXPECT_FALSE(part.holds({Eigen::Vector2d(3, 3), Eigen::Vector2d(4, 5)}));
+  EXPECT_FALSE(part.holds(everywhere));
+  EXPECT_GT(covered, 1000U);
+}
+
 TEST(PlaneRaster, OfNothingCoversNothing) {
-  const PlaneRaster raster({}, 0.04);
+  const PlaneRaster raster({}, 0.04, everywhere);
   EXPECT_FALSE(raster.covers(0, 0));
-  const PlaneRaster sliver({{{{0, 0}, {1, 0}, {1, 0.01}}, {}}}, 0.04);
+  const PlaneRaster sliver({{{{0, 0}, {1, 0}, {1, 0.01}}, {}}}, 0.04, everywhere);
   EXPECT_FALSE(sliver.covers(0.9, 0.005));
 }
 
 TEST(PlaneRaster, HugePlanesGetCoarserCells) {
   const double side = 3e4;
-  const PlaneRaster raster({{{{0, 0}, {side, 0}, {side, side}, {0, side}}, {}}}, 0.02);
+  const PlaneRaster raster({{{{0, 0}, {side, 0}, {side, side}, {0, side}}, {}}}, 0.02, everywhere);
   EXPECT_TRUE(raster.covers(side / 2, side / 2));
   EXPECT_FALSE(raster.covers(-1, side / 2));
 }
