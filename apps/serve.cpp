@@ -10,7 +10,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
-#include <iterator>
 #include <memory>
 #include <string>
 
@@ -47,7 +46,7 @@ A token goes over the network as it is; where others listen, tunnel instead: ssh
 
 constexpr const char* token_variable = "OCTOSURF_TOKEN";
 // Guessed at a thousand a second, 16 letters and digits take longer than the universe has.
-constexpr std::size_t shortest_token = 16;
+constexpr std::size_t shortest_token = 16, longest_token = 4096;
 
 struct Arguments {
   std::string map, up, token_file;
@@ -61,8 +60,12 @@ std::string token_of(const Arguments& arguments) {
   if (!arguments.token_file.empty()) {
     where = arguments.token_file;
     std::ifstream in(where, std::ios::binary);
-    token.assign(std::istreambuf_iterator<char>(in), {});
-    if (!in) throw Error(Error::Kind::data, where, "cannot be read", "write a token into it");
+    token.resize(longest_token + 1);
+    in.read(token.data(), static_cast<std::streamsize>(token.size()));
+    token.resize(static_cast<std::size_t>(in.gcount()));
+    if (in.bad() || !in.eof() || token.empty())
+      throw Error(Error::Kind::data, where, "cannot be read as a token",
+                  "write one into it, of up to 4096 letters");
     while (!token.empty() && (token.back() == '\n' || token.back() == '\r')) token.pop_back();
   } else if (const char* given = std::getenv(token_variable)) {
     token = given;

@@ -289,7 +289,8 @@ class Door(unittest.TestCase):
             file.write("short")
             file.flush()
             self.assertIn("16 letters", command("serve", MAP, "--token", file.name, code=2))
-        self.assertIn("nothing", command("serve", MAP, "--token", "/nothing", code=1))
+        for unreadable in ("/nothing", "/dev/zero", "/dev/null"):
+            self.assertIn(unreadable, command("serve", MAP, "--token", unreadable, code=1))
 
     def test_wrong_use(self):
         self.assertIn("--listen", command("serve", MAP, "--listen", "moon", code=2))
