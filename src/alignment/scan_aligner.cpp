@@ -63,9 +63,10 @@ class Turn {
   static double known_share(const PoseFit& fit, const Alignment& result) {
     return static_cast<double>(fit.known) / static_cast<double>(std::max<std::size_t>(1, result.samples));
   }
-  double off(const PoseFit& fit) const {
-    const Twist twist = twist_between(expected_, fit.T_map_sensor);
-    return std::max(twist.tail<3>().norm(), fit.lever_m * twist.head<3>().norm());
+  /// How far the fit lies from where the scan was expected. Along directions that it leaves open it lies
+  /// anywhere: a laser's line on a floor and a wall tells no jump, however far it was slid along them.
+  double off(const PoseFit& fit, const Determined& determined) const {
+    return length(determined, twist_between(expected_, fit.T_map_sensor));
   }
   void learn_errors(const PoseFit& fit);
   void follow(const PoseFit& fit, const Determined& determined, Alignment& result);
@@ -132,7 +133,7 @@ Alignment Turn::align(const PoseSearch& search) {
   const double jump = jump_voxels * resolution_;
   const bool known = fit.known >= least_known_samples;
   const bool explained = fit.explained_share() >= much_less * state_.usual_share;
-  const bool fits = explained && off(fit) <= jump;
+  const bool fits = explained && off(fit, determined) <= jump;
   // A view that is suddenly unknown may be one of new places, or one from elsewhere than the pose says.
   const bool strange = known_share(fit, result) < half_known * state_.usual_known;
   const std::optional<PoseFit> found = (known && !fits) || strange ? search.coarse(expected_) : std::nullopt;
@@ -141,7 +142,7 @@ Alignment Turn::align(const PoseSearch& search) {
     fit = *found;
     determined = determined_by(fit, resolution_);
   }
-  if (takes && off(fit) > jump)
+  if (takes && off(fit, determined) > jump)
     note_jump(fit, determined, result);
   else if (!takes && (!known || (fits && determined.count == 0)))
     leave_as_expected(AlignmentOutcome::nothing_known, result);

@@ -4,6 +4,7 @@
 #include "alignment/near_surfaces.hpp"
 #include "alignment/pose_search.hpp"
 #include "bench/support.hpp"
+#include "sensing/downsample.hpp"
 #include "sensing/noise_model.hpp"
 #include "simulation/recording.hpp"
 
