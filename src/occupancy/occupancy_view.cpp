@@ -167,13 +167,10 @@ class NearestSearch {
   }
 
   void in_brick(const VoxelTree::Brick& brick, const Key3& corner) {
-    // Most bricks about a free place are free, which a loop without branches finds out four voxels at a time.
-    bool any = false;
-    for (const float value : brick.value) any |= tree_.occupied(value);
-    if (!any) return;
-    for (std::uint64_t m = brick.known; m != 0; m &= m - 1) {
+    const bool all_have_points = !tree_.occupied_without_points();
+    for (std::uint64_t m = all_have_points ? brick.points : brick.known; m != 0; m &= m - 1) {
       const auto i = static_cast<unsigned>(std::countr_zero(m));
-      if (!tree_.occupied(brick.value[i])) continue;
+      if (!all_have_points && !tree_.occupied(brick.value[i])) continue;
       const VoxelKey inside = VoxelTree::key_of(i);
       offer({corner[0] + inside.x, corner[1] + inside.y, corner[2] + inside.z});
     }
@@ -204,7 +201,7 @@ class NearestSearch {
     std::size_t count = 0;
     for (unsigned c = 0; c < 8; ++c) {
       const VoxelTree::Node child = node.child(c);
-      if (!child.has_children() && !(child.exists() && tree_.occupied(child.log_odds()))) continue;
+      if (!child.may_be_occupied()) continue;
       const double d2 = halves[0][c & 1] + halves[1][c >> 1 & 1] + halves[2][c >> 2];
       if (d2 > best2_) continue;
       std::size_t place = count++;
