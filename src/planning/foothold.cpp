@@ -98,9 +98,16 @@ Eigen::AlignedBox2d box_of(const Sole& sole, const Stand& stand, double margin) 
 
 /// The contact with its margin reaches one of these convex rings of the surface's frame.
 bool reaches(const Sole& sole, const Stand& stand, double margin, std::vector<Ring2> rings) {
-  const Ring2 off = mirrored(sole.with_margin(margin));
+  const Ring2 around = sole.with_margin(margin), off = mirrored(around);
+  Eigen::AlignedBox2d bounds;
+  for (const Eigen::Vector2d& p : around) bounds.extend(p);
   return std::any_of(rings.begin(), rings.end(), [&](Ring2& ring) {
-    for (Eigen::Vector2d& p : ring) p = sole.to_turned(p - stand.middle);
+    Eigen::AlignedBox2d box;
+    for (Eigen::Vector2d& p : ring) {
+      p = sole.to_turned(p - stand.middle);
+      box.extend(p);
+    }
+    if (!bounds.intersects(box)) return false;
     return ConvexSides(minkowski_sum(off, ring)).depth(Eigen::Vector2d::Zero()) > rounding;
   });
 }

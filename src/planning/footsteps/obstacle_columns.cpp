@@ -92,12 +92,14 @@ bool ObstacleColumns::blocked_in_block(const Tile& tile, int x0, int y0, const S
 
 bool ObstacleColumns::reaches(const VoxelMatter& matter, const Sought& sought) const {
   const UprightBox& box = sought.box;
-  const Eigen::Vector3d at = R_walk_map_ * matter.middle;
-  const Eigen::Vector2d off = at.head<2>() - box.center;
-  if (std::abs(sought.ahead.dot(off)) > box.half_length + matter.reach(sought.ahead_in_map)) return false;
-  if (std::abs(sought.left.dot(off)) > box.half_width + matter.reach(sought.left_in_map)) return false;
-  const double z = at.z() - box.rise.dot(off), reach = matter.reach(sought.over_bottom_in_map);
-  return z >= box.from_z - reach && z <= box.to_z + reach;
+  const Eigen::Vector2d off = matter.middle.head<2>() - box.center;
+  const double ahead = std::abs(sought.ahead.dot(off)) - box.half_length;
+  const double left = std::abs(sought.left.dot(off)) - box.half_width;
+  const double z = matter.middle.z() - box.rise.dot(off), over = std::max(box.from_z - z, z - box.to_z);
+  // Mostly its middle is in the box, or nothing of it.
+  if (std::max({ahead, left, over}) <= 0) return true;
+  return ahead <= matter.reach(sought.ahead_in_map) && left <= matter.reach(sought.left_in_map) &&
+         over <= matter.reach(sought.over_bottom_in_map);
 }
 
 const ObstacleColumns::Tile& ObstacleColumns::tile(int tile_x, int tile_y) {
@@ -133,22 +135,24 @@ ObstacleColumns::Tile ObstacleColumns::load(int tile_x, int tile_y) const {
     std::uint32_t column;
     float z;
     SurfaceId surface;
-    VoxelMatter matter;
+    std::uint32_t number;  // in `matter`
   };
   std::vector<Found> found;
+  std::vector<VoxelMatter> matter;
   MatterOfVoxels matter_of(surfaces_.get(), pixel_);
   octree_.for_each_occupied(box, [&](const OccupancyView::Voxel& voxel) {
-    const VoxelMatter matter = matter_of(voxel);
-    const Eigen::Vector3d at = R_walk_map_ * matter.middle;
-    const int x = static_cast<int>(std::floor(at.x() / pixel_)) - tile_x * tile_pixels;
-    const int y = static_cast<int>(std::floor(at.y() / pixel_)) - tile_y * tile_pixels;
+    VoxelMatter one = matter_of(voxel);
+    one.middle = R_walk_map_ * one.middle;
+    const int x = static_cast<int>(std::floor(one.middle.x() / pixel_)) - tile_x * tile_pixels;
+    const int y = static_cast<int>(std::floor(one.middle.y() / pixel_)) - tile_y * tile_pixels;
     if (x < 0 || y < 0 || x >= tile_pixels || y >= tile_pixels) return true;
-    found.push_back(
-        {static_cast<std::uint32_t>(y * tile_pixels + x), static_cast<float>(at.z()), voxel.surface, matter});
+    found.push_back({static_cast<std::uint32_t>(y * tile_pixels + x), static_cast<float>(one.middle.z()),
+                     voxel.surface, static_cast<std::uint32_t>(matter.size())});
+    matter.push_back(one);
     return true;
   });
   std::sort(found.begin(), found.end(), [](const Found& a, const Found& b) {
-    return std::tuple(a.column, a.z, a.surface) < std::tuple(b.column, b.z, b.surface);
+    return std::tuple(a.column, a.z, a.surface, a.number) < std::tuple(b.column, b.z, b.surface, b.number);
   });
   Tile result;
   result.begin.assign(tile_pixels * tile_pixels + 1, 0);
@@ -160,7 +164,7 @@ ObstacleColumns::Tile ObstacleColumns::load(int tile_x, int tile_y) const {
     ++result.begin[one.column + 1];
     result.z.push_back(one.z);
     result.surface.push_back(one.surface);
-    result.matter.push_back(one.matter);
+    result.matter.push_back(matter[one.number]);
   }
   for (std::size_t i = 1; i < result.begin.size(); ++i) result.begin[i] += result.begin[i - 1];
   return result;

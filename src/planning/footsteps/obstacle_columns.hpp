@@ -45,7 +45,7 @@ class ObstacleColumns {
     std::vector<std::uint32_t> begin;  ///< tile_pixels² + 1 positions in z
     std::vector<float> z;              ///< of the matter's middle, ascending in a column
     std::vector<SurfaceId> surface;    ///< whose voxel, for each z
-    std::vector<VoxelMatter> matter;   ///< for each z
+    std::vector<VoxelMatter> matter;   ///< for each z; its middle in the walking frame
     std::vector<float> top;            ///< the highest of each block of block_pixels² columns
   };
   /// An upright box as pixels see it, and what of it they need not work out anew.
