@@ -95,7 +95,9 @@ std::vector<Ring2> obstacles_over(const Surface& surface, const Eigen::Vector2d&
                Eigen::Vector3d((corner & 1u) != 0 ? high.x() : low.x(),
                                (corner & 2u) != 0 ? high.y() : low.y(),
                                (corner & 4u) != 0 ? limits.clearance_m : limits.obstacle_from_m));
-  const double beside = octree.resolution() + (others != nullptr ? MatterOfVoxels::farthest_move : 0);
+  // A rectangle about what one covers has its corners √2 times as far as that reaches, and is rounded.
+  const double beside = 2 * MatterOfVoxels::farthest_reach * octree.resolution() +
+                        (others != nullptr ? MatterOfVoxels::farthest_move : 0);
   box.min().array() -= beside;
   box.max().array() += beside;
   std::vector<Eigen::Vector3d> cubes;
@@ -114,7 +116,7 @@ std::vector<Ring2> obstacles_over(const Surface& surface, const Eigen::Vector2d&
     return true;
   });
   std::vector<Ring2> covered = projected(surface, cubes, octree.resolution());
-  for (Ring2& ring : projected(surface, std::move(flat))) covered.push_back(std::move(ring));
+  for (Ring2& ring : projected(surface, flat)) covered.push_back(std::move(ring));
   return covered;
 }
 
@@ -141,7 +143,7 @@ std::vector<Ring2> projected(const Surface& surface, std::span<const Eigen::Vect
 
 // Each covers a rectangle along the line in which its plane and this one meet, as wide as the row that it
 // lies in: those of a wall become one.
-std::vector<Ring2> projected(const Surface& surface, std::vector<VoxelMatter> flat) {
+std::vector<Ring2> projected(const Surface& surface, std::span<const VoxelMatter> flat) {
   constexpr double row_width = ReadingModel::pose_sigma;
   std::vector<Strip> strips;
   strips.reserve(flat.size());

@@ -26,7 +26,7 @@ std::vector<Ring2> obstacles_over(const Surface& surface, const Eigen::Vector2d&
 std::vector<Ring2> projected(const Surface& surface, std::span<const Eigen::Vector3d> centres, double d);
 
 /// The same of voxels that are flat: those of one surface in one row together.
-std::vector<Ring2> projected(const Surface& surface, std::vector<VoxelMatter> flat);
+std::vector<Ring2> projected(const Surface& surface, std::span<const VoxelMatter> flat);
 
 /// Where `octree` knows free space `gap_depth_m` behind the plane, in the box of the surface's frame and on
 /// its polygons: rectangles (counter-clockwise) of cells of d/2 about the places that were asked.

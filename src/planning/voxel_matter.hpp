@@ -33,6 +33,9 @@ class MatterOfVoxels {
   /// m. How far a voxel may be moved: no reading farther off a plane is asked whether it is the plane's. One
   /// that is all the same (tolerances grow without bound) keeps its cube.
   static constexpr double farthest_move = ReadingModel::clutter_depth / 2;
+  /// Of the voxel's edge. No matter reaches farther from its middle: a cube's corners half a diagonal, √3/2;
+  /// what is flat so far along its plane and less than that off it, which together is √2 times as far.
+  static constexpr double farthest_reach = 1.2248;
   /// Of the deviation of a plane's height: 3, within which 99.7 % of all are.
   static constexpr double deviations = 3;
 

@@ -20,8 +20,8 @@ ObstacleColumns::ObstacleColumns(OccupancyView octree, std::shared_ptr<const Sna
 
 bool ObstacleColumns::blocked(const UprightBox& box, SurfaceId but) {
   if (pixel_ <= 0) return false;
-  // No matter reaches farther than its cube's corners, and its middle is so far off that of its pixel.
-  const double reach = std::sqrt(3.0) / 2 * pixel_, off_pixel = std::sqrt(2.0) / 2 * pixel_;
+  // The middle of what reaches in is no farther off the box than this, and off that of its pixel than that.
+  const double reach = MatterOfVoxels::farthest_reach * pixel_, off_pixel = std::sqrt(2.0) / 2 * pixel_;
   const double slope = box.rise.norm();
   Sought sought;
   sought.box = box;
