@@ -109,7 +109,8 @@ FoundRegion find_region(const AskedMap& map, const ContactQuery& query, double m
   std::optional<double> yaw;
   if (query.yaw_deg) yaw = *query.yaw_deg * rad_per_deg;
   const std::vector<PolygonEdges> edges = edges_of(map, *surface, limits);
-  const ContactRegion region = contact_region(*surface, foot, yaw, limits, &map.octree, &edges);
+  const ContactRegion region =
+      contact_region(*surface, foot, yaw, limits, &map.octree, &edges, map.snapshot.get());
   return {surface, region, convex_pieces(*surface, region, query.pieces)};
 }
 
@@ -124,7 +125,7 @@ Foothold find_foothold(const AskedMap& map, const ContactQuery& query, double ma
                 "map more scans first, or allow a greater slope");
   const Surface& surface = *map.snapshot->find(found->id);
   const std::vector<PolygonEdges> edges = edges_of(map, surface, limits);
-  return foothold(surface, foot, at, v[3] * rad_per_deg, limits, &map.octree, &edges);
+  return foothold(surface, foot, at, v[3] * rad_per_deg, limits, &map.octree, &edges, map.snapshot.get());
 }
 
 void answer(const AskedMap& map, const ContactQuery& query, double max_slope_rad, bool json) {

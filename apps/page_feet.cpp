@@ -58,7 +58,8 @@ PageFoot make_foot(const AskedMap& map, const std::string& text, bool edges_only
     if (slope_rad(*surface, map.up) > limits.max_slope_rad)
       result.regions.push_back({surface->id, surface->revision, yaw_rad, {}, 0, {ContactRefusal::slope}});
     else
-      result.regions.push_back(contact_region(*surface, shape, yaw_rad, limits, &map.octree));
+      result.regions.push_back(
+          contact_region(*surface, shape, yaw_rad, limits, &map.octree, nullptr, map.snapshot.get()));
   }
   return result;
 }

@@ -112,31 +112,33 @@ void bind_contact(py::module_& module) {
   module.def(
       "contact_region",
       [](const std::shared_ptr<Surface>& surface, ContactShape shape, std::optional<double> yaw_rad,
-         ContactLimits limits, std::optional<OccupancyView> octree, std::optional<Edges> edges) {
+         ContactLimits limits, std::optional<OccupancyView> octree, std::optional<Edges> edges,
+         const std::shared_ptr<Snapshot>& others) {
         const py::gil_scoped_release others_run;
         return contact_region(*surface, shape, yaw_rad, limits, octree ? &*octree : nullptr,
-                              edges ? &*edges : nullptr);
+                              edges ? &*edges : nullptr, others.get());
       },
       py::arg("surface"), py::arg("shape"), py::arg("yaw_rad") = py::none(),
       py::arg("limits") = ContactLimits{}, py::kw_only(), py::arg("octree") = py::none(),
-      py::arg("edges") = py::none(),
+      py::arg("edges") = py::none(), py::arg("others") = py::none(),
       R"(ContactRegion of a Surface for one heading, rad counter-clockwise from the map's x axis, or None for all.
 
 octree: OccupancyView, asked for obstacles, clearance and gaps. edges: label_edges() of the surface, for a frontier margin.
+others: Snapshot of the octree's scan; what stands there is then where its surfaces' planes are, not all over their voxels.
 Safe: a contact at any point of it lies on the surface. Throws Error(usage) for limits that make no sense or miss what they
 need.)");
   module.def(
       "foothold",
       [](const std::shared_ptr<Surface>& surface, ContactShape shape, const Eigen::Vector3d& at,
          double yaw_rad, ContactLimits limits, std::optional<OccupancyView> octree,
-         std::optional<Edges> edges) {
+         std::optional<Edges> edges, const std::shared_ptr<Snapshot>& others) {
         const py::gil_scoped_release others_run;
         return foothold(*surface, shape, at, yaw_rad, limits, octree ? &*octree : nullptr,
-                        edges ? &*edges : nullptr);
+                        edges ? &*edges : nullptr, others.get());
       },
       py::arg("surface"), py::arg("shape"), py::arg("at"), py::arg("yaw_rad"),
       py::arg("limits") = ContactLimits{}, py::kw_only(), py::arg("octree") = py::none(),
-      py::arg("edges") = py::none(),
+      py::arg("edges") = py::none(), py::arg("others") = py::none(),
       "Foothold: judges a contact whose reference point stands at `at`, (3,), map frame, projected onto the "
       "plane.");
   module.def(

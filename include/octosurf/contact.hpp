@@ -97,19 +97,24 @@ Eigen::Vector2d heading_on(const Surface& surface, double yaw_rad, const Eigen::
 
 /// The region of `surface`, for one heading or (empty) for all of them: a disc of reach() about the reference
 /// point. `octree` is asked for obstacles and clearance, and may be null if the limits do not need it; edge
-/// kinds (label_edges(), for frontier_margin_m) likewise.
+/// kinds (label_edges(), for frontier_margin_m) likewise. `others`: the surfaces that the octree's voxels
+/// belong to, of the same scan. What stands on or hangs over this one is then where their planes are, within
+/// three standard deviations of those; without (nullptr) each voxel counts as filled, and as the readings of
+/// a wall that was seen from afar scatter over several, footholds a few centimetres beside it are refused.
 ///
 /// 1. Safe: the Minkowski difference of each of the surface's polygons and the contact, rounded inward by a
 ///    few µm, so that a contact at any point of it lies on the surface (checked in exact arithmetic).
 /// 2. Nothing that a foothold could use is left out but for those µm, arcs of margins and discs, which are
-///    drawn by polygons around them (at most 0.5 % larger), and voxels, which stand for all they cover.
+///    drawn by polygons around them (at most 0.5 % larger), and voxels of no surface, which stand for all
+///    they cover.
 /// 3. A contact lies on one polygon: it does not reach over the single points where two touch.
 /// Some 0.5 µs for each of the surface's vertices; with a gap depth O(area / d²) questions to the octree,
 /// too. Throws Error(usage) for a shape or limits that make no sense or miss what they need, or a surface a
 /// kilometre from its frame's origin.
 ContactRegion contact_region(const Surface& surface, const ContactShape& shape, std::optional<double> yaw_rad,
                              const ContactLimits& limits = {}, const OccupancyView* octree = nullptr,
-                             const std::vector<PolygonEdges>* edges = nullptr);
+                             const std::vector<PolygonEdges>* edges = nullptr,
+                             const Snapshot* others = nullptr);
 
 /// One contact at a place, and what is to be said about it.
 struct Foothold {
@@ -129,7 +134,7 @@ struct Foothold {
 /// µs. Throws as contact_region().
 Foothold foothold(const Surface& surface, const ContactShape& shape, const Eigen::Vector3d& at,
                   double yaw_rad, const ContactLimits& limits = {}, const OccupancyView* octree = nullptr,
-                  const std::vector<PolygonEdges>* edges = nullptr);
+                  const std::vector<PolygonEdges>* edges = nullptr, const Snapshot* others = nullptr);
 
 /// At most `most` disjoint convex pieces inside a region, the largest first, that cover as much of its area
 /// as they can: what mixed-integer planners ask for. Each is grown to the largest found in what is left

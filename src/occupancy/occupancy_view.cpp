@@ -87,9 +87,16 @@ std::uint64_t morton_of(const Key3& key) {
                            static_cast<unsigned>(key[2]));
 }
 
-/// Calls `visit(first, last, log_odds, payload)` for what is known of a box of voxels, in Morton order of
-/// their corners: cubes of one value, cut to the box. `visit` returns false to stop.
-template <class Visit>
+/// Of a brick, all voxels that may be occupied.
+std::uint64_t may_be_occupied(const VoxelTree& tree, const VoxelTree::Brick& brick) {
+  return tree.occupied_without_points() ? brick.known : brick.points;
+}
+
+enum class Walked { all, occupied };  ///< what is known, or of that at least what is occupied
+
+/// Calls `visit(box, log_odds, payload)` for what is known of a box of voxels, in Morton order of their
+/// corners: cubes of one value, cut to the box. `visit` returns false to stop.
+template <Walked walked, class Visit>
 class BoxWalk {
  public:
   BoxWalk(const VoxelTree& tree, const KeyBox& box, Visit& visit) : tree_(tree), box_(box), visit_(visit) {}
@@ -98,8 +105,9 @@ class BoxWalk {
 
  private:
   bool below(const VoxelTree::Node& node, const Key3& corner) {
+    if (walked == Walked::occupied ? !node.may_be_occupied() : !node.exists()) return true;
     const KeyBox part = box_.cut(KeyBox::cube(corner, node.level()));
-    if (!node.exists() || part.voxels() == 0) return true;
+    if (part.voxels() == 0) return true;
     if (const VoxelTree::Brick* brick = node.brick()) return in_brick(*brick, corner);
     if (!node.has_children()) return visit_(part, node.log_odds(), nullptr);
     for (unsigned c = 0; c < 8; ++c)
@@ -107,7 +115,8 @@ class BoxWalk {
     return true;
   }
   bool in_brick(const VoxelTree::Brick& brick, const Key3& corner) {
-    for (std::uint64_t m = brick.known; m != 0; m &= m - 1) {
+    const std::uint64_t looked_at = walked == Walked::occupied ? may_be_occupied(tree_, brick) : brick.known;
+    for (std::uint64_t m = looked_at; m != 0; m &= m - 1) {
       const auto i = static_cast<unsigned>(std::countr_zero(m));
       const VoxelKey inside = VoxelTree::key_of(i);
       const Key3 key{corner[0] + inside.x, corner[1] + inside.y, corner[2] + inside.z};
@@ -167,11 +176,7 @@ class NearestSearch {
   }
 
   void in_brick(const VoxelTree::Brick& brick, const Key3& corner) {
-    // Most bricks about a free place are free, which a loop without branches finds out four voxels at a time.
-    bool any = false;
-    for (const float value : brick.value) any |= tree_.occupied(value);
-    if (!any) return;
-    for (std::uint64_t m = brick.known; m != 0; m &= m - 1) {
+    for (std::uint64_t m = may_be_occupied(tree_, brick); m != 0; m &= m - 1) {
       const auto i = static_cast<unsigned>(std::countr_zero(m));
       if (!tree_.occupied(brick.value[i])) continue;
       const VoxelKey inside = VoxelTree::key_of(i);
@@ -204,7 +209,7 @@ class NearestSearch {
     std::size_t count = 0;
     for (unsigned c = 0; c < 8; ++c) {
       const VoxelTree::Node child = node.child(c);
-      if (!child.has_children() && !(child.exists() && tree_.occupied(child.log_odds()))) continue;
+      if (!child.may_be_occupied()) continue;
       const double d2 = halves[0][c & 1] + halves[1][c >> 1 & 1] + halves[2][c >> 2];
       if (d2 > best2_) continue;
       std::size_t place = count++;
@@ -368,7 +373,7 @@ void OccupancyView::for_each_occupied(const Eigen::AlignedBox3d& box,
     };
     return part.voxels() == 1 ? one(part.low) : each_key(part, {0, 0, 0}, VoxelTree::top_level, one);
   };
-  BoxWalk(*tree_, keys_in(box, resolution_), in_part).run();
+  BoxWalk<Walked::occupied, decltype(in_part)>(*tree_, keys_in(box, resolution_), in_part).run();
 }
 
 OccupancyView::Count OccupancyView::count(const Eigen::AlignedBox3d& box) const {
@@ -380,7 +385,7 @@ OccupancyView::Count OccupancyView::count(const Eigen::AlignedBox3d& box) const 
     return true;
   };
   const KeyBox keys = keys_in(box, resolution_);
-  BoxWalk(*tree_, keys, in_part).run();
+  BoxWalk<Walked::all, decltype(in_part)>(*tree_, keys, in_part).run();
   count.unknown = keys.voxels() - count.free - count.occupied;
   return count;
 }

@@ -16,7 +16,7 @@ VoxelTree::Group& VoxelTree::divided(Slot& slot) {
     groups_.writable(index).fill(slot);  // a leaf stands for eight equal ones
     slot.link = first_link + index;
   }
-  slot.value = std::bit_cast<float>(shares_);
+  mark(slot, true);  // until it is closed
   return writable_group(slot);
 }
 
@@ -30,7 +30,7 @@ VoxelTree::Brick& VoxelTree::brick_at(Slot& slot) {
     }
     slot.link = first_link + index;
   }
-  slot.value = std::bit_cast<float>(shares_);
+  mark(slot, true);  // until it is closed
   return writable_brick(slot);
 }
 
@@ -43,15 +43,19 @@ VoxelTree::Brick& VoxelTree::brick_at(VoxelKey key) {
 void VoxelTree::close(Slot& slot) {
   const Group& children = group(slot);
   const Slot first = children[0];
-  if (first.link != leaf) return;
-  for (const Slot& child : children)
-    if (child.link != leaf || child.value != first.value) return;
-  groups_.release(slot.link - first_link);
-  slot = first;
+  const auto same = [&first](const Slot& child) { return child.link == leaf && child.value == first.value; };
+  if (std::all_of(children.begin(), children.end(), same)) {
+    groups_.release(slot.link - first_link);
+    slot = first;
+    return;
+  }
+  mark(slot, std::any_of(children.begin(), children.end(),
+                         [this](const Slot& child) { return may_be_occupied(child); }));
 }
 
 void VoxelTree::close_brick(Slot& slot) {
   const Brick& b = brick(slot);
+  mark(slot, b.points != 0 || without_points_);
   if (b.known != whole || b.points != 0) return;
   const float value = b.value[0];
   if (std::any_of(b.value.begin(), b.value.end(), [&](float v) { return v != value; })) return;
@@ -97,6 +101,8 @@ VoxelTree::Found VoxelTree::find(VoxelKey key) const {
 }
 
 void VoxelTree::set_leaf(VoxelKey corner, int level, float log_odds) {
+  without_points_ = true;  // until share() has looked
+  settled_ = false;
   Slot* slot = &root_;
   for (int l = top_level - 1; l >= std::max(level, brick_level); --l)
     slot = &divided(*slot)[child_of(corner, l)];
@@ -116,10 +122,37 @@ void VoxelTree::set_leaf(Brick& b, VoxelKey corner, int level, float log_odds) {
   }
 }
 
+// Marks what may be occupied, and finds out whether any of that has no point.
+void VoxelTree::settle(Slot& slot, int level) {
+  if (slot.link < first_link) {
+    without_points_ = without_points_ || may_be_occupied(slot);
+    return;
+  }
+  bool any = false;
+  if (level > brick_level) {
+    for (Slot& child : writable_group(slot)) {
+      settle(child, level - 1);
+      any = any || may_be_occupied(child);
+    }
+  } else {
+    const Brick& b = brick(slot);
+    any = b.points != 0;
+    for (std::uint64_t m = b.known & ~b.points; m != 0; m &= m - 1)
+      if (occupied(b.value[static_cast<std::size_t>(std::countr_zero(m))])) any = without_points_ = true;
+  }
+  mark(slot, any);
+}
+
 std::shared_ptr<const VoxelTree> VoxelTree::share() {
+  if (!settled_) {
+    without_points_ = false;
+    settle(root_, top_level);
+    settled_ = true;
+  }
   const auto copy = std::make_shared<VoxelTree>(model_);
   copy->history_ = history_;
   copy->shares_ = shares_++;
+  copy->without_points_ = without_points_;
   copy->root_ = root_;
   copy->groups_ = groups_.share();
   copy->bricks_ = bricks_.share();

@@ -28,7 +28,8 @@ struct OccupancyModel {
 ///
 /// share() gives readers the tree as it is now; it costs a copy of the pools' tables, and of each chunk that
 /// is written to afterwards. Divided nodes know after how many of those they were last written to, so that
-/// what changed between two is found without a look at the rest.
+/// what changed between two is found without a look at the rest, and whether anything in them may be
+/// occupied, so that who looks for that passes by what is free: most of a map.
 ///
 /// 1. Undivided wherever eight children are leaves of one value without points.
 /// 2. A voxel with a point is occupied.
@@ -102,10 +103,17 @@ class VoxelTree {
   void set_leaf(VoxelKey corner, int level, float log_odds);
   /// The cube of 4³ voxels with this corner as a brick, divided for that if it is not; and likewise
   /// set_leaf() in it, without the way from the root. For who fills a tree: until another leaf is set.
-  Brick& make_brick(VoxelKey corner) { return brick_at(corner); }
+  Brick& make_brick(VoxelKey corner) {
+    without_points_ = true;  // until share() has looked
+    settled_ = false;
+    return brick_at(corner);
+  }
   static void set_leaf(Brick& b, VoxelKey corner, int level, float log_odds);
   /// The payload of an occupied voxel, made if it has none; divides what is above it.
   VoxelPayload& make_payload(VoxelKey key);
+
+  /// Whether a voxel may be occupied without a point, as those of files that know no points are.
+  bool occupied_without_points() const { return without_points_; }
 
   std::size_t bytes() const { return groups_.bytes() + bricks_.bytes() + payloads_.bytes(); }
 
@@ -134,7 +142,7 @@ class VoxelTree {
 
   struct Slot {
     std::uint32_t link = unknown;  // or leaf, or first_link + index of a group or brick
-    float value = 0;               // of a leaf; else the bits of shares_ at the last write to it or below it
+    float value = 0;               // of a leaf; else bits, as mark() makes them
   };
   using Group = std::array<Slot, 8>;
 
@@ -143,6 +151,14 @@ class VoxelTree {
   }
   static unsigned index_in_brick(VoxelKey key) {
     return static_cast<unsigned>(detail::morton_of(key.x & 3U, key.y & 3U, key.z & 3U));
+  }
+  // Of a divided slot that is written to: twice shares_, and whether anything in it may be occupied.
+  void mark(Slot& slot, bool may_be_occupied) const {
+    slot.value = std::bit_cast<float>(shares_ << 1 | std::uint32_t{may_be_occupied});
+  }
+  bool may_be_occupied(const Slot& slot) const {
+    if (slot.link >= first_link) return (std::bit_cast<std::uint32_t>(slot.value) & 1) != 0;
+    return slot.link == leaf && occupied(slot.value);
   }
   Group& writable_group(const Slot& slot) { return groups_.writable(slot.link - first_link); }
   const Group& group(const Slot& slot) const { return groups_[slot.link - first_link]; }
@@ -155,6 +171,7 @@ class VoxelTree {
   void close(Slot& slot);
   void close_brick(Slot& slot);
   void forget(Slot& slot, int level);
+  void settle(Slot& slot, int level);
   VoxelPayload& payload(Brick& b, unsigned i);
 
   bool saturated(const Slot& slot) const { return slot.link == leaf && slot.value <= model_.clamp_min; }
@@ -187,8 +204,10 @@ class VoxelTree {
 
   OccupancyModel model_;
   std::uint64_t history_;     // of this tree and of all that is shared from it alone
-  std::uint32_t shares_ = 0;  // four billion: 4.5 years at 30 Hz
-  Slot root_, root_before_;   // the latter: at begin_changes()
+  std::uint32_t shares_ = 0;  // two billion: 2.3 years at 30 Hz
+  bool without_points_ = false;
+  bool settled_ = true;      // no leaf was set since marks were right
+  Slot root_, root_before_;  // the latter: at begin_changes()
   Pool<Group, 10> groups_;
   Pool<Brick, 8> bricks_;
   PayloadStore payloads_;
@@ -207,8 +226,10 @@ class VoxelTree::Node {
   /// been shared `shares` times before: whoever got that share has the same there.
   bool written_since(std::uint32_t shares) const {
     return brick_ != nullptr || slot_->link < first_link ||
-           std::bit_cast<std::uint32_t>(slot_->value) > shares;
+           std::bit_cast<std::uint32_t>(slot_->value) >> 1 > shares;
   }
+  /// False only if nothing in it is occupied. At brick_level and above.
+  bool may_be_occupied() const { return tree_->may_be_occupied(*slot_); }
   int level() const { return level_; }
   /// Of a divided node of brick_level; nullptr of all others.
   const Brick* brick() const {
@@ -308,6 +329,7 @@ void VoxelTree::drop_vanished(Brick& b, std::uint64_t brick_morton, std::uint64_
 template <class Policy>
 void VoxelTree::add(Slot& slot, const Theirs& theirs, int level, std::uint64_t morton, Policy& policy) {
   if (theirs.slot.link == unknown) return;
+  without_points_ = without_points_ || theirs.tree.without_points_;
   if (theirs.slot.link == leaf && slot.link < first_link) {
     slot.value = slot.link == leaf ? sum(slot.value, theirs.slot.value) : theirs.slot.value;
     slot.link = leaf;

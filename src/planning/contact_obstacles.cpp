@@ -7,6 +7,8 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <tuple>
+#include <utility>
 
 namespace octosurf {
 namespace {
@@ -15,6 +17,28 @@ namespace {
 struct Box {
   std::array<std::int32_t, 3> low, high;
 };
+
+/// What a flat voxel covers: from … to along a line through the surface's origin, rows low … high beside it.
+struct Strip {
+  Eigen::Vector2d along;  ///< unit
+  std::int64_t low = 0, high = 0;
+  double from = 0, to = 0;  ///< m
+
+  bool same_row(const Strip& other) const {
+    return along == other.along && low == other.low && high == other.high;
+  }
+};
+
+/// The direction in which a plane meets that of (u, v); of one that is parallel, the map's x or y axis, along
+/// which voxels lie side by side.
+Eigen::Vector2d line_of_meeting(const Eigen::Matrix<double, 3, 2>& uv, const Eigen::Vector3d& normal) {
+  constexpr double parallel = 1e-3;  // sine: they rise against each other by less than 1 mm in a metre
+  const Eigen::Vector2d steepest = uv.transpose() * normal;
+  if (steepest.norm() > parallel) return Eigen::Vector2d(steepest.y(), -steepest.x()).normalized();
+  Eigen::Index axis = 0;
+  uv.rowwise().norm().maxCoeff(&axis);
+  return uv.row(axis).transpose().normalized();
+}
 
 /// Boxes that differ along `axis` only and touch there become one.
 void join_along(std::size_t axis, std::vector<Box>& boxes) {
@@ -62,26 +86,38 @@ Ring2 project(const Surface& surface, const Box& box, double d) {
 
 }  // namespace
 
-std::vector<Eigen::Vector3d> voxels_over(const Surface& surface, const Eigen::Vector2d& low,
-                                         const Eigen::Vector2d& high, const ContactLimits& limits,
-                                         const OccupancyView& octree) {
-  const double d = octree.resolution();
-  const double half = d / 2 * surface.plane.normal.cwiseAbs().sum();  // of a voxel, along the normal
-  const double from = limits.obstacle_from_m - half, to = limits.clearance_m + half;
+std::vector<Ring2> obstacles_over(const Surface& surface, const Eigen::Vector2d& low,
+                                  const Eigen::Vector2d& high, const ContactLimits& limits,
+                                  const OccupancyView& octree, const Snapshot* others) {
   Eigen::AlignedBox3d box;
   for (unsigned corner = 0; corner < 8; ++corner)
-    box.extend(surface.T_map_surface * Eigen::Vector3d((corner & 1u) != 0 ? high.x() : low.x(),
-                                                       (corner & 2u) != 0 ? high.y() : low.y(),
-                                                       (corner & 4u) != 0 ? to : from));
-  box.min().array() -= d;
-  box.max().array() += d;
-  std::vector<Eigen::Vector3d> centres;
+    box.extend(surface.T_map_surface *
+               Eigen::Vector3d((corner & 1u) != 0 ? high.x() : low.x(),
+                               (corner & 2u) != 0 ? high.y() : low.y(),
+                               (corner & 4u) != 0 ? limits.clearance_m : limits.obstacle_from_m));
+  // A rectangle about what one covers has its corners √2 times as far as that reaches, and is rounded.
+  const double beside = 2 * MatterOfVoxels::farthest_reach * octree.resolution() +
+                        (others != nullptr ? MatterOfVoxels::farthest_move : 0);
+  box.min().array() -= beside;
+  box.max().array() += beside;
+  std::vector<Eigen::Vector3d> cubes;
+  std::vector<VoxelMatter> flat;
+  MatterOfVoxels matter_of(others, octree.resolution());
   octree.for_each_occupied(box, [&](const OccupancyView::Voxel& voxel) {
-    const double height = surface.plane.signed_distance(voxel.center);
-    if (voxel.surface != surface.id && height > from && height < to) centres.push_back(voxel.center);
+    if (voxel.surface == surface.id) return true;
+    const VoxelMatter matter = matter_of(voxel);
+    const double height = surface.plane.signed_distance(matter.middle);
+    const double half = matter.reach(surface.plane.normal);
+    if (height + half <= limits.obstacle_from_m || height - half >= limits.clearance_m) return true;
+    if (matter.flat())
+      flat.push_back(matter);
+    else
+      cubes.push_back(matter.middle);
     return true;
   });
-  return centres;
+  std::vector<Ring2> covered = projected(surface, cubes, octree.resolution());
+  for (Ring2& ring : projected(surface, flat)) covered.push_back(std::move(ring));
+  return covered;
 }
 
 std::vector<Ring2> projected(const Surface& surface, std::span<const Eigen::Vector3d> centres, double d) {
@@ -102,6 +138,43 @@ std::vector<Ring2> projected(const Surface& surface, std::span<const Eigen::Vect
   std::vector<Ring2> covered;
   covered.reserve(boxes.size());
   for (const Box& box : boxes) covered.push_back(project(surface, box, d));
+  return covered;
+}
+
+// Each covers a rectangle along the line in which its plane and this one meet, as wide as the row that it
+// lies in: those of a wall become one.
+std::vector<Ring2> projected(const Surface& surface, std::span<const VoxelMatter> flat) {
+  constexpr double row_width = ReadingModel::pose_sigma;
+  std::vector<Strip> strips;
+  strips.reserve(flat.size());
+  const Eigen::Matrix<double, 3, 2> uv = surface.T_map_surface.linear().leftCols<2>();
+  const Eigen::Vector3d& origin = surface.T_map_surface.translation();
+  for (const VoxelMatter& matter : flat) {
+    const Eigen::Vector2d along = line_of_meeting(uv, matter.normal), across(-along.y(), along.x());
+    const Eigen::Vector2d middle = uv.transpose() * (matter.middle - origin);
+    const double half = matter.reach(uv * along), at = along.dot(middle);
+    // Depths of one surface's voxels differ by little; in the same steps they are the same.
+    const auto depth = static_cast<std::int64_t>(std::ceil(matter.reach(uv * across) / row_width));
+    const auto row = static_cast<std::int64_t>(std::floor(across.dot(middle) / row_width));
+    strips.push_back({along, row - depth, row + depth + 1, at - half, at + half});
+  }
+  std::sort(strips.begin(), strips.end(), [](const Strip& a, const Strip& b) {
+    return std::tuple(a.along.x(), a.along.y(), a.low, a.high, a.from) <
+           std::tuple(b.along.x(), b.along.y(), b.low, b.high, b.from);
+  });
+  std::vector<Ring2> covered;
+  for (auto first = strips.begin(); first != strips.end();) {
+    double to = first->to;
+    auto next = first + 1;
+    for (; next != strips.end() && next->same_row(*first) && next->from <= to; ++next)
+      to = std::max(to, next->to);
+    const Eigen::Vector2d across(-first->along.y(), first->along.x());
+    const Eigen::Vector2d from = first->from * first->along, end = to * first->along,
+                          low = row_width * static_cast<double>(first->low) * across,
+                          high = row_width * static_cast<double>(first->high) * across;
+    covered.push_back({from + low, end + low, end + high, from + high});
+    first = next;
+  }
   return covered;
 }
 

@@ -43,7 +43,7 @@ void require_near(const Surface& surface) {
 }
 
 Ground ground_of(const Surface& surface, Sole sole, const ContactLimits& limits, const OccupancyView* octree,
-                 const std::vector<PolygonEdges>* edges) {
+                 const std::vector<PolygonEdges>* edges, const Snapshot* others) {
   Ground ground{std::move(sole), {}, edges, {}, {}};
   Eigen::AlignedBox2d box;
   for (const Polygon& polygon : surface.polygons) {
@@ -61,9 +61,7 @@ Ground ground_of(const Surface& surface, Sole sole, const ContactLimits& limits,
   if (limits.clearance_m <= 0) return ground;
   // All of the contact is on the surface, so what counts is at most the margin away from it.
   const Eigen::Vector2d margin = Eigen::Vector2d::Constant(limits.obstacle_margin_m * 1.005);
-  const std::vector<Eigen::Vector3d> voxels =
-      voxels_over(surface, box.min() - margin, box.max() + margin, limits, *octree);
-  ground.obstacles = projected(surface, voxels, octree->resolution());
+  ground.obstacles = obstacles_over(surface, box.min() - margin, box.max() + margin, limits, *octree, others);
   turn(ground.obstacles);
   return ground;
 }
@@ -153,7 +151,7 @@ std::vector<ContactRefusal> refusals_of(const Ground& ground, const ContactLimit
 
 ContactRegion contact_region(const Surface& surface, const ContactShape& shape, std::optional<double> yaw_rad,
                              const ContactLimits& limits, const OccupancyView* octree,
-                             const std::vector<PolygonEdges>* edges) {
+                             const std::vector<PolygonEdges>* edges, const Snapshot* others) {
   require_sensible(surface, shape, yaw_rad, limits, octree, edges);
   require_near(surface);
   ContactRegion region;
@@ -163,7 +161,7 @@ ContactRegion contact_region(const Surface& surface, const ContactShape& shape, 
   region.refused = refusals_of(surface, limits);
   if (!region.refused.empty()) return region;
   const Ground ground =
-      ground_of(surface, sole_of(shape, surface, yaw_rad, limits.up), limits, octree, edges);
+      ground_of(surface, sole_of(shape, surface, yaw_rad, limits.up), limits, octree, edges, others);
   const std::vector<Polygon> parts = free_part(ground, limits);
   region.area_m2 = area_of(parts);
   for (const Polygon& part : parts)

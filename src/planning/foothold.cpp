@@ -98,9 +98,16 @@ Eigen::AlignedBox2d box_of(const Sole& sole, const Stand& stand, double margin) 
 
 /// The contact with its margin reaches one of these convex rings of the surface's frame.
 bool reaches(const Sole& sole, const Stand& stand, double margin, std::vector<Ring2> rings) {
-  const Ring2 off = mirrored(sole.with_margin(margin));
+  const Ring2 around = sole.with_margin(margin), off = mirrored(around);
+  Eigen::AlignedBox2d bounds;
+  for (const Eigen::Vector2d& p : around) bounds.extend(p);
   return std::any_of(rings.begin(), rings.end(), [&](Ring2& ring) {
-    for (Eigen::Vector2d& p : ring) p = sole.to_turned(p - stand.middle);
+    Eigen::AlignedBox2d box;
+    for (Eigen::Vector2d& p : ring) {
+      p = sole.to_turned(p - stand.middle);
+      box.extend(p);
+    }
+    if (!bounds.intersects(box)) return false;
     return ConvexSides(minkowski_sum(off, ring)).depth(Eigen::Vector2d::Zero()) > rounding;
   });
 }
@@ -112,16 +119,15 @@ bool over_a_gap(const Surface& surface, const Sole& sole, const Stand& stand, co
 }
 
 bool beside_an_obstacle(const Surface& surface, const Sole& sole, const Stand& stand, double margin,
-                        const ContactLimits& limits, const OccupancyView& octree) {
+                        const ContactLimits& limits, const OccupancyView& octree, const Snapshot* others) {
   const Eigen::AlignedBox2d box = box_of(sole, stand, margin);
-  const std::vector<Eigen::Vector3d> voxels = voxels_over(surface, box.min(), box.max(), limits, octree);
-  return reaches(sole, stand, margin, projected(surface, voxels, octree.resolution()));
+  return reaches(sole, stand, margin, obstacles_over(surface, box.min(), box.max(), limits, octree, others));
 }
 
 /// The first limit that a stand does not keep.
 std::optional<ContactRefusal> refusal_of(const Surface& surface, const Sole& sole, const Stand& stand,
                                          const Edges& around, const ContactLimits& limits,
-                                         const OccupancyView* octree) {
+                                         const OccupancyView* octree, const Snapshot* others) {
   const std::vector<ContactRefusal> of_surface = refusals_of(surface, limits);
   if (!of_surface.empty()) return of_surface.front();
   if (!around.supported()) return ContactRefusal::support;
@@ -131,7 +137,7 @@ std::optional<ContactRefusal> refusal_of(const Surface& surface, const Sole& sol
   if (!around.frontier) return ContactRefusal::frontier;
   // With a margin first: what hangs over the contact itself is nearer than that, too.
   const double margin = limits.obstacle_margin_m;
-  if (limits.clearance_m > 0 && beside_an_obstacle(surface, sole, stand, margin, limits, *octree))
+  if (limits.clearance_m > 0 && beside_an_obstacle(surface, sole, stand, margin, limits, *octree, others))
     return margin > 0 ? ContactRefusal::obstacle : ContactRefusal::clearance;
   return {};
 }
@@ -140,7 +146,7 @@ std::optional<ContactRefusal> refusal_of(const Surface& surface, const Sole& sol
 
 Foothold foothold(const Surface& surface, const ContactShape& shape, const Eigen::Vector3d& at,
                   double yaw_rad, const ContactLimits& limits, const OccupancyView* octree,
-                  const std::vector<PolygonEdges>* edges) {
+                  const std::vector<PolygonEdges>* edges, const Snapshot* others) {
   require_sensible(surface, shape, yaw_rad, limits, octree, edges);
   if (!at.allFinite()) throw Error(Error::Kind::usage, "foothold", "the point is not finite");
   const Sole sole = sole_of(shape, surface, yaw_rad, limits.up);
@@ -161,7 +167,7 @@ Foothold foothold(const Surface& surface, const ContactShape& shape, const Eigen
       around.supported()
           ? around.nearest
           : -std::max(around.deepest, around.middle_inside ? 0.0 : stand.sole.depth(stand.middle));
-  result.refused = refusal_of(surface, sole, stand, around, limits, octree);
+  result.refused = refusal_of(surface, sole, stand, around, limits, octree, others);
   result.accepted = !result.refused;
   return result;
 }

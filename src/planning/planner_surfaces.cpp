@@ -16,7 +16,8 @@ std::vector<PlannerSurface> planner_surfaces(const Snapshot& snapshot, const Pla
                                              const OccupancyView* octree) {
   std::vector<PlannerSurface> surfaces;
   for (const SurfacePtr& surface : snapshot.surfaces) {
-    ContactRegion region = contact_region(*surface, contact.shape, contact.yaw_rad, contact.limits, octree);
+    ContactRegion region =
+        contact_region(*surface, contact.shape, contact.yaw_rad, contact.limits, octree, nullptr, &snapshot);
     PlannerSurface one{surface->id, surface->T_map_surface, surface->polygons, {}, {}};
     if (contact.pieces > 0) one.pieces = convex_pieces(*surface, region, contact.pieces);
     one.insets = std::move(region.polygons);

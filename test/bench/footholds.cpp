@@ -142,8 +142,9 @@ bool in_hull(const ConvexSides& hull, const Surface& surface, const ContactShape
 }
 
 /// Random places on what the map says is there: how many are accepted, and which of them are not there.
-void ask_map(const std::vector<Walkable>& surfaces, const OccupancyView& octree, const Ground& ground,
-             const Foot& foot, const Options& options, std::mt19937_64& rng, Tally& tally) {
+void ask_map(const Snapshot& snapshot, const std::vector<Walkable>& surfaces, const OccupancyView& octree,
+             const Ground& ground, const Foot& foot, const Options& options, std::mt19937_64& rng,
+             Tally& tally) {
   const std::vector<Eigen::Vector2d> points = points_of(foot.shape, 0);
   std::uniform_real_distribution<double> uniform(0, 1);
   std::vector<double> areas;
@@ -160,7 +161,8 @@ void ask_map(const std::vector<Walkable>& surfaces, const OccupancyView& octree,
     Foothold found;
     const double yaw = 2 * std::numbers::pi * uniform(rng);
     tally.us.push_back(1000 * time_ms([&] {
-                         found = foothold(surface, foot.shape, surface.to_map(uv), yaw, foot.limits, &octree);
+                         found = foothold(surface, foot.shape, surface.to_map(uv), yaw, foot.limits, &octree,
+                                          nullptr, &snapshot);
                        }));
     const bool hull = in_hull(one.hull, surface, foot.shape, found.T_map_contact);
     ++tally.asked;
@@ -196,9 +198,9 @@ std::string reason_of(const Foothold& found) {
 }
 
 /// Places that are truly supported and were seen: how many are accepted, by any surface that is there.
-void ask_truth(const std::vector<Walkable>& surfaces, const OccupancyView& octree, const Ground& ground,
-               const Foot& foot, double tolerance, const Options& options, std::mt19937_64& rng,
-               Tally& tally) {
+void ask_truth(const Snapshot& snapshot, const std::vector<Walkable>& surfaces, const OccupancyView& octree,
+               const Ground& ground, const Foot& foot, double tolerance, const Options& options,
+               std::mt19937_64& rng, Tally& tally) {
   const std::vector<Eigen::Vector2d> points = points_of(foot.shape, inside_by);
   const std::vector<Eigen::Vector2d> foot_points = points_of(foot.shape, 0);
   for (std::size_t i = 0; i < options.count; ++i) {
@@ -215,7 +217,7 @@ void ask_truth(const std::vector<Walkable>& surfaces, const OccupancyView& octre
           std::abs(surface.plane.signed_distance(at)) > tolerance)
         continue;
       const double yaw = yaw_of(surface, place.T_map_contact.linear().col(0));
-      const Foothold found = foothold(surface, foot.shape, at, yaw, foot.limits, &octree);
+      const Foothold found = foothold(surface, foot.shape, at, yaw, foot.limits, &octree, nullptr, &snapshot);
       if (found.accepted)
         margin = std::max(margin, found.margin_m);
       else if (found.supported > supported)
@@ -318,8 +320,9 @@ void ask(const Mapped& mapped, const std::string& name, const std::vector<Foot>&
   if (surfaces.empty() || !ground.has_ground()) return;
   std::mt19937_64 rng(seed);
   for (std::size_t f = 0; f < feet.size(); ++f) {
-    ask_map(surfaces, mapped.octree, ground, feet[f], options, rng, tallies[f]);
-    ask_truth(surfaces, mapped.octree, ground, feet[f], tolerance, options, rng, tallies[f]);
+    ask_map(*mapped.snapshot, surfaces, mapped.octree, ground, feet[f], options, rng, tallies[f]);
+    ask_truth(*mapped.snapshot, surfaces, mapped.octree, ground, feet[f], tolerance, options, rng,
+              tallies[f]);
   }
 }
 

@@ -17,6 +17,9 @@ constexpr double touch_m = 0.01;   // so deep in a box is a touch: truth is samp
 constexpr double sample_m = 0.01;  // of soles and of true faces
 constexpr double level = 0.86;     // cosine of the steepest ground that goals are drawn on (30°)
 
+/// Above the ids that voxels can have: the true octree's are those of the mapper that made it.
+constexpr SurfaceId first_true_id = 1 << 24;
+
 /// The seen part of a true face, gaps up to the mapper's largest hole closed: nobody can plan over what
 /// nobody saw.
 std::vector<Polygon> seen_part(const TrueFace& face, double cell) {
@@ -75,7 +78,7 @@ std::shared_ptr<const Snapshot> snapshot_of(const Truth& truth) {
   for (const TrueFace& face : truth.faces) {
     if (face.gone || face.visible.empty() || face.plane.normal.z() < level) continue;
     auto surface = std::make_shared<Surface>();
-    surface->id = face.id;
+    surface->id = first_true_id + face.id;
     surface->plane = face.plane;
     surface->T_map_surface = face.T_map_face;
     surface->polygons = seen_part(face, truth.cell);

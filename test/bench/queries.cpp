@@ -10,6 +10,7 @@
 #include <numbers>
 #include <random>
 #include <thread>
+#include <utility>
 
 #include <octosurf/error.hpp>
 #include <octosurf/mapper.hpp>
@@ -187,6 +188,23 @@ std::vector<double> map_times(const Options& options, const std::vector<Scan>& s
   return times;
 }
 
+/// What a mapper would pay to publish an index with every snapshot: the index after each scan, out of the one
+/// before.
+void time_index(const Options& options, const std::vector<Scan>& scans) {
+  Mapper mapper(parameters_of(options));
+  SurfaceIndex index(mapper.snapshot());
+  std::vector<double> inserts, follows;
+  for (const Scan& scan : scans) {
+    inserts.push_back(time_ms([&] { mapper.insert(scan); }));
+    follows.push_back(time_ms([&] { index = SurfaceIndex(mapper.snapshot(), &index); }));
+  }
+  TextTable table({"ms a scan of the kitchen", "p50", "p99", "mean"});
+  for (const auto& [name, times] : {std::pair{"insert", &inserts}, {"index of its snapshot", &follows}})
+    table.add({name, fixed(percentile(*times, 0.5), 3), fixed(percentile(*times, 0.99), 3),
+               fixed(sum(*times) / static_cast<double>(times->size()), 3)});
+  std::printf("%s\n", table.text().c_str());
+}
+
 void time_mapping(const Options& options, const std::vector<Scan>& scans) {
   TextTable table({"mapping the kitchen, ms a scan", "p50", "p99", "mean"});
   std::size_t questions = 0;
@@ -221,6 +239,7 @@ int main(int argc, char** argv) {
     time_questions(options);
     const std::vector<octosurf::Scan> scans = kitchen_scans(options);
     time_octree(options, scans);
+    time_index(options, scans);
     time_mapping(options, scans);
   });
 }

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 #include <malloc.h>
 #include <map>
+#include <memory>
 #include <random>
 #include <set>
 #include <string>
@@ -74,7 +75,25 @@ void update_twin(Twin& twin, const std::map<std::uint64_t, Masks>& scan, const T
     }
 }
 
+/// Looks at every voxel below; whether any is occupied, and `without_point` likewise.
+bool expect_marked(const VoxelTree& tree, const VoxelTree::Node& node, bool& without_point) {
+  bool occupied = false;
+  if (node.has_children()) {
+    for (unsigned c = 0; c < 8; ++c) occupied |= expect_marked(tree, node.child(c), without_point);
+  } else if (node.exists() && tree.occupied(node.log_odds())) {
+    occupied = true;
+    without_point |= node.payload() == nullptr;
+  }
+  if (node.level() >= VoxelTree::brick_level) {
+    EXPECT_EQ(node.may_be_occupied(), occupied) << node.level();
+  }
+  return occupied;
+}
+
 void compare(VoxelTree& tree, const Twin& twin) {
+  bool without_point = false;
+  expect_marked(tree, tree.root(), without_point);
+  EXPECT_EQ(without_point, tree.occupied_without_points());
   std::size_t points = 0, known = 0;
   for (const auto& [m, voxel] : twin) {
     const VoxelTree::Found found = tree.find(key_of(m));
@@ -146,6 +165,29 @@ TEST(VoxelTree, LeavesSetOneByOneAreThere) {
   tree.set_leaf({32768, 32768, 32768}, 5, 1);  // replaces all below
   EXPECT_EQ(tree.find({32777, 32769, 32769}).payload, nullptr);
   EXPECT_EQ(tree.find({32777, 32769, 32769}).level, 5);
+}
+
+TEST(VoxelTree, MarksWhatIsOccupiedOfLeavesThatWereSet) {
+  std::mt19937_64 rng(test::seed());
+  for (int round = 0; round < 40; ++round) {
+    VoxelTree tree(model);
+    for (int i = 0; i < 60; ++i) {
+      const auto at = [&rng] { return static_cast<std::uint16_t>(32768 + rng() % 128); };
+      const int level = static_cast<int>(rng() % 4);
+      const auto corner = [level](std::uint16_t k) {
+        return static_cast<std::uint16_t>(k >> level << level);
+      };
+      const VoxelKey key{corner(at()), corner(at()), corner(at())};
+      const bool occupied = rng() % 4 == 0;
+      tree.set_leaf(key, level, occupied ? 1 : -1);
+      if (level == 0 && occupied && (round % 2 == 0 || rng() % 8 != 0))
+        tree.make_payload(key).range_class = 1;
+    }
+    bool without_point = false;
+    const std::shared_ptr<const VoxelTree> shared = tree.share();
+    expect_marked(*shared, shared->root(), without_point);
+    EXPECT_EQ(without_point, shared->occupied_without_points());
+  }
 }
 
 /// Bytes of heap that `make()`'s result holds.

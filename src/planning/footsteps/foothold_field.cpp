@@ -50,7 +50,8 @@ FootholdField::FootholdField(const Snapshot& snapshot, const ContactShape& shape
                              const OccupancyView& octree,
                              const std::map<SurfaceId, std::vector<PolygonEdges>>& edges,
                              ObstacleColumns& columns, const StepCosts& costs, int headings)
-    : shape_(shape),
+    : snapshot_(snapshot),
+      shape_(shape),
       limits_(limits),
       octree_(octree),
       edges_(edges),
@@ -155,7 +156,7 @@ bool FootholdField::stands(PlaceId id) {
     const auto labels = edges_.find(surface.id);
     const Eigen::Vector3d at = surface.T_map_surface * (T_walk_surface(place).inverse() * place.at);
     stands_[id] = foothold(surface, shape_, at, yaw(place.heading), limits_, &octree_,
-                           labels == edges_.end() ? nullptr : &labels->second)
+                           labels == edges_.end() ? nullptr : &labels->second, &snapshot_)
                       .accepted;
   }
   return *stands_[id];

@@ -45,7 +45,7 @@ class FootholdField {
     Eigen::AlignedBox3d box;  ///< walking frame
   };
 
-  /// `headings` 1: a shape that needs none.
+  /// `headings` 1: a shape that needs none. Refers to `snapshot`, `octree`, `edges` and `columns`.
   FootholdField(const Snapshot& snapshot, const ContactShape& shape, const ContactLimits& limits,
                 const OccupancyView& octree, const std::map<SurfaceId, std::vector<PolygonEdges>>& edges,
                 ObstacleColumns& columns, const StepCosts& costs, int headings);
@@ -109,6 +109,7 @@ class FootholdField {
   bool obstructed(const Place& place);
   float cost_of(const Place& place) const;
 
+  const Snapshot& snapshot_;
   ContactShape shape_;
   ContactLimits limits_;
   const OccupancyView& octree_;

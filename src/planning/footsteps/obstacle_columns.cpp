@@ -9,9 +9,10 @@
 
 namespace octosurf::footsteps {
 
-ObstacleColumns::ObstacleColumns(OccupancyView octree, const Eigen::Matrix3d& R_walk_map, double low,
-                                 double high)
+ObstacleColumns::ObstacleColumns(OccupancyView octree, std::shared_ptr<const Snapshot> surfaces,
+                                 const Eigen::Matrix3d& R_walk_map, double low, double high)
     : octree_(std::move(octree)),
+      surfaces_(std::move(surfaces)),
       R_walk_map_(R_walk_map),
       low_(low),
       high_(high),
@@ -19,22 +20,26 @@ ObstacleColumns::ObstacleColumns(OccupancyView octree, const Eigen::Matrix3d& R_
 
 bool ObstacleColumns::blocked(const UprightBox& box, SurfaceId but) {
   if (pixel_ <= 0) return false;
-  const double inflation = std::sqrt(3.0) / 2 * pixel_;
-  Sought sought{box.center,
-                box.rise,
-                std::cos(box.yaw_rad),
-                std::sin(box.yaw_rad),
-                box.half_length + inflation,
-                box.half_width + inflation,
-                static_cast<float>(box.from_z - inflation),
-                static_cast<float>(box.to_z + inflation),
-                but,
-                0,
-                0,
-                0,
-                0};
-  const double reach_x = std::abs(sought.cos) * sought.half_length + std::abs(sought.sin) * sought.half_width;
-  const double reach_y = std::abs(sought.sin) * sought.half_length + std::abs(sought.cos) * sought.half_width;
+  // The middle of what reaches in is no farther off the box than this, and off that of its pixel than that.
+  const double reach = MatterOfVoxels::farthest_reach * pixel_, off_pixel = std::sqrt(2.0) / 2 * pixel_;
+  const double slope = box.rise.norm();
+  Sought sought;
+  sought.box = box;
+  sought.ahead = {std::cos(box.yaw_rad), std::sin(box.yaw_rad)};
+  sought.left = {-sought.ahead.y(), sought.ahead.x()};
+  const Eigen::Matrix3d R_map_walk = R_walk_map_.transpose();
+  sought.ahead_in_map = R_map_walk.leftCols<2>() * sought.ahead;
+  sought.left_in_map = R_map_walk.leftCols<2>() * sought.left;
+  sought.over_bottom_in_map = R_map_walk * Eigen::Vector3d(-box.rise.x(), -box.rise.y(), 1);
+  sought.half_length = box.half_length + reach + off_pixel;
+  sought.half_width = box.half_width + reach + off_pixel;
+  const double over_bottom = reach * std::hypot(1, slope) + slope * off_pixel;
+  sought.from_z = static_cast<float>(box.from_z - over_bottom);
+  sought.to_z = static_cast<float>(box.to_z + over_bottom);
+  sought.but = but;
+  const double length = box.half_length + reach, width = box.half_width + reach;
+  const double reach_x = std::abs(sought.ahead.x()) * length + std::abs(sought.ahead.y()) * width;
+  const double reach_y = std::abs(sought.ahead.y()) * length + std::abs(sought.ahead.x()) * width;
   const auto pixel_of = [this](double v) { return static_cast<int>(std::floor(v / pixel_)); };
   sought.x0 = pixel_of(box.center.x() - reach_x);
   sought.x1 = pixel_of(box.center.x() + reach_x);
@@ -63,24 +68,38 @@ bool ObstacleColumns::blocked(const UprightBox& box, SurfaceId but) {
   return false;
 }
 
-bool ObstacleColumns::blocked_in_block(const Tile& tile, int x0, int y0, const Sought& box) const {
-  for (int y = std::max(y0, box.y0); y < y0 + block_pixels && y <= box.y1; ++y) {
-    for (int x = std::max(x0, box.x0); x < x0 + block_pixels && x <= box.x1; ++x) {
+bool ObstacleColumns::blocked_in_block(const Tile& tile, int x0, int y0, const Sought& sought) const {
+  const UprightBox& box = sought.box;
+  for (int y = std::max(y0, sought.y0); y < y0 + block_pixels && y <= sought.y1; ++y) {
+    for (int x = std::max(x0, sought.x0); x < x0 + block_pixels && x <= sought.x1; ++x) {
       // Tiles are aligned to powers of two, so the low bits are the place in one, below zero as well.
       const int column = (y & (tile_pixels - 1)) * tile_pixels + (x & (tile_pixels - 1));
       const std::uint32_t begin = tile.begin[column], end = tile.begin[column + 1];
       if (begin == end) continue;
-      const double dx = (x + 0.5) * pixel_ - box.center.x(), dy = (y + 0.5) * pixel_ - box.center.y();
-      if (std::abs(box.cos * dx + box.sin * dy) > box.half_length) continue;
-      if (std::abs(box.cos * dy - box.sin * dx) > box.half_width) continue;
-      const auto lift = static_cast<float>(box.rise.x() * dx + box.rise.y() * dy);
+      const Eigen::Vector2d off = Eigen::Vector2d(x + 0.5, y + 0.5) * pixel_ - box.center;
+      if (std::abs(sought.ahead.dot(off)) > sought.half_length) continue;
+      if (std::abs(sought.left.dot(off)) > sought.half_width) continue;
+      const auto lift = static_cast<float>(box.rise.dot(off));
       const auto begin_z = tile.z.begin();
-      for (auto k = std::lower_bound(begin_z + begin, begin_z + end, box.from_z + lift) - begin_z;
-           k < end && tile.z[k] <= box.to_z + lift; ++k)
-        if (box.but == 0 || tile.surface[k] != box.but) return true;
+      for (auto k = std::lower_bound(begin_z + begin, begin_z + end, sought.from_z + lift) - begin_z;
+           k < end && tile.z[k] <= sought.to_z + lift; ++k)
+        if ((sought.but == 0 || tile.surface[k] != sought.but) && reaches(tile.matter[k], sought))
+          return true;
     }
   }
   return false;
+}
+
+bool ObstacleColumns::reaches(const VoxelMatter& matter, const Sought& sought) const {
+  const UprightBox& box = sought.box;
+  const Eigen::Vector2d off = matter.middle.head<2>() - box.center;
+  const double ahead = std::abs(sought.ahead.dot(off)) - box.half_length;
+  const double left = std::abs(sought.left.dot(off)) - box.half_width;
+  const double z = matter.middle.z() - box.rise.dot(off), over = std::max(box.from_z - z, z - box.to_z);
+  // Mostly its middle is in the box, or nothing of it.
+  if (std::max({ahead, left, over}) <= 0) return true;
+  return ahead <= matter.reach(sought.ahead_in_map) && left <= matter.reach(sought.left_in_map) &&
+         over <= matter.reach(sought.over_bottom_in_map);
 }
 
 const ObstacleColumns::Tile& ObstacleColumns::tile(int tile_x, int tile_y) {
@@ -108,27 +127,44 @@ ObstacleColumns::Tile ObstacleColumns::load(int tile_x, int tile_y) const {
   for (int corner = 0; corner < 8; ++corner)
     box.extend(R_walk_map_.transpose() *
                upright.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)));
-  std::vector<std::tuple<std::uint32_t, float, SurfaceId>> found;
+  // What belongs to a plane is there, and not where its voxel is.
+  const double beside = surfaces_ != nullptr ? MatterOfVoxels::farthest_move : 0;
+  box.min().array() -= beside;
+  box.max().array() += beside;
+  struct Found {
+    std::uint32_t column;
+    float z;
+    SurfaceId surface;
+    std::uint32_t number;  // in `matter`
+  };
+  std::vector<Found> found;
+  std::vector<VoxelMatter> matter;
+  MatterOfVoxels matter_of(surfaces_.get(), pixel_);
   octree_.for_each_occupied(box, [&](const OccupancyView::Voxel& voxel) {
-    const Eigen::Vector3d at = R_walk_map_ * voxel.center;
-    const int x = static_cast<int>(std::floor(at.x() / pixel_)) - tile_x * tile_pixels;
-    const int y = static_cast<int>(std::floor(at.y() / pixel_)) - tile_y * tile_pixels;
+    VoxelMatter one = matter_of(voxel);
+    one.middle = R_walk_map_ * one.middle;
+    const int x = static_cast<int>(std::floor(one.middle.x() / pixel_)) - tile_x * tile_pixels;
+    const int y = static_cast<int>(std::floor(one.middle.y() / pixel_)) - tile_y * tile_pixels;
     if (x < 0 || y < 0 || x >= tile_pixels || y >= tile_pixels) return true;
-    found.emplace_back(static_cast<std::uint32_t>(y * tile_pixels + x), static_cast<float>(at.z()),
-                       voxel.surface);
+    found.push_back({static_cast<std::uint32_t>(y * tile_pixels + x), static_cast<float>(one.middle.z()),
+                     voxel.surface, static_cast<std::uint32_t>(matter.size())});
+    matter.push_back(one);
     return true;
   });
-  std::sort(found.begin(), found.end());
+  std::sort(found.begin(), found.end(), [](const Found& a, const Found& b) {
+    return std::tuple(a.column, a.z, a.surface, a.number) < std::tuple(b.column, b.z, b.surface, b.number);
+  });
   Tile result;
   result.begin.assign(tile_pixels * tile_pixels + 1, 0);
   result.top.assign(tile_blocks * tile_blocks, -std::numeric_limits<float>::infinity());
-  for (const auto& [column, z, surface] : found) {
-    float& top =
-        result.top[column / tile_pixels / block_pixels * tile_blocks + column % tile_pixels / block_pixels];
-    top = std::max(top, z);
-    ++result.begin[column + 1];
-    result.z.push_back(z);
-    result.surface.push_back(surface);
+  for (const Found& one : found) {
+    float& top = result.top[one.column / tile_pixels / block_pixels * tile_blocks +
+                            one.column % tile_pixels / block_pixels];
+    top = std::max(top, one.z);
+    ++result.begin[one.column + 1];
+    result.z.push_back(one.z);
+    result.surface.push_back(one.surface);
+    result.matter.push_back(matter[one.number]);
   }
   for (std::size_t i = 1; i < result.begin.size(); ++i) result.begin[i] += result.begin[i - 1];
   return result;

@@ -1,3 +1,5 @@
+#include "planning/voxel_matter.hpp"
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
@@ -55,7 +57,7 @@ struct Judge {
     if (surface == nullptr) return say("its surface is not there");
     const auto labels = edges.find(step.surface);
     const Foothold hold = foothold(*surface, foot, step.T_map_foot.translation(), step.yaw_rad, contact,
-                                   &octree, labels == edges.end() ? nullptr : &labels->second);
+                                   &octree, labels == edges.end() ? nullptr : &labels->second, &snapshot);
     if (!hold.accepted) say("the foothold is refused: " + std::string(contact_refusal_name(*hold.refused)));
     if (!hold.T_map_contact.isApprox(step.T_map_foot, 1e-6)) say("the foot is not on its plane");
   }
@@ -72,9 +74,11 @@ struct Judge {
           box.extend(R_walk_map.transpose() *
                      Eigen::Vector3d(center.x() + d.x(), center.y() + d.y(), z + rise.dot(d)));
         }
+    box.min().array() -= MatterOfVoxels::farthest_move;
+    box.max().array() += MatterOfVoxels::farthest_move;
     bool found = false;
     octree.for_each_occupied(box, [&](const OccupancyView::Voxel& voxel) {
-      const Eigen::Vector3d p = R_walk_map * voxel.center;
+      const Eigen::Vector3d p = R_walk_map * middle_of_matter(voxel);
       const Eigen::Vector2d d = p.head<2>() - center;
       const double z = p.z() - rise.dot(d);
       found = std::abs(d.dot(ahead_of(pose.yaw))) <= length / 2 &&
@@ -82,6 +86,15 @@ struct Judge {
       return !found;
     });
     return found;
+  }
+
+  // What a surface's voxel holds is on its plane.
+  Eigen::Vector3d middle_of_matter(const OccupancyView::Voxel& voxel) const {
+    const Surface* surface = voxel.surface != 0 ? snapshot.find(voxel.surface) : nullptr;
+    if (surface == nullptr) return voxel.center;
+    const double off = surface->plane.signed_distance(voxel.center);
+    if (std::abs(off) > MatterOfVoxels::farthest_move) return voxel.center;
+    return voxel.center - off * surface->plane.normal;
   }
 
   template <class Visit>

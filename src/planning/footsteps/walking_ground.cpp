@@ -73,7 +73,8 @@ WalkingGround::WalkingGround(std::shared_ptr<const Snapshot> the_snapshot, Occup
       foot(shape),
       contact(limits),
       R_walk_map(upright(limits.up)),
-      columns(octree, R_walk_map.toRotationMatrix(), heights(*snapshot, R_walk_map).first - below_ground,
+      columns(octree, snapshot, R_walk_map.toRotationMatrix(),
+              heights(*snapshot, R_walk_map).first - below_ground,
               heights(*snapshot, R_walk_map).second + headroom),
       field(*snapshot, foot, contact, octree, edges, columns, costs, headings) {}
 
@@ -85,7 +86,7 @@ const std::vector<PolygonEdges>* WalkingGround::edges_of(SurfaceId id) const {
 Footstep WalkingGround::footstep(FootName name, const Place& place, double yaw_rad) const {
   const Surface& surface = field.surface_of(place);
   const Foothold hold = foothold(surface, foot, R_walk_map.inverse() * place.at, yaw_rad, contact, &octree,
-                                 edges_of(surface.id));
+                                 edges_of(surface.id), snapshot.get());
   return {name, surface.id, hold.T_map_contact, yaw_rad, hold.margin_m};
 }
 
@@ -109,7 +110,8 @@ std::pair<std::optional<ContactRefusal>, std::string> WalkingGround::why_not(con
     if (lean < 0.1) continue;  // walls, and what hangs over
     const Eigen::Vector3d on = wanted - surface->plane.signed_distance(wanted) / lean * up;
     if ((on - wanted).norm() > near_height) continue;
-    const Foothold hold = foothold(*surface, foot, on, yaw_rad, contact, &octree, edges_of(surface->id));
+    const Foothold hold =
+        foothold(*surface, foot, on, yaw_rad, contact, &octree, edges_of(surface->id), snapshot.get());
     if (hold.supported > 0 && (!best || hold.supported > best->supported)) best = hold;
   }
   if (!best) return {std::nullopt, "there is no surface under it"};

@@ -122,7 +122,7 @@ std::vector<FoundRegion> answer(const AskedMap& map, const RegionsQuestion& ques
   std::vector<FoundRegion> found;
   for (const SurfacePtr& surface : snapshot.surfaces) {
     if (question.surface != 0 && surface->id != question.surface) continue;
-    ContactRegion region = contact_region(*surface, foot, yaw, limits, &snapshot.octree);
+    ContactRegion region = contact_region(*surface, foot, yaw, limits, &snapshot.octree, nullptr, &snapshot);
     std::vector<ConvexPiece> pieces;
     if (question.pieces > 0) pieces = convex_pieces(*surface, region, question.pieces);
     found.push_back({surface.get(), std::move(region), std::move(pieces)});
