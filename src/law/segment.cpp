@@ -18,11 +18,12 @@ using Index = Readings::Index;
 
 constexpr int rounds = 3;  // effort: merging, relabelling, and merging what that has parted
 
+/// `gap`: m, over which patches meet; 0: those that touch only.
 void merge(const Readings& readings, double gap, Segmentation& segmentation) {
   const std::vector<bool> ambiguous = find_ambiguous(readings, segmentation.labels, segmentation.patches);
   PatchGraph graph(std::move(segmentation.patches));
   meet_neighbours(readings, segmentation.labels, ambiguous, graph);
-  meet_across_gaps(readings, segmentation.labels, gap, graph);
+  if (gap > 0) meet_across_gaps(readings, segmentation.labels, gap, graph);
   PatchGraph::Merged merged = std::move(graph).merge();
   for (Label& label : segmentation.labels) label = merged.into[label];
   segmentation.patches = std::move(merged.patches);
@@ -103,7 +104,8 @@ Segmentation segment(const Readings& readings, const SegmentLimits& limits) {
   Segmentation result;
   result.patches = find_planelets(readings, result.labels);
   for (int round = 0; round < rounds; ++round) {
-    merge(readings, limits.gap, result);
+    // Among planelets, which are no larger than a gap, nearly every reading would be at a rim.
+    merge(readings, round == 0 ? 0 : limits.gap, result);
     relabel(readings, result.patches, result.labels);
     result.patches = connected_pieces(readings, result.patches, result.labels);
   }
