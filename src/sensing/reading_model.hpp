@@ -15,9 +15,9 @@ namespace octosurf {
 ///
 ///   variance = σ_c² · (facing² + ε² (1 − facing²)) + σ_q² + σ_pose²   [m²],   facing = n·v,
 ///
-/// with σ_c the noise along the line of sight as measured for its class of distance, ε the error of the view
-/// that a voxel keeps, and σ_q the rounding of the point in its voxel. A reading that is not the plane's is
-/// spread evenly over `clutter_depth`. So, for a reading at `distance` off the plane,
+/// with σ_c the noise along the line of sight as measured for its class of distance and by residuals, ε the
+/// error of the view that a voxel keeps, and σ_q the rounding of the point in its voxel. A reading that is
+/// not the plane's is spread evenly over `clutter_depth`. So, for a reading at `distance` off the plane,
 ///
 ///   log_ratio = ln(odds · clutter_depth) − ½ ln(2π variance) − distance² / (2 variance)   [nats],
 ///
@@ -38,13 +38,15 @@ class ReadingModel {
   /// Of that share, nats: ln 9.
   static constexpr double log_odds = 2.1972245773362196;
 
-  /// `resolution`: the octree's voxel, m. The noise is taken as it is now.
-  ReadingModel(const NoiseModel& noise, double resolution);
+  /// `resolution`: the octree's voxel, m. The noise is taken as it is now; `noise_factor2`: how much larger
+  /// a reading's variance is than its neighbours tell, by the residuals of scans on surfaces
+  /// (AlignmentState::noise_factor2): 1 for what is white, 20 for a camera whose depths come in waves, 2.5
+  /// for a lidar whose readings come in no order.
+  ReadingModel(const NoiseModel& noise, double resolution, double noise_factor2 = 1);
 
   /// m², along a plane's normal. Cost: some additions.
   double variance(unsigned range_class, double facing) const {
-    const double share = facing * facing + view_error * view_error * (1 - facing * facing);
-    return along_sight_[range_class] * share + common_;
+    return along_sight_[range_class] * share(facing) + common_;
   }
   /// m², what of it one reading does not share with its neighbours: the noise alone.
   double independent_variance(unsigned range_class, double facing) const {
@@ -68,6 +70,10 @@ class ReadingModel {
   }
 
  private:
+  static double share(double facing) {
+    return facing * facing + view_error * view_error * (1 - facing * facing);
+  }
+
   std::array<double, NoiseModel::classes> along_sight_;  // σ_c²
   double common_;                                        // σ_q² + σ_pose²
   double log_scale_;                                     // ln of odds · clutter_depth / √2π

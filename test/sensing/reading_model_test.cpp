@@ -41,6 +41,15 @@ TEST(ReadingModel, VarianceIsTheNoiseThatTheNormalSees) {
   }
 }
 
+TEST(ReadingModel, WhatResidualsTellWidensTheNoiseAlone) {
+  const NoiseModel noise = told_noise();
+  const ReadingModel as_measured(noise, 0.02), wider(noise, 0.02, 4);
+  const double common = ReadingModel::pose_sigma * ReadingModel::pose_sigma;
+  const double sigma = noise.measured_sigma(7);
+  EXPECT_NEAR(wider.variance(7, 1) - as_measured.variance(7, 1), 3 * sigma * sigma, 1e-12);
+  EXPECT_NEAR(wider.variance(7, 1) - wider.independent_variance(7, 1), common, 1e-12);
+}
+
 TEST(ReadingModel, RatioIsThatOfTheDensities) {
   const NoiseModel noise = told_noise();
   const ReadingModel model(noise, 0.02);
