@@ -76,12 +76,18 @@ std::vector<std::size_t> count_clutter_around(const Readings& readings, const Se
 /// through a bush hardly any (Laplace's rule of succession).
 double explained_by(const Readings& readings, const Patch& patch, const std::vector<Index>& indices,
                     std::size_t clutter_around) {
-  const auto its = static_cast<double>(indices.size()), others = static_cast<double>(clutter_around);
+  double its = 0, explained = 0;
+  for (const Index i : indices) {
+    const double log_ratio = readings.log_ratio(i, patch.plane);
+    if (!(log_ratio > 0)) continue;  // the refitted plane has left it: clutter, too
+    ++its;
+    explained += log_ratio;
+  }
+  const double others = static_cast<double>(indices.size() + clutter_around) - its;
   const double share = (its + 1) / (its + others + 2);
   const double deeper = std::log(depth_around(patch) / ReadingModel::clutter_depth);
-  double explained = its * (std::log(share) + deeper - ReadingModel::log_odds) + others * std::log(1 - share);
-  for (const Index i : indices) explained += readings.log_ratio(i, patch.plane);
-  return explained - description_cost(patch);
+  return explained + its * (std::log(share) + deeper - ReadingModel::log_odds) +
+         others * std::log(1 - share) - description_cost(patch);
 }
 
 /// Which of the planes are there, by what each explains: the one that explains most first, and others if they

@@ -149,6 +149,16 @@ TEST(Segment, ALayerThatAWallIsSeenThroughIsNone) {
   EXPECT_NE(found.find(Eigen::Vector3d::UnitX(), Eigen::Vector3d::Zero()), clutter);
 }
 
+TEST(Segment, AReadingFromBehindUndoesNoWall) {
+  std::mt19937_64 rng = test::rng();
+  test::Scene wall;
+  wall.rectangle({0, -1, 0}, {0, 2, 0}, {0, 0, 1.5});
+  Scan from_behind;
+  from_behind.T_map_sensor.translation() = Eigen::Vector3d(-1, 0, 0.7);
+  from_behind.points.assign(3, {0.999F, 0, 0});
+  EXPECT_EQ(Found({look(wall, {1.6, 0, 0.7}, {0, 0, 0.7}, rng), from_behind}).planes(), 1U);
+}
+
 TEST(Segment, ABoardBeforeAWallHidesIt) {
   std::mt19937_64 rng = test::rng();
   test::Scene scene;
