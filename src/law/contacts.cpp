@@ -17,13 +17,15 @@ constexpr double rim_asymmetry = 0.25;
 class Gaps {
  public:
   Gaps(const Readings& readings, const std::vector<Label>& labels, double reach, const PatchGraph& graph)
-      : readings_(readings), labels_(labels), reach_(reach), graph_(graph) {}
+      : readings_(readings), labels_(labels), reach_(reach), graph_(graph), at_rim_(readings.size()) {
+    for (Index i = 0; i < readings.size(); ++i) at_rim_[i] = is_at_rim(i);
+  }
 
   void look_around(Index i) {
-    if (!at_rim(i)) return;
+    if (!at_rim_[i]) return;
     const int voxels = static_cast<int>(reach_ / readings_.resolution());
     readings_.window().for_each_near(readings_[i].key, voxels, [&](Index j) {
-      if (j <= i || labels_[j] == clutter || labels_[j] == labels_[i] || !at_rim(j)) return;
+      if (j <= i || labels_[j] == clutter || labels_[j] == labels_[i] || !at_rim_[j]) return;
       const Eigen::Vector3d line = position(j) - position(i);
       if (line.squaredNorm() <= reach_ * reach_ && !graph_.met(labels_[i], labels_[j])) look_along(i, j);
     });
@@ -43,7 +45,7 @@ class Gaps {
   Eigen::Vector3d position(Index i) const { return readings_[i].position.cast<double>(); }
 
   /// Its neighbours of the same plane lie to one side of it.
-  bool at_rim(Index i) const {
+  bool is_at_rim(Index i) const {
     if (labels_[i] == clutter) return false;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     int same = 0;
@@ -96,6 +98,7 @@ class Gaps {
   const std::vector<Label>& labels_;
   double reach_;
   const PatchGraph& graph_;
+  std::vector<char> at_rim_;
   std::map<std::pair<Label, Label>, Gap> gaps_;
 };
 

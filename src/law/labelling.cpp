@@ -12,9 +12,6 @@ namespace {
 
 using Index = Readings::Index;
 
-/// Two planes at less than 20° part so slowly that most of what lies near their edge would be of both.
-constexpr double cos_nearly_parallel = 0.93969262078590838;
-
 constexpr std::size_t fewest = 5;  // readings: a plane's three parameters, and two that can contradict
 constexpr int most_sweeps = 8;     // effort: nearly all is settled after three
 

@@ -4,6 +4,8 @@
 
 #include <Eigen/Core>
 #include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
 
 #include <octosurf/surface.hpp>
 
@@ -25,6 +27,8 @@ struct Patch {
   void fit();
   /// Σ weight · distance² of its readings to a plane.
   double chi2(const Plane& to) const;
+  /// m, off the plane to where a reading of its mean variance and peak stops belonging to it.
+  double reach() const { return std::sqrt(std::max(0.0, 2 * log_peaks / moments.count)); }
   /// Σ log_ratio of its readings to a plane, nats: positive if they belong to it on the whole.
   double explained_by(const Plane& other) const { return log_peaks - 0.5 * chi2(other); }
 };

@@ -12,8 +12,9 @@ constexpr double farthest_neighbour = 0.16;  // m
 
 }  // namespace
 
-Readings::Readings(const OccupancyMap& octree, const PointWindow& window, const NoiseModel& noise)
-    : window_(window), grid_(octree.grid()), model_(noise, octree.grid().resolution()) {
+Readings::Readings(const OccupancyMap& octree, const PointWindow& window, const NoiseModel& noise,
+                   double noise_factor2)
+    : window_(window), grid_(octree.grid()), model_(noise, octree.grid().resolution(), noise_factor2) {
   std::vector<VoxelKey> keys;
   octree.for_each_point([&](const VoxelPoint& p) { keys.push_back(p.key); });
   for (const VoxelKey key : keys) window_.find(key);  // loads its block

@@ -15,6 +15,10 @@ namespace octosurf::law {
 using Label = std::uint32_t;
 inline constexpr Label clutter = 0;
 
+/// Of 20°. Two planes at less than 20° part so slowly that most of what lies near their edge would be of
+/// both.
+inline constexpr double cos_nearly_parallel = 0.93969262078590838;
+
 /// What the octree keeps of the scans in one voxel.
 struct Reading {
   VoxelKey key;
@@ -32,8 +36,10 @@ class Readings {
  public:
   using Index = PointWindow::Index;
 
-  /// Loads all of the octree's points into `window`; indices are the window's own. O(points).
-  Readings(const OccupancyMap& octree, const PointWindow& window, const NoiseModel& noise);
+  /// Loads all of the octree's points into `window`; indices are the window's own. `noise_factor2`: as
+  /// for ReadingModel. O(points).
+  Readings(const OccupancyMap& octree, const PointWindow& window, const NoiseModel& noise,
+           double noise_factor2 = 1);
 
   std::size_t size() const { return readings_.size(); }
   const Reading& operator[](Index i) const { return readings_[i]; }

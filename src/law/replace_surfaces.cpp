@@ -68,8 +68,8 @@ std::vector<SurfaceModel*> create_surfaces(Ledger& ledger, const Segmentation& f
 
 }  // namespace
 
-void replace_surfaces(Ledger& ledger, const OccupancyMap& octree) {
-  const Readings readings(octree, ledger.window, ledger.noise);
+void replace_surfaces(Ledger& ledger, const OccupancyMap& octree, double noise_factor2) {
+  const Readings readings(octree, ledger.window, ledger.noise, noise_factor2);
   const Parameters& parameters = ledger.parameters;
   const Segmentation found = segment(
       readings, {parameters.max_hole_size(), static_cast<std::size_t>(parameters.min_surface_points()),

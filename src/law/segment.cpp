@@ -2,6 +2,7 @@
 
 #include "geometry/plane_frame.hpp"
 #include "law/contacts.hpp"
+#include "law/crossings.hpp"
 #include "law/curvature.hpp"
 #include "law/labelling.hpp"
 #include "law/patch_graph.hpp"
@@ -9,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <set>
 
 namespace octosurf::law {
@@ -18,11 +20,12 @@ using Index = Readings::Index;
 
 constexpr int rounds = 3;  // effort: merging, relabelling, and merging what that has parted
 
+/// `gap`: m, over which patches meet; 0: those that touch only.
 void merge(const Readings& readings, double gap, Segmentation& segmentation) {
   const std::vector<bool> ambiguous = find_ambiguous(readings, segmentation.labels, segmentation.patches);
   PatchGraph graph(std::move(segmentation.patches));
   meet_neighbours(readings, segmentation.labels, ambiguous, graph);
-  meet_across_gaps(readings, segmentation.labels, gap, graph);
+  if (gap > 0) meet_across_gaps(readings, segmentation.labels, gap, graph);
   PatchGraph::Merged merged = std::move(graph).merge();
   for (Label& label : segmentation.labels) label = merged.into[label];
   segmentation.patches = std::move(merged.patches);
@@ -43,10 +46,17 @@ bool may_be_surface(const Readings& readings, const SegmentLimits& limits, const
   return width_of(extent) >= limits.least_width && !is_curved(readings, patch, indices);
 }
 
-/// Of each label, the readings beside its own that are nobody's, as deep as clutter is looked at.
+/// m, on both sides of a patch together: what is looked at for how much is clutter there. Beyond where
+/// readings may be the patch's own, as deep as clutter is looked at elsewhere.
+double depth_around(const Patch& patch) { return ReadingModel::clutter_depth + 2 * patch.reach(); }
+
+/// Of each label, the readings beside its own that are nobody's, within depth_around().
 std::vector<std::size_t> count_clutter_around(const Readings& readings, const Segmentation& segmentation) {
-  constexpr double depth = ReadingModel::clutter_depth / 2;
-  const int reach = std::max(1, static_cast<int>(depth / readings.resolution()));
+  std::vector<double> half_depth;
+  for (const Patch& patch : segmentation.patches) half_depth.push_back(depth_around(patch) / 2);
+  half_depth[clutter] = 0;
+  const double farthest = *std::max_element(half_depth.begin(), half_depth.end());
+  const int reach = std::max(1, static_cast<int>(farthest / readings.resolution()));
   std::vector<std::size_t> counts(segmentation.patches.size(), 0);
   std::set<Label> around;
   for (Index i = 0; i < readings.size(); ++i) {
@@ -55,21 +65,52 @@ std::vector<std::size_t> count_clutter_around(const Readings& readings, const Se
     readings.window().for_each_near(readings[i].key, reach,
                                     [&](Index j) { around.insert(segmentation.labels[j]); });
     for (const Label label : around)
-      counts[label] += std::fabs(readings[i].distance(segmentation.patches[label].plane)) <= depth;
+      counts[label] +=
+          std::fabs(readings[i].distance(segmentation.patches[label].plane)) <= half_depth[label];
   }
   return counts;
 }
 
-/// Whether a plane among clutter explains what is there by more than its description costs, against clutter
-/// alone. How much of what is there the plane explains is its own to say: a wall nine tenths, a slab through
-/// a bush hardly any (Laplace's rule of succession).
-bool explains_enough(const Readings& readings, const Patch& patch, const std::vector<Index>& indices,
-                     std::size_t clutter_around) {
-  const auto its = static_cast<double>(indices.size()), others = static_cast<double>(clutter_around);
+/// Nats by which a plane among clutter explains more of what is there than its description costs, against
+/// clutter alone. How much of what is there the plane explains is its own to say: a wall nine tenths, a slab
+/// through a bush hardly any (Laplace's rule of succession).
+double explained_by(const Readings& readings, const Patch& patch, const std::vector<Index>& indices,
+                    std::size_t clutter_around) {
+  double its = 0, explained = 0;
+  for (const Index i : indices) {
+    const double log_ratio = readings.log_ratio(i, patch.plane);
+    if (!(log_ratio > 0)) continue;  // the refitted plane has left it: clutter, too
+    ++its;
+    explained += log_ratio;
+  }
+  const double others = static_cast<double>(indices.size() + clutter_around) - its;
   const double share = (its + 1) / (its + others + 2);
-  double explained = its * std::log(share) + others * std::log(1 - share);
-  for (const Index i : indices) explained += readings.log_ratio(i, patch.plane) - ReadingModel::log_odds;
-  return explained > description_cost(patch);
+  const double deeper = std::log(depth_around(patch) / ReadingModel::clutter_depth);
+  return explained + its * (std::log(share) + deeper - ReadingModel::log_odds) +
+         others * std::log(1 - share) - description_cost(patch);
+}
+
+/// Which of the planes are there, by what each explains: the one that explains most first, and others if they
+/// explain more than the rays that have passed through them, or through those that are there to them, speak
+/// against both. Such rays are as rare as outliers.
+std::vector<bool> find_opaque(const Readings& readings, const Segmentation& segmentation,
+                              const std::vector<double>& explained) {
+  std::vector<std::vector<std::pair<Label, double>>> crossed(explained.size());
+  for (const auto& [pair, rays] : count_crossings(readings, segmentation.labels, segmentation.patches)) {
+    crossed[pair.first].emplace_back(pair.second, rays);
+    crossed[pair.second].emplace_back(pair.first, rays);
+  }
+  std::vector<Label> order(explained.size());
+  std::iota(order.begin(), order.end(), Label{0});
+  std::stable_sort(order.begin(), order.end(), [&](Label a, Label b) { return explained[a] > explained[b]; });
+  std::vector<bool> there(explained.size(), false);
+  for (const Label label : order) {
+    double against = 0;
+    for (const auto& [other, rays] : crossed[label])
+      if (there[other]) against += rays * ReadingModel::log_odds;
+    there[label] = explained[label] > against;
+  }
+  return there;
 }
 
 /// What does not hold becomes clutter.
@@ -92,9 +133,12 @@ void accept(const Readings& readings, const SegmentLimits& limits, Segmentation&
     return may_be_surface(readings, limits, segmentation.patches[label], indices);
   });
   const std::vector<std::size_t> around = count_clutter_around(readings, segmentation);
-  keep_labels(segmentation, [&](Label label, const std::vector<Index>& indices) {
-    return explains_enough(readings, segmentation.patches[label], indices, around[label]);
-  });
+  const std::vector<std::vector<Index>> of = by_label(segmentation);
+  std::vector<double> explained(of.size(), 0);
+  for (Label label = 1; label < of.size(); ++label)
+    explained[label] = explained_by(readings, segmentation.patches[label], of[label], around[label]);
+  const std::vector<bool> there = find_opaque(readings, segmentation, explained);
+  keep_labels(segmentation, [&](Label label, const std::vector<Index>&) { return there[label]; });
 }
 
 }  // namespace
@@ -103,7 +147,8 @@ Segmentation segment(const Readings& readings, const SegmentLimits& limits) {
   Segmentation result;
   result.patches = find_planelets(readings, result.labels);
   for (int round = 0; round < rounds; ++round) {
-    merge(readings, limits.gap, result);
+    // Among planelets, which are no larger than a gap, nearly every reading would be at a rim.
+    merge(readings, round == 0 ? 0 : limits.gap, result);
     relabel(readings, result.patches, result.labels);
     result.patches = connected_pieces(readings, result.patches, result.labels);
   }

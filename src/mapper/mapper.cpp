@@ -235,7 +235,7 @@ ScanReport Mapper::resegment() {
   Stopwatch time(report);
   Transaction transaction(state);
   Ledger ledger(state);
-  time(Stage::detect, [&] { law::replace_surfaces(ledger, state.occupancy); });
+  time(Stage::detect, [&] { law::replace_surfaces(ledger, state.occupancy, state.alignment.noise_factor2); });
   state.accumulated.clear();
   time(Stage::cylinders, [&] { update_cylinders(ledger, {}); });
   const Changes& changes = ledger.changes;

@@ -4,10 +4,10 @@
 
 namespace octosurf {
 
-ReadingModel::ReadingModel(const NoiseModel& noise, double resolution) {
+ReadingModel::ReadingModel(const NoiseModel& noise, double resolution, double noise_factor2) {
   for (unsigned c = 0; c < NoiseModel::classes; ++c) {
     const double sigma = noise.measured_sigma(c);
-    along_sight_[c] = sigma * sigma;
+    along_sight_[c] = noise_factor2 * sigma * sigma;
   }
   const double step = resolution / 256;  // of a point in its voxel (sensing/reading_code.hpp)
   common_ = step * step / 12 + pose_sigma * pose_sigma;

@@ -15,13 +15,17 @@ namespace octosurf {
 ///
 ///   variance = σ_c² · (facing² + ε² (1 − facing²)) + σ_q² + σ_pose²   [m²],   facing = n·v,
 ///
-/// with σ_c the noise along the line of sight as measured for its class of distance, ε the error of the view
-/// that a voxel keeps, and σ_q the rounding of the point in its voxel. A reading that is not the plane's is
-/// spread evenly over `clutter_depth`. So, for a reading at `distance` off the plane,
+/// with σ_c the noise along the line of sight as measured for its class of distance and by residuals, ε the
+/// error of the view that a voxel keeps, and σ_q the rounding of the point in its voxel. A reading that is
+/// not the plane's is spread evenly over `clutter_depth`, and its view over the half space; rays that meet a
+/// plane meet it by Lambert's cosine law, twice as often head-on as on the mean, hardly ever along it: what a
+/// sensor sees beside an edge, between what is before and behind it, lies along its rays. So, for a reading
+/// at `distance` off the plane,
 ///
-///   log_ratio = ln(odds · clutter_depth) − ½ ln(2π variance) − distance² / (2 variance)   [nats],
+///   log_ratio = ln(odds · clutter_depth · 2 facing) − ½ ln(2π variance) − distance² / (2 variance)   [nats],
 ///
-/// and it belongs to the plane if that is positive: at 3.4 deviations for 2 mm of noise, 2.4 for 30 mm.
+/// with facing at least ε, and it belongs to the plane if that is positive: seen head-on at 3.5 deviations
+/// for 2 mm of noise, 2.7 for 30 mm.
 class ReadingModel {
  public:
   /// Sine of the error of a stored view: it is coded to 3.9° (sensing/reading_code.hpp).
@@ -38,13 +42,15 @@ class ReadingModel {
   /// Of that share, nats: ln 9.
   static constexpr double log_odds = 2.1972245773362196;
 
-  /// `resolution`: the octree's voxel, m. The noise is taken as it is now.
-  ReadingModel(const NoiseModel& noise, double resolution);
+  /// `resolution`: the octree's voxel, m. The noise is taken as it is now; `noise_factor2`: how much larger
+  /// a reading's variance is than its neighbours tell, by the residuals of scans on surfaces
+  /// (AlignmentState::noise_factor2): 1 for what is white, 20 for a camera whose depths come in waves, 2.5
+  /// for a lidar whose readings come in no order.
+  ReadingModel(const NoiseModel& noise, double resolution, double noise_factor2 = 1);
 
   /// m², along a plane's normal. Cost: some additions.
   double variance(unsigned range_class, double facing) const {
-    const double share = facing * facing + view_error * view_error * (1 - facing * facing);
-    return along_sight_[range_class] * share + common_;
+    return along_sight_[range_class] * share(facing) + common_;
   }
   /// m², what of it one reading does not share with its neighbours: the noise alone.
   double independent_variance(unsigned range_class, double facing) const {
@@ -60,7 +66,8 @@ class ReadingModel {
   }
   /// The same for a reading on the plane.
   double log_peak(unsigned range_class, double facing) const {
-    return log_scale_ - 0.5 * std::log(variance(range_class, facing));
+    const double met = 2 * std::max(facing, view_error);
+    return log_scale_ - 0.5 * std::log(variance(range_class, facing) / (met * met));
   }
   /// m, off the plane to where a reading stops belonging to it.
   double reach(unsigned range_class, double facing) const {
@@ -68,6 +75,10 @@ class ReadingModel {
   }
 
  private:
+  static double share(double facing) {
+    return facing * facing + view_error * view_error * (1 - facing * facing);
+  }
+
   std::array<double, NoiseModel::classes> along_sight_;  // σ_c²
   double common_;                                        // σ_q² + σ_pose²
   double log_scale_;                                     // ln of odds · clutter_depth / √2π

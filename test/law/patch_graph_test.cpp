@@ -1,6 +1,11 @@
 #include "law/patch_graph.hpp"
 
+#include "support/seed.hpp"
+
+#include <algorithm>
 #include <gtest/gtest.h>
+#include <numeric>
+#include <random>
 
 namespace octosurf::law {
 namespace {
@@ -45,6 +50,38 @@ TEST(PatchGraph, ALongRimIsNoReasonToJoinAStep) {
   PatchGraph graph({Patch(), level(0, 0), level(0.22, 0.05)});
   graph.meet(1, 2, {0.11, 0, 0.02}, 10000);
   EXPECT_EQ(std::move(graph).merge().patches.size(), 3U);
+}
+
+/// A chain of level squares and of squares a step higher, met in any order of labels.
+std::vector<std::size_t> sizes_of_merged(const std::vector<std::size_t>& order) {
+  std::vector<Patch> patches(1);
+  std::vector<Label> label(order.size());
+  for (const std::size_t k : order) {
+    label[k] = static_cast<Label>(patches.size());
+    patches.push_back(level(0.22 * static_cast<double>(k), k % 5 == 4 ? 0.05 : 0));
+  }
+  PatchGraph graph(std::move(patches));
+  for (std::size_t k = 0; k + 1 < order.size(); ++k)
+    for (std::size_t l = k + 1; l < std::min(order.size(), k + 3); ++l)
+      graph.meet(label[k], label[l], {0.11 * static_cast<double>(k + l), 0, 0}, 11);
+  const PatchGraph::Merged merged = std::move(graph).merge();
+  std::vector<std::size_t> sizes;
+  for (const Label l : label)
+    sizes.push_back(static_cast<std::size_t>(merged.patches[merged.into[l]].readings));
+  return sizes;
+}
+
+TEST(PatchGraph, OrderOfPatchesDoesNotMatter) {
+  std::mt19937_64 rng = test::rng();
+  std::vector<std::size_t> order(30);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const std::vector<std::size_t> expected = sizes_of_merged(order);
+  EXPECT_EQ(expected[0], 24U * 121);  // all that are level, past the steps
+  EXPECT_EQ(expected[4], 121U);
+  for (int trial = 0; trial < 5; ++trial) {
+    std::shuffle(order.begin(), order.end(), rng);
+    EXPECT_EQ(sizes_of_merged(order), expected);
+  }
 }
 
 TEST(PatchGraph, WhatDoesNotMeetIsNotJoined) {

@@ -2,10 +2,12 @@
 
 #include "detection/pending_points.hpp"
 #include "law/labelling.hpp"
+#include "law/planelets.hpp"
 #include "support/round_scene.hpp"
 #include "support/seed.hpp"
 
 #include <algorithm>
+#include <array>
 #include <gtest/gtest.h>
 #include <numbers>
 #include <random>
@@ -17,8 +19,8 @@ using test::PendingPoints;
 
 /// What the law finds in scans.
 struct Found {
-  explicit Found(const std::vector<Scan>& scans)
-      : points(scans, parameters()),
+  explicit Found(const std::vector<Scan>& scans, const Parameters& told = parameters())
+      : points(scans, told),
         readings((observe(points.state.noise, scans), points.state.occupancy), points.ledger.window,
                  points.state.noise),
         segmentation(segment(readings, {})) {}
@@ -132,6 +134,113 @@ TEST(Segment, JoinsAcrossWhatHidesAStripButNotAcrossABoard) {
     on_wall += found.segmentation.patches[label].plane.normal.x() > 0.99 &&
                std::fabs(found.segmentation.patches[label].plane.offset) < 0.01;
   EXPECT_EQ(on_wall, 2U);
+}
+
+TEST(Segment, ALayerThatAWallIsSeenThroughIsNone) {
+  std::mt19937_64 rng = test::rng();
+  test::Scene wall, layer;
+  wall.rectangle({0, -1, 0}, {0, 2, 0}, {0, 0, 1.5});
+  layer.rectangle({0.05, -0.3, 0.4}, {0, 0.6, 0}, {0, 0, 0.6});
+  std::vector<Scan> scans;
+  for (int k = -1; k <= 1; ++k) scans.push_back(look(wall, {1.6, 0.3 * k, 0.7}, {0, 0, 0.7}, rng));
+  scans.push_back(look(layer, {1.6, 0, 0.7}, {0, 0, 0.7}, rng));
+  const Found found(scans);
+  EXPECT_EQ(found.planes(), 1U);
+  EXPECT_NE(found.find(Eigen::Vector3d::UnitX(), Eigen::Vector3d::Zero()), clutter);
+}
+
+TEST(Segment, AReadingFromBehindUndoesNoWall) {
+  std::mt19937_64 rng = test::rng();
+  test::Scene wall;
+  wall.rectangle({0, -1, 0}, {0, 2, 0}, {0, 0, 1.5});
+  Scan from_behind;
+  from_behind.T_map_sensor.translation() = Eigen::Vector3d(-1, 0, 0.7);
+  from_behind.points.assign(3, {0.999F, 0, 0});
+  EXPECT_EQ(Found({look(wall, {1.6, 0, 0.7}, {0, 0, 0.7}, rng), from_behind}).planes(), 1U);
+}
+
+TEST(Segment, ABoardBeforeAWallHidesIt) {
+  std::mt19937_64 rng = test::rng();
+  test::Scene scene;
+  scene.rectangle({0, -1, 0}, {0, 2, 0}, {0, 0, 1.5});
+  scene.box({0.03, -0.2, 0.5}, {0.05, 0.2, 0.9});
+  const Found found({look(scene, {1.6, 0.5, 0.7}, {0, 0, 0.7}, rng),
+                     look(scene, {1.6, 0, 0.7}, {0, 0, 0.7}, rng),
+                     look(scene, {1.6, -0.5, 0.7}, {0, 0, 0.7}, rng)});
+  EXPECT_NE(found.find(Eigen::Vector3d::UnitX(), {0, 0.6, 0.7}), clutter);
+  EXPECT_NE(found.find(Eigen::Vector3d::UnitX(), {0.05, 0, 0.7}), clutter);
+}
+
+TEST(Segment, AWallIsOneHoweverMuchItIsScattered) {
+  std::mt19937_64 rng = test::rng();
+  test::Scene wall;
+  wall.rectangle({0, -1, 0}, {0, 2, 0}, {0, 0, 1.5});
+  std::vector<Scan> scans;
+  for (int k = 0; k < 12; ++k)
+    scans.push_back(
+        test::camera_scan(wall, test::look_at({1.6, 0.05 * k, 0.7}, {0, 0, 0.7}), rng, {.noise = 0.03}));
+  Parameters told = Found::parameters();
+  told.surfaces.sensor_noise = 0.03;
+  const Found found(scans, told);
+  EXPECT_EQ(found.planes(), 1U);
+  EXPECT_GT(found.readings_of(1), found.readings.size() * 8 / 10);
+}
+
+/// Floor, wall and a block, from two sides.
+std::vector<Scan> look_at_a_block(const Eigen::Vector3d& shift, std::mt19937_64& rng) {
+  test::Scene scene;
+  scene.rectangle(shift, {2, 0, 0}, {0, 2, 0});
+  scene.rectangle(shift, {0, 2, 0}, {0, 0, 2});
+  scene.box(shift + Eigen::Vector3d(0.5, 0.5, 0), shift + Eigen::Vector3d(1.1, 1.1, 0.4));
+  std::vector<Scan> scans;
+  for (const Eigen::Vector3d& eye : {Eigen::Vector3d(1.9, 0.4, 1.6), Eigen::Vector3d(1.4, 1.9, 1.6)})
+    scans.push_back(look(scene, shift + eye, shift + Eigen::Vector3d(0.5, 0.5, 0.2), rng));
+  return scans;
+}
+
+/// Normals and distances from `from`, in order.
+std::vector<std::array<double, 4>> planes_seen_from(const Eigen::Vector3d& from, const Found& found) {
+  std::vector<std::array<double, 4>> planes;
+  for (Label label = 1; label <= found.planes(); ++label) {
+    const Plane& plane = found.segmentation.patches[label].plane;
+    planes.push_back({plane.normal.x(), plane.normal.y(), plane.normal.z(), plane.signed_distance(from)});
+  }
+  std::sort(planes.begin(), planes.end());
+  return planes;
+}
+
+void expect_near(const std::vector<std::array<double, 4>>& a, const std::vector<std::array<double, 4>>& b,
+                 double tolerance) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i)
+    for (std::size_t k = 0; k < 4; ++k) EXPECT_NEAR(a[i][k], b[i][k], tolerance);
+}
+
+TEST(Segment, FollowsAShiftOfTheFrame) {
+  // By a multiple of the largest block's edge, so that voxels and blocks fall on the same points.
+  const Eigen::Vector3d shift = 0.02 * 8 * planelet_edge(0.02) * Eigen::Vector3d(1, -2, 3);
+  std::mt19937_64 rng = test::rng(), again = test::rng();
+  const Found here(look_at_a_block(Eigen::Vector3d::Zero(), rng)), there(look_at_a_block(shift, again));
+  expect_near(planes_seen_from({1, 1, 1}, here), planes_seen_from(shift + Eigen::Vector3d(1, 1, 1), there),
+              5e-4);
+}
+
+TEST(Segment, OrderOfAScansPointsDoesNotMatter) {
+  std::mt19937_64 rng = test::rng();
+  std::vector<Scan> scans = look_at_a_block(Eigen::Vector3d::Zero(), rng);
+  const Found as_taken(scans);
+  for (Scan& scan : scans) std::shuffle(scan.points.begin(), scan.points.end(), rng);
+  const Found shuffled(scans);
+  EXPECT_EQ(as_taken.segmentation.labels, shuffled.segmentation.labels);
+}
+
+TEST(Segment, ScansTwiceAreThePlanesOnce) {
+  std::mt19937_64 rng = test::rng();
+  std::vector<Scan> scans = look_at_a_block(Eigen::Vector3d::Zero(), rng);
+  const Found once(scans);
+  scans.insert(scans.end(), scans.begin(), scans.begin() + 2);
+  const Found twice(scans);
+  expect_near(planes_seen_from({1, 1, 1}, once), planes_seen_from({1, 1, 1}, twice), 5e-4);
 }
 
 TEST(Segment, LabelsAreAtRest) {

@@ -17,12 +17,15 @@ NoiseModel told_noise() {
   return NoiseModel(parameters);
 }
 
-/// The density of a reading of the plane over that of clutter, times the odds of the two.
-double slow_ratio(double distance, double sigma) {
+/// The density of a reading of the plane over that of clutter, in depth and in direction, times the odds of
+/// the two.
+double slow_ratio(double distance, double sigma, double facing) {
   const double density =
       std::exp(-distance * distance / (2 * sigma * sigma)) / (sigma * std::sqrt(2 * std::numbers::pi));
   const double odds = (1 - ReadingModel::outlier_share) / ReadingModel::outlier_share;
-  return odds * density / (1 / ReadingModel::clutter_depth);
+  const double cosine_law = std::max(facing, ReadingModel::view_error) / std::numbers::pi;
+  const double half_space = 1 / (2 * std::numbers::pi);
+  return odds * density / (1 / ReadingModel::clutter_depth) * cosine_law / half_space;
 }
 
 TEST(ReadingModel, VarianceIsTheNoiseThatTheNormalSees) {
@@ -41,6 +44,15 @@ TEST(ReadingModel, VarianceIsTheNoiseThatTheNormalSees) {
   }
 }
 
+TEST(ReadingModel, WhatResidualsTellWidensTheNoiseAlone) {
+  const NoiseModel noise = told_noise();
+  const ReadingModel as_measured(noise, 0.02), wider(noise, 0.02, 4);
+  const double common = ReadingModel::pose_sigma * ReadingModel::pose_sigma;
+  const double sigma = noise.measured_sigma(7);
+  EXPECT_NEAR(wider.variance(7, 1) - as_measured.variance(7, 1), 3 * sigma * sigma, 1e-12);
+  EXPECT_NEAR(wider.variance(7, 1) - wider.independent_variance(7, 1), common, 1e-12);
+}
+
 TEST(ReadingModel, RatioIsThatOfTheDensities) {
   const NoiseModel noise = told_noise();
   const ReadingModel model(noise, 0.02);
@@ -48,7 +60,7 @@ TEST(ReadingModel, RatioIsThatOfTheDensities) {
     for (const double facing : {-0.05, 0.0, 0.3, 1.0})
       for (const double distance : {-0.02, 0.0, 0.001, 0.05}) {
         const double sigma = std::sqrt(model.variance(c, facing));
-        const double slow = std::log(slow_ratio(distance, sigma));
+        const double slow = std::log(slow_ratio(distance, sigma, facing));
         EXPECT_NEAR(model.log_ratio(distance, c, facing), slow, 1e-9 * (1 + std::fabs(slow)));
       }
 }
