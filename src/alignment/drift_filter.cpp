@@ -182,17 +182,7 @@ void DriftFilter::choose(const Eigen::Isometry3d& T_given, const PoseMeasurement
   const bool drifted =
       drifts() ? better > -required
                : better > required && length > measurement.least_m && significant(correction, measurement);
-  if (drifted && drifts()) keep_what_is_not_measured(drifting, T_given, measurement);
   state_.believed = drifted ? drifting : still;
-}
-
-void DriftFilter::keep_what_is_not_measured(std::size_t next, const Eigen::Isometry3d& T_given,
-                                            const PoseMeasurement& measurement) {
-  if (next == state_.believed) return;
-  Hypothesis& h = state_.hypotheses[next];
-  Twist apart = twist_between(h.correction * T_given, believed().correction * T_given);
-  apart -= measurement.motions * (measurement.directions * apart);
-  h.correction = moved(h.correction * T_given, apart) * T_given.inverse();
 }
 
 }  // namespace octosurf

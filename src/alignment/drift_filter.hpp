@@ -52,11 +52,6 @@ class DriftFilter {
   const Hypothesis& believed() const { return state_.hypotheses[state_.believed]; }
   void predict(Hypothesis& h, const Eigen::Isometry3d& T_map_sensor) const;
   void choose(const Eigen::Isometry3d& T_given, const PoseMeasurement& measurement);
-  /// The next one to be believed goes on from where the last one was in directions that this scan does not
-  /// measure. It came to be the likeliest by the others alone: above a floor, which shows no drift, one of
-  /// slow drift does, which never followed the poses sideways.
-  void keep_what_is_not_measured(std::size_t next, const Eigen::Isometry3d& T_given,
-                                 const PoseMeasurement& measurement);
   std::size_t most_likely(bool drifting) const;
 
   AlignmentState& state_;

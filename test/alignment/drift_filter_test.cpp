@@ -129,41 +129,6 @@ TEST(DriftFilter, ADirectionThatNothingMeasuresStaysAsGiven) {
   }
 }
 
-TEST(DriftFilter, WhatIsNotMeasuredStaysWhereItWas) {
-  // Poses slide sideways; then the robot looks down at a bare floor, which tells height and tilt alone, and
-  // those do not drift: hypotheses of slow drift, which never followed the slide, become the likeliest.
-  auto rng = test::rng();
-  AlignmentState state;
-  Eigen::Matrix<double, 3, 6> of_floor = Eigen::Matrix<double, 3, 6>::Zero();
-  of_floor(0, 0) = of_floor(1, 1) = of_floor(2, 5) = 1;
-  Eigen::Vector3d before = Eigen::Vector3d::Zero();
-  double believed_rate = 0, least_rate = 1;
-  for (int i = 0; i < 260; ++i) {
-    Eigen::Isometry3d truth = Eigen::Isometry3d::Identity();
-    truth.translation() << 0.02 * i, 0, 1;
-    const Eigen::Isometry3d T_given = Eigen::Translation3d(0.0003 * i, -0.0005 * i, 0) * truth;
-    PoseMeasurement m = measured(truth, rng);
-    const bool floor_alone = i >= 100;
-    if (floor_alone) {
-      m.variances = (of_floor * m.variances).eval();
-      m.directions = of_floor;
-      m.motions = of_floor.transpose();
-    }
-    const Eigen::Isometry3d used = DriftFilter(state).update(T_given, &m);
-    const Eigen::Vector3d correction = used.translation() - T_given.translation();
-    if (floor_alone) {
-      // What is measured, height and tilt, moves the place sideways by their noise at most.
-      EXPECT_LT((correction - before).head<2>().norm(), 0.001) << "scan " << i;
-    }
-    before = correction;
-    const double rate = state.hypotheses[state.believed].rate_m;
-    if (i == 99) believed_rate = rate;
-    if (floor_alone) least_rate = std::min(least_rate, rate);
-  }
-  EXPECT_GT(before.head<2>().norm(), 0.04);  // of 58 mm
-  EXPECT_LT(least_rate, believed_rate) << "the belief did not change, this tells nothing";
-}
-
 TEST(DriftFilter, AJumpThatStaysIsTakenOver) {
   auto rng = test::rng();
   AlignmentState state;
