@@ -3,6 +3,7 @@
 #include "sensing/reading_model.hpp"
 
 #include <Eigen/Core>
+#include <cmath>
 
 #include <octosurf/occupancy.hpp>
 #include <octosurf/surface.hpp>
