@@ -20,8 +20,9 @@ struct Segmentation {
 };
 
 /// The law's batch form, and the slow twin of any that goes scan by scan: planelets; three times merging,
-/// labels anew, connected pieces; then what explains more than its description costs, does not bend and is
-/// large enough is a surface, and what is left is clutter. The same readings give the same planes.
+/// labels anew, connected pieces; then what does not bend, is large enough, and explains more than its
+/// description costs and than rays through it speak against is a surface, and what is left is clutter. The
+/// same readings give the same planes. O(readings), 5 to 8 µs for each.
 Segmentation segment(const Readings& readings, const SegmentLimits& limits);
 
 }  // namespace octosurf::law
