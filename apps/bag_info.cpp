@@ -32,7 +32,7 @@ std::string date(std::int64_t ns) {
 
 struct Summary {
   std::vector<std::filesystem::path> files;
-  std::vector<TopicContents> topics;
+  std::vector<io::TopicContents> topics;
   std::uint64_t messages = 0;
   std::int64_t first_ns = std::numeric_limits<std::int64_t>::max();
   std::int64_t last_ns = std::numeric_limits<std::int64_t>::min();
@@ -41,11 +41,12 @@ struct Summary {
 
 Summary summarise(const std::filesystem::path& bag) {
   Summary summary;
-  summary.files = files_of_bag(bag);
-  summary.topics = summarise_bag(*open_bag(summary.files), summary.damage);
-  std::sort(summary.topics.begin(), summary.topics.end(),
-            [](const TopicContents& a, const TopicContents& b) { return a.topic.name < b.topic.name; });
-  for (const TopicContents& topic : summary.topics) {
+  summary.files = io::files_of_bag(bag);
+  summary.topics = io::summarise_bag(*io::open_bag(summary.files), summary.damage);
+  std::sort(
+      summary.topics.begin(), summary.topics.end(),
+      [](const io::TopicContents& a, const io::TopicContents& b) { return a.topic.name < b.topic.name; });
+  for (const io::TopicContents& topic : summary.topics) {
     summary.messages += topic.messages;
     if (topic.messages == 0) continue;
     summary.first_ns = std::min(summary.first_ns, topic.first_ns);
@@ -63,13 +64,13 @@ void print_text(const Summary& summary) {
   }
   if (summary.topics.empty()) return;
   std::size_t name = 5, type = 4;
-  for (const TopicContents& topic : summary.topics) {
+  for (const io::TopicContents& topic : summary.topics) {
     name = std::max(name, topic.topic.name.size());
     type = std::max(type, topic.topic.type.size());
   }
   std::printf("\n%-*s  %-*s  %9s  %10s  %10s\n", static_cast<int>(name), "topic", static_cast<int>(type),
               "type", "messages", "first", "last");
-  for (const TopicContents& topic : summary.topics) {
+  for (const io::TopicContents& topic : summary.topics) {
     std::printf("%-*s  %-*s  %9zu", static_cast<int>(name), topic.topic.name.c_str(), static_cast<int>(type),
                 topic.topic.type.c_str(), static_cast<std::size_t>(topic.messages));
     if (topic.messages > 0)
@@ -89,7 +90,7 @@ void print_json(const Summary& summary) {
   json["last_s"] = any ? Json(seconds(summary.last_ns)) : Json();
   json["duration_s"] = any ? Json(seconds(summary.last_ns - summary.first_ns)) : Json();
   json["topics"] = Json::array();
-  for (const TopicContents& topic : summary.topics) {
+  for (const io::TopicContents& topic : summary.topics) {
     const bool heard = topic.messages > 0;
     json["topics"].push_back({{"name", topic.topic.name},
                               {"type", topic.topic.type},

@@ -53,7 +53,7 @@ Curved things are not in the truth: surfaces on them count as noise, unsafe and 
 
 struct Arguments {
   std::string map, truth, labels, json;
-  double min_area = EvaluationOptions{}.min_area;
+  double min_area = evaluation::EvaluationOptions{}.min_area;
   bool force = false;
 };
 
@@ -66,10 +66,10 @@ void print_verdicts(std::size_t judged, const char* things, const Scores& scores
               scores.correct, judged, things, scores.over_segmented, scores.under_segmented, scores.missed);
 }
 
-void print(const Evaluation& scores) {
+void print(const evaluation::Evaluation& scores) {
   std::printf("%5s  %-28s %9s %8s %8s %8s %8s %9s  %s\n", "face", "name", "seen m²", "covered", "layers",
               "surface", "angle °", "offset mm", "verdict");
-  for (const FaceScore& face : scores.face_scores) {
+  for (const evaluation::FaceScore& face : scores.face_scores) {
     std::printf("%5u  %-28s %8.3f %7.1f%% %8.2f ", face.id, face.name.c_str(), face.visible_m2,
                 100 * face.covered, face.multiplicity);
     if (face.surface != 0) {
@@ -88,7 +88,7 @@ void print(const Evaluation& scores) {
   std::printf("%-22s %.3f\n", "multiplicity", scores.multiplicity);
   std::printf("%-22s %.3f m², %.2f %% of %.2f m²\n", "unsafe area", scores.unsafe_m2,
               100 * scores.unsafe_share, scores.area_m2);
-  for (std::size_t m = 0; m < outline_margins.size(); ++m) {
+  for (std::size_t m = 0; m < evaluation::outline_margins.size(); ++m) {
     const std::string name = "unsafe at " + std::string(m == 0 ? "1 cm" : "1.5 cm");
     const double percent = scores.area_m2 > 0 ? 100 / scores.area_m2 : 0;
     std::printf("%-22s %.3f m², %.2f %%: rim %.2f %%, false %.2f %%\n", name.c_str(), scores.unsafe_at(m),
@@ -107,10 +107,10 @@ void print(const Evaluation& scores) {
   std::printf("%-22s %zu of %zu\n", "holes found", scores.holes_found, scores.holes);
 }
 
-void print(const LabelEvaluation& scores) {
+void print(const evaluation::LabelEvaluation& scores) {
   std::printf("%6s %9s %8s %8s %8s %8s %8s %9s  %s\n", "label", "points", "rms mm", "covered", "surface",
               "IoU", "angle °", "offset mm", "verdict");
-  for (const LabelScore& label : scores.label_scores) {
+  for (const evaluation::LabelScore& label : scores.label_scores) {
     std::printf("%6u %9zu %8.1f %7.1f%% ", label.label, label.points, 1e3 * label.rms_m, 100 * label.covered);
     if (label.surface != 0) {
       std::printf("%8u %8.3f %7.2f %9.1f  ", label.surface, label.iou, degrees(label.normal_rad),
@@ -136,12 +136,12 @@ void require_writable(const Arguments& arguments) {
   if (arguments.json.empty()) return;
   require_apart("--json", arguments.json, files_of_map(arguments.map));
   require_apart("--json", arguments.json, {arguments.truth, arguments.labels});
-  NewFile(arguments.json, arguments.force).write([](std::ostream&) {});
+  io::NewFile(arguments.json, arguments.force).write([](std::ostream&) {});
 }
 
 void write_json(const Arguments& arguments, const std::string& json) {
   if (arguments.json.empty()) return;
-  NewFile file(arguments.json, arguments.force);
+  io::NewFile file(arguments.json, arguments.force);
   file.write([&](std::ostream& out) { out << json << '\n'; });
   file.commit();
 }
@@ -152,15 +152,15 @@ void report(const Scores& scores, const Arguments& arguments) {
   write_json(arguments, to_json(scores));
 }
 
-LabelEvaluation evaluate_labelled(const Map& map, const std::string& file) {
-  const LabelledCloud cloud = load_labelled_cloud(file);
+evaluation::LabelEvaluation evaluate_labelled(const Map& map, const std::string& file) {
+  const evaluation::LabelledCloud cloud = evaluation::load_labelled_cloud(file);
   std::vector<Eigen::Vector3d> points;
   std::vector<SurfaceId> found;
   for (const Eigen::Vector3f& point : cloud.points) {
     points.push_back(point.cast<double>());
     found.push_back(map.at(points.back()).surface);
   }
-  return evaluate_labels(cloud, points, found, *map.snapshot());
+  return evaluation::evaluate_labels(cloud, points, found, *map.snapshot());
 }
 
 void run(const Arguments& arguments) {
@@ -168,9 +168,10 @@ void run(const Arguments& arguments) {
   const LoadedMap loaded = load_map(arguments.map);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   if (!arguments.truth.empty()) {
-    EvaluationOptions options;
+    evaluation::EvaluationOptions options;
     options.min_area = arguments.min_area;
-    report(evaluate(*loaded.map.snapshot(), load_truth(arguments.truth), options), arguments);
+    report(evaluation::evaluate(*loaded.map.snapshot(), evaluation::load_truth(arguments.truth), options),
+           arguments);
   } else {
     report(evaluate_labelled(loaded.map, arguments.labels), arguments);
   }

@@ -148,7 +148,7 @@ void print_json(const LoadedMap& loaded, const Contents& contents, bool checked)
 }
 
 void run(const Arguments& arguments) {
-  if (is_bag(arguments.map)) {
+  if (io::is_bag(arguments.map)) {
     if (arguments.check || !arguments.up.empty())
       throw Error(Error::Kind::usage, arguments.map, "a bag, and --check and --up are of maps",
                   "leave them away");

@@ -132,7 +132,7 @@ void probe_outputs(const MapOptions& options) {
   refuse_collisions(options);
   const std::vector<std::string> written = files_of_map(options.output);
   const auto probe = [](const std::string& file, bool force) {
-    NewFile(file, force).write([](std::ostream&) {});
+    io::NewFile(file, force).write([](std::ostream&) {});
   };
   for (const std::string& file : written) probe(file, options.force || goes_on_in_place(options));
   for (const std::string& file : {options.report, options.write_poses})

@@ -271,7 +271,7 @@ void MapRun::finish() {
 }
 
 void MapRun::write_report() {
-  NewFile file(options_.report, options_.force);
+  io::NewFile file(options_.report, options_.force);
   file.write([&](std::ostream& out) { out << statistics_.to_json(mapper_.map(), context_) << '\n'; });
   file.commit();
 }
@@ -322,7 +322,7 @@ void MapRun::print_alignment() const {
 /// If it stands out of its own uncertainty (four deviations: four numbers, one false alarm in 4,000 runs) and
 /// moves the farthest readings by a tenth of a voxel, below which corrections are not made either.
 void MapRun::warn_of_sensor_bias() const {
-  const std::optional<SensorBias> bias = statistics_.sensor_bias();
+  const std::optional<alignment::SensorBias> bias = statistics_.sensor_bias();
   if (!bias) return;
   const Parameters& parameters = mapper_.map().parameters();
   const double far = parameters.occupancy.max_range.value_or(4);  // m, as for a depth camera
@@ -349,11 +349,11 @@ void MapRun::warn_of_sensor_bias() const {
 }
 
 void MapRun::warn_of_closures() const {
-  const std::vector<LoopClosure>& closures = statistics_.closures();
+  const std::vector<mapper::LoopClosure>& closures = statistics_.closures();
   if (closures.empty()) return;
-  const LoopClosure& worst = *std::max_element(
+  const mapper::LoopClosure& worst = *std::max_element(
       closures.begin(), closures.end(),
-      [](const LoopClosure& a, const LoopClosure& b) { return a.farthest_m < b.farthest_m; });
+      [](const mapper::LoopClosure& a, const mapper::LoopClosure& b) { return a.farthest_m < b.farthest_m; });
   std::fflush(stdout);
   std::fprintf(
       stderr,

@@ -57,12 +57,12 @@ constexpr double degrees = 180 / std::numbers::pi;
 
 Eigen::Isometry3d pose_of(const MergeOptions& options) {
   if (!options.pose_file.empty()) {
-    const PoseFile file = read_poses(options.pose_file);
+    const io::PoseFile file = io::read_poses(options.pose_file);
     if (file.poses.size() != 1)
       throw Error(Error::Kind::data, options.pose_file,
                   "holds " + std::to_string(file.poses.size()) + " poses",
                   "give one, that of the second map's frame in the first's");
-    return rigid(file.poses.front().T, file.poses.front().where);
+    return io::rigid(file.poses.front().T, file.poses.front().where);
   }
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   if (options.pose.empty()) return T;
@@ -72,7 +72,7 @@ Eigen::Isometry3d pose_of(const MergeOptions& options) {
   for (const int axis : order)
     if (const double angle = options.pose[3 + static_cast<std::size_t>(axis)] / degrees; angle != 0)
       T.rotate(Eigen::AngleAxisd(angle, Eigen::Vector3d::Unit(axis)));
-  return rigid(T, "--pose");
+  return io::rigid(T, "--pose");
 }
 
 /// One run of `octosurf merge`.
@@ -181,7 +181,7 @@ class Merge {
                                   {"shared", surface.shared},
                                   {"on_surfaces", surface.on_surfaces}});
     json["wall_s"] = wall_s_;
-    NewFile file(options_.report, options_.force);
+    io::NewFile file(options_.report, options_.force);
     file.write([&](std::ostream& out) { out << json.dump(1) << '\n'; });
     file.commit();
   }
@@ -247,7 +247,7 @@ void probe_outputs(const MergeOptions& options) {
     require_apart("--report", options.report, files);
   require_apart("--report", options.report, {options.pose_file});
   const auto probe = [&](const std::string& file) {
-    if (!file.empty()) NewFile(file, options.force).write([](std::ostream&) {});
+    if (!file.empty()) io::NewFile(file, options.force).write([](std::ostream&) {});
   };
   for (const std::string& file : written) probe(file);
   probe(options.report);

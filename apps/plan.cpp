@@ -81,7 +81,7 @@ void write(const Arguments& arguments, const Snapshot& snapshot, const FootstepP
            const Eigen::Vector3d& up) {
   for (const std::string& file : arguments.outputs) {
     if (file.ends_with(".json")) {
-      NewFile output(file, arguments.force);
+      io::NewFile output(file, arguments.force);
       output.write([&](std::ostream& out) { out << to_json(plan, robot) << '\n'; });
       output.commit();
     } else {

@@ -11,13 +11,13 @@ namespace octosurf {
 
 void PoseLog::add(double stamp_s, const Eigen::Isometry3d& T_map_sensor) {
   if (file_.empty()) return;
-  lines_ += tum_line(stamp_s, T_map_sensor);
+  lines_ += io::tum_line(stamp_s, T_map_sensor);
   lines_ += '\n';
 }
 
 void PoseLog::save() {
   if (file_.empty()) return;
-  NewFile file(file_, force_);
+  io::NewFile file(file_, force_);
   file.write([&](std::ostream& out) { out << "# stamp tx ty tz qx qy qz qw, sensor to map\n" << lines_; });
   file.commit();
   force_ = true;  // from now on it is ours

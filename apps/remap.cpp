@@ -79,8 +79,8 @@ class Remap {
     insert_all(mapper);
     Map map = std::move(mapper).release();
     map.state().parameters = parameters;
-    const Identities identities = identify(map.state());
-    renumber(map.state(), identities);
+    const mapper::Identities identities = identify(map.state());
+    mapper::renumber(map.state(), identities);
     save(map, identities);
   }
 
@@ -99,9 +99,9 @@ class Remap {
     if (folder.empty() || scans == 0)
       throw Error(Error::Kind::usage, options_.map, "the scans it was built from are not kept",
                   "build it with octosurf map --keep-scans");
-    files_ = archived_files(folder, scans);
+    files_ = io::archived_files(folder, scans);
     for (const fs::path& file : files_) {
-      headers_.push_back(read_archived_header(file));
+      headers_.push_back(io::read_archived_header(file));
       if (headers_.back().resolution != before_.map.parameters().occupancy.resolution)
         throw Error(Error::Kind::data, file.string(), "is of a map with another resolution",
                     "name the map's own archive");
@@ -120,17 +120,17 @@ class Remap {
       for (std::size_t i = poses_.size(); i < headers_.size(); ++i) poses_.push_back(headers_[i].T_used);
       return;
     }
-    const PoseFile file = read_poses(options_.poses);
+    const io::PoseFile file = io::read_poses(options_.poses);
     if (!file.stamped || is_one_for_each(file)) {
       if (file.poses.size() != headers_.size())
         throw Error(
             Error::Kind::data, options_.poses,
             std::to_string(file.poses.size()) + " poses for " + std::to_string(headers_.size()) + " scans",
             "give one pose per scan, in the order of the scans, or a stamped trajectory");
-      for (const FilePose& pose : file.poses) poses_.push_back(rigid(pose.T, pose.where));
+      for (const io::FilePose& pose : file.poses) poses_.push_back(io::rigid(pose.T, pose.where));
       return;
     }
-    const Trajectory trajectory(file);
+    const io::Trajectory trajectory(file);
     for (std::size_t i = 0; i < headers_.size(); ++i) {
       const std::string where = files_[i].string() + " (" + headers_[i].name + ")";
       if (!trajectory.covers(headers_[i].stamp_s))
@@ -141,10 +141,10 @@ class Remap {
   }
 
   /// A pose a scan, of the same times: no time need be looked up, and stamps that come twice do no harm.
-  bool is_one_for_each(const PoseFile& file) const {
+  bool is_one_for_each(const io::PoseFile& file) const {
     constexpr double rounding_s = 1e-6;
     return std::equal(file.poses.begin(), file.poses.end(), headers_.begin(), headers_.end(),
-                      [](const FilePose& pose, const ArchivedHeader& scan) {
+                      [](const io::FilePose& pose, const io::ArchivedHeader& scan) {
                         return std::fabs(*pose.stamp_s - scan.stamp_s) <= rounding_s;
                       });
   }
@@ -152,7 +152,7 @@ class Remap {
   void insert_all(Mapper& mapper) {
     Progress progress(files_.size());
     for (std::size_t i = 0; i < files_.size(); ++i) {
-      Scan scan = read_archived_scan(files_[i]).scan();
+      Scan scan = io::read_archived_scan(files_[i]).scan();
       scan.T_map_sensor = poses_[i];
       scan.name = files_[i].string();
       const double arrival_s = now_s();
@@ -167,18 +167,18 @@ class Remap {
   }
 
   /// Which surfaces are which: by where each archived point lies in both maps.
-  Identities identify(const MapState& after) const {
-    Succession succession(before_.map.state(), after);
-    const VoxelGrid& grid = after.occupancy.grid();
+  mapper::Identities identify(const surfaces::MapState& after) const {
+    mapper::Succession succession(before_.map.state(), after);
+    const geometry::VoxelGrid& grid = after.occupancy.grid();
     for (std::size_t i = 0; i < files_.size(); ++i) {
-      const ArchivedScan archived = read_archived_scan(files_[i]);
+      const io::ArchivedScan archived = io::read_archived_scan(files_[i]);
       const Scan scan = archived.scan();
       // A map that was built anew before stands where its own poses say.
       const bool moved = i < before_.scans.poses.size();
       const Eigen::Isometry3d& T_before = moved ? before_.scans.poses[i] : archived.header.T_used;
       for (std::size_t k = 0; k < scan.points.size(); ++k) {
         const Eigen::Vector3d point = scan.points[k].cast<double>();
-        VoxelKey before = archived.points[k].key, now;
+        geometry::VoxelKey before = archived.points[k].key, now;
         if (moved && !grid.key_of((T_before * point).cast<float>(), before)) continue;
         if (grid.key_of((poses_[i] * point).cast<float>(), now))
           succession.add(before, now);
@@ -189,8 +189,8 @@ class Remap {
     return succession.settle();
   }
 
-  void save(const Map& map, const Identities& identities) {
-    const auto as_archived = [&](const Eigen::Isometry3d& T, const ArchivedHeader& header) {
+  void save(const Map& map, const mapper::Identities& identities) {
+    const auto as_archived = [&](const Eigen::Isometry3d& T, const io::ArchivedHeader& header) {
       return T.matrix() == header.T_used.matrix();
     };
     if (!std::equal(poses_.begin(), poses_.end(), headers_.begin(), headers_.end(), as_archived))
@@ -202,15 +202,15 @@ class Remap {
     print_summary(map, identities);
   }
 
-  void write_report(const Map& map, const Identities& identities) const {
+  void write_report(const Map& map, const mapper::Identities& identities) const {
     auto report = nlohmann::ordered_json::parse(statistics_.to_json(map, context_));
     report["remap"] = {{"kept", identities.kept}, {"new", identities.born}, {"gone", identities.gone}};
-    NewFile file(options_.report, options_.force);
+    io::NewFile file(options_.report, options_.force);
     file.write([&](std::ostream& out) { out << report.dump(1) << '\n'; });
     file.commit();
   }
 
-  void print_summary(const Map& map, const Identities& identities) const {
+  void print_summary(const Map& map, const mapper::Identities& identities) const {
     const double scans = static_cast<double>(files_.size());
     std::printf("%-12s %zu\n", "scans", files_.size());
     std::printf("%-12s %zu: %zu as before, %zu new; %zu of those before are gone\n", "surfaces",
@@ -231,10 +231,10 @@ class Remap {
   RunStatistics statistics_;
   PoseLog poses_log_;
   RunContext context_;
-  KeptScans kept_;                        // of the new map
-  std::vector<fs::path> files_;           // of the archive
-  std::vector<ArchivedHeader> headers_;   // of each
-  std::vector<Eigen::Isometry3d> poses_;  // of each: asked for, then used
+  KeptScans kept_;                           // of the new map
+  std::vector<fs::path> files_;              // of the archive
+  std::vector<io::ArchivedHeader> headers_;  // of each
+  std::vector<Eigen::Isometry3d> poses_;     // of each: asked for, then used
 };
 
 /// Refuses what cannot or must not be written before any work is done.
@@ -250,7 +250,7 @@ void probe_outputs(const RemapOptions& options) {
   require_apart("--write-poses", options.write_poses, {options.report});
   for (const std::string& file : written) require_apart("-o", file, {options.poses, options.scans});
   const auto probe = [](const std::string& file, bool force) {
-    if (!file.empty()) NewFile(file, force).write([](std::ostream&) {});
+    if (!file.empty()) io::NewFile(file, force).write([](std::ostream&) {});
   };
   for (const std::string& file : written) probe(file, options.force || in_place);
   probe(options.report, options.force);

@@ -90,14 +90,14 @@ Json alignment_json(const AlignmentTotals& totals) {
   return json;
 }
 
-Json closures_json(const std::vector<LoopClosure>& closures) {
+Json closures_json(const std::vector<mapper::LoopClosure>& closures) {
   Json list = Json::array();
-  for (const LoopClosure& closure : closures)
+  for (const mapper::LoopClosure& closure : closures)
     list.push_back({{"first", closure.first}, {"last", closure.last}, {"distance_m", closure.farthest_m}});
   return list;
 }
 
-Json sensor_bias_json(const std::optional<SensorBias>& bias) {
+Json sensor_bias_json(const std::optional<alignment::SensorBias>& bias) {
   if (!bias) return {};
   const double degrees = 180 / std::numbers::pi;
   const Eigen::Vector3d tilt = degrees * bias->tilt_rad;

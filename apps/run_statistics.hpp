@@ -54,8 +54,8 @@ class RunStatistics {
   std::size_t scans_with(AlignmentOutcome outcome) const {
     return alignment_.outcomes[static_cast<std::size_t>(outcome)];
   }
-  const std::vector<LoopClosure>& closures() const { return closures_.all(); }
-  std::optional<SensorBias> sensor_bias() const { return sensor_bias_.estimate(); }
+  const std::vector<mapper::LoopClosure>& closures() const { return closures_.all(); }
+  std::optional<alignment::SensorBias> sensor_bias() const { return sensor_bias_.estimate(); }
   const ScanReport& totals() const { return totals_; }  ///< counts only; no ids, no times
   double scan_ms_percentile(double share) const;        ///< 0 if there was no scan
 
@@ -73,8 +73,8 @@ class RunStatistics {
   std::array<std::vector<double>, stage_names.size()> stage_ms_;
   std::vector<Lag> lags_;
   AlignmentTotals alignment_;
-  LoopClosures closures_;
-  SensorBiasEstimator sensor_bias_;
+  mapper::LoopClosures closures_;
+  alignment::SensorBiasEstimator sensor_bias_;
 };
 
 /// Name → value of the parameters in force, as a JSON object: numbers, booleans, and the words

@@ -26,7 +26,7 @@ KeptScans new_archive(const KeepingWish& wish, const Map& map) {
   if (map.size().nodes > 0)
     throw Error(Error::Kind::usage, option + wish.folder, "the map begins with an octree, which has no scans",
                 "leave it out");
-  require_room_for_archive(wish.folder, wish.force);
+  io::require_room_for_archive(wish.folder, wish.force);
   return {wish.folder};
 }
 
@@ -34,7 +34,7 @@ KeptScans new_archive(const KeepingWish& wish, const Map& map) {
 
 ScanKeeper::ScanKeeper(KeptScans kept, Mapper& mapper) : kept_(std::move(kept)), mapper_(mapper) {
   if (kept_.folder.empty()) return;
-  archive_ = std::make_unique<ScanArchiveWriter>(kept_.folder, mapper.map().size().scans);
+  archive_ = std::make_unique<io::ScanArchiveWriter>(kept_.folder, mapper.map().size().scans);
   noise_ = mapper.map().state().noise.histogram();
   mapper.round_scans();
 }
@@ -54,9 +54,9 @@ void ScanKeeper::keep(const Work& work) {
 }
 
 void ScanKeeper::add(const Scan& scan, const ScanReport& report) {
-  keep([&](ScanArchiveWriter& archive) {
-    const MapState& state = mapper_.map().state();
-    ArchivedHeader header;
+  keep([&](io::ScanArchiveWriter& archive) {
+    const surfaces::MapState& state = mapper_.map().state();
+    io::ArchivedHeader header;
     header.name = scan.name;
     header.stamp_s = scan.stamp_s;
     header.sensor = scan.sensor;
@@ -70,7 +70,7 @@ void ScanKeeper::add(const Scan& scan, const ScanReport& report) {
 }
 
 void ScanKeeper::finish() {
-  keep([](ScanArchiveWriter& archive) { archive.finish(); });
+  keep([](io::ScanArchiveWriter& archive) { archive.finish(); });
 }
 
 KeptScans choose_archive(const KeepingWish& wish, const Map& map, const KeptScans& before,
@@ -78,8 +78,8 @@ KeptScans choose_archive(const KeepingWish& wish, const Map& map, const KeptScan
   if (before.folder.empty()) return wish.folder.empty() ? KeptScans{} : new_archive(wish, map);
   const std::string there = before.folder.string();
   if (!wish.folder.empty() && !same_file(wish.folder, there)) {
-    require_room_for_archive(wish.folder, wish.force);
-    copy_archive(there, wish.folder, map.size().scans);
+    io::require_room_for_archive(wish.folder, wish.force);
+    io::copy_archive(there, wish.folder, map.size().scans);
     return {wish.folder, false, before.poses};
   }
   if (!wish.in_place || before.shared) {

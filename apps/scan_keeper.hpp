@@ -37,8 +37,8 @@ class ScanKeeper {
 
   KeptScans kept_;
   const Mapper& mapper_;
-  NoiseModel::Histogram noise_{};  // of all scans so far
-  std::unique_ptr<ScanArchiveWriter> archive_;
+  sensing::NoiseModel::Histogram noise_{};  // of all scans so far
+  std::unique_ptr<io::ScanArchiveWriter> archive_;
 };
 
 /// The archive that a run is to keep its scans in.

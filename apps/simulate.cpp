@@ -46,13 +46,13 @@ things, a slow bias over the image (3 mm at 2 m).
 )";
 
 struct Arguments {
-  SimulationOptions options;
+  simulation::SimulationOptions options;
   std::size_t frames = 0;  // 0: as many as show the scene well
   double drift_deg = 0;
   std::string dir;
 };
 
-void require_one_scene(const SimulationOptions& options) {
+void require_one_scene(const simulation::SimulationOptions& options) {
   const bool mesh = !options.mesh.empty();
   if (mesh && !options.scene.empty())
     throw Error(Error::Kind::usage, "simulate", "a scene and --mesh are given", "give one of them");
@@ -64,7 +64,7 @@ void require_one_scene(const SimulationOptions& options) {
                 "leave them out, or name a file with --mesh");
 }
 
-void print_mesh(const MeshSummary& mesh) {
+void print_mesh(const simulation::MeshSummary& mesh) {
   std::printf("%-16s %zu", "triangles", mesh.triangles);
   if (mesh.dropped > 0) std::printf(", %zu more of no width left out", mesh.dropped);
   if (mesh.open_edges > 0)
@@ -73,13 +73,13 @@ void print_mesh(const MeshSummary& mesh) {
 }
 
 void run(const Arguments& arguments) {
-  SimulationOptions options = arguments.options;
+  simulation::SimulationOptions options = arguments.options;
   require_one_scene(options);
   if (arguments.frames > 0) options.frames = arguments.frames;
   options.drift_rad = arguments.drift_deg * std::numbers::pi / 180;
   std::optional<Progress> progress;
-  const SimulationSummary summary =
-      simulate(options, arguments.dir, [&](std::size_t done, std::size_t total) {
+  const simulation::SimulationSummary summary =
+      simulation::simulate(options, arguments.dir, [&](std::size_t done, std::size_t total) {
         if (!progress) progress.emplace(total);
         progress->show(done);
       });
@@ -97,7 +97,7 @@ void run(const Arguments& arguments) {
 void add_simulate(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("simulate", description);
   const auto arguments = std::make_shared<Arguments>();
-  SimulationOptions& options = arguments->options;
+  simulation::SimulationOptions& options = arguments->options;
   options.scene.clear();
   verb->add_option("scene", options.scene, "room, office, stairs, stones, corridor or change");
   verb->add_option("--mesh", options.mesh, "STL, OBJ, PLY or DAE: the scene is this terrain");

@@ -103,7 +103,7 @@ std::vector<PageFoot> feet_of(const Arguments& arguments, const PageMap& page, c
 constexpr std::size_t most_plan_bytes = std::size_t{256} << 20;
 
 PagePlan load_plan(const std::string& file) {
-  return {std::filesystem::path(file).stem().string(), read_bytes(file, most_plan_bytes)};
+  return {std::filesystem::path(file).stem().string(), io::read_bytes(file, most_plan_bytes)};
 }
 
 History history_of(const Arguments& arguments, const PageMap& map) {

@@ -18,7 +18,7 @@ function(octosurf_page_template variable)
     file(CONFIGURE OUTPUT ${source} @ONLY CONTENT [[
 #include "io/exporters/page_template.hpp"
 
-std::string_view octosurf::page_template() { return {}; }
+std::string_view octosurf::io::page_template() { return {}; }
 ]])
   endif()
 endfunction()

@@ -39,7 +39,7 @@ const end = ')octosurf"';
 if (page.includes(end)) throw new Error(`the page must not contain ${end}`);
 const source = `#include "io/exporters/page_template.hpp"
 
-std::string_view octosurf::page_template() {
+std::string_view octosurf::io::page_template() {
   return R"octosurf(${page})octosurf";
 }
 `;

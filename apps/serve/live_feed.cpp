@@ -32,7 +32,7 @@ LiveFeed::Changes LiveFeed::changes(std::optional<std::uint64_t> since, const st
       return made;
   PageMap page = page_map(map);
   if (!result.whole) page.changes = changes_since(*map.snapshot, result.since);
-  result.message = std::make_shared<const std::string>(page_changes_message(page, map.up, run_));
+  result.message = std::make_shared<const std::string>(io::page_changes_message(page, map.up, run_));
   made_.push_front(result);
   if (made_.size() > most_kept) made_.pop_back();
   return result;
@@ -43,9 +43,9 @@ LiveFeed::Message LiveFeed::voxels(bool slices) {
   const AskedMap map = map_();
   if (!voxels_.message || voxels_.revision != map.snapshot->revision || (slices && !voxels_.slices)) {
     const auto most_bytes = static_cast<std::size_t>(PageOptions{}.max_mb * 1e6);
-    voxels_ = {
-        map.snapshot->revision, slices,
-        std::make_shared<const std::string>(page_voxels_message(page_map(map), map.up, slices, most_bytes))};
+    voxels_ = {map.snapshot->revision, slices,
+               std::make_shared<const std::string>(
+                   io::page_voxels_message(page_map(map), map.up, slices, most_bytes))};
   }
   return voxels_.message;
 }

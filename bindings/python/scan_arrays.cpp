@@ -24,11 +24,11 @@ constexpr int largest_image = 1 << 16;  ///< pixels a side
 
 std::string shape_of(const py::array& array) { return py::str(array.attr("shape")); }
 
-Intrinsics camera_of(const py::object& given) {
+io::Intrinsics camera_of(const py::object& given) {
   const auto numbers = py::array_t<double, dense>::ensure(given);
   if (!numbers) throw py::error_already_set();
   const double* k = numbers.data();
-  Intrinsics camera;
+  io::Intrinsics camera;
   if (numbers.ndim() == 1 && numbers.size() == 4)
     camera = {k[0], k[1], k[2], k[3]};
   else if (numbers.ndim() == 2 && numbers.shape(0) == 3 && numbers.shape(1) == 3) {
@@ -45,17 +45,17 @@ Intrinsics camera_of(const py::object& given) {
 }
 
 std::vector<Eigen::Vector3f> points_of_units(const py::array_t<std::uint16_t, dense>& depth,
-                                             const Intrinsics& camera, double scale) {
+                                             const io::Intrinsics& camera, double scale) {
   if (!(scale > 0) || !std::isfinite(scale)) refuse("depth_scale", "is not positive", "give units per metre");
-  DepthImage image{static_cast<int>(depth.shape(1)),
-                   static_cast<int>(depth.shape(0)),
-                   {depth.data(), depth.data() + depth.size()}};
+  io::DepthImage image{static_cast<int>(depth.shape(1)),
+                       static_cast<int>(depth.shape(0)),
+                       {depth.data(), depth.data() + depth.size()}};
   const py::gil_scoped_release others_run;
-  return back_project(image, camera, scale);
+  return io::back_project(image, camera, scale);
 }
 
 std::vector<Eigen::Vector3f> points_of_metres(const py::array_t<float, dense>& depth,
-                                              const Intrinsics& camera) {
+                                              const io::Intrinsics& camera) {
   std::vector<Eigen::Vector3f> points;
   points.reserve(static_cast<std::size_t>(depth.size()));
   const float* z = depth.data();
@@ -87,7 +87,7 @@ std::vector<Eigen::Vector3f> points_of_depth(const py::array& depth, const py::o
                                              double depth_scale) {
   if (depth.ndim() != 2 || depth.shape(0) > largest_image || depth.shape(1) > largest_image)
     refuse("depth", "has shape " + shape_of(depth), "give an image, (H, W)");
-  const Intrinsics camera = camera_of(intrinsics);
+  const io::Intrinsics camera = camera_of(intrinsics);
   if (depth.dtype().kind() == 'f') return points_of_metres(depth, camera);
   if (depth.dtype().kind() == 'u' && depth.itemsize() == 2)
     return points_of_units(depth, camera, depth_scale);

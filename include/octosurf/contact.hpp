@@ -130,8 +130,8 @@ struct Foothold {
 
 /// Judges a contact whose reference point stands at `at` (projected onto the plane along its normal).
 /// Accepted where its reference point lies in contact_region(), and but for the few µm by which that is
-/// rounded only there. O(vertices), some 15 ns each; with a clearance or gap depth O(voxels there), some 20
-/// µs. Throws as contact_region().
+/// rounded only there. O(vertices), some 15 ns each; with a clearance or gap depth O(voxels there), some
+/// tens of µs. Throws as contact_region().
 Foothold foothold(const Surface& surface, const ContactShape& shape, const Eigen::Vector3d& at,
                   double yaw_rad, const ContactLimits& limits = {}, const OccupancyView* octree = nullptr,
                   const std::vector<PolygonEdges>* edges = nullptr, const Snapshot* others = nullptr);

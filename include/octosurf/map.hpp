@@ -11,17 +11,19 @@
 #include <octosurf/parameters.hpp>
 #include <octosurf/surface.hpp>
 
-namespace octosurf {
-
+namespace octosurf::surfaces {
 struct MapState;
+}  // namespace octosurf::surfaces
+
+namespace octosurf {
 
 /// What a scan source, the octree and the surfaces amount to at one moment: the persistent thing.
 /// Move-only. A Mapper takes one over to go on with it. After a scan that failed half-way (mapper.hpp, 4),
 /// everything but parameters() and snapshot() throws Error(incomplete).
 class Map {
  public:
-  explicit Map(const Parameters& parameters = {});  ///< an empty map; validates the parameters
-  explicit Map(std::unique_ptr<MapState> state);    ///< used by readers of map files
+  explicit Map(const Parameters& parameters = {});          ///< an empty map; validates the parameters
+  explicit Map(std::unique_ptr<surfaces::MapState> state);  ///< used by readers of map files
   Map(Map&&) noexcept;
   Map& operator=(Map&&) noexcept;
   ~Map();
@@ -63,11 +65,11 @@ class Map {
   };
   Size size() const;  ///< O(surfaces)
 
-  const MapState& state() const;  ///< what is behind it; for octosurf's own rooms
-  MapState& state();              ///< likewise
+  const surfaces::MapState& state() const;  ///< what is behind it; for octosurf's own rooms
+  surfaces::MapState& state();              ///< likewise
 
  private:
-  std::unique_ptr<MapState> state_;
+  std::unique_ptr<surfaces::MapState> state_;
 };
 
 /// Where the scans that a map was built from are kept (`octosurf map --keep-scans`), so that it can be built

@@ -10,10 +10,12 @@
 #include <octosurf/map.hpp>
 #include <octosurf/scan.hpp>
 
+namespace octosurf::sensing {
+struct VoxelScan;
+}  // namespace octosurf::sensing
+
 /// Posed depth or lidar scans in; one map of a place, and the contact surfaces in it, out.
 namespace octosurf {
-
-struct VoxelScan;
 
 /// Stages of one scan's way (docs/design.md §4), in order.
 enum class Stage {
@@ -160,7 +162,7 @@ class Mapper {
   void round_scans();
   /// What insert() has made of the last scan it took, grouped by voxel: what an archive of scans keeps.
   /// After insert_all(): of the last one.
-  const VoxelScan& last_voxels() const;
+  const sensing::VoxelScan& last_voxels() const;
 
   std::shared_ptr<const Snapshot> snapshot() const;  ///< of the last whole scan
   const Map& map() const;                            ///< throws std::bad_alloc after a failure, see 4

@@ -13,10 +13,15 @@
 
 #include <octosurf/ids.hpp>
 
-namespace octosurf {
-
+namespace octosurf::occupancy {
 class VoxelTree;
+}  // namespace octosurf::occupancy
+
+namespace octosurf::geometry {
 struct VoxelKey;
+}  // namespace octosurf::geometry
+
+namespace octosurf {
 
 /// A map's octree at one moment: never changes, cheap to copy and to keep, readable from any thread while
 /// the map goes on. It shares with the map all that has not changed since (copy on write, some hundred
@@ -41,7 +46,7 @@ class OccupancyView {
   /// Nothing known, anywhere.
   OccupancyView();
   /// For src/occupancy, which makes them.
-  OccupancyView(std::shared_ptr<const VoxelTree> tree, double resolution);
+  OccupancyView(std::shared_ptr<const occupancy::VoxelTree> tree, double resolution);
 
   double resolution() const { return resolution_; }  ///< d; 0 if nothing is known
 
@@ -108,9 +113,9 @@ class OccupancyView {
   void for_each_change(const OccupancyView& before, const std::function<void(const Change&)>& visit) const;
 
  private:
-  Voxel voxel(const VoxelKey& key) const;
+  Voxel voxel(const geometry::VoxelKey& key) const;
 
-  std::shared_ptr<const VoxelTree> tree_;
+  std::shared_ptr<const occupancy::VoxelTree> tree_;
   double resolution_ = 0;
 };
 

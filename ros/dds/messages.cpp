@@ -12,12 +12,12 @@
 namespace octosurf::dds {
 namespace {
 
-void write_pose(MessageWriter& out, const Eigen::Isometry3d& pose) {
-  octosurf::write_pose(out, pose.translation(), Eigen::Quaterniond(pose.linear()));
+void write_pose(io::MessageWriter& out, const Eigen::Isometry3d& pose) {
+  io::write_pose(out, pose.translation(), Eigen::Quaterniond(pose.linear()));
 }
 
 /// std_msgs/ColorRGBA.
-void write_color(MessageWriter& out, const std::array<float, 3>& rgb, float alpha) {
+void write_color(io::MessageWriter& out, const std::array<float, 3>& rgb, float alpha) {
   out.begin_message();
   out.field("r", rgb[0]);
   out.field("g", rgb[1]);
@@ -27,16 +27,16 @@ void write_color(MessageWriter& out, const std::array<float, 3>& rgb, float alph
 }
 
 /// octosurf_msgs/Ring.
-void write_ring(MessageWriter& out, const std::vector<Eigen::Vector3d>& points) {
+void write_ring(io::MessageWriter& out, const std::vector<Eigen::Vector3d>& points) {
   out.begin_message();
   out.field("points");
   out.begin_list(points.size());
-  for (const Eigen::Vector3d& point : points) write_point(out, point);
+  for (const Eigen::Vector3d& point : points) io::write_point(out, point);
   out.end_list();
   out.end_message();
 }
 
-void write_ring(MessageWriter& out, const Ring2& ring, const Surface& surface) {
+void write_ring(io::MessageWriter& out, const Ring2& ring, const Surface& surface) {
   std::vector<Eigen::Vector3d> points;
   points.reserve(ring.size());
   for (const Eigen::Vector2d& uv : ring) points.push_back(surface.to_map(uv));
@@ -44,7 +44,7 @@ void write_ring(MessageWriter& out, const Ring2& ring, const Surface& surface) {
 }
 
 /// octosurf_msgs/Polygon[].
-void write_polygons(MessageWriter& out, const std::vector<Polygon>& polygons, const Surface& surface) {
+void write_polygons(io::MessageWriter& out, const std::vector<Polygon>& polygons, const Surface& surface) {
   out.begin_list(polygons.size());
   for (const Polygon& polygon : polygons) {
     out.begin_message();
@@ -60,13 +60,13 @@ void write_polygons(MessageWriter& out, const std::vector<Polygon>& polygons, co
 }
 
 /// octosurf_msgs/Surface.
-void write_surface(MessageWriter& out, const Surface& surface) {
+void write_surface(io::MessageWriter& out, const Surface& surface) {
   out.begin_message();
   out.field("id", surface.id);
   out.field("color");
   write_color(out, surface.color, 1);
   out.field("normal");
-  write_point(out, surface.plane.normal);
+  io::write_point(out, surface.plane.normal);
   out.field("offset", surface.plane.offset);
   out.field("pose");
   write_pose(out, surface.T_map_surface);
@@ -87,17 +87,17 @@ void write_surface(MessageWriter& out, const Surface& surface) {
 }
 
 /// octosurf_msgs/Cylinder.
-void write_cylinder(MessageWriter& out, const Cylinder& cylinder) {
+void write_cylinder(io::MessageWriter& out, const Cylinder& cylinder) {
   out.begin_message();
   out.field("id", cylinder.id);
   out.field("axis_point");
-  write_point(out, cylinder.axis_point);
+  io::write_point(out, cylinder.axis_point);
   out.field("axis");
-  write_point(out, cylinder.axis);
+  io::write_point(out, cylinder.axis);
   out.field("radius", cylinder.radius_m);
   out.field("length", cylinder.length_m);
   out.field("start");
-  write_point(out, cylinder.start);
+  io::write_point(out, cylinder.start);
   out.field("span", cylinder.span_rad);
   out.field("inliers", static_cast<std::uint32_t>(cylinder.inliers));
   out.field("rms", cylinder.rms_m);
@@ -113,10 +113,10 @@ struct Marker {
   std::vector<Eigen::Vector3d> points;
 };
 
-void write_marker(MessageWriter& out, const Marker& marker, const std::string& frame) {
+void write_marker(io::MessageWriter& out, const Marker& marker, const std::string& frame) {
   out.begin_message();
   out.field("header");
-  write_header(out, frame);
+  io::write_header(out, frame);
   out.field("ns", std::string("surfaces"));
   out.field("id", marker.id);
   out.field("type", marker.type);
@@ -124,7 +124,7 @@ void write_marker(MessageWriter& out, const Marker& marker, const std::string& f
   out.field("pose");
   write_pose(out, Eigen::Isometry3d::Identity());
   out.field("scale");
-  write_point(out, Eigen::Vector3d::Ones());
+  io::write_point(out, Eigen::Vector3d::Ones());
   out.field("color");
   write_color(out, marker.color, 0.9F);
   out.field("lifetime");
@@ -135,7 +135,7 @@ void write_marker(MessageWriter& out, const Marker& marker, const std::string& f
   out.field("frame_locked", false);
   out.field("points");
   out.begin_list(marker.points.size());
-  for (const Eigen::Vector3d& point : marker.points) write_point(out, point);
+  for (const Eigen::Vector3d& point : marker.points) io::write_point(out, point);
   out.end_list();
   out.field("colors");
   out.begin_list(0);
@@ -144,7 +144,7 @@ void write_marker(MessageWriter& out, const Marker& marker, const std::string& f
   out.field("texture");
   out.begin_message();
   out.field("header");
-  write_header(out, "");
+  io::write_header(out, "");
   out.field("format", std::string());
   out.field("data", std::span<const std::int8_t>());
   out.end_message();
@@ -174,11 +174,11 @@ Marker marker_of(const Surface& surface) {
 
 }  // namespace
 
-void write_surfaces(MessageWriter& out, const Snapshot& snapshot, const std::string& frame,
+void write_surfaces(io::MessageWriter& out, const Snapshot& snapshot, const std::string& frame,
                     std::int64_t stamp_ns) {
   out.begin_message();
   out.field("header");
-  write_header(out, frame, stamp_ns);
+  io::write_header(out, frame, stamp_ns);
   out.field("revision", snapshot.revision);
   out.field("resolution", snapshot.resolution);
   out.field("surfaces");
@@ -192,7 +192,7 @@ void write_surfaces(MessageWriter& out, const Snapshot& snapshot, const std::str
   out.end_message();
 }
 
-void write_region(MessageWriter& out, const services::FoundRegion& found) {
+void write_region(io::MessageWriter& out, const services::FoundRegion& found) {
   const ContactRegion& region = found.region;
   out.begin_message();
   out.field("surface", region.surface);
@@ -211,7 +211,7 @@ void write_region(MessageWriter& out, const services::FoundRegion& found) {
   out.end_message();
 }
 
-void write_footstep(MessageWriter& out, const Footstep& step) {
+void write_footstep(io::MessageWriter& out, const Footstep& step) {
   out.begin_message();
   out.field("foot", std::string(foot_name(step.foot)));
   out.field("surface", step.surface);
@@ -222,7 +222,7 @@ void write_footstep(MessageWriter& out, const Footstep& step) {
   out.end_message();
 }
 
-void write_markers(MessageWriter& out, const Snapshot& snapshot, const std::string& frame) {
+void write_markers(io::MessageWriter& out, const Snapshot& snapshot, const std::string& frame) {
   constexpr std::int32_t delete_all = 3;
   out.begin_message();
   out.field("markers");
@@ -233,14 +233,14 @@ void write_markers(MessageWriter& out, const Snapshot& snapshot, const std::stri
   out.end_message();
 }
 
-void write_octomap(MessageWriter& out, const Snapshot& snapshot, const std::string& frame) {
+void write_octomap(io::MessageWriter& out, const Snapshot& snapshot, const std::string& frame) {
   const auto tree = to_octree(snapshot.octree);
   std::ostringstream stream;
   tree->writeBinaryData(stream);
   const std::string bytes = stream.str();
   out.begin_message();
   out.field("header");
-  write_header(out, frame);
+  io::write_header(out, frame);
   out.field("binary", true);
   out.field("id", tree->getTreeType());
   out.field("resolution", tree->getResolution());

@@ -16,21 +16,21 @@
 namespace octosurf::dds {
 
 /// octosurf_msgs/Surfaces. `stamp_ns`: of the last scan mapped.
-void write_surfaces(MessageWriter& out, const Snapshot& snapshot, const std::string& frame,
+void write_surfaces(io::MessageWriter& out, const Snapshot& snapshot, const std::string& frame,
                     std::int64_t stamp_ns);
 
 /// octosurf_msgs/ContactRegion.
-void write_region(MessageWriter& out, const services::FoundRegion& found);
+void write_region(io::MessageWriter& out, const services::FoundRegion& found);
 
 /// octosurf_msgs/Footstep.
-void write_footstep(MessageWriter& out, const Footstep& step);
+void write_footstep(io::MessageWriter& out, const Footstep& step);
 
 /// visualization_msgs/MarkerArray as of Humble: each surface as triangles in its colour, after all that was
 /// shown before is deleted.
-void write_markers(MessageWriter& out, const Snapshot& snapshot, const std::string& frame);
+void write_markers(io::MessageWriter& out, const Snapshot& snapshot, const std::string& frame);
 
 /// octomap_msgs/Octomap, binary, as octomap_msgs::binaryMapToMsg() makes it of the octree, by OctoMap's own
 /// writer. The snapshot must have one that is not empty.
-void write_octomap(MessageWriter& out, const Snapshot& snapshot, const std::string& frame);
+void write_octomap(io::MessageWriter& out, const Snapshot& snapshot, const std::string& frame);
 
 }  // namespace octosurf::dds

@@ -70,8 +70,8 @@ void Publications::tell(const char* what, const std::exception& error) {
 
 /// False if it is to be tried again, because readers were too slow.
 bool Publications::publish(const Writer& writer, const char* what,
-                           const std::function<void(MessageWriter&)>& message) try {
-  return writer.write(cdr_of(message));
+                           const std::function<void(io::MessageWriter&)>& message) try {
+  return writer.write(io::cdr_of(message));
 } catch (const std::exception& error) {
   tell(what, error);
   return true;
@@ -81,10 +81,10 @@ bool Publications::publish_map(const MapMoment& moment) {
   const std::string& frame = options_.frame;
   const Snapshot& snapshot = *moment.snapshot;
   bool all = publish(surfaces_, "surfaces",
-                     [&](MessageWriter& out) { write_surfaces(out, snapshot, frame, moment.stamp_ns); });
-  all &= publish(markers_, "markers", [&](MessageWriter& out) { write_markers(out, snapshot, frame); });
+                     [&](io::MessageWriter& out) { write_surfaces(out, snapshot, frame, moment.stamp_ns); });
+  all &= publish(markers_, "markers", [&](io::MessageWriter& out) { write_markers(out, snapshot, frame); });
   if (snapshot.octree.resolution() > 0)
-    all &= publish(octomap_, "octomap", [&](MessageWriter& out) { write_octomap(out, snapshot, frame); });
+    all &= publish(octomap_, "octomap", [&](io::MessageWriter& out) { write_octomap(out, snapshot, frame); });
   HeightGrid grid;
   try {
     HeightGridOptions wanted;
@@ -95,10 +95,10 @@ bool Publications::publish_map(const MapMoment& moment) {
   }
   if (grid.elevation.size() == 0) return all;  // nothing level yet
   all &= publish(grid_map_, "grid map",
-                 [&](MessageWriter& out) { write_grid_map(out, grid, layers_of(grid), frame); });
-  all &= publish(terrain_, "planar terrain", [&](MessageWriter& out) {
+                 [&](io::MessageWriter& out) { io::write_grid_map(out, grid, io::layers_of(grid), frame); });
+  all &= publish(terrain_, "planar terrain", [&](io::MessageWriter& out) {
     const auto surfaces = planner_surfaces(snapshot, contact_of(options_), &snapshot.octree);
-    write_planar_terrain(out, terrain_regions(surfaces).regions, grid, frame);
+    io::write_planar_terrain(out, io::terrain_regions(surfaces).regions, grid, frame);
   });
   return all;
 }
@@ -106,10 +106,10 @@ bool Publications::publish_map(const MapMoment& moment) {
 void Publications::publish_status(const MapMoment& moment) {
   const MappingCounts counts = mapping_.counts();
   const InputState inputs = inputs_();
-  publish(status_, "status", [&](MessageWriter& out) {
+  publish(status_, "status", [&](io::MessageWriter& out) {
     out.begin_message();
     out.field("header");
-    write_header(out, options_.frame, moment.stamp_ns);
+    io::write_header(out, options_.frame, moment.stamp_ns);
     out.field("revision", moment.snapshot->revision);
     out.field("surfaces", static_cast<std::uint32_t>(moment.snapshot->surfaces.size()));
     out.field("received", counts.received);

@@ -29,7 +29,8 @@ class Publications {
  private:
   void run(std::stop_token stop);
   bool publish_map(const MapMoment& moment);
-  bool publish(const Writer& writer, const char* what, const std::function<void(MessageWriter&)>& message);
+  bool publish(const Writer& writer, const char* what,
+               const std::function<void(io::MessageWriter&)>& message);
   void tell(const char* what, const std::exception& error);
   void publish_status(const MapMoment& moment);
 

@@ -21,8 +21,8 @@ constexpr std::int64_t transforms_kept_ns = 60'000'000'000;
 // A robot has some hundred. Names that no one has asked for must not fill the memory.
 constexpr std::size_t most_frames = 10000;
 
-std::unique_ptr<MessageReader> reader_of(std::string_view message) {
-  return message_reader(message, MessageEncoding::cdr);
+std::unique_ptr<io::MessageReader> reader_of(std::string_view message) {
+  return io::message_reader(message, MessageEncoding::cdr);
 }
 
 std::string name_of(const std::string& topic, std::int64_t stamp_ns) {
@@ -35,16 +35,17 @@ std::string name_of(const std::string& topic, std::int64_t stamp_ns) {
 }  // namespace
 
 void Sensors::add_transforms(std::string_view message, bool fixed) {
-  std::vector<TransformMessage> transforms;
-  for_each_transform(*reader_of(message), [&](const TransformMessage& transform) {
-    rigid(pose_from(transform.translation, transform.rotation), "transform of " + transform.child_frame);
+  std::vector<io::TransformMessage> transforms;
+  io::for_each_transform(*reader_of(message), [&](const io::TransformMessage& transform) {
+    io::rigid(io::pose_from(transform.translation, transform.rotation),
+              "transform of " + transform.child_frame);
     if (transform.child_frame.empty() || transform.child_frame == transform.header.frame)
       throw std::runtime_error("a transform of frame '" + transform.child_frame + "' in itself");
     transforms.push_back(transform);
   });
   {
     const std::lock_guard lock(mutex_);
-    for (const TransformMessage& transform : transforms) {
+    for (const io::TransformMessage& transform : transforms) {
       const bool known = tree_.knows(transform.child_frame) && tree_.knows(transform.header.frame);
       if (!known && tree_.size() + 2 > most_frames)
         throw std::runtime_error("more than " + std::to_string(most_frames) + " frames");
@@ -71,12 +72,12 @@ void Sensors::sort_tree() {
   tree_.keep_last(transforms_kept_ns);
 }
 
-bool Sensors::ready(const MessageHeader& header) {
+bool Sensors::ready(const io::MessageHeader& header) {
   sort_tree();
   return (!options_.takes_depth() || camera_) && tree_.settled(options_.frame, header.frame, header.stamp_ns);
 }
 
-Eigen::Isometry3d Sensors::pose(const MessageHeader& header) {
+Eigen::Isometry3d Sensors::pose(const io::MessageHeader& header) {
   sort_tree();
   const auto gap_ns = static_cast<std::int64_t>(1e9 * std::min(options_.max_pose_gap_s, 1e9));
   return tree_.lookup(options_.frame, header.frame, header.stamp_ns, gap_ns);
@@ -84,7 +85,7 @@ Eigen::Isometry3d Sensors::pose(const MessageHeader& header) {
 
 ReceivedScan Sensors::scan_of(std::string_view message, std::int64_t sent_ns, Clock::time_point latest,
                               const std::stop_token& stop) {
-  MessageHeader header = read_header(*reader_of(message));
+  io::MessageHeader header = io::read_header(*reader_of(message));
   if (header.stamp_ns == 0) header.stamp_ns = sent_ns;
   Eigen::Isometry3d T_map_sensor;
   std::optional<std::string> camera;

@@ -36,14 +36,14 @@ class Sensors {
                        const std::stop_token& stop);
 
  private:
-  bool ready(const MessageHeader& header);
-  Eigen::Isometry3d pose(const MessageHeader& header);
+  bool ready(const io::MessageHeader& header);
+  Eigen::Isometry3d pose(const io::MessageHeader& header);
   void sort_tree();
 
   const NodeOptions& options_;
   std::mutex mutex_;
   std::condition_variable_any news_;
-  TransformTree tree_;
+  io::TransformTree tree_;
   bool tree_sorted_ = true;
   std::optional<std::string> camera_;  // CameraInfo as it came, found to be one of a calibrated camera
 };

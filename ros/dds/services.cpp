@@ -13,13 +13,13 @@
 namespace octosurf::dds {
 namespace {
 
-Eigen::Vector3d read_point(MessageReader& in) {
+Eigen::Vector3d read_point(io::MessageReader& in) {
   Eigen::Vector3d point;
   for (double& value : point) value = in.f64();
   return point;
 }
 
-Standing read_standing(MessageReader& in) {
+Standing read_standing(io::MessageReader& in) {
   Standing standing;
   standing.at = read_point(in);
   standing.yaw_rad = in.f64();
@@ -27,7 +27,7 @@ Standing read_standing(MessageReader& in) {
 }
 
 /// `success` and `message`, with which every reply begins: what `work` says, or what it throws.
-void write_outcome(MessageWriter& out, const std::function<std::string()>& work) {
+void write_outcome(io::MessageWriter& out, const std::function<std::string()>& work) {
   bool success = true;
   std::string message;
   try {
@@ -41,7 +41,7 @@ void write_outcome(MessageWriter& out, const std::function<std::string()>& work)
   out.field("message", message);
 }
 
-void write_steps(MessageWriter& out, const char* name, const std::vector<Footstep>& steps) {
+void write_steps(io::MessageWriter& out, const char* name, const std::vector<Footstep>& steps) {
   out.field(name);
   out.begin_list(steps.size());
   for (const Footstep& step : steps) write_footstep(out, step);
@@ -84,9 +84,9 @@ void Services::run(const std::stop_token& stop) {
 }
 
 void Services::answer(const Service& service, const RawMessage& request) try {
-  const auto in = message_reader(request.bytes(), MessageEncoding::cdr);
+  const auto in = io::message_reader(request.bytes(), MessageEncoding::cdr);
   const std::uint64_t client = in->u64(), number = in->u64();
-  std::string reply = cdr_of([&](MessageWriter& out) {
+  std::string reply = io::cdr_of([&](io::MessageWriter& out) {
     out.write(client);
     out.write(number);
     service.answer(*in, out);
@@ -112,12 +112,12 @@ std::string Services::stem_of(const std::string& name) const {
   return (std::filesystem::path(options_.output).parent_path() / name).string();
 }
 
-void Services::save(MessageReader& in, MessageWriter& out) {
+void Services::save(io::MessageReader& in, io::MessageWriter& out) {
   const std::string file = in.text();
   write_outcome(out, [&] { return mapping_.save(stem_of(file)); });
 }
 
-void Services::load(MessageReader& in, MessageWriter& out) {
+void Services::load(io::MessageReader& in, io::MessageWriter& out) {
   const std::string file = in.text();
   write_outcome(out, [&] { return mapping_.load(stem_of(file)); });
 }
@@ -129,7 +129,7 @@ const services::AskedMap& Services::asked() {
   return *asked_;
 }
 
-void Services::query(MessageReader& in, MessageWriter& out) {
+void Services::query(io::MessageReader& in, io::MessageWriter& out) {
   services::PlaceQuestion question;
   question.kind = in.u8();
   question.point = read_point(in);
@@ -150,16 +150,16 @@ void Services::query(MessageReader& in, MessageWriter& out) {
   for (const SurfaceId surface : found.surfaces) out.write(surface);
   out.end_list();
   out.field("point");
-  write_point(out, found.point);
+  io::write_point(out, found.point);
   out.field("distance", found.distance);
   out.field("normal");
-  write_point(out, found.normal);
+  io::write_point(out, found.normal);
   out.field("front", found.front);
   out.field("state", found.state);
   out.field("log_odds", found.log_odds);
 }
 
-void Services::contact_regions(MessageReader& in, MessageWriter& out) {
+void Services::contact_regions(io::MessageReader& in, io::MessageWriter& out) {
   services::RegionsQuestion question;
   question.surface = in.u32();
   for (double* value : {&question.length, &question.width, &question.radius}) *value = in.f64();
@@ -181,7 +181,7 @@ void Services::contact_regions(MessageReader& in, MessageWriter& out) {
   out.end_list();
 }
 
-void Services::plan(MessageReader& in, MessageWriter& out) {
+void Services::plan(io::MessageReader& in, io::MessageWriter& out) {
   services::PlanQuestion question;
   question.robot = in.text();
   question.start = read_standing(in);

@@ -25,7 +25,7 @@ class Services {
 
  private:
   /// Reads the request, writes the reply.
-  using Answer = std::function<void(MessageReader&, MessageWriter&)>;
+  using Answer = std::function<void(io::MessageReader&, io::MessageWriter&)>;
   struct Service {
     std::string name;
     Reader requests;
@@ -36,11 +36,11 @@ class Services {
   void add(const Participant& participant, const std::string& name, const std::string& type, Answer answer);
   void run(const std::stop_token& stop);
   void answer(const Service& service, const RawMessage& request);
-  void save(MessageReader& in, MessageWriter& out);
-  void load(MessageReader& in, MessageWriter& out);
-  void query(MessageReader& in, MessageWriter& out);
-  void contact_regions(MessageReader& in, MessageWriter& out);
-  void plan(MessageReader& in, MessageWriter& out);
+  void save(io::MessageReader& in, io::MessageWriter& out);
+  void load(io::MessageReader& in, io::MessageWriter& out);
+  void query(io::MessageReader& in, io::MessageWriter& out);
+  void contact_regions(io::MessageReader& in, io::MessageWriter& out);
+  void plan(io::MessageReader& in, io::MessageWriter& out);
   /// The map as it is now.
   const services::AskedMap& asked();
   std::string stem_of(const std::string& name) const;

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <optional>
 
-namespace octosurf {
+namespace octosurf::alignment {
 namespace {
 
 // Grids by factors of about three: a random walk's gain follows the square root of its rate, so that the next
@@ -52,7 +52,7 @@ bool significant(const Twist& motion, const PoseMeasurement& measurement) {
 
 }  // namespace
 
-DriftFilter::DriftFilter(AlignmentState& state) : state_(state) {
+DriftFilter::DriftFilter(surfaces::AlignmentState& state) : state_(state) {
   if (!state.hypotheses.empty()) return;
   const auto add = [&](double rate_m, double rate_rad) {
     for (const CommonErrors& common : common_errors)
@@ -185,4 +185,4 @@ void DriftFilter::choose(const Eigen::Isometry3d& T_given, const PoseMeasurement
   state_.believed = drifted ? drifting : still;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::alignment

@@ -4,7 +4,7 @@
 
 #include <Eigen/Geometry>
 
-namespace octosurf {
+namespace octosurf::alignment {
 
 /// A scan's pose as its readings tell it: the determined directions alone.
 struct PoseMeasurement {
@@ -29,7 +29,7 @@ struct PoseMeasurement {
 class DriftFilter {
  public:
   /// Goes on with what is known; `state` must outlive it.
-  explicit DriftFilter(AlignmentState& state);
+  explicit DriftFilter(surfaces::AlignmentState& state);
 
   /// The next scan's pose as expected, and its covariance, before it is looked at. Zero where no drift is
   /// known of.
@@ -48,13 +48,13 @@ class DriftFilter {
   double factor() const { return believed().factor; }
 
  private:
-  using Hypothesis = AlignmentState::Hypothesis;
+  using Hypothesis = surfaces::AlignmentState::Hypothesis;
   const Hypothesis& believed() const { return state_.hypotheses[state_.believed]; }
   void predict(Hypothesis& h, const Eigen::Isometry3d& T_map_sensor) const;
   void choose(const Eigen::Isometry3d& T_given, const PoseMeasurement& measurement);
   std::size_t most_likely(bool drifting) const;
 
-  AlignmentState& state_;
+  surfaces::AlignmentState& state_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::alignment

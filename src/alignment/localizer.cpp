@@ -23,18 +23,18 @@ double Alignment::determined_length_m(const Twist& twist) const {
 struct Localizer::Impl {
   std::shared_ptr<const Snapshot> map;
   AlignmentReach reach;
-  NearSurfaces surfaces;
+  alignment::NearSurfaces surfaces;
 };
 
 Localizer::Localizer(std::shared_ptr<const Snapshot> map, const AlignmentReach& reach)
     : impl_(std::make_unique<Impl>(Impl{std::move(map), reach, {}})) {
-  require_reach(impl_->map, reach);
+  alignment::require_reach(impl_->map, reach);
 }
 Localizer::Localizer(Localizer&&) noexcept = default;
 Localizer& Localizer::operator=(Localizer&&) noexcept = default;
 Localizer::~Localizer() = default;
 
-void require_reach(const std::shared_ptr<const Snapshot>& map, const AlignmentReach& reach) {
+void alignment::require_reach(const std::shared_ptr<const Snapshot>& map, const AlignmentReach& reach) {
   if (map == nullptr) throw Error(Error::Kind::usage, "map", "is null", "give the snapshot of a map");
   const auto require = [](const char* name, double value, double most) {
     if (!(value > 0 && value <= most))
@@ -47,27 +47,30 @@ void require_reach(const std::shared_ptr<const Snapshot>& map, const AlignmentRe
 
 Alignment Localizer::operator()(const Scan& scan) {
   require_rigid(scan.T_map_sensor, scan.name);
-  NoiseModel noise{Parameters()};
+  sensing::NoiseModel noise{Parameters()};
   noise.observe(scan);
-  return locate_scan(*impl_->map, impl_->surfaces, scan, noise, impl_->reach);
+  return alignment::locate_scan(*impl_->map, impl_->surfaces, scan, noise, impl_->reach);
 }
 
-Alignment locate_scan(const Snapshot& map, NearSurfaces& surfaces, const Scan& scan, const NoiseModel& noise,
-                      const AlignmentReach& reach, const FitErrors& errors) {
-  const RangeLimits limits{0, default_max_range(scan.sensor)};
-  const PoseSearch search(map, surfaces, scan, noise, limits, scan.T_map_sensor, reach, errors);
+Alignment alignment::locate_scan(const Snapshot& map, alignment::NearSurfaces& surfaces, const Scan& scan,
+                                 const sensing::NoiseModel& noise, const AlignmentReach& reach,
+                                 const alignment::FitErrors& errors) {
+  const alignment::RangeLimits limits{0, sensing::default_max_range(scan.sensor)};
+  const alignment::PoseSearch search(map, surfaces, scan, noise, limits, scan.T_map_sensor, reach, errors);
   Alignment result;
   result.samples = search.samples();
-  const std::optional<PoseFit> found = search.coarse(scan.T_map_sensor);
-  const PoseFit fit =
-      found ? *found : search.fine(scan.T_map_sensor, uncertainty(reach.rotation_rad, map.resolution));
-  const Determined determined = determined_by(fit, map.resolution);
-  describe(fit, determined, 1, reach, result);
-  result.disagreement = twist_between(scan.T_map_sensor, fit.T_map_sensor);
-  result.T_map_sensor = found ? without_undetermined(scan.T_map_sensor, fit, determined) : scan.T_map_sensor;
-  result.outcome = found                             ? AlignmentOutcome::corrected
-                   : fit.known < least_known_samples ? AlignmentOutcome::nothing_known
-                                                     : AlignmentOutcome::unexplained;
+  const std::optional<alignment::PoseFit> found = search.coarse(scan.T_map_sensor);
+  const alignment::PoseFit fit =
+      found ? *found
+            : search.fine(scan.T_map_sensor, alignment::uncertainty(reach.rotation_rad, map.resolution));
+  const alignment::Determined determined = alignment::determined_by(fit, map.resolution);
+  alignment::describe(fit, determined, 1, reach, result);
+  result.disagreement = alignment::twist_between(scan.T_map_sensor, fit.T_map_sensor);
+  result.T_map_sensor =
+      found ? alignment::without_undetermined(scan.T_map_sensor, fit, determined) : scan.T_map_sensor;
+  result.outcome = found                                        ? AlignmentOutcome::corrected
+                   : fit.known < alignment::least_known_samples ? AlignmentOutcome::nothing_known
+                                                                : AlignmentOutcome::unexplained;
   return result;
 }
 

@@ -49,15 +49,15 @@ class Neighbourhood {
 };
 
 /// Surface by surface, so that neighbours in the list are mostly neighbours on one surface, as a scan's are.
-std::vector<Reading> readings_near(const MapState& other, const Eigen::Isometry3d& T_map_other,
+std::vector<Reading> readings_near(const surfaces::MapState& other, const Eigen::Isometry3d& T_map_other,
                                    const Neighbourhood& near) {
   std::map<SurfaceId, std::vector<Reading>> of_surface;
-  other.occupancy.for_each_point([&](const VoxelPoint& p) {
+  other.occupancy.for_each_point([&](const occupancy::VoxelPoint& p) {
     const Eigen::Vector3d point = p.position.cast<double>();
     if (p.surface == 0 || !near.holds(T_map_other * point)) return;
     const Plane& plane = other.surfaces.find(p.surface)->plane();
     of_surface[p.surface].push_back({point, plane.normal,
-                                     point + range_of_class(p.range_class) * p.view.cast<double>(),
+                                     point + sensing::range_of_class(p.range_class) * p.view.cast<double>(),
                                      plane.signed_distance(point)});
   });
   std::vector<Reading> all;
@@ -94,14 +94,14 @@ Eigen::Vector3d best_place(const std::vector<Reading>& readings) {
 /// poses that drifted while the map was made leave them so, and they err alike, where a scan's readings do
 /// not.
 double noise_factor(const std::vector<Reading>& readings, const Eigen::Vector3d& place,
-                    const NoiseModel& noise) {
+                    const sensing::NoiseModel& noise) {
   constexpr std::size_t in_a_row = 8;  // as samples.cpp has it
   double squares = 0, expected = 0;
   for (std::size_t i = 0; i + in_a_row <= readings.size(); i += in_a_row) {
     double off = 0;
     for (std::size_t k = i; k < i + in_a_row; ++k) off += readings[k].off / in_a_row;
     const auto range = static_cast<float>((readings[i].point - place).norm());
-    const double spread = noise.measured_sigma(range_class_of(range));
+    const double spread = noise.measured_sigma(sensing::range_class_of(range));
     squares += off * off;
     expected += spread * spread / in_a_row;
   }
@@ -113,8 +113,8 @@ double noise_factor(const std::vector<Reading>& readings, const Eigen::Vector3d&
 MapAlignment align_maps(const std::shared_ptr<const Snapshot>& map, const Map& other,
                         const Eigen::Isometry3d& T_map_other, const AlignmentReach& reach) {
   require_rigid(T_map_other, "T_map_other");
-  require_reach(map, reach);
-  const MapState& theirs = other.state();
+  alignment::require_reach(map, reach);
+  const surfaces::MapState& theirs = other.state();
   std::vector<Reading> readings = readings_near(theirs, T_map_other, Neighbourhood(*map, reach));
   Eigen::Isometry3d T_other_sensor = Eigen::Isometry3d::Identity();
   T_other_sensor.translation() = best_place(readings);
@@ -129,10 +129,10 @@ MapAlignment align_maps(const std::shared_ptr<const Snapshot>& map, const Map& o
   result.scan.outcome = AlignmentOutcome::nothing_known;
   result.scan.T_map_sensor = scan.T_map_sensor;
   if (!scan.points.empty()) {
-    FitErrors errors;
+    alignment::FitErrors errors;
     errors.noise_factor = noise_factor(readings, place, theirs.noise);
-    NearSurfaces surfaces;
-    result.scan = locate_scan(*map, surfaces, scan, theirs.noise, reach, errors);
+    alignment::NearSurfaces surfaces;
+    result.scan = alignment::locate_scan(*map, surfaces, scan, theirs.noise, reach, errors);
   }
   if (result.scan.outcome == AlignmentOutcome::corrected)
     result.T_map_other = result.scan.T_map_sensor * T_other_sensor.inverse();

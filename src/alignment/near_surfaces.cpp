@@ -5,7 +5,7 @@
 
 #include <utility>
 
-namespace octosurf {
+namespace octosurf::alignment {
 namespace {
 
 Eigen::AlignedBox3d box_of(const Surface& surface) {
@@ -115,11 +115,11 @@ std::vector<const AlignedSurface*> NearSurfaces::in(const Snapshot& snapshot, co
     // Anew for every scan: what the noise is known to be changes with every one, too.
     if (growing != nullptr)
       entry.aligned->covariance =
-          covariance_of_readings(*growing->surfaces.find(entry.surface->id), growing->noise) +
+          surfaces::covariance_of_readings(*growing->surfaces.find(entry.surface->id), growing->noise) +
           entry.aligned->by_rim;
     near.push_back(entry.aligned.get());
   }
   return near;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::alignment

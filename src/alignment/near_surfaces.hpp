@@ -8,10 +8,15 @@
 
 #include <octosurf/surface.hpp>
 
-namespace octosurf {
-
-class NoiseModel;
+namespace octosurf::surfaces {
 class SurfaceStore;
+}  // namespace octosurf::surfaces
+
+namespace octosurf::sensing {
+class NoiseModel;
+}  // namespace octosurf::sensing
+
+namespace octosurf::alignment {
 
 /// What alignment keeps of a surface, as of one of its revisions.
 struct AlignedSurface {
@@ -29,8 +34,8 @@ struct AlignedSurface {
 
 /// A map that is being built: what its snapshot does not tell of the surfaces.
 struct GrowingMap {
-  const SurfaceStore& surfaces;
-  const NoiseModel& noise;
+  const surfaces::SurfaceStore& surfaces;
+  const sensing::NoiseModel& noise;
 };
 
 /// The surfaces of a map with their rasters, which are made when a scan first comes near a surface and again
@@ -55,4 +60,4 @@ class NearSurfaces {
   std::vector<Entry> entries_;  ///< one a surface of the snapshot asked last, ascending id
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::alignment

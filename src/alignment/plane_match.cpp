@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace octosurf {
+namespace octosurf::alignment {
 namespace {
 
 constexpr double normal_spread = std::numbers::pi / 180;  // rad: of a scan's plane of a few patches
@@ -138,4 +138,4 @@ std::vector<Eigen::Isometry3d> poses_by_planes(std::span<const ScanPlane> planes
   return poses;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::alignment

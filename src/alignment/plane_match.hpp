@@ -9,7 +9,7 @@
 
 #include <octosurf/alignment.hpp>
 
-namespace octosurf {
+namespace octosurf::alignment {
 
 /// Poses that take planes of a scan onto surfaces, each from three planes that fix it as far as three can:
 /// every combination of the scan's larger planes with surfaces that they may be within reach, the ones with
@@ -19,4 +19,4 @@ std::vector<Eigen::Isometry3d> poses_by_planes(std::span<const ScanPlane> planes
                                                const Eigen::Isometry3d& start, const AlignmentReach& reach,
                                                std::size_t most);
 
-}  // namespace octosurf
+}  // namespace octosurf::alignment

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-namespace octosurf {
+namespace octosurf::alignment {
 namespace {
 
 constexpr double most_cells = 1 << 26;  // 8 MiB; a larger plane gets coarser cells
@@ -100,4 +100,4 @@ void PlaneRaster::erode(const std::vector<std::uint64_t>& filled) {
           along[(row - 1) * words_ + w] & along[row * words_ + w] & along[(row + 1) * words_ + w];
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::alignment

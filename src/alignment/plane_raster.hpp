@@ -7,7 +7,7 @@
 
 #include <octosurf/surface.hpp>
 
-namespace octosurf {
+namespace octosurf::alignment {
 
 /// The inside of a surface's polygons as bits: cells of its plane whose eight neighbours' centres, too, lie
 /// in them. The rim is left out, because readings near an edge mix what lies on both its sides.
@@ -48,4 +48,4 @@ class PlaneRaster {
   std::vector<std::uint64_t> bits_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::alignment

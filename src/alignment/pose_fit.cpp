@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-namespace octosurf {
+namespace octosurf::alignment {
 namespace {
 
 using Row =
@@ -156,7 +156,7 @@ void PoseFitter::add_sample(const Linearisation& at, std::span<const Pairing> ca
   row.head<3>() = arm.cross(n);
   row.segment<3>(3) = n;
   row.tail<3>() << -best->in_surface.x(), -best->in_surface.y(), -1;
-  const double facing = std::max(NoiseModel::least_facing, std::fabs(n.dot(arm)) / sample.range);
+  const double facing = std::max(sensing::NoiseModel::least_facing, std::fabs(n.dot(arm)) / sample.range);
   const double spread = errors_.noise_factor * sample.spread, along_normal = spread * facing;
   const double reading = along_normal * along_normal;
   const Eigen::Vector3d by_surface = row.tail<3>();
@@ -270,4 +270,4 @@ PoseFit PoseFitter::fit(const Eigen::Isometry3d& start, const TwistCovariance& p
   }
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::alignment

@@ -9,7 +9,7 @@
 
 #include <octosurf/alignment.hpp>
 
-namespace octosurf {
+namespace octosurf::alignment {
 
 /// The small motion about the sensor that takes pose `from` to pose `to`, and back: `to` = moved(from,
 /// twist).
@@ -85,4 +85,4 @@ class PoseFitter {
   FitErrors errors_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::alignment

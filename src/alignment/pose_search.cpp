@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace octosurf {
+namespace octosurf::alignment {
 namespace {
 
 constexpr std::size_t sample_count = 3000;
@@ -104,9 +104,10 @@ void describe(const PoseFit& fit, const Determined& determined, double factor, c
   alignment.covariance = motions * variances.asDiagonal() * motions.transpose();
 }
 
-PoseSearch::PoseSearch(const Snapshot& map, NearSurfaces& surfaces, const Scan& scan, const NoiseModel& noise,
-                       const RangeLimits& limits, const Eigen::Isometry3d& start, const AlignmentReach& reach,
-                       const FitErrors& errors, const GrowingMap* growing)
+PoseSearch::PoseSearch(const Snapshot& map, NearSurfaces& surfaces, const Scan& scan,
+                       const sensing::NoiseModel& noise, const RangeLimits& limits,
+                       const Eigen::Isometry3d& start, const AlignmentReach& reach, const FitErrors& errors,
+                       const GrowingMap* growing)
     : scan_(scan),
       noise_(noise),
       limits_(limits),
@@ -181,4 +182,4 @@ std::optional<PoseFit> PoseSearch::coarse(const Eigen::Isometry3d& start) const 
   return *best;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::alignment

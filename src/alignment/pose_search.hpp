@@ -9,7 +9,7 @@
 
 #include <octosurf/alignment.hpp>
 
-namespace octosurf {
+namespace octosurf::alignment {
 
 /// Readings that count.
 struct RangeLimits {
@@ -21,7 +21,7 @@ class PoseSearch {
  public:
   /// All must outlive it. The gate of `errors` is the map's. Surfaces are those that the scan's readings may
   /// meet within `reach` of `start`; `growing` as for NearSurfaces::in().
-  PoseSearch(const Snapshot& map, NearSurfaces& surfaces, const Scan& scan, const NoiseModel& noise,
+  PoseSearch(const Snapshot& map, NearSurfaces& surfaces, const Scan& scan, const sensing::NoiseModel& noise,
              const RangeLimits& limits, const Eigen::Isometry3d& start, const AlignmentReach& reach,
              const FitErrors& errors = {}, const GrowingMap* growing = nullptr);
 
@@ -38,7 +38,7 @@ class PoseSearch {
                  std::size_t count) const;
 
   const Scan& scan_;
-  const NoiseModel& noise_;
+  const sensing::NoiseModel& noise_;
   RangeLimits limits_;
   double resolution_;
   AlignmentReach reach_;
@@ -72,4 +72,4 @@ Eigen::Isometry3d without_undetermined(const Eigen::Isometry3d& start, const Pos
 void describe(const PoseFit& fit, const Determined& determined, double factor, const AlignmentReach& reach,
               Alignment& alignment);
 
-}  // namespace octosurf
+}  // namespace octosurf::alignment

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace octosurf {
+namespace octosurf::alignment {
 
 namespace {
 
@@ -20,7 +20,7 @@ bool within(double range, double min_range, double max_range) {  // NaN fails
 
 }  // namespace
 
-std::vector<Sample> sample_scan(const Scan& scan, const NoiseModel& noise, std::size_t count,
+std::vector<Sample> sample_scan(const Scan& scan, const sensing::NoiseModel& noise, std::size_t count,
                                 double most_spread, double min_range, double max_range) {
   std::vector<Sample> samples;
   samples.reserve(count);
@@ -45,10 +45,10 @@ std::vector<Sample> sample_scan(const Scan& scan, const NoiseModel& noise, std::
     }
     const Eigen::Vector3d mean = sum / readings;
     const double spread =
-        noise.measured_sigma(range_class_of(static_cast<float>(range))) / std::sqrt(readings);
+        noise.measured_sigma(sensing::range_class_of(static_cast<float>(range))) / std::sqrt(readings);
     if (spread <= most_spread) samples.push_back({mean, start, before, mean.norm(), spread});
   }
   return samples;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::alignment

@@ -7,7 +7,7 @@
 
 #include <octosurf/scan.hpp>
 
-namespace octosurf {
+namespace octosurf::alignment {
 
 /// A few readings in a row, as one.
 struct Sample {
@@ -20,7 +20,7 @@ struct Sample {
 /// Samples with a spread of more than `most_spread` are left out. At most `count` samples of the scan's
 /// readings between the ranges, spread evenly over it whatever its order (multiples of the golden ratio).
 /// O(count).
-std::vector<Sample> sample_scan(const Scan& scan, const NoiseModel& noise, std::size_t count,
+std::vector<Sample> sample_scan(const Scan& scan, const sensing::NoiseModel& noise, std::size_t count,
                                 double most_spread, double min_range, double max_range);
 
-}  // namespace octosurf
+}  // namespace octosurf::alignment

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-namespace octosurf {
+namespace octosurf::alignment {
 namespace {
 
 /// Of the usual share of explained readings: with less, the pose is looked for farther away.
@@ -48,7 +48,7 @@ PoseMeasurement measurement_of(const PoseFit& fit, const Determined& determined)
 /// One scan's turn.
 class Turn {
  public:
-  Turn(AlignmentState& state, const Scan& scan, double resolution)
+  Turn(surfaces::AlignmentState& state, const Scan& scan, double resolution)
       : state_(state),
         resolution_(resolution),
         drift_(state),
@@ -76,7 +76,7 @@ class Turn {
     result.outcome = outcome;
   }
 
-  AlignmentState& state_;
+  surfaces::AlignmentState& state_;
   double resolution_;
   DriftFilter drift_;
   Eigen::Isometry3d given_, expected_;
@@ -158,8 +158,8 @@ Alignment Turn::align(const PoseSearch& search) {
 
 }  // namespace
 
-Alignment ScanAligner::operator()(AlignmentState& state, const Snapshot& map, const GrowingMap& growing,
-                                  const Scan& scan, const RangeLimits& limits) {
+Alignment ScanAligner::operator()(surfaces::AlignmentState& state, const Snapshot& map,
+                                  const GrowingMap& growing, const Scan& scan, const RangeLimits& limits) {
   Turn turn(state, scan, map.resolution);
   const FitErrors errors{.noise_factor = std::sqrt(state.noise_factor2), .common_share = state.common_share};
   const PoseSearch search(map, surfaces_, scan, growing.noise, limits, turn.expected(), AlignmentReach(),
@@ -167,4 +167,4 @@ Alignment ScanAligner::operator()(AlignmentState& state, const Snapshot& map, co
   return turn.align(search);
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::alignment

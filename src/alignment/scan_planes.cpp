@@ -8,7 +8,7 @@
 #include <cmath>
 #include <tsl/robin_map.h>
 
-namespace octosurf {
+namespace octosurf::alignment {
 namespace {
 
 constexpr std::size_t most_readings = 20000, most_planes = 24;
@@ -18,8 +18,8 @@ constexpr double same_normal = 0.99;  // cosine: patches' normals are good to a 
 constexpr double same_plane = 2;      // voxels off it
 
 struct Patch {
-  Moments moments;      ///< about the sensor
-  double variance = 0;  ///< Σ of the readings' along the line of sight
+  geometry::Moments moments;  ///< about the sensor
+  double variance = 0;        ///< Σ of the readings' along the line of sight
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ(), centroid = Eigen::Vector3d::Zero();
 };
 
@@ -31,10 +31,10 @@ std::uint64_t cell_of(const Eigen::Vector3d& point, double edge) {
 }
 
 /// In the order in which the scan first touches them.
-std::vector<Patch> collect(const Scan& scan, const NoiseModel& noise, double min_range, double max_range,
-                           double edge) {
+std::vector<Patch> collect(const Scan& scan, const sensing::NoiseModel& noise, double min_range,
+                           double max_range, double edge) {
   std::vector<Patch> patches;
-  tsl::robin_map<std::uint64_t, std::size_t, PackedKeyHash> places;
+  tsl::robin_map<std::uint64_t, std::size_t, geometry::PackedKeyHash> places;
   const std::size_t step = std::max<std::size_t>(1, scan.points.size() / most_readings);
   for (std::size_t i = 0; i < scan.points.size(); i += step) {
     const Eigen::Vector3d point = scan.points[i].cast<double>();
@@ -44,7 +44,7 @@ std::vector<Patch> collect(const Scan& scan, const NoiseModel& noise, double min
     if (added) patches.emplace_back();
     Patch& patch = patches[at->second];
     patch.moments.add(point);
-    const double spread = noise.measured_sigma(range_class_of(static_cast<float>(range)));
+    const double spread = noise.measured_sigma(sensing::range_class_of(static_cast<float>(range)));
     patch.variance += spread * spread;
   }
   return patches;
@@ -54,7 +54,7 @@ std::vector<Patch> collect(const Scan& scan, const NoiseModel& noise, double min
 void keep_flat(std::vector<Patch>& patches) {
   std::erase_if(patches, [](Patch& patch) {
     if (patch.moments.count < least_readings) return true;
-    const PlaneFit fit = fit_plane(patch.moments);
+    const geometry::PlaneFit fit = geometry::fit_plane(patch.moments);
     patch.centroid = fit.centroid;
     patch.normal = fit.normal.dot(fit.centroid) > 0 ? Eigen::Vector3d(-fit.normal) : fit.normal;
     const double noise = patch.variance / patch.moments.count;
@@ -66,14 +66,14 @@ void keep_flat(std::vector<Patch>& patches) {
 
 }  // namespace
 
-std::vector<ScanPlane> planes_of_scan(const Scan& scan, const NoiseModel& noise, double min_range,
+std::vector<ScanPlane> planes_of_scan(const Scan& scan, const sensing::NoiseModel& noise, double min_range,
                                       double max_range, double resolution) {
   std::vector<Patch> patches = collect(scan, noise, min_range, max_range, patch_edge * resolution);
   keep_flat(patches);
   std::vector<ScanPlane> planes;
   while (!patches.empty() && planes.size() < most_planes) {
-    Moments all = patches.front().moments;
-    PlaneFit fit = fit_plane(all);
+    geometry::Moments all = patches.front().moments;
+    geometry::PlaneFit fit = geometry::fit_plane(all);
     // Twice: what the first patch's plane collects tells the plane better, and that collects the rest.
     std::vector<char> on_it;
     for (int round = 0; round < 2; ++round) {
@@ -87,7 +87,7 @@ std::vector<ScanPlane> planes_of_scan(const Scan& scan, const NoiseModel& noise,
         on_it[i] = 1;
         all.add(patches[i].moments);
       }
-      fit = fit_plane(all);
+      fit = geometry::fit_plane(all);
     }
     const Eigen::Vector3d normal =
         fit.normal.dot(fit.centroid) > 0 ? Eigen::Vector3d(-fit.normal) : fit.normal;
@@ -102,4 +102,4 @@ std::vector<ScanPlane> planes_of_scan(const Scan& scan, const NoiseModel& noise,
   return planes;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::alignment

@@ -7,7 +7,7 @@
 
 #include <octosurf/scan.hpp>
 
-namespace octosurf {
+namespace octosurf::alignment {
 
 /// A plane that many readings of one scan lie on, sensor's frame.
 struct ScanPlane {
@@ -19,7 +19,7 @@ struct ScanPlane {
 /// The largest planes of a scan, largest first: patches of neighbouring readings that are flat as far as
 /// noise lets tell, joined where they lie on one plane. Made from some ten thousand readings, whatever their
 /// order. O(readings).
-std::vector<ScanPlane> planes_of_scan(const Scan& scan, const NoiseModel& noise, double min_range,
+std::vector<ScanPlane> planes_of_scan(const Scan& scan, const sensing::NoiseModel& noise, double min_range,
                                       double max_range, double resolution);
 
-}  // namespace octosurf
+}  // namespace octosurf::alignment

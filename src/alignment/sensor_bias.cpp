@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace octosurf {
+namespace octosurf::alignment {
 namespace {
 
 /// A scan is a view of its own if a quarter of what it shows is new, so that its surfaces' errors are not
@@ -117,4 +117,4 @@ std::optional<SensorBias> SensorBiasEstimator::estimate() const {
                     scatter * best.covariance.bottomRightCorner<4, 4>()};
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::alignment

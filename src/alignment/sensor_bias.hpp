@@ -7,7 +7,7 @@
 
 #include <octosurf/alignment.hpp>
 
-namespace octosurf {
+namespace octosurf::alignment {
 
 /// What a sensor errs by throughout a recording, beyond what noise and drift explain: it is mounted otherwise
 /// than the poses say, or its readings are too long by a factor.
@@ -69,4 +69,4 @@ class SensorBiasEstimator {
   double numbers_ = 0;  ///< measured so far
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::alignment

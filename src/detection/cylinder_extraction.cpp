@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-namespace octosurf {
+namespace octosurf::detection {
 namespace {
 
 constexpr std::size_t scored_points = 192;  // a sample this large ranks hypotheses well enough
@@ -22,7 +22,7 @@ std::vector<CylinderExtraction::Oriented> CylinderExtraction::oriented(std::span
   std::vector<Oriented> points;
   const std::size_t stride = CylinderRules::stride(region.size(), scored_points);
   for (std::size_t k = 0; k < region.size(); k += stride) {
-    const LocalPlane& local = map_.normals.at(region[k]);
+    const surfaces::LocalPlane& local = map_.normals.at(region[k]);
     if (local.known)
       points.push_back({map_.window[region[k]].position - reference, local.normal,
                         static_cast<float>(rules_.tolerance(region[k]))});
@@ -61,12 +61,12 @@ std::size_t CylinderExtraction::count(const Guess& guess, std::span<const Orient
   return found;
 }
 
-std::optional<CylinderShape> CylinderExtraction::best_shape(std::span<const Index> region) {
+std::optional<geometry::CylinderShape> CylinderExtraction::best_shape(std::span<const Index> region) {
   constexpr float neighbourhood = 0.5F;  // m
   std::vector<Oriented> points = oriented(region);
   const std::size_t stride = CylinderRules::stride(region.size(), scored_points);
   if (points.size() * stride < rules_.min_points()) return {};
-  std::mt19937_64 rng(PackedKeyHash()(map_.window[region.front()].key.packed()) ^ region.size());
+  std::mt19937_64 rng(geometry::PackedKeyHash()(map_.window[region.front()].key.packed()) ^ region.size());
   for (std::size_t k = points.size(); k > 1; --k) std::swap(points[k - 1], points[rng() % k]);
   const auto pick = [&]() -> const Oriented& { return points[rng() % points.size()]; };
   const auto draw = [&] {
@@ -83,11 +83,11 @@ std::optional<CylinderShape> CylinderExtraction::best_shape(std::span<const Inde
                     draw, [&](const Guess& g, std::size_t to_beat) { return count(g, points, to_beat); });
   if (!best) return {};
   const Eigen::Vector3d reference = map_.window[region.front()].position.cast<double>();
-  return CylinderShape{reference + best->model.point.cast<double>(),
-                       best->model.axis.cast<double>().normalized(), best->model.radius};
+  return geometry::CylinderShape{reference + best->model.point.cast<double>(),
+                                 best->model.axis.cast<double>().normalized(), best->model.radius};
 }
 
-std::vector<CylinderExtraction::Index> CylinderExtraction::inliers_of(const CylinderShape& shape,
+std::vector<CylinderExtraction::Index> CylinderExtraction::inliers_of(const geometry::CylinderShape& shape,
                                                                       std::span<const Index> region) {
   std::vector<Index> inliers;
   for (const Index i : region)
@@ -95,8 +95,8 @@ std::vector<CylinderExtraction::Index> CylinderExtraction::inliers_of(const Cyli
   return inliers;
 }
 
-std::vector<CylinderExtraction::Index> CylinderExtraction::fullest_stretch(const CylinderShape& shape,
-                                                                           std::vector<Index> inliers) {
+std::vector<CylinderExtraction::Index> CylinderExtraction::fullest_stretch(
+    const geometry::CylinderShape& shape, std::vector<Index> inliers) {
   const double h = map_.parameters.max_hole_size();
   const auto height = [&](Index i) { return shape.height(map_.window[i].position.cast<double>()); };
   std::vector<double> heights;
@@ -115,7 +115,7 @@ std::vector<CylinderExtraction::Index> CylinderExtraction::fullest_stretch(const
 
 std::optional<CylinderExtraction::Found> CylinderExtraction::operator()(std::span<const Index> region) {
   if (region.size() < rules_.min_points()) return {};
-  std::optional<CylinderShape> shape = best_shape(region);
+  std::optional<geometry::CylinderShape> shape = best_shape(region);
   if (!shape) return {};
   std::vector<Index> inliers = inliers_of(*shape, region);
   for (int round = 0; round < 3; ++round) {
@@ -123,7 +123,7 @@ std::optional<CylinderExtraction::Found> CylinderExtraction::operator()(std::spa
     if (round > 0) inliers = fullest_stretch(*shape, std::move(inliers));
     const auto samples = rules_.samples(
         inliers, CylinderRules::stride(inliers.size(), round == 0 ? scored_points : fitted_points));
-    if (!refine(*shape, samples) || (round == 0 && !rules_.promising(*shape, samples))) return {};
+    if (!geometry::refine(*shape, samples) || (round == 0 && !rules_.promising(*shape, samples))) return {};
     inliers = inliers_of(*shape, region);
   }
   if (inliers.size() < rules_.min_points()) return {};
@@ -140,4 +140,4 @@ std::optional<CylinderExtraction::Found> CylinderExtraction::operator()(std::spa
   return Found{*shape, std::move(inliers)};
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::detection

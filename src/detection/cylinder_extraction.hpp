@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::detection {
 
 /// Cylinders out of a region of pending points (the paper's own extension, III-C4).
 ///
@@ -15,13 +15,13 @@ namespace octosurf {
 /// are more than h apart the one with the most points. Random numbers depend on the region only.
 class CylinderExtraction {
  public:
-  using Index = PointWindow::Index;
+  using Index = occupancy::PointWindow::Index;
   struct Found {
-    CylinderShape shape;
+    geometry::CylinderShape shape;
     std::vector<Index> inliers;  ///< in the region's order
   };
 
-  CylinderExtraction(const MapView& map, CylinderRules& rules) : map_(map), rules_(rules) {}
+  CylinderExtraction(const surfaces::MapView& map, CylinderRules& rules) : map_(map), rules_(rules) {}
 
   /// The convincing one with the most points, if there is any. `region` is not empty and in key order.
   std::optional<Found> operator()(std::span<const Index> region);
@@ -39,12 +39,12 @@ class CylinderExtraction {
   std::vector<Oriented> oriented(std::span<const Index> region);
   std::optional<Guess> guess(const Oriented& a, const Oriented& b) const;
   static std::size_t count(const Guess& guess, std::span<const Oriented> points, std::size_t to_beat);
-  std::optional<CylinderShape> best_shape(std::span<const Index> region);
-  std::vector<Index> inliers_of(const CylinderShape& shape, std::span<const Index> region);
-  std::vector<Index> fullest_stretch(const CylinderShape& shape, std::vector<Index> inliers);
+  std::optional<geometry::CylinderShape> best_shape(std::span<const Index> region);
+  std::vector<Index> inliers_of(const geometry::CylinderShape& shape, std::span<const Index> region);
+  std::vector<Index> fullest_stretch(const geometry::CylinderShape& shape, std::vector<Index> inliers);
 
-  const MapView& map_;
+  const surfaces::MapView& map_;
   CylinderRules& rules_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::detection

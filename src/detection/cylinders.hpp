@@ -2,10 +2,10 @@
 
 #include "detection/detection.hpp"
 
-namespace octosurf {
+namespace octosurf::detection {
 
 /// Takes vanished and moved points out of the cylinders they supported. O(delta).
-void retract_cylinders(Ledger& ledger, const OccupancyDelta& delta);
+void retract_cylinders(surfaces::Ledger& ledger, const occupancy::OccupancyDelta& delta);
 
 /// Keeps the cylinders up to date and looks for new ones among what detect() left over.
 ///
@@ -15,6 +15,6 @@ void retract_cylinders(Ledger& ledger, const OccupancyDelta& delta);
 /// 3. Those that changed by an eighth are fitted again; those that are not convincing any more are erased,
 ///    and their points stay pending. Those that have grown into one are merged, the larger keeping its id.
 /// Changes nothing but the cylinders, and nothing at all if nothing was left over or taken.
-void update_cylinders(Ledger& ledger, const Detection::LeftOver& left_over);
+void update_cylinders(surfaces::Ledger& ledger, const Detection::LeftOver& left_over);
 
-}  // namespace octosurf
+}  // namespace octosurf::detection

@@ -7,14 +7,14 @@
 #include <algorithm>
 #include <optional>
 
-namespace octosurf {
+namespace octosurf::detection {
 namespace {
 
-using Index = PointWindow::Index;
+using Index = occupancy::PointWindow::Index;
 
 /// Paper III-C1: fewer than two neighbours within r can have no normal; they wait.
-bool isolated(const MapView& map, Index i, int reach, float radius) {
-  const VoxelKey key = map.window[i].key;
+bool isolated(const surfaces::MapView& map, Index i, int reach, float radius) {
+  const geometry::VoxelKey key = map.window[i].key;
   const Eigen::Vector3f p = map.window[i].position;
   const auto enough_within = [&](int box) {
     int neighbours = -1;  // itself
@@ -31,16 +31,16 @@ bool isolated(const MapView& map, Index i, int reach, float radius) {
 }
 
 /// The proposal becomes a surface that has its points.
-SurfaceId commit(Ledger& ledger, const PlaneProposal& proposal) {
+SurfaceId commit(surfaces::Ledger& ledger, const PlaneProposal& proposal) {
   const Eigen::Vector3d origin = ledger.window[proposal.points.front()].position.cast<double>();
-  SurfaceModel& surface = ledger.create(proposal.plane, origin);
+  surfaces::SurfaceModel& surface = ledger.create(proposal.plane, origin);
   for (const Index i : proposal.points) ledger.give(i, surface);
   ledger.changes.born.insert(surface.id());
   return surface.id();
 }
 
 /// The region's planes one after the other, because each is judged beside the surfaces made before it.
-void detect_in(Ledger& ledger, const std::vector<Index>& region, Detection& result) {
+void detect_in(surfaces::Ledger& ledger, const std::vector<Index>& region, Detection& result) {
   PlaneExtraction planes(ledger, region);
   while (std::optional<PlaneProposal> proposal = planes.next())
     if (proposal->refusal)
@@ -51,17 +51,17 @@ void detect_in(Ledger& ledger, const std::vector<Index>& region, Detection& resu
 
 }  // namespace
 
-std::optional<Detection> detect(Ledger& ledger, std::span<const VoxelKey> accumulated) {
+std::optional<Detection> detect(surfaces::Ledger& ledger, std::span<const geometry::VoxelKey> accumulated) {
   std::vector<Index> waiting;
-  for (const VoxelKey key : accumulated) {
+  for (const geometry::VoxelKey key : accumulated) {
     const Index i = ledger.window.find(key);
-    if (i != PointWindow::none && ledger.window[i].surface == 0) waiting.push_back(i);
+    if (i != occupancy::PointWindow::none && ledger.window[i].surface == 0) waiting.push_back(i);
   }
   if (waiting.size() < static_cast<std::size_t>(ledger.parameters.min_surface_points())) return {};
   return detect_from(ledger, std::move(waiting));
 }
 
-Detection detect_from(Ledger& ledger, std::vector<Index> waiting) {
+Detection detect_from(surfaces::Ledger& ledger, std::vector<Index> waiting) {
   const Parameters& parameters = ledger.parameters;
   const double r = parameters.search_radius();
   const int reach = static_cast<int>(r / parameters.occupancy.resolution) + 1;
@@ -78,8 +78,8 @@ Detection detect_from(Ledger& ledger, std::vector<Index> waiting) {
   SeenThrough seen_through(ledger);
   RegionGrowing::Regions regions = grow(waiting, [&](Index i) { return seen_through(i) == 0; });
   for (std::vector<Index>& small : regions.small) {
-    const Refusal why =
-        fewer_than_n(few::in_region, small.size(), static_cast<std::size_t>(parameters.min_surface_points()));
+    const surfaces::Refusal why = surfaces::fewer_than_n(
+        surfaces::few::in_region, small.size(), static_cast<std::size_t>(parameters.min_surface_points()));
     result.refused.push_back({why, std::move(small)});
   }
   for (std::vector<Index>& region : regions.large) {
@@ -93,4 +93,4 @@ Detection detect_from(Ledger& ledger, std::vector<Index> waiting) {
   return result;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::detection

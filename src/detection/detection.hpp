@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::detection {
 
 /// What a detection run has made of the points it looked at.
 struct Detection {
@@ -15,8 +15,8 @@ struct Detection {
   std::vector<Refused> refused;  ///< points left pending; no point is named twice
   /// What was looked at and may not have been taken: for cylinders.
   struct LeftOver {
-    std::vector<std::vector<PointWindow::Index>> regions;  ///< smooth ones, key order each
-    std::vector<PointWindow::Index> points;                ///< that waited for detection
+    std::vector<std::vector<occupancy::PointWindow::Index>> regions;  ///< smooth ones, key order each
+    std::vector<occupancy::PointWindow::Index> points;                ///< that waited for detection
   } left_over;
 };
 
@@ -28,10 +28,10 @@ struct Detection {
 ///
 /// Points that were seen *through* a surface are its noise, because surfaces are opaque. They stay pending;
 /// otherwise they would make parallel surfaces behind far walls.
-std::optional<Detection> detect(Ledger& ledger, std::span<const VoxelKey> accumulated);
+std::optional<Detection> detect(surfaces::Ledger& ledger, std::span<const geometry::VoxelKey> accumulated);
 
 /// The same from these pending points on, however few. `refused` does not name points that have no normal,
 /// are not flat or were seen through a surface (seen_through.hpp).
-Detection detect_from(Ledger& ledger, std::vector<PointWindow::Index> waiting);
+Detection detect_from(surfaces::Ledger& ledger, std::vector<occupancy::PointWindow::Index> waiting);
 
-}  // namespace octosurf
+}  // namespace octosurf::detection

@@ -12,7 +12,7 @@
 #include <random>
 #include <utility>
 
-namespace octosurf {
+namespace octosurf::detection {
 namespace {
 
 constexpr std::size_t scored_points = 2000;  // a sample this large ranks hypotheses as well as all
@@ -21,7 +21,7 @@ constexpr double largest_scatter = 1.7;
 
 }  // namespace
 
-PlaneExtraction::PlaneExtraction(const MapView& map, std::vector<Index> region)
+PlaneExtraction::PlaneExtraction(const surfaces::MapView& map, std::vector<Index> region)
     : map_(map),
       parameters_(map.parameters),
       min_points_(static_cast<std::size_t>(parameters_.min_surface_points())),
@@ -40,7 +40,7 @@ std::vector<PlaneExtraction::Index> PlaneExtraction::inliers_of(std::span<const 
 }
 
 std::optional<Plane> PlaneExtraction::best_plane(std::span<const Index> points, const RegionPoints& all) {
-  std::mt19937_64 rng(PackedKeyHash()(map_.window[points.front()].key.packed()) ^ points.size());
+  std::mt19937_64 rng(geometry::PackedKeyHash()(map_.window[points.front()].key.packed()) ^ points.size());
   std::optional<RegionPoints> some;
   if (const std::size_t stride = points.size() / scored_points + 1; stride > 1)
     some.emplace(map_, points, stride, cos_aligned_);
@@ -64,27 +64,27 @@ std::optional<Plane> PlaneExtraction::best_plane(std::span<const Index> points, 
   return best->model;
 }
 
-std::optional<Refusal> PlaneExtraction::refusal_by_width(std::span<const Index> cluster) {
+std::optional<surfaces::Refusal> PlaneExtraction::refusal_by_width(std::span<const Index> cluster) {
   const Eigen::Vector3d reference = map_.window[cluster.front()].position.cast<double>();
-  Moments moments;
+  geometry::Moments moments;
   for (const Index i : cluster) moments.add(map_.window[i].position.cast<double>() - reference);
-  const double width = width_of(moments);
+  const double width = geometry::width_of(moments);
   const double min_width = parameters_.surfaces.min_surface_width;
-  if (width < min_width) return Refusal{Reason::too_narrow, width, min_width};
+  if (width < min_width) return surfaces::Refusal{Reason::too_narrow, width, min_width};
   // Beside the widest facet of a pillar there are narrower ones that look flat, and so do the strips into
   // which the inliers of its plane are divided.
   constexpr double wider_than_facets = 0.2, wider_than_strips = 0.1;  // m
   const double facets = cluster_bends_ ? wider_than_facets : plane_bends_ ? wider_than_strips : 0;
-  if (width < facets) return Refusal{Reason::bent};
+  if (width < facets) return surfaces::Refusal{Reason::bent};
   return {};
 }
 
-Planarity PlaneExtraction::planarity_of(std::span<const Index> cluster, const Plane& plane) {
-  const SurfaceModel frame(0, plane, map_.window[cluster.front()].position.cast<double>(), 1.0);
-  const NoiseModel& noise = map_.noise;
-  Planarity planarity(frame.pose());
+geometry::Planarity PlaneExtraction::planarity_of(std::span<const Index> cluster, const Plane& plane) {
+  const surfaces::SurfaceModel frame(0, plane, map_.window[cluster.front()].position.cast<double>(), 1.0);
+  const sensing::NoiseModel& noise = map_.noise;
+  geometry::Planarity planarity(frame.pose());
   for (const Index i : cluster) {
-    const VoxelPoint& p = map_.window[i];
+    const occupancy::VoxelPoint& p = map_.window[i];
     planarity.add(p.position, noise.sigma(p.range_class), noise.tolerance(p.range_class),
                   map_.normals.at(i).flat);
   }
@@ -96,32 +96,34 @@ Planarity PlaneExtraction::planarity_of(std::span<const Index> cluster, const Pl
 /// points, because noise makes small planes out of anything.
 PlaneExtraction::Verdict PlaneExtraction::verdict_on_shape(std::span<const Index> cluster,
                                                            const Plane& plane) {
-  const Planarity planarity = planarity_of(cluster, plane);
+  const geometry::Planarity planarity = planarity_of(cluster, plane);
   const auto agreeing = static_cast<std::size_t>(std::count_if(cluster.begin(), cluster.end(), [&](Index i) {
     return map_.normals.at(i).normal.dot(plane.normal.cast<float>()) > cos_15_deg;
   }));
-  if (planarity.bends()) return {Refusal{Reason::bent}, true};
+  if (planarity.bends()) return {surfaces::Refusal{Reason::bent}, true};
   if (!(planarity.scatter() <= largest_scatter))
-    return {Refusal{Reason::scattered, planarity.scatter(), largest_scatter}};
+    return {surfaces::Refusal{Reason::scattered, planarity.scatter(), largest_scatter}};
   // The square root, because a laser leaves few readings on a strip: in proportion, strips would be lost.
   const double required_factor = std::sqrt(planarity.mean_tolerance() / parameters_.surface_tolerance());
   const auto points = static_cast<double>(cluster.size());
   if (points < static_cast<double>(min_points_) * required_factor)
-    return {Refusal{Reason::too_few_for_range, points, static_cast<double>(min_points_) * required_factor}};
+    return {surfaces::Refusal{Reason::too_few_for_range, points,
+                              static_cast<double>(min_points_) * required_factor}};
   if (agreeing * 10 <= cluster.size() * 6)
-    return {Refusal{Reason::normals_disagree, static_cast<double>(agreeing) / points, 0.6}};
-  if (const SurfaceId neighbour = noise_sheet_over(map_, cluster, plane, 0); neighbour != 0)
-    return {Refusal{.reason = Reason::noise_sheet, .surface = neighbour}};
+    return {surfaces::Refusal{Reason::normals_disagree, static_cast<double>(agreeing) / points, 0.6}};
+  if (const SurfaceId neighbour = surfaces::noise_sheet_over(map_, cluster, plane, 0); neighbour != 0)
+    return {surfaces::Refusal{.reason = Reason::noise_sheet, .surface = neighbour}};
   return {};
 }
 
 PlaneProposal PlaneExtraction::judged(std::vector<Index> cluster) {
   if (cluster.size() < min_points_) {
-    const Refusal why = fewer_than_n(few::in_cluster, cluster.size(), min_points_);
+    const surfaces::Refusal why =
+        surfaces::fewer_than_n(surfaces::few::in_cluster, cluster.size(), min_points_);
     return {plane_, std::move(cluster), why};
   }
-  const Plane plane = fitted(map_, cluster, plane_);
-  std::optional<Refusal> refusal = refusal_by_width(cluster);
+  const Plane plane = surfaces::fitted(map_, cluster, plane_);
+  std::optional<surfaces::Refusal> refusal = refusal_by_width(cluster);
   if (!refusal && robust_) {
     const Verdict verdict = verdict_on_shape(cluster, plane);
     cluster_bends_ |= verdict.bends;
@@ -133,23 +135,23 @@ PlaneProposal PlaneExtraction::judged(std::vector<Index> cluster) {
 /// Takes the next plane's inliers out of the region, as clusters. If there is no further plane, returns all
 /// that is left as one refused proposal.
 std::optional<PlaneProposal> PlaneExtraction::divide() {
-  const auto all_refused = [&](const Refusal& why) {
+  const auto all_refused = [&](const surfaces::Refusal& why) {
     return PlaneProposal{plane_, std::exchange(region_, {}), why};
   };
   if (region_.size() < min_points_)
-    return all_refused(fewer_than_n(few::left_over, region_.size(), min_points_));
+    return all_refused(surfaces::fewer_than_n(surfaces::few::left_over, region_.size(), min_points_));
   const RegionPoints points(map_, region_, 1, cos_aligned_);
   const std::optional<Plane> best = best_plane(region_, points);
-  if (!best) return all_refused({.reason = Reason::too_few_points, .what = few::off_a_line});
+  if (!best) return all_refused({.reason = Reason::too_few_points, .what = surfaces::few::off_a_line});
   plane_ = *best;
   std::vector<Index> inliers = inliers_of(region_, points, plane_);
   for (int round = 0; round < 3 && inliers.size() >= min_points_; ++round) {
-    plane_ = fitted(map_, inliers, plane_);
+    plane_ = surfaces::fitted(map_, inliers, plane_);
     inliers = inliers_of(region_, points, plane_);
   }
   if (inliers.size() < min_points_)
-    return all_refused(fewer_than_n(few::on_plane, inliers.size(), min_points_));
-  clusters_ = parts_of(map_, inliers, plane_);
+    return all_refused(surfaces::fewer_than_n(surfaces::few::on_plane, inliers.size(), min_points_));
+  clusters_ = surfaces::parts_of(map_, inliers, plane_);
   std::reverse(clusters_.begin(), clusters_.end());
   plane_bends_ = robust_ && clusters_.size() > 1 && planarity_of(inliers, plane_).bends();
   std::vector<Index> rest;
@@ -170,4 +172,4 @@ std::optional<PlaneProposal> PlaneExtraction::next() {
   return judged(std::move(cluster));
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::detection

@@ -8,15 +8,15 @@
 #include <span>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::detection {
 
 class RegionPoints;
 
 /// A plane through some of a region's points, and whether it is to become a surface.
 struct PlaneProposal {
-  Plane plane;                             ///< without meaning if the points span none
-  std::vector<PointWindow::Index> points;  ///< never empty
-  std::optional<Refusal> refusal;          ///< empty: it is to become one
+  Plane plane;                                        ///< without meaning if the points span none
+  std::vector<occupancy::PointWindow::Index> points;  ///< never empty
+  std::optional<surfaces::Refusal> refusal;           ///< empty: it is to become one
 };
 
 /// Planes out of one smooth region (paper III-C4).
@@ -28,10 +28,10 @@ struct PlaneProposal {
 /// with the plane's (the paper's "normal-aligned" variant). Random numbers depend on the region only.
 class PlaneExtraction {
  public:
-  using Index = PointWindow::Index;
+  using Index = occupancy::PointWindow::Index;
 
   /// `region`: in key order.
-  PlaneExtraction(const MapView& map, std::vector<Index> region);
+  PlaneExtraction(const surfaces::MapView& map, std::vector<Index> region);
 
   /// The next proposal, until each point of the region has been in one. A proposal that is not refused has to
   /// be made a surface before the next call, whose proposal is compared with it.
@@ -39,7 +39,7 @@ class PlaneExtraction {
 
  private:
   struct Verdict {
-    std::optional<Refusal> refusal;
+    std::optional<surfaces::Refusal> refusal;
     bool bends = false;  // the cluster by itself
   };
 
@@ -47,12 +47,12 @@ class PlaneExtraction {
   std::optional<Plane> best_plane(std::span<const Index> points, const RegionPoints& all);
   std::vector<Index> inliers_of(std::span<const Index> region, const RegionPoints& points,
                                 const Plane& plane);
-  Planarity planarity_of(std::span<const Index> cluster, const Plane& plane);
+  geometry::Planarity planarity_of(std::span<const Index> cluster, const Plane& plane);
   PlaneProposal judged(std::vector<Index> cluster);
-  std::optional<Refusal> refusal_by_width(std::span<const Index> cluster);
+  std::optional<surfaces::Refusal> refusal_by_width(std::span<const Index> cluster);
   Verdict verdict_on_shape(std::span<const Index> cluster, const Plane& plane);
 
-  const MapView& map_;
+  const surfaces::MapView& map_;
   const Parameters& parameters_;
   std::size_t min_points_;
   bool robust_;  // Parameters::aligned(); else the paper's planes
@@ -64,4 +64,4 @@ class PlaneExtraction {
   bool cluster_bends_ = false;                // one of the region's clusters
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::detection

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <optional>
 
-namespace octosurf {
+namespace octosurf::detection {
 
 /// How often RANSAC (Fischler & Bolles 1981) tries.
 struct RansacEffort {
@@ -46,4 +46,4 @@ std::optional<RansacBest<Model>> ransac(const RansacEffort& effort, Draw&& draw,
   return best;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::detection

@@ -5,12 +5,12 @@
 
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::detection {
 
 /// Points that detection leaves pending, and why.
 struct Refused {
-  Refusal why;
-  std::vector<PointWindow::Index> points;
+  surfaces::Refusal why;
+  std::vector<occupancy::PointWindow::Index> points;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::detection

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <tuple>
 
-namespace octosurf {
+namespace octosurf::detection {
 
-RegionGrowing::RegionGrowing(const MapView& map, const Parameters& parameters)
+RegionGrowing::RegionGrowing(const surfaces::MapView& map, const Parameters& parameters)
     : map_(map),
       min_points_(static_cast<std::size_t>(parameters.min_surface_points())),
       cos_smooth_(static_cast<float>(std::cos(parameters.detection.smoothness_angle))) {}
@@ -19,11 +19,11 @@ void RegionGrowing::sort_seeds(std::vector<Index>& seeds) {
   std::vector<std::tuple<float, std::uint64_t, Index>> ranked;
   ranked.reserve(seeds.size());
   for (const Index i : seeds)
-    if (const LocalPlane& plane = map_.normals.at(i); plane.known && plane.flat)
+    if (const surfaces::LocalPlane& plane = map_.normals.at(i); plane.known && plane.flat)
       ranked.emplace_back(plane.curvature, map_.window[i].key.packed(), i);
   std::sort(ranked.begin(), ranked.end());
   seeds.clear();
   for (const auto& seed : ranked) seeds.push_back(std::get<Index>(seed));
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::detection

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::detection {
 
 /// Smoothly connected regions of pending points (paper III-C3; Rabbani et al. 2006): from the
 /// flattest seed outward to neighbours whose normals differ by less than the smoothness angle from
@@ -16,9 +16,9 @@ namespace octosurf {
 /// points in them is fixed by geometry.
 class RegionGrowing {
  public:
-  using Index = PointWindow::Index;
+  using Index = occupancy::PointWindow::Index;
 
-  RegionGrowing(const MapView& map, const Parameters& parameters);
+  RegionGrowing(const surfaces::MapView& map, const Parameters& parameters);
 
   struct Regions {
     std::vector<std::vector<Index>> large;  ///< of n points and more
@@ -31,10 +31,10 @@ class RegionGrowing {
   void sort_seeds(std::vector<Index>& seeds);
   bool visit(Index i);  // true the first time
 
-  const MapView& map_;
+  const surfaces::MapView& map_;
   std::size_t min_points_;
   float cos_smooth_;
-  PointWindow::Marks unvisited_;
+  occupancy::PointWindow::Marks unvisited_;
 };
 
 template <class Allowed>
@@ -46,11 +46,11 @@ RegionGrowing::Regions RegionGrowing::operator()(std::span<const Index> all_seed
   for (const Index seed : seeds) {
     if (!allowed(seed) || !visit(seed)) continue;
     region.assign(1, seed);
-    breadth_first(region, [&](Index from) {
-      const LocalPlane& here = map_.normals.at(from);
+    geometry::breadth_first(region, [&](Index from) {
+      const surfaces::LocalPlane& here = map_.normals.at(from);
       if (!here.known || !here.flat) return;
       map_.window.for_each_near(map_.window[from].key, here.reach, unvisited_, [&](Index i) {
-        const LocalPlane& there = map_.normals.at(i);
+        const surfaces::LocalPlane& there = map_.normals.at(i);
         if (!there.known || there.normal.dot(here.normal) < cos_smooth_ || !allowed(i)) return;
         visit(i);
         region.push_back(i);
@@ -61,4 +61,4 @@ RegionGrowing::Regions RegionGrowing::operator()(std::span<const Index> all_seed
   return regions;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::detection

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-namespace octosurf {
+namespace octosurf::detection {
 
-RegionPoints::RegionPoints(const MapView& map, std::span<const Index> points, std::size_t stride,
+RegionPoints::RegionPoints(const surfaces::MapView& map, std::span<const Index> points, std::size_t stride,
                            float cos_aligned)
     : reference_(map.window[points.front()].position.cast<double>()),
       // Rounded to a float a cosine may be below −1; without a limit every point must pass.
@@ -18,7 +18,7 @@ RegionPoints::RegionPoints(const MapView& map, std::span<const Index> points, st
   const double base = map.noise.base_tolerance();
   for (std::size_t k = 0; k < size_; ++k) {
     const Index i = points[k * stride];
-    const VoxelPoint& p = map.window[i];
+    const occupancy::VoxelPoint& p = map.window[i];
     const Eigen::Vector3f at = (p.position.cast<double>() - reference_).cast<float>();
     x_[k] = at.x();
     y_[k] = at.y();
@@ -41,7 +41,7 @@ std::size_t RegionPoints::count(const Plane& plane, std::size_t to_beat) const {
   std::size_t found = 0;
   for (std::size_t start = 0; start < x_.size(); start += step) {
     if (found + (size_ - start) <= to_beat) break;
-    LaneMask counts{};
+    geometry::LaneMask counts{};
     const std::size_t end = std::min(x_.size(), start + step);
     for (std::size_t k = start; k < end; k += 4) counts -= belong(k, p);
     found += static_cast<std::size_t>(counts[0] + counts[1] + counts[2] + counts[3]);
@@ -49,4 +49,4 @@ std::size_t RegionPoints::count(const Plane& plane, std::size_t to_beat) const {
   return found;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::detection

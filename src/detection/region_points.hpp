@@ -6,16 +6,17 @@
 #include <span>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::detection {
 
 /// A region's points as RANSAC scores them: flat arrays of floats about the region's first point.
 class RegionPoints {
  public:
-  using Index = PointWindow::Index;
+  using Index = occupancy::PointWindow::Index;
 
   /// Of every `stride`-th of `points` (not empty). `cos_aligned`: least cosine between a plane's
   /// normal and an inlier's own; −1: no limit.
-  RegionPoints(const MapView& map, std::span<const Index> points, std::size_t stride, float cos_aligned);
+  RegionPoints(const surfaces::MapView& map, std::span<const Index> points, std::size_t stride,
+               float cos_aligned);
 
   std::size_t size() const { return size_; }
 
@@ -27,7 +28,7 @@ class RegionPoints {
   void for_each(const Plane& plane, Visit&& visit) const {
     const Local p = local(plane);
     for (std::size_t k = 0; k < size_; k += 4) {
-      const LaneMask on = belong(k, p);
+      const geometry::LaneMask on = belong(k, p);
       for (std::size_t lane = 0; lane < 4 && k + lane < size_; ++lane) visit(k + lane, on[lane] != 0);
     }
   }
@@ -40,17 +41,21 @@ class RegionPoints {
   Local local(const Plane& plane) const {
     return {plane.normal.cast<float>(), static_cast<float>(plane.offset - plane.normal.dot(reference_))};
   }
-  LaneMask belong(std::size_t k, const Local& p) const {
-    const Lanes distance = p.normal.x() * load_lanes(&x_[k]) + p.normal.y() * load_lanes(&y_[k]) +
-                           p.normal.z() * load_lanes(&z_[k]) - p.offset;
-    const Lanes cosine = p.normal.x() * load_lanes(&normal_x_[k]) + p.normal.y() * load_lanes(&normal_y_[k]) +
-                         p.normal.z() * load_lanes(&normal_z_[k]);
-    const Lanes facing = p.normal.x() * load_lanes(&view_x_[k]) + p.normal.y() * load_lanes(&view_y_[k]) +
-                         p.normal.z() * load_lanes(&view_z_[k]);
-    const Lanes excess = load_lanes(&excess_[k]);
-    constexpr auto least = static_cast<float>(NoiseModel::least_facing);
-    const Lanes share = least + (1 - least) * (where(facing < 0, -facing) + where(facing >= 0, facing));
-    const Lanes tolerance = load_lanes(&base_[k]) + excess * share;
+  geometry::LaneMask belong(std::size_t k, const Local& p) const {
+    const geometry::Lanes distance = p.normal.x() * geometry::load_lanes(&x_[k]) +
+                                     p.normal.y() * geometry::load_lanes(&y_[k]) +
+                                     p.normal.z() * geometry::load_lanes(&z_[k]) - p.offset;
+    const geometry::Lanes cosine = p.normal.x() * geometry::load_lanes(&normal_x_[k]) +
+                                   p.normal.y() * geometry::load_lanes(&normal_y_[k]) +
+                                   p.normal.z() * geometry::load_lanes(&normal_z_[k]);
+    const geometry::Lanes facing = p.normal.x() * geometry::load_lanes(&view_x_[k]) +
+                                   p.normal.y() * geometry::load_lanes(&view_y_[k]) +
+                                   p.normal.z() * geometry::load_lanes(&view_z_[k]);
+    const geometry::Lanes excess = geometry::load_lanes(&excess_[k]);
+    constexpr auto least = static_cast<float>(sensing::NoiseModel::least_facing);
+    const geometry::Lanes share =
+        least + (1 - least) * (geometry::where(facing < 0, -facing) + geometry::where(facing >= 0, facing));
+    const geometry::Lanes tolerance = geometry::load_lanes(&base_[k]) + excess * share;
     return (distance <= tolerance) & (-distance <= tolerance) & (cosine >= cos_aligned_);
   }
 
@@ -63,4 +68,4 @@ class RegionPoints {
       excess_;  // tolerance of a plane seen edge-on, and how much more one seen head-on has
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::detection

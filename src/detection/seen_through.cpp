@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace octosurf {
+namespace octosurf::detection {
 
 SurfaceId SeenThrough::operator()(Index i) {
   if (!map_.parameters.aligned()) return 0;
@@ -12,7 +12,7 @@ SurfaceId SeenThrough::operator()(Index i) {
 }
 
 /// In the block of the point and those around it: within eight voxels.
-const SeenThrough::Surfaces& SeenThrough::near(VoxelKey key) {
+const SeenThrough::Surfaces& SeenThrough::near(geometry::VoxelKey key) {
   const auto [entry, fresh] = near_.try_emplace(key.packed() & blocks);
   Surfaces& surfaces = entry.value();
   if (fresh)
@@ -20,16 +20,16 @@ const SeenThrough::Surfaces& SeenThrough::near(VoxelKey key) {
   return surfaces;
 }
 
-SurfaceId SeenThrough::in_front_of(const VoxelPoint& p) {
+SurfaceId SeenThrough::in_front_of(const occupancy::VoxelPoint& p) {
   constexpr double farthest = 0.3;  // m; deeper than any noise this could be
   const double depth = std::min(farthest, 2.5 * map_.noise.tolerance(p.range_class));
-  for (const SurfaceModel* surface : near(p.key)) {
+  for (const surfaces::SurfaceModel* surface : near(p.key)) {
     const double behind = -surface->distance(p.position);
     if (behind <= 0 || behind > depth) continue;
     const auto facing = static_cast<float>(surface->plane().normal.dot(p.view.cast<double>()));
     if (facing < 0.2F) continue;
     const Eigen::Vector3f crossing = p.position + p.view * (static_cast<float>(behind) / facing);
-    const PlaneCell cell = surface->cell_of(crossing);
+    const geometry::PlaneCell cell = surface->cell_of(crossing);
     // At the surface's border three of nine cells are missing. Points seen past its edge are not its noise.
     int around = 0;
     for (int v = -1; v <= 1; ++v)
@@ -39,4 +39,4 @@ SurfaceId SeenThrough::in_front_of(const VoxelPoint& p) {
   return 0;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::detection

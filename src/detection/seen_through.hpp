@@ -6,30 +6,30 @@
 #include <tsl/robin_map.h>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::detection {
 
 /// Which points are seen through a surface. The answer for a point is kept, so no surface may change
 /// meanwhile. None are where Parameters::aligned() is false: the paper has no such rule.
 class SeenThrough {
  public:
-  using Index = PointWindow::Index;
+  using Index = occupancy::PointWindow::Index;
 
-  explicit SeenThrough(const MapView& map) : map_(map) {}
+  explicit SeenThrough(const surfaces::MapView& map) : map_(map) {}
 
   /// The surface just in front of the point that the line of sight to it passes through; 0: none.
   SurfaceId operator()(Index i);
 
  private:
-  using Surfaces = std::vector<const SurfaceModel*>;
+  using Surfaces = std::vector<const surfaces::SurfaceModel*>;
   static constexpr SurfaceId unknown = ~SurfaceId{0};
   static constexpr std::uint64_t blocks = 0xfff8fff8fff8ULL;  // of eight voxels along each axis
 
-  const Surfaces& near(VoxelKey key);
-  SurfaceId in_front_of(const VoxelPoint& p);
+  const Surfaces& near(geometry::VoxelKey key);
+  SurfaceId in_front_of(const occupancy::VoxelPoint& p);
 
-  const MapView& map_;
+  const surfaces::MapView& map_;
   std::vector<SurfaceId> answers_;
-  tsl::robin_map<std::uint64_t, Surfaces, PackedKeyHash> near_;
+  tsl::robin_map<std::uint64_t, Surfaces, geometry::PackedKeyHash> near_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::detection

@@ -18,25 +18,27 @@ using Votes = std::array<int, edge_kind_names.size()>;
 /// Looks at one surface's edges.
 class EdgeLabeller {
  public:
-  EdgeLabeller(const MapState& state, const Surface& surface)
+  EdgeLabeller(const surfaces::MapState& state, const Surface& surface)
       : state_(state),
         surface_(surface),
         d_(state.parameters.occupancy.resolution),
         h_(state.parameters.max_hole_size()),
         normal_(surface.plane.normal) {
     unsigned farthest = 1;
-    if (const SurfaceModel* model = state.surfaces.find(surface.id))
-      model->for_each_inlier(
-          [&](const Inlier& inlier) { farthest = std::max<unsigned>(farthest, inlier.range_class); });
+    if (const surfaces::SurfaceModel* model = state.surfaces.find(surface.id))
+      model->for_each_inlier([&](const surfaces::Inlier& inlier) {
+        farthest = std::max<unsigned>(farthest, inlier.range_class);
+      });
     reach_off_plane_ = 1.5 * state.noise.tolerance(farthest) + d_;
-    const bool beyond_a_camera = farthest > range_class_of(static_cast<float>(depth_camera_max_range));
+    const bool beyond_a_camera =
+        farthest > sensing::range_class_of(static_cast<float>(sensing::depth_camera_max_range));
     max_range_ = state.parameters.occupancy.max_range.value_or(
-        beyond_a_camera ? std::numeric_limits<double>::infinity() : depth_camera_max_range);
+        beyond_a_camera ? std::numeric_limits<double>::infinity() : sensing::depth_camera_max_range);
   }
 
   std::vector<EdgeKind> label(const Ring2& ring) const {
     const std::size_t n = ring.size();
-    std::vector<std::optional<VoxelPoint>> seen(n);
+    std::vector<std::optional<occupancy::VoxelPoint>> seen(n);
     for (std::size_t k = 0; k < n; ++k) seen[k] = inlier_at(surface_.to_map(ring[k]));
     std::vector<EdgeKind> kinds(n);
     for (std::size_t k = 0; k < n; ++k)
@@ -49,22 +51,22 @@ class EdgeLabeller {
   }
 
  private:
-  std::optional<OccupancyMap::Lookup> at(const Eigen::Vector3d& p) const {
-    VoxelKey key;
+  std::optional<occupancy::OccupancyMap::Lookup> at(const Eigen::Vector3d& p) const {
+    geometry::VoxelKey key;
     if (!state_.occupancy.grid().key_of(p.cast<float>(), key)) return {};
     return state_.occupancy.at(key);
   }
   bool is_free(const Eigen::Vector3d& p) const {
     const auto found = at(p);
-    return found && found->state == OccupancyMap::State::free;
+    return found && found->state == occupancy::OccupancyMap::State::free;
   }
-  double off_plane(const VoxelPoint& p) const {
+  double off_plane(const occupancy::VoxelPoint& p) const {
     return std::fabs(surface_.plane.signed_distance(p.position.cast<double>()));
   }
 
   /// The inlier that a vertex is the projection of.
-  std::optional<VoxelPoint> inlier_at(const Eigen::Vector3d& vertex) const {
-    std::optional<VoxelPoint> best;
+  std::optional<occupancy::VoxelPoint> inlier_at(const Eigen::Vector3d& vertex) const {
+    std::optional<occupancy::VoxelPoint> best;
     double nearest = 2 * d_;
     for (double t = -reach_off_plane_; t <= reach_off_plane_; t += d_ / 2) {
       const auto found = at(vertex + t * normal_);
@@ -98,10 +100,10 @@ class EdgeLabeller {
   }
 
   /// Why a place on the plane is unknown, whose neighbour `seen` is an inlier.
-  EdgeKind unknown_because(const Eigen::Vector3d& place, const VoxelPoint& seen,
+  EdgeKind unknown_because(const Eigen::Vector3d& place, const occupancy::VoxelPoint& seen,
                            const Eigen::Vector3d& outward, double tolerance) const {
     const Eigen::Vector3d view = seen.view.cast<double>();
-    const float range = range_of_class(seen.range_class);
+    const float range = sensing::range_of_class(seen.range_class);
     const Eigen::Vector3d to_sensor = seen.position.cast<double>() + range * view - place;
     const Eigen::Vector3d sight = to_sensor.normalized();
     const double farthest = to_sensor.norm() / class_spread;  // not on into what stands behind the sensor
@@ -128,7 +130,8 @@ class EdgeLabeller {
   }
 
   EdgeKind vote(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
-                const std::optional<VoxelPoint>& seen_from, const std::optional<VoxelPoint>& seen_to) const {
+                const std::optional<occupancy::VoxelPoint>& seen_from,
+                const std::optional<occupancy::VoxelPoint>& seen_to) const {
     const Eigen::Vector2d along = to - from;
     // Rings run with the surface on their left.
     const Eigen::Vector3d outward =
@@ -137,7 +140,7 @@ class EdgeLabeller {
     Votes votes{};
     for (int k = 0; k < samples; ++k) {
       const double share = (k + 0.5) / samples;
-      const std::optional<VoxelPoint>& nearer = share < 0.5 ? seen_from : seen_to;
+      const std::optional<occupancy::VoxelPoint>& nearer = share < 0.5 ? seen_from : seen_to;
       cast_votes(surface_.to_map(from + share * along), outward,
                  nearer      ? nearer
                  : seen_from ? seen_from
@@ -149,7 +152,7 @@ class EdgeLabeller {
 
   /// Two votes of a place on an edge.
   void cast_votes(const Eigen::Vector3d& base, const Eigen::Vector3d& outward,
-                  const std::optional<VoxelPoint>& seen, Votes& votes) const {
+                  const std::optional<occupancy::VoxelPoint>& seen, Votes& votes) const {
     const double tolerance = state_.noise.tolerance(seen ? seen->range_class : 1);
     const Eigen::Vector3d view = seen ? Eigen::Vector3d(seen->view.cast<double>()) : normal_;
     const auto give = [&](EdgeKind kind, int count) { votes[static_cast<std::size_t>(kind)] += count; };
@@ -162,7 +165,7 @@ class EdgeLabeller {
       give(seen ? unknown_because(base + x * outward, *seen, outward, tolerance) : EdgeKind::frontier, 1);
   }
 
-  const MapState& state_;
+  const surfaces::MapState& state_;
   const Surface& surface_;
   double d_, h_;
   Eigen::Vector3d normal_;

@@ -13,24 +13,25 @@
 namespace octosurf {
 namespace {
 
-using Index = PointWindow::Index;
+using Index = occupancy::PointWindow::Index;
 
 /// The point nearest to `at` within `radius`; the lower key wins a tie.
-std::optional<VoxelPoint> nearest_point(const OccupancyMap& occupancy, VoxelKey key,
-                                        const Eigen::Vector3d& at, double radius) {
+std::optional<occupancy::VoxelPoint> nearest_point(const occupancy::OccupancyMap& occupancy,
+                                                   geometry::VoxelKey key, const Eigen::Vector3d& at,
+                                                   double radius) {
   const int reach = static_cast<int>(std::ceil(radius / occupancy.grid().resolution()));
   const auto first = [&](std::uint16_t k) { return std::max(0, k - reach) / 8; };
   const auto last = [&](std::uint16_t k) { return std::min(65535, k + reach) / 8; };
-  std::vector<VoxelPoint> points;
+  std::vector<occupancy::VoxelPoint> points;
   for (int z = first(key.z); z <= last(key.z); ++z)
     for (int y = first(key.y); y <= last(key.y); ++y)
       for (int x = first(key.x); x <= last(key.x); ++x)
         occupancy.read_block({static_cast<std::uint16_t>(8 * x), static_cast<std::uint16_t>(8 * y),
                               static_cast<std::uint16_t>(8 * z)},
                              points);
-  std::optional<VoxelPoint> best;
+  std::optional<occupancy::VoxelPoint> best;
   double nearest = radius;
-  for (const VoxelPoint& p : points) {
+  for (const occupancy::VoxelPoint& p : points) {
     const double distance = (p.position.cast<double>() - at).norm();
     if (distance > nearest || (best && distance == nearest && best->key < p.key)) continue;
     nearest = distance;
@@ -40,10 +41,10 @@ std::optional<VoxelPoint> nearest_point(const OccupancyMap& occupancy, VoxelKey 
 }
 
 /// The surface with the nearest inlier; the lower id wins a tie.
-void find_nearest_surface(const MapState& state, Explanation& result) {
+void find_nearest_surface(const surfaces::MapState& state, Explanation& result) {
   double nearest_sq = std::numeric_limits<double>::infinity();
   for (const auto& [id, surface] : state.surfaces)
-    surface.for_each_inlier([&, surface_id = id](const Inlier& inlier) {
+    surface.for_each_inlier([&, surface_id = id](const surfaces::Inlier& inlier) {
       const double distance_sq = (inlier.position.cast<double>() - result.asked).squaredNorm();
       if (distance_sq >= nearest_sq) return;
       nearest_sq = distance_sq;
@@ -53,13 +54,13 @@ void find_nearest_surface(const MapState& state, Explanation& result) {
 }
 
 /// Where the place lies, seen along the surface's normal: on it, in a hole of it, or beside it.
-Reason place_on(const SurfaceModel& surface, const Eigen::Vector3d& at) {
+Reason place_on(const surfaces::SurfaceModel& surface, const Eigen::Vector3d& at) {
   const Eigen::Vector2d uv = (surface.pose().inverse() * at).head<2>();
   Reason place = Reason::beside_surface;
   for (const Polygon& polygon : surface.polygons()) {
-    if (!inside(polygon.outer, uv)) continue;
+    if (!geometry::inside(polygon.outer, uv)) continue;
     const bool in_hole = std::any_of(polygon.holes.begin(), polygon.holes.end(),
-                                     [&](const Ring2& hole) { return inside(hole, uv); });
+                                     [&](const Ring2& hole) { return geometry::inside(hole, uv); });
     if (!in_hole) return Reason::on_surface;
     place = Reason::in_hole;  // unless on an island in it
   }
@@ -67,7 +68,8 @@ Reason place_on(const SurfaceModel& surface, const Eigen::Vector3d& at) {
 }
 
 /// A surface whose plane passes by within s, the nearest plane first, of which `at` is a part or a hole.
-std::optional<std::pair<SurfaceId, Reason>> surface_around(const MapState& state, const Eigen::Vector3d& at) {
+std::optional<std::pair<SurfaceId, Reason>> surface_around(const surfaces::MapState& state,
+                                                           const Eigen::Vector3d& at) {
   std::optional<std::pair<SurfaceId, Reason>> found;
   double nearest = std::max(state.parameters.surface_tolerance(), state.parameters.occupancy.resolution);
   for (const auto& [id, surface] : state.surfaces) {
@@ -86,47 +88,49 @@ std::optional<std::pair<SurfaceId, Reason>> surface_around(const MapState& state
 /// the map's, which stays as it is.
 class Rerun {
  public:
-  Rerun(const MapState& map, VoxelKey place)
+  Rerun(const surfaces::MapState& map, geometry::VoxelKey place)
       : state_(map.parameters),
-        ledger_(state_, PointWindow::read_only(map.occupancy)),
+        ledger_(state_, occupancy::PointWindow::read_only(map.occupancy)),
         cylinders_(map.cylinders),
         place_(place) {
     // Planes take no notice of cylinders, and the points to begin with are chosen here.
-    state_.surfaces = SurfaceStore::beside(map.surfaces);
+    state_.surfaces = surfaces::SurfaceStore::beside(map.surfaces);
     state_.noise = map.noise;
     const Parameters& p = map.parameters;
     const double radius = std::max(4 * p.max_hole_size(), 2 * p.search_radius());
     const std::vector<Index> pending = pending_within(radius);
     std::map<Index, SurfaceId> in_front;  // asked before detection changes the surfaces
-    SeenThrough seen_through(ledger_);
+    detection::SeenThrough seen_through(ledger_);
     for (const Index i : pending)
       if (const SurfaceId surface = seen_through(i); surface != 0) in_front[i] = surface;
-    for (const Refused& refused : detect_from(ledger_, pending).refused)
+    for (const detection::Refused& refused : detection::detect_from(ledger_, pending).refused)
       for (const Index i : refused.points) refused_.try_emplace(i, refused.why);
     for (const auto& [i, surface] : in_front)
-      refused_.try_emplace(i, Refusal{.reason = Reason::seen_through, .surface = surface});
-    for (const VoxelKey key : pending_) taken_[key] = ledger_.window[ledger_.window.find(key)].surface;
-    refit(ledger_);  // dissolves surfaces that do not pass its checks
+      refused_.try_emplace(i, surfaces::Refusal{.reason = Reason::seen_through, .surface = surface});
+    for (const geometry::VoxelKey key : pending_)
+      taken_[key] = ledger_.window[ledger_.window.find(key)].surface;
+    upkeep::refit(ledger_);  // dissolves surfaces that do not pass its checks
   }
 
   /// Why the point is pending; Reason::waiting if detection would take it now.
-  Refusal reason(VoxelKey key) {
+  surfaces::Refusal reason(geometry::VoxelKey key) {
     if (const CylinderId cylinder = cylinders_.owner(key); cylinder != 0)
       return {.reason = Reason::on_cylinder, .cylinder = cylinder};
     const Index i = ledger_.window.find(key);
     if (const SurfaceId born = taken_[key]; born != 0) {
       const auto dissolved = ledger_.changes.unsound.find(born);
-      return dissolved == ledger_.changes.unsound.end() ? Refusal{Reason::waiting} : dissolved->second;
+      return dissolved == ledger_.changes.unsound.end() ? surfaces::Refusal{Reason::waiting}
+                                                        : dissolved->second;
     }
     if (const auto found = refused_.find(i); found != refused_.end()) return found->second;
-    const LocalPlane& local = ledger_.normals.at(i);
+    const surfaces::LocalPlane& local = ledger_.normals.at(i);
     if (!local.known) return {Reason::no_normal};
     return {Reason::not_flat, local.curvature, ledger_.parameters.detection.max_curvature};
   }
 
   std::map<Reason, std::size_t> reasons_within(double radius, const Eigen::Vector3d& at) {
     std::map<Reason, std::size_t> counts;
-    for (const VoxelKey key : pending_)
+    for (const geometry::VoxelKey key : pending_)
       if ((ledger_.window[ledger_.window.find(key)].position.cast<double>() - at).norm() <= radius)
         ++counts[reason(key).reason];
     return counts;
@@ -144,26 +148,27 @@ class Rerun {
     return pending;
   }
 
-  MapState state_;  // what detection and refit() add to the map
-  Ledger ledger_;
-  const CylinderStore& cylinders_;
-  VoxelKey place_;
-  std::vector<VoxelKey> pending_;
-  std::map<VoxelKey, SurfaceId> taken_;  // by detection, before refit()
-  std::map<Index, Refusal> refused_;
+  surfaces::MapState state_;  // what detection and refit() add to the map
+  surfaces::Ledger ledger_;
+  const surfaces::CylinderStore& cylinders_;
+  geometry::VoxelKey place_;
+  std::vector<geometry::VoxelKey> pending_;
+  std::map<geometry::VoxelKey, SurfaceId> taken_;  // by detection, before refit()
+  std::map<Index, surfaces::Refusal> refused_;
 };
 
-void state_reason(const Refusal& refusal, Explanation& result) {
+void state_reason(const surfaces::Refusal& refusal, Explanation& result) {
   result.reason = refusal.reason;
-  result.sentence = sentence_of(refusal);
+  result.sentence = diagnosis::sentence_of(refusal);
   result.surface = refusal.surface;
   result.cylinder = refusal.cylinder;
-  result.figures = figures_of(refusal);
+  result.figures = diagnosis::figures_of(refusal);
 }
 
-void explain_pending(const MapState& state, const VoxelPoint& point, Explanation& result) {
+void explain_pending(const surfaces::MapState& state, const occupancy::VoxelPoint& point,
+                     Explanation& result) {
   Rerun rerun(state, point.key);
-  Refusal refusal = rerun.reason(point.key);
+  surfaces::Refusal refusal = rerun.reason(point.key);
   if (refusal.reason == Reason::waiting) {
     refusal.measured = static_cast<double>(state.accumulated.size());
     refusal.limit = static_cast<double>(state.parameters.min_surface_points());
@@ -177,8 +182,8 @@ std::string scans_of(std::size_t count) {
 }
 
 /// Scans that might have made a surface here but for their poses, and those that may be why there is none.
-void explain_poses(const AlignmentState& alignment, Explanation& result) {
-  for (const AlignmentState::Misfit& misfit : alignment.misfits)
+void explain_poses(const surfaces::AlignmentState& alignment, Explanation& result) {
+  for (const surfaces::AlignmentState::Misfit& misfit : alignment.misfits)
     if ((misfit.position - result.asked).norm() <= misfit.reach_m)
       ++(misfit.left_out ? result.scans_left_out : result.scans_unexplained);
   if (result.reason == Reason::on_surface || result.reason == Reason::on_cylinder) return;
@@ -194,16 +199,16 @@ void explain_poses(const AlignmentState& alignment, Explanation& result) {
 
 Explanation explain(const Map& map, const Eigen::Vector3d& point) {
   if (!point.allFinite()) throw Error(Error::Kind::usage, "explain", "the point is not finite");
-  const MapState& state = map.state();
+  const surfaces::MapState& state = map.state();
   Explanation result;
   result.asked = point;
-  VoxelKey key;
+  geometry::VoxelKey key;
   if (!state.occupancy.grid().key_of(point.cast<float>(), key)) {
     state_reason({Reason::outside_map}, result);
     return result;
   }
   find_nearest_surface(state, result);
-  const std::optional<VoxelPoint> nearest =
+  const std::optional<occupancy::VoxelPoint> nearest =
       nearest_point(state.occupancy, key, point, state.parameters.max_hole_size());
   if (nearest) result.looked_at = nearest->position.cast<double>();
 
@@ -217,10 +222,10 @@ Explanation explain(const Map& map, const Eigen::Vector3d& point) {
     const Reason place = place_on(*state.surfaces.find(nearest->surface), point);
     state_reason({.reason = place, .surface = nearest->surface}, result);
   } else {
-    const OccupancyMap::State here = state.occupancy.at(key).state;
-    state_reason({here == OccupancyMap::State::unknown ? Reason::unseen
-                  : here == OccupancyMap::State::free  ? Reason::free_space
-                                                       : Reason::no_point},
+    const occupancy::OccupancyMap::State here = state.occupancy.at(key).state;
+    state_reason({here == occupancy::OccupancyMap::State::unknown ? Reason::unseen
+                  : here == occupancy::OccupancyMap::State::free  ? Reason::free_space
+                                                                  : Reason::no_point},
                  result);
   }
   explain_poses(state.alignment, result);

@@ -13,7 +13,7 @@ namespace {
 
 class Checker {
  public:
-  explicit Checker(const MapState& state) : state_(state) {}
+  explicit Checker(const surfaces::MapState& state) : state_(state) {}
 
   std::vector<std::string> operator()() {
     check_points();
@@ -35,13 +35,13 @@ class Checker {
   /// Nothing is lost: every point is an inlier of exactly one surface or pending.
   void check_points() {
     std::size_t points = 0, owned = 0;
-    state_.occupancy.for_each_point([&](const VoxelPoint& p) {
+    state_.occupancy.for_each_point([&](const occupancy::VoxelPoint& p) {
       ++points;
-      if (state_.occupancy.at(p.key).state != OccupancyMap::State::occupied)
+      if (state_.occupancy.at(p.key).state != occupancy::OccupancyMap::State::occupied)
         report("voxel ", p.key.packed(), " holds a point but is not occupied");
       if (p.surface == 0) return;
       ++owned;
-      const SurfaceModel* surface = state_.surfaces.find(p.surface);
+      const surfaces::SurfaceModel* surface = state_.surfaces.find(p.surface);
       if (surface == nullptr)
         report("voxel ", p.key.packed(), " belongs to surface ", p.surface, ", which is not there");
     });
@@ -51,15 +51,15 @@ class Checker {
     if (inliers != owned) report(inliers, " inliers, but ", owned, " voxels that belong to a surface");
   }
 
-  void check_surface(SurfaceId id, const SurfaceModel& surface) {
+  void check_surface(SurfaceId id, const surfaces::SurfaceModel& surface) {
     const auto n = static_cast<std::size_t>(state_.parameters.min_surface_points());
     if (surface.size() < n) report("surface ", id, " has ", surface.size(), " inliers, fewer than n = ", n);
     if (id >= state_.surfaces.next_id()) report("surface ", id, " is not below the next id");
     check_plane(id, surface.plane(), surface.pose());
-    Moments sums;
-    for (const Inlier& inlier : surface.sorted_inliers()) {
+    geometry::Moments sums;
+    for (const surfaces::Inlier& inlier : surface.sorted_inliers()) {
       sums.add(inlier.position.cast<double>() - surface.reference());
-      const OccupancyMap::Lookup voxel = state_.occupancy.at(inlier.key);
+      const occupancy::OccupancyMap::Lookup voxel = state_.occupancy.at(inlier.key);
       if (!voxel.point || voxel.point->surface != id)
         report("inlier ", inlier.key.packed(), " of surface ", id, " does not say so in the octree");
       else if (voxel.point->position != inlier.position)
@@ -68,7 +68,7 @@ class Checker {
       if (std::find(near.begin(), near.end(), id) == near.end())
         report("surface ", id, " is not found at its inlier ", inlier.key.packed());
     }
-    const Moments kept = surface.moments(nullptr);
+    const geometry::Moments kept = surface.moments(nullptr);
     if (std::fabs(kept.count - sums.count) > 1e-6 ||
         (kept.sum - sums.sum).norm() > 1e-6 * (1 + sums.sum.norm()) ||
         (kept.outer - sums.outer).norm() > 1e-6 * (1 + sums.outer.norm()))
@@ -86,7 +86,7 @@ class Checker {
   }
 
   /// The voxels that support a cylinder are pending, its own, and near its mantle.
-  void check_cylinder(CylinderId id, const CylinderModel& cylinder) {
+  void check_cylinder(CylinderId id, const surfaces::CylinderModel& cylinder) {
     const auto n = static_cast<std::size_t>(state_.parameters.min_surface_points());
     if (cylinder.inliers.size() < n)
       report("cylinder ", id, " has ", cylinder.inliers.size(), " inliers, fewer than n = ", n);
@@ -94,7 +94,7 @@ class Checker {
     if (std::fabs(cylinder.shape.axis.norm() - 1) > 1e-9)
       report("cylinder ", id, "'s axis is not of length 1");
     for (const auto& [key, inlier] : cylinder.inliers) {
-      const OccupancyMap::Lookup voxel = state_.occupancy.at(key);
+      const occupancy::OccupancyMap::Lookup voxel = state_.occupancy.at(key);
       if (!voxel.point || voxel.point->surface != 0)
         report("inlier ", key.packed(), " of cylinder ", id, " is not pending");
       else if (voxel.point->position != inlier.position)
@@ -107,7 +107,7 @@ class Checker {
     }
   }
 
-  void check_published(const Cylinder& published, const CylinderModel& cylinder) {
+  void check_published(const Cylinder& published, const surfaces::CylinderModel& cylinder) {
     const CylinderPtr now = cylinder.publish(published.revision);
     if (published.id != cylinder.id || published.inliers != now->inliers ||
         (published.axis_point - now->axis_point).norm() > 1e-9 ||
@@ -127,7 +127,7 @@ class Checker {
     for (const SurfacePtr& surface : snapshot->surfaces) {
       if (surface->id <= last) report("the snapshot is not in order of id");
       last = surface->id;
-      const SurfaceModel* model = state_.surfaces.find(surface->id);
+      const surfaces::SurfaceModel* model = state_.surfaces.find(surface->id);
       if (model == nullptr || model->size() != surface->inliers)
         report("surface ", surface->id, " of the snapshot is not the map's");
       check_polygons(*surface);
@@ -135,7 +135,7 @@ class Checker {
     if (snapshot->cylinders.size() != state_.cylinders.size())
       report("the snapshot has ", snapshot->cylinders.size(), " cylinders of ", state_.cylinders.size());
     for (const CylinderPtr& cylinder : snapshot->cylinders)
-      if (const CylinderModel* model = state_.cylinders.find(cylinder->id))
+      if (const surfaces::CylinderModel* model = state_.cylinders.find(cylinder->id))
         check_published(*cylinder, *model);
       else
         report("cylinder ", cylinder->id, " of the snapshot is not in the map");
@@ -165,13 +165,14 @@ class Checker {
   }
   void check_ring(SurfaceId id, const Ring2& ring, bool outer, double h) {
     if (ring.size() < 3) report("surface ", id, " has a ring of ", ring.size(), " vertices");
-    if ((signed_area(ring) > 0) != outer) report("surface ", id, " has a ring that runs the wrong way");
+    if ((geometry::signed_area(ring) > 0) != outer)
+      report("surface ", id, " has a ring that runs the wrong way");
     for (std::size_t i = 0; i < ring.size(); ++i)
       if ((ring[i] - ring[(i + 1) % ring.size()]).norm() > h + 1e-9)
         report("surface ", id, " has boundary points more than h apart");
   }
 
-  const MapState& state_;
+  const surfaces::MapState& state_;
   std::vector<std::string> violations_;
 };
 

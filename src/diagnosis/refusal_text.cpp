@@ -3,7 +3,7 @@
 #include <locale>
 #include <sstream>
 
-namespace octosurf {
+namespace octosurf::diagnosis {
 namespace {
 
 template <class Value>
@@ -22,7 +22,7 @@ void replace_all(std::string& sentence, std::string_view placeholder, std::strin
 
 }  // namespace
 
-std::string sentence_of(const Refusal& refusal) {
+std::string sentence_of(const surfaces::Refusal& refusal) {
   std::string sentence(text_of(refusal.reason).sentence);
   replace_all(sentence, "{what}", refusal.what);
   replace_all(sentence, "{measured}", text(refusal.measured));
@@ -34,7 +34,7 @@ std::string sentence_of(const Refusal& refusal) {
   return sentence;
 }
 
-std::vector<Figure> figures_of(const Refusal& refusal) {
+std::vector<Figure> figures_of(const surfaces::Refusal& refusal) {
   const ReasonText& told = text_of(refusal.reason);
   if (told.figure.empty() || (refusal.measured == 0 && refusal.limit == 0)) return {};
   Figure figure{std::string(told.figure), refusal.measured, std::string(told.unit), {}, {}};
@@ -42,4 +42,4 @@ std::vector<Figure> figures_of(const Refusal& refusal) {
   return {figure};
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::diagnosis

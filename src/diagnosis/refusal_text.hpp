@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::diagnosis {
 
 /// The reason's sentence with its numbers and ids filled in.
-std::string sentence_of(const Refusal& refusal);
+std::string sentence_of(const surfaces::Refusal& refusal);
 /// The number behind it, if there is one.
-std::vector<Figure> figures_of(const Refusal& refusal);
+std::vector<Figure> figures_of(const surfaces::Refusal& refusal);
 
-}  // namespace octosurf
+}  // namespace octosurf::diagnosis

@@ -10,7 +10,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::evaluation {
 namespace {
 
 using evaluation::Pair;
@@ -344,4 +344,4 @@ Evaluation evaluate(const Snapshot& snapshot, const Truth& truth, const Evaluati
   return result;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::evaluation

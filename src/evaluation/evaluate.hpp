@@ -11,7 +11,7 @@
 
 #include <octosurf/surface.hpp>
 
-namespace octosurf {
+namespace octosurf::evaluation {
 
 struct EvaluationOptions {
   double min_area = 0.05;                   ///< m²: faces of which less was seen are not judged, nor are
@@ -148,4 +148,4 @@ Evaluation evaluate(const Snapshot& snapshot, const Truth& truth, const Evaluati
 /// empty, found}].
 std::string to_json(const Evaluation& evaluation);
 
-}  // namespace octosurf
+}  // namespace octosurf::evaluation

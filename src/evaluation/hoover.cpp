@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
-namespace octosurf {
+namespace octosurf::evaluation {
 namespace {
 
 void match_correct(const HooverRegions& regions, const std::vector<Overlap>& overlaps, double threshold,
@@ -119,4 +119,4 @@ HooverResult hoover(const HooverRegions& regions, const std::vector<Overlap>& ov
   return result;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::evaluation

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::evaluation {
 
 /// What became of a true region, after Hoover et al., An experimental comparison of range image
 /// segmentation algorithms, PAMI 1996.
@@ -56,4 +56,4 @@ struct HooverResult {
 /// a true region that is not judged. Cost O(n log n) in overlaps.
 HooverResult hoover(const HooverRegions& regions, const std::vector<Overlap>& overlaps, double threshold);
 
-}  // namespace octosurf
+}  // namespace octosurf::evaluation

@@ -10,7 +10,7 @@
 #include <octosurf/error.hpp>
 #include <octosurf/scan.hpp>
 
-namespace octosurf {
+namespace octosurf::evaluation {
 namespace {
 
 namespace fs = std::filesystem;
@@ -23,7 +23,7 @@ constexpr std::uint32_t largest_image = 16384;  // pixels a side
 }
 
 LabelledCloud load_pcd(const fs::path& file) {
-  const auto [cloud, labels] = read_labelled_pcd(file);
+  const auto [cloud, labels] = io::read_labelled_pcd(file);
   require_rigid(cloud.T_map_sensor, file.string());
   if (labels.field.empty())
     refuse(file, "has no labels", "they are expected in a 4-byte field label or intensity");
@@ -128,4 +128,4 @@ LabelledCloud load_labelled_cloud(const fs::path& path) {
   return cloud;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::evaluation

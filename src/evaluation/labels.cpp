@@ -9,7 +9,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::evaluation {
 namespace {
 
 double share(std::size_t part, std::size_t whole) {
@@ -211,4 +211,4 @@ LabelEvaluation evaluate_labels(const LabelledCloud& cloud, std::span<const Eige
   return result;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::evaluation

@@ -13,7 +13,7 @@
 
 #include <octosurf/surface.hpp>
 
-namespace octosurf {
+namespace octosurf::evaluation {
 
 /// One scan whose points are labelled by hand or by construction. Points without reading are left
 /// out; label 0 is "unlabelled".
@@ -90,4 +90,4 @@ LabelEvaluation evaluate_labels(const LabelledCloud& cloud, std::span<const Eige
 /// surface, by_surface, of_surface, iou, normal_deg, offset_m}].
 std::string to_json(const LabelEvaluation& evaluation);
 
-}  // namespace octosurf
+}  // namespace octosurf::evaluation

@@ -10,7 +10,7 @@ constexpr double smallest_hole_width = 0.1;  // m, diameter of the largest inscr
 
 bool mostly_visible(const Scene& scene, std::size_t face, const Ring2& ring) {
   std::size_t all = 0, visible = 0;
-  for_each_on_ring(ring, scene.options.grid, [&](const Eigen::Vector2d& uv) {
+  evaluation::for_each_on_ring(ring, scene.options.grid, [&](const Eigen::Vector2d& uv) {
     ++all;
     visible += scene.visible[face].near(uv, scene.reach());
   });
@@ -27,7 +27,7 @@ void append_boundary_distances(const Scene& scene, std::size_t face, std::size_t
                                std::vector<double>& distances) {
   const Eigen::Isometry3d T = T_surface_face(scene, face, surface);
   const auto along = [&](const Ring2& ring) {
-    for_each_on_ring(ring, scene.options.grid, [&](const Eigen::Vector2d& uv) {
+    evaluation::for_each_on_ring(ring, scene.options.grid, [&](const Eigen::Vector2d& uv) {
       if (!scene.visible[face].near(uv, scene.reach())) return;
       distances.push_back(scene.surfaces[surface].region.ring_distance(transfer(T, uv).head<2>()));
     });
@@ -38,20 +38,21 @@ void append_boundary_distances(const Scene& scene, std::size_t face, std::size_t
   }
 }
 
-std::vector<HoleScore> score_holes(const Scene& scene, std::size_t face, std::size_t surface) {
+std::vector<evaluation::HoleScore> score_holes(const Scene& scene, std::size_t face, std::size_t surface) {
   const Eigen::Isometry3d T = T_surface_face(scene, face, surface);
   const double cell_m2 = scene.options.grid * scene.options.grid;
-  std::vector<HoleScore> scores;
+  std::vector<evaluation::HoleScore> scores;
   for (const Polygon& polygon : scene.truth->faces[face].polygons) {
     for (const Ring2& hole : polygon.holes) {
       double radius = 0;
       std::size_t all = 0, empty = 0;
-      PlanarRegion({Polygon{hole, {}}}).for_each_cell(scene.options.grid, [&](const Eigen::Vector2d& uv) {
-        if (scene.faces[face].region.contains(uv)) return;  // an island
-        radius = std::max(radius, scene.faces[face].region.ring_distance(uv));
-        ++all;
-        empty += !scene.surfaces[surface].region.contains(transfer(T, uv).head<2>());
-      });
+      evaluation::PlanarRegion({Polygon{hole, {}}})
+          .for_each_cell(scene.options.grid, [&](const Eigen::Vector2d& uv) {
+            if (scene.faces[face].region.contains(uv)) return;  // an island
+            radius = std::max(radius, scene.faces[face].region.ring_distance(uv));
+            ++all;
+            empty += !scene.surfaces[surface].region.contains(transfer(T, uv).head<2>());
+          });
       const double area = static_cast<double>(all) * cell_m2;
       if (area < smallest_hole_m2 || 2 * radius <= smallest_hole_width ||
           !mostly_visible(scene, face, hole)) {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace octosurf {
+namespace octosurf::evaluation {
 namespace {
 
 constexpr double finest_row = 0.02;  // m: about one edge of an alpha shape
@@ -65,7 +65,8 @@ bool PlanarRegion::contains(const Eigen::Vector2d& uv) const {
   const std::size_t row = row_of(uv.y());
   for (std::size_t i = row_begin_[row]; i < row_begin_[row + 1]; ++i) {
     const Edge& edge = edges_[row_edges_[i]];
-    if (crosses(edge.a, edge.b, uv.y()) && uv.x() < crossing(edge.a, edge.b, uv.y())) inside = !inside;
+    if (geometry::crosses(edge.a, edge.b, uv.y()) && uv.x() < geometry::crossing(edge.a, edge.b, uv.y()))
+      inside = !inside;
   }
   return inside;
 }
@@ -75,7 +76,7 @@ void PlanarRegion::crossings_at(double v, std::vector<double>& u) const {
   const std::size_t row = row_of(v);
   for (std::size_t i = row_begin_[row]; i < row_begin_[row + 1]; ++i) {
     const Edge& edge = edges_[row_edges_[i]];
-    if (crosses(edge.a, edge.b, v)) u.push_back(crossing(edge.a, edge.b, v));
+    if (geometry::crosses(edge.a, edge.b, v)) u.push_back(geometry::crossing(edge.a, edge.b, v));
   }
   std::sort(u.begin(), u.end());
 }
@@ -127,4 +128,4 @@ double enclosed_area(const Ring2& ring) {
   return std::abs(twice) / 2;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::evaluation

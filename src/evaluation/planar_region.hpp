@@ -8,7 +8,7 @@
 
 #include <octosurf/surface.hpp>
 
-namespace octosurf {
+namespace octosurf::evaluation {
 
 /// Polygons of one plane, made ready for very many point queries.
 ///
@@ -77,4 +77,4 @@ void for_each_on_ring(const Ring2& ring, double step, Visit&& visit) {
 /// Area (m²) enclosed by a ring, positive whichever way round it runs.
 double enclosed_area(const Ring2& ring);
 
-}  // namespace octosurf
+}  // namespace octosurf::evaluation

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-namespace octosurf {
+namespace octosurf::evaluation {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -148,4 +148,4 @@ std::string to_json(const LabelEvaluation& evaluation) {
   return dump(json);
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::evaluation

@@ -40,7 +40,7 @@ void add_ring(const Ring2& ring, const std::string& where, Extent& extent) {
     if (!ring[i].allFinite()) throw Error(Error::Kind::data, where, "a vertex is not finite");
     extent.perimeter += (ring[(i + 1) % ring.size()] - ring[i]).norm();
   }
-  extent.area += enclosed_area(ring);
+  extent.area += evaluation::enclosed_area(ring);
 }
 
 Patch make_patch(const Plane& plane, const Eigen::Isometry3d& T, const std::vector<Polygon>& polygons,
@@ -56,13 +56,13 @@ Patch make_patch(const Plane& plane, const Eigen::Isometry3d& T, const std::vect
     throw Error(Error::Kind::data, where, "polygons enclose more than 10⁵ m² or are longer than 10⁶ m",
                 "coordinates must be in metres");
   }
-  return {plane, T, PlanarRegion(polygons), box};
+  return {plane, T, evaluation::PlanarRegion(polygons), box};
 }
 
 void find_pairs(Scene& scene) {
   scene.pairs_of_face.resize(scene.faces.size());
   scene.pairs_of_surface.resize(scene.surfaces.size());
-  const double margin = scene.tolerance + std::max(scene.snapshot->resolution, rim_width);
+  const double margin = scene.tolerance + std::max(scene.snapshot->resolution, evaluation::rim_width);
   for (std::size_t f = 0; f < scene.faces.size(); ++f) {
     const Patch& face = scene.faces[f];
     if (face.box.isEmpty()) continue;
@@ -79,7 +79,7 @@ void find_pairs(Scene& scene) {
   }
 }
 
-void add_faces(const Truth& truth, Scene& scene) {
+void add_faces(const evaluation::Truth& truth, Scene& scene) {
   if (truth.faces.empty()) {
     throw Error(Error::Kind::data, "truth", "it has no faces", "give the truth.json of a simulated scene");
   }
@@ -88,7 +88,7 @@ void add_faces(const Truth& truth, Scene& scene) {
   }
   Extent extent;
   std::size_t present_cells = 0;
-  for (const TrueFace& face : truth.faces) {
+  for (const evaluation::TrueFace& face : truth.faces) {
     const std::string where = "truth, face " + std::to_string(face.id) + " (" + face.name + ")";
     scene.faces.push_back(make_patch(face.plane, face.T_map_face, face.polygons, where, extent));
     scene.visible.emplace_back(face.visible, truth.cell, where);
@@ -114,13 +114,13 @@ void add_surfaces(const Snapshot& snapshot, Scene& scene) {
 
 }  // namespace
 
-VisibleCells::VisibleCells(std::vector<CellRun> runs, double cell, const std::string& where)
+VisibleCells::VisibleCells(std::vector<evaluation::CellRun> runs, double cell, const std::string& where)
     : runs_(std::move(runs)), cell_(cell) {
-  std::sort(runs_.begin(), runs_.end(), [](const CellRun& a, const CellRun& b) {
+  std::sort(runs_.begin(), runs_.end(), [](const evaluation::CellRun& a, const evaluation::CellRun& b) {
     return std::tie(a.row, a.column) < std::tie(b.row, b.column);
   });
-  const CellRun* before = nullptr;
-  for (const CellRun& run : runs_) {
+  const evaluation::CellRun* before = nullptr;
+  for (const evaluation::CellRun& run : runs_) {
     if (run.count <= 0) throw Error(Error::Kind::data, where, "a run of visible cells is empty");
     if (before && before->row == run.row && std::int64_t{before->column} + before->count > run.column) {
       throw Error(Error::Kind::data, where, "runs of visible cells overlap");
@@ -137,7 +137,7 @@ bool VisibleCells::near(const Eigen::Vector2d& uv, double reach) const {
   for (double row = std::floor((uv.y() - reach) / cell_); row <= last_row; ++row) {
     // The last run of the row that begins no later than the square ends.
     auto run = std::upper_bound(runs_.begin(), runs_.end(), std::pair(row, last_column),
-                                [](const std::pair<double, double>& key, const CellRun& other) {
+                                [](const std::pair<double, double>& key, const evaluation::CellRun& other) {
                                   return key < std::pair<double, double>(other.row, other.column);
                                 });
     if (run == runs_.begin()) continue;
@@ -153,7 +153,8 @@ double Scene::visible_m2(std::size_t face) const {
   return static_cast<double>(visible[face].count()) * truth->cell * truth->cell;
 }
 
-Scene prepare(const Snapshot& snapshot, const Truth& truth, const EvaluationOptions& options) {
+Scene prepare(const Snapshot& snapshot, const evaluation::Truth& truth,
+              const evaluation::EvaluationOptions& options) {
   options.validate();
   Scene scene;
   scene.snapshot = &snapshot;

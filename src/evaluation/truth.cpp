@@ -8,7 +8,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::evaluation {
 namespace {
 
 using Json = nlohmann::json;
@@ -186,4 +186,4 @@ Truth load_truth(const std::filesystem::path& file) {
   }
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::evaluation

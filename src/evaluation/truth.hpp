@@ -9,7 +9,7 @@
 
 #include <octosurf/surface.hpp>
 
-namespace octosurf {
+namespace octosurf::evaluation {
 
 /// A stretch of visible cells in one row of a face's grid: cells (column … column+count−1, row).
 struct CellRun {
@@ -47,4 +47,4 @@ void save_truth(const Truth& truth, const std::filesystem::path& file);
 /// Throws Error(data) for anything but a truth file.
 Truth load_truth(const std::filesystem::path& file);
 
-}  // namespace octosurf
+}  // namespace octosurf::evaluation

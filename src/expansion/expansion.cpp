@@ -8,7 +8,7 @@
 #include <cmath>
 #include <tuple>
 
-namespace octosurf {
+namespace octosurf::expansion {
 namespace {
 
 constexpr int adjacent_voxels = 2;  // flood: a neighbour, or one voxel left out
@@ -17,48 +17,48 @@ constexpr int contacts_to_merge = 6;
 
 }  // namespace
 
-Expansion::Expansion(Ledger& ledger)
+Expansion::Expansion(surfaces::Ledger& ledger)
     : ledger_(ledger),
       h_cells_(std::max(
           1, static_cast<int>(ledger.parameters.max_hole_size() / ledger.parameters.occupancy.resolution))),
       robust_(ledger.parameters.aligned()),
       cos_smooth_(static_cast<float>(std::cos(ledger.parameters.detection.smoothness_angle))) {}
 
-std::optional<double> Expansion::misfit(Index i, const SurfaceModel& surface) {
-  const VoxelPoint& p = ledger_.window[i];
+std::optional<double> Expansion::misfit(Index i, const surfaces::SurfaceModel& surface) {
+  const occupancy::VoxelPoint& p = ledger_.window[i];
   const double tolerance = ledger_.noise.tolerance(p, surface.plane());
   const double ratio = std::fabs(surface.distance(p.position)) / tolerance;
   if (ratio > 1) return {};
   const Eigen::Vector3f n = surface.plane().normal.cast<float>();
   if (n.dot(p.view) < -0.1F)
     return {};  // seen from behind: 6° beyond a right angle, as the stored view is exact to 4°
-  const LocalPlane& local = ledger_.normals.at(i);
+  const surfaces::LocalPlane& local = ledger_.normals.at(i);
   const bool sure = local.known && local.flat;
   if (sure ? local.normal.dot(n) < cos_smooth_ : ratio > 0.5) return {};
   return ratio;
 }
 
-bool Expansion::reaches(Index i, const SurfaceModel& surface, int cells) {
-  const VoxelPoint& p = ledger_.window[i];
-  const PlaneCell cell = surface.cell_of(p.position);
-  const std::optional<PlaneCell> nearest = surface.nearest(cell, cells);
+bool Expansion::reaches(Index i, const surfaces::SurfaceModel& surface, int cells) {
+  const occupancy::VoxelPoint& p = ledger_.window[i];
+  const geometry::PlaneCell cell = surface.cell_of(p.position);
+  const std::optional<geometry::PlaneCell> nearest = surface.nearest(cell, cells);
   if (!nearest) return false;
   if (!robust_ || (std::abs(nearest->u - cell.u) <= 1 && std::abs(nearest->v - cell.v) <= 1)) return true;
-  return !obstructed(ledger_, surface.plane(), p.position.cast<double>(), surface.centre_of(*nearest),
-                     ledger_.noise.tolerance(p, surface.plane()));
+  return !surfaces::obstructed(ledger_, surface.plane(), p.position.cast<double>(),
+                               surface.centre_of(*nearest), ledger_.noise.tolerance(p, surface.plane()));
 }
 
-SurfaceModel* Expansion::best_surface(Index i, Reach reach) {
-  const VoxelPoint& p = ledger_.window[i];
-  SurfaceModel* best = nullptr;
+surfaces::SurfaceModel* Expansion::best_surface(Index i, Reach reach) {
+  const occupancy::VoxelPoint& p = ledger_.window[i];
+  surfaces::SurfaceModel* best = nullptr;
   double best_ratio = 2;
   bool best_touches = false;  // a surface that the point touches is preferred to one across a gap
   for (const SurfaceId id :
        ledger_.surfaces.near(p.key, reach == Reach::within_h ? h_cells_ : adjacent_voxels)) {
-    SurfaceModel& surface = *ledger_.find(id);
+    surfaces::SurfaceModel& surface = *ledger_.find(id);
     const std::optional<double> ratio = misfit(i, surface);
     if (!ratio) continue;
-    const PlaneCell cell = surface.cell_of(p.position);
+    const geometry::PlaneCell cell = surface.cell_of(p.position);
     const bool touches = !robust_ || surface.near(cell, 1);
     if (best != nullptr &&
         std::tuple(touches, -*ratio, surface.size()) <= std::tuple(best_touches, -best_ratio, best->size()))
@@ -78,7 +78,7 @@ std::vector<Expansion::Index> Expansion::add_inliers(std::span<const Index> poin
   std::vector<Index> left;
   for (const Index i : points) {
     if (ledger_.window[i].surface != 0) continue;
-    if (SurfaceModel* surface = best_surface(i, Reach::inside))
+    if (surfaces::SurfaceModel* surface = best_surface(i, Reach::inside))
       ledger_.give(i, *surface);
     else
       left.push_back(i);
@@ -89,7 +89,7 @@ std::vector<Expansion::Index> Expansion::add_inliers(std::span<const Index> poin
 void Expansion::expand(std::span<const Index> points) {
   for (const Index i : points) {
     if (ledger_.window[i].surface != 0) continue;
-    if (SurfaceModel* surface = best_surface(i, Reach::within_h)) {
+    if (surfaces::SurfaceModel* surface = best_surface(i, Reach::within_h)) {
       ledger_.give(i, *surface);
       frontier_.push_back(i);
     }
@@ -100,8 +100,8 @@ void Expansion::expand(std::span<const Index> points) {
 
 void Expansion::grow(std::span<const SurfaceId> surfaces) {
   for (const SurfaceId id : surfaces)
-    if (const SurfaceModel* surface = ledger_.find(id))
-      for (const Inlier& inlier : surface->sorted_inliers())
+    if (const surfaces::SurfaceModel* surface = ledger_.find(id))
+      for (const surfaces::Inlier& inlier : surface->sorted_inliers())
         frontier_.push_back(ledger_.window.find(inlier.key));
   flood();
   merge_contacts();
@@ -114,21 +114,21 @@ void Expansion::adopt(std::span<const SurfaceId> surfaces) {
 
 void Expansion::rejoin() {
   for (const SurfaceId id : ledger_.changes.touched()) {
-    const SurfaceModel& surface = *ledger_.find(id);
+    const surfaces::SurfaceModel& surface = *ledger_.find(id);
     if (surface.recently_checked()) continue;
-    std::vector<VoxelKey> rim;
-    surface.for_each_inlier([&](const Inlier& inlier) {
+    std::vector<geometry::VoxelKey> rim;
+    surface.for_each_inlier([&](const surfaces::Inlier& inlier) {
       if (!surface.surrounded(surface.cell_of(inlier.position))) rim.push_back(inlier.key);
     });
     std::sort(rim.begin(), rim.end());
-    for (const VoxelKey key : rim) note_contacts(ledger_.window.find(key));
+    for (const geometry::VoxelKey key : rim) note_contacts(ledger_.window.find(key));
   }
   merge_contacts();
 }
 
 void Expansion::flood() {
-  breadth_first(frontier_, [&](Index from) {
-    SurfaceModel* surface = ledger_.find(ledger_.window[from].surface);
+  geometry::breadth_first(frontier_, [&](Index from) {
+    surfaces::SurfaceModel* surface = ledger_.find(ledger_.window[from].surface);
     if (surface == nullptr) return;
     ledger_.window.for_each_near(ledger_.window[from].key, adjacent_voxels, [&](Index i) {
       if (ledger_.window.columns().surface[i] != surface->id()) visit_neighbour(i, *surface);
@@ -140,12 +140,12 @@ void Expansion::flood() {
 
 /// Surfaces that this new inlier brought within h of its own, on one plane.
 void Expansion::note_contacts(Index i) {
-  const VoxelPoint& p = ledger_.window[i];
-  const SurfaceModel* own = ledger_.find(p.surface);
+  const occupancy::VoxelPoint& p = ledger_.window[i];
+  const surfaces::SurfaceModel* own = ledger_.find(p.surface);
   if (own == nullptr || own->surrounded(own->cell_of(p.position))) return;
   for (const SurfaceId id : ledger_.surfaces.near(p.key, h_cells_)) {
     if (id == p.surface) continue;
-    const SurfaceModel& other = *ledger_.find(id);
+    const surfaces::SurfaceModel& other = *ledger_.find(id);
     if (other.plane().normal.dot(own->plane().normal) < cos_smooth_ ||
         std::fabs(other.distance(p.position)) > ledger_.noise.tolerance(p, other.plane()) ||
         !other.near(other.cell_of(p.position), h_cells_))
@@ -161,18 +161,18 @@ void Expansion::note_contacts(Index i) {
   }
 }
 
-void Expansion::visit_neighbour(Index i, SurfaceModel& surface) {
+void Expansion::visit_neighbour(Index i, surfaces::SurfaceModel& surface) {
   const SurfaceId owner = ledger_.window[i].surface;
   const std::optional<double> ratio = misfit(i, surface);
   if (!ratio) return;
   if (owner == 0) {
-    SurfaceModel* best = best_surface(i, Reach::adjacent);
+    surfaces::SurfaceModel* best = best_surface(i, Reach::adjacent);
     if (best == nullptr) return;
     ledger_.give(i, *best);
     frontier_.push_back(i);
     return;
   }
-  SurfaceModel& other = *ledger_.find(owner);
+  surfaces::SurfaceModel& other = *ledger_.find(owner);
   const double other_ratio = std::fabs(other.distance(ledger_.window[i].position)) /
                              ledger_.noise.tolerance(ledger_.window[i], other.plane());
   if (*ratio < takeover * other_ratio && other_ratio > 0.2) {
@@ -183,13 +183,13 @@ void Expansion::visit_neighbour(Index i, SurfaceModel& surface) {
 
 void Expansion::merge_contacts() {
   for (const auto& [pair, contact] : contacts_) {
-    SurfaceModel* a = ledger_.find(pair.first);
-    SurfaceModel* b = ledger_.find(pair.second);
+    surfaces::SurfaceModel* a = ledger_.find(pair.first);
+    surfaces::SurfaceModel* b = ledger_.find(pair.second);
     if (contact.points < std::max(contacts_to_merge, contact.obstructed) || a == nullptr || b == nullptr)
       continue;
     const double width = std::sqrt(static_cast<double>(std::min(a->size(), b->size())));
-    const bool one = coplanar(*a, *b, contact.place / contact.points, ledger_.noise) ||
-                     (contact.touching > 2 * width && joint_plane_fits(*a, *b, ledger_.noise));
+    const bool one = surfaces::coplanar(*a, *b, contact.place / contact.points, ledger_.noise) ||
+                     (contact.touching > 2 * width && surfaces::joint_plane_fits(*a, *b, ledger_.noise));
     if (!one) continue;
     // The larger keeps its id, the older one on a tie; but what another map had found joins what was here.
     const bool a_came = adopted_.contains(a->id()), b_came = adopted_.contains(b->id());
@@ -199,4 +199,4 @@ void Expansion::merge_contacts() {
   contacts_.clear();
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::expansion

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::expansion {
 
 /// Surface expansion (paper III-B): points that belong to surfaces that are known already.
 ///
@@ -21,9 +21,9 @@ namespace octosurf {
 /// on a tie.
 class Expansion {
  public:
-  using Index = PointWindow::Index;
+  using Index = occupancy::PointWindow::Index;
 
-  explicit Expansion(Ledger& ledger);
+  explicit Expansion(surfaces::Ledger& ledger);
 
   /// III-B1: points that lie inside a surface's polygon. Returns those that are left.
   std::vector<Index> add_inliers(std::span<const Index> points);
@@ -47,17 +47,17 @@ class Expansion {
 
  private:
   /// |distance| / tolerance, if the point fits.
-  std::optional<double> misfit(Index i, const SurfaceModel& surface);
+  std::optional<double> misfit(Index i, const surfaces::SurfaceModel& surface);
   enum class Reach { inside, within_h, adjacent };
   /// The surface has an inlier within so many cells, and the way there is not obstructed (obstructed.hpp).
-  bool reaches(Index i, const SurfaceModel& surface, int cells);
-  SurfaceModel* best_surface(Index i, Reach reach);
+  bool reaches(Index i, const surfaces::SurfaceModel& surface, int cells);
+  surfaces::SurfaceModel* best_surface(Index i, Reach reach);
   void flood();
-  void visit_neighbour(Index i, SurfaceModel& surface);
+  void visit_neighbour(Index i, surfaces::SurfaceModel& surface);
   void note_contacts(Index i);
   void merge_contacts();
 
-  Ledger& ledger_;
+  surfaces::Ledger& ledger_;
   int h_cells_;
   bool robust_;  // Parameters::aligned(); else the paper's expansion
   float cos_smooth_;
@@ -70,4 +70,4 @@ class Expansion {
   std::map<std::pair<SurfaceId, SurfaceId>, Contact> contacts_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::expansion

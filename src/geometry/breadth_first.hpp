@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::geometry {
 
 /// Calls visit(element) from the first of `reached` to its last, while `visit` appends what can be reached
 /// from there: growth outward, breadth first.
@@ -15,4 +15,4 @@ void breadth_first(std::vector<T>& reached, Visit&& visit) {
   }
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-namespace octosurf {
+namespace octosurf::geometry {
 
 std::uint32_t CellBits::around(PlaneCell cell) const {
   const PlaneCell first = tile_of({cell.u - 2, cell.v - 2}), last = tile_of({cell.u + 2, cell.v + 2});
@@ -134,4 +134,4 @@ std::vector<CellBits::Cells> CellBits::take_changes(bool thin) {
   return changed;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

@@ -8,7 +8,7 @@
 #include <tsl/robin_map.h>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::geometry {
 
 /// Cell of a surface's plane hash, edge d.
 struct PlaneCell {
@@ -83,4 +83,4 @@ class CellBits {
   std::vector<std::uint64_t> dirty_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

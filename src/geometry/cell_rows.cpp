@@ -5,7 +5,7 @@
 #include <numeric>
 #include <utility>
 
-namespace octosurf {
+namespace octosurf::geometry {
 namespace {
 
 struct Bounds {
@@ -150,4 +150,4 @@ std::uint32_t HighestAround::operator()(PlaneCell cell) const {
   return highest;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

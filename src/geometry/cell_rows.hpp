@@ -9,7 +9,7 @@
 
 #include <octosurf/adapters/detail/morton.hpp>
 
-namespace octosurf {
+namespace octosurf::geometry {
 
 /// The occupied cells of a plane as rows of bits: which of them lie near one, by their places in the list.
 /// Fixed once made. Memory: a bit for every cell between the first and the last of its row.
@@ -100,4 +100,4 @@ class HighestAround {
   std::vector<std::uint32_t> highest_;  // none where few cells lie far apart
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

@@ -11,7 +11,7 @@
 #include <unordered_set>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::geometry {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -231,4 +231,4 @@ CylinderEvidence weigh(const CylinderShape& shape, std::span<const CylinderSampl
   return evidence;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

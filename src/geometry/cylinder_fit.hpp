@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <span>
 
-namespace octosurf {
+namespace octosurf::geometry {
 
 /// An unbounded cylinder; map frame.
 struct CylinderShape {
@@ -60,4 +60,4 @@ struct CylinderEvidence {
 /// O(samples).
 CylinderEvidence weigh(const CylinderShape& shape, std::span<const CylinderSample> samples, double cell);
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

@@ -2,9 +2,9 @@
 
 #include <Eigen/Core>
 
-namespace octosurf {
+namespace octosurf::geometry {
 
 /// Throws Error(usage) naming `where` unless `direction` is finite and longer than 1e-9.
 void require_direction(const Eigen::Vector3d& direction, const char* where);
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

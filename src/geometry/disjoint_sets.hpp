@@ -4,7 +4,7 @@
 #include <numeric>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::geometry {
 
 /// The numbers 0 … size − 1 in sets that are joined step by step (union-find). Each set goes by one of its
 /// members, its root.
@@ -28,4 +28,4 @@ class DisjointSets {
   std::vector<std::size_t> parents_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

@@ -5,7 +5,7 @@
 
 #include <octosurf/surface.hpp>
 
-namespace octosurf {
+namespace octosurf::geometry {
 
 // The even-odd rule: a point lies inside of rings if a line from it meets them an odd number of times.
 
@@ -29,4 +29,4 @@ inline bool inside(const Ring2& ring, const Eigen::Vector2d& p) {
   return odd;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

@@ -39,7 +39,7 @@ void add_prism(const Triangles& triangles, const std::vector<Eigen::Vector2d>& p
     return std::tie(a.low, a.high, a.corner) < std::tie(b.low, b.high, b.corner);
   });
 
-  DisjointSets sets(3 * triangles.size());
+  geometry::DisjointSets sets(3 * triangles.size());
   std::vector<std::size_t> rim;  // corners whose edge has no triangle on its other side
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const bool paired =
@@ -88,7 +88,7 @@ Mesh extrude(const Surface& surface, double thickness) {
   Mesh mesh;
   std::vector<Eigen::Vector2d> points;
   for (const Polygon& polygon : surface.polygons) {
-    const Triangles triangles = triangulate(polygon, points);
+    const Triangles triangles = geometry::triangulate(polygon, points);
     add_prism(triangles, points, surface, thickness, mesh);
   }
   return mesh;

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace octosurf {
+namespace octosurf::geometry {
 
 /// Four floats worked on at once (GCC's and Clang's vector extension: SSE or NEON, or plain code).
 /// Each lane rounds as a float alone would, so results do not depend on the machine.
@@ -34,4 +34,4 @@ inline bool all(LaneMask mask) {
 }
 inline float total(Lanes v) { return (v[0] + v[1]) + (v[2] + v[3]); }
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
 
-namespace octosurf {
+namespace octosurf::geometry {
 
 /// Count, mean and scatter of points, kept by adding and removing them. About a reference point
 /// near them, so that a surface 100 m from the origin loses no digits.
@@ -55,4 +55,4 @@ inline PlaneFit fit_plane(const Moments& moments) {
   return {moments.mean(), solver.eigenvectors().col(0), solver.eigenvalues().cwiseMax(0.0)};
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

@@ -13,7 +13,7 @@
 #include <numeric>
 #include <unordered_map>
 
-namespace octosurf {
+namespace octosurf::geometry {
 namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
@@ -319,4 +319,4 @@ std::vector<Polygon> Outline::update() {
   return polygons_of(impl.trace());
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

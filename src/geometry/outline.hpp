@@ -9,7 +9,7 @@
 
 #include <octosurf/surface.hpp>
 
-namespace octosurf {
+namespace octosurf::geometry {
 
 /// The alpha shape of sites that come and go cell by cell, kept up to date.
 ///
@@ -43,4 +43,4 @@ class Outline {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace octosurf {
+namespace octosurf::geometry {
 
 void Planarity::add(const Eigen::Vector3f& position, double sigma, double tolerance, bool inner) {
   const Eigen::Vector3d q = T_surface_map_ * Eigen::Vector3d(position.cast<double>());
@@ -45,4 +45,4 @@ bool Planarity::bends() const {
   return false;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

@@ -4,7 +4,7 @@
 
 #include <Eigen/Geometry>
 
-namespace octosurf {
+namespace octosurf::geometry {
 
 /// Whether points scatter about a plane as noise does, or lie on something else, such as a slope over stairs
 /// or a facet of a cylinder. One pass over the points sums their distances in units of the noise, and fits a
@@ -40,4 +40,4 @@ class Planarity {
   Moments inner_moments_;  // of their (u, v)
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

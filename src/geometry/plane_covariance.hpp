@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <span>
 
-namespace octosurf {
+namespace octosurf::geometry {
 
 /// A plane by least squares over a given frame, off = offset + slopes·(u, v), and how sure its points
 /// leave it.
@@ -79,4 +79,4 @@ inline Eigen::Matrix3d covariance_over(std::span<const ReadingGroup> groups, con
   return inverse * between * inverse;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

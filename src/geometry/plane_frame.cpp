@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace octosurf {
+namespace octosurf::geometry {
 
 Eigen::Matrix3d plane_axes(const Eigen::Vector3d& normal) {
   Eigen::Matrix3d axes;
@@ -25,4 +25,4 @@ Plane fitted_plane(const Moments& moments, const Eigen::Vector3d& reference, con
 
 double width_of(const Moments& moments) { return std::sqrt(12 * fit_plane(moments).variances[1]); }
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

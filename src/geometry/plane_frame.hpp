@@ -6,7 +6,7 @@
 
 #include <octosurf/surface.hpp>
 
-namespace octosurf {
+namespace octosurf::geometry {
 
 /// A frame whose z is `normal` (unit), with x horizontal: exactly level and upright planes included.
 Eigen::Matrix3d plane_axes(const Eigen::Vector3d& normal);
@@ -16,4 +16,4 @@ Plane fitted_plane(const Moments& moments, const Eigen::Vector3d& reference, con
 /// Across the narrow side, m: a uniform strip of width w has a variance of w²/12 across.
 double width_of(const Moments& moments);
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

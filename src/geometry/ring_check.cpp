@@ -9,7 +9,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::geometry {
 namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
@@ -187,4 +187,4 @@ void require_polygons(std::span<const Polygon> polygons, const std::string& wher
                 "rings must be simple, outer ones counter-clockwise, holes clockwise and inside");
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

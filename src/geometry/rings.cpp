@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <optional>
 
-namespace octosurf {
+namespace octosurf::geometry {
 namespace {
 
 bool before(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
@@ -106,4 +106,4 @@ double area_of(const Polygon& polygon) {
   return area;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

@@ -4,7 +4,7 @@
 
 #include <octosurf/surface.hpp>
 
-namespace octosurf {
+namespace octosurf::geometry {
 
 /// Every ring from its lexicographically smallest vertex on, holes and polygons in the order of their
 /// rings: equal outlines, equal bytes.
@@ -20,4 +20,4 @@ double signed_area(const Ring2& ring);
 /// Area of a polygon with its holes taken off, m².
 double area_of(const Polygon& polygon);
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

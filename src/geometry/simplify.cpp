@@ -38,7 +38,7 @@ Ring2 read_ring(const Triangulation& triangulation, Constraint constraint) {
 
 }  // namespace
 
-std::vector<Polygon> simplify(const std::vector<Polygon>& polygons, double tolerance) {
+std::vector<Polygon> geometry::simplify(const std::vector<Polygon>& polygons, double tolerance) {
   Triangulation triangulation;
   std::vector<std::vector<Constraint>> rings;
   for (const Polygon& polygon : polygons) {
@@ -61,9 +61,9 @@ std::vector<Polygon> simplify(const std::vector<Polygon>& polygons, double toler
 }
 
 std::vector<Polygon> simplified(const Surface& surface) {
-  require_polygons(surface.polygons, "surface " + std::to_string(surface.id));
+  geometry::require_polygons(surface.polygons, "surface " + std::to_string(surface.id));
   if (surface.resolution <= 0) return surface.polygons;
-  return simplify(surface.polygons, surface.resolution / 2);
+  return geometry::simplify(surface.polygons, surface.resolution / 2);
 }
 
 }  // namespace octosurf

@@ -10,7 +10,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::geometry {
 namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
@@ -92,4 +92,4 @@ std::vector<std::array<std::uint32_t, 3>> triangulate(const Polygon& polygon,
   return triangles;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

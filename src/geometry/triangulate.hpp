@@ -6,7 +6,7 @@
 
 #include <octosurf/surface.hpp>
 
-namespace octosurf {
+namespace octosurf::geometry {
 
 /// Triangles of a polygon with holes: constrained Delaunay, counter-clockwise.
 ///
@@ -19,4 +19,4 @@ namespace octosurf {
 std::vector<std::array<std::uint32_t, 3>> triangulate(const Polygon& polygon,
                                                       std::vector<Eigen::Vector2d>& vertices);
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-namespace octosurf {
+namespace octosurf::geometry {
 
 /// Coordinates ↔ keys, in OctoMap's own arithmetic (so that trees agree to the bit).
 class VoxelGrid {
@@ -42,4 +42,4 @@ class VoxelGrid {
   double per_metre_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

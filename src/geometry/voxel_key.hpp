@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace octosurf {
+namespace octosurf::geometry {
 
 /// Discrete address of a voxel, as OctoMap's OcTreeKey: voxel k spans [(k−2¹⁵)·d, (k+1−2¹⁵)·d).
 struct VoxelKey {
@@ -32,4 +32,4 @@ struct PackedKeyHash {
   }
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::geometry

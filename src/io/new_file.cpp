@@ -16,7 +16,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 namespace fs = std::filesystem;
@@ -149,4 +149,4 @@ void NewFile::commit() {
   committed_ = true;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

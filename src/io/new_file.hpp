@@ -4,7 +4,7 @@
 #include <functional>
 #include <ostream>
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// A file that is complete or not there: written under a temporary name beside its place and renamed
 /// by commit(); given up, with whatever was there before untouched, if it is destroyed earlier.
@@ -55,4 +55,4 @@ class NewFile {
 /// Throws Error(output).
 void sync_folder(const std::filesystem::path& file);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -12,7 +12,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 namespace fs = std::filesystem;
@@ -73,4 +73,4 @@ void NewFolder::commit() {
   sync_folder(folder_);
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

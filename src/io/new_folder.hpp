@@ -4,7 +4,7 @@
 #include <functional>
 #include <string>
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// A folder that is complete or not there: filled under a temporary name beside its place (as NewFile's) and
 /// renamed by commit(); given up, with whatever was there before untouched, if it is destroyed earlier.
@@ -32,4 +32,4 @@ class NewFolder {
   bool force_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::io

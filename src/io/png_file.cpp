@@ -7,7 +7,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 
 namespace {
 
@@ -48,4 +48,4 @@ void write_png(const std::vector<std::uint16_t>& grey, int width, int height, st
   encode(grey.data(), 2 * grey.size(), width, height, {16, SPNG_COLOR_TYPE_GRAYSCALE}, out);
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

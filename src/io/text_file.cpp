@@ -7,7 +7,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 constexpr std::size_t text_limit = std::size_t{256} << 20;
@@ -106,4 +106,4 @@ std::string read_bytes(const std::filesystem::path& file, std::size_t limit) {
   return bytes;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// One line of a text file that is neither blank nor a comment.
 struct TextLine {
@@ -32,4 +32,4 @@ std::vector<double> numbers(const TextLine& line, const std::filesystem::path& f
 /// The file's bytes; throws Error(data) if it cannot be read or is larger than `limit`.
 std::string read_bytes(const std::filesystem::path& file, std::size_t limit);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

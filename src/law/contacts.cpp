@@ -84,11 +84,11 @@ class Gaps {
     const Eigen::Vector3d from = position(i) + lift, line = position(j) - position(i);
     const int steps = static_cast<int>(2 * line.norm() / readings_.resolution());
     for (int k = 1; k < steps; ++k) {
-      VoxelKey key;
+      geometry::VoxelKey key;
       const Eigen::Vector3d at = from + line * (static_cast<double>(k) / steps);
       if (!readings_.grid().key_of(at.cast<float>(), key)) return false;
       const Index on_it = readings_.window().find(key);
-      if (on_it == PointWindow::none) continue;
+      if (on_it == occupancy::PointWindow::none) continue;
       if (labels_[on_it] != labels_[i] && labels_[on_it] != labels_[j]) return false;
     }
     return true;

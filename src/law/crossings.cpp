@@ -18,14 +18,14 @@ class LastStretch {
     passed_.clear();
     const Reading& reading = readings_[end];
     const Plane& own = patches_[labels_[end]].plane;
-    const int steps = static_cast<int>(ReadingModel::clutter_depth / 2 / readings_.resolution());
+    const int steps = static_cast<int>(sensing::ReadingModel::clutter_depth / 2 / readings_.resolution());
     for (int k = 1; k <= steps; ++k) {
-      VoxelKey key;
+      geometry::VoxelKey key;
       const Eigen::Vector3f at =
           reading.position + static_cast<float>(k * readings_.resolution()) * reading.view;
       if (!readings_.grid().key_of(at, key)) break;
       const Index there = readings_.window().find(key);
-      if (there == PointWindow::none) continue;
+      if (there == occupancy::PointWindow::none) continue;
       const Label label = labels_[there];
       if (label == clutter || label == labels_[end]) continue;
       if (own.normal.dot(patches_[label].plane.normal) < cos_nearly_parallel) continue;

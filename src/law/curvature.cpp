@@ -53,7 +53,7 @@ double turn_of(const Eigen::Vector3d& bend, const Eigen::Matrix2d& spread) {
 }  // namespace
 
 bool is_curved(const Readings& readings, const Patch& patch, std::span<const Readings::Index> indices) {
-  const Eigen::Matrix3d R = plane_axes(patch.plane.normal).transpose();
+  const Eigen::Matrix3d R = geometry::plane_axes(patch.plane.normal).transpose();
   const QuadraticSums sums = sums_of(readings, patch, indices, R, patch.centroid());
   // Bends once offset and slopes are eliminated (Schur's complement).
   const Eigen::Matrix3d plane = sums.normal.topLeftCorner<3, 3>(), mixed = sums.normal.topRightCorner<3, 3>();

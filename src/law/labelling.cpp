@@ -74,7 +74,7 @@ std::vector<std::vector<Index>> readings_by_label(const std::vector<Label>& labe
 /// Root of each reading's piece; ambiguous ones go with the most of their neighbours in one.
 std::vector<std::size_t> roots_of_pieces(const Readings& readings, const std::vector<Label>& labels,
                                          const std::vector<bool>& ambiguous) {
-  DisjointSets sets(readings.size());
+  geometry::DisjointSets sets(readings.size());
   for (Index i = 0; i < readings.size(); ++i) {
     if (labels[i] == clutter || ambiguous[i]) continue;
     for (const Index j : readings.near(i))

@@ -16,7 +16,7 @@ const double log_scales = std::log(100.0);
 /// Places looked at for a plane, ln: one in 10⁴ of those that hold none may seem to hold one.
 constexpr double log_places = 9;
 
-constexpr double pose_variance = ReadingModel::pose_sigma * ReadingModel::pose_sigma;
+constexpr double pose_variance = sensing::ReadingModel::pose_sigma * sensing::ReadingModel::pose_sigma;
 
 }  // namespace
 
@@ -28,15 +28,15 @@ void Patch::take(const Patch& other) {
   fit();
 }
 
-void Patch::fit() { plane = fitted_plane(moments, origin, plane.normal); }
+void Patch::fit() { plane = geometry::fitted_plane(moments, origin, plane.normal); }
 
 double Patch::chi2(const Plane& to) const {
   return moments.count * moments.mean_squared_distance(to.normal, to.offset - to.normal.dot(origin));
 }
 
 Heights heights_over(const Patch& patch, const Eigen::Vector3d& at, const Eigen::Matrix3d& R) {
-  const Moments about = patch.moments.shifted(at - patch.origin);
-  Eigen::Matrix3d normal = normal_matrix(about, R);
+  const geometry::Moments about = patch.moments.shifted(at - patch.origin);
+  Eigen::Matrix3d normal = geometry::normal_matrix(about, R);
   // Readings in a line tell nothing of the slope across: that may be anything up to 1.
   normal.diagonal().tail<2>().array() += 1;
   const Eigen::Vector3d n = R * patch.plane.normal;
@@ -49,7 +49,7 @@ Heights heights_over(const Patch& patch, const Eigen::Vector3d& at, const Eigen:
 
 double log_same(const Patch& a, const Patch& b, const Eigen::Vector3d& at) {
   const Eigen::Vector3d between = a.plane.normal + b.plane.normal;
-  const Eigen::Matrix3d R = plane_axes(between.normalized()).transpose();
+  const Eigen::Matrix3d R = geometry::plane_axes(between.normalized()).transpose();
   const Heights ha = heights_over(a, at, R), hb = heights_over(b, at, R);
   const Eigen::Vector3d D = ha.theta - hb.theta;
   const Eigen::Matrix3d C = ha.covariance + hb.covariance;
@@ -70,10 +70,10 @@ double log_tail(const Patch& a, const Patch& b) {
 }
 
 double description_cost(const Patch& patch) {
-  const Eigen::Matrix3d R = plane_axes(patch.plane.normal).transpose();
+  const Eigen::Matrix3d R = geometry::plane_axes(patch.plane.normal).transpose();
   const Eigen::Matrix3d C = heights_over(patch, patch.centroid(), R).covariance;
   const double allowed = std::sqrt((2 * std::numbers::pi * C).determinant());
-  const double all = ReadingModel::clutter_depth * 2 * std::numbers::pi;  // offsets; directions
+  const double all = sensing::ReadingModel::clutter_depth * 2 * std::numbers::pi;  // offsets; directions
   return std::log(all / allowed) + log_places;
 }
 

@@ -15,7 +15,7 @@ namespace octosurf::law {
 struct Patch {
   Plane plane;
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< what `moments` are about
-  Moments moments;                                   ///< weighted by 1/variance (ReadingModel::weight)
+  geometry::Moments moments;                         ///< weighted by 1/variance (ReadingModel::weight)
   double readings = 0;                               ///< voxels
   double hits = 0;                                   ///< scans that hit these voxels, as the octree tells
   double log_peaks = 0;                              ///< Σ ReadingModel::log_peak

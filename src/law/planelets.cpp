@@ -119,8 +119,8 @@ std::map<std::uint64_t, std::vector<Index>> blocks_of(const Readings& readings,
   const auto part = [edge](std::uint16_t k) { return static_cast<std::uint16_t>(k / edge); };
   for (Index i = 0; i < readings.size(); ++i) {
     if (labels[i] != clutter) continue;
-    const VoxelKey key = readings[i].key;
-    blocks[VoxelKey{part(key.x), part(key.y), part(key.z)}.packed()].push_back(i);
+    const geometry::VoxelKey key = readings[i].key;
+    blocks[geometry::VoxelKey{part(key.x), part(key.y), part(key.z)}.packed()].push_back(i);
   }
   return blocks;
 }

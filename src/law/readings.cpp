@@ -12,16 +12,16 @@ constexpr double farthest_neighbour = 0.16;  // m
 
 }  // namespace
 
-Readings::Readings(const OccupancyMap& octree, const PointWindow& window, const NoiseModel& noise,
-                   double noise_factor2)
+Readings::Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
+                   const sensing::NoiseModel& noise, double noise_factor2)
     : window_(window), grid_(octree.grid()), model_(noise, octree.grid().resolution(), noise_factor2) {
-  std::vector<VoxelKey> keys;
-  octree.for_each_point([&](const VoxelPoint& p) { keys.push_back(p.key); });
-  for (const VoxelKey key : keys) window_.find(key);  // loads its block
+  std::vector<geometry::VoxelKey> keys;
+  octree.for_each_point([&](const occupancy::VoxelPoint& p) { keys.push_back(p.key); });
+  for (const geometry::VoxelKey key : keys) window_.find(key);  // loads its block
   readings_.reserve(window_.size());
   const float one_hit = 0.85F;  // nats of OctoMap's default; only ratios are asked for
   for (Index i = 0; i < window_.size(); ++i) {
-    const VoxelPoint& p = window_[i];
+    const occupancy::VoxelPoint& p = window_[i];
     const float hits = std::max(1.0F, octree.at(p.key).log_odds / one_hit);
     readings_.push_back({p.key, p.position, p.view, p.range_class, hits});
   }

@@ -21,7 +21,7 @@ inline constexpr double cos_nearly_parallel = 0.93969262078590838;
 
 /// What the octree keeps of the scans in one voxel.
 struct Reading {
-  VoxelKey key;
+  geometry::VoxelKey key;
   Eigen::Vector3f position = Eigen::Vector3f::Zero();
   Eigen::Vector3f view = Eigen::Vector3f::UnitZ();  ///< unit, toward the sensor
   std::uint8_t range_class = 0;
@@ -34,12 +34,12 @@ struct Reading {
 /// All points of an octree, owned and pending alike, with their neighbours, in the octree's order.
 class Readings {
  public:
-  using Index = PointWindow::Index;
+  using Index = occupancy::PointWindow::Index;
 
   /// Loads all of the octree's points into `window`; indices are the window's own. `noise_factor2`: as
   /// for ReadingModel. O(points).
-  Readings(const OccupancyMap& octree, const PointWindow& window, const NoiseModel& noise,
-           double noise_factor2 = 1);
+  Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
+           const sensing::NoiseModel& noise, double noise_factor2 = 1);
 
   std::size_t size() const { return readings_.size(); }
   const Reading& operator[](Index i) const { return readings_[i]; }
@@ -48,10 +48,10 @@ class Readings {
   std::span<const Index> near(Index i) const {
     return std::span(neighbours_).subspan(first_[i], first_[i + 1] - first_[i]);
   }
-  const ReadingModel& model() const { return model_; }
+  const sensing::ReadingModel& model() const { return model_; }
   double resolution() const { return grid_.resolution(); }
-  const VoxelGrid& grid() const { return grid_; }
-  const PointWindow& window() const { return window_; }
+  const geometry::VoxelGrid& grid() const { return grid_; }
+  const occupancy::PointWindow& window() const { return window_; }
 
   double log_ratio(Index i, const Plane& plane) const {
     const Reading& r = readings_[i];
@@ -66,9 +66,9 @@ class Readings {
  private:
   void find_neighbours(Index i);
 
-  const PointWindow& window_;
-  VoxelGrid grid_;
-  ReadingModel model_;
+  const occupancy::PointWindow& window_;
+  geometry::VoxelGrid grid_;
+  sensing::ReadingModel model_;
   std::vector<Reading> readings_;
   std::vector<std::size_t> first_;  // in `neighbours_`
   std::vector<Index> neighbours_;

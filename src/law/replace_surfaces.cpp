@@ -9,12 +9,13 @@
 namespace octosurf::law {
 namespace {
 
-using Index = MapView::Index;
+using Index = surfaces::MapView::Index;
 
 /// Where the points of the surfaces that were there have gone.
 class Succession {
  public:
-  Succession(const Readings& readings, const PointWindow& window, const std::vector<Label>& labels) {
+  Succession(const Readings& readings, const occupancy::PointWindow& window,
+             const std::vector<Label>& labels) {
     for (Index i = 0; i < readings.size(); ++i) {
       if (window[i].surface == 0) continue;
       Heirs& heirs = of_[window[i].surface];
@@ -33,7 +34,7 @@ class Succession {
                                        [](const auto& a, const auto& b) { return a.second < b.second; });
     if (most == heirs.taken.end()) return {};
     const double left = static_cast<double>(heirs.points - most->second);
-    return {most->first, left <= ReadingModel::outlier_share * static_cast<double>(heirs.points)};
+    return {most->first, left <= sensing::ReadingModel::outlier_share * static_cast<double>(heirs.points)};
   }
 
  private:
@@ -46,8 +47,9 @@ class Succession {
 
 /// The law's plane and what later scans' readings add to it, whose weights are relative to the nearest
 /// class's (accumulate_evidence()).
-Plane with_evidence(const Patch& patch, const SurfaceModel& surface, const NoiseModel& noise) {
-  const SurfaceModel::Evidence& evidence = surface.evidence();
+Plane with_evidence(const Patch& patch, const surfaces::SurfaceModel& surface,
+                    const sensing::NoiseModel& noise) {
+  const surfaces::SurfaceModel::Evidence& evidence = surface.evidence();
   if (!(evidence.readings > 0)) return patch.plane;
   const double sigma = noise.sigma(1);
   Patch all = patch;
@@ -56,8 +58,8 @@ Plane with_evidence(const Patch& patch, const SurfaceModel& surface, const Noise
   return all.plane;
 }
 
-std::vector<SurfaceModel*> create_surfaces(Ledger& ledger, const Segmentation& found) {
-  std::vector<SurfaceModel*> made(found.patches.size(), nullptr);
+std::vector<surfaces::SurfaceModel*> create_surfaces(surfaces::Ledger& ledger, const Segmentation& found) {
+  std::vector<surfaces::SurfaceModel*> made(found.patches.size(), nullptr);
   for (Label label = 1; label < made.size(); ++label) {
     const Patch& patch = found.patches[label];
     made[label] = &ledger.create(patch.plane, patch.centroid());
@@ -68,7 +70,7 @@ std::vector<SurfaceModel*> create_surfaces(Ledger& ledger, const Segmentation& f
 
 }  // namespace
 
-void replace_surfaces(Ledger& ledger, const OccupancyMap& octree, double noise_factor2) {
+void replace_surfaces(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree, double noise_factor2) {
   const Readings readings(octree, ledger.window, ledger.noise, noise_factor2);
   const Parameters& parameters = ledger.parameters;
   const Segmentation found = segment(
@@ -77,22 +79,22 @@ void replace_surfaces(Ledger& ledger, const OccupancyMap& octree, double noise_f
   const Succession succession(readings, ledger.window, found.labels);
   std::vector<SurfaceId> before;
   for (const auto& [id, surface] : ledger.surfaces) before.push_back(id);
-  const std::vector<SurfaceModel*> made = create_surfaces(ledger, found);
+  const std::vector<surfaces::SurfaceModel*> made = create_surfaces(ledger, found);
   for (const SurfaceId id : before) {
     const Succession::Heir heir = succession.heir_of(id);
     if (heir.label == clutter) continue;
-    SurfaceModel& now = *made[heir.label];
+    surfaces::SurfaceModel& now = *made[heir.label];
     now.parents().push_back(id);
     if (heir.alone) now.take_evidence(*ledger.find(id));
   }
   for (const SurfaceId id : before) {
     const Label heir = succession.heir_of(id).label;
-    ledger.dissolve(*ledger.find(id), Points::released, heir == clutter ? 0 : made[heir]->id());
+    ledger.dissolve(*ledger.find(id), surfaces::Points::released, heir == clutter ? 0 : made[heir]->id());
   }
   for (Index i = 0; i < readings.size(); ++i)
     if (found.labels[i] != clutter) ledger.give(i, *made[found.labels[i]]);
   for (Label label = 1; label < made.size(); ++label) {
-    SurfaceModel& surface = *made[label];
+    surfaces::SurfaceModel& surface = *made[label];
     surface.set_plane(with_evidence(found.patches[label], surface, ledger.noise));
     surface.rehash_if_tilted();
     surface.checked_plane = surface.plane();

@@ -41,14 +41,14 @@ std::vector<std::vector<Index>> by_label(const Segmentation& segmentation) {
 bool may_be_surface(const Readings& readings, const SegmentLimits& limits, const Patch& patch,
                     const std::vector<Index>& indices) {
   if (indices.size() < limits.fewest_points) return false;
-  Moments extent;  // unweighted
+  geometry::Moments extent;  // unweighted
   for (const Index i : indices) extent.add(readings[i].position.cast<double>() - patch.origin);
-  return width_of(extent) >= limits.least_width && !is_curved(readings, patch, indices);
+  return geometry::width_of(extent) >= limits.least_width && !is_curved(readings, patch, indices);
 }
 
 /// m, on both sides of a patch together: what is looked at for how much is clutter there. Beyond where
 /// readings may be the patch's own, as deep as clutter is looked at elsewhere.
-double depth_around(const Patch& patch) { return ReadingModel::clutter_depth + 2 * patch.reach(); }
+double depth_around(const Patch& patch) { return sensing::ReadingModel::clutter_depth + 2 * patch.reach(); }
 
 /// Of each label, the readings beside its own that are nobody's, within depth_around().
 std::vector<std::size_t> count_clutter_around(const Readings& readings, const Segmentation& segmentation) {
@@ -85,8 +85,8 @@ double explained_by(const Readings& readings, const Patch& patch, const std::vec
   }
   const double others = static_cast<double>(indices.size() + clutter_around) - its;
   const double share = (its + 1) / (its + others + 2);
-  const double deeper = std::log(depth_around(patch) / ReadingModel::clutter_depth);
-  return explained + its * (std::log(share) + deeper - ReadingModel::log_odds) +
+  const double deeper = std::log(depth_around(patch) / sensing::ReadingModel::clutter_depth);
+  return explained + its * (std::log(share) + deeper - sensing::ReadingModel::log_odds) +
          others * std::log(1 - share) - description_cost(patch);
 }
 
@@ -107,7 +107,7 @@ std::vector<bool> find_opaque(const Readings& readings, const Segmentation& segm
   for (const Label label : order) {
     double against = 0;
     for (const auto& [other, rays] : crossed[label])
-      if (there[other]) against += rays * ReadingModel::log_odds;
+      if (there[other]) against += rays * sensing::ReadingModel::log_odds;
     there[label] = explained[label] > against;
   }
   return there;

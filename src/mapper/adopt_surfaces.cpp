@@ -3,10 +3,10 @@
 #include <cmath>
 #include <map>
 
-namespace octosurf {
+namespace octosurf::mapper {
 namespace {
 
-using Index = MapView::Index;
+using Index = surfaces::MapView::Index;
 
 Plane moved(const Plane& plane, const Eigen::Isometry3d& T) {
   const Eigen::Vector3d normal = (T.linear() * plane.normal).normalized();
@@ -14,13 +14,13 @@ Plane moved(const Plane& plane, const Eigen::Isometry3d& T) {
 }
 
 /// What later scans told of a surface, in this map's frame.
-SurfaceModel::State moved_evidence(const SurfaceModel& surface, const Plane& plane,
-                                   const Eigen::Isometry3d& T) {
+surfaces::SurfaceModel::State moved_evidence(const surfaces::SurfaceModel& surface, const Plane& plane,
+                                             const Eigen::Isometry3d& T) {
   const Eigen::Matrix3d R = T.linear();
-  SurfaceModel::State state;
+  surfaces::SurfaceModel::State state;
   state.plane = plane;
   state.reference = T * surface.reference();
-  state.pose.linear() = plane_axes(plane.normal);
+  state.pose.linear() = geometry::plane_axes(plane.normal);
   state.evidence = surface.evidence();
   state.evidence.moments.sum = R * state.evidence.moments.sum;
   state.evidence.moments.outer = R * state.evidence.moments.outer * R.transpose();
@@ -29,7 +29,7 @@ SurfaceModel::State moved_evidence(const SurfaceModel& surface, const Plane& pla
 
 }  // namespace
 
-std::vector<SurfaceId> adopt_surfaces(Ledger& ledger, std::span<const Index> appeared,
+std::vector<SurfaceId> adopt_surfaces(surfaces::Ledger& ledger, std::span<const Index> appeared,
                                       const ForeignSurfaces& foreign) {
   std::map<SurfaceId, std::vector<Index>> pending;  // by their surface in the other map
   for (std::size_t k = 0; k < appeared.size(); ++k)
@@ -38,23 +38,24 @@ std::vector<SurfaceId> adopt_surfaces(Ledger& ledger, std::span<const Index> app
   const auto fewest = static_cast<std::size_t>(ledger.parameters.min_surface_points());
   std::vector<SurfaceId> adopted;
   for (auto& [owner, points] : pending) {
-    const SurfaceModel& theirs = *foreign.store.find(owner);
+    const surfaces::SurfaceModel& theirs = *foreign.store.find(owner);
     const Plane plane = moved(theirs.plane(), foreign.T_map_other);
     // Another surface's point may stand in the voxel where two have met on this map's grid. As patient as
     // refit() is with inliers.
     std::erase_if(points, [&](Index i) {
-      const VoxelPoint& p = ledger.window[i];
+      const occupancy::VoxelPoint& p = ledger.window[i];
       return std::fabs(plane.signed_distance(p.position.cast<double>())) >
              1.5 * ledger.noise.tolerance(p, plane);
     });
     if (points.size() < fewest) continue;
-    SurfaceModel& own = ledger.create(plane, ledger.window[points.front()].position.cast<double>());
+    surfaces::SurfaceModel& own = ledger.create(plane, ledger.window[points.front()].position.cast<double>());
     for (const Index i : points) ledger.give(i, own);
-    own.take_evidence(SurfaceModel(moved_evidence(theirs, plane, foreign.T_map_other), own.resolution()));
+    own.take_evidence(
+        surfaces::SurfaceModel(moved_evidence(theirs, plane, foreign.T_map_other), own.resolution()));
     ledger.changes.born.insert(own.id());
     adopted.push_back(own.id());
   }
   return adopted;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::mapper

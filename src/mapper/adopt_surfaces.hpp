@@ -6,13 +6,13 @@
 #include <span>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::mapper {
 
 /// The surfaces that another map has on points which have appeared in this one.
 struct ForeignSurfaces {
-  const SurfaceStore& store;         ///< the other map's
-  Eigen::Isometry3d T_map_other;     ///< the other map's frame to this one's
-  std::span<const SurfaceId> owner;  ///< of each point that appeared, in the other map; 0: pending there
+  const surfaces::SurfaceStore& store;  ///< the other map's
+  Eigen::Isometry3d T_map_other;        ///< the other map's frame to this one's
+  std::span<const SurfaceId> owner;     ///< of each point that appeared, in the other map; 0: pending there
 };
 
 /// Makes surfaces of those points that are still pending, as the other map has found them: its plane, its
@@ -20,7 +20,8 @@ struct ForeignSurfaces {
 /// need not be found again among points that all come at once; whether they are surfaces here, and one with
 /// those that were, later stages ask as of any other. Less than n points make none: they are left to
 /// expansion and detection. Returns the ids, ascending. O(points).
-std::vector<SurfaceId> adopt_surfaces(Ledger& ledger, std::span<const MapView::Index> appeared,
+std::vector<SurfaceId> adopt_surfaces(surfaces::Ledger& ledger,
+                                      std::span<const surfaces::MapView::Index> appeared,
                                       const ForeignSurfaces& foreign);
 
-}  // namespace octosurf
+}  // namespace octosurf::mapper

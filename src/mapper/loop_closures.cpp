@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace octosurf {
+namespace octosurf::mapper {
 
 void LoopClosures::add(const Scan& scan, const Alignment& alignment, double resolution) {
   const AlignmentOutcome outcome = alignment.outcome;
@@ -37,4 +37,4 @@ void LoopClosures::note(const Step& step) {
   end_of_last_ = at;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::mapper

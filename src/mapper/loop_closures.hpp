@@ -9,7 +9,7 @@
 #include <octosurf/alignment.hpp>
 #include <octosurf/scan.hpp>
 
-namespace octosurf {
+namespace octosurf::mapper {
 
 /// Scans in a row at which the recording's poses stop meeting what was mapped before.
 struct LoopClosure {
@@ -42,4 +42,4 @@ class LoopClosures {
   std::vector<LoopClosure> all_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::mapper

@@ -43,7 +43,7 @@ Alignment as_given(const Scan& scan) {
 
 /// Refuses a scan that could leave a surface or a cylinder without an id. Each is made of n points at least;
 /// detection gives a point away once, and refit() once more where it splits what detection has made.
-void require_ids(const MapState& state, std::size_t new_points, const std::string& scan) {
+void require_ids(const surfaces::MapState& state, std::size_t new_points, const std::string& scan) {
   const std::size_t points = state.points + new_points;
   const std::size_t most = 2 * points / static_cast<std::size_t>(state.parameters.min_surface_points());
   if (most <= std::min(state.surfaces.ids_left(), state.cylinders.ids_left())) return;
@@ -62,15 +62,15 @@ struct Mapper::Impl {
       : map(std::move(m)), threads(thread_count), downsample(map.state().occupancy.grid()) {}
 
   /// By voxel; rounded where that is wanted, or was done before.
-  VoxelScan group(const MapState& state, const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
-                  double max_range) {
-    VoxelScan voxels =
+  sensing::VoxelScan group(const surfaces::MapState& state, const Scan& scan,
+                           const Eigen::Isometry3d& T_map_sensor, double max_range) {
+    sensing::VoxelScan voxels =
         downsample(scan, T_map_sensor, state.parameters.occupancy.min_range, max_range, threads);
     if (!round_scans && scan.readings.empty()) return voxels;
     if (scan.readings.empty())
-      round_scan(voxels, state.occupancy.grid(), state.noise);
+      sensing::round_scan(voxels, state.occupancy.grid(), state.noise);
     else
-      restore_rounded(voxels, state.occupancy.grid());
+      sensing::restore_rounded(voxels, state.occupancy.grid());
     downsample.find_anew(voxels);
     return voxels;
   }
@@ -78,21 +78,21 @@ struct Mapper::Impl {
   /// A scan that nothing speaks against, ready to be inserted.
   struct Prepared {
     ScanReport report;
-    AlignmentState alignment;
+    surfaces::AlignmentState alignment;
     bool set_aside = false;
-    VoxelScan voxels;
-    OccupancyMap::Touched touched;
+    sensing::VoxelScan voxels;
+    occupancy::OccupancyMap::Touched touched;
   };
   /// Throws what insert() throws. Changes nothing.
-  Prepared prepare(MapState& state, const Scan& scan);
+  Prepared prepare(surfaces::MapState& state, const Scan& scan);
   /// Within a Transaction.
-  void apply(MapState& state, const Scan& scan, Prepared prepared, SurfaceUpdate& surfaces);
+  void apply(surfaces::MapState& state, const Scan& scan, Prepared prepared, mapper::SurfaceUpdate& surfaces);
 
   Map map;
   int threads;
-  Downsampler downsample;
-  ScanAligner align;
-  VoxelScan last;
+  sensing::Downsampler downsample;
+  alignment::ScanAligner align;
+  sensing::VoxelScan last;
   bool round_scans = false;
 };
 
@@ -107,19 +107,19 @@ Mapper::Mapper(Mapper&&) noexcept = default;
 Mapper& Mapper::operator=(Mapper&&) noexcept = default;
 Mapper::~Mapper() = default;
 
-Mapper::Impl::Prepared Mapper::Impl::prepare(MapState& state, const Scan& scan) {
+Mapper::Impl::Prepared Mapper::Impl::prepare(surfaces::MapState& state, const Scan& scan) {
   require_rigid(scan.T_map_sensor, scan.name);
   require_readings(scan);
-  if (!NoiseModel::takes(scan))
+  if (!sensing::NoiseModel::takes(scan))
     throw Error(Error::Kind::data, scan.name, "its noise makes no sense", "leave it out");
   const OccupancyParameters& parameters = state.parameters.occupancy;
-  const double max_range = parameters.max_range.value_or(default_max_range(scan.sensor));
+  const double max_range = parameters.max_range.value_or(sensing::default_max_range(scan.sensor));
 
   Prepared prepared;
   ScanReport& report = prepared.report;
   report.points_raw = scan.points.size();
-  Stopwatch time(report);
-  AlignmentState& alignment = prepared.alignment = state.alignment;
+  mapper::Stopwatch time(report);
+  surfaces::AlignmentState& alignment = prepared.alignment = state.alignment;
   report.alignment = time(Stage::align, [&] {
     // An archive's poses were aligned when its scans were mapped.
     if (!state.parameters.alignment.enabled || !scan.readings.empty()) return as_given(scan);
@@ -131,7 +131,7 @@ Mapper::Impl::Prepared Mapper::Impl::prepare(MapState& state, const Scan& scan) 
     alignment.note_misfit(
         {report.alignment.T_map_sensor.translation(), farthest_reading(scan, max_range), prepared.set_aside});
   if (prepared.set_aside) return prepared;
-  VoxelScan& voxels = prepared.voxels =
+  sensing::VoxelScan& voxels = prepared.voxels =
       time(Stage::downsample, [&] { return group(state, scan, report.alignment.T_map_sensor, max_range); });
   report.points_not_finite = voxels.not_finite;
   report.points_too_near = voxels.too_near;
@@ -143,12 +143,13 @@ Mapper::Impl::Prepared Mapper::Impl::prepare(MapState& state, const Scan& scan) 
   return prepared;
 }
 
-void Mapper::Impl::apply(MapState& state, const Scan& scan, Prepared prepared, SurfaceUpdate& surfaces) {
+void Mapper::Impl::apply(surfaces::MapState& state, const Scan& scan, Prepared prepared,
+                         mapper::SurfaceUpdate& surfaces) {
   ScanReport& report = surfaces.add(std::move(prepared.report));
-  Stopwatch time(report);
+  mapper::Stopwatch time(report);
   state.alignment = std::move(prepared.alignment);
   if (prepared.set_aside) return;
-  const OccupancyDelta delta = time(Stage::occupancy, [&] {
+  const occupancy::OccupancyDelta delta = time(Stage::occupancy, [&] {
     return state.occupancy.apply(prepared.touched, prepared.voxels, downsample,
                                  state.parameters.occupancy.preserve_surfaces ? &state.surfaces : nullptr);
   });
@@ -165,9 +166,9 @@ void Mapper::Impl::apply(MapState& state, const Scan& scan, Prepared prepared, S
 ScanReport Mapper::insert(const Scan& scan) { return std::move(insert_all({&scan, 1}).front()); }
 
 std::vector<ScanReport> Mapper::insert_all(std::span<const Scan> scans) {
-  MapState& state = impl_->map.state();
-  std::optional<Transaction> changes;
-  SurfaceUpdate surfaces(state);
+  surfaces::MapState& state = impl_->map.state();
+  std::optional<surfaces::Transaction> changes;
+  mapper::SurfaceUpdate surfaces(state);
   for (const Scan& scan : scans) {
     std::optional<Impl::Prepared> prepared;
     try {
@@ -185,15 +186,15 @@ std::vector<ScanReport> Mapper::insert_all(std::span<const Scan> scans) {
 }
 
 ScanReport Mapper::detect_in_occupancy() {
-  MapState& state = impl_->map.state();
+  surfaces::MapState& state = impl_->map.state();
   require_ids(state, 0, "octree");
   ScanReport report;
-  Stopwatch time(report);
-  OccupancyDelta delta;
-  Transaction changes(state);
+  mapper::Stopwatch time(report);
+  occupancy::OccupancyDelta delta;
+  surfaces::Transaction changes(state);
   time(Stage::occupancy, [&] { delta.appeared = state.occupancy.adopt_occupied_voxels(); });
   report.points_raw = report.voxels = delta.appeared.size();
-  SurfaceUpdate surfaces(state);
+  mapper::SurfaceUpdate surfaces(state);
   surfaces.add(std::move(report));
   surfaces.retract({}, delta);
   report = std::move(surfaces.finish().back());
@@ -202,23 +203,23 @@ ScanReport Mapper::detect_in_occupancy() {
 }
 
 MergeReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other) {
-  MapState& state = impl_->map.state();
-  const MapState& theirs = other.state();
-  require_mergeable(state, theirs, T_map_other);
+  surfaces::MapState& state = impl_->map.state();
+  const surfaces::MapState& theirs = other.state();
+  mapper::require_mergeable(state, theirs, T_map_other);
   require_ids(state, theirs.points, "the other map");
   MergeReport report;
   if (theirs.occupancy.empty()) return report;
-  Stopwatch time(report.changes);
-  const OtherMap there(theirs, T_map_other, state.parameters.occupancy);
+  mapper::Stopwatch time(report.changes);
+  const mapper::OtherMap there(theirs, T_map_other, state.parameters.occupancy);
   report.changes.points_out_of_map = there.points_lost();
   report.changes.points_raw = theirs.points;
   report.changes.voxels = theirs.points;
-  Transaction changes(state);
-  const OccupancyMap::Merged merged =
+  surfaces::Transaction changes(state);
+  const occupancy::OccupancyMap::Merged merged =
       time(Stage::occupancy, [&] { return state.occupancy.merge(there.occupancy()); });
   there.hand_over_records(state);
-  const ForeignSurfaces foreign{theirs.surfaces, T_map_other, merged.surfaces};
-  SurfaceUpdate surfaces(state);
+  const mapper::ForeignSurfaces foreign{theirs.surfaces, T_map_other, merged.surfaces};
+  mapper::SurfaceUpdate surfaces(state);
   surfaces.add(std::move(report.changes));
   surfaces.retract({}, merged.delta);
   surfaces.find_surfaces(&foreign);
@@ -229,25 +230,25 @@ MergeReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other
 }
 
 ScanReport Mapper::resegment() {
-  MapState& state = impl_->map.state();
+  surfaces::MapState& state = impl_->map.state();
   require_ids(state, 0, "the map");
   ScanReport report;
-  Stopwatch time(report);
-  Transaction transaction(state);
-  Ledger ledger(state);
+  mapper::Stopwatch time(report);
+  surfaces::Transaction transaction(state);
+  surfaces::Ledger ledger(state);
   time(Stage::detect, [&] { law::replace_surfaces(ledger, state.occupancy, state.alignment.noise_factor2); });
   state.accumulated.clear();
-  time(Stage::cylinders, [&] { update_cylinders(ledger, {}); });
-  const Changes& changes = ledger.changes;
+  time(Stage::cylinders, [&] { detection::update_cylinders(ledger, {}); });
+  const surfaces::Changes& changes = ledger.changes;
   report.born.assign(changes.born.begin(), changes.born.end());
   report.merged.assign(changes.merged.begin(), changes.merged.end());
   report.gone.assign(changes.gone.begin(), changes.gone.end());
-  transaction.commit(time(Stage::derive, [&] { return derive(state, changes); }));
+  transaction.commit(time(Stage::derive, [&] { return upkeep::derive(state, changes); }));
   return report;
 }
 
 void Mapper::share_octree(bool on) {
-  MapState& state = impl_->map.state();
+  surfaces::MapState& state = impl_->map.state();
   auto next = std::make_shared<Snapshot>(*state.snapshot.load());
   next->octree = on ? state.occupancy.share() : OccupancyView();
   state.octree_shared = on;
@@ -255,7 +256,7 @@ void Mapper::share_octree(bool on) {
 }
 
 void Mapper::round_scans() { impl_->round_scans = true; }
-const VoxelScan& Mapper::last_voxels() const { return impl_->last; }
+const sensing::VoxelScan& Mapper::last_voxels() const { return impl_->last; }
 std::shared_ptr<const Snapshot> Mapper::snapshot() const { return impl_->map.snapshot(); }
 const Map& Mapper::map() const {
   impl_->map.state().restore();

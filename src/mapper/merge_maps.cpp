@@ -5,7 +5,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::mapper {
 namespace {
 
 void require_same(const char* parameter, double ours, double theirs, const char* mend) {
@@ -18,7 +18,8 @@ void require_same(const char* parameter, double ours, double theirs, const char*
 
 }  // namespace
 
-void require_mergeable(const MapState& map, const MapState& other, const Eigen::Isometry3d& T_map_other) {
+void require_mergeable(const surfaces::MapState& map, const surfaces::MapState& other,
+                       const Eigen::Isometry3d& T_map_other) {
   if (&map == &other)
     throw Error(Error::Kind::usage, "the other map", "is the map itself, whose readings would count twice",
                 "give another one");
@@ -32,17 +33,17 @@ void require_mergeable(const MapState& map, const MapState& other, const Eigen::
   require_same("occupied", ours.occupied, theirs.occupied, mend);
 }
 
-OtherMap::OtherMap(const MapState& other, const Eigen::Isometry3d& T_map_other,
+OtherMap::OtherMap(const surfaces::MapState& other, const Eigen::Isometry3d& T_map_other,
                    const OccupancyParameters& parameters)
     : other_(other), T_map_other_(T_map_other) {
   if (T_map_other.matrix() == Eigen::Matrix4d::Identity()) return;
-  resampled_.emplace(OccupancyMap::resampled(other.occupancy, T_map_other, parameters, lost_));
+  resampled_.emplace(occupancy::OccupancyMap::resampled(other.occupancy, T_map_other, parameters, lost_));
 }
 
-void OtherMap::hand_over_records(MapState& map) const {
+void OtherMap::hand_over_records(surfaces::MapState& map) const {
   map.scans += other_.scans;
   map.sensors_up += T_map_other_.linear() * other_.sensors_up;
-  for (AlignmentState::Misfit misfit : other_.alignment.misfits) {
+  for (surfaces::AlignmentState::Misfit misfit : other_.alignment.misfits) {
     misfit.position = T_map_other_ * misfit.position;
     map.alignment.note_misfit(misfit);
   }
@@ -51,19 +52,19 @@ void OtherMap::hand_over_records(MapState& map) const {
   if (!told.noise.empty()) map.noise.observe(told);
 }
 
-std::vector<MergedSurface> OtherMap::heirs_in(const MapState& map) const {
+std::vector<MergedSurface> OtherMap::heirs_in(const surfaces::MapState& map) const {
   std::vector<MergedSurface> all;
   for (const auto& [id, surface] : other_.surfaces) {
     MergedSurface& merged = all.emplace_back();
     merged.other = id;
     merged.inliers = surface.size();
     std::map<SurfaceId, std::size_t> owners;
-    surface.for_each_inlier([&](const Inlier& inlier) {
-      VoxelKey key = inlier.key;
+    surface.for_each_inlier([&](const surfaces::Inlier& inlier) {
+      geometry::VoxelKey key = inlier.key;
       if (resampled_ &&
           !map.occupancy.grid().key_of((T_map_other_ * inlier.position.cast<double>()).cast<float>(), key))
         return;
-      const OccupancyMap::Lookup found = map.occupancy.at(key);
+      const occupancy::OccupancyMap::Lookup found = map.occupancy.at(key);
       if (found.point && found.point->surface != 0) ++owners[found.point->surface];
     });
     for (const auto& [owner, points] : owners) {
@@ -76,4 +77,4 @@ std::vector<MergedSurface> OtherMap::heirs_in(const MapState& map) const {
   return all;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::mapper

@@ -5,7 +5,7 @@
 
 #include <octosurf/mapper.hpp>
 
-namespace octosurf {
+namespace octosurf::mapper {
 
 /// Runs one stage and notes its time.
 class Stopwatch {
@@ -32,4 +32,4 @@ class Stopwatch {
   ScanReport& report_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::mapper

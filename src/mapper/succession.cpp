@@ -8,7 +8,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::mapper {
 namespace {
 
 std::uint64_t pair_of(std::uint32_t before, std::uint32_t after) {
@@ -20,8 +20,8 @@ std::uint64_t count_in(const std::map<std::uint32_t, std::uint64_t>& counts, std
   return found == counts.end() ? 0 : found->second;
 }
 
-SurfaceId surface_at(const MapState& map, VoxelKey key) {
-  const OccupancyMap::Lookup voxel = map.occupancy.at(key);
+SurfaceId surface_at(const surfaces::MapState& map, geometry::VoxelKey key) {
+  const occupancy::OccupancyMap::Lookup voxel = map.occupancy.at(key);
   return voxel.point ? voxel.point->surface : 0;
 }
 
@@ -37,12 +37,12 @@ void Succession::Shared::add(Id before, Id after) {
   if (before != 0 && after != 0) ++pairs[pair_of(before, after)];
 }
 
-void Succession::add(VoxelKey before, VoxelKey after) {
+void Succession::add(geometry::VoxelKey before, geometry::VoxelKey after) {
   surfaces_.add(surface_at(before_, before), surface_at(after_, after));
   cylinders_.add(before_.cylinders.owner(before), after_.cylinders.owner(after));
 }
 
-void Succession::add_lost(VoxelKey before) {
+void Succession::add_lost(geometry::VoxelKey before) {
   surfaces_.add(surface_at(before_, before), 0);
   cylinders_.add(before_.cylinders.owner(before), 0);
 }
@@ -87,7 +87,7 @@ Identities Succession::settle() const {
   identities.born = after_.surfaces.size() - same_surfaces.size();
   for (const auto& [id, cylinder] : after_.cylinders) {
     const CylinderId now = identities.cylinders.at(id);
-    const CylinderModel* same = before_.cylinders.find(now);
+    const surfaces::CylinderModel* same = before_.cylinders.find(now);
     identities.cylinders_born[now] = same != nullptr ? same->born : identities.revision;
   }
   settle_parents(identities);
@@ -99,7 +99,7 @@ void Succession::settle_parents(Identities& identities) const {
   std::set<SurfaceId> living;
   for (const auto& [after, id] : identities.surfaces) {
     living.insert(id);
-    const SurfaceModel* same = before_.surfaces.find(id);
+    const surfaces::SurfaceModel* same = before_.surfaces.find(id);
     identities.parents[id] = same != nullptr ? same->parents() : std::vector<SurfaceId>{};
     identities.surfaces_born[id] = same != nullptr ? same->born : identities.revision;
   }
@@ -121,7 +121,7 @@ void Succession::settle_parents(Identities& identities) const {
 void Succession::settle_departures(Identities& identities) const {
   std::vector<Departure> gone;
   for (const SurfaceId id : identities.gone) {
-    const SurfaceModel& surface = *before_.surfaces.find(id);
+    const surfaces::SurfaceModel& surface = *before_.surfaces.find(id);
     const auto into = identities.merged.find(id);
     gone.push_back({Departure::Of::surface, id, into != identities.merged.end() ? into->second : 0,
                     surface.born, identities.revision, surface.parents()});
@@ -132,11 +132,11 @@ void Succession::settle_departures(Identities& identities) const {
   identities.departures = before_.departures.with(gone);
 }
 
-void renumber(MapState& state, const Identities& identities) {
-  SurfaceStore surfaces(state.parameters.occupancy.resolution);
+void renumber(surfaces::MapState& state, const Identities& identities) {
+  surfaces::SurfaceStore surfaces(state.parameters.occupancy.resolution);
   surfaces.set_erosion_tolerance(state.parameters.surface_tolerance());
   for (const auto& [id, surface] : state.surfaces) {
-    SurfaceModel::State renamed = surface.state();
+    surfaces::SurfaceModel::State renamed = surface.state();
     renamed.id = identities.surfaces.at(id);
     renamed.parents = identities.parents.at(renamed.id);
     renamed.born = identities.surfaces_born.at(renamed.id);
@@ -145,9 +145,9 @@ void renumber(MapState& state, const Identities& identities) {
   }
   surfaces.set_next_id(identities.next_surface);
 
-  CylinderStore cylinders;
+  surfaces::CylinderStore cylinders;
   for (const auto& [id, cylinder] : state.cylinders) {
-    CylinderModel renamed = cylinder;
+    surfaces::CylinderModel renamed = cylinder;
     renamed.id = identities.cylinders.at(id);
     renamed.born = identities.cylinders_born.at(renamed.id);
     renamed.revision = identities.revision;
@@ -156,7 +156,7 @@ void renumber(MapState& state, const Identities& identities) {
   }
   cylinders.set_next_id(identities.next_cylinder);
 
-  state.occupancy.for_each_point([&](const VoxelPoint& p) {
+  state.occupancy.for_each_point([&](const occupancy::VoxelPoint& p) {
     if (p.surface != 0) state.occupancy.assign(p, identities.surfaces.at(p.surface));
   });
   state.surfaces = std::move(surfaces);
@@ -172,4 +172,4 @@ void renumber(MapState& state, const Identities& identities) {
   state.snapshot.store(std::move(snapshot));
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::mapper

@@ -7,7 +7,7 @@
 #include <tsl/robin_map.h>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::mapper {
 
 /// What the surfaces and cylinders of a map that was built anew are to be called.
 struct Identities {
@@ -44,12 +44,13 @@ struct Identities {
 class Succession {
  public:
   /// Both must outlive it.
-  Succession(const MapState& before, const MapState& after) : before_(before), after_(after) {}
+  Succession(const surfaces::MapState& before, const surfaces::MapState& after)
+      : before_(before), after_(after) {}
 
   /// A point in the voxel where the old map has it and in that where the new one has it. O(1).
-  void add(VoxelKey before, VoxelKey after);
+  void add(geometry::VoxelKey before, geometry::VoxelKey after);
   /// A point that is outside the new map.
-  void add_lost(VoxelKey before);
+  void add_lost(geometry::VoxelKey before);
 
   /// Throws Error(data) if the ids run out.
   Identities settle() const;
@@ -60,20 +61,20 @@ class Succession {
   struct Shared {
     void add(Id before, Id after);
 
-    tsl::robin_map<std::uint64_t, std::uint64_t, PackedKeyHash> pairs;
+    tsl::robin_map<std::uint64_t, std::uint64_t, geometry::PackedKeyHash> pairs;
     std::map<Id, std::uint64_t> of_before, of_after;
   };
   static std::map<Id, Id> partners(const Shared& shared);
   void settle_parents(Identities& identities) const;
   void settle_departures(Identities& identities) const;
 
-  const MapState& before_;
-  const MapState& after_;
+  const surfaces::MapState& before_;
+  const surfaces::MapState& after_;
   Shared surfaces_, cylinders_;
 };
 
 /// Calls the surfaces and cylinders of a map as `identities` says, everywhere: octree, stores, lineage,
 /// snapshot. All have changed with its revision.
-void renumber(MapState& state, const Identities& identities);
+void renumber(surfaces::MapState& state, const Identities& identities);
 
-}  // namespace octosurf
+}  // namespace octosurf::mapper

@@ -12,24 +12,25 @@
 #include <span>
 #include <utility>
 
-namespace octosurf {
+namespace octosurf::mapper {
 namespace {
 
-using Index = PointWindow::Index;
+using Index = occupancy::PointWindow::Index;
 
 /// Of the points that are still there.
-std::vector<Index> indices_of(const PointWindow& window, std::span<const std::vector<VoxelKey>> of_scans) {
+std::vector<Index> indices_of(const occupancy::PointWindow& window,
+                              std::span<const std::vector<geometry::VoxelKey>> of_scans) {
   std::vector<Index> indices;
-  for (const std::vector<VoxelKey>& keys : of_scans)
-    for (const VoxelKey key : keys)
-      if (const Index i = window.find(key); i != PointWindow::none) indices.push_back(i);
+  for (const std::vector<geometry::VoxelKey>& keys : of_scans)
+    for (const geometry::VoxelKey key : keys)
+      if (const Index i = window.find(key); i != occupancy::PointWindow::none) indices.push_back(i);
   return indices;
 }
 
-std::vector<VoxelKey> keys_of(const std::vector<VoxelPoint>& points) {
-  std::vector<VoxelKey> keys;
+std::vector<geometry::VoxelKey> keys_of(const std::vector<occupancy::VoxelPoint>& points) {
+  std::vector<geometry::VoxelKey> keys;
   keys.reserve(points.size());
-  for (const VoxelPoint& p : points) keys.push_back(p.key);
+  for (const occupancy::VoxelPoint& p : points) keys.push_back(p.key);
   return keys;
 }
 
@@ -44,14 +45,14 @@ ScanReport& SurfaceUpdate::add(ScanReport report) {
 
 /// Goes on where the scan before stopped, with a window on the octree as it is now.
 void SurfaceUpdate::renew_ledger() {
-  Changes changes;
+  surfaces::Changes changes;
   if (ledger_) changes = std::move(ledger_->changes);
   ledger_.emplace(state_).changes = std::move(changes);
   left_over_ = {};
   expansion_.emplace(*ledger_);
 }
 
-void SurfaceUpdate::retract(const VoxelScan& scan, const OccupancyDelta& delta) {
+void SurfaceUpdate::retract(const sensing::VoxelScan& scan, const occupancy::OccupancyDelta& delta) {
   ScanReport& report = reports_.back();
   Stopwatch time(report);
   state_.points += delta.appeared.size();
@@ -59,15 +60,15 @@ void SurfaceUpdate::retract(const VoxelScan& scan, const OccupancyDelta& delta) 
   report.appeared = delta.appeared.size();
   report.vanished = delta.vanished.size();
   renew_ledger();
-  time(Stage::cylinders, [&] { retract_cylinders(*ledger_, delta); });
+  time(Stage::cylinders, [&] { detection::retract_cylinders(*ledger_, delta); });
   time(Stage::retract, [&] {
-    octosurf::retract(*ledger_, delta);
-    accumulate_evidence(*ledger_, scan, delta.confirmed);
+    upkeep::retract(*ledger_, delta);
+    upkeep::accumulate_evidence(*ledger_, scan, delta.confirmed);
   });
   appeared_.back() = keys_of(delta.appeared);
 }
 
-void SurfaceUpdate::accumulate(std::vector<VoxelKey> keys) {
+void SurfaceUpdate::accumulate(std::vector<geometry::VoxelKey> keys) {
   keys.insert(keys.end(), ledger_->changes.requeued.begin(), ledger_->changes.requeued.end());
   keys.insert(keys.end(), state_.accumulated.begin(), state_.accumulated.end());
   std::sort(keys.begin(), keys.end());
@@ -84,12 +85,12 @@ void SurfaceUpdate::find_surfaces(const ForeignSurfaces* foreign) {
     time(Stage::detect, [&] { expansion_->adopt(adopt_surfaces(*ledger_, appeared, *foreign)); });
   time(Stage::expand, [&] { expansion_->expand(left); });
   time(Stage::detect, [&] {
-    std::vector<VoxelKey> pending;
+    std::vector<geometry::VoxelKey> pending;
     for (const Index i : left)
       if (ledger_->window[i].surface == 0) pending.push_back(ledger_->window[i].key);
     accumulate(std::move(pending));
     ledger_->changes.requeued.clear();
-    if (std::optional<Detection> found = detect(*ledger_, state_.accumulated)) {
+    if (std::optional<detection::Detection> found = detection::detect(*ledger_, state_.accumulated)) {
       state_.accumulated.clear();
       left_over_ = std::move(found->left_over);
       expansion_->grow(found->born);
@@ -99,8 +100,8 @@ void SurfaceUpdate::find_surfaces(const ForeignSurfaces* foreign) {
 
 void SurfaceUpdate::count_categorized() {
   for (std::size_t scan = 0; scan < reports_.size(); ++scan)
-    for (const VoxelKey key : appeared_[scan])
-      if (const Index i = ledger_->window.find(key); i != PointWindow::none)
+    for (const geometry::VoxelKey key : appeared_[scan])
+      if (const Index i = ledger_->window.find(key); i != occupancy::PointWindow::none)
         reports_[scan].categorized += ledger_->window[i].surface != 0;
 }
 
@@ -109,20 +110,20 @@ void SurfaceUpdate::revise() {
   Stopwatch time(report);
   time(Stage::revise, [&] {
     if (state_.parameters.aligned()) expansion_->rejoin();
-    refit(*ledger_);
+    upkeep::refit(*ledger_);
     accumulate({});
   });
   // Last, when the planes have all their points: cylinders never change them.
-  time(Stage::cylinders, [&] { update_cylinders(*ledger_, left_over_); });
+  time(Stage::cylinders, [&] { detection::update_cylinders(*ledger_, left_over_); });
 
   count_categorized();
-  const Changes& changes = ledger_->changes;
+  const surfaces::Changes& changes = ledger_->changes;
   report.born = list_of(changes.born);
   report.grown = list_of(changes.grown);
   report.shrunk = list_of(changes.shrunk);
   report.merged = list_of(changes.merged);
   report.gone = list_of(changes.gone);
-  snapshot_ = time(Stage::derive, [&] { return derive(state_, changes); });
+  snapshot_ = time(Stage::derive, [&] { return upkeep::derive(state_, changes); });
 }
 
 std::vector<ScanReport> SurfaceUpdate::finish() {
@@ -133,4 +134,4 @@ std::vector<ScanReport> SurfaceUpdate::finish() {
   return std::move(reports_);
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::mapper

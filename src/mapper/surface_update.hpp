@@ -13,20 +13,20 @@
 
 #include <octosurf/mapper.hpp>
 
-namespace octosurf {
+namespace octosurf::mapper {
 
 /// What scans that go into the octree, one or several, ask of the surfaces: docs/design.md §4, from step 3
 /// on. Each stage's time goes to the last report.
 class SurfaceUpdate {
  public:
-  explicit SurfaceUpdate(MapState& state) : state_(state) {}
+  explicit SurfaceUpdate(surfaces::MapState& state) : state_(state) {}
 
   bool empty() const { return reports_.empty(); }
   /// A scan's, with what is known so far; where its stages go on. Valid until the next.
   ScanReport& add(ScanReport report);
 
   /// Step 3, of the last report's scan: what its delta asks at once, because the next scan builds on it.
-  void retract(const VoxelScan& scan, const OccupancyDelta& delta);
+  void retract(const sensing::VoxelScan& scan, const occupancy::OccupancyDelta& delta);
 
   /// Surfaces were looked for in some scan's points already.
   bool searched() const { return searched_ > 0; }
@@ -41,18 +41,18 @@ class SurfaceUpdate {
 
  private:
   void renew_ledger();
-  void accumulate(std::vector<VoxelKey> keys);
+  void accumulate(std::vector<geometry::VoxelKey> keys);
   void count_categorized();
   void revise();
 
-  MapState& state_;
+  surfaces::MapState& state_;
   std::vector<ScanReport> reports_;
-  std::vector<std::vector<VoxelKey>> appeared_;  // of each report; none if the scan was set aside
-  std::size_t searched_ = 0;                     // of these, in which surfaces were looked for
-  std::optional<Ledger> ledger_;                 // of the scan last applied
-  std::optional<Expansion> expansion_;           // likewise
-  Detection::LeftOver left_over_;                // likewise
+  std::vector<std::vector<geometry::VoxelKey>> appeared_;  // of each report; none if the scan was set aside
+  std::size_t searched_ = 0;                               // of these, in which surfaces were looked for
+  std::optional<surfaces::Ledger> ledger_;                 // of the scan last applied
+  std::optional<expansion::Expansion> expansion_;          // likewise
+  detection::Detection::LeftOver left_over_;               // likewise
   std::shared_ptr<const Snapshot> snapshot_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::mapper

@@ -7,14 +7,14 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::occupancy {
 namespace {
 
 using State = OccupancyMap::State;
 using Step = std::array<int, 3>;
 constexpr std::array<Step, 6> steps{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
 
-VoxelKey neighbour(VoxelKey k, const Step& s) {
+geometry::VoxelKey neighbour(geometry::VoxelKey k, const Step& s) {
   return {static_cast<std::uint16_t>(k.x + s[0]), static_cast<std::uint16_t>(k.y + s[1]),
           static_cast<std::uint16_t>(k.z + s[2])};
 }
@@ -22,7 +22,7 @@ VoxelKey neighbour(VoxelKey k, const Step& s) {
 bool knows_free(const VoxelTree& tree) {
   bool any = false;
   tree.visit_leaves(
-      [&](const VoxelTree::Node& leaf, VoxelKey) { any = any || !tree.occupied(leaf.log_odds()); });
+      [&](const VoxelTree::Node& leaf, geometry::VoxelKey) { any = any || !tree.occupied(leaf.log_odds()); });
   return any;
 }
 
@@ -30,7 +30,7 @@ std::int64_t cube(std::int64_t edge) { return edge * edge * edge; }
 
 /// Calls visit(key) for the voxels on the skin of a cube.
 template <class Visit>
-void visit_skin(VoxelKey corner, int edge, const Visit& visit) {
+void visit_skin(geometry::VoxelKey corner, int edge, const Visit& visit) {
   const auto rim = [edge](int v) { return v == 0 || v == edge - 1; };
   for (int z = 0; z < edge; ++z)
     for (int y = 0; y < edge; ++y)
@@ -41,7 +41,7 @@ void visit_skin(VoxelKey corner, int edge, const Visit& visit) {
 
 /// Toward the free or, failing that, the unknown neighbours. A wall one voxel thick is open on both
 /// sides: one of them has to do.
-Eigen::Vector3f open_side(const OccupancyMap& map, VoxelKey key) {
+Eigen::Vector3f open_side(const OccupancyMap& map, geometry::VoxelKey key) {
   Eigen::Vector3f free = Eigen::Vector3f::Zero(), unknown = free, first_free = free, first_unknown = free;
   for (const Step& s : steps) {
     const State state = map.at(neighbour(key, s)).state;
@@ -68,15 +68,15 @@ std::vector<VoxelPoint> OccupancyMap::adopt_occupied_voxels() {
       (std::int64_t{1} << 17) + static_cast<std::int64_t>(tree_->bytes() / 32);  // voxels
   std::int64_t skin = 0;
   // Collected first: a leaf must not be divided while leaves are visited.
-  std::vector<VoxelKey> border;
-  tree_->visit_leaves([&](const VoxelTree::Node& leaf, VoxelKey corner) {
+  std::vector<geometry::VoxelKey> border;
+  tree_->visit_leaves([&](const VoxelTree::Node& leaf, geometry::VoxelKey corner) {
     if (!tree_->occupied(leaf.log_odds()) || leaf.payload() != nullptr) return;
     const int edge = 1 << leaf.level();
     if (edge > 1) skin += cube(edge) - cube(edge - 2);
     if (skin > largest_skin)
       throw Error(Error::Kind::data, "octree", "its undivided occupied blocks have too large a surface",
                   "no scan leaves such blocks; map the place anew, or leave of solid bodies only their skin");
-    visit_skin(corner, edge, [&](VoxelKey k) {
+    visit_skin(corner, edge, [&](geometry::VoxelKey k) {
       for (const Step& s : steps)
         if (at(neighbour(k, s)).state == open) {
           border.push_back(k);
@@ -85,13 +85,13 @@ std::vector<VoxelPoint> OccupancyMap::adopt_occupied_voxels() {
     });
   });
   std::vector<VoxelPoint> adopted;
-  for (const VoxelKey k : border) {
+  for (const geometry::VoxelKey k : border) {
     const Eigen::Vector3f centre = grid_.centre_of(k);
     VoxelPayload& payload = tree_->make_payload(k);
     store_point(payload, grid_, k, centre, centre + open_side(*this, k));
     adopted.push_back({k,
                        load_point(payload, grid_, k),
-                       decode_view(payload.view),
+                       sensing::decode_view(payload.view),
                        static_cast<std::uint8_t>(payload.range_class),
                        0,
                        {}});
@@ -99,4 +99,4 @@ std::vector<VoxelPoint> OccupancyMap::adopt_occupied_voxels() {
   return adopted;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::occupancy

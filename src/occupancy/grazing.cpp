@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace octosurf {
+namespace octosurf::occupancy {
 namespace {
 
 /// Cube map: face by the largest component, the others divided by it.
@@ -41,7 +41,7 @@ bool segment_meets_box(const Eigen::Vector3f& from, const Eigen::Vector3f& to, c
 
 }  // namespace
 
-Eigen::Vector3f GrazingTest::end_of(const EndVoxel& end) const {
+Eigen::Vector3f GrazingTest::end_of(const sensing::EndVoxel& end) const {
   const Eigen::Vector3f centre = grid_.centre_of(end.key);
   if (scan_.within_range(centre)) return centre;
   return scan_.origin + (centre - scan_.origin).normalized() * static_cast<float>(scan_.max_range);
@@ -68,7 +68,7 @@ void GrazingTest::index() {
     ends_[next[static_cast<std::size_t>(bins[i])]++] = points[i];
 }
 
-bool GrazingTest::crosses(VoxelKey voxel, const Plane& plane, double tolerance) {
+bool GrazingTest::crosses(geometry::VoxelKey voxel, const Plane& plane, double tolerance) {
   if (first_.empty()) index();
   const double side = plane.signed_distance(scan_.origin.cast<double>());
   const Eigen::Vector3f centre = grid_.centre_of(voxel);
@@ -108,4 +108,4 @@ bool GrazingTest::crosses(VoxelKey voxel, const Plane& plane, double tolerance) 
   return false;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::occupancy

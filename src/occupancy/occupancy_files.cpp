@@ -21,7 +21,7 @@ constexpr std::size_t chunk_bytes = std::size_t{1} << 20;
 // size, and the most there can be is 144 times.
 constexpr std::size_t free_bytes = std::size_t{32} << 20, bytes_per_file_byte = 64;
 
-VoxelKey child_corner(VoxelKey key, unsigned child, int level) {
+geometry::VoxelKey child_corner(geometry::VoxelKey key, unsigned child, int level) {
   return {static_cast<std::uint16_t>(key.x | (child & 1) << level),
           static_cast<std::uint16_t>(key.y | (child >> 1 & 1) << level),
           static_cast<std::uint16_t>(key.z | (child >> 2 & 1) << level)};
@@ -30,19 +30,20 @@ VoxelKey child_corner(VoxelKey key, unsigned child, int level) {
 /// OctoMap's .bt: two bits a child, in preorder; undivided where eight children agree.
 class BtWriter {
  public:
-  explicit BtWriter(const VoxelTree& tree) : tree_(tree) {}
+  explicit BtWriter(const occupancy::VoxelTree& tree) : tree_(tree) {}
 
   enum Kind : unsigned { unknown = 0, free = 1, occupied = 2, inner = 3 };
 
   /// Appends what is below `node`; nothing if it turns out to be a leaf of one kind.
-  Kind write(const VoxelTree::Node& node) {
+  Kind write(const occupancy::VoxelTree::Node& node) {
     ++nodes_;
     if (!node.has_children()) return tree_.occupied(node.log_odds()) ? occupied : free;
     const std::size_t start = bytes_.size(), nodes_before = nodes_;
     bytes_.append(2, '\0');
     unsigned bits = 0;
     for (unsigned c = 0; c < 8; ++c)
-      if (const VoxelTree::Node child = node.child(c); child.exists()) bits |= write(child) << (2 * c);
+      if (const occupancy::VoxelTree::Node child = node.child(c); child.exists())
+        bits |= write(child) << (2 * c);
     if (bits == all_free || bits == all_occupied) {
       bytes_.resize(start);
       nodes_ = nodes_before;
@@ -57,7 +58,7 @@ class BtWriter {
 
  private:
   static constexpr unsigned all_free = 0x5555, all_occupied = 0xaaaa;
-  const VoxelTree& tree_;
+  const occupancy::VoxelTree& tree_;
   std::string bytes_;
   std::size_t nodes_ = 0;
 };
@@ -66,13 +67,13 @@ class NodeWriter {
  public:
   explicit NodeWriter(const std::function<void(const std::string&)>& sink) : sink_(sink) {}
 
-  void write(const VoxelTree::Node& node) {
+  void write(const occupancy::VoxelTree::Node& node) {
     std::uint8_t mask = 0;
     if (node.has_children())
       for (unsigned c = 0; c < 8; ++c) mask |= static_cast<std::uint8_t>(node.child(c).exists() << c);
     put(mask);
     if (mask == 0) {
-      const VoxelPayload* payload = node.payload();
+      const occupancy::VoxelPayload* payload = node.payload();
       put(node.log_odds());
       put(static_cast<std::uint8_t>(payload != nullptr));
       if (payload != nullptr) put(*payload);
@@ -98,14 +99,14 @@ class NodeWriter {
 
 class NodeReader {
  public:
-  NodeReader(VoxelTree& tree, const std::function<std::string()>& source, const std::string& where)
+  NodeReader(occupancy::VoxelTree& tree, const std::function<std::string()>& source, const std::string& where)
       : tree_(tree), source_(source), where_(where) {}
 
-  void read(VoxelKey corner, int level) {
+  void read(geometry::VoxelKey corner, int level) {
     const auto mask = get<std::uint8_t>();
     if (mask == 0) return read_leaf(corner, level);
     if (level == 0) fail("the octree is deeper than 16 levels");
-    if (level == VoxelTree::brick_level) brick_ = &tree_.make_brick(corner);
+    if (level == occupancy::VoxelTree::brick_level) brick_ = &tree_.make_brick(corner);
     for (unsigned c = 0; c < 8; ++c)
       if (mask >> c & 1) read(child_corner(corner, c, level - 1), level - 1);
   }
@@ -118,16 +119,16 @@ class NodeReader {
   }
 
  private:
-  void read_leaf(VoxelKey corner, int level) {
+  void read_leaf(geometry::VoxelKey corner, int level) {
     const auto log_odds = get<float>();
     if (!std::isfinite(log_odds)) fail("a log-odds is not finite");
     // Most leaves are a brick's: the way from the root to each of them would take half of the time.
-    if (level < VoxelTree::brick_level)
-      VoxelTree::set_leaf(*brick_, corner, level, log_odds);
+    if (level < occupancy::VoxelTree::brick_level)
+      occupancy::VoxelTree::set_leaf(*brick_, corner, level, log_odds);
     else
       tree_.set_leaf(corner, level, log_odds);
     if (get<std::uint8_t>() == 0) return;
-    const auto payload = get<VoxelPayload>();
+    const auto payload = get<occupancy::VoxelPayload>();
     if (!payload.has_point()) fail("a point has no distance class");
     if (level != 0 || !tree_.occupied(log_odds)) fail("a point stands in a voxel that cannot hold one");
     tree_.make_payload(corner) = payload;
@@ -156,12 +157,12 @@ class NodeReader {
     }
     return value;
   }
-  VoxelTree& tree_;
+  occupancy::VoxelTree& tree_;
   const std::function<std::string()>& source_;
   const std::string& where_;
   std::string chunk_;
   std::size_t position_ = 0;
-  VoxelTree::Brick* brick_ = nullptr;  // that is being read
+  occupancy::VoxelTree::Brick* brick_ = nullptr;  // that is being read
 };
 
 /// Header of OctoMap's .bt and .ot: text lines up to "data", then bytes.
@@ -218,7 +219,7 @@ OctomapHeader read_header(std::istream& in, const std::filesystem::path& file) {
 
 class OctomapReader {
  public:
-  OctomapReader(VoxelTree& tree, std::istream& in, const OctomapHeader& header,
+  OctomapReader(occupancy::VoxelTree& tree, std::istream& in, const OctomapHeader& header,
                 const std::filesystem::path& file)
       : tree_(tree), in_(in), header_(header), file_(file) {
     std::error_code error;
@@ -229,7 +230,8 @@ class OctomapReader {
 
   void read() {
     ++nodes_;
-    header_.binary ? read_binary({}, VoxelTree::top_level) : read_full({}, VoxelTree::top_level);
+    header_.binary ? read_binary({}, occupancy::VoxelTree::top_level)
+                   : read_full({}, occupancy::VoxelTree::top_level);
     if (header_.nodes && *header_.nodes != nodes_)
       refuse_octomap(file_, "is damaged: " + std::to_string(nodes_) + " nodes where its header says " +
                                 std::to_string(*header_.nodes));
@@ -239,7 +241,7 @@ class OctomapReader {
 
  private:
   // .bt: two bits a child: 00 unknown, 01 free (low bit first), 10 occupied, 11 has children.
-  void read_binary(VoxelKey corner, int level) {
+  void read_binary(geometry::VoxelKey corner, int level) {
     if (level == 0) refuse_octomap(file_, "is damaged: deeper than 16 levels");
     unsigned bits = byte();  // in two steps: | does not say which side comes first
     bits |= unsigned{byte()} << 8;
@@ -255,7 +257,7 @@ class OctomapReader {
       if ((bits >> (2 * c) & 3) == 3) read_binary(child_corner(corner, c, level - 1), level - 1);
   }
   // .ot: log-odds (and a colour), then a byte of child bits.
-  void read_full(VoxelKey corner, int level) {
+  void read_full(geometry::VoxelKey corner, int level) {
     float value = 0;
     for (std::size_t i = 0; i < sizeof value; ++i)
       reinterpret_cast<unsigned char*>(&value)[i] = byte() & 0xff;
@@ -268,7 +270,7 @@ class OctomapReader {
     for (unsigned c = 0; c < 8; ++c)
       if (mask >> c & 1) read_full(child_corner(corner, c, level - 1), level - 1);
   }
-  void set_leaf(VoxelKey corner, int level, float log_odds) {
+  void set_leaf(geometry::VoxelKey corner, int level, float log_odds) {
     tree_.set_leaf(corner, level, log_odds);
     if (tree_.bytes() > most_bytes_)
       refuse_octomap(file_, "is damaged: it takes far more memory than its size allows");
@@ -278,7 +280,7 @@ class OctomapReader {
     if (c == std::istream::traits_type::eof()) refuse_octomap(file_, "is truncated");
     return static_cast<unsigned char>(c);
   }
-  VoxelTree& tree_;
+  occupancy::VoxelTree& tree_;
   std::istream& in_;
   const OctomapHeader& header_;
   const std::filesystem::path& file_;
@@ -288,7 +290,7 @@ class OctomapReader {
 
 }  // namespace
 
-void OccupancyMap::write_bt(std::ostream& out) const {
+void occupancy::OccupancyMap::write_bt(std::ostream& out) const {
   BtWriter writer(*tree_);
   if (!tree_->empty()) writer.write(tree_->root());
   out << "# Octomap OcTree binary file\n"
@@ -304,18 +306,19 @@ std::string OccupancyView::octomap_data() const {
   return writer.bytes();
 }
 
-void OccupancyMap::write_nodes(const std::function<void(const std::string&)>& sink) const {
+void occupancy::OccupancyMap::write_nodes(const std::function<void(const std::string&)>& sink) const {
   if (tree_->empty()) return;
   NodeWriter writer(sink);
   writer.write(tree_->root());
   writer.flush();
 }
 
-void OccupancyMap::read_nodes(const std::function<std::string()>& source, const std::string& where) {
-  *tree_ = VoxelTree(tree_->model());
+void occupancy::OccupancyMap::read_nodes(const std::function<std::string()>& source,
+                                         const std::string& where) {
+  *tree_ = occupancy::VoxelTree(tree_->model());
   NodeReader reader(*tree_, source, where);
   if (reader.at_end()) return;
-  reader.read({}, VoxelTree::top_level);
+  reader.read({}, occupancy::VoxelTree::top_level);
   if (!reader.at_end()) reader.fail("bytes are left over");
 }
 
@@ -324,11 +327,12 @@ double read_octomap_resolution(const std::filesystem::path& file) {
   return read_header(in, file).resolution;
 }
 
-OccupancyMap OccupancyMap::read_octomap(const std::filesystem::path& file, OccupancyParameters parameters) {
+occupancy::OccupancyMap occupancy::OccupancyMap::read_octomap(const std::filesystem::path& file,
+                                                              OccupancyParameters parameters) {
   std::ifstream in(file, std::ios::binary);
   const OctomapHeader header = read_header(in, file);
   parameters.resolution = header.resolution;
-  OccupancyMap map(parameters);
+  occupancy::OccupancyMap map(parameters);
   if (header.nodes == 0 && in.peek() == std::istream::traits_type::eof()) return map;  // an empty map
   if (in.peek() == std::istream::traits_type::eof()) refuse_octomap(file, "is truncated");
   OctomapReader(*map.tree_, in, header, file).read();

@@ -9,17 +9,17 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::occupancy {
 namespace {
 
 /// All there are: decoding a view anew takes a square root and divisions.
 const std::array<Eigen::Vector3f, 4096> views = [] {
   std::array<Eigen::Vector3f, 4096> all;
-  for (unsigned code = 0; code < all.size(); ++code) all[code] = decode_view(code);
+  for (unsigned code = 0; code < all.size(); ++code) all[code] = sensing::decode_view(code);
   return all;
 }();
 
-VoxelPoint point_of(const VoxelPayload& payload, const VoxelGrid& grid, VoxelKey key) {
+VoxelPoint point_of(const VoxelPayload& payload, const geometry::VoxelGrid& grid, geometry::VoxelKey key) {
   return {key,
           load_point(payload, grid, key),
           views[payload.view],
@@ -31,7 +31,8 @@ VoxelPoint point_of(const VoxelPayload& payload, const VoxelGrid& grid, VoxelKey
 /// Ranges from here on are of the class or above; a little more, because the class itself decides.
 const std::array<float, 16> nearest_of = [] {
   std::array<float, 16> ranges;
-  for (unsigned c = 0; c < ranges.size(); ++c) ranges[c] = 1.001F * range_of_class(c) / std::exp2(0.25F);
+  for (unsigned c = 0; c < ranges.size(); ++c)
+    ranges[c] = 1.001F * sensing::range_of_class(c) / std::exp2(0.25F);
   return ranges;
 }();
 
@@ -46,10 +47,10 @@ OccupancyModel model_of(const OccupancyParameters& p) {
 }
 
 /// One ray per distinct end voxel; those beyond the range end there and hit nothing.
-std::vector<detail::GridRay> rays_of(const VoxelScan& scan, const VoxelGrid& grid) {
+std::vector<detail::GridRay> rays_of(const sensing::VoxelScan& scan, const geometry::VoxelGrid& grid) {
   std::vector<detail::GridRay> rays;
   rays.reserve(scan.ends.size());
-  for (const EndVoxel& end : scan.ends) {
+  for (const sensing::EndVoxel& end : scan.ends) {
     const Eigen::Vector3f centre = grid.centre_of(end.key);
     if (scan.within_range(centre)) {
       rays.push_back({{centre.x(), centre.y(), centre.z()}, {end.key.x, end.key.y, end.key.z}, true, true});
@@ -58,7 +59,7 @@ std::vector<detail::GridRay> rays_of(const VoxelScan& scan, const VoxelGrid& gri
     Eigen::Vector3f direction = centre - scan.origin;
     direction /= static_cast<float>(detail::norm_of(direction.x(), direction.y(), direction.z()));
     const Eigen::Vector3f cut = scan.origin + direction * static_cast<float>(scan.max_range);
-    if (VoxelKey key; grid.key_of(cut, key))
+    if (geometry::VoxelKey key; grid.key_of(cut, key))
       rays.push_back({{cut.x(), cut.y(), cut.z()}, {key.x, key.y, key.z}, false, false});
   }
   return rays;
@@ -68,25 +69,25 @@ std::vector<detail::GridRay> rays_of(const VoxelScan& scan, const VoxelGrid& gri
 
 /// Keeps the points while the tree walks, and says which misses do not count.
 struct OccupancyMap::Policy {
-  const VoxelGrid& grid;
-  const VoxelScan& scan;
-  const Downsampler& index;
+  const geometry::VoxelGrid& grid;
+  const sensing::VoxelScan& scan;
+  const sensing::Downsampler& index;
   const PlaneLookup* planes;
   GrazingTest grazing;
   OccupancyDelta delta;
 
-  bool keep(const VoxelPayload& payload, VoxelKey key) {
+  bool keep(const VoxelPayload& payload, geometry::VoxelKey key) {
     if (planes == nullptr || payload.surface == 0) return false;
     Plane plane;
     double tolerance = 0;
     return planes->find(payload.surface, plane, tolerance) && !grazing.crosses(key, plane, tolerance);
   }
 
-  void vanished(const VoxelPayload& payload, VoxelKey key) {
+  void vanished(const VoxelPayload& payload, geometry::VoxelKey key) {
     delta.vanished.push_back(point_of(payload, grid, key));
   }
 
-  void hit(VoxelPayload& payload, VoxelKey key) {
+  void hit(VoxelPayload& payload, geometry::VoxelKey key) {
     const auto end = static_cast<std::uint32_t>(index.find(key));
     const Eigen::Vector3f& centroid = scan.ends[end].centroid;
     if (!payload.has_point()) {
@@ -94,7 +95,7 @@ struct OccupancyMap::Policy {
       delta.appeared.push_back(point_of(payload, grid, key));
     } else if (const float near = nearest_of[payload.range_class];
                (scan.origin - centroid).squaredNorm() < near * near &&
-               range_class_of((scan.origin - centroid).norm()) < payload.range_class) {
+               sensing::range_class_of((scan.origin - centroid).norm()) < payload.range_class) {
       // A view from clearly nearer is worth more than the first one.
       const VoxelPoint before = point_of(payload, grid, key);
       store_point(payload, grid, key, centroid, scan.origin);
@@ -113,21 +114,21 @@ OccupancyMap::OccupancyMap(OccupancyMap&&) noexcept = default;
 OccupancyMap& OccupancyMap::operator=(OccupancyMap&&) noexcept = default;
 OccupancyMap::~OccupancyMap() = default;
 
-OccupancyDelta OccupancyMap::insert(const VoxelScan& scan, const Downsampler& index,
+OccupancyDelta OccupancyMap::insert(const sensing::VoxelScan& scan, const sensing::Downsampler& index,
                                     const PlaneLookup* planes, int threads) {
   return apply(trace(scan, threads), scan, index, planes);
 }
 
-OccupancyMap::Touched OccupancyMap::trace(const VoxelScan& scan, int threads) {
+OccupancyMap::Touched OccupancyMap::trace(const sensing::VoxelScan& scan, int threads) {
   detail::GridOrigin from{{scan.origin.x(), scan.origin.y(), scan.origin.z()}, {}, grid_.resolution()};
-  VoxelKey key;
+  geometry::VoxelKey key;
   grid_.key_of(scan.origin, key);
   from.key = {key.x, key.y, key.z};
   return bits_->trace(from, rays_of(scan, grid_), threads);
 }
 
-OccupancyDelta OccupancyMap::apply(const Touched& touched, const VoxelScan& scan, const Downsampler& index,
-                                   const PlaneLookup* planes) {
+OccupancyDelta OccupancyMap::apply(const Touched& touched, const sensing::VoxelScan& scan,
+                                   const sensing::Downsampler& index, const PlaneLookup* planes) {
   Policy policy{grid_, scan, index, planes, GrazingTest(scan, grid_), {}};
   tree_->apply(touched, policy);
   return std::move(policy.delta);
@@ -137,14 +138,14 @@ namespace {
 
 /// Whose points stay where two octrees become one.
 struct MergePolicy {
-  const VoxelGrid& grid;
+  const geometry::VoxelGrid& grid;
   OccupancyMap::Merged merged;
 
-  void vanished(const VoxelPayload& payload, VoxelKey key) {
+  void vanished(const VoxelPayload& payload, geometry::VoxelKey key) {
     merged.delta.vanished.push_back(point_of(payload, grid, key));
   }
 
-  void meet(VoxelPayload& payload, const VoxelPayload& theirs, VoxelKey key) {
+  void meet(VoxelPayload& payload, const VoxelPayload& theirs, geometry::VoxelKey key) {
     const VoxelPoint before = point_of(payload, grid, key);
     const bool had_point = payload.has_point();
     if (had_point && theirs.range_class >= payload.range_class) return;
@@ -169,7 +170,7 @@ OccupancyMap::Merged OccupancyMap::merge(const OccupancyMap& other) {
 
 bool OccupancyMap::empty() const { return tree_->empty(); }
 
-OccupancyMap::Lookup OccupancyMap::at(VoxelKey key) const {
+OccupancyMap::Lookup OccupancyMap::at(geometry::VoxelKey key) const {
   const VoxelTree::Found found = tree_->find(key);
   if (!found.known) return {};
   Lookup lookup{tree_->occupied(found.log_odds) ? State::occupied : State::free, found.log_odds, {}};
@@ -188,13 +189,13 @@ void OccupancyMap::assign(const VoxelPoint& point, SurfaceId surface) {
   tree_->payload_at(point.place).surface = surface & 0xffffff;
 }
 
-void OccupancyMap::assign(VoxelKey key, SurfaceId surface) {
+void OccupancyMap::assign(geometry::VoxelKey key, SurfaceId surface) {
   const VoxelTree::Found found = tree_->find(key);
   if (found.payload != nullptr) tree_->payload_at(found.place).surface = surface & 0xffffff;
 }
 
-void OccupancyMap::read_block(VoxelKey key, std::vector<VoxelPoint>& out) const {
-  tree_->visit_points(key, 3, [&](const VoxelPayload& payload, VoxelKey k, PayloadPlace place) {
+void OccupancyMap::read_block(geometry::VoxelKey key, std::vector<VoxelPoint>& out) const {
+  tree_->visit_points(key, 3, [&](const VoxelPayload& payload, geometry::VoxelKey k, PayloadPlace place) {
     out.push_back(point_of(payload, grid_, k));
     out.back().place = place;
   });
@@ -202,7 +203,7 @@ void OccupancyMap::read_block(VoxelKey key, std::vector<VoxelPoint>& out) const 
 
 void OccupancyMap::for_each_point(const std::function<void(const VoxelPoint&)>& visit) const {
   tree_->visit_points({}, VoxelTree::top_level,
-                      [&](const VoxelPayload& payload, VoxelKey k, PayloadPlace place) {
+                      [&](const VoxelPayload& payload, geometry::VoxelKey k, PayloadPlace place) {
                         VoxelPoint point = point_of(payload, grid_, k);
                         point.place = place;
                         visit(point);
@@ -232,4 +233,4 @@ OccupancyMap::Size OccupancyMap::size() const {
   return size;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::occupancy

@@ -19,17 +19,18 @@
 #include <octosurf/parameters.hpp>
 #include <octosurf/surface.hpp>
 
-namespace octosurf {
-
-class VoxelTree;
-namespace detail {
+namespace octosurf::detail {
 class RayBits;
 struct TouchedBlock;
-}  // namespace detail
+}  // namespace octosurf::detail
+
+namespace octosurf::occupancy {
+
+class VoxelTree;
 
 /// A voxel's point as it stands in the octree.
 struct VoxelPoint {
-  VoxelKey key;
+  geometry::VoxelKey key;
   Eigen::Vector3f position = Eigen::Vector3f::Zero();
   Eigen::Vector3f view = Eigen::Vector3f::UnitZ();  ///< unit, toward where it was seen from
   std::uint8_t range_class = 0;                     ///< payload.hpp
@@ -76,19 +77,19 @@ class OccupancyMap {
   OccupancyMap& operator=(OccupancyMap&&) noexcept;
   ~OccupancyMap();
 
-  const VoxelGrid& grid() const { return grid_; }
+  const geometry::VoxelGrid& grid() const { return grid_; }
 
   /// `index` finds the end voxels of `scan` by key. `threads` share the rays; they change nothing in
   /// the result. Cost: about 1 ns a ray step and 2 ns a voxel that is not free for good.
-  OccupancyDelta insert(const VoxelScan& scan, const Downsampler& index, const PlaneLookup* planes,
-                        int threads = 1);
+  OccupancyDelta insert(const sensing::VoxelScan& scan, const sensing::Downsampler& index,
+                        const PlaneLookup* planes, int threads = 1);
 
   /// Its first half, which takes most of the memory, changes nothing: what the rays touch, valid until the
   /// next call. The second half takes that in.
   using Touched = std::span<const detail::TouchedBlock>;
-  Touched trace(const VoxelScan& scan, int threads = 1);
-  OccupancyDelta apply(const Touched& touched, const VoxelScan& scan, const Downsampler& index,
-                       const PlaneLookup* planes);
+  Touched trace(const sensing::VoxelScan& scan, int threads = 1);
+  OccupancyDelta apply(const Touched& touched, const sensing::VoxelScan& scan,
+                       const sensing::Downsampler& index, const PlaneLookup* planes);
 
   /// What another octree has brought in.
   struct Merged {
@@ -125,10 +126,10 @@ class OccupancyMap {
     float log_odds = 0;
     std::optional<VoxelPoint> point;
   };
-  Lookup at(VoxelKey key) const;
+  Lookup at(geometry::VoxelKey key) const;
 
   void assign(const VoxelPoint& point, SurfaceId surface);  ///< faster if it has its `place`
-  void assign(VoxelKey key, SurfaceId surface);             ///< no-op without a point
+  void assign(geometry::VoxelKey key, SurfaceId surface);   ///< no-op without a point
 
   /// The octree as it is now, for readers in any thread.
   OccupancyView share();
@@ -140,7 +141,7 @@ class OccupancyMap {
   void roll_back() noexcept;
 
   /// Appends the points of the 8³ block that holds `key`, in Morton order.
-  void read_block(VoxelKey key, std::vector<VoxelPoint>& out) const;
+  void read_block(geometry::VoxelKey key, std::vector<VoxelPoint>& out) const;
   /// All points, in Morton order.
   void for_each_point(const std::function<void(const VoxelPoint&)>& visit) const;
 
@@ -165,9 +166,9 @@ class OccupancyMap {
 
  private:
   struct Policy;
-  VoxelGrid grid_;
+  geometry::VoxelGrid grid_;
   std::unique_ptr<VoxelTree> tree_;
   std::unique_ptr<detail::RayBits> bits_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::occupancy

@@ -19,12 +19,14 @@ using Key3 = std::array<int, 3>;
 
 constexpr int last_key = 65535;
 
-double centre_of(int key, double resolution) { return (key - VoxelGrid::origin + 0.5) * resolution; }
+double centre_of(int key, double resolution) {
+  return (key - geometry::VoxelGrid::origin + 0.5) * resolution;
+}
 Eigen::Vector3d centre_of(const Key3& key, double resolution) {
   return {centre_of(key[0], resolution), centre_of(key[1], resolution), centre_of(key[2], resolution)};
 }
-Key3 ints(VoxelKey key) { return {key.x, key.y, key.z}; }
-VoxelKey key_of(const Key3& key) {
+Key3 ints(geometry::VoxelKey key) { return {key.x, key.y, key.z}; }
+geometry::VoxelKey key_of(const Key3& key) {
   return {static_cast<std::uint16_t>(key[0]), static_cast<std::uint16_t>(key[1]),
           static_cast<std::uint16_t>(key[2])};
 }
@@ -64,7 +66,7 @@ KeyBox keys_in(const Eigen::AlignedBox3d& box, double resolution) {
   for (std::size_t i = 0; i < 3; ++i) {
     const auto axis = static_cast<Eigen::Index>(i);
     const auto near = [&](double coordinate) {
-      const double key = coordinate / resolution + VoxelGrid::origin - 0.5;
+      const double key = coordinate / resolution + geometry::VoxelGrid::origin - 0.5;
       return static_cast<int>(std::clamp(std::nearbyint(key), -1.0, last_key + 1.0));
     };
     // The division may round across a centre; the centres themselves decide.
@@ -88,7 +90,7 @@ std::uint64_t morton_of(const Key3& key) {
 }
 
 /// Of a brick, all voxels that may be occupied.
-std::uint64_t may_be_occupied(const VoxelTree& tree, const VoxelTree::Brick& brick) {
+std::uint64_t may_be_occupied(const occupancy::VoxelTree& tree, const occupancy::VoxelTree::Brick& brick) {
   return tree.occupied_without_points() ? brick.known : brick.points;
 }
 
@@ -99,36 +101,37 @@ enum class Walked { all, occupied };  ///< what is known, or of that at least wh
 template <Walked walked, class Visit>
 class BoxWalk {
  public:
-  BoxWalk(const VoxelTree& tree, const KeyBox& box, Visit& visit) : tree_(tree), box_(box), visit_(visit) {}
+  BoxWalk(const occupancy::VoxelTree& tree, const KeyBox& box, Visit& visit)
+      : tree_(tree), box_(box), visit_(visit) {}
 
   bool run() { return below(tree_.root(), {0, 0, 0}); }
 
  private:
-  bool below(const VoxelTree::Node& node, const Key3& corner) {
+  bool below(const occupancy::VoxelTree::Node& node, const Key3& corner) {
     if (walked == Walked::occupied ? !node.may_be_occupied() : !node.exists()) return true;
     const KeyBox part = box_.cut(KeyBox::cube(corner, node.level()));
     if (part.voxels() == 0) return true;
-    if (const VoxelTree::Brick* brick = node.brick()) return in_brick(*brick, corner);
+    if (const occupancy::VoxelTree::Brick* brick = node.brick()) return in_brick(*brick, corner);
     if (!node.has_children()) return visit_(part, node.log_odds(), nullptr);
     for (unsigned c = 0; c < 8; ++c)
       if (!below(node.child(c), child_corner(corner, c, node.level() - 1))) return false;
     return true;
   }
-  bool in_brick(const VoxelTree::Brick& brick, const Key3& corner) {
+  bool in_brick(const occupancy::VoxelTree::Brick& brick, const Key3& corner) {
     const std::uint64_t looked_at = walked == Walked::occupied ? may_be_occupied(tree_, brick) : brick.known;
     for (std::uint64_t m = looked_at; m != 0; m &= m - 1) {
       const auto i = static_cast<unsigned>(std::countr_zero(m));
-      const VoxelKey inside = VoxelTree::key_of(i);
+      const geometry::VoxelKey inside = occupancy::VoxelTree::key_of(i);
       const Key3 key{corner[0] + inside.x, corner[1] + inside.y, corner[2] + inside.z};
       if (!box_.holds(key)) continue;
-      const VoxelPayload* payload =
+      const occupancy::VoxelPayload* payload =
           (brick.points >> i & 1) != 0 ? tree_.payloads_of(brick) + brick.rank(i) : nullptr;
       if (!visit_(KeyBox{key, key}, brick.value[i], payload)) return false;
     }
     return true;
   }
 
-  const VoxelTree& tree_;
+  const occupancy::VoxelTree& tree_;
   KeyBox box_;
   Visit& visit_;
 };
@@ -146,10 +149,12 @@ bool each_key(const KeyBox& box, const Key3& corner, int level, Visit& visit) {
 /// The occupied voxel nearest to a place, by branch and bound.
 class NearestSearch {
  public:
-  NearestSearch(const VoxelTree& tree, const Eigen::Vector3d& point, double resolution, double limit)
+  NearestSearch(const occupancy::VoxelTree& tree, const Eigen::Vector3d& point, double resolution,
+                double limit)
       : tree_(tree), point_(point), resolution_(resolution), best2_(limit * limit) {
     for (std::size_t i = 0; i < 3; ++i) {
-      const double place = point_[static_cast<Eigen::Index>(i)] / resolution_ + VoxelGrid::origin - 0.5;
+      const double place =
+          point_[static_cast<Eigen::Index>(i)] / resolution_ + geometry::VoxelGrid::origin - 0.5;
       nearest_[i] = static_cast<int>(std::clamp(std::ceil(place - 0.5), 0.0, double{last_key}));
     }
     below(tree_.root(), {0, 0, 0});
@@ -175,11 +180,11 @@ class NearestSearch {
     found_ = true;
   }
 
-  void in_brick(const VoxelTree::Brick& brick, const Key3& corner) {
+  void in_brick(const occupancy::VoxelTree::Brick& brick, const Key3& corner) {
     for (std::uint64_t m = may_be_occupied(tree_, brick); m != 0; m &= m - 1) {
       const auto i = static_cast<unsigned>(std::countr_zero(m));
       if (!tree_.occupied(brick.value[i])) continue;
-      const VoxelKey inside = VoxelTree::key_of(i);
+      const geometry::VoxelKey inside = occupancy::VoxelTree::key_of(i);
       offer({corner[0] + inside.x, corner[1] + inside.y, corner[2] + inside.z});
     }
   }
@@ -191,8 +196,8 @@ class NearestSearch {
     offer(key);
   }
 
-  void below(const VoxelTree::Node& node, const Key3& corner) {
-    if (const VoxelTree::Brick* brick = node.brick()) return in_brick(*brick, corner);
+  void below(const occupancy::VoxelTree::Node& node, const Key3& corner) {
+    if (const occupancy::VoxelTree::Brick* brick = node.brick()) return in_brick(*brick, corner);
     if (!node.has_children()) {
       if (node.exists() && tree_.occupied(node.log_odds())) in_leaf(corner, node.level());
       return;
@@ -208,7 +213,7 @@ class NearestSearch {
     std::array<std::pair<double, unsigned>, 8> order;  // the nearest first
     std::size_t count = 0;
     for (unsigned c = 0; c < 8; ++c) {
-      const VoxelTree::Node child = node.child(c);
+      const occupancy::VoxelTree::Node child = node.child(c);
       if (!child.may_be_occupied()) continue;
       const double d2 = halves[0][c & 1] + halves[1][c >> 1 & 1] + halves[2][c >> 2];
       if (d2 > best2_) continue;
@@ -223,7 +228,7 @@ class NearestSearch {
     }
   }
 
-  const VoxelTree& tree_;
+  const occupancy::VoxelTree& tree_;
   Eigen::Vector3d point_;
   double resolution_, best2_;
   Key3 nearest_{};  // the voxel that holds the point, or is nearest to it
@@ -234,9 +239,10 @@ class NearestSearch {
 /// The cubes of one value along a straight way, from the first to the last.
 class Way {
  public:
-  Way(const VoxelTree& tree, const Eigen::Vector3d& from, const Eigen::Vector3d& to, double resolution)
+  Way(const occupancy::VoxelTree& tree, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+      double resolution)
       : tree_(tree),
-        from_(from / resolution + Eigen::Vector3d::Constant(VoxelGrid::origin)),
+        from_(from / resolution + Eigen::Vector3d::Constant(geometry::VoxelGrid::origin)),
         along_((to - from) / resolution) {}
 
   /// Steps from cube to cube until `stops(known, log_odds)`; the key of the voxel that did.
@@ -246,7 +252,7 @@ class Way {
     for (std::size_t i = 0; i < 3; ++i) key[i] = static_cast<int>(std::floor(from_[axis(i)]));
     double t = 0;
     for (;;) {
-      VoxelTree::Found found;
+      occupancy::VoxelTree::Found found;
       found.level = 0;
       if (KeyBox{}.holds(key)) found = tree_.find(key_of(key));
       if (stops(found.known, found.log_odds)) return key;
@@ -286,13 +292,13 @@ class Way {
     return true;
   }
 
-  const VoxelTree& tree_;
+  const occupancy::VoxelTree& tree_;
   Eigen::Vector3d from_, along_;  // in voxels
 };
 
 /// Cuts a segment to the octree's cube, with a voxel to spare; false if it does not meet it.
 bool cut_to_octree(Eigen::Vector3d& from, Eigen::Vector3d& to, double resolution) {
-  const double half = (VoxelGrid::origin + 1) * resolution;
+  const double half = (geometry::VoxelGrid::origin + 1) * resolution;
   const Eigen::Vector3d along = to - from;
   double t0 = 0, t1 = 1;
   for (Eigen::Index i = 0; i < 3; ++i) {
@@ -321,19 +327,19 @@ void require_box(const Eigen::AlignedBox3d& box) {
 }  // namespace
 
 OccupancyView::OccupancyView() = default;
-OccupancyView::OccupancyView(std::shared_ptr<const VoxelTree> tree, double resolution)
+OccupancyView::OccupancyView(std::shared_ptr<const occupancy::VoxelTree> tree, double resolution)
     : tree_(std::move(tree)), resolution_(resolution) {}
 
 Voxel OccupancyView::at(const Eigen::Vector3d& point) const {
   if (tree_ == nullptr) return {};
-  const Eigen::Array3d scaled = (point / resolution_).array() + VoxelGrid::origin;
+  const Eigen::Array3d scaled = (point / resolution_).array() + geometry::VoxelGrid::origin;
   if (!(scaled >= 0).all() || !(scaled < last_key + 1).all()) return {};
   const Key3 key{static_cast<int>(scaled.x()), static_cast<int>(scaled.y()), static_cast<int>(scaled.z())};
   return voxel(key_of(key));
 }
 
-Voxel OccupancyView::voxel(const VoxelKey& key) const {
-  const VoxelTree::Found found = tree_->find(key);
+Voxel OccupancyView::voxel(const geometry::VoxelKey& key) const {
+  const occupancy::VoxelTree::Found found = tree_->find(key);
   Voxel voxel;
   voxel.center = centre_of(ints(key), resolution_);
   if (!found.known) return voxel;
@@ -365,13 +371,14 @@ void OccupancyView::for_each_occupied(const Eigen::AlignedBox3d& box,
                                       const std::function<bool(const Voxel&)>& visit) const {
   require_box(box);
   if (tree_ == nullptr || box.isEmpty()) return;
-  const auto in_part = [&](const KeyBox& part, float log_odds, const VoxelPayload* payload) {
+  const auto in_part = [&](const KeyBox& part, float log_odds, const occupancy::VoxelPayload* payload) {
     if (!tree_->occupied(log_odds)) return true;
     const auto one = [&](const Key3& key) {
       return visit({State::occupied, log_odds, payload != nullptr ? SurfaceId{payload->surface} : 0,
                     centre_of(key, resolution_)});
     };
-    return part.voxels() == 1 ? one(part.low) : each_key(part, {0, 0, 0}, VoxelTree::top_level, one);
+    return part.voxels() == 1 ? one(part.low)
+                              : each_key(part, {0, 0, 0}, occupancy::VoxelTree::top_level, one);
   };
   BoxWalk<Walked::occupied, decltype(in_part)>(*tree_, keys_in(box, resolution_), in_part).run();
 }
@@ -380,7 +387,7 @@ OccupancyView::Count OccupancyView::count(const Eigen::AlignedBox3d& box) const 
   require_box(box);
   Count count;
   if (tree_ == nullptr || box.isEmpty()) return count;
-  const auto in_part = [&](const KeyBox& part, float log_odds, const VoxelPayload*) {
+  const auto in_part = [&](const KeyBox& part, float log_odds, const occupancy::VoxelPayload*) {
     (tree_->occupied(log_odds) ? count.occupied : count.free) += part.voxels();
     return true;
   };

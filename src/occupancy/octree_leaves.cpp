@@ -17,7 +17,7 @@ namespace {
 
 using Leaf = OccupancyView::Leaf;
 using Corner = std::array<std::uint16_t, 3>;
-using Node = VoxelTree::Node;
+using Node = occupancy::VoxelTree::Node;
 
 Corner child_corner(const Corner& corner, unsigned c, int level) {
   return {static_cast<std::uint16_t>(corner[0] + ((c & 1) << level)),
@@ -42,7 +42,7 @@ KeyRange keys_that_meet(const Eigen::AlignedBox3d& box, double resolution) {
     const auto axis = static_cast<Eigen::Index>(i);
     const auto key = [&](double coordinate) {
       return static_cast<int>(
-          std::clamp(std::floor(coordinate / resolution) + VoxelGrid::origin, -1.0, 65536.0));
+          std::clamp(std::floor(coordinate / resolution) + geometry::VoxelGrid::origin, -1.0, 65536.0));
     };
     keys.low[i] = key(box.min()[axis]);
     keys.high[i] = key(box.max()[axis]);
@@ -57,7 +57,7 @@ class LeafCollector {
       : range_(range), leaves_(leaves), visit_(visit) {}
 
   void collect(const Node& node, const Corner& corner) { below(node, corner); }
-  void collect_octet(const VoxelTree::Brick& brick, unsigned octet, const Corner& corner) {
+  void collect_octet(const occupancy::VoxelTree::Brick& brick, unsigned octet, const Corner& corner) {
     in_octet(brick, octet, corner);
   }
   void hand_on() {
@@ -71,7 +71,7 @@ class LeafCollector {
   /// True if the node is one leaf, which now stands last.
   bool below(const Node& node, const Corner& corner) {
     if (!node.exists() || !range_.meets(corner, node.level())) return false;
-    if (const VoxelTree::Brick* brick = node.brick()) return in_brick(*brick, corner);
+    if (const occupancy::VoxelTree::Brick* brick = node.brick()) return in_brick(*brick, corner);
     if (!node.has_children()) {
       add(corner, node.level(), node.log_odds());
       return true;
@@ -85,14 +85,14 @@ class LeafCollector {
     return false;
   }
 
-  bool in_brick(const VoxelTree::Brick& brick, const Corner& corner) {
+  bool in_brick(const occupancy::VoxelTree::Brick& brick, const Corner& corner) {
     bool all = true;
     for (unsigned octet = 0; octet < 8; ++octet)
       all = in_octet(brick, octet, child_corner(corner, octet, 1)) && all;
-    return all && merge(corner, VoxelTree::brick_level);
+    return all && merge(corner, occupancy::VoxelTree::brick_level);
   }
 
-  bool in_octet(const VoxelTree::Brick& brick, unsigned octet, const Corner& corner) {
+  bool in_octet(const occupancy::VoxelTree::Brick& brick, unsigned octet, const Corner& corner) {
     const auto known = static_cast<unsigned>(brick.known >> (8 * octet) & 0xff);
     const float* values = brick.value.data() + 8 * octet;
     if (known == 0xff && range_.meets(corner, 1) &&
@@ -127,7 +127,8 @@ class LeafCollector {
 };
 
 /// All that a tree has in a range.
-void visit_leaves(const VoxelTree& tree, const KeyRange& range, const OccupancyView::VisitLeaves& visit) {
+void visit_leaves(const occupancy::VoxelTree& tree, const KeyRange& range,
+                  const OccupancyView::VisitLeaves& visit) {
   std::vector<Leaf> leaves;
   LeafCollector collector(range, leaves, &visit);
   collector.collect(tree.root(), {});
@@ -137,7 +138,7 @@ void visit_leaves(const VoxelTree& tree, const KeyRange& range, const OccupancyV
 /// Walks two trees side by side.
 class Comparison {
  public:
-  Comparison(const VoxelTree& before, const VoxelTree& now,
+  Comparison(const occupancy::VoxelTree& before, const occupancy::VoxelTree& now,
              const std::function<void(const OccupancyView::Change&)>& visit)
       : visit_(visit),
         related_(now.same_history(before)),
@@ -156,7 +157,7 @@ class Comparison {
         changed(now, corner);
     } else if (!before.exists()) {
       changed(now, corner);
-    } else if (const VoxelTree::Brick* is = now.brick()) {
+    } else if (const occupancy::VoxelTree::Brick* is = now.brick()) {
       compare_octets(before, *is, corner);
     } else {
       for (unsigned c = 0; c < 8; ++c)
@@ -165,8 +166,8 @@ class Comparison {
     }
   }
 
-  void compare_octets(const Node& before, const VoxelTree::Brick& is, const Corner& corner) {
-    const VoxelTree::Brick* was = before.brick();
+  void compare_octets(const Node& before, const occupancy::VoxelTree::Brick& is, const Corner& corner) {
+    const occupancy::VoxelTree::Brick* was = before.brick();
     if (was == &is) return;
     for (unsigned octet = 0; octet < 8; ++octet) {
       bool same = true;
@@ -211,14 +212,14 @@ void OccupancyView::for_each_change(const OccupancyView& before,
   if (tree_ == nullptr && before.tree_ == nullptr) return;
   if (tree_ != nullptr && before.tree_ != nullptr && resolution_ != before.resolution_)
     throw Error(Error::Kind::usage, "before", "is a view of a map of another resolution");
-  const VoxelTree nothing{OccupancyModel{}};
+  const occupancy::VoxelTree nothing{occupancy::OccupancyModel{}};
   Comparison(before.tree_ != nullptr ? *before.tree_ : nothing, tree_ != nullptr ? *tree_ : nothing, visit);
 }
 
-void OccupancyMap::set_leaves(std::span<const Leaf> leaves) {
+void occupancy::OccupancyMap::set_leaves(std::span<const Leaf> leaves) {
   for (const Leaf& leaf : leaves) {
-    const unsigned inside = (1U << std::min<unsigned>(leaf.level, VoxelTree::top_level)) - 1;
-    if (leaf.level > VoxelTree::top_level || !std::isfinite(leaf.log_odds) ||
+    const unsigned inside = (1U << std::min<unsigned>(leaf.level, occupancy::VoxelTree::top_level)) - 1;
+    if (leaf.level > occupancy::VoxelTree::top_level || !std::isfinite(leaf.log_odds) ||
         ((leaf.corner[0] | leaf.corner[1] | leaf.corner[2]) & inside) != 0)
       throw Error(Error::Kind::data, "octree",
                   "holds a leaf that no octree has: its corner, level or log-odds");

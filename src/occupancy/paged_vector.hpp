@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::occupancy {
 
 /// A sequence that grows at its end, page by page, and never moves what it holds: a reference to an element
 /// stays good for as long as the sequence lives. What std::deque is, with pages large enough for elements to
@@ -30,4 +30,4 @@ class PagedVector {
   std::size_t size_ = 0;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::occupancy

@@ -5,22 +5,24 @@
 
 #include <cstdint>
 
-namespace octosurf {
+namespace octosurf::occupancy {
 
 /// Stores a point inside voxel `key`, seen from `origin`. Rounds to 1/256 of the voxel's edge.
-inline void store_point(VoxelPayload& payload, const VoxelGrid& grid, VoxelKey key,
+inline void store_point(VoxelPayload& payload, const geometry::VoxelGrid& grid, geometry::VoxelKey key,
                         const Eigen::Vector3f& point, const Eigen::Vector3f& origin) {
-  const PlaceInVoxel place = place_in_voxel(grid, key, point);
+  const sensing::PlaceInVoxel place = sensing::place_in_voxel(grid, key, point);
   payload.offset_x = place[0];
   payload.offset_y = place[1];
   payload.offset_z = place[2];
   const Eigen::Vector3f view = origin - point;
-  payload.view = encode_view(view) & 0xfff;
-  payload.range_class = range_class_of(view.norm()) & 0xf;
+  payload.view = sensing::encode_view(view) & 0xfff;
+  payload.range_class = sensing::range_class_of(view.norm()) & 0xf;
 }
-inline Eigen::Vector3f load_point(const VoxelPayload& payload, const VoxelGrid& grid, VoxelKey key) {
+inline Eigen::Vector3f load_point(const VoxelPayload& payload, const geometry::VoxelGrid& grid,
+                                  geometry::VoxelKey key) {
   const auto place = [](unsigned offset) { return static_cast<std::uint8_t>(offset); };
-  return point_at(grid, key, {place(payload.offset_x), place(payload.offset_y), place(payload.offset_z)});
+  return sensing::point_at(grid, key,
+                           {place(payload.offset_x), place(payload.offset_y), place(payload.offset_z)});
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::occupancy

@@ -7,7 +7,7 @@
 #include <array>
 #include <cstdint>
 
-namespace octosurf {
+namespace octosurf::occupancy {
 
 /// Runs of 1 to 64 payloads, each in a block of the next power of two.
 class PayloadStore {
@@ -148,4 +148,4 @@ class PayloadStore {
   Pool<std::array<VoxelPayload, 64>, 5> sixty_fours_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::occupancy

@@ -1,6 +1,6 @@
 #include "occupancy/point_window.hpp"
 
-namespace octosurf {
+namespace octosurf::occupancy {
 
 std::uint32_t PointWindow::look_up(std::uint64_t packed_block) const {
   const auto [entry, fresh] = index_.try_emplace(packed_block, static_cast<std::uint32_t>(blocks_.size()));
@@ -11,9 +11,9 @@ std::uint32_t PointWindow::look_up(std::uint64_t packed_block) const {
 }
 
 void PointWindow::read_block(std::uint64_t packed_block) const {
-  const VoxelKey base{static_cast<std::uint16_t>((packed_block & 0x1fff) << 3),
-                      static_cast<std::uint16_t>((packed_block >> 16 & 0x1fff) << 3),
-                      static_cast<std::uint16_t>((packed_block >> 32 & 0x1fff) << 3)};
+  const geometry::VoxelKey base{static_cast<std::uint16_t>((packed_block & 0x1fff) << 3),
+                                static_cast<std::uint16_t>((packed_block >> 16 & 0x1fff) << 3),
+                                static_cast<std::uint16_t>((packed_block >> 32 & 0x1fff) << 3)};
   scratch_.clear();
   map_.read_block(base, scratch_);
   Block& block = blocks_.emplace_back();
@@ -61,7 +61,7 @@ PointWindow::Marks::Slices& PointWindow::Marks::of(const PointWindow& window, st
     known_[b] = true;
     const Block& block = window.blocks_[b];
     for (Index i = block.first; i < block.first + block.count; ++i) {
-      const VoxelKey key = window.points_[i].key;
+      const geometry::VoxelKey key = window.points_[i].key;
       if (window.columns_.surface[i] == 0)
         slices_[b][key.z & 7] |= std::uint64_t{1} << (8 * (key.y & 7) + (key.x & 7));
     }
@@ -70,7 +70,7 @@ PointWindow::Marks::Slices& PointWindow::Marks::of(const PointWindow& window, st
 }
 
 bool PointWindow::Marks::remove(const PointWindow& window, Index i) {
-  const VoxelKey key = window.points_[i].key;
+  const geometry::VoxelKey key = window.points_[i].key;
   std::uint64_t& slice = of(window, window.block_of(key.packed() >> 3 & block_mask))[key.z & 7];
   const std::uint64_t bit = std::uint64_t{1} << (8 * (key.y & 7) + (key.x & 7));
   const bool marked = (slice & bit) != 0;
@@ -78,4 +78,4 @@ bool PointWindow::Marks::remove(const PointWindow& window, Index i) {
   return marked;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::occupancy

@@ -9,7 +9,7 @@
 #include <tsl/robin_map.h>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::occupancy {
 
 /// The octree's points around what a scan changed, block by block, with an index for each: what
 /// neighbourhood queries run on. Blocks of 8³ voxels are read from the octree when first asked for,
@@ -36,7 +36,7 @@ class PointWindow {
   const Columns& columns() const { return columns_; }
 
   /// Index of the point in voxel `key`, or none.
-  Index find(VoxelKey key) const {
+  Index find(geometry::VoxelKey key) const {
     const Block& block = blocks_[block_of(key.packed() >> 3 & block_mask)];
     const bool present = block.slices[key.z & 7] >> (8 * (key.y & 7) + (key.x & 7)) & 1;
     return present ? index_in(block, key) : none;
@@ -51,7 +51,7 @@ class PointWindow {
   /// visit(Index) for every point whose voxel lies within `reach` voxels of `key` along each axis,
   /// itself included, in a fixed order. Cost: blocks met, plus points met.
   template <class Visit>
-  void for_each_near(VoxelKey key, int reach, Visit&& visit) const;
+  void for_each_near(geometry::VoxelKey key, int reach, Visit&& visit) const;
 
   /// A set of the window's points: at first all that are pending when their block is first asked for.
   class Marks {
@@ -68,12 +68,12 @@ class PointWindow {
   };
   /// The same for those that are marked. Cost: blocks met, plus marked points met.
   template <class Visit>
-  void for_each_near(VoxelKey key, int reach, Marks& marks, Visit&& visit) const;
+  void for_each_near(geometry::VoxelKey key, int reach, Marks& marks, Visit&& visit) const;
 
   /// The same points as rows: visit(first, count) for the points [first, first + count), none in some; at
   /// most eight in each. May not load further blocks.
   template <class Visit>
-  void for_each_row_near(VoxelKey key, int reach, Visit&& visit) const;
+  void for_each_row_near(geometry::VoxelKey key, int reach, Visit&& visit) const;
 
  private:
   PointWindow(const OccupancyMap& map, OccupancyMap* writable) : map_(map), writable_(writable) {}
@@ -104,11 +104,11 @@ class PointWindow {
     }
   };
   template <class Visit>
-  void for_each_block_near(VoxelKey key, int reach, Visit&& visit) const;
+  void for_each_block_near(geometry::VoxelKey key, int reach, Visit&& visit) const;
   template <class Visit>
   void visit_points(std::uint32_t b, unsigned z, std::uint64_t wanted, Visit&& visit) const;
   /// Its voxel must hold a point.
-  static Index index_in(const Block& block, VoxelKey key) {
+  static Index index_in(const Block& block, geometry::VoxelKey key) {
     const unsigned y = key.y & 7, z = key.z & 7;
     const auto row = static_cast<unsigned>(block.slices[z] >> (8 * y) & 0xff);
     return row_in(block, y, z) + bits_in_row[row & ((1U << (key.x & 7)) - 1)];
@@ -134,14 +134,14 @@ class PointWindow {
   mutable PagedVector<VoxelPoint> points_;  // of a block: ordered by z, y, x
   mutable Columns columns_;
   mutable std::vector<Block> blocks_;
-  mutable tsl::robin_map<std::uint64_t, std::uint32_t, PackedKeyHash> index_;
+  mutable tsl::robin_map<std::uint64_t, std::uint32_t, geometry::PackedKeyHash> index_;
   mutable std::uint64_t last_asked_ = ~std::uint64_t{0};  // and its block: neighbours are asked for together
   mutable std::uint32_t last_block_ = 0;
   mutable std::vector<VoxelPoint> scratch_;
 };
 
 template <class Visit>
-void PointWindow::for_each_block_near(VoxelKey key, int reach, Visit&& visit) const {
+void PointWindow::for_each_block_near(geometry::VoxelKey key, int reach, Visit&& visit) const {
   const std::array<int, 3> low{std::max(0, key.x - reach), std::max(0, key.y - reach),
                                std::max(0, key.z - reach)};
   const std::array<int, 3> high{std::min(65535, key.x + reach), std::min(65535, key.y + reach),
@@ -164,14 +164,14 @@ void PointWindow::for_each_block_near(VoxelKey key, int reach, Visit&& visit) co
 }
 
 template <class Visit>
-void PointWindow::for_each_near(VoxelKey key, int reach, Visit&& visit) const {
+void PointWindow::for_each_near(geometry::VoxelKey key, int reach, Visit&& visit) const {
   for_each_block_near(key, reach, [&](std::uint32_t b, const Box& box) {
     for (unsigned z = box.z0; z <= box.z1; ++z) visit_points(b, z, blocks_[b].slices[z] & box.slice(), visit);
   });
 }
 
 template <class Visit>
-void PointWindow::for_each_near(VoxelKey key, int reach, Marks& marks, Visit&& visit) const {
+void PointWindow::for_each_near(geometry::VoxelKey key, int reach, Marks& marks, Visit&& visit) const {
   for_each_block_near(key, reach, [&](std::uint32_t b, const Box& box) {
     for (unsigned z = box.z0; z <= box.z1; ++z)
       visit_points(b, z, marks.of(*this, b)[z] & box.slice(), visit);
@@ -190,7 +190,7 @@ void PointWindow::visit_points(std::uint32_t b, unsigned z, std::uint64_t wanted
 }
 
 template <class Visit>
-void PointWindow::for_each_row_near(VoxelKey key, int reach, Visit&& visit) const {
+void PointWindow::for_each_row_near(geometry::VoxelKey key, int reach, Visit&& visit) const {
   for_each_block_near(key, reach, [&](std::uint32_t b, const Box& box) {
     const Block& block = blocks_[b];
     const unsigned below = (box.row & -box.row) - 1;
@@ -202,4 +202,4 @@ void PointWindow::for_each_row_near(VoxelKey key, int reach, Visit&& visit) cons
   });
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::occupancy

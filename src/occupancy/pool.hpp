@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::occupancy {
 
 /// Objects by index in chunks that never move; freed ones are handed out again first. Indices start
 /// at 0. O(1) each.
@@ -148,4 +148,4 @@ class Pool {
   std::vector<std::uint32_t> taken_;  ///< of those that were free, in the order in which they were taken
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::occupancy

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <optional>
 
-namespace octosurf {
+namespace octosurf::occupancy {
 namespace {
 
 using Node = VoxelTree::Node;
@@ -16,7 +16,7 @@ using Key3 = std::array<int, 3>;
 
 constexpr int last_key = 65535;
 
-VoxelKey key_of(const Key3& k) {
+geometry::VoxelKey key_of(const Key3& k) {
   return {static_cast<std::uint16_t>(k[0]), static_cast<std::uint16_t>(k[1]),
           static_cast<std::uint16_t>(k[2])};
 }
@@ -77,7 +77,8 @@ class Uniform {
 /// value is not asked voxel by voxel.
 class Resampling {
  public:
-  Resampling(const VoxelTree& from, const VoxelGrid& grid, const Eigen::Isometry3d& T_from_to, VoxelTree& to)
+  Resampling(const VoxelTree& from, const geometry::VoxelGrid& grid, const Eigen::Isometry3d& T_from_to,
+             VoxelTree& to)
       : from_(from), grid_(grid), T_from_to_(T_from_to), to_(to) {}
 
   void below(const Key3& corner, int level) {
@@ -94,11 +95,11 @@ class Resampling {
  private:
   Eigen::Vector3d centre_in_from(const Key3& corner, double half) const {
     const Eigen::Vector3d at(corner[0], corner[1], corner[2]);
-    return T_from_to_ * ((at.array() + half - VoxelGrid::origin) * grid_.resolution()).matrix();
+    return T_from_to_ * ((at.array() + half - geometry::VoxelGrid::origin) * grid_.resolution()).matrix();
   }
 
-  void voxel(VoxelKey key) {
-    VoxelKey there;
+  void voxel(geometry::VoxelKey key) {
+    geometry::VoxelKey there;
     if (!grid_.key_of(centre_in_from({key.x, key.y, key.z}, 0.5).cast<float>(), there)) return;
     const VoxelTree::Found found = from_.find(there);
     if (found.known && found.payload == nullptr) to_.set_leaf(key, 0, found.log_odds);
@@ -113,8 +114,8 @@ class Resampling {
         (T_from_to_.linear().cwiseAbs() * Eigen::Vector3d::Constant((edge - 1) / 2)).array() + rounding;
     KeyBox box{};
     for (int i = 0; i < 3; ++i) {
-      const double low = std::floor(centre[i] - half[i]) + VoxelGrid::origin;
-      const double high = std::floor(centre[i] + half[i]) + VoxelGrid::origin;
+      const double low = std::floor(centre[i] - half[i]) + geometry::VoxelGrid::origin;
+      const double high = std::floor(centre[i] + half[i]) + geometry::VoxelGrid::origin;
       box.low[static_cast<std::size_t>(i)] = static_cast<int>(std::clamp(low, -1.0, last_key + 1.0));
       box.high[static_cast<std::size_t>(i)] = static_cast<int>(std::clamp(high, -1.0, last_key + 1.0));
     }
@@ -122,20 +123,21 @@ class Resampling {
   }
 
   const VoxelTree& from_;
-  const VoxelGrid& grid_;
+  const geometry::VoxelGrid& grid_;
   const Eigen::Isometry3d& T_from_to_;
   VoxelTree& to_;
 };
 
 /// A point of the other frame with the view that it keeps.
-VoxelPayload moved(const VoxelPayload& payload, const VoxelGrid& grid, VoxelKey key,
+VoxelPayload moved(const VoxelPayload& payload, const geometry::VoxelGrid& grid, geometry::VoxelKey key,
                    const Eigen::Vector3f& point, const Eigen::Matrix3d& turn) {
   VoxelPayload result = payload;
-  const PlaceInVoxel place = place_in_voxel(grid, key, point);
+  const sensing::PlaceInVoxel place = sensing::place_in_voxel(grid, key, point);
   result.offset_x = place[0];
   result.offset_y = place[1];
   result.offset_z = place[2];
-  result.view = encode_view((turn * decode_view(payload.view).cast<double>()).cast<float>()) & 0xfff;
+  result.view =
+      sensing::encode_view((turn * sensing::decode_view(payload.view).cast<double>()).cast<float>()) & 0xfff;
   return result;
 }
 
@@ -148,23 +150,24 @@ OccupancyMap OccupancyMap::resampled(const OccupancyMap& other, const Eigen::Iso
   VoxelTree& to = *here.tree_;
   const Eigen::Isometry3d T_other_here = T_here_other.inverse();
   Resampling(from, here.grid_, T_other_here, to).below({0, 0, 0}, VoxelTree::top_level);
-  from.visit_points({}, VoxelTree::top_level, [&](const VoxelPayload& payload, VoxelKey k, PayloadPlace) {
-    const Eigen::Vector3f point =
-        (T_here_other * load_point(payload, other.grid_, k).cast<double>()).cast<float>();
-    VoxelKey key;
-    if (!here.grid_.key_of(point, key)) {
-      ++lost;
-      return;
-    }
-    const float log_odds = from.find(k).log_odds;
-    const VoxelTree::Found found = to.find(key);
-    const bool taken = found.payload != nullptr;
-    const unsigned range_class = taken ? found.payload->range_class : 0;
-    to.set_leaf(key, 0, taken ? std::max(log_odds, found.log_odds) : log_odds);
-    if (!taken || payload.range_class < range_class)
-      to.make_payload(key) = moved(payload, here.grid_, key, point, T_here_other.linear());
-  });
+  from.visit_points({}, VoxelTree::top_level,
+                    [&](const VoxelPayload& payload, geometry::VoxelKey k, PayloadPlace) {
+                      const Eigen::Vector3f point =
+                          (T_here_other * load_point(payload, other.grid_, k).cast<double>()).cast<float>();
+                      geometry::VoxelKey key;
+                      if (!here.grid_.key_of(point, key)) {
+                        ++lost;
+                        return;
+                      }
+                      const float log_odds = from.find(k).log_odds;
+                      const VoxelTree::Found found = to.find(key);
+                      const bool taken = found.payload != nullptr;
+                      const unsigned range_class = taken ? found.payload->range_class : 0;
+                      to.set_leaf(key, 0, taken ? std::max(log_odds, found.log_odds) : log_odds);
+                      if (!taken || payload.range_class < range_class)
+                        to.make_payload(key) = moved(payload, here.grid_, key, point, T_here_other.linear());
+                    });
   return here;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::occupancy

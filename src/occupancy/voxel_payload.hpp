@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace octosurf {
+namespace octosurf::occupancy {
 
 /// What a voxel with a point knows beside its log-odds, in 8 bytes: id of its surface, its
 /// representative point inside the voxel, and from where that point was seen.
@@ -33,4 +33,4 @@ struct PayloadPlace {
   friend bool operator==(const PayloadPlace&, const PayloadPlace&) = default;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::occupancy

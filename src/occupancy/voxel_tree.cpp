@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <atomic>
 
-namespace octosurf {
+namespace octosurf::occupancy {
 
 VoxelTree::VoxelTree(const OccupancyModel& occupancy_model) : model_(occupancy_model) {
   static std::atomic<std::uint64_t> histories{0};
@@ -34,7 +34,7 @@ VoxelTree::Brick& VoxelTree::brick_at(Slot& slot) {
   return writable_brick(slot);
 }
 
-VoxelTree::Brick& VoxelTree::brick_at(VoxelKey key) {
+VoxelTree::Brick& VoxelTree::brick_at(geometry::VoxelKey key) {
   Slot* slot = &root_;
   for (int level = top_level - 1; level >= brick_level; --level) slot = &divided(*slot)[child_of(key, level)];
   return brick_at(*slot);
@@ -83,9 +83,11 @@ VoxelPayload& VoxelTree::payload(Brick& b, unsigned i) {
   return made;
 }
 
-VoxelPayload& VoxelTree::make_payload(VoxelKey key) { return payload(brick_at(key), index_in_brick(key)); }
+VoxelPayload& VoxelTree::make_payload(geometry::VoxelKey key) {
+  return payload(brick_at(key), index_in_brick(key));
+}
 
-VoxelTree::Found VoxelTree::find(VoxelKey key) const {
+VoxelTree::Found VoxelTree::find(geometry::VoxelKey key) const {
   const Slot* slot = &root_;
   int level = top_level;
   while (slot->link >= first_link && level > brick_level) slot = &group(*slot)[child_of(key, --level)];
@@ -100,7 +102,7 @@ VoxelTree::Found VoxelTree::find(VoxelKey key) const {
   return found;
 }
 
-void VoxelTree::set_leaf(VoxelKey corner, int level, float log_odds) {
+void VoxelTree::set_leaf(geometry::VoxelKey corner, int level, float log_odds) {
   without_points_ = true;  // until share() has looked
   settled_ = false;
   Slot* slot = &root_;
@@ -114,7 +116,7 @@ void VoxelTree::set_leaf(VoxelKey corner, int level, float log_odds) {
   set_leaf(brick_at(*slot), corner, level, log_odds);
 }
 
-void VoxelTree::set_leaf(Brick& b, VoxelKey corner, int level, float log_odds) {
+void VoxelTree::set_leaf(Brick& b, geometry::VoxelKey corner, int level, float log_odds) {
   const unsigned first = index_in_brick(corner);
   for (unsigned i = first; i < first + (1U << (3 * level)); ++i) {
     b.value[i] = log_odds;
@@ -215,4 +217,4 @@ const VoxelPayload* VoxelTree::Node::payload() const {
   return tree_->payloads_.at(brick_->payloads) + brick_->rank(first_);
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::occupancy

@@ -13,7 +13,7 @@
 #include <octosurf/adapters/detail/morton.hpp>
 #include <octosurf/adapters/detail/ray_bits.hpp>
 
-namespace octosurf {
+namespace octosurf::occupancy {
 
 /// OctoMap's occupancy model as log-odds, in its own arithmetic.
 struct OccupancyModel {
@@ -71,12 +71,12 @@ class VoxelTree {
     const VoxelPayload* payload = nullptr;
     PayloadPlace place{};  ///< of the payload
   };
-  Found find(VoxelKey key) const;
+  Found find(geometry::VoxelKey key) const;
 
   /// visit(const VoxelPayload&, VoxelKey, PayloadPlace) for the points of the cube of 2^level voxels
   /// (level ≥ 3) that holds `key`, in Morton order.
   template <class Visit>
-  void visit_points(VoxelKey key, int level, Visit&& visit) const;
+  void visit_points(geometry::VoxelKey key, int level, Visit&& visit) const;
   VoxelPayload& payload_at(PayloadPlace place) { return payloads_.writable(place.run)[place.rank]; }
 
   /// The tree as it is now, for reading, from any thread.
@@ -100,17 +100,17 @@ class VoxelTree {
   void visit_leaves(Visit&& visit) const;
 
   /// Makes the cube of 2^level voxels with this corner one leaf (level 0: a voxel).
-  void set_leaf(VoxelKey corner, int level, float log_odds);
+  void set_leaf(geometry::VoxelKey corner, int level, float log_odds);
   /// The cube of 4³ voxels with this corner as a brick, divided for that if it is not; and likewise
   /// set_leaf() in it, without the way from the root. For who fills a tree: until another leaf is set.
-  Brick& make_brick(VoxelKey corner) {
+  Brick& make_brick(geometry::VoxelKey corner) {
     without_points_ = true;  // until share() has looked
     settled_ = false;
     return brick_at(corner);
   }
-  static void set_leaf(Brick& b, VoxelKey corner, int level, float log_odds);
+  static void set_leaf(Brick& b, geometry::VoxelKey corner, int level, float log_odds);
   /// The payload of an occupied voxel, made if it has none; divides what is above it.
-  VoxelPayload& make_payload(VoxelKey key);
+  VoxelPayload& make_payload(geometry::VoxelKey key);
 
   /// Whether a voxel may be occupied without a point, as those of files that know no points are.
   bool occupied_without_points() const { return without_points_; }
@@ -130,7 +130,7 @@ class VoxelTree {
   };
   const VoxelPayload* payloads_of(const Brick& b) const { return payloads_.at(b.payloads); }
 
-  static VoxelKey key_of(std::uint64_t morton) {
+  static geometry::VoxelKey key_of(std::uint64_t morton) {
     return {static_cast<std::uint16_t>(detail::compact_bits(morton)),
             static_cast<std::uint16_t>(detail::compact_bits(morton >> 1)),
             static_cast<std::uint16_t>(detail::compact_bits(morton >> 2))};
@@ -146,10 +146,10 @@ class VoxelTree {
   };
   using Group = std::array<Slot, 8>;
 
-  static unsigned child_of(VoxelKey key, int level) {  // of the node above `level`
+  static unsigned child_of(geometry::VoxelKey key, int level) {  // of the node above `level`
     return (key.x >> level & 1U) | (key.y >> level & 1U) << 1 | (key.z >> level & 1U) << 2;
   }
-  static unsigned index_in_brick(VoxelKey key) {
+  static unsigned index_in_brick(geometry::VoxelKey key) {
     return static_cast<unsigned>(detail::morton_of(key.x & 3U, key.y & 3U, key.z & 3U));
   }
   // Of a divided slot that is written to: twice shares_, and whether anything in it may be occupied.
@@ -167,7 +167,7 @@ class VoxelTree {
   // All that is written below a slot passes one of these two.
   Group& divided(Slot& slot);
   Brick& brick_at(Slot& slot);
-  Brick& brick_at(VoxelKey key);
+  Brick& brick_at(geometry::VoxelKey key);
   void close(Slot& slot);
   void close_brick(Slot& slot);
   void forget(Slot& slot, int level);
@@ -366,7 +366,7 @@ void VoxelTree::add_brick(Slot& slot, const Theirs& theirs, std::uint64_t brick_
 }
 
 template <class Visit>
-void VoxelTree::visit_points(VoxelKey key, int level, Visit&& visit) const {
+void VoxelTree::visit_points(geometry::VoxelKey key, int level, Visit&& visit) const {
   const Slot* slot = &root_;
   for (int l = top_level - 1; l >= level; --l) {
     if (slot->link < first_link) return;
@@ -391,4 +391,4 @@ void VoxelTree::visit_below(const Slot& slot, std::uint64_t morton, int level, V
           PayloadPlace{b.payloads, rank});
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::occupancy

@@ -5,7 +5,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::planning {
 namespace {
 
 namespace bp = boost::polygon;
@@ -61,4 +61,4 @@ std::vector<Polygon> remaining(const Polygon& polygon, std::span<const Ring2> bl
   return result;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::planning

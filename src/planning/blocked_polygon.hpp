@@ -5,7 +5,7 @@
 
 #include <octosurf/surface.hpp>
 
-namespace octosurf {
+namespace octosurf::planning {
 
 /// By how much what blocks has to be larger than it is so that remaining() has no point of it: a corner is
 /// rounded to the grid of 1 µm as it comes in and again wherever edges cross.
@@ -16,4 +16,4 @@ inline constexpr double grid_slack = 4e-6;
 /// Throws Error(usage) for coordinates beyond 2 km.
 std::vector<Polygon> remaining(const Polygon& polygon, std::span<const Ring2> blocked);
 
-}  // namespace octosurf
+}  // namespace octosurf::planning

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::planning {
 
 /// Boxes, found by place: a binary tree of them, halved along its longer axis. Built in O(n log n).
 class BoxTree {
@@ -97,4 +97,4 @@ class BoxTree {
   std::vector<Node> nodes_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::planning

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::planning {
 
 /// Numbers sorted into the cells of a grid over a box.
 class CellGrid {
@@ -80,4 +80,4 @@ class CellGrid {
   std::vector<std::uint32_t> begin_, numbers_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::planning

@@ -23,7 +23,7 @@ class Lineage {
   std::set<Id> living_heirs(Id id) const {
     std::set<Id> seen{id}, found;
     std::vector<Id> reached{id};
-    breadth_first(reached, [&](Id at) {
+    geometry::breadth_first(reached, [&](Id at) {
       const auto heirs = heirs_.find(at);
       if (heirs == heirs_.end()) return;
       for (const Id heir : heirs->second) {

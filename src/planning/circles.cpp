@@ -48,7 +48,7 @@ class Fill {
  public:
   Fill(const Polygon& polygon, double min_radius) : polygon_(polygon), min_radius_(min_radius) {
     std::vector<Segment> segments;
-    for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    planning::for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
       if (!a.allFinite()) throw Error(Error::Kind::data, "polygon", "a vertex is not finite");
       segments.emplace_back(Point(a.x(), a.y()), Point(b.x(), b.y()));
       low_ = low_.cwiseMin(a);
@@ -99,7 +99,7 @@ class Fill {
   void add_medial_candidates() {
     const double spacing = std::max(min_radius_ / 2, perimeter_ / boundary_samples);
     std::vector<Kernel::Point_2> samples;
-    for_each_edge(polygon_, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    planning::for_each_edge(polygon_, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
       const auto steps = static_cast<int>(std::ceil((b - a).norm() / spacing));
       for (int i = 0; i < steps; ++i) {
         const Eigen::Vector2d p = a + (b - a) * (static_cast<double>(i) / steps);
@@ -117,7 +117,7 @@ class Fill {
       const Eigen::Vector2d& center = *found;
       // Slivers of samples on one edge have their centres anywhere.
       if ((center.array() < low_.array()).any() || (center.array() > high_.array()).any()) continue;
-      if (contains(polygon_, center)) add_candidate(center);
+      if (planning::contains(polygon_, center)) add_candidate(center);
     }
   }
 
@@ -126,7 +126,7 @@ class Fill {
     const Eigen::Vector2d extent = high_ - low_;
     const double step = std::max(min_radius_, extent.maxCoeff() / grid_points);
     for (double v = low_.y(); v <= high_.y(); v += step) {
-      const std::vector<double> at = crossings(polygon_, v);
+      const std::vector<double> at = planning::crossings(polygon_, v);
       for (std::size_t i = 0; i + 1 < at.size(); i += 2) {
         double u = low_.x() + step * std::ceil((at[i] - low_.x()) / step);
         for (; u < at[i + 1]; u += step) add_candidate({u, v});

@@ -23,7 +23,7 @@ void for_each_sample(const Polygon& polygon, double spacing, const Visit& visit)
   const auto first = [&](double low) { return std::ceil(low / spacing - 0.5); };
   for (double row = first(box.min().y()); (row + 0.5) * spacing < box.max().y(); ++row) {
     const double v = (row + 0.5) * spacing;
-    const std::vector<double> at = crossings(polygon, v);
+    const std::vector<double> at = planning::crossings(polygon, v);
     for (std::size_t i = 0; i + 1 < at.size(); i += 2)
       for (double column = first(at[i]); (column + 0.5) * spacing < at[i + 1]; ++column)
         visit(Eigen::Vector2d((column + 0.5) * spacing, v));

@@ -10,7 +10,7 @@
 #include <tuple>
 #include <utility>
 
-namespace octosurf {
+namespace octosurf::planning {
 namespace {
 
 /// Whole voxels low … high, both included.
@@ -144,7 +144,7 @@ std::vector<Ring2> projected(const Surface& surface, std::span<const Eigen::Vect
 // Each covers a rectangle along the line in which its plane and this one meet, as wide as the row that it
 // lies in: those of a wall become one.
 std::vector<Ring2> projected(const Surface& surface, std::span<const VoxelMatter> flat) {
-  constexpr double row_width = ReadingModel::pose_sigma;
+  constexpr double row_width = sensing::ReadingModel::pose_sigma;
   std::vector<Strip> strips;
   strips.reserve(flat.size());
   const Eigen::Matrix<double, 3, 2> uv = surface.T_map_surface.linear().leftCols<2>();
@@ -211,4 +211,4 @@ std::vector<Ring2> gaps_in(const Surface& surface, const Eigen::Vector2d& low, c
   return gaps;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::planning

@@ -8,7 +8,7 @@
 
 #include <octosurf/contact.hpp>
 
-namespace octosurf {
+namespace octosurf::planning {
 
 /// What stands over the box `low` … `high` of the surface's frame covers of its plane: convex polygons
 /// (counter-clockwise, the surface's frame) that may overlap. Taken is what occupied voxels that are not this
@@ -33,4 +33,4 @@ std::vector<Ring2> projected(const Surface& surface, std::span<const VoxelMatter
 std::vector<Ring2> gaps_in(const Surface& surface, const Eigen::Vector2d& low, const Eigen::Vector2d& high,
                            const ContactLimits& limits, const OccupancyView& octree);
 
-}  // namespace octosurf
+}  // namespace octosurf::planning

@@ -24,7 +24,7 @@ Polygon moved(Polygon polygon, const To& to) {
 
 /// A surface in the plane that is turned with the contact, and what stands on it.
 struct Ground {
-  Sole sole;
+  planning::Sole sole;
   std::vector<Polygon> polygons;
   const std::vector<PolygonEdges>* edges = nullptr;
   std::vector<Ring2> obstacles, gaps;  ///< convex
@@ -35,15 +35,16 @@ constexpr double farthest_corner = 1000;
 
 void require_near(const Surface& surface) {
   for (const Polygon& polygon : surface.polygons)
-    for_each_edge(polygon, [&surface](const Eigen::Vector2d& p, const Eigen::Vector2d&) {
+    planning::for_each_edge(polygon, [&surface](const Eigen::Vector2d& p, const Eigen::Vector2d&) {
       if (!(p.cwiseAbs().maxCoeff() < farthest_corner))
         throw Error(Error::Kind::usage, "surface " + std::to_string(surface.id),
                     "has a corner that is not finite or a kilometre from its origin");
     });
 }
 
-Ground ground_of(const Surface& surface, Sole sole, const ContactLimits& limits, const OccupancyView* octree,
-                 const std::vector<PolygonEdges>* edges, const Snapshot* others) {
+Ground ground_of(const Surface& surface, planning::Sole sole, const ContactLimits& limits,
+                 const OccupancyView* octree, const std::vector<PolygonEdges>* edges,
+                 const Snapshot* others) {
   Ground ground{std::move(sole), {}, edges, {}, {}};
   Eigen::AlignedBox2d box;
   for (const Polygon& polygon : surface.polygons) {
@@ -56,27 +57,29 @@ Ground ground_of(const Surface& surface, Sole sole, const ContactLimits& limits,
     for (Ring2& ring : rings)
       for (Eigen::Vector2d& p : ring) p = ground.sole.to_turned(p);
   };
-  if (limits.gap_depth_m > 0) ground.gaps = gaps_in(surface, box.min(), box.max(), limits, *octree);
+  if (limits.gap_depth_m > 0) ground.gaps = planning::gaps_in(surface, box.min(), box.max(), limits, *octree);
   turn(ground.gaps);
   if (limits.clearance_m <= 0) return ground;
   // All of the contact is on the surface, so what counts is at most the margin away from it.
   const Eigen::Vector2d margin = Eigen::Vector2d::Constant(limits.obstacle_margin_m * 1.005);
-  ground.obstacles = obstacles_over(surface, box.min() - margin, box.max() + margin, limits, *octree, others);
+  ground.obstacles =
+      planning::obstacles_over(surface, box.min() - margin, box.max() + margin, limits, *octree, others);
   turn(ground.obstacles);
   return ground;
 }
 
 /// Where the middle of the contact may not be, about something that it must not touch.
-Ring2 kept_off(const Sole& sole, double margin) {
-  const double s = grid_slack;
-  return minkowski_sum(mirrored(sole.with_margin(margin)), {{-s, -s}, {s, -s}, {s, s}, {-s, s}});
+Ring2 kept_off(const planning::Sole& sole, double margin) {
+  const double s = planning::grid_slack;
+  return planning::minkowski_sum(planning::mirrored(sole.with_margin(margin)),
+                                 {{-s, -s}, {s, -s}, {s, s}, {-s, s}});
 }
 
 void block_frontier(const Ring2& ring, const std::vector<EdgeKind>& kinds, const Ring2& kernel,
                     std::vector<Ring2>& blocked) {
   for (std::size_t i = 0; i < ring.size(); ++i)
     if (kinds[i] == EdgeKind::frontier)
-      blocked.push_back(minkowski_sum(kernel, {ring[i], ring[(i + 1) % ring.size()]}));
+      blocked.push_back(planning::minkowski_sum(kernel, {ring[i], ring[(i + 1) % ring.size()]}));
 }
 
 /// What blocks the middle of the contact besides edges.
@@ -92,7 +95,7 @@ std::vector<Ring2> blocked_besides(const Ground& ground, std::size_t index, cons
   }
   const auto block = [&](const std::vector<Ring2>& rings, double margin) {
     const Ring2 off = kept_off(ground.sole, margin);
-    for (const Ring2& ring : rings) blocked.push_back(minkowski_sum(off, ring));
+    for (const Ring2& ring : rings) blocked.push_back(planning::minkowski_sum(off, ring));
   };
   if (limits.gap_depth_m > 0) block(ground.gaps, 0);
   if (limits.clearance_m > 0) block(ground.obstacles, limits.obstacle_margin_m);
@@ -106,12 +109,12 @@ std::vector<Polygon> free_part(const Ground& ground, std::size_t index, const Co
   std::vector<Ring2> blocked = blocked_besides(ground, index, limits);
   // A hall's 9810 boundary points take inset() 3.8 ms, and remaining(), with all that the edges block, 290
   // ms.
-  if (std::optional<std::vector<Polygon>> parts = inset(polygon, off_edges, blocked))
+  if (std::optional<std::vector<Polygon>> parts = planning::inset(polygon, off_edges, blocked))
     return std::move(*parts);
-  for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-    blocked.push_back(minkowski_sum(off_edges, {a, b}));
+  planning::for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    blocked.push_back(planning::minkowski_sum(off_edges, {a, b}));
   });
-  return remaining(polygon, blocked);
+  return planning::remaining(polygon, blocked);
 }
 
 std::vector<Polygon> free_part(const Ground& ground, const ContactLimits& limits) {
@@ -152,18 +155,18 @@ std::vector<ContactRefusal> refusals_of(const Ground& ground, const ContactLimit
 ContactRegion contact_region(const Surface& surface, const ContactShape& shape, std::optional<double> yaw_rad,
                              const ContactLimits& limits, const OccupancyView* octree,
                              const std::vector<PolygonEdges>* edges, const Snapshot* others) {
-  require_sensible(surface, shape, yaw_rad, limits, octree, edges);
+  planning::require_sensible(surface, shape, yaw_rad, limits, octree, edges);
   require_near(surface);
   ContactRegion region;
   region.surface = surface.id;
   region.revision = surface.revision;
   region.yaw_rad = yaw_rad;
-  region.refused = refusals_of(surface, limits);
+  region.refused = planning::refusals_of(surface, limits);
   if (!region.refused.empty()) return region;
-  const Ground ground =
-      ground_of(surface, sole_of(shape, surface, yaw_rad, limits.up), limits, octree, edges, others);
+  const Ground ground = ground_of(surface, planning::sole_of(shape, surface, yaw_rad, limits.up), limits,
+                                  octree, edges, others);
   const std::vector<Polygon> parts = free_part(ground, limits);
-  region.area_m2 = area_of(parts);
+  region.area_m2 = planning::area_of(parts);
   for (const Polygon& part : parts)
     region.polygons.push_back(moved(part, [&ground](const Eigen::Vector2d& middle) {
       return ground.sole.to_surface(middle - ground.sole.middle);

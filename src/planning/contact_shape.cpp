@@ -58,19 +58,19 @@ void require_edges(const Surface& surface, const std::vector<PolygonEdges>& edge
 
 }  // namespace
 
-Ring2 around_disc(double radius) {
+Ring2 planning::around_disc(double radius) {
   if (radius <= 0) return {Eigen::Vector2d::Zero()};
   Ring2 ring;
-  const double corner = radius / std::cos(std::numbers::pi / disc_corners);
-  for (int i = 0; i < disc_corners; ++i) {
-    const double angle = 2 * std::numbers::pi * (i + 0.5) / disc_corners;
+  const double corner = radius / std::cos(std::numbers::pi / planning::disc_corners);
+  for (int i = 0; i < planning::disc_corners; ++i) {
+    const double angle = 2 * std::numbers::pi * (i + 0.5) / planning::disc_corners;
     ring.emplace_back(corner * std::cos(angle), corner * std::sin(angle));
   }
   return ring;
 }
 
 // Andrew's monotone chain.
-Ring2 convex_hull(Ring2 points) {
+Ring2 planning::convex_hull(Ring2 points) {
   std::sort(points.begin(), points.end(), [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
     return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
   });
@@ -89,15 +89,15 @@ Ring2 convex_hull(Ring2 points) {
   return hull;
 }
 
-Ring2 minkowski_sum(const Ring2& a, const Ring2& b) {
+Ring2 planning::minkowski_sum(const Ring2& a, const Ring2& b) {
   Ring2 sums;
   sums.reserve(a.size() * b.size());
   for (const Eigen::Vector2d& p : a)
     for (const Eigen::Vector2d& q : b) sums.push_back(p + q);
-  return convex_hull(std::move(sums));
+  return planning::convex_hull(std::move(sums));
 }
 
-Ring2 mirrored(Ring2 ring) {
+Ring2 planning::mirrored(Ring2 ring) {
   for (Eigen::Vector2d& p : ring) p = -p;
   return ring;
 }
@@ -125,7 +125,7 @@ double ContactShape::reach() const {
 }
 
 Eigen::Vector2d heading_on(const Surface& surface, double yaw_rad, const Eigen::Vector3d& up) {
-  require_direction(up, "up");
+  geometry::require_direction(up, "up");
   const Eigen::Vector3d level =
       upright(up).conjugate() * Eigen::Vector3d(std::cos(yaw_rad), std::sin(yaw_rad), 0);
   const Eigen::Matrix3d R_surface_map = surface.T_map_surface.linear().transpose();
@@ -135,28 +135,28 @@ Eigen::Vector2d heading_on(const Surface& surface, double yaw_rad, const Eigen::
   return (R_surface_map * up).head<2>().normalized();
 }
 
-Sole sole_of(const ContactShape& shape, const Surface& surface, std::optional<double> yaw_rad,
-             const Eigen::Vector3d& up) {
-  Sole sole;
+planning::Sole planning::sole_of(const ContactShape& shape, const Surface& surface,
+                                 std::optional<double> yaw_rad, const Eigen::Vector3d& up) {
+  planning::Sole sole;
   if (!yaw_rad || shape.outline.empty()) {
     // Never turned: the polygon about a disc is not round, and a disc's heading shall not decide anything.
-    sole.outline = around_disc(shape.reach());
+    sole.outline = planning::around_disc(shape.reach());
     return sole;
   }
   sole.heading = heading_on(surface, *yaw_rad, up);
   for (const Eigen::Vector2d& p : shape.outline) sole.middle += p / static_cast<double>(shape.outline.size());
   sole.outline = shape.outline;
   for (Eigen::Vector2d& p : sole.outline) p -= sole.middle;
-  sole.outline = convex_hull(std::move(sole.outline));
+  sole.outline = planning::convex_hull(std::move(sole.outline));
   return sole;
 }
 
-void require_sensible(const Surface& surface, const ContactShape& shape, std::optional<double> yaw_rad,
-                      const ContactLimits& limits, const OccupancyView* octree,
-                      const std::vector<PolygonEdges>* edges) {
+void planning::require_sensible(const Surface& surface, const ContactShape& shape,
+                                std::optional<double> yaw_rad, const ContactLimits& limits,
+                                const OccupancyView* octree, const std::vector<PolygonEdges>* edges) {
   require_shape(shape);
   require(!yaw_rad || std::isfinite(*yaw_rad), "yaw", "is not finite", "");
-  require_direction(limits.up, "up");
+  geometry::require_direction(limits.up, "up");
   require(limits.max_slope_rad >= 0, "max_slope", "is not an angle", "must be at least 0");
   require_length(limits.min_area_m2, "min_area");
   require_length(limits.edge_margin_m, "edge_margin");
@@ -177,7 +177,7 @@ void require_sensible(const Surface& surface, const ContactShape& shape, std::op
   if (limits.frontier_margin_m > 0) require_edges(surface, *edges);
 }
 
-std::vector<ContactRefusal> refusals_of(const Surface& surface, const ContactLimits& limits) {
+std::vector<ContactRefusal> planning::refusals_of(const Surface& surface, const ContactLimits& limits) {
   std::vector<ContactRefusal> refused;
   // At π even rounding must not refuse.
   if (limits.max_slope_rad < std::numbers::pi && slope_rad(surface, limits.up) > limits.max_slope_rad)

@@ -7,7 +7,7 @@
 
 #include <octosurf/contact.hpp>
 
-namespace octosurf {
+namespace octosurf::planning {
 
 /// Corners of the regular polygons drawn around discs: 1 / cos(π / 32) is 1.0048, the 0.5 % of contact.hpp.
 inline constexpr int disc_corners = 32;
@@ -57,4 +57,4 @@ void require_sensible(const Surface& surface, const ContactShape& shape, std::op
 /// uncertainty, in this order.
 std::vector<ContactRefusal> refusals_of(const Surface& surface, const ContactLimits& limits);
 
-}  // namespace octosurf
+}  // namespace octosurf::planning

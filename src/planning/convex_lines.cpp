@@ -4,7 +4,7 @@
 #include <bit>
 #include <cmath>
 
-namespace octosurf {
+namespace octosurf::planning {
 namespace {
 
 constexpr double jitter = 5e-7;  // m
@@ -50,4 +50,4 @@ Eigen::Vector2d jitter_of(const Eigen::Vector2d& p, const Eigen::Vector2d& q) {
   return jitter * Eigen::Vector2d(part(state), part(state >> 32));
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::planning

@@ -9,7 +9,7 @@
 
 #include <octosurf/surface.hpp>
 
-namespace octosurf {
+namespace octosurf::planning {
 
 /// No side, no line, no edge.
 inline constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
@@ -64,4 +64,4 @@ struct Cut {
 /// Up to half a µm in u and in v, by chance, but always the same for the same two points.
 Eigen::Vector2d jitter_of(const Eigen::Vector2d& p, const Eigen::Vector2d& q);
 
-}  // namespace octosurf
+}  // namespace octosurf::planning

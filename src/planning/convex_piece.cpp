@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace octosurf {
+namespace octosurf::planning {
 
 ConvexPiece convex_piece(const Surface& surface, const Ring2& corners) {
   const auto n = static_cast<Eigen::Index>(corners.size());
@@ -22,4 +22,4 @@ ConvexPiece convex_piece(const Surface& surface, const Ring2& corners) {
   return piece;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::planning

@@ -22,7 +22,7 @@ using Piece = std::vector<std::uint32_t>;  // vertices, counter-clockwise; empty
 class ConvexMerge {
  public:
   explicit ConvexMerge(const Polygon& polygon) {
-    const auto triangles = triangulate(polygon, points_);
+    const auto triangles = geometry::triangulate(polygon, points_);
     for (const auto& t : triangles) {
       const auto piece = static_cast<std::uint32_t>(pieces_.size());
       pieces_.emplace_back(t.begin(), t.end());
@@ -104,7 +104,7 @@ class ConvexMerge {
 
   std::vector<Eigen::Vector2d> points_;
   std::vector<Piece> pieces_;
-  DisjointSets owners_;                     // pieces that have been merged; the root has their vertices
+  geometry::DisjointSets owners_;           // pieces that have been merged; the root has their vertices
   std::map<Edge, std::uint32_t> piece_at_;  // the triangle left of a directed edge
 };
 
@@ -122,7 +122,7 @@ std::vector<ConvexPiece> convex_pieces(const Surface& surface) {
           corners.push_back(merge.points()[piece[i]]);
         }
       }
-      if (!corners.empty()) result.push_back(convex_piece(surface, corners));
+      if (!corners.empty()) result.push_back(planning::convex_piece(surface, corners));
     }
   }
   return result;

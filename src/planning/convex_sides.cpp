@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace octosurf {
+namespace octosurf::planning {
 
 double area_of(const Ring2& ring) {
   double twice = 0;
@@ -125,4 +125,4 @@ double ConvexSides::area_within(const Ring2& ring) const {
   return area_of(kept);
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::planning

@@ -6,7 +6,7 @@
 
 #include <octosurf/surface.hpp>
 
-namespace octosurf {
+namespace octosurf::planning {
 
 /// A convex polygon (counter-clockwise; a point or a segment may stand for one) as what lies left of all its
 /// sides.
@@ -50,4 +50,4 @@ class ConvexSides {
 double area_of(const Ring2& ring);
 double area_of(const std::vector<Polygon>& polygons);
 
-}  // namespace octosurf
+}  // namespace octosurf::planning

@@ -19,15 +19,15 @@ constexpr double rounding = 1e-9;
 struct Stand {
   Eigen::Vector2d middle;
   std::optional<double> radius;  ///< of a disc, whose distances take no sides
-  ConvexSides sole, with_margin, with_frontier;
+  planning::ConvexSides sole, with_margin, with_frontier;
 };
 
-Stand stand_at(const Sole& sole, std::optional<double> radius, const Eigen::Vector2d& middle,
+Stand stand_at(const planning::Sole& sole, std::optional<double> radius, const Eigen::Vector2d& middle,
                const ContactLimits& limits) {
   const auto placed = [&](double margin) {
     Ring2 ring = sole.with_margin(margin);
     for (Eigen::Vector2d& p : ring) p = middle + sole.to_surface(p);
-    return ConvexSides(ring);
+    return planning::ConvexSides(ring);
   };
   return {middle, radius, placed(0), placed(limits.edge_margin_m),
           placed(std::max(limits.edge_margin_m, limits.frontier_margin_m))};
@@ -49,13 +49,14 @@ double apart(const Eigen::AlignedBox2d& box, const Eigen::Vector2d& a, const Eig
 
 double distance_to(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Stand& stand) {
   if (!stand.radius) return stand.sole.distance(a, b);
-  return std::max(0.0, (closest_on_segment(a, b, stand.middle) - stand.middle).norm() - *stand.radius);
+  return std::max(0.0,
+                  (planning::closest_on_segment(a, b, stand.middle) - stand.middle).norm() - *stand.radius);
 }
 
 void look_at(const Ring2& ring, const std::vector<EdgeKind>* kinds, const Stand& stand, Edges& edges) {
   for (std::size_t i = 0, n = ring.size(); i < n; ++i) {
     const Eigen::Vector2d &a = ring[i], &b = ring[i + 1 < n ? i + 1 : 0];
-    edges.middle_inside ^= passes_left_of(stand.middle, a, b);
+    edges.middle_inside ^= geometry::passes_left_of(stand.middle, a, b);
     const double gap = apart(stand.sole.box(), a, b);
     if (gap < 0) edges.deepest = std::max(edges.deepest, stand.sole.depth(a, b));
     if (gap < edges.nearest && edges.deepest <= rounding)
@@ -90,15 +91,15 @@ double share_on(const Surface& surface, const Stand& stand, const Edges& edges) 
   return std::clamp(sum / whole, 0.0, 1.0);
 }
 
-Eigen::AlignedBox2d box_of(const Sole& sole, const Stand& stand, double margin) {
+Eigen::AlignedBox2d box_of(const planning::Sole& sole, const Stand& stand, double margin) {
   Eigen::AlignedBox2d box;
   for (const Eigen::Vector2d& p : sole.with_margin(margin)) box.extend(stand.middle + sole.to_surface(p));
   return box;
 }
 
 /// The contact with its margin reaches one of these convex rings of the surface's frame.
-bool reaches(const Sole& sole, const Stand& stand, double margin, std::vector<Ring2> rings) {
-  const Ring2 around = sole.with_margin(margin), off = mirrored(around);
+bool reaches(const planning::Sole& sole, const Stand& stand, double margin, std::vector<Ring2> rings) {
+  const Ring2 around = sole.with_margin(margin), off = planning::mirrored(around);
   Eigen::AlignedBox2d bounds;
   for (const Eigen::Vector2d& p : around) bounds.extend(p);
   return std::any_of(rings.begin(), rings.end(), [&](Ring2& ring) {
@@ -108,27 +109,29 @@ bool reaches(const Sole& sole, const Stand& stand, double margin, std::vector<Ri
       box.extend(p);
     }
     if (!bounds.intersects(box)) return false;
-    return ConvexSides(minkowski_sum(off, ring)).depth(Eigen::Vector2d::Zero()) > rounding;
+    return planning::ConvexSides(planning::minkowski_sum(off, ring)).depth(Eigen::Vector2d::Zero()) >
+           rounding;
   });
 }
 
-bool over_a_gap(const Surface& surface, const Sole& sole, const Stand& stand, const ContactLimits& limits,
-                const OccupancyView& octree) {
+bool over_a_gap(const Surface& surface, const planning::Sole& sole, const Stand& stand,
+                const ContactLimits& limits, const OccupancyView& octree) {
   const Eigen::AlignedBox2d box = box_of(sole, stand, 0);
-  return reaches(sole, stand, 0, gaps_in(surface, box.min(), box.max(), limits, octree));
+  return reaches(sole, stand, 0, planning::gaps_in(surface, box.min(), box.max(), limits, octree));
 }
 
-bool beside_an_obstacle(const Surface& surface, const Sole& sole, const Stand& stand, double margin,
+bool beside_an_obstacle(const Surface& surface, const planning::Sole& sole, const Stand& stand, double margin,
                         const ContactLimits& limits, const OccupancyView& octree, const Snapshot* others) {
   const Eigen::AlignedBox2d box = box_of(sole, stand, margin);
-  return reaches(sole, stand, margin, obstacles_over(surface, box.min(), box.max(), limits, octree, others));
+  return reaches(sole, stand, margin,
+                 planning::obstacles_over(surface, box.min(), box.max(), limits, octree, others));
 }
 
 /// The first limit that a stand does not keep.
-std::optional<ContactRefusal> refusal_of(const Surface& surface, const Sole& sole, const Stand& stand,
-                                         const Edges& around, const ContactLimits& limits,
+std::optional<ContactRefusal> refusal_of(const Surface& surface, const planning::Sole& sole,
+                                         const Stand& stand, const Edges& around, const ContactLimits& limits,
                                          const OccupancyView* octree, const Snapshot* others) {
-  const std::vector<ContactRefusal> of_surface = refusals_of(surface, limits);
+  const std::vector<ContactRefusal> of_surface = planning::refusals_of(surface, limits);
   if (!of_surface.empty()) return of_surface.front();
   if (!around.supported()) return ContactRefusal::support;
   if (limits.gap_depth_m > 0 && over_a_gap(surface, sole, stand, limits, *octree))
@@ -147,9 +150,9 @@ std::optional<ContactRefusal> refusal_of(const Surface& surface, const Sole& sol
 Foothold foothold(const Surface& surface, const ContactShape& shape, const Eigen::Vector3d& at,
                   double yaw_rad, const ContactLimits& limits, const OccupancyView* octree,
                   const std::vector<PolygonEdges>* edges, const Snapshot* others) {
-  require_sensible(surface, shape, yaw_rad, limits, octree, edges);
+  planning::require_sensible(surface, shape, yaw_rad, limits, octree, edges);
   if (!at.allFinite()) throw Error(Error::Kind::usage, "foothold", "the point is not finite");
-  const Sole sole = sole_of(shape, surface, yaw_rad, limits.up);
+  const planning::Sole sole = planning::sole_of(shape, surface, yaw_rad, limits.up);
   const Eigen::Vector2d reference = (surface.T_map_surface.inverse() * at).head<2>();
   const std::optional<double> radius =
       shape.outline.empty() ? std::optional<double>(shape.radius) : std::nullopt;

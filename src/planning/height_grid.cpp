@@ -107,7 +107,7 @@ class Painter {
   }
   void paint_row(const SeenFromAbove& surface, const Polygon& polygon, Eigen::Index row) const {
     const double x = grid_.center_of(row, 0).x();
-    const std::vector<double> ys = crossings(polygon, x);
+    const std::vector<double> ys = planning::crossings(polygon, x);
     for (std::size_t i = 0; i + 1 < ys.size(); i += 2)
       for (Eigen::Index column = column_not_beyond(ys[i + 1]); column < column_not_beyond(ys[i]); ++column)
         paint_cell(surface, row, column);

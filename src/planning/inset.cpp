@@ -8,7 +8,7 @@
 
 #include <tsl/robin_map.h>
 
-namespace octosurf {
+namespace octosurf::planning {
 namespace {
 
 double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
@@ -317,7 +317,7 @@ bool Inset::in_polygon(const Eigen::Vector2d& p) const {
   const Eigen::Vector2d level(0, p.y());
   rows_->visit({level, level}, [&](std::uint32_t edge) {
     const Eigen::Vector2d &a = corners_[edge], &b = corners_[next_[edge]];
-    inside ^= passes_left_of(p, a, b);
+    inside ^= geometry::passes_left_of(p, a, b);
   });
   return inside;
 }
@@ -409,4 +409,4 @@ std::optional<std::vector<Polygon>> inset(const Polygon& polygon, const Ring2& k
   return Inset(polygon, kernel, besides).run();
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::planning

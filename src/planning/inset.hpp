@@ -6,7 +6,7 @@
 
 #include <octosurf/surface.hpp>
 
-namespace octosurf {
+namespace octosurf::planning {
 
 /// A polygon without the interiors of what lies about its edges, {p + q: p on an edge, q in `kernel`}, nor of
 /// `besides`; kernel and each of `besides` convex and counter-clockwise, with an area. The kernel holds the
@@ -28,4 +28,4 @@ namespace octosurf {
 std::optional<std::vector<Polygon>> inset(const Polygon& polygon, const Ring2& kernel,
                                           std::span<const Ring2> besides);
 
-}  // namespace octosurf
+}  // namespace octosurf::planning

@@ -18,9 +18,9 @@ std::optional<Eigen::Vector2d> closest_in_plane(const Surface& surface, const Ei
   std::optional<Eigen::Vector2d> best;
   double best2 = HUGE_VAL;
   for (const Polygon& polygon : surface.polygons) {
-    if (contains(polygon, uv)) return uv;
-    for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-      const Eigen::Vector2d candidate = closest_on_segment(a, b, uv);
+    if (planning::contains(polygon, uv)) return uv;
+    planning::for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+      const Eigen::Vector2d candidate = planning::closest_on_segment(a, b, uv);
       const double distance2 = (candidate - uv).squaredNorm();
       if (distance2 >= best2) return;
       best2 = distance2;
@@ -32,7 +32,7 @@ std::optional<Eigen::Vector2d> closest_in_plane(const Surface& surface, const Ei
 
 void require_sensible(const Eigen::Vector3d& point, const SlopeLimit& limit, const char* where) {
   if (!point.allFinite()) throw Error(Error::Kind::usage, where, "the point is not finite");
-  require_direction(limit.up, "up");
+  geometry::require_direction(limit.up, "up");
   if (!(limit.max_slope_rad >= 0))
     throw Error(Error::Kind::usage, "max_slope", "is not an angle", "must be at least 0");
 }
@@ -51,7 +51,7 @@ std::optional<Nearest> meet(const Surface& surface, const Eigen::Vector3d& point
   if (distance < 0) return {};
   const Eigen::Vector2d uv = (from + distance * along).head<2>();
   const bool hit = std::any_of(surface.polygons.begin(), surface.polygons.end(),
-                               [&](const Polygon& polygon) { return contains(polygon, uv); });
+                               [&](const Polygon& polygon) { return planning::contains(polygon, uv); });
   if (!hit) return {};
   return Nearest{surface.id, surface.to_map(uv), distance};
 }

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace octosurf {
+namespace octosurf::planning {
 
 namespace bgi = boost::geometry::index;
 
@@ -55,7 +55,7 @@ bool PolygonIndex::contains(const Eigen::Vector2d& point) const {
   bool inside = false;
   for (std::uint32_t k = row_begin_[row]; k < row_begin_[row + 1]; ++k) {
     const auto& [a, b] = edges_[rows_[k]];
-    inside ^= passes_left_of(point, a, b);
+    inside ^= geometry::passes_left_of(point, a, b);
   }
   return inside;
 }
@@ -67,4 +67,4 @@ std::optional<Eigen::Vector2d> PolygonIndex::closest(const Eigen::Vector2d& poin
   return closest_on_segment(vector(at->first), vector(at->second), point);
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::planning

@@ -10,7 +10,7 @@
 
 #include <octosurf/surface.hpp>
 
-namespace octosurf {
+namespace octosurf::planning {
 
 /// A surface's polygons, ordered for questions about points. Gives what rings.hpp gives by looking at every
 /// edge. Built in O(n log n), about 0.3 µs an edge.
@@ -51,4 +51,4 @@ class PolygonIndex {
   boost::geometry::index::rtree<Segment, boost::geometry::index::rstar<16>> tree_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::planning

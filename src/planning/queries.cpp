@@ -20,7 +20,7 @@ struct Entry {
   SurfacePtr surface;
   Eigen::Isometry3d T_surface_map;
   Eigen::AlignedBox3d box;  ///< map frame; a little more than the polygons
-  PolygonIndex polygons;
+  planning::PolygonIndex polygons;
 
   explicit Entry(SurfacePtr s)
       : surface(std::move(s)), T_surface_map(surface->T_map_surface.inverse()), polygons(surface->polygons) {
@@ -41,7 +41,7 @@ void require_distance(double distance, const char* where) {
   if (!(distance >= 0)) throw Error(Error::Kind::usage, where, "is not a distance", "must be at least 0");
 }
 void require_limit(const SlopeLimit& limit) {
-  require_direction(limit.up, "up");
+  geometry::require_direction(limit.up, "up");
   if (!(limit.max_slope_rad >= 0))
     throw Error(Error::Kind::usage, "max_slope", "is not an angle", "must be at least 0");
 }
@@ -161,7 +161,7 @@ ConvexSpace ConvexSpace::frustum(const Eigen::Isometry3d& T_map_camera, double t
 struct SurfaceIndex::Impl {
   std::shared_ptr<const Snapshot> snapshot;
   std::vector<EntryPtr> entries;  ///< of the surfaces that have polygons; ascending id
-  BoxTree tree;
+  planning::BoxTree tree;
 
   template <class Meets, class Test>
   std::vector<SurfaceId> list(const Meets& near, const Test& test) const {
@@ -208,7 +208,7 @@ SurfaceIndex::SurfaceIndex(std::shared_ptr<const Snapshot> snapshot, const Surfa
     boxes.push_back(entry->box);
     impl_->entries.push_back(std::move(entry));
   }
-  impl_->tree = BoxTree(std::move(boxes));
+  impl_->tree = planning::BoxTree(std::move(boxes));
 }
 SurfaceIndex::SurfaceIndex(SurfaceIndex&&) noexcept = default;
 SurfaceIndex& SurfaceIndex::operator=(SurfaceIndex&&) noexcept = default;
@@ -263,7 +263,7 @@ std::optional<Nearest> SurfaceIndex::below(const Eigen::Vector3d& point, const S
 std::optional<RayHit> SurfaceIndex::first_on_ray(const Eigen::Vector3d& from,
                                                  const Eigen::Vector3d& direction, double within) const {
   require_point(from, "first_on_ray");
-  require_direction(direction, "direction");
+  geometry::require_direction(direction, "direction");
   require_distance(within, "within");
   return impl_->cast(from, direction.normalized(), within, nullptr);
 }

@@ -87,7 +87,7 @@ std::vector<HalfPlane> separating(const std::vector<Segment>& edges, const Eigen
   left.reserve(edges.size());
   for (const auto& [from, to] : edges) {
     const Segment edge{to_circle * (from - centre), to_circle * (to - centre)};
-    left.push_back({edge, closest_on_segment(edge.first, edge.second, Eigen::Vector2d::Zero())});
+    left.push_back({edge, planning::closest_on_segment(edge.first, edge.second, Eigen::Vector2d::Zero())});
   }
   std::vector<HalfPlane> planes;
   while (!left.empty()) {
@@ -158,14 +158,14 @@ struct Part {
 
 Part part_of(Polygon polygon) {
   std::vector<Segment> edges;
-  for_each_edge(polygon,
-                [&edges](const Eigen::Vector2d& a, const Eigen::Vector2d& b) { edges.emplace_back(a, b); });
+  planning::for_each_edge(
+      polygon, [&edges](const Eigen::Vector2d& a, const Eigen::Vector2d& b) { edges.emplace_back(a, b); });
   const Ring2 box = box_about(edges);
   std::vector<Eigen::Vector2d> points;
   std::vector<std::pair<double, Eigen::Vector2d>> starts;
-  for (const auto& t : triangulate(polygon, points)) {
+  for (const auto& t : geometry::triangulate(polygon, points)) {
     const Ring2 triangle{points[t[0]], points[t[1]], points[t[2]]};
-    starts.emplace_back(area_of(triangle), (triangle[0] + triangle[1] + triangle[2]) / 3);
+    starts.emplace_back(planning::area_of(triangle), (triangle[0] + triangle[1] + triangle[2]) / 3);
   }
   const std::size_t tried = std::min(seeds, starts.size());
   std::partial_sort(starts.begin(), starts.begin() + static_cast<std::ptrdiff_t>(tried), starts.end(),
@@ -174,7 +174,7 @@ Part part_of(Polygon polygon) {
   for (std::size_t i = 0; i < tried; ++i) {
     const Eigen::Vector2d& start = starts[i].second;
     // Already in the best piece, it would lead there again.
-    if (!part.best.ring.empty() && ConvexSides(part.best.ring).depth(start) > 0) continue;
+    if (!part.best.ring.empty() && planning::ConvexSides(part.best.ring).depth(start) > 0) continue;
     Grown grown = grown_from(edges, box, start);
     if (grown.area > part.best.area) part.best = std::move(grown);
   }
@@ -202,7 +202,7 @@ Ring2 tidied(Ring2 ring) {
   for (const Eigen::Vector2d& p : ring)
     if (kept.empty() || (p - kept.back()).norm() > clear_of) kept.push_back(p);
   while (kept.size() > 1 && (kept.front() - kept.back()).norm() <= clear_of) kept.pop_back();
-  return convex_hull(std::move(kept));
+  return planning::convex_hull(std::move(kept));
 }
 
 }  // namespace
@@ -219,7 +219,7 @@ std::vector<ConvexPiece> convex_pieces(const Surface& surface, const ContactRegi
   std::vector<Part> parts;
   const auto add = [&](const std::vector<Polygon>& polygons) {
     for (const Polygon& polygon : polygons) {
-      if (area_of(std::vector{polygon}) < least) continue;
+      if (planning::area_of(std::vector{polygon}) < least) continue;
       Part part = part_of(polygon);
       if (part.best.area >= least && part.best.area > 0) parts.push_back(std::move(part));
     }
@@ -234,15 +234,15 @@ std::vector<ConvexPiece> convex_pieces(const Surface& surface, const ContactRegi
     // Nothing is known about a surface to a small part of its voxels; the first piece of a region that is no
     // wider is made all the same.
     if (ring.size() < 3 || (!pieces.empty() && width_of(ring) < surface.resolution / 4)) continue;
-    const double area = area_of(ring);
+    const double area = planning::area_of(ring);
     pieces.push_back({std::move(ring), area});
-    if (pieces.size() < most) add(remaining(part.polygon, std::array{part.best.up_to_the_edges}));
+    if (pieces.size() < most) add(planning::remaining(part.polygon, std::array{part.best.up_to_the_edges}));
   }
   // Mostly they are; but what is found in a part may be more than what was found in the whole.
   std::stable_sort(pieces.begin(), pieces.end(),
                    [](const Found& a, const Found& b) { return a.area > b.area; });
   std::vector<ConvexPiece> result;
-  for (const Found& piece : pieces) result.push_back(convex_piece(surface, piece.ring));
+  for (const Found& piece : pieces) result.push_back(planning::convex_piece(surface, piece.ring));
   return result;
 }
 

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 
-namespace octosurf {
+namespace octosurf::planning {
 
 namespace {
 
 void add_crossings(const Polygon& polygon, double v, std::vector<double>& all) {
   for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-    if (crosses(a, b, v)) all.push_back(crossing(a, b, v));
+    if (geometry::crosses(a, b, v)) all.push_back(geometry::crossing(a, b, v));
   });
 }
 
@@ -43,4 +43,4 @@ Eigen::Vector2d closest_on_segment(const Eigen::Vector2d& from, const Eigen::Vec
   return from + std::clamp(along.dot(point - from) / length2, 0.0, 1.0) * along;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::planning

@@ -5,7 +5,7 @@
 
 #include <octosurf/surface.hpp>
 
-namespace octosurf {
+namespace octosurf::planning {
 
 /// Calls `visit(from, to)` for every edge of every ring.
 template <typename Visit>
@@ -31,4 +31,4 @@ bool contains(const Polygon& polygon, const Eigen::Vector2d& point);
 Eigen::Vector2d closest_on_segment(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
                                    const Eigen::Vector2d& point);
 
-}  // namespace octosurf
+}  // namespace octosurf::planning

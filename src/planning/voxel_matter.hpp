@@ -8,7 +8,7 @@
 #include <octosurf/occupancy.hpp>
 #include <octosurf/surface.hpp>
 
-namespace octosurf {
+namespace octosurf::planning {
 
 /// Where there is something in an occupied voxel. That of a surface is the surface's plane: the law took its
 /// reading for one of that plane, and what it lies off by for noise, which reaches several voxels off a wall
@@ -33,7 +33,7 @@ class MatterOfVoxels {
  public:
   /// m. How far a voxel may be moved: no reading farther off a plane is asked whether it is the plane's. One
   /// that is all the same (tolerances grow without bound) keeps its cube.
-  static constexpr double farthest_move = ReadingModel::clutter_depth / 2;
+  static constexpr double farthest_move = sensing::ReadingModel::clutter_depth / 2;
   /// Of the voxel's edge. No matter reaches farther from its middle: a cube's corners half a diagonal, √3/2;
   /// what is flat so far along its plane and less than that off it, which together is √2 times as far.
   static constexpr double farthest_reach = 1.2248;
@@ -71,8 +71,8 @@ class MatterOfVoxels {
     const Eigen::Vector3d from_origin = at - surface.T_map_surface.translation();
     const Eigen::Vector3d uv1(surface.T_map_surface.linear().col(0).dot(from_origin),
                               surface.T_map_surface.linear().col(1).dot(from_origin), 1);
-    return deviations *
-           std::sqrt(uv1.dot(surface.covariance * uv1) + ReadingModel::pose_sigma * ReadingModel::pose_sigma);
+    return deviations * std::sqrt(uv1.dot(surface.covariance * uv1) +
+                                  sensing::ReadingModel::pose_sigma * sensing::ReadingModel::pose_sigma);
   }
 
   const Snapshot* surfaces_;
@@ -81,4 +81,4 @@ class MatterOfVoxels {
   const Surface* last_ = nullptr;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::planning

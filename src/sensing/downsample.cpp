@@ -7,15 +7,15 @@
 #include <octosurf/adapters/detail/parallel.hpp>
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::sensing {
 
-std::int64_t Downsampler::find(VoxelKey key) const {
+std::int64_t Downsampler::find(geometry::VoxelKey key) const {
   return std::int64_t{table_.find({key.x, key.y, key.z})} - 1;
 }
 
 void Downsampler::find_anew(const VoxelScan& scan) {
   for (std::uint32_t i = 0; i < scan.ends.size(); ++i) {
-    const VoxelKey key = scan.ends[i].key;
+    const geometry::VoxelKey key = scan.ends[i].key;
     table_.at({key.x, key.y, key.z}) = i + 1;
   }
 }
@@ -48,9 +48,9 @@ void Downsampler::collect_runs(const Scan& scan, const Eigen::Isometry3d& T_map_
                                                                    : part.out_of_map);
         continue;
       }
-      const VoxelKey key{static_cast<std::uint16_t>(located.key_x[i]),
-                         static_cast<std::uint16_t>(located.key_y[i]),
-                         static_cast<std::uint16_t>(located.key_z[i])};
+      const geometry::VoxelKey key{static_cast<std::uint16_t>(located.key_x[i]),
+                                   static_cast<std::uint16_t>(located.key_y[i]),
+                                   static_cast<std::uint16_t>(located.key_z[i])};
       if (run.count == 0 || !(key == run.key)) {
         if (run.count > 0) part.runs.push_back(run);
         run = {key, 0, grid_.centre_of(key), Eigen::Vector3f::Zero()};
@@ -73,7 +73,7 @@ VoxelScan Downsampler::operator()(const Scan& scan, const Eigen::Isometry3d& T_m
   VoxelScan out;
   out.origin = T_map_sensor.translation().cast<float>();
   out.max_range = max_range;
-  if (VoxelKey key; !grid_.key_of(out.origin, key))
+  if (geometry::VoxelKey key; !grid_.key_of(out.origin, key))
     throw Error(Error::Kind::data, scan.name, "the sensor is outside the octree's range",
                 "shift the poses nearer to the origin or use a larger resolution");
   table_.clear();
@@ -100,4 +100,4 @@ VoxelScan Downsampler::operator()(const Scan& scan, const Eigen::Isometry3d& T_m
   return out;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::sensing

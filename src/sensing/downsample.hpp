@@ -11,11 +11,11 @@
 #include <octosurf/adapters/detail/voxel_table.hpp>
 #include <octosurf/scan.hpp>
 
-namespace octosurf {
+namespace octosurf::sensing {
 
 /// One distinct voxel that scan points ended in (paper III-A1).
 struct EndVoxel {
-  VoxelKey key;
+  geometry::VoxelKey key;
   std::uint32_t count = 0;                             ///< readings in it
   Eigen::Vector3f centroid = Eigen::Vector3f::Zero();  ///< of them, map frame
 };
@@ -44,7 +44,7 @@ inline double default_max_range(SensorKind sensor) {
 /// Groups points by voxel, runs of neighbours at a time. O(points); about 15 ns a point.
 class Downsampler {
  public:
-  explicit Downsampler(const VoxelGrid& grid) : grid_(grid) {}
+  explicit Downsampler(const geometry::VoxelGrid& grid) : grid_(grid) {}
 
   /// `scan` as seen from `T_map_sensor`, which must be rigid; its readings are such as require_readings()
   /// takes. Throws Error(data) if the sensor itself is outside the octree. The result does not depend on
@@ -60,12 +60,12 @@ class Downsampler {
   void find_anew(const VoxelScan& scan);
 
   /// Index into the last result's `ends`, or −1.
-  std::int64_t find(VoxelKey key) const;
+  std::int64_t find(geometry::VoxelKey key) const;
 
  private:
   /// Points in a row that share a voxel.
   struct Run {
-    VoxelKey key;
+    geometry::VoxelKey key;
     std::uint32_t count = 0;  // of readings
     Eigen::Vector3f centre = Eigen::Vector3f::Zero();
     Eigen::Vector3f sum =
@@ -80,9 +80,9 @@ class Downsampler {
                     std::size_t begin, std::size_t end, Part& part) const;
   void add(const Run& run, VoxelScan& out);
 
-  VoxelGrid grid_;
+  geometry::VoxelGrid grid_;
   detail::VoxelTable table_;  // place in `ends` plus one
   std::vector<Part> parts_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::sensing

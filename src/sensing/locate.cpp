@@ -1,6 +1,6 @@
 #include "sensing/locate.hpp"
 
-namespace octosurf {
+namespace octosurf::sensing {
 namespace {
 
 // GCC's and Clang's vector extension: what the processor is known to have, or plain code.
@@ -16,7 +16,7 @@ template <class V, class T>
 /// `rows`: 3×4, row-major.
 [[gnu::always_inline]] inline void locate_fours(const Eigen::Vector3f* points, std::size_t fours,
                                                 const double* rows, double per_metre, LocatedPoints& out) {
-  constexpr double reach = VoxelGrid::origin;
+  constexpr double reach = geometry::VoxelGrid::origin;
   float* const positions[3] = {out.x.data(), out.y.data(), out.z.data()};
   std::int32_t* const keys[3] = {out.key_x.data(), out.key_y.data(), out.key_z.data()};
   for (std::size_t i = 0; i < 4 * fours; i += 4) {
@@ -36,7 +36,7 @@ template <class V, class T>
       // A comparison is −1 where true: rounds what was cut toward zero down.
       const Whole below = __builtin_convertvector(safe < __builtin_convertvector(cut, Real), Whole);
       store(positions[a] + i, in_map);
-      store(keys[a] + i, cut + below + VoxelGrid::origin);
+      store(keys[a] + i, cut + below + geometry::VoxelGrid::origin);
     }
     store(out.inside.data() + i, inside);
   }
@@ -62,7 +62,7 @@ const Locate best = locate_anywhere;
 }  // namespace
 
 void locate(std::span<const Eigen::Vector3f> points, const Eigen::Isometry3d& T_map_sensor,
-            const VoxelGrid& grid, LocatedPoints& out) {
+            const geometry::VoxelGrid& grid, LocatedPoints& out) {
   const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> rows = T_map_sensor.matrix().topRows<3>();
   const double per_metre = grid.per_metre();
   const std::size_t fours = points.size() / 4;
@@ -80,4 +80,4 @@ void locate(std::span<const Eigen::Vector3f> points, const Eigen::Isometry3d& T_
   }
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::sensing

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <span>
 
-namespace octosurf {
+namespace octosurf::sensing {
 
 /// A stretch of a scan's points in the map frame, with their voxels.
 struct LocatedPoints {
@@ -21,6 +21,6 @@ struct LocatedPoints {
 /// VoxelGrid::key_of does. Four at a time; each rounds as one alone would, with AVX2 or without. About 4 ns a
 /// point.
 void locate(std::span<const Eigen::Vector3f> points, const Eigen::Isometry3d& T_map_sensor,
-            const VoxelGrid& grid, LocatedPoints& out);
+            const geometry::VoxelGrid& grid, LocatedPoints& out);
 
-}  // namespace octosurf
+}  // namespace octosurf::sensing

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace octosurf {
+namespace octosurf::sensing {
 namespace {
 
 constexpr double bin_width = 0.0015;              // m
@@ -122,4 +122,4 @@ void NoiseModel::restore(const Histogram& histogram, double range_noise) {
   estimate_ ? update() : tabulate();
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::sensing

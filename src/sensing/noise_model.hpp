@@ -10,7 +10,7 @@
 #include <octosurf/scan.hpp>
 #include <octosurf/surface.hpp>
 
-namespace octosurf {
+namespace octosurf::sensing {
 
 /// How much the points scatter, by the distance they were seen from, and how far off a plane they
 /// may therefore lie: σ(z) = sensor_noise + range_noise·z², tolerance(z) = s + 4·(σ(z) − sensor_noise).
@@ -79,4 +79,4 @@ class NoiseModel {
   std::array<double, classes> sigma_{}, tolerance_{}, measured_sigma_{};
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::sensing

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace octosurf {
+namespace octosurf::sensing {
 
 /// Distance classes of a point: class c ≥ 1 stands for about 0.25 m · √2^(c−1), 15 for ≥ 32 m.
 inline unsigned range_class_of(float range) {
@@ -43,14 +43,16 @@ inline Eigen::Vector3f decode_view(unsigned code) {
 
 /// Where a point stands in its voxel, in 256ths of the voxel's edge, rounded down; and the middle of there.
 using PlaceInVoxel = std::array<std::uint8_t, 3>;
-inline PlaceInVoxel place_in_voxel(const VoxelGrid& grid, VoxelKey key, const Eigen::Vector3f& point) {
+inline PlaceInVoxel place_in_voxel(const geometry::VoxelGrid& grid, geometry::VoxelKey key,
+                                   const Eigen::Vector3f& point) {
   const Eigen::Vector3d relative = (point.cast<double>() - grid.corner_of(key)) * (256.0 / grid.resolution());
   const auto quantised = [](double c) { return static_cast<std::uint8_t>(std::clamp(c, 0.0, 255.0)); };
   return {quantised(relative.x()), quantised(relative.y()), quantised(relative.z())};
 }
-inline Eigen::Vector3f point_at(const VoxelGrid& grid, VoxelKey key, const PlaceInVoxel& place) {
+inline Eigen::Vector3f point_at(const geometry::VoxelGrid& grid, geometry::VoxelKey key,
+                                const PlaceInVoxel& place) {
   const Eigen::Vector3d offset(place[0] + 0.5, place[1] + 0.5, place[2] + 0.5);
   return (grid.corner_of(key) + offset * (grid.resolution() / 256)).cast<float>();
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::sensing

@@ -2,7 +2,7 @@
 
 #include <numbers>
 
-namespace octosurf {
+namespace octosurf::sensing {
 
 ReadingModel::ReadingModel(const NoiseModel& noise, double resolution, double noise_factor2) {
   for (unsigned c = 0; c < NoiseModel::classes; ++c) {
@@ -14,4 +14,4 @@ ReadingModel::ReadingModel(const NoiseModel& noise, double resolution, double no
   log_scale_ = log_odds + std::log(clutter_depth / std::sqrt(2 * std::numbers::pi));
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::sensing

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace octosurf {
+namespace octosurf::sensing {
 
 /// What a voxel's point says about a plane: one variance, one weight, one gate, for every stage of the law
 /// (src/law). A reading of the plane n·x = offset, seen along the unit vector v (toward the sensor), lies off
@@ -84,4 +84,4 @@ class ReadingModel {
   double log_scale_;                                     // ln of odds · clutter_depth / √2π
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::sensing

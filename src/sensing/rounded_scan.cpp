@@ -10,7 +10,7 @@
 
 #include <octosurf/adapters/detail/morton.hpp>
 
-namespace octosurf {
+namespace octosurf::sensing {
 namespace {
 
 constexpr double independent = 8;  // readings in a voxel, as in accumulate_evidence()
@@ -55,7 +55,7 @@ std::uint8_t middle_of(std::uint8_t place, int idle, unsigned lower) {
 
 }  // namespace
 
-void round_scan(VoxelScan& scan, const VoxelGrid& grid, const NoiseModel& noise) {
+void round_scan(VoxelScan& scan, const geometry::VoxelGrid& grid, const NoiseModel& noise) {
   sort(scan);
   const unsigned lower = scan.ends.size() % 2;  // as good as drawn
   for (EndVoxel& end : scan.ends) {
@@ -73,7 +73,7 @@ void round_scan(VoxelScan& scan, const VoxelGrid& grid, const NoiseModel& noise)
   }
 }
 
-void restore_rounded(VoxelScan& scan, const VoxelGrid& grid) {
+void restore_rounded(VoxelScan& scan, const geometry::VoxelGrid& grid) {
   sort(scan);
   for (EndVoxel& end : scan.ends) {
     end.centroid = point_at(grid, end.key, place_in_voxel(grid, end.key, end.centroid));
@@ -81,4 +81,4 @@ void restore_rounded(VoxelScan& scan, const VoxelGrid& grid) {
   }
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::sensing

@@ -3,7 +3,7 @@
 #include "sensing/downsample.hpp"
 #include "sensing/noise_model.hpp"
 
-namespace octosurf {
+namespace octosurf::sensing {
 
 /// Brings a scan into the form in which an archive keeps it: mapped like this, it is mapped again to the bit.
 /// That holds within a third of the octree's reach from its origin (200 m at 2 cm), where float still tells
@@ -17,10 +17,10 @@ namespace octosurf {
 ///    · √(0.12 · (8 + n)/(8n)), and at least d/256.
 /// 3. Numbers of readings have three significant binary digits; 8n/(8 + n) moves by 5 % at most.
 /// 4. What lies beyond the range only frees the way to its voxel's centre, and says no more than that.
-void round_scan(VoxelScan& scan, const VoxelGrid& grid, const NoiseModel& noise);
+void round_scan(VoxelScan& scan, const geometry::VoxelGrid& grid, const NoiseModel& noise);
 
 /// The same for a scan that was rounded before and comes from an archive: only what was rounded to is
 /// restored.
-void restore_rounded(VoxelScan& scan, const VoxelGrid& grid);
+void restore_rounded(VoxelScan& scan, const geometry::VoxelGrid& grid);
 
-}  // namespace octosurf
+}  // namespace octosurf::sensing

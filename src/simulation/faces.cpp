@@ -85,9 +85,9 @@ double distance_to_ring(const Ring2& ring, const Eigen::Vector2d& p) {
 }  // namespace
 
 bool contains(const Polygon& polygon, const Eigen::Vector2d& p) {
-  if (!inside(polygon.outer, p)) return false;
+  if (!geometry::inside(polygon.outer, p)) return false;
   for (const auto& hole : polygon.holes)
-    if (inside(hole, p)) return false;
+    if (geometry::inside(hole, p)) return false;
   return true;
 }
 
@@ -118,7 +118,7 @@ Faces::Faces(const MeshFaces& mesh, const Similarity& T_map_scene) {
 }
 
 void Faces::add_group(const OpenPlane& plane, bool gone, const Similarity& T_map_scene) {
-  TrueFace face;
+  evaluation::TrueFace face;
   face.T_map_face.linear() = T_map_scene.R * plane.T_scene_face.linear();
   face.T_map_face.translation() = T_map_scene * plane.T_scene_face.translation();
   face.plane.normal = face.T_map_face.linear().col(2);

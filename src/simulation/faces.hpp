@@ -33,7 +33,7 @@ class Faces {
   Faces(const MeshFaces& mesh, const Similarity& T_map_scene);
 
   /// Ids 1 … size; `visible` is left empty.
-  const std::vector<TrueFace>& all() const { return faces_; }
+  const std::vector<evaluation::TrueFace>& all() const { return faces_; }
 
   /// Id of the face that holds `point` (map frame, on the facet), 0 for curved facets. Facets are
   /// counted through the scene's solids in order. `direction` is that of the ray that ended there: it tells
@@ -51,7 +51,7 @@ class Faces {
   void add_group(const OpenPlane& plane, bool gone, const Similarity& T_map_scene);
   void check_count(const std::string& mend) const;
 
-  std::vector<TrueFace> faces_;
+  std::vector<evaluation::TrueFace> faces_;
   std::vector<Eigen::AlignedBox2d> bounds_;  ///< of faces_
   std::vector<Group> groups_;
   std::vector<std::size_t> group_of_facet_;  ///< npos for curved facets; of a mesh's, the front side's

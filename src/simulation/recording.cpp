@@ -17,7 +17,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::simulation {
 
 using namespace simulation;
 
@@ -174,7 +174,7 @@ Recording::~Recording() = default;
 std::size_t Recording::size() const { return impl_->path.size(); }
 const std::vector<Eigen::Vector3f>& Recording::rays() const { return impl_->sensor.rays; }
 std::optional<MeshSummary> Recording::mesh() const { return impl_->place.mesh; }
-const std::vector<TrueFace>& Recording::faces() const& { return impl_->faces.all(); }
+const std::vector<evaluation::TrueFace>& Recording::faces() const& { return impl_->faces.all(); }
 
 double Recording::stamp_s(std::size_t i) const { return static_cast<double>(i) / impl_->sensor.scans_per_s; }
 
@@ -256,7 +256,7 @@ LabelledScan Recording::labelled_scan(std::size_t i, const Readings& ideal) cons
 
 Recording::Visibility Recording::visibility() const { return Visibility(*this); }
 
-Truth Recording::truth() const {
+evaluation::Truth Recording::truth() const {
   Visibility visible(*this);
   for (std::size_t i = 0; i < size(); ++i) visible.add(i, ideal(i));
   return visible.truth();
@@ -276,9 +276,9 @@ void Recording::Visibility::add(std::size_t i, const Readings& ideal) {
   impl_->cells.add(impl_->recording.true_pose(i), ideal.t, ideal.labels);
 }
 
-Truth Recording::Visibility::truth() const {
+evaluation::Truth Recording::Visibility::truth() const {
   const auto& recording = *impl_->recording.impl_;
-  Truth truth;
+  evaluation::Truth truth;
   truth.scene = recording.scene.name;
   truth.sensor = recording.options.sensor;
   truth.seed = recording.options.seed;
@@ -287,4 +287,4 @@ Truth Recording::Visibility::truth() const {
   return truth;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::simulation

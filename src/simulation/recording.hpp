@@ -10,7 +10,7 @@
 
 #include <octosurf/scan.hpp>
 
-namespace octosurf {
+namespace octosurf::simulation {
 
 /// One value per ray of the sensor.
 struct Readings {
@@ -58,10 +58,10 @@ class Recording {
   Scan scan(std::size_t i) const { return labelled_scan(i).scan; }
 
   /// Faces without visibility; ids are 1 … n in order.
-  const std::vector<TrueFace>& faces() const&;
+  const std::vector<evaluation::TrueFace>& faces() const&;
   void faces() const&& = delete;  // would dangle in `for (… : Recording(options).faces())`
   /// Casts every scan to find what was visible.
-  Truth truth() const;
+  evaluation::Truth truth() const;
   /// Gathers what truth() needs; for callers that cast the scans themselves.
   class Visibility;
   Visibility visibility() const;
@@ -81,11 +81,11 @@ class Recording::Visibility {
   /// Scan i's noise-free readings. Between neighbouring pixels on one face, if they are less than
   /// 5 cm apart, the face counts as seen, too: at 4 m pixels stand further apart than cells.
   void add(std::size_t i, const Readings& ideal);
-  Truth truth() const;
+  evaluation::Truth truth() const;
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::simulation

@@ -15,7 +15,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::simulation {
 
 using namespace simulation;
 
@@ -96,7 +96,7 @@ class Writer {
   std::string stamps_;
 };
 
-SimulationSummary summarize(const Recording& recording, const Truth& truth, std::size_t points) {
+SimulationSummary summarize(const Recording& recording, const evaluation::Truth& truth, std::size_t points) {
   SimulationSummary summary;
   summary.scans = recording.size();
   summary.points = points;
@@ -139,9 +139,9 @@ SimulationSummary simulate(const SimulationOptions& options, const std::filesyst
     if (progress) progress(i + 1, recording.size());
   }
   writer.finish();
-  const Truth truth = visible.truth();
-  save_truth(truth, dir / "truth.json");
+  const evaluation::Truth truth = visible.truth();
+  evaluation::save_truth(truth, dir / "truth.json");
   return summarize(recording, truth, points);
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::simulation

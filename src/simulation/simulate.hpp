@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-namespace octosurf {
+namespace octosurf::simulation {
 
 /// What to record. Equal options give equal bytes.
 struct SimulationOptions {
@@ -60,4 +60,4 @@ struct SimulationSummary {
 SimulationSummary simulate(const SimulationOptions& options, const std::filesystem::path& dir,
                            const std::function<void(std::size_t done, std::size_t total)>& progress = {});
 
-}  // namespace octosurf
+}  // namespace octosurf::simulation

@@ -34,7 +34,7 @@ int steps_between(const Eigen::Vector2f& a, const Eigen::Vector2f& b) {
 
 }  // namespace
 
-VisibleCells::VisibleCells(const std::vector<TrueFace>& faces, const SensorModel& sensor)
+VisibleCells::VisibleCells(const std::vector<evaluation::TrueFace>& faces, const SensorModel& sensor)
     : faces_(faces), sensor_(sensor) {
   for (const auto& face : faces_) {
     Eigen::AlignedBox2d box;
@@ -101,8 +101,8 @@ void VisibleCells::add(const Eigen::Isometry3d& T_map_sensor, std::span<const fl
   }
 }
 
-std::vector<TrueFace> VisibleCells::faces() const {
-  std::vector<TrueFace> faces = faces_;
+std::vector<evaluation::TrueFace> VisibleCells::faces() const {
+  std::vector<evaluation::TrueFace> faces = faces_;
   for (std::size_t f = 0; f < faces.size(); ++f) {
     const Grid& grid = grids_[f];
     if (grid.seen.empty()) continue;

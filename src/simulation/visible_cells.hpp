@@ -12,7 +12,7 @@ namespace octosurf::simulation {
 /// One byte grid per face over its bounds, in which seen cells are marked.
 class VisibleCells {
  public:
-  VisibleCells(const std::vector<TrueFace>& faces, const SensorModel& sensor);
+  VisibleCells(const std::vector<evaluation::TrueFace>& faces, const SensorModel& sensor);
 
   /// Marks where a scan's noise-free readings lie (Readings of recording.hpp); see
   /// Recording::Visibility for what counts between pixels.
@@ -20,7 +20,7 @@ class VisibleCells {
            std::span<const std::uint16_t> labels);
 
   /// The faces with `visible` and `visible_area_m2`: marked cells whose centre lies in the polygons.
-  std::vector<TrueFace> faces() const;
+  std::vector<evaluation::TrueFace> faces() const;
 
  private:
   struct Grid {
@@ -32,7 +32,7 @@ class VisibleCells {
   void fill(const Eigen::Vector2f& here, const Eigen::Vector2f& right, const Eigen::Vector2f& below,
             Grid& grid);
 
-  std::vector<TrueFace> faces_;
+  std::vector<evaluation::TrueFace> faces_;
   SensorModel sensor_;
   std::vector<Grid> grids_;
 };

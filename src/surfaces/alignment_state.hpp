@@ -8,7 +8,7 @@
 
 #include <octosurf/alignment.hpp>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 
 /// What is known of a recording's poses so far (src/alignment, which alone reads and writes it): a part of
 /// the map's state, because it decides where the next scan is inserted.
@@ -52,4 +52,4 @@ struct AlignmentState {
   std::optional<Eigen::Isometry3d> jump;  ///< correction of the last scan, if that one was recovered
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

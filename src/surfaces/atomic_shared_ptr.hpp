@@ -5,7 +5,7 @@
 #include <memory>
 #include <thread>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 
 /// A shared pointer that one thread replaces while others read it. Readers take no lock: libstdc++'s
 /// std::atomic_load(shared_ptr) takes a mutex of a pool, and its std::atomic<shared_ptr> a spin lock, so that
@@ -57,4 +57,4 @@ class AtomicSharedPtr {
   std::atomic<unsigned> current_{0};
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

@@ -4,10 +4,11 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 
-std::vector<CylinderSample> CylinderModel::samples(const NoiseModel& noise, std::size_t stride) const {
-  std::vector<CylinderSample> samples;
+std::vector<geometry::CylinderSample> CylinderModel::samples(const sensing::NoiseModel& noise,
+                                                             std::size_t stride) const {
+  std::vector<geometry::CylinderSample> samples;
   samples.reserve(inliers.size() / stride + 1);
   std::size_t k = 0;
   for (const auto& [key, inlier] : inliers)
@@ -18,14 +19,14 @@ std::vector<CylinderSample> CylinderModel::samples(const NoiseModel& noise, std:
 }
 
 CylinderPtr CylinderModel::publish(std::uint64_t map_revision) const {
-  std::vector<CylinderSample> points;
+  std::vector<geometry::CylinderSample> points;
   points.reserve(inliers.size());
   double squares = 0;
   for (const auto& [key, inlier] : inliers) {
     points.push_back({inlier.position.cast<double>(), Eigen::Vector3d::Zero(), 1});
     squares += std::pow(shape.distance(points.back().position), 2);
   }
-  const CylinderExtent extent = extent_of(shape, points);
+  const geometry::CylinderExtent extent = geometry::extent_of(shape, points);
   auto cylinder = std::make_shared<Cylinder>();
   cylinder->id = id;
   cylinder->axis_point = shape.point + (extent.low + extent.high) / 2 * shape.axis;
@@ -41,7 +42,7 @@ CylinderPtr CylinderModel::publish(std::uint64_t map_revision) const {
   return cylinder;
 }
 
-CylinderModel& CylinderStore::create(const CylinderShape& shape) {
+CylinderModel& CylinderStore::create(const geometry::CylinderShape& shape) {
   if (ids_left() == 0)
     throw Error(Error::Kind::data, "cylinder ids", "all 2^32 are used up", "start a new map");
   CylinderModel& cylinder = models_[next_id_];
@@ -85,7 +86,7 @@ void CylinderStore::add(CylinderModel& cylinder, const Inlier& inlier) {
   touched_.insert(cylinder.id);
 }
 
-void CylinderStore::release(VoxelKey key) {
+void CylinderStore::release(geometry::VoxelKey key) {
   if (owners_.empty()) return;
   const auto owner = owners_.find(key.packed());
   if (owner == owners_.end()) return;
@@ -162,4 +163,4 @@ void CylinderStore::roll_back() {
   commit();
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

@@ -13,20 +13,21 @@
 #include <octosurf/cylinder.hpp>
 #include <octosurf/departures.hpp>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 
 /// The working form of a cylinder: its shape and the pending voxels that support it.
 struct CylinderModel {
   CylinderId id = 0;
-  CylinderShape shape;
-  std::map<VoxelKey, Inlier> inliers;  ///< with their points as the octree holds them
-  std::uint64_t unchecked = 0;         ///< inliers that came, went or moved since the last fit
-  std::uint64_t born = 0;              ///< map revision in which it was first published
-  std::uint64_t revision = 0;          ///< map revision of the last published change
-  CylinderPtr published;               ///< null before the first time
+  geometry::CylinderShape shape;
+  std::map<geometry::VoxelKey, Inlier> inliers;  ///< with their points as the octree holds them
+  std::uint64_t unchecked = 0;                   ///< inliers that came, went or moved since the last fit
+  std::uint64_t born = 0;                        ///< map revision in which it was first published
+  std::uint64_t revision = 0;                    ///< map revision of the last published change
+  CylinderPtr published;                         ///< null before the first time
 
   /// Inliers in key order, without normals; every `stride`-th.
-  std::vector<CylinderSample> samples(const NoiseModel& noise, std::size_t stride = 1) const;
+  std::vector<geometry::CylinderSample> samples(const sensing::NoiseModel& noise,
+                                                std::size_t stride = 1) const;
   /// The immutable form for readers. O(inliers).
   CylinderPtr publish(std::uint64_t map_revision) const;
 };
@@ -36,7 +37,7 @@ struct CylinderModel {
 /// Its cost follows the change: what no scan touched is published as it was.
 class CylinderStore {
  public:
-  CylinderModel& create(const CylinderShape& shape);
+  CylinderModel& create(const geometry::CylinderShape& shape);
   CylinderModel& restore(CylinderModel model);
   /// Its voxels become free for others; `into` is who has taken it in, if somebody has.
   void erase(CylinderId id, CylinderId into = 0);
@@ -53,13 +54,13 @@ class CylinderStore {
   auto end() const { return models_.end(); }
 
   /// The cylinder that the voxel supports, or 0. O(1).
-  CylinderId owner(VoxelKey key) const {
+  CylinderId owner(geometry::VoxelKey key) const {
     if (owners_.empty()) return 0;
     const auto found = owners_.find(key.packed());
     return found == owners_.end() ? 0 : found->second;
   }
   void add(CylinderModel& cylinder, const Inlier& inlier);  ///< takes it from its cylinder, if it has one
-  void release(VoxelKey key);                               ///< no-op if it supports none
+  void release(geometry::VoxelKey key);                     ///< no-op if it supports none
   void move(const Inlier& inlier);                          ///< a closer view of its point; no-op likewise
 
   /// From here on until commit() or roll_back() what the cylinders are now is kept: a copy of each that is
@@ -80,7 +81,7 @@ class CylinderStore {
 
   std::map<CylinderId, CylinderModel> models_;
   CylinderId next_id_ = 1;
-  tsl::robin_map<std::uint64_t, CylinderId, PackedKeyHash> owners_;
+  tsl::robin_map<std::uint64_t, CylinderId, geometry::PackedKeyHash> owners_;
   std::set<CylinderId> touched_;
   std::vector<Departure> departures_;
 
@@ -90,4 +91,4 @@ class CylinderStore {
   std::map<CylinderId, CylinderModel> before_;  // those changed since
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

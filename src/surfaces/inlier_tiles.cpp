@@ -2,7 +2,7 @@
 
 #include <bit>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 
 std::size_t InlierTiles::Tile::first_from(std::uint8_t cell) const {
   // Every cell before it that is occupied has one inlier, and hardly any has more.
@@ -12,9 +12,9 @@ std::size_t InlierTiles::Tile::first_from(std::uint8_t cell) const {
   return i;
 }
 
-void InlierTiles::add(PlaneCell cell, const Inlier& inlier) {
-  Tile& tile = tiles_.try_emplace(CellBits::tile_of(cell).packed()).first.value();
-  const auto bit = static_cast<std::uint8_t>(CellBits::bit_of(cell));
+void InlierTiles::add(geometry::PlaneCell cell, const Inlier& inlier) {
+  Tile& tile = tiles_.try_emplace(geometry::CellBits::tile_of(cell).packed()).first.value();
+  const auto bit = static_cast<std::uint8_t>(geometry::CellBits::bit_of(cell));
   std::size_t at = tile.first_from(bit);
   while (at < tile.inliers.size() && tile.inliers[at].cell == bit) ++at;
   tile.inliers.insert(tile.inliers.begin() + static_cast<std::ptrdiff_t>(at),
@@ -22,11 +22,11 @@ void InlierTiles::add(PlaneCell cell, const Inlier& inlier) {
   tile.occupied |= std::uint64_t{1} << bit;
 }
 
-std::optional<InlierTiles::Removed> InlierTiles::remove(PlaneCell cell, VoxelKey key) {
-  const auto found = tiles_.find(CellBits::tile_of(cell).packed());
+std::optional<InlierTiles::Removed> InlierTiles::remove(geometry::PlaneCell cell, geometry::VoxelKey key) {
+  const auto found = tiles_.find(geometry::CellBits::tile_of(cell).packed());
   if (found == tiles_.end()) return {};
   Tile& tile = found.value();
-  const auto bit = static_cast<std::uint8_t>(CellBits::bit_of(cell));
+  const auto bit = static_cast<std::uint8_t>(geometry::CellBits::bit_of(cell));
   const std::size_t first = tile.first_from(bit);
   std::size_t end = first, at = tile.inliers.size();
   for (; end < tile.inliers.size() && tile.inliers[end].cell == bit; ++end)
@@ -39,4 +39,4 @@ std::optional<InlierTiles::Removed> InlierTiles::remove(PlaneCell cell, VoxelKey
   return removed;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

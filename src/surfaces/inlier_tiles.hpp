@@ -10,11 +10,11 @@
 #include <tsl/robin_map.h>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 
 /// A voxel that belongs to a surface, with its point as the octree holds it.
 struct Inlier {
-  VoxelKey key;
+  geometry::VoxelKey key;
   std::uint8_t range_class = 0;
   Eigen::Vector3f position = Eigen::Vector3f::Zero();
 };
@@ -25,23 +25,23 @@ struct Inlier {
 class InlierTiles {
  public:
   /// O(inliers of a tile), as remove().
-  void add(PlaneCell cell, const Inlier& inlier);
+  void add(geometry::PlaneCell cell, const Inlier& inlier);
 
   struct Removed {
     Inlier inlier;
     bool cell_empty = false;  ///< it was the last one of its cell
   };
   /// None if there is no such inlier in that cell.
-  std::optional<Removed> remove(PlaneCell cell, VoxelKey key);
+  std::optional<Removed> remove(geometry::PlaneCell cell, geometry::VoxelKey key);
 
   void clear() { tiles_.clear(); }
 
   /// Those of one cell, in the order in which they came.
   template <class Visit>
-  void for_each_in(PlaneCell cell, Visit&& visit) const {
-    const auto tile = tiles_.find(CellBits::tile_of(cell).packed());
+  void for_each_in(geometry::PlaneCell cell, Visit&& visit) const {
+    const auto tile = tiles_.find(geometry::CellBits::tile_of(cell).packed());
     if (tile == tiles_.end()) return;
-    const auto bit = static_cast<std::uint8_t>(CellBits::bit_of(cell));
+    const auto bit = static_cast<std::uint8_t>(geometry::CellBits::bit_of(cell));
     const std::vector<Placed>& all = tile->second.inliers;
     for (std::size_t i = tile->second.first_from(bit); i < all.size() && all[i].cell == bit; ++i)
       visit(all[i].inlier());
@@ -56,7 +56,7 @@ class InlierTiles {
  private:
   /// An Inlier whose padding says which cell of the tile it falls into.
   struct Placed {
-    VoxelKey key;
+    geometry::VoxelKey key;
     std::uint8_t range_class, cell;
     Eigen::Vector3f position;
     Inlier inlier() const { return {key, range_class, position}; }
@@ -69,7 +69,7 @@ class InlierTiles {
     std::size_t first_from(std::uint8_t cell) const;
   };
 
-  tsl::robin_map<std::uint64_t, Tile, PackedKeyHash> tiles_;
+  tsl::robin_map<std::uint64_t, Tile, geometry::PackedKeyHash> tiles_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

@@ -1,15 +1,15 @@
 #include "surfaces/ledger.hpp"
 
-namespace octosurf {
+namespace octosurf::surfaces {
 
-Ledger::Ledger(MapState& state, PointWindow points)
+Ledger::Ledger(MapState& state, occupancy::PointWindow points)
     : MapView{state.parameters, state.occupancy.grid(), state.surfaces, state.cylinders, state.noise,
               points_,          normals_of_points_},
       state_(state),
       points_(std::move(points)),
       normals_of_points_(points_, state.parameters, state.noise, state.surfaces) {}
 
-void Ledger::drop(const VoxelPoint& vanished) {
+void Ledger::drop(const occupancy::VoxelPoint& vanished) {
   if (SurfaceModel* surface = find(vanished.surface);
       surface != nullptr && state_.surfaces.remove(*surface, vanished.key, vanished.position))
     changes.shrunk.insert(vanished.surface);
@@ -34,4 +34,4 @@ void Ledger::dissolve(SurfaceModel& surface, Points points, SurfaceId into) {
   (into == 0 ? changes.gone : changes.merged).insert(id);
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

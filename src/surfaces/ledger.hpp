@@ -8,13 +8,13 @@
 #include <utility>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 
 /// What a scan did to the surfaces so far; sets, so that results come in order of id.
 struct Changes {
   std::set<SurfaceId> born, grown, shrunk, merged, gone;
-  std::map<SurfaceId, Refusal> unsound;  ///< of those of the gone that refit() dissolved
-  std::vector<VoxelKey> requeued;        ///< pending points that the next detection looks at again
+  std::map<SurfaceId, Refusal> unsound;      ///< of those of the gone that refit() dissolved
+  std::vector<geometry::VoxelKey> requeued;  ///< pending points that the next detection looks at again
 
   /// Every surface whose inliers are no longer what they were.
   std::set<SurfaceId> touched() const {
@@ -36,9 +36,9 @@ enum class Points { requeued, released };
 /// scan.
 class Ledger : public MapView {
  public:
-  explicit Ledger(MapState& state) : Ledger(state, PointWindow(state.occupancy)) {}
+  explicit Ledger(MapState& state) : Ledger(state, occupancy::PointWindow(state.occupancy)) {}
   /// On another octree's points than the state's own.
-  Ledger(MapState& state, PointWindow points);
+  Ledger(MapState& state, occupancy::PointWindow points);
   Ledger(const Ledger&) = delete;  // the view refers to its members
   Ledger& operator=(const Ledger&) = delete;
 
@@ -77,7 +77,7 @@ class Ledger : public MapView {
     changes.requeued.push_back(window[i].key);
   }
   /// Takes a point from its surface that is no longer in the octree.
-  void drop(const VoxelPoint& vanished);
+  void drop(const occupancy::VoxelPoint& vanished);
 
   /// Merges `from` into `into`: inliers, moments, lineage. `from` ceases to exist.
   void merge(SurfaceModel& into, SurfaceModel& from);
@@ -96,7 +96,7 @@ class Ledger : public MapView {
     add(i, to);
   }
   void add(Index i, SurfaceModel& surface) {
-    const VoxelPoint& p = window[i];
+    const occupancy::VoxelPoint& p = window[i];
     state_.surfaces.add(surface, {p.key, p.range_class, p.position});
     points_.assign(i, surface.id());
     changes.grown.insert(surface.id());
@@ -112,8 +112,8 @@ class Ledger : public MapView {
   }
 
   MapState& state_;
-  PointWindow points_;
+  occupancy::PointWindow points_;
   NormalField normals_of_points_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

@@ -11,7 +11,7 @@
 namespace octosurf {
 namespace {
 
-Map::Voxel voxel_of(const VoxelPoint& p) {
+Map::Voxel voxel_of(const occupancy::VoxelPoint& p) {
   Map::Voxel voxel;
   voxel.occupancy = Map::Occupancy::occupied;
   voxel.surface = p.surface;
@@ -47,14 +47,14 @@ double Surface::normal_std_rad() const {
   return std::sqrt(std::max(0.0, slopes.eigenvalues()[1]));
 }
 
-void MapState::restore() {
+void surfaces::MapState::restore() {
   if (!unrestored) return;
   surfaces.roll_back(occupancy, *snapshot.load());
   cylinders.roll_back();
   unrestored = false;
 }
 
-void MapState::require_whole() const {
+void surfaces::MapState::require_whole() const {
   if (!unrestored) return;
   throw Error(Error::Kind::incomplete, "map", "memory did not suffice to take back a scan that failed",
               "free some and call the mapper's map()");
@@ -62,18 +62,18 @@ void MapState::require_whole() const {
 
 Map::Map(const Parameters& parameters) {
   parameters.validate();
-  state_ = std::make_unique<MapState>(parameters);
+  state_ = std::make_unique<surfaces::MapState>(parameters);
 }
-Map::Map(std::unique_ptr<MapState> state) : state_(std::move(state)) {}
+Map::Map(std::unique_ptr<surfaces::MapState> state) : state_(std::move(state)) {}
 Map::Map(Map&&) noexcept = default;
 Map& Map::operator=(Map&&) noexcept = default;
 Map::~Map() = default;
 
-const MapState& Map::state() const {
+const surfaces::MapState& Map::state() const {
   state_->require_whole();
   return *state_;
 }
-MapState& Map::state() {
+surfaces::MapState& Map::state() {
   state_->restore();
   return *state_;
 }
@@ -88,25 +88,25 @@ OccupancyView Map::octree() const {
 }
 
 Map::Voxel Map::at(const Eigen::Vector3d& point) const {
-  const OccupancyMap& occupancy = state().occupancy;
-  VoxelKey key;
+  const occupancy::OccupancyMap& occupancy = state().occupancy;
+  geometry::VoxelKey key;
   if (!occupancy.grid().key_of(point.cast<float>(), key)) return {};
-  const OccupancyMap::Lookup found = occupancy.at(key);
+  const occupancy::OccupancyMap::Lookup found = occupancy.at(key);
   Voxel voxel = found.point ? voxel_of(*found.point) : Voxel{};
-  voxel.occupancy = found.state == OccupancyMap::State::occupied ? Occupancy::occupied
-                    : found.state == OccupancyMap::State::free   ? Occupancy::free
-                                                                 : Occupancy::unknown;
+  voxel.occupancy = found.state == occupancy::OccupancyMap::State::occupied ? Occupancy::occupied
+                    : found.state == occupancy::OccupancyMap::State::free   ? Occupancy::free
+                                                                            : Occupancy::unknown;
   voxel.log_odds = found.log_odds;
   return voxel;
 }
 
 void Map::for_each_point(const std::function<void(const Voxel&)>& visit) const {
-  state().occupancy.for_each_point([&](const VoxelPoint& p) { visit(voxel_of(p)); });
+  state().occupancy.for_each_point([&](const occupancy::VoxelPoint& p) { visit(voxel_of(p)); });
 }
 
 Map::Size Map::size() const {
-  const MapState& map = state();
-  const OccupancyMap::Size octree = map.occupancy.size();
+  const surfaces::MapState& map = state();
+  const occupancy::OccupancyMap::Size octree = map.occupancy.size();
   Size size;
   size.nodes = octree.nodes;
   size.leaves = octree.leaves;
@@ -123,14 +123,14 @@ Map::Size Map::size() const {
 Map map_from_octomap(const std::filesystem::path& file, Parameters parameters) {
   parameters.occupancy.resolution = read_octomap_resolution(file);
   parameters.validate();
-  auto state = std::make_unique<MapState>(parameters);
-  state->occupancy = OccupancyMap::read_octomap(file, parameters.occupancy);
+  auto state = std::make_unique<surfaces::MapState>(parameters);
+  state->occupancy = occupancy::OccupancyMap::read_octomap(file, parameters.occupancy);
   return Map(std::move(state));
 }
 
 Map map_from_leaves(std::span<const OccupancyView::Leaf> leaves, const Parameters& parameters) {
   parameters.validate();
-  auto state = std::make_unique<MapState>(parameters);
+  auto state = std::make_unique<surfaces::MapState>(parameters);
   state->occupancy.set_leaves(leaves);
   return Map(std::move(state));
 }

@@ -12,7 +12,7 @@
 
 #include <octosurf/map.hpp>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 
 /// Everything a map is: what a .surfaces file holds and a Mapper works on. Whatever decides what
 /// the next scan does stands here and is saved, so that stopping and going on changes nothing.
@@ -27,14 +27,15 @@ struct MapState {
   }
 
   Parameters parameters;
-  OccupancyMap occupancy;
+  occupancy::OccupancyMap occupancy;
   SurfaceStore surfaces;
   CylinderStore cylinders;
-  NoiseModel noise;
+  sensing::NoiseModel noise;
   AlignmentState alignment;
   DepartureLog departures;
-  std::vector<VoxelKey> accumulated;  ///< pending points that wait for the next detection run, key order
-  std::size_t points = 0;             ///< voxels that hold one
+  std::vector<geometry::VoxelKey>
+      accumulated;         ///< pending points that wait for the next detection run, key order
+  std::size_t points = 0;  ///< voxels that hold one
   std::uint64_t scans = 0;
   std::uint64_t revision = 0;
   /// Sum over the scans of their sensor's own up direction, unit vectors in the map frame: what up_of() asks.
@@ -48,4 +49,4 @@ struct MapState {
   void require_whole() const;  ///< throws Error(incomplete) if they are not
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

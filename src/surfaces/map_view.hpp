@@ -3,20 +3,20 @@
 #include "surfaces/map_state.hpp"
 #include "surfaces/normal_field.hpp"
 
-namespace octosurf {
+namespace octosurf::surfaces {
 
 /// What stages read: the map's surfaces and its points around what has changed. Blocks of points and their
 /// normals are loaded when they are first asked for; nothing else changes through it.
 struct MapView {
-  using Index = PointWindow::Index;
+  using Index = occupancy::PointWindow::Index;
 
   const Parameters& parameters;
-  const VoxelGrid& grid;
+  const geometry::VoxelGrid& grid;
   const SurfaceStore& surfaces;
   const CylinderStore& cylinders;
-  const NoiseModel& noise;
-  const PointWindow& window;
+  const sensing::NoiseModel& noise;
+  const occupancy::PointWindow& window;
   const NormalField& normals;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <cstring>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 namespace {
 
 /// Weighted sums over neighbours relative to the point in question.
@@ -21,11 +21,12 @@ struct NeighbourSums {
 /// Gathers neighbours, four to a step. Their order decides the rounding, so it must be fixed.
 class NeighbourMoments {
  public:
-  NeighbourMoments(const VoxelPoint& centre, float radius)
+  NeighbourMoments(const occupancy::VoxelPoint& centre, float radius)
       : centre_(centre), radius_sq_(radius * radius), per_radius_sq_(1 / radius_sq_) {}
 
   /// Points [first, first + count) of the window, eight at most.
-  void add(const PointWindow::Columns& points, PointWindow::Index first, unsigned count) {
+  void add(const occupancy::PointWindow::Columns& points, occupancy::PointWindow::Index first,
+           unsigned count) {
     place(points, first, filled_);
     if (count > 4) place(points, first + 4, filled_ + 4);
     filled_ += count;
@@ -42,10 +43,11 @@ class NeighbourMoments {
       facing_[filled_] = opposite;
     }
     sum_up(filled_);
-    return {total(count_),
-            total(weight_),
-            {total(x_), total(y_), total(z_)},
-            {total(xx_), total(xy_), total(xz_), total(yy_), total(yz_), total(zz_)}};
+    return {geometry::total(count_),
+            geometry::total(weight_),
+            {geometry::total(x_), geometry::total(y_), geometry::total(z_)},
+            {geometry::total(xx_), geometry::total(xy_), geometry::total(xz_), geometry::total(yy_),
+             geometry::total(yz_), geometry::total(zz_)}};
   }
 
  private:
@@ -53,34 +55,37 @@ class NeighbourMoments {
   static constexpr float opposite = -1;
 
   /// Four points, of which those that are too many are written over.
-  void place(const PointWindow::Columns& points, std::size_t from, std::size_t to) {
+  void place(const occupancy::PointWindow::Columns& points, std::size_t from, std::size_t to) {
     const Eigen::Vector3f &p = centre_.position, &view = centre_.view;
-    store_lanes(load_lanes(&points.x[from]) - p.x(), &offset_x_[to]);
-    store_lanes(load_lanes(&points.y[from]) - p.y(), &offset_y_[to]);
-    store_lanes(load_lanes(&points.z[from]) - p.z(), &offset_z_[to]);
-    store_lanes(load_lanes(&points.view_x[from]) * view.x() + (load_lanes(&points.view_y[from]) * view.y() +
-                                                               load_lanes(&points.view_z[from]) * view.z()),
-                &facing_[to]);
+    geometry::store_lanes(geometry::load_lanes(&points.x[from]) - p.x(), &offset_x_[to]);
+    geometry::store_lanes(geometry::load_lanes(&points.y[from]) - p.y(), &offset_y_[to]);
+    geometry::store_lanes(geometry::load_lanes(&points.z[from]) - p.z(), &offset_z_[to]);
+    geometry::store_lanes(geometry::load_lanes(&points.view_x[from]) * view.x() +
+                              (geometry::load_lanes(&points.view_y[from]) * view.y() +
+                               geometry::load_lanes(&points.view_z[from]) * view.z()),
+                          &facing_[to]);
   }
 
   /// exp(−t) for t in [0, 1] to 3e-4: Taylor about 1/2.
-  static Lanes exp_minus(Lanes t) {
+  static geometry::Lanes exp_minus(geometry::Lanes t) {
     constexpr float exp_minus_half = 0.60653066F;
-    const Lanes u = 0.5F - t;
+    const geometry::Lanes u = 0.5F - t;
     return exp_minus_half * (1.0F + u * (1.0F + u * (0.5F + u * (1.0F / 6 + u * (1.0F / 24)))));
   }
 
   void sum_up(std::size_t filled) {
-    Lanes count = count_, weight = weight_, sx = x_, sy = y_, sz = z_;  // in registers meanwhile
-    Lanes xx = xx_, xy = xy_, xz = xz_, yy = yy_, yz = yz_, zz = zz_;
+    geometry::Lanes count = count_, weight = weight_, sx = x_, sy = y_, sz = z_;  // in registers meanwhile
+    geometry::Lanes xx = xx_, xy = xy_, xz = xz_, yy = yy_, yz = yz_, zz = zz_;
     for (std::size_t i = 0; i < filled; i += 4) {
-      const Lanes x = load_lanes(&offset_x_[i]), y = load_lanes(&offset_y_[i]), z = load_lanes(&offset_z_[i]);
-      const Lanes distance_sq = x * x + y * y + z * z;
-      const LaneMask counts = (distance_sq <= radius_sq_) & (load_lanes(&facing_[i]) >= -0.3F);
-      const Lanes w = where(counts, exp_minus(distance_sq * per_radius_sq_));
-      count += where(counts, Lanes{1, 1, 1, 1});
+      const geometry::Lanes x = geometry::load_lanes(&offset_x_[i]), y = geometry::load_lanes(&offset_y_[i]),
+                            z = geometry::load_lanes(&offset_z_[i]);
+      const geometry::Lanes distance_sq = x * x + y * y + z * z;
+      const geometry::LaneMask counts =
+          (distance_sq <= radius_sq_) & (geometry::load_lanes(&facing_[i]) >= -0.3F);
+      const geometry::Lanes w = geometry::where(counts, exp_minus(distance_sq * per_radius_sq_));
+      count += geometry::where(counts, geometry::Lanes{1, 1, 1, 1});
       weight += w;
-      const Lanes wx = w * x, wy = w * y, wz = w * z;
+      const geometry::Lanes wx = w * x, wy = w * y, wz = w * z;
       sx += wx, sy += wy, sz += wz;
       xx += wx * x, xy += wx * y, xz += wx * z;
       yy += wy * y, yz += wy * z, zz += wz * z;
@@ -89,21 +94,24 @@ class NeighbourMoments {
     xx_ = xx, xy_ = xy, xz_ = xz, yy_ = yy, yz_ = yz, zz_ = zz;
   }
 
-  const VoxelPoint& centre_;
+  const occupancy::VoxelPoint& centre_;
   float radius_sq_, per_radius_sq_;
   std::size_t filled_ = 0;
   std::array<float, room> offset_x_, offset_y_, offset_z_, facing_;  // [0, filled_) are set
-  Lanes count_{}, weight_{}, x_{}, y_{}, z_{}, xx_{}, xy_{}, xz_{}, yy_{}, yz_{}, zz_{};
+  geometry::Lanes count_{}, weight_{}, x_{}, y_{}, z_{}, xx_{}, xy_{}, xz_{}, yy_{}, yz_{}, zz_{};
 };
 
 /// All of up to eight points are the surface's.
 bool belong_to(SurfaceId surface, const SurfaceId* of_points, unsigned count) {
   static constexpr std::array<int, 12> beyond{0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -1, -1};
   const int id = static_cast<int>(surface);
-  const LaneMask wanted{id, id, id, id};
-  if (count <= 4) return all((load_mask(of_points) == wanted) | load_mask(&beyond[8 - count]));
-  return all((load_mask(of_points) == wanted)) &&
-         all((load_mask(of_points + 4) == wanted) | load_mask(&beyond[12 - count]));
+  const geometry::LaneMask wanted{id, id, id, id};
+  if (count <= 4)
+    return geometry::all((geometry::load_mask(of_points) == wanted) |
+                         geometry::load_mask(&beyond[8 - count]));
+  return geometry::all((geometry::load_mask(of_points) == wanted)) &&
+         geometry::all((geometry::load_mask(of_points + 4) == wanted) |
+                       geometry::load_mask(&beyond[12 - count]));
 }
 
 /// Variances of the neighbours along their principal axes, ascending, and the axis of the smallest.
@@ -150,8 +158,8 @@ PrincipalVariances principal_variances(const NeighbourSums& s) {
 
 }  // namespace
 
-NormalField::NormalField(const PointWindow& window, const Parameters& parameters, const NoiseModel& noise,
-                         const SurfaceStore& surfaces)
+NormalField::NormalField(const occupancy::PointWindow& window, const Parameters& parameters,
+                         const sensing::NoiseModel& noise, const SurfaceStore& surfaces)
     : window_(window),
       noise_(noise),
       surfaces_(surfaces),
@@ -160,7 +168,7 @@ NormalField::NormalField(const PointWindow& window, const Parameters& parameters
       largest_(parameters.search_radius()),
       max_curvature_(parameters.detection.max_curvature) {}
 
-const LocalPlane& NormalField::computed(PointWindow::Index i) const {
+const LocalPlane& NormalField::computed(occupancy::PointWindow::Index i) const {
   if (i >= planes_.size()) {
     planes_.grow_to(std::max<std::size_t>(window_.size(), i + 1));
     done_.resize(planes_.size(), false);
@@ -174,22 +182,22 @@ const LocalPlane& NormalField::computed(PointWindow::Index i) const {
   return planes_[i];
 }
 
-bool NormalField::lies_off(const VoxelPoint& p, SurfaceId id) const {
+bool NormalField::lies_off(const occupancy::VoxelPoint& p, SurfaceId id) const {
   const SurfaceModel* surface = surfaces_.find(id);
   return surface != nullptr &&
          std::fabs(surface->distance(p.position)) > noise_.tolerance(p, surface->plane());
 }
 
-LocalPlane NormalField::compute(PointWindow::Index i, double radius) const {
+LocalPlane NormalField::compute(occupancy::PointWindow::Index i, double radius) const {
   constexpr float min_neighbours = 6;
-  const VoxelPoint& p = window_[i];
+  const occupancy::VoxelPoint& p = window_[i];
   LocalPlane plane;
   plane.reach = std::max(1, static_cast<int>(radius / resolution_));
   NeighbourMoments moments(p, static_cast<float>(radius));
   SurfaceId run = 0;  // surface of the present run of neighbours
   bool off = false;
-  window_.for_each_row_near(p.key, plane.reach, [&](PointWindow::Index first, unsigned count) {
-    const PointWindow::Columns& points = window_.columns();
+  window_.for_each_row_near(p.key, plane.reach, [&](occupancy::PointWindow::Index first, unsigned count) {
+    const occupancy::PointWindow::Columns& points = window_.columns();
     if (belong_to(run, &points.surface[first], count)) {
       if (!off) moments.add(points, first, count);
       return;
@@ -219,4 +227,4 @@ LocalPlane NormalField::compute(PointWindow::Index i, double radius) const {
   return plane;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

@@ -6,7 +6,7 @@
 
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 
 /// Local plane at a point.
 struct LocalPlane {
@@ -28,25 +28,25 @@ struct LocalPlane {
 /// count, those of surfaces too, because expansion needs normals as well as detection.
 class NormalField {
  public:
-  NormalField(const PointWindow& window, const Parameters& parameters, const NoiseModel& noise,
-              const SurfaceStore& surfaces);
+  NormalField(const occupancy::PointWindow& window, const Parameters& parameters,
+              const sensing::NoiseModel& noise, const SurfaceStore& surfaces);
 
   /// The reference stays good while other points are asked for.
-  const LocalPlane& at(PointWindow::Index i) const {
+  const LocalPlane& at(occupancy::PointWindow::Index i) const {
     return i < done_.size() && done_[i] ? planes_[i] : computed(i);
   }
 
  private:
-  const LocalPlane& computed(PointWindow::Index i) const;
-  LocalPlane compute(PointWindow::Index i, double radius) const;
-  bool lies_off(const VoxelPoint& p, SurfaceId surface) const;
+  const LocalPlane& computed(occupancy::PointWindow::Index i) const;
+  LocalPlane compute(occupancy::PointWindow::Index i, double radius) const;
+  bool lies_off(const occupancy::VoxelPoint& p, SurfaceId surface) const;
 
-  const PointWindow& window_;
-  const NoiseModel& noise_;
+  const occupancy::PointWindow& window_;
+  const sensing::NoiseModel& noise_;
   const SurfaceStore& surfaces_;
   double resolution_, smallest_, largest_, max_curvature_;
-  mutable PagedVector<LocalPlane> planes_;  // of those asked for so far
+  mutable occupancy::PagedVector<LocalPlane> planes_;  // of those asked for so far
   mutable std::vector<bool> done_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

@@ -5,7 +5,7 @@
 
 #include <octosurf/explain.hpp>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 
 /// Why points stay pending or a surface is dissolved, with the numbers behind it.
 struct Refusal {
@@ -36,4 +36,4 @@ inline Refusal fewer_than_n(std::string_view what, std::size_t points, std::size
           .what = what};
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

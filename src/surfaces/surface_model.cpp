@@ -11,7 +11,7 @@
 
 #include <octosurf/adapters/detail/morton.hpp>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 namespace {
 
 /// Of the hash frame against the plane. It shifts an outline's vertex by 1/57 of its inlier's distance
@@ -22,10 +22,11 @@ constexpr double cos_largest_tilt = 0.99984769515639;  // 1°
 /// the voxels before a plane, not those behind it, and a voxel behind that noise reached once counts as much
 /// as one that each scan hits. Repeated observations weigh by their number, so that the difference of the
 /// two tells it.
-double offset_bias(const ReadingGroup& inliers, const ReadingGroup& repeated, const Eigen::Vector3d& normal) {
+double offset_bias(const geometry::ReadingGroup& inliers, const geometry::ReadingGroup& repeated,
+                   const Eigen::Vector3d& normal) {
   if (!(inliers.about.count > 0 && repeated.about.count > 0)) return 0;
   double chance = 0;
-  for (const ReadingGroup* group : {&inliers, &repeated})
+  for (const geometry::ReadingGroup* group : {&inliers, &repeated})
     chance += normal.dot(group->about.covariance() * normal) / std::max(1.0, group->readings);
   const double difference = normal.dot(inliers.about.mean() - repeated.about.mean());
   const double share = inliers.about.count / (inliers.about.count + repeated.about.count);
@@ -33,10 +34,11 @@ double offset_bias(const ReadingGroup& inliers, const ReadingGroup& repeated, co
 }
 
 /// The inliers' own points and the repeated observations, about the origin of the surface's frame.
-std::array<ReadingGroup, 2> reading_groups(const SurfaceModel& surface, const NoiseModel& noise) {
+std::array<geometry::ReadingGroup, 2> reading_groups(const SurfaceModel& surface,
+                                                     const sensing::NoiseModel& noise) {
   const Eigen::Vector3d origin = surface.pose().translation() - surface.reference();
   const SurfaceModel::Evidence& repeated = surface.evidence();
-  Moments kept = surface.moments(&noise);
+  geometry::Moments kept = surface.moments(&noise);
   kept.add(repeated.moments, -1);
   return {{{kept.shifted(origin), static_cast<double>(surface.size())},
            {repeated.moments.shifted(origin), repeated.readings}}};
@@ -69,7 +71,7 @@ std::array<float, 3> color_of(SurfaceId id) {
 
 SurfaceModel::SurfaceModel(SurfaceId id, const Plane& plane, const Eigen::Vector3d& origin, double resolution)
     : checked_plane(plane), id_(id), resolution_(resolution), plane_(plane), reference_(origin) {
-  pose_.linear() = plane_axes(plane.normal);
+  pose_.linear() = geometry::plane_axes(plane.normal);
   pose_.translation() = origin - plane.signed_distance(origin) * plane.normal;
   set_hash_frame(pose_);
   overreach_.fill(resolution);
@@ -81,19 +83,19 @@ void SurfaceModel::set_hash_frame(const Eigen::Isometry3d& frame) {
   hash_origin_ = hash_frame_.translation();
 }
 
-PlaneCell SurfaceModel::cell_of(const Eigen::Vector3f& p) const {
+geometry::PlaneCell SurfaceModel::cell_of(const Eigen::Vector3f& p) const {
   const Eigen::Vector2f uv = hash_axes_ * (p.cast<double>() - hash_origin_).cast<float>();
   return {static_cast<std::int32_t>(std::floor(uv.x())), static_cast<std::int32_t>(std::floor(uv.y()))};
 }
 
-bool SurfaceModel::surrounded(PlaneCell cell) const {
+bool SurfaceModel::surrounded(geometry::PlaneCell cell) const {
   for (int v = -1; v <= 1; ++v)
     for (int u = -1; u <= 1; ++u)
       if ((u != 0 || v != 0) && !occupied({cell.u + u, cell.v + v})) return false;
   return true;
 }
 
-bool SurfaceModel::covers(PlaneCell cell) const {
+bool SurfaceModel::covers(geometry::PlaneCell cell) const {
   if (occupied(cell)) return true;
   int neighbours = 0;
   for (int v = -1; v <= 1; ++v)
@@ -101,20 +103,20 @@ bool SurfaceModel::covers(PlaneCell cell) const {
   return neighbours >= 5;
 }
 
-std::optional<PlaneCell> SurfaceModel::nearest(PlaneCell cell, int reach) const {
+std::optional<geometry::PlaneCell> SurfaceModel::nearest(geometry::PlaneCell cell, int reach) const {
   for (int ring = 0; ring <= reach; ++ring)
     for (int v = -ring; v <= ring; ++v)
       for (int u = -ring; u <= ring; u += (std::abs(v) == ring ? 1 : 2 * ring))
-        if (const PlaneCell at{cell.u + u, cell.v + v}; occupied(at)) return at;
+        if (const geometry::PlaneCell at{cell.u + u, cell.v + v}; occupied(at)) return at;
   return {};
 }
 
-Eigen::Vector3d SurfaceModel::centre_of(PlaneCell cell) const {
+Eigen::Vector3d SurfaceModel::centre_of(geometry::PlaneCell cell) const {
   return hash_frame_ * Eigen::Vector3d((cell.u + 0.5) * resolution_, (cell.v + 0.5) * resolution_, 0);
 }
 
 void SurfaceModel::insert(const Inlier& inlier) {
-  const PlaneCell cell = cell_of(inlier.position);
+  const geometry::PlaneCell cell = cell_of(inlier.position);
   inliers_.add(cell, inlier);
   // A point deep inside the boundary does not move it (paper III-B).
   if (bits_.change(cell, true)) polygons_stale_ = true;
@@ -127,8 +129,8 @@ void SurfaceModel::add(const Inlier& inlier) {
   moments_[inlier.range_class].add(inlier.position.cast<double>() - reference_);
 }
 
-bool SurfaceModel::remove(VoxelKey key, const Eigen::Vector3f& position) {
-  const PlaneCell at = cell_of(position);
+bool SurfaceModel::remove(geometry::VoxelKey key, const Eigen::Vector3f& position) {
+  const geometry::PlaneCell at = cell_of(position);
   const std::optional<InlierTiles::Removed> removed = inliers_.remove(at, key);
   if (!removed) return false;
   const Inlier& inlier = removed->inlier;
@@ -149,9 +151,9 @@ std::vector<Inlier> SurfaceModel::sorted_inliers() const {
   return all;
 }
 
-Moments SurfaceModel::moments(const NoiseModel* noise) const {
-  Moments sum;
-  for (unsigned c = 0; c < NoiseModel::classes; ++c) {
+geometry::Moments SurfaceModel::moments(const sensing::NoiseModel* noise) const {
+  geometry::Moments sum;
+  for (unsigned c = 0; c < sensing::NoiseModel::classes; ++c) {
     if (moments_[c].count <= 0) continue;
     // Weighted like the evidence: by the measured noise, relative to the noise allowed to the nearest class.
     const double ratio = noise != nullptr ? noise->sigma(1) / std::max(noise->measured_sigma(c), 1e-6) : 1;
@@ -173,7 +175,7 @@ void SurfaceModel::take_evidence(const SurfaceModel& other) {
 }
 
 void SurfaceModel::fade(double share) {
-  Moments faded;
+  geometry::Moments faded;
   faded.add(evidence_.moments, share);
   evidence_.moments = faded;
   evidence_.readings *= share;
@@ -211,7 +213,7 @@ void SurfaceModel::rehash_if_tilted() {
 Eigen::Vector2d SurfaceModel::outline_point(const Eigen::Vector3f& p) const {
   const Eigen::Vector2d cells =
       hash_frame_.linear().leftCols<2>().transpose() * (p.cast<double>() - hash_origin_) / resolution_;
-  return (cells / Outline::quantum).array().round() * Outline::quantum;
+  return (cells / geometry::Outline::quantum).array().round() * geometry::Outline::quantum;
 }
 
 double SurfaceModel::outline_alpha(double max_hole_size) const {
@@ -234,7 +236,7 @@ Eigen::Affine2d SurfaceModel::T_surface_outline() const {
 
 /// Away from the occupied cells among the 5 × 5 about one, if that is clear: the sum of their places is 15
 /// cells at a straight rim, 9 at the end of a bar three wide, and at most 3 at a pinhole.
-std::optional<Eigen::Vector3d> SurfaceModel::outward(PlaneCell cell) const {
+std::optional<Eigen::Vector3d> SurfaceModel::outward(geometry::PlaneCell cell) const {
   constexpr std::uint32_t next_to_it = 0b00000'01110'01010'01110'00000, row = 0b11111, column = 0x108421;
   constexpr int clear = 5;
   const std::uint32_t around = bits_.around(cell);
@@ -251,7 +253,8 @@ std::optional<Eigen::Vector3f> SurfaceModel::rim_point(const Inlier& inlier, dou
   constexpr double worth_a_site = 0.1;  // d
   const auto direction = outward(cell_of(inlier.position));
   if (!direction) return {};
-  const Eigen::Vector3d at = (inlier.position - VoxelGrid(resolution_).centre_of(inlier.key)).cast<double>();
+  const Eigen::Vector3d at =
+      (inlier.position - geometry::VoxelGrid(resolution_).centre_of(inlier.key)).cast<double>();
   if (at.norm() < resolution_ / 256) return {};  // adopted from an octree: no reading
   const double half = resolution_ / 2;
   const double beyond = std::min(to_side(at, *direction, half), to_side(at, -*direction, half)) - overreach;
@@ -271,7 +274,8 @@ std::optional<Eigen::Vector3f> SurfaceModel::rim_point(const Inlier& inlier, dou
 /// the rim lies on the way to it, within √2 of the point where that way leaves the deep cells. So
 /// ⅝·spacing + √2 ≤ α/2 will do; for a spacing of 2, going through the places in a cell, α > 3.99.
 /// Rim points are sites beside the inliers of cells that are not deep, with and without the lattice.
-void SurfaceModel::sites_of(PlaneCell cell, int spacing, std::vector<Eigen::Vector2d>& sites) const {
+void SurfaceModel::sites_of(geometry::PlaneCell cell, int spacing,
+                            std::vector<Eigen::Vector2d>& sites) const {
   sites.clear();
   if (bits_.deep_inside(cell)) {
     const int shift = (cell.v & spacing) != 0 ? spacing / 2 : 0;
@@ -287,11 +291,11 @@ void SurfaceModel::sites_of(PlaneCell cell, int spacing, std::vector<Eigen::Vect
   });
 }
 
-void SurfaceModel::derive(double max_hole_size, const NoiseModel* noise) {
+void SurfaceModel::derive(double max_hole_size, const sensing::NoiseModel* noise) {
   const double alpha = outline_alpha(max_hole_size);
   Overreach overreach;
   overreach.fill(resolution_);
-  for (unsigned c = 0; noise != nullptr && c < NoiseModel::classes; ++c)
+  for (unsigned c = 0; noise != nullptr && c < sensing::NoiseModel::classes; ++c)
     overreach[c] = std::min(resolution_, noise->overreach(c));
   const bool other_alpha = !outline_ || outline_->alpha() != alpha;
   if (other_alpha) outline_.emplace(alpha);
@@ -300,8 +304,8 @@ void SurfaceModel::derive(double max_hole_size, const NoiseModel* noise) {
   int spacing = 2;
   while (spacing < 16 && 0.625 * (2 * spacing) + std::numbers::sqrt2 <= alpha / 2) spacing *= 2;
   std::vector<Eigen::Vector2d> sites;
-  for (const CellBits::Cells& cells : bits_.take_changes(alpha > 3.99))
-    cells.for_each([&](PlaneCell cell) {
+  for (const geometry::CellBits::Cells& cells : bits_.take_changes(alpha > 3.99))
+    cells.for_each([&](geometry::PlaneCell cell) {
       sites_of(cell, spacing, sites);
       outline_->set(cell, sites);
     });
@@ -315,9 +319,9 @@ void SurfaceModel::derive(double max_hole_size, const NoiseModel* noise) {
   polygons_stale_ = false;
 }
 
-Eigen::Matrix3d covariance_of_readings(const SurfaceModel& surface, const NoiseModel& noise) {
+Eigen::Matrix3d covariance_of_readings(const SurfaceModel& surface, const sensing::NoiseModel& noise) {
   const Eigen::Matrix3d c =
-      covariance_over(reading_groups(surface, noise), surface.pose().linear().transpose());
+      geometry::covariance_over(reading_groups(surface, noise), surface.pose().linear().transpose());
   constexpr std::array<int, 3> order{1, 2, 0};  // slopes first
   Eigen::Matrix3d covariance;
   for (int row = 0; row < 3; ++row)
@@ -326,9 +330,9 @@ Eigen::Matrix3d covariance_of_readings(const SurfaceModel& surface, const NoiseM
   return covariance;
 }
 
-void SurfaceModel::derive_covariance(const NoiseModel& noise) {
+void SurfaceModel::derive_covariance(const sensing::NoiseModel& noise) {
   covariance_ = covariance_of_readings(*this, noise);
-  const std::array<ReadingGroup, 2> groups = reading_groups(*this, noise);
+  const std::array<geometry::ReadingGroup, 2> groups = reading_groups(*this, noise);
   covariance_(2, 2) += offset_bias(groups[0], groups[1], plane_.normal);
 }
 
@@ -344,7 +348,7 @@ SurfacePtr SurfaceModel::publish(std::uint64_t map_revision) const {
     for (const Eigen::Vector2d& p : polygon.outer) surface->boundary.push_back(surface->to_map(p));
     for (const Ring2& hole : polygon.holes)
       for (const Eigen::Vector2d& p : hole) surface->boundary.push_back(surface->to_map(p));
-    surface->area_m2 += area_of(polygon);
+    surface->area_m2 += geometry::area_of(polygon);
   }
   surface->inliers = size_;
   surface->rms_m = rms();
@@ -385,4 +389,4 @@ SurfaceModel::SurfaceModel(const State& state, double resolution)
   polygons_stale_ = state.polygons_stale;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

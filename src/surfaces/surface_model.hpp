@@ -18,7 +18,7 @@
 
 #include <octosurf/surface.hpp>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 
 /// The working form of a surface: its inliers in a 2-D hash over its own plane, running moments of
 /// them by distance class, plane, stable pose, and what was derived from them last.
@@ -31,8 +31,8 @@ class SurfaceModel {
   /// Repeated observations of the inliers' voxels, beside the point that each voxel keeps. They make the
   /// plane exact, because a voxel that noise reached only once weighs little in these sums.
   struct Evidence {
-    Moments moments;      ///< about reference(), weights as of an inlier of the nearest class
-    double readings = 0;  ///< scans' voxels that were added
+    geometry::Moments moments;  ///< about reference(), weights as of an inlier of the nearest class
+    double readings = 0;        ///< scans' voxels that were added
   };
 
   SurfaceModel(SurfaceId id, const Plane& plane, const Eigen::Vector3d& origin, double resolution);
@@ -49,20 +49,20 @@ class SurfaceModel {
 
   void add(const Inlier& inlier);
   /// `position` must be the one it was added with. False if it is not an inlier.
-  bool remove(VoxelKey key, const Eigen::Vector3f& position);
+  bool remove(geometry::VoxelKey key, const Eigen::Vector3f& position);
 
   // Where a point falls in the plane; the hash frame follows the plane coarsely (see rehash).
-  PlaneCell cell_of(const Eigen::Vector3f& p) const;
-  bool occupied(PlaneCell cell) const { return bits_.occupied(cell); }
+  geometry::PlaneCell cell_of(const Eigen::Vector3f& p) const;
+  bool occupied(geometry::PlaneCell cell) const { return bits_.occupied(cell); }
   /// Raster twin of "inside the polygon": the cell holds an inlier, or five of its neighbours do.
-  bool covers(PlaneCell cell) const;
+  bool covers(geometry::PlaneCell cell) const;
   /// All eight neighbours hold inliers.
-  bool surrounded(PlaneCell cell) const;
+  bool surrounded(geometry::PlaneCell cell) const;
   /// The nearest cell that holds an inlier, at most `reach` cells off.
-  std::optional<PlaneCell> nearest(PlaneCell cell, int reach) const;
-  bool near(PlaneCell cell, int reach) const { return nearest(cell, reach).has_value(); }
+  std::optional<geometry::PlaneCell> nearest(geometry::PlaneCell cell, int reach) const;
+  bool near(geometry::PlaneCell cell, int reach) const { return nearest(cell, reach).has_value(); }
   /// A cell's centre, map frame, on the hash frame's plane: within a degree's tilt of the plane.
-  Eigen::Vector3d centre_of(PlaneCell cell) const;
+  Eigen::Vector3d centre_of(geometry::PlaneCell cell) const;
 
   /// Inliers in key order; O(n log n).
   std::vector<Inlier> sorted_inliers() const;
@@ -81,7 +81,7 @@ class SurfaceModel {
 
   /// Moments over all inliers, weighted by 1/measured_sigma² relative to the nearest class's σ, with the
   /// evidence, about reference(); over the inliers alone, unweighted, if `noise` is null.
-  Moments moments(const NoiseModel* noise) const;
+  geometry::Moments moments(const sensing::NoiseModel* noise) const;
   /// How many readings are in moments(noise).
   double readings() const { return static_cast<double>(size_) + evidence_.readings; }
   const Eigen::Vector3d& reference() const { return reference_; }
@@ -102,7 +102,7 @@ class SurfaceModel {
   /// 1. They do not depend on what was derived before.
   /// 2. A vertex lies within sin 1° of its inlier's distance from the plane beside its projection or rim
   ///    point, and within half an Outline::quantum of a cell; sides are at most `max_hole_size` long.
-  void derive(double max_hole_size, const NoiseModel* noise = nullptr);
+  void derive(double max_hole_size, const sensing::NoiseModel* noise = nullptr);
   /// Where the readings in an inlier's voxel end, toward the rim of the surface that its cell lies at: the
   /// inlier is the mean of readings that begin at the voxel's inner side, so they go on as far beyond it.
   /// Less by `overreach` m, because noise carries readings over an edge. Inside the voxel, map frame;
@@ -117,7 +117,7 @@ class SurfaceModel {
   Eigen::Affine2d T_surface_outline() const;
   /// How far readings are taken to lie beyond an edge, m, by range class, as of the last derive(); d, which
   /// is out of rim points' reach, before and without noise.
-  using Overreach = std::array<double, NoiseModel::classes>;
+  using Overreach = std::array<double, sensing::NoiseModel::classes>;
   const Overreach& overreach() const { return overreach_; }
   /// How many sites the outline keeps: all inliers, except those deep inside (all cells within two of
   /// theirs occupied), for which a lattice of cells' centres stands in, and rim points.
@@ -125,7 +125,7 @@ class SurfaceModel {
   const std::vector<Polygon>& polygons() const { return polygons_; }
 
   /// Brings the covariance up to date with moments(&noise) and pose, see Surface::covariance. O(1).
-  void derive_covariance(const NoiseModel& noise);
+  void derive_covariance(const sensing::NoiseModel& noise);
   /// As last derived; zero before.
   const Eigen::Matrix3d& covariance() const { return covariance_; }
 
@@ -138,7 +138,7 @@ class SurfaceModel {
     Plane plane, checked_plane;
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(), hash_frame = Eigen::Isometry3d::Identity();
     Eigen::Vector3d reference = Eigen::Vector3d::Zero();
-    std::array<Moments, NoiseModel::classes> moments;
+    std::array<geometry::Moments, sensing::NoiseModel::classes> moments;
     Evidence evidence;
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
     std::vector<Inlier> inliers;  ///< key order
@@ -169,8 +169,8 @@ class SurfaceModel {
   void fade(double share);
   void insert(const Inlier& inlier);
   void set_hash_frame(const Eigen::Isometry3d& frame);
-  std::optional<Eigen::Vector3d> outward(PlaneCell cell) const;
-  void sites_of(PlaneCell cell, int spacing, std::vector<Eigen::Vector2d>& sites) const;
+  std::optional<Eigen::Vector3d> outward(geometry::PlaneCell cell) const;
+  void sites_of(geometry::PlaneCell cell, int spacing, std::vector<Eigen::Vector2d>& sites) const;
 
   SurfaceId id_;
   double resolution_;
@@ -180,12 +180,12 @@ class SurfaceModel {
   Eigen::Matrix<float, 2, 3> hash_axes_;  // rows: u and v axis / d
   Eigen::Vector3d hash_origin_;
   Eigen::Vector3d reference_;
-  std::array<Moments, NoiseModel::classes> moments_;
+  std::array<geometry::Moments, sensing::NoiseModel::classes> moments_;
   Evidence evidence_;
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
   InlierTiles inliers_;
-  CellBits bits_;
-  std::optional<Outline> outline_;  // none before the first derive()
+  geometry::CellBits bits_;
+  std::optional<geometry::Outline> outline_;  // none before the first derive()
   Overreach overreach_;
   std::size_t size_ = 0;
   std::vector<SurfaceId> parents_;
@@ -196,4 +196,4 @@ class SurfaceModel {
 /// Distinct by construction: the hue steps by the golden ratio from id to id.
 std::array<float, 3> color_of(SurfaceId id);
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

@@ -5,7 +5,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 
 SurfaceStore SurfaceStore::beside(const SurfaceStore& known) {
   SurfaceStore store(known.resolution_);
@@ -50,14 +50,14 @@ void SurfaceStore::add(SurfaceModel& surface, const Inlier& inlier) {
   add_resident(places_, inlier.key, surface.id());
 }
 
-void SurfaceStore::add_resident(Places& places, VoxelKey key, SurfaceId id) {
+void SurfaceStore::add_resident(Places& places, geometry::VoxelKey key, SurfaceId id) {
   auto& residents = places[block_of(key)];
   const auto found =
       std::find_if(residents.begin(), residents.end(), [&](const Resident& r) { return r.id == id; });
   found == residents.end() ? residents.push_back({id, 1}) : void(++found->inliers);
 }
 
-bool SurfaceStore::remove(SurfaceModel& surface, VoxelKey key, const Eigen::Vector3f& position) {
+bool SurfaceStore::remove(SurfaceModel& surface, geometry::VoxelKey key, const Eigen::Vector3f& position) {
   if (!surface.remove(key, position)) return false;
   const auto place = places_.find(block_of(key));
   auto& residents = place.value();
@@ -68,7 +68,7 @@ bool SurfaceStore::remove(SurfaceModel& surface, VoxelKey key, const Eigen::Vect
   return true;
 }
 
-void SurfaceStore::add_ids_near(VoxelKey key, int reach, Ids& ids) const {
+void SurfaceStore::add_ids_near(geometry::VoxelKey key, int reach, Ids& ids) const {
   const auto block = [](int k) { return static_cast<std::uint64_t>(std::clamp(k, 0, 65535) >> 3); };
   for (std::uint64_t z = block(key.z - reach); z <= block(key.z + reach); ++z)
     for (std::uint64_t y = block(key.y - reach); y <= block(key.y + reach); ++y)
@@ -80,7 +80,7 @@ void SurfaceStore::add_ids_near(VoxelKey key, int reach, Ids& ids) const {
       }
 }
 
-SurfaceStore::Ids SurfaceStore::near(VoxelKey key, int reach) const {
+SurfaceStore::Ids SurfaceStore::near(geometry::VoxelKey key, int reach) const {
   Ids ids;
   add_ids_near(key, reach, ids);
   if (known_ != nullptr) known_->add_ids_near(key, reach, ids);
@@ -108,13 +108,13 @@ void SurfaceStore::commit() noexcept {
   heads_before_.clear();
 }
 
-void SurfaceStore::roll_back(const OccupancyMap& points, const Snapshot& published) {
+void SurfaceStore::roll_back(const occupancy::OccupancyMap& points, const Snapshot& published) {
   std::map<SurfaceId, SurfaceModel::State> before;
   for (const SurfaceModel::State& head : heads_before_) before.emplace(head.id, head);
   for (auto& [id, state] : before)
     if (const Surface* surface = published.find(id)) state.polygons = surface->polygons;
   if (!before.empty())
-    points.for_each_point([&](const VoxelPoint& p) {
+    points.for_each_point([&](const occupancy::VoxelPoint& p) {
       if (const auto found = before.find(p.surface); found != before.end())
         found->second.inliers.push_back({p.key, p.range_class, p.position});
     });
@@ -150,4 +150,4 @@ bool SurfaceStore::find(SurfaceId id, Plane& plane, double& tolerance) const {
   return true;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

@@ -8,11 +8,11 @@
 #include <utility>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 
 /// All surfaces, found by id and by place (8³-voxel blocks that hold inliers), so that a point meets the few
 /// surfaces near it, never all of them.
-class SurfaceStore : public PlaneLookup {
+class SurfaceStore : public occupancy::PlaneLookup {
  public:
   explicit SurfaceStore(double resolution) : resolution_(resolution) {}
   /// An empty store that goes on with the ids of `known`, and whose find() const and near() find those, too.
@@ -44,15 +44,15 @@ class SurfaceStore : public PlaneLookup {
   /// All as it was at begin_changes(). `points`: the octree as it was then, which has the inliers;
   /// `published`: the snapshot of that time, which has the polygons. Changes nothing if it throws, and can be
   /// called again. O(points of the octree), less if no surface was asked for.
-  void roll_back(const OccupancyMap& points, const Snapshot& published);
+  void roll_back(const occupancy::OccupancyMap& points, const Snapshot& published);
 
   // Inliers come and go through the store, so that the look-up by place stays true.
   void add(SurfaceModel& surface, const Inlier& inlier);
-  bool remove(SurfaceModel& surface, VoxelKey key, const Eigen::Vector3f& position);
+  bool remove(SurfaceModel& surface, geometry::VoxelKey key, const Eigen::Vector3f& position);
 
   /// Ids with inliers in the blocks within `reach` voxels of `key`, ascending, each once.
   using Ids = boost::container::small_vector<SurfaceId, 8>;
-  Ids near(VoxelKey key, int reach) const;
+  Ids near(geometry::VoxelKey key, int reach) const;
 
   bool find(SurfaceId id, Plane& plane, double& tolerance) const override;
   void set_erosion_tolerance(double tolerance) { erosion_tolerance_ = tolerance; }
@@ -63,10 +63,10 @@ class SurfaceStore : public PlaneLookup {
     SurfaceId id;
     std::uint32_t inliers;
   };
-  static std::uint64_t block_of(VoxelKey key) { return key.packed() >> 3 & 0x1fff1fff1fffULL; }
-  using Places = tsl::robin_map<std::uint64_t, std::vector<Resident>, PackedKeyHash>;
-  static void add_resident(Places& places, VoxelKey key, SurfaceId id);
-  void add_ids_near(VoxelKey key, int reach, Ids& ids) const;
+  static std::uint64_t block_of(geometry::VoxelKey key) { return key.packed() >> 3 & 0x1fff1fff1fffULL; }
+  using Places = tsl::robin_map<std::uint64_t, std::vector<Resident>, geometry::PackedKeyHash>;
+  static void add_resident(Places& places, geometry::VoxelKey key, SurfaceId id);
+  void add_ids_near(geometry::VoxelKey key, int reach, Ids& ids) const;
   SurfaceModel& kept(SurfaceModel& model);
 
   const SurfaceStore* known_ = nullptr;  // read only
@@ -83,4 +83,4 @@ class SurfaceStore : public PlaneLookup {
   std::vector<SurfaceModel::State> heads_before_;  // of those that were asked for since
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

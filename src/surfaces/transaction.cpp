@@ -3,7 +3,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 
 Transaction::Records::Records(const MapState& state)
     : noise(state.noise),
@@ -17,7 +17,7 @@ Transaction::Records::Records(const MapState& state)
 
 // A std::deque among the members would take memory to be moved.
 static_assert(std::is_nothrow_swappable_v<AlignmentState> && std::is_nothrow_swappable_v<DepartureLog> &&
-              std::is_nothrow_copy_assignable_v<NoiseModel>);
+              std::is_nothrow_copy_assignable_v<sensing::NoiseModel>);
 
 void Transaction::Records::put_back(MapState& state) noexcept {
   state.noise = noise;
@@ -55,4 +55,4 @@ Transaction::~Transaction() {
   }
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

@@ -4,7 +4,7 @@
 
 #include <memory>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 
 /// What scans do to a map between two snapshots: all of it, or nothing. From the constructor on what the map
 /// was is kept, at a cost that follows what is written to: a copy of the octree's chunks and of the surfaces'
@@ -27,10 +27,10 @@ class Transaction {
     explicit Records(const MapState& state);
     void put_back(MapState& state) noexcept;
 
-    NoiseModel noise;
+    sensing::NoiseModel noise;
     AlignmentState alignment;
     DepartureLog departures;
-    std::vector<VoxelKey> accumulated;
+    std::vector<geometry::VoxelKey> accumulated;
     std::size_t points;
     std::uint64_t scans, revision;
     Eigen::Vector3d sensors_up;
@@ -41,4 +41,4 @@ class Transaction {
   bool open_ = true;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

@@ -94,7 +94,7 @@ Up up_of(const Map& map) {
 }
 
 Up up_from_surfaces(const Map& map) {
-  const MapState& state = map.state();
+  const surfaces::MapState& state = map.state();
   const double scans = std::max(1.0, static_cast<double>(state.scans));
   return estimate_up(*map.snapshot(), state.sensors_up / scans);
 }

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
-namespace octosurf {
+namespace octosurf::upkeep {
 namespace {
 
 /// Surfaces that came and went within the scan are noted, too: one may link a parent to its heirs.
-void note_departures(MapState& state, const Snapshot& before) {
+void note_departures(surfaces::MapState& state, const Snapshot& before) {
   std::vector<Departure> departures = state.surfaces.take_departures();
   const std::size_t surfaces = departures.size();
   for (const Departure& cylinder : state.cylinders.take_departures()) departures.push_back(cylinder);
@@ -33,7 +33,7 @@ void put(std::vector<SurfacePtr>& surfaces, SurfacePtr surface) {
 
 }  // namespace
 
-std::shared_ptr<const Snapshot> derive(MapState& state, const Changes& changes) {
+std::shared_ptr<const Snapshot> derive(surfaces::MapState& state, const surfaces::Changes& changes) {
   ++state.revision;
   const std::shared_ptr<const Snapshot> before = state.snapshot.load();
   auto next = std::make_shared<Snapshot>(Snapshot{state.revision, before->resolution, {}});
@@ -44,7 +44,7 @@ std::shared_ptr<const Snapshot> derive(MapState& state, const Changes& changes) 
       return changes.gone.contains(surface->id) || changes.merged.contains(surface->id);
     });
   for (const SurfaceId id : changes.touched()) {
-    SurfaceModel& surface = *state.surfaces.find(id);
+    surfaces::SurfaceModel& surface = *state.surfaces.find(id);
     surface.derive(state.parameters.max_hole_size(), &state.noise);
     surface.derive_covariance(state.noise);
     if (before->find(id) == nullptr) surface.born = state.revision;
@@ -58,4 +58,4 @@ std::shared_ptr<const Snapshot> derive(MapState& state, const Changes& changes) 
   return next;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::upkeep

@@ -5,22 +5,22 @@
 #include <algorithm>
 #include <cmath>
 
-namespace octosurf {
+namespace octosurf::upkeep {
 
-void retract(Ledger& ledger, const OccupancyDelta& delta) {
-  for (const VoxelPoint& p : delta.vanished) {
+void retract(surfaces::Ledger& ledger, const occupancy::OccupancyDelta& delta) {
+  for (const occupancy::VoxelPoint& p : delta.vanished) {
     if (p.surface == 0) continue;
     ledger.drop(p);
   }
-  for (const OccupancyDelta::Refined& r : delta.refined) {
+  for (const occupancy::OccupancyDelta::Refined& r : delta.refined) {
     if (r.before.surface == 0) {
       ledger.changes.requeued.push_back(r.after.key);  // seen better, it may be part of a plane now
       continue;
     }
-    SurfaceModel* surface = ledger.find(r.before.surface);
+    surfaces::SurfaceModel* surface = ledger.find(r.before.surface);
     if (surface == nullptr) continue;
     const std::uint64_t unchecked = surface->unchecked;
-    const PointWindow::Index i = ledger.window.find(r.after.key);
+    const occupancy::PointWindow::Index i = ledger.window.find(r.after.key);
     if (std::fabs(surface->distance(r.after.position)) <= ledger.noise.tolerance(r.after, surface->plane())) {
       ledger.move(i, r.before.position);
       if (surface->expensive_to_check()) surface->unchecked = unchecked;  // where it was, only better seen
@@ -29,27 +29,27 @@ void retract(Ledger& ledger, const OccupancyDelta& delta) {
     }
   }
   for (const SurfaceId id : ledger.changes.touched())
-    if (SurfaceModel& surface = *ledger.find(id); ledger.too_small(surface))
-      ledger.dissolve(surface, Points::requeued);
+    if (surfaces::SurfaceModel& surface = *ledger.find(id); ledger.too_small(surface))
+      ledger.dissolve(surface, surfaces::Points::requeued);
 }
 
-void accumulate_evidence(Ledger& ledger, const VoxelScan& scan,
-                         std::span<const OccupancyDelta::Confirmed> confirmed) {
+void accumulate_evidence(surfaces::Ledger& ledger, const sensing::VoxelScan& scan,
+                         std::span<const occupancy::OccupancyDelta::Confirmed> confirmed) {
   constexpr double independent = 8;  // readings in a voxel whose errors are not common to all
   constexpr double least_facing = 0.1;
   constexpr std::size_t large_surface = 2000;  // inliers; every eighth reading is enough for its plane
-  const NoiseModel& noise = ledger.noise;
+  const sensing::NoiseModel& noise = ledger.noise;
   const Eigen::Vector3d origin = scan.origin.cast<double>();
-  SurfaceModel* surface = nullptr;  // they come in runs of one surface
+  surfaces::SurfaceModel* surface = nullptr;  // they come in runs of one surface
   SurfaceId found = 0;
-  for (const OccupancyDelta::Confirmed& c : confirmed) {
+  for (const occupancy::OccupancyDelta::Confirmed& c : confirmed) {
     if (c.surface != found) surface = ledger.find(found = c.surface);
     if (surface == nullptr || (surface->size() > large_surface && c.end % 8 != 0)) continue;
-    const EndVoxel& end = scan.ends[c.end];
+    const sensing::EndVoxel& end = scan.ends[c.end];
     const Eigen::Vector3d sight = origin - end.centroid.cast<double>();
     const double range = sight.norm();
     const double facing = std::max(least_facing, surface->plane().normal.dot(sight) / range);
-    const unsigned range_class = range_class_of(static_cast<float>(range));
+    const unsigned range_class = sensing::range_class_of(static_cast<float>(range));
     if (std::fabs(surface->distance(end.centroid)) > noise.tolerance(range_class, facing)) continue;
     if (!surface->surrounded(surface->cell_of(end.centroid))) continue;
     const double n = independent * end.count / (independent + end.count);
@@ -58,4 +58,4 @@ void accumulate_evidence(Ledger& ledger, const VoxelScan& scan,
   }
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::upkeep

@@ -2,7 +2,7 @@
 
 #include "surfaces/ledger.hpp"
 
-namespace octosurf {
+namespace octosurf::upkeep {
 
 /// Refits the touched surfaces' planes from their running moments (weights 1/σ²). Where a plane
 /// has moved by more than a quarter of s since its inliers were last checked, they are checked
@@ -10,6 +10,6 @@ namespace octosurf {
 /// quarter is also checked for being one plane: if it bends, has become too narrow or is the noise of another
 /// surface (soundness.hpp) it is dissolved, and Changes::unsound has the reason; if it is several planes it
 /// is split (parts.hpp).
-void refit(Ledger& ledger);
+void refit(surfaces::Ledger& ledger);
 
-}  // namespace octosurf
+}  // namespace octosurf::upkeep

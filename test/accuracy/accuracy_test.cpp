@@ -51,26 +51,26 @@ void PrintTo(const Fence& fence, std::ostream* out) { *out << fence.name; }
 
 class Accuracy : public testing::TestWithParam<Fence> {};
 
-Evaluation measure(const Fence& fence) {
-  SimulationOptions options;
+evaluation::Evaluation measure(const Fence& fence) {
+  simulation::SimulationOptions options;
   options.scene = fence.scene;
   options.sensor = fence.sensor;
   options.seed = 1;  // fixed: bounds lie close to what this recording scores
   options.frames = 24;
-  const Recording recording(options);
-  Recording::Visibility visibility = recording.visibility();
+  const simulation::Recording recording(options);
+  simulation::Recording::Visibility visibility = recording.visibility();
   Mapper mapper{Parameters{}};
   for (std::size_t i = 0; i < recording.size(); ++i) {
-    const Readings ideal = recording.ideal(i);
+    const simulation::Readings ideal = recording.ideal(i);
     visibility.add(i, ideal);
     mapper.insert(recording.labelled_scan(i, ideal).scan);
   }
-  return evaluate(*mapper.snapshot(), visibility.truth());
+  return evaluation::evaluate(*mapper.snapshot(), visibility.truth());
 }
 
 TEST_P(Accuracy, StaysWhereItIs) {
   const Fence& fence = GetParam();
-  const Evaluation scores = measure(fence);
+  const evaluation::Evaluation scores = measure(fence);
   const double unsafe_10mm = scores.unsafe_at(0) / scores.area_m2;
   const double normal_all_deg = scores.normal_all_rad.mean * 180 / std::numbers::pi;
   const double offset_all_mm = scores.offset_all_m.mean * 1000;

@@ -89,7 +89,7 @@ TEST(PclMesh, HasTheTrianglesOfOurs) {
 /// Centroid and covariance of points spread over the polygon, by sampling its triangles.
 std::pair<Eigen::Vector2d, Eigen::Matrix2d> sampled_moments(const Polygon& polygon, std::mt19937_64& random) {
   std::vector<Eigen::Vector2d> vertices;
-  const auto triangles = triangulate(polygon, vertices);
+  const auto triangles = geometry::triangulate(polygon, vertices);
   std::vector<double> areas;
   for (const auto& t : triangles)
     areas.push_back(shapes::ring_area({vertices[t[0]], vertices[t[1]], vertices[t[2]]}));

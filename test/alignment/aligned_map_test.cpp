@@ -44,9 +44,9 @@ Parameters coarse(bool aligned, double resolution = 0.04) {
   return parameters;
 }
 
-std::string bytes_of(const MapState& state) {
+std::string bytes_of(const surfaces::MapState& state) {
   std::ostringstream out;
-  write_map(state, {}, out);
+  io::write_map(state, {}, out);
   return out.str();
 }
 
@@ -70,9 +70,9 @@ TEST(AlignedMap, ExactPosesGiveTheSameMapAsWithoutAlignment) {
   // All but the parameter and what is known of the poses.
   const auto bare = [](const Mapper& mapper) {
     std::ostringstream out;
-    write_map(mapper.map().state(), {}, out);
+    io::write_map(mapper.map().state(), {}, out);
     std::istringstream in(out.str());
-    MapFile read = read_map(in, out.str().size(), "map");
+    io::MapFile read = io::read_map(in, out.str().size(), "map");
     read.state->parameters.alignment.enabled = false;
     read.state->alignment = {};
     return bytes_of(*read.state);
@@ -109,11 +109,11 @@ TEST(AlignedMap, ASingleScanFarOffIsFoundAgain) {
     Scan scan = all[i];
     const Eigen::Isometry3d truth = scan.T_map_sensor;
     const bool jump = i >= 40 && i % 8 == 0;
-    if (jump) scan.T_map_sensor = octosurf::moved(truth, any_twist(rng, 0.2, 3 * degree));
+    if (jump) scan.T_map_sensor = octosurf::alignment::moved(truth, any_twist(rng, 0.2, 3 * degree));
     const Alignment alignment = mapper.insert(scan).alignment;
     if (!jump) continue;
     ++far_off;
-    const Twist error = twist_between(truth, alignment.T_map_sensor);
+    const Twist error = alignment::twist_between(truth, alignment.T_map_sensor);
     const bool found = alignment.outcome == AlignmentOutcome::recovered;
     recovered += found;
     EXPECT_TRUE(!found || error.tail<3>().norm() < 0.02) << i;
@@ -125,10 +125,10 @@ TEST(AlignedMap, LinesOfALaserAreNoJumps) {
   // A tilting laser's line leaves two directions open or more. Looked for farther away, because the laser
   // turns to what is new, it explains itself anywhere along them: some twenty of these scans, whose poses are
   // exact, were held for jumps, and the map was lost.
-  SimulationOptions options;
+  simulation::SimulationOptions options;
   options.scene = "stairs";
   options.sensor = "tilting";
-  const Recording recording(options);
+  const simulation::Recording recording(options);
   Mapper mapper;
   for (std::size_t i = 0; i < 150; ++i) {
     const Alignment alignment = mapper.insert(recording.scan(i)).alignment;
@@ -152,7 +152,7 @@ TEST(AlignedMap, AScanSetAsideChangesNothingOfTheMap) {
   Twist off = Twist::Zero();
   off.tail<3>() << 0.1, 0.05, 0.2;
   off[0] = 2 * degree;
-  scan.T_map_sensor = octosurf::moved(scan.T_map_sensor, off);
+  scan.T_map_sensor = octosurf::alignment::moved(scan.T_map_sensor, off);
   const ScanReport report = mapper.insert(scan);
   EXPECT_EQ(report.alignment.outcome, AlignmentOutcome::set_aside);
   EXPECT_EQ(mapper.snapshot(), before);
@@ -169,13 +169,13 @@ TEST(AlignedMap, ExplainTellsOfScansThatDidNotFit) {
   const Explanation before = explain(mapper.map(), in_view);
   EXPECT_EQ(before.scans_left_out + before.scans_unexplained, 0U);
 
-  const auto read_back = [](const MapState& state) {
+  const auto read_back = [](const surfaces::MapState& state) {
     const std::string bytes = bytes_of(state);
     std::istringstream in(bytes);
-    return Map(read_map(in, bytes.size(), "map").state);
+    return Map(io::read_map(in, bytes.size(), "map").state);
   };
   Map map = read_back(mapper.map().state());
-  AlignmentState& alignment = map.state().alignment;
+  surfaces::AlignmentState& alignment = map.state().alignment;
   alignment.note_misfit({way(0, 24).translation(), 3, true});
   alignment.note_misfit({way(0, 24).translation(), 3, true});
   alignment.note_misfit({way(0, 24).translation(), 2.5, false});
@@ -192,10 +192,10 @@ TEST(AlignedMap, ExplainTellsOfScansThatDidNotFit) {
 }
 
 TEST(AlignedMap, RemembersTheLastMisfitsAlone) {
-  AlignmentState alignment;
-  for (std::size_t i = 0; i < AlignmentState::most_misfits + 3; ++i)
+  surfaces::AlignmentState alignment;
+  for (std::size_t i = 0; i < surfaces::AlignmentState::most_misfits + 3; ++i)
     alignment.note_misfit({{static_cast<double>(i), 0, 0}, 1, true});
-  EXPECT_EQ(alignment.misfits.size(), AlignmentState::most_misfits);
+  EXPECT_EQ(alignment.misfits.size(), surfaces::AlignmentState::most_misfits);
   EXPECT_EQ(alignment.misfits.front().position.x(), 3);
 }
 
@@ -212,7 +212,7 @@ TEST(AlignedMap, IsTheSameAfterAStopAndWhateverTheThreads) {
   for (std::size_t i = 0; i < 15; ++i) first.insert(drifted(i));
   const std::string stopped = bytes_of(first.map().state());
   std::istringstream in(stopped);
-  Mapper second(Map(read_map(in, stopped.size(), "map").state));
+  Mapper second(Map(io::read_map(in, stopped.size(), "map").state));
   for (std::size_t i = 15; i < all.size(); ++i) second.insert(drifted(i));
   EXPECT_EQ(bytes_of(second.map().state()), bytes_of(whole.map().state()));
   EXPECT_EQ(bytes_of(threads.map().state()), bytes_of(whole.map().state()));

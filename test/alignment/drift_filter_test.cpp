@@ -21,12 +21,12 @@ Eigen::Isometry3d pose_at(int i) {
 }
 
 /// What a scan at `truth` measures.
-PoseMeasurement measured(const Eigen::Isometry3d& truth, std::mt19937_64& rng, double factor = 1) {
+alignment::PoseMeasurement measured(const Eigen::Isometry3d& truth, std::mt19937_64& rng, double factor = 1) {
   std::normal_distribution<double> gauss(0, factor);
   Twist error;
   for (int i = 0; i < 6; ++i) error[i] = gauss(rng) * (i < 3 ? noise_rad : noise_m);
-  PoseMeasurement measurement;
-  measurement.T_map_sensor = octosurf::moved(truth, error);
+  alignment::PoseMeasurement measurement;
+  measurement.T_map_sensor = octosurf::alignment::moved(truth, error);
   measurement.directions = TwistCovariance::Identity();
   measurement.motions = TwistCovariance::Identity();
   measurement.least_m = least_m;
@@ -42,10 +42,10 @@ double error_m(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
 
 TEST(DriftFilter, ExactPosesStayBitForBit) {
   auto rng = test::rng();
-  AlignmentState state;
+  surfaces::AlignmentState state;
   for (int i = 0; i < 300; ++i) {
-    DriftFilter filter(state);
-    const PoseMeasurement m = measured(pose_at(i), rng);
+    alignment::DriftFilter filter(state);
+    const alignment::PoseMeasurement m = measured(pose_at(i), rng);
     ASSERT_EQ(filter.update(pose_at(i), &m).matrix(), pose_at(i).matrix()) << "scan " << i;
     ASSERT_FALSE(filter.drifts());
   }
@@ -53,21 +53,21 @@ TEST(DriftFilter, ExactPosesStayBitForBit) {
 
 TEST(DriftFilter, MeasurementsThatAreWorseThanTheySayDoNotCount) {
   auto rng = test::rng();
-  AlignmentState state;
+  surfaces::AlignmentState state;
   for (int i = 0; i < 300; ++i) {
-    const PoseMeasurement m = measured(pose_at(i), rng, 3);
-    DriftFilter filter(state);
+    const alignment::PoseMeasurement m = measured(pose_at(i), rng, 3);
+    alignment::DriftFilter filter(state);
     ASSERT_EQ(filter.update(pose_at(i), &m).matrix(), pose_at(i).matrix()) << "scan " << i;
   }
-  EXPECT_GT(DriftFilter(state).factor(), 1);
+  EXPECT_GT(alignment::DriftFilter(state).factor(), 1);
 }
 
 TEST(DriftFilter, AnErrorThatAllScansShareIsNoDrift) {
   // A robot that stands still sees the same surfaces again and again, and their errors: each measurement says
   // the same, off by what one of them may be off.
-  AlignmentState state;
+  surfaces::AlignmentState state;
   const Eigen::Isometry3d T = pose_at(0);
-  PoseMeasurement m;
+  alignment::PoseMeasurement m;
   m.directions = TwistCovariance::Identity();
   m.motions = TwistCovariance::Identity();
   m.least_m = least_m;
@@ -76,29 +76,29 @@ TEST(DriftFilter, AnErrorThatAllScansShareIsNoDrift) {
       Eigen::Vector3d::Constant(4 * noise_m * noise_m);
   Twist error = Twist::Zero();
   error[5] = 3 * noise_m;  // 1.5 standard deviations, more than least_m
-  m.T_map_sensor = octosurf::moved(T, error);
+  m.T_map_sensor = octosurf::alignment::moved(T, error);
   for (int i = 0; i < 300; ++i) {
-    DriftFilter filter(state);
+    alignment::DriftFilter filter(state);
     ASSERT_EQ(filter.update(T, &m).matrix(), T.matrix()) << "scan " << i;
   }
 }
 
 TEST(DriftFilter, FollowsADriftAndSaysHowWell) {
   auto rng = test::rng();
-  AlignmentState state;
+  surfaces::AlignmentState state;
   double worst = 0, given = 0;
   for (int i = 0; i < 200; ++i) {
     // Half a millimetre a scan in one direction, and a turn about the vertical: of odometry.
     const Eigen::Isometry3d drift =
         Eigen::Translation3d(0.0005 * i, 0, 0) * Eigen::AngleAxisd(0.0001 * i, Eigen::Vector3d::UnitZ());
     const Eigen::Isometry3d T_given = drift * pose_at(i);
-    const PoseMeasurement m = measured(pose_at(i), rng);
-    const Eigen::Isometry3d used = DriftFilter(state).update(T_given, &m);
+    const alignment::PoseMeasurement m = measured(pose_at(i), rng);
+    const Eigen::Isometry3d used = alignment::DriftFilter(state).update(T_given, &m);
     if (i < 100) continue;
     worst = std::max(worst, error_m(used, pose_at(i)));
     given = std::max(given, error_m(T_given, pose_at(i)));
   }
-  EXPECT_TRUE(DriftFilter(state).drifts());
+  EXPECT_TRUE(alignment::DriftFilter(state).drifts());
   EXPECT_GT(given, 0.09);
   // A measurement is off by 1.7 mm (three directions of 1 mm); following half a millimetre a scan costs some
   // lag.
@@ -107,13 +107,13 @@ TEST(DriftFilter, FollowsADriftAndSaysHowWell) {
 
 TEST(DriftFilter, ADirectionThatNothingMeasuresStaysAsGiven) {
   auto rng = test::rng();
-  AlignmentState state;
+  surfaces::AlignmentState state;
   for (int i = 0; i < 150; ++i) {
     Eigen::Isometry3d truth = Eigen::Isometry3d::Identity();
     truth.translation() << 0.2 * i, 0, 1;
     const Eigen::Isometry3d T_given =
         Eigen::Translation3d(0.002 * i, 0.0008 * i, 0) * truth;  // along and across
-    PoseMeasurement m = measured(truth, rng);
+    alignment::PoseMeasurement m = measured(truth, rng);
     const Eigen::Matrix<double, 5, 6> without_x =
         (Eigen::Matrix<double, 5, 6>() << TwistCovariance::Identity().topRows<3>(),
          TwistCovariance::Identity().bottomRows<2>())
@@ -121,7 +121,7 @@ TEST(DriftFilter, ADirectionThatNothingMeasuresStaysAsGiven) {
     m.directions = without_x;
     m.motions = without_x.transpose();
     m.variances = (without_x * m.variances).eval();
-    const Eigen::Isometry3d used = DriftFilter(state).update(T_given, &m);
+    const Eigen::Isometry3d used = alignment::DriftFilter(state).update(T_given, &m);
     if (i < 60) continue;
     // Half a voxel of 2 cm, of the 12 cm that it would come to: the sensor's own bias might explain as much.
     EXPECT_LT(std::fabs(used.translation().y() - truth.translation().y()), 0.01);
@@ -131,24 +131,24 @@ TEST(DriftFilter, ADirectionThatNothingMeasuresStaysAsGiven) {
 
 TEST(DriftFilter, AJumpThatStaysIsTakenOver) {
   auto rng = test::rng();
-  AlignmentState state;
+  surfaces::AlignmentState state;
   const Eigen::Isometry3d slip(Eigen::Translation3d(0.2, -0.1, 0));
   for (int i = 0; i < 50; ++i) {
-    const PoseMeasurement m = measured(pose_at(i), rng);
-    DriftFilter(state).update(pose_at(i), &m);
+    const alignment::PoseMeasurement m = measured(pose_at(i), rng);
+    alignment::DriftFilter(state).update(pose_at(i), &m);
   }
-  DriftFilter(state).jump(slip.inverse());
+  alignment::DriftFilter(state).jump(slip.inverse());
   const Eigen::Isometry3d T_given = slip * pose_at(50);
-  EXPECT_LT(error_m(DriftFilter(state).expected(T_given), pose_at(50)), 1e-9);
+  EXPECT_LT(error_m(alignment::DriftFilter(state).expected(T_given), pose_at(50)), 1e-9);
 }
 
 TEST(DriftFilter, OneWildMeasurementMovesLittle) {
   auto rng = test::rng();
-  AlignmentState state;
+  surfaces::AlignmentState state;
   for (int i = 0; i < 100; ++i) {
-    PoseMeasurement m = measured(pose_at(i), rng);
-    if (i == 50) m.T_map_sensor = octosurf::moved(m.T_map_sensor, any_twist(rng, 0.05, 0.01));
-    const Eigen::Isometry3d used = DriftFilter(state).update(pose_at(i), &m);
+    alignment::PoseMeasurement m = measured(pose_at(i), rng);
+    if (i == 50) m.T_map_sensor = octosurf::alignment::moved(m.T_map_sensor, any_twist(rng, 0.05, 0.01));
+    const Eigen::Isometry3d used = alignment::DriftFilter(state).update(pose_at(i), &m);
     EXPECT_LT(error_m(used, pose_at(i)), 0.005) << i;
   }
 }

@@ -27,9 +27,10 @@ TEST(Localizer, FindsScansFromGuessesFarOff) {
   for (int i = 0; i < scans; ++i) {
     const Eigen::Isometry3d truth = look_at({0.8 + 0.06 * i, 1.0, 1.5}, {2.0, 4.2, 0.7});
     Scan scan = camera_scan(room, truth, rng, wide);
-    scan.T_map_sensor = octosurf::moved(truth, any_twist(rng, 0.3 * share(rng), 5 * degree * share(rng)));
+    scan.T_map_sensor =
+        octosurf::alignment::moved(truth, any_twist(rng, 0.3 * share(rng), 5 * degree * share(rng)));
     const Alignment alignment = localizer(scan);
-    const Twist error = twist_between(truth, alignment.T_map_sensor);
+    const Twist error = alignment::twist_between(truth, alignment.T_map_sensor);
     const bool right = error.tail<3>().norm() < 0.005 && error.head<3>().norm() < 0.1 * degree;
     found += right;
     EXPECT_TRUE(right || alignment.outcome == AlignmentOutcome::unexplained)
@@ -46,7 +47,7 @@ TEST(Localizer, AgreesWithASingleCall) {
   for (int i = 0; i < 3; ++i) {
     const Eigen::Isometry3d truth = look_at({1.2, 1.0 + 0.2 * i, 1.5}, {2.0, 4.2, 0.7});
     Scan scan = camera_scan(room, truth, rng, wide);
-    scan.T_map_sensor = octosurf::moved(truth, any_twist(rng, 0.1, 2 * degree));
+    scan.T_map_sensor = octosurf::alignment::moved(truth, any_twist(rng, 0.1, 2 * degree));
     EXPECT_EQ(localizer(scan).T_map_sensor.matrix(), align(map, scan).T_map_sensor.matrix());
   }
 }
@@ -63,7 +64,7 @@ TEST(Localizer, SaysSoWhereOtherPosesFitAsWell) {
   Scan scan = camera_scan(ribs, truth, rng, wide);
   Twist off = Twist::Zero();
   off[3] = 0.1;  // half-way between two ribs
-  scan.T_map_sensor = octosurf::moved(truth, off);
+  scan.T_map_sensor = octosurf::alignment::moved(truth, off);
   const Alignment alignment = align(map, scan);
   EXPECT_NE(alignment.outcome, AlignmentOutcome::corrected);
   EXPECT_EQ(alignment.T_map_sensor.matrix(), scan.T_map_sensor.matrix());
@@ -79,11 +80,11 @@ TEST(Localizer, LeavesWhatNothingFixes) {
   Scan scan = camera_scan(corridor, truth, rng, wide);
   Twist off = Twist::Zero();
   off.tail<3>() << 0.25, 0.12, -0.08;
-  scan.T_map_sensor = octosurf::moved(truth, off);
+  scan.T_map_sensor = octosurf::alignment::moved(truth, off);
   const Alignment alignment = align(map, scan);
   ASSERT_EQ(alignment.outcome, AlignmentOutcome::corrected);
   EXPECT_EQ(alignment.determined, 5);
-  const Twist left = twist_between(truth, alignment.T_map_sensor);
+  const Twist left = alignment::twist_between(truth, alignment.T_map_sensor);
   EXPECT_NEAR(left[3], off[3], 0.003) << "along the corridor";
   EXPECT_NEAR(left[4], 0, 0.003);
   EXPECT_NEAR(left[5], 0, 0.003);

@@ -31,13 +31,13 @@ OffsetVariances after_slide(double slid_m) {
       if (again) scan.T_map_sensor.translation().z() += slid_m;
       mapper.insert(scan);
     }
-  const MapState& state = mapper.map().state();
+  const surfaces::MapState& state = mapper.map().state();
   const auto snapshot = mapper.snapshot();
   EXPECT_EQ(snapshot->surfaces.size(), 1U);
-  const GrowingMap growing{state.surfaces, state.noise};
-  NearSurfaces near;
+  const alignment::GrowingMap growing{state.surfaces, state.noise};
+  alignment::NearSurfaces near;
   const Eigen::AlignedBox3d everywhere(Eigen::Vector3d::Constant(-9), Eigen::Vector3d::Constant(9));
-  const AlignedSurface& table = *near.in(*snapshot, everywhere, &growing).at(0);
+  const alignment::AlignedSurface& table = *near.in(*snapshot, everywhere, &growing).at(0);
   return {snapshot->surfaces.at(0)->covariance(2, 2), (table.covariance - table.by_rim)(2, 2)};
 }
 
@@ -56,9 +56,9 @@ TEST(NearSurfaces, AFinishedMapIsAsSureAsItSays) {
   Scene scene;
   scene.rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
   const auto map = map_of_rectangles(scene, {0, 0, 1});
-  NearSurfaces near;
+  alignment::NearSurfaces near;
   const Eigen::AlignedBox3d everywhere(Eigen::Vector3d::Constant(-9), Eigen::Vector3d::Constant(9));
-  const AlignedSurface& floor = *near.in(*map, everywhere).at(0);
+  const alignment::AlignedSurface& floor = *near.in(*map, everywhere).at(0);
   EXPECT_EQ(floor.covariance, map->surfaces.at(0)->covariance + floor.by_rim);
 }
 

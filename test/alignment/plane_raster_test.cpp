@@ -53,7 +53,7 @@ TEST(PlaneRaster, CoversCellsWhoseNeighboursAreInside) {
     const std::vector<Polygon> polygons{
         {star(rng, centre, 1.2, 3.1, 23, false), {star(rng, centre, 0.2, 0.9, 11, true)}},
         {star(rng, centre + Eigen::Vector2d(5, 5), 0.1, 1, 7, false), {}}};
-    const PlaneRaster raster(polygons, edge, everywhere);
+    const alignment::PlaneRaster raster(polygons, edge, everywhere);
     Eigen::Vector2d low = centre.array() + 1e9, high = centre.array() - 1e9;
     for (const Polygon& polygon : polygons)
       for (const Eigen::Vector2d& vertex : polygon.outer)
@@ -81,7 +81,7 @@ TEST(PlaneRaster, OfAWindowCoversTheSameThere) {
         {star(rng, {0.3, 0.2}, 1.2, 3.1, 23, false), {star(rng, {0.3, 0.2}, 0.2, 0.9, 11, true)}}};
     const Eigen::Vector2d low(place(rng), place(rng));
     const Eigen::AlignedBox2d window(low, low + Eigen::Vector2d(size(rng), size(rng)));
-    const PlaneRaster whole(polygons, edge, everywhere), part(polygons, edge, window);
+    const alignment::PlaneRaster whole(polygons, edge, everywhere), part(polygons, edge, window);
     EXPECT_TRUE(part.holds(window));
     EXPECT_TRUE(whole.holds(everywhere));
     for (int i = 0; i < 1000; ++i) {
@@ -96,8 +96,8 @@ TEST(PlaneRaster, OfAWindowCoversTheSameThere) {
       ASSERT_EQ(part.near(anywhere, 0.1), whole.near(anywhere, 0.1));
     }
   }
-  const PlaneRaster part({{{{0, 0}, {9, 0}, {9, 9}, {0, 9}}, {}}}, edge,
-                         {Eigen::Vector2d(2, 2), Eigen::Vector2d(4, 4)});
+  const alignment::PlaneRaster part({{{{0, 0}, {9, 0}, {9, 9}, {0, 9}}, {}}}, edge,
+                                    {Eigen::Vector2d(2, 2), Eigen::Vector2d(4, 4)});
   EXPECT_TRUE(part.holds({Eigen::Vector2d(3, 3), Eigen::Vector2d(4, 4)}));
   EXPECT_FALSE(part.holds({Eigen::Vector2d(3, 3), Eigen::Vector2d(4, 5)}));
   EXPECT_FALSE(part.holds(everywhere));
@@ -105,15 +105,15 @@ TEST(PlaneRaster, OfAWindowCoversTheSameThere) {
 }
 
 TEST(PlaneRaster, OfNothingCoversNothing) {
-  const PlaneRaster raster({}, 0.04, everywhere);
+  const alignment::PlaneRaster raster({}, 0.04, everywhere);
   EXPECT_FALSE(raster.covers(0, 0));
-  const PlaneRaster sliver({{{{0, 0}, {1, 0}, {1, 0.01}}, {}}}, 0.04, everywhere);
+  const alignment::PlaneRaster sliver({{{{0, 0}, {1, 0}, {1, 0.01}}, {}}}, 0.04, everywhere);
   EXPECT_FALSE(sliver.covers(0.9, 0.005));
 }
 
 TEST(PlaneRaster, HugePlanesGetCoarserCells) {
   const double side = 3e4;
-  const PlaneRaster raster({{{{0, 0}, {side, 0}, {side, side}, {0, side}}, {}}}, 0.02, everywhere);
+  const alignment::PlaneRaster raster({{{{0, 0}, {side, 0}, {side, side}, {0, side}}, {}}}, 0.02, everywhere);
   EXPECT_TRUE(raster.covers(side / 2, side / 2));
   EXPECT_FALSE(raster.covers(-1, side / 2));
 }

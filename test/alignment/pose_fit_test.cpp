@@ -14,18 +14,18 @@ namespace {
 constexpr double degree = std::numbers::pi / 180;
 
 struct Aligned {
-  PoseFit fit;
-  Determined determined;
+  alignment::PoseFit fit;
+  alignment::Determined determined;
 };
 
 /// The fine step from `start` for a scan that was taken at its own pose.
 Aligned fine(const std::shared_ptr<const Snapshot>& map, const Scan& scan, const Eigen::Isometry3d& start) {
-  NearSurfaces near;
-  NoiseModel noise{Parameters()};
+  alignment::NearSurfaces near;
+  sensing::NoiseModel noise{Parameters()};
   noise.observe(scan);
-  const PoseSearch search(*map, near, scan, noise, {0, 10}, start, {});
-  Aligned aligned{search.fine(start, uncertainty(1 * degree, 0.03)), {}};
-  aligned.determined = determined_by(aligned.fit, map->resolution);
+  const alignment::PoseSearch search(*map, near, scan, noise, {0, 10}, start, {});
+  Aligned aligned{search.fine(start, alignment::uncertainty(1 * degree, 0.03)), {}};
+  aligned.determined = alignment::determined_by(aligned.fit, map->resolution);
   return aligned;
 }
 
@@ -37,10 +37,10 @@ TEST(PoseFit, FindsASmallDisplacement) {
     const Eigen::Isometry3d truth = look_at({1.2, 1.0 + 0.1 * i, 1.4}, {2.2, 4.5, 0.6});
     const Scan scan =
         camera_scan(room, truth, rng, {.width = 240, .height = 180, .focal = 200, .noise = 0.003});
-    const Eigen::Isometry3d start = octosurf::moved(truth, any_twist(rng, 0.02, 0.5 * degree));
+    const Eigen::Isometry3d start = octosurf::alignment::moved(truth, any_twist(rng, 0.02, 0.5 * degree));
     const Aligned aligned = fine(map, scan, start);
     ASSERT_EQ(aligned.determined.count, 6);
-    const Twist error = twist_between(truth, aligned.fit.T_map_sensor);
+    const Twist error = alignment::twist_between(truth, aligned.fit.T_map_sensor);
     // 3 mm a reading, 3,000 samples of up to 8: 0.02 mm if nothing were in common; six directions that three
     // walls fix unevenly, and what readings of a surface have in common (FitErrors) leave a millimetre.
     EXPECT_LT(error.tail<3>().norm(), 1.5e-3) << i;
@@ -62,8 +62,9 @@ TEST(PoseFit, ErrorsAreAsItsCovarianceSays) {
     const Eigen::Isometry3d truth = look_at(eye, {2 + 1.5 * std::cos(turn), 3.2, 0.5});
     const Scan scan =
         camera_scan(room, truth, rng, {.width = 240, .height = 180, .focal = 150, .noise = 0.01});
-    const Aligned aligned = fine(map, scan, octosurf::moved(truth, any_twist(rng, 0.01, 0.2 * degree)));
-    const Twist error = twist_between(truth, aligned.fit.T_map_sensor);
+    const Aligned aligned =
+        fine(map, scan, octosurf::alignment::moved(truth, any_twist(rng, 0.01, 0.2 * degree)));
+    const Twist error = alignment::twist_between(truth, aligned.fit.T_map_sensor);
     squared += error.dot(aligned.fit.information * error);
   }
   // The map is exact here, and readings have nothing in common, although alignment allows for both: so errors
@@ -84,11 +85,11 @@ TEST(PoseFit, ABareFloorLeavesThreeDirections) {
   off[2] = 0.3 * degree;  // about the vertical
   off[3] = 0.015;         // along
   off[5] = 0.012;         // up
-  const Aligned aligned = fine(map, scan, octosurf::moved(truth, off));
+  const Aligned aligned = fine(map, scan, octosurf::alignment::moved(truth, off));
   EXPECT_EQ(aligned.determined.count, 3);
-  const Eigen::Isometry3d pose =
-      without_undetermined(octosurf::moved(truth, off), aligned.fit, aligned.determined);
-  const Twist left = twist_between(truth, pose);
+  const Eigen::Isometry3d pose = alignment::without_undetermined(octosurf::alignment::moved(truth, off),
+                                                                 aligned.fit, aligned.determined);
+  const Twist left = alignment::twist_between(truth, pose);
   // What a scan's readings are taken to have in common, 0.3 mm and 0.3 mrad at 2.5 m, three times.
   EXPECT_NEAR(left[5], 0, 2.5e-3);
   EXPECT_NEAR(left[3], off[3], 1e-3) << "nothing fixes it along the floor";
@@ -103,8 +104,9 @@ TEST(PoseFit, SomebodyWhoWalksByDoesNotDragIt) {
   const auto map = map_of_rectangles(room, middle_of_room);
   const Eigen::Isometry3d truth = look_at({1.2, 1.0, 1.4}, {2.2, 4.5, 0.6});
   const Scan scan = camera_scan(with_person, truth, rng);
-  const Aligned aligned = fine(map, scan, octosurf::moved(truth, any_twist(rng, 0.01, 0.2 * degree)));
-  const Twist error = twist_between(truth, aligned.fit.T_map_sensor);
+  const Aligned aligned =
+      fine(map, scan, octosurf::alignment::moved(truth, any_twist(rng, 0.01, 0.2 * degree)));
+  const Twist error = alignment::twist_between(truth, aligned.fit.T_map_sensor);
   EXPECT_LT(error.tail<3>().norm(), 2e-3);
   EXPECT_LT(error.head<3>().norm(), 0.06 * degree);
 }
@@ -112,9 +114,10 @@ TEST(PoseFit, SomebodyWhoWalksByDoesNotDragIt) {
 TEST(PoseFit, TwistsAndPosesAreInverse) {
   auto rng = test::rng();
   for (int i = 0; i < 100; ++i) {
-    const Eigen::Isometry3d from = octosurf::moved(Eigen::Isometry3d::Identity(), any_twist(rng, 5, 3));
+    const Eigen::Isometry3d from =
+        octosurf::alignment::moved(Eigen::Isometry3d::Identity(), any_twist(rng, 5, 3));
     const Twist twist = any_twist(rng, 1, 2);
-    EXPECT_LT((twist_between(from, octosurf::moved(from, twist)) - twist).norm(), 1e-9);
+    EXPECT_LT((alignment::twist_between(from, octosurf::alignment::moved(from, twist)) - twist).norm(), 1e-9);
   }
 }
 

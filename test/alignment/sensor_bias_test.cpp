@@ -19,7 +19,7 @@ constexpr double degree = std::numbers::pi / 180;
 Eigen::Isometry3d rotated(const Eigen::Isometry3d& pose, const Eigen::Vector3d& rotation) {
   Twist twist = Twist::Zero();
   twist.head<3>() = pose.linear() * rotation;
-  return octosurf::moved(pose, twist);
+  return octosurf::alignment::moved(pose, twist);
 }
 
 struct Bias {
@@ -47,15 +47,15 @@ Alignment measured(const Eigen::Isometry3d& T_given, const Bias& bias, std::mt19
   std::normal_distribution<double> noise(0, sigma);
   Twist error;
   for (double& e : error) e = noise(rng);
-  alignment.T_map_sensor = octosurf::moved(first * scaled, error);
-  alignment.disagreement = twist_between(T_given, alignment.T_map_sensor);
+  alignment.T_map_sensor = octosurf::alignment::moved(first * scaled, error);
+  alignment.disagreement = alignment::twist_between(T_given, alignment.T_map_sensor);
   return alignment;
 }
 
 TEST(SensorBias, IsFoundInCorrectionsThatTurnWithTheSensor) {
   auto rng = test::rng();
   const Bias bias{Eigen::Vector3d(0.8, -0.4, 0.5) * degree, 0.015};
-  SensorBiasEstimator estimator;
+  alignment::SensorBiasEstimator estimator;
   for (int i = 0; i < 60; ++i)
     estimator.add(on_a_circle(i), measured(on_a_circle(i), bias, rng), i < 1 ? 1 : 0);
   EXPECT_EQ(estimator.views(), 60U);
@@ -73,7 +73,7 @@ TEST(SensorBias, IsFoundInCorrectionsThatTurnWithTheSensor) {
 
 TEST(SensorBias, ATiltAboutTheOnlyAxisTurnedAboutStaysUnknown) {
   auto rng = test::rng();
-  SensorBiasEstimator estimator;
+  alignment::SensorBiasEstimator estimator;
   for (int i = 0; i < 60; ++i) {  // about its own z, on the spot
     Eigen::Isometry3d given = Eigen::Isometry3d::Identity();
     given.rotate(Eigen::AngleAxisd(0.3 * i, Eigen::Vector3d::UnitZ()));
@@ -91,7 +91,7 @@ TEST(SensorBias, ATiltAboutTheOnlyAxisTurnedAboutStaysUnknown) {
 
 TEST(SensorBias, AsksForEnoughViews) {
   auto rng = test::rng();
-  SensorBiasEstimator estimator;
+  alignment::SensorBiasEstimator estimator;
   EXPECT_FALSE(estimator.estimate().has_value());
   // Standing still shows nothing else.
   for (int i = 0; i < 100; ++i) estimator.add(on_a_circle(0), measured(on_a_circle(0), {}, rng), 0);
@@ -100,12 +100,12 @@ TEST(SensorBias, AsksForEnoughViews) {
 }
 
 /// What a mapper's reports of two laps about the room come to.
-SensorBias of_a_walk(const Bias& bias) {
+alignment::SensorBias of_a_walk(const Bias& bias) {
   auto rng = test::rng();
   Parameters parameters;
   parameters.occupancy.resolution = 0.04;
   Mapper mapper(parameters);
-  SensorBiasEstimator estimator;
+  alignment::SensorBiasEstimator estimator;
   const int lap = 48;
   for (int i = 0; i < 2 * lap; ++i) {
     const double turn = 2 * std::numbers::pi * i / lap;
@@ -121,11 +121,11 @@ SensorBias of_a_walk(const Bias& bias) {
         scan.T_map_sensor, report.alignment,
         static_cast<double>(report.appeared) / static_cast<double>(std::max<std::size_t>(1, report.voxels)));
   }
-  return estimator.estimate().value_or(SensorBias{});
+  return estimator.estimate().value_or(alignment::SensorBias{});
 }
 
 TEST(SensorBias, OfAWalkWithoutOneIsNone) {
-  const SensorBias found = of_a_walk({});
+  const alignment::SensorBias found = of_a_walk({});
   EXPECT_LT(found.tilt_rad.norm(), 0.1 * degree);
   EXPECT_LT(std::fabs(found.range_scale), 0.002);
   EXPECT_GT(found.covariance.trace(), 0);
@@ -133,7 +133,7 @@ TEST(SensorBias, OfAWalkWithoutOneIsNone) {
 
 TEST(SensorBias, OfAWalkWithATiltIsThatTiltOrLess) {
   // About the camera's x: it looks down by a degree more than its poses say.
-  const SensorBias found = of_a_walk({Eigen::Vector3d(1, 0, 0) * degree, 0});
+  const alignment::SensorBias found = of_a_walk({Eigen::Vector3d(1, 0, 0) * degree, 0});
   EXPECT_GT(found.tilt_rad.x(), 0.5 * degree);
   EXPECT_LT(found.tilt_rad.x(), 1.2 * degree);
   EXPECT_LT(found.tilt_rad.tail<2>().norm(), 0.3 * degree);

@@ -29,13 +29,13 @@ class Remap : public CommandTest {
 
   std::vector<Eigen::Isometry3d> poses(const std::string& file) const {
     std::vector<Eigen::Isometry3d> all;
-    for (const FilePose& pose : read_poses(folder / file).poses) all.push_back(pose.T);
+    for (const io::FilePose& pose : io::read_poses(folder / file).poses) all.push_back(pose.T);
     return all;
   }
   void write_poses(const std::string& file, const std::vector<Eigen::Isometry3d>& all) const {
     std::string lines;
     for (std::size_t i = 0; i < all.size(); ++i)
-      lines += tum_line(static_cast<double>(i) / 30, all[i]) + "\n";
+      lines += io::tum_line(static_cast<double>(i) / 30, all[i]) + "\n";
     write(file, lines);
   }
   std::size_t files_in(const std::string& archive) const {
@@ -75,7 +75,7 @@ class Remap : public CommandTest {
         image += {static_cast<char>(depth_mm >> 8), static_cast<char>(depth_mm & 0xff)};
       }
       write(name + "/" + std::to_string(i) + ".pgm", image);
-      lines += tum_line(static_cast<double>(i) / 30, T) + "\n";
+      lines += io::tum_line(static_cast<double>(i) / 30, T) + "\n";
     }
     write(name + "/poses.txt", lines);
     write(name + "/intrinsics.txt", "130 130 79.5 59.5\n");
@@ -172,7 +172,7 @@ TEST_F(Remap, WrittenPosesAreThoseOfTheScans) {
   ASSERT_EQ(used.size(), given.size());
   for (std::size_t i = 0; i < used.size(); ++i)
     EXPECT_LT((used[i].matrix() - given[i].matrix()).norm(), 1e-12);
-  EXPECT_NEAR(read_poses(folder / "p.txt").poses[5].stamp_s.value(), 5 / 30.0, 1e-12);
+  EXPECT_NEAR(io::read_poses(folder / "p.txt").poses[5].stamp_s.value(), 5 / 30.0, 1e-12);
   EXPECT_THAT(error_of("map floor -o n --write-poses p.txt", 2), HasSubstr("p.txt: exists already"));
   EXPECT_THAT(error_of("map floor -o n --write-poses floor/poses.txt --force", 2),
               HasSubstr("--write-poses"));

@@ -3,6 +3,8 @@
 - A room of src/, and apps/, includes headers of its own, public ones, and those of the rooms behind its arrows.
 - The arrows have no cycle, and neither have the headers.
 - No header of src/ is called like a public one.
+- What a header of a room declares stands in the room's namespace, octosurf::room, or in that of a folder of the room;
+  elsewhere it only names beforehand what is declared there.
 - Public headers (but for adapters/) include one another, Eigen and the standard library.
 """
 
@@ -91,6 +93,19 @@ def like_public_ones(root):
             yield f"{file.relative_to(root)} is called like a public header"
 
 
+NAMESPACE = re.compile(r"^namespace (octosurf[\w:]*) \{\n(.*?)^\}", re.MULTILINE | re.DOTALL)
+FORWARD_DECLARATIONS = re.compile(r"((class|struct) \w+;\n|\n)*")
+
+
+def wrong_namespaces(root):
+    for room in sorted(folder for folder in (root / "src").iterdir() if folder.is_dir()):
+        for file in sorted(room.rglob("*.hpp")):
+            own = {f"octosurf::{folder}" for folder in file.relative_to(root / "src").parts[:-1]}
+            for name, body in NAMESPACE.findall(file.read_text()):
+                if name not in own and not FORWARD_DECLARATIONS.fullmatch(body):
+                    yield f"{file.relative_to(root)} declares in {name}, not in octosurf::{room.name}"
+
+
 def heavy_public_headers(root):
     for file in sorted((root / "include" / "octosurf").glob("*.hpp")):
         for include in includes_of(file):
@@ -104,6 +119,7 @@ def problems(root):
     yield from wrong_arrows(root, arrows)
     yield from header_cycles(root)
     yield from like_public_ones(root)
+    yield from wrong_namespaces(root)
     yield from heavy_public_headers(root)
 
 

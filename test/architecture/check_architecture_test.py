@@ -69,6 +69,13 @@ class House(unittest.TestCase):
         self.write("src/top/public3.hpp", "")
         self.assertIn("called like", self.problem())
 
+    def test_a_declaration_in_another_rooms_namespace(self):
+        self.write("src/top/a.hpp", "namespace octosurf {\nstruct Forward;\n}\nnamespace octosurf::top {\nint a();\n}\n")
+        self.write("src/top/steps/b.hpp", "namespace octosurf::steps {\nint b();\n}\n")
+        self.assertEqual(list(check_architecture.problems(self.root)), [])
+        self.write("src/side/a.hpp", "namespace octosurf {\n\nint a();\n\n}\n")
+        self.assertEqual(self.problem(), "src/side/a.hpp declares in octosurf, not in octosurf::side")
+
     def test_a_heavy_public_header(self):
         self.write("include/octosurf/public3.hpp", "#include <CGAL/Point_2.h>\n")
         self.assertIn("CGAL", self.problem())

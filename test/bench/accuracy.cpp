@@ -94,7 +94,7 @@ struct Score {
   std::size_t recordings = 0, faces = 0, correct = 0, over = 0, under = 0, missed = 0, noise = 0;
   double visible_m2 = 0, covered_m2 = 0, layers_m2 = 0, area_m2 = 0, unsafe_m2 = 0;
   double worst_coverage = 1, worst_multiplicity = 0, worst_unsafe = 0;
-  std::array<double, outline_margins.size()> rim_m2{};
+  std::array<double, evaluation::outline_margins.size()> rim_m2{};
   double false_m2 = 0;
   double normal_sum = 0, normal_max = 0, offset_sum = 0;
   std::size_t matched = 0;
@@ -102,7 +102,7 @@ struct Score {
   std::size_t scans = 0;
   double ms = 0;
 
-  void add(const Evaluation& evaluation, std::size_t more_scans, double more_ms) {
+  void add(const evaluation::Evaluation& evaluation, std::size_t more_scans, double more_ms) {
     ++recordings;
     faces += evaluation.faces;
     correct += evaluation.correct;
@@ -201,12 +201,14 @@ Run run_method(const Method& method, const std::vector<Scan>& scans, const Optio
 }
 
 /// What went wrong in one recording: judged faces that are not correct, and the worst surfaces.
-void print_failures(const std::string& title, const Evaluation& evaluation) {
+void print_failures(const std::string& title, const evaluation::Evaluation& evaluation) {
   TextTable faces({title, "verdict", "visible m²", "covered", "layers", "surface", "by surface", "of surface",
                    "normal °", "offset mm"});
   bool any = false;
-  for (const FaceScore& face : evaluation.face_scores) {
-    if (face.verdict == TruthVerdict::correct || face.verdict == TruthVerdict::not_judged) continue;
+  for (const evaluation::FaceScore& face : evaluation.face_scores) {
+    if (face.verdict == evaluation::TruthVerdict::correct ||
+        face.verdict == evaluation::TruthVerdict::not_judged)
+      continue;
     faces.add({face.name, std::string(name_of(face.verdict)), fixed(face.visible_m2, 3),
                fixed(face.covered, 2), fixed(face.multiplicity, 2), std::to_string(face.surface),
                fixed(face.by_surface, 2), fixed(face.of_surface, 2), fixed(face.normal_rad * deg, 2),
@@ -217,7 +219,7 @@ void print_failures(const std::string& title, const Evaluation& evaluation) {
 
   TextTable surfaces({title, "area m²", "unsafe m²", "ghost m²", "on face", "share on it"});
   any = false;
-  for (const SurfaceScore& surface : evaluation.surface_scores) {
+  for (const evaluation::SurfaceScore& surface : evaluation.surface_scores) {
     if (surface.unsafe_m2 < 0.03) continue;
     surfaces.add({"surface " + std::to_string(surface.id), fixed(surface.area_m2, 3),
                   fixed(surface.unsafe_m2, 3), fixed(surface.ghost_m2, 3), std::to_string(surface.face),
@@ -297,7 +299,7 @@ Scores score_all(const Options& options, const std::vector<Method>& methods) {
   Scores scores(methods.size(), std::vector<Score>(options.scenes.size()));
   for (std::size_t s = 0; s < options.scenes.size(); ++s)
     for (const std::uint64_t seed : options.seeds) {
-      SimulationOptions simulation;
+      simulation::SimulationOptions simulation;
       if (is_mesh(options.scenes[s]))
         simulation.mesh = options.scenes[s];
       else
@@ -312,7 +314,7 @@ Scores score_all(const Options& options, const std::vector<Method>& methods) {
       const Recorded simulated = record(simulation);
       for (std::size_t m = 0; m < methods.size(); ++m) {
         const Run run = run_method(methods[m], simulated.scans, options);
-        const Evaluation evaluation = evaluate(run.snapshot, simulated.truth);
+        const evaluation::Evaluation evaluation = evaluation::evaluate(run.snapshot, simulated.truth);
         scores[m][s].add(evaluation, run.scans, run.ms);
         const std::string title =
             name_of_scene(options.scenes[s]) + " " + std::to_string(seed) + " " + methods[m].name;
@@ -381,7 +383,7 @@ void body(Options options) {
       "the worst single recording; \"1 cm\", \"1.5 cm\" and \"false\" are unsafe %% off the true outline by "
       "more than that and than 5 cm; \"all\" are errors over all matched faces.\n%s",
       options.sensor.c_str(), options.resolution, options.noise_scale, options.seeds.size(),
-      EvaluationOptions{}.min_area, table.text().c_str());
+      evaluation::EvaluationOptions{}.min_area, table.text().c_str());
   if (options.terrain) print_markdown(methods, options, scores);
   if (laps_of(options) > 1)
     std::printf("The path is walked %d times; poses drift by %g m and %g° a lap.\n", laps_of(options),

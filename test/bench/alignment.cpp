@@ -41,7 +41,7 @@ Eigen::Isometry3d jumped(const Eigen::Isometry3d& T, std::size_t i) {
   Twist twist;
   twist << 3 / deg * Eigen::Vector3d(std::sin(3 * where), std::cos(5 * where), std::sin(where)).normalized(),
       0.2 * Eigen::Vector3d(std::cos(where), std::sin(where), std::sin(7 * where)).normalized();
-  return moved(T, twist);
+  return alignment::moved(T, twist);
 }
 
 /// A recording's poses, as they came and as they were used, and what was said of them.
@@ -54,21 +54,22 @@ struct Poses {
 
   void add(const Scan& scan, const Eigen::Isometry3d& truth, const ScanReport& report) {
     const Alignment& alignment = report.alignment;
-    const Twist given = twist_between(truth, scan.T_map_sensor);
-    const Twist used = twist_between(truth, alignment.T_map_sensor);
+    const Twist given = alignment::twist_between(truth, scan.T_map_sensor);
+    const Twist used = alignment::twist_between(truth, alignment.T_map_sensor);
     given_mm.push_back(1e3 * given.tail<3>().norm());
     given_deg.push_back(deg * given.head<3>().norm());
     used_mm.push_back(1e3 * used.tail<3>().norm());
     used_deg.push_back(deg * used.head<3>().norm());
     align_ms.push_back(report.stage_ms[static_cast<std::size_t>(Stage::align)]);
     ++outcomes[static_cast<std::size_t>(alignment.outcome)];
-    Twist all = twist_between(scan.T_map_sensor, alignment.T_map_sensor);
+    Twist all = alignment::twist_between(scan.T_map_sensor, alignment.T_map_sensor);
     const double along_determined = alignment.determined_length_m(all);
     all.head<3>() *= alignment.lever_m;
     if (alignment.determined < 6)
       open_mm.push_back(1e3 * std::sqrt(std::max(0.0, all.squaredNorm() - std::pow(along_determined, 2))));
     if (alignment.determined == 0) return;
-    const Twist fit = twist_between(truth, moved(scan.T_map_sensor, alignment.disagreement));
+    const Twist fit =
+        alignment::twist_between(truth, alignment::moved(scan.T_map_sensor, alignment.disagreement));
     Twist in_metres;
     in_metres << Eigen::Vector3d::Constant(alignment.lever_m), Eigen::Vector3d::Ones();
     const Eigen::MatrixXd along =
@@ -86,8 +87,9 @@ struct Poses {
 
 double mean(const std::vector<double>& values) { return sum(values) / static_cast<double>(values.size()); }
 
-std::vector<std::string> row_of(const std::string& name, const Evaluation& e, const std::vector<double>& mm,
-                                const std::vector<double>& degrees, double ms) {
+std::vector<std::string> row_of(const std::string& name, const evaluation::Evaluation& e,
+                                const std::vector<double>& mm, const std::vector<double>& degrees,
+                                double ms) {
   return {name,
           std::to_string(e.correct) + "/" + std::to_string(e.faces),
           std::to_string(e.noise),
@@ -102,7 +104,7 @@ std::vector<std::string> row_of(const std::string& name, const Evaluation& e, co
 }
 
 void run(const Options& options, const std::string& scene, std::uint64_t seed, TextTable& table) {
-  SimulationOptions simulation;
+  simulation::SimulationOptions simulation;
   simulation.scene = scene;
   simulation.sensor = options.sensor;
   simulation.seed = seed;
@@ -111,8 +113,8 @@ void run(const Options& options, const std::string& scene, std::uint64_t seed, T
   simulation.laps = options.laps;
   simulation.frames = options.frames;
   simulation.length = options.length;
-  const Recording recording(simulation);
-  Recording::Visibility visibility = recording.visibility();
+  const simulation::Recording recording(simulation);
+  simulation::Recording::Visibility visibility = recording.visibility();
   Parameters on, off;
   on.occupancy.resolution = off.occupancy.resolution = options.resolution;
   off.alignment.enabled = false;
@@ -120,7 +122,7 @@ void run(const Options& options, const std::string& scene, std::uint64_t seed, T
   Poses poses;
   double with_ms = 0, without_ms = 0;
   for (std::size_t i = 0; i < recording.size(); ++i) {
-    const Readings ideal = recording.ideal(i);
+    const simulation::Readings ideal = recording.ideal(i);
     visibility.add(i, ideal);
     Scan scan = recording.labelled_scan(i, ideal).scan;
     if (options.jump_every > 0 && (i + 1) % options.jump_every == 0)
@@ -131,13 +133,13 @@ void run(const Options& options, const std::string& scene, std::uint64_t seed, T
     poses.add(scan, recording.true_pose(i), report);
     if (options.verbose) poses.print(i);
   }
-  const Truth truth = visibility.truth();
+  const evaluation::Truth truth = visibility.truth();
   const std::string name = scene + " " + std::to_string(seed);
   const auto scans = static_cast<double>(recording.size());
-  table.add(row_of(name + " off", evaluate(*without.snapshot(), truth), poses.given_mm, poses.given_deg,
-                   without_ms / scans));
-  table.add(row_of(name + " auto", evaluate(*with.snapshot(), truth), poses.used_mm, poses.used_deg,
-                   with_ms / scans));
+  table.add(row_of(name + " off", evaluation::evaluate(*without.snapshot(), truth), poses.given_mm,
+                   poses.given_deg, without_ms / scans));
+  table.add(row_of(name + " auto", evaluation::evaluate(*with.snapshot(), truth), poses.used_mm,
+                   poses.used_deg, with_ms / scans));
   std::fprintf(stderr, "%s: alignment %.2f ms a scan, 95 %% within %.2f; squared error per dimension %.2f;",
                name.c_str(), mean(poses.align_ms), percentile(poses.align_ms, 0.95),
                poses.squared / std::max(1, poses.dimensions));
@@ -152,11 +154,11 @@ void run(const Options& options, const std::string& scene, std::uint64_t seed, T
 
 /// Scans of a second recording of the scene, from guesses up to 30 cm and 5° off, in the map of the first.
 void localize(const Options& options, const std::string& scene, std::uint64_t seed, TextTable& table) {
-  SimulationOptions simulation;
+  simulation::SimulationOptions simulation;
   simulation.scene = scene;
   simulation.sensor = options.sensor;
   simulation.seed = seed;
-  const Recording recording(simulation);
+  const simulation::Recording recording(simulation);
   Parameters parameters;
   parameters.occupancy.resolution = options.resolution;
   Mapper mapper(parameters);
@@ -179,10 +181,10 @@ void localize(const Options& options, const std::string& scene, std::uint64_t se
     Twist off;
     off << 5 / deg * std::fabs(uniform(rng)) * direction(), 0.3 * std::fabs(uniform(rng)) * direction();
     const Eigen::Isometry3d truth = scan.T_map_sensor;
-    scan.T_map_sensor = moved(truth, off);
+    scan.T_map_sensor = alignment::moved(truth, off);
     Alignment alignment;
     ms.push_back(time_ms([&] { alignment = localizer(scan); }));
-    const Twist error = twist_between(truth, alignment.T_map_sensor);
+    const Twist error = alignment::twist_between(truth, alignment.T_map_sensor);
     if (alignment.outcome == AlignmentOutcome::corrected && alignment.determined == 6) {
       nees += error.dot(alignment.covariance.inverse() * error);
       dims += 6;

@@ -5,11 +5,11 @@
 
 namespace octosurf::bench {
 
-Ground::Ground(const Truth& truth, double tolerance) : tolerance_(tolerance), cell_(truth.cell) {
-  for (const TrueFace& face : truth.faces) {
+Ground::Ground(const evaluation::Truth& truth, double tolerance) : tolerance_(tolerance), cell_(truth.cell) {
+  for (const evaluation::TrueFace& face : truth.faces) {
     if (face.gone) continue;
-    Face one{&face, PlanarRegion(face.polygons), face.T_map_face.inverse(), {}, {}};
-    for (const CellRun& run : face.visible)
+    Face one{&face, evaluation::PlanarRegion(face.polygons), face.T_map_face.inverse(), {}, {}};
+    for (const evaluation::CellRun& run : face.visible)
       for (int c = 0; c < run.count; ++c) {
         one.cells.push_back({run.column + c, run.row});
         one.seen.insert(key(run.column + c, run.row));

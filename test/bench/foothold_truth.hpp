@@ -21,14 +21,14 @@ inline constexpr double false_from = 0.05;
 class Ground {
  public:
   /// `tolerance`: m off a face's plane at which a surface's point still is on it.
-  Ground(const Truth& truth, double tolerance);
+  Ground(const evaluation::Truth& truth, double tolerance);
 
   /// How far off every face's outline a point of a surface lies; false_from if that far or farther.
   double off(const Eigen::Vector3d& p, const Eigen::Vector3d& normal) const;
 
   /// A contact on a face that slopes little, anywhere that the sensor saw and at any heading.
   struct Place {
-    const TrueFace* face = nullptr;
+    const evaluation::TrueFace* face = nullptr;
     Eigen::Isometry3d T_map_contact;
     bool supported = false, seen = false;  ///< all of `points`
   };
@@ -43,8 +43,8 @@ class Ground {
 
  private:
   struct Face {
-    const TrueFace* truth;
-    PlanarRegion region;
+    const evaluation::TrueFace* truth;
+    evaluation::PlanarRegion region;
     Eigen::Isometry3d T_face_map;
     std::vector<std::pair<int, int>> cells;
     std::unordered_set<std::int64_t> seen;

@@ -61,11 +61,11 @@ std::vector<Foot> all_feet() {
 
 /// Points all over a contact, its outline included, about its reference point.
 std::vector<Eigen::Vector2d> points_of(const ContactShape& shape, double margin) {
-  Ring2 ring = shape.outline.empty() ? around_disc(shape.radius) : shape.outline;
-  if (margin > 0) ring = minkowski_sum(ring, around_disc(margin));
-  const ConvexSides sides(ring);
+  Ring2 ring = shape.outline.empty() ? planning::around_disc(shape.radius) : shape.outline;
+  if (margin > 0) ring = planning::minkowski_sum(ring, planning::around_disc(margin));
+  const planning::ConvexSides sides(ring);
   std::vector<Eigen::Vector2d> points = ring;
-  for_each_on_ring(ring, step, [&points](const Eigen::Vector2d& p) { points.push_back(p); });
+  evaluation::for_each_on_ring(ring, step, [&points](const Eigen::Vector2d& p) { points.push_back(p); });
   for (double x = sides.box().min().x(); x < sides.box().max().x(); x += step)
     for (double y = sides.box().min().y(); y < sides.box().max().y(); y += step)
       if (sides.depth(Eigen::Vector2d(x, y)) > 0) points.emplace_back(x, y);
@@ -113,16 +113,16 @@ struct Tally {
 };
 
 /// A surface as planners without polygons have it: its convex hull.
-ConvexSides hull_of(const Surface& surface) {
+planning::ConvexSides hull_of(const Surface& surface) {
   Ring2 all;
   for (const Polygon& polygon : surface.polygons)
     all.insert(all.end(), polygon.outer.begin(), polygon.outer.end());
-  return ConvexSides(convex_hull(std::move(all)));
+  return planning::ConvexSides(planning::convex_hull(std::move(all)));
 }
 
 struct Walkable {
   const Surface* surface;
-  ConvexSides hull;
+  planning::ConvexSides hull;
 };
 std::vector<Walkable> walkable(const Snapshot& snapshot) {
   std::vector<Walkable> all;
@@ -132,10 +132,10 @@ std::vector<Walkable> walkable(const Snapshot& snapshot) {
   return all;
 }
 
-bool in_hull(const ConvexSides& hull, const Surface& surface, const ContactShape& shape,
+bool in_hull(const planning::ConvexSides& hull, const Surface& surface, const ContactShape& shape,
              const Eigen::Isometry3d& T_map_contact) {
   const Eigen::Isometry3d T = surface.T_map_surface.inverse() * T_map_contact;
-  const Ring2 ring = shape.outline.empty() ? around_disc(shape.radius) : shape.outline;
+  const Ring2 ring = shape.outline.empty() ? planning::around_disc(shape.radius) : shape.outline;
   return std::all_of(ring.begin(), ring.end(), [&](const Eigen::Vector2d& p) {
     return hull.depth(Eigen::Vector2d((T * Eigen::Vector3d(p.x(), p.y(), 0)).head<2>())) >= 0;
   });
@@ -239,10 +239,10 @@ void ask_truth(const Snapshot& snapshot, const std::vector<Walkable>& surfaces, 
 struct Mapped {
   std::shared_ptr<const Snapshot> snapshot;
   OccupancyView octree;
-  Truth truth;
+  evaluation::Truth truth;
 };
 Mapped map_of(const std::string& scene, std::uint64_t seed, const Options& options) {
-  SimulationOptions simulation;
+  simulation::SimulationOptions simulation;
   if (std::filesystem::path(scene).has_extension())
     simulation.mesh = scene;
   else

@@ -25,7 +25,7 @@ struct Options {
   std::vector<std::string> inputs;
   std::vector<double> resolutions{0.02, 0.01, 0};
   std::vector<std::string> only, set;
-  LabelOptions judging;
+  evaluation::LabelOptions judging;
   bool mosd = false, verbose = false;
   std::string json;
 };
@@ -50,15 +50,15 @@ std::vector<std::filesystem::path> inputs_of(const Options& options) {
 }
 
 /// Named within the folder of data, if it lies there: tables look the same wherever that folder is.
-LabelledCloud load(const std::filesystem::path& input) {
-  LabelledCloud cloud = load_labelled_cloud(input);
+evaluation::LabelledCloud load(const std::filesystem::path& input) {
+  evaluation::LabelledCloud cloud = evaluation::load_labelled_cloud(input);
   const std::filesystem::path within = std::filesystem::relative(input, OCTOSURF_DATA_DIR);
   if (!within.empty() && *within.begin() != "..") cloud.name = within.string();
   return cloud;
 }
 
 /// 0 asks for the cloud's own: as wide as neighbouring readings are apart, to the next millimetre.
-double resolution_for(const LabelledCloud& cloud, double asked) {
+double resolution_for(const evaluation::LabelledCloud& cloud, double asked) {
   return asked > 0 ? asked : std::ceil(natural_spacing(cloud) * 1000) / 1000;
 }
 
@@ -100,7 +100,7 @@ std::vector<Segmentation> segment(const VoxelCloud& cloud, const Options& option
 }
 
 std::vector<std::string> row_of(const Segmentation& segmentation) {
-  const LabelEvaluation& e = segmentation.evaluation;
+  const evaluation::LabelEvaluation& e = segmentation.evaluation;
   return {segmentation.method,
           std::to_string(e.correct) + "/" + std::to_string(e.labels),
           std::to_string(e.over_segmented) + "/" + std::to_string(e.under_segmented) + "/" +
@@ -128,7 +128,7 @@ nlohmann::json json_of(const VoxelCloud& cloud, const Segmentation& segmentation
 void planes(const Options& options) {
   nlohmann::json rows = nlohmann::json::array();
   for (const std::filesystem::path& input : inputs_of(options)) {
-    const LabelledCloud cloud = load(input);
+    const evaluation::LabelledCloud cloud = load(input);
     for (const double asked : options.resolutions) {
       const VoxelCloud voxels = group_by_voxel(cloud, resolution_for(cloud, asked), options.judging);
       const std::vector<Segmentation> results = segment(voxels, options);
@@ -154,7 +154,7 @@ void support(const Options& options) {
                    "even: mm", "°", "rms mm", "layers", "holes"});
   for (const double asked : options.resolutions) {
     for (const std::filesystem::path& input : inputs_of(options)) {
-      const LabelledCloud cloud = load(input);
+      const evaluation::LabelledCloud cloud = load(input);
       const VoxelCloud voxels = group_by_voxel(cloud, resolution_for(cloud, asked), options.judging);
       const SupportScore score = score_support(voxels, segment_ours(voxels, ours_for(voxels, options)));
       table.add({input.parent_path().filename().string() + "/" + input.stem().string(),

@@ -97,8 +97,8 @@ std::string holders(const Counts& counts, std::uint32_t label) {
 std::string correct_elsewhere(const std::vector<Segmentation>& segmentations, std::uint32_t label) {
   std::string names;
   for (std::size_t k = 1; k < segmentations.size(); ++k)
-    for (const LabelScore& score : segmentations[k].evaluation.label_scores)
-      if (score.label == label && score.verdict == TruthVerdict::correct)
+    for (const evaluation::LabelScore& score : segmentations[k].evaluation.label_scores)
+      if (score.label == label && score.verdict == evaluation::TruthVerdict::correct)
         names += (names.empty() ? "" : ", ") + segmentations[k].method;
   return names.empty() ? "none" : names;
 }
@@ -111,8 +111,10 @@ std::string failure_table(const VoxelCloud& cloud, const std::vector<Segmentatio
   TextTable table({"label", "verdict", "points", "voxels", "length × width m", "range m", "incidence °",
                    "readings apart mm", "rms mm", "held", "of holder", "normal °", "held by", "correct for"});
   bool any = false;
-  for (const LabelScore& score : ours.evaluation.label_scores) {
-    if (score.verdict == TruthVerdict::correct || score.verdict == TruthVerdict::not_judged) continue;
+  for (const evaluation::LabelScore& score : ours.evaluation.label_scores) {
+    if (score.verdict == evaluation::TruthVerdict::correct ||
+        score.verdict == evaluation::TruthVerdict::not_judged)
+      continue;
     any = true;
     const Patch patch = describe(cloud, score.label);
     table.add({std::to_string(score.label), std::string(name_of(score.verdict)), std::to_string(score.points),

@@ -17,7 +17,7 @@ namespace {
 constexpr double deg = 180 / std::numbers::pi;
 constexpr double out_of_sight = 100;  // m: labelled clouds are rooms
 
-Scan scan_of(const LabelledCloud& cloud) {
+Scan scan_of(const evaluation::LabelledCloud& cloud) {
   Scan scan;
   scan.points = cloud.points;
   scan.name = cloud.name;
@@ -44,7 +44,7 @@ Segmentation from_regions(const VoxelCloud& cloud, const CgalPlanes& planes) {
 
 void judge(const VoxelCloud& cloud, Segmentation& result) {
   result.evaluation =
-      evaluate_labels(*cloud.cloud, cloud.points, result.found, result.snapshot, cloud.judging);
+      evaluation::evaluate_labels(*cloud.cloud, cloud.points, result.found, result.snapshot, cloud.judging);
 }
 
 using FindPlanes = CgalPlanes (*)(const std::vector<Eigen::Vector3f>&, const CgalSettings&);
@@ -88,7 +88,7 @@ std::vector<double> tolerances(const VoxelCloud& cloud) {
 
 }  // namespace
 
-double natural_spacing(const LabelledCloud& cloud) {
+double natural_spacing(const evaluation::LabelledCloud& cloud) {
   std::vector<double> distances;
   for (std::size_t i = 1; i < cloud.points.size(); ++i) {
     const float distance = (cloud.points[i] - cloud.points[i - 1]).norm();
@@ -97,17 +97,18 @@ double natural_spacing(const LabelledCloud& cloud) {
   return percentile(std::move(distances), 0.5);
 }
 
-VoxelCloud group_by_voxel(const LabelledCloud& cloud, double resolution, const LabelOptions& judging) {
+VoxelCloud group_by_voxel(const evaluation::LabelledCloud& cloud, double resolution,
+                          const evaluation::LabelOptions& judging) {
   VoxelCloud result;
   result.cloud = &cloud;
   result.resolution = resolution;
   result.judging = judging;
-  const VoxelGrid grid(resolution);
-  Downsampler downsampler(grid);
-  const VoxelScan voxels = downsampler(scan_of(cloud), 0, out_of_sight);
-  for (const EndVoxel& end : voxels.ends) result.centroids.push_back(end.centroid);
+  const geometry::VoxelGrid grid(resolution);
+  sensing::Downsampler downsampler(grid);
+  const sensing::VoxelScan voxels = downsampler(scan_of(cloud), 0, out_of_sight);
+  for (const sensing::EndVoxel& end : voxels.ends) result.centroids.push_back(end.centroid);
   for (const Eigen::Vector3f& point : cloud.points) {
-    VoxelKey key;
+    geometry::VoxelKey key;
     grid.key_of(point, key);
     result.points.push_back(point.cast<double>());
     result.voxel_of.push_back(static_cast<std::size_t>(downsampler.find(key)));
@@ -183,7 +184,7 @@ std::vector<SurfaceId> by_polygons(const Snapshot& snapshot, const std::vector<E
   std::vector<SurfaceId> found(points.size(), 0);
   std::vector<double> nearest(points.size(), tolerance);
   for (const SurfacePtr& surface : snapshot.surfaces) {
-    const PlanarRegion region(surface->polygons);
+    const evaluation::PlanarRegion region(surface->polygons);
     const Eigen::Isometry3d to_surface = surface->T_map_surface.inverse();
     for (std::size_t i = 0; i < points.size(); ++i) {
       const double distance = std::abs(surface->plane.signed_distance(points[i]));

@@ -15,18 +15,19 @@ namespace octosurf::bench {
 
 /// A labelled cloud as every method gets it: grouped by voxels of edge d, and the centroid of each.
 struct VoxelCloud {
-  const LabelledCloud* cloud = nullptr;
-  LabelOptions judging;                    ///< how segmentations of it are scored
+  const evaluation::LabelledCloud* cloud = nullptr;
+  evaluation::LabelOptions judging;        ///< how segmentations of it are scored
   double resolution = 0;                   ///< d, m
   std::vector<Eigen::Vector3d> points;     ///< the cloud's
   std::vector<Eigen::Vector3f> centroids;  ///< one per voxel
   std::vector<std::size_t> voxel_of;       ///< per point, index into centroids
 };
-VoxelCloud group_by_voxel(const LabelledCloud& cloud, double resolution, const LabelOptions& judging = {});
+VoxelCloud group_by_voxel(const evaluation::LabelledCloud& cloud, double resolution,
+                          const evaluation::LabelOptions& judging = {});
 
 /// Median distance of neighbouring readings: of the points that follow one another in the file (row by
 /// row), those less than 5 % of their range apart.
-double natural_spacing(const LabelledCloud& cloud);
+double natural_spacing(const evaluation::LabelledCloud& cloud);
 
 /// What one method made of a cloud.
 struct Segmentation {
@@ -34,7 +35,7 @@ struct Segmentation {
   Snapshot snapshot;             ///< planes at least
   std::vector<SurfaceId> found;  ///< per point, the surface of its voxel; 0: none
   double ms = 0;
-  LabelEvaluation evaluation;
+  evaluation::LabelEvaluation evaluation;
 };
 
 /// Default parameters at the cloud's resolution, all ranges mapped.

@@ -54,8 +54,8 @@ FittedPlane plane_of_voxels(const VoxelCloud& cloud) {
   return least_squares_plane(cloud.centroids, voxels);
 }
 
-const LabelScore& label_score(const LabelEvaluation& evaluation) {
-  for (const LabelScore& score : evaluation.label_scores)
+const evaluation::LabelScore& label_score(const evaluation::LabelEvaluation& evaluation) {
+  for (const evaluation::LabelScore& score : evaluation.label_scores)
     if (score.label == support) return score;
   throw Error(Error::Kind::data, "labels", "no point belongs to the support", "label 1 is expected");
 }
@@ -63,7 +63,7 @@ const LabelScore& label_score(const LabelEvaluation& evaluation) {
 }  // namespace
 
 SupportScore score_support(const VoxelCloud& cloud, const Segmentation& segmentation) {
-  const LabelScore& label = label_score(segmentation.evaluation);
+  const evaluation::LabelScore& label = label_score(segmentation.evaluation);
   SupportScore score;
   score.surface = label.surface;
   score.rms_m = label.rms_m;
@@ -79,7 +79,7 @@ SupportScore score_support(const VoxelCloud& cloud, const Segmentation& segmenta
   for (const Polygon& polygon : surface->polygons) score.holes += polygon.holes.size();
 
   score.iou_points = iou(cloud, [&](std::size_t i) { return segmentation.found[i] == label.surface; });
-  const PlanarRegion region(surface->polygons);
+  const evaluation::PlanarRegion region(surface->polygons);
   const Eigen::Isometry3d to_surface = surface->T_map_surface.inverse();
   const auto ray_meets = [&](std::size_t i, double margin) {
     const double stretch = surface->plane.offset / surface->plane.normal.dot(cloud.points[i]);

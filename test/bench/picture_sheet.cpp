@@ -139,7 +139,7 @@ Picture sheet_of(const std::vector<Picture>& pictures, int width, int height) {
 
 void write_picture(const Picture& picture, const std::filesystem::path& file) {
   std::ofstream out(file, std::ios::binary);
-  write_png(picture.rgb, picture.width, picture.height, out);
+  io::write_png(picture.rgb, picture.width, picture.height, out);
   if (!out.flush()) throw Error(Error::Kind::output, file.string(), "cannot be written", "check the folder");
 }
 

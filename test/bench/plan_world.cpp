@@ -22,13 +22,13 @@ constexpr SurfaceId first_true_id = 1 << 24;
 
 /// The seen part of a true face, gaps up to the mapper's largest hole closed: nobody can plan over what
 /// nobody saw.
-std::vector<Polygon> seen_part(const TrueFace& face, double cell) {
+std::vector<Polygon> seen_part(const evaluation::TrueFace& face, double cell) {
   using namespace boost::polygon::operators;
   constexpr double unit = 1e-5;    // m
   constexpr int half_hole = 4000;  // units: h / 2
   const auto integer = [](double v) { return static_cast<int>(std::lround(v / unit)); };
   boost::polygon::polygon_90_set_data<int> cells;
-  for (const CellRun& run : face.visible)
+  for (const evaluation::CellRun& run : face.visible)
     cells += boost::polygon::rectangle_data<int>(integer(run.column * cell), integer(run.row * cell),
                                                  integer((run.column + run.count) * cell),
                                                  integer((run.row + 1) * cell));
@@ -73,9 +73,9 @@ std::vector<Polygon> seen_part(const TrueFace& face, double cell) {
   return polygons;
 }
 
-std::shared_ptr<const Snapshot> snapshot_of(const Truth& truth) {
+std::shared_ptr<const Snapshot> snapshot_of(const evaluation::Truth& truth) {
   auto snapshot = std::make_shared<Snapshot>();
-  for (const TrueFace& face : truth.faces) {
+  for (const evaluation::TrueFace& face : truth.faces) {
     if (face.gone || face.visible.empty() || face.plane.normal.z() < level) continue;
     auto surface = std::make_shared<Surface>();
     surface->id = first_true_id + face.id;
@@ -83,8 +83,8 @@ std::shared_ptr<const Snapshot> snapshot_of(const Truth& truth) {
     surface->T_map_surface = face.T_map_face;
     surface->polygons = seen_part(face, truth.cell);
     for (const Polygon& polygon : surface->polygons) {
-      surface->area_m2 += enclosed_area(polygon.outer);
-      for (const Ring2& hole : polygon.holes) surface->area_m2 -= enclosed_area(hole);
+      surface->area_m2 += evaluation::enclosed_area(polygon.outer);
+      for (const Ring2& hole : polygon.holes) surface->area_m2 -= evaluation::enclosed_area(hole);
     }
     if (!surface->polygons.empty()) snapshot->surfaces.push_back(std::move(surface));
   }
@@ -92,7 +92,7 @@ std::shared_ptr<const Snapshot> snapshot_of(const Truth& truth) {
 }
 
 /// Scan i without noise, as it was seen.
-Scan ideal_scan(const Recording& recording, std::size_t i, const Readings& ideal) {
+Scan ideal_scan(const simulation::Recording& recording, std::size_t i, const simulation::Readings& ideal) {
   Scan scan = recording.labelled_scan(i, ideal).scan;
   scan.T_map_sensor = recording.true_pose(i);
   scan.points.clear();
@@ -122,7 +122,7 @@ bool TruePoints::in_box(const footsteps::SwingPose& pose, const Eigen::Vector2d&
 }
 
 World make_world(const std::string& scene, const std::filesystem::path& mesh, std::uint64_t seed) {
-  SimulationOptions simulation;
+  simulation::SimulationOptions simulation;
   simulation.seed = seed;
   if (mesh.empty()) {
     simulation.scene = scene;
@@ -130,13 +130,13 @@ World make_world(const std::string& scene, const std::filesystem::path& mesh, st
     simulation.mesh = mesh;
     simulation.frames = 300;
   }
-  const Recording recording(simulation);
-  Recording::Visibility visibility = recording.visibility();
+  const simulation::Recording recording(simulation);
+  simulation::Recording::Visibility visibility = recording.visibility();
   World world;
   world.name = scene;
   Mapper mapper, true_mapper;
   for (std::size_t i = 0; i < recording.size(); ++i) {
-    const Readings ideal = recording.ideal(i);
+    const simulation::Readings ideal = recording.ideal(i);
     visibility.add(i, ideal);
     mapper.insert(recording.labelled_scan(i, ideal).scan);
     true_mapper.insert(ideal_scan(recording, i, ideal));
@@ -148,16 +148,16 @@ World make_world(const std::string& scene, const std::filesystem::path& mesh, st
   world.mapped = mapper.snapshot();
   world.octree = mapper.map().octree();
   world.true_octree = true_mapper.map().octree();
-  const Truth truth = visibility.truth();
+  const evaluation::Truth truth = visibility.truth();
   world.truth = snapshot_of(truth);
-  for (const TrueFace& face : truth.faces) {
+  for (const evaluation::TrueFace& face : truth.faces) {
     if (face.gone) continue;
-    world.ground.push_back({face.plane, face.T_map_face.inverse(), PlanarRegion(face.polygons)});
+    world.ground.push_back({face.plane, face.T_map_face.inverse(), evaluation::PlanarRegion(face.polygons)});
     world.ground.back().region.for_each_cell(sample_m, [&](const Eigen::Vector2d& uv) {
       world.points.add(face.T_map_face * Eigen::Vector3d(uv.x(), uv.y(), 0));
     });
     if (face.plane.normal.z() < level) continue;
-    for (const CellRun& run : face.visible)
+    for (const evaluation::CellRun& run : face.visible)
       for (int i = 0; i < run.count; i += 5)
         if (run.row % 5 == 0)
           world.candidates.push_back({face.T_map_face * Eigen::Vector3d((run.column + i + 0.5) * truth.cell,

@@ -40,7 +40,7 @@ class TruePoints {
 struct TrueGround {
   Plane plane;
   Eigen::Isometry3d T_face_map;
-  PlanarRegion region;
+  evaluation::PlanarRegion region;
 };
 
 /// A scene, mapped and true.

@@ -112,7 +112,8 @@ Result run(const Options& options, const World& world) {
     result.steps += mapped.steps.size();
     std::size_t off = 0;
     for (const Footstep& step : mapped.steps) {
-      off += !supported(world, step, foot, EvaluationOptions{}.tolerance_at(world.mapped->resolution));
+      off += !supported(world, step, foot,
+                        evaluation::EvaluationOptions{}.tolerance_at(world.mapped->resolution));
       result.off_plane += !supported(world, step, foot, within_m);
     }
     result.unsupported += off;
@@ -142,7 +143,7 @@ std::optional<std::filesystem::path> mesh_of(const std::string& scene) {
 
 void body(const Options& options) {
   TextTable table({"scene", "goals", "found", "truth's", "only map", "only truth", "steps", "soles off",
-                   "touch", "refuted", "refused", "budget", "first ms", "p50", "p95"});
+                   "1 cm", "touch", "refuted", "refused", "budget", "first ms", "p50", "p95"});
   nlohmann::json rows = nlohmann::json::array();
   for (const std::string& scene : options.scenes) {
     const auto mesh = mesh_of(scene);

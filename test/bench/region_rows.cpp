@@ -29,7 +29,7 @@ std::vector<std::string> time_regions(const std::string& name, const Surface& su
       Ring2 ring;
       for (const Eigen::Vector3d& v : piece.vertices)
         ring.emplace_back((surface.T_map_surface.inverse() * v).head<2>());
-      area += area_of(ring);
+      area += planning::area_of(ring);
     }
     if (region.area_m2 > 0) covered.push_back(area / region.area_m2);
     parts += static_cast<double>(region.polygons.size()) / headings;
@@ -70,11 +70,11 @@ Surface hall(std::size_t points) {
   }
   Surface surface;
   surface.resolution = 0.02;
-  for_each_edge(floor, [&](const Eigen::Vector2d& a, const Eigen::Vector2d&) {
+  planning::for_each_edge(floor, [&](const Eigen::Vector2d& a, const Eigen::Vector2d&) {
     surface.boundary.emplace_back(a.x(), a.y(), 0);
   });
   surface.polygons.push_back(std::move(floor));
-  surface.area_m2 = area_of(surface.polygons);
+  surface.area_m2 = planning::area_of(surface.polygons);
   return surface;
 }
 

@@ -80,7 +80,7 @@ struct Errors {
 struct Known {
   std::shared_ptr<const Snapshot> map;
   Normals::Ptr points;
-  NearSurfaces surfaces{};  ///< kept from scan to scan, as while mapping
+  alignment::NearSurfaces surfaces{};  ///< kept from scan to scan, as while mapping
 };
 
 class Contest {
@@ -89,26 +89,26 @@ class Contest {
 
   void add(Known& known, Scan scan, const Eigen::Isometry3d& truth, bool with_pcl, Errors& errors) const {
     const AlignmentReach reach{3 * options_.off_m, 3 * options_.off_deg / deg};
-    const double max_range = default_max_range(scan.sensor);
-    PoseFit fit;
-    NoiseModel noise{Parameters()};
+    const double max_range = sensing::default_max_range(scan.sensor);
+    alignment::PoseFit fit;
+    sensing::NoiseModel noise{Parameters()};
     noise.observe(scan);
     const double ours_ms = time_ms([&] {
-      const PoseSearch search(*known.map, known.surfaces, scan, noise, {0, max_range}, scan.T_map_sensor,
-                              reach);
-      fit = search.fine(scan.T_map_sensor, uncertainty(reach.rotation_rad, options_.resolution));
+      const alignment::PoseSearch search(*known.map, known.surfaces, scan, noise, {0, max_range},
+                                         scan.T_map_sensor, reach);
+      fit = search.fine(scan.T_map_sensor, alignment::uncertainty(reach.rotation_rad, options_.resolution));
     });
-    const Determined determined = determined_by(fit, options_.resolution);
+    const alignment::Determined determined = alignment::determined_by(fit, options_.resolution);
     Alignment alignment;
-    describe(fit, determined, 1, reach, alignment);
+    alignment::describe(fit, determined, 1, reach, alignment);
     if (alignment.determined == 0) return;
     const auto error_mm = [&](const Eigen::Isometry3d& T) {
-      return 1e3 * alignment.determined_length_m(twist_between(truth, T));
+      return 1e3 * alignment.determined_length_m(alignment::twist_between(truth, T));
     };
     errors.ours_ms.push_back(ours_ms);
     errors.given_mm.push_back(error_mm(scan.T_map_sensor));
     errors.ours_mm.push_back(error_mm(fit.T_map_sensor));
-    note_consistency(alignment, twist_between(truth, fit.T_map_sensor), errors);
+    note_consistency(alignment, alignment::twist_between(truth, fit.T_map_sensor), errors);
     if (!with_pcl) return;
     errors.pcl_given_mm.push_back(errors.given_mm.back());
     errors.pcl_ours_mm.push_back(errors.ours_mm.back());
@@ -146,7 +146,8 @@ class Contest {
   const Options& options_;
 };
 
-Known known_from(const Recording& recording, const std::vector<std::size_t>& scans, const Options& options) {
+Known known_from(const simulation::Recording& recording, const std::vector<std::size_t>& scans,
+                 const Options& options) {
   Parameters parameters;
   parameters.occupancy.resolution = options.resolution;
   parameters.alignment.enabled = false;
@@ -155,7 +156,7 @@ Known known_from(const Recording& recording, const std::vector<std::size_t>& sca
   for (const std::size_t i : scans) {
     const Scan scan = recording.scan(i);
     mapper.insert(scan);
-    *all += *cloud_of(scan, scan.T_map_sensor, default_max_range(scan.sensor));
+    *all += *cloud_of(scan, scan.T_map_sensor, sensing::default_max_range(scan.sensor));
   }
   return {mapper.snapshot(), thinned(all, options.resolution)};
 }
@@ -166,11 +167,11 @@ Eigen::Vector3d direction(std::mt19937_64& rng) {
 }
 
 void run(const Options& options, const std::string& scene, std::uint64_t seed, TextTable& table) {
-  SimulationOptions simulation;
+  simulation::SimulationOptions simulation;
   simulation.scene = scene;
   simulation.sensor = options.sensor;
   simulation.seed = seed;
-  const Recording recording(simulation);
+  const simulation::Recording recording(simulation);
   std::mt19937_64 rng(seed);
   const Contest contest(options);
   Errors errors;
@@ -179,7 +180,7 @@ void run(const Options& options, const std::string& scene, std::uint64_t seed, T
     const Eigen::Isometry3d truth = scan.T_map_sensor;
     Twist off;
     off << options.off_deg / deg * direction(rng), options.off_m * direction(rng);
-    scan.T_map_sensor = moved(truth, off);
+    scan.T_map_sensor = alignment::moved(truth, off);
     contest.add(known, scan, truth, i % options.pcl_every == 0, errors);
   };
   if (options.pairs) {

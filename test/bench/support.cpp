@@ -89,12 +89,12 @@ void for_each_scan(const std::filesystem::path& recording, std::size_t every, st
   }
 }
 
-Recorded record(const SimulationOptions& options) {
-  const Recording recording(options);
+Recorded record(const simulation::SimulationOptions& options) {
+  const simulation::Recording recording(options);
   Recorded recorded;
-  Recording::Visibility visibility = recording.visibility();
+  simulation::Recording::Visibility visibility = recording.visibility();
   for (std::size_t i = 0; i < recording.size(); ++i) {
-    const Readings ideal = recording.ideal(i);
+    const simulation::Readings ideal = recording.ideal(i);
     visibility.add(i, ideal);
     recorded.scans.push_back(recording.labelled_scan(i, ideal).scan);
   }

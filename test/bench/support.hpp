@@ -46,10 +46,10 @@ void for_each_scan(const std::filesystem::path& recording, std::size_t every, st
 
 struct Recorded {
   std::vector<Scan> scans;
-  Truth truth;
+  evaluation::Truth truth;
 };
 /// A simulated recording, all in memory.
-Recorded record(const SimulationOptions& options);
+Recorded record(const simulation::SimulationOptions& options);
 
 struct FittedPlane {
   Plane plane;  ///< its normal has either sign

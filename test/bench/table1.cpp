@@ -114,11 +114,11 @@ Numbers measure(const Options& options, const std::string& row, double resolutio
     throw Error(Error::Kind::usage, "--rows " + row, "is unknown", "use simple, complex, real");
   for (std::uint64_t seed = 1; seed <= options.runs; ++seed) {
     LiveRun run(parameters, options.threads);
-    SimulationOptions simulation;
+    simulation::SimulationOptions simulation;
     simulation.scene = row == "simple" ? "room" : "office";
     simulation.sensor = options.sensor;
     simulation.seed = seed;
-    const Recording recording(simulation);
+    const simulation::Recording recording(simulation);
     const std::size_t scans = std::min(options.frames.value_or(recording.size()), recording.size());
     for (std::size_t i = 0; i < scans; ++i) run.insert(recording.scan(i));
     runs.push_back(run.numbers());

@@ -11,8 +11,8 @@ using namespace octosurf_msgs::msg::dds_;
 
 /// Read, and written again to the same bytes: nothing is left over, nothing missing.
 template <class Support>
-typename Support::type read_whole(const std::function<void(MessageWriter&)>& message) {
-  const std::string bytes = cdr_of(message);
+typename Support::type read_whole(const std::function<void(io::MessageWriter&)>& message) {
+  const std::string bytes = io::cdr_of(message);
   const auto read = deserialised<Support>(bytes);
   EXPECT_TRUE(serialised<Support>(read) == bytes);
   return read;
@@ -62,7 +62,7 @@ TEST(DdsMessages, SurfacesAndCylindersHaveAllTheirFields) {
   snapshot.surfaces = {surface()};
   snapshot.cylinders = {std::make_shared<const Cylinder>(pole)};
   const Surfaces_ read = read_whole<Surfaces_PubSubType>(
-      [&](MessageWriter& out) { dds::write_surfaces(out, snapshot, "odom", 1'700'000'000'250'000'000); });
+      [&](io::MessageWriter& out) { dds::write_surfaces(out, snapshot, "odom", 1'700'000'000'250'000'000); });
   EXPECT_EQ(read.header().frame_id(), "odom");
   EXPECT_EQ(read.header().stamp().sec(), 1'700'000'000);
   EXPECT_EQ(read.header().stamp().nanosec(), 250'000'000U);
@@ -114,7 +114,7 @@ TEST(DdsMessages, RegionsAndFootstepsHaveAllTheirFields) {
   found.region.polygons = {{{{0, 0}, {1, 0}, {0, 1}}, {}}};
   found.region.refused = {ContactRefusal::slope, ContactRefusal::clearance};
   const ContactRegion_ region =
-      read_whole<ContactRegion_PubSubType>([&](MessageWriter& out) { dds::write_region(out, found); });
+      read_whole<ContactRegion_PubSubType>([&](io::MessageWriter& out) { dds::write_region(out, found); });
   EXPECT_EQ(region.surface(), 7U);
   EXPECT_EQ(region.revision(), 22U);
   EXPECT_EQ(region.area(), 0.5);
@@ -131,7 +131,7 @@ TEST(DdsMessages, RegionsAndFootstepsHaveAllTheirFields) {
   step.yaw_rad = 0.7;
   step.margin_m = 0.03;
   const Footstep_ read =
-      read_whole<Footstep_PubSubType>([&](MessageWriter& out) { dds::write_footstep(out, step); });
+      read_whole<Footstep_PubSubType>([&](io::MessageWriter& out) { dds::write_footstep(out, step); });
   EXPECT_EQ(read.foot(), "right");
   EXPECT_EQ(read.surface(), 7U);
   EXPECT_EQ(xyz(read.pose().position()), Eigen::Vector3d(1, 2, 3));

@@ -49,9 +49,9 @@ Player::Player(Vendor& vendor, const fs::path& bag, Qos scans)
       clouds(vendor, "rt/lidar/points", scans),
       tf(vendor, "rt/tf", Qos::reliable),
       tf_static(vendor, "rt/tf_static", Qos::latched) {
-  const auto source = open_bag({bag});
+  const auto source = io::open_bag({bag});
   source->read_all(
-      [&](const BagMessage& message) {
+      [&](const io::BagMessage& message) {
         const std::string& topic = source->topics()[message.topic].name;
         if (is_scan(topic)) scans_.push_back(messages_.size());
         depth_ |= topic == "/camera/depth/image";

@@ -12,7 +12,7 @@
 #include <numbers>
 #include <random>
 
-namespace octosurf {
+namespace octosurf::detection {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -36,13 +36,14 @@ struct Seen {
   }
 };
 
-void wait(MapState& state, const Scan& scan) {
-  for (const VoxelPoint& p : test::occupy(state, scan).appeared) state.accumulated.push_back(p.key);
+void wait(surfaces::MapState& state, const Scan& scan) {
+  for (const occupancy::VoxelPoint& p : test::occupy(state, scan).appeared)
+    state.accumulated.push_back(p.key);
   std::sort(state.accumulated.begin(), state.accumulated.end());
 }
 
-void update(MapState& state) {
-  Ledger ledger(state);
+void update(surfaces::MapState& state) {
+  surfaces::Ledger ledger(state);
   const std::optional<Detection> found = detect(ledger, state.accumulated);
   if (found) state.accumulated.clear();
   update_cylinders(ledger, found ? found->left_over : Detection::LeftOver{});
@@ -64,7 +65,7 @@ TEST(DetectCylinders, FromOneSide) {
       const Eigen::Isometry3d pose = test::random_pose(rng);
       Parameters parameters;
       parameters.occupancy.resolution = c.resolution;
-      MapState state(parameters);
+      surfaces::MapState state(parameters);
       Seen seen;
       seen.radius = c.radius;
       seen.span = c.span_deg * pi / 180;
@@ -95,7 +96,7 @@ TEST(DetectCylinders, FindsItAmongOtherPoints) {
   const Eigen::Isometry3d pose = test::random_pose(rng);
   std::uniform_real_distribution<double> uniform(-0.4, 0.4);
   Seen seen;
-  MapState state{Parameters{}};
+  surfaces::MapState state{Parameters{}};
   Scan scan = seen.scan(pose, 0.02, rng);
   for (int i = 0; i < 150; ++i)
     scan.points.push_back(
@@ -115,7 +116,7 @@ TEST(DetectCylinders, NotWhatIsShorterThanItsRadiusOrSeenTooLittleOf) {
   strip.radius = 0.3;
   thin.radius = 0.02;  // one voxel: no telling it from a square bar
   for (const Seen& seen : {disc, strip, thin}) {
-    MapState state{Parameters{}};
+    surfaces::MapState state{Parameters{}};
     wait(state, seen.scan(test::random_pose(rng), 0.02, rng));
     update(state);
     EXPECT_EQ(state.cylinders.size(), 0U) << seen.radius << " " << seen.length << " " << seen.span;
@@ -124,15 +125,15 @@ TEST(DetectCylinders, NotWhatIsShorterThanItsRadiusOrSeenTooLittleOf) {
 
 TEST(DetectCylinders, TheDrawDependsOnTheRegionOnly) {
   std::mt19937_64 rng(test::seed());
-  MapState state{Parameters{}};
+  surfaces::MapState state{Parameters{}};
   const Scan scan = Seen{}.scan(test::random_pose(rng), 0.02, rng);
-  const OccupancyDelta delta = test::occupy(state, scan);
+  const occupancy::OccupancyDelta delta = test::occupy(state, scan);
   std::optional<CylinderExtraction::Found> first;
   for (int round = 0; round < 3; ++round) {
-    Ledger ledger(state);
+    surfaces::Ledger ledger(state);
     CylinderRules rules(ledger);
-    std::vector<PointWindow::Index> region;
-    for (const VoxelPoint& p : delta.appeared) region.push_back(ledger.window.find(p.key));
+    std::vector<occupancy::PointWindow::Index> region;
+    for (const occupancy::VoxelPoint& p : delta.appeared) region.push_back(ledger.window.find(p.key));
     const auto found = CylinderExtraction(ledger, rules)(region);
     ASSERT_TRUE(found);
     if (!first) first = found;
@@ -146,7 +147,7 @@ TEST(DetectCylinders, ItsInsideIsNotItsOutside) {
   // The near half of a wide tube from outside, the far half from inside: on one mantle, but a foot can only
   // stand on the former.
   std::mt19937_64 rng(test::seed());
-  MapState state{Parameters{}};
+  surfaces::MapState state{Parameters{}};
   const Eigen::Isometry3d pose = test::random_pose(rng);
   Seen outside, inside;
   outside.radius = inside.radius = 0.3;
@@ -156,8 +157,8 @@ TEST(DetectCylinders, ItsInsideIsNotItsOutside) {
   ASSERT_EQ(state.cylinders.size(), 1U);
   Eigen::Isometry3d turned = pose;
   turned.rotate(Eigen::AngleAxisd(pi, Eigen::Vector3d::UnitZ()));
-  std::vector<VoxelKey> inner_keys;
-  for (const VoxelPoint& p : test::occupy(state, inside.scan(turned, 0.02, rng)).appeared)
+  std::vector<geometry::VoxelKey> inner_keys;
+  for (const occupancy::VoxelPoint& p : test::occupy(state, inside.scan(turned, 0.02, rng)).appeared)
     inner_keys.push_back(p.key);
   state.accumulated = inner_keys;
   std::sort(state.accumulated.begin(), state.accumulated.end());
@@ -165,26 +166,27 @@ TEST(DetectCylinders, ItsInsideIsNotItsOutside) {
   ASSERT_EQ(state.cylinders.size(), 1U);
   EXPECT_NEAR(state.cylinders.begin()->second.shape.radius, 0.3, 0.01);
   ASSERT_GT(inner_keys.size(), 500U);
-  for (const VoxelKey key : inner_keys) EXPECT_EQ(state.cylinders.owner(key), 0U);
+  for (const geometry::VoxelKey key : inner_keys) EXPECT_EQ(state.cylinders.owner(key), 0U);
 }
 
 TEST(DetectCylinders, ASurfaceTakesPointsAway) {
   std::mt19937_64 rng(test::seed());
-  MapState state{Parameters{}};
+  surfaces::MapState state{Parameters{}};
   const Eigen::Isometry3d pose = test::random_pose(rng);
   wait(state, Seen{}.scan(pose, 0.02, rng));
   update(state);
   ASSERT_EQ(state.cylinders.size(), 1U);
-  const CylinderModel& cylinder = state.cylinders.begin()->second;
+  const surfaces::CylinderModel& cylinder = state.cylinders.begin()->second;
   const std::size_t before = cylinder.inliers.size();
   {
-    Ledger ledger(state);
+    surfaces::Ledger ledger(state);
     const Eigen::Vector3d n = pose.linear().col(0);
-    SurfaceModel& surface = state.surfaces.create({n, n.dot(pose.translation())}, pose.translation());
-    std::vector<VoxelKey> half;
+    surfaces::SurfaceModel& surface =
+        state.surfaces.create({n, n.dot(pose.translation())}, pose.translation());
+    std::vector<geometry::VoxelKey> half;
     for (const auto& [key, inlier] : cylinder.inliers)
       if (half.size() < before / 2) half.push_back(key);
-    for (const VoxelKey key : half) {
+    for (const geometry::VoxelKey key : half) {
       ledger.give(ledger.window.find(key), surface);
       EXPECT_EQ(state.cylinders.owner(key), 0U);
     }
@@ -195,12 +197,12 @@ TEST(DetectCylinders, ASurfaceTakesPointsAway) {
 
 TEST(DetectCylinders, VanishedPointsLeaveAndTooFewEndIt) {
   std::mt19937_64 rng(test::seed());
-  MapState state{Parameters{}};
+  surfaces::MapState state{Parameters{}};
   wait(state, Seen{}.scan(test::random_pose(rng), 0.02, rng));
   update(state);
   ASSERT_EQ(state.cylinders.size(), 1U);
-  Ledger ledger(state);
-  OccupancyDelta delta;
+  surfaces::Ledger ledger(state);
+  occupancy::OccupancyDelta delta;
   for (const auto& [key, inlier] : state.cylinders.begin()->second.inliers)
     delta.vanished.push_back(ledger.window[ledger.window.find(key)]);
   const auto all = delta.vanished;
@@ -217,4 +219,4 @@ TEST(DetectCylinders, VanishedPointsLeaveAndTooFewEndIt) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::detection

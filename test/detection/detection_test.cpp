@@ -9,19 +9,20 @@
 #include <numbers>
 #include <random>
 
-namespace octosurf {
+namespace octosurf::detection {
 namespace {
 
 const Eigen::Vector3d eye(0.5, 0.5, 1.5);
 
-void wait_for_detection(MapState& state, const std::vector<VoxelPoint>& points) {
-  for (const VoxelPoint& p : points) state.accumulated.push_back(p.key);
+void wait_for_detection(surfaces::MapState& state, const std::vector<occupancy::VoxelPoint>& points) {
+  for (const occupancy::VoxelPoint& p : points) state.accumulated.push_back(p.key);
   std::sort(state.accumulated.begin(), state.accumulated.end());
 }
 
 /// A map with scans in its octree, all their points waiting.
-struct Pending : MapState {
-  explicit Pending(const std::vector<Scan>& seen, const Parameters& wanted = {}) : MapState(wanted) {
+struct Pending : surfaces::MapState {
+  explicit Pending(const std::vector<Scan>& seen, const Parameters& wanted = {})
+      : surfaces::MapState(wanted) {
     for (const Scan& scan : seen) wait_for_detection(*this, test::occupy(*this, scan).appeared);
   }
 };
@@ -35,24 +36,24 @@ Scan piece(const Eigen::Vector3d& corner, const Eigen::Vector3d& u, const Eigen:
   return scan;
 }
 
-std::vector<const SurfaceModel*> found(MapState& state) {
-  Ledger ledger(state);
-  std::vector<const SurfaceModel*> surfaces;
+std::vector<const surfaces::SurfaceModel*> found(surfaces::MapState& state) {
+  surfaces::Ledger ledger(state);
+  std::vector<const surfaces::SurfaceModel*> surfaces;
   if (const std::optional<Detection> detection = detect(ledger, state.accumulated)) {
     state.accumulated.clear();
     for (const SurfaceId id : detection->born) surfaces.push_back(state.surfaces.find(id));
   }
   // Nothing is lost: octree and surfaces agree.
   std::size_t owned = 0, inliers = 0;
-  state.occupancy.for_each_point([&](const VoxelPoint& p) { owned += p.surface != 0; });
+  state.occupancy.for_each_point([&](const occupancy::VoxelPoint& p) { owned += p.surface != 0; });
   for (const auto& [id, surface] : state.surfaces) inliers += surface.size();
   EXPECT_EQ(owned, inliers);
-  for (const SurfaceModel* s : surfaces)
+  for (const surfaces::SurfaceModel* s : surfaces)
     EXPECT_GE(s->size(), static_cast<std::size_t>(state.parameters.min_surface_points()));
   return surfaces;
 }
 
-double angle_to(const SurfaceModel& s, const Eigen::Vector3d& normal) {
+double angle_to(const surfaces::SurfaceModel& s, const Eigen::Vector3d& normal) {
   return std::acos(std::clamp(s.plane().normal.dot(normal.normalized()), -1.0, 1.0)) * 180 / std::numbers::pi;
 }
 
@@ -156,7 +157,7 @@ TEST(Detect, ScatteredPointsStayPending) {
   for (int i = 0; i < 1500; ++i) scan.points.emplace_back(uniform(rng), uniform(rng), 2 + uniform(rng));
   Pending state({scan});
   EXPECT_TRUE(found(state).empty());
-  state.occupancy.for_each_point([](const VoxelPoint& p) { EXPECT_EQ(p.surface, 0U); });
+  state.occupancy.for_each_point([](const occupancy::VoxelPoint& p) { EXPECT_EQ(p.surface, 0U); });
 }
 
 TEST(Detect, ACylinderHasNoFacets) {
@@ -169,7 +170,7 @@ TEST(Detect, ACylinderHasNoFacets) {
           (Eigen::Vector3d(0.25 * std::cos(a), 0.25 * std::sin(a), z) - scan.T_map_sensor.translation())
               .cast<float>());
   Pending state({scan});
-  for (const SurfaceModel* s : found(state))
+  for (const surfaces::SurfaceModel* s : found(state))
     ADD_FAILURE() << s->size() << " of " << state.points << " points, rms " << s->rms();
 }
 
@@ -179,7 +180,7 @@ TEST(Detect, WhatIsSeenThroughASurfaceIsItsNoise) {
   const auto wall =
       test::occupy(state, test::rectangle_scan({1.5, 0.5, 0.5}, {0, 0, 0}, {0, 1, 0}, {0, 0, 1})).appeared;
   {
-    Ledger ledger(state);
+    surfaces::Ledger ledger(state);
     test::make_surface(ledger, wall, {Eigen::Vector3d::UnitX(), 0}, [](const auto&) { return true; });
   }
   const auto behind =
@@ -217,4 +218,4 @@ TEST(Detect, DoesNotDependOnTheOrderOfPoints) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::detection

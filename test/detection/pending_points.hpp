@@ -13,24 +13,24 @@ namespace octosurf::test {
 /// Scans in an octree in which nothing has been detected, and all of their points.
 class PendingPoints {
  public:
-  using Index = PointWindow::Index;
+  using Index = occupancy::PointWindow::Index;
 
   explicit PendingPoints(const std::vector<Scan>& scans, const Parameters& parameters = {})
       : state(parameters), ledger((put(state, scans), state)) {
-    std::vector<VoxelKey> keys;
-    state.occupancy.for_each_point([&](const VoxelPoint& p) { keys.push_back(p.key); });
+    std::vector<geometry::VoxelKey> keys;
+    state.occupancy.for_each_point([&](const occupancy::VoxelPoint& p) { keys.push_back(p.key); });
     std::sort(keys.begin(), keys.end());
-    for (const VoxelKey key : keys) all.push_back(ledger.window.find(key));
+    for (const geometry::VoxelKey key : keys) all.push_back(ledger.window.find(key));
   }
 
   Eigen::Vector3d position(Index i) const { return ledger.window[i].position.cast<double>(); }
 
-  MapState state;
-  Ledger ledger;
+  surfaces::MapState state;
+  surfaces::Ledger ledger;
   std::vector<Index> all;  ///< in key order, as detection hands regions on
 
  private:
-  static void put(MapState& map, const std::vector<Scan>& scans) {
+  static void put(surfaces::MapState& map, const std::vector<Scan>& scans) {
     for (const Scan& scan : scans) occupy(map, scan);
   }
 };

@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <random>
 
-namespace octosurf {
+namespace octosurf::detection {
 namespace {
 
 using test::PendingPoints;
@@ -17,12 +17,12 @@ using test::rectangle_scan;
 using ::testing::Contains;
 using ::testing::Field;
 using ::testing::IsEmpty;
-using Index = PointWindow::Index;
+using Index = occupancy::PointWindow::Index;
 
 const Eigen::Vector3d eye(0.5, 0.5, 2);
 
 struct Extracted {
-  std::vector<const SurfaceModel*> surfaces;
+  std::vector<const surfaces::SurfaceModel*> surfaces;
   std::vector<PlaneProposal> refused;
 
   const PlaneProposal* refusal(Reason reason, std::string_view what = {}) const {
@@ -42,7 +42,7 @@ Extracted extracted(PendingPoints& pending) {
       result.refused.push_back(std::move(*proposal));
       continue;
     }
-    SurfaceModel& surface =
+    surfaces::SurfaceModel& surface =
         pending.state.surfaces.create(proposal->plane, pending.position(proposal->points.front()));
     for (const Index i : proposal->points) pending.ledger.give(i, surface);
     result.surfaces.push_back(&surface);
@@ -96,7 +96,7 @@ TEST(PlaneExtraction, OnePlanesPartsBeyondHAreSurfacesOfTheirOwn) {
     const Extracted result = extracted(pending);
     ASSERT_EQ(result.surfaces.size(), far ? 2U : 1U);
     std::size_t points = 0;
-    for (const SurfaceModel* s : result.surfaces) points += s->size();
+    for (const surfaces::SurfaceModel* s : result.surfaces) points += s->size();
     EXPECT_EQ(points, pending.all.size());
   }
 }
@@ -110,7 +110,7 @@ TEST(PlaneExtraction, TellsWhatIsLeftBesideThePlanes) {
   ASSERT_GT(above, 10U);
   const Extracted result = extracted(pending);
   ASSERT_EQ(result.surfaces.size(), 1U);
-  const PlaneProposal* left = result.refusal(Reason::too_few_points, few::left_over);
+  const PlaneProposal* left = result.refusal(Reason::too_few_points, surfaces::few::left_over);
   ASSERT_NE(left, nullptr);
   EXPECT_EQ(left->points.size(), above);
   EXPECT_EQ(left->refusal->measured, static_cast<double>(above));
@@ -124,7 +124,7 @@ TEST(PlaneExtraction, TellsAClusterThatIsTooSmall) {
       pending.all.begin(), pending.all.end(), [&](Index i) { return pending.position(i).x() > 0.7; }));
   const Extracted result = extracted(pending);
   ASSERT_EQ(result.surfaces.size(), 1U);
-  const PlaneProposal* small = result.refusal(Reason::too_few_points, few::in_cluster);
+  const PlaneProposal* small = result.refusal(Reason::too_few_points, surfaces::few::in_cluster);
   ASSERT_NE(small, nullptr);
   EXPECT_EQ(small->points.size(), beside);
   EXPECT_EQ(small->refusal->measured, static_cast<double>(beside));
@@ -152,9 +152,9 @@ TEST(PlaneExtraction, ALineSpansNoPlane) {
   ASSERT_GE(pending.all.size(), 90U);
   const Extracted result = extracted(pending);
   EXPECT_THAT(result.surfaces, IsEmpty());
-  EXPECT_TRUE(result.refusal(Reason::too_few_points, few::off_a_line) != nullptr ||
+  EXPECT_TRUE(result.refusal(Reason::too_few_points, surfaces::few::off_a_line) != nullptr ||
               result.refusal(Reason::too_narrow) != nullptr ||
-              result.refusal(Reason::too_few_points, few::on_plane) != nullptr);
+              result.refusal(Reason::too_few_points, surfaces::few::on_plane) != nullptr);
 }
 
 TEST(PlaneExtraction, ScatterAboveTheNoiseIsNoPlane) {
@@ -204,7 +204,8 @@ TEST(PlaneExtraction, ASheetInASurfacesNoiseIsNone) {
     PendingPoints pending({rectangle_scan(from, {0.003, 0, 0}, {0, 1, 0}, {0, 0, 1}),
                            rectangle_scan(from, {near ? 0.0255 : 0.103, 0.2, 0.2}, {0, 0.6, 0}, {0, 0, 0.6})},
                           parameters);
-    SurfaceModel& wall = pending.state.surfaces.create({Eigen::Vector3d::UnitX(), 0.003}, {0.003, 0.5, 0.5});
+    surfaces::SurfaceModel& wall =
+        pending.state.surfaces.create({Eigen::Vector3d::UnitX(), 0.003}, {0.003, 0.5, 0.5});
     for (const Index i : pending.all)
       if (pending.position(i).x() < 0.015) pending.ledger.give(i, wall);
     std::erase_if(pending.all, [&](Index i) { return pending.ledger.window[i].surface != 0; });
@@ -231,7 +232,7 @@ TEST(PlaneExtraction, EveryPointIsTakenOrRefused) {
     for (const Index i : pending.all)
       EXPECT_NE(pending.ledger.window[i].surface != 0, refused.contains(i))
           << pending.position(i).transpose();
-    for (const SurfaceModel* s : result.surfaces) EXPECT_GE(s->size(), 50U);
+    for (const surfaces::SurfaceModel* s : result.surfaces) EXPECT_GE(s->size(), 50U);
   }
 }
 
@@ -243,7 +244,7 @@ SlowCount counted_slowly(PendingPoints& pending, const Plane& plane, double cos_
   constexpr double rounding = 1e-5;
   SlowCount count;
   for (const Index i : pending.all) {
-    const VoxelPoint& p = pending.ledger.window[i];
+    const occupancy::VoxelPoint& p = pending.ledger.window[i];
     const double off = std::fabs(plane.signed_distance(pending.position(i)));
     const double room = pending.state.noise.tolerance(p, plane) - off;
     const double turned = pending.ledger.normals.at(i).normal.cast<double>().dot(plane.normal) - cos_aligned;
@@ -286,11 +287,11 @@ TEST(RegionPoints, CountsAsTheSlowTwinDoes) {
         // It may give up, but only on what cannot win.
         const std::size_t to_beat = rng() % (points.size() + 1), found = points.count(plane, to_beat);
         EXPECT_TRUE(found == all || (all <= to_beat && found <= all))
-            << found << " of " << all << ", " << to_beat;
+            << found << " of " << geometry::all << ", " << to_beat;
       }
     }
   }
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::detection

@@ -10,12 +10,12 @@
 #include <optional>
 #include <random>
 
-namespace octosurf {
+namespace octosurf::detection {
 namespace {
 
 using test::PendingPoints;
 using test::rectangle_scan;
-using Index = PointWindow::Index;
+using Index = occupancy::PointWindow::Index;
 using Regions = std::vector<std::vector<Index>>;
 
 constexpr double degree = std::numbers::pi / 180;
@@ -123,7 +123,8 @@ TEST(RegionGrowing, ReturnsWhatIsTooSmallApart) {
 TEST(RegionGrowing, SurfacesPointsAreNoNeighbours) {
   // A strip through the middle belongs to a surface: the pending halves stay apart.
   PendingPoints pending({rectangle_scan(eye, {0, 0, 0.01}, {1, 0, 0}, {0, 1, 0})});
-  SurfaceModel& surface = pending.state.surfaces.create({Eigen::Vector3d::UnitZ(), 0.01}, {0.5, 0.5, 0.01});
+  surfaces::SurfaceModel& surface =
+      pending.state.surfaces.create({Eigen::Vector3d::UnitZ(), 0.01}, {0.5, 0.5, 0.01});
   for (const Index i : pending.all)
     if (std::fabs(pending.position(i).x() - 0.5) < 0.1) pending.ledger.give(i, surface);
   std::erase_if(pending.all, [&](Index i) { return pending.ledger.window[i].surface != 0; });
@@ -134,12 +135,12 @@ TEST(RegionGrowing, SurfacesPointsAreNoNeighbours) {
 
 /// The slow twin: every point asks all others.
 Regions grown_slowly(PendingPoints& pending) {
-  const NormalField& normals = pending.ledger.normals;
+  const surfaces::NormalField& normals = pending.ledger.normals;
   const float cos_smooth = static_cast<float>(std::cos(pending.state.parameters.detection.smoothness_angle));
   std::set<Index> left(pending.all.begin(), pending.all.end());
   const auto flat = [&](Index i) { return normals.at(i).known && normals.at(i).flat; };
   const auto near = [&](Index a, Index b) {
-    const VoxelKey p = pending.ledger.window[a].key, q = pending.ledger.window[b].key;
+    const geometry::VoxelKey p = pending.ledger.window[a].key, q = pending.ledger.window[b].key;
     return std::max({std::abs(p.x - q.x), std::abs(p.y - q.y), std::abs(p.z - q.z)}) <= normals.at(a).reach;
   };
   Regions regions;
@@ -203,4 +204,4 @@ TEST(RegionGrowing, AgreesWithTheSlowTwinWhateverTheOrderOfSeeds) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::detection

@@ -11,7 +11,7 @@
 #include <octosurf/boundary.hpp>
 #include <octosurf/mapper.hpp>
 
-namespace octosurf {
+namespace octosurf::diagnosis {
 namespace {
 
 using test::Camera;
@@ -375,4 +375,4 @@ TEST(Boundary, AnEdgeOfAMapThatForgotItIsAFrontier) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::diagnosis

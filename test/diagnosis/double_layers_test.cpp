@@ -10,7 +10,7 @@
 #include <octosurf/diagnosis.hpp>
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::diagnosis {
 namespace {
 
 constexpr double deg = std::numbers::pi / 180;
@@ -184,4 +184,4 @@ TEST_F(DoubleLayers, NonsenseOptionsAreRefusedByName) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::diagnosis

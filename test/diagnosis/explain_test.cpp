@@ -16,7 +16,7 @@
 #include <octosurf/error.hpp>
 #include <octosurf/explain.hpp>
 
-namespace octosurf {
+namespace octosurf::diagnosis {
 namespace {
 
 using test::rectangle_scan;
@@ -400,4 +400,4 @@ TEST(Explain, EveryPendingPointOfARoomHasItsReason) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::diagnosis

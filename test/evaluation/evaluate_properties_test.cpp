@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <gtest/gtest.h>
 
-namespace octosurf {
+namespace octosurf::evaluation {
 namespace {
 
 using namespace hand_made;
@@ -191,4 +191,4 @@ TEST(EvaluateProperties, AHouseOf150SquareMetresIsFoundWhole) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::evaluation

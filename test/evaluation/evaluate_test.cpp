@@ -7,7 +7,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::evaluation {
 namespace {
 
 using namespace hand_made;
@@ -460,4 +460,4 @@ TEST(Evaluate, DataThatMakesNoSenseIsRefused) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::evaluation

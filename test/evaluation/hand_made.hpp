@@ -87,12 +87,12 @@ inline double distance_to_rings(const std::vector<Polygon>& polygons, const Eige
 }
 
 /// All cells whose centre lies inside `seen`.
-inline std::vector<CellRun> cells_inside(const std::vector<Polygon>& seen, double cell) {
+inline std::vector<evaluation::CellRun> cells_inside(const std::vector<Polygon>& seen, double cell) {
   Eigen::AlignedBox2d bounds;
   for (const Ring2& ring : rings_of(seen)) {
     for (const Eigen::Vector2d& p : ring) bounds.extend(p);
   }
-  std::vector<CellRun> runs;
+  std::vector<evaluation::CellRun> runs;
   for (int row = static_cast<int>(std::floor(bounds.min().y() / cell)); row * cell < bounds.max().y();
        ++row) {
     for (int c = static_cast<int>(std::floor(bounds.min().x() / cell)); c * cell < bounds.max().x(); ++c) {
@@ -109,7 +109,7 @@ inline std::vector<CellRun> cells_inside(const std::vector<Polygon>& seen, doubl
 
 /// A truth and the surfaces found in it, put together by hand.
 struct World {
-  Truth truth;
+  evaluation::Truth truth;
   Snapshot snapshot;
 
   World() {
@@ -118,16 +118,17 @@ struct World {
   }
 
   /// A face all of which was seen, or only what lies inside `seen`.
-  TrueFace& add_face(const Eigen::Isometry3d& T, const std::vector<Polygon>& polygons,
-                     const std::vector<Polygon>* seen = nullptr) {
-    TrueFace face;
+  evaluation::TrueFace& add_face(const Eigen::Isometry3d& T, const std::vector<Polygon>& polygons,
+                                 const std::vector<Polygon>* seen = nullptr) {
+    evaluation::TrueFace face;
     face.id = static_cast<std::uint32_t>(truth.faces.size() + 1);
     face.name = "face/" + std::to_string(face.id);
     face.plane = plane_of(T);
     face.T_map_face = T;
     face.polygons = polygons;
     face.visible = cells_inside(seen ? *seen : polygons, truth.cell);
-    for (const CellRun& run : face.visible) face.visible_area_m2 += run.count * truth.cell * truth.cell;
+    for (const evaluation::CellRun& run : face.visible)
+      face.visible_area_m2 += run.count * truth.cell * truth.cell;
     truth.faces.push_back(face);
     return truth.faces.back();
   }
@@ -143,7 +144,7 @@ struct World {
 
   World moved(const Eigen::Isometry3d& motion) const {
     World result = *this;
-    for (TrueFace& face : result.truth.faces) {
+    for (evaluation::TrueFace& face : result.truth.faces) {
       face.T_map_face = motion * face.T_map_face;
       face.plane = plane_of(face.T_map_face);
     }

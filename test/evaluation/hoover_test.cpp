@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-namespace octosurf {
+namespace octosurf::evaluation {
 namespace {
 
 using testing::ElementsAre;
@@ -64,4 +64,4 @@ TEST(Hoover, WhatIsNotJudgedIsNeitherMissedNorNoise) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::evaluation

@@ -9,7 +9,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::evaluation {
 namespace {
 
 using namespace hand_made;
@@ -223,4 +223,4 @@ TEST(LabelledCloud, MosdFramesReadAsOneTableEach) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::evaluation

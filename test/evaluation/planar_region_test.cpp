@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <set>
 
-namespace octosurf {
+namespace octosurf::evaluation {
 namespace {
 
 using namespace hand_made;
@@ -95,4 +95,4 @@ TEST(PlanarRegion, PointsOnARingAreSpreadEvenly) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::evaluation

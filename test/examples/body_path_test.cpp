@@ -18,7 +18,7 @@ namespace {
 constexpr double between_points = 0.02;  // m, of the true faces' samples
 constexpr double touch = 0.01;           // m: so deep in the body is a touch, half of what it keeps away
 
-Eigen::Vector3d middle_of(const TrueFace& face) {
+Eigen::Vector3d middle_of(const evaluation::TrueFace& face) {
   Eigen::AlignedBox2d box;
   for (const Polygon& polygon : face.polygons)
     for (const Eigen::Vector2d& uv : polygon.outer) box.extend(uv);
@@ -29,23 +29,24 @@ Eigen::Vector3d middle_of(const TrueFace& face) {
 class MappedStair {
  public:
   MappedStair() {
-    SimulationOptions options;
+    simulation::SimulationOptions options;
     options.scene = "stairs";
     options.seed = test::seed();
-    const Recording recording(options);
+    const simulation::Recording recording(options);
     Mapper mapper;
     for (std::size_t i = 0; i < recording.size(); ++i) mapper.insert(recording.scan(i));
     snapshot = mapper.snapshot();
     octree = mapper.map().octree();
-    std::vector<const TrueFace*> treads;
-    for (const TrueFace& face : recording.faces()) {
-      PlanarRegion(face.polygons).for_each_cell(between_points, [&](const Eigen::Vector2d& uv) {
+    std::vector<const evaluation::TrueFace*> treads;
+    for (const evaluation::TrueFace& face : recording.faces()) {
+      evaluation::PlanarRegion(face.polygons).for_each_cell(between_points, [&](const Eigen::Vector2d& uv) {
         points.push_back(face.T_map_face * Eigen::Vector3d(uv.x(), uv.y(), 0));
       });
       if (face.name.starts_with("stair") && face.plane.normal.z() > 0.99) treads.push_back(&face);
     }
-    std::sort(treads.begin(), treads.end(),
-              [](const TrueFace* a, const TrueFace* b) { return middle_of(*a).z() < middle_of(*b).z(); });
+    std::sort(treads.begin(), treads.end(), [](const evaluation::TrueFace* a, const evaluation::TrueFace* b) {
+      return middle_of(*a).z() < middle_of(*b).z();
+    });
     const Eigen::Vector3d first = middle_of(*treads.at(0)), second = middle_of(*treads.at(1));
     const Eigen::Vector3d ahead = (second - first).cwiseProduct(Eigen::Vector3d(1, 1, 0)).normalized();
     const Eigen::Vector3d below = first - 0.9 * ahead, above = middle_of(*treads.back());

@@ -22,7 +22,7 @@ namespace {
 
 constexpr double exact = 1e-5;  // m, as plan_contacts() promises
 
-Eigen::Vector3d middle_of(const TrueFace& face) {
+Eigen::Vector3d middle_of(const evaluation::TrueFace& face) {
   Eigen::AlignedBox2d box;
   for (const Polygon& polygon : face.polygons)
     for (const Eigen::Vector2d& uv : polygon.outer) box.extend(uv);
@@ -39,11 +39,11 @@ class Stairs {
   }
 
   Stairs() {
-    SimulationOptions options;
+    simulation::SimulationOptions options;
     options.mesh = mesh();
     options.seed = test::seed();
     options.frames = 150;
-    const Recording recording(options);
+    const simulation::Recording recording(options);
     Mapper mapper;
     for (std::size_t i = 0; i < recording.size(); ++i) mapper.insert(recording.scan(i));
     // Simulated worlds stand a little askew; SL1M's has z for up.
@@ -51,10 +51,10 @@ class Stairs {
     const Eigen::Quaterniond R = upright(up.direction);
     std::vector<Eigen::Vector3d> treads;
     double floor = HUGE_VAL;
-    for (const TrueFace& face : recording.faces()) {
+    for (const evaluation::TrueFace& face : recording.faces()) {
       if (face.plane.normal.dot(up.direction) < 0.99) continue;
       const Eigen::Vector3d middle = R * middle_of(face);
-      const double area = enclosed_area(face.polygons.at(0).outer);
+      const double area = evaluation::enclosed_area(face.polygons.at(0).outer);
       if (area > 0.2 && area < 0.5) treads.push_back(middle);
       floor = std::min(floor, middle.z());
     }

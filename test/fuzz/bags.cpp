@@ -26,27 +26,27 @@ void fuzz_recording(Bytes bytes, const char* ending) {
   }
   accepted([&] {
     std::vector<std::string> damage;
-    const auto bag = open_bag({file.path()});
-    promise(summarise_bag(*bag, damage).size() == bag->topics().size(), "topics are listed");
+    const auto bag = io::open_bag({file.path()});
+    promise(io::summarise_bag(*bag, damage).size() == bag->topics().size(), "topics are listed");
     return true;
   });
 }
 
 /// Every message that this one could be; a std::runtime_error is an answer.
-void read_message(MessageReader& message, int type, std::size_t size) {
+void read_message(io::MessageReader& message, int type, std::size_t size) {
   const std::uint64_t largest = 32 * (std::size_t{1} << 20);
   if (type == 0) {
-    promise(read_cloud_message(message, largest).points.size() <= size, "a point takes a byte at least");
+    promise(io::read_cloud_message(message, largest).points.size() <= size, "a point takes a byte at least");
   } else if (type == 1) {
-    points_of(read_image_message(message), {500, 500, 320, 240}, {}, largest);
+    io::points_of(io::read_image_message(message), {500, 500, 320, 240}, {}, largest);
   } else if (type == 2) {
-    depth_of(read_compressed_image_message(message), "message", largest);
+    io::depth_of(io::read_compressed_image_message(message), "message", largest);
   } else if (type == 3) {
-    const CameraInfoMessage camera = read_camera_info(message);
+    const io::CameraInfoMessage camera = io::read_camera_info(message);
     promise(camera.width > 0 && camera.height > 0, "a camera has pixels");
   } else if (type == 4) {
-    TransformTree tree;
-    for_each_transform(message, [&](const TransformMessage& one) {
+    io::TransformTree tree;
+    io::for_each_transform(message, [&](const io::TransformMessage& one) {
       tree.add({one.header.frame, one.child_frame, one.header.stamp_ns % 2 == 0},
                {one.header.stamp_ns, 0, one.translation,
                 Eigen::Quaternion<double, Eigen::DontAlign>(one.rotation)});
@@ -54,7 +54,7 @@ void read_message(MessageReader& message, int type, std::size_t size) {
     tree.finish();
     tree.lookup("map", "lidar", 1000000000, 1000000000);
   } else {
-    read_pose_message(message, type == 5 ? "nav_msgs/Odometry" : "geometry_msgs/PoseStamped");
+    io::read_pose_message(message, type == 5 ? "nav_msgs/Odometry" : "geometry_msgs/PoseStamped");
   }
 }
 
@@ -70,7 +70,7 @@ void fuzz_message(Bytes bytes) {
   const auto encoding = bytes[0] >= 128 ? MessageEncoding::ros1 : MessageEncoding::cdr;
   accepted([&] {
     try {
-      read_message(*message_reader(message, encoding), bytes[0] % 7, message.size());
+      read_message(*io::message_reader(message, encoding), bytes[0] % 7, message.size());
     } catch (const std::runtime_error&) {
       return false;
     }

@@ -30,15 +30,15 @@ fs::path corpus() { return fs::path(OCTOSURF_SOURCE_DIR) / "test/fuzz/corpus"; }
 std::string outcome_of(const std::string& bytes) {
   reading_peak = 0;
   try {
-    MapFile file;
+    io::MapFile file;
     {
       const PeakMemory peak(reading_peak);
       std::istringstream in(bytes);
-      file = read_map(in, bytes.size(), "input");
+      file = io::read_map(in, bytes.size(), "input");
     }
     EXPECT_LE(reading_peak, free_bytes + bytes_per_file_byte * bytes.size());
     std::ostringstream out;
-    write_map(*file.state, file.bt, out);
+    io::write_map(*file.state, file.bt, out);
     return out.str();
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), Error::Kind::data);
@@ -53,7 +53,7 @@ class DamagedMap : public ::testing::Test {
     surfaces = content_of(corpus() / "surfaces/two_planes.surfaces");
     bt = content_of(corpus() / "octomap/two_planes.bt");
     good = outcome_of(surfaces);
-    ASSERT_EQ(good.substr(0, 8), map_file_magic) << good;
+    ASSERT_EQ(good.substr(0, 8), io::map_file_magic) << good;
   }
   /// The same map, or an Error.
   void expect_the_same_or_refused(const std::string& damaged, std::size_t at) {
@@ -85,7 +85,7 @@ TEST_F(DamagedMap, EveryByteOfTheBtFlippedAndEveryTruncation) {
     const InputFile file({reinterpret_cast<const std::uint8_t*>(damaged.data()), damaged.size()}, ".bt");
     reading_peak = 0;
     accepted([&] {
-      OccupancyMap map = OccupancyMap::read_octomap(file.path(), {});
+      occupancy::OccupancyMap map = occupancy::OccupancyMap::read_octomap(file.path(), {});
       return map.adopt_occupied_voxels().size();
     });
     EXPECT_LE(reading_peak, free_bytes + bytes_per_file_byte * damaged.size());

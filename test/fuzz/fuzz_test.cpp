@@ -82,7 +82,7 @@ TEST(Fuzz, AHeaderOfMillionsOfElementsIsSoonRefused) {
   for (int i = 0; i < 1 << 20; ++i) ply += "element e" + std::to_string(i) + " 0\n";
   const InputFile file({reinterpret_cast<const std::uint8_t*>(ply.data()), ply.size()}, ".ply");
   try {
-    read_ply(file.path());
+    io::read_ply(file.path());
     ADD_FAILURE() << "not refused";
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), ::testing::HasSubstr("more than 256 elements"));

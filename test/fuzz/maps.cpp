@@ -47,13 +47,13 @@ void plan_on(const Map& map) {
 
 std::string saved(const Map& map) {
   std::ostringstream out;
-  write_map(map.state(), {}, out);
+  io::write_map(map.state(), {}, out);
   return out.str();
 }
 
 std::optional<Map> loaded(const std::string& bytes) {
   std::istringstream in(bytes);
-  auto file = accepted([&] { return read_map(in, bytes.size(), "input"); });
+  auto file = accepted([&] { return io::read_map(in, bytes.size(), "input"); });
   if (!file) return {};
   return Map(std::move(file->state));
 }
@@ -88,7 +88,7 @@ void fuzz_surfaces(Bytes bytes) {
 void fuzz_octomap(Bytes bytes) {
   const InputFile file(bytes, ".bt");
   const auto map = accepted([&] {
-    auto read = OccupancyMap::read_octomap(file.path(), {});
+    auto read = occupancy::OccupancyMap::read_octomap(file.path(), {});
     read.adopt_occupied_voxels();
     return read;
   });

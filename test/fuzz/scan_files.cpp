@@ -31,68 +31,69 @@ void read_as_scans(const std::filesystem::path& file) {
 void fuzz_graph(Bytes bytes) {
   const InputFile file(bytes, ".graph");
   accepted([&] {
-    const ScanGraphFile graph(file.path());
+    const io::ScanGraphFile graph(file.path());
     for (std::size_t i = 0; i < graph.size(); ++i) graph.read(i);
     return true;
   });
-  promise(ScanGraphFile::matches(file.path()) ==
-              accepted([&] { return ScanGraphFile(file.path()).size(); }).has_value(),
+  promise(io::ScanGraphFile::matches(file.path()) ==
+              accepted([&] { return io::ScanGraphFile(file.path()).size(); }).has_value(),
           "matches() says what the constructor does");
   read_as_scans(file.path());
 }
 
 void fuzz_scan(Bytes bytes) {
   const InputFile file(bytes, ".scan");
-  const auto scan = accepted([&] { return read_archived_scan(file.path()); });
+  const auto scan = accepted([&] { return io::read_archived_scan(file.path()); });
   if (scan) {
     promise(scan->scan().points.size() == scan->scan().readings.size(),
             "a number of readings for each point");
     std::ostringstream out;
-    write_archived_scan(*scan, out);
+    io::write_archived_scan(*scan, out);
     const std::string again = out.str();
     const InputFile copy({reinterpret_cast<const std::uint8_t*>(again.data()), again.size()}, ".again.scan");
-    promise(read_archived_scan(copy.path()).points.size() == scan->points.size(), "it can be written again");
+    promise(io::read_archived_scan(copy.path()).points.size() == scan->points.size(),
+            "it can be written again");
   }
   read_as_scans(file.path());
 }
 
 void fuzz_pcd(Bytes bytes) {
   const InputFile file(bytes, ".pcd");
-  if (const auto cloud = accepted([&] { return read_pcd(file.path()); }))
+  if (const auto cloud = accepted([&] { return io::read_pcd(file.path()); }))
     promise(!cloud->points.empty(), "a cloud has points");
   read_as_scans(file.path());
 }
 
 void fuzz_ply(Bytes bytes) {
   const InputFile file(bytes, ".ply");
-  if (const auto cloud = accepted([&] { return read_ply(file.path()); }))
+  if (const auto cloud = accepted([&] { return io::read_ply(file.path()); }))
     promise(!cloud->points.empty(), "a cloud has points");
   read_as_scans(file.path());
 }
 
 void fuzz_image(Bytes bytes) {
   const InputFile file(bytes, ".png");
-  is_picture(file.path());
-  if (const auto camera = accepted([&] { return read_intrinsics(file.path()); }))
+  io::is_picture(file.path());
+  if (const auto camera = accepted([&] { return io::read_intrinsics(file.path()); }))
     promise(camera->fx != 0 && std::isfinite(camera->fx), "a camera has a focal length");
   accepted([&] {
-    const DepthImage image = read_depth_image(file.path());
+    const io::DepthImage image = io::read_depth_image(file.path());
     promise(
         image.pixels.size() == static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height),
         "an image has its pixels");
-    return back_project(image, Intrinsics{500, 500, 320, 240}, 1000);
+    return io::back_project(image, io::Intrinsics{500, 500, 320, 240}, 1000);
   });
 }
 
 void fuzz_poses(Bytes bytes) {
   const InputFile file(bytes, ".txt");
-  const auto poses = accepted([&] { return read_poses(file.path()); });
+  const auto poses = accepted([&] { return io::read_poses(file.path()); });
   if (!poses) return;
   promise(!poses->poses.empty(), "a pose file has poses");
-  for (const FilePose& pose : poses->poses) accepted([&] { return rigid(pose.T, pose.where); });
+  for (const io::FilePose& pose : poses->poses) accepted([&] { return io::rigid(pose.T, pose.where); });
   if (!poses->stamped) return;
-  const Trajectory trajectory(*poses);
-  for (const FilePose& pose : poses->poses)
+  const io::Trajectory trajectory(*poses);
+  for (const io::FilePose& pose : poses->poses)
     for (const double later : {0.0, 0.005, 1.0})
       if (const double t = *pose.stamp_s + later; trajectory.covers(t))
         accepted([&] { return trajectory.at(t, "there"); });

@@ -10,7 +10,7 @@
 #include <numeric>
 #include <random>
 
-namespace octosurf {
+namespace octosurf::geometry {
 namespace {
 
 using Points = std::vector<Eigen::Vector2d>;
@@ -241,4 +241,4 @@ TEST(AlphaShape, RingsThatTouchInAVertex) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::geometry

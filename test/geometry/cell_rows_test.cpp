@@ -9,7 +9,7 @@
 #include <random>
 #include <set>
 
-namespace octosurf {
+namespace octosurf::geometry {
 namespace {
 
 using Places = std::map<std::pair<int, int>, std::uint32_t>;  // (v, u) to place in the list
@@ -138,4 +138,4 @@ TEST(HighestAround, IsNeverTooLow) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::geometry

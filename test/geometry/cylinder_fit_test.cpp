@@ -9,7 +9,7 @@
 #include <numbers>
 #include <random>
 
-namespace octosurf {
+namespace octosurf::geometry {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -215,4 +215,4 @@ TEST(CylinderFit, CoverageTellsHolesApart) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::geometry

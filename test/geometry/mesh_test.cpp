@@ -14,7 +14,7 @@
 #include <octosurf/error.hpp>
 #include <octosurf/surface.hpp>
 
-namespace octosurf {
+namespace octosurf::geometry {
 namespace {
 
 double ring_area(const Ring2& ring) {
@@ -237,4 +237,4 @@ TEST(Extrude, RefusesThicknessThatIsNotPositive) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::geometry

@@ -12,7 +12,7 @@
 #include <random>
 #include <set>
 
-namespace octosurf {
+namespace octosurf::geometry {
 namespace {
 
 using Cell = std::pair<int, int>;
@@ -189,4 +189,4 @@ TEST(CellBits, FollowWhatComesAndGoes) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::geometry

@@ -10,7 +10,7 @@
 #include <numbers>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::geometry {
 namespace {
 
 struct Reading {
@@ -223,4 +223,4 @@ TEST(Planarity, AgreesWithTheSlowTwin) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::geometry

@@ -12,7 +12,7 @@
 #include <random>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::geometry {
 namespace {
 
 /// A point of the true plane z = 0, with the noise it is drawn with along the normal.
@@ -40,11 +40,11 @@ struct Draw {
   Eigen::Matrix3d covariance;  // that it says
 };
 
-Draw draw(const std::vector<Reading>& readings, const NoiseModel& noise, const Eigen::Isometry3d& pose,
-          std::mt19937_64& rng) {
+Draw draw(const std::vector<Reading>& readings, const sensing::NoiseModel& noise,
+          const Eigen::Isometry3d& pose, std::mt19937_64& rng) {
   std::normal_distribution<double> gauss;
-  SurfaceModel model(1, {pose.linear().col(2), pose.linear().col(2).dot(pose.translation())},
-                     pose.translation(), 0.02);
+  surfaces::SurfaceModel model(1, {pose.linear().col(2), pose.linear().col(2).dot(pose.translation())},
+                               pose.translation(), 0.02);
   const Eigen::Isometry3d T = model.pose();  // its axes in the plane are its own
   std::uint16_t k = 0;
   for (const Reading& r : readings) {
@@ -66,7 +66,7 @@ Draw draw(const std::vector<Reading>& readings, const NoiseModel& noise, const E
 }
 
 /// In no direction of (slope, slope, offset) do the planes scatter otherwise than said, up to `slack`.
-void expect_scatter_as_said(const std::vector<Reading>& readings, const NoiseModel& noise,
+void expect_scatter_as_said(const std::vector<Reading>& readings, const sensing::NoiseModel& noise,
                             const Eigen::Isometry3d& pose, std::mt19937_64& rng, double slack = 0.3) {
   constexpr int draws = 400;  // which leave the scatter itself unsure by some 4 % to 9 %
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero(), said = Eigen::Matrix3d::Zero();
@@ -86,11 +86,11 @@ void expect_scatter_as_said(const std::vector<Reading>& readings, const NoiseMod
   EXPECT_LT(of_std.maxCoeff(), 1 + slack);
 }
 
-NoiseModel noise_of(double sensor_noise, double range_noise) {
+sensing::NoiseModel noise_of(double sensor_noise, double range_noise) {
   Parameters parameters;
   parameters.surfaces.sensor_noise = sensor_noise;
   parameters.surfaces.range_noise = range_noise;
-  return NoiseModel(parameters);
+  return sensing::NoiseModel(parameters);
 }
 
 Eigen::Isometry3d tilted(const Eigen::Vector3d& origin) {
@@ -114,7 +114,7 @@ TEST(PlaneCovariance, DoesNotNeedToKnowHowNoisyTheSensorIs) {
 
 TEST(PlaneCovariance, FarPointsCountLess) {
   std::mt19937_64 rng(test::seed());
-  const NoiseModel noise = noise_of(0.005, 0.003);
+  const sensing::NoiseModel noise = noise_of(0.005, 0.003);
   expect_scatter_as_said(patch([&](Reading& r) {
                            r.range_class = r.uv.x() > 0.4 ? 9 : 1;
                            r.sigma = noise.sigma(r.range_class);
@@ -124,7 +124,7 @@ TEST(PlaneCovariance, FarPointsCountLess) {
 
 TEST(PlaneCovariance, WhatWasSeenAgainMakesItSurer) {
   std::mt19937_64 rng(test::seed());
-  const NoiseModel noise = noise_of(0.005, 0);
+  const sensing::NoiseModel noise = noise_of(0.005, 0);
   std::vector<Reading> readings = patch([](Reading&) {});
   const std::size_t first_readings = readings.size();
   const Draw once = draw(readings, noise, tilted({1, 2, 3}), rng);
@@ -149,7 +149,7 @@ TEST(PlaneCovariance, WhatWasSeenAgainMakesItSurer) {
 /// weigh.
 TEST(PlaneCovariance, SaysHowFarInliersThatLieTooDeepMoveThePlane) {
   std::mt19937_64 rng(test::seed());
-  const NoiseModel noise = noise_of(0.005, 0);
+  const sensing::NoiseModel noise = noise_of(0.005, 0);
   constexpr double too_deep = 0.003, sigma = 0.001, weight = 3;
   std::vector<Reading> readings = patch([](Reading& r) {
     r.uv.x() -= 0.49;  // about the origin
@@ -218,4 +218,4 @@ TEST(PlaneCovariance, FollowsFromTheTextbookOnASquareGrid) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::geometry

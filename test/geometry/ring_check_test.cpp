@@ -12,7 +12,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::geometry {
 namespace {
 
 using Point = Eigen::Vector2d;
@@ -216,4 +216,4 @@ TEST(RingCheck, IsFastOnAComb) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::geometry

@@ -10,7 +10,7 @@
 #include <random>
 #include <set>
 
-namespace octosurf {
+namespace octosurf::geometry {
 namespace {
 
 std::vector<Ring2> rings_of(const std::vector<Polygon>& polygons) {
@@ -51,7 +51,8 @@ TEST(Simplify, StaysWithinToleranceAndKeepsTopology) {
   for (int round = 0; round < 12 && !HasFailure(); ++round) {
     const test::Blob blob = test::random_blob(rng, 0.6, 0.08);
     std::vector<Eigen::Vector2d> points;
-    for (const Inlier& i : test::voxels_of(blob, Eigen::Isometry3d::Identity(), 0.02, 0.6, 0.001, rng))
+    for (const surfaces::Inlier& i :
+         test::voxels_of(blob, Eigen::Isometry3d::Identity(), 0.02, 0.6, 0.001, rng))
       points.push_back(i.position.head<2>().cast<double>());
     const std::vector<Polygon> polygons = alpha_shape(points, 0.08);
     ASSERT_FALSE(polygons.empty());
@@ -87,4 +88,4 @@ TEST(Simplify, DropsWhatIsCollinear) {
 TEST(Simplify, NothingFromNothing) { EXPECT_TRUE(simplify({}, 0.01).empty()); }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::geometry

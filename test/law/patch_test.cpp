@@ -20,7 +20,7 @@ struct Square {
 /// Readings on a square lattice about the centre, with noise along the normal.
 Patch patch_of(const Square& square, std::mt19937_64& rng) {
   std::normal_distribution<double> noise(0, square.sigma);
-  const Eigen::Matrix3d axes = plane_axes(square.normal);
+  const Eigen::Matrix3d axes = geometry::plane_axes(square.normal);
   Patch patch;
   patch.plane.normal = square.normal;
   patch.origin = square.centre + Eigen::Vector3d(0.03, -0.01, 0.02);
@@ -42,11 +42,11 @@ TEST(Patch, CovarianceIsThatOfReadingsPlusWhatTheyHaveInCommon) {
   std::mt19937_64 rng = test::rng();
   const Square square;
   const Patch patch = patch_of(square, rng);
-  const Eigen::Matrix3d R = plane_axes(square.normal).transpose();
+  const Eigen::Matrix3d R = geometry::plane_axes(square.normal).transpose();
   const Heights heights = heights_over(patch, square.centre, R);
   // In the middle of a square offset and slopes are independent: w, w/l, w/l with w = 1/W + σ_pose².
-  const double w =
-      square.sigma * square.sigma / patch.readings + ReadingModel::pose_sigma * ReadingModel::pose_sigma;
+  const double w = square.sigma * square.sigma / patch.readings +
+                   sensing::ReadingModel::pose_sigma * sensing::ReadingModel::pose_sigma;
   const double l = square.half * square.half * (square.steps + 2) / (3.0 * square.steps);
   EXPECT_NEAR(heights.covariance(0, 0), w, 1e-3 * w);
   EXPECT_NEAR(heights.covariance(1, 1), w / l, 1e-3 * w / l);
@@ -57,7 +57,7 @@ TEST(Patch, HeightsErrAsTheirCovarianceSays) {
   std::mt19937_64 rng = test::rng();
   // Off the patch, where slopes count.
   const Square square{.centre = {1, 2, 3}, .normal = tilted(0.4), .sigma = 0.01};
-  const Eigen::Matrix3d axes = plane_axes(square.normal), R = axes.transpose();
+  const Eigen::Matrix3d axes = geometry::plane_axes(square.normal), R = axes.transpose();
   const Eigen::Vector3d at = square.centre + axes * Eigen::Vector3d(0.2, -0.1, 0);
   constexpr int trials = 2000;
   double chi2 = 0;
@@ -68,7 +68,7 @@ TEST(Patch, HeightsErrAsTheirCovarianceSays) {
   // χ² of three has a mean of 3; here its share that is noise, without what readings have in common. The mean
   // of 2,000 scatters by √(6 / trials); six of these, and 5 % for total instead of plain least squares.
   const double W = 121 / (square.sigma * square.sigma);
-  const double share = 1 / (1 + W * ReadingModel::pose_sigma * ReadingModel::pose_sigma);
+  const double share = 1 / (1 + W * sensing::ReadingModel::pose_sigma * sensing::ReadingModel::pose_sigma);
   EXPECT_NEAR(chi2, 3 * share, share * (0.15 + 6 * std::sqrt(6.0 / trials)));
 }
 
@@ -76,9 +76,9 @@ TEST(Patch, TakesAnotherAsIfItHadItsReadingsFromTheStart) {
   std::mt19937_64 rng = test::rng();
   Patch a = patch_of({.centre = {5, 0, 1}}, rng);
   const Patch b = patch_of({.centre = {5.2, 0, 1}}, rng);
-  Moments both = a.moments;
+  geometry::Moments both = a.moments;
   both.add(b.moments.shifted(a.origin - b.origin));
-  const Plane expected = fitted_plane(both, a.origin, a.plane.normal);
+  const Plane expected = geometry::fitted_plane(both, a.origin, a.plane.normal);
   const double readings = a.readings + b.readings;
   a.take(b);
   EXPECT_EQ(a.readings, readings);
@@ -89,7 +89,7 @@ TEST(Patch, TakesAnotherAsIfItHadItsReadingsFromTheStart) {
 TEST(LogSame, PartsOfOnePlaneAreOne) {
   std::mt19937_64 rng = test::rng();
   for (const double rad : {0.0, 0.7}) {
-    const Eigen::Vector3d normal = tilted(rad), along = plane_axes(normal).col(0);
+    const Eigen::Vector3d normal = tilted(rad), along = geometry::plane_axes(normal).col(0);
     const Patch a = patch_of({.normal = normal}, rng),
                 b = patch_of({.centre = 0.2 * along, .normal = normal}, rng);
     const Eigen::Vector3d at = 0.1 * along;

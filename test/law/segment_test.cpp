@@ -32,7 +32,7 @@ struct Found {
     told.surfaces.range_noise = 0;
     return told;
   }
-  static void observe(NoiseModel& noise, const std::vector<Scan>& scans) {
+  static void observe(sensing::NoiseModel& noise, const std::vector<Scan>& scans) {
     for (const Scan& scan : scans) noise.observe(scan);
   }
 

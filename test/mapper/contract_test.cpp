@@ -15,7 +15,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::mapper {
 namespace {
 
 using test::CheckedMapper;
@@ -98,8 +98,8 @@ TEST(MapperContract, RefusedScansLeaveTheMapAsItWas) {
   refuse([&](Scan& s) { s.T_map_sensor.translation().z() = -1e9; });
   refuse([&](Scan& s) { s.readings.assign(s.points.size() - 1, 1); });
   refuse([&](Scan& s) { s.readings.assign(s.points.size(), 0); });
-  refuse([&](Scan& s) { s.noise = {{NoiseModel::classes, 0, 1}}; });
-  refuse([&](Scan& s) { s.noise = {{0, NoiseModel::bins, 1}}; });
+  refuse([&](Scan& s) { s.noise = {{sensing::NoiseModel::classes, 0, 1}}; });
+  refuse([&](Scan& s) { s.noise = {{0, sensing::NoiseModel::bins, 1}}; });
   // And it goes on as if nothing had been.
   Mapper clean;
   insert_all(clean, scans);
@@ -303,4 +303,4 @@ TEST(MapperContract, AnEmptyMapIsAMap) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::mapper

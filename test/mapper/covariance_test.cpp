@@ -10,7 +10,7 @@
 
 #include <octosurf/mapper.hpp>
 
-namespace octosurf {
+namespace octosurf::mapper {
 namespace {
 
 /// Slopes and offset of the true plane over the published one, in its frame.
@@ -84,4 +84,4 @@ TEST(Covariance, SaysTooLittleWhereNoiseReachesTheTolerance) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::mapper

@@ -11,7 +11,7 @@
 #include <numbers>
 #include <random>
 
-namespace octosurf {
+namespace octosurf::mapper {
 namespace {
 
 using test::CheckedMapper;
@@ -283,4 +283,4 @@ TEST(Cylinders, ThreadsAndOrderOfPointsChangeNothing) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::mapper

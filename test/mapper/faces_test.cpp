@@ -10,7 +10,7 @@
 #include <random>
 #include <set>
 
-namespace octosurf {
+namespace octosurf::mapper {
 namespace {
 
 using test::CheckedMapper;
@@ -242,4 +242,4 @@ TEST(FinerFaces, AStepAsThickAsABook) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::mapper

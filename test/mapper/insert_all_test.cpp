@@ -14,7 +14,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::mapper {
 namespace {
 
 using test::Scene;
@@ -149,4 +149,4 @@ TEST(InsertAll, StopsBeforeAScanThatIsRefused) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::mapper

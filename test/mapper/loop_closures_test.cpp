@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace octosurf {
+namespace octosurf::mapper {
 namespace {
 
 constexpr double resolution = 0.02;
@@ -80,4 +80,4 @@ TEST(LoopClosures, ScansInARowAreOneAndThoseLeftOutDoNotCount) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::mapper

@@ -11,7 +11,7 @@
 #include <numbers>
 #include <random>
 
-namespace octosurf {
+namespace octosurf::mapper {
 namespace {
 
 using test::CheckedMapper;
@@ -211,14 +211,14 @@ TEST(Mapper, SurfacesOfAnOctreeWithoutScans) {
   parameters.detection.min_surface_points = 1000000;  // nothing is detected while scanning
   Mapper blind(parameters);
   for (const Scan& scan : orbit(floor_with_box(), {0, 0, 0.2}, 1.0, 0.9, 8, rng)) blind.insert(scan);
-  auto state = std::make_unique<MapState>(Parameters{});
+  auto state = std::make_unique<surfaces::MapState>(Parameters{});
   // The occupancy alone, as a .bt has it.
   const auto file = std::filesystem::temp_directory_path() / ("octosurf_" + std::to_string(rng()) + ".bt");
   {
     std::ofstream out(file, std::ios::binary);
     blind.map().state().occupancy.write_bt(out);
   }
-  state->occupancy = OccupancyMap::read_octomap(file, Parameters{}.occupancy);
+  state->occupancy = occupancy::OccupancyMap::read_octomap(file, Parameters{}.occupancy);
   std::filesystem::remove(file);
   Mapper mapper(Map(std::move(state)));
   const ScanReport report = mapper.detect_in_occupancy();
@@ -233,4 +233,4 @@ TEST(Mapper, SurfacesOfAnOctreeWithoutScans) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::mapper

@@ -29,7 +29,7 @@
 #include <octosurf/map.hpp>
 #include <octosurf/mapper.hpp>
 
-namespace octosurf {
+namespace octosurf::mapper {
 namespace {
 
 namespace fs = std::filesystem;
@@ -355,4 +355,4 @@ TEST_F(OutOfMemory, ThreadsThatAreNotGrantedAreDoneWithout) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::mapper

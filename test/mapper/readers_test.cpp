@@ -15,7 +15,7 @@
 
 #include <octosurf/mapper.hpp>
 
-namespace octosurf {
+namespace octosurf::mapper {
 namespace {
 
 std::vector<Scan> turning_round(std::uint64_t seed, int count) {
@@ -139,4 +139,4 @@ TEST(Readers, ASnapshotThatIsKeptStandsStill) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::mapper

@@ -10,7 +10,7 @@
 #include <octosurf/mapper.hpp>
 #include <octosurf/up.hpp>
 
-namespace octosurf {
+namespace octosurf::mapper {
 namespace {
 
 using Eigen::Vector3d;
@@ -100,4 +100,4 @@ TEST(UpOfAMap, ChangesNothingElse) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::mapper

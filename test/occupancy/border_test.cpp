@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-namespace octosurf {
+namespace octosurf::occupancy {
 namespace {
 
 TEST(OccupancyBorder, ScansEndAtTheLastVoxel) {
@@ -20,7 +20,7 @@ TEST(OccupancyBorder, ScansEndAtTheLastVoxel) {
   for (const double max_range : {std::numeric_limits<double>::infinity(), 0.7})
     for (int corner = 0; corner < 8; ++corner) {
       OccupancyMap map(parameters);
-      Downsampler downsample(map.grid());
+      sensing::Downsampler downsample(map.grid());
       Scan scan;
       for (int a = 0; a < 3; ++a)
         scan.T_map_sensor.translation()[a] =
@@ -29,12 +29,12 @@ TEST(OccupancyBorder, ScansEndAtTheLastVoxel) {
         scan.points.push_back(
             (Eigen::Vector3d(uniform(rng), uniform(rng), uniform(rng)).normalized() * (1.2 + uniform(rng)))
                 .cast<float>());
-      const VoxelScan voxels = downsample(scan, 0, max_range);
+      const sensing::VoxelScan voxels = downsample(scan, 0, max_range);
       EXPECT_GT(voxels.out_of_map, 0U);
       const OccupancyDelta delta = map.insert(voxels, downsample, nullptr);
 
       std::size_t hits = 0;
-      for (const EndVoxel& end : voxels.ends)
+      for (const sensing::EndVoxel& end : voxels.ends)
         if (voxels.within_range(map.grid().centre_of(end.key))) {
           ++hits;
           EXPECT_EQ(map.at(end.key).state, OccupancyMap::State::occupied);
@@ -51,4 +51,4 @@ TEST(OccupancyBorder, ScansEndAtTheLastVoxel) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::occupancy

@@ -13,12 +13,12 @@
 
 #include <octosurf/adapters/detail/morton.hpp>
 
-namespace octosurf {
+namespace octosurf::occupancy {
 namespace {
 
 using Keys = std::vector<std::uint64_t>;
 
-std::uint64_t morton(VoxelKey k) { return detail::morton_of(k.x, k.y, k.z); }
+std::uint64_t morton(geometry::VoxelKey k) { return detail::morton_of(k.x, k.y, k.z); }
 
 Keys minus(const std::set<std::uint64_t>& a, const std::set<std::uint64_t>& b) {
   Keys out;
@@ -65,7 +65,7 @@ struct Totals {
 };
 
 void check_delta(const OccupancyMap& map, const OccupancyDelta& delta, const std::set<std::uint64_t>& before,
-                 const VoxelScan& scan, const Downsampler& index) {
+                 const sensing::VoxelScan& scan, const sensing::Downsampler& index) {
   const std::set<std::uint64_t> after = test::occupied_voxels(map);
   EXPECT_EQ(keys_of(delta.appeared), minus(after, before));
   EXPECT_EQ(keys_of(delta.vanished), minus(before, after));
@@ -104,7 +104,7 @@ void check_delta(const OccupancyMap& map, const OccupancyDelta& delta, const std
 Totals run(std::uint64_t seed, bool with_planes, OccupancyParameters parameters) {
   std::mt19937_64 rng(seed);
   OccupancyMap map(parameters);
-  Downsampler downsample(map.grid());
+  sensing::Downsampler downsample(map.grid());
   Planes planes;
   planes.planes[5] = {Eigen::Vector3d::UnitZ(), 0};
   Eigen::Vector3d box(0.2, 0, 0);
@@ -113,7 +113,7 @@ Totals run(std::uint64_t seed, bool with_planes, OccupancyParameters parameters)
     if (i % 8 == 7) box = Eigen::Vector3d(0.2 + 0.1 * (i % 5), -0.6 + 0.05 * i, 0);  // it is carried away
     const Scan scan = room_with_box(rng, box);
     const std::set<std::uint64_t> before = test::occupied_voxels(map);
-    const VoxelScan voxels = downsample(scan, 0, i % 4 == 0 ? 1.3 : 5);
+    const sensing::VoxelScan voxels = downsample(scan, 0, i % 4 == 0 ? 1.3 : 5);
     const OccupancyDelta delta = map.insert(voxels, downsample, with_planes ? &planes : nullptr);
     check_delta(map, delta, before, voxels, downsample);
     totals.appeared += delta.appeared.size();
@@ -153,7 +153,7 @@ TEST(OccupancyDelta, DoesNotDependOnTheOrderOfPoints) {
   OccupancyParameters parameters;
   parameters.resolution = 0.05;
   OccupancyMap a(parameters), b(parameters);
-  Downsampler downsample(a.grid());
+  sensing::Downsampler downsample(a.grid());
   for (int i = 0; i < 4; ++i) {
     Scan scan = room_with_box(rng, {0.2, 0.1 * i, 0});
     const OccupancyDelta of_a = a.insert(downsample(scan, 0, 5), downsample, nullptr);
@@ -169,4 +169,4 @@ TEST(OccupancyDelta, DoesNotDependOnTheOrderOfPoints) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::occupancy

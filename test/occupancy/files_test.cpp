@@ -12,7 +12,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::occupancy {
 namespace {
 
 namespace fs = std::filesystem;
@@ -28,7 +28,7 @@ Both mapped(std::uint64_t seed, double resolution, int scans, std::size_t rays) 
   OccupancyParameters parameters;
   parameters.resolution = resolution;
   Both both{OccupancyMap(parameters), octomap::OcTree(resolution)};
-  Downsampler downsample(both.ours.grid());
+  sensing::Downsampler downsample(both.ours.grid());
   for (int i = 0; i < scans; ++i) {
     const Scan scan = test::room_scan(rng, rays, {1.5, 1.2, 0.9}, {0.3, -2, 1});
     test::insert_scan(both.theirs, scan, -1);
@@ -116,9 +116,9 @@ TEST(OccupancyFiles, AMapReadBackGoesOnAsBefore) {
   std::mt19937_64 rng(seed);
   Both both = mapped(seed, 0.05, 2, 3000);
   OccupancyMap back = read_back(nodes_of(both.ours), 0.05, rng, 1000);
-  Downsampler downsample(back.grid());
+  sensing::Downsampler downsample(back.grid());
   const Scan scan = test::room_scan(rng, 4000, {1.5, 1.2, 0.9}, {0.3, -2, 1});
-  const VoxelScan voxels = downsample(scan, 0, 1e9);
+  const sensing::VoxelScan voxels = downsample(scan, 0, 1e9);
   back.insert(voxels, downsample, nullptr);
   both.ours.insert(voxels, downsample, nullptr);
   EXPECT_TRUE(nodes_of(back) == nodes_of(both.ours));
@@ -175,7 +175,7 @@ TEST(OccupancyFiles, BtIsOctomapsOwn) {
 octomap::ColorOcTree coloured(const octomap::OcTree& tree) {
   octomap::ColorOcTree colour(tree.getResolution());
   for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf)
-    test::for_each_voxel(leaf, [&](VoxelKey k) {
+    test::for_each_voxel(leaf, [&](geometry::VoxelKey k) {
       const octomap::OcTreeKey key(k.x, k.y, k.z);
       colour.setNodeValue(key, leaf->getLogOdds())->setColor(1, 2, 3);
     });
@@ -280,4 +280,4 @@ TEST(OccupancyFiles, ForeignFilesAreAnError) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::occupancy

@@ -10,7 +10,7 @@
 #include <map>
 #include <random>
 
-namespace octosurf {
+namespace octosurf::occupancy {
 namespace {
 
 constexpr double d = 0.05, tolerance = 0.04;
@@ -19,9 +19,9 @@ struct Ray {
   Eigen::Vector3d from, to;
 };
 
-std::vector<Ray> rays_of(const VoxelScan& scan, const VoxelGrid& grid) {
+std::vector<Ray> rays_of(const sensing::VoxelScan& scan, const geometry::VoxelGrid& grid) {
   std::vector<Ray> rays;
-  for (const EndVoxel& end : scan.ends) {
+  for (const sensing::EndVoxel& end : scan.ends) {
     const Eigen::Vector3d centre = grid.centre_of(end.key).cast<double>(), from = scan.origin.cast<double>();
     rays.push_back({from, scan.within_range(grid.centre_of(end.key))
                               ? centre
@@ -70,12 +70,12 @@ TEST(GrazingTest, EqualsBruteForceOverAllRays) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
-  const VoxelGrid grid(d);
-  Downsampler downsample(grid);
+  const geometry::VoxelGrid grid(d);
+  sensing::Downsampler downsample(grid);
   std::size_t yes = 0, no = 0;
   for (int round = 0; round < 12; ++round) {
     const Eigen::Vector3d origin(uniform(rng), uniform(rng), uniform(rng));
-    const VoxelScan scan = downsample(rays_around(rng, origin, round % 2 == 0 ? 300 : 3000), 0, 2.0);
+    const sensing::VoxelScan scan = downsample(rays_around(rng, origin, round % 2 == 0 ? 300 : 3000), 0, 2.0);
     const std::vector<Ray> rays = rays_of(scan, grid);
     GrazingTest grazing(scan, grid);
     for (int i = 0; i < 800; ++i) {
@@ -83,7 +83,7 @@ TEST(GrazingTest, EqualsBruteForceOverAllRays) {
       const double reach = i % 4 == 0 ? 0.25 : i % 4 == 1 ? 0.1 : 2;  // near the sensor and farther away
       const Eigen::Vector3d at = origin + reach * Eigen::Vector3d(uniform(rng), uniform(rng), uniform(rng));
       plane.offset = plane.normal.dot(at);
-      VoxelKey voxel;
+      geometry::VoxelKey voxel;
       ASSERT_TRUE(grid.key_of(at.cast<float>(), voxel));
       const Eigen::Vector3d centre = grid.centre_of(voxel).cast<double>();
       if ((centre - origin).cwiseAbs().maxCoeff() <= d / 2 + 1e-4) continue;  // the sensor's own voxel
@@ -100,8 +100,8 @@ TEST(GrazingTest, EqualsBruteForceOverAllRays) {
 }
 
 TEST(GrazingTest, NoRaysCrossNothing) {
-  const VoxelGrid grid(d);
-  VoxelScan scan;
+  const geometry::VoxelGrid grid(d);
+  sensing::VoxelScan scan;
   GrazingTest grazing(scan, grid);
   EXPECT_FALSE(grazing.crosses({32800, 32768, 32768}, {Eigen::Vector3d::UnitZ(), 0}, tolerance));
 }
@@ -115,7 +115,7 @@ struct Floor : PlaneLookup {
 };
 
 /// A floor 3 m × 2 m at z = 0, seen from above often enough to be sure, all of it surface 7.
-OccupancyMap seen_floor(Downsampler& downsample) {
+OccupancyMap seen_floor(sensing::Downsampler& downsample) {
   OccupancyParameters parameters;
   parameters.resolution = d;
   OccupancyMap map(parameters);
@@ -136,7 +136,7 @@ std::size_t floor_voxels(const OccupancyMap& map) {
 }
 
 TEST(PreserveSurfaces, GrazingRaysDoNotErodeAFloor) {
-  Downsampler downsample{VoxelGrid(d)};
+  sensing::Downsampler downsample{geometry::VoxelGrid(d)};
   const Floor floor;
   // From 12 cm above the floor, along it, ending on it or just below it by noise.
   Scan scan;
@@ -147,7 +147,7 @@ TEST(PreserveSurfaces, GrazingRaysDoNotErodeAFloor) {
   OccupancyMap kept = seen_floor(downsample), eaten = seen_floor(downsample);
   const std::size_t before = floor_voxels(kept);
   for (int i = 0; i < 10; ++i) {
-    const VoxelScan voxels = downsample(scan, 0, 10);
+    const sensing::VoxelScan voxels = downsample(scan, 0, 10);
     EXPECT_TRUE(kept.insert(voxels, downsample, &floor).vanished.empty());
     eaten.insert(voxels, downsample, nullptr);
   }
@@ -156,7 +156,7 @@ TEST(PreserveSurfaces, GrazingRaysDoNotErodeAFloor) {
 }
 
 TEST(PreserveSurfaces, RaysThroughAFloorRemoveIt) {
-  Downsampler downsample{VoxelGrid(d)};
+  sensing::Downsampler downsample{geometry::VoxelGrid(d)};
   const Floor floor;
   OccupancyMap map = seen_floor(downsample);
   const std::size_t before = floor_voxels(map);
@@ -182,10 +182,10 @@ TEST(PreserveSurfaces, PlainVoxelsAreErodedAsBefore) {
   OccupancyParameters parameters;
   parameters.resolution = d;
   OccupancyMap with(parameters), without(parameters);
-  Downsampler downsample(with.grid());
+  sensing::Downsampler downsample(with.grid());
   const Floor floor;
   for (int i = 0; i < 5; ++i) {
-    const VoxelScan voxels = downsample(rays_around(rng, {0.1 * i, 0, 0}, 2000), 0, 10);
+    const sensing::VoxelScan voxels = downsample(rays_around(rng, {0.1 * i, 0, 0}, 2000), 0, 10);
     with.insert(voxels, downsample, &floor);
     without.insert(voxels, downsample, nullptr);
   }
@@ -199,19 +199,20 @@ TEST(PreserveSurfaces, MissesCountExactlyWhereSomeRayCrosses) {
   // A floor that was seen often, then random rays: log-odds fall where and only where brute force says.
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
-  Downsampler downsample{VoxelGrid(d)};
+  sensing::Downsampler downsample{geometry::VoxelGrid(d)};
   const Floor floor;
   std::size_t fell = 0, stayed = 0;
   for (int round = 0; round < 6; ++round) {
     OccupancyMap map = seen_floor(downsample), free = seen_floor(downsample);
-    const VoxelScan voxels = downsample(rays_around(rng, {0.15 * round, -0.1, 0.1 + 0.1 * round}, 800), 0, 2);
+    const sensing::VoxelScan voxels =
+        downsample(rays_around(rng, {0.15 * round, -0.1, 0.1 + 0.1 * round}, 800), 0, 2);
     const std::vector<Ray> rays = rays_of(voxels, map.grid());
     std::map<std::uint64_t, float> before;
     map.for_each_point([&](const VoxelPoint& p) { before[p.key.packed()] = map.at(p.key).log_odds; });
     map.insert(voxels, downsample, &floor);
     free.insert(voxels, downsample, nullptr);
     for (const auto& [packed, was] : before) {
-      const VoxelKey key = VoxelKey::unpack(packed);
+      const geometry::VoxelKey key = geometry::VoxelKey::unpack(packed);
       const float now = map.at(key).log_odds, unpreserved = free.at(key).log_odds;
       const Eigen::Vector3d centre = map.grid().centre_of(key).cast<double>();
       const Plane plane{Eigen::Vector3d::UnitZ(), 0};
@@ -227,4 +228,4 @@ TEST(PreserveSurfaces, MissesCountExactlyWhereSomeRayCrosses) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::occupancy

@@ -11,7 +11,7 @@
 
 #include <octosurf/scan_source.hpp>
 
-namespace octosurf {
+namespace octosurf::occupancy {
 namespace {
 
 /// Both maps of the same scans; `max_range` < 0: unlimited.
@@ -21,10 +21,10 @@ void compare(const std::vector<Scan>& scans, double resolution, double max_range
   parameters.resolution = resolution;
   OccupancyMap ours(parameters);
   octomap::OcTree theirs(resolution);
-  Downsampler downsample(ours.grid());
+  sensing::Downsampler downsample(ours.grid());
   for (const Scan& scan : scans) {
     test::insert_scan(theirs, scan, max_range);
-    const VoxelScan voxels =
+    const sensing::VoxelScan voxels =
         downsample(scan, 0, max_range < 0 ? std::numeric_limits<double>::infinity() : max_range);
     ours.insert(voxels, downsample, nullptr);
   }
@@ -83,4 +83,4 @@ TEST(OccupancyInsert, EqualsOctomapOnRealLidar) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::occupancy

@@ -16,7 +16,7 @@
 
 #include <octosurf/occupancy.hpp>
 
-namespace octosurf {
+namespace octosurf::occupancy {
 namespace {
 
 using Values = std::map<std::uint64_t, float>;
@@ -30,7 +30,7 @@ OccupancyParameters coarse(double occupied = 0.5) {
 }
 
 void insert_room(OccupancyMap& map, std::mt19937_64& rng, const Eigen::Vector3d& half, int scans) {
-  Downsampler downsample(map.grid());
+  sensing::Downsampler downsample(map.grid());
   for (int i = 0; i < scans; ++i) {
     const Scan scan = test::room_scan(rng, 1500, half, {0.3, -0.2, 0.1});
     map.insert(downsample(scan, 0, std::numeric_limits<double>::infinity()), downsample, nullptr);
@@ -42,9 +42,9 @@ OccupancyMap random_map(std::mt19937_64& rng, const OccupancyParameters& paramet
   std::uniform_real_distribution<double> half(0.5, 0.9);
   OccupancyMap map(parameters);
   insert_room(map, rng, {half(rng), half(rng), half(rng)}, 1 + static_cast<int>(rng() % 6));
-  std::vector<VoxelKey> keys;
+  std::vector<geometry::VoxelKey> keys;
   map.for_each_point([&](const VoxelPoint& p) { keys.push_back(p.key); });
-  for (const VoxelKey key : keys) map.assign(key, static_cast<SurfaceId>(rng() % 9));
+  for (const geometry::VoxelKey key : keys) map.assign(key, static_cast<SurfaceId>(rng() % 9));
   return map;
 }
 
@@ -55,9 +55,9 @@ Values values_of(OccupancyMap& map) {
       for (int z = 0; z < 1 << leaf.level; ++z)
         for (int y = 0; y < 1 << leaf.level; ++y)
           for (int x = 0; x < 1 << leaf.level; ++x)
-            values[VoxelKey{static_cast<std::uint16_t>(leaf.corner[0] + x),
-                            static_cast<std::uint16_t>(leaf.corner[1] + y),
-                            static_cast<std::uint16_t>(leaf.corner[2] + z)}
+            values[geometry::VoxelKey{static_cast<std::uint16_t>(leaf.corner[0] + x),
+                                      static_cast<std::uint16_t>(leaf.corner[1] + y),
+                                      static_cast<std::uint16_t>(leaf.corner[2] + z)}
                        .packed()] = leaf.log_odds;
   });
   return values;
@@ -209,7 +209,7 @@ TEST(ResampledOctree, KnowsWhatTheOtherKnowsAtItsCentres) {
   EXPECT_EQ(lost, 0u);
 
   Values expected;
-  const VoxelGrid grid(coarse().resolution);
+  const geometry::VoxelGrid grid(coarse().resolution);
   const Eigen::Isometry3d back = T.inverse();
   // All that is known lies within 4 m of the origin, which has moved by 0.6 m at most.
   constexpr int reach = 4.6 * 20;
@@ -217,18 +217,19 @@ TEST(ResampledOctree, KnowsWhatTheOtherKnowsAtItsCentres) {
     for (int y = -reach; y < reach; ++y)
       for (int x = -reach; x < reach; ++x) {
         const Eigen::Vector3d centre = (Eigen::Vector3d(x, y, z).array() + 0.5) * grid.resolution();
-        VoxelKey there;
+        geometry::VoxelKey there;
         ASSERT_TRUE(grid.key_of((back * centre).cast<float>(), there));
         const OccupancyMap::Lookup found = from.at(there);
         if (found.state == OccupancyMap::State::unknown || found.point) continue;
-        expected[VoxelKey{static_cast<std::uint16_t>(x + 32768), static_cast<std::uint16_t>(y + 32768),
-                          static_cast<std::uint16_t>(z + 32768)}
+        expected[geometry::VoxelKey{static_cast<std::uint16_t>(x + 32768),
+                                    static_cast<std::uint16_t>(y + 32768),
+                                    static_cast<std::uint16_t>(z + 32768)}
                      .packed()] = found.log_odds;
       }
   Points points;
   std::map<std::uint64_t, float> of_points;
   from.for_each_point([&](const VoxelPoint& p) {
-    VoxelKey key;
+    geometry::VoxelKey key;
     ASSERT_TRUE(grid.key_of((T * p.position.cast<double>()).cast<float>(), key));
     const float log_odds = from.at(p.key).log_odds;
     const auto [at, fresh] = of_points.try_emplace(key.packed(), log_odds);
@@ -262,4 +263,4 @@ TEST(ResampledOctree, CountsWhatIsOutside) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::occupancy

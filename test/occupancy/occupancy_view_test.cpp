@@ -20,7 +20,7 @@
 #include <octosurf/error.hpp>
 #include <octosurf/occupancy.hpp>
 
-namespace octosurf {
+namespace octosurf::occupancy {
 namespace {
 
 constexpr double resolution = 0.1;
@@ -33,7 +33,7 @@ OccupancyParameters parameters() {
 }
 
 void insert(OccupancyMap& map, const Scan& scan) {
-  Downsampler downsample(map.grid());
+  sensing::Downsampler downsample(map.grid());
   map.insert(downsample(scan, scan.T_map_sensor, 0, 30, 1), downsample, nullptr);
 }
 
@@ -47,7 +47,7 @@ void fill(OccupancyMap& map, std::mt19937_64& rng, int scans) {
 
 /// All voxels of a box about the room, one by one, by the map itself.
 struct Listed {
-  VoxelKey key;
+  geometry::VoxelKey key;
   Eigen::Vector3d centre;
   State state = State::unknown;
   float log_odds = 0;
@@ -59,7 +59,7 @@ std::vector<Listed> list_of(const OccupancyMap& map) {
   for (int z = -reach; z < reach; ++z)
     for (int y = -reach; y < reach; ++y)
       for (int x = -reach; x < reach; ++x) {
-        const auto k = [](int i) { return static_cast<std::uint16_t>(VoxelGrid::origin + i); };
+        const auto k = [](int i) { return static_cast<std::uint16_t>(geometry::VoxelGrid::origin + i); };
         Listed v{{k(x), k(y), k(z)}, (Eigen::Vector3d(x, y, z).array() + 0.5) * resolution};
         const OccupancyMap::Lookup found = map.at(v.key);
         v.state = found.state == OccupancyMap::State::occupied ? State::occupied
@@ -327,4 +327,4 @@ TEST(SharedView, OutlivesItsMap) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::occupancy

@@ -37,8 +37,9 @@ void for_each_voxel(const Leaf& leaf, const Visit& visit) {
   for (int z = 0; z < edge; ++z)
     for (int y = 0; y < edge; ++y)
       for (int x = 0; x < edge; ++x)
-        visit(VoxelKey{static_cast<std::uint16_t>(first[0] + x), static_cast<std::uint16_t>(first[1] + y),
-                       static_cast<std::uint16_t>(first[2] + z)});
+        visit(geometry::VoxelKey{static_cast<std::uint16_t>(first[0] + x),
+                                 static_cast<std::uint16_t>(first[1] + y),
+                                 static_cast<std::uint16_t>(first[2] + z)});
 }
 
 /// Number of voxels of the lowest level that a tree knows.
@@ -50,7 +51,7 @@ inline std::size_t known_voxels(const octomap::OcTree& tree) {
 }
 
 /// The map as OctoMap reads its .bt, which keeps every known voxel.
-inline octomap::OcTree through_bt(const OccupancyMap& map) {
+inline octomap::OcTree through_bt(const occupancy::OccupancyMap& map) {
   std::stringstream bt;
   map.write_bt(bt);
   octomap::OcTree tree(0.1);
@@ -59,16 +60,17 @@ inline octomap::OcTree through_bt(const OccupancyMap& map) {
 }
 
 /// Packed keys of the occupied voxels, found without our own traversal.
-inline std::set<std::uint64_t> occupied_voxels(const OccupancyMap& map) {
+inline std::set<std::uint64_t> occupied_voxels(const occupancy::OccupancyMap& map) {
   std::set<std::uint64_t> keys;
   const octomap::OcTree tree = through_bt(map);
   for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf)
-    if (tree.isNodeOccupied(*leaf)) for_each_voxel(leaf, [&](VoxelKey k) { keys.insert(k.packed()); });
+    if (tree.isNodeOccupied(*leaf))
+      for_each_voxel(leaf, [&](geometry::VoxelKey k) { keys.insert(k.packed()); });
   return keys;
 }
 
 /// Every voxel that either tree knows has the same value in the other.
-inline void expect_equal(const OccupancyMap& ours, const octomap::OcTree& theirs) {
+inline void expect_equal(const occupancy::OccupancyMap& ours, const octomap::OcTree& theirs) {
   std::size_t compared = 0, different = 0;
   for (auto leaf = theirs.begin_leafs(); leaf != theirs.end_leafs(); ++leaf) {
     const int edge = 1 << (16 - leaf.getDepth());
@@ -81,7 +83,8 @@ inline void expect_equal(const OccupancyMap& ours, const octomap::OcTree& theirs
       };
       const auto lookup = ours.at({at(0), at(1), at(2)});
       ++compared;
-      if (lookup.state == OccupancyMap::State::unknown || lookup.log_odds != leaf->getLogOdds()) ++different;
+      if (lookup.state == occupancy::OccupancyMap::State::unknown || lookup.log_odds != leaf->getLogOdds())
+        ++different;
     }
   }
   EXPECT_EQ(different, 0U) << "of " << compared;

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::occupancy {
 namespace {
 
 /// A pool of small chunks beside a slow twin: all objects in use by index, and what there was at the last
@@ -94,7 +94,7 @@ std::string bytes_of(const OccupancyMap& map) {
   return bytes;
 }
 
-void insert(OccupancyMap& map, Downsampler& downsample, const Scan& scan) {
+void insert(OccupancyMap& map, sensing::Downsampler& downsample, const Scan& scan) {
   map.insert(downsample(scan, scan.T_map_sensor, 0, 10), downsample, nullptr);
 }
 
@@ -102,7 +102,7 @@ TEST(OctreeRollBack, IsAsIfNothingHadBeen) {
   OccupancyParameters parameters;
   parameters.resolution = 0.05;
   OccupancyMap map(parameters), without(parameters);
-  Downsampler downsample(map.grid());
+  sensing::Downsampler downsample(map.grid());
   auto rng = test::rng();
   std::uniform_real_distribution<double> uniform(-0.4, 0.4);
   for (int i = 0; i < 12; ++i) {
@@ -127,4 +127,4 @@ TEST(OctreeRollBack, IsAsIfNothingHadBeen) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::occupancy

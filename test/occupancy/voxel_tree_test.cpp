@@ -16,7 +16,7 @@
 #include <string>
 #include <utility>
 
-namespace octosurf {
+namespace octosurf::occupancy {
 namespace {
 
 constexpr OccupancyModel model{0.85F, -0.4F, -2, 3.5F, 0};
@@ -27,12 +27,12 @@ struct TwinVoxel {
 };
 using Twin = std::map<std::uint64_t, TwinVoxel>;  // by Morton index
 
-VoxelKey key_of(std::uint64_t m) {
+geometry::VoxelKey key_of(std::uint64_t m) {
   return {static_cast<std::uint16_t>(detail::compact_bits(m)),
           static_cast<std::uint16_t>(detail::compact_bits(m >> 1)),
           static_cast<std::uint16_t>(detail::compact_bits(m >> 2))};
 }
-std::uint64_t morton(VoxelKey k) { return detail::morton_of(k.x, k.y, k.z); }
+std::uint64_t morton(geometry::VoxelKey k) { return detail::morton_of(k.x, k.y, k.z); }
 
 /// Checks what it is told against the twin.
 struct TwinPolicy {
@@ -40,15 +40,15 @@ struct TwinPolicy {
   std::mt19937_64& rng;
   std::set<std::uint64_t> kept_keys, vanished_keys;
 
-  bool keep(const VoxelPayload& payload, VoxelKey key) {
+  bool keep(const VoxelPayload& payload, geometry::VoxelKey key) {
     EXPECT_EQ(payload.surface, morton(key) & 0xffffff) << "a payload has left its voxel";
     return rng() % 3 == 0 && kept_keys.insert(morton(key)).second;
   }
-  void vanished(const VoxelPayload& payload, VoxelKey key) {
+  void vanished(const VoxelPayload& payload, geometry::VoxelKey key) {
     EXPECT_EQ(payload.surface, morton(key) & 0xffffff);
     vanished_keys.insert(morton(key));
   }
-  void hit(VoxelPayload& payload, VoxelKey key) {
+  void hit(VoxelPayload& payload, geometry::VoxelKey key) {
     EXPECT_EQ(payload.has_point(), twin[morton(key)].point);
     payload.range_class = 3;
     payload.surface = morton(key) & 0xffffff;
@@ -104,15 +104,17 @@ void compare(VoxelTree& tree, const Twin& twin) {
   }
   std::size_t visited = 0;
   std::uint64_t last = 0;
-  tree.visit_points({}, VoxelTree::top_level, [&](const VoxelPayload& payload, VoxelKey key, PayloadPlace) {
-    EXPECT_EQ(payload.surface, morton(key) & 0xffffff);
-    EXPECT_TRUE(visited == 0 || morton(key) > last);
-    last = morton(key);
-    ++visited;
-  });
+  tree.visit_points({}, VoxelTree::top_level,
+                    [&](const VoxelPayload& payload, geometry::VoxelKey key, PayloadPlace) {
+                      EXPECT_EQ(payload.surface, morton(key) & 0xffffff);
+                      EXPECT_TRUE(visited == 0 || morton(key) > last);
+                      last = morton(key);
+                      ++visited;
+                    });
   EXPECT_EQ(visited, points);
-  tree.visit_leaves(
-      [&](const VoxelTree::Node& leaf, VoxelKey) { known += std::size_t{1} << (3 * leaf.level()); });
+  tree.visit_leaves([&](const VoxelTree::Node& leaf, geometry::VoxelKey) {
+    known += std::size_t{1} << (3 * leaf.level());
+  });
   EXPECT_EQ(known, twin.size());
 }
 
@@ -177,7 +179,7 @@ TEST(VoxelTree, MarksWhatIsOccupiedOfLeavesThatWereSet) {
       const auto corner = [level](std::uint16_t k) {
         return static_cast<std::uint16_t>(k >> level << level);
       };
-      const VoxelKey key{corner(at()), corner(at()), corner(at())};
+      const geometry::VoxelKey key{corner(at()), corner(at()), corner(at())};
       const bool occupied = rng() % 4 == 0;
       tree.set_leaf(key, level, occupied ? 1 : -1);
       if (level == 0 && occupied && (round % 2 == 0 || rng() % 8 != 0))
@@ -214,7 +216,7 @@ TEST(VoxelTree, TakesNoMoreHeapThanOctomapsTree) {
       return tree;
     });
     OccupancyMap map(parameters);
-    Downsampler downsample(map.grid());
+    sensing::Downsampler downsample(map.grid());
     for (const Scan& scan : scans)
       map.insert(downsample(scan, 0, std::numeric_limits<double>::infinity()), downsample, nullptr);
     std::string nodes;
@@ -234,4 +236,4 @@ TEST(VoxelTree, TakesNoMoreHeapThanOctomapsTree) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::occupancy

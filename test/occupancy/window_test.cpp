@@ -16,14 +16,14 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::occupancy {
 namespace {
 
 OccupancyMap random_map(std::mt19937_64& rng, double resolution, const Eigen::Vector3d& centre) {
   OccupancyParameters parameters;
   parameters.resolution = resolution;
   OccupancyMap map(parameters);
-  Downsampler downsample(map.grid());
+  sensing::Downsampler downsample(map.grid());
   for (int i = 0; i < 2; ++i)
     map.insert(downsample(test::room_scan(rng, 4000, {0.8, 0.6, 0.5}, centre, 0.05), 0, 1e9), downsample,
                nullptr);
@@ -36,8 +36,8 @@ std::vector<VoxelPoint> all_points(const OccupancyMap& map) {
   return points;
 }
 
-VoxelKey random_key_near(const std::vector<VoxelPoint>& points, std::mt19937_64& rng) {
-  const VoxelKey k = points[rng() % points.size()].key;
+geometry::VoxelKey random_key_near(const std::vector<VoxelPoint>& points, std::mt19937_64& rng) {
+  const geometry::VoxelKey k = points[rng() % points.size()].key;
   const auto jitter = [&](std::uint16_t c) { return static_cast<std::uint16_t>(c + rng() % 9 - 4); };
   return {jitter(k.x), jitter(k.y), jitter(k.z)};
 }
@@ -51,7 +51,7 @@ TEST(PointWindow, FindsWhatBruteForceFinds) {
   for (const VoxelPoint& p : points) by_key[p.key.packed()] = p;
   PointWindow window(map);
   for (int i = 0; i < 3000; ++i) {
-    const VoxelKey key = random_key_near(points, rng);
+    const geometry::VoxelKey key = random_key_near(points, rng);
     const PointWindow::Index found = window.find(key);
     const auto expected = by_key.find(key.packed());
     ASSERT_EQ(found == PointWindow::none, expected == by_key.end());
@@ -69,7 +69,7 @@ TEST(PointWindow, VisitsWhatBruteForceVisitsOnceEach) {
   const std::vector<VoxelPoint> points = all_points(map);
   PointWindow window(map);
   for (int i = 0; i < 300; ++i) {
-    const VoxelKey key = random_key_near(points, rng);
+    const geometry::VoxelKey key = random_key_near(points, rng);
     const int reach = static_cast<int>(rng() % 12);
     std::vector<std::uint64_t> visited, expected;
     window.for_each_near(key, reach,
@@ -97,7 +97,7 @@ TEST(PointWindow, RowsAndColumnsHoldTheSamePoints) {
   for (int k = 0; k < 200; ++k) {
     if (PointWindow::Index i = window.find(points[rng() % points.size()].key); k % 2 == 0)
       window.assign(i, static_cast<SurfaceId>(rng() % 4));
-    const VoxelKey key = random_key_near(points, rng);
+    const geometry::VoxelKey key = random_key_near(points, rng);
     const int reach = static_cast<int>(rng() % 12);
     std::vector<PointWindow::Index> visited, in_rows;
     window.for_each_near(key, reach, [&](PointWindow::Index i) { visited.push_back(i); });
@@ -148,7 +148,7 @@ TEST(PointWindow, MarksArePendingPointsUntilTheyAreRemoved) {
     const bool fresh = window[some].surface == 0 && !removed.contains(some);
     EXPECT_EQ(marks.remove(window, some), fresh);
     removed.insert(some);
-    const VoxelKey key = random_key_near(points, rng);
+    const geometry::VoxelKey key = random_key_near(points, rng);
     const int reach = static_cast<int>(rng() % 12);
     std::vector<PointWindow::Index> visited, expected;
     window.for_each_near(key, reach, [&](PointWindow::Index i) {
@@ -173,7 +173,7 @@ TEST(PointWindow, StopsAtTheBorderOfTheOctree) {
   scan.T_map_sensor.translation().setConstant(-border + 0.3);
   for (int i = 0; i < 20; ++i)
     scan.points.push_back(Eigen::Vector3f::Constant(-0.29F + 0.002F * static_cast<float>(i)));
-  Downsampler downsample(map.grid());
+  sensing::Downsampler downsample(map.grid());
   map.insert(downsample(scan, 0, 10), downsample, nullptr);
   PointWindow window(map);
   std::size_t visited = 0;
@@ -244,7 +244,7 @@ void check_adoption(octomap::OcTree& tree) {
   for (const VoxelPoint& p : adopted) got.insert(p.key.packed());
   EXPECT_EQ(got.size(), adopted.size()) << "adopted twice";
   for (const std::uint64_t packed : occupied) {
-    const VoxelKey k = VoxelKey::unpack(packed);
+    const geometry::VoxelKey k = geometry::VoxelKey::unpack(packed);
     for (int a = 0; a < 6; ++a) {
       const int s = a % 2 == 0 ? 1 : -1;
       if (state(k.x + (a / 2 == 0 ? s : 0), k.y + (a / 2 == 1 ? s : 0), k.z + (a / 2 == 2 ? s : 0)) == open)
@@ -331,4 +331,4 @@ TEST(AdoptOccupiedVoxels, NothingInAnEmptyMap) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::occupancy

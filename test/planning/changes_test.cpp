@@ -12,7 +12,7 @@
 #include <octosurf/error.hpp>
 #include <octosurf/mapper.hpp>
 
-namespace octosurf {
+namespace octosurf::planning {
 namespace {
 
 using testing::ElementsAre;
@@ -228,4 +228,4 @@ TEST(CompareMaps, TheSameMapIsShared) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::planning

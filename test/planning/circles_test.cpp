@@ -8,7 +8,7 @@
 #include <octosurf/error.hpp>
 #include <octosurf/planning.hpp>
 
-namespace octosurf {
+namespace octosurf::planning {
 namespace {
 
 using namespace shapes;
@@ -97,4 +97,4 @@ TEST(Circles, RandomPolygonsWithHoles) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::planning

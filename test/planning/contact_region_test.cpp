@@ -18,7 +18,7 @@
 #include <octosurf/error.hpp>
 #include <octosurf/up.hpp>
 
-namespace octosurf {
+namespace octosurf::planning {
 namespace {
 
 using namespace shapes;
@@ -56,7 +56,7 @@ void expect_exact(const Surface& on, const ContactShape& shape, double yaw) {
   EXPECT_LE(region.area_m2, exact.area());
   EXPECT_NEAR(region.area_m2, exact.area(), grid_loss * (perimeter(region.polygons) + 0.1));
   EXPECT_NEAR(region.area_m2, test::area(region.polygons), 1e-12);
-  EXPECT_FALSE(fault_of(region.polygons));
+  EXPECT_FALSE(geometry::fault_of(region.polygons));
   EXPECT_EQ(region.polygons.empty(), !region.refused.empty());
 }
 
@@ -250,15 +250,15 @@ TEST(ContactLimits, FrontierEdgesHaveTheirOwnMargin) {
 }
 
 /// A map of voxels about these points, seen from far above.
-OccupancyMap octree_of(const std::vector<Eigen::Vector3d>& points, double d) {
+occupancy::OccupancyMap octree_of(const std::vector<Eigen::Vector3d>& points, double d) {
   OccupancyParameters parameters;
   parameters.resolution = d;
-  OccupancyMap map(parameters);
+  occupancy::OccupancyMap map(parameters);
   Scan scan;
   scan.T_map_sensor = Eigen::Isometry3d(Eigen::Translation3d(0.5, 0.5, 3));
   for (const Eigen::Vector3d& p : points)
     scan.points.push_back((scan.T_map_sensor.inverse() * p).cast<float>());
-  Downsampler downsample(map.grid());
+  sensing::Downsampler downsample(map.grid());
   map.insert(downsample(scan, scan.T_map_sensor, 0, 30, 1), downsample, nullptr);
   return map;
 }
@@ -266,7 +266,7 @@ OccupancyMap octree_of(const std::vector<Eigen::Vector3d>& points, double d) {
 TEST(ContactLimits, ObstaclesAndWhatHangsOverAreKeptClearOf) {
   const Surface on = surface(3, {{box(0, 0, 1, 1), {}}});
   constexpr double d = 0.02;
-  OccupancyMap map = octree_of({{0.51, 0.51, 0.31}, {0.11, 0.11, 0.01}, {0.91, 0.91, 0.51}}, d);
+  occupancy::OccupancyMap map = octree_of({{0.51, 0.51, 0.31}, {0.11, 0.11, 0.01}, {0.91, 0.91, 0.51}}, d);
   const OccupancyView octree = map.share();
   const ContactShape sole = ContactShape::rectangle(0.2, 0.1);
   ContactLimits limits;
@@ -291,7 +291,7 @@ TEST(ContactLimits, GapsThatTheOutlineBridgesAreNoSupport) {
   std::vector<Eigen::Vector3d> points;
   for (double x = 0.01; x < 1; x += 0.02)
     for (double y = 0.01; y < 1; y += 0.02) points.emplace_back(x, y, std::abs(x - 0.5) < 0.02 ? 0.01 : 0.49);
-  OccupancyMap map = octree_of(points, 0.02);
+  occupancy::OccupancyMap map = octree_of(points, 0.02);
   OccupancyView octree = map.share();
   const ContactShape sole = ContactShape::rectangle(0.2, 0.1);
   ContactLimits limits;
@@ -311,7 +311,7 @@ TEST(ContactLimits, GapsThatTheOutlineBridgesAreNoSupport) {
 
 TEST(ContactLimits, WhatLeavesNothingIsNamed) {
   const Surface on = surface(3, {{box(0, 0, 0.4, 0.4), {}}});
-  OccupancyMap map = octree_of({{0.21, 0.21, 0.31}}, 0.02);
+  occupancy::OccupancyMap map = octree_of({{0.21, 0.21, 0.31}}, 0.02);
   const OccupancyView octree = map.share();
   ContactLimits limits;
   limits.clearance_m = 0.4;
@@ -403,4 +403,4 @@ TEST(ContactRegion, RefusesWhatMakesNoSense) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::planning

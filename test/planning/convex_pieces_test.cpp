@@ -8,7 +8,7 @@
 #include <octosurf/error.hpp>
 #include <octosurf/planning.hpp>
 
-namespace octosurf {
+namespace octosurf::planning {
 namespace {
 
 using namespace shapes;
@@ -123,4 +123,4 @@ TEST(ConvexPieces, RandomPolygonsWithHoles) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::planning

@@ -12,7 +12,7 @@
 #include <octosurf/contact.hpp>
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::planning {
 namespace {
 
 using namespace shapes;
@@ -87,13 +87,13 @@ TEST(Foothold, AgreesWithTheRegionBesideFrontiersAndObstacles) {
   std::uniform_real_distribution<double> uniform(-2, 2);
   OccupancyParameters parameters;
   parameters.resolution = 0.05;
-  OccupancyMap map(parameters);
+  occupancy::OccupancyMap map(parameters);
   Scan scan;
   scan.T_map_sensor = Eigen::Isometry3d(Eigen::Translation3d(0, 0, 4));
   // A few things that stand there; the other rays go through to what lies below.
   for (int i = 0; i < 600; ++i)
     scan.points.emplace_back(uniform(random), uniform(random), i < 40 ? -3.5 + 0.1 * uniform(random) : -5);
-  Downsampler downsample(map.grid());
+  sensing::Downsampler downsample(map.grid());
   map.insert(downsample(scan, scan.T_map_sensor, 0, 30, 1), downsample, nullptr);
   const OccupancyView octree = map.share();
   for (int i = 0; i < 10 && !HasFailure(); ++i) {
@@ -210,4 +210,4 @@ TEST(Foothold, RefusesWhatMakesNoSense) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::planning

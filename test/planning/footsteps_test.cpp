@@ -8,7 +8,7 @@
 #include <octosurf/footsteps.hpp>
 #include <octosurf/mapper.hpp>
 
-namespace octosurf {
+namespace octosurf::planning {
 namespace {
 
 using namespace shapes;
@@ -299,4 +299,4 @@ TEST(Footsteps, WrongUseIsAnError) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::planning

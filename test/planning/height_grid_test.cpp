@@ -11,7 +11,7 @@
 #include <octosurf/height_grid.hpp>
 #include <octosurf/up.hpp>
 
-namespace octosurf {
+namespace octosurf::planning {
 namespace {
 
 Snapshot random_surfaces(std::mt19937_64& random) {
@@ -130,4 +130,4 @@ TEST(HeightGrid, OptionsThatMakeNoSenseAreRefused) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::planning

@@ -13,7 +13,7 @@
 #include <numbers>
 #include <random>
 
-namespace octosurf {
+namespace octosurf::planning {
 namespace {
 
 using namespace shapes;
@@ -30,7 +30,7 @@ void expect_same(const Polygon& polygon, const Ring2& kernel, const std::vector<
   const std::optional<std::vector<Polygon>> fast = inset(polygon, kernel, besides);
   ASSERT_TRUE(fast);
   const std::vector<Polygon> slow = slow_inset(polygon, kernel, besides);
-  EXPECT_FALSE(fault_of(*fast));  // exactly: parts of a µm are some of Boost's own rounding
+  EXPECT_FALSE(geometry::fault_of(*fast));  // exactly: parts of a µm are some of Boost's own rounding
   EXPECT_LT(test::exact_difference(*fast, slow), 2e-4);
 }
 
@@ -105,4 +105,4 @@ TEST(Inset, OfARoughOutline) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::planning

@@ -10,7 +10,7 @@
 #include <octosurf/planning.hpp>
 #include <octosurf/up.hpp>
 
-namespace octosurf {
+namespace octosurf::planning {
 namespace {
 
 using namespace shapes;
@@ -204,4 +204,4 @@ TEST(Below, AgreesWithWalkingDown) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::planning

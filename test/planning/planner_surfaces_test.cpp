@@ -8,7 +8,7 @@
 #include <octosurf/planner_formats.hpp>
 #include <octosurf/up.hpp>
 
-namespace octosurf {
+namespace octosurf::planning {
 namespace {
 
 using shapes::box;
@@ -109,4 +109,4 @@ TEST(PlannerSurfaces, LimitsThatNeedTheOctreeAskForIt) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::planning

@@ -15,7 +15,7 @@
 #include <octosurf/queries.hpp>
 #include <octosurf/up.hpp>
 
-namespace octosurf {
+namespace octosurf::planning {
 namespace {
 
 using namespace shapes;
@@ -254,4 +254,4 @@ TEST(SurfaceIndex, NothingFromNothingAndNonsenseIsRefused) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::planning

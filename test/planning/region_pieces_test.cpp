@@ -10,7 +10,7 @@
 
 #include <octosurf/contact.hpp>
 
-namespace octosurf {
+namespace octosurf::planning {
 namespace {
 
 using namespace shapes;
@@ -171,4 +171,4 @@ TEST(RegionPieces, StayWhereTheRegionStays) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::planning

@@ -15,7 +15,7 @@
 
 #include <octosurf/contact.hpp>
 
-namespace octosurf {
+namespace octosurf::planning {
 namespace {
 
 using namespace shapes;
@@ -41,7 +41,7 @@ std::shared_ptr<Snapshot> snapshot_of(std::vector<Surface> surfaces) {
 OccupancyView octree_of(const std::vector<std::pair<Eigen::Vector3d, SurfaceId>>& points) {
   OccupancyParameters parameters;
   parameters.resolution = d;
-  OccupancyMap map(parameters);
+  occupancy::OccupancyMap map(parameters);
   Scan scan;
   scan.T_map_sensor = Eigen::Isometry3d(Eigen::Translation3d(0.5, 0.5, 3));
   std::vector<Eigen::Vector3f> centres;  // so that no rounding moves one into the next voxel
@@ -49,10 +49,10 @@ OccupancyView octree_of(const std::vector<std::pair<Eigen::Vector3d, SurfaceId>>
     centres.push_back((d * ((p / d).array().floor() + 0.5)).matrix().cast<float>());
   for (const Eigen::Vector3f& p : centres)
     scan.points.push_back(scan.T_map_sensor.inverse().cast<float>() * p);
-  Downsampler downsample(map.grid());
+  sensing::Downsampler downsample(map.grid());
   map.insert(downsample(scan, scan.T_map_sensor, 0, 30, 1), downsample, nullptr);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    VoxelKey key;
+    geometry::VoxelKey key;
     if (map.grid().key_of(centres[i], key)) map.assign(key, points[i].second);
   }
   return map.share();
@@ -265,4 +265,4 @@ TEST(ObstacleColumns, BlockABoxAsTheVoxelsOneByOne) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::planning

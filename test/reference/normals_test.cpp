@@ -33,18 +33,19 @@ Comparison compare(const Scan& scan, double resolution, double radius) {
   Parameters parameters;
   parameters.occupancy.resolution = resolution;
   parameters.detection.normal_radius = parameters.detection.search_radius = radius;
-  MapState state(parameters);
-  const OccupancyDelta delta = test::occupy(state, scan);
+  surfaces::MapState state(parameters);
+  const occupancy::OccupancyDelta delta = test::occupy(state, scan);
   reference::Points points;
-  for (const VoxelPoint& p : delta.appeared) points.push_back(p.position);
+  for (const occupancy::VoxelPoint& p : delta.appeared) points.push_back(p.position);
 
   Comparison result;
   std::vector<reference::PointNormal> expected;
   result.pcl_ms = milliseconds([&] { expected = reference::mls_normals(points, radius); });
-  Ledger ledger(state);
-  std::vector<LocalPlane> planes;
+  surfaces::Ledger ledger(state);
+  std::vector<surfaces::LocalPlane> planes;
   result.own_ms = milliseconds([&] {
-    for (const VoxelPoint& p : delta.appeared) planes.push_back(ledger.normals.at(ledger.window.find(p.key)));
+    for (const occupancy::VoxelPoint& p : delta.appeared)
+      planes.push_back(ledger.normals.at(ledger.window.find(p.key)));
   });
   for (const auto& [i, normal, curvature] : expected) {
     if (curvature > planar_curvature) continue;

@@ -13,7 +13,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::sensing {
 namespace {
 
 constexpr double unlimited = std::numeric_limits<double>::infinity();
@@ -52,7 +52,7 @@ Twin slowly(const Scan& scan, double resolution, double min_range, double max_ra
     const octomap::point3d centre = tree.keyToCoord(key);
     const octomap::point3d sensor(origin.x(), origin.y(), origin.z());
     if ((centre - sensor).norm() > max_range) ++twin.beyond_range;
-    const std::uint64_t packed = VoxelKey{key[0], key[1], key[2]}.packed();
+    const std::uint64_t packed = geometry::VoxelKey{key[0], key[1], key[2]}.packed();
     Twin::Cell& cell = twin.cells[packed];
     if (cell.count++ == 0) twin.order.push_back(packed);
     cell.sum += m.cast<double>();
@@ -88,7 +88,7 @@ TEST(Downsample, EqualsAMapOfVoxels) {
   std::uniform_real_distribution<double> uniform(-1, 1);
   constexpr float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
   for (const double d : {0.004, 0.02, 0.1}) {
-    Downsampler downsample{VoxelGrid(d)};
+    Downsampler downsample{geometry::VoxelGrid(d)};
     for (int round = 0; round < 6; ++round) {
       const double far = d * 32768 * 0.9 * (round % 3) / 2;
       Scan scan = test::room_scan(rng, 20000, {1.4, 1.1, 0.9}, Eigen::Vector3d(far, -far, uniform(rng)));
@@ -107,14 +107,14 @@ TEST(Downsample, GrowsBeyondItsFirstTable) {
   std::mt19937_64 rng = test::rng();
   std::uniform_real_distribution<float> wide(-50, 50);
   for (int i = 0; i < 150000; ++i) scan.points.emplace_back(wide(rng), wide(rng), wide(rng));
-  Downsampler downsample{VoxelGrid(0.01)};
+  Downsampler downsample{geometry::VoxelGrid(0.01)};
   expect_same(scan, downsample, 0.01, 0, unlimited);
   scan.points.resize(10);  // nothing of the large scan is left behind
   expect_same(scan, downsample, 0.01, 0, unlimited);
 }
 
 TEST(Downsample, FindsNothingThatIsNotThere) {
-  Downsampler downsample{VoxelGrid(0.02)};
+  Downsampler downsample{geometry::VoxelGrid(0.02)};
   EXPECT_EQ(downsample.find({1, 2, 3}), -1);
   Scan scan;
   scan.points = {{1, 0, 0}};
@@ -124,7 +124,7 @@ TEST(Downsample, FindsNothingThatIsNotThere) {
 }
 
 TEST(Downsample, EmptyAndAllNotFinite) {
-  Downsampler downsample{VoxelGrid(0.02)};
+  Downsampler downsample{geometry::VoxelGrid(0.02)};
   Scan scan;
   EXPECT_TRUE(downsample(scan, 0, 4).ends.empty());
   scan.points.assign(7, Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
@@ -143,7 +143,7 @@ TEST(Downsample, ReadingsCountLikeAsManyPoints) {
     thinned.readings.push_back(static_cast<std::uint16_t>(1 + random() % 20));
     twin.points.insert(twin.points.end(), thinned.readings.back(), p);
   }
-  Downsampler downsample{VoxelGrid(0.1)};
+  Downsampler downsample{geometry::VoxelGrid(0.1)};
   const VoxelScan a = downsample(thinned, 0, unlimited), b = downsample(twin, 0, unlimited);
   ASSERT_EQ(a.ends.size(), b.ends.size());
   for (std::size_t i = 0; i < a.ends.size(); ++i) {
@@ -154,7 +154,7 @@ TEST(Downsample, ReadingsCountLikeAsManyPoints) {
 }
 
 TEST(Downsample, RefusesASensorOutsideTheOctree) {
-  Downsampler downsample{VoxelGrid(0.02)};
+  Downsampler downsample{geometry::VoxelGrid(0.02)};
   Scan scan;
   scan.name = "scan 12";
   scan.points = {{1, 0, 0}};
@@ -171,4 +171,4 @@ TEST(Downsample, RefusesASensorOutsideTheOctree) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::sensing

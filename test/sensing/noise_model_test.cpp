@@ -11,7 +11,7 @@
 #include <random>
 #include <utility>
 
-namespace octosurf {
+namespace octosurf::sensing {
 namespace {
 
 /// A camera in front of a wall at `range`, readings scattered by sensor_noise + range_noise·z².
@@ -212,7 +212,7 @@ TEST(NoiseModel, TakesAPointsOwnView) {
   Parameters parameters;
   parameters.surfaces.range_noise = 0.002;
   const NoiseModel noise(parameters);
-  VoxelPoint p;
+  occupancy::VoxelPoint p;
   p.range_class = 8;
   p.view = Eigen::Vector3f(0, 0.6F, 0.8F);
   EXPECT_NEAR(noise.tolerance(p, {Eigen::Vector3d::UnitZ(), 5}), noise.tolerance(8, 0.8), 1e-9);
@@ -300,4 +300,4 @@ TEST(NoiseModel, ComesBackFromItsHistogram) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::sensing

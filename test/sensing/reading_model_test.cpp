@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <numbers>
 
-namespace octosurf {
+namespace octosurf::sensing {
 namespace {
 
 /// σ(z) = 2 mm + 1.5 mm/m² · z², told and not estimated.
@@ -85,4 +85,4 @@ TEST(ReadingModel, FartherReadingsBelongFromFartherOff) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::sensing

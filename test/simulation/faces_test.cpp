@@ -19,7 +19,7 @@ double signed_area(const Ring2& ring) {
   return twice / 2;
 }
 
-double area(const TrueFace& face) {
+double area(const evaluation::TrueFace& face) {
   double sum = 0;
   for (const auto& polygon : face.polygons) {
     sum += signed_area(polygon.outer);
@@ -28,8 +28,8 @@ double area(const TrueFace& face) {
   return sum;
 }
 
-std::vector<TrueFace> named(const Faces& faces, const std::string& name) {
-  std::vector<TrueFace> found;
+std::vector<evaluation::TrueFace> named(const Faces& faces, const std::string& name) {
+  std::vector<evaluation::TrueFace> found;
   for (const auto& face : faces.all())
     if (face.name == name || face.name.starts_with(name + "#")) found.push_back(face);
   return found;

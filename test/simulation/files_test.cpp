@@ -15,7 +15,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::simulation {
 namespace {
 
 namespace fs = std::filesystem;
@@ -149,8 +149,8 @@ TEST_F(Folder, SameOptionsSameBytes) {
 TEST_F(Folder, TruthIsTheRecordings) {
   const SimulationOptions options = options_of("spinning");
   const SimulationSummary summary = simulate(options, dir_);
-  const Truth written = load_truth(dir_ / "truth.json");
-  const Truth expected = Recording(options).truth();
+  const evaluation::Truth written = evaluation::load_truth(dir_ / "truth.json");
+  const evaluation::Truth expected = Recording(options).truth();
   ASSERT_EQ(written.faces.size(), expected.faces.size());
   EXPECT_EQ(summary.faces, expected.faces.size());
   std::size_t visible = 0;
@@ -194,4 +194,4 @@ TEST_F(Folder, UnwritablePlaceIsAnError) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::simulation

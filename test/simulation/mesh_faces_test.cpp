@@ -34,13 +34,13 @@ Triangles moved(Triangles triangles, const Eigen::Isometry3d& T) {
 
 class MeshFacesTest : public test::TerrainTest {
  protected:
-  std::vector<TrueFace> faces_of(const Triangles& triangles) const {
+  std::vector<evaluation::TrueFace> faces_of(const Triangles& triangles) const {
     return Faces(find_mesh_faces(mesh_of(triangles)), {}).all();
   }
 
   /// Areas of the faces whose normals are `normal` and that lie `offset` along it; descending.
-  static std::vector<double> areas(const std::vector<TrueFace>& faces, const Eigen::Vector3d& normal,
-                                   double offset) {
+  static std::vector<double> areas(const std::vector<evaluation::TrueFace>& faces,
+                                   const Eigen::Vector3d& normal, double offset) {
     std::vector<double> found;
     for (const auto& face : faces)
       if (face.plane.normal.dot(normal) > 1 - 1e-8 && std::abs(face.plane.offset - offset) < 1e-5)

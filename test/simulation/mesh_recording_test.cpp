@@ -77,15 +77,15 @@ TEST_F(MeshWalk, AMeshWithoutGroundIsRefused) {
 
 class MeshRecording : public test::TerrainTest {
  protected:
-  SimulationOptions options() const {
-    SimulationOptions options;
+  simulation::SimulationOptions options() const {
+    simulation::SimulationOptions options;
     options.mesh = write("stair.stl", test::stl(test::stair(4)));
     return options;
   }
 };
 
 TEST_F(MeshRecording, KeepsTheSizeOfTheFileAndStepsAFewCentimetres) {
-  const Recording recording(options());
+  const simulation::Recording recording(options());
   EXPECT_EQ(recording.mesh()->triangles, 2u + 4 * 12);
   double treads = 0;
   for (const auto& face : recording.faces()) {
@@ -100,11 +100,11 @@ TEST_F(MeshRecording, KeepsTheSizeOfTheFileAndStepsAFewCentimetres) {
 }
 
 TEST_F(MeshRecording, EqualOptionsGiveEqualScansAndSeedsDiffer) {
-  SimulationOptions some = options();
+  simulation::SimulationOptions some = options();
   some.frames = 20;
-  const Recording a(some), b(some);
+  const simulation::Recording a(some), b(some);
   ++some.seed;
-  const Recording c(some);
+  const simulation::Recording c(some);
   EXPECT_GT(a.scan(1).points.size(), 100'000u);
   EXPECT_EQ(a.scan(1).points, b.scan(1).points);
   EXPECT_NE(a.scan(1).points, c.scan(1).points);
@@ -112,11 +112,11 @@ TEST_F(MeshRecording, EqualOptionsGiveEqualScansAndSeedsDiffer) {
 }
 
 TEST_F(MeshRecording, EverythingAWalkerStepsOnIsSeen) {
-  SimulationOptions some = options();
+  simulation::SimulationOptions some = options();
   for (const std::string sensor : {"depth", "spinning"}) {
     some.sensor = sensor;
     some.frames = sensor == "depth" ? 200 : 40;
-    const Truth truth = Recording(some).truth();
+    const evaluation::Truth truth = simulation::Recording(some).truth();
     for (const auto& face : truth.faces) {
       if (face.name.starts_with("terrain/level")) {
         // At a quarter of the usual scans, 20 cm apart, the last 4 cm of a tread, behind the edge above, may
@@ -133,22 +133,22 @@ TEST_F(MeshRecording, EverythingAWalkerStepsOnIsSeen) {
 }
 
 /// Maps the recording and scores it. Scans one by one: all of them together would take gigabytes.
-Evaluation mapped(const SimulationOptions& options) {
-  const Recording recording(options);
-  Recording::Visibility visible = recording.visibility();
+evaluation::Evaluation mapped(const simulation::SimulationOptions& options) {
+  const simulation::Recording recording(options);
+  simulation::Recording::Visibility visible = recording.visibility();
   Mapper mapper(Parameters{}, 1);
   for (std::size_t i = 0; i < recording.size(); ++i) {
-    const Readings ideal = recording.ideal(i);
+    const simulation::Readings ideal = recording.ideal(i);
     visible.add(i, ideal);
     mapper.insert(recording.labelled_scan(i, ideal).scan);
   }
-  return evaluate(*mapper.snapshot(), visible.truth());
+  return evaluation::evaluate(*mapper.snapshot(), visible.truth());
 }
 
 TEST_F(MeshRecording, AStairIsMappedStepByStep) {
-  SimulationOptions some = options();
+  simulation::SimulationOptions some = options();
   some.frames = 120;
-  const Evaluation scores = mapped(some);
+  const evaluation::Evaluation scores = mapped(some);
   // Four treads, four risers, two sides, the drop behind and the ground; each of them a metre long and 17 cm
   // or more high, many voxels either way.
   EXPECT_EQ(scores.faces, 12u);
@@ -167,11 +167,11 @@ class TerrainData : public testing::TestWithParam<std::string> {};
 TEST_P(TerrainData, IsReadWalkedAndSeen) {
   const fs::path file = fs::path(OCTOSURF_DATA_DIR) / "terrain_meshes" / GetParam();
   if (!fs::exists(file)) GTEST_SKIP() << "no ../shared/data/terrain_meshes";
-  SimulationOptions options;
+  simulation::SimulationOptions options;
   options.mesh = file;
   options.frames = 60;
-  const Recording recording(options);
-  const Truth truth = recording.truth();
+  const simulation::Recording recording(options);
+  const evaluation::Truth truth = recording.truth();
   double level = 0, seen = 0;
   for (const auto& face : truth.faces) {
     seen += face.visible_area_m2;
@@ -181,7 +181,7 @@ TEST_P(TerrainData, IsReadWalkedAndSeen) {
   // Every reading lies on a true face: nothing of what a camera sees was taken for hidden.
   std::size_t readings = 0, without_face = 0;
   for (std::size_t i = 0; i < recording.size(); i += 5) {
-    const Readings ideal = recording.ideal(i);
+    const simulation::Readings ideal = recording.ideal(i);
     for (std::size_t k = 0; k < ideal.t.size(); ++k) {
       readings += ideal.t[k] > 0;
       without_face += ideal.t[k] > 0 && ideal.labels[k] == 0;

@@ -16,7 +16,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::simulation {
 namespace {
 
 using simulation::make_sensor;
@@ -63,7 +63,7 @@ TEST_P(EveryRecording, NoiseFreeReadingsAreRayPlaneIntersections) {
       if (readings.t[k] > 0) ++all;
       if (readings.labels[k] == 0) continue;
       ++labelled;
-      const TrueFace& face = recording.faces()[readings.labels[k] - 1];
+      const evaluation::TrueFace& face = recording.faces()[readings.labels[k] - 1];
       const Eigen::Vector3d direction = T.linear() * recording.rays()[k].cast<double>();
       const double toward = face.plane.normal.dot(direction);
       ASSERT_LT(toward, 0) << "seen from behind: " << face.name;
@@ -86,7 +86,7 @@ TEST_P(EveryRecording, LabelsNameTheFaceThatHoldsThePoint) {
     const Readings readings = recording.ideal(i);
     for (std::size_t k = 0; k < readings.t.size(); k += 11) {
       if (readings.labels[k] == 0) continue;
-      const TrueFace& face = recording.faces()[readings.labels[k] - 1];
+      const evaluation::TrueFace& face = recording.faces()[readings.labels[k] - 1];
       const Eigen::Vector3d p = face.T_map_face.inverse() * recording.true_pose(i) *
                                 (static_cast<double>(readings.t[k]) * recording.rays()[k].cast<double>());
       ++labelled;
@@ -326,7 +326,7 @@ TEST(Recording, ChangeHappensMidway) {
     for (const auto label : recording.ideal(i).labels)
       if (label > 0) ++(i < recording.size() / 2 ? before : after)[label - 1];
   for (std::size_t f = 0; f < recording.faces().size(); ++f) {
-    const TrueFace& face = recording.faces()[f];
+    const evaluation::TrueFace& face = recording.faces()[f];
     const bool leaves = face.name.starts_with("removed/") || face.name.starts_with("moved_from/");
     const bool comes = face.name.starts_with("added/") || face.name.starts_with("moved_to/");
     EXPECT_EQ(face.gone, leaves) << face.name;
@@ -399,4 +399,4 @@ TEST(SimulationOptions, NonsenseIsRefusedByName) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::simulation

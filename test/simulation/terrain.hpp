@@ -21,7 +21,7 @@ inline double signed_area(const Ring2& ring) {
   return twice / 2;
 }
 
-inline double area(const TrueFace& face) {
+inline double area(const evaluation::TrueFace& face) {
   double sum = signed_area(face.polygons.at(0).outer);
   for (const auto& hole : face.polygons[0].holes) {
     EXPECT_LT(signed_area(hole), 0) << "holes run clockwise";

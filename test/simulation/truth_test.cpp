@@ -10,7 +10,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::simulation {
 namespace {
 
 namespace fs = std::filesystem;
@@ -25,7 +25,7 @@ class TruthFile : public testing::Test {
   }
   ~TruthFile() override { fs::remove_all(dir_); }
 
-  static Truth example() {
+  static evaluation::Truth example() {
     SimulationOptions options;
     options.scene = "change";
     options.frames = 2;
@@ -43,7 +43,7 @@ class TruthFile : public testing::Test {
   void expect_refused(const std::string& content) const {
     std::ofstream(file_) << content;
     try {
-      load_truth(file_);
+      evaluation::load_truth(file_);
       FAIL() << "was read: " << content.substr(0, 200);
     } catch (const Error& e) {
       EXPECT_EQ(e.kind(), Error::Kind::data);
@@ -65,9 +65,9 @@ class TruthFile : public testing::Test {
 };
 
 TEST_F(TruthFile, RoundTripLosesNothing) {
-  const Truth saved = example();
-  save_truth(saved, file_);
-  const Truth read = load_truth(file_);
+  const evaluation::Truth saved = example();
+  evaluation::save_truth(saved, file_);
+  const evaluation::Truth read = evaluation::load_truth(file_);
   EXPECT_EQ(read.scene, saved.scene);
   EXPECT_EQ(read.sensor, saved.sensor);
   EXPECT_EQ(read.seed, saved.seed);
@@ -75,7 +75,7 @@ TEST_F(TruthFile, RoundTripLosesNothing) {
   EXPECT_EQ(read.visible_hits, saved.visible_hits);
   ASSERT_EQ(read.faces.size(), saved.faces.size());
   for (std::size_t f = 0; f < saved.faces.size(); ++f) {
-    const TrueFace &a = saved.faces[f], &b = read.faces[f];
+    const evaluation::TrueFace &a = saved.faces[f], &b = read.faces[f];
     EXPECT_EQ(a.id, b.id);
     EXPECT_EQ(a.name, b.name);
     EXPECT_EQ(a.plane.normal, b.plane.normal);
@@ -96,10 +96,10 @@ TEST_F(TruthFile, RoundTripLosesNothing) {
 }
 
 TEST_F(TruthFile, NamesThatAreNoUtf8AreSavedAsFarAsTheyCanBe) {
-  Truth truth = example();
+  evaluation::Truth truth = example();
   truth.scene = "Gel\xE4nde";
-  save_truth(truth, file_);
-  EXPECT_EQ(load_truth(file_).scene, "Gel\xEF\xBF\xBDnde");
+  evaluation::save_truth(truth, file_);
+  EXPECT_EQ(evaluation::load_truth(file_).scene, "Gel\xEF\xBF\xBDnde");
 }
 
 TEST_F(TruthFile, ForeignFilesAreRefused) {
@@ -110,23 +110,23 @@ TEST_F(TruthFile, ForeignFilesAreRefused) {
   expect_refused(R"({"format":"octosurf-surfaces","version":1,"surfaces":[]})");
   expect_refused(R"({"format":"octosurf-truth","version":1})");
   expect_refused(std::string(100000, '['));
-  EXPECT_THROW(load_truth(dir_ / "missing.json"), Error);
-  EXPECT_THROW(load_truth(dir_), Error);
+  EXPECT_THROW(evaluation::load_truth(dir_ / "missing.json"), Error);
+  EXPECT_THROW(evaluation::load_truth(dir_), Error);
 }
 
 TEST_F(TruthFile, TruncatedFilesAreRefused) {
-  save_truth(example(), file_);
+  evaluation::save_truth(example(), file_);
   const std::string whole = text();
   for (std::size_t cut = 0; cut + 2 < whole.size(); cut += 1 + whole.size() / 60)
     expect_refused(whole.substr(0, cut));
 }
 
 TEST_F(TruthFile, DamagedFieldsAreRefused) {
-  Truth truth = example();
+  evaluation::Truth truth = example();
   truth.faces.resize(2);
   truth.faces[0].visible = {{4, 5, 6}};
   truth.faces[0].plane.offset = 0.125;
-  save_truth(truth, file_);
+  evaluation::save_truth(truth, file_);
   const std::vector<std::pair<std::string, std::string>> damages{{"\"version\":1", "\"version\":2"},
                                                                  {"\"cell\":0.01", "\"cell\":-1"},
                                                                  {"\"cell\":0.01", "\"cell\":\"0.01\""},
@@ -152,7 +152,7 @@ TEST_F(TruthFile, DamagedFieldsAreRefused) {
 
 TEST_F(TruthFile, UnwritablePlaceIsAnError) {
   try {
-    save_truth(example(), dir_ / "no" / "folder" / "truth.json");
+    evaluation::save_truth(example(), dir_ / "no" / "folder" / "truth.json");
     FAIL();
   } catch (const Error& e) {
     EXPECT_EQ(e.kind(), Error::Kind::output);
@@ -160,4 +160,4 @@ TEST_F(TruthFile, UnwritablePlaceIsAnError) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::simulation

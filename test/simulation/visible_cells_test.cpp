@@ -8,7 +8,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-namespace octosurf {
+namespace octosurf::simulation {
 namespace {
 
 SimulationOptions options_of(const std::string& scene, const std::string& sensor, std::size_t frames) {
@@ -24,14 +24,15 @@ SimulationOptions options_of(const std::string& scene, const std::string& sensor
 TEST(VisibleCells, LieInPolygonsInOrderAndSumUp) {
   for (const std::string sensor : {"depth", "tilting", "spinning"})
     for (const std::string scene : {"office", "stones", "change"}) {
-      const Truth truth = Recording(options_of(scene, sensor, sensor == "tilting" ? 120 : 12)).truth();
+      const evaluation::Truth truth =
+          Recording(options_of(scene, sensor, sensor == "tilting" ? 120 : 12)).truth();
       EXPECT_EQ(truth.scene, scene);
       EXPECT_EQ(truth.sensor, sensor);
       EXPECT_EQ(truth.cell, sensor == "depth" ? 0.01 : 0.05);
       std::size_t seen = 0;
       for (const auto& face : truth.faces) {
         std::size_t cells = 0;
-        const CellRun* last = nullptr;
+        const evaluation::CellRun* last = nullptr;
         for (const auto& run : face.visible) {
           ASSERT_GT(run.count, 0);
           if (last) {
@@ -53,8 +54,8 @@ TEST(VisibleCells, LieInPolygonsInOrderAndSumUp) {
 }
 
 /// True if some scan of the camera has a reading of this face right at `point`'s pixel or beside it.
-bool in_sight(const Recording& recording, const std::vector<Readings>& readings, const TrueFace& face,
-              const Eigen::Vector3d& point) {
+bool in_sight(const Recording& recording, const std::vector<Readings>& readings,
+              const evaluation::TrueFace& face, const Eigen::Vector3d& point) {
   using namespace simulation;
   for (std::size_t i = 0; i < readings.size(); ++i) {
     const Eigen::Vector3d p = recording.true_pose(i).inverse() * point;
@@ -74,7 +75,7 @@ TEST(VisibleCells, EachIsInSightOfSomeScan) {
   const Recording recording(options_of("office", "depth", 10));
   std::vector<Readings> readings;
   for (std::size_t i = 0; i < recording.size(); ++i) readings.push_back(recording.ideal(i));
-  const Truth truth = recording.truth();
+  const evaluation::Truth truth = recording.truth();
   std::size_t cells = 0, checked = 0;
   for (const auto& face : truth.faces)
     for (const auto& run : face.visible)
@@ -92,7 +93,7 @@ TEST(VisibleCells, EachIsInSightOfSomeScan) {
 // At 4 m on the floor a 1 cm cell is smaller than a pixel; the gaps between pixels count as seen.
 TEST(VisibleCells, HaveNoGapsBetweenPixels) {
   const Recording recording(options_of("room", "depth", 1));
-  const Truth truth = recording.truth();
+  const evaluation::Truth truth = recording.truth();
   const auto largest =
       std::max_element(truth.faces.begin(), truth.faces.end(),
                        [](const auto& a, const auto& b) { return a.visible_area_m2 < b.visible_area_m2; });
@@ -103,4 +104,4 @@ TEST(VisibleCells, HaveNoGapsBetweenPixels) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::simulation

@@ -130,7 +130,7 @@ std::vector<Polygon> alpha_shape(std::span<const Eigen::Vector2d> points, double
       split_loops(walk, loops);
       Polygon& polygon = polygons[static_cast<std::size_t>(face->info().component)];
       for (Ring2& loop : loops) {
-        if (signed_area(loop) > 0)
+        if (geometry::signed_area(loop) > 0)
           polygon.outer = std::move(loop);
         else
           polygon.holes.push_back(std::move(loop));
@@ -139,7 +139,7 @@ std::vector<Polygon> alpha_shape(std::span<const Eigen::Vector2d> points, double
   }
   // A sliver's area can round to nothing; what has no outer ring covers nothing.
   std::erase_if(polygons, [](const Polygon& polygon) { return polygon.outer.empty(); });
-  order_rings(polygons);
+  geometry::order_rings(polygons);
   return polygons;
 }
 

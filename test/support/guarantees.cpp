@@ -13,7 +13,7 @@ namespace octosurf::test {
 
 void expect_guarantees(const Map& map) {
   EXPECT_THAT(check_invariants(map), ::testing::IsEmpty());
-  const MapState& state = map.state();
+  const surfaces::MapState& state = map.state();
   const double h = state.parameters.max_hole_size();
   const auto snapshot = map.snapshot();
   EXPECT_EQ(snapshot->surfaces.size(), map.size().surfaces);
@@ -32,14 +32,14 @@ void expect_guarantees(const Map& map) {
 
     // The polygons are the alpha shape of the inliers and rim points: so each of the former lies inside or
     // spans no triangle. Of what was loaded since it was derived the noise of then is not known any more.
-    const SurfaceModel& model = *state.surfaces.find(surface->id);
-    SurfaceModel::Overreach now;
+    const surfaces::SurfaceModel& model = *state.surfaces.find(surface->id);
+    surfaces::SurfaceModel::Overreach now;
     for (unsigned c = 0; c < now.size(); ++c) now[c] = std::min(model.resolution(), state.noise.overreach(c));
     EXPECT_LE(std::min(difference(surface->polygons, slow_polygons(model, h)),
                        difference(surface->polygons, slow_polygons(model, h, now))),
               1e-9 * (1 + total));
     double squares = 0;
-    model.for_each_inlier([&](const Inlier& inlier) {
+    model.for_each_inlier([&](const surfaces::Inlier& inlier) {
       squares += std::pow(surface->plane.signed_distance(inlier.position.cast<double>()), 2);
     });
     EXPECT_EQ(surface->covariance, surface->covariance.transpose());
@@ -49,7 +49,7 @@ void expect_guarantees(const Map& map) {
 }
 
 std::string digest(const Map& map) {
-  const MapState& state = map.state();
+  const surfaces::MapState& state = map.state();
   std::string bytes;
   const auto put = [&](const auto& value) {
     bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
@@ -64,7 +64,7 @@ std::string digest(const Map& map) {
   };
   state.occupancy.write_nodes([&](const std::string& chunk) { bytes += chunk; });
   for (const auto& [id, surface] : state.surfaces) {
-    const SurfaceModel::State s = surface.state();
+    const surfaces::SurfaceModel::State s = surface.state();
     put(s.id);
     for (const Plane* plane : {&s.plane, &s.checked_plane}) {
       for (int a = 0; a < 3; ++a) put(plane->normal[a]);
@@ -72,15 +72,15 @@ std::string digest(const Map& map) {
     }
     for (const Eigen::Isometry3d* pose : {&s.pose, &s.hash_frame})
       for (int i = 0; i < 16; ++i) put(pose->matrix().data()[i]);
-    const auto put_moments = [&](const Moments& m) {
+    const auto put_moments = [&](const geometry::Moments& m) {
       put(m.count);
       for (int a = 0; a < 3; ++a) put(m.sum[a]);
       for (int i = 0; i < 9; ++i) put(m.outer.data()[i]);
     };
-    for (const Moments& m : s.moments) put_moments(m);
+    for (const geometry::Moments& m : s.moments) put_moments(m);
     put_moments(s.evidence.moments);
     put(s.evidence.readings);
-    for (const Inlier& i : s.inliers) {
+    for (const surfaces::Inlier& i : s.inliers) {
       put(i.key.packed());
       put(i.range_class);
       for (int a = 0; a < 3; ++a) put(i.position[a]);
@@ -104,7 +104,7 @@ std::string digest(const Map& map) {
   for (const auto& row : state.noise.histogram())
     for (const std::uint32_t n : row) put(n);
   put(state.noise.range_noise());
-  for (const VoxelKey k : state.accumulated) put(k.packed());
+  for (const geometry::VoxelKey k : state.accumulated) put(k.packed());
   put(state.points);
   put(state.scans);
   put(state.revision);

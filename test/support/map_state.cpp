@@ -2,10 +2,10 @@
 
 namespace octosurf::test {
 
-OccupancyDelta occupy(MapState& state, const Scan& scan) {
-  Downsampler downsample(state.occupancy.grid());
-  const VoxelScan voxels = downsample(scan, 0, std::numeric_limits<double>::infinity());
-  OccupancyDelta delta = state.occupancy.insert(
+occupancy::OccupancyDelta occupy(surfaces::MapState& state, const Scan& scan) {
+  sensing::Downsampler downsample(state.occupancy.grid());
+  const sensing::VoxelScan voxels = downsample(scan, 0, std::numeric_limits<double>::infinity());
+  occupancy::OccupancyDelta delta = state.occupancy.insert(
       voxels, downsample, state.parameters.occupancy.preserve_surfaces ? &state.surfaces : nullptr);
   state.points += delta.appeared.size();
   state.points -= delta.vanished.size();

@@ -10,7 +10,7 @@
 namespace octosurf::test {
 
 /// Puts a scan into the octree only, as the mapper's first two stages do; nothing is detected.
-OccupancyDelta occupy(MapState& state, const Scan& scan);
+occupancy::OccupancyDelta occupy(surfaces::MapState& state, const Scan& scan);
 
 /// Points on a rectangle as a sensor at `eye` sees them, about four to a voxel.
 Scan rectangle_scan(const Eigen::Vector3d& eye, const Eigen::Vector3d& corner, const Eigen::Vector3d& edge_u,
@@ -18,10 +18,11 @@ Scan rectangle_scan(const Eigen::Vector3d& eye, const Eigen::Vector3d& corner, c
 
 /// A surface of those points for which `wanted(position)` is true.
 template <class Wanted>
-SurfaceModel& make_surface(Ledger& ledger, const std::vector<VoxelPoint>& points, const Plane& plane,
-                           const Wanted& wanted) {
-  SurfaceModel& surface = ledger.create(plane, points.front().position.cast<double>());
-  for (const VoxelPoint& p : points)
+surfaces::SurfaceModel& make_surface(surfaces::Ledger& ledger,
+                                     const std::vector<occupancy::VoxelPoint>& points, const Plane& plane,
+                                     const Wanted& wanted) {
+  surfaces::SurfaceModel& surface = ledger.create(plane, points.front().position.cast<double>());
+  for (const occupancy::VoxelPoint& p : points)
     if (wanted(Eigen::Vector3d(p.position.cast<double>()))) ledger.give(ledger.window.find(p.key), surface);
   return surface;
 }

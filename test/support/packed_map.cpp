@@ -12,7 +12,7 @@
 namespace octosurf::test {
 namespace {
 
-constexpr std::size_t head_bytes = map_file_magic.size() + 4;
+constexpr std::size_t head_bytes = io::map_file_magic.size() + 4;
 
 /// The oldest version that has all of them, as write_map() writes: scans' poses came with version 3,
 /// departures with 4.
@@ -33,7 +33,7 @@ std::vector<std::string> records_of(std::string_view file) {
   if (file.size() < head_bytes) return {};
   try {
     std::istringstream in{std::string(file.substr(head_bytes))};
-    RecordReader reader(in, std::uint64_t{1} << 24, "input");
+    io::RecordReader reader(in, std::uint64_t{1} << 24, "input");
     std::vector<std::string> records;
     for (std::string record; reader.next(record);) records.push_back(record);
     if (!records.empty()) records.pop_back();
@@ -45,10 +45,10 @@ std::vector<std::string> records_of(std::string_view file) {
 
 std::string map_file_of(const std::vector<std::string>& records, bool with_footer) {
   std::ostringstream out;
-  out << map_file_magic;
+  out << io::map_file_magic;
   const std::uint32_t version = version_of(records);
   for (int shift = 0; shift < 32; shift += 8) out.put(static_cast<char>(version >> shift & 0xff));
-  RecordWriter writer(out);
+  io::RecordWriter writer(out);
   for (const std::string& record : records) writer.put(record);
   if (with_footer) {
     map_file::Record footer;

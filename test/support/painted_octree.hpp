@@ -11,13 +11,13 @@ namespace octosurf::test {
 class PaintedOctree {
  public:
   explicit PaintedOctree(double resolution)
-      : resolution_(resolution), tree_(OccupancyModel{0.85F, -0.4F, -2, 3.5F, 0}) {}
+      : resolution_(resolution), tree_(occupancy::OccupancyModel{0.85F, -0.4F, -2, 3.5F, 0}) {}
 
   /// The voxel whose corner is (x, y, z) times the resolution.
   void occupy(int x, int y, int z, float log_odds, SurfaceId surface) {
-    const VoxelKey key = key_of(x, y, z);
+    const geometry::VoxelKey key = key_of(x, y, z);
     tree_.set_leaf(key, 0, log_odds);
-    VoxelPayload& payload = tree_.make_payload(key);
+    occupancy::VoxelPayload& payload = tree_.make_payload(key);
     payload.surface = surface & 0xFFFFFFU;
     payload.range_class = 1;
   }
@@ -26,13 +26,13 @@ class PaintedOctree {
   OccupancyView view() { return {tree_.share(), resolution_}; }
 
  private:
-  static VoxelKey key_of(int x, int y, int z) {
-    const auto key = [](int i) { return static_cast<std::uint16_t>(VoxelGrid::origin + i); };
+  static geometry::VoxelKey key_of(int x, int y, int z) {
+    const auto key = [](int i) { return static_cast<std::uint16_t>(geometry::VoxelGrid::origin + i); };
     return {key(x), key(y), key(z)};
   }
 
   double resolution_;
-  VoxelTree tree_;
+  occupancy::VoxelTree tree_;
 };
 
 }  // namespace octosurf::test

@@ -4,10 +4,10 @@
 
 namespace octosurf::test {
 
-std::vector<Polygon> slow_polygons(const SurfaceModel& model, double h,
-                                   const SurfaceModel::Overreach& overreach) {
+std::vector<Polygon> slow_polygons(const surfaces::SurfaceModel& model, double h,
+                                   const surfaces::SurfaceModel::Overreach& overreach) {
   std::vector<Eigen::Vector2d> points;
-  for (const Inlier& inlier : model.sorted_inliers()) {
+  for (const surfaces::Inlier& inlier : model.sorted_inliers()) {
     points.push_back(model.outline_point(inlier.position));
     if (const auto rim = model.rim_point(inlier, overreach[inlier.range_class]))
       points.push_back(model.outline_point(*rim));
@@ -22,7 +22,7 @@ std::vector<Polygon> slow_polygons(const SurfaceModel& model, double h,
   return polygons;
 }
 
-std::vector<Polygon> slow_polygons(const SurfaceModel& model, double h) {
+std::vector<Polygon> slow_polygons(const surfaces::SurfaceModel& model, double h) {
   return slow_polygons(model, h, model.overreach());
 }
 

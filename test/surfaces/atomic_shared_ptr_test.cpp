@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 namespace {
 
 /// Two numbers that are never seen apart.
@@ -43,4 +43,4 @@ TEST(AtomicSharedPtr, KeepsNothingButTheLastValue) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

@@ -8,7 +8,7 @@ bool Blob::holds(const Eigen::Vector2d& p) const {
 }
 
 void VoxelMeans::add(const Eigen::Vector3d& p) {
-  VoxelKey key;
+  geometry::VoxelKey key;
   if (!grid_.key_of(p.cast<float>(), key)) return;
   Sum& voxel = voxels_[key.packed()];
   voxel.key = key;
@@ -16,8 +16,8 @@ void VoxelMeans::add(const Eigen::Vector3d& p) {
   ++voxel.count;
 }
 
-std::vector<Inlier> VoxelMeans::inliers() const {
-  std::vector<Inlier> all;
+std::vector<surfaces::Inlier> VoxelMeans::inliers() const {
+  std::vector<surfaces::Inlier> all;
   for (const auto& [packed, voxel] : voxels_)
     all.push_back({voxel.key, 4, (voxel.sum / voxel.count).cast<float>()});
   return all;
@@ -46,8 +46,8 @@ Eigen::Isometry3d random_pose(std::mt19937_64& rng, double reach) {
   return pose;
 }
 
-std::vector<Inlier> voxels_of(const Blob& blob, const Eigen::Isometry3d& pose, double d, double size,
-                              double thickness, std::mt19937_64& rng) {
+std::vector<surfaces::Inlier> voxels_of(const Blob& blob, const Eigen::Isometry3d& pose, double d,
+                                        double size, double thickness, std::mt19937_64& rng) {
   std::uniform_real_distribution<double> uniform(-1, 1);
   VoxelMeans voxels(d);
   const auto samples = static_cast<int>(12 * 4 * size * size / (d * d));
@@ -57,8 +57,8 @@ std::vector<Inlier> voxels_of(const Blob& blob, const Eigen::Isometry3d& pose, d
     const Eigen::Vector3d p = pose * Eigen::Vector3d(uv.x(), uv.y(), thickness * uniform(rng));
     voxels.add(p);
   }
-  std::vector<Inlier> inliers = voxels.inliers();
-  for (Inlier& inlier : inliers) inlier.range_class = static_cast<std::uint8_t>(1 + rng() % 9);
+  std::vector<surfaces::Inlier> inliers = voxels.inliers();
+  for (surfaces::Inlier& inlier : inliers) inlier.range_class = static_cast<std::uint8_t>(1 + rng() % 9);
   std::shuffle(inliers.begin(), inliers.end(), rng);
   return inliers;
 }

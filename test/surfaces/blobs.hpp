@@ -35,21 +35,21 @@ class VoxelMeans {
 
   void add(const Eigen::Vector3d& p);
   /// In key order, of range class 4.
-  std::vector<Inlier> inliers() const;
+  std::vector<surfaces::Inlier> inliers() const;
 
  private:
   struct Sum {
-    VoxelKey key;
+    geometry::VoxelKey key;
     int count = 0;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   };
-  VoxelGrid grid_;
+  geometry::VoxelGrid grid_;
   std::map<std::uint64_t, Sum> voxels_;
 };
 
 /// The voxels of a blob on the plane z = 0 of `pose`, one centroid each, as an octree would hold them.
-std::vector<Inlier> voxels_of(const Blob& blob, const Eigen::Isometry3d& pose, double d, double size,
-                              double thickness, std::mt19937_64& rng);
+std::vector<surfaces::Inlier> voxels_of(const Blob& blob, const Eigen::Isometry3d& pose, double d,
+                                        double size, double thickness, std::mt19937_64& rng);
 
 Plane plane_of(const Eigen::Isometry3d& pose);
 

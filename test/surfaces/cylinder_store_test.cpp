@@ -2,12 +2,12 @@
 
 #include <gmock/gmock.h>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 namespace {
 
 using ::testing::ElementsAre;
 
-const CylinderShape upright{{1, 2, 0}, {0, 0, 1}, 0.1};
+const geometry::CylinderShape upright{{1, 2, 0}, {0, 0, 1}, 0.1};
 
 Inlier inlier(std::uint16_t z, double angle = 0) {
   return {{0, 0, z},
@@ -86,4 +86,4 @@ TEST(CylinderStore, ACloserViewMovesAPoint) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

@@ -9,7 +9,7 @@
 
 #include <octosurf/history.hpp>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 namespace {
 
 constexpr double d = 0.02;
@@ -185,4 +185,4 @@ TEST(History, BelongsToItsMapAndItsHeirs) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 namespace {
 
 double degrees_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
@@ -31,13 +31,13 @@ TEST(NormalField, FindsPlanesOfAnyOrientation) {
     for (int round = 0; round < 8; ++round) {
       Eigen::Isometry3d pose = test::random_pose(rng);
       if (round < 3) {  // exactly along the voxels
-        pose.linear() = plane_axes(Eigen::Vector3d::Unit(round));
+        pose.linear() = geometry::plane_axes(Eigen::Vector3d::Unit(round));
       }
       MapState state{Parameters{}};
-      const OccupancyDelta delta = test::occupy(state, square(pose, noise, rng));
+      const occupancy::OccupancyDelta delta = test::occupy(state, square(pose, noise, rng));
       Ledger ledger(state);
       std::size_t inner = 0, known = 0, flat = 0, wrong = 0;
-      for (const VoxelPoint& p : delta.appeared) {
+      for (const occupancy::VoxelPoint& p : delta.appeared) {
         const Eigen::Vector3d at = pose.inverse() * Eigen::Vector3d(p.position.cast<double>());
         if (at.head<2>().cwiseAbs().maxCoeff() > 0.4) continue;
         ++inner;
@@ -65,7 +65,7 @@ TEST(NormalField, TwoSidesOfAThinBoardStayApart) {
   test::occupy(state, test::rectangle_scan({-1.5, 0.5, 0.5}, {-0.015, 0, 0}, y, z));
   Ledger ledger(state);
   std::size_t points = 0, wrong = 0;
-  state.occupancy.for_each_point([&](const VoxelPoint& p) {
+  state.occupancy.for_each_point([&](const occupancy::VoxelPoint& p) {
     if ((p.position.tail<2>() - Eigen::Vector2f(0.5F, 0.5F)).cwiseAbs().maxCoeff() > 0.4F) return;
     ++points;
     const LocalPlane plane = ledger.normals.at(ledger.window.find(p.key));
@@ -83,7 +83,7 @@ TEST(NormalField, CornersAreNotFlat) {
   test::occupy(state, test::rectangle_scan(eye, {0, 0, 0}, y, z));
   Ledger ledger(state);
   std::size_t at_edge = 0, flat_at_edge = 0, away = 0, flat_away = 0;
-  state.occupancy.for_each_point([&](const VoxelPoint& p) {
+  state.occupancy.for_each_point([&](const occupancy::VoxelPoint& p) {
     if (p.position.y() < 0.2F || p.position.y() > 0.8F || p.position.x() > 0.8F || p.position.z() > 0.8F)
       return;
     const LocalPlane plane = ledger.normals.at(ledger.window.find(p.key));
@@ -123,7 +123,7 @@ TEST(NormalField, AKnownTopDoesNotRoundTheEdgeBesideIt) {
     Ledger ledger(state);
     double sum = 0;
     int points = 0;
-    for (const VoxelPoint& p : of_side) {
+    for (const occupancy::VoxelPoint& p : of_side) {
       if (p.position.z() > -s - 0.003 || p.position.z() < -0.035F || p.position.y() < 0.2F ||
           p.position.y() > 0.8F)
         continue;
@@ -148,9 +148,10 @@ TEST(NormalField, TooFewOrALineIsNotKnown) {
   for (int i = 0; i < 100; ++i) scan.points.push_back({0.01F * static_cast<float>(i), 0, -1});
   test::occupy(state, scan);
   Ledger ledger(state);
-  state.occupancy.for_each_point(
-      [&](const VoxelPoint& p) { EXPECT_FALSE(ledger.normals.at(ledger.window.find(p.key)).known); });
+  state.occupancy.for_each_point([&](const occupancy::VoxelPoint& p) {
+    EXPECT_FALSE(ledger.normals.at(ledger.window.find(p.key)).known);
+  });
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

@@ -13,7 +13,7 @@
 #include <octosurf/error.hpp>
 #include <octosurf/parameters.hpp>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 namespace {
 
 using ::testing::HasSubstr;
@@ -335,4 +335,4 @@ TEST(Parameters, ValidateNamesFieldValueAndRule) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

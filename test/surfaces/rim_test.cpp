@@ -8,17 +8,17 @@
 #include <gtest/gtest.h>
 #include <random>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 namespace {
 
 constexpr double d = 0.02, h = 0.08;
 
 /// Two standard deviations of it are 2 mm at 1 mm, which is what poses leave at least.
-NoiseModel noise_of(double sensor_noise) {
+sensing::NoiseModel noise_of(double sensor_noise) {
   Parameters parameters;
   parameters.surfaces.sensor_noise = sensor_noise;
   parameters.surfaces.range_noise = 0;
-  return NoiseModel(parameters);
+  return sensing::NoiseModel(parameters);
 }
 
 SurfaceModel model_of(const std::vector<Inlier>& inliers, const Eigen::Isometry3d& pose) {
@@ -73,7 +73,7 @@ TEST(Rim, ReachesTheReadingsEndAlongTheVoxels) {
   std::uniform_real_distribution<double> uniform(0.0085, d - 0.0085);
   for (int round = 0; round < 6 && !HasFailure(); ++round) {
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    pose.linear() = plane_axes(Eigen::Vector3d::Unit(round % 3));
+    pose.linear() = geometry::plane_axes(Eigen::Vector3d::Unit(round % 3));
     // In the middle of a layer of voxels. A voxel that is filled by 8 mm and more has its mean 2 mm and more
     // before where the rim point comes to stand, which is worth a site.
     pose.translation() = Eigen::Vector3d::Constant(d / 2);
@@ -81,7 +81,7 @@ TEST(Rim, ReachesTheReadingsEndAlongTheVoxels) {
     pose.translation() += pose.linear().leftCols<2>() * (start - Eigen::Vector2d::Constant(d / 2));
     const Eigen::Vector2d size(0.4 + uniform(rng) - start.x(), 0.3 + uniform(rng) - start.y());
     SurfaceModel model = model_of(voxels_of_rectangle(pose, size), pose);
-    const NoiseModel noise = noise_of(0.001);
+    const sensing::NoiseModel noise = noise_of(0.001);
     model.derive(h, &noise);
     EXPECT_NEAR(inset(model, pose, size), 0.002, 0.001) << "round " << round;
   }
@@ -93,7 +93,7 @@ TEST(Rim, IsHardlyBiasedHoweverAFaceLies) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   const Eigen::Vector2d size(0.5, 0.4);
-  const NoiseModel noise = noise_of(0.001);
+  const sensing::NoiseModel noise = noise_of(0.001);
   for (int round = 0; round < 8 && !HasFailure(); ++round) {
     const Eigen::Isometry3d pose = test::random_pose(rng);
     SurfaceModel model = model_of(voxels_of_rectangle(pose, size), pose);
@@ -119,7 +119,7 @@ TEST(Rim, PointsStayInTheirVoxels) {
       const auto p = model.rim_point(inlier, 0);
       if (!p) return;
       ++points;
-      const Eigen::Vector3f off = *p - VoxelGrid(d).centre_of(inlier.key);
+      const Eigen::Vector3f off = *p - geometry::VoxelGrid(d).centre_of(inlier.key);
       EXPECT_LE(off.cwiseAbs().maxCoeff(), d / 2 + 1e-5);
       EXPECT_FALSE(model.surrounded(model.cell_of(inlier.position)));
     });
@@ -134,7 +134,7 @@ TEST(Rim, NoiseOfHalfAVoxelLeavesTheCentroids) {
   const Eigen::Isometry3d pose = test::random_pose(rng);
   SurfaceModel model =
       model_of(test::voxels_of(test::random_blob(rng, 0.6, 0.1), pose, d, 0.6, 0.006, rng), pose);
-  const NoiseModel noise = noise_of(d / 2);
+  const sensing::NoiseModel noise = noise_of(d / 2);
   model.derive(h, &noise);
   const std::vector<Polygon> with = model.polygons();
   model.derive(h);
@@ -152,7 +152,7 @@ TEST(Rim, DoesNotDependOnHistory) {
         test::voxels_of(test::random_blob(rng, 0.7, 0.1), pose, d, 0.7, 0.006, rng);
     std::vector<bool> in(all.size(), true);
     SurfaceModel model = model_of(all, pose);
-    const NoiseModel* noise = noises.data();
+    const sensing::NoiseModel* noise = noises.data();
     for (int step = 0; step < 30 && !HasFailure(); ++step) {
       const Eigen::Vector3f centre = all[rng() % all.size()].position;
       const bool out = rng() % 2 == 0;
@@ -177,4 +177,4 @@ TEST(Rim, DoesNotDependOnHistory) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

@@ -12,7 +12,7 @@
 #include <random>
 #include <set>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 namespace {
 
 constexpr double d = 0.02, h = 0.08;
@@ -30,7 +30,7 @@ TEST(SurfaceModel, PolygonsAreTheAlphaShapeOfAllInliers) {
   for (int round = 0; round < 30 && !HasFailure(); ++round) {
     Eigen::Isometry3d pose = test::random_pose(rng);
     if (round % 2 == 0)
-      pose.linear() = plane_axes(Eigen::Vector3d::Unit(round / 2 % 3));  // along the voxels: dense
+      pose.linear() = geometry::plane_axes(Eigen::Vector3d::Unit(round / 2 % 3));  // along the voxels: dense
     const double hole = round % 3 == 0 ? 0.03 : round % 3 == 1 ? 0.08 : 0.2;
     SurfaceModel model =
         model_of(test::voxels_of(test::random_blob(rng, 0.8, hole), pose, d, 0.8, 0.006, rng), pose);
@@ -64,7 +64,7 @@ TEST(SurfaceModel, LargeHoleSizesNeedFewSites) {
   for (int round = 0; round < 12 && !HasFailure(); ++round) {
     const double large = std::array{5 * d, 8 * d, 10 * d, 17 * d}[static_cast<std::size_t>(round % 4)];
     Eigen::Isometry3d pose = test::random_pose(rng);
-    pose.linear() = plane_axes(Eigen::Vector3d::Unit(round % 3));
+    pose.linear() = geometry::plane_axes(Eigen::Vector3d::Unit(round % 3));
     test::Blob blob = test::random_blob(rng, 1.5, round % 2 == 0 ? 0.1 : 0.3);
     SurfaceModel model = model_of(test::voxels_of(blob, pose, d, 1.5, 0.006, rng), pose);
     model.derive(large);
@@ -81,7 +81,7 @@ TEST(SurfaceModel, PolygonsDoNotDependOnHistory) {
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (int round = 0; round < 5 && !HasFailure(); ++round) {
     Eigen::Isometry3d pose = test::random_pose(rng);
-    if (round % 2 == 0) pose.linear() = plane_axes(Eigen::Vector3d::Unit(round / 2));
+    if (round % 2 == 0) pose.linear() = geometry::plane_axes(Eigen::Vector3d::Unit(round / 2));
     const std::vector<Inlier> all =
         test::voxels_of(test::random_blob(rng, 0.7, 0.1), pose, d, 0.7, 0.006, rng);
     std::vector<bool> in(all.size(), true);
@@ -204,7 +204,7 @@ TEST(SurfaceModel, MomentsSurviveChurn) {
   Sums plain, weighted;
   Parameters noisy;
   noisy.surfaces.range_noise = 0.002;
-  const NoiseModel noise(noisy);
+  const sensing::NoiseModel noise(noisy);
   double squares = 0;
   for (const std::size_t i : in) {
     const Eigen::Vector3d p = all[i].position.cast<double>() - model.reference();
@@ -235,9 +235,9 @@ TEST(SurfaceModel, CellsHoldExactlyTheInliers) {
   const SurfaceModel model = model_of(all, pose);
   std::map<std::uint64_t, int> cells;
   for (const Inlier& inlier : all) {
-    const PlaneCell cell = model.cell_of(inlier.position);
+    const geometry::PlaneCell cell = model.cell_of(inlier.position);
     ++cells[cell.packed()];
-    const PlaneCell back = PlaneCell::unpack(cell.packed());
+    const geometry::PlaneCell back = geometry::PlaneCell::unpack(cell.packed());
     EXPECT_TRUE(back.u == cell.u && back.v == cell.v);
     // The edge of a cell is d: its place in the plane says which one it is.
     const Eigen::Vector2d uv =
@@ -245,7 +245,7 @@ TEST(SurfaceModel, CellsHoldExactlyTheInliers) {
     EXPECT_NEAR(uv.x(), cell.u + 0.5, 0.5 + 1e-3);
     EXPECT_NEAR(uv.y(), cell.v + 0.5, 0.5 + 1e-3);
   }
-  const auto holds = [&](int u, int v) { return cells.contains(PlaneCell{u, v}.packed()); };
+  const auto holds = [&](int u, int v) { return cells.contains(geometry::PlaneCell{u, v}.packed()); };
   for (int v = -20; v <= 20; ++v)
     for (int u = -20; u <= 20; ++u) {
       EXPECT_EQ(model.occupied({u, v}), holds(u, v));
@@ -321,7 +321,7 @@ TEST(SurfaceModel, KeepsItsInliersWhenItTilts) {
   for (const Inlier& inlier : all) {
     const Eigen::Vector2d uv =
         (model.pose().inverse() * Eigen::Vector3d(inlier.position.cast<double>())).head<2>() / d;
-    const PlaneCell cell = model.cell_of(inlier.position);
+    const geometry::PlaneCell cell = model.cell_of(inlier.position);
     EXPECT_NEAR(uv.x(), cell.u + 0.5, 0.51);
     EXPECT_NEAR(uv.y(), cell.v + 0.5, 0.51);
     EXPECT_TRUE(model.remove(inlier.key, inlier.position)) << "an inlier is in a cell where nobody looks";
@@ -430,7 +430,7 @@ TEST(PlaneAxes, AreAFrameWhoseXIsHorizontal) {
   for (int i = 0; i < 500; ++i)
     normals.push_back(Eigen::Vector3d(gauss(rng), gauss(rng), gauss(rng)).normalized());
   for (const Eigen::Vector3d& n : normals) {
-    const Eigen::Matrix3d axes = plane_axes(n);
+    const Eigen::Matrix3d axes = geometry::plane_axes(n);
     EXPECT_LT((axes.transpose() * axes - Eigen::Matrix3d::Identity()).norm(), 1e-12) << n.transpose();
     EXPECT_NEAR(axes.determinant(), 1, 1e-12);
     EXPECT_LT((axes.col(2) - n).norm(), 1e-12);
@@ -452,4 +452,4 @@ TEST(Colour, FirstSixtyFourAreDistinct) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <random>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 namespace {
 
 constexpr double d = 0.02;
@@ -28,7 +28,7 @@ void add_surface(Filled& filled, std::mt19937_64& rng, double reach) {
   }
 }
 
-std::vector<SurfaceId> slowly_near(const Filled& filled, VoxelKey key, int reach) {
+std::vector<SurfaceId> slowly_near(const Filled& filled, geometry::VoxelKey key, int reach) {
   std::vector<SurfaceId> ids;
   const auto met = [&](std::uint16_t k, std::uint16_t centre) {
     return k / 8 >= (centre - reach) / 8 && k / 8 <= (centre + reach) / 8;
@@ -44,7 +44,7 @@ std::vector<SurfaceId> slowly_near(const Filled& filled, VoxelKey key, int reach
 void expect_found(const Filled& filled, std::mt19937_64& rng) {
   for (const auto& [id, inliers] : filled.inliers)
     for (std::size_t i = 0; i < inliers.size(); i += 1 + inliers.size() / 10) {
-      VoxelKey key = inliers[i].key;
+      geometry::VoxelKey key = inliers[i].key;
       key.x = static_cast<std::uint16_t>(key.x + rng() % 31 - 15);
       key.z = static_cast<std::uint16_t>(key.z + rng() % 31 - 15);
       for (const int reach : {0, 2, 9}) {
@@ -125,4 +125,4 @@ TEST(SurfaceStore, TellsPlanesOfItsSurfacesOnly) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

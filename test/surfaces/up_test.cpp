@@ -9,7 +9,7 @@
 #include <octosurf/error.hpp>
 #include <octosurf/up.hpp>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 namespace {
 
 constexpr double deg = std::numbers::pi / 180;
@@ -170,11 +170,11 @@ TEST(Upright, BringsUpToZByTheShortestWay) {
 
 TEST(RequireDirection, RefusesWhatIsNone) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_NO_THROW(require_direction({0, -2, 0}, "up"));
-  EXPECT_THROW(require_direction({0, 0, 0}, "up"), Error);
-  EXPECT_THROW(require_direction({0, nan, 1}, "up"), Error);
-  EXPECT_THROW(require_direction({HUGE_VAL, 0, 1}, "up"), Error);
+  EXPECT_NO_THROW(geometry::require_direction({0, -2, 0}, "up"));
+  EXPECT_THROW(geometry::require_direction({0, 0, 0}, "up"), Error);
+  EXPECT_THROW(geometry::require_direction({0, nan, 1}, "up"), Error);
+  EXPECT_THROW(geometry::require_direction({HUGE_VAL, 0, 1}, "up"), Error);
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

@@ -8,21 +8,21 @@
 #include <gtest/gtest.h>
 #include <random>
 
-namespace octosurf {
+namespace octosurf::upkeep {
 namespace {
 
 constexpr double d = 0.02;
 const Eigen::Vector3d z(0, 0, 1);
 
-void expect_same(const Moments& a, const Moments& b, double slack = 1e-9) {
+void expect_same(const geometry::Moments& a, const geometry::Moments& b, double slack = 1e-9) {
   EXPECT_NEAR(a.count, b.count, slack * (1 + std::fabs(b.count)));
   EXPECT_LE((a.sum - b.sum).norm(), slack * (1 + b.sum.norm()));
   EXPECT_LE((a.outer - b.outer).norm(), slack * (1 + b.outer.norm()));
 }
 
 /// A square of 20 × 20 voxels about `centre`, its points at height `height` over it.
-SurfaceModel square(const Eigen::Vector3d& centre, double height, SurfaceId id = 1) {
-  SurfaceModel model(id, {z, centre.z()}, centre, d);
+surfaces::SurfaceModel square(const Eigen::Vector3d& centre, double height, SurfaceId id = 1) {
+  surfaces::SurfaceModel model(id, {z, centre.z()}, centre, d);
   for (int v = 0; v < 20; ++v)
     for (int u = 0; u < 20; ++u) {
       const Eigen::Vector3d at = centre + Eigen::Vector3d((u - 9.5) * d, (v - 9.5) * d, height);
@@ -34,8 +34,8 @@ SurfaceModel square(const Eigen::Vector3d& centre, double height, SurfaceId id =
 }
 
 /// `n` readings spread over the square, at a height, with random weights.
-void see(SurfaceModel& model, const Eigen::Vector3d& centre, double height, int n, std::mt19937_64& rng,
-         Moments* sum = nullptr) {
+void see(surfaces::SurfaceModel& model, const Eigen::Vector3d& centre, double height, int n,
+         std::mt19937_64& rng, geometry::Moments* sum = nullptr) {
   std::uniform_real_distribution<double> side(-0.19, 0.19), weights(0.2, 3);
   for (int i = 0; i < n; ++i) {
     const Eigen::Vector3f p = (centre + Eigen::Vector3d(side(rng), side(rng), height)).cast<float>();
@@ -45,24 +45,25 @@ void see(SurfaceModel& model, const Eigen::Vector3d& centre, double height, int 
   }
 }
 
-double height_of(const SurfaceModel& model, const NoiseModel& noise, const Eigen::Vector3d& centre) {
-  const PlaneFit fit = fit_plane(model.moments(&noise));
+double height_of(const surfaces::SurfaceModel& model, const sensing::NoiseModel& noise,
+                 const Eigen::Vector3d& centre) {
+  const geometry::PlaneFit fit = geometry::fit_plane(model.moments(&noise));
   return fit.normal.dot(model.reference() + fit.centroid - centre) / fit.normal.z();
 }
 
 TEST(Evidence, IsTheSumOfItsReadings) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
-  const NoiseModel noise{Parameters{}};
+  const sensing::NoiseModel noise{Parameters{}};
   for (const Eigen::Vector3d& centre : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(80, -60, 3)}) {
-    SurfaceModel model = square(centre, 0);
-    const Moments inliers = model.moments(&noise), unweighted = model.moments(nullptr);
-    Moments sum;
+    surfaces::SurfaceModel model = square(centre, 0);
+    const geometry::Moments inliers = model.moments(&noise), unweighted = model.moments(nullptr);
+    geometry::Moments sum;
     see(model, centre, 0.004, 500, rng, &sum);
     EXPECT_EQ(model.evidence().readings, 500);
     EXPECT_EQ(model.readings(), 900);
     expect_same(model.evidence().moments, sum);
-    Moments both = inliers;
+    geometry::Moments both = inliers;
     both.add(sum);
     expect_same(model.moments(&noise), both);
     expect_same(model.moments(nullptr), unweighted);
@@ -73,9 +74,9 @@ TEST(Evidence, IsTheSumOfItsReadings) {
 TEST(Evidence, PullsThePlaneTowardTheReadings) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
-  const NoiseModel noise{Parameters{}};
+  const sensing::NoiseModel noise{Parameters{}};
   const Eigen::Vector3d centre(80, -60, 3);
-  SurfaceModel model = square(centre, 0);
+  surfaces::SurfaceModel model = square(centre, 0);
   double last = height_of(model, noise, centre);
   EXPECT_NEAR(last, 0, 1e-5);
   for (int round = 0; round < 5; ++round) {
@@ -94,14 +95,14 @@ TEST(Evidence, PullsThePlaneTowardTheReadings) {
 TEST(Evidence, InliersThatGoTakeTheirShare) {
   std::mt19937_64 rng = test::rng();
   const Eigen::Vector3d centre(0, 0, 0);
-  SurfaceModel model = square(centre, 0);
-  Moments sum;
+  surfaces::SurfaceModel model = square(centre, 0);
+  geometry::Moments sum;
   see(model, centre, 0.004, 800, rng, &sum);
-  const std::vector<Inlier> all = model.sorted_inliers();
+  const std::vector<surfaces::Inlier> all = model.sorted_inliers();
   for (std::size_t i = 0; i < 100; ++i) ASSERT_TRUE(model.remove(all[i].key, all[i].position));
   // 300 of 400 are left, and so are three quarters of what was seen again.
   EXPECT_NEAR(model.evidence().readings, 600, 1e-6);
-  Moments left;
+  geometry::Moments left;
   left.add(sum, 0.75);
   expect_same(model.evidence().moments, left);
   EXPECT_FALSE(model.remove(all[0].key, all[0].position)) << "no longer one";
@@ -114,9 +115,9 @@ TEST(Evidence, InliersThatGoTakeTheirShare) {
 
 TEST(Evidence, NewInliersTakeNothing) {
   std::mt19937_64 rng = test::rng();
-  SurfaceModel model = square({0, 0, 0}, 0);
+  surfaces::SurfaceModel model = square({0, 0, 0}, 0);
   see(model, {0, 0, 0}, 0.004, 300, rng);
-  const Moments before = model.evidence().moments;
+  const geometry::Moments before = model.evidence().moments;
   model.add({{300, 300, 7}, 8, {0.25F, 0, 0}});
   EXPECT_EQ(model.evidence().readings, 300);
   expect_same(model.evidence().moments, before, 0);
@@ -125,8 +126,8 @@ TEST(Evidence, NewInliersTakeNothing) {
 TEST(Evidence, OldReadingsFade) {
   // More than a hundred for each inlier: the older ones lose weight, so a plane that moves is followed.
   std::mt19937_64 rng = test::rng();
-  const NoiseModel noise{Parameters{}};
-  SurfaceModel model = square({0, 0, 0}, 0);
+  const sensing::NoiseModel noise{Parameters{}};
+  surfaces::SurfaceModel model = square({0, 0, 0}, 0);
   for (int round = 0; round < 100; ++round) {
     see(model, {0, 0, 0}, 0, 400, rng);
     EXPECT_LE(model.evidence().readings, 40000);
@@ -141,7 +142,7 @@ TEST(Evidence, TakenOverIsAsIfEachReadingWereAdded) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   const Eigen::Vector3d here(80, -60, 3), there(80.4, -60.1, 3.002);
-  SurfaceModel into = square(here, 0, 1), from = square(there, 0, 2), slow = square(here, 0, 3);
+  surfaces::SurfaceModel into = square(here, 0, 1), from = square(there, 0, 2), slow = square(here, 0, 3);
   ASSERT_NE(into.reference(), from.reference());
   std::uniform_real_distribution<double> side(-0.19, 0.19), weights(0.2, 3);
   for (int i = 0; i < 600; ++i) {
@@ -159,9 +160,9 @@ TEST(Evidence, TakenOverIsAsIfEachReadingWereAdded) {
 
 TEST(Evidence, CanBeForgotten) {
   std::mt19937_64 rng = test::rng();
-  const NoiseModel noise{Parameters{}};
-  SurfaceModel model = square({0, 0, 0}, 0);
-  const Moments before = model.moments(&noise);
+  const sensing::NoiseModel noise{Parameters{}};
+  surfaces::SurfaceModel model = square({0, 0, 0}, 0);
+  const geometry::Moments before = model.moments(&noise);
   see(model, {0, 0, 0}, 0.004, 300, rng);
   model.forget_evidence();
   EXPECT_EQ(model.evidence().readings, 0);
@@ -171,19 +172,19 @@ TEST(Evidence, CanBeForgotten) {
 
 TEST(Evidence, ComesBackWithTheState) {
   std::mt19937_64 rng = test::rng();
-  const NoiseModel noise{Parameters{}};
-  SurfaceModel model = square({80, -60, 3}, 0);
+  const sensing::NoiseModel noise{Parameters{}};
+  surfaces::SurfaceModel model = square({80, -60, 3}, 0);
   see(model, {80, -60, 3}, 0.004, 300, rng);
-  const std::vector<Inlier> all = model.sorted_inliers();
+  const std::vector<surfaces::Inlier> all = model.sorted_inliers();
   model.remove(all[3].key, all[3].position);
-  SurfaceModel back(model.state(), d);
+  surfaces::SurfaceModel back(model.state(), d);
   const auto expect_equal = [&] {
     EXPECT_EQ(back.evidence().readings, model.evidence().readings);
     expect_same(back.evidence().moments, model.evidence().moments, 0);
     expect_same(back.moments(&noise), model.moments(&noise), 0);
   };
   expect_equal();
-  for (SurfaceModel* each : {&model, &back}) {  // both go on alike
+  for (surfaces::SurfaceModel* each : {&model, &back}) {  // both go on alike
     std::mt19937_64 same = test::rng();
     see(*each, {80, -60, 3}, 0.001, 50, same);
     each->remove(all[7].key, all[7].position);
@@ -192,17 +193,17 @@ TEST(Evidence, ComesBackWithTheState) {
 }
 
 TEST(Evidence, SurvivesAMerge) {
-  MapState state{Parameters{}};
+  surfaces::MapState state{Parameters{}};
   const auto points =
       test::occupy(state, test::rectangle_scan({0.5, 0.5, 1.5}, {0, 0, 0.01}, {1, 0, 0}, {0, 1, 0})).appeared;
-  Ledger ledger(state);
+  surfaces::Ledger ledger(state);
   const Plane ground{z, 0.01};
-  SurfaceModel& a =
+  surfaces::SurfaceModel& a =
       test::make_surface(ledger, points, ground, [](const Eigen::Vector3d& p) { return p.x() < 0.6; });
-  SurfaceModel& b =
+  surfaces::SurfaceModel& b =
       test::make_surface(ledger, points, ground, [](const Eigen::Vector3d& p) { return p.x() >= 0.6; });
   std::mt19937_64 rng = test::rng();
-  Moments sum, of_b;
+  geometry::Moments sum, of_b;
   see(a, {0.3, 0.5, 0.01}, 0.002, 200, rng, &sum);
   see(b, {0.8, 0.5, 0.01}, 0.002, 100, rng, &of_b);
   sum.add(of_b.shifted(a.reference() - b.reference()));
@@ -216,7 +217,7 @@ TEST(Evidence, ScansThatSeeAFloorAgainMoveItsPlane) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::normal_distribution<double> gauss(0, 0.001);
-  MapState state{Parameters{}};
+  surfaces::MapState state{Parameters{}};
   const Eigen::Vector3d eye(0.5, 0.5, 1.5);
   const auto floor = [&](double height) {
     Scan scan = test::rectangle_scan(eye, {0.1, 0.1, height}, {0.8, 0, 0}, {0, 0.8, 0});
@@ -225,21 +226,21 @@ TEST(Evidence, ScansThatSeeAFloorAgainMoveItsPlane) {
   };
   {
     const auto points = test::occupy(state, floor(0.009)).appeared;
-    Ledger ledger(state);
+    surfaces::Ledger ledger(state);
     test::make_surface(ledger, points, {z, 0.009}, [](const Eigen::Vector3d&) { return true; });
   }
   std::size_t readings = 0;
   for (int i = 0; i < 20; ++i) {
-    Downsampler downsample(state.occupancy.grid());
-    const VoxelScan voxels = downsample(floor(0.012), 0, 100);
-    const OccupancyDelta delta = state.occupancy.insert(voxels, downsample, &state.surfaces);
+    sensing::Downsampler downsample(state.occupancy.grid());
+    const sensing::VoxelScan voxels = downsample(floor(0.012), 0, 100);
+    const occupancy::OccupancyDelta delta = state.occupancy.insert(voxels, downsample, &state.surfaces);
     readings += delta.confirmed.size();
-    Ledger ledger(state);
+    surfaces::Ledger ledger(state);
     accumulate_evidence(ledger, voxels, delta.confirmed);
     ledger.changes.grown.insert(1);
     refit(ledger);
   }
-  const SurfaceModel& surface = *state.surfaces.find(1);
+  const surfaces::SurfaceModel& surface = *state.surfaces.find(1);
   EXPECT_GT(readings, 20000U);
   EXPECT_LE(surface.evidence().readings, static_cast<double>(readings));
   EXPECT_GE(surface.evidence().readings, 0.8 * static_cast<double>(readings)) << "all but the rim's";
@@ -248,4 +249,4 @@ TEST(Evidence, ScansThatSeeAFloorAgainMoveItsPlane) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::upkeep

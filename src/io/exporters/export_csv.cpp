@@ -4,7 +4,7 @@
 #include <charconv>
 #include <string>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 // Shortest text that reads back as the same number, whatever the locale.
@@ -56,4 +56,4 @@ void write_csv(const ExportJob& job, std::ostream& out) {
   }
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -12,7 +12,7 @@
 
 // One function per family of file formats; export_surfaces() chooses, checks and calls them.
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// What is asked for, checked: `parts` fit the format.
 struct ExportJob {
@@ -69,4 +69,4 @@ Error nothing_to_write(const std::filesystem::path& file);
 Eigen::Vector3d tidy(const Eigen::Vector3d& point);
 Eigen::Vector3d tidy(const Eigen::Vector3d& point, SurfaceId id);  ///< finite, or Error(data)
 
-}  // namespace octosurf
+}  // namespace octosurf::io

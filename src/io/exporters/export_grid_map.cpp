@@ -11,7 +11,8 @@ namespace octosurf {
 namespace {
 
 /// std_msgs/MultiArrayDimension.
-void write_dimension(MessageWriter& out, const std::string& label, Eigen::Index size, Eigen::Index stride) {
+void write_dimension(io::MessageWriter& out, const std::string& label, Eigen::Index size,
+                     Eigen::Index stride) {
   out.begin_message();
   out.field("label", label);
   out.field("size", static_cast<std::uint32_t>(size));
@@ -20,7 +21,7 @@ void write_dimension(MessageWriter& out, const std::string& label, Eigen::Index 
 }
 
 /// std_msgs/Float32MultiArray, labelled column by column as grid_map's GridMapMsgHelpers asks.
-void write_layer(MessageWriter& out, const Eigen::MatrixXf& layer) {
+void write_layer(io::MessageWriter& out, const Eigen::MatrixXf& layer) {
   out.begin_message();
   out.field("layout");
   out.begin_message();
@@ -37,7 +38,7 @@ void write_layer(MessageWriter& out, const Eigen::MatrixXf& layer) {
 
 }  // namespace
 
-void write_header(MessageWriter& out, const std::string& frame, std::int64_t stamp_ns) {
+void io::write_header(io::MessageWriter& out, const std::string& frame, std::int64_t stamp_ns) {
   out.begin_message();
   if (out.numbers_headers()) out.field("seq", std::uint32_t{0});
   constexpr std::int64_t second = 1000000000;
@@ -51,7 +52,7 @@ void write_header(MessageWriter& out, const std::string& frame, std::int64_t sta
   out.end_message();
 }
 
-void write_point(MessageWriter& out, const Eigen::Vector3d& point) {
+void io::write_point(io::MessageWriter& out, const Eigen::Vector3d& point) {
   out.begin_message();
   out.field("x", point.x());
   out.field("y", point.y());
@@ -59,10 +60,11 @@ void write_point(MessageWriter& out, const Eigen::Vector3d& point) {
   out.end_message();
 }
 
-void write_pose(MessageWriter& out, const Eigen::Vector3d& position, const Eigen::Quaterniond& orientation) {
+void io::write_pose(io::MessageWriter& out, const Eigen::Vector3d& position,
+                    const Eigen::Quaterniond& orientation) {
   out.begin_message();
   out.field("position");
-  write_point(out, position);
+  io::write_point(out, position);
   out.field("orientation");
   out.begin_message();
   out.field("x", orientation.x());
@@ -73,19 +75,19 @@ void write_pose(MessageWriter& out, const Eigen::Vector3d& position, const Eigen
   out.end_message();
 }
 
-void write_grid_map(MessageWriter& out, const HeightGrid& grid, const GridLayers& layers,
-                    const std::string& frame) {
+void io::write_grid_map(io::MessageWriter& out, const HeightGrid& grid, const io::GridLayers& layers,
+                        const std::string& frame) {
   out.begin_message();
   // ROS 1 has the header in `info`, ROS 2 before it; serialised, both are the same.
   out.field("info");
   out.begin_message();
   out.field("header");
-  write_header(out, frame);
+  io::write_header(out, frame);
   out.field("resolution", grid.cell);
   out.field("length_x", grid.cell * static_cast<double>(grid.elevation.rows()));
   out.field("length_y", grid.cell * static_cast<double>(grid.elevation.cols()));
   out.field("pose");
-  write_pose(out, {grid.center.x(), grid.center.y(), 0}, Eigen::Quaterniond::Identity());
+  io::write_pose(out, {grid.center.x(), grid.center.y(), 0}, Eigen::Quaterniond::Identity());
   out.end_message();
   out.field("layers");
   out.begin_list(layers.size());
@@ -104,7 +106,7 @@ void write_grid_map(MessageWriter& out, const HeightGrid& grid, const GridLayers
   out.end_message();
 }
 
-void require_cells(const HeightGrid& grid, const std::filesystem::path& file) {
+void io::require_cells(const HeightGrid& grid, const std::filesystem::path& file) {
   if (grid.elevation.size() == 0)
     throw Error(Error::Kind::data, file.string(), "there is nothing to put into it",
                 "no surface is level enough; a larger slope leaves more");
@@ -115,7 +117,7 @@ void require_cells(const HeightGrid& grid, const std::filesystem::path& file) {
     throw Error(Error::Kind::data, file.string(), "the grid's layers differ in size", "use height_grid()");
 }
 
-GridLayers layers_of(const HeightGrid& grid) {
+io::GridLayers io::layers_of(const HeightGrid& grid) {
   return {{"elevation", &grid.elevation},
           {"normal_x", &grid.normal[0]},
           {"normal_y", &grid.normal[1]},
@@ -125,14 +127,16 @@ GridLayers layers_of(const HeightGrid& grid) {
 
 void export_grid_map(const HeightGrid& grid, const std::string& frame, const std::filesystem::path& file,
                      bool force) {
-  require_cells(grid, file);
-  write_message([&](MessageWriter& out) { write_grid_map(out, grid, layers_of(grid), frame); }, file, force);
+  io::require_cells(grid, file);
+  io::write_message(
+      [&](io::MessageWriter& out) { io::write_grid_map(out, grid, io::layers_of(grid), frame); }, file,
+      force);
 }
 
 std::string grid_map_message(const HeightGrid& grid, const std::string& frame, MessageEncoding encoding) {
-  require_cells(grid, "grid map");
-  return message_bytes([&](MessageWriter& out) { write_grid_map(out, grid, layers_of(grid), frame); },
-                       encoding);
+  io::require_cells(grid, "grid map");
+  return io::message_bytes(
+      [&](io::MessageWriter& out) { io::write_grid_map(out, grid, io::layers_of(grid), frame); }, encoding);
 }
 
 }  // namespace octosurf

@@ -52,9 +52,9 @@ std::vector<std::uint16_t> pixels_of(const Eigen::MatrixXf& elevation, const Hei
 }  // namespace
 
 void export_height_image(const HeightGrid& grid, const std::filesystem::path& file, bool force) {
-  if (ending_of(file) != ".png")
+  if (io::ending_of(file) != ".png")
     throw Error(Error::Kind::usage, file.string(), "a height image is a PNG", "end the name in .png");
-  require_cells(grid, file);
+  io::require_cells(grid, file);
   const HeightScale scale = scale_of(grid.elevation);
   const Eigen::Vector2d first = grid.center_of(grid.elevation.rows() - 1, 0);
   const auto width = static_cast<int>(grid.elevation.rows()),
@@ -69,8 +69,9 @@ void export_height_image(const HeightGrid& grid, const std::filesystem::path& fi
                                      {"no_data", 0},
                                      {"cell", grid.cell},
                                      {"origin", {first.x(), first.y()}}};
-  NewFile image(file, force), text(std::filesystem::path(file).replace_extension(".json"), force);
-  image.write([&](std::ostream& out) { write_png(pixels_of(grid.elevation, scale), width, height, out); });
+  io::NewFile image(file, force), text(std::filesystem::path(file).replace_extension(".json"), force);
+  image.write(
+      [&](std::ostream& out) { io::write_png(pixels_of(grid.elevation, scale), width, height, out); });
   // A file's name need not be UTF-8; its odd bytes are replaced.
   const std::string document = about.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
   text.write([&](std::ostream& out) { out << document << '\n'; });

@@ -105,8 +105,8 @@ Ring3 at_places_of_its_own(SurfaceId surface, const Ring3& ring, double spacing,
   return apart;
 }
 
-Shape fan(SurfaceId id, Ring3 ring) {
-  Shape shape;
+io::Shape fan(SurfaceId id, Ring3 ring) {
+  io::Shape shape;
   shape.id = id;
   for (std::uint32_t i = 2; i < ring.size(); ++i) shape.mesh.triangles.push_back({0, i - 1, i});
   shape.mesh.vertices = std::move(ring);
@@ -119,8 +119,8 @@ bool is_ours(const std::string& name) { return name.starts_with("surface_") && n
 
 std::size_t export_hpp(const std::vector<PlannerSurface>& surfaces, const std::filesystem::path& folder,
                        bool force) {
-  require_pieces(surfaces, folder);
-  NewFolder output(folder, force, is_ours);
+  io::require_pieces(surfaces, folder);
+  io::NewFolder output(folder, force, is_ours);
   const double spacing = float_spacing(surfaces);
   VertexPlaces places(1e-6);
   std::size_t written = 0;
@@ -130,11 +130,11 @@ std::size_t export_hpp(const std::vector<PlannerSurface>& surfaces, const std::f
       // Rounding lifts a vertex by up to `spacing`: over a hundred times that, it tilts by half a degree.
       const Ring3 ring = without_flat_corners(piece.vertices, 100 * spacing);
       if (ring.size() < 3) continue;
-      NewFile file(output.temporary() /
-                       ("surface_" + std::to_string(surface.id) + "_" + std::to_string(++number) + ".stl"),
-                   false, NewFile::LeftOvers::leave);
-      const Shape shape = fan(surface.id, at_places_of_its_own(surface.id, ring, spacing, places));
-      file.write([&](std::ostream& out) { write_stl(shape, out); });
+      io::NewFile file(output.temporary() / ("surface_" + std::to_string(surface.id) + "_" +
+                                             std::to_string(++number) + ".stl"),
+                       false, io::NewFile::LeftOvers::leave);
+      const io::Shape shape = fan(surface.id, at_places_of_its_own(surface.id, ring, spacing, places));
+      file.write([&](std::ostream& out) { io::write_stl(shape, out); });
       file.commit();
     }
     written += number;

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <string>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -166,4 +166,4 @@ void write_json(const ExportJob& job, std::ostream& out) {
   out << "\n]}\n";
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -12,7 +12,7 @@
 #include <octosurf/error.hpp>
 #include <octosurf/up.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 // Format names of assimp, and what each needs.
@@ -149,4 +149,4 @@ void write_mesh_file(const ExportJob& job, const std::filesystem::path& file) {
   output.commit();
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -18,22 +18,22 @@ namespace {
 
 constexpr double steepest_rad = 80 * std::numbers::pi / 180;
 
-std::vector<TerrainRegion> regions_of(const PlannerSurface& surface) {
-  std::vector<TerrainRegion> regions;
+std::vector<io::TerrainRegion> regions_of(const PlannerSurface& surface) {
+  std::vector<io::TerrainRegion> regions;
   for (const Polygon& polygon : surface.polygons) regions.push_back({&surface, &polygon, {}});
   for (const Polygon& inset : surface.insets) {
-    const std::size_t at = polygon_with(surface.polygons, interior_point(inset));
+    const std::size_t at = io::polygon_with(surface.polygons, io::interior_point(inset));
     if (at < regions.size()) regions[at].insets.push_back(&inset);
   }
   return regions;
 }
 
-void write_ring(MessageWriter& out, const Ring2& ring, SurfaceId id) {
+void write_ring(io::MessageWriter& out, const Ring2& ring, SurfaceId id) {
   out.begin_message();
   out.field("points");
   out.begin_list(ring.size());
   for (const Eigen::Vector2d& uv : ring) {
-    finite(uv.sum(), id);
+    io::finite(uv.sum(), id);
     out.begin_message();
     out.field("x", static_cast<float>(uv.x()));
     out.field("y", static_cast<float>(uv.y()));
@@ -43,7 +43,7 @@ void write_ring(MessageWriter& out, const Ring2& ring, SurfaceId id) {
   out.end_message();
 }
 
-void write_polygon(MessageWriter& out, const Polygon& polygon, SurfaceId id) {
+void write_polygon(io::MessageWriter& out, const Polygon& polygon, SurfaceId id) {
   out.begin_message();
   out.field("outer_boundary");
   write_ring(out, polygon.outer, id);
@@ -54,7 +54,7 @@ void write_polygon(MessageWriter& out, const Polygon& polygon, SurfaceId id) {
   out.end_message();
 }
 
-void write_box(MessageWriter& out, const Ring2& ring) {
+void write_box(io::MessageWriter& out, const Ring2& ring) {
   Eigen::AlignedBox2f box;
   for (const Eigen::Vector2d& uv : ring) box.extend(uv.cast<float>());
   out.begin_message();
@@ -65,12 +65,12 @@ void write_box(MessageWriter& out, const Ring2& ring) {
   out.end_message();
 }
 
-void write_region(MessageWriter& out, const TerrainRegion& region) {
+void write_region(io::MessageWriter& out, const io::TerrainRegion& region) {
   const SurfaceId id = region.surface->id;
   const Eigen::Isometry3d& pose = region.surface->T_world_surface;
   out.begin_message();
   out.field("plane_parameters");
-  write_pose(out, pose.translation(), Eigen::Quaterniond(pose.linear()));
+  io::write_pose(out, pose.translation(), Eigen::Quaterniond(pose.linear()));
   out.field("bbox2d");
   write_box(out, region.boundary->outer);
   out.field("boundary");
@@ -83,10 +83,10 @@ void write_region(MessageWriter& out, const TerrainRegion& region) {
 }
 
 /// Those of a terrain that must have some. `where` names it in errors.
-TerrainRegions some_regions(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
-                            const std::filesystem::path& where) {
-  require_cells(grid, where);
-  TerrainRegions terrain = terrain_regions(surfaces);
+io::TerrainRegions some_regions(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
+                                const std::filesystem::path& where) {
+  io::require_cells(grid, where);
+  io::TerrainRegions terrain = io::terrain_regions(surfaces);
   if (terrain.regions.empty())
     throw Error(Error::Kind::data, where.string(), "there is nothing to put into it",
                 "no surface has room for the contact; a smaller foot or a larger slope leaves more");
@@ -95,14 +95,14 @@ TerrainRegions some_regions(const std::vector<PlannerSurface>& surfaces, const H
 
 }  // namespace
 
-TerrainRegions terrain_regions(const std::vector<PlannerSurface>& surfaces) {
-  TerrainRegions usable;
+io::TerrainRegions io::terrain_regions(const std::vector<PlannerSurface>& surfaces) {
+  io::TerrainRegions usable;
   for (const PlannerSurface& surface : surfaces) {
     if (surface.T_world_surface(2, 2) < std::cos(steepest_rad)) {
       usable.count.too_steep += surface.polygons.size();
       continue;
     }
-    for (TerrainRegion& region : regions_of(surface)) {
+    for (io::TerrainRegion& region : regions_of(surface)) {
       usable.count.without_inset += region.insets.empty();
       if (!region.insets.empty()) usable.regions.push_back(std::move(region));
     }
@@ -111,34 +111,35 @@ TerrainRegions terrain_regions(const std::vector<PlannerSurface>& surfaces) {
   return usable;
 }
 
-void write_planar_terrain(MessageWriter& out, const std::vector<TerrainRegion>& regions,
-                          const HeightGrid& grid, const std::string& frame) {
-  const Eigen::MatrixXf elevation = without_gaps(grid.elevation);
-  const Eigen::MatrixXf smooth = mean_over(elevation, 0.2 / grid.cell);
+void io::write_planar_terrain(io::MessageWriter& out, const std::vector<io::TerrainRegion>& regions,
+                              const HeightGrid& grid, const std::string& frame) {
+  const Eigen::MatrixXf elevation = io::without_gaps(grid.elevation);
+  const Eigen::MatrixXf smooth = io::mean_over(elevation, 0.2 / grid.cell);
   out.begin_message();
   out.field("planarRegions");
   out.begin_list(regions.size());
-  for (const TerrainRegion& region : regions) write_region(out, region);
+  for (const io::TerrainRegion& region : regions) write_region(out, region);
   out.end_list();
   out.field("gridmap");
-  write_grid_map(out, grid, {{"elevation", &elevation}, {"smooth_planar", &smooth}}, frame);
+  io::write_grid_map(out, grid, {{"elevation", &elevation}, {"smooth_planar", &smooth}}, frame);
   out.end_message();
 }
 
 PlanarTerrainCount export_planar_terrain(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
                                          const std::string& frame, const std::filesystem::path& file,
                                          bool force) {
-  const TerrainRegions terrain = some_regions(surfaces, grid, file);
-  write_message([&](MessageWriter& out) { write_planar_terrain(out, terrain.regions, grid, frame); }, file,
-                force);
+  const io::TerrainRegions terrain = some_regions(surfaces, grid, file);
+  io::write_message(
+      [&](io::MessageWriter& out) { io::write_planar_terrain(out, terrain.regions, grid, frame); }, file,
+      force);
   return terrain.count;
 }
 
 std::string planar_terrain_message(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
                                    const std::string& frame, MessageEncoding encoding) {
-  const TerrainRegions terrain = some_regions(surfaces, grid, "planar terrain");
-  return message_bytes([&](MessageWriter& out) { write_planar_terrain(out, terrain.regions, grid, frame); },
-                       encoding);
+  const io::TerrainRegions terrain = some_regions(surfaces, grid, "planar terrain");
+  return io::message_bytes(
+      [&](io::MessageWriter& out) { io::write_planar_terrain(out, terrain.regions, grid, frame); }, encoding);
 }
 
 }  // namespace octosurf

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 // Written here: PCL's writer does not say that a write has failed, and most readers find no faces in
@@ -76,4 +76,4 @@ void write_ply(const ExportJob& job, const std::filesystem::path& file) {
   output.commit();
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

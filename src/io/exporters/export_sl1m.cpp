@@ -44,7 +44,7 @@ Json piece_json(SurfaceId id, const Eigen::Vector3d& normal, const Ring3& piece)
     b.push_back(bound);
   };
   for (std::size_t i = 0; i < ring.size(); ++i) {
-    vertices.push_back(json_of(tidy(ring[i], id)));
+    vertices.push_back(json_of(io::tidy(ring[i], id)));
     add_row((ring[(i + 1) % ring.size()] - ring[i]).cross(normal).normalized());
   }
   add_row(normal);
@@ -59,8 +59,8 @@ Json piece_json(SurfaceId id, const Eigen::Vector3d& normal, const Ring3& piece)
 }  // namespace
 
 void export_sl1m(const std::vector<PlannerSurface>& surfaces, const std::filesystem::path& file, bool force) {
-  NewFile output(file, force);
-  require_pieces(surfaces, file);
+  io::NewFile output(file, force);
+  io::require_pieces(surfaces, file);
   output.write([&](std::ostream& out) {
     const char* separator = "[\n";
     for (const PlannerSurface& surface : surfaces)

@@ -35,7 +35,7 @@ void check(const std::filesystem::path& file, const std::string& ending, const E
     throw Error(Error::Kind::usage, file.string(), "no such format",
                 "end the name in .json, .ply, .glb, .obj, .stl or .csv");
   }
-  require_direction(options.up, "up");
+  geometry::require_direction(options.up, "up");
   for (const ExportPart part : options.parts) {
     if (std::find(possible.begin(), possible.end(), part) == possible.end()) {
       throw Error(Error::Kind::usage, file.string(), ending + " cannot hold " + names({part}),
@@ -57,36 +57,36 @@ const std::vector<Value>& find_or_empty(const std::map<SurfaceId, std::vector<Va
 
 }  // namespace
 
-std::string ending_of(const std::filesystem::path& file) {
+std::string io::ending_of(const std::filesystem::path& file) {
   std::string ending = file.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(),
                  [](char c) { return 'A' <= c && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
   return ending;
 }
 
-bool ExportJob::wants(ExportPart part) const {
+bool io::ExportJob::wants(ExportPart part) const {
   return std::find(options.parts.begin(), options.parts.end(), part) != options.parts.end();
 }
-const std::vector<ConvexPiece>& ExportJob::convex(SurfaceId id) const {
+const std::vector<ConvexPiece>& io::ExportJob::convex(SurfaceId id) const {
   return find_or_empty(extras.convex, id);
 }
-const std::vector<Circle>& ExportJob::circles(SurfaceId id) const {
+const std::vector<Circle>& io::ExportJob::circles(SurfaceId id) const {
   return find_or_empty(extras.circles, id);
 }
-const std::vector<Eigen::Vector3d>& ExportJob::points_of(SurfaceId id) const {
+const std::vector<Eigen::Vector3d>& io::ExportJob::points_of(SurfaceId id) const {
   return find_or_empty(points, id);
 }
 
-double finite(double value, const std::string& what) {
+double io::finite(double value, const std::string& what) {
   if (std::isfinite(value)) return value;
   throw Error(Error::Kind::data, what, "holds a number that is not finite",
               "build the map anew from its scans");
 }
-double finite(double value, SurfaceId id) {
-  return std::isfinite(value) ? value : finite(value, "surface " + std::to_string(id));
+double io::finite(double value, SurfaceId id) {
+  return std::isfinite(value) ? value : io::finite(value, "surface " + std::to_string(id));
 }
 
-void require_labels_of(const Surface& surface, const std::vector<PolygonEdges>& edges) {
+void io::require_labels_of(const Surface& surface, const std::vector<PolygonEdges>& edges) {
   const auto same = [](const Ring2& ring, const std::vector<EdgeKind>& kinds) {
     return ring.size() == kinds.size();
   };
@@ -101,37 +101,38 @@ void require_labels_of(const Surface& surface, const std::vector<PolygonEdges>& 
                 "has edge labels of other polygons", "label the edges of the snapshot that is exported");
 }
 
-Error nothing_to_write(const std::filesystem::path& file) {
+Error io::nothing_to_write(const std::filesystem::path& file) {
   return Error(Error::Kind::data, file.string(), "there is nothing to put into it",
                "the map has no surfaces with such parts; .json and .csv can be empty");
 }
 
-Eigen::Vector3d tidy(const Eigen::Vector3d& point) {
+Eigen::Vector3d io::tidy(const Eigen::Vector3d& point) {
   // Beyond 10⁶ m a double has no nanometres to round to.
   return point.unaryExpr([](double x) {
     return std::abs(x) < 1e6 ? std::round(x * 1e9) / 1e9 + 0.0 : x;  // + 0.0: no −0
   });
 }
-Eigen::Vector3d tidy(const Eigen::Vector3d& point, SurfaceId id) {
-  return tidy(point.unaryExpr([id](double x) { return finite(x, id); }));
+Eigen::Vector3d io::tidy(const Eigen::Vector3d& point, SurfaceId id) {
+  return io::tidy(point.unaryExpr([id](double x) { return io::finite(x, id); }));
 }
 
 void export_surfaces(const Snapshot& snapshot, const std::filesystem::path& file,
                      const ExportOptions& options, const ExportExtras& extras) {
-  const std::string ending = ending_of(file);
+  const std::string ending = io::ending_of(file);
   check(file, ending, options);
-  ExportJob job{snapshot, options, extras, {}};
+  io::ExportJob job{snapshot, options, extras, {}};
   if (job.wants(ExportPart::points)) {
     for (const SurfacePoint& point : extras.points) job.points[point.surface].push_back(point.point);
   }
   if (ending == ".ply") {
-    write_ply(job, file);
+    io::write_ply(job, file);
   } else if (ending == ".json" || ending == ".csv") {
-    NewFile output(file, options.force);
-    output.write([&](std::ostream& out) { ending == ".json" ? write_json(job, out) : write_csv(job, out); });
+    io::NewFile output(file, options.force);
+    output.write(
+        [&](std::ostream& out) { ending == ".json" ? io::write_json(job, out) : io::write_csv(job, out); });
     output.commit();
   } else {
-    write_mesh_file(job, file);
+    io::write_mesh_file(job, file);
   }
 }
 

@@ -11,7 +11,7 @@
 
 #include <octosurf/height_grid.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 
 using GridLayers = std::vector<std::pair<std::string, const Eigen::MatrixXf*>>;
 
@@ -34,4 +34,4 @@ void write_pose(MessageWriter& out, const Eigen::Vector3d& position, const Eigen
 /// Throws Error(data) unless the grid has cells and all its layers are of one size.
 void require_cells(const HeightGrid& grid, const std::filesystem::path& file);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 
 /// With its last digit, as readers of 64-bit floats get it back.
 std::string text_of(double value, std::int32_t id) {
-  finite(value, "region " + std::to_string(id));
+  io::finite(value, "region " + std::to_string(id));
   std::array<char, 32> text{};
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
 }
@@ -53,7 +53,7 @@ std::string header_line(const IhmcRegion& region, int index) {
 }
 
 void write_clockwise(Ring2 ring, std::int32_t id, std::ostream& out) {
-  if (signed_area(ring) > 0) std::reverse(ring.begin(), ring.end());
+  if (geometry::signed_area(ring) > 0) std::reverse(ring.begin(), ring.end());
   for (const Eigen::Vector2d& v : ring) out << numbers_text({v.x(), v.y()}, id) << '\n';
 }
 
@@ -70,7 +70,7 @@ bool is_ours(const std::string& name) { return name == "header.txt" || name.star
 /// The words of a line of header.txt, in their order.
 class HeaderReader {
  public:
-  HeaderReader(const TextLine& line, const fs::path& file) : line_(line), file_(file) {}
+  HeaderReader(const io::TextLine& line, const fs::path& file) : line_(line), file_(file) {}
 
   bool at(const std::string& word) const { return next_ < line_.words.size() && line_.words[next_] == word; }
   void expect(std::initializer_list<const char*> label) {
@@ -93,7 +93,7 @@ class HeaderReader {
     return static_cast<std::size_t>(value);
   }
   double real() {
-    const double value = number(without_brackets(), file_, line_.number);
+    const double value = io::number(without_brackets(), file_, line_.number);
     if (!std::isfinite(value)) fail("a number is not finite");
     return value;
   }
@@ -108,7 +108,7 @@ class HeaderReader {
     return (v / largest).normalized();  // the squares of very short ones would lose their digits
   }
   std::size_t words_left() const { return line_.words.size() - next_; }
-  [[noreturn]] void fail(const std::string& what) const { refuse(at_line(file_, line_.number), what); }
+  [[noreturn]] void fail(const std::string& what) const { refuse(io::at_line(file_, line_.number), what); }
 
  private:
   std::string without_brackets() {
@@ -118,7 +118,7 @@ class HeaderReader {
     if (word.ends_with(']')) word.pop_back();
     return word;
   }
-  const TextLine& line_;
+  const io::TextLine& line_;
   const fs::path& file_;
   std::size_t next_ = 0;
 };
@@ -130,7 +130,7 @@ struct Header {
   std::vector<std::size_t> polygons;
 };
 
-Header read_header(const TextLine& line, const fs::path& file) {
+Header read_header(const io::TextLine& line, const fs::path& file) {
   HeaderReader in(line, file);
   Header header;
   in.expect({"regionId:"});
@@ -164,23 +164,23 @@ Header read_header(const TextLine& line, const fs::path& file) {
   return header;
 }
 
-Ring2 read_ring(const std::vector<TextLine>& lines, std::size_t first, std::size_t size,
+Ring2 read_ring(const std::vector<io::TextLine>& lines, std::size_t first, std::size_t size,
                 const fs::path& file) {
   Ring2 ring;
   ring.reserve(size);
   for (std::size_t i = first; i < first + size; ++i) {
-    const std::vector<double> xy = numbers(lines[i], file);
+    const std::vector<double> xy = io::numbers(lines[i], file);
     if (xy.size() != 2 || !std::isfinite(xy[0] + xy[1]))
-      refuse(at_line(file, lines[i].number), "is not a vertex 'x, y'");
+      refuse(io::at_line(file, lines[i].number), "is not a vertex 'x, y'");
     ring.emplace_back(xy[0], xy[1]);
   }
-  if (signed_area(ring) < 0) std::reverse(ring.begin(), ring.end());
+  if (geometry::signed_area(ring) < 0) std::reverse(ring.begin(), ring.end());
   return ring;
 }
 
 IhmcRegion read_region(Header header, const fs::path& folder) {
   const fs::path file = folder / file_name(header.region.id, header.index);
-  const std::vector<TextLine> lines = read_text(file);
+  const std::vector<io::TextLine> lines = io::read_text(file);
   std::size_t announced = header.hull;
   for (const std::size_t size : header.polygons) announced += size;  // each below 2³¹, and of 64 KiB of text
   if (lines.size() != announced)
@@ -209,28 +209,28 @@ std::vector<IhmcRegion> ihmc_regions(const PlannerSurface& surface) {
       ring.emplace_back((T_surface_world * vertex).head<2>());
       middle += ring.back() / static_cast<double>(piece.vertices.size());
     }
-    const std::size_t at = polygon_with(surface.polygons, middle);
+    const std::size_t at = io::polygon_with(surface.polygons, middle);
     if (at < regions.size()) regions[at].polygons.push_back(std::move(ring));
   }
   return regions;
 }
 
 void export_ihmc(const std::vector<IhmcRegion>& regions, const fs::path& folder, bool force) {
-  if (regions.empty()) throw nothing_to_write(folder);
-  NewFolder output(folder, force, is_ours);
+  if (regions.empty()) throw io::nothing_to_write(folder);
+  io::NewFolder output(folder, force, is_ours);
   std::map<std::int32_t, int> indices;
   std::string header;
   for (const IhmcRegion& region : regions) {
     const int index = ++indices[region.id];
     header += header_line(region, index);
-    NewFile file(output.temporary() / file_name(region.id, index), false, NewFile::LeftOvers::leave);
+    io::NewFile file(output.temporary() / file_name(region.id, index), false, io::NewFile::LeftOvers::leave);
     file.write([&](std::ostream& out) {
       write_clockwise(region.hull, region.id, out);
       for (const Ring2& polygon : region.polygons) write_clockwise(polygon, region.id, out);
     });
     file.commit();
   }
-  NewFile file(output.temporary() / "header.txt", false, NewFile::LeftOvers::leave);
+  io::NewFile file(output.temporary() / "header.txt", false, io::NewFile::LeftOvers::leave);
   file.write([&](std::ostream& out) { out << header; });
   file.commit();
   output.commit();
@@ -240,11 +240,11 @@ std::vector<IhmcRegion> read_ihmc(const fs::path& folder) {
   const fs::path file = folder / "header.txt";
   std::vector<IhmcRegion> regions;
   std::set<std::pair<std::int32_t, std::int32_t>> seen;
-  for (const TextLine& line : read_text(file)) {
+  for (const io::TextLine& line : io::read_text(file)) {
     Header header = read_header(line, file);
     // Short lines that name one large file again and again would take any amount of memory.
     if (!seen.insert({header.region.id, header.index}).second)
-      refuse(at_line(file, line.number),
+      refuse(io::at_line(file, line.number),
              "gives " + file_name(header.region.id, header.index) + " a second time");
     regions.push_back(read_region(std::move(header), folder));
   }

@@ -15,7 +15,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 /// Writes as it goes: a grid of millions of cells need not be a document in memory.
@@ -249,4 +249,4 @@ void write_message(const std::function<void(MessageWriter&)>& message, const std
   output.commit();
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -10,7 +10,7 @@
 
 #include <octosurf/ros_messages.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// Takes a ROS message field by field, in the order of its definition. One description of a message so gives
 /// all its encodings.
@@ -61,4 +61,4 @@ void write_message(const std::function<void(MessageWriter&)>& message, const std
 /// The message's bytes. Throws Error(usage) for an encoding that ROS does not have.
 std::string message_bytes(const std::function<void(MessageWriter&)>& message, MessageEncoding encoding);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

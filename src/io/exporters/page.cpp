@@ -27,7 +27,7 @@ constexpr std::array<Detail, 9> details{{{1}, {2}, {4}, {8}, {16}, {32}, {0}, {0
 /// What of a map is the same whatever its voxels are merged to.
 struct MapOfPage {
   const PageMap& map;
-  std::vector<PageVoxel> voxels;
+  std::vector<io::PageVoxel> voxels;
   bool alone = false;  ///< in the page
   History history{};   ///< as much of the map's as it has room for, if it is alone
 };
@@ -40,27 +40,27 @@ std::size_t moments_before(const PageMap& map) {
   }));
 }
 
-std::string encoded(const MapOfPage& one, const std::vector<PageVoxel>& voxels, const Detail& detail,
+std::string encoded(const MapOfPage& one, const std::vector<io::PageVoxel>& voxels, const Detail& detail,
                     const PageOptions& options) {
   const PageMap& map = one.map;
-  PageBlock block;
+  io::PageBlock block;
   block.json["name"] = map.name;
   block.json["revision"] = map.snapshot->revision;
   block.json["resolution"] = map.snapshot->resolution;
-  add_up(block, options.up);
+  io::add_up(block, options.up);
   block.json["merged"] = detail.merged;
   block.json["feet_left_out"] = !detail.feet && !map.feet.empty();
   block.json["voxels_before_merging"] = one.voxels.size();
-  add_surfaces(block, map);
-  if (detail.feet) add_feet(block, map);
-  add_plans(block, map);
+  io::add_surfaces(block, map);
+  if (detail.feet) io::add_feet(block, map);
+  io::add_plans(block, map);
   const std::size_t moments = detail.history ? one.history.moments().size() : 0;
   block.json["moments_left_out"] = one.alone ? moments_before(map) - moments : 0;
-  if (moments > 0) add_history(block, one.history);
+  if (moments > 0) io::add_history(block, one.history);
   if (detail.merged != 0) {
     const double size = map.octree.resolution() * detail.merged;
-    add_voxels(block, voxels, size, *map.snapshot);
-    add_slices(block, map.octree, voxels, size, options.up);
+    io::add_voxels(block, voxels, size, *map.snapshot);
+    io::add_slices(block, map.octree, voxels, size, options.up);
   }
   return block.encoded();
 }
@@ -72,9 +72,9 @@ std::optional<std::string> maps_html(const std::vector<MapOfPage>& maps, const D
   std::string html;
   report = {};
   for (const MapOfPage& one : maps) {
-    std::vector<PageVoxel> larger;
-    if (merged > 1) larger = merge_voxels(one.voxels, merged);
-    const std::vector<PageVoxel>& voxels = merged > 1 ? larger : one.voxels;
+    std::vector<io::PageVoxel> larger;
+    if (merged > 1) larger = io::merge_voxels(one.voxels, merged);
+    const std::vector<io::PageVoxel>& voxels = merged > 1 ? larger : one.voxels;
     if (merged != 0) report.voxels += voxels.size();
     html += "<script type=\"application/octet-stream\" class=\"map\">" +
             encoded(one, voxels, detail, options) + "</script>\n";
@@ -100,24 +100,24 @@ void check(const std::vector<PageMap>& maps, const std::string& name, const Page
   if (maps.empty()) throw Error(Error::Kind::usage, name, "has no map to show", "give one");
   if (!(std::isfinite(options.max_mb) && options.max_mb > 0))
     throw Error(Error::Kind::usage, "max_mb", "is not positive", "10 is the default");
-  require_direction(options.up, "up");
+  geometry::require_direction(options.up, "up");
 }
 
 }  // namespace
 
-bool has_page() { return !page_template().empty(); }
+bool has_page() { return !io::page_template().empty(); }
 
 Page make_page(const std::vector<PageMap>& maps, const std::string& name, const PageOptions& options) {
   check(maps, name, options);
-  const std::string_view page = page_template();
-  const std::size_t mark = page.find(page_maps_mark);
-  const std::string_view before = page.substr(0, mark), after = page.substr(mark + page_maps_mark.size());
+  const std::string_view page = io::page_template();
+  const std::size_t mark = page.find(io::page_maps_mark);
+  const std::string_view before = page.substr(0, mark), after = page.substr(mark + io::page_maps_mark.size());
   const auto limit = static_cast<std::size_t>(std::min(options.max_mb * 1e6, 1e15));
   const std::size_t frame = before.size() + after.size(), room = limit > frame ? limit - frame : 0;
 
   std::vector<MapOfPage> all;
-  for (const PageMap& map : maps) all.push_back({map, occupied_voxels(map.octree), maps.size() == 1});
-  if (maps.size() == 1) all.front().history = fitting_history(maps.front(), limit / 4);
+  for (const PageMap& map : maps) all.push_back({map, io::occupied_voxels(map.octree), maps.size() == 1});
+  if (maps.size() == 1) all.front().history = io::fitting_history(maps.front(), limit / 4);
   PageReport report;
   std::optional<std::string> html;
   for (const Detail& detail : details) {
@@ -138,7 +138,7 @@ Page make_page(const std::vector<PageMap>& maps, const std::string& name, const 
 PageReport write_page(const std::vector<PageMap>& maps, const std::filesystem::path& file,
                       const PageOptions& options) {
   check(maps, file.string(), options);
-  NewFile output(file, options.force);  // first, because a page takes a while
+  io::NewFile output(file, options.force);  // first, because a page takes a while
   const Page page = make_page(maps, file.string(), options);
   output.write([&](std::ostream& out) { out << page.html; });
   output.commit();

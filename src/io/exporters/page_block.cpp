@@ -7,7 +7,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 
 std::string gzip(std::string_view bytes) {
   constexpr int gzip_format = 16;
@@ -64,4 +64,4 @@ std::string PageBlock::packed() const {
   return gzip(whole);
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -9,7 +9,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// A map's data as it stands in a page (web/src/block.js reads it): the length of a JSON document in four
 /// bytes, the document, blanks up to a multiple of four bytes, and arrays of numbers, each at a multiple of
@@ -57,4 +57,4 @@ std::vector<Number> differences(const std::vector<Number>& numbers) {
   return result;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

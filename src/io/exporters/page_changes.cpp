@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 using Json = PageBlock::Json;
@@ -72,4 +72,4 @@ std::string page_voxels_message(const PageMap& map, const Eigen::Vector3d& up, b
   return message;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -8,7 +8,7 @@
 
 // What a page that follows a map is told; web/src/follow.js reads it. A PageBlock, compressed, not as text.
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// Surfaces and cylinders that appeared or changed, whole, and the ids of those that are gone: by
 /// `map.changes`, if it is changes_since() a revision, else everything, in the place of whatever was known.
@@ -20,4 +20,4 @@ std::string page_changes_message(const PageMap& map, const Eigen::Vector3d& up, 
 std::string page_voxels_message(const PageMap& map, const Eigen::Vector3d& up, bool slices,
                                 std::size_t most_bytes);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -9,7 +9,7 @@
 #include <octosurf/error.hpp>
 #include <octosurf/history.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 using Json = PageBlock::Json;
@@ -95,4 +95,4 @@ History fitting_history(const PageMap& map, std::size_t most_bytes) {
   return history;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -10,7 +10,7 @@
 
 // What a page's data is put together of; docs of the fields: web/src/data.js.
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// Surfaces, cylinders, departures since a revision, and changes.
 void add_surfaces(PageBlock& block, const PageMap& map, std::uint64_t departed_since = 0);
@@ -59,4 +59,4 @@ void add_voxels(PageBlock& block, const std::vector<PageVoxel>& voxels, double s
 void add_slices(PageBlock& block, const OccupancyView& octree, const std::vector<PageVoxel>& voxels,
                 double size, const Eigen::Vector3d& up);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -9,7 +9,7 @@
 #include <octosurf/error.hpp>
 #include <octosurf/footsteps.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 using Json = PageBlock::Json;
@@ -110,4 +110,4 @@ void add_plans(PageBlock& block, const PageMap& map) {
   block.json["plans"] = std::move(plans);
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -8,7 +8,7 @@
 
 #include <octosurf/contact.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 using Json = PageBlock::Json;
@@ -72,4 +72,4 @@ void add_feet(PageBlock& block, const PageMap& map) {
   rings.write(block);
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

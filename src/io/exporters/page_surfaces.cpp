@@ -12,7 +12,7 @@
 
 #include <octosurf/up.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 using Json = PageBlock::Json;
@@ -46,7 +46,7 @@ void add_triangles(Rings& rings, const Polygon& polygon, std::uint32_t first) {
   count(polygon.outer);
   for (const Ring2& hole : polygon.holes) count(hole);
   std::vector<Eigen::Vector2d> vertices;
-  for (const std::array<std::uint32_t, 3>& triangle : triangulate(polygon, vertices)) {
+  for (const std::array<std::uint32_t, 3>& triangle : geometry::triangulate(polygon, vertices)) {
     std::array<std::uint32_t, 3> mapped{};
     bool known = true;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -212,4 +212,4 @@ void add_surfaces(PageBlock& block, const PageMap& map, std::uint64_t departed_s
   block.add("triangles", differences(rings.triangles));
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

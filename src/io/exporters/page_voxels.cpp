@@ -8,7 +8,7 @@
 
 #include <octosurf/up.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 using Json = PageBlock::Json;
@@ -169,4 +169,4 @@ void add_slices(PageBlock& block, const OccupancyView& octree, const std::vector
   block.add("slice_states", states);
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

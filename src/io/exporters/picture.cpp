@@ -48,7 +48,7 @@ std::vector<Patch> make_patches(const Snapshot& snapshot, const std::vector<Name
   for (const SurfacePtr& surface : snapshot.surfaces) {
     for (const Polygon& polygon : surface->polygons) {
       Patch patch{surface->color, surface->plane, {}};
-      patch.mesh.triangles = triangulate(polygon, vertices);
+      patch.mesh.triangles = geometry::triangulate(polygon, vertices);
       for (const Eigen::Vector2d& uv : vertices) patch.mesh.vertices.push_back(surface->to_map(uv));
       if (!patch.mesh.triangles.empty()) patches.push_back(std::move(patch));
     }
@@ -86,7 +86,7 @@ std::vector<Eigen::Vector3d> spread(const std::vector<Patch>& patches) {
 // The patches as an Embree scene, relative to the camera's eye for the sake of its 32-bit floats.
 class Rays {
  public:
-  Rays(const std::vector<Patch>& patches, const Camera& camera, bool cut)
+  Rays(const std::vector<Patch>& patches, const io::Camera& camera, bool cut)
       : device_(rtcNewDevice(nullptr), &rtcReleaseDevice), scene_(nullptr, &rtcReleaseScene) {
     if (!device_) throw Error(Error::Kind::output, "picture", "the ray caster does not start");
     scene_.reset(rtcNewScene(device_.get()));
@@ -137,7 +137,8 @@ class Rays {
 // The picture at `oversampling` times its size.
 class Canvas {
  public:
-  Canvas(const Camera& camera, const std::vector<Patch>& patches, const Eigen::AlignedBox3d& box, bool cut)
+  Canvas(const io::Camera& camera, const std::vector<Patch>& patches, const Eigen::AlignedBox3d& box,
+         bool cut)
       : camera_(camera), columns_(camera.width * oversampling), rows_(camera.height * oversampling) {
     const Rays rays(patches, camera, cut);
     hits_.resize(static_cast<std::size_t>(columns_) * rows_);
@@ -243,7 +244,7 @@ class Canvas {
     return off.minCoeff() < 0.6 * pixel ? Eigen::Vector3f(0.82f, 0.83f, 0.84f) : paper;
   }
 
-  const Camera& camera_;
+  const io::Camera& camera_;
   int columns_, rows_;
   std::vector<Rays::Hit> hits_;
   std::vector<Eigen::Vector3f> colors_;
@@ -254,7 +255,7 @@ void draw_edges(Canvas& canvas, const Snapshot& snapshot, const PictureOptions& 
   for (const auto& [id, edges] : options.edges) {
     const Surface* surface = snapshot.find(id);
     if (surface == nullptr) continue;
-    require_labels_of(*surface, edges);
+    io::require_labels_of(*surface, edges);
     if (options.cut && surface->plane.signed_distance(eye) < 0) continue;
     for (std::size_t p = 0; p < edges.size(); ++p) {
       canvas.edges(*surface, surface->polygons[p].outer, edges[p].outer);
@@ -289,8 +290,8 @@ std::vector<std::uint8_t> draw(const Snapshot& snapshot, const PictureOptions& o
   const std::vector<Patch> patches = make_patches(snapshot, options.meshes);
   std::vector<Eigen::Vector3d> samples = spread(patches);
   if (samples.empty()) samples = options.points;
-  const Eigen::AlignedBox3d box = robust_box(samples);
-  const Camera camera = make_camera(box, options);
+  const Eigen::AlignedBox3d box = io::robust_box(samples);
+  const io::Camera camera = io::make_camera(box, options);
   Canvas canvas(camera, patches, box, options.cut);
   canvas.outline();
   for (const Eigen::Vector3d& point : options.points) canvas.dot(point, {0.3f, 0.3f, 0.32f});
@@ -307,13 +308,13 @@ void render_png(const Snapshot& snapshot, const std::filesystem::path& file, con
                   "give another size");
     }
   }
-  require_direction(options.up, "up");
-  NewFile output(file, options.force);
+  geometry::require_direction(options.up, "up");
+  io::NewFile output(file, options.force);
   const Eigen::Quaterniond rotation = upright(options.up);
   const bool is_upright = rotation.w() == 1;
   const std::vector<std::uint8_t> rgb =
       is_upright ? draw(snapshot, options) : draw(turned(snapshot, rotation), turned(options, rotation));
-  output.write([&](std::ostream& out) { write_png(rgb, options.width, options.height, out); });
+  output.write([&](std::ostream& out) { io::write_png(rgb, options.width, options.height, out); });
   output.commit();
 }
 

@@ -8,7 +8,7 @@
 #include <octosurf/height_grid.hpp>
 #include <octosurf/planner_formats.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// One region of the message: a polygon of a surface and the insets in it. Points into the surfaces.
 struct TerrainRegion {
@@ -30,4 +30,4 @@ TerrainRegions terrain_regions(const std::vector<PlannerSurface>& surfaces);
 void write_planar_terrain(MessageWriter& out, const std::vector<TerrainRegion>& regions,
                           const HeightGrid& grid, const std::string& frame);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

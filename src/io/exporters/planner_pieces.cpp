@@ -11,7 +11,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 bool crosses(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& point) {
@@ -44,11 +44,11 @@ void require_pieces(const std::vector<PlannerSurface>& surfaces, const std::file
 
 Eigen::Vector2d interior_point(const Polygon& polygon) {
   std::vector<Eigen::Vector2d> vertices;
-  const auto triangles = triangulate(polygon, vertices);
+  const auto triangles = geometry::triangulate(polygon, vertices);
   if (triangles.empty())
     throw Error(Error::Kind::data, "polygon", "has no area", "build the map anew from its scans");
   const auto area = [&](const std::array<std::uint32_t, 3>& t) {
-    return signed_area({vertices[t[0]], vertices[t[1]], vertices[t[2]]});
+    return geometry::signed_area({vertices[t[0]], vertices[t[1]], vertices[t[2]]});
   };
   const auto& t = *std::max_element(triangles.begin(), triangles.end(),
                                     [&](const auto& a, const auto& b) { return area(a) < area(b); });
@@ -64,4 +64,4 @@ std::size_t polygon_with(const std::vector<Polygon>& polygons, const Eigen::Vect
   return static_cast<std::size_t>(found - polygons.begin());
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -6,7 +6,7 @@
 
 #include <octosurf/planner_formats.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// Throws Error(data) if there is no piece, or one that is not a ring of finite points.
 void require_pieces(const std::vector<PlannerSurface>& surfaces, const std::filesystem::path& file);
@@ -17,4 +17,4 @@ Eigen::Vector2d interior_point(const Polygon& polygon);
 /// The polygon in which `point` lies, or their number if there is none; on a ring either answer may come.
 std::size_t polygon_with(const std::vector<Polygon>& polygons, const Eigen::Vector2d& point);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

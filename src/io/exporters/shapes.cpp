@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 void append_fan(const std::vector<Eigen::Vector3d>& ring, Mesh& mesh) {
@@ -19,7 +19,7 @@ Mesh flat(const Surface& surface) {
   std::vector<Eigen::Vector2d> vertices;
   for (const Polygon& polygon : surface.polygons) {
     const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-    for (const auto& t : triangulate(polygon, vertices)) {
+    for (const auto& t : geometry::triangulate(polygon, vertices)) {
       mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
     }
     for (const Eigen::Vector2d& uv : vertices) mesh.vertices.push_back(surface.to_map(uv));
@@ -73,4 +73,4 @@ std::vector<Shape> make_shapes(const ExportJob& job, ExportPart part) {
   return shapes;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

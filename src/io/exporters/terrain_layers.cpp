@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 using Index = Eigen::Index;
@@ -74,4 +74,4 @@ Eigen::MatrixXf mean_over(const Eigen::MatrixXf& heights, double cells) {
   return mean_along_columns(mean_along_columns(heights, reach).transpose(), reach).transpose();
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// Every connected gap (NaN; neighbours share an edge) filled with the lowest height on its rim. All NaN
 /// stays.
@@ -12,4 +12,4 @@ Eigen::MatrixXf without_gaps(Eigen::MatrixXf heights);
 /// counts as the next one.
 Eigen::MatrixXf mean_over(const Eigen::MatrixXf& heights, double cells);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

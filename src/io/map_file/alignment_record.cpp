@@ -8,7 +8,7 @@
 #include <octosurf/error.hpp>
 #include <octosurf/scan.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 using Record = map_file::Alignment;
@@ -69,8 +69,8 @@ class Reader {
   int at_ = 0;
 };
 
-AlignmentState::Hypothesis read_hypothesis(Reader& in) {
-  AlignmentState::Hypothesis h;
+surfaces::AlignmentState::Hypothesis read_hypothesis(Reader& in) {
+  surfaces::AlignmentState::Hypothesis h;
   h.rate_m = in.number();
   h.rate_rad = in.number();
   h.factor = in.number();
@@ -91,8 +91,8 @@ AlignmentState::Hypothesis read_hypothesis(Reader& in) {
   return h;
 }
 
-AlignmentState::Misfit read_misfit(Reader& in) {
-  AlignmentState::Misfit misfit;
+surfaces::AlignmentState::Misfit read_misfit(Reader& in) {
+  surfaces::AlignmentState::Misfit misfit;
   misfit.position = in.matrix<Eigen::Vector3d>();
   misfit.reach_m = in.number();
   const double left_out = in.number();
@@ -103,8 +103,8 @@ AlignmentState::Misfit read_misfit(Reader& in) {
 
 }  // namespace
 
-void write_alignment(const AlignmentState& state, Record& record) {
-  for (const AlignmentState::Hypothesis& h : state.hypotheses) {
+void write_alignment(const surfaces::AlignmentState& state, Record& record) {
+  for (const surfaces::AlignmentState::Hypothesis& h : state.hypotheses) {
     Writer out(*record.add_hypotheses()->mutable_values());
     out.put(h.rate_m);
     out.put(h.rate_rad);
@@ -125,7 +125,7 @@ void write_alignment(const AlignmentState& state, Record& record) {
   record.set_common_share(state.common_share);
   record.set_scans_learned(state.scans_learned);
   Writer misfits(*record.mutable_misfits());
-  for (const AlignmentState::Misfit& misfit : state.misfits) {
+  for (const surfaces::AlignmentState::Misfit& misfit : state.misfits) {
     misfits.put(misfit.position);
     misfits.put(misfit.reach_m);
     misfits.put(misfit.left_out ? 1 : 0);
@@ -134,8 +134,8 @@ void write_alignment(const AlignmentState& state, Record& record) {
   if (state.jump) Writer(*record.mutable_jump()).put(state.jump->affine());
 }
 
-AlignmentState read_alignment(const Record& record, const std::string& where) {
-  AlignmentState state;
+surfaces::AlignmentState read_alignment(const Record& record, const std::string& where) {
+  surfaces::AlignmentState state;
   const Reader refuse({}, where);
   refuse.require(record.hypotheses_size() <= most_hypotheses, "has too many hypotheses");
   bool still = false, drifting = false;
@@ -159,7 +159,7 @@ AlignmentState read_alignment(const Record& record, const std::string& where) {
   state.noise_factor2 = record.noise_factor2();
   state.common_share = record.common_share();
   state.scans_learned = record.scans_learned();
-  refuse.require(record.misfits_size() <= static_cast<int>(5 * AlignmentState::most_misfits),
+  refuse.require(record.misfits_size() <= static_cast<int>(5 * surfaces::AlignmentState::most_misfits),
                  "has too many misfits");
   for (Reader misfits(record.misfits(), where); !misfits.done();)
     state.misfits.push_back(read_misfit(misfits));
@@ -168,4 +168,4 @@ AlignmentState read_alignment(const Record& record, const std::string& where) {
   return state;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

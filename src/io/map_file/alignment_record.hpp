@@ -4,15 +4,15 @@
 
 #include <string>
 
-namespace octosurf {
-
-namespace map_file {
+namespace octosurf::map_file {
 class Alignment;
-}
+}  // namespace octosurf::map_file
 
-void write_alignment(const AlignmentState& state, map_file::Alignment& record);
+namespace octosurf::io {
+
+void write_alignment(const surfaces::AlignmentState& state, map_file::Alignment& record);
 
 /// Inverse. Throws Error(data) unless every number is there, finite and possible.
-AlignmentState read_alignment(const map_file::Alignment& record, const std::string& where);
+surfaces::AlignmentState read_alignment(const map_file::Alignment& record, const std::string& where);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

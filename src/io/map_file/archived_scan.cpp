@@ -15,7 +15,7 @@
 #include <octosurf/adapters/detail/morton.hpp>
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 namespace fs = std::filesystem;
@@ -33,8 +33,8 @@ constexpr std::size_t longest_name = 4096;
 constexpr std::uint64_t end_of_keys = std::uint64_t{1} << 48;
 constexpr std::uint32_t most_readings = std::numeric_limits<std::uint16_t>::max();
 
-std::uint64_t morton_of(VoxelKey key) { return detail::morton_of(key.x, key.y, key.z); }
-VoxelKey key_of(std::uint64_t morton) {
+std::uint64_t morton_of(geometry::VoxelKey key) { return detail::morton_of(key.x, key.y, key.z); }
+geometry::VoxelKey key_of(std::uint64_t morton) {
   const auto axis = [&](int shift) {
     return static_cast<std::uint16_t>(detail::compact_bits(morton >> shift));
   };
@@ -93,7 +93,7 @@ class Writer {
       put_pose(h.T_given, [&](double value) { header.add_given_pose(value); });
     std::uint32_t last = 0;
     for (const NoiseCount& seen : h.noise) {
-      const auto place = static_cast<std::uint32_t>(seen.range_class * NoiseModel::bins + seen.size);
+      const auto place = static_cast<std::uint32_t>(seen.range_class * sensing::NoiseModel::bins + seen.size);
       header.add_noise_steps(place - last);
       header.add_noise_counts(seen.count);
       last = place;
@@ -133,8 +133,9 @@ class Reader {
     header.resolution = h.resolution();
     header.T_used = pose(h.pose());
     header.T_given = h.given_pose_size() > 0 ? pose(h.given_pose()) : header.T_used;
-    require(header.T_used.translation().cwiseAbs().maxCoeff() <= header.resolution * VoxelGrid::origin,
-            "the sensor stands outside the octree");
+    require(
+        header.T_used.translation().cwiseAbs().maxCoeff() <= header.resolution * geometry::VoxelGrid::origin,
+        "the sensor stands outside the octree");
     header.noise = noise(h);
     return header;
   }
@@ -184,7 +185,7 @@ class Reader {
   }
 
   std::vector<NoiseCount> noise(const scan_archive::Header& header) const {
-    constexpr std::uint32_t places = NoiseModel::classes * NoiseModel::bins;
+    constexpr std::uint32_t places = sensing::NoiseModel::classes * sensing::NoiseModel::bins;
     require(header.noise_steps_size() == header.noise_counts_size(), "its noise is not complete");
     std::vector<NoiseCount> noise;
     std::uint32_t place = 0;
@@ -192,8 +193,8 @@ class Reader {
       const std::uint32_t step = header.noise_steps(i);
       require((step > 0 || i == 0) && step < places && place + step < places, "its noise is out of order");
       place += step;
-      noise.push_back({static_cast<std::uint8_t>(place / NoiseModel::bins),
-                       static_cast<std::uint8_t>(place % NoiseModel::bins), header.noise_counts(i)});
+      noise.push_back({static_cast<std::uint8_t>(place / sensing::NoiseModel::bins),
+                       static_cast<std::uint8_t>(place % sensing::NoiseModel::bins), header.noise_counts(i)});
     }
     return noise;
   }
@@ -246,29 +247,30 @@ Scan ArchivedScan::scan() const {
   scan.sensor = header.sensor;
   scan.name = header.name;
   scan.noise = header.noise;
-  const VoxelGrid grid(header.resolution);
+  const geometry::VoxelGrid grid(header.resolution);
   const Eigen::Isometry3d T_sensor_map = header.T_used.inverse();
   scan.points.reserve(points.size());
   scan.readings.reserve(points.size());
   for (const Point& p : points) {
-    scan.points.push_back((T_sensor_map * point_at(grid, p.key, p.place).cast<double>()).cast<float>());
+    scan.points.push_back(
+        (T_sensor_map * sensing::point_at(grid, p.key, p.place).cast<double>()).cast<float>());
     scan.readings.push_back(p.readings);
   }
   return scan;
 }
 
-ArchivedScan archived(ArchivedHeader header, const VoxelScan& voxels) {
+ArchivedScan archived(ArchivedHeader header, const sensing::VoxelScan& voxels) {
   std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
   order.reserve(voxels.ends.size());
-  for (const EndVoxel& end : voxels.ends)
+  for (const sensing::EndVoxel& end : voxels.ends)
     order.emplace_back(morton_of(end.key), static_cast<std::uint32_t>(order.size()));
   std::sort(order.begin(), order.end());
   ArchivedScan scan{std::move(header), {}};
   scan.points.reserve(order.size());
-  const VoxelGrid grid(scan.header.resolution);
+  const geometry::VoxelGrid grid(scan.header.resolution);
   for (const auto& [morton, i] : order) {
-    const EndVoxel& end = voxels.ends[i];
-    scan.points.push_back({end.key, place_in_voxel(grid, end.key, end.centroid),
+    const sensing::EndVoxel& end = voxels.ends[i];
+    scan.points.push_back({end.key, sensing::place_in_voxel(grid, end.key, end.centroid),
                            static_cast<std::uint16_t>(std::min(end.count, most_readings))});
   }
   return scan;
@@ -284,4 +286,4 @@ void write_archived_scan(const ArchivedScan& scan, std::ostream& out) {
 ArchivedScan read_archived_scan(const fs::path& file) { return Reader(file).scan(); }
 ArchivedHeader read_archived_header(const fs::path& file) { return Reader(file).header(); }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

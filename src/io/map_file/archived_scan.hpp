@@ -13,7 +13,7 @@
 
 #include <octosurf/scan.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 
 // A file of an archive of scans, `NNNNNN.scan`. All numbers little-endian.
 //
@@ -51,8 +51,8 @@ struct ArchivedHeader {
 
 struct ArchivedScan {
   struct Point {
-    VoxelKey key;        ///< at T_used
-    PlaceInVoxel place;  ///< of the mean of its readings
+    geometry::VoxelKey key;       ///< at T_used
+    sensing::PlaceInVoxel place;  ///< of the mean of its readings
     std::uint16_t readings = 1;
   };
   ArchivedHeader header;
@@ -63,7 +63,7 @@ struct ArchivedScan {
 };
 
 /// What is to be kept of a scan that was mapped. `header` says with which pose, and the grid's resolution.
-ArchivedScan archived(ArchivedHeader header, const VoxelScan& voxels);
+ArchivedScan archived(ArchivedHeader header, const sensing::VoxelScan& voxels);
 
 /// Same scan, same bytes. Write errors show in the stream.
 void write_archived_scan(const ArchivedScan& scan, std::ostream& out);
@@ -75,4 +75,4 @@ ArchivedScan read_archived_scan(const std::filesystem::path& file);
 /// Its beginning only; the rest is not looked at.
 ArchivedHeader read_archived_header(const std::filesystem::path& file);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

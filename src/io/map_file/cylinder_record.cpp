@@ -6,7 +6,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 constexpr int shape_doubles = 7;
@@ -16,11 +16,11 @@ constexpr double largest_radius = 10;  // m: far more than any that is looked fo
 /// Reads one record's numbers; every refusal names the cylinder.
 class Reader {
  public:
-  Reader(const map_file::Cylinder& record, const MapState& state, const std::string& where)
+  Reader(const map_file::Cylinder& record, const surfaces::MapState& state, const std::string& where)
       : record_(record), state_(state), where_(where) {}
 
-  CylinderModel operator()() const {
-    CylinderModel cylinder;
+  surfaces::CylinderModel operator()() const {
+    surfaces::CylinderModel cylinder;
     cylinder.id = record_.id();
     cylinder.shape = shape();
     read_inliers(cylinder);
@@ -44,14 +44,14 @@ class Reader {
                   "restore it from a backup");
   }
 
-  CylinderShape shape() const {
+  geometry::CylinderShape shape() const {
     require(record_.shape_size() == shape_doubles, "lacks numbers");
     for (const double value : record_.shape())
       require(std::isfinite(value), "has a number that is not finite");
     const auto vector = [&](int first) {
       return Eigen::Vector3d(record_.shape(first), record_.shape(first + 1), record_.shape(first + 2));
     };
-    const CylinderShape shape{vector(0), vector(3), record_.shape(6)};
+    const geometry::CylinderShape shape{vector(0), vector(3), record_.shape(6)};
     require(std::fabs(shape.axis.norm() - 1) <= length_slack, "has an axis that is not of length 1");
     require(shape.radius > 0 && shape.radius <= largest_radius, "has a radius that makes no sense");
     require(shape.point.cwiseAbs().maxCoeff() <= std::ldexp(state_.parameters.occupancy.resolution, 18),
@@ -59,13 +59,13 @@ class Reader {
     return shape;
   }
 
-  void read_inliers(CylinderModel& cylinder) const {
+  void read_inliers(surfaces::CylinderModel& cylinder) const {
     std::uint64_t last = 0;
     for (const std::uint64_t step : record_.steps()) {
       require((step > 0 || cylinder.inliers.empty()) && step < largest_count && last + step < largest_count,
               "has voxels outside the octree, or out of order");
       last += step;
-      const VoxelKey key = VoxelKey::unpack(last);
+      const geometry::VoxelKey key = geometry::VoxelKey::unpack(last);
       const auto point = state_.occupancy.at(key).point;
       require(point && point->surface == 0 && state_.cylinders.owner(key) == 0,
               "has a voxel that is not pending, or another's");
@@ -78,13 +78,13 @@ class Reader {
   }
 
   const map_file::Cylinder& record_;
-  const MapState& state_;
+  const surfaces::MapState& state_;
   const std::string& where_;
 };
 
 }  // namespace
 
-void write_cylinder(const CylinderModel& cylinder, map_file::Cylinder& record) {
+void write_cylinder(const surfaces::CylinderModel& cylinder, map_file::Cylinder& record) {
   record.set_id(cylinder.id);
   for (const double value : cylinder.shape.point) record.add_shape(value);
   for (const double value : cylinder.shape.axis) record.add_shape(value);
@@ -99,9 +99,9 @@ void write_cylinder(const CylinderModel& cylinder, map_file::Cylinder& record) {
   record.set_unchecked(cylinder.unchecked);
 }
 
-CylinderModel read_cylinder(const map_file::Cylinder& record, const MapState& state,
-                            const std::string& where) {
+surfaces::CylinderModel read_cylinder(const map_file::Cylinder& record, const surfaces::MapState& state,
+                                      const std::string& where) {
   return Reader(record, state, where)();
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -4,18 +4,18 @@
 
 #include <string>
 
-namespace octosurf {
-
-namespace map_file {
+namespace octosurf::map_file {
 class Cylinder;
-}
+}  // namespace octosurf::map_file
 
-void write_cylinder(const CylinderModel& cylinder, map_file::Cylinder& record);
+namespace octosurf::io {
+
+void write_cylinder(const surfaces::CylinderModel& cylinder, map_file::Cylinder& record);
 
 /// Inverse; the voxels' points are taken from `state`, whose surfaces and earlier cylinders are complete.
 /// Throws Error(data) unless every number is there, finite and possible, and every voxel holds a pending
 /// point near the mantle that supports no other cylinder.
-CylinderModel read_cylinder(const map_file::Cylinder& record, const MapState& state,
-                            const std::string& where);
+surfaces::CylinderModel read_cylinder(const map_file::Cylinder& record, const surfaces::MapState& state,
+                                      const std::string& where);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -4,7 +4,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 
 void write_departure(const Departure& departure, map_file::Departure& record) {
   if (departure.of == Departure::Of::cylinder) record.set_cylinder(true);
@@ -49,4 +49,4 @@ void DepartureReader::require(bool holds, const map_file::Departure& record, con
               "restore it from a backup");
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -9,11 +9,11 @@
 
 #include <octosurf/departures.hpp>
 
-namespace octosurf {
-
-namespace map_file {
+namespace octosurf::map_file {
 class Departure;
-}
+}  // namespace octosurf::map_file
+
+namespace octosurf::io {
 
 void write_departure(const Departure& departure, map_file::Departure& record);
 
@@ -21,7 +21,7 @@ void write_departure(const Departure& departure, map_file::Departure& record);
 class DepartureReader {
  public:
   /// Both must outlive it.
-  DepartureReader(const MapState& state, const std::string& where) : state_(state), where_(where) {}
+  DepartureReader(const surfaces::MapState& state, const std::string& where) : state_(state), where_(where) {}
 
   /// Throws Error(data) unless the record says what can have been: of an id that was given out, once, that is
   /// not there any more, in order.
@@ -30,10 +30,10 @@ class DepartureReader {
  private:
   void require(bool holds, const map_file::Departure& record, const char* what) const;
 
-  const MapState& state_;
+  const surfaces::MapState& state_;
   const std::string& where_;
   std::set<std::pair<bool, std::uint32_t>> read_;
   std::uint64_t last_revision_ = 0;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::io

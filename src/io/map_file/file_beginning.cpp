@@ -2,7 +2,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 
 std::istream& after_beginning(std::istream& in, const std::string& where, const FileBeginning& expected) {
   if (!in) throw Error(Error::Kind::data, where, "cannot be read", "check the path and its rights");
@@ -29,4 +29,4 @@ std::istream& after_beginning(std::istream& in, const std::string& where, const 
   return in;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// What stands before the records of a scan's archive and of a history: 8 bytes of magic and the format's
 /// version, 4 bytes, least significant first.
@@ -20,4 +20,4 @@ struct FileBeginning {
 /// octosurf.
 std::istream& after_beginning(std::istream& in, const std::string& where, const FileBeginning& expected);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -24,8 +24,8 @@ namespace {
 namespace fs = std::filesystem;
 using history_file::Record;
 
-constexpr FileBeginning beginning{history_file_magic, history_file_version, "a map's history",
-                                  "octosurf map --history"};
+constexpr io::FileBeginning beginning{io::history_file_magic, io::history_file_version, "a map's history",
+                                      "octosurf map --history"};
 
 // What a file may decompress to; poses and outlines of rooms shrink to a half.
 constexpr std::uint64_t free_stream = std::uint64_t{4} << 20;
@@ -36,7 +36,7 @@ constexpr std::uint64_t largest_count = std::uint64_t{1} << 48;
 void write_ring(const Ring2& ring, std::array<std::int64_t, 2>& last, history_file::Surface& record) {
   for (const Eigen::Vector2d& at : ring)
     for (std::size_t k = 0; k < 2; ++k) {
-      const std::int64_t step = std::llround(at[static_cast<Eigen::Index>(k)] / history_step_m);
+      const std::int64_t step = std::llround(at[static_cast<Eigen::Index>(k)] / io::history_step_m);
       record.add_uv(step - last[k]);
       last[k] = step;
     }
@@ -88,7 +88,7 @@ class Reader {
   explicit Reader(const fs::path& file)
       : where_(file.string()),
         in_(file, std::ios::binary),
-        records_((refuse_folders(), after_beginning(in_, where_, beginning)),
+        records_((refuse_folders(), io::after_beginning(in_, where_, beginning)),
                  free_stream + largest_ratio * size_of(file), where_) {}
 
   History operator()() {
@@ -222,8 +222,8 @@ class Reader {
             last[axis] += step;
             require(last[axis] >= -farthest_step && last[axis] <= farthest_step, "an outline is too large");
           }
-          to.emplace_back(static_cast<double>(last[0]) * history_step_m,
-                          static_cast<double>(last[1]) * history_step_m);
+          to.emplace_back(static_cast<double>(last[0]) * io::history_step_m,
+                          static_cast<double>(last[1]) * io::history_step_m);
         }
         entries_ += vertices;
       }
@@ -255,16 +255,16 @@ class Reader {
 
   std::string where_;
   std::ifstream in_;
-  RecordReader records_;
+  io::RecordReader records_;
   std::string bytes_;
   std::size_t entries_ = 0;
 };
 
 void write(const History& history, std::ostream& out) {
-  out.write(history_file_magic.data(), history_file_magic.size());
+  out.write(io::history_file_magic.data(), io::history_file_magic.size());
   for (int shift = 0; shift < 32; shift += 8)
-    out.put(static_cast<char>(history_file_version >> shift & 0xff));
-  RecordWriter records(out);
+    out.put(static_cast<char>(io::history_file_version >> shift & 0xff));
+  io::RecordWriter records(out);
   Record header;
   header.mutable_header()->set_stride(history.stride());
   header.mutable_header()->set_moments(history.moments().size());
@@ -285,7 +285,7 @@ void write(const History& history, std::ostream& out) {
 }  // namespace
 
 void save_history(const History& history, const fs::path& file, bool force) {
-  NewFile output(file, force);
+  io::NewFile output(file, force);
   output.write([&](std::ostream& out) { write(history, out); });
   output.commit();
 }

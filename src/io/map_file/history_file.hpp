@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string_view>
 
-namespace octosurf {
+namespace octosurf::io {
 
 // A map's history as a file, all numbers little-endian:
 //
@@ -18,4 +18,4 @@ inline constexpr std::string_view history_file_magic{"\x89OCTSH\r\n", 8};
 inline constexpr std::uint32_t history_file_version = 1;
 inline constexpr double history_step_m = 1e-4;  ///< of vertices, as History rounds them
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -14,7 +14,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 namespace fs = std::filesystem;
@@ -64,4 +64,4 @@ void remove_left_overs(const fs::path& file) {
     if (is_part_of(entry->path().filename().string(), name)) remove_if_left_over(entry->path());
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

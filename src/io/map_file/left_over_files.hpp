@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// What NewFile puts behind a file's name while it is written: `.part-` and 16 random hexadecimal digits.
 /// Throws Error(output) if the system has no random numbers.
@@ -14,4 +14,4 @@ std::string new_part_ending();
 /// be looked at or locked stays.
 void remove_left_overs(const std::filesystem::path& file);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -28,11 +28,11 @@ MapPaths paths_of(fs::path stem) {
 }
 
 /// Nothing if the file cannot be read.
-std::optional<FileSum> sum_of(const fs::path& file) {
+std::optional<io::FileSum> sum_of(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in) return {};
   boost::crc_32_type crc;
-  FileSum sum;
+  io::FileSum sum;
   std::array<char, 65536> buffer;
   while (in.read(buffer.data(), buffer.size()), in.gcount() > 0) {
     crc.process_bytes(buffer.data(), static_cast<std::size_t>(in.gcount()));
@@ -44,7 +44,7 @@ std::optional<FileSum> sum_of(const fs::path& file) {
 }
 
 /// Empty if `file` is the .bt that was written with the map.
-std::string warning_of(const fs::path& file, const FileSum& expected) {
+std::string warning_of(const fs::path& file, const io::FileSum& expected) {
   std::error_code ignored;
   if (!fs::exists(file, ignored)) return file.string() + ": is missing; saving the map writes it again";
   const std::uintmax_t bytes = fs::file_size(file, ignored);
@@ -82,18 +82,18 @@ void save_map(const Map& map, const fs::path& stem, const KeptScans& scans) {
   const MapPaths files = paths_of(stem);
   KeptScans from_there = scans;
   if (!scans.folder.empty()) from_there.folder = seen_from(files.surfaces.parent_path(), scans.folder);
-  NewFile bt(files.bt, true), surfaces(files.surfaces, true);
+  io::NewFile bt(files.bt, true), surfaces(files.surfaces, true);
   bt.write([&](std::ostream& out) { map.state().occupancy.write_bt(out); });
-  const std::optional<FileSum> sum = sum_of(bt.temporary());
+  const std::optional<io::FileSum> sum = sum_of(bt.temporary());
   if (!sum) throw Error(Error::Kind::output, files.bt.string(), "cannot be read back", "check the disk");
-  surfaces.write([&](std::ostream& out) { write_map(map.state(), *sum, out, from_there); });
+  surfaces.write([&](std::ostream& out) { io::write_map(map.state(), *sum, out, from_there); });
   // Both are complete on the disk before either takes its place. If the process dies between the
   // two, the old .surfaces is whole and says that the .bt is not its own.
   bt.sync();
   surfaces.sync();
   bt.commit();
   surfaces.commit();
-  sync_folder(files.surfaces);
+  io::sync_folder(files.surfaces);
 }
 
 LoadedMap load_map(const fs::path& stem) {
@@ -104,7 +104,7 @@ LoadedMap load_map(const fs::path& stem) {
   std::ifstream in(files.surfaces, std::ios::binary);
   if (failure || !in)
     throw Error(Error::Kind::data, files.surfaces.string(), "cannot be read", "check its rights");
-  MapFile file = read_map(in, bytes, files.surfaces.string());
+  io::MapFile file = io::read_map(in, bytes, files.surfaces.string());
   if (!file.scans.folder.empty()) file.scans.folder = files.surfaces.parent_path() / file.scans.folder;
   return {Map(std::move(file.state)), warning_of(files.bt, file.bt), std::move(file.scans)};
 }

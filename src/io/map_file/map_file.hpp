@@ -9,7 +9,7 @@
 #include <ostream>
 #include <string>
 
-namespace octosurf {
+namespace octosurf::io {
 
 // The map file, `NAME.surfaces`. All numbers little-endian.
 //
@@ -54,16 +54,17 @@ struct FileSum {
 
 /// Writes a map file. Same state, same bytes. `bt` is of the .bt that goes with it; the folder of `scans` is
 /// written as it stands there. One pass over the octree and the surfaces. Write errors show in the stream.
-void write_map(const MapState& state, const FileSum& bt, std::ostream& out, const KeptScans& scans = {});
+void write_map(const surfaces::MapState& state, const FileSum& bt, std::ostream& out,
+               const KeptScans& scans = {});
 
 struct MapFile {
-  std::unique_ptr<MapState> state;  ///< snapshot included
-  FileSum bt;                       ///< of the .bt that was written with it
-  KeptScans scans;                  ///< the folder as it stands in the file
+  std::unique_ptr<surfaces::MapState> state;  ///< snapshot included
+  FileSum bt;                                 ///< of the .bt that was written with it
+  KeptScans scans;                            ///< the folder as it stands in the file
 };
 
 /// Reads a map file of `file_bytes` bytes; `where` names it in messages. Throws Error(data) for
 /// whatever is not a map file of this or an older version, whole and consistent.
 MapFile read_map(std::istream& in, std::uint64_t file_bytes, const std::string& where);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -16,7 +16,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 // What a file may decompress to. Real maps shrink to a third … a seventh, a made-up plain of equal voxels to
@@ -118,8 +118,8 @@ class Reader {
   void read_header() {
     require(record_.field == map_file::Record::kHeader, "it does not begin with a header");
     const auto header = parse<map_file::Header>(small_record_limit);
-    file_.state = std::make_unique<MapState>(read_parameters(header));
-    MapState& state = *file_.state;
+    file_.state = std::make_unique<surfaces::MapState>(read_parameters(header));
+    surfaces::MapState& state = *file_.state;
     require(header.has_revision() && header.has_scans() && header.has_points() && header.has_next_id() &&
                 header.has_range_noise() && header.has_bt_bytes() && header.has_bt_crc32(),
             "the header is not complete");
@@ -178,21 +178,23 @@ class Reader {
   }
 
   void read_noise(const map_file::Header& header) {
-    NoiseModel::Histogram histogram{};
-    require(header.noise_histogram_size() == static_cast<int>(NoiseModel::classes * NoiseModel::bins),
+    sensing::NoiseModel::Histogram histogram{};
+    require(header.noise_histogram_size() ==
+                static_cast<int>(sensing::NoiseModel::classes * sensing::NoiseModel::bins),
             "the noise histogram has another size");
-    for (std::size_t i = 0; i < NoiseModel::classes * NoiseModel::bins; ++i)
-      histogram[i / NoiseModel::bins][i % NoiseModel::bins] = header.noise_histogram(static_cast<int>(i));
+    for (std::size_t i = 0; i < sensing::NoiseModel::classes * sensing::NoiseModel::bins; ++i)
+      histogram[i / sensing::NoiseModel::bins][i % sensing::NoiseModel::bins] =
+          header.noise_histogram(static_cast<int>(i));
     require(header.range_noise() >= 0 && header.range_noise() <= 1, "the noise makes no sense");
     file_.state->noise.restore(histogram, header.range_noise());
   }
 
   void read_octree() {
-    MapState& state = *file_.state;
+    surfaces::MapState& state = *file_.state;
     state.occupancy.read_nodes([this] { return next_nodes(); }, where_);
     std::size_t points = 0;
     charge(state.occupancy.bytes(), 1);
-    state.occupancy.for_each_point([&](const VoxelPoint& p) {
+    state.occupancy.for_each_point([&](const occupancy::VoxelPoint& p) {
       ++points;
       if (p.surface == 0) return;
       charge(1, inlier_cost);
@@ -214,7 +216,7 @@ class Reader {
   }
 
   void read_accumulated() {
-    std::vector<VoxelKey>& keys = file_.state->accumulated;
+    std::vector<geometry::VoxelKey>& keys = file_.state->accumulated;
     std::uint64_t last = 0;
     for (; record_.field == map_file::Record::kAccumulated; advance()) {
       const auto accumulated = parse<map_file::Accumulated>(small_record_limit);
@@ -224,7 +226,7 @@ class Reader {
                     last + step < std::uint64_t{1} << 48,
                 "a waiting point lies outside the octree, or out of order");
         last += step;
-        keys.push_back(VoxelKey::unpack(last));
+        keys.push_back(geometry::VoxelKey::unpack(last));
       }
     }
   }
@@ -246,7 +248,7 @@ class Reader {
   }
 
   void read_surfaces() {
-    MapState& state = *file_.state;
+    surfaces::MapState& state = *file_.state;
     const SurfaceBounds bounds{state.parameters.occupancy.resolution, state.surfaces.next_id(),
                                state.revision, state.parameters.max_hole_size()};
     SurfaceId last = 0;
@@ -267,7 +269,7 @@ class Reader {
   }
 
   void read_cylinders() {
-    MapState& state = *file_.state;
+    surfaces::MapState& state = *file_.state;
     CylinderId last = 0;
     for (; record_.field == map_file::Record::kCylinder; advance()) {
       check_memory(record_.content.size());
@@ -282,7 +284,7 @@ class Reader {
   }
 
   void read_departures() {
-    MapState& state = *file_.state;
+    surfaces::MapState& state = *file_.state;
     DepartureReader read(state, where_);
     for (; record_.field == map_file::Record::kDepartures; advance()) {
       const auto record = parse<map_file::Departures>(small_record_limit);
@@ -295,11 +297,12 @@ class Reader {
     }
   }
 
-  std::vector<Inlier> take_inliers(SurfaceId id) {
+  std::vector<surfaces::Inlier> take_inliers(SurfaceId id) {
     auto entry = inliers_.extract(id);
     if (entry.empty()) return {};
-    std::vector<Inlier> inliers = std::move(entry.mapped());
-    std::sort(inliers.begin(), inliers.end(), [](const Inlier& a, const Inlier& b) { return a.key < b.key; });
+    std::vector<surfaces::Inlier> inliers = std::move(entry.mapped());
+    std::sort(inliers.begin(), inliers.end(),
+              [](const surfaces::Inlier& a, const surfaces::Inlier& b) { return a.key < b.key; });
     return inliers;
   }
 
@@ -313,7 +316,7 @@ class Reader {
   }
 
   void publish() {
-    MapState& state = *file_.state;
+    surfaces::MapState& state = *file_.state;
     auto snapshot =
         std::make_shared<Snapshot>(Snapshot{state.revision, state.parameters.occupancy.resolution, {}});
     for (const auto& [id, surface] : state.surfaces) {
@@ -332,7 +335,7 @@ class Reader {
   std::string bytes_;
   RecordView record_;  // into bytes_; field 0 behind the last one
   MapFile file_;
-  std::unordered_map<SurfaceId, std::vector<Inlier>> inliers_;
+  std::unordered_map<SurfaceId, std::vector<surfaces::Inlier>> inliers_;
 };
 
 void check_version(std::istream& in, const std::string& where) {
@@ -365,4 +368,4 @@ MapFile read_map(std::istream& in, std::uint64_t file_bytes, const std::string& 
   return Reader(in, file_bytes, where)();
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

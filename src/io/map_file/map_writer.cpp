@@ -6,7 +6,7 @@
 #include "io/map_file/surface_record.hpp"
 #include "map_file.pb.h"
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 constexpr std::size_t keys_in_record = 65536;
@@ -17,7 +17,7 @@ void put_record(const map_file::Record& record, RecordWriter& records) {
   records.put(record.SerializeAsString());
 }
 
-void write_header(const MapState& state, const FileSum& bt, const KeptScans& scans,
+void write_header(const surfaces::MapState& state, const FileSum& bt, const KeptScans& scans,
                   map_file::Header& header) {
   for (const ParameterInfo& info : parameter_infos()) {
     map_file::Parameter& parameter = *header.add_parameters();
@@ -41,7 +41,7 @@ void write_header(const MapState& state, const FileSum& bt, const KeptScans& sca
   if (scans.shared) header.set_kept_scans_shared(true);
 }
 
-void put_accumulated(const std::vector<VoxelKey>& keys, RecordWriter& records) {
+void put_accumulated(const std::vector<geometry::VoxelKey>& keys, RecordWriter& records) {
   std::uint64_t last = 0;
   for (std::size_t i = 0; i < keys.size();) {
     map_file::Record record;
@@ -75,7 +75,8 @@ void put_poses(const std::vector<Eigen::Isometry3d>& poses, RecordWriter& record
 
 }  // namespace
 
-void write_map(const MapState& state, const FileSum& bt, std::ostream& out, const KeptScans& scans) {
+void write_map(const surfaces::MapState& state, const FileSum& bt, std::ostream& out,
+               const KeptScans& scans) {
   const std::uint32_t version = state.departures.size() > 0 ? map_file_version : scans.poses.empty() ? 2 : 3;
   out.write(map_file_magic.data(), map_file_magic.size());
   for (int shift = 0; shift < 32; shift += 8) out.put(static_cast<char>(version >> shift & 0xff));
@@ -109,4 +110,4 @@ void write_map(const MapState& state, const FileSum& bt, std::ostream& out, cons
   records.finish();
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

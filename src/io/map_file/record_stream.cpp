@@ -8,7 +8,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 constexpr int compression_level = 3;
@@ -177,4 +177,4 @@ bool RecordReader::next(std::string& record) {
 std::uint64_t RecordReader::records() const { return impl_->records; }
 std::uint32_t RecordReader::crc32_before_last() const { return impl_->crc_before_last; }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// Largest record of a map file, in bytes.
 inline constexpr std::size_t record_limit = std::size_t{64} << 20;
@@ -59,4 +59,4 @@ class RecordReader {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -12,7 +12,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 namespace fs = std::filesystem;
@@ -110,7 +110,7 @@ ScanArchiveWriter::~ScanArchiveWriter() {
   if (writing_.valid()) writing_.wait();
 }
 
-void ScanArchiveWriter::add(ArchivedHeader header, VoxelScan voxels) {
+void ScanArchiveWriter::add(ArchivedHeader header, sensing::VoxelScan voxels) {
   if (writing_.valid()) writing_.get();
   const auto write = [file = archived_file(folder_, next_++), header = std::move(header),
                       voxels = std::move(voxels)]() mutable {
@@ -145,4 +145,4 @@ void copy_archive(const fs::path& from, const fs::path& folder, std::uint64_t sc
   }
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

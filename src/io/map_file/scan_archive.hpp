@@ -7,7 +7,7 @@
 #include <future>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::io {
 
 // An archive of scans is a folder that holds, for every scan of a map in order, one file as archived_scan.hpp
 // describes it: 000000.scan, 000001.scan, …, numbered as the map counts its scans. So a map of n scans has
@@ -36,7 +36,7 @@ class ScanArchiveWriter {
 
   /// A scan that was mapped, the next one in order. Throws Error(output) if the one before could not be
   /// written.
-  void add(ArchivedHeader header, VoxelScan voxels);
+  void add(ArchivedHeader header, sensing::VoxelScan voxels);
 
   /// Waits until all that was added is on the disk. Throws Error(output), and is of no use after that.
   void finish();
@@ -54,4 +54,4 @@ class ScanArchiveWriter {
 void copy_archive(const std::filesystem::path& from, const std::filesystem::path& folder,
                   std::uint64_t scans);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -12,7 +12,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 using Doubles = google::protobuf::RepeatedField<double>;
@@ -39,7 +39,7 @@ void put(const Eigen::Isometry3d& T, Doubles& out) {
     for (int column = 0; column < 4; ++column) out.Add(T(row, column));
 }
 
-void put(const Moments& m, Doubles& out) {
+void put(const geometry::Moments& m, Doubles& out) {
   out.Add(m.count);
   put(m.sum, out);
   for (int row = 0; row < 3; ++row)
@@ -67,8 +67,8 @@ class Reader {
   Reader(const map_file::Surface& record, const SurfaceBounds& bounds, const std::string& where)
       : record_(record), bounds_(bounds), where_(where), reach_(std::ldexp(bounds.resolution, 18)) {}
 
-  SurfaceModel::State operator()(std::vector<Inlier> inliers) {
-    SurfaceModel::State s;
+  surfaces::SurfaceModel::State operator()(std::vector<surfaces::Inlier> inliers) {
+    surfaces::SurfaceModel::State s;
     s.id = record_.id();
     s.inliers = std::move(inliers);
     require(record_.has_inliers() && record_.inliers() == s.inliers.size() && !s.inliers.empty(),
@@ -85,7 +85,8 @@ class Reader {
     read_evidence(s);
     read_covariance(s);
     s.polygons = polygons(record_.polygons());
-    if (const auto fault = fault_of(s.polygons)) require(false, ("has " + std::string(*fault)).c_str());
+    if (const auto fault = geometry::fault_of(s.polygons))
+      require(false, ("has " + std::string(*fault)).c_str());
     check_edges(s.polygons);
     for (const SurfaceId parent : record_.parents()) {
       require(parent > 0 && parent < bounds_.next_id, "has a parent that never was");
@@ -146,19 +147,19 @@ class Reader {
     return T;
   }
 
-  static Moments moments(std::span<const double> v) {
-    Moments m;
+  static geometry::Moments moments(std::span<const double> v) {
+    geometry::Moments m;
     m.count = v[0];
     for (int i = 0; i < 3; ++i) m.sum[i] = v[static_cast<std::size_t>(1 + i)];
     for (int i = 0; i < 9; ++i) m.outer(i / 3, i % 3) = v[static_cast<std::size_t>(4 + i)];
     return m;
   }
 
-  void read_evidence(SurfaceModel::State& s) const {
+  void read_evidence(surfaces::SurfaceModel::State& s) const {
     if (record_.evidence_size() == 0) return;  // a file from before there was any
     const auto v = numbers(record_.evidence(), 1 + moment_doubles);
     s.evidence = {moments(v.subspan(1)), v[0]};
-    const Moments& m = s.evidence.moments;
+    const geometry::Moments& m = s.evidence.moments;
     const auto bounded = [&](const auto& x, double limit) { return x.cwiseAbs().maxCoeff() <= limit; };
     const double readings = most_readings * static_cast<double>(s.inliers.size());
     require(s.evidence.readings >= 0 && s.evidence.readings <= readings && m.count >= 0 &&
@@ -168,7 +169,7 @@ class Reader {
             "has evidence that no scan gives");
   }
 
-  void read_covariance(SurfaceModel::State& s) const {
+  void read_covariance(surfaces::SurfaceModel::State& s) const {
     if (record_.covariance_size() == 0) return;  // likewise
     const auto v = numbers(record_.covariance(), 6);
     s.covariance << v[0], v[1], v[2], v[1], v[3], v[4], v[2], v[4], v[5];
@@ -177,13 +178,13 @@ class Reader {
         "has a covariance that no fit gives");
   }
 
-  void read_moments(SurfaceModel::State& s) const {
+  void read_moments(surfaces::SurfaceModel::State& s) const {
     const auto v = numbers(record_.moments(), moment_doubles * static_cast<int>(s.moments.size()));
-    std::array<Moments, NoiseModel::classes> sums;
-    for (const Inlier& inlier : s.inliers)
+    std::array<geometry::Moments, sensing::NoiseModel::classes> sums;
+    for (const surfaces::Inlier& inlier : s.inliers)
       sums[inlier.range_class].add(inlier.position.cast<double>() - s.reference);
     for (std::size_t c = 0; c < s.moments.size(); ++c) {
-      const Moments& m = s.moments[c] = moments(v.subspan(c * moment_doubles, moment_doubles));
+      const geometry::Moments& m = s.moments[c] = moments(v.subspan(c * moment_doubles, moment_doubles));
       require(m.count == sums[c].count &&
                   (m.sum - sums[c].sum).norm() <= moments_slack * (1 + sums[c].sum.norm()) &&
                   (m.outer - sums[c].outer).norm() <= moments_slack * (1 + sums[c].outer.norm()),
@@ -245,14 +246,14 @@ class Reader {
 
 }  // namespace
 
-void write_surface(const SurfaceModel::State& surface, map_file::Surface& record) {
+void write_surface(const surfaces::SurfaceModel::State& surface, map_file::Surface& record) {
   record.set_id(surface.id);
   put(surface.plane, *record.mutable_plane());
   put(surface.checked_plane, *record.mutable_checked_plane());
   put(surface.pose, *record.mutable_pose());
   put(surface.hash_frame, *record.mutable_hash_frame());
   put(surface.reference, *record.mutable_reference());
-  for (const Moments& moments : surface.moments) put(moments, *record.mutable_moments());
+  for (const geometry::Moments& moments : surface.moments) put(moments, *record.mutable_moments());
   if (surface.evidence.readings > 0) {
     record.add_evidence(surface.evidence.readings);
     put(surface.evidence.moments, *record.mutable_evidence());
@@ -269,9 +270,10 @@ void write_surface(const SurfaceModel::State& surface, map_file::Surface& record
   record.set_inliers(surface.inliers.size());
 }
 
-SurfaceModel::State read_surface(const map_file::Surface& record, std::vector<Inlier> inliers,
-                                 const SurfaceBounds& bounds, const std::string& where) {
+surfaces::SurfaceModel::State read_surface(const map_file::Surface& record,
+                                           std::vector<surfaces::Inlier> inliers, const SurfaceBounds& bounds,
+                                           const std::string& where) {
   return Reader(record, bounds, where)(std::move(inliers));
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -5,14 +5,14 @@
 #include <string>
 #include <vector>
 
-namespace octosurf {
-
-namespace map_file {
+namespace octosurf::map_file {
 class Surface;
-}
+}  // namespace octosurf::map_file
+
+namespace octosurf::io {
 
 /// Everything of `surface` but its inliers.
-void write_surface(const SurfaceModel::State& surface, map_file::Surface& record);
+void write_surface(const surfaces::SurfaceModel::State& surface, map_file::Surface& record);
 
 /// What a surface of a map file may refer to.
 struct SurfaceBounds {
@@ -24,7 +24,8 @@ struct SurfaceBounds {
 
 /// Inverse; `inliers` are the octree's points with the record's id. Throws Error(data) unless every
 /// number is there, finite and consistent with the others and with the inliers.
-SurfaceModel::State read_surface(const map_file::Surface& record, std::vector<Inlier> inliers,
-                                 const SurfaceBounds& bounds, const std::string& where);
+surfaces::SurfaceModel::State read_surface(const map_file::Surface& record,
+                                           std::vector<surfaces::Inlier> inliers, const SurfaceBounds& bounds,
+                                           const std::string& where);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

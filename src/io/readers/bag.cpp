@@ -8,7 +8,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 namespace fs = std::filesystem;
@@ -117,4 +117,4 @@ std::string ros_type(std::string_view type) {
   return std::string(type.substr(0, middle)) + "/" + std::string(type.substr(middle + 5));
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -12,7 +12,7 @@
 
 #include <octosurf/ros_messages.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 
 struct BagTopic {
   std::string name;
@@ -90,4 +90,4 @@ std::unique_ptr<Bag> open_mcap(const std::filesystem::path& file);
 std::unique_ptr<Bag> open_sqlite_bag(const std::filesystem::path& file);
 std::unique_ptr<Bag> open_ros1_bag(const std::filesystem::path& file);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

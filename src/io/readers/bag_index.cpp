@@ -8,7 +8,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 // Bytes kept of a scan until it is read: where it is, here and in the list of scans to map.
@@ -166,4 +166,4 @@ std::vector<TopicContents> summarise_bag(Bag& bag, std::vector<std::string>& dam
   return topics;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// A cloud or an image in a bag, found but not read.
 struct ListedMessage {
@@ -47,4 +47,4 @@ BagIndex index_bag(Bag& bag, const std::string& name, std::uint64_t bytes,
 /// Topics, counts and times, of a bag of any messages; a line in `damage` for each part that is damaged.
 std::vector<TopicContents> summarise_bag(Bag& bag, std::vector<std::string>& damage);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -12,7 +12,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 // Between neighbours T apart a straight line misses the path of one who accelerates by a by a·T²/8 at most:
@@ -255,4 +255,4 @@ Scan BagRecording::read(std::size_t index) {
   return scan;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -16,7 +16,7 @@
 #include <octosurf/scan.hpp>
 #include <octosurf/scan_source.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// The posed scans of a bag: its clouds and depth images by the times in their headers.
 class BagRecording {
@@ -70,4 +70,4 @@ class BagRecording {
   std::vector<std::string> notes_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -9,7 +9,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 [[noreturn]] void fail(const std::string& what) { throw std::runtime_error(what); }
@@ -119,4 +119,4 @@ std::string decompressed(std::string_view block, std::string_view format, std::u
   return plain;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// A file of records that say their own length: nothing is read beyond its end, nothing is allocated for what
 /// is not there.
@@ -73,4 +73,4 @@ constexpr std::uint64_t largest_index(std::uint64_t file_size) { return 8 * mebi
 /// Throws std::runtime_error saying what is wrong.
 std::string decompressed(std::string_view block, std::string_view format, std::uint64_t size);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -6,7 +6,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 constexpr double field_of_view_rad = 35 * std::numbers::pi / 180;  // vertical
@@ -90,4 +90,4 @@ Eigen::AlignedBox3d robust_box(const std::vector<Eigen::Vector3d>& samples) {
   return box;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

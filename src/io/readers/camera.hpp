@@ -7,7 +7,7 @@
 
 #include <octosurf/export.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// A pinhole camera; z of the map is up in its pictures (y if it looks straight up or down).
 struct Camera {
@@ -32,4 +32,4 @@ Camera make_camera(const Eigen::AlignedBox3d& box, const PictureOptions& options
 /// Per axis the 2 to 98 % range of `samples`; the unit cube if there are none.
 Eigen::AlignedBox3d robust_box(const std::vector<Eigen::Vector3d>& samples);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

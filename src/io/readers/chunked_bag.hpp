@@ -12,7 +12,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// A bag of records, whose messages stand in blocks that are unpacked as a whole: a MessagePlace's block is
 /// the byte at which such a record begins, its offset is one of the unpacked block.
@@ -77,4 +77,4 @@ class ChunkedBag : public Bag {
   std::optional<std::uint64_t> cached_;  // the block in cache_
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// A point cloud file's points (sensor frame, metres as they stand there) and pose, unchecked.
 /// Points at the very origin are not finite: drivers write them for "no return".
@@ -43,4 +43,4 @@ LabelledPcd read_labelled_pcd(const std::filesystem::path& file);
 
 constexpr std::size_t largest_cloud_file = std::size_t{4} << 30;
 
-}  // namespace octosurf
+}  // namespace octosurf::io

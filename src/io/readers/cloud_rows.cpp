@@ -9,7 +9,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 constexpr std::string_view blanks = " \t\r\v\f";
@@ -104,4 +104,4 @@ std::vector<Eigen::Vector3f> text_points(Lines& lines, const Coordinates& xyz, s
               "write the file again");
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::io {
 
 // What PCD and PLY have in common: a header in lines, then rows of values of which three are wanted.
 
@@ -56,4 +56,4 @@ std::vector<Eigen::Vector3f> text_points(Lines& lines, const Coordinates& xyz, s
 /// The point, or not finite if it is the very origin.
 Eigen::Vector3f point_or_nothing(const Eigen::Vector3f& point);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -15,7 +15,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 constexpr std::uint32_t largest_side = 8192;
@@ -197,4 +197,4 @@ std::vector<Eigen::Vector3f> back_project(const DepthImage& image, const Intrins
   return points;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

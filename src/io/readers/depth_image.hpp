@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// Pinhole camera without distortion, pixels. fy may be negative (y up, as in ICL-NUIM's .K).
 struct Intrinsics {
@@ -39,4 +39,4 @@ bool is_picture(const std::filesystem::path& file);
 /// that has a reading. `scale`: units per metre.
 std::vector<Eigen::Vector3f> back_project(const DepthImage& image, const Intrinsics& camera, double scale);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

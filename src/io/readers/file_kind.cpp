@@ -10,7 +10,7 @@
 #include <string_view>
 #include <utility>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 constexpr std::array signatures{
@@ -71,4 +71,4 @@ FileKind kind_of(const std::filesystem::path& file) noexcept try {
   return FileKind::unknown;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

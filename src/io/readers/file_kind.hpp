@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-namespace octosurf {
+namespace octosurf::io {
 
 enum class FileKind { image, pcd, ply, velodyne, graph, archived_scan, bag, occupancy_map, unknown };
 
@@ -10,4 +10,4 @@ enum class FileKind { image, pcd, ply, velodyne, graph, archived_scan, bag, occu
 /// Never throws.
 FileKind kind_of(const std::filesystem::path& file) noexcept;
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -9,7 +9,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 constexpr std::string_view magic("\x89MCAP0\r\n", 8);
@@ -201,4 +201,4 @@ class McapBag : public ChunkedBag {
 
 std::unique_ptr<Bag> open_mcap(const std::filesystem::path& file) { return std::make_unique<McapBag>(file); }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

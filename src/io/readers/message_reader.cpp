@@ -8,7 +8,7 @@
 #include <fastcdr/config.h>
 #include <stdexcept>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 namespace cdr = eprosima::fastcdr;
@@ -130,4 +130,4 @@ std::unique_ptr<MessageReader> message_reader(std::string_view bytes, MessageEnc
   fail("is not serialised as ROS 1 or ROS 2 do");
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

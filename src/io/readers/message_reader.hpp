@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// Takes a ROS message's fields in the order of its definition; the counterpart of MessageWriter. One
 /// description of a message so reads both of ROS' encodings. Throws std::runtime_error where the message ends
@@ -29,4 +29,4 @@ class MessageReader {
 /// Reads `bytes`, which must outlive it. Throws std::runtime_error for another encoding.
 std::unique_ptr<MessageReader> message_reader(std::string_view bytes, MessageEncoding encoding);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

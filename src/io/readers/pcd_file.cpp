@@ -15,7 +15,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 using Words = std::vector<std::string_view>;
@@ -226,4 +226,4 @@ LabelledPcd read_labelled_pcd(const std::filesystem::path& file) {
   return {std::move(cloud), reader.take_labels()};
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -9,7 +9,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 using Words = std::vector<std::string_view>;
@@ -139,4 +139,4 @@ Cloud read_ply(const std::filesystem::path& file) {
   return PlyReader(file, bytes).read();
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

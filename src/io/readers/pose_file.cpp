@@ -12,7 +12,7 @@
 #include <octosurf/error.hpp>
 #include <octosurf/scan.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 constexpr double quaternion_tolerance = 1e-2;
@@ -182,4 +182,4 @@ Eigen::Isometry3d Trajectory::at(double stamp_s, const std::string& where) const
   return T;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

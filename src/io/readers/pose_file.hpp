@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// A pose as it stands in a file, not yet checked.
 struct FilePose {
@@ -65,4 +65,4 @@ class Trajectory {
   double largest_gap_s_ = 0;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -24,7 +24,7 @@ auto naming(const std::string& where, const Read& read) {
 }
 
 ReceivedScan begin_scan(std::string_view message, MessageEncoding encoding, const std::string& where) {
-  const MessageHeader header = read_header(*message_reader(message, encoding));
+  const io::MessageHeader header = io::read_header(*io::message_reader(message, encoding));
   ReceivedScan received;
   received.frame = header.frame;
   received.stamp_ns = header.stamp_ns;
@@ -38,7 +38,8 @@ ReceivedScan begin_scan(std::string_view message, MessageEncoding encoding, cons
 ReceivedScan scan_from_cloud(std::string_view cloud, MessageEncoding encoding, const std::string& where) {
   return naming(where, [&] {
     ReceivedScan received = begin_scan(cloud, encoding, where);
-    CloudMessage read = read_cloud_message(*message_reader(cloud, encoding), largest_scan(cloud.size()));
+    io::CloudMessage read =
+        io::read_cloud_message(*io::message_reader(cloud, encoding), io::largest_scan(cloud.size()));
     received.scan.sensor = read.organised ? SensorKind::depth_camera : SensorKind::lidar;
     received.scan.points = std::move(read.points);
     return received;
@@ -49,20 +50,22 @@ ReceivedScan scan_from_depth(std::string_view image, std::string_view camera_inf
                              const std::string& where, bool rectified, std::optional<double> depth_scale) {
   return naming(where, [&] {
     ReceivedScan received = begin_scan(image, encoding, where);
-    const CameraInfoMessage info = read_camera_info(*message_reader(camera_info, encoding));
-    const Intrinsics& camera = intrinsics_for(info, rectified);
-    const auto reader = message_reader(image, encoding);
-    const ImageMessage read = read_image_message(*reader);
-    require_size(read.width, read.height, info.width, info.height);
+    const io::CameraInfoMessage info = io::read_camera_info(*io::message_reader(camera_info, encoding));
+    const io::Intrinsics& camera = io::intrinsics_for(info, rectified);
+    const auto reader = io::message_reader(image, encoding);
+    const io::ImageMessage read = io::read_image_message(*reader);
+    io::require_size(read.width, read.height, info.width, info.height);
     received.scan.sensor = SensorKind::depth_camera;
-    received.scan.points = points_of(read, camera, depth_scale, largest_scan(image.size()));
+    received.scan.points = io::points_of(read, camera, depth_scale, io::largest_scan(image.size()));
     return received;
   });
 }
 
 void require_camera(std::string_view camera_info, MessageEncoding encoding, const std::string& where,
                     bool rectified) {
-  naming(where, [&] { intrinsics_for(read_camera_info(*message_reader(camera_info, encoding)), rectified); });
+  naming(where, [&] {
+    io::intrinsics_for(io::read_camera_info(*io::message_reader(camera_info, encoding)), rectified);
+  });
 }
 
 std::string camera_info_topic(const std::string& images, bool compressed) {
@@ -74,7 +77,7 @@ bool is_rectified(const std::string& images) { return images.find("rect") != std
 
 Eigen::Isometry3d pose_from_transform(const Eigen::Vector3d& translation, const Eigen::Quaterniond& rotation,
                                       const std::string& where) {
-  return rigid(pose_from(translation, rotation), where);
+  return io::rigid(io::pose_from(translation, rotation), where);
 }
 
 }  // namespace octosurf

@@ -10,7 +10,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 constexpr std::string_view magic = "#ROSBAG V2.0\n";
@@ -199,4 +199,4 @@ std::unique_ptr<Bag> open_ros1_bag(const std::filesystem::path& file) {
   return std::make_unique<Ros1Bag>(file);
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -6,7 +6,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 namespace fs = std::filesystem;
@@ -175,4 +175,4 @@ ListedRecording list_folder(const fs::path& folder) {
   throw Error(Error::Kind::data, folder.string(), "holds no scans", what_is_read);
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

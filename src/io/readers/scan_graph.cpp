@@ -8,7 +8,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 // Layout (octomap::ScanGraph::writeBinary), in the host's byte order: uint32 scans; per scan uint32
@@ -120,4 +120,4 @@ Scan ScanGraphFile::read(std::size_t index) const {
   return scan;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

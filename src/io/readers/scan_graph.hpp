@@ -6,7 +6,7 @@
 
 #include <octosurf/scan.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// OctoMap's binary scan graph (`.graph`): posed scans; the edges between them are not used.
 ///
@@ -32,4 +32,4 @@ class ScanGraphFile {
   std::vector<std::uint64_t> offsets_;  ///< of each scan's point count
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::io

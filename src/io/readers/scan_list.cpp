@@ -9,7 +9,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 namespace fs = std::filesystem;
@@ -274,4 +274,4 @@ ScanList list_scans(const std::vector<fs::path>& inputs, const ScanSourceOptions
   return list;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -15,7 +15,7 @@
 
 #include <octosurf/scan_source.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// Where one scan is, found but not read.
 struct ListedScan {
@@ -67,4 +67,4 @@ bool is_tum(const std::filesystem::path& folder);
 /// stand in a folder of their own.
 std::vector<std::filesystem::path> around(const std::filesystem::path& folder);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

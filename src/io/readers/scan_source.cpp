@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 /// Reads listed scans and gives them their time stamps.
 class FileScanSource : public ScanSource {
  public:
-  FileScanSource(ScanList list, const ScanSourceOptions& options)
+  FileScanSource(io::ScanList list, const ScanSourceOptions& options)
       : recordings_(std::move(list.recordings)),
         options_(options),
         skipped_(std::move(list.left_out)),
@@ -33,12 +33,12 @@ class FileScanSource : public ScanSource {
 
   std::optional<Scan> next() override {
     while (recording_ < recordings_.size()) {
-      const ListedRecording& recording = recordings_[recording_];
+      const io::ListedRecording& recording = recordings_[recording_];
       if (index_ == recording.scans.size()) {
         begin_recording(recording_ + 1);
         continue;
       }
-      const ListedScan& listed = recording.scans[index_++];
+      const io::ListedScan& listed = recording.scans[index_++];
       try {
         Scan scan = load(recording, listed);
         scan.stamp_s = stamp(listed, scan.sensor);
@@ -64,41 +64,41 @@ class FileScanSource : public ScanSource {
     shift_s_.reset();
   }
 
-  Scan load(const ListedRecording& recording, const ListedScan& listed) {
+  Scan load(const io::ListedRecording& recording, const io::ListedScan& listed) {
     Scan scan = read(recording, listed);
     if (recording.trajectory)
       scan.T_map_sensor = recording.trajectory->at(*listed.stamp_s, scan.name) * recording.T_posed_sensor;
     else if (listed.pose)
-      scan.T_map_sensor = rigid(listed.pose->T, scan.name + " (pose at " + listed.pose->where + ")") *
+      scan.T_map_sensor = io::rigid(listed.pose->T, scan.name + " (pose at " + listed.pose->where + ")") *
                           recording.T_posed_sensor;
     else if (!listed.pose_file.empty())
       scan.T_map_sensor = own_pose(listed);
-    else if (listed.kind != FileKind::archived_scan &&  // whose pose is the very one it was mapped with
-             !recording.bag)                            // made of rigid ones
-      scan.T_map_sensor = rigid(scan.T_map_sensor, scan.name);
+    else if (listed.kind != io::FileKind::archived_scan &&  // whose pose is the very one it was mapped with
+             !recording.bag)                                // made of rigid ones
+      scan.T_map_sensor = io::rigid(scan.T_map_sensor, scan.name);
     return scan;
   }
 
   /// Points, and the pose that stands in the same file.
-  Scan read(const ListedRecording& recording, const ListedScan& listed) {
+  Scan read(const io::ListedRecording& recording, const io::ListedScan& listed) {
     if (recording.graph) return recording.graph->read(listed.graph_index);
     if (recording.bag) return recording.bag->read(listed.bag_index);
     Scan scan;
-    if (listed.kind == FileKind::archived_scan) {
-      scan = read_archived_scan(listed.file).scan();
+    if (listed.kind == io::FileKind::archived_scan) {
+      scan = io::read_archived_scan(listed.file).scan();
       scan.name = listed.file.string();
       return scan;
     }
     scan.name = listed.file.string();
-    if (listed.kind == FileKind::image) {
-      const DepthImage image = read_depth_image(listed.file);
+    if (listed.kind == io::FileKind::image) {
+      const io::DepthImage image = io::read_depth_image(listed.file);
       check_size(image, listed.file);
-      scan.points = back_project(image, *recording.camera, recording.depth_scale);
+      scan.points = io::back_project(image, *recording.camera, recording.depth_scale);
       return scan;
     }
-    Cloud cloud = listed.kind == FileKind::pcd   ? read_pcd(listed.file)
-                  : listed.kind == FileKind::ply ? read_ply(listed.file)
-                                                 : read_velodyne(listed.file);
+    io::Cloud cloud = listed.kind == io::FileKind::pcd   ? io::read_pcd(listed.file)
+                      : listed.kind == io::FileKind::ply ? io::read_ply(listed.file)
+                                                         : io::read_velodyne(listed.file);
     scan.points = std::move(cloud.points);
     scan.T_map_sensor = cloud.T_map_sensor;
     scan.sensor = cloud.organised ? SensorKind::depth_camera : SensorKind::lidar;
@@ -106,12 +106,12 @@ class FileScanSource : public ScanSource {
   }
 
   /// Of a scan that cannot be read.
-  static SensorKind sensor_of(const ListedRecording& recording, const ListedScan& listed) {
+  static SensorKind sensor_of(const io::ListedRecording& recording, const io::ListedScan& listed) {
     if (recording.bag) return recording.bag->sensor(listed.bag_index);
-    return listed.kind == FileKind::image ? SensorKind::depth_camera : SensorKind::lidar;
+    return listed.kind == io::FileKind::image ? SensorKind::depth_camera : SensorKind::lidar;
   }
 
-  void check_size(const DepthImage& image, const fs::path& file) {
+  void check_size(const io::DepthImage& image, const fs::path& file) {
     if (image_width_ == 0) {
       image_width_ = image.width;
       image_height_ = image.height;
@@ -126,17 +126,17 @@ class FileScanSource : public ScanSource {
                   "the images of a recording are of one camera");
   }
 
-  static Eigen::Isometry3d own_pose(const ListedScan& listed) {
-    const PoseFile file = read_poses(listed.pose_file);
+  static Eigen::Isometry3d own_pose(const io::ListedScan& listed) {
+    const io::PoseFile file = io::read_poses(listed.pose_file);
     if (file.poses.size() != 1)
       throw Error(Error::Kind::data, listed.pose_file.string(),
                   std::to_string(file.poses.size()) + " poses for one scan");
-    return rigid(file.poses[0].T, file.poses[0].where);
+    return io::rigid(file.poses[0].T, file.poses[0].where);
   }
 
   /// Given time stamps are kept unless they would go back from one recording to the next; where
   /// there are none, scans follow at the sensor's rate.
-  double stamp(const ListedScan& listed, SensorKind sensor) {
+  double stamp(const io::ListedScan& listed, SensorKind sensor) {
     const double rate = options_.rate_hz.value_or(sensor == SensorKind::lidar ? 10 : 30);
     double now = next_stamp();
     if (listed.stamp_s) {
@@ -155,7 +155,7 @@ class FileScanSource : public ScanSource {
   /// When a scan without time stamp would come; counted, so that rounding does not add up.
   double next_stamp() const { return rate_ > 0 ? since_s_ + static_cast<double>(steps_) / rate_ : 0; }
 
-  std::vector<ListedRecording> recordings_;
+  std::vector<io::ListedRecording> recordings_;
   ScanSourceOptions options_;
   std::vector<std::string> skipped_, notes_;
   std::size_t size_ = 0, good_ = 0;
@@ -173,9 +173,9 @@ InputKind classify(const fs::path& input) {
   const auto status = fs::status(input, error);
   if (!fs::exists(status)) throw Error(Error::Kind::data, input.string(), "no such file or folder");
   if (fs::is_directory(status)) return InputKind::scans;
-  const FileKind kind = fs::is_regular_file(status) ? kind_of(input) : FileKind::unknown;
-  if (kind == FileKind::occupancy_map) return InputKind::occupancy_map;
-  if (kind != FileKind::unknown) return InputKind::scans;
+  const io::FileKind kind = fs::is_regular_file(status) ? io::kind_of(input) : io::FileKind::unknown;
+  if (kind == io::FileKind::occupancy_map) return InputKind::occupancy_map;
+  if (kind != io::FileKind::unknown) return InputKind::scans;
   if (input.extension() == ".surfaces")
     throw Error(Error::Kind::data, input.string(), "a saved map, not scans", "go on with it by --resume");
   throw Error(Error::Kind::data, input.string(), "not a kind of file that is read",
@@ -185,7 +185,7 @@ InputKind classify(const fs::path& input) {
 
 std::unique_ptr<ScanSource> open_scans(const std::vector<fs::path>& inputs,
                                        const ScanSourceOptions& options) try {
-  return std::make_unique<FileScanSource>(list_scans(inputs, options), options);
+  return std::make_unique<FileScanSource>(io::list_scans(inputs, options), options);
 } catch (const fs::filesystem_error& error) {
   throw Error(Error::Kind::data, error.path1().string(), error.code().message());
 }

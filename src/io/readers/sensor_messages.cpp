@@ -9,7 +9,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 constexpr std::uint32_t largest_side = 8192;  // of an image, as of depth images in files
@@ -267,4 +267,4 @@ TransformMessage read_pose_message(MessageReader& message, std::string_view type
   return pose;
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::io {
 
 // The messages that a map is built from, of ROS 1 and ROS 2. Reading throws std::runtime_error saying what is
 // wrong with the message; whoever knows its topic and time makes an Error of it.
@@ -92,4 +92,4 @@ void for_each_transform(MessageReader& message, const std::function<void(const T
 bool is_pose_type(std::string_view type);
 TransformMessage read_pose_message(MessageReader& message, std::string_view type);
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -7,7 +7,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 // Steps of SQLite's machine between two looks whether it goes in circles, and how many of them it may take
@@ -135,4 +135,4 @@ std::unique_ptr<Bag> open_sqlite_bag(const std::filesystem::path& file) {
   return std::make_unique<SqliteBag>(file);
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -11,7 +11,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 namespace {
 
 constexpr std::int64_t nearest_within_ns = 20000000;  // as for pose files
@@ -186,4 +186,4 @@ Eigen::Isometry3d TransformTree::lookup(const std::string& to, const std::string
   throw NoPose("tf does not connect " + from + " with " + to);
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

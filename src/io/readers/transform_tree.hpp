@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::io {
 
 /// A pose cannot be told at the time asked for; what() says of which frames and why.
 class NoPose : public std::runtime_error {
@@ -97,4 +97,4 @@ class TransformTree {
   std::map<std::string, std::uint32_t> indices_;
 };
 
-}  // namespace octosurf
+}  // namespace octosurf::io

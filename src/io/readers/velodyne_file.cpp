@@ -4,7 +4,7 @@
 
 #include <octosurf/error.hpp>
 
-namespace octosurf {
+namespace octosurf::io {
 
 Cloud read_velodyne(const std::filesystem::path& file) {
   constexpr std::size_t step = 4 * sizeof(float);
@@ -17,4 +17,4 @@ Cloud read_velodyne(const std::filesystem::path& file) {
           Eigen::Isometry3d::Identity(), false};
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::io

@@ -29,7 +29,7 @@ double edge_direction(const std::vector<FootholdField::Ground>& surfaces, double
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   for (const FootholdField::Ground& ground : surfaces) {
     for (const Polygon& polygon : simplified(*ground.surface)) {
-      for_each_edge(polygon, [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+      planning::for_each_edge(polygon, [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
         const Eigen::Vector2d along = (ground.T_walk_surface.linear().topLeftCorner<2, 2>() * (to - from));
         const double turn = 2 * std::numbers::pi * std::atan2(along.y(), along.x()) / period;
         // Squared, because straight edges are long, and the many short ones of round outlines are not.

@@ -21,7 +21,8 @@ ObstacleColumns::ObstacleColumns(OccupancyView octree, std::shared_ptr<const Sna
 bool ObstacleColumns::blocked(const UprightBox& box, SurfaceId but) {
   if (pixel_ <= 0) return false;
   // The middle of what reaches in is no farther off the box than this, and off that of its pixel than that.
-  const double reach = MatterOfVoxels::farthest_reach * pixel_, off_pixel = std::sqrt(2.0) / 2 * pixel_;
+  const double reach = planning::MatterOfVoxels::farthest_reach * pixel_,
+               off_pixel = std::sqrt(2.0) / 2 * pixel_;
   const double slope = box.rise.norm();
   Sought sought;
   sought.box = box;
@@ -90,7 +91,7 @@ bool ObstacleColumns::blocked_in_block(const Tile& tile, int x0, int y0, const S
   return false;
 }
 
-bool ObstacleColumns::reaches(const VoxelMatter& matter, const Sought& sought) const {
+bool ObstacleColumns::reaches(const planning::VoxelMatter& matter, const Sought& sought) const {
   const UprightBox& box = sought.box;
   const Eigen::Vector2d off = matter.middle.head<2>() - box.center;
   const double ahead = std::abs(sought.ahead.dot(off)) - box.half_length;
@@ -128,7 +129,7 @@ ObstacleColumns::Tile ObstacleColumns::load(int tile_x, int tile_y) const {
     box.extend(R_walk_map_.transpose() *
                upright.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)));
   // What belongs to a plane is there, and not where its voxel is.
-  const double beside = surfaces_ != nullptr ? MatterOfVoxels::farthest_move : 0;
+  const double beside = surfaces_ != nullptr ? planning::MatterOfVoxels::farthest_move : 0;
   box.min().array() -= beside;
   box.max().array() += beside;
   struct Found {
@@ -138,10 +139,10 @@ ObstacleColumns::Tile ObstacleColumns::load(int tile_x, int tile_y) const {
     std::uint32_t number;  // in `matter`
   };
   std::vector<Found> found;
-  std::vector<VoxelMatter> matter;
-  MatterOfVoxels matter_of(surfaces_.get(), pixel_);
+  std::vector<planning::VoxelMatter> matter;
+  planning::MatterOfVoxels matter_of(surfaces_.get(), pixel_);
   octree_.for_each_occupied(box, [&](const OccupancyView::Voxel& voxel) {
-    VoxelMatter one = matter_of(voxel);
+    planning::VoxelMatter one = matter_of(voxel);
     one.middle = R_walk_map_ * one.middle;
     const int x = static_cast<int>(std::floor(one.middle.x() / pixel_)) - tile_x * tile_pixels;
     const int y = static_cast<int>(std::floor(one.middle.y() / pixel_)) - tile_y * tile_pixels;

@@ -42,11 +42,11 @@ class ObstacleColumns {
  private:
   static constexpr int tile_pixels = 32, block_pixels = 4, tile_blocks = tile_pixels / block_pixels;
   struct Tile {
-    std::vector<std::uint32_t> begin;  ///< tile_pixels² + 1 positions in z
-    std::vector<float> z;              ///< of the matter's middle, ascending in a column
-    std::vector<SurfaceId> surface;    ///< whose voxel, for each z
-    std::vector<VoxelMatter> matter;   ///< for each z; its middle in the walking frame
-    std::vector<float> top;            ///< the highest of each block of block_pixels² columns
+    std::vector<std::uint32_t> begin;           ///< tile_pixels² + 1 positions in z
+    std::vector<float> z;                       ///< of the matter's middle, ascending in a column
+    std::vector<SurfaceId> surface;             ///< whose voxel, for each z
+    std::vector<planning::VoxelMatter> matter;  ///< for each z; its middle in the walking frame
+    std::vector<float> top;                     ///< the highest of each block of block_pixels² columns
   };
   /// An upright box as pixels see it, and what of it they need not work out anew.
   struct Sought {
@@ -58,7 +58,7 @@ class ObstacleColumns {
     SurfaceId but;
     int x0, x1, y0, y1;  ///< pixels
   };
-  bool reaches(const VoxelMatter& matter, const Sought& sought) const;
+  bool reaches(const planning::VoxelMatter& matter, const Sought& sought) const;
   bool blocked_in_block(const Tile& tile, int x, int y, const Sought& sought) const;
   const Tile& tile(int tile_x, int tile_y);
   Tile load(int tile_x, int tile_y) const;

@@ -41,7 +41,7 @@ void RegionRaster::fill(const std::vector<Polygon>& polygons, const Eigen::Matri
                         const Eigen::Vector2d& t) {
   std::vector<std::vector<double>> crossed(static_cast<std::size_t>(height_));
   for (const Polygon& polygon : polygons) {
-    for_each_edge(polygon, [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+    planning::for_each_edge(polygon, [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
       Eigen::Vector2d a = A * from + t, b = A * to + t;
       if (a.y() > b.y()) std::swap(a, b);
       const int begin = std::max(y0_, static_cast<int>(std::floor(a.y() / pixel_ - 0.5)));

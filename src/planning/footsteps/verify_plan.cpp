@@ -74,8 +74,8 @@ struct Judge {
           box.extend(R_walk_map.transpose() *
                      Eigen::Vector3d(center.x() + d.x(), center.y() + d.y(), z + rise.dot(d)));
         }
-    box.min().array() -= MatterOfVoxels::farthest_move;
-    box.max().array() += MatterOfVoxels::farthest_move;
+    box.min().array() -= planning::MatterOfVoxels::farthest_move;
+    box.max().array() += planning::MatterOfVoxels::farthest_move;
     bool found = false;
     octree.for_each_occupied(box, [&](const OccupancyView::Voxel& voxel) {
       const Eigen::Vector3d p = R_walk_map * middle_of_matter(voxel);
@@ -93,7 +93,7 @@ struct Judge {
     const Surface* surface = voxel.surface != 0 ? snapshot.find(voxel.surface) : nullptr;
     if (surface == nullptr) return voxel.center;
     const double off = surface->plane.signed_distance(voxel.center);
-    if (std::abs(off) > MatterOfVoxels::farthest_move) return voxel.center;
+    if (std::abs(off) > planning::MatterOfVoxels::farthest_move) return voxel.center;
     return voxel.center - off * surface->plane.normal;
   }
 

@@ -2,7 +2,7 @@
 
 #include "surfaces/map_view.hpp"
 
-namespace octosurf {
+namespace octosurf::surfaces {
 
 /// Something stands on the plane between two of its points: there is a point that is not the plane's noise on
 /// the straight way from `a` to `b`, in the first of `layers` of voxels above the `reach` of the noise. More
@@ -10,4 +10,4 @@ namespace octosurf {
 bool obstructed(const MapView& map, const Plane& plane, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                 double reach, int layers = 1);
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

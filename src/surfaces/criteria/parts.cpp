@@ -15,7 +15,7 @@
 #include <tuple>
 #include <utility>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 namespace {
 
 using Index = MapView::Index;
@@ -23,7 +23,8 @@ using Index = MapView::Index;
 /// Covariance of the errors of a fit's slopes that are common to many points, such as those of one line of a
 /// laser: `bias` m at one standard deviation of the patch's extent, from which the scatter inside a voxel is
 /// subtracted.
-Eigen::Matrix2d slope_bias(const Moments& moments, const Eigen::Matrix3d& R, double bias, double resolution) {
+Eigen::Matrix2d slope_bias(const geometry::Moments& moments, const Eigen::Matrix3d& R, double bias,
+                           double resolution) {
   constexpr double smallest = 1e-8;  // m²
   const Eigen::Matrix2d extent = (R * moments.covariance() * R.transpose()).topLeftCorner<2, 2>() -
                                  Eigen::Matrix2d::Identity() * (resolution * resolution / 16);
@@ -34,10 +35,10 @@ Eigen::Matrix2d slope_bias(const Moments& moments, const Eigen::Matrix3d& R, dou
 }
 
 /// `R`: rows u, v, normal of the frame; `origin`: its origin.
-PlaneOverFrame height_of(const Patch& patch, const Eigen::Matrix3d& R, const Eigen::Vector3d& origin,
-                         double bias, double resolution) {
-  const Moments about = patch.moments.shifted(origin - patch.reference);
-  PlaneOverFrame height = plane_over(about, R, patch.points);
+geometry::PlaneOverFrame height_of(const Patch& patch, const Eigen::Matrix3d& R,
+                                   const Eigen::Vector3d& origin, double bias, double resolution) {
+  const geometry::Moments about = patch.moments.shifted(origin - patch.reference);
+  geometry::PlaneOverFrame height = geometry::plane_over(about, R, patch.points);
   Eigen::Matrix<double, 3, 2> at_origin;  // a slope turns the patch about its own centre
   at_origin << -(R * about.sum / about.count).head<2>().transpose(), Eigen::Matrix2d::Identity();
   height.covariance += at_origin * slope_bias(patch.moments, R, bias, resolution) * at_origin.transpose();
@@ -50,12 +51,12 @@ constexpr double limit = 16.3;       // χ² of three, 99.9 %
 double offset_bias(double tolerance) { return tolerance / 30; }
 
 /// In cells about the map's origin, so that no point's place in the list decides where they begin.
-PointsByCell by_cell(const MapView& map, std::span<const Index> points, const Plane& plane) {
+geometry::PointsByCell by_cell(const MapView& map, std::span<const Index> points, const Plane& plane) {
   const SurfaceModel frame(0, plane, plane.offset * plane.normal, map.parameters.occupancy.resolution);
-  std::vector<PlaneCell> cells;
+  std::vector<geometry::PlaneCell> cells;
   cells.reserve(points.size());
   for (const Index i : points) cells.push_back(frame.cell_of(map.window[i].position));
-  return PointsByCell(points, cells);
+  return geometry::PointsByCell(points, cells);
 }
 
 /// Parts of a plane while they are joined.
@@ -64,7 +65,7 @@ class Parts {
   Parts(const MapView& map, std::span<const Index> points, const Plane& plane)
       : map_(map),
         plane_(plane),
-        R_(plane_axes(plane.normal).transpose()),
+        R_(geometry::plane_axes(plane.normal).transpose()),
         reach_(std::max(
             1, static_cast<int>(map.parameters.max_hole_size() / map.parameters.occupancy.resolution))),
         robust_(map.parameters.aligned()),
@@ -127,7 +128,7 @@ class Parts {
   bool sparse() const {
     constexpr std::size_t min_cells = 600;
     constexpr std::size_t cells_per_hole = 7;  // at twelve a real depth camera's kitchen is cut up
-    const std::vector<PlaneCell>& cells = points_.cells;
+    const std::vector<geometry::PlaneCell>& cells = points_.cells;
     if (cells.size() <= min_cells) return false;
     std::size_t holes = 0;
     for (std::size_t c = 0; c + 1 < cells.size(); ++c) {
@@ -156,12 +157,12 @@ class Parts {
       }
     }
     gather();
-    joints_ = DisjointSets(patches_.size());
+    joints_ = geometry::DisjointSets(patches_.size());
   }
 
   /// Breadth first over cells of at least this depth, so that parts that meet share what lies between.
   void grow(std::vector<std::uint32_t> open, int depth, std::vector<std::uint32_t>& reached) {
-    breadth_first(open, [&](std::uint32_t from) {
+    geometry::breadth_first(open, [&](std::uint32_t from) {
       bool at_rim = false;
       rows_.for_each_run_within(points_.cells[from], 1, [&](std::uint32_t first, std::uint32_t end) {
         for (std::uint32_t c = first; c < end; ++c) {
@@ -181,16 +182,16 @@ class Parts {
   static constexpr std::int8_t deepest = 2, covered = -1;  // covered: by an object on the plane
 
   void gather() {
-    const NoiseModel& noise = map_.noise;
-    std::array<double, NoiseModel::classes> weights{};
-    for (unsigned c = 0; c < NoiseModel::classes; ++c) {
+    const sensing::NoiseModel& noise = map_.noise;
+    std::array<double, sensing::NoiseModel::classes> weights{};
+    for (unsigned c = 0; c < sensing::NoiseModel::classes; ++c) {
       const double ratio = noise.sigma(1) / std::max(noise.sigma(c), 1e-6);
       weights[c] = ratio * ratio;
     }
     for (std::size_t cell = 0; cell < parts_.size(); ++cell) {
       Patch& patch = patches_[parts_[cell]];
       for (const Index i : points_.of(cell)) {
-        const VoxelPoint& p = map_.window[i];
+        const occupancy::VoxelPoint& p = map_.window[i];
         patch.moments.add(p.position.cast<double>() - patch.reference, weights[p.range_class]);
         ++patch.points;
       }
@@ -199,9 +200,9 @@ class Parts {
 
   /// Where parts touch, and some of the places where they face each other over a gap of up to h.
   void find_contacts() {
-    const HighestAround highest(points_.cells, parts_, reach_);
+    const geometry::HighestAround highest(points_.cells, parts_, reach_);
     for (std::uint32_t cell = 0; cell < parts_.size(); ++cell) {
-      const PlaneCell at = points_.cells[cell];
+      const geometry::PlaneCell at = points_.cells[cell];
       if (highest(at) <= parts_[cell]) continue;
       rows_.for_each_run_within(at, 1, [&](std::uint32_t first, std::uint32_t end) {
         for (std::uint32_t c = first; c < end; ++c)
@@ -215,7 +216,9 @@ class Parts {
     }
   }
 
-  static bool touch(PlaneCell a, PlaneCell b) { return std::abs(a.u - b.u) <= 1 && std::abs(a.v - b.v) <= 1; }
+  static bool touch(geometry::PlaneCell a, geometry::PlaneCell b) {
+    return std::abs(a.u - b.u) <= 1 && std::abs(a.v - b.v) <= 1;
+  }
 
   void note(std::uint32_t cell, std::uint32_t other, bool touching) {
     if (depths_[cell] == covered || depths_[other] == covered) return;
@@ -252,7 +255,7 @@ class Parts {
   }
 
   bool blocked(Index i, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-    const VoxelPoint& p = map_.window[i];
+    const occupancy::VoxelPoint& p = map_.window[i];
     return obstructed(map_, plane_, from, to, map_.noise.tolerance(p, plane_), sparse_ ? reach_ : 1);
   }
 
@@ -312,7 +315,7 @@ class Parts {
     Slopes& known = slopes_[part];
     const Patch& patch = patches_[part];
     if (known.points != patch.points) {
-      const PlaneOverFrame fit =
+      const geometry::PlaneOverFrame fit =
           height_of(patch, R_, patch.reference + patch.moments.mean(),
                     offset_bias(map_.noise.base_tolerance()), map_.parameters.occupancy.resolution);
       known = {patch.points, fit.plane.tail<2>(), fit.covariance.bottomRightCorner<2, 2>()};
@@ -351,18 +354,18 @@ class Parts {
   int reach_;          // cells, h
   bool robust_;        // Parameters::aligned(); else the paper's clusters by h alone
   Eigen::Vector3d reference_;
-  PointsByCell points_;
-  CellRows rows_;
+  geometry::PointsByCell points_;
+  geometry::CellRows rows_;
   std::vector<std::int8_t> depths_;  // of each cell
   bool sparse_;
   std::vector<std::uint32_t> parts_;  // of each cell
   double points_per_cell_;
   std::vector<Patch> patches_;
-  DisjointSets joints_;  // parts; the root has the patch of all
+  geometry::DisjointSets joints_;  // parts; the root has the patch of all
   std::vector<Slopes> slopes_;
   std::vector<Contact> contacts_;
   std::vector<Pair> pairs_;
-  tsl::robin_map<std::uint64_t, std::size_t, PackedKeyHash> places_;
+  tsl::robin_map<std::uint64_t, std::size_t, geometry::PackedKeyHash> places_;
   std::uint64_t last_pair_ = 0;
   std::size_t last_pair_place_ = 0;
 };
@@ -371,10 +374,10 @@ class Parts {
 
 bool one_plane(const Patch& a, const Patch& b, const Plane& about, const Eigen::Vector3d& contact,
                double tolerance, double resolution) {
-  const Eigen::Matrix3d R = plane_axes(about.normal).transpose();
+  const Eigen::Matrix3d R = geometry::plane_axes(about.normal).transpose();
   const double bias = offset_bias(tolerance);
-  const PlaneOverFrame of_a = height_of(a, R, contact, bias, resolution),
-                       of_b = height_of(b, R, contact, bias, resolution);
+  const geometry::PlaneOverFrame of_a = height_of(a, R, contact, bias, resolution),
+                                 of_b = height_of(b, R, contact, bias, resolution);
   Eigen::Matrix3d covariance = of_a.covariance + of_b.covariance;
   covariance.diagonal() +=
       Eigen::Vector3d(tolerance * tolerance / 100, edge_bias * edge_bias, edge_bias * edge_bias);
@@ -387,4 +390,4 @@ std::vector<std::vector<Index>> parts_of(const MapView& map, std::span<const Ind
   return Parts(map, points, plane)();
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

@@ -5,11 +5,11 @@
 #include <span>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 
 /// Points that may be one plane, in the form that planes are compared in.
 struct Patch {
-  Moments moments;  ///< weighted by 1/σ², relative to the nearest class, about `reference`
+  geometry::Moments moments;  ///< weighted by 1/σ², relative to the nearest class, about `reference`
   Eigen::Vector3d reference = Eigen::Vector3d::Zero();
   double points = 0;
 };
@@ -27,4 +27,4 @@ bool one_plane(const Patch& a, const Patch& b, const Plane& about, const Eigen::
 std::vector<std::vector<MapView::Index>> parts_of(const MapView& map, std::span<const MapView::Index> points,
                                                   const Plane& plane);
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 
 using Index = MapView::Index;
 
@@ -14,7 +14,7 @@ NoiseSheet noise_sheet_in(const MapView& map, std::span<const Index> points, con
   constexpr double min_cosine = 0.9;
   std::map<SurfaceId, std::vector<Index>> over;
   for (const Index i : points) {
-    const VoxelPoint& p = map.window[i];
+    const occupancy::VoxelPoint& p = map.window[i];
     for (const SurfaceId id : map.surfaces.near(p.key, 2)) {
       const SurfaceModel& surface = *map.surfaces.find(id);
       if (id == self || surface.size() <= points.size() ||
@@ -39,12 +39,12 @@ SurfaceId noise_sheet_over(const MapView& map, std::span<const Index> points, co
 
 Plane fitted(const MapView& map, std::span<const Index> points, const Plane& toward) {
   const Eigen::Vector3d reference = map.window[points.front()].position.cast<double>();
-  Moments moments;
+  geometry::Moments moments;
   for (const Index i : points) {
     const double sigma = std::max(map.noise.sigma(map.window[i].range_class), 1e-6);
     moments.add(map.window[i].position.cast<double>() - reference, 1e-6 / (sigma * sigma));
   }
-  return fitted_plane(moments, reference, toward.normal);
+  return geometry::fitted_plane(moments, reference, toward.normal);
 }
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

@@ -4,7 +4,7 @@
 
 #include <span>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 
 /// Checks of points before they become a surface, and of a surface when it has changed.
 
@@ -27,4 +27,4 @@ SurfaceId noise_sheet_over(const MapView& map, std::span<const MapView::Index> p
 /// Plane through points, weighted by 1/σ²; normal on the side of `toward`'s.
 Plane fitted(const MapView& map, std::span<const MapView::Index> points, const Plane& toward);
 
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

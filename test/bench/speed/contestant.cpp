@@ -46,7 +46,7 @@ double max_range_of(const Json& settings) {
 
 Json scores(const Snapshot& snapshot, const Json& question) {
   const std::filesystem::path truth(question.at("evaluate").get<std::string>());
-  const Evaluation evaluation = evaluate(snapshot, load_truth(truth));
+  const evaluation::Evaluation evaluation = evaluation::evaluate(snapshot, evaluation::load_truth(truth));
   return {{"faces", evaluation.faces},
           {"correct", evaluation.correct},
           {"noise", evaluation.noise},

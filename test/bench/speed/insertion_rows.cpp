@@ -89,7 +89,7 @@ void add_plain_rows(const SpeedOptions& options) {
 }
 
 void add_lidar_rows(const SpeedOptions& options) {
-  SimulationOptions spinning;
+  simulation::SimulationOptions spinning;
   spinning.scene = "office";
   spinning.sensor = "spinning";
   struct Place {

@@ -11,8 +11,8 @@ namespace {
 constexpr int laps = 10;
 constexpr std::size_t thinning = 3;  // every third row and column: 17 mm between pixels at 3 m
 
-Scan thinned_scan(const Recording& recording, std::size_t i) {
-  const Readings readings = recording.measured(i, recording.ideal(i));
+Scan thinned_scan(const simulation::Recording& recording, std::size_t i) {
+  const simulation::Readings readings = recording.measured(i, recording.ideal(i));
   const std::vector<Eigen::Vector3f>& rays = recording.rays();
   Scan scan;
   scan.T_map_sensor = recording.T_map_sensor(i);
@@ -28,12 +28,12 @@ Scan thinned_scan(const Recording& recording, std::size_t i) {
 /// One mapper walks ten laps, another two: its second lap by turns with the first one's tenth, so that
 /// the machine's other load hits both laps alike.
 Numbers long_run_numbers(double length, std::size_t scans_per_lap) {
-  SimulationOptions simulation;
+  simulation::SimulationOptions simulation;
   simulation.scene = "corridor";
   simulation.length = length;
   simulation.laps = laps;
   simulation.frames = scans_per_lap * laps;
-  const Recording recording(simulation);
+  const simulation::Recording recording(simulation);
   Contest contest;
   const Json settings{{"resolution", 0.02}, {"max_range", 4}};
   contest.enter("late", "mapper", settings);

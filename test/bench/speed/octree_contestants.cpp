@@ -46,7 +46,7 @@ std::size_t differing_voxels(const octomap::OcTree& theirs, std::size_t our_know
       const auto along = [&](unsigned axis, unsigned step) {
         return static_cast<std::uint16_t>(first[axis] + step);
       };
-      const VoxelKey key{along(0, i % edge), along(1, i / edge % edge), along(2, i / edge / edge)};
+      const geometry::VoxelKey key{along(0, i % edge), along(1, i / edge % edge), along(2, i / edge / edge)};
       differing += value(key) != leaf->getLogOdds();
     }
   }
@@ -56,19 +56,19 @@ std::size_t differing_voxels(const octomap::OcTree& theirs, std::size_t our_know
 
 constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
 
-std::size_t differing_voxels(const octomap::OcTree& theirs, const OccupancyMap& ours) {
+std::size_t differing_voxels(const octomap::OcTree& theirs, const occupancy::OccupancyMap& ours) {
   std::stringstream written;
   ours.write_bt(written);
   octomap::OcTree read_back(theirs.getResolution());
   if (!read_back.readBinary(written)) throw Error(Error::Kind::data, "write_bt", "OctoMap does not read it");
-  return differing_voxels(theirs, known_voxels(read_back), [&](VoxelKey key) {
-    const OccupancyMap::Lookup found = ours.at(key);
-    return found.state == OccupancyMap::State::unknown ? unknown : found.log_odds;
+  return differing_voxels(theirs, known_voxels(read_back), [&](geometry::VoxelKey key) {
+    const occupancy::OccupancyMap::Lookup found = ours.at(key);
+    return found.state == occupancy::OccupancyMap::State::unknown ? unknown : found.log_odds;
   });
 }
 
 std::size_t differing_voxels(const octomap::OcTree& theirs, const octomap::OcTree& ours) {
-  return differing_voxels(theirs, known_voxels(ours), [&](VoxelKey key) {
+  return differing_voxels(theirs, known_voxels(ours), [&](geometry::VoxelKey key) {
     const octomap::OcTreeNode* const node = ours.search(octomap::OcTreeKey(key.x, key.y, key.z));
     return node == nullptr ? unknown : node->getLogOdds();
   });
@@ -174,7 +174,7 @@ class OccupancySide : public Contestant {
   /// {"compare": FILE}: with OctoMap's tree in that file. Always: its heap, scratch included.
   Json tell(const Json& question) override {
     scan_ = Scan();
-    const OccupancyMap::Size size = map_.size();
+    const occupancy::OccupancyMap::Size size = map_.size();
     Json answer{{"heap", heap_in_use() - heap_before_},
                 {"leaves", size.leaves},
                 {"nodes", size.nodes},
@@ -185,8 +185,8 @@ class OccupancySide : public Contestant {
 
  private:
   std::size_t heap_before_;
-  OccupancyMap map_;
-  Downsampler downsampler_;
+  occupancy::OccupancyMap map_;
+  sensing::Downsampler downsampler_;
   double max_range_;
   int threads_;
   Scan scan_;

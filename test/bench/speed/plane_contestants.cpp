@@ -23,7 +23,7 @@ class CgalSide : public Contestant {
         parameters_(parameters_from(settings)),
         accumulate_(settings.value("accumulate", false)),
         max_range_(max_range_of(settings)),
-        downsampler_(VoxelGrid(parameters_.occupancy.resolution)) {}
+        downsampler_(geometry::VoxelGrid(parameters_.occupancy.resolution)) {}
 
   /// The centroid per voxel that octosurf starts from, too; accumulated: of the first scan in it.
   void prepare(const Scan& scan) override {
@@ -32,8 +32,8 @@ class CgalSide : public Contestant {
       views_.clear();
       seen_.clear();
     }
-    const VoxelScan voxels = downsampler_(scan, 0, max_range_);
-    for (const EndVoxel& end : voxels.ends) {
+    const sensing::VoxelScan voxels = downsampler_(scan, 0, max_range_);
+    for (const sensing::EndVoxel& end : voxels.ends) {
       if ((end.centroid - voxels.origin).norm() > max_range_ || !seen_.insert(end.key.packed()).second)
         continue;
       points_.push_back(end.centroid);
@@ -99,9 +99,9 @@ class CgalSide : public Contestant {
   Parameters parameters_;
   bool accumulate_;
   double max_range_;
-  Downsampler downsampler_;
+  sensing::Downsampler downsampler_;
   std::vector<Eigen::Vector3f> points_, views_;
-  tsl::robin_set<std::uint64_t, PackedKeyHash> seen_;
+  tsl::robin_set<std::uint64_t, geometry::PackedKeyHash> seen_;
   std::vector<std::vector<std::size_t>> regions_;
   double normals_ms_ = 0;
 };

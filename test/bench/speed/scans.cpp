@@ -34,10 +34,10 @@ ScanSet hall_scans(std::size_t frames) {
                      std::numeric_limits<double>::infinity(), 1, frames);
 }
 
-ScanSet simulated_scans(const SimulationOptions& simulation, std::size_t frames) {
+ScanSet simulated_scans(const simulation::SimulationOptions& simulation, std::size_t frames) {
   const double range = simulation.sensor == "depth" ? camera_range : std::numeric_limits<double>::infinity();
   return {simulation.scene, range, [=](const std::function<void(const Scan&)>& visit) {
-            const Recording recording(simulation);
+            const simulation::Recording recording(simulation);
             const std::size_t count = frames == 0 ? recording.size() : std::min(frames, recording.size());
             for (std::size_t i = 0; i < count; ++i) visit(recording.scan(i));
           }};

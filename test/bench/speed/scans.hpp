@@ -25,7 +25,7 @@ ScanSet kitchen_scans(const SpeedOptions& options, std::size_t frames);
 /// The hall of lidar_balm_realworld.
 ScanSet hall_scans(std::size_t frames);
 /// A simulated recording, its first `frames` scans.
-ScanSet simulated_scans(const SimulationOptions& simulation, std::size_t frames);
+ScanSet simulated_scans(const simulation::SimulationOptions& simulation, std::size_t frames);
 
 /// {"resolution": …, "max_range": … or null}
 Json settings_for(const ScanSet& scans, double resolution);

@@ -17,9 +17,9 @@ namespace octosurf::bench {
 namespace {
 
 /// The octree of one scan.
-OccupancyMap octree_of(const Scan& scan, const Json& settings) {
-  OccupancyMap map(parameters_from(settings).occupancy);
-  Downsampler downsampler(map.grid());
+occupancy::OccupancyMap octree_of(const Scan& scan, const Json& settings) {
+  occupancy::OccupancyMap map(parameters_from(settings).occupancy);
+  sensing::Downsampler downsampler(map.grid());
   map.insert(downsampler(scan, 0, max_range_of(settings)), downsampler, nullptr);
   return map;
 }
@@ -36,17 +36,17 @@ class NormalFieldSide : public Contestant {
   void prepare(const Scan& scan) override {
     map_.emplace(octree_of(scan, settings_));
     keys_.clear();
-    map_->for_each_point([&](const VoxelPoint& point) { keys_.push_back(point.key); });
+    map_->for_each_point([&](const occupancy::VoxelPoint& point) { keys_.push_back(point.key); });
   }
   void run() override {
     planes_.clear();
-    PointWindow window(*map_);
-    NormalField field(window, parameters_, noise_, surfaces_);
-    for (const VoxelKey key : keys_) planes_.push_back(field.at(window.find(key)));
+    occupancy::PointWindow window(*map_);
+    surfaces::NormalField field(window, parameters_, noise_, surfaces_);
+    for (const geometry::VoxelKey key : keys_) planes_.push_back(field.at(window.find(key)));
   }
   Json tell(const Json& /*question*/) override {
     Json normals = Json::array();
-    for (const LocalPlane& plane : planes_)
+    for (const surfaces::LocalPlane& plane : planes_)
       normals.push_back(
           plane.known ? Json{plane.normal.x(), plane.normal.y(), plane.normal.z(), plane.curvature} : Json());
     return {{"normals", normals}};
@@ -55,11 +55,11 @@ class NormalFieldSide : public Contestant {
  private:
   Json settings_;
   Parameters parameters_;
-  NoiseModel noise_;
-  SurfaceStore surfaces_{parameters_.occupancy.resolution};  // none: every neighbour counts
-  std::optional<OccupancyMap> map_;
-  std::vector<VoxelKey> keys_;
-  std::vector<LocalPlane> planes_;
+  sensing::NoiseModel noise_;
+  surfaces::SurfaceStore surfaces_{parameters_.occupancy.resolution};  // none: every neighbour counts
+  std::optional<occupancy::OccupancyMap> map_;
+  std::vector<geometry::VoxelKey> keys_;
+  std::vector<surfaces::LocalPlane> planes_;
 };
 
 /// The same of pcl::MovingLeastSquares; PCL's normals have no side.
@@ -69,7 +69,7 @@ class MlsSide : public Contestant {
       : settings_(settings), radius_(settings.at("radius").get<double>()) {}
   void prepare(const Scan& scan) override {
     points_.clear();
-    octree_of(scan, settings_).for_each_point([&](const VoxelPoint& point) {
+    octree_of(scan, settings_).for_each_point([&](const occupancy::VoxelPoint& point) {
       points_.push_back(point.position);
     });
   }
@@ -101,12 +101,12 @@ class GrowingFloor {
     for (int x = 0; inliers_.size() < start_; ++x)
       for (int y = -side_ / 2; y < side_ / 2 && inliers_.size() < start_; ++y)
         if (!in_hole(x, y)) add(x, y);
-    next_column_ = inliers_.back().key.x - VoxelGrid::origin + 1;
+    next_column_ = inliers_.back().key.x - geometry::VoxelGrid::origin + 1;
   }
 
   const Plane& plane() const { return plane_; }
   double resolution() const { return d_; }
-  const std::vector<Inlier>& inliers() const { return inliers_; }
+  const std::vector<surfaces::Inlier>& inliers() const { return inliers_; }
 
   /// One more patch beyond the edge, `step` voxels, next to the patch before it.
   void grow() {
@@ -127,7 +127,7 @@ class GrowingFloor {
     const double u = (x + 0.5 + random_.uniform(-0.3, 0.3)) * d_;
     const double v = (y + 0.5 + random_.uniform(-0.3, 0.3)) * d_;
     const double z = -(plane_.normal.x() * u + plane_.normal.y() * v) / plane_.normal.z();
-    Inlier inlier;
+    surfaces::Inlier inlier;
     inlier.range_class = 4;
     inlier.position = Eigen::Vector3d(u, v, z + random_.uniform(-0.2, 0.2) * d_).cast<float>();
     if (grid_.key_of(inlier.position, inlier.key)) inliers_.push_back(inlier);
@@ -136,16 +136,16 @@ class GrowingFloor {
   double d_;
   std::size_t start_, step_;
   int side_;
-  VoxelGrid grid_;
+  geometry::VoxelGrid grid_;
   Plane plane_;
   simulation::Random random_{1, 1};
-  std::vector<Inlier> inliers_;
+  std::vector<surfaces::Inlier> inliers_;
   int next_column_ = 0, patches_ = 0;
 };
 
 /// tell(): area, number of rings and vertices, and a digest of the rings that does not depend on where
 /// a ring begins or which comes first.
-Json rings_of(const SurfaceModel& model) {
+Json rings_of(const surfaces::SurfaceModel& model) {
   std::size_t rings = 0, vertices = 0, digest = 0;
   double area_m2 = 0;
   const auto add = [&](const Ring2& ring) {
@@ -155,7 +155,7 @@ Json rings_of(const SurfaceModel& model) {
       rounded.emplace_back(std::llround(p.x() * 1e9), std::llround(p.y() * 1e9));
     std::rotate(rounded.begin(), std::min_element(rounded.begin(), rounded.end()), rounded.end());
     std::size_t hash = rounded.size();
-    const PackedKeyHash mix;
+    const geometry::PackedKeyHash mix;
     for (const auto& [u, v] : rounded)
       hash = mix(mix(hash ^ static_cast<std::uint64_t>(u)) ^ static_cast<std::uint64_t>(v));
     digest += hash;
@@ -171,9 +171,9 @@ Json rings_of(const SurfaceModel& model) {
 
 constexpr double max_hole_size = 0.08;  // m, h
 
-SurfaceModel model_of(const GrowingFloor& floor) {
-  SurfaceModel model(1, floor.plane(), Eigen::Vector3d::Zero(), floor.resolution());
-  for (const Inlier& inlier : floor.inliers()) model.add(inlier);
+surfaces::SurfaceModel model_of(const GrowingFloor& floor) {
+  surfaces::SurfaceModel model(1, floor.plane(), Eigen::Vector3d::Zero(), floor.resolution());
+  for (const surfaces::Inlier& inlier : floor.inliers()) model.add(inlier);
   return model;
 }
 
@@ -195,7 +195,7 @@ class DeriveGrownSide : public Contestant {
 
  private:
   GrowingFloor floor_;
-  SurfaceModel model_;
+  surfaces::SurfaceModel model_;
   std::size_t known_ = 0;
 };
 
@@ -212,18 +212,18 @@ class DeriveFreshSide : public Contestant {
 
  private:
   GrowingFloor floor_;
-  std::optional<SurfaceModel> model_;
+  std::optional<surfaces::SurfaceModel> model_;
 };
 
 /// The reference's alpha shape: CGAL's Delaunay triangulation of all inliers at once.
 class DeriveReferenceSide : public Contestant {
  public:
   explicit DeriveReferenceSide(const Json& settings)
-      : floor_(settings), to_plane_(plane_axes(floor_.plane().normal).transpose()) {}
+      : floor_(settings), to_plane_(geometry::plane_axes(floor_.plane().normal).transpose()) {}
   void prepare(const Scan& /*scan*/) override {
     floor_.grow();
     projected_.clear();
-    for (const Inlier& inlier : floor_.inliers())
+    for (const surfaces::Inlier& inlier : floor_.inliers())
       projected_.emplace_back((to_plane_ * inlier.position.cast<double>()).head<2>());
   }
   void run() override { shape_ = reference::alpha_shape(projected_, max_hole_size); }

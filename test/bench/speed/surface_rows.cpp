@@ -31,23 +31,23 @@ struct PlaneScene {
   std::function<void(const std::function<void(const Scan&, const std::string&, bool)>&)> each;
 };
 
-std::string truth_file(const Recording::Visibility& visibility) {
+std::string truth_file(const simulation::Recording::Visibility& visibility) {
   const std::filesystem::path file = scratch_folder() / "truth.json";
-  save_truth(visibility.truth(), file);
+  evaluation::save_truth(visibility.truth(), file);
   return file.string();
 }
 
 /// `count` scans spread evenly over the recording. Truth: of the single scan, or at the end of all.
 PlaneScene simulated_planes(const std::string& scene, std::size_t count, bool accumulate) {
   return {scene, accumulate, [=](const auto& visit) {
-            SimulationOptions simulation;
+            simulation::SimulationOptions simulation;
             simulation.scene = scene;
-            const Recording recording(simulation);
-            Recording::Visibility all = recording.visibility();
+            const simulation::Recording recording(simulation);
+            simulation::Recording::Visibility all = recording.visibility();
             for (std::size_t k = 0; k < count; ++k) {
               const std::size_t i = k * recording.size() / count;
-              const Readings ideal = recording.ideal(i);
-              Recording::Visibility one = recording.visibility();
+              const simulation::Readings ideal = recording.ideal(i);
+              simulation::Recording::Visibility one = recording.visibility();
               one.add(i, ideal);
               all.add(i, ideal);
               const bool last = k + 1 == count;

@@ -109,10 +109,10 @@ TEST_F(PlanarTerrainMessage, WithoutARegionItIsATerrainWithoutFootholds) {
   PlannerSurface cramped = table_with_hole(6);
   cramped.insets.clear();
   const std::vector<PlannerSurface> surfaces{cramped};
-  const TerrainRegions none = terrain_regions(surfaces);
+  const io::TerrainRegions none = io::terrain_regions(surfaces);
   EXPECT_EQ(none.count.without_inset, 2u);
-  ros::CdrReader in(
-      cdr_of([&](MessageWriter& out) { write_planar_terrain(out, none.regions, small_grid(), "odom"); }));
+  ros::CdrReader in(io::cdr_of(
+      [&](io::MessageWriter& out) { io::write_planar_terrain(out, none.regions, small_grid(), "odom"); }));
   const ros::PlanarTerrain terrain = read_terrain(in);
   EXPECT_TRUE(in.at_end());
   EXPECT_TRUE(terrain.planar_regions.empty());
@@ -197,9 +197,9 @@ TEST(TerrainLayers, GapsAreFilledAsBySweeps) {
     for (float& height : heights.reshaped())
       height = random() % 2 == 0 ? std::nanf("") : static_cast<float>(random() % 100);
     heights(0, 0) = 50;
-    EXPECT_EQ(without_gaps(heights), without_gaps_by_sweeps(heights));
+    EXPECT_EQ(io::without_gaps(heights), without_gaps_by_sweeps(heights));
   }
-  EXPECT_TRUE(std::isnan(without_gaps(Eigen::MatrixXf::Constant(3, 2, std::nanf("")))(2, 1)));
+  EXPECT_TRUE(std::isnan(io::without_gaps(Eigen::MatrixXf::Constant(3, 2, std::nanf("")))(2, 1)));
 }
 
 TEST(TerrainLayers, MeanIsThatOfTheSquareAsFarAsTheGridReaches) {
@@ -207,7 +207,7 @@ TEST(TerrainLayers, MeanIsThatOfTheSquareAsFarAsTheGridReaches) {
   Eigen::MatrixXf heights(17, 9);
   for (float& height : heights.reshaped()) height = static_cast<float>(random() % 1000) / 1000;
   for (const double cells : {0.5, 1.0, 3.0, 4.0, 100.0}) {
-    const Eigen::MatrixXf mean = mean_over(heights, cells);
+    const Eigen::MatrixXf mean = io::mean_over(heights, cells);
     const auto reach = static_cast<Eigen::Index>(cells / 2);
     for (Eigen::Index r = 0; r < heights.rows(); ++r)
       for (Eigen::Index c = 0; c < heights.cols(); ++c) {

@@ -126,10 +126,11 @@ TEST_F(DamagedMapFiles, Bombs) {
   chunk.append((std::size_t{1} << 26) - 1, '\0');
   const std::string bomb = repeated(chunk, 40, 21);
   std::istringstream in(bomb.substr(12));
-  RecordReader reader(in, 100 << 20, "bomb");
+  io::RecordReader reader(in, 100 << 20, "bomb");
   EXPECT_THAT(failure(Error::Kind::data,
                       [&] {
-                        for (std::string record; reader.next(record);) EXPECT_LE(record.size(), record_limit);
+                        for (std::string record; reader.next(record);)
+                          EXPECT_LE(record.size(), io::record_limit);
                       }),
               HasSubstr("decompresses to far more"));
   EXPECT_EQ(reader.records(), 1U);
@@ -139,7 +140,7 @@ TEST_F(DamagedMapFiles, LengthsAreNotTrusted) {
   const auto stream = [](const std::string& plain) {
     const std::string file = repeated(plain, 1, 17);
     std::istringstream in(file.substr(12));
-    RecordReader reader(in, 1 << 20, "lengths");
+    io::RecordReader reader(in, 1 << 20, "lengths");
     return failure(Error::Kind::data, [&] {
       for (std::string record; reader.next(record);) EXPECT_LE(record.capacity(), std::size_t{2} << 20);
     });

@@ -20,10 +20,10 @@ namespace fs = std::filesystem;
 
 /// Scans of a simulated depth camera, thinned out.
 std::vector<Scan> simulated(const std::string& scene, std::size_t frames) {
-  SimulationOptions options;
+  simulation::SimulationOptions options;
   options.scene = scene;
   options.frames = frames;
-  const Recording recording(options);
+  const simulation::Recording recording(options);
   std::vector<Scan> scans;
   for (std::size_t i = 0; i < recording.size(); ++i) {
     Scan scan = recording.scan(i);
@@ -40,7 +40,7 @@ struct Variety {
   std::size_t waiting = 0, holes = 0, observed = 0, cylinders = 0;
   double seen_again = 0;
 
-  void add(const MapState& state) {
+  void add(const surfaces::MapState& state) {
     cylinders += state.cylinders.size();
     waiting += state.accumulated.size();
     for (const auto& [id, surface] : state.surfaces) {
@@ -308,7 +308,7 @@ const fs::path fixtures = fs::path(OCTOSURF_SOURCE_DIR) / "test/io/data";
 
 /// Writes the fixture of the present version, once: run with --gtest_also_run_disabled_tests.
 TEST(MapFileFixture, DISABLED_Write) {
-  const fs::path stem = fixtures / ("version_" + std::to_string(map_file_version));
+  const fs::path stem = fixtures / ("version_" + std::to_string(io::map_file_version));
   ASSERT_FALSE(fs::exists(stem.string() + ".surfaces")) << "files of a version never change";
   fs::create_directories(fixtures);
   Parameters parameters;
@@ -316,7 +316,7 @@ TEST(MapFileFixture, DISABLED_Write) {
   KeptScans scans{stem.string() + ".scans"};
   scans.poses.assign(6, Eigen::Isometry3d(Eigen::Translation3d(1, 2, 3)));
   Map map = map_of(changing_room(6), parameters);
-  MapState& state = map.state();
+  surfaces::MapState& state = map.state();
   const SurfaceId next = state.surfaces.next_id();
   state.surfaces.set_next_id(next + 1);
   state.departures = DepartureLog().with({{Departure::Of::surface, next, 1, 2, 3, {1, 2}}});
@@ -365,7 +365,8 @@ TEST_P(MapFileOfVersion, IsRead) {
   mapper.insert(changing_room(6)[3]);
   EXPECT_THAT(check_invariants(mapper.map()), IsEmpty()) << "after going on";
 }
-INSTANTIATE_TEST_SUITE_P(Every, MapFileOfVersion, testing::Range(1, static_cast<int>(map_file_version) + 1));
+INSTANTIATE_TEST_SUITE_P(Every, MapFileOfVersion,
+                         testing::Range(1, static_cast<int>(io::map_file_version) + 1));
 
 }  // namespace
 }  // namespace octosurf::test

@@ -15,7 +15,7 @@
 namespace octosurf::test {
 namespace {
 
-std::string octree_of(const MapState& state) {
+std::string octree_of(const surfaces::MapState& state) {
   std::string bytes;
   state.occupancy.write_nodes([&](const std::string& chunk) { bytes += chunk; });
   return bytes;
@@ -23,11 +23,11 @@ std::string octree_of(const MapState& state) {
 
 bool same(const Plane& a, const Plane& b) { return a.normal == b.normal && a.offset == b.offset; }
 
-bool same(const Moments& a, const Moments& b) {
+bool same(const geometry::Moments& a, const geometry::Moments& b) {
   return a.count == b.count && a.sum == b.sum && a.outer == b.outer;
 }
 
-bool same(const Inlier& a, const Inlier& b) {
+bool same(const surfaces::Inlier& a, const surfaces::Inlier& b) {
   return a.key == b.key && a.range_class == b.range_class && a.position == b.position;
 }
 
@@ -40,7 +40,8 @@ bool same(const CylinderPtr& a, const CylinderPtr& b) {
          a->born == b->born && a->revision == b->revision;
 }
 
-bool same(const std::pair<const VoxelKey, Inlier>& a, const std::pair<const VoxelKey, Inlier>& b) {
+bool same(const std::pair<const geometry::VoxelKey, surfaces::Inlier>& a,
+          const std::pair<const geometry::VoxelKey, surfaces::Inlier>& b) {
   return a.first == b.first && same(a.second, b.second);
 }
 
@@ -50,7 +51,8 @@ bool all_same(const Range& a, const Range& b) {
                     [](const auto& x, const auto& y) { return same(x, y); });
 }
 
-std::string surface_difference(const SurfaceModel::State& a, const SurfaceModel::State& b) {
+std::string surface_difference(const surfaces::SurfaceModel::State& a,
+                               const surfaces::SurfaceModel::State& b) {
   if (a.id != b.id) return "id";
   if (!same(a.plane, b.plane)) return "plane";
   if (!same(a.checked_plane, b.checked_plane)) return "checked plane";
@@ -82,11 +84,11 @@ std::string published_difference(const Surface& a, const Surface& b) {
   return {};
 }
 
-std::string cylinder_difference(const CylinderStore& a, const CylinderStore& b) {
+std::string cylinder_difference(const surfaces::CylinderStore& a, const surfaces::CylinderStore& b) {
   if (a.next_id() != b.next_id()) return "next cylinder id";
   if (a.size() != b.size()) return "number of cylinders";
   for (const auto& [id, cylinder] : a) {
-    const CylinderModel* other = b.find(id);
+    const surfaces::CylinderModel* other = b.find(id);
     if (other == nullptr) return "cylinder's id";
     if (cylinder.shape.point != other->shape.point || cylinder.shape.axis != other->shape.axis ||
         cylinder.shape.radius != other->shape.radius)
@@ -192,19 +194,19 @@ Map map_of(const std::vector<Scan>& scans, const Parameters& parameters) {
 
 std::string bytes_of(const Map& map) {
   std::ostringstream out;
-  write_map(map.state(), {}, out);
+  io::write_map(map.state(), {}, out);
   return out.str();
 }
 
 /// Every number of it, exactly.
-std::string alignment_bytes(const MapState& state) {
+std::string alignment_bytes(const surfaces::MapState& state) {
   map_file::Alignment record;
-  write_alignment(state.alignment, record);
+  io::write_alignment(state.alignment, record);
   return record.SerializeAsString();
 }
 
 std::string difference(const Map& map_a, const Map& map_b) {
-  const MapState &a = map_a.state(), &b = map_b.state();
+  const surfaces::MapState &a = map_a.state(), &b = map_b.state();
   for (const ParameterInfo& info : parameter_infos())
     if (parameter_value(a.parameters, info.name) != parameter_value(b.parameters, info.name))
       return info.name;
@@ -215,13 +217,13 @@ std::string difference(const Map& map_a, const Map& map_b) {
   if (a.sensors_up != b.sensors_up) return "sensors' up";
   if (a.noise.histogram() != b.noise.histogram() || a.noise.range_noise() != b.noise.range_noise())
     return "noise";
-  for (unsigned c = 0; c < NoiseModel::classes; ++c)
+  for (unsigned c = 0; c < sensing::NoiseModel::classes; ++c)
     if (a.noise.sigma(c) != b.noise.sigma(c) || a.noise.tolerance(c) != b.noise.tolerance(c)) return "sigma";
   if (alignment_bytes(a) != alignment_bytes(b)) return "alignment";
   if (a.surfaces.next_id() != b.surfaces.next_id()) return "next id";
   if (a.surfaces.size() != b.surfaces.size()) return "number of surfaces";
   for (const auto& [id, surface] : a.surfaces) {
-    const SurfaceModel* other = b.surfaces.find(id);
+    const surfaces::SurfaceModel* other = b.surfaces.find(id);
     const std::string d = other == nullptr ? "id" : surface_difference(surface.state(), other->state());
     if (!d.empty()) return "surface's " + d;
   }

@@ -20,11 +20,11 @@ class NewFiles : public MapFiles {
   fs::path file = folder / "f";
   const std::string part = (folder / "f").string() + ".part-";
 
-  static void write_text(NewFile& to, const std::string& text) {
+  static void write_text(io::NewFile& to, const std::string& text) {
     to.write([&](std::ostream& out) { out << text; });
   }
   void replace(const std::string& text) const {
-    NewFile next(file, true);
+    io::NewFile next(file, true);
     write_text(next, text);
     next.commit();
   }
@@ -36,7 +36,7 @@ class NewFiles : public MapFiles {
 };
 
 TEST_F(NewFiles, AreWrittenBesideTheirPlaceUnderANameOfTheirOwn) {
-  NewFile one(file, false), two(file, false);
+  io::NewFile one(file, false), two(file, false);
   write_text(one, "one");
   write_text(two, "two");
   EXPECT_NE(one.temporary(), two.temporary());
@@ -63,19 +63,19 @@ TEST_F(NewFiles, TemporaryFilesAreNotOpenedThroughLinks) {
 TEST_F(NewFiles, ALinkInTheirPlaceIsReplacedNotFollowed) {
   write_file(folder / "precious", "precious");
   fs::create_symlink(folder / "precious", file);
-  EXPECT_THAT(failure(Error::Kind::usage, [&] { NewFile(file, false); }), HasSubstr("exists already"));
+  EXPECT_THAT(failure(Error::Kind::usage, [&] { io::NewFile(file, false); }), HasSubstr("exists already"));
   replace("new");
   EXPECT_EQ(read_file(folder / "precious"), "precious");
   EXPECT_FALSE(fs::is_symlink(file));
   fs::remove(file);
   fs::create_symlink(folder / "nowhere", file);
-  EXPECT_THAT(failure(Error::Kind::usage, [&] { NewFile(file, false); }), HasSubstr("exists already"));
+  EXPECT_THAT(failure(Error::Kind::usage, [&] { io::NewFile(file, false); }), HasSubstr("exists already"));
 }
 
 TEST_F(NewFiles, DevicesAndPipesAreNotReplaced) {
-  EXPECT_THAT(failure(Error::Kind::output, [] { NewFile("/dev/null", true); }), HasSubstr("/dev/null"));
+  EXPECT_THAT(failure(Error::Kind::output, [] { io::NewFile("/dev/null", true); }), HasSubstr("/dev/null"));
   ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
-  EXPECT_THAT(failure(Error::Kind::output, [&] { NewFile(file, true); }), HasSubstr("not a file"));
+  EXPECT_THAT(failure(Error::Kind::output, [&] { io::NewFile(file, true); }), HasSubstr("not a file"));
 }
 
 TEST_F(NewFiles, KeepTheAccessRightsOfWhatTheyReplace) {
@@ -84,7 +84,7 @@ TEST_F(NewFiles, KeepTheAccessRightsOfWhatTheyReplace) {
   EXPECT_EQ(mode_of(file), 0640U) << "as any new file";
   for (const mode_t mode : {0600U, 0664U, 0444U}) {
     ASSERT_EQ(::chmod(file.c_str(), mode), 0);
-    NewFile next(file, true);
+    io::NewFile next(file, true);
     write_text(next, "next");
     EXPECT_EQ(mode_of(next.temporary()), 0600U) << "nobody else reads what is not yet in place";
     next.commit();
@@ -100,7 +100,7 @@ class Writer {
     if (::pipe(told_.data()) != 0 || ::pipe(ready_.data()) != 0) throw std::runtime_error("no pipe");
     child_ = fork();
     if (child_ == 0) {
-      NewFile file(target, true);
+      io::NewFile file(target, true);
       file.write([](std::ostream& out) { out << "of the other"; });
       char byte = 'r';
       if (::write(ready_[1], &byte, 1) != 1 || ::read(told_[0], &byte, 1) != 1) _exit(1);
@@ -150,7 +150,7 @@ TEST_F(NewFiles, WhatAKilledProcessLeavesIsRemoved) {
   ASSERT_EQ(parts_in(folder).size(), 1U) << "what a kill leaves";
   write_file(folder / "other", "");
   {
-    NewFile other(folder / "other", true);
+    io::NewFile other(folder / "other", true);
     write_text(other, "x");
     EXPECT_EQ(parts_in(folder).size(), 2U) << "another file's parts are left alone";
   }

@@ -46,11 +46,11 @@ class ScanArchives : public MapFiles {
   /// Maps the scans with `mapper` and keeps them in folder/scans, as `octosurf map --keep-scans` does.
   void keep(const std::vector<Scan>& scans, Mapper& mapper) const {
     mapper.round_scans();
-    ScanArchiveWriter archive(folder / "scans", mapper.map().size().scans);
-    NoiseModel::Histogram noise = mapper.map().state().noise.histogram();
+    io::ScanArchiveWriter archive(folder / "scans", mapper.map().size().scans);
+    sensing::NoiseModel::Histogram noise = mapper.map().state().noise.histogram();
     for (const Scan& scan : scans) {
       const ScanReport report = mapper.insert(scan);
-      const MapState& state = mapper.map().state();
+      const surfaces::MapState& state = mapper.map().state();
       archive.add({scan.name, scan.stamp_s, scan.sensor, state.parameters.occupancy.resolution,
                    scan.T_map_sensor, report.alignment.T_map_sensor, state.noise.seen_since(noise)},
                   mapper.last_voxels());
@@ -58,20 +58,20 @@ class ScanArchives : public MapFiles {
     }
     archive.finish();
   }
-  static ArchivedScan through_a_file(const ArchivedScan& scan, const fs::path& file) {
+  static io::ArchivedScan through_a_file(const io::ArchivedScan& scan, const fs::path& file) {
     write_file(file, bytes_of(scan));
-    return read_archived_scan(file);
+    return io::read_archived_scan(file);
   }
-  static std::string bytes_of(const ArchivedScan& scan) {
+  static std::string bytes_of(const io::ArchivedScan& scan) {
     std::ostringstream out;
-    write_archived_scan(scan, out);
+    io::write_archived_scan(scan, out);
     return out.str();
   }
   /// What reading these bytes comes to; any other exception fails the test.
   std::string reading(const std::string& bytes) const {
     write_file(folder / "x.scan", bytes);
     try {
-      read_archived_scan(folder / "x.scan");
+      io::read_archived_scan(folder / "x.scan");
       return "read";
     } catch (const Error& error) {
       EXPECT_EQ(error.kind(), Error::Kind::data);
@@ -91,17 +91,17 @@ TEST_F(ScanArchives, AScanComesBackAsItWasMapped) {
     Scan given = room(1).front();
     given.sensor = SensorKind::lidar;  // sees on beyond 4 m
     mapper.insert(given);
-    const VoxelScan& twin = mapper.last_voxels();
+    const sensing::VoxelScan& twin = mapper.last_voxels();
     Eigen::Isometry3d other = given.T_map_sensor;
     other.translation().x() += 0.25;
-    const ArchivedHeader header{"a name",
-                                12.5,
-                                given.sensor,
-                                resolution,
-                                other,
-                                given.T_map_sensor,
-                                {{3, 1, 7}, {3, 150, 1}, {15, 159, 1000000}}};
-    const ArchivedScan read = through_a_file(archived(header, twin), folder / "a.scan");
+    const io::ArchivedHeader header{"a name",
+                                    12.5,
+                                    given.sensor,
+                                    resolution,
+                                    other,
+                                    given.T_map_sensor,
+                                    {{3, 1, 7}, {3, 150, 1}, {15, 159, 1000000}}};
+    const io::ArchivedScan read = through_a_file(io::archived(header, twin), folder / "a.scan");
     EXPECT_EQ(read.header.name, header.name);
     EXPECT_EQ(read.header.stamp_s, header.stamp_s);
     EXPECT_EQ(read.header.sensor, SensorKind::lidar);
@@ -125,7 +125,7 @@ TEST_F(ScanArchives, AScanComesBackAsItWasMapped) {
 }
 
 TEST_F(ScanArchives, AnEmptyScanIsKeptToo) {
-  const ArchivedScan empty{{"", 0, SensorKind::lidar, 0.02}, {}};
+  const io::ArchivedScan empty{{"", 0, SensorKind::lidar, 0.02}, {}};
   EXPECT_TRUE(through_a_file(empty, folder / "a.scan").points.empty());
 }
 
@@ -139,7 +139,7 @@ TEST_F(ScanArchives, AMapFromTheArchiveIsTheMapToTheBit) {
   Mapper first(parameters);
   keep(given, first);
   ASSERT_GT(first.snapshot()->surfaces.size(), 3U);
-  ASSERT_TRUE(read_archived_scan(folder / "scans/000003.scan").points.empty());
+  ASSERT_TRUE(io::read_archived_scan(folder / "scans/000003.scan").points.empty());
   Mapper second(parameters, 2);
   const auto scans = open_scans({folder / "scans"});
   EXPECT_EQ(scans->size(), 8U);
@@ -179,18 +179,18 @@ TEST_F(ScanArchives, RoundingIsWithinItsBoundAndHasNoBias) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double count = 0;
   for (const Scan& scan : scans) {
-    const NoiseModel noise = rounded.map().state().noise;
+    const sensing::NoiseModel noise = rounded.map().state().noise;
     rounded.insert(scan);
     plain.insert(scan);
-    std::map<std::uint64_t, EndVoxel> twin;
-    for (const EndVoxel& end : plain.last_voxels().ends) twin[end.key.packed()] = end;
+    std::map<std::uint64_t, sensing::EndVoxel> twin;
+    for (const sensing::EndVoxel& end : plain.last_voxels().ends) twin[end.key.packed()] = end;
     ASSERT_EQ(twin.size(), rounded.last_voxels().ends.size());
-    for (const EndVoxel& end : rounded.last_voxels().ends) {
-      const EndVoxel& was = twin.at(end.key.packed());
-      const VoxelScan& all = rounded.last_voxels();
-      if (!all.within_range(VoxelGrid(0.02).centre_of(end.key))) continue;
+    for (const sensing::EndVoxel& end : rounded.last_voxels().ends) {
+      const sensing::EndVoxel& was = twin.at(end.key.packed());
+      const sensing::VoxelScan& all = rounded.last_voxels();
+      if (!all.within_range(geometry::VoxelGrid(0.02).centre_of(end.key))) continue;
       const Eigen::Vector3d shift = (end.centroid - was.centroid).cast<double>();
-      const double spread = noise.measured_sigma(range_class_of((was.centroid - all.origin).norm()));
+      const double spread = noise.measured_sigma(sensing::range_class_of((was.centroid - all.origin).norm()));
       const double n = 8.0 * was.count / (8 + was.count);
       const double step = std::max(0.02 / 256, spread * std::sqrt(0.12 / n));
       EXPECT_LE(shift.cwiseAbs().maxCoeff(), step / 2 + 0.02 / 512 + 2e-6);
@@ -233,29 +233,29 @@ TEST_F(ScanArchives, GoingOnReplacesWhatWasLeftBehind) {
   write_file(folder / "scans/000003.scan", "left by a run that was killed");
   write_file(folder / "scans/000004.scan", "likewise");
   keep({scans.begin() + 3, scans.begin() + 4}, mapper);
-  EXPECT_EQ(archived_files(folder / "scans", 4).size(), 4U);
+  EXPECT_EQ(io::archived_files(folder / "scans", 4).size(), 4U);
   EXPECT_FALSE(fs::exists(folder / "scans/000004.scan"));
-  EXPECT_EQ(read_archived_header(folder / "scans/000003.scan").name, "image 3");
-  EXPECT_THAT(failure(Error::Kind::data, [&] { archived_files(folder / "scans", 5); }),
+  EXPECT_EQ(io::read_archived_header(folder / "scans/000003.scan").name, "image 3");
+  EXPECT_THAT(failure(Error::Kind::data, [&] { io::archived_files(folder / "scans", 5); }),
               HasSubstr("000004.scan"));
-  copy_archive(folder / "scans", folder / "copy", 2);
+  io::copy_archive(folder / "scans", folder / "copy", 2);
   EXPECT_EQ(read_file(folder / "copy/000001.scan"), read_file(folder / "scans/000001.scan"));
   EXPECT_FALSE(fs::exists(folder / "copy/000002.scan"));
 }
 
 TEST_F(ScanArchives, NeedAFolderOfTheirOwn) {
-  EXPECT_NO_THROW(require_room_for_archive(folder / "none", false));
+  EXPECT_NO_THROW(io::require_room_for_archive(folder / "none", false));
   fs::create_directory(folder / "some");
-  EXPECT_NO_THROW(require_room_for_archive(folder / "some", false));
+  EXPECT_NO_THROW(io::require_room_for_archive(folder / "some", false));
   write_file(folder / "some/000000.scan", "");
-  EXPECT_THAT(failure(Error::Kind::usage, [&] { require_room_for_archive(folder / "some", false); }),
+  EXPECT_THAT(failure(Error::Kind::usage, [&] { io::require_room_for_archive(folder / "some", false); }),
               HasSubstr("--force"));
-  EXPECT_NO_THROW(require_room_for_archive(folder / "some", true));
+  EXPECT_NO_THROW(io::require_room_for_archive(folder / "some", true));
   write_file(folder / "some/letter.txt", "");
-  EXPECT_THAT(failure(Error::Kind::usage, [&] { require_room_for_archive(folder / "some", true); }),
+  EXPECT_THAT(failure(Error::Kind::usage, [&] { io::require_room_for_archive(folder / "some", true); }),
               HasSubstr("other things"));
   EXPECT_THAT(
-      failure(Error::Kind::output, [&] { require_room_for_archive(folder / "some/letter.txt", true); }),
+      failure(Error::Kind::output, [&] { io::require_room_for_archive(folder / "some/letter.txt", true); }),
       HasSubstr("not a folder"));
 }
 
@@ -263,39 +263,40 @@ TEST_F(ScanArchives, DamagedFilesAreRefused) {
   Mapper mapper;
   keep(room(1), mapper);
   const std::string good = read_file(folder / "scans/000000.scan");
-  const ArchivedScan whole = read_archived_scan(folder / "scans/000000.scan");
+  const io::ArchivedScan whole = io::read_archived_scan(folder / "scans/000000.scan");
   EXPECT_EQ(bytes_of(whole), good);
   expect_refused_when_damaged(
       good, "is not an archived scan", [&](const std::string& bytes) { return reading(bytes); },
-      [&] { return bytes_of(read_archived_scan(folder / "x.scan")); });
+      [&] { return bytes_of(io::read_archived_scan(folder / "x.scan")); });
 }
 
 /// Each is written by write_archived_scan, so that its checksum is right.
 TEST_F(ScanArchives, NonsenseIsRefused) {
   Mapper mapper;
   keep(room(1), mapper);
-  const ArchivedScan good = read_archived_scan(folder / "scans/000000.scan");
-  const auto with = [&](const std::function<void(ArchivedScan&)>& change) {
-    ArchivedScan scan = good;
+  const io::ArchivedScan good = io::read_archived_scan(folder / "scans/000000.scan");
+  const auto with = [&](const std::function<void(io::ArchivedScan&)>& change) {
+    io::ArchivedScan scan = good;
     change(scan);
     return reading(bytes_of(scan));
   };
-  EXPECT_EQ(with([](ArchivedScan&) {}), "read");
-  EXPECT_THAT(with([](ArchivedScan& s) { s.points[5].readings = 0; }), HasSubstr("readings"));
-  EXPECT_THAT(with([](ArchivedScan& s) { s.points[5].key = s.points[4].key; }), HasSubstr("order"));
-  EXPECT_THAT(with([](ArchivedScan& s) { std::swap(s.points[5], s.points[6]); }), HasSubstr("order"));
-  EXPECT_THAT(with([](ArchivedScan& s) { s.header.resolution = 0; }), HasSubstr("header"));
-  EXPECT_THAT(with([](ArchivedScan& s) { s.header.stamp_s = std::nan(""); }), HasSubstr("header"));
-  EXPECT_THAT(with([](ArchivedScan& s) { s.header.T_used.linear() *= 2; }), HasSubstr("rigid"));
-  EXPECT_THAT(with([](ArchivedScan& s) { s.header.T_used.translation().x() = 1e6; }), HasSubstr("outside"));
-  EXPECT_THAT(with([](ArchivedScan& s) { s.header.noise = {{2, 3, 1}, {2, 3, 1}}; }), HasSubstr("noise"));
+  EXPECT_EQ(with([](io::ArchivedScan&) {}), "read");
+  EXPECT_THAT(with([](io::ArchivedScan& s) { s.points[5].readings = 0; }), HasSubstr("readings"));
+  EXPECT_THAT(with([](io::ArchivedScan& s) { s.points[5].key = s.points[4].key; }), HasSubstr("order"));
+  EXPECT_THAT(with([](io::ArchivedScan& s) { std::swap(s.points[5], s.points[6]); }), HasSubstr("order"));
+  EXPECT_THAT(with([](io::ArchivedScan& s) { s.header.resolution = 0; }), HasSubstr("header"));
+  EXPECT_THAT(with([](io::ArchivedScan& s) { s.header.stamp_s = std::nan(""); }), HasSubstr("header"));
+  EXPECT_THAT(with([](io::ArchivedScan& s) { s.header.T_used.linear() *= 2; }), HasSubstr("rigid"));
+  EXPECT_THAT(with([](io::ArchivedScan& s) { s.header.T_used.translation().x() = 1e6; }),
+              HasSubstr("outside"));
+  EXPECT_THAT(with([](io::ArchivedScan& s) { s.header.noise = {{2, 3, 1}, {2, 3, 1}}; }), HasSubstr("noise"));
 }
 
 /// Small files that would become large ones.
 TEST_F(ScanArchives, WhatDecompressesToFarMoreThanItsSizeIsRefused) {
   std::ostringstream out;
   out.write("\x89OCTSC\r\n\x01\0\0\0", 12);
-  RecordWriter records(out);
+  io::RecordWriter records(out);
   records.put(std::string(std::size_t{3} << 20, '\1'));
   records.finish();
   ASSERT_LT(out.str().size(), 10000U);

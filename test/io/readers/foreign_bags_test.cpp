@@ -24,14 +24,14 @@ class ForeignBags : public ::testing::Test {
   };
   /// All messages; of std_msgs/String the text. Each is read a second time by its place.
   static std::vector<Read> read(const std::string& name) {
-    const auto bag = open_bag({fs::path(folder) / name});
+    const auto bag = io::open_bag({fs::path(folder) / name});
     std::vector<Read> all;
-    std::vector<std::pair<MessagePlace, std::string>> places;
+    std::vector<std::pair<io::MessagePlace, std::string>> places;
     bag->read_all(
-        [&](const BagMessage& message) {
-          const BagTopic& topic = bag->topics()[message.topic];
+        [&](const io::BagMessage& message) {
+          const io::BagTopic& topic = bag->topics()[message.topic];
           EXPECT_EQ(topic.encoding, MessageEncoding::cdr);
-          const auto reader = message_reader(message.bytes, topic.encoding);
+          const auto reader = io::message_reader(message.bytes, topic.encoding);
           const std::string text = topic.type == "std_msgs/String" ? reader->text() : "";
           all.push_back({topic.name, topic.type, text, message.logged_ns});
           places.emplace_back(message.place, message.bytes);
@@ -75,10 +75,11 @@ TEST_F(ForeignBags, TheTalkerCounts) {
 }
 
 TEST_F(ForeignBags, TopicsWithoutMessagesAreListed) {
-  const auto bag = open_bag({fs::path(folder) / "talker.mcap"});
+  const auto bag = io::open_bag({fs::path(folder) / "talker.mcap"});
   std::set<std::string> heard, listed;
-  bag->read_all([&](const BagMessage& message) { heard.insert(bag->topics()[message.topic].name); }, nullptr);
-  for (const BagTopic& topic : bag->topics()) listed.insert(topic.name);
+  bag->read_all([&](const io::BagMessage& message) { heard.insert(bag->topics()[message.topic].name); },
+                nullptr);
+  for (const io::BagTopic& topic : bag->topics()) listed.insert(topic.name);
   EXPECT_EQ(heard, (std::set<std::string>{"/rosout", "/topic"}));
   EXPECT_EQ(listed, (std::set<std::string>{"/parameter_events", "/rosout", "/topic"}));
 }

@@ -51,7 +51,7 @@ class FastCdr {
 template <class Read>
 std::string refusal(const std::string& bytes, MessageEncoding encoding, const Read& read) {
   try {
-    read(*message_reader(bytes, encoding));
+    read(*io::message_reader(bytes, encoding));
   } catch (const std::runtime_error& error) {
     return error.what();
   }
@@ -61,7 +61,7 @@ std::string refusal(const std::string& bytes, MessageEncoding encoding, const Re
 
 std::string cloud_refusal(const CdrBytes& cloud) {
   return refusal(cloud.all(), MessageEncoding::cdr,
-                 [](MessageReader& message) { read_cloud_message(message, plenty); });
+                 [](io::MessageReader& message) { io::read_cloud_message(message, plenty); });
 }
 
 CdrBytes cloud_of(std::uint32_t height, std::uint32_t width, std::uint32_t step, std::uint32_t row_step,
@@ -87,9 +87,9 @@ TEST_F(BagFiles, WritersOfCdrAgreeWithFastCdr) {
   fast << std::uint8_t{0} << std::uint32_t{12} << std::uint32_t{12} << sequence(points) << std::uint8_t{1};
   EXPECT_EQ(one_point(5.5, "lidar").all(), fast.all());
 
-  const auto bag = open_bag({write_bag(write_clouds(), "a.db3", "poses=tf scans=1")});
+  const auto bag = io::open_bag({write_bag(write_clouds(), "a.db3", "poses=tf scans=1")});
   std::vector<std::string> written;
-  bag->read_all([&](const BagMessage& message) { written.emplace_back(message.bytes); }, nullptr);
+  bag->read_all([&](const io::BagMessage& message) { written.emplace_back(message.bytes); }, nullptr);
   ASSERT_EQ(written.size(), 2U);
   FastCdr transform;
   transform << std::uint32_t{1} << std::int32_t{1700000000} << std::uint32_t{0} << std::string("map")
@@ -115,7 +115,7 @@ TEST(Messages, AreReadInEitherByteOrder) {
   const std::string bytes(buffer.getBuffer(), big.getSerializedDataLength());
 #endif
   const auto pose =
-      read_pose_message(*message_reader(bytes, MessageEncoding::cdr), "geometry_msgs/PoseStamped");
+      io::read_pose_message(*io::message_reader(bytes, MessageEncoding::cdr), "geometry_msgs/PoseStamped");
   EXPECT_EQ(pose.header.stamp_ns, 5000000007);
   EXPECT_EQ(pose.header.frame, "map");
   EXPECT_EQ(pose.translation, Eigen::Vector3d(1, 2, 3));
@@ -125,20 +125,22 @@ TEST(Messages, OfEveryLengthAreReadOrRefused) {
   const std::string cloud = one_point(1, "lidar").all(), tf = one_transform(1, "map", "lidar", 3).all();
   for (std::size_t n = 0; n < cloud.size() - 1; ++n)  // whether it is dense is not asked
     EXPECT_THAT(refusal(cloud.substr(0, n), MessageEncoding::cdr,
-                        [](MessageReader& message) { read_cloud_message(message, plenty); }),
+                        [](io::MessageReader& message) { io::read_cloud_message(message, plenty); }),
                 ::testing::AnyOf(HasSubstr("ends too early"), HasSubstr("not CDR")))
         << n;
   for (std::size_t n = 0; n < tf.size(); ++n)
-    EXPECT_THAT(
-        refusal(tf.substr(0, n), MessageEncoding::cdr,
-                [](MessageReader& message) { for_each_transform(message, [](const TransformMessage&) {}); }),
-        ::testing::AnyOf(HasSubstr("ends too early"), HasSubstr("not CDR")))
+    EXPECT_THAT(refusal(tf.substr(0, n), MessageEncoding::cdr,
+                        [](io::MessageReader& message) {
+                          io::for_each_transform(message, [](const io::TransformMessage&) {});
+                        }),
+                ::testing::AnyOf(HasSubstr("ends too early"), HasSubstr("not CDR")))
         << n;
   for (std::size_t n = 0; n < tf.size() - 4; ++n)
-    EXPECT_THAT(
-        refusal(tf.substr(4, n), MessageEncoding::ros1,
-                [](MessageReader& message) { for_each_transform(message, [](const TransformMessage&) {}); }),
-        HasSubstr("ends too early"))
+    EXPECT_THAT(refusal(tf.substr(4, n), MessageEncoding::ros1,
+                        [](io::MessageReader& message) {
+                          io::for_each_transform(message, [](const io::TransformMessage&) {});
+                        }),
+                HasSubstr("ends too early"))
         << n;
 }
 
@@ -155,11 +157,11 @@ TEST(Messages, OfSizesThatTheyDoNotHaveAreRefused) {
   EXPECT_THAT(cloud_refusal(cloud_of(1, 1, 12, 12, 12, "xyz", 5)), HasSubstr("no float32 or float64"));
   const std::string large = cloud_of(1, 1000, 12, 12000, 12000).all();
   EXPECT_THAT(refusal(large, MessageEncoding::cdr,
-                      [](MessageReader& message) { read_cloud_message(message, 11999); }),
+                      [](io::MessageReader& message) { io::read_cloud_message(message, 11999); }),
               HasSubstr("far more than its bag's size"));
-  EXPECT_TRUE(
-      read_cloud_message(*message_reader(cloud_of(1, 0, 12, 0, 0).all(), MessageEncoding::cdr), plenty)
-          .points.empty());
+  EXPECT_TRUE(io::read_cloud_message(
+                  *io::message_reader(cloud_of(1, 0, 12, 0, 0).all(), MessageEncoding::cdr), plenty)
+                  .points.empty());
 }
 
 std::string image_refusal(std::uint32_t height, std::uint32_t width, const std::string& encoding,
@@ -173,8 +175,8 @@ std::string image_refusal(std::uint32_t height, std::uint32_t width, const std::
                                 .u32(step)
                                 .bytes(std::string(bytes, '\0'))
                                 .all();
-  return refusal(image, MessageEncoding::cdr, [](MessageReader& message) {
-    points_of(read_image_message(message), {1, 1, 0, 0}, {}, plenty);
+  return refusal(image, MessageEncoding::cdr, [](io::MessageReader& message) {
+    io::points_of(io::read_image_message(message), {1, 1, 0, 0}, {}, plenty);
   });
 }
 

@@ -50,8 +50,12 @@ class Clouds : public ScanFiles {
     return message;
   }
 
-  std::string refused_pcd(std::string_view content) const { return refusal(read_pcd, "bad.pcd", content); }
-  std::string refused_ply(std::string_view content) const { return refusal(read_ply, "bad.ply", content); }
+  std::string refused_pcd(std::string_view content) const {
+    return refusal(io::read_pcd, "bad.pcd", content);
+  }
+  std::string refused_ply(std::string_view content) const {
+    return refusal(io::read_ply, "bad.ply", content);
+  }
 };
 
 std::string content(const std::filesystem::path& file) {
@@ -93,7 +97,7 @@ TEST_F(Clouds, PcdOfEveryDataKindGivesPointsPoseAndOrganisation) {
     if (kind == 0) writer.writeASCII(file, cloud);
     if (kind == 1) writer.writeBinary(file, cloud);
     if (kind == 2) writer.writeBinaryCompressed(file, cloud);
-    const Cloud read = read_pcd(file);
+    const io::Cloud read = io::read_pcd(file);
     expect_points(read.points, points_of(cloud));
     EXPECT_TRUE(read.organised);
     EXPECT_EQ(read.T_map_sensor.translation(), Eigen::Vector3d(1, 2, 3));
@@ -102,7 +106,7 @@ TEST_F(Clouds, PcdOfEveryDataKindGivesPointsPoseAndOrganisation) {
 }
 
 TEST_F(Clouds, PcdFieldsMayBeDoubleAndInAnyOrder) {
-  const Cloud cloud = read_pcd(
+  const io::Cloud cloud = io::read_pcd(
       write("cloud.pcd",
             "VERSION .7\nCOLUMNS intensity z fpfh y x\nSIZE 4 8 2 8 8\nTYPE F F U F F\nCOUNT 1 1 3 1 1\n"
             "WIDTH 2\nHEIGHT 1\nPOINTS 2\nDATA binary\n" +
@@ -115,7 +119,8 @@ TEST_F(Clouds, PcdFieldsMayBeDoubleAndInAnyOrder) {
 
 TEST_F(Clouds, CoordinatesThatAreNotFiniteAndTheOriginAreNoReading) {
   const std::string text = replaced(content(write_pcd("a.pcd")), "1 2 3\n4 5 6", "0 0 0\n1 inf 2");
-  expect_points(read_pcd(write("b.pcd", text)).points, {{nan, nan, nan}, {nan, nan, nan}, {nan, nan, nan}});
+  expect_points(io::read_pcd(write("b.pcd", text)).points,
+                {{nan, nan, nan}, {nan, nan, nan}, {nan, nan, nan}});
 }
 
 TEST_F(Clouds, TruncatedPcdsAreRefused) {
@@ -166,14 +171,14 @@ TEST_F(Clouds, PlyOfEveryFormatGivesPoints) {
       "element vertex 2\nproperty float x\nproperty float y\nproperty double z\nproperty uchar red\n"
       "property uchar green\nproperty uchar blue\nelement face 1\nproperty list uchar int "
       "vertex_indices\nend_header\n";
-  expect_points(read_ply(write("a.ply", "ply\nformat ascii 1.0\ncomment by hand\n" + properties +
-                                            "1 2 3 9 9 9\n4 5 nan 9 9 9\n3 0 1 1\n"))
+  expect_points(io::read_ply(write("a.ply", "ply\nformat ascii 1.0\ncomment by hand\n" + properties +
+                                                "1 2 3 9 9 9\n4 5 nan 9 9 9\n3 0 1 1\n"))
                     .points,
                 {{1, 2, 3}, {4, 5, nan}});
   const std::uint8_t c = 9;
-  expect_points(read_ply(write("b.ply", "ply\nformat binary_little_endian 1.0\n" + properties +
-                                            bytes_of(1.f, 2.f, 3.0, c, c, c, 4.f, 5.f, 6.0, c, c, c) +
-                                            bytes_of(std::uint8_t{3}, 0, 1, 1)))
+  expect_points(io::read_ply(write("b.ply", "ply\nformat binary_little_endian 1.0\n" + properties +
+                                                bytes_of(1.f, 2.f, 3.0, c, c, c, 4.f, 5.f, 6.0, c, c, c) +
+                                                bytes_of(std::uint8_t{3}, 0, 1, 1)))
                     .points,
                 {{1, 2, 3}, {4, 5, 6}});
 }
@@ -183,7 +188,7 @@ TEST_F(Clouds, PlyOfPclAndBigEndianAreRead) {
   const std::string file = (folder / "pcl.ply").string();
   for (const bool binary : {false, true}) {
     pcl::io::savePLYFile(file, cloud, binary);
-    const Cloud read = read_ply(file);
+    const io::Cloud read = io::read_ply(file);
     expect_points(read.points, points_of(cloud));
     EXPECT_EQ(read.T_map_sensor.matrix(), Eigen::Matrix4d::Identity());
   }
@@ -192,11 +197,11 @@ TEST_F(Clouds, PlyOfPclAndBigEndianAreRead) {
     std::string bytes = bytes_of(value);
     values.append(bytes.rbegin(), bytes.rend());
   }
-  expect_points(read_ply(write("big.ply",
-                               "ply\nformat binary_big_endian 1.0\nelement time 2\nproperty double t\n"
-                               "element vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
-                               "end_header\n" +
-                                   bytes_of(0.0, 0.0) + values))
+  expect_points(io::read_ply(write("big.ply",
+                                   "ply\nformat binary_big_endian 1.0\nelement time 2\nproperty double t\n"
+                                   "element vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+                                   "end_header\n" +
+                                       bytes_of(0.0, 0.0) + values))
                     .points,
                 {{1, 2, 3}});
 }
@@ -206,7 +211,7 @@ TEST_F(Clouds, BadPlysAreRefused) {
       "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float "
       "z\nend_header\n"
       "1 2 3\n4 5 6\n";
-  read_ply(write("good.ply", good));
+  io::read_ply(write("good.ply", good));
   EXPECT_THAT(refused_ply(""), HasSubstr("PLY header"));
   EXPECT_THAT(refused_ply(good.substr(0, 60)), HasSubstr("PLY header"));
   EXPECT_THAT(refused_ply(replaced(good, "vertex 2", "vertex 0")), HasSubstr("without points"));
@@ -230,7 +235,7 @@ TEST_F(Clouds, BadPlysAreRefused) {
 }
 
 TEST_F(Clouds, WhatFollowsAPlysVerticesIsNotRead) {
-  const Cloud cloud = read_ply(write(
+  const io::Cloud cloud = io::read_ply(write(
       "a.ply",
       "ply\nformat ascii 1.0\nobj_info num_cols 50000\nelement vertex 1\nproperty float x\nproperty float y\n"
       "property float z\nelement range_grid 4000000000\nproperty list uchar int i\nend_header\n1 2 3\n"));
@@ -239,9 +244,10 @@ TEST_F(Clouds, WhatFollowsAPlysVerticesIsNotRead) {
 
 TEST_F(Clouds, VelodyneIsFourFloatsAPoint) {
   const auto file = write("a.bin", bytes_of(1.f, 2.f, 3.f, 0.5f, 0.f, 0.f, 0.f, 0.f, 4.f, 5.f, 6.f, 0.1f));
-  expect_points(read_velodyne(file).points, {{1, 2, 3}, {nan, nan, nan}, {4, 5, 6}});
-  EXPECT_THAT(refusal(read_velodyne, "bad.bin", bytes_of(1.f, 2.f, 3.f, 0.5f, 1.f)), HasSubstr("float32"));
-  EXPECT_THAT(refusal(read_velodyne, "bad.bin", ""), HasSubstr("empty"));
+  expect_points(io::read_velodyne(file).points, {{1, 2, 3}, {nan, nan, nan}, {4, 5, 6}});
+  EXPECT_THAT(refusal(io::read_velodyne, "bad.bin", bytes_of(1.f, 2.f, 3.f, 0.5f, 1.f)),
+              HasSubstr("float32"));
+  EXPECT_THAT(refusal(io::read_velodyne, "bad.bin", ""), HasSubstr("empty"));
 }
 
 /// Whatever bytes change, a cloud or an Error comes out.
@@ -261,7 +267,7 @@ TEST_F(Clouds, DamagedBytesGiveACloudOrAnError) {
     }
     const auto file = write("damaged", bytes);
     try {
-      const Cloud cloud = i % 3 == 2 ? read_ply(file) : read_pcd(file);
+      const io::Cloud cloud = i % 3 == 2 ? io::read_ply(file) : io::read_pcd(file);
       EXPECT_LT(cloud.points.size(), 10000u);
     } catch (const Error&) {
     }

@@ -147,12 +147,12 @@ TEST_F(ScanFolders, AnyDepthImagesWithPosesIntrinsicsAndScale) {
 }
 
 TEST_F(ScanFolders, ScansComeInNaturalOrder) {
-  EXPECT_TRUE(natural_less("full2.pcd", "full10.pcd"));
-  EXPECT_FALSE(natural_less("full10.pcd", "full2.pcd"));
-  EXPECT_TRUE(natural_less("a007", "a8"));
-  EXPECT_TRUE(natural_less("a", "a1"));
-  EXPECT_TRUE(natural_less("a01", "a1") != natural_less("a1", "a01"));
-  EXPECT_FALSE(natural_less("x", "x"));
+  EXPECT_TRUE(io::natural_less("full2.pcd", "full10.pcd"));
+  EXPECT_FALSE(io::natural_less("full10.pcd", "full2.pcd"));
+  EXPECT_TRUE(io::natural_less("a007", "a8"));
+  EXPECT_TRUE(io::natural_less("a", "a1"));
+  EXPECT_TRUE(io::natural_less("a01", "a1") != io::natural_less("a1", "a01"));
+  EXPECT_FALSE(io::natural_less("x", "x"));
   for (const auto* name : {"full10.pcd", "full2.pcd", "full1.pcd"}) write_pcd(name);
   EXPECT_THAT(names(read_all({folder})), ElementsAre("full1.pcd", "full2.pcd", "full10.pcd"));
 }

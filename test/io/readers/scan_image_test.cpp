@@ -13,7 +13,7 @@ class DepthImages : public ScanFiles {
  protected:
   std::string refusal(const std::filesystem::path& file) const {
     try {
-      read_depth_image(file);
+      io::read_depth_image(file);
     } catch (const Error& error) {
       EXPECT_EQ(error.kind(), Error::Kind::data);
       EXPECT_THAT(error.what(), HasSubstr(file.string()));
@@ -25,7 +25,7 @@ class DepthImages : public ScanFiles {
 
   std::string refused_camera(std::string_view text) const {
     try {
-      read_intrinsics(write("camera.txt", text));
+      io::read_intrinsics(write("camera.txt", text));
     } catch (const Error& error) {
       return error.what();
     }
@@ -46,7 +46,7 @@ TEST_F(DepthImages, PngAndPgmGiveTheSamePixels) {
       std::string("P5\n# by hand\n3 2\n65535\n") + std::string("\0\1\0\2\1\2\377\377\0\0\0\4", 12);
   for (const auto& file : {write_png("a.png", 3, 2, six), write("a.pgm", p5),
                            write("b.pgm", "P2 3 2 65535 # plain\n1 2 258\n65535 0 4")}) {
-    const DepthImage image = read_depth_image(file);
+    const io::DepthImage image = io::read_depth_image(file);
     EXPECT_EQ(image.width, 3) << file;
     EXPECT_EQ(image.height, 2) << file;
     EXPECT_EQ(image.pixels, six) << file;
@@ -55,8 +55,8 @@ TEST_F(DepthImages, PngAndPgmGiveTheSamePixels) {
 
 TEST_F(DepthImages, PixelsAreBackProjectedAlongTheOpticalAxis) {
   // fx = 2, fy = -4 (y up), cx = 1, cy = 0.5; 1000 units per metre; 0 and 65535 give no point.
-  const DepthImage image{3, 2, {1000, 0, 2000, 65535, 4000, 500}};
-  const auto points = back_project(image, {2, -4, 1, 0.5}, 1000);
+  const io::DepthImage image{3, 2, {1000, 0, 2000, 65535, 4000, 500}};
+  const auto points = io::back_project(image, {2, -4, 1, 0.5}, 1000);
   const std::vector<Eigen::Vector3f> expected{
       {-0.5f, 0.125f, 1}, {1, 0.25f, 2}, {0, -0.5f, 4}, {0.25f, -0.0625f, 0.5f}};
   ASSERT_EQ(points.size(), expected.size());
@@ -100,7 +100,7 @@ TEST_F(DepthImages, IntrinsicsAreAMatrixOrFourNumbers) {
   for (const auto* text :
        {"500 510 320 240", "500 0 320\n0 510 240\n0 0 1", "5.0e+02 0. 3.2e+02\n0. 510 2.4e2\n0. 0. 1.",
         "500,0,320,0,510,240,0,0,1", "# fx fy cx cy\r\n500, 510, 320, 240\r\n"}) {
-    const Intrinsics camera = read_intrinsics(write("camera.txt", text));
+    const io::Intrinsics camera = io::read_intrinsics(write("camera.txt", text));
     EXPECT_EQ(camera.fx, 500) << text;
     EXPECT_EQ(camera.fy, 510) << text;
     EXPECT_EQ(camera.cx, 320) << text;

@@ -19,16 +19,16 @@ Eigen::Isometry3d quarter_turn() {
 class PoseFiles : public ScanFiles {
  protected:
   void expect_quarter_turns(std::string_view text, std::size_t count, bool stamped) const {
-    const PoseFile file = read_poses(write("poses.txt", text));
+    const io::PoseFile file = io::read_poses(write("poses.txt", text));
     ASSERT_EQ(file.poses.size(), count) << text;
     EXPECT_EQ(file.stamped, stamped) << text;
     for (const auto& pose : file.poses)
-      EXPECT_TRUE(rigid(pose.T, "").isApprox(quarter_turn(), 1e-6)) << text << '\n' << pose.T.matrix();
+      EXPECT_TRUE(io::rigid(pose.T, "").isApprox(quarter_turn(), 1e-6)) << text << '\n' << pose.T.matrix();
   }
 
   std::string refusal(std::string_view text) const {
     try {
-      for (const auto& pose : read_poses(write("poses.txt", text)).poses) rigid(pose.T, pose.where);
+      for (const auto& pose : io::read_poses(write("poses.txt", text)).poses) io::rigid(pose.T, pose.where);
     } catch (const Error& error) {
       EXPECT_EQ(error.kind(), Error::Kind::data);
       return error.what();
@@ -56,12 +56,12 @@ TEST_F(PoseFiles, CommasTrailingCommasCommentsBlankLinesAndForeignLineEndsAreRea
 
 TEST_F(PoseFiles, LastRowMayCarryATimeStamp) {
   expect_quarter_turns("0,-1,0,1,\n1,0,0,2,\n0,0,1,3,\n0,0,0,1630577769.5,\n", 1, true);
-  EXPECT_DOUBLE_EQ(*read_poses(folder / "poses.txt").poses[0].stamp_s, 1630577769.5);
+  EXPECT_DOUBLE_EQ(*io::read_poses(folder / "poses.txt").poses[0].stamp_s, 1630577769.5);
 }
 
 TEST_F(PoseFiles, SmallDeviationsAreMadeOrthonormal) {
-  const PoseFile file = read_poses(write("poses.txt", "0.0004 -1.0003 0 1 1 0 0 2 0 0 0.9998 3\n"));
-  const Eigen::Matrix3d R = rigid(file.poses[0].T, "").linear();
+  const io::PoseFile file = io::read_poses(write("poses.txt", "0.0004 -1.0003 0 1 1 0 0 2 0 0 0.9998 3\n"));
+  const Eigen::Matrix3d R = io::rigid(file.poses[0].T, "").linear();
   EXPECT_LT((R.transpose() * R - Eigen::Matrix3d::Identity()).norm(), 1e-14);
   EXPECT_LT((R - quarter_turn().linear()).norm(), 1e-3);
 }
@@ -90,10 +90,10 @@ TEST_F(PoseFiles, NotRigidIsRefused) {
 
 TEST_F(PoseFiles, TrajectoryIsInterpolatedAcrossSmallGapsOnly) {
   // A quarter turn and 1 m in 0.1 s, then nothing for a second.
-  const Trajectory trajectory(read_poses(write("poses.txt",
-                                               "10.1 1 0 0 0 0 0.70710678 0.70710678\n"
-                                               "10.0 0 0 0 0 0 0 1\n"
-                                               "11.1 5 0 0 0 0 0 1\n")));
+  const io::Trajectory trajectory(io::read_poses(write("poses.txt",
+                                                       "10.1 1 0 0 0 0 0.70710678 0.70710678\n"
+                                                       "10.0 0 0 0 0 0 0 1\n"
+                                                       "11.1 5 0 0 0 0 0 1\n")));
   const Eigen::Isometry3d half = trajectory.at(10.05, "scan");
   EXPECT_NEAR(half.translation().x(), 0.5, 1e-9);
   EXPECT_NEAR(Eigen::AngleAxisd(half.linear()).angle(), std::numbers::pi / 4, 1e-6);

@@ -14,15 +14,15 @@ using ::testing::HasSubstr;
 
 constexpr std::int64_t second = 1000000000;
 
-PoseTrack::Sample sample(double stamp_s, double x, double yaw_rad = 0) {
+io::PoseTrack::Sample sample(double stamp_s, double x, double yaw_rad = 0) {
   return {std::llround(stamp_s * 1e9), 0, {x, 0, 0}, {std::cos(yaw_rad / 2), 0, 0, std::sin(yaw_rad / 2)}};
 }
 
-std::string why_not(const TransformTree& tree, const std::string& to, const std::string& from,
+std::string why_not(const io::TransformTree& tree, const std::string& to, const std::string& from,
                     double stamp_s) {
   try {
     tree.lookup(to, from, std::llround(stamp_s * 1e9), second / 4);
-  } catch (const NoPose& none) {
+  } catch (const io::NoPose& none) {
     return none.what();
   }
   ADD_FAILURE() << "there is a pose";
@@ -30,7 +30,7 @@ std::string why_not(const TransformTree& tree, const std::string& to, const std:
 }
 
 TEST(PoseTrack, IsExactAtItsSamplesAndSlerpsBetween) {
-  PoseTrack track;
+  io::PoseTrack track;
   track.add(sample(1.2, 4, 1.5));
   track.add(sample(1, 2, 0.5));
   track.finish();
@@ -41,7 +41,7 @@ TEST(PoseTrack, IsExactAtItsSamplesAndSlerpsBetween) {
 }
 
 TEST(PoseTrack, OfTwoAtOneTimeTheLastOneHolds) {
-  PoseTrack track;
+  io::PoseTrack track;
   track.add(sample(1, 2));
   track.add(sample(1, 5));
   track.finish();
@@ -49,7 +49,7 @@ TEST(PoseTrack, OfTwoAtOneTimeTheLastOneHolds) {
 }
 
 TEST(TransformTree, IsSettledWhenNothingThatComesLaterCanChangeAnAnswer) {
-  TransformTree tree;
+  io::TransformTree tree;
   EXPECT_TRUE(tree.settled("map", "map", second));
   EXPECT_FALSE(tree.settled("map", "camera", second));
   tree.add({"base", "camera", true}, sample(0, 1));
@@ -70,7 +70,7 @@ TEST(TransformTree, IsSettledWhenNothingThatComesLaterCanChangeAnAnswer) {
 }
 
 TEST(TransformTree, ForgetsWhatIsOldOfEachMovingFrame) {
-  TransformTree tree;
+  io::TransformTree tree;
   for (const double t : {1.0, 2.0, 3.0}) tree.add({"map", "base", false}, sample(t, t));
   tree.add({"map", "slow", false}, sample(1, 1));
   tree.add({"base", "camera", true}, sample(0, 0));
@@ -82,31 +82,31 @@ TEST(TransformTree, ForgetsWhatIsOldOfEachMovingFrame) {
 }
 
 TEST(PoseTrack, DoesNotGuessOverGaps) {
-  PoseTrack track;
+  io::PoseTrack track;
   track.add(sample(1, 2));
   track.add(sample(1.3, 4));
   track.finish();
-  EXPECT_THROW(track.at(second * 12 / 10, second / 4), NoPose);
+  EXPECT_THROW(track.at(second * 12 / 10, second / 4), io::NoPose);
   EXPECT_NO_THROW(track.at(second * 12 / 10, second / 2));
   EXPECT_EQ(track.at(second * 99 / 100, second / 4).T_parent_child.translation().x(), 2);  // 10 ms before
-  EXPECT_THROW(track.at(second * 9 / 10, second / 4), NoPose);
-  EXPECT_THROW(track.at(second * 2, second * 10), NoPose);
+  EXPECT_THROW(track.at(second * 9 / 10, second / 4), io::NoPose);
+  EXPECT_THROW(track.at(second * 2, second * 10), io::NoPose);
 }
 
 TEST(PoseTrack, TakesNoTimesForNear) {
-  PoseTrack track;
-  PoseTrack::Sample early = sample(0, 1), late = sample(0, 2);
+  io::PoseTrack track;
+  io::PoseTrack::Sample early = sample(0, 1), late = sample(0, 2);
   early.stamp_ns = std::numeric_limits<std::int64_t>::min();
   late.stamp_ns = std::numeric_limits<std::int64_t>::max();
   track.add(early);
   track.add(late);
   track.finish();
-  EXPECT_THROW(track.at(0, second), NoPose);
+  EXPECT_THROW(track.at(0, second), io::NoPose);
 }
 
 TEST(PoseTrack, RefusesWhatIsNoRotation) {
-  PoseTrack track;
-  PoseTrack::Sample bad = sample(1, 0);
+  io::PoseTrack track;
+  io::PoseTrack::Sample bad = sample(1, 0);
   bad.rotation = {2, 0, 0, 0};
   track.add(bad);
   track.finish();
@@ -114,7 +114,7 @@ TEST(PoseTrack, RefusesWhatIsNoRotation) {
 }
 
 TEST(TransformTree, GoesUpAndAcross) {
-  TransformTree tree;
+  io::TransformTree tree;
   tree.add({"map", "odom", false}, sample(1, 10));
   tree.add({"odom", "base", false}, sample(1, 1));
   tree.add({"base", "left", true}, sample(0, 0.1));
@@ -132,7 +132,7 @@ TEST(TransformTree, GoesUpAndAcross) {
 }
 
 TEST(TransformTree, TellsWhatIsMissing) {
-  TransformTree tree;
+  io::TransformTree tree;
   tree.add({"map", "base", false}, sample(1, 10));
   tree.add({"world", "camera", true}, sample(0, 1));
   tree.finish();
@@ -142,7 +142,7 @@ TEST(TransformTree, TellsWhatIsMissing) {
 }
 
 TEST(TransformTree, RingsEnd) {
-  TransformTree tree;
+  io::TransformTree tree;
   tree.add({"a", "b", true}, sample(0, 1));
   tree.add({"b", "a", true}, sample(0, 1));
   tree.add({"c", "c", true}, sample(0, 1));
@@ -153,7 +153,7 @@ TEST(TransformTree, RingsEnd) {
 }
 
 TEST(TransformTree, AChangeOfParentIsAGap) {
-  TransformTree tree;
+  io::TransformTree tree;
   tree.add({"map", "box", false}, sample(1, 1));
   tree.add({"hand", "box", false}, sample(1.1, 0));
   tree.add({"map", "hand", true}, sample(0, 5));
@@ -167,12 +167,12 @@ TEST(TransformTree, AChangeOfParentIsAGap) {
 TEST(TransformTree, EqualsTheProductOfItsEdges) {
   auto random = rng();
   std::uniform_real_distribution<double> uniform(-1, 1);
-  TransformTree tree;
+  io::TransformTree tree;
   Eigen::Isometry3d product = Eigen::Isometry3d::Identity();
   std::string parent = "0";
   for (int depth = 1; depth <= 8; ++depth) {
     const std::string child = std::to_string(depth);
-    PoseTrack::Sample one = sample(1, 0);
+    io::PoseTrack::Sample one = sample(1, 0);
     one.translation = {uniform(random), uniform(random), uniform(random)};
     Eigen::Quaterniond q(uniform(random), uniform(random), uniform(random), 2);
     q.normalize();

@@ -12,7 +12,7 @@
 #include <random>
 #include <set>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 namespace {
 
 using Index = MapView::Index;
@@ -140,24 +140,24 @@ struct Voxels {
   explicit Voxels(const Parameters& parameters = {}) : state(parameters) {}
 
   /// The new points of a rectangle seen from `eye`; every point of the scan moved along `noise`.
-  std::vector<VoxelKey> see(const Eigen::Vector3d& eye, const Eigen::Vector3d& corner,
-                            const Eigen::Vector3d& edge_u, const Eigen::Vector3d& edge_v,
-                            const Eigen::Vector3d& noise, Rng& rng) {
+  std::vector<geometry::VoxelKey> see(const Eigen::Vector3d& eye, const Eigen::Vector3d& corner,
+                                      const Eigen::Vector3d& edge_u, const Eigen::Vector3d& edge_v,
+                                      const Eigen::Vector3d& noise, Rng& rng) {
     std::normal_distribution<double> gauss(0, 1);
     Scan scan = test::rectangle_scan(eye, corner, edge_u, edge_v);
     for (Eigen::Vector3f& p : scan.points) p += (gauss(rng) * noise).cast<float>();
-    std::vector<VoxelKey> keys;
-    for (const VoxelPoint& p : test::occupy(state, scan).appeared) keys.push_back(p.key);
+    std::vector<geometry::VoxelKey> keys;
+    for (const occupancy::VoxelPoint& p : test::occupy(state, scan).appeared) keys.push_back(p.key);
     return keys;
   }
 
   MapState state;
 };
 
-std::vector<Index> indices(Ledger& ledger, const std::vector<std::vector<VoxelKey>>& lists) {
+std::vector<Index> indices(Ledger& ledger, const std::vector<std::vector<geometry::VoxelKey>>& lists) {
   std::vector<Index> all;
   for (const auto& keys : lists)
-    for (const VoxelKey key : keys) all.push_back(ledger.window.find(key));
+    for (const geometry::VoxelKey key : keys) all.push_back(ledger.window.find(key));
   return all;
 }
 
@@ -250,7 +250,7 @@ struct Blocks {
 
   Rng rng;
   Voxels voxels;
-  std::vector<std::vector<VoxelKey>> lists;
+  std::vector<std::vector<geometry::VoxelKey>> lists;
 };
 
 TEST(PartsOf, BlocksThatLeanAgainstOneAnotherAreTwo) {
@@ -291,7 +291,7 @@ TEST(PartsOf, AHoleyNoisyRectangleIsOne) {
   int divided = 0;
   for (int round = 0; round < 12; ++round) {
     Eigen::Isometry3d pose = test::random_pose(rng);
-    if (round < 3) pose.linear() = plane_axes(Eigen::Vector3d::Unit(round));
+    if (round < 3) pose.linear() = geometry::plane_axes(Eigen::Vector3d::Unit(round));
     const Eigen::Vector3d u = pose.linear().col(0), v = pose.linear().col(1), n = pose.linear().col(2);
     Voxels voxels;
     const auto keys = voxels.see(pose.translation() + 1.5 * n, pose.translation() - 0.5 * u - 0.3 * v, u,
@@ -372,4 +372,4 @@ TEST(PartsOf, ThePapersAreClustersByHAlone) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::surfaces

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-namespace octosurf {
+namespace octosurf::surfaces {
 namespace {
 
 using Index = MapView::Index;
@@ -31,7 +31,7 @@ struct Wall {
     EXPECT_GT(points.size(), 100U);
     Ledger ledger(state);
     std::vector<Index> all;
-    for (const VoxelPoint& p : points) all.push_back(ledger.window.find(p.key));
+    for (const occupancy::VoxelPoint& p : points) all.push_back(ledger.window.find(p.key));
     return noise_sheet_over(ledger, all, {facing * x, facing * corner.x()}, self);
   }
 
@@ -66,7 +66,7 @@ TEST(Fitted, GoesThroughThePointsOnTheGivenSide) {
   const auto points = test::occupy(state, scan).appeared;
   Ledger ledger(state);
   std::vector<Index> all;
-  for (const VoxelPoint& p : points) all.push_back(ledger.window.find(p.key));
+  for (const occupancy::VoxelPoint& p : points) all.push_back(ledger.window.find(p.key));
   for (const double side : {-1.0, 1.0}) {
     const Plane toward{side * Eigen::Vector3d(0.1, 0.1, 0.99).normalized(), 0};
     const Plane plane = fitted(ledger, all, toward);
@@ -78,4 +78,4 @@ TEST(Fitted, GoesThroughThePointsOnTheGivenSide) {
 }
 
 }  // namespace
-}  // namespace octosurf
+}  // namespace octosurf::surfaces
