@@ -113,10 +113,10 @@ void bind_contact(py::module_& module) {
       "contact_region",
       [](const std::shared_ptr<Surface>& surface, ContactShape shape, std::optional<double> yaw_rad,
          ContactLimits limits, std::optional<OccupancyView> octree, std::optional<Edges> edges,
-         const std::shared_ptr<Snapshot>& others) {
+         const std::optional<std::shared_ptr<Snapshot>>& others) {
         const py::gil_scoped_release others_run;
         return contact_region(*surface, shape, yaw_rad, limits, octree ? &*octree : nullptr,
-                              edges ? &*edges : nullptr, others.get());
+                              edges ? &*edges : nullptr, others ? others->get() : nullptr);
       },
       py::arg("surface"), py::arg("shape"), py::arg("yaw_rad") = py::none(),
       py::arg("limits") = ContactLimits{}, py::kw_only(), py::arg("octree") = py::none(),
@@ -131,10 +131,10 @@ need.)");
       "foothold",
       [](const std::shared_ptr<Surface>& surface, ContactShape shape, const Eigen::Vector3d& at,
          double yaw_rad, ContactLimits limits, std::optional<OccupancyView> octree,
-         std::optional<Edges> edges, const std::shared_ptr<Snapshot>& others) {
+         std::optional<Edges> edges, const std::optional<std::shared_ptr<Snapshot>>& others) {
         const py::gil_scoped_release others_run;
         return foothold(*surface, shape, at, yaw_rad, limits, octree ? &*octree : nullptr,
-                        edges ? &*edges : nullptr, others.get());
+                        edges ? &*edges : nullptr, others ? others->get() : nullptr);
       },
       py::arg("surface"), py::arg("shape"), py::arg("at"), py::arg("yaw_rad"),
       py::arg("limits") = ContactLimits{}, py::kw_only(), py::arg("octree") = py::none(),

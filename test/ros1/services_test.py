@@ -115,8 +115,8 @@ class Services(unittest.TestCase):
             self.assertIn("slope", region.refused)
 
     def standings(self):
-        """Two places that stand on the floor, some steps apart, found by asking where a stance fits."""
-        region = self.node.call("contact_regions", "ContactRegions", surface=self.floor["id"], radius=0.3,
+        """Two places that stand on the floor, some steps apart: a quadruped's feet stand within 0.4 m of its middle."""
+        region = self.node.call("contact_regions", "ContactRegions", surface=self.floor["id"], radius=0.4,
                                 any_heading=True, clearance=0.4, pieces=1).regions[0]
         self.assertGreater(len(region.pieces), 0, "nowhere to stand")
         corners = [numbers(v) for v in region.pieces[0].points]
