@@ -55,7 +55,7 @@ void VoxelTree::close(Slot& slot) {
 
 void VoxelTree::close_brick(Slot& slot) {
   const Brick& b = brick(slot);
-  mark(slot, b.points != 0 || without_points_);
+  mark(slot, b.points != 0 || occupied_without_points());
   if (b.known != whole || b.points != 0) return;
   const float value = b.value[0];
   if (std::any_of(b.value.begin(), b.value.end(), [&](float v) { return v != value; })) return;

@@ -112,8 +112,9 @@ class VoxelTree {
   /// The payload of an occupied voxel, made if it has none; divides what is above it.
   VoxelPayload& make_payload(geometry::VoxelKey key);
 
-  /// Whether a voxel may be occupied without a point, as those of files that know no points are.
-  bool occupied_without_points() const { return without_points_; }
+  /// Whether a voxel may be occupied without a point: as those of files that know no points are, and those
+  /// that rays have only passed through where the threshold is so low that this, too, counts as occupied.
+  bool occupied_without_points() const { return without_points_ || occupied(model_.miss); }
 
   std::size_t bytes() const { return groups_.bytes() + bricks_.bytes() + payloads_.bytes(); }
 

@@ -155,6 +155,36 @@ TEST_F(View, FindsTheNearestOccupiedVoxel) {
   EXPECT_GT(found_some, 50);
 }
 
+TEST(LowThreshold, WhatRaysOnlyPassedThroughIsFoundAsOccupied) {
+  std::mt19937_64 rng = test::rng();
+  OccupancyParameters low = parameters();
+  low.occupied = 0.3;  // a miss leaves 0.4
+  OccupancyMap map(low);
+  fill(map, rng, 2);
+  const OccupancyView view = map.share();
+  const std::vector<Listed> voxels = list_of(map);
+  for (int round = 0; round < 50; ++round) {
+    const Eigen::AlignedBox3d box = random_box(rng);
+    const Eigen::Vector3d point = random_point(rng);
+    std::size_t expected = 0, visited = 0, without_point = 0;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Listed& v : voxels) {
+      if (v.state != State::occupied) continue;
+      nearest = std::min(nearest, (v.centre - point).norm());
+      expected += box.contains(v.centre);
+      without_point += v.log_odds < 0;
+    }
+    ASSERT_GT(without_point, 100U);
+    view.for_each_occupied(box, [&](const OccupancyView::Voxel&) { return ++visited, true; });
+    EXPECT_EQ(visited, expected);
+    const auto found = view.nearest_occupied(point, 3);
+    ASSERT_EQ(found.has_value(), nearest <= 3);
+    if (found) {
+      EXPECT_NEAR(found->distance, nearest, 1e-12);
+    }
+  }
+}
+
 /// How much of the way from `a` to `b` is made when it enters a voxel; beyond 1 if it never does.
 double entry(const Listed& v, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   double t0 = 0, t1 = 1;
