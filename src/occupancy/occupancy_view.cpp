@@ -1,4 +1,5 @@
 #include "geometry/voxel_grid.hpp"
+#include "occupancy/nearest_voxel.hpp"
 #include "occupancy/payload.hpp"
 #include "occupancy/voxel_tree.hpp"
 
@@ -15,84 +16,14 @@ namespace {
 
 using Voxel = OccupancyView::Voxel;
 using State = OccupancyView::State;
-using Key3 = std::array<int, 3>;
-
-constexpr int last_key = 65535;
-
-double centre_of(int key, double resolution) {
-  return (key - geometry::VoxelGrid::origin + 0.5) * resolution;
-}
-Eigen::Vector3d centre_of(const Key3& key, double resolution) {
-  return {centre_of(key[0], resolution), centre_of(key[1], resolution), centre_of(key[2], resolution)};
-}
-Key3 ints(geometry::VoxelKey key) { return {key.x, key.y, key.z}; }
-geometry::VoxelKey key_of(const Key3& key) {
-  return {static_cast<std::uint16_t>(key[0]), static_cast<std::uint16_t>(key[1]),
-          static_cast<std::uint16_t>(key[2])};
-}
-
-/// A box of voxels, both ends included; empty if an end comes before its beginning.
-struct KeyBox {
-  Key3 low{0, 0, 0}, high{last_key, last_key, last_key};
-
-  static KeyBox cube(const Key3& corner, int level) {
-    const int edge = (1 << level) - 1;
-    return {corner, {corner[0] + edge, corner[1] + edge, corner[2] + edge}};
-  }
-  KeyBox cut(const KeyBox& other) const {
-    KeyBox result;
-    for (std::size_t i = 0; i < 3; ++i) {
-      result.low[i] = std::max(low[i], other.low[i]);
-      result.high[i] = std::min(high[i], other.high[i]);
-    }
-    return result;
-  }
-  std::size_t voxels() const {
-    std::size_t product = 1;
-    for (std::size_t i = 0; i < 3; ++i)
-      product *= static_cast<std::size_t>(std::max(0, high[i] - low[i] + 1));
-    return product;
-  }
-  bool holds(const Key3& key) const {
-    for (std::size_t i = 0; i < 3; ++i)
-      if (key[i] < low[i] || key[i] > high[i]) return false;
-    return true;
-  }
-};
-
-/// The voxels whose centres lie in a closed box.
-KeyBox keys_in(const Eigen::AlignedBox3d& box, double resolution) {
-  KeyBox keys;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const auto axis = static_cast<Eigen::Index>(i);
-    const auto near = [&](double coordinate) {
-      const double key = coordinate / resolution + geometry::VoxelGrid::origin - 0.5;
-      return static_cast<int>(std::clamp(std::nearbyint(key), -1.0, last_key + 1.0));
-    };
-    // The division may round across a centre; the centres themselves decide.
-    int low = near(box.min()[axis]), high = near(box.max()[axis]);
-    if (centre_of(low, resolution) < box.min()[axis]) ++low;
-    if (centre_of(high, resolution) > box.max()[axis]) --high;
-    keys.low[i] = std::max(0, low);
-    keys.high[i] = std::min(last_key, high);
-  }
-  return keys;
-}
-
-Key3 child_corner(const Key3& corner, unsigned c, int level) {
-  return {corner[0] + static_cast<int>((c & 1) << level), corner[1] + static_cast<int>((c >> 1 & 1) << level),
-          corner[2] + static_cast<int>((c >> 2 & 1) << level)};
-}
-
-std::uint64_t morton_of(const Key3& key) {
-  return detail::morton_of(static_cast<unsigned>(key[0]), static_cast<unsigned>(key[1]),
-                           static_cast<unsigned>(key[2]));
-}
-
-/// Of a brick, all voxels that may be occupied.
-std::uint64_t may_be_occupied(const occupancy::VoxelTree& tree, const occupancy::VoxelTree::Brick& brick) {
-  return tree.occupied_without_points() ? brick.known : brick.points;
-}
+using occupancy::centre_of;
+using occupancy::child_corner;
+using occupancy::ints;
+using occupancy::Key3;
+using occupancy::key_of;
+using occupancy::KeyBox;
+using occupancy::last_key;
+using occupancy::may_be_occupied;
 
 enum class Walked { all, occupied };  ///< what is known, or of that at least what is occupied
 
@@ -145,96 +76,6 @@ bool each_key(const KeyBox& box, const Key3& corner, int level, Visit& visit) {
     if (!each_key(box, child_corner(corner, c, level - 1), level - 1, visit)) return false;
   return true;
 }
-
-/// The occupied voxel nearest to a place, by branch and bound.
-class NearestSearch {
- public:
-  NearestSearch(const occupancy::VoxelTree& tree, const Eigen::Vector3d& point, double resolution,
-                double limit)
-      : tree_(tree), point_(point), resolution_(resolution), best2_(limit * limit) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      const double place =
-          point_[static_cast<Eigen::Index>(i)] / resolution_ + geometry::VoxelGrid::origin - 0.5;
-      nearest_[i] = static_cast<int>(std::clamp(std::ceil(place - 0.5), 0.0, double{last_key}));
-    }
-    below(tree_.root(), {0, 0, 0});
-  }
-
-  bool found() const { return found_; }
-  const Key3& key() const { return key_; }
-
- private:
-  /// Along one axis: of the centres from `low` to `high` that which is nearest to the point, the lower one
-  /// where two are as near; and how far it is, squared.
-  int nearest_in(std::size_t axis, int low, int high) const { return std::clamp(nearest_[axis], low, high); }
-  double distance2(std::size_t axis, int key) const {
-    const double distance = centre_of(key, resolution_) - point_[static_cast<Eigen::Index>(axis)];
-    return distance * distance;
-  }
-
-  void offer(const Key3& key) {
-    const double d2 = distance2(0, key[0]) + distance2(1, key[1]) + distance2(2, key[2]);
-    if (d2 > best2_ || (found_ && d2 == best2_ && morton_of(key) > morton_of(key_))) return;
-    best2_ = d2;
-    key_ = key;
-    found_ = true;
-  }
-
-  void in_brick(const occupancy::VoxelTree::Brick& brick, const Key3& corner) {
-    for (std::uint64_t m = may_be_occupied(tree_, brick); m != 0; m &= m - 1) {
-      const auto i = static_cast<unsigned>(std::countr_zero(m));
-      if (!tree_.occupied(brick.value[i])) continue;
-      const geometry::VoxelKey inside = occupancy::VoxelTree::key_of(i);
-      offer({corner[0] + inside.x, corner[1] + inside.y, corner[2] + inside.z});
-    }
-  }
-
-  /// An undivided cube, all of it occupied.
-  void in_leaf(const Key3& corner, int level) {
-    Key3 key;
-    for (std::size_t i = 0; i < 3; ++i) key[i] = nearest_in(i, corner[i], corner[i] + (1 << level) - 1);
-    offer(key);
-  }
-
-  void below(const occupancy::VoxelTree::Node& node, const Key3& corner) {
-    if (const occupancy::VoxelTree::Brick* brick = node.brick()) return in_brick(*brick, corner);
-    if (!node.has_children()) {
-      if (node.exists() && tree_.occupied(node.log_odds())) in_leaf(corner, node.level());
-      return;
-    }
-    // A child lies in the lower or upper half along each axis: six distances make all eight.
-    const int half = 1 << (node.level() - 1);
-    std::array<std::array<double, 2>, 3> halves;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const int middle = corner[i] + half;
-      halves[i] = {distance2(i, nearest_in(i, corner[i], middle - 1)),
-                   distance2(i, nearest_in(i, middle, middle + half - 1))};
-    }
-    std::array<std::pair<double, unsigned>, 8> order;  // the nearest first
-    std::size_t count = 0;
-    for (unsigned c = 0; c < 8; ++c) {
-      const occupancy::VoxelTree::Node child = node.child(c);
-      if (!child.may_be_occupied()) continue;
-      const double d2 = halves[0][c & 1] + halves[1][c >> 1 & 1] + halves[2][c >> 2];
-      if (d2 > best2_) continue;
-      std::size_t place = count++;
-      for (; place > 0 && d2 < order[place - 1].first; --place) order[place] = order[place - 1];
-      order[place] = {d2, c};
-    }
-    for (std::size_t k = 0; k < count; ++k) {
-      const auto& [d2, c] = order[k];
-      if (d2 > best2_) return;
-      below(node.child(c), child_corner(corner, c, node.level() - 1));
-    }
-  }
-
-  const occupancy::VoxelTree& tree_;
-  Eigen::Vector3d point_;
-  double resolution_, best2_;
-  Key3 nearest_{};  // the voxel that holds the point, or is nearest to it
-  Key3 key_{};
-  bool found_ = false;
-};
 
 /// The cubes of one value along a straight way, from the first to the last.
 class Way {
@@ -380,7 +221,7 @@ void OccupancyView::for_each_occupied(const Eigen::AlignedBox3d& box,
     return part.voxels() == 1 ? one(part.low)
                               : each_key(part, {0, 0, 0}, occupancy::VoxelTree::top_level, one);
   };
-  BoxWalk<Walked::occupied, decltype(in_part)>(*tree_, keys_in(box, resolution_), in_part).run();
+  BoxWalk<Walked::occupied, decltype(in_part)>(*tree_, occupancy::keys_in(box, resolution_), in_part).run();
 }
 
 OccupancyView::Count OccupancyView::count(const Eigen::AlignedBox3d& box) const {
@@ -391,7 +232,7 @@ OccupancyView::Count OccupancyView::count(const Eigen::AlignedBox3d& box) const 
     (tree_->occupied(log_odds) ? count.occupied : count.free) += part.voxels();
     return true;
   };
-  const KeyBox keys = keys_in(box, resolution_);
+  const KeyBox keys = occupancy::keys_in(box, resolution_);
   BoxWalk<Walked::all, decltype(in_part)>(*tree_, keys, in_part).run();
   count.unknown = keys.voxels() - count.free - count.occupied;
   return count;
@@ -403,7 +244,7 @@ std::optional<OccupancyView::Near> OccupancyView::nearest_occupied(const Eigen::
   if (!(limit >= 0 && std::isfinite(limit)))
     throw Error(Error::Kind::usage, "limit", "is not a distance", "must be finite and at least 0");
   if (tree_ == nullptr) return {};
-  const NearestSearch search(*tree_, point, resolution_, limit);
+  const occupancy::NearestSearch search(*tree_, point, resolution_, limit);
   if (!search.found()) return {};
   const Voxel found = voxel(key_of(search.key()));
   return Near{found, (found.center - point).norm()};

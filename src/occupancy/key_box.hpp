@@ -1,0 +1,91 @@
+#pragma once
+
+#include "geometry/voxel_grid.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include <octosurf/adapters/detail/morton.hpp>
+
+namespace octosurf::occupancy {
+
+/// A voxel's key whose parts may be reckoned with: below zero, or beyond the last one.
+using Key3 = std::array<int, 3>;
+
+inline constexpr int last_key = 65535;
+
+inline double centre_of(int key, double resolution) {
+  return (key - geometry::VoxelGrid::origin + 0.5) * resolution;
+}
+inline Eigen::Vector3d centre_of(const Key3& key, double resolution) {
+  return {centre_of(key[0], resolution), centre_of(key[1], resolution), centre_of(key[2], resolution)};
+}
+inline Key3 ints(geometry::VoxelKey key) { return {key.x, key.y, key.z}; }
+inline geometry::VoxelKey key_of(const Key3& key) {
+  return {static_cast<std::uint16_t>(key[0]), static_cast<std::uint16_t>(key[1]),
+          static_cast<std::uint16_t>(key[2])};
+}
+
+/// A box of voxels, both ends included; empty if an end comes before its beginning.
+struct KeyBox {
+  Key3 low{0, 0, 0}, high{last_key, last_key, last_key};
+
+  static KeyBox cube(const Key3& corner, int level) {
+    const int edge = (1 << level) - 1;
+    return {corner, {corner[0] + edge, corner[1] + edge, corner[2] + edge}};
+  }
+  KeyBox cut(const KeyBox& other) const {
+    KeyBox result;
+    for (std::size_t i = 0; i < 3; ++i) {
+      result.low[i] = std::max(low[i], other.low[i]);
+      result.high[i] = std::min(high[i], other.high[i]);
+    }
+    return result;
+  }
+  std::size_t voxels() const {
+    std::size_t product = 1;
+    for (std::size_t i = 0; i < 3; ++i)
+      product *= static_cast<std::size_t>(std::max(0, high[i] - low[i] + 1));
+    return product;
+  }
+  bool holds(const Key3& key) const {
+    for (std::size_t i = 0; i < 3; ++i)
+      if (key[i] < low[i] || key[i] > high[i]) return false;
+    return true;
+  }
+};
+
+/// The voxels whose centres lie in a closed box.
+inline KeyBox keys_in(const Eigen::AlignedBox3d& box, double resolution) {
+  KeyBox keys;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto axis = static_cast<Eigen::Index>(i);
+    const auto near = [&](double coordinate) {
+      const double key = coordinate / resolution + geometry::VoxelGrid::origin - 0.5;
+      return static_cast<int>(std::clamp(std::nearbyint(key), -1.0, last_key + 1.0));
+    };
+    // The division may round across a centre; the centres themselves decide.
+    int low = near(box.min()[axis]), high = near(box.max()[axis]);
+    if (centre_of(low, resolution) < box.min()[axis]) ++low;
+    if (centre_of(high, resolution) > box.max()[axis]) --high;
+    keys.low[i] = std::max(0, low);
+    keys.high[i] = std::min(last_key, high);
+  }
+  return keys;
+}
+
+inline Key3 child_corner(const Key3& corner, unsigned c, int level) {
+  return {corner[0] + static_cast<int>((c & 1) << level), corner[1] + static_cast<int>((c >> 1 & 1) << level),
+          corner[2] + static_cast<int>((c >> 2 & 1) << level)};
+}
+
+inline std::uint64_t morton_of(const Key3& key) {
+  return detail::morton_of(static_cast<unsigned>(key[0]), static_cast<unsigned>(key[1]),
+                           static_cast<unsigned>(key[2]));
+}
+
+}  // namespace octosurf::occupancy
