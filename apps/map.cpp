@@ -43,7 +43,7 @@ Examples:
   octosurf map kitchen -o maps/kitchen --history kitchen.history   for a time slider: view --history
   octosurf map kitchen -o maps/kitchen --up auto                 where z is not up, as in a camera's frame
   octosurf map kitchen -o maps/kitchen --keep-scans maps/kitchen.scans   so that remap can move it later
-  octosurf map kitchen -o maps/kitchen --rules law              surfaces by one criterion, found at the end
+  octosurf map kitchen -o maps/kitchen --rules law              surfaces by one criterion
   octosurf map --show-parameters --preset paper
 
 Inputs, told apart by content: folders as 7-Scenes, TUM RGB-D or KITTI velodyne have them; 16-bit depth
@@ -62,11 +62,9 @@ with --resume it goes on with the file.
 like other scans. A map goes on with its archive by itself when it is resumed and written over; with another
 -o it needs --keep-scans with a new folder, which begins with those scans.
 
---rules law replaces the surfaces when the run ends by those that one likelihood and one merging criterion
-find among all points of the octree at once, instead of some hundred tuned thresholds. Until then, in
-checkpoints and on the page of --serve, surfaces are those of the tuned rules; ids are new at the end, and a
-run that goes on with such a map goes on by the tuned rules. It does not follow single scans yet, so it is
-not for --realtime, which is refused.
+--rules law finds surfaces by one likelihood and one merging criterion instead of some hundred tuned
+thresholds: after each scan, around what that has changed. It finds no cylinders. A run that goes on with such
+a map has to ask for it again, else it goes on by the tuned rules.
 )";
 
 struct Inputs {
@@ -185,17 +183,10 @@ std::string without_ending(const std::string& stem) {
              : stem;
 }
 
-void refuse_law_in_realtime(const MapOptions& options) {
-  if (options.rules == "law" && options.realtime)
-    throw Error(Error::Kind::usage, "--rules law", "finds surfaces when the run ends, not while scans arrive",
-                "leave out --realtime, or use --rules tuned");
-}
-
 void run(MapOptions& options) {
   const auto begin = MapRun::Clock::now();
   const ParameterChoice choice(options.parameters);
   if (options.show_parameters) return show_parameters(options, choice);
-  refuse_law_in_realtime(options);
   options.output = without_ending(options.output.empty() ? options.resume : options.output);
   options.resume = without_ending(options.resume);
   if (options.inputs.empty())
@@ -243,7 +234,7 @@ void add_map(CLI::App& app) {
                    "save every so many SECONDS between scans; 0: only at the end")
       ->check(CLI::Validator(not_seconds, ""))
       ->capture_default_str();
-  verb->add_option("--rules", options->rules, "what finds surfaces: tuned, or law, when the run ends")
+  verb->add_option("--rules", options->rules, "what finds surfaces: tuned or law")
       ->check(CLI::IsMember({"tuned", "law"}))
       ->capture_default_str();
   verb->add_flag("--realtime", options->realtime,

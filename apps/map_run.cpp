@@ -88,7 +88,9 @@ MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext 
       poses_(options.write_poses, options.force),
       backlog_(options.together),
       history_(options.history, {options.force, !options.resume.empty()}, *mapper_.snapshot()),
-      reserve_(std::make_unique_for_overwrite<std::byte[]>(std::size_t{8} << 20)) {}
+      reserve_(std::make_unique_for_overwrite<std::byte[]>(std::size_t{8} << 20)) {
+  if (options_.rules == "law") mapper_.find_surfaces_by(Rules::law);
+}
 
 MapRun::~MapRun() = default;
 
@@ -110,7 +112,6 @@ void MapRun::run(bool adopt, std::unique_ptr<ScanSource> source) {
     cut_short = interrupted;
     if (cut_short && !changed_)
       throw Error(Error::Kind::data, "", "interrupted before a scan was mapped", "nothing is written");
-    if (options_.rules == "law") mapper_.resegment();
     finish();
   } catch (const std::exception& failure) {
     const bool refused = dynamic_cast<const Error*>(&failure) != nullptr && !changed_ && !finishing_;

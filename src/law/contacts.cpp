@@ -24,7 +24,7 @@ class Gaps {
   void look_around(Index i) {
     if (!at_rim_[i]) return;
     const int voxels = static_cast<int>(reach_ / readings_.resolution());
-    readings_.window().for_each_near(readings_[i].key, voxels, [&](Index j) {
+    readings_.for_each_near(readings_[i].key, voxels, [&](Index j) {
       if (j <= i || labels_[j] == clutter || labels_[j] == labels_[i] || !at_rim_[j]) return;
       const Eigen::Vector3d line = position(j) - position(i);
       if (line.squaredNorm() <= reach_ * reach_ && !graph_.met(labels_[i], labels_[j])) look_along(i, j);
@@ -87,8 +87,8 @@ class Gaps {
       geometry::VoxelKey key;
       const Eigen::Vector3d at = from + line * (static_cast<double>(k) / steps);
       if (!readings_.grid().key_of(at.cast<float>(), key)) return false;
-      const Index on_it = readings_.window().find(key);
-      if (on_it == occupancy::PointWindow::none) continue;
+      const Index on_it = readings_.find(key);
+      if (on_it == Readings::none) continue;
       if (labels_[on_it] != labels_[i] && labels_[on_it] != labels_[j]) return false;
     }
     return true;

@@ -24,8 +24,8 @@ class LastStretch {
       const Eigen::Vector3f at =
           reading.position + static_cast<float>(k * readings_.resolution()) * reading.view;
       if (!readings_.grid().key_of(at, key)) break;
-      const Index there = readings_.window().find(key);
-      if (there == occupancy::PointWindow::none) continue;
+      const Index there = readings_.find(key);
+      if (there == Readings::none) continue;
       const Label label = labels_[there];
       if (label == clutter || label == labels_[end]) continue;
       if (own.normal.dot(patches_[label].plane.normal) < cos_nearly_parallel) continue;

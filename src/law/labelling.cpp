@@ -5,7 +5,8 @@
 
 #include <algorithm>
 #include <boost/container/small_vector.hpp>
-#include <numeric>
+#include <iterator>
+#include <map>
 
 namespace octosurf::law {
 namespace {
@@ -71,15 +72,31 @@ std::vector<std::vector<Index>> readings_by_label(const std::vector<Label>& labe
   return of;
 }
 
-/// Root of each reading's piece; ambiguous ones go with the most of their neighbours in one.
-std::vector<std::size_t> roots_of_pieces(const Readings& readings, const std::vector<Label>& labels,
-                                         const std::vector<bool>& ambiguous) {
+/// The readings that are neighbours by ones that conduct. Those at the border are connected with what is
+/// outside of the same label, and so with each other.
+geometry::DisjointSets join_neighbours(const Readings& readings, const Segmentation& segmentation,
+                                       const std::vector<bool>& ambiguous) {
+  const std::vector<Label>& labels = segmentation.labels;
+  std::vector<Index> at_border(segmentation.patches.size(), Readings::none);  // one for each label
+  std::vector<bool> goes_on(segmentation.patches.size(), false);
+  for (const Outside& outside : segmentation.outside) goes_on[outside.label] = true;
   geometry::DisjointSets sets(readings.size());
   for (Index i = 0; i < readings.size(); ++i) {
     if (labels[i] == clutter || ambiguous[i]) continue;
     for (const Index j : readings.near(i))
       if (labels[j] == labels[i] && !ambiguous[j]) sets.join(i, j);
+    if (!goes_on[labels[i]] || !readings.at_border(i)) continue;
+    Index& first = at_border[labels[i]];
+    first == Readings::none ? void(first = i) : sets.join(first, i);
   }
+  return sets;
+}
+
+/// Root of each reading's piece; ambiguous ones go with the most of their neighbours in one.
+std::vector<std::size_t> roots_of_pieces(const Readings& readings, const Segmentation& segmentation,
+                                         const std::vector<bool>& ambiguous) {
+  const std::vector<Label>& labels = segmentation.labels;
+  geometry::DisjointSets sets = join_neighbours(readings, segmentation, ambiguous);
   std::vector<std::size_t> roots(readings.size());
   for (Index i = 0; i < readings.size(); ++i) roots[i] = sets.root(i);
   for (Index i = 0; i < readings.size(); ++i) {
@@ -118,7 +135,8 @@ std::vector<bool> find_ambiguous(const Readings& readings, const std::vector<Lab
 }
 
 void relabel(const Readings& readings, const std::vector<Patch>& patches, std::vector<Label>& labels) {
-  std::vector<bool> ask(readings.size(), true);
+  std::vector<bool> ask(readings.size());
+  for (Index i = 0; i < readings.size(); ++i) ask[i] = !readings.at_border(i);
   for (int sweep = 0; sweep < most_sweeps; ++sweep) {
     std::vector<bool> ask_again(readings.size(), false);
     bool changed = false;
@@ -128,48 +146,82 @@ void relabel(const Readings& readings, const std::vector<Patch>& patches, std::v
       if (best == labels[i]) continue;
       labels[i] = best;
       changed = true;
-      for (const Index j : readings.near(i)) ask_again[j] = true;
+      for (const Index j : readings.near(i)) ask_again[j] = !readings.at_border(j);
     }
     if (!changed) return;
     ask = std::move(ask_again);
   }
 }
 
-std::vector<Patch> connected_pieces(const Readings& readings, const std::vector<Patch>& patches,
-                                    std::vector<Label>& labels) {
-  const std::vector<bool> ambiguous = find_ambiguous(readings, labels, patches);
-  const std::vector<std::size_t> roots = roots_of_pieces(readings, labels, ambiguous);
+namespace {
+
+/// Gives a piece to what is outside of each label, by the root of what it is connected with, if anything.
+void begin_with_outside(const Readings& readings, const std::vector<bool>& ambiguous,
+                        const std::vector<std::size_t>& roots, const std::vector<std::size_t>& sizes,
+                        Segmentation& segmentation, std::vector<Patch>& pieces, std::vector<Label>& of_root) {
+  constexpr std::size_t nothing = ~std::size_t{0};
+  std::vector<std::size_t> root_of(segmentation.patches.size(), nothing);
+  for (Index i = 0; i < readings.size(); ++i)
+    if (readings.at_border(i) && !ambiguous[i]) root_of[segmentation.labels[i]] = roots[i];
+  std::map<Label, Label> piece_of;
+  for (Outside& outside : segmentation.outside) {
+    if (outside.label == clutter) continue;
+    const std::size_t root = root_of[outside.label];
+    Label& piece = piece_of[outside.label];
+    if (piece == clutter &&
+        outside.sums.readings + static_cast<double>(root == nothing ? 0 : sizes[root]) >= fewest) {
+      piece = static_cast<Label>(pieces.size());
+      pieces.push_back(segmentation.patches[outside.label]);
+      if (root != nothing) of_root[root] = piece;
+    }
+    outside.label = piece;
+  }
+}
+
+}  // namespace
+
+void part_into_pieces(const Readings& readings, Segmentation& segmentation) {
+  std::vector<Label>& labels = segmentation.labels;
+  const std::vector<bool> ambiguous = find_ambiguous(readings, labels, segmentation.patches);
+  const std::vector<std::size_t> roots = roots_of_pieces(readings, segmentation, ambiguous);
   std::vector<std::size_t> sizes(readings.size(), 0);
   for (Index i = 0; i < readings.size(); ++i)
     if (labels[i] != clutter) ++sizes[roots[i]];
   std::vector<Label> of_root(readings.size(), clutter);
   std::vector<Patch> pieces(1);
+  begin_with_outside(readings, ambiguous, roots, sizes, segmentation, pieces, of_root);
   for (Index i = 0; i < readings.size(); ++i) {
     if (labels[i] == clutter) continue;
-    if (sizes[roots[i]] < fewest) {
-      labels[i] = clutter;
-      continue;
-    }
     Label& piece = of_root[roots[i]];
     if (piece == clutter) {
+      if (sizes[roots[i]] < fewest) {
+        labels[i] = clutter;
+        continue;
+      }
       piece = static_cast<Label>(pieces.size());
-      pieces.push_back(patches[labels[i]]);
+      pieces.push_back(segmentation.patches[labels[i]]);
     }
     labels[i] = piece;
   }
-  refit_patches(readings, labels, pieces);
-  return pieces;
+  segmentation.patches = std::move(pieces);
+  refit_patches(readings, segmentation);
 }
 
-void refit_patches(const Readings& readings, const std::vector<Label>& labels, std::vector<Patch>& patches) {
-  const std::vector<bool> ambiguous = find_ambiguous(readings, labels, patches);
-  const std::vector<std::vector<Index>> of = readings_by_label(labels, patches.size());
+void refit_patches(const Readings& readings, Segmentation& segmentation) {
+  std::vector<Patch>& patches = segmentation.patches;
+  const std::vector<bool> ambiguous = find_ambiguous(readings, segmentation.labels, patches);
+  const std::vector<std::vector<Index>> of = readings_by_label(segmentation.labels, patches.size());
+  const std::vector<Patch> outside = sums_outside(segmentation);
   for (Label label = 1; label < patches.size(); ++label) {
     std::vector<Index> clear;
     std::copy_if(of[label].begin(), of[label].end(), std::back_inserter(clear),
                  [&](Index i) { return !ambiguous[i]; });
-    const std::vector<Index>& fitted = clear.size() < fewest ? of[label] : clear;
-    if (fitted.size() >= fewest) patches[label] = readings.patch_of(fitted, patches[label].plane);
+    const auto readings_with = [&](const std::vector<Index>& indices) {
+      return static_cast<double>(indices.size()) + outside[label].readings;
+    };
+    const std::vector<Index>& fitted = readings_with(clear) < fewest ? of[label] : clear;
+    if (readings_with(fitted) >= fewest)
+      patches[label] = readings.patch_of(fitted, patches[label].plane, outside[label]);
   }
 }
 

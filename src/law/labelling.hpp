@@ -1,6 +1,6 @@
 #pragma once
 
-#include "law/readings.hpp"
+#include "law/segmentation.hpp"
 
 #include <vector>
 
@@ -13,15 +13,16 @@ std::vector<bool> find_ambiguous(const Readings& readings, const std::vector<Lab
 
 /// Gives each reading the label among its neighbours' that explains it best: the highest log_ratio, clutter
 /// having 0, less rim_cost for each neighbour with another label (iterated conditional modes, Besag 1986).
-/// O(readings), a few times.
+/// Those at the border keep theirs. O(readings), a few times.
 void relabel(const Readings& readings, const std::vector<Patch>& patches, std::vector<Label>& labels);
 
 /// Makes a patch of each connected piece of a label, fitted anew; pieces of less readings than a plane needs
-/// become clutter. Labels are those of the pieces then. O(readings).
-std::vector<Patch> connected_pieces(const Readings& readings, const std::vector<Patch>& patches,
-                                    std::vector<Label>& labels);
+/// become clutter. What reaches the border is held to be connected with what is outside. Labels are those of
+/// the pieces then. O(readings).
+void part_into_pieces(const Readings& readings, Segmentation& segmentation);
 
-/// Fits each patch to the readings with its label, without ambiguous ones where enough are left.
-void refit_patches(const Readings& readings, const std::vector<Label>& labels, std::vector<Patch>& patches);
+/// Fits each patch to the readings with its label, without ambiguous ones where enough are left, and to what
+/// is outside.
+void refit_patches(const Readings& readings, Segmentation& segmentation);
 
 }  // namespace octosurf::law

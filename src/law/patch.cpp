@@ -20,11 +20,15 @@ constexpr double pose_variance = sensing::ReadingModel::pose_sigma * sensing::Re
 
 }  // namespace
 
-void Patch::take(const Patch& other) {
+void Patch::add(const Patch& other) {
   moments.add(other.moments.shifted(origin - other.origin));
   readings += other.readings;
   hits += other.hits;
   log_peaks += other.log_peaks;
+}
+
+void Patch::take(const Patch& other) {
+  add(other);
   fit();
 }
 

@@ -21,6 +21,8 @@ struct Patch {
   double log_peaks = 0;                              ///< Σ ReadingModel::log_peak
 
   Eigen::Vector3d centroid() const { return origin + moments.mean(); }
+  /// Adds the other's sums; fits nothing.
+  void add(const Patch& other);
   /// Adds the other's readings and fits the plane to all. The other may face elsewhere.
   void take(const Patch& other);
   /// The least-squares plane of the moments, on the side that `plane` faces.

@@ -131,20 +131,18 @@ int planelet_edge(double resolution) {
   return std::max(4, static_cast<int>(std::lround(smallest_edge / resolution)));
 }
 
-std::vector<Patch> find_planelets(const Readings& readings, std::vector<Label>& labels) {
-  labels.assign(readings.size(), clutter);
-  std::vector<Patch> patches(1);
+void find_planelets(const Readings& readings, Segmentation& segmentation) {
+  std::vector<Patch>& patches = segmentation.patches;
   for (int level = 0; level < levels; ++level) {
     const int edge = planelet_edge(readings.resolution()) << level;
-    for (auto& [place, indices] : blocks_of(readings, labels, edge)) {
+    for (auto& [place, indices] : blocks_of(readings, segmentation.labels, edge)) {
       Block block(readings, std::move(indices), place);
       while (const std::optional<Block::Found> found = block.next()) {
-        for (const Index i : found->indices) labels[i] = static_cast<Label>(patches.size());
+        for (const Index i : found->indices) segmentation.labels[i] = static_cast<Label>(patches.size());
         patches.push_back(found->patch);
       }
     }
   }
-  return patches;
 }
 
 }  // namespace octosurf::law

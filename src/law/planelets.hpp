@@ -1,8 +1,6 @@
 #pragma once
 
-#include "law/readings.hpp"
-
-#include <vector>
+#include "law/segmentation.hpp"
 
 namespace octosurf::law {
 
@@ -11,11 +9,11 @@ namespace octosurf::law {
 /// parameters.
 int planelet_edge(double resolution);
 
-/// Small planes to begin with: in blocks of planelet_edge() the best of a least-squares plane and of planes
-/// through three readings each, by Σ log_ratio over what belongs to it, again and again while one explains
-/// more than its description costs; what is left goes to blocks of twice the edge, three times, where
-/// readings are sparse or noise is larger than the block. Labels readings[i] with the place of its patch in
-/// `patches`, which begins with one for clutter. O(readings).
-std::vector<Patch> find_planelets(const Readings& readings, std::vector<Label>& labels);
+/// Small planes to begin with, of readings that have no label: in blocks of planelet_edge() the best of a
+/// least-squares plane and of planes through three readings each, by Σ log_ratio over what belongs to it,
+/// again and again while one explains more than its description costs; what is left goes to blocks of twice
+/// the edge, three times, where readings are sparse or noise is larger than the block. Their patches follow
+/// those that are there. O(readings).
+void find_planelets(const Readings& readings, Segmentation& segmentation);
 
 }  // namespace octosurf::law

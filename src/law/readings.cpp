@@ -10,21 +10,37 @@ namespace {
 constexpr std::size_t enough_neighbours = 6;
 constexpr double farthest_neighbour = 0.16;  // m
 
+std::vector<geometry::VoxelKey> all_of(const occupancy::OccupancyMap& octree) {
+  std::vector<geometry::VoxelKey> keys;
+  octree.for_each_point([&](const occupancy::VoxelPoint& p) { keys.push_back(p.key); });
+  return keys;
+}
+
 }  // namespace
 
 Readings::Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
                    const sensing::NoiseModel& noise, double noise_factor2)
+    : Readings(octree, window, all_of(octree), noise, noise_factor2) {}
+
+Readings::Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
+                   std::span<const geometry::VoxelKey> voxels, const sensing::NoiseModel& noise,
+                   double noise_factor2)
     : window_(window), grid_(octree.grid()), model_(noise, octree.grid().resolution(), noise_factor2) {
-  std::vector<geometry::VoxelKey> keys;
-  octree.for_each_point([&](const occupancy::VoxelPoint& p) { keys.push_back(p.key); });
-  for (const geometry::VoxelKey key : keys) window_.find(key);  // loads its block
-  readings_.reserve(window_.size());
+  std::vector<Index> in_window;
+  in_window.reserve(voxels.size());
+  for (const geometry::VoxelKey key : voxels)
+    if (const Index i = window_.find(key); i != none) in_window.push_back(i);
+  std::sort(in_window.begin(), in_window.end());
+  places_.assign(window_.size(), none);
+  readings_.reserve(in_window.size());
   const float one_hit = 0.85F;  // nats of OctoMap's default; only ratios are asked for
-  for (Index i = 0; i < window_.size(); ++i) {
+  for (const Index i : in_window) {
     const occupancy::VoxelPoint& p = window_[i];
     const float hits = std::max(1.0F, octree.at(p.key).log_odds / one_hit);
-    readings_.push_back({p.key, p.position, p.view, p.range_class, hits});
+    places_[i] = static_cast<Index>(readings_.size());
+    readings_.push_back({p.key, p.position, p.view, p.range_class, hits, p.surface, i});
   }
+  at_border_.assign(readings_.size(), false);
   first_.reserve(readings_.size() + 1);
   for (Index i = 0; i < readings_.size(); ++i) find_neighbours(i);
   first_.push_back(neighbours_.size());
@@ -35,10 +51,16 @@ void Readings::find_neighbours(Index i) {
   const int farthest = std::max(1, static_cast<int>(std::floor(farthest_neighbour / resolution())));
   for (int reach = 1; reach <= farthest; ++reach) {
     neighbours_.resize(first_.back());
-    window_.for_each_near(readings_[i].key, reach, [&](Index j) {
-      if (j != i) neighbours_.push_back(j);
+    std::size_t missing = 0;
+    window_.for_each_near(readings_[i].key, reach, [&](Index in_window) {
+      const Index j = of_window(in_window);
+      if (j == none)
+        ++missing;
+      else if (j != i)
+        neighbours_.push_back(j);
     });
-    if (neighbours_.size() - first_.back() >= enough_neighbours) return;
+    at_border_[i] = missing > 0;
+    if (neighbours_.size() - first_.back() + missing >= enough_neighbours) return;
   }
 }
 

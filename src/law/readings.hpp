@@ -25,21 +25,28 @@ struct Reading {
   Eigen::Vector3f position = Eigen::Vector3f::Zero();
   Eigen::Vector3f view = Eigen::Vector3f::UnitZ();  ///< unit, toward the sensor
   std::uint8_t range_class = 0;
-  float hits = 1;  ///< scans that hit the voxel, as far as its log-odds tell (at most some four)
+  float hits = 1;         ///< scans that hit the voxel, as far as its log-odds tell (at most some four)
+  SurfaceId surface = 0;  ///< that has it so far
+  occupancy::PointWindow::Index in_window = 0;
 
   double facing(const Plane& plane) const { return plane.normal.dot(view.cast<double>()); }
   double distance(const Plane& plane) const { return plane.signed_distance(position.cast<double>()); }
 };
 
-/// All points of an octree, owned and pending alike, with their neighbours, in the octree's order.
+/// Points of an octree, owned and pending alike, with their neighbours among each other, in the window's
+/// order: all of the octree's, or those around what a scan has changed.
 class Readings {
  public:
   using Index = occupancy::PointWindow::Index;
+  static constexpr Index none = occupancy::PointWindow::none;
 
-  /// Loads all of the octree's points into `window`; indices are the window's own. `noise_factor2`: as
-  /// for ReadingModel. O(points).
+  /// All points, which are loaded into `window`. `noise_factor2`: as for ReadingModel. O(points).
   Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
            const sensing::NoiseModel& noise, double noise_factor2 = 1);
+  /// The points of some voxels. O(voxels), but for a word for each point that the window has loaded.
+  Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
+           std::span<const geometry::VoxelKey> voxels, const sensing::NoiseModel& noise,
+           double noise_factor2);
 
   std::size_t size() const { return readings_.size(); }
   const Reading& operator[](Index i) const { return readings_[i]; }
@@ -48,10 +55,20 @@ class Readings {
   std::span<const Index> near(Index i) const {
     return std::span(neighbours_).subspan(first_[i], first_[i + 1] - first_[i]);
   }
+  /// Some of what lies around it is not among the readings.
+  bool at_border(Index i) const { return at_border_[i]; }
+  /// The reading in a voxel, or none.
+  Index find(geometry::VoxelKey key) const { return of_window(window_.find(key)); }
+  /// visit(Index) for every reading whose voxel lies within `reach` voxels of `key` along each axis.
+  template <class Visit>
+  void for_each_near(geometry::VoxelKey key, int reach, Visit&& visit) const {
+    window_.for_each_near(key, reach, [&](Index in_window) {
+      if (const Index i = of_window(in_window); i != none) visit(i);
+    });
+  }
   const sensing::ReadingModel& model() const { return model_; }
   double resolution() const { return grid_.resolution(); }
   const geometry::VoxelGrid& grid() const { return grid_; }
-  const occupancy::PointWindow& window() const { return window_; }
 
   double log_ratio(Index i, const Plane& plane) const {
     const Reading& r = readings_[i];
@@ -59,29 +76,34 @@ class Readings {
   }
   /// Adds a reading to a patch's sums, weighted as a reading of the patch's plane; fits nothing.
   void add_to(Patch& patch, Index i) const;
-  /// The patch of some readings, fitted by weights that follow the plane, which starts as `about`.
+  /// The patch of some readings and of sums `beyond` them, fitted by weights that follow the plane, which
+  /// starts as `about`.
   template <class Indices>
-  Patch patch_of(const Indices& indices, const Plane& about) const;
+  Patch patch_of(const Indices& indices, const Plane& about, const Patch& beyond = {}) const;
 
  private:
   void find_neighbours(Index i);
+  Index of_window(Index in_window) const { return in_window < places_.size() ? places_[in_window] : none; }
 
   const occupancy::PointWindow& window_;
   geometry::VoxelGrid grid_;
   sensing::ReadingModel model_;
   std::vector<Reading> readings_;
+  std::vector<Index> places_;  // in `readings_`, by index in the window
+  std::vector<bool> at_border_;
   std::vector<std::size_t> first_;  // in `neighbours_`
   std::vector<Index> neighbours_;
 };
 
 template <class Indices>
-Patch Readings::patch_of(const Indices& indices, const Plane& about) const {
+Patch Readings::patch_of(const Indices& indices, const Plane& about, const Patch& beyond) const {
   Patch patch;
   patch.plane = about;
   for (int round = 0; round < 2; ++round) {  // weights move by the square of what the normal does
-    Patch next;
+    Patch next = beyond;
     next.plane = patch.plane;
-    next.origin = readings_[*std::begin(indices)].position.template cast<double>();
+    if (!(beyond.readings > 0))
+      next.origin = readings_[*std::begin(indices)].position.template cast<double>();
     for (const Index i : indices) add_to(next, i);
     next.fit();
     patch = next;

@@ -27,8 +27,7 @@ void merge(const Readings& readings, double gap, Segmentation& segmentation) {
   meet_neighbours(readings, segmentation.labels, ambiguous, graph);
   if (gap > 0) meet_across_gaps(readings, segmentation.labels, gap, graph);
   PatchGraph::Merged merged = std::move(graph).merge();
-  for (Label& label : segmentation.labels) label = merged.into[label];
-  segmentation.patches = std::move(merged.patches);
+  segmentation.follow(merged.into, std::move(merged.patches));
 }
 
 std::vector<std::vector<Index>> by_label(const Segmentation& segmentation) {
@@ -37,13 +36,18 @@ std::vector<std::vector<Index>> by_label(const Segmentation& segmentation) {
   return of;
 }
 
-/// Large enough, and does not bend.
+/// Large enough, and does not bend. What is known of the part outside are sums, which bend nothing.
 bool may_be_surface(const Readings& readings, const SegmentLimits& limits, const Patch& patch,
-                    const std::vector<Index>& indices) {
-  if (indices.size() < limits.fewest_points) return false;
+                    const std::vector<Index>& indices, const Patch& outside) {
+  if (static_cast<double>(indices.size()) + outside.readings < static_cast<double>(limits.fewest_points))
+    return false;
   geometry::Moments extent;  // unweighted
   for (const Index i : indices) extent.add(readings[i].position.cast<double>() - patch.origin);
-  return geometry::width_of(extent) >= limits.least_width && !is_curved(readings, patch, indices);
+  if (outside.readings > 0)
+    extent.add(outside.moments.shifted(patch.origin - outside.origin),
+               outside.readings / outside.moments.count);
+  if (geometry::width_of(extent) < limits.least_width) return false;
+  return outside.readings > 0 || !is_curved(readings, patch, indices);
 }
 
 /// m, on both sides of a patch together: what is looked at for how much is clutter there. Beyond where
@@ -62,8 +66,7 @@ std::vector<std::size_t> count_clutter_around(const Readings& readings, const Se
   for (Index i = 0; i < readings.size(); ++i) {
     if (segmentation.labels[i] != clutter) continue;
     around.clear();
-    readings.window().for_each_near(readings[i].key, reach,
-                                    [&](Index j) { around.insert(segmentation.labels[j]); });
+    readings.for_each_near(readings[i].key, reach, [&](Index j) { around.insert(segmentation.labels[j]); });
     for (const Label label : around)
       counts[label] +=
           std::fabs(readings[i].distance(segmentation.patches[label].plane)) <= half_depth[label];
@@ -124,19 +127,22 @@ void keep_labels(Segmentation& segmentation, Holds&& holds) {
     into[label] = static_cast<Label>(kept.size());
     kept.push_back(segmentation.patches[label]);
   }
-  for (Label& label : segmentation.labels) label = into[label];
-  segmentation.patches = std::move(kept);
+  segmentation.follow(into, std::move(kept));
 }
 
 void accept(const Readings& readings, const SegmentLimits& limits, Segmentation& segmentation) {
-  keep_labels(segmentation, [&](Label label, const std::vector<Index>& indices) {
-    return may_be_surface(readings, limits, segmentation.patches[label], indices);
-  });
+  keep_labels(segmentation,
+              [&, outside = sums_outside(segmentation)](Label label, const std::vector<Index>& indices) {
+                return may_be_surface(readings, limits, segmentation.patches[label], indices, outside[label]);
+              });
   const std::vector<std::size_t> around = count_clutter_around(readings, segmentation);
   const std::vector<std::vector<Index>> of = by_label(segmentation);
   std::vector<double> explained(of.size(), 0);
   for (Label label = 1; label < of.size(); ++label)
     explained[label] = explained_by(readings, segmentation.patches[label], of[label], around[label]);
+  for (const Outside& outside : segmentation.outside)
+    if (outside.label != clutter)
+      explained[outside.label] += outside.sums.explained_by(segmentation.patches[outside.label].plane);
   const std::vector<bool> there = find_opaque(readings, segmentation, explained);
   keep_labels(segmentation, [&](Label label, const std::vector<Index>&) { return there[label]; });
 }
@@ -144,18 +150,24 @@ void accept(const Readings& readings, const SegmentLimits& limits, Segmentation&
 }  // namespace
 
 Segmentation segment(const Readings& readings, const SegmentLimits& limits) {
-  Segmentation result;
-  result.patches = find_planelets(readings, result.labels);
+  Segmentation nothing;
+  nothing.labels.assign(readings.size(), clutter);
+  return segment(readings, limits, std::move(nothing));
+}
+
+Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segmentation known) {
+  Segmentation result = std::move(known);
+  find_planelets(readings, result);
   for (int round = 0; round < rounds; ++round) {
     // Among planelets, which are no larger than a gap, nearly every reading would be at a rim.
     merge(readings, round == 0 ? 0 : limits.gap, result);
     relabel(readings, result.patches, result.labels);
-    result.patches = connected_pieces(readings, result.patches, result.labels);
+    part_into_pieces(readings, result);
   }
   merge(readings, limits.gap, result);
   accept(readings, limits, result);
   relabel(readings, result.patches, result.labels);
-  refit_patches(readings, result.labels, result.patches);
+  refit_patches(readings, result);
   accept(readings, limits, result);
   return result;
 }

@@ -1,8 +1,10 @@
 #pragma once
 
-#include "law/readings.hpp"
+#include "law/segmentation.hpp"
 
-#include <vector>
+#include <cstddef>
+
+#include <octosurf/parameters.hpp>
 
 namespace octosurf::law {
 
@@ -12,17 +14,19 @@ struct SegmentLimits {
   std::size_t fewest_points = 50;  ///< n
   double least_width = 0;          ///< m, across the narrow side
 };
+inline SegmentLimits limits_of(const Parameters& parameters) {
+  return {parameters.max_hole_size(), static_cast<std::size_t>(parameters.min_surface_points()),
+          parameters.surfaces.min_surface_width};
+}
 
-/// The planes of all readings.
-struct Segmentation {
-  std::vector<Label> labels;   ///< of each reading
-  std::vector<Patch> patches;  ///< by label; the first stands for clutter
-};
-
-/// The law's batch form, and the slow twin of any that goes scan by scan: planelets; three times merging,
-/// labels anew, connected pieces; then what does not bend, is large enough, and explains more than its
-/// description costs and than rays through it speak against is a surface, and what is left is clutter. The
-/// same readings give the same planes. O(readings), 5 to 8 µs for each.
+/// The law: planelets of what has no label; three times merging, labels anew, connected pieces; then what
+/// does not bend, is large enough, and explains more than its description costs and than rays through it
+/// speak against is a surface, and what is left is clutter. The same readings give the same planes.
+/// O(readings), 5 to 8 µs for each.
+///
+/// `known`: labels to begin with, of patches that refit_patches() has fitted; what is outside must have one.
+/// Without, it is the batch form, and the slow twin of what goes scan by scan.
+Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segmentation known);
 Segmentation segment(const Readings& readings, const SegmentLimits& limits);
 
 }  // namespace octosurf::law

@@ -94,6 +94,7 @@ struct Mapper::Impl {
   alignment::ScanAligner align;
   sensing::VoxelScan last;
   bool round_scans = false;
+  Rules rules = Rules::stages;
 };
 
 Mapper::Mapper(const Parameters& parameters, int threads) : Mapper(Map(parameters), threads) {}
@@ -168,7 +169,7 @@ ScanReport Mapper::insert(const Scan& scan) { return std::move(insert_all({&scan
 std::vector<ScanReport> Mapper::insert_all(std::span<const Scan> scans) {
   surfaces::MapState& state = impl_->map.state();
   std::optional<surfaces::Transaction> changes;
-  mapper::SurfaceUpdate surfaces(state);
+  mapper::SurfaceUpdate surfaces(state, impl_->rules);
   for (const Scan& scan : scans) {
     std::optional<Impl::Prepared> prepared;
     try {
@@ -194,7 +195,7 @@ ScanReport Mapper::detect_in_occupancy() {
   surfaces::Transaction changes(state);
   time(Stage::occupancy, [&] { delta.appeared = state.occupancy.adopt_occupied_voxels(); });
   report.points_raw = report.voxels = delta.appeared.size();
-  mapper::SurfaceUpdate surfaces(state);
+  mapper::SurfaceUpdate surfaces(state, impl_->rules);
   surfaces.add(std::move(report));
   surfaces.retract({}, delta);
   report = std::move(surfaces.finish().back());
@@ -219,7 +220,7 @@ MergeReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other
       time(Stage::occupancy, [&] { return state.occupancy.merge(there.occupancy()); });
   there.hand_over_records(state);
   const mapper::ForeignSurfaces foreign{theirs.surfaces, T_map_other, merged.surfaces};
-  mapper::SurfaceUpdate surfaces(state);
+  mapper::SurfaceUpdate surfaces(state, impl_->rules);
   surfaces.add(std::move(report.changes));
   surfaces.retract({}, merged.delta);
   surfaces.find_surfaces(&foreign);
@@ -254,6 +255,8 @@ void Mapper::share_octree(bool on) {
   state.octree_shared = on;
   state.snapshot.store(std::move(next));
 }
+
+void Mapper::find_surfaces_by(Rules rules) { impl_->rules = rules; }
 
 void Mapper::round_scans() { impl_->round_scans = true; }
 const sensing::VoxelScan& Mapper::last_voxels() const { return impl_->last; }

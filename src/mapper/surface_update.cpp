@@ -2,6 +2,7 @@
 
 #include "detection/cylinders.hpp"
 #include "detection/detection.hpp"
+#include "law/update_surfaces.hpp"
 #include "mapper/stopwatch.hpp"
 #include "upkeep/derive.hpp"
 #include "upkeep/retract.hpp"
@@ -76,10 +77,32 @@ void SurfaceUpdate::accumulate(std::vector<geometry::VoxelKey> keys) {
   state_.accumulated = std::move(keys);
 }
 
+/// What appeared waits, together with what did before.
+void SurfaceUpdate::find_by_law() {
+  std::vector<geometry::VoxelKey> pending = std::exchange(state_.accumulated, {});
+  std::erase_if(pending, [&](geometry::VoxelKey key) {
+    const Index i = ledger_->window.find(key);
+    return i == occupancy::PointWindow::none || ledger_->window[i].surface != 0;
+  });
+  law::update_surfaces(*ledger_, state_.occupancy, pending, state_.alignment.noise_factor2);
+}
+
 void SurfaceUpdate::find_surfaces(const ForeignSurfaces* foreign) {
-  Stopwatch time(reports_.back());
   const std::vector<Index> appeared = indices_of(ledger_->window, std::span(appeared_).subspan(searched_));
   searched_ = appeared_.size();
+  if (rules_ == Rules::stages) return find_by_stages(appeared, foreign);
+  Stopwatch time(reports_.back());
+  time(Stage::detect, [&] {
+    if (foreign != nullptr) adopt_surfaces(*ledger_, appeared, *foreign);
+    std::vector<geometry::VoxelKey> keys;
+    for (const Index i : appeared) keys.push_back(ledger_->window[i].key);
+    accumulate(std::move(keys));
+    find_by_law();
+  });
+}
+
+void SurfaceUpdate::find_by_stages(const std::vector<Index>& appeared, const ForeignSurfaces* foreign) {
+  Stopwatch time(reports_.back());
   const std::vector<Index> left = time(Stage::add_inliers, [&] { return expansion_->add_inliers(appeared); });
   if (foreign != nullptr)
     time(Stage::detect, [&] { expansion_->adopt(adopt_surfaces(*ledger_, appeared, *foreign)); });
@@ -109,8 +132,10 @@ void SurfaceUpdate::revise() {
   ScanReport& report = reports_.back();
   Stopwatch time(report);
   time(Stage::revise, [&] {
-    if (state_.parameters.aligned()) expansion_->rejoin();
-    upkeep::refit(*ledger_);
+    if (rules_ == Rules::stages) {
+      if (state_.parameters.aligned()) expansion_->rejoin();
+      upkeep::refit(*ledger_);
+    }
     accumulate({});
   });
   // Last, when the planes have all their points: cylinders never change them.

@@ -19,7 +19,7 @@ namespace octosurf::mapper {
 /// on. Each stage's time goes to the last report.
 class SurfaceUpdate {
  public:
-  explicit SurfaceUpdate(surfaces::MapState& state) : state_(state) {}
+  SurfaceUpdate(surfaces::MapState& state, Rules rules) : state_(state), rules_(rules) {}
 
   bool empty() const { return reports_.empty(); }
   /// A scan's, with what is known so far; where its stages go on. Valid until the next.
@@ -41,11 +41,15 @@ class SurfaceUpdate {
 
  private:
   void renew_ledger();
+  void find_by_law();
+  void find_by_stages(const std::vector<occupancy::PointWindow::Index>& appeared,
+                      const ForeignSurfaces* foreign);
   void accumulate(std::vector<geometry::VoxelKey> keys);
   void count_categorized();
   void revise();
 
   surfaces::MapState& state_;
+  Rules rules_;
   std::vector<ScanReport> reports_;
   std::vector<std::vector<geometry::VoxelKey>> appeared_;  // of each report; none if the scan was set aside
   std::size_t searched_ = 0;                               // of these, in which surfaces were looked for

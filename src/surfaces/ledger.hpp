@@ -13,14 +13,16 @@ namespace octosurf::surfaces {
 /// What a scan did to the surfaces so far; sets, so that results come in order of id.
 struct Changes {
   std::set<SurfaceId> born, grown, shrunk, merged, gone;
+  std::set<SurfaceId> refitted;              ///< whose plane is another, points or not
   std::map<SurfaceId, Refusal> unsound;      ///< of those of the gone that refit() dissolved
   std::vector<geometry::VoxelKey> requeued;  ///< pending points that the next detection looks at again
 
-  /// Every surface whose inliers are no longer what they were.
+  /// Every surface whose inliers or plane are no longer what they were.
   std::set<SurfaceId> touched() const {
     std::set<SurfaceId> all = born;
     all.insert(grown.begin(), grown.end());
     all.insert(shrunk.begin(), shrunk.end());
+    all.insert(refitted.begin(), refitted.end());
     for (const SurfaceId id : gone) all.erase(id);
     for (const SurfaceId id : merged) all.erase(id);
     return all;

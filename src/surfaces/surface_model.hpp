@@ -82,6 +82,8 @@ class SurfaceModel {
   /// Moments over all inliers, weighted by 1/measured_sigma² relative to the nearest class's σ, with the
   /// evidence, about reference(); over the inliers alone, unweighted, if `noise` is null.
   geometry::Moments moments(const sensing::NoiseModel* noise) const;
+  /// Over the inliers of one class of distance, unweighted, about reference().
+  const geometry::Moments& moments_of_class(unsigned range_class) const { return moments_[range_class]; }
   /// How many readings are in moments(noise).
   double readings() const { return static_cast<double>(size_) + evidence_.readings; }
   const Eigen::Vector3d& reference() const { return reference_; }
@@ -154,6 +156,11 @@ class SurfaceModel {
   State head() const;
   SurfaceModel(const State& state, double resolution);
 
+  /// It was looked at as a whole, with the plane that it has now.
+  void set_checked() {
+    checked_plane = plane_;
+    unchecked = 0;
+  }
   /// Fewer than a quarter of its inliers came or went since it was last checked for being one plane.
   bool recently_checked() const { return unchecked * 4 < size_; }
   /// It has so many inliers that a better view of some is no reason to check all of them.

@@ -52,7 +52,7 @@ std::string name_of_scene(const std::string& scene) { return std::filesystem::pa
 
 /// One way to get surfaces from scans.
 struct Method {
-  enum class Kind { ours, law, pcl, pcl_offline };
+  enum class Kind { ours, law, law_batch, pcl, pcl_offline };
   std::string name;
   Parameters parameters;
   Kind kind = Kind::ours;
@@ -71,8 +71,10 @@ std::vector<Method> methods_of(const Options& options) {
   const Parameters paper = reference::paper_parameters(options.resolution);
   const Parameters small = reference::paper_parameters_small_radius(options.resolution);
   const Method law{"ours/law", tuned.parameters, Method::Kind::law};
+  const Method batch{"ours/law-batch", tuned.parameters, Method::Kind::law_batch};
   std::vector<Method> methods{std::move(tuned),
                               law,
+                              batch,
                               {"ours/paper", paper},
                               {"pcl/r=0.15", paper, Method::Kind::pcl},
                               {"pcl/r=0.06", small, Method::Kind::pcl}};
@@ -183,10 +185,12 @@ struct Run {
 
 Run run_method(const Method& method, const std::vector<Scan>& scans, const Options& options) {
   Run run;
-  if (method.kind == Method::Kind::ours || method.kind == Method::Kind::law) {
+  if (method.kind == Method::Kind::ours || method.kind == Method::Kind::law ||
+      method.kind == Method::Kind::law_batch) {
     Mapper mapper(method.parameters, options.threads);
+    if (method.kind == Method::Kind::law) mapper.find_surfaces_by(Rules::law);
     for (const Scan& scan : scans) run.ms += time_ms([&] { mapper.insert(scan); });
-    if (method.kind == Method::Kind::law) run.ms += time_ms([&] { mapper.resegment(); });
+    if (method.kind == Method::Kind::law_batch) run.ms += time_ms([&] { mapper.resegment(); });
     run.scans = scans.size();
     run.snapshot = *mapper.snapshot();
     return run;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
@@ -28,6 +29,7 @@ struct Options {
   std::size_t frames = 0, every = 1;
   int threads = 1;
   bool share_octree = false;
+  Rules rules = Rules::stages;
   double min_area = 0.05;
   std::vector<std::string> set;
   std::vector<std::size_t> views{0, 120, 240};
@@ -58,8 +60,8 @@ Snapshot turned(const Snapshot& snapshot, const Eigen::Isometry3d& T) {
 struct Mapped {
   Snapshot snapshot;  ///< z up
   std::vector<Eigen::Isometry3d> poses;
-  double ms = 0;
-  Up up;  ///< as `--up auto` finds it, in the recording's frame
+  double ms = 0, surfaces_ms = 0;  ///< all scans; steps 3 to 9 of them
+  Up up;                           ///< as `--up auto` finds it, in the recording's frame
   double up_error_rad = 0;
 };
 
@@ -76,9 +78,13 @@ Mapped map_all(const Options& options, const std::filesystem::path& recording) {
   const Eigen::Isometry3d T(upright(up));
   Mapper mapper(parameters, options.threads);
   if (options.share_octree) mapper.share_octree();
+  mapper.find_surfaces_by(options.rules);
   Mapped mapped;
   for_each_scan(recording, options.every, options.frames, [&](const Scan& scan, double) {
-    mapped.ms += time_ms([&] { mapper.insert(scan); });
+    ScanReport report;
+    mapped.ms += time_ms([&] { report = mapper.insert(scan); });
+    for (std::size_t stage = static_cast<std::size_t>(Stage::retract); stage < stage_names.size(); ++stage)
+      mapped.surfaces_ms += report.stage_ms[stage];
     mapped.poses.push_back(T * scan.T_map_sensor);
   });
   mapped.snapshot = turned(*mapper.snapshot(), T);
@@ -219,8 +225,8 @@ void body(const Options& options) {
   double area = 0;
   for (const SurfacePtr& surface : mapped.snapshot.surfaces) area += surface->area_m2;
   const auto scans = static_cast<double>(std::max<std::size_t>(mapped.poses.size(), 1));
-  std::printf("%zu scans, d = %g m, %.1f ms a scan\n", mapped.poses.size(), options.resolution,
-              mapped.ms / scans);
+  std::printf("%zu scans, d = %g m, %.1f ms a scan, of them surfaces %.1f\n", mapped.poses.size(),
+              options.resolution, mapped.ms / scans, mapped.surfaces_ms / scans);
   std::printf("surfaces: %zu, of them %zu of %g m² and more; %.2f m²\n", mapped.snapshot.surfaces.size(),
               over, options.min_area, area);
   nlohmann::json json{{"scans", mapped.poses.size()},
@@ -254,6 +260,9 @@ int main(int argc, char** argv) {
   app.add_option("--every", options.every, "every k-th scan only")->check(CLI::PositiveNumber);
   app.add_option("--threads", options.threads, "of Mapper")->check(CLI::PositiveNumber);
   app.add_flag("--share-octree", options.share_octree, "snapshots have the octree");
+  app.add_option("--rules", options.rules, "what finds surfaces: tuned or law")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, octosurf::Rules>{
+          {"tuned", octosurf::Rules::stages}, {"law", octosurf::Rules::law}}));
   app.add_option("--min-area", options.min_area, "m²: surfaces that are counted")->capture_default_str();
   app.add_option("--set", options.set, "NAME=VALUE; may be repeated");
   app.add_option("--pictures", options.pictures, "folder for pictures from all sides and from the camera");

@@ -1,0 +1,148 @@
+#include "law/neighbourhood.hpp"
+
+#include "law/labelling.hpp"
+#include "law/planelets.hpp"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <set>
+
+namespace octosurf::law {
+namespace {
+
+using Index = Readings::Index;
+using surfaces::SurfaceModel;
+
+/// Blocks of planelet_edge(), as voxel keys divided by it.
+class Blocks {
+ public:
+  explicit Blocks(double resolution) : edge_(planelet_edge(resolution)) {}
+
+  void add(geometry::VoxelKey key) { blocks_.insert({key.z / edge_, key.y / edge_, key.x / edge_}); }
+  /// Takes in all that are up to so many voxels off.
+  void widen(int voxels) {
+    const int reach = (voxels + edge_ - 1) / edge_;
+    std::set<Block> wide;
+    for (const auto& [z, y, x] : blocks_)
+      for (int dz = -reach; dz <= reach; ++dz)
+        for (int dy = -reach; dy <= reach; ++dy)
+          for (int dx = -reach; dx <= reach; ++dx) wide.insert({z + dz, y + dy, x + dx});
+    blocks_ = std::move(wide);
+  }
+  std::vector<geometry::VoxelKey> voxels(const occupancy::PointWindow& window) const {
+    std::vector<geometry::VoxelKey> keys;
+    const int last = 65536 / edge_;
+    for (const auto& [z, y, x] : blocks_) {
+      if (std::min({x, y, z}) < 0 || std::max({x, y, z}) >= last) continue;
+      const auto middle = [&](int k) { return static_cast<std::uint16_t>(k * edge_ + edge_ / 2); };
+      window.for_each_near({middle(x), middle(y), middle(z)}, edge_ / 2, [&](Index i) {
+        const geometry::VoxelKey key = window[i].key;
+        if (key.x / edge_ == x && key.y / edge_ == y && key.z / edge_ == z) keys.push_back(key);
+      });
+    }
+    return keys;
+  }
+
+ private:
+  using Block = std::array<int, 3>;
+  int edge_;
+  std::set<Block> blocks_;
+};
+
+/// Of a surface's inliers of one class of distance: those among the readings.
+struct Seen {
+  geometry::Moments moments;  // about the surface's reference, unweighted
+  double weights = 0, log_peaks = 0;
+};
+
+/// A surface's readings, and what it has beside them.
+class Surroundings {
+ public:
+  Surroundings(const Readings& readings, const SurfaceModel& surface)
+      : readings_(readings), surface_(surface) {}
+
+  void add(Index i) {
+    const Reading& reading = readings_[i];
+    const double facing = reading.facing(surface_.plane());
+    Seen& seen = classes_[reading.range_class];
+    seen.moments.add(reading.position.cast<double>() - surface_.reference());
+    seen.weights += readings_.model().weight(reading.range_class, facing);
+    seen.log_peaks += readings_.model().log_peak(reading.range_class, facing);
+    facing_ += facing;
+    hits_ += reading.hits;
+    ++count_;
+  }
+
+  Patch outside() const {
+    Patch sums;
+    sums.plane = surface_.plane();
+    sums.origin = surface_.reference();
+    if (surface_.size() == count_) return sums;
+    for (unsigned c = 0; c < classes_.size(); ++c) add_class(c, sums);
+    sums.readings = static_cast<double>(surface_.size() - count_);
+    sums.hits = sums.readings * hits_ / static_cast<double>(count_);
+    return sums;
+  }
+
+ private:
+  void add_class(unsigned c, Patch& sums) const {
+    const Seen& seen = classes_[c];
+    geometry::Moments left = surface_.moments_of_class(c);
+    left.add(seen.moments, -1);
+    if (left.count < 0.5) return;
+    const bool known = seen.moments.count > 0;
+    const double facing = facing_ / static_cast<double>(count_);
+    sums.moments.add(left, known ? seen.weights / seen.moments.count : readings_.model().weight(c, facing));
+    sums.log_peaks +=
+        left.count * (known ? seen.log_peaks / seen.moments.count : readings_.model().log_peak(c, facing));
+  }
+
+  const Readings& readings_;
+  const SurfaceModel& surface_;
+  std::array<Seen, sensing::NoiseModel::classes> classes_;
+  double facing_ = 0, hits_ = 0;
+  std::size_t count_ = 0;
+};
+
+}  // namespace
+
+std::vector<geometry::VoxelKey> voxels_around(const surfaces::MapView& map,
+                                              std::span<const geometry::VoxelKey> changed,
+                                              std::span<const SurfaceId> surfaces) {
+  const double resolution = map.grid.resolution();
+  Blocks blocks(resolution);
+  for (const geometry::VoxelKey key : changed) blocks.add(key);
+  for (const SurfaceId id : surfaces)
+    map.surfaces.find(id)->for_each_inlier([&](const surfaces::Inlier& inlier) { blocks.add(inlier.key); });
+  blocks.widen(static_cast<int>(std::ceil(map.parameters.max_hole_size() / resolution - 1e-9)));
+  return blocks.voxels(map.window);
+}
+
+Segmentation known_about(const Readings& readings, const surfaces::SurfaceStore& surfaces,
+                         std::span<const SurfaceId> forgotten) {
+  Segmentation known;
+  known.labels.assign(readings.size(), clutter);
+  std::map<SurfaceId, Label> label_of;
+  std::vector<Surroundings> around;  // of label - 1
+  for (const SurfaceId id : forgotten) label_of[id] = clutter;
+  label_of[0] = clutter;
+  for (Index i = 0; i < readings.size(); ++i) {
+    const auto [entry, fresh] =
+        label_of.try_emplace(readings[i].surface, static_cast<Label>(around.size() + 1));
+    if (fresh) around.emplace_back(readings, *surfaces.find(readings[i].surface));
+    known.labels[i] = entry->second;
+    if (entry->second != clutter) around[entry->second - 1].add(i);
+  }
+  known.patches.resize(around.size() + 1);
+  for (const auto& [id, label] : label_of) {
+    if (label == clutter) continue;
+    known.patches[label].plane = surfaces.find(id)->plane();
+    if (const Patch sums = around[label - 1].outside(); sums.readings > 0)
+      known.outside.push_back({id, label, sums});
+  }
+  refit_patches(readings, known);
+  return known;
+}
+
+}  // namespace octosurf::law

@@ -1,0 +1,57 @@
+#include "law/update_surfaces.hpp"
+
+#include "law/neighbourhood.hpp"
+#include "law/segment.hpp"
+#include "law/write_surfaces.hpp"
+
+#include <algorithm>
+#include <vector>
+
+namespace octosurf::law {
+namespace {
+
+/// Those that this scan touched, and that have changed by a quarter since they were looked at as wholes.
+std::vector<SurfaceId> to_be_checked(const surfaces::Ledger& ledger) {
+  std::vector<SurfaceId> ids;
+  for (const SurfaceId id : ledger.changes.touched())
+    if (!ledger.surfaces.find(id)->recently_checked()) ids.push_back(id);
+  return ids;
+}
+
+/// Planes of surfaces that lost points or saw them better, and whose neighbourhood is what it was.
+void refit_others(surfaces::Ledger& ledger) {
+  for (const SurfaceId id : ledger.changes.touched()) {
+    if (ledger.changes.refitted.contains(id)) continue;
+    surfaces::SurfaceModel& surface = *ledger.find(id);
+    surface.set_plane(
+        geometry::fitted_plane(surface.moments(&ledger.noise), surface.reference(), surface.plane().normal));
+    surface.rehash_if_tilted();
+  }
+}
+
+/// Segments around `changed` and around the surfaces of `anew`, which begin without a label.
+void segment_around(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree,
+                    std::span<const geometry::VoxelKey> changed, std::span<const SurfaceId> anew,
+                    double noise_factor2) {
+  const std::vector<geometry::VoxelKey> voxels = voxels_around(ledger, changed, anew);
+  if (voxels.empty()) return;
+  const Readings readings(octree, ledger.window, voxels, ledger.noise, noise_factor2);
+  const Segmentation found =
+      segment(readings, limits_of(ledger.parameters), known_about(readings, ledger.surfaces, anew));
+  for (const SurfaceId id : write_surfaces(ledger, readings, found, Planes::touched))
+    if (ledger.changes.born.contains(id) || std::find(anew.begin(), anew.end(), id) != anew.end())
+      ledger.find(id)->set_checked();
+}
+
+}  // namespace
+
+void update_surfaces(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree,
+                     std::span<const geometry::VoxelKey> changed, double noise_factor2) {
+  segment_around(ledger, octree, changed, {}, noise_factor2);
+  if (const std::vector<SurfaceId> anew = to_be_checked(ledger); !anew.empty())
+    segment_around(ledger, octree, {}, anew, noise_factor2);
+  refit_others(ledger);
+  ledger.changes.requeued.clear();
+}
+
+}  // namespace octosurf::law

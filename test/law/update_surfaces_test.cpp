@@ -1,0 +1,145 @@
+// The law while scans come: beside the batch form, which is its slow twin, and with what every map promises.
+#include "law/update_surfaces.hpp"
+
+#include "support/guarantees.hpp"
+#include "support/scene.hpp"
+#include "support/seed.hpp"
+
+#include <algorithm>
+#include <gmock/gmock.h>
+#include <random>
+#include <vector>
+
+#include <octosurf/mapper.hpp>
+
+namespace octosurf {
+namespace {
+
+using ::testing::IsEmpty;
+
+test::Scene room_with_a_table() {
+  test::Scene scene;
+  scene.box({-1.5, -1.2, 0.01}, {1.5, 1.2, 2.0}).box({0.3, -0.5, 0.01}, {0.8, 0.2, 0.4});
+  return scene;
+}
+
+/// Turns around once in the room.
+std::vector<Scan> tour(std::mt19937_64 rng, int count) {
+  std::vector<Scan> scans;
+  for (int i = 0; i < count; ++i) {
+    const double a = 0.6 * i;
+    const Eigen::Vector3d eye(-0.6 + 0.02 * i, 0.3 * std::sin(a), 1.0);
+    scans.push_back(
+        test::camera_scan(room_with_a_table(),
+                          test::look_at(eye, eye + Eigen::Vector3d(std::cos(a), std::sin(a), -0.45)), rng));
+    scans.back().stamp_s = i / 30.0;
+    scans.back().name = "scan " + std::to_string(i);
+  }
+  return scans;
+}
+
+Mapper by_law(int threads = 1) {
+  Mapper mapper(Parameters{}, threads);
+  mapper.find_surfaces_by(Rules::law);
+  return mapper;
+}
+
+void insert_all(Mapper& mapper, const std::vector<Scan>& scans) {
+  for (const Scan& scan : scans) mapper.insert(scan);
+}
+
+/// Of each point, in key order.
+std::vector<SurfaceId> owners(const Map& map) {
+  std::vector<SurfaceId> owners;
+  map.for_each_point([&](const Map::Voxel& voxel) { owners.push_back(voxel.surface); });
+  return owners;
+}
+
+TEST(UpdateSurfaces, KeepsAllInvariantsAfterEveryScan) {
+  Mapper mapper = by_law();
+  for (const Scan& scan : tour(test::rng(), 12)) {
+    const auto before = mapper.snapshot();
+    const ScanReport report = mapper.insert(scan);
+    ASSERT_THAT(check_invariants(mapper.map()), IsEmpty());
+    const auto after = mapper.snapshot();
+    EXPECT_EQ(
+        before->surfaces.size() + report.born.size(),
+        after->surfaces.size() + std::count_if(report.born.begin(), report.born.end(), [&](SurfaceId id) {
+          return after->find(id) == nullptr;
+        }) + std::count_if(before->surfaces.begin(), before->surfaces.end(), [&](const SurfacePtr& surface) {
+          return after->find(surface->id) == nullptr;
+        }));
+  }
+  test::expect_guarantees(mapper.map());
+}
+
+/// The same points are one surface, but for the share of outliers that the law reckons with.
+TEST(UpdateSurfaces, AgreesWithTheBatchForm) {
+  Mapper mapper = by_law();
+  insert_all(mapper, tour(test::rng(), 12));
+  const std::vector<SurfaceId> step_by_step = owners(mapper.map());
+  mapper.resegment();  // keeps the ids of what is the same
+  const std::vector<SurfaceId> at_once = owners(mapper.map());
+  ASSERT_EQ(step_by_step.size(), at_once.size());
+  std::size_t same = 0;
+  for (std::size_t i = 0; i < at_once.size(); ++i) same += step_by_step[i] == at_once[i];
+  EXPECT_GE(static_cast<double>(same), 0.9 * static_cast<double>(at_once.size()));
+}
+
+TEST(UpdateSurfaces, SameScansSameBytes) {
+  const std::vector<Scan> scans = tour(test::rng(), 8);
+  Mapper one = by_law(), again = by_law(), threaded = by_law(3);
+  insert_all(one, scans);
+  insert_all(again, scans);
+  insert_all(threaded, scans);
+  EXPECT_TRUE(test::digest(again.map()) == test::digest(one.map()));
+  EXPECT_TRUE(test::digest(threaded.map()) == test::digest(one.map())) << "3 threads";
+}
+
+TEST(UpdateSurfaces, StoppingAndGoingOnChangesNothing) {
+  const std::vector<Scan> scans = tour(test::rng(), 8);
+  Mapper whole = by_law(), first = by_law();
+  insert_all(whole, scans);
+  insert_all(first, {scans.begin(), scans.begin() + 4});
+  Mapper second(std::move(first).release());
+  second.find_surfaces_by(Rules::law);
+  insert_all(second, {scans.begin() + 4, scans.end()});
+  EXPECT_TRUE(test::digest(second.map()) == test::digest(whole.map()));
+}
+
+TEST(UpdateSurfaces, SurfacesKeepTheirIdsWhileTheyGrow) {
+  Mapper mapper = by_law();
+  const std::vector<Scan> scans = tour(test::rng(), 12);
+  for (const Scan& scan : scans) {
+    const auto before = mapper.snapshot();
+    const std::vector<SurfaceId> had = owners(mapper.map());
+    mapper.insert(scan);
+    const auto after = mapper.snapshot();
+    // Whoever is gone was taken in, or told to have gone.
+    for (const SurfacePtr& surface : before->surfaces) {
+      if (after->find(surface->id) != nullptr) continue;
+      bool told = false;
+      after->departures.for_each_since(before->revision, [&](const Departure& departure) {
+        told = told || (departure.of == Departure::Of::surface && departure.id == surface->id);
+      });
+      EXPECT_TRUE(told) << surface->id;
+    }
+  }
+}
+
+TEST(UpdateSurfaces, ScansTogetherFindTheSameFaces) {
+  const std::vector<Scan> scans = tour(test::rng(), 8);
+  Mapper one_by_one = by_law(), together = by_law();
+  insert_all(one_by_one, scans);
+  for (std::size_t i = 0; i < scans.size(); i += 4) together.insert_all({scans.data() + i, 4});
+  EXPECT_THAT(check_invariants(together.map()), IsEmpty());
+  const auto large = [](const Mapper& mapper) {
+    const auto snapshot = mapper.snapshot();
+    return std::count_if(snapshot->surfaces.begin(), snapshot->surfaces.end(),
+                         [](const SurfacePtr& surface) { return surface->area_m2 > 0.5; });
+  };
+  EXPECT_EQ(large(together), large(one_by_one));
+}
+
+}  // namespace
+}  // namespace octosurf
