@@ -165,10 +165,10 @@ ContactRegion contact_region(const Surface& surface, const ContactShape& shape, 
   if (!region.refused.empty()) return region;
   const Ground ground = ground_of(surface, planning::sole_of(shape, surface, yaw_rad, limits.up), limits,
                                   octree, edges, others);
-  const std::vector<Polygon> parts = free_part(ground, limits);
+  std::vector<Polygon> parts = free_part(ground, limits);
   region.area_m2 = planning::area_of(parts);
-  for (const Polygon& part : parts)
-    region.polygons.push_back(moved(part, [&ground](const Eigen::Vector2d& middle) {
+  for (Polygon& part : parts)
+    region.polygons.push_back(moved(std::move(part), [&ground](const Eigen::Vector2d& middle) {
       return ground.sole.to_surface(middle - ground.sole.middle);
     }));
   if (region.polygons.empty()) region.refused = refusals_of(ground, limits);

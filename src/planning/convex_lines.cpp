@@ -9,11 +9,6 @@ namespace {
 
 constexpr double jitter = 5e-7;  // m
 
-/// Grows with the direction's angle, from −2 to 2.
-double turn_of(const Eigen::Vector2d& v) {
-  return std::copysign(1 - v.x() / (std::abs(v.x()) + std::abs(v.y())), v.y());
-}
-
 }  // namespace
 
 ConvexLines::ConvexLines(const Ring2& ring) : corners(ring) {
@@ -27,12 +22,6 @@ ConvexLines::ConvexLines(const Ring2& ring) : corners(ring) {
   const auto least = std::min_element(turns_.begin(), turns_.end());
   first_ = static_cast<std::size_t>(least - turns_.begin());
   std::rotate(turns_.begin(), least, turns_.end());
-}
-
-// Where the sides' own directions pass it.
-std::size_t ConvexLines::farthest_right_of(const Eigen::Vector2d& along) const {
-  const auto at = std::upper_bound(turns_.begin(), turns_.end(), turn_of(along)) - turns_.begin();
-  return (first_ + static_cast<std::size_t>(at)) % corners.size();
 }
 
 Eigen::Vector2d jitter_of(const Eigen::Vector2d& p, const Eigen::Vector2d& q) {

@@ -2,9 +2,11 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include <octosurf/surface.hpp>
@@ -20,10 +22,15 @@ inline Eigen::Vector2d right_of(const Eigen::Vector2d& v) { return {v.y(), -v.x(
 /// A counter-clockwise convex polygon as lines n·x ≤ c, one for each side, side k from corner k; normals as
 /// long as the sides.
 struct ConvexLines {
+  ConvexLines() = default;
   explicit ConvexLines(const Ring2& ring);
 
-  /// The corner farthest to the right of a direction. O(log corners).
-  std::size_t farthest_right_of(const Eigen::Vector2d& along) const;
+  /// The corners farthest to the right and to the left of a direction. O(corners), without a branch that
+  /// depends on it.
+  std::pair<std::size_t, std::size_t> farthest_beside(const Eigen::Vector2d& along) const {
+    const double turn = turn_of(along);
+    return {farthest_at(turn), farthest_at(turn > 0 ? turn - 2 : turn + 2)};
+  }
 
   Ring2 corners;
   std::vector<Eigen::Vector2d> normals;
@@ -31,6 +38,17 @@ struct ConvexLines {
   Eigen::AlignedBox2d box;
 
  private:
+  /// Grows with the direction's angle, from −2 to 2; by 2 for half a turn.
+  static double turn_of(const Eigen::Vector2d& v) {
+    return std::copysign(1 - v.x() / (std::abs(v.x()) + std::abs(v.y())), v.y());
+  }
+  /// Where the sides' own directions pass it.
+  std::size_t farthest_at(double turn) const {
+    std::size_t at = first_;
+    for (const double side : turns_) at += side <= turn ? 1 : 0;
+    return at < turns_.size() ? at : at - turns_.size();
+  }
+
   std::vector<double> turns_;  // of the sides' directions, ascending, from side first_
   std::size_t first_ = 0;
 };
