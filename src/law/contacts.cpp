@@ -17,7 +17,12 @@ constexpr double rim_asymmetry = 0.25;
 class Gaps {
  public:
   Gaps(const Readings& readings, const std::vector<Label>& labels, double reach, const PatchGraph& graph)
-      : readings_(readings), labels_(labels), reach_(reach), graph_(graph), at_rim_(readings.size()) {
+      : readings_(readings),
+        labels_(labels),
+        reach_(reach),
+        graph_(graph),
+        at_rim_(readings.size()),
+        settled_for_(graph.size(), Readings::none) {
     for (Index i = 0; i < readings.size(); ++i) at_rim_[i] = is_at_rim(i);
   }
 
@@ -25,9 +30,11 @@ class Gaps {
     if (!at_rim_[i]) return;
     const int voxels = static_cast<int>(reach_ / readings_.resolution());
     readings_.for_each_near(readings_[i].key, voxels, [&](Index j) {
-      if (j <= i || labels_[j] == clutter || labels_[j] == labels_[i] || !at_rim_[j]) return;
+      const Label other = labels_[j];
+      if (j <= i || other == clutter || other == labels_[i] || !at_rim_[j] || settled_for_[other] == i)
+        return;
       const Eigen::Vector3d line = position(j) - position(i);
-      if (line.squaredNorm() <= reach_ * reach_ && !graph_.met(labels_[i], labels_[j])) look_along(i, j);
+      if (line.squaredNorm() <= reach_ * reach_ && !look_along(i, j)) settled_for_[other] = i;
     });
   }
 
@@ -58,17 +65,21 @@ class Gaps {
     return (sum - normal.dot(sum) * normal).norm() >= same * rim_asymmetry * readings_.resolution();
   }
 
-  void look_along(Index i, Index j) {
+  /// False if no further line from the one to the other's patch would tell more.
+  bool look_along(Index i, Index j) {
+    if (graph_.met(labels_[i], labels_[j])) return false;
     const Label a = std::min(labels_[i], labels_[j]), b = std::max(labels_[i], labels_[j]);
     const Patch &pa = graph_[a], &pb = graph_[b];
-    if (pa.plane.normal.dot(pb.plane.normal) < 0.5) return;  // as in PatchGraph::gain()
+    if (pa.plane.normal.dot(pb.plane.normal) < 0.5) return false;  // as in PatchGraph::gain()
     Gap& gap = gaps_[{a, b}];
     const Eigen::Vector3d middle = 0.5 * (position(i) + position(j));
-    if (gap.lines == most_lines || !(log_same(pa, pb, middle) > 0)) return;
+    if (gap.lines == most_lines) return false;
+    if (!(log_same(pa, pb, middle) > 0)) return true;
     ++gap.lines;
-    if (!open(i, j)) return;
+    if (!open(i, j)) return true;
     ++gap.open;
     gap.sum += middle;
+    return true;
   }
 
   bool open(Index i, Index j) const {
@@ -99,6 +110,7 @@ class Gaps {
   double reach_;
   const PatchGraph& graph_;
   std::vector<char> at_rim_;
+  std::vector<Index> settled_for_;  // by label: the reading from which no line to it is looked along any more
   std::map<std::pair<Label, Label>, Gap> gaps_;
 };
 

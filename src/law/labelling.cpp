@@ -1,10 +1,10 @@
 #include "law/labelling.hpp"
 
 #include "geometry/disjoint_sets.hpp"
-#include "law/patch_graph.hpp"
+#include "law/neighbour_labels.hpp"
+#include "law/planelets.hpp"
 
 #include <algorithm>
-#include <boost/container/small_vector.hpp>
 #include <iterator>
 #include <map>
 
@@ -13,56 +13,19 @@ namespace {
 
 using Index = Readings::Index;
 
-constexpr std::size_t fewest = 5;  // readings: a plane's three parameters, and two that can contradict
-constexpr int most_sweeps = 8;     // effort: nearly all is settled after three
+constexpr int most_sweeps = 8;  // effort: nearly all is settled after three
 
-/// The labels among the neighbours of a reading, and how many of them have each.
-class NeighbourLabels {
- public:
-  NeighbourLabels(const Readings& readings, const std::vector<Label>& labels, Index i) {
-    for (const Index j : readings.near(i)) {
-      const Label label = labels[j];
-      const auto at = std::find_if(counts_.begin(), counts_.end(),
-                                   [label](const Count& count) { return count.label == label; });
-      if (at == counts_.end())
-        counts_.push_back({label, 1});
-      else
-        ++at->readings;
-    }
-  }
-  struct Count {
-    Label label;
-    int readings;
-  };
-  auto begin() const { return counts_.begin(); }
-  auto end() const { return counts_.end(); }
-  int of(Label label) const {
-    for (const Count& count : counts_)
-      if (count.label == label) return count.readings;
-    return 0;
-  }
-
- private:
-  boost::container::small_vector<Count, 8> counts_;
-};
+NeighbourLabels labels_near(const Readings& readings, const std::vector<Label>& labels, Index i) {
+  NeighbourLabels near;
+  for (const Index j : readings.near(i)) near.add(labels[j]);
+  return near;
+}
 
 Label best_label(const Readings& readings, const std::vector<Patch>& patches,
                  const std::vector<Label>& labels, Index i) {
-  const NeighbourLabels near(readings, labels, i);
-  // Common to all candidates: rim_cost for each neighbour. What is left is gained for those that agree.
-  Label best = clutter;
-  double most = rim_cost * near.of(clutter);
-  const auto consider = [&](Label label, int agreeing) {
-    const double gain = readings.log_ratio(i, patches[label].plane) + rim_cost * agreeing;
-    if (gain > most) {
-      most = gain;
-      best = label;
-    }
-  };
-  for (const auto& [label, agreeing] : near)
-    if (label != clutter) consider(label, agreeing);
-  if (labels[i] != clutter && near.of(labels[i]) == 0) consider(labels[i], 0);
-  return best;
+  NeighbourLabels near = labels_near(readings, labels, i);
+  if (labels[i] != clutter) near.add(labels[i], 0);  // it may keep what no neighbour has
+  return near.best([&](Label label) { return readings.log_ratio(i, patches[label].plane); });
 }
 
 std::vector<std::vector<Index>> readings_by_label(const std::vector<Label>& labels, std::size_t count) {
@@ -124,7 +87,7 @@ std::vector<bool> find_ambiguous(const Readings& readings, const std::vector<Lab
   for (Index i = 0; i < readings.size(); ++i) {
     if (labels[i] == clutter) continue;
     const Plane& own = patches[labels[i]].plane;
-    for (const auto& [label, count] : NeighbourLabels(readings, labels, i)) {
+    for (const auto& [label, count] : labels_near(readings, labels, i)) {
       if (label == clutter || label == labels[i]) continue;
       const Plane& other = patches[label].plane;
       if (own.normal.dot(other.normal) < cos_nearly_parallel && readings.log_ratio(i, other) > 0)
@@ -169,7 +132,7 @@ void begin_with_outside(const Readings& readings, const std::vector<bool>& ambig
     const std::size_t root = root_of[outside.label];
     Label& piece = piece_of[outside.label];
     if (piece == clutter &&
-        outside.sums.readings + static_cast<double>(root == nothing ? 0 : sizes[root]) >= fewest) {
+        outside.sums.readings + static_cast<double>(root == nothing ? 0 : sizes[root]) >= fewest_of_plane) {
       piece = static_cast<Label>(pieces.size());
       pieces.push_back(segmentation.patches[outside.label]);
       if (root != nothing) of_root[root] = piece;
@@ -194,7 +157,7 @@ void part_into_pieces(const Readings& readings, Segmentation& segmentation) {
     if (labels[i] == clutter) continue;
     Label& piece = of_root[roots[i]];
     if (piece == clutter) {
-      if (sizes[roots[i]] < fewest) {
+      if (sizes[roots[i]] < fewest_of_plane) {
         labels[i] = clutter;
         continue;
       }
@@ -219,8 +182,8 @@ void refit_patches(const Readings& readings, Segmentation& segmentation) {
     const auto readings_with = [&](const std::vector<Index>& indices) {
       return static_cast<double>(indices.size()) + outside[label].readings;
     };
-    const std::vector<Index>& fitted = readings_with(clear) < fewest ? of[label] : clear;
-    if (readings_with(fitted) >= fewest)
+    const std::vector<Index>& fitted = readings_with(clear) < fewest_of_plane ? of[label] : clear;
+    if (readings_with(fitted) >= fewest_of_plane)
       patches[label] = readings.patch_of(fitted, patches[label].plane, outside[label]);
   }
 }

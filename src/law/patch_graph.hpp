@@ -23,6 +23,7 @@ class PatchGraph {
 
   /// Two patches meet at `at`, with so many pairs of neighbouring voxels: none across a gap.
   void meet(Label a, Label b, const Eigen::Vector3d& at, double pairs);
+  std::size_t size() const { return patches_.size(); }
   bool met(Label a, Label b) const { return contacts_[a].contains(b); }
   const Patch& operator[](Label a) const { return patches_[a]; }
 

@@ -16,8 +16,6 @@ constexpr double smallest_edge = 0.08;  // m
 // Effort: a block of three planes gives one of 24 triples within one of them with a probability of 93 %; what
 // is missed is found in the larger block or taken in by its neighbours.
 constexpr int triples = 24;
-constexpr int levels = 4;
-constexpr std::size_t fewest = 5;    // a plane's three parameters, and two that can contradict
 constexpr std::size_t scored = 200;  // readings that a triple is scored on, at most
 
 /// Looks for planes among the readings of one block.
@@ -32,16 +30,16 @@ class Block {
   };
   /// The best plane of what is left, which is taken out, if it explains more than it costs.
   std::optional<Found> next() {
-    if (left_.size() < fewest) return {};
+    if (left_.size() < fewest_of_plane) return {};
     Plane plane = best_plane();
     for (int round = 0; round < 2; ++round) {
       const std::vector<Index> its = belonging(plane);
-      if (its.size() < fewest) return {};
+      if (its.size() < fewest_of_plane) return {};
       plane = readings_.patch_of(its, plane).plane;
     }
     Found found;
     found.indices = belonging(plane);
-    if (found.indices.size() < fewest) return {};
+    if (found.indices.size() < fewest_of_plane) return {};
     found.patch = readings_.patch_of(found.indices, plane);
     double explained = 0;
     for (const Index i : found.indices) explained += readings_.log_ratio(i, plane);
@@ -133,7 +131,7 @@ int planelet_edge(double resolution) {
 
 void find_planelets(const Readings& readings, Segmentation& segmentation) {
   std::vector<Patch>& patches = segmentation.patches;
-  for (int level = 0; level < levels; ++level) {
+  for (int level = 0; level < planelet_levels; ++level) {
     const int edge = planelet_edge(readings.resolution()) << level;
     for (auto& [place, indices] : blocks_of(readings, segmentation.labels, edge)) {
       Block block(readings, std::move(indices), place);

@@ -8,6 +8,9 @@ namespace octosurf::law {
 /// at least four voxels, so that a block that a plane crosses holds more readings than a plane has
 /// parameters.
 int planelet_edge(double resolution);
+inline constexpr int planelet_levels = 4;  ///< effort: of blocks, each of twice the edge
+/// Readings: a plane's three parameters, and two that can contradict.
+inline constexpr std::size_t fewest_of_plane = 5;
 
 /// Small planes to begin with, of readings that have no label: in blocks of planelet_edge() the best of a
 /// least-squares plane and of planes through three readings each, by Σ log_ratio over what belongs to it,

@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <set>
 
 namespace octosurf::law {
 namespace {
@@ -62,14 +61,17 @@ std::vector<std::size_t> count_clutter_around(const Readings& readings, const Se
   const double farthest = *std::max_element(half_depth.begin(), half_depth.end());
   const int reach = std::max(1, static_cast<int>(farthest / readings.resolution()));
   std::vector<std::size_t> counts(segmentation.patches.size(), 0);
-  std::set<Label> around;
+  std::vector<Index> seen_from(segmentation.patches.size(), Readings::none);
+  std::vector<Label> in_depth;
   for (Index i = 0; i < readings.size(); ++i) {
     if (segmentation.labels[i] != clutter) continue;
-    around.clear();
-    readings.for_each_near(readings[i].key, reach, [&](Index j) { around.insert(segmentation.labels[j]); });
-    for (const Label label : around)
-      counts[label] +=
-          std::fabs(readings[i].distance(segmentation.patches[label].plane)) <= half_depth[label];
+    in_depth.clear();
+    for (Label label = 1; label < segmentation.patches.size(); ++label)
+      if (std::fabs(readings[i].distance(segmentation.patches[label].plane)) <= half_depth[label])
+        in_depth.push_back(label);
+    if (in_depth.empty()) continue;
+    readings.for_each_near(readings[i].key, reach, [&](Index j) { seen_from[segmentation.labels[j]] = i; });
+    for (const Label label : in_depth) counts[label] += seen_from[label] == i;
   }
   return counts;
 }

@@ -2,6 +2,7 @@
 
 #include "law/neighbourhood.hpp"
 #include "law/segment.hpp"
+#include "law/waiting.hpp"
 #include "law/write_surfaces.hpp"
 
 #include <algorithm>
@@ -45,13 +46,19 @@ void segment_around(surfaces::Ledger& ledger, const occupancy::OccupancyMap& oct
 
 }  // namespace
 
-void update_surfaces(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree,
-                     std::span<const geometry::VoxelKey> changed, double noise_factor2) {
-  segment_around(ledger, octree, changed, {}, noise_factor2);
+std::vector<geometry::VoxelKey> update_surfaces(surfaces::Ledger& ledger,
+                                                const occupancy::OccupancyMap& octree,
+                                                std::vector<geometry::VoxelKey> waiting,
+                                                std::span<const geometry::VoxelKey> fresh,
+                                                double noise_factor2) {
+  const std::vector<geometry::VoxelKey> unexplained = take_in(ledger, fresh, noise_factor2);
+  Waiting found = worth_asking(ledger, std::move(waiting), unexplained);
+  segment_around(ledger, octree, found.asked, {}, noise_factor2);
   if (const std::vector<SurfaceId> anew = to_be_checked(ledger); !anew.empty())
     segment_around(ledger, octree, {}, anew, noise_factor2);
   refit_others(ledger);
   ledger.changes.requeued.clear();
+  return std::move(found.left);
 }
 
 }  // namespace octosurf::law

@@ -3,15 +3,22 @@
 #include "surfaces/ledger.hpp"
 
 #include <span>
+#include <vector>
 
 namespace octosurf::law {
 
-/// The law's incremental form: around points that have changed it segments anew, beside what the surfaces
-/// there have elsewhere, as sums. Pending points, and all those of surfaces that have changed by a quarter
-/// since they were looked at as a whole, have no label at first; others keep theirs unless something explains
-/// them better. `changed`: pending points that are new or seen better; `noise_factor2`: as for ReadingModel.
-/// Cost follows the change: 10 µs for each point around it.
-void update_surfaces(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree,
-                     std::span<const geometry::VoxelKey> changed, double noise_factor2);
+/// The law's incremental form. What a surface beside it explains goes to that one; around the rest, where
+/// enough has come to be worth it, it segments anew, beside what the surfaces there have elsewhere, as sums.
+/// Pending points have no label at first, nor have those of surfaces that have changed by a quarter since
+/// they were looked at as wholes; others keep theirs unless something explains them better.
+///
+/// `fresh`: pending points that are new or seen better; `waiting`: what the last call returned: those that
+/// are not worth it yet. Both in key order. `noise_factor2`: as for ReadingModel. Cost follows the change:
+/// some 5 µs for each point around it.
+std::vector<geometry::VoxelKey> update_surfaces(surfaces::Ledger& ledger,
+                                                const occupancy::OccupancyMap& octree,
+                                                std::vector<geometry::VoxelKey> waiting,
+                                                std::span<const geometry::VoxelKey> fresh,
+                                                double noise_factor2);
 
 }  // namespace octosurf::law

@@ -77,14 +77,18 @@ void SurfaceUpdate::accumulate(std::vector<geometry::VoxelKey> keys) {
   state_.accumulated = std::move(keys);
 }
 
-/// What appeared waits, together with what did before.
-void SurfaceUpdate::find_by_law() {
-  std::vector<geometry::VoxelKey> pending = std::exchange(state_.accumulated, {});
-  std::erase_if(pending, [&](geometry::VoxelKey key) {
+/// What is new and pending, and what retracting has made so.
+void SurfaceUpdate::find_by_law(std::span<const Index> appeared) {
+  std::vector<geometry::VoxelKey> fresh = ledger_->changes.requeued;
+  for (const Index i : appeared) fresh.push_back(ledger_->window[i].key);
+  std::sort(fresh.begin(), fresh.end());
+  fresh.erase(std::unique(fresh.begin(), fresh.end()), fresh.end());
+  std::erase_if(fresh, [&](geometry::VoxelKey key) {
     const Index i = ledger_->window.find(key);
     return i == occupancy::PointWindow::none || ledger_->window[i].surface != 0;
   });
-  law::update_surfaces(*ledger_, state_.occupancy, pending, state_.alignment.noise_factor2);
+  state_.accumulated = law::update_surfaces(*ledger_, state_.occupancy, std::move(state_.accumulated), fresh,
+                                            state_.alignment.noise_factor2);
 }
 
 void SurfaceUpdate::find_surfaces(const ForeignSurfaces* foreign) {
@@ -94,10 +98,7 @@ void SurfaceUpdate::find_surfaces(const ForeignSurfaces* foreign) {
   Stopwatch time(reports_.back());
   time(Stage::detect, [&] {
     if (foreign != nullptr) adopt_surfaces(*ledger_, appeared, *foreign);
-    std::vector<geometry::VoxelKey> keys;
-    for (const Index i : appeared) keys.push_back(ledger_->window[i].key);
-    accumulate(std::move(keys));
-    find_by_law();
+    find_by_law(appeared);
   });
 }
 

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <octosurf/mapper.hpp>
@@ -41,7 +42,7 @@ class SurfaceUpdate {
 
  private:
   void renew_ledger();
-  void find_by_law();
+  void find_by_law(std::span<const occupancy::PointWindow::Index> appeared);
   void find_by_stages(const std::vector<occupancy::PointWindow::Index>& appeared,
                       const ForeignSurfaces* foreign);
   void accumulate(std::vector<geometry::VoxelKey> keys);

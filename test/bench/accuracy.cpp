@@ -71,7 +71,7 @@ std::vector<Method> methods_of(const Options& options) {
   const Parameters paper = reference::paper_parameters(options.resolution);
   const Parameters small = reference::paper_parameters_small_radius(options.resolution);
   const Method law{"ours/law", tuned.parameters, Method::Kind::law};
-  const Method batch{"ours/law-batch", tuned.parameters, Method::Kind::law_batch};
+  const Method batch{"ours/batch-law", tuned.parameters, Method::Kind::law_batch};
   std::vector<Method> methods{std::move(tuned),
                               law,
                               batch,
