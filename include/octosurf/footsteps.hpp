@@ -28,7 +28,9 @@ inline constexpr std::array<std::string_view, 6> foot_names{"left",        "righ
 /// As in files: "left", "right", "front_left", …
 constexpr std::string_view foot_name(FootName foot) { return foot_names[static_cast<std::size_t>(foot)]; }
 
-/// The upright box about a robot's trunk that nothing may stand in, about the middle between its feet.
+/// The box about a robot's trunk that nothing may stand in, about the middle between its feet. A biped's is
+/// upright; a quadruped's leans as the plane through its four feet does, as it would hit the steps before it
+/// otherwise: heights are then over that plane.
 struct BodyBox {
   double length_m = 0;  ///< along its heading
   double width_m = 0;   ///< across

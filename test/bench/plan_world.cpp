@@ -3,10 +3,10 @@
 #include "evaluation/truth.hpp"
 #include "simulation/recording.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <boost/polygon/polygon.hpp>
-#include <tuple>
 
 #include <octosurf/mapper.hpp>
 
@@ -104,7 +104,7 @@ Scan ideal_scan(const simulation::Recording& recording, std::size_t i, const sim
 }  // namespace
 
 bool TruePoints::in_box(const footsteps::SwingPose& pose, const Eigen::Vector2d& middle, double length,
-                        double width, double from_z, double to_z) const {
+                        double width, double from_z, double to_z, const Eigen::Vector2d& rise) const {
   const Eigen::Rotation2Dd turn(pose.yaw_rad);
   const Eigen::Vector2d center = pose.at + turn * middle;
   const double half = std::hypot(length, width) / 2;
@@ -113,7 +113,8 @@ bool TruePoints::in_box(const footsteps::SwingPose& pose, const Eigen::Vector2d&
       const auto found = columns_.find(key({x, y}));
       if (found == columns_.end()) continue;
       for (const Eigen::Vector3d& p : found->second) {
-        if (p.z() < from_z + touch_m || p.z() > to_z - touch_m) continue;
+        const double z = p.z() - rise.dot(p.head<2>() - center);
+        if (z < from_z + touch_m || z > to_z - touch_m) continue;
         const Eigen::Vector2d d = turn.inverse() * (p.head<2>() - center);
         if (std::abs(d.x()) < length / 2 - touch_m && std::abs(d.y()) < width / 2 - touch_m) return true;
       }
@@ -183,51 +184,109 @@ bool supported(const World& world, const Footstep& step, const ContactShape& foo
   return true;
 }
 
-bool touches(const World& world, const FootstepPlan& plan, const Robot& robot) {
-  const BodyBox body = std::visit([](const auto& kind) { return kind.body; }, robot);
-  const auto sweep = [&](const footsteps::SwingPose& a, const footsteps::SwingPose& b, const auto& meets) {
-    const double turn = footsteps::turn_between(a.yaw_rad, b.yaw_rad);
-    for (int i = 0; i <= 20; ++i)
-      if (meets(footsteps::SwingPose{a.at + i / 20.0 * (b.at - a.at), a.yaw_rad + i / 20.0 * turn}, i / 20.0))
-        return true;
-    return false;
-  };
-  for (std::size_t i = 1; i < plan.body.size(); ++i) {
-    const Standing &a = plan.body[i - 1], &b = plan.body[i];
-    if (sweep({a.at.head<2>(), a.yaw_rad}, {b.at.head<2>(), b.yaw_rad}, [&](const auto& pose, double share) {
-          const double z = a.at.z() + share * (b.at.z() - a.at.z());
-          return world.points.in_box(pose, {0, 0}, body.length_m, body.width_m, z + body.from_m,
-                                     z + body.to_m);
-        }))
+namespace {
+
+/// `meets(pose, share)` somewhere on the straight way from one pose to the other.
+template <class Meets>
+bool on_way(const footsteps::SwingPose& a, const footsteps::SwingPose& b, const Meets& meets) {
+  const double turn = footsteps::turn_between(a.yaw_rad, b.yaw_rad);
+  for (int i = 0; i <= 20; ++i)
+    if (meets(footsteps::SwingPose{a.at + i / 20.0 * (b.at - a.at), a.yaw_rad + i / 20.0 * turn}, i / 20.0))
       return true;
-  }
-  const auto* biped = std::get_if<Biped>(&robot);
-  if (biped == nullptr) return false;
-  const footsteps::LegBox leg = footsteps::LegBox::of(biped->foot);
+  return false;
+}
+
+footsteps::SwingPose pose_of(const Footstep& foot) {
+  return {foot.T_map_foot.translation().head<2>(), foot.yaw_rad};
+}
+footsteps::SwingPose pose_of(const Standing& body) { return {body.at.head<2>(), body.yaw_rad}; }
+
+/// A leg on its way at both heights at which a robot may lift its foot over `ground`.
+bool leg_touches(const World& world, const footsteps::LegBox& leg, const footsteps::SwingPose& from,
+                 const footsteps::SwingPose& to, double ground, const footsteps::Lift& lift) {
+  const auto meets_at = [&](double height) {
+    return on_way(from, to, [&](const auto& at, double) {
+      return world.points.in_box(at, leg.middle, 2 * leg.half_length, 2 * leg.half_width, ground + height,
+                                 ground + std::max(height, lift.hip));
+    });
+  };
+  return meets_at(lift.usual) && meets_at(lift.high);
+}
+
+bool body_touches(const World& world, const BodyBox& body, const Standing& a, const Standing& b) {
+  return on_way(pose_of(a), pose_of(b), [&](const auto& pose, double share) {
+    const double z = a.at.z() + share * (b.at.z() - a.at.z());
+    return world.points.in_box(pose, {0, 0}, body.length_m, body.width_m, z + body.from_m, z + body.to_m);
+  });
+}
+
+bool touches(const World& world, const FootstepPlan& plan, const Biped& robot) {
+  for (std::size_t i = 1; i < plan.body.size(); ++i)
+    if (body_touches(world, robot.body, plan.body[i - 1], plan.body[i])) return true;
+  const footsteps::LegBox leg = footsteps::LegBox::of(robot.foot);
+  const footsteps::Lift lift{robot.lift_m, robot.high_lift_m, robot.body.from_m};
   std::array<Footstep, 2> feet{plan.start[0], plan.start[1]};
   for (const Footstep& step : plan.steps) {
     const auto side = static_cast<std::size_t>(step.foot);
     const Footstep &stance = feet[1 - side], &before = feet[side];
-    const auto pose = [](const Footstep& foot) {
-      return footsteps::SwingPose{foot.T_map_foot.translation().head<2>(), foot.yaw_rad};
-    };
     const Eigen::Vector2d left(-std::sin(stance.yaw_rad), std::cos(stance.yaw_rad));
-    footsteps::SwingPose beside = pose(stance);
-    beside.at += (side == 0 ? 1 : -1) * biped->stance_width_m * left;
-    for (const auto& [from, to, other] :
-         {std::tuple{pose(before), beside, &before}, std::tuple{beside, pose(step), &step}}) {
-      const double z = std::max(stance.T_map_foot.translation().z(), other->T_map_foot.translation().z());
-      const auto meets_at = [&, &from = from, &to = to](double lift) {
-        return sweep(from, to, [&](const auto& at, double) {
-          return world.points.in_box(at, leg.middle, 2 * leg.half_length, 2 * leg.half_width, z + lift,
-                                     z + biped->body.from_m);
-        });
-      };
-      if (meets_at(biped->lift_m) && meets_at(biped->high_lift_m)) return true;
-    }
+    footsteps::SwingPose beside = pose_of(stance);
+    beside.at += (side == 0 ? 1 : -1) * robot.stance_width_m * left;
+    const double z = stance.T_map_foot.translation().z();
+    if (leg_touches(world, leg, pose_of(before), beside, std::max(z, before.T_map_foot.translation().z()),
+                    lift) ||
+        leg_touches(world, leg, beside, pose_of(step), std::max(z, step.T_map_foot.translation().z()), lift))
+      return true;
     feet[side] = step;
   }
   return false;
+}
+
+/// Height and rise of the plane through four feet: a, b, c of z = a x + b y + c.
+Eigen::Vector3d plane_through(const std::array<Footstep, 4>& feet) {
+  Eigen::Matrix<double, 4, 3> A;
+  Eigen::Vector4d z;
+  for (int i = 0; i < 4; ++i) {
+    const Eigen::Vector3d p = feet[static_cast<std::size_t>(i)].T_map_foot.translation();
+    A.row(i) << p.x(), p.y(), 1;
+    z[i] = p.z();
+  }
+  return A.colPivHouseholderQr().solve(z);
+}
+
+bool touches(const World& world, const FootstepPlan& plan, const Quadruped& robot) {
+  const footsteps::LegBox leg = footsteps::LegBox::of(robot.foot);
+  const footsteps::Lift lift{robot.lift_m, robot.high_lift_m, robot.body.from_m};
+  std::array<Footstep, 4> feet;
+  const auto leg_of = [](const Footstep& foot) {
+    return static_cast<std::size_t>(foot.foot) - static_cast<std::size_t>(FootName::front_left);
+  };
+  for (const Footstep& foot : plan.start) feet.at(leg_of(foot)) = foot;
+  for (std::size_t i = 0; i < plan.steps.size(); ++i) {
+    // While the body moves over to where the step is taken, and while it is, the feet stand as before it.
+    const Eigen::Vector3d plane = plane_through(feet);
+    const auto body_meets = [&](const footsteps::SwingPose& pose, double) {
+      const double z = plane.z() + plane.head<2>().dot(pose.at);
+      return world.points.in_box(pose, {0, 0}, robot.body.length_m, robot.body.width_m, z + robot.body.from_m,
+                                 z + robot.body.to_m, plane.head<2>());
+    };
+    if (on_way(pose_of(plan.body[i]), pose_of(plan.body[i + 1]), body_meets)) return true;
+    Footstep& foot = feet.at(leg_of(plan.steps[i]));
+    footsteps::SwingPose from = pose_of(foot), to = pose_of(plan.steps[i]);
+    from.yaw_rad = to.yaw_rad = 0;  // a ball's
+    if (leg_touches(world, leg, from, to,
+                    std::max(foot.T_map_foot.translation().z(), plan.steps[i].T_map_foot.translation().z()),
+                    lift))
+      return true;
+    foot = plan.steps[i];
+  }
+  return false;
+}
+
+}  // namespace
+
+bool touches(const World& world, const FootstepPlan& plan, const Robot& robot) {
+  return std::visit([&](const auto& kind) { return touches(world, plan, kind); }, robot);
 }
 
 }  // namespace octosurf::bench

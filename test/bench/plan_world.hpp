@@ -23,9 +23,10 @@ class TruePoints {
  public:
   void add(const Eigen::Vector3d& p) { columns_[key(p.head<2>())].push_back(p); }
 
-  /// One lies in the box by more than a centimetre: at that distance truth is sampled.
+  /// One lies in the box by more than a centimetre: at that distance truth is sampled. Bottom and top of the
+  /// box are at those heights over its middle, and rise by `rise`, m along x and y.
   bool in_box(const footsteps::SwingPose& pose, const Eigen::Vector2d& middle, double length, double width,
-              double from_z, double to_z) const;
+              double from_z, double to_z, const Eigen::Vector2d& rise = Eigen::Vector2d::Zero()) const;
 
  private:
   static constexpr double cell = 0.1;
@@ -60,7 +61,8 @@ World make_world(const std::string& scene, const std::filesystem::path& mesh, st
 /// its plane.
 bool supported(const World& world, const Footstep& step, const ContactShape& foot, double off_plane);
 
-/// The body's box or a swinging biped's leg meets a true point.
+/// The body's box or a swinging leg meets a true point. A biped's body is upright; a quadruped's leans as the
+/// plane through its four feet does, as that of its planner.
 bool touches(const World& world, const FootstepPlan& plan, const Robot& robot);
 
 }  // namespace octosurf::bench
