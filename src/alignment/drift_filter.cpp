@@ -40,6 +40,42 @@ const double required = std::log(1000.0);
 /// scans to tell.
 constexpr double certainty = 0.95;
 
+using Drift = surfaces::AlignmentState::Drift;
+using Hypothesis = surfaces::AlignmentState::Hypothesis;
+template <int size>
+using Joint = Eigen::Matrix<double, size, size>;
+
+/// To the last bit: a map file keeps one half.
+template <int size>
+Joint<size> symmetric(const Joint<size>& P) {
+  return 0.5 * (P + P.transpose());
+}
+
+/// Share of what a scan added that the next one adds again, of a steady drift: it lasts for some thousand
+/// scans, half a minute of a camera. A drift of v a scan takes (noise / v)^⅔ scans to be told from the noise,
+/// ten where v is a thirtieth of that, and must last for many times as long to be worth knowing. One that
+/// lasts for N scans is followed with a lag of noise · v / (rate · √(2 N)), for its velocity is always pulled
+/// back to none.
+constexpr double steadiness = 0.999;
+/// Grid of rates of steady drift, by factors of ten: a rate only says how large a velocity may be before it
+/// is known.
+constexpr std::size_t steady_step = 2;
+
+/// Variances of what a scan adds.
+Twist rates_of(const Hypothesis& h) {
+  Twist rates;
+  rates << Eigen::Vector3d::Constant(h.rate_rad * h.rate_rad), Eigen::Vector3d::Constant(h.rate_m * h.rate_m);
+  return rates;
+}
+
+/// Nothing is known but how fast it may drift.
+void begin(Hypothesis& h) {
+  h.common.setZero();
+  h.velocity.setZero();
+  h.covariance.setZero(h.drift == Drift::walk ? 12 : 18, h.drift == Drift::walk ? 12 : 18);
+  if (h.drift != Drift::walk) h.covariance.bottomRightCorner<6, 6>() = rates_of(h).asDiagonal();
+}
+
 /// Whether a motion is more than one measurement may be off. However many scans repeat a measurement, what
 /// they have in common does not average out: the errors of the planes that they all see. By what factor their
 /// readings err otherwise than they were held to makes the planes neither better nor worse.
@@ -54,88 +90,127 @@ bool significant(const Twist& motion, const PoseMeasurement& measurement) {
 
 DriftFilter::DriftFilter(surfaces::AlignmentState& state) : state_(state) {
   if (!state.hypotheses.empty()) return;
-  const auto add = [&](double rate_m, double rate_rad) {
+  const auto add = [&](Drift drift, double rate_m, double rate_rad) {
     for (const CommonErrors& common : common_errors)
       for (const double factor : factors) {
         Hypothesis h;
+        h.drift = drift;
         h.rate_m = rate_m;
         h.rate_rad = rate_rad;
         h.factor = factor;
         h.common_share = common.share;
         h.lasting = common.lasting;
+        begin(h);
         state.hypotheses.push_back(h);
       }
   };
-  add(0, 0);
+  add(Drift::walk, 0, 0);
   for (std::size_t m = 0; m < rates_m.size(); ++m)
-    for (std::size_t r = m > 0 ? m - 1 : 0; r <= m + 1 && r < rates_rad.size(); ++r)
-      add(rates_m[m], rates_rad[r]);
+    for (std::size_t r = m > 0 ? m - 1 : 0; r <= m + 1 && r < rates_rad.size(); ++r) {
+      add(Drift::walk, rates_m[m], rates_rad[r]);
+      if (r != m || m % steady_step != 0) continue;
+      add(Drift::of_frame, rates_m[m], rates_rad[r]);
+      add(Drift::of_sensor, rates_m[m], rates_rad[r]);
+    }
 }
 
-void DriftFilter::predict(Hypothesis& h, const Eigen::Isometry3d& T_map_sensor) const {
+void DriftFilter::predict(Hypothesis& h, const Eigen::Isometry3d& T_given) const {
   if (!state_.last) return;
+  const Eigen::Isometry3d T = h.correction * T_given;
   // What is in the sensor's axes turns with it.
-  const Eigen::Matrix3d R = T_map_sensor.linear() * state_.last->linear().transpose();
+  const Eigen::Matrix3d R = T.linear() * state_.last->linear().transpose();
   TwistCovariance turn = TwistCovariance::Zero();
-  turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = h.lasting * R;
-  h.common = turn * h.common;
-  h.of_common = turn * h.of_common * turn.transpose();
-  if (h.rate_m == 0) return;
+  turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = R;
+  h.common = h.lasting * turn * h.common;
   // The same motion about the sensor's next position: t' = t + ω × (next − last).
-  const Eigen::Vector3d d = T_map_sensor.translation() - state_.last->translation();
-  TwistCovariance moved = TwistCovariance::Identity();
-  moved.bottomLeftCorner<3, 3>() << 0, d.z(), -d.y(), -d.z(), 0, d.x(), d.y(), -d.x(), 0;
-  h.between = moved * h.between * turn.transpose();
-  h.covariance = moved * h.covariance * moved.transpose();
-  h.covariance.diagonal().head<3>().array() += h.rate_rad * h.rate_rad;
-  h.covariance.diagonal().tail<3>().array() += h.rate_m * h.rate_m;
+  const Eigen::Vector3d d = T.translation() - state_.last->translation();
+  TwistCovariance moving = TwistCovariance::Identity();
+  moving.bottomLeftCorner<3, 3>() << 0, d.z(), -d.y(), -d.z(), 0, d.x(), d.y(), -d.x(), 0;
+  const Twist rates = rates_of(h);
+  if (h.drift == Drift::walk) {
+    Joint<12> P = h.covariance;
+    P.topRows<6>() = (moving * P.topRows<6>()).eval();
+    P.bottomRows<6>() = (h.lasting * turn * P.bottomRows<6>()).eval();
+    P.leftCols<6>() = (P.leftCols<6>() * moving.transpose()).eval();
+    P.rightCols<6>() = (P.rightCols<6>() * (h.lasting * turn).transpose()).eval();
+    P.diagonal().head<6>() += rates;
+    h.covariance = symmetric(P);
+    return;
+  }
+  const TwistCovariance again = steadiness * (h.drift == Drift::of_frame ? moving : turn);
+  h.velocity = again * h.velocity;
+  if (h.rate_m > 0) h.correction = moved(T, h.velocity) * T_given.inverse();
+  Joint<18> P = h.covariance;
+  const auto forward = [&](auto correction, auto common, auto velocity) {
+    velocity = (again * velocity).eval();
+    correction = (moving * correction + velocity).eval();
+    common = (h.lasting * turn * common).eval();
+  };
+  forward(P.topRows<6>(), P.middleRows<6>(6), P.bottomRows<6>());
+  P.transposeInPlace();
+  forward(P.topRows<6>(), P.middleRows<6>(6), P.bottomRows<6>());
+  const Twist news = (1 - steadiness * steadiness) * rates;
+  P.diagonal().head<6>() += news;
+  P.diagonal().tail<6>() += news;
+  P.topRightCorner<6, 6>().diagonal() += news;
+  P.bottomLeftCorner<6, 6>().diagonal() += news;
+  h.covariance = symmetric(P);
 }
 
 Eigen::Isometry3d DriftFilter::expected(const Eigen::Isometry3d& T_given) const {
-  return drifts() ? believed().correction * T_given : T_given;
+  if (!drifts()) return T_given;
+  Hypothesis h = believed();
+  predict(h, T_given);
+  return h.correction * T_given;
 }
 
 TwistCovariance DriftFilter::expected_covariance(const Eigen::Isometry3d& T_given) const {
   Hypothesis h = believed();
-  predict(h, expected(T_given));
-  return h.covariance;
+  predict(h, T_given);
+  return h.covariance.topLeftCorner<6, 6>();
+}
+
+/// What a measurement tells a hypothesis.
+template <int size>
+void DriftFilter::learn(Hypothesis& h, const Eigen::Isometry3d& T_given, const PoseMeasurement& measurement) {
+  using Numbers = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;
+  const Eigen::Isometry3d T = h.correction * T_given;
+  const auto& M = measurement.directions;
+  const Numbers noise = h.factor * h.factor * measurement.variances;
+  Joint<size> P = h.covariance;
+  P.template block<6, 6>(6, 6) += h.common_share * (1 - h.lasting * h.lasting) * measurement.motions *
+                                  noise.asDiagonal() * measurement.motions.transpose();
+  const Eigen::Matrix<double, size, Eigen::Dynamic, 0, size, 6> of_state =
+      (P.template leftCols<6>() + P.template middleCols<6>(6)) * M.transpose();
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6> S =
+      M * (of_state.template topRows<6>() + of_state.template middleRows<6>(6));
+  S.diagonal() += noise;
+  const Eigen::LLT<decltype(S)> solver(S);
+  const Numbers innovation = M * (twist_between(T, measurement.T_map_sensor) - h.common);
+  const Numbers weighted = solver.solve(innovation);
+  // Student's t: of errors that no model has, such as a wrong pairing, one scan tells no more than a few
+  // do.
+  const double squared = innovation.dot(weighted);
+  const auto dimensions = static_cast<double>(innovation.size());
+  h.log_evidence -= solver.matrixLLT().diagonal().array().log().sum() +
+                    (freedom + dimensions) / 2 * std::log1p(squared / freedom);
+  const double share = std::min(1.0, (freedom + dimensions) / (freedom + squared));
+  const Eigen::Matrix<double, size, 1> step = share * of_state * weighted;
+  P -= share * of_state * solver.solve(of_state.transpose());
+  h.covariance = symmetric(P);
+  h.common += step.template segment<6>(6);
+  if constexpr (size == 18) h.velocity += step.template tail<6>();
+  if (h.rate_m > 0) h.correction = moved(T, step.template head<6>()) * T_given.inverse();
 }
 
 Eigen::Isometry3d DriftFilter::update(const Eigen::Isometry3d& T_given, const PoseMeasurement* measurement) {
   for (Hypothesis& h : state_.hypotheses) {
-    const Eigen::Isometry3d T = h.correction * T_given;
-    predict(h, T);
+    predict(h, T_given);
     if (measurement == nullptr) continue;
-    const auto& M = measurement->directions;
-    const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1> noise =
-        h.factor * h.factor * measurement->variances;
-    h.of_common += h.common_share * (1 - h.lasting * h.lasting) * measurement->motions * noise.asDiagonal() *
-                   measurement->motions.transpose();
-    const Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 6> of_correction =
-        (h.covariance + h.between) * M.transpose();
-    const Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 6> of_common =
-        (h.between.transpose() + h.of_common) * M.transpose();
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6> S = M * (of_correction + of_common);
-    S.diagonal() += noise;
-    const Eigen::LLT<decltype(S)> solver(S);
-    const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1> innovation =
-        M * (twist_between(T, measurement->T_map_sensor) - h.common);
-    const Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1> weighted = solver.solve(innovation);
-    // Student's t: of errors that no model has, such as a wrong pairing, one scan tells no more than a few
-    // do.
-    const double squared = innovation.dot(weighted);
-    const auto dimensions = static_cast<double>(innovation.size());
-    h.log_evidence -= solver.matrixLLT().diagonal().array().log().sum() +
-                      (freedom + dimensions) / 2 * std::log1p(squared / freedom);
-    const double share = std::min(1.0, (freedom + dimensions) / (freedom + squared));
-    h.common += share * of_common * weighted;
-    h.of_common -= share * of_common * solver.solve(of_common.transpose());
-    if (h.rate_m == 0) continue;
-    h.correction = moved(T, share * of_correction * weighted) * T_given.inverse();
-    h.between -= share * of_correction * solver.solve(of_common.transpose());
-    const TwistCovariance after =
-        h.covariance - share * of_correction * solver.solve(of_correction.transpose());
-    h.covariance = 0.5 * (after + after.transpose());
+    if (h.drift == Drift::walk)
+      learn<12>(h, T_given, *measurement);
+    else
+      learn<18>(h, T_given, *measurement);
   }
   const auto best =
       std::max_element(state_.hypotheses.begin(), state_.hypotheses.end(),
@@ -143,24 +218,20 @@ Eigen::Isometry3d DriftFilter::update(const Eigen::Isometry3d& T_given, const Po
   const double most = best->log_evidence;  // their differences count
   for (Hypothesis& h : state_.hypotheses) h.log_evidence = std::max(h.log_evidence - most, -most_behind);
   if (measurement != nullptr) choose(T_given, *measurement);
-  const Eigen::Isometry3d T = expected(T_given);
+  const Eigen::Isometry3d T = drifts() ? believed().correction * T_given : T_given;
   state_.last = T;
   return T;
 }
 
 void DriftFilter::jump(const Eigen::Isometry3d& correction) {
   for (Hypothesis& h : state_.hypotheses) {
-    h.common.setZero();
-    h.between.setZero();
-    h.of_common.setZero();
+    begin(h);
     if (h.rate_m == 0) {
       h.log_evidence = -most_behind;  // the poses are not right as given
       continue;
     }
     h.correction = correction;
-    h.covariance.setZero();
-    h.covariance.diagonal().head<3>().setConstant(h.rate_rad * h.rate_rad);
-    h.covariance.diagonal().tail<3>().setConstant(h.rate_m * h.rate_m);
+    h.covariance.topLeftCorner<6, 6>() = rates_of(h).asDiagonal();
   }
   state_.believed = most_likely(true);
 }

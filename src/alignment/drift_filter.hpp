@@ -18,14 +18,15 @@ struct PoseMeasurement {
 
 /// How far the given poses have slid off the map, followed from scan to scan.
 ///
-/// The correction C (T_map_sensor = C · T_given) of an odometry that drifts is a random walk: constant but
-/// for what each scan adds. A measurement of it errs in two ways: by the readings' noise, and by what it has
-/// in common with its neighbours, which see the same errors of the map; the latter fades as other surfaces
-/// come into view. How fast the poses drift, and how far the measurements' own covariances can be trusted, is
-/// learned: a bank of Kalman filters runs side by side, one for each rate of drift and each factor on the
-/// covariances, and the one that predicted the measurements best so far is believed (multiple models, Magill
-/// 1965). Among them is the one without drift. It stays in force until another is better by more than chance
-/// explains, so that exact poses stay exactly as given.
+/// The correction C (T_map_sensor = C · T_given) is constant but for what each scan adds: a random walk, or,
+/// of a frame that creeps and of an odometry that is biased, nearly the same from scan to scan (a
+/// Gauss–Markov process of first order). A measurement of it errs in two ways: by the readings' noise, and by
+/// what it has in common with its neighbours, which see the same errors of the map; the latter fades as other
+/// surfaces come into view. How fast the poses drift, and how far the measurements' own covariances can be
+/// trusted, is learned: a bank of Kalman filters runs side by side, one for each kind and rate of drift and
+/// each factor on the covariances, and the one that predicted the measurements best so far is believed
+/// (multiple models, Magill 1965). Among them is the one without drift. It stays in force until another is
+/// better by more than chance explains, so that exact poses stay exactly as given.
 class DriftFilter {
  public:
   /// Goes on with what is known; `state` must outlive it.
@@ -37,7 +38,7 @@ class DriftFilter {
   TwistCovariance expected_covariance(const Eigen::Isometry3d& T_given) const;
 
   /// The next scan's measurement; none tells nothing but that time has passed. Returns the pose to use. About
-  /// 0.1 ms.
+  /// 0.5 ms.
   Eigen::Isometry3d update(const Eigen::Isometry3d& T_given, const PoseMeasurement* measurement);
   /// The poses have jumped: this is their correction from now on, whatever was believed before.
   void jump(const Eigen::Isometry3d& correction);
@@ -50,7 +51,9 @@ class DriftFilter {
  private:
   using Hypothesis = surfaces::AlignmentState::Hypothesis;
   const Hypothesis& believed() const { return state_.hypotheses[state_.believed]; }
-  void predict(Hypothesis& h, const Eigen::Isometry3d& T_map_sensor) const;
+  void predict(Hypothesis& h, const Eigen::Isometry3d& T_given) const;
+  template <int size>
+  static void learn(Hypothesis& h, const Eigen::Isometry3d& T_given, const PoseMeasurement& measurement);
   void choose(const Eigen::Isometry3d& T_given, const PoseMeasurement& measurement);
   std::size_t most_likely(bool drifting) const;
 

@@ -13,17 +13,27 @@ namespace octosurf::surfaces {
 /// What is known of a recording's poses so far (src/alignment, which alone reads and writes it): a part of
 /// the map's state, because it decides where the next scan is inserted.
 struct AlignmentState {
+  /// How what one scan adds to the poses' drift hangs together with what the next one adds.
+  enum class Drift {
+    walk,      ///< not at all
+    of_frame,  ///< nearly the same motion about a place of the map: the frame that the poses are given in
+               ///< creeps
+    of_sensor  ///< nearly the same motion in the sensor's own axes: the odometry is biased
+  };
   /// One of the ways in which the given poses may drift, and how far they have gone if it is true.
   struct Hypothesis {
+    /// Of `correction` about the last sensor's position, of `common` and, of a steady drift, of `velocity`.
+    using Covariance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 18, 18>;
+
+    Drift drift = Drift::walk;
     double rate_m = 0, rate_rad = 0;  ///< standard deviation a scan adds; none: the poses are right as given
     double factor = 1;                ///< on the measurements' standard deviations
     double common_share = 0;  ///< variance of what measurements have in common, as a share of their own …
     double lasting = 0;       ///< … and the share of it that is left at the next scan
     Eigen::Isometry3d correction = Eigen::Isometry3d::Identity();  ///< T_map_sensor = correction · given
-    Twist common = Twist::Zero();  ///< what neighbouring measurements have in common now
-    /// Of the correction, about the last sensor's position; of `common`; between the two.
-    TwistCovariance covariance = TwistCovariance::Zero(), of_common = TwistCovariance::Zero(),
-                    between = TwistCovariance::Zero();
+    Twist common = Twist::Zero();    ///< what neighbouring measurements have in common now
+    Twist velocity = Twist::Zero();  ///< what the last scan added to the correction; of a steady drift
+    Covariance covariance = Covariance::Zero(12, 12);
     double log_evidence = 0;
   };
   /// A scan whose pose did not fit the map: what it may have seen is within `reach_m` of it.

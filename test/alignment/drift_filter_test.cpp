@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 #include <random>
+#include <vector>
 
 namespace octosurf::test {
 namespace {
@@ -103,6 +104,98 @@ TEST(DriftFilter, FollowsADriftAndSaysHowWell) {
   // A measurement is off by 1.7 mm (three directions of 1 mm); following half a millimetre a scan costs some
   // lag.
   EXPECT_LT(worst, 0.008);
+}
+
+/// Along x of the map or of the sensor, and a turn about the vertical: what each scan adds to the given
+/// poses.
+Twist steady_drift() {
+  Twist twist = Twist::Zero();
+  twist[2] = 0.0001;
+  twist[3] = 0.0005;
+  return twist;
+}
+
+/// Dead reckoning with a bias: every step is off by the same motion in the sensor's own axes.
+std::vector<Eigen::Isometry3d> by_biased_odometry(int scans) {
+  std::vector<Eigen::Isometry3d> given{pose_at(0)};
+  const Eigen::Isometry3d bias = alignment::moved(Eigen::Isometry3d::Identity(), steady_drift());
+  for (int i = 1; i < scans; ++i)
+    given.push_back(given.back() * (pose_at(i - 1).inverse() * pose_at(i)) * bias);
+  return given;
+}
+
+/// A frame that creeps and turns about the map's origin.
+std::vector<Eigen::Isometry3d> in_a_creeping_frame(int scans) {
+  std::vector<Eigen::Isometry3d> given;
+  for (int i = 0; i < scans; ++i)
+    given.push_back(alignment::moved(Eigen::Isometry3d::Identity(), i * steady_drift()) * pose_at(i));
+  return given;
+}
+
+/// Every step is off by chance.
+std::vector<Eigen::Isometry3d> by_a_walk(int scans, double step_m, std::mt19937_64& rng) {
+  std::normal_distribution<double> gauss(0, step_m);
+  std::vector<Eigen::Isometry3d> given;
+  Eigen::Vector3d off = Eigen::Vector3d::Zero();
+  for (int i = 0; i < scans; ++i) {
+    given.push_back(Eigen::Translation3d(off) * pose_at(i));
+    off += Eigen::Vector3d(gauss(rng), gauss(rng), gauss(rng));
+  }
+  return given;
+}
+
+/// How far the used poses are off, in the map's axes.
+std::vector<Twist> errors_of(const std::vector<Eigen::Isometry3d>& given, std::mt19937_64& rng) {
+  surfaces::AlignmentState state;
+  std::vector<Twist> errors;
+  for (int i = 0; i < static_cast<int>(given.size()); ++i) {
+    const alignment::PoseMeasurement m = measured(pose_at(i), rng);
+    const Eigen::Isometry3d used =
+        alignment::DriftFilter(state).update(given[static_cast<std::size_t>(i)], &m);
+    errors.push_back(alignment::twist_between(pose_at(i), used));
+  }
+  return errors;
+}
+
+// A filter that takes a steady drift for a walk lags by what it adds over the scans that it averages.
+constexpr int long_way = 1000, settled = 100;
+
+TEST(DriftFilter, ASteadyDriftOfTheFrameIsFollowedWithoutLag) {
+  auto rng = test::rng();
+  const std::vector<Twist> errors = errors_of(in_a_creeping_frame(long_way), rng);
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (std::size_t i = settled; i < errors.size(); ++i) mean += errors[i].tail<3>() / (long_way - settled);
+  EXPECT_LT(mean.norm(), noise_m / 3);
+}
+
+TEST(DriftFilter, ABiasOfTheOdometryIsFollowedWithoutLag) {
+  auto rng = test::rng();
+  const std::vector<Twist> errors = errors_of(by_biased_odometry(long_way), rng);
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();  // in the sensor's axes
+  for (int i = settled; i < long_way; ++i)
+    mean += pose_at(i).linear().transpose() * errors[static_cast<std::size_t>(i)].tail<3>() /
+            (long_way - settled);
+  EXPECT_LT(mean.norm(), noise_m / 3);
+}
+
+TEST(DriftFilter, AWalkIsFollowedBetterThanItIsMeasured) {
+  auto rng = test::rng();
+  const std::vector<Twist> errors = errors_of(by_a_walk(long_way, noise_m / 2, rng), rng);
+  double squares = 0;
+  for (std::size_t i = settled; i < errors.size(); ++i)
+    squares += errors[i].tail<3>().squaredNorm() / static_cast<double>(3 * (errors.size() - settled));
+  EXPECT_LT(squares, noise_m * noise_m);
+}
+
+TEST(DriftFilter, ADriftThatEndsIsNotCarriedOn) {
+  auto rng = test::rng();
+  std::vector<Eigen::Isometry3d> given = in_a_creeping_frame(150);
+  const Eigen::Isometry3d slid = given.back() * pose_at(149).inverse();
+  for (int i = 150; i < 250; ++i) given.push_back(slid * pose_at(i));
+  const std::vector<Twist> errors = errors_of(given, rng);
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (std::size_t i = 200; i < errors.size(); ++i) mean += errors[i].tail<3>() / 50;
+  EXPECT_LT(mean.norm(), noise_m);  // 0.25 mm by the measurements' own noise
 }
 
 TEST(DriftFilter, ADirectionThatNothingMeasuresStaysAsGiven) {

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t head_bytes = io::map_file_magic.size() + 4;
 
 /// The oldest version that has all of them, as write_map() writes: scans' poses came with version 3,
-/// departures with 4.
+/// departures with 4, steady drift with 5.
 std::uint32_t version_of(const std::vector<std::string>& records) {
   std::uint32_t version = 2;
   for (const std::string& bytes : records) {
@@ -23,6 +23,8 @@ std::uint32_t version_of(const std::vector<std::string>& records) {
     if (!record.ParseFromString(bytes)) continue;
     if (record.has_scan_poses()) version = std::max(version, 3U);
     if (record.has_departures()) version = std::max(version, 4U);
+    for (const auto& hypothesis : record.header().alignment().hypotheses())
+      if (!hypothesis.steady().empty()) version = std::max(version, 5U);
   }
   return version;
 }

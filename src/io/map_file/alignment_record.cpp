@@ -12,7 +12,7 @@ namespace octosurf::io {
 namespace {
 
 using Record = map_file::Alignment;
-using Joint = Eigen::Matrix<double, 12, 12>;
+using surfaces::AlignmentState;
 
 constexpr int most_hypotheses = 1000;
 constexpr double largest = 1e9;  // of any number: poses stay far below, evidence for millions of scans
@@ -69,8 +69,24 @@ class Reader {
   int at_ = 0;
 };
 
-surfaces::AlignmentState::Hypothesis read_hypothesis(Reader& in) {
-  surfaces::AlignmentState::Hypothesis h;
+/// What is there of a walk, of the correction and of what is common, becomes all of a steady drift.
+void read_steady(Reader& in, AlignmentState::Hypothesis& h) {
+  const double drift = in.number();
+  in.require(drift == 1 || drift == 2, "has a drift that makes no sense");
+  h.drift = drift == 1 ? AlignmentState::Drift::of_frame : AlignmentState::Drift::of_sensor;
+  h.velocity = in.matrix<Twist>();
+  h.covariance.conservativeResize(18, 18);
+  for (const Eigen::Index with : {0, 6, 12}) {
+    const auto block = in.matrix<TwistCovariance>();
+    h.covariance.block<6, 6>(with, 12) = block.transpose();
+    h.covariance.block<6, 6>(12, with) = block;
+  }
+}
+
+AlignmentState::Hypothesis read_hypothesis(const map_file::AlignmentHypothesis& record,
+                                           const std::string& where) {
+  Reader in(record.values(), where);
+  AlignmentState::Hypothesis h;
   h.rate_m = in.number();
   h.rate_rad = in.number();
   h.factor = in.number();
@@ -81,13 +97,19 @@ surfaces::AlignmentState::Hypothesis read_hypothesis(Reader& in) {
   h.log_evidence = in.number();
   h.correction = in.pose();
   h.common = in.matrix<Twist>();
-  h.covariance = in.matrix<TwistCovariance>();
-  h.of_common = in.matrix<TwistCovariance>();
-  h.between = in.matrix<TwistCovariance>();
-  Joint joint;
-  joint << h.covariance, h.between, h.between.transpose(), h.of_common;
-  const Eigen::SelfAdjointEigenSolver<Joint> eigen(joint, Eigen::EigenvaluesOnly);
-  in.require(eigen.eigenvalues()[0] >= -1e-9 * (1 + joint.trace()), "has a covariance that is none");
+  h.covariance.topLeftCorner<6, 6>() = in.matrix<TwistCovariance>();
+  h.covariance.bottomRightCorner<6, 6>() = in.matrix<TwistCovariance>();
+  h.covariance.topRightCorner<6, 6>() = in.matrix<TwistCovariance>();
+  h.covariance.bottomLeftCorner<6, 6>() = h.covariance.topRightCorner<6, 6>().transpose();
+  in.require(in.done(), "has numbers too many");
+  if (!record.steady().empty()) {
+    Reader steady(record.steady(), where);
+    read_steady(steady, h);
+    in.require(steady.done(), "has numbers too many");
+  }
+  const Eigen::SelfAdjointEigenSolver<AlignmentState::Hypothesis::Covariance> eigen(h.covariance,
+                                                                                    Eigen::EigenvaluesOnly);
+  in.require(eigen.eigenvalues()[0] >= -1e-9 * (1 + h.covariance.trace()), "has a covariance that is none");
   return h;
 }
 
@@ -101,23 +123,30 @@ surfaces::AlignmentState::Misfit read_misfit(Reader& in) {
   return misfit;
 }
 
+void write_hypothesis(const AlignmentState::Hypothesis& h, map_file::AlignmentHypothesis& record) {
+  Writer out(*record.mutable_values());
+  out.put(h.rate_m);
+  out.put(h.rate_rad);
+  out.put(h.factor);
+  out.put(h.common_share);
+  out.put(h.lasting);
+  out.put(h.log_evidence);
+  out.put(h.correction.affine());
+  out.put(h.common);
+  out.put(h.covariance.topLeftCorner<6, 6>());
+  out.put(h.covariance.block<6, 6>(6, 6));
+  out.put(h.covariance.block<6, 6>(0, 6));
+  if (h.drift == AlignmentState::Drift::walk) return;
+  Writer steady(*record.mutable_steady());
+  steady.put(h.drift == AlignmentState::Drift::of_frame ? 1 : 2);
+  steady.put(h.velocity);
+  for (const Eigen::Index with : {0, 6, 12}) steady.put(h.covariance.block<6, 6>(12, with));
+}
+
 }  // namespace
 
 void write_alignment(const surfaces::AlignmentState& state, Record& record) {
-  for (const surfaces::AlignmentState::Hypothesis& h : state.hypotheses) {
-    Writer out(*record.add_hypotheses()->mutable_values());
-    out.put(h.rate_m);
-    out.put(h.rate_rad);
-    out.put(h.factor);
-    out.put(h.common_share);
-    out.put(h.lasting);
-    out.put(h.log_evidence);
-    out.put(h.correction.affine());
-    out.put(h.common);
-    out.put(h.covariance);
-    out.put(h.of_common);
-    out.put(h.between);
-  }
+  for (const AlignmentState::Hypothesis& h : state.hypotheses) write_hypothesis(h, *record.add_hypotheses());
   record.set_believed(static_cast<std::uint32_t>(state.believed));
   record.set_usual_share(state.usual_share);
   record.set_usual_known(state.usual_known);
@@ -140,9 +169,7 @@ surfaces::AlignmentState read_alignment(const Record& record, const std::string&
   refuse.require(record.hypotheses_size() <= most_hypotheses, "has too many hypotheses");
   bool still = false, drifting = false;
   for (const map_file::AlignmentHypothesis& hypothesis : record.hypotheses()) {
-    Reader in(hypothesis.values(), where);
-    state.hypotheses.push_back(read_hypothesis(in));
-    in.require(in.done(), "has numbers too many");
+    state.hypotheses.push_back(read_hypothesis(hypothesis, where));
     (state.hypotheses.back().rate_m == 0 ? still : drifting) = true;
   }
   refuse.require(still && drifting, "lacks hypotheses");

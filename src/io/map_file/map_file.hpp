@@ -40,10 +40,10 @@ namespace octosurf::io {
 // bytes, because a message per node would take ten times its size.
 
 inline constexpr std::string_view map_file_magic{"\x89OCTSF\r\n", 8};
-// Version 4 is written where there are Departures, 3 where there are ScanPoses, which an older reader would
-// not know what to do with; else 2.
+// Version 5 is written where there are hypotheses of a steady drift, 4 where there are Departures, 3 where
+// there are ScanPoses, which an older reader would not know what to do with; else 2.
 
-inline constexpr std::uint32_t map_file_version = 4;
+inline constexpr std::uint32_t map_file_version = 5;
 
 /// Size and CRC-32 (zlib's) of a file.
 struct FileSum {
