@@ -176,12 +176,13 @@ class ChangeInsert {
 
   /// Makes the node what `leaves` say, which are all of its cube; returns its value, their largest.
   float write(Node* node, int level, Leaves leaves) {
-    if (leaves.front().level == level) {
-      if (tree_.nodeHasChildren(node)) make_leaf(node);
-      node->setLogOdds(leaves.front().log_odds);
-      return leaves.front().log_odds;
-    }
+    if (leaves.front().level == level) return write_leaf(node, leaves.front());
     float largest = -std::numeric_limits<float>::infinity();
+    if (level == 1 && leaves.size() == 8) {  // mostly
+      for (unsigned c = 0; c < 8; ++c) largest = std::max(largest, write_leaf(child_at(node, c), leaves[c]));
+      node->setLogOdds(largest);
+      return largest;
+    }
     for (unsigned c = 0; c < 8; ++c) {
       const auto beyond = std::find_if(leaves.begin(), leaves.end(), [&](const OccupancyView::Leaf& leaf) {
         return octomap::computeChildIdx({leaf.corner[0], leaf.corner[1], leaf.corner[2]}, level - 1) != c;
@@ -192,12 +193,20 @@ class ChangeInsert {
         remove_child(node, c);
         continue;
       }
-      Node* child =
-          tree_.nodeChildExists(node, c) ? tree_.getNodeChild(node, c) : tree_.createNodeChild(node, c);
-      largest = std::max(largest, write(child, level - 1, inside));
+      largest = std::max(largest, write(child_at(node, c), level - 1, inside));
     }
     node->setLogOdds(largest);
     return largest;
+  }
+
+  Node* child_at(Node* node, unsigned c) {
+    return tree_.nodeChildExists(node, c) ? tree_.getNodeChild(node, c) : tree_.createNodeChild(node, c);
+  }
+
+  float write_leaf(Node* node, const OccupancyView::Leaf& leaf) {
+    if (tree_.nodeHasChildren(node)) make_leaf(node);
+    node->setLogOdds(leaf.log_odds);
+    return leaf.log_odds;
   }
 
   /// With all below it, if it exists.
@@ -268,8 +277,8 @@ inline std::unique_ptr<octomap::OcTree> to_octree(const OccupancyView& view,
 }
 
 /// Brings a tree that equals to_octree(before) to what to_octree(now) would be, node by node. Both are views
-/// of one map. Cost: 2 ms for 4,000 changed cubes of 2³ voxels in a million leaves, a twentieth of making the
-/// tree anew; half of it is for_each_change().
+/// of one map. Cost: some 2 ms for 4,000 changed cubes of 2³ voxels in a million leaves, a twentieth of making
+/// the tree anew: their 31,000 leaves are a fortieth of it. Half of it is for_each_change().
 inline void update_octree(octomap::OcTree& tree, const OccupancyView& before, const OccupancyView& now) {
   detail::require_resolution(tree, before, "update_octree");
   detail::require_resolution(tree, now, "update_octree");
