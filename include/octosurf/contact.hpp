@@ -108,7 +108,7 @@ Eigen::Vector2d heading_on(const Surface& surface, double yaw_rad, const Eigen::
 ///    drawn by polygons around them (at most 0.5 % larger), and voxels of no surface, which stand for all
 ///    they cover.
 /// 3. A contact lies on one polygon: it does not reach over the single points where two touch.
-/// Some 0.5 µs for each of the surface's vertices; with a gap depth O(area / d²) questions to the octree,
+/// Some 0.2 µs for each of the surface's vertices; with a gap depth O(area / d²) questions to the octree,
 /// too. Throws Error(usage) for a shape or limits that make no sense or miss what they need, or a surface a
 /// kilometre from its frame's origin.
 ContactRegion contact_region(const Surface& surface, const ContactShape& shape, std::optional<double> yaw_rad,

@@ -21,7 +21,9 @@ namespace {
 // often it is cut (a µm each time).
 constexpr double clear_of = 2e-5;
 // Of the largest triangles, how many are tried as places to grow a piece from: four times as many cover
-// within 0.4 % as much of the floors of the office's and the stones' maps.
+// within 0.4 % as much of the floors of the office's and the stones' maps. Nor do 25 times as many, with
+// every piece grown anew three times while the others stay: 71.1 % instead of 70.8 % of the floor that twenty
+// stones stand on, at 25 times the cost. It is the floor: 24 pieces cover 81 % of it, 48 89 %, 96 96 %.
 constexpr std::size_t seeds = 12;
 // A bound on the work; growing ends by itself where a round adds less than a thousandth.
 constexpr int rounds = 10;

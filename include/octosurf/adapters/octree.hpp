@@ -277,8 +277,8 @@ inline std::unique_ptr<octomap::OcTree> to_octree(const OccupancyView& view,
 }
 
 /// Brings a tree that equals to_octree(before) to what to_octree(now) would be, node by node. Both are views
-/// of one map. Cost: some 2 ms for 4,000 changed cubes of 2³ voxels in a million leaves, a twentieth of making
-/// the tree anew: their 31,000 leaves are a fortieth of it. Half of it is for_each_change().
+/// of one map. Cost: some 2 ms for 4,000 changed cubes of 2³ voxels in a million leaves, a twentieth of
+/// making the tree anew: their 31,000 leaves are a fortieth of it. Half of it is for_each_change().
 inline void update_octree(octomap::OcTree& tree, const OccupancyView& before, const OccupancyView& now) {
   detail::require_resolution(tree, before, "update_octree");
   detail::require_resolution(tree, now, "update_octree");
