@@ -112,6 +112,8 @@ void MapRun::run(bool adopt, std::unique_ptr<ScanSource> source) {
     cut_short = interrupted;
     if (cut_short && !changed_)
       throw Error(Error::Kind::data, "", "interrupted before a scan was mapped", "nothing is written");
+    // A run that is cut short goes on later as if it had not been.
+    if (options_.rules == "law" && !cut_short) mapper_.resegment();
     finish();
   } catch (const std::exception& failure) {
     const bool refused = dynamic_cast<const Error*>(&failure) != nullptr && !changed_ && !finishing_;

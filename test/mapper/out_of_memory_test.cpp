@@ -250,7 +250,7 @@ TEST_F(FailedAllocations, WithACylinder) {
 
 TEST_F(FailedAllocations, ByTheLaw) {
   Story story(changing_room(10), 6, 1, Rules::law);
-  expect_taken_back(story, 100, false);
+  expect_taken_back(story, 40, false);
 }
 
 TEST_F(FailedAllocations, WithTwoThreads) {
