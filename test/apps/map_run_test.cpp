@@ -65,6 +65,13 @@ TEST_F(MapRun, TheLawFindsTheFloor) {
   EXPECT_EQ(read("m.bt"), read("tuned.bt"));
 }
 
+TEST_F(MapRun, TheLawFollowsScansThatArrive) {
+  write_floor("floor", 4);
+  run_well("map floor -o m --rules law --realtime --rate 10");
+  run_well("map floor -o fast --rules law");
+  same_maps("m", "fast");
+}
+
 TEST_F(MapRun, ReportHasEveryKey) {
   write_floor();
   run_well("map floor -o m --report r.json");
