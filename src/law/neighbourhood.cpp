@@ -33,7 +33,8 @@ class Blocks {
   std::vector<geometry::VoxelKey> voxels(const occupancy::PointWindow& window) const {
     std::vector<geometry::VoxelKey> keys;
     const int last = 65536 / edge_;
-    for (const auto& [z, y, x] : blocks_) {
+    for (const Block& block : blocks_) {
+      const int z = block[0], y = block[1], x = block[2];
       if (std::min({x, y, z}) < 0 || std::max({x, y, z}) >= last) continue;
       const auto middle = [&](int k) { return static_cast<std::uint16_t>(k * edge_ + edge_ / 2); };
       window.for_each_near({middle(x), middle(y), middle(z)}, edge_ / 2, [&](Index i) {

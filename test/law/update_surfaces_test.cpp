@@ -2,7 +2,7 @@
 #include "law/update_surfaces.hpp"
 
 #include "support/guarantees.hpp"
-#include "support/scene.hpp"
+#include "support/room_tour.hpp"
 #include "support/seed.hpp"
 
 #include <algorithm>
@@ -16,27 +16,6 @@ namespace octosurf {
 namespace {
 
 using ::testing::IsEmpty;
-
-test::Scene room_with_a_table() {
-  test::Scene scene;
-  scene.box({-1.5, -1.2, 0.01}, {1.5, 1.2, 2.0}).box({0.3, -0.5, 0.01}, {0.8, 0.2, 0.4});
-  return scene;
-}
-
-/// Turns around once in the room.
-std::vector<Scan> tour(std::mt19937_64 rng, int count) {
-  std::vector<Scan> scans;
-  for (int i = 0; i < count; ++i) {
-    const double a = 0.6 * i;
-    const Eigen::Vector3d eye(-0.6 + 0.02 * i, 0.3 * std::sin(a), 1.0);
-    scans.push_back(
-        test::camera_scan(room_with_a_table(),
-                          test::look_at(eye, eye + Eigen::Vector3d(std::cos(a), std::sin(a), -0.45)), rng));
-    scans.back().stamp_s = i / 30.0;
-    scans.back().name = "scan " + std::to_string(i);
-  }
-  return scans;
-}
 
 Mapper by_law(int threads = 1) {
   Mapper mapper(Parameters{}, threads);
@@ -57,7 +36,7 @@ std::vector<SurfaceId> owners(const Map& map) {
 
 TEST(UpdateSurfaces, KeepsAllInvariantsAfterEveryScan) {
   Mapper mapper = by_law();
-  for (const Scan& scan : tour(test::rng(), 12)) {
+  for (const Scan& scan : test::room_tour(test::rng(), 12)) {
     const auto before = mapper.snapshot();
     const ScanReport report = mapper.insert(scan);
     ASSERT_THAT(check_invariants(mapper.map()), IsEmpty());
@@ -76,7 +55,7 @@ TEST(UpdateSurfaces, KeepsAllInvariantsAfterEveryScan) {
 /// The same points are one surface, but for the share of outliers that the law reckons with.
 TEST(UpdateSurfaces, AgreesWithTheBatchForm) {
   Mapper mapper = by_law();
-  insert_all(mapper, tour(test::rng(), 12));
+  insert_all(mapper, test::room_tour(test::rng(), 12));
   const std::vector<SurfaceId> step_by_step = owners(mapper.map());
   mapper.resegment();  // keeps the ids of what is the same
   const std::vector<SurfaceId> at_once = owners(mapper.map());
@@ -87,7 +66,7 @@ TEST(UpdateSurfaces, AgreesWithTheBatchForm) {
 }
 
 TEST(UpdateSurfaces, SameScansSameBytes) {
-  const std::vector<Scan> scans = tour(test::rng(), 8);
+  const std::vector<Scan> scans = test::room_tour(test::rng(), 8);
   Mapper one = by_law(), again = by_law(), threaded = by_law(3);
   insert_all(one, scans);
   insert_all(again, scans);
@@ -97,7 +76,7 @@ TEST(UpdateSurfaces, SameScansSameBytes) {
 }
 
 TEST(UpdateSurfaces, StoppingAndGoingOnChangesNothing) {
-  const std::vector<Scan> scans = tour(test::rng(), 8);
+  const std::vector<Scan> scans = test::room_tour(test::rng(), 8);
   Mapper whole = by_law(), first = by_law();
   insert_all(whole, scans);
   insert_all(first, {scans.begin(), scans.begin() + 4});
@@ -109,7 +88,7 @@ TEST(UpdateSurfaces, StoppingAndGoingOnChangesNothing) {
 
 TEST(UpdateSurfaces, SurfacesKeepTheirIdsWhileTheyGrow) {
   Mapper mapper = by_law();
-  const std::vector<Scan> scans = tour(test::rng(), 12);
+  const std::vector<Scan> scans = test::room_tour(test::rng(), 12);
   for (const Scan& scan : scans) {
     const auto before = mapper.snapshot();
     const std::vector<SurfaceId> had = owners(mapper.map());
@@ -128,7 +107,7 @@ TEST(UpdateSurfaces, SurfacesKeepTheirIdsWhileTheyGrow) {
 }
 
 TEST(UpdateSurfaces, ScansTogetherFindTheSameFaces) {
-  const std::vector<Scan> scans = tour(test::rng(), 8);
+  const std::vector<Scan> scans = test::room_tour(test::rng(), 8);
   Mapper one_by_one = by_law(), together = by_law();
   insert_all(one_by_one, scans);
   for (std::size_t i = 0; i < scans.size(); i += 4) together.insert_all({scans.data() + i, 4});

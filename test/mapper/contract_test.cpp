@@ -1,6 +1,7 @@
 // What the headers promise of Mapper, Map and Snapshot, whatever the scene.
 #include "support/checked_mapper.hpp"
 #include "support/guarantees.hpp"
+#include "support/room_tour.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"
 #include "surfaces/map_state.hpp"
@@ -21,31 +22,12 @@ namespace {
 using test::CheckedMapper;
 using test::Scene;
 
-Scene some_room() {
-  Scene scene;
-  scene.box({-1.5, -1.2, 0.01}, {1.5, 1.2, 2.0}).box({0.3, -0.5, 0.01}, {0.8, 0.2, 0.4});
-  return scene;
-}
-
-std::vector<Scan> tour(std::mt19937_64 rng, int count) {
-  std::vector<Scan> scans;
-  for (int i = 0; i < count; ++i) {
-    const double a = 0.6 * i;
-    const Eigen::Vector3d eye(-0.6 + 0.02 * i, 0.3 * std::sin(a), 1.0);
-    scans.push_back(test::camera_scan(
-        some_room(), test::look_at(eye, eye + Eigen::Vector3d(std::cos(a), std::sin(a), -0.45)), rng));
-    scans.back().stamp_s = i / 30.0;
-    scans.back().name = "scan " + std::to_string(i);
-  }
-  return scans;
-}
-
 void insert_all(Mapper& mapper, const std::vector<Scan>& scans) {
   for (const Scan& scan : scans) mapper.insert(scan);
 }
 
 TEST(MapperContract, SameScansSameBytes) {
-  const std::vector<Scan> scans = tour(test::rng(), 12);
+  const std::vector<Scan> scans = test::room_tour(test::rng(), 12);
   Mapper one, again, threaded(Parameters{}, 2), many(Parameters{}, 7);
   insert_all(one, scans);
   insert_all(again, scans);
@@ -58,7 +40,7 @@ TEST(MapperContract, SameScansSameBytes) {
 }
 
 TEST(MapperContract, StoppingAndGoingOnChangesNothing) {
-  const std::vector<Scan> scans = tour(test::rng(), 10);
+  const std::vector<Scan> scans = test::room_tour(test::rng(), 10);
   Mapper whole, first;
   insert_all(whole, scans);
   insert_all(first, {scans.begin(), scans.begin() + 5});
@@ -68,7 +50,7 @@ TEST(MapperContract, StoppingAndGoingOnChangesNothing) {
 }
 
 TEST(MapperContract, RefusedScansLeaveTheMapAsItWas) {
-  const std::vector<Scan> scans = tour(test::rng(), 4);
+  const std::vector<Scan> scans = test::room_tour(test::rng(), 4);
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   CheckedMapper under_test;
   for (const Scan& scan : scans) under_test.insert(scan);
@@ -103,14 +85,14 @@ TEST(MapperContract, RefusedScansLeaveTheMapAsItWas) {
   // And it goes on as if nothing had been.
   Mapper clean;
   insert_all(clean, scans);
-  const Scan next = tour(test::rng(), 5).back();
+  const Scan next = test::room_tour(test::rng(), 5).back();
   clean.insert(next);
   under_test.insert(next);
   EXPECT_TRUE(test::digest(under_test.mapper.map()) == test::digest(clean.map()));
 }
 
 TEST(MapperContract, AScanThatCouldUseUpTheIdsIsRefusedUntouched) {
-  const std::vector<Scan> scans = tour(test::rng(), 4);
+  const std::vector<Scan> scans = test::room_tour(test::rng(), 4);
   Mapper before;
   insert_all(before, {scans.begin(), scans.begin() + 2});
   Map map = std::move(before).release();
@@ -128,7 +110,7 @@ TEST(MapperContract, AScanThatCouldUseUpTheIdsIsRefusedUntouched) {
 
 TEST(MapperContract, ThreadsThatAreRefusedLeaveTheCallerItsMap) {
   Mapper before;
-  insert_all(before, tour(test::rng(), 2));
+  insert_all(before, test::room_tour(test::rng(), 2));
   Map map = std::move(before).release();
   const std::string stood = test::digest(map);
   for (const int threads : {0, -1, 257}) EXPECT_THROW(Mapper(std::move(map), threads), Error) << threads;
@@ -144,7 +126,7 @@ TEST(MapperContract, ScansThatSayNothingChangeNothing) {
   EXPECT_EQ(report.points_raw, 0U);
   EXPECT_EQ(report.voxels, 0U);
   EXPECT_TRUE(under_test.surfaces().empty());
-  for (const Scan& scan : tour(test::rng(), 3)) under_test.insert(scan);
+  for (const Scan& scan : test::room_tour(test::rng(), 3)) under_test.insert(scan);
   const Map::Size before = under_test.mapper.map().size();
   const auto surfaces = under_test.surfaces();
   under_test.insert(empty);
@@ -197,7 +179,7 @@ TEST(MapperContract, SensorsPickTheirRange) {
 }
 
 TEST(MapperContract, AScanSeenTwiceChangesNoSurface) {
-  const std::vector<Scan> scans = tour(test::rng(), 3);
+  const std::vector<Scan> scans = test::room_tour(test::rng(), 3);
   CheckedMapper under_test;
   for (const Scan& scan : scans) under_test.insert(scan);
   const auto before = under_test.surfaces();
@@ -213,7 +195,7 @@ TEST(MapperContract, AScanSeenTwiceChangesNoSurface) {
 
 TEST(MapperContract, ChangedSinceTellsWhatTheSnapshotsDifferIn) {
   Mapper mapper;
-  for (const Scan& scan : tour(test::rng(), 8)) {
+  for (const Scan& scan : test::room_tour(test::rng(), 8)) {
     const auto before = mapper.snapshot();
     mapper.insert(scan);
     const auto after = mapper.snapshot();
@@ -250,7 +232,7 @@ TEST(MapperContract, IdsAreNeverUsedAgain) {
 TEST(MapperContract, ReportsItsTime) {
   Mapper mapper;
   double largest_share = 0;
-  for (const Scan& scan : tour(test::rng(), 8)) {
+  for (const Scan& scan : test::room_tour(test::rng(), 8)) {
     const auto start = std::chrono::steady_clock::now();
     const ScanReport report = mapper.insert(scan);
     const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
@@ -266,7 +248,7 @@ TEST(MapperContract, ReportsItsTime) {
 
 TEST(MapperContract, PointsAndVoxelsAgree) {
   Mapper mapper;
-  insert_all(mapper, tour(test::rng(), 4));
+  insert_all(mapper, test::room_tour(test::rng(), 4));
   const Map& map = mapper.map();
   std::size_t points = 0, pending = 0;
   map.for_each_point([&](const Map::Voxel& v) {
