@@ -65,8 +65,9 @@ void fuzz_history(Bytes bytes) {
     changes_of(before, now);
     before = &now;
   }
+  const std::uint64_t last = before == nullptr ? 0 : before->revision;
   history->thin();
-  if (before != nullptr) history->forget_after(before->revision / 2);
+  history->forget_after(last / 2);
   reading_peak = peak;
 }
 

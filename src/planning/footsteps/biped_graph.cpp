@@ -313,7 +313,8 @@ Frontier BipedGraph::frontier(const std::vector<NodeId>& expanded) {
   result.nearest_m = near[0].first;
   const auto refuse = [&](StepRefusal why) { ++result.refused[static_cast<std::size_t>(why)]; };
   const std::unordered_set<NodeId> reached(expanded.begin(), expanded.end());
-  for (const auto& [distance, node] : near) {
+  for (const auto& candidate : near) {
+    const NodeId node = candidate.second;
     const Place from = place(node);
     const std::size_t before = result.refused[0] + result.refused[1] + result.refused[2];
     for (int turn = -turns_; turn <= turns_; ++turn) {
