@@ -52,8 +52,8 @@ std::vector<geometry::VoxelKey> update_surfaces(surfaces::Ledger& ledger,
                                                 std::span<const geometry::VoxelKey> fresh,
                                                 double noise_factor2) {
   const std::vector<geometry::VoxelKey> unexplained = take_in(ledger, fresh, noise_factor2);
-  Waiting found = worth_asking(ledger, std::move(waiting), unexplained);
-  segment_around(ledger, octree, found.asked, {}, noise_factor2);
+  Waiting found = due_to_segment(ledger, std::move(waiting), unexplained);
+  segment_around(ledger, octree, found.due, {}, noise_factor2);
   if (const std::vector<SurfaceId> anew = to_be_checked(ledger); !anew.empty())
     segment_around(ledger, octree, {}, anew, noise_factor2);
   refit_others(ledger);

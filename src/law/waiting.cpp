@@ -25,16 +25,16 @@ bool is_pending(const surfaces::MapView& map, VoxelKey key) {
   return i != occupancy::PointWindow::none && map.window[i].surface == 0;
 }
 
-/// Those in the same block as this one, but for those that are asked already.
+/// Those in the same block as this one, but for those that are due already.
 std::vector<VoxelKey> pending_in_block(const surfaces::MapView& map, VoxelKey key, int edge,
-                                       const std::set<VoxelKey>& asked) {
+                                       const std::set<VoxelKey>& due) {
   const auto middle = [edge](std::uint16_t k) {
     return static_cast<std::uint16_t>(std::min(65535, k / edge * edge + edge / 2));
   };
   std::vector<VoxelKey> pending;
   map.window.for_each_near({middle(key.x), middle(key.y), middle(key.z)}, (edge + 1) / 2, [&](Index i) {
     const occupancy::VoxelPoint& p = map.window[i];
-    if (p.surface == 0 && block_of(p.key, edge) == block_of(key, edge) && !asked.contains(p.key))
+    if (p.surface == 0 && block_of(p.key, edge) == block_of(key, edge) && !due.contains(p.key))
       pending.push_back(p.key);
   });
   return pending;
@@ -85,31 +85,31 @@ std::vector<VoxelKey> take_in(surfaces::Ledger& ledger, std::span<const VoxelKey
   return left;
 }
 
-Waiting worth_asking(const surfaces::MapView& map, std::vector<VoxelKey> before,
-                     std::span<const VoxelKey> fresh) {
-  constexpr std::size_t a_quarter = 4;
+Waiting due_to_segment(const surfaces::MapView& map, std::vector<VoxelKey> before,
+                       std::span<const VoxelKey> fresh) {
+  constexpr std::size_t a_quarter = 4;  // as in SurfaceModel::recently_checked()
   const std::vector<VoxelKey> waiting = all_waiting(map, std::move(before), fresh);
-  std::set<VoxelKey> asked;
+  std::set<VoxelKey> due;
   for (int level = 0; level < planelet_levels; ++level) {
     const int edge = planelet_edge(map.grid.resolution()) << level;
-    std::map<std::uint64_t, std::size_t> come;  // since their block was asked last
+    std::map<std::uint64_t, std::size_t> come;  // since their block was segmented last
     for (const VoxelKey key : fresh)
-      if (!asked.contains(key)) come.emplace(block_of(key, edge), 0);
+      if (!due.contains(key)) come.emplace(block_of(key, edge), 0);
     for (const VoxelKey key : waiting)
-      if (const auto block = come.find(block_of(key, edge)); block != come.end() && !asked.contains(key))
+      if (const auto block = come.find(block_of(key, edge)); block != come.end() && !due.contains(key))
         ++block->second;
     for (const VoxelKey key : fresh) {
       const auto block = come.find(block_of(key, edge));
       if (block == come.end() || block->second < fewest_of_plane) continue;
-      const std::vector<VoxelKey> pending = pending_in_block(map, key, edge, asked);
-      if (block->second * a_quarter >= pending.size()) asked.insert(pending.begin(), pending.end());
+      const std::vector<VoxelKey> pending = pending_in_block(map, key, edge, due);
+      if (block->second * a_quarter >= pending.size()) due.insert(pending.begin(), pending.end());
       come.erase(block);  // it is looked at once
     }
   }
   Waiting result;
-  result.asked.assign(asked.begin(), asked.end());
+  result.due.assign(due.begin(), due.end());
   std::copy_if(waiting.begin(), waiting.end(), std::back_inserter(result.left),
-               [&](VoxelKey key) { return !asked.contains(key); });
+               [&](VoxelKey key) { return !due.contains(key); });
   return result;
 }
 

@@ -13,15 +13,15 @@ namespace octosurf::law {
 std::vector<geometry::VoxelKey> take_in(surfaces::Ledger& ledger, std::span<const geometry::VoxelKey> pending,
                                         double noise_factor2);
 
-/// Pending points of which some are worth looking at together, and those that wait on.
+/// Pending points that are worth segmenting now, and those that wait on.
 struct Waiting {
-  std::vector<geometry::VoxelKey> asked;  ///< key order
-  std::vector<geometry::VoxelKey> left;   ///< key order
+  std::vector<geometry::VoxelKey> due;   ///< key order
+  std::vector<geometry::VoxelKey> left;  ///< key order
 };
 /// All pending points in the blocks of planelets, of any of their sizes, in which as many have come as a
 /// plane needs, and a quarter of all that wait there: with fewer, what was no plane is not one now. Looks at
 /// `before` only around `fresh`, where it forgets those that are pending no more; both in key order.
-Waiting worth_asking(const surfaces::MapView& map, std::vector<geometry::VoxelKey> before,
-                     std::span<const geometry::VoxelKey> fresh);
+Waiting due_to_segment(const surfaces::MapView& map, std::vector<geometry::VoxelKey> before,
+                       std::span<const geometry::VoxelKey> fresh);
 
 }  // namespace octosurf::law

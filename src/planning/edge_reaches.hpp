@@ -23,8 +23,8 @@ struct LineExtent {
 };
 
 /// What each edge of a polygon reaches with a convex kernel, {p + q: p on the edge, q in the kernel}: eight
-/// edges at once are asked for a line. A reach has as many sides as the kernel, then the edge's front, moved
-/// by the kernel's corner farthest to its right, and its back.
+/// edges at once are tested against a line. A reach has as many sides as the kernel, then the edge's front,
+/// moved by the kernel's corner farthest to its right, and its back.
 class EdgeReaches {
  public:
   static constexpr std::uint32_t at_once = 8;

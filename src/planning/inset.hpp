@@ -21,12 +21,12 @@ namespace octosurf::planning {
 /// kernel's sides about corners that stick out. Of each, what lies within the kernel's reach of another edge
 /// is cut out, by a grid of the edges; what remains is put together where the same two lines cut each other.
 /// O(edges · edges within the kernel's reach) at worst; mostly the few within reach of what is left are
-/// asked.
+/// tested.
 ///
-/// Edges are asked eight at a time, since those that follow one another lie together: a sole on a hall's 9810
-/// rough edges asks 14,000 eights for its 11,200 lines, of which 9,500 are left in part. A quarter of the
-/// time goes into the edges' reaches, half into asking and cutting, a tenth into the chains. The memory for
-/// it, some 150 bytes an edge (300 for a kernel with 36 sides), stays with the calling thread.
+/// Edges are tested eight at a time, since those that follow one another lie together: a sole on a hall's
+/// 9810 rough edges tests 14,000 eights for its 11,200 lines, of which 9,500 are left in part. A quarter of
+/// the time goes into the edges' reaches, half into testing and cutting, a tenth into the chains. The memory
+/// for it, some 150 bytes an edge (300 for a kernel with 36 sides), stays with the calling thread.
 std::optional<std::vector<Polygon>> inset(const Polygon& polygon, const Ring2& kernel,
                                           std::span<const Ring2> besides);
 

@@ -7,7 +7,7 @@
 
 #include <algorithm>
 #include <gmock/gmock.h>
-#include <random>
+#include <map>
 #include <vector>
 
 #include <octosurf/mapper.hpp>
@@ -62,6 +62,7 @@ TEST(UpdateSurfaces, AgreesWithTheBatchForm) {
   ASSERT_EQ(step_by_step.size(), at_once.size());
   std::size_t same = 0;
   for (std::size_t i = 0; i < at_once.size(); ++i) same += step_by_step[i] == at_once[i];
+  RecordProperty("same", std::to_string(same) + " of " + std::to_string(at_once.size()));
   EXPECT_GE(static_cast<double>(same), 0.9 * static_cast<double>(at_once.size()));
 }
 
@@ -86,22 +87,51 @@ TEST(UpdateSurfaces, StoppingAndGoingOnChangesNothing) {
   EXPECT_TRUE(test::digest(second.map()) == test::digest(whole.map()));
 }
 
-TEST(UpdateSurfaces, SurfacesKeepTheirIdsWhileTheyGrow) {
+/// How many points each surface had before a scan, and in which they are after it.
+std::map<SurfaceId, std::map<SurfaceId, std::size_t>> handed_over(const std::vector<Map::Voxel>& before,
+                                                                  const Map& after) {
+  std::map<SurfaceId, std::map<SurfaceId, std::size_t>> points;
+  for (const Map::Voxel& voxel : before)
+    if (voxel.surface != 0) ++points[voxel.surface][after.at(*voxel.point).surface];
+  return points;
+}
+
+TEST(UpdateSurfaces, WhoKeepsItsPointsKeepsItsId) {
   Mapper mapper = by_law();
-  const std::vector<Scan> scans = test::room_tour(test::rng(), 12);
-  for (const Scan& scan : scans) {
+  std::size_t kept = 0;
+  for (const Scan& scan : test::room_tour(test::rng(), 12)) {
+    std::vector<Map::Voxel> before;
+    mapper.map().for_each_point([&](const Map::Voxel& voxel) { before.push_back(voxel); });
+    mapper.insert(scan);
+    const auto points = handed_over(before, mapper.map());
+    std::map<SurfaceId, std::size_t> had;  // by the surface after the scan, from any before it
+    for (const auto& [id, into] : points)
+      for (const auto& [now, count] : into) had[now] += count;
+    for (const auto& [id, into] : points)
+      for (const auto& [now, count] : into) {
+        std::size_t all = 0;
+        for (const auto& [other, number] : into) all += number;
+        if (now == 0 || 10 * count < 9 * all || 2 * count <= had.at(now)) continue;
+        EXPECT_EQ(now, id) << scan.name << ": " << count << " of " << all << " points";
+        ++kept;
+      }
+  }
+  EXPECT_GT(kept, 12U);
+}
+
+TEST(UpdateSurfaces, WhoGoesIsAmongTheDepartures) {
+  Mapper mapper = by_law();
+  for (const Scan& scan : test::room_tour(test::rng(), 12)) {
     const auto before = mapper.snapshot();
-    const std::vector<SurfaceId> had = owners(mapper.map());
     mapper.insert(scan);
     const auto after = mapper.snapshot();
-    // Whoever is gone was taken in, or told to have gone.
     for (const SurfacePtr& surface : before->surfaces) {
       if (after->find(surface->id) != nullptr) continue;
-      bool told = false;
+      bool listed = false;
       after->departures.for_each_since(before->revision, [&](const Departure& departure) {
-        told = told || (departure.of == Departure::Of::surface && departure.id == surface->id);
+        listed = listed || (departure.of == Departure::Of::surface && departure.id == surface->id);
       });
-      EXPECT_TRUE(told) << surface->id;
+      EXPECT_TRUE(listed) << surface->id;
     }
   }
 }
