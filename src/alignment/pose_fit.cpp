@@ -17,8 +17,8 @@ using Block = Eigen::Matrix<double, 9, 9>;
 constexpr double least_facing = 0.15;
 constexpr double tukey =
     4.685;  // standard deviations: 95 % efficient for normal errors (Huber and Ronchetti)
-constexpr double significant = 3;           // standard deviations within which a reading is explained
-constexpr std::size_t enough_samples = 20;  // of a surface, to tell its mean
+constexpr double significant = 3;      // standard deviations within which a reading is explained
+constexpr double enough_samples = 20;  // of a surface, to tell its mean
 constexpr int most_rounds = 8, coarse_rounds = 2;
 
 /// A reading and the place at which its line of sight meets a surface's plane. That place is free of the
@@ -114,7 +114,7 @@ Eigen::Vector3d PoseFitter::common_of(double reading) const {
 struct PoseFitter::SurfaceSums {
   Block outer = Block::Zero();
   Row right = Row::Zero();
-  std::size_t samples = 0;
+  double samples = 0;                        ///< those that overlap by their share
   double weight = 0, first = 0, second = 0;  ///< Σ of 1/variance, times residual, times its square
 };
 
@@ -168,12 +168,14 @@ void PoseFitter::add_sample(const Linearisation& at, std::span<const Pairing> ca
   if (!(std::fabs(distance) < cut)) return;
   const double share = distance / cut, robust = (1 - share * share) * (1 - share * share);
   SurfaceSums& sum = of_surface[which];
-  sum.outer.selfadjointView<Eigen::Lower>().rankUpdate(row, robust / reading);
-  sum.right += robust / reading * distance * row;
-  ++sum.samples;
-  sum.weight += 1 / reading;
-  sum.first += distance / reading;
-  sum.second += distance * distance / reading;
+  // Samples that share readings tell together no more than those readings do.
+  const double weight = 1 / (sample.overlap * reading);
+  sum.outer.selfadjointView<Eigen::Lower>().rankUpdate(row, robust * weight);
+  sum.right += robust * weight * distance * row;
+  sum.samples += 1 / sample.overlap;
+  sum.weight += weight;
+  sum.first += distance * weight;
+  sum.second += distance * distance * weight;
   sums.squared_range += robust * sample.range * sample.range;
   sums.squared_spread += robust * spread * spread;
   sums.weight += robust;
@@ -182,12 +184,11 @@ void PoseFitter::add_sample(const Linearisation& at, std::span<const Pairing> ca
 /// Eliminates the surface's own error.
 void PoseFitter::add_surface(const AlignedSurface& surface, const SurfaceSums& of, Sums& sums) const {
   Block full = of.outer.selfadjointView<Eigen::Lower>();
-  const auto samples = static_cast<double>(of.samples);
-  const double reading = samples / of.weight;
+  const double reading = of.samples / of.weight;
   if (of.samples >= enough_samples) {
     const double off = of.first / of.weight;
     const Eigen::Vector3d middle = full.block<3, 1>(6, 8) / full(8, 8);
-    sums.noise_share += (of.second - off * of.first) / (samples - 1);
+    sums.noise_share += (of.second - off * of.first) / (of.samples - 1);
     sums.common_share += (off * off - 1 / of.weight - middle.dot(surface.covariance * middle)) / reading;
     ++sums.surfaces;
   }

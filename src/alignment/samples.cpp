@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <numeric>
 
 namespace octosurf::alignment {
 
@@ -18,12 +20,32 @@ bool within(double range, double min_range, double max_range) {  // NaN fails
   return range >= min_range && range > 0 && range <= max_range;
 }
 
+/// A sample's place in the scan.
+struct Readings {
+  std::size_t first, end;
+};
+
+/// Counts for each sample in how many of them its readings are.
+void note_overlap(const std::vector<Readings>& of_sample, std::vector<Sample>& samples, std::size_t size) {
+  std::vector<std::uint32_t> uses(size);
+  for (const Readings& r : of_sample)
+    for (std::size_t i = r.first; i < r.end; ++i) ++uses[i];
+  for (std::size_t s = 0; s < samples.size(); ++s) {
+    const Readings& r = of_sample[s];
+    const auto sum = std::accumulate(uses.begin() + static_cast<std::ptrdiff_t>(r.first),
+                                     uses.begin() + static_cast<std::ptrdiff_t>(r.end), 0.0);
+    samples[s].overlap = sum / static_cast<double>(r.end - r.first);
+  }
+}
+
 }  // namespace
 
 std::vector<Sample> sample_scan(const Scan& scan, const sensing::NoiseModel& noise, std::size_t count,
                                 double most_spread, double min_range, double max_range) {
   std::vector<Sample> samples;
+  std::vector<Readings> of_sample;
   samples.reserve(count);
+  of_sample.reserve(count);
   const std::size_t size = scan.points.size();
   constexpr double golden_ratio = 0.6180339887498949;
   double place = 0;  // in the scan, as a share of it
@@ -36,18 +58,22 @@ std::vector<Sample> sample_scan(const Scan& scan, const sensing::NoiseModel& noi
     const double range = start.norm();
     if (!within(range, min_range, max_range)) continue;
     Eigen::Vector3d sum = start, before = start;
-    double readings = 1;
-    for (std::size_t at = first + 1; at < std::min(first + most_in_a_row, size); ++at, ++readings) {
+    std::size_t at = first + 1;
+    for (; at < std::min(first + most_in_a_row, size); ++at) {
       const Eigen::Vector3d point = scan.points[at].cast<double>();
       if (!((point - before).norm() < nearby * range)) break;
       sum += point;
       before = point;
     }
+    const auto readings = static_cast<double>(at - first);
     const Eigen::Vector3d mean = sum / readings;
     const double spread =
         noise.measured_sigma(sensing::range_class_of(static_cast<float>(range))) / std::sqrt(readings);
-    if (spread <= most_spread) samples.push_back({mean, start, before, mean.norm(), spread});
+    if (!(spread <= most_spread)) continue;
+    samples.push_back({mean, start, before, mean.norm(), spread});
+    of_sample.push_back({first, at});
   }
+  note_overlap(of_sample, samples, size);
   return samples;
 }
 
