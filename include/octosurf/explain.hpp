@@ -34,6 +34,7 @@ enum class Reason {
   scattered,          ///< scatters about its plane by more than noise does
   too_few_for_range,  ///< seen from far, where noise asks for more points than n
   normals_disagree,   ///< too few of its points' own normals agree with their plane
+  seen_edge_on,       ///< most of its points were seen along their plane: what a sensor mixes at an edge
   noise_sheet,        ///< a parallel sheet within a surface's noise
   seen_through,       ///< seen through a surface: that one's noise
   waiting             ///< the next detection run around it would make a surface
@@ -90,6 +91,12 @@ inline constexpr std::array reason_texts{
                "No surface: the plane through the points here agrees with the normals of {measured%} % of "
                "them, and a surface needs more than {limit%} %.",
                "agreeing"},
+    ReasonText{
+        Reason::seen_edge_on, "seen_edge_on",
+        "No surface: most of the points here were seen along their plane, as what a sensor mixes between "
+        "an edge and what lies behind it; {measured%} % were seen from before it, and a surface needs "
+        "more than {limit%} %.",
+        "seen_from_before"},
     ReasonText{Reason::noise_sheet, "noise_sheet",
                "No surface: the patch here is parallel to surface {surface} and within its noise."},
     ReasonText{Reason::seen_through, "seen_through",

@@ -91,9 +91,23 @@ geometry::Planarity PlaneExtraction::planarity_of(std::span<const Index> cluster
   return planarity;
 }
 
+/// Rays that an edge parts give readings anywhere between the edge and what lies behind it. They fill the
+/// plane that the edge and the line of sight span, and are seen along it. Where a view is nearer to the plane
+/// than it is known, its reading lies as well on that plane as before it.
+std::optional<surfaces::Refusal> PlaneExtraction::refusal_by_view(std::span<const Index> cluster,
+                                                                  const Plane& plane) {
+  const auto before = std::count_if(cluster.begin(), cluster.end(), [&](Index i) {
+    return plane.normal.dot(map_.window[i].view.cast<double>()) > sensing::NoiseModel::least_facing;
+  });
+  const double share = static_cast<double>(before) / static_cast<double>(cluster.size());
+  constexpr double most = 0.5;
+  if (share > most) return {};
+  return surfaces::Refusal{Reason::seen_edge_on, share, most};
+}
+
 /// A cluster passes if it scatters as noise does, does not bend, most of its points' own normals agree with
-/// the plane, and it is not the noise of a surface beside it. One that was seen only from far needs more
-/// points, because noise makes small planes out of anything.
+/// the plane, most were seen from before it, and it is not the noise of a surface beside it. One that was
+/// seen only from far needs more points, because noise makes small planes out of anything.
 PlaneExtraction::Verdict PlaneExtraction::verdict_on_shape(std::span<const Index> cluster,
                                                            const Plane& plane) {
   const geometry::Planarity planarity = planarity_of(cluster, plane);
@@ -111,6 +125,7 @@ PlaneExtraction::Verdict PlaneExtraction::verdict_on_shape(std::span<const Index
                               static_cast<double>(min_points_) * required_factor}};
   if (agreeing * 10 <= cluster.size() * 6)
     return {surfaces::Refusal{Reason::normals_disagree, static_cast<double>(agreeing) / points, 0.6}};
+  if (const std::optional<surfaces::Refusal> refusal = refusal_by_view(cluster, plane)) return {refusal};
   if (const SurfaceId neighbour = surfaces::noise_sheet_over(map_, cluster, plane, 0); neighbour != 0)
     return {surfaces::Refusal{.reason = Reason::noise_sheet, .surface = neighbour}};
   return {};

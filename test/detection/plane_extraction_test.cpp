@@ -216,6 +216,21 @@ TEST(PlaneExtraction, ASheetInASurfacesNoiseIsNone) {
   }
 }
 
+TEST(PlaneExtraction, WhatIsSeenAlongItselfIsMixedAtAnEdge) {
+  // The sensor stands so far before the plane that its views meet it, in the middle, at 1° and at 10°.
+  for (const double degrees : {1.0, 10.0}) {
+    const double before = 2.3 * std::tan(degrees * std::numbers::pi / 180);
+    PendingPoints pending({rectangle_scan({-2, 0.2, before}, {0, 0, 0.003}, {0.6, 0, 0}, {0, 0.4, 0})});
+    const Extracted result = extracted(pending);
+    EXPECT_EQ(result.surfaces.size(), degrees < 4 ? 0U : 1U);
+    const PlaneProposal* refused = result.refusal(Reason::seen_edge_on);
+    ASSERT_EQ(refused != nullptr, degrees < 4);
+    if (refused != nullptr) {
+      EXPECT_LT(refused->refusal->measured, 0.5);
+    }
+  }
+}
+
 TEST(PlaneExtraction, EveryPointIsTakenOrRefused) {
   std::mt19937_64 rng = test::rng();
   std::uniform_real_distribution<double> uniform(0, 1);

@@ -370,6 +370,7 @@ TEST(Explain, EveryPendingPointOfARoomHasItsReason) {
       case Reason::scattered:
       case Reason::too_few_for_range:
       case Reason::normals_disagree:
+      case Reason::seen_edge_on:
         break;
       case Reason::noise_sheet:
       case Reason::seen_through:
