@@ -1,6 +1,12 @@
 #include "law/contacts.hpp"
 
+#include "law/label_blocks.hpp"
+
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <optional>
+#include <tsl/robin_map.h>
 #include <utility>
 
 namespace octosurf::law {
@@ -26,30 +32,29 @@ class Gaps {
     for (Index i = 0; i < readings.size(); ++i) at_rim_[i] = is_at_rim(i);
   }
 
-  void look_around(Index i) {
-    if (!at_rim_[i]) return;
-    const int voxels = static_cast<int>(reach_ / readings_.resolution());
-    readings_.for_each_near(readings_[i].key, voxels, [&](Index j) {
-      const Label other = labels_[j];
-      if (j <= i || other == clutter || other == labels_[i] || !at_rim_[j] || settled_for_[other] == i)
-        return;
-      const Eigen::Vector3d line = position(j) - position(i);
-      if (line.squaredNorm() <= reach_ * reach_ && !look_along(i, j)) settled_for_[other] = i;
+  void look() {
+    const LabelBlocks blocks(readings_, labels_, at_rim_);
+    blocks.for_each_block(voxels(), [&](Index first, Index end, const std::vector<LabelBlocks::Near>& near) {
+      for (Index i = first; i < end; ++i)
+        if (at_rim_[i]) look_around(i, near);
     });
   }
 
   void report(PatchGraph& graph) const {
-    for (const auto& [pair, gap] : gaps_)
-      if (2 * gap.open > gap.lines) graph.meet(pair.first, pair.second, gap.sum / gap.open, 0);
+    for (const Gap& gap : gaps_)
+      if (2 * gap.open > gap.lines) graph.meet(gap.a, gap.b, gap.sum / gap.open, 0);
   }
 
  private:
   struct Gap {
+    Label a, b;
+    std::optional<PlanePair> planes;  // none if no line is to be looked along
     int lines = 0, open = 0;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();  // of the open lines' middles
   };
 
   Eigen::Vector3d position(Index i) const { return readings_[i].position.cast<double>(); }
+  int voxels() const { return static_cast<int>(reach_ / readings_.resolution()); }
 
   /// Its neighbours of the same plane lie to one side of it.
   bool is_at_rim(Index i) const {
@@ -65,16 +70,50 @@ class Gaps {
     return (sum - normal.dot(sum) * normal).norm() >= same * rim_asymmetry * readings_.resolution();
   }
 
+  void look_around(Index i, const std::vector<LabelBlocks::Near>& near) {
+    for (const LabelBlocks::Near& block : near) {
+      const LabelBlocks::Part part = block.within(readings_[i].key, voxels());
+      if (part.empty()) continue;
+      for (const LabelBlocks::Group& group : *block.groups)
+        if (group.label != labels_[i] && group.members.back() > i && settled_for_[group.label] != i &&
+            part.any_of(group))
+          look_at(i, group);
+    }
+  }
+
+  void look_at(Index i, const LabelBlocks::Group& group) {
+    Gap& gap = gap_between(labels_[i], group.label);
+    const auto further = std::upper_bound(group.members.begin(), group.members.end(), i);
+    for (auto j = further; j != group.members.end(); ++j) {
+      const Eigen::Vector3d line = position(*j) - position(i);
+      if (!within_voxels(i, *j) || line.squaredNorm() > reach_ * reach_) continue;
+      if (look_along(i, *j, gap)) continue;
+      settled_for_[group.label] = i;
+      return;
+    }
+  }
+
+  bool within_voxels(Index i, Index j) const {
+    const geometry::VoxelKey a = readings_[i].key, b = readings_[j].key;
+    return std::max({std::abs(a.x - b.x), std::abs(a.y - b.y), std::abs(a.z - b.z)}) <= voxels();
+  }
+
+  Gap& gap_between(Label a, Label b) {
+    if (a > b) std::swap(a, b);
+    const auto [at, fresh] = index_.try_emplace(std::uint64_t{a} << 32 | b, gaps_.size());
+    if (fresh) {
+      gaps_.push_back({.a = a, .b = b, .planes = {}});
+      const bool alike = graph_[a].plane.normal.dot(graph_[b].plane.normal) >= PatchGraph::least_cosine;
+      if (alike && !graph_.met(a, b)) gaps_.back().planes.emplace(graph_[a], graph_[b]);
+    }
+    return gaps_[at->second];
+  }
+
   /// False if no further line from the one to the other's patch would tell more.
-  bool look_along(Index i, Index j) {
-    if (graph_.met(labels_[i], labels_[j])) return false;
-    const Label a = std::min(labels_[i], labels_[j]), b = std::max(labels_[i], labels_[j]);
-    const Patch &pa = graph_[a], &pb = graph_[b];
-    if (pa.plane.normal.dot(pb.plane.normal) < 0.5) return false;  // as in PatchGraph::gain()
-    Gap& gap = gaps_[{a, b}];
+  bool look_along(Index i, Index j, Gap& gap) const {
+    if (!gap.planes || gap.lines == most_lines) return false;
     const Eigen::Vector3d middle = 0.5 * (position(i) + position(j));
-    if (gap.lines == most_lines) return false;
-    if (!(log_same(pa, pb, middle) > 0)) return true;
+    if (!(gap.planes->log_same(middle) > 0)) return true;
     ++gap.lines;
     if (!open(i, j)) return true;
     ++gap.open;
@@ -109,9 +148,10 @@ class Gaps {
   const std::vector<Label>& labels_;
   double reach_;
   const PatchGraph& graph_;
-  std::vector<char> at_rim_;
+  std::vector<bool> at_rim_;
   std::vector<Index> settled_for_;  // by label: the reading from which no line to it is looked along any more
-  std::map<std::pair<Label, Label>, Gap> gaps_;
+  std::vector<Gap> gaps_;           // in the order in which they were found
+  tsl::robin_map<std::uint64_t, std::size_t, geometry::PackedKeyHash> index_;  // of them, by their labels
 };
 
 }  // namespace
@@ -131,7 +171,7 @@ void meet_neighbours(const Readings& readings, const std::vector<Label>& labels,
 void meet_across_gaps(const Readings& readings, const std::vector<Label>& labels, double reach,
                       PatchGraph& graph) {
   Gaps gaps(readings, labels, reach, graph);
-  for (Index i = 0; i < readings.size(); ++i) gaps.look_around(i);
+  gaps.look();
   gaps.report(graph);
 }
 

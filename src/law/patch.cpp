@@ -51,21 +51,26 @@ Heights heights_over(const Patch& patch, const Eigen::Vector3d& at, const Eigen:
   return heights;
 }
 
-double log_same(const Patch& a, const Patch& b, const Eigen::Vector3d& at) {
-  const Eigen::Vector3d between = a.plane.normal + b.plane.normal;
-  const Eigen::Matrix3d R = geometry::plane_axes(between.normalized()).transpose();
-  const Heights ha = heights_over(a, at, R), hb = heights_over(b, at, R);
-  const Eigen::Vector3d D = ha.theta - hb.theta;
-  const Eigen::Matrix3d C = ha.covariance + hb.covariance;
-  const Eigen::LDLT<Eigen::Matrix3d> solver(C);
+PlanePair::PlanePair(const Patch& a, const Patch& b)
+    : R_(geometry::plane_axes((a.plane.normal + b.plane.normal).normalized()).transpose()),
+      about_(0.5 * (a.centroid() + b.centroid())) {
+  const Heights ha = heights_over(a, about_, R_), hb = heights_over(b, about_, R_);
+  D_ = ha.theta - hb.theta;
+  C_ = ha.covariance + hb.covariance;
+  const Eigen::LDLT<Eigen::Matrix3d> solver(C_);
   const double log_determinant = solver.vectorD().array().max(1e-300).log().sum();
   const double log_one =
-      -0.5 * (3 * std::log(2 * std::numbers::pi) + log_determinant + D.dot(solver.solve(D)));
-  const double step2 = D[0] * D[0] + C(0, 0);
-  const double slope2 = D.tail<2>().squaredNorm() + 0.5 * (C(1, 1) + C(2, 2));
-  const double log_two =
-      -std::log(2 * std::sqrt(step2) * log_scales) - std::log(2 * std::numbers::pi * slope2 * log_scales);
-  return log_one - log_two;
+      -0.5 * (3 * std::log(2 * std::numbers::pi) + log_determinant + D_.dot(solver.solve(D_)));
+  const double slope2 = D_.tail<2>().squaredNorm() + 0.5 * (C_(1, 1) + C_(2, 2));
+  const double log_two = -std::log(2 * log_scales) - std::log(2 * std::numbers::pi * slope2 * log_scales);
+  log_ratio_ = log_one - log_two;
+}
+
+double PlanePair::log_same(const Eigen::Vector3d& at) const {
+  Eigen::Vector3d here = R_ * (at - about_);  // D and C give the step there as (1, u, v) · D, and its variance
+  here = {1, here.x(), here.y()};
+  const double step = here.dot(D_);
+  return log_ratio_ + 0.5 * std::log(step * step + here.dot(C_ * here));
 }
 
 double log_tail(const Patch& a, const Patch& b) {

@@ -46,11 +46,28 @@ struct Heights {
 /// `R`: rows u, v, normal of a frame at `at`.
 Heights heights_over(const Patch& patch, const Eigen::Vector3d& at, const Eigen::Matrix3d& R);
 
-/// ln of how much more likely two patches' planes are as readings of one plane than of two that differ by
-/// something. Of that something not even the scale is known, between what can be told apart and a hundred
-/// times as much: a prior that is even in its logarithm. `at`: where they meet; there the difference is
-/// taken.
-double log_same(const Patch& a, const Patch& b, const Eigen::Vector3d& at);
+/// Two patches, which may be of one plane. As readings of one, their heights differ by D with the sum C of
+/// their covariances; how likely that is does not depend on where heights are taken: elsewhere D and C are
+/// sheared, by a determinant of one.
+class PlanePair {
+ public:
+  PlanePair(const Patch& a, const Patch& b);
+  /// ln of how much more likely the two planes are as readings of one plane than of two that differ by
+  /// something. Of that something not even the scale is known, between what can be told apart and a hundred
+  /// times as much: a prior that is even in its logarithm. `at`: where they meet; there the step is taken.
+  /// Cost: a logarithm.
+  double log_same(const Eigen::Vector3d& at) const;
+
+ private:
+  Eigen::Matrix3d R_;  // rows u, v, normal of a frame between the two
+  Eigen::Vector3d about_;
+  Eigen::Vector3d D_;  // there
+  Eigen::Matrix3d C_;
+  double log_ratio_;  // but for the step's size, which follows the place
+};
+inline double log_same(const Patch& a, const Patch& b, const Eigen::Vector3d& at) {
+  return PlanePair(a, b).log_same(at);
+}
 
 /// ln of how much shorter the readings are told without `b`, as the tail of `a`'s noise. Of the readings in
 /// each of `a`'s voxels, some of those that reach a voxel beyond it are bound to lie off by more: the more

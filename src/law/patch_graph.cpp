@@ -8,10 +8,6 @@
 namespace octosurf::law {
 namespace {
 
-/// Effort: planes that differ by more than 60° are never one, and heights over a frame between them make
-/// little sense.
-constexpr double least_cosine = 0.5;
-
 /// Only what is four times smaller may be a tail: of two halves of a wall none is the other's noise.
 constexpr double largest_tail = 0.25;
 

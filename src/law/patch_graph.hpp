@@ -17,6 +17,10 @@ inline constexpr double rim_cost = 0.5;
 /// Patches and where they meet. Merges what one plane explains better than two, best first.
 class PatchGraph {
  public:
+  /// Effort: planes that differ by more than 60° are never one, and heights over a frame between them make
+  /// little sense.
+  static constexpr double least_cosine = 0.5;
+
   /// patches[clutter] stands for clutter and meets nothing.
   explicit PatchGraph(std::vector<Patch> patches)
       : patches_(std::move(patches)), contacts_(patches_.size()), mergers_(patches_.size(), 0) {}

@@ -16,6 +16,9 @@ std::vector<geometry::VoxelKey> all_of(const occupancy::OccupancyMap& octree) {
   return keys;
 }
 
+/// Of 8³ voxels, as the window's.
+std::uint64_t block_of(geometry::VoxelKey key) { return key.packed() >> 3 & 0x1fff1fff1fffULL; }
+
 }  // namespace
 
 Readings::Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
@@ -30,7 +33,9 @@ Readings::Readings(const occupancy::OccupancyMap& octree, const occupancy::Point
   in_window.reserve(voxels.size());
   for (const geometry::VoxelKey key : voxels)
     if (const Index i = window_.find(key); i != none) in_window.push_back(i);
-  std::sort(in_window.begin(), in_window.end());
+  std::sort(in_window.begin(), in_window.end(), [&](Index a, Index b) {
+    return std::pair(block_of(window_[a].key), a) < std::pair(block_of(window_[b].key), b);
+  });
   places_.assign(window_.size(), none);
   readings_.reserve(in_window.size());
   const float one_hit = 0.85F;  // nats of OctoMap's default; only ratios are asked for

@@ -33,8 +33,9 @@ struct Reading {
   double distance(const Plane& plane) const { return plane.signed_distance(position.cast<double>()); }
 };
 
-/// Points of an octree, owned and pending alike, with their neighbours among each other, in the window's
-/// order: all of the octree's, or those around what a scan has changed.
+/// Points of an octree, owned and pending alike, with their neighbours among each other: all of the octree's,
+/// or those around what a scan has changed. In order of their blocks of 8³ voxels, and in these of their keys,
+/// whatever the window has loaded first.
 class Readings {
  public:
   using Index = occupancy::PointWindow::Index;
@@ -59,13 +60,6 @@ class Readings {
   bool at_border(Index i) const { return at_border_[i]; }
   /// The reading in a voxel, or none.
   Index find(geometry::VoxelKey key) const { return of_window(window_.find(key)); }
-  /// visit(Index) for every reading whose voxel lies within `reach` voxels of `key` along each axis.
-  template <class Visit>
-  void for_each_near(geometry::VoxelKey key, int reach, Visit&& visit) const {
-    window_.for_each_near(key, reach, [&](Index in_window) {
-      if (const Index i = of_window(in_window); i != none) visit(i);
-    });
-  }
   const sensing::ReadingModel& model() const { return model_; }
   double resolution() const { return grid_.resolution(); }
   const geometry::VoxelGrid& grid() const { return grid_; }

@@ -4,6 +4,7 @@
 #include "law/contacts.hpp"
 #include "law/crossings.hpp"
 #include "law/curvature.hpp"
+#include "law/label_blocks.hpp"
 #include "law/labelling.hpp"
 #include "law/patch_graph.hpp"
 #include "law/planelets.hpp"
@@ -60,19 +61,32 @@ std::vector<std::size_t> count_clutter_around(const Readings& readings, const Se
   half_depth[clutter] = 0;
   const double farthest = *std::max_element(half_depth.begin(), half_depth.end());
   const int reach = std::max(1, static_cast<int>(farthest / readings.resolution()));
+  std::vector<bool> owned(readings.size());
+  for (Index i = 0; i < readings.size(); ++i) owned[i] = segmentation.labels[i] != clutter;
   std::vector<std::size_t> counts(segmentation.patches.size(), 0);
-  std::vector<Index> seen_from(segmentation.patches.size(), Readings::none);
-  std::vector<Label> in_depth;
-  for (Index i = 0; i < readings.size(); ++i) {
-    if (segmentation.labels[i] != clutter) continue;
-    in_depth.clear();
-    for (Label label = 1; label < segmentation.patches.size(); ++label)
-      if (std::fabs(readings[i].distance(segmentation.patches[label].plane)) <= half_depth[label])
-        in_depth.push_back(label);
-    if (in_depth.empty()) continue;
-    readings.for_each_near(readings[i].key, reach, [&](Index j) { seen_from[segmentation.labels[j]] = i; });
-    for (const Label label : in_depth) counts[label] += seen_from[label] == i;
-  }
+  std::vector<Index> asked_from(counts.size(), Readings::none), settled_from = asked_from;
+  const auto count = [&](Index i, const LabelBlocks::Group& group, const LabelBlocks::Part& part) {
+    const Label label = group.label;
+    if (settled_from[label] == i) return;
+    const bool out_of_depth =
+        asked_from[label] != i &&
+        std::fabs(readings[i].distance(segmentation.patches[label].plane)) > half_depth[label];
+    asked_from[label] = i;
+    const bool beside = !out_of_depth && part.any_of(group);
+    counts[label] += beside;
+    if (beside || out_of_depth) settled_from[label] = i;
+  };
+  LabelBlocks(readings, segmentation.labels, owned)
+      .for_each_block(reach, [&](Index first, Index end, const std::vector<LabelBlocks::Near>& near) {
+        for (Index i = first; i < end; ++i) {
+          if (owned[i]) continue;
+          for (const LabelBlocks::Near& block : near) {
+            const LabelBlocks::Part part = block.within(readings[i].key, reach);
+            if (part.empty()) continue;
+            for (const LabelBlocks::Group& group : *block.groups) count(i, group, part);
+          }
+        }
+      });
   return counts;
 }
 

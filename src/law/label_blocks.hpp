@@ -1,0 +1,69 @@
+#pragma once
+
+#include "law/readings.hpp"
+
+#include <array>
+#include <cstdint>
+#include <tsl/robin_map.h>
+#include <vector>
+
+namespace octosurf::law {
+
+/// Readings by block of 8³ voxels and label: what lies around many readings is asked of all in a block
+/// together, and most of it is answered by bits.
+class LabelBlocks {
+ public:
+  using Index = Readings::Index;
+
+  /// Those of a block with one label.
+  struct Group {
+    Label label;
+    std::array<std::uint64_t, 8> slices;  ///< slice z; bit 8·y + x
+    std::vector<Index> members;           ///< ascending
+  };
+  /// `wanted`: by reading; others are in no group.
+  LabelBlocks(const Readings& readings, const std::vector<Label>& labels, const std::vector<bool>& wanted);
+
+  /// What of a block lies in a box.
+  class Part {
+   public:
+    bool empty() const { return slice_ == 0; }
+    bool any_of(const Group& group) const {
+      std::uint64_t found = 0;
+      for (unsigned z = first_; z <= last_; ++z) found |= group.slices[z] & slice_;
+      return found != 0;
+    }
+
+   private:
+    friend LabelBlocks;
+    unsigned first_ = 0, last_ = 0;  // slices
+    std::uint64_t slice_ = 0;        // of each of them
+  };
+  /// A block that some box about a reading of another may meet.
+  struct Near {
+    std::array<int, 3> corner;  ///< voxel
+    const std::vector<Group>* groups;
+    /// Within `reach` voxels of `key` along each axis.
+    Part within(geometry::VoxelKey key, int reach) const;
+  };
+  /// visit(first, end, blocks) for the readings [first, end) of each block, in order, with those in which
+  /// something lies within `reach` voxels of one of them, in order of z, y, x. Cost: blocks met.
+  template <class Visit>
+  void for_each_block(int reach, Visit&& visit) const {
+    for (const Block& block : blocks_) visit(block.first, block.end, near(block, reach));
+  }
+
+ private:
+  struct Block {
+    std::array<int, 3> place;  // voxel key divided by 8
+    Index first, end;          // of its readings
+    std::vector<Group> groups;
+  };
+  static std::uint64_t packed(int x, int y, int z);
+  std::vector<Near> near(const Block& block, int reach) const;
+
+  std::vector<Block> blocks_;
+  tsl::robin_map<std::uint64_t, std::size_t, geometry::PackedKeyHash> index_;
+};
+
+}  // namespace octosurf::law
