@@ -21,8 +21,20 @@ NeighbourLabels labels_near(const Readings& readings, const std::vector<Label>& 
   return near;
 }
 
+/// All neighbours have the label that it has itself, as nearly all do inside a surface.
+bool among_its_own(const Readings& readings, const std::vector<Label>& labels, Index i) {
+  const std::span<const Index> near = readings.near(i);
+  return std::all_of(near.begin(), near.end(), [&](Index j) { return labels[j] == labels[i]; });
+}
+
 Label best_label(const Readings& readings, const std::vector<Patch>& patches,
                  const std::vector<Label>& labels, Index i) {
+  if (among_its_own(readings, labels, i)) {  // as below, in short
+    if (labels[i] == clutter) return clutter;
+    const double gain =
+        readings.log_ratio(i, patches[labels[i]].plane) + rim_cost * static_cast<double>(readings.near(i).size());
+    return gain > 0 ? labels[i] : clutter;
+  }
   NeighbourLabels near = labels_near(readings, labels, i);
   if (labels[i] != clutter) near.add(labels[i], 0);  // it may keep what no neighbour has
   return near.best([&](Label label) { return readings.log_ratio(i, patches[label].plane); });
@@ -64,16 +76,14 @@ std::vector<std::size_t> roots_of_pieces(const Readings& readings, const Segment
   for (Index i = 0; i < readings.size(); ++i) roots[i] = sets.root(i);
   for (Index i = 0; i < readings.size(); ++i) {
     if (!ambiguous[i]) continue;
+    NeighbourLabels pieces;  // by root
+    for (const Index j : readings.near(i))
+      if (labels[j] == labels[i] && !ambiguous[j]) pieces.add(static_cast<Label>(roots[j]));
     int most = 0;
-    for (const Index j : readings.near(i)) {
-      if (labels[j] != labels[i] || ambiguous[j]) continue;
-      int agreeing = 0;
-      for (const Index k : readings.near(i))
-        agreeing += labels[k] == labels[i] && !ambiguous[k] && sets.root(k) == sets.root(j);
-      if (agreeing > most) {
-        most = agreeing;
-        roots[i] = sets.root(j);
-      }
+    for (const auto& [root, agreeing] : pieces) {
+      if (agreeing <= most) continue;
+      most = agreeing;
+      roots[i] = root;
     }
   }
   return roots;
@@ -87,11 +97,14 @@ std::vector<bool> find_ambiguous(const Readings& readings, const std::vector<Lab
   for (Index i = 0; i < readings.size(); ++i) {
     if (labels[i] == clutter) continue;
     const Plane& own = patches[labels[i]].plane;
-    for (const auto& [label, count] : labels_near(readings, labels, i)) {
-      if (label == clutter || label == labels[i]) continue;
-      const Plane& other = patches[label].plane;
-      if (own.normal.dot(other.normal) < cos_nearly_parallel && readings.log_ratio(i, other) > 0)
-        ambiguous[i] = true;
+    Label asked = labels[i];  // last: neighbours have few labels
+    for (const Index j : readings.near(i)) {
+      if (labels[j] == clutter || labels[j] == labels[i] || labels[j] == asked) continue;
+      asked = labels[j];
+      const Plane& other = patches[asked].plane;
+      if (own.normal.dot(other.normal) >= cos_nearly_parallel || !(readings.gain(i, other) > 0)) continue;
+      ambiguous[i] = true;
+      break;
     }
   }
   return ambiguous;

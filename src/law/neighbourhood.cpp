@@ -2,54 +2,17 @@
 
 #include "law/labelling.hpp"
 #include "law/planelets.hpp"
+#include "law/voxel_blocks.hpp"
 
-#include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
-#include <set>
 
 namespace octosurf::law {
 namespace {
 
 using Index = Readings::Index;
 using surfaces::SurfaceModel;
-
-/// Blocks of planelet_edge(), as voxel keys divided by it.
-class Blocks {
- public:
-  explicit Blocks(double resolution) : edge_(planelet_edge(resolution)) {}
-
-  void add(geometry::VoxelKey key) { blocks_.insert({key.z / edge_, key.y / edge_, key.x / edge_}); }
-  /// Takes in all that are up to so many voxels off.
-  void widen(int voxels) {
-    const int reach = (voxels + edge_ - 1) / edge_;
-    std::set<Block> wide;
-    for (const auto& [z, y, x] : blocks_)
-      for (int dz = -reach; dz <= reach; ++dz)
-        for (int dy = -reach; dy <= reach; ++dy)
-          for (int dx = -reach; dx <= reach; ++dx) wide.insert({z + dz, y + dy, x + dx});
-    blocks_ = std::move(wide);
-  }
-  std::vector<geometry::VoxelKey> voxels(const occupancy::PointWindow& window) const {
-    std::vector<geometry::VoxelKey> keys;
-    const int last = 65536 / edge_;
-    for (const Block& block : blocks_) {
-      const int z = block[0], y = block[1], x = block[2];
-      if (std::min({x, y, z}) < 0 || std::max({x, y, z}) >= last) continue;
-      const auto middle = [&](int k) { return static_cast<std::uint16_t>(k * edge_ + edge_ / 2); };
-      window.for_each_near({middle(x), middle(y), middle(z)}, edge_ / 2, [&](Index i) {
-        const geometry::VoxelKey key = window[i].key;
-        if (key.x / edge_ == x && key.y / edge_ == y && key.z / edge_ == z) keys.push_back(key);
-      });
-    }
-    return keys;
-  }
-
- private:
-  using Block = std::array<int, 3>;
-  int edge_;
-  std::set<Block> blocks_;
-};
 
 /// Of a surface's inliers of one class of distance: those among the readings.
 struct Seen {
@@ -112,12 +75,18 @@ std::vector<geometry::VoxelKey> voxels_around(const surfaces::MapView& map,
                                               std::span<const geometry::VoxelKey> changed,
                                               std::span<const SurfaceId> surfaces) {
   const double resolution = map.grid.resolution();
-  Blocks blocks(resolution);
-  for (const geometry::VoxelKey key : changed) blocks.add(key);
+  const VoxelBlocks blocks(planelet_edge(resolution));
+  std::vector<VoxelBlocks::Place> places;
+  for (const geometry::VoxelKey key : changed) places.push_back(blocks.of(key));
   for (const SurfaceId id : surfaces)
-    map.surfaces.find(id)->for_each_inlier([&](const surfaces::Inlier& inlier) { blocks.add(inlier.key); });
-  blocks.widen(static_cast<int>(std::ceil(map.parameters.max_hole_size() / resolution - 1e-9)));
-  return blocks.voxels(map.window);
+    map.surfaces.find(id)->for_each_inlier(
+        [&](const surfaces::Inlier& inlier) { places.push_back(blocks.of(inlier.key)); });
+  places = blocks.widened(std::move(places),
+                          static_cast<int>(std::ceil(map.parameters.max_hole_size() / resolution - 1e-9)));
+  std::vector<geometry::VoxelKey> keys;
+  for (const VoxelBlocks::Place place : places)
+    blocks.for_each_point(map.window, place, [&](Index i) { keys.push_back(map.window[i].key); });
+  return keys;
 }
 
 Segmentation known_about(const Readings& readings, const surfaces::SurfaceStore& surfaces,

@@ -55,7 +55,7 @@ class Block {
   std::vector<Index> belonging(const Plane& plane) const {
     std::vector<Index> its;
     for (const Index i : left_)
-      if (readings_.log_ratio(i, plane) > 0) its.push_back(i);
+      if (readings_.gain(i, plane) > 0) its.push_back(i);
     return its;
   }
 
@@ -63,7 +63,7 @@ class Block {
     const std::size_t step = 1 + left_.size() / scored;
     double sum = 0;
     for (std::size_t k = 0; k < left_.size(); k += step)
-      sum += std::max(0.0, readings_.log_ratio(left_[k], plane));
+      sum += readings_.gain(left_[k], plane);
     return sum;
   }
 

@@ -68,6 +68,11 @@ class Readings {
     const Reading& r = readings_[i];
     return model_.log_ratio(r.distance(plane), r.range_class, r.facing(plane));
   }
+  /// The same if it is positive, else 0.
+  double gain(Index i, const Plane& plane) const {
+    const Reading& r = readings_[i];
+    return model_.gain(r.distance(plane), r.range_class, r.facing(plane));
+  }
   /// Adds a reading to a patch's sums, weighted as a reading of the patch's plane; fits nothing.
   void add_to(Patch& patch, Index i) const;
   /// The patch of some readings and of sums `beyond` them, fitted by weights that follow the plane, which

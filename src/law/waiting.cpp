@@ -2,11 +2,12 @@
 
 #include "law/neighbour_labels.hpp"
 #include "law/planelets.hpp"
+#include "law/voxel_blocks.hpp"
 
 #include <algorithm>
 #include <iterator>
-#include <map>
-#include <set>
+#include <tsl/robin_map.h>
+#include <tsl/robin_set.h>
 
 namespace octosurf::law {
 namespace {
@@ -14,30 +15,9 @@ namespace {
 using Index = surfaces::MapView::Index;
 using geometry::VoxelKey;
 
-/// Voxels by the block that they lie in.
-std::uint64_t block_of(VoxelKey key, int edge) {
-  const auto part = [edge](std::uint16_t k) { return static_cast<std::uint16_t>(k / edge); };
-  return VoxelKey{part(key.x), part(key.y), part(key.z)}.packed();
-}
-
 bool is_pending(const surfaces::MapView& map, VoxelKey key) {
   const Index i = map.window.find(key);
   return i != occupancy::PointWindow::none && map.window[i].surface == 0;
-}
-
-/// Those in the same block as this one, but for those that are due already.
-std::vector<VoxelKey> pending_in_block(const surfaces::MapView& map, VoxelKey key, int edge,
-                                       const std::set<VoxelKey>& due) {
-  const auto middle = [edge](std::uint16_t k) {
-    return static_cast<std::uint16_t>(std::min(65535, k / edge * edge + edge / 2));
-  };
-  std::vector<VoxelKey> pending;
-  map.window.for_each_near({middle(key.x), middle(key.y), middle(key.z)}, (edge + 1) / 2, [&](Index i) {
-    const occupancy::VoxelPoint& p = map.window[i];
-    if (p.surface == 0 && block_of(p.key, edge) == block_of(key, edge) && !due.contains(p.key))
-      pending.push_back(p.key);
-  });
-  return pending;
 }
 
 SurfaceId best_surface(const surfaces::MapView& map, const sensing::ReadingModel& model, Index i) {
@@ -53,17 +33,50 @@ SurfaceId best_surface(const surfaces::MapView& map, const sensing::ReadingModel
   });
 }
 
-/// In key order: what waited before, around what is new as far as it is still pending, and what is new.
-std::vector<VoxelKey> all_waiting(const surfaces::MapView& map, std::vector<VoxelKey> before,
-                                  std::span<const VoxelKey> fresh) {
-  const int largest = planelet_edge(map.grid.resolution()) << (planelet_levels - 1);
-  std::set<std::uint64_t> around;
-  for (const VoxelKey key : fresh) around.insert(block_of(key, largest));
-  std::erase_if(
-      before, [&](VoxelKey key) { return around.contains(block_of(key, largest)) && !is_pending(map, key); });
+using Keys = tsl::robin_set<std::uint64_t, geometry::PackedKeyHash>;
+
+/// Takes those out of `before` that lie in the same largest blocks of planelets as something new.
+std::vector<VoxelKey> take_around(std::vector<VoxelKey>& before, std::span<const VoxelKey> fresh, int edge) {
+  const VoxelBlocks blocks(edge << (planelet_levels - 1));
+  Keys places;
+  for (const VoxelKey key : fresh) places.insert(blocks.of(key));
+  std::vector<VoxelKey> around;
+  std::erase_if(before, [&](VoxelKey key) {
+    if (!places.contains(blocks.of(key))) return false;
+    around.push_back(key);
+    return true;
+  });
+  return around;
+}
+
+std::vector<VoxelKey> united(const std::vector<VoxelKey>& a, std::span<const VoxelKey> b) {
   std::vector<VoxelKey> all;
-  std::set_union(before.begin(), before.end(), fresh.begin(), fresh.end(), std::back_inserter(all));
+  std::set_union(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(all));
   return all;
+}
+
+/// Adds to `due` what of these blocks is.
+void add_due(const surfaces::MapView& map, const VoxelBlocks& blocks, std::span<const VoxelKey> fresh,
+             const std::vector<VoxelKey>& waiting, Keys& due) {
+  constexpr std::size_t a_quarter = 4;  // as in SurfaceModel::recently_checked()
+  tsl::robin_map<VoxelBlocks::Place, std::size_t, geometry::PackedKeyHash> come;  // since segmented last
+  for (const VoxelKey key : fresh)
+    if (!due.contains(key.packed())) come.try_emplace(blocks.of(key), 0);
+  for (const VoxelKey key : waiting)
+    if (const auto at = come.find(blocks.of(key)); at != come.end() && !due.contains(key.packed()))
+      ++at.value();
+  for (const VoxelKey key : fresh) {
+    const auto at = come.find(blocks.of(key));
+    if (at == come.end() || at->second < fewest_of_plane) continue;
+    std::vector<VoxelKey> pending;
+    blocks.for_each_point(map.window, at->first, [&](Index i) {
+      const occupancy::VoxelPoint& p = map.window[i];
+      if (p.surface == 0 && !due.contains(p.key.packed())) pending.push_back(p.key);
+    });
+    if (at->second * a_quarter >= pending.size())
+      for (const VoxelKey p : pending) due.insert(p.packed());
+    come.erase(at);  // it is looked at once
+  }
 }
 
 }  // namespace
@@ -87,29 +100,17 @@ std::vector<VoxelKey> take_in(surfaces::Ledger& ledger, std::span<const VoxelKey
 
 Waiting due_to_segment(const surfaces::MapView& map, std::vector<VoxelKey> before,
                        std::span<const VoxelKey> fresh) {
-  constexpr std::size_t a_quarter = 4;  // as in SurfaceModel::recently_checked()
-  const std::vector<VoxelKey> waiting = all_waiting(map, std::move(before), fresh);
-  std::set<VoxelKey> due;
-  for (int level = 0; level < planelet_levels; ++level) {
-    const int edge = planelet_edge(map.grid.resolution()) << level;
-    std::map<std::uint64_t, std::size_t> come;  // since their block was segmented last
-    for (const VoxelKey key : fresh)
-      if (!due.contains(key)) come.emplace(block_of(key, edge), 0);
-    for (const VoxelKey key : waiting)
-      if (const auto block = come.find(block_of(key, edge)); block != come.end() && !due.contains(key))
-        ++block->second;
-    for (const VoxelKey key : fresh) {
-      const auto block = come.find(block_of(key, edge));
-      if (block == come.end() || block->second < fewest_of_plane) continue;
-      const std::vector<VoxelKey> pending = pending_in_block(map, key, edge, due);
-      if (block->second * a_quarter >= pending.size()) due.insert(pending.begin(), pending.end());
-      come.erase(block);  // it is looked at once
-    }
-  }
-  Waiting result;
-  result.due.assign(due.begin(), due.end());
-  std::copy_if(waiting.begin(), waiting.end(), std::back_inserter(result.left),
-               [&](VoxelKey key) { return !due.contains(key); });
+  const int edge = planelet_edge(map.grid.resolution());
+  std::vector<VoxelKey> around = take_around(before, fresh, edge);
+  std::erase_if(around, [&](VoxelKey key) { return !is_pending(map, key); });
+  around = united(around, fresh);
+  Keys due;
+  for (int level = 0; level < planelet_levels; ++level)
+    add_due(map, VoxelBlocks(edge << level), fresh, around, due);
+  std::erase_if(around, [&](VoxelKey key) { return due.contains(key.packed()); });
+  Waiting result{.due = {}, .left = united(before, around)};
+  for (const std::uint64_t key : due) result.due.push_back(VoxelKey::unpack(key));
+  std::sort(result.due.begin(), result.due.end());
   return result;
 }
 

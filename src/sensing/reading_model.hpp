@@ -69,6 +69,12 @@ class ReadingModel {
     const double met = 2 * std::max(facing, view_error);
     return log_scale_ - 0.5 * std::log(variance(range_class, facing) / (met * met));
   }
+  /// log_ratio if it is positive, else 0. No reading reaches farther than one that is seen head-on, which is
+  /// asked first.
+  double gain(double distance, unsigned range_class, double facing) const {
+    if (distance * distance > farthest2_[range_class]) return 0;
+    return std::max(0.0, log_ratio(distance, range_class, facing));
+  }
   /// m, off the plane to where a reading stops belonging to it.
   double reach(unsigned range_class, double facing) const {
     return std::sqrt(std::max(0.0, 2 * variance(range_class, facing) * log_peak(range_class, facing)));
@@ -80,6 +86,7 @@ class ReadingModel {
   }
 
   std::array<double, NoiseModel::classes> along_sight_;  // σ_c²
+  std::array<double, NoiseModel::classes> farthest2_;    // m², reach() seen head-on, squared
   double common_;                                        // σ_q² + σ_pose²
   double log_scale_;                                     // ln of odds · clutter_depth / √2π
 };
