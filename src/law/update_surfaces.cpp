@@ -44,6 +44,16 @@ void segment_around(surfaces::Ledger& ledger, const occupancy::OccupancyMap& oct
       ledger.find(id)->set_checked();
 }
 
+/// What waits, and what has lost its surface and found no other: it is asked again once enough has come there.
+std::vector<geometry::VoxelKey> with_released(surfaces::Ledger& ledger, std::vector<geometry::VoxelKey> waiting) {
+  for (const geometry::VoxelKey key : ledger.changes.requeued)
+    if (ledger.window[ledger.window.find(key)].surface == 0) waiting.push_back(key);
+  ledger.changes.requeued.clear();
+  std::sort(waiting.begin(), waiting.end());
+  waiting.erase(std::unique(waiting.begin(), waiting.end()), waiting.end());
+  return waiting;
+}
+
 }  // namespace
 
 std::vector<geometry::VoxelKey> update_surfaces(surfaces::Ledger& ledger,
@@ -51,14 +61,14 @@ std::vector<geometry::VoxelKey> update_surfaces(surfaces::Ledger& ledger,
                                                 std::vector<geometry::VoxelKey> waiting,
                                                 std::span<const geometry::VoxelKey> fresh,
                                                 double noise_factor2) {
+  ledger.changes.requeued.clear();  // they are among the fresh
   const std::vector<geometry::VoxelKey> unexplained = take_in(ledger, fresh, noise_factor2);
   Waiting found = due_to_segment(ledger, std::move(waiting), unexplained);
   segment_around(ledger, octree, found.due, {}, noise_factor2);
   if (const std::vector<SurfaceId> anew = to_be_checked(ledger); !anew.empty())
     segment_around(ledger, octree, {}, anew, noise_factor2);
   refit_others(ledger);
-  ledger.changes.requeued.clear();
-  return std::move(found.left);
+  return with_released(ledger, std::move(found.left));
 }
 
 }  // namespace octosurf::law

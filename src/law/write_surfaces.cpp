@@ -75,7 +75,7 @@ class Writing {
       if (kept_.contains(id)) continue;
       SurfaceModel* heir = made_[heirs_.of(id)];
       if (heir != nullptr) heir->parents().push_back(id);
-      ledger_.dissolve(*ledger_.find(id), surfaces::Points::released, heir == nullptr ? 0 : heir->id());
+      ledger_.dissolve(*ledger_.find(id), surfaces::Points::requeued, heir == nullptr ? 0 : heir->id());
     }
   }
 
@@ -102,7 +102,7 @@ class Writing {
     const SurfaceId from = ledger_.window[in_window].surface;
     if (from == (to == nullptr ? 0 : to->id())) return;
     if (to == nullptr)
-      ledger_.release(in_window);
+      ledger_.requeue(in_window);
     else if (from == 0)
       ledger_.give(in_window, *to);
     else
