@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <optional>
 #include <tsl/robin_map.h>
 #include <utility>
@@ -23,20 +22,15 @@ constexpr double rim_asymmetry = 0.25;
 class Gaps {
  public:
   Gaps(const Readings& readings, const std::vector<Label>& labels, double reach, const PatchGraph& graph)
-      : readings_(readings),
-        labels_(labels),
-        reach_(reach),
-        graph_(graph),
-        at_rim_(readings.size()),
-        settled_for_(graph.size(), Readings::none) {
-    for (Index i = 0; i < readings.size(); ++i) at_rim_[i] = is_at_rim(i);
-  }
+      : readings_(readings), labels_(labels), reach_(reach), graph_(graph) {}
 
   void look() {
-    const LabelBlocks blocks(readings_, labels_, at_rim_);
-    blocks.for_each_block(voxels(), [&](Index first, Index end, const std::vector<LabelBlocks::Near>& near) {
-      for (Index i = first; i < end; ++i)
-        if (at_rim_[i]) look_around(i, near);
+    std::vector<bool> at_rim(readings_.size());
+    for (Index i = 0; i < readings_.size(); ++i) at_rim[i] = is_at_rim(i);
+    const LabelBlocks blocks(readings_, labels_, at_rim);
+    blocks.for_each_block(voxels(), [&](const Groups& groups, const std::vector<LabelBlocks::Near>& near) {
+      for (const LabelBlocks::Group& group : groups)
+        for (const LabelBlocks::Near& block : near) look_from(group, block);
     });
   }
 
@@ -51,7 +45,9 @@ class Gaps {
     std::optional<PlanePair> planes;  // none if no line is to be looked along
     int lines = 0, open = 0;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();  // of the open lines' middles
+    bool goes_on() const { return planes && lines < most_lines; }
   };
+  using Groups = std::vector<LabelBlocks::Group>;
 
   Eigen::Vector3d position(Index i) const { return readings_[i].position.cast<double>(); }
   int voxels() const { return static_cast<int>(reach_ / readings_.resolution()); }
@@ -70,32 +66,15 @@ class Gaps {
     return (sum - normal.dot(sum) * normal).norm() >= same * rim_asymmetry * readings_.resolution();
   }
 
-  void look_around(Index i, const std::vector<LabelBlocks::Near>& near) {
-    for (const LabelBlocks::Near& block : near) {
-      const LabelBlocks::Part part = block.within(readings_[i].key, voxels());
-      if (part.empty()) continue;
-      for (const LabelBlocks::Group& group : *block.groups)
-        if (group.label != labels_[i] && group.members.back() > i && settled_for_[group.label] != i &&
-            part.any_of(group))
-          look_at(i, group);
+  void look_from(const LabelBlocks::Group& group, const LabelBlocks::Near& block) {
+    for (const LabelBlocks::Group& other : *block.groups) {
+      if (other.label == group.label || other.members.back() <= group.members.front()) continue;
+      Gap& gap = gap_between(group.label, other.label);
+      for (auto i = group.members.begin(); i != group.members.end() && gap.goes_on(); ++i)
+        block.within(readings_[*i].key, voxels()).for_each_of(other, [&](Index j) {
+          if (j > *i && (position(j) - position(*i)).squaredNorm() <= reach_ * reach_) look_along(*i, j, gap);
+        });
     }
-  }
-
-  void look_at(Index i, const LabelBlocks::Group& group) {
-    Gap& gap = gap_between(labels_[i], group.label);
-    const auto further = std::upper_bound(group.members.begin(), group.members.end(), i);
-    for (auto j = further; j != group.members.end(); ++j) {
-      const Eigen::Vector3d line = position(*j) - position(i);
-      if (!within_voxels(i, *j) || line.squaredNorm() > reach_ * reach_) continue;
-      if (look_along(i, *j, gap)) continue;
-      settled_for_[group.label] = i;
-      return;
-    }
-  }
-
-  bool within_voxels(Index i, Index j) const {
-    const geometry::VoxelKey a = readings_[i].key, b = readings_[j].key;
-    return std::max({std::abs(a.x - b.x), std::abs(a.y - b.y), std::abs(a.z - b.z)}) <= voxels();
   }
 
   Gap& gap_between(Label a, Label b) {
@@ -109,16 +88,13 @@ class Gaps {
     return gaps_[at->second];
   }
 
-  /// False if no further line from the one to the other's patch would tell more.
-  bool look_along(Index i, Index j, Gap& gap) const {
-    if (!gap.planes || gap.lines == most_lines) return false;
+  void look_along(Index i, Index j, Gap& gap) const {
     const Eigen::Vector3d middle = 0.5 * (position(i) + position(j));
-    if (!(gap.planes->log_same(middle) > 0)) return true;
+    if (!gap.goes_on() || !(gap.planes->log_same(middle) > 0)) return;
     ++gap.lines;
-    if (!open(i, j)) return true;
+    if (!open(i, j)) return;
     ++gap.open;
     gap.sum += middle;
-    return true;
   }
 
   bool open(Index i, Index j) const {
@@ -148,8 +124,6 @@ class Gaps {
   const std::vector<Label>& labels_;
   double reach_;
   const PatchGraph& graph_;
-  std::vector<bool> at_rim_;
-  std::vector<Index> settled_for_;  // by label: the reading from which no line to it is looked along any more
   std::vector<Gap> gaps_;           // in the order in which they were found
   tsl::robin_map<std::uint64_t, std::size_t, geometry::PackedKeyHash> index_;  // of them, by their labels
 };

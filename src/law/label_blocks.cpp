@@ -25,9 +25,8 @@ LabelBlocks::LabelBlocks(const Readings& readings, const std::vector<Label>& lab
     const std::array<int, 3> place = place_of(key);
     if (blocks_.empty() || blocks_.back().place != place) {
       index_.emplace(packed(place[0], place[1], place[2]), blocks_.size());
-      blocks_.push_back({place, i, i, {}});
+      blocks_.push_back({place, {}});
     }
-    blocks_.back().end = i + 1;
     if (wanted[i]) add_to_groups(blocks_.back().groups, labels[i], key, i);
   }
 }

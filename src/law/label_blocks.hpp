@@ -3,6 +3,7 @@
 #include "law/readings.hpp"
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <tsl/robin_map.h>
 #include <vector>
@@ -19,7 +20,7 @@ class LabelBlocks {
   struct Group {
     Label label;
     std::array<std::uint64_t, 8> slices;  ///< slice z; bit 8·y + x
-    std::vector<Index> members;           ///< ascending
+    std::vector<Index> members;           ///< ascending: by z, y, x
   };
   /// `wanted`: by reading; others are in no group.
   LabelBlocks(const Readings& readings, const std::vector<Label>& labels, const std::vector<bool>& wanted);
@@ -33,9 +34,23 @@ class LabelBlocks {
       for (unsigned z = first_; z <= last_; ++z) found |= group.slices[z] & slice_;
       return found != 0;
     }
+    /// visit(Index) for those of a group, in order.
+    template <class Visit>
+    void for_each_of(const Group& group, Visit&& visit) const {
+      std::size_t before = 0;
+      for (unsigned z = 0; z < first_; ++z) before += count(group.slices[z]);
+      for (unsigned z = first_; z <= last_; ++z) {
+        for (std::uint64_t left = group.slices[z] & slice_; left != 0; left &= left - 1) {
+          const std::uint64_t below = (left & -left) - 1;
+          visit(group.members[before + count(group.slices[z] & below)]);
+        }
+        before += count(group.slices[z]);
+      }
+    }
 
    private:
     friend LabelBlocks;
+    static std::size_t count(std::uint64_t bits) { return static_cast<std::size_t>(std::popcount(bits)); }
     unsigned first_ = 0, last_ = 0;  // slices
     std::uint64_t slice_ = 0;        // of each of them
   };
@@ -46,17 +61,16 @@ class LabelBlocks {
     /// Within `reach` voxels of `key` along each axis.
     Part within(geometry::VoxelKey key, int reach) const;
   };
-  /// visit(first, end, blocks) for the readings [first, end) of each block, in order, with those in which
-  /// something lies within `reach` voxels of one of them, in order of z, y, x. Cost: blocks met.
+  /// visit(groups, blocks) for each block, in order, with those in which something may lie within `reach`
+  /// voxels of one of its readings, in order of z, y, x. Cost: blocks met.
   template <class Visit>
   void for_each_block(int reach, Visit&& visit) const {
-    for (const Block& block : blocks_) visit(block.first, block.end, near(block, reach));
+    for (const Block& block : blocks_) visit(block.groups, near(block, reach));
   }
 
  private:
   struct Block {
     std::array<int, 3> place;  // voxel key divided by 8
-    Index first, end;          // of its readings
     std::vector<Group> groups;
   };
   static std::uint64_t packed(int x, int y, int z);

@@ -61,8 +61,7 @@ std::vector<std::size_t> count_clutter_around(const Readings& readings, const Se
   half_depth[clutter] = 0;
   const double farthest = *std::max_element(half_depth.begin(), half_depth.end());
   const int reach = std::max(1, static_cast<int>(farthest / readings.resolution()));
-  std::vector<bool> owned(readings.size());
-  for (Index i = 0; i < readings.size(); ++i) owned[i] = segmentation.labels[i] != clutter;
+  const LabelBlocks blocks(readings, segmentation.labels, std::vector<bool>(readings.size(), true));
   std::vector<std::size_t> counts(segmentation.patches.size(), 0);
   std::vector<Index> asked_from(counts.size(), Readings::none), settled_from = asked_from;
   const auto count = [&](Index i, const LabelBlocks::Group& group, const LabelBlocks::Part& part) {
@@ -76,17 +75,20 @@ std::vector<std::size_t> count_clutter_around(const Readings& readings, const Se
     counts[label] += beside;
     if (beside || out_of_depth) settled_from[label] = i;
   };
-  LabelBlocks(readings, segmentation.labels, owned)
-      .for_each_block(reach, [&](Index first, Index end, const std::vector<LabelBlocks::Near>& near) {
-        for (Index i = first; i < end; ++i) {
-          if (owned[i]) continue;
-          for (const LabelBlocks::Near& block : near) {
-            const LabelBlocks::Part part = block.within(readings[i].key, reach);
-            if (part.empty()) continue;
-            for (const LabelBlocks::Group& group : *block.groups) count(i, group, part);
-          }
-        }
-      });
+  const auto count_around = [&](Index i, const std::vector<LabelBlocks::Near>& near) {
+    for (const LabelBlocks::Near& block : near) {
+      const LabelBlocks::Part part = block.within(readings[i].key, reach);
+      if (part.empty()) continue;
+      for (const LabelBlocks::Group& group : *block.groups)
+        if (group.label != clutter) count(i, group, part);
+    }
+  };
+  blocks.for_each_block(reach, [&](const std::vector<LabelBlocks::Group>& groups,
+                                   const std::vector<LabelBlocks::Near>& near) {
+    for (const LabelBlocks::Group& group : groups)
+      if (group.label == clutter)
+        for (const Index i : group.members) count_around(i, near);
+  });
   return counts;
 }
 
