@@ -124,7 +124,7 @@ class Gaps {
   const std::vector<Label>& labels_;
   double reach_;
   const PatchGraph& graph_;
-  std::vector<Gap> gaps_;           // in the order in which they were found
+  std::vector<Gap> gaps_;  // in the order in which they were found
   tsl::robin_map<std::uint64_t, std::size_t, geometry::PackedKeyHash> index_;  // of them, by their labels
 };
 

@@ -31,8 +31,8 @@ Label best_label(const Readings& readings, const std::vector<Patch>& patches,
                  const std::vector<Label>& labels, Index i) {
   if (among_its_own(readings, labels, i)) {  // as below, in short
     if (labels[i] == clutter) return clutter;
-    const double gain =
-        readings.log_ratio(i, patches[labels[i]].plane) + rim_cost * static_cast<double>(readings.near(i).size());
+    const double gain = readings.log_ratio(i, patches[labels[i]].plane) +
+                        rim_cost * static_cast<double>(readings.near(i).size());
     return gain > 0 ? labels[i] : clutter;
   }
   NeighbourLabels near = labels_near(readings, labels, i);

@@ -67,7 +67,8 @@ PlanePair::PlanePair(const Patch& a, const Patch& b)
 }
 
 double PlanePair::log_same(const Eigen::Vector3d& at) const {
-  Eigen::Vector3d here = R_ * (at - about_);  // D and C give the step there as (1, u, v) · D, and its variance
+  Eigen::Vector3d here =
+      R_ * (at - about_);  // D and C give the step there as (1, u, v) · D, and its variance
   here = {1, here.x(), here.y()};
   const double step = here.dot(D_);
   return log_ratio_ + 0.5 * std::log(step * step + here.dot(C_ * here));

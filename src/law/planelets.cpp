@@ -62,8 +62,7 @@ class Block {
   double score(const Plane& plane) const {
     const std::size_t step = 1 + left_.size() / scored;
     double sum = 0;
-    for (std::size_t k = 0; k < left_.size(); k += step)
-      sum += readings_.gain(left_[k], plane);
+    for (std::size_t k = 0; k < left_.size(); k += step) sum += readings_.gain(left_[k], plane);
     return sum;
   }
 

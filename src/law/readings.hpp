@@ -34,8 +34,8 @@ struct Reading {
 };
 
 /// Points of an octree, owned and pending alike, with their neighbours among each other: all of the octree's,
-/// or those around what a scan has changed. In order of their blocks of 8³ voxels, and in these of their keys,
-/// whatever the window has loaded first.
+/// or those around what a scan has changed. In order of their blocks of 8³ voxels, and in these of their
+/// keys, whatever the window has loaded first.
 class Readings {
  public:
   using Index = occupancy::PointWindow::Index;

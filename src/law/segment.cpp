@@ -83,12 +83,12 @@ std::vector<std::size_t> count_clutter_around(const Readings& readings, const Se
         if (group.label != clutter) count(i, group, part);
     }
   };
-  blocks.for_each_block(reach, [&](const std::vector<LabelBlocks::Group>& groups,
-                                   const std::vector<LabelBlocks::Near>& near) {
-    for (const LabelBlocks::Group& group : groups)
-      if (group.label == clutter)
-        for (const Index i : group.members) count_around(i, near);
-  });
+  blocks.for_each_block(
+      reach, [&](const std::vector<LabelBlocks::Group>& groups, const std::vector<LabelBlocks::Near>& near) {
+        for (const LabelBlocks::Group& group : groups)
+          if (group.label == clutter)
+            for (const Index i : group.members) count_around(i, near);
+      });
   return counts;
 }
 

@@ -44,8 +44,10 @@ void segment_around(surfaces::Ledger& ledger, const occupancy::OccupancyMap& oct
       ledger.find(id)->set_checked();
 }
 
-/// What waits, and what has lost its surface and found no other: it is asked again once enough has come there.
-std::vector<geometry::VoxelKey> with_released(surfaces::Ledger& ledger, std::vector<geometry::VoxelKey> waiting) {
+/// What waits, and what has lost its surface and found no other: it is asked again once enough has come
+/// there.
+std::vector<geometry::VoxelKey> with_released(surfaces::Ledger& ledger,
+                                              std::vector<geometry::VoxelKey> waiting) {
   for (const geometry::VoxelKey key : ledger.changes.requeued)
     if (ledger.window[ledger.window.find(key)].surface == 0) waiting.push_back(key);
   ledger.changes.requeued.clear();

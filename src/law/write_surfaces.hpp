@@ -11,7 +11,8 @@ namespace octosurf::law {
 /// reach. A surface goes on, with its id, in the label that has the most of its readings; if several do in
 /// one, the one of which it has the most, and the others are merged into it. What is left has new ids, and
 /// names the surface that had most of its readings as its parent. What later scans told of a plane goes on
-/// where nine tenths of its surface's points do. Costs follow the points that change hands.
+/// where nine tenths of its surface's points do. Points that lose their surface are requeued. Costs follow
+/// the points that change hands.
 ///
 /// `readings` must be on the ledger's window. `all`: each plane becomes the segmentation's; else those of
 /// surfaces whose points have changed. Returns the labels' surfaces.

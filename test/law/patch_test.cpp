@@ -122,6 +122,25 @@ TEST(LogSame, MoreReadingsTellSmallerTiltsApart) {
   EXPECT_LT(apart(0.4, 40), 0);
 }
 
+/// Heights taken where the two meet say the same as heights taken once for the pair.
+TEST(LogSame, DoesNotDependOnWhereHeightsAreTaken) {
+  std::mt19937_64 rng = test::rng();
+  const Patch a = patch_of({.centre = {3, 1, 2}}, rng),
+              b = patch_of({.centre = {3.3, 1.1, 2.01}, .normal = tilted(0.1), .half = 0.05}, rng);
+  const PlanePair pair(a, b);
+  const Eigen::Matrix3d R = geometry::plane_axes((a.plane.normal + b.plane.normal).normalized()).transpose();
+  const auto slow = [&](const Eigen::Vector3d& at) {  // but for what is the same everywhere
+    const Heights ha = heights_over(a, at, R), hb = heights_over(b, at, R);
+    const Eigen::Vector3d D = ha.theta - hb.theta;
+    const Eigen::Matrix3d C = ha.covariance + hb.covariance;
+    return -0.5 * (std::log(C.determinant()) + D.dot(C.inverse() * D)) +
+           0.5 * std::log(D[0] * D[0] + C(0, 0));
+  };
+  const Eigen::Vector3d here(3.1, 1, 2), there(2.8, 1.4, 2.1);
+  EXPECT_NEAR(pair.log_same(there) - pair.log_same(here), slow(there) - slow(here), 1e-6);
+  EXPECT_GT(std::fabs(slow(there) - slow(here)), 0.1);
+}
+
 TEST(LogTail, NoiseBehindAWallIsTheWalls) {
   std::mt19937_64 rng = test::rng();
   Patch wall = patch_of({.half = 0.5, .sigma = 0.02, .steps = 50}, rng);

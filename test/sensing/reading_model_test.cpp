@@ -2,6 +2,7 @@
 
 #include "sensing/reading_code.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
@@ -82,6 +83,14 @@ TEST(ReadingModel, FartherReadingsBelongFromFartherOff) {
     EXPECT_LT(reach, 4 * std::sqrt(model.variance(c, 1)));
     EXPECT_GT(reach, 2 * std::sqrt(model.variance(c, 1)));
   }
+}
+
+TEST(ReadingModel, GainIsThePositivePartOfTheRatio) {
+  const ReadingModel model(told_noise(), 0.02);
+  for (unsigned c = 0; c < NoiseModel::classes; ++c)
+    for (const double facing : {-0.5, -0.05, 0.0, 0.05, 0.3, 0.7, 1.0})
+      for (double distance = -0.1; distance <= 0.1; distance += 0.0007)
+        EXPECT_EQ(model.gain(distance, c, facing), std::max(0.0, model.log_ratio(distance, c, facing)));
 }
 
 }  // namespace
