@@ -23,10 +23,11 @@ struct CommonErrors {
 /// What neighbouring measurements have in common, in the sensor's axes: its variance as a share of the
 /// readings' own, and the share of it that is left at the next scan. The map's errors: on simulated scenes
 /// with exact poses measurements correlate by 0.1 to 0.5 from scan to scan and by 0.1 over eight, because
-/// other surfaces come into view. The sensor's own errors (a depth camera's bias over its picture) are larger
-/// than what the residuals show, since a pose takes up most of them, and stay: they turn with the sensor,
-/// which is what tells them from drift.
-constexpr std::array<CommonErrors, 2> common_errors{{{0.5, 0.85}, {4, 0.98}}};
+/// other surfaces come into view. The sensor's own errors (a depth camera's bias over its picture, a focal
+/// length that is off) are larger than what the residuals show, since a pose takes up most of them, and stay:
+/// they turn with the sensor, which is what tells them from drift. How much larger differs from sensor to
+/// sensor: a grid by factors of eight, up to errors of 16 times a reading's.
+constexpr std::array<CommonErrors, 3> common_errors{{{0.5, 0.85}, {4, 0.98}, {32, 0.98}}};
 /// Natural logarithm of how likely it is that a recording goes on as it did: at every scan it may begin to
 /// drift otherwise, such as where a loop closes on what was mapped first, with a chance of about one in
 /// 20,000 for each of the hypotheses. None of them falls further behind the best.
@@ -250,9 +251,9 @@ void DriftFilter::choose(const Eigen::Isometry3d& T_given, const PoseMeasurement
   const double better = h.log_evidence - state_.hypotheses[still].log_evidence;
   const Twist correction = twist_between(T_given, h.correction * T_given);
   const double length = correction.tail<3>().norm() + measurement.lever_m * correction.head<3>().norm();
-  const bool drifted =
-      drifts() ? better > -required
-               : better > required && length > measurement.least_m && significant(correction, measurement);
+  const bool drifted = drifts() ? better > -required
+                                : better > required && measurement.contradicts_given &&
+                                      length > measurement.least_m && significant(correction, measurement);
   state_.believed = drifted ? drifting : still;
 }
 

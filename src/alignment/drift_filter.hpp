@@ -14,6 +14,7 @@ struct PoseMeasurement {
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1> variances;   ///< of each, independent
   double lever_m = 1;                                            ///< at which a rotation counts
   double least_m = 0;  ///< corrections that are smaller may be the map's and the sensor's own errors
+  bool contradicts_given = true;  ///< more readings lie on surfaces at this pose than at the given one
 };
 
 /// How far the given poses have slid off the map, followed from scan to scan.

@@ -39,6 +39,17 @@ struct Sighting {
   Eigen::Vector3d in_surface;  ///< the place, in the surface's frame
 };
 
+/// Calls `visit` with the pairings of each sample.
+template <class Visit>
+void for_each_sample(std::span<const PoseFitter::Pairing> pairings, const Visit& visit) {
+  for (std::size_t i = 0; i < pairings.size();) {
+    std::size_t end = i + 1;
+    while (end < pairings.size() && pairings[end].sample == pairings[i].sample) ++end;
+    visit(pairings.subspan(i, end - i));
+    i = end;
+  }
+}
+
 Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& R) {
   const Eigen::AngleAxisd turn(R);
   return turn.angle() * turn.axis();
@@ -73,6 +84,8 @@ struct PoseFitter::Sums {
   std::size_t known = 0, explained = 0;
   double noise_share = 0, common_share = 0;
   std::size_t surfaces = 0;
+  double disagreement = 0;  ///< Σ of the surfaces' own errors at this pose, squared, in their deviations
+  std::size_t met = 0;      ///< surfaces with samples
 };
 
 PoseFitter::PoseFitter(std::span<const Sample> samples, std::span<const AlignedSurface* const> surfaces,
@@ -118,40 +131,47 @@ struct PoseFitter::SurfaceSums {
   double weight = 0, first = 0, second = 0;  ///< Σ of 1/variance, times residual, times its square
 };
 
-/// One sample, to the nearest of the surfaces that cover it.
-void PoseFitter::add_sample(const Linearisation& at, std::span<const Pairing> candidates, Sums& sums,
-                            std::vector<SurfaceSums>& of_surface) const {
+/// A sample on a surface.
+struct PoseFitter::Match {
+  std::uint32_t surface;
+  double distance;  ///< off the surface's plane
+  double spread;    ///< standard deviation along the line of sight
+  double reading;   ///< variance along the normal, of the readings alone …
+  double certain;   ///< … and with what the surface may be off
+  Row row;
+  bool explained() const { return distance * distance < significant * significant * certain; }
+};
+
+/// One sample on the nearest of the surfaces that cover it, if that is within the gate. `known` says whether
+/// one does.
+std::optional<PoseFitter::Match> PoseFitter::match(const Eigen::Isometry3d& pose, double gate,
+                                                   std::span<const Pairing> candidates, bool& known) const {
   const Sample& sample = samples_[candidates.front().sample];
-  const Eigen::Vector3d sensor = at.pose.translation(), arm = at.pose.linear() * sample.point;
+  const Eigen::Vector3d sensor = pose.translation(), arm = pose.linear() * sample.point;
   std::optional<Sighting> best;
-  double nearest = at.gate;
+  double nearest = gate;
   std::uint32_t which = 0;
-  bool covered = false;
+  known = false;
   for (const Pairing& candidate : candidates) {
     const AlignedSurface& surface = *surfaces_[candidate.surface];
     const Sighting sighting(surface, sensor, arm);
-    if (covered && std::fabs(sighting.distance) >= nearest) continue;
+    if (known && std::fabs(sighting.distance) >= nearest) continue;
     if (!sighting.covered_by(surface)) continue;
-    covered = true;
+    known = true;
     if (std::fabs(sighting.distance) >= nearest) continue;
     nearest = std::fabs(sighting.distance);
     which = candidate.surface;
     best = sighting;
   }
-  if (!best) {
-    sums.known += covered ? 1 : 0;
-    return;
-  }
+  if (!best) return {};
   const AlignedSurface& surface = *surfaces_[which];
   // The mean of readings on both sides of an edge lies on neither.
-  const Sighting first(surface, sensor, at.pose.linear() * sample.first),
-      last(surface, sensor, at.pose.linear() * sample.last);
-  if (!first.covered_by(surface) || !last.covered_by(surface)) return;
-  ++sums.known;
-  if (std::fabs(first.distance) >= at.gate || std::fabs(last.distance) >= at.gate) return;
+  const Sighting first(surface, sensor, pose.linear() * sample.first),
+      last(surface, sensor, pose.linear() * sample.last);
+  known = first.covered_by(surface) && last.covered_by(surface);
+  if (!known || std::fabs(first.distance) >= gate || std::fabs(last.distance) >= gate) return {};
 
   const Eigen::Vector3d& n = surface.plane.normal;
-  const double distance = best->distance;
   Row row;
   row.head<3>() = arm.cross(n);
   row.segment<3>(3) = n;
@@ -160,24 +180,35 @@ void PoseFitter::add_sample(const Linearisation& at, std::span<const Pairing> ca
   const double spread = errors_.noise_factor * sample.spread, along_normal = spread * facing;
   const double reading = along_normal * along_normal;
   const Eigen::Vector3d by_surface = row.tail<3>();
-  const Twist by_pose = row.head<6>();
   const double certain = reading + by_surface.dot(surface.covariance * by_surface) +
                          by_surface.cwiseAbs2().dot(common_of(reading));
-  sums.explained += distance * distance < significant * significant * certain ? 1 : 0;
-  const double cut = tukey * std::sqrt(certain + by_pose.dot(at.uncertainty * by_pose));
+  return Match{which, best->distance, spread, reading, certain, row};
+}
+
+void PoseFitter::add_sample(const Linearisation& at, std::span<const Pairing> candidates, Sums& sums,
+                            std::vector<SurfaceSums>& of_surface) const {
+  bool known = false;
+  const std::optional<Match> matched = match(at.pose, at.gate, candidates, known);
+  sums.known += known ? 1 : 0;
+  if (!matched) return;
+  sums.explained += matched->explained() ? 1 : 0;
+  const Sample& sample = samples_[candidates.front().sample];
+  const double distance = matched->distance;
+  const Twist by_pose = matched->row.head<6>();
+  const double cut = tukey * std::sqrt(matched->certain + by_pose.dot(at.uncertainty * by_pose));
   if (!(std::fabs(distance) < cut)) return;
   const double share = distance / cut, robust = (1 - share * share) * (1 - share * share);
-  SurfaceSums& sum = of_surface[which];
+  SurfaceSums& sum = of_surface[matched->surface];
   // Samples that share readings tell together no more than those readings do.
-  const double weight = 1 / (sample.overlap * reading);
-  sum.outer.selfadjointView<Eigen::Lower>().rankUpdate(row, robust * weight);
-  sum.right += robust * weight * distance * row;
+  const double weight = 1 / (sample.overlap * matched->reading);
+  sum.outer.selfadjointView<Eigen::Lower>().rankUpdate(matched->row, robust * weight);
+  sum.right += robust * weight * distance * matched->row;
   sum.samples += 1 / sample.overlap;
   sum.weight += weight;
   sum.first += distance * weight;
   sum.second += distance * distance * weight;
   sums.squared_range += robust * sample.range * sample.range;
-  sums.squared_spread += robust * spread * spread;
+  sums.squared_spread += robust * matched->spread * matched->spread;
   sums.weight += robust;
 }
 
@@ -186,46 +217,61 @@ void PoseFitter::add_surface(const AlignedSurface& surface, const SurfaceSums& o
   Block full = of.outer.selfadjointView<Eigen::Lower>();
   const double reading = of.samples / of.weight;
   if (of.samples >= enough_samples) {
-    const double off = of.first / of.weight;
+    const double mean = of.first / of.weight;
     const Eigen::Vector3d middle = full.block<3, 1>(6, 8) / full(8, 8);
-    sums.noise_share += (of.second - off * of.first) / (of.samples - 1);
-    sums.common_share += (off * off - 1 / of.weight - middle.dot(surface.covariance * middle)) / reading;
+    sums.noise_share += (of.second - mean * of.first) / (of.samples - 1);
+    sums.common_share += (mean * mean - 1 / of.weight - middle.dot(surface.covariance * middle)) / reading;
     ++sums.surfaces;
   }
   // The plane is known as well as its covariance and what readings have in common allow.
   Eigen::Matrix3d known = surface.covariance;
   known.diagonal() += common_of(reading);
-  full.bottomRightCorner<3, 3>() += known.inverse();
+  const Eigen::Matrix3d known_information = known.inverse();
+  full.bottomRightCorner<3, 3>() += known_information;
   const Eigen::Matrix<double, 6, 3> across = full.topRightCorner<6, 3>();
-  const Eigen::Matrix<double, 6, 3> eliminated =
-      across * full.bottomRightCorner<3, 3>().ldlt().solve(Eigen::Matrix3d::Identity());
+  const Eigen::LDLT<Eigen::Matrix3d> own = full.bottomRightCorner<3, 3>().ldlt();
+  const Eigen::Matrix<double, 6, 3> eliminated = across * own.solve(Eigen::Matrix3d::Identity());
+  const Eigen::Vector3d off = own.solve(of.right.tail<3>());
+  sums.disagreement += off.dot(known_information * off);
+  ++sums.met;
   sums.information += full.topLeftCorner<6, 6>() - eliminated * across.transpose();
   sums.gradient += of.right.head<6>() - eliminated * of.right.tail<3>();
+}
+
+/// By how much the variances that are stated are too small, if the surfaces disagree among themselves by more
+/// than they say to be off (Birge's ratio, squared): three numbers each, of which the pose has taken up six.
+double PoseFitter::disagreement_ratio(const Sums& sums) {
+  if (3 * sums.met <= 6) return 1;
+  return std::max(1.0, sums.disagreement / (3 * static_cast<double>(sums.met) - 6));
 }
 
 PoseFitter::Sums PoseFitter::linearise(const Linearisation& at, std::span<const Pairing> pairings) const {
   std::vector<SurfaceSums> of_surface(surfaces_.size());
   Sums sums;
-  for (std::size_t i = 0; i < pairings.size();) {
-    std::size_t end = i + 1;
-    while (end < pairings.size() && pairings[end].sample == pairings[i].sample) ++end;
-    add_sample(at, pairings.subspan(i, end - i), sums, of_surface);
-    i = end;
-  }
+  for_each_sample(pairings, [&](auto candidates) { add_sample(at, candidates, sums, of_surface); });
   for (std::size_t s = 0; s < surfaces_.size(); ++s)
     if (of_surface[s].samples > 0) add_surface(*surfaces_[s], of_surface[s], sums);
   return sums;
 }
 
+std::vector<bool> PoseFitter::explained(const Eigen::Isometry3d& pose) const {
+  std::vector<bool> explained(samples_.size());
+  for_each_sample(pair(pose, errors_.gate_m), [&](auto candidates) {
+    bool known = false;
+    const std::optional<Match> matched = match(pose, errors_.gate_m / 2, candidates, known);
+    explained[candidates.front().sample] = matched && matched->explained();
+  });
+  return explained;
+}
+
 double PoseFitter::agreement(const Eigen::Isometry3d& pose, std::span<const Pairing> pairings) const {
   const Eigen::Vector3d sensor = pose.translation();
   double sum = 0;
-  for (std::size_t i = 0; i < pairings.size();) {
-    const std::uint32_t of = pairings[i].sample;
-    const Eigen::Vector3d arm = pose.linear() * samples_[of].point;
+  for_each_sample(pairings, [&](auto candidates) {
+    const Eigen::Vector3d arm = pose.linear() * samples_[candidates.front().sample].point;
     double best = 0;
-    for (; i < pairings.size() && pairings[i].sample == of; ++i) {
-      const AlignedSurface& surface = *surfaces_[pairings[i].surface];
+    for (const Pairing& candidate : candidates) {
+      const AlignedSurface& surface = *surfaces_[candidate.surface];
       const Eigen::Vector3d& n = surface.plane.normal;
       const double along = n.dot(arm),
                    share = (surface.plane.signed_distance(sensor) + along) / errors_.gate_m;
@@ -233,7 +279,7 @@ double PoseFitter::agreement(const Eigen::Isometry3d& pose, std::span<const Pair
       if (nearness > best && along < 0 && Sighting(surface, sensor, arm).covered_by(surface)) best = nearness;
     }
     sum += best;
-  }
+  });
   return sum;
 }
 
@@ -246,7 +292,7 @@ PoseFit PoseFitter::fit(const Eigen::Isometry3d& start, const TwistCovariance& p
   for (int round = 0;; ++round) {
     const double gate = round < coarse_rounds ? errors_.gate_m : errors_.gate_m / 2;
     const Sums sums = linearise({fit.T_map_sensor, gate, uncertainty}, pairings);
-    fit.information = sums.information;
+    fit.information = sums.information / disagreement_ratio(sums);
     fit.known = sums.known;
     fit.explained = sums.explained;
     fit.surfaces = sums.surfaces;

@@ -4,6 +4,7 @@
 #include "alignment/samples.hpp"
 
 #include <Eigen/Geometry>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -19,8 +20,9 @@ Eigen::Isometry3d moved(const Eigen::Isometry3d& pose, const Twist& twist);
 /// A pose that scan and surfaces agree on best.
 struct PoseFit {
   Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
-  TwistCovariance information = TwistCovariance::Zero();  ///< what the readings alone tell, at that pose
-  double lever_m = 1;                                     ///< root mean square range of the samples used
+  /// What the readings alone tell, at that pose; less where the surfaces disagree among themselves.
+  TwistCovariance information = TwistCovariance::Zero();
+  double lever_m = 1;                    ///< root mean square range of the samples used
   double spread_m = 0;                   ///< root mean square of their standard deviations, as assumed
   std::size_t known = 0, explained = 0;  ///< as in Alignment
   /// What the residuals say of the readings' errors, as means over surfaces with many readings: their
@@ -65,19 +67,25 @@ class PoseFitter {
   /// How many of the paired samples lie on a surface that covers them at a pose: each counts by how near,
   /// from 1 down to 0 at the gate.
   double agreement(const Eigen::Isometry3d& pose, std::span<const Pairing> pairings) const;
+  /// By sample: whether it lies on a surface at a pose, as those that PoseFit counts. O(samples × surfaces).
+  std::vector<bool> explained(const Eigen::Isometry3d& pose) const;
 
  private:
   struct Sums;
   struct SurfaceSums;
+  struct Match;
   struct Linearisation {
     const Eigen::Isometry3d& pose;
     double gate;
     const TwistCovariance& uncertainty;  ///< of the pose: widens the weights' reach
   };
   Eigen::Vector3d common_of(double reading) const;
+  std::optional<Match> match(const Eigen::Isometry3d& pose, double gate, std::span<const Pairing> candidates,
+                             bool& known) const;
   void add_sample(const Linearisation& at, std::span<const Pairing> candidates, Sums& sums,
                   std::vector<SurfaceSums>& of_surface) const;
   void add_surface(const AlignedSurface& surface, const SurfaceSums& of, Sums& sums) const;
+  static double disagreement_ratio(const Sums& sums);
   Sums linearise(const Linearisation& at, std::span<const Pairing> pairings) const;
 
   std::span<const Sample> samples_;

@@ -17,10 +17,6 @@ constexpr std::size_t most_poses = 4000, most_scored = 150, most_made_fine = 8;
 /// Share of the known samples that a pose must explain: what moved since the map was made, and who walks by,
 /// seldom takes more of a picture than the rest.
 constexpr double least_explained = 0.7;
-/// A pose explains a scan as well as the best one if it explains no fewer samples than by chance: what the
-/// best leaves unexplained is a count with its square root for an error, twice that because neighbouring
-/// samples go together, and two such deviations.
-constexpr double by_chance = 4;
 /// Voxels: readings that err by more, as far as the residuals tell, could only bend the map.
 constexpr double least_exact = 0.5;
 /// Voxels on a surface that is off by no more than its readings' noise and a voxel.
@@ -142,6 +138,18 @@ void PoseSearch::keep_best(std::vector<Eigen::Isometry3d>& poses, const Eigen::I
   poses = std::move(kept);
 }
 
+/// Those that fare the same at both tell nothing (McNemar 1947).
+bool PoseSearch::speak_for(const Eigen::Isometry3d& one, const Eigen::Isometry3d& other,
+                           double deviations) const {
+  const std::vector<bool> at_one = fitter_.explained(one), at_other = fitter_.explained(other);
+  double lead = 0, differ = 0;
+  for (std::size_t i = 0; i < at_one.size(); ++i) {
+    lead += static_cast<double>(at_one[i]) - static_cast<double>(at_other[i]);
+    differ += at_one[i] != at_other[i] ? 1 : 0;
+  }
+  return lead > deviations * std::sqrt(differ);
+}
+
 std::optional<PoseFit> PoseSearch::coarse(const Eigen::Isometry3d& start) const {
   const std::vector<ScanPlane> planes =
       planes_of_scan(scan_, noise_, limits_.min_m, limits_.max_m, resolution_);
@@ -173,6 +181,8 @@ std::optional<PoseFit> PoseSearch::coarse(const Eigen::Isometry3d& start) const 
   // Another pose is one that differs where the scan determines it.
   const Determined determined = determined_by(*best, resolution_);
   if (determined.count == 0) return {};
+  // A pose explains a scan as well as the best one if it explains no fewer samples than by chance: what the
+  // best leaves unexplained is a count with its square root for an error.
   const auto unexplained = static_cast<double>(best->known - best->explained);
   const double as_well = static_cast<double>(best->explained) - by_chance * std::sqrt(unexplained + 1);
   for (const PoseFit& fit : fits) {

@@ -32,6 +32,9 @@ class PoseSearch {
   /// The pose within reach of `start` that explains the scan best: planes matched as planes, the best of them
   /// made fine. None if too little is explained, or another pose explains nearly as much.
   std::optional<PoseFit> coarse(const Eigen::Isometry3d& start) const;
+  /// Whether more samples lie on surfaces at one pose than at another, by so many standard deviations of what
+  /// is chance where both poses are as good.
+  bool speak_for(const Eigen::Isometry3d& one, const Eigen::Isometry3d& other, double deviations) const;
 
  private:
   void keep_best(std::vector<Eigen::Isometry3d>& poses, const Eigen::Isometry3d& start, std::size_t every,
@@ -49,6 +52,10 @@ class PoseSearch {
 
 /// Samples on known surfaces without which nothing is measured.
 inline constexpr std::size_t least_known_samples = 100;
+
+/// Standard deviations by which samples must speak for a pose so that it is taken for the right one of two:
+/// two, twice as much because neighbouring samples go together.
+inline constexpr double by_chance = 4;
 
 /// Independent of each other, rad and m.
 TwistCovariance uncertainty(double rotation, double translation);

@@ -69,7 +69,7 @@ class Turn {
     return length(determined, twist_between(expected_, fit.T_map_sensor));
   }
   void learn_errors(const PoseFit& fit);
-  void follow(const PoseFit& fit, const Determined& determined, Alignment& result);
+  void follow(const PoseSearch& search, const PoseFit& fit, const Determined& determined, Alignment& result);
   void note_jump(const PoseFit& fit, const Determined& determined, Alignment& result);
   void leave_as_expected(AlignmentOutcome outcome, Alignment& result) {
     result.T_map_sensor = drift_.update(given_, nullptr);
@@ -83,7 +83,8 @@ class Turn {
   TwistCovariance prior_;
 };
 
-void Turn::follow(const PoseFit& fit, const Determined& determined, Alignment& result) {
+void Turn::follow(const PoseSearch& search, const PoseFit& fit, const Determined& determined,
+                  Alignment& result) {
   const double share = state_.usual_share == 0 ? 1 : 1 / share_memory;
   state_.usual_share += share * (fit.explained_share() - state_.usual_share);
   state_.usual_known += share * (known_share(fit, result) - state_.usual_known);
@@ -93,6 +94,10 @@ void Turn::follow(const PoseFit& fit, const Determined& determined, Alignment& r
   const double systematic = std::max(0.0, 1 - noise_is_known_to / state_.noise_factor2);
   measured.least_m =
       least_correction * resolution_ + systematic_deviations * fit.spread_m * std::sqrt(systematic);
+  // What bends the fit, such as a camera's distortion, leaves most readings on the surfaces at either pose.
+  // By two standard deviations, as usual: that poses drift is for the evidence of many scans to tell.
+  measured.contradicts_given =
+      drift_.drifts() || search.speak_for(without_undetermined(given_, fit, determined), given_, 2);
   // Before the readings' errors are known, covariances say nothing.
   const bool counts = state_.scans_learned >= scans_to_learn;
   result.T_map_sensor = drift_.update(given_, counts ? &measured : nullptr);
@@ -142,12 +147,14 @@ Alignment Turn::align(const PoseSearch& search) {
     fit = *found;
     determined = determined_by(fit, resolution_);
   }
-  if (takes && off(fit, determined) > jump)
+  const bool jumped =
+      takes && off(fit, determined) > jump && search.speak_for(fit.T_map_sensor, expected_, by_chance);
+  if (jumped)
     note_jump(fit, determined, result);
   else if (!takes && (!known || (fits && determined.count == 0)))
     leave_as_expected(AlignmentOutcome::nothing_known, result);
   else if (takes || fits)
-    follow(fit, determined, result);
+    follow(search, fit, determined, result);
   else
     leave_as_expected(AlignmentOutcome::unexplained, result);
   describe(fit, determined, drift_.factor(), search.reach(), result);

@@ -88,6 +88,48 @@ TEST(PoseFit, ErrorsOfSparseScansAreAsTheirCovarianceSays) {
   EXPECT_GT(squared, 0.5);
 }
 
+TEST(PoseFit, WhereSurfacesDisagreeThePoseIsLessSure) {
+  auto rng = test::rng();
+  const Scene room = furnished_room();
+  const auto map = map_of_rectangles(room, middle_of_room);
+  // The same map with its back wall 8 mm nearer, twenty times what a surface is taken to be off: no pose fits
+  // it and the cupboard's front at once, and no reading is so far off that it is left out.
+  auto bent = std::make_shared<Snapshot>(*map);
+  for (SurfacePtr& surface : bent->surfaces) {
+    if (surface->plane.normal.y() > -0.9 || surface->plane.offset > -4.9) continue;
+    auto nearer = std::make_shared<Surface>(*surface);
+    nearer->plane.offset += 0.008;
+    nearer->T_map_surface.pretranslate(Eigen::Vector3d(0, -0.008, 0));
+    for (Eigen::Vector3d& vertex : nearer->boundary) vertex.y() -= 0.008;
+    surface = nearer;
+  }
+  const Eigen::Isometry3d truth = look_at({1.2, 1.0, 1.4}, {2.2, 4.5, 0.6});
+  const Scan scan = camera_scan(room, truth, rng, {.width = 240, .height = 180, .focal = 150, .noise = 0.01});
+  const TwistCovariance right = fine(map, scan, truth).fit.information;
+  const TwistCovariance wrong = fine(bent, scan, truth).fit.information;
+  // As sure, within some per cent, if the disagreement did not count.
+  EXPECT_LT(wrong.trace(), right.trace() / 1.25);
+}
+
+TEST(PoseSearch, SamplesSpeakForThePoseThatExplainsMoreOfThem) {
+  auto rng = test::rng();
+  const Scene room = furnished_room();
+  const auto map = map_of_rectangles(room, middle_of_room);
+  const Eigen::Isometry3d truth = look_at({1.2, 1.0, 1.4}, {2.2, 4.5, 0.6});
+  const Scan scan = camera_scan(room, truth, rng, {.width = 240, .height = 180, .focal = 150, .noise = 0.01});
+  alignment::NearSurfaces near;
+  sensing::NoiseModel noise{Parameters()};
+  noise.observe(scan);
+  const alignment::PoseSearch search(*map, near, scan, noise, {0, 10}, truth, {});
+  const Eigen::Isometry3d far = octosurf::alignment::moved(truth, any_twist(rng, 0.1, 2 * degree));
+  EXPECT_TRUE(search.speak_for(truth, far, 4));
+  EXPECT_FALSE(search.speak_for(far, truth, 4));
+  // Means of eight readings err by 3.5 mm: a tenth of that is nothing.
+  const Eigen::Isometry3d beside = octosurf::alignment::moved(truth, any_twist(rng, 0.0003, 0.002 * degree));
+  EXPECT_FALSE(search.speak_for(truth, beside, 4));
+  EXPECT_FALSE(search.speak_for(beside, truth, 4));
+}
+
 TEST(PoseFit, ABareFloorLeavesThreeDirections) {
   auto rng = test::rng();
   Scene floor;
