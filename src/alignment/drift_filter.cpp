@@ -26,7 +26,7 @@ struct CommonErrors {
 /// other surfaces come into view. The sensor's own errors (a depth camera's bias over its picture, a focal
 /// length that is off) are larger than what the residuals show, since a pose takes up most of them, and stay:
 /// they turn with the sensor, which is what tells them from drift. How much larger differs from sensor to
-/// sensor: a grid by factors of eight, up to errors of 16 times a reading's.
+/// sensor: a grid by factors of eight, up to six times as large.
 constexpr std::array<CommonErrors, 3> common_errors{{{0.5, 0.85}, {4, 0.98}, {32, 0.98}}};
 /// Natural logarithm of how likely it is that a recording goes on as it did: at every scan it may begin to
 /// drift otherwise, such as where a loop closes on what was mapped first, with a chance of about one in

@@ -31,6 +31,9 @@ constexpr double systematic_deviations = 3;
 constexpr double noise_is_known_to = 1.3;
 /// Voxels by which a pose must be off to have jumped; less is drift's to follow.
 constexpr double jump_voxels = 2;
+/// Standard deviations by which readings must speak for a correction before drift is believed in: as usual,
+/// for that poses drift is for the evidence of many scans to tell.
+constexpr double contradicting = 2;
 /// How well two scans in a row agree on where the poses have gone: m, rotations by their lever.
 constexpr double same_jump_m = 0.03;
 
@@ -95,9 +98,9 @@ void Turn::follow(const PoseSearch& search, const PoseFit& fit, const Determined
   measured.least_m =
       least_correction * resolution_ + systematic_deviations * fit.spread_m * std::sqrt(systematic);
   // What bends the fit, such as a camera's distortion, leaves most readings on the surfaces at either pose.
-  // By two standard deviations, as usual: that poses drift is for the evidence of many scans to tell.
   measured.contradicts_given =
-      drift_.drifts() || search.speak_for(without_undetermined(given_, fit, determined), given_, 2);
+      drift_.drifts() ||
+      search.speak_for(without_undetermined(given_, fit, determined), given_, contradicting);
   // Before the readings' errors are known, covariances say nothing.
   const bool counts = state_.scans_learned >= scans_to_learn;
   result.T_map_sensor = drift_.update(given_, counts ? &measured : nullptr);
@@ -147,6 +150,7 @@ Alignment Turn::align(const PoseSearch& search) {
     fit = *found;
     determined = determined_by(fit, resolution_);
   }
+  // It has jumped only if the pose that was expected explains the scan worse.
   const bool jumped =
       takes && off(fit, determined) > jump && search.speak_for(fit.T_map_sensor, expected_, by_chance);
   if (jumped)

@@ -97,11 +97,11 @@ std::vector<bool> find_ambiguous(const Readings& readings, const std::vector<Lab
   for (Index i = 0; i < readings.size(); ++i) {
     if (labels[i] == clutter) continue;
     const Plane& own = patches[labels[i]].plane;
-    Label asked = labels[i];  // last: neighbours have few labels
+    Label tested = labels[i];  // last: neighbours have few labels
     for (const Index j : readings.near(i)) {
-      if (labels[j] == clutter || labels[j] == labels[i] || labels[j] == asked) continue;
-      asked = labels[j];
-      const Plane& other = patches[asked].plane;
+      if (labels[j] == clutter || labels[j] == labels[i] || labels[j] == tested) continue;
+      tested = labels[j];
+      const Plane& other = patches[tested].plane;
       if (own.normal.dot(other.normal) >= cos_nearly_parallel || !(readings.gain(i, other) > 0)) continue;
       ambiguous[i] = true;
       break;

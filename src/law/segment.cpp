@@ -63,14 +63,14 @@ std::vector<std::size_t> count_clutter_around(const Readings& readings, const Se
   const int reach = std::max(1, static_cast<int>(farthest / readings.resolution()));
   const LabelBlocks blocks(readings, segmentation.labels, std::vector<bool>(readings.size(), true));
   std::vector<std::size_t> counts(segmentation.patches.size(), 0);
-  std::vector<Index> asked_from(counts.size(), Readings::none), settled_from = asked_from;
+  std::vector<Index> tested_from(counts.size(), Readings::none), settled_from = tested_from;
   const auto count = [&](Index i, const LabelBlocks::Group& group, const LabelBlocks::Part& part) {
     const Label label = group.label;
     if (settled_from[label] == i) return;
     const bool out_of_depth =
-        asked_from[label] != i &&
+        tested_from[label] != i &&
         std::fabs(readings[i].distance(segmentation.patches[label].plane)) > half_depth[label];
-    asked_from[label] = i;
+    tested_from[label] = i;
     const bool beside = !out_of_depth && part.any_of(group);
     counts[label] += beside;
     if (beside || out_of_depth) settled_from[label] = i;
