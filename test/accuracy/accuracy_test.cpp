@@ -143,18 +143,20 @@ constexpr Fence stones{.name = "stones",
                        .normal_all_deg = 0.35,  // 0.216
                        .offset_all_mm = 0.35};  // 0.213
 
+// Measured with the commit after 3d914ef. The mean of the normals is that of one narrow face,
+// which is 5° off and was not found at all before.
 constexpr Fence room_by_real_camera{.name = "room_by_real_camera",
                                     .scene = "room",
                                     .sensor = "depth-real",
-                                    .surfaces = {20, 31},   // 25
-                                    .correct = 7,           // 8 of 10
-                                    .noise = 9,             // 6
-                                    .coverage = 0.985,      // 0.9967
-                                    .multiplicity = 1.02,   // 1.0004
-                                    .unsafe = 0.018,        // 0.0120
-                                    .unsafe_10mm = 0.020,   // 0.0146
-                                    .normal_all_deg = 0.3,  // 0.154
-                                    .offset_all_mm = 1.5};  // 0.836
+                                    .surfaces = {20, 31},   // 24
+                                    .correct = 8,           // 9 of 10
+                                    .noise = 3,             // 1
+                                    .coverage = 0.985,      // 0.9979
+                                    .multiplicity = 1.02,   // 1.0007
+                                    .unsafe = 0.006,        // 0.0018
+                                    .unsafe_10mm = 0.010,   // 0.0046
+                                    .normal_all_deg = 0.9,  // 0.641
+                                    .offset_all_mm = 1.5};  // 0.782
 
 INSTANTIATE_TEST_SUITE_P(Recordings, Accuracy,
                          testing::Values(room, office, stairs, stones, room_by_real_camera),
