@@ -106,6 +106,10 @@ std::vector<const AlignedSurface*> NearSurfaces::in(const Snapshot& snapshot, co
   std::vector<const AlignedSurface*> near;
   for (Entry& entry : entries_) {
     if (!entry.box.intersects(box)) continue;
+    // Of scans that are mapped together, one may have taken back a surface that is published still.
+    const surfaces::SurfaceModel* model =
+        growing != nullptr ? growing->surfaces.find(entry.surface->id) : nullptr;
+    if (growing != nullptr && model == nullptr) continue;
     const Eigen::AlignedBox2d window = in_plane(box, entry.surface->T_map_surface.inverse());
     if (!entry.aligned || !entry.aligned->raster.holds(window)) {
       const Eigen::Vector2d beyond = window.sizes() / 2;  // for the scans that come next
@@ -113,10 +117,9 @@ std::vector<const AlignedSurface*> NearSurfaces::in(const Snapshot& snapshot, co
           *entry.surface, edge, Eigen::AlignedBox2d(window.min() - beyond, window.max() + beyond));
     }
     // Anew for every scan: what the noise is known to be changes with every one, too.
-    if (growing != nullptr)
+    if (model != nullptr)
       entry.aligned->covariance =
-          surfaces::covariance_of_readings(*growing->surfaces.find(entry.surface->id), growing->noise) +
-          entry.aligned->by_rim;
+          surfaces::covariance_of_readings(*model, growing->noise) + entry.aligned->by_rim;
     near.push_back(entry.aligned.get());
   }
   return near;

@@ -62,5 +62,19 @@ TEST(NearSurfaces, AFinishedMapIsAsSureAsItSays) {
   EXPECT_EQ(floor.covariance, map->surfaces.at(0)->covariance + floor.by_rim);
 }
 
+// Among scans that are mapped together, the first may take back a surface that the snapshot still has.
+TEST(NearSurfaces, WhatIsGoneButPublishedStillIsNotNear) {
+  Scene scene;
+  scene.rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
+  const auto published = map_of_rectangles(scene, {0, 0, 1});
+  const Mapper mapper{Parameters{}};  // whose map has no surface
+  const surfaces::MapState& state = mapper.map().state();
+  const alignment::GrowingMap growing{state.surfaces, state.noise};
+  alignment::NearSurfaces near;
+  const Eigen::AlignedBox3d everywhere(Eigen::Vector3d::Constant(-9), Eigen::Vector3d::Constant(9));
+  EXPECT_EQ(near.in(*published, everywhere).size(), 1U);
+  EXPECT_TRUE(near.in(*published, everywhere, &growing).empty());
+}
+
 }  // namespace
 }  // namespace octosurf::test
