@@ -252,8 +252,8 @@ void DriftFilter::choose(const Eigen::Isometry3d& T_given, const PoseMeasurement
   const Twist correction = twist_between(T_given, h.correction * T_given);
   const double length = correction.tail<3>().norm() + measurement.lever_m * correction.head<3>().norm();
   const bool drifted = drifts() ? better > -required
-                                : better > required && measurement.contradicts_given &&
-                                      length > measurement.least_m && significant(correction, measurement);
+                                : better > required && length > measurement.least_m &&
+                                      significant(correction, measurement) && measurement.contradicts_given();
   state_.believed = drifted ? drifting : still;
 }
 

@@ -3,6 +3,7 @@
 #include "surfaces/alignment_state.hpp"
 
 #include <Eigen/Geometry>
+#include <functional>
 
 namespace octosurf::alignment {
 
@@ -14,7 +15,9 @@ struct PoseMeasurement {
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1> variances;   ///< of each, independent
   double lever_m = 1;                                            ///< at which a rotation counts
   double least_m = 0;  ///< corrections that are smaller may be the map's and the sensor's own errors
-  bool contradicts_given = true;  ///< more readings lie on surfaces at this pose than at the given one
+  /// Whether more readings lie on surfaces at this pose than at the given one: called only where all else
+  /// speaks for drift that was not believed in before.
+  std::function<bool()> contradicts_given = [] { return true; };
 };
 
 /// How far the given poses have slid off the map, followed from scan to scan.

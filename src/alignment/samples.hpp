@@ -20,7 +20,8 @@ struct Sample {
 
 /// Samples with a spread of more than `most_spread` are left out. At most `count` samples of the scan's
 /// readings between the ranges, spread evenly over it whatever its order (multiples of the golden ratio). Of
-/// a scan with fewer readings than the samples could take up, samples overlap. O(count).
+/// a scan with fewer readings than the samples could take up, samples overlap. O(count), and a word for
+/// each reading of the scan.
 std::vector<Sample> sample_scan(const Scan& scan, const sensing::NoiseModel& noise, std::size_t count,
                                 double most_spread, double min_range, double max_range);
 

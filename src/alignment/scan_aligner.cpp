@@ -98,9 +98,9 @@ void Turn::follow(const PoseSearch& search, const PoseFit& fit, const Determined
   measured.least_m =
       least_correction * resolution_ + systematic_deviations * fit.spread_m * std::sqrt(systematic);
   // What bends the fit, such as a camera's distortion, leaves most readings on the surfaces at either pose.
-  measured.contradicts_given =
-      drift_.drifts() ||
-      search.speak_for(without_undetermined(given_, fit, determined), given_, contradicting);
+  measured.contradicts_given = [&] {
+    return search.speak_for(without_undetermined(given_, fit, determined), given_, contradicting);
+  };
   // Before the readings' errors are known, covariances say nothing.
   const bool counts = state_.scans_learned >= scans_to_learn;
   result.T_map_sensor = drift_.update(given_, counts ? &measured : nullptr);

@@ -100,9 +100,9 @@ std::optional<surfaces::Refusal> PlaneExtraction::refusal_by_view(std::span<cons
     return plane.normal.dot(map_.window[i].view.cast<double>()) > sensing::NoiseModel::least_facing;
   });
   const double share = static_cast<double>(before) / static_cast<double>(cluster.size());
-  constexpr double most = 0.5;
-  if (share > most) return {};
-  return surfaces::Refusal{Reason::seen_edge_on, share, most};
+  constexpr double half = 0.5;
+  if (share > half) return {};
+  return surfaces::Refusal{Reason::seen_edge_on, share, half};
 }
 
 /// A cluster passes if it scatters as noise does, does not bend, most of its points' own normals agree with

@@ -10,8 +10,8 @@
 
 namespace octosurf::law {
 
-/// Readings by block of 8³ voxels and label: what lies around many readings is asked of all in a block
-/// together, and most of it is answered by bits.
+/// Readings by block of 8³ voxels and label: what lies around many readings is looked up for all in
+/// a block together, and most of it in bits.
 class LabelBlocks {
  public:
   using Index = Readings::Index;

@@ -44,8 +44,8 @@ void segment_around(surfaces::Ledger& ledger, const occupancy::OccupancyMap& oct
       ledger.find(id)->set_checked();
 }
 
-/// What waits, and what has lost its surface and found no other: it is asked again once enough has come
-/// there.
+/// What waits, and what has lost its surface and found no other: it is segmented again once enough has
+/// come there.
 std::vector<geometry::VoxelKey> with_released(surfaces::Ledger& ledger,
                                               std::vector<geometry::VoxelKey> waiting) {
   for (const geometry::VoxelKey key : ledger.changes.requeued)

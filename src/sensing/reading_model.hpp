@@ -69,8 +69,8 @@ class ReadingModel {
     const double met = 2 * std::max(facing, view_error);
     return log_scale_ - 0.5 * std::log(variance(range_class, facing) / (met * met));
   }
-  /// log_ratio if it is positive, else 0. No reading reaches farther than one that is seen head-on, which is
-  /// asked first.
+  /// log_ratio if it is positive, else 0. No reading reaches farther than one that is seen head-on, so that
+  /// most need no logarithm.
   double gain(double distance, unsigned range_class, double facing) const {
     if (distance * distance > farthest2_[range_class]) return 0;
     return std::max(0.0, log_ratio(distance, range_class, facing));

@@ -106,6 +106,25 @@ TEST(DriftFilter, FollowsADriftAndSaysHowWell) {
   EXPECT_LT(worst, 0.008);
 }
 
+TEST(DriftFilter, IsNotBelievedInWhereTheGivenPosesExplainTheScansAsWell) {
+  auto rng = test::rng();
+  surfaces::AlignmentState state;
+  const auto given = [](int i) -> Eigen::Isometry3d {
+    return Eigen::Translation3d(0.0005 * i, 0, 0) * pose_at(i);
+  };
+  int called = 0;
+  for (int i = 0; i < 100; ++i) {
+    alignment::PoseMeasurement m = measured(pose_at(i), rng);
+    m.contradicts_given = [&] { return ++called < 0; };
+    ASSERT_EQ(alignment::DriftFilter(state).update(given(i), &m).matrix(), given(i).matrix()) << "scan " << i;
+  }
+  EXPECT_GT(called, 0);
+  alignment::PoseMeasurement m = measured(pose_at(100), rng);
+  m.contradicts_given = [] { return true; };
+  alignment::DriftFilter(state).update(given(100), &m);
+  EXPECT_TRUE(alignment::DriftFilter(state).drifts()) << "nothing else was missing";
+}
+
 /// Along x of the map or of the sensor, and a turn about the vertical: what each scan adds to the given
 /// poses.
 Twist steady_drift() {

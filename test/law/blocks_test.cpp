@@ -1,4 +1,4 @@
-// What is asked of blocks together, beside the same asked voxel by voxel.
+// What is looked up by block, beside the same looked up voxel by voxel.
 #include "detection/pending_points.hpp"
 #include "law/label_blocks.hpp"
 #include "law/voxel_blocks.hpp"

@@ -133,6 +133,18 @@ TEST(InsertAll, WhatGoesAmongTheScansIsGone) {
   EXPECT_EQ(mapper.mapper.snapshot()->revision, 1U) << "published once";
 }
 
+// The snapshot has the box's faces until the last of the scans is in; the map loses them before.
+TEST(InsertAll, ScansAreAlignedWhereASurfaceGoesAmongThem) {
+  std::mt19937_64 rng = test::rng();
+  test::CheckedMapper mapper{Parameters{}};
+  for (const Scan& scan : pass(room_with_box(), rng, 3)) mapper.mapper.insert(scan);
+  ASSERT_FALSE(mapper.on_plane({0, 0, 1}, {0.6, 0, 0.4}).empty()) << "the box's top";
+  const std::vector<ScanReport> reports = mapper.mapper.insert_all(pass(room(), rng, 12));
+  EXPECT_TRUE(mapper.on_plane({0, 0, 1}, {0.6, 0, 0.4}).empty());
+  EXPECT_FALSE(mapper.on_plane({0, 0, 1}, {0.6, 0, 0.01}).empty()) << "the floor";
+  for (const ScanReport& report : reports) EXPECT_GT(report.alignment.known, 0U);
+}
+
 TEST(InsertAll, StopsBeforeAScanThatIsRefused) {
   std::mt19937_64 rng = test::rng();
   std::vector<Scan> scans = pass(room(), rng, 5);
