@@ -46,7 +46,7 @@ Eigen::Isometry3d jumped(const Eigen::Isometry3d& T, std::size_t i) {
 
 /// A recording's poses, as they came and as they were used, and what was said of them.
 struct Poses {
-  std::vector<double> given_mm, given_deg, used_mm, used_deg, align_ms;
+  std::vector<double> given_mm, given_deg, used_mm, used_deg, fit_mm, fit_deg, align_ms;
   std::vector<double> open_mm;  ///< moved along what the scan does not determine; of those that leave such
   double squared = 0;           ///< of the determined errors, in their standard deviations
   int dimensions = 0;
@@ -67,9 +67,11 @@ struct Poses {
     all.head<3>() *= alignment.lever_m;
     if (alignment.determined < 6)
       open_mm.push_back(1e3 * std::sqrt(std::max(0.0, all.squaredNorm() - std::pow(along_determined, 2))));
-    if (alignment.determined == 0) return;
     const Twist fit =
         alignment::twist_between(truth, alignment::moved(scan.T_map_sensor, alignment.disagreement));
+    fit_mm.push_back(1e3 * fit.tail<3>().norm());
+    fit_deg.push_back(deg * fit.head<3>().norm());
+    if (alignment.determined == 0) return;
     Twist in_metres;
     in_metres << Eigen::Vector3d::Constant(alignment.lever_m), Eigen::Vector3d::Ones();
     const Eigen::MatrixXd along =
@@ -79,9 +81,12 @@ struct Poses {
     dimensions += alignment.determined;
   }
 
-  void print(std::size_t i) const {
-    std::printf("%4zu given %.2f mm %.3f°, used %.2f mm %.3f°\n", i, given_mm.back(), given_deg.back(),
-                used_mm.back(), used_deg.back());
+  void print(std::size_t i, const Alignment& alignment) const {
+    std::printf(
+        "%4zu %s: given %.2f mm %.3f°, used %.2f mm %.3f°, fit %.2f mm %.3f° (%d determined, %zu of %zu)\n",
+        i, alignment_outcome_names[static_cast<std::size_t>(alignment.outcome)].data(), given_mm.back(),
+        given_deg.back(), used_mm.back(), used_deg.back(), fit_mm.back(), fit_deg.back(),
+        alignment.determined, alignment.explained, alignment.known);
   }
 };
 
@@ -131,7 +136,7 @@ void run(const Options& options, const std::string& scene, std::uint64_t seed, T
     with_ms += report.total_ms;
     without_ms += without.insert(scan).total_ms;
     poses.add(scan, recording.true_pose(i), report);
-    if (options.verbose) poses.print(i);
+    if (options.verbose) poses.print(i, report.alignment);
   }
   const evaluation::Truth truth = visibility.truth();
   const std::string name = scene + " " + std::to_string(seed);
