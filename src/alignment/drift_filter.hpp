@@ -41,10 +41,6 @@ class DriftFilter {
   Eigen::Isometry3d expected(const Eigen::Isometry3d& T_given) const;
   TwistCovariance expected_covariance(const Eigen::Isometry3d& T_given) const;
 
-  /// Whether a measurement of the next scan lies where drift and the measurements' errors, as believed, may
-  /// have put it. What does not has jumped.
-  bool may_lie(const Eigen::Isometry3d& T_given, const PoseMeasurement& measurement) const;
-
   /// The next scan's measurement; none tells nothing but that time has passed. Returns the pose to use. About
   /// 0.5 ms.
   Eigen::Isometry3d update(const Eigen::Isometry3d& T_given, const PoseMeasurement* measurement);
@@ -60,8 +56,6 @@ class DriftFilter {
   using Hypothesis = surfaces::AlignmentState::Hypothesis;
   const Hypothesis& believed() const { return state_.hypotheses[state_.believed]; }
   void predict(Hypothesis& h, const Eigen::Isometry3d& T_given) const;
-  template <int size>
-  struct Prediction;
   template <int size>
   static void learn(Hypothesis& h, const Eigen::Isometry3d& T_given, const PoseMeasurement& measurement);
   void choose(const Eigen::Isometry3d& T_given, const PoseMeasurement& measurement);

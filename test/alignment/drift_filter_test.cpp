@@ -254,29 +254,6 @@ TEST(DriftFilter, AJumpThatStaysIsTakenOver) {
   EXPECT_LT(error_m(alignment::DriftFilter(state).expected(T_given), pose_at(50)), 1e-9);
 }
 
-TEST(DriftFilter, WhatItsErrorsMayHaveDoneIsNoJump) {
-  auto rng = test::rng();
-  const auto after = [&](double factor) {
-    surfaces::AlignmentState state;
-    for (int i = 0; i < 100; ++i) {
-      const alignment::PoseMeasurement m = measured(pose_at(i), rng, factor);
-      alignment::DriftFilter(state).update(pose_at(i), &m);
-    }
-    return state;
-  };
-  surfaces::AlignmentState as_stated = after(1), worse = after(5);
-  const auto may_lie = [&](surfaces::AlignmentState& state, double off_m) {
-    alignment::PoseMeasurement m = measured(pose_at(100), rng);
-    m.T_map_sensor.translation().x() += off_m;
-    return alignment::DriftFilter(state).may_lie(pose_at(100), m);
-  };
-  EXPECT_TRUE(may_lie(as_stated, 0));
-  EXPECT_FALSE(may_lie(as_stated, 0.1));
-  EXPECT_TRUE(may_lie(worse, 0.1))
-      << "a hundred times the error that is stated, twenty times the one that is";
-  EXPECT_FALSE(may_lie(worse, 0.5));
-}
-
 TEST(DriftFilter, OneWildMeasurementMovesLittle) {
   auto rng = test::rng();
   surfaces::AlignmentState state;
