@@ -46,9 +46,10 @@ Eigen::Isometry3d jumped(const Eigen::Isometry3d& T, std::size_t i) {
 
 /// A recording's poses, as they came and as they were used, and what was said of them.
 struct Poses {
-  std::vector<double> given_mm, given_deg, used_mm, used_deg, fit_mm, fit_deg, align_ms;
-  std::vector<double> open_mm;  ///< moved along what the scan does not determine; of those that leave such
-  double squared = 0;           ///< of the determined errors, in their standard deviations
+  std::vector<double> given_mm, given_deg, used_mm, used_deg, align_ms;
+  std::vector<double> open_mm;     ///< moved along what the scan does not determine; of those that leave such
+  double fit_mm = 0, fit_deg = 0;  ///< error of the last scan's fit, along all directions
+  double squared = 0;              ///< of the determined errors, in their standard deviations
   int dimensions = 0;
   std::array<std::size_t, alignment_outcome_names.size()> outcomes{};
 
@@ -69,8 +70,8 @@ struct Poses {
       open_mm.push_back(1e3 * std::sqrt(std::max(0.0, all.squaredNorm() - std::pow(along_determined, 2))));
     const Twist fit =
         alignment::twist_between(truth, alignment::moved(scan.T_map_sensor, alignment.disagreement));
-    fit_mm.push_back(1e3 * fit.tail<3>().norm());
-    fit_deg.push_back(deg * fit.head<3>().norm());
+    fit_mm = 1e3 * fit.tail<3>().norm();
+    fit_deg = deg * fit.head<3>().norm();
     if (alignment.determined == 0) return;
     Twist in_metres;
     in_metres << Eigen::Vector3d::Constant(alignment.lever_m), Eigen::Vector3d::Ones();
@@ -85,8 +86,8 @@ struct Poses {
     std::printf(
         "%4zu %s: given %.2f mm %.3f°, used %.2f mm %.3f°, fit %.2f mm %.3f° (%d determined, %zu of %zu)\n",
         i, alignment_outcome_names[static_cast<std::size_t>(alignment.outcome)].data(), given_mm.back(),
-        given_deg.back(), used_mm.back(), used_deg.back(), fit_mm.back(), fit_deg.back(),
-        alignment.determined, alignment.explained, alignment.known);
+        given_deg.back(), used_mm.back(), used_deg.back(), fit_mm, fit_deg, alignment.determined,
+        alignment.explained, alignment.known);
   }
 };
 
