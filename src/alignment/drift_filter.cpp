@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 #include <optional>
 
@@ -59,8 +60,10 @@ Joint<size> symmetric(const Joint<size>& P) {
 /// back to none.
 constexpr double steadiness = 0.999;
 /// Grid of rates of steady drift, by factors of ten: a rate only says how large a velocity may be before it
-/// is known.
-constexpr std::size_t steady_step = 2;
+/// is known. The largest is a millimetre and 0.0003 rad a scan, 3 cm and half a degree a second of a camera:
+/// no odometry errs faster for half a minute on end. Where measurements err alike for ten scans, a larger one
+/// would follow them, and go on along directions that nothing measures.
+constexpr std::size_t steady_step = 2, most_steady = 4;
 
 /// Variances of what a scan adds.
 Twist rates_of(const Hypothesis& h) {
@@ -77,6 +80,18 @@ void begin(Hypothesis& h) {
   if (h.drift != Drift::walk) h.covariance.bottomRightCorner<6, 6>() = rates_of(h).asDiagonal();
 }
 
+/// A drift that begins now begins where the poses are by the best explanation so far.
+void begin_from(const Hypothesis& best, Hypothesis& h) {
+  begin(h);
+  h.common = best.common;
+  if (h.rate_m > 0) {
+    h.correction = best.correction;
+    h.covariance.topLeftCorner<12, 12>() = best.covariance.topLeftCorner<12, 12>();
+  } else {
+    h.covariance.block<6, 6>(6, 6) = best.covariance.block<6, 6>(6, 6);
+  }
+}
+
 /// Whether a motion is more than one measurement may be off. However many scans repeat a measurement, what
 /// they have in common does not average out: the errors of the planes that they all see. By what factor their
 /// readings err otherwise than they were held to makes the planes neither better nor worse.
@@ -89,7 +104,8 @@ bool significant(const Twist& motion, const PoseMeasurement& measurement) {
 
 }  // namespace
 
-DriftFilter::DriftFilter(surfaces::AlignmentState& state) : state_(state) {
+DriftFilter::DriftFilter(surfaces::AlignmentState& state, double unnoticed_m)
+    : state_(state), unnoticed_m_(unnoticed_m) {
   if (!state.hypotheses.empty()) return;
   const auto add = [&](Drift drift, double rate_m, double rate_rad) {
     for (const CommonErrors& common : common_errors)
@@ -109,10 +125,15 @@ DriftFilter::DriftFilter(surfaces::AlignmentState& state) : state_(state) {
   for (std::size_t m = 0; m < rates_m.size(); ++m)
     for (std::size_t r = m > 0 ? m - 1 : 0; r <= m + 1 && r < rates_rad.size(); ++r) {
       add(Drift::walk, rates_m[m], rates_rad[r]);
-      if (r != m || m % steady_step != 0) continue;
+      if (r != m || m % steady_step != 0 || m > most_steady) continue;
       add(Drift::of_frame, rates_m[m], rates_rad[r]);
       add(Drift::of_sensor, rates_m[m], rates_rad[r]);
     }
+}
+
+/// Whether it would have been noticed, had the poses drifted so all the time: rotations count at a metre.
+bool DriftFilter::noticed(const Hypothesis& h) const {
+  return h.covariance.diagonal().head<6>().maxCoeff() > unnoticed_m_ * unnoticed_m_;
 }
 
 void DriftFilter::predict(Hypothesis& h, const Eigen::Isometry3d& T_given) const {
@@ -171,37 +192,66 @@ TwistCovariance DriftFilter::expected_covariance(const Eigen::Isometry3d& T_give
   return h.covariance.topLeftCorner<6, 6>();
 }
 
+/// A measurement beside what a hypothesis, already predicted for its scan, expects of it.
+template <int size>
+struct DriftFilter::Prediction {
+  using Numbers = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;
+  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
+
+  Prediction(const Hypothesis& h, const Eigen::Isometry3d& T, const PoseMeasurement& measurement)
+      : P(h.covariance) {
+    const auto& M = measurement.directions;
+    const Numbers noise = h.factor * h.factor * measurement.variances;
+    P.template block<6, 6>(6, 6) += h.common_share * (1 - h.lasting * h.lasting) * measurement.motions *
+                                    noise.asDiagonal() * measurement.motions.transpose();
+    of_state = (P.template leftCols<6>() + P.template middleCols<6>(6)) * M.transpose();
+    Square S = M * (of_state.template topRows<6>() + of_state.template middleRows<6>(6));
+    S.diagonal() += noise;
+    solver.compute(S);
+    const Numbers innovation = M * (twist_between(T, measurement.T_map_sensor) - h.common);
+    weighted = solver.solve(innovation);
+    squared = innovation.dot(weighted);
+  }
+  double dimensions() const { return static_cast<double>(weighted.size()); }
+
+  Joint<size> P;  ///< with what this scan adds to common errors
+  Eigen::Matrix<double, size, Eigen::Dynamic, 0, size, 6> of_state;  ///< its covariance with the measurement
+  Eigen::LLT<Square> solver;                                         ///< the innovation's covariance
+  Numbers weighted;                                                  ///< the innovation by its covariance …
+  double squared = 0;                                                ///< … and its square by it
+};
+
 /// What a measurement tells a hypothesis.
 template <int size>
 void DriftFilter::learn(Hypothesis& h, const Eigen::Isometry3d& T_given, const PoseMeasurement& measurement) {
-  using Numbers = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;
   const Eigen::Isometry3d T = h.correction * T_given;
-  const auto& M = measurement.directions;
-  const Numbers noise = h.factor * h.factor * measurement.variances;
-  Joint<size> P = h.covariance;
-  P.template block<6, 6>(6, 6) += h.common_share * (1 - h.lasting * h.lasting) * measurement.motions *
-                                  noise.asDiagonal() * measurement.motions.transpose();
-  const Eigen::Matrix<double, size, Eigen::Dynamic, 0, size, 6> of_state =
-      (P.template leftCols<6>() + P.template middleCols<6>(6)) * M.transpose();
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6> S =
-      M * (of_state.template topRows<6>() + of_state.template middleRows<6>(6));
-  S.diagonal() += noise;
-  const Eigen::LLT<decltype(S)> solver(S);
-  const Numbers innovation = M * (twist_between(T, measurement.T_map_sensor) - h.common);
-  const Numbers weighted = solver.solve(innovation);
+  const Prediction<size> predicted(h, T, measurement);
   // Student's t: of errors that no model has, such as a wrong pairing, one scan tells no more than a few
   // do.
-  const double squared = innovation.dot(weighted);
-  const auto dimensions = static_cast<double>(innovation.size());
-  h.log_evidence -= solver.matrixLLT().diagonal().array().log().sum() +
+  const double squared = predicted.squared, dimensions = predicted.dimensions();
+  h.log_evidence -= predicted.solver.matrixLLT().diagonal().array().log().sum() +
                     (freedom + dimensions) / 2 * std::log1p(squared / freedom);
   const double share = std::min(1.0, (freedom + dimensions) / (freedom + squared));
-  const Eigen::Matrix<double, size, 1> step = share * of_state * weighted;
-  P -= share * of_state * solver.solve(of_state.transpose());
-  h.covariance = symmetric(P);
+  const Eigen::Matrix<double, size, 1> step = share * predicted.of_state * predicted.weighted;
+  h.covariance = symmetric<size>(predicted.P - share * predicted.of_state *
+                                                   predicted.solver.solve(predicted.of_state.transpose()));
   h.common += step.template segment<6>(6);
   if constexpr (size == 18) h.velocity += step.template tail<6>();
   if (h.rate_m > 0) h.correction = moved(T, step.template head<6>()) * T_given.inverse();
+}
+
+/// Of Student's t in so many dimensions, the square over its dimensions is distributed as Fisher's F.
+bool DriftFilter::may_lie(const Eigen::Isometry3d& T_given, const PoseMeasurement& measurement) const {
+  if (measurement.variances.size() == 0) return true;
+  Hypothesis h = believed();
+  predict(h, T_given);
+  const Eigen::Isometry3d T = h.correction * T_given;
+  const double squared = h.drift == Drift::walk ? Prediction<12>(h, T, measurement).squared
+                                                : Prediction<18>(h, T, measurement).squared;
+  const auto dimensions = static_cast<double>(measurement.variances.size());
+  const boost::math::fisher_f by_error(dimensions, freedom);
+  return squared <
+         dimensions * boost::math::quantile(boost::math::complement(by_error, std::exp(-most_behind)));
 }
 
 Eigen::Isometry3d DriftFilter::update(const Eigen::Isometry3d& T_given, const PoseMeasurement* measurement) {
@@ -217,7 +267,12 @@ Eigen::Isometry3d DriftFilter::update(const Eigen::Isometry3d& T_given, const Po
       std::max_element(state_.hypotheses.begin(), state_.hypotheses.end(),
                        [](const auto& a, const auto& b) { return a.log_evidence < b.log_evidence; });
   const double most = best->log_evidence;  // their differences count
-  for (Hypothesis& h : state_.hypotheses) h.log_evidence = std::max(h.log_evidence - most, -most_behind);
+  for (Hypothesis& h : state_.hypotheses) {
+    h.log_evidence -= most;
+    if (h.log_evidence > -most_behind) continue;
+    h.log_evidence = -most_behind;
+    if (noticed(h)) begin_from(*best, h);
+  }
   if (measurement != nullptr) choose(T_given, *measurement);
   const Eigen::Isometry3d T = drifts() ? believed().correction * T_given : T_given;
   state_.last = T;

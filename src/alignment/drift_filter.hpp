@@ -30,16 +30,24 @@ struct PoseMeasurement {
 /// trusted, is learned: a bank of Kalman filters runs side by side, one for each kind and rate of drift and
 /// each factor on the covariances, and the one that predicted the measurements best so far is believed
 /// (multiple models, Magill 1965). Among them is the one without drift. It stays in force until another is
-/// better by more than chance explains, so that exact poses stay exactly as given.
+/// better by more than chance explains, so that exact poses stay exactly as given. A hypothesis that has
+/// fallen as far behind as any may is one of a drift that begins now (see most_behind): it starts again from
+/// the best one. Where nothing measures, one that had gone on by itself might have taken the poses anywhere,
+/// and the first measurements that err alike would be believed to have shown where.
 class DriftFilter {
  public:
-  /// Goes on with what is known; `state` must outlive it.
-  explicit DriftFilter(surfaces::AlignmentState& state);
+  /// Goes on with what is known; `state` must outlive it. A drift that nobody noticed so far has taken the
+  /// poses no farther than `unnoticed_m`.
+  DriftFilter(surfaces::AlignmentState& state, double unnoticed_m);
 
   /// The next scan's pose as expected, and its covariance, before it is looked at. Zero where no drift is
   /// known of.
   Eigen::Isometry3d expected(const Eigen::Isometry3d& T_given) const;
   TwistCovariance expected_covariance(const Eigen::Isometry3d& T_given) const;
+
+  /// Whether a measurement of the next scan lies where drift and the measurements' errors, as believed, may
+  /// have put it. What does not has jumped.
+  bool may_lie(const Eigen::Isometry3d& T_given, const PoseMeasurement& measurement) const;
 
   /// The next scan's measurement; none tells nothing but that time has passed. Returns the pose to use. About
   /// 0.5 ms.
@@ -55,13 +63,17 @@ class DriftFilter {
  private:
   using Hypothesis = surfaces::AlignmentState::Hypothesis;
   const Hypothesis& believed() const { return state_.hypotheses[state_.believed]; }
+  bool noticed(const Hypothesis& h) const;
   void predict(Hypothesis& h, const Eigen::Isometry3d& T_given) const;
+  template <int size>
+  struct Prediction;
   template <int size>
   static void learn(Hypothesis& h, const Eigen::Isometry3d& T_given, const PoseMeasurement& measurement);
   void choose(const Eigen::Isometry3d& T_given, const PoseMeasurement& measurement);
   std::size_t most_likely(bool drifting) const;
 
   surfaces::AlignmentState& state_;
+  double unnoticed_m_;
 };
 
 }  // namespace octosurf::alignment

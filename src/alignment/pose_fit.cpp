@@ -19,6 +19,10 @@ constexpr double tukey =
     4.685;  // standard deviations: 95 % efficient for normal errors (Huber and Ronchetti)
 constexpr double significant = 3;      // standard deviations within which a reading is explained
 constexpr double enough_samples = 20;  // of a surface, to tell its mean
+/// To the power of n a bound on the chance that most of n samples on a surface are none of it but of a face
+/// beside it: Chernoff's, 2 √(p (1 − p)) with every fifth sample such a one, as many as a pose may leave
+/// unexplained.
+constexpr double most_mismatched = 0.8;
 constexpr int most_rounds = 8, coarse_rounds = 2;
 
 /// A reading and the place at which its line of sight meets a surface's plane. That place is free of the
@@ -48,6 +52,14 @@ void for_each_sample(std::span<const PoseFitter::Pairing> pairings, const Visit&
     visit(pairings.subspan(i, end - i));
     i = end;
   }
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return (*middle + *std::max_element(values.begin(), middle)) / 2;
 }
 
 Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& R) {
@@ -82,8 +94,8 @@ struct PoseFitter::Sums {
   Twist gradient = Twist::Zero();
   double squared_range = 0, squared_spread = 0, weight = 0;
   std::size_t known = 0, explained = 0;
-  double noise_share = 0, common_share = 0;
-  std::size_t surfaces = 0;
+  std::vector<double> noise_shares;  ///< of surfaces with enough samples
+  double common_share = 0;           ///< Σ over those
   double disagreement = 0;  ///< Σ of the surfaces' own errors at this pose, squared, in their deviations
   std::size_t met = 0;      ///< surfaces with samples
 };
@@ -127,7 +139,9 @@ Eigen::Vector3d PoseFitter::common_of(double reading) const {
 struct PoseFitter::SurfaceSums {
   Block outer = Block::Zero();
   Row right = Row::Zero();
-  double samples = 0;                        ///< those that overlap by their share
+  double squares = 0, counted = 0;  ///< Σ of the residuals' squares by their variance, and of samples,
+                                    ///< robust as the above
+  double samples = 0;               ///< those that overlap by their share
   double weight = 0, first = 0, second = 0;  ///< Σ of 1/variance, times residual, times its square
 };
 
@@ -203,6 +217,8 @@ void PoseFitter::add_sample(const Linearisation& at, std::span<const Pairing> ca
   const double weight = 1 / (sample.overlap * matched->reading);
   sum.outer.selfadjointView<Eigen::Lower>().rankUpdate(matched->row, robust * weight);
   sum.right += robust * weight * distance * matched->row;
+  sum.squares += robust * weight * distance * distance;
+  sum.counted += robust / sample.overlap;
   sum.samples += 1 / sample.overlap;
   sum.weight += weight;
   sum.first += distance * weight;
@@ -212,30 +228,46 @@ void PoseFitter::add_sample(const Linearisation& at, std::span<const Pairing> ca
   sums.weight += robust;
 }
 
+/// Factor on the readings' variance by which they scatter about the plane that fits them best; no less than
+/// 1. About that plane rather than the map's: as long as the pose is off, the map's lies askew in them.
+double PoseFitter::unevenness(const SurfaceSums& of) {
+  if (of.samples < enough_samples) return 1;
+  const Block full = of.outer.selfadjointView<Eigen::Lower>();
+  const Eigen::Vector3d right = of.right.tail<3>();
+  const double explained = right.dot(full.bottomRightCorner<3, 3>().ldlt().solve(right));
+  return std::max(1.0, (of.squares - explained) / std::max(1.0, of.counted - 3));
+}
+
 /// Eliminates the surface's own error.
 void PoseFitter::add_surface(const AlignedSurface& surface, const SurfaceSums& of, Sums& sums) const {
   Block full = of.outer.selfadjointView<Eigen::Lower>();
-  const double reading = of.samples / of.weight;
+  const double uneven = unevenness(of);
+  const double reading = uneven * of.samples / of.weight;
   if (of.samples >= enough_samples) {
     const double mean = of.first / of.weight;
     const Eigen::Vector3d middle = full.block<3, 1>(6, 8) / full(8, 8);
-    sums.noise_share += (of.second - mean * of.first) / (of.samples - 1);
-    sums.common_share += (mean * mean - 1 / of.weight - middle.dot(surface.covariance * middle)) / reading;
-    ++sums.surfaces;
+    const double beyond = mean * mean - 1 / of.weight - middle.dot(surface.covariance * middle);
+    sums.noise_shares.push_back((of.second - mean * of.first) / (of.samples - 1));
+    sums.common_share += beyond / reading;
   }
+  full /= uneven;
+  const Row right = of.right / uneven;
   // The plane is known as well as its covariance and what readings have in common allow.
   Eigen::Matrix3d known = surface.covariance;
   known.diagonal() += common_of(reading);
+  // Samples of another face lie anywhere within the gate.
+  const double gate = errors_.gate_m / 2;
+  known(2, 2) += std::pow(most_mismatched, of.samples) * gate * gate / 3;
   const Eigen::Matrix3d known_information = known.inverse();
   full.bottomRightCorner<3, 3>() += known_information;
   const Eigen::Matrix<double, 6, 3> across = full.topRightCorner<6, 3>();
   const Eigen::LDLT<Eigen::Matrix3d> own = full.bottomRightCorner<3, 3>().ldlt();
   const Eigen::Matrix<double, 6, 3> eliminated = across * own.solve(Eigen::Matrix3d::Identity());
-  const Eigen::Vector3d off = own.solve(of.right.tail<3>());
+  const Eigen::Vector3d off = own.solve(right.tail<3>());
   sums.disagreement += off.dot(known_information * off);
   ++sums.met;
   sums.information += full.topLeftCorner<6, 6>() - eliminated * across.transpose();
-  sums.gradient += of.right.head<6>() - eliminated * of.right.tail<3>();
+  sums.gradient += right.head<6>() - eliminated * right.tail<3>();
 }
 
 /// By how much the variances that are stated are too small, if the surfaces disagree among themselves by more
@@ -293,12 +325,12 @@ PoseFit PoseFitter::fit(const Eigen::Isometry3d& start, const TwistCovariance& p
     const double gate = round < coarse_rounds ? errors_.gate_m : errors_.gate_m / 2;
     const Sums sums = linearise({fit.T_map_sensor, gate, uncertainty}, pairings);
     fit.information = sums.information / disagreement_ratio(sums);
+    fit.pull = -sums.gradient / disagreement_ratio(sums);
     fit.known = sums.known;
     fit.explained = sums.explained;
-    fit.surfaces = sums.surfaces;
-    const auto surfaces = static_cast<double>(std::max<std::size_t>(1, sums.surfaces));
-    fit.noise_share = sums.noise_share / surfaces;
-    fit.common_share = sums.common_share / surfaces;
+    fit.surfaces = sums.noise_shares.size();
+    fit.noise_share = median(sums.noise_shares);
+    fit.common_share = sums.common_share / static_cast<double>(std::max<std::size_t>(1, fit.surfaces));
     if (sums.weight > 0) {
       fit.lever_m = std::sqrt(sums.squared_range / sums.weight);
       fit.spread_m = std::sqrt(sums.squared_spread / sums.weight);

@@ -22,12 +22,15 @@ struct PoseFit {
   Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
   /// What the readings alone tell, at that pose; less where the surfaces disagree among themselves.
   TwistCovariance information = TwistCovariance::Zero();
+  /// That information times the twist from there to where the readings alone would have it, without the
+  /// prior.
+  Twist pull = Twist::Zero();
   double lever_m = 1;                    ///< root mean square range of the samples used
   double spread_m = 0;                   ///< root mean square of their standard deviations, as assumed
   std::size_t known = 0, explained = 0;  ///< as in Alignment
-  /// What the residuals say of the readings' errors, as means over surfaces with many readings: their
-  /// variance about the surface's own mean, and that mean's squared beyond what noise and plane explain, both
-  /// as shares of the variance that was assumed of a reading.
+  /// What the residuals say of the readings' errors on surfaces with many of them: their variance about the
+  /// surface's own mean (the surfaces' median: some are no planes), and that mean's squared beyond what noise
+  /// and plane explain (the mean), both as shares of the variance that was assumed of a reading.
   double noise_share = 0, common_share = 0;
   std::size_t surfaces = 0;  ///< how many those were
   double explained_share() const {
@@ -49,7 +52,9 @@ struct FitErrors {
 /// Each reading speaks for the nearest surface that covers it and faces the sensor. The pose is found by
 /// Gauss–Newton with Tukey's weights; a surface's own error (its covariance, and what a scan's readings of it
 /// have in common) is three unknowns more, which are eliminated per surface, so that a thousand readings of
-/// one wall do not fix the pose better than the wall itself is known.
+/// one wall do not fix the pose better than the wall itself is known. How uneven a surface is shows in its
+/// readings: they count by what they scatter about the plane that fits them best, if that is more than their
+/// noise (variance components, one a surface).
 class PoseFitter {
  public:
   PoseFitter(std::span<const Sample> samples, std::span<const AlignedSurface* const> surfaces,
@@ -84,6 +89,7 @@ class PoseFitter {
                              bool& known) const;
   void add_sample(const Linearisation& at, std::span<const Pairing> candidates, Sums& sums,
                   std::vector<SurfaceSums>& of_surface) const;
+  static double unevenness(const SurfaceSums& of);
   void add_surface(const AlignedSurface& surface, const SurfaceSums& of, Sums& sums) const;
   static double disagreement_ratio(const Sums& sums);
   Sums linearise(const Linearisation& at, std::span<const Pairing> pairings) const;

@@ -29,6 +29,8 @@ constexpr double least_correction = 1.0 / 10;
 constexpr double systematic_deviations = 3;
 /// A variance is known to have parts beyond the noise model's if it is that much larger.
 constexpr double noise_is_known_to = 1.3;
+/// Voxels: by less poses may have drifted without anyone noticing, for the octree would not.
+constexpr double unnoticed_voxels = 0.5;
 /// Voxels by which a pose must be off to have jumped; less is drift's to follow.
 constexpr double jump_voxels = 2;
 /// Standard deviations by which readings must speak for a correction before drift is believed in: as usual,
@@ -37,14 +39,17 @@ constexpr double contradicting = 2;
 /// How well two scans in a row agree on where the poses have gone: m, rotations by their lever.
 constexpr double same_jump_m = 0.03;
 
+/// What the readings alone tell. The fit is drawn toward where the scan was expected, which the filter knows
+/// by itself: counted twice, an expectation would confirm itself.
 PoseMeasurement measurement_of(const PoseFit& fit, const Determined& determined) {
   PoseMeasurement measured;
-  measured.T_map_sensor = fit.T_map_sensor;
   const auto directions = determined.directions.leftCols(determined.count);
   measured.directions = directions.transpose() * determined.scale.cwiseInverse().asDiagonal();
   measured.motions = determined.scale.asDiagonal() * directions;
   measured.variances = determined.variances.head(determined.count);
   measured.lever_m = fit.lever_m;
+  const auto drawn = measured.variances.cwiseProduct(measured.motions.transpose() * fit.pull).eval();
+  measured.T_map_sensor = moved(fit.T_map_sensor, measured.motions * drawn);
   return measured;
 }
 
@@ -54,7 +59,7 @@ class Turn {
   Turn(surfaces::AlignmentState& state, const Scan& scan, double resolution)
       : state_(state),
         resolution_(resolution),
-        drift_(state),
+        drift_(state, unnoticed_voxels * resolution),
         given_(scan.T_map_sensor),
         expected_(drift_.expected(given_)),
         prior_(drift_.expected_covariance(given_)) {}
@@ -150,9 +155,11 @@ Alignment Turn::align(const PoseSearch& search) {
     fit = *found;
     determined = determined_by(fit, resolution_);
   }
-  // It has jumped only if the pose that was expected explains the scan worse.
-  const bool jumped =
-      takes && off(fit, determined) > jump && search.speak_for(fit.T_map_sensor, expected_, by_chance);
+  // It has jumped only if neither drift nor the measurement's error can have brought it there, and the pose
+  // that was expected explains the scan worse.
+  const bool jumped = takes && off(fit, determined) > jump &&
+                      !drift_.may_lie(given_, measurement_of(fit, determined)) &&
+                      search.speak_for(fit.T_map_sensor, expected_, by_chance);
   if (jumped)
     note_jump(fit, determined, result);
   else if (!takes && (!known || (fits && determined.count == 0)))

@@ -11,7 +11,7 @@
 namespace octosurf::test {
 namespace {
 
-constexpr double noise_m = 0.001, noise_rad = 0.0005, least_m = 0.002;
+constexpr double noise_m = 0.001, noise_rad = 0.0005, least_m = 0.002, unnoticed_m = 0.01;
 
 /// Where a robot is that walks in a circle.
 Eigen::Isometry3d pose_at(int i) {
@@ -45,7 +45,7 @@ TEST(DriftFilter, ExactPosesStayBitForBit) {
   auto rng = test::rng();
   surfaces::AlignmentState state;
   for (int i = 0; i < 300; ++i) {
-    alignment::DriftFilter filter(state);
+    alignment::DriftFilter filter(state, unnoticed_m);
     const alignment::PoseMeasurement m = measured(pose_at(i), rng);
     ASSERT_EQ(filter.update(pose_at(i), &m).matrix(), pose_at(i).matrix()) << "scan " << i;
     ASSERT_FALSE(filter.drifts());
@@ -57,10 +57,10 @@ TEST(DriftFilter, MeasurementsThatAreWorseThanTheySayDoNotCount) {
   surfaces::AlignmentState state;
   for (int i = 0; i < 300; ++i) {
     const alignment::PoseMeasurement m = measured(pose_at(i), rng, 3);
-    alignment::DriftFilter filter(state);
+    alignment::DriftFilter filter(state, unnoticed_m);
     ASSERT_EQ(filter.update(pose_at(i), &m).matrix(), pose_at(i).matrix()) << "scan " << i;
   }
-  EXPECT_GT(alignment::DriftFilter(state).factor(), 1);
+  EXPECT_GT(alignment::DriftFilter(state, unnoticed_m).factor(), 1);
 }
 
 TEST(DriftFilter, AnErrorThatAllScansShareIsNoDrift) {
@@ -79,7 +79,7 @@ TEST(DriftFilter, AnErrorThatAllScansShareIsNoDrift) {
   error[5] = 3 * noise_m;  // 1.5 standard deviations, more than least_m
   m.T_map_sensor = octosurf::alignment::moved(T, error);
   for (int i = 0; i < 300; ++i) {
-    alignment::DriftFilter filter(state);
+    alignment::DriftFilter filter(state, unnoticed_m);
     ASSERT_EQ(filter.update(T, &m).matrix(), T.matrix()) << "scan " << i;
   }
 }
@@ -94,12 +94,12 @@ TEST(DriftFilter, FollowsADriftAndSaysHowWell) {
         Eigen::Translation3d(0.0005 * i, 0, 0) * Eigen::AngleAxisd(0.0001 * i, Eigen::Vector3d::UnitZ());
     const Eigen::Isometry3d T_given = drift * pose_at(i);
     const alignment::PoseMeasurement m = measured(pose_at(i), rng);
-    const Eigen::Isometry3d used = alignment::DriftFilter(state).update(T_given, &m);
+    const Eigen::Isometry3d used = alignment::DriftFilter(state, unnoticed_m).update(T_given, &m);
     if (i < 100) continue;
     worst = std::max(worst, error_m(used, pose_at(i)));
     given = std::max(given, error_m(T_given, pose_at(i)));
   }
-  EXPECT_TRUE(alignment::DriftFilter(state).drifts());
+  EXPECT_TRUE(alignment::DriftFilter(state, unnoticed_m).drifts());
   EXPECT_GT(given, 0.09);
   // A measurement is off by 1.7 mm (three directions of 1 mm); following half a millimetre a scan costs some
   // lag.
@@ -116,13 +116,14 @@ TEST(DriftFilter, IsNotBelievedInWhereTheGivenPosesExplainTheScansAsWell) {
   for (int i = 0; i < 100; ++i) {
     alignment::PoseMeasurement m = measured(pose_at(i), rng);
     m.contradicts_given = [&] { return ++called < 0; };
-    ASSERT_EQ(alignment::DriftFilter(state).update(given(i), &m).matrix(), given(i).matrix()) << "scan " << i;
+    ASSERT_EQ(alignment::DriftFilter(state, unnoticed_m).update(given(i), &m).matrix(), given(i).matrix())
+        << "scan " << i;
   }
   EXPECT_GT(called, 0);
   alignment::PoseMeasurement m = measured(pose_at(100), rng);
   m.contradicts_given = [] { return true; };
-  alignment::DriftFilter(state).update(given(100), &m);
-  EXPECT_TRUE(alignment::DriftFilter(state).drifts()) << "nothing else was missing";
+  alignment::DriftFilter(state, unnoticed_m).update(given(100), &m);
+  EXPECT_TRUE(alignment::DriftFilter(state, unnoticed_m).drifts()) << "nothing else was missing";
 }
 
 /// Along x of the map or of the sensor, and a turn about the vertical: what each scan adds to the given
@@ -170,7 +171,7 @@ std::vector<Twist> errors_of(const std::vector<Eigen::Isometry3d>& given, std::m
   for (int i = 0; i < static_cast<int>(given.size()); ++i) {
     const alignment::PoseMeasurement m = measured(pose_at(i), rng);
     const Eigen::Isometry3d used =
-        alignment::DriftFilter(state).update(given[static_cast<std::size_t>(i)], &m);
+        alignment::DriftFilter(state, unnoticed_m).update(given[static_cast<std::size_t>(i)], &m);
     errors.push_back(alignment::twist_between(pose_at(i), used));
   }
   return errors;
@@ -233,12 +234,45 @@ TEST(DriftFilter, ADirectionThatNothingMeasuresStaysAsGiven) {
     m.directions = without_x;
     m.motions = without_x.transpose();
     m.variances = (without_x * m.variances).eval();
-    const Eigen::Isometry3d used = alignment::DriftFilter(state).update(T_given, &m);
+    const Eigen::Isometry3d used = alignment::DriftFilter(state, unnoticed_m).update(T_given, &m);
     if (i < 60) continue;
     // Half a voxel of 2 cm, of the 12 cm that it would come to: the sensor's own bias might explain as much.
     EXPECT_LT(std::fabs(used.translation().y() - truth.translation().y()), 0.01);
     EXPECT_NEAR(used.translation().x(), T_given.translation().x(), 0.002) << "the corridor's own direction";
   }
+}
+
+// For a thousand scans nothing tells where they lie along the floor; then a few say that they are off by more
+// and more, along directions that are nearly the same. Where those cross, a drift that had gone on all the
+// time might be, decimetres away.
+TEST(DriftFilter, ADriftThatBeginsHasTakenThePosesNoFarther) {
+  auto rng = test::rng();
+  std::normal_distribution<double> gauss(0, 1);
+  surfaces::AlignmentState state;
+  const Eigen::Isometry3d T = pose_at(0);
+  Eigen::Matrix<double, 3, 6> of_floor = Eigen::Matrix<double, 3, 6>::Zero();
+  of_floor(0, 0) = of_floor(1, 1) = of_floor(2, 5) = 1;
+  for (int i = 0; i < 1000; ++i) {
+    alignment::PoseMeasurement m = measured(T, rng);
+    m.directions = of_floor;
+    m.motions = of_floor.transpose();
+    m.variances = (of_floor * m.variances).eval();
+    alignment::DriftFilter(state, unnoticed_m).update(T, &m);
+  }
+  Eigen::Isometry3d used = T;
+  for (int i = 0; i < 4; ++i) {
+    alignment::PoseMeasurement m = measured(T, rng);
+    const double turn = 0.04 * i;
+    Eigen::Matrix<double, 4, 6> seen;
+    seen << of_floor, 0, 0, 0, std::cos(turn), std::sin(turn), 0;
+    m.T_map_sensor.translation() += (0.02 + 0.01 * i) * seen.row(3).tail<3>().transpose();
+    m.directions = seen;
+    m.motions = seen.transpose();
+    m.variances = (seen * m.variances).eval();
+    used = alignment::DriftFilter(state, unnoticed_m).update(T, &m);
+  }
+  ASSERT_TRUE(alignment::DriftFilter(state, unnoticed_m).drifts());
+  EXPECT_LT(error_m(used, T), 0.05 + 2 * unnoticed_m) << "5 cm is the most that any scan said";
 }
 
 TEST(DriftFilter, AJumpThatStaysIsTakenOver) {
@@ -247,11 +281,34 @@ TEST(DriftFilter, AJumpThatStaysIsTakenOver) {
   const Eigen::Isometry3d slip(Eigen::Translation3d(0.2, -0.1, 0));
   for (int i = 0; i < 50; ++i) {
     const alignment::PoseMeasurement m = measured(pose_at(i), rng);
-    alignment::DriftFilter(state).update(pose_at(i), &m);
+    alignment::DriftFilter(state, unnoticed_m).update(pose_at(i), &m);
   }
-  alignment::DriftFilter(state).jump(slip.inverse());
+  alignment::DriftFilter(state, unnoticed_m).jump(slip.inverse());
   const Eigen::Isometry3d T_given = slip * pose_at(50);
-  EXPECT_LT(error_m(alignment::DriftFilter(state).expected(T_given), pose_at(50)), 1e-9);
+  EXPECT_LT(error_m(alignment::DriftFilter(state, unnoticed_m).expected(T_given), pose_at(50)), 1e-9);
+}
+
+TEST(DriftFilter, WhatItsErrorsMayHaveDoneIsNoJump) {
+  auto rng = test::rng();
+  const auto after = [&](double factor) {
+    surfaces::AlignmentState state;
+    for (int i = 0; i < 100; ++i) {
+      const alignment::PoseMeasurement m = measured(pose_at(i), rng, factor);
+      alignment::DriftFilter(state, unnoticed_m).update(pose_at(i), &m);
+    }
+    return state;
+  };
+  surfaces::AlignmentState as_stated = after(1), worse = after(5);
+  const auto may_lie = [&](surfaces::AlignmentState& state, double off_m) {
+    alignment::PoseMeasurement m = measured(pose_at(100), rng);
+    m.T_map_sensor.translation().x() += off_m;
+    return alignment::DriftFilter(state, unnoticed_m).may_lie(pose_at(100), m);
+  };
+  EXPECT_TRUE(may_lie(as_stated, 0));
+  EXPECT_FALSE(may_lie(as_stated, 0.1));
+  EXPECT_TRUE(may_lie(worse, 0.1))
+      << "a hundred times the error that is stated, twenty times the one that is";
+  EXPECT_FALSE(may_lie(worse, 0.5));
 }
 
 TEST(DriftFilter, OneWildMeasurementMovesLittle) {
@@ -260,7 +317,7 @@ TEST(DriftFilter, OneWildMeasurementMovesLittle) {
   for (int i = 0; i < 100; ++i) {
     alignment::PoseMeasurement m = measured(pose_at(i), rng);
     if (i == 50) m.T_map_sensor = octosurf::alignment::moved(m.T_map_sensor, any_twist(rng, 0.05, 0.01));
-    const Eigen::Isometry3d used = alignment::DriftFilter(state).update(pose_at(i), &m);
+    const Eigen::Isometry3d used = alignment::DriftFilter(state, unnoticed_m).update(pose_at(i), &m);
     EXPECT_LT(error_m(used, pose_at(i)), 0.005) << i;
   }
 }

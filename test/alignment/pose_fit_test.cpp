@@ -5,6 +5,7 @@
 #include "support/seed.hpp"
 
 #include <gtest/gtest.h>
+#include <map>
 #include <numbers>
 #include <random>
 
@@ -19,12 +20,14 @@ struct Aligned {
 };
 
 /// The fine step from `start` for a scan that was taken at its own pose.
-Aligned fine(const std::shared_ptr<const Snapshot>& map, const Scan& scan, const Eigen::Isometry3d& start) {
+Aligned fine(const std::shared_ptr<const Snapshot>& map, const Scan& scan, const Eigen::Isometry3d& start,
+             const alignment::FitErrors& errors = {},
+             const TwistCovariance& prior = alignment::uncertainty(1 * degree, 0.03)) {
   alignment::NearSurfaces near;
   sensing::NoiseModel noise{Parameters()};
   noise.observe(scan);
-  const alignment::PoseSearch search(*map, near, scan, noise, {0, 10}, start, {});
-  Aligned aligned{search.fine(start, alignment::uncertainty(1 * degree, 0.03)), {}};
+  const alignment::PoseSearch search(*map, near, scan, noise, {0, 10}, start, {}, errors);
+  Aligned aligned{search.fine(start, prior), {}};
   aligned.determined = alignment::determined_by(aligned.fit, map->resolution);
   return aligned;
 }
@@ -46,6 +49,21 @@ TEST(PoseFit, FindsASmallDisplacement) {
     EXPECT_LT(error.tail<3>().norm(), 1.5e-3) << i;
     EXPECT_LT(error.head<3>().norm(), 0.04 * degree) << i;
     EXPECT_GT(aligned.fit.explained_share(), 0.95);
+  }
+}
+
+/// Moves readings of the wall at the back along their lines of sight: its spots, 10 cm wide, lie up to 8 mm
+/// before or behind it.
+void make_uneven(Scan& scan, std::mt19937_64& rng) {
+  std::map<std::pair<int, int>, float> off;
+  std::uniform_real_distribution<float> depth(-0.008f, 0.008f);
+  for (Eigen::Vector3f& point : scan.points) {
+    const Eigen::Vector3d place = scan.T_map_sensor * point.cast<double>();
+    if (!(place.y() > 4.9)) continue;
+    const std::pair spot(static_cast<int>(std::floor(place.x() / 0.1)),
+                         static_cast<int>(std::floor(place.z() / 0.1)));
+    if (!off.contains(spot)) off[spot] = depth(rng);
+    point *= 1 + off[spot] / point.norm();
   }
 }
 
@@ -86,6 +104,53 @@ TEST(PoseFit, ErrorsOfSparseScansAreAsTheirCovarianceSays) {
   const double squared = mean_squared_error(48, 36, 30, 0.005);
   EXPECT_LT(squared, 6 + 4 * 0.55);
   EXPECT_GT(squared, 0.5);
+}
+
+// A fit lies between where the scan was expected and what its readings say; wherever it was expected, these
+// say nearly the same.
+TEST(PoseFit, WhatTheReadingsSayIsKnownWithoutThePrior) {
+  auto rng = test::rng();
+  const Scene room = furnished_room();
+  const auto map = map_of_rectangles(room, middle_of_room);
+  double drawn = 0, alone = 0;
+  for (int i = 0; i < 10; ++i) {
+    const Eigen::Isometry3d truth = look_at({1.2, 1.0 + 0.1 * i, 1.4}, {2.2, 4.5, 0.6});
+    const Scan scan = camera_scan(room, truth, rng, {.width = 30, .height = 22, .focal = 18, .noise = 0.01});
+    const auto from = [&](double off_m) {
+      Twist off = Twist::Zero();
+      off.tail<3>().setConstant(off_m);
+      const Eigen::Isometry3d start = octosurf::alignment::moved(truth, off);
+      return fine(map, scan, start, {.noise_factor = 3}, alignment::uncertainty(1e-5, 1e-5)).fit;
+    };
+    const alignment::PoseFit one = from(0.01), other = from(-0.01);
+    const auto squared = [&](const Twist& apart) { return apart.dot(one.information * apart); };
+    const auto by_readings = [](const alignment::PoseFit& fit) {
+      return octosurf::alignment::moved(fit.T_map_sensor, fit.information.ldlt().solve(fit.pull));
+    };
+    drawn += squared(alignment::twist_between(one.T_map_sensor, other.T_map_sensor));
+    alone += squared(alignment::twist_between(by_readings(one), by_readings(other)));
+  }
+  EXPECT_LT(alone, drawn / 2);
+}
+
+TEST(PoseFit, AnUnevenWallMakesTheOthersNoWorse) {
+  auto rng = test::rng();
+  Scene corner;
+  corner.rectangle({0, 0, 0}, {4, 0, 0}, {0, 5, 0}).rectangle({4, 0, 0}, {0, 5, 0}, {0, 0, 2.5});
+  corner.rectangle({0, 5, 0}, {4, 0, 0}, {0, 0, 2.5});
+  const auto map = map_of_rectangles(corner, middle_of_room);
+  const Eigen::Isometry3d truth = look_at({1.2, 1.0, 1.4}, {2.2, 4.5, 0.6});
+  Scan scan = camera_scan(corner, truth, rng, {.width = 240, .height = 180, .focal = 150, .noise = 0.003});
+  // Readings have nothing in common here: the wall's own error would hide what its readings say.
+  const alignment::FitErrors errors{.common_m = 1e-5};
+  const alignment::PoseFit even = fine(map, scan, truth, errors).fit;
+  make_uneven(scan, rng);
+  const alignment::PoseFit uneven = fine(map, scan, truth, errors).fit;
+  EXPECT_LT(uneven.noise_share, 1.5 * even.noise_share) << "most surfaces scatter as before";
+  // The floor fixes the height as it did; the wall fixes y less, although what the map knows of the wall is
+  // the larger part of that.
+  EXPECT_GT(uneven.information(5, 5), 0.8 * even.information(5, 5));
+  EXPECT_LT(uneven.information(4, 4), 0.88 * even.information(4, 4));
 }
 
 TEST(PoseFit, WhereSurfacesDisagreeThePoseIsLessSure) {
@@ -150,6 +215,26 @@ TEST(PoseFit, ABareFloorLeavesThreeDirections) {
   EXPECT_NEAR(left[5], 0, 2.5e-3);
   EXPECT_NEAR(left[3], off[3], 1e-3) << "nothing fixes it along the floor";
   EXPECT_NEAR(left[2], off[2], 0.02 * degree);
+}
+
+// Of a board on the floor only a corner is in view, hardly a dozen samples; and what is there now is the face
+// of another board, 2 cm before it. Were it believed, it would take the scan along.
+TEST(PoseFit, AFewSamplesFixNoDirection) {
+  auto rng = test::rng();
+  const auto floor_and_board_at = [](double x, double width) {
+    Scene scene;
+    scene.rectangle({-5, -5, 0}, {10, 0, 0}, {0, 10, 0})
+        .rectangle({x, -width / 2, 0}, {0, width, 0}, {0, 0, 0.2});
+    return scene;
+  };
+  const Eigen::Isometry3d truth = look_at({0, 0, 1}, {1, 0, 0});
+  const auto determined = [&](double width) {
+    const auto map = map_of_rectangles(floor_and_board_at(1, width), {0, 0, 1});
+    const Aligned aligned = fine(map, camera_scan(floor_and_board_at(0.98, width), truth, rng), truth);
+    return aligned.determined.count;
+  };
+  EXPECT_EQ(determined(0.15), 3);
+  EXPECT_GT(determined(1), 3) << "of a metre there are enough";
 }
 
 TEST(PoseFit, SomebodyWhoWalksByDoesNotDragIt) {
