@@ -45,9 +45,6 @@ int laps_of(const Options& options) {
   return options.laps.value_or(options.drift_m > 0 || options.drift_deg > 0 ? 2 : 1);
 }
 
-/// A scene's name, or the file of a mesh: what has an ending.
-bool is_mesh(const std::string& scene) { return std::filesystem::path(scene).has_extension(); }
-
 std::string name_of_scene(const std::string& scene) { return std::filesystem::path(scene).stem().string(); }
 
 /// One way to get surfaces from scans.
@@ -304,10 +301,7 @@ Scores score_all(const Options& options, const std::vector<Method>& methods) {
   for (std::size_t s = 0; s < options.scenes.size(); ++s)
     for (const std::uint64_t seed : options.seeds) {
       simulation::SimulationOptions simulation;
-      if (is_mesh(options.scenes[s]))
-        simulation.mesh = options.scenes[s];
-      else
-        simulation.scene = options.scenes[s];
+      set_scene(options.scenes[s], simulation);
       simulation.sensor = options.sensor;
       simulation.seed = seed;
       simulation.frames = options.frames;

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <filesystem>
 #include <numbers>
 #include <optional>
 #include <random>
@@ -28,6 +29,7 @@ struct Options {
   double drift_m = 0.015, drift_deg = 0.3;
   int laps = 2;
   std::optional<std::size_t> frames;
+  std::size_t every = 1;       // scan of the recording
   double length = 60;          // m, of the corridor
   std::size_t jump_every = 0;  // this scan's pose is off by 20 cm and 3°
   bool verbose = false, localize = false;
@@ -111,7 +113,7 @@ std::vector<std::string> row_of(const std::string& name, const evaluation::Evalu
 
 void run(const Options& options, const std::string& scene, std::uint64_t seed, TextTable& table) {
   simulation::SimulationOptions simulation;
-  simulation.scene = scene;
+  set_scene(scene, simulation);
   simulation.sensor = options.sensor;
   simulation.seed = seed;
   simulation.drift_m = options.drift_m;
@@ -127,7 +129,7 @@ void run(const Options& options, const std::string& scene, std::uint64_t seed, T
   Mapper with(on), without(off);
   Poses poses;
   double with_ms = 0, without_ms = 0;
-  for (std::size_t i = 0; i < recording.size(); ++i) {
+  for (std::size_t i = 0; i < recording.size(); i += options.every) {
     const simulation::Readings ideal = recording.ideal(i);
     visibility.add(i, ideal);
     Scan scan = recording.labelled_scan(i, ideal).scan;
@@ -140,8 +142,8 @@ void run(const Options& options, const std::string& scene, std::uint64_t seed, T
     if (options.verbose) poses.print(i, report.alignment);
   }
   const evaluation::Truth truth = visibility.truth();
-  const std::string name = scene + " " + std::to_string(seed);
-  const auto scans = static_cast<double>(recording.size());
+  const std::string name = std::filesystem::path(scene).stem().string() + " " + std::to_string(seed);
+  const auto scans = static_cast<double>(poses.given_mm.size());
   table.add(row_of(name + " off", evaluation::evaluate(*without.snapshot(), truth), poses.given_mm,
                    poses.given_deg, without_ms / scans));
   table.add(row_of(name + " auto", evaluation::evaluate(*with.snapshot(), truth), poses.used_mm,
@@ -161,7 +163,7 @@ void run(const Options& options, const std::string& scene, std::uint64_t seed, T
 /// Scans of a second recording of the scene, from guesses up to 30 cm and 5° off, in the map of the first.
 void localize(const Options& options, const std::string& scene, std::uint64_t seed, TextTable& table) {
   simulation::SimulationOptions simulation;
-  simulation.scene = scene;
+  set_scene(scene, simulation);
   simulation.sensor = options.sensor;
   simulation.seed = seed;
   const simulation::Recording recording(simulation);
@@ -239,7 +241,9 @@ void body(const Options& options) {
 int main(int argc, char** argv) {
   octosurf::bench::Options options;
   CLI::App app{"poses corrected by the surfaces, on simulated scenes"};
-  app.add_option("--scenes", options.scenes)->delimiter(',')->capture_default_str();
+  app.add_option("--scenes", options.scenes, "names, or files of meshes")
+      ->delimiter(',')
+      ->capture_default_str();
   app.add_option("--seeds", options.seeds)->capture_default_str();
   app.add_option("--sensor", options.sensor)->capture_default_str();
   app.add_option("--resolution", options.resolution)->capture_default_str();
@@ -247,6 +251,9 @@ int main(int argc, char** argv) {
   app.add_option("--drift-deg", options.drift_deg, "per lap")->capture_default_str();
   app.add_option("--laps", options.laps)->capture_default_str();
   app.add_option("--frames", options.frames, "scans");
+  app.add_option("--every", options.every, "k-th scan only")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   app.add_option("--length", options.length, "of the scene corridor, m")->capture_default_str();
   app.add_option("--jump-every", options.jump_every, "every so many scans one is off by 20 cm and 3 degrees");
   app.add_flag("--localize", options.localize,

@@ -89,6 +89,13 @@ void for_each_scan(const std::filesystem::path& recording, std::size_t every, st
   }
 }
 
+void set_scene(const std::string& scene, simulation::SimulationOptions& options) {
+  if (std::filesystem::path(scene).has_extension())
+    options.mesh = scene;
+  else
+    options.scene = scene;
+}
+
 Recorded record(const simulation::SimulationOptions& options) {
   const simulation::Recording recording(options);
   Recorded recorded;

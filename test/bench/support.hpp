@@ -44,6 +44,9 @@ std::filesystem::path kitchen();
 void for_each_scan(const std::filesystem::path& recording, std::size_t every, std::size_t limit,
                    const std::function<void(const Scan&, double read_ms)>& visit);
 
+/// A scene's name, or the file of a mesh: what has an ending.
+void set_scene(const std::string& scene, simulation::SimulationOptions& options);
+
 struct Recorded {
   std::vector<Scan> scans;
   evaluation::Truth truth;
