@@ -325,7 +325,6 @@ PoseFit PoseFitter::fit(const Eigen::Isometry3d& start, const TwistCovariance& p
     const double gate = round < coarse_rounds ? errors_.gate_m : errors_.gate_m / 2;
     const Sums sums = linearise({fit.T_map_sensor, gate, uncertainty}, pairings);
     fit.information = sums.information / disagreement_ratio(sums);
-    fit.pull = -sums.gradient / disagreement_ratio(sums);
     fit.known = sums.known;
     fit.explained = sums.explained;
     fit.surfaces = sums.noise_shares.size();

@@ -22,9 +22,6 @@ struct PoseFit {
   Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
   /// What the readings alone tell, at that pose; less where the surfaces disagree among themselves.
   TwistCovariance information = TwistCovariance::Zero();
-  /// That information times the twist from there to where the readings alone would have it, without the
-  /// prior.
-  Twist pull = Twist::Zero();
   double lever_m = 1;                    ///< root mean square range of the samples used
   double spread_m = 0;                   ///< root mean square of their standard deviations, as assumed
   std::size_t known = 0, explained = 0;  ///< as in Alignment

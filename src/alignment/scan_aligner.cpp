@@ -39,17 +39,14 @@ constexpr double contradicting = 2;
 /// How well two scans in a row agree on where the poses have gone: m, rotations by their lever.
 constexpr double same_jump_m = 0.03;
 
-/// What the readings alone tell. The fit is drawn toward where the scan was expected, which the filter knows
-/// by itself: counted twice, an expectation would confirm itself.
 PoseMeasurement measurement_of(const PoseFit& fit, const Determined& determined) {
   PoseMeasurement measured;
+  measured.T_map_sensor = fit.T_map_sensor;
   const auto directions = determined.directions.leftCols(determined.count);
   measured.directions = directions.transpose() * determined.scale.cwiseInverse().asDiagonal();
   measured.motions = determined.scale.asDiagonal() * directions;
   measured.variances = determined.variances.head(determined.count);
   measured.lever_m = fit.lever_m;
-  const auto drawn = measured.variances.cwiseProduct(measured.motions.transpose() * fit.pull).eval();
-  measured.T_map_sensor = moved(fit.T_map_sensor, measured.motions * drawn);
   return measured;
 }
 

@@ -106,33 +106,6 @@ TEST(PoseFit, ErrorsOfSparseScansAreAsTheirCovarianceSays) {
   EXPECT_GT(squared, 0.5);
 }
 
-// A fit lies between where the scan was expected and what its readings say; wherever it was expected, these
-// say nearly the same.
-TEST(PoseFit, WhatTheReadingsSayIsKnownWithoutThePrior) {
-  auto rng = test::rng();
-  const Scene room = furnished_room();
-  const auto map = map_of_rectangles(room, middle_of_room);
-  double drawn = 0, alone = 0;
-  for (int i = 0; i < 10; ++i) {
-    const Eigen::Isometry3d truth = look_at({1.2, 1.0 + 0.1 * i, 1.4}, {2.2, 4.5, 0.6});
-    const Scan scan = camera_scan(room, truth, rng, {.width = 30, .height = 22, .focal = 18, .noise = 0.01});
-    const auto from = [&](double off_m) {
-      Twist off = Twist::Zero();
-      off.tail<3>().setConstant(off_m);
-      const Eigen::Isometry3d start = octosurf::alignment::moved(truth, off);
-      return fine(map, scan, start, {.noise_factor = 3}, alignment::uncertainty(1e-5, 1e-5)).fit;
-    };
-    const alignment::PoseFit one = from(0.01), other = from(-0.01);
-    const auto squared = [&](const Twist& apart) { return apart.dot(one.information * apart); };
-    const auto by_readings = [](const alignment::PoseFit& fit) {
-      return octosurf::alignment::moved(fit.T_map_sensor, fit.information.ldlt().solve(fit.pull));
-    };
-    drawn += squared(alignment::twist_between(one.T_map_sensor, other.T_map_sensor));
-    alone += squared(alignment::twist_between(by_readings(one), by_readings(other)));
-  }
-  EXPECT_LT(alone, drawn / 2);
-}
-
 TEST(PoseFit, AnUnevenWallMakesTheOthersNoWorse) {
   auto rng = test::rng();
   Scene corner;
