@@ -59,13 +59,20 @@ Joint<size> symmetric(const Joint<size>& P) {
 /// lasts for N scans is followed with a lag of noise · v / (rate · √(2 N)), for its velocity is always pulled
 /// back to none.
 constexpr double steadiness = 0.999;
-/// Grid of rates of steady drift, by factors of ten: a rate only says how large a velocity may be before it
-/// is known. The largest is a millimetre and 0.0003 rad a scan, 3 cm and half a degree a second of a camera:
-/// no odometry errs faster for half a minute on end. Where measurements err alike for ten scans, a larger one
+struct SteadyRate {
+  double m, rad;
+};
+/// Grid of rates of steady drift, for each metre of the way, by factors of ten: a rate only says how large a
+/// velocity may be before it is known. The largest is a hundredth of the way and 0.2° a metre, more than an
+/// odometry that anyone walks by errs in one direction on end. Of the way and not of a scan, which a camera
+/// takes every centimetre and a survey every metre: where measurements err alike for ten scans, a larger one
 /// would follow them, and go on along directions that nothing measures.
-constexpr std::size_t steady_step = 2, most_steady = 4;
+constexpr std::array<SteadyRate, 3> steady_rates{{{0.0001, 0.00003}, {0.001, 0.0003}, {0.01, 0.003}}};
 
-/// Variances of what a scan adds.
+/// Length of a motion, m: rotations count at a metre, where most of what a robot sees is.
+double way_of(const Twist& motion) { return motion.head<3>().norm() + motion.tail<3>().norm(); }
+
+/// Variances of what a scan adds, or a metre of the way.
 Twist rates_of(const Hypothesis& h) {
   Twist rates;
   rates << Eigen::Vector3d::Constant(h.rate_rad * h.rate_rad), Eigen::Vector3d::Constant(h.rate_m * h.rate_m);
@@ -123,12 +130,12 @@ DriftFilter::DriftFilter(surfaces::AlignmentState& state, double unnoticed_m)
   };
   add(Drift::walk, 0, 0);
   for (std::size_t m = 0; m < rates_m.size(); ++m)
-    for (std::size_t r = m > 0 ? m - 1 : 0; r <= m + 1 && r < rates_rad.size(); ++r) {
+    for (std::size_t r = m > 0 ? m - 1 : 0; r <= m + 1 && r < rates_rad.size(); ++r)
       add(Drift::walk, rates_m[m], rates_rad[r]);
-      if (r != m || m % steady_step != 0 || m > most_steady) continue;
-      add(Drift::of_frame, rates_m[m], rates_rad[r]);
-      add(Drift::of_sensor, rates_m[m], rates_rad[r]);
-    }
+  for (const SteadyRate& rate : steady_rates) {
+    add(Drift::of_frame, rate.m, rate.rad);
+    add(Drift::of_sensor, rate.m, rate.rad);
+  }
 }
 
 /// Whether it would have been noticed, had the poses drifted so all the time: rotations count at a metre.
@@ -160,22 +167,23 @@ void DriftFilter::predict(Hypothesis& h, const Eigen::Isometry3d& T_given) const
     return;
   }
   const TwistCovariance again = steadiness * (h.drift == Drift::of_frame ? moving : turn);
+  const double way = way_of(twist_between(*state_.last, T));
   h.velocity = again * h.velocity;
-  if (h.rate_m > 0) h.correction = moved(T, h.velocity) * T_given.inverse();
+  h.correction = moved(T, way * h.velocity) * T_given.inverse();
   Joint<18> P = h.covariance;
   const auto forward = [&](auto correction, auto common, auto velocity) {
     velocity = (again * velocity).eval();
-    correction = (moving * correction + velocity).eval();
+    correction = (moving * correction + way * velocity).eval();
     common = (h.lasting * turn * common).eval();
   };
   forward(P.topRows<6>(), P.middleRows<6>(6), P.bottomRows<6>());
   P.transposeInPlace();
   forward(P.topRows<6>(), P.middleRows<6>(6), P.bottomRows<6>());
   const Twist news = (1 - steadiness * steadiness) * rates;
-  P.diagonal().head<6>() += news;
+  P.diagonal().head<6>() += way * way * news;
   P.diagonal().tail<6>() += news;
-  P.topRightCorner<6, 6>().diagonal() += news;
-  P.bottomLeftCorner<6, 6>().diagonal() += news;
+  P.topRightCorner<6, 6>().diagonal() += way * news;
+  P.bottomLeftCorner<6, 6>().diagonal() += way * news;
   h.covariance = symmetric(P);
 }
 

@@ -256,7 +256,7 @@ void PoseFitter::add_surface(const AlignedSurface& surface, const SurfaceSums& o
   Eigen::Matrix3d known = surface.covariance;
   known.diagonal() += common_of(reading);
   // Samples of another face lie anywhere within the gate.
-  const double gate = errors_.gate_m / 2;
+  const double gate = errors_.fine_gate_m();
   known(2, 2) += std::pow(most_mismatched, of.samples) * gate * gate / 3;
   const Eigen::Matrix3d known_information = known.inverse();
   full.bottomRightCorner<3, 3>() += known_information;
@@ -290,7 +290,7 @@ std::vector<bool> PoseFitter::explained(const Eigen::Isometry3d& pose) const {
   std::vector<bool> explained(samples_.size());
   for_each_sample(pair(pose, errors_.gate_m), [&](auto candidates) {
     bool known = false;
-    const std::optional<Match> matched = match(pose, errors_.gate_m / 2, candidates, known);
+    const std::optional<Match> matched = match(pose, errors_.fine_gate_m(), candidates, known);
     explained[candidates.front().sample] = matched && matched->explained();
   });
   return explained;
@@ -322,7 +322,7 @@ PoseFit PoseFitter::fit(const Eigen::Isometry3d& start, const TwistCovariance& p
   const TwistCovariance prior_information = prior.inverse();
   TwistCovariance uncertainty = prior;
   for (int round = 0;; ++round) {
-    const double gate = round < coarse_rounds ? errors_.gate_m : errors_.gate_m / 2;
+    const double gate = round < coarse_rounds ? errors_.gate_m : errors_.fine_gate_m();
     const Sums sums = linearise({fit.T_map_sensor, gate, uncertainty}, pairings);
     fit.information = sums.information / disagreement_ratio(sums);
     fit.known = sums.known;

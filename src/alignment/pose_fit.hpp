@@ -37,8 +37,9 @@ struct PoseFit {
 
 /// What is assumed about the errors that a fit meets.
 struct FitErrors {
-  double gate_m = 0.06;     ///< a reading further off a surface is none of it
-  double noise_factor = 1;  ///< on the samples' standard deviations
+  double gate_m = 0.06;                              ///< a reading further off a surface is none of it …
+  double fine_gate_m() const { return gate_m / 2; }  ///< … once the pose is nearly right
+  double noise_factor = 1;                           ///< on the samples' standard deviations
   double common_m =
       0.0003;  ///< what a scan's readings of a surface have in common; as much a metre they are tilted …
   double common_share = 0;  ///< … and beside that, of a reading's variance

@@ -16,8 +16,8 @@ struct AlignmentState {
   /// How what one scan adds to the poses' drift hangs together with what the next one adds.
   enum class Drift {
     walk,      ///< not at all
-    of_frame,  ///< nearly the same motion about a place of the map: the frame that the poses are given in
-               ///< creeps
+    of_frame,  ///< nearly the same motion a metre of the way, about a place of the map: the frame that the
+               ///< poses are given in creeps
     of_sensor  ///< nearly the same motion in the sensor's own axes: the odometry is biased
   };
   /// One of the ways in which the given poses may drift, and how far they have gone if it is true.
@@ -26,13 +26,15 @@ struct AlignmentState {
     using Covariance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 18, 18>;
 
     Drift drift = Drift::walk;
-    double rate_m = 0, rate_rad = 0;  ///< standard deviation a scan adds; none: the poses are right as given
-    double factor = 1;                ///< on the measurements' standard deviations
+    /// Standard deviation that a scan adds to a walk, and of a steady drift for each metre of the way; none:
+    /// the poses are right as given.
+    double rate_m = 0, rate_rad = 0;
+    double factor = 1;        ///< on the measurements' standard deviations
     double common_share = 0;  ///< variance of what measurements have in common, as a share of their own …
     double lasting = 0;       ///< … and the share of it that is left at the next scan
     Eigen::Isometry3d correction = Eigen::Isometry3d::Identity();  ///< T_map_sensor = correction · given
     Twist common = Twist::Zero();    ///< what neighbouring measurements have in common now
-    Twist velocity = Twist::Zero();  ///< what the last scan added to the correction; of a steady drift
+    Twist velocity = Twist::Zero();  ///< of a steady drift: what a metre of the way adds to the correction
     Covariance covariance = Covariance::Zero(12, 12);
     double log_evidence = 0;
   };
