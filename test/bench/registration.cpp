@@ -3,6 +3,7 @@
 
 #include "alignment/near_surfaces.hpp"
 #include "alignment/pose_search.hpp"
+#include "bench/pcl_registration.hpp"
 #include "bench/support.hpp"
 #include "sensing/downsample.hpp"
 #include "sensing/noise_model.hpp"
@@ -13,9 +14,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <numbers>
-#include <pcl/features/normal_3d.h>
-#include <pcl/filters/voxel_grid.h>
-#include <pcl/registration/icp.h>
 #include <random>
 
 #include <octosurf/mapper.hpp>
@@ -35,40 +33,6 @@ struct Options {
   std::size_t step = 3, pcl_every = 5;
 };
 
-using Normals = pcl::PointCloud<pcl::PointNormal>;
-
-/// One point a voxel of d, its normal by the neighbours within 2.5 d: what our own map keeps, too.
-Normals::Ptr thinned(const pcl::PointCloud<pcl::PointXYZ>::Ptr& cloud, double d) {
-  pcl::PointCloud<pcl::PointXYZ>::Ptr thin(new pcl::PointCloud<pcl::PointXYZ>);
-  pcl::VoxelGrid<pcl::PointXYZ> grid;
-  grid.setInputCloud(cloud);
-  grid.setLeafSize(static_cast<float>(d), static_cast<float>(d), static_cast<float>(d));
-  grid.filter(*thin);
-  pcl::NormalEstimation<pcl::PointXYZ, pcl::Normal> normals;
-  normals.setInputCloud(thin);
-  normals.setRadiusSearch(2.5 * d);
-  pcl::PointCloud<pcl::Normal> found;
-  normals.compute(found);
-  Normals::Ptr result(new Normals);
-  for (std::size_t i = 0; i < thin->size(); ++i) {
-    pcl::PointNormal p;
-    p.getVector3fMap() = (*thin)[i].getVector3fMap();
-    p.getNormalVector3fMap() = found[i].getNormalVector3fMap();
-    if (p.getNormalVector3fMap().allFinite()) result->push_back(p);
-  }
-  return result;
-}
-
-pcl::PointCloud<pcl::PointXYZ>::Ptr cloud_of(const Scan& scan, const Eigen::Isometry3d& T, double max_range) {
-  pcl::PointCloud<pcl::PointXYZ>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZ>);
-  for (const Eigen::Vector3f& p : scan.points) {
-    if (!p.allFinite() || p.norm() > max_range) continue;
-    const Eigen::Vector3f at = (T * p.cast<double>()).cast<float>();
-    cloud->push_back({at.x(), at.y(), at.z()});
-  }
-  return cloud;
-}
-
 struct Errors {
   std::vector<double> given_mm, ours_mm, pcl_given_mm, pcl_ours_mm, pcl_mm, ours_ms, pcl_ms;
   double squared = 0;
@@ -79,7 +43,7 @@ struct Errors {
 /// What is known: a map's surfaces, and the points they came from.
 struct Known {
   std::shared_ptr<const Snapshot> map;
-  Normals::Ptr points;
+  NormalCloud::Ptr points;
   alignment::NearSurfaces surfaces{};  ///< kept from scan to scan, as while mapping
 };
 
@@ -131,16 +95,9 @@ class Contest {
   }
 
   Eigen::Isometry3d by_pcl(const Known& known, const Scan& scan, double max_range) const {
-    const Normals::Ptr source = thinned(cloud_of(scan, scan.T_map_sensor, max_range), options_.resolution);
-    pcl::IterativeClosestPointWithNormals<pcl::PointNormal, pcl::PointNormal> icp;
-    icp.setInputSource(source);
-    icp.setInputTarget(known.points);
-    icp.setMaxCorrespondenceDistance(3 * options_.resolution);
-    icp.setMaximumIterations(30);
-    icp.setTransformationEpsilon(1e-10);
-    Normals moved;
-    icp.align(moved);
-    return Eigen::Isometry3d(icp.getFinalTransformation().cast<double>()) * scan.T_map_sensor;
+    const NormalCloud::Ptr source =
+        thinned(cloud_of(scan, scan.T_map_sensor, max_range), options_.resolution);
+    return register_points(*source, *known.points, 3 * options_.resolution) * scan.T_map_sensor;
   }
 
   const Options& options_;
@@ -152,7 +109,7 @@ Known known_from(const simulation::Recording& recording, const std::vector<std::
   parameters.occupancy.resolution = options.resolution;
   parameters.alignment.enabled = false;
   Mapper mapper(parameters);
-  pcl::PointCloud<pcl::PointXYZ>::Ptr all(new pcl::PointCloud<pcl::PointXYZ>);
+  const PointCloud::Ptr all(new PointCloud);
   for (const std::size_t i : scans) {
     const Scan scan = recording.scan(i);
     mapper.insert(scan);
