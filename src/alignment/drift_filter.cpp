@@ -63,10 +63,10 @@ struct SteadyRate {
   double m, rad;
 };
 /// Grid of rates of steady drift, for each metre of the way, by factors of ten: a rate only says how large a
-/// velocity may be before it is known. The largest is a hundredth of the way and 0.2° a metre, more than an
-/// odometry that anyone walks by errs in one direction on end. Of the way and not of a scan, which a camera
-/// takes every centimetre and a survey every metre: where measurements err alike for ten scans, a larger one
-/// would follow them, and go on along directions that nothing measures.
+/// velocity may be before it is known. The largest is a hundredth of the way and 0.2° a metre, about what a
+/// walking robot's odometry errs by. Of the way and not of a scan, which a camera takes every centimetre and
+/// a survey every metre: where measurements err alike for ten scans, a larger one would follow them, and go
+/// on along directions that nothing measures.
 constexpr std::array<SteadyRate, 3> steady_rates{{{0.0001, 0.00003}, {0.001, 0.0003}, {0.01, 0.003}}};
 
 /// Length of a motion, m: rotations count at a metre, where most of what a robot sees is.

@@ -198,6 +198,29 @@ TEST(DriftFilter, ABiasOfTheOdometryIsFollowedWithoutLag) {
   EXPECT_LT(mean.norm(), noise_m / 3);
 }
 
+// An odometry errs by what it moves: while the robot stands in front of what the map does not know, nothing
+// is added, and what was learned of the bias holds where it goes on.
+TEST(DriftFilter, ASteadyDriftWaitsWhileTheRobotStands) {
+  auto rng = test::rng();
+  constexpr int measured_scans = 300, blind_scans = 50;
+  const std::vector<Eigen::Isometry3d> given = by_biased_odometry(measured_scans + blind_scans);
+  surfaces::AlignmentState state;
+  const auto used = [&](int i, bool sees) {
+    const alignment::PoseMeasurement m = measured(pose_at(i), rng);
+    return alignment::DriftFilter(state, unnoticed_m)
+        .update(given[static_cast<std::size_t>(i)], sees ? &m : nullptr);
+  };
+  Eigen::Isometry3d last = Eigen::Isometry3d::Identity();
+  for (int i = 0; i < measured_scans; ++i) last = used(i, true);
+  for (int i = 0; i < 200; ++i)
+    ASSERT_LT(error_m(used(measured_scans - 1, false), last), 1e-9) << "scan " << i;
+  const int end = measured_scans + blind_scans - 1;
+  Eigen::Isometry3d after = last;
+  for (int i = measured_scans; i <= end; ++i) after = used(i, false);
+  const Eigen::Isometry3d as_given = last * given[measured_scans - 1].inverse() * given[end];
+  EXPECT_LT(error_m(after, pose_at(end)), error_m(as_given, pose_at(end)) / 2);
+}
+
 TEST(DriftFilter, AWalkIsFollowedBetterThanItIsMeasured) {
   auto rng = test::rng();
   const std::vector<Twist> errors = errors_of(by_a_walk(long_way, noise_m / 2, rng), rng);
