@@ -37,10 +37,11 @@ PointCloud::Ptr cloud_of(const Scan& scan, const Eigen::Isometry3d& T, double ma
   return cloud;
 }
 
-Eigen::Isometry3d register_points(const NormalCloud& source, const NormalCloud& target, double reach) {
+Eigen::Isometry3d register_points(const NormalCloud::ConstPtr& source, const NormalCloud::ConstPtr& target,
+                                  double reach) {
   pcl::IterativeClosestPointWithNormals<pcl::PointNormal, pcl::PointNormal> icp;
-  icp.setInputSource(source.makeShared());
-  icp.setInputTarget(target.makeShared());
+  icp.setInputSource(source);
+  icp.setInputTarget(target);
   icp.setMaxCorrespondenceDistance(reach);
   icp.setMaximumIterations(30);
   icp.setTransformationEpsilon(1e-10);

@@ -19,6 +19,7 @@ PointCloud::Ptr cloud_of(const Scan& scan, const Eigen::Isometry3d& T, double ma
 NormalCloud::Ptr thinned(const PointCloud::Ptr& cloud, double d);
 
 /// The motion that lays `source` on `target`, from none; points farther apart than `reach` m do not count.
-Eigen::Isometry3d register_points(const NormalCloud& source, const NormalCloud& target, double reach);
+Eigen::Isometry3d register_points(const NormalCloud::ConstPtr& source, const NormalCloud::ConstPtr& target,
+                                  double reach);
 
 }  // namespace octosurf::bench

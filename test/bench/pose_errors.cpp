@@ -1,7 +1,6 @@
-// How far the poses of a real recording are off, as given and as mapping corrects them, where nothing but the
-// scans themselves tells: by what PCL's point-to-plane registration of scans that overlap says of the way
-// between them. Longer ways are chains of such. How far off that is itself is told by going each link of a
-// chain in two halves instead.
+// How far the poses of a real recording are off, as given and as mapping corrects them, where there is no
+// truth but the scans themselves: beside PCL's point-to-plane registration of scans that overlap. Longer ways
+// are chains of such links. The reference's own error shows where each link is gone in two halves instead.
 
 #include "bench/pcl_registration.hpp"
 #include "bench/support.hpp"
@@ -65,9 +64,9 @@ Eigen::Isometry3d registered(const Recording& recording, std::size_t half_link, 
                              std::size_t b) {
   Eigen::Isometry3d way = recording.given[a * half_link].inverse() * recording.given[b * half_link];
   for (const double reach_m : reaches_m) {
-    NormalCloud moved;
-    pcl::transformPointCloudWithNormals(*recording.clouds[b], moved, way.matrix());
-    way = register_points(moved, *recording.clouds[a], reach_m) * way;
+    const NormalCloud::Ptr moved(new NormalCloud);
+    pcl::transformPointCloudWithNormals(*recording.clouds[b], *moved, way.matrix());
+    way = register_points(moved, recording.clouds[a], reach_m) * way;
   }
   return way;
 }
@@ -129,7 +128,9 @@ void run(const Options& options) {
     std::vector<std::string> row{name, corrected};
     for (const std::size_t gap : options.gaps) {
       const std::vector<double> mm = errors(reference, poses, gap, recording.range_m);
-      row.insert(row.end(), {fixed(percentile(mm, 0.5), 1), fixed(percentile(mm, 0.95), 1)});
+      const bool none = mm.empty();  // the recording is shorter
+      row.insert(row.end(),
+                 {none ? "-" : fixed(percentile(mm, 0.5), 1), none ? "-" : fixed(percentile(mm, 0.95), 1)});
     }
     table.add(std::move(row));
   };

@@ -97,7 +97,7 @@ class Contest {
   Eigen::Isometry3d by_pcl(const Known& known, const Scan& scan, double max_range) const {
     const NormalCloud::Ptr source =
         thinned(cloud_of(scan, scan.T_map_sensor, max_range), options_.resolution);
-    return register_points(*source, *known.points, 3 * options_.resolution) * scan.T_map_sensor;
+    return register_points(source, known.points, 3 * options_.resolution) * scan.T_map_sensor;
   }
 
   const Options& options_;
