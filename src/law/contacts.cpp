@@ -25,12 +25,14 @@ class Gaps {
       : readings_(readings), labels_(labels), reach_(reach), graph_(graph) {}
 
   void look() {
-    std::vector<bool> at_rim(readings_.size());
-    for (Index i = 0; i < readings_.size(); ++i) at_rim[i] = is_at_rim(i);
+    std::vector<bool> at_rim(readings_.size_with_context());
+    for (Index i = 0; i < at_rim.size(); ++i) at_rim[i] = is_at_rim(i);
     const LabelBlocks blocks(readings_, labels_, at_rim);
     blocks.for_each_block(voxels(), [&](const Groups& groups, const std::vector<LabelBlocks::Near>& near) {
-      for (const LabelBlocks::Group& group : groups)
+      for (const LabelBlocks::Group& group : groups) {
+        if (group.context) continue;  // two of the context have met before
         for (const LabelBlocks::Near& block : near) look_from(group, block);
+      }
     });
   }
 
@@ -137,7 +139,8 @@ void meet_neighbours(const Readings& readings, const std::vector<Label>& labels,
     for (const Index j : readings.near(i)) {
       if (labels[j] == clutter || labels[j] == labels[i] || ambiguous[j]) continue;
       const Eigen::Vector3f middle = 0.5F * (readings[i].position + readings[j].position);
-      graph.meet(labels[i], labels[j], middle.cast<double>(), 0.5);  // each pair is seen from both ends
+      const double pair = readings.is_context(j) ? 1 : 0.5;  // others are seen from both ends
+      graph.meet(labels[i], labels[j], middle.cast<double>(), pair);
     }
   }
 }

@@ -48,7 +48,7 @@ std::map<std::pair<Label, Label>, double> count_crossings(const Readings& readin
                                                           const std::vector<Patch>& patches) {
   std::map<std::pair<Label, Label>, double> crossings;
   LastStretch stretch(readings, labels, patches);
-  for (Index i = 0; i < readings.size(); ++i) {
+  for (Index i = 0; i < readings.size_with_context(); ++i) {
     if (labels[i] == clutter) continue;
     for (const Label label : stretch.passed(i)) crossings[std::minmax(label, labels[i])] += readings[i].hits;
   }

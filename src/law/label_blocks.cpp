@@ -7,11 +7,12 @@ namespace {
 
 std::array<int, 3> place_of(geometry::VoxelKey key) { return {key.x >> 3, key.y >> 3, key.z >> 3}; }
 
-void add_to_groups(std::vector<LabelBlocks::Group>& groups, Label label, geometry::VoxelKey key,
+void add_to_groups(std::vector<LabelBlocks::Group>& groups, Label label, bool context, geometry::VoxelKey key,
                    Readings::Index i) {
-  auto group = std::find_if(groups.begin(), groups.end(),
-                            [label](const LabelBlocks::Group& g) { return g.label == label; });
-  if (group == groups.end()) group = groups.insert(group, {label, {}, {}});
+  auto group = std::find_if(groups.begin(), groups.end(), [&](const LabelBlocks::Group& g) {
+    return g.label == label && g.context == context;
+  });
+  if (group == groups.end()) group = groups.insert(group, {label, context, {}, {}});
   group->slices[key.z & 7] |= std::uint64_t{1} << (8 * (key.y & 7) + (key.x & 7));
   group->members.push_back(i);
 }
@@ -20,14 +21,17 @@ void add_to_groups(std::vector<LabelBlocks::Group>& groups, Label label, geometr
 
 LabelBlocks::LabelBlocks(const Readings& readings, const std::vector<Label>& labels,
                          const std::vector<bool>& wanted) {
-  for (Index i = 0; i < readings.size(); ++i) {  // those of a block are together
+  std::size_t at = 0;
+  for (Index i = 0; i < readings.size_with_context();
+       ++i) {  // those of a block are together, its context too
     const geometry::VoxelKey key = readings[i].key;
     const std::array<int, 3> place = place_of(key);
-    if (blocks_.empty() || blocks_.back().place != place) {
-      index_.emplace(packed(place[0], place[1], place[2]), blocks_.size());
-      blocks_.push_back({place, {}});
+    if (blocks_.empty() || blocks_[at].place != place) {
+      const auto [entry, fresh] = index_.try_emplace(packed(place[0], place[1], place[2]), blocks_.size());
+      at = entry->second;
+      if (fresh) blocks_.push_back({place, {}});
     }
-    if (wanted[i]) add_to_groups(blocks_.back().groups, labels[i], key, i);
+    if (wanted[i]) add_to_groups(blocks_[at].groups, labels[i], readings.is_context(i), key, i);
   }
 }
 

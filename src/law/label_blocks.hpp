@@ -16,9 +16,10 @@ class LabelBlocks {
  public:
   using Index = Readings::Index;
 
-  /// Those of a block with one label.
+  /// Those of a block with one label, context or not.
   struct Group {
     Label label;
+    bool context;
     std::array<std::uint64_t, 8> slices;  ///< slice z; bit 8·y + x
     std::vector<Index> members;           ///< ascending: by z, y, x
   };

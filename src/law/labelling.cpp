@@ -40,9 +40,10 @@ Label best_label(const Readings& readings, const std::vector<Patch>& patches,
   return near.best([&](Label label) { return readings.log_ratio(i, patches[label].plane); });
 }
 
-std::vector<std::vector<Index>> readings_by_label(const std::vector<Label>& labels, std::size_t count) {
+std::vector<std::vector<Index>> readings_by_label(const Readings& readings, const std::vector<Label>& labels,
+                                                  std::size_t count) {
   std::vector<std::vector<Index>> of(count);
-  for (Index i = 0; i < labels.size(); ++i)
+  for (Index i = 0; i < readings.size(); ++i)
     if (labels[i] != clutter) of[labels[i]].push_back(i);
   return of;
 }
@@ -55,11 +56,12 @@ geometry::DisjointSets join_neighbours(const Readings& readings, const Segmentat
   std::vector<Index> at_border(segmentation.patches.size(), Readings::none);  // one for each label
   std::vector<bool> goes_on(segmentation.patches.size(), false);
   for (const Outside& outside : segmentation.outside) goes_on[outside.label] = true;
-  geometry::DisjointSets sets(readings.size());
-  for (Index i = 0; i < readings.size(); ++i) {
+  geometry::DisjointSets sets(readings.size_with_context());
+  for (Index i = 0; i < readings.size_with_context(); ++i) {
     if (labels[i] == clutter || ambiguous[i]) continue;
-    for (const Index j : readings.near(i))
-      if (labels[j] == labels[i] && !ambiguous[j]) sets.join(i, j);
+    if (!readings.is_context(i))
+      for (const Index j : readings.near(i))
+        if (labels[j] == labels[i] && !ambiguous[j]) sets.join(i, j);
     if (!goes_on[labels[i]] || !readings.at_border(i)) continue;
     Index& first = at_border[labels[i]];
     first == Readings::none ? void(first = i) : sets.join(first, i);
@@ -72,8 +74,8 @@ std::vector<std::size_t> roots_of_pieces(const Readings& readings, const Segment
                                          const std::vector<bool>& ambiguous) {
   const std::vector<Label>& labels = segmentation.labels;
   geometry::DisjointSets sets = join_neighbours(readings, segmentation, ambiguous);
-  std::vector<std::size_t> roots(readings.size());
-  for (Index i = 0; i < readings.size(); ++i) roots[i] = sets.root(i);
+  std::vector<std::size_t> roots(readings.size_with_context());
+  for (Index i = 0; i < roots.size(); ++i) roots[i] = sets.root(i);
   for (Index i = 0; i < readings.size(); ++i) {
     if (!ambiguous[i]) continue;
     NeighbourLabels pieces;  // by root
@@ -93,7 +95,7 @@ std::vector<std::size_t> roots_of_pieces(const Readings& readings, const Segment
 
 std::vector<bool> find_ambiguous(const Readings& readings, const std::vector<Label>& labels,
                                  const std::vector<Patch>& patches) {
-  std::vector<bool> ambiguous(readings.size(), false);
+  std::vector<bool> ambiguous(readings.size_with_context(), false);
   for (Index i = 0; i < readings.size(); ++i) {
     if (labels[i] == clutter) continue;
     const Plane& own = patches[labels[i]].plane;
@@ -111,10 +113,10 @@ std::vector<bool> find_ambiguous(const Readings& readings, const std::vector<Lab
 }
 
 void relabel(const Readings& readings, const std::vector<Patch>& patches, std::vector<Label>& labels) {
-  std::vector<bool> ask(readings.size());
+  std::vector<bool> ask(readings.size_with_context());
   for (Index i = 0; i < readings.size(); ++i) ask[i] = !readings.at_border(i);
   for (int sweep = 0; sweep < most_sweeps; ++sweep) {
-    std::vector<bool> ask_again(readings.size(), false);
+    std::vector<bool> ask_again(ask.size(), false);
     bool changed = false;
     for (Index i = 0; i < readings.size(); ++i) {
       if (!ask[i]) continue;
@@ -137,7 +139,7 @@ void begin_with_outside(const Readings& readings, const std::vector<bool>& ambig
                         Segmentation& segmentation, std::vector<Patch>& pieces, std::vector<Label>& of_root) {
   constexpr std::size_t nothing = ~std::size_t{0};
   std::vector<std::size_t> root_of(segmentation.patches.size(), nothing);
-  for (Index i = 0; i < readings.size(); ++i)
+  for (Index i = 0; i < readings.size_with_context(); ++i)
     if (readings.at_border(i) && !ambiguous[i]) root_of[segmentation.labels[i]] = roots[i];
   std::map<Label, Label> piece_of;
   for (Outside& outside : segmentation.outside) {
@@ -160,13 +162,13 @@ void part_into_pieces(const Readings& readings, Segmentation& segmentation) {
   std::vector<Label>& labels = segmentation.labels;
   const std::vector<bool> ambiguous = find_ambiguous(readings, labels, segmentation.patches);
   const std::vector<std::size_t> roots = roots_of_pieces(readings, segmentation, ambiguous);
-  std::vector<std::size_t> sizes(readings.size(), 0);
+  std::vector<std::size_t> sizes(roots.size(), 0);
   for (Index i = 0; i < readings.size(); ++i)
     if (labels[i] != clutter) ++sizes[roots[i]];
-  std::vector<Label> of_root(readings.size(), clutter);
+  std::vector<Label> of_root(roots.size(), clutter);
   std::vector<Patch> pieces(1);
   begin_with_outside(readings, ambiguous, roots, sizes, segmentation, pieces, of_root);
-  for (Index i = 0; i < readings.size(); ++i) {
+  for (Index i = 0; i < readings.size_with_context(); ++i) {
     if (labels[i] == clutter) continue;
     Label& piece = of_root[roots[i]];
     if (piece == clutter) {
@@ -186,7 +188,7 @@ void part_into_pieces(const Readings& readings, Segmentation& segmentation) {
 void refit_patches(const Readings& readings, Segmentation& segmentation) {
   std::vector<Patch>& patches = segmentation.patches;
   const std::vector<bool> ambiguous = find_ambiguous(readings, segmentation.labels, patches);
-  const std::vector<std::vector<Index>> of = readings_by_label(segmentation.labels, patches.size());
+  const std::vector<std::vector<Index>> of = readings_by_label(readings, segmentation.labels, patches.size());
   const std::vector<Patch> outside = sums_outside(segmentation);
   for (Label label = 1; label < patches.size(); ++label) {
     std::vector<Index> clear;

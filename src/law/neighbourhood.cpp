@@ -4,6 +4,7 @@
 #include "law/planelets.hpp"
 #include "law/voxel_blocks.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -16,8 +17,8 @@ using surfaces::SurfaceModel;
 
 /// Of a surface's inliers of one class of distance: those among the readings.
 struct Seen {
-  geometry::Moments moments;  // about the surface's reference, unweighted
-  double weights = 0, log_peaks = 0;
+  geometry::Moments moments;  // of those that are not context, about the surface's reference, unweighted
+  double count = 0, weights = 0, log_peaks = 0;
 };
 
 /// A surface's readings, and what it has beside them.
@@ -30,7 +31,11 @@ class Surroundings {
     const Reading& reading = readings_[i];
     const double facing = reading.facing(surface_.plane());
     Seen& seen = classes_[reading.range_class];
-    seen.moments.add(reading.position.cast<double>() - surface_.reference());
+    if (!readings_.is_context(i)) {
+      seen.moments.add(reading.position.cast<double>() - surface_.reference());
+      ++inside_;
+    }
+    ++seen.count;
     seen.weights += readings_.model().weight(reading.range_class, facing);
     seen.log_peaks += readings_.model().log_peak(reading.range_class, facing);
     facing_ += facing;
@@ -42,9 +47,9 @@ class Surroundings {
     Patch sums;
     sums.plane = surface_.plane();
     sums.origin = surface_.reference();
-    if (surface_.size() == count_) return sums;
+    if (surface_.size() == inside_) return sums;
     for (unsigned c = 0; c < classes_.size(); ++c) add_class(c, sums);
-    sums.readings = static_cast<double>(surface_.size() - count_);
+    sums.readings = static_cast<double>(surface_.size() - inside_);
     sums.hits = sums.readings * hits_ / static_cast<double>(count_);
     return sums;
   }
@@ -55,25 +60,24 @@ class Surroundings {
     geometry::Moments left = surface_.moments_of_class(c);
     left.add(seen.moments, -1);
     if (left.count < 0.5) return;
-    const bool known = seen.moments.count > 0;
+    const bool known = seen.count > 0;
     const double facing = facing_ / static_cast<double>(count_);
-    sums.moments.add(left, known ? seen.weights / seen.moments.count : readings_.model().weight(c, facing));
+    sums.moments.add(left, known ? seen.weights / seen.count : readings_.model().weight(c, facing));
     sums.log_peaks +=
-        left.count * (known ? seen.log_peaks / seen.moments.count : readings_.model().log_peak(c, facing));
+        left.count * (known ? seen.log_peaks / seen.count : readings_.model().log_peak(c, facing));
   }
 
   const Readings& readings_;
   const SurfaceModel& surface_;
   std::array<Seen, sensing::NoiseModel::classes> classes_;
   double facing_ = 0, hits_ = 0;
-  std::size_t count_ = 0;
+  std::size_t count_ = 0, inside_ = 0;
 };
 
 }  // namespace
 
-std::vector<geometry::VoxelKey> voxels_around(const surfaces::MapView& map,
-                                              std::span<const geometry::VoxelKey> changed,
-                                              std::span<const SurfaceId> surfaces) {
+Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const geometry::VoxelKey> changed,
+                               std::span<const SurfaceId> surfaces) {
   const double resolution = map.grid.resolution();
   const VoxelBlocks blocks(planelet_edge(resolution));
   std::vector<VoxelBlocks::Place> places;
@@ -81,23 +85,28 @@ std::vector<geometry::VoxelKey> voxels_around(const surfaces::MapView& map,
   for (const SurfaceId id : surfaces)
     map.surfaces.find(id)->for_each_inlier(
         [&](const surfaces::Inlier& inlier) { places.push_back(blocks.of(inlier.key)); });
-  places = blocks.widened(std::move(places),
-                          static_cast<int>(std::ceil(map.parameters.max_hole_size() / resolution - 1e-9)));
-  std::vector<geometry::VoxelKey> keys;
-  for (const VoxelBlocks::Place place : places)
-    blocks.for_each_point(map.window, place, [&](Index i) { keys.push_back(map.window[i].key); });
-  return keys;
+  places = blocks.widened(std::move(places), 0);
+  Neighbourhood around;
+  for (const VoxelBlocks::Place place : blocks.widened(
+           places, static_cast<int>(std::ceil(map.parameters.max_hole_size() / resolution - 1e-9)))) {
+    const bool inside = std::binary_search(places.begin(), places.end(), place);
+    blocks.for_each_point(map.window, place, [&](Index i) {
+      const bool to_be_labelled = inside || map.window[i].surface == 0;
+      (to_be_labelled ? around.voxels : around.context).push_back(map.window[i].key);
+    });
+  }
+  return around;
 }
 
 Segmentation known_about(const Readings& readings, const surfaces::SurfaceStore& surfaces,
                          std::span<const SurfaceId> forgotten) {
   Segmentation known;
-  known.labels.assign(readings.size(), clutter);
+  known.labels.assign(readings.size_with_context(), clutter);
   std::map<SurfaceId, Label> label_of;
   std::vector<Surroundings> around;  // of label - 1
   for (const SurfaceId id : forgotten) label_of[id] = clutter;
   label_of[0] = clutter;
-  for (Index i = 0; i < readings.size(); ++i) {
+  for (Index i = 0; i < readings.size_with_context(); ++i) {
     const auto [entry, fresh] =
         label_of.try_emplace(readings[i].surface, static_cast<Label>(around.size() + 1));
     if (fresh) around.emplace_back(readings, *surfaces.find(readings[i].surface));

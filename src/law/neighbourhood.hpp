@@ -8,15 +8,20 @@
 
 namespace octosurf::law {
 
-/// The voxels of all points in blocks of planelets that hold one of `changed`, or an inlier of one of
-/// `surfaces`, and in those around as far as patches meet. Cost follows what is given.
-std::vector<geometry::VoxelKey> voxels_around(const surfaces::MapView& map,
-                                              std::span<const geometry::VoxelKey> changed,
-                                              std::span<const SurfaceId> surfaces);
+/// What is labelled anew together, and the inliers around that only meet it, which is most.
+struct Neighbourhood {
+  std::vector<geometry::VoxelKey> voxels, context;
+};
+/// All points in the blocks of planelets that hold one of `changed`, or an inlier of one of `surfaces`; and
+/// in those around, as far as patches meet, the pending ones, inliers being context. Cost follows what is
+/// given.
+Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const geometry::VoxelKey> changed,
+                               std::span<const SurfaceId> surfaces);
 
 /// What is known of readings before they are looked at anew: the labels of their surfaces, but for those of
-/// `forgotten`, and sums of what these have outside. Inliers outside weigh as those of their class of
-/// distance among the readings do, and were hit as often. `forgotten` must be among the readings wholly.
+/// `forgotten`, and sums of what these have outside, their context among it. Inliers outside weigh as those
+/// of their class of distance among the readings do, and were hit as often. `forgotten` must be among the
+/// readings wholly, none of it as context.
 Segmentation known_about(const Readings& readings, const surfaces::SurfaceStore& surfaces,
                          std::span<const SurfaceId> forgotten);
 

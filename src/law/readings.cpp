@@ -23,12 +23,23 @@ std::uint64_t block_of(geometry::VoxelKey key) { return key.packed() >> 3 & 0x1f
 
 Readings::Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
                    const sensing::NoiseModel& noise, double noise_factor2)
-    : Readings(octree, window, all_of(octree), noise, noise_factor2) {}
+    : Readings(octree, window, all_of(octree), {}, noise, noise_factor2) {}
 
 Readings::Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
-                   std::span<const geometry::VoxelKey> voxels, const sensing::NoiseModel& noise,
-                   double noise_factor2)
+                   std::span<const geometry::VoxelKey> voxels, std::span<const geometry::VoxelKey> context,
+                   const sensing::NoiseModel& noise, double noise_factor2)
     : window_(window), grid_(octree.grid()), model_(noise, octree.grid().resolution(), noise_factor2) {
+  readings_.reserve(voxels.size() + context.size());
+  add(voxels, octree);
+  size_ = readings_.size();
+  add(context, octree);
+  at_border_.assign(readings_.size(), true);
+  first_.reserve(readings_.size() + 1);
+  for (Index i = 0; i < readings_.size(); ++i) find_neighbours(i);
+  first_.push_back(neighbours_.size());
+}
+
+void Readings::add(std::span<const geometry::VoxelKey> voxels, const occupancy::OccupancyMap& octree) {
   std::vector<Index> in_window;
   in_window.reserve(voxels.size());
   for (const geometry::VoxelKey key : voxels)
@@ -36,8 +47,7 @@ Readings::Readings(const occupancy::OccupancyMap& octree, const occupancy::Point
   std::sort(in_window.begin(), in_window.end(), [&](Index a, Index b) {
     return std::pair(block_of(window_[a].key), a) < std::pair(block_of(window_[b].key), b);
   });
-  places_.assign(window_.size(), none);
-  readings_.reserve(in_window.size());
+  places_.resize(window_.size(), none);
   const float one_hit = 0.85F;  // nats of OctoMap's default; only ratios are asked for
   for (const Index i : in_window) {
     const occupancy::VoxelPoint& p = window_[i];
@@ -45,10 +55,6 @@ Readings::Readings(const occupancy::OccupancyMap& octree, const occupancy::Point
     places_[i] = static_cast<Index>(readings_.size());
     readings_.push_back({p.key, p.position, p.view, p.range_class, hits, p.surface, i});
   }
-  at_border_.assign(readings_.size(), false);
-  first_.reserve(readings_.size() + 1);
-  for (Index i = 0; i < readings_.size(); ++i) find_neighbours(i);
-  first_.push_back(neighbours_.size());
 }
 
 void Readings::find_neighbours(Index i) {
@@ -64,6 +70,7 @@ void Readings::find_neighbours(Index i) {
       else if (j != i)
         neighbours_.push_back(j);
     });
+    if (is_context(i)) return;
     at_border_[i] = missing > 0;
     if (neighbours_.size() - first_.back() + missing >= enough_neighbours) return;
   }

@@ -34,8 +34,9 @@ struct Reading {
 };
 
 /// Points of an octree, owned and pending alike, with their neighbours among each other: all of the octree's,
-/// or those around what a scan has changed. In order of their blocks of 8³ voxels, and in these of their
-/// keys, whatever the window has loaded first.
+/// or those around what a scan has changed. After those that are to be labelled comes their context: points
+/// that keep the label they have, and are there so that others meet it. Each part is in order of its blocks
+/// of 8³ voxels, and in these of their keys, whatever the window has loaded first.
 class Readings {
  public:
   using Index = occupancy::PointWindow::Index;
@@ -44,19 +45,23 @@ class Readings {
   /// All points, which are loaded into `window`. `noise_factor2`: as for ReadingModel. O(points).
   Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
            const sensing::NoiseModel& noise, double noise_factor2 = 1);
-  /// The points of some voxels. O(voxels), but for a word for each point that the window has loaded.
+  /// The points of some voxels, and of others that are their context. O(voxels), but for a word for each
+  /// point that the window has loaded.
   Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
-           std::span<const geometry::VoxelKey> voxels, const sensing::NoiseModel& noise,
-           double noise_factor2);
+           std::span<const geometry::VoxelKey> voxels, std::span<const geometry::VoxelKey> context,
+           const sensing::NoiseModel& noise, double noise_factor2);
 
-  std::size_t size() const { return readings_.size(); }
+  /// Those to be labelled; what has an index from here on is context.
+  std::size_t size() const { return size_; }
+  std::size_t size_with_context() const { return readings_.size(); }
+  bool is_context(Index i) const { return i >= size_; }
   const Reading& operator[](Index i) const { return readings_[i]; }
   /// The voxels around: the 26, or where fewer than six of these hold a reading, those within as few voxels
-  /// as bring six, at most 16 cm. Symmetric only where both have six.
+  /// as bring six, at most 16 cm. Symmetric only where both have six. Of context the 26 alone.
   std::span<const Index> near(Index i) const {
     return std::span(neighbours_).subspan(first_[i], first_[i + 1] - first_[i]);
   }
-  /// Some of what lies around it is not among the readings.
+  /// It is context, or some of what lies around it is not among the readings.
   bool at_border(Index i) const { return at_border_[i]; }
   /// The reading in a voxel, or none.
   Index find(geometry::VoxelKey key) const { return of_window(window_.find(key)); }
@@ -81,6 +86,7 @@ class Readings {
   Patch patch_of(const Indices& indices, const Plane& about, const Patch& beyond = {}) const;
 
  private:
+  void add(std::span<const geometry::VoxelKey> voxels, const occupancy::OccupancyMap& octree);
   void find_neighbours(Index i);
   Index of_window(Index in_window) const { return in_window < places_.size() ? places_[in_window] : none; }
 
@@ -88,6 +94,7 @@ class Readings {
   geometry::VoxelGrid grid_;
   sensing::ReadingModel model_;
   std::vector<Reading> readings_;
+  std::size_t size_ = 0;
   std::vector<Index> places_;  // in `readings_`, by index in the window
   std::vector<bool> at_border_;
   std::vector<std::size_t> first_;  // in `neighbours_`

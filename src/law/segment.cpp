@@ -30,9 +30,9 @@ void merge(const Readings& readings, double gap, Segmentation& segmentation) {
   segmentation.follow(merged.into, std::move(merged.patches));
 }
 
-std::vector<std::vector<Index>> by_label(const Segmentation& segmentation) {
+std::vector<std::vector<Index>> by_label(const Readings& readings, const Segmentation& segmentation) {
   std::vector<std::vector<Index>> of(segmentation.patches.size());
-  for (Index i = 0; i < segmentation.labels.size(); ++i) of[segmentation.labels[i]].push_back(i);
+  for (Index i = 0; i < readings.size(); ++i) of[segmentation.labels[i]].push_back(i);
   return of;
 }
 
@@ -61,7 +61,9 @@ std::vector<std::size_t> count_clutter_around(const Readings& readings, const Se
   half_depth[clutter] = 0;
   const double farthest = *std::max_element(half_depth.begin(), half_depth.end());
   const int reach = std::max(1, static_cast<int>(farthest / readings.resolution()));
-  const LabelBlocks blocks(readings, segmentation.labels, std::vector<bool>(readings.size(), true));
+  std::vector<bool> wanted(readings.size(), true);
+  wanted.resize(readings.size_with_context(), false);
+  const LabelBlocks blocks(readings, segmentation.labels, wanted);
   std::vector<std::size_t> counts(segmentation.patches.size(), 0);
   std::vector<Index> tested_from(counts.size(), Readings::none), settled_from = tested_from;
   const auto count = [&](Index i, const LabelBlocks::Group& group, const LabelBlocks::Part& part) {
@@ -136,8 +138,8 @@ std::vector<bool> find_opaque(const Readings& readings, const Segmentation& segm
 
 /// What does not hold becomes clutter.
 template <class Holds>
-void keep_labels(Segmentation& segmentation, Holds&& holds) {
-  const std::vector<std::vector<Index>> of = by_label(segmentation);
+void keep_labels(const Readings& readings, Segmentation& segmentation, Holds&& holds) {
+  const std::vector<std::vector<Index>> of = by_label(readings, segmentation);
   std::vector<Label> into(segmentation.patches.size(), clutter);
   std::vector<Patch> kept(1);
   for (Label label = 1; label < segmentation.patches.size(); ++label) {
@@ -149,12 +151,12 @@ void keep_labels(Segmentation& segmentation, Holds&& holds) {
 }
 
 void accept(const Readings& readings, const SegmentLimits& limits, Segmentation& segmentation) {
-  keep_labels(segmentation,
+  keep_labels(readings, segmentation,
               [&, outside = sums_outside(segmentation)](Label label, const std::vector<Index>& indices) {
                 return may_be_surface(readings, limits, segmentation.patches[label], indices, outside[label]);
               });
   const std::vector<std::size_t> around = count_clutter_around(readings, segmentation);
-  const std::vector<std::vector<Index>> of = by_label(segmentation);
+  const std::vector<std::vector<Index>> of = by_label(readings, segmentation);
   std::vector<double> explained(of.size(), 0);
   for (Label label = 1; label < of.size(); ++label)
     explained[label] = explained_by(readings, segmentation.patches[label], of[label], around[label]);
@@ -162,14 +164,14 @@ void accept(const Readings& readings, const SegmentLimits& limits, Segmentation&
     if (outside.label != clutter)
       explained[outside.label] += outside.sums.explained_by(segmentation.patches[outside.label].plane);
   const std::vector<bool> there = find_opaque(readings, segmentation, explained);
-  keep_labels(segmentation, [&](Label label, const std::vector<Index>&) { return there[label]; });
+  keep_labels(readings, segmentation, [&](Label label, const std::vector<Index>&) { return there[label]; });
 }
 
 }  // namespace
 
 Segmentation segment(const Readings& readings, const SegmentLimits& limits) {
   Segmentation nothing;
-  nothing.labels.assign(readings.size(), clutter);
+  nothing.labels.assign(readings.size_with_context(), clutter);
   return segment(readings, limits, std::move(nothing));
 }
 

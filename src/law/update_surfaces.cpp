@@ -11,11 +11,13 @@
 namespace octosurf::law {
 namespace {
 
-/// Those that this scan touched, and that have changed by a quarter since they were looked at as wholes.
-std::vector<SurfaceId> to_be_checked(const surfaces::Ledger& ledger) {
+/// Those that this scan touched, and of which half is new since they were looked at as wholes: they have
+/// doubled, so that each point is looked at again once on the mean.
+std::vector<SurfaceId> to_be_checked(surfaces::Ledger& ledger) {
   std::vector<SurfaceId> ids;
   for (const SurfaceId id : ledger.changes.touched())
-    if (!ledger.surfaces.find(id)->recently_checked()) ids.push_back(id);
+    if (const surfaces::SurfaceModel& surface = *ledger.find(id); 2 * surface.unchecked >= surface.size())
+      ids.push_back(id);
   return ids;
 }
 
@@ -34,9 +36,9 @@ void refit_others(surfaces::Ledger& ledger) {
 void segment_around(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree,
                     std::span<const geometry::VoxelKey> changed, std::span<const SurfaceId> anew,
                     double noise_factor2) {
-  const std::vector<geometry::VoxelKey> voxels = voxels_around(ledger, changed, anew);
-  if (voxels.empty()) return;
-  const Readings readings(octree, ledger.window, voxels, ledger.noise, noise_factor2);
+  const Neighbourhood around = neighbourhood_of(ledger, changed, anew);
+  if (around.voxels.empty()) return;
+  const Readings readings(octree, ledger.window, around.voxels, around.context, ledger.noise, noise_factor2);
   const Segmentation found =
       segment(readings, limits_of(ledger.parameters), known_about(readings, ledger.surfaces, anew));
   for (const SurfaceId id : write_surfaces(ledger, readings, found, Planes::touched))

@@ -9,8 +9,8 @@ namespace octosurf::law {
 
 /// The law's incremental form. What a surface beside it explains goes to that one; around the rest, where
 /// enough has come to be worth it, it segments anew, beside what the surfaces there have elsewhere, as sums.
-/// Pending points have no label at first, nor have those of surfaces that have changed by a quarter since
-/// they were looked at as wholes; others keep theirs unless something explains them better.
+/// Pending points have no label at first, nor have those of surfaces that have doubled since they were looked
+/// at as wholes; others keep theirs unless something explains them better.
 ///
 /// `fresh`: pending points that are new or seen better; `waiting`: what the last call returned: those that
 /// are not worth it yet, and those that have lost their surface since. Both in key order. `noise_factor2`: as

@@ -58,7 +58,6 @@ std::vector<VoxelKey> united(const std::vector<VoxelKey>& a, std::span<const Vox
 /// Adds to `due` what of these blocks is.
 void add_due(const surfaces::MapView& map, const VoxelBlocks& blocks, std::span<const VoxelKey> fresh,
              const std::vector<VoxelKey>& waiting, Keys& due) {
-  constexpr std::size_t a_quarter = 4;  // as in SurfaceModel::recently_checked()
   tsl::robin_map<VoxelBlocks::Place, std::size_t, geometry::PackedKeyHash> come;  // since segmented last
   for (const VoxelKey key : fresh)
     if (!due.contains(key.packed())) come.try_emplace(blocks.of(key), 0);
@@ -73,7 +72,7 @@ void add_due(const surfaces::MapView& map, const VoxelBlocks& blocks, std::span<
       const occupancy::VoxelPoint& p = map.window[i];
       if (p.surface == 0 && !due.contains(p.key.packed())) pending.push_back(p.key);
     });
-    if (at->second * a_quarter >= pending.size())
+    if (2 * at->second >= pending.size())
       for (const VoxelKey p : pending) due.insert(p.packed());
     come.erase(at);  // it is looked at once
   }

@@ -19,7 +19,7 @@ struct Waiting {
   std::vector<geometry::VoxelKey> left;  ///< key order
 };
 /// All pending points in the blocks of planelets, of any of their sizes, in which as many have come as a
-/// plane needs, and a quarter of all that wait there: with fewer, what was no plane is not one now. Looks at
+/// plane needs, and half of all that wait there: with fewer, what was no plane is not one now. Looks at
 /// `before` only around `fresh`, where it forgets those that are pending no more; both in key order.
 Waiting due_to_segment(const surfaces::MapView& map, std::vector<geometry::VoxelKey> before,
                        std::span<const geometry::VoxelKey> fresh);

@@ -64,7 +64,7 @@ class Writing {
       SurfaceModel& surface = *ledger_.find(part.surface);
       if (made_[part.label] == &surface) continue;
       for (const surfaces::Inlier& inlier : surface.sorted_inliers())
-        if (readings_.find(inlier.key) == Readings::none)
+        if (readings_.is_context(readings_.find(inlier.key)))
           hand_over(ledger_.window.find(inlier.key), made_[part.label]);
     }
     for (Index i = 0; i < readings_.size(); ++i) hand_over(readings_[i].in_window, made_[found_.labels[i]]);

@@ -30,18 +30,24 @@ Scan corner(std::mt19937_64& rng) {
 TEST(LabelBlocks, FindWhatAWalkOverAllFinds) {
   std::mt19937_64 rng = test::rng();
   const test::PendingPoints points({corner(rng)}, Parameters{});
-  const Readings readings(points.state.occupancy, points.ledger.window, points.state.noise);
-  std::vector<Label> labels(readings.size());
-  std::vector<bool> wanted(readings.size());
-  for (Index i = 0; i < readings.size(); ++i) {
+  std::vector<geometry::VoxelKey> voxels, context;
+  for (const Index i : points.all) (rng() % 3 == 0 ? context : voxels).push_back(points.ledger.window[i].key);
+  const Readings readings(points.state.occupancy, points.ledger.window, voxels, context, points.state.noise,
+                          1);
+  const auto size = static_cast<Index>(readings.size_with_context());
+  ASSERT_EQ(size, points.all.size());
+  std::vector<Label> labels(size);
+  std::vector<bool> wanted(size);
+  for (Index i = 0; i < size; ++i) {
     labels[i] = static_cast<Label>(rng() % 3);
     wanted[i] = rng() % 2 == 0;
   }
   for (const int reach : {1, 4, 11}) {
-    std::vector<std::set<std::pair<Index, Label>>> near(readings.size());  // who, and whose group is met
+    std::vector<std::set<std::pair<Index, Label>>> near(size);  // who, and whose group is met
     LabelBlocks(readings, labels, wanted).for_each_block(reach, [&](const auto& groups, const auto& blocks) {
       for (const LabelBlocks::Group& group : groups)
-        for (const Index i : group.members)
+        for (const Index i : group.members) {
+          EXPECT_EQ(readings.is_context(i), group.context);
           for (const LabelBlocks::Near& block : blocks)
             for (const LabelBlocks::Group& other : *block.groups) {
               const LabelBlocks::Part part = block.within(readings[i].key, reach);
@@ -49,11 +55,12 @@ TEST(LabelBlocks, FindWhatAWalkOverAllFinds) {
               part.for_each_of(other, [&](Index j) { near[i].emplace(j, other.label); });
               EXPECT_EQ(part.any_of(other), near[i].size() > before);
             }
+        }
     });
     for (int trial = 0; trial < 100; ++trial) {
-      const auto i = static_cast<Index>(rng() % readings.size());
+      const auto i = static_cast<Index>(rng() % size);
       std::set<std::pair<Index, Label>> expected;
-      for (Index j = 0; j < readings.size(); ++j)
+      for (Index j = 0; j < size; ++j)
         if (wanted[i] && wanted[j] && distance(readings[i].key, readings[j].key) <= reach)
           expected.emplace(j, labels[j]);
       EXPECT_EQ(near[i], expected) << reach;

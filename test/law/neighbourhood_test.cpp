@@ -1,0 +1,126 @@
+// What of the map is labelled anew around a change, and what only stands beside it.
+#include "law/neighbourhood.hpp"
+
+#include "detection/pending_points.hpp"
+#include "law/segment.hpp"
+#include "support/scene.hpp"
+#include "support/seed.hpp"
+
+#include <cmath>
+#include <gmock/gmock.h>
+#include <random>
+#include <set>
+#include <vector>
+
+namespace octosurf::law {
+namespace {
+
+using Index = Readings::Index;
+
+/// A floor that is a surface but for a tenth of its points, and a board that stands on it and is pending.
+class FloorAndBoard {
+ public:
+  FloorAndBoard() : rng_(test::rng()), points_({scan(rng_)}) {
+    surfaces::SurfaceModel& floor = points_.ledger.create({Eigen::Vector3d::UnitZ(), 0}, {1, 1, 0});
+    id_ = floor.id();
+    for (const Index i : points_.all) {
+      if (on_board(i))
+        board_.push_back(points_.ledger.window[i].key);
+      else if (rng_() % 10 != 0)
+        points_.ledger.give(i, floor);
+    }
+  }
+
+  static Scan scan(std::mt19937_64& rng) {
+    test::Scene scene;
+    scene.rectangle({0, 0, 0}, {2, 0, 0}, {0, 2, 0});
+    scene.rectangle({0.5, 0.5, 0}, {0.4, 0, 0}, {0, 0, 0.3});
+    return test::camera_scan(scene, test::look_at({1.2, 1.2, 1.8}, {0.8, 0.8, 0}), rng);
+  }
+  bool on_board(Index i) const { return points_.position(i).z() > 0.03; }
+
+  Neighbourhood around() const { return neighbourhood_of(points_.ledger, board_, {}); }
+  Readings readings_of(const Neighbourhood& around) const {
+    return {points_.state.occupancy, points_.ledger.window, around.voxels,
+            around.context,          points_.state.noise,   1};
+  }
+
+  std::mt19937_64 rng_;
+  test::PendingPoints points_;
+  SurfaceId id_ = 0;
+  std::vector<geometry::VoxelKey> board_;
+};
+
+TEST(Neighbourhood, ContextAreTheInliersAround) {
+  const FloorAndBoard scene;
+  const Neighbourhood around = scene.around();
+  const auto owner = [&](geometry::VoxelKey key) {
+    return scene.points_.ledger.window[scene.points_.ledger.window.find(key)].surface;
+  };
+  EXPECT_FALSE(around.context.empty());
+  for (const geometry::VoxelKey key : around.context) EXPECT_EQ(owner(key), scene.id_);
+  std::set<std::uint64_t> looked_at, beside;
+  for (const geometry::VoxelKey key : around.voxels) looked_at.insert(key.packed());
+  for (const geometry::VoxelKey key : around.context) beside.insert(key.packed());
+  EXPECT_EQ(looked_at.size() + beside.size(), around.voxels.size() + around.context.size());
+  for (const geometry::VoxelKey key : scene.board_) EXPECT_TRUE(looked_at.contains(key.packed()));
+  for (const std::uint64_t key : beside) EXPECT_FALSE(looked_at.contains(key));
+}
+
+TEST(Neighbourhood, WhatIsKnownOfASurfaceIsAllOfIt) {
+  const FloorAndBoard scene;
+  const Readings readings = scene.readings_of(scene.around());
+  const Segmentation known = known_about(readings, scene.points_.ledger.surfaces, {});
+  const surfaces::SurfaceModel& floor = *scene.points_.ledger.surfaces.find(scene.id_);
+  ASSERT_EQ(known.outside.size(), 1U);
+  std::size_t inside = 0;
+  for (Index i = 0; i < readings.size(); ++i) inside += readings[i].surface == scene.id_;
+  EXPECT_EQ(static_cast<double>(inside) + known.outside.front().sums.readings,
+            static_cast<double>(floor.size()));
+  const auto sums_of = [&](const Readings& some, Patch sums) {
+    for (Index i = 0; i < some.size(); ++i)
+      if (some[i].surface == scene.id_) some.add_to(sums, i);
+    return sums;
+  };
+  Patch nothing = known.outside.front().sums;
+  nothing = {.plane = nothing.plane, .origin = nothing.origin, .moments = {}};
+  const Patch whole = sums_of(readings, known.outside.front().sums);
+  const Patch expected =
+      sums_of(Readings(scene.points_.state.occupancy, scene.points_.ledger.window, scene.points_.state.noise),
+              nothing);
+  // What is not among the readings weighs as those of its class of distance do, on the mean.
+  EXPECT_NEAR(whole.moments.count / expected.moments.count, 1, 0.05);
+  const Eigen::Vector3d off = whole.centroid() - expected.centroid();
+  EXPECT_NEAR(off.z(), 0, 1e-3);
+  EXPECT_LT(off.norm(), 0.1);  // a twentieth of the floor's edge
+}
+
+TEST(Neighbourhood, ContextKeepsItsLabelAndIsThereToBeMet) {
+  const FloorAndBoard scene;
+  const Neighbourhood around = scene.around();
+  const Readings readings = scene.readings_of(around);
+  ASSERT_LT(readings.size(), readings.size_with_context());
+  const Segmentation found = segment(readings, limits_of(scene.points_.ledger.parameters),
+                                     known_about(readings, scene.points_.ledger.surfaces, {}));
+  ASSERT_EQ(found.labels.size(), readings.size_with_context());
+  ASSERT_EQ(found.outside.size(), 1U);
+  const Label floor = found.outside.front().label;
+  ASSERT_NE(floor, clutter);
+  std::set<Label> of_board;
+  for (Index i = 0; i < readings.size_with_context(); ++i) {
+    const Eigen::Vector3f& at = readings[i].position;
+    if (readings.is_context(i)) {
+      EXPECT_EQ(found.labels[i], floor);
+    } else if (at.z() > 0.1F) {
+      of_board.insert(found.labels[i]);
+    } else if (!readings.at_border(i) && std::fabs(at.y() - 0.5F) > 0.04F) {  // nor along the edge of the two
+      EXPECT_EQ(found.labels[i], floor) << at.transpose();
+    }
+  }
+  of_board.erase(clutter);  // rays that its edge parted
+  EXPECT_EQ(of_board.size(), 1U);
+  EXPECT_FALSE(of_board.contains(floor));
+}
+
+}  // namespace
+}  // namespace octosurf::law
