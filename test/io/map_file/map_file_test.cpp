@@ -88,7 +88,7 @@ TEST_F(MapFiles, WithoutEvidenceNothingWasSeenAgain) {
 TEST_F(MapFiles, LineageAndUsedUpIdsComeBack) {
   std::vector<map_file::Record> records = unpack(bytes_of(map_of(changing_room(5))));
   records.front().mutable_header()->set_next_id(1000);
-  map_file::Surface& surface = *records.back().mutable_surface();
+  map_file::Surface& surface = last_surface(records);
   surface.clear_parents();
   surface.add_parents(999);
   surface.add_parents(17);

@@ -7,6 +7,7 @@
 #include "support/round_scene.hpp"
 #include "support/seed.hpp"
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <random>
@@ -237,6 +238,13 @@ std::vector<map_file::Record> unpack(const std::string& file) {
     if (!records.emplace_back().ParseFromString(bytes)) throw std::runtime_error("not a record");
   if (records.empty()) throw std::runtime_error("not a map file");
   return records;
+}
+
+map_file::Surface& last_surface(std::vector<map_file::Record>& records) {
+  const auto last = std::find_if(records.rbegin(), records.rend(),
+                                 [](const map_file::Record& record) { return record.has_surface(); });
+  if (last == records.rend()) throw std::runtime_error("no surface");
+  return *last->mutable_surface();
 }
 
 std::string pack(const std::vector<map_file::Record>& records) {

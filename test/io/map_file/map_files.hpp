@@ -53,6 +53,8 @@ std::string difference(const Map& a, const Map& b);
 /// A map file taken apart and put together again, with a footer that is true.
 std::vector<map_file::Record> unpack(const std::string& file);  ///< footer left out
 std::string pack(const std::vector<map_file::Record>& records);
+/// The surface with the largest id. Whether it is the last record differs from world to world.
+map_file::Surface& last_surface(std::vector<map_file::Record>& records);
 
 /// Damages the file `good` everywhere: truncated, longer, single bits flipped. `reading` takes a file's
 /// content and gives the message of its Error(data), "read" if there is none; `read_back` writes again what
