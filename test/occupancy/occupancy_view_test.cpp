@@ -228,8 +228,11 @@ TEST_F(View, KnowsNothingOutsideTheOctree) {
   EXPECT_EQ(view.at(far).state, State::unknown);
   EXPECT_FALSE(view.first_on_way(far, far + Eigen::Vector3d(10, 0, 0)).has_value());
   EXPECT_TRUE(view.first_on_way(far, far + Eigen::Vector3d(10, 0, 0), true).has_value());
-  // Right through it, from outside to outside.
-  EXPECT_TRUE(view.first_on_way(far, -far).has_value());
+  // Right through it, from outside to outside, along a line on which something is.
+  const auto occupied =
+      std::find_if(voxels.begin(), voxels.end(), [](const Listed& v) { return v.state == State::occupied; });
+  ASSERT_NE(occupied, voxels.end());
+  EXPECT_TRUE(view.first_on_way(occupied->centre + far, occupied->centre - far).has_value());
   EXPECT_FALSE(view.nearest_occupied(far, 100).has_value());
   const double inf = std::numeric_limits<double>::infinity();
   const Eigen::AlignedBox3d all(Eigen::Vector3d::Constant(-inf), Eigen::Vector3d::Constant(inf));
