@@ -139,7 +139,7 @@ void meet_neighbours(const Readings& readings, const std::vector<Label>& labels,
     for (const Index j : readings.near(i)) {
       if (labels[j] == clutter || labels[j] == labels[i] || ambiguous[j]) continue;
       const Eigen::Vector3f middle = 0.5F * (readings[i].position + readings[j].position);
-      const double pair = readings.is_context(j) ? 1 : 0.5;  // others are seen from both ends
+      const double pair = readings.is_context(j) ? 1 : 0.5;  // if it is none, the pair comes twice
       graph.meet(labels[i], labels[j], middle.cast<double>(), pair);
     }
   }

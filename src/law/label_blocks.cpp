@@ -21,9 +21,8 @@ void add_to_groups(std::vector<LabelBlocks::Group>& groups, Label label, bool co
 
 LabelBlocks::LabelBlocks(const Readings& readings, const std::vector<Label>& labels,
                          const std::vector<bool>& wanted) {
-  std::size_t at = 0;
-  for (Index i = 0; i < readings.size_with_context();
-       ++i) {  // those of a block are together, its context too
+  std::size_t at = 0;  // block of the last: those of a block are together, and so is its context
+  for (Index i = 0; i < readings.size_with_context(); ++i) {
     const geometry::VoxelKey key = readings[i].key;
     const std::array<int, 3> place = place_of(key);
     if (blocks_.empty() || blocks_[at].place != place) {

@@ -59,9 +59,10 @@ geometry::DisjointSets join_neighbours(const Readings& readings, const Segmentat
   geometry::DisjointSets sets(readings.size_with_context());
   for (Index i = 0; i < readings.size_with_context(); ++i) {
     if (labels[i] == clutter || ambiguous[i]) continue;
-    if (!readings.is_context(i))
+    if (!readings.is_context(i)) {
       for (const Index j : readings.near(i))
         if (labels[j] == labels[i] && !ambiguous[j]) sets.join(i, j);
+    }
     if (!goes_on[labels[i]] || !readings.at_border(i)) continue;
     Index& first = at_border[labels[i]];
     first == Readings::none ? void(first = i) : sets.join(first, i);

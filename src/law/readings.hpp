@@ -54,6 +54,7 @@ class Readings {
   /// Those to be labelled; what has an index from here on is context.
   std::size_t size() const { return size_; }
   std::size_t size_with_context() const { return readings_.size(); }
+  /// True for `none`, too.
   bool is_context(Index i) const { return i >= size_; }
   const Reading& operator[](Index i) const { return readings_[i]; }
   /// The voxels around: the 26, or where fewer than six of these hold a reading, those within as few voxels
