@@ -11,8 +11,8 @@
 namespace octosurf::law {
 namespace {
 
-/// Those that this scan touched, and of which half is new since they were looked at as wholes: they have
-/// doubled, so that each point is looked at again once on the mean.
+/// Those that this scan touched, and of which half has changed since they were looked at as wholes: one that
+/// grows has doubled, so that each of its points is looked at again once on the mean.
 std::vector<SurfaceId> to_be_checked(surfaces::Ledger& ledger) {
   std::vector<SurfaceId> ids;
   for (const SurfaceId id : ledger.changes.touched())

@@ -14,7 +14,7 @@ namespace octosurf::law {
 ///
 /// `fresh`: pending points that are new or seen better; `waiting`: what the last call returned: those that
 /// are not worth it yet, and those that have lost their surface since. Both in key order. `noise_factor2`: as
-/// for ReadingModel. Cost follows the change: some 5 µs for each point around it.
+/// for ReadingModel. Cost follows the change: some 10 µs for each point labelled anew.
 std::vector<geometry::VoxelKey> update_surfaces(surfaces::Ledger& ledger,
                                                 const occupancy::OccupancyMap& octree,
                                                 std::vector<geometry::VoxelKey> waiting,
