@@ -64,7 +64,8 @@ std::optional<Plane> PlaneExtraction::best_plane(std::span<const Index> points, 
   return best->model;
 }
 
-std::optional<surfaces::Refusal> PlaneExtraction::refusal_by_width(std::span<const Index> cluster) {
+std::optional<surfaces::Refusal> PlaneExtraction::refusal_by_width(std::span<const Index> cluster,
+                                                                   const Plane& plane) {
   const Eigen::Vector3d reference = map_.window[cluster.front()].position.cast<double>();
   geometry::Moments moments;
   for (const Index i : cluster) moments.add(map_.window[i].position.cast<double>() - reference);
@@ -76,7 +77,7 @@ std::optional<surfaces::Refusal> PlaneExtraction::refusal_by_width(std::span<con
   constexpr double wider_than_facets = 0.2, wider_than_strips = 0.1;  // m
   const double facets = cluster_bends_ ? wider_than_facets : plane_bends_ ? wider_than_strips : 0;
   if (width < facets) return surfaces::Refusal{Reason::bent};
-  return {};
+  return surfaces::narrow_strips(map_, cluster, plane, min_width);
 }
 
 geometry::Planarity PlaneExtraction::planarity_of(std::span<const Index> cluster, const Plane& plane) {
@@ -138,7 +139,7 @@ PlaneProposal PlaneExtraction::judged(std::vector<Index> cluster) {
     return {plane_, std::move(cluster), why};
   }
   const Plane plane = surfaces::fitted(map_, cluster, plane_);
-  std::optional<surfaces::Refusal> refusal = refusal_by_width(cluster);
+  std::optional<surfaces::Refusal> refusal = refusal_by_width(cluster, plane);
   if (!refusal && robust_) {
     const Verdict verdict = verdict_on_shape(cluster, plane);
     cluster_bends_ |= verdict.bends;

@@ -49,7 +49,7 @@ class PlaneExtraction {
                                 const Plane& plane);
   geometry::Planarity planarity_of(std::span<const Index> cluster, const Plane& plane);
   PlaneProposal judged(std::vector<Index> cluster);
-  std::optional<surfaces::Refusal> refusal_by_width(std::span<const Index> cluster);
+  std::optional<surfaces::Refusal> refusal_by_width(std::span<const Index> cluster, const Plane& plane);
   std::optional<surfaces::Refusal> refusal_by_view(std::span<const Index> cluster, const Plane& plane);
   Verdict verdict_on_shape(std::span<const Index> cluster, const Plane& plane);
 

@@ -1,5 +1,6 @@
 #include "law/segment.hpp"
 
+#include "geometry/local_width.hpp"
 #include "geometry/plane_frame.hpp"
 #include "law/contacts.hpp"
 #include "law/crossings.hpp"
@@ -12,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 namespace octosurf::law {
 namespace {
@@ -36,7 +38,21 @@ std::vector<std::vector<Index>> by_label(const Readings& readings, const Segment
   return of;
 }
 
-/// Large enough, and does not bend. What is known of the part outside are sums, which bend nothing.
+/// Strips that are all narrower, such as a ladder's front.
+bool is_narrow_everywhere(const Readings& readings, double least_width, const Patch& patch,
+                          const std::vector<Index>& indices) {
+  const Eigen::Matrix3d axes = geometry::plane_axes(patch.plane.normal);
+  std::vector<Eigen::Vector2d> on_plane;
+  on_plane.reserve(indices.size());
+  for (const Index i : indices)
+    on_plane.emplace_back(axes.leftCols<2>().transpose() * readings[i].position.cast<double>());
+  const std::optional<double> width =
+      geometry::median_local_width(on_plane, least_width, readings.resolution());
+  return width && *width < least_width;
+}
+
+/// Large enough, wide enough, and does not bend. What is known of the part outside are sums, which tell
+/// nothing but their extent.
 bool may_be_surface(const Readings& readings, const SegmentLimits& limits, const Patch& patch,
                     const std::vector<Index>& indices, const Patch& outside) {
   if (static_cast<double>(indices.size()) + outside.readings < static_cast<double>(limits.fewest_points))
@@ -47,7 +63,8 @@ bool may_be_surface(const Readings& readings, const SegmentLimits& limits, const
     extent.add(outside.moments.shifted(patch.origin - outside.origin),
                outside.readings / outside.moments.count);
   if (geometry::width_of(extent) < limits.least_width) return false;
-  return outside.readings > 0 || !is_curved(readings, patch, indices);
+  return outside.readings > 0 || (!is_narrow_everywhere(readings, limits.least_width, patch, indices) &&
+                                  !is_curved(readings, patch, indices));
 }
 
 /// m, on both sides of a patch together: what is looked at for how much is clutter there. Beyond where

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace octosurf::upkeep {
 namespace {
@@ -76,6 +77,9 @@ bool still_sound(surfaces::Ledger& ledger, surfaces::SurfaceModel& surface) {
   if (surface.recently_checked()) return true;
   surface.unchecked = 0;
   const std::vector<surfaces::MapView::Index> points = indices_of(ledger, surface);
+  if (const std::optional<surfaces::Refusal> narrow =
+          surfaces::narrow_strips(ledger, points, surface.plane(), min_width))
+    return unsound(*narrow);
   if (bends(ledger, surface, points)) return unsound({Reason::bent});
   const surfaces::NoiseSheet sheet = surfaces::noise_sheet_in(ledger, points, surface.plane(), surface.id());
   if (sheet.has_large_share_of(points.size()))

@@ -143,6 +143,27 @@ TEST(PlaneExtraction, TellsHowNarrowAStripIs) {
   EXPECT_NEAR(narrow->refusal->measured, 0.0312, 0.0003);
 }
 
+TEST(PlaneExtraction, ALatticeIsAsNarrowAsItsBars) {
+  // Half a metre wide in all, as a ladder's front is.
+  Parameters parameters;
+  parameters.occupancy.resolution = 0.01;
+  for (const double bar : {0.02, 0.05}) {
+    std::vector<Scan> bars;
+    for (const double at : {0.0, 0.25, 0.5}) {
+      bars.push_back(rectangle_scan(eye, {at, 0, 0.015}, {bar, 0, 0}, {0, 0.55, 0}, 0.004));
+      bars.push_back(rectangle_scan(eye, {0, at, 0.015}, {0.55, 0, 0}, {0, bar, 0}, 0.004));
+    }
+    PendingPoints pending(bars, parameters);
+    const Extracted result = extracted(pending);
+    ASSERT_EQ(result.surfaces.size(), bar < 0.03 ? 0U : 1U) << bar;
+    if (bar > 0.03) continue;
+    const PlaneProposal* narrow = result.refusal(Reason::too_narrow);
+    ASSERT_NE(narrow, nullptr);
+    EXPECT_EQ(narrow->refusal->limit, 0.03);
+    EXPECT_NEAR(narrow->refusal->measured, bar, 0.25 * bar);
+  }
+}
+
 TEST(PlaneExtraction, ALineSpansNoPlane) {
   // A region of points in one line, as a laser that does not tilt would leave.
   Scan line;

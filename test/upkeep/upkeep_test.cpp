@@ -195,6 +195,24 @@ TEST(Refit, TellsWhyItDissolvesWhatIsTooNarrow) {
   expect_in_step(floor.state);
 }
 
+TEST(Refit, DissolvesWhatIsNarrowWhereverItIs) {
+  // What is left of a floor half a metre wide: two rows of voxels of every thirty, both ways.
+  Parameters parameters;
+  parameters.occupancy.resolution = 0.01;
+  surfaces::MapState state(parameters);
+  const auto appeared = test::occupy(state, test::rectangle_scan({0.3, 0.3, 1.5}, {0.0025, 0.0025, 0.015},
+                                                                 {0.6, 0, 0}, {0, 0.6, 0}, 0.005))
+                            .appeared;
+  surfaces::Ledger ledger(state);
+  const auto on_bar = [](double x) { return std::fmod(x, 0.3) < 0.02; };
+  test::make_surface(ledger, appeared, {Eigen::Vector3d::UnitZ(), 0.015},
+                     [&](const Eigen::Vector3d& p) { return on_bar(p.x()) || on_bar(p.y()); });
+  refit(ledger);
+  ASSERT_EQ(dissolved(ledger, 1), Reason::too_narrow);
+  EXPECT_NEAR(ledger.changes.unsound.at(1).measured, 0.02, 0.002);
+  expect_in_step(state);
+}
+
 TEST(Refit, TellsWhyItDissolvesWhatBends) {
   surfaces::MapState state{Parameters{}};
   Scan pillar;  // of radius 0.25 m

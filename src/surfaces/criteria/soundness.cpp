@@ -1,5 +1,8 @@
 #include "surfaces/criteria/soundness.hpp"
 
+#include "geometry/local_width.hpp"
+#include "geometry/plane_frame.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -35,6 +38,19 @@ SurfaceId noise_sheet_over(const MapView& map, std::span<const Index> points, co
                            SurfaceId self) {
   const NoiseSheet sheet = noise_sheet_in(map, points, plane, self);
   return sheet.has_large_share_of(points.size()) ? sheet.over : 0;
+}
+
+std::optional<Refusal> narrow_strips(const MapView& map, std::span<const Index> points, const Plane& plane,
+                                     double min_width) {
+  const Eigen::Matrix3d axes = geometry::plane_axes(plane.normal);
+  std::vector<Eigen::Vector2d> on_plane;
+  on_plane.reserve(points.size());
+  for (const Index i : points)
+    on_plane.emplace_back(axes.leftCols<2>().transpose() * map.window[i].position.cast<double>());
+  const std::optional<double> width =
+      geometry::median_local_width(on_plane, min_width, map.grid.resolution());
+  if (!width || *width >= min_width) return {};
+  return Refusal{Reason::too_narrow, *width, min_width};
 }
 
 Plane fitted(const MapView& map, std::span<const Index> points, const Plane& toward) {

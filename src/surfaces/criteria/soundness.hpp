@@ -1,7 +1,9 @@
 #pragma once
 
 #include "surfaces/map_view.hpp"
+#include "surfaces/refusal.hpp"
 
+#include <optional>
 #include <span>
 
 namespace octosurf::surfaces {
@@ -23,6 +25,11 @@ NoiseSheet noise_sheet_in(const MapView& map, std::span<const MapView::Index> po
 /// none.
 SurfaceId noise_sheet_over(const MapView& map, std::span<const MapView::Index> points, const Plane& plane,
                            SurfaceId self);
+
+/// Too narrow where they lie, however far they extend: strips such as the bars of a ladder, a grating's or a
+/// frame's, of which most are narrower than `min_width` (geometry::median_local_width()).
+std::optional<Refusal> narrow_strips(const MapView& map, std::span<const MapView::Index> points,
+                                     const Plane& plane, double min_width);
 
 /// Plane through points, weighted by 1/σ²; normal on the side of `toward`'s.
 Plane fitted(const MapView& map, std::span<const MapView::Index> points, const Plane& toward);
