@@ -64,8 +64,8 @@ like other scans. A map goes on with its archive by itself when it is resumed an
 
 --rules law finds surfaces by one likelihood and one merging criterion instead of some hundred tuned
 thresholds: after each scan around what that has changed, and when the run ends among all points at once,
-which finds a little more; ids stay. It finds no cylinders. A run that goes on with such a map has to ask for
-it again, else it goes on by the tuned rules.
+which finds a little more; ids stay. Cylinders are found in what it leaves. A run that goes on with such a
+map has to ask for it again, else it goes on by the tuned rules.
 )";
 
 struct Inputs {

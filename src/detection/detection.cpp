@@ -39,6 +39,18 @@ SurfaceId commit(surfaces::Ledger& ledger, const PlaneProposal& proposal) {
   return surface.id();
 }
 
+/// Smooth regions of pending points that no surface hides.
+RegionGrowing::Regions regions_around(const surfaces::MapView& map, std::span<const Index> seeds) {
+  RegionGrowing grow(map, map.parameters);
+  SeenThrough seen_through(map);
+  RegionGrowing::Regions regions = grow(seeds, [&](Index i) { return seen_through(i) == 0; });
+  // Kept in key order from here on: RANSAC's draw must not depend on how the region was walked.
+  for (std::vector<Index>& region : regions.large)
+    std::sort(region.begin(), region.end(),
+              [&](Index a, Index b) { return map.window[a].key < map.window[b].key; });
+  return regions;
+}
+
 /// The region's planes one after the other, because each is judged beside the surfaces made before it.
 void detect_in(surfaces::Ledger& ledger, const std::vector<Index>& region, Detection& result) {
   PlaneExtraction planes(ledger, region);
@@ -74,23 +86,23 @@ Detection detect_from(surfaces::Ledger& ledger, std::vector<Index> waiting) {
 
   Detection result;
   result.refused.push_back({{Reason::isolated}, std::move(alone)});
-  RegionGrowing grow(ledger, parameters);
-  SeenThrough seen_through(ledger);
-  RegionGrowing::Regions regions = grow(waiting, [&](Index i) { return seen_through(i) == 0; });
+  RegionGrowing::Regions regions = regions_around(ledger, waiting);
   for (std::vector<Index>& small : regions.small) {
     const surfaces::Refusal why = surfaces::fewer_than_n(
         surfaces::few::in_region, small.size(), static_cast<std::size_t>(parameters.min_surface_points()));
     result.refused.push_back({why, std::move(small)});
   }
   for (std::vector<Index>& region : regions.large) {
-    // Kept in key order from here on: RANSAC's draw must not depend on how the region was walked.
-    std::sort(region.begin(), region.end(),
-              [&](Index a, Index b) { return ledger.window[a].key < ledger.window[b].key; });
     detect_in(ledger, region, result);
     result.left_over.regions.push_back(std::move(region));
   }
   result.left_over.points = std::move(waiting);
   return result;
+}
+
+Detection::LeftOver left_over_of(const surfaces::MapView& map, std::vector<Index> points,
+                                 std::span<const Index> seeds) {
+  return {.regions = regions_around(map, seeds).large, .points = std::move(points)};
 }
 
 }  // namespace octosurf::detection

@@ -34,4 +34,10 @@ std::optional<Detection> detect(surfaces::Ledger& ledger, std::span<const geomet
 /// are not flat or were seen through a surface (seen_through.hpp).
 Detection detect_from(surfaces::Ledger& ledger, std::vector<occupancy::PointWindow::Index> waiting);
 
+/// What surfaces that were looked for by other rules have left over for cylinders: `points`, which are
+/// pending, and the smooth regions around `seeds`.
+Detection::LeftOver left_over_of(const surfaces::MapView& map,
+                                 std::vector<occupancy::PointWindow::Index> points,
+                                 std::span<const occupancy::PointWindow::Index> seeds);
+
 }  // namespace octosurf::detection

@@ -60,11 +60,9 @@ std::vector<geometry::VoxelKey> with_released(surfaces::Ledger& ledger,
 
 }  // namespace
 
-std::vector<geometry::VoxelKey> update_surfaces(surfaces::Ledger& ledger,
-                                                const occupancy::OccupancyMap& octree,
-                                                std::vector<geometry::VoxelKey> waiting,
-                                                std::span<const geometry::VoxelKey> fresh,
-                                                double noise_factor2) {
+LeftPending update_surfaces(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree,
+                            std::vector<geometry::VoxelKey> waiting,
+                            std::span<const geometry::VoxelKey> fresh, double noise_factor2) {
   ledger.changes.requeued.clear();  // they are among the fresh
   const std::vector<geometry::VoxelKey> unexplained = take_in(ledger, fresh, noise_factor2);
   Waiting found = due_to_segment(ledger, std::move(waiting), unexplained);
@@ -72,7 +70,9 @@ std::vector<geometry::VoxelKey> update_surfaces(surfaces::Ledger& ledger,
   if (const std::vector<SurfaceId> anew = to_be_checked(ledger); !anew.empty())
     segment_around(ledger, octree, {}, anew, noise_factor2);
   refit_others(ledger);
-  return with_released(ledger, std::move(found.left));
+  std::erase_if(found.due,
+                [&](geometry::VoxelKey key) { return ledger.window[ledger.window.find(key)].surface != 0; });
+  return {.waiting = with_released(ledger, std::move(found.left)), .refused = std::move(found.due)};
 }
 
 }  // namespace octosurf::law

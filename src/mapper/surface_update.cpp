@@ -9,6 +9,7 @@
 #include "upkeep/revise.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 #include <span>
 #include <utility>
@@ -33,6 +34,23 @@ std::vector<geometry::VoxelKey> keys_of(const std::vector<occupancy::VoxelPoint>
   keys.reserve(points.size());
   for (const occupancy::VoxelPoint& p : points) keys.push_back(p.key);
   return keys;
+}
+
+/// Of what is new, and of what the law has just looked at: cylinders that are there take both, new ones begin
+/// in what planes do not explain.
+detection::Detection::LeftOver left_for_cylinders(const surfaces::Ledger& ledger,
+                                                  std::span<const geometry::VoxelKey> fresh,
+                                                  std::span<const geometry::VoxelKey> refused) {
+  if (!ledger.parameters.detection.detect_cylinders) return {};
+  std::vector<geometry::VoxelKey> keys;
+  std::set_union(fresh.begin(), fresh.end(), refused.begin(), refused.end(), std::back_inserter(keys));
+  const auto pending = [&](std::span<const geometry::VoxelKey> from) {
+    std::vector<Index> points;
+    for (const geometry::VoxelKey key : from)
+      if (const Index i = ledger.window.find(key); ledger.window[i].surface == 0) points.push_back(i);
+    return points;
+  };
+  return detection::left_over_of(ledger, pending(keys), pending(refused));
 }
 
 std::vector<SurfaceId> list_of(const std::set<SurfaceId>& ids) { return {ids.begin(), ids.end()}; }
@@ -87,8 +105,10 @@ void SurfaceUpdate::find_by_law(std::span<const Index> appeared) {
     const Index i = ledger_->window.find(key);
     return i == occupancy::PointWindow::none || ledger_->window[i].surface != 0;
   });
-  state_.accumulated = law::update_surfaces(*ledger_, state_.occupancy, std::move(state_.accumulated), fresh,
-                                            state_.alignment.noise_factor2);
+  law::LeftPending left = law::update_surfaces(*ledger_, state_.occupancy, std::move(state_.accumulated),
+                                               fresh, state_.alignment.noise_factor2);
+  left_over_ = left_for_cylinders(*ledger_, fresh, left.refused);
+  state_.accumulated = std::move(left.waiting);
 }
 
 void SurfaceUpdate::find_surfaces(const ForeignSurfaces* foreign) {

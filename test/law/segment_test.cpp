@@ -103,6 +103,34 @@ TEST(Segment, APillarHasNoFacets) {
   EXPECT_EQ(found.planes(), 1U);
 }
 
+TEST(Segment, ARailHasNoFacetHoweverLong) {
+  // It bends across alone: over 3 cm of a metre.
+  std::mt19937_64 rng = test::rng();
+  Parameters fine = Found::parameters();
+  fine.occupancy.resolution = 0.01;
+  for (const double radius : {0.02, 0.03}) {
+    test::RoundScene scene;
+    scene.bars.push_back({{0, -0.6, 0}, {0, 0.6, 0}, radius});
+    std::vector<Scan> scans;
+    for (const double y : {-0.2, 0.1, 0.3}) scans.push_back(look(scene, {0.8, y, 0.3}, {0, 0, 0}, rng));
+    EXPECT_EQ(Found(scans, fine).planes(), 0U) << radius;
+  }
+}
+
+TEST(Segment, ASlatWhoseEdgesAreOffByAMillimetreIsFlat) {
+  // As scans are that have an edge's readings in common (ReadingModel::pose_sigma).
+  Parameters fine = Found::parameters();
+  fine.occupancy.resolution = 0.01;
+  const Eigen::Vector3d eye(0, 0, 1.5);
+  Scan slat = test::rectangle_scan(eye, {-0.5, -0.019, 0.005}, {1, 0, 0}, {0, 0.038, 0}, 0.002);
+  for (Eigen::Vector3f& p : slat.points) {
+    const double y = (slat.T_map_sensor * p.cast<double>()).y();
+    p += (slat.T_map_sensor.linear().transpose() * Eigen::Vector3d(0, 0, -0.001 * std::pow(y / 0.019, 2)))
+             .cast<float>();
+  }
+  EXPECT_EQ(Found({slat}, fine).planes(), 1U);
+}
+
 TEST(Segment, ABallAndABushAreClutter) {
   std::mt19937_64 rng = test::rng();
   test::RoundScene scene;

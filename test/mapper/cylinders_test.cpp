@@ -61,13 +61,20 @@ RoundScene hall() {
   return scene;
 }
 
-TEST(Cylinders, PillarsOfAHall) {
+/// Whatever the rules by which planes are found.
+class Cylinders : public ::testing::TestWithParam<Rules> {};
+INSTANTIATE_TEST_SUITE_P(Rules, Cylinders, ::testing::Values(Rules::stages, Rules::law),
+                         [](const auto& rules) {
+                           return std::string(rules.param == Rules::law ? "law" : "stages");
+                         });
+
+TEST_P(Cylinders, PillarsOfAHall) {
   const std::uint64_t seed = test::seed();
   for (const double radius : {0.15, 0.2, 0.3}) {
     std::mt19937_64 rng(seed);
     RoundScene scene = hall();
     scene.bars.push_back({{0.2, 0.1, 0}, {0.2, 0.1, 2}, radius});
-    CheckedMapper under_test;
+    CheckedMapper under_test({}, GetParam());
     for (const Scan& scan : arc(scene, {0.2, 0.1, 0.9}, 1.6, 1.8, 8, rng)) under_test.insert(scan);
     ASSERT_THAT(cylinders(under_test), SizeIs(1)) << radius;
     const Cylinder& pillar = *cylinders(under_test)[0];
@@ -82,7 +89,7 @@ TEST(Cylinders, PillarsOfAHall) {
   }
 }
 
-TEST(Cylinders, ARailSeenFromOneSide) {
+TEST_P(Cylinders, ARailSeenFromOneSide) {
   const std::uint64_t seed = test::seed();
   for (const Eigen::Vector3d& along : {Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(0.1, 1, 0.4)}) {
     std::mt19937_64 rng(seed);
@@ -90,7 +97,7 @@ TEST(Cylinders, ARailSeenFromOneSide) {
     scene.bars.push_back({-0.6 * along.normalized(), 0.6 * along.normalized(), 0.02});
     Parameters parameters;
     parameters.occupancy.resolution = 0.01;
-    CheckedMapper under_test(parameters);
+    CheckedMapper under_test(parameters, GetParam());
     for (const Scan& scan : arc(scene, {0, 0, 0}, 0.8, 0.9, 6, rng)) under_test.insert(scan);
     ASSERT_THAT(cylinders(under_test), SizeIs(1));
     const Cylinder& rail = *cylinders(under_test)[0];
@@ -101,7 +108,7 @@ TEST(Cylinders, ARailSeenFromOneSide) {
   }
 }
 
-TEST(Cylinders, ALaddersRungsAndRailsAreOneEach) {
+TEST(CylindersByStages, ALaddersRungsAndRailsAreOneEach) {
   std::mt19937_64 rng(test::seed());
   RoundScene scene;
   for (const double y : {-0.25, 0.25}) scene.bars.push_back({{0, y, -0.5}, {0, y, 0.5}, 0.025});
@@ -123,12 +130,12 @@ TEST(Cylinders, ALaddersRungsAndRailsAreOneEach) {
   EXPECT_THAT(cylinders(under_test), SizeIs(scene.bars.size())) << "and nothing that is not there";
 }
 
-TEST(Cylinders, APillarGrowsAndStaysOne) {
+TEST_P(Cylinders, APillarGrowsAndStaysOne) {
   // Seen from below upward, then from behind: one id throughout.
   std::mt19937_64 rng(test::seed());
   RoundScene scene;
   scene.bars.push_back({{0, 0, 0}, {0, 0, 3}, 0.2});
-  CheckedMapper under_test;
+  CheckedMapper under_test({}, GetParam());
   double length = 0, span = 0;
   for (const double z : {0.4, 0.9, 1.4, 1.9, 2.4})
     for (const Scan& scan : arc(scene, {0, 0, z}, 1.0, 0, 1, rng)) {
@@ -147,13 +154,13 @@ TEST(Cylinders, APillarGrowsAndStaysOne) {
   expect_bar(*cylinders(under_test)[0], scene.bars[0], 0.003, 0.5);
 }
 
-TEST(Cylinders, TwoHalvesMerge) {
+TEST_P(Cylinders, TwoHalvesMerge) {
   // The middle of a pillar is hidden at first.
   std::mt19937_64 rng(test::seed());
   RoundScene apart, whole;
   apart.bars = {{{0, 0, 0}, {0, 0, 0.6}, 0.15}, {{0, 0, 0.9}, {0, 0, 1.6}, 0.15}};
   whole.bars = {{{0, 0, 0}, {0, 0, 1.6}, 0.15}};
-  CheckedMapper under_test;
+  CheckedMapper under_test({}, GetParam());
   for (const Scan& scan : arc(apart, {0, 0, 0.8}, 1.6, 1, 4, rng)) under_test.insert(scan);
   ASSERT_THAT(cylinders(under_test), SizeIs(2));
   for (const Scan& scan : arc(whole, {0, 0, 0.8}, 1.6, 1, 6, rng)) under_test.insert(scan);
@@ -163,11 +170,11 @@ TEST(Cylinders, TwoHalvesMerge) {
   EXPECT_THAT(check_invariants(under_test.mapper.map()), IsEmpty());
 }
 
-TEST(Cylinders, APillarThatIsTakenAwayGoes) {
+TEST_P(Cylinders, APillarThatIsTakenAwayGoes) {
   std::mt19937_64 rng(test::seed());
   RoundScene scene = hall();
   scene.bars.push_back({{0.2, 0, 0}, {0.2, 0, 2}, 0.2});
-  CheckedMapper under_test;
+  CheckedMapper under_test({}, GetParam());
   for (const Scan& scan : arc(scene, {0.2, 0, 0.9}, 1.6, 1, 5, rng)) under_test.insert(scan);
   ASSERT_THAT(cylinders(under_test), SizeIs(1));
   const auto before = under_test.mapper.snapshot();
@@ -177,7 +184,7 @@ TEST(Cylinders, APillarThatIsTakenAwayGoes) {
   EXPECT_THAT(check_invariants(under_test.mapper.map()), IsEmpty());
 }
 
-TEST(Cylinders, FlatThingsAreNone) {
+TEST_P(Cylinders, FlatThingsAreNone) {
   const std::uint64_t seed = test::seed();
   for (const double d : {0.02, 0.01}) {
     std::mt19937_64 rng(seed);
@@ -189,7 +196,7 @@ TEST(Cylinders, FlatThingsAreNone) {
       scene.flat.box({-1.4 + 0.25 * i, -1.8, 0}, {-1.15 + 0.25 * i, -1, 0.17 * (4 - i)});  // a stair
     Parameters parameters;
     parameters.occupancy.resolution = d;
-    CheckedMapper under_test(parameters);
+    CheckedMapper under_test(parameters, GetParam());
     for (const Scan& scan : arc(scene, {0, 0, 0.5}, 1.5, 5.5, d < 0.015 ? 12 : 20, rng))
       under_test.insert(scan);
     for (const CylinderPtr& c : cylinders(under_test))
@@ -199,12 +206,12 @@ TEST(Cylinders, FlatThingsAreNone) {
   }
 }
 
-TEST(Cylinders, BallsAndHollowsAreNone) {
+TEST_P(Cylinders, BallsAndHollowsAreNone) {
   std::mt19937_64 rng(test::seed());
   for (const double radius : {0.08, 0.15, 0.3, 0.5}) {
     RoundScene scene;
     scene.balls.push_back({{0, 0, 0}, radius});
-    CheckedMapper under_test;
+    CheckedMapper under_test({}, GetParam());
     for (const Scan& scan : arc(scene, {0, 0, 0}, 1.2, 3, 8, rng)) under_test.insert(scan);
     EXPECT_GT(under_test.mapper.map().size().points, 30U);
     EXPECT_THAT(cylinders(under_test), IsEmpty()) << radius;
@@ -218,20 +225,20 @@ TEST(Cylinders, BallsAndHollowsAreNone) {
                                              0.3 * std::sin(2 * std::numbers::pi * a), z) -
                              scan.T_map_sensor.translation())
                                 .cast<float>());
-  CheckedMapper under_test;
+  CheckedMapper under_test({}, GetParam());
   under_test.insert(scan);
   EXPECT_GT(under_test.mapper.map().size().pending, 500U);
   EXPECT_THAT(cylinders(under_test), IsEmpty());
 }
 
-TEST(Cylinders, PlanesAreTheSameWithAndWithout) {
+TEST_P(Cylinders, PlanesAreTheSameWithAndWithout) {
   std::mt19937_64 rng(test::seed());
   RoundScene scene = hall();
   scene.bars = {{{0.2, 0.4, 0}, {0.2, 0.4, 2}, 0.2}, {{0.3, -0.6, 0}, {0.3, -0.6, 1.5}, 0.06}};
   scene.flat.box({-0.8, -1, 0}, {-0.4, -0.5, 0.5});
   Parameters off;
   off.detection.detect_cylinders = false;
-  CheckedMapper with, without(off);
+  CheckedMapper with({}, GetParam()), without(off, GetParam());
   std::vector<Scan> scans = arc(scene, {0.2, 0, 0.7}, 1.6, 2, 10, rng);
   scene.bars.pop_back();
   for (Scan& scan : arc(scene, {0.2, 0, 0.7}, 1.6, 2, 10, rng)) scans.push_back(std::move(scan));
@@ -256,13 +263,14 @@ TEST(Cylinders, PlanesAreTheSameWithAndWithout) {
   EXPECT_TRUE(any) << "a test of nothing";
 }
 
-TEST(Cylinders, ThreadsAndOrderOfPointsChangeNothing) {
+TEST_P(Cylinders, ThreadsAndOrderOfPointsChangeNothing) {
   std::mt19937_64 rng(test::seed());
   RoundScene scene = hall();
   scene.bars = {{{0.2, 0, 0}, {0.2, 0, 2}, 0.2}};
   Parameters parameters;
   parameters.surfaces.range_noise = 0.001;  // its estimate does look at the order
   Mapper one(parameters, 1), three(parameters, 3), shuffled(parameters);
+  for (Mapper* mapper : {&one, &three, &shuffled}) mapper->find_surfaces_by(GetParam());
   for (Scan& scan : arc(scene, {0.2, 0, 0.7}, 1.6, 1, 5, rng)) {
     one.insert(scan);
     three.insert(scan);
