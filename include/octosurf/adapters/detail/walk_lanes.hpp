@@ -34,8 +34,11 @@ struct alignas(8 * width) RayLanes {
 inline long long as_signed(std::uint64_t v) { return static_cast<long long>(v); }
 
 template <bool paged, std::size_t width>
-[[gnu::always_inline]] inline void set_bits(const BitTarget& to, const std::uint64_t (&word)[width],
-                                            const std::uint64_t (&bit)[width]) {
+[[gnu::always_inline]] inline void set_bits(const BitTarget& to, std::uint64_t (&word)[width],
+                                            std::uint64_t (&bit)[width]) {
+  // Read back from memory: GCC at -O3 would take each lane out of its register instead, which is five times
+  // as slow on some processors (Zen 4, AVX-512: 5.2 and 1.0 ns a step).
+  asm volatile("" : "+m"(word), "+m"(bit));
   for (std::size_t lane = 0; lane < width; ++lane) to.bits[word[lane]] |= bit[lane];
   if constexpr (paged)
     for (std::size_t lane = 0; lane < width; ++lane) to.pages[word[lane] >> 9] = 1;
