@@ -164,7 +164,7 @@ SECTIONS = [
      "The paper's steps from stock PCL parts (`test/reference`), on the same 20 scans of each recording, all four scenes."),
     ("The paper's Table I", "table1", table1,
      "Same columns as in the paper, whose machine had 8 cores; here one thread. A scan arrives at its time stamp and waits for "
-     "the one before it. `./dev bench table1` prints the paper's numbers beside these."),
+     "those before it; where mapping falls behind, scans that wait are mapped together, as by `map --realtime`. `./dev bench table1` prints the paper's numbers beside these."),
     ("The kitchen", "kitchen", kitchen,
      "A real recording without truth. A double layer is a pair of surfaces within 15° and 5 cm whose polygons overlap by a "
      "fifth of the smaller one: on a good map there is none."),
