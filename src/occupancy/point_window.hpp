@@ -194,11 +194,13 @@ void PointWindow::for_each_row_near(geometry::VoxelKey key, int reach, Visit&& v
   for_each_block_near(key, reach, [&](std::uint32_t b, const Box& box) {
     const Block& block = blocks_[b];
     const unsigned below = (box.row & -box.row) - 1;
-    for (unsigned z = box.z0; z <= box.z1; ++z)
+    for (unsigned z = box.z0; z <= box.z1; ++z) {
+      if ((block.slices[z] & box.slice()) == 0) continue;
       for (unsigned y = box.y0; y <= box.y1; ++y) {
         const auto present = static_cast<unsigned>(block.slices[z] >> (8 * y) & 0xff);
         visit(row_in(block, y, z) + bits_in_row[present & below], bits_in_row[present & box.row]);
       }
+    }
   });
 }
 
