@@ -193,7 +193,10 @@ void MapRun::insert_all(ScanFeed& feed) {
     if (options_.realtime) wait_and_join(scans, feed);
     if (interrupted) break;
     const double start_s = now_s();
-    insert(scans);
+    insert(scans, [&]() -> const Scan* {
+      const Scan* next = feed.peek_if_read();
+      return next != nullptr && options_.realtime && arrival_of(*next) > now_s() ? nullptr : next;
+    });
     backlog_.mapped(now_s() - start_s);
     done += scans.size();
     progress.show(done, count_of(mapper_.snapshot()->surfaces.size(), "surface"));
@@ -215,11 +218,11 @@ void MapRun::wait_and_join(std::vector<Scan>& scans, ScanFeed& feed) {
   }
 }
 
-void MapRun::insert(std::span<const Scan> scans) {
+void MapRun::insert(std::span<const Scan> scans, const std::function<const Scan*()>& next) {
   while (!scans.empty()) {
     try {
       const double start_s = now_s();
-      std::vector<ScanReport> reports = mapper_.insert_all(scans);
+      std::vector<ScanReport> reports = mapper_.insert_all(scans, next);
       const double done_s = now_s();
       // What lies between the stages included.
       if (reports.size() == 1) reports.front().total_ms = 1e3 * (done_s - start_s);

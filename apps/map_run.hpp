@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <exception>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -69,7 +70,8 @@ class MapRun {
   void insert_all(ScanFeed& feed);
   /// --realtime: waits until the scan has arrived; where mapping has fallen behind, adds others that have.
   void wait_and_join(std::vector<Scan>& scans, ScanFeed& feed);
-  void insert(std::span<const Scan> scans);
+  /// `next`: Mapper::insert_all.
+  void insert(std::span<const Scan> scans, const std::function<const Scan*()>& next);
   void note(const Scan& scan, const ScanReport& report, double arrival_s, double done_s);
   /// Saves map and report, prints the summary.
   void finish();

@@ -39,6 +39,8 @@ class ScanFeed {
 
   /// The scan that next() will return, null if there is none or next() will throw. Valid until then.
   const Scan* peek();
+  /// The same, but null while it is still being read.
+  const Scan* peek_if_read();
 
   /// Left out so far, a line each. Waits for the scan that is being read.
   std::vector<std::string> skipped();
@@ -52,6 +54,7 @@ class ScanFeed {
   Reading read();
   std::optional<Scan> read_one();
   void wait_for_one(std::unique_lock<std::mutex>& lock);
+  const Scan* first_ready() const;
 
   std::unique_ptr<ScanSource> source_;  // whoever has set busy_ may touch it
   ScanRange range_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string_view>
@@ -117,6 +118,14 @@ class Mapper {
   /// none of them is in the map. What became of surfaces (`born` to `gone`), and the time that took, is in
   /// the last one's report.
   std::vector<ScanReport> insert_all(std::span<const Scan> scans);
+  /// The same; and while surfaces are brought up to date, the scan that comes after these goes through
+  /// downsampling and rays in another thread, as if taken from where it says. If the next scan inserted is
+  /// that one and its pose is left as it is, this has been done; the map is the same. `next` is asked once,
+  /// in this thread, and only where that is of use: with `threads` over 1, scans not rounded, poses lately
+  /// not corrected. It gives the scan, which stays as it is until insert_all() returns, or null. Memory: a
+  /// copy of the scan. What is done so counts in the stages' times and in `total_ms`, though nobody waits for
+  /// it.
+  std::vector<ScanReport> insert_all(std::span<const Scan> scans, const std::function<const Scan*()>& next);
 
   /// Surfaces of an existing occupancy map, without scans: every occupied voxel that borders on free
   /// space becomes a point at its centre, seen from there (on unknown space, if the map knows none).
@@ -149,8 +158,8 @@ class Mapper {
   MergeReport merge(const Map& other, const Eigen::Isometry3d& T_map_other = Eigen::Isometry3d::Identity());
 
   /// From now on scans, mergers and octrees are looked at by these rules; at first by the stages'. A wish of
-  /// the process, not of the map: one that is resumed by the law asks for it again. By the law no new
-  /// cylinders are found, and the reports' `detect` is the time of steps 4 to 7.
+  /// the process, not of the map: one that is resumed by the law asks for it again. By the law the
+  /// reports' `detect` is the time of steps 4 to 7.
   void find_surfaces_by(Rules rules);
 
   /// Replaces all surfaces by those that one likelihood and one criterion (src/law) find among all of the

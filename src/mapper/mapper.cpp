@@ -2,6 +2,7 @@
 #include "detection/cylinders.hpp"
 #include "law/replace_surfaces.hpp"
 #include "mapper/merge_maps.hpp"
+#include "mapper/scan_ahead.hpp"
 #include "mapper/stopwatch.hpp"
 #include "mapper/surface_update.hpp"
 #include "sensing/rounded_scan.hpp"
@@ -35,10 +36,26 @@ double farthest_reading(const Scan& scan, double max_range) {
   return farthest;
 }
 
+/// m: readings beyond it only free space.
+double max_range_of(const OccupancyParameters& parameters, const Scan& scan) {
+  return parameters.max_range.value_or(sensing::default_max_range(scan.sensor));
+}
+
+void require_scan(const Scan& scan) {
+  require_rigid(scan.T_map_sensor, scan.name);
+  require_readings(scan);
+  if (!sensing::NoiseModel::takes(scan))
+    throw Error(Error::Kind::data, scan.name, "its noise makes no sense", "leave it out");
+}
+
 Alignment as_given(const Scan& scan) {
   Alignment alignment;
   alignment.T_map_sensor = scan.T_map_sensor;
   return alignment;
+}
+
+bool as_stated(const Scan& scan, const Alignment& alignment) {
+  return alignment.T_map_sensor.matrix() == scan.T_map_sensor.matrix();
 }
 
 /// Refuses a scan that could leave a surface or a cylinder without an id. Each is made of n points at least;
@@ -63,9 +80,10 @@ struct Mapper::Impl {
 
   /// By voxel; rounded where that is wanted, or was done before.
   sensing::VoxelScan group(const surfaces::MapState& state, const Scan& scan,
-                           const Eigen::Isometry3d& T_map_sensor, double max_range) {
+                           const Eigen::Isometry3d& T_map_sensor, int by_threads) {
+    const OccupancyParameters& parameters = state.parameters.occupancy;
     sensing::VoxelScan voxels =
-        downsample(scan, T_map_sensor, state.parameters.occupancy.min_range, max_range, threads);
+        downsample(scan, T_map_sensor, parameters.min_range, max_range_of(parameters, scan), by_threads);
     if (!round_scans && scan.readings.empty()) return voxels;
     if (scan.readings.empty())
       sensing::round_scan(voxels, state.occupancy.grid(), state.noise);
@@ -74,6 +92,14 @@ struct Mapper::Impl {
     downsample.find_anew(voxels);
     return voxels;
   }
+
+  /// As if it had been taken from there. Asks nothing of the map, unless scans are rounded to its noise.
+  mapper::TracedScan trace(surfaces::MapState& state, const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
+                           int by_threads);
+  /// Not if the surfaces' work could change what comes out of it, and not without a second thread.
+  bool can_trace_ahead() const { return threads > 1 && !round_scans; }
+  /// The scan that is expected next, in the background.
+  void trace_ahead(surfaces::MapState& state, const Scan* next);
 
   /// A scan that nothing speaks against, ready to be inserted.
   struct Prepared {
@@ -85,12 +111,13 @@ struct Mapper::Impl {
   };
   /// Throws what insert() throws. Changes nothing.
   Prepared prepare(surfaces::MapState& state, const Scan& scan);
-  /// Within a Transaction.
-  void apply(surfaces::MapState& state, const Scan& scan, Prepared prepared, mapper::SurfaceUpdate& surfaces);
+  /// Within a Transaction. False if the scan is one to be left out.
+  bool apply(surfaces::MapState& state, const Scan& scan, Prepared prepared, mapper::SurfaceUpdate& surfaces);
 
   Map map;
   int threads;
   sensing::Downsampler downsample;
+  mapper::ScanAhead ahead;
   alignment::ScanAligner align;
   sensing::VoxelScan last;
   bool round_scans = false;
@@ -108,13 +135,27 @@ Mapper::Mapper(Mapper&&) noexcept = default;
 Mapper& Mapper::operator=(Mapper&&) noexcept = default;
 Mapper::~Mapper() = default;
 
+mapper::TracedScan Mapper::Impl::trace(surfaces::MapState& state, const Scan& scan,
+                                       const Eigen::Isometry3d& T_map_sensor, int by_threads) {
+  mapper::TracedScan traced;
+  mapper::Stopwatch time(traced.times);
+  traced.voxels = time(Stage::downsample, [&] { return group(state, scan, T_map_sensor, by_threads); });
+  traced.touched = time(Stage::occupancy, [&] { return state.occupancy.trace(traced.voxels, by_threads); });
+  return traced;
+}
+
+void Mapper::Impl::trace_ahead(surfaces::MapState& state, const Scan* next) {
+  if (next == nullptr) return;
+  ahead.start(*next, [this, &state](const Scan& scan) {
+    require_scan(scan);
+    return trace(state, scan, scan.T_map_sensor, 1);
+  });
+}
+
 Mapper::Impl::Prepared Mapper::Impl::prepare(surfaces::MapState& state, const Scan& scan) {
-  require_rigid(scan.T_map_sensor, scan.name);
-  require_readings(scan);
-  if (!sensing::NoiseModel::takes(scan))
-    throw Error(Error::Kind::data, scan.name, "its noise makes no sense", "leave it out");
+  require_scan(scan);
   const OccupancyParameters& parameters = state.parameters.occupancy;
-  const double max_range = parameters.max_range.value_or(sensing::default_max_range(scan.sensor));
+  const double max_range = max_range_of(parameters, scan);
 
   Prepared prepared;
   ScanReport& report = prepared.report;
@@ -132,24 +173,27 @@ Mapper::Impl::Prepared Mapper::Impl::prepare(surfaces::MapState& state, const Sc
     alignment.note_misfit(
         {report.alignment.T_map_sensor.translation(), farthest_reading(scan, max_range), prepared.set_aside});
   if (prepared.set_aside) return prepared;
-  sensing::VoxelScan& voxels = prepared.voxels =
-      time(Stage::downsample, [&] { return group(state, scan, report.alignment.T_map_sensor, max_range); });
+  std::optional<mapper::TracedScan> traced = ahead.take(scan);
+  if (!traced || !as_stated(scan, report.alignment))
+    traced = trace(state, scan, report.alignment.T_map_sensor, threads);
+  mapper::add_times(traced->times, report);
+  prepared.touched = traced->touched;
+  const sensing::VoxelScan& voxels = prepared.voxels = std::move(traced->voxels);
   report.points_not_finite = voxels.not_finite;
   report.points_too_near = voxels.too_near;
   report.points_out_of_map = voxels.out_of_map;
   report.points_beyond_range = voxels.beyond_range;
   report.voxels = voxels.ends.size();
   require_ids(state, voxels.ends.size(), scan.name);
-  prepared.touched = time(Stage::occupancy, [&] { return state.occupancy.trace(voxels, threads); });
   return prepared;
 }
 
-void Mapper::Impl::apply(surfaces::MapState& state, const Scan& scan, Prepared prepared,
+bool Mapper::Impl::apply(surfaces::MapState& state, const Scan& scan, Prepared prepared,
                          mapper::SurfaceUpdate& surfaces) {
   ScanReport& report = surfaces.add(std::move(prepared.report));
   mapper::Stopwatch time(report);
   state.alignment = std::move(prepared.alignment);
-  if (prepared.set_aside) return;
+  if (prepared.set_aside) return false;
   const occupancy::OccupancyDelta delta = time(Stage::occupancy, [&] {
     return state.occupancy.apply(prepared.touched, prepared.voxels, downsample,
                                  state.parameters.occupancy.preserve_surfaces ? &state.surfaces : nullptr);
@@ -159,17 +203,19 @@ void Mapper::Impl::apply(surfaces::MapState& state, const Scan& scan, Prepared p
   time(Stage::downsample, [&] { state.noise.observe(scan); });
   surfaces.retract(prepared.voxels, delta);
   last = std::move(prepared.voxels);
-  // One scan's points lie thinner about their planes than several scans' together: what is new is looked for
-  // in the first, and takes in what the others add.
-  if (!surfaces.searched()) surfaces.find_surfaces();
+  return true;
 }
 
 ScanReport Mapper::insert(const Scan& scan) { return std::move(insert_all({&scan, 1}).front()); }
 
-std::vector<ScanReport> Mapper::insert_all(std::span<const Scan> scans) {
+std::vector<ScanReport> Mapper::insert_all(std::span<const Scan> scans) { return insert_all(scans, {}); }
+
+std::vector<ScanReport> Mapper::insert_all(std::span<const Scan> scans,
+                                           const std::function<const Scan*()>& next) {
   surfaces::MapState& state = impl_->map.state();
   std::optional<surfaces::Transaction> changes;
   mapper::SurfaceUpdate surfaces(state, impl_->rules);
+  const mapper::WaitFor ahead(impl_->ahead);
   for (const Scan& scan : scans) {
     std::optional<Impl::Prepared> prepared;
     try {
@@ -179,7 +225,14 @@ std::vector<ScanReport> Mapper::insert_all(std::span<const Scan> scans) {
       break;
     }
     if (!changes) changes.emplace(state);
-    impl_->apply(state, scan, std::move(*prepared), surfaces);
+    // Where poses are being corrected, the next one's will be, too.
+    const bool stated = as_stated(scan, prepared->report.alignment);
+    const bool mapped = impl_->apply(state, scan, std::move(*prepared), surfaces);
+    if (next && &scan == &scans.back() && stated && impl_->can_trace_ahead())
+      impl_->trace_ahead(state, next());
+    // One scan's points lie thinner about their planes than several scans' together: what is new is looked
+    // for in the first, and takes in what the others add.
+    if (mapped && !surfaces.searched()) surfaces.find_surfaces();
   }
   std::vector<ScanReport> reports = surfaces.finish();
   if (changes) changes->commit(surfaces.snapshot());

@@ -32,4 +32,11 @@ class Stopwatch {
   ScanReport& report_;
 };
 
+/// Of the same scan.
+inline void add_times(const ScanReport& times, ScanReport& report) {
+  for (std::size_t stage = 0; stage < times.stage_ms.size(); ++stage)
+    report.stage_ms[stage] += times.stage_ms[stage];
+  report.total_ms += times.total_ms;
+}
+
 }  // namespace octosurf::mapper
