@@ -198,6 +198,7 @@ void PointWindow::for_each_row_near(geometry::VoxelKey key, int reach, Visit&& v
       if ((block.slices[z] & box.slice()) == 0) continue;
       for (unsigned y = box.y0; y <= box.y1; ++y) {
         const auto present = static_cast<unsigned>(block.slices[z] >> (8 * y) & 0xff);
+        if ((present & box.row) == 0) continue;
         visit(row_in(block, y, z) + bits_in_row[present & below], bits_in_row[present & box.row]);
       }
     }
