@@ -370,7 +370,8 @@ TEST(Boundary, AnEdgeOfAMapThatForgotItIsAFrontier) {
   const FarFloor floor;
   const Mapper mapper = mapped({floor.scan()});
   const Map empty;
-  const Surface& surface = surface_at(*mapper.snapshot(), {0, 0, 1}, {2, 0, 0.01});
+  const auto snapshot = mapper.snapshot();
+  const Surface& surface = surface_at(*snapshot, {0, 0, 1}, {2, 0, 0.01});
   for (const Edge& edge : edges_of(empty, surface)) EXPECT_EQ(edge.kind, EdgeKind::frontier);
 }
 

@@ -100,7 +100,8 @@ TEST(MergedMaps, HalvesOfARoomMakeTheRoom) {
   const auto before = mapper.snapshot();
   const MergeReport report = mapper.merge(other.map());
   expect_sound(mapper);
-  const Snapshot& merged = *mapper.snapshot();
+  const auto after = mapper.snapshot();
+  const Snapshot& merged = *after;
   expect_same_surfaces(merged, *all.snapshot(), 0.03);
   EXPECT_EQ(mapper.map().size().scans, both.size());
   EXPECT_EQ(merged.revision, before->revision + 1);
