@@ -371,8 +371,8 @@ TEST(Boundary, AnEdgeOfAMapThatForgotItIsAFrontier) {
   const Mapper mapper = mapped({floor.scan()});
   const Map empty;
   const auto snapshot = mapper.snapshot();
-  const Surface& surface = surface_at(*snapshot, {0, 0, 1}, {2, 0, 0.01});
-  for (const Edge& edge : edges_of(empty, surface)) EXPECT_EQ(edge.kind, EdgeKind::frontier);
+  for (const Edge& edge : edges_of(empty, surface_at(*snapshot, {0, 0, 1}, {2, 0, 0.01})))
+    EXPECT_EQ(edge.kind, EdgeKind::frontier);
 }
 
 }  // namespace
