@@ -96,7 +96,7 @@ struct Mapper::Impl {
   /// As if it had been taken from there. Asks nothing of the map, unless scans are rounded to its noise.
   mapper::TracedScan trace(surfaces::MapState& state, const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
                            int by_threads);
-  /// Not if the surfaces' work could change what comes out of it, and not without a second thread.
+  /// Not if what comes out of it hangs on the map's noise, and not without a second thread.
   bool can_trace_ahead() const { return threads > 1 && !round_scans; }
   /// The scan that is expected next, in the background.
   void trace_ahead(surfaces::MapState& state, const Scan* next);
@@ -174,7 +174,7 @@ Mapper::Impl::Prepared Mapper::Impl::prepare(surfaces::MapState& state, const Sc
         {report.alignment.T_map_sensor.translation(), farthest_reading(scan, max_range), prepared.set_aside});
   if (prepared.set_aside) return prepared;
   std::optional<mapper::TracedScan> traced = ahead.take(scan);
-  if (!traced || !as_stated(scan, report.alignment))
+  if (!traced || !can_trace_ahead() || !as_stated(scan, report.alignment))
     traced = trace(state, scan, report.alignment.T_map_sensor, threads);
   mapper::add_times(traced->times, report);
   prepared.touched = traced->touched;

@@ -151,6 +151,19 @@ TEST(InsertAll, AnExpectedScanIsRefusedWhenItComes) {
   EXPECT_TRUE(test::digest(mapper.map()) == test::digest(alone.map()));
 }
 
+TEST(InsertAll, AScanIsRoundedIfThatWasAskedForMeanwhile) {
+  std::mt19937_64 rng = test::rng();
+  const std::vector<Scan> scans = recording(rng, 2);
+  Mapper mapper(Parameters(), 2), alone;
+  mapper.insert_all({&scans[0], 1}, [&] { return &scans[1]; });
+  alone.insert(scans[0]);
+  for (Mapper* each : {&mapper, &alone}) {
+    each->round_scans();
+    each->insert(scans[1]);
+  }
+  EXPECT_TRUE(test::digest(mapper.map()) == test::digest(alone.map()));
+}
+
 TEST(InsertAll, TheTimeOfWhatWasDoneAheadIsInItsReport) {
   std::mt19937_64 rng = test::rng();
   const std::vector<Scan> scans = recording(rng, 2);

@@ -44,8 +44,7 @@ std::map<std::string, std::string> contents(const fs::path& dir) {
 }
 
 std::vector<std::uint16_t> read_png(const fs::path& file) {
-  const std::unique_ptr<std::FILE, decltype(&std::fclose)> stream(std::fopen(file.c_str(), "rb"),
-                                                                  std::fclose);
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "rb"), &std::fclose);
   const std::unique_ptr<spng_ctx, decltype(&spng_ctx_free)> context(spng_ctx_new(0), spng_ctx_free);
   spng_set_png_file(context.get(), stream.get());
   spng_ihdr header{};
