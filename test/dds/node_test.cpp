@@ -289,7 +289,7 @@ TEST_F(Answers, AboutPlacesAreThoseOfTheOfflineMap) {
   for (const double height : {0.0, 0.5, 9.0}) {
     const Answer there = query->call(question(voxel, x, y, z + height));
     const nlohmann::json known = offline_answer("--voxel" + words({x, y, z + height}));
-    EXPECT_EQ(states.at(there.state()), known.at("state"));
+    EXPECT_EQ(states.at(there.state()), known.at("state").get<std::string>());
     if (there.state() != 0) {
       EXPECT_NEAR(there.log_odds(), known.at("log_odds").get<double>(), 1e-5);
     }
