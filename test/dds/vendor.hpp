@@ -57,9 +57,13 @@ class Publisher {
 
   Publisher(Vendor& vendor, const std::string& topic, Qos qos, int depth = 100)
       : writer_(vendor.writer(topic, fast::TypeSupport(new Support), qos, depth)) {}
-  bool publish(Message message) const { return writer_->write(&message); }
+  bool publish(Message message) const { return succeeded(writer_->write(&message)); }
 
  private:
+  // What DataWriter::write() returns: until Fast DDS 2 whether it did, since 3 a code that is 0 if it did.
+  static bool succeeded(bool written) { return written; }
+  static bool succeeded(std::int32_t code) { return code == 0; }
+
   fast::DataWriter* writer_;
 };
 
