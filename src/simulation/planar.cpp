@@ -66,8 +66,8 @@ Areas without_slivers(const Areas& areas) {
     clean.outer() = area.outer();
     for (const auto& hole : area.inners())
       if (!is_sliver(hole)) clean.inners().push_back(hole);
-    bg::remove_spikes(
-        clean);  // without width, where a solid's rim lies on the face's: Boost 1.83 leaves them
+    // Without width, where a solid's rim lies on the face's own: Boost 1.83 leaves them.
+    bg::remove_spikes(clean);
     kept.push_back(std::move(clean));
   }
   return kept;
