@@ -134,4 +134,12 @@ std::vector<CellBits::Cells> CellBits::take_changes(bool thin) {
   return changed;
 }
 
+std::vector<CellBits::Cells> CellBits::rim() const {
+  std::vector<Cells> rim;
+  for (const auto& [key, tile] : tiles_)
+    if (const std::uint64_t cells = tile.taken & ~tile.deep; cells != 0)
+      rim.push_back({PlaneCell::unpack(key), cells});
+  return rim;
+}
+
 }  // namespace octosurf::geometry

@@ -68,6 +68,9 @@ class CellBits {
   /// went. Cost follows the tiles with changes.
   std::vector<Cells> take_changes(bool thin);
 
+  /// Those that are occupied and not deep inside, as of the last take_changes(). O(tiles).
+  std::vector<Cells> rim() const;
+
  private:
   struct Tile {
     std::uint64_t occupied = 0, taken = 0 /* occupied as of the last take_changes() */, deep = 0, changed = 0;

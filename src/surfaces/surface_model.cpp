@@ -6,17 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
-
-#include <octosurf/adapters/detail/morton.hpp>
 
 namespace octosurf::surfaces {
 namespace {
-
-/// Of the hash frame against the plane. It shifts an outline's vertex by 1/57 of its inlier's distance
-/// from the plane, whatever the surface's extent: far less than a voxel. Rehashing costs O(n).
-constexpr double cos_largest_tilt = 0.99984769515639;  // 1°
 
 /// Square of what the inliers' own points move the plane along its normal, beyond what chance does: rays free
 /// the voxels before a plane, not those behind it, and a voxel behind that noise reached once counts as much
@@ -42,18 +35,6 @@ std::array<geometry::ReadingGroup, 2> reading_groups(const SurfaceModel& surface
   kept.add(repeated.moments, -1);
   return {{{kept.shifted(origin), static_cast<double>(surface.size())},
            {repeated.moments.shifted(origin), repeated.readings}}};
-}
-
-/// From a point inside a cube, along a unit direction, to the cube's side. `at`: from the cube's centre.
-double to_side(const Eigen::Vector3d& at, const Eigen::Vector3d& direction, double half_edge) {
-  double nearest = std::numeric_limits<double>::infinity();
-  for (int axis = 0; axis < 3; ++axis) {
-    const double speed = std::fabs(direction[axis]);
-    if (speed < 1e-9) continue;
-    const double left = half_edge - std::copysign(1.0, direction[axis]) * at[axis];
-    nearest = std::min(nearest, std::max(0.0, left) / speed);
-  }
-  return nearest;
 }
 
 }  // namespace
@@ -205,118 +186,10 @@ void SurfaceModel::rehash_if_tilted() {
   inliers_.clear();
   bits_.clear();
   outline_.reset();
+  meetings_.clear();
   size_ = 0;
   for (const Inlier& inlier : all) insert(inlier);
   polygons_stale_ = true;
-}
-
-Eigen::Vector2d SurfaceModel::outline_point(const Eigen::Vector3f& p) const {
-  const Eigen::Vector2d cells =
-      hash_frame_.linear().leftCols<2>().transpose() * (p.cast<double>() - hash_origin_) / resolution_;
-  return (cells / geometry::Outline::quantum).array().round() * geometry::Outline::quantum;
-}
-
-double SurfaceModel::outline_alpha(double max_hole_size) const {
-  return max_hole_size * cos_largest_tilt / resolution_;
-}
-
-Eigen::Affine2d SurfaceModel::T_surface_outline() const {
-  const Eigen::Vector3d along = hash_frame_.linear().col(2);
-  const auto on_plane = [&](double u, double v) -> Eigen::Vector2d {
-    const Eigen::Vector3d p = hash_frame_ * Eigen::Vector3d(u * resolution_, v * resolution_, 0);
-    const Eigen::Vector3d q = p - plane_.signed_distance(p) / plane_.normal.dot(along) * along;
-    return (pose_.linear().transpose() * (q - pose_.translation())).head<2>();
-  };
-  Eigen::Affine2d T = Eigen::Affine2d::Identity();
-  T.translation() = on_plane(0, 0);
-  T.linear().col(0) = on_plane(1, 0) - T.translation();
-  T.linear().col(1) = on_plane(0, 1) - T.translation();
-  return T;
-}
-
-/// Away from the occupied cells among the 5 × 5 about one, if that is clear: the sum of their places is 15
-/// cells at a straight rim, 9 at the end of a bar three wide, and at most 3 at a pinhole.
-std::optional<Eigen::Vector3d> SurfaceModel::outward(geometry::PlaneCell cell) const {
-  constexpr std::uint32_t next_to_it = 0b00000'01110'01010'01110'00000, row = 0b11111, column = 0x108421;
-  constexpr int clear = 5;
-  const std::uint32_t around = bits_.around(cell);
-  if ((around & next_to_it) == next_to_it) return {};
-  Eigen::Vector2i inward(0, 0);
-  for (const int k : {-2, -1, 1, 2})
-    inward += k * Eigen::Vector2i(detail::bit_count(around & column << (k + 2)),
-                                  detail::bit_count(around & row << 5 * (k + 2)));
-  if (inward.squaredNorm() < clear * clear) return {};
-  return -(hash_frame_.linear().leftCols<2>() * inward.cast<double>().normalized());
-}
-
-std::optional<Eigen::Vector3f> SurfaceModel::rim_point(const Inlier& inlier, double overreach) const {
-  constexpr double worth_a_site = 0.1;  // d
-  const auto direction = outward(cell_of(inlier.position));
-  if (!direction) return {};
-  const Eigen::Vector3d at =
-      (inlier.position - geometry::VoxelGrid(resolution_).centre_of(inlier.key)).cast<double>();
-  if (at.norm() < resolution_ / 256) return {};  // adopted from an octree: no reading
-  const double half = resolution_ / 2;
-  const double beyond = std::min(to_side(at, *direction, half), to_side(at, -*direction, half)) - overreach;
-  if (beyond < worth_a_site * resolution_) return {};
-  return (inlier.position.cast<double>() + beyond * *direction).cast<float>();
-}
-
-/// Deep inside, a lattice of every `spacing`-th cell's centre stands in for the inliers, every other
-/// row shifted by half of that, so that no four are cocircular.
-///
-/// Only triangles with a side over α > 3.99 cells are dropped. Their empty circles have radius
-/// ρ > α/2, those of the reduced sites are empty of inliers and the other way round, and so the rings
-/// are those of all inliers: (1) A circle centred off the deep cells meets none of them. On the way
-/// from the centre to a deep cell, the point √2 before the first one would lie in an occupied cell of
-/// the rim that the circle contains. (2) A circle centred in a deep cell holds a site: the lattice's
-/// largest empty circle has radius ⅝·spacing, and where a lattice cell is not deep, an occupied cell of
-/// the rim lies on the way to it, within √2 of the point where that way leaves the deep cells. So
-/// ⅝·spacing + √2 ≤ α/2 will do; for a spacing of 2, going through the places in a cell, α > 3.99.
-/// Rim points are sites beside the inliers of cells that are not deep, with and without the lattice.
-void SurfaceModel::sites_of(geometry::PlaneCell cell, int spacing,
-                            std::vector<Eigen::Vector2d>& sites) const {
-  sites.clear();
-  if (bits_.deep_inside(cell)) {
-    const int shift = (cell.v & spacing) != 0 ? spacing / 2 : 0;
-    if (cell.v % spacing == 0 && (cell.u + shift) % spacing == 0)
-      sites.emplace_back(cell.u + 0.5, cell.v + 0.5);
-    return;
-  }
-  inliers_.for_each_in(cell, [&](const Inlier& inlier) {
-    sites.push_back(outline_point(inlier.position));
-    const double overreach = overreach_[inlier.range_class];
-    if (overreach >= resolution_) return;
-    if (const auto p = rim_point(inlier, overreach)) sites.push_back(outline_point(*p));
-  });
-}
-
-void SurfaceModel::derive(double max_hole_size, const sensing::NoiseModel* noise) {
-  const double alpha = outline_alpha(max_hole_size);
-  Overreach overreach;
-  overreach.fill(resolution_);
-  for (unsigned c = 0; noise != nullptr && c < sensing::NoiseModel::classes; ++c)
-    overreach[c] = std::min(resolution_, noise->overreach(c));
-  const bool other_alpha = !outline_ || outline_->alpha() != alpha;
-  if (other_alpha) outline_.emplace(alpha);
-  if (other_alpha || overreach != overreach_) bits_.change_all();
-  overreach_ = overreach;
-  int spacing = 2;
-  while (spacing < 16 && 0.625 * (2 * spacing) + std::numbers::sqrt2 <= alpha / 2) spacing *= 2;
-  std::vector<Eigen::Vector2d> sites;
-  for (const geometry::CellBits::Cells& cells : bits_.take_changes(alpha > 3.99))
-    cells.for_each([&](geometry::PlaneCell cell) {
-      sites_of(cell, spacing, sites);
-      outline_->set(cell, sites);
-    });
-  polygons_ = outline_->update();
-  const Eigen::Affine2d T = T_surface_outline();
-  for (Polygon& polygon : polygons_) {
-    for (Eigen::Vector2d& p : polygon.outer) p = T * p;
-    for (Ring2& hole : polygon.holes)
-      for (Eigen::Vector2d& p : hole) p = T * p;
-  }
-  polygons_stale_ = false;
 }
 
 Eigen::Matrix3d covariance_of_readings(const SurfaceModel& surface, const sensing::NoiseModel& noise) {

@@ -13,12 +13,15 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <tsl/robin_map.h>
 #include <utility>
 #include <vector>
 
 #include <octosurf/surface.hpp>
 
 namespace octosurf::surfaces {
+
+class SurfaceStore;
 
 /// The working form of a surface: its inliers in a 2-D hash over its own plane, running moments of
 /// them by distance class, plane, stable pose, and what was derived from them last.
@@ -97,14 +100,17 @@ class SurfaceModel {
 
   bool polygons_stale() const { return polygons_stale_; }
   /// Brings the polygons up to date with inliers and pose: the alpha shape of the inliers' outline
-  /// points and, with `noise`, of their rim points, along the hash frame's normal on the plane. Cost
-  /// follows the inliers that came and went near the rim, plus the length of the rings; all sites are
-  /// inserted once after a load or a rehash, and where the noise has become another by a millimetre.
+  /// points, with `noise` of their rim points, and with `others` of the points where it meets these
+  /// (Meetings), along the hash frame's normal on the plane. Cost follows the inliers that came and went near
+  /// the rim, plus the length of the rings, and of the rim where others are near; all sites are inserted once
+  /// after a load or a rehash, and where the noise has become another by a millimetre.
   ///
   /// 1. They do not depend on what was derived before.
-  /// 2. A vertex lies within sin 1° of its inlier's distance from the plane beside its projection or rim
-  ///    point, and within half an Outline::quantum of a cell; sides are at most `max_hole_size` long.
-  void derive(double max_hole_size, const sensing::NoiseModel* noise = nullptr);
+  /// 2. A vertex lies within sin 1° of its inlier's distance from the plane beside its projection, its rim
+  ///    point or where it meets another surface, and within half an Outline::quantum of a cell; sides are at
+  ///    most `max_hole_size` long.
+  void derive(double max_hole_size, const sensing::NoiseModel* noise = nullptr,
+              const SurfaceStore* others = nullptr);
   /// Where the readings in an inlier's voxel end, toward the rim of the surface that its cell lies at: the
   /// inlier is the mean of readings that begin at the voxel's inner side, so they go on as far beyond it.
   /// Less by `overreach` m, because noise carries readings over an edge. Inside the voxel, map frame;
@@ -115,6 +121,8 @@ class SurfaceModel {
   Eigen::Vector2d outline_point(const Eigen::Vector3f& p) const;
   /// α for outline points: `max_hole_size` in cells, less what tilting may stretch.
   double outline_alpha(double max_hole_size) const;
+  /// Outline points where it meets others, as of the last derive(); none after a load.
+  std::vector<Eigen::Vector2d> meeting_sites() const;
   /// Outline points to (u, v) in the surface's frame, along the hash frame's normal.
   Eigen::Affine2d T_surface_outline() const;
   /// How far readings are taken to lie beyond an edge, m, by range class, as of the last derive(); d, which
@@ -122,7 +130,7 @@ class SurfaceModel {
   using Overreach = std::array<double, sensing::NoiseModel::classes>;
   const Overreach& overreach() const { return overreach_; }
   /// How many sites the outline keeps: all inliers, except those deep inside (all cells within two of
-  /// theirs occupied), for which a lattice of cells' centres stands in, and rim points.
+  /// theirs occupied), for which a lattice of cells' centres stands in, rim points, and meetings.
   std::size_t outline_sites() const { return outline_ ? outline_->sites() : 0; }
   const std::vector<Polygon>& polygons() const { return polygons_; }
 
@@ -173,10 +181,24 @@ class SurfaceModel {
   std::uint64_t kept_in = 0;    ///< the SurfaceStore's
 
  private:
+  /// Of the hash frame against the plane. It shifts an outline's vertex by 1/57 of its inlier's distance
+  /// from the plane, whatever the surface's extent: far less than a voxel. Rehashing costs O(n).
+  static constexpr double cos_largest_tilt = 0.99984769515639;  // 1°
+
   void fade(double share);
   void insert(const Inlier& inlier);
   void set_hash_frame(const Eigen::Isometry3d& frame);
   std::optional<Eigen::Vector3d> outward(geometry::PlaneCell cell) const;
+  /// A site of the outline where the surface meets others, going on from an inlier of a cell.
+  struct MeetingSite {
+    std::uint8_t bit;  // the cell's in its tile
+    Eigen::Vector2d at;
+    bool operator==(const MeetingSite&) const = default;
+  };
+  using MeetingSites = tsl::robin_map<std::uint64_t, std::vector<MeetingSite>, geometry::PackedKeyHash>;
+  MeetingSites find_meetings(const SurfaceStore& others, double gap) const;
+  static void add_cells_of(const MeetingSites& a, const MeetingSites& b,
+                           std::vector<geometry::CellBits::Cells>& cells);
   void sites_of(geometry::PlaneCell cell, int spacing, std::vector<Eigen::Vector2d>& sites) const;
 
   SurfaceId id_;
@@ -193,6 +215,7 @@ class SurfaceModel {
   InlierTiles inliers_;
   geometry::CellBits bits_;
   std::optional<geometry::Outline> outline_;  // none before the first derive()
+  MeetingSites meetings_;                     // by tile, as the outline has them
   Overreach overreach_;
   std::size_t size_ = 0;
   std::vector<SurfaceId> parents_;

@@ -45,7 +45,7 @@ std::shared_ptr<const Snapshot> derive(surfaces::MapState& state, const surfaces
     });
   for (const SurfaceId id : changes.touched()) {
     surfaces::SurfaceModel& surface = *state.surfaces.find(id);
-    surface.derive(state.parameters.max_hole_size(), &state.noise);
+    surface.derive(state.parameters.max_hole_size(), &state.noise, &state.surfaces);
     surface.derive_covariance(state.noise);
     if (before->find(id) == nullptr) surface.born = state.revision;
     surface.revision = state.revision;

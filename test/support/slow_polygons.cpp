@@ -6,7 +6,7 @@ namespace octosurf::test {
 
 std::vector<Polygon> slow_polygons(const surfaces::SurfaceModel& model, double h,
                                    const surfaces::SurfaceModel::Overreach& overreach) {
-  std::vector<Eigen::Vector2d> points;
+  std::vector<Eigen::Vector2d> points = model.meeting_sites();
   for (const surfaces::Inlier& inlier : model.sorted_inliers()) {
     points.push_back(model.outline_point(inlier.position));
     if (const auto rim = model.rim_point(inlier, overreach[inlier.range_class]))
