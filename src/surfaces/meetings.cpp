@@ -36,7 +36,8 @@ bool Meetings::look_about(geometry::PlaneCell tile) {
   geometry::VoxelKey key;
   if (!geometry::VoxelGrid(d).key_of(centre.cast<float>(), key)) return false;
   const Eigen::Vector3d& normal = surface_.plane().normal;
-  for (const SurfaceId id : surfaces_.near(key, 1 + cells(reach, d))) {
+  const int voxels = 1 + cells(reach, d);
+  for (const SurfaceId id : surfaces_.in_regions_near(key, voxels)) {
     if (id == surface_.id()) continue;
     const SurfaceModel& other = *surfaces_.find(id);
     const Eigen::Vector3d across = other.plane().normal - normal.dot(other.plane().normal) * normal;
@@ -45,6 +46,11 @@ bool Meetings::look_about(geometry::PlaneCell tile) {
     if (std::fabs(other.plane().signed_distance(centre)) > sine * reach + d) continue;
     others_.push_back({&other, across / sine, sine});
   }
+  if (others_.empty()) return false;
+  const SurfaceStore::Ids near = surfaces_.near(key, voxels);
+  std::erase_if(others_, [&](const Other& other) {
+    return !std::binary_search(near.begin(), near.end(), other.surface->id());
+  });
   return !others_.empty();
 }
 

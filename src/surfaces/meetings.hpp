@@ -21,7 +21,8 @@ class Meetings {
       : surface_(surface), surfaces_(surfaces), gap_(gap) {}
 
   /// Finds the surfaces that may be met from a tile of 8 × 8 cells of the surface's hash; points_from() asks
-  /// about these. False if there is none. Cost: some 30 look-ups of a block.
+  /// about these. False if there is none. Cost: a few look-ups of a region, and of blocks
+  /// where another plane passes.
   bool look_about(geometry::PlaneCell tile);
   /// On the surface's plane: where it meets others, going straight on from one of its inliers, and where
   /// three planes meet. Empties `points` first. Cost: some look-ups of a cell for each of the surfaces found.

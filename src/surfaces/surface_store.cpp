@@ -50,40 +50,63 @@ void SurfaceStore::add(SurfaceModel& surface, const Inlier& inlier) {
   add_resident(places_, inlier.key, surface.id());
 }
 
+bool SurfaceStore::count_in(Residents& residents, std::uint64_t place, SurfaceId id) {
+  auto& there = residents[place];
+  const auto found = std::find_if(there.begin(), there.end(), [&](const Resident& r) { return r.id == id; });
+  if (found != there.end()) {
+    ++found->count;
+    return false;
+  }
+  there.push_back({id, 1});
+  return true;
+}
+
+bool SurfaceStore::count_out(Residents& residents, std::uint64_t place, SurfaceId id) {
+  const auto at = residents.find(place);
+  auto& there = at.value();
+  const auto found = std::find_if(there.begin(), there.end(), [&](const Resident& r) { return r.id == id; });
+  if (--found->count > 0) return false;
+  there.erase(found);
+  if (there.empty()) residents.erase(at);
+  return true;
+}
+
 void SurfaceStore::add_resident(Places& places, geometry::VoxelKey key, SurfaceId id) {
-  auto& residents = places[block_of(key)];
-  const auto found =
-      std::find_if(residents.begin(), residents.end(), [&](const Resident& r) { return r.id == id; });
-  found == residents.end() ? residents.push_back({id, 1}) : void(++found->inliers);
+  if (count_in(places.blocks, block_of(key), id)) count_in(places.regions, region_of(key), id);
 }
 
 bool SurfaceStore::remove(SurfaceModel& surface, geometry::VoxelKey key, const Eigen::Vector3f& position) {
   if (!surface.remove(key, position)) return false;
-  const auto place = places_.find(block_of(key));
-  auto& residents = place.value();
-  const auto found = std::find_if(residents.begin(), residents.end(),
-                                  [&](const Resident& r) { return r.id == surface.id(); });
-  if (--found->inliers == 0) residents.erase(found);
-  if (residents.empty()) places_.erase(place);
+  if (count_out(places_.blocks, block_of(key), surface.id()))
+    count_out(places_.regions, region_of(key), surface.id());
   return true;
 }
 
-void SurfaceStore::add_ids_near(geometry::VoxelKey key, int reach, Ids& ids) const {
-  const auto block = [](int k) { return static_cast<std::uint64_t>(std::clamp(k, 0, 65535) >> 3); };
-  for (std::uint64_t z = block(key.z - reach); z <= block(key.z + reach); ++z)
-    for (std::uint64_t y = block(key.y - reach); y <= block(key.y + reach); ++y)
-      for (std::uint64_t x = block(key.x - reach); x <= block(key.x + reach); ++x) {
-        const auto place = places_.find(z << 32 | y << 16 | x);
-        if (place == places_.end()) continue;
-        for (const Resident& resident : place->second)
+void SurfaceStore::add_ids_near(const Residents& residents, int bits, geometry::VoxelKey key, int reach,
+                                Ids& ids) {
+  const auto place = [bits](int k) { return static_cast<std::uint64_t>(std::clamp(k, 0, 65535) >> bits); };
+  for (std::uint64_t z = place(key.z - reach); z <= place(key.z + reach); ++z)
+    for (std::uint64_t y = place(key.y - reach); y <= place(key.y + reach); ++y)
+      for (std::uint64_t x = place(key.x - reach); x <= place(key.x + reach); ++x) {
+        const auto there = residents.find(z << 32 | y << 16 | x);
+        if (there == residents.end()) continue;
+        for (const Resident& resident : there->second)
           if (std::find(ids.begin(), ids.end(), resident.id) == ids.end()) ids.push_back(resident.id);
       }
 }
 
 SurfaceStore::Ids SurfaceStore::near(geometry::VoxelKey key, int reach) const {
   Ids ids;
-  add_ids_near(key, reach, ids);
-  if (known_ != nullptr) known_->add_ids_near(key, reach, ids);
+  add_ids_near(places_.blocks, block_bits, key, reach, ids);
+  if (known_ != nullptr) add_ids_near(known_->places_.blocks, block_bits, key, reach, ids);
+  std::sort(ids.begin(), ids.end());
+  return ids;
+}
+
+SurfaceStore::Ids SurfaceStore::in_regions_near(geometry::VoxelKey key, int reach) const {
+  Ids ids;
+  add_ids_near(places_.regions, region_bits, key, reach, ids);
+  if (known_ != nullptr) add_ids_near(known_->places_.regions, region_bits, key, reach, ids);
   std::sort(ids.begin(), ids.end());
   return ids;
 }
@@ -136,7 +159,7 @@ void SurfaceStore::roll_back(const occupancy::OccupancyMap& points, const Snapsh
   models_.erase(models_.lower_bound(next_id_before_), models_.end());
   for (const auto& [id, state] : before) models_.erase(id);
   models_.merge(models);
-  places_.swap(places);
+  std::swap(places_, places);
   next_id_ = next_id_before_;
   departures_.clear();
   commit();

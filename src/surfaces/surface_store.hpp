@@ -53,6 +53,8 @@ class SurfaceStore : public occupancy::PlaneLookup {
   /// Ids with inliers in the blocks within `reach` voxels of `key`, ascending, each once.
   using Ids = boost::container::small_vector<SurfaceId, 8>;
   Ids near(geometry::VoxelKey key, int reach) const;
+  /// The same of regions of 64³ voxels: a few look-ups where near() takes some forty.
+  Ids in_regions_near(geometry::VoxelKey key, int reach) const;
 
   bool find(SurfaceId id, Plane& plane, double& tolerance) const override;
   void set_erosion_tolerance(double tolerance) { erosion_tolerance_ = tolerance; }
@@ -61,12 +63,20 @@ class SurfaceStore : public occupancy::PlaneLookup {
   static constexpr SurfaceId last_id = 0xffffff;
   struct Resident {
     SurfaceId id;
-    std::uint32_t inliers;
+    std::uint32_t count;  // inliers in a block, blocks in a region
   };
+  static constexpr int block_bits = 3, region_bits = 6;  // of their edges in voxels
   static std::uint64_t block_of(geometry::VoxelKey key) { return key.packed() >> 3 & 0x1fff1fff1fffULL; }
-  using Places = tsl::robin_map<std::uint64_t, std::vector<Resident>, geometry::PackedKeyHash>;
+  static std::uint64_t region_of(geometry::VoxelKey key) { return key.packed() >> 6 & 0x03ff03ff03ffULL; }
+  using Residents = tsl::robin_map<std::uint64_t, std::vector<Resident>, geometry::PackedKeyHash>;
+  struct Places {
+    Residents blocks, regions;
+  };
+  /// True if it is the first, or was the last, of the surface there.
+  static bool count_in(Residents& residents, std::uint64_t place, SurfaceId id);
+  static bool count_out(Residents& residents, std::uint64_t place, SurfaceId id);
   static void add_resident(Places& places, geometry::VoxelKey key, SurfaceId id);
-  void add_ids_near(geometry::VoxelKey key, int reach, Ids& ids) const;
+  static void add_ids_near(const Residents& residents, int bits, geometry::VoxelKey key, int reach, Ids& ids);
   SurfaceModel& kept(SurfaceModel& model);
 
   const SurfaceStore* known_ = nullptr;  // read only

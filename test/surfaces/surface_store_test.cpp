@@ -28,10 +28,11 @@ void add_surface(Filled& filled, std::mt19937_64& rng, double reach) {
   }
 }
 
-std::vector<SurfaceId> slowly_near(const Filled& filled, geometry::VoxelKey key, int reach) {
+/// `edge`: of the blocks or regions, voxels.
+std::vector<SurfaceId> slowly_near(const Filled& filled, geometry::VoxelKey key, int reach, int edge) {
   std::vector<SurfaceId> ids;
   const auto met = [&](std::uint16_t k, std::uint16_t centre) {
-    return k / 8 >= (centre - reach) / 8 && k / 8 <= (centre + reach) / 8;
+    return k / edge >= (centre - reach) / edge && k / edge <= (centre + reach) / edge;
   };
   for (const auto& [id, inliers] : filled.inliers)
     if (std::any_of(inliers.begin(), inliers.end(), [&](const Inlier& i) {
@@ -49,7 +50,10 @@ void expect_found(const Filled& filled, std::mt19937_64& rng) {
       key.z = static_cast<std::uint16_t>(key.z + rng() % 31 - 15);
       for (const int reach : {0, 2, 9}) {
         const SurfaceStore::Ids found = filled.store.near(key, reach);
-        EXPECT_EQ(std::vector<SurfaceId>(found.begin(), found.end()), slowly_near(filled, key, reach));
+        EXPECT_EQ(std::vector<SurfaceId>(found.begin(), found.end()), slowly_near(filled, key, reach, 8));
+        const SurfaceStore::Ids in_regions = filled.store.in_regions_near(key, reach);
+        EXPECT_EQ(std::vector<SurfaceId>(in_regions.begin(), in_regions.end()),
+                  slowly_near(filled, key, reach, 64));
       }
     }
 }
