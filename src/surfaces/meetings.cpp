@@ -28,6 +28,18 @@ double row_spacing(const SurfaceModel& surface, const Eigen::Vector3d& inlier, c
 
 }  // namespace
 
+/// As the store's. Tiles beside each other mostly ask for the same regions.
+const std::vector<SurfaceId>& Meetings::in_regions_near(geometry::VoxelKey key, int reach) {
+  std::uint64_t regions = 0;
+  for (const int k :
+       {key.x - reach, key.y - reach, key.z - reach, key.x + reach, key.y + reach, key.z + reach})
+    regions = regions << 10 | static_cast<std::uint64_t>(std::clamp(k, 0, 65535) >> 6);
+  const auto known = in_regions_.find(regions);
+  if (known != in_regions_.end()) return known->second;
+  const SurfaceStore::Ids found = surfaces_.in_regions_near(key, reach);
+  return in_regions_.emplace(regions, std::vector<SurfaceId>(found.begin(), found.end())).first->second;
+}
+
 bool Meetings::look_about(geometry::PlaneCell tile) {
   others_.clear();
   constexpr double half_diagonal = 5.66;  // cells
@@ -37,7 +49,7 @@ bool Meetings::look_about(geometry::PlaneCell tile) {
   if (!geometry::VoxelGrid(d).key_of(centre.cast<float>(), key)) return false;
   const Eigen::Vector3d& normal = surface_.plane().normal;
   const int voxels = 1 + cells(reach, d);
-  for (const SurfaceId id : surfaces_.in_regions_near(key, voxels)) {
+  for (const SurfaceId id : in_regions_near(key, voxels)) {
     if (id == surface_.id()) continue;
     const SurfaceModel& other = *surfaces_.find(id);
     const Eigen::Vector3d across = other.plane().normal - normal.dot(other.plane().normal) * normal;

@@ -3,6 +3,8 @@
 #include "surfaces/surface_store.hpp"
 
 #include <Eigen/Core>
+#include <cstdint>
+#include <tsl/robin_map.h>
 #include <vector>
 
 namespace octosurf::surfaces {
@@ -34,12 +36,15 @@ class Meetings {
     Eigen::Vector3d toward;  ///< unit, in the plane, along which the distance to the other's plane grows
     double sine;             ///< of the angle between the two
   };
+  const std::vector<SurfaceId>& in_regions_near(geometry::VoxelKey key, int reach);
   bool begins_near(const Other& other, const Eigen::Vector3d& at) const;
 
   const SurfaceModel& surface_;
   const SurfaceStore& surfaces_;
   double gap_;
   std::vector<Other> others_;
+  tsl::robin_map<std::uint64_t, std::vector<SurfaceId>, geometry::PackedKeyHash>
+      in_regions_;  // what was looked up before, by the first and last
 };
 
 }  // namespace octosurf::surfaces

@@ -144,8 +144,8 @@ constexpr Fence stones{.name = "stones",
                        .offset_all_mm = 0.35};  // 0.213
 
 // Measured at 67393ac. The mean of the normals is that of one narrow face, which is 5° off. Surfaces: since
-// outlines go on to where surfaces meet, scans are aligned with more of each, and 19 are left of 24, the faces
-// and their errors as before.
+// outlines go on to where surfaces meet, scans are aligned with more of each, and 19 are left of 24, the
+// faces and their errors as before.
 constexpr Fence room_by_real_camera{.name = "room_by_real_camera",
                                     .scene = "room",
                                     .sensor = "depth-real",
