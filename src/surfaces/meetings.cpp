@@ -33,7 +33,8 @@ const std::vector<SurfaceId>& Meetings::in_regions_near(geometry::VoxelKey key, 
   std::uint64_t regions = 0;
   for (const int k :
        {key.x - reach, key.y - reach, key.z - reach, key.x + reach, key.y + reach, key.z + reach})
-    regions = regions << 10 | static_cast<std::uint64_t>(std::clamp(k, 0, 65535) >> 6);
+    regions =
+        regions << 10 | static_cast<std::uint64_t>(std::clamp(k, 0, 65535) >> SurfaceStore::region_bits);
   const auto known = in_regions_.find(regions);
   if (known != in_regions_.end()) return known->second;
   const SurfaceStore::Ids found = surfaces_.in_regions_near(key, reach);
@@ -42,7 +43,7 @@ const std::vector<SurfaceId>& Meetings::in_regions_near(geometry::VoxelKey key, 
 
 bool Meetings::look_about(geometry::PlaneCell tile) {
   others_.clear();
-  constexpr double half_diagonal = 5.66;  // cells
+  constexpr double half_diagonal = 5.66;  // cells, of a tile: 4 √2
   const Eigen::Vector3d centre = surface_.centre_of({tile.u * 8 + 4, tile.v * 8 + 4});
   const double d = surface_.resolution(), reach = half_diagonal * d + gap_;
   geometry::VoxelKey key;

@@ -12,8 +12,8 @@
 namespace octosurf::surfaces {
 namespace {
 
-/// Of a cell, in which outline points of meetings are told: planes move by less from scan to scan, so that
-/// the sites of most stay where they are.
+/// Effort: of a cell, to which meetings are rounded, so that a site is exchanged only when the planes have
+/// moved by that much. It moves a site by a sixteenth of a voxel along each axis at most.
 constexpr double meeting_quantum = 1.0 / 8;
 Eigen::Vector2d rounded(const Eigen::Vector2d& outline_point) {
   return (outline_point / meeting_quantum).array().round() * meeting_quantum;

@@ -53,6 +53,7 @@ class SurfaceStore : public occupancy::PlaneLookup {
   /// Ids with inliers in the blocks within `reach` voxels of `key`, ascending, each once.
   using Ids = boost::container::small_vector<SurfaceId, 8>;
   Ids near(geometry::VoxelKey key, int reach) const;
+  static constexpr int block_bits = 3, region_bits = 6;  ///< of their edges in voxels
   /// The same of regions of 64³ voxels: a few look-ups where near() takes some forty.
   Ids in_regions_near(geometry::VoxelKey key, int reach) const;
 
@@ -65,9 +66,12 @@ class SurfaceStore : public occupancy::PlaneLookup {
     SurfaceId id;
     std::uint32_t count;  // inliers in a block, blocks in a region
   };
-  static constexpr int block_bits = 3, region_bits = 6;  // of their edges in voxels
-  static std::uint64_t block_of(geometry::VoxelKey key) { return key.packed() >> 3 & 0x1fff1fff1fffULL; }
-  static std::uint64_t region_of(geometry::VoxelKey key) { return key.packed() >> 6 & 0x03ff03ff03ffULL; }
+  static std::uint64_t block_of(geometry::VoxelKey key) {
+    return key.packed() >> block_bits & 0x1fff1fff1fffULL;
+  }
+  static std::uint64_t region_of(geometry::VoxelKey key) {
+    return key.packed() >> region_bits & 0x03ff03ff03ffULL;
+  }
   using Residents = tsl::robin_map<std::uint64_t, std::vector<Resident>, geometry::PackedKeyHash>;
   struct Places {
     Residents blocks, regions;

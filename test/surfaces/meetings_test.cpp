@@ -41,9 +41,9 @@ class Faces {
 };
 
 /// m, along y from a face's x axis to where its polygons begin, mean over its length less the corners, and
-/// the largest; what is not met within 10 cm counts as that.
+/// the least; what is not met within 10 cm counts as that.
 struct Gap {
-  double mean = 0, largest = 0, least = 1;
+  double mean = 0, least = 1;
 };
 Gap gap_at_x_axis(const SurfaceModel& model, const Eigen::Isometry3d& pose, double length) {
   const test::Region region(model.polygons());
@@ -54,7 +54,6 @@ Gap gap_at_x_axis(const SurfaceModel& model, const Eigen::Isometry3d& pose, doub
     double v = -0.05;
     while (v < 0.1 && !region.covers((T * Eigen::Vector3d(u, v, 0)).head<2>())) v += 0.0005;
     gap.mean += v;
-    gap.largest = std::max(gap.largest, v);
     gap.least = std::min(gap.least, v);
     ++count;
   }
