@@ -21,8 +21,9 @@ constexpr double rim_asymmetry = 0.25;
 /// Looks for patches across gaps from the readings at rims.
 class Gaps {
  public:
-  Gaps(const Readings& readings, const std::vector<Label>& labels, double reach, const PatchGraph& graph)
-      : readings_(readings), labels_(labels), reach_(reach), graph_(graph) {}
+  Gaps(const Readings& readings, const std::vector<Label>& labels, const Junctions& junctions, double reach,
+       const PatchGraph& graph)
+      : readings_(readings), labels_(labels), junctions_(junctions), reach_(reach), graph_(graph) {}
 
   void look() {
     std::vector<bool> at_rim(readings_.size_with_context());
@@ -94,7 +95,7 @@ class Gaps {
     const Eigen::Vector3d middle = 0.5 * (position(i) + position(j));
     if (!gap.goes_on() || !(gap.planes->log_same(middle) > 0)) return;
     ++gap.lines;
-    if (!open(i, j)) return;
+    if (junctions_.parted(i, j) || !open(i, j)) return;
     ++gap.open;
     gap.sum += middle;
   }
@@ -124,6 +125,7 @@ class Gaps {
 
   const Readings& readings_;
   const std::vector<Label>& labels_;
+  const Junctions& junctions_;
   double reach_;
   const PatchGraph& graph_;
   std::vector<Gap> gaps_;  // in the order in which they were found
@@ -132,12 +134,13 @@ class Gaps {
 
 }  // namespace
 
-void meet_neighbours(const Readings& readings, const std::vector<Label>& labels,
-                     const std::vector<bool>& ambiguous, PatchGraph& graph) {
+void meet_neighbours(const Readings& readings, const std::vector<Label>& labels, const Junctions& junctions,
+                     PatchGraph& graph) {
   for (Index i = 0; i < readings.size(); ++i) {
-    if (labels[i] == clutter || ambiguous[i]) continue;
+    if (labels[i] == clutter || junctions.ambiguous(i)) continue;
     for (const Index j : readings.near(i)) {
-      if (labels[j] == clutter || labels[j] == labels[i] || ambiguous[j]) continue;
+      if (labels[j] == clutter || labels[j] == labels[i]) continue;
+      if (junctions.ambiguous(j) || junctions.parted(i, j)) continue;
       const Eigen::Vector3f middle = 0.5F * (readings[i].position + readings[j].position);
       const double pair = readings.is_context(j) ? 1 : 0.5;  // if it is none, the pair comes twice
       graph.meet(labels[i], labels[j], middle.cast<double>(), pair);
@@ -145,9 +148,9 @@ void meet_neighbours(const Readings& readings, const std::vector<Label>& labels,
   }
 }
 
-void meet_across_gaps(const Readings& readings, const std::vector<Label>& labels, double reach,
-                      PatchGraph& graph) {
-  Gaps gaps(readings, labels, reach, graph);
+void meet_across_gaps(const Readings& readings, const std::vector<Label>& labels, const Junctions& junctions,
+                      double reach, PatchGraph& graph) {
+  Gaps gaps(readings, labels, junctions, reach, graph);
   gaps.look();
   gaps.report(graph);
 }

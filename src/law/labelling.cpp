@@ -1,6 +1,7 @@
 #include "law/labelling.hpp"
 
 #include "geometry/disjoint_sets.hpp"
+#include "law/junctions.hpp"
 #include "law/neighbour_labels.hpp"
 #include "law/planelets.hpp"
 
@@ -48,20 +49,20 @@ std::vector<std::vector<Index>> readings_by_label(const Readings& readings, cons
   return of;
 }
 
-/// The readings that are neighbours by ones that conduct. Those at the border are connected with what is
+/// The readings that are neighbours, where nothing parts them. Those at the border are connected with what is
 /// outside of the same label, and so with each other.
 geometry::DisjointSets join_neighbours(const Readings& readings, const Segmentation& segmentation,
-                                       const std::vector<bool>& ambiguous) {
+                                       const Junctions& junctions) {
   const std::vector<Label>& labels = segmentation.labels;
   std::vector<Index> at_border(segmentation.patches.size(), Readings::none);  // one for each label
   std::vector<bool> goes_on(segmentation.patches.size(), false);
   for (const Outside& outside : segmentation.outside) goes_on[outside.label] = true;
   geometry::DisjointSets sets(readings.size_with_context());
   for (Index i = 0; i < readings.size_with_context(); ++i) {
-    if (labels[i] == clutter || ambiguous[i]) continue;
+    if (labels[i] == clutter || junctions.ambiguous(i)) continue;
     if (!readings.is_context(i)) {
       for (const Index j : readings.near(i))
-        if (labels[j] == labels[i] && !ambiguous[j]) sets.join(i, j);
+        if (labels[j] == labels[i] && !junctions.ambiguous(j) && !junctions.parted(i, j)) sets.join(i, j);
     }
     if (!goes_on[labels[i]] || !readings.at_border(i)) continue;
     Index& first = at_border[labels[i]];
@@ -72,16 +73,16 @@ geometry::DisjointSets join_neighbours(const Readings& readings, const Segmentat
 
 /// Root of each reading's piece; ambiguous ones go with the most of their neighbours in one.
 std::vector<std::size_t> roots_of_pieces(const Readings& readings, const Segmentation& segmentation,
-                                         const std::vector<bool>& ambiguous) {
+                                         const Junctions& junctions) {
   const std::vector<Label>& labels = segmentation.labels;
-  geometry::DisjointSets sets = join_neighbours(readings, segmentation, ambiguous);
+  geometry::DisjointSets sets = join_neighbours(readings, segmentation, junctions);
   std::vector<std::size_t> roots(readings.size_with_context());
   for (Index i = 0; i < roots.size(); ++i) roots[i] = sets.root(i);
   for (Index i = 0; i < readings.size(); ++i) {
-    if (!ambiguous[i]) continue;
+    if (!junctions.ambiguous(i)) continue;
     NeighbourLabels pieces;  // by root
     for (const Index j : readings.near(i))
-      if (labels[j] == labels[i] && !ambiguous[j]) pieces.add(static_cast<Label>(roots[j]));
+      if (labels[j] == labels[i] && !junctions.ambiguous(j)) pieces.add(static_cast<Label>(roots[j]));
     int most = 0;
     for (const auto& [root, agreeing] : pieces) {
       if (agreeing <= most) continue;
@@ -93,25 +94,6 @@ std::vector<std::size_t> roots_of_pieces(const Readings& readings, const Segment
 }
 
 }  // namespace
-
-std::vector<bool> find_ambiguous(const Readings& readings, const std::vector<Label>& labels,
-                                 const std::vector<Patch>& patches) {
-  std::vector<bool> ambiguous(readings.size_with_context(), false);
-  for (Index i = 0; i < readings.size(); ++i) {
-    if (labels[i] == clutter) continue;
-    const Plane& own = patches[labels[i]].plane;
-    Label tested = labels[i];  // last: neighbours have few labels
-    for (const Index j : readings.near(i)) {
-      if (labels[j] == clutter || labels[j] == labels[i] || labels[j] == tested) continue;
-      tested = labels[j];
-      const Plane& other = patches[tested].plane;
-      if (own.normal.dot(other.normal) >= cos_nearly_parallel || !(readings.gain(i, other) > 0)) continue;
-      ambiguous[i] = true;
-      break;
-    }
-  }
-  return ambiguous;
-}
 
 void relabel(const Readings& readings, const std::vector<Patch>& patches, std::vector<Label>& labels) {
   std::vector<bool> ask(readings.size_with_context());
@@ -135,13 +117,13 @@ void relabel(const Readings& readings, const std::vector<Patch>& patches, std::v
 namespace {
 
 /// Gives a piece to what is outside of each label, by the root of what it is connected with, if anything.
-void begin_with_outside(const Readings& readings, const std::vector<bool>& ambiguous,
+void begin_with_outside(const Readings& readings, const Junctions& junctions,
                         const std::vector<std::size_t>& roots, const std::vector<std::size_t>& sizes,
                         Segmentation& segmentation, std::vector<Patch>& pieces, std::vector<Label>& of_root) {
   constexpr std::size_t nothing = ~std::size_t{0};
   std::vector<std::size_t> root_of(segmentation.patches.size(), nothing);
   for (Index i = 0; i < readings.size_with_context(); ++i)
-    if (readings.at_border(i) && !ambiguous[i]) root_of[segmentation.labels[i]] = roots[i];
+    if (readings.at_border(i) && !junctions.ambiguous(i)) root_of[segmentation.labels[i]] = roots[i];
   std::map<Label, Label> piece_of;
   for (Outside& outside : segmentation.outside) {
     if (outside.label == clutter) continue;
@@ -161,14 +143,14 @@ void begin_with_outside(const Readings& readings, const std::vector<bool>& ambig
 
 void part_into_pieces(const Readings& readings, Segmentation& segmentation) {
   std::vector<Label>& labels = segmentation.labels;
-  const std::vector<bool> ambiguous = find_ambiguous(readings, labels, segmentation.patches);
-  const std::vector<std::size_t> roots = roots_of_pieces(readings, segmentation, ambiguous);
+  const Junctions junctions(readings, labels, segmentation.patches);
+  const std::vector<std::size_t> roots = roots_of_pieces(readings, segmentation, junctions);
   std::vector<std::size_t> sizes(roots.size(), 0);
   for (Index i = 0; i < readings.size(); ++i)
     if (labels[i] != clutter) ++sizes[roots[i]];
   std::vector<Label> of_root(roots.size(), clutter);
   std::vector<Patch> pieces(1);
-  begin_with_outside(readings, ambiguous, roots, sizes, segmentation, pieces, of_root);
+  begin_with_outside(readings, junctions, roots, sizes, segmentation, pieces, of_root);
   for (Index i = 0; i < readings.size_with_context(); ++i) {
     if (labels[i] == clutter) continue;
     Label& piece = of_root[roots[i]];
@@ -188,13 +170,13 @@ void part_into_pieces(const Readings& readings, Segmentation& segmentation) {
 
 void refit_patches(const Readings& readings, Segmentation& segmentation) {
   std::vector<Patch>& patches = segmentation.patches;
-  const std::vector<bool> ambiguous = find_ambiguous(readings, segmentation.labels, patches);
+  const Junctions junctions(readings, segmentation.labels, patches);
   const std::vector<std::vector<Index>> of = readings_by_label(readings, segmentation.labels, patches.size());
   const std::vector<Patch> outside = sums_outside(segmentation);
   for (Label label = 1; label < patches.size(); ++label) {
     std::vector<Index> clear;
     std::copy_if(of[label].begin(), of[label].end(), std::back_inserter(clear),
-                 [&](Index i) { return !ambiguous[i]; });
+                 [&](Index i) { return !junctions.ambiguous(i); });
     const auto readings_with = [&](const std::vector<Index>& indices) {
       return static_cast<double>(indices.size()) + outside[label].readings;
     };

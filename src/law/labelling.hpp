@@ -6,19 +6,15 @@
 
 namespace octosurf::law {
 
-/// Readings that a plane of a neighbour at an angle explains, too, as those along the edge of two walls: they
-/// join nothing, and planes are fitted without them. O(readings).
-std::vector<bool> find_ambiguous(const Readings& readings, const std::vector<Label>& labels,
-                                 const std::vector<Patch>& patches);
-
 /// Gives each reading the label among its neighbours' that explains it best: the highest log_ratio, clutter
 /// having 0, less rim_cost for each neighbour with another label (iterated conditional modes, Besag 1986).
 /// Those at the border keep theirs. O(readings), a few times.
 void relabel(const Readings& readings, const std::vector<Patch>& patches, std::vector<Label>& labels);
 
 /// Makes a patch of each connected piece of a label, fitted anew; pieces of less readings than a plane needs
-/// become clutter. What reaches the border is held to be connected with what is outside. Labels are those of
-/// the pieces then. O(readings).
+/// become clutter. Neighbours are connected unless one is ambiguous or something parts them (Junctions). What
+/// reaches the border is held to be connected with what is outside. Labels are those of the pieces then.
+/// O(readings).
 void part_into_pieces(const Readings& readings, Segmentation& segmentation);
 
 /// Fits each patch to the readings with its label, without ambiguous ones where enough are left, and to what

@@ -74,6 +74,30 @@ class Surroundings {
   std::size_t count_ = 0, inside_ = 0;
 };
 
+/// Effort: the share of a surface that is among what is looked at from which all of it is. So at most four
+/// times as many readings are looked at; what a surface is can be told of the whole alone.
+constexpr double share_for_whole = 0.25;
+
+void add_blocks_of(const SurfaceModel& surface, const VoxelBlocks& blocks,
+                   std::vector<VoxelBlocks::Place>& places) {
+  surface.for_each_inlier([&](const surfaces::Inlier& inlier) { places.push_back(blocks.of(inlier.key)); });
+}
+
+/// With all blocks of the surfaces of which a good share lies in these.
+std::vector<VoxelBlocks::Place> with_whole_surfaces(const surfaces::MapView& map, const VoxelBlocks& blocks,
+                                                    std::vector<VoxelBlocks::Place> places) {
+  std::map<SurfaceId, std::size_t> inliers;
+  for (const VoxelBlocks::Place place : places)
+    blocks.for_each_point(map.window, place, [&](Index i) {
+      if (map.window[i].surface != 0) ++inliers[map.window[i].surface];
+    });
+  for (const auto& [id, count] : inliers)
+    if (const SurfaceModel& surface = *map.surfaces.find(id);
+        static_cast<double>(count) >= share_for_whole * static_cast<double>(surface.size()))
+      add_blocks_of(surface, blocks, places);
+  return blocks.widened(std::move(places), 0);
+}
+
 }  // namespace
 
 Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const geometry::VoxelKey> changed,
@@ -82,10 +106,8 @@ Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const geo
   const VoxelBlocks blocks(planelet_edge(resolution));
   std::vector<VoxelBlocks::Place> places;
   for (const geometry::VoxelKey key : changed) places.push_back(blocks.of(key));
-  for (const SurfaceId id : surfaces)
-    map.surfaces.find(id)->for_each_inlier(
-        [&](const surfaces::Inlier& inlier) { places.push_back(blocks.of(inlier.key)); });
-  places = blocks.widened(std::move(places), 0);
+  for (const SurfaceId id : surfaces) add_blocks_of(*map.surfaces.find(id), blocks, places);
+  places = with_whole_surfaces(map, blocks, blocks.widened(std::move(places), 0));
   Neighbourhood around;
   for (const VoxelBlocks::Place place : blocks.widened(
            places, static_cast<int>(std::ceil(map.parameters.max_hole_size() / resolution - 1e-9)))) {

@@ -5,6 +5,7 @@
 #include "law/contacts.hpp"
 #include "law/crossings.hpp"
 #include "law/curvature.hpp"
+#include "law/junctions.hpp"
 #include "law/label_blocks.hpp"
 #include "law/labelling.hpp"
 #include "law/patch_graph.hpp"
@@ -24,10 +25,10 @@ constexpr int rounds = 3;  // effort: merging, relabelling, and merging what tha
 
 /// `gap`: m, over which patches meet; 0: those that touch only.
 void merge(const Readings& readings, double gap, Segmentation& segmentation) {
-  const std::vector<bool> ambiguous = find_ambiguous(readings, segmentation.labels, segmentation.patches);
+  const Junctions junctions(readings, segmentation.labels, segmentation.patches);
   PatchGraph graph(std::move(segmentation.patches));
-  meet_neighbours(readings, segmentation.labels, ambiguous, graph);
-  if (gap > 0) meet_across_gaps(readings, segmentation.labels, gap, graph);
+  meet_neighbours(readings, segmentation.labels, junctions, graph);
+  if (gap > 0) meet_across_gaps(readings, segmentation.labels, junctions, gap, graph);
   PatchGraph::Merged merged = std::move(graph).merge();
   segmentation.follow(merged.into, std::move(merged.patches));
 }

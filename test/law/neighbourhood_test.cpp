@@ -6,8 +6,10 @@
 #include "support/scene.hpp"
 #include "support/seed.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <gmock/gmock.h>
+#include <iterator>
 #include <random>
 #include <set>
 #include <vector>
@@ -93,6 +95,26 @@ TEST(Neighbourhood, WhatIsKnownOfASurfaceIsAllOfIt) {
   const Eigen::Vector3d off = whole.centroid() - expected.centroid();
   EXPECT_NEAR(off.z(), 0, 1e-3);
   EXPECT_LT(off.norm(), 0.1);  // a twentieth of the floor's edge
+}
+
+TEST(Neighbourhood, ASurfaceOfWhichAQuarterIsLookedAtIsLookedAtWhole) {
+  FloorAndBoard scene;
+  surfaces::Ledger& ledger = scene.points_.ledger;
+  surfaces::SurfaceModel& board = ledger.create({-Eigen::Vector3d::UnitY(), -0.5}, {0.7, 0.5, 0.15});
+  for (const geometry::VoxelKey key : scene.board_) ledger.give(ledger.window.find(key), board);
+  const auto inliers_within = [&](const Neighbourhood& around, SurfaceId id) {
+    return static_cast<std::size_t>(std::count_if(
+        around.voxels.begin(), around.voxels.end(),
+        [&](geometry::VoxelKey key) { return ledger.window[ledger.window.find(key)].surface == id; }));
+  };
+  std::vector<geometry::VoxelKey> lower_half;
+  std::copy_if(scene.board_.begin(), scene.board_.end(), std::back_inserter(lower_half),
+               [&](geometry::VoxelKey key) { return ledger.grid.centre_of(key).z() < 0.15F; });
+  const Neighbourhood of_half = neighbourhood_of(ledger, lower_half, {});
+  EXPECT_EQ(inliers_within(of_half, board.id()), board.size());
+  EXPECT_LT(inliers_within(of_half, scene.id_), ledger.surfaces.find(scene.id_)->size() / 2);
+  const Neighbourhood of_one = neighbourhood_of(ledger, {lower_half.begin(), 1}, {});
+  EXPECT_LT(inliers_within(of_one, board.id()), board.size() / 4);
 }
 
 TEST(Neighbourhood, ContextKeepsItsLabelAndIsThereToBeMet) {
