@@ -27,7 +27,7 @@ class Junctions {
   bool passes_beside(Index beside, Index i, Index j) const;
 
   const Readings& readings_;
-  std::vector<Plane> planes_;       // by label
+  std::vector<Plane> planes_;       // by label; the patches are moved on
   std::vector<std::size_t> first_;  // of each reading, in `beside_`
   std::vector<Label> beside_;       // whose planes stand at an angle to its own
   std::vector<bool> ambiguous_;

@@ -74,8 +74,9 @@ class Surroundings {
   std::size_t count_ = 0, inside_ = 0;
 };
 
-/// Effort: the share of a surface that is among what is looked at from which all of it is. So at most four
-/// times as many readings are looked at; what a surface is can be told of the whole alone.
+/// Effort: the share of a surface's inliers among what is looked at, from which on all are looked at: at most
+/// four times as many, and what shares their blocks. Only of a whole surface can be told whether it bends and
+/// how much clutter is around it.
 constexpr double share_for_whole = 0.25;
 
 void add_blocks_of(const SurfaceModel& surface, const VoxelBlocks& blocks,
@@ -83,7 +84,7 @@ void add_blocks_of(const SurfaceModel& surface, const VoxelBlocks& blocks,
   surface.for_each_inlier([&](const surfaces::Inlier& inlier) { places.push_back(blocks.of(inlier.key)); });
 }
 
-/// With all blocks of the surfaces of which a good share lies in these.
+/// With all blocks of the surfaces of which share_for_whole lies in these.
 std::vector<VoxelBlocks::Place> with_whole_surfaces(const surfaces::MapView& map, const VoxelBlocks& blocks,
                                                     std::vector<VoxelBlocks::Place> places) {
   std::map<SurfaceId, std::size_t> inliers;

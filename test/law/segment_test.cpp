@@ -165,14 +165,15 @@ TEST(Segment, JoinsAcrossWhatHidesAStripButNotAcrossABoard) {
   EXPECT_EQ(on_wall, 2U);
 }
 
-/// The readings to its two sides may lie in voxels that touch. In one world of ten voxels along the edge hold
-/// both, their points are the wall's, and join it; it was one in two. That less than 20 of 30 are parted
-/// happens in one run of 50,000.
+/// The readings to its two sides may lie in voxels that touch. In one world of ten (19 of 180) they are
+/// joined all the same, as where voxels along the edge have the wall's label and the board's begin two
+/// farther on; without Junctions in every other (96). So less than 40 of 60 are parted in one run of a
+/// million, and without Junctions in all but one of 500.
 TEST(Segment, ABoardOfThreeCentimetresPartsAWall) {
   std::mt19937_64 rng = test::rng();
   std::uniform_real_distribution turn(0.0, 6.28), shift(0.0, 0.1);
   int parted = 0;
-  for (int world = 0; world < 30; ++world) {
+  for (int world = 0; world < 60; ++world) {
     Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
     T.linear() = Eigen::AngleAxisd(turn(rng), Eigen::Vector3d::UnitZ()).toRotationMatrix();
     T.translation() = Eigen::Vector3d(shift(rng), shift(rng), shift(rng));
@@ -196,7 +197,7 @@ TEST(Segment, ABoardOfThreeCentimetresPartsAWall) {
     }
     parted += on_wall == 2;
   }
-  EXPECT_GE(parted, 20);
+  EXPECT_GE(parted, 40);
 }
 
 TEST(Segment, ALayerThatAWallIsSeenThroughIsNone) {
