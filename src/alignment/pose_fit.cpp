@@ -1,5 +1,7 @@
 #include "alignment/pose_fit.hpp"
 
+#include "sensing/reading_code.hpp"
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -15,6 +17,9 @@ using Block = Eigen::Matrix<double, 9, 9>;
 /// Cosine between a surface's normal and the line of sight below which a reading tells nothing: nearly along
 /// it, the reading may belong to what stands before or behind.
 constexpr double least_facing = 0.15;
+/// The same below which a distance off the plane, which the surface's own error is a part of, is divided by
+/// too little to tell how far off the reading is along the line of sight.
+constexpr double facing_to_tell_errors = 0.5;
 constexpr double tukey =
     4.685;  // standard deviations: 95 % efficient for normal errors (Huber and Ronchetti)
 constexpr double significant = 3;      // standard deviations within which a reading is explained
@@ -294,6 +299,23 @@ std::vector<bool> PoseFitter::explained(const Eigen::Isometry3d& pose) const {
     explained[candidates.front().sample] = matched && matched->explained();
   });
   return explained;
+}
+
+std::vector<sensing::NoiseModel::Residual> PoseFitter::residuals(const Eigen::Isometry3d& pose) const {
+  std::vector<sensing::NoiseModel::Residual> residuals;
+  for_each_sample(pair(pose, errors_.gate_m), [&](auto candidates) {
+    bool known = false;
+    const std::optional<Match> matched = match(pose, errors_.fine_gate_m(), candidates, known);
+    if (!matched) return;
+    const Sample& sample = samples_[candidates.front().sample];
+    const Eigen::Vector3d& normal = surfaces_[matched->surface]->plane.normal;
+    const double facing = -normal.dot(pose.linear() * sample.point) / sample.range;
+    if (facing < facing_to_tell_errors) return;
+    const auto range_class =
+        static_cast<std::uint8_t>(sensing::range_class_of(static_cast<float>(sample.range)));
+    residuals.push_back({range_class, matched->distance / facing, sample.spread * sample.spread});
+  });
+  return residuals;
 }
 
 double PoseFitter::agreement(const Eigen::Isometry3d& pose, std::span<const Pairing> pairings) const {

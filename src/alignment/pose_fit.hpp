@@ -2,6 +2,7 @@
 
 #include "alignment/near_surfaces.hpp"
 #include "alignment/samples.hpp"
+#include "sensing/noise_model.hpp"
 
 #include <Eigen/Geometry>
 #include <optional>
@@ -72,6 +73,9 @@ class PoseFitter {
   double agreement(const Eigen::Isometry3d& pose, std::span<const Pairing> pairings) const;
   /// By sample: whether it lies on a surface at a pose, as those that PoseFit counts. O(samples × surfaces).
   std::vector<bool> explained(const Eigen::Isometry3d& pose) const;
+  /// Of the samples that a surface covers and that are not seen aslant, how far they lie off it at a pose.
+  /// O(samples × surfaces).
+  std::vector<sensing::NoiseModel::Residual> residuals(const Eigen::Isometry3d& pose) const;
 
  private:
   struct Sums;

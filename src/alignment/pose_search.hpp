@@ -32,6 +32,10 @@ class PoseSearch {
   /// The pose within reach of `start` that explains the scan best: planes matched as planes, the best of them
   /// made fine. None if too little is explained, or another pose explains nearly as much.
   std::optional<PoseFit> coarse(const Eigen::Isometry3d& start) const;
+  /// As PoseFitter's.
+  std::vector<sensing::NoiseModel::Residual> residuals(const Eigen::Isometry3d& pose) const {
+    return fitter_.residuals(pose);
+  }
   /// Whether more samples lie on surfaces at one pose than at another, by so many standard deviations of what
   /// is chance where both poses are as good.
   bool speak_for(const Eigen::Isometry3d& one, const Eigen::Isometry3d& other, double deviations) const;

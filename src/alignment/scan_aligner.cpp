@@ -173,13 +173,33 @@ Alignment Turn::align(const PoseSearch& search) {
 
 }  // namespace
 
-Alignment ScanAligner::operator()(surfaces::AlignmentState& state, const Snapshot& map,
-                                  const GrowingMap& growing, const Scan& scan, const RangeLimits& limits) {
+ScanAligner::Result ScanAligner::operator()(surfaces::AlignmentState& state, const Snapshot& map,
+                                            const GrowingMap& growing, const Scan& scan,
+                                            const RangeLimits& limits) {
   Turn turn(state, scan, map.resolution);
+  const PoseSearch poses = search(turn.expected(), state, map, growing, scan, limits);
+  Result result{turn.align(poses), {}};
+  const AlignmentOutcome outcome = result.alignment.outcome;
+  if (outcome != AlignmentOutcome::unexplained && outcome != AlignmentOutcome::set_aside)
+    result.residuals = poses.residuals(result.alignment.T_map_sensor);
+  return result;
+}
+
+ScanAligner::Result ScanAligner::as_given(const surfaces::AlignmentState& state, const Snapshot& map,
+                                          const GrowingMap& growing, const Scan& scan,
+                                          const RangeLimits& limits) {
+  Result result;
+  result.alignment.T_map_sensor = scan.T_map_sensor;
+  result.residuals =
+      search(scan.T_map_sensor, state, map, growing, scan, limits).residuals(scan.T_map_sensor);
+  return result;
+}
+
+PoseSearch ScanAligner::search(const Eigen::Isometry3d& start, const surfaces::AlignmentState& state,
+                               const Snapshot& map, const GrowingMap& growing, const Scan& scan,
+                               const RangeLimits& limits) {
   const FitErrors errors{.noise_factor = std::sqrt(state.noise_factor2), .common_share = state.common_share};
-  const PoseSearch search(map, surfaces_, scan, growing.noise, limits, turn.expected(), AlignmentReach(),
-                          errors, &growing);
-  return turn.align(search);
+  return {map, surfaces_, scan, growing.noise, limits, start, AlignmentReach(), errors, &growing};
 }
 
 }  // namespace octosurf::alignment

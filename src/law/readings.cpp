@@ -22,13 +22,13 @@ std::uint64_t block_of(geometry::VoxelKey key) { return key.packed() >> 3 & 0x1f
 }  // namespace
 
 Readings::Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
-                   const sensing::NoiseModel& noise, double noise_factor2)
-    : Readings(octree, window, all_of(octree), {}, noise, noise_factor2) {}
+                   const sensing::NoiseModel& noise)
+    : Readings(octree, window, all_of(octree), {}, noise) {}
 
 Readings::Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
                    std::span<const geometry::VoxelKey> voxels, std::span<const geometry::VoxelKey> context,
-                   const sensing::NoiseModel& noise, double noise_factor2)
-    : window_(window), grid_(octree.grid()), model_(noise, octree.grid().resolution(), noise_factor2) {
+                   const sensing::NoiseModel& noise)
+    : window_(window), grid_(octree.grid()), model_(noise, octree.grid().resolution()) {
   readings_.reserve(voxels.size() + context.size());
   add(voxels, octree);
   size_ = readings_.size();

@@ -42,14 +42,14 @@ class Readings {
   using Index = occupancy::PointWindow::Index;
   static constexpr Index none = occupancy::PointWindow::none;
 
-  /// All points, which are loaded into `window`. `noise_factor2`: as for ReadingModel. O(points).
+  /// All points, which are loaded into `window`. O(points).
   Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
-           const sensing::NoiseModel& noise, double noise_factor2 = 1);
+           const sensing::NoiseModel& noise);
   /// The points of some voxels, and of others that are their context. O(voxels), but for a word for each
   /// point that the window has loaded.
   Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
            std::span<const geometry::VoxelKey> voxels, std::span<const geometry::VoxelKey> context,
-           const sensing::NoiseModel& noise, double noise_factor2);
+           const sensing::NoiseModel& noise);
 
   /// Those to be labelled; what has an index from here on is context.
   std::size_t size() const { return size_; }

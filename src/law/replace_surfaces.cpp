@@ -5,8 +5,8 @@
 
 namespace octosurf::law {
 
-void replace_surfaces(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree, double noise_factor2) {
-  const Readings readings(octree, ledger.window, ledger.noise, noise_factor2);
+void replace_surfaces(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree) {
+  const Readings readings(octree, ledger.window, ledger.noise);
   const Segmentation found = segment(readings, limits_of(ledger.parameters));
   for (const SurfaceId id : write_surfaces(ledger, readings, found, Planes::all))
     if (id != 0) ledger.find(id)->set_checked();

@@ -34,11 +34,10 @@ void refit_others(surfaces::Ledger& ledger) {
 
 /// Segments around `changed` and around the surfaces of `anew`, which begin without a label.
 void segment_around(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree,
-                    std::span<const geometry::VoxelKey> changed, std::span<const SurfaceId> anew,
-                    double noise_factor2) {
+                    std::span<const geometry::VoxelKey> changed, std::span<const SurfaceId> anew) {
   const Neighbourhood around = neighbourhood_of(ledger, changed, anew);
   if (around.voxels.empty()) return;
-  const Readings readings(octree, ledger.window, around.voxels, around.context, ledger.noise, noise_factor2);
+  const Readings readings(octree, ledger.window, around.voxels, around.context, ledger.noise);
   const Segmentation found =
       segment(readings, limits_of(ledger.parameters), known_about(readings, ledger.surfaces, anew));
   for (const SurfaceId id : write_surfaces(ledger, readings, found, Planes::touched))
@@ -62,13 +61,13 @@ std::vector<geometry::VoxelKey> with_released(surfaces::Ledger& ledger,
 
 LeftPending update_surfaces(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree,
                             std::vector<geometry::VoxelKey> waiting,
-                            std::span<const geometry::VoxelKey> fresh, double noise_factor2) {
+                            std::span<const geometry::VoxelKey> fresh) {
   ledger.changes.requeued.clear();  // they are among the fresh
-  const std::vector<geometry::VoxelKey> unexplained = take_in(ledger, fresh, noise_factor2);
+  const std::vector<geometry::VoxelKey> unexplained = take_in(ledger, fresh);
   Waiting found = due_to_segment(ledger, std::move(waiting), unexplained);
-  segment_around(ledger, octree, found.due, {}, noise_factor2);
+  segment_around(ledger, octree, found.due, {});
   if (const std::vector<SurfaceId> anew = to_be_checked(ledger); !anew.empty())
-    segment_around(ledger, octree, {}, anew, noise_factor2);
+    segment_around(ledger, octree, {}, anew);
   refit_others(ledger);
   std::erase_if(found.due,
                 [&](geometry::VoxelKey key) { return ledger.window[ledger.window.find(key)].surface != 0; });

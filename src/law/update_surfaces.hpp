@@ -19,10 +19,10 @@ struct LeftPending {
 /// at as wholes; others keep theirs unless something explains them better.
 ///
 /// `fresh`: pending points that are new or seen better; `waiting`: what the last call left so. All keys are
-/// in order. `noise_factor2`: as for ReadingModel. Cost follows the change: some 10 µs for each point
+/// in order. Cost follows the change: some 10 µs for each point
 /// labelled anew.
 LeftPending update_surfaces(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree,
                             std::vector<geometry::VoxelKey> waiting,
-                            std::span<const geometry::VoxelKey> fresh, double noise_factor2);
+                            std::span<const geometry::VoxelKey> fresh);
 
 }  // namespace octosurf::law

@@ -80,9 +80,8 @@ void add_due(const surfaces::MapView& map, const VoxelBlocks& blocks, std::span<
 
 }  // namespace
 
-std::vector<VoxelKey> take_in(surfaces::Ledger& ledger, std::span<const VoxelKey> pending,
-                              double noise_factor2) {
-  const sensing::ReadingModel model(ledger.noise, ledger.grid.resolution(), noise_factor2);
+std::vector<VoxelKey> take_in(surfaces::Ledger& ledger, std::span<const VoxelKey> pending) {
+  const sensing::ReadingModel model(ledger.noise, ledger.grid.resolution());
   std::vector<std::pair<Index, SurfaceId>> taken;  // given later, so that the order does not matter
   std::vector<VoxelKey> left;
   for (const VoxelKey key : pending) {

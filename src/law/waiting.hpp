@@ -10,8 +10,8 @@ namespace octosurf::law {
 /// Gives pending points that a surface beside them explains to it, as relabel() would; the rest is returned.
 /// What a scan sees anew of a surface that is there goes to it by this, point by point. Cost: 26 voxels for
 /// each point.
-std::vector<geometry::VoxelKey> take_in(surfaces::Ledger& ledger, std::span<const geometry::VoxelKey> pending,
-                                        double noise_factor2);
+std::vector<geometry::VoxelKey> take_in(surfaces::Ledger& ledger,
+                                        std::span<const geometry::VoxelKey> pending);
 
 /// Pending points that are worth segmenting now, and those that wait on.
 struct Waiting {

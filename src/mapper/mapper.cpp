@@ -48,12 +48,6 @@ void require_scan(const Scan& scan) {
     throw Error(Error::Kind::data, scan.name, "its noise makes no sense", "leave it out");
 }
 
-Alignment as_given(const Scan& scan) {
-  Alignment alignment;
-  alignment.T_map_sensor = scan.T_map_sensor;
-  return alignment;
-}
-
 bool as_stated(const Scan& scan, const Alignment& alignment) {
   return alignment.T_map_sensor.matrix() == scan.T_map_sensor.matrix();
 }
@@ -106,6 +100,7 @@ struct Mapper::Impl {
     ScanReport report;
     surfaces::AlignmentState alignment;
     bool set_aside = false;
+    std::vector<sensing::NoiseModel::Residual> residuals;
     sensing::VoxelScan voxels;
     occupancy::OccupancyMap::Touched touched;
   };
@@ -163,10 +158,15 @@ Mapper::Impl::Prepared Mapper::Impl::prepare(surfaces::MapState& state, const Sc
   mapper::Stopwatch time(report);
   surfaces::AlignmentState& alignment = prepared.alignment = state.alignment;
   report.alignment = time(Stage::align, [&] {
+    const Snapshot& before = *state.snapshot.load();
+    const alignment::GrowingMap growing{state.surfaces, state.noise};
+    const alignment::RangeLimits limits{parameters.min_range, max_range};
     // An archive's poses were aligned when its scans were mapped.
-    if (!state.parameters.alignment.enabled || !scan.readings.empty()) return as_given(scan);
-    return align(alignment, *state.snapshot.load(), {state.surfaces, state.noise}, scan,
-                 {parameters.min_range, max_range});
+    const bool aligns = state.parameters.alignment.enabled && scan.readings.empty();
+    alignment::ScanAligner::Result posed = aligns ? align(alignment, before, growing, scan, limits)
+                                                  : align.as_given(alignment, before, growing, scan, limits);
+    prepared.residuals = std::move(posed.residuals);
+    return posed.alignment;
   });
   prepared.set_aside = report.alignment.outcome == AlignmentOutcome::set_aside;
   if (prepared.set_aside || report.alignment.outcome == AlignmentOutcome::unexplained)
@@ -200,7 +200,10 @@ bool Mapper::Impl::apply(surfaces::MapState& state, const Scan& scan, Prepared p
   });
   ++state.scans;
   state.sensors_up += up_of_sensor(scan, report.alignment.T_map_sensor);
-  time(Stage::downsample, [&] { state.noise.observe(scan); });
+  time(Stage::downsample, [&] {
+    state.noise.observe(scan);
+    state.noise.observe_residuals(prepared.residuals);
+  });
   surfaces.retract(prepared.voxels, delta);
   last = std::move(prepared.voxels);
   return true;
@@ -290,7 +293,7 @@ ScanReport Mapper::resegment() {
   mapper::Stopwatch time(report);
   surfaces::Transaction transaction(state);
   surfaces::Ledger ledger(state);
-  time(Stage::detect, [&] { law::replace_surfaces(ledger, state.occupancy, state.alignment.noise_factor2); });
+  time(Stage::detect, [&] { law::replace_surfaces(ledger, state.occupancy); });
   state.accumulated.clear();
   time(Stage::cylinders, [&] { detection::update_cylinders(ledger, {}); });
   const surfaces::Changes& changes = ledger.changes;

@@ -105,8 +105,8 @@ void SurfaceUpdate::find_by_law(std::span<const Index> appeared) {
     const Index i = ledger_->window.find(key);
     return i == occupancy::PointWindow::none || ledger_->window[i].surface != 0;
   });
-  law::LeftPending left = law::update_surfaces(*ledger_, state_.occupancy, std::move(state_.accumulated),
-                                               fresh, state_.alignment.noise_factor2);
+  law::LeftPending left =
+      law::update_surfaces(*ledger_, state_.occupancy, std::move(state_.accumulated), fresh);
   left_over_ = left_for_cylinders(*ledger_, fresh, left.refused);
   state_.accumulated = std::move(left.waiting);
 }

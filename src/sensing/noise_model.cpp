@@ -18,6 +18,17 @@ constexpr double per_trimmed_rms = 1.148 / 2.449489742783178;
 constexpr double smallest_measured_sigma = 0.001;  // m: poses are no better
 constexpr double largest_excess = 0.03;            // m; what is more is no longer noise but clutter
 
+// Of a scan's residuals in a class: its median is off by a quarter of the deviation then, which the next
+// scans average out.
+constexpr std::size_t enough_residuals = 30;
+constexpr double deviation_per_median = 1.4826022;  // of a normal distribution's absolute values
+
+double median_of(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 }  // namespace
 
 NoiseModel::NoiseModel(const Parameters& parameters)
@@ -114,8 +125,40 @@ void NoiseModel::update() {
   tabulate();
 }
 
-void NoiseModel::restore(const Histogram& histogram, double range_noise) {
+void NoiseModel::observe_residuals(std::span<const Residual> residuals) {
+  for (unsigned c = 1; c < classes; ++c) {
+    std::vector<double> distances;
+    double noise = 0;
+    for (const Residual& residual : residuals) {
+      if (residual.range_class != c) continue;
+      distances.push_back(std::fabs(residual.distance));
+      noise += residual.noise_variance;
+    }
+    if (distances.size() < enough_residuals) continue;
+    noise /= static_cast<double>(distances.size());
+    const double deviation = deviation_per_median * median_of(distances);
+    SharedError& error = shared_errors_[c];
+    error.scans = std::min(error.scans + 1, residual_memory);
+    error.variance += (std::max(0.0, deviation * deviation - noise) - error.variance) / error.scans;
+  }
+  tabulate_shared_errors();
+}
+
+/// A class of which no scan has told has the error of the nearest below it that one has told of, or above.
+void NoiseModel::tabulate_shared_errors() {
+  const auto known = [](const SharedError& error) { return error.scans > 0; };
+  const auto first = std::find_if(shared_errors_.begin(), shared_errors_.end(), known);
+  double variance = first == shared_errors_.end() ? 0 : first->variance;
+  for (unsigned c = 0; c < classes; ++c) {
+    if (known(shared_errors_[c])) variance = shared_errors_[c].variance;
+    shared_[c] = variance;
+  }
+}
+
+void NoiseModel::restore(const Histogram& histogram, double range_noise, const SharedErrors& shared_errors) {
   histogram_ = histogram;
+  shared_errors_ = shared_errors;
+  tabulate_shared_errors();
   for (std::size_t c = 0; c < classes; ++c)
     total_[c] = std::accumulate(histogram_[c].begin(), histogram_[c].end(), std::uint64_t{0});
   range_noise_ = range_noise;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <octosurf/parameters.hpp>
@@ -20,6 +21,10 @@ namespace octosurf::sensing {
 /// trimmed root mean square, by distance class, leaves out the edges in between and, unlike a median,
 /// sees the steps of a sensor that counts depth in steps. Scans whose points are in no
 /// order (neighbours far apart) give no estimate and leave the noise at `sensor_noise`.
+///
+/// Neighbours tell nothing of errors that they share: a camera's depths come in waves and in steps, poses
+/// shake. By how much readings lie off surfaces beyond their noise is taken from scans laid on the map, and
+/// is a part of reading_variance() alone.
 class NoiseModel {
  public:
   static constexpr std::size_t classes = 16, bins = 160;
@@ -35,6 +40,10 @@ class NoiseModel {
   /// that outlines rarely change while the noise is being estimated.
   double overreach(unsigned range_class) const {
     return std::ceil(2000 * measured_sigma_[range_class]) / 1000;
+  }
+  /// m², of one reading along the line of sight, about surfaces that other scans have built.
+  double reading_variance(unsigned range_class) const {
+    return measured_sigma_[range_class] * measured_sigma_[range_class] + shared_[range_class];
   }
   double tolerance(unsigned range_class) const { return tolerance_[range_class]; }
   /// Off a plane that the line of sight meets at `facing`, the cosine between view and normal: noise
@@ -61,8 +70,26 @@ class NoiseModel {
   static bool takes(const Scan& scan);
   /// What has been seen since the histogram was `before`.
   std::vector<NoiseCount> seen_since(const Histogram& before) const;
-  const Histogram& histogram() const { return histogram_; }  ///< state, for map files
-  void restore(const Histogram& histogram, double range_noise);
+  /// A few readings in a row beside a surface: how far their mean lies off it along the line of sight, m, and
+  /// the variance of that mean by noise alone, m².
+  struct Residual {
+    std::uint8_t range_class = 0;
+    double distance = 0, noise_variance = 0;
+  };
+  /// Of one scan. The median of each class with enough of them, which clutter hardly moves, tells their
+  /// variance; the mean of the last scans' is kept.
+  void observe_residuals(std::span<const Residual> residuals);
+  static constexpr std::uint32_t residual_memory = 30;  ///< scans
+
+  /// What of a class's readings is not noise: its variance, m², and how many scans have told of it.
+  struct SharedError {
+    double variance = 0;
+    std::uint32_t scans = 0;
+  };
+  using SharedErrors = std::array<SharedError, classes>;
+  const Histogram& histogram() const { return histogram_; }  ///< state, for map files, with the next
+  const SharedErrors& shared_errors() const { return shared_errors_; }
+  void restore(const Histogram& histogram, double range_noise, const SharedErrors& shared_errors);
 
  private:
   static constexpr std::uint64_t max_observations = 1000000;  // a class with more is estimated well enough
@@ -70,6 +97,7 @@ class NoiseModel {
   double sigma_of_histogram(unsigned range_class) const;
   void update();
   void tabulate();
+  void tabulate_shared_errors();
 
   double sensor_noise_, base_tolerance_, range_noise_ = 0;
   bool estimate_ = false;
@@ -77,6 +105,8 @@ class NoiseModel {
   std::array<std::uint64_t, classes> total_{};
   std::array<double, classes> excess_{};  // σ − sensor_noise, estimated
   std::array<double, classes> sigma_{}, tolerance_{}, measured_sigma_{};
+  SharedErrors shared_errors_{};
+  std::array<double, classes> shared_{};  // m², of every class
 };
 
 }  // namespace octosurf::sensing

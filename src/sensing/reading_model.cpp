@@ -4,11 +4,8 @@
 
 namespace octosurf::sensing {
 
-ReadingModel::ReadingModel(const NoiseModel& noise, double resolution, double noise_factor2) {
-  for (unsigned c = 0; c < NoiseModel::classes; ++c) {
-    const double sigma = noise.measured_sigma(c);
-    along_sight_[c] = noise_factor2 * sigma * sigma;
-  }
+ReadingModel::ReadingModel(const NoiseModel& noise, double resolution) {
+  for (unsigned c = 0; c < NoiseModel::classes; ++c) along_sight_[c] = noise.reading_variance(c);
   const double step = resolution / 256;  // of a point in its voxel (sensing/reading_code.hpp)
   common_ = step * step / 12 + pose_sigma * pose_sigma;
   log_scale_ = log_odds + std::log(clutter_depth / std::sqrt(2 * std::numbers::pi));

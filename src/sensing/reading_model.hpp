@@ -15,12 +15,12 @@ namespace octosurf::sensing {
 ///
 ///   variance = σ_c² · (facing² + ε² (1 − facing²)) + σ_q² + σ_pose²   [m²],   facing = n·v,
 ///
-/// with σ_c the noise along the line of sight as measured for its class of distance and by residuals, ε the
-/// error of the view that a voxel keeps, and σ_q the rounding of the point in its voxel. A reading that is
-/// not the plane's is spread evenly over `clutter_depth`, and its view over the half space; rays that meet a
-/// plane meet it by Lambert's cosine law, twice as often head-on as on the mean, hardly ever along it: what a
-/// sensor sees beside an edge, between what is before and behind it, lies along its rays. So, for a reading
-/// at `distance` off the plane,
+/// with σ_c the noise along the line of sight as measured for its class of distance, and what readings err
+/// beyond it by scans laid on the map (NoiseModel::reading_variance), ε the error of the view that a voxel
+/// keeps, and σ_q the rounding of the point in its voxel. A reading that is not the plane's is spread evenly
+/// over `clutter_depth`, and its view over the half space; rays that meet a plane meet it by Lambert's cosine
+/// law, twice as often head-on as on the mean, hardly ever along it: what a sensor sees beside an edge,
+/// between what is before and behind it, lies along its rays. So, for a reading at `distance` off the plane,
 ///
 ///   log_ratio = ln(odds · clutter_depth · 2 facing) − ½ ln(2π variance) − distance² / (2 variance)   [nats],
 ///
@@ -42,11 +42,8 @@ class ReadingModel {
   /// Of that share, nats: ln 9.
   static constexpr double log_odds = 2.1972245773362196;
 
-  /// `resolution`: the octree's voxel, m. The noise is taken as it is now; `noise_factor2`: how much larger
-  /// a reading's variance is than its neighbours tell, by the residuals of scans on surfaces
-  /// (AlignmentState::noise_factor2): 1 for what is white, 20 for a camera whose depths come in waves, 2.5
-  /// for a lidar whose readings come in no order.
-  ReadingModel(const NoiseModel& noise, double resolution, double noise_factor2 = 1);
+  /// `resolution`: the octree's voxel, m. The noise is taken as it is now.
+  ReadingModel(const NoiseModel& noise, double resolution);
 
   /// m², along a plane's normal. Cost: some additions.
   double variance(unsigned range_class, double facing) const {

@@ -2,6 +2,7 @@
 #include "alignment/pose_fit.hpp"
 #include "alignment/surfaces_by_hand.hpp"
 #include "io/map_file/map_file.hpp"
+#include "sensing/reading_code.hpp"
 #include "simulation/recording.hpp"
 #include "support/seed.hpp"
 #include "surfaces/map_state.hpp"
@@ -58,6 +59,33 @@ TEST(AlignedMap, OffTakesPosesAsTheyAre) {
     EXPECT_EQ(report.alignment.T_map_sensor.matrix(), scan.T_map_sensor.matrix());
   }
   EXPECT_TRUE(mapper.map().state().alignment.hypotheses.empty());
+}
+
+/// A scan whose depths come in waves, as a camera's disparities do: `amplitude` times the distance.
+Scan in_waves(Scan scan, double amplitude) {
+  for (Eigen::Vector3f& point : scan.points) {
+    const Eigen::Vector3f sight = point / point.z();
+    point *= 1 + static_cast<float>(amplitude) * std::sin(30 * sight.x()) * std::sin(30 * sight.y());
+  }
+  return scan;
+}
+
+/// m, by how much readings 2 m away are known to err beyond their noise, after a walk with such waves.
+double known_error(bool aligned, double amplitude) {
+  Mapper mapper(coarse(aligned));
+  for (const Scan& scan : walk(24, test::rng())) mapper.insert(in_waves(scan, amplitude));
+  const sensing::NoiseModel& noise = mapper.map().state().noise;
+  const unsigned c = sensing::range_class_of(2);
+  return std::sqrt(noise.reading_variance(c) - noise.measured_sigma(c) * noise.measured_sigma(c));
+}
+
+TEST(AlignedMap, WhatReadingsErrInCommonIsKnownWhetherOrNotPosesAreAligned) {
+  // 2 m away the product of the two sines has a root mean square of 5 mm, of which a sample's eight readings
+  // in a row average out a fifth, and the surfaces follow some.
+  EXPECT_NEAR(known_error(false, 0.005), 0.005, 0.002);
+  EXPECT_NEAR(known_error(true, 0.005), 0.005, 0.002);
+  EXPECT_LT(known_error(false, 0), 0.0015);
+  EXPECT_LT(known_error(true, 0), 0.0015);
 }
 
 TEST(AlignedMap, ExactPosesGiveTheSameMapAsWithoutAlignment) {

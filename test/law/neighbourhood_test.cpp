@@ -43,8 +43,8 @@ class FloorAndBoard {
 
   Neighbourhood around() const { return neighbourhood_of(points_.ledger, board_, {}); }
   Readings readings_of(const Neighbourhood& around) const {
-    return {points_.state.occupancy, points_.ledger.window, around.voxels,
-            around.context,          points_.state.noise,   1};
+    return {points_.state.occupancy, points_.ledger.window, around.voxels, around.context,
+            points_.state.noise};
   }
 
   std::mt19937_64 rng_;

@@ -282,12 +282,24 @@ TEST(NoiseModel, StandsWhatIsNotFinite) {
   EXPECT_EQ(noise.range_noise(), 0);
 }
 
+/// Means of readings whose own noise is `noise`, with an error of `shared` in common; a fifth is clutter.
+std::vector<NoiseModel::Residual> residuals_of(std::uint8_t range_class, double shared, double noise,
+                                               std::mt19937_64& rng, int count = 2000) {
+  std::normal_distribution<double> off(0, std::hypot(shared, noise));
+  std::uniform_real_distribution<double> anywhere(-0.03, 0.03);
+  std::vector<NoiseModel::Residual> residuals;
+  for (int i = 0; i < count; ++i)
+    residuals.push_back({range_class, i % 5 == 0 ? anywhere(rng) : off(rng), noise * noise});
+  return residuals;
+}
+
 TEST(NoiseModel, ComesBackFromItsHistogram) {
   std::mt19937_64 rng = test::rng();
   NoiseModel noise{Parameters{}};
   noise.observe(wall(3, 0.005, 0.002, rng));
+  noise.observe_residuals(residuals_of(8, 0.01, 0.002, rng));
   NoiseModel back{Parameters{}};
-  back.restore(noise.histogram(), noise.range_noise());
+  back.restore(noise.histogram(), noise.range_noise(), noise.shared_errors());
   const Scan next = wall(2, 0.005, 0.002, rng);
   noise.observe(next);
   back.observe(next);
@@ -296,7 +308,47 @@ TEST(NoiseModel, ComesBackFromItsHistogram) {
   for (unsigned c = 0; c < NoiseModel::classes; ++c) {
     EXPECT_EQ(back.sigma(c), noise.sigma(c));
     EXPECT_EQ(back.tolerance(c), noise.tolerance(c));
+    EXPECT_EQ(back.reading_variance(c), noise.reading_variance(c));
   }
+}
+
+TEST(NoiseModel, ResidualsTellWhatReadingsErrBeyondTheirNoise) {
+  std::mt19937_64 rng = test::rng();
+  NoiseModel noise{Parameters{}};
+  const double before = noise.reading_variance(8);
+  EXPECT_EQ(before, noise.measured_sigma(8) * noise.measured_sigma(8));
+  for (int scan = 0; scan < 40; ++scan) noise.observe_residuals(residuals_of(8, 0.006, 0.002, rng));
+  // The clutter moves the median by a fifth.
+  EXPECT_NEAR(std::sqrt(noise.reading_variance(8) - before), 0.006, 0.25 * 0.006);
+  // Gates of the stages are by the noise alone.
+  EXPECT_EQ(noise.tolerance(8), NoiseModel{Parameters{}}.tolerance(8));
+}
+
+TEST(NoiseModel, ResidualsThatAreNoiseTellNothing) {
+  std::mt19937_64 rng = test::rng();
+  NoiseModel noise{Parameters{}};
+  for (int scan = 0; scan < 40; ++scan) {
+    std::vector<NoiseModel::Residual> residuals = residuals_of(8, 0, 0.002, rng);
+    std::erase_if(residuals, [&, i = 0](const auto&) mutable { return i++ % 5 == 0; });  // no clutter
+    noise.observe_residuals(residuals);
+  }
+  // A median of 1,600 is sure to 2 %, and what is below the noise counts as none.
+  EXPECT_LT(noise.reading_variance(8) - noise.measured_sigma(8) * noise.measured_sigma(8), 1e-7);
+}
+
+TEST(NoiseModel, WhatNoScanHasToldOfErrsAsTheClassBelow) {
+  std::mt19937_64 rng = test::rng();
+  NoiseModel noise{Parameters{}};
+  noise.observe_residuals(residuals_of(6, 0.004, 0, rng));
+  noise.observe_residuals(residuals_of(9, 0.01, 0, rng));
+  noise.observe_residuals(residuals_of(12, 0.1, 0, rng, 20));  // too few
+  const auto shared = [&](unsigned c) {
+    return noise.reading_variance(c) - noise.measured_sigma(c) * noise.measured_sigma(c);
+  };
+  EXPECT_NEAR(shared(1), shared(6), 1e-15);
+  EXPECT_NEAR(shared(8), shared(6), 1e-15);
+  EXPECT_NEAR(shared(15), shared(9), 1e-15);
+  EXPECT_GT(shared(9), 3 * shared(6));
 }
 
 }  // namespace

@@ -186,7 +186,23 @@ class Reader {
       histogram[i / sensing::NoiseModel::bins][i % sensing::NoiseModel::bins] =
           header.noise_histogram(static_cast<int>(i));
     require(header.range_noise() >= 0 && header.range_noise() <= 1, "the noise makes no sense");
-    file_.state->noise.restore(histogram, header.range_noise());
+    file_.state->noise.restore(histogram, header.range_noise(), shared_errors(header));
+  }
+
+  sensing::NoiseModel::SharedErrors shared_errors(const map_file::Header& header) {
+    sensing::NoiseModel::SharedErrors errors{};
+    const int size = header.shared_error_variances_size();
+    require(
+        size == header.shared_error_scans_size() && (size == 0 || size == static_cast<int>(errors.size())),
+        "the readings' errors have another size");
+    for (int c = 0; c < size; ++c) {
+      sensing::NoiseModel::SharedError& error = errors[static_cast<std::size_t>(c)];
+      error = {header.shared_error_variances(c), header.shared_error_scans(c)};
+      require(error.variance >= 0 && error.variance <= 1 && (error.scans > 0 || error.variance == 0) &&
+                  error.scans <= sensing::NoiseModel::residual_memory,
+              "the readings' errors make no sense");
+    }
+    return errors;
   }
 
   void read_octree() {
