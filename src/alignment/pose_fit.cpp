@@ -313,7 +313,8 @@ std::vector<sensing::NoiseModel::Residual> PoseFitter::residuals(const Eigen::Is
     if (facing < facing_to_tell_errors) return;
     const auto range_class =
         static_cast<std::uint8_t>(sensing::range_class_of(static_cast<float>(sample.range)));
-    residuals.push_back({range_class, matched->distance / facing, sample.spread * sample.spread});
+    residuals.push_back(
+        {range_class, matched->surface, matched->distance / facing, sample.spread * sample.spread, facing});
   });
   return residuals;
 }

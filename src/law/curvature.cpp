@@ -41,8 +41,10 @@ QuadraticSums sums_of(const Readings& readings, const Patch& patch, std::span<co
 struct PrincipalFrame {
   Eigen::Matrix3d R;
   Eigen::Vector2d variances;  ///< of its readings across and along, m²
+  double pose_variance;       ///< of what its readings have in common, m²
 
-  explicit PrincipalFrame(const Patch& patch) : R(geometry::plane_axes(patch.plane.normal).transpose()) {
+  explicit PrincipalFrame(const Patch& patch)
+      : R(geometry::plane_axes(patch.plane.normal).transpose()), pose_variance(patch.pose_variance) {
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(
         (R * patch.moments.covariance() * R.transpose()).topLeftCorner<2, 2>());
     R.topRows<2>() = (axes.eigenvectors().transpose() * R.topRows<2>()).eval();
@@ -57,8 +59,7 @@ struct PrincipalFrame {
   /// in common against those at both ends: with L²κ/8 between them, 64·(1 + ½)·σ² / L⁴; and two corners
   /// against the other two for the twist, 4·σ² / L⁴.
   Eigen::Vector3d common_variance() const {
-    constexpr double sigma2 = sensing::ReadingModel::pose_sigma * sensing::ReadingModel::pose_sigma;
-    return (sigma2 * Eigen::Array3d(96, 4, 96) / lengths2().array().square().max(1e-12)).matrix();
+    return (pose_variance * Eigen::Array3d(96, 4, 96) / lengths2().array().square().max(1e-12)).matrix();
   }
 };
 

@@ -47,6 +47,7 @@ class Surroundings {
     Patch sums;
     sums.plane = surface_.plane();
     sums.origin = surface_.reference();
+    sums.pose_variance = readings_.model().pose_variance();
     if (surface_.size() == inside_) return sums;
     for (unsigned c = 0; c < classes_.size(); ++c) add_class(c, sums);
     sums.readings = static_cast<double>(surface_.size() - inside_);

@@ -2,7 +2,6 @@
 
 #include "geometry/plane_covariance.hpp"
 #include "geometry/plane_frame.hpp"
-#include "sensing/reading_model.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -15,8 +14,6 @@ namespace {
 const double log_scales = std::log(100.0);
 /// Places looked at for a plane, ln: one in 10⁴ of those that hold none may seem to hold one.
 constexpr double log_places = 9;
-
-constexpr double pose_variance = sensing::ReadingModel::pose_sigma * sensing::ReadingModel::pose_sigma;
 
 }  // namespace
 
@@ -47,7 +44,7 @@ Heights heights_over(const Patch& patch, const Eigen::Vector3d& at, const Eigen:
   const double offset = patch.plane.offset - patch.plane.normal.dot(at);
   Heights heights;
   heights.theta = Eigen::Vector3d(offset, -n.x(), -n.y()) / n.z();
-  heights.covariance = (1 + about.count * pose_variance) * normal.inverse();
+  heights.covariance = (1 + about.count * patch.pose_variance) * normal.inverse();
   return heights;
 }
 

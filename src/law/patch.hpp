@@ -1,6 +1,7 @@
 #pragma once
 
 #include "geometry/moments.hpp"
+#include "sensing/reading_model.hpp"
 
 #include <Eigen/Core>
 #include <Eigen/Dense>
@@ -19,6 +20,8 @@ struct Patch {
   double readings = 0;                               ///< voxels
   double hits = 0;                                   ///< scans that hit these voxels, as the octree tells
   double log_peaks = 0;                              ///< Σ ReadingModel::log_peak
+  /// m², of what they have in common (ReadingModel::pose_variance).
+  double pose_variance = sensing::ReadingModel::pose_sigma * sensing::ReadingModel::pose_sigma;
 
   Eigen::Vector3d centroid() const { return origin + moments.mean(); }
   /// Adds the other's sums; fits nothing.

@@ -82,6 +82,7 @@ void Readings::add_to(Patch& patch, Index i) const {
   patch.moments.add(r.position.cast<double>() - patch.origin, model_.weight(r.range_class, facing));
   patch.log_peaks += model_.log_peak(r.range_class, facing);
   patch.readings += 1;
+  patch.pose_variance = model_.pose_variance();
   patch.hits += r.hits;
 }
 

@@ -72,8 +72,10 @@ bool may_be_surface(const Readings& readings, const SegmentLimits& limits, const
 /// readings may be the patch's own, as deep as clutter is looked at elsewhere.
 double depth_around(const Patch& patch) { return sensing::ReadingModel::clutter_depth + 2 * patch.reach(); }
 
-/// Of each label, the readings beside its own that are nobody's, within depth_around().
-std::vector<std::size_t> count_clutter_around(const Readings& readings, const Segmentation& segmentation) {
+/// Of each label, the hits beside its own readings that are nobody's, within depth_around(). Hits, because
+/// the longer a surface is looked at, the more voxels its noise's tails have reached, once each, while its
+/// own are hit again and again.
+std::vector<double> count_clutter_around(const Readings& readings, const Segmentation& segmentation) {
   std::vector<double> half_depth;
   for (const Patch& patch : segmentation.patches) half_depth.push_back(depth_around(patch) / 2);
   half_depth[clutter] = 0;
@@ -82,7 +84,7 @@ std::vector<std::size_t> count_clutter_around(const Readings& readings, const Se
   std::vector<bool> wanted(readings.size(), true);
   wanted.resize(readings.size_with_context(), false);
   const LabelBlocks blocks(readings, segmentation.labels, wanted);
-  std::vector<std::size_t> counts(segmentation.patches.size(), 0);
+  std::vector<double> counts(segmentation.patches.size(), 0);
   std::vector<Index> tested_from(counts.size(), Readings::none), settled_from = tested_from;
   const auto count = [&](Index i, const LabelBlocks::Group& group, const LabelBlocks::Part& part) {
     const Label label = group.label;
@@ -92,7 +94,7 @@ std::vector<std::size_t> count_clutter_around(const Readings& readings, const Se
         std::fabs(readings[i].distance(segmentation.patches[label].plane)) > half_depth[label];
     tested_from[label] = i;
     const bool beside = !out_of_depth && part.any_of(group);
-    counts[label] += beside;
+    if (beside) counts[label] += readings[i].hits;
     if (beside || out_of_depth) settled_from[label] = i;
   };
   const auto count_around = [&](Index i, const std::vector<LabelBlocks::Near>& near) {
@@ -116,15 +118,16 @@ std::vector<std::size_t> count_clutter_around(const Readings& readings, const Se
 /// clutter alone. How much of what is there the plane explains is its own to say: a wall nine tenths, a slab
 /// through a bush hardly any (Laplace's rule of succession).
 double explained_by(const Readings& readings, const Patch& patch, const std::vector<Index>& indices,
-                    std::size_t clutter_around) {
-  double its = 0, explained = 0;
+                    double clutter_around) {
+  double its = 0, all = 0, explained = 0;
   for (const Index i : indices) {
+    all += readings[i].hits;
     const double log_ratio = readings.log_ratio(i, patch.plane);
     if (!(log_ratio > 0)) continue;  // the refitted plane has left it: clutter, too
-    ++its;
-    explained += log_ratio;
+    its += readings[i].hits;
+    explained += readings[i].hits * log_ratio;
   }
-  const double others = static_cast<double>(indices.size() + clutter_around) - its;
+  const double others = all + clutter_around - its;
   const double share = (its + 1) / (its + others + 2);
   const double deeper = std::log(depth_around(patch) / sensing::ReadingModel::clutter_depth);
   return explained + its * (std::log(share) + deeper - sensing::ReadingModel::log_odds) +
@@ -173,14 +176,15 @@ void accept(const Readings& readings, const SegmentLimits& limits, Segmentation&
               [&, outside = sums_outside(segmentation)](Label label, const std::vector<Index>& indices) {
                 return may_be_surface(readings, limits, segmentation.patches[label], indices, outside[label]);
               });
-  const std::vector<std::size_t> around = count_clutter_around(readings, segmentation);
+  const std::vector<double> around = count_clutter_around(readings, segmentation);
   const std::vector<std::vector<Index>> of = by_label(readings, segmentation);
   std::vector<double> explained(of.size(), 0);
   for (Label label = 1; label < of.size(); ++label)
     explained[label] = explained_by(readings, segmentation.patches[label], of[label], around[label]);
   for (const Outside& outside : segmentation.outside)
     if (outside.label != clutter)
-      explained[outside.label] += outside.sums.explained_by(segmentation.patches[outside.label].plane);
+      explained[outside.label] += outside.sums.hits / outside.sums.readings *
+                                  outside.sums.explained_by(segmentation.patches[outside.label].plane);
   const std::vector<bool> there = find_opaque(readings, segmentation, explained);
   keep_labels(readings, segmentation, [&](Label label, const std::vector<Index>&) { return there[label]; });
 }

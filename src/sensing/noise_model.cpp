@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 
 namespace octosurf::sensing {
@@ -23,10 +24,20 @@ constexpr double largest_excess = 0.03;            // m; what is more is no long
 constexpr std::size_t enough_residuals = 30;
 constexpr double deviation_per_median = 1.4826022;  // of a normal distribution's absolute values
 
+constexpr double per_median = 1.5707963;    // π/2: a median's variance, to a mean's
+constexpr std::size_t enough_surfaces = 3;  // of a scan: one that moves or is none does not tell then
+
 double median_of(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
+}
+
+/// About zero.
+double variance_of(std::vector<double> values) {
+  for (double& value : values) value = std::fabs(value);
+  const double deviation = deviation_per_median * median_of(values);
+  return deviation * deviation;
 }
 
 }  // namespace
@@ -125,32 +136,56 @@ void NoiseModel::update() {
   tabulate();
 }
 
+void NoiseModel::SharedError::learn(double of_scan) {
+  scans = std::min(scans + 1, residual_memory);
+  variance += (std::max(0.0, of_scan) - variance) / scans;
+}
+
 void NoiseModel::observe_residuals(std::span<const Residual> residuals) {
+  observe_classes(residuals);
+  observe_surfaces(residuals);
+  tabulate_shared_errors();
+}
+
+void NoiseModel::observe_classes(std::span<const Residual> residuals) {
   for (unsigned c = 1; c < classes; ++c) {
     std::vector<double> distances;
     double noise = 0;
     for (const Residual& residual : residuals) {
       if (residual.range_class != c) continue;
-      distances.push_back(std::fabs(residual.distance));
+      distances.push_back(residual.distance);
       noise += residual.noise_variance;
     }
     if (distances.size() < enough_residuals) continue;
-    noise /= static_cast<double>(distances.size());
-    const double deviation = deviation_per_median * median_of(distances);
-    SharedError& error = shared_errors_[c];
-    error.scans = std::min(error.scans + 1, residual_memory);
-    error.variance += (std::max(0.0, deviation * deviation - noise) - error.variance) / error.scans;
+    shared_errors_.of_class[c].learn(variance_of(distances) - noise / static_cast<double>(distances.size()));
   }
-  tabulate_shared_errors();
+}
+
+void NoiseModel::observe_surfaces(std::span<const Residual> residuals) {
+  std::map<std::uint32_t, std::vector<double>> off_plane;
+  for (const Residual& residual : residuals)
+    off_plane[residual.surface].push_back(residual.distance * residual.facing);
+  std::vector<double> offsets;
+  double unsure = 0;
+  for (auto& [surface, distances] : off_plane) {
+    if (distances.size() < enough_residuals) continue;
+    const double offset = median_of(distances);
+    for (double& distance : distances) distance -= offset;
+    unsure += per_median * variance_of(distances) / static_cast<double>(distances.size());
+    offsets.push_back(offset);
+  }
+  if (offsets.size() < enough_surfaces) return;
+  shared_errors_.of_surface.learn(variance_of(offsets) - unsure / static_cast<double>(offsets.size()));
 }
 
 /// A class of which no scan has told has the error of the nearest below it that one has told of, or above.
 void NoiseModel::tabulate_shared_errors() {
+  const auto& of_class = shared_errors_.of_class;
   const auto known = [](const SharedError& error) { return error.scans > 0; };
-  const auto first = std::find_if(shared_errors_.begin(), shared_errors_.end(), known);
-  double variance = first == shared_errors_.end() ? 0 : first->variance;
+  const auto first = std::find_if(of_class.begin(), of_class.end(), known);
+  double variance = first == of_class.end() ? 0 : first->variance;
   for (unsigned c = 0; c < classes; ++c) {
-    if (known(shared_errors_[c])) variance = shared_errors_[c].variance;
+    if (known(of_class[c])) variance = of_class[c].variance;
     shared_[c] = variance;
   }
 }

@@ -45,6 +45,8 @@ class NoiseModel {
   double reading_variance(unsigned range_class) const {
     return measured_sigma_[range_class] * measured_sigma_[range_class] + shared_[range_class];
   }
+  /// m², along a surface's normal, of what all of a scan's readings of it have in common.
+  double surface_variance() const { return shared_errors_.of_surface.variance; }
   double tolerance(unsigned range_class) const { return tolerance_[range_class]; }
   /// Off a plane that the line of sight meets at `facing`, the cosine between view and normal: noise
   /// lies along the line of sight, so what is seen along a plane hardly leaves it.
@@ -70,23 +72,29 @@ class NoiseModel {
   static bool takes(const Scan& scan);
   /// What has been seen since the histogram was `before`.
   std::vector<NoiseCount> seen_since(const Histogram& before) const;
-  /// A few readings in a row beside a surface: how far their mean lies off it along the line of sight, m, and
-  /// the variance of that mean by noise alone, m².
+  /// A few readings in a row beside a surface: how far their mean lies off it along the line of sight, m, the
+  /// variance of that mean by noise alone, m², and the cosine between that line and the normal.
   struct Residual {
     std::uint8_t range_class = 0;
-    double distance = 0, noise_variance = 0;
+    std::uint32_t surface = 0;  ///< the same for all on one surface
+    double distance = 0, noise_variance = 0, facing = 1;
   };
   /// Of one scan. The median of each class with enough of them, which clutter hardly moves, tells their
-  /// variance; the mean of the last scans' is kept.
+  /// variance; the medians of the surfaces with enough of them how much of it all of a scan's readings of a
+  /// surface share. The mean of the last scans' is kept.
   void observe_residuals(std::span<const Residual> residuals);
   static constexpr std::uint32_t residual_memory = 30;  ///< scans
 
-  /// What of a class's readings is not noise: its variance, m², and how many scans have told of it.
+  /// What of readings' errors is not noise: its variance, m², and how many scans have told of it.
   struct SharedError {
     double variance = 0;
     std::uint32_t scans = 0;
+    void learn(double of_scan);
   };
-  using SharedErrors = std::array<SharedError, classes>;
+  struct SharedErrors {
+    std::array<SharedError, classes> of_class;  ///< along the line of sight
+    SharedError of_surface;                     ///< of a scan's readings of one, along its normal
+  };
   const Histogram& histogram() const { return histogram_; }  ///< state, for map files, with the next
   const SharedErrors& shared_errors() const { return shared_errors_; }
   void restore(const Histogram& histogram, double range_noise, const SharedErrors& shared_errors);
@@ -97,6 +105,8 @@ class NoiseModel {
   double sigma_of_histogram(unsigned range_class) const;
   void update();
   void tabulate();
+  void observe_classes(std::span<const Residual> residuals);
+  void observe_surfaces(std::span<const Residual> residuals);
   void tabulate_shared_errors();
 
   double sensor_noise_, base_tolerance_, range_noise_ = 0;

@@ -30,8 +30,8 @@ class ReadingModel {
  public:
   /// Sine of the error of a stored view: it is coded to 3.9° (sensing/reading_code.hpp).
   static constexpr double view_error = NoiseModel::least_facing;
-  /// m. What readings of one surface have in common and no number of them averages out, once poses are
-  /// aligned: a tenth of a millimetre within one scan, 1 mm in recordings without drift.
+  /// m. What readings of one surface have in common and no number of them averages out, at least, once poses
+  /// are aligned: a tenth of a millimetre within one scan, 1 mm in recordings without drift.
   static constexpr double pose_sigma = 0.001;
   /// m. Readings near a plane that are not its: as likely anywhere within the edge of a planelet (8 cm) on
   /// either side, beyond which nobody asks whether they are.
@@ -53,6 +53,9 @@ class ReadingModel {
   double independent_variance(unsigned range_class, double facing) const {
     return variance(range_class, facing) - pose_sigma * pose_sigma;
   }
+  /// m², of what the readings of a surface have in common and no number of them averages out, as the
+  /// recording tells: pose_sigma² at least.
+  double pose_variance() const { return pose_variance_; }
   /// 1/m², in sums over the readings of a plane.
   double weight(unsigned range_class, double facing) const { return 1 / variance(range_class, facing); }
   /// Nats, positive: the plane's; minus infinity for what is seen from behind, more surely than the view is
@@ -85,6 +88,7 @@ class ReadingModel {
   std::array<double, NoiseModel::classes> along_sight_;  // σ_c²
   std::array<double, NoiseModel::classes> farthest2_;    // m², reach() seen head-on, squared
   double common_;                                        // σ_q² + σ_pose²
+  double pose_variance_;                                 // m²
   double log_scale_;                                     // ln of odds · clutter_depth / √2π
 };
 

@@ -122,6 +122,15 @@ TEST(LogSame, MoreReadingsTellSmallerTiltsApart) {
   EXPECT_LT(apart(0.4, 40), 0);
 }
 
+TEST(LogSame, WhatARecordingShakesByIsNoStep) {
+  std::mt19937_64 rng = test::rng();
+  Patch floor = patch_of({}, rng), slab = patch_of({.centre = {0.2, 0, 0.008}}, rng);
+  const Eigen::Vector3d at(0.1, 0, 0.004);
+  EXPECT_LT(log_same(floor, slab, at), 0);
+  floor.pose_variance = slab.pose_variance = 0.008 * 0.008;
+  EXPECT_GT(log_same(floor, slab, at), 0);
+}
+
 /// Heights taken where the two meet say the same as heights taken once for the pair.
 TEST(LogSame, DoesNotDependOnWhereHeightsAreTaken) {
   std::mt19937_64 rng = test::rng();

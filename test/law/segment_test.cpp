@@ -20,9 +20,9 @@ using test::PendingPoints;
 
 /// What the law finds in scans.
 struct Found {
-  explicit Found(const std::vector<Scan>& scans, const Parameters& told = parameters())
+  explicit Found(const std::vector<Scan>& scans, const Parameters& told = parameters(), double shakes_m = 0)
       : points(scans, told),
-        readings((observe(points.state.noise, scans), points.state.occupancy), points.ledger.window,
+        readings((observe(points.state.noise, scans, shakes_m), points.state.occupancy), points.ledger.window,
                  points.state.noise),
         segmentation(segment(readings, {})) {}
 
@@ -33,8 +33,13 @@ struct Found {
     told.surfaces.range_noise = 0;
     return told;
   }
-  static void observe(sensing::NoiseModel& noise, const std::vector<Scan>& scans) {
+  /// `shakes_m`: by which each scan's readings of a surface were off in common.
+  static void observe(sensing::NoiseModel& noise, const std::vector<Scan>& scans, double shakes_m) {
     for (const Scan& scan : scans) noise.observe(scan);
+    std::vector<sensing::NoiseModel::Residual> residuals;
+    for (std::uint32_t surface = 0; surface < 3; ++surface)
+      residuals.insert(residuals.end(), 100, {1, surface, shakes_m / 1.4826, 0, 1});
+    noise.observe_residuals(residuals);
   }
 
   std::size_t planes() const { return segmentation.patches.size() - 1; }
@@ -101,6 +106,29 @@ TEST(Segment, APillarHasNoFacets) {
   const Found found(scans);
   EXPECT_NE(found.find(Eigen::Vector3d::UnitZ(), Eigen::Vector3d::Zero()), clutter);
   EXPECT_EQ(found.planes(), 1U);
+}
+
+TEST(Segment, WhatARecordingShakesByBendsNothing) {
+  // A vault of six strips of 5 cm, each turned by 3°: its middle stands out by 10 mm.
+  std::mt19937_64 rng = test::rng();
+  test::Scene vault;
+  Eigen::Vector3d at(0, -0.2, 0);
+  for (int k = 0; k < 6; ++k) {
+    const double slope = (7.5 - 3 * k) * std::numbers::pi / 180;
+    const Eigen::Vector3d across = 0.05 * Eigen::Vector3d(std::cos(slope), 0, std::sin(slope));
+    vault.rectangle(at, across, {0, 0.4, 0});
+    at += across;
+  }
+  const std::vector<Scan> scans{look(vault, {0.15, 0, 1.2}, {0.15, 0, 0}, rng),
+                                look(vault, {0.3, 0.1, 1.2}, {0.15, 0, 0}, rng)};
+  const auto largest = [](const Found& found) {
+    std::size_t most = 0;
+    for (Label label = 1; label <= found.planes(); ++label) most = std::max(most, found.readings_of(label));
+    return most;
+  };
+  const Found steady(scans), shaken(scans, Found::parameters(), 0.008);
+  EXPECT_LT(2 * largest(steady), steady.readings.size());
+  EXPECT_GT(10 * largest(shaken), 9 * shaken.readings.size());
 }
 
 TEST(Segment, ARailHasNoFacetHoweverLong) {

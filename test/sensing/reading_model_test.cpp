@@ -49,11 +49,11 @@ TEST(ReadingModel, WhatResidualsTellIsAlongTheLineOfSight) {
   const NoiseModel noise = told_noise();
   NoiseModel uneven = noise;
   std::vector<NoiseModel::Residual> residuals;
-  for (int i = -50; i <= 50; ++i) residuals.push_back({7, 0.0002 * i, 0});
+  for (int i = -50; i <= 50; ++i) residuals.push_back({7, 0, 0.0002 * i, 0, 1});
   uneven.observe_residuals(residuals);
   const ReadingModel as_measured(noise, 0.02), wider(uneven, 0.02);
   const double common = ReadingModel::pose_sigma * ReadingModel::pose_sigma;
-  const double shared = uneven.shared_errors()[7].variance;
+  const double shared = uneven.shared_errors().of_class[7].variance;
   EXPECT_GT(shared, 0);
   EXPECT_NEAR(wider.variance(7, 1) - as_measured.variance(7, 1), shared, 1e-12);
   EXPECT_NEAR(wider.variance(7, 1) - wider.independent_variance(7, 1), common, 1e-12);

@@ -192,16 +192,19 @@ class Reader {
   sensing::NoiseModel::SharedErrors shared_errors(const map_file::Header& header) {
     sensing::NoiseModel::SharedErrors errors{};
     const int size = header.shared_error_variances_size();
-    require(
-        size == header.shared_error_scans_size() && (size == 0 || size == static_cast<int>(errors.size())),
-        "the readings' errors have another size");
-    for (int c = 0; c < size; ++c) {
-      sensing::NoiseModel::SharedError& error = errors[static_cast<std::size_t>(c)];
-      error = {header.shared_error_variances(c), header.shared_error_scans(c)};
+    if (size == 0 && header.shared_error_scans_size() == 0) return errors;
+    require(size == header.shared_error_scans_size() && size == static_cast<int>(errors.of_class.size()) + 1,
+            "the readings' errors have another size");
+    const auto read = [&](int i) {
+      const sensing::NoiseModel::SharedError error{header.shared_error_variances(i),
+                                                   header.shared_error_scans(i)};
       require(error.variance >= 0 && error.variance <= 1 && (error.scans > 0 || error.variance == 0) &&
                   error.scans <= sensing::NoiseModel::residual_memory,
               "the readings' errors make no sense");
-    }
+      return error;
+    };
+    for (int c = 0; c + 1 < size; ++c) errors.of_class[static_cast<std::size_t>(c)] = read(c);
+    errors.of_surface = read(size - 1);
     return errors;
   }
 

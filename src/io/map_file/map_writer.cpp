@@ -34,10 +34,12 @@ void write_header(const surfaces::MapState& state, const FileSum& bt, const Kept
   header.set_range_noise(state.noise.range_noise());
   for (const auto& range_class : state.noise.histogram())
     for (const std::uint32_t count : range_class) header.add_noise_histogram(count);
-  for (const sensing::NoiseModel::SharedError& error : state.noise.shared_errors()) {
+  const auto put = [&](const sensing::NoiseModel::SharedError& error) {
     header.add_shared_error_variances(error.variance);
     header.add_shared_error_scans(error.scans);
-  }
+  };
+  for (const sensing::NoiseModel::SharedError& error : state.noise.shared_errors().of_class) put(error);
+  put(state.noise.shared_errors().of_surface);
   for (const double coordinate : state.sensors_up) header.add_sensors_up(coordinate);
   if (!state.alignment.hypotheses.empty()) write_alignment(state.alignment, *header.mutable_alignment());
   header.set_bt_bytes(bt.bytes);
