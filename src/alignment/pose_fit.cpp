@@ -17,8 +17,8 @@ using Block = Eigen::Matrix<double, 9, 9>;
 /// Cosine between a surface's normal and the line of sight below which a reading tells nothing: nearly along
 /// it, the reading may belong to what stands before or behind.
 constexpr double least_facing = 0.15;
-/// The same below which a distance off the plane, which the surface's own error is a part of, is divided by
-/// too little to tell how far off the reading is along the line of sight.
+/// The same below which a distance off the plane says little of how far off a reading is along its line of
+/// sight: the plane's own error would count more than twice.
 constexpr double facing_to_tell_errors = 0.5;
 constexpr double tukey =
     4.685;  // standard deviations: 95 % efficient for normal errors (Huber and Ronchetti)

@@ -50,6 +50,7 @@ void OtherMap::hand_over_records(surfaces::MapState& map) const {
   Scan told;
   told.noise = other_.noise.seen_since({});
   if (!told.noise.empty()) map.noise.observe(told);
+  map.noise.add(other_.noise.shared_errors());
 }
 
 std::vector<MergedSurface> OtherMap::heirs_in(const surfaces::MapState& map) const {

@@ -141,6 +141,19 @@ void NoiseModel::SharedError::learn(double of_scan) {
   variance += (std::max(0.0, of_scan) - variance) / scans;
 }
 
+void NoiseModel::SharedError::add(const SharedError& other) {
+  if (other.scans == 0) return;
+  const double both = scans + other.scans;
+  variance = (scans * variance + other.scans * other.variance) / both;
+  scans = std::min(scans + other.scans, residual_memory);
+}
+
+void NoiseModel::add(const SharedErrors& other) {
+  for (unsigned c = 0; c < classes; ++c) shared_errors_.of_class[c].add(other.of_class[c]);
+  shared_errors_.of_surface.add(other.of_surface);
+  tabulate_shared_errors();
+}
+
 void NoiseModel::observe_residuals(std::span<const Residual> residuals) {
   observe_classes(residuals);
   observe_surfaces(residuals);

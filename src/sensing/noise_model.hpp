@@ -90,11 +90,14 @@ class NoiseModel {
     double variance = 0;
     std::uint32_t scans = 0;
     void learn(double of_scan);
+    void add(const SharedError& other);
   };
   struct SharedErrors {
     std::array<SharedError, classes> of_class;  ///< along the line of sight
     SharedError of_surface;                     ///< of a scan's readings of one, along its normal
   };
+  /// Another map's: each counts by the scans that have told of it.
+  void add(const SharedErrors& other);
   const Histogram& histogram() const { return histogram_; }  ///< state, for map files, with the next
   const SharedErrors& shared_errors() const { return shared_errors_; }
   void restore(const Histogram& histogram, double range_noise, const SharedErrors& shared_errors);

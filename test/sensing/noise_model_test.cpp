@@ -361,6 +361,23 @@ TEST(NoiseModel, WhatAScansReadingsOfASurfaceShareIsTold) {
   EXPECT_EQ(shared_by_surfaces(0.005, 2, rng), 0) << "two surfaces";
 }
 
+TEST(NoiseModel, AnotherMapsSharedErrorsCountByTheirScans) {
+  std::mt19937_64 rng = test::rng();
+  NoiseModel one{Parameters{}}, other{Parameters{}}, nothing{Parameters{}};
+  one.observe_residuals(residuals_of(6, 0.004, 0, rng));
+  for (int scan = 0; scan < 3; ++scan) other.observe_residuals(residuals_of(6, 0.008, 0, rng));
+  NoiseModel both = one, taken = nothing;
+  both.add(other.shared_errors());
+  taken.add(other.shared_errors());
+  const auto error = [](const NoiseModel& noise) { return noise.shared_errors().of_class[6]; };
+  EXPECT_NEAR(error(both).variance, (error(one).variance + 3 * error(other).variance) / 4, 1e-15);
+  EXPECT_EQ(error(both).scans, 4U);
+  EXPECT_EQ(taken.reading_variance(6), other.reading_variance(6));
+  const double before = both.reading_variance(6);
+  both.add(nothing.shared_errors());
+  EXPECT_EQ(both.reading_variance(6), before);
+}
+
 TEST(NoiseModel, WhatNoScanHasToldOfErrsAsTheClassBelow) {
   std::mt19937_64 rng = test::rng();
   NoiseModel noise{Parameters{}};
