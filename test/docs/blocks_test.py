@@ -58,6 +58,9 @@ class Documents(unittest.TestCase):
         self.assertEqual(self.run_blocks(shown.format("a 900 ms\nb 99.5\n…\nd"))[0], 0)
         for wrong in ("a 3 ms\nb 50\nc\nd", "a 3 ms\nb 100.0\nd", "a 3 ms\nb 100.0\nc\nd\ne", "A 3 ms\n…"):
             self.assertEqual(self.run_blocks(shown.format(wrong))[0], 1, wrong)
+        about = shown.replace("output", "output about")
+        self.assertEqual(self.run_blocks(about.format("a 3 ms\nb 50\n…"))[0], 0)
+        self.assertEqual(self.run_blocks(about.format("a 3 ms\nbb 50\n…"))[0], 1)
         self.assertEqual(self.run_blocks(shown.format("old\n…\nold"), update=True)[0], 0)
         self.assertIn("a 3 ms\n…\nd\n", (blocks.ROOT / "docs/a.md").read_text(encoding="utf-8"))
 
