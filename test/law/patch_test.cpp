@@ -124,10 +124,10 @@ TEST(LogSame, MoreReadingsTellSmallerTiltsApart) {
 
 TEST(LogSame, WhatARecordingShakesByIsNoStep) {
   std::mt19937_64 rng = test::rng();
-  Patch floor = patch_of({}, rng), slab = patch_of({.centre = {0.2, 0, 0.008}}, rng);
-  const Eigen::Vector3d at(0.1, 0, 0.004);
+  Patch floor = patch_of({}, rng), slab = patch_of({.centre = {0.2, 0, 0.012}}, rng);
+  const Eigen::Vector3d at(0.1, 0, 0.006);
   EXPECT_LT(log_same(floor, slab, at), 0);
-  floor.pose_variance = slab.pose_variance = 0.008 * 0.008;
+  floor.pose_variance = slab.pose_variance = 0.012 * 0.012;
   EXPECT_GT(log_same(floor, slab, at), 0);
 }
 
