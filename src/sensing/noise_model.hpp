@@ -83,7 +83,7 @@ class NoiseModel {
   /// variance; the medians of the surfaces with enough of them how much of it all of a scan's readings of a
   /// surface share. The mean of the last scans' is kept.
   void observe_residuals(std::span<const Residual> residuals);
-  static constexpr std::uint32_t residual_memory = 30;  ///< scans
+  static constexpr std::uint32_t residual_memory = 30;  ///< scans: a second of a camera's
 
   /// What of readings' errors is not noise: its variance, m², and how many scans have told of it.
   struct SharedError {
