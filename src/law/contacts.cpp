@@ -136,7 +136,8 @@ class Gaps {
 
 void meet_neighbours(const Readings& readings, const std::vector<Label>& labels, const Junctions& junctions,
                      PatchGraph& graph) {
-  for (Index i = 0; i < readings.size(); ++i) {
+  for (const Index i : junctions.contacts()) {
+    if (readings.is_context(i)) break;
     if (labels[i] == clutter || junctions.ambiguous(i)) continue;
     for (const Index j : readings.near(i)) {
       if (labels[j] == clutter || labels[j] == labels[i]) continue;

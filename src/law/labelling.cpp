@@ -1,7 +1,6 @@
 #include "law/labelling.hpp"
 
 #include "geometry/disjoint_sets.hpp"
-#include "law/junctions.hpp"
 #include "law/neighbour_labels.hpp"
 #include "law/planelets.hpp"
 
@@ -16,28 +15,19 @@ using Index = Readings::Index;
 
 constexpr int most_sweeps = 8;  // effort: nearly all is settled after three
 
-NeighbourLabels labels_near(const Readings& readings, const std::vector<Label>& labels, Index i) {
-  NeighbourLabels near;
-  for (const Index j : readings.near(i)) near.add(labels[j]);
-  return near;
-}
-
-/// All neighbours have the label that it has itself, as nearly all do inside a surface.
-bool among_its_own(const Readings& readings, const std::vector<Label>& labels, Index i) {
-  const std::span<const Index> near = readings.near(i);
-  return std::all_of(near.begin(), near.end(), [&](Index j) { return labels[j] == labels[i]; });
-}
-
 Label best_label(const Readings& readings, const std::vector<Patch>& patches,
                  const std::vector<Label>& labels, Index i) {
-  if (among_its_own(readings, labels, i)) {  // as below, in short
-    if (labels[i] == clutter) return clutter;
-    const double gain = readings.log_ratio(i, patches[labels[i]].plane) +
-                        rim_cost * static_cast<double>(readings.near(i).size());
-    return gain > 0 ? labels[i] : clutter;
+  const Label own = labels[i];
+  const std::span<const Index> around = readings.near(i);
+  const auto other = std::find_if(around.begin(), around.end(), [&](Index j) { return labels[j] != own; });
+  const auto agreeing = static_cast<int>(other - around.begin());
+  if (other == around.end()) {  // as nearly everywhere inside a surface: as below, in short
+    if (own == clutter) return clutter;
+    return readings.log_ratio(i, patches[own].plane) + rim_cost * agreeing > 0 ? own : clutter;
   }
-  NeighbourLabels near = labels_near(readings, labels, i);
-  if (labels[i] != clutter) near.add(labels[i], 0);  // it may keep what no neighbour has
+  NeighbourLabels near;
+  near.add(own, agreeing);  // it may keep what no neighbour has
+  std::for_each(other, around.end(), [&](Index j) { near.add(labels[j]); });
   return near.best([&](Label label) { return readings.log_ratio(i, patches[label].plane); });
 }
 
@@ -141,9 +131,8 @@ void begin_with_outside(const Readings& readings, const Junctions& junctions,
 
 }  // namespace
 
-void part_into_pieces(const Readings& readings, Segmentation& segmentation) {
+void part_into_pieces(const Readings& readings, const Junctions& junctions, Segmentation& segmentation) {
   std::vector<Label>& labels = segmentation.labels;
-  const Junctions junctions(readings, labels, segmentation.patches);
   const std::vector<std::size_t> roots = roots_of_pieces(readings, segmentation, junctions);
   std::vector<std::size_t> sizes(roots.size(), 0);
   for (Index i = 0; i < readings.size(); ++i)
@@ -165,12 +154,11 @@ void part_into_pieces(const Readings& readings, Segmentation& segmentation) {
     labels[i] = piece;
   }
   segmentation.patches = std::move(pieces);
-  refit_patches(readings, segmentation);
+  refit_patches(readings, junctions, segmentation);
 }
 
-void refit_patches(const Readings& readings, Segmentation& segmentation) {
+void refit_patches(const Readings& readings, const Junctions& junctions, Segmentation& segmentation) {
   std::vector<Patch>& patches = segmentation.patches;
-  const Junctions junctions(readings, segmentation.labels, patches);
   const std::vector<std::vector<Index>> of = readings_by_label(readings, segmentation.labels, patches.size());
   const std::vector<Patch> outside = sums_outside(segmentation);
   for (Label label = 1; label < patches.size(); ++label) {

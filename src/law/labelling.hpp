@@ -1,6 +1,6 @@
 #pragma once
 
-#include "law/segmentation.hpp"
+#include "law/junctions.hpp"
 
 #include <vector>
 
@@ -12,13 +12,12 @@ namespace octosurf::law {
 void relabel(const Readings& readings, const std::vector<Patch>& patches, std::vector<Label>& labels);
 
 /// Makes a patch of each connected piece of a label, fitted anew; pieces of less readings than a plane needs
-/// become clutter. Neighbours are connected unless one is ambiguous or something parts them (Junctions). What
-/// reaches the border is held to be connected with what is outside. Labels are those of the pieces then.
-/// O(readings).
-void part_into_pieces(const Readings& readings, Segmentation& segmentation);
+/// become clutter. Neighbours are connected unless one is ambiguous or something parts them. What reaches the
+/// border is held to be connected with what is outside. Labels are those of the pieces then. O(readings).
+void part_into_pieces(const Readings& readings, const Junctions& junctions, Segmentation& segmentation);
 
 /// Fits each patch to the readings with its label, without ambiguous ones where enough are left, and to what
 /// is outside.
-void refit_patches(const Readings& readings, Segmentation& segmentation);
+void refit_patches(const Readings& readings, const Junctions& junctions, Segmentation& segmentation);
 
 }  // namespace octosurf::law

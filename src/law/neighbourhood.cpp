@@ -115,8 +115,8 @@ Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const geo
            places, static_cast<int>(std::ceil(map.parameters.max_hole_size() / resolution - 1e-9)))) {
     const bool inside = std::binary_search(places.begin(), places.end(), place);
     blocks.for_each_point(map.window, place, [&](Index i) {
-      const bool to_be_labelled = inside || map.window[i].surface == 0;
-      (to_be_labelled ? around.voxels : around.context).push_back(map.window[i].key);
+      const bool pending = map.window[i].surface == 0;
+      (inside ? around.voxels : pending ? around.followers : around.context).push_back(map.window[i].key);
     });
   }
   return around;
@@ -144,7 +144,7 @@ Segmentation known_about(const Readings& readings, const surfaces::SurfaceStore&
     if (const Patch sums = around[label - 1].outside(); sums.readings > 0)
       known.outside.push_back({id, label, sums});
   }
-  refit_patches(readings, known);
+  refit_patches(readings, Junctions(readings, known.labels, known.patches), known);
   return known;
 }
 

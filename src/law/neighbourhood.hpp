@@ -8,13 +8,9 @@
 
 namespace octosurf::law {
 
-/// What is labelled anew together, and the inliers around that only meet it, which is most.
-struct Neighbourhood {
-  std::vector<geometry::VoxelKey> voxels, context;
-};
 /// All points in the blocks of planelets that hold one of `changed`, or an inlier of one of `surfaces`, or of
-/// a surface that has a quarter of its inliers in these; and in the blocks around, as far as patches meet,
-/// the pending ones, inliers being context. Cost follows what is given.
+/// a surface that has a quarter of its inliers in these. Of the blocks around, as far as patches meet, the
+/// pending ones follow, and inliers are context, which is most. Cost follows what is given.
 Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const geometry::VoxelKey> changed,
                                std::span<const SurfaceId> surfaces);
 

@@ -23,27 +23,28 @@ std::uint64_t block_of(geometry::VoxelKey key) { return key.packed() >> 3 & 0x1f
 
 Readings::Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
                    const sensing::NoiseModel& noise)
-    : Readings(octree, window, all_of(octree), {}, noise) {}
+    : Readings(octree, window, {.voxels = all_of(octree), .followers = {}, .context = {}}, noise) {}
 
 Readings::Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
-                   std::span<const geometry::VoxelKey> voxels, std::span<const geometry::VoxelKey> context,
-                   const sensing::NoiseModel& noise)
+                   const Neighbourhood& around, const sensing::NoiseModel& noise)
     : window_(window), grid_(octree.grid()), model_(noise, octree.grid().resolution()) {
-  readings_.reserve(voxels.size() + context.size());
-  add(voxels, octree);
+  readings_.reserve(around.voxels.size() + around.followers.size() + around.context.size());
+  add(around.voxels, around.followers, octree);
   size_ = readings_.size();
-  add(context, octree);
+  add(around.context, {}, octree);
   at_border_.assign(readings_.size(), true);
   first_.reserve(readings_.size() + 1);
   for (Index i = 0; i < readings_.size(); ++i) find_neighbours(i);
   first_.push_back(neighbours_.size());
 }
 
-void Readings::add(std::span<const geometry::VoxelKey> voxels, const occupancy::OccupancyMap& octree) {
+void Readings::add(std::span<const geometry::VoxelKey> voxels, std::span<const geometry::VoxelKey> followers,
+                   const occupancy::OccupancyMap& octree) {
   std::vector<Index> in_window;
-  in_window.reserve(voxels.size());
-  for (const geometry::VoxelKey key : voxels)
-    if (const Index i = window_.find(key); i != none) in_window.push_back(i);
+  in_window.reserve(voxels.size() + followers.size());
+  for (const auto keys : {voxels, followers})
+    for (const geometry::VoxelKey key : keys)
+      if (const Index i = window_.find(key); i != none) in_window.push_back(i);
   std::sort(in_window.begin(), in_window.end(), [&](Index a, Index b) {
     return std::pair(block_of(window_[a].key), a) < std::pair(block_of(window_[b].key), b);
   });
@@ -53,8 +54,16 @@ void Readings::add(std::span<const geometry::VoxelKey> voxels, const occupancy::
     const occupancy::VoxelPoint& p = window_[i];
     const float hits = std::max(1.0F, octree.at(p.key).log_odds / one_hit);
     places_[i] = static_cast<Index>(readings_.size());
-    readings_.push_back({p.key, p.position, p.view, p.range_class, hits, p.surface, i});
+    readings_.push_back({.key = p.key,
+                         .position = p.position,
+                         .view = p.view,
+                         .range_class = p.range_class,
+                         .hits = hits,
+                         .surface = p.surface,
+                         .in_window = i});
   }
+  for (const geometry::VoxelKey key : followers)
+    if (const Index i = find(key); i != none) readings_[i].follows = true;
 }
 
 void Readings::find_neighbours(Index i) {

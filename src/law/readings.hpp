@@ -19,12 +19,20 @@ inline constexpr Label clutter = 0;
 /// both.
 inline constexpr double cos_nearly_parallel = 0.93969262078590838;
 
+/// Voxels whose points are looked at together.
+struct Neighbourhood {
+  std::vector<geometry::VoxelKey> voxels;     ///< are labelled, and planes are looked for among them
+  std::vector<geometry::VoxelKey> followers;  ///< were no plane before: join planes that others begin
+  std::vector<geometry::VoxelKey> context;    ///< keep the label they have; others meet them
+};
+
 /// What the octree keeps of the scans in one voxel.
 struct Reading {
   geometry::VoxelKey key;
   Eigen::Vector3f position = Eigen::Vector3f::Zero();
   Eigen::Vector3f view = Eigen::Vector3f::UnitZ();  ///< unit, toward the sensor
   std::uint8_t range_class = 0;
+  bool follows = false;   ///< it begins no plane
   float hits = 1;         ///< scans that hit the voxel, as far as its log-odds tell (at most some four)
   SurfaceId surface = 0;  ///< that has it so far
   occupancy::PointWindow::Index in_window = 0;
@@ -34,9 +42,9 @@ struct Reading {
 };
 
 /// Points of an octree, owned and pending alike, with their neighbours among each other: all of the octree's,
-/// or those around what a scan has changed. After those that are to be labelled comes their context: points
-/// that keep the label they have, and are there so that others meet it. Each part is in order of its blocks
-/// of 8³ voxels, and in these of their keys, whatever the window has loaded first.
+/// or a neighbourhood's. After those that are to be labelled, followers among them, comes their context. Each
+/// part is in order of its blocks of 8³ voxels, and in these of their keys, whatever the window has loaded
+/// first.
 class Readings {
  public:
   using Index = occupancy::PointWindow::Index;
@@ -45,11 +53,9 @@ class Readings {
   /// All points, which are loaded into `window`. O(points).
   Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
            const sensing::NoiseModel& noise);
-  /// The points of some voxels, and of others that are their context. O(voxels), but for a word for each
-  /// point that the window has loaded.
+  /// The points of some voxels. O(voxels), but for a word for each point that the window has loaded.
   Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
-           std::span<const geometry::VoxelKey> voxels, std::span<const geometry::VoxelKey> context,
-           const sensing::NoiseModel& noise);
+           const Neighbourhood& around, const sensing::NoiseModel& noise);
 
   /// Those to be labelled; what has an index from here on is context.
   std::size_t size() const { return size_; }
@@ -87,7 +93,8 @@ class Readings {
   Patch patch_of(const Indices& indices, const Plane& about, const Patch& beyond = {}) const;
 
  private:
-  void add(std::span<const geometry::VoxelKey> voxels, const occupancy::OccupancyMap& octree);
+  void add(std::span<const geometry::VoxelKey> voxels, std::span<const geometry::VoxelKey> followers,
+           const occupancy::OccupancyMap& octree);
   void find_neighbours(Index i);
   Index of_window(Index in_window) const { return in_window < places_.size() ? places_[in_window] : none; }
 

@@ -24,8 +24,7 @@ using Index = Readings::Index;
 constexpr int rounds = 3;  // effort: merging, relabelling, and merging what that has parted
 
 /// `gap`: m, over which patches meet; 0: those that touch only.
-void merge(const Readings& readings, double gap, Segmentation& segmentation) {
-  const Junctions junctions(readings, segmentation.labels, segmentation.patches);
+void merge(const Readings& readings, double gap, const Junctions& junctions, Segmentation& segmentation) {
   PatchGraph graph(std::move(segmentation.patches));
   meet_neighbours(readings, segmentation.labels, junctions, graph);
   if (gap > 0) meet_across_gaps(readings, segmentation.labels, junctions, gap, graph);
@@ -200,16 +199,19 @@ Segmentation segment(const Readings& readings, const SegmentLimits& limits) {
 Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segmentation known) {
   Segmentation result = std::move(known);
   find_planelets(readings, result);
+  Junctions junctions(readings, result.labels, result.patches);
   for (int round = 0; round < rounds; ++round) {
     // Among planelets, which are no larger than a gap, nearly every reading would be at a rim.
-    merge(readings, round == 0 ? 0 : limits.gap, result);
+    merge(readings, round == 0 ? 0 : limits.gap, junctions, result);
     relabel(readings, result.patches, result.labels);
-    part_into_pieces(readings, result);
+    junctions = Junctions(readings, result.labels, result.patches);
+    part_into_pieces(readings, junctions, result);
+    junctions.renew(result.labels, result.patches);
   }
-  merge(readings, limits.gap, result);
+  merge(readings, limits.gap, junctions, result);
   accept(readings, limits, result);
   relabel(readings, result.patches, result.labels);
-  refit_patches(readings, result);
+  refit_patches(readings, Junctions(readings, result.labels, result.patches), result);
   accept(readings, limits, result);
   return result;
 }

@@ -37,7 +37,7 @@ void segment_around(surfaces::Ledger& ledger, const occupancy::OccupancyMap& oct
                     std::span<const geometry::VoxelKey> changed, std::span<const SurfaceId> anew) {
   const Neighbourhood around = neighbourhood_of(ledger, changed, anew);
   if (around.voxels.empty()) return;
-  const Readings readings(octree, ledger.window, around.voxels, around.context, ledger.noise);
+  const Readings readings(octree, ledger.window, around, ledger.noise);
   const Segmentation found =
       segment(readings, limits_of(ledger.parameters), known_about(readings, ledger.surfaces, anew));
   for (const SurfaceId id : write_surfaces(ledger, readings, found, Planes::touched))

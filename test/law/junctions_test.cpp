@@ -154,5 +154,27 @@ TEST(Junctions, AreWhatTheyAreDefinedAs) {
   EXPECT_GT(parted, 0U);
 }
 
+TEST(Junctions, RenewedAreThoseOfTheNewLabels) {
+  std::mt19937_64 rng = test::rng();
+  const WallAndBoard scene(rng);
+  // One side of the board is given up, the other renamed, and the planes move a little.
+  std::vector<Label> labels = scene.labels();
+  const std::vector<Label> into{clutter, 2, clutter, 1};
+  for (Label& label : labels) label = into[label];
+  std::vector<Patch> patches{scene.patches()[0], scene.patches()[3], scene.patches()[1]};
+  std::normal_distribution<double> by(0, 0.003);
+  for (Patch& patch : patches) patch.plane.offset += by(rng);
+  Junctions renewed = scene.junctions();
+  renewed.renew(labels, patches);
+  const Junctions anew(scene.readings(), labels, patches);
+  for (Index i = 0; i < scene.readings().size(); ++i) {
+    EXPECT_EQ(renewed.ambiguous(i), anew.ambiguous(i));
+    for (const Index j : scene.readings().near(i)) EXPECT_EQ(renewed.parted(i, j), anew.parted(i, j));
+  }
+  EXPECT_TRUE(std::includes(renewed.contacts().begin(), renewed.contacts().end(), anew.contacts().begin(),
+                            anew.contacts().end()));
+  EXPECT_FALSE(anew.contacts().empty());
+}
+
 }  // namespace
 }  // namespace octosurf::law

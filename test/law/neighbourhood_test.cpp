@@ -43,8 +43,7 @@ class FloorAndBoard {
 
   Neighbourhood around() const { return neighbourhood_of(points_.ledger, board_, {}); }
   Readings readings_of(const Neighbourhood& around) const {
-    return {points_.state.occupancy, points_.ledger.window, around.voxels, around.context,
-            points_.state.noise};
+    return {points_.state.occupancy, points_.ledger.window, around, points_.state.noise};
   }
 
   std::mt19937_64 rng_;
@@ -67,6 +66,29 @@ TEST(Neighbourhood, ContextAreTheInliersAround) {
   EXPECT_EQ(looked_at.size() + beside.size(), around.voxels.size() + around.context.size());
   for (const geometry::VoxelKey key : scene.board_) EXPECT_TRUE(looked_at.contains(key.packed()));
   for (const std::uint64_t key : beside) EXPECT_FALSE(looked_at.contains(key));
+}
+
+TEST(Neighbourhood, WhatWasPendingAroundFollowsAndBeginsNoPlane) {
+  const FloorAndBoard scene;
+  const surfaces::Ledger& ledger = scene.points_.ledger;
+  const auto is_pending = [&](geometry::VoxelKey key) {
+    return ledger.window[ledger.window.find(key)].surface == 0;
+  };
+  Neighbourhood around = scene.around();
+  EXPECT_FALSE(around.followers.empty());
+  EXPECT_TRUE(std::all_of(around.followers.begin(), around.followers.end(), is_pending));
+  // Were the board's points there only to follow, nothing would begin it; the floor takes in what is its own.
+  const auto planes_of = [&](const Neighbourhood& looked_at) {
+    const Readings readings = scene.readings_of(looked_at);
+    return segment(readings, limits_of(ledger.parameters), known_about(readings, ledger.surfaces, {}))
+        .patches.size();
+  };
+  const std::size_t planes = planes_of(around);
+  const auto first_pending = std::stable_partition(around.voxels.begin(), around.voxels.end(),
+                                                   [&](geometry::VoxelKey key) { return !is_pending(key); });
+  around.followers.insert(around.followers.end(), first_pending, around.voxels.end());
+  around.voxels.erase(first_pending, around.voxels.end());
+  EXPECT_EQ(planes_of(around) + 1, planes);
 }
 
 TEST(Neighbourhood, WhatIsKnownOfASurfaceIsAllOfIt) {
