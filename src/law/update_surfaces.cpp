@@ -11,13 +11,12 @@
 namespace octosurf::law {
 namespace {
 
-/// Those that this scan touched, and of which half has changed since they were looked at as wholes: one that
-/// grows has doubled, so that each of its points is looked at again once on the mean.
+/// Those that this scan touched and that have doubled since they were looked at as wholes, so that each of
+/// their points is looked at again once on the mean.
 std::vector<SurfaceId> to_be_checked(surfaces::Ledger& ledger) {
   std::vector<SurfaceId> ids;
   for (const SurfaceId id : ledger.changes.touched())
-    if (const surfaces::SurfaceModel& surface = *ledger.find(id); 2 * surface.unchecked >= surface.size())
-      ids.push_back(id);
+    if (ledger.find(id)->size_has_changed()) ids.push_back(id);
   return ids;
 }
 
@@ -40,9 +39,11 @@ void segment_around(surfaces::Ledger& ledger, const occupancy::OccupancyMap& oct
   const Readings readings(octree, ledger.window, around, ledger.noise);
   const Segmentation found =
       segment(readings, limits_of(ledger.parameters), known_about(readings, ledger.surfaces, anew));
-  for (const SurfaceId id : write_surfaces(ledger, readings, found, Planes::touched))
-    if (ledger.changes.born.contains(id) || std::find(anew.begin(), anew.end(), id) != anew.end())
-      ledger.find(id)->set_checked();
+  const std::vector<SurfaceId> ids = write_surfaces(ledger, readings, found, Planes::touched);
+  std::vector<bool> whole(ids.size(), true);
+  for (const Outside& part : found.outside) whole[part.label] = false;
+  for (Label label = 1; label < ids.size(); ++label)
+    if (whole[label]) ledger.find(ids[label])->set_checked();
 }
 
 /// What waits, and what has lost its surface and found no other: it is segmented again once enough has

@@ -234,8 +234,8 @@ SurfacePtr SurfaceModel::publish(std::uint64_t map_revision) const {
 
 SurfaceModel::State SurfaceModel::head() const {
   return {
-      id_, plane_, checked_plane, pose_,           hash_frame_, reference_, moments_, evidence_, covariance_,
-      {},  {},     parents_,      polygons_stale_, born,        revision,   unchecked};
+      id_, plane_,   checked_plane,   pose_, hash_frame_, reference_, moments_,    evidence_, covariance_, {},
+      {},  parents_, polygons_stale_, born,  revision,    unchecked,  checked_size};
 }
 
 SurfaceModel::State SurfaceModel::state() const {
@@ -251,6 +251,7 @@ SurfaceModel::SurfaceModel(const State& state, double resolution)
   born = state.born;
   revision = state.revision;
   unchecked = state.unchecked;
+  checked_size = state.checked_size;
   pose_ = state.pose;
   set_hash_frame(state.hash_frame);
   for (const Inlier& inlier : state.inliers) insert(inlier);

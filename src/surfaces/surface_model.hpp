@@ -9,6 +9,7 @@
 #include "surfaces/inlier_tiles.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -159,6 +160,7 @@ class SurfaceModel {
     std::uint64_t born = 0;
     std::uint64_t revision = 0;
     std::uint64_t unchecked = 0;
+    std::uint64_t checked_size = 0;
   };
   State state() const;
   /// The same without inliers and polygons, O(1): for whoever has those elsewhere.
@@ -169,17 +171,24 @@ class SurfaceModel {
   void set_checked() {
     checked_plane = plane_;
     unchecked = 0;
+    checked_size = size_;
+  }
+  /// It has doubled, or lost a third, since it was looked at as a whole. What comes and goes again, as in the
+  /// tails of the noise, does not count.
+  bool size_has_changed() const {
+    return 2 * (std::max(size_, checked_size) - std::min(size_, checked_size)) >= size_;
   }
   /// Fewer than a quarter of its inliers came or went since it was last checked for being one plane.
   bool recently_checked() const { return unchecked * 4 < size_; }
   /// It has so many inliers that a better view of some is no reason to check all of them.
   bool expensive_to_check() const { return size_ >= 20000; }
 
-  std::uint64_t born = 0;       ///< map revision in which it was first published
-  std::uint64_t revision = 0;   ///< map revision of the last published change
-  Plane checked_plane;          ///< plane against which all inliers were last checked
-  std::uint64_t unchecked = 0;  ///< inliers that came or went since planarity was last checked
-  std::uint64_t kept_in = 0;    ///< the SurfaceStore's
+  std::uint64_t born = 0;          ///< map revision in which it was first published
+  std::uint64_t revision = 0;      ///< map revision of the last published change
+  Plane checked_plane;             ///< plane against which all inliers were last checked
+  std::uint64_t unchecked = 0;     ///< inliers that came or went since planarity was last checked
+  std::uint64_t checked_size = 0;  ///< inliers when it was last looked at as a whole
+  std::uint64_t kept_in = 0;       ///< the SurfaceStore's
 
  private:
   /// Of the hash frame against the plane. It shifts an outline's vertex by 1/57 of its inlier's distance

@@ -275,6 +275,33 @@ TEST(SurfaceModel, RemovesOnlyWhatIsThere) {
   EXPECT_EQ(model.size(), all.size() - 1);
 }
 
+TEST(SurfaceModel, WhatComesAndGoesAgainDoesNotChangeItsSize) {
+  std::mt19937_64 rng(test::seed());
+  const Eigen::Isometry3d pose = test::random_pose(rng);
+  const std::vector<Inlier> inliers =
+      test::voxels_of(test::random_blob(rng, 0.8, 0.1), pose, d, 0.8, 0.006, rng);
+  const std::size_t half = inliers.size() / 2;
+  SurfaceModel model = model_of({inliers.begin(), inliers.begin() + static_cast<std::ptrdiff_t>(half)}, pose);
+  EXPECT_TRUE(model.size_has_changed());  // it was never looked at
+  model.set_checked();
+  for (int round = 0; round < 20; ++round) {
+    for (std::size_t i = 0; i < half / 4; ++i) ASSERT_TRUE(model.remove(inliers[i].key, inliers[i].position));
+    for (std::size_t i = 0; i < half / 4; ++i) model.add(inliers[i]);
+    EXPECT_FALSE(model.size_has_changed());
+  }
+  for (std::size_t i = half; i < 2 * half; ++i) {
+    EXPECT_FALSE(model.size_has_changed());
+    model.add(inliers[i]);
+  }
+  EXPECT_TRUE(model.size_has_changed());
+  model.set_checked();
+  for (std::size_t i = 0; 3 * i < 2 * half; ++i) {
+    EXPECT_FALSE(model.size_has_changed());
+    ASSERT_TRUE(model.remove(inliers[i].key, inliers[i].position));
+  }
+  EXPECT_TRUE(model.size_has_changed());
+}
+
 TEST(SurfaceModel, PoseMovesAsLittleAsPossible) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);

@@ -96,7 +96,8 @@ class Reader {
     s.born = record_.born();
     s.revision = record_.revision();
     s.unchecked = record_.unchecked();
-    require(s.unchecked <= largest_count, "has counts that make no sense");
+    s.checked_size = record_.checked_inliers();
+    require(s.unchecked <= largest_count && s.checked_size <= largest_count, "has counts that make no sense");
     require(record_.has_polygons_stale() && record_.has_revision() && s.revision <= bounds_.revision,
             "has no revision, or one that is to come");
     require(s.born <= s.revision, "changed before it was there");
@@ -267,6 +268,7 @@ void write_surface(const surfaces::SurfaceModel::State& surface, map_file::Surfa
   if (surface.born > 0) record.set_born(surface.born);
   record.set_revision(surface.revision);
   record.set_unchecked(surface.unchecked);
+  if (surface.checked_size > 0) record.set_checked_inliers(surface.checked_size);
   record.set_inliers(surface.inliers.size());
 }
 

@@ -272,6 +272,7 @@ const std::vector<Spoiled>& spoiled_files() {
       {"not finite", [](Spoiler& s) { s.surface().set_evidence(0, not_a_number); }},
       {"not finite", [](Spoiler& s) { s.surface().set_evidence(0, HUGE_VAL); }},
       {"not finite", [](Spoiler& s) { s.surface().set_evidence(9, -HUGE_VAL); }},
+      {"counts that make no sense", [](Spoiler& s) { s.surface().set_checked_inliers(~std::uint64_t{0}); }},
       {"evidence that no scan gives", [](Spoiler& s) { s.surface().set_evidence(0, -1); }},
       {"evidence that no scan gives", [](Spoiler& s) { s.surface().set_evidence(1, -1e-9); }},
       {"evidence that no scan gives", [](Spoiler& s) { s.surface().set_evidence(2, 1e30); }},

@@ -68,7 +68,8 @@ std::string surface_difference(const surfaces::SurfaceModel::State& a,
   if (!all_same(a.polygons, b.polygons)) return "polygons";
   if (a.parents != b.parents) return "parents";
   if (a.polygons_stale != b.polygons_stale) return "polygons_stale";
-  if (a.born != b.born || a.revision != b.revision || a.unchecked != b.unchecked)
+  if (a.born != b.born || a.revision != b.revision || a.unchecked != b.unchecked ||
+      a.checked_size != b.checked_size)
     return "born, revision or unchecked";
   return {};
 }
