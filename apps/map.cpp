@@ -43,7 +43,7 @@ Examples:
   octosurf map kitchen -o maps/kitchen --history kitchen.history   for a time slider: view --history
   octosurf map kitchen -o maps/kitchen --up auto                 where z is not up, as in a camera's frame
   octosurf map kitchen -o maps/kitchen --keep-scans maps/kitchen.scans   so that remap can move it later
-  octosurf map kitchen -o maps/kitchen --rules law              surfaces by one criterion
+  octosurf map kitchen -o maps/kitchen --rules tuned            surfaces by the paper's stages
   octosurf map --show-parameters --preset paper
 
 Inputs, told apart by content: folders as 7-Scenes, TUM RGB-D or KITTI velodyne have them; 16-bit depth
@@ -62,10 +62,11 @@ with --resume it goes on with the file.
 like other scans. A map goes on with its archive by itself when it is resumed and written over; with another
 -o it needs --keep-scans with a new folder, which begins with those scans.
 
---rules law finds surfaces by one likelihood and one merging criterion instead of some hundred tuned
-thresholds: after each scan around what that has changed, and when the run ends among all points at once,
-which finds a little more; ids stay. Cylinders are found in what it leaves. A run that goes on with such a
-map has to ask for it again, else it goes on by the tuned rules.
+Surfaces are found by one likelihood and one merging criterion, around what each scan has changed; cylinders
+in what that leaves. --rules tuned finds them by the paper's stages with some hundred tuned thresholds
+instead, twice as fast with a depth camera; --surface-tolerance, --search-radius, --smoothness-angle,
+--max-curvature and --ransac-iterations are theirs alone. The map does not say by which it was built: a run
+that goes on with it by the tuned rules has to ask for them again.
 )";
 
 struct Inputs {
@@ -235,8 +236,8 @@ void add_map(CLI::App& app) {
                    "save every so many SECONDS between scans; 0: only at the end")
       ->check(CLI::Validator(not_seconds, ""))
       ->capture_default_str();
-  verb->add_option("--rules", options->rules, "what finds surfaces: tuned or law")
-      ->check(CLI::IsMember({"tuned", "law"}))
+  verb->add_option("--rules", options->rules, "what finds surfaces: law or tuned")
+      ->check(CLI::IsMember({"law", "tuned"}))
       ->capture_default_str();
   verb->add_flag("--realtime", options->realtime,
                  "scans arrive at their time stamps, not as fast as they can be mapped; where mapping falls "

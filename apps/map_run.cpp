@@ -89,7 +89,7 @@ MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext 
       backlog_(options.together),
       history_(options.history, {options.force, !options.resume.empty()}, *mapper_.snapshot()),
       reserve_(std::make_unique_for_overwrite<std::byte[]>(std::size_t{8} << 20)) {
-  if (options_.rules == "law") mapper_.find_surfaces_by(Rules::law);
+  if (options_.rules == "tuned") mapper_.find_surfaces_by(Rules::stages);
 }
 
 MapRun::~MapRun() = default;
@@ -112,8 +112,6 @@ void MapRun::run(bool adopt, std::unique_ptr<ScanSource> source) {
     cut_short = interrupted;
     if (cut_short && !changed_)
       throw Error(Error::Kind::data, "", "interrupted before a scan was mapped", "nothing is written");
-    // A run that is cut short goes on later as if it had not been.
-    if (options_.rules == "law" && !cut_short) mapper_.resegment();
     finish();
   } catch (const std::exception& failure) {
     const bool refused = dynamic_cast<const Error*>(&failure) != nullptr && !changed_ && !finishing_;

@@ -65,6 +65,7 @@ void ScanKeeper::add(const Scan& scan, const ScanReport& report) {
     header.T_used = report.alignment.T_map_sensor;
     header.noise = state.noise.seen_since(noise_);
     noise_ = state.noise.histogram();
+    header.shared_variances = mapper_.last_shared_variances();
     archive.add(std::move(header), mapper_.last_voxels());
   });
 }

@@ -37,7 +37,9 @@ enum class Reason {
   seen_edge_on,       ///< most of its points were seen along their plane: what a sensor mixes at an edge
   noise_sheet,        ///< a parallel sheet within a surface's noise
   seen_through,       ///< seen through a surface: that one's noise
-  waiting             ///< the next detection run around it would make a surface
+  no_plane,           ///< no plane passes through it that five points of one piece agree on
+  clutter,            ///< a plane here explains too little of what is seen around it
+  waiting             ///< the next look around it would make a surface
 };
 
 /// How a reason is told.
@@ -101,10 +103,16 @@ inline constexpr std::array reason_texts{
                "No surface: the patch here is parallel to surface {surface} and within its noise."},
     ReasonText{Reason::seen_through, "seen_through",
                "No surface: what was seen here was seen through surface {surface} and is its noise."},
+    ReasonText{Reason::no_plane, "no_plane",
+               "No surface: no plane passes through the point here that enough others beside it agree on: an "
+               "edge, something round, or clutter."},
+    ReasonText{Reason::clutter, "clutter",
+               "No surface: the plane through the points here explains less of what is seen around it than "
+               "clutter does ({measured} nats, and a surface needs more than {limit}).",
+               "explained", "nats"},
     ReasonText{Reason::waiting, "waiting",
-               "Not yet a surface: detection would make one here, but only looks once enough new points have "
-               "come ({measured} of {limit} are waiting).",
-               "new_points"}};
+               "Not yet a surface: a look around here would make one, but comes only once enough new points "
+               "have."}};
 /// How `reason` is told.
 constexpr const ReasonText& text_of(Reason reason) {
   return reason_texts.at(static_cast<std::size_t>(reason));
@@ -145,10 +153,10 @@ struct Explanation {
 };
 
 /// Why is there no surface at `point` (map frame)? Looks at the nearest occupied voxel's point within h; if
-/// that one is pending, detection is run again, from the pending points around, and tells which of its checks
-/// refused it. The map does not change; nothing may insert meanwhile.
+/// that one is pending, surfaces are looked for again among the points around, and what refused one is said.
+/// The map does not change; nothing may insert meanwhile.
 ///
-/// Cost: O(inliers), and for a pending point a detection run around it.
+/// Cost: O(inliers), and for a pending point 5 µs for each point around it.
 /// Throws Error(usage) if `point` is not finite.
 Explanation explain(const Map& map, const Eigen::Vector3d& point);
 

@@ -19,6 +19,13 @@ struct NoiseCount {
   std::uint32_t count = 0;       ///< of differences in both
 };
 
+/// What of the errors of a scan's readings is not noise, as they told where they lay beside the map's
+/// surfaces; for a thinned scan, too.
+struct SharedVariance {
+  std::uint8_t range_class = 0;  ///< of distances; 0: of the readings of one surface, along its normal
+  double variance = 0;           ///< m², estimated, so that it may come out below 0
+};
+
 /// One posed scan. Points are in the sensor's frame, in metres, in any order; points that are not
 /// finite are "no reading" and are skipped (and counted) by the mapper.
 struct Scan {
@@ -29,9 +36,11 @@ struct Scan {
   SensorKind sensor = SensorKind::depth_camera;  ///< picks the default maximum range
   std::string name;                              ///< for messages: file or index
   /// How many readings each point is the mean of, where the scan was thinned before, as an archive's is:
-  /// empty, or a number from 1 on for each point. Such points do not tell the sensor's noise, `noise` does.
+  /// empty, or a number from 1 on for each point. Such points do not tell the sensor's errors, the
+  /// next two do.
   std::vector<std::uint16_t> readings{};
-  std::vector<NoiseCount> noise{};  ///< of such a thinned scan; else empty
+  std::vector<NoiseCount> noise{};                 ///< of such a thinned scan; else empty
+  std::vector<SharedVariance> shared_variances{};  ///< likewise, each class once
 };
 
 /// Throws Error(data) unless `readings` is as it says there, and their sum below 2³².

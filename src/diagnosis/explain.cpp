@@ -1,8 +1,6 @@
-#include "detection/detection.hpp"
-#include "detection/seen_through.hpp"
+#include "diagnosis/pending_reasons.hpp"
 #include "diagnosis/refusal_text.hpp"
 #include "geometry/even_odd.hpp"
-#include "upkeep/revise.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -84,79 +82,6 @@ std::optional<std::pair<SurfaceId, Reason>> surface_around(const surfaces::MapSt
   return found;
 }
 
-/// Detection once more, around a pending point, and what it made of every point. Its surfaces stand beside
-/// the map's, which stays as it is.
-class Rerun {
- public:
-  Rerun(const surfaces::MapState& map, geometry::VoxelKey place)
-      : state_(map.parameters),
-        ledger_(state_, occupancy::PointWindow::read_only(map.occupancy)),
-        cylinders_(map.cylinders),
-        place_(place) {
-    // Planes take no notice of cylinders, and the points to begin with are chosen here.
-    state_.surfaces = surfaces::SurfaceStore::beside(map.surfaces);
-    state_.noise = map.noise;
-    const Parameters& p = map.parameters;
-    const double radius = std::max(4 * p.max_hole_size(), 2 * p.search_radius());
-    const std::vector<Index> pending = pending_within(radius);
-    std::map<Index, SurfaceId> in_front;  // asked before detection changes the surfaces
-    detection::SeenThrough seen_through(ledger_);
-    for (const Index i : pending)
-      if (const SurfaceId surface = seen_through(i); surface != 0) in_front[i] = surface;
-    for (const detection::Refused& refused : detection::detect_from(ledger_, pending).refused)
-      for (const Index i : refused.points) refused_.try_emplace(i, refused.why);
-    for (const auto& [i, surface] : in_front)
-      refused_.try_emplace(i, surfaces::Refusal{.reason = Reason::seen_through, .surface = surface});
-    for (const geometry::VoxelKey key : pending_)
-      taken_[key] = ledger_.window[ledger_.window.find(key)].surface;
-    upkeep::refit(ledger_);  // dissolves surfaces that do not pass its checks
-  }
-
-  /// Why the point is pending; Reason::waiting if detection would take it now.
-  surfaces::Refusal reason(geometry::VoxelKey key) {
-    if (const CylinderId cylinder = cylinders_.owner(key); cylinder != 0)
-      return {.reason = Reason::on_cylinder, .cylinder = cylinder};
-    const Index i = ledger_.window.find(key);
-    if (const SurfaceId born = taken_[key]; born != 0) {
-      const auto dissolved = ledger_.changes.unsound.find(born);
-      return dissolved == ledger_.changes.unsound.end() ? surfaces::Refusal{Reason::waiting}
-                                                        : dissolved->second;
-    }
-    if (const auto found = refused_.find(i); found != refused_.end()) return found->second;
-    const surfaces::LocalPlane& local = ledger_.normals.at(i);
-    if (!local.known) return {Reason::no_normal};
-    return {Reason::not_flat, local.curvature, ledger_.parameters.detection.max_curvature};
-  }
-
-  std::map<Reason, std::size_t> reasons_within(double radius, const Eigen::Vector3d& at) {
-    std::map<Reason, std::size_t> counts;
-    for (const geometry::VoxelKey key : pending_)
-      if ((ledger_.window[ledger_.window.find(key)].position.cast<double>() - at).norm() <= radius)
-        ++counts[reason(key).reason];
-    return counts;
-  }
-
- private:
-  std::vector<Index> pending_within(double radius) {
-    std::vector<Index> pending;
-    const int reach = static_cast<int>(radius / ledger_.parameters.occupancy.resolution) + 1;
-    ledger_.window.for_each_near(place_, reach, [&](Index i) {
-      if (ledger_.window[i].surface != 0) return;
-      pending.push_back(i);
-      pending_.push_back(ledger_.window[i].key);
-    });
-    return pending;
-  }
-
-  surfaces::MapState state_;  // what detection and refit() add to the map
-  surfaces::Ledger ledger_;
-  const surfaces::CylinderStore& cylinders_;
-  geometry::VoxelKey place_;
-  std::vector<geometry::VoxelKey> pending_;
-  std::map<geometry::VoxelKey, SurfaceId> taken_;  // by detection, before refit()
-  std::map<Index, surfaces::Refusal> refused_;
-};
-
 void state_reason(const surfaces::Refusal& refusal, Explanation& result) {
   result.reason = refusal.reason;
   result.sentence = diagnosis::sentence_of(refusal);
@@ -167,14 +92,9 @@ void state_reason(const surfaces::Refusal& refusal, Explanation& result) {
 
 void explain_pending(const surfaces::MapState& state, const occupancy::VoxelPoint& point,
                      Explanation& result) {
-  Rerun rerun(state, point.key);
-  surfaces::Refusal refusal = rerun.reason(point.key);
-  if (refusal.reason == Reason::waiting) {
-    refusal.measured = static_cast<double>(state.accumulated.size());
-    refusal.limit = static_cast<double>(state.parameters.min_surface_points());
-  }
-  state_reason(refusal, result);
-  result.around = rerun.reasons_within(state.parameters.max_hole_size(), result.asked);
+  const diagnosis::PendingReasons reasons(state, point.key);
+  state_reason(reasons.of(point.key), result);
+  result.around = reasons.within(state.parameters.max_hole_size(), result.asked);
 }
 
 std::string scans_of(std::size_t count) {

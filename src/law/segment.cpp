@@ -13,6 +13,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <numeric>
 #include <optional>
 
@@ -38,33 +40,41 @@ std::vector<std::vector<Index>> by_label(const Readings& readings, const Segment
   return of;
 }
 
-/// Strips that are all narrower, such as a ladder's front.
-bool is_narrow_everywhere(const Readings& readings, double least_width, const Patch& patch,
-                          const std::vector<Index>& indices) {
+/// m, of strips such as a ladder's front; infinite if that is not known.
+double width_in_most_places(const Readings& readings, double least_width, const Patch& patch,
+                            const std::vector<Index>& indices) {
   const Eigen::Matrix3d axes = geometry::plane_axes(patch.plane.normal);
   std::vector<Eigen::Vector2d> on_plane;
   on_plane.reserve(indices.size());
   for (const Index i : indices)
     on_plane.emplace_back(axes.leftCols<2>().transpose() * readings[i].position.cast<double>());
-  const std::optional<double> width =
-      geometry::median_local_width(on_plane, least_width, readings.resolution());
-  return width && *width < least_width;
+  return geometry::median_local_width(on_plane, least_width, readings.resolution())
+      .value_or(std::numeric_limits<double>::infinity());
 }
 
-/// Large enough, wide enough, and does not bend. What is known of the part outside are sums, which tell
-/// nothing but their extent.
-bool may_be_surface(const Readings& readings, const SegmentLimits& limits, const Patch& patch,
-                    const std::vector<Index>& indices, const Patch& outside) {
-  if (static_cast<double>(indices.size()) + outside.readings < static_cast<double>(limits.fewest_points))
-    return false;
+using Refusal = surfaces::Refusal;
+
+/// None for what is large enough, wide enough, and does not bend. What is known of the part outside are sums,
+/// which tell nothing but their extent.
+std::optional<Refusal> refusal_by_shape(const Readings& readings, const SegmentLimits& limits,
+                                        const Patch& patch, const std::vector<Index>& indices,
+                                        const Patch& outside) {
+  const double size = static_cast<double>(indices.size()) + outside.readings;
+  if (size < static_cast<double>(limits.fewest_points))
+    return surfaces::fewer_than_n(surfaces::few::in_cluster, static_cast<std::size_t>(size),
+                                  limits.fewest_points);
   geometry::Moments extent;  // unweighted
   for (const Index i : indices) extent.add(readings[i].position.cast<double>() - patch.origin);
   if (outside.readings > 0)
     extent.add(outside.moments.shifted(patch.origin - outside.origin),
                outside.readings / outside.moments.count);
-  if (geometry::width_of(extent) < limits.least_width) return false;
-  return outside.readings > 0 || (!is_narrow_everywhere(readings, limits.least_width, patch, indices) &&
-                                  !is_curved(readings, patch, indices));
+  double width = geometry::width_of(extent);
+  if (width >= limits.least_width && !(outside.readings > 0))
+    width = std::min(width, width_in_most_places(readings, limits.least_width, patch, indices));
+  if (width < limits.least_width)
+    return Refusal{.reason = Reason::too_narrow, .measured = width, .limit = limits.least_width};
+  if (!(outside.readings > 0) && is_curved(readings, patch, indices)) return Refusal{Reason::bent};
+  return {};
 }
 
 /// m, on both sides of a patch together: what is looked at for how much is clutter there. Beyond where
@@ -133,11 +143,19 @@ double explained_by(const Readings& readings, const Patch& patch, const std::vec
          others * std::log(1 - share) - description_cost(patch);
 }
 
+/// By how much a plane explains more than speaks against it, nats, and the one through which most of the rays
+/// passed that do.
+struct Verdict {
+  double for_it = 0;
+  Label seen_through = clutter;
+  bool holds() const { return for_it > 0; }
+};
+
 /// Which of the planes are there, by what each explains: the one that explains most first, and others if they
 /// explain more than the rays that have passed through them, or through those that are there to them, speak
 /// against both. Such rays are as rare as outliers.
-std::vector<bool> find_opaque(const Readings& readings, const Segmentation& segmentation,
-                              const std::vector<double>& explained) {
+std::vector<Verdict> find_opaque(const Readings& readings, const Segmentation& segmentation,
+                                 const std::vector<double>& explained) {
   std::vector<std::vector<std::pair<Label, double>>> crossed(explained.size());
   for (const auto& [pair, rays] : count_crossings(readings, segmentation.labels, segmentation.patches)) {
     crossed[pair.first].emplace_back(pair.second, rays);
@@ -146,34 +164,62 @@ std::vector<bool> find_opaque(const Readings& readings, const Segmentation& segm
   std::vector<Label> order(explained.size());
   std::iota(order.begin(), order.end(), Label{0});
   std::stable_sort(order.begin(), order.end(), [&](Label a, Label b) { return explained[a] > explained[b]; });
-  std::vector<bool> there(explained.size(), false);
+  std::vector<Verdict> verdicts(explained.size());
   for (const Label label : order) {
-    double against = 0;
-    for (const auto& [other, rays] : crossed[label])
-      if (there[other]) against += rays * sensing::ReadingModel::log_odds;
-    there[label] = explained[label] > against;
+    Verdict& verdict = verdicts[label];
+    verdict.for_it = explained[label];
+    double most_rays = 0;
+    for (const auto& [other, rays] : crossed[label]) {
+      if (!verdicts[other].holds()) continue;
+      verdict.for_it -= rays * sensing::ReadingModel::log_odds;
+      if (rays > most_rays && explained[label] > 0) verdict.seen_through = other;
+      most_rays = std::max(most_rays, rays);
+    }
   }
-  return there;
+  return verdicts;
 }
 
-/// What does not hold becomes clutter.
-template <class Holds>
-void keep_labels(const Readings& readings, Segmentation& segmentation, Holds&& holds) {
+/// The surface that most of a label's readings belong to so far; 0: none.
+SurfaceId surface_of(const Readings& readings, const Segmentation& segmentation, Label label) {
+  std::map<SurfaceId, std::size_t> counts;
+  for (Index i = 0; i < readings.size_with_context(); ++i)
+    if (segmentation.labels[i] == label) ++counts[readings[i].surface];
+  const auto most = std::max_element(counts.begin(), counts.end(),
+                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+  return most == counts.end() ? 0 : most->first;
+}
+
+Refusal refusal_of(const Readings& readings, const Segmentation& segmentation, const Verdict& verdict) {
+  if (verdict.seen_through != clutter)
+    if (const SurfaceId surface = surface_of(readings, segmentation, verdict.seen_through); surface != 0)
+      return {.reason = Reason::seen_through, .surface = surface};
+  return {.reason = Reason::clutter, .measured = verdict.for_it};
+}
+
+/// What does not hold becomes clutter: refusal_of(label, readings) is why, or none.
+template <class RefusalOf>
+void keep_labels(const Readings& readings, Segmentation& segmentation, std::vector<Refused>* refused,
+                 RefusalOf&& refusal_of) {
   const std::vector<std::vector<Index>> of = by_label(readings, segmentation);
   std::vector<Label> into(segmentation.patches.size(), clutter);
   std::vector<Patch> kept(1);
   for (Label label = 1; label < segmentation.patches.size(); ++label) {
-    if (!holds(label, of[label])) continue;
+    if (const std::optional<Refusal> why = refusal_of(label, of[label])) {
+      if (refused != nullptr) refused->push_back({*why, of[label]});
+      continue;
+    }
     into[label] = static_cast<Label>(kept.size());
     kept.push_back(segmentation.patches[label]);
   }
   segmentation.follow(into, std::move(kept));
 }
 
-void accept(const Readings& readings, const SegmentLimits& limits, Segmentation& segmentation) {
-  keep_labels(readings, segmentation,
+void accept(const Readings& readings, const SegmentLimits& limits, Segmentation& segmentation,
+            std::vector<Refused>* refused) {
+  keep_labels(readings, segmentation, refused,
               [&, outside = sums_outside(segmentation)](Label label, const std::vector<Index>& indices) {
-                return may_be_surface(readings, limits, segmentation.patches[label], indices, outside[label]);
+                return refusal_by_shape(readings, limits, segmentation.patches[label], indices,
+                                        outside[label]);
               });
   const std::vector<double> around = count_clutter_around(readings, segmentation);
   const std::vector<std::vector<Index>> of = by_label(readings, segmentation);
@@ -184,8 +230,12 @@ void accept(const Readings& readings, const SegmentLimits& limits, Segmentation&
     if (outside.label != clutter)
       explained[outside.label] += outside.sums.hits / outside.sums.readings *
                                   outside.sums.explained_by(segmentation.patches[outside.label].plane);
-  const std::vector<bool> there = find_opaque(readings, segmentation, explained);
-  keep_labels(readings, segmentation, [&](Label label, const std::vector<Index>&) { return there[label]; });
+  const std::vector<Verdict> verdicts = find_opaque(readings, segmentation, explained);
+  keep_labels(readings, segmentation, refused, [&](Label label, const auto&) -> std::optional<Refusal> {
+    if (verdicts[label].holds()) return {};
+    if (refused == nullptr) return Refusal{Reason::clutter};
+    return refusal_of(readings, segmentation, verdicts[label]);
+  });
 }
 
 }  // namespace
@@ -196,7 +246,10 @@ Segmentation segment(const Readings& readings, const SegmentLimits& limits) {
   return segment(readings, limits, std::move(nothing));
 }
 
-Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segmentation known) {
+namespace {
+
+Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segmentation known,
+                     std::vector<Refused>* refused) {
   Segmentation result = std::move(known);
   find_planelets(readings, result);
   Junctions junctions(readings, result.labels, result.patches);
@@ -209,11 +262,22 @@ Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segm
     junctions.renew(result.labels, result.patches);
   }
   merge(readings, limits.gap, junctions, result);
-  accept(readings, limits, result);
+  accept(readings, limits, result, refused);
   relabel(readings, result.patches, result.labels);
   refit_patches(readings, Junctions(readings, result.labels, result.patches), result);
-  accept(readings, limits, result);
+  accept(readings, limits, result, refused);
   return result;
+}
+
+}  // namespace
+
+Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segmentation known) {
+  return segment(readings, limits, std::move(known), nullptr);
+}
+
+Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segmentation known,
+                     std::vector<Refused>& refused) {
+  return segment(readings, limits, std::move(known), &refused);
 }
 
 }  // namespace octosurf::law

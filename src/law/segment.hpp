@@ -1,6 +1,7 @@
 #pragma once
 
 #include "law/segmentation.hpp"
+#include "surfaces/refusal.hpp"
 
 #include <cstddef>
 
@@ -27,6 +28,14 @@ inline SegmentLimits limits_of(const Parameters& parameters) {
 /// `known`: labels to begin with, of patches that refit_patches() has fitted; what is outside must have one.
 /// Without, it is the batch form, and the slow twin of what goes scan by scan.
 Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segmentation known);
+/// Readings of a plane that did not hold, and why; each later one outweighs those before.
+struct Refused {
+  surfaces::Refusal why;
+  std::vector<Readings::Index> readings;
+};
+/// The same, and what it refused is added to `refused`.
+Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segmentation known,
+                     std::vector<Refused>& refused);
 Segmentation segment(const Readings& readings, const SegmentLimits& limits);
 
 }  // namespace octosurf::law

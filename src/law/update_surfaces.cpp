@@ -31,6 +31,13 @@ void refit_others(surfaces::Ledger& ledger) {
   }
 }
 
+std::vector<geometry::VoxelKey> newly_given(const Readings& readings, const Segmentation& found) {
+  std::vector<geometry::VoxelKey> given;
+  for (Readings::Index i = 0; i < readings.size(); ++i)
+    if (readings[i].surface == 0 && found.labels[i] != clutter) given.push_back(readings[i].key);
+  return given;
+}
+
 /// Segments around `changed` and around the surfaces of `anew`, which begin without a label.
 void segment_around(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree,
                     std::span<const geometry::VoxelKey> changed, std::span<const SurfaceId> anew) {
@@ -44,6 +51,7 @@ void segment_around(surfaces::Ledger& ledger, const occupancy::OccupancyMap& oct
   for (const Outside& part : found.outside) whole[part.label] = false;
   for (Label label = 1; label < ids.size(); ++label)
     if (whole[label]) ledger.find(ids[label])->set_checked();
+  grow_from(ledger, newly_given(readings, found));
 }
 
 /// What waits, and what has lost its surface and found no other: it is segmented again once enough has

@@ -96,6 +96,21 @@ std::vector<VoxelKey> take_in(surfaces::Ledger& ledger, std::span<const VoxelKey
   return left;
 }
 
+void grow_from(surfaces::Ledger& ledger, std::vector<VoxelKey> given) {
+  while (!given.empty()) {
+    std::vector<VoxelKey> beside;
+    for (const VoxelKey key : given)
+      ledger.window.for_each_near(key, 1, [&](Index i) {
+        if (ledger.window[i].surface == 0) beside.push_back(ledger.window[i].key);
+      });
+    std::sort(beside.begin(), beside.end());
+    beside.erase(std::unique(beside.begin(), beside.end()), beside.end());
+    const std::vector<VoxelKey> left = take_in(ledger, beside);
+    given.clear();
+    std::set_difference(beside.begin(), beside.end(), left.begin(), left.end(), std::back_inserter(given));
+  }
+}
+
 Waiting due_to_segment(const surfaces::MapView& map, std::vector<VoxelKey> before,
                        std::span<const VoxelKey> fresh) {
   const int edge = planelet_edge(map.grid.resolution());

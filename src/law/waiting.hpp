@@ -13,6 +13,11 @@ namespace octosurf::law {
 std::vector<geometry::VoxelKey> take_in(surfaces::Ledger& ledger,
                                         std::span<const geometry::VoxelKey> pending);
 
+/// Goes on from points that surfaces have got to the pending ones beside them that take_in() gives, and on
+/// from those: what lies beyond all that was looked at together. Cost: 26 voxels for each point that is
+/// given.
+void grow_from(surfaces::Ledger& ledger, std::vector<geometry::VoxelKey> given);
+
 /// Pending points that are worth segmenting now, and those that wait on.
 struct Waiting {
   std::vector<geometry::VoxelKey> due;   ///< key order

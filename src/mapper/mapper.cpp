@@ -100,7 +100,7 @@ struct Mapper::Impl {
     ScanReport report;
     surfaces::AlignmentState alignment;
     bool set_aside = false;
-    std::vector<sensing::NoiseModel::Residual> residuals;
+    std::vector<SharedVariance> shared;  // of the readings' errors
     sensing::VoxelScan voxels;
     occupancy::OccupancyMap::Touched touched;
   };
@@ -115,8 +115,9 @@ struct Mapper::Impl {
   mapper::ScanAhead ahead;
   alignment::ScanAligner align;
   sensing::VoxelScan last;
+  std::vector<SharedVariance> last_shared;
   bool round_scans = false;
-  Rules rules = Rules::stages;
+  Rules rules = Rules::law;
 };
 
 Mapper::Mapper(const Parameters& parameters, int threads) : Mapper(Map(parameters), threads) {}
@@ -165,7 +166,8 @@ Mapper::Impl::Prepared Mapper::Impl::prepare(surfaces::MapState& state, const Sc
     const bool aligns = state.parameters.alignment.enabled && scan.readings.empty();
     alignment::ScanAligner::Result posed = aligns ? align(alignment, before, growing, scan, limits)
                                                   : align.as_given(alignment, before, growing, scan, limits);
-    prepared.residuals = std::move(posed.residuals);
+    prepared.shared = scan.readings.empty() ? sensing::NoiseModel::shared_variances(posed.residuals)
+                                            : scan.shared_variances;
     return posed.alignment;
   });
   prepared.set_aside = report.alignment.outcome == AlignmentOutcome::set_aside;
@@ -202,10 +204,11 @@ bool Mapper::Impl::apply(surfaces::MapState& state, const Scan& scan, Prepared p
   state.sensors_up += up_of_sensor(scan, report.alignment.T_map_sensor);
   time(Stage::downsample, [&] {
     state.noise.observe(scan);
-    state.noise.observe_residuals(prepared.residuals);
+    state.noise.observe(prepared.shared);
   });
   surfaces.retract(prepared.voxels, delta);
   last = std::move(prepared.voxels);
+  last_shared = std::move(prepared.shared);
   return true;
 }
 
@@ -316,6 +319,7 @@ void Mapper::find_surfaces_by(Rules rules) { impl_->rules = rules; }
 
 void Mapper::round_scans() { impl_->round_scans = true; }
 const sensing::VoxelScan& Mapper::last_voxels() const { return impl_->last; }
+const std::vector<SharedVariance>& Mapper::last_shared_variances() const { return impl_->last_shared; }
 std::shared_ptr<const Snapshot> Mapper::snapshot() const { return impl_->map.snapshot(); }
 const Map& Mapper::map() const {
   impl_->map.state().restore();

@@ -94,9 +94,15 @@ void NoiseModel::take(const std::vector<NoiseCount>& counts) {
 }
 
 bool NoiseModel::takes(const Scan& scan) {
-  return std::all_of(scan.noise.begin(), scan.noise.end(), [](const NoiseCount& seen) {
-    return seen.range_class < classes && seen.size < bins && seen.count <= max_observations;
-  });
+  return std::all_of(scan.noise.begin(), scan.noise.end(),
+                     [](const NoiseCount& seen) {
+                       return seen.range_class < classes && seen.size < bins &&
+                              seen.count <= max_observations;
+                     }) &&
+         std::all_of(scan.shared_variances.begin(), scan.shared_variances.end(),
+                     [](const SharedVariance& shared) {
+                       return shared.range_class < classes && std::fabs(shared.variance) <= largest_variance;
+                     });
 }
 
 std::vector<NoiseCount> NoiseModel::seen_since(const Histogram& before) const {
@@ -154,29 +160,25 @@ void NoiseModel::add(const SharedErrors& other) {
   tabulate_shared_errors();
 }
 
-void NoiseModel::observe_residuals(std::span<const Residual> residuals) {
-  observe_classes(residuals);
-  observe_surfaces(residuals);
-  tabulate_shared_errors();
-}
+namespace {
 
-void NoiseModel::observe_classes(std::span<const Residual> residuals) {
-  for (unsigned c = 1; c < classes; ++c) {
+void add_of_classes(std::span<const NoiseModel::Residual> residuals, std::vector<SharedVariance>& found) {
+  for (std::uint8_t c = 1; c < NoiseModel::classes; ++c) {
     std::vector<double> distances;
     double noise = 0;
-    for (const Residual& residual : residuals) {
+    for (const NoiseModel::Residual& residual : residuals) {
       if (residual.range_class != c) continue;
       distances.push_back(residual.distance);
       noise += residual.noise_variance;
     }
     if (distances.size() < enough_residuals) continue;
-    shared_errors_.of_class[c].learn(variance_of(distances) - noise / static_cast<double>(distances.size()));
+    found.push_back({c, variance_of(distances) - noise / static_cast<double>(distances.size())});
   }
 }
 
-void NoiseModel::observe_surfaces(std::span<const Residual> residuals) {
+void add_of_surfaces(std::span<const NoiseModel::Residual> residuals, std::vector<SharedVariance>& found) {
   std::map<std::uint32_t, std::vector<double>> off_plane;
-  for (const Residual& residual : residuals)
+  for (const NoiseModel::Residual& residual : residuals)
     off_plane[residual.surface].push_back(residual.distance * residual.facing);
   std::vector<double> offsets;
   double unsure = 0;
@@ -188,7 +190,25 @@ void NoiseModel::observe_surfaces(std::span<const Residual> residuals) {
     offsets.push_back(offset);
   }
   if (offsets.size() < enough_surfaces) return;
-  shared_errors_.of_surface.learn(variance_of(offsets) - unsure / static_cast<double>(offsets.size()));
+  found.push_back({0, variance_of(offsets) - unsure / static_cast<double>(offsets.size())});
+}
+
+}  // namespace
+
+std::vector<SharedVariance> NoiseModel::shared_variances(std::span<const Residual> residuals) {
+  std::vector<SharedVariance> found;
+  add_of_classes(residuals, found);
+  add_of_surfaces(residuals, found);
+  return found;
+}
+
+void NoiseModel::observe(std::span<const SharedVariance> of_scan) {
+  for (const SharedVariance& shared : of_scan) {
+    SharedError& error =
+        shared.range_class == 0 ? shared_errors_.of_surface : shared_errors_.of_class[shared.range_class];
+    error.learn(shared.variance);
+  }
+  tabulate_shared_errors();
 }
 
 /// A class of which no scan has told has the error of the nearest below it that one has told of, or above.

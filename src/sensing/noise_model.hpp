@@ -68,7 +68,7 @@ class NoiseModel {
   /// Uses one triple of consecutive points in seven, until a class has enough of them. Of a thinned scan it
   /// uses the counts that come with it.
   void observe(const Scan& scan);
-  /// Whether the scan's `noise` can be taken: its classes and sizes are there.
+  /// Whether the scan's `noise` and `shared_variances` can be taken: their classes and sizes are there.
   static bool takes(const Scan& scan);
   /// What has been seen since the histogram was `before`.
   std::vector<NoiseCount> seen_since(const Histogram& before) const;
@@ -79,10 +79,12 @@ class NoiseModel {
     std::uint32_t surface = 0;  ///< the same for all on one surface
     double distance = 0, noise_variance = 0, facing = 1;
   };
-  /// Of one scan. The median of each class with enough of them, which clutter hardly moves, tells their
-  /// variance; the medians of the surfaces with enough of them how much of it all of a scan's readings of a
-  /// surface share. The mean of the last scans' is kept.
-  void observe_residuals(std::span<const Residual> residuals);
+  /// What residuals of one scan tell. The median of each class with enough of them, which clutter hardly
+  /// moves, tells their variance; the medians of the surfaces with enough of them how much of it all of a
+  /// scan's readings of a surface share.
+  static std::vector<SharedVariance> shared_variances(std::span<const Residual> residuals);
+  /// Of one scan; the mean of the last scans' is kept.
+  void observe(std::span<const SharedVariance> of_scan);
   static constexpr std::uint32_t residual_memory = 30;  ///< scans: a second of a camera's
 
   /// What of readings' errors is not noise: its variance, m², and how many scans have told of it.
@@ -104,12 +106,11 @@ class NoiseModel {
 
  private:
   static constexpr std::uint64_t max_observations = 1000000;  // a class with more is estimated well enough
+  static constexpr double largest_variance = 1;  // m², far above what passes for beside a surface
   void take(const std::vector<NoiseCount>& counts);
   double sigma_of_histogram(unsigned range_class) const;
   void update();
   void tabulate();
-  void observe_classes(std::span<const Residual> residuals);
-  void observe_surfaces(std::span<const Residual> residuals);
   void tabulate_shared_errors();
 
   double sensor_noise_, base_tolerance_, range_noise_ = 0;

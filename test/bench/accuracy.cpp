@@ -49,7 +49,7 @@ std::string name_of_scene(const std::string& scene) { return std::filesystem::pa
 
 /// One way to get surfaces from scans.
 struct Method {
-  enum class Kind { ours, law, law_batch, pcl, pcl_offline };
+  enum class Kind { ours, ours_at_once, ours_by_stages, pcl, pcl_offline };
   std::string name;
   Parameters parameters;
   Kind kind = Kind::ours;
@@ -58,21 +58,21 @@ struct Method {
 std::vector<Method> methods_of(const Options& options) {
   Parameters ours;
   ours.occupancy.resolution = options.resolution;
-  Method tuned{"ours/default", ours};
+  Method standard{"ours/default", ours};
   for (const std::string& assignment : options.set) {
     const std::size_t equals = assignment.find('=');
     if (equals == std::string::npos)
       throw Error(Error::Kind::usage, "--set " + assignment, "has no value", "write --set NAME=VALUE");
-    set_parameter(tuned.parameters, assignment.substr(0, equals), assignment.substr(equals + 1));
+    set_parameter(standard.parameters, assignment.substr(0, equals), assignment.substr(equals + 1));
   }
   const Parameters paper = reference::paper_parameters(options.resolution);
   const Parameters small = reference::paper_parameters_small_radius(options.resolution);
-  const Method law{"ours/law", tuned.parameters, Method::Kind::law};
-  const Method batch{"ours/batch-law", tuned.parameters, Method::Kind::law_batch};
-  std::vector<Method> methods{std::move(tuned),
-                              law,
-                              batch,
-                              {"ours/paper", paper},
+  const Method at_once{"ours/at-once", standard.parameters, Method::Kind::ours_at_once};
+  const Method tuned{"ours/tuned", standard.parameters, Method::Kind::ours_by_stages};
+  std::vector<Method> methods{std::move(standard),
+                              at_once,
+                              tuned,
+                              {"ours/paper", paper, Method::Kind::ours_by_stages},
                               {"pcl/r=0.15", paper, Method::Kind::pcl},
                               {"pcl/r=0.06", small, Method::Kind::pcl}};
   if (options.offline) {
@@ -182,12 +182,12 @@ struct Run {
 
 Run run_method(const Method& method, const std::vector<Scan>& scans, const Options& options) {
   Run run;
-  if (method.kind == Method::Kind::ours || method.kind == Method::Kind::law ||
-      method.kind == Method::Kind::law_batch) {
+  if (method.kind == Method::Kind::ours || method.kind == Method::Kind::ours_at_once ||
+      method.kind == Method::Kind::ours_by_stages) {
     Mapper mapper(method.parameters, options.threads);
-    if (method.kind == Method::Kind::law) mapper.find_surfaces_by(Rules::law);
+    if (method.kind == Method::Kind::ours_by_stages) mapper.find_surfaces_by(Rules::stages);
     for (const Scan& scan : scans) run.ms += time_ms([&] { mapper.insert(scan); });
-    if (method.kind == Method::Kind::law_batch) run.ms += time_ms([&] { mapper.resegment(); });
+    if (method.kind == Method::Kind::ours_at_once) run.ms += time_ms([&] { mapper.resegment(); });
     run.scans = scans.size();
     run.snapshot = *mapper.snapshot();
     return run;
@@ -420,7 +420,7 @@ int main(int argc, char** argv) {
   app.add_option("--only", options.only,
                  "methods whose name begins so: ours, ours/default, pcl, pcl/r=0.06 …")
       ->delimiter(',');
-  app.add_option("--set", options.set, "NAME=VALUE for ours/default and ours/law; may be repeated");
+  app.add_option("--set", options.set, "NAME=VALUE for ours/default, at-once and tuned; may be repeated");
   app.add_flag("--offline", options.offline, "also the PCL pipeline run once on all scans together");
   app.add_flag("--verbose", options.verbose, "list faces that are not correct and surfaces that are unsafe");
   app.add_option("--json", options.json, "write the numbers there");

@@ -29,7 +29,7 @@ struct Options {
   std::size_t frames = 0, every = 1;
   int threads = 1;
   bool share_octree = false;
-  Rules rules = Rules::stages;
+  Rules rules = Rules::law;
   double min_area = 0.05;
   std::vector<std::string> set;
   std::vector<std::size_t> views{0, 120, 240};

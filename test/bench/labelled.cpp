@@ -27,7 +27,7 @@ struct Options {
   std::vector<std::string> only, set;
   evaluation::LabelOptions judging;
   bool mosd = false, verbose = false;
-  Rules rules = Rules::stages;
+  Rules rules = Rules::law;
   std::string json;
 };
 
@@ -84,10 +84,10 @@ std::vector<Segmentation> segment(const VoxelCloud& cloud, const Options& option
   constexpr double finest_for_paper = 0.01;
   std::vector<Segmentation> results;
   const Parameters ours = ours_for(cloud, options);
-  results.push_back(segment_ours(cloud, ours, Rules::stages));
+  results.push_back(segment_ours(cloud, ours, Rules::law));
   results.push_back(told_by_polygons(cloud, results.front(), ours.surface_tolerance()));
   results.back().method += ", by polygons";
-  results.push_back(segment_ours(cloud, ours, Rules::law));
+  results.push_back(segment_ours(cloud, ours, Rules::stages));
   if (wanted(options, "growing")) results.push_back(segment_region_growing(cloud));
   if (wanted(options, "ransac")) results.push_back(segment_ransac(cloud));
   const auto paper = [&](Parameters parameters, const std::string& name) {
@@ -205,7 +205,7 @@ int main(int argc, char** argv) {
   app.add_option("--threshold", options.judging.threshold, "Hoover's T")->capture_default_str();
   app.add_flag("--mosd", options.mosd, "the supporting table of mOSD's frames instead; ours alone");
   app.add_flag_callback(
-      "--law", [&] { options.rules = octosurf::Rules::law; }, "mOSD's frames by the law");
+      "--tuned", [&] { options.rules = octosurf::Rules::stages; }, "mOSD's frames by the tuned rules");
   app.add_option("--only", options.only, "beside octosurf these only: growing, ransac, pcl, none")
       ->delimiter(',');
   app.add_option("--set", options.set, "NAME=VALUE for octosurf; may be repeated");

@@ -125,7 +125,7 @@ Parameters parameters_for(const VoxelCloud& cloud) {
 
 Segmentation segment_ours(const VoxelCloud& cloud, const Parameters& parameters, Rules rules) {
   Segmentation result;
-  result.method = rules == Rules::law ? "octosurf, by the law" : "octosurf";
+  result.method = rules == Rules::law ? "octosurf" : "octosurf, tuned rules";
   Mapper mapper(parameters);
   mapper.find_surfaces_by(rules);
   const Scan scan = scan_of(*cloud.cloud);

@@ -49,15 +49,15 @@ std::vector<Edge> edges_of(const Map& map, const Surface& surface) {
   return edges;
 }
 
-/// The one surface with this normal at this place.
+/// The surface with this normal at this place; far from a sensor, where its rows are more than h apart, there
+/// may be others beside it, and it is the largest.
 const Surface& surface_at(const Snapshot& snapshot, const Eigen::Vector3d& normal,
                           const Eigen::Vector3d& place) {
   const Surface* found = nullptr;
   for (const SurfacePtr& s : snapshot.surfaces)
-    if (s->plane.normal.dot(normal) > 0.99 && std::fabs(s->plane.signed_distance(place)) < 0.02) {
-      EXPECT_EQ(found, nullptr) << "two surfaces on one plane";
+    if (s->plane.normal.dot(normal) > 0.99 && std::fabs(s->plane.signed_distance(place)) < 0.02 &&
+        (found == nullptr || found->area_m2 < s->area_m2))
       found = s.get();
-    }
   if (found == nullptr) throw std::runtime_error("the surface is missing");
   return *found;
 }

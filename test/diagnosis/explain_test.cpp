@@ -85,15 +85,16 @@ TEST(Explain, InAHoleAndBesideASurface) {
                                 rectangle_scan(eye, {0, 0.3, 0.01}, {0.3, 0, 0}, {0, 0.4, 0}),
                                 rectangle_scan(eye, {0.7, 0.3, 0.01}, {0.3, 0, 0}, {0, 0.4, 0})});
   ASSERT_EQ(mapper.map().size().surfaces, 1U);
+  const SurfaceId floor = mapper.snapshot()->surfaces[0]->id;
   const Explanation middle = ask(mapper.map(), {0.5, 0.5, 0.01});
   EXPECT_EQ(middle.reason, Reason::in_hole);
-  EXPECT_EQ(middle.surface, 1U);
+  EXPECT_EQ(middle.surface, floor);
   EXPECT_FALSE(middle.looked_at) << "no point within h";
   EXPECT_NEAR(middle.nearest_distance, 0.2, 0.015);
   EXPECT_EQ(ask(mapper.map(), {0.34, 0.5, 0.01}).reason, Reason::in_hole);
   const Explanation outside = ask(mapper.map(), {-0.05, 0.5, 0.01});
   EXPECT_EQ(outside.reason, Reason::beside_surface);
-  EXPECT_EQ(outside.surface, 1U);
+  EXPECT_EQ(outside.surface, floor);
 }
 
 TEST(Explain, OutsideUnseenAndFree) {
@@ -120,7 +121,7 @@ TEST(Explain, OccupiedWithoutAPoint) {
   EXPECT_EQ(ask(map, {0.5, 0.5, 0.01}).reason, Reason::no_point);
 }
 
-TEST(Explain, IsolatedOrTooFewForANormal) {
+TEST(Explain, IsolatedOrTooFewForAPlane) {
   const auto points = [](int count) {  // 3 cm apart, in a line
     Scan scan;
     scan.T_map_sensor.translation() = eye;
@@ -132,11 +133,11 @@ TEST(Explain, IsolatedOrTooFewForANormal) {
   EXPECT_EQ(ask(two.map(), {0.01, 0.01, 0.02}).reason, Reason::isolated);
   const Mapper line = mapped({points(4)});
   const Explanation why = ask(line.map(), {0.04, 0.01, 0.02});
-  EXPECT_EQ(why.reason, Reason::no_normal);
-  EXPECT_EQ(why.around.at(Reason::no_normal), 4U) << "all are within 8 cm";
+  EXPECT_EQ(why.reason, Reason::no_plane);
+  EXPECT_EQ(why.around.at(Reason::no_plane), 4U) << "all are within 8 cm";
 }
 
-TEST(Explain, NotFlat) {
+TEST(Explain, AmongClutter) {
   const std::uint64_t seed = test::seed();
   std::mt19937_64 rng(seed);
   std::uniform_real_distribution<double> uniform(-0.15, 0.15);
@@ -148,11 +149,20 @@ TEST(Explain, NotFlat) {
   Parameters planes;
   planes.detection.detect_cylinders = false;  // one is seen in clutter in one world of a thousand
   const Mapper mapper = mapped({clutter}, planes);
-  const Explanation why = ask(mapper.map(), {0.01, 0.01, 0.01});
-  ASSERT_EQ(why.reason, Reason::not_flat);
-  ASSERT_EQ(why.figures.size(), 1U);
-  EXPECT_EQ(why.figures[0].name, "curvature");
-  EXPECT_EQ(why.figures[0].at_most, Parameters{}.detection.max_curvature);
+  ASSERT_EQ(mapper.map().size().surfaces, 0U);
+  std::map<Reason, std::size_t> reasons;
+  for (int i = 0; i < 50; ++i) {
+    const Explanation why = ask(mapper.map(), {uniform(rng), uniform(rng), uniform(rng)});
+    ++reasons[why.reason];
+    if (why.reason != Reason::clutter) continue;
+    ASSERT_EQ(why.figures.size(), 1U);
+    EXPECT_EQ(why.figures[0].name, "explained");
+    EXPECT_EQ(why.figures[0].at_least, 0);
+  }
+  for (const auto& [reason, places] : reasons)
+    EXPECT_TRUE(reason == Reason::no_plane || reason == Reason::clutter || reason == Reason::bent ||
+                reason == Reason::too_few_points)
+        << reason_name(reason) << " at " << places;
 }
 
 TEST(Explain, TooFewPoints) {
@@ -211,97 +221,37 @@ TEST(Explain, OnACylinder) {
   EXPECT_EQ(ask(mapper.map(), {0.5, 0.5, 0.01}).cylinder, 0U);
 }
 
-TEST(Explain, Scattered) {
-  // Points 6 mm about their plane, of a sensor that is said to be good to 2 mm.
-  Parameters parameters;
-  parameters.surfaces.sensor_noise = 0.002;
-  parameters.surfaces.range_noise = 0;
-  parameters.surfaces.surface_tolerance = 0.03;
-  std::mt19937_64 rng = test::rng();
-  std::normal_distribution<float> gauss(0, 0.006F);
-  Scan scan = floor_scan();
-  for (Eigen::Vector3f& p : scan.points) p.z() += gauss(rng);
-  const Mapper mapper = mapped({scan}, parameters);
-  const Explanation why = ask(mapper.map(), {0.5, 0.5, 0.01});
-  ASSERT_EQ(why.reason, Reason::scattered) << why.sentence;
-  EXPECT_NEAR(why.figures.at(0).value, 3, 1) << "6 mm over 2 mm; a voxel's points average, its extremes stay";
-}
-
-TEST(Explain, TooFewForTheirRange) {
-  // At about 2 m, σ is 5 mm + 1 %·4 m² = 45 mm, and a point may lie 15 + 4·40 = 175 mm off.
-  Parameters parameters;
-  parameters.surfaces.range_noise = 0.01;
-  const Mapper mapper =
-      mapped({rectangle_scan({0.11, 0.11, 2}, {0, 0, 0.01}, {0.22, 0, 0}, {0, 0.22, 0})}, parameters);
-  const Explanation why = ask(mapper.map(), {0.11, 0.11, 0.01});
-  ASSERT_EQ(why.reason, Reason::too_few_for_range) << why.sentence;
-  EXPECT_NEAR(why.figures.at(0).at_least.value(), 50 * std::sqrt(175 / 15.0), 0.01);
-  EXPECT_LE(why.figures.at(0).value, 12 * 12);
-}
-
-TEST(Explain, NormalsDisagree) {
-  // A roof of ridges: every face leans 20° from the plane through them, which a third of s would leave.
-  Parameters parameters;
-  parameters.surfaces.sensor_noise = 0.02;
-  parameters.surfaces.range_noise = 0;
-  parameters.surfaces.surface_tolerance = 0.05;
-  const Eigen::Vector3d above(0.8, 0.4, 2);
-  const double face = 0.2, height = face * std::tan(0.349);
-  std::vector<Scan> faces;
-  for (int i = 0; i < 8; ++i)
-    faces.push_back(rectangle_scan(above, {face * i, 0, i % 2 == 0 ? 0 : height}, {0, 0.8, 0},
-                                   {face, 0, i % 2 == 0 ? height : -height}));
-  Scan roof = faces[0];
-  for (const Scan& scan : faces)
-    roof.points.insert(roof.points.end(), scan.points.begin(), scan.points.end());
-  const Mapper mapper = mapped({roof}, parameters);
-  const Explanation why = ask(mapper.map(), {0.9, 0.4, height / 2});
-  ASSERT_EQ(why.reason, Reason::normals_disagree) << why.sentence;
-  EXPECT_EQ(why.figures.at(0).at_least, 0.6);
-}
-
-TEST(Explain, ANoiseSheetOfASurface) {
-  // A wall, and in front of it a patch: more than s = 20 mm, but less than 1.3 s.
-  Parameters parameters;
-  parameters.surfaces.sensor_noise = 0.01;
-  const Eigen::Vector3d from(1.5, 0.5, 0.5);
-  const Mapper mapper = mapped({rectangle_scan(from, {0.003, 0, 0}, {0, 1, 0}, {0, 0, 1}),
-                                rectangle_scan(from, {0.0255, 0.2, 0.2}, {0, 0.6, 0}, {0, 0, 0.6})},
-                               parameters);
-  ASSERT_EQ(mapper.map().size().surfaces, 1U);
-  const Explanation why = ask(mapper.map(), {0.0255 + 0.01, 0.5, 0.5});
-  ASSERT_EQ(why.reason, Reason::noise_sheet) << why.sentence;
-  EXPECT_EQ(why.surface, 1U);
-}
-
 TEST(Explain, SeenThroughASurface) {
+  // A wall that was seen thrice, the third time through a net 4 cm before it, which was hit as often.
   const Eigen::Vector3d from(1.5, 0.5, 0.5);
-  const Mapper mapper = mapped({rectangle_scan(from, {0, 0, 0}, {0, 1, 0}, {0, 0, 1}),
-                                rectangle_scan(from, {-0.025, 0.2, 0.2}, {0, 0.6, 0}, {0, 0, 0.6})});
+  const Scan wall = rectangle_scan(from, {0, 0, 0}, {0, 1, 0}, {0, 0, 1});
+  Scan both = rectangle_scan(from, {0.041, 0.2, 0.2}, {0, 0.6, 0}, {0, 0, 0.6});
+  both.points.insert(both.points.end(), wall.points.begin(), wall.points.end());
+  const Mapper mapper = mapped({wall, wall, both});
   ASSERT_EQ(mapper.map().size().surfaces, 1U);
-  const Explanation why = ask(mapper.map(), {-0.03, 0.5, 0.5});
+  const Explanation why = ask(mapper.map(), {0.041, 0.5, 0.5});
   ASSERT_EQ(why.reason, Reason::seen_through) << why.sentence;
-  EXPECT_EQ(why.surface, 1U);
+  EXPECT_EQ(why.surface, mapper.snapshot()->surfaces[0]->id);
 }
 
 TEST(Explain, WaitingForANewPoint) {
-  // Two plates that were looked at and found too small; then one grows, by fewer than n points.
-  Scan plates = rectangle_scan(eye, {0, 0, 0.01}, {0.12, 0, 0}, {0, 0.115, 0});
-  const Scan other = rectangle_scan(eye, {0.6, 0.6, 0.01}, {0.12, 0, 0}, {0, 0.115, 0});
-  plates.points.insert(plates.points.end(), other.points.begin(), other.points.end());
-  Mapper mapper = mapped({plates});
-  ASSERT_TRUE(mapper.map().state().accumulated.empty());
+  const auto voxels = [](int columns_from, int columns_to, int rows) {
+    Scan scan;
+    scan.T_map_sensor.translation() = eye;
+    for (int i = columns_from; i < columns_to; ++i)
+      for (int j = 0; j < rows; ++j)
+        scan.points.push_back((Eigen::Vector3d(0.01 + 0.02 * i, 0.01 + 0.02 * j, 0.01) - eye).cast<float>());
+    return scan;
+  };
+  // A plate that is too small; then enough points come, but too few to look at it again.
+  Mapper mapper = mapped({voxels(0, 8, 6)});
   EXPECT_EQ(ask(mapper.map(), {0.05, 0.05, 0.01}).reason, Reason::too_few_points);
-  mapper.insert(rectangle_scan(eye, {0.125, 0, 0.01}, {0.09, 0, 0}, {0, 0.115, 0}));
-  const std::size_t waiting = mapper.map().state().accumulated.size();
-  ASSERT_GT(waiting, 0U);
+  mapper.insert(voxels(8, 9, 4));
   ASSERT_EQ(mapper.map().size().surfaces, 0U);
   const Explanation why = ask(mapper.map(), {0.05, 0.05, 0.01});
   ASSERT_EQ(why.reason, Reason::waiting) << why.sentence;
-  EXPECT_EQ(why.figures.at(0).value, static_cast<double>(waiting));
-  EXPECT_EQ(why.figures.at(0).at_least, 50);
-  // It was true: once enough points have come, wherever that is, there is a surface.
-  mapper.insert(rectangle_scan(eye, {0, 0.6, 0.01}, {0.12, 0, 0}, {0, 0.115, 0}));
+  // It was true: once more have come there is a surface.
+  mapper.insert(voxels(9, 18, 6));
   EXPECT_EQ(ask(mapper.map(), {0.05, 0.05, 0.01}).reason, Reason::on_surface);
 }
 
@@ -361,26 +311,18 @@ TEST(Explain, EveryPendingPointOfARoomHasItsReason) {
         continue;
       case Reason::isolated:
         break;
-      case Reason::no_normal:
-      case Reason::not_flat:
+      case Reason::no_plane:
+      case Reason::clutter:
         break;
       case Reason::too_few_points:
         EXPECT_LT(why.figures.at(0).value, 50);
         break;
       case Reason::too_narrow:
       case Reason::bent:
-      case Reason::scattered:
-      case Reason::too_few_for_range:
-      case Reason::normals_disagree:
-      case Reason::seen_edge_on:
         break;
-      case Reason::noise_sheet:
       case Reason::seen_through:
         ASSERT_TRUE(about);
         EXPECT_LT(std::fabs(about->plane.signed_distance(p)), 0.3);
-        if (why.reason == Reason::seen_through) {
-          EXPECT_LT(about->plane.signed_distance(p), 0) << "behind it";
-        }
         break;
       case Reason::waiting:
         EXPECT_FALSE(map.state().accumulated.empty());
@@ -399,7 +341,7 @@ TEST(Explain, EveryPendingPointOfARoomHasItsReason) {
   }
   EXPECT_EQ(ask(map, {1.35, 0.05, 0.41}).reason, Reason::too_few_points);
   EXPECT_GE(seen[Reason::isolated], 5);
-  EXPECT_GT(seen[Reason::not_flat], 5);
+  EXPECT_GT(seen[Reason::no_plane] + seen[Reason::bent] + seen[Reason::clutter], 5);
 }
 
 }  // namespace

@@ -39,7 +39,7 @@ struct Found {
     std::vector<sensing::NoiseModel::Residual> residuals;
     for (std::uint32_t surface = 0; surface < 3; ++surface)
       residuals.insert(residuals.end(), 100, {1, surface, shakes_m / 1.4826, 0, 1});
-    noise.observe_residuals(residuals);
+    noise.observe(sensing::NoiseModel::shared_variances(residuals));
   }
 
   std::size_t planes() const { return segmentation.patches.size() - 1; }

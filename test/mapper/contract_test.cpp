@@ -237,7 +237,12 @@ TEST(MapperContract, ReportsItsTime) {
     const ScanReport report = mapper.insert(scan);
     const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
     EXPECT_LE(report.total_ms, elapsed.count());
-    for (const double ms : report.stage_ms) EXPECT_GT(ms, 0) << "every stage takes some time";
+    // All but those of which `detect` does the work, see find_surfaces_by().
+    for (std::size_t stage = 0; stage < report.stage_ms.size(); ++stage)
+      if (stage != static_cast<std::size_t>(Stage::add_inliers) &&
+          stage != static_cast<std::size_t>(Stage::expand)) {
+        EXPECT_GT(report.stage_ms[stage], 0) << "stage " << stage;
+      }
     EXPECT_NEAR(std::accumulate(report.stage_ms.begin(), report.stage_ms.end(), 0.0), report.total_ms,
                 1e-6 + 1e-9 * report.total_ms);
     largest_share = std::max(largest_share, report.total_ms / elapsed.count());

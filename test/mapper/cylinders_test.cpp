@@ -116,7 +116,7 @@ TEST(CylindersByStages, ALaddersRungsAndRailsAreOneEach) {
   Parameters parameters;
   parameters.occupancy.resolution = 0.01;
   parameters.detection.min_surface_points = 120;  // a rung of half a metre, half of it seen
-  CheckedMapper under_test(parameters);
+  CheckedMapper under_test(parameters, Rules::stages);
   for (const Scan& scan : arc(scene, {0, 0, 0}, 0.8, 1.2, 8, rng)) under_test.insert(scan);
   for (const test::Bar& bar : scene.bars) {
     std::size_t found = 0;

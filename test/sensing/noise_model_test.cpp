@@ -298,7 +298,7 @@ TEST(NoiseModel, ComesBackFromItsHistogram) {
   std::mt19937_64 rng = test::rng();
   NoiseModel noise{Parameters{}};
   noise.observe(wall(3, 0.005, 0.002, rng));
-  noise.observe_residuals(residuals_of(8, 0.01, 0.002, rng));
+  noise.observe(NoiseModel::shared_variances(residuals_of(8, 0.01, 0.002, rng)));
   NoiseModel back{Parameters{}};
   back.restore(noise.histogram(), noise.range_noise(), noise.shared_errors());
   const Scan next = wall(2, 0.005, 0.002, rng);
@@ -318,7 +318,8 @@ TEST(NoiseModel, ResidualsTellWhatReadingsErrBeyondTheirNoise) {
   NoiseModel noise{Parameters{}};
   const double before = noise.reading_variance(8);
   EXPECT_EQ(before, noise.measured_sigma(8) * noise.measured_sigma(8));
-  for (int scan = 0; scan < 40; ++scan) noise.observe_residuals(residuals_of(8, 0.006, 0.002, rng));
+  for (int scan = 0; scan < 40; ++scan)
+    noise.observe(NoiseModel::shared_variances(residuals_of(8, 0.006, 0.002, rng)));
   // The clutter moves the median by a fifth.
   EXPECT_NEAR(std::sqrt(noise.reading_variance(8) - before), 0.006, 0.25 * 0.006);
   // Gates of the stages are by the noise alone.
@@ -329,7 +330,7 @@ TEST(NoiseModel, ResidualsThatAreNoiseTellNothing) {
   std::mt19937_64 rng = test::rng();
   NoiseModel noise{Parameters{}};
   for (int scan = 0; scan < 40; ++scan) {
-    noise.observe_residuals(residuals_of(8, 0, 0.002, rng, 1600, false));
+    noise.observe(NoiseModel::shared_variances(residuals_of(8, 0, 0.002, rng, 1600, false)));
   }
   // A median of 1,600 is sure to 3 %, its square to 6: what is above, 2 % in the mean, is 1e-7 m². A mean of
   // 30 scans' leaves that by more than 1.5e-7 in one world of a thousand millions.
@@ -348,7 +349,7 @@ double shared_by_surfaces(double offset, int surfaces, std::mt19937_64& rng) {
         residuals.push_back(
             {8, static_cast<std::uint32_t>(surface), (of_surface + noise(rng)) / facing, 0, facing});
     }
-    model.observe_residuals(residuals);
+    model.observe(NoiseModel::shared_variances(residuals));
   }
   return std::sqrt(model.surface_variance());
 }
@@ -364,8 +365,9 @@ TEST(NoiseModel, WhatAScansReadingsOfASurfaceShareIsTold) {
 TEST(NoiseModel, AnotherMapsSharedErrorsCountByTheirScans) {
   std::mt19937_64 rng = test::rng();
   NoiseModel one{Parameters{}}, other{Parameters{}}, nothing{Parameters{}};
-  one.observe_residuals(residuals_of(6, 0.004, 0, rng));
-  for (int scan = 0; scan < 3; ++scan) other.observe_residuals(residuals_of(6, 0.008, 0, rng));
+  one.observe(NoiseModel::shared_variances(residuals_of(6, 0.004, 0, rng)));
+  for (int scan = 0; scan < 3; ++scan)
+    other.observe(NoiseModel::shared_variances(residuals_of(6, 0.008, 0, rng)));
   NoiseModel both = one, taken = nothing;
   both.add(other.shared_errors());
   taken.add(other.shared_errors());
@@ -381,9 +383,9 @@ TEST(NoiseModel, AnotherMapsSharedErrorsCountByTheirScans) {
 TEST(NoiseModel, WhatNoScanHasToldOfErrsAsTheClassBelow) {
   std::mt19937_64 rng = test::rng();
   NoiseModel noise{Parameters{}};
-  noise.observe_residuals(residuals_of(6, 0.004, 0, rng));
-  noise.observe_residuals(residuals_of(9, 0.01, 0, rng));
-  noise.observe_residuals(residuals_of(12, 0.1, 0, rng, 20));  // too few
+  noise.observe(NoiseModel::shared_variances(residuals_of(6, 0.004, 0, rng)));
+  noise.observe(NoiseModel::shared_variances(residuals_of(9, 0.01, 0, rng)));
+  noise.observe(NoiseModel::shared_variances(residuals_of(12, 0.1, 0, rng, 20)));  // too few
   const auto shared = [&](unsigned c) {
     return noise.reading_variance(c) - noise.measured_sigma(c) * noise.measured_sigma(c);
   };

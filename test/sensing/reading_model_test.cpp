@@ -50,7 +50,7 @@ TEST(ReadingModel, WhatResidualsTellIsAlongTheLineOfSight) {
   NoiseModel uneven = noise;
   std::vector<NoiseModel::Residual> residuals;
   for (int i = -50; i <= 50; ++i) residuals.push_back({7, 0, 0.0002 * i, 0, 1});
-  uneven.observe_residuals(residuals);
+  uneven.observe(NoiseModel::shared_variances(residuals));
   const ReadingModel as_measured(noise, 0.02), wider(uneven, 0.02);
   const double common = ReadingModel::pose_sigma * ReadingModel::pose_sigma;
   const double shared = uneven.shared_errors().of_class[7].variance;

@@ -98,6 +98,10 @@ class Writer {
       header.add_noise_counts(seen.count);
       last = place;
     }
+    for (const SharedVariance& shared : h.shared_variances) {
+      header.add_shared_classes(shared.range_class);
+      header.add_shared_variances(shared.variance);
+    }
   }
 
   std::string column(std::size_t axis) const {
@@ -137,6 +141,7 @@ class Reader {
         header.T_used.translation().cwiseAbs().maxCoeff() <= header.resolution * geometry::VoxelGrid::origin,
         "the sensor stands outside the octree");
     header.noise = noise(h);
+    header.shared_variances = shared_variances(h);
     return header;
   }
 
@@ -199,6 +204,19 @@ class Reader {
     return noise;
   }
 
+  std::vector<SharedVariance> shared_variances(const scan_archive::Header& header) const {
+    require(header.shared_classes_size() == header.shared_variances_size(),
+            "what its readings share is not complete");
+    std::vector<SharedVariance> shared;
+    for (int i = 0; i < header.shared_classes_size(); ++i) {
+      require(header.shared_classes(i) < sensing::NoiseModel::classes &&
+                  std::isfinite(header.shared_variances(i)),
+              "what its readings share makes no sense");
+      shared.push_back({static_cast<std::uint8_t>(header.shared_classes(i)), header.shared_variances(i)});
+    }
+    return shared;
+  }
+
   void read_voxels(std::vector<ArchivedScan::Point>& points) {
     const Record record = next(Record::kVoxels);
     points.reserve(static_cast<std::size_t>(record.voxels().steps_size()));
@@ -247,6 +265,7 @@ Scan ArchivedScan::scan() const {
   scan.sensor = header.sensor;
   scan.name = header.name;
   scan.noise = header.noise;
+  scan.shared_variances = header.shared_variances;
   const geometry::VoxelGrid grid(header.resolution);
   const Eigen::Isometry3d T_sensor_map = header.T_used.inverse();
   scan.points.reserve(points.size());

@@ -47,6 +47,7 @@ struct ArchivedHeader {
   Eigen::Isometry3d T_given = Eigen::Isometry3d::Identity();  ///< that came with the scan
   Eigen::Isometry3d T_used = Eigen::Isometry3d::Identity();   ///< with which it was mapped
   std::vector<NoiseCount> noise{};
+  std::vector<SharedVariance> shared_variances{};
 };
 
 struct ArchivedScan {

@@ -165,7 +165,18 @@ struct Spoiler {
   }
   map_file::Header& header() { return *records.front().mutable_header(); }
   std::string& octree() { return *records[1].mutable_octree(); }
-  map_file::Surface& surface() { return *records[first(map_file::Record::kSurface)].mutable_surface(); }
+  std::size_t last(map_file::Record::ContentCase kind) const {
+    std::size_t found = first(kind);
+    for (std::size_t i = found; i < records.size(); ++i)
+      if (records[i].content_case() == kind) found = i;
+    return found;
+  }
+  /// The first that has everything a surface may have.
+  map_file::Surface& surface() {
+    for (map_file::Record& record : records)
+      if (record.has_surface() && record.surface().evidence_size() > 0) return *record.mutable_surface();
+    throw std::runtime_error("no surface with evidence");
+  }
   map_file::Cylinder& cylinder() { return *records[first(map_file::Record::kCylinder)].mutable_cylinder(); }
   map_file::Accumulated& accumulated() {
     return *records[first(map_file::Record::kAccumulated)].mutable_accumulated();
@@ -229,17 +240,23 @@ const std::vector<Spoiled>& spoiled_files() {
        [](Spoiler& s) { s.erase(s.first(Record::kSurface)); }},
       {"id is out of order", [](Spoiler& s) { s.repeat(s.first(Record::kSurface)); }},
       {"not given out yet",
-       [](Spoiler& s) { s.records.back().mutable_surface()->set_id(s.header().next_id()); }},
+       [](Spoiler& s) {
+         s.records[s.last(Record::kSurface)].mutable_surface()->set_id(s.header().next_id());
+       }},
       {"id is out of order", [](Spoiler& s) { s.surface().clear_id(); }},
       {"other inliers than the octree", [](Spoiler& s) { s.surface().set_inliers(3); }},
       {"other inliers than the octree",
        [](Spoiler& s) {
          s.header().set_next_id(s.header().next_id() + 1);
-         s.records.push_back(s.records.back());
-         s.records.back().mutable_surface()->set_id(s.header().next_id() - 1);
-         s.records.back().mutable_surface()->set_inliers(0);
+         const std::size_t last = s.last(Record::kSurface);
+         s.repeat(last);
+         s.records[last + 1].mutable_surface()->set_id(s.header().next_id() - 1);
+         s.records[last + 1].mutable_surface()->set_inliers(0);
        }},
-      {"not of length 1", [](Spoiler& s) { s.surface().set_plane(0, s.surface().plane(0) + 1e-3); }},
+      {"not of length 1",
+       [](Spoiler& s) {
+         for (int i = 0; i < 3; ++i) s.surface().set_plane(i, 1.001 * s.surface().plane(i));
+       }},
       {"not of length 1", [](Spoiler& s) { s.surface().set_checked_plane(1, 3); }},
       {"not finite", [](Spoiler& s) { s.surface().set_plane(3, not_a_number); }},
       {"lacks numbers", [](Spoiler& s) { s.surface().clear_plane(); }},

@@ -51,9 +51,10 @@ class ScanArchives : public MapFiles {
     for (const Scan& scan : scans) {
       const ScanReport report = mapper.insert(scan);
       const surfaces::MapState& state = mapper.map().state();
-      archive.add({scan.name, scan.stamp_s, scan.sensor, state.parameters.occupancy.resolution,
-                   scan.T_map_sensor, report.alignment.T_map_sensor, state.noise.seen_since(noise)},
-                  mapper.last_voxels());
+      archive.add(
+          {scan.name, scan.stamp_s, scan.sensor, state.parameters.occupancy.resolution, scan.T_map_sensor,
+           report.alignment.T_map_sensor, state.noise.seen_since(noise), mapper.last_shared_variances()},
+          mapper.last_voxels());
       noise = state.noise.histogram();
     }
     archive.finish();
@@ -100,7 +101,8 @@ TEST_F(ScanArchives, AScanComesBackAsItWasMapped) {
                                     resolution,
                                     other,
                                     given.T_map_sensor,
-                                    {{3, 1, 7}, {3, 150, 1}, {15, 159, 1000000}}};
+                                    {{3, 1, 7}, {3, 150, 1}, {15, 159, 1000000}},
+                                    {{0, 1e-6}, {3, -2e-7}}};
     const io::ArchivedScan read = through_a_file(io::archived(header, twin), folder / "a.scan");
     EXPECT_EQ(read.header.name, header.name);
     EXPECT_EQ(read.header.stamp_s, header.stamp_s);
@@ -112,6 +114,9 @@ TEST_F(ScanArchives, AScanComesBackAsItWasMapped) {
     EXPECT_EQ(read.header.noise[2].range_class, 15);
     EXPECT_EQ(read.header.noise[2].size, 159);
     EXPECT_EQ(read.header.noise[2].count, 1000000U);
+    ASSERT_EQ(read.header.shared_variances.size(), 2U);
+    EXPECT_EQ(read.header.shared_variances[1].range_class, 3);
+    EXPECT_EQ(read.header.shared_variances[1].variance, -2e-7);
     const Scan scan = read.scan();
     ASSERT_GT(twin.ends.size(), 1000U);
     ASSERT_EQ(scan.points.size(), twin.ends.size());

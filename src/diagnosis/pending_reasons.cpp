@@ -1,0 +1,77 @@
+#include "diagnosis/pending_reasons.hpp"
+
+#include "law/neighbourhood.hpp"
+#include "law/planelets.hpp"
+#include "law/voxel_blocks.hpp"
+
+#include <algorithm>
+#include <deque>
+#include <set>
+
+namespace octosurf::diagnosis {
+
+using Index = occupancy::PointWindow::Index;
+
+PendingReasons::PendingReasons(const surfaces::MapState& state, geometry::VoxelKey place)
+    : state_(state), window_(occupancy::PointWindow::read_only(state.occupancy)) {
+  const Parameters& parameters = state.parameters;
+  collect_pending(place);
+  const surfaces::NormalField normals(window_, parameters, state.noise, state.surfaces);
+  const surfaces::MapView view{
+      parameters, state.occupancy.grid(), state.surfaces, state.cylinders, state.noise, window_, normals};
+  const law::Readings readings(state.occupancy, window_, law::neighbourhood_of(view, pending_, {}),
+                               state.noise);
+  std::vector<law::Refused> refused;
+  const law::Segmentation found =
+      segment(readings, law::limits_of(parameters), known_about(readings, state.surfaces, {}), refused);
+  for (const law::Refused& plane : refused)
+    for (const law::Readings::Index i : plane.readings) reasons_[readings[i].key] = plane.why;
+  for (law::Readings::Index i = 0; i < readings.size(); ++i)
+    if (found.labels[i] != law::clutter) reasons_[readings[i].key] = {Reason::waiting};
+}
+
+/// Block by block from those around the place, as long as neighbours hold pending points, too.
+void PendingReasons::collect_pending(geometry::VoxelKey place) {
+  constexpr std::size_t most_points = 20000;  // effort: a tenth of a second
+  const int edge = law::planelet_edge(state_.parameters.occupancy.resolution);
+  const law::VoxelBlocks blocks(edge);
+  std::set<law::VoxelBlocks::Place> known{blocks.of(place)};
+  std::deque<law::VoxelBlocks::Place> waiting(known.begin(), known.end());
+  for (; !waiting.empty() && pending_.size() < most_points; waiting.pop_front()) {
+    const std::size_t before = pending_.size();
+    blocks.for_each_point(window_, waiting.front(), [&](Index i) {
+      if (window_[i].surface == 0) pending_.push_back(window_[i].key);
+    });
+    if (pending_.size() == before) continue;
+    for (const law::VoxelBlocks::Place next : blocks.widened({waiting.front()}, edge))
+      if (known.insert(next).second) waiting.push_back(next);
+  }
+  std::sort(pending_.begin(), pending_.end());
+}
+
+surfaces::Refusal PendingReasons::of(geometry::VoxelKey key) const {
+  if (const CylinderId cylinder = state_.cylinders.owner(key); cylinder != 0)
+    return {.reason = Reason::on_cylinder, .cylinder = cylinder};
+  const auto found = reasons_.find(key);
+  if (found != reasons_.end() && found->second.reason == Reason::waiting) return found->second;
+  if (stands_alone(key)) return {Reason::isolated};
+  return found == reasons_.end() ? surfaces::Refusal{Reason::no_plane} : found->second;
+}
+
+bool PendingReasons::stands_alone(geometry::VoxelKey key) const {
+  const double radius = state_.parameters.search_radius();
+  const Eigen::Vector3f at = window_[window_.find(key)].position;
+  const auto is_near = [&](geometry::VoxelKey other) {
+    return (window_[window_.find(other)].position - at).cast<double>().norm() <= radius;
+  };
+  return std::count_if(pending_.begin(), pending_.end(), is_near) < 3;  // itself, and fewer than two others
+}
+
+std::map<Reason, std::size_t> PendingReasons::within(double radius, const Eigen::Vector3d& at) const {
+  std::map<Reason, std::size_t> counts;
+  for (const geometry::VoxelKey key : pending_)
+    if ((window_[window_.find(key)].position.cast<double>() - at).norm() <= radius) ++counts[of(key).reason];
+  return counts;
+}
+
+}  // namespace octosurf::diagnosis
