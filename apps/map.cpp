@@ -64,8 +64,8 @@ like other scans. A map goes on with its archive by itself when it is resumed an
 
 Surfaces are found by one likelihood and one merging criterion, around what each scan has changed; cylinders
 in what that leaves. --rules tuned finds them by the paper's stages with some hundred tuned thresholds
-instead, twice as fast with a depth camera; --surface-tolerance, --search-radius, --smoothness-angle,
---max-curvature and --ransac-iterations are theirs alone. The map does not say by which it was built: a run
+instead, up to a third faster with a depth camera; --smoothness-angle, --max-curvature and --ransac-iterations
+are for them and for cylinders alone. The map does not say by which it was built: a run
 that goes on with it by the tuned rules has to ask for them again.
 )";
 

@@ -14,8 +14,9 @@
 
 namespace octosurf {
 
-/// Why there is no surface at a place, or that there is one. A reason is added here, with its row in
-/// `reason_texts`, and where it is given; nowhere else.
+/// Why there is no surface at a place, or that there is one. From no_normal to not_flat and from scattered to
+/// noise_sheet they are what Rules::stages refuse by, and in no explanation. A reason is added here, with its
+/// row in `reason_texts`, and where it is given; nowhere else.
 enum class Reason {
   on_surface,         ///< there is one: the place lies within its polygons
   in_hole,            ///< in a hole of a surface
@@ -153,8 +154,8 @@ struct Explanation {
 };
 
 /// Why is there no surface at `point` (map frame)? Looks at the nearest occupied voxel's point within h; if
-/// that one is pending, surfaces are looked for again among the points around, and what refused one is said.
-/// The map does not change; nothing may insert meanwhile.
+/// that one is pending, surfaces are looked for again among the points around, by Rules::law whatever has
+/// found the map's, and what refused one is said. The map does not change; nothing may insert meanwhile.
 ///
 /// Cost: O(inliers), and for a pending point 5 µs for each point around it.
 /// Throws Error(usage) if `point` is not finite.

@@ -23,7 +23,7 @@ PendingReasons::PendingReasons(const surfaces::MapState& state, geometry::VoxelK
                                state.noise);
   std::vector<law::Refused> refused;
   const law::Segmentation found =
-      segment(readings, law::limits_of(parameters), known_about(readings, state.surfaces, {}), refused);
+      segment(readings, law::limits_of(parameters), known_about(readings, state.surfaces, {}), &refused);
   for (const law::Refused& plane : refused)
     for (const law::Readings::Index i : plane.readings) reasons_[readings[i].key] = plane.why;
   for (law::Readings::Index i = 0; i < readings.size(); ++i)

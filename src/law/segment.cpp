@@ -233,7 +233,7 @@ void accept(const Readings& readings, const SegmentLimits& limits, Segmentation&
   const std::vector<Verdict> verdicts = find_opaque(readings, segmentation, explained);
   keep_labels(readings, segmentation, refused, [&](Label label, const auto&) -> std::optional<Refusal> {
     if (verdicts[label].holds()) return {};
-    if (refused == nullptr) return Refusal{Reason::clutter};
+    if (refused == nullptr) return Refusal{Reason::clutter};  // nobody asks why, which is a walk over all
     return refusal_of(readings, segmentation, verdicts[label]);
   });
 }
@@ -245,8 +245,6 @@ Segmentation segment(const Readings& readings, const SegmentLimits& limits) {
   nothing.labels.assign(readings.size_with_context(), clutter);
   return segment(readings, limits, std::move(nothing));
 }
-
-namespace {
 
 Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segmentation known,
                      std::vector<Refused>* refused) {
@@ -267,17 +265,6 @@ Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segm
   refit_patches(readings, Junctions(readings, result.labels, result.patches), result);
   accept(readings, limits, result, refused);
   return result;
-}
-
-}  // namespace
-
-Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segmentation known) {
-  return segment(readings, limits, std::move(known), nullptr);
-}
-
-Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segmentation known,
-                     std::vector<Refused>& refused) {
-  return segment(readings, limits, std::move(known), &refused);
 }
 
 }  // namespace octosurf::law

@@ -4,6 +4,7 @@
 #include "surfaces/refusal.hpp"
 
 #include <cstddef>
+#include <vector>
 
 #include <octosurf/parameters.hpp>
 
@@ -20,22 +21,22 @@ inline SegmentLimits limits_of(const Parameters& parameters) {
           parameters.surfaces.min_surface_width};
 }
 
+/// Readings of a plane that did not hold, and why; each later one outweighs those before.
+struct Refused {
+  surfaces::Refusal why;
+  std::vector<Readings::Index> readings;
+};
+
 /// The law: planelets of what has no label; three times merging, labels anew, connected pieces; then what
 /// does not bend, is large enough, and explains more than its description costs and than rays through it
 /// speak against is a surface, and what is left is clutter. The same readings give the same planes.
 /// O(readings), 5 to 8 µs for each.
 ///
 /// `known`: labels to begin with, of patches that refit_patches() has fitted; what is outside must have one.
-/// Without, it is the batch form, and the slow twin of what goes scan by scan.
-Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segmentation known);
-/// Readings of a plane that did not hold, and why; each later one outweighs those before.
-struct Refused {
-  surfaces::Refusal why;
-  std::vector<Readings::Index> readings;
-};
-/// The same, and what it refused is added to `refused`.
+/// Without, it is the batch form, and the slow twin of what goes scan by scan. `refused`: if given, what was
+/// refused is added to it.
 Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segmentation known,
-                     std::vector<Refused>& refused);
+                     std::vector<Refused>* refused = nullptr);
 Segmentation segment(const Readings& readings, const SegmentLimits& limits);
 
 }  // namespace octosurf::law

@@ -6,6 +6,7 @@
 #include "law/write_surfaces.hpp"
 
 #include <algorithm>
+#include <set>
 #include <vector>
 
 namespace octosurf::law {
@@ -20,10 +21,11 @@ std::vector<SurfaceId> to_be_checked(surfaces::Ledger& ledger) {
   return ids;
 }
 
-/// Planes of surfaces that lost points or saw them better, and whose neighbourhood is what it was.
-void refit_others(surfaces::Ledger& ledger) {
+/// Planes of surfaces that have grown since theirs was fitted, and of those that lost points or saw them
+/// better and whose neighbourhood is what it was.
+void refit_others(surfaces::Ledger& ledger, const std::set<SurfaceId>& grown) {
   for (const SurfaceId id : ledger.changes.touched()) {
-    if (ledger.changes.refitted.contains(id)) continue;
+    if (ledger.changes.refitted.contains(id) && !grown.contains(id)) continue;
     surfaces::SurfaceModel& surface = *ledger.find(id);
     surface.set_plane(
         geometry::fitted_plane(surface.moments(&ledger.noise), surface.reference(), surface.plane().normal));
@@ -31,6 +33,7 @@ void refit_others(surfaces::Ledger& ledger) {
   }
 }
 
+/// Pending readings that have a surface now.
 std::vector<geometry::VoxelKey> newly_given(const Readings& readings, const Segmentation& found) {
   std::vector<geometry::VoxelKey> given;
   for (Readings::Index i = 0; i < readings.size(); ++i)
@@ -38,11 +41,13 @@ std::vector<geometry::VoxelKey> newly_given(const Readings& readings, const Segm
   return given;
 }
 
-/// Segments around `changed` and around the surfaces of `anew`, which begin without a label.
-void segment_around(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree,
-                    std::span<const geometry::VoxelKey> changed, std::span<const SurfaceId> anew) {
+/// Segments around `changed` and around the surfaces of `anew`, which begin without a label. The surfaces
+/// that have grown beyond that since their planes were fitted.
+std::set<SurfaceId> segment_around(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree,
+                                   std::span<const geometry::VoxelKey> changed,
+                                   std::span<const SurfaceId> anew) {
   const Neighbourhood around = neighbourhood_of(ledger, changed, anew);
-  if (around.voxels.empty()) return;
+  if (around.voxels.empty()) return {};
   const Readings readings(octree, ledger.window, around, ledger.noise);
   const Segmentation found =
       segment(readings, limits_of(ledger.parameters), known_about(readings, ledger.surfaces, anew));
@@ -51,7 +56,7 @@ void segment_around(surfaces::Ledger& ledger, const occupancy::OccupancyMap& oct
   for (const Outside& part : found.outside) whole[part.label] = false;
   for (Label label = 1; label < ids.size(); ++label)
     if (whole[label]) ledger.find(ids[label])->set_checked();
-  grow_from(ledger, newly_given(readings, found));
+  return grow_from(ledger, newly_given(readings, found));
 }
 
 /// What waits, and what has lost its surface and found no other: it is segmented again once enough has
@@ -74,10 +79,10 @@ LeftPending update_surfaces(surfaces::Ledger& ledger, const occupancy::Occupancy
   ledger.changes.requeued.clear();  // they are among the fresh
   const std::vector<geometry::VoxelKey> unexplained = take_in(ledger, fresh);
   Waiting found = due_to_segment(ledger, std::move(waiting), unexplained);
-  segment_around(ledger, octree, found.due, {});
+  std::set<SurfaceId> grown = segment_around(ledger, octree, found.due, {});
   if (const std::vector<SurfaceId> anew = to_be_checked(ledger); !anew.empty())
-    segment_around(ledger, octree, {}, anew);
-  refit_others(ledger);
+    grown.merge(segment_around(ledger, octree, {}, anew));
+  refit_others(ledger, grown);
   std::erase_if(found.due,
                 [&](geometry::VoxelKey key) { return ledger.window[ledger.window.find(key)].surface != 0; });
   return {.waiting = with_released(ledger, std::move(found.left)), .refused = std::move(found.due)};

@@ -96,7 +96,8 @@ std::vector<VoxelKey> take_in(surfaces::Ledger& ledger, std::span<const VoxelKey
   return left;
 }
 
-void grow_from(surfaces::Ledger& ledger, std::vector<VoxelKey> given) {
+std::set<SurfaceId> grow_from(surfaces::Ledger& ledger, std::vector<VoxelKey> given) {
+  std::set<SurfaceId> grown;
   while (!given.empty()) {
     std::vector<VoxelKey> beside;
     for (const VoxelKey key : given)
@@ -108,7 +109,9 @@ void grow_from(surfaces::Ledger& ledger, std::vector<VoxelKey> given) {
     const std::vector<VoxelKey> left = take_in(ledger, beside);
     given.clear();
     std::set_difference(beside.begin(), beside.end(), left.begin(), left.end(), std::back_inserter(given));
+    for (const VoxelKey key : given) grown.insert(ledger.window[ledger.window.find(key)].surface);
   }
+  return grown;
 }
 
 Waiting due_to_segment(const surfaces::MapView& map, std::vector<VoxelKey> before,

@@ -2,6 +2,7 @@
 
 #include "surfaces/ledger.hpp"
 
+#include <set>
 #include <span>
 #include <vector>
 
@@ -14,9 +15,9 @@ std::vector<geometry::VoxelKey> take_in(surfaces::Ledger& ledger,
                                         std::span<const geometry::VoxelKey> pending);
 
 /// Goes on from points that surfaces have got to the pending ones beside them that take_in() gives, and on
-/// from those: what lies beyond all that was looked at together. Cost: 26 voxels for each point that is
-/// given.
-void grow_from(surfaces::Ledger& ledger, std::vector<geometry::VoxelKey> given);
+/// from those: what lies beyond all that was looked at together. The surfaces that got some, whose planes are
+/// as they were. Cost: 26 voxels for each point that is given.
+std::set<SurfaceId> grow_from(surfaces::Ledger& ledger, std::vector<geometry::VoxelKey> given);
 
 /// Pending points that are worth segmenting now, and those that wait on.
 struct Waiting {

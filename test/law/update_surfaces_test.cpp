@@ -17,12 +17,6 @@ namespace {
 
 using ::testing::IsEmpty;
 
-Mapper by_law(int threads = 1) {
-  Mapper mapper(Parameters{}, threads);
-  mapper.find_surfaces_by(Rules::law);
-  return mapper;
-}
-
 void insert_all(Mapper& mapper, const std::vector<Scan>& scans) {
   for (const Scan& scan : scans) mapper.insert(scan);
 }
@@ -35,7 +29,7 @@ std::vector<SurfaceId> owners(const Map& map) {
 }
 
 TEST(UpdateSurfaces, KeepsAllInvariantsAfterEveryScan) {
-  Mapper mapper = by_law();
+  Mapper mapper;
   for (const Scan& scan : test::room_tour(test::rng(), 12)) {
     const auto before = mapper.snapshot();
     const ScanReport report = mapper.insert(scan);
@@ -54,7 +48,7 @@ TEST(UpdateSurfaces, KeepsAllInvariantsAfterEveryScan) {
 
 /// The same points are one surface, but for the share of outliers that the law reckons with.
 TEST(UpdateSurfaces, AgreesWithTheBatchForm) {
-  Mapper mapper = by_law();
+  Mapper mapper;
   insert_all(mapper, test::room_tour(test::rng(), 12));
   const std::vector<SurfaceId> step_by_step = owners(mapper.map());
   mapper.resegment();  // keeps the ids of what is the same
@@ -68,7 +62,7 @@ TEST(UpdateSurfaces, AgreesWithTheBatchForm) {
 
 TEST(UpdateSurfaces, SameScansSameBytes) {
   const std::vector<Scan> scans = test::room_tour(test::rng(), 8);
-  Mapper one = by_law(), again = by_law(), threaded = by_law(3);
+  Mapper one, again, threaded(Parameters{}, 3);
   insert_all(one, scans);
   insert_all(again, scans);
   insert_all(threaded, scans);
@@ -78,11 +72,10 @@ TEST(UpdateSurfaces, SameScansSameBytes) {
 
 TEST(UpdateSurfaces, StoppingAndGoingOnChangesNothing) {
   const std::vector<Scan> scans = test::room_tour(test::rng(), 8);
-  Mapper whole = by_law(), first = by_law();
+  Mapper whole, first;
   insert_all(whole, scans);
   insert_all(first, {scans.begin(), scans.begin() + 4});
   Mapper second(std::move(first).release());
-  second.find_surfaces_by(Rules::law);
   insert_all(second, {scans.begin() + 4, scans.end()});
   EXPECT_TRUE(test::digest(second.map()) == test::digest(whole.map()));
 }
@@ -97,7 +90,7 @@ std::map<SurfaceId, std::map<SurfaceId, std::size_t>> handed_over(const std::vec
 }
 
 TEST(UpdateSurfaces, WhoKeepsItsPointsKeepsItsId) {
-  Mapper mapper = by_law();
+  Mapper mapper;
   std::size_t kept = 0;
   for (const Scan& scan : test::room_tour(test::rng(), 12)) {
     std::vector<Map::Voxel> before;
@@ -120,7 +113,7 @@ TEST(UpdateSurfaces, WhoKeepsItsPointsKeepsItsId) {
 }
 
 TEST(UpdateSurfaces, WhoGoesIsAmongTheDepartures) {
-  Mapper mapper = by_law();
+  Mapper mapper;
   for (const Scan& scan : test::room_tour(test::rng(), 12)) {
     const auto before = mapper.snapshot();
     mapper.insert(scan);
@@ -138,7 +131,7 @@ TEST(UpdateSurfaces, WhoGoesIsAmongTheDepartures) {
 
 TEST(UpdateSurfaces, ScansTogetherFindTheSameFaces) {
   const std::vector<Scan> scans = test::room_tour(test::rng(), 8);
-  Mapper one_by_one = by_law(), together = by_law();
+  Mapper one_by_one, together;
   insert_all(one_by_one, scans);
   for (std::size_t i = 0; i < scans.size(); i += 4) together.insert_all({scans.data() + i, 4});
   EXPECT_THAT(check_invariants(together.map()), IsEmpty());
@@ -148,6 +141,31 @@ TEST(UpdateSurfaces, ScansTogetherFindTheSameFaces) {
                          [](const SurfacePtr& surface) { return surface->area_m2 > 0.5; });
   };
   EXPECT_EQ(large(together), large(one_by_one));
+}
+
+/// A plate of some rows of voxels along y, and of columns along x.
+Scan plate(int from_column, int to_column, int rows) {
+  const Eigen::Vector3d eye(0.5, 0.5, 1.5);
+  Scan scan;
+  scan.T_map_sensor.translation() = eye;
+  for (int i = from_column; i < to_column; ++i)
+    for (int j = 0; j < rows; ++j)
+      scan.points.push_back((Eigen::Vector3d(0.01 + 0.02 * i, 0.01 + 0.02 * j, 0.01) - eye).cast<float>());
+  return scan;
+}
+
+// What is pending farther off than a gap's width, and will not be looked at again by itself, is of the plane
+// that has come beside it.
+TEST(UpdateSurfaces, WhatIsPendingBeyondWhatIsLookedAtJoinsThePlaneBesideIt) {
+  Mapper mapper;
+  insert_all(mapper, {plate(0, 8, 6), plate(8, 9, 4)});
+  ASSERT_EQ(mapper.map().size().surfaces, 0U);
+  mapper.insert(plate(9, 18, 6));
+  const auto snapshot = mapper.snapshot();
+  ASSERT_EQ(snapshot->surfaces.size(), 1U);
+  EXPECT_EQ(snapshot->surfaces[0]->inliers, 8U * 6 + 4 + 9 * 6);
+  EXPECT_EQ(mapper.map().size().pending, 0U);
+  test::expect_guarantees(mapper.map());
 }
 
 }  // namespace

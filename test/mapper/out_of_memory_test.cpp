@@ -109,7 +109,7 @@ class OutOfMemory : public ::testing::Test {
 /// map must be in the end with and without the one.
 class Story {
  public:
-  Story(const std::vector<Scan>& scans, std::size_t before, int threads, Rules rules = Rules::stages)
+  Story(const std::vector<Scan>& scans, std::size_t before, int threads, Rules rules = Rules::law)
       : next(scans[before]),
         later(scans.begin() + static_cast<std::ptrdiff_t>(before) + 1, scans.end()),
         mapper(coarse(), threads) {
@@ -248,8 +248,8 @@ TEST_F(FailedAllocations, WithACylinder) {
   expect_taken_back(story, 40, false);
 }
 
-TEST_F(FailedAllocations, ByTheLaw) {
-  Story story(changing_room(10), 6, 1, Rules::law);
+TEST_F(FailedAllocations, ByTheStages) {
+  Story story(changing_room(10), 6, 1, Rules::stages);
   expect_taken_back(story, 40, false);
 }
 
