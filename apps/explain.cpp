@@ -39,7 +39,6 @@ void print(const Explanation& why) {
     const std::string unit = figure.unit.empty() ? "" : " " + figure.unit;
     std::printf("%-16s %.4g%s", figure.name.c_str(), figure.value, unit.c_str());
     if (figure.at_least) std::printf(", at least %.4g%s", *figure.at_least, unit.c_str());
-    if (figure.at_most) std::printf(", at most %.4g%s", *figure.at_most, unit.c_str());
     std::printf("\n");
   }
   if (why.scans_left_out + why.scans_unexplained > 0)
@@ -67,7 +66,6 @@ void print_json(const Explanation& why) {
   for (const Figure& figure : why.figures) {
     Json entry{{"name", figure.name}, {"value", figure.value}, {"unit", figure.unit}};
     if (figure.at_least) entry["at_least"] = *figure.at_least;
-    if (figure.at_most) entry["at_most"] = *figure.at_most;
     json["figures"].push_back(std::move(entry));
   }
   json["misfits"] = {{"left_out", why.scans_left_out}, {"mapped_as_given", why.scans_unexplained}};

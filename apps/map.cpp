@@ -43,7 +43,6 @@ Examples:
   octosurf map kitchen -o maps/kitchen --history kitchen.history   for a time slider: view --history
   octosurf map kitchen -o maps/kitchen --up auto                 where z is not up, as in a camera's frame
   octosurf map kitchen -o maps/kitchen --keep-scans maps/kitchen.scans   so that remap can move it later
-  octosurf map kitchen -o maps/kitchen --rules tuned            surfaces by the paper's stages
   octosurf map --show-parameters --preset paper
 
 Inputs, told apart by content: folders as 7-Scenes, TUM RGB-D or KITTI velodyne have them; 16-bit depth
@@ -63,10 +62,8 @@ like other scans. A map goes on with its archive by itself when it is resumed an
 -o it needs --keep-scans with a new folder, which begins with those scans.
 
 Surfaces are found by one likelihood and one merging criterion, around what each scan has changed; cylinders
-in what that leaves. --rules tuned finds them by the paper's stages with some hundred tuned thresholds
-instead, up to a third faster with a depth camera; --smoothness-angle, --max-curvature and --ransac-iterations
-are for them and for cylinders alone. The map does not say by which it was built: a run
-that goes on with it by the tuned rules has to ask for them again.
+in what that leaves: --search-radius, --normal-radius, --smoothness-angle, --max-curvature and
+--ransac-iterations are for these alone.
 )";
 
 struct Inputs {
@@ -235,9 +232,6 @@ void add_map(CLI::App& app) {
   verb->add_option("--checkpoint", options->checkpoint_s,
                    "save every so many SECONDS between scans; 0: only at the end")
       ->check(CLI::Validator(not_seconds, ""))
-      ->capture_default_str();
-  verb->add_option("--rules", options->rules, "what finds surfaces: law or tuned")
-      ->check(CLI::IsMember({"law", "tuned"}))
       ->capture_default_str();
   verb->add_flag("--realtime", options->realtime,
                  "scans arrive at their time stamps, not as fast as they can be mapped; where mapping falls "

@@ -88,9 +88,7 @@ MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext 
       poses_(options.write_poses, options.force),
       backlog_(options.together),
       history_(options.history, {options.force, !options.resume.empty()}, *mapper_.snapshot()),
-      reserve_(std::make_unique_for_overwrite<std::byte[]>(std::size_t{8} << 20)) {
-  if (options_.rules == "tuned") mapper_.find_surfaces_by(Rules::stages);
-}
+      reserve_(std::make_unique_for_overwrite<std::byte[]>(std::size_t{8} << 20)) {}
 
 MapRun::~MapRun() = default;
 

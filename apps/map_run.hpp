@@ -39,7 +39,6 @@ struct MapOptions {
   std::optional<unsigned short> serve_port;  ///< of this machine, to serve the map while it grows
   int threads = 1;
   std::size_t together = 16;  ///< scans that wait, at most: half a second of a camera's, 60 MB
-  std::string rules = "law";  ///< by which surfaces are found: law or tuned
   bool realtime = false, force = false, show_parameters = false;
 };
 

@@ -73,8 +73,7 @@ void bind_explain(py::module_& module) {
       .def_readonly("name", &Figure::name, R"(Such as "width".)")
       .def_readonly("value", &Figure::value, "In `unit`.")
       .def_readonly("unit", &Figure::unit, "Empty for counts and shares.")
-      .def_readonly("at_least", &Figure::at_least, "Bound, or None.")
-      .def_readonly("at_most", &Figure::at_most, "Bound, or None.");
+      .def_readonly("at_least", &Figure::at_least, "Lower bound, or None.");
   py::class_<E>(module, "Explanation", "Why there is no surface at a place, or that there is one.")
       .def_property_readonly(
           "reason", [](const E& self) { return reason_name(self.reason); },

@@ -41,16 +41,14 @@ void bind_surface_parameters(py::module_& module) {
 
 void bind_detection_parameters(py::module_& module) {
   using P = DetectionParameters;
-  Settings<P>(module, "DetectionParameters", "From pending points to new surfaces.")
-      .field("search_radius", &P::search_radius, "r, m: largest neighbourhood; None: derived.")
+  Settings<P>(module, "DetectionParameters", "New surfaces and cylinders among pending points.")
+      .field("search_radius", &P::search_radius, "r, m: cylinders: largest neighbourhood; None: derived.")
       .field("normal_radius", &P::normal_radius,
-             "m: neighbourhood where points are dense and exact; None: derived.")
+             "m: cylinders: neighbourhood for normals where points are dense and exact; None: derived.")
       .field("min_surface_points", &P::min_surface_points, "n; None: derived.")
-      .field("smoothness_angle", &P::smoothness_angle, "rad: region growing, normal difference.")
-      .field("max_curvature", &P::max_curvature, "Region growing, surface variation.")
-      .field("ransac_iterations", &P::ransac_iterations, "Of a plane fit.")
-      .field("aligned_angle", &P::aligned_angle,
-             "rad: RANSAC inliers' normals to the plane's; pi/2 and more: the paper's plain plane model.")
+      .field("smoothness_angle", &P::smoothness_angle, "rad: cylinders: region growing, normal difference.")
+      .field("max_curvature", &P::max_curvature, "Cylinders: region growing, surface variation.")
+      .field("ransac_iterations", &P::ransac_iterations, "Cylinders: fit.")
       .field("detect_cylinders", &P::detect_cylinders,
              "Look for pillars, rails and rungs among what no plane took.");
 }
@@ -87,7 +85,6 @@ Parameters(occupancy={"resolution": 0.01}, up=None); fields can be set afterward
   parameters.def("search_radius", &P::search_radius, "r in force, m.");
   parameters.def("normal_radius", &P::normal_radius, "In force, m.");
   parameters.def("min_surface_points", &P::min_surface_points, "n in force.");
-  parameters.def("aligned", &P::aligned, "Whether points' own normals decide; else the paper's planes.");
   parameters.def(
       "get", &get_parameter, py::arg("name"),
       "The value in force as text, as `octosurf map --show-parameters` has it: angles in degrees.");

@@ -14,47 +14,36 @@
 
 namespace octosurf {
 
-/// Why there is no surface at a place, or that there is one. From no_normal to not_flat and from scattered to
-/// noise_sheet they are what Rules::stages refuse by, and in no explanation. A reason is added here, with its
-/// row in `reason_texts`, and where it is given; nowhere else.
+/// Why there is no surface at a place, or that there is one. A reason is added here, with its row in
+/// `reason_texts`, and where it is given; nowhere else.
 enum class Reason {
-  on_surface,         ///< there is one: the place lies within its polygons
-  in_hole,            ///< in a hole of a surface
-  beside_surface,     ///< the nearest point belongs to a surface, the place is outside its polygons
-  on_cylinder,        ///< the nearest point is pending and supports a cylinder
-  outside_map,        ///< beyond the octree's 2¹⁶ voxels
-  unseen,             ///< no ray ever reached it
-  free_space,         ///< rays passed through
-  no_point,           ///< occupied, but no scan put a point there (an OctoMap not looked at yet)
-  isolated,           ///< fewer than two pending neighbours within r
-  no_normal,          ///< too few neighbours for a normal, or all in a line
-  not_flat,           ///< the surroundings are rounded, an edge or clutter
-  too_few_points,     ///< fewer than n that hang together on one plane
-  too_narrow,         ///< narrower than min_surface_width
-  bent,               ///< a curved patch, such as a pillar's
-  scattered,          ///< scatters about its plane by more than noise does
-  too_few_for_range,  ///< seen from far, where noise asks for more points than n
-  normals_disagree,   ///< too few of its points' own normals agree with their plane
-  seen_edge_on,       ///< most of its points were seen along their plane: what a sensor mixes at an edge
-  noise_sheet,        ///< a parallel sheet within a surface's noise
-  seen_through,       ///< seen through a surface: that one's noise
-  no_plane,           ///< no plane passes through it that five points of one piece agree on
-  clutter,            ///< a plane here explains too little of what is seen around it
-  waiting             ///< the next look around it would make a surface
+  on_surface,      ///< there is one: the place lies within its polygons
+  in_hole,         ///< in a hole of a surface
+  beside_surface,  ///< the nearest point belongs to a surface, the place is outside its polygons
+  on_cylinder,     ///< the nearest point is pending and supports a cylinder
+  outside_map,     ///< beyond the octree's 2¹⁶ voxels
+  unseen,          ///< no ray ever reached it
+  free_space,      ///< rays passed through
+  no_point,        ///< occupied, but no scan put a point there (an OctoMap not looked at yet)
+  isolated,        ///< fewer than two pending neighbours within r
+  too_few_points,  ///< fewer than n that hang together on one plane
+  too_narrow,      ///< narrower than min_surface_width
+  bent,            ///< a curved patch, such as a pillar's
+  seen_through,    ///< seen through a surface: that one's noise
+  no_plane,        ///< no plane passes through it that five points of one piece agree on
+  clutter,         ///< a plane here explains too little of what is seen around it
+  waiting          ///< the next look around it would make a surface
 };
 
 /// How a reason is told.
 struct ReasonText {
   Reason reason;          ///< what it is the text of
   std::string_view name;  ///< as in `--json`
-  /// {measured} and {limit} stand for the figure's value and its bound, {measured%} and {limit%} for the same
-  /// in percent, {surface} and {cylinder} for ids, {what} for what there are too few of.
+  /// {measured} and {limit} stand for the figure's value and its lower bound, {surface} and {cylinder} for
+  /// ids.
   std::string_view sentence;
   std::string_view figure{};  ///< name of the Figure; empty: there is none
   std::string_view unit{};    ///< of the Figure
-  /// Which side of its bound the Figure should be on.
-  enum class Bound { at_least, at_most };
-  Bound bound = Bound::at_least;  ///< of the Figure
 };
 /// By Reason.
 inline constexpr std::array reason_texts{
@@ -71,37 +60,14 @@ inline constexpr std::array reason_texts{
                "No surface: the voxel here is occupied, but no scan has put a point into it."},
     ReasonText{Reason::isolated, "isolated",
                "No surface: the point here stands alone, with fewer than two others within r."},
-    ReasonText{Reason::no_normal, "no_normal",
-               "No surface: the point here has too few neighbours for a normal, or all in a line."},
-    ReasonText{Reason::not_flat, "not_flat",
-               "No surface: the surroundings of the point here are not flat (curvature {measured}, at most "
-               "{limit}): an edge, something round, or clutter.",
-               "curvature", "", ReasonText::Bound::at_most},
-    ReasonText{Reason::too_few_points, "too_few_points", "No surface: {what}.", "points"},
+    ReasonText{Reason::too_few_points, "too_few_points",
+               "No surface: only {measured} points on the plane here lie less than h apart, and a surface "
+               "needs {limit}.",
+               "points"},
     ReasonText{Reason::too_narrow, "too_narrow",
                "No surface: the patch here is {measured} m wide, and a surface needs {limit} m.", "width",
                "m"},
     ReasonText{Reason::bent, "bent", "No surface: the patch here is curved, like a pillar's side."},
-    ReasonText{Reason::scattered, "scattered",
-               "No surface: the points here scatter about their plane by {measured} times the noise, and a "
-               "surface may by {limit}.",
-               "scatter", "", ReasonText::Bound::at_most},
-    ReasonText{Reason::too_few_for_range, "too_few_for_range",
-               "No surface: {measured} points seen from so far prove nothing yet; with that noise it needs "
-               "{limit}.",
-               "points"},
-    ReasonText{Reason::normals_disagree, "normals_disagree",
-               "No surface: the plane through the points here agrees with the normals of {measured%} % of "
-               "them, and a surface needs more than {limit%} %.",
-               "agreeing"},
-    ReasonText{
-        Reason::seen_edge_on, "seen_edge_on",
-        "No surface: most of the points here were seen along their plane, as what a sensor mixes between "
-        "an edge and what lies behind it; {measured%} % were seen from before it, and a surface needs "
-        "more than {limit%} %.",
-        "seen_from_before"},
-    ReasonText{Reason::noise_sheet, "noise_sheet",
-               "No surface: the patch here is parallel to surface {surface} and within its noise."},
     ReasonText{Reason::seen_through, "seen_through",
                "No surface: what was seen here was seen through surface {surface} and is its noise."},
     ReasonText{Reason::no_plane, "no_plane",
@@ -130,7 +96,6 @@ struct Figure {
   double value = 0;                ///< in `unit`
   std::string unit;                ///< "" for counts and shares
   std::optional<double> at_least;  ///< lower bound; empty: none
-  std::optional<double> at_most;   ///< upper bound; empty: none
 };
 
 /// What explain() found.
@@ -154,8 +119,8 @@ struct Explanation {
 };
 
 /// Why is there no surface at `point` (map frame)? Looks at the nearest occupied voxel's point within h; if
-/// that one is pending, surfaces are looked for again among the points around, by Rules::law whatever has
-/// found the map's, and what refused one is said. The map does not change; nothing may insert meanwhile.
+/// that one is pending, surfaces are looked for again among the points around, and what refused one is said.
+/// The map does not change; nothing may insert meanwhile.
 ///
 /// Cost: O(inliers), and for a pending point 5 µs for each point around it.
 /// Throws Error(usage) if `point` is not finite.

@@ -72,12 +72,6 @@ struct MergeReport {
   std::vector<MergedSurface> surfaces;  ///< each of the other map's, ascending id there
 };
 
-/// By what Mapper finds surfaces.
-enum class Rules {
-  law,    ///< one likelihood and one criterion around what has changed (docs/design.md §4)
-  stages  ///< the paper's stages, each with thresholds of its own
-};
-
 /// Keeps a map and its surfaces up to date, scan by scan (the paper's system).
 ///
 /// 1. Same scans and parameters, same map, byte for byte, whatever `threads` is.
@@ -157,16 +151,11 @@ class Mapper {
   /// µs more for each voxel that is resampled.
   MergeReport merge(const Map& other, const Eigen::Isometry3d& T_map_other = Eigen::Isometry3d::Identity());
 
-  /// From now on scans, mergers and octrees are looked at by these rules; at first by the law. A wish of the
-  /// process, not of the map: one that is resumed by the stages asks for them again. By the law the reports'
-  /// `detect` is the time of steps 4 to 7.
-  void find_surfaces_by(Rules rules);
-
   /// Replaces all surfaces by those that one likelihood and one criterion (src/law) find among all of the
   /// octree's points at once: what scan by scan is found around changes. A surface keeps its id in the one
   /// that has most of its points, unless that has more of another's; departures name who took whom in, and
   /// what later scans told of a surface's plane goes on in the one that has its points. Octree and poses stay
-  /// as they are. Later scans go on by the rules of find_surfaces_by().
+  /// as they are.
   ///
   /// Looks at every point, so it is for the end of a run. Throws Error(data), and leaves the map as it was,
   /// if the surfaces' ids could run out; see 2 above. `born`, `merged` and `gone` of the report say what

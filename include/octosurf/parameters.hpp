@@ -37,17 +37,16 @@ struct SurfaceParameters {
   double mesh_thickness = 0.02;             ///< m: extrusion against the normal
 };
 
-/// src/detection: from pending points to new surfaces.
+/// New surfaces (src/law) and cylinders (src/cylinders) among pending points.
 struct DetectionParameters {
-  std::optional<double> search_radius;  ///< r, m: largest neighbourhood; empty: derived
-  std::optional<double> normal_radius;  ///< m: neighbourhood where points are dense and exact; empty: derived
-  std::optional<int> min_surface_points;         ///< n; empty: derived
-  double smoothness_angle = 0.5235987755982988;  ///< rad: region growing, normal difference (30°)
-  double max_curvature = 0.05;                   ///< region growing, surface variation λ₀/Σλ
-  int ransac_iterations = 200;                   ///< plane fit
-  double aligned_angle = 0.5235987755982988;     ///< rad: RANSAC inliers' normals to the plane's;
-                                                 ///< π/2 and more: the paper's plain plane model
-  bool detect_cylinders = true;  ///< look for pillars, rails and rungs among what no plane took
+  std::optional<int> min_surface_points;  ///< n; empty: derived
+  bool detect_cylinders = true;           ///< look for pillars, rails and rungs among what no plane took
+  std::optional<double> search_radius;    ///< r, m: cylinders: largest neighbourhood; empty: derived
+  std::optional<double> normal_radius;    ///< m: cylinders: neighbourhood for normals where points are
+                                          ///< dense and exact; empty: derived
+  double smoothness_angle = 0.5235987755982988;  ///< rad: cylinders: region growing, normal difference (30°)
+  double max_curvature = 0.05;                   ///< cylinders: region growing, surface variation λ₀/Σλ
+  int ransac_iterations = 200;                   ///< cylinders: fit
 };
 
 /// src/alignment: a scan's pose against the map, before it is inserted.
@@ -65,8 +64,8 @@ struct Parameters {
   /// planners' questions ask it. Empty: found from the surfaces (up.hpp).
   std::optional<Eigen::Vector3d> up = Eigen::Vector3d::UnitZ();
 
-  /// The paper's values (section V): r = 0.15, n = 50, s = sensor_noise + d·√3, plain RANSAC, no
-  /// minimum width, measured noise not used.
+  /// The paper's values (section V): r = 0.15, n = 50, s = sensor_noise + d·√3, no minimum width, measured
+  /// noise not used, poses as given.
   static Parameters paper();
 
   double surface_tolerance() const;  ///< s in force: explicit, else sensor_noise + d/2
@@ -74,8 +73,6 @@ struct Parameters {
   double search_radius() const;      ///< r in force: explicit, else 5 d, at least 0.06 m
   double normal_radius() const;      ///< in force: explicit, else 2.5 d
   int min_surface_points() const;    ///< n in force: explicit, else 0.02 m² / d² in [20, 500]
-
-  bool aligned() const;  ///< aligned_angle below 90°: normals decide; else the paper's planes
 
   /// Throws Error(usage) naming field, value and rule.
   void validate() const;

@@ -24,11 +24,8 @@ void replace_all(std::string& sentence, std::string_view placeholder, std::strin
 
 std::string sentence_of(const surfaces::Refusal& refusal) {
   std::string sentence(text_of(refusal.reason).sentence);
-  replace_all(sentence, "{what}", refusal.what);
   replace_all(sentence, "{measured}", text(refusal.measured));
   replace_all(sentence, "{limit}", text(refusal.limit));
-  replace_all(sentence, "{measured%}", text(100 * refusal.measured));
-  replace_all(sentence, "{limit%}", text(100 * refusal.limit));
   replace_all(sentence, "{surface}", text(refusal.surface));
   replace_all(sentence, "{cylinder}", text(refusal.cylinder));
   return sentence;
@@ -37,9 +34,7 @@ std::string sentence_of(const surfaces::Refusal& refusal) {
 std::vector<Figure> figures_of(const surfaces::Refusal& refusal) {
   const ReasonText& told = text_of(refusal.reason);
   if (told.figure.empty() || (refusal.measured == 0 && refusal.limit == 0)) return {};
-  Figure figure{std::string(told.figure), refusal.measured, std::string(told.unit), {}, {}};
-  (told.bound == ReasonText::Bound::at_least ? figure.at_least : figure.at_most) = refusal.limit;
-  return {figure};
+  return {Figure{std::string(told.figure), refusal.measured, std::string(told.unit), refusal.limit}};
 }
 
 }  // namespace octosurf::diagnosis

@@ -1,10 +1,14 @@
 #include "law/curvature.hpp"
 
 #include "geometry/plane_frame.hpp"
+#include "law/planelets.hpp"
+#include "law/voxel_blocks.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 namespace octosurf::law {
 namespace {
@@ -78,7 +82,70 @@ double turn_of(const Eigen::Vector3d& bend, const Eigen::Vector2d& variances) {
   return most;
 }
 
+/// What readings tell of how a patch bends across its strips, once offset and slopes of each block are
+/// eliminated.
+struct BendAcross {
+  double information = 0, evidence = 0;
+  double width2 = 0;  ///< Σ information times a strip's squared width, m²
+
+  /// `readings`: of one block; rows of `axes` are two directions in the plane.
+  void add(const Readings& readings, const Patch& patch, std::span<const Readings::Index> block,
+           const Eigen::Matrix3d& R) {
+    constexpr std::size_t fewest = 6;  // four parameters, and two that can contradict
+    if (block.size() < fewest) return;
+    geometry::Moments moments;
+    for (const Readings::Index i : block)
+      moments.add(R * (readings[i].position.cast<double>() - patch.origin));
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(moments.covariance().topLeftCorner<2, 2>());
+    const Eigen::Vector3d mean = moments.mean();
+    Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+    Eigen::Vector4d right = Eigen::Vector4d::Zero();
+    for (const Readings::Index i : block) {
+      const Eigen::Vector3d p = R * (readings[i].position.cast<double>() - patch.origin) - mean;
+      const Eigen::Vector2d st = axes.eigenvectors().transpose() * p.head<2>();
+      const Eigen::Vector4d basis(1, st.x(), st.y(), 0.5 * st.x() * st.x());
+      const double w =
+          1 / readings.model().independent_variance(readings[i].range_class, readings[i].facing(patch.plane));
+      normal += w * basis * basis.transpose();
+      right += w * p.z() * basis;
+    }
+    const Eigen::Vector3d mixed = normal.topRightCorner<3, 1>();
+    const Eigen::LDLT<Eigen::Matrix3d> solver(normal.topLeftCorner<3, 3>());
+    const double of_block = normal(3, 3) - mixed.dot(solver.solve(mixed));
+    if (!(of_block > 0)) return;
+    information += of_block;
+    evidence += right[3] - mixed.dot(solver.solve(Eigen::Vector3d(right.head<3>())));
+    width2 += of_block * 12 * std::max(0.0, axes.eigenvalues()[0]);
+  }
+};
+
 }  // namespace
+
+bool is_curved_in_places(const Readings& readings, const Patch& patch,
+                         std::span<const Readings::Index> indices) {
+  const VoxelBlocks blocks(planelet_edge(readings.resolution()));
+  std::vector<std::pair<VoxelBlocks::Place, Readings::Index>> by_block;
+  by_block.reserve(indices.size());
+  for (const Readings::Index i : indices) by_block.emplace_back(blocks.of(readings[i].key), i);
+  std::sort(by_block.begin(), by_block.end());
+  const Eigen::Matrix3d R = geometry::plane_axes(patch.plane.normal).transpose();
+  BendAcross bend;
+  std::vector<Readings::Index> block;
+  for (std::size_t k = 0; k < by_block.size(); ++k) {
+    block.push_back(by_block[k].second);
+    if (k + 1 < by_block.size() && by_block[k + 1].first == by_block[k].first) continue;
+    bend.add(readings, patch, block, R);
+    block.clear();
+  }
+  if (!(bend.information > 0)) return false;
+  // As in is_curved(): what readings have in common, and what is expected before any reading.
+  const double prior = bend.width2 / bend.information;
+  const double kept = 1 / (1 + bend.information * 96 * patch.pose_variance / std::max(prior * prior, 1e-12));
+  const double posterior = kept * bend.information + prior, evidence = kept * bend.evidence;
+  const double log_bayes = 0.5 * (evidence * evidence / posterior - std::log(posterior / prior));
+  // Away from the sensor; strips that do are as rare as readings of no plane.
+  return log_bayes > sensing::ReadingModel::log_odds && -evidence / posterior * std::sqrt(prior) > least_turn;
+}
 
 bool is_curved(const Readings& readings, const Patch& patch, std::span<const Readings::Index> indices) {
   const PrincipalFrame frame(patch);

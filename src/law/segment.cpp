@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -54,15 +55,28 @@ double width_in_most_places(const Readings& readings, double least_width, const 
 
 using Refusal = surfaces::Refusal;
 
+/// Without those beside another plane's: at an edge the mean of a voxel is of both faces.
+std::vector<Index> clear_of_other_planes(const Readings& readings, const std::vector<Label>& labels,
+                                         const std::vector<Index>& indices) {
+  std::vector<Index> clear;
+  std::copy_if(indices.begin(), indices.end(), std::back_inserter(clear), [&](Index i) {
+    const auto& near = readings.near(i);
+    return std::all_of(near.begin(), near.end(),
+                       [&](Index j) { return labels[j] == clutter || labels[j] == labels[i]; });
+  });
+  return clear;
+}
+
 /// None for what is large enough, wide enough, and does not bend. What is known of the part outside are sums,
 /// which tell nothing but their extent.
 std::optional<Refusal> refusal_by_shape(const Readings& readings, const SegmentLimits& limits,
-                                        const Patch& patch, const std::vector<Index>& indices,
-                                        const Patch& outside) {
+                                        const std::vector<Label>& labels, const Patch& patch,
+                                        const std::vector<Index>& indices, const Patch& outside) {
   const double size = static_cast<double>(indices.size()) + outside.readings;
   if (size < static_cast<double>(limits.fewest_points))
-    return surfaces::fewer_than_n(surfaces::few::in_cluster, static_cast<std::size_t>(size),
-                                  limits.fewest_points);
+    return Refusal{.reason = Reason::too_few_points,
+                   .measured = size,
+                   .limit = static_cast<double>(limits.fewest_points)};
   geometry::Moments extent;  // unweighted
   for (const Index i : indices) extent.add(readings[i].position.cast<double>() - patch.origin);
   if (outside.readings > 0)
@@ -73,7 +87,10 @@ std::optional<Refusal> refusal_by_shape(const Readings& readings, const SegmentL
     width = std::min(width, width_in_most_places(readings, limits.least_width, patch, indices));
   if (width < limits.least_width)
     return Refusal{.reason = Reason::too_narrow, .measured = width, .limit = limits.least_width};
-  if (!(outside.readings > 0) && is_curved(readings, patch, indices)) return Refusal{Reason::bent};
+  if (!(outside.readings > 0) &&
+      (is_curved(readings, patch, indices) ||
+       is_curved_in_places(readings, patch, clear_of_other_planes(readings, labels, indices))))
+    return Refusal{Reason::bent};
   return {};
 }
 
@@ -218,8 +235,8 @@ void accept(const Readings& readings, const SegmentLimits& limits, Segmentation&
             std::vector<Refused>* refused) {
   keep_labels(readings, segmentation, refused,
               [&, outside = sums_outside(segmentation)](Label label, const std::vector<Index>& indices) {
-                return refusal_by_shape(readings, limits, segmentation.patches[label], indices,
-                                        outside[label]);
+                return refusal_by_shape(readings, limits, segmentation.labels, segmentation.patches[label],
+                                        indices, outside[label]);
               });
   const std::vector<double> around = count_clutter_around(readings, segmentation);
   const std::vector<std::vector<Index>> of = by_label(readings, segmentation);

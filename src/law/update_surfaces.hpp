@@ -2,27 +2,25 @@
 
 #include "surfaces/ledger.hpp"
 
+#include <set>
 #include <span>
 #include <vector>
 
 namespace octosurf::law {
 
-/// What the law has left pending.
-struct LeftPending {
-  std::vector<geometry::VoxelKey> waiting;  ///< not worth segmenting yet, or without their surface since
-  std::vector<geometry::VoxelKey> refused;  ///< segmented, and no surface's
-};
+/// The law's incremental form, in the order of a scan's way (docs/design.md §4): take_in() and
+/// due_to_segment() (waiting.hpp), detect(), grow_from(), revise(). Cost follows the change: some 10 µs for
+/// each point labelled anew.
 
-/// The law's incremental form. What a surface beside it explains goes to that one; around the rest, where
-/// enough has come to be worth it, it segments anew, beside what the surfaces there have elsewhere, as sums.
-/// Pending points have no label at first, nor have those of surfaces that have doubled since they were looked
-/// at as wholes; others keep theirs unless something explains them better.
-///
-/// `fresh`: pending points that are new or seen better; `waiting`: what the last call left so. All keys are
-/// in order. Cost follows the change: some 10 µs for each point
-/// labelled anew.
-LeftPending update_surfaces(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree,
-                            std::vector<geometry::VoxelKey> waiting,
-                            std::span<const geometry::VoxelKey> fresh);
+/// Segments anew around `due`, beside what the surfaces there have elsewhere, as sums. Pending points have no
+/// label at first; inliers keep theirs unless something explains them better. `due`: pending points, in
+/// order. Returns the pending points that have a surface now.
+std::vector<geometry::VoxelKey> detect(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree,
+                                       std::span<const geometry::VoxelKey> due);
+
+/// Looks at surfaces that have doubled since they were looked at as wholes: their points begin without a
+/// label. Then fits the planes of `grown`, and of all others that this scan touched and that were not fitted
+/// anew.
+void revise(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree, std::set<SurfaceId> grown);
 
 }  // namespace octosurf::law

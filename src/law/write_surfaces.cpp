@@ -75,7 +75,7 @@ class Writing {
       if (kept_.contains(id)) continue;
       SurfaceModel* heir = made_[heirs_.of(id)];
       if (heir != nullptr) heir->parents().push_back(id);
-      ledger_.dissolve(*ledger_.find(id), surfaces::Points::requeued, heir == nullptr ? 0 : heir->id());
+      ledger_.dissolve(*ledger_.find(id), heir == nullptr ? 0 : heir->id());
     }
   }
 

@@ -29,14 +29,13 @@ surfaces::SurfaceModel::State moved_evidence(const surfaces::SurfaceModel& surfa
 
 }  // namespace
 
-std::vector<SurfaceId> adopt_surfaces(surfaces::Ledger& ledger, std::span<const Index> appeared,
-                                      const ForeignSurfaces& foreign) {
+void adopt_surfaces(surfaces::Ledger& ledger, std::span<const Index> appeared,
+                    const ForeignSurfaces& foreign) {
   std::map<SurfaceId, std::vector<Index>> pending;  // by their surface in the other map
   for (std::size_t k = 0; k < appeared.size(); ++k)
     if (foreign.owner[k] != 0 && ledger.window[appeared[k]].surface == 0)
       pending[foreign.owner[k]].push_back(appeared[k]);
   const auto fewest = static_cast<std::size_t>(ledger.parameters.min_surface_points());
-  std::vector<SurfaceId> adopted;
   for (auto& [owner, points] : pending) {
     const surfaces::SurfaceModel& theirs = *foreign.store.find(owner);
     const Plane plane = moved(theirs.plane(), foreign.T_map_other);
@@ -53,9 +52,7 @@ std::vector<SurfaceId> adopt_surfaces(surfaces::Ledger& ledger, std::span<const 
     own.take_evidence(
         surfaces::SurfaceModel(moved_evidence(theirs, plane, foreign.T_map_other), own.resolution()));
     ledger.changes.born.insert(own.id());
-    adopted.push_back(own.id());
   }
-  return adopted;
 }
 
 }  // namespace octosurf::mapper

@@ -19,9 +19,8 @@ struct ForeignSurfaces {
 /// inliers, and the evidence that its scans have left. The planes were fitted over all of its scans, so they
 /// need not be found again among points that all come at once; whether they are surfaces here, and one with
 /// those that were, later stages ask as of any other. Less than n points make none: they are left to
-/// expansion and detection. Returns the ids, ascending. O(points).
-std::vector<SurfaceId> adopt_surfaces(surfaces::Ledger& ledger,
-                                      std::span<const surfaces::MapView::Index> appeared,
-                                      const ForeignSurfaces& foreign);
+/// those stages. O(points).
+void adopt_surfaces(surfaces::Ledger& ledger, std::span<const surfaces::MapView::Index> appeared,
+                    const ForeignSurfaces& foreign);
 
 }  // namespace octosurf::mapper

@@ -1,5 +1,5 @@
 #include "alignment/scan_aligner.hpp"
-#include "detection/cylinders.hpp"
+#include "cylinders/cylinders.hpp"
 #include "law/replace_surfaces.hpp"
 #include "mapper/merge_maps.hpp"
 #include "mapper/scan_ahead.hpp"
@@ -10,6 +10,7 @@
 #include "upkeep/derive.hpp"
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <span>
 #include <utility>
@@ -25,6 +26,15 @@ Eigen::Vector3d up_of_sensor(const Scan& scan, const Eigen::Isometry3d& T_map_se
   const Eigen::Vector3d up =
       scan.sensor == SensorKind::depth_camera ? Eigen::Vector3d(0, -1, 0) : Eigen::Vector3d::UnitZ();
   return (T_map_sensor.linear() * up).normalized();
+}
+
+/// What a surface is off the centre of a voxel that it passes through is spread evenly over the edge; where
+/// it is level with the octree, its voxels are all off by the same.
+void observe_voxel_centres(const std::vector<occupancy::VoxelPoint>& adopted, surfaces::MapState& state) {
+  if (adopted.empty()) return;
+  const double d = state.parameters.occupancy.resolution, variance = d * d / 12;
+  state.noise.observe(
+      std::array{SharedVariance{adopted.front().range_class, variance}, SharedVariance{0, variance}});
 }
 
 /// m, of those that are mapped.
@@ -117,7 +127,6 @@ struct Mapper::Impl {
   sensing::VoxelScan last;
   std::vector<SharedVariance> last_shared;
   bool round_scans = false;
-  Rules rules = Rules::law;
 };
 
 Mapper::Mapper(const Parameters& parameters, int threads) : Mapper(Map(parameters), threads) {}
@@ -220,7 +229,7 @@ std::vector<ScanReport> Mapper::insert_all(std::span<const Scan> scans,
                                            const std::function<const Scan*()>& next) {
   surfaces::MapState& state = impl_->map.state();
   std::optional<surfaces::Transaction> changes;
-  mapper::SurfaceUpdate surfaces(state, impl_->rules);
+  mapper::SurfaceUpdate surfaces(state);
   const mapper::WaitFor ahead(impl_->ahead);
   for (const Scan& scan : scans) {
     std::optional<Impl::Prepared> prepared;
@@ -253,8 +262,9 @@ ScanReport Mapper::detect_in_occupancy() {
   occupancy::OccupancyDelta delta;
   surfaces::Transaction changes(state);
   time(Stage::occupancy, [&] { delta.appeared = state.occupancy.adopt_occupied_voxels(); });
+  observe_voxel_centres(delta.appeared, state);
   report.points_raw = report.voxels = delta.appeared.size();
-  mapper::SurfaceUpdate surfaces(state, impl_->rules);
+  mapper::SurfaceUpdate surfaces(state);
   surfaces.add(std::move(report));
   surfaces.retract({}, delta);
   report = std::move(surfaces.finish().back());
@@ -279,7 +289,7 @@ MergeReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other
       time(Stage::occupancy, [&] { return state.occupancy.merge(there.occupancy()); });
   there.hand_over_records(state);
   const mapper::ForeignSurfaces foreign{theirs.surfaces, T_map_other, merged.surfaces};
-  mapper::SurfaceUpdate surfaces(state, impl_->rules);
+  mapper::SurfaceUpdate surfaces(state);
   surfaces.add(std::move(report.changes));
   surfaces.retract({}, merged.delta);
   surfaces.find_surfaces(&foreign);
@@ -298,7 +308,7 @@ ScanReport Mapper::resegment() {
   surfaces::Ledger ledger(state);
   time(Stage::detect, [&] { law::replace_surfaces(ledger, state.occupancy); });
   state.accumulated.clear();
-  time(Stage::cylinders, [&] { detection::update_cylinders(ledger, {}); });
+  time(Stage::cylinders, [&] { cylinders::update_cylinders(ledger, {}); });
   const surfaces::Changes& changes = ledger.changes;
   report.born.assign(changes.born.begin(), changes.born.end());
   report.merged.assign(changes.merged.begin(), changes.merged.end());
@@ -314,8 +324,6 @@ void Mapper::share_octree(bool on) {
   state.octree_shared = on;
   state.snapshot.store(std::move(next));
 }
-
-void Mapper::find_surfaces_by(Rules rules) { impl_->rules = rules; }
 
 void Mapper::round_scans() { impl_->round_scans = true; }
 const sensing::VoxelScan& Mapper::last_voxels() const { return impl_->last; }

@@ -1,12 +1,11 @@
 #include "mapper/surface_update.hpp"
 
-#include "detection/cylinders.hpp"
-#include "detection/detection.hpp"
+#include "cylinders/cylinders.hpp"
 #include "law/update_surfaces.hpp"
+#include "law/waiting.hpp"
 #include "mapper/stopwatch.hpp"
 #include "upkeep/derive.hpp"
 #include "upkeep/retract.hpp"
-#include "upkeep/revise.hpp"
 
 #include <algorithm>
 #include <iterator>
@@ -36,21 +35,31 @@ std::vector<geometry::VoxelKey> keys_of(const std::vector<occupancy::VoxelPoint>
   return keys;
 }
 
-/// Of what is new, and of what the law has just looked at: cylinders that are there take both, new ones begin
-/// in what planes do not explain.
-detection::Detection::LeftOver left_for_cylinders(const surfaces::Ledger& ledger,
-                                                  std::span<const geometry::VoxelKey> fresh,
-                                                  std::span<const geometry::VoxelKey> refused) {
+void put_in_order(std::vector<geometry::VoxelKey>& keys) {
+  std::sort(keys.begin(), keys.end());
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+}
+
+bool is_pending(const surfaces::Ledger& ledger, geometry::VoxelKey key) {
+  const Index i = ledger.window.find(key);
+  return i != occupancy::PointWindow::none && ledger.window[i].surface == 0;
+}
+
+/// Of what is new, and of what has just been segmented: cylinders that are there take both, new ones begin in
+/// what planes do not explain.
+cylinders::LeftOver left_for_cylinders(const surfaces::Ledger& ledger,
+                                       std::span<const geometry::VoxelKey> fresh,
+                                       std::span<const geometry::VoxelKey> segmented) {
   if (!ledger.parameters.detection.detect_cylinders) return {};
   std::vector<geometry::VoxelKey> keys;
-  std::set_union(fresh.begin(), fresh.end(), refused.begin(), refused.end(), std::back_inserter(keys));
+  std::set_union(fresh.begin(), fresh.end(), segmented.begin(), segmented.end(), std::back_inserter(keys));
   const auto pending = [&](std::span<const geometry::VoxelKey> from) {
     std::vector<Index> points;
     for (const geometry::VoxelKey key : from)
-      if (const Index i = ledger.window.find(key); ledger.window[i].surface == 0) points.push_back(i);
+      if (is_pending(ledger, key)) points.push_back(ledger.window.find(key));
     return points;
   };
-  return detection::left_over_of(ledger, pending(keys), pending(refused));
+  return cylinders::left_over(ledger, pending(keys), pending(segmented));
 }
 
 std::vector<SurfaceId> list_of(const std::set<SurfaceId>& ids) { return {ids.begin(), ids.end()}; }
@@ -68,7 +77,6 @@ void SurfaceUpdate::renew_ledger() {
   if (ledger_) changes = std::move(ledger_->changes);
   ledger_.emplace(state_).changes = std::move(changes);
   left_over_ = {};
-  expansion_.emplace(*ledger_);
 }
 
 void SurfaceUpdate::retract(const sensing::VoxelScan& scan, const occupancy::OccupancyDelta& delta) {
@@ -79,7 +87,7 @@ void SurfaceUpdate::retract(const sensing::VoxelScan& scan, const occupancy::Occ
   report.appeared = delta.appeared.size();
   report.vanished = delta.vanished.size();
   renew_ledger();
-  time(Stage::cylinders, [&] { detection::retract_cylinders(*ledger_, delta); });
+  time(Stage::cylinders, [&] { cylinders::retract_cylinders(*ledger_, delta); });
   time(Stage::retract, [&] {
     upkeep::retract(*ledger_, delta);
     upkeep::accumulate_evidence(*ledger_, scan, delta.confirmed);
@@ -87,59 +95,40 @@ void SurfaceUpdate::retract(const sensing::VoxelScan& scan, const occupancy::Occ
   appeared_.back() = keys_of(delta.appeared);
 }
 
-void SurfaceUpdate::accumulate(std::vector<geometry::VoxelKey> keys) {
-  keys.insert(keys.end(), ledger_->changes.requeued.begin(), ledger_->changes.requeued.end());
-  keys.insert(keys.end(), state_.accumulated.begin(), state_.accumulated.end());
-  std::sort(keys.begin(), keys.end());
-  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-  state_.accumulated = std::move(keys);
-}
-
 /// What is new and pending, and what retracting has made so.
-void SurfaceUpdate::find_by_law(std::span<const Index> appeared) {
-  std::vector<geometry::VoxelKey> fresh = ledger_->changes.requeued;
+std::vector<geometry::VoxelKey> SurfaceUpdate::take_fresh(std::span<const Index> appeared) {
+  std::vector<geometry::VoxelKey> fresh = std::exchange(ledger_->changes.requeued, {});
   for (const Index i : appeared) fresh.push_back(ledger_->window[i].key);
-  std::sort(fresh.begin(), fresh.end());
-  fresh.erase(std::unique(fresh.begin(), fresh.end()), fresh.end());
-  std::erase_if(fresh, [&](geometry::VoxelKey key) {
-    const Index i = ledger_->window.find(key);
-    return i == occupancy::PointWindow::none || ledger_->window[i].surface != 0;
-  });
-  law::LeftPending left =
-      law::update_surfaces(*ledger_, state_.occupancy, std::move(state_.accumulated), fresh);
-  left_over_ = left_for_cylinders(*ledger_, fresh, left.refused);
-  state_.accumulated = std::move(left.waiting);
+  put_in_order(fresh);
+  std::erase_if(fresh, [&](geometry::VoxelKey key) { return !is_pending(*ledger_, key); });
+  return fresh;
 }
 
 void SurfaceUpdate::find_surfaces(const ForeignSurfaces* foreign) {
   const std::vector<Index> appeared = indices_of(ledger_->window, std::span(appeared_).subspan(searched_));
   searched_ = appeared_.size();
-  if (rules_ == Rules::stages) return find_by_stages(appeared, foreign);
   Stopwatch time(reports_.back());
-  time(Stage::detect, [&] {
-    if (foreign != nullptr) adopt_surfaces(*ledger_, appeared, *foreign);
-    find_by_law(appeared);
+  if (foreign != nullptr) time(Stage::detect, [&] { adopt_surfaces(*ledger_, appeared, *foreign); });
+  const std::vector<geometry::VoxelKey> fresh = take_fresh(appeared);
+  const std::vector<geometry::VoxelKey> unexplained =
+      time(Stage::add_inliers, [&] { return law::take_in(*ledger_, fresh); });
+  law::Waiting waiting;
+  const std::vector<geometry::VoxelKey> given = time(Stage::detect, [&] {
+    waiting = law::due_to_segment(*ledger_, std::move(state_.accumulated), unexplained);
+    return law::detect(*ledger_, state_.occupancy, waiting.due);
   });
+  std::set<SurfaceId> grown = time(Stage::expand, [&] { return law::grow_from(*ledger_, given); });
+  time(Stage::revise, [&] { law::revise(*ledger_, state_.occupancy, std::move(grown)); });
+  state_.accumulated = std::move(waiting.left);
+  accumulate_requeued();
+  time(Stage::cylinders, [&] { left_over_ = left_for_cylinders(*ledger_, fresh, waiting.due); });
 }
 
-void SurfaceUpdate::find_by_stages(const std::vector<Index>& appeared, const ForeignSurfaces* foreign) {
-  Stopwatch time(reports_.back());
-  const std::vector<Index> left = time(Stage::add_inliers, [&] { return expansion_->add_inliers(appeared); });
-  if (foreign != nullptr)
-    time(Stage::detect, [&] { expansion_->adopt(adopt_surfaces(*ledger_, appeared, *foreign)); });
-  time(Stage::expand, [&] { expansion_->expand(left); });
-  time(Stage::detect, [&] {
-    std::vector<geometry::VoxelKey> pending;
-    for (const Index i : left)
-      if (ledger_->window[i].surface == 0) pending.push_back(ledger_->window[i].key);
-    accumulate(std::move(pending));
-    ledger_->changes.requeued.clear();
-    if (std::optional<detection::Detection> found = detection::detect(*ledger_, state_.accumulated)) {
-      state_.accumulated.clear();
-      left_over_ = std::move(found->left_over);
-      expansion_->grow(found->born);
-    }
-  });
+/// What has lost its surface and found no other is segmented again once enough has come there.
+void SurfaceUpdate::accumulate_requeued() {
+  for (const geometry::VoxelKey key : std::exchange(ledger_->changes.requeued, {}))
+    if (is_pending(*ledger_, key)) state_.accumulated.push_back(key);
+  put_in_order(state_.accumulated);
 }
 
 void SurfaceUpdate::count_categorized() {
@@ -149,18 +138,11 @@ void SurfaceUpdate::count_categorized() {
         reports_[scan].categorized += ledger_->window[i].surface != 0;
 }
 
-void SurfaceUpdate::revise() {
+void SurfaceUpdate::publish() {
   ScanReport& report = reports_.back();
   Stopwatch time(report);
-  time(Stage::revise, [&] {
-    if (rules_ == Rules::stages) {
-      if (state_.parameters.aligned()) expansion_->rejoin();
-      upkeep::refit(*ledger_);
-    }
-    accumulate({});
-  });
   // Last, when the planes have all their points: cylinders never change them.
-  time(Stage::cylinders, [&] { detection::update_cylinders(*ledger_, left_over_); });
+  time(Stage::cylinders, [&] { cylinders::update_cylinders(*ledger_, left_over_); });
 
   count_categorized();
   const surfaces::Changes& changes = ledger_->changes;
@@ -175,7 +157,7 @@ void SurfaceUpdate::revise() {
 std::vector<ScanReport> SurfaceUpdate::finish() {
   if (ledger_) {
     if (searched_ < appeared_.size()) find_surfaces();
-    revise();
+    publish();
   }
   return std::move(reports_);
 }

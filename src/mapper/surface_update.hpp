@@ -1,7 +1,6 @@
 #pragma once
 
-#include "detection/detection.hpp"
-#include "expansion/expansion.hpp"
+#include "cylinders/left_over.hpp"
 #include "mapper/adopt_surfaces.hpp"
 #include "sensing/downsample.hpp"
 #include "surfaces/ledger.hpp"
@@ -20,7 +19,7 @@ namespace octosurf::mapper {
 /// on. Each stage's time goes to the last report.
 class SurfaceUpdate {
  public:
-  SurfaceUpdate(surfaces::MapState& state, Rules rules) : state_(state), rules_(rules) {}
+  explicit SurfaceUpdate(surfaces::MapState& state) : state_(state) {}
 
   bool empty() const { return reports_.empty(); }
   /// A scan's, with what is known so far; where its stages go on. Valid until the next.
@@ -31,32 +30,28 @@ class SurfaceUpdate {
 
   /// Surfaces were looked for in some scan's points already.
   bool searched() const { return searched_ > 0; }
-  /// Steps 4 to 6, for the scans in which surfaces have not been looked for. `foreign`: those that another
+  /// Steps 4 to 7, for the scans in which surfaces have not been looked for. `foreign`: those that another
   /// map has on what appeared.
   void find_surfaces(const ForeignSurfaces* foreign = nullptr);
 
-  /// What is left of steps 4 to 6, and 7 to 9.
+  /// What is left of steps 4 to 7, and 8 and 9.
   std::vector<ScanReport> finish();
   /// To be published; after finish(). Null if no scan went into the octree.
   const std::shared_ptr<const Snapshot>& snapshot() const { return snapshot_; }
 
  private:
   void renew_ledger();
-  void find_by_law(std::span<const occupancy::PointWindow::Index> appeared);
-  void find_by_stages(const std::vector<occupancy::PointWindow::Index>& appeared,
-                      const ForeignSurfaces* foreign);
-  void accumulate(std::vector<geometry::VoxelKey> keys);
+  std::vector<geometry::VoxelKey> take_fresh(std::span<const occupancy::PointWindow::Index> appeared);
+  void accumulate_requeued();
   void count_categorized();
-  void revise();
+  void publish();
 
   surfaces::MapState& state_;
-  Rules rules_;
   std::vector<ScanReport> reports_;
   std::vector<std::vector<geometry::VoxelKey>> appeared_;  // of each report; none if the scan was set aside
   std::size_t searched_ = 0;                               // of these, in which surfaces were looked for
   std::optional<surfaces::Ledger> ledger_;                 // of the scan last applied
-  std::optional<expansion::Expansion> expansion_;          // likewise
-  detection::Detection::LeftOver left_over_;               // likewise
+  cylinders::LeftOver left_over_;                          // likewise
   std::shared_ptr<const Snapshot> snapshot_;
 };
 

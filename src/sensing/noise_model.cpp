@@ -46,6 +46,7 @@ NoiseModel::NoiseModel(const Parameters& parameters)
     : sensor_noise_(parameters.surfaces.sensor_noise),
       base_tolerance_(parameters.surface_tolerance()),
       range_noise_(parameters.surfaces.range_noise.value_or(0)),
+      stated_tolerance_(parameters.surfaces.surface_tolerance),
       estimate_(!parameters.surfaces.range_noise) {
   tabulate();
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -60,6 +61,8 @@ class NoiseModel {
     return tolerance(p.range_class, plane.normal.dot(p.view.template cast<double>()));
   }
   double base_tolerance() const { return base_tolerance_; }
+  /// s, if the parameters say it and do not leave it to be derived.
+  std::optional<double> stated_tolerance() const { return stated_tolerance_; }
   /// What no class's tolerance ever exceeds, however the estimates change.
   double largest_tolerance() const;
   /// The parameter, or the smallest that explains all distance classes from 2 m.
@@ -114,6 +117,7 @@ class NoiseModel {
   void tabulate_shared_errors();
 
   double sensor_noise_, base_tolerance_, range_noise_ = 0;
+  std::optional<double> stated_tolerance_;
   bool estimate_ = false;
   Histogram histogram_{};
   std::array<std::uint64_t, classes> total_{};

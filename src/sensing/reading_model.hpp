@@ -25,7 +25,8 @@ namespace octosurf::sensing {
 ///   log_ratio = ln(odds · clutter_depth · 2 facing) − ½ ln(2π variance) − distance² / (2 variance)   [nats],
 ///
 /// with facing at least ε, and it belongs to the plane if that is positive: seen head-on at 3.5 deviations
-/// for 2 mm of noise, 2.7 for 30 mm.
+/// for 2 mm of noise, 2.7 for 30 mm. If the parameters state s, readings near the sensor are taken to err by
+/// as much as lets them belong to a plane up to s off it, and others by as much more or less.
 class ReadingModel {
  public:
   /// Sine of the error of a stored view: it is coded to 3.9° (sensing/reading_code.hpp).
@@ -84,6 +85,9 @@ class ReadingModel {
   static double share(double facing) {
     return facing * facing + view_error * view_error * (1 - facing * facing);
   }
+
+  /// Readings of the nearest class, seen head-on, reach so far, m.
+  void set_reach(double reach);
 
   std::array<double, NoiseModel::classes> along_sight_;  // σ_c²
   std::array<double, NoiseModel::classes> farthest2_;    // m², reach() seen head-on, squared

@@ -1,9 +1,7 @@
 #pragma once
 
 #include "surfaces/map_view.hpp"
-#include "surfaces/refusal.hpp"
 
-#include <map>
 #include <set>
 #include <utility>
 #include <vector>
@@ -14,7 +12,6 @@ namespace octosurf::surfaces {
 struct Changes {
   std::set<SurfaceId> born, grown, shrunk, merged, gone;
   std::set<SurfaceId> refitted;              ///< whose plane is another, points or not
-  std::map<SurfaceId, Refusal> unsound;      ///< of those of the gone that refit() dissolved
   std::vector<geometry::VoxelKey> requeued;  ///< pending points that the next detection looks at again
 
   /// Every surface whose inliers or plane are no longer what they were.
@@ -29,18 +26,12 @@ struct Changes {
   }
 };
 
-/// What becomes of the points of a surface that ends. `released`: detection would only find the same plane
-/// in them again.
-enum class Points { requeued, released };
-
 /// Through which alone stages change whose a point is. It keeps octree, window, surfaces and the record of
 /// what has changed in step. Taking all of it back is the Transaction's work. Valid until the octree's next
 /// scan.
 class Ledger : public MapView {
  public:
-  explicit Ledger(MapState& state) : Ledger(state, occupancy::PointWindow(state.occupancy)) {}
-  /// On another octree's points than the state's own.
-  Ledger(MapState& state, occupancy::PointWindow points);
+  explicit Ledger(MapState& state);
   Ledger(const Ledger&) = delete;  // the view refers to its members
   Ledger& operator=(const Ledger&) = delete;
 
@@ -61,16 +52,14 @@ class Ledger : public MapView {
   /// Moves a point from its surface to another.
   void reassign(Index i, SurfaceModel& to) {
     changes.shrunk.insert(window[i].surface);
-    absorb(i, to);
+    remove(i, window[i].position);
+    add(i, to);
   }
   /// The surface keeps a point that was at `before`.
   void move(Index i, const Eigen::Vector3f& before) {
     SurfaceModel& surface = remove(i, before);
     add(i, surface);
   }
-  /// Takes a point from its surface: it is pending, and no detection looks at it before something near it
-  /// changes.
-  void release(Index i) { release(i, window[i].position); }
   /// Takes a point from its surface: it is pending, and the next detection looks at it. `before`: where the
   /// surface has it, if that is elsewhere.
   void requeue(Index i) { requeue(i, window[i].position); }
@@ -81,10 +70,9 @@ class Ledger : public MapView {
   /// Takes a point from its surface that is no longer in the octree.
   void drop(const occupancy::VoxelPoint& vanished);
 
-  /// Merges `from` into `into`: inliers, moments, lineage. `from` ceases to exist.
-  void merge(SurfaceModel& into, SurfaceModel& from);
-  /// Its points are pending again, and it is gone. `into`: who takes them in instead, if somebody does.
-  void dissolve(SurfaceModel& surface, Points points, SurfaceId into = 0);
+  /// Its points are pending again, and the next detection looks at them; it is gone. `into`: who has taken it
+  /// in, if somebody has.
+  void dissolve(SurfaceModel& surface, SurfaceId into = 0);
 
   /// Fewer than n inliers are left.
   bool too_small(const SurfaceModel& surface) const {
@@ -92,11 +80,6 @@ class Ledger : public MapView {
   }
 
  private:
-  /// As reassign(), from a surface that is about to end: it is not recorded as shrunk.
-  void absorb(Index i, SurfaceModel& to) {
-    remove(i, window[i].position);
-    add(i, to);
-  }
   void add(Index i, SurfaceModel& surface) {
     const occupancy::VoxelPoint& p = window[i];
     state_.surfaces.add(surface, {p.key, p.range_class, p.position});

@@ -25,7 +25,7 @@ struct LocalPlane {
 /// too noisy for it, it is widened up to r. Neighbours that were seen from the opposite side do not
 /// count, so the two sides of a thin wall stay apart. Nor do points of a surface whose plane the
 /// point in question lies off, so that the edge beside a known table top is not rounded. All other points
-/// count, those of surfaces too, because expansion needs normals as well as detection.
+/// count, those of surfaces too.
 class NormalField {
  public:
   NormalField(const occupancy::PointWindow& window, const Parameters& parameters,

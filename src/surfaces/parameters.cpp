@@ -99,10 +99,11 @@ std::vector<Entry> make_entries() {
       derived(s, &S::max_hole_size, Form::real,
               {"max_hole_size", "m", "h: alpha of the polygons, reach of expansion, cluster gap"},
               [](const P& p) { return text_of(p.max_hole_size()); }),
-      derived(d, &D::search_radius, Form::real, {"search_radius", "m", "r: largest neighbourhood of a point"},
+      derived(d, &D::search_radius, Form::real,
+              {"search_radius", "m", "r: cylinders: largest neighbourhood of a point"},
               [](const P& p) { return text_of(p.search_radius()); }),
       derived(d, &D::normal_radius, Form::real,
-              {"normal_radius", "m", "neighbourhood for normals where points are dense and exact"},
+              {"normal_radius", "m", "cylinders: neighbourhood for normals"},
               [](const P& p) { return text_of(p.normal_radius()); }),
       derived(d, &D::min_surface_points, Form::integer,
               {"min_surface_points", "", "n: fewest points of a surface"},
@@ -110,11 +111,9 @@ std::vector<Entry> make_entries() {
       plain(s, &S::min_surface_width, Form::real,
             {"min_surface_width", "m", "narrower planar clusters do not become surfaces"}),
       plain(d, &D::smoothness_angle, Form::degrees,
-            {"smoothness_angle", "deg", "region growing: normal difference"}),
-      plain(d, &D::max_curvature, Form::real, {"max_curvature", "", "region growing: curvature"}),
-      plain(d, &D::ransac_iterations, Form::integer, {"ransac_iterations", "", "plane fit"}),
-      plain(d, &D::aligned_angle, Form::degrees,
-            {"aligned_angle", "deg", "plane fit: inliers' normals to the plane's; 90: any"}),
+            {"smoothness_angle", "deg", "cylinders: region growing, normal difference"}),
+      plain(d, &D::max_curvature, Form::real, {"max_curvature", "", "cylinders: region growing, curvature"}),
+      plain(d, &D::ransac_iterations, Form::integer, {"ransac_iterations", "", "cylinders: fit"}),
       plain(s, &S::mesh_thickness, Form::real, {"mesh_thickness", "m", "extrusion of the mesh"}),
       derived(o, &O::max_range, Form::real, {"max_range", "m", "farther points only free space"},
               [](const P&) { return std::string("sensor"); }),
@@ -194,7 +193,6 @@ Parameters Parameters::paper() {
   p.detection.search_radius = 0.15;
   p.detection.normal_radius = 0.15;
   p.detection.min_surface_points = 50;
-  p.detection.aligned_angle = std::numbers::pi / 2;
   return p;
 }
 
@@ -219,8 +217,6 @@ int Parameters::min_surface_points() const {
   const double voxels = 0.02 / (occupancy.resolution * occupancy.resolution);
   return static_cast<int>(std::lround(std::clamp(voxels, 20.0, 500.0)));
 }
-
-bool Parameters::aligned() const { return detection.aligned_angle < std::numbers::pi / 2 - 1e-9; }
 
 void Parameters::validate() const {
   const auto check = [this](const char* name, bool holds, const char* rule) {
@@ -255,7 +251,6 @@ void Parameters::validate() const {
         "in (0, 90] degrees");
   check("max_curvature", d.max_curvature > 0 && d.max_curvature <= 1.0 / 3, "in (0, 1/3]");
   check("ransac_iterations", d.ransac_iterations >= 1 && d.ransac_iterations <= 1000000, "in [1, 1000000]");
-  check("aligned_angle", d.aligned_angle > 0 && d.aligned_angle <= std::numbers::pi, "in (0, 180] degrees");
   check("up", !up || std::fabs(up->norm() - 1) <= 1e-6, "of length 1");
 }
 

@@ -51,7 +51,7 @@ std::array<float, 3> color_of(SurfaceId id) {
 }
 
 SurfaceModel::SurfaceModel(SurfaceId id, const Plane& plane, const Eigen::Vector3d& origin, double resolution)
-    : checked_plane(plane), id_(id), resolution_(resolution), plane_(plane), reference_(origin) {
+    : id_(id), resolution_(resolution), plane_(plane), reference_(origin) {
   pose_.linear() = geometry::plane_axes(plane.normal);
   pose_.translation() = origin - plane.signed_distance(origin) * plane.normal;
   set_hash_frame(pose_);
@@ -106,7 +106,6 @@ void SurfaceModel::insert(const Inlier& inlier) {
 
 void SurfaceModel::add(const Inlier& inlier) {
   insert(inlier);
-  ++unchecked;
   moments_[inlier.range_class].add(inlier.position.cast<double>() - reference_);
 }
 
@@ -119,7 +118,6 @@ bool SurfaceModel::remove(geometry::VoxelKey key, const Eigen::Vector3f& positio
   // Which of the evidence is of this inlier is not known, so an average share of it is removed.
   fade(1 - 1 / static_cast<double>(size_));
   --size_;
-  ++unchecked;
   if (bits_.change(at, !removed->cell_empty)) polygons_stale_ = true;
   return true;
 }
@@ -233,9 +231,8 @@ SurfacePtr SurfaceModel::publish(std::uint64_t map_revision) const {
 }
 
 SurfaceModel::State SurfaceModel::head() const {
-  return {
-      id_, plane_,   checked_plane,   pose_, hash_frame_, reference_, moments_,    evidence_, covariance_, {},
-      {},  parents_, polygons_stale_, born,  revision,    unchecked,  checked_size};
+  return {id_, plane_, pose_,    hash_frame_,     reference_, moments_, evidence_,   covariance_,
+          {},  {},     parents_, polygons_stale_, born,       revision, checked_size};
 }
 
 SurfaceModel::State SurfaceModel::state() const {
@@ -247,10 +244,8 @@ SurfaceModel::State SurfaceModel::state() const {
 
 SurfaceModel::SurfaceModel(const State& state, double resolution)
     : SurfaceModel(state.id, state.plane, state.reference, resolution) {
-  checked_plane = state.checked_plane;
   born = state.born;
   revision = state.revision;
-  unchecked = state.unchecked;
   checked_size = state.checked_size;
   pose_ = state.pose;
   set_hash_frame(state.hash_frame);

@@ -64,7 +64,6 @@ class SurfaceModel {
   bool surrounded(geometry::PlaneCell cell) const;
   /// The nearest cell that holds an inlier, at most `reach` cells off.
   std::optional<geometry::PlaneCell> nearest(geometry::PlaneCell cell, int reach) const;
-  bool near(geometry::PlaneCell cell, int reach) const { return nearest(cell, reach).has_value(); }
   /// A cell's centre, map frame, on the hash frame's plane: within a degree's tilt of the plane.
   Eigen::Vector3d centre_of(geometry::PlaneCell cell) const;
 
@@ -147,7 +146,7 @@ class SurfaceModel {
   // State for map files: what add() and set_plane() cannot restore.
   struct State {
     SurfaceId id = 0;
-    Plane plane, checked_plane;
+    Plane plane;
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(), hash_frame = Eigen::Isometry3d::Identity();
     Eigen::Vector3d reference = Eigen::Vector3d::Zero();
     std::array<geometry::Moments, sensing::NoiseModel::classes> moments;
@@ -159,7 +158,6 @@ class SurfaceModel {
     bool polygons_stale = false;
     std::uint64_t born = 0;
     std::uint64_t revision = 0;
-    std::uint64_t unchecked = 0;
     std::uint64_t checked_size = 0;
   };
   State state() const;
@@ -167,26 +165,16 @@ class SurfaceModel {
   State head() const;
   SurfaceModel(const State& state, double resolution);
 
-  /// It was looked at as a whole, with the plane that it has now.
-  void set_checked() {
-    checked_plane = plane_;
-    unchecked = 0;
-    checked_size = size_;
-  }
+  /// It was looked at as a whole.
+  void set_checked() { checked_size = size_; }
   /// It has doubled, or lost a third, since it was looked at as a whole. What comes and goes again, as in the
   /// tails of the noise, does not count.
   bool size_has_changed() const {
     return 2 * (std::max(size_, checked_size) - std::min(size_, checked_size)) >= size_;
   }
-  /// Fewer than a quarter of its inliers came or went since it was last checked for being one plane.
-  bool recently_checked() const { return unchecked * 4 < size_; }
-  /// It has so many inliers that a better view of some is no reason to check all of them.
-  bool expensive_to_check() const { return size_ >= 20000; }
 
   std::uint64_t born = 0;          ///< map revision in which it was first published
   std::uint64_t revision = 0;      ///< map revision of the last published change
-  Plane checked_plane;             ///< plane against which all inliers were last checked
-  std::uint64_t unchecked = 0;     ///< inliers that came or went since planarity was last checked
   std::uint64_t checked_size = 0;  ///< inliers when it was last looked at as a whole
   std::uint64_t kept_in = 0;       ///< the SurfaceStore's
 

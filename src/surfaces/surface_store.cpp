@@ -7,13 +7,6 @@
 
 namespace octosurf::surfaces {
 
-SurfaceStore SurfaceStore::beside(const SurfaceStore& known) {
-  SurfaceStore store(known.resolution_);
-  store.known_ = &known;
-  store.next_id_ = known.next_id_;
-  return store;
-}
-
 SurfaceModel& SurfaceStore::create(const Plane& plane, const Eigen::Vector3d& origin) {
   if (ids_left() == 0)
     throw Error(Error::Kind::data, "surface ids", "all 2^24 are used up", "start a new map");
@@ -41,8 +34,8 @@ SurfaceModel* SurfaceStore::find(SurfaceId id) {
   return found == models_.end() ? nullptr : &kept(found->second);
 }
 const SurfaceModel* SurfaceStore::find(SurfaceId id) const {
-  if (const auto found = models_.find(id); found != models_.end()) return &found->second;
-  return known_ != nullptr ? known_->find(id) : nullptr;
+  const auto found = models_.find(id);
+  return found == models_.end() ? nullptr : &found->second;
 }
 
 void SurfaceStore::add(SurfaceModel& surface, const Inlier& inlier) {
@@ -98,7 +91,6 @@ void SurfaceStore::add_ids_near(const Residents& residents, int bits, geometry::
 SurfaceStore::Ids SurfaceStore::near(geometry::VoxelKey key, int reach) const {
   Ids ids;
   add_ids_near(places_.blocks, block_bits, key, reach, ids);
-  if (known_ != nullptr) add_ids_near(known_->places_.blocks, block_bits, key, reach, ids);
   std::sort(ids.begin(), ids.end());
   return ids;
 }
@@ -106,7 +98,6 @@ SurfaceStore::Ids SurfaceStore::near(geometry::VoxelKey key, int reach) const {
 SurfaceStore::Ids SurfaceStore::in_regions_near(geometry::VoxelKey key, int reach) const {
   Ids ids;
   add_ids_near(places_.regions, region_bits, key, reach, ids);
-  if (known_ != nullptr) add_ids_near(known_->places_.regions, region_bits, key, reach, ids);
   std::sort(ids.begin(), ids.end());
   return ids;
 }

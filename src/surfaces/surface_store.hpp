@@ -15,9 +15,6 @@ namespace octosurf::surfaces {
 class SurfaceStore : public occupancy::PlaneLookup {
  public:
   explicit SurfaceStore(double resolution) : resolution_(resolution) {}
-  /// An empty store that goes on with the ids of `known`, and whose find() const and near() find those, too.
-  /// They stay as they are, and must outlive this store.
-  static SurfaceStore beside(const SurfaceStore& known);
 
   SurfaceModel& create(const Plane& plane, const Eigen::Vector3d& origin);
   SurfaceModel& restore(const SurfaceModel::State& state);
@@ -27,7 +24,7 @@ class SurfaceStore : public occupancy::PlaneLookup {
   std::vector<Departure> take_departures() { return std::exchange(departures_, {}); }
 
   SurfaceModel* find(SurfaceId id);              ///< to be changed
-  const SurfaceModel* find(SurfaceId id) const;  ///< to be read: of `known`, too
+  const SurfaceModel* find(SurfaceId id) const;  ///< to be read
   std::size_t size() const { return models_.size(); }
   SurfaceId next_id() const { return next_id_; }
   std::size_t ids_left() const { return last_id + 1 - next_id_; }
@@ -83,7 +80,6 @@ class SurfaceStore : public occupancy::PlaneLookup {
   static void add_ids_near(const Residents& residents, int bits, geometry::VoxelKey key, int reach, Ids& ids);
   SurfaceModel& kept(SurfaceModel& model);
 
-  const SurfaceStore* known_ = nullptr;  // read only
   double resolution_;
   double erosion_tolerance_ = 0;
   std::map<SurfaceId, SurfaceModel> models_;

@@ -19,18 +19,15 @@ void retract(surfaces::Ledger& ledger, const occupancy::OccupancyDelta& delta) {
     }
     surfaces::SurfaceModel* surface = ledger.find(r.before.surface);
     if (surface == nullptr) continue;
-    const std::uint64_t unchecked = surface->unchecked;
     const occupancy::PointWindow::Index i = ledger.window.find(r.after.key);
-    if (std::fabs(surface->distance(r.after.position)) <= ledger.noise.tolerance(r.after, surface->plane())) {
+    if (std::fabs(surface->distance(r.after.position)) <= ledger.noise.tolerance(r.after, surface->plane()))
       ledger.move(i, r.before.position);
-      if (surface->expensive_to_check()) surface->unchecked = unchecked;  // where it was, only better seen
-    } else {
+    else
       ledger.requeue(i, r.before.position);
-    }
   }
   for (const SurfaceId id : ledger.changes.touched())
     if (surfaces::SurfaceModel& surface = *ledger.find(id); ledger.too_small(surface))
-      ledger.dissolve(surface, surfaces::Points::requeued);
+      ledger.dissolve(surface);
 }
 
 void accumulate_evidence(surfaces::Ledger& ledger, const sensing::VoxelScan& scan,

@@ -24,7 +24,7 @@ class Config : public CommandTest {
 
 TEST_F(Config, ShowsWhatIsInForce) {
   auto values = shown("");
-  EXPECT_EQ(values.size(), 27u);
+  EXPECT_EQ(values.size(), 26u);
   EXPECT_EQ(values["align"], "auto");
   EXPECT_EQ(values["resolution"], "0.02 m");
   EXPECT_EQ(values["max_hole_size"], "0.08 m");
@@ -49,8 +49,8 @@ TEST_F(Config, FlagsWinOverFileOverPreset) {
   const auto values = shown("--preset paper --config o.cfg --resolution 0.03");
   EXPECT_EQ(values.at("resolution"), "0.03 m");
   EXPECT_EQ(values.at("min_surface_points"), "30");
-  EXPECT_EQ(values.at("search_radius"), "0.15 m");  // derived again: 5 d
-  EXPECT_EQ(values.at("aligned_angle"), "90 deg");  // the preset's
+  EXPECT_EQ(values.at("search_radius"), "0.15 m");   // derived again: 5 d
+  EXPECT_EQ(values.at("min_surface_width"), "0 m");  // the preset's
 }
 
 TEST_F(Config, FileAndLineOfAMistakeAreNamed) {

@@ -55,21 +55,10 @@ TEST_F(MapRun, FindsTheFloor) {
   EXPECT_NEAR(contents.at("extent").at("max").at(0).get<double>(), 39.5 / 60 + 0.5, 0.02);
 }
 
-TEST_F(MapRun, TheLawFindsTheFloor) {
-  write_floor();
-  EXPECT_THAT(run_well("map floor -o m --rules law").out, HasSubstr("surfaces     1,"));
-  const json floor = info("m").at("largest").at(0);
-  EXPECT_NEAR(floor.at("normal").at(2).get<double>(), 1, 1e-6);
-  EXPECT_NEAR(floor.at("offset").get<double>(), floor_height, 1e-4);
-  run_well("map floor -o tuned");
-  EXPECT_EQ(read("m.bt"), read("tuned.bt"));
-}
-
-TEST_F(MapRun, TheLawFollowsScansThatArrive) {
+TEST_F(MapRun, ScansThatArriveMakeTheSameMap) {
   write_floor("floor", 4);
-  run_well(
-      "map floor -o m --rules law --realtime --rate 10 --together 1");  // each by itself, as in the other run
-  run_well("map floor -o fast --rules law");
+  run_well("map floor -o m --realtime --rate 10 --together 1");  // each by itself, as in the other run
+  run_well("map floor -o fast");
   same_maps("m", "fast");
 }
 

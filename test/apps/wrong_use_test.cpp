@@ -46,12 +46,6 @@ TEST_F(WrongUse, OptionsThatMakeNoSense) {
   EXPECT_FALSE(exists("m.surfaces"));
 }
 
-TEST_F(WrongUse, TheLawIsNotForRealTime) {
-  write_floor();
-  EXPECT_THAT(error_of("map floor -o m --rules best", 2), HasSubstr("--rules"));
-  EXPECT_FALSE(exists("m.surfaces"));
-}
-
 TEST_F(WrongUse, SimulateTakesASceneOrAMesh) {
   write("step.obj", "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nf 1 2 3 4\n");
   EXPECT_THAT(error_of("simulate -o s", 2), HasSubstr("--mesh"));

@@ -49,7 +49,7 @@ std::string name_of_scene(const std::string& scene) { return std::filesystem::pa
 
 /// One way to get surfaces from scans.
 struct Method {
-  enum class Kind { ours, ours_at_once, ours_by_stages, pcl, pcl_offline };
+  enum class Kind { ours, ours_at_once, pcl, pcl_offline };
   std::string name;
   Parameters parameters;
   Kind kind = Kind::ours;
@@ -68,11 +68,9 @@ std::vector<Method> methods_of(const Options& options) {
   const Parameters paper = reference::paper_parameters(options.resolution);
   const Parameters small = reference::paper_parameters_small_radius(options.resolution);
   const Method at_once{"ours/at-once", standard.parameters, Method::Kind::ours_at_once};
-  const Method tuned{"ours/tuned", standard.parameters, Method::Kind::ours_by_stages};
   std::vector<Method> methods{std::move(standard),
                               at_once,
-                              tuned,
-                              {"ours/paper", paper, Method::Kind::ours_by_stages},
+                              {"ours/paper", paper},
                               {"pcl/r=0.15", paper, Method::Kind::pcl},
                               {"pcl/r=0.06", small, Method::Kind::pcl}};
   if (options.offline) {
@@ -182,10 +180,8 @@ struct Run {
 
 Run run_method(const Method& method, const std::vector<Scan>& scans, const Options& options) {
   Run run;
-  if (method.kind == Method::Kind::ours || method.kind == Method::Kind::ours_at_once ||
-      method.kind == Method::Kind::ours_by_stages) {
+  if (method.kind == Method::Kind::ours || method.kind == Method::Kind::ours_at_once) {
     Mapper mapper(method.parameters, options.threads);
-    if (method.kind == Method::Kind::ours_by_stages) mapper.find_surfaces_by(Rules::stages);
     for (const Scan& scan : scans) run.ms += time_ms([&] { mapper.insert(scan); });
     if (method.kind == Method::Kind::ours_at_once) run.ms += time_ms([&] { mapper.resegment(); });
     run.scans = scans.size();
@@ -420,7 +416,7 @@ int main(int argc, char** argv) {
   app.add_option("--only", options.only,
                  "methods whose name begins so: ours, ours/default, pcl, pcl/r=0.06 …")
       ->delimiter(',');
-  app.add_option("--set", options.set, "NAME=VALUE for ours/default, at-once and tuned; may be repeated");
+  app.add_option("--set", options.set, "NAME=VALUE for ours/default and at-once; may be repeated");
   app.add_flag("--offline", options.offline, "also the PCL pipeline run once on all scans together");
   app.add_flag("--verbose", options.verbose, "list faces that are not correct and surfaces that are unsafe");
   app.add_option("--json", options.json, "write the numbers there");

@@ -29,7 +29,6 @@ struct Options {
   std::size_t frames = 0, every = 1;
   int threads = 1;
   bool share_octree = false;
-  Rules rules = Rules::law;
   double min_area = 0.05;
   std::vector<std::string> set;
   std::vector<std::size_t> views{0, 120, 240};
@@ -78,7 +77,6 @@ Mapped map_all(const Options& options, const std::filesystem::path& recording) {
   const Eigen::Isometry3d T(upright(up));
   Mapper mapper(parameters, options.threads);
   if (options.share_octree) mapper.share_octree();
-  mapper.find_surfaces_by(options.rules);
   Mapped mapped;
   for_each_scan(recording, options.every, options.frames, [&](const Scan& scan, double) {
     ScanReport report;
@@ -260,9 +258,6 @@ int main(int argc, char** argv) {
   app.add_option("--every", options.every, "every k-th scan only")->check(CLI::PositiveNumber);
   app.add_option("--threads", options.threads, "of Mapper")->check(CLI::PositiveNumber);
   app.add_flag("--share-octree", options.share_octree, "snapshots have the octree");
-  app.add_option("--rules", options.rules, "what finds surfaces: tuned or law")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, octosurf::Rules>{
-          {"tuned", octosurf::Rules::stages}, {"law", octosurf::Rules::law}}));
   app.add_option("--min-area", options.min_area, "m²: surfaces that are counted")->capture_default_str();
   app.add_option("--set", options.set, "NAME=VALUE; may be repeated");
   app.add_option("--pictures", options.pictures, "folder for pictures from all sides and from the camera");

@@ -27,7 +27,6 @@ struct Options {
   std::vector<std::string> only, set;
   evaluation::LabelOptions judging;
   bool mosd = false, verbose = false;
-  Rules rules = Rules::law;
   std::string json;
 };
 
@@ -84,10 +83,9 @@ std::vector<Segmentation> segment(const VoxelCloud& cloud, const Options& option
   constexpr double finest_for_paper = 0.01;
   std::vector<Segmentation> results;
   const Parameters ours = ours_for(cloud, options);
-  results.push_back(segment_ours(cloud, ours, Rules::law));
+  results.push_back(segment_ours(cloud, ours));
   results.push_back(told_by_polygons(cloud, results.front(), ours.surface_tolerance()));
   results.back().method += ", by polygons";
-  results.push_back(segment_ours(cloud, ours, Rules::stages));
   if (wanted(options, "growing")) results.push_back(segment_region_growing(cloud));
   if (wanted(options, "ransac")) results.push_back(segment_ransac(cloud));
   const auto paper = [&](Parameters parameters, const std::string& name) {
@@ -158,8 +156,7 @@ void support(const Options& options) {
     for (const std::filesystem::path& input : inputs_of(options)) {
       const evaluation::LabelledCloud cloud = load(input);
       const VoxelCloud voxels = group_by_voxel(cloud, resolution_for(cloud, asked), options.judging);
-      const SupportScore score =
-          score_support(voxels, segment_ours(voxels, ours_for(voxels, options), options.rules));
+      const SupportScore score = score_support(voxels, segment_ours(voxels, ours_for(voxels, options)));
       table.add({input.parent_path().filename().string() + "/" + input.stem().string(),
                  fixed(voxels.resolution * 1e3, 0), fixed(score.iou_points, 4), fixed(score.iou_pixels, 4),
                  fixed(score.iou_pixels_grown, 4), fixed(score.offset_m * 1e3, 2),
@@ -204,8 +201,6 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--threshold", options.judging.threshold, "Hoover's T")->capture_default_str();
   app.add_flag("--mosd", options.mosd, "the supporting table of mOSD's frames instead; ours alone");
-  app.add_flag_callback(
-      "--tuned", [&] { options.rules = octosurf::Rules::stages; }, "mOSD's frames by the tuned rules");
   app.add_option("--only", options.only, "beside octosurf these only: growing, ransac, pcl, none")
       ->delimiter(',');
   app.add_option("--set", options.set, "NAME=VALUE for octosurf; may be repeated");

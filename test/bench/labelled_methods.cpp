@@ -123,11 +123,10 @@ Parameters parameters_for(const VoxelCloud& cloud) {
   return parameters;
 }
 
-Segmentation segment_ours(const VoxelCloud& cloud, const Parameters& parameters, Rules rules) {
+Segmentation segment_ours(const VoxelCloud& cloud, const Parameters& parameters) {
   Segmentation result;
-  result.method = rules == Rules::law ? "octosurf" : "octosurf, tuned rules";
+  result.method = "octosurf";
   Mapper mapper(parameters);
-  mapper.find_surfaces_by(rules);
   const Scan scan = scan_of(*cloud.cloud);
   result.ms = time_ms([&] { mapper.insert(scan); });
   result.snapshot = *mapper.snapshot();

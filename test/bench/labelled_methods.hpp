@@ -42,7 +42,7 @@ struct Segmentation {
 Parameters parameters_for(const VoxelCloud& cloud);
 
 /// One scan from the origin into an empty Mapper; a point belongs to the surface of its voxel (Map::at).
-Segmentation segment_ours(const VoxelCloud& cloud, const Parameters& parameters, Rules rules);
+Segmentation segment_ours(const VoxelCloud& cloud, const Parameters& parameters);
 
 /// CGAL's two on the voxels' centroids; a point belongs to its voxel's region. Several settings of its
 /// manual and examples each; the one with the most correct labels (then the least noise) is returned:

@@ -72,9 +72,9 @@ bool spoil_surface(map_file::Record& record, Random& rng) {
   if (!record.has_surface()) return false;
   map_file::Surface& surface = *record.mutable_surface();
   google::protobuf::RepeatedField<double>* fields[] = {
-      surface.mutable_plane(),      surface.mutable_checked_plane(), surface.mutable_pose(),
-      surface.mutable_hash_frame(), surface.mutable_reference(),     surface.mutable_moments(),
-      surface.mutable_evidence(),   surface.mutable_covariance()};
+      surface.mutable_plane(),     surface.mutable_pose(),    surface.mutable_hash_frame(),
+      surface.mutable_reference(), surface.mutable_moments(), surface.mutable_evidence(),
+      surface.mutable_covariance()};
   if (rng() % 4 != 0)
     for (std::size_t n = 1 + below(rng, 3); n > 0; --n) spoil_rings(*surface.mutable_polygons(), rng);
   else

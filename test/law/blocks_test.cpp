@@ -1,7 +1,7 @@
 // What is looked up by block, beside the same looked up voxel by voxel.
-#include "detection/pending_points.hpp"
 #include "law/label_blocks.hpp"
 #include "law/voxel_blocks.hpp"
+#include "support/pending_points.hpp"
 #include "support/round_scene.hpp"
 #include "support/seed.hpp"
 

@@ -2,7 +2,7 @@
 // anew for every pair.
 #include "law/junctions.hpp"
 
-#include "detection/pending_points.hpp"
+#include "support/pending_points.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"
 

@@ -1,8 +1,8 @@
 // What of the map is labelled anew around a change, and what only stands beside it.
 #include "law/neighbourhood.hpp"
 
-#include "detection/pending_points.hpp"
 #include "law/segment.hpp"
+#include "support/pending_points.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"
 

@@ -1,8 +1,8 @@
 #include "law/segment.hpp"
 
-#include "detection/pending_points.hpp"
 #include "law/labelling.hpp"
 #include "law/planelets.hpp"
+#include "support/pending_points.hpp"
 #include "support/round_scene.hpp"
 #include "support/seed.hpp"
 

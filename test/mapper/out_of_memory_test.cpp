@@ -109,12 +109,11 @@ class OutOfMemory : public ::testing::Test {
 /// map must be in the end with and without the one.
 class Story {
  public:
-  Story(const std::vector<Scan>& scans, std::size_t before, int threads, Rules rules = Rules::law)
+  Story(const std::vector<Scan>& scans, std::size_t before, int threads)
       : next(scans[before]),
         later(scans.begin() + static_cast<std::ptrdiff_t>(before) + 1, scans.end()),
         mapper(coarse(), threads) {
     Mapper whole(coarse(), threads), without(coarse(), threads);
-    for (Mapper* each : {&mapper, &whole, &without}) each->find_surfaces_by(rules);
     for (std::size_t i = 0; i < scans.size(); ++i) {
       whole.insert(scans[i]);
       if (i != before) without.insert(scans[i]);
@@ -245,11 +244,6 @@ std::vector<Scan> pillar(std::size_t count) {
 TEST_F(FailedAllocations, WithACylinder) {
   Story story(pillar(6), 4, 1);
   ASSERT_EQ(story.mapper.snapshot()->cylinders.size(), 1U);
-  expect_taken_back(story, 40, false);
-}
-
-TEST_F(FailedAllocations, ByTheStages) {
-  Story story(changing_room(10), 6, 1, Rules::stages);
   expect_taken_back(story, 40, false);
 }
 

@@ -90,6 +90,21 @@ TEST(ReadingModel, FartherReadingsBelongFromFartherOff) {
   }
 }
 
+TEST(ReadingModel, AStatedToleranceIsTheReachNearTheSensor) {
+  for (const double s : {0.006, 0.01, 0.04, 0.1, 0.4}) {
+    Parameters parameters;
+    parameters.surfaces.sensor_noise = 0.002;
+    parameters.surfaces.range_noise = 0.0015;
+    const ReadingModel derived(NoiseModel(parameters), 0.02);
+    parameters.surfaces.surface_tolerance = s;
+    const ReadingModel stated(NoiseModel(parameters), 0.02);
+    EXPECT_NEAR(stated.reach(1, 1), s, 1e-4 * s);
+    const double more = stated.variance(1, 1) - derived.variance(1, 1);
+    for (unsigned c = 2; c < NoiseModel::classes; ++c)
+      EXPECT_NEAR(stated.variance(c, 1) - derived.variance(c, 1), more, 1e-12) << "as much more everywhere";
+  }
+}
+
 TEST(ReadingModel, GainIsThePositivePartOfTheRatio) {
   const ReadingModel model(told_noise(), 0.02);
   for (unsigned c = 0; c < NoiseModel::classes; ++c)

@@ -94,10 +94,8 @@ std::string digest(const Map& map) {
   for (const auto& [id, surface] : state.surfaces) {
     const surfaces::SurfaceModel::State s = surface.state();
     put(s.id);
-    for (const Plane* plane : {&s.plane, &s.checked_plane}) {
-      for (int a = 0; a < 3; ++a) put(plane->normal[a]);
-      put(plane->offset);
-    }
+    for (int a = 0; a < 3; ++a) put(s.plane.normal[a]);
+    put(s.plane.offset);
     for (const Eigen::Isometry3d* pose : {&s.pose, &s.hash_frame})
       for (int i = 0; i < 16; ++i) put(pose->matrix().data()[i]);
     const auto put_moments = [&](const geometry::Moments& m) {

@@ -61,7 +61,6 @@ TEST(Parameters, PaperPresetIsThePapers) {
   EXPECT_NEAR(p.detection.smoothness_angle, std::numbers::pi / 6, 1e-12);
   EXPECT_EQ(p.detection.max_curvature, 0.05);
   EXPECT_EQ(p.detection.ransac_iterations, 200);
-  EXPECT_GE(p.detection.aligned_angle, std::numbers::pi / 2 - 1e-12);
 }
 
 TEST(Parameters, AnExplicitValueWinsOverADerivedOne) {
@@ -304,7 +303,6 @@ TEST(Parameters, ValidateNamesFieldValueAndRule) {
       {"smoothness_angle", {0, -0.5, 4}},
       {"max_curvature", {0, -0.05, 0.5}},
       {"ransac_iterations", {0, -200}},
-      {"aligned_angle", {0, -0.5, 4}},
   };
   for (const auto& [name, values] : refused) {
     std::vector<double> all = values;

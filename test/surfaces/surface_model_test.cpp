@@ -257,7 +257,7 @@ TEST(SurfaceModel, CellsHoldExactlyTheInliers) {
         bool any = false;
         for (int y = -reach; y <= reach; ++y)
           for (int x = -reach; x <= reach; ++x) any |= holds(u + x, v + y);
-        EXPECT_EQ(model.near({u, v}, reach), any);
+        EXPECT_EQ(model.nearest({u, v}, reach).has_value(), any);
       }
     }
 }

@@ -26,8 +26,7 @@ constexpr FileBeginning beginning{archived_scan_magic, archived_scan_version, "a
 
 // What a file may decompress to: five bytes a voxel and more, of which real scans leave 3.5 … 4. In memory a
 // byte makes 28 at most, where all are steps: eight, twice while they grow, and a point.
-constexpr std::uint64_t free_stream = std::uint64_t{2} << 20;
-constexpr std::uint64_t largest_ratio = 4;
+constexpr Expansion scan_stream{.free = std::uint64_t{2} << 20, .ratio = 4};
 constexpr std::size_t largest_header = std::size_t{64} << 10;
 constexpr std::size_t longest_name = 4096;
 constexpr std::uint64_t end_of_keys = std::uint64_t{1} << 48;
@@ -70,7 +69,7 @@ class Writer {
     });
     const std::uint32_t crc32 = records_.crc32();
     put([&](Record& record) { record.mutable_footer()->set_crc32(crc32); });
-    records_.finish();
+    records_.finish(scan_stream.least_file(records_.bytes()));
   }
 
  private:
@@ -120,8 +119,7 @@ class Reader {
   explicit Reader(const fs::path& file)
       : where_(file.string()),
         in_(file, std::ios::binary),
-        records_(after_beginning(in_, where_, beginning), free_stream + largest_ratio * size_of(file),
-                 where_) {}
+        records_(after_beginning(in_, where_, beginning), scan_stream.most(size_of(file)), where_) {}
 
   ArchivedHeader header() {
     const Record record = next(Record::kHeader);

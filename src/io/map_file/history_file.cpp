@@ -28,8 +28,7 @@ constexpr io::FileBeginning beginning{io::history_file_magic, io::history_file_v
                                       "octosurf map --history"};
 
 // What a file may decompress to; poses and outlines of rooms shrink to a half.
-constexpr std::uint64_t free_stream = std::uint64_t{4} << 20;
-constexpr std::uint64_t largest_ratio = 12;
+constexpr io::Expansion history_stream{.free = std::uint64_t{4} << 20, .ratio = 12};
 constexpr std::int64_t farthest_step = 20'000'000'000;  // 2·10⁶ m: beyond any octree
 constexpr std::uint64_t largest_count = std::uint64_t{1} << 48;
 
@@ -89,7 +88,7 @@ class Reader {
       : where_(file.string()),
         in_(file, std::ios::binary),
         records_((refuse_folders(), io::after_beginning(in_, where_, beginning)),
-                 free_stream + largest_ratio * size_of(file), where_) {}
+                 history_stream.most(size_of(file)), where_) {}
 
   History operator()() {
     const Record first = next();
@@ -279,7 +278,7 @@ void write(const History& history, std::ostream& out) {
   Record footer;
   footer.mutable_footer()->set_crc32(records.crc32());
   records.put(footer.SerializeAsString());
-  records.finish();
+  records.finish(history_stream.least_file(records.bytes()));
 }
 
 }  // namespace

@@ -15,7 +15,8 @@ namespace octosurf::io {
 //
 //   8 bytes   magic: 89 'O' 'C' 'T' 'S' 'F' 0D 0A (as PNG's: text-mode transfer breaks it)
 //   4 bytes   version of the format, uint32
-//   the rest  one zstd frame (window at most 8 MiB): records, each behind its length as a varint
+//   the rest  one zstd frame (window at most 8 MiB): records, each behind its length as a varint;
+//             behind it, where the map shrinks to less than map_limits.hpp wants, a skippable frame of zeros
 //
 // A record is a protobuf message `Record` of map_file.proto with exactly one field. In order: one
 // Header; the octree in chunks; Accumulated; ScanPoses; Surfaces, then Cylinders, by ascending id;

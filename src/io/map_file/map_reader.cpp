@@ -2,6 +2,7 @@
 #include "io/map_file/cylinder_record.hpp"
 #include "io/map_file/departure_record.hpp"
 #include "io/map_file/map_file.hpp"
+#include "io/map_file/map_limits.hpp"
 #include "io/map_file/record_stream.hpp"
 #include "io/map_file/surface_record.hpp"
 #include "map_file.pb.h"
@@ -19,19 +20,6 @@
 namespace octosurf::io {
 namespace {
 
-// What a file may decompress to. Real maps shrink to a third … a seventh, a made-up plain of equal voxels to
-// a thirtieth, in a file of some 100 kB.
-constexpr std::uint64_t free_stream = std::uint64_t{4} << 20;
-constexpr std::uint64_t largest_ratio = 12;
-// What it may take in memory: with the decoder's buffers 64 MiB and 64 times its size. Real maps take 12 … 31
-// times theirs, of which the octree 4 … 11; most is the surfaces' hashes of their inliers.
-constexpr std::uint64_t free_memory = std::uint64_t{40} << 20;
-constexpr std::uint64_t memory_ratio = 64;
-// Counted high: hashes grow by doubling.
-constexpr std::uint64_t pose_cost = 2 * sizeof(Eigen::Isometry3d);
-constexpr std::uint64_t inlier_cost = 200, waiting_cost = 16, surface_cost = 4096, vertex_cost = 60;
-constexpr std::uint64_t departure_cost = 300;  // of it, of its record, and of noting that it is there
-constexpr std::uint64_t check_cost = 200;      // of a vertex, while its surface is being read
 constexpr std::size_t longest_path = 4096;
 constexpr std::size_t small_record_limit = std::size_t{1} << 20;
 constexpr std::uint32_t length_delimited = 2;  // protobuf's wire type
@@ -57,8 +45,8 @@ class Reader {
  public:
   Reader(std::istream& in, std::uint64_t file_bytes, const std::string& where)
       : where_(where),
-        records_(in, free_stream + largest_ratio * file_bytes, where),
-        most_memory_(free_memory + memory_ratio * file_bytes) {
+        records_(in, map_stream.most(file_bytes), where),
+        most_memory_(map_memory.most(file_bytes)) {
     advance();
   }
 
@@ -148,6 +136,7 @@ class Reader {
     Parameters parameters;
     const auto& infos = parameter_infos();
     for (const map_file::Parameter& p : header.parameters()) {
+      if (p.name() == "aligned_angle") continue;  // decided about planes before one criterion did
       const bool known = std::any_of(infos.begin(), infos.end(),
                                      [&](const ParameterInfo& info) { return info.name == p.name(); });
       if (!known)

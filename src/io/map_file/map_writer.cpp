@@ -2,6 +2,7 @@
 #include "io/map_file/cylinder_record.hpp"
 #include "io/map_file/departure_record.hpp"
 #include "io/map_file/map_file.hpp"
+#include "io/map_file/map_limits.hpp"
 #include "io/map_file/record_stream.hpp"
 #include "io/map_file/surface_record.hpp"
 #include "map_file.pb.h"
@@ -81,6 +82,29 @@ void put_poses(const std::vector<Eigen::Isometry3d>& poses, RecordWriter& record
   }
 }
 
+/// Bytes that reading it takes, as the reader counts them; a quarter more, because pools grow in steps.
+std::uint64_t memory_of(const surfaces::MapState& state, const KeptScans& scans) {
+  std::uint64_t bytes = state.occupancy.bytes() + waiting_cost * state.accumulated.size() +
+                        pose_cost * scans.poses.size(),
+                checking = 0;
+  for (const auto& [id, surface] : state.surfaces) {
+    std::uint64_t vertices = 0, rings = 0;
+    for (const Polygon& polygon : surface.polygons()) {
+      vertices += polygon.outer.size();
+      rings += 1 + polygon.holes.size();
+      for (const Ring2& hole : polygon.holes) vertices += hole.size();
+    }
+    bytes += inlier_cost * surface.size() + surface_cost + sizeof(SurfaceId) * surface.parents().size() +
+             vertex_cost * (vertices + rings);
+    checking = std::max(checking, check_cost * vertices);
+  }
+  for (const auto& [id, cylinder] : state.cylinders) bytes += inlier_cost * cylinder.inliers.size();
+  state.departures.for_each_since(0, [&](const Departure& departure) {
+    bytes += departure_cost + sizeof(SurfaceId) * departure.parents.size();
+  });
+  return (bytes + checking) / 4 * 5;
+}
+
 /// The oldest that knows what to do with all that is in the file.
 std::uint32_t version_for(const surfaces::MapState& state, const KeptScans& scans) {
   using surfaces::AlignmentState;
@@ -126,7 +150,8 @@ void write_map(const surfaces::MapState& state, const FileSum& bt, std::ostream&
   footer.mutable_footer()->set_records(records.records());
   footer.mutable_footer()->set_crc32(records.crc32());
   put_record(footer, records);
-  records.finish();
+  records.finish(
+      std::max(map_stream.least_file(records.bytes()), map_memory.least_file(memory_of(state, scans))));
 }
 
 }  // namespace octosurf::io

@@ -14,6 +14,8 @@ namespace {
 constexpr int compression_level = 3;
 constexpr int largest_window = 23;  // log2 of bytes; level 3 takes 21, a decoder would grant 27
 constexpr std::size_t growth = std::size_t{1} << 20;
+constexpr std::string_view skippable_magic{"\x50\x2a\x4d\x18", 4};  // zstd's
+constexpr std::uint64_t most_zeros = 0xffffffff;
 
 /// The checksum of bytes that follow those of checksum `crc`.
 std::uint32_t crc_of(std::uint32_t crc, std::string_view bytes) {
@@ -35,13 +37,19 @@ struct RecordWriter::Impl {
       ZSTD_outBuffer output{buffer.data(), buffer.size(), 0};
       const std::size_t left = ZSTD_compressStream2(context.get(), &output, &input, mode);
       if (ZSTD_isError(left)) throw Error(Error::Kind::output, "zstd", ZSTD_getErrorName(left));
-      out.write(buffer.data(), static_cast<std::streamsize>(output.pos));
+      write({buffer.data(), output.pos});
       if (mode == ZSTD_e_continue ? input.pos == input.size : left == 0) return;
     }
   }
 
+  void write(std::string_view bytes) {
+    out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    written += bytes.size();
+  }
+
   void put(std::string_view bytes) {
     crc = crc_of(crc, bytes);
+    taken += bytes.size();
     compress(bytes, ZSTD_e_continue);
   }
 
@@ -49,7 +57,7 @@ struct RecordWriter::Impl {
   std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context;
   std::vector<char> buffer = std::vector<char>(ZSTD_CStreamOutSize());
   std::uint32_t crc = 0;
-  std::uint64_t records = 0;
+  std::uint64_t records = 0, taken = 0, written = 0;
 };
 
 RecordWriter::RecordWriter(std::ostream& out) : impl_(std::make_unique<Impl>(out)) {}
@@ -70,7 +78,18 @@ void RecordWriter::put(std::string_view record) {
 }
 
 void RecordWriter::end_block() { impl_->compress({}, ZSTD_e_flush); }
-void RecordWriter::finish() { impl_->compress({}, ZSTD_e_end); }
+void RecordWriter::finish(std::uint64_t least_bytes) {
+  impl_->compress({}, ZSTD_e_end);
+  if (impl_->written >= least_bytes) return;
+  std::uint64_t zeros = std::min(least_bytes - impl_->written, most_zeros);
+  std::string head(skippable_magic);
+  for (int shift = 0; shift < 32; shift += 8) head.push_back(static_cast<char>(zeros >> shift & 0xff));
+  impl_->write(head);
+  const std::string some(growth, '\0');
+  for (; zeros > 0; zeros -= std::min<std::uint64_t>(zeros, some.size()))
+    impl_->write(std::string_view(some).substr(0, zeros));
+}
+std::uint64_t RecordWriter::bytes() const { return impl_->taken; }
 std::uint64_t RecordWriter::records() const { return impl_->records; }
 std::uint32_t RecordWriter::crc32() const { return impl_->crc; }
 
@@ -112,7 +131,20 @@ struct RecordReader::Impl {
 
   void end_frame() {
     ended = true;
-    if (input.pos != input.size || in.peek() != std::istream::traits_type::eof()) fail("bytes are left over");
+    if (!has_packed()) return;
+    for (const char byte : skippable_magic)
+      if (next_packed() != static_cast<unsigned char>(byte)) fail("bytes are left over");
+    std::uint64_t zeros = 0;
+    for (int shift = 0; shift < 32; shift += 8) zeros |= std::uint64_t{next_packed()} << shift;
+    for (; zeros > 0; --zeros)
+      if (next_packed() != 0) fail("bytes are left over");
+    if (has_packed()) fail("bytes are left over");
+  }
+
+  bool has_packed() { return input.pos != input.size || in.peek() != std::istream::traits_type::eof(); }
+  unsigned char next_packed() {
+    if (input.pos == input.size) read_more();
+    return static_cast<const unsigned char*>(input.src)[input.pos++];
   }
 
   /// Up to `most` bytes that are there without waiting; call refill() first.

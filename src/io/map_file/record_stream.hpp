@@ -12,6 +12,16 @@ namespace octosurf::io {
 /// Largest record of a map file, in bytes.
 inline constexpr std::size_t record_limit = std::size_t{64} << 20;
 
+/// What a file may become when it is read: so many bytes whatever its size, and so many times its size.
+struct Expansion {
+  std::uint64_t free = 0, ratio = 1;
+  std::uint64_t most(std::uint64_t file_bytes) const { return free + ratio * file_bytes; }
+  /// Bytes that a file needs to become `bytes`.
+  std::uint64_t least_file(std::uint64_t bytes) const {
+    return bytes <= free ? 0 : (bytes - free + ratio - 1) / ratio;
+  }
+};
+
 /// Records one after the other, each behind its length as a base-128 varint (protobuf's
 /// "delimited" convention), in a single zstd frame. Same records, same bytes.
 class RecordWriter {
@@ -26,10 +36,12 @@ class RecordWriter {
   void put(std::string_view record);
   /// Ends a block of the compressor, so that what follows is coded by its own frequencies.
   void end_block();
-  /// Ends the frame.
-  void finish();
+  /// Ends the frame. If less than `least_bytes` are written then, zeros follow in a frame of zstd that its
+  /// decoders skip: what shrinks so far must not look like a file that is made to fill a reader's memory.
+  void finish(std::uint64_t least_bytes = 0);
 
   std::uint64_t records() const;
+  std::uint64_t bytes() const;  ///< before compression, lengths included
   std::uint32_t crc32() const;  ///< of all bytes before compression, lengths included
 
  private:
@@ -47,7 +59,8 @@ class RecordReader {
   RecordReader& operator=(const RecordReader&) = delete;
   ~RecordReader();
 
-  /// False at the end of the frame, which must be the end of the stream. Throws Error(data).
+  /// False at the end of the frame, which must be the end of the stream but for zeros in a frame that is
+  /// skipped. Throws Error(data).
   bool next(std::string& record);
 
   std::uint64_t records() const;  ///< read so far

@@ -74,7 +74,6 @@ class Reader {
     require(record_.has_inliers() && record_.inliers() == s.inliers.size() && !s.inliers.empty(),
             "has other inliers than the octree");
     s.plane = plane(record_.plane());
-    s.checked_plane = plane(record_.checked_plane());
     s.pose = frame(record_.pose());
     s.hash_frame = frame(record_.hash_frame());
     require((s.pose.linear().col(2) - s.plane.normal).norm() <= rotation_slack &&
@@ -95,9 +94,8 @@ class Reader {
     s.polygons_stale = record_.polygons_stale();
     s.born = record_.born();
     s.revision = record_.revision();
-    s.unchecked = record_.unchecked();
     s.checked_size = record_.checked_inliers();
-    require(s.unchecked <= largest_count && s.checked_size <= largest_count, "has counts that make no sense");
+    require(s.checked_size <= largest_count, "has counts that make no sense");
     require(record_.has_polygons_stale() && record_.has_revision() && s.revision <= bounds_.revision,
             "has no revision, or one that is to come");
     require(s.born <= s.revision, "changed before it was there");
@@ -250,7 +248,6 @@ class Reader {
 void write_surface(const surfaces::SurfaceModel::State& surface, map_file::Surface& record) {
   record.set_id(surface.id);
   put(surface.plane, *record.mutable_plane());
-  put(surface.checked_plane, *record.mutable_checked_plane());
   put(surface.pose, *record.mutable_pose());
   put(surface.hash_frame, *record.mutable_hash_frame());
   put(surface.reference, *record.mutable_reference());
@@ -267,7 +264,6 @@ void write_surface(const surfaces::SurfaceModel::State& surface, map_file::Surfa
   record.set_polygons_stale(surface.polygons_stale);
   if (surface.born > 0) record.set_born(surface.born);
   record.set_revision(surface.revision);
-  record.set_unchecked(surface.unchecked);
   if (surface.checked_size > 0) record.set_checked_inliers(surface.checked_size);
   record.set_inliers(surface.inliers.size());
 }

@@ -257,7 +257,6 @@ const std::vector<Spoiled>& spoiled_files() {
        [](Spoiler& s) {
          for (int i = 0; i < 3; ++i) s.surface().set_plane(i, 1.001 * s.surface().plane(i));
        }},
-      {"not of length 1", [](Spoiler& s) { s.surface().set_checked_plane(1, 3); }},
       {"not finite", [](Spoiler& s) { s.surface().set_plane(3, not_a_number); }},
       {"lacks numbers", [](Spoiler& s) { s.surface().clear_plane(); }},
       {"lacks numbers", [](Spoiler& s) { s.surface().add_moments(0); }},
@@ -268,10 +267,7 @@ const std::vector<Spoiled>& spoiled_files() {
        }},
       {"not its plane's",
        [](Spoiler& s) {
-         for (int i = 0; i < 4; ++i) {
-           s.surface().set_plane(i, -s.surface().plane(i));
-           s.surface().set_checked_plane(i, -s.surface().checked_plane(i));
-         }
+         for (int i = 0; i < 4; ++i) s.surface().set_plane(i, -s.surface().plane(i));
        }},
       {"not its plane's", [](Spoiler& s) { s.surface().set_plane(3, s.surface().plane(3) + 0.1); }},
       {"far outside", [](Spoiler& s) { s.surface().set_hash_frame(3, 1e30); }},
@@ -343,7 +339,7 @@ const std::vector<Spoiled>& spoiled_files() {
        }},
       {"counts make no sense", [](Spoiler& s) { s.header().set_revision(~std::uint64_t{0}); }},
       {"counts make no sense", [](Spoiler& s) { s.header().set_scans(std::uint64_t{1} << 48); }},
-      {"counts that make no sense", [](Spoiler& s) { s.surface().set_unchecked(~std::uint64_t{0}); }},
+      {"counts that make no sense", [](Spoiler& s) { s.surface().set_checked_inliers(~std::uint64_t{0}); }},
       {"evidence that no scan gives", [](Spoiler& s) { s.surface().set_evidence(0, 1e30); }},
       {"a polygon outside", [](Spoiler& s) { s.surface().mutable_polygons()->set_uv(1, not_a_number); }},
       {"a polygon outside", [](Spoiler& s) { s.surface().mutable_polygons()->set_uv(0, 1e12); }},

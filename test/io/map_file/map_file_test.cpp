@@ -159,7 +159,6 @@ TEST_F(MapFiles, ParametersComeBackExactly) {
                                                    {"smoothness_angle", 1 / 3.0},
                                                    {"max_curvature", 0.1 / 3},
                                                    {"ransac_iterations", 77},
-                                                   {"aligned_angle", 2 / 3.0},
                                                    {"mesh_thickness", 0.1 / 3},
                                                    {"max_range", 20 / 3.0},
                                                    {"min_range", 1 / 3.0},

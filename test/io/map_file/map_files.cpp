@@ -56,7 +56,6 @@ std::string surface_difference(const surfaces::SurfaceModel::State& a,
                                const surfaces::SurfaceModel::State& b) {
   if (a.id != b.id) return "id";
   if (!same(a.plane, b.plane)) return "plane";
-  if (!same(a.checked_plane, b.checked_plane)) return "checked plane";
   if (a.pose.matrix() != b.pose.matrix()) return "pose";
   if (a.hash_frame.matrix() != b.hash_frame.matrix()) return "hash frame";
   if (a.reference != b.reference) return "reference";
@@ -68,9 +67,8 @@ std::string surface_difference(const surfaces::SurfaceModel::State& a,
   if (!all_same(a.polygons, b.polygons)) return "polygons";
   if (a.parents != b.parents) return "parents";
   if (a.polygons_stale != b.polygons_stale) return "polygons_stale";
-  if (a.born != b.born || a.revision != b.revision || a.unchecked != b.unchecked ||
-      a.checked_size != b.checked_size)
-    return "born, revision or unchecked";
+  if (a.born != b.born || a.revision != b.revision || a.checked_size != b.checked_size)
+    return "born, revision or checked size";
   return {};
 }
 

@@ -1,0 +1,50 @@
+#pragma once
+
+#include "cylinders/cylinder_rules.hpp"
+
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace octosurf::cylinders {
+
+/// Cylinders out of a region of pending points (the paper's own extension, III-C4).
+///
+/// RANSAC over two oriented points, whose normals give the axis' direction and, by how far apart they
+/// point, the radius; the best refined to its inliers by least squares; of the stretches along the axis that
+/// are more than h apart the one with the most points. Random numbers depend on the region only.
+class CylinderExtraction {
+ public:
+  using Index = occupancy::PointWindow::Index;
+  struct Found {
+    geometry::CylinderShape shape;
+    std::vector<Index> inliers;  ///< in the region's order
+  };
+
+  CylinderExtraction(const surfaces::MapView& map, CylinderRules& rules) : map_(map), rules_(rules) {}
+
+  /// The convincing one with the most points, if there is any. `region` is not empty and in key order.
+  std::optional<Found> operator()(std::span<const Index> region);
+
+ private:
+  struct Oriented {
+    Eigen::Vector3f position;  // about the region's first point
+    Eigen::Vector3f normal;
+    float tolerance;
+  };
+  struct Guess {
+    Eigen::Vector3f point, axis;
+    float radius;
+  };
+  std::vector<Oriented> oriented(std::span<const Index> region);
+  std::optional<Guess> guess(const Oriented& a, const Oriented& b) const;
+  static std::size_t count(const Guess& guess, std::span<const Oriented> points, std::size_t to_beat);
+  std::optional<geometry::CylinderShape> best_shape(std::span<const Index> region);
+  std::vector<Index> inliers_of(const geometry::CylinderShape& shape, std::span<const Index> region);
+  std::vector<Index> fullest_stretch(const geometry::CylinderShape& shape, std::vector<Index> inliers);
+
+  const surfaces::MapView& map_;
+  CylinderRules& rules_;
+};
+
+}  // namespace octosurf::cylinders

@@ -1,0 +1,78 @@
+#include "cylinders/cylinder_rules.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace octosurf::cylinders {
+namespace {
+
+constexpr double cos_facing = 0.8;  // 37°: normals of thin rails are smoothed over the bend
+constexpr double rad_per_deg = std::numbers::pi / 180;
+
+constexpr double least_round = 1.1;  // squares left by planes per squares left by the cylinder
+
+/// Rounder than edges and posts: by a quarter of the squares, or by less if there are very many points (a
+/// thin rail's roundness is hardly more than the noise).
+bool round(double facets, std::size_t points) {
+  return facets >= 1.25 || (facets >= least_round && static_cast<double>(points) * std::log(facets) >= 40);
+}
+
+}  // namespace
+
+CylinderRules::CylinderRules(const surfaces::MapView& map)
+    : map_(map),
+      min_points_(static_cast<std::size_t>(map.parameters.min_surface_points())),
+      min_radius_(1.5 * map.parameters.occupancy.resolution),
+      min_length_(std::max(0.1, 4 * map.parameters.occupancy.resolution)),
+      cell_(map.parameters.max_hole_size() / 2) {}
+
+bool CylinderRules::fits(const geometry::CylinderShape& shape, Index i) {
+  const occupancy::VoxelPoint& p = map_.window[i];
+  const Eigen::Vector3d outward = shape.from_axis(p.position.cast<double>());
+  const double rho = outward.norm(), misfit = std::fabs(rho - shape.radius);
+  const double reach = tolerance(shape, i);
+  if (misfit > reach) return false;
+  const surfaces::LocalPlane& local = map_.normals.at(i);
+  if (!local.known) return misfit <= reach / 2;
+  return local.normal.cast<double>().dot(outward) >= cos_facing * rho;
+}
+
+geometry::CylinderSample CylinderRules::sample(Index i) {
+  const surfaces::LocalPlane& local = map_.normals.at(i);
+  const occupancy::VoxelPoint& p = map_.window[i];
+  return {p.position.cast<double>(),
+          local.known ? Eigen::Vector3d(local.normal.cast<double>()) : Eigen::Vector3d::Zero(),
+          std::max(map_.noise.sigma(p.range_class), 1e-6)};
+}
+
+std::vector<geometry::CylinderSample> CylinderRules::samples(std::span<const Index> points,
+                                                             std::size_t stride) {
+  std::vector<geometry::CylinderSample> all;
+  all.reserve(points.size() / stride + 1);
+  for (std::size_t k = 0; k < points.size(); k += stride) all.push_back(sample(points[k]));
+  return all;
+}
+
+bool CylinderRules::promising(const geometry::CylinderShape& shape,
+                              std::span<const geometry::CylinderSample> samples) const {
+  if (shape.radius < min_radius_ / 2 || shape.radius > 2 * max_radius()) return false;
+  const geometry::CylinderEvidence e = geometry::weigh(shape, samples, cell_);
+  // Two sums of m squares, of deviation √(2/m) each: so few samples determine ln(facets) to 2/√m, and it
+  // may be three of that below the least that convinces.
+  const double doubt = 3 * 2 / std::sqrt(static_cast<double>(samples.size()));
+  return e.extent.span >= 40 * rad_per_deg && e.facets * std::exp(doubt) >= least_round;
+}
+
+bool CylinderRules::convincing(const geometry::CylinderShape& shape,
+                               std::span<const geometry::CylinderSample> samples, bool known) const {
+  if (shape.radius < min_radius_ || shape.radius > max_radius()) return false;
+  const geometry::CylinderEvidence e = geometry::weigh(shape, samples, cell_);
+  const double bend = 0.4 * map_.noise.tolerance(1);
+  return e.extent.length() >= std::max(min_length_, shape.radius) &&
+         e.extent.span >= (known ? 45 : 60) * rad_per_deg && e.scatter <= (known ? 2.2 : 1.7) &&
+         (known ? e.facets >= 1.05 : round(e.facets, samples.size())) && e.bulge <= bend && e.taper <= bend &&
+         e.lean <= 0.3 && e.coverage >= (known ? 0.4 : 0.5);
+}
+
+}  // namespace octosurf::cylinders

@@ -1,0 +1,53 @@
+#pragma once
+
+#include "surfaces/map_view.hpp"
+
+#include <algorithm>
+#include <span>
+#include <vector>
+
+namespace octosurf::cylinders {
+
+/// Which points belong to a cylinder, and when a cylinder is certain enough to be reported.
+class CylinderRules {
+ public:
+  using Index = occupancy::PointWindow::Index;
+
+  explicit CylinderRules(const surfaces::MapView& map);
+
+  std::size_t min_points() const { return min_points_; }  ///< inliers: n
+  double min_radius() const { return min_radius_; }       ///< m
+  double max_radius() const { return 0.5; }               ///< m
+  double tolerance(Index i) const { return map_.noise.tolerance(map_.window[i].range_class); }
+  /// The same, but no more than an eighth of the radius, if that is over s: a point less certain than r/8
+  /// cannot constrain a cylinder of radius r.
+  double tolerance(const geometry::CylinderShape& shape, Index i) const {
+    return std::min(tolerance(i), std::max(map_.parameters.surface_tolerance(), shape.radius / 8));
+  }
+
+  /// Within its tolerance of the mantle and, where its normal is known, facing away from the axis; where
+  /// not, within half of it.
+  bool fits(const geometry::CylinderShape& shape, Index i);
+
+  geometry::CylinderSample sample(Index i);
+  /// Of every `stride`-th.
+  std::vector<geometry::CylinderSample> samples(std::span<const Index> points, std::size_t stride);
+  /// So far apart that about `most` are taken; they determine a shape as well as all do.
+  static std::size_t stride(std::size_t points, std::size_t most) { return points / most + 1; }
+
+  /// Could become convincing once it is fitted to all of its points; most shapes from clutter could not.
+  bool promising(const geometry::CylinderShape& shape,
+                 std::span<const geometry::CylinderSample> samples) const;
+  /// A cylinder is reported once it is at least as long as its radius and is seen over 60°, scatters as noise
+  /// does, is straight and has no large holes, and if edges and posts with flat sides do not explain its
+  /// points as well. Limits are lower for one that is `known` already.
+  bool convincing(const geometry::CylinderShape& shape, std::span<const geometry::CylinderSample> samples,
+                  bool known) const;
+
+ private:
+  const surfaces::MapView& map_;
+  std::size_t min_points_;
+  double min_radius_, min_length_, cell_;
+};
+
+}  // namespace octosurf::cylinders

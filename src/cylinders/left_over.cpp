@@ -1,0 +1,23 @@
+#include "cylinders/left_over.hpp"
+
+#include "cylinders/region_growing.hpp"
+#include "cylinders/seen_through.hpp"
+
+#include <algorithm>
+
+namespace octosurf::cylinders {
+
+LeftOver left_over(const surfaces::MapView& map, std::vector<LeftOver::Index> points,
+                   std::span<const LeftOver::Index> seeds) {
+  RegionGrowing grow(map, map.parameters);
+  SeenThrough seen_through(map);
+  LeftOver left{.regions = grow(seeds, [&](LeftOver::Index i) { return seen_through(i) == 0; }),
+                .points = std::move(points)};
+  // Kept in key order from here on: RANSAC's draw must not depend on how the region was walked.
+  for (std::vector<LeftOver::Index>& region : left.regions)
+    std::sort(region.begin(), region.end(),
+              [&](LeftOver::Index a, LeftOver::Index b) { return map.window[a].key < map.window[b].key; });
+  return left;
+}
+
+}  // namespace octosurf::cylinders

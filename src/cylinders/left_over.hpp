@@ -1,0 +1,22 @@
+#pragma once
+
+#include "surfaces/map_view.hpp"
+
+#include <span>
+#include <vector>
+
+namespace octosurf::cylinders {
+
+/// What planes have left over.
+struct LeftOver {
+  using Index = occupancy::PointWindow::Index;
+  std::vector<std::vector<Index>> regions;  ///< smooth ones, key order each
+  std::vector<Index> points;                ///< pending
+};
+
+/// `points` and, around `seeds`, the smooth regions of pending points; both are pending. Points that were
+/// seen *through* a surface are its noise, because surfaces are opaque, and in no region.
+LeftOver left_over(const surfaces::MapView& map, std::vector<LeftOver::Index> points,
+                   std::span<const LeftOver::Index> seeds);
+
+}  // namespace octosurf::cylinders

@@ -1,0 +1,35 @@
+#pragma once
+
+#include "surfaces/map_view.hpp"
+
+#include <cstdint>
+#include <tsl/robin_map.h>
+#include <vector>
+
+namespace octosurf::cylinders {
+
+/// Which points are seen through a surface. The answer for a point is kept, so no surface may change
+/// meanwhile.
+class SeenThrough {
+ public:
+  using Index = occupancy::PointWindow::Index;
+
+  explicit SeenThrough(const surfaces::MapView& map) : map_(map) {}
+
+  /// The surface just in front of the point that the line of sight to it passes through; 0: none.
+  SurfaceId operator()(Index i);
+
+ private:
+  using Surfaces = std::vector<const surfaces::SurfaceModel*>;
+  static constexpr SurfaceId unknown = ~SurfaceId{0};
+  static constexpr std::uint64_t blocks = 0xfff8fff8fff8ULL;  // of eight voxels along each axis
+
+  const Surfaces& near(geometry::VoxelKey key);
+  SurfaceId in_front_of(const occupancy::VoxelPoint& p);
+
+  const surfaces::MapView& map_;
+  std::vector<SurfaceId> answers_;
+  tsl::robin_map<std::uint64_t, Surfaces, geometry::PackedKeyHash> near_;
+};
+
+}  // namespace octosurf::cylinders
