@@ -18,7 +18,7 @@ using surfaces::SurfaceModel;
 /// Of a surface's inliers of one class of distance: those among the readings.
 struct Seen {
   geometry::Moments moments;  // of those that are not context, about the surface's reference, unweighted
-  double count = 0, weights = 0, log_peaks = 0;
+  double count = 0, facing = 0;
 };
 
 /// A surface's readings, and what it has beside them.
@@ -36,8 +36,7 @@ class Surroundings {
       ++inside_;
     }
     ++seen.count;
-    seen.weights += readings_.model().weight(reading.range_class, facing);
-    seen.log_peaks += readings_.model().log_peak(reading.range_class, facing);
+    seen.facing += facing;
     facing_ += facing;
     hits_ += reading.hits;
     ++count_;
@@ -61,11 +60,18 @@ class Surroundings {
     geometry::Moments left = surface_.moments_of_class(c);
     left.add(seen.moments, -1);
     if (left.count < 0.5) return;
-    const bool known = seen.count > 0;
-    const double facing = facing_ / static_cast<double>(count_);
-    sums.moments.add(left, known ? seen.weights / seen.count : readings_.model().weight(c, facing));
-    sums.log_peaks +=
-        left.count * (known ? seen.log_peaks / seen.count : readings_.model().log_peak(c, facing));
+    const double here = seen.count > 0 ? seen.facing / seen.count : facing_ / static_cast<double>(count_);
+    const double facing = std::max(here, readings_.model().facing_of(c, scatter_of(left)));
+    sums.moments.add(left, readings_.model().weight(c, facing));
+    sums.log_peaks += left.count * readings_.model().log_peak(c, facing);
+  }
+
+  /// m², about the surface's plane. Those here may be a corner that was seen along the plane, where noise
+  /// does not leave it; readings elsewhere that scatter by more were seen more head-on.
+  double scatter_of(const geometry::Moments& moments) const {
+    const Plane& plane = surface_.plane();
+    const double off = plane.signed_distance(surface_.reference() + moments.mean());
+    return plane.normal.dot(moments.covariance() * plane.normal) + off * off;
   }
 
   const Readings& readings_;

@@ -76,6 +76,11 @@ class ReadingModel {
     if (distance * distance > farthest2_[range_class]) return 0;
     return std::max(0.0, log_ratio(distance, range_class, facing));
   }
+  /// The cosine at which readings have such a variance, m²; within [0, 1] what comes nearest.
+  double facing_of(unsigned range_class, double variance) const {
+    const double seen = (variance - common_) / along_sight_[range_class], hidden = view_error * view_error;
+    return std::sqrt(std::clamp((seen - hidden) / (1 - hidden), 0.0, 1.0));
+  }
   /// m, off the plane to where a reading stops belonging to it.
   double reach(unsigned range_class, double facing) const {
     return std::sqrt(std::max(0.0, 2 * variance(range_class, facing) * log_peak(range_class, facing)));

@@ -2,6 +2,7 @@
 #include "law/neighbourhood.hpp"
 
 #include "law/segment.hpp"
+#include "sensing/reading_code.hpp"
 #include "support/pending_points.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"
@@ -117,6 +118,47 @@ TEST(Neighbourhood, WhatIsKnownOfASurfaceIsAllOfIt) {
   const Eigen::Vector3d off = whole.centroid() - expected.centroid();
   EXPECT_NEAR(off.z(), 0, 1e-3);
   EXPECT_LT(off.norm(), 0.1);  // a twentieth of the floor's edge
+}
+
+/// Readings of the plane x = 0 at y from `from` to `to` and z within a metre, with `sigma` of noise along the
+/// rays.
+Scan wall_scan(const Eigen::Vector3d& eye, double from, double to, double sigma, std::mt19937_64& rng) {
+  std::normal_distribution<double> gauss(0, sigma);
+  Scan scan;
+  scan.T_map_sensor.translation() = eye;
+  for (double y = from; y < to; y += 0.018)
+    for (double z = -1; z < 1; z += 0.018) {
+      const Eigen::Vector3d ray = Eigen::Vector3d(0, y, z) - eye;
+      scan.points.push_back((ray * (1 + gauss(rng) / ray.norm())).cast<float>());
+    }
+  return scan;
+}
+
+// A wall seen head-on from 4 m, and its end along the wall: the noise of all the wall was taken to be as
+// small as that of its end, off the plane, and the wall for none.
+TEST(Neighbourhood, WhatIsKnownElsewhereMayHaveBeenSeenMoreHeadOn) {
+  std::mt19937_64 rng = test::rng();
+  constexpr double sigma = 0.015;
+  Parameters parameters;
+  parameters.surfaces.sensor_noise = 0.003;
+  parameters.surfaces.range_noise = (sigma - 0.003) / 16;
+  test::PendingPoints points(
+      {wall_scan({4, 0, 0}, -1, 1, sigma, rng), wall_scan({0.25, 5, 0}, 1.02, 1.5, sigma, rng)}, parameters);
+  surfaces::Ledger& ledger = points.ledger;
+  surfaces::SurfaceModel& wall = ledger.create({Eigen::Vector3d::UnitX(), 0}, {0, 0, 0});
+  for (const Index i : points.all) ledger.give(i, wall);
+  std::vector<geometry::VoxelKey> end;
+  for (const Index i : points.all)
+    if (points.position(i).y() > 1.3) end.push_back(ledger.window[i].key);
+  const Readings readings(points.state.occupancy, ledger.window, neighbourhood_of(ledger, end, {}),
+                          points.state.noise);
+  const Segmentation known = known_about(readings, ledger.surfaces, {});
+  ASSERT_EQ(known.outside.size(), 1U);
+  const Patch& elsewhere = known.outside.front().sums;
+  EXPECT_GT(elsewhere.readings, 0.75 * static_cast<double>(wall.size()));
+  // Each explains the logarithm of its density over clutter's, less the mean of half a squared deviation.
+  const double head_on = readings.model().log_peak(sensing::range_class_of(4), 1) - 0.5;
+  EXPECT_NEAR(elsewhere.explained_by(wall.plane()) / elsewhere.readings, head_on, 0.5);
 }
 
 TEST(Neighbourhood, ASurfaceOfWhichAQuarterIsLookedAtIsLookedAtWhole) {
