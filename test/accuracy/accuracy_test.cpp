@@ -206,7 +206,7 @@ TEST(AccuracyOfTheKitchen, StaysWhereItIs) {
 
 // Every third of the 300 frames in one map. Where what a camera errs in common counted as nothing, and voxels
 // as readings, it had 17 surfaces of 7.75 m² here: fewer the longer it looked. Begun with the first, second
-// and third frame, there are 58, 50 and 50 surfaces of 14.62, 14.57 and 14.32 m², and 6, 3 and 6 double
+// and third frame, there are 48, 57 and 43 surfaces of 13.95, 14.65 and 14.41 m², and 2, 7 and 3 double
 // layers; bounds are three deviations of such maps (above) off their mean. All points looked at once, as
 // resegment() does, have had up to four double layers.
 TEST(AccuracyOfTheKitchen, SurfacesStayWhileTheRunGoesOn) {
