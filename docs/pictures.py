@@ -34,7 +34,6 @@ PICTURES = {
                                           for s in ("0.004", "0.015", "0.1")]),
     "sensor_noise": (NOISY, TREADS, [(f"--sensor-noise {s}", ("--sensor-noise", s)) for s in ("0.001", "0.005", "0.03")]),
     "max_hole_size": (STONES, (), [(f"--max-hole-size {h}", ("--max-hole-size", h)) for h in ("0.03", "0.08", "0.4")]),
-    "search_radius": (STAIR, TREADS, [(f"--search-radius {r}", ("--search-radius", r)) for r in ("0.05", "0.1", "0.3")]),
     "min_surface_points": (OFFICE, DESK, [(f"--min-surface-points {n}", ("--min-surface-points", n))
                                           for n in ("10", "50", "1000")]),
     "min_surface_width": (OFFICE, DESK, [(f"--min-surface-width {w}", ("--min-surface-width", w))
