@@ -41,6 +41,12 @@ QuadraticSums sums_of(const Readings& readings, const Patch& patch, std::span<co
   return sums;
 }
 
+/// Variance (1/m²) of bends that no number of readings averages out, because those in the middle may be off
+/// in common against those at both ends: with L²κ/8 between them, 64·(1 + ½)·σ² / L⁴. `length2`: L², m².
+double common_variance_of_bend(double pose_variance, double length2) {
+  return 96 * pose_variance / std::max(length2 * length2, 1e-12);
+}
+
 /// Rotation from the map to u across a patch, v along it, and its normal.
 struct PrincipalFrame {
   Eigen::Matrix3d R;
@@ -59,11 +65,11 @@ struct PrincipalFrame {
   Eigen::Vector3d lengths2() const {
     return 12 * Eigen::Vector3d(variances[0], std::sqrt(variances.prod()), variances[1]);
   }
-  /// Variance (1/m²) of bends that no number of readings averages out, because those in the middle may be off
-  /// in common against those at both ends: with L²κ/8 between them, 64·(1 + ½)·σ² / L⁴; and two corners
-  /// against the other two for the twist, 4·σ² / L⁴.
+  /// Of bends across, twist and along; for the twist two corners may be off against the other two, 4·σ² / L⁴.
   Eigen::Vector3d common_variance() const {
-    return (pose_variance * Eigen::Array3d(96, 4, 96) / lengths2().array().square().max(1e-12)).matrix();
+    const Eigen::Vector3d L2 = lengths2();
+    return {common_variance_of_bend(pose_variance, L2[0]), common_variance_of_bend(pose_variance, L2[1]) / 24,
+            common_variance_of_bend(pose_variance, L2[2])};
   }
 };
 
@@ -82,40 +88,32 @@ double turn_of(const Eigen::Vector3d& bend, const Eigen::Vector2d& variances) {
   return most;
 }
 
-/// What readings tell of how a patch bends across its strips, once offset and slopes of each block are
-/// eliminated.
+/// Bayes factor (logarithm) of one bend against none: of evidence (Σ w·height, bends' way), with the
+/// information afterwards and before.
+double log_bayes_of(double evidence, double posterior, double prior) {
+  return 0.5 * (evidence * evidence / posterior - std::log(posterior / prior));
+}
+
+/// What the readings of some blocks tell of a bend across each, once its offset and slopes are eliminated.
 struct BendAcross {
   double information = 0, evidence = 0;
-  double width2 = 0;  ///< Σ information times a strip's squared width, m²
+  double width2 = 0;  ///< Σ information times a block's squared width, m²
 
-  /// `readings`: of one block; rows of `axes` are two directions in the plane.
-  void add(const Readings& readings, const Patch& patch, std::span<const Readings::Index> block,
-           const Eigen::Matrix3d& R) {
+  void add(const Readings& readings, const Patch& patch, std::span<const Readings::Index> block) {
     constexpr std::size_t fewest = 6;  // four parameters, and two that can contradict
     if (block.size() < fewest) return;
-    geometry::Moments moments;
-    for (const Readings::Index i : block)
-      moments.add(R * (readings[i].position.cast<double>() - patch.origin));
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(moments.covariance().topLeftCorner<2, 2>());
-    const Eigen::Vector3d mean = moments.mean();
-    Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
-    Eigen::Vector4d right = Eigen::Vector4d::Zero();
-    for (const Readings::Index i : block) {
-      const Eigen::Vector3d p = R * (readings[i].position.cast<double>() - patch.origin) - mean;
-      const Eigen::Vector2d st = axes.eigenvectors().transpose() * p.head<2>();
-      const Eigen::Vector4d basis(1, st.x(), st.y(), 0.5 * st.x() * st.x());
-      const double w =
-          1 / readings.model().independent_variance(readings[i].range_class, readings[i].facing(patch.plane));
-      normal += w * basis * basis.transpose();
-      right += w * p.z() * basis;
-    }
-    const Eigen::Vector3d mixed = normal.topRightCorner<3, 1>();
-    const Eigen::LDLT<Eigen::Matrix3d> solver(normal.topLeftCorner<3, 3>());
-    const double of_block = normal(3, 3) - mixed.dot(solver.solve(mixed));
+    Patch part = patch;
+    part.moments = {};
+    for (const Readings::Index i : block) part.moments.add(readings[i].position.cast<double>() - part.origin);
+    const PrincipalFrame frame(part);
+    const QuadraticSums sums = sums_of(readings, patch, block, frame.R, part.centroid());
+    const Eigen::Vector3d mixed = sums.normal.block<3, 1>(0, 3);
+    const Eigen::Vector3d eliminated = Eigen::Matrix3d(sums.normal.topLeftCorner<3, 3>()).ldlt().solve(mixed);
+    const double of_block = sums.normal(3, 3) - mixed.dot(eliminated);
     if (!(of_block > 0)) return;
     information += of_block;
-    evidence += right[3] - mixed.dot(solver.solve(Eigen::Vector3d(right.head<3>())));
-    width2 += of_block * 12 * std::max(0.0, axes.eigenvalues()[0]);
+    evidence += sums.right[3] - sums.right.head<3>().dot(eliminated);
+    width2 += of_block * frame.lengths2()[0];
   }
 };
 
@@ -128,23 +126,21 @@ bool is_curved_in_places(const Readings& readings, const Patch& patch,
   by_block.reserve(indices.size());
   for (const Readings::Index i : indices) by_block.emplace_back(blocks.of(readings[i].key), i);
   std::sort(by_block.begin(), by_block.end());
-  const Eigen::Matrix3d R = geometry::plane_axes(patch.plane.normal).transpose();
   BendAcross bend;
   std::vector<Readings::Index> block;
   for (std::size_t k = 0; k < by_block.size(); ++k) {
     block.push_back(by_block[k].second);
     if (k + 1 < by_block.size() && by_block[k + 1].first == by_block[k].first) continue;
-    bend.add(readings, patch, block, R);
+    bend.add(readings, patch, block);
     block.clear();
   }
   if (!(bend.information > 0)) return false;
-  // As in is_curved(): what readings have in common, and what is expected before any reading.
-  const double prior = bend.width2 / bend.information;
-  const double kept = 1 / (1 + bend.information * 96 * patch.pose_variance / std::max(prior * prior, 1e-12));
-  const double posterior = kept * bend.information + prior, evidence = kept * bend.evidence;
-  const double log_bayes = 0.5 * (evidence * evidence / posterior - std::log(posterior / prior));
+  const double width2 = bend.width2 / bend.information;  // and what is expected before any reading
+  const double kept = 1 / (1 + bend.information * common_variance_of_bend(patch.pose_variance, width2));
+  const double posterior = kept * bend.information + width2, evidence = kept * bend.evidence;
   // Away from the sensor; strips that do are as rare as readings of no plane.
-  return log_bayes > sensing::ReadingModel::log_odds && -evidence / posterior * std::sqrt(prior) > least_turn;
+  return log_bayes_of(evidence, posterior, width2) > sensing::ReadingModel::log_odds &&
+         -evidence / posterior * std::sqrt(width2) > least_turn;
 }
 
 bool is_curved(const Readings& readings, const Patch& patch, std::span<const Readings::Index> indices) {
@@ -167,9 +163,7 @@ bool is_curved(const Readings& readings, const Patch& patch, std::span<const Rea
   const Eigen::Vector3d prior = frame.lengths2();
   const Eigen::Matrix3d posterior = information + Eigen::Matrix3d(prior.asDiagonal());
   const Eigen::Vector3d bend = posterior.ldlt().solve(evidence);
-  const auto one_way = [&](int k) {
-    return 0.5 * (evidence[k] * evidence[k] / posterior(k, k) - std::log(posterior(k, k) / prior[k]));
-  };
+  const auto one_way = [&](int k) { return log_bayes_of(evidence[k], posterior(k, k), prior[k]); };
   const double any_way = 0.5 * (bend.dot(evidence) - std::log(posterior.determinant() / prior.prod()));
   constexpr double log_three = 1.0986122886681098;  // across, along, any way: none is likelier beforehand
   const double log_bayes = std::max({one_way(0), one_way(2), any_way}) - log_three;

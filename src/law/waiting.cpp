@@ -15,11 +15,6 @@ namespace {
 using Index = surfaces::MapView::Index;
 using geometry::VoxelKey;
 
-bool is_pending(const surfaces::MapView& map, VoxelKey key) {
-  const Index i = map.window.find(key);
-  return i != occupancy::PointWindow::none && map.window[i].surface == 0;
-}
-
 SurfaceId best_surface(const surfaces::MapView& map, const sensing::ReadingModel& model, Index i) {
   const occupancy::VoxelPoint p = map.window[i];
   NeighbourLabels near;
@@ -118,7 +113,7 @@ Waiting due_to_segment(const surfaces::MapView& map, std::vector<VoxelKey> befor
                        std::span<const VoxelKey> fresh) {
   const int edge = planelet_edge(map.grid.resolution());
   std::vector<VoxelKey> around = take_around(before, fresh, edge);
-  std::erase_if(around, [&](VoxelKey key) { return !is_pending(map, key); });
+  std::erase_if(around, [&](VoxelKey key) { return !map.is_pending(key); });
   around = united(around, fresh);
   Keys due;
   for (int level = 0; level < planelet_levels; ++level)

@@ -40,11 +40,6 @@ void put_in_order(std::vector<geometry::VoxelKey>& keys) {
   keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
 }
 
-bool is_pending(const surfaces::Ledger& ledger, geometry::VoxelKey key) {
-  const Index i = ledger.window.find(key);
-  return i != occupancy::PointWindow::none && ledger.window[i].surface == 0;
-}
-
 /// Of what is new, and of what has just been segmented: cylinders that are there take both, new ones begin in
 /// what planes do not explain.
 cylinders::LeftOver left_for_cylinders(const surfaces::Ledger& ledger,
@@ -56,7 +51,7 @@ cylinders::LeftOver left_for_cylinders(const surfaces::Ledger& ledger,
   const auto pending = [&](std::span<const geometry::VoxelKey> from) {
     std::vector<Index> points;
     for (const geometry::VoxelKey key : from)
-      if (is_pending(ledger, key)) points.push_back(ledger.window.find(key));
+      if (ledger.is_pending(key)) points.push_back(ledger.window.find(key));
     return points;
   };
   return cylinders::left_over(ledger, pending(keys), pending(segmented));
@@ -100,7 +95,7 @@ std::vector<geometry::VoxelKey> SurfaceUpdate::take_fresh(std::span<const Index>
   std::vector<geometry::VoxelKey> fresh = std::exchange(ledger_->changes.requeued, {});
   for (const Index i : appeared) fresh.push_back(ledger_->window[i].key);
   put_in_order(fresh);
-  std::erase_if(fresh, [&](geometry::VoxelKey key) { return !is_pending(*ledger_, key); });
+  std::erase_if(fresh, [&](geometry::VoxelKey key) { return !ledger_->is_pending(key); });
   return fresh;
 }
 
@@ -127,7 +122,7 @@ void SurfaceUpdate::find_surfaces(const ForeignSurfaces* foreign) {
 /// What has lost its surface and found no other is segmented again once enough has come there.
 void SurfaceUpdate::accumulate_requeued() {
   for (const geometry::VoxelKey key : std::exchange(ledger_->changes.requeued, {}))
-    if (is_pending(*ledger_, key)) state_.accumulated.push_back(key);
+    if (ledger_->is_pending(key)) state_.accumulated.push_back(key);
   put_in_order(state_.accumulated);
 }
 

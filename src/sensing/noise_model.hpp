@@ -60,7 +60,6 @@ class NoiseModel {
   double tolerance(const Point& p, const Plane& plane) const {
     return tolerance(p.range_class, plane.normal.dot(p.view.template cast<double>()));
   }
-  double base_tolerance() const { return base_tolerance_; }
   /// s, if the parameters say it and do not leave it to be derived.
   std::optional<double> stated_tolerance() const { return stated_tolerance_; }
   /// What no class's tolerance ever exceeds, however the estimates change.

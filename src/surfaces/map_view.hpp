@@ -17,6 +17,12 @@ struct MapView {
   const sensing::NoiseModel& noise;
   const occupancy::PointWindow& window;
   const NormalField& normals;
+
+  /// There is a point in the voxel, and no surface has it.
+  bool is_pending(geometry::VoxelKey key) const {
+    const Index i = window.find(key);
+    return i != occupancy::PointWindow::none && window[i].surface == 0;
+  }
 };
 
 }  // namespace octosurf::surfaces

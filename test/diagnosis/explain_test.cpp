@@ -234,23 +234,15 @@ TEST(Explain, SeenThroughASurface) {
 }
 
 TEST(Explain, WaitingForANewPoint) {
-  const auto voxels = [](int columns_from, int columns_to, int rows) {
-    Scan scan;
-    scan.T_map_sensor.translation() = eye;
-    for (int i = columns_from; i < columns_to; ++i)
-      for (int j = 0; j < rows; ++j)
-        scan.points.push_back((Eigen::Vector3d(0.01 + 0.02 * i, 0.01 + 0.02 * j, 0.01) - eye).cast<float>());
-    return scan;
-  };
   // A plate that is too small; then enough points come, but too few to look at it again.
-  Mapper mapper = mapped({voxels(0, 8, 6)});
+  Mapper mapper = mapped({test::plate_scan(eye, 0, 8, 6)});
   EXPECT_EQ(ask(mapper.map(), {0.05, 0.05, 0.01}).reason, Reason::too_few_points);
-  mapper.insert(voxels(8, 9, 4));
+  mapper.insert(test::plate_scan(eye, 8, 9, 4));
   ASSERT_EQ(mapper.map().size().surfaces, 0U);
   const Explanation why = ask(mapper.map(), {0.05, 0.05, 0.01});
   ASSERT_EQ(why.reason, Reason::waiting) << why.sentence;
   // It was true: once more have come there is a surface.
-  mapper.insert(voxels(9, 18, 6));
+  mapper.insert(test::plate_scan(eye, 9, 18, 6));
   EXPECT_EQ(ask(mapper.map(), {0.05, 0.05, 0.01}).reason, Reason::on_surface);
 }
 

@@ -2,6 +2,7 @@
 #include "law/update_surfaces.hpp"
 
 #include "support/guarantees.hpp"
+#include "support/map_state.hpp"
 #include "support/room_tour.hpp"
 #include "support/seed.hpp"
 
@@ -143,24 +144,14 @@ TEST(UpdateSurfaces, ScansTogetherFindTheSameFaces) {
   EXPECT_EQ(large(together), large(one_by_one));
 }
 
-/// A plate of some rows of voxels along y, and of columns along x.
-Scan plate(int from_column, int to_column, int rows) {
-  const Eigen::Vector3d eye(0.5, 0.5, 1.5);
-  Scan scan;
-  scan.T_map_sensor.translation() = eye;
-  for (int i = from_column; i < to_column; ++i)
-    for (int j = 0; j < rows; ++j)
-      scan.points.push_back((Eigen::Vector3d(0.01 + 0.02 * i, 0.01 + 0.02 * j, 0.01) - eye).cast<float>());
-  return scan;
-}
-
 // What is pending farther off than a gap's width, and will not be looked at again by itself, is of the plane
 // that has come beside it.
 TEST(UpdateSurfaces, WhatIsPendingBeyondWhatIsLookedAtJoinsThePlaneBesideIt) {
+  const Eigen::Vector3d eye(0.5, 0.5, 1.5);
   Mapper mapper;
-  insert_all(mapper, {plate(0, 8, 6), plate(8, 9, 4)});
+  insert_all(mapper, {test::plate_scan(eye, 0, 8, 6), test::plate_scan(eye, 8, 9, 4)});
   ASSERT_EQ(mapper.map().size().surfaces, 0U);
-  mapper.insert(plate(9, 18, 6));
+  mapper.insert(test::plate_scan(eye, 9, 18, 6));
   const auto snapshot = mapper.snapshot();
   ASSERT_EQ(snapshot->surfaces.size(), 1U);
   EXPECT_EQ(snapshot->surfaces[0]->inliers, 8U * 6 + 4 + 9 * 6);

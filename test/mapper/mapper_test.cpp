@@ -205,14 +205,13 @@ TEST(Mapper, StripsOfATiltingLaserMakeSurfaces) {
   test::expect_guarantees(under_test.mapper.map());
 }
 
-TEST(Mapper, SurfacesOfAnOctreeWithoutScans) {
-  std::mt19937_64 rng = test::rng();
+/// What is found in the occupancy alone that these scans leave, as a .bt has it.
+Mapper from_occupancy_of(const std::vector<Scan>& scans, std::mt19937_64& rng) {
   Parameters parameters;
   parameters.detection.min_surface_points = 1000000;  // nothing is detected while scanning
   Mapper blind(parameters);
-  for (const Scan& scan : orbit(floor_with_box(), {0, 0, 0.2}, 1.0, 0.9, 8, rng)) blind.insert(scan);
+  for (const Scan& scan : scans) blind.insert(scan);
   auto state = std::make_unique<surfaces::MapState>(Parameters{});
-  // The occupancy alone, as a .bt has it.
   const auto file = std::filesystem::temp_directory_path() / ("octosurf_" + std::to_string(rng()) + ".bt");
   {
     std::ofstream out(file, std::ios::binary);
@@ -225,11 +224,25 @@ TEST(Mapper, SurfacesOfAnOctreeWithoutScans) {
   EXPECT_GT(report.appeared, 1000U);
   EXPECT_FALSE(report.born.empty());
   test::expect_guarantees(mapper.map());
+  return mapper;
+}
+
+TEST(Mapper, SurfacesOfAnOctreeWithoutScans) {
+  std::mt19937_64 rng = test::rng();
+  const Mapper mapper = from_occupancy_of(orbit(floor_with_box(), {0, 0, 0.2}, 1.0, 0.9, 8, rng), rng);
   double floor = 0;
   for (const SurfacePtr& s : mapper.snapshot()->surfaces)
     if (s->plane.normal.z() > 0.99 && std::fabs(s->plane.offset - 0.01) < 0.02)
       floor = std::max(floor, s->area_m2);
   EXPECT_GT(floor, 2);
+}
+
+// A surface level with the octree is off the centres of all its voxels by the same, anywhere within d/2.
+TEST(Mapper, CentresOfAnOctreesVoxelsErrInCommon) {
+  std::mt19937_64 rng = test::rng();
+  const Mapper mapper = from_occupancy_of(orbit(floor_with_box(), {0, 0, 0.2}, 1.0, 0.9, 8, rng), rng);
+  const double d = mapper.map().parameters().occupancy.resolution;
+  EXPECT_NEAR(mapper.map().state().noise.surface_variance(), d * d / 12, 1e-12);
 }
 
 }  // namespace

@@ -195,15 +195,15 @@ TEST(NoiseModel, ToleranceFollowsTheLineOfSight) {
     for (double facing = 0; facing <= 1.0001; facing += 0.05) {
       const double tolerance = noise.tolerance(c, facing);
       EXPECT_EQ(tolerance, noise.tolerance(c, -facing)) << "from behind as from the front";
-      EXPECT_GE(tolerance, noise.base_tolerance());
+      EXPECT_GE(tolerance, parameters.surface_tolerance());
       EXPECT_LE(tolerance, noise.tolerance(c) + 1e-12);
       EXPECT_GT(tolerance, last) << "class " << c << ", facing " << facing;
       last = tolerance;
     }
     EXPECT_NEAR(noise.tolerance(c, 1), noise.tolerance(c), 1e-12) << "head-on";
     // Seen along the plane, next to nothing leaves it: what the stored view may be off by.
-    EXPECT_LE(noise.tolerance(c, 0) - noise.base_tolerance(),
-              0.1 * (noise.tolerance(c) - noise.base_tolerance()));
+    EXPECT_LE(noise.tolerance(c, 0) - parameters.surface_tolerance(),
+              0.1 * (noise.tolerance(c) - parameters.surface_tolerance()));
     EXPECT_LE(noise.tolerance(c), noise.largest_tolerance());
   }
 }

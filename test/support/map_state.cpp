@@ -25,4 +25,13 @@ Scan rectangle_scan(const Eigen::Vector3d& eye, const Eigen::Vector3d& corner, c
   return scan;
 }
 
+Scan plate_scan(const Eigen::Vector3d& eye, int from_column, int to_column, int rows) {
+  constexpr double d = 0.02;
+  const auto length = [](int voxels) {
+    return (voxels - 0.5) * d;
+  };  // up to the last one's middle, and not beyond
+  return rectangle_scan(eye, {(from_column + 0.5) * d, d / 2, d / 2}, {length(to_column - from_column), 0, 0},
+                        {0, length(rows), 0}, d);
+}
+
 }  // namespace octosurf::test

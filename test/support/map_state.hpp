@@ -16,6 +16,10 @@ occupancy::OccupancyDelta occupy(surfaces::MapState& state, const Scan& scan);
 Scan rectangle_scan(const Eigen::Vector3d& eye, const Eigen::Vector3d& corner, const Eigen::Vector3d& edge_u,
                     const Eigen::Vector3d& edge_v, double spacing = 0.009);
 
+/// A reading in the middle of each voxel (of 2 cm) of a plate at z = 1 cm, in these columns along x and so
+/// many rows along y, as a sensor at `eye` sees them.
+Scan plate_scan(const Eigen::Vector3d& eye, int from_column, int to_column, int rows);
+
 /// A surface of those points for which `wanted(position)` is true.
 template <class Wanted>
 surfaces::SurfaceModel& make_surface(surfaces::Ledger& ledger,

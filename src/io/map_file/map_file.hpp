@@ -41,10 +41,9 @@ namespace octosurf::io {
 // bytes, because a message per node would take ten times its size.
 
 inline constexpr std::string_view map_file_magic{"\x89OCTSF\r\n", 8};
-// Version 5 is written where there are hypotheses of a steady drift, 4 where there are Departures, 3 where
-// there are ScanPoses, which an older reader would not know what to do with; else 2.
-
-inline constexpr std::uint32_t map_file_version = 5;
+// 2: no simplified polygons. 3: ScanPoses. 4: Departures. 5: hypotheses of a steady drift.
+// 6: surfaces without what only an earlier method asked, and zeros behind the frame.
+inline constexpr std::uint32_t map_file_version = 6;
 
 /// Size and CRC-32 (zlib's) of a file.
 struct FileSum {

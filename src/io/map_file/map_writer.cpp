@@ -105,24 +105,12 @@ std::uint64_t memory_of(const surfaces::MapState& state, const KeptScans& scans)
   return (bytes + checking) / 4 * 5;
 }
 
-/// The oldest that knows what to do with all that is in the file.
-std::uint32_t version_for(const surfaces::MapState& state, const KeptScans& scans) {
-  using surfaces::AlignmentState;
-  const auto& hypotheses = state.alignment.hypotheses;
-  if (std::any_of(hypotheses.begin(), hypotheses.end(),
-                  [](const auto& h) { return h.drift != AlignmentState::Drift::walk; }))
-    return 5;
-  if (state.departures.size() > 0) return 4;
-  return scans.poses.empty() ? 2 : 3;
-}
-
 }  // namespace
 
 void write_map(const surfaces::MapState& state, const FileSum& bt, std::ostream& out,
                const KeptScans& scans) {
-  const std::uint32_t version = version_for(state, scans);
   out.write(map_file_magic.data(), map_file_magic.size());
-  for (int shift = 0; shift < 32; shift += 8) out.put(static_cast<char>(version >> shift & 0xff));
+  for (int shift = 0; shift < 32; shift += 8) out.put(static_cast<char>(map_file_version >> shift & 0xff));
 
   RecordWriter records(out);
   map_file::Record header;
