@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -20,6 +21,16 @@ struct VoxelKey {
   /// Order of z, then y, then x: the order of results wherever one is promised.
   friend bool operator<(const VoxelKey& a, const VoxelKey& b) { return a.packed() < b.packed(); }
 };
+
+using VoxelStep = std::array<int, 3>;
+/// To the six voxels that share a face with one.
+inline constexpr std::array<VoxelStep, 6> face_steps{
+    {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}};
+/// Keys wrap at the borders of the grid.
+constexpr VoxelKey stepped(VoxelKey k, const VoxelStep& step) {
+  return {static_cast<std::uint16_t>(k.x + step[0]), static_cast<std::uint16_t>(k.y + step[1]),
+          static_cast<std::uint16_t>(k.z + step[2])};
+}
 
 /// Spreads the bits of packed keys over a hash table (the finaliser of splitmix64).
 struct PackedKeyHash {

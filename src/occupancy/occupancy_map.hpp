@@ -114,10 +114,9 @@ class OccupancyMap {
   bool empty() const;  ///< knows nothing
 
   /// Gives occupied voxels that have none a point at their centre, if one of their six neighbours is
-  /// free; seen from there. In a map that knows nothing free: if one is unknown. For maps that come
-  /// without points. Undivided occupied leaves are divided at such a border. Throws Error(data), before
-  /// anything is changed, if their skins have over 2¹⁷ voxels and one for 32 bytes of octree, which no scans
-  /// leave.
+  /// open (OpenSpace); seen from there. For maps that come without points. Undivided occupied leaves are
+  /// divided at such a border. Throws Error(data), before anything is changed, if their skins have over 2¹⁷
+  /// voxels and one for 32 bytes of octree, which no scans leave.
   std::vector<VoxelPoint> adopt_occupied_voxels();
 
   enum class State { unknown, free, occupied };

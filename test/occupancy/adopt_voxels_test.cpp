@@ -1,0 +1,187 @@
+// The adoption of a foreign octree, against brute force over all voxels.
+#include "occupancy/occupancy_map.hpp"
+#include "occupancy/octomap_twin.hpp"
+#include "support/random_scans.hpp"
+#include "support/seed.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <map>
+#include <random>
+#include <set>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf::occupancy {
+namespace {
+
+using geometry::VoxelKey;
+
+/// An octree as it comes from OctoMap: no points, undivided leaves.
+OccupancyMap foreign(octomap::OcTree& tree) {
+  const auto file =
+      std::filesystem::temp_directory_path() / ("octosurf_" + std::to_string(std::random_device{}()) + ".bt");
+  tree.writeBinary(file.string());
+  OccupancyMap map = OccupancyMap::read_octomap(file, {});
+  std::filesystem::remove(file);
+  return map;
+}
+
+std::set<std::uint64_t> free_voxels(const octomap::OcTree& tree) {
+  std::set<std::uint64_t> free;
+  for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf) {
+    if (tree.isNodeOccupied(*leaf)) continue;
+    const int edge = 1 << (tree.getTreeDepth() - leaf.getDepth());
+    const octomap::OcTreeKey corner = leaf.getIndexKey();
+    for (int i = 0; i < edge * edge * edge; ++i)
+      free.insert(
+          stepped(VoxelKey{corner[0], corner[1], corner[2]}, {i % edge, i / edge % edge, i / edge / edge})
+              .packed());
+  }
+  return free;
+}
+
+/// Those that a path through faces connects with an aligned cube of 4³ of them.
+std::set<std::uint64_t> connected_to_cubes(const std::set<std::uint64_t>& voxels) {
+  std::map<std::uint64_t, int> in_cube;
+  const auto cube_of = [](VoxelKey k) {
+    const auto down = [](int v) { return static_cast<std::uint16_t>(v - v % 4); };
+    return VoxelKey{down(k.x), down(k.y), down(k.z)}.packed();
+  };
+  for (const std::uint64_t packed : voxels) ++in_cube[cube_of(VoxelKey::unpack(packed))];
+  std::set<std::uint64_t> connected;
+  for (const std::uint64_t packed : voxels)
+    if (in_cube[cube_of(VoxelKey::unpack(packed))] == 64) connected.insert(packed);
+  std::vector<std::uint64_t> next(connected.begin(), connected.end());
+  while (!next.empty()) {
+    const VoxelKey key = VoxelKey::unpack(next.back());
+    next.pop_back();
+    for (const geometry::VoxelStep& step : geometry::face_steps)
+      if (const std::uint64_t beside = stepped(key, step).packed();
+          voxels.contains(beside) && connected.insert(beside).second)
+        next.push_back(beside);
+  }
+  return connected;
+}
+
+void check_adoption(octomap::OcTree& tree) {
+  OccupancyMap map = foreign(tree);
+  const std::set<std::uint64_t> occupied = test::occupied_voxels(map);
+  const std::size_t known = test::known_voxels(test::through_bt(map));
+  const std::vector<VoxelPoint> adopted = map.adopt_occupied_voxels();
+  std::set<std::uint64_t> got, expected;
+  const std::set<std::uint64_t> free = free_voxels(tree), connected = connected_to_cubes(free);
+  const auto is_open = [&](VoxelKey key) {
+    if (free.empty()) return map.at(key).state == OccupancyMap::State::unknown;
+    return (connected.empty() ? free : connected).contains(key.packed());
+  };
+  for (const VoxelPoint& p : adopted) got.insert(p.key.packed());
+  EXPECT_EQ(got.size(), adopted.size()) << "adopted twice";
+  for (const std::uint64_t packed : occupied)
+    for (const geometry::VoxelStep& step : geometry::face_steps)
+      if (is_open(stepped(VoxelKey::unpack(packed), step))) expected.insert(packed);
+  EXPECT_EQ(got, expected);
+  for (const VoxelPoint& p : adopted) {
+    ASSERT_TRUE(map.at(p.key).point);
+    EXPECT_LE((p.position - map.grid().centre_of(p.key)).cwiseAbs().maxCoeff(),
+              map.grid().resolution() / 256);
+    EXPECT_EQ(p.surface, 0U);
+    bool toward_open = false;
+    for (const geometry::VoxelStep& step : geometry::face_steps)
+      toward_open |=
+          is_open(stepped(p.key, step)) && p.view.dot(Eigen::Vector3i(step.data()).cast<float>()) > 0.5F;
+    EXPECT_TRUE(toward_open) << "voxel " << p.key.packed() << " is seen from " << p.view.transpose();
+  }
+  EXPECT_EQ(test::occupied_voxels(map), occupied);
+  EXPECT_EQ(test::known_voxels(test::through_bt(map)), known);
+  EXPECT_TRUE(map.adopt_occupied_voxels().empty()) << "all have a point already";
+}
+
+TEST(AdoptOccupiedVoxels, TakesTheBorderOfAMappedRoom) {
+  const std::uint64_t seed = test::seed();
+  std::mt19937_64 rng(seed);
+  octomap::OcTree tree(0.1);
+  for (int i = 0; i < 3; ++i) test::insert_scan(tree, test::room_scan(rng, 6000, {1.3, 1, 0.8}), -1);
+  check_adoption(tree);
+}
+
+// Readings scatter by half a voxel: some end behind the floor, and their rays free pockets there.
+TEST(AdoptOccupiedVoxels, PocketsUnderAFloorAreNotWhereItIsSeenFrom) {
+  std::mt19937_64 rng(test::seed());
+  std::uniform_real_distribution<float> at(-0.7F, 0.7F);
+  std::normal_distribution<float> noise(0, 0.01F);
+  octomap::OcTree tree(0.02);
+  for (int i = 0; i < 5; ++i) {
+    const octomap::point3d sensor(at(rng), at(rng), 1.2F);
+    octomap::Pointcloud cloud;
+    for (int k = 0; k < 10000; ++k)
+      cloud.push_back(sensor + (octomap::point3d(at(rng), at(rng), 0) - sensor) * (1 + noise(rng)));
+    tree.insertPointCloud(cloud, sensor);
+  }
+  check_adoption(tree);
+  const std::set<std::uint64_t> free = free_voxels(tree), connected = connected_to_cubes(free);
+  OccupancyMap map = foreign(tree);
+  int over_pockets = 0, from_below = 0;  // of the middle: past the floor's edges one sees its underside
+  const auto in_the_middle = [&](VoxelKey k) {
+    return map.grid().centre_of(k).head<2>().cwiseAbs().maxCoeff() < 0.6F;
+  };
+  for (const std::uint64_t packed : test::occupied_voxels(map)) {
+    const std::uint64_t below = stepped(VoxelKey::unpack(packed), {0, 0, -1}).packed();
+    over_pockets +=
+        in_the_middle(VoxelKey::unpack(packed)) && free.contains(below) && !connected.contains(below);
+  }
+  for (const VoxelPoint& p : map.adopt_occupied_voxels())
+    from_below += in_the_middle(p.key) && p.view.z() < -0.5F;
+  EXPECT_GT(over_pockets, 100);
+  EXPECT_LT(from_below, 0.05 * over_pockets) << "but for holes of the floor";
+}
+
+TEST(AdoptOccupiedVoxels, DividesSolidBlocksAtTheirBorder) {
+  octomap::OcTree tree(0.1);
+  // A solid 16³ block in a shell of free voxels, and two bare plates one voxel thick in the unknown.
+  for (int z = -1; z <= 16; ++z)
+    for (int y = -1; y <= 16; ++y)
+      for (int x = -1; x <= 16; ++x) {
+        const bool inside = std::min({x, y, z}) >= 0 && std::max({x, y, z}) < 16;
+        const octomap::OcTreeKey key(static_cast<std::uint16_t>(32768 + x),
+                                     static_cast<std::uint16_t>(32768 + y),
+                                     static_cast<std::uint16_t>(32768 + z));
+        for (int i = 0; i < 8; ++i) tree.updateNode(key, inside);
+      }
+  for (int a = 0; a < 8; ++a)
+    for (int b = 0; b < 8; ++b) {
+      const auto u = static_cast<std::uint16_t>(32868 + a), v = static_cast<std::uint16_t>(32868 + b);
+      tree.updateNode(octomap::OcTreeKey(u, v, 32700), true);
+      tree.updateNode(octomap::OcTreeKey(32700, u, v), true);
+    }
+  check_adoption(tree);
+}
+
+TEST(AdoptOccupiedVoxels, WithoutFreeSpaceTheUnknownIsOpen) {
+  octomap::OcTree tree(0.1);
+  for (int a = 0; a < 8; ++a)
+    for (int b = 0; b < 8; ++b)
+      tree.updateNode(octomap::OcTreeKey(static_cast<std::uint16_t>(32868 + a),
+                                         static_cast<std::uint16_t>(32868 + b), 32700),
+                      true);
+  check_adoption(tree);
+}
+
+TEST(AdoptOccupiedVoxels, AHostileBlockIsRefused) {
+  // One occupied child of the root: 2^15 voxels an edge, in two bytes of a .bt.
+  const std::filesystem::path file = std::filesystem::temp_directory_path() / "octosurf_hostile_block.bt";
+  std::ofstream(file, std::ios::binary) << "# Octomap OcTree binary file\nid OcTree\nsize 3\nres 0.1\ndata\n"
+                                        << '\x06' << '\0';
+  OccupancyMap map = OccupancyMap::read_octomap(file, OccupancyParameters{});
+  std::filesystem::remove(file);
+  EXPECT_THROW(map.adopt_occupied_voxels(), Error);
+}
+
+TEST(AdoptOccupiedVoxels, NothingInAnEmptyMap) {
+  OccupancyMap map{OccupancyParameters{}};
+  EXPECT_TRUE(map.adopt_occupied_voxels().empty());
+}
+
+}  // namespace
+}  // namespace octosurf::occupancy
