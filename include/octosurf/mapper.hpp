@@ -121,8 +121,9 @@ class Mapper {
   /// it.
   std::vector<ScanReport> insert_all(std::span<const Scan> scans, const std::function<const Scan*()>& next);
 
-  /// Surfaces of an existing occupancy map, without scans: every occupied voxel that borders on free
-  /// space becomes a point at its centre, seen from there (on unknown space, if the map knows none).
+  /// Surfaces of an existing occupancy map, without scans: every occupied voxel that borders on space a
+  /// sensor can have been in becomes a point at its centre, seen from there. That is free space connected
+  /// with a cube of 4³ free voxels; if there is none, any that is free; if none is, what is unknown.
   /// Used for .bt and .ot inputs.
   ScanReport detect_in_occupancy();
 
