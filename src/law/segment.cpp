@@ -235,8 +235,11 @@ void accept(const Readings& readings, const SegmentLimits& limits, Segmentation&
             std::vector<Refused>* refused) {
   keep_labels(readings, segmentation, refused,
               [&, outside = sums_outside(segmentation)](Label label, const std::vector<Index>& indices) {
-                return refusal_by_shape(readings, limits, segmentation.labels, segmentation.patches[label],
-                                        indices, outside[label]);
+                const auto why = refusal_by_shape(readings, limits, segmentation.labels,
+                                                  segmentation.patches[label], indices, outside[label]);
+                if (why && why->reason == Reason::too_few_points)
+                  segmentation.too_few.insert(segmentation.too_few.end(), indices.begin(), indices.end());
+                return why;
               });
   const std::vector<double> around = count_clutter_around(readings, segmentation);
   const std::vector<std::vector<Index>> of = by_label(readings, segmentation);

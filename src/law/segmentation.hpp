@@ -19,6 +19,7 @@ struct Segmentation {
   std::vector<Label> labels;                           ///< of each reading
   std::vector<Patch> patches = std::vector<Patch>(1);  ///< by label; the first stands for clutter
   std::vector<Outside> outside;                        ///< none if the readings are all of the octree's
+  std::vector<Readings::Index> too_few;                ///< of planes refused for their number alone
 
   /// Each label becomes another, of these patches.
   void follow(std::span<const Label> into, std::vector<Patch> now) {

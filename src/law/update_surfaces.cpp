@@ -29,19 +29,19 @@ void refit(surfaces::Ledger& ledger, const std::set<SurfaceId>& grown) {
   }
 }
 
-/// Pending readings that have a surface now.
-std::vector<geometry::VoxelKey> newly_given(const Readings& readings, const Segmentation& found) {
-  std::vector<geometry::VoxelKey> given;
+/// What became of the pending readings.
+Detected detected(const Readings& readings, const Segmentation& found) {
+  Detected result;
   for (Readings::Index i = 0; i < readings.size(); ++i)
-    if (readings[i].surface == 0 && found.labels[i] != clutter) given.push_back(readings[i].key);
-  return given;
+    if (readings[i].surface == 0 && found.labels[i] != clutter) result.given.push_back(readings[i].key);
+  for (const Readings::Index i : found.too_few)
+    if (readings[i].surface == 0 && found.labels[i] == clutter) result.too_few.push_back(readings[i].key);
+  return result;
 }
 
 /// Segments around `changed` and around the surfaces of `anew`, which begin without a label.
-std::vector<geometry::VoxelKey> segment_around(surfaces::Ledger& ledger,
-                                               const occupancy::OccupancyMap& octree,
-                                               std::span<const geometry::VoxelKey> changed,
-                                               std::span<const SurfaceId> anew) {
+Detected segment_around(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree,
+                        std::span<const geometry::VoxelKey> changed, std::span<const SurfaceId> anew) {
   const Neighbourhood around = neighbourhood_of(ledger, changed, anew);
   if (around.voxels.empty()) return {};
   const Readings readings(octree, ledger.window, around, ledger.noise);
@@ -52,19 +52,19 @@ std::vector<geometry::VoxelKey> segment_around(surfaces::Ledger& ledger,
   for (const Outside& part : found.outside) whole[part.label] = false;
   for (Label label = 1; label < ids.size(); ++label)
     if (whole[label]) ledger.find(ids[label])->set_checked();
-  return newly_given(readings, found);
+  return detected(readings, found);
 }
 
 }  // namespace
 
-std::vector<geometry::VoxelKey> detect(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree,
-                                       std::span<const geometry::VoxelKey> due) {
+Detected detect(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree,
+                std::span<const geometry::VoxelKey> due) {
   return segment_around(ledger, octree, due, {});
 }
 
 void revise(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree, std::set<SurfaceId> grown) {
   if (const std::vector<SurfaceId> anew = to_be_checked(ledger); !anew.empty())
-    grown.merge(grow_from(ledger, segment_around(ledger, octree, {}, anew)));
+    grown.merge(grow_from(ledger, segment_around(ledger, octree, {}, anew).given));
   refit(ledger, grown);
 }
 

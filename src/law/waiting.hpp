@@ -30,4 +30,9 @@ struct Waiting {
 Waiting due_to_segment(const surfaces::MapView& map, std::vector<geometry::VoxelKey> before,
                        std::span<const geometry::VoxelKey> fresh);
 
+/// What was segmented waits for as much again, which is how much a plane must grow to explain more than
+/// clutter. What a plane was refused for its number alone has to grow less: of those points two in five wait
+/// on, as if they had just come, so that they are due once a fifth more has.
+std::vector<geometry::VoxelKey> waiting_on(std::span<const geometry::VoxelKey> too_few);
+
 }  // namespace octosurf::law

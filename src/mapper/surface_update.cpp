@@ -108,13 +108,15 @@ void SurfaceUpdate::find_surfaces(const ForeignSurfaces* foreign) {
   const std::vector<geometry::VoxelKey> unexplained =
       time(Stage::add_inliers, [&] { return law::take_in(*ledger_, fresh); });
   law::Waiting waiting;
-  const std::vector<geometry::VoxelKey> given = time(Stage::detect, [&] {
+  const law::Detected detected = time(Stage::detect, [&] {
     waiting = law::due_to_segment(*ledger_, std::move(state_.accumulated), unexplained);
     return law::detect(*ledger_, state_.occupancy, waiting.due);
   });
-  std::set<SurfaceId> grown = time(Stage::expand, [&] { return law::grow_from(*ledger_, given); });
+  std::set<SurfaceId> grown = time(Stage::expand, [&] { return law::grow_from(*ledger_, detected.given); });
   time(Stage::revise, [&] { law::revise(*ledger_, state_.occupancy, std::move(grown)); });
   state_.accumulated = std::move(waiting.left);
+  for (const geometry::VoxelKey key : law::waiting_on(detected.too_few))
+    if (ledger_->is_pending(key)) state_.accumulated.push_back(key);
   accumulate_requeued();
   time(Stage::cylinders, [&] { left_over_ = left_for_cylinders(*ledger_, fresh, waiting.due); });
 }

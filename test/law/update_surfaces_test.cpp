@@ -159,5 +159,24 @@ TEST(UpdateSurfaces, WhatIsPendingBeyondWhatIsLookedAtJoinsThePlaneBesideIt) {
   test::expect_guarantees(mapper.map());
 }
 
+// 48 points of a plane are two fewer than a surface needs; that 12 more are not as many again is no reason to
+// wait.
+TEST(UpdateSurfaces, APlaneThatLackedPointsIsLookedAtOnceAFifthMoreHasCome) {
+  const Eigen::Vector3d eye(0.5, 0.5, 1.5);
+  Mapper mapper;
+  const Scan plate = test::plate_scan(eye, 0, 10, 6);
+  Scan with_gaps = plate;
+  with_gaps.points.clear();
+  for (std::size_t i = 0; i < plate.points.size(); ++i)
+    if (i % 5 != 2) with_gaps.points.push_back(plate.points[i]);
+  mapper.insert(with_gaps);
+  ASSERT_EQ(mapper.map().size().surfaces, 0U);
+  ASSERT_EQ(mapper.map().size().pending, 48U);
+  mapper.insert(plate);
+  ASSERT_EQ(mapper.map().size().surfaces, 1U);
+  EXPECT_EQ(mapper.snapshot()->surfaces[0]->inliers, 10U * 6);
+  test::expect_guarantees(mapper.map());
+}
+
 }  // namespace
 }  // namespace octosurf
