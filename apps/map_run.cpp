@@ -1,9 +1,11 @@
 #include "map_run.hpp"
 
 #include "io/new_file.hpp"
+#include "io/text_file.hpp"
 #include "last_line.hpp"
 #include "output_files.hpp"
 #include "progress.hpp"
+#include "run_warnings.hpp"
 #include "serve/live_server.hpp"
 #include "surface_table.hpp"
 #include "up_option.hpp"
@@ -17,7 +19,6 @@
 #include <cstdio>
 #include <ctime>
 #include <new>
-#include <numbers>
 #include <thread>
 #include <utility>
 
@@ -70,10 +71,6 @@ class InterruptGuard {
   std::array<struct sigaction, signals.size()> before_{};
 };
 
-std::string count_of(std::size_t count, const char* what) {
-  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
-}
-
 }  // namespace
 
 MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext context,
@@ -118,7 +115,7 @@ void MapRun::run(bool adopt, std::unique_ptr<ScanSource> source) {
   }
   if (cut_short)
     throw Error(Error::Kind::data, "",
-                "interrupted, " + count_of(statistics_.scans(), "scan") + " mapped and saved",
+                "interrupted, " + io::count_of(statistics_.scans(), "scan") + " mapped and saved",
                 "--resume " + options_.output + " goes on");
 }
 
@@ -195,7 +192,7 @@ void MapRun::insert_all(ScanFeed& feed) {
     });
     backlog_.mapped(now_s() - start_s);
     done += scans.size();
-    progress.show(done, count_of(mapper_.snapshot()->surfaces.size(), "surface"));
+    progress.show(done, io::count_of(mapper_.snapshot()->surfaces.size(), "surface"));
     checkpoint();
   }
 }
@@ -267,9 +264,7 @@ void MapRun::finish() {
   context_.wall_s = now_s();
   if (!options_.report.empty()) write_report();
   print_summary();
-  warn_of_closures();
-  warn_of_sensor_bias();
-  warn_of_double_layers();
+  print_warnings(statistics_, map, !options_.report.empty());
 }
 
 void MapRun::write_report() {
@@ -316,66 +311,10 @@ void MapRun::print_alignment() const {
   if (corrected + recovered + aside + unexplained == 0) return;
   std::printf("%-12s %zu corrected", "poses", corrected + recovered);
   if (recovered > 0) std::printf(", %zu of them far off", recovered);
-  if (aside > 0) std::printf("; %s left out: far off, and not to be found", count_of(aside, "scan").c_str());
+  if (aside > 0)
+    std::printf("; %s left out: far off, and not to be found", io::count_of(aside, "scan").c_str());
   if (unexplained > 0) std::printf("; %zu fit nowhere and are mapped as given", unexplained);
   std::printf("\n");
-}
-
-/// If it stands out of its own uncertainty (four deviations: four numbers, one false alarm in 4,000 runs) and
-/// moves the farthest readings by a tenth of a voxel, below which corrections are not made either.
-void MapRun::warn_of_sensor_bias() const {
-  const std::optional<alignment::SensorBias> bias = statistics_.sensor_bias();
-  if (!bias) return;
-  const Parameters& parameters = mapper_.map().parameters();
-  const double far = parameters.occupancy.max_range.value_or(4);  // m, as for a depth camera
-  const double visible = parameters.occupancy.resolution / 10 / far;
-  const auto stands_out = [&](double value, int which) {
-    return std::fabs(value) > std::max(visible, 4 * std::sqrt(bias->covariance(which, which)));
-  };
-  std::fflush(stdout);
-  const double degrees = 180 / std::numbers::pi;
-  const Eigen::Vector3d tilt = degrees * bias->tilt_rad;
-  if (stands_out(bias->tilt_rad.x(), 0) || stands_out(bias->tilt_rad.y(), 1) ||
-      stands_out(bias->tilt_rad.z(), 2))
-    std::fprintf(
-        stderr,
-        "warning: the sensor seems to be tilted against its poses by at least %.2f, %.2f, %.2f° about its "
-        "x, y, z: check its mounting (extrinsic calibration); nothing was changed\n",
-        tilt.x(), tilt.y(), tilt.z());
-  if (stands_out(bias->range_scale, 3))
-    std::fprintf(
-        stderr,
-        "warning: the readings seem to be too %s by at least %.1f %%: check the sensor's depth scale; "
-        "nothing was changed\n",
-        bias->range_scale > 0 ? "long" : "short", 100 * std::fabs(bias->range_scale));
-}
-
-void MapRun::warn_of_closures() const {
-  const std::vector<mapper::LoopClosure>& closures = statistics_.closures();
-  if (closures.empty()) return;
-  const mapper::LoopClosure& worst = *std::max_element(
-      closures.begin(), closures.end(),
-      [](const mapper::LoopClosure& a, const mapper::LoopClosure& b) { return a.farthest_m < b.farthest_m; });
-  std::fflush(stdout);
-  std::fprintf(
-      stderr,
-      "warning: %s where the poses do not meet what was mapped before, the farthest from %s to %s: %.1f cm; "
-      "the way between is bent by as much, and remap straightens it with poses that close the loop\n",
-      count_of(closures.size(), "place").c_str(), worst.first.c_str(), worst.last.c_str(),
-      100 * worst.farthest_m);
-}
-
-void MapRun::warn_of_double_layers() const {
-  const std::vector<DoubleLayer> layers = double_layers(*mapper_.snapshot());
-  if (layers.empty()) return;
-  const DoubleLayer& worst = *std::max_element(
-      layers.begin(), layers.end(),
-      [](const DoubleLayer& a, const DoubleLayer& b) { return a.overlap_m2 < b.overlap_m2; });
-  std::fflush(stdout);  // so that it follows the summary
-  std::fprintf(stderr, "warning: %s of two surfaces on one face, e.g. %u and %u: %.2f m² %.1f cm apart; %s\n",
-               count_of(layers.size(), "pair").c_str(), worst.first, worst.second, worst.overlap_m2,
-               100 * worst.distance_m,
-               options_.report.empty() ? "--report FILE lists them" : "the report lists them");
 }
 
 void MapRun::print_dropped() const {

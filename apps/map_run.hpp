@@ -77,14 +77,11 @@ class MapRun {
   /// Saves what there is, if that can be done, then throws the last line.
   [[noreturn]] void end_early(const std::exception& failure);
   void print_alignment() const;
-  void warn_of_closures() const;
-  void warn_of_sensor_bias() const;
   void wait_for(double arrival_s) const;
   void checkpoint();
   void write_report();
   void print_summary() const;
   void print_dropped() const;
-  void warn_of_double_layers() const;
   bool all_saved() const { return checkpoints_.any() && checkpoints_.scans() == statistics_.scans(); }
   double arrival_of(const Scan& scan) const { return stamp_zero_s_ + scan.stamp_s; }
   double now_s() const { return std::chrono::duration<double>(Clock::now() - begin_).count(); }

@@ -125,6 +125,7 @@ std::string parameters_json(const Parameters& parameters) { return parameters_ob
 void RunStatistics::add(const Scan& scan, const ScanReport& report, double arrival_s, double done_s) {
   if (scans_++ == 0) first_stamp_s_ = scan.stamp_s;
   last_stamp_s_ = scan.stamp_s;
+  scans_at_origin_ += scan.T_map_sensor.matrix() == Eigen::Isometry3d::Identity().matrix();
   const Alignment& alignment = report.alignment;
   ++alignment_.outcomes[static_cast<std::size_t>(alignment.outcome)];
   if (alignment.outcome == AlignmentOutcome::corrected || alignment.outcome == AlignmentOutcome::recovered) {

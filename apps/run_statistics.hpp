@@ -51,6 +51,7 @@ class RunStatistics {
   std::string to_json(const Map& map, const RunContext& context = {}) const;
 
   std::uint64_t scans() const { return scans_; }
+  std::uint64_t scans_at_origin() const { return scans_at_origin_; }  ///< stated pose: exactly the identity
   std::size_t scans_with(AlignmentOutcome outcome) const {
     return alignment_.outcomes[static_cast<std::size_t>(outcome)];
   }
@@ -66,7 +67,7 @@ class RunStatistics {
   };
   Parameters parameters_;
   ScanReport totals_;
-  std::uint64_t scans_ = 0;
+  std::uint64_t scans_ = 0, scans_at_origin_ = 0;
   double first_stamp_s_ = 0, last_stamp_s_ = 0;
   double first_arrival_s_ = 0, first_detection_s_ = -1;  // -1: none yet
   std::vector<double> scan_ms_;

@@ -64,6 +64,10 @@ std::vector<TextLine> read_text(const std::filesystem::path& file) {
   return lines;
 }
 
+std::string count_of(std::size_t count, const char* what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
 std::string at_line(const std::filesystem::path& file, std::size_t line) {
   return file.string() + ":" + std::to_string(line);
 }

@@ -20,6 +20,9 @@ std::vector<TextLine> read_text(const std::filesystem::path& file);
 /// "file:line", for messages.
 std::string at_line(const std::filesystem::path& file, std::size_t line);
 
+/// "1 scan", "2 scans", for messages.
+std::string count_of(std::size_t count, const char* what);
+
 /// The whole word as a number; throws Error(data) naming file, line and word.
 double number(std::string_view word, const std::filesystem::path& file, std::size_t line);
 

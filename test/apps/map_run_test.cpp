@@ -13,6 +13,7 @@ namespace {
 using nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class MapRun : public CommandTest {
  protected:
@@ -285,6 +286,20 @@ TEST_F(MapRun, APillarIsTold) {
   EXPECT_EQ(read_json("m.json").at("cylinders").at(0).at("inliers"), pillar.at("inliers"));
   run_well("map scan.pcd -o n --detect-cylinders false");
   EXPECT_TRUE(info("n").at("cylinders").empty());
+}
+
+TEST_F(MapRun, CloudsThatCameWithoutPosesAreSaidToBe) {
+  const auto write_cloud = [&](const std::string& name, const std::string& viewpoint) {
+    write(name,
+          "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\nVIEWPOINT " +
+              viewpoint + "\nPOINTS 1\nDATA ascii\n1 1 1\n");
+  };
+  write_cloud("scans/0.pcd", "0 0 0 1 0 0 0");
+  EXPECT_THAT(run_well("map scans -o one").err, Not(HasSubstr("--poses")));
+  write_cloud("scans/1.pcd", "0 0 0 1 0 0 0");
+  EXPECT_THAT(run_well("map scans -o two").err, HasSubstr("all 2 scans are mapped from the map's origin"));
+  write_cloud("scans/2.pcd", "0.5 0 0 1 0 0 0");
+  EXPECT_THAT(run_well("map scans -o three").err, Not(HasSubstr("--poses")));
 }
 
 TEST_F(MapRun, DroppedPointsAreCountedWithTheReason) {

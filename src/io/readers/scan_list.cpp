@@ -16,10 +16,6 @@ namespace fs = std::filesystem;
 
 constexpr Intrinsics tum_camera{525, 525, 319.5, 239.5};  // its "default" calibration, used for depth
 
-std::string count_of(std::size_t count, const char* what) {
-  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
-}
-
 [[noreturn]] void differ(const fs::path& file, std::size_t scans, std::size_t others, const char* what) {
   throw Error(Error::Kind::data, file.string(), count_of(others, what) + " for " + count_of(scans, "scan"),
               std::string("give one ") + what + " per scan, in the order of the scans");
