@@ -121,10 +121,11 @@ class Mapper {
   /// it.
   std::vector<ScanReport> insert_all(std::span<const Scan> scans, const std::function<const Scan*()>& next);
 
-  /// Surfaces of an existing occupancy map, without scans: every occupied voxel that borders on space a
-  /// sensor can have been in becomes a point at its centre, seen from there. That is free space connected
-  /// with a cube of 4³ free voxels; if there is none, any that is free; if none is, what is unknown.
-  /// Used for .bt and .ot inputs.
+  /// Surfaces of an existing occupancy map, without scans: where occupied voxels border on space a
+  /// sensor can have been in, the middle of those that lie behind one another becomes a point, seen from
+  /// there: readings' noise fills voxels in front of a surface and behind it. Such space is free space
+  /// connected with a cube of 4³ free voxels; if there is none, any that is free; if none is, what is
+  /// unknown. Used for .bt and .ot inputs.
   ScanReport detect_in_occupancy();
 
   /// Takes in another map of the same place or of one beside it, which stays as it is. `T_map_other`: the

@@ -4,6 +4,9 @@
 #include "occupancy/payload.hpp"
 #include "occupancy/voxel_tree.hpp"
 
+#include <optional>
+#include <tsl/robin_set.h>
+
 #include <octosurf/error.hpp>
 
 namespace octosurf::occupancy {
@@ -37,6 +40,58 @@ Eigen::Vector3f open_side(OpenSpace& open, VoxelKey key) {
   return sum.isZero() ? first : sum;
 }
 
+/// A point for an octree that has none.
+struct Adopted {
+  VoxelKey key;
+  Eigen::Vector3f position, side;
+};
+
+/// Readings scatter about a surface, and a voxel that a few of them hit is occupied: in front of the surface
+/// as behind it. So the surface is taken to be in the middle of the occupied voxels that lie one behind the
+/// other. Deeper than noise is (OpenSpace: 4 voxels; along an axis √3 times as deep) is a solid body, whose
+/// skin counts; and what is open on both sides is a plate, each side of which is its own.
+constexpr int deepest_stack = 6;
+
+/// Voxels from `key` on inwards, with it; none if that is no stack.
+std::optional<int> depth_of_stack(const OccupancyMap& map, OpenSpace& open, VoxelKey key,
+                                  const geometry::VoxelStep& inwards) {
+  for (int depth = 1; depth <= deepest_stack; ++depth) {
+    key = stepped(key, inwards);
+    if (map.at(key).state == OccupancyMap::State::occupied) continue;
+    return open.contains(key) ? std::nullopt : std::optional(depth);
+  }
+  return {};
+}
+
+/// In the middle of the stack that begins with a voxel that is open to this side, along the axis where it is
+/// shallowest. None where the stack has a point.
+std::optional<Adopted> middle_of_stack(const OccupancyMap& map, OpenSpace& open, VoxelKey key,
+                                       const Eigen::Vector3f& side) {
+  int depth = deepest_stack + 1;
+  geometry::VoxelStep inwards{};
+  for (int axis = 0; axis < 3; ++axis) {
+    if (side[axis] == 0) continue;
+    geometry::VoxelStep step{};
+    step[static_cast<std::size_t>(axis)] = side[axis] > 0 ? -1 : 1;
+    const std::optional<int> of_axis = depth_of_stack(map, open, key, step);
+    if (of_axis.value_or(depth) >= depth) continue;
+    depth = *of_axis;
+    inwards = step;
+  }
+  if (depth > deepest_stack) return Adopted{key, map.grid().centre_of(key), side};
+  VoxelKey middle = key;
+  for (int i = 0; i < depth; ++i) {
+    if (map.at(key).point) return {};
+    key = stepped(key, inwards);
+    if (i < (depth - 1) / 2) middle = key;
+  }
+  Eigen::Vector3f position = map.grid().centre_of(middle);
+  if (depth % 2 == 0)  // between two, and still in the first
+    position += (0.5F - 1.0F / 512) * static_cast<float>(map.grid().resolution()) *
+                Eigen::Vector3i(inwards.data()).cast<float>();
+  return Adopted{middle, position, side};
+}
+
 }  // namespace
 
 std::vector<VoxelPoint> OccupancyMap::adopt_occupied_voxels() {
@@ -45,7 +100,8 @@ std::vector<VoxelPoint> OccupancyMap::adopt_occupied_voxels() {
       (std::int64_t{1} << 17) + static_cast<std::int64_t>(tree_->bytes() / 32);  // voxels
   std::int64_t skin = 0;
   // Collected first: a leaf must not be divided while leaves are visited.
-  std::vector<std::pair<VoxelKey, Eigen::Vector3f>> border;
+  std::vector<Adopted> border;
+  tsl::robin_set<std::uint64_t, geometry::PackedKeyHash> taken;
   OpenSpace open(*this, *tree_);
   tree_->visit_leaves([&](const VoxelTree::Node& leaf, VoxelKey corner) {
     if (!tree_->occupied(leaf.log_odds()) || leaf.payload() != nullptr) return;
@@ -55,14 +111,17 @@ std::vector<VoxelPoint> OccupancyMap::adopt_occupied_voxels() {
       throw Error(Error::Kind::data, "octree", "its undivided occupied blocks have too large a surface",
                   "no scan leaves such blocks; map the place anew, or leave of solid bodies only their skin");
     visit_skin(corner, edge, [&](VoxelKey k) {
-      if (const Eigen::Vector3f side = open_side(open, k); !side.isZero()) border.emplace_back(k, side);
+      const Eigen::Vector3f side = open_side(open, k);
+      if (side.isZero()) return;
+      if (const auto point = middle_of_stack(*this, open, k, side);
+          point && taken.insert(point->key.packed()).second)
+        border.push_back(*point);
     });
   });
   std::vector<VoxelPoint> adopted;
-  for (const auto& [k, side] : border) {
-    const Eigen::Vector3f centre = grid_.centre_of(k);
+  for (const auto& [k, position, side] : border) {
     VoxelPayload& payload = tree_->make_payload(k);
-    store_point(payload, grid_, k, centre, centre + side);
+    store_point(payload, grid_, k, position, position + side);
     adopted.push_back({k,
                        load_point(payload, grid_, k),
                        sensing::decode_view(payload.view),

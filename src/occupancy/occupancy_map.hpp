@@ -113,8 +113,9 @@ class OccupancyMap {
                                 const OccupancyParameters& parameters, std::size_t& lost);
   bool empty() const;  ///< knows nothing
 
-  /// Gives occupied voxels that have none a point at their centre, if one of their six neighbours is
-  /// open (OpenSpace); seen from there. For maps that come without points. Undivided occupied leaves are
+  /// Gives a point to occupied voxels one of whose six neighbours is open (OpenSpace), seen from there, or to
+  /// the middle of the up to 6 that lie behind them, and none to those that have one there. For maps that
+  /// come without points. Undivided occupied leaves are
   /// divided at such a border. Throws Error(data), before anything is changed, if their skins have over 2¹⁷
   /// voxels and one for 32 bytes of octree, which no scans leave.
   std::vector<VoxelPoint> adopt_occupied_voxels();
