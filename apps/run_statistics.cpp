@@ -1,5 +1,8 @@
 #include "run_statistics.hpp"
 
+#include "alignment/sensor_error.hpp"
+#include "surfaces/map_state.hpp"
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -97,15 +100,16 @@ Json closures_json(const std::vector<mapper::LoopClosure>& closures) {
   return list;
 }
 
-Json sensor_bias_json(const std::optional<alignment::SensorBias>& bias) {
-  if (!bias) return {};
+Json sensor_error_json(const std::optional<alignment::SensorErrorEstimate>& error) {
+  if (!error) return {};
   const double degrees = 180 / std::numbers::pi;
-  const Eigen::Vector3d tilt = degrees * bias->tilt_rad;
-  const Eigen::Vector4d std = bias->covariance.diagonal().cwiseSqrt();
+  const Eigen::Vector3d tilt = degrees * error->tilt_rad();
   return {{"tilt_deg", {tilt.x(), tilt.y(), tilt.z()}},
-          {"tilt_std_deg", {degrees * std[0], degrees * std[1], degrees * std[2]}},
-          {"range_scale", bias->range_scale},
-          {"range_scale_std", std[3]}};
+          {"tilt_std_deg",
+           {degrees * error->tilt_deviation_rad(0), degrees * error->tilt_deviation_rad(1),
+            degrees * error->tilt_deviation_rad(2)}},
+          {"range_scale", error->range_scale()},
+          {"range_scale_std", error->range_scale_deviation()}};
 }
 
 Json up_object(const Up& up) {
@@ -135,8 +139,6 @@ void RunStatistics::add(const Scan& scan, const ScanReport& report, double arriv
     alignment_.corrections_deg.push_back(turn.angle() * 180 / std::numbers::pi);
   }
   closures_.add(scan, alignment, parameters_.occupancy.resolution);
-  const auto voxels = static_cast<double>(std::max<std::size_t>(1, report.voxels));
-  sensor_bias_.add(scan.T_map_sensor, alignment, static_cast<double>(report.appeared) / voxels);
   add_occupancy(report, arrival_s, done_s);
 }
 
@@ -197,7 +199,7 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
   }
   json["alignment"] = alignment_json(alignment_);
   json["alignment"]["closures"] = closures_json(closures_.all());
-  json["alignment"]["sensor_bias"] = sensor_bias_json(sensor_bias());
+  json["alignment"]["sensor_error"] = sensor_error_json(alignment::sensor_error_of(map.state().alignment));
   json["up"] = up_object(up_of(map));
   json["surfaces"] = size.surfaces;
   json["area_m2"] = area_m2;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "alignment/sensor_bias.hpp"
 #include "mapper/loop_closures.hpp"
 
 #include <array>
@@ -56,7 +55,6 @@ class RunStatistics {
     return alignment_.outcomes[static_cast<std::size_t>(outcome)];
   }
   const std::vector<mapper::LoopClosure>& closures() const { return closures_.all(); }
-  std::optional<alignment::SensorBias> sensor_bias() const { return sensor_bias_.estimate(); }
   const ScanReport& totals() const { return totals_; }  ///< counts only; no ids, no times
   double scan_ms_percentile(double share) const;        ///< 0 if there was no scan
 
@@ -75,7 +73,6 @@ class RunStatistics {
   std::vector<Lag> lags_;
   AlignmentTotals alignment_;
   mapper::LoopClosures closures_;
-  alignment::SensorBiasEstimator sensor_bias_;
 };
 
 /// Name → value of the parameters in force, as a JSON object: numbers, booleans, and the words

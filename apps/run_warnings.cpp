@@ -1,6 +1,8 @@
 #include "run_warnings.hpp"
 
+#include "alignment/sensor_error.hpp"
 #include "io/text_file.hpp"
+#include "surfaces/map_state.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -25,29 +27,29 @@ void warn_of_missing_poses(const RunStatistics& statistics) {
 
 /// If it stands out of its own uncertainty (four deviations: four numbers, one false alarm in 4,000 runs) and
 /// moves the farthest readings by a tenth of a voxel, below which corrections are not made either.
-void warn_of_sensor_bias(const RunStatistics& statistics, const Parameters& parameters) {
-  const std::optional<alignment::SensorBias> bias = statistics.sensor_bias();
-  if (!bias) return;
+void warn_of_sensor_error(const Map& map) {
+  const auto error = alignment::sensor_error_of(map.state().alignment);
+  if (!error) return;
+  const Parameters& parameters = map.parameters();
   const double far = parameters.occupancy.max_range.value_or(4);  // m, as for a depth camera
   const double visible = parameters.occupancy.resolution / 10 / far;
-  const auto stands_out = [&](double value, int which) {
-    return std::fabs(value) > std::max(visible, 4 * std::sqrt(bias->covariance(which, which)));
+  const auto stands_out = [&](double value, double deviation) {
+    return std::fabs(value) > std::max(visible, 4 * deviation);
   };
   const double degrees = 180 / std::numbers::pi;
-  const Eigen::Vector3d tilt = degrees * bias->tilt_rad;
-  if (stands_out(bias->tilt_rad.x(), 0) || stands_out(bias->tilt_rad.y(), 1) ||
-      stands_out(bias->tilt_rad.z(), 2))
-    std::fprintf(
-        stderr,
-        "warning: the sensor seems to be tilted against its poses by at least %.2f, %.2f, %.2f° about its "
-        "x, y, z: check its mounting (extrinsic calibration); nothing was changed\n",
-        tilt.x(), tilt.y(), tilt.z());
-  if (stands_out(bias->range_scale, 3))
-    std::fprintf(
-        stderr,
-        "warning: the readings seem to be too %s by at least %.1f %%: check the sensor's depth scale; "
-        "nothing was changed\n",
-        bias->range_scale > 0 ? "long" : "short", 100 * std::fabs(bias->range_scale));
+  const Eigen::Vector3d tilt = error->tilt_rad(), tilt_deg = degrees * tilt;
+  if (stands_out(tilt.x(), error->tilt_deviation_rad(0)) ||
+      stands_out(tilt.y(), error->tilt_deviation_rad(1)) ||
+      stands_out(tilt.z(), error->tilt_deviation_rad(2)))
+    std::fprintf(stderr,
+                 "warning: the sensor seems to be tilted against its poses by %.2f, %.2f, %.2f° about its "
+                 "x, y, z: check its mounting (extrinsic calibration); nothing was changed\n",
+                 tilt_deg.x(), tilt_deg.y(), tilt_deg.z());
+  if (stands_out(error->range_scale(), error->range_scale_deviation()))
+    std::fprintf(stderr,
+                 "warning: the readings seem to be too %s by %.1f %%: check the sensor's depth scale; "
+                 "nothing was changed\n",
+                 error->range_scale() > 0 ? "long" : "short", 100 * std::fabs(error->range_scale()));
 }
 
 void warn_of_closures(const RunStatistics& statistics) {
@@ -81,7 +83,7 @@ void print_warnings(const RunStatistics& statistics, const Map& map, bool report
   std::fflush(stdout);  // so that they follow the summary
   warn_of_missing_poses(statistics);
   warn_of_closures(statistics);
-  warn_of_sensor_bias(statistics, map.parameters());
+  warn_of_sensor_error(map);
   warn_of_double_layers(*map.snapshot(), reported);
 }
 

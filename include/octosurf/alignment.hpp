@@ -21,10 +21,10 @@ using TwistCovariance = Eigen::Matrix<double, 6, 6>;
 enum class AlignmentOutcome {
   off,            ///< not asked for: the pose is the given one
   nothing_known,  ///< too few of its points lie where the map has surfaces: the given pose
-  agrees,         ///< a correction would not be significant: the given pose
-  corrected,      ///< moved onto the surfaces
-  recovered,      ///< was off by more than its neighbours, and found again by matching planes
-  set_aside,   ///< was off likewise, and what the map knows there does not fix it: the scan is not inserted
+  agrees,         ///< nothing speaks for a drift: the given pose, to the bit
+  corrected,      ///< moved to where the map has what it sees again
+  recovered,      ///< lay far off, as the scan before did, and was found again by matching planes
+  set_aside,   ///< lies far off, and so far no other scan does: not inserted
   unexplained  ///< fits nowhere within reach: the pose is the given one, with the corrections before it
 };
 /// By AlignmentOutcome, as in reports.
@@ -39,17 +39,19 @@ struct Alignment {
   /// the variance of the search's reach: it stays as given.
   TwistCovariance covariance = TwistCovariance::Zero();
   /// Orthonormal columns, the first `determined` of which are the directions that surfaces fix to within half
-  /// a voxel, the best first. Rotations count by `lever_m`.
+  /// a voxel, the best first. Rotations count by `lever_m`. Of a scan that is mapped, surfaces that were seen
+  /// a metre of way ago or more: none where nothing old is seen again, or hardly anything else than a moment
+  /// ago.
   TwistCovariance directions = TwistCovariance::Identity();
   int determined = 0;         ///< 0 … 6
   double lever_m = 1;         ///< distance at which rotations move the scan's points
   std::size_t samples = 0;    ///< of the scan's points that were looked at
   std::size_t known = 0;      ///< of them, near surfaces that the map has
   std::size_t explained = 0;  ///< of those, on the surface at this pose, as far as the noise lets tell
-  /// As far as given pose and map disagree, whether that was corrected or not.
+  /// As far as given pose and map disagree, whether that was corrected or not; without what is the sensor's own
+  /// error.
   Twist disagreement = Twist::Zero();
-  /// How far the scan lies from where those before it let expect it, m, along the determined directions. More
-  /// than a voxel: a loop closes, or the poses have jumped.
+  /// How far the scan lies from where those before it let expect it, m, along the determined directions.
   double innovation_m = 0;
 
   /// Of the known samples, [0, 1]; 0 if there are none.

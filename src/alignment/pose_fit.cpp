@@ -59,14 +59,6 @@ void for_each_sample(std::span<const PoseFitter::Pairing> pairings, const Visit&
   }
 }
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 == 1) return *middle;
-  return (*middle + *std::max_element(values.begin(), middle)) / 2;
-}
-
 Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& R) {
   const Eigen::AngleAxisd turn(R);
   return turn.angle() * turn.axis();
@@ -97,10 +89,8 @@ Eigen::Isometry3d moved(const Eigen::Isometry3d& pose, const Twist& twist) {
 struct PoseFitter::Sums {
   TwistCovariance information = TwistCovariance::Zero();
   Twist gradient = Twist::Zero();
-  double squared_range = 0, squared_spread = 0, weight = 0;
+  double squared_range = 0, weight = 0;
   std::size_t known = 0, explained = 0;
-  std::vector<double> noise_shares;  ///< of surfaces with enough samples
-  double common_share = 0;           ///< Σ over those
   double disagreement = 0;  ///< Σ of the surfaces' own errors at this pose, squared, in their deviations
   std::size_t met = 0;      ///< surfaces with samples
 };
@@ -147,14 +137,13 @@ struct PoseFitter::SurfaceSums {
   double squares = 0, counted = 0;  ///< Σ of the residuals' squares by their variance, and of samples,
                                     ///< robust as the above
   double samples = 0;               ///< those that overlap by their share
-  double weight = 0, first = 0, second = 0;  ///< Σ of 1/variance, times residual, times its square
+  double weight = 0;                ///< Σ of 1/variance
 };
 
 /// A sample on a surface.
 struct PoseFitter::Match {
   std::uint32_t surface;
   double distance;  ///< off the surface's plane
-  double spread;    ///< standard deviation along the line of sight
   double reading;   ///< variance along the normal, of the readings alone …
   double certain;   ///< … and with what the surface may be off
   Row row;
@@ -201,7 +190,7 @@ std::optional<PoseFitter::Match> PoseFitter::match(const Eigen::Isometry3d& pose
   const Eigen::Vector3d by_surface = row.tail<3>();
   const double certain = reading + by_surface.dot(surface.covariance * by_surface) +
                          by_surface.cwiseAbs2().dot(common_of(reading));
-  return Match{which, best->distance, spread, reading, certain, row};
+  return Match{which, best->distance, reading, certain, row};
 }
 
 void PoseFitter::add_sample(const Linearisation& at, std::span<const Pairing> candidates, Sums& sums,
@@ -226,10 +215,7 @@ void PoseFitter::add_sample(const Linearisation& at, std::span<const Pairing> ca
   sum.counted += robust / sample.overlap;
   sum.samples += 1 / sample.overlap;
   sum.weight += weight;
-  sum.first += distance * weight;
-  sum.second += distance * distance * weight;
   sums.squared_range += robust * sample.range * sample.range;
-  sums.squared_spread += robust * matched->spread * matched->spread;
   sums.weight += robust;
 }
 
@@ -248,13 +234,6 @@ void PoseFitter::add_surface(const AlignedSurface& surface, const SurfaceSums& o
   Block full = of.outer.selfadjointView<Eigen::Lower>();
   const double uneven = unevenness(of);
   const double reading = uneven * of.samples / of.weight;
-  if (of.samples >= enough_samples) {
-    const double mean = of.first / of.weight;
-    const Eigen::Vector3d middle = full.block<3, 1>(6, 8) / full(8, 8);
-    const double beyond = mean * mean - 1 / of.weight - middle.dot(surface.covariance * middle);
-    sums.noise_shares.push_back((of.second - mean * of.first) / (of.samples - 1));
-    sums.common_share += beyond / reading;
-  }
   full /= uneven;
   const Row right = of.right / uneven;
   // The plane is known as well as its covariance and what readings have in common allow.
@@ -289,6 +268,22 @@ PoseFitter::Sums PoseFitter::linearise(const Linearisation& at, std::span<const 
   for (std::size_t s = 0; s < surfaces_.size(); ++s)
     if (of_surface[s].samples > 0) add_surface(*surfaces_[s], of_surface[s], sums);
   return sums;
+}
+
+Layout PoseFitter::lay(const Eigen::Isometry3d& pose) const {
+  Layout layout;
+  layout.readings.reserve(samples_.size());
+  for_each_sample(pair(pose, errors_.gate_m), [&](auto candidates) {
+    bool known = false;
+    const std::optional<Match> matched = match(pose, errors_.gate_m, candidates, known);
+    layout.known += known ? 1 : 0;
+    if (!matched) return;
+    layout.explained += matched->explained() ? 1 : 0;
+    if (std::fabs(matched->distance) < errors_.fine_gate_m())
+      layout.readings.push_back(
+          {samples_[candidates.front().sample].point, surfaces_[matched->surface], matched->reading});
+  });
+  return layout;
 }
 
 std::vector<bool> PoseFitter::explained(const Eigen::Isometry3d& pose) const {
@@ -350,13 +345,7 @@ PoseFit PoseFitter::fit(const Eigen::Isometry3d& start, const TwistCovariance& p
     fit.information = sums.information / disagreement_ratio(sums);
     fit.known = sums.known;
     fit.explained = sums.explained;
-    fit.surfaces = sums.noise_shares.size();
-    fit.noise_share = median(sums.noise_shares);
-    fit.common_share = sums.common_share / static_cast<double>(std::max<std::size_t>(1, fit.surfaces));
-    if (sums.weight > 0) {
-      fit.lever_m = std::sqrt(sums.squared_range / sums.weight);
-      fit.spread_m = std::sqrt(sums.squared_spread / sums.weight);
-    }
+    if (sums.weight > 0) fit.lever_m = std::sqrt(sums.squared_range / sums.weight);
     if (round == most_rounds) return fit;
     const Twist off = twist_between(start, fit.T_map_sensor);
     const TwistCovariance information = sums.information + prior_information;

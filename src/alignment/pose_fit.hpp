@@ -24,16 +24,22 @@ struct PoseFit {
   /// What the readings alone tell, at that pose; less where the surfaces disagree among themselves.
   TwistCovariance information = TwistCovariance::Zero();
   double lever_m = 1;                    ///< root mean square range of the samples used
-  double spread_m = 0;                   ///< root mean square of their standard deviations, as assumed
   std::size_t known = 0, explained = 0;  ///< as in Alignment
-  /// What the residuals say of the readings' errors on surfaces with many of them: their variance about the
-  /// surface's own mean (the surfaces' median: some are no planes), and that mean's squared beyond what noise
-  /// and plane explain (the mean), both as shares of the variance that was assumed of a reading.
-  double noise_share = 0, common_share = 0;
-  std::size_t surfaces = 0;  ///< how many those were
   double explained_share() const {
     return known > 0 ? static_cast<double>(explained) / static_cast<double>(known) : 0;
   }
+};
+
+/// A reading that lies on a surface.
+struct Laid {
+  Eigen::Vector3d point;  ///< sensor's frame
+  const AlignedSurface* surface;
+  double variance;  ///< m², along the surface's normal, of the reading alone
+};
+/// A scan on the surfaces that cover it, at one pose.
+struct Layout {
+  std::vector<Laid> readings;            ///< within the fine gate
+  std::size_t known = 0, explained = 0;  ///< as in Alignment
 };
 
 /// What is assumed about the errors that a fit meets.
@@ -71,6 +77,8 @@ class PoseFitter {
   /// How many of the paired samples lie on a surface that covers them at a pose: each counts by how near,
   /// from 1 down to 0 at the gate.
   double agreement(const Eigen::Isometry3d& pose, std::span<const Pairing> pairings) const;
+  /// All samples at a pose. O(samples × surfaces).
+  Layout lay(const Eigen::Isometry3d& pose) const;
   /// By sample: whether it lies on a surface at a pose, as those that PoseFit counts. O(samples × surfaces).
   std::vector<bool> explained(const Eigen::Isometry3d& pose) const;
   /// Of the samples that a surface covers and that are not seen aslant, how far they lie off it at a pose.

@@ -47,6 +47,13 @@ double range_of(std::span<const Sample> samples) {
   return samples.empty() ? 0 : std::sqrt(squares / static_cast<double>(samples.size()));
 }
 
+/// The determined part of a twist, m; the rest is 0.
+Twist along(const Determined& determined, const Twist& twist) {
+  Twist along = determined.directions.transpose() * determined.scale.cwiseInverse().asDiagonal() * twist;
+  along.tail(6 - determined.count).setZero();
+  return along;
+}
+
 }  // namespace
 
 TwistCovariance uncertainty(double rotation, double translation) {
@@ -70,12 +77,10 @@ Determined determined_by(const PoseFit& fit, double resolution) {
   return determined;
 }
 
-double length(const Determined& determined, const Twist& twist) {
-  const Twist along =
-      determined.directions.transpose() * determined.scale.cwiseInverse().asDiagonal() * twist;
-  double squares = 0;
-  for (int i = 0; i < determined.count; ++i) squares += along[i] * along[i];
-  return std::sqrt(squares);
+double length(const Determined& determined, const Twist& twist) { return along(determined, twist).norm(); }
+
+double deviations(const Determined& determined, const Twist& twist) {
+  return along(determined, twist).cwiseQuotient(determined.variances.cwiseSqrt()).norm();
 }
 
 Eigen::Isometry3d without_undetermined(const Eigen::Isometry3d& start, const PoseFit& fit,

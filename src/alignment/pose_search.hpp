@@ -32,7 +32,8 @@ class PoseSearch {
   /// The pose within reach of `start` that explains the scan best: planes matched as planes, the best of them
   /// made fine. None if too little is explained, or another pose explains nearly as much.
   std::optional<PoseFit> coarse(const Eigen::Isometry3d& start) const;
-  /// As PoseFitter's.
+  /// As PoseFitter's, with the next.
+  Layout lay(const Eigen::Isometry3d& pose) const { return fitter_.lay(pose); }
   std::vector<sensing::NoiseModel::Residual> residuals(const Eigen::Isometry3d& pose) const {
     return fitter_.residuals(pose);
   }
@@ -73,6 +74,8 @@ struct Determined {
 };
 /// Of the twist's determined part, m.
 double length(const Determined& determined, const Twist& twist);
+/// The same in standard deviations.
+double deviations(const Determined& determined, const Twist& twist);
 Determined determined_by(const PoseFit& fit, double resolution);
 
 /// The fit's pose as far as it is determined, `start` beside that.

@@ -1,5 +1,8 @@
 #include "alignment/scan_aligner.hpp"
 
+#include "alignment/drift_filter.hpp"
+#include "alignment/revisit.hpp"
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -13,193 +16,193 @@ constexpr double much_less = 0.8;
 /// Of the usual share of known readings: with less, the scan may have been taken from elsewhere; and what a
 /// pose far off must come to.
 constexpr double half_known = 0.5;
-/// With which readings' common errors can be told from the pose's.
-constexpr std::size_t fewest_surfaces = 4;
-/// Memory of the readings' errors, scans; and the most that one scan may say of them, times what is assumed.
-constexpr double error_memory = 10, most_noise = 100, most_common = 10;
-constexpr std::uint32_t scans_to_learn = 5;
-/// Memory of the usual shares, scans.
-constexpr double share_memory = 20;
-/// Voxels: corrections begin where they exceed what young surfaces are off themselves …
-constexpr double least_correction = 1.0 / 10;
-/// … and standard deviations of what hangs together in the readings' errors, a depth camera's steps and its
-/// bias over the picture: they bend what is matched to them, scan by scan in one direction. Poses taken as
-/// given are not bent, so that such a disagreement with the map stays as small as the errors, while that of
-/// poses that drift grows.
-constexpr double systematic_deviations = 3;
-/// A variance is known to have parts beyond the noise model's if it is that much larger.
-constexpr double noise_is_known_to = 1.3;
-/// Voxels: by less poses may have drifted without anyone noticing, for the octree would not.
-constexpr double unnoticed_voxels = 0.5;
+/// Memory of what patches scatter by, views, and of the usual shares, scans.
+constexpr double scatter_memory = 10, share_memory = 20;
+/// What readings of a surface have in common, as a share of their own variance: as much as not.
+constexpr double common_share = 0.5;
 /// Voxels by which a pose must be off to have jumped; less is drift's to follow.
 constexpr double jump_voxels = 2;
-/// Standard deviations by which readings must speak for a correction before drift is believed in: as usual,
-/// for that poses drift is for the evidence of many scans to tell.
-constexpr double contradicting = 2;
+/// Standard deviations of the fit by which a pose must be off to have jumped: what an error with heavy tails
+/// (Student's t with four degrees of freedom) reaches once in ten thousand scans. A laser's line, slid along
+/// a wall, seems to be off by eight.
+constexpr double not_by_chance = 15.5;
 /// How well two scans in a row agree on where the poses have gone: m, rotations by their lever.
 constexpr double same_jump_m = 0.03;
-
-PoseMeasurement measurement_of(const PoseFit& fit, const Determined& determined) {
-  PoseMeasurement measured;
-  measured.T_map_sensor = fit.T_map_sensor;
-  const auto directions = determined.directions.leftCols(determined.count);
-  measured.directions = directions.transpose() * determined.scale.cwiseInverse().asDiagonal();
-  measured.motions = determined.scale.asDiagonal() * directions;
-  measured.variances = determined.variances.head(determined.count);
-  measured.lever_m = fit.lever_m;
-  return measured;
-}
 
 /// One scan's turn.
 class Turn {
  public:
-  Turn(surfaces::AlignmentState& state, const Scan& scan, double resolution)
+  Turn(surfaces::AlignmentState& state, const surfaces::SeenPatches& patches, const Scan& scan,
+       double resolution, const Eigen::Vector3d& up)
       : state_(state),
+        patches_(patches),
+        scan_(scan),
         resolution_(resolution),
-        drift_(state, unnoticed_voxels * resolution),
-        given_(scan.T_map_sensor),
-        expected_(drift_.expected(given_)),
-        prior_(drift_.expected_covariance(given_)) {}
+        drift_(state, scan.sensor, resolution, up),
+        given_(scan.T_map_sensor) {
+    drift_.advance(given_);
+    expected_ = drift_.pose();
+  }
 
-  Alignment align(const PoseSearch& search);
+  ScanAligner::Result align(const PoseSearch& search);
   const Eigen::Isometry3d& expected() const { return expected_; }
 
  private:
-  static double known_share(const PoseFit& fit, const Alignment& result) {
-    return static_cast<double>(fit.known) / static_cast<double>(std::max<std::size_t>(1, result.samples));
+  static double share_of(std::size_t count, std::size_t all) {
+    return static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(1, all));
   }
-  /// How far the fit lies from where the scan was expected. Along directions that it leaves open it lies
-  /// anywhere: a laser's line on a floor and a wall tells no jump, however far it was slid along them.
-  double off(const PoseFit& fit, const Determined& determined) const {
-    return length(determined, twist_between(expected_, fit.T_map_sensor));
-  }
-  void learn_errors(const PoseFit& fit);
-  void follow(const PoseSearch& search, const PoseFit& fit, const Determined& determined, Alignment& result);
-  void note_jump(const PoseFit& fit, const Determined& determined, Alignment& result);
-  void leave_as_expected(AlignmentOutcome outcome, Alignment& result) {
-    result.T_map_sensor = drift_.update(given_, nullptr);
-    result.outcome = outcome;
-  }
+  bool is_explained(double share) const { return share >= much_less * state_.usual_share; }
+  bool found_elsewhere(const PoseSearch& search, const PoseFit& fit, const Determined& determined) const;
+  void note_jump(const PoseFit& fit, const Determined& determined);
+  void learn();
+  void follow(const Layout& layout);
 
   surfaces::AlignmentState& state_;
+  const surfaces::SeenPatches& patches_;
+  const Scan& scan_;
   double resolution_;
   DriftFilter drift_;
   Eigen::Isometry3d given_, expected_;
-  TwistCovariance prior_;
+  ScanAligner::Result result_;
 };
 
-void Turn::follow(const PoseSearch& search, const PoseFit& fit, const Determined& determined,
-                  Alignment& result) {
+/// How much of a scan is known and explained usually, also of those that fit worse than the ones before.
+void Turn::learn() {
+  const Alignment& alignment = result_.alignment;
   const double share = state_.usual_share == 0 ? 1 : 1 / share_memory;
-  state_.usual_share += share * (fit.explained_share() - state_.usual_share);
-  state_.usual_known += share * (known_share(fit, result) - state_.usual_known);
-  learn_errors(fit);
+  state_.usual_share += share * (alignment.explained_share() - state_.usual_share);
+  state_.usual_known += share * (share_of(alignment.known, alignment.samples) - state_.usual_known);
   state_.jump.reset();
-  PoseMeasurement measured = measurement_of(fit, determined);
-  const double systematic = std::max(0.0, 1 - noise_is_known_to / state_.noise_factor2);
-  measured.least_m =
-      least_correction * resolution_ + systematic_deviations * fit.spread_m * std::sqrt(systematic);
-  // What bends the fit, such as a camera's distortion, leaves most readings on the surfaces at either pose.
-  measured.contradicts_given = [&] {
-    return search.speak_for(without_undetermined(given_, fit, determined), given_, contradicting);
-  };
-  // Before the readings' errors are known, covariances say nothing.
-  const bool counts = state_.scans_learned >= scans_to_learn;
-  result.T_map_sensor = drift_.update(given_, counts ? &measured : nullptr);
-  result.outcome = drift_.drifts() ? AlignmentOutcome::corrected : AlignmentOutcome::agrees;
 }
 
-void Turn::learn_errors(const PoseFit& fit) {
-  if (fit.surfaces == 0) return;
-  const double share = 1.0 / std::min<double>(++state_.scans_learned, error_memory);
-  const double noise = std::min(most_noise, fit.noise_share * state_.noise_factor2);
-  state_.noise_factor2 = std::max(1.0, state_.noise_factor2 + share * (noise - state_.noise_factor2));
-  if (fit.surfaces < fewest_surfaces) return;
-  // Three numbers a surface, of which the pose has taken up six.
-  const double numbers = 3 * static_cast<double>(fit.surfaces), taken = numbers / (numbers - 6);
-  const double common = std::min(most_common, fit.common_share * taken);
-  state_.common_share = std::max(0.0, state_.common_share + (common - state_.common_share) / error_memory);
-}
-
-void Turn::note_jump(const PoseFit& fit, const Determined& determined, Alignment& result) {
-  drift_.update(given_, nullptr);
-  result.T_map_sensor = without_undetermined(expected_, fit, determined);
-  const Eigen::Isometry3d correction = result.T_map_sensor * given_.inverse();
-  bool again = false;
-  if (state_.jump)
-    again = length(determined, twist_between(*state_.jump * given_, fit.T_map_sensor)) < same_jump_m;
-  if (again) drift_.jump(correction);
-  state_.jump = correction;
-  // Where the surfaces leave a direction open, a single scan is as wrong along it as it was elsewhere. Poses
-  // that have moved for good are left as given there.
-  result.outcome = determined.count == 6 || again ? AlignmentOutcome::recovered : AlignmentOutcome::set_aside;
-}
-
-Alignment Turn::align(const PoseSearch& search) {
-  Alignment result;
-  result.samples = search.samples();
-  PoseFit fit = search.fine(expected_, prior_);
-  Determined determined = determined_by(fit, resolution_);
-  const double jump = jump_voxels * resolution_;
-  const bool known = fit.known >= least_known_samples;
-  const bool explained = fit.explained_share() >= much_less * state_.usual_share;
-  const bool fits = explained && off(fit, determined) <= jump;
-  // A view that is suddenly unknown may be one of new places, or one from elsewhere than the pose says.
-  const bool strange = known_share(fit, result) < half_known * state_.usual_known;
-  const std::optional<PoseFit> found = (known && !fits) || strange ? search.coarse(expected_) : std::nullopt;
-  const bool takes = found && known_share(*found, result) >= half_known * state_.usual_known;
-  if (takes) {
-    fit = *found;
-    determined = determined_by(fit, resolution_);
+/// The poses by what was seen long ago.
+void Turn::follow(const Layout& layout) {
+  Alignment& alignment = result_.alignment;
+  if (drift_.is_new_view()) {
+    std::vector<PatchLook> looks =
+        looks_at(scan_, expected_, layout.readings, patches_, state_.sensor, resolution_);
+    const Revisit revisit = measure(looks, state_.way_m, drift_.sensor_errors(), state_.patch_m, resolution_);
+    describe(revisit, drift_.sensor_errors(), result_.alignment);
+    if (revisit.patches > 0) {
+      alignment.disagreement += twist_between(given_, expected_);
+      state_.patch_m += (revisit.scatter_m - state_.patch_m) / scatter_memory;
+      drift_.learn(expected_, revisit);
+    }
+    state_.view_m = state_.way_m;
+    const Twist moved_on = twist_between(expected_, drift_.pose());
+    for (PatchLook& look : looks) {
+      surfaces::Look now;
+      now.weight = static_cast<float>(1 / (1 / look.weight + state_.patch_m * state_.patch_m));
+      now.distance = static_cast<float>(look.distance + look.by_pose.dot(moved_on));
+      now.by_error = look.by_error.cast<float>();
+      if (!(look.patch.recent.weight > 0 || look.patch.past.weight > 0)) look.patch.since = state_.way_m;
+      look.patch.add(now, state_.way_m, revisit_span_m);
+      result_.patches.emplace_back(look.key, look.patch);
+    }
   }
-  // It has jumped only if neither drift nor the measurement's error can have brought it there, and the pose
-  // that was expected explains the scan worse.
-  const bool jumped = takes && off(fit, determined) > jump &&
-                      !drift_.may_lie(given_, measurement_of(fit, determined)) &&
-                      search.speak_for(fit.T_map_sensor, expected_, by_chance);
-  if (jumped)
-    note_jump(fit, determined, result);
-  else if (!takes && (!known || (fits && determined.count == 0)))
-    leave_as_expected(AlignmentOutcome::nothing_known, result);
-  else if (takes || fits)
-    follow(search, fit, determined, result);
-  else
-    leave_as_expected(AlignmentOutcome::unexplained, result);
-  describe(fit, determined, drift_.factor(), search.reach(), result);
-  result.disagreement = twist_between(given_, fit.T_map_sensor);
-  result.innovation_m = length(determined, twist_between(expected_, fit.T_map_sensor));
-  return result;
+  alignment.T_map_sensor = drift_.pose();
+  alignment.outcome = drift_.drifts() ? AlignmentOutcome::corrected : AlignmentOutcome::agrees;
+}
+
+/// A pose far off is believed if the scan before lay there, too.
+void Turn::note_jump(const PoseFit& fit, const Determined& determined) {
+  Alignment& alignment = result_.alignment;
+  const Eigen::Isometry3d there = without_undetermined(expected_, fit, determined);
+  const Eigen::Isometry3d correction = there * given_.inverse();
+  const bool again =
+      state_.jump && length(determined, twist_between(*state_.jump * given_, fit.T_map_sensor)) < same_jump_m;
+  alignment.T_map_sensor = there;
+  alignment.outcome = again ? AlignmentOutcome::recovered : AlignmentOutcome::set_aside;
+  if (again) {
+    drift_.jump(correction);
+    state_.jump.reset();
+  } else {
+    state_.jump = correction;
+  }
+}
+
+/// It lies elsewhere only if that explains it better than where it was expected, by more than drift may do.
+bool Turn::found_elsewhere(const PoseSearch& search, const PoseFit& fit, const Determined& determined) const {
+  const Twist off = twist_between(expected_, fit.T_map_sensor);
+  return share_of(fit.known, search.samples()) >= half_known * state_.usual_known &&
+         length(determined, off) > jump_voxels * resolution_ && deviations(determined, off) > not_by_chance &&
+         search.speak_for(fit.T_map_sensor, expected_, by_chance);
+}
+
+ScanAligner::Result Turn::align(const PoseSearch& search) {
+  Alignment& alignment = result_.alignment;
+  const Layout layout = search.lay(expected_);
+  alignment.samples = search.samples();
+  alignment.known = layout.known;
+  alignment.explained = layout.explained;
+  alignment.T_map_sensor = expected_;
+  const bool known = layout.known >= least_known_samples;
+  // A view that is suddenly unknown may be one of new places, or one from elsewhere than the pose says.
+  const bool strange = share_of(layout.known, search.samples()) < half_known * state_.usual_known;
+  bool fits = known && is_explained(alignment.explained_share());
+  if ((known && !fits) || strange) {
+    const PoseFit near = search.fine(expected_, drift_.covariance());
+    const bool drifted = near.known >= least_known_samples && is_explained(near.explained_share()) &&
+                         length(determined_by(near, resolution_),
+                                twist_between(expected_, near.T_map_sensor)) <= jump_voxels * resolution_;
+    fits = fits || drifted;
+    const std::optional<PoseFit> found = fits && !strange ? std::nullopt : search.coarse(expected_);
+    if (found) {
+      const Determined determined = determined_by(*found, resolution_);
+      alignment.known = found->known;
+      alignment.explained = found->explained;
+      if (found_elsewhere(search, *found, determined)) {
+        describe(*found, determined, 1, search.reach(), alignment);
+        alignment.disagreement = twist_between(given_, found->T_map_sensor);
+        alignment.innovation_m = length(determined, twist_between(expected_, found->T_map_sensor));
+        note_jump(*found, determined);
+        return result_;
+      }
+      fits = true;
+    }
+  }
+  follow(layout);
+  if (known) learn();
+  if (known && !fits)
+    alignment.outcome = AlignmentOutcome::unexplained;
+  else if (!known && !drift_.drifts())
+    alignment.outcome = AlignmentOutcome::nothing_known;
+  return result_;
 }
 
 }  // namespace
 
-ScanAligner::Result ScanAligner::operator()(surfaces::AlignmentState& state, const Snapshot& map,
+ScanAligner::Result ScanAligner::operator()(surfaces::AlignmentState& state,
+                                            const surfaces::SeenPatches& patches, const Snapshot& map,
                                             const GrowingMap& growing, const Scan& scan,
-                                            const RangeLimits& limits) {
-  Turn turn(state, scan, map.resolution);
-  const PoseSearch poses = search(turn.expected(), state, map, growing, scan, limits);
-  Result result{turn.align(poses), {}};
-  const AlignmentOutcome outcome = result.alignment.outcome;
-  if (outcome != AlignmentOutcome::unexplained && outcome != AlignmentOutcome::set_aside)
+                                            const RangeLimits& limits, const Eigen::Vector3d& up) {
+  Turn turn(state, patches, scan, map.resolution, up);
+  const PoseSearch poses = search(turn.expected(), map, growing, scan, limits);
+  Result result = turn.align(poses);
+  if (result.alignment.outcome != AlignmentOutcome::set_aside)
     result.residuals = poses.residuals(result.alignment.T_map_sensor);
   return result;
 }
 
-ScanAligner::Result ScanAligner::as_given(const surfaces::AlignmentState& state, const Snapshot& map,
-                                          const GrowingMap& growing, const Scan& scan,
+ScanAligner::Result ScanAligner::as_given(const Snapshot& map, const GrowingMap& growing, const Scan& scan,
                                           const RangeLimits& limits) {
   Result result;
   result.alignment.T_map_sensor = scan.T_map_sensor;
-  result.residuals =
-      search(scan.T_map_sensor, state, map, growing, scan, limits).residuals(scan.T_map_sensor);
+  result.residuals = search(scan.T_map_sensor, map, growing, scan, limits).residuals(scan.T_map_sensor);
   return result;
 }
 
-PoseSearch ScanAligner::search(const Eigen::Isometry3d& start, const surfaces::AlignmentState& state,
-                               const Snapshot& map, const GrowingMap& growing, const Scan& scan,
-                               const RangeLimits& limits) {
-  const FitErrors errors{.noise_factor = std::sqrt(state.noise_factor2), .common_share = state.common_share};
-  return {map, surfaces_, scan, growing.noise, limits, start, AlignmentReach(), errors, &growing};
+PoseSearch ScanAligner::search(const Eigen::Isometry3d& start, const Snapshot& map, const GrowingMap& growing,
+                               const Scan& scan, const RangeLimits& limits) {
+  return {map,
+          surfaces_,
+          scan,
+          growing.noise,
+          limits,
+          start,
+          AlignmentReach(),
+          {.common_share = common_share},
+          &growing};
 }
 
 }  // namespace octosurf::alignment

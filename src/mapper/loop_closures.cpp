@@ -5,8 +5,7 @@
 namespace octosurf::mapper {
 
 void LoopClosures::add(const Scan& scan, const Alignment& alignment, double resolution) {
-  const AlignmentOutcome outcome = alignment.outcome;
-  if (outcome == AlignmentOutcome::set_aside) return;  // as if it had never been taken
+  if (alignment.outcome == AlignmentOutcome::set_aside) return;  // as if it had never been taken
   ++scans_;
   const Eigen::Isometry3d correction = alignment.T_map_sensor * scan.T_map_sensor.inverse();
   const auto from_here = [&](const Eigen::Isometry3d& other) {
@@ -18,13 +17,9 @@ void LoopClosures::add(const Scan& scan, const Alignment& alignment, double reso
     lasting_ = step_->correction;
   }
   step_.reset();
-  double distance = 0;
-  if (outcome == AlignmentOutcome::agrees)
-    distance = alignment.innovation_m;
-  else if (outcome == AlignmentOutcome::corrected || outcome == AlignmentOutcome::recovered)
-    distance = std::min(alignment.innovation_m, from_here(lasting_));
+  const double distance = from_here(lasting_);
   if (distance > resolution)
-    step_ = Step{scan.name, alignment.innovation_m, correction};
+    step_ = Step{scan.name, distance, correction};
   else
     lasting_ = correction;
 }

@@ -14,15 +14,15 @@ namespace octosurf::mapper {
 /// Scans in a row at which the recording's poses stop meeting what was mapped before.
 struct LoopClosure {
   std::string first, last;  ///< names of scans
-  double farthest_m = 0;    ///< from where the scans before let expect them
+  double farthest_m = 0;    ///< that the correction changed by, at the place of the sensor
 };
 
 /// Tells loops that close on a bent map from single poses that jump.
 ///
-/// A scan is a closure if it lies more than a voxel from where those before it let expect it, if its
-/// correction, where one is made, changes by as much at the place of the sensor, and if the next scan lies
-/// there, too: its correction is nearer to this scan's than to the last one that held. After a single jump
-/// the next correction is the earlier one again. The last scan has no next, so it is none.
+/// A scan is a closure if its correction differs by more than a voxel, at the place of the sensor, from the
+/// last one that held, and if the next scan lies there, too: its correction is nearer to this scan's than to
+/// that one. After a single jump the next correction is the earlier one again. The last scan has no next, so
+/// it is none.
 class LoopClosures {
  public:
   void add(const Scan& scan, const Alignment& alignment, double resolution);

@@ -109,6 +109,7 @@ struct Mapper::Impl {
   struct Prepared {
     ScanReport report;
     surfaces::AlignmentState alignment;
+    std::vector<surfaces::SeenPatches::Change> patches;
     bool set_aside = false;
     std::vector<SharedVariance> shared;  // of the readings' errors
     sensing::VoxelScan voxels;
@@ -173,10 +174,13 @@ Mapper::Impl::Prepared Mapper::Impl::prepare(surfaces::MapState& state, const Sc
     const alignment::RangeLimits limits{parameters.min_range, max_range};
     // An archive's poses were aligned when its scans were mapped.
     const bool aligns = state.parameters.alignment.enabled && scan.readings.empty();
-    alignment::ScanAligner::Result posed = aligns ? align(alignment, before, growing, scan, limits)
-                                                  : align.as_given(alignment, before, growing, scan, limits);
+    alignment::ScanAligner::Result posed =
+        aligns ? align(alignment, state.patches, before, growing, scan, limits,
+                       state.parameters.up.value_or(Eigen::Vector3d::UnitZ()))
+               : align.as_given(before, growing, scan, limits);
     prepared.shared = scan.readings.empty() ? sensing::NoiseModel::shared_variances(posed.residuals)
                                             : scan.shared_variances;
+    prepared.patches = std::move(posed.patches);
     return posed.alignment;
   });
   prepared.set_aside = report.alignment.outcome == AlignmentOutcome::set_aside;
@@ -204,6 +208,7 @@ bool Mapper::Impl::apply(surfaces::MapState& state, const Scan& scan, Prepared p
   ScanReport& report = surfaces.add(std::move(prepared.report));
   mapper::Stopwatch time(report);
   state.alignment = std::move(prepared.alignment);
+  for (const auto& [key, patch] : prepared.patches) state.patches.set(key, patch);
   if (prepared.set_aside) return false;
   const occupancy::OccupancyDelta delta = time(Stage::occupancy, [&] {
     return state.occupancy.apply(prepared.touched, prepared.voxels, downsample,

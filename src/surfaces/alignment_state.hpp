@@ -1,5 +1,7 @@
 #pragma once
 
+#include "surfaces/seen_patches.hpp"
+
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
@@ -7,35 +9,23 @@
 #include <vector>
 
 #include <octosurf/alignment.hpp>
+#include <octosurf/scan.hpp>
 
 namespace octosurf::surfaces {
 
 /// What is known of a recording's poses so far (src/alignment, which alone reads and writes it): a part of
 /// the map's state, because it decides where the next scan is inserted.
 struct AlignmentState {
-  /// How what one scan adds to the poses' drift hangs together with what the next one adds.
-  enum class Drift {
-    walk,      ///< not at all
-    of_frame,  ///< nearly the same motion a metre of the way, about a place of the map: the frame that the
-               ///< poses are given in creeps
-    of_sensor  ///< nearly the same motion in the sensor's own axes: the odometry is biased
-  };
-  /// One of the ways in which the given poses may drift, and how far they have gone if it is true.
+  /// One rate at which the given poses may drift, how far they have drifted if it is true, and the sensor's
+  /// own error then.
   struct Hypothesis {
-    /// Of `correction` about the last sensor's position, of `common` and, of a steady drift, of `velocity`.
-    using Covariance = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 18, 18>;
-
-    Drift drift = Drift::walk;
-    /// Standard deviation that a scan adds to a walk, and of a steady drift for each metre of the way; none:
-    /// the poses are right as given.
-    double rate_m = 0, rate_rad = 0;
-    double factor = 1;        ///< on the measurements' standard deviations
-    double common_share = 0;  ///< variance of what measurements have in common, as a share of their own …
-    double lasting = 0;       ///< … and the share of it that is left at the next scan
+    static constexpr int size = 6 + sensor_error_size;
+    double rate_m = 0;   ///< that a metre of the way adds, standard deviation, m; 0: the poses are right
+    bool level = false;  ///< drifts about and across the vertical alone, as odometry that knows gravity does
     Eigen::Isometry3d correction = Eigen::Isometry3d::Identity();  ///< T_map_sensor = correction · given
-    Twist common = Twist::Zero();    ///< what neighbouring measurements have in common now
-    Twist velocity = Twist::Zero();  ///< of a steady drift: what a metre of the way adds to the correction
-    Covariance covariance = Covariance::Zero(12, 12);
+    Eigen::Matrix<double, sensor_error_size, 1> errors = decltype(errors)::Zero();
+    /// Of the correction as a twist about the last sensor's position, and of the errors.
+    Eigen::Matrix<double, size, size> covariance = decltype(covariance)::Zero();
     double log_evidence = 0;
   };
   /// A scan whose pose did not fit the map: what it may have seen is within `reach_m` of it.
@@ -51,17 +41,17 @@ struct AlignmentState {
     misfits.push_back(misfit);
   }
 
-  std::vector<Hypothesis> hypotheses;     ///< none before the first scan
+  SensorKind sensor = SensorKind::depth_camera;  ///< of the first scan: the errors are that one's
+  std::vector<Hypothesis> hypotheses;     ///< none before the first scan; the first is that of no drift
   std::size_t believed = 0;               ///< which of them
-  std::optional<Eigen::Isometry3d> last;  ///< the pose with which the last scan was inserted
+  std::optional<Eigen::Isometry3d> last;  ///< the pose that the last scan was given with
+  double way_m = 0;                       ///< so far; a rotation by 1 rad counts as a metre
+  double view_m = 0;                      ///< where on the way the hypotheses were last updated
   /// Shares lately, 0 before any: of a scan's readings those near known surfaces, and of these those
   /// explained.
   double usual_known = 0, usual_share = 0;
-  /// How much larger than the noise model says a reading's variance is, and what readings of a surface have
-  /// in common, as a share of that: as the residuals tell.
-  double noise_factor2 = 1, common_share = 0.5;
-  std::uint32_t scans_learned = 0;        ///< those that told of these errors
-  std::optional<Eigen::Isometry3d> jump;  ///< correction of the last scan, if that one was recovered
+  double patch_m = 0;  ///< what patches seen again scatter by, beyond their readings' noise
+  std::optional<Eigen::Isometry3d> jump;  ///< correction of the last scan, if that one lay far off
 };
 
 }  // namespace octosurf::surfaces

@@ -5,6 +5,7 @@
 #include "surfaces/alignment_state.hpp"
 #include "surfaces/atomic_shared_ptr.hpp"
 #include "surfaces/cylinder_store.hpp"
+#include "surfaces/seen_patches.hpp"
 #include "surfaces/surface_store.hpp"
 
 #include <memory>
@@ -32,6 +33,7 @@ struct MapState {
   CylinderStore cylinders;
   sensing::NoiseModel noise;
   AlignmentState alignment;
+  SeenPatches patches;
   DepartureLog departures;
   std::vector<geometry::VoxelKey>
       accumulated;         ///< pending points that wait for the next detection run, key order

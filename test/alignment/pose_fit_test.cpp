@@ -119,7 +119,6 @@ TEST(PoseFit, AnUnevenWallMakesTheOthersNoWorse) {
   const alignment::PoseFit even = fine(map, scan, truth, errors).fit;
   make_uneven(scan, rng);
   const alignment::PoseFit uneven = fine(map, scan, truth, errors).fit;
-  EXPECT_LT(uneven.noise_share, 1.5 * even.noise_share) << "most surfaces scatter as before";
   // The floor fixes the height as it did; the wall fixes y less, although what the map knows of the wall is
   // the larger part of that.
   EXPECT_GT(uneven.information(5, 5), 0.8 * even.information(5, 5));

@@ -2,9 +2,11 @@
 // truth, and how well the covariances say so.
 
 #include "alignment/pose_fit.hpp"
+#include "alignment/sensor_error.hpp"
 #include "bench/support.hpp"
 #include "evaluation/evaluate.hpp"
 #include "simulation/recording.hpp"
+#include "surfaces/map_state.hpp"
 
 #include <CLI/CLI.hpp>
 #include <Eigen/Dense>
@@ -27,6 +29,7 @@ struct Options {
   std::string sensor = "depth";
   double resolution = 0.02;
   double drift_m = 0.015, drift_deg = 0.3;
+  double tilt_deg = 0, scale = 1;  // of the sensor, about its x
   int laps = 2;
   std::optional<std::size_t> frames;
   std::size_t every = 1;       // scan of the recording
@@ -111,6 +114,13 @@ std::vector<std::string> row_of(const std::string& name, const evaluation::Evalu
           fixed(ms, 1)};
 }
 
+/// A sensor that is tilted and whose readings are too long.
+void err(const Options& options, Scan& scan) {
+  if (options.tilt_deg == 0 && options.scale == 1) return;
+  const Eigen::AngleAxisf tilt(static_cast<float>(options.tilt_deg / deg), Eigen::Vector3f::UnitX());
+  for (Eigen::Vector3f& point : scan.points) point = static_cast<float>(options.scale) * (tilt * point);
+}
+
 void run(const Options& options, const std::string& scene, std::uint64_t seed, TextTable& table) {
   simulation::SimulationOptions simulation;
   set_scene(scene, simulation);
@@ -133,6 +143,7 @@ void run(const Options& options, const std::string& scene, std::uint64_t seed, T
     const simulation::Readings ideal = recording.ideal(i);
     visibility.add(i, ideal);
     Scan scan = recording.labelled_scan(i, ideal).scan;
+    err(options, scan);
     if (options.jump_every > 0 && (i + 1) % options.jump_every == 0)
       scan.T_map_sensor = jumped(scan.T_map_sensor, i);
     const ScanReport report = with.insert(scan);
@@ -154,6 +165,13 @@ void run(const Options& options, const std::string& scene, std::uint64_t seed, T
   if (!poses.open_mm.empty())
     std::fprintf(stderr, " %zu scans leave directions open, moved along these by %.2f mm, 95 %% within %.2f;",
                  poses.open_mm.size(), mean(poses.open_mm), percentile(poses.open_mm, 0.95));
+  if (const auto error = alignment::sensor_error_of(with.map().state().alignment)) {
+    const Eigen::Vector3d tilt = deg * error->tilt_rad();
+    std::fprintf(
+        stderr, " sensor tilted by %.2f %.2f %.2f° (± %.2f %.2f %.2f), readings longer by %.4f (± %.4f);",
+        tilt.x(), tilt.y(), tilt.z(), deg * error->tilt_deviation_rad(0), deg * error->tilt_deviation_rad(1),
+        deg * error->tilt_deviation_rad(2), error->range_scale(), error->range_scale_deviation());
+  }
   for (std::size_t o = 0; o < poses.outcomes.size(); ++o)
     if (poses.outcomes[o] > 0)
       std::fprintf(stderr, " %s %zu", alignment_outcome_names[o].data(), poses.outcomes[o]);
@@ -249,6 +267,8 @@ int main(int argc, char** argv) {
   app.add_option("--resolution", options.resolution)->capture_default_str();
   app.add_option("--drift-m", options.drift_m, "per lap")->capture_default_str();
   app.add_option("--drift-deg", options.drift_deg, "per lap")->capture_default_str();
+  app.add_option("--tilt-deg", options.tilt_deg, "of the sensor against its poses, about its x");
+  app.add_option("--scale", options.scale, "on all readings")->capture_default_str();
   app.add_option("--laps", options.laps)->capture_default_str();
   app.add_option("--frames", options.frames, "scans");
   app.add_option("--every", options.every, "k-th scan only")

@@ -69,46 +69,21 @@ class Reader {
   int at_ = 0;
 };
 
-/// What is there of a walk, of the correction and of what is common, becomes all of a steady drift.
-void read_steady(Reader& in, AlignmentState::Hypothesis& h) {
-  const double drift = in.number();
-  in.require(drift == 1 || drift == 2, "has a drift that makes no sense");
-  h.drift = drift == 1 ? AlignmentState::Drift::of_frame : AlignmentState::Drift::of_sensor;
-  h.velocity = in.matrix<Twist>();
-  h.covariance.conservativeResize(18, 18);
-  for (const Eigen::Index with : {0, 6, 12}) {
-    const auto block = in.matrix<TwistCovariance>();
-    h.covariance.block<6, 6>(with, 12) = block.transpose();
-    h.covariance.block<6, 6>(12, with) = block;
-  }
-}
-
 AlignmentState::Hypothesis read_hypothesis(const map_file::AlignmentHypothesis& record,
                                            const std::string& where) {
   Reader in(record.values(), where);
   AlignmentState::Hypothesis h;
   h.rate_m = in.number();
-  h.rate_rad = in.number();
-  h.factor = in.number();
-  h.common_share = in.number();
-  h.lasting = in.number();
-  in.require(h.rate_m >= 0 && h.rate_rad >= 0 && h.factor > 0, "has a rate that makes no sense");
-  in.require(h.common_share >= 0 && h.lasting >= 0 && h.lasting < 1, "has errors that make no sense");
+  in.require(h.rate_m >= 0, "has a rate that makes no sense");
+  const double level = in.number();
+  in.require(level == 0 || level == 1, "has a rate that makes no sense");
+  h.level = level == 1;
   h.log_evidence = in.number();
   h.correction = in.pose();
-  h.common = in.matrix<Twist>();
-  h.covariance.topLeftCorner<6, 6>() = in.matrix<TwistCovariance>();
-  h.covariance.bottomRightCorner<6, 6>() = in.matrix<TwistCovariance>();
-  h.covariance.topRightCorner<6, 6>() = in.matrix<TwistCovariance>();
-  h.covariance.bottomLeftCorner<6, 6>() = h.covariance.topRightCorner<6, 6>().transpose();
+  h.errors = in.matrix<decltype(h.errors)>();
+  h.covariance = in.matrix<decltype(h.covariance)>();
   in.require(in.done(), "has numbers too many");
-  if (!record.steady().empty()) {
-    Reader steady(record.steady(), where);
-    read_steady(steady, h);
-    in.require(steady.done(), "has numbers too many");
-  }
-  const Eigen::SelfAdjointEigenSolver<AlignmentState::Hypothesis::Covariance> eigen(h.covariance,
-                                                                                    Eigen::EigenvaluesOnly);
+  const Eigen::SelfAdjointEigenSolver<decltype(h.covariance)> eigen(h.covariance, Eigen::EigenvaluesOnly);
   in.require(eigen.eigenvalues()[0] >= -1e-9 * (1 + h.covariance.trace()), "has a covariance that is none");
   return h;
 }
@@ -126,21 +101,24 @@ surfaces::AlignmentState::Misfit read_misfit(Reader& in) {
 void write_hypothesis(const AlignmentState::Hypothesis& h, map_file::AlignmentHypothesis& record) {
   Writer out(*record.mutable_values());
   out.put(h.rate_m);
-  out.put(h.rate_rad);
-  out.put(h.factor);
-  out.put(h.common_share);
-  out.put(h.lasting);
+  out.put(h.level ? 1 : 0);
   out.put(h.log_evidence);
   out.put(h.correction.affine());
-  out.put(h.common);
-  out.put(h.covariance.topLeftCorner<6, 6>());
-  out.put(h.covariance.block<6, 6>(6, 6));
-  out.put(h.covariance.block<6, 6>(0, 6));
-  if (h.drift == AlignmentState::Drift::walk) return;
-  Writer steady(*record.mutable_steady());
-  steady.put(h.drift == AlignmentState::Drift::of_frame ? 1 : 2);
-  steady.put(h.velocity);
-  for (const Eigen::Index with : {0, 6, 12}) steady.put(h.covariance.block<6, 6>(12, with));
+  out.put(h.errors);
+  out.put(h.covariance);
+}
+
+constexpr int planes_each = 3, looks_each = 3 + 3 * (2 + surfaces::sensor_error_size);
+
+/// A patch's numbers that are floats, in order.
+template <class Patch, class Visit>
+void for_each_float(Patch& patch, const Visit& visit) {
+  for (int i = 0; i < 3; ++i) visit(patch.normal[i]);
+  for (auto* look : {&patch.past, &patch.waiting, &patch.recent}) {
+    visit(look->weight);
+    visit(look->distance);
+    for (int i = 0; i < surfaces::sensor_error_size; ++i) visit(look->by_error[i]);
+  }
 }
 
 }  // namespace
@@ -150,9 +128,10 @@ void write_alignment(const surfaces::AlignmentState& state, Record& record) {
   record.set_believed(static_cast<std::uint32_t>(state.believed));
   record.set_usual_share(state.usual_share);
   record.set_usual_known(state.usual_known);
-  record.set_noise_factor2(state.noise_factor2);
-  record.set_common_share(state.common_share);
-  record.set_scans_learned(state.scans_learned);
+  record.set_lidar(state.sensor == SensorKind::lidar);
+  record.set_way(state.way_m);
+  record.set_view(state.view_m);
+  record.set_patch(state.patch_m);
   Writer misfits(*record.mutable_misfits());
   for (const surfaces::AlignmentState::Misfit& misfit : state.misfits) {
     misfits.put(misfit.position);
@@ -167,12 +146,16 @@ surfaces::AlignmentState read_alignment(const Record& record, const std::string&
   surfaces::AlignmentState state;
   const Reader refuse({}, where);
   refuse.require(record.hypotheses_size() <= most_hypotheses, "has too many hypotheses");
-  bool still = false, drifting = false;
-  for (const map_file::AlignmentHypothesis& hypothesis : record.hypotheses()) {
+  for (const map_file::AlignmentHypothesis& hypothesis : record.hypotheses())
     state.hypotheses.push_back(read_hypothesis(hypothesis, where));
-    (state.hypotheses.back().rate_m == 0 ? still : drifting) = true;
-  }
-  refuse.require(still && drifting, "lacks hypotheses");
+  for (Reader misfits(record.misfits(), where); !misfits.done();)
+    state.misfits.push_back(read_misfit(misfits));
+  refuse.require(record.misfits_size() <= static_cast<int>(5 * surfaces::AlignmentState::most_misfits),
+                 "has too many misfits");
+  if (state.hypotheses.empty()) return state;  // of before version 7
+  refuse.require(state.hypotheses.size() >= 2 && state.hypotheses.front().rate_m == 0, "lacks hypotheses");
+  for (std::size_t i = 1; i < state.hypotheses.size(); ++i)
+    refuse.require(state.hypotheses[i].rate_m > 0, "lacks hypotheses");
   refuse.require(record.has_believed() && record.believed() < state.hypotheses.size(),
                  "believes in none of them");
   state.believed = record.believed();
@@ -180,19 +163,52 @@ surfaces::AlignmentState read_alignment(const Record& record, const std::string&
     refuse.require(share >= 0 && share <= 1, "has a share that makes no sense");
   state.usual_share = record.usual_share();
   state.usual_known = record.usual_known();
-  refuse.require(record.noise_factor2() >= 1 && record.noise_factor2() <= largest &&
-                     record.common_share() >= 0 && record.common_share() <= largest,
-                 "has an error that makes no sense");
-  state.noise_factor2 = record.noise_factor2();
-  state.common_share = record.common_share();
-  state.scans_learned = record.scans_learned();
-  refuse.require(record.misfits_size() <= static_cast<int>(5 * surfaces::AlignmentState::most_misfits),
-                 "has too many misfits");
-  for (Reader misfits(record.misfits(), where); !misfits.done();)
-    state.misfits.push_back(read_misfit(misfits));
+  for (const double metres : {record.way(), record.view(), record.patch()})
+    refuse.require(metres >= 0 && metres <= largest, "has a way that makes no sense");
+  state.sensor = record.lidar() ? SensorKind::lidar : SensorKind::depth_camera;
+  state.way_m = record.way();
+  state.view_m = record.view();
+  state.patch_m = record.patch();
   if (record.last_size() > 0) state.last = Reader(record.last(), where).pose();
   if (record.jump_size() > 0) state.jump = Reader(record.jump(), where).pose();
   return state;
+}
+
+void write_patch(const surfaces::SeenPatches::Change& change, map_file::SeenPatches& record) {
+  const auto& [key, patch] = change;
+  record.add_keys(key);
+  record.add_planes(patch.offset);
+  record.add_planes(patch.since);
+  record.add_planes(patch.until);
+  for_each_float(patch, [&](float value) { record.add_looks(value); });
+}
+
+void read_patches(const map_file::SeenPatches& record, const std::string& where,
+                  surfaces::SeenPatches& patches, std::optional<surfaces::SeenPatches::Key>& last) {
+  const Reader refuse({}, where);
+  const int count = record.keys_size();
+  refuse.require(record.planes_size() == planes_each * count && record.looks_size() == looks_each * count,
+                 "lacks numbers of patches");
+  const auto sensible = [&](double value) {
+    refuse.require(std::fabs(value) <= largest, "has a patch that makes no sense");  // NaN fails
+    return value;
+  };
+  int at = 0;
+  for (int i = 0; i < count; ++i) {
+    refuse.require(!last || record.keys(i) > *last, "has patches out of order");
+    last = record.keys(i);
+    surfaces::Patch patch;
+    patch.offset = sensible(record.planes(planes_each * i));
+    patch.since = sensible(record.planes(planes_each * i + 1));
+    patch.until = sensible(record.planes(planes_each * i + 2));
+    for_each_float(patch,
+                   [&](float& value) { value = static_cast<float>(sensible(double{record.looks(at++)})); });
+    refuse.require(std::fabs(patch.normal.norm() - 1) < 1e-3F, "has a patch that makes no sense");
+    for (const surfaces::Look* look : {&patch.past, &patch.waiting, &patch.recent})
+      refuse.require(look->weight >= 0, "has a patch that makes no sense");
+    patches.set(*last, patch);
+  }
+  patches.commit();
 }
 
 }  // namespace octosurf::io

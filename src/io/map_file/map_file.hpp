@@ -20,8 +20,8 @@ namespace octosurf::io {
 //
 // A record is a protobuf message `Record` of map_file.proto with exactly one field. In order: one
 // Header; the octree in chunks; Accumulated; ScanPoses; Surfaces, then Cylinders, by ascending id;
-// Departures; one Footer with the number of records before it and the CRC-32 (zlib's) of all decompressed
-// bytes before its length.
+// Departures; SeenPatches; one Footer with the number of records before it and the CRC-32 (zlib's) of all
+// decompressed bytes before its length.
 //
 // The octree chunks, put together, are the nodes in preorder, from the root over all 2¹⁶ voxels an
 // axis. Each begins with a byte that says which of its eight children follow (bit c: child c, which
@@ -43,7 +43,8 @@ namespace octosurf::io {
 inline constexpr std::string_view map_file_magic{"\x89OCTSF\r\n", 8};
 // 2: no simplified polygons. 3: ScanPoses. 4: Departures. 5: hypotheses of a steady drift.
 // 6: surfaces without what only an earlier method asked, and zeros behind the frame.
-inline constexpr std::uint32_t map_file_version = 6;
+// 7: SeenPatches, and other filters of drift.
+inline constexpr std::uint32_t map_file_version = 7;
 
 /// Size and CRC-32 (zlib's) of a file.
 struct FileSum {

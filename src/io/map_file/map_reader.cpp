@@ -58,6 +58,7 @@ class Reader {
     read_surfaces();
     read_cylinders();
     read_departures();
+    read_seen_patches();
     read_footer();
     publish();
     return std::move(file_);
@@ -302,6 +303,15 @@ class Reader {
         departures.push_back(read(departure));
       }
       state.departures = state.departures.with(departures);
+    }
+  }
+
+  void read_seen_patches() {
+    std::optional<surfaces::SeenPatches::Key> last;
+    for (; record_.field == map_file::Record::kSeenPatches; advance()) {
+      const auto record = parse<map_file::SeenPatches>(small_record_limit);
+      charge(static_cast<std::uint64_t>(record.keys_size()), patch_cost);
+      read_patches(record, where_, file_.state->patches, last);
     }
   }
 

@@ -15,6 +15,7 @@ namespace {
 constexpr std::size_t keys_in_record = 65536;
 constexpr std::size_t poses_in_record = 8192;
 constexpr std::size_t departures_bytes = 1U << 16;
+constexpr std::size_t patches_in_record = 1000;
 
 void put_record(const map_file::Record& record, RecordWriter& records) {
   records.put(record.SerializeAsString());
@@ -73,6 +74,16 @@ void put_departures(const DepartureLog& log, RecordWriter& records) {
   if (record.has_departures()) put_record(record, records);
 }
 
+void put_patches(const surfaces::SeenPatches& patches, RecordWriter& records) {
+  const std::vector<surfaces::SeenPatches::Change> all = patches.all();
+  for (std::size_t i = 0; i < all.size();) {
+    map_file::Record record;
+    for (const std::size_t end = std::min(all.size(), i + patches_in_record); i < end; ++i)
+      write_patch(all[i], *record.mutable_seen_patches());
+    put_record(record, records);
+  }
+}
+
 void put_poses(const std::vector<Eigen::Isometry3d>& poses, RecordWriter& records) {
   for (std::size_t i = 0; i < poses.size();) {
     map_file::Record record;
@@ -85,7 +96,7 @@ void put_poses(const std::vector<Eigen::Isometry3d>& poses, RecordWriter& record
 /// Bytes that reading it takes, as the reader counts them; a quarter more, because pools grow in steps.
 std::uint64_t memory_of(const surfaces::MapState& state, const KeptScans& scans) {
   std::uint64_t bytes = state.occupancy.bytes() + waiting_cost * state.accumulated.size() +
-                        pose_cost * scans.poses.size(),
+                        pose_cost * scans.poses.size() + patch_cost * state.patches.size(),
                 checking = 0;
   for (const auto& [id, surface] : state.surfaces) {
     std::uint64_t vertices = 0, rings = 0;
@@ -134,6 +145,7 @@ void write_map(const surfaces::MapState& state, const FileSum& bt, std::ostream&
     put_record(record, records);
   }
   put_departures(state.departures, records);
+  put_patches(state.patches, records);
   map_file::Record footer;
   footer.mutable_footer()->set_records(records.records());
   footer.mutable_footer()->set_crc32(records.crc32());

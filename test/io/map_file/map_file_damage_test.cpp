@@ -33,7 +33,9 @@ class DamagedMapFiles : public MapFiles {
     // Made once for all tests: what varies from world to world is the damage.
     good = new std::string(bytes_of(map_of(changing_room(9, std::mt19937_64(20)))));  // fixed: see above
     auto records = unpack(bytes_of(map_of(pillar(5, 0, std::mt19937_64(21)))));       // fixed: see above
-    std::erase_if(records, [](const map_file::Record& record) { return record.has_departures(); });
+    std::erase_if(records, [](const map_file::Record& record) {
+      return record.has_departures() || record.has_seen_patches();
+    });
     with_cylinder = new std::string(pack(records));
   }
   static void TearDownTestSuite() {
@@ -433,6 +435,28 @@ TEST_F(DamagedMapFiles, CylindersThatCannotBe) {
     Spoiler spoiler(*with_cylinder);
     ASSERT_NO_THROW(spoiled_cylinders()[i].spoil(spoiler)) << "entry " << i;
     EXPECT_THAT(loading(pack(spoiler.records)), HasSubstr(spoiled_cylinders()[i].message)) << "entry " << i;
+  }
+}
+
+TEST_F(DamagedMapFiles, PatchesThatCannotBe) {
+  using Patches = map_file::SeenPatches;
+  const std::pair<const char*, std::function<void(Patches&)>> table[] = {
+      {"out of order", [](Patches& p) { p.set_keys(1, p.keys(0)); }},
+      {"lacks numbers", [](Patches& p) { p.mutable_looks()->RemoveLast(); }},
+      {"lacks numbers", [](Patches& p) { p.add_planes(0); }},
+      {"makes no sense", [](Patches& p) { p.set_planes(0, not_a_number); }},
+      {"makes no sense", [](Patches& p) { p.set_planes(1, 1e12); }},
+      {"makes no sense", [](Patches& p) { p.set_looks(0, 2); }},   // a normal
+      {"makes no sense", [](Patches& p) { p.set_looks(3, -1); }},  // a weight
+  };
+  for (const auto& [message, spoil] : table) {
+    std::vector<map_file::Record> records = unpack(*good);
+    const auto patches = std::find_if(records.begin(), records.end(),
+                                      [](const auto& record) { return record.has_seen_patches(); });
+    ASSERT_NE(patches, records.end());
+    ASSERT_GE(patches->seen_patches().keys_size(), 2);
+    spoil(*patches->mutable_seen_patches());
+    EXPECT_THAT(loading(pack(records)), HasSubstr(message));
   }
 }
 

@@ -205,6 +205,12 @@ std::string alignment_bytes(const surfaces::MapState& state) {
   return record.SerializeAsString();
 }
 
+std::string patch_bytes(const surfaces::MapState& state) {
+  map_file::SeenPatches record;
+  for (const surfaces::SeenPatches::Change& patch : state.patches.all()) io::write_patch(patch, record);
+  return record.SerializeAsString();
+}
+
 std::string difference(const Map& map_a, const Map& map_b) {
   const surfaces::MapState &a = map_a.state(), &b = map_b.state();
   for (const ParameterInfo& info : parameter_infos())
@@ -220,6 +226,7 @@ std::string difference(const Map& map_a, const Map& map_b) {
   for (unsigned c = 0; c < sensing::NoiseModel::classes; ++c)
     if (a.noise.sigma(c) != b.noise.sigma(c) || a.noise.tolerance(c) != b.noise.tolerance(c)) return "sigma";
   if (alignment_bytes(a) != alignment_bytes(b)) return "alignment";
+  if (patch_bytes(a) != patch_bytes(b)) return "patches";
   if (a.surfaces.next_id() != b.surfaces.next_id()) return "next id";
   if (a.surfaces.size() != b.surfaces.size()) return "number of surfaces";
   for (const auto& [id, surface] : a.surfaces) {

@@ -1,0 +1,207 @@
+#include "alignment/revisit.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace octosurf::alignment {
+namespace {
+
+/// Voxels: wide enough for tens of samples 2 m away, narrower than a stair's tread is deep.
+constexpr int patch_voxels = 16;
+/// Voxels along the normal: less than the least step that a robot notices.
+constexpr int level_voxels = 4;
+/// Cosine of what a surface may turn by and be the same: 10°.
+constexpr double same_side = 0.985;
+/// Standard deviations: 95 % efficient for normal errors (Huber and Ronchetti).
+constexpr double tukey = 4.685;
+constexpr int rounds = 3;
+/// Normal errors' deviation by the median of their size.
+constexpr double by_median = 1.4826;
+/// Patches without which nothing is measured: as many numbers as a pose has, twice.
+constexpr std::size_t fewest_patches = 12;
+
+/// Which patch of a plane's a point is in. Columns stand along the axis that the normal is nearest to.
+class PatchKey {
+ public:
+  explicit PatchKey(double resolution)
+      : width_(patch_voxels * resolution), level_(level_voxels * resolution) {}
+  surfaces::SeenPatches::Key operator()(const Eigen::Vector3d& point, const Plane& plane) const {
+    int axis = 0;
+    plane.normal.cwiseAbs().maxCoeff(&axis);
+    const int a = (axis + 1) % 3, b = (axis + 2) % 3;
+    const double column = std::floor(point[a] / width_), row = std::floor(point[b] / width_);
+    const double height =
+        (plane.offset - plane.normal[a] * (column + 0.5) * width_ - plane.normal[b] * (row + 0.5) * width_) /
+        plane.normal[axis];
+    std::uint64_t key = 2 * static_cast<std::uint64_t>(axis) + (plane.normal[axis] > 0 ? 1 : 0);
+    for (const double part : {column, row, std::floor(height / level_)})
+      key = key << 20 | (static_cast<std::uint64_t>(static_cast<std::int64_t>(part)) & 0xfffff);
+    return key;
+  }
+
+ private:
+  double width_, level_;
+};
+
+double median_of(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// A patch as it was long ago beside what the scan reads of it.
+struct Row {
+  double residual, weight, noise;  // m, 1/m², m² by readings alone
+  Twist by_pose;                   // of the residual, rotations by the lever
+  SensorErrors by_error;
+};
+
+struct Sums {
+  TwistCovariance pose = TwistCovariance::Zero();
+  Eigen::Matrix<double, 6, sensor_error_size> across = decltype(across)::Zero();
+  SensorErrorCovariance error = SensorErrorCovariance::Zero();
+  Twist pose_right = Twist::Zero();
+  SensorErrors error_right = SensorErrors::Zero();
+};
+
+double robust(double off, double deviation) {
+  const double share = off / (tukey * deviation);
+  return std::fabs(share) < 1 ? (1 - share * share) * (1 - share * share) : 0;
+}
+
+}  // namespace
+
+std::vector<PatchLook> looks_at(const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
+                                std::span<const Laid> readings, const surfaces::SeenPatches& patches,
+                                SensorKind sensor, double resolution) {
+  const PatchKey key_of(resolution);
+  std::vector<std::pair<surfaces::SeenPatches::Key, const Laid*>> by_key;
+  by_key.reserve(readings.size());
+  for (const Laid& laid : readings)
+    by_key.emplace_back(key_of(T_map_sensor * laid.point, laid.surface->plane), &laid);
+  std::stable_sort(by_key.begin(), by_key.end(),
+                   [](const auto& one, const auto& other) { return one.first < other.first; });
+  std::vector<PatchLook> looks;
+  const Eigen::Matrix3d R_sensor_map = T_map_sensor.linear().transpose();
+  for (std::size_t i = 0; i < by_key.size();) {
+    PatchLook look;
+    look.key = by_key[i].first;
+    if (const surfaces::Patch* known = patches.find(look.key)) {
+      look.patch = *known;
+    } else {
+      look.patch.normal = by_key[i].second->surface->plane.normal.cast<float>();
+      look.patch.offset = by_key[i].second->surface->plane.offset;
+    }
+    const Eigen::Vector3d normal = look.patch.normal.cast<double>();
+    for (; i < by_key.size() && by_key[i].first == look.key; ++i) {
+      const Laid& laid = *by_key[i].second;
+      if (laid.surface->plane.normal.dot(normal) < same_side) continue;
+      const Eigen::Vector3d arm = T_map_sensor.linear() * laid.point;
+      Twist by_pose;
+      by_pose << arm.cross(normal), normal;
+      const double weight = 1 / laid.variance;
+      look.weight += weight;
+      const double share = weight / look.weight;
+      const double distance = normal.dot(T_map_sensor.translation() + arm) - look.patch.offset;
+      look.distance += share * (distance - look.distance);
+      look.by_pose += share * (by_pose - look.by_pose);
+      if (scan.sensor == sensor)
+        look.by_error +=
+            share * (distance_by_error(sensor, laid.point, R_sensor_map * normal) - look.by_error);
+    }
+    if (look.weight > 0) looks.push_back(look);
+  }
+  return looks;
+}
+
+Revisit measure(std::span<const PatchLook> looks, double way_m, const SensorErrors& errors, double patch_m,
+                double resolution) {
+  Revisit revisit;
+  std::vector<Row> rows;
+  double squares = 0;
+  for (const PatchLook& look : looks) {
+    const surfaces::Look before = look.patch.before(way_m, revisit_span_m);
+    if (!(before.weight > 0)) continue;
+    squares += look.by_pose.head<3>().squaredNorm();
+    rows.push_back({look.distance - before.distance, 0, 1 / look.weight + 1 / double{before.weight},
+                    look.by_pose, look.by_error - before.by_error.cast<double>()});
+  }
+  revisit.patches = rows.size();
+  if (rows.size() < fewest_patches) return revisit;
+  revisit.lever_m = std::max(resolution, std::sqrt(squares / static_cast<double>(rows.size())));
+  for (Row& row : rows) row.by_pose.head<3>() /= revisit.lever_m;
+
+  Twist motion = Twist::Zero();
+  const double least = map_error_voxels * resolution;
+  double scatter = std::max(least, patch_m);
+  Sums sums;
+  for (int round = 0; round < rounds; ++round) {
+    sums = {};
+    std::vector<double> offs;
+    for (Row& row : rows) {
+      const double off = row.residual + row.by_pose.dot(motion) - row.by_error.dot(errors);
+      const double variance = row.noise + 2 * scatter * scatter;
+      // The pose is not yet known: half a voxel more may be its doing.
+      const double reach = round == 0 ? resolution / 2 : 0;
+      row.weight = robust(off, std::sqrt(variance + reach * reach)) / variance;
+      offs.push_back(std::fabs(off));
+      sums.pose += row.weight * row.by_pose * row.by_pose.transpose();
+      sums.across += row.weight * row.by_pose * row.by_error.transpose();
+      sums.error += row.weight * row.by_error * row.by_error.transpose();
+      sums.pose_right += row.weight * row.residual * row.by_pose;
+      sums.error_right += row.weight * row.residual * row.by_error;
+    }
+    // As much of a pose as is held to be right within a voxel.
+    const TwistCovariance information = sums.pose + TwistCovariance::Identity() / (resolution * resolution);
+    motion = information.ldlt().solve(sums.across * errors - sums.pose_right);
+    if (round > 0) {
+      double noise = 0;
+      for (const Row& row : rows) noise += row.noise / static_cast<double>(rows.size());
+      const double deviation = by_median * median_of(offs);
+      scatter = std::sqrt(std::max(least * least, (deviation * deviation - noise) / 2));
+    }
+  }
+  revisit.scatter_m = scatter;
+
+  const Eigen::SelfAdjointEigenSolver<TwistCovariance> eigen(sums.pose);
+  revisit.all_directions = eigen.eigenvectors().rowwise().reverse();
+  const Twist information = eigen.eigenvalues().reverse();
+  // What is less exact the octree would not notice.
+  const double enough = 4 / (resolution * resolution);
+  const auto count = (information.array() > enough).count();
+  Twist per_metre;
+  per_metre << Eigen::Vector3d::Constant(revisit.lever_m), Eigen::Vector3d::Ones();
+  const auto along = revisit.all_directions.leftCols(count);
+  revisit.directions = along.transpose() * per_metre.asDiagonal();
+  revisit.variances = information.head(count).cwiseInverse();
+  revisit.motion = -(revisit.variances.asDiagonal() * along.transpose() * sums.pose_right);
+  revisit.by_error = -(revisit.variances.asDiagonal() * along.transpose() * sums.across);
+  // What no motion of the sensor explains.
+  const TwistCovariance inverse = (sums.pose + enough * 1e-3 * TwistCovariance::Identity()).inverse();
+  revisit.error_information = sums.error - sums.across.transpose() * inverse * sums.across;
+  revisit.error_vector = sums.error_right - sums.across.transpose() * inverse * sums.pose_right;
+  return revisit;
+}
+
+void describe(const Revisit& revisit, const SensorErrors& errors, Alignment& alignment) {
+  const auto count = revisit.motion.size();
+  alignment.directions = revisit.all_directions;
+  alignment.determined = static_cast<int>(count);
+  alignment.lever_m = revisit.lever_m;
+  Twist in_metres;
+  in_metres << Eigen::Vector3d::Constant(1 / revisit.lever_m), Eigen::Vector3d::Ones();
+  const TwistCovariance motions = in_metres.asDiagonal() * revisit.all_directions;
+  const AlignmentReach reach;
+  const double far = std::max(reach.translation_m, reach.rotation_rad * revisit.lever_m);
+  Twist variances = Twist::Constant(far * far);
+  variances.head(count) = revisit.variances;
+  alignment.covariance = motions * variances.asDiagonal() * motions.transpose();
+  if (count == 0) return;
+  const auto along = (revisit.motion - revisit.by_error * errors).eval();
+  alignment.disagreement = motions.leftCols(count) * along;
+  alignment.innovation_m = along.norm();
+}
+
+}  // namespace octosurf::alignment

@@ -1,0 +1,65 @@
+#include "alignment/sensor_error.hpp"
+
+namespace octosurf::alignment {
+namespace {
+
+/// rad: a mount that nobody calibrated is right to about a degree.
+constexpr double usual_tilt = 0.0175;
+/// A depth scale or a focal length that nobody calibrated is right to a few per cent.
+constexpr double usual_scale = 0.02;
+/// 1/m: a consumer camera's disparities err by 0.03 to 0.08 px over the image (Clarkson et al. 2013, Teichman
+/// et al. 2012); with f·b = 40 px·m depths are off by up to 0.002 z².
+constexpr double usual_field = 0.002;
+/// m: of a lidar's ranges, by their data sheets.
+constexpr double usual_offset = 0.02;
+/// Tangent of half a camera's usual field of view, so that the field's terms reach about 1.
+constexpr double half_view = 0.6;
+
+/// m: of what a robot steps on next.
+constexpr double usual_distance = 2;
+
+}  // namespace
+
+SensorErrors distance_by_error(SensorKind sensor, const Eigen::Vector3d& reading, const Eigen::Vector3d& n) {
+  SensorErrors by = SensorErrors::Zero();
+  by.head<3>() = reading.cross(n);
+  const double along = n.dot(reading);
+  by[3] = along;
+  if (sensor == SensorKind::depth_camera) {
+    const double z = reading.z();
+    if (!(z > 0)) return by;
+    const double u = reading.x() / (half_view * z), v = reading.y() / (half_view * z);
+    by.tail<6>() << 1, u, v, u * v, u * u, v * v;
+    by.tail<6>() *= along * z;
+  } else {
+    const double range = reading.norm();
+    by[4] = along / range;
+    by[5] = along * reading.z() / (range * range);
+  }
+  return by;
+}
+
+std::optional<SensorErrorEstimate> sensor_error_of(const surfaces::AlignmentState& state) {
+  if (state.hypotheses.empty()) return {};
+  const surfaces::AlignmentState::Hypothesis& h = state.hypotheses[state.believed];
+  SensorErrors scale = SensorErrors::Zero();
+  scale[3] = 1;
+  if (state.sensor == SensorKind::depth_camera) {
+    constexpr double mean_square = 1.0 / 3;  // of u and v over the view
+    scale[4] = usual_distance;
+    scale[8] = scale[9] = mean_square * usual_distance;
+  } else {
+    scale[4] = 1 / usual_distance;
+  }
+  return SensorErrorEstimate{h.errors, h.covariance.bottomRightCorner<sensor_error_size, sensor_error_size>(),
+                             scale};
+}
+
+SensorErrors usual_errors(SensorKind sensor) {
+  SensorErrors usual;
+  usual << Eigen::Vector3d::Constant(usual_tilt), usual_scale,
+      Eigen::Matrix<double, 6, 1>::Constant(sensor == SensorKind::depth_camera ? usual_field : usual_offset);
+  return usual;
+}
+
+}  // namespace octosurf::alignment

@@ -1,0 +1,94 @@
+// What is remembered of a surface's patches, and how long ago that was.
+#include "surfaces/seen_patches.hpp"
+
+#include "support/seed.hpp"
+
+#include <gtest/gtest.h>
+#include <map>
+#include <random>
+#include <vector>
+
+namespace octosurf::test {
+namespace {
+
+using surfaces::Look;
+using surfaces::Patch;
+using surfaces::SeenPatches;
+
+constexpr double span = 1;
+
+Look look_at_distance(double distance) {
+  Look look;
+  look.weight = 1;
+  look.distance = static_cast<float>(distance);
+  return look;
+}
+
+TEST(SeenPatches, OldLooksAreAtLeastASpanOldAndNoneOfThreeSpansIsMissing) {
+  auto rng = test::rng();
+  std::uniform_real_distribution<double> step(0, 0.6);
+  Patch patch;
+  std::vector<double> ways;
+  for (double way = 0; way < 30; way += step(rng)) {
+    const Look before = patch.before(way, span);
+    // Weights are 1 each and the distances are the ways: the oldest `n` looks have this mean.
+    const auto n = static_cast<std::size_t>(before.weight + 0.5F);
+    ASSERT_LE(n, ways.size());
+    double sum = 0;
+    for (std::size_t i = 0; i < n; ++i) sum += ways[i] / static_cast<double>(n);
+    if (n > 0) {
+      EXPECT_NEAR(before.distance, sum, 1e-3);
+      EXPECT_LE(ways[n - 1], way - span + 1e-9);
+    }
+    for (std::size_t i = n; i < ways.size(); ++i) EXPECT_GT(ways[i], way - 3 * span);
+    if (ways.empty()) patch.since = way;
+    patch.add(look_at_distance(way), way, span);
+    ways.push_back(way);
+  }
+}
+
+TEST(SeenPatches, LooksCountByTheirWeight) {
+  Look look = look_at_distance(1), other = look_at_distance(4);
+  other.weight = 2;
+  other.by_error[3] = 3;
+  look.add(other);
+  look.add(Look{});
+  EXPECT_FLOAT_EQ(look.weight, 3);
+  EXPECT_FLOAT_EQ(look.distance, 3);
+  EXPECT_FLOAT_EQ(look.by_error[3], 2);
+}
+
+TEST(SeenPatches, AreWhatTheyWereWhenAChangeIsTakenBack) {
+  auto rng = test::rng();
+  std::uniform_int_distribution<SeenPatches::Key> key(0, 50);
+  SeenPatches patches;
+  std::map<SeenPatches::Key, double> twin;
+  for (int round = 0; round < 40; ++round) {
+    std::map<SeenPatches::Key, double> changed = twin;
+    patches.begin_changes();
+    for (int i = 0; i < 10; ++i) {
+      Patch patch;
+      patch.offset = 10 * round + i;
+      const SeenPatches::Key at = key(rng);
+      patches.set(at, patch);
+      changed[at] = patch.offset;
+    }
+    if (round % 2 == 0) {
+      patches.commit();
+      twin = changed;
+    } else {
+      patches.roll_back();
+    }
+    const std::vector<SeenPatches::Change> all = patches.all();
+    ASSERT_EQ(all.size(), twin.size());
+    auto at = twin.begin();
+    for (const auto& [k, patch] : all) {
+      EXPECT_EQ(k, at->first);
+      EXPECT_EQ(patch.offset, at->second);
+      ++at;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace octosurf::test
