@@ -1,0 +1,83 @@
+# Tests that take more than 0.3 s on an idle core, by program, as GoogleTest's filters: the fast tier leaves them out.
+# `./dev test fast` says how long it took; what makes it long belongs here.
+set(OCTOSURF_SLOW_accuracy *)
+set(OCTOSURF_SLOW_adapters InsertPointCloud.EqualsOctomapsForAllArguments
+    InsertPointCloud.GoesOctomapsWayWhereItsStateIsOutOfReach InsertPointCloud.LetsTheTreeUpdateItsNodes
+    InsertPointCloud.WorksOnDerivedTrees)
+set(OCTOSURF_SLOW_adapters_of_maps FclOctree.FollowsTheOctreeThatItPointsTo OctreeOfAMap.*)
+set(OCTOSURF_SLOW_alignment AlignedMap.ASensorsTiltAndScaleAreFoundAndAreNoDrift AlignedMap.ASingleScanFarOffIsLeftOut
+    AlignedMap.DriftIsCorrectedToWhereThingsWereSeenFirst AlignedMap.ExactPosesGiveTheSameMapAsWithoutAlignment
+    AlignedMap.IsTheSameAfterAStopAndWhateverTheThreads AlignedMap.LinesOfALaserAreNoJumps
+    AlignedMap.OffTakesPosesAsTheyAre AlignedMap.PosesThatHaveJumpedForGoodAreFoundAgainWithTheSecondScan
+    AlignedMap.WhatReadingsErrInCommonIsKnownWhetherOrNotPosesAreAligned Localizer.FindsScansFromGuessesFarOff
+    NearSurfaces.PosesThatSlidDoNotMakeAPlaneUncertain PoseFit.ErrorsAreAsItsCovarianceSays
+    Revisits.TellABendThatNoMotionExplains Revisits.TellHowFarThePoseIsOff)
+set(OCTOSURF_SLOW_apps Bags.* Closures.* Diff.* EarlyEnd.AnInterruptSavesWhatIsMapped EarlyEnd.CheckpointsSurviveAKill
+    EarlyEnd.TwoInterruptsAtOnceAreOne FailingRun.ACheckpointThatFailsIsToldOnceAndTheRunGoesOn
+    FailingRun.AFullDiskNamesTheLastCheckpoint FailingRun.AHangUpSavesWhatIsMapped
+    FailingRun.NoMemoryKeepsWhatWasMapped FailingRun.ScoresAreCompleteOrNotThere Files.ExportedSurfacesAreReadByPython
+    Killed.* MapRun.DoubleLayersAreReportedAndWarnedOf MapRun.InRealTimeScansArriveAtTheirStamps
+    MapRun.ScansThatArriveMakeTheSameMap MapRun.StoppingAndResumingGivesTheSameBytes PlanVerb.*
+    UpOption.GivenInEveryWay ViewVerb.RefusesPlansThatAreNoneByName)
+set(OCTOSURF_SLOW_apps_merge *)
+set(OCTOSURF_SLOW_apps_remap Remap.*)
+set(OCTOSURF_SLOW_cylinders RegionGrowing.AgreesWithTheSlowTwinWhateverTheOrderOfSeeds)
+set(OCTOSURF_SLOW_diagnosis Boundary.ALidarHasNoLimitOfACameras Boundary.ATableSeenWholeEndsAllRound
+    Boundary.AgreesWithWhatTheCamerasCouldSee Boundary.LabelsDependNeitherOnThreadsNorOnSaving
+    Boundary.TheFloorUnderABoxEndsAtItsSides Explain.AmongClutter Explain.EveryPendingPointOfARoomHasItsReason)
+set(OCTOSURF_SLOW_evaluation PlanarRegion.AgreesWithBruteForceOnRandomPolygonsWithHolesAndIslands)
+set(OCTOSURF_SLOW_example_body_path *)
+set(OCTOSURF_SLOW_example_contact_sequence *)
+set(OCTOSURF_SLOW_fuzz DamagedMap.EveryByteOfTheBtFlippedAndEveryTruncation DamagedMap.EveryByteOfTheSurfacesFlipped
+    Fuzz.BagsOfManyTransformsAndScansTakeNoMoreMemoryThanOtherFiles
+    Fuzz.LinesOfMillionsOfWordsTakeNoMoreMemoryThanOtherFiles)
+set(OCTOSURF_SLOW_io_bags BagFiles.* Bags/CloudsInBag.* Bags/ImagesInBag.* Kinds/DamagedBags.*)
+set(OCTOSURF_SLOW_io_export ExportTest.CsvOfPointsAndCirclesIsReadByPython ExportTest.EmptyMapIsValidJsonAndCsv
+    PictureTest.ATurnedMapWhoseUpIsGivenLooksTheSame PictureTest.IsoShowsFloorAndDefaultSize)
+set(OCTOSURF_SLOW_io_map_file DamagedMapFiles.* Departures.ComeBackWithWhoTookThemIn Departures.ManyComeBackInOrder
+    HistoryFile.ComesBackAsItWas MapFiles.ALargeFloorWithoutNoiseComesBack MapFiles.EverythingComesBack
+    MapFiles.ResumingChangesNothing MapFiles.ResumingChangesNothingAroundAPillar
+    MapFiles.ResumingChangesNothingInAnOffice MapFiles.ResumingChangesNothingWhereThingsMove
+    MapFiles.ResumingChangesNothingWithThePapersParameters RecordStream.DamageBehindTheFrameIsSeen
+    SaveFails.AtEveryByteOfItsFilesAndKeepsWhatWasThere)
+set(OCTOSURF_SLOW_io_planner_formats Sl1m.TheLoaderInTheDocsReadsIt)
+set(OCTOSURF_SLOW_io_readers RealScans.RedKitchen)
+set(OCTOSURF_SLOW_io_scan_archive ScanArchives.AMapFromTheArchiveIsTheMapToTheBit
+    ScanArchives.RoundingIsWithinItsBoundAndHasNoBias ScanArchives.RoundingMovesPlanesFarLessThanTheirNoise)
+set(OCTOSURF_SLOW_law Junctions.ABoardPartsWhatIsSeenToItsTwoSides Resegment.*
+    Segment.ABoardOfThreeCentimetresPartsAWall UpdateSurfaces.*)
+set(OCTOSURF_SLOW_mapper CoarserFaces.* Covariance.* Cylinders.ALaddersRungsAndRailsAreOneEach
+    Cylinders.APillarThatIsTakenAwayGoes Cylinders.FlatThingsAreNone Cylinders.PillarsOfAHall
+    Cylinders.PlanesAreTheSameWithAndWithout Cylinders.ThreadsAndOrderOfPointsChangeNothing FinerFaces.* InsertAll.*
+    Mapper.ARemovedBoxGoesAndTheFloorUnderItComes Mapper.CentresOfAnOctreesVoxelsErrInCommon Mapper.FloorWallAndBox
+    Mapper.StripsOfATiltingLaserMakeSurfaces Mapper.SurfacesOfAnOctreeWithoutScans
+    MapperContract.ChangedSinceTellsWhatTheSnapshotsDifferIn MapperContract.IdsAreNeverUsedAgain
+    MapperContract.RefusedScansLeaveTheMapAsItWas MapperContract.ReportsItsTime MapperContract.SameScansSameBytes
+    MapperContract.StoppingAndGoingOnChangesNothing Readers.* UpOfAMap.ChangesNothingElse
+    UpOfAMap.IsFoundHoweverItsFrameIsTurned Voxels/Faces.*)
+set(OCTOSURF_SLOW_mapper_failures ChangesTogether.* FailedAllocations.*)
+set(OCTOSURF_SLOW_mapper_merge *)
+set(OCTOSURF_SLOW_occupancy AdoptOccupiedVoxels.PocketsUnderAFloorAreNotWhereItIsSeenFrom
+    OccupancyDelta.FollowsTheOccupancyThreshold OccupancyDelta.IsTheDifferenceOfTheOccupiedVoxels
+    OccupancyFiles.BtIsOctomapsOwn OccupancyFiles.NodesComeBackToTheBit OccupancyFiles.TruncatedOctomapFilesAreAnError
+    OccupancyInsert.* RayBits.AreOctomapsVoxels RayBits.OfABoxTooLargeToPassOverAreOctomapsVoxels
+    RayBits.OfStrayFarRaysAreOctomapsVoxels SharedView.TellsWhatHasChangedSinceAnyOther
+    VoxelTree.TakesNoMoreHeapThanOctomapsTree)
+set(OCTOSURF_SLOW_occupancy_merge ResampledOctree.KnowsWhatTheOtherKnowsAtItsCentres)
+set(OCTOSURF_SLOW_planning Changes.LineageOverManyScansIsThatOverEachOfThem
+    Changes.WhoFollowsThemHasWhatTheSnapshotHas ContactRegion.OfRandomPolygonsIsExact
+    Crawl.AQuadrupedClimbsAStairAndCrossesASmallGap Footsteps.AWallAcrossTheWayIsRefusedForItsClearance
+    Footsteps.GoAroundWhatStandsInTheWayOrHangsOverIt Inset.OfRandomPolygons)
+set(OCTOSURF_SLOW_property *)
+set(OCTOSURF_SLOW_reference NormalsAgainstPcl.* PaperPipeline.CollectedScansAreDetectedAtOnce
+    PaperPipeline.FindsFloorAndTwoWallsOverSeveralScans PaperPipeline.SameScansSameSurfaces)
+set(OCTOSURF_SLOW_simulation Cameras/DepthFolder.IsASevenScenesFolder* Folder.SameOptionsSameBytes
+    MeshFacesTest.HeapsOfBoxesAgreeWithThePointwiseTwin MeshRecording.AStairIsMappedStepByStep
+    MeshRecording.EverythingAWalkerStepsOnIsSeen Meshes/TerrainData.* Noise.OfTheDepthCameraGrowsAsItsModelSays
+    RealCamera.DepthsDeviateAsPublished RealCamera.DropsAsOftenAsItSays
+    RealCamera.OutlinesStrayByEightTenthsOfAPixelWithAFlyingPixelEach RealCamera.WhatRemainsOfManyScansIsTheBias
+    Recording.ChangeHappensMidway Recording.NoScanIsEmpty Recording.SameOptionsSameScansInAnyOrder
+    Recording.TheRealCameraDropsOfWhatThePerfectOneSees VisibleCells.EachIsInSightOfSomeScan
+    VisibleCells.LieInPolygonsInOrderAndSumUp)
+set(OCTOSURF_SLOW_surfaces SurfaceModel.PolygonsThatAreNotStaleAreRight)
+set(OCTOSURF_SLOW_dds *)
