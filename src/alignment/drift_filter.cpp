@@ -126,7 +126,7 @@ void DriftFilter::learn(Hypothesis& h, const Eigen::Isometry3d& T_laid, const Re
   S.diagonal().array() += revisit.variances.array() + common;
   const Eigen::LLT<decltype(S)> solver(S);
   const Numbers weighted = solver.solve(innovation);
-  // Student's t: of errors that no model has, such as a wrong pairing, one scan tells no more than a few do.
+  // Student's t: of errors that no model has, such as a wrong pairing, one scan counts no more than a few do.
   const double squared = innovation.dot(weighted), dimensions = static_cast<double>(innovation.size());
   h.log_evidence -= solver.matrixLLT().diagonal().array().log().sum() +
                     (freedom + dimensions) / 2 * std::log1p(squared / freedom);

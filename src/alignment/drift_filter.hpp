@@ -34,7 +34,7 @@ class DriftFilter {
   TwistCovariance covariance() const { return believed().covariance.topLeftCorner<6, 6>(); }
   /// Whether the scan is far enough from the last one that was learned from to tell something else.
   bool is_new_view() const;
-  /// What the scan tells, laid on the map at `T_laid`.
+  /// Updates all filters by the scan, laid on the map at `T_laid`.
   void learn(const Eigen::Isometry3d& T_laid, const Revisit& revisit);
   /// The poses have jumped, and the map fits with this correction.
   void jump(const Eigen::Isometry3d& correction);

@@ -30,13 +30,13 @@ struct PatchLook {
 };
 
 /// The scan's readings that lie on surfaces, by patch, ascending keys. A patch is what of one surface lies in
-/// a column 16 voxels wide. The errors are those of `sensor`: another's scan tells nothing of them.
+/// a column 16 voxels wide. The errors are those of `sensor`: another's scan measures none of them.
 /// O(readings).
 std::vector<PatchLook> looks_at(const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
                                 std::span<const Laid> readings, const surfaces::SeenPatches& patches,
                                 SensorKind sensor, double resolution);
 
-/// What patches that were seen long ago tell of a scan's pose: motion + by_error · (sensor's error) is as
+/// A scan's pose measured by patches that were seen long ago: motion + by_error · (sensor's error) is as
 /// measured, in directions that are independent of each other.
 struct Revisit {
   Eigen::Matrix<double, Eigen::Dynamic, 6, 0, 6, 6> directions;  ///< rows: what is measured of a twist
@@ -51,11 +51,11 @@ struct Revisit {
   std::size_t patches = 0;  ///< seen again
 };
 
-/// `errors`: what is known of the sensor's, to weigh patches by. `patch_m`: what a patch usually scatters by.
+/// `errors`: the sensor's as estimated so far, to weigh patches by. `patch_m`: what a patch usually scatters by.
 Revisit measure(std::span<const PatchLook> looks, double way_m, const SensorErrors& errors, double patch_m,
                 double resolution);
 
-/// Fills in what Alignment tells of it: the disagreement from the pose laid at, without the sensor's errors.
+/// Fills in Alignment: the disagreement from the pose laid at, without the sensor's errors.
 void describe(const Revisit& revisit, const SensorErrors& errors, Alignment& alignment);
 
 }  // namespace octosurf::alignment

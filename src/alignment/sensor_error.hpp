@@ -21,7 +21,7 @@ using SensorErrorCovariance = Eigen::Matrix<double, sensor_error_size, sensor_er
 /// Derivative by the errors of a reading's distance off a plane with unit normal `n`; both sensor's frame.
 SensorErrors distance_by_error(SensorKind sensor, const Eigen::Vector3d& reading, const Eigen::Vector3d& n);
 
-/// What is known of them.
+/// Their estimate.
 struct SensorErrorEstimate {
   SensorErrors errors = SensorErrors::Zero();
   SensorErrorCovariance covariance = SensorErrorCovariance::Zero();
