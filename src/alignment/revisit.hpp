@@ -51,7 +51,8 @@ struct Revisit {
   std::size_t patches = 0;  ///< seen again
 };
 
-/// `errors`: the sensor's as estimated so far, to weigh patches by. `patch_m`: what a patch usually scatters by.
+/// `errors`: the sensor's as estimated so far, to weigh patches by. `patch_m`: what a patch usually scatters
+/// by.
 Revisit measure(std::span<const PatchLook> looks, double way_m, const SensorErrors& errors, double patch_m,
                 double resolution);
 
