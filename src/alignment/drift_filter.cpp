@@ -15,8 +15,8 @@ constexpr std::array<double, 3> rates_m{0.001, 0.004, 0.016};
 constexpr double rate_lever_m = 3;
 /// Views that one span of the way is looked at in, at most.
 constexpr double views_a_span = 10;
-/// By twice as much poses must have drifted to be corrected.
-constexpr double least_correction_voxels = 0.2;
+/// By less than twice what the map is off by itself no pose is corrected.
+constexpr double least_correction_voxels = 2 * map_error_voxels;
 /// Natural logarithm by which drift must be the better explanation before it is believed in: of a thousand
 /// recordings without drift, about one is taken for one with.
 const double required = std::log(1000.0);

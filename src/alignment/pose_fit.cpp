@@ -20,8 +20,6 @@ constexpr double least_facing = 0.15;
 /// The same below which a distance off the plane says little of how far off a reading is along its line of
 /// sight: the plane's own error would count more than twice.
 constexpr double facing_to_tell_errors = 0.5;
-constexpr double tukey =
-    4.685;  // standard deviations: 95 % efficient for normal errors (Huber and Ronchetti)
 constexpr double significant = 3;      // standard deviations within which a reading is explained
 constexpr double enough_samples = 20;  // of a surface, to tell its mean
 /// To the power of n a bound on the chance that most of n samples on a surface are none of it but of a face
@@ -203,9 +201,9 @@ void PoseFitter::add_sample(const Linearisation& at, std::span<const Pairing> ca
   const Sample& sample = samples_[candidates.front().sample];
   const double distance = matched->distance;
   const Twist by_pose = matched->row.head<6>();
-  const double cut = tukey * std::sqrt(matched->certain + by_pose.dot(at.uncertainty * by_pose));
-  if (!(std::fabs(distance) < cut)) return;
-  const double share = distance / cut, robust = (1 - share * share) * (1 - share * share);
+  const double robust =
+      tukey_weight(distance, std::sqrt(matched->certain + by_pose.dot(at.uncertainty * by_pose)));
+  if (robust == 0) return;
   SurfaceSums& sum = of_surface[matched->surface];
   // Samples that share readings tell together no more than those readings do.
   const double weight = 1 / (sample.overlap * matched->reading);

@@ -5,6 +5,7 @@
 #include "sensing/noise_model.hpp"
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <optional>
 #include <span>
 #include <vector>
@@ -29,6 +30,14 @@ struct PoseFit {
     return known > 0 ? static_cast<double>(explained) / static_cast<double>(known) : 0;
   }
 };
+
+/// Tukey's weight of a distance, 0 from `tukey` standard deviations on: 95 % efficient for normal errors
+/// (Huber and Ronchetti).
+inline constexpr double tukey = 4.685;
+inline double tukey_weight(double distance, double deviation) {
+  const double share = distance / (tukey * deviation);
+  return std::fabs(share) < 1 ? (1 - share * share) * (1 - share * share) : 0;
+}
 
 /// A reading that lies on a surface.
 struct Laid {

@@ -14,8 +14,6 @@ constexpr int patch_voxels = 16;
 constexpr int level_voxels = 4;
 /// Cosine of what a surface may turn by and be the same: 10°.
 constexpr double same_side = 0.985;
-/// Standard deviations: 95 % efficient for normal errors (Huber and Ronchetti).
-constexpr double tukey = 4.685;
 constexpr int rounds = 3;
 /// Normal errors' deviation by the median of their size.
 constexpr double by_median = 1.4826;
@@ -65,11 +63,6 @@ struct Sums {
   Twist pose_right = Twist::Zero();
   SensorErrors error_right = SensorErrors::Zero();
 };
-
-double robust(double off, double deviation) {
-  const double share = off / (tukey * deviation);
-  return std::fabs(share) < 1 ? (1 - share * share) * (1 - share * share) : 0;
-}
 
 }  // namespace
 
@@ -145,7 +138,7 @@ Revisit measure(std::span<const PatchLook> looks, double way_m, const SensorErro
       const double variance = row.noise + 2 * scatter * scatter;
       // The pose is not yet known: half a voxel more may be its doing.
       const double reach = round == 0 ? resolution / 2 : 0;
-      row.weight = robust(off, std::sqrt(variance + reach * reach)) / variance;
+      row.weight = tukey_weight(off, std::sqrt(variance + reach * reach)) / variance;
       offs.push_back(std::fabs(off));
       sums.pose += row.weight * row.by_pose * row.by_pose.transpose();
       sums.across += row.weight * row.by_pose * row.by_error.transpose();
