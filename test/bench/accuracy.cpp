@@ -86,6 +86,11 @@ std::vector<Method> methods_of(const Options& options) {
   return methods;
 }
 
+bool is_wrong(const evaluation::FaceScore& face) {
+  return face.verdict != evaluation::TruthVerdict::correct &&
+         face.verdict != evaluation::TruthVerdict::not_judged;
+}
+
 /// Scores of several recordings, added up.
 struct Score {
   std::size_t recordings = 0, faces = 0, correct = 0, over = 0, under = 0, missed = 0, noise = 0;
@@ -98,9 +103,13 @@ struct Score {
   double normal_all_sum = 0, normal_all_max = 0, offset_all_sum = 0;
   std::size_t scans = 0;
   double ms = 0;
+  std::vector<std::string> wrong;  ///< "SEED:FACE" of each judged face that is not correct
 
-  void add(const evaluation::Evaluation& evaluation, std::size_t more_scans, double more_ms) {
+  void add(const evaluation::Evaluation& evaluation, std::uint64_t seed, std::size_t more_scans,
+           double more_ms) {
     ++recordings;
+    for (const evaluation::FaceScore& face : evaluation.face_scores)
+      if (is_wrong(face)) wrong.push_back(std::to_string(seed) + ":" + std::to_string(face.id));
     faces += evaluation.faces;
     correct += evaluation.correct;
     over += evaluation.over_segmented;
@@ -203,9 +212,7 @@ void print_failures(const std::string& title, const evaluation::Evaluation& eval
                    "normal °", "offset mm"});
   bool any = false;
   for (const evaluation::FaceScore& face : evaluation.face_scores) {
-    if (face.verdict == evaluation::TruthVerdict::correct ||
-        face.verdict == evaluation::TruthVerdict::not_judged)
-      continue;
+    if (!is_wrong(face)) continue;
     faces.add({face.name, std::string(name_of(face.verdict)), fixed(face.visible_m2, 3),
                fixed(face.covered, 2), fixed(face.multiplicity, 2), std::to_string(face.surface),
                fixed(face.by_surface, 2), fixed(face.of_surface, 2), fixed(face.normal_rad * deg, 2),
@@ -268,6 +275,9 @@ nlohmann::json json_of(const std::string& method, const std::string& scene, cons
           {"under_segmented", score.under},
           {"missed", score.missed},
           {"noise", score.noise},
+          {"wrong", score.wrong},
+          {"area_m2", score.area_m2},
+          {"unsafe_m2", score.unsafe_m2},
           {"coverage", score.coverage()},
           {"worst_coverage", score.worst_coverage},
           {"multiplicity", score.multiplicity()},
@@ -309,7 +319,7 @@ Scores score_all(const Options& options, const std::vector<Method>& methods) {
       for (std::size_t m = 0; m < methods.size(); ++m) {
         const Run run = run_method(methods[m], simulated.scans, options);
         const evaluation::Evaluation evaluation = evaluation::evaluate(run.snapshot, simulated.truth);
-        scores[m][s].add(evaluation, run.scans, run.ms);
+        scores[m][s].add(evaluation, seed, run.scans, run.ms);
         const std::string title =
             name_of_scene(options.scenes[s]) + " " + std::to_string(seed) + " " + methods[m].name;
         std::fprintf(stderr, "%s: %zu/%zu correct, %.1f ms per scan\n", title.c_str(), evaluation.correct,

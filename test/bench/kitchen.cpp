@@ -5,12 +5,14 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <octomap/OcTree.h>
 
 #include <octosurf/diagnosis.hpp>
 #include <octosurf/error.hpp>
@@ -30,6 +32,7 @@ struct Options {
   int threads = 1;
   bool share_octree = false;
   double min_area = 0.05;
+  std::size_t octomap_every = 0;
   std::vector<std::string> set;
   std::vector<std::size_t> views{0, 120, 240};
   std::string pictures, json;
@@ -59,10 +62,24 @@ Snapshot turned(const Snapshot& snapshot, const Eigen::Isometry3d& T) {
 struct Mapped {
   Snapshot snapshot;  ///< z up
   std::vector<Eigen::Isometry3d> poses;
-  double ms = 0, surfaces_ms = 0;  ///< all scans; steps 3 to 9 of them
+  double ms = 0;  ///< all scans
+  std::array<double, stage_names.size()> stage_ms{};
+  std::vector<double> octomap_ms;  ///< OctoMap's insertion of every octomap_every-th scan
   Up up;                           ///< as `--up auto` finds it, in the recording's frame
   double up_error_rad = 0;
 };
+
+/// OctoMap's own insertion of what a sensor that knows its pose would hand it.
+double insertion_ms(octomap::OcTree& tree, const Scan& scan) {
+  octomap::Pointcloud cloud;
+  cloud.reserve(scan.points.size());
+  for (const Eigen::Vector3f& point : scan.points) {
+    const Eigen::Vector3f in_map = (scan.T_map_sensor * point.cast<double>()).cast<float>();
+    if (in_map.allFinite()) cloud.push_back(in_map.x(), in_map.y(), in_map.z());
+  }
+  const Eigen::Vector3f origin = scan.T_map_sensor.translation().cast<float>();
+  return time_ms([&] { tree.insertPointCloud(cloud, octomap::point3d(origin.x(), origin.y(), origin.z())); });
+}
 
 Mapped map_all(const Options& options, const std::filesystem::path& recording) {
   Parameters parameters;
@@ -77,12 +94,15 @@ Mapped map_all(const Options& options, const std::filesystem::path& recording) {
   const Eigen::Isometry3d T(upright(up));
   Mapper mapper(parameters, options.threads);
   if (options.share_octree) mapper.share_octree();
+  octomap::OcTree octomap(options.resolution);
   Mapped mapped;
   for_each_scan(recording, options.every, options.frames, [&](const Scan& scan, double) {
     ScanReport report;
     mapped.ms += time_ms([&] { report = mapper.insert(scan); });
-    for (std::size_t stage = static_cast<std::size_t>(Stage::retract); stage < stage_names.size(); ++stage)
-      mapped.surfaces_ms += report.stage_ms[stage];
+    for (std::size_t stage = 0; stage < stage_names.size(); ++stage)
+      mapped.stage_ms[stage] += report.stage_ms[stage];
+    if (options.octomap_every != 0 && mapped.poses.size() % options.octomap_every == 0)
+      mapped.octomap_ms.push_back(insertion_ms(octomap, scan));
     mapped.poses.push_back(T * scan.T_map_sensor);
   });
   mapped.snapshot = turned(*mapper.snapshot(), T);
@@ -144,6 +164,9 @@ void print_levels(const std::vector<SurfacePtr>& level, nlohmann::json& json) {
 void print_double_layers(const Snapshot& snapshot, nlohmann::json& json) {
   const std::vector<DoubleLayer> layers = double_layers(snapshot);
   json["double_layers"] = layers.size();
+  json["double_layers_m2"] = 0.0;
+  for (const DoubleLayer& layer : layers)
+    json["double_layers_m2"] = json["double_layers_m2"].get<double>() + layer.overlap_m2;
   std::printf("double layers: %zu\n", layers.size());
   if (layers.empty()) return;
   TextTable table({"surfaces", "areas m²", "overlap m²", "apart mm", "angle °"});
@@ -223,8 +246,11 @@ void body(const Options& options) {
   double area = 0;
   for (const SurfacePtr& surface : mapped.snapshot.surfaces) area += surface->area_m2;
   const auto scans = static_cast<double>(std::max<std::size_t>(mapped.poses.size(), 1));
-  std::printf("%zu scans, d = %g m, %.1f ms a scan, of them surfaces %.1f\n", mapped.poses.size(),
-              options.resolution, mapped.ms / scans, mapped.surfaces_ms / scans);
+  std::printf("%zu scans, d = %g m, %.1f ms a scan:", mapped.poses.size(), options.resolution,
+              mapped.ms / scans);
+  for (std::size_t stage = 0; stage < stage_names.size(); ++stage)
+    std::printf(" %s %.1f", stage_names[stage].data(), mapped.stage_ms[stage] / scans);
+  std::printf("\n");
   std::printf("surfaces: %zu, of them %zu of %g m² and more; %.2f m²\n", mapped.snapshot.surfaces.size(),
               over, options.min_area, area);
   nlohmann::json json{{"scans", mapped.poses.size()},
@@ -232,7 +258,16 @@ void body(const Options& options) {
                       {"surfaces", mapped.snapshot.surfaces.size()},
                       {"surfaces_over_min_area", over},
                       {"min_area_m2", options.min_area},
-                      {"area_m2", area}};
+                      {"area_m2", area},
+                      {"ms", mapped.ms / scans}};
+  for (std::size_t stage = 0; stage < stage_names.size(); ++stage)
+    json["stage_ms"][stage_names[stage]] = mapped.stage_ms[stage] / scans;
+  if (!mapped.octomap_ms.empty()) {
+    const double octomap_ms = sum(mapped.octomap_ms) / static_cast<double>(mapped.octomap_ms.size());
+    json["octomap_ms"] = octomap_ms;
+    std::printf("OctoMap's insertion of %zu of them: %.1f ms a scan, %.1f times as long\n",
+                mapped.octomap_ms.size(), octomap_ms, octomap_ms / (mapped.ms / scans));
+  }
   json["up_error_deg"] = mapped.up_error_rad * deg;
   std::printf(
       "up, found from %.2f m² of level surfaces: %.2f° off; the next-best direction scores %.2f of it\n",
@@ -258,6 +293,8 @@ int main(int argc, char** argv) {
   app.add_option("--every", options.every, "every k-th scan only")->check(CLI::PositiveNumber);
   app.add_option("--threads", options.threads, "of Mapper")->check(CLI::PositiveNumber);
   app.add_flag("--share-octree", options.share_octree, "snapshots have the octree");
+  app.add_option("--octomap-every", options.octomap_every,
+                 "OctoMap inserts every k-th of the scans, in turn with ours; 0: none");
   app.add_option("--min-area", options.min_area, "m²: surfaces that are counted")->capture_default_str();
   app.add_option("--set", options.set, "NAME=VALUE; may be repeated");
   app.add_option("--pictures", options.pictures, "folder for pictures from all sides and from the camera");
