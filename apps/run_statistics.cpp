@@ -152,7 +152,8 @@ void RunStatistics::add_occupancy(const ScanReport& report, double arrival_s, do
   for (const auto count :
        {&ScanReport::points_raw, &ScanReport::points_not_finite, &ScanReport::points_too_near,
         &ScanReport::points_beyond_range, &ScanReport::points_out_of_map, &ScanReport::voxels,
-        &ScanReport::appeared, &ScanReport::vanished, &ScanReport::categorized})
+        &ScanReport::appeared, &ScanReport::vanished, &ScanReport::categorized, &ScanReport::added,
+        &ScanReport::expanded, &ScanReport::detected})
     totals_.*count += report.*count;
 }
 
@@ -191,6 +192,8 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
   json["categorized_percent"] =
       categorizable > 0 ? Json(100 * static_cast<double>(size.inliers) / static_cast<double>(categorizable))
                         : Json();
+  json["new_inliers"] = {
+      {"added", totals_.added}, {"expanded", totals_.expanded}, {"detected", totals_.detected}};
   json["scan_ms"] = spread(scan_ms_, {{"p50", 0.5}, {"p95", 0.95}, {"p99", 0.99}});
   for (std::size_t stage = 0; stage < stage_ms_.size(); ++stage) {
     Json& entry = json["stage_ms"][std::string(stage_names[stage])];

@@ -96,6 +96,9 @@ void bind_report(py::module_& module) {
       .def_readonly("appeared", &R::appeared, "Voxels that became occupied.")
       .def_readonly("vanished", &R::vanished, "Voxels that no longer are.")
       .def_readonly("categorized", &R::categorized, "Of the appeared, in a surface when insert() returned.")
+      .def_readonly("added", &R::added, "New inliers of surfaces there before, inside them or at their rims.")
+      .def_readonly("expanded", &R::expanded, "The same, over their boundaries.")
+      .def_readonly("detected", &R::detected, "The same, given to them by detection.")
       .def_readonly("alignment", &R::alignment,
                     "Alignment; its T_map_sensor is what the scan was inserted with.")
       .def_readonly("born", &R::born, "Surface ids.")

@@ -47,6 +47,9 @@ struct ScanReport {
   std::size_t appeared = 0;             ///< voxels that became occupied
   std::size_t vanished = 0;             ///< voxels that no longer are
   std::size_t categorized = 0;          ///< of the appeared, in a surface when insert returned
+  std::size_t added = 0;     ///< new inliers of surfaces that were there before, inside them or at their rims
+  std::size_t expanded = 0;  ///< by which they expanded over their boundaries
+  std::size_t detected = 0;  ///< that detection gave them
   Alignment alignment;  ///< of the pose; alignment.T_map_sensor is the one that the scan was inserted with
   std::vector<SurfaceId> born;    ///< surfaces that appeared
   std::vector<SurfaceId> grown;   ///< that were given points

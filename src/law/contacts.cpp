@@ -58,6 +58,7 @@ class Gaps {
   /// Its neighbours of the same plane lie to one side of it.
   bool is_at_rim(Index i) const {
     if (labels_[i] == clutter) return false;
+    if (readings_.is_context(i)) return readings_[i].at_rim;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     int same = 0;
     for (const Index j : readings_.near(i)) {

@@ -81,51 +81,119 @@ class Surroundings {
   std::size_t count_ = 0, inside_ = 0;
 };
 
-/// Effort: the share of a surface's inliers among what is looked at, from which on all are looked at: at most
-/// four times as many, and what shares their blocks. Only of a whole surface can be told whether it bends and
-/// how much clutter is around it.
-constexpr double share_for_whole = 0.25;
+/// The share of a surface's inliers in the blocks of what is looked at, from which on all are looked at: most
+/// of what is known of it is around what is new, so it is as open as that.
+constexpr double share_for_whole = 0.5;
 
-void add_blocks_of(const SurfaceModel& surface, const VoxelBlocks& blocks,
-                   std::vector<VoxelBlocks::Place>& places) {
-  surface.for_each_inlier([&](const surfaces::Inlier& inlier) { places.push_back(blocks.of(inlier.key)); });
-}
+/// Collects points, each in one part.
+class Collector {
+ public:
+  explicit Collector(const surfaces::MapView& map)
+      : map_(map),
+        blocks_(planelet_edge(map.grid.resolution())),
+        farthest_(farthest_neighbour(map.grid.resolution(), Readings::farthest_reach)) {}
 
-/// With all blocks of the surfaces of which share_for_whole lies in these.
-std::vector<VoxelBlocks::Place> with_whole_surfaces(const surfaces::MapView& map, const VoxelBlocks& blocks,
-                                                    std::vector<VoxelBlocks::Place> places) {
-  std::map<SurfaceId, std::size_t> inliers;
-  for (const VoxelBlocks::Place place : places)
-    blocks.for_each_point(map.window, place, [&](Index i) {
-      if (map.window[i].surface != 0) ++inliers[map.window[i].surface];
-    });
-  for (const auto& [id, count] : inliers)
-    if (const SurfaceModel& surface = *map.surfaces.find(id);
-        static_cast<double>(count) >= share_for_whole * static_cast<double>(surface.size()))
-      add_blocks_of(surface, blocks, places);
-  return blocks.widened(std::move(places), 0);
-}
+  void add_voxel(geometry::VoxelKey key) {
+    if (take(map_.window.find(key))) around_.voxels.push_back(key);
+  }
+  void add_surface(const SurfaceModel& surface) {
+    surface.for_each_inlier([&](const surfaces::Inlier& inlier) { add_voxel(inlier.key); });
+  }
+
+  /// Of these blocks.
+  void add_surfaces_mostly_in(const std::vector<VoxelBlocks::Place>& places) {
+    std::map<SurfaceId, std::size_t> inliers;
+    for (const VoxelBlocks::Place place : places)
+      blocks_.for_each_point(map_.window, place, [&](Index i) {
+        if (map_.window[i].surface != 0) ++inliers[map_.window[i].surface];
+      });
+    for (const auto& [id, count] : inliers)
+      if (const SurfaceModel& surface = *map_.surfaces.find(id);
+          static_cast<double>(count) >= share_for_whole * static_cast<double>(surface.size()))
+        add_surface(surface);
+  }
+
+  std::vector<VoxelBlocks::Place> blocks_of(std::span<const geometry::VoxelKey> keys) const {
+    std::vector<VoxelBlocks::Place> places;
+    for (const geometry::VoxelKey key : keys) places.push_back(blocks_.of(key));
+    return blocks_.widened(std::move(places), 0);
+  }
+
+  /// What is pending within h joins, the rims there and the neighbours of all these are context.
+  Neighbourhood with_surroundings() && {
+    const std::vector<geometry::VoxelKey> inside = around_.voxels;
+    const int gap =
+        static_cast<int>(std::ceil(map_.parameters.max_hole_size() / map_.grid.resolution() - 1e-9));
+    for (const VoxelBlocks::Place place : blocks_.widened(blocks_of(inside), gap))
+      blocks_.for_each_point(map_.window, place, [&](Index i) {
+        const occupancy::VoxelPoint& point = map_.window[i];
+        if (point.surface == 0) {
+          if (take(i)) around_.may_join.push_back(point.key);
+          return;
+        }
+        const SurfaceModel& surface = *map_.surfaces.find(point.surface);
+        if (!surface.surrounded(surface.cell_of(point.position)) && take(i))
+          around_.rims.push_back(point.key);
+      });
+    add_neighbours_of(inside);
+    add_neighbours_of(std::vector(around_.may_join));
+    for (const geometry::VoxelKey key : inside) add_along_ray(key);
+    return std::move(around_);
+  }
+
+ private:
+  bool take(Index i) {
+    if (taken_.size() < map_.window.size()) taken_.resize(map_.window.size());
+    const bool fresh = !taken_[i];
+    taken_[i] = true;
+    return fresh;
+  }
+
+  void add_neighbours_of(const std::vector<geometry::VoxelKey>& keys) {
+    for (const geometry::VoxelKey key : keys)
+      for (const Index i : near_points(map_.window, key, farthest_)) add(i);
+  }
+
+  /// Rays through a plane speak against it, whichever of the two is new (count_crossings).
+  void add_along_ray(geometry::VoxelKey key) {
+    const occupancy::VoxelPoint& end = map_.window[map_.window.find(key)];
+    const auto step = static_cast<float>(map_.grid.resolution());
+    const int steps = static_cast<int>(sensing::ReadingModel::clutter_depth / 2 / map_.grid.resolution());
+    for (int k = -steps; k <= steps; ++k) {
+      geometry::VoxelKey passed;
+      if (!map_.grid.key_of(end.position + static_cast<float>(k) * step * end.view, passed)) continue;
+      if (const Index i = map_.window.find(passed); i != Readings::none) add(i);
+    }
+  }
+
+  void add(Index i) {
+    if (!take(i)) return;
+    const bool pending = map_.window[i].surface == 0;
+    (pending ? around_.may_join : around_.context).push_back(map_.window[i].key);
+  }
+
+  const surfaces::MapView& map_;
+  VoxelBlocks blocks_;
+  int farthest_;             // voxels
+  std::vector<bool> taken_;  // by index in the window
+  Neighbourhood around_;
+};
 
 }  // namespace
 
-Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const geometry::VoxelKey> changed,
-                               std::span<const SurfaceId> surfaces) {
-  const double resolution = map.grid.resolution();
-  const VoxelBlocks blocks(planelet_edge(resolution));
-  std::vector<VoxelBlocks::Place> places;
-  for (const geometry::VoxelKey key : changed) places.push_back(blocks.of(key));
-  for (const SurfaceId id : surfaces) add_blocks_of(*map.surfaces.find(id), blocks, places);
-  places = with_whole_surfaces(map, blocks, blocks.widened(std::move(places), 0));
-  Neighbourhood around;
-  for (const VoxelBlocks::Place place : blocks.widened(
-           places, static_cast<int>(std::ceil(map.parameters.max_hole_size() / resolution - 1e-9)))) {
-    const bool inside = std::binary_search(places.begin(), places.end(), place);
-    blocks.for_each_point(map.window, place, [&](Index i) {
-      const bool pending = map.window[i].surface == 0;
-      (inside ? around.voxels : pending ? around.followers : around.context).push_back(map.window[i].key);
-    });
-  }
-  return around;
+Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const geometry::VoxelKey> due,
+                               std::span<const geometry::VoxelKey> touching) {
+  Collector collector(map);
+  for (const geometry::VoxelKey key : due) collector.add_voxel(key);
+  for (const geometry::VoxelKey key : touching) collector.add_voxel(key);
+  collector.add_surfaces_mostly_in(collector.blocks_of(due));
+  return std::move(collector).with_surroundings();
+}
+
+Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const SurfaceId> surfaces) {
+  Collector collector(map);
+  for (const SurfaceId id : surfaces) collector.add_surface(*map.surfaces.find(id));
+  return std::move(collector).with_surroundings();
 }
 
 Segmentation known_about(const Readings& readings, const surfaces::SurfaceStore& surfaces,

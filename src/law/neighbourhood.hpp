@@ -8,11 +8,14 @@
 
 namespace octosurf::law {
 
-/// All points in the blocks of planelets that hold one of `changed`, or an inlier of one of `surfaces`, or of
-/// a surface that has a quarter of its inliers in these. Of the blocks around, as far as patches meet, the
-/// pending ones follow, and inliers are context, which is most. Cost follows what is given.
-Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const geometry::VoxelKey> changed,
-                               std::span<const SurfaceId> surfaces);
+/// What is labelled around `due`, pending points: these, `touching` inliers, and all of surfaces that have
+/// half of theirs in the same blocks of planelets as `due`. What is pending within h of these may join;
+/// context are the inliers beside all that, on the last stretch of its rays, and at rims within h. Cost
+/// follows what is given.
+Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const geometry::VoxelKey> due,
+                               std::span<const geometry::VoxelKey> touching);
+/// The same around all inliers of some surfaces.
+Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const SurfaceId> surfaces);
 
 /// What is known of readings before they are looked at anew: the labels of their surfaces, but for those of
 /// `forgotten`, and sums of what these have outside, their context among it. Inliers outside weigh as those

@@ -109,13 +109,13 @@ class Block {
   std::mt19937_64 random_;   // seeded by the block, so that nothing depends on what was looked at before
 };
 
-/// What has no label yet and may begin a plane, by block.
+/// What has no label yet and may seed a plane, by block.
 std::map<std::uint64_t, std::vector<Index>> blocks_of(const Readings& readings,
                                                       const std::vector<Label>& labels, int edge) {
   std::map<std::uint64_t, std::vector<Index>> blocks;
   const auto part = [edge](std::uint16_t k) { return static_cast<std::uint16_t>(k / edge); };
   for (Index i = 0; i < readings.size(); ++i) {
-    if (labels[i] != clutter || readings[i].follows) continue;
+    if (labels[i] != clutter || !readings[i].may_seed) continue;
     const geometry::VoxelKey key = readings[i].key;
     blocks[geometry::VoxelKey{part(key.x), part(key.y), part(key.z)}.packed()].push_back(i);
   }

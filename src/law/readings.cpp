@@ -6,9 +6,7 @@
 namespace octosurf::law {
 namespace {
 
-// Effort: how far neighbours are looked for where readings are sparse. Six are what a hexagon has.
-constexpr std::size_t enough_neighbours = 6;
-constexpr double farthest_neighbour = 0.16;  // m
+constexpr std::size_t enough_neighbours = 6;  // effort: what a hexagon has
 
 std::vector<geometry::VoxelKey> all_of(const occupancy::OccupancyMap& octree) {
   std::vector<geometry::VoxelKey> keys;
@@ -21,29 +19,51 @@ std::uint64_t block_of(geometry::VoxelKey key) { return key.packed() >> 3 & 0x1f
 
 }  // namespace
 
+int farthest_neighbour(double resolution, double reach) {
+  return std::max(1, static_cast<int>(std::floor(reach / resolution)));
+}
+
+NearPoints near_points(const occupancy::PointWindow& window, geometry::VoxelKey key, int farthest) {
+  NearPoints near;
+  for (int reach = 1; reach <= farthest; ++reach) {
+    near.clear();
+    window.for_each_near(key, reach, [&](occupancy::PointWindow::Index i) {
+      if (window[i].key != key) near.push_back(i);
+    });
+    if (near.size() >= enough_neighbours) break;
+  }
+  return near;
+}
+
 Readings::Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
                    const sensing::NoiseModel& noise)
-    : Readings(octree, window, {.voxels = all_of(octree), .followers = {}, .context = {}}, noise) {}
+    : Readings(octree, window, {.voxels = all_of(octree), .may_join = {}, .context = {}, .rims = {}}, noise) {
+}
 
 Readings::Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
                    const Neighbourhood& around, const sensing::NoiseModel& noise)
     : window_(window), grid_(octree.grid()), model_(noise, octree.grid().resolution()) {
-  readings_.reserve(around.voxels.size() + around.followers.size() + around.context.size());
-  add(around.voxels, around.followers, octree);
+  readings_.reserve(around.voxels.size() + around.may_join.size() + around.context.size() +
+                    around.rims.size());
+  add(around.voxels, around.may_join, octree);
+  for (const geometry::VoxelKey key : around.may_join)
+    if (const Index i = find(key); i != none) readings_[i].may_seed = false;
   size_ = readings_.size();
-  add(around.context, {}, octree);
-  at_border_.assign(readings_.size(), true);
+  add(around.context, around.rims, octree);
+  for (const geometry::VoxelKey key : around.rims)
+    if (const Index i = find(key); i != none) readings_[i].at_rim = true;
+  at_border_.resize(readings_.size());
   first_.reserve(readings_.size() + 1);
   for (Index i = 0; i < readings_.size(); ++i) find_neighbours(i);
   first_.push_back(neighbours_.size());
 }
 
-void Readings::add(std::span<const geometry::VoxelKey> voxels, std::span<const geometry::VoxelKey> followers,
+void Readings::add(std::span<const geometry::VoxelKey> keys, std::span<const geometry::VoxelKey> others,
                    const occupancy::OccupancyMap& octree) {
   std::vector<Index> in_window;
-  in_window.reserve(voxels.size() + followers.size());
-  for (const auto keys : {voxels, followers})
-    for (const geometry::VoxelKey key : keys)
+  in_window.reserve(keys.size() + others.size());
+  for (const auto some : {keys, others})
+    for (const geometry::VoxelKey key : some)
       if (const Index i = window_.find(key); i != none) in_window.push_back(i);
   std::sort(in_window.begin(), in_window.end(), [&](Index a, Index b) {
     return std::pair(block_of(window_[a].key), a) < std::pair(block_of(window_[b].key), b);
@@ -62,27 +82,18 @@ void Readings::add(std::span<const geometry::VoxelKey> voxels, std::span<const g
                          .surface = p.surface,
                          .in_window = i});
   }
-  for (const geometry::VoxelKey key : followers)
-    if (const Index i = find(key); i != none) readings_[i].follows = true;
 }
 
 void Readings::find_neighbours(Index i) {
   first_.push_back(neighbours_.size());
-  const int farthest = std::max(1, static_cast<int>(std::floor(farthest_neighbour / resolution())));
-  for (int reach = 1; reach <= farthest; ++reach) {
-    neighbours_.resize(first_.back());
-    std::size_t missing = 0;
-    window_.for_each_near(readings_[i].key, reach, [&](Index in_window) {
-      const Index j = of_window(in_window);
-      if (j == none)
-        ++missing;
-      else if (j != i)
-        neighbours_.push_back(j);
-    });
-    if (is_context(i)) return;
-    at_border_[i] = missing > 0;
-    if (neighbours_.size() - first_.back() + missing >= enough_neighbours) return;
-  }
+  const int farthest = is_context(i) ? 1 : farthest_neighbour(resolution(), farthest_reach);
+  bool missing = is_context(i);
+  for (const Index in_window : near_points(window_, readings_[i].key, farthest))
+    if (const Index j = of_window(in_window); j != none)
+      neighbours_.push_back(j);
+    else
+      missing = true;
+  at_border_[i] = missing;
 }
 
 void Readings::add_to(Patch& patch, Index i) const {

@@ -5,6 +5,7 @@
 #include "sensing/reading_model.hpp"
 
 #include <Eigen/Core>
+#include <boost/container/small_vector.hpp>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -21,10 +22,18 @@ inline constexpr double cos_nearly_parallel = 0.93969262078590838;
 
 /// Voxels whose points are looked at together.
 struct Neighbourhood {
-  std::vector<geometry::VoxelKey> voxels;     ///< are labelled, and planes are looked for among them
-  std::vector<geometry::VoxelKey> followers;  ///< were no plane before: join planes that others begin
-  std::vector<geometry::VoxelKey> context;    ///< keep the label they have; others meet them
+  std::vector<geometry::VoxelKey> voxels;    ///< are labelled, and planes are looked for among them
+  std::vector<geometry::VoxelKey> may_join;  ///< were no plane before: are labelled, but seed no plane
+  std::vector<geometry::VoxelKey> context;   ///< keep the label they have; others meet them
+  std::vector<geometry::VoxelKey> rims;      ///< the same at the rim of their surface: met across gaps
 };
+
+/// Voxels, how far neighbours are looked for where points are sparse: within `reach` m, at least one.
+int farthest_neighbour(double resolution, double reach);
+/// The points around one: the 26, or where fewer than six of these hold a point, those within as few voxels
+/// as bring six, at most `farthest`.
+using NearPoints = boost::container::small_vector<occupancy::PointWindow::Index, 26>;
+NearPoints near_points(const occupancy::PointWindow& window, geometry::VoxelKey key, int farthest);
 
 /// What the octree keeps of the scans in one voxel.
 struct Reading {
@@ -32,7 +41,8 @@ struct Reading {
   Eigen::Vector3f position = Eigen::Vector3f::Zero();
   Eigen::Vector3f view = Eigen::Vector3f::UnitZ();  ///< unit, toward the sensor
   std::uint8_t range_class = 0;
-  bool follows = false;   ///< it begins no plane
+  bool may_seed = true;   ///< planes may begin with it
+  bool at_rim = false;    ///< of context: its surface ends beside it
   float hits = 1;         ///< scans that hit the voxel, as far as its log-odds tell (at most some four)
   SurfaceId surface = 0;  ///< that has it so far
   occupancy::PointWindow::Index in_window = 0;
@@ -42,7 +52,7 @@ struct Reading {
 };
 
 /// Points of an octree, owned and pending alike, with their neighbours among each other: all of the octree's,
-/// or a neighbourhood's. After those that are to be labelled, followers among them, comes their context. Each
+/// or a neighbourhood's. After those that are to be labelled comes their context. Each
 /// part is in order of its blocks of 8³ voxels, and in these of their keys, whatever the window has loaded
 /// first.
 class Readings {
@@ -63,8 +73,9 @@ class Readings {
   /// True for `none`, too.
   bool is_context(Index i) const { return i >= size_; }
   const Reading& operator[](Index i) const { return readings_[i]; }
-  /// The voxels around: the 26, or where fewer than six of these hold a reading, those within as few voxels
-  /// as bring six, at most 16 cm. Symmetric only where both have six. Of context the 26 alone.
+  /// The readings of near_points() within farthest_reach. Symmetric only where both have six. Of context the
+  /// 26 alone.
+  static constexpr double farthest_reach = 0.16;  ///< m; effort
   std::span<const Index> near(Index i) const {
     return std::span(neighbours_).subspan(first_[i], first_[i + 1] - first_[i]);
   }
@@ -93,7 +104,7 @@ class Readings {
   Patch patch_of(const Indices& indices, const Plane& about, const Patch& beyond = {}) const;
 
  private:
-  void add(std::span<const geometry::VoxelKey> voxels, std::span<const geometry::VoxelKey> followers,
+  void add(std::span<const geometry::VoxelKey> keys, std::span<const geometry::VoxelKey> others,
            const occupancy::OccupancyMap& octree);
   void find_neighbours(Index i);
   Index of_window(Index in_window) const { return in_window < places_.size() ? places_[in_window] : none; }

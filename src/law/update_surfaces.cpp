@@ -1,8 +1,8 @@
 #include "law/update_surfaces.hpp"
 
+#include "law/expand.hpp"
 #include "law/neighbourhood.hpp"
 #include "law/segment.hpp"
-#include "law/waiting.hpp"
 #include "law/write_surfaces.hpp"
 
 namespace octosurf::law {
@@ -33,16 +33,15 @@ void refit(surfaces::Ledger& ledger, const std::set<SurfaceId>& grown) {
 Detected detected(const Readings& readings, const Segmentation& found) {
   Detected result;
   for (Readings::Index i = 0; i < readings.size(); ++i)
-    if (readings[i].surface == 0 && found.labels[i] != clutter) result.given.push_back(readings[i].key);
+    if (readings[i].surface == 0 && found.labels[i] != clutter) result.assigned.push_back(readings[i].key);
   for (const Readings::Index i : found.too_few)
     if (readings[i].surface == 0 && found.labels[i] == clutter) result.too_few.push_back(readings[i].key);
   return result;
 }
 
-/// Segments around `changed` and around the surfaces of `anew`, which begin without a label.
-Detected segment_around(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree,
-                        std::span<const geometry::VoxelKey> changed, std::span<const SurfaceId> anew) {
-  const Neighbourhood around = neighbourhood_of(ledger, changed, anew);
+/// `anew`: surfaces whose inliers begin without a label.
+Detected segment_in(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree,
+                    const Neighbourhood& around, std::span<const SurfaceId> anew) {
   if (around.voxels.empty()) return {};
   const Readings readings(octree, ledger.window, around, ledger.noise);
   const Segmentation found =
@@ -58,13 +57,17 @@ Detected segment_around(surfaces::Ledger& ledger, const occupancy::OccupancyMap&
 }  // namespace
 
 Detected detect(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree,
-                std::span<const geometry::VoxelKey> due) {
-  return segment_around(ledger, octree, due, {});
+                std::span<const geometry::VoxelKey> due, std::span<const geometry::VoxelKey> touching) {
+  return segment_in(ledger, octree, neighbourhood_of(ledger, due, touching), {});
 }
 
 void revise(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree, std::set<SurfaceId> grown) {
-  if (const std::vector<SurfaceId> anew = to_be_checked(ledger); !anew.empty())
-    grown.merge(grow_from(ledger, segment_around(ledger, octree, {}, anew).given));
+  if (const std::vector<SurfaceId> anew = to_be_checked(ledger); !anew.empty()) {
+    const Detected found = segment_in(ledger, octree, neighbourhood_of(ledger, anew), anew);
+    const std::vector<Assignment> more = expand(ledger, pending_beside(ledger, found.assigned));
+    assign(ledger, more);
+    for (const Assignment& assignment : more) grown.insert(assignment.surface);
+  }
   refit(ledger, grown);
 }
 

@@ -1,6 +1,5 @@
 #include "law/waiting.hpp"
 
-#include "law/neighbour_labels.hpp"
 #include "law/planelets.hpp"
 #include "law/voxel_blocks.hpp"
 
@@ -14,19 +13,6 @@ namespace {
 
 using Index = surfaces::MapView::Index;
 using geometry::VoxelKey;
-
-SurfaceId best_surface(const surfaces::MapView& map, const sensing::ReadingModel& model, Index i) {
-  const occupancy::VoxelPoint p = map.window[i];
-  NeighbourLabels near;
-  map.window.for_each_near(p.key, 1, [&](Index j) {
-    if (j != i) near.add(map.window[j].surface);
-  });
-  return near.best([&](SurfaceId id) {
-    const Plane& plane = map.surfaces.find(id)->plane();
-    return model.log_ratio(plane.signed_distance(p.position.cast<double>()), p.range_class,
-                           plane.normal.dot(p.view.cast<double>()));
-  });
-}
 
 using Keys = tsl::robin_set<std::uint64_t, geometry::PackedKeyHash>;
 
@@ -50,9 +36,9 @@ std::vector<VoxelKey> united(const std::vector<VoxelKey>& a, std::span<const Vox
   return all;
 }
 
-/// Adds to `due` what of these blocks is.
+/// Adds to `due` what of these blocks is, but for what is taken.
 void add_due(const surfaces::MapView& map, const VoxelBlocks& blocks, std::span<const VoxelKey> fresh,
-             const std::vector<VoxelKey>& waiting, Keys& due) {
+             const std::vector<VoxelKey>& waiting, const Keys& taken, Keys& due) {
   tsl::robin_map<VoxelBlocks::Place, std::size_t, geometry::PackedKeyHash> come;  // since segmented last
   for (const VoxelKey key : fresh)
     if (!due.contains(key.packed())) come.try_emplace(blocks.of(key), 0);
@@ -65,7 +51,8 @@ void add_due(const surfaces::MapView& map, const VoxelBlocks& blocks, std::span<
     std::vector<VoxelKey> pending;
     blocks.for_each_point(map.window, at->first, [&](Index i) {
       const occupancy::VoxelPoint& p = map.window[i];
-      if (p.surface == 0 && !due.contains(p.key.packed())) pending.push_back(p.key);
+      if (p.surface == 0 && !due.contains(p.key.packed()) && !taken.contains(p.key.packed()))
+        pending.push_back(p.key);
     });
     if (2 * at->second >= pending.size())
       for (const VoxelKey p : pending) due.insert(p.packed());
@@ -73,54 +60,38 @@ void add_due(const surfaces::MapView& map, const VoxelBlocks& blocks, std::span<
   }
 }
 
+/// Moves to `due` what expansions take of the blocks in which as many points are due as a plane needs.
+void withdraw(const surfaces::MapView& map, const VoxelBlocks& blocks, std::vector<Assignment>& expanded,
+              std::vector<VoxelKey>& due) {
+  tsl::robin_map<VoxelBlocks::Place, std::size_t, geometry::PackedKeyHash> count;
+  for (const VoxelKey key : due) ++count[blocks.of(key)];
+  std::erase_if(expanded, [&](const Assignment& assignment) {
+    const VoxelKey key = map.window[assignment.point].key;
+    const auto at = count.find(blocks.of(key));
+    if (at == count.end() || at->second < fewest_of_plane) return false;
+    due.push_back(key);
+    return true;
+  });
+}
+
 }  // namespace
 
-std::vector<VoxelKey> take_in(surfaces::Ledger& ledger, std::span<const VoxelKey> pending) {
-  const sensing::ReadingModel model(ledger.noise, ledger.grid.resolution());
-  std::vector<std::pair<Index, SurfaceId>> taken;  // given later, so that the order does not matter
-  std::vector<VoxelKey> left;
-  for (const VoxelKey key : pending) {
-    const Index i = ledger.window.find(key);
-    const SurfaceId best = best_surface(ledger, model, i);
-    if (best == 0)
-      left.push_back(key);
-    else
-      taken.emplace_back(i, best);
-  }
-  for (const auto& [i, surface] : taken) ledger.give(i, *ledger.find(surface));
-  return left;
-}
-
-std::set<SurfaceId> grow_from(surfaces::Ledger& ledger, std::vector<VoxelKey> given) {
-  std::set<SurfaceId> grown;
-  while (!given.empty()) {
-    std::vector<VoxelKey> beside;
-    for (const VoxelKey key : given)
-      ledger.window.for_each_near(key, 1, [&](Index i) {
-        if (ledger.window[i].surface == 0) beside.push_back(ledger.window[i].key);
-      });
-    std::sort(beside.begin(), beside.end());
-    beside.erase(std::unique(beside.begin(), beside.end()), beside.end());
-    const std::vector<VoxelKey> left = take_in(ledger, beside);
-    given.clear();
-    std::set_difference(beside.begin(), beside.end(), left.begin(), left.end(), std::back_inserter(given));
-    for (const VoxelKey key : given) grown.insert(ledger.window[ledger.window.find(key)].surface);
-  }
-  return grown;
-}
-
 Waiting due_to_segment(const surfaces::MapView& map, std::vector<VoxelKey> before,
-                       std::span<const VoxelKey> fresh) {
+                       std::span<const VoxelKey> fresh, std::vector<Assignment>& expanded) {
   const int edge = planelet_edge(map.grid.resolution());
-  std::vector<VoxelKey> around = take_around(before, fresh, edge);
-  std::erase_if(around, [&](VoxelKey key) { return !map.is_pending(key); });
-  around = united(around, fresh);
-  Keys due;
+  Keys taken, due;
+  for (const Assignment& assignment : expanded) taken.insert(map.window[assignment.point].key.packed());
+  const auto waits = [&](VoxelKey key) { return map.is_pending(key) && !taken.contains(key.packed()); };
+  std::vector<VoxelKey> left, around = take_around(before, fresh, edge);
+  std::copy_if(fresh.begin(), fresh.end(), std::back_inserter(left), waits);
+  std::erase_if(around, [&](VoxelKey key) { return !waits(key); });
+  around = united(around, left);
   for (int level = 0; level < planelet_levels; ++level)
-    add_due(map, VoxelBlocks(edge << level), fresh, around, due);
+    add_due(map, VoxelBlocks(edge << level), left, around, taken, due);
   std::erase_if(around, [&](VoxelKey key) { return due.contains(key.packed()); });
   Waiting result{.due = {}, .left = united(before, around)};
   for (const std::uint64_t key : due) result.due.push_back(VoxelKey::unpack(key));
+  withdraw(map, VoxelBlocks(edge), expanded, result.due);
   std::sort(result.due.begin(), result.due.end());
   return result;
 }

@@ -1,6 +1,7 @@
 #include "mapper/surface_update.hpp"
 
 #include "cylinders/cylinders.hpp"
+#include "law/expand.hpp"
 #include "law/update_surfaces.hpp"
 #include "law/waiting.hpp"
 #include "mapper/stopwatch.hpp"
@@ -90,13 +91,17 @@ void SurfaceUpdate::retract(const sensing::VoxelScan& scan, const occupancy::Occ
   appeared_.back() = keys_of(delta.appeared);
 }
 
+std::vector<geometry::VoxelKey> SurfaceUpdate::pending_of(std::vector<geometry::VoxelKey> keys) const {
+  std::erase_if(keys, [&](geometry::VoxelKey key) { return !ledger_->is_pending(key); });
+  return keys;
+}
+
 /// What is new and pending, and what retracting has made so.
 std::vector<geometry::VoxelKey> SurfaceUpdate::take_fresh(std::span<const Index> appeared) {
   std::vector<geometry::VoxelKey> fresh = std::exchange(ledger_->changes.requeued, {});
   for (const Index i : appeared) fresh.push_back(ledger_->window[i].key);
   put_in_order(fresh);
-  std::erase_if(fresh, [&](geometry::VoxelKey key) { return !ledger_->is_pending(key); });
-  return fresh;
+  return pending_of(std::move(fresh));
 }
 
 void SurfaceUpdate::find_surfaces(const ForeignSurfaces* foreign) {
@@ -105,14 +110,34 @@ void SurfaceUpdate::find_surfaces(const ForeignSurfaces* foreign) {
   Stopwatch time(reports_.back());
   if (foreign != nullptr) time(Stage::detect, [&] { adopt_surfaces(*ledger_, appeared, *foreign); });
   const std::vector<geometry::VoxelKey> fresh = take_fresh(appeared);
-  const std::vector<geometry::VoxelKey> unexplained =
-      time(Stage::add_inliers, [&] { return law::take_in(*ledger_, fresh); });
+  const SurfaceId first_new = state_.surfaces.next_id();
+  const std::size_t added = time(Stage::add_inliers, [&] {
+    const std::vector<law::Assignment> inliers = law::add_inliers(*ledger_, fresh);
+    law::assign(*ledger_, inliers);
+    return inliers.size();
+  });
+  std::vector<law::Assignment> gained =
+      time(Stage::expand, [&] { return law::expand(*ledger_, pending_of(fresh)); });
   law::Waiting waiting;
   const law::Detected detected = time(Stage::detect, [&] {
-    waiting = law::due_to_segment(*ledger_, std::move(state_.accumulated), unexplained);
-    return law::detect(*ledger_, state_.occupancy, waiting.due);
+    waiting = law::due_to_segment(*ledger_, std::move(state_.accumulated), pending_of(fresh), gained);
+    law::assign(*ledger_, gained);
+    return law::detect(*ledger_, state_.occupancy, waiting.due, law::touching(*ledger_, gained));
   });
-  std::set<SurfaceId> grown = time(Stage::expand, [&] { return law::grow_from(*ledger_, detected.given); });
+  time(Stage::expand, [&] {
+    const std::vector<law::Assignment> more =
+        law::expand(*ledger_, law::pending_beside(*ledger_, detected.assigned));
+    law::assign(*ledger_, more);
+    gained.insert(gained.end(), more.begin(), more.end());
+  });
+  reports_.back().added += added;
+  std::set<SurfaceId> grown;
+  for (const law::Assignment& assignment : gained) {
+    grown.insert(assignment.surface);
+    reports_.back().expanded += assignment.surface < first_new;
+  }
+  for (const geometry::VoxelKey key : detected.assigned)
+    reports_.back().detected += ledger_->window[ledger_->window.find(key)].surface < first_new;
   time(Stage::revise, [&] { law::revise(*ledger_, state_.occupancy, std::move(grown)); });
   state_.accumulated = std::move(waiting.left);
   for (const geometry::VoxelKey key : law::waiting_on(detected.too_few))

@@ -41,6 +41,7 @@ class SurfaceUpdate {
 
  private:
   void renew_ledger();
+  std::vector<geometry::VoxelKey> pending_of(std::vector<geometry::VoxelKey> keys) const;
   std::vector<geometry::VoxelKey> take_fresh(std::span<const occupancy::PointWindow::Index> appeared);
   void accumulate_requeued();
   void count_categorized();

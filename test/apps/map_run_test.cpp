@@ -77,6 +77,7 @@ TEST_F(MapRun, ReportHasEveryKey) {
                           "time_to_first_detection_s",
                           "detection_lag_s",
                           "categorized_percent",
+                          "new_inliers",
                           "scan_ms",
                           "stage_ms",
                           "surfaces",

@@ -33,7 +33,8 @@ TEST(LabelBlocks, FindWhatAWalkOverAllFinds) {
   std::vector<geometry::VoxelKey> voxels, context;
   for (const Index i : points.all) (rng() % 3 == 0 ? context : voxels).push_back(points.ledger.window[i].key);
   const Readings readings(points.state.occupancy, points.ledger.window,
-                          {.voxels = voxels, .followers = {}, .context = context}, points.state.noise);
+                          {.voxels = voxels, .may_join = {}, .context = context, .rims = {}},
+                          points.state.noise);
   const auto size = static_cast<Index>(readings.size_with_context());
   ASSERT_EQ(size, points.all.size());
   std::vector<Label> labels(size);

@@ -60,25 +60,30 @@ TEST(Neighbourhood, ContextAreTheInliersAround) {
     return scene.points_.ledger.window[scene.points_.ledger.window.find(key)].surface;
   };
   EXPECT_FALSE(around.context.empty());
-  for (const geometry::VoxelKey key : around.context) EXPECT_EQ(owner(key), scene.id_);
+  EXPECT_FALSE(around.rims.empty());
   std::set<std::uint64_t> looked_at, beside;
   for (const geometry::VoxelKey key : around.voxels) looked_at.insert(key.packed());
-  for (const geometry::VoxelKey key : around.context) beside.insert(key.packed());
-  EXPECT_EQ(looked_at.size() + beside.size(), around.voxels.size() + around.context.size());
+  for (const auto& part : {around.context, around.rims})
+    for (const geometry::VoxelKey key : part) {
+      EXPECT_EQ(owner(key), scene.id_);
+      beside.insert(key.packed());
+    }
+  EXPECT_EQ(looked_at.size() + beside.size(),
+            around.voxels.size() + around.context.size() + around.rims.size());
   for (const geometry::VoxelKey key : scene.board_) EXPECT_TRUE(looked_at.contains(key.packed()));
   for (const std::uint64_t key : beside) EXPECT_FALSE(looked_at.contains(key));
 }
 
-TEST(Neighbourhood, WhatWasPendingAroundFollowsAndBeginsNoPlane) {
+TEST(Neighbourhood, WhatWasPendingAroundJoinsAndSeedsNoPlane) {
   const FloorAndBoard scene;
   const surfaces::Ledger& ledger = scene.points_.ledger;
   const auto is_pending = [&](geometry::VoxelKey key) {
     return ledger.window[ledger.window.find(key)].surface == 0;
   };
   Neighbourhood around = scene.around();
-  EXPECT_FALSE(around.followers.empty());
-  EXPECT_TRUE(std::all_of(around.followers.begin(), around.followers.end(), is_pending));
-  // Were the board's points there only to follow, nothing would begin it; the floor takes in what is its own.
+  EXPECT_FALSE(around.may_join.empty());
+  EXPECT_TRUE(std::all_of(around.may_join.begin(), around.may_join.end(), is_pending));
+  // Were the board's points there only to join, nothing would seed it; the floor takes in what is its own.
   const auto planes_of = [&](const Neighbourhood& looked_at) {
     const Readings readings = scene.readings_of(looked_at);
     return segment(readings, limits_of(ledger.parameters), known_about(readings, ledger.surfaces, {}))
@@ -87,7 +92,7 @@ TEST(Neighbourhood, WhatWasPendingAroundFollowsAndBeginsNoPlane) {
   const std::size_t planes = planes_of(around);
   const auto first_pending = std::stable_partition(around.voxels.begin(), around.voxels.end(),
                                                    [&](geometry::VoxelKey key) { return !is_pending(key); });
-  around.followers.insert(around.followers.end(), first_pending, around.voxels.end());
+  around.may_join.insert(around.may_join.end(), first_pending, around.voxels.end());
   around.voxels.erase(first_pending, around.voxels.end());
   EXPECT_EQ(planes_of(around) + 1, planes);
 }
@@ -161,24 +166,31 @@ TEST(Neighbourhood, WhatIsKnownElsewhereMayHaveBeenSeenMoreHeadOn) {
   EXPECT_NEAR(elsewhere.explained_by(wall.plane()) / elsewhere.readings, head_on, 0.5);
 }
 
-TEST(Neighbourhood, ASurfaceOfWhichAQuarterIsLookedAtIsLookedAtWhole) {
+TEST(Neighbourhood, ASurfaceMostOfWhichIsHereIsLookedAtWhole) {
   FloorAndBoard scene;
   surfaces::Ledger& ledger = scene.points_.ledger;
   surfaces::SurfaceModel& board = ledger.create({-Eigen::Vector3d::UnitY(), -0.5}, {0.7, 0.5, 0.15});
-  for (const geometry::VoxelKey key : scene.board_) ledger.give(ledger.window.find(key), board);
+  std::vector<geometry::VoxelKey> upper_third;
+  for (const geometry::VoxelKey key : scene.board_)
+    if (ledger.grid.centre_of(key).z() < 0.2F)
+      ledger.give(ledger.window.find(key), board);
+    else
+      upper_third.push_back(key);
   const auto inliers_within = [&](const Neighbourhood& around, SurfaceId id) {
     return static_cast<std::size_t>(std::count_if(
         around.voxels.begin(), around.voxels.end(),
         [&](geometry::VoxelKey key) { return ledger.window[ledger.window.find(key)].surface == id; }));
   };
-  std::vector<geometry::VoxelKey> lower_half;
-  std::copy_if(scene.board_.begin(), scene.board_.end(), std::back_inserter(lower_half),
-               [&](geometry::VoxelKey key) { return ledger.grid.centre_of(key).z() < 0.15F; });
-  const Neighbourhood of_half = neighbourhood_of(ledger, lower_half, {});
-  EXPECT_EQ(inliers_within(of_half, board.id()), board.size());
-  EXPECT_LT(inliers_within(of_half, scene.id_), ledger.surfaces.find(scene.id_)->size() / 2);
-  const Neighbourhood of_one = neighbourhood_of(ledger, {lower_half.begin(), 1}, {});
-  EXPECT_LT(inliers_within(of_one, board.id()), board.size() / 4);
+  EXPECT_EQ(inliers_within(neighbourhood_of(ledger, upper_third, {}), board.id()), 0U);
+  std::vector<geometry::VoxelKey> due = upper_third;
+  for (const Index i : scene.points_.all)  // as if every third of the board's had just come
+    if (ledger.window[i].surface == board.id() && i % 3 == 0) {
+      ledger.requeue(i);
+      due.push_back(ledger.window[i].key);
+    }
+  EXPECT_EQ(inliers_within(neighbourhood_of(ledger, due, {}), board.id()), board.size());
+  EXPECT_EQ(inliers_within(neighbourhood_of(ledger, due, {}), scene.id_), 0U);
+  EXPECT_EQ(inliers_within(neighbourhood_of(ledger, std::vector{board.id()}), board.id()), board.size());
 }
 
 TEST(Neighbourhood, ContextKeepsItsLabelAndIsThereToBeMet) {
