@@ -1,5 +1,6 @@
 #include "law/expand.hpp"
 
+#include "geometry/disjoint_sets.hpp"
 #include "law/neighbour_labels.hpp"
 #include "law/patch_graph.hpp"
 #include "law/planelets.hpp"
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <tsl/robin_map.h>
 
 namespace octosurf::law {
@@ -54,17 +56,21 @@ class Flood {
     }
   }
 
-  /// In the window's order, without what is no part of the surface that it was to go to.
+  /// In the window's order, without the pieces that are no part of the surface that they were to go to.
   std::vector<Assignment> accepted() {
-    std::map<SurfaceId, std::vector<Index>> of;
-    for (const auto& [i, id] : gained_) of[id].push_back(i);
     std::vector<Assignment> all;
-    for (auto& [id, points] : of) {
-      std::sort(points.begin(), points.end());
-      if (!merges(id, points)) continue;
-      for (const Index i : points) all.push_back({i, id});
-    }
-    return all;
+    for (const auto& [i, id] : gained_) all.push_back({i, id});
+    std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.point < b.point; });
+    std::map<std::size_t, std::vector<Index>> pieces;  // by root
+    geometry::DisjointSets sets = connected(all);
+    for (std::size_t k = 0; k < all.size(); ++k) pieces[sets.root(k)].push_back(all[k].point);
+    std::set<std::size_t> refused;
+    for (const auto& [root, points] : pieces)
+      if (!merges(all[root].surface, points)) refused.insert(root);
+    std::vector<Assignment> kept;
+    for (std::size_t k = 0; k < all.size(); ++k)
+      if (!refused.contains(sets.root(k))) kept.push_back(all[k]);
+    return kept;
   }
 
  private:
@@ -116,6 +122,19 @@ class Flood {
     std::sort(around.begin(), around.end());
     around.erase(std::unique(around.begin(), around.end()), around.end());
     return around;
+  }
+
+  /// Neighbours that go to the same surface.
+  geometry::DisjointSets connected(const std::vector<Assignment>& gained) const {
+    geometry::DisjointSets sets(gained.size());
+    tsl::robin_map<Index, std::size_t> place;
+    for (std::size_t k = 0; k < gained.size(); ++k) place.emplace(gained[k].point, k);
+    for (std::size_t k = 0; k < gained.size(); ++k)
+      for (const Index j : near_points(map_.window, map_.window[gained[k].point].key, reach_))
+        if (const auto at = place.find(j);
+            at != place.end() && gained[at->second].surface == gained[k].surface)
+          sets.join(k, at->second);
+    return sets;
   }
 
   bool merges(SurfaceId id, const std::vector<Index>& points) const {

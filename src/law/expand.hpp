@@ -24,7 +24,9 @@ std::vector<Assignment> add_inliers(const surfaces::MapView& map, std::span<cons
 ///
 /// 1. A point must fit every plane within two standard deviations of the surface's.
 /// 2. Nothing passes a surface at an angle that stands between.
-/// 3. What a surface gains is one patch, and stays pending unless it merges with the surface (PatchGraph).
+/// 3. Each connected piece of what a surface gains is one patch, and stays pending unless the two are
+/// likelier
+///    one plane than two (log_same); the rim's prior does not count, as it would for whatever touches.
 /// 4. A round's points are all decided before any is assigned, so that no order matters.
 /// Cost: what is new and its neighbours, some 0.5 µs each.
 std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const geometry::VoxelKey> left);

@@ -60,24 +60,25 @@ void add_due(const surfaces::MapView& map, const VoxelBlocks& blocks, std::span<
   }
 }
 
-/// Moves to `due` what expansions take of the blocks in which as many points are due as a plane needs.
-void withdraw(const surfaces::MapView& map, const VoxelBlocks& blocks, std::vector<Assignment>& expanded,
-              std::vector<VoxelKey>& due) {
-  tsl::robin_map<VoxelBlocks::Place, std::size_t, geometry::PackedKeyHash> count;
-  for (const VoxelKey key : due) ++count[blocks.of(key)];
-  std::erase_if(expanded, [&](const Assignment& assignment) {
-    const VoxelKey key = map.window[assignment.point].key;
-    const auto at = count.find(blocks.of(key));
-    if (at == count.end() || at->second < fewest_of_plane) return false;
-    due.push_back(key);
-    return true;
-  });
+/// The blocks in which what is due holds a plane of its own.
+Keys blocks_with_planes(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
+                        const VoxelBlocks& blocks, const std::vector<VoxelKey>& due) {
+  const Readings readings(octree, map.window, {.voxels = due, .may_join = {}, .context = {}, .rims = {}},
+                          map.noise);
+  Segmentation planelets;
+  planelets.labels.assign(readings.size(), clutter);
+  find_planelets(readings, planelets);
+  Keys places;
+  for (Readings::Index i = 0; i < readings.size(); ++i)
+    if (planelets.labels[i] != clutter) places.insert(blocks.of(readings[i].key));
+  return places;
 }
 
 }  // namespace
 
-Waiting due_to_segment(const surfaces::MapView& map, std::vector<VoxelKey> before,
-                       std::span<const VoxelKey> fresh, std::vector<Assignment>& expanded) {
+Waiting due_to_segment(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
+                       std::vector<VoxelKey> before, std::span<const VoxelKey> fresh,
+                       std::vector<Assignment>& expanded) {
   const int edge = planelet_edge(map.grid.resolution());
   Keys taken, due;
   for (const Assignment& assignment : expanded) taken.insert(map.window[assignment.point].key.packed());
@@ -91,7 +92,14 @@ Waiting due_to_segment(const surfaces::MapView& map, std::vector<VoxelKey> befor
   std::erase_if(around, [&](VoxelKey key) { return due.contains(key.packed()); });
   Waiting result{.due = {}, .left = united(before, around)};
   for (const std::uint64_t key : due) result.due.push_back(VoxelKey::unpack(key));
-  withdraw(map, VoxelBlocks(edge), expanded, result.due);
+  const VoxelBlocks blocks(edge);
+  const Keys with_planes = blocks_with_planes(map, octree, blocks, result.due);
+  std::erase_if(expanded, [&](const Assignment& assignment) {
+    const VoxelKey key = map.window[assignment.point].key;
+    if (!with_planes.contains(blocks.of(key))) return false;
+    result.due.push_back(key);
+    return true;
+  });
   std::sort(result.due.begin(), result.due.end());
   return result;
 }

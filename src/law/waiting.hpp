@@ -17,11 +17,12 @@ struct Waiting {
 /// plane needs, and half of all that wait there: with fewer, what was no plane is not one now. Looks at
 /// `before` only around `fresh`, where it forgets those that are pending no more; both in key order.
 ///
-/// `expanded`: what surfaces are to gain, which does not wait. But where as many points of a block are due as
-/// a plane needs, these may be of another plane, and with them what seems to be the surface's: so all that is
-/// new there is due together, and is taken out of `expanded`.
-Waiting due_to_segment(const surfaces::MapView& map, std::vector<geometry::VoxelKey> before,
-                       std::span<const geometry::VoxelKey> fresh, std::vector<Assignment>& expanded);
+/// `expanded`: what surfaces are to gain, which does not wait. But where what is due in a block holds a plane
+/// of its own, that may reach into what seems to be the surface's: all that is new there is due together, and
+/// is taken out of `expanded`.
+Waiting due_to_segment(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
+                       std::vector<geometry::VoxelKey> before, std::span<const geometry::VoxelKey> fresh,
+                       std::vector<Assignment>& expanded);
 
 /// What was segmented waits for as much again, which is how much a plane must grow to explain more than
 /// clutter. What a plane was refused for its number alone has to grow less: of those points two in five wait

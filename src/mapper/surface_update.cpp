@@ -120,7 +120,8 @@ void SurfaceUpdate::find_surfaces(const ForeignSurfaces* foreign) {
       time(Stage::expand, [&] { return law::expand(*ledger_, pending_of(fresh)); });
   law::Waiting waiting;
   const law::Detected detected = time(Stage::detect, [&] {
-    waiting = law::due_to_segment(*ledger_, std::move(state_.accumulated), pending_of(fresh), gained);
+    waiting = law::due_to_segment(*ledger_, state_.occupancy, std::move(state_.accumulated),
+                                  pending_of(fresh), gained);
     law::assign(*ledger_, gained);
     return law::detect(*ledger_, state_.occupancy, waiting.due, law::touching(*ledger_, gained));
   });
