@@ -13,15 +13,17 @@ using Index = Readings::Index;
 
 constexpr double smallest_edge = 0.08;  // m
 
-// Effort: a block of three planes gives one of 24 triples within one of them with a probability of 93 %; what
-// is missed is found in the larger block or taken in by its neighbours.
-constexpr int triples = 24;
-constexpr std::size_t scored = 200;  // readings that a triple is scored on, at most
+// Effort: where three planes share a block alike, one triple in nine lies within one of them, and one of so
+// many does with a probability of 94 % (Fischler and Bolles 1981: ln(1 − 0.94) / ln(1 − 1/9)). What is missed
+// is found in the larger block, or joins its neighbours.
+constexpr int ransac_iterations = 24;
+constexpr std::size_t scored = 200;  // readings that a hypothesis is scored on, at most
 
-/// Looks for planes among the readings of one block.
-class Block {
+/// RANSAC among the readings of one block, plane after plane. Hypotheses are scored by likelihood instead of
+/// by a count of inliers within s (as MLESAC, Torr and Zisserman 2000), and the best is refitted.
+class Ransac {
  public:
-  Block(const Readings& readings, std::vector<Index> indices, std::uint64_t seed)
+  Ransac(const Readings& readings, std::vector<Index> indices, std::uint64_t seed)
       : readings_(readings), left_(std::move(indices)), random_(seed) {}
 
   struct Found {
@@ -93,7 +95,7 @@ class Block {
   Plane best_plane() {
     Plane best = least_squares();
     double most = score(best);
-    for (int k = 0; k < triples; ++k) {
+    for (int k = 0; k < ransac_iterations; ++k) {
       const std::optional<Plane> plane = through_three();
       if (!plane) continue;
       const double of_plane = score(*plane);
@@ -133,8 +135,8 @@ void find_planelets(const Readings& readings, Segmentation& segmentation) {
   for (int level = 0; level < planelet_levels; ++level) {
     const int edge = planelet_edge(readings.resolution()) << level;
     for (auto& [place, indices] : blocks_of(readings, segmentation.labels, edge)) {
-      Block block(readings, std::move(indices), place);
-      while (const std::optional<Block::Found> found = block.next()) {
+      Ransac ransac(readings, std::move(indices), place);
+      while (const std::optional<Ransac::Found> found = ransac.next()) {
         for (const Index i : found->indices) segmentation.labels[i] = static_cast<Label>(patches.size());
         patches.push_back(found->patch);
       }
