@@ -1,41 +1,118 @@
-// How fast, how exact and how large, beside OctoMap, PCL and CGAL: one Google Benchmark per row.
+// How fast, how exact and how large, beside OctoMap, PCL and CGAL, on Google Benchmark.
 
-#include "bench/speed/contest.hpp"
-#include "bench/speed/row.hpp"
+#include "bench/speed/speed.hpp"
+
 #include "bench/support.hpp"
+#include "simulation/recording.hpp"
 
 #include <CGAL/version.h>
-#include <CLI/CLI.hpp>
 #include <algorithm>
-#include <benchmark/benchmark.h>
-#include <cstdio>
+#include <cmath>
+#include <cstdlib>
 #include <fstream>
+#include <malloc.h>
+#include <map>
 #include <pcl/pcl_config.h>
 
 #include <octosurf/error.hpp>
 
 namespace octosurf::bench {
+
+benchmark::internal::Benchmark* add(const std::string& name, const std::string& label, std::size_t iterations,
+                                    const std::function<void(benchmark::State&)>& body) {
+  const auto guarded = [label, body](benchmark::State& state) {
+    state.SetLabel(label);
+    try {
+      body(state);
+    } catch (const std::exception& error) {
+      state.SkipWithError(error.what());
+    }
+  };
+  return benchmark::RegisterBenchmark(name.c_str(), guarded)
+      ->Iterations(static_cast<benchmark::IterationCount>(iterations))
+      ->Unit(benchmark::kMillisecond);
+}
+
+Parameters parameters_at(double resolution, double max_range) {
+  Parameters parameters;
+  parameters.occupancy.resolution = resolution;
+  if (std::isfinite(max_range)) parameters.occupancy.max_range = max_range;
+  return parameters;
+}
+
+double as_counter(std::uint64_t digest) {
+  return static_cast<double>(digest & ((std::uint64_t{1} << 48) - 1));
+}
+
+double heap_in_use() {
+  const struct mallinfo2 info = mallinfo2();
+  return static_cast<double>(info.uordblks + info.hblkhd);
+}
+
 namespace {
 
-struct Group {
-  const char* name;
-  void (*add)(const SpeedOptions&);
-  const char* help;
-};
+Scans read(const char* folder, std::size_t every, std::size_t count) {
+  const std::filesystem::path path = std::filesystem::path(OCTOSURF_DATA_DIR) / folder;
+  if (!std::filesystem::is_directory(path)) throw Error(Error::Kind::data, path.string(), "is missing");
+  Scans scans;
+  for_each_scan(path, every, count, [&](const Scan& scan, double) { scans.push_back(scan); });
+  return scans;
+}
 
-constexpr Group groups[] = {
-    {"occupancy", add_occupancy_rows, "OccupancyMap::insert beside OctoMap's insertion"},
-    {"plain", add_plain_rows, "insert_point_cloud for a plain octomap::OcTree, likewise"},
-    {"lidar", add_lidar_rows, "the same with a real and a simulated lidar"},
-    {"mapper", add_mapper_rows, "Mapper::insert beside OctoMap's insertion alone"},
-    {"pcl", add_pcl_rows, "Mapper::insert beside the paper's pipeline from PCL"},
-    {"memory", add_memory_rows, "heap per octree leaf beside OctoMap's"},
-    {"loading", add_loading_rows, "load_map beside readBinary and mapping anew"},
-    {"planes", add_planes_rows, "planes of a frame and of many beside CGAL's"},
-    {"normals", add_normals_rows, "normals beside PCL's moving least squares"},
-    {"derive", add_derive_rows, "a large surface that grows, beside from scratch"},
-    {"long_run", add_long_run_rows, "ten laps of a corridor"},
-    {"app", add_app_rows, "octosurf map on the kitchen's files, also in real time"}};
+}  // namespace
+
+const Scans& kitchen_scans(std::size_t count, std::size_t every) {
+  static std::map<std::pair<std::size_t, std::size_t>, Scans> kept;
+  Scans& scans = kept[{count, every}];
+  if (scans.empty()) scans = read("rgbd_7scenes_redkitchen", every, count);
+  return scans;
+}
+
+const Scans& hall_scans(std::size_t count) {
+  static const Scans scans = read("lidar_balm_realworld", 1, count);
+  return scans;
+}
+
+const Scans& office_scans(std::size_t count) {
+  static const Scans scans = [count] {
+    simulation::SimulationOptions options;
+    options.scene = "office";
+    options.sensor = "spinning";
+    const simulation::Recording recording(options);
+    Scans first;
+    for (std::size_t i = 0; i < std::min(count, recording.size()); ++i) first.push_back(recording.scan(i));
+    return first;
+  }();
+  return scans;
+}
+
+std::string key(char letter, double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%c:%g", letter, value);
+  return text;
+}
+
+std::string centimetres(double metres) { return key(' ', metres * 100).substr(2) + " cm"; }
+
+const std::filesystem::path& scratch_folder() {
+  struct Folder {
+    std::filesystem::path path;
+    Folder() {
+      std::string pattern = (std::filesystem::temp_directory_path() / "octosurf-bench-XXXXXX").string();
+      if (mkdtemp(pattern.data()) == nullptr)
+        throw Error(Error::Kind::output, pattern, "cannot be created", "set TMPDIR");
+      path = pattern;
+    }
+    ~Folder() {
+      std::error_code ignored;
+      std::filesystem::remove_all(path, ignored);
+    }
+  };
+  static const Folder folder;
+  return folder.path;
+}
+
+namespace {
 
 std::string cpu_model() {
   std::ifstream info("/proc/cpuinfo");
@@ -44,80 +121,35 @@ std::string cpu_model() {
   return "unknown";
 }
 
-/// To the JSON and on the terminal. Google Benchmark's own context would also say that Debian built it
-/// without NDEBUG, which is of no account here: contestants take their own time.
-void note_conditions(const SpeedOptions& options, const std::string& commit) {
-  const std::pair<const char*, std::string> conditions[] = {
-      {"cpu_model", cpu_model()},
-      {"cores", std::to_string(benchmark::CPUInfo::Get().num_cpus)},
-      {"compiler", "g++ " __VERSION__ ", " OCTOSURF_BUILD_TYPE},
-      {"octomap", OCTOMAP_VERSION_TEXT},
-      {"pcl", PCL_VERSION_PRETTY},
-      {"cgal", CGAL_VERSION_STR},
-      {"google_benchmark", BENCHMARK_VERSION_TEXT},
-      {"form", options.frames  ? "--frames " + std::to_string(*options.frames)
-               : options.brief ? "short form"
-                               : "full form"},
-      {"commit", commit}};
-  for (const auto& [name, value] : conditions) {
-    benchmark::AddCustomContext(name, value);
-    std::printf("%-17s %s\n", name, value.c_str());
-  }
-}
-
-void run(const SpeedOptions& options, const std::vector<std::string>& names, const std::string& json,
-         const std::string& filter, const std::string& commit) {
-  for (const Group& group : groups)
-    if (names.empty() || std::find(names.begin(), names.end(), group.name) != names.end()) group.add(options);
-  note_conditions(options, commit);
-  std::vector<std::string> arguments{"bench_speed"};
-  if (!json.empty()) {
-    arguments.push_back("--benchmark_out=" + json);
-    arguments.emplace_back("--benchmark_out_format=json");
-  }
-  if (!filter.empty()) arguments.push_back("--benchmark_filter=" + filter);
+/// Google Benchmark's arguments, and `--short`: few scans each. Repetitions of all benchmarks are mixed at
+/// random, so that whatever else the machine does hits both sides alike.
+void run(std::vector<std::string> arguments) {
+  const bool brief = std::erase(arguments, "--short") > 0;
+  arguments.insert(arguments.begin() + 1,
+                   {"--benchmark_repetitions=3", "--benchmark_enable_random_interleaving=true"});
   std::vector<char*> argv;
   for (std::string& argument : arguments) argv.push_back(argument.data());
   int argc = static_cast<int>(argv.size());
   benchmark::Initialize(&argc, argv.data());
-  RowReporter reporter;
-  benchmark::RunSpecifiedBenchmarks(&reporter);
-  benchmark::Shutdown();
+  if (benchmark::ReportUnrecognizedArguments(argc, argv.data()))
+    throw Error(Error::Kind::usage, argv[1], "is unknown",
+                "--help lists Google Benchmark's; --short: few scans");
+  for (const auto& [name, value] : {std::pair{"cpu_model", cpu_model()},
+                                    {"compiler", "g++ " __VERSION__ ", " OCTOSURF_BUILD_TYPE},
+                                    {"octomap", OCTOMAP_VERSION_TEXT},
+                                    {"pcl", PCL_VERSION_PRETTY},
+                                    {"cgal", CGAL_VERSION_STR},
+                                    {"form", brief ? "short form" : "full form"}})
+    benchmark::AddCustomContext(name, value);
+  for (const auto add_group : {add_insertion, add_planes, add_surface_parts, add_whole_runs})
+    add_group(brief);
+  if (benchmark::RunSpecifiedBenchmarks() == 0)
+    throw Error(Error::Kind::usage, "--benchmark_filter", "matches none");
 }
 
 }  // namespace
 }  // namespace octosurf::bench
 
 int main(int argc, char** argv) {
-  using namespace octosurf::bench;
-  if (serve_contestant(argc, argv)) return 0;
-  SpeedOptions options;
-  options.resolutions = {0.02, 0.01};
-  options.threads = {1};
-  std::vector<std::string> names;
-  std::string json, filter, commit = "unknown";
-  CLI::App app{"speed, memory and accuracy beside OctoMap, PCL and CGAL, on the same data in the same run"};
-  std::string help = "of the groups:";
-  std::vector<std::string> known;
-  for (const Group& group : groups) {
-    help += std::string("\n  ") + group.name + ": " + group.help;
-    known.emplace_back(group.name);
-  }
-  app.add_option("group", names, help)->check(CLI::IsMember(known));
-  app.add_flag("--short", options.brief, "few frames each");
-  app.add_option("--frames", options.frames, "scans a row, instead of the row's own number");
-  app.add_option("--every", options.every, "take every k-th of the kitchen's frames")
-      ->check(CLI::PositiveNumber);
-  app.add_option("--resolution", options.resolutions, "of the kitchen's rows, m")
-      ->delimiter(',')
-      ->capture_default_str();
-  app.add_option("--threads", options.threads, "of the occupancy rows, a row each")
-      ->delimiter(',')
-      ->capture_default_str();
-  app.add_option("--input", options.input, "a depth recording in the place of ../shared/data's kitchen");
-  app.add_option("--filter", filter, "only rows whose name matches this regular expression");
-  app.add_option("--json", json, "write the numbers there");
-  app.add_option("--commit", commit, "what was measured, noted in the JSON");
-  CLI11_PARSE(app, argc, argv);
-  return guarded_main([&] { run(options, names, json, filter, commit); });
+  return octosurf::bench::guarded_main([&] { octosurf::bench::run({argv, argv + argc}); });
 }
