@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Measures what the documents show, and writes it there.
 
-Without an option every task that has not been measured at the present commit is run, the most telling first;
+Without an option every task that has not been measured at the present commit is run, the most telling first, in
+half an hour at most; longer tasks run where --long names them.
 docs/results.md, the README's table and its picture are then written from what was measured at this commit.
 What was not is listed as such: no row of another commit is ever shown. A row's commit is the last one that
 touched code (src, include, apps, test, cmake), so that writing the documents does not outdate them.
@@ -20,7 +21,7 @@ import sys
 import time
 
 import results_tables as tables
-from results_tasks import GROUPS, tasks_of
+from results_tasks import GROUPS, LONG, TASKS, tasks_of
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 STORE = ROOT / "out/bench/results"
@@ -58,9 +59,8 @@ def stored(task):
         return None
 
 
-def is_present(record, commit, quick):
-    """Whether a record stands for the present commit; a quick one does not where a full one is asked for."""
-    return record is not None and record["commit"] == commit and (quick or not record["quick"])
+def is_present(record, commit):
+    return record is not None and record["commit"] == commit
 
 
 def measure(task, options, commit):
@@ -84,7 +84,7 @@ def measure(task, options, commit):
         return f"left no numbers: {error}"
     output.unlink(missing_ok=True)
     record = {"commit": commit, "date": datetime.date.today().isoformat(), "machine": machine(),
-              "load": os.getloadavg()[0], "seconds": took, "quick": options.quick, "seeds": options.seeds,
+              "load": os.getloadavg()[0], "seconds": took, "seeds": options.seeds,
               "content": content}
     temporary = STORE / f"{task.name}.json.part"
     temporary.write_text(json.dumps(record), encoding="utf-8")
@@ -93,11 +93,11 @@ def measure(task, options, commit):
 
 
 def expected_s(task, options):
-    """What the task took last time, in the same form; else its rough guess."""
+    """What the task took last time with as many seeds; else its rough guess."""
     record = stored(task)
-    if record and record["quick"] == options.quick and record["seeds"] == options.seeds:
+    if record and record["seeds"] == options.seeds:
         return record["seconds"]
-    return 60 * (task.quick_minutes if options.quick else task.minutes)
+    return 60 * task.minutes * (options.seeds if task.seeded else 1)
 
 
 def run_all(tasks, options, commit):
@@ -108,7 +108,7 @@ def run_all(tasks, options, commit):
         if task.needs and not (DATA / task.needs).exists():
             reasons[task.name] = f"no ../shared/data/{task.needs}"
             continue
-        if is_present(stored(task), commit, options.quick) and not options.again:
+        if is_present(stored(task), commit) and not options.again:
             continue
         guess = expected_s(task, options)
         if time.monotonic() + guess > end + GRACE_S:
@@ -133,38 +133,39 @@ def put_between(file, mark, text):
     file.write_text(pattern.sub(lambda match: match[1] + text + match[2], old), encoding="utf-8")
 
 
-def write_documents(options, commit, reasons):
+def write_documents(commit, reasons):
     records = {}
-    for task in tasks_of(GROUPS):
+    for task in TASKS:
         record = stored(task)
-        if is_present(record, commit, quick=True):
+        if is_present(record, commit):
             records[task.name] = record
             reasons.pop(task.name, None)
+        elif task.long:
+            reasons.setdefault(task.name, f"takes about {task.minutes:g} min: `--long {task.name}`")
         else:
             reasons.setdefault(task.name, "not measured at this commit")
-    text, ten = tables.document(records, commit, tasks_of(GROUPS), reasons)
+    text, ten = tables.document(records, commit, TASKS, reasons)
     (ROOT / "docs/results.md").write_text(text, encoding="utf-8")
     put_between(ROOT / "README.md", "results", ten)
     demo = records.get("demo")
     put_between(ROOT / "README.md", "demo", tables.demo_block(demo))
-    print(f"wrote docs/results.md and README.md: {len(records)} of {len(tasks_of(GROUPS))} tasks at {commit}")
+    print(f"wrote docs/results.md and README.md: {len(records)} of {len(TASKS)} tasks at {commit}")
 
 
 def main():
     parser = argparse.ArgumentParser(prog="./dev bench results", description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", default=",".join(GROUPS), help="groups or tasks, with commas; groups: " + ", ".join(GROUPS))
-    parser.add_argument("--seeds", type=int, default=10, help="of the simulated rows [%(default)s]")
-    parser.add_argument("--quick", action="store_true", help="one seed, few frames: minutes; the rows say so")
+    parser.add_argument("--long", metavar="TASK", action="append", choices=LONG, default=[],
+                        help="also this one: " + ", ".join(LONG))
+    parser.add_argument("--seeds", type=int, default=1, help="of the simulated rows [%(default)s]")
     parser.add_argument("--budget", type=float, help="MINUTES: begin nothing that would not end in time")
     parser.add_argument("--again", action="store_true", help="measure also what was measured at this commit")
     parser.add_argument("--write", action="store_true", help="measure nothing, write what there is")
     parser.add_argument("--list", action="store_true", help="tasks, what each takes, and which are measured")
     parser.add_argument("--targets", action="store_true", help=argparse.SUPPRESS)  # for ./dev
     options = parser.parse_args()
-    if options.quick:
-        options.seeds = 1
-    tasks = tasks_of(options.only.split(","))
+    tasks = tasks_of(options.only.split(",") + options.long)
     if not tasks:
         parser.error(f"--only {options.only}: no such group or task; --list names them")
     if options.targets:
@@ -172,12 +173,14 @@ def main():
         return
     commit = commit_of_code()
     if options.list:
-        for task in tasks:
+        for task in tasks + [task for task in TASKS if task.long and task not in tasks]:
             record = stored(task)
             state = f"measured at {record['commit']} in {record['seconds'] / 60:.1f} min" if record else "never measured"
-            print(f"{task.group:10} {task.name:20} about {task.minutes:5.1f} min ({task.quick_minutes:.1f} quick)  {state}")
+            note = f"  only with --long {task.name}" if task not in tasks else ""
+            print(f"{task.group:10} {task.name:15} about {expected_s(task, options) / 60:4.1f} min  {state}{note}")
+        print(f"about {sum(expected_s(task, options) for task in tasks) / 60:.0f} min in all, --long ones as named")
         return
-    write_documents(options, commit, {} if options.write else run_all(tasks, options, commit))
+    write_documents(commit, {} if options.write else run_all(tasks, options, commit))
 
 
 if __name__ == "__main__":

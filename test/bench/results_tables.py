@@ -19,10 +19,9 @@ def content(records, name):
 
 
 def note(record):
-    """What a reader must know of a task: of what commit, when, where, how busy, how long, and in which form."""
-    short = ", quick form" if record["quick"] else ""
+    """What a reader must know of a task: of what commit, when, where, how busy, how long."""
     return [record["commit"], record["date"], record["machine"],
-            f'{record["load"]:.1f}', f'{record["seconds"] / 60:.1f} min{short}']
+            f'{record["load"]:.1f}', f'{record["seconds"] / 60:.1f} min']
 
 
 def rows_of(records, name, **wanted):
@@ -134,21 +133,20 @@ def table1(records):
 
 # Speed.
 
-def speed_rows(records):
-    rows, runs = {}, []
+def speed_sides(records):
+    sides, runs = {}, []
     for name, record in records.items():
-        if not name.startswith("speed-"):
-            continue
-        found = {row["name"].split("/iterations:")[0]: row for row in record["content"]["benchmarks"]}
-        rows.update(found)
-        context = dict(record["content"]["context"], commit=record["commit"])
-        runs.append((context, sorted({row.split("/")[0] for row in found})))
-    return rows, runs
+        if name.startswith("speed-"):
+            found = speed_table.sides_of(record["content"])
+            sides.update(found)
+            context = dict(record["content"]["context"], commit=record["commit"])
+            runs.append((context, sorted({side.split("/")[0] for side in found})))
+    return sides, runs
 
 
 def speed(records):
-    rows, runs = speed_rows(records)
-    return speed_table.table(rows, runs) + "\n" if rows else ""
+    sides, runs = speed_sides(records)
+    return speed_table.table(sides, runs) + "\n" if sides else ""
 
 
 # The document.
@@ -219,15 +217,24 @@ def ten_labelled(records):
     return "; ".join(f"{cloud}: {', '.join(found)}" for cloud, found in by_cloud.items()) or NONE
 
 
-def ten_speed(records, pattern, say):
-    rows, _ = speed_rows(records)
-    found = [row for name, row in rows.items() if name.startswith(pattern) and not row.get("error_occurred")]
-    return say(found[0]) if found else NONE
+def ten_speed(records, names, say):
+    sides, _ = speed_sides(records)
+    if any(name not in sides or sides[name].get("error_occurred") for name in names):
+        return NONE
+    return say(*(sides[name] for name in names))
 
 
-def beside(row):
-    ours, theirs = speed_table.pair(row)
-    return f"{ours}; {theirs} for the other"
+def beside(ours, theirs):
+    return "{}; {} for the other".format(*speed_table.pair(ours, theirs))
+
+
+def heap(ours, theirs):
+    return "{:.1f} B; {:.1f} B".format(*speed_table.heap_per_leaf(ours, theirs))
+
+
+def lag(row):
+    return f'lag p50 {row["lag_p50_ms"]:.0f} ms, p95 {row["lag_p95_ms"]:.0f} ms; {row["categorized_percent"]:.1f} % of the ' \
+        "points categorised"
 
 
 def ten(records):
@@ -240,13 +247,11 @@ def ten(records):
         ("planes of labelled clouds, d = 2 cm", ten_labelled(records), "labelled"),
         ("a real kitchen, d = 2 cm", ten_kitchen(records), "kitchen"),
         ("one scan of the kitchen, occupancy and surfaces, one thread; OctoMap's insertion alone",
-         ten_speed(records, "mapper/kitchen/d:0.02", beside), "speed"),
+         ten_speed(records, ["kitchen/d:0.02/mapper", "kitchen/d:0.02/octomap"], beside), "speed"),
         ("heap per octree leaf, kitchen, d = 2 cm; OctoMap's pruned tree",
-         ten_speed(records, "memory/kitchen/d:0.02", lambda row: f'{row["ours_bytes"]:.1f} B; {row["theirs_bytes"]:.1f} B'),
-         "speed"),
+         ten_speed(records, ["kitchen/d:0.02/occupancy", "kitchen/d:0.02/octomap"], heap), "speed"),
         ("the kitchen as it arrives, 30 scans a second, two threads",
-         ten_speed(records, "realtime/kitchen/d:0.02", lambda row: f'lag p50 {row["lag_p50_ms"]:.0f} ms, p95 '
-                   f'{row["lag_p95_ms"]:.0f} ms; {row["categorized_percent"]:.1f} % of the points categorised'), "speed"),
+         ten_speed(records, ["realtime/d:0.02"], lag), "speed"),
     ]
 
 

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Markdown table of bench_speed's JSON files: table.py JSON…
 
-Of rows that several files hold, the later file's counts. Every number stands in the files; here they
-are only put side by side.
+Benchmarks with the same path before their last part are sides of one comparison; of one that several files
+hold, the later file's counts. Every number stands in the files; here they are only put side by side.
 """
 
 import json
@@ -10,13 +10,18 @@ import pathlib
 import sys
 
 FOOTNOTES = """\
-Each side is a process of its own with its own heap; they take turns, scan by scan, on the same data, which
-is read beforehand. Medians over the turns; in brackets the 10th to 90th percentile of single turns' ratios.
+Each side's time is Google Benchmark's, mean over a recording's scans; of several passes in random order the
+median, with their coefficient of variation. Both sides run in one process on the same scans, which are read
+beforehand.
 OctoMap's insertion: `insertPointCloud` lazy and discretised, then `updateInnerOccupancy`, points already in
 the map's frame. PCL pipeline: the paper's steps from stock PCL parts (`test/reference`). CGAL: normals from
 24 neighbours, 12 for growing, octosurf's tolerance, angle and least size, voxel centroids given; it knows
 neither outlines nor free space, and of ours only the stages from `retract` on are counted beside it.
 Outlines from scratch: adding or projecting the inliers is not counted."""
+
+OURS = ("occupancy", "plain", "mapper", "load_map", "normal_field", "grown")
+GROUPS = ("kitchen", "lidar", "pcl", "loading", "planes", "normals", "derive", "long_run", "app", "realtime")
+ALONE = ("long_run", "app", "realtime")  # groups whose benchmarks have no other side
 
 
 def short(value):
@@ -29,149 +34,189 @@ def unit(value, name):
     return f"{short(value / 1000)} s" if name == "ms" and value >= 10000 else f"{short(value)} {name}"
 
 
-def pair(row, name="ms"):
-    return unit(row[f"ours_{name}"], name), unit(row[f"theirs_{name}"], name)
+def spread(side):
+    return f' ± {100 * side["cv"]:.0f} %' if "cv" in side else ""
 
 
-def ratio(row):
-    text = f'{short(row["ratio"])}×'
-    if "ratio_p10" in row and row["turns"] > 2:
-        text += f' ({short(row["ratio_p10"])} to {short(row["ratio_p90"])})'
-    return text
+def pair(ours, theirs):
+    return unit(ours["ms"], "ms"), unit(theirs["ms"], "ms")
+
+
+def cells(ours, theirs, beside):
+    mine, other = pair(ours, theirs)
+    return mine + spread(ours), other + spread(theirs), f'{short(theirs["ms"] / ours["ms"])}×', beside
 
 
 STAGES = ("downsample", "occupancy", "retract", "add_inliers", "expand", "detect", "revise", "cylinders", "derive")
 
 
-def stages(row):
-    return ", ".join(f'{name.replace("_", " ")} {short(row[name + "_ms"])}' for name in STAGES) + " ms"
+def equality(ours, theirs, what):
+    same = ours["digest"] == theirs["digest"]
+    return f"{what} equal" if same else f"**{what} differ**"
 
 
-def differing(count, what):
-    return f"{what} equal" if count == 0 else f"**{what} differ: {count:,.0f}**"
+def insertion(ours, theirs):
+    return cells(ours, theirs, equality(ours, theirs, f'{short(theirs["voxels"] / 1e6)} million voxels'))
 
 
-def insertion(row):
-    return (*pair(row), ratio(row),
-            differing(row["voxels_that_differ"], f'{short(row["voxels"] / 1e6)} million voxels'))
+def whole_scan(ours, theirs):
+    stages = ", ".join(f'{name.replace("_", " ")} {short(ours[name + "_ms"])}' for name in STAGES)
+    return cells(ours, theirs, f'{stages} ms; p95 {short(ours["p95_ms"])} ms')
 
 
-def whole_scan(row):
-    return *pair(row), ratio(row), stages(row) + f'; p95 {short(row["ours_p95_ms"])} ms'
+def heap_per_leaf(ours, theirs):
+    """Bytes. The same occupancy, so the same leaves: OctoMap's count is both sides' divisor."""
+    return ours["heap_bytes"] / theirs["leaves"], theirs["heap_bytes"] / theirs["leaves"]
 
 
-def memory(row):
-    ours, theirs = (f'{row[side + "_bytes"]:.1f} B' for side in ("ours", "theirs"))
-    return ours, theirs, ratio(row), f'{row["their_leaves"] / 1e6:.2f} million leaves; the tree alone ' \
-        f'{row["tree_alone_bytes"]:.1f} B, the rest is kept between scans'
+def memory(ours, theirs):
+    mine, other = heap_per_leaf(ours, theirs)
+    return f"{mine:.1f} B", f"{other:.1f} B", f"{short(other / mine)}×", \
+        f'{theirs["leaves"] / 1e6:.2f} million leaves; the tree alone {ours["tree_bytes"] / theirs["leaves"]:.1f} B, ' \
+        "the rest is kept between scans"
 
 
-def loading(row):
-    return *pair(row), ratio(row), ""
+def loading(ours, theirs):
+    return cells(ours, theirs, "")
 
 
-def planes(row):
-    notes = []
-    if "faces" in row:
-        sides = [f'{row[s + "_correct_percent"]:.0f} % of {row["faces"]:.0f} faces correct, '
-                 f'{row[s + "_noise"]:.0f} surfaces of noise, {row[s + "_unsafe_percent"]:.1f} % unsafe'
-                 for s in ("ours", "theirs")]
-        notes.append(" / ".join(sides))
+def correct_percent(side):
+    return 100 * side["correct"] / side["faces"] if side.get("faces") else None
+
+
+def planes(ours, theirs):
+    if "faces" in ours:
+        beside = " / ".join(f'{correct_percent(side):.0f} % of {side["faces"]:.0f} faces correct, {side["noise"]:.0f} '
+                            f'surfaces of noise, {100 * side["unsafe_m2"] / side["area_m2"]:.1f} % unsafe'
+                            for side in (ours, theirs))
     else:
-        notes.append(f'{row["ours_surfaces"]:.0f} / {row["theirs_surfaces"]:.0f} surfaces')
-    if "insert_all_scans_ms" in row:
-        notes.append(f'all scans\' inserts together {unit(row["insert_all_scans_ms"], "ms")}')
+        beside = f'{ours["surfaces"]:.0f} / {theirs["surfaces"]:.0f} surfaces'
+    if "insert_all_ms" in ours:
+        beside += f'; all scans\' inserts together {unit(ours["insert_all_ms"], "ms")}'
     else:
-        notes.append(f'with voxels and free space {unit(row["insert_ms"], "ms")}')
-    return *pair(row), ratio(row), "; ".join(notes)
+        beside += f'; with voxels and free space {unit(ours["insert_ms"], "ms")}'
+    return cells(ours, theirs, beside)
 
 
-def normals(row):
-    return *pair(row), ratio(row), \
-        f'{row["mean_angle_deg"]:.2f}° apart (95 % within {row["p95_angle_deg"]:.2f}°) at ' \
-        f'{row["planar_points"]:,.0f} planar points'
+def normals(ours, theirs):
+    return cells(ours, theirs, f'{ours["mean_angle_deg"]:.2f}° apart (95 % within {ours["p95_angle_deg"]:.2f}°) at '
+                               f'{ours["planar_points"]:,.0f} planar points')
 
 
-def derive(row):
-    vertices = f'{row["ring_vertices"]:,.0f} vertices'
-    if "outlines_that_differ" in row:
-        return *pair(row), ratio(row), differing(row["outlines_that_differ"], f"outlines of {vertices}")
-    return *pair(row), ratio(row), f'{vertices}; areas differ by {row["area_differs_percent"]:.3f} %'
+def derive(ours, theirs):
+    vertices = f'{ours["vertices"]:,.0f} vertices'
+    if "digest" in theirs:
+        return cells(ours, theirs, equality(ours, theirs, f"outlines of {vertices}"))
+    apart = 100 * abs(ours["area_m2"] - theirs["area_m2"]) / theirs["area_m2"]
+    return cells(ours, theirs, f"{vertices}; areas differ by {apart:.3f} %")
 
 
 def long_run(row):
-    def both(name):
-        return f'{short(row["lap10_" + name])} ms', f'{short(row["lap2_" + name])} ms', \
-            f'{row[name[:3] + "_lap10_over_lap2"]:.2f}'
-    (p50, p50_early, p50_ratio), (p99, p99_early, p99_ratio) = both("p50_ms"), both("p99_ms")
-    return f"p50 {p50}, p99 {p99}", f"p50 {p50_early}, p99 {p99_early}", f"{p50_ratio}, {p99_ratio} of it", \
-        f'octree {row["octree_lap10_over_lap2"]:.3f}, heap {row["heap_lap10_over_lap2"]:.3f}, file ' \
-        f'{row["file_lap10_over_lap2"]:.3f} of lap 2\'s; surfaces {row["lap10_surfaces"]:.0f} ' \
-        f'({row["lap2_surfaces"]:.0f})'
+    def lap(number):
+        return f'p50 {short(row[f"lap{number}_p50_ms"])} ms, p99 {short(row[f"lap{number}_p99_ms"])} ms'
+
+    def over(name):
+        return row["lap10_" + name] / row["lap2_" + name]
+    return "its own second lap", lap(10), lap(2), f'{over("p50_ms"):.2f}, {over("p99_ms"):.2f} of it', \
+        f'octree {over("tree_bytes"):.3f}, heap {over("heap_bytes"):.3f}, file {over("file_bytes"):.3f} of lap 2\'s; ' \
+        f'surfaces {row["lap10_surfaces"]:.0f} ({row["lap2_surfaces"]:.0f})'
 
 
 def app(row):
-    return f'{row["frames_per_second"]:.1f} frames/s', "30 frames/s", \
-        ratio(row), \
+    return "the camera", f'{row["frames_per_second"]:.1f} frames/s', "30 frames/s", \
+        f'{short(row["frames_per_second"] / 30)}×', \
         f'{row["scans"]:.0f} scans; one takes {short(row["scan_p50_ms"])} ms, 95 % within ' \
         f'{short(row["scan_p95_ms"])} ms; at most {row["peak_rss_mb"]:,.0f} MB'
 
 
 def realtime(row):
-    return f'{row["first_detection_ms"]:.0f} ms, {row["lag_mean_ms"]:.0f} ms', \
+    return "the paper's Table I", f'{row["first_detection_ms"]:.0f} ms, {row["lag_mean_ms"]:.0f} ms', \
         f'{row["theirs_first_detection_ms"]:,.0f} ms, {row["theirs_lag_mean_ms"]:,.0f} ms', "", \
         f'lag p50 {row["lag_p50_ms"]:.0f} ms, p95 {row["lag_p95_ms"]:.0f} ms; {row["scans"]:.0f} scans, ' \
         f'{row["skipped_scans"]:.0f} dropped; {row["categorized_percent"]:.1f} % of the points categorised'
 
 
-CELLS = {"occupancy": insertion, "plain": insertion, "lidar": insertion, "mapper": whole_scan,
-         "pcl": whole_scan, "memory": memory, "loading": loading, "planes": planes, "normals": normals,
-         "derive": derive, "long_run": long_run, "app": app, "realtime": realtime}
+CELLS = {"occupancy": insertion, "plain": insertion, "mapper": whole_scan, "load_map": loading,
+         "normal_field": normals, "grown": derive, "long_run": long_run, "app": app, "realtime": realtime}
 
 
 def conditions(context):
-    return f'{context["cpu_model"]}, {context["cores"]} cores; {context["compiler"]}; OctoMap {context["octomap"]}, ' \
-        f'PCL {context["pcl"]}, CGAL {context["cgal"]}; {context["date"][:10]}, commit {context["commit"]}, ' \
-        f'{context["form"]}'
+    return f'{context["cpu_model"]}, {context["num_cpus"]} cores; {context["compiler"]}; OctoMap {context["octomap"]}, ' \
+        f'PCL {context["pcl"]}, CGAL {context["cgal"]}; {context["date"][:10]}, commit ' \
+        f'{context.get("commit", "unknown")}, {context["form"]}'
+
+
+def sides_of(content):
+    """Benchmarks of a file by name: counters, `ms`, and where it was repeated `cv`, of medians."""
+    sides = {}
+    for run in content["benchmarks"]:
+        name, aggregate = run["run_name"].split("/iterations:")[0], run.get("aggregate_name")
+        if aggregate == "cv":
+            sides[name]["cv"] = run["real_time"]
+        elif aggregate == "median" or (run["run_type"] == "iteration" and name not in sides):
+            sides[name] = dict(run, ms=run.get("real_time"))
+    return sides
 
 
 def read(files):
-    """Rows by name; runs as (context, groups measured in it)."""
-    rows, runs = {}, []
+    """Sides by name; runs as (context, groups measured in it)."""
+    sides, runs = {}, []
     for file in files:
         content = json.loads(pathlib.Path(file).read_text(encoding="utf-8"))
-        found = {row["name"].split("/iterations:")[0]: row for row in content["benchmarks"]}
-        rows.update((name, row) for name, row in found.items()
-                    if name not in rows or not row.get("error_occurred"))
+        found = sides_of(content)
+        sides.update((name, side) for name, side in found.items()
+                     if name not in sides or not side.get("error_occurred"))
         runs.append((content["context"], sorted({name.split("/")[0] for name in found})))
-    return rows, runs
+    return sides, runs
 
 
-def losses(row):
+def losses(ours, theirs):
     """What the other does better."""
-    if row.get("ratio", 1) < 1:
-        yield f'{row["ratio"]:.2f}×'
-    if row.get("ours_correct_percent", 100) < row.get("theirs_correct_percent", 0):
-        yield f'{row["ours_correct_percent"]:.0f} to {row["theirs_correct_percent"]:.0f} % correct'
+    if theirs["ms"] < ours["ms"]:
+        yield f'{theirs["ms"] / ours["ms"]:.2f}×'
+    if ours.get("faces") and correct_percent(ours) < correct_percent(theirs):
+        yield f"{correct_percent(ours):.0f} to {correct_percent(theirs):.0f} % correct"
+
+
+def losses_alone(row):
+    if row.get("frames_per_second", 30) < 30:
+        yield f'{row["frames_per_second"] / 30:.2f}×'
     if row.get("lag_mean_ms", 0) > row.get("theirs_lag_mean_ms", float("inf")):
         yield f'mean lag {unit(row["lag_mean_ms"], "ms")} to {unit(row["theirs_lag_mean_ms"], "ms")}'
 
 
-def table(rows, runs):
-    lines = ["| what | against | octosurf | the other | times better | beside it |", "|---|---|---|---|---|---|"]
-    lost, skipped = [], []
-    order = list(CELLS)
-    for name, row in sorted(rows.items(), key=lambda item: order.index(item[0].split("/")[0])):
-        if row.get("error_occurred"):
-            skipped.append(f'{name} ({row["error_message"]})')
+def compared(sides):
+    """(what, against, cells, losses) of each row of the table."""
+    for name, ours in sorted(sides.items(), key=lambda item: (GROUPS.index(item[0].split("/")[0]), item[0])):
+        path, _, side = name.rpartition("/")
+        group = name.split("/")[0]
+        if group in ALONE:
+            against, *rest = CELLS[group](ours)
+            yield ours["label"], against, rest, losses_alone(ours)
+        if side not in OURS:
             continue
-        what, against = row["label"].split(" | ")
-        lines.append(f"| {what} | {against} | " + " | ".join(CELLS[name.split("/")[0]](row)) + " |")
-        if lost_by := ", ".join(losses(row)):
+        for other, theirs in sides.items():
+            if other.rpartition("/")[0] != path or other.rpartition("/")[2] in OURS:
+                continue
+            show = planes if group == "planes" else CELLS[side]
+            yield ours["label"], theirs["label"], show(ours, theirs), losses(ours, theirs)
+            if group == "kitchen" and side == "occupancy":
+                mine, least = heap_per_leaf(ours, theirs)
+                yield ours["label"].replace("occupancy insertion", "heap per octree leaf"), "OctoMap's pruned tree", \
+                    memory(ours, theirs), [f"{least / mine:.2f}×"] if least < mine else []
+
+
+def table(sides, runs):
+    lines = ["| what | against | octosurf | the other | times better | beside it |", "|---|---|---|---|---|---|"]
+    failed = {name: side["error_message"] for name, side in sides.items() if side.get("error_occurred")}
+    lost = []
+    for what, against, shown, lost_by in compared({n: s for n, s in sides.items() if n not in failed}):
+        lines.append(f"| {what} | {against} | " + " | ".join(shown) + " |")
+        if lost_by := ", ".join(lost_by):
             lost.append(f"{what}, against {against} ({lost_by})")
     lines += ["", "Where we lose: " + ("; ".join(lost) if lost else "nowhere in this table") + "."]
-    if skipped:
-        lines += ["", "Not measured: " + "; ".join(skipped) + "."]
+    if failed:
+        lines += ["", "Not measured: " + "; ".join(f"{name} ({why})" for name, why in failed.items()) + "."]
     lines += ["", FOOTNOTES, ""]
     measured = {}
     for context, groups in runs:
