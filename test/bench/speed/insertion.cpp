@@ -30,6 +30,9 @@ struct Place {
   double max_range = std::numeric_limits<double>::infinity();
 
   const Scans& scans() const { return read(count); }
+  double octomap_range() const {
+    return std::isinf(max_range) ? -1 : max_range;
+  }  ///< its way to say unlimited
   Parameters parameters() const { return parameters_at(resolution, max_range); }
 };
 
@@ -81,13 +84,13 @@ float own_value(geometry::VoxelKey /*voxel*/, const octomap::OcTreeNode& leaf) {
 /// The incumbent: lazy, discretised, and complete after every scan.
 void octomap_insertion(benchmark::State& state, const Place& place) {
   const Scans& scans = place.scans();
-  const double range = std::isinf(place.max_range) ? -1 : place.max_range, heap_before = heap_in_use();
+  const double heap_before = heap_in_use();
   octomap::OcTree tree(place.resolution);
   std::optional<OctomapScan> input;
   for_each(
       state, scans, [&](const Scan& scan) { input.emplace(scan); },
       [&](const Scan&) {
-        tree.insertPointCloud(input->cloud, input->origin, range, true, true);
+        tree.insertPointCloud(input->cloud, input->origin, place.octomap_range(), true, true);
         tree.updateInnerOccupancy();
       });
   input.reset();
@@ -104,7 +107,7 @@ void plain_insertion(benchmark::State& state, const Place& place) {
   for_each(
       state, place.scans(), [&](const Scan& scan) { input.emplace(scan); },
       [&](const Scan&) {
-        insert_point_cloud(tree, input->cloud, input->origin, place.max_range, false, true, 1);
+        insert_point_cloud(tree, input->cloud, input->origin, place.octomap_range(), false, true, 1);
       });
   count_voxels(state, tree, own_value);
 }
