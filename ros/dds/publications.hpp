@@ -11,8 +11,6 @@
 #include <string>
 #include <thread>
 
-#include <octosurf/adapters/octomap_follower.hpp>
-
 namespace octosurf::dds {
 
 /// Who is heard.
@@ -40,8 +38,7 @@ class Publications {
   const NodeOptions& options_;
   std::function<InputState()> inputs_;
   Writer surfaces_, markers_, terrain_, octomap_, grid_map_, status_;
-  OctomapFollower octree_;  // of the thread, as is the next
-  std::string problem_;     // that was told last
+  std::string problem_;  // that was told last
   std::jthread thread_;
 };
 
