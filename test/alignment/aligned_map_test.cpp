@@ -271,24 +271,5 @@ TEST(AlignedMap, RemembersTheLastMisfitsAlone) {
   EXPECT_EQ(alignment.misfits.front().position.x(), 3);
 }
 
-TEST(AlignedMap, IsTheSameAfterAStopAndWhateverTheThreads) {
-  auto rng = test::rng();
-  const std::vector<Scan> all = walk(30, rng);
-  const auto drifted = [&](std::size_t i) {
-    Scan scan = all[i];
-    scan.T_map_sensor = Eigen::Translation3d(0.001 * static_cast<double>(i), 0, 0) * scan.T_map_sensor;
-    return scan;
-  };
-  Mapper whole(coarse(true)), threads(coarse(true), 3), first(coarse(true));
-  for (std::size_t i = 0; i < all.size(); ++i) whole.insert(drifted(i)), threads.insert(drifted(i));
-  for (std::size_t i = 0; i < 15; ++i) first.insert(drifted(i));
-  const std::string stopped = bytes_of(first.map().state());
-  std::istringstream in(stopped);
-  Mapper second(Map(io::read_map(in, stopped.size(), "map").state));
-  for (std::size_t i = 15; i < all.size(); ++i) second.insert(drifted(i));
-  EXPECT_EQ(bytes_of(second.map().state()), bytes_of(whole.map().state()));
-  EXPECT_EQ(bytes_of(threads.map().state()), bytes_of(whole.map().state()));
-}
-
 }  // namespace
 }  // namespace octosurf::test

@@ -26,7 +26,7 @@ const std::vector<World>& worlds();
 inline void PrintTo(const World& world, std::ostream* out) { *out << world.name; }
 
 /// A world mapped scan by scan, by one thread, without a stop.
-struct Run {
+struct Mapped {
   std::vector<Scan> scans;
   std::vector<std::string> bytes;               ///< of the map file after each scan
   std::vector<std::vector<SurfaceId>> grown;    ///< of each scan's report
@@ -36,6 +36,6 @@ struct Run {
 };
 
 /// Made once in a process for each seed.
-const Run& run_of(const World& world);
+const Mapped& run_of(const World& world);
 
 }  // namespace octosurf::test

@@ -61,26 +61,6 @@ TEST(UpdateSurfaces, AgreesWithTheBatchForm) {
   EXPECT_GE(static_cast<double>(same), 0.9 * static_cast<double>(at_once.size()));
 }
 
-TEST(UpdateSurfaces, SameScansSameBytes) {
-  const std::vector<Scan> scans = test::room_tour(test::rng(), 8);
-  Mapper one, again, threaded(Parameters{}, 3);
-  insert_all(one, scans);
-  insert_all(again, scans);
-  insert_all(threaded, scans);
-  EXPECT_TRUE(test::digest(again.map()) == test::digest(one.map()));
-  EXPECT_TRUE(test::digest(threaded.map()) == test::digest(one.map())) << "3 threads";
-}
-
-TEST(UpdateSurfaces, StoppingAndGoingOnChangesNothing) {
-  const std::vector<Scan> scans = test::room_tour(test::rng(), 8);
-  Mapper whole, first;
-  insert_all(whole, scans);
-  insert_all(first, {scans.begin(), scans.begin() + 4});
-  Mapper second(std::move(first).release());
-  insert_all(second, {scans.begin() + 4, scans.end()});
-  EXPECT_TRUE(test::digest(second.map()) == test::digest(whole.map()));
-}
-
 /// How many points each surface had before a scan, and in which they are after it.
 std::map<SurfaceId, std::map<SurfaceId, std::size_t>> handed_over(const std::vector<Map::Voxel>& before,
                                                                   const Map& after) {
@@ -128,20 +108,6 @@ TEST(UpdateSurfaces, WhoGoesIsAmongTheDepartures) {
       EXPECT_TRUE(listed) << surface->id;
     }
   }
-}
-
-TEST(UpdateSurfaces, ScansTogetherFindTheSameFaces) {
-  const std::vector<Scan> scans = test::room_tour(test::rng(), 8);
-  Mapper one_by_one, together;
-  insert_all(one_by_one, scans);
-  for (std::size_t i = 0; i < scans.size(); i += 4) together.insert_all({scans.data() + i, 4});
-  EXPECT_THAT(check_invariants(together.map()), IsEmpty());
-  const auto large = [](const Mapper& mapper) {
-    const auto snapshot = mapper.snapshot();
-    return std::count_if(snapshot->surfaces.begin(), snapshot->surfaces.end(),
-                         [](const SurfacePtr& surface) { return surface->area_m2 > 0.5; });
-  };
-  EXPECT_EQ(large(together), large(one_by_one));
 }
 
 // What is pending farther off than a gap's width, and will not be looked at again by itself, is of the plane

@@ -7,7 +7,6 @@
 #include "surfaces/map_state.hpp"
 
 #include <algorithm>
-#include <functional>
 #include <gmock/gmock.h>
 #include <limits>
 #include <numeric>
@@ -24,71 +23,6 @@ using test::Scene;
 
 void insert_all(Mapper& mapper, const std::vector<Scan>& scans) {
   for (const Scan& scan : scans) mapper.insert(scan);
-}
-
-TEST(MapperContract, SameScansSameBytes) {
-  const std::vector<Scan> scans = test::room_tour(test::rng(), 12);
-  Mapper one, again, threaded(Parameters{}, 2), many(Parameters{}, 7);
-  insert_all(one, scans);
-  insert_all(again, scans);
-  insert_all(threaded, scans);
-  insert_all(many, scans);
-  const std::string bytes = test::digest(one.map());
-  EXPECT_TRUE(test::digest(again.map()) == bytes);
-  EXPECT_TRUE(test::digest(threaded.map()) == bytes) << "2 threads";
-  EXPECT_TRUE(test::digest(many.map()) == bytes) << "7 threads";
-}
-
-TEST(MapperContract, StoppingAndGoingOnChangesNothing) {
-  const std::vector<Scan> scans = test::room_tour(test::rng(), 10);
-  Mapper whole, first;
-  insert_all(whole, scans);
-  insert_all(first, {scans.begin(), scans.begin() + 5});
-  Mapper second(std::move(first).release());
-  insert_all(second, {scans.begin() + 5, scans.end()});
-  EXPECT_TRUE(test::digest(second.map()) == test::digest(whole.map()));
-}
-
-TEST(MapperContract, RefusedScansLeaveTheMapAsItWas) {
-  const std::vector<Scan> scans = test::room_tour(test::rng(), 4);
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-  CheckedMapper under_test;
-  for (const Scan& scan : scans) under_test.insert(scan);
-  const std::string before = test::digest(under_test.mapper.map());
-  const auto snapshot = under_test.mapper.snapshot();
-  const auto refuse = [&](const std::function<void(Scan&)>& spoil) {
-    Scan scan = scans.back();
-    scan.name = "bad one";
-    spoil(scan);
-    try {
-      under_test.mapper.insert(scan);
-      ADD_FAILURE() << "was taken";
-    } catch (const Error& error) {
-      EXPECT_EQ(error.kind(), Error::Kind::data);
-      EXPECT_THAT(error.what(), ::testing::HasSubstr("bad one"));
-    }
-    EXPECT_TRUE(test::digest(under_test.mapper.map()) == before);
-    EXPECT_EQ(under_test.mapper.snapshot(), snapshot);
-  };
-  refuse([&](Scan& s) { s.T_map_sensor.linear()(0, 0) = nan; });
-  refuse([&](Scan& s) { s.T_map_sensor.translation().y() = nan; });
-  refuse([&](Scan& s) { s.T_map_sensor.translation().y() = std::numeric_limits<double>::infinity(); });
-  refuse([&](Scan& s) { s.T_map_sensor.linear() *= 1.01; });
-  refuse([&](Scan& s) { s.T_map_sensor.linear().col(0) *= -1; });
-  refuse([&](Scan& s) { s.T_map_sensor.linear().setZero(); });
-  refuse([&](Scan& s) { s.T_map_sensor.translation().x() = 0.02 * 32768 + 1; });
-  refuse([&](Scan& s) { s.T_map_sensor.translation().z() = -1e9; });
-  refuse([&](Scan& s) { s.readings.assign(s.points.size() - 1, 1); });
-  refuse([&](Scan& s) { s.readings.assign(s.points.size(), 0); });
-  refuse([&](Scan& s) { s.noise = {{sensing::NoiseModel::classes, 0, 1}}; });
-  refuse([&](Scan& s) { s.noise = {{0, sensing::NoiseModel::bins, 1}}; });
-  // And it goes on as if nothing had been.
-  Mapper clean;
-  insert_all(clean, scans);
-  const Scan next = test::room_tour(test::rng(), 5).back();
-  clean.insert(next);
-  under_test.insert(next);
-  EXPECT_TRUE(test::digest(under_test.mapper.map()) == test::digest(clean.map()));
 }
 
 TEST(MapperContract, AScanThatCouldUseUpTheIdsIsRefusedUntouched) {

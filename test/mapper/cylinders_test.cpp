@@ -270,20 +270,18 @@ TEST(Cylinders, PlanesAreTheSameWithAndWithout) {
   EXPECT_TRUE(any) << "a test of nothing";
 }
 
-TEST(Cylinders, ThreadsAndOrderOfPointsChangeNothing) {
+TEST(Cylinders, OrderOfPointsChangesNothing) {
   std::mt19937_64 rng(test::seed());
   RoundScene scene = hall();
   scene.bars = {{{0.2, 0, 0}, {0.2, 0, 2}, 0.2}};
   Parameters parameters;
   parameters.surfaces.range_noise = 0.001;  // its estimate does look at the order
-  Mapper one(parameters, 1), three(parameters, 3), shuffled(parameters);
+  Mapper one(parameters), shuffled(parameters);
   for (Scan& scan : arc(scene, {0.2, 0, 0.7}, 1.6, 1, 5, rng)) {
     one.insert(scan);
-    three.insert(scan);
     std::shuffle(scan.points.begin(), scan.points.end(), rng);
     shuffled.insert(scan);
   }
-  EXPECT_TRUE(test::digest(one.map()) == test::digest(three.map()));
   ASSERT_THAT(one.snapshot()->cylinders, SizeIs(1));
   ASSERT_THAT(shuffled.snapshot()->cylinders, SizeIs(1));
   // The mean of a voxel's readings is rounded otherwise, to 1/256 voxel (0.08 mm): of one point in a thousand

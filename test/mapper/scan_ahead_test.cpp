@@ -1,20 +1,15 @@
 // What is done of the next scan while surfaces are brought up to date: it saves time and changes nothing.
 #include "mapper/scan_ahead.hpp"
 
-#include "support/checked_mapper.hpp"
 #include "support/guarantees.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"
 
-#include <algorithm>
-#include <cstdint>
 #include <functional>
 #include <gtest/gtest.h>
 #include <limits>
 #include <new>
 #include <random>
-#include <span>
-#include <string>
 #include <vector>
 
 #include <octosurf/error.hpp>
@@ -95,57 +90,6 @@ std::vector<Scan> recording(std::mt19937_64& rng, int count) {
     scans.push_back(test::camera_scan(scene, test::look_at(eye, {0.5, 0.0, 0.1}), rng));
   }
   return scans;
-}
-
-/// The map of the scans in groups of one to three, each time with what `expected` says of the scan after
-/// them.
-std::string mapped(const std::vector<Scan>& scans, int threads, std::uint64_t seed,
-                   const std::function<const Scan*(std::size_t)>& expected) {
-  std::mt19937_64 rng(seed);
-  Mapper mapper(Parameters(), threads);
-  for (std::size_t done = 0; done < scans.size();) {
-    const std::size_t count = std::min<std::size_t>(1 + rng() % 3, scans.size() - done);
-    const auto reports =
-        mapper.insert_all(std::span(scans).subspan(done, count), [&] { return expected(done + count); });
-    done += reports.size();
-  }
-  EXPECT_TRUE(check_invariants(mapper.map()).empty());
-  return test::digest(mapper.map());
-}
-
-void expect_same_map(const std::vector<Scan>& scans, std::mt19937_64& rng) {
-  const std::uint64_t seed = rng();
-  std::size_t asked = 0;
-  const std::string alone = mapped(scans, 1, seed, [&](std::size_t) -> const Scan* {
-    ++asked;
-    return nullptr;
-  });
-  EXPECT_EQ(asked, 0U) << "one thread can do nothing meanwhile";
-  const auto next = [&](std::size_t i) -> const Scan* { return i < scans.size() ? &scans[i] : nullptr; };
-  EXPECT_TRUE(mapped(scans, 2, seed, next) == alone);
-  const auto wrong = [&](std::size_t) -> const Scan* { return &scans[rng() % scans.size()]; };
-  EXPECT_TRUE(mapped(scans, 2, seed, wrong) == alone) << "another scan than was expected";
-}
-
-TEST(InsertAll, WhatIsDoneAheadChangesNothing) {
-  std::mt19937_64 rng = test::rng();
-  expect_same_map(recording(rng, 9), rng);
-}
-
-TEST(InsertAll, NorDoesItWherePosesAreCorrected) {
-  std::mt19937_64 rng = test::rng();
-  std::vector<Scan> scans = recording(rng, 12);
-  for (int again = 0; again < 2; ++again)
-    for (Scan& scan : recording(rng, 12)) {
-      scan.T_map_sensor.translation().x() += 0.03;
-      scans.push_back(std::move(scan));
-    }
-  Mapper mapper;
-  std::size_t corrected = 0;
-  for (const Scan& scan : scans)
-    corrected += mapper.insert(scan).alignment.outcome == AlignmentOutcome::corrected;
-  ASSERT_GT(corrected, 0U);
-  expect_same_map(scans, rng);
 }
 
 TEST(InsertAll, AnExpectedScanIsRefusedWhenItComes) {

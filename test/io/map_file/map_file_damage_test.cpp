@@ -19,8 +19,6 @@ namespace octosurf::test {
 namespace {
 
 using ::testing::AllOf;
-using ::testing::AnyOf;
-using ::testing::Eq;
 using ::testing::HasSubstr;
 
 namespace fs = std::filesystem;
@@ -46,37 +44,6 @@ class DamagedMapFiles : public MapFiles {
 };
 std::string* DamagedMapFiles::good = nullptr;
 std::string* DamagedMapFiles::with_cylinder = nullptr;
-
-TEST_F(DamagedMapFiles, TruncatedAnywhere) {
-  ASSERT_EQ(loading(*good), "loaded");
-  const std::size_t step = good->size() / 150 + 1;
-  for (std::size_t n = 0; n < good->size(); n += n < 40 || n + 40 > good->size() ? 1 : step)
-    ASSERT_THAT(loading(good->substr(0, n)),
-                AnyOf(HasSubstr("is damaged"), HasSubstr("is not an octosurf map")))
-        << "of " << good->size() << " bytes the first " << n;
-}
-
-TEST_F(DamagedMapFiles, LongerThanItShouldBe) {
-  EXPECT_THAT(loading(*good + '\0'), HasSubstr("bytes are left over"));
-  EXPECT_THAT(loading(*good + good->substr(12)), HasSubstr("bytes are left over"));
-}
-
-TEST_F(DamagedMapFiles, AnyFlippedBitIsNoticed) {
-  const std::uint64_t seed = test::seed();
-  std::mt19937_64 rng(seed);
-  for (int round = 0; round < 600; ++round) {
-    std::string bytes = *good;
-    // Every bit of the first bytes, where the headers are, then anywhere.
-    const std::size_t at = round < 200 ? static_cast<std::size_t>(round) / 8 : rng() % bytes.size();
-    const unsigned bit = round < 200 ? static_cast<unsigned>(round) % 8 : static_cast<unsigned>(rng() % 8);
-    bytes[at] = static_cast<char>(bytes[at] ^ (1 << bit));
-    // A bit that zstd does not look at changes nothing.
-    const std::string outcome = loading(bytes);
-    if (outcome != "loaded") continue;
-    ASSERT_EQ(bytes_of(load_map(folder / "map").map), *good)
-        << "byte " << at << ", bit " << bit << ", seed " << seed;
-  }
-}
 
 TEST_F(DamagedMapFiles, ForeignFiles) {
   const auto foreign = HasSubstr("is not an octosurf map");

@@ -2,9 +2,7 @@
 #include "io/map_file/map_file.hpp"
 
 #include "map_files.hpp"
-#include "simulation/recording.hpp"
 
-#include <numeric>
 #include <octomap/OcTree.h>
 #include <set>
 
@@ -17,59 +15,6 @@ using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
 namespace fs = std::filesystem;
-
-/// Scans of a simulated depth camera, thinned out.
-std::vector<Scan> simulated(const std::string& scene, std::size_t frames) {
-  simulation::SimulationOptions options;
-  options.scene = scene;
-  options.frames = frames;
-  const simulation::Recording recording(options);
-  std::vector<Scan> scans;
-  for (std::size_t i = 0; i < recording.size(); ++i) {
-    Scan scan = recording.scan(i);
-    std::vector<Eigen::Vector3f> thinned;
-    for (std::size_t k = i % 8; k < scan.points.size(); k += 8) thinned.push_back(scan.points[k]);
-    scan.points = std::move(thinned);
-    scans.push_back(std::move(scan));
-  }
-  return scans;
-}
-
-/// What a map has to have for a round trip to show anything.
-struct Variety {
-  std::size_t waiting = 0, holes = 0, observed = 0, cylinders = 0;
-  double seen_again = 0;
-
-  void add(const surfaces::MapState& state) {
-    cylinders += state.cylinders.size();
-    waiting += state.accumulated.size();
-    for (const auto& [id, surface] : state.surfaces) {
-      for (const Polygon& polygon : surface.polygons()) holes += polygon.holes.size();
-      seen_again += surface.evidence().readings;
-    }
-    for (const auto& range_class : state.noise.histogram())
-      observed += std::accumulate(range_class.begin(), range_class.end(), std::size_t{0});
-  }
-};
-
-TEST_F(MapFiles, EverythingComesBack) {
-  Variety variety;
-  for (const std::vector<Scan>& scans :
-       {changing_room(9), changing_room(14), simulated("office", 12), pillar(5)}) {
-    const Map map = map_of(scans);
-    save_map(map, folder / "office");
-    const LoadedMap loaded = load_map(folder / "office");
-    EXPECT_EQ(loaded.warning, "");
-    EXPECT_EQ(difference(map, loaded.map), "");
-    EXPECT_THAT(check_invariants(loaded.map), IsEmpty());
-    variety.add(map.state());
-  }
-  EXPECT_GT(variety.waiting, 0U);
-  EXPECT_GT(variety.holes, 0U);
-  EXPECT_GT(variety.observed, 0U);
-  EXPECT_GT(variety.cylinders, 0U);
-  EXPECT_GT(variety.seen_again, 100);
-}
 
 TEST_F(MapFiles, WithoutEvidenceNothingWasSeenAgain) {
   std::vector<map_file::Record> records = unpack(bytes_of(map_of(changing_room(9))));
@@ -112,19 +57,6 @@ TEST_F(MapFiles, AFileWithoutCovariancesGetsThemFromItsMoments) {
     const Eigen::Matrix3d kept = map.snapshot()->find(surface->id)->covariance;
     EXPECT_GT(surface->offset_std_m(), 0.5 * std::sqrt(kept(2, 2)));
     EXPECT_LT(surface->offset_std_m(), 2 * std::sqrt(kept(2, 2)));
-  }
-}
-
-TEST_F(MapFiles, SameStateSameBytes) {
-  const Map map = map_of(changing_room(9));
-  save_map(map, folder / "a");
-  save_map(map, folder / "b");
-  save_map(load_map(folder / "a").map, folder / "c");
-  for (const char* ending : {".surfaces", ".bt"}) {
-    const std::string bytes = read_file(folder / (std::string("a") + ending));
-    EXPECT_FALSE(bytes.empty());
-    EXPECT_EQ(bytes, read_file(folder / (std::string("b") + ending)));
-    EXPECT_EQ(bytes, read_file(folder / (std::string("c") + ending))) << "saved, loaded, saved";
   }
 }
 
@@ -183,45 +115,6 @@ TEST_F(MapFiles, ParametersComeBackExactly) {
     EXPECT_EQ(parameter_value(loaded.map.parameters(), info.name), parameter_value(parameters, info.name))
         << info.name;
   EXPECT_EQ(loaded.map.state().occupancy.grid().resolution(), 0.1 / 3);
-}
-
-void expect_resuming_changes_nothing(const std::vector<Scan>& scans, const Parameters& parameters,
-                                     const fs::path& stem) {
-  Mapper once(parameters);
-  std::optional<Mapper> resumed(parameters);  // stopped, saved and loaded after each scan
-  for (std::size_t i = 0; i < scans.size(); ++i) {
-    const ScanReport a = once.insert(scans[i]), b = resumed->insert(scans[i]);
-    ASSERT_EQ(bytes_of(once.map()), bytes_of(resumed->map())) << "after scan " << i;
-    ASSERT_EQ(a.grown, b.grown);
-    save_map(resumed->map(), stem);
-    resumed.emplace(load_map(stem).map);
-  }
-  EXPECT_EQ(difference(once.map(), resumed->map()), "");
-}
-
-TEST_F(MapFiles, ResumingChangesNothing) {
-  expect_resuming_changes_nothing(changing_room(14), coarse(), folder / "map");
-}
-TEST_F(MapFiles, ResumingChangesNothingAroundAPillar) {
-  const std::vector<Scan> scans = pillar(30, 20);
-  EXPECT_THAT(map_of({scans.begin(), scans.begin() + 10}).snapshot()->cylinders, SizeIs(1));
-  EXPECT_THAT(map_of(scans).snapshot()->cylinders, IsEmpty()) << "it is taken away";
-  expect_resuming_changes_nothing(scans, coarse(), folder / "map");
-}
-TEST_F(MapFiles, ResumingChangesNothingInAnOffice) {
-  Parameters parameters = coarse();
-  parameters.occupancy.resolution = 0.04;
-  expect_resuming_changes_nothing(simulated("office", 12), parameters, folder / "map");
-}
-TEST_F(MapFiles, ResumingChangesNothingWhereThingsMove) {
-  Parameters parameters = coarse();
-  parameters.occupancy.resolution = 0.04;
-  expect_resuming_changes_nothing(simulated("change", 16), parameters, folder / "map");
-}
-TEST_F(MapFiles, ResumingChangesNothingWithThePapersParameters) {
-  Parameters parameters = Parameters::paper();
-  parameters.occupancy.resolution = 0.05;
-  expect_resuming_changes_nothing(changing_room(14), parameters, folder / "map");
 }
 
 TEST_F(MapFiles, EndingsOfEitherFileNameTheMap) {

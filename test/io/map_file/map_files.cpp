@@ -135,6 +135,7 @@ std::string MapFiles::loading(const std::string& content) const {
     load_map(folder / "map");
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), Error::Kind::data) << error.what();
+    EXPECT_NE(error.mend(), "") << error.what();
     return error.what();
   }
   return "loaded";

@@ -21,8 +21,8 @@ class MapFiles : public ::testing::Test {
   MapFiles();
   ~MapFiles() override;
 
-  /// Writes `content` as map.surfaces and loads it: the message of its Error(data), "loaded" if there
-  /// is none. Any other exception fails the test.
+  /// Writes `content` as map.surfaces and loads it: the message of its Error(data), which says what mends
+  /// it; "loaded" if there is none. Any other exception fails the test.
   std::string loading(const std::string& content) const;
 
   std::filesystem::path folder;
