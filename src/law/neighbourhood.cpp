@@ -81,8 +81,8 @@ class Surroundings {
   std::size_t count_ = 0, inside_ = 0;
 };
 
-/// The share of a surface's inliers in the blocks of what is looked at, from which on all are looked at: most
-/// of what is known of it is around what is new, so it is as open as that.
+/// The share of a surface's inliers in the blocks of what is looked at, from which on all are labelled: most
+/// of its inliers lie around new points, so it is as open as they are.
 constexpr double share_for_whole = 0.5;
 
 /// Collects points, each in one part.

@@ -111,7 +111,7 @@ class Ransac {
   std::mt19937_64 random_;   // seeded by the block, so that nothing depends on what was looked at before
 };
 
-/// What has no label yet and may seed a plane, by block.
+/// Readings without a label that may seed a plane, by block.
 std::map<std::uint64_t, std::vector<Index>> blocks_of(const Readings& readings,
                                                       const std::vector<Label>& labels, int edge) {
   std::map<std::uint64_t, std::vector<Index>> blocks;

@@ -16,7 +16,7 @@ struct Detected {
   std::vector<geometry::VoxelKey> assigned;  ///< pending points that have a surface now
   std::vector<geometry::VoxelKey> too_few;   ///< those of planes that were refused for their number alone
 };
-/// Segments what is left over (paper, III-C): `due`, pending points in order, and `touching` inliers with it,
+/// Segments the rest (paper, III-C): `due`, pending points in order, and `touching` inliers with it,
 /// where two surfaces may be one. Surfaces around take part as sums, and are met across gaps up to h; see
 /// neighbourhood_of().
 Detected detect(surfaces::Ledger& ledger, const occupancy::OccupancyMap& octree,
