@@ -11,7 +11,10 @@
 #include <string>
 #include <vector>
 
+#include <octosurf/adapters/octomap_files.hpp>
+#include <octosurf/adapters/octree.hpp>
 #include <octosurf/boundary.hpp>
+#include <octosurf/error.hpp>
 #include <octosurf/export.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/planning.hpp>
@@ -27,6 +30,7 @@ Examples:
   octosurf export maps/office --to office.glb                  for any 3-D viewer
   octosurf export maps/office --to office.stl --what meshes    closed solids
   octosurf export maps/office --to points.ply --what points    inliers, labelled by surface
+  octosurf export maps/office --to office.ot                   the octree with its log-odds, for OctoMap's tools
   octosurf export maps/office --to pieces.json --format sl1m --foot 0.22x0.12
   octosurf export maps/office --to terrain.cdr --format planar_terrain --foot-radius 0.04
 )";
@@ -40,13 +44,16 @@ struct Arguments {
   PlannerExport planner;
 };
 
+std::string ending_of(const std::string& file) {
+  return CLI::detail::to_lower(std::filesystem::path(file).extension().string());
+}
+
 ExportExtras make_extras(const Map& map, const Snapshot& snapshot, const Arguments& arguments,
                          const std::vector<ExportPart>& parts) {
   const auto wants = [&](ExportPart part) {
     return std::find(parts.begin(), parts.end(), part) != parts.end();
   };
-  const bool labelled =
-      CLI::detail::to_lower(std::filesystem::path(arguments.file).extension().string()) == ".json";
+  const bool labelled = ending_of(arguments.file) == ".json";
   ExportExtras extras;
   for (const SurfacePtr& surface : snapshot.surfaces) {
     if (wants(ExportPart::convex)) extras.convex[surface->id] = convex_pieces(*surface);
@@ -77,15 +84,26 @@ void export_by_ending(const Map& map, const Up& up, const Arguments& arguments) 
   std::printf("%s: %zu surfaces\n", arguments.file.c_str(), snapshot->surfaces.size());
 }
 
+void export_octree(const Map& map, const Arguments& arguments) {
+  if (arguments.what != Arguments().what)
+    throw Error(Error::Kind::usage, "--what", "an .ot holds the octree", "leave it out");
+  const auto tree = to_octree(map.octree());
+  write_ot(*tree, arguments.file, arguments.force);
+  std::printf("%s: %zu leaves of %g m\n", arguments.file.c_str(), tree->getNumLeafNodes(),
+              tree->getResolution());
+}
+
 void run(const Arguments& arguments) {
   require_apart("--to", arguments.file, files_of_map(arguments.map));
   const LoadedMap loaded = load_map(arguments.map);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   const Up up = up_in_force(loaded.map, arguments.up);
-  if (arguments.planner.format.empty())
-    export_by_ending(loaded.map, up, arguments);
-  else
+  if (!arguments.planner.format.empty())
     export_for_planner(loaded.map, up, arguments.planner, arguments.file, arguments.force);
+  else if (ending_of(arguments.file) == ".ot")
+    export_octree(loaded.map, arguments);
+  else
+    export_by_ending(loaded.map, up, arguments);
 }
 
 }  // namespace
@@ -96,7 +114,7 @@ void add_export(CLI::App& app) {
   verb->add_option("map", arguments->map, "map to export: name without ending, as given to map -o")
       ->required();
   verb->add_option("--to", arguments->file,
-                   "file to write: .json, .ply, .glb, .obj, .stl or .csv; with --format also a folder")
+                   "file to write: .json, .ply, .glb, .obj, .stl, .csv or .ot; with --format also a folder")
       ->required();
   verb->add_option("--what", arguments->what,
                    "polygons, meshes, convex, circles, points; several with commas for .json")

@@ -26,15 +26,17 @@ find_package(tsl-robin-map REQUIRED)                   # most rooms: hash maps
 if(OCTOSURF_BUILD_APPS)
   find_package(CLI11 REQUIRED)                         # apps: the command line
 endif()
+if(OCTOSURF_BUILD_OCTOMAP)
+  # src/octomap, ros; test: the twin of the octree. OctoMap hands out variables; as a target its headers are system
+  # headers.
+  find_package(octomap REQUIRED)
+  add_library(octosurf_liboctomap INTERFACE)
+  target_include_directories(octosurf_liboctomap SYSTEM INTERFACE ${OCTOMAP_INCLUDE_DIRS})
+  target_link_libraries(octosurf_liboctomap INTERFACE ${OCTOMAP_LIBRARIES})
+  target_compile_definitions(octosurf_liboctomap INTERFACE OCTOMAP_NODEBUGOUT)  # the library does not print
+endif()
 if(OCTOSURF_BUILD_TESTS)
   find_package(GTest REQUIRED)                         # test
-  # The twin that the octree is tested and measured against, and what adapters/octomap.hpp is for; the
-  # library itself does not link it. OctoMap hands out variables; as a target its headers are system headers.
-  find_package(octomap REQUIRED)
-  add_library(octosurf_octomap INTERFACE)
-  target_include_directories(octosurf_octomap SYSTEM INTERFACE ${OCTOMAP_INCLUDE_DIRS})
-  target_link_libraries(octosurf_octomap INTERFACE ${OCTOMAP_LIBRARIES})
-  target_compile_definitions(octosurf_octomap INTERFACE OCTOMAP_NODEBUGOUT)  # the library does not print
   find_package(fcl REQUIRED)                           # test/adapters: collision checks
 
   # test/io: what reads and wrote PCD and PLY files; test/adapters; test/reference: the paper's pipeline. Not by

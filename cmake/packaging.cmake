@@ -8,6 +8,10 @@ set(OCTOSURF_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/octosurf)
 install(TARGETS octosurf EXPORT octosurf-targets)
 install(DIRECTORY include/octosurf DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN *.hpp)
 install(EXPORT octosurf-targets NAMESPACE octosurf:: DESTINATION ${OCTOSURF_CMAKE_DIR})
+if(OCTOSURF_BUILD_OCTOMAP)
+  install(TARGETS octosurf_with_octomap EXPORT octosurf-octomap-targets)
+  install(EXPORT octosurf-octomap-targets NAMESPACE octosurf:: DESTINATION ${OCTOSURF_CMAKE_DIR})
+endif()
 configure_package_config_file(cmake/octosurf-config.cmake.in octosurf-config.cmake
   INSTALL_DESTINATION ${OCTOSURF_CMAKE_DIR})
 # Before 1.0 a minor version may break what compiled against the one before.

@@ -61,6 +61,9 @@ set(OCTOSURF_SLOW_occupancy AdoptOccupiedVoxels.PocketsUnderAFloorAreNotWhereItI
     RayBits.OfStrayFarRaysAreOctomapsVoxels SharedView.TellsWhatHasChangedSinceAnyOther
     VoxelTree.TakesNoMoreHeapThanOctomapsTree)
 set(OCTOSURF_SLOW_occupancy_merge ResampledOctree.KnowsWhatTheOtherKnowsAtItsCentres)
+set(OCTOSURF_SLOW_octomap Following.ReadersInOtherThreadsSeeWholeTreesThatDoNotChange
+    OctomapFilesTest.AnOtComesBackByOctomapsReaderAndByOurs)
+set(OCTOSURF_SLOW_octomap_failures *)
 set(OCTOSURF_SLOW_planning Changes.LineageOverManyScansIsThatOverEachOfThem
     Changes.WhoFollowsThemHasWhatTheSnapshotHas ContactRegion.OfRandomPolygonsIsExact
     Crawl.AQuadrupedClimbsAStairAndCrossesASmallGap Footsteps.AWallAcrossTheWayIsRefusedForItsClearance

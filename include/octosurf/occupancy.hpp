@@ -49,6 +49,8 @@ class OccupancyView {
   OccupancyView(std::shared_ptr<const occupancy::VoxelTree> tree, double resolution);
 
   double resolution() const { return resolution_; }  ///< d; 0 if nothing is known
+  /// Log-odds from which a voxel counts as occupied; 0 if nothing is known.
+  float occupied_from() const;
 
   /// The voxel that holds `point`; unknown outside the octree's range. O(depth), some 50 ns.
   Voxel at(const Eigen::Vector3d& point) const;

@@ -3,10 +3,9 @@
 #include "io/exporters/grid_map_message.hpp"
 
 #include <array>
-#include <sstream>
 #include <vector>
 
-#include <octosurf/adapters/octree.hpp>
+#include <octosurf/adapters/octomap_files.hpp>
 #include <octosurf/planning.hpp>
 
 namespace octosurf::dds {
@@ -233,17 +232,14 @@ void write_markers(io::MessageWriter& out, const Snapshot& snapshot, const std::
   out.end_message();
 }
 
-void write_octomap(io::MessageWriter& out, const Snapshot& snapshot, const std::string& frame) {
-  const auto tree = to_octree(snapshot.octree);
-  std::ostringstream stream;
-  tree->writeBinaryData(stream);
-  const std::string bytes = stream.str();
+void write_octomap(io::MessageWriter& out, const octomap::OcTree& tree, const std::string& frame) {
+  const std::string bytes = octomap_message_data(tree);
   out.begin_message();
   out.field("header");
   io::write_header(out, frame);
   out.field("binary", true);
-  out.field("id", tree->getTreeType());
-  out.field("resolution", tree->getResolution());
+  out.field("id", tree.getTreeType());
+  out.field("resolution", tree.getResolution());
   out.field("data", std::span(reinterpret_cast<const std::int8_t*>(bytes.data()), bytes.size()));
   out.end_message();
 }

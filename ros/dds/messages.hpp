@@ -4,6 +4,7 @@
 #include "questions.hpp"
 
 #include <cstdint>
+#include <octomap/OcTree.h>
 #include <span>
 #include <string>
 
@@ -29,8 +30,7 @@ void write_footstep(io::MessageWriter& out, const Footstep& step);
 /// shown before is deleted.
 void write_markers(io::MessageWriter& out, const Snapshot& snapshot, const std::string& frame);
 
-/// octomap_msgs/Octomap, binary, as octomap_msgs::binaryMapToMsg() makes it of the octree, by OctoMap's own
-/// writer. The snapshot must have one that is not empty.
-void write_octomap(io::MessageWriter& out, const Snapshot& snapshot, const std::string& frame);
+/// octomap_msgs/Octomap, binary (octomap_message_data()).
+void write_octomap(io::MessageWriter& out, const octomap::OcTree& tree, const std::string& frame);
 
 }  // namespace octosurf::dds

@@ -84,7 +84,9 @@ bool Publications::publish_map(const MapMoment& moment) {
                      [&](io::MessageWriter& out) { write_surfaces(out, snapshot, frame, moment.stamp_ns); });
   all &= publish(markers_, "markers", [&](io::MessageWriter& out) { write_markers(out, snapshot, frame); });
   if (snapshot.octree.resolution() > 0)
-    all &= publish(octomap_, "octomap", [&](io::MessageWriter& out) { write_octomap(out, snapshot, frame); });
+    all &= publish(octomap_, "octomap", [&](io::MessageWriter& out) {
+      write_octomap(out, *octree_.follow(snapshot.octree), frame);
+    });
   HeightGrid grid;
   try {
     HeightGridOptions wanted;

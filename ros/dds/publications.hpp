@@ -11,6 +11,8 @@
 #include <string>
 #include <thread>
 
+#include <octosurf/adapters/octomap_follower.hpp>
+
 namespace octosurf::dds {
 
 /// Who is heard.
@@ -38,7 +40,8 @@ class Publications {
   const NodeOptions& options_;
   std::function<InputState()> inputs_;
   Writer surfaces_, markers_, terrain_, octomap_, grid_map_, status_;
-  std::string problem_;  // that was told last
+  OctomapFollower octree_;  // of the thread, as is the next
+  std::string problem_;     // that was told last
   std::jthread thread_;
 };
 

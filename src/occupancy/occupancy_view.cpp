@@ -171,6 +171,8 @@ OccupancyView::OccupancyView() = default;
 OccupancyView::OccupancyView(std::shared_ptr<const occupancy::VoxelTree> tree, double resolution)
     : tree_(std::move(tree)), resolution_(resolution) {}
 
+float OccupancyView::occupied_from() const { return tree_ ? tree_->model().occupied : 0; }
+
 Voxel OccupancyView::at(const Eigen::Vector3d& point) const {
   if (tree_ == nullptr) return {};
   const Eigen::Array3d scaled = (point / resolution_).array() + geometry::VoxelGrid::origin;

@@ -1,5 +1,6 @@
 // A map's octree as OctoMap's, and back, against OctoMap's own.
 #include "support/random_scans.hpp"
+#include "support/same_octree.hpp"
 #include "support/seed.hpp"
 
 #include <gtest/gtest.h>
@@ -11,21 +12,7 @@
 namespace octosurf {
 namespace {
 
-/// Same nodes with the same values: inner ones too.
-void expect_same(const octomap::OcTree& ours, const octomap::OcTree& theirs) {
-  ASSERT_EQ(ours.size(), theirs.size());
-  auto a = ours.begin_tree();
-  auto b = theirs.begin_tree();
-  for (; a != ours.end_tree() && b != theirs.end_tree(); ++a, ++b) {
-    ASSERT_EQ(a.getKey(), b.getKey());
-    ASSERT_EQ(a.getDepth(), b.getDepth());
-    ASSERT_EQ(a->getLogOdds(), b->getLogOdds());
-    ASSERT_EQ(a.isLeaf(), b.isLeaf());
-  }
-  EXPECT_TRUE(a == ours.end_tree());
-  EXPECT_TRUE(b == theirs.end_tree());
-  EXPECT_EQ(ours.calcNumNodes(), ours.size());
-}
+using test::expect_same;
 
 Parameters plain_occupancy() {
   Parameters parameters;

@@ -1,7 +1,11 @@
 // Maps from one verb to the next, and maps that were damaged on the way.
 #include "apps/command.hpp"
+#include "support/same_octree.hpp"
 
 #include <cstdlib>
+
+#include <octosurf/adapters/octree.hpp>
+#include <octosurf/map.hpp>
 
 namespace octosurf::test {
 namespace {
@@ -18,6 +22,23 @@ TEST_F(Files, ExportedSurfacesAreReadByPython) {
   const std::string count = std::to_string(info("m").at("surfaces").get<int>());
   const std::string check = "python3 '" OCTOSURF_SOURCE_DIR "/test/apps/check_surfaces.py' '";
   EXPECT_EQ(std::system((check + (folder / "m.json").string() + "' " + count).c_str()), 0);
+}
+
+TEST_F(Files, AnOtIsTheMapsOctreeAsOctomapReadsIt) {
+  write_floor();
+  run_well("map floor -o m");
+  EXPECT_THAT(run_well("export m --to m.ot").out, HasSubstr("m.ot: "));
+  const std::unique_ptr<octomap::AbstractOcTree> read_back(
+      octomap::AbstractOcTree::read((folder / "m.ot").string()));
+  const auto* tree = dynamic_cast<const octomap::OcTree*>(read_back.get());
+  ASSERT_NE(tree, nullptr);
+  EXPECT_GT(tree->getNumLeafNodes(), 1000u);
+  expect_same(*tree, *to_octree(load_map(folder / "m").map.octree()));
+
+  EXPECT_THAT(error_of("export m --to m.ot", 2), HasSubstr("m.ot"));  // it is there
+  EXPECT_THAT(error_of("export m --to n.ot --what points", 2), HasSubstr("--what"));
+  EXPECT_FALSE(exists("n.ot"));
+  run_well("map m.ot -o again");
 }
 
 TEST_F(Files, InfoTellsTheSameInBothForms) {

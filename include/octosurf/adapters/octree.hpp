@@ -249,6 +249,12 @@ void require_resolution(const Tree& tree, const OccupancyView& view, const char*
                 "make it with " + std::to_string(view.resolution()) + " m");
 }
 
+/// Exact: a float's log-odds come back from the probability in doubles.
+template <class Tree>
+void set_threshold(Tree& tree, const OccupancyView& view) {
+  if (view.resolution() > 0) tree.setOccupancyThres(octomap::probability(view.occupied_from()));
+}
+
 }  // namespace detail
 
 /// The octree of a map as it stands in `view` (Map::octree(), Snapshot::octree), or what of it meets `box`.
@@ -257,13 +263,15 @@ void require_resolution(const Tree& tree, const OccupancyView& view, const char*
 ///    built without `preserve_surfaces`: values, pruning, inner nodes.
 /// 2. With a box every voxel that meets it is there with its value; some beside it may be, where it cuts a
 ///    cube that is pruned.
-/// The occupancy model (hit, miss, clamping) is OctoMap's default: set_model() gives it a map's.
+/// Occupied is what the map counts as occupied. The rest of the occupancy model (hit, miss, clamping) is
+/// OctoMap's default: set_model() gives it a map's.
 /// Cost: some 30 ns a node, nearly all of it OctoMap's allocations; its readBinary takes as long.
 inline std::unique_ptr<octomap::OcTree> to_octree(const OccupancyView& view,
                                                   const Eigen::AlignedBox3d& box = detail::everywhere()) {
   if (!(view.resolution() > 0))
     throw Error(Error::Kind::usage, "to_octree", "a view of nothing has no resolution");
   auto tree = std::make_unique<octomap::OcTree>(view.resolution());
+  detail::set_threshold(*tree, view);
   std::optional<detail::LeafBuilder<octomap::OcTree>> builder;
   view.for_each_leaf(box, [&](std::span<const OccupancyView::Leaf> leaves) {
     if (!builder) {
@@ -282,6 +290,7 @@ inline std::unique_ptr<octomap::OcTree> to_octree(const OccupancyView& view,
 inline void update_octree(octomap::OcTree& tree, const OccupancyView& before, const OccupancyView& now) {
   detail::require_resolution(tree, before, "update_octree");
   detail::require_resolution(tree, now, "update_octree");
+  detail::set_threshold(tree, now);
   detail::ChangeInsert<octomap::OcTree> insert(tree);
   now.for_each_change(before, [&](const OccupancyView::Change& change) { insert(change); });
   insert.finish();

@@ -36,8 +36,8 @@ Publisher::Publisher(ros::NodeHandle& node, std::string fixed_frame, std::functi
   add<convex_plane_decomposition_msgs::PlanarTerrain>(node, "planar_terrain", [this](const Shown& shown) {
     return terrain_message(*shown.snapshot, options_(), shown.header);
   });
-  add<octomap_msgs::Octomap>(node, "octomap_binary", [](const Shown& shown) {
-    return octomap_message(*shown.snapshot, shown.header);
+  add<octomap_msgs::Octomap>(node, "octomap_binary", [this](const Shown& shown) {
+    return octomap_message(*octree_.follow(shown.snapshot->octree), shown.header);
   });
   add<grid_map_msgs::GridMap>(node, "grid_map", [this](const Shown& shown) {
     return grid_map_message(*shown.snapshot, options_(), shown.header);

@@ -13,6 +13,7 @@
 #include <string>
 #include <thread>
 
+#include <octosurf/adapters/octomap_follower.hpp>
 #include <octosurf/surface.hpp>
 
 namespace octosurf::ros1 {
@@ -50,6 +51,7 @@ class Publisher {
   const std::string fixed_frame_;
   const std::function<Options()> options_;
   PieceCache pieces_;
+  OctomapFollower octree_;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Topic> topics_;  // stay where they are: callbacks know them

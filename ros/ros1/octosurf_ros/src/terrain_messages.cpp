@@ -4,6 +4,7 @@
 #include <numbers>
 #include <string>
 
+#include <octosurf/adapters/octomap_files.hpp>
 #include <octosurf/contact.hpp>
 #include <octosurf/error.hpp>
 #include <octosurf/ros_messages.hpp>
@@ -43,13 +44,13 @@ PlannerContact contact_of(const Options& options) {
 
 }  // namespace
 
-octomap_msgs::Octomap octomap_message(const Snapshot& snapshot, const std_msgs::Header& header) {
-  const std::string bytes = snapshot.octree.octomap_data();
+octomap_msgs::Octomap octomap_message(const octomap::OcTree& tree, const std_msgs::Header& header) {
+  const std::string bytes = octomap_message_data(tree);
   octomap_msgs::Octomap message;
   message.header = header;
   message.binary = true;
-  message.id = "OcTree";
-  message.resolution = snapshot.resolution;
+  message.id = tree.getTreeType();
+  message.resolution = tree.getResolution();
   message.data.assign(bytes.begin(), bytes.end());
   return message;
 }

@@ -4,6 +4,7 @@
 
 #include <convex_plane_decomposition_msgs/PlanarTerrain.h>
 #include <grid_map_msgs/GridMap.h>
+#include <octomap/OcTree.h>
 #include <octomap_msgs/Octomap.h>
 #include <std_msgs/Header.h>
 
@@ -11,8 +12,8 @@
 
 namespace octosurf::ros1 {
 
-/// The octree as octomap_msgs::binaryMapToMsg() gives it after toMaxLikelihood() and prune().
-octomap_msgs::Octomap octomap_message(const Snapshot& snapshot, const std_msgs::Header& header);
+/// Binary (octomap_message_data()).
+octomap_msgs::Octomap octomap_message(const octomap::OcTree& tree, const std_msgs::Header& header);
 
 // As `octosurf export --format grid_map` and `planar_terrain` write them, with the options' foot and slope.
 // Throw Error(data) where there is nothing to put into them.

@@ -1,0 +1,80 @@
+#include "surfaces/atomic_shared_ptr.hpp"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <utility>
+
+#include <octosurf/adapters/octomap_follower.hpp>
+#include <octosurf/adapters/octree.hpp>
+
+namespace octosurf {
+
+struct OctomapFollower::State {
+  struct Tree {
+    std::unique_ptr<octomap::OcTree> octree;
+    OccupancyView of;
+    std::uint64_t number = 0;  ///< of the follow() that wrote it
+    std::atomic<bool> held{false};
+  };
+  /// What readers share: the tree may be written once the last of them has let go of it. use_count() would
+  /// not do: it does not order their reading before our writing.
+  struct Hold {
+    explicit Hold(std::shared_ptr<Tree> held_tree) : tree(std::move(held_tree)) {
+      tree->held.store(true, std::memory_order_relaxed);
+    }
+    Hold(const Hold&) = delete;
+    Hold& operator=(const Hold&) = delete;
+    ~Hold() { tree->held.store(false, std::memory_order_release); }
+    std::shared_ptr<Tree> tree;
+  };
+
+  /// Where to write: the latest tree that nobody holds, else a place for a new one, else the oldest tree's,
+  /// which stays its readers'.
+  std::shared_ptr<Tree>& next() {
+    const auto rank = [](const std::shared_ptr<Tree>& tree) {
+      if (!tree) return std::pair(1, std::uint64_t{0});
+      const bool held = tree->held.load(std::memory_order_acquire);
+      return held ? std::pair(2, tree->number) : std::pair(0, ~tree->number);
+    };
+    std::array<std::pair<int, std::uint64_t>, 3> ranks;
+    std::transform(trees.begin(), trees.end(), ranks.begin(), rank);
+    return trees[static_cast<std::size_t>(std::min_element(ranks.begin(), ranks.end()) - ranks.begin())];
+  }
+
+  std::array<std::shared_ptr<Tree>, 3> trees;
+  std::uint64_t follows = 0;
+  surfaces::AtomicSharedPtr<const octomap::OcTree> shown{nullptr};
+};
+
+OctomapFollower::OctomapFollower() : state_(std::make_unique<State>()) {}
+OctomapFollower::OctomapFollower(OctomapFollower&&) noexcept = default;
+OctomapFollower& OctomapFollower::operator=(OctomapFollower&&) noexcept = default;
+OctomapFollower::~OctomapFollower() = default;
+
+std::shared_ptr<const octomap::OcTree> OctomapFollower::follow(const OccupancyView& now) {
+  std::shared_ptr<State::Tree>& tree = state_->next();
+  if (tree && !tree->held && tree->octree->getResolution() == now.resolution()) {
+    try {
+      update_octree(*tree->octree, tree->of, now);
+    } catch (...) {
+      tree.reset();  // changed in part
+      throw;
+    }
+  } else {
+    auto made = std::make_shared<State::Tree>();
+    made->octree = to_octree(now);
+    tree = std::move(made);
+  }
+  tree->of = now;
+  tree->number = ++state_->follows;
+  const auto hold = std::make_shared<State::Hold>(tree);
+  std::shared_ptr<const octomap::OcTree> shown(hold, tree->octree.get());
+  state_->shown.store(shown);
+  return shown;
+}
+
+std::shared_ptr<const octomap::OcTree> OctomapFollower::tree() const { return state_->shown.load(); }
+
+}  // namespace octosurf

@@ -1,0 +1,189 @@
+// .ot and messages, against OctoMap's own readers and writers.
+#include "support/random_scans.hpp"
+#include "support/same_octree.hpp"
+#include "support/seed.hpp"
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <octomap/ColorOcTree.h>
+#include <sstream>
+
+#include <octosurf/adapters/octomap_files.hpp>
+#include <octosurf/adapters/octree.hpp>
+#include <octosurf/error.hpp>
+#include <octosurf/mapper.hpp>
+
+namespace octosurf {
+namespace {
+
+namespace fs = std::filesystem;
+using test::expect_same;
+
+class OctomapFilesTest : public ::testing::Test {
+ protected:
+  OctomapFilesTest() { fs::create_directories(folder); }
+  ~OctomapFilesTest() override { fs::remove_all(folder); }
+
+  std::unique_ptr<octomap::OcTree> scanned(double resolution) {
+    Parameters parameters;
+    parameters.occupancy.resolution = resolution;
+    parameters.alignment.enabled = false;
+    Mapper mapper(parameters);
+    for (int i = 0; i < 3; ++i) mapper.insert(test::room_scan(random, 800, {1, 1, 1}, {0.3 * i, 0, 0}));
+    return to_octree(mapper.map().octree());
+  }
+  fs::path file(const std::string& name) const { return folder / name; }
+  fs::path written(const std::string& name, const std::string& bytes) const {
+    std::ofstream(file(name), std::ios::binary) << bytes;
+    return file(name);
+  }
+  static std::string bytes_of(const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  void expect_refused(const fs::path& path) {
+    try {
+      read_octree(path);
+      ADD_FAILURE() << "read " << path;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), Error::Kind::data) << error.what();
+      EXPECT_EQ(error.where(), path.string());
+    }
+  }
+
+  std::mt19937_64 random = test::rng();
+  const fs::path folder = fs::temp_directory_path() / ("octomap_files_" + std::to_string(::getpid()));
+};
+
+TEST_F(OctomapFilesTest, AnOtComesBackByOctomapsReaderAndByOurs) {
+  for (const double resolution : {0.1, 0.05, 1.0 / 16, 0.0333333333333}) {
+    const auto tree = scanned(resolution);
+    ASSERT_GT(tree->size(), 1000u);
+    write_ot(*tree, file("room.ot"), true);
+    const std::unique_ptr<octomap::AbstractOcTree> theirs(
+        octomap::AbstractOcTree::read(file("room.ot").string()));
+    ASSERT_NE(dynamic_cast<octomap::OcTree*>(theirs.get()), nullptr);
+    expect_same(dynamic_cast<octomap::OcTree&>(*theirs), *tree);
+    expect_same(*read_octree(file("room.ot")), *tree);
+  }
+}
+
+TEST_F(OctomapFilesTest, ReadsWhatOctomapWrites) {
+  const auto tree = scanned(0.1);
+  ASSERT_TRUE(tree->write(file("theirs.ot").string()));
+  expect_same(*read_octree(file("theirs.ot")), *tree);
+
+  octomap::OcTree divided(*tree);
+  divided.expand();
+  ASSERT_GT(divided.size(), tree->size());
+  ASSERT_TRUE(divided.write(file("divided.ot").string()));
+  expect_same(*read_octree(file("divided.ot")), *tree);  // pruned
+
+  octomap::OcTree binary(*tree);
+  ASSERT_TRUE(binary.writeBinary(file("theirs.bt").string()));
+  octomap::OcTree expected(0.1);
+  ASSERT_TRUE(expected.readBinary(file("theirs.bt").string()));
+  expect_same(*read_octree(file("theirs.bt")), expected);
+
+  octomap::ColorOcTree colour(0.1);
+  for (auto leaf = divided.begin_leafs(); leaf != divided.end_leafs(); ++leaf) {
+    colour.setNodeValue(leaf.getKey(), leaf->getLogOdds());
+    colour.setNodeColor(leaf.getKey(), 10, 20, 30);
+  }
+  colour.updateInnerOccupancy();
+  ASSERT_TRUE(colour.write(file("colour.ot").string()));
+  expect_same(*read_octree(file("colour.ot")), *tree);
+}
+
+TEST_F(OctomapFilesTest, AnEmptyTreeComesBackEmpty) {
+  write_ot(octomap::OcTree(0.2), file("empty.ot"));
+  const auto tree = read_octree(file("empty.ot"));
+  EXPECT_EQ(tree->size(), 0u);
+  EXPECT_EQ(tree->getResolution(), 0.2);
+  EXPECT_EQ(octomap_message_data(*tree), "");
+}
+
+TEST_F(OctomapFilesTest, WritesOverNothingSilently) {
+  const auto tree = scanned(0.1);
+  const fs::path there = written("there.ot", "mine");
+  try {
+    write_ot(*tree, there);
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), Error::Kind::usage);
+  }
+  EXPECT_EQ(bytes_of(there), "mine");
+  write_ot(*tree, there, true);
+  expect_same(*read_octree(there), *tree);
+  try {
+    write_ot(*tree, file("no_folder") / "a.ot");
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), Error::Kind::output);
+  }
+}
+
+TEST_F(OctomapFilesTest, EveryTruncationIsRefused) {
+  write_ot(*scanned(0.4), file("whole.ot"));
+  const std::string bytes = bytes_of(file("whole.ot"));
+  ASSERT_LT(bytes.size(), 40000u);
+  for (std::size_t n = 0; n < bytes.size(); n += 1 + n / 300)
+    expect_refused(written("part.ot", bytes.substr(0, n)));
+  expect_refused(written("long.ot", bytes + "x"));
+}
+
+TEST_F(OctomapFilesTest, HostileFilesAreRefused) {
+  expect_refused(file("missing.ot"));
+  expect_refused(written("text.ot", "no octree\n"));
+  const std::string head = "# Octomap OcTree file\nid OcTree\n";
+  expect_refused(written("stamped.ot", "# Octomap OcTree file\nid OcTreeStamped\nsize 1\nres 0.1\ndata\n" +
+                                           std::string(5, '\0')));
+  expect_refused(written("no_resolution.ot", head + "size 1\nres nan\ndata\n" + std::string(5, '\0')));
+  // A chain of single children that never ends, as OctoMap's reader would follow it.
+  const std::string chain_link("\0\0\0\0\1", 5);
+  std::string chain = head + "size 100\nres 0.1\ndata\n";
+  for (int i = 0; i < 100; ++i) chain += chain_link;
+  expect_refused(written("chain.ot", chain));
+  std::string not_finite(5, '\0');
+  const float value = std::numeric_limits<float>::quiet_NaN();
+  std::memcpy(not_finite.data(), &value, sizeof value);
+  expect_refused(written("nan.ot", head + "size 1\nres 0.1\ndata\n" + not_finite));
+  expect_refused(written("count.ot", head + "size 2\nres 0.1\ndata\n" + std::string(5, '\0')));
+}
+
+TEST_F(OctomapFilesTest, AFlippedByteIsReadOrRefused) {
+  write_ot(*scanned(0.4), file("whole.ot"));
+  const std::string bytes = bytes_of(file("whole.ot"));
+  std::size_t refused = 0;
+  for (int i = 0; i < 400; ++i) {
+    std::string flipped = bytes;
+    flipped[random() % bytes.size()] ^= static_cast<char>(1 + random() % 255);
+    try {
+      const auto tree = read_octree(written("flipped.ot", flipped));
+      ASSERT_EQ(tree->calcNumNodes(), tree->size());
+    } catch (const Error& error) {
+      ASSERT_EQ(error.kind(), Error::Kind::data);
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 20u);  // of child masks a fifth of all bytes are
+}
+
+TEST_F(OctomapFilesTest, AMessageIsReadByOctomap) {
+  const auto tree = scanned(0.1);
+  std::istringstream data(octomap_message_data(*tree));
+  octomap::OcTree theirs(0.1);
+  theirs.readBinaryData(data);
+  std::size_t leaves = 0;
+  for (auto leaf = tree->begin_leafs(); leaf != tree->end_leafs(); ++leaf, ++leaves) {
+    const octomap::OcTreeNode* node = theirs.search(leaf.getKey(), leaf.getDepth());
+    ASSERT_NE(node, nullptr);
+    ASSERT_EQ(theirs.isNodeOccupied(node), tree->isNodeOccupied(*leaf));
+  }
+  EXPECT_EQ(leaves, theirs.getNumLeafNodes());
+}
+
+}  // namespace
+}  // namespace octosurf
