@@ -19,5 +19,5 @@ endfunction()
 
 # What keeps a map, and what makes one: the rooms that a program links.
 set(OCTOSURF_MAP_ROOMS octosurf_surfaces octosurf_occupancy octosurf_sensing octosurf_geometry)
-set(OCTOSURF_MAPPER_ROOMS octosurf_mapper octosurf_diagnosis octosurf_cylinders octosurf_law octosurf_upkeep
+set(OCTOSURF_MAPPER_ROOMS octosurf_mapper octosurf_diagnosis octosurf_cylinders octosurf_detection octosurf_upkeep
   octosurf_alignment ${OCTOSURF_MAP_ROOMS})

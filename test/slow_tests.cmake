@@ -42,7 +42,7 @@ set(OCTOSURF_SLOW_io_planner_formats Sl1m.TheLoaderInTheDocsReadsIt)
 set(OCTOSURF_SLOW_io_readers RealScans.RedKitchen)
 set(OCTOSURF_SLOW_io_scan_archive ScanArchives.AMapFromTheArchiveIsTheMapToTheBit
     ScanArchives.RoundingIsWithinItsBoundAndHasNoBias ScanArchives.RoundingMovesPlanesFarLessThanTheirNoise)
-set(OCTOSURF_SLOW_law Junctions.ABoardPartsWhatIsSeenToItsTwoSides Resegment.*
+set(OCTOSURF_SLOW_detection Junctions.ABoardPartsWhatIsSeenToItsTwoSides Resegment.*
     Segment.ABoardOfThreeCentimetresPartsAWall UpdateSurfaces.*)
 set(OCTOSURF_SLOW_mapper CoarserFaces.* Covariance.* Cylinders.ALaddersRungsAndRailsAreOneEach
     Cylinders.APillarThatIsTakenAwayGoes Cylinders.FlatThingsAreNone Cylinders.PillarsOfAHall

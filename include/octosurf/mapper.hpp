@@ -156,11 +156,11 @@ class Mapper {
   /// µs more for each voxel that is resampled.
   MergeReport merge(const Map& other, const Eigen::Isometry3d& T_map_other = Eigen::Isometry3d::Identity());
 
-  /// Replaces all surfaces by those that one likelihood and one criterion (src/law) find among all of the
-  /// octree's points at once: what scan by scan is found around changes. A surface keeps its id in the one
-  /// that has most of its points, unless that has more of another's; departures name who took whom in, and
-  /// what later scans told of a surface's plane goes on in the one that has its points. Octree and poses stay
-  /// as they are.
+  /// Replaces all surfaces by those that one likelihood and one criterion (src/detection) find among all of
+  /// the octree's points at once: what scan by scan is found around changes. A surface keeps its id in the
+  /// one that has most of its points, unless that has more of another's; departures name who took whom in,
+  /// and what later scans told of a surface's plane goes on in the one that has its points. Octree and poses
+  /// stay as they are.
   ///
   /// Looks at every point, so it is for the end of a run. Throws Error(data), and leaves the map as it was,
   /// if the surfaces' ids could run out; see 2 above. `born`, `merged` and `gone` of the report say what

@@ -37,7 +37,7 @@ struct SurfaceParameters {
   double mesh_thickness = 0.02;             ///< m: extrusion against the normal
 };
 
-/// New surfaces (src/law) and cylinders (src/cylinders) among pending points.
+/// New surfaces (src/detection) and cylinders (src/cylinders) among pending points.
 struct DetectionParameters {
   std::optional<int> min_surface_points;  ///< n; empty: derived
   bool detect_cylinders = true;           ///< look for pillars, rails and rungs among what no plane took

@@ -1,8 +1,8 @@
 #include "diagnosis/pending_reasons.hpp"
 
-#include "law/neighbourhood.hpp"
-#include "law/planelets.hpp"
-#include "law/voxel_blocks.hpp"
+#include "detection/neighbourhood.hpp"
+#include "detection/planelets.hpp"
+#include "detection/voxel_blocks.hpp"
 
 #include <algorithm>
 #include <deque>
@@ -19,31 +19,31 @@ PendingReasons::PendingReasons(const surfaces::MapState& state, geometry::VoxelK
   const surfaces::NormalField normals(window_, parameters, state.noise, state.surfaces);
   const surfaces::MapView view{
       parameters, state.occupancy.grid(), state.surfaces, state.cylinders, state.noise, window_, normals};
-  const law::Readings readings(state.occupancy, window_, law::neighbourhood_of(view, pending_, {}),
-                               state.noise);
-  std::vector<law::Refused> refused;
-  const law::Segmentation found =
-      segment(readings, law::limits_of(parameters), known_about(readings, state.surfaces, {}), &refused);
-  for (const law::Refused& plane : refused)
-    for (const law::Readings::Index i : plane.readings) reasons_[readings[i].key] = plane.why;
-  for (law::Readings::Index i = 0; i < readings.size(); ++i)
-    if (found.labels[i] != law::clutter) reasons_[readings[i].key] = {Reason::waiting};
+  const detection::Readings readings(state.occupancy, window_,
+                                     detection::neighbourhood_of(view, pending_, {}), state.noise);
+  std::vector<detection::Refused> refused;
+  const detection::Segmentation found = segment(readings, detection::limits_of(parameters),
+                                                known_about(readings, state.surfaces, {}), &refused);
+  for (const detection::Refused& plane : refused)
+    for (const detection::Readings::Index i : plane.readings) reasons_[readings[i].key] = plane.why;
+  for (detection::Readings::Index i = 0; i < readings.size(); ++i)
+    if (found.labels[i] != detection::clutter) reasons_[readings[i].key] = {Reason::waiting};
 }
 
 /// Block by block from those around the place, as long as neighbours hold pending points, too.
 void PendingReasons::collect_pending(geometry::VoxelKey place) {
   constexpr std::size_t most_points = 20000;  // effort: a tenth of a second
-  const int edge = law::planelet_edge(state_.parameters.occupancy.resolution);
-  const law::VoxelBlocks blocks(edge);
-  std::set<law::VoxelBlocks::Place> known{blocks.of(place)};
-  std::deque<law::VoxelBlocks::Place> waiting(known.begin(), known.end());
+  const int edge = detection::planelet_edge(state_.parameters.occupancy.resolution);
+  const detection::VoxelBlocks blocks(edge);
+  std::set<detection::VoxelBlocks::Place> known{blocks.of(place)};
+  std::deque<detection::VoxelBlocks::Place> waiting(known.begin(), known.end());
   for (; !waiting.empty() && pending_.size() < most_points; waiting.pop_front()) {
     const std::size_t before = pending_.size();
     blocks.for_each_point(window_, waiting.front(), [&](Index i) {
       if (window_[i].surface == 0) pending_.push_back(window_[i].key);
     });
     if (pending_.size() == before) continue;
-    for (const law::VoxelBlocks::Place next : blocks.widened({waiting.front()}, edge))
+    for (const detection::VoxelBlocks::Place next : blocks.widened({waiting.front()}, edge))
       if (known.insert(next).second) waiting.push_back(next);
   }
   std::sort(pending_.begin(), pending_.end());

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "law/segment.hpp"
+#include "detection/segment.hpp"
 #include "surfaces/ledger.hpp"
 #include "surfaces/map_state.hpp"
 

@@ -1,6 +1,6 @@
 #include "alignment/scan_aligner.hpp"
 #include "cylinders/cylinders.hpp"
-#include "law/replace_surfaces.hpp"
+#include "detection/replace_surfaces.hpp"
 #include "mapper/merge_maps.hpp"
 #include "mapper/scan_ahead.hpp"
 #include "mapper/stopwatch.hpp"
@@ -311,7 +311,7 @@ ScanReport Mapper::resegment() {
   mapper::Stopwatch time(report);
   surfaces::Transaction transaction(state);
   surfaces::Ledger ledger(state);
-  time(Stage::detect, [&] { law::replace_surfaces(ledger, state.occupancy); });
+  time(Stage::detect, [&] { detection::replace_surfaces(ledger, state.occupancy); });
   state.accumulated.clear();
   time(Stage::cylinders, [&] { cylinders::update_cylinders(ledger, {}); });
   const surfaces::Changes& changes = ledger.changes;

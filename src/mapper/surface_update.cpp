@@ -1,9 +1,9 @@
 #include "mapper/surface_update.hpp"
 
 #include "cylinders/cylinders.hpp"
-#include "law/expand.hpp"
-#include "law/update_surfaces.hpp"
-#include "law/waiting.hpp"
+#include "detection/expand.hpp"
+#include "detection/update_surfaces.hpp"
+#include "detection/waiting.hpp"
 #include "mapper/stopwatch.hpp"
 #include "upkeep/derive.hpp"
 #include "upkeep/retract.hpp"
@@ -112,36 +112,36 @@ void SurfaceUpdate::find_surfaces(const ForeignSurfaces* foreign) {
   const std::vector<geometry::VoxelKey> fresh = take_fresh(appeared);
   const SurfaceId first_new = state_.surfaces.next_id();
   const std::size_t added = time(Stage::add_inliers, [&] {
-    const std::vector<law::Assignment> inliers = law::add_inliers(*ledger_, fresh);
-    law::assign(*ledger_, inliers);
+    const std::vector<detection::Assignment> inliers = detection::add_inliers(*ledger_, fresh);
+    detection::assign(*ledger_, inliers);
     return inliers.size();
   });
-  std::vector<law::Assignment> gained =
-      time(Stage::expand, [&] { return law::expand(*ledger_, pending_of(fresh)); });
-  law::Waiting waiting;
-  const law::Detected detected = time(Stage::detect, [&] {
-    waiting = law::due_to_segment(*ledger_, state_.occupancy, std::move(state_.accumulated),
-                                  pending_of(fresh), gained);
-    law::assign(*ledger_, gained);
-    return law::detect(*ledger_, state_.occupancy, waiting.due, law::touching(*ledger_, gained));
+  std::vector<detection::Assignment> gained =
+      time(Stage::expand, [&] { return detection::expand(*ledger_, pending_of(fresh)); });
+  detection::Waiting waiting;
+  const detection::Detected detected = time(Stage::detect, [&] {
+    waiting = detection::due_to_segment(*ledger_, state_.occupancy, std::move(state_.accumulated),
+                                        pending_of(fresh), gained);
+    detection::assign(*ledger_, gained);
+    return detection::detect(*ledger_, state_.occupancy, waiting.due, detection::touching(*ledger_, gained));
   });
   time(Stage::expand, [&] {
-    const std::vector<law::Assignment> more =
-        law::expand(*ledger_, law::pending_beside(*ledger_, detected.assigned));
-    law::assign(*ledger_, more);
+    const std::vector<detection::Assignment> more =
+        detection::expand(*ledger_, detection::pending_beside(*ledger_, detected.assigned));
+    detection::assign(*ledger_, more);
     gained.insert(gained.end(), more.begin(), more.end());
   });
   reports_.back().added += added;
   std::set<SurfaceId> grown;
-  for (const law::Assignment& assignment : gained) {
+  for (const detection::Assignment& assignment : gained) {
     grown.insert(assignment.surface);
     reports_.back().expanded += assignment.surface < first_new;
   }
   for (const geometry::VoxelKey key : detected.assigned)
     reports_.back().detected += ledger_->window[ledger_->window.find(key)].surface < first_new;
-  time(Stage::revise, [&] { law::revise(*ledger_, state_.occupancy, std::move(grown)); });
+  time(Stage::revise, [&] { detection::revise(*ledger_, state_.occupancy, std::move(grown)); });
   state_.accumulated = std::move(waiting.left);
-  for (const geometry::VoxelKey key : law::waiting_on(detected.too_few))
+  for (const geometry::VoxelKey key : detection::waiting_on(detected.too_few))
     if (ledger_->is_pending(key)) state_.accumulated.push_back(key);
   accumulate_requeued();
   time(Stage::cylinders, [&] { left_over_ = left_for_cylinders(*ledger_, fresh, waiting.due); });

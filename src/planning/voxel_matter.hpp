@@ -10,10 +10,10 @@
 
 namespace octosurf::planning {
 
-/// Where there is something in an occupied voxel. That of a surface is the surface's plane: the law took its
-/// reading for one of that plane, and what it lies off by for noise, which reaches several voxels off a wall
-/// that was seen from afar. So its cube, moved along the normal onto the plane and flattened to what is not
-/// known of the plane. Of all others nothing better is known than that it is somewhere in the cube.
+/// Where there is something in an occupied voxel. That of a surface is the surface's plane: detection took
+/// its reading for one of that plane, and what it lies off by for noise, which reaches several voxels off a
+/// wall that was seen from afar. So its cube, moved along the normal onto the plane and flattened to what is
+/// not known of the plane. Of all others nothing better is known than that it is somewhere in the cube.
 struct VoxelMatter {
   Eigen::Vector3d middle;                            ///< map frame
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< of the plane; zero: all of the cube

@@ -9,9 +9,9 @@
 
 namespace octosurf::sensing {
 
-/// What a voxel's point says about a plane: one variance, one weight, one gate, for every stage of the law
-/// (src/law). A reading of the plane n·x = offset, seen along the unit vector v (toward the sensor), lies off
-/// it by a normal deviation of
+/// What a voxel's point says about a plane: one variance, one weight, one gate, for every stage of detection
+/// (src/detection). A reading of the plane n·x = offset, seen along the unit vector v (toward the sensor),
+/// lies off it by a normal deviation of
 ///
 ///   variance = σ_c² · (facing² + ε² (1 − facing²)) + σ_q² + σ_pose²   [m²],   facing = n·v,
 ///

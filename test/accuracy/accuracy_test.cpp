@@ -90,8 +90,8 @@ TEST_P(Accuracy, StaysWhereItIs) {
   EXPECT_LE(offset_all_mm, fence.offset_all_mm);
 }
 
-// Each bound with the figure behind it, measured when the law took over from the stages. Recordings are
-// short, and the means of normals and offsets are those of one or two narrow faces.
+// Each bound with the figure behind it, measured when one criterion took over from the tuned stages.
+// Recordings are short, and the means of normals and offsets are those of one or two narrow faces.
 constexpr Fence room{.name = "room",
                      .scene = "room",
                      .sensor = "depth",

@@ -1,4 +1,4 @@
-// How exact the surfaces are on simulated scenes: ours with default parameters, by the law of src/law on the
+// How exact the surfaces are on simulated scenes: ours with default parameters, by src/detection on the
 // same octree, and with the paper's parameters, beside the paper's pipeline from stock PCL parts, all on the
 // same scans and scored alike.
 

@@ -1,0 +1,173 @@
+#include "detection/curvature.hpp"
+
+#include "detection/planelets.hpp"
+#include "detection/voxel_blocks.hpp"
+#include "geometry/plane_frame.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+namespace octosurf::detection {
+namespace {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+/// rad. Feet stand on what turns by less: at its ends the normal is off by 6°, half of what shoes give way.
+constexpr double least_turn = 0.2;
+
+/// Σ w of {1, u, v, u²/2, uv, v²/2} and of heights over the patch's plane: weights of the noise alone,
+/// because what readings have in common bends nothing.
+struct QuadraticSums {
+  Matrix6 normal = Matrix6::Zero();
+  Vector6 right = Vector6::Zero();
+};
+
+QuadraticSums sums_of(const Readings& readings, const Patch& patch, std::span<const Readings::Index> indices,
+                      const Eigen::Matrix3d& R, const Eigen::Vector3d& origin) {
+  QuadraticSums sums;
+  for (const Readings::Index i : indices) {
+    const Reading& r = readings[i];
+    const Eigen::Vector3d p = R * (r.position.cast<double>() - origin);
+    Vector6 basis;
+    basis << 1, p.x(), p.y(), 0.5 * p.x() * p.x(), p.x() * p.y(), 0.5 * p.y() * p.y();
+    const double w = 1 / readings.model().independent_variance(r.range_class, r.facing(patch.plane));
+    sums.normal += w * basis * basis.transpose();
+    sums.right += w * p.z() * basis;
+  }
+  return sums;
+}
+
+/// Variance (1/m²) of bends that no number of readings averages out, because those in the middle may be off
+/// in common against those at both ends: with L²κ/8 between them, 64·(1 + ½)·σ² / L⁴. `length2`: L², m².
+double common_variance_of_bend(double pose_variance, double length2) {
+  return 96 * pose_variance / std::max(length2 * length2, 1e-12);
+}
+
+/// Rotation from the map to u across a patch, v along it, and its normal.
+struct PrincipalFrame {
+  Eigen::Matrix3d R;
+  Eigen::Vector2d variances;  ///< of its readings across and along, m²
+  double pose_variance;       ///< of what its readings have in common, m²
+
+  explicit PrincipalFrame(const Patch& patch)
+      : R(geometry::plane_axes(patch.plane.normal).transpose()), pose_variance(patch.pose_variance) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(
+        (R * patch.moments.covariance() * R.transpose()).topLeftCorner<2, 2>());
+    R.topRows<2>() = (axes.eigenvectors().transpose() * R.topRows<2>()).eval();
+    variances = axes.eigenvalues().cwiseMax(0.0);
+  }
+
+  /// Squared lengths that bends act over, m²: across, both, along; a uniform strip is √12 deviations long.
+  Eigen::Vector3d lengths2() const {
+    return 12 * Eigen::Vector3d(variances[0], std::sqrt(variances.prod()), variances[1]);
+  }
+  /// Of bends across, twist and along; for the twist two corners may be off against the other two, 4·σ² / L⁴.
+  Eigen::Vector3d common_variance() const {
+    const Eigen::Vector3d L2 = lengths2();
+    return {common_variance_of_bend(pose_variance, L2[0]), common_variance_of_bend(pose_variance, L2[1]) / 24,
+            common_variance_of_bend(pose_variance, L2[2])};
+  }
+};
+
+/// By how much the surface u²κ_u/2 + uvκ_uv + v²κ_v/2 turns over readings that scatter so along its two axes
+/// (m²).
+double turn_of(const Eigen::Vector3d& bend, const Eigen::Vector2d& variances) {
+  Eigen::Matrix2d hessian;
+  hessian << bend[0], bend[1], bend[1], bend[2];
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(hessian);
+  double most = 0;
+  for (int k = 0; k < 2; ++k) {
+    const Eigen::Vector2d along = axes.eigenvectors().col(k);
+    most = std::max(
+        most, std::fabs(axes.eigenvalues()[k]) * std::sqrt(12 * along.dot(variances.cwiseProduct(along))));
+  }
+  return most;
+}
+
+/// Bayes factor (logarithm) of one bend against none: of evidence (Σ w·height, bends' way), with the
+/// information afterwards and before.
+double log_bayes_of(double evidence, double posterior, double prior) {
+  return 0.5 * (evidence * evidence / posterior - std::log(posterior / prior));
+}
+
+/// What the readings of some blocks tell of a bend across each, once its offset and slopes are eliminated.
+struct BendAcross {
+  double information = 0, evidence = 0;
+  double width2 = 0;  ///< Σ information times a block's squared width, m²
+
+  void add(const Readings& readings, const Patch& patch, std::span<const Readings::Index> block) {
+    constexpr std::size_t fewest = 6;  // four parameters, and two that can contradict
+    if (block.size() < fewest) return;
+    Patch part = patch;
+    part.moments = {};
+    for (const Readings::Index i : block) part.moments.add(readings[i].position.cast<double>() - part.origin);
+    const PrincipalFrame frame(part);
+    const QuadraticSums sums = sums_of(readings, patch, block, frame.R, part.centroid());
+    const Eigen::Vector3d mixed = sums.normal.block<3, 1>(0, 3);
+    const Eigen::Vector3d eliminated = Eigen::Matrix3d(sums.normal.topLeftCorner<3, 3>()).ldlt().solve(mixed);
+    const double of_block = sums.normal(3, 3) - mixed.dot(eliminated);
+    if (!(of_block > 0)) return;
+    information += of_block;
+    evidence += sums.right[3] - sums.right.head<3>().dot(eliminated);
+    width2 += of_block * frame.lengths2()[0];
+  }
+};
+
+}  // namespace
+
+bool is_curved_in_places(const Readings& readings, const Patch& patch,
+                         std::span<const Readings::Index> indices) {
+  const VoxelBlocks blocks(planelet_edge(readings.resolution()));
+  std::vector<std::pair<VoxelBlocks::Place, Readings::Index>> by_block;
+  by_block.reserve(indices.size());
+  for (const Readings::Index i : indices) by_block.emplace_back(blocks.of(readings[i].key), i);
+  std::sort(by_block.begin(), by_block.end());
+  BendAcross bend;
+  std::vector<Readings::Index> block;
+  for (std::size_t k = 0; k < by_block.size(); ++k) {
+    block.push_back(by_block[k].second);
+    if (k + 1 < by_block.size() && by_block[k + 1].first == by_block[k].first) continue;
+    bend.add(readings, patch, block);
+    block.clear();
+  }
+  if (!(bend.information > 0)) return false;
+  const double width2 = bend.width2 / bend.information;  // and what is expected before any reading
+  const double kept = 1 / (1 + bend.information * common_variance_of_bend(patch.pose_variance, width2));
+  const double posterior = kept * bend.information + width2, evidence = kept * bend.evidence;
+  // Away from the sensor; strips that do are as rare as readings of no plane.
+  return log_bayes_of(evidence, posterior, width2) > sensing::ReadingModel::log_odds &&
+         -evidence / posterior * std::sqrt(width2) > least_turn;
+}
+
+bool is_curved(const Readings& readings, const Patch& patch, std::span<const Readings::Index> indices) {
+  const PrincipalFrame frame(patch);
+  const Eigen::Matrix3d& R = frame.R;
+  const QuadraticSums sums = sums_of(readings, patch, indices, R, patch.centroid());
+  // Bends once offset and slopes are eliminated (Schur's complement).
+  const Eigen::Matrix3d plane = sums.normal.topLeftCorner<3, 3>(), mixed = sums.normal.topRightCorner<3, 3>();
+  const Eigen::LDLT<Eigen::Matrix3d> solver(plane);
+  const Eigen::Matrix3d by_noise =
+      sums.normal.bottomRightCorner<3, 3>() - mixed.transpose() * solver.solve(mixed);
+  const Eigen::Vector3d right =
+      sums.right.tail<3>() - mixed.transpose() * solver.solve(Eigen::Vector3d(sums.right.head<3>()));
+  const Eigen::Matrix3d kept =
+      (Eigen::Matrix3d::Identity() + by_noise * Eigen::Matrix3d(frame.common_variance().asDiagonal()))
+          .inverse();
+  const Eigen::Matrix3d information = kept * by_noise;
+  const Eigen::Vector3d evidence = kept * right;
+  // Before any reading a bend may turn the patch by about 1 rad from end to end, along and across.
+  const Eigen::Vector3d prior = frame.lengths2();
+  const Eigen::Matrix3d posterior = information + Eigen::Matrix3d(prior.asDiagonal());
+  const Eigen::Vector3d bend = posterior.ldlt().solve(evidence);
+  const auto one_way = [&](int k) { return log_bayes_of(evidence[k], posterior(k, k), prior[k]); };
+  const double any_way = 0.5 * (bend.dot(evidence) - std::log(posterior.determinant() / prior.prod()));
+  constexpr double log_three = 1.0986122886681098;  // across, along, any way: none is likelier beforehand
+  const double log_bayes = std::max({one_way(0), one_way(2), any_way}) - log_three;
+  return log_bayes > 0 && turn_of(bend, frame.variances) > least_turn;
+}
+
+}  // namespace octosurf::detection

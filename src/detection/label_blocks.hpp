@@ -1,0 +1,84 @@
+#pragma once
+
+#include "detection/readings.hpp"
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <tsl/robin_map.h>
+#include <vector>
+
+namespace octosurf::detection {
+
+/// Readings by block of 8³ voxels and label: what lies around many readings is looked up for all in
+/// a block together, and most of it in bits.
+class LabelBlocks {
+ public:
+  using Index = Readings::Index;
+
+  /// Those of a block with one label, context or not.
+  struct Group {
+    Label label;
+    bool context;
+    std::array<std::uint64_t, 8> slices;  ///< slice z; bit 8·y + x
+    std::vector<Index> members;           ///< ascending: by z, y, x
+  };
+  /// `wanted`: by reading; others are in no group.
+  LabelBlocks(const Readings& readings, const std::vector<Label>& labels, const std::vector<bool>& wanted);
+
+  /// What of a block lies in a box.
+  class Part {
+   public:
+    bool empty() const { return slice_ == 0; }
+    bool any_of(const Group& group) const {
+      std::uint64_t found = 0;
+      for (unsigned z = first_; z <= last_; ++z) found |= group.slices[z] & slice_;
+      return found != 0;
+    }
+    /// visit(Index) for those of a group, in order.
+    template <class Visit>
+    void for_each_of(const Group& group, Visit&& visit) const {
+      std::size_t before = 0;
+      for (unsigned z = 0; z < first_; ++z) before += count(group.slices[z]);
+      for (unsigned z = first_; z <= last_; ++z) {
+        for (std::uint64_t left = group.slices[z] & slice_; left != 0; left &= left - 1) {
+          const std::uint64_t below = (left & -left) - 1;
+          visit(group.members[before + count(group.slices[z] & below)]);
+        }
+        before += count(group.slices[z]);
+      }
+    }
+
+   private:
+    friend LabelBlocks;
+    static std::size_t count(std::uint64_t bits) { return static_cast<std::size_t>(std::popcount(bits)); }
+    unsigned first_ = 0, last_ = 0;  // slices
+    std::uint64_t slice_ = 0;        // of each of them
+  };
+  /// A block that some box about a reading of another may meet.
+  struct Near {
+    std::array<int, 3> corner;  ///< voxel
+    const std::vector<Group>* groups;
+    /// Within `reach` voxels of `key` along each axis.
+    Part within(geometry::VoxelKey key, int reach) const;
+  };
+  /// visit(groups, blocks) for each block, in order, with those in which something may lie within `reach`
+  /// voxels of one of its readings, in order of z, y, x. Cost: blocks met.
+  template <class Visit>
+  void for_each_block(int reach, Visit&& visit) const {
+    for (const Block& block : blocks_) visit(block.groups, near(block, reach));
+  }
+
+ private:
+  struct Block {
+    std::array<int, 3> place;  // voxel key divided by 8
+    std::vector<Group> groups;
+  };
+  static std::uint64_t packed(int x, int y, int z);
+  std::vector<Near> near(const Block& block, int reach) const;
+
+  std::vector<Block> blocks_;
+  tsl::robin_map<std::uint64_t, std::size_t, geometry::PackedKeyHash> index_;
+};
+
+}  // namespace octosurf::detection

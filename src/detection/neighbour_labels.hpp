@@ -1,0 +1,54 @@
+#pragma once
+
+#include "detection/patch_graph.hpp"
+
+#include <algorithm>
+#include <boost/container/small_vector.hpp>
+
+namespace octosurf::detection {
+
+/// The labels among the neighbours of a reading, and how many of them have each.
+class NeighbourLabels {
+ public:
+  void add(Label label, int readings = 1) {
+    const auto at = std::find_if(counts_.begin(), counts_.end(),
+                                 [label](const Count& count) { return count.label == label; });
+    if (at == counts_.end())
+      counts_.push_back({label, readings});
+    else
+      at->readings += readings;
+  }
+  struct Count {
+    Label label;
+    int readings;
+  };
+  auto begin() const { return counts_.begin(); }
+  auto end() const { return counts_.end(); }
+  int of(Label label) const {
+    for (const Count& count : counts_)
+      if (count.label == label) return count.readings;
+    return 0;
+  }
+
+  /// The label that explains the reading best: the highest log_ratio(label), clutter having 0, less rim_cost
+  /// for each neighbour with another label.
+  template <class LogRatio>
+  Label best(LogRatio&& log_ratio) const {
+    // Common to all candidates: rim_cost for each neighbour. What is left is gained for those that agree.
+    Label best = clutter;
+    double most = rim_cost * of(clutter);
+    for (const auto& [label, agreeing] : counts_) {
+      if (label == clutter) continue;
+      const double gain = log_ratio(label) + rim_cost * agreeing;
+      if (gain <= most) continue;
+      most = gain;
+      best = label;
+    }
+    return best;
+  }
+
+ private:
+  boost::container::small_vector<Count, 8> counts_;
+};
+
+}  // namespace octosurf::detection

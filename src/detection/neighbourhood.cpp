@@ -1,0 +1,225 @@
+#include "detection/neighbourhood.hpp"
+
+#include "detection/labelling.hpp"
+#include "detection/planelets.hpp"
+#include "detection/voxel_blocks.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+namespace octosurf::detection {
+namespace {
+
+using Index = Readings::Index;
+using surfaces::SurfaceModel;
+
+/// Of a surface's inliers of one class of distance: those among the readings.
+struct Seen {
+  geometry::Moments moments;  // of those that are not context, about the surface's reference, unweighted
+  double count = 0, facing = 0;
+};
+
+/// A surface's readings, and what it has beside them.
+class Surroundings {
+ public:
+  Surroundings(const Readings& readings, const SurfaceModel& surface)
+      : readings_(readings), surface_(surface) {}
+
+  void add(Index i) {
+    const Reading& reading = readings_[i];
+    const double facing = reading.facing(surface_.plane());
+    Seen& seen = classes_[reading.range_class];
+    if (!readings_.is_context(i)) {
+      seen.moments.add(reading.position.cast<double>() - surface_.reference());
+      ++inside_;
+    }
+    ++seen.count;
+    seen.facing += facing;
+    facing_ += facing;
+    hits_ += reading.hits;
+    ++count_;
+  }
+
+  Patch outside() const {
+    Patch sums;
+    sums.plane = surface_.plane();
+    sums.origin = surface_.reference();
+    sums.pose_variance = readings_.model().pose_variance();
+    if (surface_.size() == inside_) return sums;
+    for (unsigned c = 0; c < classes_.size(); ++c) add_class(c, sums);
+    sums.readings = static_cast<double>(surface_.size() - inside_);
+    sums.hits = sums.readings * hits_ / static_cast<double>(count_);
+    return sums;
+  }
+
+ private:
+  void add_class(unsigned c, Patch& sums) const {
+    const Seen& seen = classes_[c];
+    geometry::Moments left = surface_.moments_of_class(c);
+    left.add(seen.moments, -1);
+    if (left.count < 0.5) return;
+    const double here = seen.count > 0 ? seen.facing / seen.count : facing_ / static_cast<double>(count_);
+    const double facing = std::max(here, readings_.model().facing_of(c, scatter_of(left)));
+    sums.moments.add(left, readings_.model().weight(c, facing));
+    sums.log_peaks += left.count * readings_.model().log_peak(c, facing);
+  }
+
+  /// m², about the surface's plane. Those here may be a corner that was seen along the plane, where noise
+  /// does not leave it; readings elsewhere that scatter by more were seen more head-on.
+  double scatter_of(const geometry::Moments& moments) const {
+    const Plane& plane = surface_.plane();
+    const double off = plane.signed_distance(surface_.reference() + moments.mean());
+    return plane.normal.dot(moments.covariance() * plane.normal) + off * off;
+  }
+
+  const Readings& readings_;
+  const SurfaceModel& surface_;
+  std::array<Seen, sensing::NoiseModel::classes> classes_;
+  double facing_ = 0, hits_ = 0;
+  std::size_t count_ = 0, inside_ = 0;
+};
+
+/// The share of a surface's inliers in the blocks of what is looked at, from which on all are labelled: most
+/// of its inliers lie around new points, so it is as open as they are.
+constexpr double share_for_whole = 0.5;
+
+/// Collects points, each in one part.
+class Collector {
+ public:
+  explicit Collector(const surfaces::MapView& map)
+      : map_(map),
+        blocks_(planelet_edge(map.grid.resolution())),
+        farthest_(farthest_neighbour(map.grid.resolution(), Readings::farthest_reach)) {}
+
+  void add_voxel(geometry::VoxelKey key) {
+    if (take(map_.window.find(key))) around_.voxels.push_back(key);
+  }
+  void add_surface(const SurfaceModel& surface) {
+    surface.for_each_inlier([&](const surfaces::Inlier& inlier) { add_voxel(inlier.key); });
+  }
+
+  /// Of these blocks.
+  void add_surfaces_mostly_in(const std::vector<VoxelBlocks::Place>& places) {
+    std::map<SurfaceId, std::size_t> inliers;
+    for (const VoxelBlocks::Place place : places)
+      blocks_.for_each_point(map_.window, place, [&](Index i) {
+        if (map_.window[i].surface != 0) ++inliers[map_.window[i].surface];
+      });
+    for (const auto& [id, count] : inliers)
+      if (const SurfaceModel& surface = *map_.surfaces.find(id);
+          static_cast<double>(count) >= share_for_whole * static_cast<double>(surface.size()))
+        add_surface(surface);
+  }
+
+  std::vector<VoxelBlocks::Place> blocks_of(std::span<const geometry::VoxelKey> keys) const {
+    std::vector<VoxelBlocks::Place> places;
+    for (const geometry::VoxelKey key : keys) places.push_back(blocks_.of(key));
+    return blocks_.widened(std::move(places), 0);
+  }
+
+  /// What is pending within h joins, the rims there and the neighbours of all these are context.
+  Neighbourhood with_surroundings() && {
+    const std::vector<geometry::VoxelKey> inside = around_.voxels;
+    const int gap =
+        static_cast<int>(std::ceil(map_.parameters.max_hole_size() / map_.grid.resolution() - 1e-9));
+    for (const VoxelBlocks::Place place : blocks_.widened(blocks_of(inside), gap))
+      blocks_.for_each_point(map_.window, place, [&](Index i) {
+        const occupancy::VoxelPoint& point = map_.window[i];
+        if (point.surface == 0) {
+          if (take(i)) around_.may_join.push_back(point.key);
+          return;
+        }
+        const SurfaceModel& surface = *map_.surfaces.find(point.surface);
+        if (!surface.surrounded(surface.cell_of(point.position)) && take(i))
+          around_.rims.push_back(point.key);
+      });
+    add_neighbours_of(inside);
+    add_neighbours_of(std::vector(around_.may_join));
+    for (const geometry::VoxelKey key : inside) add_along_ray(key);
+    return std::move(around_);
+  }
+
+ private:
+  bool take(Index i) {
+    if (taken_.size() < map_.window.size()) taken_.resize(map_.window.size());
+    const bool fresh = !taken_[i];
+    taken_[i] = true;
+    return fresh;
+  }
+
+  void add_neighbours_of(const std::vector<geometry::VoxelKey>& keys) {
+    for (const geometry::VoxelKey key : keys)
+      for (const Index i : near_points(map_.window, key, farthest_)) add(i);
+  }
+
+  /// Rays through a plane speak against it, whichever of the two is new (count_crossings).
+  void add_along_ray(geometry::VoxelKey key) {
+    const occupancy::VoxelPoint& end = map_.window[map_.window.find(key)];
+    const auto step = static_cast<float>(map_.grid.resolution());
+    const int steps = static_cast<int>(sensing::ReadingModel::clutter_depth / 2 / map_.grid.resolution());
+    for (int k = -steps; k <= steps; ++k) {
+      geometry::VoxelKey passed;
+      if (!map_.grid.key_of(end.position + static_cast<float>(k) * step * end.view, passed)) continue;
+      if (const Index i = map_.window.find(passed); i != Readings::none) add(i);
+    }
+  }
+
+  void add(Index i) {
+    if (!take(i)) return;
+    const bool pending = map_.window[i].surface == 0;
+    (pending ? around_.may_join : around_.context).push_back(map_.window[i].key);
+  }
+
+  const surfaces::MapView& map_;
+  VoxelBlocks blocks_;
+  int farthest_;             // voxels
+  std::vector<bool> taken_;  // by index in the window
+  Neighbourhood around_;
+};
+
+}  // namespace
+
+Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const geometry::VoxelKey> due,
+                               std::span<const geometry::VoxelKey> touching) {
+  Collector collector(map);
+  for (const geometry::VoxelKey key : due) collector.add_voxel(key);
+  for (const geometry::VoxelKey key : touching) collector.add_voxel(key);
+  collector.add_surfaces_mostly_in(collector.blocks_of(due));
+  return std::move(collector).with_surroundings();
+}
+
+Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const SurfaceId> surfaces) {
+  Collector collector(map);
+  for (const SurfaceId id : surfaces) collector.add_surface(*map.surfaces.find(id));
+  return std::move(collector).with_surroundings();
+}
+
+Segmentation known_about(const Readings& readings, const surfaces::SurfaceStore& surfaces,
+                         std::span<const SurfaceId> forgotten) {
+  Segmentation known;
+  known.labels.assign(readings.size_with_context(), clutter);
+  std::map<SurfaceId, Label> label_of;
+  std::vector<Surroundings> around;  // of label - 1
+  for (const SurfaceId id : forgotten) label_of[id] = clutter;
+  label_of[0] = clutter;
+  for (Index i = 0; i < readings.size_with_context(); ++i) {
+    const auto [entry, fresh] =
+        label_of.try_emplace(readings[i].surface, static_cast<Label>(around.size() + 1));
+    if (fresh) around.emplace_back(readings, *surfaces.find(readings[i].surface));
+    known.labels[i] = entry->second;
+    if (entry->second != clutter) around[entry->second - 1].add(i);
+  }
+  known.patches.resize(around.size() + 1);
+  for (const auto& [id, label] : label_of) {
+    if (label == clutter) continue;
+    known.patches[label].plane = surfaces.find(id)->plane();
+    if (const Patch sums = around[label - 1].outside(); sums.readings > 0)
+      known.outside.push_back({id, label, sums});
+  }
+  refit_patches(readings, Junctions(readings, known.labels, known.patches), known);
+  return known;
+}
+
+}  // namespace octosurf::detection

@@ -1,0 +1,73 @@
+#pragma once
+
+#include "detection/readings.hpp"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <queue>
+#include <vector>
+
+namespace octosurf::detection {
+
+/// Nats for each pair of neighbouring voxels that the rim between two planes would part: the prior that
+/// surfaces are wholes (Potts). Tuned: half of it cuts noisy walls up, twice as much changes nothing.
+inline constexpr double rim_cost = 0.5;
+
+/// Patches and where they meet. Merges what one plane explains better than two, best first.
+class PatchGraph {
+ public:
+  /// Effort: planes that differ by more than 60° are never one, and heights over a frame between them make
+  /// little sense.
+  static constexpr double least_cosine = 0.5;
+
+  /// patches[clutter] stands for clutter and meets nothing.
+  explicit PatchGraph(std::vector<Patch> patches)
+      : patches_(std::move(patches)), contacts_(patches_.size()), mergers_(patches_.size(), 0) {}
+
+  /// Two patches meet at `at`, with so many pairs of neighbouring voxels: none across a gap.
+  void meet(Label a, Label b, const Eigen::Vector3d& at, double pairs);
+  std::size_t size() const { return patches_.size(); }
+  bool met(Label a, Label b) const { return contacts_[a].contains(b); }
+  const Patch& operator[](Label a) const { return patches_[a]; }
+
+  /// Merges until nothing is gained by any contact as it is then. The patches that are left, and where each
+  /// of the former ones went. O(contacts), some times: what a merger gains is asked again when its turn comes
+  /// or no other is left, not whenever one of the two has grown.
+  struct Merged {
+    std::vector<Patch> patches;
+    std::vector<Label> into;
+  };
+  Merged merge() &&;
+
+ private:
+  struct Contact {
+    double pairs = 0, places = 0;
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();  // of the places
+    std::optional<unsigned> judged;                 // age of the two when the contact was judged last
+    void add(const Contact& other);
+  };
+  struct Candidate {
+    double gain;
+    Label a, b;
+    unsigned age;  // of the two when it was judged
+    bool operator<(const Candidate& other) const;
+  };
+  using Contacts = std::map<Label, Contact>;
+
+  double gain(Label a, Label b, const Contact& contact) const;
+  unsigned age(Label a, Label b) const { return mergers_[a] + mergers_[b]; }
+  Contact& contact_of(Label a, Label b) { return contacts_[std::min(a, b)].at(std::max(a, b)); }
+  void judge(Label a, Label b);
+  void judge_what_has_changed();
+  void join(Label a, Label b);
+  Merged what_is_left();
+
+  std::vector<Patch> patches_;
+  std::vector<Contacts> contacts_;  // of each patch, by the other; kept for both, judged at the smaller label
+  std::vector<unsigned> mergers_;   // of each patch so far
+  std::vector<Label> into_;         // that took the patch in, or itself
+  std::priority_queue<Candidate> queue_;
+};
+
+}  // namespace octosurf::detection

@@ -1,0 +1,147 @@
+#include "detection/planelets.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <random>
+
+namespace octosurf::detection {
+namespace {
+
+using Index = Readings::Index;
+
+constexpr double smallest_edge = 0.08;  // m
+
+// Effort: where three planes share a block alike, one triple in nine lies within one of them, and one of so
+// many does with a probability of 94 % (Fischler and Bolles 1981: ln(1 − 0.94) / ln(1 − 1/9)). What is missed
+// is found in the larger block, or joins its neighbours.
+constexpr int ransac_iterations = 24;
+constexpr std::size_t scored = 200;  // readings that a hypothesis is scored on, at most
+
+/// RANSAC among the readings of one block, plane after plane. Hypotheses are scored by likelihood instead of
+/// by a count of inliers within s (as MLESAC, Torr and Zisserman 2000), and the best is refitted.
+class Ransac {
+ public:
+  Ransac(const Readings& readings, std::vector<Index> indices, std::uint64_t seed)
+      : readings_(readings), left_(std::move(indices)), random_(seed) {}
+
+  struct Found {
+    Patch patch;
+    std::vector<Index> indices;
+  };
+  /// The best plane of what is left, which is taken out, if it explains more than it costs.
+  std::optional<Found> next() {
+    if (left_.size() < fewest_of_plane) return {};
+    Plane plane = best_plane();
+    for (int round = 0; round < 2; ++round) {
+      const std::vector<Index> its = belonging(plane);
+      if (its.size() < fewest_of_plane) return {};
+      plane = readings_.patch_of(its, plane).plane;
+    }
+    Found found;
+    found.indices = belonging(plane);
+    if (found.indices.size() < fewest_of_plane) return {};
+    found.patch = readings_.patch_of(found.indices, plane);
+    double explained = 0;
+    for (const Index i : found.indices) explained += readings_.log_ratio(i, plane);
+    if (!(explained > description_cost(found.patch))) return {};
+    std::erase_if(left_,
+                  [&](Index i) { return std::binary_search(found.indices.begin(), found.indices.end(), i); });
+    return found;
+  }
+
+ private:
+  Eigen::Vector3d position(Index i) const { return readings_[i].position.cast<double>(); }
+
+  std::vector<Index> belonging(const Plane& plane) const {
+    std::vector<Index> its;
+    for (const Index i : left_)
+      if (readings_.gain(i, plane) > 0) its.push_back(i);
+    return its;
+  }
+
+  double score(const Plane& plane) const {
+    const std::size_t step = 1 + left_.size() / scored;
+    double sum = 0;
+    for (std::size_t k = 0; k < left_.size(); k += step) sum += readings_.gain(left_[k], plane);
+    return sum;
+  }
+
+  /// Normal toward where most of the readings were seen from.
+  Plane facing_sensor(Plane plane, std::span<const Index> seen) const {
+    double facing = 0;
+    for (const Index i : seen) facing += readings_[i].facing(plane);
+    if (facing < 0) plane = {-plane.normal, -plane.offset};
+    return plane;
+  }
+
+  Plane least_squares() const {
+    Plane plane{readings_[left_.front()].view.cast<double>(), 0};
+    plane = readings_.patch_of(left_, plane).plane;
+    return facing_sensor(plane, left_);
+  }
+
+  std::optional<Plane> through_three() {
+    std::array<Index, 3> drawn;
+    for (Index& i : drawn) i = left_[random_() % left_.size()];
+    const Eigen::Vector3d a = position(drawn[0]);
+    const Eigen::Vector3d normal = (position(drawn[1]) - a).cross(position(drawn[2]) - a);
+    const double area = normal.norm(), d = readings_.resolution();
+    if (area < d * d) return {};  // in one line, or one place
+    return facing_sensor({normal / area, normal.dot(a) / area}, drawn);
+  }
+
+  Plane best_plane() {
+    Plane best = least_squares();
+    double most = score(best);
+    for (int k = 0; k < ransac_iterations; ++k) {
+      const std::optional<Plane> plane = through_three();
+      if (!plane) continue;
+      const double of_plane = score(*plane);
+      if (of_plane <= most) continue;
+      most = of_plane;
+      best = *plane;
+    }
+    return best;
+  }
+
+  const Readings& readings_;
+  std::vector<Index> left_;  // ascending
+  std::mt19937_64 random_;   // seeded by the block, so that nothing depends on what was looked at before
+};
+
+/// Readings without a label that may seed a plane, by block.
+std::map<std::uint64_t, std::vector<Index>> blocks_of(const Readings& readings,
+                                                      const std::vector<Label>& labels, int edge) {
+  std::map<std::uint64_t, std::vector<Index>> blocks;
+  const auto part = [edge](std::uint16_t k) { return static_cast<std::uint16_t>(k / edge); };
+  for (Index i = 0; i < readings.size(); ++i) {
+    if (labels[i] != clutter || !readings[i].may_seed) continue;
+    const geometry::VoxelKey key = readings[i].key;
+    blocks[geometry::VoxelKey{part(key.x), part(key.y), part(key.z)}.packed()].push_back(i);
+  }
+  return blocks;
+}
+
+}  // namespace
+
+int planelet_edge(double resolution) {
+  return std::max(4, static_cast<int>(std::lround(smallest_edge / resolution)));
+}
+
+void find_planelets(const Readings& readings, Segmentation& segmentation) {
+  std::vector<Patch>& patches = segmentation.patches;
+  for (int level = 0; level < planelet_levels; ++level) {
+    const int edge = planelet_edge(readings.resolution()) << level;
+    for (auto& [place, indices] : blocks_of(readings, segmentation.labels, edge)) {
+      Ransac ransac(readings, std::move(indices), place);
+      while (const std::optional<Ransac::Found> found = ransac.next()) {
+        for (const Index i : found->indices) segmentation.labels[i] = static_cast<Label>(patches.size());
+        patches.push_back(found->patch);
+      }
+    }
+  }
+}
+
+}  // namespace octosurf::detection

@@ -1,0 +1,290 @@
+#include "detection/segment.hpp"
+
+#include "detection/contacts.hpp"
+#include "detection/crossings.hpp"
+#include "detection/curvature.hpp"
+#include "detection/junctions.hpp"
+#include "detection/label_blocks.hpp"
+#include "detection/labelling.hpp"
+#include "detection/patch_graph.hpp"
+#include "detection/planelets.hpp"
+#include "geometry/local_width.hpp"
+#include "geometry/plane_frame.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <optional>
+
+namespace octosurf::detection {
+namespace {
+
+using Index = Readings::Index;
+
+constexpr int rounds = 3;  // effort: merging, relabelling, and merging what that has parted
+
+/// `gap`: m, over which patches meet; 0: those that touch only.
+void merge(const Readings& readings, double gap, const Junctions& junctions, Segmentation& segmentation) {
+  PatchGraph graph(std::move(segmentation.patches));
+  meet_neighbours(readings, segmentation.labels, junctions, graph);
+  if (gap > 0) meet_across_gaps(readings, segmentation.labels, junctions, gap, graph);
+  PatchGraph::Merged merged = std::move(graph).merge();
+  segmentation.follow(merged.into, std::move(merged.patches));
+}
+
+std::vector<std::vector<Index>> by_label(const Readings& readings, const Segmentation& segmentation) {
+  std::vector<std::vector<Index>> of(segmentation.patches.size());
+  for (Index i = 0; i < readings.size(); ++i) of[segmentation.labels[i]].push_back(i);
+  return of;
+}
+
+/// m, of strips such as a ladder's front; infinite if that is not known.
+double width_in_most_places(const Readings& readings, double least_width, const Patch& patch,
+                            const std::vector<Index>& indices) {
+  const Eigen::Matrix3d axes = geometry::plane_axes(patch.plane.normal);
+  std::vector<Eigen::Vector2d> on_plane;
+  on_plane.reserve(indices.size());
+  for (const Index i : indices)
+    on_plane.emplace_back(axes.leftCols<2>().transpose() * readings[i].position.cast<double>());
+  return geometry::median_local_width(on_plane, least_width, readings.resolution())
+      .value_or(std::numeric_limits<double>::infinity());
+}
+
+using Refusal = surfaces::Refusal;
+
+/// Without those beside another plane's: at an edge the mean of a voxel is of both faces.
+std::vector<Index> clear_of_other_planes(const Readings& readings, const std::vector<Label>& labels,
+                                         const std::vector<Index>& indices) {
+  std::vector<Index> clear;
+  std::copy_if(indices.begin(), indices.end(), std::back_inserter(clear), [&](Index i) {
+    const auto& near = readings.near(i);
+    return std::all_of(near.begin(), near.end(),
+                       [&](Index j) { return labels[j] == clutter || labels[j] == labels[i]; });
+  });
+  return clear;
+}
+
+/// None for what is large enough, wide enough, and does not bend. What is known of the part outside are sums,
+/// which tell nothing but their extent.
+std::optional<Refusal> refusal_by_shape(const Readings& readings, const SegmentLimits& limits,
+                                        const std::vector<Label>& labels, const Patch& patch,
+                                        const std::vector<Index>& indices, const Patch& outside) {
+  const double size = static_cast<double>(indices.size()) + outside.readings;
+  if (size < static_cast<double>(limits.fewest_points))
+    return Refusal{.reason = Reason::too_few_points,
+                   .measured = size,
+                   .limit = static_cast<double>(limits.fewest_points)};
+  geometry::Moments extent;  // unweighted
+  for (const Index i : indices) extent.add(readings[i].position.cast<double>() - patch.origin);
+  if (outside.readings > 0)
+    extent.add(outside.moments.shifted(patch.origin - outside.origin),
+               outside.readings / outside.moments.count);
+  double width = geometry::width_of(extent);
+  if (width >= limits.least_width && !(outside.readings > 0))
+    width = std::min(width, width_in_most_places(readings, limits.least_width, patch, indices));
+  if (width < limits.least_width)
+    return Refusal{.reason = Reason::too_narrow, .measured = width, .limit = limits.least_width};
+  if (!(outside.readings > 0) &&
+      (is_curved(readings, patch, indices) ||
+       is_curved_in_places(readings, patch, clear_of_other_planes(readings, labels, indices))))
+    return Refusal{Reason::bent};
+  return {};
+}
+
+/// m, on both sides of a patch together: what is looked at for how much is clutter there. Beyond where
+/// readings may be the patch's own, as deep as clutter is looked at elsewhere.
+double depth_around(const Patch& patch) { return sensing::ReadingModel::clutter_depth + 2 * patch.reach(); }
+
+/// Of each label, the hits beside its own readings that are nobody's, within depth_around(). Hits, because
+/// the longer a surface is looked at, the more voxels its noise's tails have reached, once each, while its
+/// own are hit again and again.
+std::vector<double> count_clutter_around(const Readings& readings, const Segmentation& segmentation) {
+  std::vector<double> half_depth;
+  for (const Patch& patch : segmentation.patches) half_depth.push_back(depth_around(patch) / 2);
+  half_depth[clutter] = 0;
+  const double farthest = *std::max_element(half_depth.begin(), half_depth.end());
+  const int reach = std::max(1, static_cast<int>(farthest / readings.resolution()));
+  std::vector<bool> wanted(readings.size(), true);
+  wanted.resize(readings.size_with_context(), false);
+  const LabelBlocks blocks(readings, segmentation.labels, wanted);
+  std::vector<double> counts(segmentation.patches.size(), 0);
+  std::vector<Index> tested_from(counts.size(), Readings::none), settled_from = tested_from;
+  const auto count = [&](Index i, const LabelBlocks::Group& group, const LabelBlocks::Part& part) {
+    const Label label = group.label;
+    if (settled_from[label] == i) return;
+    const bool out_of_depth =
+        tested_from[label] != i &&
+        std::fabs(readings[i].distance(segmentation.patches[label].plane)) > half_depth[label];
+    tested_from[label] = i;
+    const bool beside = !out_of_depth && part.any_of(group);
+    if (beside) counts[label] += readings[i].hits;
+    if (beside || out_of_depth) settled_from[label] = i;
+  };
+  const auto count_around = [&](Index i, const std::vector<LabelBlocks::Near>& near) {
+    for (const LabelBlocks::Near& block : near) {
+      const LabelBlocks::Part part = block.within(readings[i].key, reach);
+      if (part.empty()) continue;
+      for (const LabelBlocks::Group& group : *block.groups)
+        if (group.label != clutter) count(i, group, part);
+    }
+  };
+  blocks.for_each_block(
+      reach, [&](const std::vector<LabelBlocks::Group>& groups, const std::vector<LabelBlocks::Near>& near) {
+        for (const LabelBlocks::Group& group : groups)
+          if (group.label == clutter)
+            for (const Index i : group.members) count_around(i, near);
+      });
+  return counts;
+}
+
+/// Nats by which a plane among clutter explains more of what is there than its description costs, against
+/// clutter alone. How much of what is there the plane explains is its own to say: a wall nine tenths, a slab
+/// through a bush hardly any (Laplace's rule of succession).
+double explained_by(const Readings& readings, const Patch& patch, const std::vector<Index>& indices,
+                    double clutter_around) {
+  double its = 0, all = 0, explained = 0;
+  for (const Index i : indices) {
+    all += readings[i].hits;
+    const double log_ratio = readings.log_ratio(i, patch.plane);
+    if (!(log_ratio > 0)) continue;  // the refitted plane has left it: clutter, too
+    its += readings[i].hits;
+    explained += readings[i].hits * log_ratio;
+  }
+  const double others = all + clutter_around - its;
+  const double share = (its + 1) / (its + others + 2);
+  const double deeper = std::log(depth_around(patch) / sensing::ReadingModel::clutter_depth);
+  return explained + its * (std::log(share) + deeper - sensing::ReadingModel::log_odds) +
+         others * std::log(1 - share) - description_cost(patch);
+}
+
+/// By how much a plane explains more than speaks against it, nats, and the one through which most of the rays
+/// passed that do.
+struct Verdict {
+  double for_it = 0;
+  Label seen_through = clutter;
+  bool holds() const { return for_it > 0; }
+};
+
+/// Which of the planes are there, by what each explains: the one that explains most first, and others if they
+/// explain more than the rays that have passed through them, or through those that are there to them, speak
+/// against both. Such rays are as rare as outliers.
+std::vector<Verdict> find_opaque(const Readings& readings, const Segmentation& segmentation,
+                                 const std::vector<double>& explained) {
+  std::vector<std::vector<std::pair<Label, double>>> crossed(explained.size());
+  for (const auto& [pair, rays] : count_crossings(readings, segmentation.labels, segmentation.patches)) {
+    crossed[pair.first].emplace_back(pair.second, rays);
+    crossed[pair.second].emplace_back(pair.first, rays);
+  }
+  std::vector<Label> order(explained.size());
+  std::iota(order.begin(), order.end(), Label{0});
+  std::stable_sort(order.begin(), order.end(), [&](Label a, Label b) { return explained[a] > explained[b]; });
+  std::vector<Verdict> verdicts(explained.size());
+  for (const Label label : order) {
+    Verdict& verdict = verdicts[label];
+    verdict.for_it = explained[label];
+    double most_rays = 0;
+    for (const auto& [other, rays] : crossed[label]) {
+      if (!verdicts[other].holds()) continue;
+      verdict.for_it -= rays * sensing::ReadingModel::log_odds;
+      if (rays > most_rays && explained[label] > 0) verdict.seen_through = other;
+      most_rays = std::max(most_rays, rays);
+    }
+  }
+  return verdicts;
+}
+
+/// The surface that most of a label's readings belong to so far; 0: none.
+SurfaceId surface_of(const Readings& readings, const Segmentation& segmentation, Label label) {
+  std::map<SurfaceId, std::size_t> counts;
+  for (Index i = 0; i < readings.size_with_context(); ++i)
+    if (segmentation.labels[i] == label) ++counts[readings[i].surface];
+  const auto most = std::max_element(counts.begin(), counts.end(),
+                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+  return most == counts.end() ? 0 : most->first;
+}
+
+Refusal refusal_of(const Readings& readings, const Segmentation& segmentation, const Verdict& verdict) {
+  if (verdict.seen_through != clutter)
+    if (const SurfaceId surface = surface_of(readings, segmentation, verdict.seen_through); surface != 0)
+      return {.reason = Reason::seen_through, .surface = surface};
+  return {.reason = Reason::clutter, .measured = verdict.for_it};
+}
+
+/// What does not hold becomes clutter: refusal_of(label, readings) is why, or none.
+template <class RefusalOf>
+void keep_labels(const Readings& readings, Segmentation& segmentation, std::vector<Refused>* refused,
+                 RefusalOf&& refusal_of) {
+  const std::vector<std::vector<Index>> of = by_label(readings, segmentation);
+  std::vector<Label> into(segmentation.patches.size(), clutter);
+  std::vector<Patch> kept(1);
+  for (Label label = 1; label < segmentation.patches.size(); ++label) {
+    if (const std::optional<Refusal> why = refusal_of(label, of[label])) {
+      if (refused != nullptr) refused->push_back({*why, of[label]});
+      continue;
+    }
+    into[label] = static_cast<Label>(kept.size());
+    kept.push_back(segmentation.patches[label]);
+  }
+  segmentation.follow(into, std::move(kept));
+}
+
+void accept(const Readings& readings, const SegmentLimits& limits, Segmentation& segmentation,
+            std::vector<Refused>* refused) {
+  keep_labels(readings, segmentation, refused,
+              [&, outside = sums_outside(segmentation)](Label label, const std::vector<Index>& indices) {
+                const auto why = refusal_by_shape(readings, limits, segmentation.labels,
+                                                  segmentation.patches[label], indices, outside[label]);
+                if (why && why->reason == Reason::too_few_points)
+                  segmentation.too_few.insert(segmentation.too_few.end(), indices.begin(), indices.end());
+                return why;
+              });
+  const std::vector<double> around = count_clutter_around(readings, segmentation);
+  const std::vector<std::vector<Index>> of = by_label(readings, segmentation);
+  std::vector<double> explained(of.size(), 0);
+  for (Label label = 1; label < of.size(); ++label)
+    explained[label] = explained_by(readings, segmentation.patches[label], of[label], around[label]);
+  for (const Outside& outside : segmentation.outside)
+    if (outside.label != clutter)
+      explained[outside.label] += outside.sums.hits / outside.sums.readings *
+                                  outside.sums.explained_by(segmentation.patches[outside.label].plane);
+  const std::vector<Verdict> verdicts = find_opaque(readings, segmentation, explained);
+  keep_labels(readings, segmentation, refused, [&](Label label, const auto&) -> std::optional<Refusal> {
+    if (verdicts[label].holds()) return {};
+    if (refused == nullptr) return Refusal{Reason::clutter};  // nobody asks why, which is a walk over all
+    return refusal_of(readings, segmentation, verdicts[label]);
+  });
+}
+
+}  // namespace
+
+Segmentation segment(const Readings& readings, const SegmentLimits& limits) {
+  Segmentation nothing;
+  nothing.labels.assign(readings.size_with_context(), clutter);
+  return segment(readings, limits, std::move(nothing));
+}
+
+Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segmentation known,
+                     std::vector<Refused>* refused) {
+  Segmentation result = std::move(known);
+  find_planelets(readings, result);
+  Junctions junctions(readings, result.labels, result.patches);
+  for (int round = 0; round < rounds; ++round) {
+    // Among planelets, which are no larger than a gap, nearly every reading would be at a rim.
+    merge(readings, round == 0 ? 0 : limits.gap, junctions, result);
+    relabel(readings, result.patches, result.labels);
+    junctions = Junctions(readings, result.labels, result.patches);
+    part_into_pieces(readings, junctions, result);
+    junctions.renew(result.labels, result.patches);
+  }
+  merge(readings, limits.gap, junctions, result);
+  accept(readings, limits, result, refused);
+  relabel(readings, result.patches, result.labels);
+  refit_patches(readings, Junctions(readings, result.labels, result.patches), result);
+  accept(readings, limits, result, refused);
+  return result;
+}
+
+}  // namespace octosurf::detection

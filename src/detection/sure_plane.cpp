@@ -1,0 +1,44 @@
+#include "detection/sure_plane.hpp"
+
+#include "geometry/plane_frame.hpp"
+
+#include <cmath>
+
+namespace octosurf::detection {
+
+Patch patch_of(const surfaces::SurfaceModel& surface, const sensing::ReadingModel& model) {
+  Patch patch;
+  patch.plane = surface.plane();
+  patch.origin = surface.reference();
+  patch.pose_variance = model.pose_variance();
+  const double offset = patch.plane.offset - patch.plane.normal.dot(patch.origin);
+  for (unsigned c = 0; c < sensing::NoiseModel::classes; ++c) {
+    const geometry::Moments& moments = surface.moments_of_class(c);
+    if (moments.count < 0.5) continue;
+    const double facing = model.facing_of(c, moments.mean_squared_distance(patch.plane.normal, offset));
+    patch.moments.add(moments, model.weight(c, facing));
+    patch.log_peaks += moments.count * model.log_peak(c, facing);
+  }
+  patch.readings = patch.hits = static_cast<double>(surface.size());
+  return patch;
+}
+
+SurePlane::SurePlane(const Patch& patch, const sensing::ReadingModel& model)
+    : model_(&model),
+      plane_(patch.plane),
+      R_(geometry::plane_axes(patch.plane.normal).transpose()),
+      about_(patch.centroid()) {
+  Patch independent = patch;
+  independent.pose_variance = 0;  // of the neighbours of a point as much as of the point
+  covariance_ = heights_over(independent, about_, R_).covariance;
+}
+
+double SurePlane::log_ratio(const occupancy::VoxelPoint& point) const {
+  const Eigen::Vector3d position = point.position.cast<double>();
+  const Eigen::Vector3d at = R_ * (position - about_), here(1, at.x(), at.y());
+  const double unsure = deviations * std::sqrt(std::max(0.0, here.dot(covariance_ * here)));
+  return model_->log_ratio(std::fabs(plane_.signed_distance(position)) + unsure, point.range_class,
+                           plane_.normal.dot(point.view.cast<double>()));
+}
+
+}  // namespace octosurf::detection

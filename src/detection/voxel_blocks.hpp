@@ -1,0 +1,45 @@
+#pragma once
+
+#include "occupancy/point_window.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+namespace octosurf::detection {
+
+/// Space in cubes of so many voxels along each edge; at the octree's far end they may be cut off.
+class VoxelBlocks {
+ public:
+  using Place = std::uint64_t;  ///< a block's voxel keys divided by the edge, packed
+
+  explicit VoxelBlocks(int edge) : edge_(edge) {}
+
+  Place of(geometry::VoxelKey key) const { return part(key).packed(); }
+
+  /// visit(Index) for every point in a block, in the window's order.
+  template <class Visit>
+  void for_each_point(const occupancy::PointWindow& window, Place place, Visit&& visit) const {
+    const geometry::VoxelKey block = geometry::VoxelKey::unpack(place);
+    const auto middle = [this](std::uint16_t k) {
+      return static_cast<std::uint16_t>(std::min(65535, k * edge_ + edge_ / 2));
+    };
+    window.for_each_near({middle(block.x), middle(block.y), middle(block.z)}, edge_ / 2,
+                         [&](occupancy::PointWindow::Index i) {
+                           if (part(window[i].key) == block) visit(i);
+                         });
+  }
+
+  /// Those that lie up to so many voxels off one of `places`, themselves included, each once; in order.
+  std::vector<Place> widened(std::vector<Place> places, int voxels) const;
+
+ private:
+  geometry::VoxelKey part(geometry::VoxelKey key) const {
+    const auto divided = [this](std::uint16_t k) { return static_cast<std::uint16_t>(k / edge_); };
+    return {divided(key.x), divided(key.y), divided(key.z)};
+  }
+
+  int edge_;
+};
+
+}  // namespace octosurf::detection

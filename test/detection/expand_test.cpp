@@ -1,0 +1,201 @@
+// What is new of surfaces that are there: inside them, over their boundaries, and where that ends.
+#include "detection/expand.hpp"
+
+#include "detection/sure_plane.hpp"
+#include "support/pending_points.hpp"
+#include "support/seed.hpp"
+
+#include <algorithm>
+#include <gmock/gmock.h>
+#include <random>
+#include <set>
+
+namespace octosurf::detection {
+namespace {
+
+using Index = surfaces::MapView::Index;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+const Eigen::Vector3d eye(0.5, 0.5, 2);
+
+/// Pending points of some rectangles, of which some become a surface's.
+class Points : public test::PendingPoints {
+ public:
+  explicit Points(const std::vector<Scan>& scans, const Parameters& parameters = {})
+      : PendingPoints(scans, parameters) {}
+
+  /// Those of a plane and in a region.
+  template <class Wanted>
+  surfaces::SurfaceModel& surface(const Plane& plane, const Wanted& wanted) {
+    surfaces::SurfaceModel& made = ledger.create(plane, position(all.front()));
+    for (const Index i : all)
+      if (std::fabs(plane.signed_distance(position(i))) < 0.004 && wanted(position(i))) ledger.give(i, made);
+    return made;
+  }
+  std::vector<geometry::VoxelKey> pending() const {
+    std::vector<geometry::VoxelKey> keys;
+    for (const Index i : all)
+      if (ledger.window[i].surface == 0) keys.push_back(ledger.window[i].key);
+    return keys;
+  }
+};
+
+Scan floor_scan(double from_x, double to_x) {
+  return test::rectangle_scan(eye, {from_x, 0, 0}, {to_x - from_x, 0, 0}, {0, 1, 0});
+}
+const Plane floor_plane{Eigen::Vector3d::UnitZ(), 0};
+
+std::set<Index> points_of(const std::vector<Assignment>& assignments) {
+  std::set<Index> points;
+  for (const Assignment& assignment : assignments) points.insert(assignment.point);
+  return points;
+}
+
+TEST(AddInliers, FillsHolesAndWhatTheRimCoversAndNothingBeyond) {
+  Points points({floor_scan(0, 1)});
+  const auto hole = [](const Eigen::Vector3d& p) {
+    return (p.head<2>() - Eigen::Vector2d(0.4, 0.5)).norm() < 0.02;
+  };
+  surfaces::SurfaceModel& floor =
+      points.surface(floor_plane, [&](const Eigen::Vector3d& p) { return p.x() < 0.8 && !hole(p); });
+  const std::set<Index> added = points_of(add_inliers(points.ledger, points.pending()));
+  std::size_t in_hole = 0;
+  for (const Index i : points.all) {
+    if (points.ledger.window[i].surface != 0) continue;
+    in_hole += hole(points.position(i));
+    EXPECT_EQ(added.contains(i), floor.covers(floor.cell_of(points.ledger.window[i].position)))
+        << points.position(i).transpose();
+    EXPECT_FALSE(points.position(i).x() > 0.84 && added.contains(i));
+  }
+  EXPECT_GT(in_hole, 0U);
+}
+
+TEST(AddInliers, LeavesWhatLiesOffThePlane) {
+  Points points({floor_scan(0, 1), test::rectangle_scan(eye, {0.4, 0.4, 0.05}, {0.2, 0, 0}, {0, 0.2, 0})});
+  points.surface(floor_plane, [](const auto&) { return true; });
+  EXPECT_THAT(add_inliers(points.ledger, points.pending()), IsEmpty());
+}
+
+TEST(AddInliers, GivesAPointToTheSurfaceThatExplainsItBest) {
+  Points points({floor_scan(0, 1)});
+  surfaces::SurfaceModel& floor =
+      points.surface(floor_plane, [](const Eigen::Vector3d& p) { return p.y() < 0.5; });
+  const Plane lower{Eigen::Vector3d::UnitZ(), -0.003};
+  surfaces::SurfaceModel& other = points.ledger.create(lower, {0, 0, 0});
+  for (const Index i : points.all)
+    if (points.position(i).y() >= 0.5 &&
+        (points.position(i).head<2>() - Eigen::Vector2d(0.5, 0.5)).norm() > 0.05)
+      points.ledger.give(i, other);
+  const std::vector<Assignment> added = add_inliers(points.ledger, points.pending());
+  EXPECT_THAT(added, Not(IsEmpty()));
+  for (const auto& [point, surface] : added)
+    EXPECT_TRUE(surface == floor.id() || !floor.covers(floor.cell_of(points.ledger.window[point].position)));
+}
+
+TEST(Expand, ReachesTheEndOfWhatIsConnected) {
+  Points points({floor_scan(0, 1), floor_scan(1.2, 1.5)});
+  surfaces::SurfaceModel& floor =
+      points.surface(floor_plane, [](const Eigen::Vector3d& p) { return p.x() < 0.4; });
+  const std::set<Index> gained = points_of(expand(points.ledger, points.pending()));
+  for (const Index i : points.all)
+    EXPECT_EQ(gained.contains(i) || points.ledger.window[i].surface == floor.id(),
+              points.position(i).x() < 1.1)
+        << points.position(i).transpose();
+}
+
+TEST(Expand, NoOrderOfPointsMatters) {
+  std::mt19937_64 rng = test::rng();
+  Points points({floor_scan(0, 1), test::rectangle_scan(eye, {0, 0.9, 0}, {1, 0, 0}, {0, 0, 0.4})});
+  points.surface(floor_plane, [](const Eigen::Vector3d& p) { return p.x() < 0.4 && p.y() < 0.8; });
+  points.surface({-Eigen::Vector3d::UnitY(), -0.9}, [](const Eigen::Vector3d& p) { return p.z() > 0.2; });
+  std::vector<geometry::VoxelKey> keys = points.pending();
+  const auto first = expand(points.ledger, keys);
+  std::shuffle(keys.begin(), keys.end(), rng);
+  const auto again = expand(points.ledger, keys);
+  ASSERT_EQ(again.size(), first.size());
+  for (std::size_t k = 0; k < first.size(); ++k) {
+    EXPECT_EQ(again[k].point, first[k].point);
+    EXPECT_EQ(again[k].surface, first[k].surface);
+  }
+}
+
+// A plane of a few noisy points is sure of itself in their middle only.
+TEST(Expand, AYoungPlaneDoesNotExtrapolate) {
+  std::mt19937_64 rng = test::rng();
+  std::normal_distribution<double> gauss(0, 0.003);
+  Points points({floor_scan(0, 1)});
+  const sensing::ReadingModel model(points.state.noise, points.ledger.grid.resolution());
+  surfaces::SurfaceModel young(1, floor_plane, {0, 0, 0}, 0.02), old(2, floor_plane, {0, 0, 0}, 0.02);
+  const auto add = [&](surfaces::SurfaceModel& surface, double size) {
+    for (double x = 0; x < size; x += 0.02)
+      for (double y = 0; y < size; y += 0.02) {
+        const Eigen::Vector3d p(x, y, gauss(rng));
+        geometry::VoxelKey key;
+        ASSERT_TRUE(points.ledger.grid.key_of(p.cast<float>(), key));
+        surface.add({key, 8, p.cast<float>()});
+      }
+  };
+  add(young, 0.1);
+  add(old, 1);
+  const SurePlane young_plane(patch_of(young, model), model), old_plane(patch_of(old, model), model);
+  occupancy::VoxelPoint near, far;
+  for (occupancy::VoxelPoint* point : {&near, &far}) {
+    point->view = Eigen::Vector3f::UnitZ();
+    point->range_class = 8;
+  }
+  near.position = {0.05F, 0.05F, 0};
+  far.position = {0.95F, 0.95F, 0};
+  EXPECT_GT(young_plane.log_ratio(near), 0);
+  EXPECT_LT(young_plane.log_ratio(far), 0);
+  EXPECT_GT(old_plane.log_ratio(far), 0);
+  EXPECT_GT(model.log_ratio(0, 8, 1), 0);  // nothing else speaks against it
+}
+
+/// A face that leans against the floor's by so many degrees from x = 1 on.
+Scan leaning_scan(double degrees, double width) {
+  const double angle = degrees * std::numbers::pi / 180;
+  return test::rectangle_scan(eye, {1, 0, 0}, {width * std::cos(angle), 0, width * std::sin(angle)},
+                              {0, 1, 0});
+}
+
+// Each of its points lies within the noise of the floor's plane; all together they do not.
+TEST(Expand, WhatASurfaceGainsIsItsOwnOnlyIfItMerges) {
+  Parameters parameters;
+  parameters.surfaces.sensor_noise = 0.006;  // m: points belong up to 2 cm off
+  Points leaning({floor_scan(0, 1), leaning_scan(3, 0.34)}, parameters);
+  Points level({floor_scan(0, 1), leaning_scan(0, 0.34)}, parameters);
+  for (Points* points : {&leaning, &level})
+    points->surface(floor_plane, [](const Eigen::Vector3d& p) { return p.x() < 1; });
+  const auto within_the_gate = [&](const Points& points) {
+    const sensing::ReadingModel model(points.state.noise, points.ledger.grid.resolution());
+    return static_cast<std::size_t>(std::count_if(points.all.begin(), points.all.end(), [&](Index i) {
+      const occupancy::VoxelPoint& p = points.ledger.window[i];
+      return p.surface == 0 && model.gain(p.position.z(), p.range_class, p.view.z()) > 0;
+    }));
+  };
+  ASSERT_EQ(within_the_gate(leaning), leaning.pending().size());
+  EXPECT_THAT(expand(leaning.ledger, leaning.pending()), IsEmpty());
+  EXPECT_EQ(expand(level.ledger, level.pending()).size(), level.pending().size());
+}
+
+// A wall stands on the floor, whose other half is pending behind it.
+TEST(Expand, NothingPassesASurfaceThatStandsBetween) {
+  const std::vector<Scan> scans{floor_scan(0, 1),
+                                test::rectangle_scan({0.2, 0.5, 2}, {0.5, 0, -0.2}, {0, 1, 0}, {0, 0, 0.8})};
+  const auto gained_behind = [&](bool with_wall) {
+    Points points(scans);
+    points.surface(floor_plane, [](const Eigen::Vector3d& p) { return p.x() < 0.48; });
+    if (with_wall)
+      points.surface({-Eigen::Vector3d::UnitX(), -0.5},
+                     [](const Eigen::Vector3d& p) { return std::fabs(p.z()) > 0.012; });
+    const std::vector<Assignment> gained = expand(points.ledger, points.pending());
+    return std::count_if(gained.begin(), gained.end(),
+                         [&](const Assignment& a) { return points.position(a.point).x() > 0.55; });
+  };
+  EXPECT_GT(gained_behind(false), 500);
+  EXPECT_EQ(gained_behind(true), 0);
+}
+
+}  // namespace
+}  // namespace octosurf::detection

@@ -1,0 +1,227 @@
+// What of the map is labelled anew around a change, and what only stands beside it.
+#include "detection/neighbourhood.hpp"
+
+#include "detection/segment.hpp"
+#include "sensing/reading_code.hpp"
+#include "support/pending_points.hpp"
+#include "support/scene.hpp"
+#include "support/seed.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gmock/gmock.h>
+#include <iterator>
+#include <random>
+#include <set>
+#include <vector>
+
+namespace octosurf::detection {
+namespace {
+
+using Index = Readings::Index;
+
+/// A floor that is a surface but for a tenth of its points, and a board that stands on it and is pending.
+class FloorAndBoard {
+ public:
+  FloorAndBoard() : rng_(test::rng()), points_({scan(rng_)}) {
+    surfaces::SurfaceModel& floor = points_.ledger.create({Eigen::Vector3d::UnitZ(), 0}, {1, 1, 0});
+    id_ = floor.id();
+    for (const Index i : points_.all) {
+      if (on_board(i))
+        board_.push_back(points_.ledger.window[i].key);
+      else if (rng_() % 10 != 0)
+        points_.ledger.give(i, floor);
+    }
+  }
+
+  static Scan scan(std::mt19937_64& rng) {
+    test::Scene scene;
+    scene.rectangle({0, 0, 0}, {2, 0, 0}, {0, 2, 0});
+    scene.rectangle({0.5, 0.5, 0}, {0.4, 0, 0}, {0, 0, 0.3});
+    return test::camera_scan(scene, test::look_at({1.2, 1.2, 1.8}, {0.8, 0.8, 0}), rng);
+  }
+  bool on_board(Index i) const { return points_.position(i).z() > 0.03; }
+
+  Neighbourhood around() const { return neighbourhood_of(points_.ledger, board_, {}); }
+  Readings readings_of(const Neighbourhood& around) const {
+    return {points_.state.occupancy, points_.ledger.window, around, points_.state.noise};
+  }
+
+  std::mt19937_64 rng_;
+  test::PendingPoints points_;
+  SurfaceId id_ = 0;
+  std::vector<geometry::VoxelKey> board_;
+};
+
+TEST(Neighbourhood, ContextAreTheInliersAround) {
+  const FloorAndBoard scene;
+  const Neighbourhood around = scene.around();
+  const auto owner = [&](geometry::VoxelKey key) {
+    return scene.points_.ledger.window[scene.points_.ledger.window.find(key)].surface;
+  };
+  EXPECT_FALSE(around.context.empty());
+  EXPECT_FALSE(around.rims.empty());
+  std::set<std::uint64_t> looked_at, beside;
+  for (const geometry::VoxelKey key : around.voxels) looked_at.insert(key.packed());
+  for (const auto& part : {around.context, around.rims})
+    for (const geometry::VoxelKey key : part) {
+      EXPECT_EQ(owner(key), scene.id_);
+      beside.insert(key.packed());
+    }
+  EXPECT_EQ(looked_at.size() + beside.size(),
+            around.voxels.size() + around.context.size() + around.rims.size());
+  for (const geometry::VoxelKey key : scene.board_) EXPECT_TRUE(looked_at.contains(key.packed()));
+  for (const std::uint64_t key : beside) EXPECT_FALSE(looked_at.contains(key));
+}
+
+TEST(Neighbourhood, WhatWasPendingAroundJoinsAndSeedsNoPlane) {
+  const FloorAndBoard scene;
+  const surfaces::Ledger& ledger = scene.points_.ledger;
+  const auto is_pending = [&](geometry::VoxelKey key) {
+    return ledger.window[ledger.window.find(key)].surface == 0;
+  };
+  Neighbourhood around = scene.around();
+  EXPECT_FALSE(around.may_join.empty());
+  EXPECT_TRUE(std::all_of(around.may_join.begin(), around.may_join.end(), is_pending));
+  // Were the board's points there only to join, nothing would seed it; the floor takes in what is its own.
+  const auto planes_of = [&](const Neighbourhood& looked_at) {
+    const Readings readings = scene.readings_of(looked_at);
+    return segment(readings, limits_of(ledger.parameters), known_about(readings, ledger.surfaces, {}))
+        .patches.size();
+  };
+  const std::size_t planes = planes_of(around);
+  const auto first_pending = std::stable_partition(around.voxels.begin(), around.voxels.end(),
+                                                   [&](geometry::VoxelKey key) { return !is_pending(key); });
+  around.may_join.insert(around.may_join.end(), first_pending, around.voxels.end());
+  around.voxels.erase(first_pending, around.voxels.end());
+  EXPECT_EQ(planes_of(around) + 1, planes);
+}
+
+TEST(Neighbourhood, WhatIsKnownOfASurfaceIsAllOfIt) {
+  const FloorAndBoard scene;
+  const Readings readings = scene.readings_of(scene.around());
+  const Segmentation known = known_about(readings, scene.points_.ledger.surfaces, {});
+  const surfaces::SurfaceModel& floor = *scene.points_.ledger.surfaces.find(scene.id_);
+  ASSERT_EQ(known.outside.size(), 1U);
+  std::size_t inside = 0;
+  for (Index i = 0; i < readings.size(); ++i) inside += readings[i].surface == scene.id_;
+  EXPECT_EQ(static_cast<double>(inside) + known.outside.front().sums.readings,
+            static_cast<double>(floor.size()));
+  const auto sums_of = [&](const Readings& some, Patch sums) {
+    for (Index i = 0; i < some.size(); ++i)
+      if (some[i].surface == scene.id_) some.add_to(sums, i);
+    return sums;
+  };
+  Patch nothing;
+  nothing.plane = floor.plane();
+  const Patch whole = sums_of(readings, known.outside.front().sums);
+  const Patch expected =
+      sums_of(Readings(scene.points_.state.occupancy, scene.points_.ledger.window, scene.points_.state.noise),
+              nothing);
+  // What is not among the readings weighs as those of its class of distance do, on the mean.
+  EXPECT_NEAR(whole.moments.count / expected.moments.count, 1, 0.05);
+  const Eigen::Vector3d off = whole.centroid() - expected.centroid();
+  EXPECT_NEAR(off.z(), 0, 1e-3);
+  EXPECT_LT(off.norm(), 0.1);  // a twentieth of the floor's edge
+}
+
+/// Readings of the plane x = 0 at y from `from` to `to` and z within a metre, with `sigma` of noise along the
+/// rays.
+Scan wall_scan(const Eigen::Vector3d& eye, double from, double to, double sigma, std::mt19937_64& rng) {
+  std::normal_distribution<double> gauss(0, sigma);
+  Scan scan;
+  scan.T_map_sensor.translation() = eye;
+  for (double y = from; y < to; y += 0.018)
+    for (double z = -1; z < 1; z += 0.018) {
+      const Eigen::Vector3d ray = Eigen::Vector3d(0, y, z) - eye;
+      scan.points.push_back((ray * (1 + gauss(rng) / ray.norm())).cast<float>());
+    }
+  return scan;
+}
+
+// A wall seen head-on from 4 m, and its end along the wall: the noise of all the wall was taken to be as
+// small as that of its end, off the plane, and the wall for none.
+TEST(Neighbourhood, WhatIsKnownElsewhereMayHaveBeenSeenMoreHeadOn) {
+  std::mt19937_64 rng = test::rng();
+  constexpr double sigma = 0.015;
+  Parameters parameters;
+  parameters.surfaces.sensor_noise = 0.003;
+  parameters.surfaces.range_noise = (sigma - 0.003) / 16;
+  test::PendingPoints points(
+      {wall_scan({4, 0, 0}, -1, 1, sigma, rng), wall_scan({0.25, 5, 0}, 1.02, 1.5, sigma, rng)}, parameters);
+  surfaces::Ledger& ledger = points.ledger;
+  surfaces::SurfaceModel& wall = ledger.create({Eigen::Vector3d::UnitX(), 0}, {0, 0, 0});
+  for (const Index i : points.all) ledger.give(i, wall);
+  std::vector<geometry::VoxelKey> end;
+  for (const Index i : points.all)
+    if (points.position(i).y() > 1.3) end.push_back(ledger.window[i].key);
+  const Readings readings(points.state.occupancy, ledger.window, neighbourhood_of(ledger, end, {}),
+                          points.state.noise);
+  const Segmentation known = known_about(readings, ledger.surfaces, {});
+  ASSERT_EQ(known.outside.size(), 1U);
+  const Patch& elsewhere = known.outside.front().sums;
+  EXPECT_GT(elsewhere.readings, 0.75 * static_cast<double>(wall.size()));
+  // Each explains the logarithm of its density over clutter's, less the mean of half a squared deviation.
+  const double head_on = readings.model().log_peak(sensing::range_class_of(4), 1) - 0.5;
+  EXPECT_NEAR(elsewhere.explained_by(wall.plane()) / elsewhere.readings, head_on, 0.5);
+}
+
+TEST(Neighbourhood, ASurfaceMostOfWhichIsHereIsLookedAtWhole) {
+  FloorAndBoard scene;
+  surfaces::Ledger& ledger = scene.points_.ledger;
+  surfaces::SurfaceModel& board = ledger.create({-Eigen::Vector3d::UnitY(), -0.5}, {0.7, 0.5, 0.15});
+  std::vector<geometry::VoxelKey> upper_third;
+  for (const geometry::VoxelKey key : scene.board_)
+    if (ledger.grid.centre_of(key).z() < 0.2F)
+      ledger.give(ledger.window.find(key), board);
+    else
+      upper_third.push_back(key);
+  const auto inliers_within = [&](const Neighbourhood& around, SurfaceId id) {
+    return static_cast<std::size_t>(std::count_if(
+        around.voxels.begin(), around.voxels.end(),
+        [&](geometry::VoxelKey key) { return ledger.window[ledger.window.find(key)].surface == id; }));
+  };
+  EXPECT_EQ(inliers_within(neighbourhood_of(ledger, upper_third, {}), board.id()), 0U);
+  std::vector<geometry::VoxelKey> due = upper_third;
+  for (const Index i : scene.points_.all)  // as if every third of the board's had just come
+    if (ledger.window[i].surface == board.id() && i % 3 == 0) {
+      ledger.requeue(i);
+      due.push_back(ledger.window[i].key);
+    }
+  EXPECT_EQ(inliers_within(neighbourhood_of(ledger, due, {}), board.id()), board.size());
+  EXPECT_EQ(inliers_within(neighbourhood_of(ledger, due, {}), scene.id_), 0U);
+  EXPECT_EQ(inliers_within(neighbourhood_of(ledger, std::vector{board.id()}), board.id()), board.size());
+}
+
+TEST(Neighbourhood, ContextKeepsItsLabelAndIsThereToBeMet) {
+  const FloorAndBoard scene;
+  const Neighbourhood around = scene.around();
+  const Readings readings = scene.readings_of(around);
+  ASSERT_LT(readings.size(), readings.size_with_context());
+  const Segmentation found = segment(readings, limits_of(scene.points_.ledger.parameters),
+                                     known_about(readings, scene.points_.ledger.surfaces, {}));
+  ASSERT_EQ(found.labels.size(), readings.size_with_context());
+  ASSERT_EQ(found.outside.size(), 1U);
+  const Label floor = found.outside.front().label;
+  ASSERT_NE(floor, clutter);
+  std::set<Label> of_board;
+  std::size_t were_pending = 0;
+  for (Index i = 0; i < readings.size_with_context(); ++i) {
+    const Eigen::Vector3f& at = readings[i].position;
+    if (readings.is_context(i)) {
+      EXPECT_EQ(found.labels[i], floor);
+    } else if (at.z() > 0.1F) {
+      of_board.insert(found.labels[i]);
+    } else if (!readings.at_border(i) && std::fabs(at.y() - 0.5F) > 0.04F) {  // nor along the edge of the two
+      EXPECT_EQ(found.labels[i], floor) << at.transpose();
+      were_pending += readings[i].surface == 0;
+    }
+  }
+  EXPECT_GT(were_pending, 0U);
+  of_board.erase(clutter);  // rays that its edge parted
+  EXPECT_EQ(of_board.size(), 1U);
+  EXPECT_FALSE(of_board.contains(floor));
+}
+
+}  // namespace
+}  // namespace octosurf::detection

@@ -1,0 +1,149 @@
+// Detection while scans come: beside the batch form, which is its slow twin, and with what every map
+// promises.
+#include "detection/update_surfaces.hpp"
+
+#include "support/guarantees.hpp"
+#include "support/map_state.hpp"
+#include "support/room_tour.hpp"
+#include "support/seed.hpp"
+
+#include <algorithm>
+#include <gmock/gmock.h>
+#include <map>
+#include <vector>
+
+#include <octosurf/mapper.hpp>
+
+namespace octosurf {
+namespace {
+
+using ::testing::IsEmpty;
+
+void insert_all(Mapper& mapper, const std::vector<Scan>& scans) {
+  for (const Scan& scan : scans) mapper.insert(scan);
+}
+
+/// Of each point, in key order.
+std::vector<SurfaceId> owners(const Map& map) {
+  std::vector<SurfaceId> owners;
+  map.for_each_point([&](const Map::Voxel& voxel) { owners.push_back(voxel.surface); });
+  return owners;
+}
+
+TEST(UpdateSurfaces, KeepsAllInvariantsAfterEveryScan) {
+  Mapper mapper;
+  for (const Scan& scan : test::room_tour(test::rng(), 12)) {
+    const auto before = mapper.snapshot();
+    const ScanReport report = mapper.insert(scan);
+    ASSERT_THAT(check_invariants(mapper.map()), IsEmpty());
+    const auto after = mapper.snapshot();
+    EXPECT_EQ(
+        before->surfaces.size() + report.born.size(),
+        after->surfaces.size() + std::count_if(report.born.begin(), report.born.end(), [&](SurfaceId id) {
+          return after->find(id) == nullptr;
+        }) + std::count_if(before->surfaces.begin(), before->surfaces.end(), [&](const SurfacePtr& surface) {
+          return after->find(surface->id) == nullptr;
+        }));
+  }
+  test::expect_guarantees(mapper.map());
+}
+
+/// The same points are one surface, but for the share of outliers that the model expects.
+TEST(UpdateSurfaces, AgreesWithTheBatchForm) {
+  Mapper mapper;
+  insert_all(mapper, test::room_tour(test::rng(), 12));
+  const std::vector<SurfaceId> step_by_step = owners(mapper.map());
+  mapper.resegment();  // keeps the ids of what is the same
+  const std::vector<SurfaceId> at_once = owners(mapper.map());
+  ASSERT_EQ(step_by_step.size(), at_once.size());
+  std::size_t same = 0;
+  for (std::size_t i = 0; i < at_once.size(); ++i) same += step_by_step[i] == at_once[i];
+  RecordProperty("same", std::to_string(same) + " of " + std::to_string(at_once.size()));
+  EXPECT_GE(static_cast<double>(same), 0.9 * static_cast<double>(at_once.size()));
+}
+
+/// How many points each surface had before a scan, and in which they are after it.
+std::map<SurfaceId, std::map<SurfaceId, std::size_t>> handed_over(const std::vector<Map::Voxel>& before,
+                                                                  const Map& after) {
+  std::map<SurfaceId, std::map<SurfaceId, std::size_t>> points;
+  for (const Map::Voxel& voxel : before)
+    if (voxel.surface != 0) ++points[voxel.surface][after.at(*voxel.point).surface];
+  return points;
+}
+
+TEST(UpdateSurfaces, WhoKeepsItsPointsKeepsItsId) {
+  Mapper mapper;
+  std::size_t kept = 0;
+  for (const Scan& scan : test::room_tour(test::rng(), 12)) {
+    std::vector<Map::Voxel> before;
+    mapper.map().for_each_point([&](const Map::Voxel& voxel) { before.push_back(voxel); });
+    mapper.insert(scan);
+    const auto points = handed_over(before, mapper.map());
+    std::map<SurfaceId, std::size_t> had;  // by the surface after the scan, from any before it
+    for (const auto& [id, into] : points)
+      for (const auto& [now, count] : into) had[now] += count;
+    for (const auto& [id, into] : points)
+      for (const auto& [now, count] : into) {
+        std::size_t all = 0;
+        for (const auto& [other, number] : into) all += number;
+        if (now == 0 || 10 * count < 9 * all || 2 * count <= had.at(now)) continue;
+        EXPECT_EQ(now, id) << scan.name << ": " << count << " of " << all << " points";
+        ++kept;
+      }
+  }
+  EXPECT_GT(kept, 12U);
+}
+
+TEST(UpdateSurfaces, WhoGoesIsAmongTheDepartures) {
+  Mapper mapper;
+  for (const Scan& scan : test::room_tour(test::rng(), 12)) {
+    const auto before = mapper.snapshot();
+    mapper.insert(scan);
+    const auto after = mapper.snapshot();
+    for (const SurfacePtr& surface : before->surfaces) {
+      if (after->find(surface->id) != nullptr) continue;
+      bool listed = false;
+      after->departures.for_each_since(before->revision, [&](const Departure& departure) {
+        listed = listed || (departure.of == Departure::Of::surface && departure.id == surface->id);
+      });
+      EXPECT_TRUE(listed) << surface->id;
+    }
+  }
+}
+
+// What is pending farther off than a gap's width, and will not be looked at again by itself, is of the plane
+// that has come beside it.
+TEST(UpdateSurfaces, WhatIsPendingBeyondWhatIsLookedAtJoinsThePlaneBesideIt) {
+  const Eigen::Vector3d eye(0.5, 0.5, 1.5);
+  Mapper mapper;
+  insert_all(mapper, {test::plate_scan(eye, 0, 8, 6), test::plate_scan(eye, 8, 9, 4)});
+  ASSERT_EQ(mapper.map().size().surfaces, 0U);
+  mapper.insert(test::plate_scan(eye, 9, 18, 6));
+  const auto snapshot = mapper.snapshot();
+  ASSERT_EQ(snapshot->surfaces.size(), 1U);
+  EXPECT_EQ(snapshot->surfaces[0]->inliers, 8U * 6 + 4 + 9 * 6);
+  EXPECT_EQ(mapper.map().size().pending, 0U);
+  test::expect_guarantees(mapper.map());
+}
+
+// 48 points of a plane are two fewer than a surface needs; that 12 more are not as many again is no reason to
+// wait.
+TEST(UpdateSurfaces, APlaneThatLackedPointsIsLookedAtOnceAFifthMoreHasCome) {
+  const Eigen::Vector3d eye(0.5, 0.5, 1.5);
+  Mapper mapper;
+  const Scan plate = test::plate_scan(eye, 0, 10, 6);
+  Scan with_gaps = plate;
+  with_gaps.points.clear();
+  for (std::size_t i = 0; i < plate.points.size(); ++i)
+    if (i % 5 != 2) with_gaps.points.push_back(plate.points[i]);
+  mapper.insert(with_gaps);
+  ASSERT_EQ(mapper.map().size().surfaces, 0U);
+  ASSERT_EQ(mapper.map().size().pending, 48U);
+  mapper.insert(plate);
+  ASSERT_EQ(mapper.map().size().surfaces, 1U);
+  EXPECT_EQ(mapper.snapshot()->surfaces[0]->inliers, 10U * 6);
+  test::expect_guarantees(mapper.map());
+}
+
+}  // namespace
+}  // namespace octosurf
