@@ -25,7 +25,7 @@ struct Arguments {
   bool json = false;
 };
 
-void print(const Explanation& why) {
+void print(const Explanation& why, const std::string& detector) {
   std::printf("%s\n\n", why.sentence.c_str());
   std::printf("%-16s %.3f %.3f %.3f\n", "asked", why.asked.x(), why.asked.y(), why.asked.z());
   if (why.looked_at) {
@@ -33,6 +33,7 @@ void print(const Explanation& why) {
     std::printf("%-16s %.3f %.3f %.3f, %.3f m away\n", "looked at", p.x(), p.y(), p.z(),
                 (p - why.asked).norm());
   }
+  std::printf("%-16s %s\n", "detector", detector.c_str());
   if (why.nearest != 0)
     std::printf("%-16s %u, %.3f m away\n", "nearest surface", why.nearest, why.nearest_distance);
   for (const Figure& figure : why.figures) {
@@ -50,7 +51,7 @@ void print(const Explanation& why) {
     std::printf("%8zu  %s\n", count, std::string(reason_name(reason)).c_str());
 }
 
-void print_json(const Explanation& why) {
+void print_json(const Explanation& why, const std::string& detector) {
   using Json = nlohmann::ordered_json;
   const auto place = [](const Eigen::Vector3d& p) { return Json{p.x(), p.y(), p.z()}; };
   Json json;
@@ -58,6 +59,7 @@ void print_json(const Explanation& why) {
   json["sentence"] = why.sentence;
   json["asked"] = place(why.asked);
   json["looked_at"] = why.looked_at ? place(*why.looked_at) : Json();
+  json["detector"] = detector;
   json["surface"] = why.surface != 0 ? Json(why.surface) : Json();
   json["cylinder"] = why.cylinder != 0 ? Json(why.cylinder) : Json();
   json["nearest"] =
@@ -79,7 +81,8 @@ void run(const Arguments& arguments) {
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   const std::vector<double>& at = arguments.at;
   const Explanation why = explain(loaded.map, {at[0], at[1], at[2]});
-  arguments.json ? print_json(why) : print(why);
+  const std::string detector = get_parameter(loaded.map.parameters(), "detector");
+  arguments.json ? print_json(why, detector) : print(why, detector);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include <string_view>
 #include <vector>
 
+#include <octosurf/adapters/paper_detector.hpp>
 #include <octosurf/error.hpp>
 
 namespace octosurf {
@@ -124,6 +125,7 @@ int run(CLI::App& app, int argc, char** argv) {
 }  // namespace octosurf
 
 int main(int argc, char** argv) {
+  octosurf::enable_paper_detector();
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow further is an error like a full disk
 #if !defined(__OPTIMIZE__) || !defined(NDEBUG)
   std::fputs("octosurf: note: not an optimised build, many times slower; use -DCMAKE_BUILD_TYPE=Release\n",

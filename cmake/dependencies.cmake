@@ -35,12 +35,9 @@ if(OCTOSURF_BUILD_OCTOMAP)
   target_link_libraries(octosurf_liboctomap INTERFACE ${OCTOMAP_LIBRARIES})
   target_compile_definitions(octosurf_liboctomap INTERFACE OCTOMAP_NODEBUGOUT)  # the library does not print
 endif()
-if(OCTOSURF_BUILD_TESTS)
-  find_package(GTest REQUIRED)                         # test
-  find_package(fcl REQUIRED)                           # test/adapters: collision checks
-
-  # test/io: what reads and wrote PCD and PLY files; test/adapters; test/reference: the paper's pipeline. Not by
-  # find_package(PCL): that one pulls in VTK, Qt and MPI, which none of the parts used here needs.
+if(OCTOSURF_BUILD_PCL OR OCTOSURF_BUILD_TESTS)
+  # src/pcl: the paper's detector. Not by find_package(PCL): that one pulls in VTK, Qt and MPI, which none of the
+  # parts used here needs.
   find_path(PCL_INCLUDE_DIR pcl/point_types.h PATH_SUFFIXES pcl-1.15 pcl-1.14 pcl-1.13 pcl-1.12 REQUIRED)
   function(octosurf_pcl_target target)
     add_library(${target} INTERFACE)
@@ -51,7 +48,12 @@ if(OCTOSURF_BUILD_TESTS)
       target_link_libraries(${target} INTERFACE ${PCL_${part}_LIBRARY})
     endforeach()
   endfunction()
-  octosurf_pcl_target(octosurf_pcl common io)
+  octosurf_pcl_target(octosurf_pcl_parts common search kdtree octree filters features sample_consensus segmentation)
+endif()
+if(OCTOSURF_BUILD_TESTS)
+  find_package(GTest REQUIRED)                         # test
+  find_package(fcl REQUIRED)                           # test/adapters: collision checks
+  octosurf_pcl_target(octosurf_pcl_io common io)       # test/io: what reads and wrote PCD and PLY files; test/adapters
 endif()
 if(OCTOSURF_BUILD_EXAMPLES)
   pkg_check_modules(cbc IMPORTED_TARGET cbc)           # examples: mixed-integer programmes

@@ -12,6 +12,10 @@ if(OCTOSURF_BUILD_OCTOMAP)
   install(TARGETS octosurf_with_octomap EXPORT octosurf-octomap-targets)
   install(EXPORT octosurf-octomap-targets NAMESPACE octosurf:: DESTINATION ${OCTOSURF_CMAKE_DIR})
 endif()
+if(OCTOSURF_BUILD_PCL)
+  install(TARGETS octosurf_with_pcl EXPORT octosurf-pcl-targets)
+  install(EXPORT octosurf-pcl-targets NAMESPACE octosurf:: DESTINATION ${OCTOSURF_CMAKE_DIR})
+endif()
 configure_package_config_file(cmake/octosurf-config.cmake.in octosurf-config.cmake
   INSTALL_DESTINATION ${OCTOSURF_CMAKE_DIR})
 # Before 1.0 a minor version may break what compiled against the one before.

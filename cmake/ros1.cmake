@@ -14,7 +14,7 @@ if(OCTOSURF_BUILD_ROS1 STREQUAL AUTO)
   set(OCTOSURF_BUILD_ROS1 OFF)  # hides the cache's
   if(PROJECT_IS_TOP_LEVEL)
     pkg_check_modules(ros1 QUIET IMPORTED_TARGET ${octosurf_ros1_modules})
-    if(ros1_FOUND)
+    if(ros1_FOUND AND OCTOSURF_BUILD_OCTOMAP AND OCTOSURF_BUILD_PCL)  # which the node links
       set(OCTOSURF_BUILD_ROS1 ON)
     endif()
   endif()

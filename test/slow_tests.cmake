@@ -43,7 +43,7 @@ set(OCTOSURF_SLOW_io_readers RealScans.RedKitchen)
 set(OCTOSURF_SLOW_io_scan_archive ScanArchives.AMapFromTheArchiveIsTheMapToTheBit
     ScanArchives.RoundingIsWithinItsBoundAndHasNoBias ScanArchives.RoundingMovesPlanesFarLessThanTheirNoise)
 set(OCTOSURF_SLOW_detection Junctions.ABoardPartsWhatIsSeenToItsTwoSides Resegment.*
-    Segment.ABoardOfThreeCentimetresPartsAWall UpdateSurfaces.*)
+    Segment.ABoardOfThreeCentimetresPartsAWall LikelihoodDetector.*)
 set(OCTOSURF_SLOW_mapper CoarserFaces.* Covariance.* Cylinders.ALaddersRungsAndRailsAreOneEach
     Cylinders.APillarThatIsTakenAwayGoes Cylinders.FlatThingsAreNone Cylinders.PillarsOfAHall
     Cylinders.PlanesAreTheSameWithAndWithout Cylinders.OrderOfPointsChangesNothing FinerFaces.* InsertAll.*

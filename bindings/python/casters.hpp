@@ -19,6 +19,7 @@
 #include <octosurf/export.hpp>
 #include <octosurf/footsteps.hpp>
 #include <octosurf/map.hpp>
+#include <octosurf/parameters.hpp>
 #include <octosurf/up.hpp>
 
 // How octosurf's types are said in Python where they are no classes of their own: enumerations are strings,
@@ -41,6 +42,7 @@ inline constexpr std::array<std::string_view, 4> error_kind_names{"usage", "data
 inline constexpr std::array<std::string_view, 2> sensor_names{"depth_camera", "lidar"};
 inline constexpr std::array<std::string_view, 3> state_names{"unknown", "free", "occupied"};
 inline constexpr std::array<std::string_view, 3> up_source_names{"given", "surfaces", "assumed"};
+inline constexpr std::array<std::string_view, 2> detector_names{"likelihood", "paper"};
 inline constexpr std::array<std::string_view, 2> departed_names{"surface", "cylinder"};
 inline constexpr std::array<std::string_view, 4> no_plan_names{"start", "goal", "unreachable", "budget"};
 
@@ -49,6 +51,7 @@ OCTOSURF_NAMES(SensorKind, "sensor", sensor_names);
 OCTOSURF_NAMES(OccupancyView::State, "state", state_names);
 OCTOSURF_NAMES(Map::Occupancy, "state", state_names);
 OCTOSURF_NAMES(Up::Source, "source", up_source_names);
+OCTOSURF_NAMES(DetectorKind, "detector", detector_names);
 OCTOSURF_NAMES(Departure::Of, "kind", departed_names);
 OCTOSURF_NAMES(AlignmentOutcome, "outcome", alignment_outcome_names);
 OCTOSURF_NAMES(EdgeKind, "kind of edge", edge_kind_names);

@@ -42,13 +42,18 @@ void bind_surface_parameters(py::module_& module) {
 void bind_detection_parameters(py::module_& module) {
   using P = DetectionParameters;
   Settings<P>(module, "DetectionParameters", "New surfaces and cylinders among pending points.")
-      .field("search_radius", &P::search_radius, "r, m: cylinders: largest neighbourhood; None: derived.")
+      .field("detector", &P::detector,
+             "How surfaces are found: likelihood, or paper, whose maps Python reads and does not go on with.")
+      .field("search_radius", &P::search_radius,
+             "r, m: the paper's detector: of outliers and normals; cylinders: largest neighbourhood; None: "
+             "derived.")
       .field("normal_radius", &P::normal_radius,
              "m: cylinders: neighbourhood for normals where points are dense and exact; None: derived.")
       .field("min_surface_points", &P::min_surface_points, "n; None: derived.")
-      .field("smoothness_angle", &P::smoothness_angle, "rad: cylinders: region growing, normal difference.")
-      .field("max_curvature", &P::max_curvature, "Cylinders: region growing, surface variation.")
-      .field("ransac_iterations", &P::ransac_iterations, "Cylinders: fit.")
+      .field("smoothness_angle", &P::smoothness_angle,
+             "rad: region growing, normal difference: the paper's detector, and cylinders.")
+      .field("max_curvature", &P::max_curvature, "Region growing, surface variation: likewise.")
+      .field("ransac_iterations", &P::ransac_iterations, "RANSAC: likewise.")
       .field("detect_cylinders", &P::detect_cylinders,
              "Look for pillars, rails and rungs among what no plane took.");
 }
@@ -78,7 +83,10 @@ Parameters(occupancy={"resolution": 0.01}, up=None); fields can be set afterward
       .field("up", &P::up,
              "(3,) float64, unit vector in the map frame against gravity, a copy; None: found from the "
              "surfaces.");
-  parameters.def_static("paper", &P::paper, "The paper's values (section V).");
+  parameters.def_static(
+      "paper", &P::paper,
+      "The paper's detector and values (section V). Python has no such detector: set detection.detector to "
+      "'likelihood' to map with the values, or use `octosurf map --preset paper`.");
   parameters.def("validate", &P::validate, "Throws Error(usage) naming field, value and rule.");
   parameters.def("surface_tolerance", &P::surface_tolerance, "s in force, m.");
   parameters.def("max_hole_size", &P::max_hole_size, "h in force, m.");

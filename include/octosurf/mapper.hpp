@@ -91,9 +91,11 @@ struct MergeReport {
 class Mapper {
  public:
   /// `threads` in [1, 256] share a scan's points and rays; the surfaces are one thread's work. Throws
-  /// Error(usage).
+  /// Error(usage), also if the parameters' detector is `paper` and the program has not called
+  /// enable_paper_detector() (adapters/paper_detector.hpp).
   explicit Mapper(const Parameters& parameters = {}, int threads = 1);
-  /// Goes on with a map, with the parameters it was made with. If it throws, the map stays the caller's.
+  /// Goes on with a map, with the parameters it was made with. Throws likewise; the map then stays the
+  /// caller's.
   explicit Mapper(Map&& map, int threads = 1);
   Mapper(Mapper&&) noexcept;
   Mapper& operator=(Mapper&&) noexcept;
@@ -156,11 +158,10 @@ class Mapper {
   /// µs more for each voxel that is resampled.
   MergeReport merge(const Map& other, const Eigen::Isometry3d& T_map_other = Eigen::Isometry3d::Identity());
 
-  /// Replaces all surfaces by those that one likelihood and one criterion (src/detection) find among all of
-  /// the octree's points at once: what scan by scan is found around changes. A surface keeps its id in the
-  /// one that has most of its points, unless that has more of another's; departures name who took whom in,
-  /// and what later scans told of a surface's plane goes on in the one that has its points. Octree and poses
-  /// stay as they are.
+  /// Replaces all surfaces by those that the map's detector finds among all of the octree's points at once:
+  /// what scan by scan is found around changes. A surface keeps its id in the one that has most of its
+  /// points, unless that has more of another's; departures name who took whom in, and what later scans told
+  /// of a surface's plane goes on in the one that has its points. Octree and poses stay as they are.
   ///
   /// Looks at every point, so it is for the end of a run. Throws Error(data), and leaves the map as it was,
   /// if the surfaces' ids could run out; see 2 above. `born`, `merged` and `gone` of the report say what

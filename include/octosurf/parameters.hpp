@@ -33,20 +33,29 @@ struct SurfaceParameters {
                                             ///< estimated from the scans
   std::optional<double> max_hole_size;      ///< h, m: α of the alpha shape, expansion reach, cluster gap;
                                             ///< empty: derived
-  double min_surface_width = 0.03;          ///< m: narrower clusters stay pending; 0: any
+  double min_surface_width = 0.03;          ///< m: narrower clusters stay pending; 0: any; not the paper's
   double mesh_thickness = 0.02;             ///< m: extrusion against the normal
+};
+
+/// How surfaces are found and gain points (docs/design.md §4).
+enum class DetectorKind {
+  likelihood,  ///< one likelihood and one criterion for all stages (docs/detection.md)
+  paper        ///< W. Pryor's thresholds and PCL's parts; takes octosurf::pcl (adapters/paper_detector.hpp)
 };
 
 /// New surfaces (src/detection) and cylinders (src/cylinders) among pending points.
 struct DetectionParameters {
-  std::optional<int> min_surface_points;  ///< n; empty: derived
-  bool detect_cylinders = true;           ///< look for pillars, rails and rungs among what no plane took
-  std::optional<double> search_radius;    ///< r, m: cylinders: largest neighbourhood; empty: derived
-  std::optional<double> normal_radius;    ///< m: cylinders: neighbourhood for normals where points are
-                                          ///< dense and exact; empty: derived
-  double smoothness_angle = 0.5235987755982988;  ///< rad: cylinders: region growing, normal difference (30°)
-  double max_curvature = 0.05;                   ///< cylinders: region growing, surface variation λ₀/Σλ
-  int ransac_iterations = 200;                   ///< cylinders: fit
+  DetectorKind detector = DetectorKind::likelihood;  ///< stays the map's own
+  std::optional<int> min_surface_points;             ///< n; empty: derived
+  bool detect_cylinders = true;         ///< look for pillars, rails and rungs among what no plane took
+  std::optional<double> search_radius;  ///< r, m: the paper's detector: of outliers and normals; cylinders:
+                                        ///< largest neighbourhood; empty: derived
+  std::optional<double> normal_radius;  ///< m: cylinders: neighbourhood for normals where points are
+                                        ///< dense and exact; empty: derived
+  // Of the paper's detector, and of cylinders:
+  double smoothness_angle = 0.5235987755982988;  ///< rad: region growing, normal difference (30°)
+  double max_curvature = 0.05;                   ///< region growing, surface variation λ₀/Σλ
+  int ransac_iterations = 200;                   ///< RANSAC: of a plane, of a cylinder
 };
 
 /// src/alignment: a scan's pose against the map, before it is inserted.
@@ -64,8 +73,8 @@ struct Parameters {
   /// planners' questions ask it. Empty: found from the surfaces (up.hpp).
   std::optional<Eigen::Vector3d> up = Eigen::Vector3d::UnitZ();
 
-  /// The paper's values (section V): r = 0.15, n = 50, s = sensor_noise + d·√3, no minimum width, measured
-  /// noise not used, poses as given.
+  /// The paper's detector and values (section V): r = 0.15, n = 50, s = sensor_noise + d·√3, no minimum
+  /// width, measured noise not used, no cylinders, poses as given.
   static Parameters paper();
 
   double surface_tolerance() const;  ///< s in force: explicit, else sensor_noise + d/2

@@ -15,6 +15,7 @@
 #include <memory>
 #include <thread>
 
+#include <octosurf/adapters/paper_detector.hpp>
 #include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
 
@@ -181,6 +182,7 @@ void run(const NodeOptions& options, bool force) {
 
 int main(int argc, char** argv) {
   using octosurf::Error;
+  octosurf::enable_paper_detector();
   CLI::App app(octosurf::dds::description, "octosurf-dds");
   octosurf::dds::NodeOptions options;
   bool force = false;

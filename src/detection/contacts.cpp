@@ -1,5 +1,6 @@
 #include "detection/contacts.hpp"
 
+#include "detection/constants.hpp"
 #include "detection/label_blocks.hpp"
 
 #include <algorithm>
@@ -86,7 +87,7 @@ class Gaps {
     const auto [at, fresh] = index_.try_emplace(std::uint64_t{a} << 32 | b, gaps_.size());
     if (fresh) {
       gaps_.push_back({.a = a, .b = b, .planes = {}});
-      const bool alike = graph_[a].plane.normal.dot(graph_[b].plane.normal) >= PatchGraph::least_cosine;
+      const bool alike = graph_[a].plane.normal.dot(graph_[b].plane.normal) >= Constants::least_cosine;
       if (alike && !graph_.met(a, b)) gaps_.back().planes.emplace(graph_[a], graph_[b]);
     }
     return gaps_[at->second];

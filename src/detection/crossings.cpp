@@ -1,5 +1,7 @@
 #include "detection/crossings.hpp"
 
+#include "detection/constants.hpp"
+
 #include <algorithm>
 
 namespace octosurf::detection {
@@ -28,7 +30,7 @@ class LastStretch {
       if (there == Readings::none) continue;
       const Label label = labels_[there];
       if (label == clutter || label == labels_[end]) continue;
-      if (own.normal.dot(patches_[label].plane.normal) < cos_nearly_parallel) continue;
+      if (own.normal.dot(patches_[label].plane.normal) < Constants::cos_nearly_parallel) continue;
       if (std::find(passed_.begin(), passed_.end(), label) == passed_.end()) passed_.push_back(label);
     }
     return passed_;

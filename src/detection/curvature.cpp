@@ -1,5 +1,6 @@
 #include "detection/curvature.hpp"
 
+#include "detection/constants.hpp"
 #include "detection/planelets.hpp"
 #include "detection/voxel_blocks.hpp"
 #include "geometry/plane_frame.hpp"
@@ -15,9 +16,6 @@ namespace {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
-
-/// rad. Feet stand on what turns by less: at its ends the normal is off by 6°, half of what shoes give way.
-constexpr double least_turn = 0.2;
 
 /// Σ w of {1, u, v, u²/2, uv, v²/2} and of heights over the patch's plane: weights of the noise alone,
 /// because what readings have in common bends nothing.
@@ -140,7 +138,7 @@ bool is_curved_in_places(const Readings& readings, const Patch& patch,
   const double posterior = kept * bend.information + width2, evidence = kept * bend.evidence;
   // Away from the sensor; strips that do are as rare as readings of no plane.
   return log_bayes_of(evidence, posterior, width2) > sensing::ReadingModel::log_odds &&
-         -evidence / posterior * std::sqrt(width2) > least_turn;
+         -evidence / posterior * std::sqrt(width2) > Constants::least_turn;
 }
 
 bool is_curved(const Readings& readings, const Patch& patch, std::span<const Readings::Index> indices) {
@@ -167,7 +165,7 @@ bool is_curved(const Readings& readings, const Patch& patch, std::span<const Rea
   const double any_way = 0.5 * (bend.dot(evidence) - std::log(posterior.determinant() / prior.prod()));
   constexpr double log_three = 1.0986122886681098;  // across, along, any way: none is likelier beforehand
   const double log_bayes = std::max({one_way(0), one_way(2), any_way}) - log_three;
-  return log_bayes > 0 && turn_of(bend, frame.variances) > least_turn;
+  return log_bayes > 0 && turn_of(bend, frame.variances) > Constants::least_turn;
 }
 
 }  // namespace octosurf::detection

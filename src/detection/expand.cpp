@@ -1,5 +1,6 @@
 #include "detection/expand.hpp"
 
+#include "detection/constants.hpp"
 #include "detection/neighbour_labels.hpp"
 #include "detection/patch_graph.hpp"
 #include "detection/planelets.hpp"
@@ -96,7 +97,7 @@ class Flood {
     const Eigen::Vector3f a = map_.window[i].position, b = map_.window[j].position;
     return std::any_of(ids.begin(), ids.end(), [&](SurfaceId other) {
       const surfaces::SurfaceModel& wall = *map_.surfaces.find(other);
-      if (std::fabs(plane.normal.dot(wall.plane().normal)) >= cos_nearly_parallel) return false;
+      if (std::fabs(plane.normal.dot(wall.plane().normal)) >= Constants::cos_nearly_parallel) return false;
       const double from = wall.distance(a), to = wall.distance(b);
       const Eigen::Vector3f at =
           from * to < 0 ? Eigen::Vector3f(a + static_cast<float>(from / (from - to)) * (b - a)) : b;
@@ -138,7 +139,7 @@ class Flood {
   }
 
   bool merges(SurfaceId id, const std::vector<Index>& points) const {
-    if (points.size() < fewest_of_plane) return true;  // it cannot contradict
+    if (points.size() < Constants::fewest_of_plane) return true;  // it cannot contradict
     const Patch surface = planes_.patch(id);
     Patch gain;
     gain.origin = map_.window[points.front()].position.cast<double>();
@@ -222,21 +223,6 @@ std::vector<VoxelKey> touching(const surfaces::MapView& map, std::span<const Ass
     if (std::any_of(ids.begin(), ids.end(), may_be_one)) keys.push_back(p.key);
   }
   return keys;
-}
-
-void assign(surfaces::Ledger& ledger, std::span<const Assignment> assignments) {
-  for (const auto& [point, surface] : assignments) ledger.give(point, *ledger.find(surface));
-}
-
-std::vector<VoxelKey> pending_beside(const surfaces::MapView& map, std::span<const VoxelKey> keys) {
-  std::vector<VoxelKey> beside;
-  for (const VoxelKey key : keys)
-    map.window.for_each_near(key, 1, [&](Index i) {
-      if (map.window[i].surface == 0) beside.push_back(map.window[i].key);
-    });
-  std::sort(beside.begin(), beside.end());
-  beside.erase(std::unique(beside.begin(), beside.end()), beside.end());
-  return beside;
 }
 
 }  // namespace octosurf::detection

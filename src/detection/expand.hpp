@@ -1,17 +1,11 @@
 #pragma once
 
-#include "surfaces/ledger.hpp"
+#include "detection/detector.hpp"
 
 #include <span>
 #include <vector>
 
 namespace octosurf::detection {
-
-/// A pending point, and the surface that explains it.
-struct Assignment {
-  surfaces::MapView::Index point = 0;
-  SurfaceId surface = 0;
-};
 
 /// Points inside known surfaces or at their rims (paper, III-B1): of the surfaces near, those whose plane's
 /// hash covers the point's cell, and of these the one that explains it best. `fresh`: pending points. Cost:
@@ -33,11 +27,5 @@ std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const geo
 /// Of assigned points, those that another surface within h explains, too: the two may be one.
 std::vector<geometry::VoxelKey> touching(const surfaces::MapView& map,
                                          std::span<const Assignment> assignments);
-
-void assign(surfaces::Ledger& ledger, std::span<const Assignment> assignments);
-
-/// Pending points beside these, in key order.
-std::vector<geometry::VoxelKey> pending_beside(const surfaces::MapView& map,
-                                               std::span<const geometry::VoxelKey> keys);
 
 }  // namespace octosurf::detection

@@ -1,5 +1,7 @@
 #include "detection/junctions.hpp"
 
+#include "detection/constants.hpp"
+
 #include <algorithm>
 #include <iterator>
 
@@ -35,11 +37,12 @@ void Junctions::find_beside(Index i, const std::vector<Label>& labels) {
     const Label label = labels[j];
     if (label == clutter || label == labels[i]) continue;
     const double cosine = normal.dot(planes_[label].normal);
-    if (cosine >= cos_nearly_parallel) continue;
+    if (cosine >= Constants::cos_nearly_parallel) continue;
     const auto own = std::next(beside_.begin(), of_[i].first);
     if (std::find(own, beside_.end(), label) != beside_.end()) continue;
     if (!readings_->is_context(i) && readings_->gain(i, planes_[label]) > 0) ambiguous_[i] = true;
-    if (cosine > -cos_nearly_parallel) beside_.push_back(label);  // the back of a board parts nothing
+    if (cosine > -Constants::cos_nearly_parallel)
+      beside_.push_back(label);  // the back of a board parts nothing
   }
   of_[i].count = static_cast<std::uint32_t>(beside_.size()) - of_[i].first;
 }

@@ -1,5 +1,6 @@
 #include "detection/labelling.hpp"
 
+#include "detection/constants.hpp"
 #include "detection/neighbour_labels.hpp"
 #include "detection/planelets.hpp"
 #include "geometry/disjoint_sets.hpp"
@@ -23,7 +24,7 @@ Label best_label(const Readings& readings, const std::vector<Patch>& patches,
   const auto agreeing = static_cast<int>(other - around.begin());
   if (other == around.end()) {  // as nearly everywhere inside a surface: as below, in short
     if (own == clutter) return clutter;
-    return readings.log_ratio(i, patches[own].plane) + rim_cost * agreeing > 0 ? own : clutter;
+    return readings.log_ratio(i, patches[own].plane) + Constants::rim_cost * agreeing > 0 ? own : clutter;
   }
   NeighbourLabels near;
   near.add(own, agreeing);  // it may keep what no neighbour has
@@ -119,8 +120,8 @@ void begin_with_outside(const Readings& readings, const Junctions& junctions,
     if (outside.label == clutter) continue;
     const std::size_t root = root_of[outside.label];
     Label& piece = piece_of[outside.label];
-    if (piece == clutter &&
-        outside.sums.readings + static_cast<double>(root == nothing ? 0 : sizes[root]) >= fewest_of_plane) {
+    if (piece == clutter && outside.sums.readings + static_cast<double>(root == nothing ? 0 : sizes[root]) >=
+                                Constants::fewest_of_plane) {
       piece = static_cast<Label>(pieces.size());
       pieces.push_back(segmentation.patches[outside.label]);
       if (root != nothing) of_root[root] = piece;
@@ -144,7 +145,7 @@ void part_into_pieces(const Readings& readings, const Junctions& junctions, Segm
     if (labels[i] == clutter) continue;
     Label& piece = of_root[roots[i]];
     if (piece == clutter) {
-      if (sizes[roots[i]] < fewest_of_plane) {
+      if (sizes[roots[i]] < Constants::fewest_of_plane) {
         labels[i] = clutter;
         continue;
       }
@@ -168,8 +169,8 @@ void refit_patches(const Readings& readings, const Junctions& junctions, Segment
     const auto readings_with = [&](const std::vector<Index>& indices) {
       return static_cast<double>(indices.size()) + outside[label].readings;
     };
-    const std::vector<Index>& fitted = readings_with(clear) < fewest_of_plane ? of[label] : clear;
-    if (readings_with(fitted) >= fewest_of_plane)
+    const std::vector<Index>& fitted = readings_with(clear) < Constants::fewest_of_plane ? of[label] : clear;
+    if (readings_with(fitted) >= Constants::fewest_of_plane)
       patches[label] = readings.patch_of(fitted, patches[label].plane, outside[label]);
   }
 }

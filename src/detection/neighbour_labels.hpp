@@ -1,5 +1,6 @@
 #pragma once
 
+#include "detection/constants.hpp"
 #include "detection/patch_graph.hpp"
 
 #include <algorithm>
@@ -36,10 +37,10 @@ class NeighbourLabels {
   Label best(LogRatio&& log_ratio) const {
     // Common to all candidates: rim_cost for each neighbour. What is left is gained for those that agree.
     Label best = clutter;
-    double most = rim_cost * of(clutter);
+    double most = Constants::rim_cost * of(clutter);
     for (const auto& [label, agreeing] : counts_) {
       if (label == clutter) continue;
-      const double gain = log_ratio(label) + rim_cost * agreeing;
+      const double gain = log_ratio(label) + Constants::rim_cost * agreeing;
       if (gain <= most) continue;
       most = gain;
       best = label;

@@ -1,5 +1,6 @@
 #include "detection/neighbourhood.hpp"
 
+#include "detection/constants.hpp"
 #include "detection/labelling.hpp"
 #include "detection/planelets.hpp"
 #include "detection/voxel_blocks.hpp"
@@ -81,10 +82,6 @@ class Surroundings {
   std::size_t count_ = 0, inside_ = 0;
 };
 
-/// The share of a surface's inliers in the blocks of what is looked at, from which on all are labelled: most
-/// of its inliers lie around new points, so it is as open as they are.
-constexpr double share_for_whole = 0.5;
-
 /// Collects points, each in one part.
 class Collector {
  public:
@@ -109,7 +106,7 @@ class Collector {
       });
     for (const auto& [id, count] : inliers)
       if (const SurfaceModel& surface = *map_.surfaces.find(id);
-          static_cast<double>(count) >= share_for_whole * static_cast<double>(surface.size()))
+          static_cast<double>(count) >= Constants::share_for_whole * static_cast<double>(surface.size()))
         add_surface(surface);
   }
 

@@ -1,5 +1,6 @@
 #include "detection/patch.hpp"
 
+#include "detection/constants.hpp"
 #include "geometry/plane_covariance.hpp"
 #include "geometry/plane_frame.hpp"
 
@@ -7,16 +8,6 @@
 #include <numbers>
 
 namespace octosurf::detection {
-namespace {
-
-/// How many times as large as what can be told apart the difference of two planes may be, ln: 1 mm to 10 cm,
-/// or 0.5° to a right angle.
-const double log_scales = std::log(100.0);
-/// Places looked at for a plane, ln: one in 10⁴ of those that hold none may seem to hold one.
-constexpr double log_places = 9;
-
-}  // namespace
-
 void Patch::add(const Patch& other) {
   moments.add(other.moments.shifted(origin - other.origin));
   readings += other.readings;
@@ -59,7 +50,8 @@ PlanePair::PlanePair(const Patch& a, const Patch& b)
   const double log_one =
       -0.5 * (3 * std::log(2 * std::numbers::pi) + log_determinant + D_.dot(solver.solve(D_)));
   const double slope2 = D_.tail<2>().squaredNorm() + 0.5 * (C_(1, 1) + C_(2, 2));
-  const double log_two = -std::log(2 * log_scales) - std::log(2 * std::numbers::pi * slope2 * log_scales);
+  const double log_two =
+      -std::log(2 * Constants::log_scales) - std::log(2 * std::numbers::pi * slope2 * Constants::log_scales);
   log_ratio_ = log_one - log_two;
 }
 
@@ -81,7 +73,7 @@ double description_cost(const Patch& patch) {
   const Eigen::Matrix3d C = heights_over(patch, patch.centroid(), R).covariance;
   const double allowed = std::sqrt((2 * std::numbers::pi * C).determinant());
   const double all = sensing::ReadingModel::clutter_depth * 2 * std::numbers::pi;  // offsets; directions
-  return std::log(all / allowed) + log_places;
+  return std::log(all / allowed) + Constants::log_places;
 }
 
 }  // namespace octosurf::detection

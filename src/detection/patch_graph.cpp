@@ -1,18 +1,13 @@
 #include "detection/patch_graph.hpp"
 
+#include "detection/constants.hpp"
+
 #include <algorithm>
 #include <limits>
 #include <numeric>
 #include <tuple>
 
 namespace octosurf::detection {
-namespace {
-
-/// Only what is four times smaller may be a tail: of two halves of a wall none is the other's noise.
-constexpr double largest_tail = 0.25;
-
-}  // namespace
-
 void PatchGraph::meet(Label a, Label b, const Eigen::Vector3d& at, double pairs) {
   const Contact contact{.pairs = pairs, .places = 1, .sum = at, .judged = {}};
   contacts_[a][b].add(contact);
@@ -21,12 +16,13 @@ void PatchGraph::meet(Label a, Label b, const Eigen::Vector3d& at, double pairs)
 
 double PatchGraph::gain(Label a, Label b, const Contact& contact) const {
   const Patch &pa = patches_[a], &pb = patches_[b];
-  if (pa.plane.normal.dot(pb.plane.normal) < least_cosine) return -std::numeric_limits<double>::infinity();
+  if (pa.plane.normal.dot(pb.plane.normal) < Constants::least_cosine)
+    return -std::numeric_limits<double>::infinity();
   double evidence = log_same(pa, pb, contact.sum / contact.places);
   const Patch &large = pa.readings < pb.readings ? pb : pa, &small = pa.readings < pb.readings ? pa : pb;
-  if (small.readings <= largest_tail * large.readings && contact.pairs > 0)
+  if (small.readings <= Constants::largest_tail * large.readings && contact.pairs > 0)
     evidence = std::max(evidence, log_tail(large, small));
-  const double gained = evidence + rim_cost * contact.pairs;
+  const double gained = evidence + Constants::rim_cost * contact.pairs;
   if (!(gained > 0)) return gained;
   // However much a rim between them would cost, a plane that the readings do not belong to tells nothing.
   Patch both = pa;

@@ -10,17 +10,9 @@
 
 namespace octosurf::detection {
 
-/// Nats for each pair of neighbouring voxels that the rim between two planes would part: the prior that
-/// surfaces are wholes (Potts). Tuned: half of it cuts noisy walls up, twice as much changes nothing.
-inline constexpr double rim_cost = 0.5;
-
 /// Patches and where they meet. Merges what one plane explains better than two, best first.
 class PatchGraph {
  public:
-  /// Effort: planes that differ by more than 60° are never one, and heights over a frame between them make
-  /// little sense.
-  static constexpr double least_cosine = 0.5;
-
   /// patches[clutter] stands for clutter and meets nothing.
   explicit PatchGraph(std::vector<Patch> patches)
       : patches_(std::move(patches)), contacts_(patches_.size()), mergers_(patches_.size(), 0) {}

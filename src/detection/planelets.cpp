@@ -1,5 +1,7 @@
 #include "detection/planelets.hpp"
 
+#include "detection/constants.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -10,8 +12,6 @@ namespace octosurf::detection {
 namespace {
 
 using Index = Readings::Index;
-
-constexpr double smallest_edge = 0.08;  // m
 
 // Effort: where three planes share a block alike, one triple in nine lies within one of them, and one of so
 // many does with a probability of 94 % (Fischler and Bolles 1981: ln(1 − 0.94) / ln(1 − 1/9)). What is missed
@@ -32,16 +32,16 @@ class Ransac {
   };
   /// The best plane of what is left, which is taken out, if it explains more than it costs.
   std::optional<Found> next() {
-    if (left_.size() < fewest_of_plane) return {};
+    if (left_.size() < Constants::fewest_of_plane) return {};
     Plane plane = best_plane();
     for (int round = 0; round < 2; ++round) {
       const std::vector<Index> its = belonging(plane);
-      if (its.size() < fewest_of_plane) return {};
+      if (its.size() < Constants::fewest_of_plane) return {};
       plane = readings_.patch_of(its, plane).plane;
     }
     Found found;
     found.indices = belonging(plane);
-    if (found.indices.size() < fewest_of_plane) return {};
+    if (found.indices.size() < Constants::fewest_of_plane) return {};
     found.patch = readings_.patch_of(found.indices, plane);
     double explained = 0;
     for (const Index i : found.indices) explained += readings_.log_ratio(i, plane);
@@ -127,7 +127,7 @@ std::map<std::uint64_t, std::vector<Index>> blocks_of(const Readings& readings,
 }  // namespace
 
 int planelet_edge(double resolution) {
-  return std::max(4, static_cast<int>(std::lround(smallest_edge / resolution)));
+  return std::max(4, static_cast<int>(std::lround(Constants::smallest_edge / resolution)));
 }
 
 void find_planelets(const Readings& readings, Segmentation& segmentation) {

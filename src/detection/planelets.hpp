@@ -9,8 +9,6 @@ namespace octosurf::detection {
 /// parameters.
 int planelet_edge(double resolution);
 inline constexpr int planelet_levels = 4;  ///< effort: of blocks, each of twice the edge
-/// Readings: a plane's three parameters, and two that can contradict.
-inline constexpr std::size_t fewest_of_plane = 5;
 
 /// Small planes to begin with, by RANSAC (paper, III-C), of readings that have no label and may seed: in
 /// blocks of planelet_edge() the best of a least-squares plane and of planes through three readings each, by

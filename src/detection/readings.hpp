@@ -16,10 +16,6 @@ namespace octosurf::detection {
 using Label = std::uint32_t;
 inline constexpr Label clutter = 0;
 
-/// Of 20°. Two planes at less than 20° part so slowly that most of what lies near their edge would be of
-/// both.
-inline constexpr double cos_nearly_parallel = 0.93969262078590838;
-
 /// Voxels whose points are looked at together.
 struct Neighbourhood {
   std::vector<geometry::VoxelKey> voxels;    ///< are labelled, and planes are looked for among them

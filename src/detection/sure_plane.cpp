@@ -1,5 +1,6 @@
 #include "detection/sure_plane.hpp"
 
+#include "detection/constants.hpp"
 #include "geometry/plane_frame.hpp"
 
 #include <cmath>
@@ -36,7 +37,7 @@ SurePlane::SurePlane(const Patch& patch, const sensing::ReadingModel& model)
 double SurePlane::log_ratio(const occupancy::VoxelPoint& point) const {
   const Eigen::Vector3d position = point.position.cast<double>();
   const Eigen::Vector3d at = R_ * (position - about_), here(1, at.x(), at.y());
-  const double unsure = deviations * std::sqrt(std::max(0.0, here.dot(covariance_ * here)));
+  const double unsure = Constants::plane_deviations * std::sqrt(std::max(0.0, here.dot(covariance_ * here)));
   return model_->log_ratio(std::fabs(plane_.signed_distance(position)) + unsure, point.range_class,
                            plane_.normal.dot(point.view.cast<double>()));
 }

@@ -20,9 +20,6 @@ class SurePlane {
   double log_ratio(const occupancy::VoxelPoint& point) const;
 
  private:
-  /// Of the fit: 95 % of planes lie within.
-  static constexpr double deviations = 2;
-
   const sensing::ReadingModel* model_;
   Plane plane_;
   Eigen::Matrix3d R_;  // rows u, v, normal of a frame at `about_`

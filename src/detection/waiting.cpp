@@ -1,5 +1,6 @@
 #include "detection/waiting.hpp"
 
+#include "detection/constants.hpp"
 #include "detection/planelets.hpp"
 #include "detection/voxel_blocks.hpp"
 
@@ -47,7 +48,7 @@ void add_due(const surfaces::MapView& map, const VoxelBlocks& blocks, std::span<
       ++at.value();
   for (const VoxelKey key : fresh) {
     const auto at = come.find(blocks.of(key));
-    if (at == come.end() || at->second < fewest_of_plane) continue;
+    if (at == come.end() || at->second < Constants::fewest_of_plane) continue;
     std::vector<VoxelKey> pending;
     blocks.for_each_point(map.window, at->first, [&](Index i) {
       const occupancy::VoxelPoint& p = map.window[i];

@@ -1,21 +1,15 @@
 #pragma once
 
-#include "detection/expand.hpp"
-#include "surfaces/ledger.hpp"
+#include "detection/detector.hpp"
 
 #include <span>
 #include <vector>
 
 namespace octosurf::detection {
 
-/// Pending points that are worth segmenting now, and those that wait on.
-struct Waiting {
-  std::vector<geometry::VoxelKey> due;   ///< key order
-  std::vector<geometry::VoxelKey> left;  ///< key order
-};
-/// All pending points in the blocks of planelets, of any of their sizes, in which as many have come as a
-/// plane needs, and half of all that wait there: with fewer, what was no plane is not one now. Looks at
-/// `before` only around `fresh`, where it forgets those that are pending no more; both in key order.
+/// Detector::due(): all pending points in the blocks of planelets, of any of their sizes, in which as many
+/// have come as a plane needs, and half of all that wait there: with fewer, what was no plane is not one now.
+/// Looks at `before` only around `fresh`, where it forgets those that are pending no more; both in key order.
 ///
 /// `expanded`: what surfaces are to gain, which does not wait. But where what is due in a block holds a plane
 /// of its own, that may reach into what seems to be the surface's: all that is new there is due together, and

@@ -25,13 +25,14 @@ Plane with_evidence(const Patch& patch, const SurfaceModel& surface, const sensi
 
 class Writing {
  public:
-  Writing(surfaces::Ledger& ledger, const Readings& readings, const Segmentation& found)
+  Writing(surfaces::Ledger& ledger, const Found& found)
       : ledger_(ledger),
-        readings_(readings),
-        found_(found),
-        heirs_(readings, found),
+        readings_(found.readings),
+        found_(found.planes),
+        fitted_once_(found.fitted_once),
+        heirs_(readings_, found_),
         before_(heirs_.surfaces()),
-        made_(found.patches.size(), nullptr) {}
+        made_(found_.patches.size(), nullptr) {}
 
   /// Which surface each label is from now on.
   void name_labels() {
@@ -84,17 +85,18 @@ class Writing {
     for (Label label = 1; label < made_.size(); ++label) {
       SurfaceModel& surface = *made_[label];
       if (planes == Planes::touched && !touched.contains(surface.id())) continue;
-      surface.set_plane(with_evidence(found_.patches[label], surface, ledger_.noise));
+      const Patch& patch = found_.patches[label];
+      surface.set_plane(fitted_once_ ? patch.plane : with_evidence(patch, surface, ledger_.noise));
       surface.rehash_if_tilted();
       ledger_.changes.refitted.insert(surface.id());
     }
   }
 
-  /// By label, 0 for clutter.
-  std::vector<SurfaceId> ids() const {
-    std::vector<SurfaceId> ids;
-    for (const SurfaceModel* surface : made_) ids.push_back(surface == nullptr ? 0 : surface->id());
-    return ids;
+  void note_checked() {
+    std::vector<bool> whole(made_.size(), true);
+    for (const Outside& part : found_.outside) whole[part.label] = false;
+    for (Label label = 1; label < made_.size(); ++label)
+      if (whole[label]) made_[label]->set_checked();
   }
 
  private:
@@ -112,6 +114,7 @@ class Writing {
   surfaces::Ledger& ledger_;
   const Readings& readings_;
   const Segmentation& found_;
+  bool fitted_once_;
   Heirs heirs_;
   std::vector<SurfaceId> before_;
   std::set<SurfaceId> kept_;
@@ -120,15 +123,14 @@ class Writing {
 
 }  // namespace
 
-std::vector<SurfaceId> write_surfaces(surfaces::Ledger& ledger, const Readings& readings,
-                                      const Segmentation& found, Planes planes) {
-  Writing writing(ledger, readings, found);
+void write_surfaces(surfaces::Ledger& ledger, const Found& found, Planes planes) {
+  Writing writing(ledger, found);
   writing.name_labels();
   writing.hand_on_evidence();
   writing.hand_over_points();
   writing.end_what_has_gone();
   writing.set_planes(planes);
-  return writing.ids();
+  writing.note_checked();
 }
 
 }  // namespace octosurf::detection

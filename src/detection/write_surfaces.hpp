@@ -1,9 +1,6 @@
 #pragma once
 
-#include "detection/segmentation.hpp"
-#include "surfaces/ledger.hpp"
-
-#include <vector>
+#include "detection/detector.hpp"
 
 namespace octosurf::detection {
 
@@ -14,10 +11,9 @@ namespace octosurf::detection {
 /// where nine tenths of its surface's points do. Points that lose their surface are requeued. Costs follow
 /// the points that change hands.
 ///
-/// `readings` must be on the ledger's window. `all`: each plane becomes the segmentation's; else those of
-/// surfaces whose points have changed. Returns the labels' surfaces.
+/// `found` must be on the ledger's window. `all`: each plane becomes the segmentation's; else those of
+/// surfaces whose points have changed. Surfaces that are wholly among the readings have been checked.
 enum class Planes { all, touched };
-std::vector<SurfaceId> write_surfaces(surfaces::Ledger& ledger, const Readings& readings,
-                                      const Segmentation& found, Planes planes);
+void write_surfaces(surfaces::Ledger& ledger, const Found& found, Planes planes);
 
 }  // namespace octosurf::detection

@@ -1,6 +1,6 @@
 #include "diagnosis/pending_reasons.hpp"
 
-#include "detection/neighbourhood.hpp"
+#include "detection/detector.hpp"
 #include "detection/planelets.hpp"
 #include "detection/voxel_blocks.hpp"
 
@@ -19,15 +19,7 @@ PendingReasons::PendingReasons(const surfaces::MapState& state, geometry::VoxelK
   const surfaces::NormalField normals(window_, parameters, state.noise, state.surfaces);
   const surfaces::MapView view{
       parameters, state.occupancy.grid(), state.surfaces, state.cylinders, state.noise, window_, normals};
-  const detection::Readings readings(state.occupancy, window_,
-                                     detection::neighbourhood_of(view, pending_, {}), state.noise);
-  std::vector<detection::Refused> refused;
-  const detection::Segmentation found = segment(readings, detection::limits_of(parameters),
-                                                known_about(readings, state.surfaces, {}), &refused);
-  for (const detection::Refused& plane : refused)
-    for (const detection::Readings::Index i : plane.readings) reasons_[readings[i].key] = plane.why;
-  for (detection::Readings::Index i = 0; i < readings.size(); ++i)
-    if (found.labels[i] != detection::clutter) reasons_[readings[i].key] = {Reason::waiting};
+  reasons_ = detection::detector_of(parameters).refusals(view, state.occupancy, pending_);
 }
 
 /// Block by block from those around the place, as long as neighbours hold pending points, too.

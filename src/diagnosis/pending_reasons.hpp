@@ -1,8 +1,8 @@
 #pragma once
 
-#include "detection/segment.hpp"
 #include "surfaces/ledger.hpp"
 #include "surfaces/map_state.hpp"
+#include "surfaces/refusal.hpp"
 
 #include <map>
 #include <vector>

@@ -40,7 +40,7 @@ void adopt_surfaces(surfaces::Ledger& ledger, std::span<const Index> appeared,
     const surfaces::SurfaceModel& theirs = *foreign.store.find(owner);
     const Plane plane = moved(theirs.plane(), foreign.T_map_other);
     // Another surface's point may stand in the voxel where two have met on this map's grid. As patient as
-    // refit() is with inliers.
+    // with inliers that move.
     std::erase_if(points, [&](Index i) {
       const occupancy::VoxelPoint& p = ledger.window[i];
       return std::fabs(plane.signed_distance(p.position.cast<double>())) >

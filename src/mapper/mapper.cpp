@@ -1,6 +1,6 @@
 #include "alignment/scan_aligner.hpp"
 #include "cylinders/cylinders.hpp"
-#include "detection/replace_surfaces.hpp"
+#include "detection/write_surfaces.hpp"
 #include "mapper/merge_maps.hpp"
 #include "mapper/scan_ahead.hpp"
 #include "mapper/stopwatch.hpp"
@@ -63,7 +63,7 @@ bool as_stated(const Scan& scan, const Alignment& alignment) {
 }
 
 /// Refuses a scan that could leave a surface or a cylinder without an id. Each is made of n points at least;
-/// detection gives a point away once, and refit() once more where it splits what detection has made.
+/// detection gives a point away once, and revising once more where it splits what detection has made.
 void require_ids(const surfaces::MapState& state, std::size_t new_points, const std::string& scan) {
   const std::size_t points = state.points + new_points;
   const std::size_t most = 2 * points / static_cast<std::size_t>(state.parameters.min_surface_points());
@@ -133,8 +133,8 @@ struct Mapper::Impl {
 Mapper::Mapper(const Parameters& parameters, int threads) : Mapper(Map(parameters), threads) {}
 Mapper::Mapper(Map&& map, int threads) {
   require_threads(threads);
-  // Throws of a map that is not whole, while it is the caller's.
-  static_cast<void>(std::as_const(map).state());
+  // Throws of a map that is not whole, or whose detector is not linked, while it is the caller's.
+  static_cast<void>(detection::detector_of(std::as_const(map).state().parameters));
   impl_ = std::make_unique<Impl>(std::move(map), threads);
 }
 Mapper::Mapper(Mapper&&) noexcept = default;
@@ -309,16 +309,24 @@ ScanReport Mapper::resegment() {
   require_ids(state, 0, "the map");
   ScanReport report;
   mapper::Stopwatch time(report);
+  const detection::Detector& detector = detection::detector_of(state.parameters);
   surfaces::Transaction transaction(state);
   surfaces::Ledger ledger(state);
-  time(Stage::detect, [&] { detection::replace_surfaces(ledger, state.occupancy); });
-  state.accumulated.clear();
+  time(Stage::detect, [&] {
+    const detection::Found found = detector.detect_anew(ledger, state.occupancy);
+    write_surfaces(ledger, found, detection::Planes::all);
+    state.accumulated.clear();
+    for (const geometry::VoxelKey key : found.still_new)
+      if (ledger.is_pending(key)) state.accumulated.push_back(key);
+  });
+  ledger.changes.requeued.clear();
   time(Stage::cylinders, [&] { cylinders::update_cylinders(ledger, {}); });
   const surfaces::Changes& changes = ledger.changes;
   report.born.assign(changes.born.begin(), changes.born.end());
   report.merged.assign(changes.merged.begin(), changes.merged.end());
   report.gone.assign(changes.gone.begin(), changes.gone.end());
-  transaction.commit(time(Stage::derive, [&] { return upkeep::derive(state, changes); }));
+  transaction.commit(
+      time(Stage::derive, [&] { return upkeep::derive(state, changes, detector.outlines_inliers_alone()); }));
   return report;
 }
 

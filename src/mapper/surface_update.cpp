@@ -1,9 +1,7 @@
 #include "mapper/surface_update.hpp"
 
 #include "cylinders/cylinders.hpp"
-#include "detection/expand.hpp"
-#include "detection/update_surfaces.hpp"
-#include "detection/waiting.hpp"
+#include "detection/write_surfaces.hpp"
 #include "mapper/stopwatch.hpp"
 #include "upkeep/derive.hpp"
 #include "upkeep/retract.hpp"
@@ -18,6 +16,7 @@ namespace octosurf::mapper {
 namespace {
 
 using Index = occupancy::PointWindow::Index;
+using detection::Assignment;
 
 /// Of the points that are still there.
 std::vector<Index> indices_of(const occupancy::PointWindow& window,
@@ -108,50 +107,79 @@ void SurfaceUpdate::find_surfaces(const ForeignSurfaces* foreign) {
   const std::vector<Index> appeared = indices_of(ledger_->window, std::span(appeared_).subspan(searched_));
   searched_ = appeared_.size();
   Stopwatch time(reports_.back());
+  if (detector_.outlines_inliers_alone()) time(Stage::derive, [&] { bring_outlines_up_to_date(); });
   if (foreign != nullptr) time(Stage::detect, [&] { adopt_surfaces(*ledger_, appeared, *foreign); });
   const std::vector<geometry::VoxelKey> fresh = take_fresh(appeared);
   const SurfaceId first_new = state_.surfaces.next_id();
   const std::size_t added = time(Stage::add_inliers, [&] {
-    const std::vector<detection::Assignment> inliers = detection::add_inliers(*ledger_, fresh);
+    const std::vector<Assignment> inliers = detector_.add_inliers(*ledger_, fresh);
     detection::assign(*ledger_, inliers);
     return inliers.size();
   });
-  std::vector<detection::Assignment> gained =
-      time(Stage::expand, [&] { return detection::expand(*ledger_, pending_of(fresh)); });
+  std::vector<Assignment> gained =
+      time(Stage::expand, [&] { return detector_.expand(*ledger_, pending_of(fresh)); });
   detection::Waiting waiting;
-  const detection::Detected detected = time(Stage::detect, [&] {
-    waiting = detection::due_to_segment(*ledger_, state_.occupancy, std::move(state_.accumulated),
-                                        pending_of(fresh), gained);
+  std::optional<detection::Found> found = time(Stage::detect, [&] {
+    waiting =
+        detector_.due(*ledger_, state_.occupancy, std::move(state_.accumulated), pending_of(fresh), gained);
     detection::assign(*ledger_, gained);
-    return detection::detect(*ledger_, state_.occupancy, waiting.due, detection::touching(*ledger_, gained));
+    return detector_.detect(*ledger_, state_.occupancy, waiting.due, gained);
   });
-  time(Stage::expand, [&] {
-    const std::vector<detection::Assignment> more =
-        detection::expand(*ledger_, detection::pending_beside(*ledger_, detected.assigned));
-    detection::assign(*ledger_, more);
-    gained.insert(gained.end(), more.begin(), more.end());
-  });
-  reports_.back().added += added;
-  std::set<SurfaceId> grown;
-  for (const detection::Assignment& assignment : gained) {
-    grown.insert(assignment.surface);
-    reports_.back().expanded += assignment.surface < first_new;
+  std::vector<geometry::VoxelKey> explained, still_new;
+  if (found) {
+    time(Stage::detect, [&] { write_surfaces(*ledger_, *found, detection::Planes::touched); });
+    time(Stage::expand, [&] { expand_beside(found->beside, gained); });
+    explained = detection::newly_explained(*found);
+    still_new = std::move(found->still_new);
+    found.reset();  // revising makes another
   }
-  for (const geometry::VoxelKey key : detected.assigned)
-    reports_.back().detected += ledger_->window[ledger_->window.find(key)].surface < first_new;
-  time(Stage::revise, [&] { detection::revise(*ledger_, state_.occupancy, std::move(grown)); });
+  ScanReport& report = reports_.back();
+  report.added += added;
+  for (const Assignment& assignment : gained) report.expanded += assignment.surface < first_new;
+  for (const geometry::VoxelKey key : explained)
+    report.detected += ledger_->window[ledger_->window.find(key)].surface < first_new;
+  time(Stage::revise, [&] { revise(gained); });
   state_.accumulated = std::move(waiting.left);
-  for (const geometry::VoxelKey key : detection::waiting_on(detected.too_few))
-    if (ledger_->is_pending(key)) state_.accumulated.push_back(key);
-  accumulate_requeued();
+  accumulate(still_new);
+  accumulate(std::exchange(ledger_->changes.requeued, {}));  // once enough has come there
+  put_in_order(state_.accumulated);
   time(Stage::cylinders, [&] { left_over_ = left_for_cylinders(*ledger_, fresh, waiting.due); });
 }
 
-/// What has lost its surface and found no other is segmented again once enough has come there.
-void SurfaceUpdate::accumulate_requeued() {
-  for (const geometry::VoxelKey key : std::exchange(ledger_->changes.requeued, {}))
+void SurfaceUpdate::bring_outlines_up_to_date() {
+  for (const SurfaceId id : ledger_->changes.touched())
+    if (surfaces::SurfaceModel& surface = *ledger_->find(id); surface.polygons_stale())
+      surface.derive(state_.parameters.max_hole_size());
+}
+
+/// What is pending beside these, which new planes have taken, or planes that were looked at again.
+void SurfaceUpdate::expand_beside(std::span<const geometry::VoxelKey> keys, std::vector<Assignment>& gained) {
+  const std::vector<Assignment> more = detector_.expand(*ledger_, detection::pending_beside(*ledger_, keys));
+  detection::assign(*ledger_, more);
+  gained.insert(gained.end(), more.begin(), more.end());
+}
+
+/// Fits the planes of surfaces that have grown since theirs was fitted, and of those that lost points or saw
+/// them better and whose neighbourhood is what it was.
+void SurfaceUpdate::revise(std::vector<Assignment>& gained) {
+  surfaces::Changes& changes = ledger_->changes;
+  if (const auto found = detector_.revise(*ledger_, state_.occupancy, changes.touched())) {
+    write_surfaces(*ledger_, *found, detection::Planes::touched);
+    expand_beside(found->beside, gained);
+  }
+  std::set<SurfaceId> grown, unfitted = changes.touched();
+  for (const Assignment& assignment : gained) grown.insert(assignment.surface);
+  std::erase_if(unfitted, [&](SurfaceId id) { return changes.refitted.contains(id) && !grown.contains(id); });
+  for (const auto& [id, plane] : detector_.fit(*ledger_, unfitted)) {
+    surfaces::SurfaceModel& surface = *ledger_->find(id);
+    surface.set_plane(plane);
+    surface.rehash_if_tilted();
+  }
+}
+
+void SurfaceUpdate::accumulate(std::span<const geometry::VoxelKey> keys) {
+  for (const geometry::VoxelKey key : keys)
     if (ledger_->is_pending(key)) state_.accumulated.push_back(key);
-  put_in_order(state_.accumulated);
 }
 
 void SurfaceUpdate::count_categorized() {
@@ -174,7 +202,8 @@ void SurfaceUpdate::publish() {
   report.shrunk = list_of(changes.shrunk);
   report.merged = list_of(changes.merged);
   report.gone = list_of(changes.gone);
-  snapshot_ = time(Stage::derive, [&] { return upkeep::derive(state_, changes); });
+  snapshot_ = time(Stage::derive,
+                   [&] { return upkeep::derive(state_, changes, detector_.outlines_inliers_alone()); });
 }
 
 std::vector<ScanReport> SurfaceUpdate::finish() {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "cylinders/left_over.hpp"
+#include "detection/detector.hpp"
 #include "mapper/adopt_surfaces.hpp"
 #include "sensing/downsample.hpp"
 #include "surfaces/ledger.hpp"
@@ -19,7 +20,9 @@ namespace octosurf::mapper {
 /// on. Each stage's time goes to the last report.
 class SurfaceUpdate {
  public:
-  explicit SurfaceUpdate(surfaces::MapState& state) : state_(state) {}
+  /// Throws Error(usage) if the program does not link the map's detector.
+  explicit SurfaceUpdate(surfaces::MapState& state)
+      : state_(state), detector_(detection::detector_of(state.parameters)) {}
 
   bool empty() const { return reports_.empty(); }
   /// A scan's, with what is known so far; where its stages go on. Valid until the next.
@@ -43,11 +46,15 @@ class SurfaceUpdate {
   void renew_ledger();
   std::vector<geometry::VoxelKey> pending_of(std::vector<geometry::VoxelKey> keys) const;
   std::vector<geometry::VoxelKey> take_fresh(std::span<const occupancy::PointWindow::Index> appeared);
-  void accumulate_requeued();
+  void bring_outlines_up_to_date();
+  void expand_beside(std::span<const geometry::VoxelKey> keys, std::vector<detection::Assignment>& gained);
+  void revise(std::vector<detection::Assignment>& gained);
+  void accumulate(std::span<const geometry::VoxelKey> keys);
   void count_categorized();
   void publish();
 
   surfaces::MapState& state_;
+  const detection::Detector& detector_;
   std::vector<ScanReport> reports_;
   std::vector<std::vector<geometry::VoxelKey>> appeared_;  // of each report; none if the scan was set aside
   std::size_t searched_ = 0;                               // of these, in which surfaces were looked for

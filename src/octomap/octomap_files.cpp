@@ -17,7 +17,7 @@ void write_ot(const octomap::OcTree& tree, const std::filesystem::path& file, bo
   io::NewFile out(file, force);
   out.write([&](std::ostream& stream) {
     // OctoMap writes the resolution as the stream does: six digits would move voxels of 1/30 m.
-    stream.precision(std::numeric_limits<double>::digits10);
+    stream.precision(std::numeric_limits<double>::max_digits10);
     tree.write(stream);
   });
   out.commit();

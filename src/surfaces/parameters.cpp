@@ -25,7 +25,6 @@ std::string text_of(double value) {
   throw Error(Error::Kind::usage, name, "is " + value, "must be " + rule);
 }
 
-/// A `choice` is a flag that people write as auto or off.
 enum class Form { real, degrees, integer, flag, choice };
 
 /// One row of the table that command line, config, reports and map files share. Values are doubles
@@ -35,16 +34,22 @@ struct Entry {
   Form form;
   std::function<std::optional<double>(const Parameters&)> get;
   std::function<void(Parameters&, std::optional<double>)> set;
-  std::function<std::string(const Parameters&)> in_force;  // empty: never derived
+  std::function<std::string(const Parameters&)> in_force{};  // empty: never derived
+  std::vector<std::string> choices{};                        // of a choice, in order of their values
 };
 
 template <class Group, class Value>
 Entry plain(Group Parameters::*group, Value Group::*field, Form form, ParameterInfo info) {
-  return {std::move(info),
-          form,
-          [=](const Parameters& p) { return static_cast<double>(p.*group.*field); },
-          [=](Parameters& p, std::optional<double> value) { p.*group.*field = static_cast<Value>(*value); },
-          {}};
+  return {std::move(info), form, [=](const Parameters& p) { return static_cast<double>(p.*group.*field); },
+          [=](Parameters& p, std::optional<double> value) { p.*group.*field = static_cast<Value>(*value); }};
+}
+
+template <class Group, class Value>
+Entry choice(Group Parameters::*group, Value Group::*field, std::vector<std::string> choices,
+             ParameterInfo info) {
+  Entry entry = plain(group, field, Form::choice, std::move(info));
+  entry.choices = std::move(choices);
+  return entry;
 }
 
 template <class Group, class Value>
@@ -100,7 +105,7 @@ std::vector<Entry> make_entries() {
               {"max_hole_size", "m", "h: alpha of the polygons, reach of expansion, cluster gap"},
               [](const P& p) { return text_of(p.max_hole_size()); }),
       derived(d, &D::search_radius, Form::real,
-              {"search_radius", "m", "r: cylinders: largest neighbourhood of a point"},
+              {"search_radius", "m", "r: neighbourhood of a point, the paper's; cylinders: the largest"},
               [](const P& p) { return text_of(p.search_radius()); }),
       derived(d, &D::normal_radius, Form::real,
               {"normal_radius", "m", "cylinders: neighbourhood for normals"},
@@ -111,9 +116,11 @@ std::vector<Entry> make_entries() {
       plain(s, &S::min_surface_width, Form::real,
             {"min_surface_width", "m", "narrower planar clusters do not become surfaces"}),
       plain(d, &D::smoothness_angle, Form::degrees,
-            {"smoothness_angle", "deg", "cylinders: region growing, normal difference"}),
-      plain(d, &D::max_curvature, Form::real, {"max_curvature", "", "cylinders: region growing, curvature"}),
-      plain(d, &D::ransac_iterations, Form::integer, {"ransac_iterations", "", "cylinders: fit"}),
+            {"smoothness_angle", "deg", "region growing, normal difference: the paper's, and cylinders"}),
+      plain(d, &D::max_curvature, Form::real,
+            {"max_curvature", "", "region growing, curvature: the paper's, and cylinders"}),
+      plain(d, &D::ransac_iterations, Form::integer,
+            {"ransac_iterations", "", "RANSAC: the paper's planes, and cylinders"}),
       plain(s, &S::mesh_thickness, Form::real, {"mesh_thickness", "m", "extrusion of the mesh"}),
       derived(o, &O::max_range, Form::real, {"max_range", "m", "farther points only free space"},
               [](const P&) { return std::string("sensor"); }),
@@ -127,9 +134,12 @@ std::vector<Entry> make_entries() {
             {"preserve_surfaces", "", "grazing rays do not erode surfaces"}),
       plain(d, &D::detect_cylinders, Form::flag,
             {"detect_cylinders", "", "look for pillars, rails and rungs among what no plane took"}),
-      plain(&P::alignment, &A::enabled, Form::choice,
-            {"align", "",
-             "auto: poses are corrected once what was seen long ago shows that they drift; off: as given"}),
+      choice(
+          d, &D::detector, {"likelihood", "paper"},
+          {"detector", "", "how surfaces are found: likelihood, or the paper's thresholds and PCL's parts"}),
+      choice(&P::alignment, &A::enabled, {"off", "auto"},
+             {"align", "",
+              "auto: poses are corrected once what was seen long ago shows that they drift; off: as given"}),
       component(0, {"up_x", "", "unit vector against gravity, map frame; auto: from the surfaces"}),
       component(1, {"up_y", "", "its y"}),
       component(2, {"up_z", "", "its z"}),
@@ -188,6 +198,8 @@ void set_up(Parameters& parameters, const std::string& text) {
 Parameters Parameters::paper() {
   Parameters p;
   p.alignment.enabled = false;
+  p.detection.detector = DetectorKind::paper;
+  p.detection.detect_cylinders = false;
   p.surfaces.surface_tolerance = p.surfaces.sensor_noise + p.occupancy.resolution * std::sqrt(3.0);
   p.surfaces.range_noise = 0;
   p.surfaces.min_surface_width = 0;
@@ -243,6 +255,8 @@ void Parameters::validate() const {
   check("min_surface_width", s.min_surface_width >= 0 && s.min_surface_width <= 10, "in [0, 10] m");
   check("mesh_thickness", s.mesh_thickness > 0 && s.mesh_thickness <= 10, "in (0, 10] m");
   const DetectionParameters& d = detection;
+  if (d.detector != DetectorKind::likelihood && d.detector != DetectorKind::paper)
+    refuse("detector", "unknown", "likelihood or paper");
   check("search_radius", search_radius() >= o.resolution && search_radius() <= 64 * o.resolution,
         "between 1 and 64 voxels");
   check("normal_radius", normal_radius() >= o.resolution && normal_radius() <= search_radius() * (1 + 1e-9),
@@ -274,7 +288,7 @@ std::string get_parameter(const Parameters& parameters, const std::string& name)
   const std::optional<double> value = e.get(parameters);
   if (!value) return e.in_force(parameters);
   if (e.form == Form::flag) return *value != 0 ? "true" : "false";
-  if (e.form == Form::choice) return *value != 0 ? "auto" : "off";
+  if (e.form == Form::choice) return e.choices.at(static_cast<std::size_t>(*value));
   return text_of(e.form == Form::degrees ? *value / rad_per_deg : *value);
 }
 
@@ -289,8 +303,9 @@ void set_parameter(Parameters& parameters, const std::string& name, const std::s
     return e.set(parameters, on);
   }
   if (e.form == Form::choice) {
-    if (text != "auto" && text != "off") refuse(name, "'" + text + "'", "auto or off");
-    return e.set(parameters, text == "auto");
+    const auto found = std::find(e.choices.begin(), e.choices.end(), text);
+    if (found == e.choices.end()) refuse(name, "'" + text + "'", e.choices[0] + " or " + e.choices[1]);
+    return e.set(parameters, static_cast<double>(found - e.choices.begin()));
   }
   const std::optional<double> value = number_of(text);
   if (!value) refuse(name, "'" + text + "'", e.in_force ? "a finite number or auto" : "a finite number");
@@ -307,9 +322,11 @@ void set_parameter_value(Parameters& parameters, const std::string& name, std::o
   const Entry& e = entry(name);
   if (!value && !e.in_force) refuse(name, "not given", "a number");
   constexpr double largest_count = 1e9;  // fits an int: casting more, or NaN, would be undefined
-  const bool counts = e.form == Form::integer || e.form == Form::flag || e.form == Form::choice;
+  const bool counts = e.form == Form::integer || e.form == Form::flag;
   if (value && counts && !(std::fabs(*value) <= largest_count))
     refuse(name, std::to_string(*value), "a count");
+  if (value && e.form == Form::choice && *value != 0 && *value != 1)
+    refuse(name, std::to_string(*value), "0 or 1");
   e.set(parameters, value);
 }
 

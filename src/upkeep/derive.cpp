@@ -33,7 +33,8 @@ void put(std::vector<SurfacePtr>& surfaces, SurfacePtr surface) {
 
 }  // namespace
 
-std::shared_ptr<const Snapshot> derive(surfaces::MapState& state, const surfaces::Changes& changes) {
+std::shared_ptr<const Snapshot> derive(surfaces::MapState& state, const surfaces::Changes& changes,
+                                       bool inliers_alone) {
   ++state.revision;
   const std::shared_ptr<const Snapshot> before = state.snapshot.load();
   auto next = std::make_shared<Snapshot>(Snapshot{state.revision, before->resolution, {}});
@@ -45,7 +46,10 @@ std::shared_ptr<const Snapshot> derive(surfaces::MapState& state, const surfaces
     });
   for (const SurfaceId id : changes.touched()) {
     surfaces::SurfaceModel& surface = *state.surfaces.find(id);
-    surface.derive(state.parameters.max_hole_size(), &state.noise, &state.surfaces);
+    if (inliers_alone)
+      surface.derive(state.parameters.max_hole_size());
+    else
+      surface.derive(state.parameters.max_hole_size(), &state.noise, &state.surfaces);
     surface.derive_covariance(state.noise);
     if (before->find(id) == nullptr) surface.born = state.revision;
     surface.revision = state.revision;

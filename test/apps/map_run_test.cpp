@@ -157,6 +157,21 @@ TEST_F(MapRun, ResumingKeepsTheMapsParameters) {
   EXPECT_THAT(run_well("map --resume m --show-parameters").out, HasSubstr("resolution 0.05 m\n"));
 }
 
+// The paper's goes on where it was stopped, with what it still has pending, and says what it refused.
+TEST_F(MapRun, AMapKeepsItsDetector) {
+  write_floor();
+  run_well("map floor -o one --preset paper --report r.json");
+  run_well("map floor -o m --preset paper --first 3");
+  run_well("map floor --resume m --skip 3");
+  EXPECT_EQ(read("m.surfaces"), read("one.surfaces"));
+  EXPECT_EQ(read_json("r.json").at("parameters").at("detector"), "paper");
+  EXPECT_EQ(info("m").at("surfaces"), 1);
+  EXPECT_THAT(run_well("info m").out, HasSubstr("\ndetector paper\n"));
+  EXPECT_THAT(run_well("explain m --at 0.2 0 0.5").out, HasSubstr("\ndetector         paper\n"));
+  EXPECT_THAT(error_of("map floor --resume m --detector likelihood", 2), HasSubstr("detector"));
+  EXPECT_THAT(error_of("map floor -o n --detector best", 2), HasSubstr("likelihood or paper"));
+}
+
 TEST_F(MapRun, SeveralInputsAreOneRecording) {
   write_floor("a", 2);
   write_floor("b", 3);

@@ -11,12 +11,19 @@
 #include <numeric>
 #include <tuple>
 
+#include <octosurf/adapters/paper_detector.hpp>
+
 namespace octosurf::test {
 namespace {
 
 Parameters with_resolution(double resolution, Parameters parameters = {}) {
   parameters.occupancy.resolution = resolution;
   return parameters;
+}
+
+Parameters papers() {
+  enable_paper_detector();
+  return with_resolution(0.05, Parameters::paper());
 }
 
 /// One reading in eight of a simulated sensor.
@@ -98,10 +105,7 @@ const std::vector<World>& worlds() {
        coarse(),
        [] { return changing_room(14); },
        {&S::surfaces, &S::waiting, &S::vanished}},
-      {"WithThePapersParameters",
-       with_resolution(0.05, Parameters::paper()),
-       [] { return changing_room(14); },
-       {&S::surfaces, &S::waiting}},
+      {"WithThePapersDetector", papers(), [] { return changing_room(14); }, {&S::surfaces, &S::waiting}},
       {"APillarThatGoes",
        coarse(),
        [] { return pillar(30, 20); },

@@ -2,6 +2,7 @@
 // anew for every pair.
 #include "detection/junctions.hpp"
 
+#include "detection/constants.hpp"
 #include "support/pending_points.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"
@@ -127,14 +128,14 @@ TEST(Junctions, AreWhatTheyAreDefinedAs) {
   const auto plane_of = [&](Index k) -> const Plane& { return scene.patches()[labels[k]].plane; };
   const auto at_angle = [&](Index i, Index k) {
     return labels[i] != clutter && labels[k] != clutter &&
-           std::fabs(plane_of(i).normal.dot(plane_of(k).normal)) < cos_nearly_parallel;
+           std::fabs(plane_of(i).normal.dot(plane_of(k).normal)) < Constants::cos_nearly_parallel;
   };
   std::size_t ambiguous = 0, parted = 0;
   for (Index i = 0; i < readings.size(); ++i) {
     const auto near = readings.near(i);
     EXPECT_EQ(junctions.ambiguous(i), std::any_of(near.begin(), near.end(), [&](Index k) {
                 return labels[i] != clutter && labels[k] != clutter && labels[k] != labels[i] &&
-                       plane_of(i).normal.dot(plane_of(k).normal) < cos_nearly_parallel &&
+                       plane_of(i).normal.dot(plane_of(k).normal) < Constants::cos_nearly_parallel &&
                        readings.gain(i, plane_of(k)) > 0;
               }));
     ambiguous += junctions.ambiguous(i);

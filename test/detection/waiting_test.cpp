@@ -1,6 +1,7 @@
 // What is segmented now, what waits, and what expansions leave to segmentation.
 #include "detection/waiting.hpp"
 
+#include "detection/expand.hpp"
 #include "detection/planelets.hpp"
 #include "detection/voxel_blocks.hpp"
 #include "support/pending_points.hpp"

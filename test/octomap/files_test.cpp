@@ -58,7 +58,7 @@ class OctomapFilesTest : public ::testing::Test {
 };
 
 TEST_F(OctomapFilesTest, AnOtComesBackByOctomapsReaderAndByOurs) {
-  for (const double resolution : {0.1, 0.05, 1.0 / 16, 0.0333333333333}) {
+  for (const double resolution : {0.1, 0.05, 1.0 / 16, 1.0 / 30}) {
     const auto tree = scanned(resolution);
     ASSERT_GT(tree->size(), 1000u);
     write_ot(*tree, file("room.ot"), true);

@@ -11,6 +11,8 @@
 #include <random>
 #include <string>
 
+#include <octosurf/adapters/paper_detector.hpp>
+
 namespace octosurf {
 namespace {
 
@@ -204,6 +206,7 @@ TEST_F(Metamorphic, EveryScanInTwoHalves) {
 }
 
 TEST_F(Metamorphic, InvariantsHoldForAnyParameters) {
+  enable_paper_detector();
   for (int round = 0; round < 6; ++round) {
     Parameters p = round % 3 == 2 ? Parameters::paper() : Parameters{};
     std::uniform_real_distribution<double> uniform(0, 1);

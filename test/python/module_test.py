@@ -229,7 +229,7 @@ class Settings(unittest.TestCase):
         # Each, set by its text, changes what to_dict() says, and comes back from there.
         unlike = {"preserve_surfaces": "false", "detect_cylinders": "false", "align": "off", "up_x": "1", "up_y": "1",
                   "up_z": "0.5", "hit": "0.8", "miss": "0.3", "occupied": "0.6", "clamp_min": "0.2", "clamp_max": "0.9",
-                  "min_surface_points": "77", "ransac_iterations": "5"}
+                  "min_surface_points": "77", "ransac_iterations": "5", "detector": "paper"}
         for name in octosurf.Parameters.names():
             changed = octosurf.Parameters()
             changed.set(name, unlike.get(name, "0.031"))
@@ -237,6 +237,13 @@ class Settings(unittest.TestCase):
             again = octosurf.Parameters.from_dict(json.loads(json.dumps(changed.to_dict())))
             self.assertEqual(again, changed, name)
             self.assertEqual(again.get(name), changed.get(name))
+
+    def test_the_papers_detector_is_refused_with_what_to_do(self):
+        parameters = octosurf.Parameters.paper()
+        with self.assertRaisesRegex(octosurf.Error, "likelihood"):
+            octosurf.Mapper(parameters)
+        parameters.detection.detector = "likelihood"
+        octosurf.Mapper(parameters)
 
     def test_nested_fields_and_validation(self):
         parameters = octosurf.Parameters(occupancy={"resolution": 0.01}, up=None)

@@ -1,5 +1,5 @@
 // Normals from the voxel grid against PCL's moving least squares, of the same points at the same radius.
-#include "reference/pcl_steps.hpp"
+#include "pcl/steps.hpp"
 #include "support/map_state.hpp"
 
 #include <chrono>
@@ -35,12 +35,12 @@ Comparison compare(const Scan& scan, double resolution, double radius) {
   parameters.detection.normal_radius = parameters.detection.search_radius = radius;
   surfaces::MapState state(parameters);
   const occupancy::OccupancyDelta delta = test::occupy(state, scan);
-  reference::Points points;
+  pcl::Points points;
   for (const occupancy::VoxelPoint& p : delta.appeared) points.push_back(p.position);
 
   Comparison result;
-  std::vector<reference::PointNormal> expected;
-  result.pcl_ms = milliseconds([&] { expected = reference::mls_normals(points, radius); });
+  std::vector<pcl::PointNormal> expected;
+  result.pcl_ms = milliseconds([&] { expected = pcl::mls_normals(points, radius); });
   surfaces::Ledger ledger(state);
   std::vector<surfaces::LocalPlane> planes;
   result.own_ms = milliseconds([&] {

@@ -1,12 +1,16 @@
 #include "reference/paper_pipeline.hpp"
 
+#include "pcl/steps.hpp"
 #include "reference/alpha_shape.hpp"
-#include "reference/pcl_steps.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <pcl/filters/voxel_grid.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
 #include <unordered_set>
 #include <utility>
 
@@ -14,6 +18,8 @@
 
 namespace octosurf::reference {
 namespace {
+
+using namespace octosurf::pcl;
 
 /// A surface as the paper stores it (section IV), without colour and mesh.
 struct PaperSurface {
@@ -52,11 +58,13 @@ class StageClock {
   Clock::time_point last_ = Clock::now();
 };
 
+/// In order of z, then y, then x.
 std::uint64_t voxel_key(const Eigen::Vector3f& point, double resolution) {
+  constexpr std::int64_t middle = 1 << 20;
   std::uint64_t key = 0;
-  for (int axis = 0; axis < 3; ++axis) {
+  for (int axis = 2; axis >= 0; --axis) {
     const auto cell = static_cast<std::int64_t>(std::floor(static_cast<double>(point[axis]) / resolution));
-    key = key << 21 | (static_cast<std::uint64_t>(cell) & 0x1FFFFF);
+    key = key << 21 | (static_cast<std::uint64_t>(cell + middle) & 0x1FFFFF);
   }
   return key;
 }
@@ -83,6 +91,32 @@ Points in_map_frame(const Scan& scan, const OccupancyParameters& occupancy) {
     points.push_back((scan.T_map_sensor * point.cast<double>()).cast<float>());
   }
   return points;
+}
+
+/// pcl::VoxelGrid: a centroid per voxel. Throws Error(data) naming `where` if the points span more
+/// voxels than PCL can number (it would hand them back as they were).
+Points voxel_centroids(const Points& points, double edge, const std::string& where);
+
+Points voxel_centroids(const Points& points, double edge, const std::string& where) {
+  if (points.empty()) return {};
+  Eigen::Array3f low = points.front(), high = low;
+  for (const Eigen::Vector3f& point : points) {
+    low = low.min(point.array());
+    high = high.max(point.array());
+  }
+  if (((high - low).cast<double>() / edge + 1).prod() > std::numeric_limits<std::int32_t>::max())
+    throw Error(Error::Kind::data, where, "spans more voxels than pcl::VoxelGrid can number",
+                "set max_range or a coarser resolution");
+  const auto cloud = std::make_shared<::pcl::PointCloud<::pcl::PointXYZ>>();
+  for (const Eigen::Vector3f& point : points) cloud->emplace_back(point.x(), point.y(), point.z());
+  ::pcl::VoxelGrid<::pcl::PointXYZ> grid;
+  grid.setLeafSize(Eigen::Vector4f::Constant(static_cast<float>(edge)));
+  grid.setInputCloud(cloud);
+  ::pcl::PointCloud<::pcl::PointXYZ> centroids;
+  grid.filter(centroids);
+  Points result;
+  for (const auto& point : centroids) result.push_back(point.getVector3fMap());
+  return result;
 }
 
 /// Downsampled points in the map frame, and from each the way to the sensor.
@@ -198,9 +232,13 @@ struct PaperPipeline::Impl {
     cloud.resize(kept);
   }
 
-  /// III-C1: joins `cloud` to what is pending and drops points without two neighbours within r.
+  /// III-C1: joins `cloud` to what is pending, in order of the voxels, and drops points without two
+  /// neighbours within r.
   void accumulate(const Indices& cloud) {
     accumulated.insert(accumulated.end(), cloud.begin(), cloud.end());
+    std::sort(accumulated.begin(), accumulated.end(), [&](std::uint32_t a, std::uint32_t b) {
+      return voxel_key(points[a], d) < voxel_key(points[b], d);
+    });
     const Indices kept = with_neighbors(pick(points, accumulated), r, 2);
     outliers += accumulated.size() - kept.size();
     accumulated = pick(accumulated, kept);

@@ -225,6 +225,12 @@ TEST(Parameters, ExactValuesGoInAndOut) {
     EXPECT_THROW(set_parameter_value(p, "min_surface_points", no_count), Error);
     EXPECT_THROW(set_parameter_value(p, "preserve_surfaces", no_count), Error);
   }
+  for (const double no_choice : {-1.0, 0.5, 2.0, std::nan("")}) {
+    EXPECT_THROW(set_parameter_value(p, "detector", no_choice), Error);
+    EXPECT_THROW(set_parameter_value(p, "align", no_choice), Error);
+  }
+  p.detection.detector = static_cast<DetectorKind>(7);
+  EXPECT_THROW(p.validate(), Error);
 }
 
 /// Rows of docs/parameters.md's table: name → cells behind it.

@@ -17,8 +17,7 @@ namespace octosurf {
 ///   std::shared_ptr<const octomap::OcTree> tree = follower.tree();  // in any
 ///
 /// 1. A tree that a reader holds never changes: node by node it stays to_octree() (adapters/octree.hpp) of
-/// the
-///    view that it was made of. Map frame, metres, OctoMap's keys; occupied is what the map counts as
+///    the view that it was made of. Map frame, metres, OctoMap's keys; occupied is what the map counts as
 ///    occupied.
 /// 2. Two trees are written in turn, each brought up to date by what has changed since. One that a reader
 ///    holds is left alone, and a third is made; one that is held beyond that stays its reader's alone.

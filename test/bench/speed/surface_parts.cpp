@@ -4,8 +4,8 @@
 #include "bench/support.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/point_window.hpp"
+#include "pcl/steps.hpp"
 #include "reference/alpha_shape.hpp"
-#include "reference/pcl_steps.hpp"
 #include "simulation/random.hpp"
 #include "surfaces/normal_field.hpp"
 #include "surfaces/surface_model.hpp"
@@ -28,8 +28,8 @@ occupancy::OccupancyMap octree_of(const Scan& scan) {
   return map;
 }
 
-reference::Points points_of(const occupancy::OccupancyMap& map) {
-  reference::Points points;
+pcl::Points points_of(const occupancy::OccupancyMap& map) {
+  pcl::Points points;
   map.for_each_point([&](const occupancy::VoxelPoint& point) { points.push_back(point.position); });
   return points;
 }
@@ -50,9 +50,9 @@ std::vector<surfaces::LocalPlane> field_normals(occupancy::OccupancyMap& map,
 
 /// Appends degrees between normals of points that PCL finds planar; its normals have no side.
 void collect_angles(const std::vector<surfaces::LocalPlane>& ours,
-                    const std::vector<reference::PointNormal>& theirs, std::vector<double>& angles) {
+                    const std::vector<pcl::PointNormal>& theirs, std::vector<double>& angles) {
   constexpr double planar = 0.01;  // surface variation
-  for (const reference::PointNormal& their : theirs) {
+  for (const pcl::PointNormal& their : theirs) {
     const surfaces::LocalPlane& our = ours.at(their.point);
     if (!our.known || their.curvature > planar) continue;
     const double cosine =
@@ -69,7 +69,7 @@ void normal_field(benchmark::State& state, const Scans& scans, double radius) {
   double points = 0, known = 0;
   const auto compare = [&] {  // with PCL's of the scan before, not timed
     if (!map) return;
-    collect_angles(normals, reference::mls_normals(points_of(*map), radius), angles);
+    collect_angles(normals, pcl::mls_normals(points_of(*map), radius), angles);
     points += static_cast<double>(normals.size());
     known +=
         static_cast<double>(std::count_if(normals.begin(), normals.end(), [](auto& n) { return n.known; }));
@@ -92,10 +92,10 @@ void normal_field(benchmark::State& state, const Scans& scans, double radius) {
 }
 
 void mls_normals(benchmark::State& state, const Scans& scans, double radius) {
-  reference::Points points;
+  pcl::Points points;
   for_each(
       state, scans, [&](const Scan& scan) { points = points_of(octree_of(scan)); },
-      [&](const Scan&) { benchmark::DoNotOptimize(reference::mls_normals(points, radius)); });
+      [&](const Scan&) { benchmark::DoNotOptimize(pcl::mls_normals(points, radius)); });
 }
 
 /// A large floor, slightly tilted, with round holes, that grows by patches along one edge.

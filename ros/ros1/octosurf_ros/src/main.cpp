@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <ros/ros.h>
 
+#include <octosurf/adapters/paper_detector.hpp>
+
 namespace {
 
 std::atomic<int> stop_signal = 0;
@@ -15,6 +17,7 @@ static_assert(std::atomic<int>::is_always_lock_free);  // a signal handler may n
 }  // namespace
 
 int main(int argc, char** argv) {
+  octosurf::enable_paper_detector();
   std::setvbuf(stdout, nullptr, _IOLBF,
                0);  // rosconsole does not flush, and lines matter when they are written
   // ROS' own handler ends the connection to the master while the map is still to be saved.

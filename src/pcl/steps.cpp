@@ -1,28 +1,27 @@
-#include "reference/pcl_steps.hpp"
+#include "pcl/steps.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <mutex>
 #include <pcl/console/print.h>
 #include <pcl/filters/radius_outlier_removal.h>
-#include <pcl/filters/voxel_grid.h>
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 #include <pcl/search/kdtree.h>
 #include <pcl/segmentation/extract_clusters.h>
 #include <pcl/segmentation/region_growing.h>
 #include <pcl/segmentation/sac_segmentation.h>
+// Instantiated here, because libpcl_surface, which has it ready, takes VTK along.
+#include <pcl/surface/impl/mls.hpp>
 #include <pcl/surface/mls.h>
 
-#include <octosurf/error.hpp>
-
-namespace octosurf::reference {
+namespace octosurf::pcl {
 namespace {
 
-using Cloud = pcl::PointCloud<pcl::PointXYZ>;
-using KdTree = pcl::search::KdTree<pcl::PointXYZ>;
+using Cloud = ::pcl::PointCloud<::pcl::PointXYZ>;
+using KdTree = ::pcl::search::KdTree<::pcl::PointXYZ>;
 
-pcl::PointXYZ pcl_point(const Eigen::Vector3f& point) { return {point.x(), point.y(), point.z()}; }
+::pcl::PointXYZ pcl_point(const Eigen::Vector3f& point) { return {point.x(), point.y(), point.z()}; }
 
 Cloud::Ptr pcl_cloud(const Points& points) {
   auto cloud = std::make_shared<Cloud>();
@@ -31,50 +30,53 @@ Cloud::Ptr pcl_cloud(const Points& points) {
   return cloud;
 }
 
-Indices own(const pcl::Indices& indices) { return {indices.begin(), indices.end()}; }
+Indices own(const ::pcl::Indices& indices) { return {indices.begin(), indices.end()}; }
 
-std::vector<Indices> own(const std::vector<pcl::PointIndices>& groups) {
+std::vector<Indices> own(const std::vector<::pcl::PointIndices>& groups) {
   std::vector<Indices> result;
-  for (const pcl::PointIndices& group : groups) result.push_back(own(group.indices));
+  for (const ::pcl::PointIndices& group : groups) result.push_back(own(group.indices));
   return result;
 }
+
+/// PCL reports fits that fail on stderr, unless the process says otherwise. The last of several that are
+/// silent at once puts back what the first found.
+class Silence {
+ public:
+  Silence() {
+    const std::scoped_lock lock(mutex_);
+    if (silent_++ > 0) return;
+    before_ = ::pcl::console::getVerbosityLevel();
+    ::pcl::console::setVerbosityLevel(::pcl::console::L_ALWAYS);
+  }
+  Silence(const Silence&) = delete;
+  Silence& operator=(const Silence&) = delete;
+  ~Silence() {
+    const std::scoped_lock lock(mutex_);
+    if (--silent_ == 0) ::pcl::console::setVerbosityLevel(before_);
+  }
+
+ private:
+  static inline std::mutex mutex_;
+  static inline int silent_ = 0;
+  static inline ::pcl::console::VERBOSITY_LEVEL before_ = ::pcl::console::L_INFO;
+};
 
 }  // namespace
 
-Points voxel_centroids(const Points& points, double edge, const std::string& where) {
-  if (points.empty()) return {};
-  Eigen::Array3f low = points.front(), high = low;
-  for (const Eigen::Vector3f& point : points) {
-    low = low.min(point.array());
-    high = high.max(point.array());
-  }
-  if (((high - low).cast<double>() / edge + 1).prod() > std::numeric_limits<std::int32_t>::max())
-    throw Error(Error::Kind::data, where, "spans more voxels than pcl::VoxelGrid can number",
-                "set max_range or a coarser resolution");
-  pcl::VoxelGrid<pcl::PointXYZ> grid;
-  grid.setLeafSize(Eigen::Vector4f::Constant(static_cast<float>(edge)));
-  grid.setInputCloud(pcl_cloud(points));
-  Cloud centroids;
-  grid.filter(centroids);
-  Points result;
-  for (const auto& point : centroids) result.push_back(point.getVector3fMap());
-  return result;
-}
-
 Indices with_neighbors(const Points& points, double radius, int neighbors) {
   if (points.empty()) return {};
-  pcl::RadiusOutlierRemoval<pcl::PointXYZ> filter;
+  ::pcl::RadiusOutlierRemoval<::pcl::PointXYZ> filter;
   filter.setInputCloud(pcl_cloud(points));
   filter.setRadiusSearch(radius);
   filter.setMinNeighborsInRadius(neighbors);
-  pcl::Indices kept;
+  ::pcl::Indices kept;
   filter.filter(kept);
   return own(kept);
 }
 
 struct RadiusSearch::Impl {
   KdTree tree;
-  pcl::Indices found;
+  ::pcl::Indices found;
   std::vector<float> squared_distances;
   Indices result;
 };
@@ -92,16 +94,16 @@ const Indices& RadiusSearch::within(const Eigen::Vector3f& center, double radius
 }
 
 std::vector<PointNormal> mls_normals(const Points& points, double radius) {
-  pcl::MovingLeastSquares<pcl::PointXYZ, pcl::PointNormal> mls;
+  ::pcl::MovingLeastSquares<::pcl::PointXYZ, ::pcl::PointNormal> mls;
   mls.setInputCloud(pcl_cloud(points));
   mls.setSearchMethod(std::make_shared<KdTree>());
   mls.setSearchRadius(radius);
   mls.setSqrGaussParam(radius * radius);
   mls.setPolynomialOrder(1);
   mls.setComputeNormals(true);
-  pcl::PointCloud<pcl::PointNormal> projected;
+  ::pcl::PointCloud<::pcl::PointNormal> projected;
   mls.process(projected);
-  const pcl::Indices& origin = mls.getCorrespondingIndices()->indices;
+  const ::pcl::Indices& origin = mls.getCorrespondingIndices()->indices;
 
   std::vector<PointNormal> result;
   for (std::size_t j = 0; j < projected.size(); ++j) {
@@ -115,32 +117,32 @@ std::vector<PointNormal> mls_normals(const Points& points, double radius) {
 
 std::vector<Indices> smooth_regions(const Points& points, const std::vector<PointNormal>& normals,
                                     double angle, double max_curvature, std::size_t min_size) {
-  auto pcl_normals = std::make_shared<pcl::PointCloud<pcl::Normal>>();
+  auto pcl_normals = std::make_shared<::pcl::PointCloud<::pcl::Normal>>();
   for (const auto& [point, normal, curvature] : normals)
     pcl_normals->emplace_back(normal.x(), normal.y(), normal.z(), curvature);
-  pcl::RegionGrowing<pcl::PointXYZ, pcl::Normal> growing;
+  ::pcl::RegionGrowing<::pcl::PointXYZ, ::pcl::Normal> growing;
   growing.setInputCloud(pcl_cloud(points));
   growing.setInputNormals(pcl_normals);
   growing.setSearchMethod(std::make_shared<KdTree>());
   growing.setNumberOfNeighbours(30);
-  growing.setMinClusterSize(static_cast<pcl::uindex_t>(min_size));
+  growing.setMinClusterSize(static_cast<::pcl::uindex_t>(min_size));
   growing.setSmoothnessThreshold(static_cast<float>(angle));
   growing.setCurvatureThreshold(static_cast<float>(max_curvature));
-  std::vector<pcl::PointIndices> regions;
+  std::vector<::pcl::PointIndices> regions;
   growing.extract(regions);
   return own(regions);
 }
 
 PlaneFit fit_plane(const Points& points, double tolerance, int iterations) {
-  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // failed fits are reported on stderr otherwise
-  pcl::SACSegmentation<pcl::PointXYZ> segmentation(false);  // false: the seed is a constant
-  segmentation.setModelType(pcl::SACMODEL_PLANE);
-  segmentation.setMethodType(pcl::SAC_RANSAC);
+  const Silence silence;
+  ::pcl::SACSegmentation<::pcl::PointXYZ> segmentation(false);  // false: the seed is a constant
+  segmentation.setModelType(::pcl::SACMODEL_PLANE);
+  segmentation.setMethodType(::pcl::SAC_RANSAC);
   segmentation.setDistanceThreshold(tolerance);
   segmentation.setMaxIterations(iterations);
   segmentation.setInputCloud(pcl_cloud(points));
-  pcl::PointIndices inliers;
-  pcl::ModelCoefficients model;
+  ::pcl::PointIndices inliers;
+  ::pcl::ModelCoefficients model;
   segmentation.segment(inliers, model);
   if (inliers.indices.empty()) return {};
 
@@ -153,14 +155,14 @@ PlaneFit fit_plane(const Points& points, double tolerance, int iterations) {
 }
 
 std::vector<Indices> clusters(const Points& points, double gap, std::size_t min_size) {
-  pcl::EuclideanClusterExtraction<pcl::PointXYZ> extraction;
+  ::pcl::EuclideanClusterExtraction<::pcl::PointXYZ> extraction;
   extraction.setInputCloud(pcl_cloud(points));
   extraction.setSearchMethod(std::make_shared<KdTree>());
   extraction.setClusterTolerance(gap);
-  extraction.setMinClusterSize(static_cast<pcl::uindex_t>(min_size));
-  std::vector<pcl::PointIndices> groups;
+  extraction.setMinClusterSize(static_cast<::pcl::uindex_t>(min_size));
+  std::vector<::pcl::PointIndices> groups;
   extraction.extract(groups);
   return own(groups);
 }
 
-}  // namespace octosurf::reference
+}  // namespace octosurf::pcl

@@ -1,6 +1,6 @@
 // Detection while scans come: beside the batch form, which is its slow twin, and with what every map
 // promises.
-#include "detection/update_surfaces.hpp"
+#include "detection/likelihood_detector.hpp"
 
 #include "support/guarantees.hpp"
 #include "support/map_state.hpp"
@@ -30,7 +30,7 @@ std::vector<SurfaceId> owners(const Map& map) {
   return owners;
 }
 
-TEST(UpdateSurfaces, KeepsAllInvariantsAfterEveryScan) {
+TEST(LikelihoodDetector, KeepsAllInvariantsAfterEveryScan) {
   Mapper mapper;
   for (const Scan& scan : test::room_tour(test::rng(), 12)) {
     const auto before = mapper.snapshot();
@@ -49,7 +49,7 @@ TEST(UpdateSurfaces, KeepsAllInvariantsAfterEveryScan) {
 }
 
 /// The same points are one surface, but for the share of outliers that the model expects.
-TEST(UpdateSurfaces, AgreesWithTheBatchForm) {
+TEST(LikelihoodDetector, AgreesWithTheBatchForm) {
   Mapper mapper;
   insert_all(mapper, test::room_tour(test::rng(), 12));
   const std::vector<SurfaceId> step_by_step = owners(mapper.map());
@@ -71,7 +71,7 @@ std::map<SurfaceId, std::map<SurfaceId, std::size_t>> handed_over(const std::vec
   return points;
 }
 
-TEST(UpdateSurfaces, WhoKeepsItsPointsKeepsItsId) {
+TEST(LikelihoodDetector, WhoKeepsItsPointsKeepsItsId) {
   Mapper mapper;
   std::size_t kept = 0;
   for (const Scan& scan : test::room_tour(test::rng(), 12)) {
@@ -94,7 +94,7 @@ TEST(UpdateSurfaces, WhoKeepsItsPointsKeepsItsId) {
   EXPECT_GT(kept, 12U);
 }
 
-TEST(UpdateSurfaces, WhoGoesIsAmongTheDepartures) {
+TEST(LikelihoodDetector, WhoGoesIsAmongTheDepartures) {
   Mapper mapper;
   for (const Scan& scan : test::room_tour(test::rng(), 12)) {
     const auto before = mapper.snapshot();
@@ -113,7 +113,7 @@ TEST(UpdateSurfaces, WhoGoesIsAmongTheDepartures) {
 
 // What is pending farther off than a gap's width, and will not be looked at again by itself, is of the plane
 // that has come beside it.
-TEST(UpdateSurfaces, WhatIsPendingBeyondWhatIsLookedAtJoinsThePlaneBesideIt) {
+TEST(LikelihoodDetector, WhatIsPendingBeyondWhatIsLookedAtJoinsThePlaneBesideIt) {
   const Eigen::Vector3d eye(0.5, 0.5, 1.5);
   Mapper mapper;
   insert_all(mapper, {test::plate_scan(eye, 0, 8, 6), test::plate_scan(eye, 8, 9, 4)});
@@ -128,7 +128,7 @@ TEST(UpdateSurfaces, WhatIsPendingBeyondWhatIsLookedAtJoinsThePlaneBesideIt) {
 
 // 48 points of a plane are two fewer than a surface needs; that 12 more are not as many again is no reason to
 // wait.
-TEST(UpdateSurfaces, APlaneThatLackedPointsIsLookedAtOnceAFifthMoreHasCome) {
+TEST(LikelihoodDetector, APlaneThatLackedPointsIsLookedAtOnceAFifthMoreHasCome) {
   const Eigen::Vector3d eye(0.5, 0.5, 1.5);
   Mapper mapper;
   const Scan plate = test::plate_scan(eye, 0, 10, 6);

@@ -6,15 +6,11 @@
 
 #include <octosurf/surface.hpp>
 
-/// The steps of the paper that are PCL's, one function per PCL part, in Eigen's types.
-namespace octosurf::reference {
+/// The paper's steps that are PCL's, one function for each part of PCL, in Eigen's types.
+namespace octosurf::pcl {
 
 using Points = std::vector<Eigen::Vector3f>;
 using Indices = std::vector<std::uint32_t>;
-
-/// pcl::VoxelGrid: a centroid per voxel. Throws Error(data) naming `where` if the points span more
-/// voxels than PCL can number (it would hand them back as they were).
-Points voxel_centroids(const Points& points, double edge, const std::string& where);
 
 /// pcl::RadiusOutlierRemoval: indices of the points that have at least `neighbors` others within
 /// `radius`.
@@ -59,4 +55,4 @@ PlaneFit fit_plane(const Points& points, double tolerance, int iterations);
 /// pcl::EuclideanClusterExtraction: clusters of at least `min_size` points.
 std::vector<Indices> clusters(const Points& points, double gap, std::size_t min_size);
 
-}  // namespace octosurf::reference
+}  // namespace octosurf::pcl

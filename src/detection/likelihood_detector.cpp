@@ -1,0 +1,102 @@
+#include "detection/likelihood_detector.hpp"
+
+#include "detection/expand.hpp"
+#include "detection/neighbourhood.hpp"
+#include "detection/segment.hpp"
+#include "detection/waiting.hpp"
+
+#include <algorithm>
+
+namespace octosurf::detection {
+namespace {
+
+using geometry::VoxelKey;
+using surfaces::MapView;
+
+/// Of planes refused for their number alone, the readings that are pending.
+std::vector<VoxelKey> too_few(const Readings& readings, const Segmentation& planes) {
+  std::vector<VoxelKey> keys;
+  for (const Readings::Index i : planes.too_few)
+    if (readings[i].surface == 0 && planes.labels[i] == clutter) keys.push_back(readings[i].key);
+  return keys;
+}
+
+/// `anew`: surfaces whose inliers begin without a label.
+std::optional<Found> segment_in(const MapView& map, const occupancy::OccupancyMap& octree,
+                                const Neighbourhood& around, std::span<const SurfaceId> anew) {
+  if (around.voxels.empty()) return {};
+  std::optional<Found> found(std::in_place, Readings(octree, map.window, around, map.noise));
+  found->planes =
+      segment(found->readings, limits_of(map.parameters), known_about(found->readings, map.surfaces, anew));
+  found->beside = newly_explained(*found);
+  return found;
+}
+
+}  // namespace
+
+std::vector<Assignment> LikelihoodDetector::add_inliers(const MapView& map,
+                                                        std::span<const VoxelKey> fresh) const {
+  return detection::add_inliers(map, fresh);
+}
+
+std::vector<Assignment> LikelihoodDetector::expand(const MapView& map, std::span<const VoxelKey> left) const {
+  return detection::expand(map, left);
+}
+
+Waiting LikelihoodDetector::due(const MapView& map, const occupancy::OccupancyMap& octree,
+                                std::vector<VoxelKey> before, std::span<const VoxelKey> fresh,
+                                std::vector<Assignment>& expanded) const {
+  return due_to_segment(map, octree, std::move(before), fresh, expanded);
+}
+
+std::optional<Found> LikelihoodDetector::detect(const MapView& map, const occupancy::OccupancyMap& octree,
+                                                std::span<const VoxelKey> due,
+                                                std::span<const Assignment> expanded) const {
+  std::optional<Found> found =
+      segment_in(map, octree, neighbourhood_of(map, due, touching(map, expanded)), {});
+  if (found) found->still_new = waiting_on(too_few(found->readings, found->planes));
+  return found;
+}
+
+std::optional<Found> LikelihoodDetector::revise(const MapView& map, const occupancy::OccupancyMap& octree,
+                                                const std::set<SurfaceId>& touched) const {
+  std::vector<SurfaceId> anew;
+  for (const SurfaceId id : touched)
+    if (map.surfaces.find(id)->size_has_changed()) anew.push_back(id);
+  if (anew.empty()) return {};
+  return segment_in(map, octree, neighbourhood_of(map, anew), anew);
+}
+
+std::vector<std::pair<SurfaceId, Plane>> LikelihoodDetector::fit(const MapView& map,
+                                                                 const std::set<SurfaceId>& surfaces) const {
+  std::vector<std::pair<SurfaceId, Plane>> planes;
+  for (const SurfaceId id : surfaces) {
+    const surfaces::SurfaceModel& surface = *map.surfaces.find(id);
+    planes.emplace_back(
+        id, geometry::fitted_plane(surface.moments(&map.noise), surface.reference(), surface.plane().normal));
+  }
+  return planes;
+}
+
+Found LikelihoodDetector::detect_anew(const MapView& map, const occupancy::OccupancyMap& octree) const {
+  Found found{Readings(octree, map.window, map.noise), {}};
+  found.planes = segment(found.readings, limits_of(map.parameters));
+  return found;
+}
+
+std::map<VoxelKey, surfaces::Refusal> LikelihoodDetector::refusals(const MapView& map,
+                                                                   const occupancy::OccupancyMap& octree,
+                                                                   std::span<const VoxelKey> pending) const {
+  const Readings readings(octree, map.window, neighbourhood_of(map, pending, {}), map.noise);
+  std::vector<Refused> refused;
+  const Segmentation found =
+      segment(readings, limits_of(map.parameters), known_about(readings, map.surfaces, {}), &refused);
+  std::map<VoxelKey, surfaces::Refusal> reasons;
+  for (const Refused& plane : refused)
+    for (const Readings::Index i : plane.readings) reasons[readings[i].key] = plane.why;
+  for (Readings::Index i = 0; i < readings.size(); ++i)
+    if (found.labels[i] != clutter) reasons[readings[i].key] = {Reason::waiting};
+  return reasons;
+}
+
+}  // namespace octosurf::detection

@@ -1,0 +1,39 @@
+#pragma once
+
+#include "detection/detector.hpp"
+
+namespace octosurf::detection {
+
+/// Detection by one likelihood and one criterion (docs/detection.md). Cost follows the change: some 10 µs for
+/// each point labelled anew.
+class LikelihoodDetector final : public Detector {
+ public:
+  /// expand.hpp.
+  std::vector<Assignment> add_inliers(const surfaces::MapView& map,
+                                      std::span<const geometry::VoxelKey> fresh) const override;
+  std::vector<Assignment> expand(const surfaces::MapView& map,
+                                 std::span<const geometry::VoxelKey> left) const override;
+  /// due_to_segment() (waiting.hpp).
+  Waiting due(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
+              std::vector<geometry::VoxelKey> before, std::span<const geometry::VoxelKey> fresh,
+              std::vector<Assignment>& expanded) const override;
+  /// Segments what is due and, of `expanded`, what another surface explains, too. Surfaces around take part
+  /// as sums, and are met across gaps up to h (neighbourhood.hpp).
+  std::optional<Found> detect(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
+                              std::span<const geometry::VoxelKey> due,
+                              std::span<const Assignment> expanded) const override;
+  /// Surfaces that have doubled, or lost a third, since they were looked at as wholes: their points begin
+  /// without a label.
+  std::optional<Found> revise(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
+                              const std::set<SurfaceId>& touched) const override;
+  std::vector<std::pair<SurfaceId, Plane>> fit(const surfaces::MapView& map,
+                                               const std::set<SurfaceId>& surfaces) const override;
+  bool outlines_inliers_alone() const override { return false; }
+  /// The batch form, which is the incremental one's slow twin.
+  Found detect_anew(const surfaces::MapView& map, const occupancy::OccupancyMap& octree) const override;
+  std::map<geometry::VoxelKey, surfaces::Refusal> refusals(
+      const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
+      std::span<const geometry::VoxelKey> pending) const override;
+};
+
+}  // namespace octosurf::detection

@@ -1,0 +1,290 @@
+#include "pcl/paper_detector.hpp"
+
+#include "geometry/even_odd.hpp"
+#include "pcl/steps.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numeric>
+
+#include <octosurf/adapters/paper_detector.hpp>
+
+namespace octosurf::pcl {
+namespace {
+
+using detection::Assignment;
+using detection::Found;
+using detection::Readings;
+using detection::Segmentation;
+using geometry::VoxelKey;
+using surfaces::MapView;
+using surfaces::SurfaceModel;
+
+std::size_t least_points(const Parameters& parameters) {
+  return static_cast<std::size_t>(parameters.min_surface_points());
+}
+
+/// Those of `from` at these places.
+template <class Element>
+std::vector<Element> at(const std::vector<Element>& from, const Indices& places) {
+  std::vector<Element> picked;
+  picked.reserve(places.size());
+  for (const std::uint32_t i : places) picked.push_back(from[i]);
+  return picked;
+}
+
+/// Those of `all` at other places than these, which are ascending.
+Indices without(const Indices& all, const Indices& places) {
+  Indices rest;
+  for (std::uint32_t i = 0; i < all.size(); ++i)
+    if (!std::binary_search(places.begin(), places.end(), i)) rest.push_back(all[i]);
+  return rest;
+}
+
+Points positions(const MapView& map, std::span<const VoxelKey> keys) {
+  Points points;
+  points.reserve(keys.size());
+  for (const VoxelKey key : keys) points.push_back(map.window[map.window.find(key)].position);
+  return points;
+}
+
+std::vector<const SurfaceModel*> by_size(const MapView& map, const std::set<SurfaceId>& ids) {
+  std::vector<const SurfaceModel*> surfaces;
+  for (const SurfaceId id : ids) surfaces.push_back(map.surfaces.find(id));
+  std::stable_sort(surfaces.begin(), surfaces.end(),
+                   [](const SurfaceModel* a, const SurfaceModel* b) { return a->size() > b->size(); });
+  return surfaces;
+}
+
+/// Largest first, of those that may take a point of these: their inliers are up to s off the plane and h in
+/// it.
+std::vector<const SurfaceModel*> surfaces_near(const MapView& map, std::span<const VoxelKey> keys) {
+  const Parameters& p = map.parameters;
+  const double reach = std::ceil((p.surface_tolerance() + p.max_hole_size()) / map.grid.resolution());
+  std::set<SurfaceId> ids;
+  if (reach > 64) {  // looking each block up would take longer than the surfaces
+    for (const auto& [id, surface] : map.surfaces) ids.insert(id);
+    return by_size(map, ids);
+  }
+  for (const VoxelKey key : keys)
+    for (const SurfaceId id : map.surfaces.near(key, static_cast<int>(reach))) ids.insert(id);
+  return by_size(map, ids);
+}
+
+bool inside(const std::vector<Polygon>& polygons, const Eigen::Vector2d& p) {
+  bool odd = false;
+  for (const Polygon& polygon : polygons) {
+    odd ^= geometry::inside(polygon.outer, p);
+    for (const Ring2& hole : polygon.holes) odd ^= geometry::inside(hole, p);
+  }
+  return odd;
+}
+
+/// The inliers that are vertices of the outline, which lie on a lattice (geometry::Outline::quantum).
+Points boundary(const SurfaceModel& surface) {
+  const auto place = [](const Eigen::Vector2d& p) {
+    const Eigen::Vector2d steps = p / geometry::Outline::quantum;
+    return std::pair(std::llround(steps.x()), std::llround(steps.y()));
+  };
+  std::vector<std::pair<long long, long long>> vertices;
+  const Eigen::Affine2d T_outline_surface = surface.T_surface_outline().inverse();
+  const auto add = [&](const Ring2& ring) {
+    for (const Eigen::Vector2d& p : ring) vertices.push_back(place(T_outline_surface * p));
+  };
+  for (const Polygon& polygon : surface.polygons()) {
+    add(polygon.outer);
+    for (const Ring2& hole : polygon.holes) add(hole);
+  }
+  std::sort(vertices.begin(), vertices.end());
+  Points points;
+  for (const surfaces::Inlier& inlier : surface.sorted_inliers())
+    if (std::binary_search(vertices.begin(), vertices.end(), place(surface.outline_point(inlier.position))))
+      points.push_back(inlier.position);
+  return points;
+}
+
+/// Why points are on no plane.
+struct Refused {
+  surfaces::Refusal why;
+  Indices points;
+};
+
+/// III-C2 to C4 (Algorithm 2): normals, smooth regions, and of each, while it has more than n points, a
+/// plane, whose inliers are split where they lie more than h apart. Inliers are indices of the points.
+std::vector<PlaneFit> find_planes(const Points& points, const Parameters& parameters,
+                                  std::vector<Refused>* refused = nullptr) {
+  const std::size_t n = least_points(parameters);
+  const double h = parameters.max_hole_size();
+  const DetectionParameters& d = parameters.detection;
+  const auto refuse_small = [&](const Indices& its) {
+    const surfaces::Refusal why{Reason::too_few_points, static_cast<double>(its.size()),
+                                static_cast<double>(n + 1)};
+    if (refused != nullptr && its.size() <= n) refused->push_back({why, its});
+  };
+  std::vector<PlaneFit> planes;
+  if (points.size() <= n) {
+    Indices all(points.size());
+    std::iota(all.begin(), all.end(), 0U);
+    refuse_small(all);
+    return planes;
+  }
+  const std::vector<PointNormal> normals = mls_normals(points, parameters.search_radius());
+  Indices with_normal;
+  for (const PointNormal& normal : normals) with_normal.push_back(normal.point);
+  const Points smoothed = at(points, with_normal);
+  if (refused != nullptr)
+    for (const Indices& region : smooth_regions(smoothed, normals, d.smoothness_angle, d.max_curvature, 1))
+      refuse_small(at(with_normal, region));
+  for (const Indices& of_region : smooth_regions(smoothed, normals, d.smoothness_angle, d.max_curvature, n)) {
+    Indices region = at(with_normal, of_region);
+    while (region.size() > n) {
+      const PlaneFit fit = fit_plane(at(points, region), parameters.surface_tolerance(), d.ransac_iterations);
+      if (fit.inliers.empty()) break;
+      const Indices inliers = at(region, fit.inliers);
+      region = without(region, fit.inliers);
+      const Points on_plane = at(points, inliers);
+      if (refused != nullptr)
+        for (const Indices& cluster : clusters(on_plane, h, 1)) refuse_small(at(inliers, cluster));
+      for (const Indices& cluster : clusters(on_plane, h, n + 1))
+        planes.push_back({fit.plane, at(inliers, cluster)});
+    }
+    refuse_small(region);
+  }
+  return planes;
+}
+
+/// Of those that a surface takes; 0: none.
+std::vector<Assignment> assignments(const MapView& map, std::span<const VoxelKey> keys,
+                                    const std::vector<SurfaceId>& taken_by) {
+  std::vector<Assignment> taken;
+  for (std::size_t k = 0; k < keys.size(); ++k)
+    if (taken_by[k] != 0) taken.push_back({map.window.find(keys[k]), taken_by[k]});
+  return taken;
+}
+
+Found found_in(Readings readings, const MapView& map, std::span<const VoxelKey> keys) {
+  Found found{std::move(readings), {}, {}, {keys.begin(), keys.end()}, true};
+  Segmentation& planes = found.planes;
+  planes.labels.assign(found.readings.size(), detection::clutter);
+  for (const PlaneFit& plane : find_planes(positions(map, keys), map.parameters)) {
+    std::vector<Readings::Index> members;
+    Eigen::Vector3d toward_sensor = Eigen::Vector3d::Zero();
+    for (const std::uint32_t i : plane.inliers) {
+      members.push_back(found.readings.find(keys[i]));
+      planes.labels[members.back()] = static_cast<detection::Label>(planes.patches.size());
+      toward_sensor += found.readings[members.back()].view.cast<double>();
+    }
+    Plane facing = plane.plane;
+    if (facing.normal.dot(toward_sensor) < 0) facing = {-facing.normal, -facing.offset};
+    planes.patches.push_back(found.readings.patch_of(members, facing));
+    planes.patches.back().plane = facing;
+  }
+  return found;
+}
+
+}  // namespace
+
+std::vector<Assignment> PaperDetector::add_inliers(const MapView& map,
+                                                   std::span<const VoxelKey> fresh) const {
+  const double s = map.parameters.surface_tolerance();
+  const Points points = positions(map, fresh);
+  std::vector<SurfaceId> inside_of(fresh.size(), 0);
+  for (const SurfaceModel* surface : surfaces_near(map, fresh)) {
+    const Eigen::Isometry3d T_surface_map = surface->pose().inverse();
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      if (inside_of[k] != 0 || std::fabs(surface->distance(points[k])) > s) continue;
+      const Eigen::Vector3d in_frame = T_surface_map * points[k].cast<double>();
+      if (inside(surface->polygons(), in_frame.head<2>())) inside_of[k] = surface->id();
+    }
+  }
+  return assignments(map, fresh, inside_of);
+}
+
+std::vector<Assignment> PaperDetector::expand(const MapView& map, std::span<const VoxelKey> left) const {
+  const std::vector<const SurfaceModel*> surfaces = surfaces_near(map, left);
+  if (surfaces.empty()) return {};
+  const double s = map.parameters.surface_tolerance(), h = map.parameters.max_hole_size();
+  const Points points = positions(map, left);
+  RadiusSearch near(points);
+  std::vector<SurfaceId> taken(left.size(), 0);
+  for (const SurfaceModel* surface : surfaces) {
+    Points frontier = boundary(*surface);
+    for (std::size_t next = 0; next < frontier.size(); ++next)
+      for (const std::uint32_t j : near.within(frontier[next], h)) {
+        if (taken[j] != 0 || std::fabs(surface->distance(points[j])) > s) continue;
+        taken[j] = surface->id();
+        frontier.push_back(points[j]);
+      }
+  }
+  return assignments(map, left, taken);
+}
+
+detection::Waiting PaperDetector::due(const MapView& map, const occupancy::OccupancyMap& /*octree*/,
+                                      std::vector<VoxelKey> before, std::span<const VoxelKey> fresh,
+                                      std::vector<Assignment>& expanded) const {
+  std::set<VoxelKey> gained;
+  for (const Assignment& assignment : expanded) gained.insert(map.window[assignment.point].key);
+  std::vector<VoxelKey> all;
+  std::set_union(before.begin(), before.end(), fresh.begin(), fresh.end(), std::back_inserter(all));
+  std::erase_if(all, [&](VoxelKey key) { return !map.is_pending(key) || gained.contains(key); });
+  all = at(all, with_neighbors(positions(map, all), map.parameters.search_radius(), 2));
+  if (all.size() <= least_points(map.parameters)) return {{}, std::move(all)};
+  return {std::move(all), {}};
+}
+
+std::optional<Found> PaperDetector::detect(const MapView& map, const occupancy::OccupancyMap& octree,
+                                           std::span<const VoxelKey> due,
+                                           std::span<const Assignment> /*expanded*/) const {
+  if (due.empty()) return {};
+  const detection::Neighbourhood around{{due.begin(), due.end()}, {}, {}, {}};
+  return found_in(Readings(octree, map.window, around, map.noise), map, due);
+}
+
+std::optional<Found> PaperDetector::revise(const MapView& /*map*/, const occupancy::OccupancyMap& /*octree*/,
+                                           const std::set<SurfaceId>& /*touched*/) const {
+  return {};
+}
+
+std::vector<std::pair<SurfaceId, Plane>> PaperDetector::fit(const MapView& /*map*/,
+                                                            const std::set<SurfaceId>& /*surfaces*/) const {
+  return {};
+}
+
+Found PaperDetector::detect_anew(const MapView& map, const occupancy::OccupancyMap& octree) const {
+  Readings readings(octree, map.window, map.noise);
+  std::vector<VoxelKey> keys;
+  for (Readings::Index i = 0; i < readings.size(); ++i) keys.push_back(readings[i].key);
+  std::sort(keys.begin(), keys.end());
+  keys = at(keys, with_neighbors(positions(map, keys), map.parameters.search_radius(), 2));
+  return found_in(std::move(readings), map, keys);
+}
+
+std::map<VoxelKey, surfaces::Refusal> PaperDetector::refusals(const MapView& map,
+                                                              const occupancy::OccupancyMap& /*octree*/,
+                                                              std::span<const VoxelKey> pending) const {
+  std::map<VoxelKey, surfaces::Refusal> reasons;
+  for (const VoxelKey key : pending) reasons[key] = {Reason::isolated};
+  const std::vector<VoxelKey> all(pending.begin(), pending.end());
+  const std::vector<VoxelKey> kept =
+      at(all, with_neighbors(positions(map, pending), map.parameters.search_radius(), 2));
+  for (const VoxelKey key : kept) reasons[key] = {Reason::no_plane};
+  std::vector<Refused> refused;
+  const std::vector<PlaneFit> planes = find_planes(positions(map, kept), map.parameters, &refused);
+  for (const Refused& few : refused)
+    for (const std::uint32_t i : few.points) reasons[kept[i]] = few.why;
+  for (const PlaneFit& plane : planes)
+    for (const std::uint32_t i : plane.inliers) reasons[kept[i]] = {Reason::waiting};
+  return reasons;
+}
+
+}  // namespace octosurf::pcl
+
+namespace octosurf {
+
+void enable_paper_detector() {
+  static const pcl::PaperDetector detector;
+  detection::set_paper_detector(detector);
+}
+
+}  // namespace octosurf
