@@ -24,7 +24,8 @@ void ReadingModel::set_reach(double reach_m) {
     (reach(1, 1) < reach_m ? low : high) = along_sight_[1];
   }
   along_sight_[1] = nearest;
-  for (double& variance : along_sight_) variance = std::max(smallest, variance - nearest + high);
+  // Where residuals make the nearest class the worst, no other is surer than what is stated for it.
+  for (double& variance : along_sight_) variance = high + std::max(0.0, variance - nearest);
 }
 
 }  // namespace octosurf::sensing
