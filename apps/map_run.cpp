@@ -105,6 +105,7 @@ void MapRun::run(bool adopt, std::unique_ptr<ScanSource> source) {
     if (adopt) adopt_octree();
     if (source) map_scans(std::move(source));
     cut_short = interrupted;
+    if (!cut_short) drain();
     if (cut_short && !changed_)
       throw Error(Error::Kind::data, "", "interrupted before a scan was mapped", "nothing is written");
     finish();
@@ -183,6 +184,7 @@ void MapRun::insert_all(ScanFeed& feed) {
     if (!first) break;
     scans.clear();
     scans.push_back(std::move(*first));
+    if (is_pause(last_stamp_s_, scans.front().stamp_s)) drain();
     if (options_.realtime) wait_and_join(scans, feed);
     if (interrupted) break;
     const double start_s = now_s();
@@ -222,7 +224,8 @@ void MapRun::insert(std::span<const Scan> scans, const std::function<const Scan*
       changed_ = true;
       for (std::size_t i = 0; i < reports.size(); ++i)
         note(scans[i], reports[i], options_.realtime ? arrival_of(scans[i]) : start_s, done_s);
-      history_.add(*mapper_.snapshot(), scans[reports.size() - 1].stamp_s);
+      last_stamp_s_ = scans[reports.size() - 1].stamp_s;
+      history_.add(*mapper_.snapshot(), *last_stamp_s_);
       scans = scans.subspan(reports.size());
     } catch (const Error& error) {
       if (!options_.source.skip_bad || error.kind() != Error::Kind::data) throw;
@@ -230,6 +233,11 @@ void MapRun::insert(std::span<const Scan> scans, const std::function<const Scan*
       scans = scans.subspan(1);
     }
   }
+}
+
+void MapRun::drain() {
+  if (statistics_.drain(mapper_, [this] { return now_s(); }) && last_stamp_s_)
+    history_.add(*mapper_.snapshot(), *last_stamp_s_);
 }
 
 void MapRun::note(const Scan& scan, const ScanReport& report, double arrival_s, double done_s) {

@@ -71,6 +71,8 @@ class MapRun {
   void wait_and_join(std::vector<Scan>& scans, ScanFeed& feed);
   /// `next`: Mapper::insert_all.
   void insert(std::span<const Scan> scans, const std::function<const Scan*()>& next);
+  /// Mapper::drain, where the input ends or pauses.
+  void drain();
   void note(const Scan& scan, const ScanReport& report, double arrival_s, double done_s);
   /// Saves map and report, prints the summary.
   void finish();
@@ -100,6 +102,7 @@ class MapRun {
   bool changed_ = false;                  // the map, by this run
   bool finishing_ = false;
   std::unique_ptr<LiveServer> server_;  // before the mapper, which it asks, is gone
+  std::optional<double> last_stamp_s_;  // of the scans that were mapped
   double stamp_zero_s_ = 0;             // --realtime: a time stamp's arrival is stamp + stamp_zero_s_
 };
 

@@ -155,6 +155,7 @@ class Remap {
       Scan scan = io::read_archived_scan(files_[i]).scan();
       scan.T_map_sensor = poses_[i];
       scan.name = files_[i].string();
+      if (i > 0 && is_pause(headers_[i - 1].stamp_s, scan.stamp_s)) drain(mapper);
       const double arrival_s = now_s();
       ScanReport report = mapper.insert(scan);
       const double done_s = now_s();
@@ -164,6 +165,11 @@ class Remap {
       poses_[i] = report.alignment.T_map_sensor;
       progress.show(i + 1, std::to_string(mapper.snapshot()->surfaces.size()) + " surfaces");
     }
+    drain(mapper);
+  }
+
+  void drain(Mapper& mapper) {
+    statistics_.drain(mapper, [this] { return now_s(); });
   }
 
   /// Which surfaces are which: by where each archived point lies in both maps.

@@ -124,6 +124,10 @@ Json up_object(const Up& up) {
 }  // namespace
 
 std::string up_json(const Up& up) { return up_object(up).dump(); }
+bool is_pause(std::optional<double> last_stamp_s, double stamp_s) {
+  return last_stamp_s && stamp_s - *last_stamp_s > 1;
+}
+
 std::string parameters_json(const Parameters& parameters) { return parameters_object(parameters).dump(); }
 
 void RunStatistics::add(const Scan& scan, const ScanReport& report, double arrival_s, double done_s) {
@@ -142,10 +146,23 @@ void RunStatistics::add(const Scan& scan, const ScanReport& report, double arriv
   add_occupancy(report, arrival_s, done_s);
 }
 
+bool RunStatistics::drain(Mapper& mapper, const std::function<double()>& now_s) {
+  const double start_s = now_s();
+  const std::shared_ptr<const Snapshot> before = mapper.snapshot();
+  const ScanReport report = mapper.drain();
+  if (mapper.snapshot() == before) return false;
+  const double done_s = now_s();
+  drain_ms_.push_back(1e3 * (done_s - start_s));
+  if (first_detection_s_ < 0 && !report.born.empty()) first_detection_s_ = done_s - first_arrival_s_;
+  totals_.detected += report.detected;
+  return true;
+}
+
 void RunStatistics::add_occupancy(const ScanReport& report, double arrival_s, double done_s) {
   if (scan_ms_.empty()) first_arrival_s_ = arrival_s;
   if (first_detection_s_ < 0 && !report.born.empty()) first_detection_s_ = done_s - first_arrival_s_;
   scan_ms_.push_back(report.total_ms);
+  waiting_.push_back(static_cast<double>(report.waiting));
   for (std::size_t stage = 0; stage < stage_ms_.size(); ++stage)
     stage_ms_[stage].push_back(report.stage_ms[stage]);
   if (report.categorized > 0) lags_.push_back({done_s - arrival_s, report.categorized});
@@ -200,6 +217,8 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
     entry = spread(stage_ms_[stage], {{"p50", 0.5}, {"p95", 0.95}});
     entry["total"] = std::accumulate(stage_ms_[stage].begin(), stage_ms_[stage].end(), 0.0);
   }
+  json["waiting_points"] = spread(waiting_, {{"p50", 0.5}, {"p95", 0.95}});
+  json["drain_ms"] = drain_ms_;
   json["alignment"] = alignment_json(alignment_);
   json["alignment"]["closures"] = closures_json(closures_.all());
   json["alignment"]["sensor_error"] = sensor_error_json(alignment::sensor_error_of(map.state().alignment));

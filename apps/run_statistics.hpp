@@ -4,6 +4,8 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,6 +43,9 @@ class RunStatistics {
   /// The pass over an occupancy map: no scan and no sensor time, all else counts.
   void add_occupancy(const ScanReport& report, double arrival_s, double done_s);
 
+  /// Mapper::drain(), where the input ends or pauses. False if nothing waited.
+  bool drain(Mapper& mapper, const std::function<double()>& now_s);
+
   /// What docs/formats.md §1 lists. Of `map`, as it is after the run: octree, surfaces, area, pending points,
   /// double layers, cylinders and up (up_json()).
   /// `categorized_percent` is inliers over inliers and pending points of `map`: points that vanished
@@ -68,12 +73,18 @@ class RunStatistics {
   std::uint64_t scans_ = 0, scans_at_origin_ = 0;
   double first_stamp_s_ = 0, last_stamp_s_ = 0;
   double first_arrival_s_ = 0, first_detection_s_ = -1;  // -1: none yet
-  std::vector<double> scan_ms_;
+  std::vector<double> scan_ms_, drain_ms_;
+  std::vector<double> waiting_;  // readings, after each scan
   std::array<std::vector<double>, stage_names.size()> stage_ms_;
   std::vector<Lag> lags_;
   AlignmentTotals alignment_;
   mapper::LoopClosures closures_;
 };
+
+/// No scan came for so long that what waits is looked at as a whole: 1 s, 30 of a camera's frames, after
+/// which a quarter a scan has left nothing of it. By time stamps, so that the map does not depend on
+/// the machine.
+bool is_pause(std::optional<double> last_stamp_s, double stamp_s);
 
 /// Name → value of the parameters in force, as a JSON object: numbers, booleans, and the words
 /// get_parameter() has for what the scans decide ("estimated", "sensor"). Angles in degrees.

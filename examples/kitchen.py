@@ -30,6 +30,7 @@ if not recording:
 mapper = octosurf.Mapper(octosurf.Parameters(up=None))
 for scan in octosurf.open_scans(recording):
     report = mapper.insert(scan)
+mapper.drain()  # surfaces in what the scans' budget has left over
 octosurf_map = mapper.map()
 snapshot = octosurf_map.snapshot()
 up = octosurf.up_of(octosurf_map).direction.copy()

@@ -34,6 +34,10 @@ class PythonMapper {
     return map_->write([&scans](Mapper& mapper) { return mapper.insert_all(scans); });
   }
 
+  ScanReport drain() {
+    return map_->write([](Mapper& mapper) { return mapper.drain(); });
+  }
+
   /// Points are copied to where the scan's before lay: fresh memory would cost more than the copying does.
   ScanReport insert_points(const Points& points, const Eigen::Isometry3d& T_map_sensor, double stamp_s,
                            SensorKind sensor, std::string name) {
@@ -99,6 +103,7 @@ void bind_report(py::module_& module) {
       .def_readonly("added", &R::added, "New inliers of surfaces there before, inside them or at their rims.")
       .def_readonly("expanded", &R::expanded, "The same, over their boundaries.")
       .def_readonly("detected", &R::detected, "The same, given to them by detection.")
+      .def_readonly("waiting", &R::waiting, "New points in blocks whose turn has not come: Mapper.drain().")
       .def_readonly("alignment", &R::alignment,
                     "Alignment; its T_map_sensor is what the scan was inserted with.")
       .def_readonly("born", &R::born, "Surface ids.")
@@ -204,6 +209,11 @@ scan that insert() would refuse; if that is the first, throws its Error(data), a
            py::arg("name") = "",
            "Scan.from_depth(depth, intrinsics, T_map_camera, …) inserted: an image (H, W), uint16 units or "
            "metres.")
+      .def(
+          "drain", &PythonMapper::drain,
+          R"(Looks for surfaces in all that waits because scans had brought more than Parameters.detection.detection_budget.
+
+After the last scan, and whenever there is time. Without effect if nothing waits. Returns a ScanReport.)")
       .def("detect_in_occupancy", &PythonMapper::detect_in_occupancy,
            "Surfaces of an occupancy map without scans (map_from_octomap()): a ScanReport.")
       .def("merge", &PythonMapper::merge, py::arg("other"),

@@ -54,6 +54,10 @@ void bind_detection_parameters(py::module_& module) {
              "rad: region growing, normal difference: the paper's detector, and cylinders.")
       .field("max_curvature", &P::max_curvature, "Region growing, surface variation: likewise.")
       .field("ransac_iterations", &P::ransac_iterations, "RANSAC: likewise.")
+      .field(
+          "detection_budget", &P::detection_budget,
+          "Pending readings in which a scan looks for surfaces at most, or a quarter of those that wait, if "
+          "that is more; Mapper.drain() looks at the rest. 0: all at once.")
       .field("detect_cylinders", &P::detect_cylinders,
              "Look for pillars, rails and rungs among what no plane took.");
 }

@@ -50,6 +50,7 @@ struct ScanReport {
   std::size_t added = 0;     ///< new inliers of surfaces that were there before, inside them or at their rims
   std::size_t expanded = 0;  ///< by which they expanded over their boundaries
   std::size_t detected = 0;  ///< that detection gave them
+  std::size_t waiting = 0;   ///< new readings in blocks whose turn has not come, see Mapper::drain()
   Alignment alignment;  ///< of the pose; alignment.T_map_sensor is the one that the scan was inserted with
   std::vector<SurfaceId> born;    ///< surfaces that appeared
   std::vector<SurfaceId> grown;   ///< that were given points
@@ -78,10 +79,10 @@ struct MergeReport {
 /// Keeps a map and its surfaces up to date, scan by scan (the paper's system).
 ///
 /// 1. Same scans and parameters, same map, byte for byte, whatever `threads` is.
-/// 2. All or nothing: whatever insert(), insert_all(), merge(), detect_in_occupancy() and resegment() throw,
-///    an Error because something is refused or std::bad_alloc in the middle, the map is byte for byte what it
-///    was before the call, and goes on from there: free some memory and insert the scan again, or leave it
-///    out.
+/// 2. All or nothing: whatever insert(), insert_all(), drain(), merge(), detect_in_occupancy() and
+///    resegment() throw, an Error because something is refused or std::bad_alloc in the middle, the map is
+///    byte for byte what it was before the call, and goes on from there: free some memory and insert the scan
+///    again, or leave it out.
 /// 3. snapshot() may be called from any thread at any time and never waits for insert().
 /// 4. To take back what was begun may need memory, too. If there is none, the next call of the mapper does
 ///    what is left, or throws std::bad_alloc again; until then save_map() and all else that is asked of a Map
@@ -90,7 +91,7 @@ struct MergeReport {
 /// One thread at a time may call insert(). Threads that the system does not grant are done without.
 class Mapper {
  public:
-  /// `threads` in [1, 256] share a scan's points and rays; the surfaces are one thread's work. Throws
+  /// `threads` in [1, 256] share a scan's points and rays, and the outlines of what has changed. Throws
   /// Error(usage), also if the parameters' detector is `paper` and the program has not called
   /// enable_paper_detector() (adapters/paper_detector.hpp).
   explicit Mapper(const Parameters& parameters = {}, int threads = 1);
@@ -104,6 +105,8 @@ class Mapper {
   /// Throws Error(data), and leaves the map as it was, if the pose is not rigid or outside the octree, if its
   /// `readings` do not go with its points, and if the surfaces' ids could run out.
   /// A scan that is clearly off and not to be put right is not inserted, see AlignmentOutcome::set_aside.
+  /// Its readings are in the octree and on the surfaces that are known when this returns; of new surfaces, as
+  /// many are looked for as DetectionParameters::detection_budget allows: drain() finds the rest.
   ScanReport insert(const Scan& scan);
 
   /// Scans that have come while others were mapped: each goes into the octree by itself, in order. Surfaces
@@ -125,6 +128,12 @@ class Mapper {
   /// copy of the scan. What is done so counts in the stages' times and in `total_ms`, though nobody waits for
   /// it.
   std::vector<ScanReport> insert_all(std::span<const Scan> scans, const std::function<const Scan*()>& next);
+
+  /// Looks for surfaces in all that waits because scans had brought more than
+  /// DetectionParameters::detection_budget: after the last scan, and whenever there is time. After it nothing
+  /// waits. Without effect, not even a new revision, if nothing does. Throws Error(data) if the surfaces' ids
+  /// could run out; see 2 above. Cost: some 30 µs for each reading that waits.
+  ScanReport drain();
 
   /// Surfaces of an existing occupancy map, without scans: where occupied voxels border on space a
   /// sensor can have been in, the middle of those that lie behind one another becomes a point, seen from

@@ -47,6 +47,11 @@ enum class DetectorKind {
 struct DetectionParameters {
   DetectorKind detector = DetectorKind::likelihood;  ///< stays the map's own
   std::optional<int> min_surface_points;             ///< n; empty: derived
+  /// Pending readings in which a scan looks for surfaces at most, or a quarter of those that wait, if that is
+  /// more; what is over waits for the next scan or Mapper::drain(). 0: all at once. Not the paper's detector.
+  /// 30 µs for each, so 1,000 take as long as a camera takes for a frame; by the quarter none waits for long,
+  /// however much comes: after eight scans, a quarter of a second, a tenth of it is left.
+  int detection_budget = 1000;
   bool detect_cylinders = true;         ///< look for pillars, rails and rungs among what no plane took
   std::optional<double> search_radius;  ///< r, m: the paper's detector: of outliers and normals; cylinders:
                                         ///< largest neighbourhood; empty: derived

@@ -9,6 +9,11 @@
 #include <octosurf/map.hpp>
 
 namespace octosurf::dds {
+namespace {
+
+constexpr std::int64_t pause_ns = 1'000'000'000;  // without a scan, by time stamps, as `octosurf map`
+
+}  // namespace
 
 Mapping::Mapping(Map start, const NodeOptions& options)
     : options_(options),
@@ -92,7 +97,9 @@ void Mapping::map_scan(const ScanQueue::Item& item, const std::stop_token& stop)
   const auto latest = item.came + std::chrono::duration_cast<Sensors::Clock::duration>(
                                       std::chrono::duration<double>(options_.wait_s));
   const ReceivedScan received = sensors_.scan_of(item.message.bytes(), item.message.sent_ns(), latest, stop);
+  if (last_stamp_ns_ && received.stamp_ns - *last_stamp_ns_ > pause_ns) mapper_->drain();
   const ScanReport report = mapper_->insert(received.scan);
+  last_stamp_ns_ = received.stamp_ns;
   changed_ = true;
   publish_snapshot(received.stamp_ns);
   const std::lock_guard lock(mutex_);
@@ -189,6 +196,7 @@ void Mapping::finish() {
   thread_.request_stop();
   if (thread_.joinable()) thread_.join();
   if (failure_) std::rethrow_exception(failure_);
+  mapper_->drain();
   if (changed_) save_map(mapper_->map(), own_);
 }
 

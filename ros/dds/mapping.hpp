@@ -77,9 +77,10 @@ class Mapping {
 
   const NodeOptions& options_;
   Sensors sensors_;
-  std::unique_ptr<Mapper> mapper_;  // of the thread, as are the next three
+  std::unique_ptr<Mapper> mapper_;  // of the thread, as are the next four
   std::string own_;                 // stem of the node's own map
   Sensors::Clock::time_point saved_ = Sensors::Clock::now();
+  std::optional<std::int64_t> last_stamp_ns_;
   bool changed_ = false;  // since it was saved
 
   mutable std::mutex mutex_;  // of what follows

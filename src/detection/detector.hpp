@@ -19,10 +19,11 @@ struct Assignment {
   SurfaceId surface = 0;
 };
 
-/// Pending points that are worth segmenting now, and those that wait on.
-struct Waiting {
-  std::vector<geometry::VoxelKey> due;   ///< key order
-  std::vector<geometry::VoxelKey> left;  ///< key order
+/// Pending points that are worth segmenting now, and what waits on.
+struct Due {
+  std::vector<geometry::VoxelKey> points;  ///< key order
+  surfaces::PendingQueue left;
+  std::size_t waiting = 0;  ///< points of left.fresh in blocks of left.blocks
 };
 
 /// Planes of a part of the map, for write_surfaces().
@@ -48,19 +49,19 @@ class Detector {
   /// III-B2: what surfaces gain beyond their boundaries. `left`: pending points in key order.
   virtual std::vector<Assignment> expand(const surfaces::MapView& map,
                                          std::span<const geometry::VoxelKey> left) const = 0;
-  /// III-C1: of `before`, which wait already, and `fresh`, both in key order, those to be segmented now.
-  /// `expanded` is what surfaces are to gain, and does not wait; what should be segmented all the same is
-  /// taken out of it.
-  virtual Waiting due(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
-                      std::vector<geometry::VoxelKey> before, std::span<const geometry::VoxelKey> fresh,
-                      std::vector<Assignment>& expanded) const = 0;
+  /// III-C1: of `before`, which wait already, and `fresh`, in key order, those to be segmented now: `all`, or
+  /// those for which there is a budget. `expanded` is what surfaces are to gain, and does not wait; what
+  /// should be segmented all the same is taken out of it.
+  virtual Due due(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
+                  surfaces::PendingQueue before, std::span<const geometry::VoxelKey> fresh, bool all,
+                  std::vector<Assignment>& expanded) const = 0;
   /// III-C: planes of what is due. `expanded` has been assigned.
   virtual std::optional<Found> detect(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
                                       std::span<const geometry::VoxelKey> due,
                                       std::span<const Assignment> expanded) const = 0;
-  /// Planes of surfaces that are looked at again, of `touched`, which this scan has changed.
+  /// Planes of surfaces that are looked at again, because their size has changed (SurfaceModel).
   virtual std::optional<Found> revise(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
-                                      const std::set<SurfaceId>& touched) const = 0;
+                                      const std::set<SurfaceId>& changed) const = 0;
   /// The planes that these surfaces should have now.
   virtual std::vector<std::pair<SurfaceId, Plane>> fit(const surfaces::MapView& map,
                                                        const std::set<SurfaceId>& surfaces) const = 0;

@@ -39,14 +39,15 @@ bool Heirs::alone(SurfaceId before) const {
          shares.all - most(shares)->second <= sensing::ReadingModel::outlier_share * shares.all;
 }
 
-std::vector<SurfaceId> Heirs::keepers(std::size_t labels) const {
+std::vector<SurfaceId> Heirs::keepers(std::size_t labels, const std::set<SurfaceId>& unpublished) const {
   std::vector<SurfaceId> keepers(labels, 0);
-  std::vector<double> most_readings(labels, 0);
+  std::vector<std::pair<bool, double>> most_readings(labels, {false, 0});
   for (const auto& [id, shares] : of_) {
     if (shares.with.empty()) continue;
     const auto& [label, shared] = *most(shares);
-    if (shared <= most_readings[label]) continue;
-    most_readings[label] = shared;
+    const std::pair claim(!unpublished.contains(id), shared);
+    if (claim <= most_readings[label]) continue;
+    most_readings[label] = claim;
     keepers[label] = id;
   }
   return keepers;

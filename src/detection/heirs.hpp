@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <map>
+#include <set>
 #include <vector>
 
 namespace octosurf::detection {
@@ -20,8 +21,8 @@ class Heirs {
   /// It has all but the share of outliers that the model expects.
   bool alone(SurfaceId before) const;
   /// By label, the surface whose id it goes on with: of those whose heir it is, the one of which it has the
-  /// most readings, the older one on a tie; 0 if there is none.
-  std::vector<SurfaceId> keepers(std::size_t labels) const;
+  /// most readings, the older one on a tie; 0 if there is none. Those that nobody has seen yet come last.
+  std::vector<SurfaceId> keepers(std::size_t labels, const std::set<SurfaceId>& unpublished) const;
   /// By label, the surface that had most of its readings; 0 if none had.
   std::vector<SurfaceId> origins(std::size_t labels) const;
 

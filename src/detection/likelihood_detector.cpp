@@ -3,6 +3,7 @@
 #include "detection/expand.hpp"
 #include "detection/neighbourhood.hpp"
 #include "detection/segment.hpp"
+#include "detection/tiles.hpp"
 #include "detection/waiting.hpp"
 
 #include <algorithm>
@@ -13,6 +14,11 @@ namespace {
 using geometry::VoxelKey;
 using surfaces::MapView;
 
+/// Effort, readings: of larger surfaces only where their tiles disagree, a twentieth mostly. What smaller
+/// ones are decides more than their own tiles say: whose the readings at their rims are, and those across
+/// gaps.
+constexpr std::size_t largest_looked_at_whole = 5000;
+
 /// Of planes refused for their number alone, the readings that are pending.
 std::vector<VoxelKey> too_few(const Readings& readings, const Segmentation& planes) {
   std::vector<VoxelKey> keys;
@@ -21,13 +27,14 @@ std::vector<VoxelKey> too_few(const Readings& readings, const Segmentation& plan
   return keys;
 }
 
-/// `anew`: surfaces whose inliers begin without a label.
+/// `anew`: surfaces whose inliers begin without a label; `unlabelled`: others' that do.
 std::optional<Found> segment_in(const MapView& map, const occupancy::OccupancyMap& octree,
-                                const Neighbourhood& around, std::span<const SurfaceId> anew) {
+                                const Neighbourhood& around, std::span<const SurfaceId> anew,
+                                std::span<const VoxelKey> unlabelled) {
   if (around.voxels.empty()) return {};
   std::optional<Found> found(std::in_place, Readings(octree, map.window, around, map.noise));
-  found->planes =
-      segment(found->readings, limits_of(map.parameters), known_about(found->readings, map.surfaces, anew));
+  found->planes = segment(found->readings, limits_of(map.parameters),
+                          known_about(found->readings, map.surfaces, anew, unlabelled));
   found->beside = newly_explained(*found);
   return found;
 }
@@ -43,28 +50,36 @@ std::vector<Assignment> LikelihoodDetector::expand(const MapView& map, std::span
   return detection::expand(map, left);
 }
 
-Waiting LikelihoodDetector::due(const MapView& map, const occupancy::OccupancyMap& octree,
-                                std::vector<VoxelKey> before, std::span<const VoxelKey> fresh,
-                                std::vector<Assignment>& expanded) const {
-  return due_to_segment(map, octree, std::move(before), fresh, expanded);
+Due LikelihoodDetector::due(const MapView& map, const occupancy::OccupancyMap& octree,
+                            surfaces::PendingQueue before, std::span<const VoxelKey> fresh, bool all,
+                            std::vector<Assignment>& expanded) const {
+  return due_to_segment(map, octree, std::move(before), fresh, all, expanded);
 }
 
 std::optional<Found> LikelihoodDetector::detect(const MapView& map, const occupancy::OccupancyMap& octree,
                                                 std::span<const VoxelKey> due,
                                                 std::span<const Assignment> expanded) const {
   std::optional<Found> found =
-      segment_in(map, octree, neighbourhood_of(map, due, touching(map, expanded)), {});
+      segment_in(map, octree, neighbourhood_of(map, due, touching(map, expanded)), {}, {});
   if (found) found->still_new = waiting_on(too_few(found->readings, found->planes));
   return found;
 }
 
 std::optional<Found> LikelihoodDetector::revise(const MapView& map, const occupancy::OccupancyMap& octree,
-                                                const std::set<SurfaceId>& touched) const {
+                                                const std::set<SurfaceId>& changed) const {
+  const sensing::ReadingModel model(map.noise, map.grid.resolution());
   std::vector<SurfaceId> anew;
-  for (const SurfaceId id : touched)
-    if (map.surfaces.find(id)->size_has_changed()) anew.push_back(id);
-  if (anew.empty()) return {};
-  return segment_in(map, octree, neighbourhood_of(map, anew), anew);
+  std::vector<VoxelKey> unlabelled;
+  for (const SurfaceId id : changed) {
+    const surfaces::SurfaceModel& surface = *map.surfaces.find(id);
+    std::vector<VoxelKey> disagree;
+    if (surface.size() > largest_looked_at_whole) disagree = where_tiles_disagree(surface, model);
+    if (surface.size() > largest_looked_at_whole && 2 * disagree.size() <= surface.size())
+      unlabelled.insert(unlabelled.end(), disagree.begin(), disagree.end());
+    else
+      anew.push_back(id);
+  }
+  return segment_in(map, octree, neighbourhood_of(map, anew, unlabelled), anew, unlabelled);
 }
 
 std::vector<std::pair<SurfaceId, Plane>> LikelihoodDetector::fit(const MapView& map,

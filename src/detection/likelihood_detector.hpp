@@ -14,18 +14,18 @@ class LikelihoodDetector final : public Detector {
   std::vector<Assignment> expand(const surfaces::MapView& map,
                                  std::span<const geometry::VoxelKey> left) const override;
   /// due_to_segment() (waiting.hpp).
-  Waiting due(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
-              std::vector<geometry::VoxelKey> before, std::span<const geometry::VoxelKey> fresh,
-              std::vector<Assignment>& expanded) const override;
+  Due due(const surfaces::MapView& map, const occupancy::OccupancyMap& octree, surfaces::PendingQueue before,
+          std::span<const geometry::VoxelKey> fresh, bool all,
+          std::vector<Assignment>& expanded) const override;
   /// Segments what is due and, of `expanded`, what another surface explains, too. Surfaces around take part
   /// as sums, and are met across gaps up to h (neighbourhood.hpp).
   std::optional<Found> detect(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
                               std::span<const geometry::VoxelKey> due,
                               std::span<const Assignment> expanded) const override;
-  /// Surfaces that have doubled, or lost a third, since they were looked at as wholes: their points begin
-  /// without a label.
+  /// Their points begin without a label; of large surfaces, those where tiles disagree (tiles.hpp), while the
+  /// rest are sums.
   std::optional<Found> revise(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
-                              const std::set<SurfaceId>& touched) const override;
+                              const std::set<SurfaceId>& changed) const override;
   std::vector<std::pair<SurfaceId, Plane>> fit(const surfaces::MapView& map,
                                                const std::set<SurfaceId>& surfaces) const override;
   bool outlines_inliers_alone() const override { return false; }

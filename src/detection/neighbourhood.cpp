@@ -187,14 +187,17 @@ Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const geo
   return std::move(collector).with_surroundings();
 }
 
-Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const SurfaceId> surfaces) {
+Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const SurfaceId> surfaces,
+                               std::span<const geometry::VoxelKey> inliers) {
   Collector collector(map);
+  for (const geometry::VoxelKey key : inliers) collector.add_voxel(key);
   for (const SurfaceId id : surfaces) collector.add_surface(*map.surfaces.find(id));
   return std::move(collector).with_surroundings();
 }
 
 Segmentation known_about(const Readings& readings, const surfaces::SurfaceStore& surfaces,
-                         std::span<const SurfaceId> forgotten) {
+                         std::span<const SurfaceId> forgotten,
+                         std::span<const geometry::VoxelKey> unlabelled) {
   Segmentation known;
   known.labels.assign(readings.size_with_context(), clutter);
   std::map<SurfaceId, Label> label_of;
@@ -215,6 +218,7 @@ Segmentation known_about(const Readings& readings, const surfaces::SurfaceStore&
     if (const Patch sums = around[label - 1].outside(); sums.readings > 0)
       known.outside.push_back({id, label, sums});
   }
+  for (const geometry::VoxelKey key : unlabelled) known.labels[readings.find(key)] = clutter;
   refit_patches(readings, Junctions(readings, known.labels, known.patches), known);
   return known;
 }

@@ -14,14 +14,16 @@ namespace octosurf::detection {
 /// follows what is given.
 Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const geometry::VoxelKey> due,
                                std::span<const geometry::VoxelKey> touching);
-/// The same around all inliers of some surfaces.
-Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const SurfaceId> surfaces);
+/// The same around all inliers of some surfaces, and some of others.
+Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const SurfaceId> surfaces,
+                               std::span<const geometry::VoxelKey> inliers = {});
 
 /// What is known of readings before they are looked at anew: the labels of their surfaces, but for those of
 /// `forgotten`, and sums of what these have outside, their context among it. Inliers outside weigh as those
 /// of their class of distance among the readings do, and were hit as often. `forgotten` must be among the
-/// readings wholly, none of it as context.
+/// readings wholly, none of it as context. `unlabelled`: readings that begin without a label, too.
 Segmentation known_about(const Readings& readings, const surfaces::SurfaceStore& surfaces,
-                         std::span<const SurfaceId> forgotten);
+                         std::span<const SurfaceId> forgotten,
+                         std::span<const geometry::VoxelKey> unlabelled = {});
 
 }  // namespace octosurf::detection

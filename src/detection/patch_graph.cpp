@@ -14,20 +14,19 @@ void PatchGraph::meet(Label a, Label b, const Eigen::Vector3d& at, double pairs)
   contacts_[b][a].add(contact);
 }
 
-double PatchGraph::gain(Label a, Label b, const Contact& contact) const {
-  const Patch &pa = patches_[a], &pb = patches_[b];
-  if (pa.plane.normal.dot(pb.plane.normal) < Constants::least_cosine)
+double gain_of_merging(const Patch& a, const Patch& b, const Eigen::Vector3d& at, double pairs) {
+  if (a.plane.normal.dot(b.plane.normal) < Constants::least_cosine)
     return -std::numeric_limits<double>::infinity();
-  double evidence = log_same(pa, pb, contact.sum / contact.places);
-  const Patch &large = pa.readings < pb.readings ? pb : pa, &small = pa.readings < pb.readings ? pa : pb;
-  if (small.readings <= Constants::largest_tail * large.readings && contact.pairs > 0)
+  double evidence = log_same(a, b, at);
+  const Patch &large = a.readings < b.readings ? b : a, &small = a.readings < b.readings ? a : b;
+  if (small.readings <= Constants::largest_tail * large.readings && pairs > 0)
     evidence = std::max(evidence, log_tail(large, small));
-  const double gained = evidence + Constants::rim_cost * contact.pairs;
+  const double gained = evidence + Constants::rim_cost * pairs;
   if (!(gained > 0)) return gained;
   // However much a rim between them would cost, a plane that the readings do not belong to tells nothing.
-  Patch both = pa;
-  both.take(pb);
-  if (pa.explained_by(both.plane) < 0 || pb.explained_by(both.plane) < 0)
+  Patch both = a;
+  both.take(b);
+  if (a.explained_by(both.plane) < 0 || b.explained_by(both.plane) < 0)
     return -std::numeric_limits<double>::infinity();
   return gained;
 }
@@ -47,7 +46,8 @@ void PatchGraph::judge(Label a, Label b) {
   if (a > b) std::swap(a, b);
   Contact& contact = contact_of(a, b);
   contact.judged = age(a, b);
-  const double gained = gain(a, b, contact);
+  const double gained =
+      gain_of_merging(patches_[a], patches_[b], contact.sum / contact.places, contact.pairs);
   if (gained > 0) queue_.push({gained, a, b, age(a, b)});
 }
 

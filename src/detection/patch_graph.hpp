@@ -10,6 +10,10 @@
 
 namespace octosurf::detection {
 
+/// Nats by which one plane explains two patches better than two do: the criterion. They meet at `at`, with so
+/// many pairs of neighbouring voxels.
+double gain_of_merging(const Patch& a, const Patch& b, const Eigen::Vector3d& at, double pairs);
+
 /// Patches and where they meet. Merges what one plane explains better than two, best first.
 class PatchGraph {
  public:
@@ -47,7 +51,6 @@ class PatchGraph {
   };
   using Contacts = std::map<Label, Contact>;
 
-  double gain(Label a, Label b, const Contact& contact) const;
   unsigned age(Label a, Label b) const { return mergers_[a] + mergers_[b]; }
   Contact& contact_of(Label a, Label b) { return contacts_[std::min(a, b)].at(std::max(a, b)); }
   void judge(Label a, Label b);

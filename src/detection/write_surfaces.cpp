@@ -36,7 +36,7 @@ class Writing {
 
   /// Which surface each label is from now on.
   void name_labels() {
-    const std::vector<SurfaceId> keepers = heirs_.keepers(made_.size()),
+    const std::vector<SurfaceId> keepers = heirs_.keepers(made_.size(), ledger_.changes.born),
                                  origins = heirs_.origins(made_.size());
     for (Label label = 1; label < made_.size(); ++label) {
       if (keepers[label] != 0) {

@@ -118,12 +118,11 @@ void SurfaceUpdate::find_surfaces(const ForeignSurfaces* foreign) {
   });
   std::vector<Assignment> gained =
       time(Stage::expand, [&] { return detector_.expand(*ledger_, pending_of(fresh)); });
-  detection::Waiting waiting;
+  detection::Due due;
   std::optional<detection::Found> found = time(Stage::detect, [&] {
-    waiting =
-        detector_.due(*ledger_, state_.occupancy, std::move(state_.accumulated), pending_of(fresh), gained);
+    due = detector_.due(*ledger_, state_.occupancy, std::move(state_.queue), pending_of(fresh), all_, gained);
     detection::assign(*ledger_, gained);
-    return detector_.detect(*ledger_, state_.occupancy, waiting.due, gained);
+    return detector_.detect(*ledger_, state_.occupancy, due.points, gained);
   });
   std::vector<geometry::VoxelKey> explained, still_new;
   if (found) {
@@ -139,11 +138,12 @@ void SurfaceUpdate::find_surfaces(const ForeignSurfaces* foreign) {
   for (const geometry::VoxelKey key : explained)
     report.detected += ledger_->window[ledger_->window.find(key)].surface < first_new;
   time(Stage::revise, [&] { revise(gained); });
-  state_.accumulated = std::move(waiting.left);
+  report.waiting = due.waiting;
+  state_.queue = std::move(due.left);
   accumulate(still_new);
   accumulate(std::exchange(ledger_->changes.requeued, {}));  // once enough has come there
-  put_in_order(state_.accumulated);
-  time(Stage::cylinders, [&] { left_over_ = left_for_cylinders(*ledger_, fresh, waiting.due); });
+  put_in_order(state_.queue.fresh);
+  time(Stage::cylinders, [&] { left_over_ = left_for_cylinders(*ledger_, fresh, due.points); });
 }
 
 void SurfaceUpdate::bring_outlines_up_to_date() {
@@ -159,11 +159,15 @@ void SurfaceUpdate::expand_beside(std::span<const geometry::VoxelKey> keys, std:
   gained.insert(gained.end(), more.begin(), more.end());
 }
 
-/// Fits the planes of surfaces that have grown since theirs was fitted, and of those that lost points or saw
-/// them better and whose neighbourhood is what it was.
+/// Looks again at surfaces whose size has changed. Fits the planes of those that have grown since theirs was
+/// fitted, and of those that lost points or saw them better and whose neighbourhood is what it was.
 void SurfaceUpdate::revise(std::vector<Assignment>& gained) {
   surfaces::Changes& changes = ledger_->changes;
-  if (const auto found = detector_.revise(*ledger_, state_.occupancy, changes.touched())) {
+  std::set<SurfaceId> changed = changes.touched();
+  std::erase_if(changed, [&](SurfaceId id) { return !ledger_->find(id)->size_has_changed(); });
+  const auto found = detector_.revise(*ledger_, state_.occupancy, changed);
+  for (const SurfaceId id : changed) ledger_->find(id)->set_checked();
+  if (found) {
     write_surfaces(*ledger_, *found, detection::Planes::touched);
     expand_beside(found->beside, gained);
   }
@@ -179,7 +183,7 @@ void SurfaceUpdate::revise(std::vector<Assignment>& gained) {
 
 void SurfaceUpdate::accumulate(std::span<const geometry::VoxelKey> keys) {
   for (const geometry::VoxelKey key : keys)
-    if (ledger_->is_pending(key)) state_.accumulated.push_back(key);
+    if (ledger_->is_pending(key)) state_.queue.fresh.push_back(key);
 }
 
 void SurfaceUpdate::count_categorized() {
@@ -202,8 +206,9 @@ void SurfaceUpdate::publish() {
   report.shrunk = list_of(changes.shrunk);
   report.merged = list_of(changes.merged);
   report.gone = list_of(changes.gone);
-  snapshot_ = time(Stage::derive,
-                   [&] { return upkeep::derive(state_, changes, detector_.outlines_inliers_alone()); });
+  snapshot_ = time(Stage::derive, [&] {
+    return upkeep::derive(state_, changes, detector_.outlines_inliers_alone(), threads_);
+  });
 }
 
 std::vector<ScanReport> SurfaceUpdate::finish() {

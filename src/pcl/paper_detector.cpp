@@ -220,17 +220,19 @@ std::vector<Assignment> PaperDetector::expand(const MapView& map, std::span<cons
   return assignments(map, left, taken);
 }
 
-detection::Waiting PaperDetector::due(const MapView& map, const occupancy::OccupancyMap& /*octree*/,
-                                      std::vector<VoxelKey> before, std::span<const VoxelKey> fresh,
-                                      std::vector<Assignment>& expanded) const {
+detection::Due PaperDetector::due(const MapView& map, const occupancy::OccupancyMap& /*octree*/,
+                                  surfaces::PendingQueue before, std::span<const VoxelKey> fresh,
+                                  bool /*all*/, std::vector<Assignment>& expanded) const {
   std::set<VoxelKey> gained;
   for (const Assignment& assignment : expanded) gained.insert(map.window[assignment.point].key);
-  std::vector<VoxelKey> all;
-  std::set_union(before.begin(), before.end(), fresh.begin(), fresh.end(), std::back_inserter(all));
-  std::erase_if(all, [&](VoxelKey key) { return !map.is_pending(key) || gained.contains(key); });
-  all = at(all, with_neighbors(positions(map, all), map.parameters.search_radius(), 2));
-  if (all.size() <= least_points(map.parameters)) return {{}, std::move(all)};
-  return {std::move(all), {}};
+  std::vector<VoxelKey> waits;
+  std::set_union(before.fresh.begin(), before.fresh.end(), fresh.begin(), fresh.end(),
+                 std::back_inserter(waits));
+  std::erase_if(waits, [&](VoxelKey key) { return !map.is_pending(key) || gained.contains(key); });
+  waits = at(waits, with_neighbors(positions(map, waits), map.parameters.search_radius(), 2));
+  detection::Due due;
+  (waits.size() > least_points(map.parameters) ? due.points : due.left.fresh) = std::move(waits);
+  return due;
 }
 
 std::optional<Found> PaperDetector::detect(const MapView& map, const occupancy::OccupancyMap& octree,
@@ -242,7 +244,7 @@ std::optional<Found> PaperDetector::detect(const MapView& map, const occupancy::
 }
 
 std::optional<Found> PaperDetector::revise(const MapView& /*map*/, const occupancy::OccupancyMap& /*octree*/,
-                                           const std::set<SurfaceId>& /*touched*/) const {
+                                           const std::set<SurfaceId>& /*changed*/) const {
   return {};
 }
 

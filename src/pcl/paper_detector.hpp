@@ -24,14 +24,14 @@ class PaperDetector final : public detection::Detector {
 
   std::vector<Assignment> add_inliers(const MapView& map, std::span<const VoxelKey> fresh) const override;
   std::vector<Assignment> expand(const MapView& map, std::span<const VoxelKey> left) const override;
-  detection::Waiting due(const MapView& map, const occupancy::OccupancyMap& octree,
-                         std::vector<VoxelKey> before, std::span<const VoxelKey> fresh,
-                         std::vector<Assignment>& expanded) const override;
+  detection::Due due(const MapView& map, const occupancy::OccupancyMap& octree, surfaces::PendingQueue before,
+                     std::span<const VoxelKey> fresh, bool all,
+                     std::vector<Assignment>& expanded) const override;
   std::optional<detection::Found> detect(const MapView& map, const occupancy::OccupancyMap& octree,
                                          std::span<const VoxelKey> due,
                                          std::span<const Assignment> expanded) const override;
   std::optional<detection::Found> revise(const MapView& map, const occupancy::OccupancyMap& octree,
-                                         const std::set<SurfaceId>& touched) const override;
+                                         const std::set<SurfaceId>& changed) const override;
   std::vector<std::pair<SurfaceId, Plane>> fit(const MapView& map,
                                                const std::set<SurfaceId>& surfaces) const override;
   bool outlines_inliers_alone() const override { return true; }

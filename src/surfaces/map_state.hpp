@@ -5,6 +5,7 @@
 #include "surfaces/alignment_state.hpp"
 #include "surfaces/atomic_shared_ptr.hpp"
 #include "surfaces/cylinder_store.hpp"
+#include "surfaces/pending_queue.hpp"
 #include "surfaces/seen_patches.hpp"
 #include "surfaces/surface_store.hpp"
 
@@ -35,8 +36,7 @@ struct MapState {
   AlignmentState alignment;
   SeenPatches patches;
   DepartureLog departures;
-  std::vector<geometry::VoxelKey>
-      accumulated;         ///< pending points that wait for the next detection run, key order
+  PendingQueue queue;
   std::size_t points = 0;  ///< voxels that hold one
   std::uint64_t scans = 0;
   std::uint64_t revision = 0;

@@ -134,6 +134,8 @@ std::vector<Entry> make_entries() {
             {"preserve_surfaces", "", "grazing rays do not erode surfaces"}),
       plain(d, &D::detect_cylinders, Form::flag,
             {"detect_cylinders", "", "look for pillars, rails and rungs among what no plane took"}),
+      plain(d, &D::detection_budget, Form::integer,
+            {"detection_budget", "", "pending readings looked at in a scan, at least a quarter; 0: all"}),
       choice(
           d, &D::detector, {"likelihood", "paper"},
           {"detector", "", "how surfaces are found: likelihood, or the paper's thresholds and PCL's parts"}),
@@ -262,6 +264,7 @@ void Parameters::validate() const {
   check("normal_radius", normal_radius() >= o.resolution && normal_radius() <= search_radius() * (1 + 1e-9),
         "between 1 voxel and search_radius");
   check("min_surface_points", min_surface_points() >= 3, "at least 3");
+  check("detection_budget", d.detection_budget >= 0, "at least 0");
   check("smoothness_angle", d.smoothness_angle > 0 && d.smoothness_angle <= std::numbers::pi / 2,
         "in (0, 90] degrees");
   check("max_curvature", d.max_curvature > 0 && d.max_curvature <= 1.0 / 3, "in (0, 1/3]");

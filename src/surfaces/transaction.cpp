@@ -9,7 +9,7 @@ Transaction::Records::Records(const MapState& state)
     : noise(state.noise),
       alignment(state.alignment),
       departures(state.departures),
-      accumulated(state.accumulated),
+      queue(state.queue),
       points(state.points),
       scans(state.scans),
       revision(state.revision),
@@ -23,7 +23,7 @@ void Transaction::Records::put_back(MapState& state) noexcept {
   state.noise = noise;
   std::swap(state.alignment, alignment);
   std::swap(state.departures, departures);
-  std::swap(state.accumulated, accumulated);
+  std::swap(state.queue, queue);
   state.points = points;
   state.scans = scans;
   state.revision = revision;

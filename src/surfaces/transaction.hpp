@@ -30,7 +30,7 @@ class Transaction {
     sensing::NoiseModel noise;
     AlignmentState alignment;
     DepartureLog departures;
-    std::vector<geometry::VoxelKey> accumulated;
+    PendingQueue queue;
     std::size_t points;
     std::uint64_t scans, revision;
     Eigen::Vector3d sensors_up;

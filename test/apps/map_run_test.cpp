@@ -63,6 +63,20 @@ TEST_F(MapRun, ScansThatArriveMakeTheSameMap) {
   same_maps("m", "fast");
 }
 
+TEST_F(MapRun, WhatWaitsIsLookedAtWhereScansPauseAndInTheEnd) {
+  write_floor("floor", 4);
+  const auto drained = [&](const std::string& options) {
+    run_well("map floor -o m --force --report r.json --detection-budget 20" + options);
+    const json report = json::parse(read("r.json"));
+    EXPECT_GT(report.at("waiting_points").at("max"), 0);
+    EXPECT_EQ(report.at("surfaces"), 1);
+    return report.at("drain_ms").size();
+  };
+  EXPECT_EQ(drained(" --first 1"), 1U) << "in the end";
+  EXPECT_EQ(drained(" --rate 2"), 0U) << "the scans that come find all that waits";
+  EXPECT_EQ(drained(" --rate 0.5"), 1U) << "before the second, which comes 2 s after the first";
+}
+
 TEST_F(MapRun, ReportHasEveryKey) {
   write_floor();
   run_well("map floor -o m --report r.json");
@@ -80,6 +94,8 @@ TEST_F(MapRun, ReportHasEveryKey) {
                           "new_inliers",
                           "scan_ms",
                           "stage_ms",
+                          "waiting_points",
+                          "drain_ms",
                           "surfaces",
                           "area_m2",
                           "cylinders",

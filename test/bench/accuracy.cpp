@@ -194,6 +194,7 @@ Run run_method(const Method& method, const std::vector<Scan>& scans, const Optio
   if (method.kind == Method::Kind::ours || method.kind == Method::Kind::ours_at_once) {
     Mapper mapper(method.parameters, options.threads);
     for (const Scan& scan : scans) run.ms += time_ms([&] { mapper.insert(scan); });
+    run.ms += time_ms([&] { mapper.drain(); });
     if (method.kind == Method::Kind::ours_at_once) run.ms += time_ms([&] { mapper.resegment(); });
     run.scans = scans.size();
     run.snapshot = *mapper.snapshot();

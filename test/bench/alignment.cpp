@@ -189,6 +189,7 @@ void localize(const Options& options, const std::string& scene, std::uint64_t se
   parameters.occupancy.resolution = options.resolution;
   Mapper mapper(parameters);
   for (std::size_t i = 0; i < recording.size(); ++i) mapper.insert(recording.scan(i));
+  mapper.drain();
   Localizer localizer(mapper.snapshot());
   std::mt19937_64 rng(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);

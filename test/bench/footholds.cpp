@@ -254,6 +254,7 @@ Mapped map_of(const std::string& scene, std::uint64_t seed, const Options& optio
   const Recorded recorded = record(simulation);
   Mapper mapper{Parameters{}};
   for (const Scan& scan : recorded.scans) mapper.insert(scan);
+  mapper.drain();
   return {mapper.snapshot(), mapper.map().octree(), recorded.truth};
 }
 

@@ -105,6 +105,7 @@ Mapped map_all(const Options& options, const std::filesystem::path& recording) {
       mapped.octomap_ms.push_back(insertion_ms(octomap, scan));
     mapped.poses.push_back(T * scan.T_map_sensor);
   });
+  mapper.drain();
   mapped.snapshot = turned(*mapper.snapshot(), T);
   mapped.up = up_from_surfaces(mapper.map());
   mapped.up_error_rad = std::atan2(mapped.up.direction.cross(up).norm(), mapped.up.direction.dot(up));

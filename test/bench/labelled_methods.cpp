@@ -128,7 +128,10 @@ Segmentation segment_ours(const VoxelCloud& cloud, const Parameters& parameters)
   result.method = "octosurf";
   Mapper mapper(parameters);
   const Scan scan = scan_of(*cloud.cloud);
-  result.ms = time_ms([&] { mapper.insert(scan); });
+  result.ms = time_ms([&] {
+    mapper.insert(scan);
+    mapper.drain();
+  });
   result.snapshot = *mapper.snapshot();
   for (const Eigen::Vector3d& point : cloud.points) result.found.push_back(mapper.map().at(point).surface);
   judge(cloud, result);

@@ -146,6 +146,8 @@ World make_world(const std::string& scene, const std::filesystem::path& mesh, st
       if (ideal.t[k] > 0 && ideal.labels[k] == 0)
         world.points.add(T * (ideal.t[k] * recording.rays()[k]).cast<double>());
   }
+  mapper.drain();
+  true_mapper.drain();
   world.mapped = mapper.snapshot();
   world.octree = mapper.map().octree();
   world.true_octree = true_mapper.map().octree();

@@ -133,6 +133,7 @@ Parameters parameters_of(const Options& options) {
 void time_octree(const Options& options, const std::vector<Scan>& scans) {
   Mapper mapper(parameters_of(options));
   for (const Scan& scan : scans) mapper.insert(scan);
+  mapper.drain();
   const OccupancyView octree = mapper.map().octree();
   std::vector<Eigen::Vector3d> points;
   mapper.map().for_each_point([&](const Map::Voxel& voxel) { points.push_back(*voxel.point); });

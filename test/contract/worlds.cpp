@@ -67,7 +67,7 @@ std::vector<Scan> walk_that_jumps() {
 void count(const ScanReport& report, const Map& map, Seen& seen) {
   const surfaces::MapState& state = map.state();
   seen.surfaces += state.surfaces.size();
-  seen.waiting += state.accumulated.size();
+  seen.waiting += state.queue.fresh.size();
   for (const auto& [id, surface] : state.surfaces) {
     for (const Polygon& polygon : surface.polygons()) seen.holes += polygon.holes.size();
     seen.seen_again += surface.evidence().readings > 100;

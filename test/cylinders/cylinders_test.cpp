@@ -37,15 +37,15 @@ struct Seen {
 
 void wait(surfaces::MapState& state, const Scan& scan) {
   for (const occupancy::VoxelPoint& p : test::occupy(state, scan).appeared)
-    state.accumulated.push_back(p.key);
-  std::sort(state.accumulated.begin(), state.accumulated.end());
+    state.queue.fresh.push_back(p.key);
+  std::sort(state.queue.fresh.begin(), state.queue.fresh.end());
 }
 
 void update(surfaces::MapState& state) {
   surfaces::Ledger ledger(state);
   std::vector<occupancy::PointWindow::Index> pending;
-  for (const geometry::VoxelKey key : state.accumulated) pending.push_back(ledger.window.find(key));
-  state.accumulated.clear();
+  for (const geometry::VoxelKey key : state.queue.fresh) pending.push_back(ledger.window.find(key));
+  state.queue.fresh.clear();
   update_cylinders(ledger, left_over(ledger, pending, pending));
   ++state.revision;
   state.cylinders.publish(state.revision);
@@ -160,8 +160,8 @@ TEST(DetectCylinders, ItsInsideIsNotItsOutside) {
   std::vector<geometry::VoxelKey> inner_keys;
   for (const occupancy::VoxelPoint& p : test::occupy(state, inside.scan(turned, 0.02, rng)).appeared)
     inner_keys.push_back(p.key);
-  state.accumulated = inner_keys;
-  std::sort(state.accumulated.begin(), state.accumulated.end());
+  state.queue.fresh = inner_keys;
+  std::sort(state.queue.fresh.begin(), state.queue.fresh.end());
   update(state);
   ASSERT_EQ(state.cylinders.size(), 1U);
   EXPECT_NEAR(state.cylinders.begin()->second.shape.radius, 0.3, 0.01);

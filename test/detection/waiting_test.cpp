@@ -6,8 +6,10 @@
 #include "detection/voxel_blocks.hpp"
 #include "support/pending_points.hpp"
 
+#include <algorithm>
 #include <gtest/gtest.h>
 #include <map>
+#include <set>
 
 namespace octosurf::detection {
 namespace {
@@ -27,9 +29,16 @@ class FloorAndStep : public ::testing::Test {
       else
         pending_.push_back(points_.ledger.window[i].key);
   }
-  Waiting due_of(const std::vector<geometry::VoxelKey>& before,
-                 const std::vector<geometry::VoxelKey>& fresh) {
-    return due_to_segment(points_.ledger, points_.state.occupancy, before, fresh, expanded_);
+  Due due_of(const std::vector<geometry::VoxelKey>& fresh, const surfaces::PendingQueue& before = {},
+             bool all = true) {
+    return due_to_segment(points_.ledger, points_.state.occupancy, before, fresh, all, expanded_);
+  }
+
+  std::size_t waiting_in(const Due& due) const {
+    std::set<geometry::VoxelKey> gained;
+    for (const Assignment& assignment : expanded_) gained.insert(points_.ledger.window[assignment.point].key);
+    return static_cast<std::size_t>(std::count_if(due.left.fresh.begin(), due.left.fresh.end(),
+                                                  [&](auto key) { return !gained.contains(key); }));
   }
 
   const Eigen::Vector3d eye_{0.6, 0.5, 2};
@@ -41,13 +50,13 @@ class FloorAndStep : public ::testing::Test {
 TEST_F(FloorAndStep, WhatExpandsBesideANewPlaneIsSegmentedWithIt) {
   expanded_ = expand(points_.ledger, pending_);
   const std::size_t gained = expanded_.size();
-  const Waiting waiting = due_of({}, pending_);
+  const Due due = due_of(pending_);
   EXPECT_GT(expanded_.size(), 0U);
   EXPECT_LT(expanded_.size(), gained);
-  EXPECT_EQ(expanded_.size() + waiting.due.size() + waiting.left.size(), pending_.size());
+  EXPECT_EQ(expanded_.size() + due.points.size() + waiting_in(due), pending_.size());
   const VoxelBlocks blocks(planelet_edge(points_.ledger.grid.resolution()));
   std::map<VoxelBlocks::Place, int> of_step;
-  for (const geometry::VoxelKey key : waiting.due)
+  for (const geometry::VoxelKey key : due.points)
     if (points_.position(points_.ledger.window.find(key)).z() > 0.02) ++of_step[blocks.of(key)];
   EXPECT_FALSE(of_step.empty());
   const int most = 10;  // of a block's 16 columns: with fewer, a plane is worth less than its description
@@ -57,12 +66,49 @@ TEST_F(FloorAndStep, WhatExpandsBesideANewPlaneIsSegmentedWithIt) {
 
 TEST_F(FloorAndStep, WhatWasLookedAtWaitsForAsMuchAgain) {
   const std::vector<geometry::VoxelKey> few(pending_.begin(), pending_.begin() + 4);
-  EXPECT_TRUE(due_of({}, few).due.empty());
-  EXPECT_EQ(due_of({}, few).left, few);
-  EXPECT_GT(20 * due_of({}, pending_).due.size(), 19 * pending_.size());
+  EXPECT_TRUE(due_of(few).points.empty());
+  EXPECT_EQ(due_of(few).left.fresh, few);
+  EXPECT_TRUE(due_of(few).left.blocks.empty()) << "they were looked at, and wait for more";
+  EXPECT_GT(20 * due_of(pending_).points.size(), 19 * pending_.size());
   // The others have been looked at; half of what waits around has not come again.
-  const std::vector<geometry::VoxelKey> fresh{pending_.front()};
-  EXPECT_TRUE(due_of({}, fresh).due.empty());
+  EXPECT_TRUE(due_of({pending_.front()}).points.empty());
+}
+
+TEST_F(FloorAndStep, NoMoreIsDueThanTheBudgetAndTheOldestBlocksFirst) {
+  const std::size_t budget = 400;
+  points_.state.parameters.detection.detection_budget = static_cast<int>(budget);
+  const double border = 0.64;  // m, of the largest blocks of planelets
+  const auto is_far = [&](geometry::VoxelKey key) {
+    return points_.position(points_.ledger.window.find(key)).y() >= border;
+  };
+  std::vector<geometry::VoxelKey> near, far;
+  for (const geometry::VoxelKey key : pending_) (is_far(key) ? far : near).push_back(key);
+  ASSERT_GT(far.size(), budget);
+  ASSERT_LT(pending_.size(), 4 * budget) << "else a quarter is more";
+  Due due = due_of(far, {}, false);
+  std::set<geometry::VoxelKey> looked_at;
+  std::size_t turns = 0;
+  for (std::vector<geometry::VoxelKey> fresh = near; !due.left.blocks.empty(); fresh.clear()) {
+    ASSERT_LT(++turns, 100U);
+    due = due_of(fresh, due.left, false);
+    EXPECT_LE(due.points.size(), budget);
+    for (const geometry::VoxelKey key : due.points)
+      EXPECT_TRUE(looked_at.insert(key).second) << "twice, though nothing has come";
+    if (!std::all_of(due.points.begin(), due.points.end(), is_far)) {
+      EXPECT_TRUE(std::none_of(due.left.blocks.begin(), due.left.blocks.end(), is_far)) << "which came first";
+    }
+  }
+  EXPECT_GE(turns, (pending_.size() - budget) / budget);
+}
+
+TEST_F(FloorAndStep, AQuarterOfWhatWaitsIsDueHoweverSmallTheBudget) {
+  points_.state.parameters.detection.detection_budget = 1;
+  const Due due = due_of(pending_, {}, false);
+  EXPECT_GT(due.points.size(), pending_.size() / 8);
+  EXPECT_LE(due.points.size(), pending_.size() / 4);
+  EXPECT_GT(due.waiting, pending_.size() / 2);
+  points_.state.parameters.detection.detection_budget = 0;
+  EXPECT_EQ(due_of(pending_, {}, false).points, due_of(pending_).points) << "no limit";
 }
 
 }  // namespace

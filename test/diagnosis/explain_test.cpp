@@ -316,7 +316,7 @@ TEST(Explain, EveryPendingPointOfARoomHasItsReason) {
         EXPECT_LT(std::fabs(about->plane.signed_distance(p)), 0.3);
         break;
       case Reason::waiting:
-        EXPECT_FALSE(map.state().accumulated.empty());
+        EXPECT_FALSE(map.state().queue.fresh.empty());
         break;
       default:
         ADD_FAILURE() << "is no reason for a pending point";

@@ -324,6 +324,20 @@ TEST_F(ChangesTogether, ScansThatAreMappedTogetherAreAllOrNothing) {
       twins, [&](Mapper& mapper) { mapper.insert_all(std::span(scans).subspan(4)); }, 40);
 }
 
+TEST_F(ChangesTogether, DrainingIsAllOrNothing) {
+  Parameters bounded = coarse();
+  bounded.detection.detection_budget = 20;
+  Twins twins({});
+  for (Mapper* mapper : {&twins.struck, &twins.whole}) {
+    *mapper = Mapper(bounded);
+    std::size_t waiting = 0;
+    for (const Scan& scan : changing_room(2)) waiting = mapper->insert(scan).waiting;
+    ASSERT_GT(waiting, 0U);
+  }
+  expect_all_or_nothing(
+      twins, [](Mapper& mapper) { mapper.drain(); }, 40);
+}
+
 TEST_F(ChangesTogether, SurfacesOfAnOctreeAreAllOrNothing) {
   const std::vector<Scan> scans = changing_room(4);
   Twins twins({});

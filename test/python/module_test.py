@@ -229,7 +229,7 @@ class Settings(unittest.TestCase):
         # Each, set by its text, changes what to_dict() says, and comes back from there.
         unlike = {"preserve_surfaces": "false", "detect_cylinders": "false", "align": "off", "up_x": "1", "up_y": "1",
                   "up_z": "0.5", "hit": "0.8", "miss": "0.3", "occupied": "0.6", "clamp_min": "0.2", "clamp_max": "0.9",
-                  "min_surface_points": "77", "ransac_iterations": "5", "detector": "paper"}
+                  "min_surface_points": "77", "ransac_iterations": "5", "detection_budget": "9", "detector": "paper"}
         for name in octosurf.Parameters.names():
             changed = octosurf.Parameters()
             changed.set(name, unlike.get(name, "0.031"))

@@ -130,7 +130,8 @@ std::string digest(const Map& map) {
   for (const auto& row : state.noise.histogram())
     for (const std::uint32_t n : row) put(n);
   put(state.noise.range_noise());
-  for (const geometry::VoxelKey k : state.accumulated) put(k.packed());
+  for (const geometry::VoxelKey k : state.queue.fresh) put(k.packed());
+  for (const geometry::VoxelKey k : state.queue.blocks) put(k.packed());
   put(state.points);
   put(state.scans);
   put(state.revision);

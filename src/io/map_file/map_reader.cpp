@@ -53,7 +53,7 @@ class Reader {
   MapFile operator()() {
     read_header();
     read_octree();
-    read_accumulated();
+    read_queue();
     read_scan_poses();
     read_surfaces();
     read_cylinders();
@@ -224,18 +224,23 @@ class Reader {
     return nodes;
   }
 
-  void read_accumulated() {
-    std::vector<geometry::VoxelKey>& keys = file_.state->accumulated;
+  void read_queue() {
+    surfaces::PendingQueue& queue = file_.state->queue;
     std::uint64_t last = 0;
     for (; record_.field == map_file::Record::kAccumulated; advance()) {
       const auto accumulated = parse<map_file::Accumulated>(small_record_limit);
-      charge(static_cast<std::uint64_t>(accumulated.steps_size()), waiting_cost);
+      charge(static_cast<std::uint64_t>(accumulated.steps_size() + accumulated.blocks_size()), waiting_cost);
+      require(accumulated.steps().empty() || queue.blocks.empty(), "waiting points follow waiting blocks");
       for (const std::uint64_t step : accumulated.steps()) {
-        require((step > 0 || keys.empty()) && step < std::uint64_t{1} << 48 &&
+        require((step > 0 || queue.fresh.empty()) && step < std::uint64_t{1} << 48 &&
                     last + step < std::uint64_t{1} << 48,
                 "a waiting point lies outside the octree, or out of order");
         last += step;
-        keys.push_back(geometry::VoxelKey::unpack(last));
+        queue.fresh.push_back(geometry::VoxelKey::unpack(last));
+      }
+      for (const std::uint64_t block : accumulated.blocks()) {
+        require(block < std::uint64_t{1} << 48, "a waiting block lies outside the octree");
+        queue.blocks.push_back(geometry::VoxelKey::unpack(block));
       }
     }
   }

@@ -51,14 +51,20 @@ void write_header(const surfaces::MapState& state, const FileSum& bt, const Kept
   if (scans.shared) header.set_kept_scans_shared(true);
 }
 
-void put_accumulated(const std::vector<geometry::VoxelKey>& keys, RecordWriter& records) {
+void put_queue(const surfaces::PendingQueue& queue, RecordWriter& records) {
   std::uint64_t last = 0;
-  for (std::size_t i = 0; i < keys.size();) {
+  for (std::size_t i = 0; i < queue.fresh.size();) {
     map_file::Record record;
-    for (const std::size_t end = std::min(keys.size(), i + keys_in_record); i < end; ++i) {
-      record.mutable_accumulated()->add_steps(keys[i].packed() - last);
-      last = keys[i].packed();
+    for (const std::size_t end = std::min(queue.fresh.size(), i + keys_in_record); i < end; ++i) {
+      record.mutable_accumulated()->add_steps(queue.fresh[i].packed() - last);
+      last = queue.fresh[i].packed();
     }
+    put_record(record, records);
+  }
+  for (std::size_t i = 0; i < queue.blocks.size();) {
+    map_file::Record record;
+    for (const std::size_t end = std::min(queue.blocks.size(), i + keys_in_record); i < end; ++i)
+      record.mutable_accumulated()->add_blocks(queue.blocks[i].packed());
     put_record(record, records);
   }
 }
@@ -95,7 +101,8 @@ void put_poses(const std::vector<Eigen::Isometry3d>& poses, RecordWriter& record
 
 /// Bytes that reading it takes, as the reader counts them; a quarter more, because pools grow in steps.
 std::uint64_t memory_of(const surfaces::MapState& state, const KeptScans& scans) {
-  std::uint64_t bytes = state.occupancy.bytes() + waiting_cost * state.accumulated.size() +
+  std::uint64_t bytes = state.occupancy.bytes() +
+                        waiting_cost * (state.queue.fresh.size() + state.queue.blocks.size()) +
                         pose_cost * scans.poses.size() + patch_cost * state.patches.size(),
                 checking = 0;
   for (const auto& [id, surface] : state.surfaces) {
@@ -132,7 +139,7 @@ void write_map(const surfaces::MapState& state, const FileSum& bt, std::ostream&
     record.set_octree(chunk);
     put_record(record, records);
   });
-  put_accumulated(state.accumulated, records);
+  put_queue(state.queue, records);
   put_poses(scans.poses, records);
   for (const auto& [id, surface] : state.surfaces) {
     map_file::Record record;

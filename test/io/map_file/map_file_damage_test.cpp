@@ -204,6 +204,13 @@ const std::vector<Spoiled>& spoiled_files() {
       {"out of order", [](Spoiler& s) { s.accumulated().add_steps(0); }},
       {"outside the octree", [](Spoiler& s) { s.accumulated().add_steps(std::uint64_t{1} << 48); }},
       {"outside the octree", [](Spoiler& s) { s.accumulated().add_steps(~std::uint64_t{0}); }},
+      {"outside the octree", [](Spoiler& s) { s.accumulated().add_blocks(std::uint64_t{1} << 48); }},
+      {"follow waiting blocks",
+       [](Spoiler& s) {
+         s.accumulated().add_blocks(0);
+         s.records.insert(s.records.begin() + static_cast<std::ptrdiff_t>(s.first(Record::kAccumulated)) + 1,
+                          s.records[s.first(Record::kAccumulated)]);
+       }},
       // Surfaces
       {"voxels belong to a surface that is not there",
        [](Spoiler& s) { s.erase(s.first(Record::kSurface)); }},

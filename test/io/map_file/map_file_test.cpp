@@ -91,6 +91,7 @@ TEST_F(MapFiles, ParametersComeBackExactly) {
                                                    {"smoothness_angle", 1 / 3.0},
                                                    {"max_curvature", 0.1 / 3},
                                                    {"ransac_iterations", 77},
+                                                   {"detection_budget", 770},
                                                    {"mesh_thickness", 0.1 / 3},
                                                    {"max_range", 20 / 3.0},
                                                    {"min_range", 1 / 3.0},
@@ -255,7 +256,7 @@ TEST_P(MapFileOfVersion, IsRead) {
   departures.for_each_since(0, [&](const Departure& departure) {
     EXPECT_EQ(departure, (Departure{Departure::Of::surface, departure.id, 1, 2, 3, {1, 2}}));
   });
-  EXPECT_GE(loaded.map.state().accumulated.size(), 6U);
+  EXPECT_GE(loaded.map.state().queue.fresh.size(), 6U);
   EXPECT_EQ(loaded.map.at({0.3, -0.2, 0.1}).occupancy, Map::Occupancy::free) << "the middle of the room";
   const Map::Voxel waiting = loaded.map.at({0.3, -0.1, 2.4});
   ASSERT_EQ(waiting.occupancy, Map::Occupancy::occupied);

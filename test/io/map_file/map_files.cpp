@@ -218,7 +218,7 @@ std::string difference(const Map& map_a, const Map& map_b) {
     if (parameter_value(a.parameters, info.name) != parameter_value(b.parameters, info.name))
       return info.name;
   if (octree_of(a) != octree_of(b)) return "octree";
-  if (a.accumulated != b.accumulated) return "accumulated";
+  if (a.queue != b.queue) return "queue";
   if (all_of(a.departures) != all_of(b.departures)) return "departures";
   if (a.points != b.points || a.scans != b.scans || a.revision != b.revision) return "counts";
   if (a.sensors_up != b.sensors_up) return "sensors' up";

@@ -20,6 +20,8 @@ void MapperNode::serve(const std::string& name, const Answer& answer) {
 
 namespace {
 
+const ros::Duration pause(1);  // without a scan, by time stamps, as `octosurf map`
+
 /// What `work` says it has done, or why it has not.
 template <class Response, class Work>
 Response done(std::mutex& mapping, const Work& work) {
@@ -81,6 +83,7 @@ bool MapperNode::finish() {
   const std::lock_guard lock(mapping_);
   if (!settings_.save_at_end || map_file_.empty()) return true;
   try {
+    mapper_.drain();
     if (unsaved_) ROS_INFO_STREAM(save({}));
     return true;
   } catch (const std::exception& error) {
@@ -119,7 +122,9 @@ void MapperNode::insert(const PosedScan& posed) {
   if (!options_().enabled)
     throw Error(Error::Kind::data, posed.scan.name, "is not mapped, as ~enabled is off");
   const std::lock_guard lock(mapping_);
+  if (!last_stamp_.isZero() && posed.stamp - last_stamp_ > pause) mapper_.drain();
   const ScanReport report = mapper_.insert(posed.scan);
+  last_stamp_ = posed.stamp;
   unsaved_ = true;
   ++(report.alignment.outcome == AlignmentOutcome::set_aside ? status_.set_aside : status_.mapped);
   status_.scan_ms = report.total_ms;

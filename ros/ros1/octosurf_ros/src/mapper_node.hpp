@@ -60,6 +60,7 @@ class MapperNode {
   std::mutex mapping_;  ///< of mapper_ and of what stands with it
   Mapper mapper_;
   std::string map_file_;  ///< of what was loaded last, else ~map
+  ros::Time last_stamp_;  ///< of the scans that were mapped
   bool unsaved_ = false;  ///< it is not what map_file_ holds
   std::chrono::steady_clock::time_point saved_at_ = std::chrono::steady_clock::now();
   octosurf_msgs::Status status_;
