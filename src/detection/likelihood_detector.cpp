@@ -14,7 +14,8 @@ namespace {
 using geometry::VoxelKey;
 using surfaces::MapView;
 
-/// Effort, readings: of larger surfaces only where their tiles disagree, a twentieth mostly. What smaller
+/// Effort, readings: of larger surfaces only where their tiles disagree, a twentieth mostly, and where they
+/// meet surfaces that may be one with them. What smaller
 /// ones are decides more than their own tiles say: whose the readings at their rims are, and those across
 /// gaps.
 constexpr std::size_t largest_looked_at_whole = 5000;
@@ -25,6 +26,13 @@ std::vector<VoxelKey> too_few(const Readings& readings, const Segmentation& plan
   for (const Readings::Index i : planes.too_few)
     if (readings[i].surface == 0 && planes.labels[i] == clutter) keys.push_back(readings[i].key);
   return keys;
+}
+
+std::vector<Assignment> inliers_of(const MapView& map, const surfaces::SurfaceModel& surface) {
+  std::vector<Assignment> inliers;
+  for (const surfaces::Inlier& inlier : surface.sorted_inliers())
+    inliers.push_back({map.window.find(inlier.key), surface.id()});
+  return inliers;
 }
 
 /// `anew`: surfaces whose inliers begin without a label; `unlabelled`: others' that do.
@@ -69,17 +77,21 @@ std::optional<Found> LikelihoodDetector::revise(const MapView& map, const occupa
                                                 const std::set<SurfaceId>& changed) const {
   const sensing::ReadingModel model(map.noise, map.grid.resolution());
   std::vector<SurfaceId> anew;
-  std::vector<VoxelKey> unlabelled;
+  std::vector<VoxelKey> unlabelled, looked_at;
   for (const SurfaceId id : changed) {
     const surfaces::SurfaceModel& surface = *map.surfaces.find(id);
     std::vector<VoxelKey> disagree;
     if (surface.size() > largest_looked_at_whole) disagree = where_tiles_disagree(surface, model);
-    if (surface.size() > largest_looked_at_whole && 2 * disagree.size() <= surface.size())
-      unlabelled.insert(unlabelled.end(), disagree.begin(), disagree.end());
-    else
+    if (surface.size() <= largest_looked_at_whole || 2 * disagree.size() > surface.size()) {
       anew.push_back(id);
+      continue;
+    }
+    unlabelled.insert(unlabelled.end(), disagree.begin(), disagree.end());
+    const std::vector<VoxelKey> beside_its_like = touching(map, inliers_of(map, surface));
+    looked_at.insert(looked_at.end(), beside_its_like.begin(), beside_its_like.end());
   }
-  return segment_in(map, octree, neighbourhood_of(map, anew, unlabelled), anew, unlabelled);
+  looked_at.insert(looked_at.end(), unlabelled.begin(), unlabelled.end());
+  return segment_in(map, octree, neighbourhood_of(map, anew, looked_at), anew, unlabelled);
 }
 
 std::vector<std::pair<SurfaceId, Plane>> LikelihoodDetector::fit(const MapView& map,

@@ -23,7 +23,7 @@ class LikelihoodDetector final : public Detector {
                               std::span<const geometry::VoxelKey> due,
                               std::span<const Assignment> expanded) const override;
   /// Their points begin without a label; of large surfaces, those where tiles disagree (tiles.hpp), while the
-  /// rest are sums.
+  /// rest are sums, and are met where another surface may be one with them.
   std::optional<Found> revise(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
                               const std::set<SurfaceId>& changed) const override;
   std::vector<std::pair<SurfaceId, Plane>> fit(const surfaces::MapView& map,

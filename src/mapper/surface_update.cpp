@@ -125,6 +125,7 @@ void SurfaceUpdate::find_surfaces(const ForeignSurfaces* foreign) {
     return detector_.detect(*ledger_, state_.occupancy, due.points, gained);
   });
   std::vector<geometry::VoxelKey> explained, still_new;
+  const std::size_t looked_at = gained.size();
   if (found) {
     time(Stage::detect, [&] { write_surfaces(*ledger_, *found, detection::Planes::touched); });
     time(Stage::expand, [&] { expand_beside(found->beside, gained); });
@@ -137,7 +138,7 @@ void SurfaceUpdate::find_surfaces(const ForeignSurfaces* foreign) {
   for (const Assignment& assignment : gained) report.expanded += assignment.surface < first_new;
   for (const geometry::VoxelKey key : explained)
     report.detected += ledger_->window[ledger_->window.find(key)].surface < first_new;
-  time(Stage::revise, [&] { revise(gained); });
+  time(Stage::revise, [&] { revise(gained, looked_at); });
   report.waiting = due.waiting;
   state_.queue = std::move(due.left);
   accumulate(still_new);
@@ -161,7 +162,7 @@ void SurfaceUpdate::expand_beside(std::span<const geometry::VoxelKey> keys, std:
 
 /// Looks again at surfaces whose size has changed. Fits the planes of those that have grown since theirs was
 /// fitted, and of those that lost points or saw them better and whose neighbourhood is what it was.
-void SurfaceUpdate::revise(std::vector<Assignment>& gained) {
+void SurfaceUpdate::revise(std::vector<Assignment>& gained, std::size_t looked_at) {
   surfaces::Changes& changes = ledger_->changes;
   std::set<SurfaceId> changed = changes.touched();
   std::erase_if(changed, [&](SurfaceId id) { return !ledger_->find(id)->size_has_changed(); });
@@ -171,6 +172,13 @@ void SurfaceUpdate::revise(std::vector<Assignment>& gained) {
     write_surfaces(*ledger_, *found, detection::Planes::touched);
     expand_beside(found->beside, gained);
   }
+  // Where those that have expanded since have come to others that may be one with them.
+  std::vector<Assignment> since;
+  for (const Assignment& assignment : std::span(gained).subspan(looked_at))
+    if (const SurfaceId now = ledger_->window[assignment.point].surface; now != 0)
+      since.push_back({assignment.point, now});
+  if (const auto met = detector_.detect(*ledger_, state_.occupancy, {}, since))
+    write_surfaces(*ledger_, *met, detection::Planes::touched);
   std::set<SurfaceId> grown, unfitted = changes.touched();
   for (const Assignment& assignment : gained) grown.insert(assignment.surface);
   std::erase_if(unfitted, [&](SurfaceId id) { return changes.refitted.contains(id) && !grown.contains(id); });

@@ -49,7 +49,8 @@ class SurfaceUpdate {
   std::vector<geometry::VoxelKey> take_fresh(std::span<const occupancy::PointWindow::Index> appeared);
   void bring_outlines_up_to_date();
   void expand_beside(std::span<const geometry::VoxelKey> keys, std::vector<detection::Assignment>& gained);
-  void revise(std::vector<detection::Assignment>& gained);
+  /// `looked_at`: of `gained`, what was there when surfaces were detected.
+  void revise(std::vector<detection::Assignment>& gained, std::size_t looked_at);
   void accumulate(std::span<const geometry::VoxelKey> keys);
   void count_categorized();
   void publish();

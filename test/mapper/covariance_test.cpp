@@ -42,6 +42,7 @@ double error_over_said(int scans, double noise, double size, int draws, std::mt1
           middle + size * Eigen::Vector3d(0.5 * std::cos(turn), 0.5 * std::sin(turn), 0.9);
       mapper.insert(test::camera_scan(scene, test::look_at(eye, middle), rng, camera));
     }
+    mapper.drain();
     const auto snapshot = mapper.snapshot();
     EXPECT_EQ(snapshot->surfaces.size(), 1U);
     const Surface& table = *snapshot->surfaces.at(0);
