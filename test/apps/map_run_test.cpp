@@ -145,11 +145,12 @@ TEST_F(MapRun, ReportHasEveryKey) {
 }
 
 TEST_F(MapRun, StoppingAndResumingGivesTheSameBytes) {
+  // A run that ends looks at what waits, which one that goes on leaves to later scans: here nothing does.
   run_well("simulate room -o room --frames 6");
-  run_well("map room -o one --threads 1");
+  run_well("map room -o one --threads 1 --detection-budget 0");
   for (const int k : {1, 4}) {
     const std::string part = "part" + std::to_string(k);
-    run_well("map room -o " + part + " --first " + std::to_string(k));
+    run_well("map room -o " + part + " --detection-budget 0 --first " + std::to_string(k));
     run_well("map room -o whole" + std::to_string(k) + " --resume " + part + " --skip " + std::to_string(k));
     same_maps("whole" + std::to_string(k), "one");
     EXPECT_EQ(info(part).at("scans"), k);  // as it was
