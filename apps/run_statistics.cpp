@@ -123,11 +123,11 @@ Json up_object(const Up& up) {
 
 }  // namespace
 
-std::string up_json(const Up& up) { return up_object(up).dump(); }
 bool is_pause(std::optional<double> last_stamp_s, double stamp_s) {
   return last_stamp_s && stamp_s - *last_stamp_s > 1;
 }
 
+std::string up_json(const Up& up) { return up_object(up).dump(); }
 std::string parameters_json(const Parameters& parameters) { return parameters_object(parameters).dump(); }
 
 void RunStatistics::add(const Scan& scan, const ScanReport& report, double arrival_s, double done_s) {

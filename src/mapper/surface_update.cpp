@@ -214,9 +214,8 @@ void SurfaceUpdate::publish() {
   report.shrunk = list_of(changes.shrunk);
   report.merged = list_of(changes.merged);
   report.gone = list_of(changes.gone);
-  snapshot_ = time(Stage::derive, [&] {
-    return upkeep::derive(state_, changes, detector_.outlines_inliers_alone(), threads_);
-  });
+  snapshot_ = time(Stage::derive,
+                   [&] { return upkeep::derive(state_, changes, detector_.outlines_inliers_alone()); });
 }
 
 std::vector<ScanReport> SurfaceUpdate::finish() {
