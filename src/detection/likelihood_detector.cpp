@@ -15,9 +15,8 @@ using geometry::VoxelKey;
 using surfaces::MapView;
 
 /// Effort, readings: of larger surfaces only where their tiles disagree, a twentieth mostly, and where they
-/// meet surfaces that may be one with them. What smaller
-/// ones are decides more than their own tiles say: whose the readings at their rims are, and those across
-/// gaps.
+/// meet surfaces that may be one with them. Looking at smaller ones, too, decides whose the readings at their
+/// rims are, and those across gaps: by tiles alone ten of 350 faces are lost with lasers.
 constexpr std::size_t largest_looked_at_whole = 5000;
 
 /// Of planes refused for their number alone, the readings that are pending.

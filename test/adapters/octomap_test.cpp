@@ -1,4 +1,5 @@
 // The batched insertion for plain OctoMap trees against OctoMap's own, node by node.
+#include "support/same_octree.hpp"
 #include "support/seed.hpp"
 
 #include <gtest/gtest.h>
@@ -11,6 +12,8 @@
 
 namespace octosurf {
 namespace {
+
+using test::expect_same;
 
 struct CloudScan {
   octomap::Pointcloud cloud;
@@ -32,25 +35,6 @@ CloudScan random_scan(std::mt19937_64& rng, const octomap::point3d& around, std:
     if (i % 5 == 0) scan.cloud.push_back(p);  // a voxel may be hit twice
   }
   return scan;
-}
-
-/// Same nodes with the same values: inner ones too.
-template <class Tree>
-void expect_same(const Tree& ours, const Tree& theirs) {
-  ASSERT_EQ(ours.size(), theirs.size());
-  auto a = ours.begin_tree();
-  auto b = theirs.begin_tree();
-  std::size_t nodes = 0;
-  for (; a != ours.end_tree() && b != theirs.end_tree(); ++a, ++b, ++nodes) {
-    ASSERT_EQ(a.getKey(), b.getKey());
-    ASSERT_EQ(a.getDepth(), b.getDepth());
-    ASSERT_EQ(a->getLogOdds(), b->getLogOdds());
-    ASSERT_EQ(a.isLeaf(), b.isLeaf());
-  }
-  EXPECT_TRUE(a == ours.end_tree());
-  EXPECT_TRUE(b == theirs.end_tree());
-  EXPECT_EQ(nodes, ours.size());
-  EXPECT_EQ(ours.calcNumNodes(), ours.size());
 }
 
 struct Arguments {

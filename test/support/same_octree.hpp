@@ -1,17 +1,20 @@
 #pragma once
 
+#include <cstddef>
 #include <gtest/gtest.h>
 #include <octomap/OcTree.h>
 
 namespace octosurf::test {
 
 /// Same nodes with the same values: inner ones too.
-inline void expect_same(const octomap::OcTree& ours, const octomap::OcTree& theirs) {
+template <class Tree>
+void expect_same(const Tree& ours, const Tree& theirs) {
   ASSERT_EQ(ours.getResolution(), theirs.getResolution());
   ASSERT_EQ(ours.size(), theirs.size());
   auto a = ours.begin_tree();
   auto b = theirs.begin_tree();
-  for (; a != ours.end_tree() && b != theirs.end_tree(); ++a, ++b) {
+  std::size_t nodes = 0;
+  for (; a != ours.end_tree() && b != theirs.end_tree(); ++a, ++b, ++nodes) {
     ASSERT_EQ(a.getKey(), b.getKey());
     ASSERT_EQ(a.getDepth(), b.getDepth());
     ASSERT_EQ(a->getLogOdds(), b->getLogOdds());
@@ -19,6 +22,7 @@ inline void expect_same(const octomap::OcTree& ours, const octomap::OcTree& thei
   }
   EXPECT_TRUE(a == ours.end_tree());
   EXPECT_TRUE(b == theirs.end_tree());
+  EXPECT_EQ(nodes, ours.size());
   EXPECT_EQ(ours.calcNumNodes(), ours.size());
 }
 
