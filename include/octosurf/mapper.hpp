@@ -91,7 +91,7 @@ struct MergeReport {
 /// One thread at a time may call insert(). Threads that the system does not grant are done without.
 class Mapper {
  public:
-  /// `threads` in [1, 256] share a scan's points and rays; the surfaces are one thread's work. Throws
+  /// `threads` in [1, 256] share a scan's points and rays, and the outlines of what has changed. Throws
   /// Error(usage), also if the parameters' detector is `paper` and the program has not called
   /// enable_paper_detector() (adapters/paper_detector.hpp).
   explicit Mapper(const Parameters& parameters = {}, int threads = 1);

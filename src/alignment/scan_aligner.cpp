@@ -53,6 +53,7 @@ class Turn {
   }
   bool is_explained(double share) const { return share >= much_less * state_.usual_share; }
   bool found_elsewhere(const PoseSearch& search, const PoseFit& fit, const Determined& determined) const;
+  bool is_worth_a_search(double known_share) const;
   void note_jump(const PoseFit& fit, const Determined& determined);
   void learn();
   void follow(const Layout& layout);
@@ -129,6 +130,15 @@ bool Turn::found_elsewhere(const PoseSearch& search, const PoseFit& fit, const D
          search.speak_for(fit.T_map_sensor, expected_, by_chance);
 }
 
+/// What a search did not find, the next one will not, unless the view is another or fits worse: a run of
+/// scans whose poses are off by what no pose explains would be searched for one by one, at twenty times the
+/// cost.
+bool Turn::is_worth_a_search(double known_share) const {
+  const auto& vain = state_.vain;
+  return !vain || state_.way_m - vain->way_m >= revisit_span_m || known_share < half_known * vain->known ||
+         result_.alignment.explained_share() < much_less * vain->share;
+}
+
 ScanAligner::Result Turn::align(const PoseSearch& search) {
   Alignment& alignment = result_.alignment;
   const Layout layout = search.lay(expected_);
@@ -138,9 +148,13 @@ ScanAligner::Result Turn::align(const PoseSearch& search) {
   alignment.T_map_sensor = expected_;
   const bool known = layout.known >= least_known_samples;
   // A view that is suddenly unknown may be one of new places, or one from elsewhere than the pose says.
-  const bool strange = share_of(layout.known, search.samples()) < half_known * state_.usual_known;
+  const double known_share = share_of(layout.known, search.samples());
+  const bool strange = known_share < half_known * state_.usual_known;
   bool fits = known && is_explained(alignment.explained_share());
-  if ((known && !fits) || strange) {
+  const bool doubtful = (known && !fits) || strange;
+  if (!doubtful) state_.vain.reset();
+  if (doubtful && is_worth_a_search(known_share)) {
+    const surfaces::AlignmentState::Search here{known_share, alignment.explained_share(), state_.way_m};
     const PoseFit near = search.fine(expected_, drift_.covariance());
     const bool drifted = near.known >= least_known_samples && is_explained(near.explained_share()) &&
                          length(determined_by(near, resolution_),
@@ -160,6 +174,7 @@ ScanAligner::Result Turn::align(const PoseSearch& search) {
       }
       fits = true;
     }
+    if (!fits || strange) state_.vain = here;
   }
   follow(layout);
   if (known) learn();

@@ -19,9 +19,10 @@ struct Assignment {
   SurfaceId surface = 0;
 };
 
-/// Pending points that are worth segmenting now, and what waits on.
+/// Pending points whose turn it is, and what waits on.
 struct Due {
-  std::vector<geometry::VoxelKey> points;  ///< key order
+  std::vector<geometry::VoxelKey> points;    ///< worth segmenting now, key order
+  std::vector<geometry::VoxelKey> unplanar;  ///< in whose blocks no plane begins, key order
   surfaces::PendingQueue left;
   std::size_t waiting = 0;  ///< points of left.fresh in blocks of left.blocks
 };

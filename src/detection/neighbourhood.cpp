@@ -4,11 +4,13 @@
 #include "detection/labelling.hpp"
 #include "detection/planelets.hpp"
 #include "detection/voxel_blocks.hpp"
+#include "occupancy/key_box.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
+#include <tsl/robin_map.h>
 
 namespace octosurf::detection {
 namespace {
@@ -88,6 +90,8 @@ class Collector {
   explicit Collector(const surfaces::MapView& map)
       : map_(map),
         blocks_(planelet_edge(map.grid.resolution())),
+        gap_(static_cast<int>(std::ceil(map.parameters.max_hole_size() / map.grid.resolution() - 1e-9))),
+        cubes_(std::max(1, gap_ / 4)),
         farthest_(farthest_neighbour(map.grid.resolution(), Readings::farthest_reach)) {}
 
   void add_voxel(geometry::VoxelKey key) {
@@ -119,17 +123,17 @@ class Collector {
   /// What is pending within h joins, the rims there and the neighbours of all these are context.
   Neighbourhood with_surroundings() && {
     const std::vector<geometry::VoxelKey> inside = around_.voxels;
-    const int gap =
-        static_cast<int>(std::ceil(map_.parameters.max_hole_size() / map_.grid.resolution() - 1e-9));
-    for (const VoxelBlocks::Place place : blocks_.widened(blocks_of(inside), gap))
-      blocks_.for_each_point(map_.window, place, [&](Index i) {
+    for (const auto& [place, boxes] : boxes_within_gap(inside))
+      blocks_.for_each_point(map_.window, place, [&, &near = boxes](Index i) {
         const occupancy::VoxelPoint& point = map_.window[i];
+        const occupancy::Key3 key = occupancy::ints(point.key);
+        if (std::none_of(near.begin(), near.end(), [&](const auto& box) { return box.holds(key); })) return;
         if (point.surface == 0) {
           if (take(i)) around_.may_join.push_back(point.key);
           return;
         }
         const SurfaceModel& surface = *map_.surfaces.find(point.surface);
-        if (!surface.surrounded(surface.cell_of(point.position)) && take(i))
+        if (!surface.surrounded(surface.cell_of(point.position)) && is_first_of_its_cube(point) && take(i))
           around_.rims.push_back(point.key);
       });
     add_neighbours_of(inside);
@@ -144,6 +148,35 @@ class Collector {
     const bool fresh = !taken_[i];
     taken_[i] = true;
     return fresh;
+  }
+
+  /// By block, what lies within h of the boxes around the points in blocks nearby.
+  std::map<VoxelBlocks::Place, std::vector<occupancy::KeyBox>> boxes_within_gap(
+      const std::vector<geometry::VoxelKey>& points) const {
+    constexpr occupancy::KeyBox empty{{occupancy::last_key, occupancy::last_key, occupancy::last_key},
+                                      {0, 0, 0}};
+    std::map<VoxelBlocks::Place, occupancy::KeyBox> boxes;
+    for (const geometry::VoxelKey point : points) {
+      const occupancy::Key3 key = occupancy::ints(point);
+      occupancy::KeyBox& box = boxes.try_emplace(blocks_.of(point), empty).first->second;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        box.low[axis] = std::min(box.low[axis], key[axis] - gap_);
+        box.high[axis] = std::max(box.high[axis], key[axis] + gap_);
+      }
+    }
+    std::map<VoxelBlocks::Place, std::vector<occupancy::KeyBox>> near;
+    for (const auto& [place, box] : boxes)
+      for (const VoxelBlocks::Place beside : blocks_.widened({place}, gap_)) near[beside].push_back(box);
+    return near;
+  }
+
+  /// Effort: of a surface's rim, one reading in each cube of a quarter of h is enough to look across gaps
+  /// from.
+  bool is_first_of_its_cube(const occupancy::VoxelPoint& point) {
+    const auto [at, fresh] = rims_.try_emplace(cubes_.of(point.key), point.surface);
+    if (!fresh && at->second == point.surface) return false;
+    at.value() = point.surface;
+    return true;
   }
 
   void add_neighbours_of(const std::vector<geometry::VoxelKey>& keys) {
@@ -171,8 +204,12 @@ class Collector {
 
   const surfaces::MapView& map_;
   VoxelBlocks blocks_;
+  int gap_;  // voxels
+  VoxelBlocks cubes_;
   int farthest_;             // voxels
   std::vector<bool> taken_;  // by index in the window
+  tsl::robin_map<VoxelBlocks::Place, SurfaceId, geometry::PackedKeyHash>
+      rims_;  // whose was taken last, by cube
   Neighbourhood around_;
 };
 

@@ -168,6 +168,12 @@ Due due_to_segment(const surfaces::MapView& map, const occupancy::OccupancyMap& 
     result.points.push_back(key);
     return true;
   });
+  const auto unplanar = std::stable_partition(result.points.begin(), result.points.end(), [&](VoxelKey key) {
+    return with_planes.contains(smallest.of(key));
+  });
+  result.unplanar.assign(unplanar, result.points.end());
+  result.points.erase(unplanar, result.points.end());
+  std::sort(result.unplanar.begin(), result.unplanar.end());
   std::sort(result.points.begin(), result.points.end());
   return result;
 }

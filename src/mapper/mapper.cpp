@@ -234,7 +234,7 @@ std::vector<ScanReport> Mapper::insert_all(std::span<const Scan> scans,
                                            const std::function<const Scan*()>& next) {
   surfaces::MapState& state = impl_->map.state();
   std::optional<surfaces::Transaction> changes;
-  mapper::SurfaceUpdate surfaces(state, false);
+  mapper::SurfaceUpdate surfaces(state, false, impl_->threads);
   const mapper::WaitFor ahead(impl_->ahead);
   for (const Scan& scan : scans) {
     std::optional<Impl::Prepared> prepared;
@@ -264,7 +264,7 @@ ScanReport Mapper::drain() {
   if (state.queue.blocks.empty()) return {};
   require_ids(state, 0, "what waits");
   surfaces::Transaction changes(state);
-  mapper::SurfaceUpdate surfaces(state, true);
+  mapper::SurfaceUpdate surfaces(state, true, impl_->threads);
   surfaces.add({});
   surfaces.retract({}, {});
   ScanReport report = std::move(surfaces.finish().back());
@@ -282,7 +282,7 @@ ScanReport Mapper::detect_in_occupancy() {
   time(Stage::occupancy, [&] { delta.appeared = state.occupancy.adopt_occupied_voxels(); });
   observe_voxel_centres(delta.appeared, state);
   report.points_raw = report.voxels = delta.appeared.size();
-  mapper::SurfaceUpdate surfaces(state, true);
+  mapper::SurfaceUpdate surfaces(state, true, impl_->threads);
   surfaces.add(std::move(report));
   surfaces.retract({}, delta);
   report = std::move(surfaces.finish().back());
@@ -307,7 +307,7 @@ MergeReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other
       time(Stage::occupancy, [&] { return state.occupancy.merge(there.occupancy()); });
   there.hand_over_records(state);
   const mapper::ForeignSurfaces foreign{theirs.surfaces, T_map_other, merged.surfaces};
-  mapper::SurfaceUpdate surfaces(state, true);
+  mapper::SurfaceUpdate surfaces(state, true, impl_->threads);
   surfaces.add(std::move(report.changes));
   surfaces.retract({}, merged.delta);
   surfaces.find_surfaces(&foreign);
@@ -338,8 +338,9 @@ ScanReport Mapper::resegment() {
   report.born.assign(changes.born.begin(), changes.born.end());
   report.merged.assign(changes.merged.begin(), changes.merged.end());
   report.gone.assign(changes.gone.begin(), changes.gone.end());
-  transaction.commit(
-      time(Stage::derive, [&] { return upkeep::derive(state, changes, detector.outlines_inliers_alone()); }));
+  transaction.commit(time(Stage::derive, [&] {
+    return upkeep::derive(state, changes, detector.outlines_inliers_alone(), impl_->threads);
+  }));
   return report;
 }
 

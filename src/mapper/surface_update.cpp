@@ -41,7 +41,7 @@ void put_in_order(std::vector<geometry::VoxelKey>& keys) {
 }
 
 /// Of what is new, and of what has just been segmented: cylinders that are there take both, new ones begin in
-/// what planes do not explain.
+/// what was segmented and no plane explains. Where a cylinder is, planes begin and are refused.
 cylinders::LeftOver left_for_cylinders(const surfaces::Ledger& ledger,
                                        std::span<const geometry::VoxelKey> fresh,
                                        std::span<const geometry::VoxelKey> segmented) {
@@ -214,8 +214,9 @@ void SurfaceUpdate::publish() {
   report.shrunk = list_of(changes.shrunk);
   report.merged = list_of(changes.merged);
   report.gone = list_of(changes.gone);
-  snapshot_ = time(Stage::derive,
-                   [&] { return upkeep::derive(state_, changes, detector_.outlines_inliers_alone()); });
+  snapshot_ = time(Stage::derive, [&] {
+    return upkeep::derive(state_, changes, detector_.outlines_inliers_alone(), threads_);
+  });
 }
 
 std::vector<ScanReport> SurfaceUpdate::finish() {

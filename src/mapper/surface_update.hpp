@@ -22,8 +22,8 @@ class SurfaceUpdate {
  public:
   /// `all`: of what is due, not only as much as a scan's budget allows. Throws Error(usage) if the program
   /// does not link the map's detector.
-  SurfaceUpdate(surfaces::MapState& state, bool all)
-      : state_(state), detector_(detection::detector_of(state.parameters)), all_(all) {}
+  SurfaceUpdate(surfaces::MapState& state, bool all, int threads)
+      : state_(state), detector_(detection::detector_of(state.parameters)), all_(all), threads_(threads) {}
 
   bool empty() const { return reports_.empty(); }
   /// A scan's, with what is known so far; where its stages go on. Valid until the next.
@@ -58,6 +58,7 @@ class SurfaceUpdate {
   surfaces::MapState& state_;
   const detection::Detector& detector_;
   bool all_;
+  int threads_;
   std::vector<ScanReport> reports_;
   std::vector<std::vector<geometry::VoxelKey>> appeared_;  // of each report; none if the scan was set aside
   std::size_t searched_ = 0;                               // of these, in which surfaces were looked for

@@ -50,6 +50,11 @@ struct AlignmentState {
   /// Shares lately, 0 before any: of a scan's readings those near known surfaces, and of these those
   /// explained.
   double usual_known = 0, usual_share = 0;
+  /// The last scan that was looked for elsewhere in vain: its shares, and where on the way it was.
+  struct Search {
+    double known = 0, share = 0, way_m = 0;
+  };
+  std::optional<Search> vain;
   double patch_m = 0;  ///< what patches seen again scatter by, beyond their readings' noise
   std::optional<Eigen::Isometry3d> jump;  ///< correction of the last scan, if that one lay far off
 };

@@ -112,6 +112,11 @@ class SurfaceModel {
   ///    most `max_hole_size` long.
   void derive(double max_hole_size, const sensing::NoiseModel* noise = nullptr,
               const SurfaceStore* others = nullptr);
+  /// The two halves of derive(). The first changes what others read of this surface's raster, the second
+  /// reads that of `others` and changes nothing that they read: once all have done the first, threads may
+  /// share the second.
+  void update_raster(double max_hole_size, const sensing::NoiseModel* noise);
+  void derive_outline(double max_hole_size, const SurfaceStore* others);
   /// Where the readings in an inlier's voxel end, toward the rim of the surface that its cell lies at: the
   /// inlier is the mean of readings that begin at the voxel's inner side, so they go on as far beyond it.
   /// Less by `overreach` m, because noise carries readings over an edge. Inside the voxel, map frame;
@@ -212,8 +217,9 @@ class SurfaceModel {
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
   InlierTiles inliers_;
   geometry::CellBits bits_;
-  std::optional<geometry::Outline> outline_;  // none before the first derive()
-  MeetingSites meetings_;                     // by tile, as the outline has them
+  std::vector<geometry::CellBits::Cells> changed_;  // of it, since the last derive_outline()
+  std::optional<geometry::Outline> outline_;        // none before the first derive()
+  MeetingSites meetings_;                           // by tile, as the outline has them
   Overreach overreach_;
   std::size_t size_ = 0;
   std::vector<SurfaceId> parents_;

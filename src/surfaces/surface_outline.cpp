@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include <octosurf/adapters/detail/morton.hpp>
 
@@ -173,8 +174,7 @@ void SurfaceModel::add_cells_of(const MeetingSites& a, const MeetingSites& b,
   }
 }
 
-void SurfaceModel::derive(double max_hole_size, const sensing::NoiseModel* noise,
-                          const SurfaceStore* others) {
+void SurfaceModel::update_raster(double max_hole_size, const sensing::NoiseModel* noise) {
   const double alpha = outline_alpha(max_hole_size);
   Overreach overreach;
   overreach.fill(resolution_);
@@ -184,10 +184,16 @@ void SurfaceModel::derive(double max_hole_size, const sensing::NoiseModel* noise
   if (other_alpha) outline_.emplace(alpha);
   if (other_alpha || overreach != overreach_) bits_.change_all();
   overreach_ = overreach;
+  const std::vector<geometry::CellBits::Cells> changes = bits_.take_changes(alpha > 3.99);
+  changed_.insert(changed_.end(), changes.begin(), changes.end());
+}
+
+void SurfaceModel::derive_outline(double max_hole_size, const SurfaceStore* others) {
+  const double alpha = outline_->alpha();
   int spacing = 2;
   while (spacing < 16 && 0.625 * (2 * spacing) + std::numbers::sqrt2 <= alpha / 2) spacing *= 2;
   std::vector<Eigen::Vector2d> sites;
-  std::vector<geometry::CellBits::Cells> changed = bits_.take_changes(alpha > 3.99);
+  std::vector<geometry::CellBits::Cells> changed = std::exchange(changed_, {});
   MeetingSites meetings;
   if (others != nullptr) meetings = find_meetings(*others, max_hole_size);
   add_cells_of(meetings, meetings_, changed);
@@ -206,6 +212,12 @@ void SurfaceModel::derive(double max_hole_size, const sensing::NoiseModel* noise
       for (Eigen::Vector2d& p : hole) p = T * p;
   }
   polygons_stale_ = false;
+}
+
+void SurfaceModel::derive(double max_hole_size, const sensing::NoiseModel* noise,
+                          const SurfaceStore* others) {
+  update_raster(max_hole_size, noise);
+  derive_outline(max_hole_size, others);
 }
 
 }  // namespace octosurf::surfaces

@@ -1,6 +1,11 @@
 #include "upkeep/derive.hpp"
 
 #include <algorithm>
+#include <atomic>
+#include <utility>
+#include <vector>
+
+#include <octosurf/adapters/detail/parallel.hpp>
 
 namespace octosurf::upkeep {
 namespace {
@@ -31,10 +36,34 @@ void put(std::vector<SurfacePtr>& surfaces, SurfacePtr surface) {
     surfaces.insert(at, std::move(surface));
 }
 
+/// Each outline by one thread, from the largest on, so that none waits long for the others.
+std::vector<SurfacePtr> derived(const surfaces::MapState& state, std::vector<surfaces::SurfaceModel*> models,
+                                const Snapshot& before, bool inliers_alone, int threads) {
+  std::stable_sort(models.begin(), models.end(),
+                   [](const auto* a, const auto* b) { return a->size() > b->size(); });
+  const double h = state.parameters.max_hole_size();
+  for (surfaces::SurfaceModel* model : models)
+    model->update_raster(h, inliers_alone ? nullptr : &state.noise);
+  std::vector<SurfacePtr> surfaces(models.size());
+  std::atomic<std::size_t> next{0};
+  const auto derive_some = [&](int) {
+    for (std::size_t i = next++; i < models.size(); i = next++) {
+      surfaces::SurfaceModel& model = *models[i];
+      model.derive_outline(h, inliers_alone ? nullptr : &state.surfaces);
+      model.derive_covariance(state.noise);
+      if (before.find(model.id()) == nullptr) model.born = state.revision;
+      model.revision = state.revision;
+      surfaces[i] = model.publish(state.revision);
+    }
+  };
+  detail::in_parallel(std::clamp(static_cast<int>(models.size()), 1, threads), derive_some);
+  return surfaces;
+}
+
 }  // namespace
 
 std::shared_ptr<const Snapshot> derive(surfaces::MapState& state, const surfaces::Changes& changes,
-                                       bool inliers_alone) {
+                                       bool inliers_alone, int threads) {
   ++state.revision;
   const std::shared_ptr<const Snapshot> before = state.snapshot.load();
   auto next = std::make_shared<Snapshot>(Snapshot{state.revision, before->resolution, {}});
@@ -44,17 +73,10 @@ std::shared_ptr<const Snapshot> derive(surfaces::MapState& state, const surfaces
     std::erase_if(next->surfaces, [&](const SurfacePtr& surface) {
       return changes.gone.contains(surface->id) || changes.merged.contains(surface->id);
     });
-  for (const SurfaceId id : changes.touched()) {
-    surfaces::SurfaceModel& surface = *state.surfaces.find(id);
-    if (inliers_alone)
-      surface.derive(state.parameters.max_hole_size());
-    else
-      surface.derive(state.parameters.max_hole_size(), &state.noise, &state.surfaces);
-    surface.derive_covariance(state.noise);
-    if (before->find(id) == nullptr) surface.born = state.revision;
-    surface.revision = state.revision;
-    put(next->surfaces, surface.publish(state.revision));
-  }
+  std::vector<surfaces::SurfaceModel*> touched;
+  for (const SurfaceId id : changes.touched()) touched.push_back(state.surfaces.find(id));
+  for (SurfacePtr& surface : derived(state, std::move(touched), *before, inliers_alone, threads))
+    put(next->surfaces, std::move(surface));
   next->cylinders = state.cylinders.publish(state.revision);
   note_departures(state, *before);
   next->departures = state.departures;

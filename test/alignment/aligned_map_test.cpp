@@ -193,6 +193,27 @@ TEST(AlignedMap, PosesThatHaveJumpedForGoodAreFoundAgainWithTheSecondScan) {
   EXPECT_LE(lost, 2U);
 }
 
+TEST(AlignedMap, OfARunOfScansThatFitNowhereFewAreSearchedFor) {
+  auto rng = test::rng();
+  Mapper mapper(coarse(true));
+  const std::vector<Scan> all = walk(40, rng, 2);
+  std::vector<double> searched_at;  // on the way
+  int in_vain = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    Scan scan = all[i];
+    if (i >= 40 && i < 60)
+      for (Eigen::Vector3f& point : scan.points) point.x() += 0.12F * std::sin(7 * point.y() + 5 * point.x());
+    mapper.insert(scan);
+    const auto& vain = mapper.map().state().alignment.vain;
+    in_vain += vain.has_value();
+    if (vain && (searched_at.empty() || searched_at.back() != vain->way_m))
+      searched_at.push_back(vain->way_m);
+  }
+  EXPECT_GT(in_vain, 10);
+  EXPECT_LT(2 * searched_at.size(), static_cast<std::size_t>(in_vain));
+  EXPECT_FALSE(mapper.map().state().alignment.vain.has_value()) << "it fits again";
+}
+
 TEST(AlignedMap, LinesOfALaserAreNoJumps) {
   // A tilting laser's line leaves two directions open or more. Looked for farther away, because the laser
   // turns to what is new, it explains itself anywhere along them: some twenty of these scans, whose poses are

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <gtest/gtest.h>
 #include <map>
+#include <random>
 #include <set>
 
 namespace octosurf::detection {
@@ -53,7 +54,7 @@ TEST_F(FloorAndStep, WhatExpandsBesideANewPlaneIsSegmentedWithIt) {
   const Due due = due_of(pending_);
   EXPECT_GT(expanded_.size(), 0U);
   EXPECT_LT(expanded_.size(), gained);
-  EXPECT_EQ(expanded_.size() + due.points.size() + waiting_in(due), pending_.size());
+  EXPECT_EQ(expanded_.size() + due.points.size() + due.unplanar.size() + waiting_in(due), pending_.size());
   const VoxelBlocks blocks(planelet_edge(points_.ledger.grid.resolution()));
   std::map<VoxelBlocks::Place, int> of_step;
   for (const geometry::VoxelKey key : due.points)
@@ -109,6 +110,23 @@ TEST_F(FloorAndStep, AQuarterOfWhatWaitsIsDueHoweverSmallTheBudget) {
   EXPECT_GT(due.waiting, pending_.size() / 2);
   points_.state.parameters.detection.detection_budget = 0;
   EXPECT_EQ(due_of(pending_, {}, false).points, due_of(pending_).points) << "no limit";
+}
+
+TEST(Waiting, WhatLiesWhereNoPlaneBeginsHasHadItsTurn) {
+  Scan bush;
+  bush.T_map_sensor.translation() = Eigen::Vector3d(0, 0, 2);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> length(-0.3F, 0.3F);
+  for (int i = 0; i < 300; ++i) bush.points.emplace_back(length(random), length(random), length(random) - 1);
+  test::PendingPoints points({bush});
+  std::vector<geometry::VoxelKey> pending;
+  for (const Index i : points.all) pending.push_back(points.ledger.window[i].key);
+  std::vector<Assignment> none;
+  const Due due = due_to_segment(points.ledger, points.state.occupancy, {}, pending, true, none);
+  EXPECT_GT(due.unplanar.size(), pending.size() / 10);
+  EXPECT_EQ(due.points.size() + due.unplanar.size() + due.left.fresh.size(), pending.size());
+  const Due next = due_to_segment(points.ledger, points.state.occupancy, due.left, {}, true, none);
+  EXPECT_TRUE(next.points.empty() && next.unplanar.empty());
 }
 
 }  // namespace

@@ -116,7 +116,7 @@ TEST(Derive, PublishesWhatChangedAndKeepsTheRest) {
     surfaces::Ledger ledger(floor.state);
     test::make_surface(ledger, floor.delta.appeared, ground, left);
     test::make_surface(ledger, floor.delta.appeared, ground, right);
-    floor.state.snapshot.store(derive(floor.state, ledger.changes, false));
+    floor.state.snapshot.store(derive(floor.state, ledger.changes, false, 1));
   }
   const auto first = floor.state.snapshot.load();
   ASSERT_EQ(first->surfaces.size(), 2U);
@@ -124,7 +124,7 @@ TEST(Derive, PublishesWhatChangedAndKeepsTheRest) {
   EXPECT_NEAR(first->surfaces[0]->area_m2, 0.5, 0.03);
   surfaces::Ledger ledger(floor.state);
   ledger.requeue(ledger.window.find(floor.state.surfaces.find(2)->sorted_inliers().front().key));
-  floor.state.snapshot.store(derive(floor.state, ledger.changes, false));
+  floor.state.snapshot.store(derive(floor.state, ledger.changes, false, 1));
   const auto second = floor.state.snapshot.load();
   EXPECT_EQ(second->revision, 2U);
   EXPECT_EQ(second->surfaces[0], first->surfaces[0]) << "not copied";

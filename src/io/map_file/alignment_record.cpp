@@ -140,6 +140,9 @@ void write_alignment(const surfaces::AlignmentState& state, Record& record) {
   }
   if (state.last) Writer(*record.mutable_last()).put(state.last->affine());
   if (state.jump) Writer(*record.mutable_jump()).put(state.jump->affine());
+  if (state.vain)
+    Writer(*record.mutable_vain())
+        .put(Eigen::Vector3d(state.vain->known, state.vain->share, state.vain->way_m));
 }
 
 surfaces::AlignmentState read_alignment(const Record& record, const std::string& where) {
@@ -171,6 +174,11 @@ surfaces::AlignmentState read_alignment(const Record& record, const std::string&
   state.patch_m = record.patch();
   if (record.last_size() > 0) state.last = Reader(record.last(), where).pose();
   if (record.jump_size() > 0) state.jump = Reader(record.jump(), where).pose();
+  if (record.vain_size() > 0) {
+    const Eigen::Vector3d vain = Reader(record.vain(), where).matrix<Eigen::Vector3d>();
+    refuse.require(vain.minCoeff() >= 0 && vain[0] <= 1 && vain[1] <= 1, "has a share that makes no sense");
+    state.vain = {vain[0], vain[1], vain[2]};
+  }
   return state;
 }
 
