@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <octosurf/parameters.hpp>
+#include <octosurf/scan.hpp>
 #include <octosurf/surface.hpp>
 
 namespace octosurf::surfaces {
@@ -64,6 +65,11 @@ class Map {
     std::uint64_t revision = 0;  ///< raised by every scan
   };
   Size size() const;  ///< O(surfaces)
+
+  /// Whether a Mapper that remembered its scans (Mapper::remember_scans) has put this one into it: compares
+  /// the pose that it was given with, its number of points and up to 4096 of them, bit by bit, by a 64-bit
+  /// hash. O(1) in the scan's points, 0.3 ns for each scan that is remembered.
+  bool holds(const Scan& scan) const;
 
   const surfaces::MapState& state() const;  ///< what is behind it; for octosurf's own rooms
   surfaces::MapState& state();              ///< likewise

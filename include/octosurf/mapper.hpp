@@ -185,10 +185,12 @@ class Mapper {
   /// (src/sensing/rounded_scan.hpp), far below their noise: from such an archive the map can be built again,
   /// to the bit.
   void round_scans();
+  /// From now on the map remembers which scans it takes, see Map::holds(): 8 bytes each, saved with it.
+  void remember_scans();
   /// What insert() has made of the last scan it took, grouped by voxel: what an archive of scans keeps.
   /// After insert_all(): of the last one.
   const sensing::VoxelScan& last_voxels() const;
-  /// What its readings told of their errors, likewise.
+  /// What its readings say of their errors, likewise.
   const std::vector<SharedVariance>& last_shared_variances() const;
 
   std::shared_ptr<const Snapshot> snapshot() const;  ///< of the last whole scan

@@ -5,6 +5,7 @@
 #include "mapper/scan_ahead.hpp"
 #include "mapper/stopwatch.hpp"
 #include "mapper/surface_update.hpp"
+#include "sensing/fingerprint.hpp"
 #include "sensing/rounded_scan.hpp"
 #include "surfaces/transaction.hpp"
 #include "upkeep/derive.hpp"
@@ -127,7 +128,7 @@ struct Mapper::Impl {
   alignment::ScanAligner align;
   sensing::VoxelScan last;
   std::vector<SharedVariance> last_shared;
-  bool round_scans = false;
+  bool round_scans = false, remember_scans = false;
 };
 
 Mapper::Mapper(const Parameters& parameters, int threads) : Mapper(Map(parameters), threads) {}
@@ -215,6 +216,7 @@ bool Mapper::Impl::apply(surfaces::MapState& state, const Scan& scan, Prepared p
                                  state.parameters.occupancy.preserve_surfaces ? &state.surfaces : nullptr);
   });
   ++state.scans;
+  if (remember_scans) state.held.push_back(sensing::fingerprint_of(scan));
   state.sensors_up += up_of_sensor(scan, report.alignment.T_map_sensor);
   time(Stage::downsample, [&] {
     state.noise.observe(scan);
@@ -352,6 +354,7 @@ void Mapper::share_octree(bool on) {
   state.snapshot.store(std::move(next));
 }
 
+void Mapper::remember_scans() { impl_->remember_scans = true; }
 void Mapper::round_scans() { impl_->round_scans = true; }
 const sensing::VoxelScan& Mapper::last_voxels() const { return impl_->last; }
 const std::vector<SharedVariance>& Mapper::last_shared_variances() const { return impl_->last_shared; }

@@ -42,6 +42,7 @@ OtherMap::OtherMap(const surfaces::MapState& other, const Eigen::Isometry3d& T_m
 
 void OtherMap::hand_over_records(surfaces::MapState& map) const {
   map.scans += other_.scans;
+  map.held.insert(map.held.end(), other_.held.begin(), other_.held.end());
   map.sensors_up += T_map_other_.linear() * other_.sensors_up;
   for (surfaces::AlignmentState::Misfit misfit : other_.alignment.misfits) {
     misfit.position = T_map_other_ * misfit.position;

@@ -1,3 +1,4 @@
+#include "sensing/fingerprint.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -85,6 +86,11 @@ std::shared_ptr<const Snapshot> Map::snapshot() const { return state_->snapshot.
 OccupancyView Map::octree() const {
   state_->require_whole();
   return state_->occupancy.share();
+}
+
+bool Map::holds(const Scan& scan) const {
+  const std::vector<std::uint64_t>& held = state().held;
+  return std::find(held.begin(), held.end(), sensing::fingerprint_of(scan)) != held.end();
 }
 
 Map::Voxel Map::at(const Eigen::Vector3d& point) const {

@@ -39,6 +39,7 @@ struct MapState {
   PendingQueue queue;
   std::size_t points = 0;  ///< voxels that hold one
   std::uint64_t scans = 0;
+  std::vector<std::uint64_t> held;  ///< fingerprints of those that are remembered, as they came
   std::uint64_t revision = 0;
   /// Sum over the scans of their sensor's own up direction, unit vectors in the map frame: what up_of() asks.
   Eigen::Vector3d sensors_up = Eigen::Vector3d::Zero();

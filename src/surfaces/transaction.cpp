@@ -11,6 +11,7 @@ Transaction::Records::Records(const MapState& state)
       departures(state.departures),
       queue(state.queue),
       points(state.points),
+      held(state.held.size()),
       scans(state.scans),
       revision(state.revision),
       sensors_up(state.sensors_up) {}
@@ -25,6 +26,7 @@ void Transaction::Records::put_back(MapState& state) noexcept {
   std::swap(state.departures, departures);
   std::swap(state.queue, queue);
   state.points = points;
+  state.held.resize(held);  // to fewer
   state.scans = scans;
   state.revision = revision;
   state.sensors_up = sensors_up;

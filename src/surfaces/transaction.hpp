@@ -31,7 +31,7 @@ class Transaction {
     AlignmentState alignment;
     DepartureLog departures;
     PendingQueue queue;
-    std::size_t points;
+    std::size_t points, held;
     std::uint64_t scans, revision;
     Eigen::Vector3d sensors_up;
   };

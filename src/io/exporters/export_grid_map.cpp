@@ -109,7 +109,7 @@ void io::write_grid_map(io::MessageWriter& out, const HeightGrid& grid, const io
 void io::require_cells(const HeightGrid& grid, const std::filesystem::path& file) {
   if (grid.elevation.size() == 0)
     throw Error(Error::Kind::data, file.string(), "there is nothing to put into it",
-                "no surface is level enough; a larger slope leaves more");
+                "no surface is level enough; a larger slope leaves more, and --up where z is not up");
   const auto same = [&](const Eigen::MatrixXf& layer) {
     return layer.rows() == grid.elevation.rows() && layer.cols() == grid.elevation.cols();
   };

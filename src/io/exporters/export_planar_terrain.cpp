@@ -89,7 +89,8 @@ io::TerrainRegions some_regions(const std::vector<PlannerSurface>& surfaces, con
   io::TerrainRegions terrain = io::terrain_regions(surfaces);
   if (terrain.regions.empty())
     throw Error(Error::Kind::data, where.string(), "there is nothing to put into it",
-                "no surface has room for the contact; a smaller foot or a larger slope leaves more");
+                "no surface has room for the contact; a smaller foot or a larger slope leaves more, "
+                "and --up where z is not up");
   return terrain;
 }
 

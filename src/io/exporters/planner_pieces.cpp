@@ -39,7 +39,8 @@ void require_pieces(const std::vector<PlannerSurface>& surfaces, const std::file
     }
   if (!any)
     throw Error(Error::Kind::data, file.string(), "there is nothing to put into it",
-                "no surface has room for the contact; a smaller foot or a larger slope leaves more");
+                "no surface has room for the contact; a smaller foot or a larger slope leaves more, "
+                "and --up where z is not up");
 }
 
 Eigen::Vector2d interior_point(const Polygon& polygon) {

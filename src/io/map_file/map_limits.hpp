@@ -19,6 +19,7 @@ inline constexpr Expansion map_memory{.free = std::uint64_t{40} << 20, .ratio = 
 
 // Bytes in memory, counted high: hashes grow by doubling.
 inline constexpr std::uint64_t pose_cost = 2 * sizeof(Eigen::Isometry3d);
+inline constexpr std::uint64_t held_cost = 2 * sizeof(std::uint64_t);
 inline constexpr std::uint64_t patch_cost = 2 * sizeof(surfaces::SeenPatches::Change);
 inline constexpr std::uint64_t inlier_cost = 200, waiting_cost = 16, surface_cost = 4096, vertex_cost = 60;
 inline constexpr std::uint64_t departure_cost = 300;  // of it, of its record, and of noting that it is there

@@ -252,7 +252,11 @@ class Reader {
       const auto count = static_cast<std::size_t>(record.values_size()) / 12;
       require(record.values_size() % 12 == 0 && count <= file_.state->scans - poses.size(),
               "it has poses of scans that are not there");
+      const auto held = static_cast<std::size_t>(record.held_size());
+      require(held <= file_.state->scans - file_.state->held.size(), "it holds scans that are not there");
       charge(count, pose_cost);
+      charge(held, held_cost);
+      file_.state->held.insert(file_.state->held.end(), record.held().begin(), record.held().end());
       for (std::size_t i = 0; i < count; ++i) {
         Eigen::Isometry3d& T = poses.emplace_back(Eigen::Isometry3d::Identity());
         for (std::size_t k = 0; k < 12; ++k) T(k / 4, k % 4) = record.values(static_cast<int>(12 * i + k));

@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::size_t keys_in_record = 65536;
 constexpr std::size_t poses_in_record = 8192;
+constexpr std::size_t held_in_record = 65536;
 constexpr std::size_t departures_bytes = 1U << 16;
 constexpr std::size_t patches_in_record = 1000;
 
@@ -99,11 +100,21 @@ void put_poses(const std::vector<Eigen::Isometry3d>& poses, RecordWriter& record
   }
 }
 
+void put_held(const std::vector<std::uint64_t>& held, RecordWriter& records) {
+  for (std::size_t i = 0; i < held.size();) {
+    map_file::Record record;
+    for (const std::size_t end = std::min(held.size(), i + held_in_record); i < end; ++i)
+      record.mutable_scan_poses()->add_held(held[i]);
+    put_record(record, records);
+  }
+}
+
 /// Bytes that reading it takes, as the reader counts them; a quarter more, because pools grow in steps.
 std::uint64_t memory_of(const surfaces::MapState& state, const KeptScans& scans) {
   std::uint64_t bytes = state.occupancy.bytes() +
                         waiting_cost * (state.queue.fresh.size() + state.queue.blocks.size()) +
-                        pose_cost * scans.poses.size() + patch_cost * state.patches.size(),
+                        pose_cost * scans.poses.size() + held_cost * state.held.size() +
+                        patch_cost * state.patches.size(),
                 checking = 0;
   for (const auto& [id, surface] : state.surfaces) {
     std::uint64_t vertices = 0, rings = 0;
@@ -141,6 +152,7 @@ void write_map(const surfaces::MapState& state, const FileSum& bt, std::ostream&
   });
   put_queue(state.queue, records);
   put_poses(scans.poses, records);
+  put_held(state.held, records);
   for (const auto& [id, surface] : state.surfaces) {
     map_file::Record record;
     write_surface(surface.state(), *record.mutable_surface());

@@ -238,6 +238,30 @@ TEST(MapFileFixture, DISABLED_Write) {
   save_map(map, stem, scans);
 }
 
+TEST_F(MapFiles, TheScansThatAMapHoldsAreKnownByPoseAndReadings) {
+  Mapper mapper;
+  const std::vector<Scan> scans = changing_room(4);
+  mapper.insert(scans[0]);
+  mapper.remember_scans();
+  mapper.insert(scans[1]);
+  mapper.insert(scans[2]);
+  save_map(mapper.map(), folder / "a");
+  const LoadedMap loaded = load_map(folder / "a");
+  EXPECT_EQ(difference(loaded.map, mapper.map()), "");
+  EXPECT_FALSE(loaded.map.holds(scans[0])) << "it was not remembered";
+  EXPECT_TRUE(loaded.map.holds(scans[1]));
+  EXPECT_FALSE(loaded.map.holds(scans[3]));
+  Scan again = scans[2];
+  again.stamp_s += 100;
+  again.name = "another";
+  EXPECT_TRUE(loaded.map.holds(again));
+  again.points[0].x() += 0.001F;
+  EXPECT_FALSE(loaded.map.holds(again));
+  again = scans[2];
+  again.T_map_sensor.translation().x() += 0.1;
+  EXPECT_FALSE(loaded.map.holds(again));
+}
+
 /// Four scans of a room whose walls are known, and two of three single points each.
 class MapFileOfVersion : public testing::TestWithParam<int> {};
 TEST_P(MapFileOfVersion, IsRead) {

@@ -219,6 +219,7 @@ std::string difference(const Map& map_a, const Map& map_b) {
       return info.name;
   if (octree_of(a) != octree_of(b)) return "octree";
   if (a.queue != b.queue) return "queue";
+  if (a.held != b.held) return "scans that it holds";
   if (all_of(a.departures) != all_of(b.departures)) return "departures";
   if (a.points != b.points || a.scans != b.scans || a.revision != b.revision) return "counts";
   if (a.sensors_up != b.sensors_up) return "sensors' up";
