@@ -97,6 +97,7 @@ void run(const Arguments& arguments) {
   require_apart("--to", arguments.file, files_of_map(arguments.map));
   const LoadedMap loaded = load_map(arguments.map);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
+  warn_of_up(loaded.map, arguments.up);
   const Up up = up_in_force(loaded.map, arguments.up);
   if (!arguments.planner.format.empty())
     export_for_planner(loaded.map, up, arguments.planner, arguments.file, arguments.force);

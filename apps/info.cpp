@@ -10,16 +10,21 @@
 
 #include <CLI/CLI.hpp>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cstdio>
+#include <filesystem>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/mapper.hpp>
+#include <octosurf/scan_source.hpp>
 
 namespace octosurf {
 namespace {
@@ -33,6 +38,7 @@ Examples:
   octosurf info maps/office --json
   octosurf info maps/office --check      whether octree, points and surfaces agree with one another
   octosurf info walk.mcap                topics of a bag (.bag, .db3, .mcap, or its folder)
+  octosurf info kitchen                  scans of a folder, and how its first is read
 )";
 
 struct Arguments {
@@ -147,6 +153,33 @@ void print_json(const LoadedMap& loaded, const Contents& contents, bool checked)
   std::fputs(text_of(json).c_str(), stdout);
 }
 
+/// Of a folder of scans: how many, what the first is like, and what was chosen.
+void print_scans(const Arguments& arguments) {
+  if (arguments.check || arguments.json || !arguments.up.empty())
+    throw Error(Error::Kind::usage, arguments.map,
+                "a folder of scans, and --json, --check and --up are of maps", "leave them away");
+  const std::unique_ptr<ScanSource> source = open_scans({arguments.map}, {});
+  std::printf("%-12s %zu\n", "scans", source->size());
+  const std::optional<Scan> first = source->next();
+  if (!first) return;
+  float nearest = std::numeric_limits<float>::infinity(), farthest = 0;
+  std::size_t finite = 0;
+  for (const Eigen::Vector3f& point : first->points) {
+    if (!point.allFinite()) continue;
+    ++finite;
+    nearest = std::min(nearest, point.norm());
+    farthest = std::max(farthest, point.norm());
+  }
+  const bool posed = first->T_map_sensor.matrix() != Eigen::Isometry3d::Identity().matrix();
+  std::printf("%-12s %s of a %s, %s\n", "first", first->name.c_str(),
+              first->sensor == SensorKind::lidar ? "lidar, or a cloud" : "depth camera",
+              posed ? "with its pose" : "without a pose, or at the origin");
+  std::printf("%-12s %zu of %zu points", "readings", finite, first->points.size());
+  if (finite > 0) std::printf(", from %.2f to %.2f m", nearest, farthest);
+  std::printf("\n");
+  for (const std::string& note : source->notes()) std::printf("%-12s %s\n", "chosen", note.c_str());
+}
+
 void run(const Arguments& arguments) {
   if (io::is_bag(arguments.map)) {
     if (arguments.check || !arguments.up.empty())
@@ -154,8 +187,10 @@ void run(const Arguments& arguments) {
                   "leave them away");
     return print_bag(arguments.map, arguments.json);
   }
+  if (std::filesystem::is_directory(arguments.map)) return print_scans(arguments);
   const LoadedMap loaded = load_map(arguments.map);
   const Contents contents = look_into(loaded.map, arguments.up, arguments.check);
+  warn_of_up(loaded.map, arguments.up);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   if (arguments.json)
     print_json(loaded, contents, arguments.check);
@@ -179,8 +214,9 @@ std::string info_json(const LoadedMap& loaded, const std::string& up) {
 void add_info(CLI::App& app) {
   CLI::App* verb = app.add_subcommand("info", description);
   const auto arguments = std::make_shared<Arguments>();
-  verb->add_option("map", arguments->map,
-                   "map to look into: name without ending, as given to map -o; or a bag")
+  verb->add_option(
+          "map", arguments->map,
+          "map to look into: name without ending, as given to map -o; or a bag, or a folder of scans")
       ->required();
   add_up_option(*verb, arguments->up);
   verb->add_flag("--json", arguments->json, "tell it in JSON");

@@ -9,6 +9,7 @@
 #include <exception>
 #include <memory>
 #include <new>
+#include <numeric>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -60,12 +61,53 @@ class Formatter : public CLI::Formatter {
   }
 };
 
-/// The verb the command line names, or nothing.
-std::string verb_of(const CLI::App& app, int argc, char** argv) {
-  if (argc < 2) return {};
-  const std::string word = argv[1];
-  const auto verbs = app.get_subcommands([&](const CLI::App* verb) { return verb->get_name() == word; });
-  return verbs.empty() ? std::string() : word;
+std::vector<std::string> verbs_of(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* verb : app.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(verb->get_name());
+  return names;
+}
+
+/// Letters to be put in, left out or changed to make one word of the other (Levenshtein).
+std::size_t edits(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (const char letter : a) {
+    std::size_t before = row[0]++;
+    for (std::size_t k = 0; k < b.size(); ++k) {
+      const std::size_t changed = before + (letter == b[k] ? 0 : 1);
+      before = row[k + 1];
+      row[k + 1] = std::min({changed, before + 1, row[k] + 1});
+    }
+  }
+  return row.back();
+}
+
+/// "; did you mean …?" of the known word that is most like one; empty if more than a third of it differs.
+std::string suggestion(const std::string& word, const std::vector<std::string>& known) {
+  std::string nearest;
+  std::size_t fewest = word.size() / 3 + 1;
+  for (const std::string& other : known)
+    if (const std::size_t count = edits(word, other); count < fewest) {
+      fewest = count;
+      nearest = other;
+    }
+  return nearest.empty() ? std::string() : "; did you mean " + nearest + "?";
+}
+
+/// For an option that the verb does not have.
+std::string suggested_option(const CLI::App& app, const std::string& verb,
+                             const std::vector<std::string>& words) {
+  if (verb.empty()) return {};
+  std::vector<std::string> known;
+  for (const CLI::Option* option : app.get_subcommand(verb)->get_options())
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  for (const std::string& word : words) {
+    const std::string name = word.substr(0, word.find('='));
+    if (name.starts_with("--") && std::find(known.begin(), known.end(), name) == known.end())
+      return suggestion(name, known);
+  }
+  return {};
 }
 
 /// One line. Takes no memory, because there may be none.
@@ -86,8 +128,7 @@ bool is_number(const std::string& text) {
 
 /// The arguments for CLI11, last first, with the three numbers of `--up X Y Z` made one: an option that
 /// takes one word or three numbers would swallow the map's name behind the word.
-std::vector<std::string> arguments_of(int argc, char** argv) {
-  std::vector<std::string> words(argv + 1, argv + argc);
+std::vector<std::string> arguments_of(std::vector<std::string> words) {
   for (std::size_t i = 0; i + 3 < words.size(); ++i) {
     const auto first = words.begin() + static_cast<std::ptrdiff_t>(i) + 1;
     if (words[i] != "--up" || !std::all_of(first, first + 3, is_number)) continue;
@@ -99,18 +140,30 @@ std::vector<std::string> arguments_of(int argc, char** argv) {
 }
 
 int run(CLI::App& app, int argc, char** argv) {
-  const std::string verb = verb_of(app, argc, argv);
-  if (argc < 2) return complain({}, "a verb is missing; octosurf --help lists them", wrong_use);
-  const std::string first = argv[1];
+  std::vector<std::string> words(argv + 1, argv + argc);
+  if (words.empty()) return complain({}, "a verb is missing; octosurf --help lists them", wrong_use);
+  if (words.front() == "help") {  // of a verb, or of all
+    words.erase(words.begin());
+    words.emplace_back("--help");
+  }
+  const std::vector<std::string> verbs = verbs_of(app);
+  const std::string& first = words.front();
+  const std::string verb =
+      std::find(verbs.begin(), verbs.end(), first) == verbs.end() ? std::string() : first;
   if (verb.empty() && first != "--help" && first != "-h" && first != "--version")
-    return complain({}, "'" + first + "' is not a verb; octosurf --help lists them", wrong_use);
+    return complain(
+        {}, "'" + first + "' is not a verb" + suggestion(first, verbs) + "; octosurf --help lists them",
+        wrong_use);
   try {
-    app.parse(arguments_of(argc, argv));
+    app.parse(arguments_of(words));
   } catch (const CLI::Success& asked) {  // help, version
     return app.exit(asked);
   } catch (const CLI::ParseError& error) {
     const std::string help = verb.empty() ? "octosurf --help" : "octosurf " + verb + " --help";
-    return complain(verb, std::string(error.what()) + "; see " + help, wrong_use);
+    const bool unknown = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
+    return complain(
+        verb, error.what() + (unknown ? suggested_option(app, verb, words) : std::string()) + "; see " + help,
+        wrong_use);
   } catch (const Error& error) {
     return complain(verb, error.what(), error.kind() == Error::Kind::usage ? wrong_use : failed);
   } catch (const std::bad_alloc&) {

@@ -32,7 +32,7 @@ constexpr const char* description = R"(Builds a map from posed scans, or goes on
 Examples:
   octosurf map kitchen -o maps/kitchen                          a folder of depth images with poses
   octosurf map kitchen -o maps/kitchen --resolution 0.01 --report kitchen.json
-  octosurf map more -o maps/kitchen --resume maps/kitchen       go on with a map
+  octosurf map more -o maps/kitchen --resume maps/kitchen       go on with a map, with what it has not yet
   octosurf map depth --poses trajectory.txt --intrinsics K.txt --depth-scale 5000 -o maps/lab
   octosurf map velodyne --poses poses.txt --resolution 0.05 -o maps/street
   octosurf map walk.mcap -o maps/walk                           a bag; info walk.mcap tells its topics
@@ -127,6 +127,7 @@ bool goes_on_in_place(const MapOptions& options) {
 /// Refuses what cannot or must not be written before any work is done.
 void probe_outputs(const MapOptions& options) {
   refuse_collisions(options);
+  make_folder_of(options.output);
   const std::vector<std::string> written = files_of_map(options.output);
   const auto probe = [](const std::string& file, bool force) {
     io::NewFile(file, force).write([](std::ostream&) {});
@@ -246,9 +247,16 @@ void add_map(CLI::App& app) {
   verb->add_option("--serve", options->serve_port,
                    "PORT of this machine: serve the map while it grows, as serve does; 0: any that is free");
   verb->add_option("--threads", options->threads, "result does not depend on it")->capture_default_str();
+  verb->add_flag("--again", options->again, "--resume: map scans that are in the map already once more");
   verb->add_flag("--force", options->force, "overwrite map and report");
   verb->add_flag("--show-parameters", options->show_parameters, "print the parameters in force and end");
   add_scan_options(*verb, options->source, options->range);
+  verb->add_option(
+          "--viewpoint", options->viewpoint,
+          "X Y Z: where clouds without a pose were seen from, in their frame, m [the origin; of a single "
+          "cloud that it cannot have been, above it]")
+      ->expected(3)
+      ->group("Scans");
   add_parameter_options(*verb, options->parameters);
   verb->callback([options] { run(*options); });
 }

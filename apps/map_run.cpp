@@ -1,13 +1,16 @@
 #include "map_run.hpp"
 
+#include "cloud_viewpoint.hpp"
 #include "io/new_file.hpp"
 #include "io/text_file.hpp"
 #include "last_line.hpp"
 #include "output_files.hpp"
 #include "progress.hpp"
 #include "run_warnings.hpp"
+#include "sensing/fingerprint.hpp"
 #include "serve/live_server.hpp"
 #include "surface_table.hpp"
+#include "surfaces/map_state.hpp"
 #include "up_option.hpp"
 
 #include <algorithm>
@@ -19,6 +22,7 @@
 #include <cstdio>
 #include <ctime>
 #include <new>
+#include <set>
 #include <thread>
 #include <utility>
 
@@ -85,7 +89,9 @@ MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext 
       poses_(options.write_poses, options.force),
       backlog_(options.together),
       history_(options.history, {options.force, !options.resume.empty()}, *mapper_.snapshot()),
-      reserve_(std::make_unique_for_overwrite<std::byte[]>(std::size_t{8} << 20)) {}
+      reserve_(std::make_unique_for_overwrite<std::byte[]>(std::size_t{8} << 20)) {
+  mapper_.remember_scans();
+}
 
 MapRun::~MapRun() = default;
 
@@ -105,6 +111,7 @@ void MapRun::run(bool adopt, std::unique_ptr<ScanSource> source) {
     if (adopt) adopt_octree();
     if (source) map_scans(std::move(source));
     cut_short = interrupted;
+    if (!cut_short) require_mapped();
     if (!cut_short) drain();
     if (cut_short && !changed_)
       throw Error(Error::Kind::data, "", "interrupted before a scan was mapped", "nothing is written");
@@ -132,7 +139,9 @@ void MapRun::adopt_octree() {
 void MapRun::map_scans(std::unique_ptr<ScanSource> source) {
   const std::size_t listed = source->size();
   for (const std::string& note : source->notes()) std::printf("%s\n", note.c_str());
-  ScanFeed feed(std::move(source), options_.range, options_.realtime ? options_.together : 1);
+  const bool alone = listed == 1 && !options_.source.poses;
+  ScanFeed feed(std::move(source), options_.range, options_.realtime ? options_.together : 1,
+                accepting(alone));
   if (feed.size() == 0)
     throw Error(Error::Kind::usage, "--skip", "leaves none of the " + std::to_string(listed) + " scans");
   const auto note_skipped = [&] {
@@ -146,6 +155,62 @@ void MapRun::map_scans(std::unique_ptr<ScanSource> source) {
     throw;
   }
   note_skipped();
+  if (feed.refused() == 0) return;
+  context_.mapped_before = feed.refused();
+  std::printf("%s left out: %s in the map already; --again maps them once more\n",
+              io::count_of(feed.refused(), "scan").c_str(), feed.refused() == 1 ? "it is" : "they are");
+}
+
+std::function<bool(Scan&)> MapRun::accepting(bool alone) const {
+  const std::vector<std::uint64_t>& held = mapper_.map().state().held;
+  std::set<std::uint64_t> before;
+  if (!options_.again) before.insert(held.begin(), held.end());
+  return [this, alone, before = std::move(before)](Scan& scan) {
+    place(scan, alone);
+    return before.empty() || !before.contains(sensing::fingerprint_of(scan));
+  };
+}
+
+void MapRun::place(Scan& cloud, bool alone) const {
+  const bool posed = cloud.T_map_sensor.matrix() != Eigen::Isometry3d::Identity().matrix();
+  if (!options_.viewpoint.empty()) {
+    if (posed || cloud.sensor != SensorKind::lidar)
+      throw Error(Error::Kind::usage, "--viewpoint", cloud.name + " has a pose already",
+                  "give it with clouds that have none");
+    return set_viewpoint(cloud, Eigen::Map<const Eigen::Vector3d>(options_.viewpoint.data()));
+  }
+  if (posed || !alone || cloud.sensor != SensorKind::lidar) return;
+  const Parameters& parameters = mapper_.map().parameters();
+  const auto found = likely_viewpoint(cloud, parameters.up.value_or(Eigen::Vector3d::UnitZ()),
+                                      parameters.occupancy.resolution);
+  if (!found) return;
+  std::fprintf(
+      stderr,
+      "warning: %s does not say where it was seen from; from the origin %.0f %% of its readings would "
+      "lie behind others, from above %.0f %%: taken as seen from %.2f %.2f %.2f; --viewpoint X Y Z says "
+      "where it was\n",
+      cloud.name.c_str(), 100 * found->hidden_origin, 100 * found->hidden, found->at.x(), found->at.y(),
+      found->at.z());
+  set_viewpoint(cloud, found->at);
+}
+
+void MapRun::require_mapped() {
+  const ScanReport& totals = statistics_.totals();
+  if (statistics_.scans() == 0) return;
+  const auto fail = [&](const std::string& what, const std::string& mend) {
+    changed_ = false;  // nothing is worth saving
+    throw Error(Error::Kind::data, context_.input.empty() ? "" : context_.input.front(),
+                what + "; nothing is written", mend);
+  };
+  const std::string units =
+      "check the units: --depth-scale says how many there are to a metre, clouds and poses are in metres";
+  if (near_sensor_ && mapper_.snapshot()->surfaces.empty())
+    fail("no surface was found, as hardly a reading is more than a few voxels from the sensor", units);
+  if (totals.voxels > 0) return;
+  if (totals.points_beyond_range + totals.points_out_of_map > 0)
+    fail("no reading was mapped, all lie beyond the maximum range, or outside the octree", units);
+  if (totals.points_too_near > 0) fail("no reading was mapped, all are nearer than min_range", units);
+  fail("the scans hold no readings", "check the input");
 }
 
 void MapRun::end_early(const std::exception& failure) {
@@ -187,6 +252,9 @@ void MapRun::insert_all(ScanFeed& feed) {
     if (is_pause(last_stamp_s_, scans.front().stamp_s)) drain();
     if (options_.realtime) wait_and_join(scans, feed);
     if (interrupted) break;
+    if (statistics_.scans() == 0)
+      near_sensor_ = warn_of_first_scan(scans.front(), context_.input, options_.source.poses.has_value(),
+                                        mapper_.map().parameters());
     const double start_s = now_s();
     insert(scans, [&]() -> const Scan* {
       const Scan* next = feed.peek_if_read();

@@ -35,11 +35,12 @@ struct MapOptions {
   ParameterOptions parameters;
   ScanSourceOptions source;
   ScanRange range;
+  std::vector<double> viewpoint;             ///< of clouds without a pose: none, or three
   double checkpoint_s = 60;                  ///< 0: never
   std::optional<unsigned short> serve_port;  ///< of this machine, to serve the map while it grows
   int threads = 1;
   std::size_t together = 16;  ///< scans that wait, at most: half a second of a camera's, 60 MB
-  bool realtime = false, force = false, show_parameters = false;
+  bool realtime = false, again = false, force = false, show_parameters = false;
 };
 
 class LiveServer;
@@ -65,6 +66,12 @@ class MapRun {
  private:
   void serve();
   void adopt_octree();
+  /// ScanFeed's: gives clouds without a pose their viewpoint, leaves out scans that the map had when the run
+  /// began. `alone`: there is but one scan, and no file of poses.
+  std::function<bool(Scan&)> accepting(bool alone) const;
+  void place(Scan& cloud, bool alone) const;
+  /// A run that has mapped no reading at all has failed.
+  void require_mapped();
   void map_scans(std::unique_ptr<ScanSource> source);
   void insert_all(ScanFeed& feed);
   /// --realtime: waits until the scan has arrived; where mapping has fallen behind, adds others that have.
@@ -101,6 +108,7 @@ class MapRun {
   std::unique_ptr<std::byte[]> reserve_;  // given back when the run fails: saving takes some memory
   bool changed_ = false;                  // the map, by this run
   bool finishing_ = false;
+  bool near_sensor_ = false;            // warn_of_first_scan()
   std::unique_ptr<LiveServer> server_;  // before the mapper, which it asks, is gone
   std::optional<double> last_stamp_s_;  // of the scans that were mapped
   double stamp_zero_s_ = 0;             // --realtime: a time stamp's arrival is stamp + stamp_zero_s_

@@ -1,8 +1,10 @@
 // `octosurf merge`: two maps into one.
 #include "io/new_file.hpp"
 #include "io/readers/pose_file.hpp"
+#include "io/text_file.hpp"
 #include "output_files.hpp"
 #include "surface_table.hpp"
+#include "surfaces/map_state.hpp"
 
 #include <CLI/CLI.hpp>
 #include <Eigen/Geometry>
@@ -10,11 +12,13 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -50,7 +54,7 @@ struct MergeOptions {
   std::string first, second, output, pose_file, report;
   std::vector<double> pose;
   double reach_m = 0.3, turn_deg = 5;
-  bool align = false, force = false;
+  bool align = false, anyway = false, force = false;
 };
 
 constexpr double degrees = 180 / std::numbers::pi;
@@ -87,9 +91,13 @@ class Merge {
     before_ = first.map.snapshot();
     size_before_ = first.map.size();
     T_first_second_ = pose_of(options_);
-    if (options_.align) align(second.map);
+    if (options_.align)
+      align(second.map);
+    else if (!options_.anyway)
+      require_pose(second.map);
     Mapper mapper(std::move(first.map));
     report_ = mapper.merge(second.map, T_first_second_);
+    if (!options_.anyway) require_fit(mapper.map(), second.map);
     save_map(mapper.map(), options_.output);
     wall_s_ = std::chrono::duration<double>(Clock::now() - begin_).count();
     if (!options_.report.empty()) write_report(mapper.map(), second.map);
@@ -107,6 +115,15 @@ class Merge {
 
   /// As far as the maps themselves tell.
   void require_other_scans(const LoadedMap& first, const LoadedMap& second) const {
+    const std::vector<std::uint64_t>&held = first.map.state().held, &others = second.map.state().held;
+    const std::set<std::uint64_t> known(held.begin(), held.end());
+    const auto shared = static_cast<std::size_t>(std::count_if(
+        others.begin(), others.end(), [&](std::uint64_t scan) { return known.contains(scan); }));
+    if (shared > 0 && !options_.anyway)
+      throw Error(Error::Kind::data, options_.second,
+                  "holds " + io::count_of(shared, "scan") + " of " + options_.first +
+                      ", whose readings would count twice",
+                  "merge maps of different scans, --anyway merges them as they are");
     if (first.scans.folder.empty() || second.scans.folder.empty() ||
         !same_file(first.scans.folder, second.scans.folder))
       return;
@@ -126,6 +143,24 @@ class Merge {
                       : "fits " + options_.first + " nowhere within reach, or at several places alike",
                   "give a nearer --pose, more --reach and --turn, or merge without --align");
     T_first_second_ = alignment_->T_map_other;
+  }
+
+  /// Where both know the same surfaces, these must meet: if a pose beside the given one is certain to fit
+  /// better, the given one is wrong.
+  void require_pose(const Map& second) const {
+    const MapAlignment found =
+        align_maps(before_, second, T_first_second_, {options_.reach_m, options_.turn_deg / degrees});
+    if (found.scan.outcome != AlignmentOutcome::corrected || found.scan.determined < 6) return;
+    const Eigen::Isometry3d off = found.T_map_other * T_first_second_.inverse();
+    const Eigen::Vector3d place = found.scan.T_map_sensor.translation();
+    const double distance = (off * place - place).norm(), turn = Eigen::AngleAxisd(off.linear()).angle();
+    const double lever = 1;  // m, from there to the surfaces
+    if (distance + lever * turn <= 2 * second.parameters().occupancy.resolution) return;
+    std::array<char, 120> text{};
+    std::snprintf(text.data(), text.size(), "lies %.1f cm and %.1f° off where its surfaces meet those of ",
+                  100 * distance, degrees * turn);
+    throw Error(Error::Kind::data, options_.second, text.data() + options_.first,
+                "--align merges it there, --anyway where it was said to be");
   }
 
   std::size_t inliers_of_second() const {
@@ -148,6 +183,27 @@ class Merge {
   static std::size_t kept(const Snapshot& before, const Snapshot& after) {
     return static_cast<std::size_t>(std::count_if(before.surfaces.begin(), before.surfaces.end(),
                                                   [&](const SurfacePtr& s) { return after.find(s->id); }));
+  }
+
+  /// Two maps of one place, or of places side by side, have together at least the surface that each has.
+  /// Where they do not fit, rays of either erode what the other has, or its points lie off all planes.
+  void require_fit(const Map& merged, const Map& second) const {
+    constexpr double most_lost = 0.1;  // of the area: what changes in a place between two recordings
+    constexpr double least_kept =
+        0.5;  // of the second's inliers: else it is not on the first's surfaces, nor its own
+    const double area = total_area(*merged.snapshot()),
+                 alone = std::max(total_area(*before_), total_area(*second.snapshot())),
+                 kept = static_cast<double>(still_inliers()) /
+                        static_cast<double>(std::max<std::size_t>(1, inliers_of_second()));
+    if (area >= (1 - most_lost) * alone && (inliers_of_second() == 0 || kept >= least_kept)) return;
+    std::array<char, 200> text{};
+    std::snprintf(text.data(), text.size(),
+                  "does not fit %s: %.2f m² of surfaces would be left, where one of them alone has %.2f, and "
+                  "%.0f %% of its inliers",
+                  options_.first.c_str(), area, alone, 100 * kept);
+    throw Error(Error::Kind::data, options_.second, text.data(),
+                std::string(options_.align ? "give a nearer --pose" : "--align finds the pose between them") +
+                    ", --anyway merges them as they are");
   }
 
   void write_report(const Map& merged, const Map& second) const {
@@ -246,6 +302,7 @@ void probe_outputs(const MergeOptions& options) {
   for (const std::vector<std::string>& files : {first, second, written})
     require_apart("--report", options.report, files);
   require_apart("--report", options.report, {options.pose_file});
+  make_folder_of(options.output);
   const auto probe = [&](const std::string& file) {
     if (!file.empty()) io::NewFile(file, options.force).write([](std::ostream&) {});
   };
@@ -281,6 +338,7 @@ void add_merge(CLI::App& app) {
       ->needs(align)
       ->capture_default_str();
   verb->add_option("--report", options->report, "write what became of what to this file (JSON)");
+  verb->add_flag("--anyway", options->anyway, "merge maps that do not fit, too");
   verb->add_flag("--force", options->force, "overwrite map and report");
   verb->callback([options] { run(*options); });
 }

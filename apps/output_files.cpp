@@ -35,6 +35,15 @@ std::vector<std::string> files_of_map(const std::string& stem) {
   return {path.string() + ".surfaces", path.string() + ".bt"};
 }
 
+void make_folder_of(const std::string& stem) {
+  const fs::path folder = fs::path(stem).parent_path();
+  std::error_code failure;
+  if (!folder.empty()) fs::create_directories(folder, failure);
+  if (failure)
+    throw Error(Error::Kind::output, stem, "its folder cannot be made: " + failure.message(),
+                "choose another place for the map");
+}
+
 std::string title_of(const std::string& stem) {
   std::filesystem::path name = std::filesystem::path(files_of_map(stem).front()).filename();
   return name.replace_extension().string();

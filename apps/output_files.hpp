@@ -12,6 +12,9 @@ bool same_file(const std::filesystem::path& a, const std::filesystem::path& b);
 /// A map's two files: `stem`.surfaces and `stem`.bt; a stem may be given with either ending.
 std::vector<std::string> files_of_map(const std::string& stem);
 
+/// Makes the folder that a map is to be written to, if it is not there. Throws Error(output).
+void make_folder_of(const std::string& stem);
+
 /// A map's name without folder and ending.
 std::string title_of(const std::string& stem);
 

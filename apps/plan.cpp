@@ -116,6 +116,7 @@ void run(const Arguments& arguments) {
   const LoadedMap loaded = load_map(arguments.map);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
+  warn_of_up(loaded.map, arguments.up);
   const Eigen::Vector3d up = up_in_force(loaded.map, arguments.up).direction;
   const PlanQuery& query = arguments.query;
   const Robot robot = robot_of(query, up);

@@ -57,6 +57,7 @@ void run(const Arguments& arguments) {
   const LoadedMap loaded = load_map(arguments.map);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
+  warn_of_up(loaded.map, arguments.up);
   const Eigen::Vector3d up = up_in_force(loaded.map, arguments.up).direction;
   if (arguments.place.asked()) return answer(loaded.map, arguments.place, up, arguments.json);
   if (arguments.contact.asked()) {

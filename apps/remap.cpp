@@ -255,6 +255,7 @@ void probe_outputs(const RemapOptions& options) {
   }
   require_apart("--write-poses", options.write_poses, {options.report});
   for (const std::string& file : written) require_apart("-o", file, {options.poses, options.scans});
+  make_folder_of(options.output);
   const auto probe = [](const std::string& file, bool force) {
     if (!file.empty()) io::NewFile(file, force).write([](std::ostream&) {});
   };

@@ -196,6 +196,7 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
   json["input"] = context.input;
   json["scans"] = scans_;
   json["skipped_scans"] = context.skipped_scans;
+  json["scans_mapped_before"] = context.mapped_before;
   json["warnings"] = context.warnings;
   json["points_raw"] = totals_.points_raw;
   json["points_dropped"] = {{"not_finite", totals_.points_not_finite},

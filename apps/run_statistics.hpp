@@ -18,6 +18,7 @@ namespace octosurf {
 struct RunContext {
   std::vector<std::string> input;          ///< as given by the user
   std::vector<std::string> skipped_scans;  ///< a line each: which, and why
+  std::size_t mapped_before = 0;           ///< scans left out, as the map has them
   std::vector<std::string> warnings;
   double wall_s = 0;  ///< the whole run, reading and saving included
 };

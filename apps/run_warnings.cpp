@@ -3,10 +3,13 @@
 #include "alignment/sensor_error.hpp"
 #include "io/text_file.hpp"
 #include "surfaces/map_state.hpp"
+#include "up_option.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <numbers>
 
 #include <octosurf/diagnosis.hpp>
@@ -14,15 +17,22 @@
 namespace octosurf {
 namespace {
 
-/// Clouds without poses are a sensor's that stands still, or have them in a file that was not given.
+/// Clouds without poses are a sensor's that stands still, or have them in a file that was not given; or they
+/// stand in another frame than the sensor's.
 void warn_of_missing_poses(const RunStatistics& statistics) {
   const auto scans = static_cast<std::size_t>(statistics.scans());
-  if (scans < 2 || statistics.scans_at_origin() < scans) return;
-  std::fprintf(
-      stderr,
-      "warning: all %zu scans are mapped from the map's origin, as they came without poses; if the sensor "
-      "has moved, --poses FILE gives them\n",
-      scans);
+  if (scans == 0 || statistics.scans_at_origin() < scans) return;
+  if (scans == 1)
+    std::fprintf(
+        stderr,
+        "warning: the scan is mapped as seen from the map's origin, as it came without a pose; if the "
+        "sensor was elsewhere, --viewpoint X Y Z or --poses FILE says where\n");
+  else
+    std::fprintf(
+        stderr,
+        "warning: all %zu scans are mapped from the map's origin, as they came without poses; if the sensor "
+        "has moved, --poses FILE gives them\n",
+        scans);
 }
 
 /// If it stands out of its own uncertainty (four deviations: four numbers, one false alarm in 4,000 runs) and
@@ -58,12 +68,13 @@ void warn_of_closures(const RunStatistics& statistics) {
   const mapper::LoopClosure& worst = *std::max_element(
       closures.begin(), closures.end(),
       [](const mapper::LoopClosure& a, const mapper::LoopClosure& b) { return a.farthest_m < b.farthest_m; });
+  const std::string where =
+      worst.first == worst.last ? "at " + worst.first : "from " + worst.first + " to " + worst.last;
   std::fprintf(
       stderr,
-      "warning: %s where the poses do not meet what was mapped before, the farthest from %s to %s: %.1f cm; "
+      "warning: %s where the poses do not meet what was mapped before, the farthest %s: %.1f cm; "
       "the way between is bent by as much, and remap straightens it with poses that close the loop\n",
-      io::count_of(closures.size(), "place").c_str(), worst.first.c_str(), worst.last.c_str(),
-      100 * worst.farthest_m);
+      io::count_of(closures.size(), "place").c_str(), where.c_str(), 100 * worst.farthest_m);
 }
 
 void warn_of_double_layers(const Snapshot& snapshot, bool reported) {
@@ -77,11 +88,69 @@ void warn_of_double_layers(const Snapshot& snapshot, bool reported) {
                100 * worst.distance_m, reported ? "the report lists them" : "--report FILE lists them");
 }
 
+/// Beside an input or in it, by its name; empty if there is none.
+std::string pose_like_file(const std::vector<std::string>& inputs) {
+  namespace fs = std::filesystem;
+  for (const std::string& input : inputs)
+    for (const fs::path& folder : {fs::path(input), fs::absolute(input).parent_path()}) {
+      std::error_code ignored;
+      std::vector<std::string> found;
+      for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+        std::string name = entry.path().filename().string();
+        std::transform(name.begin(), name.end(), name.begin(),
+                       [](unsigned char c) { return std::tolower(c); });
+        const std::string ending = entry.path().extension().string();
+        const bool text = ending == ".txt" || ending == ".csv" || ending == ".tum" || ending == ".g2o";
+        for (const char* const part : {"pose", "traj", "groundtruth", "odom"})
+          if (text && name.find(part) != std::string::npos) found.push_back(entry.path().string());
+      }
+      if (!found.empty()) return *std::min_element(found.begin(), found.end());
+    }
+  return {};
+}
+
+/// m, within which 19 of 20 readings lie; 0: there are none.
+double usual_range(const Scan& scan) {
+  std::vector<float> ranges;
+  for (const Eigen::Vector3f& point : scan.points)
+    if (const float range = point.norm(); std::isfinite(range)) ranges.push_back(range);
+  if (ranges.empty()) return 0;
+  const auto at = ranges.begin() + static_cast<std::ptrdiff_t>(ranges.size() * 19 / 20);
+  std::nth_element(ranges.begin(), at, ranges.end());
+  return static_cast<double>(*at);
+}
+
 }  // namespace
+
+bool warn_of_first_scan(const Scan& scan, const std::vector<std::string>& inputs, bool poses_given,
+                        const Parameters& parameters) {
+  if (!poses_given && scan.T_map_sensor.matrix() == Eigen::Isometry3d::Identity().matrix())
+    if (const std::string file = pose_like_file(inputs); !file.empty())
+      std::fprintf(stderr,
+                   "warning: %s has no pose, or is at the origin, and %s lies beside it: --poses %s\n",
+                   scan.name.c_str(), file.c_str(), file.c_str());
+  // A lidar's rows of 0.2° and more are three voxels apart there: hardly any surface would be dense enough.
+  constexpr double voxels_far = 1000;
+  const double range = usual_range(scan), d = parameters.occupancy.resolution;
+  if (scan.sensor == SensorKind::lidar && range > voxels_far * d)
+    std::fprintf(stderr,
+                 "warning: readings reach %.0f m, where they lie farther apart than voxels of %g m: "
+                 "--resolution %g or more finds surfaces there, in less time and memory\n",
+                 range, d, std::ceil(range / voxels_far * 100) / 100);
+  constexpr double voxels_near = 5;  // no sensor sees so near what it resolves by such voxels
+  const bool near = range > 0 && range < voxels_near * d;
+  if (near)
+    std::fprintf(
+        stderr,
+        "warning: 19 of 20 readings of %s lie within %.2g m of the sensor: check the units, --depth-scale\n",
+        scan.name.c_str(), range);
+  return near;
+}
 
 void print_warnings(const RunStatistics& statistics, const Map& map, bool reported) {
   std::fflush(stdout);  // so that they follow the summary
   warn_of_missing_poses(statistics);
+  warn_of_up(map, "");
   warn_of_closures(statistics);
   warn_of_sensor_error(map);
   warn_of_double_layers(*map.snapshot(), reported);

@@ -9,8 +9,12 @@
 
 namespace octosurf {
 
-ScanFeed::ScanFeed(std::unique_ptr<ScanSource> source, const ScanRange& range, std::size_t ahead)
-    : source_(std::move(source)), range_(range), ready_(std::max<std::size_t>(1, ahead)) {
+ScanFeed::ScanFeed(std::unique_ptr<ScanSource> source, const ScanRange& range, std::size_t ahead,
+                   std::function<bool(Scan&)> accept)
+    : source_(std::move(source)),
+      range_(range),
+      accept_(std::move(accept)),
+      ready_(std::max<std::size_t>(1, ahead)) {
   const std::size_t left = source_->size() - std::min(range_.skip, source_->size());
   size_ = std::min(range_.first, (left + range_.every - 1) / range_.every);
   try {
@@ -56,11 +60,15 @@ ScanFeed::Reading ScanFeed::read() {
 }
 
 std::optional<Scan> ScanFeed::read_one() try {
-  if (asked_ == range_.first) return {};
-  std::size_t left_out = asked_++ == 0 ? range_.skip : range_.every - 1;
-  for (; left_out > 0; --left_out)
-    if (!source_->next()) return {};
-  return source_->next();
+  while (asked_ < range_.first) {
+    std::size_t left_out = asked_++ == 0 ? range_.skip : range_.every - 1;
+    for (; left_out > 0; --left_out)
+      if (!source_->next()) return {};
+    std::optional<Scan> scan = source_->next();
+    if (!scan || !accept_ || accept_(*scan)) return scan;
+    ++refused_;
+  }
+  return {};
 } catch (const std::bad_alloc&) {
   throw Error(Error::Kind::data, "scan " + std::to_string(asked_), "does not fit into memory");
 }

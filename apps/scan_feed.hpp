@@ -1,9 +1,11 @@
 #pragma once
 
+#include <atomic>
 #include <boost/circular_buffer.hpp>
 #include <condition_variable>
 #include <cstddef>
 #include <exception>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <mutex>
@@ -24,13 +26,15 @@ struct ScanRange {
 /// Scans of a source; the next ones are read and decoded beside the work on the one before.
 class ScanFeed {
  public:
-  /// `ahead`: so many are held ready, at least 1.
-  ScanFeed(std::unique_ptr<ScanSource> source, const ScanRange& range, std::size_t ahead = 1);
+  /// `ahead`: so many are held ready, at least 1. `accept` may change a scan, and says whether it is to be
+  /// mapped; called from the thread that reads.
+  ScanFeed(std::unique_ptr<ScanSource> source, const ScanRange& range, std::size_t ahead = 1,
+           std::function<bool(Scan&)> accept = {});
   ~ScanFeed();
   ScanFeed(const ScanFeed&) = delete;
   ScanFeed& operator=(const ScanFeed&) = delete;
 
-  /// How many there will be, if none is bad.
+  /// How many there will be, if none is bad and all are accepted.
   std::size_t size() const { return size_; }
 
   /// The next scan, or nothing at the end. Throws what ScanSource::next() throws, and Error(data) for
@@ -44,6 +48,8 @@ class ScanFeed {
 
   /// Left out so far, a line each. Waits for the scan that is being read.
   std::vector<std::string> skipped();
+  /// How many were not accepted so far.
+  std::size_t refused() const { return refused_; }
 
  private:
   struct Reading {
@@ -58,6 +64,8 @@ class ScanFeed {
 
   std::unique_ptr<ScanSource> source_;  // whoever has set busy_ may touch it
   ScanRange range_;
+  std::function<bool(Scan&)> accept_;
+  std::atomic<std::size_t> refused_{0};
   std::size_t size_ = 0;   // asked of source_ before it is read from
   std::size_t asked_ = 0;  // scans
 

@@ -1,8 +1,14 @@
 #include "up_option.hpp"
 
+#include "surfaces/map_state.hpp"
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
+#include <numbers>
+#include <optional>
 
 namespace octosurf {
 namespace {
@@ -10,6 +16,31 @@ namespace {
 // From here on the second-best direction scores as if its surfaces were read half again as large: too near
 // to be called known.
 constexpr double doubtful_rival = 2.0 / 3;
+// Of 45°: a direction that is farther off is another axis, not a slope.
+constexpr double cos_another = 0.70710678118654752;
+// Of 10°: floors and frames are laid better than that along an axis.
+constexpr double cos_along_axis = 0.98480775301220806;
+
+/// "y" or "-y" where it is nearly one, else its numbers.
+std::string axis_name(const Eigen::Vector3d& direction) {
+  int axis = 0;
+  direction.cwiseAbs().maxCoeff(&axis);
+  if (std::fabs(direction[axis]) >= cos_along_axis)
+    return (direction[axis] < 0 ? "-" : "") + std::string(1, static_cast<char>('x' + axis));
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), "%.2f %.2f %.2f", direction.x(), direction.y(), direction.z());
+  return text.data();
+}
+
+/// m²: of the surfaces level to within 5°, as up_from_surfaces() counts them.
+double level_area(const Map& map, const Eigen::Vector3d& up) {
+  double area = 0;
+  for (const SurfacePtr& surface : map.snapshot()->surfaces) {
+    const double slope = slope_rad(*surface, up);
+    if (std::min(slope, std::numbers::pi - slope) <= 5 * std::numbers::pi / 180) area += surface->area_m2;
+  }
+  return area;
+}
 
 }  // namespace
 
@@ -24,6 +55,23 @@ Up up_in_force(const Map& map, const std::string& text) {
   Parameters parameters;
   set_parameter(parameters, "up", text);
   return parameters.up ? Up{*parameters.up, Up::Source::given, 0, 0} : up_from_surfaces(map);
+}
+
+void warn_of_up(const Map& map, const std::string& text) {
+  const std::optional<Eigen::Vector3d>& given = map.parameters().up;
+  if (!text.empty() || !given) return;
+  const Up found = up_from_surfaces(map);
+  // Sensors that were turned, and on the whole held upright by the map's up, speak for it: the walls that
+  // they saw are walls. Clouds without poses were never turned, whatever is up.
+  const Eigen::Vector3d& held = map.state().sensors_up;
+  const bool turned = held.normalized().dot(Eigen::Vector3d::UnitZ()) < 1 - 1e-9;
+  const bool held_upright = turned && held.norm() > static_cast<double>(map.state().scans) / 2 &&
+                            held.dot(*given) > cos_another * held.norm();
+  if (found.source != Up::Source::surfaces || found.rival > doubtful_rival || held_upright ||
+      found.direction.dot(*given) > cos_another || found.level_m2 < 2 * level_area(map, *given))
+    return;
+  std::fprintf(stderr, "warning: surfaces suggest that up is %s (%.1f m² level), not %s: --up auto\n",
+               axis_name(found.direction).c_str(), found.level_m2, axis_name(*given).c_str());
 }
 
 std::string describe(const Up& up) {

@@ -16,6 +16,10 @@ void add_up_option(CLI::App& verb, std::string& text);
 /// Up in a map, `text` (of --up) first. Throws Error(usage) for text that is no direction.
 Up up_in_force(const Map& map, const std::string& text);
 
+/// Warns, to stderr, where --up has no `text` and the surfaces clearly suggest another direction than the
+/// map's.
+void warn_of_up(const Map& map, const std::string& text);
+
 /// "0.009 -0.905 -0.426, estimated from 12.3 m² of level surfaces", with a word of caution where it takes
 /// one.
 std::string describe(const Up& up);

@@ -171,6 +171,7 @@ void draw_png(const Arguments& arguments) {
   const auto at = std::find(view_names.begin(), view_names.end(), arguments.from);
   options.from = static_cast<ViewFrom>(at - view_names.begin());
   look_from(arguments.eye, options);
+  warn_of_up(loaded.map, arguments.up);
   options.up = up_in_force(loaded.map, arguments.up).direction;
   options.cut = !arguments.whole;
   options.force = arguments.force;

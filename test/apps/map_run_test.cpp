@@ -6,6 +6,7 @@
 #include <fstream>
 #include <numbers>
 #include <octomap/octomap.h>
+#include <sstream>
 
 namespace octosurf::test {
 namespace {
@@ -104,6 +105,7 @@ TEST_F(MapRun, ReportHasEveryKey) {
                           "octree",
                           "wall_s",
                           "skipped_scans",
+                          "scans_mapped_before",
                           "points_dropped",
                           "points_beyond_range",
                           "double_layers",
@@ -157,6 +159,69 @@ TEST_F(MapRun, StoppingAndResumingGivesTheSameBytes) {
   }
   run_well("map room --resume part1.surfaces --skip 1 --threads 2");  // in place
   same_maps("part1", "one");
+}
+
+TEST_F(MapRun, ResumingLeavesOutWhatIsMapped) {
+  run_well("simulate room -o room --frames 4");
+  run_well("map room -o m --first 2");
+  EXPECT_THAT(run_well("map room --resume m --report r.json").out, HasSubstr("2 scans left out"));
+  EXPECT_EQ(read_json("r.json").at("scans_mapped_before"), 2);
+  EXPECT_EQ(info("m").at("scans"), 4);
+  EXPECT_THAT(run_well("map room --resume m").out, HasSubstr("4 scans left out"));
+  EXPECT_EQ(info("m").at("scans"), 4);
+  run_well("map room --resume m --again");
+  EXPECT_EQ(info("m").at("scans"), 8);
+}
+
+TEST_F(MapRun, NothingMappedIsNoSuccess) {
+  write_floor();
+  EXPECT_THAT(error_of("map floor -o new/m --depth-scale 1", 1),
+              AllOf(HasSubstr("beyond the maximum range"), HasSubstr("--depth-scale")));
+  EXPECT_THAT(error_of("map floor -o new/m --min-range 2", 1),
+              AllOf(HasSubstr("nearer than min_range"), HasSubstr("--depth-scale")));
+  const Outcome tiny = run("map floor -o new/m --depth-scale 100000");
+  EXPECT_EQ(tiny.code, 1);
+  EXPECT_THAT(tiny.err, AllOf(HasSubstr("within 0.012 m"), HasSubstr("--depth-scale")));
+  EXPECT_FALSE(exists("new/m.surfaces"));
+  run_well("map floor -o new/m");
+  EXPECT_TRUE(exists("new/m.surfaces")) << "in a folder that is made";
+}
+
+/// Treads of 30 cm and risers of 17 cm up a slope that the origin lies on.
+std::string stairs_in_one_frame() {
+  std::ostringstream points;
+  std::size_t count = 0;
+  for (int step = 4; step < 14; ++step)
+    for (double y = -0.8; y < 0.8; y += 0.01) {
+      for (double x = 0; x < 0.3; x += 0.01, ++count)
+        points << 0.3 * step + x << ' ' << y << ' ' << 0.17 * (step + 1) << '\n';
+      for (double z = 0; z < 0.17; z += 0.01, ++count)
+        points << 0.3 * step << ' ' << y << ' ' << 0.17 * step + z << '\n';
+    }
+  return "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " + std::to_string(count) +
+         "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + std::to_string(count) + "\nDATA ascii\n" +
+         points.str();
+}
+
+TEST_F(MapRun, ACloudThatSaysNothingOfItsViewpointIsSeenFromWhereItCanHaveBeen) {
+  write("stairs.pcd", stairs_in_one_frame());
+  const auto treads = [&](const std::string& map) {
+    int up = 0;
+    const json contents = info(map);
+    for (const json& surface : contents.at("largest")) {
+      const double slope = surface.at("slope_deg");
+      EXPECT_LT(slope, 170) << "a tread that faces down";
+      up += slope < 10;
+    }
+    return up;
+  };
+  EXPECT_THAT(run_well("map stairs.pcd -o m").err,
+              AllOf(HasSubstr("does not say where it was seen from"), HasSubstr("--viewpoint")));
+  EXPECT_GE(treads("m"), 5);
+  EXPECT_THAT(run_well("map stairs.pcd -o n --viewpoint 2 0.1 4").err, Not(HasSubstr("--viewpoint")));
+  EXPECT_GE(treads("n"), 5);
+  write_floor();
+  EXPECT_THAT(error_of("map floor -o f --viewpoint 0 0 1", 2), HasSubstr("has a pose already"));
 }
 
 TEST_F(MapRun, ResumingKeepsTheMapsParameters) {
@@ -328,7 +393,7 @@ TEST_F(MapRun, CloudsThatCameWithoutPosesAreSaidToBe) {
               viewpoint + "\nPOINTS 1\nDATA ascii\n1 1 1\n");
   };
   write_cloud("scans/0.pcd", "0 0 0 1 0 0 0");
-  EXPECT_THAT(run_well("map scans -o one").err, Not(HasSubstr("--poses")));
+  EXPECT_THAT(run_well("map scans -o one").err, HasSubstr("--viewpoint"));
   write_cloud("scans/1.pcd", "0 0 0 1 0 0 0");
   EXPECT_THAT(run_well("map scans -o two").err, HasSubstr("all 2 scans are mapped from the map's origin"));
   write_cloud("scans/2.pcd", "0.5 0 0 1 0 0 0");

@@ -12,6 +12,7 @@ namespace octosurf::test {
 namespace {
 
 using nlohmann::json;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 class Merge : public CommandTest {
@@ -105,6 +106,23 @@ TEST_F(Merge, FindsThePoseFromAGuess) {
   EXPECT_THAT(error_of("merge left right_elsewhere -o none --pose 30 0 0 0 0 0 --align", 1),
               HasSubstr("--pose"));
   EXPECT_FALSE(exists("none.surfaces"));
+}
+
+TEST_F(Merge, RefusesMapsThatDoNotFit) {
+  const std::string merge = "merge left right_elsewhere -o both --pose 0.1 1.05 -0.04 1 -1 92";
+  EXPECT_THAT(error_of(merge, 1), AllOf(HasSubstr("where its surfaces meet"), HasSubstr("--align")));
+  EXPECT_FALSE(exists("both.surfaces"));
+  run_well(merge + " --anyway");
+}
+
+TEST_F(Merge, RefusesScansThatBothHold) {
+  write_floor();
+  const std::string floor = "map floor --poses floor/poses.txt --intrinsics floor/intrinsics.txt -o ";
+  run_well(floor + "one --first 4");
+  run_well(floor + "two --skip 3");
+  EXPECT_THAT(error_of("merge one two -o both", 1), HasSubstr("holds 1 scan of one"));
+  run_well("merge one two -o both --anyway");
+  EXPECT_EQ(info("both").at("scans"), 7);
 }
 
 TEST_F(Merge, RefusesAnotherResolution) {

@@ -67,5 +67,18 @@ TEST(ScanFeed, TellsWithoutWaitingWhatHasBeenRead) {
   EXPECT_EQ(feed.peek_if_read(), nullptr);
 }
 
+TEST(ScanFeed, LeavesOutWhatIsNotAcceptedAndCountsItAsTaken) {
+  std::promise<void> begun, go_on;
+  go_on.set_value();
+  bool disturbed = false;
+  std::atomic<int> looked_at{0};
+  ScanFeed feed(std::make_unique<SlowSource>(begun, go_on.get_future().share(), disturbed), {1, 1, 5}, 2,
+                [&](Scan&) { return ++looked_at > 2; });
+  std::size_t scans = 0;
+  while (feed.next()) ++scans;
+  EXPECT_EQ(scans, 3U) << "five after the first, of which two are refused";
+  EXPECT_EQ(feed.refused(), 2U);
+}
+
 }  // namespace
 }  // namespace octosurf::test

@@ -1,10 +1,15 @@
 // Up on the command line: given, estimated, and asked for otherwise than the map has it.
 #include "apps/command.hpp"
 
+#include <Eigen/Geometry>
+#include <numbers>
+#include <sstream>
+
 namespace octosurf::test {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class UpOption : public CommandTest {
  protected:
@@ -74,6 +79,28 @@ TEST_F(UpOption, QueriesKnowSlopesAndWhatIsBelow) {
   EXPECT_THAT(error_of("query m --below 0 0 -1", 1), HasSubstr("below"));
   error_of("query m", 2);
   error_of("query m --below 0 0 1 --nearest 0 0 1", 2);
+}
+
+TEST_F(UpOption, AnotherAxisIsSuggested) {
+  // The floor in a frame whose y is up: turned by -90 degrees about x.
+  std::istringstream poses(read("floor/poses.txt"));
+  std::ostringstream turned;
+  for (double x, y, z, qx, qy, qz, qw; poses >> x >> y >> z >> qx >> qy >> qz >> qw;) {
+    const Eigen::AngleAxisd turn(-std::numbers::pi / 2, Eigen::Vector3d::UnitX());
+    const Eigen::Vector3d t = turn * Eigen::Vector3d(x, y, z);
+    const Eigen::Quaterniond q = turn * Eigen::Quaterniond(qw, qx, qy, qz);
+    turned << t.x() << ' ' << t.y() << ' ' << t.z() << ' ' << q.x() << ' ' << q.y() << ' ' << q.z() << ' '
+           << q.w() << '\n';
+  }
+  write("turned.txt", turned.str());
+  const std::string suggestion = "that up is y (";
+  const auto errors = [&](const std::string& arguments) { return run_well(arguments).err; };
+  EXPECT_THAT(errors("map floor --poses turned.txt -o y"), HasSubstr(suggestion));
+  EXPECT_THAT(errors("info y"), HasSubstr(suggestion));
+  EXPECT_THAT(errors("export y --to y.ply"), HasSubstr(suggestion));
+  EXPECT_THAT(errors("view y --png y.png --width 64 --height 64"), HasSubstr(suggestion));
+  EXPECT_THAT(errors("export y --to auto.ply --up auto"), Not(HasSubstr(suggestion)));
+  EXPECT_THAT(errors("map floor -o z"), Not(HasSubstr("suggest")));
 }
 
 TEST_F(UpOption, AMapThatIsGoneOnWithMayGetAnother) {
