@@ -113,6 +113,12 @@ void print(const MapChanges& changes, const Snapshot& before, const Snapshot& af
     std::printf("merged    cylinder %u into %u\n", heir.before, heir.now);
 }
 
+Snapshot with_octree(const Map& map) {
+  Snapshot snapshot = *map.snapshot();
+  snapshot.octree = map.octree();
+  return snapshot;
+}
+
 double unshared(const std::vector<SurfaceDifference>& surfaces) {
   double area = 0;
   for (const SurfaceDifference& one : surfaces) area += one.area_m2 - one.shared_m2;
@@ -122,8 +128,12 @@ double unshared(const std::vector<SurfaceDifference>& surfaces) {
 Json place_json(const std::vector<SurfaceDifference>& surfaces) {
   Json list = Json::array();
   for (const SurfaceDifference& one : surfaces) {
-    Json& json = list.emplace_back(
-        Json{{"id", one.id}, {"area_m2", one.area_m2}, {"shared_m2", one.shared_m2}, {"other", nullptr}});
+    Json& json = list.emplace_back(Json{{"id", one.id},
+                                        {"area_m2", one.area_m2},
+                                        {"shared_m2", one.shared_m2},
+                                        {"free_m2", one.free_m2},
+                                        {"unseen_m2", one.unseen_m2},
+                                        {"other", nullptr}});
     if (one.other == 0) continue;
     json["other"] = one.other;
     json["offset_m"] = one.offset_m;
@@ -142,10 +152,17 @@ void print_json(const MapDifference& difference) {
   std::printf("%s\n", json.dump(1).c_str());
 }
 
-void print(const char* label, const std::vector<SurfaceDifference>& surfaces) {
+double percent(double part, double area) { return area > 0 ? 100 * part / area : 0; }
+
+/// `free`: what is said of space that the other map has seen free.
+void print(const char* label, const char* free, const std::vector<SurfaceDifference>& surfaces) {
   for (const SurfaceDifference& one : surfaces) {
     std::printf("%-7s %6u  %8.3f m², %5.1f %% in both", label, one.id, one.area_m2,
-                one.area_m2 > 0 ? 100 * one.shared_m2 / one.area_m2 : 0);
+                percent(one.shared_m2, one.area_m2));
+    if (const double share = percent(one.free_m2, one.area_m2); share >= 0.05)
+      std::printf(", %.1f %% %s", share, free);
+    if (const double share = percent(one.unseen_m2, one.area_m2); share >= 0.05)
+      std::printf(", %.1f %% not seen by the other", share);
     if (one.other != 0)
       std::printf(", mostly %u: %.1f mm and %.2f° off", one.other, one.offset_m * 1000,
                   one.angle_rad * deg_per_rad);
@@ -154,10 +171,15 @@ void print(const char* label, const std::vector<SurfaceDifference>& surfaces) {
 }
 
 void print(const MapDifference& difference) {
-  std::printf("by place: %.3f m² are in the first map only, %.3f m² in the second only\n",
-              unshared(difference.before), unshared(difference.after));
-  print("first", difference.before);
-  print("second", difference.after);
+  double gone = 0, appeared = 0;
+  for (const SurfaceDifference& one : difference.before) gone += one.free_m2;
+  for (const SurfaceDifference& one : difference.after) appeared += one.free_m2;
+  std::printf(
+      "by place: %.3f m² are in the first map only, %.3f m² of it seen free by the second; "
+      "%.3f m² in the second only, %.3f m² of it seen free by the first\n",
+      unshared(difference.before), gone, unshared(difference.after), appeared);
+  print("first", "gone", difference.before);
+  print("second", "new", difference.after);
 }
 
 void run(const Arguments& arguments) {
@@ -173,7 +195,8 @@ void run(const Arguments& arguments) {
     const MapChanges changes = changes_since(after, before.revision);
     arguments.json ? print_json(changes, before, after) : print(changes, before, after);
   } else {
-    const MapDifference difference = compare_maps(before, after, arguments.tolerance);
+    const MapDifference difference =
+        compare_maps(with_octree(first.map), with_octree(second.map), arguments.tolerance);
     arguments.json ? print_json(difference) : print(difference);
   }
 }

@@ -248,6 +248,9 @@ void add_map(CLI::App& app) {
                    "PORT of this machine: serve the map while it grows, as serve does; 0: any that is free");
   verb->add_option("--threads", options->threads, "result does not depend on it")->capture_default_str();
   verb->add_flag("--again", options->again, "--resume: map scans that are in the map already once more");
+  verb->add_flag("--forget-scans", options->forget_scans,
+                 "do not keep in the map which scans it holds, 8 bytes each, as the nodes do not: --resume "
+                 "will not know them");
   verb->add_flag("--force", options->force, "overwrite map and report");
   verb->add_flag("--show-parameters", options->show_parameters, "print the parameters in force and end");
   add_scan_options(*verb, options->source, options->range);

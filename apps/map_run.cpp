@@ -90,7 +90,7 @@ MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext 
       backlog_(options.together),
       history_(options.history, {options.force, !options.resume.empty()}, *mapper_.snapshot()),
       reserve_(std::make_unique_for_overwrite<std::byte[]>(std::size_t{8} << 20)) {
-  mapper_.remember_scans();
+  if (!options.forget_scans) mapper_.remember_scans();
 }
 
 MapRun::~MapRun() = default;

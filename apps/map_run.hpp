@@ -40,7 +40,7 @@ struct MapOptions {
   std::optional<unsigned short> serve_port;  ///< of this machine, to serve the map while it grows
   int threads = 1;
   std::size_t together = 16;  ///< scans that wait, at most: half a second of a camera's, 60 MB
-  bool realtime = false, again = false, force = false, show_parameters = false;
+  bool realtime = false, again = false, forget_scans = false, force = false, show_parameters = false;
 };
 
 class LiveServer;

@@ -57,6 +57,9 @@ void bind_changes(py::module_& module) {
       .def_readonly("id", &D::id, "Of the surface.")
       .def_readonly("area_m2", &D::area_m2, "m2, of its polygons.")
       .def_readonly("shared_m2", &D::shared_m2, "m2 of that, over or under a polygon of the other map's.")
+      .def_readonly("free_m2", &D::free_m2,
+                    "m2 of the rest, in space that the other map's octree has seen free: it is gone.")
+      .def_readonly("unseen_m2", &D::unseen_m2, "m2 of the rest, in space that the other map has not seen.")
       .def_readonly("other", &D::other, "Id of the other map's that holds most of it; 0: none.")
       .def_readonly("offset_m", &D::offset_m, "m, of `other` from it along its normal.")
       .def_readonly("angle_rad", &D::angle_rad, "rad, between the normals.");

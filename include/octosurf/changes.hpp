@@ -52,6 +52,8 @@ struct SurfaceDifference {
   SurfaceId id = 0;      ///< in its own map
   double area_m2 = 0;    ///< of its polygons
   double shared_m2 = 0;  ///< of that, over or under a polygon of the other map's, see compare_maps()
+  double free_m2 = 0;    ///< of the rest, in space that the other map's octree has seen free: it is gone
+  double unseen_m2 = 0;  ///< of the rest, in space that the other map has not seen: nobody knows
   SurfaceId other = 0;   ///< the other map's that holds most of it; 0: none
   double offset_m = 0;   ///< of `other` from it along its normal, in the middle of what they share
   double angle_rad = 0;  ///< between the normals
@@ -65,9 +67,10 @@ struct MapDifference {
 
 /// Compares two maps of one place as they lie, whoever made them and whatever their ids: a point of a surface
 /// is shared if the other map has a surface of about the same normal (to 20°, more than noise tilts a plane
-/// of n points) over or under it within `tolerance` (0: twice the coarser d). Sampled on a grid of the
-/// coarser d. Throws Error(usage) for a tolerance that is not finite and positive. O(area / d² × surfaces
-/// near).
+/// of n points) over or under it within `tolerance` (0: twice the coarser d). What else the other map knows
+/// of such a place, its octree says, if its snapshot has one (Snapshot::octree): free, unseen, or something
+/// else that is there. Sampled on a grid of the coarser d. Throws Error(usage) for a tolerance that is not
+/// finite and positive. O(area / d² × surfaces near).
 MapDifference compare_maps(const Snapshot& before, const Snapshot& after, double tolerance = 0);
 
 }  // namespace octosurf

@@ -30,6 +30,16 @@ void for_each_sample(const Polygon& polygon, double spacing, const Visit& visit)
   }
 }
 
+/// What an octree says of a place at a surface: a voxel beside it, along its normal, may be what the surface
+/// is in.
+OccupancyView::State state_at(const OccupancyView& octree, const Eigen::Vector3d& point,
+                              const Eigen::Vector3d& normal) {
+  for (const int side : {-1, 1})
+    if (octree.at(point + side * octree.resolution() * normal).state == OccupancyView::State::occupied)
+      return OccupancyView::State::occupied;
+  return octree.at(point).state;
+}
+
 /// What one surface shares with one of the other map's.
 struct Shared {
   std::size_t samples = 0;
@@ -42,21 +52,32 @@ SurfaceDifference difference(const Surface& surface, const SurfaceIndex& others,
   result.id = surface.id;
   result.area_m2 = surface.area_m2;
   std::map<SurfaceId, Shared> shared;
-  std::size_t samples = 0, met = 0;
+  std::size_t samples = 0, met = 0, free = 0, unseen = 0;
+  const OccupancyView& octree = others.snapshot().octree;
   const SlopeLimit alike{surface.plane.normal, same_normal_rad};
   for (const Polygon& polygon : surface.polygons)
     for_each_sample(polygon, spacing, [&](const Eigen::Vector2d& uv) {
       ++samples;
       const Eigen::Vector3d point = surface.to_map(uv);
       const auto other = others.below(point + tolerance * surface.plane.normal, alike);
-      if (!other || other->distance > 2 * tolerance) return;
+      if (!other || other->distance > 2 * tolerance) {
+        if (!(octree.resolution() > 0)) return;
+        const OccupancyView::State state = state_at(octree, point, surface.plane.normal);
+        free += state == OccupancyView::State::free;
+        unseen += state == OccupancyView::State::unknown;
+        return;
+      }
       ++met;
       Shared& with = shared[other->id];
       ++with.samples;
       with.sum += point;
     });
+  if (samples == 0) return result;
+  const double sample_m2 = surface.area_m2 / static_cast<double>(samples);
+  result.free_m2 = sample_m2 * static_cast<double>(free);
+  result.unseen_m2 = sample_m2 * static_cast<double>(unseen);
   if (met == 0) return result;
-  result.shared_m2 = surface.area_m2 * static_cast<double>(met) / static_cast<double>(samples);
+  result.shared_m2 = sample_m2 * static_cast<double>(met);
   const auto most = std::max_element(shared.begin(), shared.end(), [](const auto& a, const auto& b) {
     return a.second.samples < b.second.samples;
   });

@@ -40,7 +40,7 @@ TEST_F(NodeTest, MapsSavesIsKilledAndGoesOnToTheMapOfTheRecording) {
     node->send(SIGKILL);
     EXPECT_EQ(node->wait(), 128 + SIGKILL);
   }
-  run_well("map walk.db3 -o half --first 5 --detection-budget 0");
+  run_well("map walk.db3 -o half --first 5 --detection-budget 0 --forget-scans");
   EXPECT_TRUE(read("live.surfaces") == read("half.surfaces"));
   {
     const auto node = start({"--depth", image_topic, "-o", "live", "--resume"});

@@ -127,7 +127,7 @@ void NodeTest::record(const std::string& simulate, const std::string& bag) const
   run_well("simulate room -o sim " + simulate);
   if (!exists("sim/poses.txt")) write_poses_of(folder / "sim");
   write_bag_of(folder / "sim", folder / "walk.db3", bag);
-  run_well("map walk.db3 -o offline --detection-budget 0");
+  run_well("map walk.db3 -o offline --detection-budget 0 --forget-scans");
   ASSERT_GT(info("offline").at("surfaces"), 3);
 }
 

@@ -5,6 +5,7 @@
 #include "detection/planelets.hpp"
 #include "detection/voxel_blocks.hpp"
 #include "support/pending_points.hpp"
+#include "support/seed.hpp"
 
 #include <algorithm>
 #include <gtest/gtest.h>
@@ -115,7 +116,7 @@ TEST_F(FloorAndStep, AQuarterOfWhatWaitsIsDueHoweverSmallTheBudget) {
 TEST(Waiting, WhatLiesWhereNoPlaneBeginsHasHadItsTurn) {
   Scan bush;
   bush.T_map_sensor.translation() = Eigen::Vector3d(0, 0, 2);
-  std::mt19937 random(3);
+  std::mt19937_64 random = test::rng();
   std::uniform_real_distribution<float> length(-0.3F, 0.3F);
   for (int i = 0; i < 300; ++i) bush.points.emplace_back(length(random), length(random), length(random) - 1);
   test::PendingPoints points({bush});

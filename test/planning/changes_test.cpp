@@ -212,6 +212,33 @@ TEST(CompareMaps, TellsWhatIsSharedAndHowFarItMoved) {
   EXPECT_THROW(compare_maps(before, after, -1), Error);
 }
 
+TEST(CompareMaps, TheOctreeSaysWhatIsGoneAndWhatNobodyHasSeenAgain) {
+  Mapper with_table, without;
+  Scan floor, table;
+  floor.T_map_sensor.translation().z() = table.T_map_sensor.translation().z() = 2;
+  for (float x = -0.5F; x < 0.5F; x += 0.01F)
+    for (float y = -0.5F; y < 0.5F; y += 0.01F) {
+      floor.points.emplace_back(1.6F * x, 1.6F * y, -2);  // rays to it pass all of the table's place
+      table.points.emplace_back(x, y, -1.5F);
+    }
+  Scan elsewhere = table;
+  elsewhere.T_map_sensor.translation().x() = 5;
+  for (const Scan* scan : {&table, &elsewhere}) with_table.insert(*scan);
+  with_table.drain();
+  without.insert(floor);
+  without.drain();
+  without.share_octree();
+  const MapDifference difference = compare_maps(*with_table.snapshot(), *without.snapshot());
+  ASSERT_EQ(difference.before.size(), 2U);
+  for (const SurfaceDifference& one : difference.before) {
+    EXPECT_EQ(one.shared_m2, 0);
+    const bool gone = with_table.snapshot()->find(one.id)->T_map_surface.translation().x() < 2;
+    EXPECT_GT(gone ? one.free_m2 : one.unseen_m2, 0.9 * one.area_m2);
+    EXPECT_LT(gone ? one.unseen_m2 : one.free_m2, 0.05 * one.area_m2);
+  }
+  EXPECT_EQ(difference.after[0].free_m2 + difference.after[0].unseen_m2, 0) << "the other has no octree";
+}
+
 TEST(CompareMaps, TheSameMapIsShared) {
   std::mt19937_64 random(test::seed());
   std::vector<Surface> surfaces;

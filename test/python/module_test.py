@@ -58,7 +58,7 @@ class Mapping(unittest.TestCase):
 
     def test_same_bytes_as_the_command(self):
         command = world.FOLDER / "command"
-        world.command("map", world.recording(), "-o", command)
+        world.command("map", world.recording(), "-o", command, "--forget-scans")
         mapper = octosurf.Mapper()
         for scan in octosurf.open_scans(world.recording()):
             mapper.insert(scan)

@@ -48,7 +48,7 @@ class CatkinWorkspace(unittest.TestCase):
             "-DPYTHON_EXECUTABLE=/usr/bin/python3", env=os.environ | {"PATH": path})
 
         bag = recording_as_bag("clouds", ["--sensor", "spinning", "--frames", "2"], [])
-        octosurf("map", bag, "-o", FOLDER / "offline")
+        octosurf("map", bag, "-o", FOLDER / "offline", "--forget-scans")
         player = Player(bag)
         node = LaunchedNode("cloud:=/lidar/points", f"map:={FOLDER / 'launched'}").wait_until_ready()
         self.addCleanup(node.end)

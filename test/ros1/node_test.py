@@ -22,7 +22,7 @@ class MapsAsOffline(unittest.TestCase):
 
     def check(self, name, simulate, packing, **parameters):
         bag = recording_as_bag(name, simulate, packing)
-        octosurf("map", bag, "-o", FOLDER / f"{name}_offline")
+        octosurf("map", bag, "-o", FOLDER / f"{name}_offline", "--forget-scans")
         player = Player(bag)
         node = Node(map=FOLDER / f"{name}_live", **parameters).wait_until_ready()
         player.connect()
@@ -68,7 +68,7 @@ class Refuses(unittest.TestCase):
         self.bag = recording_as_bag("clouds", ["--sensor", "spinning", "--frames", "2"], [])
         self.images = recording_as_bag("images", ["--frames", "1"], [])
         # No budget: saving leaves to later scans what waits, the end of a run does not.
-        octosurf("map", self.bag, "-o", FOLDER / "good", "--force", "--detection-budget", "0")
+        octosurf("map", self.bag, "-o", FOLDER / "good", "--force", "--detection-budget", "0", "--forget-scans")
         self.player, self.camera = Player(self.bag), Player(self.images)
         self.node = Node(cloud_topics=CLOUD, depth_topics=DEPTH, pose_timeout=0.2,
                          mapping__detection_budget=0).wait_until_ready()

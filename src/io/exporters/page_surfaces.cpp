@@ -130,10 +130,12 @@ Json heirs_json(const std::vector<Heir>& heirs) {
   return list;
 }
 
-Json shares_json(const std::vector<SurfaceDifference>& surfaces) {
+/// `or_unseen`: what the other map has not seen may still be there, and counts as shared.
+Json shares_json(const std::vector<SurfaceDifference>& surfaces, bool or_unseen) {
   Json list = Json::array();
   for (const SurfaceDifference& one : surfaces) {
-    const double share = one.area_m2 > 0 ? std::clamp(one.shared_m2 / one.area_m2, 0.0, 1.0) : 1;
+    const double there = one.shared_m2 + (or_unseen ? one.unseen_m2 : 0);
+    const double share = one.area_m2 > 0 ? std::clamp(there / one.area_m2, 0.0, 1.0) : 1;
     list.push_back(Json::array({one.id, std::round(share * 1e4) / 1e4, one.other}));
   }
   return list;
@@ -153,8 +155,8 @@ Json changes_json(const PageMap& map) {
   }
   if (const auto* difference = std::get_if<MapDifference>(&map.changes)) {
     return {{"by", "place"},
-            {"before", shares_json(difference->before)},
-            {"after", shares_json(difference->after)}};
+            {"before", shares_json(difference->before, true)},
+            {"after", shares_json(difference->after, false)}};
   }
   return nullptr;
 }

@@ -20,5 +20,5 @@ export const gone = {
     group.add(ribbons(linesOf(surfaces, () => changeColors.gone), context, 1.6, cut));
     return group;
   },
-  legend: () => [{ color: changeColors.gone, text: 'was there before, is no more' }],
+  legend: () => [{ color: changeColors.gone, text: 'was there before; seen again, it is no more' }],
 };

@@ -63,7 +63,7 @@ function changeLegend(map) {
     return [
       { ramp: `linear-gradient(90deg, ${css(changeColors.same)}, ${css(changeColors.appeared)})`,
         low: 'there before', high: 'not there before' },
-      { color: changeColors.gone, text: 'most of it is no more' },
+      { color: changeColors.gone, text: 'seen again, most of it is no more' },
     ];
   }
   return [
