@@ -41,7 +41,7 @@ void put_in_order(std::vector<geometry::VoxelKey>& keys) {
 }
 
 /// Of what is new, and of what has just been segmented: cylinders that are there take both, new ones begin in
-/// what was segmented and no plane explains. Where a cylinder is, planes begin and are refused.
+/// what was looked at and no plane explains.
 cylinders::LeftOver left_for_cylinders(const surfaces::Ledger& ledger,
                                        std::span<const geometry::VoxelKey> fresh,
                                        std::span<const geometry::VoxelKey> segmented) {
@@ -144,6 +144,9 @@ void SurfaceUpdate::find_surfaces(const ForeignSurfaces* foreign) {
   accumulate(still_new);
   accumulate(std::exchange(ledger_->changes.requeued, {}));  // once enough has come there
   put_in_order(state_.queue.fresh);
+  // A thin pole lies in blocks in which no plane begins.
+  due.points.insert(due.points.end(), due.unplanar.begin(), due.unplanar.end());
+  put_in_order(due.points);
   time(Stage::cylinders, [&] { left_over_ = left_for_cylinders(*ledger_, fresh, due.points); });
 }
 
