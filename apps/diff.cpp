@@ -113,12 +113,6 @@ void print(const MapChanges& changes, const Snapshot& before, const Snapshot& af
     std::printf("merged    cylinder %u into %u\n", heir.before, heir.now);
 }
 
-Snapshot with_octree(const Map& map) {
-  Snapshot snapshot = *map.snapshot();
-  snapshot.octree = map.octree();
-  return snapshot;
-}
-
 double unshared(const std::vector<SurfaceDifference>& surfaces) {
   double area = 0;
   for (const SurfaceDifference& one : surfaces) area += one.area_m2 - one.shared_m2;
@@ -196,7 +190,8 @@ void run(const Arguments& arguments) {
     arguments.json ? print_json(changes, before, after) : print(changes, before, after);
   } else {
     const MapDifference difference =
-        compare_maps(with_octree(first.map), with_octree(second.map), arguments.tolerance);
+        compare_maps(with_octree(before, first.map.octree()), with_octree(after, second.map.octree()),
+                     arguments.tolerance);
     arguments.json ? print_json(difference) : print(difference);
   }
 }

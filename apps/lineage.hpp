@@ -8,4 +8,7 @@ namespace octosurf {
 /// the same map later.
 bool goes_on_from(const Snapshot& after, const Snapshot& before);
 
+/// A loaded map's snapshot with its octree, as compare_maps() reads it.
+Snapshot with_octree(Snapshot snapshot, const OccupancyView& octree);
+
 }  // namespace octosurf

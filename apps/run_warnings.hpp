@@ -11,7 +11,8 @@
 namespace octosurf {
 
 /// To stderr, before a run's first scan is mapped: what of it would make the map worthless or dear. `inputs`:
-/// of the run; `poses_given`: by a file, so that all come from there.
+/// of the run; `poses_given`: by a file, so that all come from there. True if nearly all
+/// readings lie within a few voxels of the sensor.
 bool warn_of_first_scan(const Scan& scan, const std::vector<std::string>& inputs, bool poses_given,
                         const Parameters& parameters);
 

@@ -79,18 +79,13 @@ std::map<SurfaceId, std::vector<PolygonEdges>> edges_of(const Map& map) {
   return edges;
 }
 
-Snapshot with_octree(const PageMap& page) {
-  Snapshot snapshot = *page.snapshot;
-  snapshot.octree = page.octree;
-  return snapshot;
-}
-
 /// What became of the map before: by ids if this one goes on from it, else by place.
 void note_changes(PageMap& page, const PageMap& before) {
   if (goes_on_from(*page.snapshot, *before.snapshot))
     page.changes = changes_since(*page.snapshot, before.snapshot->revision);
   else
-    page.changes = compare_maps(with_octree(before), with_octree(page));
+    page.changes =
+        compare_maps(with_octree(*before.snapshot, before.octree), with_octree(*page.snapshot, page.octree));
 }
 
 std::vector<PageFoot> feet_of(const Arguments& arguments, const PageMap& page, const Eigen::Vector3d& up) {

@@ -224,6 +224,19 @@ TEST_F(MapRun, ACloudThatSaysNothingOfItsViewpointIsSeenFromWhereItCanHaveBeen) 
   EXPECT_THAT(error_of("map floor -o f --viewpoint 0 0 1", 2), HasSubstr("has a pose already"));
 }
 
+TEST_F(MapRun, WarnsOfTheFirstScanBeforeItIsMapped) {
+  write("far.pcd",
+        "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\n"
+        "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 1\nDATA ascii\n30 0 0\n");
+  const std::string fine = run_well("map far.pcd -o m --resolution 0.02").err;
+  EXPECT_THAT(fine, HasSubstr("readings reach 30 m"));
+  EXPECT_LT(fine.find("readings reach"), fine.find("1/1 scans"));
+  EXPECT_THAT(fine, Not(HasSubstr("lies beside it")));
+  write("my_trajectory.txt", "0 0 0 0 0 0 1\n");
+  const std::string coarse = run_well("map far.pcd -o n --resolution 0.05").err;
+  EXPECT_THAT(coarse, AllOf(HasSubstr("my_trajectory.txt lies beside it"), Not(HasSubstr("readings reach"))));
+}
+
 TEST_F(MapRun, ResumingKeepsTheMapsParameters) {
   write_floor();
   run_well("map floor -o m --resolution 0.05 --first 3");

@@ -41,6 +41,13 @@ TEST_F(WrongUse, TheLikeliestWordIsSuggested) {
   EXPECT_THAT(error_of("map floor -o m --frobnicate", 2), ::testing::Not(HasSubstr("did you mean")));
 }
 
+TEST_F(WrongUse, InfoOfAFolderSaysHowItsScansAreRead) {
+  run_well("simulate room -o room --frames 3");
+  EXPECT_THAT(run_well("info room").out, AllOf(HasSubstr("scans        3\n"),
+                                               HasSubstr("depth camera, with its pose"), HasSubstr("from ")));
+  EXPECT_THAT(error_of("info room --check", 2), HasSubstr("folder of scans"));
+}
+
 TEST_F(WrongUse, HelpIsAVerb) {
   EXPECT_EQ(run_well("help").out, run_well("--help").out);
   EXPECT_EQ(run_well("help map").out, run_well("map --help").out);
