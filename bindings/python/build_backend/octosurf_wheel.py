@@ -6,9 +6,14 @@ it), not everywhere. Settings (pip install . --config-settings KEY=VALUE):
     build-dir   where CMake builds; build/wheel by default, kept so that the next time is quick. A build that is there,
                 such as build/release, is used as it is configured.
     jobs        compilers at a time; as many as there are processors by default.
+
+pip keeps what a backend prints to itself (pip -v shows it), so how far the build has come is one line on the terminal.
+As a program it builds a wheel into a folder and prints its path; ./dev wheel does that.
 """
 
+import argparse
 import base64
+import contextlib
 import hashlib
 import os
 import pathlib
@@ -18,10 +23,13 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
+import time
 import zipfile
 
 CHECKOUT = pathlib.Path(__file__).resolve().parents[3]
 SUMMARY = "Contact surfaces on an OctoMap for legged robots"
+# How Ninja, and make by CMake, begin the line of a step.
+STEP = re.compile(r"\[\s*(?:(?P<done>\d+)/(?P<all>\d+)|(?P<percent>\d+%))\]")
 OLDEST_DATE = (1980, 1, 1, 0, 0, 0)  # a zip's; the same files give the same wheel
 
 
@@ -36,8 +44,12 @@ def tag():
     return f"{python}-{python}-{platform}"
 
 
+def info_folder():
+    return f"octosurf-{version()}.dist-info"
+
+
 def metadata_files():
-    info = f"octosurf-{version()}.dist-info"
+    info = info_folder()
     metadata = (
         f"Metadata-Version: 2.1\nName: octosurf\nVersion: {version()}\nSummary: {SUMMARY}\n"
         f"License: Apache-2.0\nRequires-Python: >=3.9\nRequires-Dist: numpy\n"
@@ -47,9 +59,41 @@ def metadata_files():
             f"{info}/LICENSE": (CHECKOUT / "LICENSE").read_bytes()}
 
 
+@contextlib.contextmanager
+def terminal():
+    """The terminal of whoever runs pip, or None: there is none, or it shows what is printed anyway."""
+    if sys.stdout.isatty():
+        yield None
+        return
+    try:
+        with open("/dev/tty", "w") as opened:
+            yield opened
+    except OSError:
+        yield None
+
+
+def step_of(line):
+    """How far a build has come by a line that it prints; None: the line does not say."""
+    step = STEP.match(line)
+    return step and (step["percent"] or f"{step['done']} of {step['all']}")
+
+
 def run(*command):
+    command = [str(part) for part in command]
     print("+", *command, flush=True)
-    subprocess.run([str(part) for part in command], check=True)
+    # As ./dev has it, so that either finds in ccache what the other has compiled.
+    environment = os.environ | {"CCACHE_BASEDIR": str(CHECKOUT), "CCACHE_NOHASHDIR": "1"}
+    began = time.monotonic()
+    with terminal() as shown, subprocess.Popen(command, stdout=subprocess.PIPE, text=True, errors="replace",
+                                               env=environment, cwd=CHECKOUT) as process:
+        for line in process.stdout:
+            print(line, end="", flush=True)
+            if shown and (step := step_of(line)):
+                minutes, seconds = divmod(int(time.monotonic() - began), 60)
+                # Back to the line's start, where pip has its own mark: five columns are left to that.
+                print(f"\r\x1b[K     octosurf: {step} built, {minutes}:{seconds:02} min\r", end="", file=shown, flush=True)
+    if process.returncode != 0:
+        raise SystemExit(f"octosurf_wheel: {command[0]} failed; its lines above say why (pip -v shows them all)")
 
 
 def built_package(settings):
@@ -66,7 +110,11 @@ def built_package(settings):
     with tempfile.TemporaryDirectory() as staging:
         run("cmake", "--install", build, "--component", "python", "--prefix", staging)
         root = pathlib.Path(staging)
-        return {str(file.relative_to(root)): file.read_bytes() for file in root.rglob("*") if file.is_file()}
+        files = {str(file.relative_to(root)): file.read_bytes() for file in root.rglob("*") if file.is_file()}
+    if not any(path.endswith(sysconfig.get_config_var("EXT_SUFFIX")) for path in files):
+        raise SystemExit(f"octosurf_wheel: {build} is for another Python than {sys.executable}; "
+                         "give another build-dir, or run that Python")
+    return files
 
 
 def record(files):
@@ -77,9 +125,18 @@ def record(files):
     return "".join(lines)
 
 
+def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
+    """Without it pip would build the wheel to learn its name and what it needs."""
+    for path, content in metadata_files().items():
+        file = pathlib.Path(metadata_directory, path)
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(content)
+    return info_folder()
+
+
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     files = built_package(config_settings or {}) | metadata_files()
-    own = f"octosurf-{version()}.dist-info/RECORD"
+    own = f"{info_folder()}/RECORD"
     files[own] = (record(files) + f"{own},,\n").encode()
     name = f"octosurf-{version()}-{tag()}.whl"
     with zipfile.ZipFile(pathlib.Path(wheel_directory, name), "w", zipfile.ZIP_DEFLATED) as wheel:
@@ -97,3 +154,16 @@ class UnsupportedOperation(Exception):
 
 def build_sdist(sdist_directory, config_settings=None):
     raise UnsupportedOperation("the checkout is the source archive: pip install PATH")
+
+
+def main():
+    arguments = argparse.ArgumentParser(description="Builds the wheel of octosurf and prints its path.")
+    arguments.add_argument("folder", type=pathlib.Path, help="where the wheel is written")
+    arguments.add_argument("--build-dir", default="build/wheel", help="where CMake builds [build/wheel]")
+    chosen = arguments.parse_args()
+    chosen.folder.mkdir(parents=True, exist_ok=True)
+    print(chosen.folder / build_wheel(chosen.folder, {"build-dir": chosen.build_dir}))
+
+
+if __name__ == "__main__":
+    main()
