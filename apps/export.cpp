@@ -1,4 +1,7 @@
 // `octosurf export`: a map's surfaces in a file other programs read.
+#include "io/exporters/foxglove_log.hpp"
+#include "io/map_file/scan_archive.hpp"
+#include "io/new_file.hpp"
 #include "output_files.hpp"
 #include "planner_export.hpp"
 #include "up_option.hpp"
@@ -9,6 +12,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <octosurf/adapters/octomap_files.hpp>
@@ -31,6 +35,7 @@ Examples:
   octosurf export maps/office --to office.stl --what meshes    closed solids
   octosurf export maps/office --to points.ply --what points    inliers, labelled by surface
   octosurf export maps/office --to office.ot                   the octree with its log-odds, for OctoMap's tools
+  octosurf export maps/office --to office.mcap                 surfaces, points, voxels and poses, for Foxglove
   octosurf export maps/office --to pieces.json --format sl1m --foot 0.22x0.12
   octosurf export maps/office --to terrain.cdr --format planar_terrain --foot-radius 0.04
 )";
@@ -93,6 +98,49 @@ void export_octree(const Map& map, const Arguments& arguments) {
               tree->getResolution());
 }
 
+/// Of the scans, with their time stamps, where the map's archive is still there.
+std::vector<std::pair<double, Eigen::Isometry3d>> poses_of_scans(const LoadedMap& loaded) {
+  std::vector<std::pair<double, Eigen::Isometry3d>> poses;
+  if (loaded.scans.folder.empty()) return poses;
+  const std::vector<Eigen::Isometry3d>& corrected = loaded.scans.poses;
+  for (const auto& file : io::archived_files(loaded.scans.folder, loaded.map.size().scans)) {
+    const io::ArchivedHeader header = io::read_archived_header(file);
+    const bool other = poses.size() < corrected.size();
+    poses.emplace_back(header.stamp_s, other ? corrected[poses.size()] : header.T_used);
+  }
+  return poses;
+}
+
+void export_mcap(const LoadedMap& loaded, const Up& up, const Arguments& arguments) {
+  if (arguments.what != Arguments().what)
+    throw Error(Error::Kind::usage, "--what", "an .mcap holds surfaces, points, voxels and poses",
+                "leave it out");
+  const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
+  std::vector<std::pair<double, Eigen::Isometry3d>> poses;
+  try {
+    poses = poses_of_scans(loaded);
+  } catch (const Error& error) {
+    std::fprintf(stderr, "warning: %s; the file has no poses\n", error.what());
+  }
+  std::vector<Eigen::Isometry3d> trajectory;
+  for (const auto& [stamp_s, pose] : poses) trajectory.push_back(pose);
+
+  io::NewFile file(arguments.file, arguments.force);
+  file.write([&](std::ostream& out) {
+    const double begin_s = poses.empty() ? 0 : poses.front().first;
+    io::FoxgloveLog log(out, up.direction);
+    log.add_surfaces(begin_s, *snapshot);
+    log.add_points(begin_s, loaded.map, *snapshot);
+    log.add_voxels(begin_s, loaded.map.octree(), *snapshot);
+    if (!poses.empty()) log.add_trajectory(begin_s, trajectory);
+    for (const auto& [stamp_s, pose] : poses) log.add_pose(stamp_s, pose);
+    log.finish();
+  });
+  file.commit();
+  std::printf("%s: %zu surfaces, %zu poses\n", arguments.file.c_str(), snapshot->surfaces.size(),
+              poses.size());
+}
+
 void run(const Arguments& arguments) {
   require_apart("--to", arguments.file, files_of_map(arguments.map));
   const LoadedMap loaded = load_map(arguments.map);
@@ -103,6 +151,8 @@ void run(const Arguments& arguments) {
     export_for_planner(loaded.map, up, arguments.planner, arguments.file, arguments.force);
   else if (ending_of(arguments.file) == ".ot")
     export_octree(loaded.map, arguments);
+  else if (ending_of(arguments.file) == ".mcap")
+    export_mcap(loaded, up, arguments);
   else
     export_by_ending(loaded.map, up, arguments);
 }
@@ -114,8 +164,9 @@ void add_export(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   verb->add_option("map", arguments->map, "map to export: name without ending, as given to map -o")
       ->required();
-  verb->add_option("--to", arguments->file,
-                   "file to write: .json, .ply, .glb, .obj, .stl, .csv or .ot; with --format also a folder")
+  verb->add_option(
+          "--to", arguments->file,
+          "file to write: .json, .ply, .glb, .obj, .stl, .csv, .ot or .mcap; with --format also a folder")
       ->required();
   verb->add_option("--what", arguments->what,
                    "polygons, meshes, convex, circles, points; several with commas for .json")

@@ -42,6 +42,7 @@ Examples:
   octosurf map kitchen -o maps/live --realtime --serve 8080     a page that follows it: http://127.0.0.1:8080/
   octosurf map kitchen -o maps/kitchen --history kitchen.history   for a time slider: view --history
   octosurf map kitchen -o maps/kitchen --up auto                 where z is not up, as in a camera's frame
+  octosurf map kitchen -o maps/kitchen --mcap kitchen.mcap      poses and surfaces as they change, for Foxglove
   octosurf map kitchen -o maps/kitchen --keep-scans maps/kitchen.scans   so that remap can move it later
   octosurf map --show-parameters --preset paper
 
@@ -109,7 +110,7 @@ void refuse_collisions(const MapOptions& options) {
       options.resume.empty() ? std::vector<std::string>{} : files_of_map(options.resume);
   for (const auto& [option, file] :
        {std::pair("--report", options.report), std::pair("--write-poses", options.write_poses),
-        std::pair("--history", options.history)}) {
+        std::pair("--history", options.history), std::pair("--mcap", options.mcap)}) {
     require_apart(option, file, written);
     require_apart(option, file, resumed);
     require_apart(option, file, read);
@@ -117,6 +118,7 @@ void refuse_collisions(const MapOptions& options) {
   require_apart("--write-poses", options.write_poses, {options.report});
   require_apart("--history", options.history, {options.report, options.write_poses});
   require_apart("--keep-scans", options.keep_scans, read);
+  require_apart("--mcap", options.mcap, {options.report, options.write_poses, options.history});
 }
 
 bool goes_on_in_place(const MapOptions& options) {
@@ -133,7 +135,7 @@ void probe_outputs(const MapOptions& options) {
     io::NewFile(file, force).write([](std::ostream&) {});
   };
   for (const std::string& file : written) probe(file, options.force || goes_on_in_place(options));
-  for (const std::string& file : {options.report, options.write_poses})
+  for (const std::string& file : {options.report, options.write_poses, options.mcap})
     if (!file.empty()) probe(file, options.force);
   if (!options.history.empty()) probe(options.history, options.force || !options.resume.empty());
 }
@@ -231,6 +233,8 @@ void add_map(CLI::App& app) {
   verb->add_option("--history", options->history,
                    "write how the surfaces came, changed and went, for view --history");
   verb->add_option("--checkpoint", options->checkpoint_s,
+  verb->add_option("--mcap", options->mcap,
+                   "write the scans' poses and the surfaces as they change, for Foxglove (MCAP)");
                    "save every so many SECONDS between scans; 0: only at the end")
       ->check(CLI::Validator(not_seconds, ""))
       ->capture_default_str();

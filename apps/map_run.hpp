@@ -8,6 +8,7 @@
 #include "run_statistics.hpp"
 #include "scan_feed.hpp"
 #include "scan_keeper.hpp"
+#include "scene_log.hpp"
 
 #include <chrono>
 #include <cstddef>
@@ -31,7 +32,7 @@ struct MapOptions {
   std::vector<std::string> inputs;
   std::string output, resume, report;   ///< stems of maps; file
   std::string keep_scans, write_poses;  ///< folder; file
-  std::string history;                  ///< file
+  std::string history, mcap;            ///< files
   ParameterOptions parameters;
   ScanSourceOptions source;
   ScanRange range;
@@ -80,6 +81,7 @@ class MapRun {
   void insert(std::span<const Scan> scans, const std::function<const Scan*()>& next);
   /// Mapper::drain, where the input ends or pauses.
   void drain();
+  void log_surfaces();
   void note(const Scan& scan, const ScanReport& report, double arrival_s, double done_s);
   /// Saves map and report, prints the summary.
   void finish();
@@ -105,6 +107,7 @@ class MapRun {
   PoseLog poses_;
   Backlog backlog_;  // --realtime
   HistoryLog history_;
+  SceneLog scene_;
   std::unique_ptr<std::byte[]> reserve_;  // given back when the run fails: saving takes some memory
   bool changed_ = false;                  // the map, by this run
   bool finishing_ = false;

@@ -8,7 +8,7 @@ find_package(CGAL REQUIRED)
 find_package(Boost REQUIRED CONFIG)
 find_package(nlohmann_json REQUIRED)                   # src/io, src/evaluation, src/simulation: JSON
 find_package(fastcdr REQUIRED)                         # src/io: ROS 2 messages as files and in bags
-find_package(Protobuf REQUIRED)                        # src/io: the .surfaces schema
+find_package(Protobuf REQUIRED)                        # src/io: the .surfaces schema, messages in .mcap
 find_package(embree 4 QUIET)                           # src/simulation, src/io/exporters/picture: ray casting
 if(NOT embree_FOUND)
   find_package(embree 3 REQUIRED)

@@ -49,6 +49,9 @@ struct Shape {
 /// One mesh as binary STL.
 void write_stl(const Shape& shape, std::ostream& out);
 
+/// `polygons` of a surface, triangulated; counter-clockwise seen from the normal's tip.
+Mesh flat(const Surface& surface, const std::vector<Polygon>& polygons);
+
 /// Shapes of `part`, those of surfaces that have none of it left out.
 std::vector<Shape> make_shapes(const ExportJob& job, ExportPart part);
 

@@ -14,19 +14,6 @@ void append_fan(const std::vector<Eigen::Vector3d>& ring, Mesh& mesh) {
   for (std::uint32_t i = 2; i < ring.size(); ++i) mesh.triangles.push_back({first, first + i - 1, first + i});
 }
 
-Mesh flat(const Surface& surface) {
-  Mesh mesh;
-  std::vector<Eigen::Vector2d> vertices;
-  for (const Polygon& polygon : surface.polygons) {
-    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-    for (const auto& t : geometry::triangulate(polygon, vertices)) {
-      mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
-    }
-    for (const Eigen::Vector2d& uv : vertices) mesh.vertices.push_back(surface.to_map(uv));
-  }
-  return mesh;
-}
-
 Mesh discs(const Surface& surface, const std::vector<Circle>& circles) {
   constexpr int corners = 32;
   const Eigen::Matrix3d R = surface.T_map_surface.linear();
@@ -47,7 +34,7 @@ Mesh mesh_of(const ExportJob& job, const Surface& surface, ExportPart part) {
   Mesh mesh;
   switch (part) {
     case ExportPart::polygons:
-      return flat(surface);
+      return flat(surface, surface.polygons);
     case ExportPart::meshes:
       return extrude(surface, job.options.mesh_thickness);
     case ExportPart::convex:
@@ -62,6 +49,19 @@ Mesh mesh_of(const ExportJob& job, const Surface& surface, ExportPart part) {
 }
 
 }  // namespace
+
+Mesh flat(const Surface& surface, const std::vector<Polygon>& polygons) {
+  Mesh mesh;
+  std::vector<Eigen::Vector2d> vertices;
+  for (const Polygon& polygon : polygons) {
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    for (const auto& t : geometry::triangulate(polygon, vertices)) {
+      mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+    }
+    for (const Eigen::Vector2d& uv : vertices) mesh.vertices.push_back(surface.to_map(uv));
+  }
+  return mesh;
+}
 
 std::vector<Shape> make_shapes(const ExportJob& job, ExportPart part) {
   std::vector<Shape> shapes;

@@ -1,0 +1,40 @@
+#pragma once
+
+#include "io/exporters/foxglove_log.hpp"
+#include "io/new_file.hpp"
+
+#include <Eigen/Geometry>
+#include <fstream>
+#include <optional>
+#include <string>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+
+/// How the surfaces of a run came about, and from where its scans were taken, as a file for Foxglove
+/// (`--mcap`). It is written beside the mapping, and put in its place by save().
+class SceneLog {
+ public:
+  /// No file is written if `file` is empty. `up`: map frame. Throws Error(output), Error(usage).
+  SceneLog(std::string file, bool force, const Eigen::Vector3d& up);
+
+  // A write that fails is reported once on stderr; the run goes on.
+  void add_pose(double stamp_s, const Eigen::Isometry3d& T_map_sensor);
+  void add_surfaces(double stamp_s, const Snapshot& snapshot);
+
+  /// Adds all surfaces and finishes the file; throws Error(output), Error(usage).
+  void save(double stamp_s, const Snapshot& snapshot);
+
+ private:
+  Error failure() const;
+  void warn_of_failure();
+
+  std::string name_;
+  std::ofstream out_;
+  std::optional<io::NewFile> file_;
+  std::optional<io::FoxgloveLog> log_;
+  bool failing_ = false;
+};
+
+}  // namespace octosurf

@@ -1,0 +1,58 @@
+#pragma once
+
+#include "io/exporters/mcap_writer.hpp"
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <map>
+#include <ostream>
+#include <span>
+#include <string>
+
+#include <octosurf/map.hpp>
+#include <octosurf/occupancy.hpp>
+#include <octosurf/surface.hpp>
+
+namespace google::protobuf {
+class Message;
+}
+
+namespace octosurf::io {
+
+/// A map, or how it comes about, as an MCAP file of Foxglove's messages (Protobuf), docs/formats.md §2.
+/// Frames `map` and `sensor`, metres. Times are seconds; one before the last one, or before 0, counts as
+/// that. Write errors show in the stream.
+class FoxgloveLog {
+ public:
+  /// `up`: map frame, for the surfaces' slopes.
+  FoxgloveLog(std::ostream& out, const Eigen::Vector3d& up) : file_(out), up_(up) {}
+
+  /// /tf: where the sensor was.
+  void add_pose(double stamp_s, const Eigen::Isometry3d& T_map_sensor);
+  /// /trajectory: all poses at once.
+  void add_trajectory(double stamp_s, std::span<const Eigen::Isometry3d> T_map_sensor);
+  /// /surfaces: an entity for each surface and cylinder that is not as it was written last, and deletions of
+  /// those that are gone. Nothing if there are none. Cost: simplified() and a triangulation for each entity.
+  void add_changes(double stamp_s, const Snapshot& snapshot);
+  /// The same with an entity for every surface and cylinder.
+  void add_surfaces(double stamp_s, const Snapshot& snapshot);
+  /// /points: those of surfaces, in their colours; evenly fewer where there are more than 2²³.
+  void add_points(double stamp_s, const Map& map, const Snapshot& snapshot);
+  /// /voxels: the box of the occupied ones, in cells of a voxel or of 2ⁿ to an edge, at most 2²³.
+  void add_voxels(double stamp_s, const OccupancyView& octree, const Snapshot& snapshot);
+
+  void finish() { file_.finish(); }
+
+ private:
+  std::uint64_t time_ns(double stamp_s);
+  void write(const char* topic, const google::protobuf::Message& message, std::uint64_t time_ns);
+  void write_surfaces(double stamp_s, const Snapshot& snapshot, bool all);
+
+  McapWriter file_;
+  Eigen::Vector3d up_;
+  std::map<std::string, std::uint16_t> channels_;   ///< by topic
+  std::map<std::string, std::uint64_t> revisions_;  ///< of the entities as written, by their ids
+  std::uint64_t last_ns_ = 0;
+};
+
+}  // namespace octosurf::io

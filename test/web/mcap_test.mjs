@@ -1,0 +1,242 @@
+// mcap_test.mjs COMMAND: files of `export --to x.mcap` and `map --mcap`, read with MCAP's own library and decoded by
+// the descriptions that they carry.
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { skipped } from './browser.mjs';
+
+const command = process.argv[2];
+const require = createRequire(new URL('../../web/package.json', import.meta.url));
+let core, support;
+try {
+  core = require('@mcap/core');
+  support = require('@mcap/support');
+} catch {
+  console.log('skipped: MCAP\'s library is missing (npm ci in web/)');
+  process.exit(skipped);
+}
+const decompressHandlers = await support.loadDecompressHandlers();
+
+/** All records in the order of the file; the reader checks the chunks' check sums. */
+function records(bytes) {
+  const reader = new core.McapStreamReader({ includeChunks: true, decompressHandlers, validateCrcs: true });
+  reader.append(bytes);
+  const all = [];
+  for (let record; (record = reader.nextRecord());) all.push(record);
+  assert.ok(reader.done());
+  return all;
+}
+
+const least = (times) => times.reduce((a, b) => (b < a ? b : a), times[0] ?? 0n);
+const largest = (times) => times.reduce((a, b) => (b > a ? b : a), times[0] ?? 0n);
+
+/** What the specification says of records and their order. */
+function followsTheSpecification(bytes) {
+  const all = records(bytes), types = all.map((record) => record.type);
+  assert.equal(types[0], 'Header');
+  assert.equal(types.at(-1), 'Footer');
+  const end = types.indexOf('DataEnd');
+  assert.equal(types.lastIndexOf('DataEnd'), end);
+  const data = all.slice(1, end), summary = all.slice(end + 1, -1);
+
+  const schemas = new Set(), channels = new Map(), chunks = [];
+  for (const record of data) {
+    if (record.type === 'Schema') schemas.add(record.id);
+    else if (record.type === 'Channel') {
+      assert.ok(schemas.has(record.schemaId), 'a schema stands before its channels');
+      assert.deepEqual([record.messageEncoding, record.id > 0], ['protobuf', true]);
+      channels.set(record.id, 0n);
+    } else if (record.type === 'Chunk') chunks.push({ chunk: record, messages: [], indexes: [] });
+    else if (record.type === 'MessageIndex') chunks.at(-1).indexes.push(record);
+    else {
+      assert.equal(record.type, 'Message');
+      assert.equal(chunks.at(-1).indexes.length, 0, 'messages stand in chunks');
+      assert.equal(BigInt(record.sequence), channels.get(record.channelId));
+      channels.set(record.channelId, channels.get(record.channelId) + 1n);
+      chunks.at(-1).messages.push(record);
+    }
+  }
+  for (const { chunk, messages, indexes } of chunks) {
+    const times = messages.map((message) => message.logTime);
+    assert.deepEqual([chunk.messageStartTime, chunk.messageEndTime], [least(times), largest(times)]);
+    const indexed = indexes.flatMap((index) => index.records.map(([time]) => [index.channelId, time]));
+    const key = ([channel, time]) => `${channel} ${time}`;
+    assert.deepEqual(indexed.map(key).sort(), messages.map((m) => key([m.channelId, m.logTime])).sort());
+    assert.equal(new Set(indexes.map((index) => index.channelId)).size, indexes.length);
+  }
+
+  const order = summary.map((record) => record.type).filter((type, i, list) => type !== list[i - 1]);
+  assert.deepEqual(order, ['Schema', 'Channel', 'Statistics', 'ChunkIndex', 'SummaryOffset'], 'grouped');
+  const times = chunks.flatMap(({ messages }) => messages.map((message) => message.logTime));
+  const statistics = summary.find((record) => record.type === 'Statistics');
+  assert.deepEqual(
+    { ...statistics, type: undefined },
+    {
+      type: undefined, messageCount: BigInt(times.length), schemaCount: schemas.size, channelCount: channels.size,
+      attachmentCount: 0, metadataCount: 0, chunkCount: chunks.length,
+      messageStartTime: least(times), messageEndTime: largest(times), channelMessageCounts: channels,
+    });
+  assert.equal(summary.filter((record) => record.type === 'ChunkIndex').length, chunks.length);
+  for (const offset of summary.filter((record) => record.type === 'SummaryOffset'))
+    assert.equal(bytes[Number(offset.groupStart)], offset.groupOpcode);
+  return times.length;
+}
+
+/** Messages as viewers get them, by the index and in the order of time: [topic, message]. */
+async function messages(bytes) {
+  const readable = {
+    size: async () => BigInt(bytes.length),
+    read: async (offset, size) => bytes.subarray(Number(offset), Number(offset + size)),
+  };
+  const reader = await core.McapIndexedReader.Initialize({ readable, decompressHandlers });
+  const types = new Map();
+  for (const [id, channel] of reader.channelsById) {
+    const schema = reader.schemasById.get(channel.schemaId);
+    assert.equal(schema.encoding, 'protobuf');
+    types.set(id, support.protobufFromBinaryDescriptor(schema.data).lookupType(schema.name));
+  }
+  const all = [];
+  for await (const { channelId, logTime, data } of reader.readMessages({ validateCrcs: true })) {
+    const type = types.get(channelId), message = type.toObject(type.decode(data), { defaults: true, longs: Number });
+    const { seconds, nanos } = message.timestamp ?? (message.entities[0] ?? message.deletions[0]).timestamp;
+    assert.equal(BigInt(seconds) * 1000000000n + BigInt(nanos), logTime);
+    all.push([reader.channelsById.get(channelId).topic, message, type.fullName]);
+  }
+  return all;
+}
+
+const of = (all, topic) => all.filter((one) => one[0] === topic).map((one) => one[1]);
+const close = (a, b, by, what) => assert.ok(Math.abs(a - b) <= by, `${what}: ${a}, not ${b}`);
+
+/** Entities as a viewer has them after these updates. */
+function entitiesAfter(updates) {
+  const shown = new Map();
+  for (const { deletions, entities } of updates) {
+    for (const { id } of deletions) assert.ok(shown.delete(id), `${id} was there`);
+    for (const entity of entities) shown.set(entity.id, entity);
+  }
+  return shown;
+}
+
+const areaOf = ({ points, indices }) => {
+  let sum = 0;
+  for (let i = 0; i < indices.length; i += 3) {
+    const [a, b, c] = indices.slice(i, i + 3).map((k) => points[k]);
+    const [u, v] = [b, c].map((p) => [p.x - a.x, p.y - a.y, p.z - a.z]);
+    sum += Math.hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]) / 2;
+  }
+  return sum;
+};
+
+function areTheSurfaces(entities, map) {
+  assert.deepEqual([...entities.keys()].sort(),
+    [...map.surfaces.map((s) => `surface_${s.id}`), ...map.cylinders.map((c) => `cylinder_${c.id}`)].sort());
+  for (const surface of map.surfaces) {
+    const { frame_id, metadata, triangles } = entities.get(`surface_${surface.id}`);
+    assert.equal(frame_id, 'map');
+    const known = Object.fromEntries(metadata.map(({ key, value }) => [key, Number(value)]));
+    close(known.area_m2, surface.area_m2, 1e-5 * surface.area_m2 + 1e-9, 'area');
+    assert.equal(known.inliers, surface.inliers);
+    const { r, g, b, a } = triangles[0].color;
+    [r, g, b].forEach((part, i) => close(part, surface.color[i], 1e-4, 'colour'));
+    assert.equal(a, 1);
+    // The outlines are simplified by at most half a voxel.
+    let length = 0;
+    for (const { outer, holes } of surface.polygons)
+      for (const ring of [outer, ...holes])
+        ring.forEach((p, i) => { length += Math.hypot(...p.map((x, k) => x - ring[(i + 1) % ring.length][k])); });
+    close(areaOf(triangles[0]), surface.area_m2, length * map.resolution / 2, `area of surface ${surface.id}`);
+    const { normal, offset } = surface.plane;
+    for (const { x, y, z } of triangles[0].points)
+      close(normal[0] * x + normal[1] * y + normal[2] * z, offset, 1e-6, 'a corner is on its plane');
+  }
+}
+
+/** A value in packed elements, as Foxglove's schemas describe them. */
+function reader({ fields, data }) {
+  const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
+  const get = { 1: 'getUint8', 5: 'getUint32', 7: 'getFloat32' };
+  return (at, name) => {
+    const field = fields.find((one) => one.name === name);
+    return view[get[field.type]](at + field.offset, true);
+  };
+}
+
+function pointsAndVoxels(cloud, grid, map) {
+  const surfaces = new Map(map.surfaces.map((s) => [s.id, s])), counts = new Map();
+  const point = reader(cloud), cell = reader(grid);
+  const slices = grid.data.length / grid.slice_stride, size = grid.cell_size.x, corner = grid.pose.position;
+  assert.ok(Number.isInteger(slices) && grid.slice_stride === grid.row_count * grid.row_stride &&
+    grid.row_stride === grid.column_count * grid.cell_stride);
+  for (let at = 0; at < cloud.data.length; at += cloud.point_stride) {
+    const surface = surfaces.get(point(at, 'surface'));
+    counts.set(surface.id, (counts.get(surface.id) ?? 0) + 1);
+    const [x, y, z] = ['x', 'y', 'z'].map((name) => point(at, name));
+    const { normal, offset } = surface.plane;
+    close(normal[0] * x + normal[1] * y + normal[2] * z, offset, 4 * map.resolution, 'a point is near its plane');
+    const color = ['red', 'green', 'blue'].map((name) => point(at, name) / 255);
+    color.forEach((part, i) => close(part, surface.color[i], 0.003, 'colour'));
+    // A point on a voxel's face may have been rounded into the next.
+    const inside = [x, y, z].every((p, k) => {
+      const along = (p - [corner.x, corner.y, corner.z][k]) / size;
+      return Math.abs(along - Math.round(along)) > 1e-3;
+    });
+    if (!inside) continue;
+    const index = [x - corner.x, y - corner.y, z - corner.z].map((p) => Math.floor(p / size));
+    const place = index[2] * grid.slice_stride + index[1] * grid.row_stride + index[0] * grid.cell_stride;
+    assert.equal(cell(place, 'occupancy'), 2, 'a point\'s voxel is occupied');
+    assert.equal(cell(place, 'alpha'), 255);
+  }
+  for (const { id, inliers } of map.surfaces) assert.equal(counts.get(id), inliers);
+  for (let at = 0; at < grid.data.length; at += grid.cell_stride)
+    assert.equal(cell(at, 'alpha') === 255, cell(at, 'occupancy') === 2);
+}
+
+/** TUM lines: stamp tx ty tz qx qy qz qw. */
+const posesIn = (file) => readFileSync(file, 'utf8').split('\n').filter((line) => /^[-\d]/.test(line))
+  .map((line) => line.split(/\s+/).map(Number));
+
+function areThePoses(transforms, poses) {
+  assert.equal(transforms.length, poses.length);
+  transforms.forEach(({ timestamp, parent_frame_id, child_frame_id, translation: t, rotation: q }, i) => {
+    assert.deepEqual([parent_frame_id, child_frame_id], ['map', 'sensor']);
+    const found = [timestamp.seconds + timestamp.nanos / 1e9, t.x, t.y, t.z, q.x, q.y, q.z, q.w];
+    const sign = Math.sign(q.w * poses[i][7]);
+    found.forEach((x, k) => close(x * (k > 3 ? sign : 1), poses[i][k], 1e-6, 'pose'));
+  });
+}
+
+const folder = mkdtempSync(join(tmpdir(), 'octosurf_mcap_'));
+try {
+  const at = (name) => join(folder, name);
+  const run = (...words) => execFileSync(command, words, { stdio: ['ignore', 'pipe', 'pipe'] });
+  run('simulate', 'stairs', '-o', at('scans'), '--frames', '12');
+  run('map', at('scans'), '-o', at('m'), '--resolution', '0.04', '--mcap', at('run.mcap'), '--keep-scans', at('kept'),
+    '--write-poses', at('poses.txt'));
+  run('export', at('m'), '--to', at('map.json'));
+  run('export', at('m'), '--to', at('map.mcap'));
+  const map = JSON.parse(readFileSync(at('map.json'), 'utf8')), poses = posesIn(at('poses.txt'));
+  assert.ok(map.surfaces.length > 5 && poses.length === 12, 'there is something to see');
+
+  for (const name of ['map.mcap', 'run.mcap']) {
+    const bytes = readFileSync(at(name)), count = followsTheSpecification(bytes), all = await messages(bytes);
+    assert.equal(all.length, count);
+    areThePoses(of(all, '/tf'), poses);
+    const updates = of(all, '/surfaces');
+    areTheSurfaces(entitiesAfter(updates), map);
+    for (const [, , type] of all) assert.match(type, /^\.foxglove\./);
+    if (name === 'run.mcap') {
+      assert.ok(updates.length > 3 && updates[0].entities.length < map.surfaces.length, 'surfaces come one after the other');
+      areTheSurfaces(entitiesAfter(updates.slice(-1)), map);
+      continue;
+    }
+    assert.deepEqual(of(all, '/trajectory')[0].poses.map(({ position: p }) => [p.x, p.y, p.z]),
+      of(all, '/tf').map(({ translation: t }) => [t.x, t.y, t.z]));
+    pointsAndVoxels(of(all, '/points')[0], of(all, '/voxels')[0], map);
+  }
+} finally {
+  rmSync(folder, { recursive: true, force: true });
+}
