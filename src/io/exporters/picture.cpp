@@ -2,6 +2,7 @@
 #include "geometry/directions.hpp"
 #include "geometry/triangulate.hpp"
 #include "io/exporters/export_formats.hpp"
+#include "io/exporters/scale_bar.hpp"
 #include "io/new_file.hpp"
 #include "io/png_file.hpp"
 #include "io/readers/camera.hpp"
@@ -57,27 +58,39 @@ std::vector<Patch> make_patches(const Snapshot& snapshot, const std::vector<Name
   return patches;
 }
 
+// A point of a patch.
+struct Sample {
+  Eigen::Vector3d at;
+  const Patch* patch;
+};
+
 // Points spread evenly over the surfaces, so that a quantile of them is one of area.
-std::vector<Eigen::Vector3d> spread(const std::vector<Patch>& patches) {
+std::vector<Sample> spread(const std::vector<Patch>& patches) {
   constexpr double count = 20000;
-  std::vector<std::pair<std::array<Eigen::Vector3d, 3>, double>> triangles;
+  struct Triangle {
+    std::array<Eigen::Vector3d, 3> corners;
+    double area;
+    const Patch* patch;
+  };
+  std::vector<Triangle> triangles;
   double total = 0;
   for (const Patch& patch : patches) {
     for (const auto& t : patch.mesh.triangles) {
       const auto& v = patch.mesh.vertices;
       const double area = (v[t[1]] - v[t[0]]).cross(v[t[2]] - v[t[0]]).norm() / 2;
-      triangles.push_back({{v[t[0]], v[t[1]], v[t[2]]}, area});
+      triangles.push_back({{v[t[0]], v[t[1]], v[t[2]]}, area, &patch});
       total += area;
     }
   }
-  std::vector<Eigen::Vector3d> points;
+  std::vector<Sample> points;
   double due = 0, s = 0, t = 0;
-  for (const auto& [corners, area] : triangles) {
+  for (const auto& [corners, area, patch] : triangles) {
     for (due += count * area / total; due >= 1; due -= 1) {
       s = std::fmod(s + 0.7548776662466927, 1);  // the R2 sequence: even, and the same every time
       t = std::fmod(t + 0.5698402909980532, 1);
       const double a = 1 - std::sqrt(s), b = std::sqrt(s) * t;
-      points.push_back(corners[0] + (1 - a - b) * (corners[1] - corners[0]) + b * (corners[2] - corners[0]));
+      points.push_back(
+          {corners[0] + (1 - a - b) * (corners[1] - corners[0]) + b * (corners[2] - corners[0]), patch});
     }
   }
   return points;
@@ -285,18 +298,49 @@ PictureOptions turned(PictureOptions options, const Eigen::Quaterniond& rotation
   return options;
 }
 
+/// Those that `camera` is to show: no strays, nothing that is left out of the picture.
+std::vector<Eigen::Vector3d> worth_showing(const std::vector<Sample>& samples, const Eigen::AlignedBox3d& box,
+                                           const io::Camera* camera) {
+  const double around = 0.15 * box.diagonal().norm();
+  const Eigen::AlignedBox3d reach(box.min().array() - around, box.max().array() + around);
+  std::vector<Eigen::Vector3d> shown;
+  for (const auto& [at, patch] : samples) {
+    const bool drawn =
+        camera == nullptr || patch == nullptr || patch->plane.signed_distance(camera->eye) >= 0;
+    if (drawn && reach.contains(at)) shown.push_back(at);
+  }
+  return shown;
+}
+
+/// As near as it can stand. What it sees from behind depends on where it stands: that is looked up from
+/// where all would be in the picture.
+io::Camera camera_for(const std::vector<Sample>& samples, const Eigen::AlignedBox3d& box,
+                      const PictureOptions& options) {
+  const io::Camera camera = io::make_camera(worth_showing(samples, box, nullptr), options);
+  if (!options.cut || options.eye) return camera;
+  const std::vector<Eigen::Vector3d> shown = worth_showing(samples, box, &camera);
+  return shown.empty() ? camera : io::make_camera(shown, options);
+}
+
 /// z is up.
 std::vector<std::uint8_t> draw(const Snapshot& snapshot, const PictureOptions& options) {
   const std::vector<Patch> patches = make_patches(snapshot, options.meshes);
-  std::vector<Eigen::Vector3d> samples = spread(patches);
-  if (samples.empty()) samples = options.points;
-  const Eigen::AlignedBox3d box = io::robust_box(samples);
-  const io::Camera camera = io::make_camera(box, options);
+  std::vector<Sample> samples = spread(patches);
+  if (samples.empty())
+    for (const Eigen::Vector3d& point : options.points) samples.push_back({point, nullptr});
+  std::vector<Eigen::Vector3d> places;
+  for (const Sample& sample : samples) places.push_back(sample.at);
+  const Eigen::AlignedBox3d box = io::robust_box(places);
+  const io::Camera camera = camera_for(samples, box, options);
   Canvas canvas(camera, patches, box, options.cut);
   canvas.outline();
   for (const Eigen::Vector3d& point : options.points) canvas.dot(point, {0.3f, 0.3f, 0.32f});
   draw_edges(canvas, snapshot, options, camera.eye);
-  return canvas.pixels();
+  std::vector<std::uint8_t> rgb = canvas.pixels();
+  if (!samples.empty())
+    io::draw_scale_bar(rgb, camera.width, camera.height,
+                       camera.height / (2 * camera.half_height * camera.middle_depth));
+  return rgb;
 }
 
 }  // namespace

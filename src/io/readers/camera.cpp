@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <octosurf/error.hpp>
@@ -30,6 +31,42 @@ Eigen::Vector3d forward_of(ViewFrom from) {
   return Eigen::Vector3d(0.55, 0.75, -0.75).normalized();
 }
 
+/// The points' range between the lines that the picture's margins cut from a plane of `side` and forward: the
+/// eye is on both lines where it is as near as it can be.
+struct Wedge {
+  double slope;  ///< of the lines
+  double least = std::numeric_limits<double>::max(), greatest = -std::numeric_limits<double>::max();
+
+  void extend(double side, double ahead) {
+    least = std::min(least, side + slope * ahead);
+    greatest = std::max(greatest, side - slope * ahead);
+  }
+  double ahead() const { return (least - greatest) / (2 * slope); }
+  double side() const { return (least + greatest) / 2; }
+};
+
+/// `centered`: on the line through the target.
+Eigen::Vector3d preset_eye(const Camera& camera, const std::vector<Eigen::Vector3d>& points,
+                           const Eigen::Vector3d& target, bool centered) {
+  constexpr double nearest = 0.1;  // m
+  const double slope = margin * camera.half_height;
+  Wedge across{slope * camera.width / camera.height}, along{slope};
+  double ahead = -nearest;
+  for (const Eigen::Vector3d& point : points) {
+    const Eigen::Vector3d r = point - target;
+    const double x = r.dot(camera.right), y = r.dot(camera.up), z = r.dot(camera.forward);
+    across.extend(x, z);
+    along.extend(y, z);
+    if (centered)
+      ahead = std::min(ahead, z - std::max(std::abs(x) / across.slope, std::abs(y) / along.slope));
+    else
+      ahead = std::min(ahead, z - nearest);
+  }
+  if (points.empty() || centered) return target + ahead * camera.forward;
+  return target + std::min({ahead, across.ahead(), along.ahead()}) * camera.forward +
+         across.side() * camera.right + along.side() * camera.up;
+}
+
 }  // namespace
 
 Eigen::Vector3d Camera::direction(double x, double y) const {
@@ -45,7 +82,10 @@ std::optional<Camera::Pixel> Camera::project(const Eigen::Vector3d& point) const
   return Pixel{width / 2.0 + r.dot(right) * scale, height / 2.0 - r.dot(up) * scale, r.norm()};
 }
 
-Camera make_camera(const Eigen::AlignedBox3d& box, const PictureOptions& options) {
+Camera make_camera(const std::vector<Eigen::Vector3d>& points, const PictureOptions& options) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& point : points) box.extend(point);
+  if (box.isEmpty()) box = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones()};
   const Eigen::Vector3d target = options.target.value_or(box.center());
   Camera camera;
   camera.width = options.width;
@@ -61,16 +101,10 @@ Camera make_camera(const Eigen::AlignedBox3d& box, const PictureOptions& options
   const Eigen::Vector3d upward = vertical ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitZ();
   camera.right = camera.forward.cross(upward).normalized();
   camera.up = camera.right.cross(camera.forward);
-
-  double back = 0.1;  // m
-  for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Vector3d r = box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)) - target;
-    const double half_width = camera.half_height * options.width / options.height;
-    const double needed = std::max(std::abs(r.dot(camera.right)) / (margin * half_width),
-                                   std::abs(r.dot(camera.up)) / (margin * camera.half_height));
-    back = std::max(back, needed - r.dot(camera.forward));
-  }
-  camera.eye = options.eye.value_or(target - back * camera.forward);
+  camera.eye = options.eye.value_or(preset_eye(camera, points, target, options.target.has_value()));
+  const bool asked = options.eye || options.target;
+  const Eigen::Vector3d middle = asked ? target : Eigen::Vector3d(target.x(), target.y(), box.min().z());
+  camera.middle_depth = std::max((middle - camera.eye).dot(camera.forward), 1e-3);
   return camera;
 }
 

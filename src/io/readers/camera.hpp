@@ -12,7 +12,8 @@ namespace octosurf::io {
 /// A pinhole camera; z of the map is up in its pictures (y if it looks straight up or down).
 struct Camera {
   Eigen::Vector3d eye, right, up, forward;
-  double half_height = 0;  ///< of the picture, at distance 1
+  double half_height = 0;   ///< of the picture, at distance 1
+  double middle_depth = 1;  ///< m, along `forward`, of the target; of a preset, of the ground's middle
   int width = 0, height = 0;
 
   /// Unit direction through a pixel position; (0, 0) is the picture's upper left corner.
@@ -25,9 +26,10 @@ struct Camera {
   std::optional<Pixel> project(const Eigen::Vector3d& point) const;
 };
 
-/// The camera PictureOptions ask for; presets stand back until all of `box` is in the picture.
-/// Throws Error(usage) if eye and target coincide or are not finite.
-Camera make_camera(const Eigen::AlignedBox3d& box, const PictureOptions& options);
+/// The camera PictureOptions ask for. A preset stands as near as it can so that all of `points` are in the
+/// picture, with a margin; with a target, on the line through it. Throws Error(usage) if eye and target
+/// coincide or are not finite.
+Camera make_camera(const std::vector<Eigen::Vector3d>& points, const PictureOptions& options);
 
 /// Per axis the 2 to 98 % range of `samples`; the unit cube if there are none.
 Eigen::AlignedBox3d robust_box(const std::vector<Eigen::Vector3d>& samples);

@@ -110,6 +110,54 @@ TEST_F(PictureTest, StraySurfaceDoesNotShrinkTheRest) {
   EXPECT_TRUE(has_color_of(image.at(0.9, 0.9), *snapshot.surfaces[0]));
 }
 
+/// Of what has a colour, in shares of the picture: paper, grid, outlines and scale bar have none.
+Eigen::AlignedBox2d colored(const Image& image) {
+  Eigen::AlignedBox2d box;
+  for (std::uint32_t row = 0; row < image.height; ++row)
+    for (std::uint32_t column = 0; column < image.width; ++column) {
+      const Eigen::Vector2d place((column + 0.5) / image.width, (row + 0.5) / image.height);
+      const Eigen::Vector3d rgb = image.at(place.x(), place.y());
+      if (rgb.maxCoeff() - rgb.minCoeff() > 0.08) box.extend(place);
+    }
+  return box;
+}
+
+TEST_F(PictureTest, WhatIsMappedFillsThePictureButForAMargin) {
+  PictureOptions options;
+  for (const auto& [width, height] : {std::pair(300, 200), std::pair(400, 150), std::pair(150, 400)})
+    for (const ViewFrom from : {ViewFrom::iso, ViewFrom::top, ViewFrom::front, ViewFrom::left}) {
+      options.width = width;
+      options.height = height;
+      options.from = from;
+      const Eigen::AlignedBox2d box = colored(render(room_, options));
+      EXPECT_GT(box.sizes().maxCoeff(), 0.86)
+          << width << " x " << height << " from " << static_cast<int>(from);
+      EXPECT_GT(box.min().minCoeff(), 0.02);
+      EXPECT_LT(box.max().maxCoeff(), 0.98);
+      EXPECT_NEAR(box.center().x(), 0.5, 0.04) << "in the middle";
+      EXPECT_NEAR(box.center().y(), 0.5, 0.04);
+    }
+}
+
+TEST_F(PictureTest, TheScaleBarIsAsLongAsTheMapSays) {
+  SnapshotBuilder builder;
+  builder.add({7, -3, 2}, Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitZ(), {{box_ring(0, 0, 4, 4), {}}},
+              16);
+  PictureOptions options;
+  options.from = ViewFrom::top;
+  options.width = options.height = 400;
+  const Image image = render(builder.take(), options);
+  // A fifth of the picture is 0.9 m of it: the bar is 0.5 m.
+  const double pixels_per_m = 400 * colored(image).sizes().x() / 4;
+  int longest = 0;
+  for (std::uint32_t row = 350; row < 400; ++row)
+    for (std::uint32_t column = 0, run = 0; column < 200; ++column) {
+      run = image.at((column + 0.5) / 400, (row + 0.5) / 400).maxCoeff() < 0.2 ? run + 1 : 0;
+      longest = std::max(longest, static_cast<int>(run));
+    }
+  EXPECT_NEAR(longest, 0.5 * pixels_per_m, 1.5);
+}
+
 TEST_F(PictureTest, IsoShowsFloorAndDefaultSize) {
   const Image image = render(room_, {}, "iso.png");
   EXPECT_EQ(image.width, 1280u);
