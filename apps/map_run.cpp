@@ -319,6 +319,7 @@ void MapRun::note(const Scan& scan, const ScanReport& report, double arrival_s, 
   poses_.add(scan.stamp_s, report.alignment.T_map_sensor);
   scene_.add_pose(scan.stamp_s, report.alignment.T_map_sensor);
   keeper_.add(scan, report);
+  if (server_) server_->add_pose(scan.sensor, report.alignment.T_map_sensor);
 }
 
 void MapRun::wait_for(double arrival_s) const {

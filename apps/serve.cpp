@@ -92,7 +92,8 @@ void run(const Arguments& arguments) {
                                                         arguments.max_mb);
   Api api([&] { return served; });
   const auto feed = std::make_shared<LiveFeed>(
-      "", [&] { return served->asked.snapshot->revision; }, [&] { return served->asked; });
+      "", [&] { return served->asked.snapshot->revision; }, [&] { return served->asked; },
+      [] { return io::SensorTrack(); });
   HttpServer server(
       place, [&](const HttpRequest& request) { return api.answer(request); }, Api::is_slow, feed);
   server.end_on_signals();  // first: who reads the line may send one

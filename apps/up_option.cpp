@@ -57,9 +57,9 @@ Up up_in_force(const Map& map, const std::string& text) {
   return parameters.up ? Up{*parameters.up, Up::Source::given, 0, 0} : up_from_surfaces(map);
 }
 
-void warn_of_up(const Map& map, const std::string& text) {
+std::optional<Up> suggested_up(const Map& map, const std::string& text) {
   const std::optional<Eigen::Vector3d>& given = map.parameters().up;
-  if (!text.empty() || !given) return;
+  if (!text.empty() || !given) return std::nullopt;
   const Up found = up_from_surfaces(map);
   // Sensors that were turned, and on the whole held upright by the map's up, speak for it: the walls that
   // they saw are walls. Clouds without poses were never turned, whatever is up.
@@ -69,9 +69,15 @@ void warn_of_up(const Map& map, const std::string& text) {
                             held.dot(*given) > cos_another * held.norm();
   if (found.source != Up::Source::surfaces || found.rival > doubtful_rival || held_upright ||
       found.direction.dot(*given) > cos_another || found.level_m2 < 2 * level_area(map, *given))
-    return;
+    return std::nullopt;
+  return found;
+}
+
+void warn_of_up(const Map& map, const std::string& text) {
+  const std::optional<Up> found = suggested_up(map, text);
+  if (!found) return;
   std::fprintf(stderr, "warning: surfaces suggest that up is %s (%.1f m² level), not %s: --up auto\n",
-               axis_name(found.direction).c_str(), found.level_m2, axis_name(*given).c_str());
+               axis_name(found->direction).c_str(), found->level_m2, axis_name(*map.parameters().up).c_str());
 }
 
 std::string describe(const Up& up) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include <octosurf/up.hpp>
@@ -16,8 +17,10 @@ void add_up_option(CLI::App& verb, std::string& text);
 /// Up in a map, `text` (of --up) first. Throws Error(usage) for text that is no direction.
 Up up_in_force(const Map& map, const std::string& text);
 
-/// Warns, to stderr, where --up has no `text` and the surfaces clearly suggest another direction than the
-/// map's.
+/// The direction that surfaces clearly suggest in the place of the map's, where --up has no `text`.
+std::optional<Up> suggested_up(const Map& map, const std::string& text);
+
+/// Warns of it, to stderr.
 void warn_of_up(const Map& map, const std::string& text);
 
 /// "0.009 -0.905 -0.426, estimated from 12.3 m² of level surfaces", with a word of caution where it takes

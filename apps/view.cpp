@@ -131,7 +131,11 @@ void write_html(const Arguments& arguments) {
   for (const std::string& name : arguments.maps) {
     const LoadedMap loaded = load(name);
     const Map& map = loaded.map;
-    if (maps.empty()) options.up = up_in_force(map, arguments.up).direction;
+    if (maps.empty()) {
+      options.up = up_in_force(map, arguments.up).direction;
+      if (const auto up = suggested_up(map, arguments.up)) options.suggested_up = up->direction;
+      warn_of_up(map, arguments.up);
+    }
     maps.push_back({title_of(name), map.snapshot(), map.octree(), {}, {}});
     // Of a hall edges and feet take seconds each: side by side, if there is a thread to be had.
     std::future<std::map<SurfaceId, std::vector<PolygonEdges>>> edges =

@@ -1,7 +1,5 @@
 #include "serve/live_feed.hpp"
 
-#include "io/exporters/page_changes.hpp"
-
 #include <utility>
 
 #include <octosurf/changes.hpp>
@@ -17,8 +15,8 @@ PageMap page_map(const AskedMap& map) { return {map.name, map.snapshot, map.octr
 
 }  // namespace
 
-LiveFeed::LiveFeed(std::string run, Revision revision, Source map)
-    : run_(std::move(run)), revision_(std::move(revision)), map_(std::move(map)) {}
+LiveFeed::LiveFeed(std::string run, Revision revision, Source map, Track track)
+    : run_(std::move(run)), revision_(std::move(revision)), map_(std::move(map)), track_(std::move(track)) {}
 
 LiveFeed::Changes LiveFeed::changes(std::optional<std::uint64_t> since, const std::string& run) {
   const std::lock_guard lock(making_changes_);
@@ -32,7 +30,8 @@ LiveFeed::Changes LiveFeed::changes(std::optional<std::uint64_t> since, const st
       return made;
   PageMap page = page_map(map);
   if (!result.whole) page.changes = changes_since(*map.snapshot, result.since);
-  result.message = std::make_shared<const std::string>(io::page_changes_message(page, map.up, run_));
+  result.message =
+      std::make_shared<const std::string>(io::page_changes_message(page, map.up, run_, track_()));
   made_.push_front(result);
   if (made_.size() > most_kept) made_.pop_back();
   return result;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "contact_query.hpp"
+#include "io/exporters/page_changes.hpp"
 
 #include <cstdint>
 #include <deque>
@@ -18,10 +19,11 @@ class LiveFeed {
  public:
   using Revision = std::function<std::uint64_t()>;  ///< of the map as it is now; takes no time
   using Source = std::function<AskedMap()>;         ///< the map as it is now
+  using Track = std::function<io::SensorTrack()>;   ///< the sensor's, likewise
   using Message = std::shared_ptr<const std::string>;
 
   /// `run`: the name of the run whose revisions these are.
-  LiveFeed(std::string run, Revision revision, Source map);
+  LiveFeed(std::string run, Revision revision, Source map, Track track);
 
   std::uint64_t revision() const { return revision_(); }
 
@@ -41,6 +43,7 @@ class LiveFeed {
   const std::string run_;
   const Revision revision_;
   const Source map_;
+  const Track track_;
   std::mutex making_changes_, making_voxels_;  ///< of what follows each
   std::deque<Changes> made_;                   ///< the last ones, latest first
   struct Voxels {

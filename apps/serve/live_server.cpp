@@ -45,7 +45,8 @@ LiveServer::LiveServer(Mapper& mapper, std::string name, const HttpPlace& place)
           },
           Api::is_slow,
           std::make_shared<LiveFeed>(
-              run_, [this] { return mapper_.snapshot()->revision; }, [this] { return now(); })) {
+              run_, [this] { return mapper_.snapshot()->revision; }, [this] { return now(); },
+              [this] { return track(); })) {
   mapper.share_octree();
   thread_ = std::thread([this] {
     try {
@@ -63,6 +64,16 @@ LiveServer::~LiveServer() {
 
 Eigen::Vector3d LiveServer::up_in(const Snapshot& snapshot) const {
   return up_ ? *up_ : estimate_up(snapshot).direction;
+}
+
+void LiveServer::add_pose(SensorKind sensor, const Eigen::Isometry3d& T_map_sensor) {
+  const std::lock_guard lock(tracking_);
+  track_.add(sensor, T_map_sensor);
+}
+
+io::SensorTrack LiveServer::track() const {
+  const std::lock_guard lock(tracking_);
+  return track_;
 }
 
 AskedMap LiveServer::now() const {

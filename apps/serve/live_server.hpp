@@ -1,5 +1,6 @@
 #pragma once
 
+#include "io/exporters/page_changes.hpp"
 #include "serve/api.hpp"
 #include "serve/http_server.hpp"
 
@@ -25,16 +26,22 @@ class LiveServer {
 
   std::string url() const { return server_.url(); }
 
+  /// Where the scan was seen from that was mapped last.
+  void add_pose(SensorKind sensor, const Eigen::Isometry3d& T_map_sensor);
+
  private:
   std::shared_ptr<const ServedMap> latest();
   AskedMap now() const;
   Eigen::Vector3d up_in(const Snapshot& snapshot) const;
+  io::SensorTrack track() const;
 
   const Mapper& mapper_;
   const std::string name_, run_;
   const std::optional<Eigen::Vector3d> up_;  ///< if the map's parameters say
   std::mutex making_;                        ///< of the latest
   std::shared_ptr<const ServedMap> latest_;
+  mutable std::mutex tracking_;  ///< of the track
+  io::SensorTrack track_;
   Api api_;
   HttpServer server_;
   std::thread thread_;

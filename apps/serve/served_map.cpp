@@ -61,6 +61,7 @@ ServedMap::ServedMap(LoadedMap map, std::string name, const std::string& up, dou
       all_edges([this] { return make_edges(); }),
       page([this, max_page_mb] { return make_page_text(max_page_mb); }),
       surfaces([this] { return make_surfaces(); }),
+      suggested_up_(suggested_up(map.map, up)),
       map_(std::move(map)) {}
 
 ServedMap::ServedMap(std::shared_ptr<const Snapshot> snapshot, std::string name, const Eigen::Vector3d& up,
@@ -88,6 +89,7 @@ std::map<SurfaceId, std::vector<PolygonEdges>> ServedMap::make_edges() const {
 ServedMap::Text ServedMap::make_page_text(double max_mb) const {
   PageOptions options;
   options.up = asked.up;
+  if (suggested_up_) options.suggested_up = suggested_up_->direction;
   options.max_mb = max_mb;
   PageMap map{asked.name, asked.snapshot, asked.octree, all_edges.get(), {}};
   // Of a map that goes on growing they would be outdated before they are looked at: its page asks for them.

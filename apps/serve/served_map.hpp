@@ -14,6 +14,7 @@
 
 #include <octosurf/map.hpp>
 #include <octosurf/queries.hpp>
+#include <octosurf/up.hpp>
 
 namespace octosurf {
 
@@ -60,6 +61,7 @@ class ServedMap {
   Text make_page_text(double max_mb) const;
   Text make_surfaces() const;
 
+  const std::optional<Up> suggested_up_;  ///< in the place of the map's own
   const std::optional<LoadedMap> map_;
   const std::string run_;
 };

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -47,6 +48,7 @@ struct PageMap {
 /// How write_page() writes.
 struct PageOptions {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< map frame
+  std::optional<Eigen::Vector3d> suggested_up{};  ///< map frame: another, that the page offers to turn to
   double max_mb = 10;                             ///< 10⁶ bytes, of the file
   bool force = false;                             ///< write over a file that exists
 };

@@ -66,8 +66,11 @@ export class Browser {
     return new Promise((resolve, reject) => this.waiting.set(id, { resolve, reject }));
   }
 
-  /** @param {string} file or an address @param {{width?: number, height?: number, dark?: boolean, touch?: boolean}} how */
-  async open(file, { width = 1280, height = 800, dark = false, touch = false } = {}) {
+  /**
+   * @param {string} file or an address
+   * @param {{width?: number, height?: number, dark?: boolean, touch?: boolean, hash?: string}} how
+   */
+  async open(file, { width = 1280, height = 800, dark = false, touch = false, hash = '' } = {}) {
     const { targetId } = await this.send('Target.createTarget', { url: 'about:blank' });
     const { sessionId } = await this.send('Target.attachToTarget', { targetId, flatten: true });
     const page = new Page(new Session(this, sessionId), targetId);
@@ -79,8 +82,14 @@ export class Browser {
     await page.session.send('Emulation.setEmulatedMedia',
       { features: [{ name: 'prefers-color-scheme', value: dark ? 'dark' : 'light' }] });
     page.url = file.startsWith('http:') ? file : pathToFileURL(file).href;
-    await page.session.send('Page.navigate', { url: page.url });
+    await page.session.send('Page.navigate', { url: page.url + hash });
     return page;
+  }
+
+  /** Has what pages let one download come into a folder, and their clipboard be at hand. */
+  async allowOutput(folder) {
+    await this.send('Browser.setDownloadBehavior', { behavior: 'allow', downloadPath: folder });
+    await this.send('Browser.grantPermissions', { permissions: ['clipboardReadWrite', 'clipboardSanitizedWrite'] });
   }
 
   async close() {

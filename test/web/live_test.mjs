@@ -2,7 +2,7 @@
 // browser.
 import assert from 'node:assert/strict';
 import { execFileSync, spawn } from 'node:child_process';
-import { mkdtempSync, rmSync } from 'node:fs';
+import { mkdtempSync, readdirSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { Browser, chromium, skipped } from './browser.mjs';
@@ -33,6 +33,12 @@ async function serving(...words) {
 /** A run that maps a stair so slowly that it does not end before it is told to. */
 const mapping = (folder, name, port) =>
   serving('map', join(folder, 'scans'), '-o', join(folder, name), '--realtime', '--rate', '2', '--serve', port);
+
+/** Where each scan was made. */
+const posesOf = (scans) => readdirSync(scans).filter((name) => name.endsWith('.pose.txt')).map((name) => {
+  const T = readFileSync(join(scans, name), 'utf8').trim().split(/\s+/).map(Number);
+  return [T[3], T[7], T[11]];
+});
 
 async function ended(run) {
   if (run.exitCode !== null) return;
@@ -67,7 +73,19 @@ async function followsTheMap(browser, folder) {
     const meanwhile = new Set([...changed.appeared, ...changed.changed, ...changed.gone, ...changed.merged.map((one) => one.id)]);
     for (const one of whole.surfaces.filter((s) => !meanwhile.has(s.id)))
       assert.ok(known.some(([i, revision]) => i === one.id && revision >= one.revision), `the page knows surface ${one.id}`);
-    await page.until('page.following.voxelsRevision > 1', 60);  // of pending points
+    await page.until('document.getElementById("layer-pending") !== null', 60);
+    await page.press('#layer-pending');
+    await page.until('page.following.voxelsRevision > 1', 60);
+
+    // The simulated camera's pose is that of one of its scans.
+    const poses = posesOf(join(folder, 'scans'));
+    const { origin, kind, places } = await page.until(`(page.map.sensor?.track.length > 1 ? { kind: page.map.sensor.kind,
+      origin: page.map.toMap(page.map.sensor.origin), places: page.map.sensor.track.map(page.map.toMap) } : null)`, 60);
+    const near = (place) => poses.some((pose) => Math.hypot(...pose.map((x, k) => x - place[k])) < 0.002);
+    assert.equal(kind, 'depth_camera');
+    assert.ok([origin, ...places].every(near), `the sensor has been where the scans were: ${places}`);
+    assert.ok(await page.value('page.stage.objects.get("sensor").visible'));
+    assert.match(await page.text('#legend'), /the sensor, at its last scan/);
 
     await page.press('#foot-show');
     await page.until('page.map.feet.length === 1', 60);

@@ -222,6 +222,9 @@ void write_all(const fs::path& folder) {
   PageOptions tilted = options;
   tilted.up = up;
   write_page({turned(room("camera"), rotation)}, folder / "turned.html", tilted);
+  PageOptions lying = options;
+  lying.suggested_up = up;
+  write_page({turned(room("lying"), rotation)}, folder / "lying.html", lying);
 }
 
 }  // namespace

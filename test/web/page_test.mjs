@@ -1,6 +1,7 @@
 // page_test.mjs PAGES: what a person does with the pages of make_pages, in a real browser.
 import assert from 'node:assert/strict';
-import { existsSync } from 'node:fs';
+import { existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { Browser, chromium, skipped } from './browser.mjs';
 
@@ -179,7 +180,8 @@ async function aHistory(browser) {
   const [r, g, b] = (await page.colors([visitor]))[0];
   assert.ok(g > r + 40 && g > b + 40, `what appeared is green: ${[r, g, b]}`);
   await page.click(visitor.x, visitor.y);
-  assert.match(await page.text('#details-table'), /appeared.*revision 600.*since before.*appeared/);
+  assert.match(await page.text('#details-table'), /since before.*appeared/);
+  assert.match(await page.text('#lineage-table'), /appeared.*revision 600/);
 
   await slideTo(2);
   assert.equal(await page.visible('#details'), false);
@@ -205,6 +207,177 @@ async function touched(browser) {
   const { id, at } = await someSurface(page);
   await page.tap(at.x, at.y);
   assert.equal(await page.text('#details-title'), `Surface ${id}`);
+  assert.deepEqual(page.errors, []);
+}
+
+/** A choice of the panel, as its reader makes it. */
+const choose = (page, selector, value) => page.value(`(() => {
+  const field = document.querySelector(${JSON.stringify(selector)});
+  field.value = '${value}';
+  field.dispatchEvent(new Event(field.type === 'range' ? 'input' : 'change'));
+})()`).then(() => page.settled());
+
+/** A map that lies on its side: -y is up, and it says z. The floor is surface 2, the ceiling 5. */
+async function aLyingMap(browser) {
+  const page = await browser.open(join(folder, 'lying.html'));
+  await page.ready();
+  const slopeOf = async (id) => {
+    await page.value(`page.search('${id}')`);
+    return Number(/slope([\d.]+)°/.exec(await page.text('#details-table'))[1]);
+  };
+  const heightInView = (id) => page.value(`page.stage.upright(page.map.surface(${id}).origin)[2]`);
+  assert.equal(await slopeOf(2), 90, 'as the map has it, the floor is a wall');
+  assert.match(await page.text('#layers'), /Surfaces suggest that up is -y/);
+  assert.equal(await page.visible('#notice'), false);
+  await page.press('#up-suggested');
+  assert.equal(await slopeOf(2), 0);
+  assert.equal(await slopeOf(5), 180);
+  assert.ok(Math.abs(await heightInView(5) - await heightInView(2) - 2.5) < 1e-6, 'the ceiling is over the floor');
+  assert.doesNotMatch(await page.text('#layers'), /suggest/);
+  assert.match(await page.text('#notice'), /regions and plans are for up = z; --up -y/);
+  await choose(page, 'select[aria-label^="Surfaces"]', 'slope');
+  await page.key('Escape');
+  await page.press('#top');
+  const [floor] = await page.value(seen(2));
+  const [r, g] = (await page.colors([floor]))[0];
+  assert.ok(g > r + 40, `a level floor is green: ${[r, g]}`);
+  // Its ceiling is 2.5 m along -y.
+  await choose(page, '#clip-to', '2');
+  assert.deepEqual(await page.value('page.stage.shown.heights.map((x) => x + page.map.toMap([0, 0, 0])[1] * -1)'),
+    [null, 2], 'heights are measured along it');  // JSON has no infinity
+  await choose(page, '#up', 'own');
+  assert.equal(await slopeOf(2), 90);
+  assert.equal(await page.value('page.stage.settings.clip.to'), null, 'that height meant another one');
+  assert.deepEqual(page.errors, []);
+}
+
+/** The picked place, and what of it can be taken along. */
+async function aPickedPlace(browser) {
+  const page = await browser.open(join(folder, 'room.html'));
+  await page.ready();
+  await page.press('#top');
+  const place = [5, 2.4, 0], at = await onSurface(page, place, 2);
+  await page.click(at.x, at.y);
+  const text = await page.text('#place-text');
+  assert.match(text, /^-?\d+\.\d{3} -?\d+\.\d{3} -?\d+\.\d{3}$/, 'as --at takes it');
+  text.split(' ').forEach((x, k) => assert.ok(Math.abs(x - place[k]) < 0.02, `${text} is where it was clicked`));
+  const [first, second] = await page.value(`['#place', '#details-table'].map((one) =>
+    document.querySelector(one).getBoundingClientRect().top)`);
+  assert.ok(first < second, 'it stands first');
+  await page.press('#place-copy');
+  await page.until('document.getElementById("place-copy").textContent === "Copied"');
+  assert.equal(await page.value('navigator.clipboard.readText()'), text);
+  assert.equal(await page.visible('#lineage-table'), false, 'lineage is folded');
+  await page.press('#lineage summary');
+  assert.match(await page.text('#lineage-table'), /appeared.*changed.*took in1 /);
+  assert.ok(await page.visible('#lineage-table'));
+  assert.deepEqual(page.errors, []);
+}
+
+/** Slopes say what is walkable; a ceiling can be hidden; pending points are not in the way. */
+async function whatIsShown(browser) {
+  const page = await browser.open(join(folder, 'room.html'));
+  await page.ready();
+  assert.equal(await page.value('document.getElementById("layer-pending").checked'), false);
+  await choose(page, 'select[aria-label^="Surfaces"]', 'slope');
+  assert.match(await page.text('#legend'), /30°0°60°90°slope to 30°: walkable/);
+  await choose(page, '#range-surfaces', '20');
+  assert.match(await page.text('#legend'), /slope to 20°: walkable.*steeper than 20°/);
+  await page.press('#top');
+  const at = await onSurface(page, [5, 2.4, 0], 2);
+  const [green] = await page.colors([at]);
+  await page.press('#backs');
+  const there = () => page.value(`page.hit(${at.x}, ${at.y}).what.id`);
+  assert.equal(await there(), 5, 'the ceiling is over it');
+  assert.ok(different((await page.colors([at]))[0], green));
+  await choose(page, '#clip-to', '2');
+  assert.equal(await there(), 2);
+  assert.ok(!different((await page.colors([at]))[0], green), 'what is above 2 m is not drawn');
+  await choose(page, '#clip-from', '0.5');
+  assert.equal(await page.value(`page.hit(${at.x}, ${at.y})`), null, 'nor what is below 0.5 m');
+  assert.ok(different((await page.colors([at]))[0], green));
+  assert.deepEqual(page.errors, []);
+}
+
+/** Files that the page lets one save, and a link to what is seen. */
+async function taken(browser, out) {
+  const page = await browser.open(join(folder, 'history.html'));
+  await page.ready();
+  await page.press('#save');
+  const saved = join(out, 'room_with_a_past.json'), picture = join(out, 'room_with_a_past.png');
+  await waitFor(() => existsSync(saved));
+  const document = JSON.parse(readFileSync(saved, 'utf8'));
+  assert.deepEqual([document.format, document.version], ['octosurf-surfaces', 1]);
+  assert.deepEqual(document.surfaces.map(({ id }) => id), await page.value('page.map.surfaces.map((s) => s.id)'));
+  const floor = document.surfaces.find(({ id }) => id === 2);
+  assert.deepEqual(floor.plane, { normal: [0, 0, 1], offset: 0 });
+  assert.deepEqual(floor.polygons[0].outer, [[0, 0, 0], [6, 0, 0], [6, 4, 0], [0, 4, 0]]);
+  assert.deepEqual(floor.polygons[0].outer_edges, ['real', 'occluded', 'sensor_limit', 'frontier']);
+  assert.equal(floor.polygons[0].holes.length, 1);
+  assert.equal(document.cylinders.length, await page.value('page.map.cylinders.length'));
+  await page.press('#picture');
+  await waitFor(() => existsSync(picture));
+  const png = readFileSync(picture);
+  assert.equal(png.toString('latin1', 1, 4), 'PNG');
+  assert.deepEqual([png.readUInt32BE(16), png.readUInt32BE(20)], [1280, 800]);
+
+  await page.press('#earlier');
+  await choose(page, '#up', '-x');
+  await page.press('#layer-normals');
+  await page.press('#layer-grid');
+  await choose(page, 'select[aria-label^="Surfaces"]', 'slope');
+  await choose(page, '#clip-from', '-5');
+  await page.drag([700, 400], [800, 450]);
+  await page.value('page.search("2")');
+  await page.settled();
+  await page.press('#link');
+  await page.until('document.getElementById("link").textContent === "Copied"');
+  const hash = await page.value('location.hash');
+  assert.ok((await page.value('navigator.clipboard.readText()')).endsWith(hash));
+  const state = `(() => {
+    const { stage, view, picked, timeline } = page, { on, choice, up, clip } = stage.settings;
+    return { on, choice, up, clip, at: timeline.at, picked: picked.what.id,
+      place: document.getElementById('place-text').textContent,
+      camera: [...view.camera.position.toArray(), ...view.controls.target.toArray()] };
+  })()`;
+  const again = await browser.open(join(folder, 'history.html'), { hash });
+  await again.ready();
+  const [{ camera, ...rest }, { camera: first, ...firstRest }] = [await again.value(state), await page.value(state)];
+  assert.deepEqual(rest, firstRest, 'the link shows what it was made of');
+  camera.forEach((x, k) => assert.ok(Math.abs(x - first[k]) < 1e-3, `from where it was made: ${camera}, ${first}`));
+  const nonsense = await browser.open(join(folder, 'history.html'),
+    { hash: '#eye=1,2&target=a,b,c&up=0,0,0&layers=none&from=x&picked=7777&map=99&color.surfaces=constructor' });
+  await nonsense.ready();
+  assert.equal(await nonsense.visible('#message'), false);
+  assert.deepEqual([...page.errors, ...again.errors, ...nonsense.errors], []);
+}
+
+async function waitFor(done) {
+  for (let tries = 0; !done(); ++tries) {
+    if (tries > 1000) throw new Error(`not within 20 s: ${done}`);
+    await new Promise((resolve) => { setTimeout(resolve, 20); });
+  }
+}
+
+/** On a telephone the sheet lies over the lower part: what is picked there moves into what is left. */
+async function onATelephone(browser) {
+  const page = await browser.open(join(folder, 'room.html'), { width: 390, height: 800, touch: true });
+  await page.ready();
+  await page.value('page.view.orbit(0, 30, 0.6)');
+  await page.settled();
+  const lowest = await page.value(`(() => {
+    let found = null;
+    for (let y = 790; !found && y > 400; y -= 10)
+      for (let x = 60; !found && x < 330; x += 30) if (page.hit(x, y)?.kind === 'surface') found = { x, y };
+    return found;
+  })()`);
+  assert.ok(lowest.y > 480, 'where the sheet will lie');
+  await page.tap(lowest.x, lowest.y);
+  const { y, sheet, panel } = await page.value(`({ y: page.view.project(page.picked.place).y,
+    sheet: document.getElementById('details').getBoundingClientRect().top,
+    panel: document.getElementById('panel').getBoundingClientRect().bottom })`);
+  assert.ok(sheet >= 400, `half of the page stays free: ${sheet}`);
+  assert.ok(y > panel && y < sheet, `the picked place is to be seen: ${panel} < ${y} < ${sheet}`);
   assert.deepEqual(page.errors, []);
 }
 
@@ -271,12 +444,15 @@ async function nothing(browser) {
   }
 }
 
-const browser = new Browser(program);
+const browser = new Browser(program), out = mkdtempSync(join(tmpdir(), 'octosurf-page-output-'));
 try {
-  for (const test of [aRoom, feetAndPlans, twoMaps, aHistory, touched, large, nothing]) {
-    await test(browser);
+  await browser.allowOutput(out);
+  for (const test of [aRoom, feetAndPlans, twoMaps, aHistory, aLyingMap, aPickedPlace, whatIsShown, taken, onATelephone,
+    touched, large, nothing]) {
+    await test(browser, out);
     console.log(`${test.name}: well`);
   }
 } finally {
   await browser.close();
+  rmSync(out, { recursive: true, force: true });
 }

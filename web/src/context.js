@@ -14,5 +14,8 @@
  * @property {Object<string, boolean>} on      layers
  * @property {Object<string, string>} choice   of a layer: what its colours say
  * @property {number?} sliceHeight             m, upright
+ * @property {number[]?} up                    in the map frame; null: the map's own
+ * @property {import('./clip.js').Clip} clip
+ * @property {number} walkableDeg              a steeper surface's colour says that nothing walks there
  */
 export {};

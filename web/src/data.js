@@ -2,6 +2,7 @@
 // from zero); `toMap` brings them back for whoever reads them.
 import { readTextBlock, summed } from './block.js';
 import { momentsOf } from './history.js';
+import { orient } from './up.js';
 
 /**
  * @typedef {object} Surface   see include/octosurf/surface.hpp; beside its fields:
@@ -194,8 +195,8 @@ export async function readMap(text, origin) {
   origin ??= originOf(json);
   const surfaces = surfacesOf(json, arrays, origin);
   const map = {
-    name: json.name, revision: json.revision, resolution: json.resolution, up: json.up,
-    rotation: json.R_upright_map, merged: json.merged, voxelsBeforeMerging: json.voxels_before_merging,
+    name: json.name, revision: json.revision, resolution: json.resolution, ownUp: json.up,
+    suggestedUp: json.suggested_up ?? null, merged: json.merged, voxelsBeforeMerging: json.voxels_before_merging,
     changes: json.changes, origin, surfaces,
     cylinders: cylindersOf(json, origin),
     departedSurfaces: departures(json.departed_surfaces), departedCylinders: departures(json.departed_cylinders),
@@ -204,8 +205,10 @@ export async function readMap(text, origin) {
     plans: (json.plans ?? []).map((plan) => planFrom({ origin }, plan)),
     voxels: voxelsOf(json, arrays, origin, surfaces.map(({ id }) => id)),
     slices: slicesOf(json, arrays),
+    sensor: null,
     toMap: (place) => place.map((x, k) => x + origin[k]),
   };
+  orient(map, map.ownUp);
   map.moments = momentsOf(map, json, arrays);
   return indexed(map);
 }
@@ -225,12 +228,23 @@ function index(map) {
   map.coarseSurfaces = undefined;
 }
 
-const slicesOf = (json, arrays) => (json.slices ? { ...json.slices, states: arrays.slice_states } : null);
+const slicesOf = (json, arrays) => (json.slices
+  ? { ...json.slices, rotation: json.R_upright_map, states: arrays.slice_states } : null);
 
 const departures = (list) => list.map(([id, into, born, revision]) => ({ id, into, born, revision }));
 
 export const cylindersOf = (json, origin) =>
   json.cylinders.map((one) => ({ ...one, axis_point: minus(one.axis_point, origin) }));
+
+/** The sensor whose scans make the map: its pose, row by row, and the places it came by. */
+function sensorOf({ sensor }, arrays, origin) {
+  if (!sensor) return null;
+  const [x, y, z] = ['track_x', 'track_y', 'track_z'].map((name) => summed(arrays[name]));
+  const track = Array.from(x, (_, i) => minus([x[i], y[i], z[i]].map((steps) => steps * sensor.step_m), origin));
+  const T = sensor.pose;
+  return { kind: sensor.kind, track, origin: minus([T[3], T[7], T[11]], origin),
+    axes: [0, 1, 2].map((k) => [T[k], T[4 + k], T[8 + k]]) };
+}
 
 /** Brings a map up to date: a message of kind `changes` (src/io/page_changes.hpp). */
 export function takeChanges(map, { json, arrays }) {
@@ -239,8 +253,8 @@ export function takeChanges(map, { json, arrays }) {
     return [...(whole ? [] : known.filter(({ id }) => !replaced.has(id))), ...now];
   };
   const whole = json.since === null;
-  Object.assign(map, { name: json.name, revision: json.revision, resolution: json.resolution, up: json.up,
-    rotation: json.R_upright_map });
+  Object.assign(map, { name: json.name, revision: json.revision, resolution: json.resolution, ownUp: json.up,
+    sensor: sensorOf(json, arrays, map.origin) });
   map.surfaces = merged(map.surfaces, json.gone ?? [], surfacesOf(json, arrays, map.origin), whole);
   map.cylinders = merged(map.cylinders, json.cylinders_gone ?? [], cylindersOf(json, map.origin), whole);
   map.departedSurfaces = [...(whole ? [] : map.departedSurfaces), ...departures(json.departed_surfaces)];

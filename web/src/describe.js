@@ -37,11 +37,23 @@ export function titleOf(map, hit) {
 export function rowsOf(map, hit, settings) {
   const rows = { surface: surfaceRows, cylinder: cylinderRows, voxel: voxelRows }[hit.kind](map, hit.what);
   if (hit.kind === 'surface') rows.push(...footRows(map, hit.what, settings));
-  if (hit.place) rows.push({ name: 'picked at', text: `${fixed(map.toMap(hit.place), 3)} m` });
   return rows;
 }
 
-function lineageRows(map, surface) {
+/** As the command's --at takes it, m. @returns {string?} null: no place was picked */
+export function placeOf(map, hit) {
+  return hit.place ? map.toMap(hit.place).map((x) => x.toFixed(3)).join(' ') : null;
+}
+
+/** When it came and changed, and what it came of. @returns {Row[]} */
+export function lineageOf(map, { kind, what }) {
+  if (kind === 'voxel') return [];
+  const rows = [
+    { name: 'appeared', text: appearance(what.born) }, { name: 'changed', text: `revision ${what.revision}` }];
+  return kind === 'surface' && !what.past ? [...rows, ...relativeRows(map, what)] : rows;
+}
+
+function relativeRows(map, surface) {
   const rows = [];
   if (surface.parents.length > 0)
     rows.push({ name: 'out of', ids: surface.parents.map((id) => ({ text: String(id), id: String(id) })) });
@@ -79,8 +91,6 @@ function pastRows(map, surface) {
     { name: 'slope', text: `${slopeDeg(surface, map.up).toFixed(2)}°` },
     { name: 'normal', text: fixed(surface.normal, 4) },
     { name: 'fitted to', text: `${surface.inliers} voxels` },
-    { name: 'appeared', text: appearance(surface.born) },
-    { name: 'changed', text: `revision ${surface.revision}` },
     ...changeRows(map, surface),
   ];
 }
@@ -104,9 +114,6 @@ function surfaceRows(map, surface) {
     { name: 'outline', text: `${surface.polygons} polygon${surface.polygons === 1 ? '' : 's'}, ${surface.holes} hole${
       surface.holes === 1 ? '' : 's'}` },
     ...(total > 0 ? [{ name: 'edges', text: edges.join(', ') }] : []),
-    { name: 'appeared', text: appearance(surface.born) },
-    { name: 'changed', text: `revision ${surface.revision}` },
-    ...lineageRows(map, surface),
     ...changeRows(map, surface),
   ];
 }
@@ -119,8 +126,6 @@ function cylinderRows(map, cylinder) {
     { name: 'middle', text: `${fixed(map.toMap(cylinder.axis_point), 3)} m` },
     { name: 'seen over', text: `${(cylinder.span_rad * 180 / Math.PI).toFixed(0)}°` },
     { name: 'rms', text: `${mm(cylinder.rms_m)} of ${cylinder.inliers} voxels` },
-    { name: 'appeared', text: appearance(cylinder.born) },
-    { name: 'changed', text: `revision ${cylinder.revision}` },
   ];
 }
 

@@ -76,13 +76,17 @@ export class Following {
     });
   }
 
-  /** All voxels are many: asked for while they are to be seen, and not sooner than drawing them lets the page rest. */
+  /**
+   * All voxels are many: asked for while they are to be seen, and not sooner than drawing them lets the page rest. Once
+   * they are wanted in any case: before there are any, their layers cannot be switched on.
+   */
   askForVoxels() {
-    const { stage } = this.page, wanted = ['voxels', 'pending', 'slice'].some((id) => stage.settings.on[id]);
+    const { stage, map } = this.page, first = map.voxels === null && map.surfaces.length > 0;
+    const wanted = first || ['voxels', 'pending', 'slice'].some((id) => stage.settings.on[id]);
     const rest = Math.max(leastVoxelsMs, restShare * (this.voxelsMs ?? 0));
     if (!this.socket || !wanted || this.voxelsAsked || performance.now() - this.voxelsAt < rest) return;
-    if (this.voxelsRevision === this.page.map.revision && (this.page.map.slices || !stage.settings.on.slice)) return;
-    this.socket.send(stage.settings.on.slice ? 'slices' : 'voxels');
+    if (!first && this.voxelsRevision === map.revision && (map.slices || !stage.settings.on.slice)) return;
+    this.socket.send(first || stage.settings.on.slice ? 'slices' : 'voxels');
     this.voxelsAsked = true;
     this.voxelsAt = performance.now();
   }

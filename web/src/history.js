@@ -58,11 +58,11 @@ export function momentsOf(map, json, arrays) {
     for (const one of cylindersOf(moment, map.origin)) cylinders.set(one.id, one);
     for (const id of moment.cylinders_gone) cylinders.delete(id);
     return indexed({
-      name: map.name, revision: moment.revision, resolution: map.resolution, up: map.up, rotation: map.rotation,
-      origin: map.origin, toMap: map.toMap, whole: map, changes, merged: 1, voxelsBeforeMerging: 0, feetLeftOut: false,
-      momentsLeftOut: map.momentsLeftOut,
+      name: map.name, revision: moment.revision, resolution: map.resolution, ownUp: map.ownUp,
+      suggestedUp: map.suggestedUp, origin: map.origin, toMap: map.toMap, whole: map, changes, merged: 1,
+      voxelsBeforeMerging: 0, feetLeftOut: false, momentsLeftOut: map.momentsLeftOut,
       surfaces: sorted(surfaces), cylinders: sorted(cylinders), departedSurfaces: map.departedSurfaces,
-      departedCylinders: map.departedCylinders, feet: [], plans: [], voxels: null, slices: null,
+      departedCylinders: map.departedCylinders, feet: [], plans: [], voxels: null, slices: null, sensor: null,
       elapsed_s: moment.stamp_s - json.history[0].stamp_s,
     });
   });

@@ -1,15 +1,17 @@
 // The page: reads its maps, puts the parts together.
 import * as THREE from 'three';
 import { middleOf, readMap } from './data.js';
-import { find, lineOf, rowsOf, titleOf } from './describe.js';
+import { find, lineageOf, lineOf, placeOf, rowsOf, titleOf } from './describe.js';
 import { Following } from './follow.js';
 import { Highlight } from './highlight.js';
 import { bindKeys } from './keys.js';
 import { layers } from './layers/index.js';
+import { follow, linkOf } from './link.js';
 import { Measure } from './measure.js';
 import { Panel } from './panel.js';
 import { pick } from './picking.js';
 import { bindPointer } from './pointer.js';
+import { copyText, savePicture, saveSurfaces } from './save.js';
 import { Asking, hasServer, runToFollow } from './server.js';
 import { Stage } from './stage.js';
 import { Theme } from './theme.js';
@@ -45,12 +47,14 @@ class Page {
     this.recolor();
     this.panel.folded = () => this.view.setInset(this.panel.width);
     this.panel.folded();
+    this.panel.turned = (up) => this.turn(up);
     this.timeline = new Timeline(this.maps, (number) => this.showMap(number));
     if (maps.length > 1) this.stage.settings.choice.surfaces = 'change';
     this.timeline.show(this.maps.length - 1);
     this.fit();
     this.wasEmpty = this.map.surfaces.length === 0;
     this.bind();
+    this.followLink();
   }
 
   get map() { return this.stage.map; }
@@ -74,7 +78,7 @@ class Page {
     this.stage.mapChanged();
     if (kind === 'surface' || kind === 'cylinder') {
       const again = kind === 'surface' ? map.surface(what.id) : map.cylinder(what.id);
-      if (again !== what) this.select(again ? { kind, what: again } : null);
+      if (again !== what) this.select(again ? { ...this.picked, what: again } : null);
     }
     this.hover(null);
     this.panel.update();
@@ -115,6 +119,14 @@ class Page {
     return Math.atan2(way.y, way.x) * 180 / Math.PI;
   }
 
+  /** @param {number[]?} up null: the map's own */
+  turn(up) {
+    this.clear();
+    this.stage.turn(up);
+    this.panel.update();
+    this.fit();
+  }
+
   fit(from = this.stage.side) { this.view.fit(this.stage.context.extent, from); }
 
   clear() {
@@ -144,25 +156,36 @@ class Page {
   select(hit) {
     this.picked = hit;
     this.highlight.picked(this.map, hit);
-    if (hit) this.panel.details(titleOf(this.map, hit), rowsOf(this.map, hit, this.stage.settings), (id) => this.search(id));
-    else this.panel.details(null);
+    if (!hit) return this.panel.details(null);
+    const { map } = this;
+    this.panel.details({ title: titleOf(map, hit), place: placeOf(map, hit), rows: rowsOf(map, hit, this.stage.settings),
+      lineage: lineageOf(map, hit) }, (id) => this.search(id));
+    return undefined;
+  }
+
+  /** Selects it, and moves it out from under what the page says about it. */
+  show(hit) {
+    this.select(hit);
+    if (!hit) return;
+    this.panel.makeRoom();
+    this.view.reveal(hit.place, this.panel.free());
   }
 
   click(x, y) {
     const hit = this.hit(x, y);
     if (hit && this.asking?.click(hit.place)) return undefined;
-    if (!this.measure.on) return this.select(hit);
+    if (!this.measure.on) return this.show(hit);
     if (hit) this.measure.add(hit.place, this.map.up);
   }
 
-  /** Selects what has that id and looks at it; says what became of it if it is gone. */
-  search(text) {
+  /** Selects what has that id and looks at it; says what became of it if it is gone. @param {number[]?} place on it */
+  search(text, place) {
     const { hit, answer, heir } = find(this.map, text);
     byId('search-answer').textContent = answer;
     const found = hit ?? (heir ? find(this.map, heir).hit : undefined);
     if (!found) return false;
-    this.select(found);
     this.lookAt(found);
+    this.show({ ...found, place: place ?? (found.kind === 'surface' ? middleOf(found.what) : found.what.axis_point) });
     return true;
   }
 
@@ -179,6 +202,18 @@ class Page {
     const size = kind === 'surface' ? Math.sqrt(what.area_m2) : what.length_m;
     offset.setLength(Math.min(offset.length(), Math.max(1.5, 3 * size)));
     this.view.look(offset.add(target).toArray(), target.toArray());
+  }
+
+  /** What the address says behind its #. */
+  followLink() {
+    if (location.hash.length > 1) follow(this, location.hash.slice(1));
+  }
+
+  /** Says on the button whether the clipboard has the text. */
+  async copy(text, button) {
+    const name = button.dataset.name ??= button.textContent;
+    button.textContent = await copyText(text) ? 'Copied' : 'Not copied';
+    setTimeout(() => { button.textContent = name; }, 1500);
   }
 
   bind() {
@@ -213,6 +248,14 @@ class Page {
     byId('fit').addEventListener('click', this.actions.fit);
     byId('top').addEventListener('click', top);
     byId('help').addEventListener('click', toggleHelp);
+    byId('place-copy').addEventListener('click', () => this.copy(byId('place-text').textContent, byId('place-copy')));
+    byId('save').addEventListener('click', () => saveSurfaces(this.map));
+    byId('picture').addEventListener('click', () => savePicture(this.map, this.view));
+    byId('link').addEventListener('click', () => {
+      history.replaceState(null, '', `#${linkOf(this)}`);
+      this.copy(location.href, byId('link'));
+    });
+    window.addEventListener('hashchange', () => this.followLink());
     byId('details-close').addEventListener('click', () => this.select(null));
     byId('search').addEventListener('submit', (event) => {
       event.preventDefault();

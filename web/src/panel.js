@@ -1,6 +1,7 @@
 // The panel at the side: layers with their switches and choices, the legend, what was picked.
 import { layers } from './layers/index.js';
 import { css } from './shading.js';
+import { heightOfOrigin, nameOfUp, upAxes } from './up.js';
 
 /** @param {string} tag @param {object} properties @param {(Node|string)[]} children */
 export function element(tag, properties = {}, ...children) {
@@ -26,35 +27,55 @@ function choiceOf(layer, stage, changed) {
   return [select];
 }
 
-function rangeOf(layer, stage) {
-  if (!layer.range || !stage.settings.on[layer.id]) return [];
-  const range = layer.range(stage.map, stage.settings);
-  const text = element('span', { className: 'value', textContent: range.text(range.value) });
-  const slider = element('input', {
-    type: 'range', min: range.least, max: range.greatest, step: 1, value: range.value,
-    id: `range-${layer.id}`, ariaLabel: `${layer.label}: height`,
-  });
+/**
+ * @param {{label: string, least: number, greatest: number, step?: number, value: number,
+ *          text: function(number): string}} range @param {function(number): void} moved
+ */
+function sliderOf(id, { label, least, greatest, step = 1, value, text }, moved) {
+  const shown = element('span', { className: 'value', textContent: text(value) });
+  const slider = element('input', { type: 'range', min: least, max: greatest, step, value, id, ariaLabel: label });
   slider.addEventListener('input', () => {
-    range.set(Number(slider.value));
-    text.textContent = range.text(Number(slider.value));
-    stage.renew(layer.id);
+    shown.textContent = text(Number(slider.value));
+    moved(Number(slider.value));
   });
-  return [element('div', { className: 'range' }, slider, text)];
+  return element('div', { className: 'range' }, slider, shown);
 }
 
-function rowOf(layer, number, stage, changed) {
+function rangeOf(layer, stage, changed) {
+  const range = stage.settings.on[layer.id] ? layer.range?.(stage.map, stage.settings) : null;
+  if (!range) return [];
+  return [sliderOf(`range-${layer.id}`, { ...range, label: `${layer.label}: ${range.label}` }, (value) => {
+    range.set(value);
+    stage.renew(layer.id);
+    changed();
+  })];
+}
+
+/** @param {function(): void} changed what is switched on @param {function(): void} moved a slider */
+function rowOf(layer, number, stage, changed, moved) {
   const box = element('input', { type: 'checkbox', id: `layer-${layer.id}`, checked: stage.settings.on[layer.id] });
   box.addEventListener('change', () => {
     stage.switch(layer.id, box.checked);
     changed();
   });
-  const label = element('label', { htmlFor: box.id, title: `${layer.label} (${number % 10})` }, layer.label);
+  const label = element('label', { htmlFor: box.id, title: number > 10 ? layer.label : `${layer.label} (${number % 10})` }, layer.label);
   const count = layer.count?.(stage.map, stage.context);
   if (count !== undefined) label.append(element('small', { textContent: ` ${thousands(count)}` }));
-  return element('div', { className: 'layer' }, box, label, ...choiceOf(layer, stage, changed), ...rangeOf(layer, stage));
+  return element('div', { className: 'layer' }, box, label, ...choiceOf(layer, stage, changed),
+    ...rangeOf(layer, stage, moved));
 }
 
-function legendEntry({ color, line, ramp, text, low, high }) {
+function legendEntry({ color, line, ramp, text, low, high, ticks }) {
+  if (ticks) {
+    const bar = element('div', { className: 'ramp' }), marks = element('div', { className: 'ticks' });
+    bar.style.background = ramp;
+    for (const tick of ticks) {
+      const mark = element('span', {}, tick.text);
+      mark.style.left = `${100 * tick.at}%`;
+      marks.append(mark);
+    }
+    return element('div', { className: 'scale' }, bar, marks);
+  }
   if (ramp) {
     const bar = element('span', { className: 'ramp' });
     bar.style.background = ramp;
@@ -66,11 +87,24 @@ function legendEntry({ color, line, ramp, text, low, high }) {
   return element('div', { className: 'entry' }, swatch, element('span', {}, text));
 }
 
+function tableRows(rows, goTo) {
+  return rows.map(({ name, text, ids }) => {
+    const cell = element('td', {}, ...(ids ? [] : [text]));
+    for (const one of ids ?? []) {
+      const button = element('button', { className: 'id', textContent: one.text });
+      button.addEventListener('click', () => goTo(one.id));
+      cell.append(button);
+    }
+    return element('tr', {}, element('th', { scope: 'row' }, name), cell);
+  });
+}
+
 export class Panel {
   /** @param {import('./stage.js').Stage} stage */
   constructor(stage) {
     this.stage = stage;
     this.folded = () => {};
+    this.turned = () => {};  // with a direction that is to be up, or null: the map's own
     byId('fold').addEventListener('click', () => this.fold());
     if (window.innerWidth < 640) this.fold();
   }
@@ -98,8 +132,13 @@ export class Panel {
       `${thousands(map.surfaces.length)} surfaces, ${area.toFixed(1)} m² · d ${(100 * map.resolution).toFixed(1)} cm · revision ${map.revision}`;
     this.notice();
     const rows = layers.map((layer, i) => [layer, i + 1]).filter(([layer]) => stage.has(layer))
-      .map(([layer, number]) => rowOf(layer, number, stage, () => this.update()));
-    byId('layers').replaceChildren(...rows, this.backs());
+      .map(([layer, number]) => rowOf(layer, number, stage, () => this.update(), () => this.legend()));
+    byId('layers').replaceChildren(...rows, this.backs(), this.up(), this.heights());
+    this.legend();
+  }
+
+  legend() {
+    const { stage } = this, { map } = stage;
     byId('legend').replaceChildren(...layers.filter((layer) => stage.shows(layer.id))
       .flatMap((layer) => layer.legend?.(map, stage.context) ?? []).map(legendEntry));
   }
@@ -116,6 +155,46 @@ export class Panel {
       element('label', { htmlFor: 'backs', title: 'Surfaces seen from behind (b)' }, 'Seen from behind, too'));
   }
 
+  /** Which way is up, and the other one that surfaces suggest. */
+  up() {
+    const { stage } = this, { map, settings } = stage, own = nameOfUp(map.ownUp);
+    const row = element('div', { className: 'layer' });
+    const select = element('select', { id: 'up', title: 'Heights, slopes and the view are measured against it' });
+    select.append(element('option', { value: 'own', textContent: `${own}, the map’s` }));
+    for (const name of Object.keys(upAxes)) if (name !== own) select.append(element('option', { value: name }, name));
+    const present = settings.up ? nameOfUp(settings.up) : 'own';
+    const listed = [...select.options].some(({ value }) => value === present);
+    if (!listed) select.append(element('option', { value: 'other', textContent: present }));
+    select.value = listed ? present : 'other';
+    select.addEventListener('change', () => this.turned(upAxes[select.value] ?? null));
+    row.append(element('label', { htmlFor: 'up' }, 'Up'), select);
+    if (map.suggestedUp && nameOfUp(map.suggestedUp) !== nameOfUp(map.up)) {
+      const button = element('button', { id: 'up-suggested', textContent: 'Turn' });
+      button.addEventListener('click', () => this.turned(map.suggestedUp));
+      row.append(element('div', { className: 'hint' }, `Surfaces suggest that up is ${nameOfUp(map.suggestedUp)}.`, button));
+    }
+    return row;
+  }
+
+  /** Limits of the heights that are shown; a slider at its end is none. */
+  heights() {
+    const { stage } = this, { map, settings } = stage, { min, max } = stage.context.extent, step = 0.05, room = 0.2;
+    const zero = heightOfOrigin(map);
+    const least = Math.floor((min.z + zero - room) / step) * step;
+    const greatest = Math.ceil((max.z + zero + room) / step) * step;
+    const row = (end, label, last) => {
+      const isLast = (value) => Math.abs(value - last) < step / 2;
+      const slider = sliderOf(`clip-${end}`, {
+        label, least, greatest, step, value: settings.clip[end] ?? last,
+        text: (value) => (isLast(value) ? 'nothing' : `${value.toFixed(2)} m`),
+      }, (value) => stage.clipHeights({ ...settings.clip, [end]: isLast(value) ? null : value }));
+      slider.prepend(element('label', { htmlFor: `clip-${end}` }, label));
+      return slider;
+    };
+    return element('div', { className: 'layer', id: 'heights' }, row('to', 'Hide above', greatest),
+      row('from', 'Hide below', least));
+  }
+
   /** What the page's limit has left out. */
   notice() {
     const { map } = this.stage, notice = byId('notice'), voxels = `${thousands(map.voxelsBeforeMerging)} voxels`;
@@ -128,27 +207,43 @@ export class Panel {
     if (map.feetLeftOut) missing.push('Nor do contact regions.');
     if (map.momentsLeftOut > 0)
       missing.push(`${map.momentsLeftOut} of the history’s moments do not fit into it (view --max-mb).`);
+    const [up, own] = [map.up, map.ownUp].map(nameOfUp);
+    if (up !== own && (map.feet.length > 0 || map.plans.length > 0))
+      missing.push(`Contact regions and plans are for up = ${own}; --up ${up} makes them for this one.`);
     notice.hidden = missing.length === 0;
     notice.textContent = missing.join(' ');
   }
 
+  /** What was picked and the panel would leave nothing of a narrow page. */
+  makeRoom() {
+    if (window.innerWidth < 640 && !byId('panel-body').hidden) this.fold();
+  }
+
+  /** Pixels of the page that nothing lies over. */
+  free() {
+    const { innerWidth: width, innerHeight: height } = window, narrow = width < 640;
+    const box = (id) => byId(id).getBoundingClientRect();
+    const covered = !byId('details').hidden, time = byId('time').hidden ? height : box('time').top;
+    return {
+      left: narrow ? 0 : this.width, top: narrow ? box('panel').bottom : 0,
+      right: covered && !narrow ? box('details').left : width,
+      bottom: Math.min(time, covered && narrow ? box('details').top : height),
+    };
+  }
+
   /**
-   * @param {string?} title null: nothing is picked
-   * @param {import('./describe.js').Row[]} rows
+   * @param {{title: string, place: string?, rows: object[], lineage: object[]}?} what rows: describe.js; null: nothing
    * @param {function(string): void} goTo an id
    */
-  details(title, rows, goTo) {
-    byId('details').hidden = title === null;
-    if (title === null) return;
-    byId('details-title').textContent = title;
-    byId('details-table').replaceChildren(...rows.map(({ name, text, ids }) => {
-      const cell = element('td', {}, ...(ids ? [] : [text]));
-      for (const one of ids ?? []) {
-        const button = element('button', { className: 'id', textContent: one.text });
-        button.addEventListener('click', () => goTo(one.id));
-        cell.append(button);
-      }
-      return element('tr', {}, element('th', { scope: 'row' }, name), cell);
-    }));
+  details(what, goTo) {
+    byId('details').hidden = what === null;
+    if (what === null) return;
+    byId('details-title').textContent = what.title;
+    byId('place').hidden = what.place === null;
+    byId('place-text').textContent = what.place;
+    byId('place-copy').textContent = 'Copy';
+    byId('details-table').replaceChildren(...tableRows(what.rows, goTo));
+    byId('lineage').hidden = what.lineage.length === 0;
+    byId('lineage-table').replaceChildren(...tableRows(what.lineage, goTo));
   }
 }

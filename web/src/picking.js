@@ -1,4 +1,5 @@
 // What a ray meets first, worked out from the data itself: exact, and the same for every drawing.
+import { shownPart } from './clip.js';
 import { voxelAt } from './data.js';
 
 /**
@@ -27,16 +28,16 @@ export function inPolygons(surface, x, y) {
   return inside;
 }
 
-function distanceToSurface(surface, ray, cut) {
+function distanceToSurface(surface, ray, [least, most], cut) {
   const toward = dot(surface.axes[2], ray.direction);
   if (Math.abs(toward) < 1e-9 || (cut && toward > 0)) return Infinity;
   const distance = dot(minus(surface.origin, ray.from), surface.axes[2]) / toward;
-  if (distance <= 0) return Infinity;
+  if (distance <= least || distance > most) return Infinity;
   const at = minus(along(ray, distance), surface.origin);
   return inPolygons(surface, dot(at, surface.axes[0]), dot(at, surface.axes[1])) ? distance : Infinity;
 }
 
-function distanceToCylinder(cylinder, ray) {
+function distanceToCylinder(cylinder, ray, [least, most]) {
   const { axis, axis_point: middle, start, radius_m: radius } = cylinder;
   const from = minus(ray.from, middle);
   const across = (x) => minus(x, axis.map((value) => value * dot(x, axis)));
@@ -47,16 +48,16 @@ function distanceToCylinder(cylinder, ray) {
   for (const distance of [(-half - Math.sqrt(root)) / square, (-half + Math.sqrt(root)) / square]) {
     const at = minus(along(ray, distance), middle);
     const angle = (Math.atan2(dot(at, other), dot(at, start)) + 2 * Math.PI) % (2 * Math.PI);
-    if (distance > 0 && Math.abs(dot(at, axis)) <= cylinder.length_m / 2 && angle <= cylinder.span_rad)
+    if (distance > least && distance <= most && Math.abs(dot(at, axis)) <= cylinder.length_m / 2 && angle <= cylinder.span_rad)
       return distance;
   }
   return Infinity;
 }
 
 /** Walks from cell to cell (Amanatides and Woo 1987) to the first voxel that is `wanted`. */
-function voxelOnRay(voxels, ray, wanted, limit) {
+function voxelOnRay(voxels, ray, wanted, limits) {
   const { low, size, cells } = voxels;
-  let enter = 0, leave = limit;
+  let [enter, leave] = limits;
   for (let k = 0; k < 3; ++k) {
     const one = (low[k] - ray.from[k]) / ray.direction[k];
     const other = (low[k] + cells[k] * size - ray.from[k]) / ray.direction[k];
@@ -84,21 +85,23 @@ function voxelOnRay(voxels, ray, wanted, limit) {
 /**
  * @param {object} map  see data.js
  * @param {{from: number[], direction: number[]}} ray
- * @param {{surfaces: boolean, cylinders: boolean, voxels: boolean, pending: boolean, cut: boolean}} shown
+ * @param {{surfaces: boolean, cylinders: boolean, voxels: boolean, pending: boolean, cut: boolean,
+ *          heights: [number, number]}} shown
  * @returns {Hit?}
  */
 export function pick(map, ray, shown) {
   let best = { distance: Infinity };
+  const part = shownPart(ray, map.up, shown.heights);
   const nearer = (kind, what, distance) => {
     if (distance < best.distance) best = { kind, what, distance };
   };
   if (shown.surfaces)
-    for (const surface of map.surfaces) nearer('surface', surface, distanceToSurface(surface, ray, shown.cut));
+    for (const surface of map.surfaces) nearer('surface', surface, distanceToSurface(surface, ray, part, shown.cut));
   if (shown.cylinders)
-    for (const cylinder of map.cylinders) nearer('cylinder', cylinder, distanceToCylinder(cylinder, ray));
+    for (const cylinder of map.cylinders) nearer('cylinder', cylinder, distanceToCylinder(cylinder, ray, part));
   if (map.voxels && (shown.voxels || shown.pending)) {
     const wanted = shown.voxels ? () => true : (i) => map.voxels.surface[i] === 0;
-    const found = voxelOnRay(map.voxels, ray, wanted, best.distance);
+    const found = voxelOnRay(map.voxels, ray, wanted, [part[0], Math.min(part[1], best.distance)]);
     if (found) nearer('voxel', found.voxel, found.distance);
   }
   if (best.distance === Infinity) return null;

@@ -30,6 +30,24 @@ export function ramp(share) {
 }
 export const rampCss = `linear-gradient(90deg, ${stops.map(css).join(', ')})`;
 
+const flat = [0.1, 0.5, 0.3], steepest = [0.72, 0.85, 0.25];     // of what is walkable
+const steep = [0.98, 0.62, 0.2], upright = [0.8, 0.25, 0.25];   // of what is not
+const overhanging = [0.5, 0.45, 0.62];
+/** Walls lean a little, and planes by their noise. */
+export const overhangingDeg = 95;
+const between = (a, b, part) => a.map((value, k) => value + part * (b[k] - value));
+
+/** Of a slope: green as far as one walks, then orange to red, with a step between them. */
+export function slopeColor(deg, walkableDeg) {
+  if (deg <= walkableDeg) return between(flat, steepest, deg / Math.max(walkableDeg, 1));
+  if (deg > overhangingDeg) return overhanging;
+  return between(steep, upright, Math.min(1, (deg - walkableDeg) / Math.max(90 - walkableDeg, 1)));
+}
+export function slopeCss(walkableDeg) {
+  const at = `${walkableDeg / 0.9}%`;
+  return `linear-gradient(90deg, ${css(flat)}, ${css(steepest)} ${at}, ${css(steep)} ${at}, ${css(upright)})`;
+}
+
 /** @param {number[]} color 0 … 1 */
 export function css(color) {
   return `rgb(${color.map((value) => Math.round(255 * value)).join(' ')})`;

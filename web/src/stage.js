@@ -1,10 +1,12 @@
 // The map that is shown, and its layers' objects: made when first shown, thrown away when they are outdated.
 import * as THREE from 'three';
+import { limitsIn, noClip } from './clip.js';
 import { onSurface } from './data.js';
 import { Effort } from './detail.js';
 import { dispose } from './highlight.js';
 import { lightIn } from './layers/mesh.js';
 import { layers } from './layers/index.js';
+import { orient } from './up.js';
 
 const samplesPerArea = 40;  // a m²
 const ofVoxels = new Set(['voxels', 'pending', 'slice']);
@@ -63,6 +65,7 @@ export class Stage {
       extent: new THREE.Box3(), ink: () => theme.ink, gridColor: () => theme.grid,
       settings: {
         on: Object.fromEntries(layers.map(({ id, on }) => [id, on])), choice: {}, sliceHeight: null,
+        up: null, clip: noClip(), walkableDeg: 30,
       },
     };
     this.effort = new Effort();
@@ -87,14 +90,32 @@ export class Stage {
     this.renew();
   }
 
+  /** @param {number[]?} up null: the map's own. Heights are others then. */
+  turn(up) {
+    Object.assign(this.settings, { up, clip: noClip(), sliceHeight: null });
+    this.takeExtent();
+    this.renew();
+  }
+
+  /** @param {import('./clip.js').Clip} clip */
+  clipHeights(clip) {
+    this.settings.clip = clip;
+    this.view.clip(...limitsIn(this.map, clip));
+  }
+
   takeExtent() {
     const map = this.map.whole ?? this.map;  // moments of one map are looked at in one frame
+    for (const one of [map, this.map]) orient(one, this.settings.up ?? one.ownUp);
     this.context.light.copy(lightIn(map.rotation));
     this.view.root.quaternion.set(...map.rotation);
     this.view.root.updateMatrixWorld();
     this.context.extent.copy(extentOf(map, this.view.root.quaternion));
     this.side = bestSide(map, this.view.root.quaternion);
+    this.clipHeights(this.settings.clip);
   }
+
+  /** From root coordinates. */
+  upright(place) { return this.view.root.localToWorld(new THREE.Vector3(...place)).toArray(); }
 
   /** All but the voxels of the map that is shown is another. */
   mapChanged() {
@@ -141,7 +162,7 @@ export class Stage {
   get shown() {
     return {
       surfaces: this.shows('surfaces'), cylinders: this.shows('cylinders'), voxels: this.shows('voxels'),
-      pending: this.shows('pending'), cut: this.context.cut.value,
+      pending: this.shows('pending'), cut: this.context.cut.value, heights: limitsIn(this.map, this.settings.clip),
     };
   }
 }

@@ -37,6 +37,15 @@ export class View {
     this.resize();
   }
 
+  /** Hides what is below `low` or above `high`, m along up in root coordinates; infinite: nothing. */
+  clip(low, high) {
+    const planes = [];
+    if (low > -Infinity) planes.push(new THREE.Plane(new THREE.Vector3(0, 0, 1), -low));
+    if (high < Infinity) planes.push(new THREE.Plane(new THREE.Vector3(0, 0, -1), high));
+    this.renderer.clippingPlanes = planes;
+    this.redraw();
+  }
+
   resize() {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (width === 0 || height === 0) return;
@@ -124,6 +133,20 @@ export class View {
     this.controls.target.set(...target);
     this.controls.update();
     this.moved();
+  }
+
+  /**
+   * Moves the camera aside so far that the place is in the middle of what is free, if it is not in it already.
+   * @param {number[]} place root coordinates @param {{left: number, top: number, right: number, bottom: number}} free
+   */
+  reveal(place, { left, top, right, bottom }) {
+    const { x, y } = this.project(place), margin = 24;
+    if (x > left + margin && x < right - margin && y > top + margin && y < bottom - margin) return;
+    const box = this.canvas.getBoundingClientRect(), at = this.root.localToWorld(new THREE.Vector3(...place));
+    const middle = new THREE.Vector3(((left + right) / 2 - box.left) / box.width * 2 - 1,
+      1 - ((top + bottom) / 2 - box.top) / box.height * 2, at.clone().project(this.camera).z);
+    const shift = at.sub(middle.unproject(this.camera));
+    this.look(this.camera.position.clone().add(shift).toArray(), this.controls.target.clone().add(shift).toArray());
   }
 
   /** So near that the box just fits. @param {THREE.Box3} box upright @param {number[]} from where to look from */

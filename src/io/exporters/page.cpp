@@ -48,6 +48,10 @@ std::string encoded(const MapOfPage& one, const std::vector<io::PageVoxel>& voxe
   block.json["revision"] = map.snapshot->revision;
   block.json["resolution"] = map.snapshot->resolution;
   io::add_up(block, options.up);
+  if (options.suggested_up) {
+    const Eigen::Vector3d suggested = options.suggested_up->normalized();
+    block.json["suggested_up"] = {suggested.x(), suggested.y(), suggested.z()};
+  }
   block.json["merged"] = detail.merged;
   block.json["feet_left_out"] = !detail.feet && !map.feet.empty();
   block.json["voxels_before_merging"] = one.voxels.size();
@@ -101,6 +105,7 @@ void check(const std::vector<PageMap>& maps, const std::string& name, const Page
   if (!(std::isfinite(options.max_mb) && options.max_mb > 0))
     throw Error(Error::Kind::usage, "max_mb", "is not positive", "10 is the default");
   geometry::require_direction(options.up, "up");
+  if (options.suggested_up) geometry::require_direction(*options.suggested_up, "suggested_up");
 }
 
 }  // namespace

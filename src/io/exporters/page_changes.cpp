@@ -2,6 +2,9 @@
 
 #include "io/exporters/page_parts.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -18,6 +21,25 @@ Json no_more(const std::vector<Id>& gone, const std::vector<Heir>& merged) {
   return ids;
 }
 
+void add_track(PageBlock& block, const SensorTrack& track) {
+  if (!track.sensor) return;
+  constexpr double step_m = 1e-3, farthest_m = 1e6;
+  Json pose = Json::array();
+  const Eigen::Matrix4d& matrix = track.T_map_sensor.matrix();
+  for (Eigen::Index row = 0; row < 4; ++row)
+    for (Eigen::Index column = 0; column < 4; ++column) pose.push_back(matrix(row, column));
+  block.json["sensor"] = {{"kind", *track.sensor == SensorKind::lidar ? "lidar" : "depth_camera"},
+                          {"pose", std::move(pose)},
+                          {"step_m", step_m}};
+  for (const int axis : {0, 1, 2}) {
+    std::vector<std::int32_t> steps;
+    for (const Eigen::Vector3d& place : track.places)
+      steps.push_back(
+          static_cast<std::int32_t>(std::lround(std::clamp(place[axis], -farthest_m, farthest_m) / step_m)));
+    block.add(std::string("track_") + "xyz"[axis], differences(steps));
+  }
+}
+
 /// What of the snapshot is to be told.
 Snapshot told_of(const Snapshot& snapshot, std::uint64_t since) {
   Snapshot told = snapshot;
@@ -28,7 +50,24 @@ Snapshot told_of(const Snapshot& snapshot, std::uint64_t since) {
 
 }  // namespace
 
-std::string page_changes_message(const PageMap& map, const Eigen::Vector3d& up, const std::string& run) {
+void SensorTrack::add(SensorKind kind, const Eigen::Isometry3d& pose) {
+  sensor = kind;
+  T_map_sensor = pose;
+  const auto far_enough = [this](const Eigen::Vector3d& place) {
+    return places.empty() || (place - places.back()).norm() >= step_m;
+  };
+  if (far_enough(pose.translation())) places.push_back(pose.translation());
+  while (places.size() > most_places) {
+    step_m *= 2;
+    std::vector<Eigen::Vector3d> all;
+    std::swap(all, places);
+    for (const Eigen::Vector3d& place : all)
+      if (far_enough(place)) places.push_back(place);
+  }
+}
+
+std::string page_changes_message(const PageMap& map, const Eigen::Vector3d& up, const std::string& run,
+                                 const SensorTrack& track) {
   const Snapshot& snapshot = *map.snapshot;
   const auto* changes = std::get_if<MapChanges>(&map.changes);
   PageBlock block;
@@ -39,6 +78,7 @@ std::string page_changes_message(const PageMap& map, const Eigen::Vector3d& up, 
   block.json["resolution"] = snapshot.resolution;
   block.json["since"] = changes != nullptr ? Json(changes->since) : Json();
   add_up(block, up);
+  add_track(block, track);
   PageMap told{map.name, map.snapshot};
   if (changes != nullptr) {
     block.json["gone"] = no_more(changes->gone, changes->merged);
@@ -62,6 +102,7 @@ std::string page_voxels_message(const PageMap& map, const Eigen::Vector3d& up, b
     Json ids = Json::array();  // what the numbers in voxel_surface mean
     for (const SurfacePtr& surface : map.snapshot->surfaces) ids.push_back(surface->id);
     block.json["surface_ids"] = std::move(ids);
+    add_up(block, up);
     const std::vector<PageVoxel> drawn = merged > 1 ? merge_voxels(voxels, merged) : voxels;
     const double size = map.octree.resolution() * merged;
     add_voxels(block, drawn, size, *map.snapshot);

@@ -23,7 +23,9 @@ export const grid = {
     for (let x = x0; x < x1 + step / 2; x += step) lines.add(at(x, y0), at(x, y1), color);
     for (let y = y0; y < y1 + step / 2; y += step) lines.add(at(x0, y), at(x1, y), color);
     context.gridStep = step;
-    return ribbons(lines, context, 0.6);
+    const object = ribbons(lines, context, 0.6);
+    object.material.clipping = false;
+    return object;
   },
   legend: (map, context) => [{ line: context.gridColor(), text: `${context.gridStep ?? 1} m` }],
 };

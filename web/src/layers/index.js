@@ -5,11 +5,11 @@
 //   has(map, context)     whether there is anything of it; always, if left out
 //   count(map, context)   shown behind the label, if given
 //   choices(map)      ways to colour it, if there are several: [{id, label}], the first at first
-//   range(map, settings)  a slider of its own: {least, greatest, value, text(value), set(value)}
+//   range(map, settings)  a slider of its own: {label, least, greatest, value, text(value), set(value)}; null: none
 //   create(map, context)  a three.js object in root coordinates (context.js, view.js); asked for when it is first
 //                     shown, and again when a choice, the theme or the map changes. If it has userData.draw, detail.js
 //                     has it drawn by that, before each picture.
-//   legend(map, context)  [{color | line | ramp, text | low, high}]
+//   legend(map, context)  [{color | line | ramp, text | ticks: [{at: 0 … 1, text}] | low, high}]
 import { plans } from './plans.js';
 import { regions } from './regions.js';
 import { surfaces } from './surfaces.js';
@@ -19,9 +19,10 @@ import { gone } from './gone.js';
 import { voxels, pending } from './voxels.js';
 import { slice } from './slice.js';
 import { normals } from './normals.js';
+import { sensor } from './sensor.js';
 import { axes, grid } from './ground.js';
 
 const needVoxels = (layer) => ({ ...layer, has: (map) => map.voxels !== null });
 
 export const layers = [surfaces, edges, gone, cylinders, needVoxels(pending), needVoxels(voxels), slice, regions, plans,
-  normals, grid, axes];
+  normals, grid, axes, sensor];

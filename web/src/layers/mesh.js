@@ -9,11 +9,13 @@ const vertexShader = `
   uniform bool cut;
   varying vec3 color;
   ${shadeGlsl}
+  #include <clipping_planes_pars_vertex>
   void main() {
-    vec4 place = modelViewMatrix * vec4(position, 1.0);
+    vec4 mvPosition = modelViewMatrix * vec4(position, 1.0);
+    #include <clipping_planes_vertex>
     float side = dot(normal, eye - position) < 0.0 ? -1.0 : 1.0;
     color = tint * shade(side * normal);
-    gl_Position = projectionMatrix * place;
+    gl_Position = projectionMatrix * mvPosition;
     // What is seen from behind is left out whole: a plane shows its vertices all from the same side.
     if (cut && side < 0.0) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
   }
@@ -21,7 +23,11 @@ const vertexShader = `
 const fragmentShader = `
   uniform float opacity;
   varying vec3 color;
-  void main() { gl_FragColor = vec4(color, opacity); }
+  #include <clipping_planes_pars_fragment>
+  void main() {
+    #include <clipping_planes_fragment>
+    gl_FragColor = vec4(color, opacity);
+  }
 `;
 
 /**
@@ -35,7 +41,7 @@ export function mesh(parts, { eye, light: lightHere, cut, opacity = 1 }) {
   geometry.setAttribute('tint', new THREE.BufferAttribute(parts.colors, 3, true));
   geometry.setIndex(new THREE.BufferAttribute(parts.indices, 1));
   const material = new THREE.ShaderMaterial({
-    vertexShader, fragmentShader, side: THREE.DoubleSide,
+    vertexShader, fragmentShader, side: THREE.DoubleSide, clipping: true,
     transparent: opacity < 1, depthWrite: opacity === 1,
     uniforms: { light: { value: lightHere }, eye: { value: eye }, cut, opacity: { value: opacity } },
   });

@@ -13,6 +13,7 @@ const vertexShader = `
   uniform bool cut;
   uniform float near;
   varying vec3 color;
+  #include <clipping_planes_pars_vertex>
   void main() {
     color = tint;
     vec4 a = modelViewMatrix * vec4(position, 1.0);
@@ -25,6 +26,8 @@ const vertexShader = `
     // The part before the camera; a little nearer than what the line lies on, in the same pixels.
     if (a.z > -near) a = mix(b, a, (b.z + near) / (b.z - a.z));
     if (b.z > -near) b = mix(a, b, (a.z + near) / (a.z - b.z));
+    vec4 mvPosition = corner.x < 0.5 ? a : b;
+    #include <clipping_planes_vertex>
     a.xyz *= 0.997;
     b.xyz *= 0.997;
     vec4 start = projectionMatrix * a, end = projectionMatrix * b;
@@ -39,7 +42,11 @@ const vertexShader = `
 `;
 const fragmentShader = `
   varying vec3 color;
-  void main() { gl_FragColor = vec4(color, 1.0); }
+  #include <clipping_planes_pars_fragment>
+  void main() {
+    #include <clipping_planes_fragment>
+    gl_FragColor = vec4(color, 1.0);
+  }
 `;
 
 /** Collects lines; null for `facing`: seen from everywhere. */
@@ -88,7 +95,7 @@ export function ribbons(lines, context, width, cut = { value: false }) {
   geometry.setAttribute('facing', new THREE.BufferAttribute(fourTimes(lines.facing, 4, Int8Array, 127), 4, true));
   geometry.setIndex(new THREE.BufferAttribute(indices, 1));
   const material = new THREE.ShaderMaterial({
-    vertexShader, fragmentShader, side: THREE.DoubleSide,
+    vertexShader, fragmentShader, side: THREE.DoubleSide, clipping: true,
     uniforms: {
       pixels: { value: context.view.pixels }, eye: { value: context.eye }, cut,
       width: { value: width * context.view.renderer.getPixelRatio() },

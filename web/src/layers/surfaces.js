@@ -1,13 +1,13 @@
 // Surfaces: their polygons, holes left open, in one of several colours.
 import * as THREE from 'three';
-import { changeColors, ramp, rampCss, css } from '../shading.js';
+import { changeColors, css, overhangingDeg, ramp, rampCss, slopeColor, slopeCss } from '../shading.js';
 import { onSurface, slopeDeg } from '../data.js';
 import { levelCount, surfacesAt } from '../coarse.js';
 import { drawByLevels } from '../detail.js';
 import { mesh } from './mesh.js';
 
 const costOfTriangle = 1.4;  // measured without a graphics card, as that of edges
-const steepDeg = 90, unsureMm = 5;  // ends of the ramps
+const unsureMm = 5;        // end of the ramp
 
 /** What became of each surface since the map before: for `by ids` a word, for `by place` the share that is new. */
 export function changeOf(map, id) {
@@ -39,8 +39,8 @@ function mixed(a, b, part) {
 export const colorings = {
   own: { label: 'own colour', of: (surface) => surface.color },
   slope: {
-    label: 'slope', of: (surface, map) => ramp(slopeDeg(surface, map.up) / steepDeg),
-    legend: () => [{ ramp: rampCss, low: 'level', high: 'upright, overhanging' }],
+    label: 'slope', of: (surface, map, { walkableDeg }) => slopeColor(slopeDeg(surface, map.up), walkableDeg),
+    legend: (map, { walkableDeg }) => slopeLegend(walkableDeg),
   },
   certainty: {
     label: 'offset σ', notOfPast: true, of: (surface) => ramp(surface.offset_std_m * 1000 / unsureMm),
@@ -57,6 +57,16 @@ export const colorings = {
     legend: (map) => changeLegend(map),
   },
 };
+
+function slopeLegend(walkableDeg) {
+  const ticks = [walkableDeg, ...[0, 30, 60, 90].filter((deg) => Math.abs(deg - walkableDeg) > 12)];
+  return [
+    { ramp: slopeCss(walkableDeg), ticks: ticks.map((deg) => ({ at: deg / 90, text: `${deg}°` })) },
+    { color: slopeColor(0, walkableDeg), text: `slope to ${walkableDeg}°: walkable` },
+    { color: slopeColor((walkableDeg + 90) / 2, walkableDeg), text: `steeper than ${walkableDeg}°` },
+    { color: slopeColor(180, walkableDeg), text: `over ${overhangingDeg}°: overhanging, a ceiling` },
+  ];
+}
 
 function changeLegend(map) {
   if (map.changes?.by === 'place') {
@@ -77,7 +87,7 @@ function changeLegend(map) {
 /** Of what a history tells, what changed is what one looks for; of a map, its own colours. */
 const usual = (map) => (map.whole ? 'change' : 'own');
 const chosen = (map, { settings }) => {
-  const one = colorings[settings.choice.surfaces];
+  const { surfaces: choice } = settings.choice, one = Object.hasOwn(colorings, choice) ? colorings[choice] : null;
   return one && !(one.notOfPast && map.whole) ? one : colorings[usual(map)];
 };
 
@@ -109,17 +119,21 @@ export const surfaces = {
     .filter(([, one]) => (!one.needsBefore || map.changes) && !(one.notOfPast && map.whole))
     .sort(([id], [other]) => (other === usual(map)) - (id === usual(map)))
     .map(([id, one]) => ({ id, label: one.label })),
+  range: (map, settings) => (chosen(map, { settings }) !== colorings.slope ? null : {
+    label: 'walkable slope', least: 0, greatest: 90, value: settings.walkableDeg, text: (deg) => `to ${deg}°`,
+    set: (deg) => { settings.walkableDeg = deg; },
+  }),
   create(map, context) {
     const coloring = chosen(map, context);
     const group = new THREE.Group();
     drawByLevels(group, levelCount, (level) => {
-      const parts = trianglesOf(surfacesAt(map, level), (surface) => coloring.of(surface, map));
+      const parts = trianglesOf(surfacesAt(map, level), (surface) => coloring.of(surface, map, context.settings));
       return { object: mesh(parts, context), cost: costOfTriangle * parts.indices.length / 3 };
     });
     return group;
   },
   legend(map, context) {
     const coloring = chosen(map, context);
-    return coloring.legend ? coloring.legend(map) : [];
+    return coloring.legend ? coloring.legend(map, context.settings) : [];
   },
 };

@@ -3,6 +3,7 @@
 // are a coarser picture of all: that is what is shown while the camera moves and time is short.
 import * as THREE from 'three';
 import { ramp, rampCss, shadeGlsl } from '../shading.js';
+import { heightOfOrigin } from '../up.js';
 
 const pendingColor = [0.5, 0.5, 0.54];
 
@@ -12,12 +13,14 @@ const vertexShader = `
   uniform float size, pixelsPerUnit, growth;
   varying vec3 center;
   varying vec3 color;
+  #include <clipping_planes_pars_vertex>
   void main() {
     color = tint.rgb;
     center = low + (position + 0.5) * size;
-    vec4 place = modelViewMatrix * vec4(center, 1.0);
-    gl_Position = projectionMatrix * place;
-    gl_PointSize = max(1.0, size * growth * pixelsPerUnit / max(1e-6, -place.z));
+    vec4 mvPosition = modelViewMatrix * vec4(center, 1.0);
+    #include <clipping_planes_vertex>
+    gl_Position = projectionMatrix * mvPosition;
+    gl_PointSize = max(1.0, size * growth * pixelsPerUnit / max(1e-6, -mvPosition.z));
   }
 `;
 const fragmentShader = `
@@ -29,7 +32,9 @@ const fragmentShader = `
   varying vec3 center;
   varying vec3 color;
   ${shadeGlsl}
+  #include <clipping_planes_pars_fragment>
   void main() {
+    #include <clipping_planes_fragment>
     if (!cubes) {
       gl_FragColor = vec4(color, 1.0);
       return;
@@ -127,7 +132,7 @@ function points(map, context, order, colorOf) {
   geometry.setAttribute('position', new THREE.BufferAttribute(cells, 4));  // a fourth, so that each begins at 4 n bytes
   geometry.setAttribute('tint', new THREE.BufferAttribute(colors, 4, true));
   const material = new THREE.ShaderMaterial({
-    vertexShader, fragmentShader,
+    vertexShader, fragmentShader, clipping: true,
     uniforms: {
       low: { value: new THREE.Vector3(...voxels.low) }, size: { value: voxels.size },
       eye: { value: context.eye }, light: { value: context.light }, pixels: { value: context.view.pixels },
@@ -178,13 +183,13 @@ export const voxels = {
       return [{ ramp: rampCss, low: `log-odds ${least.toFixed(2)}`, high: greatest.toFixed(2) }];
     }
     const { least, greatest } = heights(map);
-    const base = map.origin.reduce((sum, x, k) => sum + x * map.up[k], 0);
+    const base = heightOfOrigin(map);
     return [{ ramp: rampCss, low: `height ${(least + base).toFixed(2)} m`, high: `${(greatest + base).toFixed(2)} m` }];
   },
 };
 
 export const pending = {
-  id: 'pending', label: 'Pending points', on: true,
+  id: 'pending', label: 'Pending points', on: false,
   count: (map) => (map.voxels ? map.voxels.surface.reduce((sum, one) => sum + (one === 0), 0) : 0),
   create(map, context) {
     const { order, counts } = byLevels(map.voxels, (i) => map.voxels.surface[i] === 0);

@@ -1,0 +1,49 @@
+// What the reader takes out of the page: files, and text for the clipboard.
+import { surfacesJson } from './export.js';
+import { hasServer } from './server.js';
+
+function download(name, blob) {
+  const link = document.createElement('a');
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+}
+
+const fileName = (map, ending) => `${map.name.replaceAll(/[^\p{L}\p{N}._-]+/gu, '_')}.${ending}`;
+
+/** The server's own export, while it answers; else what the page has. */
+async function surfacesOf(map) {
+  if (hasServer()) {
+    const reply = await fetch('/api/surfaces').catch(() => null);
+    if (reply?.ok) return reply.blob();
+  }
+  return new Blob([surfacesJson(map)], { type: 'application/json' });
+}
+
+export async function saveSurfaces(map) {
+  download(fileName(map, 'json'), await surfacesOf(map));
+}
+
+/** @param {import('./view.js').View} view */
+export function savePicture(map, view) {
+  view.draw();
+  view.canvas.toBlob((blob) => download(fileName(map, 'png'), blob), 'image/png');
+}
+
+/** @returns {Promise<boolean>} whether the clipboard has it */
+export async function copyText(text) {
+  try {
+    await navigator.clipboard.writeText(text);
+    return true;
+  } catch {
+    // Browsers give pages of other machines without TLS no clipboard but this one.
+    const field = document.createElement('textarea');
+    field.value = text;
+    document.body.append(field);
+    field.select();
+    const copied = document.execCommand('copy');
+    field.remove();
+    return copied;
+  }
+}
