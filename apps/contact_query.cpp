@@ -2,6 +2,7 @@
 #include "contact_query.hpp"
 
 #include "answers.hpp"
+#include "bounds.hpp"
 
 #include <CLI/CLI.hpp>
 #include <charconv>
@@ -89,7 +90,7 @@ void add_contact_options(CLI::App& verb, CLI::Option_group& question, ContactQue
   verb.add_option("--yaw", query.yaw_deg, "degrees: the heading for --regions; any, if it is not given");
   verb.add_option("--pieces", query.pieces, "the region as so many convex pieces at most, too");
   const auto metres = [&verb](const char* name, double& value, const char* help) {
-    verb.add_option(name, value, help)->check(CLI::NonNegativeNumber);
+    verb.add_option(name, value, help)->check(at_least(0));
   };
   metres("--edge-margin", query.edge_margin, "m, of a foot to every edge");
   metres("--frontier-margin", query.frontier_margin, "m, to edges that nobody has looked beyond");

@@ -1,4 +1,5 @@
 // `octosurf diff`: what changed between two maps.
+#include "bounds.hpp"
 #include "lineage.hpp"
 
 #include <CLI/CLI.hpp>
@@ -212,7 +213,7 @@ void add_diff(CLI::App& app) {
   verb->add_option(
           "--tolerance", arguments->tolerance,
           "m: --by place, how far surfaces of the same place may be apart; default: twice the coarser d")
-      ->check(CLI::PositiveNumber);
+      ->check(more_than(0));
   verb->add_flag("--json", arguments->json, "tell it in JSON");
   verb->callback([arguments] { run(*arguments); });
 }

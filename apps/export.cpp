@@ -1,4 +1,5 @@
 // `octosurf export`: a map's surfaces in a file other programs read.
+#include "bounds.hpp"
 #include "io/exporters/foxglove_log.hpp"
 #include "io/map_file/scan_archive.hpp"
 #include "io/new_file.hpp"
@@ -174,11 +175,11 @@ void add_export(CLI::App& app) {
       ->check(CLI::IsMember({"polygons", "meshes", "convex", "circles", "points"}))
       ->capture_default_str();
   verb->add_option("--min-radius", arguments->min_radius, "m: smallest circle of --what circles")
-      ->check(CLI::PositiveNumber)
+      ->check(more_than(0))
       ->capture_default_str();
   verb->add_option("--thickness", arguments->thickness,
                    "m: of --what meshes; default: the map's mesh_thickness")
-      ->check(CLI::PositiveNumber);
+      ->check(more_than(0));
   add_up_option(*verb, arguments->up);
   verb->add_flag("--force", arguments->force, "overwrite the file");
   add_planner_options(*verb, arguments->planner);

@@ -1,4 +1,5 @@
 // `octosurf map`: scans in, map out.
+#include "bounds.hpp"
 #include "io/new_file.hpp"
 #include "map_run.hpp"
 #include "output_files.hpp"
@@ -41,8 +42,8 @@ Examples:
   octosurf map kitchen -o maps/live --realtime --checkpoint 10  as a robot would see it
   octosurf map kitchen -o maps/live --realtime --serve 8080     a page that follows it: http://127.0.0.1:8080/
   octosurf map kitchen -o maps/kitchen --history kitchen.history   for a time slider: view --history
-  octosurf map kitchen -o maps/kitchen --up auto                 where z is not up, as in a camera's frame
   octosurf map kitchen -o maps/kitchen --mcap kitchen.mcap      poses and surfaces as they change, for Foxglove
+  octosurf map kitchen -o maps/kitchen --up auto                 where z is not up, as in a camera's frame
   octosurf map kitchen -o maps/kitchen --keep-scans maps/kitchen.scans   so that remap can move it later
   octosurf map --show-parameters --preset paper
 
@@ -117,8 +118,8 @@ void refuse_collisions(const MapOptions& options) {
   }
   require_apart("--write-poses", options.write_poses, {options.report});
   require_apart("--history", options.history, {options.report, options.write_poses});
-  require_apart("--keep-scans", options.keep_scans, read);
   require_apart("--mcap", options.mcap, {options.report, options.write_poses, options.history});
+  require_apart("--keep-scans", options.keep_scans, read);
 }
 
 bool goes_on_in_place(const MapOptions& options) {
@@ -232,9 +233,9 @@ void add_map(CLI::App& app) {
                    "write the poses with which this run's scans were mapped (stamp tx ty tz qx qy qz qw)");
   verb->add_option("--history", options->history,
                    "write how the surfaces came, changed and went, for view --history");
-  verb->add_option("--checkpoint", options->checkpoint_s,
   verb->add_option("--mcap", options->mcap,
                    "write the scans' poses and the surfaces as they change, for Foxglove (MCAP)");
+  verb->add_option("--checkpoint", options->checkpoint_s,
                    "save every so many SECONDS between scans; 0: only at the end")
       ->check(CLI::Validator(not_seconds, ""))
       ->capture_default_str();
@@ -246,7 +247,7 @@ void add_map(CLI::App& app) {
           "--realtime: at most so many, once one by one they would wait for as long as so many take to "
           "arrive; 1: each by itself, so that the map does not depend on the machine's load. With "
           "--keep-scans always 1")
-      ->check(CLI::Range(1, 256))
+      ->check(between(1, 256))
       ->capture_default_str();
   verb->add_option("--serve", options->serve_port,
                    "PORT of this machine: serve the map while it grows, as serve does; 0: any that is free");

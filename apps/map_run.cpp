@@ -344,8 +344,8 @@ void MapRun::finish() {
   checkpoints_.save(map, statistics_.scans(), keeper_.kept());
   poses_.save();
   history_.save();
-  context_.wall_s = now_s();
   scene_.save(last_stamp_s_.value_or(0), *mapper_.snapshot());
+  context_.wall_s = now_s();
   if (!options_.report.empty()) write_report();
   print_summary();
   print_warnings(statistics_, map, !options_.report.empty());

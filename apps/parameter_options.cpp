@@ -59,6 +59,30 @@ void set(Parameters& parameters, const Setting& setting) {
   }
 }
 
+/// What is refused may follow from a parameter that was given: that one is named, if it alone is refused,
+/// too.
+void validate(const Parameters& parameters, const Parameters& base, const std::vector<Setting>& settings) {
+  try {
+    parameters.validate();
+  } catch (const Error& error) {
+    const auto is_refused = [&](const Setting& s) { return s.name == error.where(); };
+    if (std::any_of(settings.begin(), settings.end(), is_refused)) throw;
+    for (const Setting& setting : settings) {
+      Parameters alone = base;
+      set(alone, setting);
+      try {
+        alone.validate();
+      } catch (const Error& follows) {
+        const std::string what = follows.what();
+        throw Error(
+            error.kind(), setting.name,
+            "is " + setting.text + ", so that " + follows.where() + what.substr(follows.where().size() + 1));
+      }
+    }
+    throw;
+  }
+}
+
 }  // namespace
 
 void add_parameter_options(CLI::App& verb, ParameterOptions& options) {
@@ -108,7 +132,8 @@ Parameters ParameterChoice::apply_to(Parameters parameters) const {
 
 Parameters ParameterChoice::in_force(std::optional<double> resolution) const {
   const bool paper = preset_ == "paper";
-  Parameters parameters = apply_to(paper ? Parameters::paper() : Parameters());
+  const Parameters base = paper ? Parameters::paper() : Parameters();
+  Parameters parameters = apply_to(base);
   double& d = parameters.occupancy.resolution;
   if (resolution && given("resolution") && std::fabs(d - *resolution) > 1e-9) {
     std::ostringstream is;
@@ -118,7 +143,7 @@ Parameters ParameterChoice::in_force(std::optional<double> resolution) const {
   if (resolution) d = *resolution;
   if (paper && !given("surface_tolerance"))
     parameters.surfaces.surface_tolerance = parameters.surfaces.sensor_noise + d * std::sqrt(3.0);
-  parameters.validate();
+  validate(parameters, base, settings_);
   return parameters;
 }
 

@@ -1,4 +1,5 @@
 // `octosurf plan`: footsteps over a map.
+#include "bounds.hpp"
 #include "io/new_file.hpp"
 #include "output_files.hpp"
 #include "picture_eye.hpp"
@@ -153,8 +154,8 @@ void add_plan(CLI::App& app) {
   verb->add_option("--improving", arguments->query.budget.improving,
                    "further expansions to find a better one")
       ->capture_default_str();
-  verb->add_option("--time", arguments->query.budget.time_s, "seconds of search at most")
-      ->check(CLI::NonNegativeNumber);
+  verb->add_option("--seconds,--time", arguments->query.budget.time_s, "seconds of search at most")
+      ->check(at_least(0));
   verb->add_flag("--json", arguments->json, "answer in JSON");
   verb->add_option(
       "-o,--output", arguments->outputs,

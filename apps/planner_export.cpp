@@ -1,6 +1,7 @@
 // Composes what planners' own formats are made of: contact regions, their convex pieces, a grid of heights.
 #include "planner_export.hpp"
 
+#include "bounds.hpp"
 #include "contact_query.hpp"
 
 #include <CLI/CLI.hpp>
@@ -156,30 +157,30 @@ void add_planner_options(CLI::App& verb, PlannerExport& options) {
   verb.add_option("--foot", options.foot, "LENGTHxWIDTH of a sole about its reference point, or a radius; m")
       ->group(group);
   verb.add_option("--foot-radius", options.foot_radius, "m: a round foot; 0.06 unless there is a --foot")
-      ->check(CLI::NonNegativeNumber)
+      ->check(at_least(0))
       ->group(group);
   verb.add_option("--yaw", options.yaw_deg, "degrees: the heading of --foot; any, if it is not given")
       ->group(group);
   verb.add_option("--max-slope", options.max_slope_deg, "degrees against up; default: 30, of ihmc any")
-      ->check(CLI::Range(0.0, 180.0))
+      ->check(between(0, 180))
       ->group(group);
   verb.add_option("--clearance", options.clearance,
                   "m over the foot in which nothing may stand or hang; 0: any")
-      ->check(CLI::NonNegativeNumber)
+      ->check(at_least(0))
       ->capture_default_str()
       ->group(group);
   verb.add_option(
           "--gap-depth", options.gap_depth,
           "m: no foot over gaps behind which the octree knows so much free space (contact.hpp); 0: any")
-      ->check(CLI::NonNegativeNumber)
+      ->check(at_least(0))
       ->capture_default_str()
       ->group(group);
   verb.add_option("--pieces", options.pieces, "sl1m, hpp: at most so many convex pieces of a surface")
-      ->check(CLI::PositiveNumber)
+      ->check(at_least(1))
       ->capture_default_str()
       ->group(group);
   verb.add_option("--cell", options.cell, "m: of height grids; default: the map's resolution")
-      ->check(CLI::PositiveNumber)
+      ->check(more_than(0))
       ->group(group);
   verb.add_option("--below", options.below, "m: height grids leave out what is higher")->group(group);
   verb.add_option("--frame", options.frame, "frame id of planar_terrain and grid_map")

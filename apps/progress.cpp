@@ -1,7 +1,9 @@
 #include "progress.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
+#include <cstring>
 #include <unistd.h>
 
 namespace octosurf {
@@ -13,10 +15,23 @@ Progress::~Progress() {
   if (open_) std::fputc('\n', stderr);
 }
 
+std::string Progress::pace(std::size_t done) const {
+  const double spent = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  if (done == 0 || !(spent > 0)) return {};
+  const double rate = static_cast<double>(done) / spent;
+  std::array<char, 80> text{};
+  std::snprintf(text.data(), text.size(), ", %.*f a second", rate < 10 ? 1 : 0, rate);
+  if (done == total_) return text.data();
+  const auto left = static_cast<long>(static_cast<double>(total_ - done) / rate + 0.5);
+  const std::size_t used = std::strlen(text.data());
+  std::snprintf(text.data() + used, text.size() - used, ", %ld:%02ld left", left / 60, left % 60);
+  return text.data();
+}
+
 void Progress::show(std::size_t done, const std::string& note) {
   done = std::min(done, total_);
-  const std::string text =
-      std::to_string(done) + "/" + std::to_string(total_) + " scans" + (note.empty() ? "" : ", " + note);
+  const std::string text = std::to_string(done) + "/" + std::to_string(total_) + " scans" + pace(done) +
+                           (note.empty() ? "" : ", " + note);
   if (terminal_) {
     constexpr std::size_t width = 40;
     const std::string bar(width * done / total_, '#');

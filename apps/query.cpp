@@ -1,5 +1,6 @@
 // `octosurf query`: a planner's questions from the shell.
 #include "answers.hpp"
+#include "bounds.hpp"
 #include "contact_query.hpp"
 #include "place_query.hpp"
 #include "up_option.hpp"
@@ -102,7 +103,7 @@ void add_query(CLI::App& app) {
   question->require_option(1);
   verb->add_option("--max-slope", arguments->max_slope_deg,
                    "degrees: only surfaces that slope so much at most; 90 leaves out ceilings")
-      ->check(CLI::Range(0.0, 180.0))
+      ->check(between(0, 180))
       ->capture_default_str();
   add_up_option(*verb, arguments->up);
   verb->add_flag("--json", arguments->json, "answer in JSON");

@@ -1,5 +1,7 @@
 #include "scan_options.hpp"
 
+#include "bounds.hpp"
+
 #include <CLI/CLI.hpp>
 
 namespace octosurf {
@@ -44,12 +46,8 @@ void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& rang
                 "go on without scans that cannot be read or have no rigid pose")
       ->group(group);
   verb.add_option("--skip", range.skip, "leave out so many scans at the start")->group(group);
-  verb.add_option("--every", range.every, "take every K-th scan only")
-      ->check(CLI::PositiveNumber)
-      ->group(group);
-  verb.add_option("--first", range.first, "take so many scans at most")
-      ->check(CLI::PositiveNumber)
-      ->group(group);
+  verb.add_option("--every", range.every, "take every K-th scan only")->check(at_least(1))->group(group);
+  verb.add_option("--first", range.first, "take so many scans at most")->check(at_least(1))->group(group);
   add_bag_options(verb, source.bag);
 }
 

@@ -1,4 +1,5 @@
 // `octosurf serve`: the page, and a planner's questions over HTTP.
+#include "bounds.hpp"
 #include "output_files.hpp"
 #include "serve/api.hpp"
 #include "serve/http_server.hpp"
@@ -118,7 +119,7 @@ void add_serve(CLI::App& app) {
                    "file with the token that who asks must know; or in OCTOSURF_TOKEN")
       ->type_name("FILE");
   verb->add_option("--max-mb", arguments->max_mb, "10⁶ bytes: voxels are merged until the page is no larger")
-      ->check(CLI::PositiveNumber)
+      ->check(more_than(0))
       ->capture_default_str();
   add_up_option(*verb, arguments->up);
   verb->callback([arguments] { run(*arguments); });

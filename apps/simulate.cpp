@@ -1,6 +1,7 @@
 // `octosurf simulate`: posed scans of a known scene, with ground truth.
 #include "simulation/simulate.hpp"
 
+#include "bounds.hpp"
 #include "progress.hpp"
 
 #include <CLI/CLI.hpp>
@@ -113,7 +114,7 @@ void add_simulate(CLI::App& app) {
   verb->add_option("--seed", options.seed, "varies dimensions and noise; turns, shifts and scales the world")
       ->capture_default_str();
   verb->add_option("--frames", arguments->frames, "number of scans (default: as many as show the scene well)")
-      ->check(CLI::PositiveNumber);
+      ->check(at_least(1));
   verb->add_option("--noise-scale", options.noise_scale,
                    "factor on the sensor's noise (0: none; steps and drop-outs remain)")
       ->capture_default_str();

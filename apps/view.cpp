@@ -1,4 +1,5 @@
 // `octosurf view`: a page to look at maps, or a picture of one.
+#include "bounds.hpp"
 #include "io/text_file.hpp"
 #include "lineage.hpp"
 #include "output_files.hpp"
@@ -218,7 +219,7 @@ void add_view(CLI::App& app) {
   CLI::Option* png = verb->add_option("--png", arguments->png, "picture to draw instead")->excludes(html);
   add_up_option(*verb, arguments->up);
   verb->add_option("--max-mb", arguments->max_mb, "10⁶ bytes: voxels are merged until the page is no larger")
-      ->check(CLI::PositiveNumber)
+      ->check(more_than(0))
       ->excludes(png)
       ->capture_default_str();
   verb->add_option(

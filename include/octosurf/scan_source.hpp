@@ -102,11 +102,11 @@ InputKind classify(const std::filesystem::path& input);
 ///   it is, else one between its neighbours; a scan without a pose is a bad one. No index is needed; a bag
 ///   that is cut off is refused, and with skip_bad read up to there. Opening one reads it once.
 ///
-/// A `pose.txt` or `poses.txt` beside the scans is used, and a `camera-intrinsics.txt`,
-/// `intrinsics.txt`, `camera.txt` or `*.K` beside them or in the folder above. Scans of a folder
-/// come in natural order (full2 before full10), files in the order given. PCDs and PLYs, a single
-/// image and a single velodyne scan are taken to be in the map frame if there is no pose for them.
-/// Files called like a time (`1305031102.16.png`) are stamped with it.
+/// A `pose.txt` or `poses.txt` beside the scans is used, and a `camera-intrinsics.txt`, `intrinsics.txt`,
+/// `camera.txt`, `K.txt` or `*.K` beside them, in the folder above or beside the file of poses. Scans of a
+/// folder come in natural order (full2 before full10), files in the order given. PCDs and PLYs, a single
+/// image and a single velodyne scan are taken to be in the map frame if there is no pose for them. Files
+/// called like a time (`1305031102.16.png`) are stamped with it.
 ///
 /// Depth is along the optical axis: a pixel (u, v) of depth z is ((u−cx) z/fx, (v−cy) z/fy, z);
 /// depths 0 and 65535 are no reading and give no point. Points at a cloud's very origin are no

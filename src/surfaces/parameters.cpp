@@ -239,36 +239,38 @@ void Parameters::validate() const {
   };
   // Written so that NaN fails every rule.
   const OccupancyParameters& o = occupancy;
-  check("resolution", o.resolution >= 1e-3 && o.resolution <= 10, "in [0.001, 10] m");
-  check("max_range", !o.max_range || (*o.max_range > 0 && *o.max_range <= 1e6), "in (0, 1e6] m");
+  check("resolution", o.resolution >= 1e-3 && o.resolution <= 10, "from 0.001 to 10 m");
+  check("max_range", !o.max_range || (*o.max_range > 0 && *o.max_range <= 1e6),
+        "more than 0 and at most 1e6 m");
   check("min_range", o.min_range >= 0 && o.min_range < o.max_range.value_or(1e6),
         "at least 0 and below max_range");
-  check("hit", o.hit > 0.5 && o.hit < 1, "in (0.5, 1)");
-  check("miss", o.miss > 0 && o.miss < 0.5, "in (0, 0.5)");
+  check("hit", o.hit > 0.5 && o.hit < 1, "more than 0.5 and less than 1");
+  check("miss", o.miss > 0 && o.miss < 0.5, "more than 0 and less than 0.5");
   check("clamp_min", o.clamp_min > 0 && o.clamp_min < o.occupied, "above 0 and below 'occupied'");
   check("clamp_max", o.clamp_max < 1 && o.clamp_max > o.occupied, "below 1 and above 'occupied'");
-  check("occupied", o.occupied > 0 && o.occupied < 1, "in (0, 1)");
+  check("occupied", o.occupied > 0 && o.occupied < 1, "more than 0 and less than 1");
   const SurfaceParameters& s = surfaces;
-  check("sensor_noise", s.sensor_noise >= 0 && s.sensor_noise <= 1, "in [0, 1] m");
-  check("range_noise", !s.range_noise || (*s.range_noise >= 0 && *s.range_noise <= 1), "in [0, 1] 1/m");
-  check("surface_tolerance", surface_tolerance() > 0 && surface_tolerance() <= 1, "in (0, 1] m");
+  check("sensor_noise", s.sensor_noise >= 0 && s.sensor_noise <= 1, "from 0 to 1 m");
+  check("range_noise", !s.range_noise || (*s.range_noise >= 0 && *s.range_noise <= 1), "from 0 to 1 1/m");
+  check("surface_tolerance", surface_tolerance() > 0 && surface_tolerance() <= 1,
+        "more than 0 and at most 1 m");
   check("max_hole_size", max_hole_size() >= o.resolution && max_hole_size() <= 100,
-        "at least the resolution, at most 100 m");
-  check("min_surface_width", s.min_surface_width >= 0 && s.min_surface_width <= 10, "in [0, 10] m");
-  check("mesh_thickness", s.mesh_thickness > 0 && s.mesh_thickness <= 10, "in (0, 10] m");
+        "at least the resolution and at most 100 m");
+  check("min_surface_width", s.min_surface_width >= 0 && s.min_surface_width <= 10, "from 0 to 10 m");
+  check("mesh_thickness", s.mesh_thickness > 0 && s.mesh_thickness <= 10, "more than 0 and at most 10 m");
   const DetectionParameters& d = detection;
   if (d.detector != DetectorKind::likelihood && d.detector != DetectorKind::paper)
     refuse("detector", "unknown", "likelihood or paper");
   check("search_radius", search_radius() >= o.resolution && search_radius() <= 64 * o.resolution,
-        "between 1 and 64 voxels");
+        "from 1 to 64 voxels");
   check("normal_radius", normal_radius() >= o.resolution && normal_radius() <= search_radius() * (1 + 1e-9),
-        "between 1 voxel and search_radius");
+        "from 1 voxel to search_radius");
   check("min_surface_points", min_surface_points() >= 3, "at least 3");
   check("detection_budget", d.detection_budget >= 0, "at least 0");
   check("smoothness_angle", d.smoothness_angle > 0 && d.smoothness_angle <= std::numbers::pi / 2,
-        "in (0, 90] degrees");
-  check("max_curvature", d.max_curvature > 0 && d.max_curvature <= 1.0 / 3, "in (0, 1/3]");
-  check("ransac_iterations", d.ransac_iterations >= 1 && d.ransac_iterations <= 1000000, "in [1, 1000000]");
+        "more than 0 and at most 90 degrees");
+  check("max_curvature", d.max_curvature > 0 && d.max_curvature <= 1.0 / 3, "more than 0 and at most 1/3");
+  check("ransac_iterations", d.ransac_iterations >= 1 && d.ransac_iterations <= 1000000, "from 1 to 1000000");
   check("up", !up || std::fabs(up->norm() - 1) <= 1e-6, "of length 1");
 }
 

@@ -61,7 +61,7 @@ TEST_F(Config, FileAndLineOfAMistakeAreNamed) {
   EXPECT_THAT(mistake("# x\nresolutoin = 0.04\n"), AllOf(HasSubstr("o.cfg:2"), HasSubstr("resolutoin")));
   EXPECT_THAT(mistake("resolution = fine\n"), AllOf(HasSubstr("o.cfg:1"), HasSubstr("'fine'")));
   EXPECT_THAT(mistake("resolution 0.04\n"), AllOf(HasSubstr("o.cfg:1"), HasSubstr("name = value")));
-  EXPECT_THAT(mistake("resolution = -1\n"), HasSubstr("[0.001, 10] m"));
+  EXPECT_THAT(mistake("resolution = -1\n"), HasSubstr("from 0.001 to 10 m"));
 }
 
 TEST_F(Config, TheMapIsMadeWithThem) {

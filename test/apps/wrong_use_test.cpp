@@ -84,15 +84,34 @@ TEST_F(WrongUse, ParametersThatMakeNoSenseAreNamedWithValueAndRule) {
     EXPECT_THAT(error_of("map floor -o m " + flag, 2),
                 AllOf(HasSubstr(name), HasSubstr(value), HasSubstr(rule)));
   };
-  refused("--resolution -0.5", "resolution", "-0.5", "[0.001, 10] m");
-  refused("--resolution 0", "resolution", "is 0;", "[0.001, 10] m");
+  refused("--resolution -0.5", "resolution", "-0.5", "from 0.001 to 10 m");
+  refused("--resolution 0", "resolution", "is 0;", "from 0.001 to 10 m");
   refused("--resolution nan", "resolution", "'nan'", "finite number");
   refused("--resolution 2cm", "resolution", "'2cm'", "finite number");
   refused("--min-surface-points 2", "min_surface_points", "2", "at least 3");
   refused("--min_surface_points 20.5", "min_surface_points", "'20.5'", "integer");
-  refused("--smoothness_angle 100", "smoothness_angle", "100", "(0, 90] degrees");
-  refused("--hit 0.4", "hit", "0.4", "(0.5, 1)");
+  refused("--smoothness_angle 100", "smoothness_angle", "100", "more than 0 and at most 90 degrees");
+  refused("--hit 0.4", "hit", "0.4", "more than 0.5 and less than 1");
   refused("--preserve_surfaces maybe", "preserve_surfaces", "'maybe'", "true or false");
+}
+
+TEST_F(WrongUse, WhatFollowsFromAParameterIsSaidOfTheOneThatWasGiven) {
+  // The tolerance is half a voxel and more, the normals' radius 2.5 voxels, where they are not given.
+  EXPECT_THAT(
+      error_of("map floor -o m --resolution 4", 2),
+      AllOf(HasSubstr("resolution: is 4"), HasSubstr("surface_tolerance is 2.0"), HasSubstr("at most 1 m")));
+  EXPECT_THAT(error_of("map floor -o m --search-radius 0.03", 2),
+              AllOf(HasSubstr("search_radius: is 0.03"), HasSubstr("normal_radius is 0.05")));
+  EXPECT_THAT(error_of("map floor -o m --search-radius 0.03 --normal-radius 0.04", 2),
+              HasSubstr("normal_radius: is 0.04"));
+}
+
+TEST_F(WrongUse, BoundsAreSaidInWords) {
+  EXPECT_THAT(error_of("map floor -o m --every 0", 2), HasSubstr("--every: '0' must be 1 or more"));
+  EXPECT_THAT(error_of("map floor -o m --together 300", 2), HasSubstr("'300' must be from 1 to 256"));
+  EXPECT_THAT(error_of("export m --to m.ply --thickness -1", 2), HasSubstr("'-1' must be more than 0"));
+  EXPECT_THAT(error_of("plan m --from 0 0 0 0 --to 1 0 0 0 --seconds nan", 2),
+              HasSubstr("'nan' must be 0 or more"));
 }
 
 TEST_F(WrongUse, InputIsMissingOrForeign) {

@@ -37,11 +37,14 @@ fs::path find_beside(const std::vector<fs::path>& folders, const std::vector<std
   return {};
 }
 
-fs::path find_intrinsics(const fs::path& folder) {
+/// With the images, in the folder over them, or beside the poses.
+fs::path find_intrinsics(const fs::path& folder, const std::optional<fs::path>& poses) {
   fs::path whole = fs::absolute(folder).lexically_normal();
   if (!whole.has_filename()) whole = whole.parent_path();
-  for (const auto& place : {whole, whole.parent_path()}) {
-    std::vector<std::string> names{"camera-intrinsics.txt", "intrinsics.txt", "camera.txt"};
+  std::vector<fs::path> places{whole, whole.parent_path()};
+  if (poses) places.push_back(fs::absolute(*poses).parent_path());
+  for (const auto& place : places) {
+    std::vector<std::string> names{"camera-intrinsics.txt", "intrinsics.txt", "camera.txt", "K.txt"};
     std::error_code error;
     for (fs::directory_iterator entry(place, error), end; !error && entry != end; entry.increment(error))
       if (entry->path().extension() == ".K") names.push_back(entry->path().filename().string());
@@ -92,7 +95,7 @@ void find_stamps(ListedRecording& recording) {
 void find_camera(ListedRecording& recording, const ScanSourceOptions& options) {
   if (recording.scans.front().kind != FileKind::image) return;
   recording.depth_scale = options.depth_scale.value_or(is_tum(recording.folder) ? 5000 : 1000);
-  const fs::path file = options.intrinsics ? *options.intrinsics : find_intrinsics(recording.folder);
+  const fs::path file = options.intrinsics ? *options.intrinsics : find_intrinsics(recording.folder, options.poses);
   if (!file.empty())
     recording.camera = read_intrinsics(file);
   else if (is_tum(recording.folder))

@@ -89,6 +89,17 @@ TEST_F(ScanFolders, Tum) {
   EXPECT_THAT(failure({folder}), HasSubstr("without poses"));
 }
 
+TEST_F(ScanFolders, IntrinsicsMayLieBesideThePoses) {
+  write_png("images/1.png", 1, 1, {1000});
+  write("calibrated/poses.txt", "1 0 0 0 0 0 1\n");
+  ScanSourceOptions options;
+  options.poses = folder / "calibrated/poses.txt";
+  EXPECT_THAT(failure({folder / "images"}, options), HasSubstr("--intrinsics"));
+  write("calibrated/K.txt", unit_camera);
+  const auto scans = read_all({folder / "images"}, options);
+  EXPECT_THAT(scans.at(0).points, ElementsAre(Eigen::Vector3f(0, 0, 1)));
+}
+
 TEST_F(ScanFolders, PosesAreInterpolatedOverTheGapThatIsAllowed) {
   write("depth.txt", "10.2 depth/10.2.png\n");
   write("groundtruth.txt", "10.0 1 0 0 0 0 0 1\n10.4 2 0 0 0 0 0 1\n");

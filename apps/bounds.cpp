@@ -1,0 +1,41 @@
+#include "bounds.hpp"
+
+#include <functional>
+#include <sstream>
+#include <string>
+
+namespace octosurf {
+namespace {
+
+CLI::Validator bound(const std::string& rule, const std::function<bool(double)>& holds) {
+  return CLI::Validator(
+      [rule, holds](const std::string& text) {
+        double value = 0;
+        const bool good = CLI::detail::lexical_cast(text, value) && holds(value);
+        return good ? std::string() : "'" + text + "' must be " + rule;
+      },
+      rule);
+}
+
+std::string text_of(double value) {
+  std::ostringstream out;
+  out << value;
+  return out.str();
+}
+
+}  // namespace
+
+CLI::Validator at_least(double low) {
+  return bound(text_of(low) + " or more", [low](double value) { return value >= low; });
+}
+
+CLI::Validator more_than(double low) {
+  return bound("more than " + text_of(low), [low](double value) { return value > low; });
+}
+
+CLI::Validator between(double low, double high) {
+  return bound("from " + text_of(low) + " to " + text_of(high),
+               [low, high](double value) { return value >= low && value <= high; });
+}
+
+}  // namespace octosurf
