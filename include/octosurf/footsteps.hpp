@@ -156,9 +156,10 @@ struct NoPlan {
   std::string sentence;      ///< one line
   /// Of start and goal: which limit keeps the foot from standing there, if there is a surface.
   std::optional<ContactRefusal> contact;
-  /// Of unreachable and budget: where it came nearest to the goal, map frame.
+  /// Of unreachable and budget: where it came nearest to the goal. Of start and goal: the nearest place
+  /// within 2 m where it can stand, with the heading that was asked for. Map frame.
   std::optional<Eigen::Vector3d> nearest;
-  double nearest_m = 0;  ///< from there to the goal
+  double nearest_m = 0;  ///< from there to the goal, or to the start
   /// How many footholds nearer to the goal, and within twice its reach from `nearest`, each limit refused, by
   /// StepRefusal.
   std::array<std::size_t, step_refusal_names.size()> refused{};

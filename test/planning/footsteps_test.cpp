@@ -162,6 +162,24 @@ TEST(Footsteps, StartAndGoalAreRefusedWithTheReason) {
   EXPECT_EQ(goal.refusal->contact, ContactRefusal::support) << goal.refusal->sentence;
 }
 
+TEST(Footsteps, WhereItCannotStandTheNearestPlaceIsNamed) {
+  // Floors up to x = 0 and from 0.6 on. A sole reaches 0.11 m ahead and behind and keeps 0.01 m from edges:
+  // of a start at 0.2 m the nearest place is 0.32 m back, or up to two cells farther.
+  const Course course = two_floors(0.6);
+  const FootstepPlan start = course.plan({{0.2, 0, 0}, 0}, {{1.6, 0, 0}, 0});
+  ASSERT_FALSE(start.found());
+  ASSERT_TRUE(start.refusal->nearest);
+  EXPECT_NEAR(start.refusal->nearest->x(), -0.17, 0.06);
+  EXPECT_NEAR(start.refusal->nearest_m, (*start.refusal->nearest - Eigen::Vector3d(0.2, 0, 0)).norm(), 1e-9);
+  EXPECT_THAT(start.refusal->sentence, HasSubstr("the nearest place to stand is -0."));
+  EXPECT_TRUE(course.plan({*start.refusal->nearest, 0}, {{-1, 0, 0}, 0}).found());
+
+  const FootstepPlan goal = course.plan({{-1, 0, 0}, 0}, {{-1, 5, 0}, 0});
+  ASSERT_FALSE(goal.found());
+  EXPECT_FALSE(goal.refusal->nearest);
+  EXPECT_THAT(goal.refusal->sentence, HasSubstr("no place to stand within 2 m"));
+}
+
 TEST(Footsteps, SameBudgetSamePlanWhateverWasPlannedBefore) {
   const Course course = stair(4, 0.17);
   const Standing from{{-1.5, 0.2, 0}, 0}, to{{0.29 * 4 + 0.6, -0.1, 0.17 * 5}, 0};
@@ -208,13 +226,14 @@ TEST(Footsteps, UpMayBeAnyDirection) {
 }
 
 /// A mapped octree with a box of occupied voxels in it, out of a scan of the box's points.
-OccupancyView octree_with(const Eigen::AlignedBox3d& box) {
+OccupancyView octree_with(const std::vector<Eigen::AlignedBox3d>& boxes) {
   Parameters parameters;
   parameters.alignment.enabled = false;
   Scan scan;
-  for (double x = box.min().x(); x <= box.max().x(); x += 0.02)
-    for (double y = box.min().y(); y <= box.max().y(); y += 0.02)
-      for (double z = box.min().z(); z <= box.max().z(); z += 0.02) scan.points.emplace_back(x, y, z);
+  for (const Eigen::AlignedBox3d& box : boxes)
+    for (double x = box.min().x(); x <= box.max().x(); x += 0.02)
+      for (double y = box.min().y(); y <= box.max().y(); y += 0.02)
+        for (double z = box.min().z(); z <= box.max().z(); z += 0.02) scan.points.emplace_back(x, y, z);
   Mapper mapper(parameters);
   mapper.insert(scan);
   return mapper.map().octree();
@@ -227,7 +246,7 @@ TEST(Footsteps, GoAroundWhatStandsInTheWayOrHangsOverIt) {
   ASSERT_TRUE(straight.found());
   for (const auto& [low, high] : {std::pair{0.02, 0.3}, {0.3, 0.4}, {1.0, 1.1}}) {
     const OccupancyView octree =
-        octree_with({Eigen::Vector3d(0.8, -0.5, low), Eigen::Vector3d(1.0, 0.3, high)});
+        octree_with({{Eigen::Vector3d(0.8, -0.5, low), Eigen::Vector3d(1.0, 0.3, high)}});
     const FootstepPlan around = FootstepPlanner(floor, octree, Biped{}).plan(from, to);
     ASSERT_TRUE(around.found()) << around.refusal->sentence;
     EXPECT_THAT(verify_plan(around, *floor, octree, Biped{}), IsEmpty());
@@ -236,9 +255,22 @@ TEST(Footsteps, GoAroundWhatStandsInTheWayOrHangsOverIt) {
   }
 }
 
+TEST(Footsteps, ADeadEndThatTheGuideDoesNotKnowIsLeftSoon) {
+  // A floor of 12 by 10 m, and on it a U of a wall 0.3 m high, open toward the start: the guide, which knows
+  // of trunks only, leads into it.
+  const auto floor = snapshot_of({slab(1, -1, -5, 0, 12, 10)});
+  const OccupancyView octree = octree_with({{Eigen::Vector3d(6, -3, 0.02), Eigen::Vector3d(6.04, 3, 0.3)},
+                                            {Eigen::Vector3d(2, -3, 0.02), Eigen::Vector3d(6, -2.96, 0.3)},
+                                            {Eigen::Vector3d(2, 2.96, 0.02), Eigen::Vector3d(6, 3, 0.3)}});
+  FootstepPlanner planner(floor, octree, Biped{});
+  const FootstepPlan plan = planner.plan({{0, 0, 0}, 0}, {{9, 0, 0}, 0});
+  ASSERT_TRUE(plan.found()) << plan.refusal->sentence;
+  EXPECT_THAT(verify_plan(plan, *floor, octree, Biped{}), IsEmpty());
+}
+
 TEST(Footsteps, AWallAcrossTheWayIsRefusedForItsClearance) {
   const auto floor = snapshot_of({slab(1, -1, -0.6, 0, 4, 1.2)});
-  const OccupancyView octree = octree_with({Eigen::Vector3d(0.9, -1, 0.02), Eigen::Vector3d(0.94, 1, 1.5)});
+  const OccupancyView octree = octree_with({{Eigen::Vector3d(0.9, -1, 0.02), Eigen::Vector3d(0.94, 1, 1.5)}});
   FootstepPlanner planner(floor, octree, Biped{});
   const FootstepPlan plan = planner.plan({{0, 0, 0}, 0}, {{2.2, 0, 0}, 0});
   ASSERT_FALSE(plan.found());
@@ -280,6 +312,17 @@ TEST(Crawl, AQuadrupedClimbsAStairAndCrossesASmallGap) {
   const FootstepPlan stopped = crawled(two_floors(0.6), {{-1.2, 0, 0}, 0}, {{1.7, 0, 0}, 0});
   ASSERT_FALSE(stopped.found());
   EXPECT_GT(refused(stopped, StepRefusal::support), 0) << stopped.refusal->sentence;
+}
+
+TEST(Crawl, WhereItCannotStandTheNearestPlaceIsNamed) {
+  const auto floors = snapshot_of({slab(1, -3, -1, 0, 3, 2)});
+  FootstepPlanner planner(floors, {}, Quadruped{});
+  // Its fore feet would be 0.1 m beyond the edge.
+  const FootstepPlan plan = planner.plan({{-0.2, 0, 0}, 0}, {{-2, 0, 0}, 0});
+  ASSERT_FALSE(plan.found());
+  ASSERT_TRUE(plan.refusal->nearest) << plan.refusal->sentence;
+  EXPECT_LT(plan.refusal->nearest->x(), -0.2);
+  EXPECT_TRUE(planner.plan({*plan.refusal->nearest, 0}, {{-2, 0, 0}, 0}).found());
 }
 
 TEST(Crawl, StandsWhereFourFeetDo) {

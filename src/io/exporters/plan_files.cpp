@@ -64,7 +64,8 @@ Json json_of(const NoPlan& refusal) {
             {"nearest", refusal.nearest ? point(*refusal.nearest) : Json()},
             {"nearest_m", refusal.nearest ? Json(refusal.nearest_m) : Json()}};
   json["refused"] = Json();
-  for (std::size_t i = 0; i < step_refusal_names.size() && refusal.nearest; ++i)
+  const bool searched = refusal.why == NoPlan::Why::unreachable || refusal.why == NoPlan::Why::budget;
+  for (std::size_t i = 0; i < step_refusal_names.size() && searched && refusal.nearest; ++i)
     json["refused"][std::string(step_refusal_names[i])] = refusal.refused[i];
   return json;
 }

@@ -111,12 +111,13 @@ class BipedPlanner : public RobotPlanner {
     return graph_.frontier(blind.expanded);
   }
 
-  NoPlan refused_stance(NoPlan::Why why, const Eigen::Vector3d& at, int heading) const {
+  NoPlan refused_stance(NoPlan::Why why, const Eigen::Vector3d& at, int heading) {
     const double yaw = ground_.field.yaw(heading);
     const Eigen::Vector3d left(-std::sin(yaw), std::cos(yaw), 0);
     const double half = robot_.stance_width_m / 2;
     return refusal_of(ground_, why, {{FootName::left, at + half * left}, {FootName::right, at - half * left}},
-                      yaw);
+                      {at, yaw}, heading,
+                      [&](const Standing& there) { return !graph_.stance(there.at, heading).empty(); });
   }
 
   Footstep footstep(NodeId node) const {

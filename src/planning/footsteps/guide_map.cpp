@@ -112,20 +112,15 @@ void GuideMap::link(const Reach& reach) {
 
 void GuideMap::aim(const std::vector<Target>& targets) {
   steps_.assign(cells_.size(), nowhere);
-  metres_.assign(cells_.size(), nowhere);
-  next_.resize(cells_.size());
-  std::iota(next_.begin(), next_.end(), 0U);
-  using Entry = std::pair<float, std::uint32_t>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-  std::vector<std::uint32_t> front;
+  length_.assign(cells_.size(), 1);
+  targets_.clear();
   for (const Target& target : targets) {
     const std::int32_t i = find(target.at, target.surface);
-    if (i < 0 || metres_[static_cast<std::size_t>(i)] == 0) continue;
-    const auto cell_index = static_cast<std::uint32_t>(i);
-    metres_[cell_index] = steps_[cell_index] = 0;
-    queue.emplace(0.0F, cell_index);
-    front.push_back(cell_index);
+    if (i < 0 || steps_[static_cast<std::size_t>(i)] == 0) continue;
+    steps_[static_cast<std::size_t>(i)] = 0;
+    targets_.push_back(static_cast<std::uint32_t>(i));
   }
+  std::vector<std::uint32_t> front = targets_;
   for (float count = 1; !front.empty(); ++count) {
     std::vector<std::uint32_t> next;
     for (const std::uint32_t to : front) {
@@ -137,16 +132,35 @@ void GuideMap::aim(const std::vector<Target>& targets) {
     }
     front = std::move(next);
   }
+  measure();
+}
+
+void GuideMap::lengthen(const Place& place, double share) {
+  const std::int32_t i = find(place.at, place.surface);
+  if (i >= 0) length_[static_cast<std::size_t>(i)] += static_cast<float>(share);
+}
+
+void GuideMap::measure() {
+  metres_.assign(cells_.size(), nowhere);
+  next_.resize(cells_.size());
+  std::iota(next_.begin(), next_.end(), 0U);
+  using Entry = std::pair<float, std::uint32_t>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  for (const std::uint32_t target : targets_) {
+    metres_[target] = 0;
+    queue.emplace(0.0F, target);
+  }
   while (!queue.empty()) {
     const auto [distance, to] = queue.top();
     queue.pop();
     if (distance > metres_[to]) continue;
     for (std::uint32_t k = first_link_[to]; k < first_link_[to + 1]; ++k) {
-      const float sum = distance + links_[k].metres;
-      if (sum >= metres_[links_[k].from]) continue;
-      metres_[links_[k].from] = sum;
-      next_[links_[k].from] = to;
-      queue.emplace(sum, links_[k].from);
+      const std::uint32_t from = links_[k].from;
+      const float sum = distance + links_[k].metres * (length_[from] + length_[to]) / 2;
+      if (sum >= metres_[from]) continue;
+      metres_[from] = sum;
+      next_[from] = to;
+      queue.emplace(sum, from);
     }
   }
 }

@@ -33,6 +33,11 @@ class GuideMap {
   };
   void aim(const std::vector<Target>& targets);
 
+  /// Lengthens the way through the cell of a place by `share` of what it is; until the next aim(). measure()
+  /// then makes metres() and ahead() anew: Dijkstra's over all cells.
+  void lengthen(const Place& place, double share);
+  void measure();
+
   /// Fewest steps from a place to a target, and m on the way; infinite if there is no way.
   double steps(const Place& place) const { return value(steps_, place); }
   double metres(const Place& place) const { return value(metres_, place); }
@@ -71,6 +76,8 @@ class GuideMap {
   std::vector<Grid> grids_;
   std::vector<std::uint32_t> first_link_;  ///< cells + 1
   std::vector<Link> links_;
+  std::vector<std::uint32_t> targets_;  ///< cells
+  std::vector<float> length_;           ///< of the way through each cell, in terms of what it is
   std::vector<float> steps_, metres_;
   std::vector<std::uint32_t> next_;  ///< cell on the way, itself at a target
   double build_ms_ = 0;

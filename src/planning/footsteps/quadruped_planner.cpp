@@ -85,13 +85,14 @@ class QuadrupedPlanner : public RobotPlanner {
     return graph_.frontier(blind.expanded);
   }
 
-  NoPlan refused_stance(NoPlan::Why why, const Standing& at) const {
+  NoPlan refused_stance(NoPlan::Why why, const Standing& at) {
     std::vector<std::pair<FootName, Eigen::Vector3d>> wanted;
     for (std::size_t leg = 0; leg < 4; ++leg) {
       const Eigen::Vector2d below = graph_.hip({at.at.head<2>(), at.yaw_rad}, leg);
       wanted.emplace_back(name_of(leg), Eigen::Vector3d(below.x(), below.y(), at.at.z()));
     }
-    return refusal_of(ground_, why, wanted, at.yaw_rad);
+    return refusal_of(ground_, why, wanted, at, 0,
+                      [&](const Standing& there) { return graph_.stance(there).has_value(); });
   }
 
   Footstep footstep(std::size_t leg, PlaceId id, double yaw_rad) const {

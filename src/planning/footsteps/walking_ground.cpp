@@ -10,6 +10,7 @@ namespace octosurf::footsteps {
 namespace {
 
 constexpr double below_ground = 0.5;  // m of the octree that are looked at under the lowest surface
+constexpr double stands_within = 2;   // m in which another place to stand is sought: a room's middle, a tread
 constexpr double near_height = 0.30;  // m, up or down, in which the ground under a wanted foot is sought
 
 // Lowest and highest point of all surfaces, walking frame.
@@ -119,21 +120,57 @@ std::pair<std::optional<ContactRefusal>, std::string> WalkingGround::why_not(con
   return {best->refused, why_text(*best->refused)};
 }
 
-NoPlan refusal_of(const WalkingGround& ground, NoPlan::Why why,
-                  const std::vector<std::pair<FootName, Eigen::Vector3d>>& wanted, double yaw_rad) {
+std::vector<Eigen::Vector3d> WalkingGround::ground_near(const Eigen::Vector3d& at, int heading,
+                                                        double radius) {
+  const Eigen::Vector2d r(radius, radius);
+  std::vector<Eigen::Vector3d> found;
+  field.for_each_place(heading, {at.head<2>() - r, at.head<2>() + r}, [&](PlaceId id) {
+    if ((field.place(id).at - at).norm() <= radius) found.push_back(field.place(id).at);
+  });
+  std::stable_sort(found.begin(), found.end(), [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    return (a - at).squaredNorm() < (b - at).squaredNorm();
+  });
+  return found;
+}
+
+namespace {
+
+// Which foot does not stand, and why.
+std::string which_foot(const WalkingGround& ground,
+                       const std::vector<std::pair<FootName, Eigen::Vector3d>>& wanted, double yaw_rad,
+                       std::optional<ContactRefusal>& contact) {
+  for (const auto& [foot, at] : wanted) {
+    const auto [refusal, reason] = ground.why_not(at, yaw_rad);
+    contact = refusal;
+    if (refusal || reason.starts_with("there is no"))
+      return "the " + std::string(foot_name(foot)) + " foot at " + text(ground.R_walk_map.inverse() * at) +
+             ", where " + reason;
+  }
+  return "the feet find ground, but one of them, the legs or the body would touch something";
+}
+
+}  // namespace
+
+NoPlan refusal_of(WalkingGround& ground, NoPlan::Why why,
+                  const std::vector<std::pair<FootName, Eigen::Vector3d>>& wanted, const Standing& at,
+                  int heading, const std::function<bool(const Standing&)>& stands) {
   NoPlan result;
   result.why = why;
   result.sentence =
-      why == NoPlan::Why::start ? "it cannot stand at the start" : "it cannot stand at the goal";
-  for (const auto& [foot, at] : wanted) {
-    const auto [refusal, reason] = ground.why_not(at, yaw_rad);
-    result.contact = refusal;
-    result.sentence += ": the " + std::string(foot_name(foot)) + " foot at " +
-                       text(ground.R_walk_map.inverse() * at) + ", where " + reason;
-    if (refusal || reason.starts_with("there is no")) return result;
-    result.sentence = result.sentence.substr(0, result.sentence.find(':'));
+      std::string("it cannot stand at the ") + (why == NoPlan::Why::start ? "start" : "goal") + ": ";
+  result.sentence += which_foot(ground, wanted, at.yaw_rad, result.contact);
+  for (const Eigen::Vector3d& p : ground.ground_near(at.at, heading, stands_within)) {
+    if (!stands({p, at.yaw_rad})) continue;
+    result.nearest = ground.R_walk_map.inverse() * p;
+    result.nearest_m = (p - at.at).norm();
+    char buffer[80];
+    std::snprintf(buffer, sizeof buffer, ", %.2f m away", result.nearest_m);
+    result.sentence += "; the nearest place to stand is " + text(*result.nearest) + buffer;
+    return result;
   }
-  result.sentence += ": the feet find ground, but one of them, the legs or the body would touch something";
+  char buffer[80];
+  std::snprintf(buffer, sizeof buffer, "; there is no place to stand within %.0f m", stands_within);
+  result.sentence += buffer;
   return result;
 }
 

@@ -4,6 +4,7 @@
 #include "planning/footsteps/obstacle_columns.hpp"
 
 #include <Eigen/Geometry>
+#include <functional>
 #include <map>
 #include <memory>
 #include <utility>
@@ -37,6 +38,9 @@ struct WalkingGround {
   Standing to_walk(Standing standing) const;
   double prepare_ms() const { return field.build_ms() + columns.load_ms(); }
 
+  /// Ground within so many m of `at` (walking frame), nearest first: one place in each cell of the field.
+  std::vector<Eigen::Vector3d> ground_near(const Eigen::Vector3d& at, int heading, double radius);
+
   /// Why a foot that is wanted at `at` (walking frame) does not stand there: the limit, and the end of a
   /// sentence.
   std::pair<std::optional<ContactRefusal>, std::string> why_not(const Eigen::Vector3d& at,
@@ -58,8 +62,10 @@ enum class Ending {
 };
 NoPlan refusal_of(const WalkingGround& ground, const Frontier& frontier, Ending ending,
                   std::size_t expansions);
-/// "start: the left foot …", of the feet that do not stand (walking frame).
-NoPlan refusal_of(const WalkingGround& ground, NoPlan::Why why,
-                  const std::vector<std::pair<FootName, Eigen::Vector3d>>& wanted, double yaw_rad);
+/// "start: the left foot …", of the feet that do not stand; and where near `at` `stands` is true (walking
+/// frame).
+NoPlan refusal_of(WalkingGround& ground, NoPlan::Why why,
+                  const std::vector<std::pair<FootName, Eigen::Vector3d>>& wanted, const Standing& at,
+                  int heading, const std::function<bool(const Standing&)>& stands);
 
 }  // namespace octosurf::footsteps
