@@ -284,14 +284,16 @@ Layout PoseFitter::lay(const Eigen::Isometry3d& pose) const {
   return layout;
 }
 
-std::vector<bool> PoseFitter::explained(const Eigen::Isometry3d& pose) const {
-  std::vector<bool> explained(samples_.size());
-  for_each_sample(pair(pose, errors_.gate_m), [&](auto candidates) {
+std::vector<PoseFitter::Verdict> PoseFitter::judge(const Eigen::Isometry3d& pose, double reach) const {
+  std::vector<Verdict> verdicts(samples_.size(), Verdict::none);
+  for_each_sample(pair(pose, reach), [&](auto candidates) {
     bool known = false;
     const std::optional<Match> matched = match(pose, errors_.fine_gate_m(), candidates, known);
-    explained[candidates.front().sample] = matched && matched->explained();
+    if (!known) return;
+    verdicts[candidates.front().sample] =
+        matched && matched->explained() ? Verdict::explained : Verdict::contradicted;
   });
-  return explained;
+  return verdicts;
 }
 
 std::vector<sensing::NoiseModel::Residual> PoseFitter::residuals(const Eigen::Isometry3d& pose) const {

@@ -88,8 +88,14 @@ class PoseFitter {
   double agreement(const Eigen::Isometry3d& pose, std::span<const Pairing> pairings) const;
   /// All samples at a pose. O(samples × surfaces).
   Layout lay(const Eigen::Isometry3d& pose) const;
-  /// By sample: whether it lies on a surface at a pose, as those that PoseFit counts. O(samples × surfaces).
-  std::vector<bool> explained(const Eigen::Isometry3d& pose) const;
+  /// What the map says of a sample at a pose.
+  enum class Verdict {
+    none,         ///< no surface was seen there
+    explained,    ///< it lies on a surface, as those that PoseFit counts
+    contradicted  ///< it lies off the surfaces that cover it
+  };
+  /// By sample; a surface farther from it than `reach` m says nothing. O(samples × surfaces).
+  std::vector<Verdict> judge(const Eigen::Isometry3d& pose, double reach) const;
   /// Of the samples that a surface covers and that are not seen aslant, how far they lie off it at a pose.
   /// O(samples × surfaces).
   std::vector<sensing::NoiseModel::Residual> residuals(const Eigen::Isometry3d& pose) const;

@@ -127,12 +127,14 @@ PoseFit PoseSearch::fine(const Eigen::Isometry3d& start, const TwistCovariance& 
   return fitter_.fit(start, prior + uncertainty(resolution_ / 2 / range, resolution_ / 2));
 }
 
+double PoseSearch::farthest_off() const {
+  return reach_.translation_m + reach_.rotation_rad * range_of(samples_) + gate_voxels * resolution_;
+}
+
 /// The poses that most samples agree with, best first.
 void PoseSearch::keep_best(std::vector<Eigen::Isometry3d>& poses, const Eigen::Isometry3d& start,
                            std::size_t every, std::size_t count) const {
-  const double reach =
-      reach_.translation_m + reach_.rotation_rad * range_of(samples_) + gate_voxels * resolution_;
-  const std::vector<PoseFitter::Pairing> pairings = fitter_.pair(start, reach, every);
+  const std::vector<PoseFitter::Pairing> pairings = fitter_.pair(start, farthest_off(), every);
   std::vector<std::pair<double, std::size_t>> ranked;
   for (std::size_t i = 0; i < poses.size(); ++i)
     ranked.push_back({-fitter_.agreement(poses[i], pairings), i});
@@ -143,14 +145,17 @@ void PoseSearch::keep_best(std::vector<Eigen::Isometry3d>& poses, const Eigen::I
   poses = std::move(kept);
 }
 
-/// Those that fare the same at both tell nothing (McNemar 1947).
+/// Those that fare the same at both say nothing (McNemar 1947).
 bool PoseSearch::speak_for(const Eigen::Isometry3d& one, const Eigen::Isometry3d& other,
                            double deviations) const {
-  const std::vector<bool> at_one = fitter_.explained(one), at_other = fitter_.explained(other);
+  using Verdict = PoseFitter::Verdict;
+  const std::vector<Verdict> at_one = fitter_.judge(one, farthest_off()),
+                             at_other = fitter_.judge(other, farthest_off());
   double lead = 0, differ = 0;
   for (std::size_t i = 0; i < at_one.size(); ++i) {
-    lead += static_cast<double>(at_one[i]) - static_cast<double>(at_other[i]);
-    differ += at_one[i] != at_other[i] ? 1 : 0;
+    if (at_one[i] == Verdict::none || at_other[i] == Verdict::none || at_one[i] == at_other[i]) continue;
+    lead += at_one[i] == Verdict::explained ? 1 : -1;
+    differ += 1;
   }
   return lead > deviations * std::sqrt(differ);
 }

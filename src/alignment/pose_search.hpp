@@ -37,11 +37,14 @@ class PoseSearch {
   std::vector<sensing::NoiseModel::Residual> residuals(const Eigen::Isometry3d& pose) const {
     return fitter_.residuals(pose);
   }
-  /// Whether more samples lie on surfaces at one pose than at another, by so many standard deviations of what
-  /// is chance where both poses are as good.
+  /// Whether the map contradicts fewer samples at one pose than at another, by so many standard deviations of
+  /// what is chance where both poses are as good. Where no surface was seen, it says nothing: on a stair that
+  /// goes on, new treads lie on known ones if all is laid a tread too low.
   bool speak_for(const Eigen::Isometry3d& one, const Eigen::Isometry3d& other, double deviations) const;
 
  private:
+  /// m, of a sample from its surface, at a pose within reach.
+  double farthest_off() const;
   void keep_best(std::vector<Eigen::Isometry3d>& poses, const Eigen::Isometry3d& start, std::size_t every,
                  std::size_t count) const;
 
