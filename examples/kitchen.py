@@ -27,13 +27,13 @@ if not recording:
     subprocess.run(["octosurf", "simulate", "office", "--seed", "1", "-o", recording], check=True)
 
 # %% Mapping: scan by scan, as on a robot. With up=None it is found from the surfaces: a camera's frame may lie anyhow.
-mapper = octosurf.Mapper(octosurf.Parameters(up=None))
+mapper = octosurf.Mapper(up=None)
 for scan in octosurf.open_scans(recording):
     report = mapper.insert(scan)
 mapper.drain()  # surfaces in what the scans' budget has left over
 octosurf_map = mapper.map()
 snapshot = octosurf_map.snapshot()
-up = octosurf.up_of(octosurf_map).direction.copy()
+up = snapshot.up()
 area = sum(surface.area_m2 for surface in snapshot.surfaces)
 print(f"{octosurf_map.size().scans} scans, {len(snapshot.surfaces)} surfaces, {area:.1f} m2")
 print(f"the last scan took {report.total_ms:.0f} ms")
@@ -45,7 +45,7 @@ level = [surface for surface in snapshot.surfaces if surface.slope_rad(up) < rob
 floor = max(level, key=lambda surface: surface.area_m2)
 octree = octosurf_map.octree()
 region = octosurf.contact_region(floor, robot.foot, limits=robot.contact, octree=octree)
-places = np.array([floor.to_map(uv) for part in region.polygons for uv in part.outer])
+places = np.concatenate([floor.to_map(part.outer) for part in region.polygons] or [np.empty((0, 3))])
 
 # %% A plan, and a judge of it that knows nothing of the planner's tables.
 plan = None
@@ -69,7 +69,7 @@ axes_of_picture = np.stack([across, np.cross(up, across)])
 figure, axes = plt.subplots(figsize=(8, 8))
 for surface in sorted(snapshot.surfaces, key=lambda one: float(np.mean(one.boundary @ up))):
     for polygon in surface.polygons:
-        ring = np.array([surface.to_map(uv) for uv in polygon.outer])
+        ring = surface.to_map(polygon.outer)
         axes.add_patch(Polygon(ring @ axes_of_picture.T, facecolor=surface.color, edgecolor="black", linewidth=0.3))
 if plan:
     for step in plan.steps:

@@ -1,9 +1,11 @@
 // octosurf/alignment.hpp in Python: where a scan was taken, told by a map's surfaces.
 #include "bind.hpp"
-#include "casters.hpp"
+#include "values.hpp"
 
 #include <memory>
 #include <mutex>
+#include <string>
+#include <utility>
 
 #include <octosurf/alignment.hpp>
 
@@ -16,7 +18,7 @@ namespace {
 class SharedLocalizer {
  public:
   SharedLocalizer(std::shared_ptr<Snapshot> map, const AlignmentReach& reach)
-      : localizer_(std::move(map), reach) {}
+      : map_(map), localizer_(std::move(map), reach) {}
 
   Alignment localize(const Scan& scan) {
     const py::gil_scoped_release others_run;
@@ -24,33 +26,36 @@ class SharedLocalizer {
     return localizer_(scan);
   }
 
+  std::string described() const {
+    return "<Localizer in " + std::to_string(map_->surfaces.size()) + " surfaces>";
+  }
+
  private:
   std::mutex busy_;
+  std::shared_ptr<const Snapshot> map_;
   Localizer localizer_;
 };
 
 void bind_result(py::module_& module) {
   using A = Alignment;
-  py::class_<A>(module, "Alignment", R"(A scan's pose against the surfaces of a map.
+  Value<A>(module, "Alignment", R"(A scan's pose against the surfaces of a map.
 
 Twists are (6,): three rotations (rad), then three translations (m), map axes, about the sensor's position.)")
-      .def_readonly(
-          "outcome", &A::outcome,
-          R"("off", "nothing_known", "agrees", "corrected", "recovered", "set_aside" or "unexplained".)")
-      .def_readonly("T_map_sensor", &A::T_map_sensor, "(4, 4) float64, sensor frame to map frame; a copy.")
-      .def_readonly("covariance", &A::covariance,
-                    "(6, 6) float64, of the pose's error as a twist, as far as scan and map tell; a view.")
-      .def_readonly(
-          "directions", &A::directions,
-          "(6, 6) float64, orthonormal columns; surfaces fix the first `determined` of them; a view.")
-      .def_readonly("determined", &A::determined, "Directions that surfaces fix to within half a voxel.")
-      .def_readonly("lever_m", &A::lever_m, "m: rotations count by it in `directions`.")
-      .def_readonly("samples", &A::samples, "Of the scan's points that were looked at.")
-      .def_readonly("known", &A::known, "Of them, near surfaces that the map has.")
-      .def_readonly("explained", &A::explained, "Of those, on the surface at this pose.")
-      .def_readonly("disagreement", &A::disagreement,
-                    "(6,) float64, twist by which given pose and map disagree; a view.")
-      .def_readonly(
+      .field("outcome", &A::outcome,
+             R"("off", "nothing_known", "agrees", "corrected", "recovered", "set_aside" or "unexplained".)")
+      .field("T_map_sensor", &A::T_map_sensor, "(4, 4) float64, sensor frame to map frame; a copy.")
+      .field("covariance", &A::covariance,
+             "(6, 6) float64, of the pose's error as a twist, as far as scan and map tell; a view.")
+      .field("directions", &A::directions,
+             "(6, 6) float64, orthonormal columns; surfaces fix the first `determined` of them; a view.")
+      .field("determined", &A::determined, "Directions that surfaces fix to within half a voxel.")
+      .field("lever_m", &A::lever_m, "m: rotations count by it in `directions`.")
+      .field("samples", &A::samples, "Of the scan's points that were looked at.")
+      .field("known", &A::known, "Of them, near surfaces that the map has.")
+      .field("explained", &A::explained, "Of those, on the surface at this pose.")
+      .field("disagreement", &A::disagreement,
+             "(6,) float64, twist by which given pose and map disagree; a view.")
+      .field(
           "innovation_m", &A::innovation_m,
           "m: how far the scan lies from where those before it let expect it; over a voxel: a loop closes.")
       .def("explained_share", &A::explained_share, "In [0, 1].")
@@ -73,6 +78,7 @@ void bind_alignment(py::module_& module) {
            py::arg("map"), py::kw_only(), py::arg("translation_m") = reach.translation_m,
            py::arg("rotation_rad") = reach.rotation_rad,
            "map: a Snapshot. Looks so far about a scan's pose: m, rad.")
+      .def("__repr__", &SharedLocalizer::described)
       .def("localize", &SharedLocalizer::localize, py::arg("scan"),
            R"(Alignment of a Scan, whose T_map_sensor is a first guess.
 

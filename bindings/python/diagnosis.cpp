@@ -1,8 +1,8 @@
 // octosurf/boundary.hpp, diagnosis.hpp and explain.hpp in Python: what edges are, what looks wrong, and why
 // not.
 #include "bind.hpp"
-#include "casters.hpp"
 #include "map_holder.hpp"
+#include "values.hpp"
 
 #include <map>
 #include <memory>
@@ -20,16 +20,16 @@ namespace {
 
 void bind_edges(py::module_& module) {
   using E = PolygonEdges;
-  py::class_<E>(module, "PolygonEdges",
-                R"(Labels of a Polygon's edges; edge k of a ring runs from vertex k to k + 1.
+  Value<E>(module, "PolygonEdges",
+           R"(Labels of a Polygon's edges; edge k of a ring runs from vertex k to k + 1.
 
 "real": the surface ends; "occluded"; "sensor_limit"; "frontier": nobody has looked.)")
+      .field("outer", &E::outer, "List of labels.")
+      .field("holes", &E::holes, "List of lists of labels.")
       .def(py::init([](std::vector<EdgeKind> outer, std::vector<std::vector<EdgeKind>> holes) {
              return E{std::move(outer), std::move(holes)};
            }),
-           py::arg("outer"), py::arg("holes"), "Labels by ring.")
-      .def_readonly("outer", &E::outer, "List of labels.")
-      .def_readonly("holes", &E::holes, "List of lists of labels.");
+           py::arg("outer"), py::arg("holes"), "Labels by ring.");
   module.def(
       "label_edges",
       [](const MapHolder& map, const std::shared_ptr<Surface>& surface) {
@@ -41,12 +41,12 @@ void bind_edges(py::module_& module) {
 
 void bind_double_layers(py::module_& module) {
   using D = DoubleLayer;
-  py::class_<D>(module, "DoubleLayer", "Two surfaces where the world most likely has one.")
-      .def_readonly("first", &D::first, "Id.")
-      .def_readonly("second", &D::second, "Id.")
-      .def_readonly("overlap_m2", &D::overlap_m2, "m2, of their polygons where they are near each other.")
-      .def_readonly("distance_m", &D::distance_m, "m, mean over the overlap.")
-      .def_readonly("angle_rad", &D::angle_rad, "rad, between the planes.");
+  Value<D>(module, "DoubleLayer", "Two surfaces where the world most likely has one.")
+      .field("first", &D::first, "Id.")
+      .field("second", &D::second, "Id.")
+      .field("overlap_m2", &D::overlap_m2, "m2, of their polygons where they are near each other.")
+      .field("distance_m", &D::distance_m, "m, mean over the overlap.")
+      .field("angle_rad", &D::angle_rad, "rad, between the planes.");
   constexpr DoubleLayerOptions options;
   module.def(
       "double_layers",
@@ -61,6 +61,13 @@ void bind_double_layers(py::module_& module) {
       "near.");
 }
 
+/// The other way round than reason_name().
+Reason reason_of(const std::string& name) {
+  for (const ReasonText& text : reason_texts)
+    if (text.name == name) return text.reason;
+  throw Error(Error::Kind::data, "'" + name + "'", "is no reason");
+}
+
 std::map<std::string, std::size_t> around_of(const Explanation& explanation) {
   std::map<std::string, std::size_t> counts;
   for (const auto& [reason, count] : explanation.around) counts[std::string(reason_name(reason))] = count;
@@ -69,25 +76,30 @@ std::map<std::string, std::size_t> around_of(const Explanation& explanation) {
 
 void bind_explain(py::module_& module) {
   using E = Explanation;
-  py::class_<Figure>(module, "Figure", "A number behind an explanation, and the bound it was held against.")
-      .def_readonly("name", &Figure::name, R"(Such as "width".)")
-      .def_readonly("value", &Figure::value, "In `unit`.")
-      .def_readonly("unit", &Figure::unit, "Empty for counts and shares.")
-      .def_readonly("at_least", &Figure::at_least, "Lower bound, or None.");
-  py::class_<E>(module, "Explanation", "Why there is no surface at a place, or that there is one.")
-      .def_property_readonly(
+  Value<Figure>(module, "Figure", "A number behind an explanation, and the bound it was held against.")
+      .field("name", &Figure::name, R"(Such as "width".)")
+      .field("value", &Figure::value, "In `unit`.")
+      .field("unit", &Figure::unit, "Empty for counts and shares.")
+      .field("at_least", &Figure::at_least, "Lower bound, or None.");
+  Value<E>(module, "Explanation", "Why there is no surface at a place, or that there is one.")
+      .field<std::string>(
           "reason", [](const E& self) { return reason_name(self.reason); },
+          [](E& self, const std::string& name) { self.reason = reason_of(name); },
           R"(Such as "on_surface", "too_narrow".)")
-      .def_readonly("sentence", &E::sentence, "Plain English, one line.")
-      .def_readonly("asked", &E::asked, "(3,) float64, map frame, m; a view.")
-      .def_readonly("looked_at", &E::looked_at, "(3,) float64, the nearest point within h, a copy; or None.")
-      .def_readonly("surface", &E::surface, "Id of the surface the reason is about; 0: none.")
-      .def_readonly("cylinder", &E::cylinder, "Id of the cylinder that the point supports; 0: none.")
-      .def_readonly("nearest", &E::nearest, "Id of the surface with the nearest inlier; 0: no surfaces.")
-      .def_readonly("nearest_distance", &E::nearest_distance, "m, to that inlier.")
-      .def_readonly("figures", &E::figures, "List of Figure.")
-      .def_property_readonly("around", &around_of,
-                             "dict of counts by reason, of the pending points within h.");
+      .field("sentence", &E::sentence, "Plain English, one line.")
+      .field("asked", &E::asked, "(3,) float64, map frame, m; a view.")
+      .field("looked_at", &E::looked_at, "(3,) float64, the nearest point within h, a copy; or None.")
+      .field("surface", &E::surface, "Id of the surface the reason is about; 0: none.")
+      .field("cylinder", &E::cylinder, "Id of the cylinder that the point supports; 0: none.")
+      .field("nearest", &E::nearest, "Id of the surface with the nearest inlier; 0: no surfaces.")
+      .field("nearest_distance", &E::nearest_distance, "m, to that inlier.")
+      .field("figures", &E::figures, "List of Figure.")
+      .field<std::map<std::string, std::size_t>>(
+          "around", &around_of,
+          [](E& self, const std::map<std::string, std::size_t>& counts) {
+            for (const auto& [name, count] : counts) self.around[reason_of(name)] = count;
+          },
+          "dict of counts by reason, of the pending points within h.");
   module.def(
       "explain",
       [](const MapHolder& map, const Eigen::Vector3d& point) {

@@ -3,7 +3,9 @@
 #include "casters.hpp"
 
 #include <exception>
+#include <regex>
 #include <string>
+#include <utility>
 
 namespace octosurf::python {
 namespace {
@@ -29,12 +31,60 @@ pybind11::str text(const std::string& bytes) {
   return pybind11::reinterpret_steal<pybind11::str>(decoded);
 }
 
+/// Of the command's options, those whose keyword is not their name with `_`.
+constexpr std::pair<const char*, const char*> keywords[] = {{"force", "force=True"},
+                                                            {"skip-bad", "skip_bad=True"},
+                                                            {"topic", "topics"},
+                                                            {"rate", "rate_hz"},
+                                                            {"max-pose-gap", "max_pose_gap_s"},
+                                                            {"resume", "octosurf.load()"},
+                                                            {"up", "up="}};
+
+std::string keyword_of(std::string option) {
+  for (const auto& [name, keyword] : keywords)
+    if (option == name) return keyword;
+  for (char& letter : option)
+    if (letter == '-') letter = '_';
+  return option;
+}
+
+/// What the library says of the command's options and of C++ names, as Python has them. Command lines stay.
+std::string in_python(const std::string& sentence) {
+  static const std::regex option(R"((^|[ (])--([a-z]+(?:-[a-z]+)*)( [A-Z]+\b)?)"), scope(R"((\w)::(?=\w))");
+  if (sentence.find("octosurf map --show-parameters") != std::string::npos)
+    return "Parameters.names() has them";
+  if (std::regex_search(sentence, std::regex("(octosurf|zstd|npm) [a-z-]"))) return sentence;
+  std::string said;
+  auto rest = sentence.cbegin();
+  for (std::smatch found; std::regex_search(rest, sentence.cend(), found, option); rest = found[0].second) {
+    const std::string value = found[3];  // "--poses FILE" is poses=FILE
+    said += found.prefix().str() + found[1].str() + keyword_of(found[2]) +
+            (value.empty() ? value : "=" + value.substr(1));
+  }
+  said.append(rest, sentence.cend());
+  return std::regex_replace(said, scope, "$1.");
+}
+
+/// A file's name stays as it is.
+std::string place_of(const Error& error) {
+  return error.where().starts_with("--") ? in_python(error.where()) : error.where();
+}
+
+/// The whole line; between place and mend is what happened.
+std::string line_of(const Error& error) {
+  const std::string line = error.what();
+  const std::size_t begin = error.where().empty() ? 0 : error.where().size() + 2;
+  const std::size_t end = line.size() - (error.mend().empty() ? 0 : error.mend().size() + 2);
+  return (begin == 0 ? std::string() : place_of(error) + ": ") + in_python(line.substr(begin, end - begin)) +
+         (error.mend().empty() ? std::string() : "; " + in_python(error.mend()));
+}
+
 void raise(const Error& error) {
   namespace py = pybind11;
-  const py::object raised = py::handle(error_type)(text(error.what()));
+  const py::object raised = py::handle(error_type)(text(line_of(error)));
   raised.attr("kind") = py::cast(error.kind());
-  raised.attr("where") = text(error.where());
-  raised.attr("mend") = text(error.mend());
+  raised.attr("where") = text(place_of(error));
+  raised.attr("mend") = text(in_python(error.mend()));
   PyErr_SetObject(error_type, raised.ptr());
 }
 

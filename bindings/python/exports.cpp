@@ -1,6 +1,7 @@
 // octosurf/export.hpp in Python: surfaces in files other programs read, and pictures.
 #include "bind.hpp"
 #include "casters.hpp"
+#include "map_up.hpp"
 
 #include <filesystem>
 #include <map>
@@ -34,22 +35,22 @@ std::vector<SurfacePoint> points_of(const py::object& rows) {
 }
 
 void export_file(const SnapshotPtr& snapshot, const fs::path& file, std::vector<ExportPart> parts,
-                 double mesh_thickness, const Eigen::Vector3d& up, bool force,
+                 double mesh_thickness, const std::optional<Eigen::Vector3d>& up, bool force,
                  std::map<SurfaceId, std::vector<ConvexPiece>> convex,
                  std::map<SurfaceId, std::vector<Circle>> circles, const py::object& points, Edges edges) {
   ExportExtras extras{std::move(convex), std::move(circles), points_of(points), std::move(edges), {}};
   const py::gil_scoped_release others_run;
-  export_surfaces(*snapshot, file, {std::move(parts), mesh_thickness, up, force}, extras);
+  export_surfaces(*snapshot, file, {std::move(parts), mesh_thickness, up_in(snapshot, up), force}, extras);
 }
 
 void picture(const SnapshotPtr& snapshot, const fs::path& file, int width, int height, ViewFrom from,
-             const Eigen::Vector3d& up, std::optional<Eigen::Vector3d> eye,
+             const std::optional<Eigen::Vector3d>& up, std::optional<Eigen::Vector3d> eye,
              std::optional<Eigen::Vector3d> target, bool cut, Edges edges, bool force) {
   PictureOptions options;
   options.width = width;
   options.height = height;
   options.from = from;
-  options.up = up;
+  options.up = up_in(snapshot, up);
   options.eye = eye;
   options.target = target;
   options.cut = cut;
@@ -62,11 +63,10 @@ void picture(const SnapshotPtr& snapshot, const fs::path& file, int width, int h
 }  // namespace
 
 void bind_exports(py::module_& module) {
-  const Eigen::Vector3d z_up = Eigen::Vector3d::UnitZ();
   module.def(
       "export_surfaces", &export_file, py::arg("snapshot"), py::arg("file"), py::kw_only(),
       py::arg("parts") = std::vector<ExportPart>{ExportPart::polygons}, py::arg("mesh_thickness") = 0.02,
-      py::arg("up") = z_up, py::arg("force") = false,
+      py::arg("up") = py::none(), py::arg("force") = false,
       py::arg("convex") = std::map<SurfaceId, std::vector<ConvexPiece>>{},
       py::arg("circles") = std::map<SurfaceId, std::vector<Circle>>{}, py::arg("points") = py::none(),
       py::arg("edges") = Edges{},
@@ -74,16 +74,16 @@ void bind_exports(py::module_& module) {
 
 parts: "polygons", "meshes", "convex", "circles", "points"; .json takes any number, others exactly one.
 convex, circles: by surface id, for those parts. points: an array as Map.points() gives it, likewise.
-edges: label_edges() by surface id, go into .json. mesh_thickness: m. force: write over a file that exists.
+edges: label_edges() by surface id, go into .json. mesh_thickness: m. up: (3,), map frame; None: snapshot.up(). force: write over a file that exists.
 Map frame, m. The file is complete or not there. Throws Error(usage, data, output).)");
   module.def("render_png", &picture, py::arg("snapshot"), py::arg("file"), py::kw_only(),
              py::arg("width") = 1280, py::arg("height") = 960, py::arg("view") = ViewFrom::iso,
-             py::arg("up") = z_up, py::arg("eye") = py::none(), py::arg("target") = py::none(),
+             py::arg("up") = py::none(), py::arg("eye") = py::none(), py::arg("target") = py::none(),
              py::arg("cut") = true, py::arg("edges") = Edges{}, py::arg("force") = false,
              R"(Renders the surfaces' polygons as a PNG of so many pixels.
 
 view: "iso", "top", "front", "back", "left", "right"; or eye and target, (3,), map frame, m.
-cut: leave out surfaces seen from behind. edges: drawn in their kind's colour. Throws Error(usage, data, output).)");
+up: (3,), map frame; None: snapshot.up(). cut: leave out surfaces seen from behind. edges: drawn in their kind's colour. Throws Error(usage, data, output).)");
 }
 
 }  // namespace octosurf::python

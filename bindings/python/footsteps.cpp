@@ -1,11 +1,13 @@
 // octosurf/footsteps.hpp and plan_files.hpp in Python.
 #include "bind.hpp"
 #include "fields.hpp"
+#include "map_up.hpp"
 
 #include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -23,7 +25,8 @@ using Edges = std::map<SurfaceId, std::vector<PolygonEdges>>;
 class SharedPlanner {
  public:
   SharedPlanner(std::shared_ptr<Snapshot> snapshot, OccupancyView octree, Robot robot, Edges edges)
-      : planner_(std::move(snapshot), std::move(octree), std::move(robot), std::move(edges)) {}
+      : revision_(snapshot->revision),
+        planner_(std::move(snapshot), std::move(octree), std::move(robot), std::move(edges)) {}
 
   FootstepPlan plan(Standing from, Standing to, PlanBudget budget) {
     const py::gil_scoped_release others_run;
@@ -31,8 +34,13 @@ class SharedPlanner {
     return planner_.plan(from, to, budget);
   }
 
+  std::string described() const {
+    return "<FootstepPlanner over the surfaces of revision " + std::to_string(revision_) + ">";
+  }
+
  private:
   std::mutex busy_;
+  std::uint64_t revision_;
   FootstepPlanner planner_;
 };
 
@@ -43,6 +51,13 @@ OccupancyView octree_of(const Snapshot& snapshot, const std::optional<OccupancyV
     throw Error(Error::Kind::usage, "octree", "is missing",
                 "give map.octree(), or call Mapper.share_octree() first");
   return octree;
+}
+
+Robot robot_in(const std::shared_ptr<Snapshot>& snapshot, const std::optional<Robot>& given) {
+  if (given) return *given;
+  Biped biped;
+  biped.contact.up = up_in(snapshot);
+  return biped;
 }
 
 void bind_settings(py::module_& module) {
@@ -120,37 +135,41 @@ std::map<std::string, std::size_t> refused_of(const NoPlan& none) {
 }
 
 void bind_plan(py::module_& module) {
-  py::class_<Footstep>(module, "Footstep", "A foot put down.")
-      .def_readonly("foot", &Footstep::foot,
-                    R"("left", "right"; "front_left", "front_right", "hind_left", "hind_right".)")
-      .def_readonly("surface", &Footstep::surface, "Id.")
-      .def_readonly("T_map_foot", &Footstep::T_map_foot,
-                    "(4, 4) float64, reference point, z along the normal; a copy.")
-      .def_readonly("yaw_rad", &Footstep::yaw_rad, "rad, as Standing's.")
-      .def_readonly("margin_m", &Footstep::margin_m, "m from the sole to the surface's nearest edge.");
-  py::class_<NoPlan>(module, "NoPlan", "Why there is no plan.")
-      .def_readonly("why", &NoPlan::why, R"("start", "goal", "unreachable" or "budget".)")
-      .def_readonly("sentence", &NoPlan::sentence, "One line.")
-      .def_readonly("contact", &NoPlan::contact,
-                    "Of start and goal: the limit that keeps the foot from there, or None.")
-      .def_readonly("nearest", &NoPlan::nearest,
-                    "(3,) float64, map frame, m: where it came nearest, a copy; or None.")
-      .def_readonly("nearest_m", &NoPlan::nearest_m, "m from the goal.")
-      .def_property_readonly(
+  Value<Footstep>(module, "Footstep", "A foot put down.")
+      .field("foot", &Footstep::foot,
+             R"("left", "right"; "front_left", "front_right", "hind_left", "hind_right".)")
+      .field("surface", &Footstep::surface, "Id.")
+      .field("T_map_foot", &Footstep::T_map_foot,
+             "(4, 4) float64, reference point, z along the normal; a copy.")
+      .field("yaw_rad", &Footstep::yaw_rad, "rad, as Standing's.")
+      .field("margin_m", &Footstep::margin_m, "m from the sole to the surface's nearest edge.");
+  Value<NoPlan>(module, "NoPlan", "Why there is no plan.")
+      .field("why", &NoPlan::why, R"("start", "goal", "unreachable" or "budget".)")
+      .field("sentence", &NoPlan::sentence, "One line.")
+      .field("contact", &NoPlan::contact,
+             "Of start and goal: the limit that keeps the foot from there, or None.")
+      .field("nearest", &NoPlan::nearest,
+             "(3,) float64, map frame, m: where it came nearest, a copy; or None.")
+      .field("nearest_m", &NoPlan::nearest_m, "m from the goal.")
+      .field<std::map<std::string, std::size_t>>(
           "refused", &refused_of,
+          [](NoPlan& self, const std::map<std::string, std::size_t>& counts) {
+            for (std::size_t i = 0; i < step_refusal_names.size(); ++i)
+              self.refused[i] = counts.at(std::string(step_refusal_names[i]));
+          },
           R"(dict: footholds nearer to the goal that "reach", "height", "clearance", "support" refused.)");
   using P = FootstepPlan;
-  py::class_<P>(module, "FootstepPlan", "Footsteps, or why there are none.")
-      .def_readonly("start", &P::start, "List of Footstep: where the feet stand at first.")
-      .def_readonly("steps", &P::steps, "List of Footstep, one after the other.")
-      .def_readonly("body", &P::body, "List of Standing: the body's pose at first and after each step.")
-      .def_readonly("cost", &P::cost, "Of all steps.")
-      .def_readonly("lower_bound", &P::lower_bound, "No plan on the planner's grid costs less.")
-      .def_readonly("expansions", &P::expansions, "Of the search.")
-      .def_readonly("prepare_ms", &P::prepare_ms,
-                    "ms: contact regions and voxels that no earlier plan had asked for.")
-      .def_readonly("search_ms", &P::search_ms, "ms: all the rest.")
-      .def_readonly("refusal", &P::refusal, "NoPlan, or None: there is a plan.")
+  Value<P>(module, "FootstepPlan", "Footsteps, or why there are none.")
+      .field("start", &P::start, "List of Footstep: where the feet stand at first.")
+      .field("steps", &P::steps, "List of Footstep, one after the other.")
+      .field("body", &P::body, "List of Standing: the body's pose at first and after each step.")
+      .field("cost", &P::cost, "Of all steps.")
+      .field("lower_bound", &P::lower_bound, "No plan on the planner's grid costs less.")
+      .field("expansions", &P::expansions, "Of the search.")
+      .field("prepare_ms", &P::prepare_ms,
+             "ms: contact regions and voxels that no earlier plan had asked for.")
+      .field("search_ms", &P::search_ms, "ms: all the rest.")
+      .field("refusal", &P::refusal, "NoPlan, or None: there is a plan.")
       .def("found", &P::found, "Whether there is a plan.")
       .def(
           "to_json", [](const P& self, const Robot& robot) { return to_json(self, robot); }, py::arg("robot"),
@@ -169,28 +188,33 @@ void bind_footsteps(py::module_& module) {
 
 Footholds are accepted by foothold(); swinging feet and body touch no occupied voxel, unknown space counts as free. Statics
 only. Deterministic without a time limit. What it finds out about the map it keeps for later plans.)")
-      .def(py::init([](const std::shared_ptr<Snapshot>& snapshot, Robot robot,
-                       std::optional<OccupancyView> octree, Edges edges) {
-             OccupancyView known = octree_of(*snapshot, octree);
-             const py::gil_scoped_release others_run;
-             return std::make_unique<SharedPlanner>(snapshot, std::move(known), std::move(robot),
-                                                    std::move(edges));
-           }),
-           py::arg("snapshot"), py::arg("robot") = Robot{Biped{}}, py::kw_only(),
-           py::arg("octree") = py::none(), py::arg("edges") = Edges{},
-           R"(robot: Biped or Quadruped. octree: OccupancyView; None: the snapshot's own.
+      .def(
+          py::init([](const std::shared_ptr<Snapshot>& snapshot, const std::optional<Robot>& given,
+                      const std::optional<OccupancyView>& octree, Edges edges) {
+            OccupancyView known = octree_of(*snapshot, octree);
+            Robot robot = robot_in(snapshot, given);
+            const py::gil_scoped_release others_run;
+            return std::make_unique<SharedPlanner>(snapshot, std::move(known), std::move(robot),
+                                                   std::move(edges));
+          }),
+          py::arg("snapshot"), py::arg("robot") = py::none(), py::kw_only(), py::arg("octree") = py::none(),
+          py::arg("edges") = Edges{},
+          R"(robot: Biped or Quadruped; None: Biped() with the map's up. octree: OccupancyView; None: the snapshot's own.
 edges: label_edges() by surface id, for limits that ask for them. Throws Error(usage).)")
+      .def("__repr__", &SharedPlanner::described)
       .def("plan", &SharedPlanner::plan, py::arg("from_"), py::arg("to"), py::arg("budget") = PlanBudget{},
            "FootstepPlan from one Standing to another; at both ends the feet are put on the footholds "
            "nearest.");
   module.def(
       "plan",
-      [](const std::shared_ptr<Snapshot>& snapshot, Standing from, Standing to, Robot robot,
-         PlanBudget budget, std::optional<OccupancyView> octree, Edges edges) {
-        return SharedPlanner(snapshot, octree_of(*snapshot, octree), std::move(robot), std::move(edges))
+      [](const std::shared_ptr<Snapshot>& snapshot, Standing from, Standing to,
+         const std::optional<Robot>& robot, PlanBudget budget, const std::optional<OccupancyView>& octree,
+         Edges edges) {
+        return SharedPlanner(snapshot, octree_of(*snapshot, octree), robot_in(snapshot, robot),
+                             std::move(edges))
             .plan(from, to, budget);
       },
-      py::arg("snapshot"), py::arg("from_"), py::arg("to"), py::arg("robot") = Robot{Biped{}},
+      py::arg("snapshot"), py::arg("from_"), py::arg("to"), py::arg("robot") = py::none(),
       py::arg("budget") = PlanBudget{}, py::kw_only(), py::arg("octree") = py::none(),
       py::arg("edges") = Edges{},
       "FootstepPlanner(snapshot, robot, …).plan(from_, to, budget), for a single plan.");

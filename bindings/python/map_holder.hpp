@@ -1,5 +1,7 @@
 #pragma once
 
+#include "map_up.hpp"
+
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -15,7 +17,7 @@ namespace octosurf::python {
 /// holds either holds the map, and what one thread asks of it waits for the scan that another one inserts.
 class MapHolder {
  public:
-  explicit MapHolder(Map map) : map_(std::move(map)) {}
+  explicit MapHolder(Map map) : map_(std::move(map)) { note_up(*map_); }
 
   /// Hands the map to a Mapper. Throws Error(usage) if it has one.
   void take_over(int threads) {
@@ -40,7 +42,15 @@ class MapHolder {
   auto write(Change change) {
     const pybind11::gil_scoped_release others_run;
     const std::lock_guard alone(busy_);
-    return change(*mapper_);
+    return noted(change(*mapper_));
+  }
+
+  /// `set(Mapper&)` of a map that has been taken over, where that changes no surface; likewise.
+  template <class Set>
+  void configure(Set set) {
+    const pybind11::gil_scoped_release others_run;
+    const std::lock_guard alone(busy_);
+    set(*mapper_);
   }
 
   /// `change(Mapper&, const Map&)` of a map that has been taken over, and another one that is read; likewise.
@@ -48,19 +58,31 @@ class MapHolder {
   auto write_with(const MapHolder& other, Change change) {
     const pybind11::gil_scoped_release others_run;
     const std::scoped_lock alone(busy_, other.busy_);  // both at once: another thread may want them crosswise
-    return change(*mapper_, other.mapper_ ? other.mapper_->map() : *other.map_);
+    return noted(change(*mapper_, other.mapper_ ? other.mapper_->map() : *other.map_));
   }
 
   /// Never waits for a scan. With Python's lock, without which take_over() is not called.
-  std::shared_ptr<Snapshot> snapshot() const {
-    return std::const_pointer_cast<Snapshot>(mapper_ ? mapper_->snapshot() : map_->snapshot());
-  }
+  std::shared_ptr<Snapshot> snapshot() const;
 
  private:
+  void note_up(const Map& map);
+
+  /// What a change gives, once it is known how the sensors were held.
+  template <class Report>
+  Report noted(Report report) {
+    note_up(mapper_->map());
+    return report;
+  }
+
   mutable std::mutex busy_;
   std::optional<Map> map_;
   std::optional<Mapper> mapper_;
+  mutable std::mutex up_busy_;  ///< a moment: snapshot() waits for nothing longer
+  std::shared_ptr<const MapUp> up_;
 };
+
+/// Of a new map: the given ones, or the default ones, with what is given by name in them.
+Parameters parameters_of(const std::optional<Parameters>& given, const pybind11::kwargs& fields);
 
 using MapPtr = std::shared_ptr<MapHolder>;
 

@@ -1,11 +1,12 @@
 // octosurf/mapper.hpp and map_alignment.hpp in Python.
 #include "bind.hpp"
-#include "casters.hpp"
+#include "fields.hpp"
 #include "map_holder.hpp"
 #include "scan_arrays.hpp"
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -72,7 +73,11 @@ class PythonMapper {
   }
 
   void share_octree(bool on) {
-    map_->write([on](Mapper& mapper) { mapper.share_octree(on); });
+    map_->configure([on](Mapper& mapper) { mapper.share_octree(on); });
+  }
+
+  void remember_scans() {
+    map_->configure([](Mapper& mapper) { mapper.remember_scans(); });
   }
 
  private:
@@ -89,31 +94,35 @@ std::map<std::string, double> stages_of(const ScanReport& report) {
 
 void bind_report(py::module_& module) {
   using R = ScanReport;
-  py::class_<R>(module, "ScanReport", "What one scan did.")
-      .def_readonly("points_raw", &R::points_raw, "Handed in.")
-      .def_readonly("points_not_finite", &R::points_not_finite, "No reading.")
-      .def_readonly("points_too_near", &R::points_too_near, "Dropped: nearer than min_range.")
-      .def_readonly("points_beyond_range", &R::points_beyond_range,
-                    "Not mapped, but free space up to max_range.")
-      .def_readonly("points_out_of_map", &R::points_out_of_map, "Dropped: outside the octree.")
-      .def_readonly("voxels", &R::voxels, "Distinct end voxels.")
-      .def_readonly("appeared", &R::appeared, "Voxels that became occupied.")
-      .def_readonly("vanished", &R::vanished, "Voxels that no longer are.")
-      .def_readonly("categorized", &R::categorized, "Of the appeared, in a surface when insert() returned.")
-      .def_readonly("added", &R::added, "New inliers of surfaces there before, inside them or at their rims.")
-      .def_readonly("expanded", &R::expanded, "The same, over their boundaries.")
-      .def_readonly("detected", &R::detected, "The same, given to them by detection.")
-      .def_readonly("waiting", &R::waiting, "New points in blocks whose turn has not come: Mapper.drain().")
-      .def_readonly("alignment", &R::alignment,
-                    "Alignment; its T_map_sensor is what the scan was inserted with.")
-      .def_readonly("born", &R::born, "Surface ids.")
-      .def_readonly("grown", &R::grown, "Surface ids.")
-      .def_readonly("shrunk", &R::shrunk, "Surface ids.")
-      .def_readonly("merged", &R::merged, "Surface ids.")
-      .def_readonly("gone", &R::gone, "Surface ids.")
-      .def_property_readonly("stage_ms", &stages_of, "dict of ms by stage: align, downsample, occupancy, …")
-      .def_readonly("total_ms", &R::total_ms, "ms.")
-      .def("__repr__", [](const R& report) {
+  Value<R>(module, "ScanReport", "What one scan did.")
+      .field("points_raw", &R::points_raw, "Handed in.")
+      .field("points_not_finite", &R::points_not_finite, "No reading.")
+      .field("points_too_near", &R::points_too_near, "Dropped: nearer than min_range.")
+      .field("points_beyond_range", &R::points_beyond_range, "Not mapped, but free space up to max_range.")
+      .field("points_out_of_map", &R::points_out_of_map, "Dropped: outside the octree.")
+      .field("voxels", &R::voxels, "Distinct end voxels.")
+      .field("appeared", &R::appeared, "Voxels that became occupied.")
+      .field("vanished", &R::vanished, "Voxels that no longer are.")
+      .field("categorized", &R::categorized, "Of the appeared, in a surface when insert() returned.")
+      .field("added", &R::added, "New inliers of surfaces there before, inside them or at their rims.")
+      .field("expanded", &R::expanded, "The same, over their boundaries.")
+      .field("detected", &R::detected, "The same, given to them by detection.")
+      .field("waiting", &R::waiting, "New points in blocks whose turn has not come: Mapper.drain().")
+      .field("alignment", &R::alignment, "Alignment; its T_map_sensor is what the scan was inserted with.")
+      .field("born", &R::born, "Surface ids.")
+      .field("grown", &R::grown, "Surface ids.")
+      .field("shrunk", &R::shrunk, "Surface ids.")
+      .field("merged", &R::merged, "Surface ids.")
+      .field("gone", &R::gone, "Surface ids.")
+      .field<std::map<std::string, double>>(
+          "stage_ms", &stages_of,
+          [](R& report, const std::map<std::string, double>& stages) {
+            for (std::size_t i = 0; i < stage_names.size(); ++i)
+              report.stage_ms[i] = stages.at(std::string(stage_names[i]));
+          },
+          "dict of ms by stage: align, downsample, occupancy, …")
+      .field("total_ms", &R::total_ms, "ms.")
+      .text([](const R& report) {
         return "<ScanReport: " + std::to_string(report.points_raw) + " points, " +
                std::to_string(report.appeared) + " voxels appeared, " + std::to_string(report.vanished) +
                " vanished, " + std::to_string(report.born.size()) + " surfaces born>";
@@ -122,18 +131,17 @@ void bind_report(py::module_& module) {
 
 void bind_merge_report(py::module_& module) {
   using S = MergedSurface;
-  py::class_<S>(module, "MergedSurface", "What became of another map's surface.")
-      .def_readonly("other", &S::other, "Its id in the other map.")
-      .def_readonly("id", &S::id, "The surface here that has most of its points; 0: none has any.")
-      .def_readonly("inliers", &S::inliers, "Points that it had there.")
-      .def_readonly("shared", &S::shared, "Of them, in voxels of surface `id` here.")
-      .def_readonly("on_surfaces", &S::on_surfaces, "Of them, in voxels of any surface here.");
+  Value<S>(module, "MergedSurface", "What became of another map's surface.")
+      .field("other", &S::other, "Its id in the other map.")
+      .field("id", &S::id, "The surface here that has most of its points; 0: none has any.")
+      .field("inliers", &S::inliers, "Points that it had there.")
+      .field("shared", &S::shared, "Of them, in voxels of surface `id` here.")
+      .field("on_surfaces", &S::on_surfaces, "Of them, in voxels of any surface here.");
   using R = MergeReport;
-  py::class_<R>(module, "MergeReport", "What a merger did.")
-      .def_readonly("changes", &R::changes, "ScanReport; points_raw: those of the other map.")
-      .def_readonly("surfaces", &R::surfaces,
-                    "Each of the other map's: list of MergedSurface, ascending id there.")
-      .def("__repr__", [](const R& report) {
+  Value<R>(module, "MergeReport", "What a merger did.")
+      .field("changes", &R::changes, "ScanReport; points_raw: those of the other map.")
+      .field("surfaces", &R::surfaces, "Each of the other map's: list of MergedSurface, ascending id there.")
+      .text([](const R& report) {
         return "<MergeReport: " + std::to_string(report.changes.appeared) + " voxels appeared, " +
                std::to_string(report.changes.vanished) + " vanished, " +
                std::to_string(report.surfaces.size()) + " surfaces taken in>";
@@ -142,11 +150,11 @@ void bind_merge_report(py::module_& module) {
 
 void bind_map_alignment(py::module_& module) {
   using M = MapAlignment;
-  py::class_<M>(module, "MapAlignment", "Where another map lies in the frame of a map.")
-      .def_readonly("T_map_other", &M::T_map_other,
-                    "(4, 4) float64, the other map's frame to this one's; as given unless scan.outcome is "
-                    "\"corrected\"; a copy.")
-      .def_readonly("scan", &M::scan, "Alignment of the other map's points as one scan.");
+  Value<M>(module, "MapAlignment", "Where another map lies in the frame of a map.")
+      .field("T_map_other", &M::T_map_other,
+             "(4, 4) float64, the other map's frame to this one's; as given unless scan.outcome is "
+             "\"corrected\"; a copy.")
+      .field("scan", &M::scan, "Alignment of the other map's points as one scan.");
   constexpr AlignmentReach reach;
   module.def(
       "align_maps",
@@ -180,15 +188,28 @@ void bind_mapper(py::module_& module) {
   bind_map_alignment(module);
   py::class_<PythonMapper> mapper(module, "Mapper", mapper_doc);
   mapper
-      .def(py::init([](const Parameters& parameters, int threads) {
-             return std::make_unique<PythonMapper>(std::make_shared<MapHolder>(Map(parameters)), threads);
-           }),
-           py::arg("parameters") = Parameters{}, py::arg("threads") = 1,
-           "Begins an empty map; `threads` in [1, 256] share a scan's points and rays. Throws Error(usage).")
       .def(py::init([](MapPtr map, int threads) {
              return std::make_unique<PythonMapper>(std::move(map), threads);
            }),
            py::arg("map"), py::arg("threads") = 1, "Goes on with a Map that has no Mapper yet.")
+      .def(py::init([](const std::optional<Parameters>& parameters, int threads, const py::kwargs& given) {
+             const Parameters all = parameters_of(parameters, given);
+             return std::make_unique<PythonMapper>(std::make_shared<MapHolder>(Map(all)), threads);
+           }),
+           py::arg("parameters") = py::none(), py::arg("threads") = 1,
+           R"(Begins an empty map: Mapper(), Mapper(resolution=0.02, up=None), Mapper(parameters).
+
+What is given by name, as Parameters() takes it, wins over `parameters`. `threads` in [1, 256] share a scan's points and
+rays. Throws Error(usage).)")
+      .def("__repr__",
+           [](const PythonMapper& self) {
+             const std::shared_ptr<Snapshot> last = self.map()->snapshot();
+             return "<Mapper at revision " + std::to_string(last->revision) + ": " +
+                    std::to_string(last->surfaces.size()) + " surfaces>";
+           })
+      .def(
+          "remember_scans", &PythonMapper::remember_scans,
+          "From now on the map remembers which scans it takes, see Map.holds(): 8 bytes each, saved with it.")
       .def("insert", &PythonMapper::insert, py::arg("scan"),
            R"(Inserts a Scan and returns its ScanReport; nothing is copied.
 

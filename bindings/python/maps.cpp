@@ -1,13 +1,15 @@
 // octosurf/map.hpp and up.hpp in Python: maps, and how they are saved and loaded.
 #include "arrays.hpp"
 #include "bind.hpp"
-#include "casters.hpp"
 #include "map_holder.hpp"
+#include "values.hpp"
 
 #include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include <octosurf/map.hpp>
@@ -67,35 +69,32 @@ MapPtr from_leaves(const py::array_t<OccupancyView::Leaf, py::array::c_style>& l
 
 void bind_voxel_and_size(py::module_& module) {
   using Voxel = Map::Voxel;
-  py::class_<Voxel>(module, "MapVoxel", "A voxel of a Map with what it keeps of the scans.")
-      .def_readonly("occupancy", &Voxel::occupancy, R"("unknown", "free" or "occupied".)")
-      .def_readonly("log_odds", &Voxel::log_odds, "Of being occupied.")
-      .def_readonly("surface", &Voxel::surface, "Id; 0: pending, or not occupied.")
-      .def_readonly("point", &Voxel::point,
-                    "(3,) float64, map frame, m: its representative point, a copy; or None.")
-      .def_readonly("view", &Voxel::view,
-                    "(3,) float64, unit, toward where it was seen from, a copy; or None.");
+  Value<Voxel>(module, "MapVoxel", "A voxel of a Map with what it keeps of the scans.")
+      .field("occupancy", &Voxel::occupancy, R"("unknown", "free" or "occupied".)")
+      .field("log_odds", &Voxel::log_odds, "Of being occupied.")
+      .field("surface", &Voxel::surface, "Id; 0: pending, or not occupied.")
+      .field("point", &Voxel::point, "(3,) float64, map frame, m: its representative point, a copy; or None.")
+      .field("view", &Voxel::view, "(3,) float64, unit, toward where it was seen from, a copy; or None.");
   using Size = Map::Size;
-  py::class_<Size>(module, "MapSize", "What is in a Map.")
-      .def_readonly("nodes", &Size::nodes, "Of the octree.")
-      .def_readonly("leaves", &Size::leaves, "Of the octree.")
-      .def_readonly("bytes", &Size::bytes, "Of the octree.")
-      .def_readonly("points", &Size::points, "Occupied voxels that have a point.")
-      .def_readonly("pending", &Size::pending, "Points that no surface has.")
-      .def_readonly("surfaces", &Size::surfaces, "Number of them.")
-      .def_readonly("inliers", &Size::inliers, "Points that surfaces have.")
-      .def_readonly("scans", &Size::scans, "Inserted.")
-      .def_readonly("revision", &Size::revision, "Of the map.");
+  Value<Size>(module, "MapSize", "What is in a Map.")
+      .field("nodes", &Size::nodes, "Of the octree.")
+      .field("leaves", &Size::leaves, "Of the octree.")
+      .field("bytes", &Size::bytes, "Of the octree.")
+      .field("points", &Size::points, "Occupied voxels that have a point.")
+      .field("pending", &Size::pending, "Points that no surface has.")
+      .field("surfaces", &Size::surfaces, "Number of them.")
+      .field("inliers", &Size::inliers, "Points that surfaces have.")
+      .field("scans", &Size::scans, "Inserted.")
+      .field("revision", &Size::revision, "Of the map.");
 }
 
 void bind_up(py::module_& module) {
-  py::class_<Up>(module, "Up", "Which way is up in a map, and how that is known.")
-      .def_readonly("direction", &Up::direction, "(3,) float64, unit, map frame; a view.")
-      .def_readonly(
-          "source", &Up::source,
-          R"("given" (Parameters.up), "surfaces" (an estimate) or "assumed" (+z, there is no surface).)")
-      .def_readonly("level_m2", &Up::level_m2, "m2, of an estimate: area of the surfaces level to it.")
-      .def_readonly(
+  Value<Up>(module, "Up", "Which way is up in a map, and how that is known.")
+      .field("direction", &Up::direction, "(3,) float64, unit, map frame; a view.")
+      .field("source", &Up::source,
+             R"("given" (Parameters.up), "surfaces" (an estimate) or "assumed" (+z, there is no surface).)")
+      .field("level_m2", &Up::level_m2, "m2, of an estimate: area of the surfaces level to it.")
+      .field(
           "rival", &Up::rival,
           "Of an estimate: the score of the best other direction over this one's; at 1 give the direction.");
   module.def(
@@ -114,10 +113,27 @@ void bind_maps(py::module_& module) {
 
 Given to a Mapper it goes on being readable; what one thread asks of it then waits for the scan that another one
 inserts, but for snapshot(), which never waits.)")
+      .def(py::init([](const std::optional<Parameters>& parameters, const py::kwargs& given) {
+             return std::make_shared<MapHolder>(Map(parameters_of(parameters, given)));
+           }),
+           py::arg("parameters") = py::none(),
+           "An empty map, Map(resolution=0.02); what is given by name wins over `parameters`. Throws "
+           "Error(usage) for what is out of range.")
       .def(
-          py::init([](const Parameters& parameters) { return std::make_shared<MapHolder>(Map(parameters)); }),
-          py::arg("parameters") = Parameters{},
-          "An empty map. Throws Error(usage) for parameters out of range.")
+          "holds",
+          [](const MapHolder& map, const Scan& scan) {
+            return map.read([&scan](const Map& whole) { return whole.holds(scan); });
+          },
+          py::arg("scan"),
+          R"(Whether a Mapper has put this Scan into it after Mapper.remember_scans(), also before the map was saved.
+
+Compares its pose as it was given, its number of points and up to 4096 of them.)")
+      .def("__repr__",
+           [](const MapHolder& map) {
+             const Map::Size size = map.read([](const Map& whole) { return whole.size(); });
+             return "<Map: " + std::to_string(size.scans) + " scans, " + std::to_string(size.points) +
+                    " points, " + std::to_string(size.surfaces) + " surfaces>";
+           })
       .def(
           "parameters",
           [](const MapHolder& map) { return map.read([](const Map& whole) { return whole.parameters(); }); },

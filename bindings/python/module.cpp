@@ -3,6 +3,7 @@
 
 PYBIND11_MODULE(_octosurf, module) {
   namespace python = octosurf::python;
+  module.attr("__version__") = OCTOSURF_VERSION;
   python::bind_error(module);
   python::bind_parameters(module);
   python::bind_occupancy(module);

@@ -1,13 +1,14 @@
 // octosurf/occupancy.hpp in Python: the octree of a map at one moment.
 #include "arrays.hpp"
 #include "bind.hpp"
-#include "casters.hpp"
+#include "values.hpp"
 
 #include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -91,17 +92,17 @@ py::array_t<std::uint8_t> states(
 
 void bind_voxel(py::class_<View>& view) {
   using Voxel = View::Voxel;
-  py::class_<Voxel>(view, "Voxel", "A cube of edge OccupancyView.resolution.")
-      .def_readonly("state", &Voxel::state, R"("unknown", "free" or "occupied".)")
-      .def_readonly("log_odds", &Voxel::log_odds, "Of being occupied.")
-      .def_readonly("surface", &Voxel::surface,
-                    "Id of the surface an occupied voxel belongs to; 0: pending, or not occupied.")
-      .def_readonly("center", &Voxel::center, "(3,) float64, map frame, m; a view.");
+  Value<Voxel>(view, "Voxel", "A cube of edge OccupancyView.resolution.")
+      .field("state", &Voxel::state, R"("unknown", "free" or "occupied".)")
+      .field("log_odds", &Voxel::log_odds, "Of being occupied.")
+      .field("surface", &Voxel::surface,
+             "Id of the surface an occupied voxel belongs to; 0: pending, or not occupied.")
+      .field("center", &Voxel::center, "(3,) float64, map frame, m; a view.");
   using Count = View::Count;
-  py::class_<Count>(view, "Count", "Voxels by state.")
-      .def_readonly("unknown", &Count::unknown, "Voxels.")
-      .def_readonly("free", &Count::free, "Voxels.")
-      .def_readonly("occupied", &Count::occupied, "Voxels.");
+  Value<Count>(view, "Count", "Voxels by state.")
+      .field("unknown", &Count::unknown, "Voxels.")
+      .field("free", &Count::free, "Voxels.")
+      .field("occupied", &Count::occupied, "Voxels.");
 }
 
 }  // namespace
@@ -117,6 +118,11 @@ void bind_occupancy(py::module_& module) {
 Voxels are half-open cubes of edge `resolution`; what lies on a face belongs to the higher one. Points are in the map
 frame, metres. Boxes are closed and given by their corners `low` and `high`, (3,) each.)");
   bind_voxel(view);
+  view.def("__repr__", [](const View& self) {
+    return self.resolution() == 0
+               ? std::string("<OccupancyView: nothing is known>")
+               : "<OccupancyView of " + std::string(py::str(py::float_(self.resolution()))) + " m voxels>";
+  });
   view.def_property_readonly("resolution", &View::resolution, "d, m; 0 if nothing is known.")
       .def("at", &View::at, py::arg("point"),
            "The Voxel that holds `point`, (3,); unknown outside the octree.")

@@ -2,6 +2,9 @@
 #include "bind.hpp"
 #include "fields.hpp"
 
+#include <string>
+#include <vector>
+
 #include <octosurf/parameters.hpp>
 
 namespace py = pybind11;
@@ -9,9 +12,9 @@ namespace py = pybind11;
 namespace octosurf::python {
 namespace {
 
-void bind_occupancy_parameters(py::module_& module) {
+Settings<OccupancyParameters> bind_occupancy_parameters(py::module_& module) {
   using P = OccupancyParameters;
-  Settings<P>(module, "OccupancyParameters", "The octree and what a scan does to it.")
+  return Settings<P>(module, "OccupancyParameters", "The octree and what a scan does to it.")
       .field("resolution", &P::resolution, "d, m: voxel edge; also of downsampling and change detection.")
       .field("max_range", &P::max_range,
              "m: beyond it points only free space; None: 4 for depth cameras, unlimited for lidar.")
@@ -26,9 +29,9 @@ void bind_occupancy_parameters(py::module_& module) {
              "OctoMap's.");
 }
 
-void bind_surface_parameters(py::module_& module) {
+Settings<SurfaceParameters> bind_surface_parameters(py::module_& module) {
   using P = SurfaceParameters;
-  Settings<P>(module, "SurfaceParameters", "What belongs to a surface and what is derived from it.")
+  return Settings<P>(module, "SurfaceParameters", "What belongs to a surface and what is derived from it.")
       .field("surface_tolerance", &P::surface_tolerance, "s, m: reach of a plane; None: derived.")
       .field("sensor_noise", &P::sensor_noise, "m: standard deviation near the sensor.")
       .field("range_noise", &P::range_noise,
@@ -39,9 +42,9 @@ void bind_surface_parameters(py::module_& module) {
       .field("mesh_thickness", &P::mesh_thickness, "m: extrusion against the normal.");
 }
 
-void bind_detection_parameters(py::module_& module) {
+Settings<DetectionParameters> bind_detection_parameters(py::module_& module) {
   using P = DetectionParameters;
-  Settings<P>(module, "DetectionParameters", "New surfaces and cylinders among pending points.")
+  return Settings<P>(module, "DetectionParameters", "New surfaces and cylinders among pending points.")
       .field("detector", &P::detector,
              "How surfaces are found: likelihood, or paper, whose maps Python reads and does not go on with.")
       .field("search_radius", &P::search_radius,
@@ -70,20 +73,22 @@ void bind_parameters(py::module_& module) {
                                 "A scan's pose against the map, before it is inserted.")
       .field("enabled", &AlignmentParameters::enabled,
              "A pose is corrected where scan and map say significantly so; off: taken as given.");
-  bind_occupancy_parameters(module);
-  bind_surface_parameters(module);
-  bind_detection_parameters(module);
+  const Settings<OccupancyParameters> occupancy = bind_occupancy_parameters(module);
+  const Settings<SurfaceParameters> surfaces = bind_surface_parameters(module);
+  const Settings<DetectionParameters> detection = bind_detection_parameters(module);
 
   Settings<P> parameters(
       module, "Parameters",
       R"(Everything that decides what comes out; equal Parameters and scans give equal maps.
 
-SI units, angles in radians. A field that is None is derived from the others; an explicit value wins. For example
-Parameters(occupancy={"resolution": 0.01}, up=None); fields can be set afterwards, too.)");
+SI units, angles in radians. A field that is None is derived from the others; an explicit value wins. The constructor takes
+the fields of its settings by their own names, too, and `align` for alignment.enabled: Parameters(resolution=0.01, up=None) is
+Parameters(occupancy={"resolution": 0.01}, up=None). Fields can be set afterwards, too.)");
   parameters.field("alignment", &P::alignment, "AlignmentParameters.")
-      .field("occupancy", &P::occupancy, "OccupancyParameters.")
-      .field("surfaces", &P::surfaces, "SurfaceParameters.")
-      .field("detection", &P::detection, "DetectionParameters.")
+      .keyword("align", "alignment", "enabled")
+      .group("occupancy", &P::occupancy, occupancy, "OccupancyParameters.")
+      .group("surfaces", &P::surfaces, surfaces, "SurfaceParameters.")
+      .group("detection", &P::detection, detection, "DetectionParameters.")
       .field("up", &P::up,
              "(3,) float64, unit vector in the map frame against gravity, a copy; None: found from the "
              "surfaces.");

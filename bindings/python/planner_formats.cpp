@@ -1,7 +1,8 @@
 // octosurf/planner_formats.hpp and height_grid.hpp in Python.
 #include "arrays.hpp"
 #include "bind.hpp"
-#include "casters.hpp"
+#include "map_up.hpp"
+#include "values.hpp"
 
 #include <filesystem>
 #include <memory>
@@ -21,22 +22,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
-HeightGrid grid_of(const std::shared_ptr<Snapshot>& snapshot, double cell, const Eigen::Vector3d& up,
-                   double max_slope_rad, std::optional<double> below) {
+HeightGrid grid_of(const std::shared_ptr<Snapshot>& snapshot, double cell,
+                   const std::optional<Eigen::Vector3d>& up, double max_slope_rad,
+                   std::optional<double> below) {
   const py::gil_scoped_release others_run;
-  return height_grid(*snapshot, {cell, upright(up), max_slope_rad, below});
+  return height_grid(*snapshot, {cell, upright(up_in(snapshot, up)), max_slope_rad, below});
 }
 
 void bind_height_grid(py::module_& module) {
   using G = HeightGrid;
-  py::class_<G>(module, "HeightGrid", R"(Heights of what can be stepped on over a grid of square cells.
+  Value<G>(module, "HeightGrid", R"(Heights of what can be stepped on over a grid of square cells.
 
 As grid_map has it: element (0, 0) is the cell in the +x, +y corner, rows go against x and columns against y.)")
-      .def_readonly("cell", &G::cell, "m, edge of a cell.")
-      .def_readonly("center", &G::center, "(2,) float64, of the whole grid, m; a view.")
-      .def_readonly("elevation", &G::elevation,
-                    "(rows, columns) float32, m; NaN where there is nothing; a view.")
-      .def_property_readonly(
+      .field("cell", &G::cell, "m, edge of a cell.")
+      .field("center", &G::center, "(2,) float64, of the whole grid, m; a view.")
+      .field("elevation", &G::elevation, "(rows, columns) float32, m; NaN where there is nothing; a view.")
+      .field<std::vector<Eigen::MatrixXf>>(
           "normal",
           [](const py::object& self) {
             const auto& normal = self.cast<const G&>().normal;
@@ -45,58 +46,56 @@ As grid_map has it: element (0, 0) is the cell in the +x, +y corner, rows go aga
             };
             return py::make_tuple(view(0), view(1), view(2));
           },
+          [](G& self, const std::vector<Eigen::MatrixXf>& normal) {
+            for (std::size_t axis = 0; axis < 3; ++axis) self.normal[axis] = normal.at(axis);
+          },
           "(x, y, z) of the surface's normal there, (rows, columns) float32 each; views.")
-      .def_readonly("surface", &G::surface, "(rows, columns) float32, its id; a view.")
+      .field("surface", &G::surface, "(rows, columns) float32, its id; a view.")
       .def("center_of", &G::center_of, py::arg("row"), py::arg("column"), "(2,) float64, m.");
   module.def("height_grid", &grid_of, py::arg("snapshot"), py::kw_only(), py::arg("cell") = 0.0,
-             py::arg("up") = Eigen::Vector3d(0, 0, 1), py::arg("max_slope_rad") = std::numbers::pi / 6,
+             py::arg("up") = py::none(), py::arg("max_slope_rad") = std::numbers::pi / 6,
              py::arg("below") = py::none(),
              R"(HeightGrid: the highest surface at each cell's centre, in the map turned so that `up` is +z.
 
+up: (3,), map frame; None: snapshot.up().
 cell: m; 0: the map's resolution. Surfaces steeper than max_slope_rad and what is higher than `below` m are left out.)");
 }
 
 void bind_planner_surface(py::module_& module) {
   using P = PlannerSurface;
-  py::class_<P>(module, "PlannerSurface", "One surface, and where on it a contact's reference point may be.")
+  Value<P>(module, "PlannerSurface", "One surface, and where on it a contact's reference point may be.")
+      .field("id", &P::id, "Of the surface.")
+      .field("T_world_surface", &P::T_world_surface, "(4, 4) float64; a copy.")
+      .field("polygons", &P::polygons, "List of Polygon, surface frame, m.")
+      .field("insets", &P::insets, "List of Polygon, surface frame, m.")
+      .field("pieces", &P::pieces, "List of ConvexPiece, vertices in the world frame, m.")
       .def(
           py::init([](const std::shared_ptr<Surface>& surface, const std::optional<ContactRegion>& region,
-                      std::vector<ConvexPiece> pieces, const Eigen::Vector3d& up) {
+                      std::vector<ConvexPiece> pieces, const std::optional<Eigen::Vector3d>& up) {
             P one{surface->id, surface->T_map_surface, surface->polygons, {}, std::move(pieces)};
             if (region) one.insets = region->polygons;
-            return turned(std::move(one), upright(up));
+            return turned(std::move(one), upright(up_in(surface, up)));
           }),
           py::arg("surface"), py::arg("region") = py::none(), py::arg("pieces") = std::vector<ConvexPiece>{},
-          py::arg("up") = Eigen::Vector3d(0, 0, 1),
-          R"(Of a Surface, its ContactRegion (the insets) and convex_pieces(), in the world: the map with `up` turned to +z.)")
-      .def_readonly("id", &P::id, "Of the surface.")
-      .def_readonly("T_world_surface", &P::T_world_surface, "(4, 4) float64; a copy.")
-      .def_readonly("polygons", &P::polygons, "List of Polygon, surface frame, m.")
-      .def_readonly("insets", &P::insets, "List of Polygon, surface frame, m.")
-      .def_readonly("pieces", &P::pieces, "List of ConvexPiece, vertices in the world frame, m.");
+          py::arg("up") = py::none(),
+          R"(Of a Surface, its ContactRegion (the insets) and convex_pieces(), in the world: the map with `up` turned to +z.
+
+up: (3,), map frame; None: as Surface.slope_rad() has it.)");
   using I = IhmcRegion;
-  py::class_<I>(module, "IhmcRegion", "A planar region as IHMC's planners know it.")
-      .def_readonly("id", &I::id, "Of the surface.")
-      .def_readonly("T_world_region", &I::T_world_region, "(4, 4) float64; a copy.")
-      .def_property_readonly(
-          "hull", [](const py::object& self) { return rows_view(self.cast<const I&>().hull, self); },
-          "(N, 2) float64, counter-clockwise, region frame, m; a read-only view.")
-      .def_property_readonly(
-          "polygons",
-          [](const py::object& self) {
-            std::vector<py::array_t<double>> views;
-            for (const Ring2& ring : self.cast<const I&>().polygons) views.push_back(rows_view(ring, self));
-            return views;
-          },
-          "List of (M, 2) float64, convex, counter-clockwise, region frame, m; read-only views.");
+  Value<I>(module, "IhmcRegion", "A planar region as IHMC's planners know it.")
+      .field("id", &I::id, "Of the surface.")
+      .field("T_world_region", &I::T_world_region, "(4, 4) float64; a copy.")
+      .rows("hull", &I::hull, "(N, 2) float64, counter-clockwise, region frame, m; a read-only view.")
+      .rings("polygons", &I::polygons,
+             "List of (M, 2) float64, convex, counter-clockwise, region frame, m; read-only views.");
 }
 
 void bind_terrain(py::module_& module) {
   using C = PlanarTerrainCount;
-  py::class_<C>(module, "PlanarTerrainCount", "What a planar terrain has and what it left out.")
-      .def_readonly("regions", &C::regions, "Written.")
-      .def_readonly("without_inset", &C::without_inset, "Polygons on which no contact finds room.")
-      .def_readonly("too_steep", &C::too_steep, "Polygons steeper than 80 degrees.");
+  Value<C>(module, "PlanarTerrainCount", "What a planar terrain has and what it left out.")
+      .field("regions", &C::regions, "Written.")
+      .field("without_inset", &C::without_inset, "Polygons on which no contact finds room.")
+      .field("too_steep", &C::too_steep, "Polygons steeper than 80 degrees.");
   using Guard = py::call_guard<py::gil_scoped_release>;
   module.def("export_planar_terrain", &export_planar_terrain, py::arg("surfaces"), py::arg("grid"),
              py::arg("frame"), py::arg("file"), py::arg("force") = false, Guard(),

@@ -73,6 +73,8 @@ std::vector<Eigen::Vector3f> points_of_metres(const py::array_t<float, dense>& d
 }  // namespace
 
 void require_shape(const Points& points) {
+  if (points.ndim() == 2 && points.shape(0) == 3 && points.shape(1) != 3)
+    refuse("points", "are columns, " + shape_of(points), "give rows: points.T");
   if (points.ndim() < 1 || points.shape(points.ndim() - 1) != 3)
     refuse("points", "have shape " + shape_of(points), "give x, y, z in the last dimension");
 }

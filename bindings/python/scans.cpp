@@ -1,13 +1,15 @@
 // octosurf/scan.hpp and scan_source.hpp in Python: what is inserted, and recordings that are read.
 #include "arrays.hpp"
 #include "bind.hpp"
-#include "casters.hpp"
 #include "scan_arrays.hpp"
+#include "values.hpp"
 
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <tuple>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -61,8 +63,43 @@ std::unique_ptr<Recording> opened(std::variant<fs::path, std::vector<fs::path>> 
   return std::make_unique<Recording>(open_scans(std::get<1>(inputs), options));
 }
 
+using NoiseRow = std::tuple<std::uint8_t, std::uint8_t, std::uint32_t>;
+using VarianceRow = std::pair<std::uint8_t, double>;
+
 void bind_scan(py::module_& module) {
-  py::class_<Scan>(module, "Scan", "One posed scan, which owns its points; does not change.")
+  Value<Scan>(module, "Scan", "One posed scan, which owns its points; does not change.")
+      .rows("points", &Scan::points, "(N, 3) float32, sensor frame, m; a read-only view.")
+      .field("T_map_sensor", &Scan::T_map_sensor, "(4, 4) float64, sensor frame to map frame; a copy.")
+      .field("stamp_s", &Scan::stamp_s, "s.")
+      .field("sensor", &Scan::sensor, R"("depth_camera" or "lidar".)")
+      .field("name", &Scan::name, "File or index.")
+      .field("readings", &Scan::readings,
+             "List of how many readings each point is the mean of, in a scan of an archive; else empty.")
+      .field<std::vector<NoiseRow>>(
+          "noise",
+          [](const Scan& self) {
+            std::vector<NoiseRow> rows;
+            for (const NoiseCount& one : self.noise) rows.emplace_back(one.range_class, one.size, one.count);
+            return rows;
+          },
+          [](Scan& self, const std::vector<NoiseRow>& rows) {
+            for (const auto& [range_class, size, count] : rows)
+              self.noise.push_back({range_class, size, count});
+          },
+          "List of (class of distance, class of size, count) of their differences, likewise.")
+      .field<std::vector<VarianceRow>>(
+          "shared_variances",
+          [](const Scan& self) {
+            std::vector<VarianceRow> rows;
+            for (const SharedVariance& one : self.shared_variances)
+              rows.emplace_back(one.range_class, one.variance);
+            return rows;
+          },
+          [](Scan& self, const std::vector<VarianceRow>& rows) {
+            for (const auto& [range_class, variance] : rows)
+              self.shared_variances.push_back({range_class, variance});
+          },
+          "List of (class of distance, m2) that readings have in common, likewise.")
       .def(
           py::init([](const Points& points, const Eigen::Isometry3d& T_map_sensor, double stamp_s,
                       SensorKind sensor, std::string name) {
@@ -91,13 +128,6 @@ name: for messages.)")
 depth: (H, W) uint16 with `depth_scale` units per metre, 0 and 65535 for no reading; or float32 or float64 in metres,
 0, negative and not finite for no reading (`depth_scale` is not used).
 intrinsics: (fx, fy, cx, cy) or K, (3, 3); pixels. T_map_camera: (4, 4), camera frame to map frame.)")
-      .def_property_readonly(
-          "points", [](const py::object& self) { return rows_view(self.cast<const Scan&>().points, self); },
-          "(N, 3) float32, sensor frame, m; a read-only view.")
-      .def_readonly("T_map_sensor", &Scan::T_map_sensor, "(4, 4) float64, sensor frame to map frame; a copy.")
-      .def_readonly("stamp_s", &Scan::stamp_s, "s.")
-      .def_readonly("sensor", &Scan::sensor, R"("depth_camera" or "lidar".)")
-      .def_readonly("name", &Scan::name, "File or index.")
       .def(
           "with_pose",
           [](const Scan& self, const Eigen::Isometry3d& T_map_sensor) {
@@ -118,6 +148,8 @@ void bind_scans(py::module_& module) {
       .def("__len__", &Recording::size, "Number of scans listed, bad ones included.")
       .def("__iter__", [](const py::object& self) { return self; })
       .def("__next__", &Recording::next, "Throws Error(data) with its name for a scan that cannot be read.")
+      .def("__repr__",
+           [](const Recording& self) { return "<ScanSource of " + std::to_string(self.size()) + " scans>"; })
       .def("notes", &Recording::notes, "What was chosen among what the recording has, a line each.")
       .def("skipped", &Recording::skipped, "A line for every scan that was left out so far, and why.");
   module.def(

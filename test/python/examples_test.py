@@ -30,7 +30,7 @@ class Examples(unittest.TestCase):
 
     def test_what_the_docs_show_runs(self):
         text = (world.SOURCE / "docs/usage.md").read_text().split("## Python", 1)[1].split("\n## ", 1)[0]
-        (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+        code = "\n".join(re.findall(r"```python\n(.*?)```", text, re.DOTALL))
         names = {"recording": str(world.recording()), "octosurf": octosurf}
         (world.FOLDER / "maps").mkdir(exist_ok=True)
         exec(code.replace('"kitchen"', "recording").replace('"maps/', f'"{world.FOLDER}/maps/'), names)

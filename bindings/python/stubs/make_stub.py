@@ -11,7 +11,7 @@ import sys
 import octosurf
 from octosurf import _octosurf
 
-HEADER = '''"""Types of octosurf, written by bindings/python/stubs/make_stub.py; the module's docstrings say what things are."""
+HEADER = '''"""Types and docstrings of octosurf, written by bindings/python/stubs/make_stub.py."""
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,6 +19,8 @@ from typing import Any, Dict, List, Optional, Tuple, Union, overload
 
 import numpy as np
 import numpy.typing as npt
+
+__version__: str
 
 '''
 
@@ -80,6 +82,8 @@ def python_type(text, given):
 
 
 def parameter(text, owner):
+    if text == "**kwargs":
+        return keywords_of(octosurf.Parameters if owner in (octosurf.Mapper, octosurf.Map) else owner)
     if text in ("*", "self") or re.match(r"self: ", text):
         return "self" if text != "*" else "*"
     name, kind = text.split(":", 1) if ":" in text else (text, "object")
@@ -91,23 +95,45 @@ def parameter(text, owner):
 
 
 def signatures(function, name):
-    """(parameters, result) of each overload."""
-    lines = (function.__doc__ or "").splitlines()
+    """(parameters, result, docstring) of each overload."""
     pattern = re.compile(rf"^(?:\d+\. )?{re.escape(name)}\((.*)\) -> (.*)$")
-    found = [match.groups() for match in map(pattern.match, lines) if match]
+    found = []
+    for line in (function.__doc__ or "").splitlines():
+        match = pattern.match(line)
+        if match:
+            found.append((*match.groups(), []))
+        elif found:
+            found[-1][2].append(line)
+    found = [(parameters, result, "\n".join(lines).strip()) for parameters, result, lines in found]
     if not found:
         raise SystemExit(f"make_stub.py: {name} has no signature")
     return found
 
 
-def settings_init(cls):
-    """A constructor that takes the fields by name."""
+def keywords_of(cls):
+    """What a constructor takes that takes the fields of settings by name; of Parameters, those of its groups, too."""
     fields = []
     for name, member in vars(cls).items():
         if isinstance(member, property) and member.fset:
             kind = python_type(setter_type(member), True)
-            fields.append(f"{name}: {kind if kind[:1].islower() or '[' in kind else f'Union[{kind}, Mapping[str, Any]]'} = ...")
-    return f"    def __init__(self, *, {', '.join(sorted(fields))}) -> None: ..."
+            group = getattr(octosurf, kind, None)
+            if cls is octosurf.Parameters and group is octosurf.AlignmentParameters:
+                fields.append("align: bool = ...")
+            elif cls is octosurf.Parameters and group:
+                fields += split(keywords_of(group))[1:]
+            fields.append(f"{name}: {f'Union[{kind}, Mapping[str, Any]]' if group else kind} = ...")
+    return ", ".join(["*", *sorted(fields)])
+
+
+def with_docstring(line, doc, indent):
+    """A definition and what it says of itself."""
+    if not doc:
+        return [f"{line} ..."]
+    doc = doc.replace("\\", "\\\\").replace('"""', '\\"\\"\\"')
+    first, *more = f'"""{doc}'.splitlines()
+    more += ['"""'] if more or doc.endswith('"') else []
+    lines = [first, *more] if more else [f'{first}"""']
+    return [line, *[f"{indent}    {one}" if one else "" for one in lines]]
 
 
 def setter_type(member):
@@ -116,22 +142,20 @@ def setter_type(member):
 
 def function_lines(function, name, owner=None, static=False):
     found = signatures(function, name)
-    if owner and found[0][0].endswith("**kwargs"):
-        return [settings_init(owner)]
     lines, indent = [], "    " if owner else ""
-    for parameters, result in found:
+    for parameters, result, doc in found:
         if len(found) > 1:
             lines.append(f"{indent}@overload")
         if static:
             lines.append(f"{indent}@staticmethod")
         inside = ", ".join(parameter(part, None if static else owner) for part in split(parameters))
-        lines.append(f"{indent}def {name}({inside}) -> {python_type(result, False)}: ...")
+        lines += with_docstring(f"{indent}def {name}({inside}) -> {python_type(result, False)}:", doc, indent)
     return lines
 
 
 def property_lines(name, member):
     kind = python_type(re.match(r"\(.*\) -> (.*)", member.fget.__doc__).group(1), False)
-    lines = ["    @property", f"    def {name}(self) -> {kind}: ..."]
+    lines = ["    @property", *with_docstring(f"    def {name}(self) -> {kind}:", member.__doc__, "    ")]
     if member.fset:
         lines += [f"    @{name}.setter", f"    def {name}(self, value: {python_type(setter_type(member), True)}) -> None: ..."]
     return lines
@@ -154,7 +178,7 @@ def class_lines(cls):
     body = []
     for name, member in sorted(vars(cls).items()):
         if inspect.isclass(member):
-            body += ["    " + line for line in class_lines(member)]
+            body += ["    " + line if line else "" for line in class_lines(member)]
         elif isinstance(member, property):
             body += property_lines(name, member)
         elif name.startswith("__"):
@@ -163,7 +187,7 @@ def class_lines(cls):
             body += function_lines(getattr(cls, name), name, cls, static=True)
         else:
             body += function_lines(member, name, cls)
-    return [f"class {cls.__name__}:"] + (body or ["    ..."])
+    return with_docstring(f"class {cls.__name__}:", cls.__doc__, "") + body
 
 
 def is_static(cls, name):
@@ -171,7 +195,7 @@ def is_static(cls, name):
 
 
 def error_lines():
-    return ["class Error(Exception):", "    kind: str", "    where: str", "    mend: str"]
+    return [*with_docstring("class Error(Exception):", octosurf.Error.__doc__, ""), "    kind: str", "    where: str", "    mend: str"]
 
 
 def main():

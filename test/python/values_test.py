@@ -1,0 +1,274 @@
+"""What a user of Python holds: its text, its dict, its pickle; settings by name, rows of points, and up."""
+
+import inspect
+import json
+import pickle
+import shutil
+import unittest
+
+import numpy as np
+
+import octosurf
+import world
+
+
+def floor(step=0.01):
+    """A level square of 1 m, 1 m below the sensor."""
+    x, y = np.meshgrid(np.arange(-0.5, 0.5, step), np.arange(-0.5, 0.5, step))
+    return np.stack([x, y, np.full_like(x, -1)], axis=-1).reshape(-1, 3)
+
+
+def floor_map(**keywords):
+    mapper = octosurf.Mapper(**keywords)
+    mapper.share_octree()
+    pose = np.eye(4)
+    pose[2, 3] = 1
+    mapper.insert_points(floor(), pose)
+    return mapper
+
+
+def classes():
+    """All but settings and the exception, with those inside others."""
+    named = [getattr(octosurf, name) for name in octosurf.__all__]
+    named = [one for one in named if inspect.isclass(one) and not issubclass(one, Exception)]
+    return named + [inner for one in named for inner in vars(one).values() if inspect.isclass(inner)]
+
+
+def properties_of(cls):
+    return {name for name, member in vars(cls).items() if isinstance(member, property)}
+
+
+def made(cls, *state):
+    """By hand: what few scenes have."""
+    value = cls.__new__(cls)
+    value.__setstate__(state)
+    return value
+
+
+def results():
+    """One at least of every class of results."""
+    mapper = floor_map()
+    whole, snapshot = mapper.map(), mapper.snapshot()
+    (surface,) = snapshot.surfaces
+    foot = octosurf.ContactShape.rectangle(0.2, 0.1)
+    region = octosurf.contact_region(surface, foot)
+    octree = whole.octree()
+    other = octosurf.Mapper()
+    other.insert_points(floor(), np.eye(4))
+    apart = np.eye(4)
+    apart[0, 3] = 2
+    scan = next(octosurf.open_scans(world.recording()))
+    pieces = surface.convex_pieces()
+    planned = octosurf.PlannerSurface(surface, region, pieces)
+    grid = octosurf.height_grid(snapshot)
+    standing = octosurf.Standing(at=[-0.2, 0, 0])
+    pose = np.eye(4)
+    pose[2, 3] = 0.1
+    merged = other.merge(whole, apart)
+    return [
+        octosurf.align(snapshot, scan), octosurf.align_maps(snapshot, other.map()), merged, *merged.surfaces,
+        octosurf.changes_since(snapshot, 0), octosurf.compare_maps(snapshot, snapshot),
+        *octosurf.compare_maps(snapshot, snapshot).before, foot, region, octosurf.foothold(surface, foot, [0, 0, 0], 0),
+        *octosurf.label_edges(whole, surface), octosurf.explain(whole, [0, 0, 0]), octosurf.explain(whole, [0, 0, 0.3]),
+        octosurf.plan(snapshot, standing, octosurf.Standing(at=[0.2, 0, 0])),
+        *octosurf.plan(snapshot, standing, octosurf.Standing(at=[0.2, 0, 0])).steps,
+        octosurf.plan(snapshot, standing, octosurf.Standing(at=[9, 0, 0])).refusal,
+        mapper.drain(), whole.at([0, 0, 0]), whole.at([0, 0, 9]), whole.size(), octosurf.up_of(whole),
+        octree.at([0, 0, 0]), octree.count([-1, -1, -1], [1, 1, 1]), grid, planned, *octosurf.ihmc_regions(planned),
+        octosurf.export_planar_terrain([planned], grid, "map", world.FOLDER / "values.json", force=True),
+        octosurf.nearest(snapshot, [0, 0, 1]), octosurf.SurfaceIndex(snapshot).first_on_ray([0, 0, 1], [0, 0, -1]),
+        octosurf.SurfaceIndex(snapshot).snap(pose), octosurf.ConvexSpace.box([0, 0, 0], [1, 1, 1]), scan, surface,
+        surface.plane, *surface.polygons, surface.extrude(0.1), *pieces, surface.circles(0.1)[0],
+        made(octosurf.Polygon, [[0, 0], [9, 0], [9, 9]], [[[4, 1], [5, 2], [5, 1]]]),
+        made(octosurf.Figure, "width", 0.1, "m", None), made(octosurf.DoubleLayer, 1, 2, 0.5, 0.03, 0.1),
+        made(octosurf.Departure, "surface", 3, 0, 1, 5, [2]),
+        made(octosurf.Cylinder, 4, [0, 0, 1], [0, 0, 1], 0.1, 2.0, [1, 0, 0], 3.1, 99, 0.002, 3, 7),
+    ]
+
+
+class Results(unittest.TestCase):
+    def test_have_text_dict_and_pickle(self):
+        seen = set()
+        for value in results():
+            cls = type(value)
+            seen.add(cls)
+            fields = value.to_dict()
+            self.assertEqual(set(fields), properties_of(cls), cls)
+            self.assertEqual(json.dumps(pickle.loads(pickle.dumps(value)).to_dict()), json.dumps(fields), cls)
+            self.assertNotIn("\n", repr(value))
+            self.assertLess(len(repr(value)), 700, cls)
+            self.assertIn(cls.__name__, repr(value))
+        with_fields = {cls for cls in classes() if hasattr(cls, "to_dict") and not hasattr(cls, "from_dict")}
+        self.assertEqual(with_fields - seen, set(), "nothing of these classes was looked at")
+
+    def test_every_class_says_what_it_is(self):
+        self.assertEqual([cls.__name__ for cls in classes() if cls.__repr__ is object.__repr__], [])
+        mapper = floor_map()
+        self.assertEqual(repr(mapper), "<Mapper at revision 1: 1 surfaces>")
+        self.assertRegex(repr(mapper.map()), r"<Map: 1 scans, \d+ points, 1 surfaces>")
+
+    def test_text_is_short(self):
+        circle = made(octosurf.Circle, [0, 0.5, 1], 1 / 3)
+        self.assertEqual(repr(circle), "Circle(center=[0, 0.5, 1], radius=0.3333)")
+        self.assertEqual(repr(made(octosurf.Polygon, np.zeros((40, 2)), [])), "Polygon(outer=array(40, 2), holes=[])")
+
+    def test_dict_is_rows(self):
+        polygon = made(octosurf.Polygon, [[0, 0], [9, 0], [9, 9]], [[[4, 1], [5, 2], [5, 1]]])
+        self.assertEqual(polygon.to_dict(), {"outer": [[0, 0], [9, 0], [9, 9]], "holes": [[[4, 1], [5, 2], [5, 1]]]})
+
+
+class Keywords(unittest.TestCase):
+    def test_are_the_fields_of_the_groups(self):
+        for group in ("occupancy", "surfaces", "detection"):
+            for name, value in getattr(octosurf.Parameters.paper(), group).to_dict().items():
+                flat = octosurf.Parameters(**{name: value})
+                self.assertEqual(flat, octosurf.Parameters(**{group: {name: value}}), name)
+        self.assertFalse(octosurf.Parameters(align=False).alignment.enabled)
+
+    def test_begin_maps(self):
+        mapper = octosurf.Mapper(resolution=0.05, up=None, threads=2)
+        self.assertEqual(mapper.map().parameters(), octosurf.Parameters(occupancy={"resolution": 0.05}, up=None))
+        self.assertEqual(octosurf.Map(resolution=0.05).snapshot().resolution, 0.05)
+
+    def test_win_over_the_parameters(self):
+        parameters = octosurf.Parameters(resolution=0.05, max_range=3)
+        given = octosurf.Mapper(parameters, resolution=0.1).map().parameters().occupancy
+        self.assertEqual((given.resolution, given.max_range), (0.1, 3))
+        self.assertEqual(parameters.occupancy.resolution, 0.05)
+        self.assertEqual(parameters.replaced(occupancy={"hit": 0.8}, resolution=0.2).occupancy.resolution, 0.2)
+
+    def test_unknown_ones_name_the_likeliest(self):
+        for call in (octosurf.Mapper, octosurf.Map, octosurf.Parameters):
+            with self.assertRaisesRegex(TypeError, "'resolutoin'; did you mean 'resolution'"):
+                call(resolutoin=0.05)
+        with self.assertRaisesRegex(octosurf.Error, "did you mean 'max_turn_rad'"):
+            octosurf.Biped.from_dict({"max_turn": 1})
+
+
+class Rows(unittest.TestCase):
+    def test_go_in_and_come_out(self):
+        (surface,) = floor_map().snapshot().surfaces
+        uv = surface.polygons[0].outer
+        points = surface.to_map(uv)
+        self.assertEqual(points.shape, (len(uv), 3))
+        in_map = (surface.T_map_surface @ np.c_[uv, np.zeros(len(uv)), np.ones(len(uv))].T).T[:, :3]
+        np.testing.assert_allclose(points, in_map, atol=1e-12)
+        np.testing.assert_allclose(surface.to_map([0.1, 0.2]), surface.to_map([[0.1, 0.2]])[0])
+        with self.assertRaises(octosurf.Error):
+            surface.to_map(np.zeros((2, 3)))
+
+    def test_columns_are_named(self):
+        with self.assertRaisesRegex(octosurf.Error, "points.T"):
+            octosurf.Scan(floor().T, np.eye(4))
+        self.assertEqual(octosurf.Scan([[0, 0, 1], [0, 1, 1]], np.eye(4)).points.shape, (2, 3))
+
+
+class WhichWayIsUp(unittest.TestCase):
+    Y_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])  # the sensor's z is the map's y
+
+    def map_of_y_up(self, **keywords):
+        mapper = octosurf.Mapper(**keywords)
+        pose = np.eye(4)
+        pose[:3, :3] = self.Y_UP
+        pose[1, 3] = 1
+        mapper.insert_points(floor(), pose)
+        return mapper
+
+    def test_is_the_maps_where_it_is_not_given(self):
+        snapshot = self.map_of_y_up(up=[0, 1, 0]).snapshot()
+        (surface,) = snapshot.surfaces
+        np.testing.assert_array_equal(snapshot.up(), [0, 1, 0])
+        self.assertAlmostEqual(surface.slope_rad(), 0, delta=0.01)
+        self.assertAlmostEqual(surface.slope_rad([0, 0, 1]), np.pi / 2, delta=0.01)
+        index = octosurf.SurfaceIndex(snapshot)
+        for below in (index.below([0, 0.5, 0]), octosurf.below(snapshot, [0, 0.5, 0]),
+                      index.nearest([0, 0.5, 0], max_slope_rad=0.1),
+                      octosurf.nearest(snapshot, [0, 0.5, 0], max_slope_rad=0.1)):
+            self.assertAlmostEqual(below.distance, 0.5, delta=0.01)
+        self.assertIsNone(index.below([0, 0.5, 0], up=[0, 0, 1]))
+        self.assertAlmostEqual(float(np.nanmean(octosurf.height_grid(snapshot).elevation)), 0, delta=0.01)
+        self.assertGreater(octosurf.contact_region(surface, octosurf.ContactShape.disc(0.05)).area_m2, 0.5)
+
+    def test_is_estimated_where_the_parameters_leave_it_open(self):
+        mapper = self.map_of_y_up(up=None)
+        snapshot = mapper.snapshot()
+        np.testing.assert_allclose(snapshot.up(), [0, 1, 0], atol=0.01)
+        np.testing.assert_array_equal(snapshot.up(), octosurf.up_of(mapper.map()).direction)
+        self.assertIsNotNone(octosurf.below(snapshot, [0, 0.5, 0]))
+        (surface,) = snapshot.surfaces
+        with self.assertRaisesRegex(octosurf.Error, r"snapshot\.up\(\)"):
+            surface.slope_rad()
+        self.assertAlmostEqual(surface.slope_rad(snapshot.up()), 0, delta=0.01)
+
+    def test_is_z_as_ever(self):
+        (surface,) = floor_map().snapshot().surfaces
+        self.assertEqual(surface.slope_rad(), surface.slope_rad([0, 0, 1]))
+
+    def test_a_pickled_surface_has_no_map(self):
+        (surface,) = floor_map().snapshot().surfaces
+        with self.assertRaises(octosurf.Error):
+            pickle.loads(pickle.dumps(surface)).slope_rad()
+
+
+class Resuming(unittest.TestCase):
+    def test_leaves_out_what_is_mapped(self):
+        scans = list(octosurf.open_scans(world.recording()))
+        first = octosurf.Mapper()
+        first.remember_scans()
+        for scan in scans[:4]:
+            first.insert(scan)
+        octosurf.save(first.map(), world.FOLDER / "first")
+        again = octosurf.Mapper(octosurf.load(world.FOLDER / "first"))
+        again.remember_scans()
+        new = [scan for scan in octosurf.open_scans(world.recording()) if not again.map().holds(scan)]
+        self.assertEqual([scan.name for scan in new], [scan.name for scan in scans[4:]])
+        again.insert(new[0])
+        self.assertTrue(again.map().holds(scans[4]))
+        self.assertFalse(again.map().holds(scans[5]))
+
+    def test_knows_what_the_command_has_mapped(self):
+        world.command("map", world.recording(), "-o", world.FOLDER / "held")
+        held = octosurf.load(world.FOLDER / "held")
+        self.assertTrue(all(held.holds(scan) for scan in octosurf.open_scans(world.recording())))
+
+    def test_nothing_is_remembered_unless_it_is_wanted(self):
+        scan = next(octosurf.open_scans(world.recording()))
+        mapper = octosurf.Mapper()
+        mapper.insert(scan)
+        self.assertFalse(mapper.map().holds(scan))
+
+
+class Words(unittest.TestCase):
+    """Errors name Python's keywords, where the library's sentences have the command's options or C++ names."""
+
+    def said(self, call):
+        with self.assertRaises(octosurf.Error) as raised:
+            call()
+        self.assertTrue(str(raised.exception).endswith(raised.exception.mend))
+        return raised.exception
+
+    def test_of_options(self):
+        snapshot = floor_map().snapshot()
+        file = world.FOLDER / "a --force.json"  # whose name stays
+        octosurf.export_surfaces(snapshot, file)
+        exists = self.said(lambda: octosurf.export_surfaces(snapshot, file))
+        self.assertEqual((exists.where, exists.mend), (str(file), "force=True overwrites it"))
+        bare = world.FOLDER / "bare"
+        shutil.copytree(world.recording(), bare, ignore=shutil.ignore_patterns("*pose*"))
+        self.assertEqual(self.said(lambda: octosurf.open_scans(bare)).mend, "give poses=FILE")
+        saved = world.SOURCE / "maps/office.surfaces"
+        self.assertEqual(self.said(lambda: octosurf.open_scans(saved)).mend, "go on with it by octosurf.load()")
+
+    def test_of_names(self):
+        square = octosurf.ContactShape.rectangle(0.1, 0.1)
+        self.assertIn("ContactShape.disc()", self.said(octosurf.Quadruped(foot=square).validate).mend)
+        self.assertEqual(self.said(lambda: octosurf.Parameters().set("no", "1")).mend, "Parameters.names() has them")
+
+
+class Version(unittest.TestCase):
+    def test_is_the_projects(self):
+        self.assertIn(f"project(octosurf VERSION {octosurf.__version__} ", (world.SOURCE / "CMakeLists.txt").read_text())
+
+
+if __name__ == "__main__":
+    unittest.main()
