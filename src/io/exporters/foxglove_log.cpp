@@ -7,9 +7,10 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdio>
-#include <cstring>
 #include <google/protobuf/descriptor.pb.h>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -148,12 +149,11 @@ struct Cells {
   Cell& at(std::size_t x, std::size_t y, std::size_t z) { return cells[(z * count.y() + y) * count.x() + x]; }
 };
 
-constexpr double farthest = 1e6;  // m: an octree has 2¹⁶ voxels to an edge
-
 Cells cells_around_occupied(const OccupancyView& octree) {
   Eigen::AlignedBox3d box;
-  const Eigen::AlignedBox3d all(Eigen::Vector3d::Constant(-farthest), Eigen::Vector3d::Constant(farthest));
-  octree.for_each_occupied(all, [&](const OccupancyView::Voxel& voxel) {
+  constexpr double far = std::numeric_limits<double>::max();
+  const Eigen::AlignedBox3d everywhere(Eigen::Vector3d::Constant(-far), Eigen::Vector3d::Constant(far));
+  octree.for_each_occupied(everywhere, [&](const OccupancyView::Voxel& voxel) {
     box.extend(voxel.center);
     return true;
   });
