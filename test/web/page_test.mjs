@@ -251,6 +251,25 @@ async function aLyingMap(browser) {
   assert.deepEqual(page.errors, []);
 }
 
+/** Free space is looked up in the stored slices, which lie across then. make_pages: free at y 0.5 … 2 m, z 1 m. */
+async function freeSpaceTurned(browser) {
+  const page = await browser.open(join(folder, 'room.html'));
+  await page.ready();
+  await choose(page, '#up', 'x');
+  await page.press('#layer-slice');
+  await choose(page, '#range-slice', '25');
+  assert.match(await page.text('#layers'), /3\.51 m/, '2.5 m over the first voxel in that direction, at 1.01 m');
+  const free = await page.value(`(() => {
+    const { data, width } = page.stage.objects.get('slice').material.map.image, places = [];
+    for (let i = 0; i < data.length / 4; ++i) if (data[4 * i] === 70) places.push([i % width, Math.floor(i / width)]);
+    const range = (k) => Math.max(...places.map((one) => one[k])) - Math.min(...places.map((one) => one[k])) + 1;
+    return { count: places.length, ranges: [range(0), range(1)].sort((a, b) => a - b) };
+  })()`);
+  // 75 voxels of 2 cm along y; along z a slice stands for 10 cm, which is 5 of them.
+  assert.deepEqual(free, { count: 375, ranges: [5, 75] });
+  assert.deepEqual(page.errors, []);
+}
+
 /** The picked place, and what of it can be taken along. */
 async function aPickedPlace(browser) {
   const page = await browser.open(join(folder, 'room.html'));
@@ -447,7 +466,7 @@ async function nothing(browser) {
 const browser = new Browser(program), out = mkdtempSync(join(tmpdir(), 'octosurf-page-output-'));
 try {
   await browser.allowOutput(out);
-  for (const test of [aRoom, feetAndPlans, twoMaps, aHistory, aLyingMap, aPickedPlace, whatIsShown, taken, onATelephone,
+  for (const test of [aRoom, feetAndPlans, twoMaps, aHistory, aLyingMap, freeSpaceTurned, aPickedPlace, whatIsShown, taken, onATelephone,
     touched, large, nothing]) {
     await test(browser, out);
     console.log(`${test.name}: well`);

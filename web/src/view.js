@@ -140,7 +140,7 @@ export class View {
    * @param {number[]} place root coordinates @param {{left: number, top: number, right: number, bottom: number}} free
    */
   reveal(place, { left, top, right, bottom }) {
-    const { x, y } = this.project(place), margin = 24;
+    const { x, y } = this.project(place), margin = 8;
     if (x > left + margin && x < right - margin && y > top + margin && y < bottom - margin) return;
     const box = this.canvas.getBoundingClientRect(), at = this.root.localToWorld(new THREE.Vector3(...place));
     const middle = new THREE.Vector3(((left + right) / 2 - box.left) / box.width * 2 - 1,

@@ -82,7 +82,7 @@ BarLength bar_length(int width, double pixels_per_m) {
 
 void draw_scale_bar(std::vector<std::uint8_t>& rgb, int width, int height, double pixels_per_m) {
   constexpr std::uint8_t paper = 245, ink = 30;
-  const int dot = std::max(1, std::min(width, height) / 450);  // of letters, pixels
+  const int dot = std::max(1, (std::min(width, height) + 160) / 320);  // of letters, pixels
   const BarLength bar = bar_length(width, pixels_per_m);
   const std::string text = text_of(bar.length_m);
   const int text_width = static_cast<int>(text.size()) * (glyph_width + 1) * dot, line = 3 * dot;
