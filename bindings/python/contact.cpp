@@ -38,7 +38,7 @@ In the contact's own frame, m: its reference point is the origin, x forward, y l
       .def_static("disc", &ContactShape::disc, py::arg("radius"), "A ball foot, m.")
       .def_static(
           "polygon",
-          [](const py::object& outline) {
+          [](const py::array_t<double, py::array::c_style | py::array::forcecast>& outline) {
             return ContactShape{rows_of<double, 2>(outline), 0};
           },
           py::arg("outline"), "(N, 2), m, convex, counter-clockwise, at least three vertices.")
@@ -55,7 +55,7 @@ void bind_limits(py::module_& module) {
   using L = ContactLimits;
   Settings<L>(module, "ContactLimits",
               "What a contact needs. The defaults ask nothing but slope and support.")
-      .field("up", &L::up, "(3,) float64, map frame, any length; up_of(map) tells a map's; a view.")
+      .field("up", &L::up, "(3,) float64, map frame, any length; Snapshot.up() is a map's; a view.")
       .field("max_slope_rad", &L::max_slope_rad, "rad, of the surface; pi: any, walls and ceilings too.")
       .field("min_area_m2", &L::min_area_m2, "m2, of the surface.")
       .field("max_rms_m", &L::max_rms_m, "m, roughness; None: any.")

@@ -161,6 +161,9 @@ class Rows(unittest.TestCase):
         with self.assertRaisesRegex(octosurf.Error, "points.T"):
             octosurf.Scan(floor().T, np.eye(4))
         self.assertEqual(octosurf.Scan([[0, 0, 1], [0, 1, 1]], np.eye(4)).points.shape, (2, 3))
+        with self.assertRaisesRegex(octosurf.Error, r"give \(N, 2\)"):
+            octosurf.ContactShape.polygon([[0, 1, 0], [0, 0, 1]])
+        self.assertEqual(octosurf.ContactShape.polygon([[0, 0], [1, 0], [0, 1]]).outline.shape, (3, 2))
 
 
 class WhichWayIsUp(unittest.TestCase):

@@ -293,7 +293,7 @@ class ContactLimits:
         """The fields by name, nested where they are settings themselves; as JSON can hold them."""
     @property
     def up(self) -> npt.NDArray[np.float64]:
-        """(3,) float64, map frame, any length; up_of(map) tells a map's; a view."""
+        """(3,) float64, map frame, any length; Snapshot.up() is a map's; a view."""
     @up.setter
     def up(self, value: npt.ArrayLike) -> None: ...
 
@@ -339,7 +339,7 @@ class ContactShape:
     def outline(self) -> npt.NDArray[np.float64]:
         """(N, 2) float64, m, counter-clockwise; empty: a disc; a read-only view."""
     @staticmethod
-    def polygon(outline: Any) -> ContactShape:
+    def polygon(outline: npt.ArrayLike) -> ContactShape:
         """(N, 2), m, convex, counter-clockwise, at least three vertices."""
     @property
     def radius(self) -> float:
