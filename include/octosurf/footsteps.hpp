@@ -115,9 +115,9 @@ struct Standing {
 
 /// When to stop. A result depends on the numbers of expansions alone, unless the time runs out first.
 struct PlanBudget {
-  std::size_t expansions = 6000;  ///< to find a plan at all
-  std::size_t improving = 200;    ///< after the first plan, to find better ones
-  std::optional<double> time_s;   ///< of all search of one call; checked at each expansion
+  std::size_t expansions = 20000;  ///< to find a plan at all: some 2 s, where there is none that is found
+  std::size_t improving = 200;     ///< after the first plan, to find better ones
+  std::optional<double> time_s;    ///< of all search of one call; checked at each expansion
 };
 
 /// One foot put down.

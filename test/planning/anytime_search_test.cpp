@@ -28,13 +28,11 @@ class RandomGraph {
   }
   bool passable(NodeId node, std::size_t step) const { return (node + step) % 7 != 0; }
   double guide(NodeId node) const { return 1.5 * bound(node); }
-  void raise_guide(const std::vector<NodeId>& expanded) { raised.push_back(expanded.size()); }
   double bound(NodeId node) const { return static_cast<double>(steps_.size() - 1 - node) / 5; }
   bool ends(NodeId, NodeId to) const { return to + 1 == steps_.size(); }
   std::size_t node_count() const { return steps_.size(); }
 
   std::size_t asked = 0;
-  std::vector<std::size_t> raised;  ///< the expansions of each round
 
  private:
   std::vector<std::vector<StepEdge>> steps_;

@@ -31,21 +31,17 @@ struct SearchOutcome {
   double lower_bound = 0;
   std::size_t expansions = 0;
   bool exhausted = false;        ///< all there is was looked at
-  std::vector<NodeId> expanded;  ///< until a plan was found, each once, in order
+  std::vector<NodeId> expanded;  ///< of the first pass, in order
 };
 
 /// Anytime A* by restarts (Richter, Thayer and Ruml 2010): weighted A* with `guide`, which may overestimate,
 /// at falling weights, then A* with `bound`, which does not. What a pass learns of the graph stays in it.
-/// Where no plan was found in a round of expansions, the guide is raised where they were made, and the search
-/// begins anew, in rounds that grow: a dead end that the guide leads into is so left before all of it was
-/// looked at (as real-time search learns its heuristic, Korf, "Real-time heuristic search", 1990).
 /// Steps are asked for their way when they leave the queue (lazy weighted A*, Cohen, Phillips and Likhachev
 /// 2014).
 ///
 /// Graph: `const std::vector<StepEdge>& steps(NodeId)`, `bool passable(NodeId, std::size_t index of the
-/// step)`, `double guide(NodeId)`, `void raise_guide(const std::vector<NodeId>& expanded)`, `double
-/// bound(NodeId)` (consistent; both infinite where the goal cannot be reached), `bool ends(NodeId from,
-/// NodeId to)` (this step completes a plan), `std::size_t node_count()`.
+/// step)`, `double guide(NodeId)`, `double bound(NodeId)` (consistent; both infinite where the goal cannot be
+/// reached), `bool ends(NodeId from, NodeId to)` (this step completes a plan), `std::size_t node_count()`.
 template <class Graph>
 class AnytimeSearch {
  public:
@@ -59,15 +55,9 @@ class AnytimeSearch {
     allowed_ = std::min(expansions, budget_.expansions);
     const auto guide = [&](NodeId node) { return graph_.guide(node); };
     if (pass_ == 0) begin(first_weight, guide);
-    for (;;) {
-      const Ended ended = go_on(first_weight, guide, true);
-      best_.exhausted = ended == Ended::exhausted;
-      if (ended != Ended::round) return ended != Ended::budget;
-      graph_.raise_guide(round_);
-      round_.clear();
-      round_length_ += round_length_ / 2;
-      begin(first_weight, guide);
-    }
+    const Ended ended = go_on(first_weight, guide, true);
+    best_.exhausted = ended == Ended::exhausted;
+    return ended != Ended::budget;
   }
 
   /// Spends the budget; the best plan, or none.
@@ -94,8 +84,7 @@ class AnytimeSearch {
     return std::max(0.0, *budget_.time_s - spent.count());
   }
   static constexpr double first_weight = 2;
-  static constexpr std::size_t first_round = 1000;  // expansions: a way of 10 m over a level floor takes 300
-  enum class Ended { goal, exhausted, budget, round };
+  enum class Ended { goal, exhausted, budget };
   struct Entry {
     double f = 0, g = 0;
     std::uint64_t sequence = 0;
@@ -125,7 +114,7 @@ class AnytimeSearch {
   }
 
   template <class Estimate>
-  Ended go_on(double weight, const Estimate& estimate, bool finding) {
+  Ended go_on(double weight, const Estimate& estimate, bool remember) {
     while (!queue_.empty()) {
       const Entry top = queue_.top();
       if (weight == 1) best_.lower_bound = std::max(best_.lower_bound, std::min(top.f, best_.cost));
@@ -140,10 +129,8 @@ class AnytimeSearch {
         queue_.push(top);
         return Ended::budget;
       }
-      if (finding && round_.size() == round_length_) return Ended::round;
       ++best_.expansions;
-      if (finding) round_.push_back(top.node);
-      if (finding && mark(top.node).pass == 0) best_.expanded.push_back(top.node);
+      if (remember) best_.expanded.push_back(top.node);
       mark(top.node) = {pass_, top.parent};
       const std::vector<StepEdge>& steps = graph_.steps(top.node);
       for (std::uint32_t i = 0; i < steps.size(); ++i)
@@ -187,8 +174,6 @@ class AnytimeSearch {
   std::uint64_t sequence_ = 0;
   std::priority_queue<Entry> queue_;
   std::vector<Mark> marks_;
-  std::vector<NodeId> round_;  ///< expanded since the guide was raised last
-  std::size_t round_length_ = first_round;
   SearchOutcome best_;
 };
 

@@ -14,7 +14,6 @@ constexpr double stance_height = 0.20;  // m off the asked height: a hand-made q
 constexpr double between_soles = 0.02;  // m, level
 constexpr double greedy = 4;            // of a search that only shall say how near it can come
 constexpr double sidling_step = 0.12;   // m, of a step sideways or backward
-constexpr double nodes_in_cell = 32;    // of the guide: of 128, in 4 places, as many as lead one way
 constexpr double usual_share = 0.9;     // of the longest step, in the estimate of a whole way
 
 Eigen::Vector2d left_of(const Eigen::Vector2d& forward) { return {-forward.y(), forward.x()}; }
@@ -297,11 +296,6 @@ double BipedGraph::guide(NodeId node) const {
       way / usual_share + robot_.costs.length * way + turning(yaw, face) + turning(face, last);
   const double sidling = metres / sidling_step + robot_.costs.length * way + turning(yaw, last);
   return std::max(bound(node), std::min(walking, sidling));
-}
-
-void BipedGraph::raise_guide(const std::vector<NodeId>& expanded) {
-  for (const NodeId node : expanded) guide_.lengthen(place(node), 1 / nodes_in_cell);
-  guide_.measure();
 }
 
 Frontier BipedGraph::frontier(const std::vector<NodeId>& expanded) {

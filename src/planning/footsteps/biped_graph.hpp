@@ -44,7 +44,6 @@ class BipedGraph {
   bool passable(NodeId from, std::size_t step);
   double bound(NodeId node) const;
   double guide(NodeId node) const;
-  void raise_guide(const std::vector<NodeId>& expanded);
   bool ends(NodeId from, NodeId to) const { return goal_.contains(from) && goal_.contains(to); }
   std::size_t node_count() const { return steps_.size(); }
 

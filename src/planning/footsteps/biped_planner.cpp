@@ -33,7 +33,7 @@ GuideMap::Reach reach_of(const Biped& robot) {
 // Half the side of the square that the body covers over a foot however it is turned: the body's middle is
 // half a stance to the side of it.
 double trunk_reach(const Biped& robot) {
-  const double inscribed = std::min(robot.body.length_m, robot.body.width_m) / 2 - robot.stance_width_m / 2;
+  const double inscribed = std::min(robot.body.length_m, robot.body.width_m - robot.stance_width_m) / 2;
   return std::max(0.0, inscribed / std::sqrt(2.0) - GuideMap::slack_m);
 }
 

@@ -1,9 +1,11 @@
 #include "planning/footsteps/guide_map.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <queue>
 #include <unordered_map>
@@ -13,6 +15,7 @@ namespace octosurf::footsteps {
 namespace {
 
 constexpr int pixels_per_cell = 4;
+constexpr double cut_m = 1000;  // added where the trunk cannot pass: more than any way around it
 constexpr float nowhere = std::numeric_limits<float>::infinity();
 
 int cell_of_pixel(int pixel) { return pixel >= 0 ? pixel / pixels_per_cell : ~(~pixel / pixels_per_cell); }
@@ -42,7 +45,7 @@ GuideMap::GuideMap(const FootholdField& field, double disc_radius, const Contact
     const RegionRaster raster(region.polygons, surfaces[s].T_walk_surface, cell / pixels_per_cell, 0);
     if (!raster.empty()) add_cells(raster, s, surfaces[s].T_walk_surface, trunk, trunk_reach_m, columns);
   }
-  link(reach);
+  link(reach, trunk, trunk_reach_m, columns);
   build_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count() -
               (columns.load_ms() - loaded);
 }
@@ -88,10 +91,29 @@ void GuideMap::add_cells(const RegionRaster& raster, std::size_t surface, const 
   }
 }
 
-void GuideMap::link(const Reach& reach) {
+void GuideMap::link(const Reach& reach, const BodyBox& trunk, double trunk_reach_m,
+                    ObstacleColumns& columns) {
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> at;
   for (std::uint32_t i = 0; i < cells_.size(); ++i) at[key_of(cells_[i].x, cells_[i].y)].push_back(i);
   const int around = static_cast<int>(std::ceil((reach.step_m + 2 * slack_m) / cell)) + 1;
+  std::map<std::array<int, 3>, bool> known;  // column, row, height: whether something is in the trunk's way
+  const auto is_blocked = [&](int x, int y, double ground) {
+    const auto [found, made] = known.try_emplace({x, y, static_cast<int>(std::floor(ground / cell))});
+    if (made)
+      found->second = columns.blocked({Eigen::Vector2d((x + 0.5) * cell, (y + 0.5) * cell), 0, cell / 2,
+                                       cell / 2, ground + trunk.from_m, ground + trunk.to_m});
+    return found->second;
+  };
+  // A step may lead over a wall thinner than it is long, or under a bridge; the trunk cannot.
+  const auto is_cut = [&](const Cell& from, const Cell& to) {
+    const int dx = to.x - from.x, dy = to.y - from.y, parts = std::max(std::abs(dx), std::abs(dy));
+    const auto between = [&](int start, int way, int i) {
+      return start + static_cast<int>(std::lround(static_cast<double>(i * way) / parts));
+    };
+    for (int i = 1; i < parts; ++i)
+      if (is_blocked(between(from.x, dx, i), between(from.y, dy, i), std::max(from.low, to.low))) return true;
+    return false;
+  };
   for (const Cell& to : cells_) {
     first_link_.push_back(static_cast<std::uint32_t>(links_.size()));
     for (int dy = -around; dy <= around; ++dy) {
@@ -102,7 +124,9 @@ void GuideMap::link(const Reach& reach) {
         for (const std::uint32_t i : found->second) {
           const Cell& from = cells_[i];
           if (to.low - from.high > reach.up_m || from.low - to.high > reach.down_m) continue;
-          links_.push_back({i, static_cast<float>((from.middle - to.middle).norm())});
+          const double metres = (from.middle - to.middle).norm();
+          links_.push_back(
+              {i, static_cast<float>(trunk_reach_m > 0 && is_cut(from, to) ? metres + cut_m : metres)});
         }
       }
     }
@@ -112,15 +136,20 @@ void GuideMap::link(const Reach& reach) {
 
 void GuideMap::aim(const std::vector<Target>& targets) {
   steps_.assign(cells_.size(), nowhere);
-  length_.assign(cells_.size(), 1);
-  targets_.clear();
+  metres_.assign(cells_.size(), nowhere);
+  next_.resize(cells_.size());
+  std::iota(next_.begin(), next_.end(), 0U);
+  using Entry = std::pair<float, std::uint32_t>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  std::vector<std::uint32_t> front;
   for (const Target& target : targets) {
     const std::int32_t i = find(target.at, target.surface);
-    if (i < 0 || steps_[static_cast<std::size_t>(i)] == 0) continue;
-    steps_[static_cast<std::size_t>(i)] = 0;
-    targets_.push_back(static_cast<std::uint32_t>(i));
+    if (i < 0 || metres_[static_cast<std::size_t>(i)] == 0) continue;
+    const auto cell_index = static_cast<std::uint32_t>(i);
+    metres_[cell_index] = steps_[cell_index] = 0;
+    queue.emplace(0.0F, cell_index);
+    front.push_back(cell_index);
   }
-  std::vector<std::uint32_t> front = targets_;
   for (float count = 1; !front.empty(); ++count) {
     std::vector<std::uint32_t> next;
     for (const std::uint32_t to : front) {
@@ -132,35 +161,16 @@ void GuideMap::aim(const std::vector<Target>& targets) {
     }
     front = std::move(next);
   }
-  measure();
-}
-
-void GuideMap::lengthen(const Place& place, double share) {
-  const std::int32_t i = find(place.at, place.surface);
-  if (i >= 0) length_[static_cast<std::size_t>(i)] += static_cast<float>(share);
-}
-
-void GuideMap::measure() {
-  metres_.assign(cells_.size(), nowhere);
-  next_.resize(cells_.size());
-  std::iota(next_.begin(), next_.end(), 0U);
-  using Entry = std::pair<float, std::uint32_t>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-  for (const std::uint32_t target : targets_) {
-    metres_[target] = 0;
-    queue.emplace(0.0F, target);
-  }
   while (!queue.empty()) {
     const auto [distance, to] = queue.top();
     queue.pop();
     if (distance > metres_[to]) continue;
     for (std::uint32_t k = first_link_[to]; k < first_link_[to + 1]; ++k) {
-      const std::uint32_t from = links_[k].from;
-      const float sum = distance + links_[k].metres * (length_[from] + length_[to]) / 2;
-      if (sum >= metres_[from]) continue;
-      metres_[from] = sum;
-      next_[from] = to;
-      queue.emplace(sum, from);
+      const float sum = distance + links_[k].metres;
+      if (sum >= metres_[links_[k].from]) continue;
+      metres_[links_[k].from] = sum;
+      next_[links_[k].from] = to;
+      queue.emplace(sum, links_[k].from);
     }
   }
 }

@@ -13,7 +13,8 @@ namespace octosurf::footsteps {
 
 /// Steps without headings and shapes: cells of 10 cm in which the largest disc inside a sole could stand,
 /// each a step away from all that are no farther than the longest step and no higher than the highest.
-/// Whatever the robot can do, it can do here, so what cannot be reached here cannot be reached.
+/// Whatever the robot can do, it can do here, so what cannot be reached here cannot be reached. The way in
+/// metres goes around what the trunk would have to pass through.
 class GuideMap {
  public:
   struct Reach {
@@ -32,11 +33,6 @@ class GuideMap {
     std::uint16_t surface;
   };
   void aim(const std::vector<Target>& targets);
-
-  /// Lengthens the way through the cell of a place by `share` of what it is; until the next aim(). measure()
-  /// then makes metres() and ahead() anew: Dijkstra's over all cells.
-  void lengthen(const Place& place, double share);
-  void measure();
 
   /// Fewest steps from a place to a target, and m on the way; infinite if there is no way.
   double steps(const Place& place) const { return value(steps_, place); }
@@ -68,7 +64,7 @@ class GuideMap {
 
   void add_cells(const RegionRaster& raster, std::size_t surface, const Eigen::Isometry3d& T,
                  const BodyBox& trunk, double trunk_reach_m, ObstacleColumns& columns);
-  void link(const Reach& reach);
+  void link(const Reach& reach, const BodyBox& trunk, double trunk_reach_m, ObstacleColumns& columns);
   std::int32_t find(const Eigen::Vector3d& at, std::size_t surface) const;
   double value(const std::vector<float>& values, const Place& place) const;
 
@@ -76,8 +72,6 @@ class GuideMap {
   std::vector<Grid> grids_;
   std::vector<std::uint32_t> first_link_;  ///< cells + 1
   std::vector<Link> links_;
-  std::vector<std::uint32_t> targets_;  ///< cells
-  std::vector<float> length_;           ///< of the way through each cell, in terms of what it is
   std::vector<float> steps_, metres_;
   std::vector<std::uint32_t> next_;  ///< cell on the way, itself at a target
   double build_ms_ = 0;

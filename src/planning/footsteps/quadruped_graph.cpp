@@ -14,7 +14,6 @@ constexpr int heading_count = 16;
 constexpr double heading_step = 2 * std::numbers::pi / heading_count;
 constexpr double stance_height = 0.25;                         // m off the asked height in which feet are put
 constexpr double goal_radius = 0.10;                           // m
-constexpr double nodes_in_cell = 16;                           // of the guide: of 64, as many as lead one way
 constexpr std::array<std::size_t, 4> crawl_order{2, 0, 3, 1};  // hind before front, a side at a time
 
 int wrapped(int heading) { return (heading % heading_count + heading_count) % heading_count; }
@@ -274,11 +273,6 @@ double QuadrupedGraph::guide(NodeId id) const {
   turn = std::min(turn, heading_count - turn);
   // Four steps for each max_step_m, and for each turn.
   return std::max(bound(id), (4 + robot_.costs.length) * way / robot_.max_step_m + 4 * turn);
-}
-
-void QuadrupedGraph::raise_guide(const std::vector<NodeId>& expanded) {
-  for (const NodeId id : expanded) guide_.lengthen(place(nodes_[id].feet[0]), 1 / nodes_in_cell);
-  guide_.measure();
 }
 
 Frontier QuadrupedGraph::frontier(const std::vector<NodeId>& expanded) {

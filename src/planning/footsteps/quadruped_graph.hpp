@@ -44,7 +44,6 @@ class QuadrupedGraph {
   bool passable(NodeId from, std::size_t step);
   double bound(NodeId node) const;
   double guide(NodeId node) const;
-  void raise_guide(const std::vector<NodeId>& expanded);
   bool ends(NodeId, NodeId to) const { return at_goal(to); }
   std::size_t node_count() const { return nodes_.size(); }
 
