@@ -265,6 +265,16 @@ void add_map(CLI::App& app) {
           "cloud that it cannot have been, above it]")
       ->expected(3)
       ->group("Scans");
+  verb->add_option_function<std::string>(
+          "--pose-form",
+          [options](const std::string& name) {
+            const auto at = std::find(pose_form_names.begin(), pose_form_names.end(), name);
+            options->pose_form = static_cast<PoseForm>(at - pose_form_names.begin());
+          },
+          "what poses are: as-given (T_map_sensor; cameras look along z, y down), inverse, opengl (cameras "
+          "look along -z, y up), opengl-inverse [as-given, and refused where another fits far better]")
+      ->check(CLI::IsMember(std::vector<std::string>(pose_form_names.begin(), pose_form_names.end())))
+      ->group("Scans");
   add_parameter_options(*verb, options->parameters);
   verb->callback([options] { run(*options); });
 }

@@ -113,6 +113,7 @@ void MapRun::run(bool adopt, std::unique_ptr<ScanSource> source) {
     if (source) map_scans(std::move(source));
     cut_short = interrupted;
     if (!cut_short) require_mapped();
+    if (!cut_short && !pose_check_.full()) require_sensible_poses();
     if (!cut_short) drain();
     if (cut_short && !changed_)
       throw Error(Error::Kind::data, "", "interrupted before a scan was mapped", "nothing is written");
@@ -173,6 +174,7 @@ std::function<bool(Scan&)> MapRun::accepting(bool alone) const {
 }
 
 void MapRun::place(Scan& cloud, bool alone) const {
+  if (options_.pose_form) cloud.T_map_sensor = pose_from(*options_.pose_form, cloud.T_map_sensor);
   const bool posed = cloud.T_map_sensor.matrix() != Eigen::Isometry3d::Identity().matrix();
   if (!options_.viewpoint.empty()) {
     if (posed || cloud.sensor != SensorKind::lidar)
@@ -193,6 +195,18 @@ void MapRun::place(Scan& cloud, bool alone) const {
       cloud.name.c_str(), 100 * found->hidden_origin, 100 * found->hidden, found->at.x(), found->at.y(),
       found->at.z());
   set_viewpoint(cloud, found->at);
+}
+
+void MapRun::require_sensible_poses() {
+  if (options_.pose_form) return;
+  const auto form = pose_check_.better_form();
+  if (!form) return;
+  changed_ = false;  // nothing is worth saving
+  const std::string name = pose_form_names.at(static_cast<std::size_t>(*form));
+  throw Error(Error::Kind::data, context_.input.empty() ? "" : context_.input.front(),
+              "scans do not fit each other at the poses as they are, but do if these are taken as " + name +
+                  "; nothing is written",
+              "--pose-form " + name + "; or --pose-form as-given, if they are right");
 }
 
 void MapRun::require_mapped() {
@@ -256,6 +270,10 @@ void MapRun::insert_all(ScanFeed& feed) {
     if (statistics_.scans() == 0)
       near_sensor_ = warn_of_first_scan(scans.front(), context_.input, options_.source.poses.has_value(),
                                         mapper_.map().parameters());
+    if (!pose_check_.full()) {
+      for (const Scan& scan : scans) pose_check_.add(scan);
+      if (pose_check_.full()) require_sensible_poses();
+    }
     const double start_s = now_s();
     insert(scans, [&]() -> const Scan* {
       const Scan* next = feed.peek_if_read();

@@ -4,6 +4,7 @@
 #include "checkpoints.hpp"
 #include "history_log.hpp"
 #include "parameter_options.hpp"
+#include "pose_check.hpp"
 #include "pose_log.hpp"
 #include "run_statistics.hpp"
 #include "scan_feed.hpp"
@@ -37,6 +38,7 @@ struct MapOptions {
   ScanSourceOptions source;
   ScanRange range;
   std::vector<double> viewpoint;             ///< of clouds without a pose: none, or three
+  std::optional<PoseForm> pose_form;         ///< empty: as given, if they fit so
   double checkpoint_s = 60;                  ///< 0: never
   std::optional<unsigned short> serve_port;  ///< of this machine, to serve the map while it grows
   int threads = 1;
@@ -71,6 +73,8 @@ class MapRun {
   /// began. `alone`: there is but one scan, and no file of poses.
   std::function<bool(Scan&)> accepting(bool alone) const;
   void place(Scan& cloud, bool alone) const;
+  /// Poses that fit far better in another form make a worthless map: nothing is written.
+  void require_sensible_poses();
   /// A run that has mapped no reading at all has failed.
   void require_mapped();
   void map_scans(std::unique_ptr<ScanSource> source);
@@ -104,6 +108,7 @@ class MapRun {
   Clock::time_point begin_;
   Checkpoints checkpoints_;
   ScanKeeper keeper_;
+  PoseCheck pose_check_;
   PoseLog poses_;
   Backlog backlog_;  // --realtime
   HistoryLog history_;

@@ -18,6 +18,7 @@ set(OCTOSURF_SLOW_apps Bags.* Closures.* Diff.* EarlyEnd.AnInterruptSavesWhatIsM
     FailingRun.NoMemoryKeepsWhatWasMapped FailingRun.ScoresAreCompleteOrNotThere Files.ExportedSurfacesAreReadByPython
     Killed.* MapRun.DoubleLayersAreReportedAndWarnedOf MapRun.InRealTimeScansArriveAtTheirStamps
     MapRun.ScansThatArriveMakeTheSameMap MapRun.StoppingAndResumingGivesTheSameBytes PlanVerb.*
+    PoseCheck.PosesInAnotherFormAreRefusedAndTakenOnDemand PoseCheck.RightPosesAreNotRefusedWhereTheyDrift
     UpOption.GivenInEveryWay ViewVerb.RefusesPlansThatAreNoneByName)
 set(OCTOSURF_SLOW_apps_merge *)
 set(OCTOSURF_SLOW_apps_remap Remap.*)

@@ -1,0 +1,67 @@
+// Poses that are not T_map_sensor, and cameras that look along -z, are noticed before a map is made of them.
+#include "apps/command.hpp"
+
+#include <Eigen/Dense>
+#include <fstream>
+#include <functional>
+
+namespace octosurf::test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class PoseCheck : public CommandTest {
+ protected:
+  /// A copy of a recording, each of its poses (4×4 in a file of its own) changed.
+  void change_poses(const std::string& recording, const std::string& copy,
+                    const std::function<Eigen::Matrix4d(const Eigen::Matrix4d&)>& change) const {
+    std::filesystem::copy(folder / recording, folder / copy, std::filesystem::copy_options::recursive);
+    std::size_t changed = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(folder / copy)) {
+      if (!entry.path().string().ends_with(".pose.txt")) continue;
+      Eigen::Matrix4d T;
+      std::ifstream in(entry.path());
+      for (int i = 0; i < 16; ++i) in >> T(i / 4, i % 4);
+      in.close();
+      std::ofstream out(entry.path());
+      out.precision(17);
+      out << change(T) << '\n';
+      ++changed;
+    }
+    ASSERT_GT(changed, 0u);
+  }
+};
+
+const Eigen::Matrix4d turned = Eigen::Vector4d(1, -1, -1, 1).asDiagonal();
+
+TEST_F(PoseCheck, PosesInAnotherFormAreRefusedAndTakenOnDemand) {
+  run_well("simulate room -o room --frames 16");
+  const double area = [&] {
+    run_well("map room -o right");
+    return info("right")["area_m2"].get<double>();
+  }();
+  const std::vector<std::pair<std::string, std::function<Eigen::Matrix4d(const Eigen::Matrix4d&)>>> forms{
+      {"inverse", [](const Eigen::Matrix4d& T) { return T.inverse().eval(); }},
+      {"opengl", [](const Eigen::Matrix4d& T) { return (T * turned).eval(); }},
+      {"opengl-inverse", [](const Eigen::Matrix4d& T) { return (T * turned).inverse().eval(); }}};
+  for (const auto& [name, change] : forms) {
+    change_poses("room", name, change);
+    EXPECT_THAT(error_of("map " + name + " -o wrong", 1),
+                AllOf(HasSubstr("taken as " + name + ";"), HasSubstr("nothing is written"),
+                      HasSubstr("--pose-form " + name)));
+    EXPECT_FALSE(exists("wrong.surfaces"));
+    run_well("map " + name + " -o maps/" + name + " --pose-form " + name);
+    EXPECT_NEAR(info("maps/" + name)["area_m2"].get<double>(), area, 0.02 * area) << name;
+  }
+  run_well("map inverse -o wrong --pose-form as-given");
+  EXPECT_TRUE(exists("wrong.surfaces"));
+}
+
+TEST_F(PoseCheck, RightPosesAreNotRefusedWhereTheyDrift) {
+  run_well("simulate corridor -o corridor --length 8 --laps 2 --frames 24 --drift-m 0.3 --drift-deg 3");
+  run_well("map corridor -o corridor --resolution 0.05");
+}
+
+}  // namespace
+}  // namespace octosurf::test
