@@ -68,8 +68,11 @@ std::optional<Up> suggested_up(const Map& map, const std::string& text) {
   const bool held_upright = turned && held.norm() > static_cast<double>(map.state().scans) / 2 &&
                             held.dot(*given) > cos_another * held.norm();
   if (found.source != Up::Source::surfaces || found.rival > doubtful_rival || held_upright ||
-      found.direction.dot(*given) > cos_another || found.level_m2 < 2 * level_area(map, *given))
+      found.direction.dot(*given) > cos_another)
     return std::nullopt;
+  // Without sensors that were held so, walls may be more than the floor.
+  const bool held_so = turned && held.dot(found.direction) > cos_another * held.norm();
+  if (!held_so && found.level_m2 < 2 * level_area(map, *given)) return std::nullopt;
   return found;
 }
 

@@ -104,6 +104,25 @@ TEST_F(UpOption, AnotherAxisIsSuggested) {
   EXPECT_THAT(errors("map floor -o z"), Not(HasSubstr("suggest")));
 }
 
+TEST_F(UpOption, WallsThatAreMoreThanTheFloorHideNoOtherAxis) {
+  // A corridor in a frame whose y is up: its walls, level to z, are more than its floor.
+  run_well("simulate corridor --length 4 -o corridor --frames 12");
+  Eigen::Matrix4d turn = Eigen::Matrix4d::Identity();
+  turn.topLeftCorner<3, 3>() =
+      Eigen::AngleAxisd(-std::numbers::pi / 2, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "corridor")) {
+    if (!entry.path().string().ends_with(".pose.txt")) continue;
+    std::istringstream numbers(read("corridor/" + entry.path().filename().string()));
+    Eigen::Matrix4d pose;
+    for (int i = 0; i < 16; ++i) numbers >> pose(i / 4, i % 4);
+    std::ostringstream turned;
+    turned.precision(17);
+    turned << turn * pose << '\n';
+    write("corridor/" + entry.path().filename().string(), turned.str());
+  }
+  EXPECT_THAT(run_well("map corridor -o y --resolution 0.05").err, HasSubstr("that up is y ("));
+}
+
 TEST_F(UpOption, AMapThatIsGoneOnWithMayGetAnother) {
   run_well("map floor -o m --first 3");
   run_well("map floor -o m --resume m --skip 3 --up auto");
