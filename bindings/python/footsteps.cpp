@@ -149,8 +149,9 @@ void bind_plan(py::module_& module) {
       .field("contact", &NoPlan::contact,
              "Of start and goal: the limit that keeps the foot from there, or None.")
       .field("nearest", &NoPlan::nearest,
-             "(3,) float64, map frame, m: where it came nearest, a copy; or None.")
-      .field("nearest_m", &NoPlan::nearest_m, "m from the goal.")
+             "(3,) float64, map frame, m, a copy: where it came nearest; of start and goal the "
+             "nearest place to stand; or None.")
+      .field("nearest_m", &NoPlan::nearest_m, "m from there to the goal, or to the start.")
       .field<std::map<std::string, std::size_t>>(
           "refused", &refused_of,
           [](NoPlan& self, const std::map<std::string, std::size_t>& counts) {
