@@ -1013,10 +1013,10 @@ class NoPlan:
         """Of start and goal: the limit that keeps the foot from there, or None."""
     @property
     def nearest(self) -> Optional[npt.NDArray[np.float64]]:
-        """(3,) float64, map frame, m: where it came nearest, a copy; or None."""
+        """(3,) float64, map frame, m, a copy: where it came nearest; of start and goal the nearest place to stand; or None."""
     @property
     def nearest_m(self) -> float:
-        """m from the goal."""
+        """m from there to the goal, or to the start."""
     @property
     def refused(self) -> Dict[str, int]:
         """dict: footholds nearer to the goal that "reach", "height", "clearance", "support" refused."""
