@@ -173,7 +173,7 @@ NUMBER = r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
 
 
 def same_line(shown, printed, about=False):
-    free = re.compile(rf"{NUMBER} (?=(?:ms|s|MB|GB)\b)")
+    free = re.compile(rf"{NUMBER} (?=(?:ms|s|MB|GB|a second)\b)|\d+:\d\d (?=left\b)")
     shown, printed = free.sub("# ", shown), free.sub("# ", printed)
     words = lambda line: re.sub(NUMBER, "#", " ".join(line.split()))
     return words(shown) == words(printed) and all(

@@ -56,6 +56,9 @@ class Documents(unittest.TestCase):
     def test_output(self):
         shown = "```sh\nprintf 'a 3 ms\\nb 100.0\\nc\\nd\\n'\n```\n<!-- output -->\n```text\n{}\n```\n"
         self.assertEqual(self.run_blocks(shown.format("a 900 ms\nb 99.5\n…\nd"))[0], 0)
+        pace = "```sh\necho 4/40 scans, 5.3 a second, 0:07 left, 14 surfaces\n```\n<!-- output -->\n```text\n{}\n```\n"
+        self.assertEqual(self.run_blocks(pace.format("4/40 scans, 13 a second, 1:30 left, 14 surfaces"))[0], 0)
+        self.assertEqual(self.run_blocks(pace.format("4/40 scans, 13 a second, 1:30 left, 28 surfaces"))[0], 1)
         for wrong in ("a 3 ms\nb 50\nc\nd", "a 3 ms\nb 100.0\nd", "a 3 ms\nb 100.0\nc\nd\ne", "A 3 ms\n…"):
             self.assertEqual(self.run_blocks(shown.format(wrong))[0], 1, wrong)
         about = shown.replace("output", "output about")
