@@ -115,7 +115,7 @@ struct Standing {
 
 /// When to stop. A result depends on the numbers of expansions alone, unless the time runs out first.
 struct PlanBudget {
-  std::size_t expansions = 20000;  ///< to find a plan at all: some 2 s, where there is none that is found
+  std::size_t expansions = 20000;  ///< to find a plan at all; some 2 s where none is found
   std::size_t improving = 200;     ///< after the first plan, to find better ones
   std::optional<double> time_s;    ///< of all search of one call; checked at each expansion
 };
@@ -157,7 +157,7 @@ struct NoPlan {
   /// Of start and goal: which limit keeps the foot from standing there, if there is a surface.
   std::optional<ContactRefusal> contact;
   /// Of unreachable and budget: where it came nearest to the goal. Of start and goal: the nearest place
-  /// within 2 m where it can stand, with the heading that was asked for. Map frame.
+  /// within 2 m where it can stand with the same heading. Map frame.
   std::optional<Eigen::Vector3d> nearest;
   double nearest_m = 0;  ///< from there to the goal, or to the start
   /// How many footholds nearer to the goal, and within twice its reach from `nearest`, each limit refused, by
