@@ -14,6 +14,7 @@ constexpr double moved_m = 0.15, turned_rad = 10 * std::numbers::pi / 180;  // f
 constexpr std::size_t least_views = 4;
 /// A cell's share of the usual range: poses and readings err by less, and wrong poses by far more.
 constexpr double cell_share = 0.03;
+constexpr double farthest_cell = (1 << 20) - 1;  // of 21 bits a coordinate in a key, its neighbours included
 /// Of the readings that the given form leaves alone, the other leaves half at most, and lays this share more.
 /// Wrong poses lay a third on others by chance, right ones all but what is seen for the first time.
 constexpr double alone_share = 0.5, more_laid = 0.2;
@@ -56,6 +57,7 @@ double PoseCheck::share_laid(PoseForm form, double cell) const {
     std::vector<std::uint64_t> own;
     for (const Eigen::Vector3f& point : view.points) {
       const Eigen::Vector3d at = T * point.cast<double>() / cell;
+      if (!(at.array().abs() < farthest_cell).all()) continue;
       const Eigen::Vector3i middle = at.array().floor().cast<int>();
       laid += seen.contains(key_of(middle)) ? 1 : 0;
       for (int i = 0; i < 27; ++i)

@@ -3,20 +3,13 @@
 #include <algorithm>
 #include <concepts>
 #include <new>
-#include <zlib.h>
 #include <zstd.h>
 
 namespace octosurf::io {
 namespace {
 
-constexpr std::string_view magic("\x89MCAP0\r\n", 8);
 constexpr std::string_view compression = "zstd";
 constexpr std::size_t chunk_size = std::size_t{1} << 20;
-
-std::uint32_t crc_of(std::string_view bytes, std::uint32_t before = 0) {
-  return static_cast<std::uint32_t>(
-      ::crc32_z(before, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()));
-}
 
 std::string compressed(std::string_view bytes) {
   std::string packed(ZSTD_compressBound(bytes.size()), '\0');
@@ -50,20 +43,6 @@ class Fields {
 
 }  // namespace
 
-enum class McapWriter::Op : std::uint8_t {
-  header = 1,
-  footer = 2,
-  schema = 3,
-  channel = 4,
-  message = 5,
-  chunk = 6,
-  message_index = 7,
-  chunk_index = 8,
-  statistics = 11,
-  summary_offset = 14,
-  data_end = 15,
-};
-
 void McapWriter::Span::extend(std::uint64_t begin, std::uint64_t end) {
   begin_ns = empty ? begin : std::min(begin_ns, begin);
   end_ns = empty ? end : std::max(end_ns, end);
@@ -71,7 +50,7 @@ void McapWriter::Span::extend(std::uint64_t begin, std::uint64_t end) {
 }
 
 McapWriter::McapWriter(std::ostream& out) : out_(out) {
-  std::string bytes(magic);
+  std::string bytes(mcap_magic);
   add_record(bytes, Op::header, Fields().text("").text("octosurf").bytes());  // profile, library
   put(bytes);
 }
@@ -88,7 +67,7 @@ void McapWriter::add_record(std::string& to, Op op, std::string_view content, st
 void McapWriter::put(std::string_view bytes) {
   out_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   written_ += bytes.size();
-  crc_ = crc_of(bytes, crc_);
+  crc_ = mcap_crc(bytes, crc_);
 }
 
 std::uint16_t McapWriter::add_channel(std::string_view topic, std::string_view type,
@@ -124,7 +103,7 @@ void McapWriter::end_chunk() {
                  .add(chunk_span_.begin_ns)
                  .add(chunk_span_.end_ns)
                  .add(size)
-                 .add(crc_of(chunk_))
+                 .add(mcap_crc(chunk_))
                  .text(compression)
                  .add(static_cast<std::uint64_t>(packed.size()))
                  .bytes(),
@@ -214,8 +193,8 @@ void McapWriter::finish() {
   footer.resize(footer.size() - 4);
   summary += footer;
   put(summary);
-  put(Fields().add(crc_of(summary)).bytes());
-  put(magic);
+  put(Fields().add(mcap_crc(summary)).bytes());
+  put(mcap_magic);
 }
 
 }  // namespace octosurf::io

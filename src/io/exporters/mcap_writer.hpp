@@ -1,5 +1,7 @@
 #pragma once
 
+#include "io/mcap_format.hpp"
+
 #include <cstdint>
 #include <ostream>
 #include <string>
@@ -27,7 +29,7 @@ class McapWriter {
   void finish();
 
  private:
-  enum class Op : std::uint8_t;
+  using Op = McapOp;
 
   struct Place {
     std::uint64_t time_ns, offset;

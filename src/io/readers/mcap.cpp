@@ -1,46 +1,31 @@
 // MCAP (mcap.dev/spec): records of an opcode and a length, messages in chunks or bare. Debian has no reader.
+#include "io/mcap_format.hpp"
 #include "io/readers/chunked_bag.hpp"
 
 #include <limits>
 #include <map>
 #include <optional>
 #include <stdexcept>
-#include <zlib.h>
 
 #include <octosurf/error.hpp>
 
 namespace octosurf::io {
 namespace {
 
-constexpr std::string_view magic("\x89MCAP0\r\n", 8);
 constexpr std::uint64_t record_head = 9;  // opcode and length
 
-enum class Op : std::uint8_t {
-  header = 1,
-  footer = 2,
-  schema = 3,
-  channel = 4,
-  message = 5,
-  chunk = 6,
-  statistics = 11,
-  data_end = 15,
-};
-
-std::uint32_t crc_of(std::string_view bytes, std::uint32_t before = 0) {
-  return static_cast<std::uint32_t>(
-      ::crc32_z(before, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()));
-}
+using Op = McapOp;
 
 class McapBag : public ChunkedBag {
  public:
   explicit McapBag(const std::filesystem::path& file) : ChunkedBag(file, "MCAP") {
-    if (file_.left() < magic.size() || file_.take(magic.size()) != magic)
+    if (file_.left() < mcap_magic.size() || file_.take(mcap_magic.size()) != mcap_magic)
       file_.refuse("not an MCAP file", "record it again, or copy it again");
   }
 
   void read_all(const Visit& visit, std::vector<std::string>* left_out) override {
     file_.seek(0);
-    crc_ = crc_of(file_.take(magic.size()));
+    crc_ = mcap_crc(file_.take(mcap_magic.size()));
     messages_ = 0;
     whole_ = true;
     try {
@@ -83,7 +68,7 @@ class McapBag : public ChunkedBag {
       if (whole_ && crc != 0 && crc != crc_) refuse(begin, "the check sum of its messages is wrong");
       return false;
     }
-    crc_ = crc_of(record, crc_of(head, crc_));
+    crc_ = mcap_crc(record, mcap_crc(head, crc_));
     try {
       if (op == Op::chunk)
         read_chunk(begin, unpack_at(begin, record), visit);
@@ -160,7 +145,7 @@ class McapBag : public ChunkedBag {
     const std::string_view format = fields.text();
     const std::string_view packed = fields.take(fields.u64());
     std::string records = unpacked(packed, format, size);
-    if (crc != 0 && crc != crc_of(records)) throw std::runtime_error("a chunk's check sum is wrong");
+    if (crc != 0 && crc != mcap_crc(records)) throw std::runtime_error("a chunk's check sum is wrong");
     return records;
   }
 
