@@ -1,6 +1,7 @@
 // `octosurf evaluate`: scores of a map's surfaces against a truth or a labelled cloud.
 #include "evaluation/evaluate.hpp"
 
+#include "degrees.hpp"
 #include "evaluation/labels.hpp"
 #include "evaluation/truth.hpp"
 #include "io/new_file.hpp"
@@ -20,7 +21,7 @@
 namespace octosurf {
 namespace {
 
-constexpr const char* description = R"(Scores a map's surfaces against what is true.
+constexpr const char* evaluate_description = R"(Scores a map's surfaces against what is true.
 
 Examples:
   octosurf evaluate maps/office --truth sim/office/truth.json
@@ -29,10 +30,12 @@ Examples:
 
 Scores against --truth (tol: 1.5 voxels, at least 2 cm, off a plane; exact definitions in
 src/evaluation/evaluate.hpp):
-  judged             true faces of which --min-area or more was seen
+  judged             true faces of which --min-area or more was seen; faces of one plane (0.5°, a quarter of a
+                     voxel) nearer to each other than h are one, as a foot finds them
   correct            one surface covers 80 % of the face's seen area and lies on it with 80 % of its own
   over-segmented     several surfaces that each lie on the face cover 80 % of it
-  under-segmented    one surface covers 80 % of the face and of others besides
+  under-segmented    one surface covers 80 % of the face and of others besides: below the face these are
+                     named, with their angle to it and how far they are off its plane
   missed             none of these
   noise              surfaces of that size that took part in none of these
   coverage           share of the judged faces' seen area with a surface at most tol and 15° off
@@ -51,13 +54,11 @@ True outlines are those of whole faces: what the sensor could not see of a face 
 Curved things are not in the truth: surfaces on them count as noise, unsafe and false.
 )";
 
-struct Arguments {
+struct EvaluateArguments {
   std::string map, truth, labels, json;
   double min_area = evaluation::EvaluationOptions{}.min_area;
   bool force = false;
 };
-
-double degrees(double rad) { return rad * 180 / std::numbers::pi; }
 
 // The verdicts' line is the same for faces and labels.
 template <class Scores>
@@ -73,11 +74,14 @@ void print(const evaluation::Evaluation& scores) {
     std::printf("%5u  %-28s %8.3f %7.1f%% %8.2f ", face.id, face.name.c_str(), face.visible_m2,
                 100 * face.covered, face.multiplicity);
     if (face.surface != 0) {
-      std::printf("%8u %7.2f %9.1f  ", face.surface, degrees(face.normal_rad), 1e3 * face.offset_m);
+      std::printf("%8u %7.2f %9.1f  ", face.surface, deg_per_rad * face.normal_rad, 1e3 * face.offset_m);
     } else {
       std::printf("%8s %7s %9s  ", "-", "-", "-");
     }
     std::printf("%s\n", std::string(name_of(face.verdict)).c_str());
+    for (const evaluation::FusedWith& other : face.fused_with)
+      std::printf("%7s with %u (%s): turned by %.2f°, up to %.1f mm off its plane\n", "", other.id,
+                  other.name.c_str(), deg_per_rad * other.fold.angle_rad, 1e3 * other.fold.offset_m);
   }
   std::printf("\n");
   print_verdicts(scores.faces, "faces", scores);
@@ -95,12 +99,12 @@ void print(const evaluation::Evaluation& scores) {
                 percent * scores.unsafe_at(m), percent * scores.rim_m2[m], percent * scores.false_m2);
   }
   std::printf("%-22s %.3f m²\n", "ghost area", scores.ghost_m2);
-  std::printf("%-22s mean %.3f°, max %.3f°\n", "normal error", degrees(scores.normal_rad.mean),
-              degrees(scores.normal_rad.max));
+  std::printf("%-22s mean %.3f°, max %.3f°\n", "normal error", deg_per_rad * scores.normal_rad.mean,
+              deg_per_rad * scores.normal_rad.max);
   std::printf("%-22s mean %.2f mm, max %.2f mm\n", "offset error", 1e3 * scores.offset_m.mean,
               1e3 * scores.offset_m.max);
   std::printf("%-22s normal mean %.3f°, max %.3f°; offset mean %.2f mm, max %.2f mm\n", "all matched faces",
-              degrees(scores.normal_all_rad.mean), degrees(scores.normal_all_rad.max),
+              deg_per_rad * scores.normal_all_rad.mean, deg_per_rad * scores.normal_all_rad.max,
               1e3 * scores.offset_all_m.mean, 1e3 * scores.offset_all_m.max);
   std::printf("%-22s mean %.1f mm, 95 %% within %.1f mm\n", "boundary distance", 1e3 * scores.boundary_m.mean,
               1e3 * scores.boundary_m.p95);
@@ -113,7 +117,7 @@ void print(const evaluation::LabelEvaluation& scores) {
   for (const evaluation::LabelScore& label : scores.label_scores) {
     std::printf("%6u %9zu %8.1f %7.1f%% ", label.label, label.points, 1e3 * label.rms_m, 100 * label.covered);
     if (label.surface != 0) {
-      std::printf("%8u %8.3f %7.2f %9.1f  ", label.surface, label.iou, degrees(label.normal_rad),
+      std::printf("%8u %8.3f %7.2f %9.1f  ", label.surface, label.iou, deg_per_rad * label.normal_rad,
                   1e3 * label.offset_m);
     } else {
       std::printf("%8s %8s %7s %9s  ", "-", "-", "-", "-");
@@ -126,20 +130,20 @@ void print(const evaluation::LabelEvaluation& scores) {
   std::printf("%-22s %.2f %%\n", "coverage", 100 * scores.coverage);
   std::printf("%-22s %.3f\n", "mean IoU", scores.mean_iou);
   if (scores.support_iou) std::printf("%-22s %.3f\n", "support plane IoU", *scores.support_iou);
-  std::printf("%-22s mean %.3f°, max %.3f°\n", "normal error", degrees(scores.normal_rad.mean),
-              degrees(scores.normal_rad.max));
+  std::printf("%-22s mean %.3f°, max %.3f°\n", "normal error", deg_per_rad * scores.normal_rad.mean,
+              deg_per_rad * scores.normal_rad.max);
   std::printf("%-22s mean %.2f mm, max %.2f mm\n", "offset error", 1e3 * scores.offset_m.mean,
               1e3 * scores.offset_m.max);
 }
 
-void require_writable(const Arguments& arguments) {
+void require_writable(const EvaluateArguments& arguments) {
   if (arguments.json.empty()) return;
   require_apart("--json", arguments.json, files_of_map(arguments.map));
   require_apart("--json", arguments.json, {arguments.truth, arguments.labels});
   io::NewFile(arguments.json, arguments.force).write([](std::ostream&) {});
 }
 
-void write_json(const Arguments& arguments, const std::string& json) {
+void write_json(const EvaluateArguments& arguments, const std::string& json) {
   if (arguments.json.empty()) return;
   io::NewFile file(arguments.json, arguments.force);
   file.write([&](std::ostream& out) { out << json << '\n'; });
@@ -147,7 +151,7 @@ void write_json(const Arguments& arguments, const std::string& json) {
 }
 
 template <class Scores>
-void report(const Scores& scores, const Arguments& arguments) {
+void report(const Scores& scores, const EvaluateArguments& arguments) {
   print(scores);
   write_json(arguments, to_json(scores));
 }
@@ -163,13 +167,14 @@ evaluation::LabelEvaluation evaluate_labelled(const Map& map, const std::string&
   return evaluation::evaluate_labels(cloud, points, found, *map.snapshot());
 }
 
-void run(const Arguments& arguments) {
+void run_evaluate(const EvaluateArguments& arguments) {
   require_writable(arguments);
   const LoadedMap loaded = load_map(arguments.map);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   if (!arguments.truth.empty()) {
     evaluation::EvaluationOptions options;
     options.min_area = arguments.min_area;
+    options.joined_gap = loaded.map.parameters().max_hole_size();
     report(evaluation::evaluate(*loaded.map.snapshot(), evaluation::load_truth(arguments.truth), options),
            arguments);
   } else {
@@ -180,8 +185,8 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_evaluate(CLI::App& app) {
-  CLI::App* verb = app.add_subcommand("evaluate", description);
-  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = app.add_subcommand("evaluate", evaluate_description);
+  const auto arguments = std::make_shared<EvaluateArguments>();
   verb->add_option("map", arguments->map, "map to score: name without ending, as given to map -o")
       ->required();
   CLI::Option_group* against = verb->add_option_group("against", "what is true; one of");
@@ -196,7 +201,7 @@ void add_evaluate(CLI::App& app) {
       ->capture_default_str();
   verb->add_option("--json", arguments->json, "also write the scores to this file");
   verb->add_flag("--force", arguments->force, "overwrite the --json file");
-  verb->callback([arguments] { run(*arguments); });
+  verb->callback([arguments] { run_evaluate(*arguments); });
 }
 
 }  // namespace octosurf

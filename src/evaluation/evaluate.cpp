@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <set>
 #include <string>
 
 #include <octosurf/error.hpp>
@@ -17,10 +18,6 @@ using evaluation::Pair;
 using evaluation::Patch;
 using evaluation::Scene;
 using evaluation::transfer;
-
-double share(std::size_t part, std::size_t whole) {
-  return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
-}
 
 constexpr std::size_t margins = outline_margins.size();
 
@@ -192,6 +189,26 @@ Eigen::Vector3d visible_centroid(const Scene& scene, std::size_t f) {
   return transfer(scene.faces[f].T_map_patch, sum / static_cast<double>(scene.visible[f].count()));
 }
 
+/// The judged faces of which a surface that covers this one covers as large a share, by id.
+std::vector<FusedWith> fused_with(const Scene& scene, const Counts& counts, std::size_t f) {
+  const auto covers = [&](const Pair& pair) {
+    return pair.aligned && counts.judged[pair.face] &&
+           share(pair.covered, scene.visible[pair.face].count()) >= scene.options.threshold;
+  };
+  std::set<std::size_t> others;
+  for (const std::size_t i : scene.pairs_of_face[f]) {
+    if (!covers(scene.pairs[i])) continue;
+    for (const std::size_t k : scene.pairs_of_surface[scene.pairs[i].surface])
+      if (covers(scene.pairs[k]) && scene.pairs[k].face != f) others.insert(scene.pairs[k].face);
+  }
+  std::vector<FusedWith> fused;
+  for (const std::size_t g : others) {
+    const TrueFace& other = scene.truth->faces[g];
+    fused.push_back({other.id, other.name, fold_between(scene.truth->faces[f], other)});
+  }
+  return fused;
+}
+
 FaceScore score_face(const Scene& scene, const Counts& counts, std::size_t f) {
   const TrueFace& face = scene.truth->faces[f];
   const CellCounts& cells = counts.cells[f];
@@ -200,6 +217,8 @@ FaceScore score_face(const Scene& scene, const Counts& counts, std::size_t f) {
   score.name = face.name;
   score.verdict = counts.hoover.truth[f];
   score.visible_m2 = scene.visible_m2(f);
+  score.joined = face.joined;
+  if (score.verdict == TruthVerdict::under_segmented) score.fused_with = fused_with(scene, counts, f);
   score.covered = share(cells.covered, scene.visible[f].count());
   score.multiplicity = share(cells.layers, cells.covered);
   if (const Pair* pair = pair_of(scene, counts, f)) {
@@ -318,6 +337,17 @@ void EvaluationOptions::validate() const {
           "at least the angle and under 90° (in radians)");
   require(threshold > 0.5 && threshold <= 1, "threshold", threshold, "in (0.5, 1]");
   require(grid >= 0.001 && grid <= 0.1, "grid", grid, "between 0.001 and 0.1 m");
+  require(joined_rad >= 0 && joined_rad < right_angle, "joined angle", joined_rad,
+          "at least 0 and under 90°");
+  require(joined_voxels >= 0 && std::isfinite(joined_voxels), "joined voxels", joined_voxels,
+          "finite, 0 or more");
+  if (joined_gap)
+    require(*joined_gap >= 0 && std::isfinite(*joined_gap), "joined gap", *joined_gap,
+            "a length, 0 m or more");
+}
+
+OnePlane EvaluationOptions::one_plane_at(double resolution) const {
+  return {joined_rad, joined_voxels * resolution, joined_gap.value_or(std::max(0.08, 4 * resolution))};
 }
 
 Summary summarize(std::vector<double> values) {
@@ -334,7 +364,9 @@ Summary summarize(std::vector<double> values) {
 }
 
 Evaluation evaluate(const Snapshot& snapshot, const Truth& truth, const EvaluationOptions& options) {
-  Scene scene = evaluation::prepare(snapshot, truth, options);
+  Scene scene = evaluation::prepare(snapshot, truth, options);  // checks the truth, too
+  const Truth joined = join_faces(truth, options.one_plane_at(snapshot.resolution));
+  if (joined.faces.size() < truth.faces.size()) scene = evaluation::prepare(snapshot, joined, options);
   const Counts counts = count(scene);
   Evaluation result;
   result.options = scene.options;

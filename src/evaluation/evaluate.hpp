@@ -1,6 +1,7 @@
 #pragma once
 
 #include "evaluation/hoover.hpp"
+#include "evaluation/one_plane.hpp"
 #include "evaluation/truth.hpp"
 
 #include <array>
@@ -14,15 +15,19 @@
 namespace octosurf::evaluation {
 
 struct EvaluationOptions {
-  double min_area = 0.05;                   ///< m²: faces of which less was seen are not judged, nor are
-                                            ///< smaller surfaces called noise
-  std::optional<double> tolerance;          ///< m: along the normal; empty: max(0.02, 1.5·resolution)
-  double angle_rad = 0.2617993877991494;    ///< a surface covers, or lies on, a face up to here (15°)
-  double support_rad = 0.5235987755982988;  ///< a face supports a surface up to here (30°)
-  double threshold = 0.8;                   ///< Hoover's T, in (0.5, 1]
-  double grid = 0.01;                       ///< m: sampling of surfaces, rings and holes
+  double min_area = 0.05;                    ///< m²: faces of which less was seen are not judged, nor are
+                                             ///< smaller surfaces called noise
+  std::optional<double> tolerance;           ///< m: along the normal; empty: max(0.02, 1.5·resolution)
+  double angle_rad = 0.2617993877991494;     ///< a surface covers, or lies on, a face up to here (15°)
+  double support_rad = 0.5235987755982988;   ///< a face supports a surface up to here (30°)
+  double threshold = 0.8;                    ///< Hoover's T, in (0.5, 1]
+  double grid = 0.01;                        ///< m: sampling of surfaces, rings and holes
+  double joined_rad = 0.008726646259971648;  ///< faces turned by no more are one plane (0.5°)
+  double joined_voxels = 0.25;               ///< and off each other's plane by no more, in units of d
+  std::optional<double> joined_gap;          ///< m: and nearer; empty: the map's default h, max(0.08, 4 d)
 
   double tolerance_at(double resolution) const;
+  OnePlane one_plane_at(double resolution) const;
   /// Throws Error(usage) naming field, value and rule.
   void validate() const;
 };
@@ -34,18 +39,27 @@ struct Summary {
 /// p95 is the smallest value that at least 95 % of the values do not exceed.
 Summary summarize(std::vector<double> values);
 
+/// Another face that the surface of an under-segmented one covers, too.
+struct FusedWith {
+  std::uint32_t id = 0;
+  std::string name;
+  Fold fold;  ///< what should have kept the two apart
+};
+
 struct FaceScore {
   std::uint32_t id = 0;
   std::string name;
   TruthVerdict verdict = TruthVerdict::missed;
-  double visible_m2 = 0;    ///< visible cells · cell²
-  double covered = 0;       ///< share of the visible area that any surface covers
-  double multiplicity = 0;  ///< mean number of surfaces over the covered part; 0 if none
-  SurfaceId surface = 0;    ///< the correct one, else the one that covers most of it; 0: none
-  double by_surface = 0;    ///< share of the visible area that `surface` covers
-  double of_surface = 0;    ///< share of `surface`'s area that lies on this face
-  double normal_rad = 0;    ///< angle between the normals of `surface` and face; 0 if none
-  double offset_m = 0;      ///< signed distance of the visible cells' centroid to `surface`
+  double visible_m2 = 0;              ///< visible cells · cell²
+  double covered = 0;                 ///< share of the visible area that any surface covers
+  double multiplicity = 0;            ///< mean number of surfaces over the covered part; 0 if none
+  SurfaceId surface = 0;              ///< the correct one, else the one that covers most of it; 0: none
+  double by_surface = 0;              ///< share of the visible area that `surface` covers
+  double of_surface = 0;              ///< share of `surface`'s area that lies on this face
+  double normal_rad = 0;              ///< angle between the normals of `surface` and face; 0 if none
+  double offset_m = 0;                ///< signed distance of the visible cells' centroid to `surface`
+  std::vector<std::uint32_t> joined;  ///< ids of the faces that are one with it (definition 0)
+  std::vector<FusedWith> fused_with;  ///< of an under-segmented face, by id
 };
 
 /// m off the true outline beyond which a foot's support is judged, finest first (definition 10).
@@ -73,6 +87,10 @@ struct HoleScore {
 /// How well surfaces agree with the truth of a simulated recording. Definitions (p a point, S a
 /// surface, F a true face, tol the tolerance, d the snapshot's resolution):
 ///
+/// 0. A true face is what a foot finds: present faces in one plane, by `joined_rad` and `joined_voxels`, that
+/// lie
+///    nearer to each other than `joined_gap` are one (join_faces()). Blocks set side by side are one face; a
+///    map joins them across gaps up to h, as it should. Where parts of a joined face meet is no outline (8).
 /// 1. A true face is *present* unless `gone`, and *judged* if it is present and its visible cells
 ///    amount to `min_area`. Its sample points are the centres of its visible cells.
 /// 2. S *covers* a sample point p of F if the angle between the (directed) normals is at most
@@ -83,8 +101,7 @@ struct HoleScore {
 ///    lies inside F's polygons (seen or not) or at most d from their rings. F *supports* p if the
 ///    same holds with `support_rad`.
 /// 4. Correct, over-segmented, under-segmented, missed, noise: hoover.hpp, with the visible area
-///    covered by S as the face's share and S's area on F as the surface's share. True faces that
-///    continue each other in one plane count as two, so truth should hold them as one.
+///    covered by S as the face's share and S's area on F as the surface's share.
 ///    `repeated` of the `noise` lies with `threshold` or more on one present face: double layers
 ///    and fragments.
 /// 5. `coverage`: share of the judged faces' visible area that some S covers; `coverage_all` of all
@@ -142,8 +159,9 @@ Evaluation evaluate(const Snapshot& snapshot, const Truth& truth, const Evaluati
 /// One JSON object: the fields of Evaluation by name, angles in degrees (`normal_deg`, …), summaries
 /// as {count, mean, p95, max}; of definition 10 `unsafe_10mm_m2`, `unsafe_10mm_share`, `rim_10mm_m2`, the
 /// same of 15mm, `false_m2` and `false_share` (of area_m2); `options` {min_area_m2, tolerance_m, angle_deg,
-/// support_deg, threshold, grid_m}; `face_scores` [{id, name, verdict, visible_m2, covered, multiplicity,
-/// surface, by_surface, of_surface, normal_deg, offset_m}], `surface_scores` [{id, verdict, area_m2,
+/// support_deg, threshold, grid_m, joined_deg, joined_voxels, joined_gap_m}; `face_scores` [{id, name,
+/// verdict, visible_m2, covered, multiplicity, surface, by_surface, of_surface, normal_deg, offset_m, joined:
+/// [ids], fused_with: [{face, name, angle_deg, offset_m}]}], `surface_scores` [{id, verdict, area_m2,
 /// unsafe_m2, ghost_m2, rim_10mm_m2, rim_15mm_m2, false_m2, face, on_face}], `hole_scores` [{face, area_m2,
 /// empty, found}].
 std::string to_json(const Evaluation& evaluation);

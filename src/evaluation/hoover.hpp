@@ -7,6 +7,11 @@
 
 namespace octosurf::evaluation {
 
+/// 0 of nothing.
+inline double share(std::size_t part, std::size_t whole) {
+  return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
+}
+
 /// What became of a true region, after Hoover et al., An experimental comparison of range image
 /// segmentation algorithms, PAMI 1996.
 enum class TruthVerdict { correct, over_segmented, under_segmented, missed, not_judged };

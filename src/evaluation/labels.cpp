@@ -1,5 +1,7 @@
 #include "evaluation/labels.hpp"
 
+#include "geometry/symmetric.hpp"
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -11,10 +13,6 @@
 
 namespace octosurf::evaluation {
 namespace {
-
-double share(std::size_t part, std::size_t whole) {
-  return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
-}
 
 /// Least-squares plane of a label's points.
 struct Fit {
@@ -34,14 +32,14 @@ Fit fit_plane(const std::vector<Eigen::Vector3d>& points) {
     covariance += d * d.transpose();
   }
   covariance /= static_cast<double>(points.size());
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
-  fit.normal = solver.eigenvectors().col(0);
-  fit.rms = std::sqrt(std::max(0.0, solver.eigenvalues()(0)));
+  const geometry::PrincipalAxes3 axes = geometry::principal_axes(covariance);
+  fit.normal = axes.vectors.col(0);
+  fit.rms = std::sqrt(std::max(0.0, axes.values[0]));
   return fit;
 }
 
 /// Labels, surfaces, and how many points they share; all by ascending label or id.
-struct Counts {
+struct SharedPoints {
   std::vector<std::uint32_t> labels;
   std::vector<SurfaceId> surfaces;
   std::vector<Fit> fits;                                               // per label
@@ -60,9 +58,9 @@ void sort_unique(std::vector<T>& values) {
   values.erase(std::unique(values.begin(), values.end()), values.end());
 }
 
-Counts count(const LabelledCloud& cloud, std::span<const Eigen::Vector3d> points,
-             std::span<const SurfaceId> found) {
-  Counts counts;
+SharedPoints count(const LabelledCloud& cloud, std::span<const Eigen::Vector3d> points,
+                   std::span<const SurfaceId> found) {
+  SharedPoints counts;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (cloud.labels[i] == 0) continue;
     counts.labels.push_back(cloud.labels[i]);
@@ -90,7 +88,7 @@ Counts count(const LabelledCloud& cloud, std::span<const Eigen::Vector3d> points
   return counts;
 }
 
-HooverResult judge(const Counts& counts, LabelledCloud::Kind kind, const LabelOptions& options) {
+HooverResult judge(const SharedPoints& counts, LabelledCloud::Kind kind, const LabelOptions& options) {
   HooverRegions regions;
   const bool planes = kind == LabelledCloud::Kind::planes;
   for (std::size_t i = 0; i < counts.labels.size(); ++i) {
@@ -120,7 +118,7 @@ HooverResult judge(const Counts& counts, LabelledCloud::Kind kind, const LabelOp
   return hoover(regions, overlaps, options.threshold);
 }
 
-LabelScore score_label(const Counts& counts, const HooverResult& verdicts, std::size_t label,
+LabelScore score_label(const SharedPoints& counts, const HooverResult& verdicts, std::size_t label,
                        const Snapshot& snapshot) {
   LabelScore score;
   score.label = counts.labels[label];
@@ -179,7 +177,7 @@ LabelEvaluation evaluate_labels(const LabelledCloud& cloud, std::span<const Eige
                                 const LabelOptions& options) {
   options.validate();
   require_input(cloud, points, found, snapshot);
-  const Counts counts = count(cloud, points, found);
+  const SharedPoints counts = count(cloud, points, found);
   const HooverResult verdicts = judge(counts, cloud.kind, options);
 
   LabelEvaluation result;

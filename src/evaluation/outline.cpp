@@ -26,15 +26,25 @@ Eigen::Isometry3d T_surface_face(const Scene& scene, std::size_t face, std::size
 void append_boundary_distances(const Scene& scene, std::size_t face, std::size_t surface,
                                std::vector<double>& distances) {
   const Eigen::Isometry3d T = T_surface_face(scene, face, surface);
-  const auto along = [&](const Ring2& ring) {
+  const TrueFace& truth = scene.truth->faces[face];
+  const double gap = scene.options.one_plane_at(scene.snapshot->resolution).gap_m;
+  std::vector<PlanarRegion> parts;  // of a joined face: its polygons
+  if (!truth.joined.empty())
+    for (const Polygon& polygon : truth.polygons) parts.emplace_back(std::vector{polygon});
+  const auto is_joint = [&](const Eigen::Vector2d& uv, std::size_t own) {
+    for (std::size_t p = 0; p < parts.size(); ++p)
+      if (p != own && parts[p].within(uv, gap)) return true;
+    return false;
+  };
+  const auto along = [&](const Ring2& ring, std::size_t part) {
     evaluation::for_each_on_ring(ring, scene.options.grid, [&](const Eigen::Vector2d& uv) {
-      if (!scene.visible[face].near(uv, scene.reach())) return;
+      if (!scene.visible[face].near(uv, scene.reach()) || is_joint(uv, part)) return;
       distances.push_back(scene.surfaces[surface].region.ring_distance(transfer(T, uv).head<2>()));
     });
   };
-  for (const Polygon& polygon : scene.truth->faces[face].polygons) {
-    along(polygon.outer);
-    for (const Ring2& hole : polygon.holes) along(hole);
+  for (std::size_t p = 0; p < truth.polygons.size(); ++p) {
+    along(truth.polygons[p].outer, p);
+    for (const Ring2& hole : truth.polygons[p].holes) along(hole, p);
   }
 }
 

@@ -7,18 +7,24 @@
 namespace octosurf::evaluation {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 double degrees(double rad) { return rad * 180 / std::numbers::pi; }
 
-Json to_object(const Summary& summary, double scale = 1) {
+OrderedJson to_object(const Summary& summary, double scale = 1) {
   return {{"count", summary.count},
           {"mean", summary.mean * scale},
           {"p95", summary.p95 * scale},
           {"max", summary.max * scale}};
 }
 
-Json to_object(const FaceScore& score) {
+OrderedJson to_object(const FaceScore& score) {
+  OrderedJson fused = OrderedJson::array();
+  for (const FusedWith& other : score.fused_with)
+    fused.push_back({{"face", other.id},
+                     {"name", other.name},
+                     {"angle_deg", degrees(other.fold.angle_rad)},
+                     {"offset_m", other.fold.offset_m}});
   return {{"id", score.id},
           {"name", score.name},
           {"verdict", name_of(score.verdict)},
@@ -29,10 +35,12 @@ Json to_object(const FaceScore& score) {
           {"by_surface", score.by_surface},
           {"of_surface", score.of_surface},
           {"normal_deg", degrees(score.normal_rad)},
-          {"offset_m", score.offset_m}};
+          {"offset_m", score.offset_m},
+          {"joined", score.joined},
+          {"fused_with", fused}};
 }
 
-Json to_object(const SurfaceScore& score) {
+OrderedJson to_object(const SurfaceScore& score) {
   return {{"id", score.id},
           {"verdict", name_of(score.verdict)},
           {"area_m2", score.area_m2},
@@ -45,11 +53,11 @@ Json to_object(const SurfaceScore& score) {
           {"on_face", score.on_face}};
 }
 
-Json to_object(const HoleScore& score) {
+OrderedJson to_object(const HoleScore& score) {
   return {{"face", score.face}, {"area_m2", score.area_m2}, {"empty", score.empty}, {"found", score.found}};
 }
 
-Json to_object(const LabelScore& score) {
+OrderedJson to_object(const LabelScore& score) {
   return {{"label", score.label},
           {"verdict", name_of(score.verdict)},
           {"points", score.points},
@@ -64,14 +72,16 @@ Json to_object(const LabelScore& score) {
 }
 
 template <class Score>
-Json to_array(const std::vector<Score>& scores) {
-  Json array = Json::array();
+OrderedJson to_array(const std::vector<Score>& scores) {
+  OrderedJson array = OrderedJson::array();
   for (const Score& score : scores) array.push_back(to_object(score));
   return array;
 }
 
 // Names come from files: bytes that are not UTF-8 must not stop the report.
-std::string dump(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace); }
+std::string dump(const OrderedJson& json) {
+  return json.dump(1, ' ', false, OrderedJson::error_handler_t::replace);
+}
 
 }  // namespace
 
@@ -81,14 +91,17 @@ std::string to_json(const Evaluation& evaluation) {
   const auto share = [&evaluation](double area_m2) {
     return evaluation.area_m2 > 0 ? area_m2 / evaluation.area_m2 : 0;
   };
-  const Json json{
+  const OrderedJson json{
       {"options",
        {{"min_area_m2", options.min_area},
         {"tolerance_m", options.tolerance_at(evaluation.resolution_m)},
         {"angle_deg", degrees(options.angle_rad)},
         {"support_deg", degrees(options.support_rad)},
         {"threshold", options.threshold},
-        {"grid_m", options.grid}}},
+        {"grid_m", options.grid},
+        {"joined_deg", degrees(options.joined_rad)},
+        {"joined_voxels", options.joined_voxels},
+        {"joined_gap_m", options.one_plane_at(evaluation.resolution_m).gap_m}}},
       {"resolution_m", evaluation.resolution_m},
       {"faces", evaluation.faces},
       {"correct", evaluation.correct},
@@ -129,7 +142,7 @@ std::string to_json(const Evaluation& evaluation) {
 }
 
 std::string to_json(const LabelEvaluation& evaluation) {
-  Json json{
+  OrderedJson json{
       {"labels", evaluation.labels},
       {"correct", evaluation.correct},
       {"over_segmented", evaluation.over_segmented},
@@ -142,7 +155,7 @@ std::string to_json(const LabelEvaluation& evaluation) {
       {"mean_iou", evaluation.mean_iou},
       {"normal_deg", to_object(evaluation.normal_rad, degrees(1))},
       {"offset_m", to_object(evaluation.offset_m)},
-      {"support_iou", evaluation.support_iou ? Json(*evaluation.support_iou) : Json()},
+      {"support_iou", evaluation.support_iou ? OrderedJson(*evaluation.support_iou) : OrderedJson()},
       {"label_scores", to_array(evaluation.label_scores)},
   };
   return dump(json);

@@ -79,7 +79,7 @@ void find_pairs(Scene& scene) {
   }
 }
 
-void add_faces(const evaluation::Truth& truth, Scene& scene) {
+void place_faces(const evaluation::Truth& truth, Scene& scene) {
   if (truth.faces.empty()) {
     throw Error(Error::Kind::data, "truth", "it has no faces", "give the truth.json of a simulated scene");
   }
@@ -100,7 +100,7 @@ void add_faces(const evaluation::Truth& truth, Scene& scene) {
   }
 }
 
-void add_surfaces(const Snapshot& snapshot, Scene& scene) {
+void place_surfaces(const Snapshot& snapshot, Scene& scene) {
   if (!(snapshot.resolution > 0 && std::isfinite(snapshot.resolution))) {
     throw Error(Error::Kind::data, "snapshot", "resolution is not a positive length");
   }
@@ -160,8 +160,8 @@ Scene prepare(const Snapshot& snapshot, const evaluation::Truth& truth,
   scene.snapshot = &snapshot;
   scene.truth = &truth;
   scene.options = options;
-  add_faces(truth, scene);
-  add_surfaces(snapshot, scene);
+  place_faces(truth, scene);
+  place_surfaces(snapshot, scene);
   scene.tolerance = options.tolerance_at(snapshot.resolution);
   scene.options.tolerance = scene.tolerance;
   find_pairs(scene);

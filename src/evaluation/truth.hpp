@@ -31,6 +31,8 @@ struct TrueFace {
   std::vector<CellRun> visible;
   double visible_area_m2 = 0;
   bool gone = false;  ///< its object was removed or moved away before the recording ended
+  /// Ids of the others that join_faces() has put into it; not in the file.
+  std::vector<std::uint32_t> joined;
 };
 
 /// What is true of a simulated recording; written beside the scans as `truth.json`.

@@ -223,6 +223,10 @@ void print_failures(const std::string& title, const evaluation::Evaluation& eval
     any = true;
   }
   if (any) std::printf("%s", faces.text().c_str());
+  for (const evaluation::FaceScore& face : evaluation.face_scores)
+    for (const evaluation::FusedWith& other : face.fused_with)
+      std::printf("%s is one with %s: turned by %.2f°, up to %.1f mm off its plane\n", face.name.c_str(),
+                  other.name.c_str(), other.fold.angle_rad * deg, 1000 * other.fold.offset_m);
 
   TextTable surfaces({title, "area m²", "unsafe m²", "ghost m²", "on face", "share on it"});
   any = false;

@@ -10,8 +10,6 @@ namespace {
 
 using namespace hand_made;
 
-Evaluation scores_of(const World& world) { return evaluate(world.snapshot, world.truth); }
-
 /// Faces and, near them, surfaces that miss them by a little in every way.
 World random_world(std::mt19937_64& random) {
   std::uniform_real_distribution<double> unit(0, 1);

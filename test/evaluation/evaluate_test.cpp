@@ -12,8 +12,6 @@ namespace {
 
 using namespace hand_made;
 
-Evaluation scores_of(const World& world) { return evaluate(world.snapshot, world.truth); }
-
 const Eigen::Isometry3d ground = frame({0, 0, 0});
 
 Eigen::Isometry3d raised(double height) { return frame({0, 0, height}); }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "evaluation/evaluate.hpp"
 #include "evaluation/truth.hpp"
 
 #include <cmath>
@@ -157,5 +158,9 @@ struct World {
     return result;
   }
 };
+
+inline evaluation::Evaluation scores_of(const World& world) {
+  return evaluation::evaluate(world.snapshot, world.truth);
+}
 
 }  // namespace octosurf::hand_made

@@ -1,6 +1,7 @@
 #include "evaluation/labels.hpp"
 
 #include "hand_made.hpp"
+#include "support/paths.hpp"
 
 #include <fstream>
 #include <gmock/gmock.h>
@@ -181,7 +182,7 @@ LabelEvaluation scores_of_the_labels(const LabelledCloud& cloud) {
 
 // What the data's README files say was checked by other means.
 TEST(LabelledCloud, EvopsFrameReadsAsSeventeenPlanes) {
-  const fs::path folder = fs::path(OCTOSURF_DATA_DIR) / "labelled_evops_icl";
+  const fs::path folder = fs::path(test::paths::data()) / "labelled_evops_icl";
   if (!fs::exists(folder)) GTEST_SKIP() << folder << " is missing";
   const LabelledCloud cloud = load_labelled_cloud(folder);
   EXPECT_EQ(cloud.kind, LabelledCloud::Kind::planes);
@@ -196,7 +197,7 @@ TEST(LabelledCloud, EvopsFrameReadsAsSeventeenPlanes) {
 }
 
 TEST(LabelledCloud, SynpebScanReadsAsThirtyEightPlanes) {
-  const fs::path file = fs::path(OCTOSURF_DATA_DIR) / "labelled_synpeb_sample" / "test_500.pcd";
+  const fs::path file = fs::path(test::paths::data()) / "labelled_synpeb_sample" / "test_500.pcd";
   if (!fs::exists(file)) GTEST_SKIP() << file << " is missing";
   const LabelEvaluation scores = scores_of_the_labels(load_labelled_cloud(file));
   EXPECT_EQ(scores.label_scores.size(), 39u);
@@ -208,7 +209,7 @@ TEST(LabelledCloud, SynpebScanReadsAsThirtyEightPlanes) {
 }
 
 TEST(LabelledCloud, MosdFramesReadAsOneTableEach) {
-  const fs::path folder = fs::path(OCTOSURF_DATA_DIR) / "labelled_mosd";
+  const fs::path folder = fs::path(test::paths::data()) / "labelled_mosd";
   if (!fs::exists(folder)) GTEST_SKIP() << folder << " is missing";
   for (const char* name : {"setup_A/learn17.pcd", "setup_B/learn3.pcd"}) {
     const LabelledCloud cloud = load_labelled_cloud(folder / name);
