@@ -1,5 +1,7 @@
 #include "answers.hpp"
 
+#include "degrees.hpp"
+
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
@@ -10,7 +12,6 @@ namespace octosurf {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr double deg_per_rad = 180 / std::numbers::pi, rad_per_deg = std::numbers::pi / 180;
 
 Json point(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
 

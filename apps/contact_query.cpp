@@ -3,6 +3,7 @@
 
 #include "answers.hpp"
 #include "bounds.hpp"
+#include "degrees.hpp"
 
 #include <CLI/CLI.hpp>
 #include <charconv>
@@ -18,8 +19,6 @@
 namespace octosurf {
 namespace {
 
-constexpr double rad_per_deg = std::numbers::pi / 180;
-
 ContactLimits limits_of(const ContactQuery& query, const AskedMap& map, double max_slope_rad) {
   ContactLimits limits;
   limits.up = map.up;
@@ -33,7 +32,8 @@ ContactLimits limits_of(const ContactQuery& query, const AskedMap& map, double m
 }
 
 /// Edge kinds take some ms, and are needed for a frontier margin only.
-std::vector<PolygonEdges> edges_of(const AskedMap& map, const Surface& surface, const ContactLimits& limits) {
+std::vector<PolygonEdges> asked_edges_of(const AskedMap& map, const Surface& surface,
+                                         const ContactLimits& limits) {
   return limits.frontier_margin_m > 0 ? map.edges_of(surface) : std::vector<PolygonEdges>{};
 }
 
@@ -109,7 +109,7 @@ FoundRegion find_region(const AskedMap& map, const ContactQuery& query, double m
                 "octosurf info lists them");
   std::optional<double> yaw;
   if (query.yaw_deg) yaw = *query.yaw_deg * rad_per_deg;
-  const std::vector<PolygonEdges> edges = edges_of(map, *surface, limits);
+  const std::vector<PolygonEdges> edges = asked_edges_of(map, *surface, limits);
   const ContactRegion region =
       contact_region(*surface, foot, yaw, limits, &map.octree, &edges, map.snapshot.get());
   return {surface, region, convex_pieces(*surface, region, query.pieces)};
@@ -125,7 +125,7 @@ Foothold find_foothold(const AskedMap& map, const ContactQuery& query, double ma
     throw Error(Error::Kind::data, map.name, "has no such surfaces",
                 "map more scans first, or allow a greater slope");
   const Surface& surface = *map.snapshot->find(found->id);
-  const std::vector<PolygonEdges> edges = edges_of(map, surface, limits);
+  const std::vector<PolygonEdges> edges = asked_edges_of(map, surface, limits);
   return foothold(surface, foot, at, v[3] * rad_per_deg, limits, &map.octree, &edges, map.snapshot.get());
 }
 

@@ -1,5 +1,6 @@
 // `octosurf diff`: what changed between two maps.
 #include "bounds.hpp"
+#include "degrees.hpp"
 #include "lineage.hpp"
 
 #include <CLI/CLI.hpp>
@@ -22,7 +23,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* description = R"(Tells what changed between two maps.
+constexpr const char* diff_description = R"(Tells what changed between two maps.
 
 Examples:
   octosurf diff maps/monday maps/tuesday          surfaces by their ids, if tuesday goes on from monday
@@ -30,13 +31,11 @@ Examples:
   octosurf diff maps/monday maps/tuesday --json
 )";
 
-struct Arguments {
+struct DiffArguments {
   std::string before, after, by = "auto";
   double tolerance = 0;
   bool json = false;
 };
-
-constexpr double deg_per_rad = 180 / std::numbers::pi;
 
 struct Move {
   double offset_m = 0, angle_rad = 0;
@@ -177,7 +176,7 @@ void print(const MapDifference& difference) {
   print("second", "new", difference.after);
 }
 
-void run(const Arguments& arguments) {
+void run_diff(const DiffArguments& arguments) {
   const LoadedMap first = load_map(arguments.before), second = load_map(arguments.after);
   for (const LoadedMap* loaded : {&first, &second})
     if (!loaded->warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded->warning.c_str());
@@ -200,8 +199,8 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_diff(CLI::App& app) {
-  CLI::App* verb = app.add_subcommand("diff", description);
-  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = app.add_subcommand("diff", diff_description);
+  const auto arguments = std::make_shared<DiffArguments>();
   verb->add_option("before", arguments->before, "map: name without ending, as given to map -o")->required();
   verb->add_option("after", arguments->after, "another, or the same one later")->required();
   verb->add_option(
@@ -215,7 +214,7 @@ void add_diff(CLI::App& app) {
           "m: --by place, how far surfaces of the same place may be apart; default: twice the coarser d")
       ->check(more_than(0));
   verb->add_flag("--json", arguments->json, "tell it in JSON");
-  verb->callback([arguments] { run(*arguments); });
+  verb->callback([arguments] { run_diff(*arguments); });
 }
 
 }  // namespace octosurf

@@ -12,14 +12,14 @@
 namespace octosurf {
 namespace {
 
-constexpr const char* description = R"(Tells why there is no surface at a place.
+constexpr const char* explain_description = R"(Tells why there is no surface at a place.
 
 Examples:
   octosurf explain maps/office --at 1.2 0.4 0.9
   octosurf explain maps/office --at 1.2 0.4 0.9 --json
 )";
 
-struct Arguments {
+struct ExplainArguments {
   std::string map;
   std::vector<double> at;
   bool json = false;
@@ -76,7 +76,7 @@ void print_json(const Explanation& why, const std::string& detector) {
   std::printf("%s\n", json.dump().c_str());
 }
 
-void run(const Arguments& arguments) {
+void run_explain(const ExplainArguments& arguments) {
   const LoadedMap loaded = load_map(arguments.map);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   const std::vector<double>& at = arguments.at;
@@ -88,12 +88,12 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_explain(CLI::App& app) {
-  CLI::App* verb = app.add_subcommand("explain", description);
-  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = app.add_subcommand("explain", explain_description);
+  const auto arguments = std::make_shared<ExplainArguments>();
   verb->add_option("map", arguments->map, "map to ask: name without ending, as given to map -o")->required();
   verb->add_option("--at", arguments->at, "X Y Z: the place, map frame, m")->expected(3)->required();
   verb->add_flag("--json", arguments->json, "answer in JSON");
-  verb->callback([arguments] { run(*arguments); });
+  verb->callback([arguments] { run_explain(*arguments); });
 }
 
 }  // namespace octosurf

@@ -27,7 +27,7 @@
 namespace octosurf {
 namespace {
 
-constexpr const char* description = R"(Writes a map's surfaces to a file other programs read.
+constexpr const char* export_description = R"(Writes a map's surfaces to a file other programs read.
 
 Examples:
   octosurf export maps/office --to office.json                 edges labelled: real, occluded, …
@@ -41,7 +41,7 @@ Examples:
   octosurf export maps/office --to terrain.cdr --format planar_terrain --foot-radius 0.04
 )";
 
-struct Arguments {
+struct ExportArguments {
   std::string map, file, up;
   std::vector<std::string> what{"polygons"};
   double min_radius = 0.05;
@@ -54,7 +54,7 @@ std::string ending_of(const std::string& file) {
   return CLI::detail::to_lower(std::filesystem::path(file).extension().string());
 }
 
-ExportExtras make_extras(const Map& map, const Snapshot& snapshot, const Arguments& arguments,
+ExportExtras make_extras(const Map& map, const Snapshot& snapshot, const ExportArguments& arguments,
                          const std::vector<ExportPart>& parts) {
   const auto wants = [&](ExportPart part) {
     return std::find(parts.begin(), parts.end(), part) != parts.end();
@@ -74,7 +74,7 @@ ExportExtras make_extras(const Map& map, const Snapshot& snapshot, const Argumen
   return extras;
 }
 
-void export_by_ending(const Map& map, const Up& up, const Arguments& arguments) {
+void export_by_ending(const Map& map, const Up& up, const ExportArguments& arguments) {
   ExportOptions options;
   options.force = arguments.force;
   options.parts.clear();
@@ -90,8 +90,8 @@ void export_by_ending(const Map& map, const Up& up, const Arguments& arguments) 
   std::printf("%s: %zu surfaces\n", arguments.file.c_str(), snapshot->surfaces.size());
 }
 
-void export_octree(const Map& map, const Arguments& arguments) {
-  if (arguments.what != Arguments().what)
+void export_octree(const Map& map, const ExportArguments& arguments) {
+  if (arguments.what != ExportArguments().what)
     throw Error(Error::Kind::usage, "--what", "an .ot holds the octree", "leave it out");
   const auto tree = to_octree(map.octree());
   write_ot(*tree, arguments.file, arguments.force);
@@ -112,8 +112,8 @@ std::vector<std::pair<double, Eigen::Isometry3d>> poses_of_scans(const LoadedMap
   return poses;
 }
 
-void export_mcap(const LoadedMap& loaded, const Up& up, const Arguments& arguments) {
-  if (arguments.what != Arguments().what)
+void export_mcap(const LoadedMap& loaded, const Up& up, const ExportArguments& arguments) {
+  if (arguments.what != ExportArguments().what)
     throw Error(Error::Kind::usage, "--what", "an .mcap holds surfaces, points, voxels and poses",
                 "leave it out");
   const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
@@ -142,7 +142,7 @@ void export_mcap(const LoadedMap& loaded, const Up& up, const Arguments& argumen
               poses.size());
 }
 
-void run(const Arguments& arguments) {
+void run_export(const ExportArguments& arguments) {
   require_apart("--to", arguments.file, files_of_map(arguments.map));
   const LoadedMap loaded = load_map(arguments.map);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
@@ -161,8 +161,8 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_export(CLI::App& app) {
-  CLI::App* verb = app.add_subcommand("export", description);
-  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = app.add_subcommand("export", export_description);
+  const auto arguments = std::make_shared<ExportArguments>();
   verb->add_option("map", arguments->map, "map to export: name without ending, as given to map -o")
       ->required();
   verb->add_option(
@@ -183,7 +183,7 @@ void add_export(CLI::App& app) {
   add_up_option(*verb, arguments->up);
   verb->add_flag("--force", arguments->force, "overwrite the file");
   add_planner_options(*verb, arguments->planner);
-  verb->callback([arguments] { run(*arguments); });
+  verb->callback([arguments] { run_export(*arguments); });
 }
 
 }  // namespace octosurf

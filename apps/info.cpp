@@ -31,7 +31,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* description = R"(Tells what is in a map, or in a recording.
+constexpr const char* info_description = R"(Tells what is in a map, or in a recording.
 
 Examples:
   octosurf info maps/office
@@ -41,7 +41,7 @@ Examples:
   octosurf info kitchen                  scans of a folder, and how its first is read
 )";
 
-struct Arguments {
+struct InfoArguments {
   std::string map, up;
   bool json = false, check = false;
 };
@@ -143,18 +143,18 @@ Json json_of(const LoadedMap& loaded, const Contents& contents) {
   return json;
 }
 
-std::string text_of(const Json& json) {
+std::string scalar_text(const Json& json) {
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 void print_json(const LoadedMap& loaded, const Contents& contents, bool checked) {
   Json json = json_of(loaded, contents);
   if (checked) json["violations"] = contents.violations;
-  std::fputs(text_of(json).c_str(), stdout);
+  std::fputs(scalar_text(json).c_str(), stdout);
 }
 
 /// Of a folder of scans: how many, what the first is like, and what was chosen.
-void print_scans(const Arguments& arguments) {
+void print_scans(const InfoArguments& arguments) {
   if (arguments.check || arguments.json || !arguments.up.empty())
     throw Error(Error::Kind::usage, arguments.map,
                 "a folder of scans, and --json, --check and --up are of maps", "leave them away");
@@ -180,7 +180,7 @@ void print_scans(const Arguments& arguments) {
   for (const std::string& note : source->notes()) std::printf("%-12s %s\n", "chosen", note.c_str());
 }
 
-void run(const Arguments& arguments) {
+void run_info(const InfoArguments& arguments) {
   if (io::is_bag(arguments.map)) {
     if (arguments.check || !arguments.up.empty())
       throw Error(Error::Kind::usage, arguments.map, "a bag, and --check and --up are of maps",
@@ -208,12 +208,12 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 std::string info_json(const LoadedMap& loaded, const std::string& up) {
-  return text_of(json_of(loaded, look_into(loaded.map, up, false)));
+  return scalar_text(json_of(loaded, look_into(loaded.map, up, false)));
 }
 
 void add_info(CLI::App& app) {
-  CLI::App* verb = app.add_subcommand("info", description);
-  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = app.add_subcommand("info", info_description);
+  const auto arguments = std::make_shared<InfoArguments>();
   verb->add_option(
           "map", arguments->map,
           "map to look into: name without ending, as given to map -o; or a bag, or a folder of scans")
@@ -221,7 +221,7 @@ void add_info(CLI::App& app) {
   add_up_option(*verb, arguments->up);
   verb->add_flag("--json", arguments->json, "tell it in JSON");
   verb->add_flag("--check", arguments->check, "check that all parts agree; exit 1 if they do not");
-  verb->callback([arguments] { run(*arguments); });
+  verb->callback([arguments] { run_info(*arguments); });
 }
 
 }  // namespace octosurf

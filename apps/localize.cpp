@@ -1,4 +1,5 @@
 // `octosurf localize`: where scans were taken, in a finished map.
+#include "degrees.hpp"
 #include "io/map_file/map_file.hpp"
 #include "io/new_file.hpp"
 #include "output_files.hpp"
@@ -24,7 +25,7 @@
 namespace octosurf {
 namespace {
 
-constexpr const char* description = R"(Finds the poses of scans in a finished map, from guesses.
+constexpr const char* localize_description = R"(Finds the poses of scans in a finished map, from guesses.
 
 Examples:
   octosurf localize maps/office more --write-poses found.txt      poses of 7-Scenes, TUM, PCD … scans
@@ -37,8 +38,6 @@ how far the guess was off, along how many of the six directions the surfaces in 
 given), how sure it is there, and how much of the scan they explain. A scan that fits nowhere within reach, or at
 several places alike, keeps its guess and is said to be unexplained; then the exit code is 1.
 )";
-
-constexpr double degrees = 180 / std::numbers::pi;
 
 struct LocalizeOptions {
   std::string map, write_poses;
@@ -60,7 +59,7 @@ Found found_in(const Scan& scan, const Alignment& alignment) {
   Found found{scan.name, alignment};
   found.moved_m = (alignment.T_map_sensor.translation() - scan.T_map_sensor.translation()).norm();
   const Eigen::AngleAxisd turn(alignment.T_map_sensor.linear() * scan.T_map_sensor.linear().transpose());
-  found.turned_deg = turn.angle() * degrees;
+  found.turned_deg = turn.angle() * deg_per_rad;
   Twist in_metres;
   in_metres << Eigen::Vector3d::Constant(alignment.lever_m), Eigen::Vector3d::Ones();
   for (int i = 0; i < alignment.determined; ++i) {
@@ -101,14 +100,14 @@ nlohmann::ordered_json json_of(const Found& found) {
           {"explained", a.explained}};
 }
 
-void run(const LocalizeOptions& options) {
+void run_localize(const LocalizeOptions& options) {
   if (!options.write_poses.empty()) {
     require_apart("--write-poses", options.write_poses, files_of_map(options.map));
     require_apart("--write-poses", options.write_poses, options.scans);
   }
   const LoadedMap loaded = load_map(options.map);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
-  Localizer localizer(loaded.map.snapshot(), {options.reach_m, options.turn_deg / degrees});
+  Localizer localizer(loaded.map.snapshot(), {options.reach_m, options.turn_deg / deg_per_rad});
   auto source = open_scans({options.scans.begin(), options.scans.end()}, options.source);
   for (const std::string& note : source->notes()) std::fprintf(stderr, "%s\n", note.c_str());
   ScanFeed feed(std::move(source), options.range);
@@ -137,7 +136,7 @@ void run(const LocalizeOptions& options) {
 }  // namespace
 
 void add_localize(CLI::App& app) {
-  CLI::App* verb = app.add_subcommand("localize", description);
+  CLI::App* verb = app.add_subcommand("localize", localize_description);
   const auto options = std::make_shared<LocalizeOptions>();
   verb->add_option("map", options->map, "finished map")->required();
   verb->add_option("scans", options->scans, "folders or files")->required();
@@ -148,7 +147,7 @@ void add_localize(CLI::App& app) {
   verb->add_flag("--json", options->json, "one array for programs");
   verb->add_flag("--force", options->force, "overwrite the file of poses");
   add_scan_options(*verb, options->source, options->range);
-  verb->callback([options] { run(*options); });
+  verb->callback([options] { run_localize(*options); });
 }
 
 }  // namespace octosurf

@@ -38,7 +38,7 @@ namespace {
 
 enum ExitCode { done = 0, failed = 1, wrong_use = 2 };
 
-constexpr const char* description =
+constexpr const char* command_description =
     R"(octosurf: contact surfaces for legged robots, found and kept on an OctoMap.
 
 Examples:
@@ -139,7 +139,7 @@ std::vector<std::string> arguments_of(std::vector<std::string> words) {
   return words;
 }
 
-int run(CLI::App& app, int argc, char** argv) {
+int run_command(CLI::App& app, int argc, char** argv) {
   std::vector<std::string> words(argv + 1, argv + argc);
   if (words.empty()) return complain({}, "a verb is missing; octosurf --help lists them", wrong_use);
   if (words.front() == "help") {  // of a verb, or of all
@@ -184,7 +184,7 @@ int main(int argc, char** argv) {
   std::fputs("octosurf: note: not an optimised build, many times slower; use -DCMAKE_BUILD_TYPE=Release\n",
              stderr);
 #endif
-  CLI::App app{octosurf::description, "octosurf"};
+  CLI::App app{octosurf::command_description, "octosurf"};
   app.formatter(std::make_shared<octosurf::Formatter>());
   app.get_formatter()->label("SUBCOMMAND", "VERB");
   app.set_version_flag("--version", "octosurf " OCTOSURF_VERSION);
@@ -204,5 +204,5 @@ int main(int argc, char** argv) {
   octosurf::add_simulate(app);
   octosurf::add_evaluate(app);
   for (CLI::App* verb : app.get_subcommands({})) verb->group("Verbs");
-  return octosurf::run(app, argc, argv);
+  return octosurf::run_command(app, argc, argv);
 }

@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* description = R"(Builds a map from posed scans, or goes on with one.
+constexpr const char* map_description = R"(Builds a map from posed scans, or goes on with one.
 
 Examples:
   octosurf map kitchen -o maps/kitchen                          a folder of depth images with poses
@@ -128,7 +128,7 @@ bool goes_on_in_place(const MapOptions& options) {
 }
 
 /// Refuses what cannot or must not be written before any work is done.
-void probe_outputs(const MapOptions& options) {
+void probe_map_outputs(const MapOptions& options) {
   refuse_collisions(options);
   make_folder_of(options.output);
   const std::vector<std::string> written = files_of_map(options.output);
@@ -186,7 +186,7 @@ std::string without_ending(const std::string& stem) {
              : stem;
 }
 
-void run(MapOptions& options) {
+void run_map(MapOptions& options) {
   const auto begin = MapRun::Clock::now();
   const ParameterChoice choice(options.parameters);
   if (options.show_parameters) return show_parameters(options, choice);
@@ -196,7 +196,7 @@ void run(MapOptions& options) {
     throw Error(Error::Kind::usage, "INPUT", "is missing", "name a folder or file of scans");
   require_output(options);
   if (options.resume.empty()) choice.in_force();  // nonsense is refused before anything is read
-  probe_outputs(options);
+  probe_map_outputs(options);
 
   const Inputs inputs = sort_inputs(options);
   RunContext context;
@@ -220,7 +220,7 @@ std::string not_seconds(const std::string& text) {
 }  // namespace
 
 void add_map(CLI::App& app) {
-  CLI::App* verb = app.add_subcommand("map", description);
+  CLI::App* verb = app.add_subcommand("map", map_description);
   const auto options = std::make_shared<MapOptions>();
   options->threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 256u));
   verb->add_option("input", options->inputs, "folders or files");
@@ -276,7 +276,7 @@ void add_map(CLI::App& app) {
       ->check(CLI::IsMember(std::vector<std::string>(pose_form_names.begin(), pose_form_names.end())))
       ->group("Scans");
   add_parameter_options(*verb, options->parameters);
-  verb->callback([options] { run(*options); });
+  verb->callback([options] { run_map(*options); });
 }
 
 }  // namespace octosurf

@@ -1,4 +1,5 @@
 // `octosurf merge`: two maps into one.
+#include "degrees.hpp"
 #include "io/new_file.hpp"
 #include "io/readers/pose_file.hpp"
 #include "io/text_file.hpp"
@@ -31,7 +32,7 @@
 namespace octosurf {
 namespace {
 
-constexpr const char* description = R"(Merges two maps into one.
+constexpr const char* merge_description = R"(Merges two maps into one.
 
 Examples:
   octosurf merge maps/east maps/west -o maps/house                       both in one frame
@@ -57,8 +58,6 @@ struct MergeOptions {
   bool align = false, anyway = false, force = false;
 };
 
-constexpr double degrees = 180 / std::numbers::pi;
-
 Eigen::Isometry3d pose_of(const MergeOptions& options) {
   if (!options.pose_file.empty()) {
     const io::PoseFile file = io::read_poses(options.pose_file);
@@ -74,7 +73,7 @@ Eigen::Isometry3d pose_of(const MergeOptions& options) {
   // Exactly none where none is asked for, so that the maps' voxels are taken as they are.
   constexpr std::array<int, 3> order{2, 1, 0};
   for (const int axis : order)
-    if (const double angle = options.pose[3 + static_cast<std::size_t>(axis)] / degrees; angle != 0)
+    if (const double angle = options.pose[3 + static_cast<std::size_t>(axis)] / deg_per_rad; angle != 0)
       T.rotate(Eigen::AngleAxisd(angle, Eigen::Vector3d::Unit(axis)));
   return io::rigid(T, "--pose");
 }
@@ -134,7 +133,7 @@ class Merge {
 
   void align(const Map& second) {
     alignment_ =
-        align_maps(before_, second, T_first_second_, {options_.reach_m, options_.turn_deg / degrees});
+        align_maps(before_, second, T_first_second_, {options_.reach_m, options_.turn_deg / deg_per_rad});
     const Alignment& found = alignment_->scan;
     if (found.outcome != AlignmentOutcome::corrected)
       throw Error(Error::Kind::data, options_.second,
@@ -149,7 +148,7 @@ class Merge {
   /// better, the given one is wrong.
   void require_pose(const Map& second) const {
     const MapAlignment found =
-        align_maps(before_, second, T_first_second_, {options_.reach_m, options_.turn_deg / degrees});
+        align_maps(before_, second, T_first_second_, {options_.reach_m, options_.turn_deg / deg_per_rad});
     if (found.scan.outcome != AlignmentOutcome::corrected || found.scan.determined < 6) return;
     const Eigen::Isometry3d off = found.T_map_other * T_first_second_.inverse();
     const Eigen::Vector3d place = found.scan.T_map_sensor.translation();
@@ -158,7 +157,7 @@ class Merge {
     if (distance + lever * turn <= 2 * second.parameters().occupancy.resolution) return;
     std::array<char, 120> text{};
     std::snprintf(text.data(), text.size(), "lies %.1f cm and %.1f° off where its surfaces meet those of ",
-                  100 * distance, degrees * turn);
+                  100 * distance, deg_per_rad * turn);
     throw Error(Error::Kind::data, options_.second, text.data() + options_.first,
                 "--align merges it there, --anyway where it was said to be");
   }
@@ -276,9 +275,10 @@ class Merge {
     const Eigen::Matrix3d& R = T_first_second_.linear();
     std::printf(
         "%-12s --pose %.4f %.4f %.4f %.3f %.3f %.3f; %d of 6 directions fixed, %.0f %% of %zu readings fit\n",
-        "aligned", t.x(), t.y(), t.z(), degrees * std::atan2(R(2, 1), R(2, 2)),
-        degrees * std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2))), degrees * std::atan2(R(1, 0), R(0, 0)),
-        alignment_->scan.determined, 100 * alignment_->scan.explained_share(), alignment_->scan.known);
+        "aligned", t.x(), t.y(), t.z(), deg_per_rad * std::atan2(R(2, 1), R(2, 2)),
+        deg_per_rad * std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2))),
+        deg_per_rad * std::atan2(R(1, 0), R(0, 0)), alignment_->scan.determined,
+        100 * alignment_->scan.explained_share(), alignment_->scan.known);
   }
 
   const MergeOptions& options_;
@@ -292,7 +292,7 @@ class Merge {
 };
 
 /// Refuses what cannot or must not be written before any work is done.
-void probe_outputs(const MergeOptions& options) {
+void probe_merge_outputs(const MergeOptions& options) {
   const std::vector<std::string> first = files_of_map(options.first), second = files_of_map(options.second),
                                  written = files_of_map(options.output);
   if (same_file(first.front(), second.front()))
@@ -310,15 +310,15 @@ void probe_outputs(const MergeOptions& options) {
   probe(options.report);
 }
 
-void run(const MergeOptions& options) {
-  probe_outputs(options);
+void run_merge(const MergeOptions& options) {
+  probe_merge_outputs(options);
   Merge(options).run();
 }
 
 }  // namespace
 
 void add_merge(CLI::App& app) {
-  CLI::App* verb = app.add_subcommand("merge", description);
+  CLI::App* verb = app.add_subcommand("merge", merge_description);
   const auto options = std::make_shared<MergeOptions>();
   verb->add_option("first", options->first, "map whose frame, parameters and ids stay")->required();
   verb->add_option("second", options->second, "map that is taken in")->required();
@@ -340,7 +340,7 @@ void add_merge(CLI::App& app) {
   verb->add_option("--report", options->report, "write what became of what to this file (JSON)");
   verb->add_flag("--anyway", options->anyway, "merge maps that do not fit, too");
   verb->add_flag("--force", options->force, "overwrite map and report");
-  verb->callback([options] { run(*options); });
+  verb->callback([options] { run_merge(*options); });
 }
 
 }  // namespace octosurf

@@ -1,5 +1,7 @@
 #include "page_feet.hpp"
 
+#include "degrees.hpp"
+
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -15,8 +17,6 @@
 
 namespace octosurf {
 namespace {
-
-constexpr double rad_per_deg = std::numbers::pi / 180;
 
 std::optional<double> yaw_deg_of(const std::string& text, std::size_t at) {
   if (at == std::string::npos) return std::nullopt;

@@ -1,5 +1,6 @@
 // `octosurf plan`: footsteps over a map.
 #include "bounds.hpp"
+#include "degrees.hpp"
 #include "io/new_file.hpp"
 #include "output_files.hpp"
 #include "picture_eye.hpp"
@@ -27,7 +28,7 @@
 namespace octosurf {
 namespace {
 
-constexpr const char* description =
+constexpr const char* plan_description =
     R"(Plans footsteps from one place to another, and says why not if there is no way.
 
 Examples:
@@ -41,9 +42,7 @@ X Y Z is on the ground between the feet, YAW in degrees, counter-clockwise from 
 above. Feet are put on the footholds nearest to there. Unknown space counts as free.
 )";
 
-constexpr double rad = std::numbers::pi / 180;
-
-struct Arguments {
+struct PlanArguments {
   std::string map, up, png;
   PictureEye eye;
   PlanQuery query;
@@ -72,14 +71,14 @@ void print(const FootstepPlan& plan) {
     const Eigen::Vector3d p = step.T_map_foot.translation();
     std::printf("%5s  %-11s  %7u  %7.3f  %7.3f  %7.3f  %6.1f°  %6.3f\n", number.c_str(),
                 foot_name(step.foot).data(), step.surface, p.x(), p.y(), p.z(),
-                std::remainder(step.yaw_rad / rad, 360.0), step.margin_m);
+                std::remainder(step.yaw_rad / rad_per_deg, 360.0), step.margin_m);
   };
   for (const Footstep& step : plan.start) line("start", step);
   for (std::size_t i = 0; i < plan.steps.size(); ++i) line(std::to_string(i + 1), plan.steps[i]);
 }
 
-void write(const Arguments& arguments, const Snapshot& snapshot, const FootstepPlan& plan, const Robot& robot,
-           const Eigen::Vector3d& up) {
+void write(const PlanArguments& arguments, const Snapshot& snapshot, const FootstepPlan& plan,
+           const Robot& robot, const Eigen::Vector3d& up) {
   for (const std::string& file : arguments.outputs) {
     if (file.ends_with(".json")) {
       io::NewFile output(file, arguments.force);
@@ -103,7 +102,7 @@ void write(const Arguments& arguments, const Snapshot& snapshot, const FootstepP
   render_png(snapshot, arguments.png, options);
 }
 
-void require_sensible_files(const Arguments& arguments) {
+void require_sensible_files(const PlanArguments& arguments) {
   for (const std::string& file : arguments.outputs) {
     require_apart("-o", file, files_of_map(arguments.map));
     if (!file.ends_with(".json") && !file.ends_with(".glb"))
@@ -112,7 +111,7 @@ void require_sensible_files(const Arguments& arguments) {
   require_apart("--png", arguments.png, files_of_map(arguments.map));
 }
 
-void run(const Arguments& arguments) {
+void run_plan(const PlanArguments& arguments) {
   require_sensible_files(arguments);
   const LoadedMap loaded = load_map(arguments.map);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
@@ -132,8 +131,8 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_plan(CLI::App& app) {
-  CLI::App* verb = app.add_subcommand("plan", description);
-  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = app.add_subcommand("plan", plan_description);
+  const auto arguments = std::make_shared<PlanArguments>();
   verb->add_option("map", arguments->map, "map to walk on: name without ending, as given to map -o")
       ->required();
   verb->add_option("--from", arguments->query.from, "X Y Z YAW: where it stands")->expected(4)->required();
@@ -164,7 +163,7 @@ void add_plan(CLI::App& app) {
       verb->add_option("--png", arguments->png, "picture of surfaces and footprints: left red, right green");
   add_eye_options(*verb, png, arguments->eye);
   verb->add_flag("--force", arguments->force, "overwrite files");
-  verb->callback([arguments] { run(*arguments); });
+  verb->callback([arguments] { run_plan(*arguments); });
 }
 
 }  // namespace octosurf

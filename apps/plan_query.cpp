@@ -1,6 +1,7 @@
 #include "plan_query.hpp"
 
 #include "contact_query.hpp"
+#include "degrees.hpp"
 
 #include <numbers>
 #include <variant>
@@ -9,8 +10,6 @@
 
 namespace octosurf {
 namespace {
-
-constexpr double rad = std::numbers::pi / 180;
 
 double* field_of(const LimitOption& option, Robot& robot) {
   if (auto* biped = std::get_if<Biped>(&robot)) return option.biped ? option.biped(*biped) : nullptr;
@@ -34,9 +33,9 @@ const std::vector<LimitOption>& limit_options() {
       {"--max-up", "m, of a step", 1, [](B& r) { return &r.max_up_m; }, [](Q& r) { return &r.max_up_m; }},
       {"--max-down", "m, of a step", 1, [](B& r) { return &r.max_down_m; },
        [](Q& r) { return &r.max_down_m; }},
-      {"--max-turn", "degrees a step", rad, [](B& r) { return &r.max_turn_rad; },
+      {"--max-turn", "degrees a step", rad_per_deg, [](B& r) { return &r.max_turn_rad; },
        [](Q& r) { return &r.max_turn_rad; }},
-      {"--max-slope", "degrees, of the ground", rad, [](B& r) { return &r.contact.max_slope_rad; },
+      {"--max-slope", "degrees, of the ground", rad_per_deg, [](B& r) { return &r.contact.max_slope_rad; },
        [](Q& r) { return &r.contact.max_slope_rad; }},
       {"--edge-margin", "m, between soles and edges", 1, [](B& r) { return &r.contact.edge_margin_m; },
        [](Q& r) { return &r.contact.edge_margin_m; }},
@@ -65,7 +64,7 @@ Robot robot_of(const PlanQuery& query, const Eigen::Vector3d& up) {
   return robot;
 }
 
-Standing standing_of(const std::vector<double>& v) { return {{v[0], v[1], v[2]}, v[3] * rad}; }
+Standing standing_of(const std::vector<double>& v) { return {{v[0], v[1], v[2]}, v[3] * rad_per_deg}; }
 
 bool needs_edge_kinds(const Robot& robot) {
   return std::visit([](const auto& kind) { return kind.contact.frontier_margin_m > 0; }, robot);

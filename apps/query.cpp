@@ -2,6 +2,7 @@
 #include "answers.hpp"
 #include "bounds.hpp"
 #include "contact_query.hpp"
+#include "degrees.hpp"
 #include "place_query.hpp"
 #include "up_option.hpp"
 
@@ -20,7 +21,7 @@
 namespace octosurf {
 namespace {
 
-constexpr const char* description = R"(Answers a planner's questions about a map.
+constexpr const char* query_description = R"(Answers a planner's questions about a map.
 
 Examples:
   octosurf query maps/office --nearest 1.2 0.4 0.9
@@ -33,7 +34,7 @@ Examples:
   octosurf query maps/office --regions 7 --foot 0.03 --pieces 12 --json   where a ball foot may be on surface 7
 )";
 
-struct Arguments {
+struct QueryArguments {
   std::string map, up;
   std::vector<double> nearest, below;
   double max_slope_deg = 180;
@@ -41,8 +42,6 @@ struct Arguments {
   ContactQuery contact;
   bool json = false;
 };
-
-constexpr double deg_per_rad = 180 / std::numbers::pi;
 
 void print(const Nearest& found, const Surface& surface, const Eigen::Vector3d& up) {
   const Eigen::Vector3d &p = found.point, &n = surface.plane.normal;
@@ -54,7 +53,7 @@ void print(const Nearest& found, const Surface& surface, const Eigen::Vector3d& 
   std::printf("area      %.3f m²\n", surface.area_m2);
 }
 
-void run(const Arguments& arguments) {
+void run_query(const QueryArguments& arguments) {
   const LoadedMap loaded = load_map(arguments.map);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   const std::shared_ptr<const Snapshot> snapshot = loaded.map.snapshot();
@@ -86,8 +85,8 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_query(CLI::App& app) {
-  CLI::App* verb = app.add_subcommand("query", description);
-  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = app.add_subcommand("query", query_description);
+  const auto arguments = std::make_shared<QueryArguments>();
   verb->add_option("map", arguments->map, "map to ask: name without ending, as given to map -o")->required();
   CLI::Option_group* question = verb->add_option_group("question", "what is asked; one of");
   question
@@ -107,7 +106,7 @@ void add_query(CLI::App& app) {
       ->capture_default_str();
   add_up_option(*verb, arguments->up);
   verb->add_flag("--json", arguments->json, "answer in JSON");
-  verb->callback([arguments] { run(*arguments); });
+  verb->callback([arguments] { run_query(*arguments); });
 }
 
 }  // namespace octosurf

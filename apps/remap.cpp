@@ -31,7 +31,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* description =
+constexpr const char* remap_description =
     R"(Builds a map anew from the scans it was built from, with corrected poses.
 
 Examples:
@@ -244,7 +244,7 @@ class Remap {
 };
 
 /// Refuses what cannot or must not be written before any work is done.
-void probe_outputs(const RemapOptions& options) {
+void probe_remap_outputs(const RemapOptions& options) {
   const std::vector<std::string> read = files_of_map(options.map), written = files_of_map(options.output);
   const bool in_place = same_file(read.front(), written.front());
   for (const auto& [option, file] :
@@ -264,16 +264,16 @@ void probe_outputs(const RemapOptions& options) {
   probe(options.write_poses, options.force);
 }
 
-void run(RemapOptions& options) {
+void run_remap(RemapOptions& options) {
   if (options.output.empty()) options.output = options.map;
-  probe_outputs(options);
+  probe_remap_outputs(options);
   Remap(options).run();
 }
 
 }  // namespace
 
 void add_remap(CLI::App& app) {
-  CLI::App* verb = app.add_subcommand("remap", description);
+  CLI::App* verb = app.add_subcommand("remap", remap_description);
   const auto options = std::make_shared<RemapOptions>();
   options->threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 256u));
   verb->add_option("map", options->map, "map, built with --keep-scans")->required();
@@ -285,7 +285,7 @@ void add_remap(CLI::App& app) {
                    "write the poses with which the scans were mapped (stamp tx ty tz qx qy qz qw)");
   verb->add_option("--threads", options->threads, "result does not depend on it")->capture_default_str();
   verb->add_flag("--force", options->force, "overwrite map, report and poses");
-  verb->callback([options] { run(*options); });
+  verb->callback([options] { run_remap(*options); });
 }
 
 }  // namespace octosurf

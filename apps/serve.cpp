@@ -21,7 +21,7 @@
 namespace octosurf {
 namespace {
 
-constexpr const char* description =
+constexpr const char* serve_description =
     R"help(Serves a map over HTTP: the page to look at it, and answers in JSON.
 
 Prints one line, "serving http://127.0.0.1:PORT/", and runs until Ctrl-C or SIGTERM. Only this machine can
@@ -49,14 +49,14 @@ constexpr const char* token_variable = "OCTOSURF_TOKEN";
 // Guessed at a thousand a second, 16 letters and digits take longer than the universe has.
 constexpr std::size_t shortest_token = 16, longest_token = 4096;
 
-struct Arguments {
+struct ServeArguments {
   std::string map, up, token_file;
   HttpPlace place;
   double max_mb = PageOptions{}.max_mb;
 };
 
 /// Of the file, or of the environment; empty if neither is given.
-std::string token_of(const Arguments& arguments) {
+std::string token_of(const ServeArguments& arguments) {
   std::string token, where = token_variable;
   if (!arguments.token_file.empty()) {
     where = arguments.token_file;
@@ -80,7 +80,7 @@ std::string token_of(const Arguments& arguments) {
   return token;
 }
 
-void run(const Arguments& arguments) {
+void run_serve(const ServeArguments& arguments) {
   HttpPlace place = arguments.place;
   if (place.address == "localhost") place.address = "127.0.0.1";
   place.token = token_of(arguments);
@@ -106,8 +106,8 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_serve(CLI::App& app) {
-  CLI::App* verb = app.add_subcommand("serve", description);
-  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = app.add_subcommand("serve", serve_description);
+  const auto arguments = std::make_shared<ServeArguments>();
   verb->add_option("map", arguments->map, "map to serve: name without ending, as given to map -o")
       ->required();
   verb->add_option("--listen", arguments->place.address, "address of this machine to listen on")
@@ -122,7 +122,7 @@ void add_serve(CLI::App& app) {
       ->check(more_than(0))
       ->capture_default_str();
   add_up_option(*verb, arguments->up);
-  verb->callback([arguments] { run(*arguments); });
+  verb->callback([arguments] { run_serve(*arguments); });
 }
 
 }  // namespace octosurf

@@ -16,7 +16,7 @@
 namespace octosurf {
 namespace {
 
-constexpr const char* description =
+constexpr const char* simulate_description =
     R"(Records a simulated scene: posed scans and the truth about its planar faces.
 
 Examples:
@@ -46,7 +46,7 @@ of Kinect and RealSense describe it: disparity in steps of 1/8 px (1 cm at 2 m),
 things, a slow bias over the image (3 mm at 2 m).
 )";
 
-struct Arguments {
+struct SimulateArguments {
   simulation::SimulationOptions options;
   std::size_t frames = 0;  // 0: as many as show the scene well
   double drift_deg = 0;
@@ -73,7 +73,7 @@ void print_mesh(const simulation::MeshSummary& mesh) {
   std::printf("\n");
 }
 
-void run(const Arguments& arguments) {
+void run_simulate(const SimulateArguments& arguments) {
   simulation::SimulationOptions options = arguments.options;
   require_one_scene(options);
   if (arguments.frames > 0) options.frames = arguments.frames;
@@ -96,8 +96,8 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_simulate(CLI::App& app) {
-  CLI::App* verb = app.add_subcommand("simulate", description);
-  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = app.add_subcommand("simulate", simulate_description);
+  const auto arguments = std::make_shared<SimulateArguments>();
   simulation::SimulationOptions& options = arguments->options;
   options.scene.clear();
   verb->add_option("scene", options.scene, "room, office, stairs, stones, corridor or change");
@@ -125,7 +125,7 @@ void add_simulate(CLI::App& app) {
   verb->add_option("--drift-deg", arguments->drift_deg, "degrees per lap by which they turn")
       ->capture_default_str();
   verb->add_flag("--force", options.force, "replace a recording in the folder");
-  verb->callback([arguments] { run(*arguments); });
+  verb->callback([arguments] { run_simulate(*arguments); });
 }
 
 }  // namespace octosurf

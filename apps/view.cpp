@@ -29,7 +29,7 @@
 namespace octosurf {
 namespace {
 
-constexpr const char* description =
+constexpr const char* view_description =
     R"(Writes a page to look at a map in a browser, or draws a picture of it.
 
 The page is one HTML file that fetches nothing: surfaces with their edges by kind, cylinders, voxels,
@@ -59,7 +59,7 @@ margins to obstacles, room over the foot, no gap under it, which takes seconds, 
 --foot none: none. octosurf serve's page asks for any foot, any limits, and plans.
 )";
 
-struct Arguments {
+struct ViewArguments {
   std::vector<std::string> maps, feet, plans;
   std::string html, png, history, from = "iso", up;
   PictureEye eye;
@@ -89,7 +89,8 @@ void note_changes(PageMap& page, const PageMap& before) {
         compare_maps(with_octree(*before.snapshot, before.octree), with_octree(*page.snapshot, page.octree));
 }
 
-std::vector<PageFoot> feet_of(const Arguments& arguments, const PageMap& page, const Eigen::Vector3d& up) {
+std::vector<PageFoot> feet_of(const ViewArguments& arguments, const PageMap& page,
+                              const Eigen::Vector3d& up) {
   if (arguments.feet == std::vector<std::string>{"none"}) return {};
   const AskedMap asked{page.name, page.snapshot, page.octree, up, {}};
   if (arguments.feet.empty()) return usual_page_feet(asked);
@@ -108,7 +109,7 @@ PagePlan load_plan(const std::string& file) {
   return {std::filesystem::path(file).stem().string(), io::read_bytes(file, most_plan_bytes)};
 }
 
-History history_of(const Arguments& arguments, const PageMap& map) {
+History history_of(const ViewArguments& arguments, const PageMap& map) {
   if (arguments.maps.size() > 1)
     throw Error(Error::Kind::usage, "--history " + arguments.history, "is of one map, several are given",
                 "give its map alone");
@@ -119,7 +120,7 @@ History history_of(const Arguments& arguments, const PageMap& map) {
   return history;
 }
 
-void write_html(const Arguments& arguments) {
+void write_html(const ViewArguments& arguments) {
   const std::string html =
       arguments.html.empty() ? title_of(arguments.maps.back()) + ".html" : arguments.html;
   for (const std::string& map : arguments.maps) require_apart("--html", html, files_of_map(map));
@@ -164,7 +165,7 @@ void write_html(const Arguments& arguments) {
                 report.moments + report.moments_left_out);
 }
 
-void draw_png(const Arguments& arguments) {
+void draw_png(const ViewArguments& arguments) {
   if (arguments.maps.size() > 1)
     throw Error(Error::Kind::usage, "--png " + arguments.png, "shows one map at a time",
                 "give one map, or --html FILE for a page of several");
@@ -192,7 +193,7 @@ void draw_png(const Arguments& arguments) {
   std::printf("%s: %zu surfaces\n", arguments.png.c_str(), snapshot->surfaces.size());
 }
 
-void add_picture_options(CLI::App& verb, Arguments& arguments, CLI::Option* png) {
+void add_picture_options(CLI::App& verb, ViewArguments& arguments, CLI::Option* png) {
   CLI::Option* from = verb.add_option("--from", arguments.from, "iso, top, front, back, left or right")
                           ->check(CLI::IsMember({"iso", "top", "front", "back", "left", "right"}))
                           ->capture_default_str();
@@ -210,8 +211,8 @@ void add_picture_options(CLI::App& verb, Arguments& arguments, CLI::Option* png)
 }  // namespace
 
 void add_view(CLI::App& app) {
-  CLI::App* verb = app.add_subcommand("view", description);
-  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = app.add_subcommand("view", view_description);
+  const auto arguments = std::make_shared<ViewArguments>();
   verb->add_option("map", arguments->maps,
                    "maps to look at, oldest first: names without ending, as given to map -o")
       ->required();

@@ -1,6 +1,7 @@
 #include "serve/api.hpp"
 
 #include "answers.hpp"
+#include "degrees.hpp"
 #include "plan_query.hpp"
 #include "serve/questions.hpp"
 
@@ -15,11 +16,10 @@ namespace octosurf {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr double rad_per_deg = std::numbers::pi / 180;
 // Whoever ends the server waits for what is being answered.
 constexpr std::chrono::seconds longest_answer{20};
 
-Eigen::Vector3d point(const Values& values, const std::string& name) {
+Eigen::Vector3d point_of(const Values& values, const std::string& name) {
   const std::vector<double> v = values.numbers(name);
   return {v[0], v[1], v[2]};
 }
@@ -84,19 +84,19 @@ std::string all_regions_answer(const ServedMap& map, const Values& values) {
 std::string answer_to(const ServedMap& map, const std::string& path, const Values& values) {
   const SurfaceIndex& index = map.index;
   if (path == "/api/query/box") {
-    const Eigen::Vector3d a = point(values, "min"), b = point(values, "max");
+    const Eigen::Vector3d a = point_of(values, "min"), b = point_of(values, "max");
     return surfaces_json(index.in(ConvexSpace::box({a.cwiseMin(b), a.cwiseMax(b)})));
   }
   if (path == "/api/query/sphere")
-    return surfaces_json(index.in_sphere(point(values, "center"), values.number("radius_m")));
+    return surfaces_json(index.in_sphere(point_of(values, "center"), values.number("radius_m")));
   if (path == "/api/query/ray")
-    return hit_json(index.first_on_ray(point(values, "from"), point(values, "direction")));
-  if (path == "/api/query/voxel") return voxel_json(map.asked.octree.at(point(values, "point")));
+    return hit_json(index.first_on_ray(point_of(values, "from"), point_of(values, "direction")));
+  if (path == "/api/query/voxel") return voxel_json(map.asked.octree.at(point_of(values, "point")));
   if (path == "/api/query/nearest")
-    return found_json(map, index.nearest(point(values, "point"), slope_limit(map, values)),
+    return found_json(map, index.nearest(point_of(values, "point"), slope_limit(map, values)),
                       "has no such surfaces");
   if (path == "/api/query/below")
-    return found_json(map, index.below(point(values, "point"), slope_limit(map, values)),
+    return found_json(map, index.below(point_of(values, "point"), slope_limit(map, values)),
                       "has no such surface below that place");
   if (path == "/api/query/foothold") return foothold_answer(map, values);
   if (path == "/api/changes") return map.changes_json(static_cast<std::uint64_t>(values.number("since")));

@@ -6,7 +6,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Kind = QuestionParameter::Kind;
 
-constexpr const char* description =
+constexpr const char* openapi_description =
     "A map's surfaces and a planner's questions about them. Map frame; metres and degrees. A refused request "
     "has a body {error, where, mend}: 400 for a question that makes no sense, 401 without the token, 404 "
     "where "
@@ -131,13 +131,14 @@ std::string openapi_json() {
   paths["/openapi.json"] = page_path("this document", content(object));
   paths[live_question().path] = live_path();
   for (const Question& question : questions()) paths[question.path] = path_of(question);
-  const Json document{{"openapi", "3.0.3"},
-                      {"info", {{"title", "octosurf serve"}, {"version", "1"}, {"description", description}}},
-                      {"paths", std::move(paths)},
-                      {"components",
-                       {{"schemas", Json::parse(components)},
-                        {"securitySchemes", {{"token", {{"type", "http"}, {"scheme", "bearer"}}}}}}},
-                      {"security", Json::array({Json::object(), {{"token", Json::array()}}})}};
+  const Json document{
+      {"openapi", "3.0.3"},
+      {"info", {{"title", "octosurf serve"}, {"version", "1"}, {"description", openapi_description}}},
+      {"paths", std::move(paths)},
+      {"components",
+       {{"schemas", Json::parse(components)},
+        {"securitySchemes", {{"token", {{"type", "http"}, {"scheme", "bearer"}}}}}}},
+      {"security", Json::array({Json::object(), {{"token", Json::array()}}})}};
   return document.dump(1) + "\n";
 }
 

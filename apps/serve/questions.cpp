@@ -97,14 +97,14 @@ constexpr std::string_view voxel_answer = R"({
 constexpr std::string_view nearest_answer = R"({
   "surface":{"type":"integer"},"point":{"$ref":"#/components/schemas/Point"},"distance_m":{"type":"number"},
   "normal":{"$ref":"#/components/schemas/Point"},"slope_deg":{"type":"number"},"area_m2":{"type":"number"}})";
-constexpr std::string_view foothold_answer = R"({
+constexpr std::string_view foothold_schema = R"({
   "surface":{"type":"integer"},"accepted":{"type":"boolean"},
   "refused":{"$ref":"#/components/schemas/Refusal"},
   "supported":{"type":"number","description":"share of the foot's area on the surface"},
   "margin_m":{"type":"number","description":"to the nearest edge; negative: how much too large the foot is"},
   "point":{"$ref":"#/components/schemas/Point"},"normal":{"$ref":"#/components/schemas/Point"},
   "heading":{"$ref":"#/components/schemas/Point"}})";
-constexpr std::string_view region_answer = R"({
+constexpr std::string_view region_schema = R"({
   "surface":{"type":"integer"},"revision":{"type":"integer"},
   "yaw_deg":{"type":"number","nullable":true,"description":"null: any heading"},
   "area_m2":{"type":"number"},
@@ -172,9 +172,9 @@ std::vector<Question> make_questions() {
        nearest_answer},
       {"/api/query/foothold",
        "what a foot would stand on, on the surface nearest to a point, or why it cannot",
-       with_contact({place("point", "m"), heading}), foothold_answer},
+       with_contact({place("point", "m"), heading}), foothold_schema},
       {"/api/regions", "where on a surface the middle of a foot may be, so that all of it is supported",
-       with_contact({id, yaw, pieces}), region_answer},
+       with_contact({id, yaw, pieces}), region_schema},
       {"/api/regions/all", "likewise on every surface", with_contact({yaw}), regions_answer},
       {"/api/changes",
        "what became of the surfaces since a revision, and those that appeared or changed as they are now",

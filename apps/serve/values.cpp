@@ -8,7 +8,6 @@
 namespace octosurf {
 namespace {
 
-using Json = nlohmann::json;
 using Kind = QuestionParameter::Kind;
 
 // No question has lists in lists.
@@ -43,7 +42,7 @@ std::string decoded(std::string_view text) {
   return result;
 }
 
-Json number_in(const std::string& name, std::string_view text) {
+nlohmann::json number_in(const std::string& name, std::string_view text) {
   double value = 0;
   const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (failure != std::errc() || end != text.data() + text.size())
@@ -52,8 +51,8 @@ Json number_in(const std::string& name, std::string_view text) {
 }
 
 /// "1,2,3"
-Json numbers_in(const std::string& name, std::string_view text) {
-  Json list = Json::array();
+nlohmann::json numbers_in(const std::string& name, std::string_view text) {
+  nlohmann::json list = nlohmann::json::array();
   for (;;) {
     const std::size_t comma = text.find(',');
     list.push_back(number_in(name, text.substr(0, comma)));
@@ -71,8 +70,8 @@ const QuestionParameter& parameter_named(const Question& question, const std::st
   refuse(name, "is no parameter of this question", "it has " + names);
 }
 
-Json from_query(const Question& question, std::string_view query) {
-  Json object = Json::object();
+nlohmann::json from_query(const Question& question, std::string_view query) {
+  nlohmann::json object = nlohmann::json::object();
   while (!query.empty()) {
     const std::string_view pair = query.substr(0, query.find('&'));
     query.remove_prefix(std::min(query.size(), pair.size() + 1));
@@ -90,35 +89,36 @@ Json from_query(const Question& question, std::string_view query) {
   return object;
 }
 
-Json from_body(const HttpRequest& request) {
+nlohmann::json from_body(const HttpRequest& request) {
   // What a page of another site can send without asking this server first is not of this type.
   if (!request.type.starts_with("application/json"))
     refuse("Content-Type", "is not application/json", "send the question as JSON");
-  Json object;
+  nlohmann::json object;
   try {
-    object = Json::parse(request.body, [](int depth, Json::parse_event_t, Json&) {
-      if (depth > deepest) refuse("body", "is nested too deep", "no question has lists in lists");
-      return true;
-    });
-  } catch (const Json::exception& error) {
+    object =
+        nlohmann::json::parse(request.body, [](int depth, nlohmann::json::parse_event_t, nlohmann::json&) {
+          if (depth > deepest) refuse("body", "is nested too deep", "no question has lists in lists");
+          return true;
+        });
+  } catch (const nlohmann::json::exception& error) {
     refuse("body", std::string("is no JSON: ") + error.what(), "send an object with the parameters");
   }
   if (!object.is_object()) refuse("body", "is no JSON object", "send an object with the parameters");
   return object;
 }
 
-void check_number(const QuestionParameter& parameter, const Json& value) {
+void check_number(const QuestionParameter& parameter, const nlohmann::json& value) {
   if (!value.is_number()) refuse(parameter.name, "is no number", "give one");
   const double number = value.get<double>();
   // Written so that NaN is refused, too.
   if (!(number >= parameter.low && number <= parameter.high))
     refuse(parameter.name, "is not within its limits",
-           "give " + Json(parameter.low).dump() + " to " + Json(parameter.high).dump());
+           "give " + nlohmann::json(parameter.low).dump() + " to " + nlohmann::json(parameter.high).dump());
   if (parameter.kind == Kind::whole && number != std::floor(number))
     refuse(parameter.name, "is no whole number", "give one");
 }
 
-void check(const QuestionParameter& parameter, const Json& value) {
+void check(const QuestionParameter& parameter, const nlohmann::json& value) {
   if (parameter.kind == Kind::text) {
     if (!value.is_string()) refuse(parameter.name, "is no text", "give one in quotes");
     const std::string& text = value.get_ref<const std::string&>();
@@ -129,7 +129,7 @@ void check(const QuestionParameter& parameter, const Json& value) {
   } else if (parameter.kind == Kind::numbers) {
     if (!value.is_array() || value.size() != parameter.count)
       refuse(parameter.name, "is not " + std::to_string(parameter.count) + " numbers", parameter.description);
-    for (const Json& one : value) check_number(parameter, one);
+    for (const nlohmann::json& one : value) check_number(parameter, one);
   } else {
     check_number(parameter, value);
   }

@@ -18,7 +18,7 @@ namespace octosurf::python {
 namespace {
 
 namespace fs = std::filesystem;
-using Edges = std::map<SurfaceId, std::vector<PolygonEdges>>;
+using SurfaceEdges = std::map<SurfaceId, std::vector<PolygonEdges>>;
 using SnapshotPtr = std::shared_ptr<Snapshot>;
 
 /// Rows of Map.points(): only "point" and "surface" are read.
@@ -37,7 +37,8 @@ std::vector<SurfacePoint> points_of(const py::object& rows) {
 void export_file(const SnapshotPtr& snapshot, const fs::path& file, std::vector<ExportPart> parts,
                  double mesh_thickness, const std::optional<Eigen::Vector3d>& up, bool force,
                  std::map<SurfaceId, std::vector<ConvexPiece>> convex,
-                 std::map<SurfaceId, std::vector<Circle>> circles, const py::object& points, Edges edges) {
+                 std::map<SurfaceId, std::vector<Circle>> circles, const py::object& points,
+                 SurfaceEdges edges) {
   ExportExtras extras{std::move(convex), std::move(circles), points_of(points), std::move(edges), {}};
   const py::gil_scoped_release others_run;
   export_surfaces(*snapshot, file, {std::move(parts), mesh_thickness, up_in(snapshot, up), force}, extras);
@@ -45,7 +46,7 @@ void export_file(const SnapshotPtr& snapshot, const fs::path& file, std::vector<
 
 void picture(const SnapshotPtr& snapshot, const fs::path& file, int width, int height, ViewFrom from,
              const std::optional<Eigen::Vector3d>& up, std::optional<Eigen::Vector3d> eye,
-             std::optional<Eigen::Vector3d> target, bool cut, Edges edges, bool force) {
+             std::optional<Eigen::Vector3d> target, bool cut, SurfaceEdges edges, bool force) {
   PictureOptions options;
   options.width = width;
   options.height = height;
@@ -69,7 +70,7 @@ void bind_exports(py::module_& module) {
       py::arg("up") = py::none(), py::arg("force") = false,
       py::arg("convex") = std::map<SurfaceId, std::vector<ConvexPiece>>{},
       py::arg("circles") = std::map<SurfaceId, std::vector<Circle>>{}, py::arg("points") = py::none(),
-      py::arg("edges") = Edges{},
+      py::arg("edges") = SurfaceEdges{},
       R"(Writes the surfaces in the format the file's ending names: .json, .ply, .glb, .obj, .stl, .csv.
 
 parts: "polygons", "meshes", "convex", "circles", "points"; .json takes any number, others exactly one.
@@ -79,7 +80,7 @@ Map frame, m. The file is complete or not there. Throws Error(usage, data, outpu
   module.def("render_png", &picture, py::arg("snapshot"), py::arg("file"), py::kw_only(),
              py::arg("width") = 1280, py::arg("height") = 960, py::arg("view") = ViewFrom::iso,
              py::arg("up") = py::none(), py::arg("eye") = py::none(), py::arg("target") = py::none(),
-             py::arg("cut") = true, py::arg("edges") = Edges{}, py::arg("force") = false,
+             py::arg("cut") = true, py::arg("edges") = SurfaceEdges{}, py::arg("force") = false,
              R"(Renders the surfaces' polygons as a PNG of so many pixels.
 
 view: "iso", "top", "front", "back", "left", "right"; or eye and target, (3,), map frame, m.

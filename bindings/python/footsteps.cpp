@@ -19,12 +19,12 @@ namespace py = pybind11;
 namespace octosurf::python {
 namespace {
 
-using Edges = std::map<SurfaceId, std::vector<PolygonEdges>>;
+using SurfaceEdges = std::map<SurfaceId, std::vector<PolygonEdges>>;
 
 /// A planner that two threads may ask: one waits for the other.
 class SharedPlanner {
  public:
-  SharedPlanner(std::shared_ptr<Snapshot> snapshot, OccupancyView octree, Robot robot, Edges edges)
+  SharedPlanner(std::shared_ptr<Snapshot> snapshot, OccupancyView octree, Robot robot, SurfaceEdges edges)
       : revision_(snapshot->revision),
         planner_(std::move(snapshot), std::move(octree), std::move(robot), std::move(edges)) {}
 
@@ -191,7 +191,7 @@ Footholds are accepted by foothold(); swinging feet and body touch no occupied v
 only. Deterministic without a time limit. What it finds out about the map it keeps for later plans.)")
       .def(
           py::init([](const std::shared_ptr<Snapshot>& snapshot, const std::optional<Robot>& given,
-                      const std::optional<OccupancyView>& octree, Edges edges) {
+                      const std::optional<OccupancyView>& octree, SurfaceEdges edges) {
             OccupancyView known = octree_of(*snapshot, octree);
             Robot robot = robot_in(snapshot, given);
             const py::gil_scoped_release others_run;
@@ -199,7 +199,7 @@ only. Deterministic without a time limit. What it finds out about the map it kee
                                                    std::move(edges));
           }),
           py::arg("snapshot"), py::arg("robot") = py::none(), py::kw_only(), py::arg("octree") = py::none(),
-          py::arg("edges") = Edges{},
+          py::arg("edges") = SurfaceEdges{},
           R"(robot: Biped or Quadruped; None: Biped() with the map's up. octree: OccupancyView; None: the snapshot's own.
 edges: label_edges() by surface id, for limits that ask for them. Throws Error(usage).)")
       .def("__repr__", &SharedPlanner::described)
@@ -210,25 +210,25 @@ edges: label_edges() by surface id, for limits that ask for them. Throws Error(u
       "plan",
       [](const std::shared_ptr<Snapshot>& snapshot, Standing from, Standing to,
          const std::optional<Robot>& robot, PlanBudget budget, const std::optional<OccupancyView>& octree,
-         Edges edges) {
+         SurfaceEdges edges) {
         return SharedPlanner(snapshot, octree_of(*snapshot, octree), robot_in(snapshot, robot),
                              std::move(edges))
             .plan(from, to, budget);
       },
       py::arg("snapshot"), py::arg("from_"), py::arg("to"), py::arg("robot") = py::none(),
       py::arg("budget") = PlanBudget{}, py::kw_only(), py::arg("octree") = py::none(),
-      py::arg("edges") = Edges{},
+      py::arg("edges") = SurfaceEdges{},
       "FootstepPlanner(snapshot, robot, …).plan(from_, to, budget), for a single plan.");
   module.def(
       "verify_plan",
       [](const FootstepPlan& plan, const std::shared_ptr<Snapshot>& snapshot, Robot robot,
-         std::optional<OccupancyView> octree, Edges edges) {
+         std::optional<OccupancyView> octree, SurfaceEdges edges) {
         const OccupancyView known = octree_of(*snapshot, octree);
         const py::gil_scoped_release others_run;
         return verify_plan(plan, *snapshot, known, robot, edges);
       },
       py::arg("plan"), py::arg("snapshot"), py::arg("robot"), py::kw_only(), py::arg("octree") = py::none(),
-      py::arg("edges") = Edges{},
+      py::arg("edges") = SurfaceEdges{},
       "Judges every step anew, without the planner's tables: a sentence for each that is wrong; none if all "
       "is well.");
 }

@@ -1,5 +1,7 @@
 #include "alignment/drift_filter.hpp"
 
+#include "alignment/linear.hpp"
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
@@ -104,8 +106,8 @@ void DriftFilter::learn(Hypothesis& h, const Eigen::Isometry3d& T_laid, const Re
   State step = State::Zero();
   {
     const SensorErrorCovariance own = P.bottomRightCorner<errors, errors>();
-    const SensorErrorCovariance share =
-        information * (SensorErrorCovariance::Identity() + own * information).inverse();
+    const SensorErrorCovariance widened = SensorErrorCovariance::Identity() + own * information;
+    const SensorErrorCovariance share = information * inverse(widened);
     const Eigen::Matrix<double, State::RowsAtCompileTime, errors> of_errors = P.rightCols<errors>();
     P = symmetric((P - of_errors * share * of_errors.transpose()).eval());
     step = P.rightCols<errors>() * (right - information * h.errors);

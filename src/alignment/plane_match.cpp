@@ -1,5 +1,6 @@
 #include "alignment/plane_match.hpp"
 
+#include "alignment/linear.hpp"
 #include "alignment/pose_fit.hpp"
 
 #include <Eigen/Dense>
@@ -69,7 +70,7 @@ class Matcher {
       normal_matrix += rows.transpose() * rows;
       right += rows.transpose() * values;
     }
-    const Twist twist = normal_matrix.ldlt().solve(right);
+    const Twist twist = alignment::solve(normal_matrix, right);
     constexpr double slack = 1.5;  // planes of a few patches are a little off themselves
     pose = moved(start_, twist);
     return twist.head<3>().norm() < slack * reach_.rotation_rad &&

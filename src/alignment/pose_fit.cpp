@@ -1,5 +1,6 @@
 #include "alignment/pose_fit.hpp"
 
+#include "alignment/linear.hpp"
 #include "sensing/reading_code.hpp"
 
 #include <Eigen/Dense>
@@ -10,7 +11,7 @@
 namespace octosurf::alignment {
 namespace {
 
-using Row =
+using Derivatives =
     Eigen::Matrix<double, 9, 1>;  // derivatives by the pose's twist and by the surface's slopes and offset
 using Block = Eigen::Matrix<double, 9, 9>;
 
@@ -131,7 +132,7 @@ Eigen::Vector3d PoseFitter::common_of(double reading) const {
 /// What the samples on one surface tell.
 struct PoseFitter::SurfaceSums {
   Block outer = Block::Zero();
-  Row right = Row::Zero();
+  Derivatives right = Derivatives::Zero();
   double squares = 0, counted = 0;  ///< Σ of the residuals' squares by their variance, and of samples,
                                     ///< robust as the above
   double samples = 0;               ///< those that overlap by their share
@@ -144,7 +145,7 @@ struct PoseFitter::Match {
   double distance;  ///< off the surface's plane
   double reading;   ///< variance along the normal, of the readings alone …
   double certain;   ///< … and with what the surface may be off
-  Row row;
+  Derivatives row;
   bool explained() const { return distance * distance < significant * significant * certain; }
 };
 
@@ -178,7 +179,7 @@ std::optional<PoseFitter::Match> PoseFitter::match(const Eigen::Isometry3d& pose
   if (!known || std::fabs(first.distance) >= gate || std::fabs(last.distance) >= gate) return {};
 
   const Eigen::Vector3d& n = surface.plane.normal;
-  Row row;
+  Derivatives row;
   row.head<3>() = arm.cross(n);
   row.segment<3>(3) = n;
   row.tail<3>() << -best->in_surface.x(), -best->in_surface.y(), -1;
@@ -233,7 +234,7 @@ void PoseFitter::add_surface(const AlignedSurface& surface, const SurfaceSums& o
   const double uneven = unevenness(of);
   const double reading = uneven * of.samples / of.weight;
   full /= uneven;
-  const Row right = of.right / uneven;
+  const Derivatives right = of.right / uneven;
   // The plane is known as well as its covariance and what readings have in common allow.
   Eigen::Matrix3d known = surface.covariance;
   known.diagonal() += common_of(reading);
@@ -337,7 +338,7 @@ PoseFit PoseFitter::fit(const Eigen::Isometry3d& start, const TwistCovariance& p
   PoseFit fit;
   fit.T_map_sensor = start;
   const std::vector<Pairing> pairings = pair(start, 2 * errors_.gate_m);
-  const TwistCovariance prior_information = prior.inverse();
+  const TwistCovariance prior_information = inverse(prior);
   TwistCovariance uncertainty = prior;
   for (int round = 0;; ++round) {
     const double gate = round < coarse_rounds ? errors_.gate_m : errors_.fine_gate_m();
@@ -349,14 +350,13 @@ PoseFit PoseFitter::fit(const Eigen::Isometry3d& start, const TwistCovariance& p
     if (round == most_rounds) return fit;
     const Twist off = twist_between(start, fit.T_map_sensor);
     const TwistCovariance information = sums.information + prior_information;
-    const Eigen::LDLT<TwistCovariance> solver = information.ldlt();
-    const Twist step = -solver.solve(sums.gradient + prior_information * off);
+    const Twist step = -solve(information, sums.gradient + prior_information * off);
     const bool settled =
         round >= coarse_rounds + 1 && step.tail<3>().norm() + fit.lever_m * step.head<3>().norm() < 2e-5;
     if (settled) return fit;
     fit.T_map_sensor = moved(fit.T_map_sensor, step);
     // What the pose may still be off by widens the weights' reach for as long as it is not settled.
-    uncertainty = solver.solve(TwistCovariance::Identity());
+    uncertainty = inverse_of_definite(information);
   }
 }
 

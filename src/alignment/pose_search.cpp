@@ -1,5 +1,6 @@
 #include "alignment/pose_search.hpp"
 
+#include "alignment/linear.hpp"
 #include "alignment/plane_match.hpp"
 #include "alignment/scan_planes.hpp"
 
@@ -22,8 +23,8 @@ constexpr double least_exact = 0.5;
 /// Voxels on a surface that is off by no more than its readings' noise and a voxel.
 constexpr double gate_voxels = 3;
 
-Eigen::AlignedBox3d box_of(std::span<const Sample> samples, const Eigen::Isometry3d& T, double margin,
-                           double turn_rad) {
+Eigen::AlignedBox3d reachable_box(std::span<const Sample> samples, const Eigen::Isometry3d& T, double margin,
+                                  double turn_rad) {
   Eigen::AlignedBox3d box;
   double farthest = 0;
   for (const Sample& sample : samples) {
@@ -68,9 +69,9 @@ Determined determined_by(const PoseFit& fit, double resolution) {
   determined.scale << Eigen::Vector3d::Constant(1 / fit.lever_m), Eigen::Vector3d::Ones();
   const TwistCovariance in_metres =
       determined.scale.asDiagonal() * fit.information * determined.scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<TwistCovariance> eigen(in_metres);
-  determined.directions = eigen.eigenvectors().rowwise().reverse();
-  const Twist information = eigen.eigenvalues().reverse().cwiseMax(1e-12);
+  const PrincipalAxes axes = principal_axes(in_metres);
+  determined.directions = axes.vectors;
+  const Twist information = axes.values.cwiseMax(1e-12);
   determined.variances = information.cwiseInverse();
   const double tolerance = resolution / 2;  // what is worse, the octree would not notice
   determined.count = static_cast<int>((determined.variances.array() < tolerance * tolerance).count());
@@ -116,10 +117,10 @@ PoseSearch::PoseSearch(const Snapshot& map, NearSurfaces& surfaces, const Scan& 
       reach_(reach),
       samples_(sample_scan(scan, noise, sample_count, least_exact * map.resolution / errors.noise_factor,
                            limits.min_m, limits.max_m)),
-      near_(surfaces.in(
-          map,
-          box_of(samples_, start, gate_voxels * map.resolution + reach.translation_m, reach.rotation_rad),
-          growing)),
+      near_(surfaces.in(map,
+                        reachable_box(samples_, start, gate_voxels * map.resolution + reach.translation_m,
+                                      reach.rotation_rad),
+                        growing)),
       fitter_(samples_, near_, with_gate(errors, gate_voxels * map.resolution)) {}
 
 PoseFit PoseSearch::fine(const Eigen::Isometry3d& start, const TwistCovariance& prior) const {

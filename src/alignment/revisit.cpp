@@ -1,5 +1,7 @@
 #include "alignment/revisit.hpp"
 
+#include "alignment/linear.hpp"
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
@@ -50,7 +52,7 @@ double median_of(std::vector<double>& values) {
 }
 
 /// A patch as it was long ago beside what the scan reads of it.
-struct Row {
+struct PatchRow {
   double residual, weight, noise;  // m, 1/m², m² by readings alone
   Twist by_pose;                   // of the residual, rotations by the lever
   SensorErrors by_error;
@@ -112,7 +114,7 @@ std::vector<PatchLook> looks_at(const Scan& scan, const Eigen::Isometry3d& T_map
 Revisit measure(std::span<const PatchLook> looks, double way_m, const SensorErrors& errors, double patch_m,
                 double resolution) {
   Revisit revisit;
-  std::vector<Row> rows;
+  std::vector<PatchRow> rows;
   double squares = 0;
   for (const PatchLook& look : looks) {
     const surfaces::Look before = look.patch.before(way_m, revisit_span_m);
@@ -124,7 +126,7 @@ Revisit measure(std::span<const PatchLook> looks, double way_m, const SensorErro
   revisit.patches = rows.size();
   if (rows.size() < fewest_patches) return revisit;
   revisit.lever_m = std::max(resolution, std::sqrt(squares / static_cast<double>(rows.size())));
-  for (Row& row : rows) row.by_pose.head<3>() /= revisit.lever_m;
+  for (PatchRow& row : rows) row.by_pose.head<3>() /= revisit.lever_m;
 
   Twist motion = Twist::Zero();
   const double least = map_error_voxels * resolution;
@@ -133,7 +135,7 @@ Revisit measure(std::span<const PatchLook> looks, double way_m, const SensorErro
   for (int round = 0; round < rounds; ++round) {
     sums = {};
     std::vector<double> offs;
-    for (Row& row : rows) {
+    for (PatchRow& row : rows) {
       const double off = row.residual + row.by_pose.dot(motion) - row.by_error.dot(errors);
       const double variance = row.noise + 2 * scatter * scatter;
       // The pose is not yet known: half a voxel more may be its doing.
@@ -148,19 +150,19 @@ Revisit measure(std::span<const PatchLook> looks, double way_m, const SensorErro
     }
     // As much of a pose as is held to be right within a voxel.
     const TwistCovariance information = sums.pose + TwistCovariance::Identity() / (resolution * resolution);
-    motion = information.ldlt().solve(sums.across * errors - sums.pose_right);
+    motion = solve(information, sums.across * errors - sums.pose_right);
     if (round > 0) {
       double noise = 0;
-      for (const Row& row : rows) noise += row.noise / static_cast<double>(rows.size());
+      for (const PatchRow& row : rows) noise += row.noise / static_cast<double>(rows.size());
       const double deviation = by_median * median_of(offs);
       scatter = std::sqrt(std::max(least * least, (deviation * deviation - noise) / 2));
     }
   }
   revisit.scatter_m = scatter;
 
-  const Eigen::SelfAdjointEigenSolver<TwistCovariance> eigen(sums.pose);
-  revisit.all_directions = eigen.eigenvectors().rowwise().reverse();
-  const Twist information = eigen.eigenvalues().reverse();
+  const PrincipalAxes axes = principal_axes(sums.pose);
+  revisit.all_directions = axes.vectors;
+  const Twist information = axes.values;
   // What is less exact the octree would not notice.
   const double enough = 4 / (resolution * resolution);
   const auto count = (information.array() > enough).count();
@@ -172,9 +174,10 @@ Revisit measure(std::span<const PatchLook> looks, double way_m, const SensorErro
   revisit.motion = -(revisit.variances.asDiagonal() * along.transpose() * sums.pose_right);
   revisit.by_error = -(revisit.variances.asDiagonal() * along.transpose() * sums.across);
   // What no motion of the sensor explains.
-  const TwistCovariance inverse = (sums.pose + enough * 1e-3 * TwistCovariance::Identity()).inverse();
-  revisit.error_information = sums.error - sums.across.transpose() * inverse * sums.across;
-  revisit.error_vector = sums.error_right - sums.across.transpose() * inverse * sums.pose_right;
+  const TwistCovariance damped = sums.pose + enough * 1e-3 * TwistCovariance::Identity();
+  const TwistCovariance pose_covariance = inverse(damped);
+  revisit.error_information = sums.error - sums.across.transpose() * pose_covariance * sums.across;
+  revisit.error_vector = sums.error_right - sums.across.transpose() * pose_covariance * sums.pose_right;
   return revisit;
 }
 

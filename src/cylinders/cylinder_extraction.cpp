@@ -12,7 +12,6 @@ namespace {
 constexpr std::size_t scored_points = 192;  // a sample this large ranks hypotheses well enough
 constexpr std::size_t fitted_points = 400, weighed_points = 2000;
 constexpr std::size_t first_look = 32, fewest_at_first = 3;  // of points in no order: most guesses end there
-constexpr float cos_facing = 0.8F;
 
 }  // namespace
 
@@ -55,7 +54,8 @@ std::size_t CylinderExtraction::count(const Guess& guess, std::span<const Orient
     const Eigen::Vector3f v = p.position - guess.point;
     const Eigen::Vector3f outward = v - guess.axis.dot(v) * guess.axis;
     const float rho = outward.norm();
-    found += std::fabs(rho - guess.radius) <= p.tolerance && p.normal.dot(outward) >= cos_facing * rho;
+    found += std::fabs(rho - guess.radius) <= p.tolerance &&
+             p.normal.dot(outward) >= static_cast<float>(CylinderRules::cos_facing) * rho;
   }
   return found;
 }

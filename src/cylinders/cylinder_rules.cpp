@@ -7,7 +7,6 @@
 namespace octosurf::cylinders {
 namespace {
 
-constexpr double cos_facing = 0.8;  // 37°: normals of thin rails are smoothed over the bend
 constexpr double rad_per_deg = std::numbers::pi / 180;
 
 constexpr double least_round = 1.1;  // squares left by planes per squares left by the cylinder
@@ -35,7 +34,7 @@ bool CylinderRules::fits(const geometry::CylinderShape& shape, Index i) {
   if (misfit > reach) return false;
   const surfaces::LocalPlane& local = map_.normals.at(i);
   if (!local.known) return misfit <= reach / 2;
-  return local.normal.cast<double>().dot(outward) >= cos_facing * rho;
+  return local.normal.cast<double>().dot(outward) >= CylinderRules::cos_facing * rho;
 }
 
 geometry::CylinderSample CylinderRules::sample(Index i) {

@@ -13,6 +13,9 @@ class CylinderRules {
  public:
   using Index = occupancy::PointWindow::Index;
 
+  /// 37° between normal and the direction off the axis: normals of thin rails are smoothed over the bend.
+  static constexpr double cos_facing = 0.8;
+
   explicit CylinderRules(const surfaces::MapView& map);
 
   std::size_t min_points() const { return min_points_; }  ///< inliers: n

@@ -12,8 +12,8 @@ namespace {
 
 using Index = occupancy::PointWindow::Index;
 
-constexpr int adjacent_voxels = 2;           // a neighbour, or one voxel left out
-constexpr std::size_t fitted_points = 2000;  // a fit to a sample this large is as good as one to all
+constexpr int adjacent_voxels = 2;            // a neighbour, or one voxel left out
+constexpr std::size_t refined_points = 2000;  // a fit to a sample this large is as good as one to all
 
 class CylinderUpdate {
  public:
@@ -171,7 +171,7 @@ class CylinderUpdate {
   bool fitted(surfaces::CylinderModel& cylinder) const {
     const Eigen::Vector3d axis = cylinder.shape.axis;
     const std::vector<geometry::CylinderSample> samples =
-        cylinder.samples(map_.noise, CylinderRules::stride(cylinder.inliers.size(), fitted_points));
+        cylinder.samples(map_.noise, CylinderRules::stride(cylinder.inliers.size(), refined_points));
     if (!geometry::refine(cylinder.shape, samples)) return false;
     cylinder.shape = along(cylinder.shape, axis);
     return rules_.convincing(cylinder.shape, samples, true);

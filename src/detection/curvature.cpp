@@ -4,6 +4,7 @@
 #include "detection/planelets.hpp"
 #include "detection/voxel_blocks.hpp"
 #include "geometry/plane_frame.hpp"
+#include "geometry/symmetric.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -53,10 +54,10 @@ struct PrincipalFrame {
 
   explicit PrincipalFrame(const Patch& patch)
       : R(geometry::plane_axes(patch.plane.normal).transpose()), pose_variance(patch.pose_variance) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(
-        (R * patch.moments.covariance() * R.transpose()).topLeftCorner<2, 2>());
-    R.topRows<2>() = (axes.eigenvectors().transpose() * R.topRows<2>()).eval();
-    variances = axes.eigenvalues().cwiseMax(0.0);
+    const Eigen::Matrix3d in_plane = R * patch.moments.covariance() * R.transpose();
+    const geometry::PrincipalAxes2 axes = geometry::principal_axes(in_plane.topLeftCorner<2, 2>().eval());
+    R.topRows<2>() = (axes.vectors.transpose() * R.topRows<2>()).eval();
+    variances = axes.values.cwiseMax(0.0);
   }
 
   /// Squared lengths that bends act over, m²: across, both, along; a uniform strip is √12 deviations long.
@@ -76,12 +77,12 @@ struct PrincipalFrame {
 double turn_of(const Eigen::Vector3d& bend, const Eigen::Vector2d& variances) {
   Eigen::Matrix2d hessian;
   hessian << bend[0], bend[1], bend[1], bend[2];
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(hessian);
+  const geometry::PrincipalAxes2 axes = geometry::principal_axes(hessian);
   double most = 0;
   for (int k = 0; k < 2; ++k) {
-    const Eigen::Vector2d along = axes.eigenvectors().col(k);
-    most = std::max(
-        most, std::fabs(axes.eigenvalues()[k]) * std::sqrt(12 * along.dot(variances.cwiseProduct(along))));
+    const Eigen::Vector2d along = axes.vectors.col(k);
+    most =
+        std::max(most, std::fabs(axes.values[k]) * std::sqrt(12 * along.dot(variances.cwiseProduct(along))));
   }
   return most;
 }

@@ -18,7 +18,7 @@ using Triangles = std::vector<std::array<std::uint32_t, 3>>;
 constexpr std::size_t next_corner(std::size_t corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
 
 // The edge from `corner` to the next one of its triangle, keyed without direction.
-struct Edge {
+struct MeshEdge {
   std::uint32_t low, high;
   std::size_t corner;
 };
@@ -28,14 +28,15 @@ struct Edge {
 // otherwise the wall's edge there would stand in four triangles.
 void add_prism(const Triangles& triangles, const std::vector<Eigen::Vector2d>& points, const Surface& surface,
                double thickness, Mesh& mesh) {
-  std::vector<Edge> edges;
+  if (triangles.empty()) return;
+  std::vector<MeshEdge> edges;
   edges.reserve(3 * triangles.size());
   for (std::size_t corner = 0; corner < 3 * triangles.size(); ++corner) {
     const std::uint32_t from = triangles[corner / 3][corner % 3];
     const std::uint32_t to = triangles[corner / 3][next_corner(corner) % 3];
     edges.push_back({std::min(from, to), std::max(from, to), corner});
   }
-  std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
+  std::sort(edges.begin(), edges.end(), [](const MeshEdge& a, const MeshEdge& b) {
     return std::tie(a.low, a.high, a.corner) < std::tie(b.low, b.high, b.corner);
   });
 

@@ -1,8 +1,8 @@
 #include "geometry/ring_check.hpp"
 
+#include "geometry/orientation.hpp"
 #include "geometry/rings.hpp"
 
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <algorithm>
 #include <set>
 #include <vector>
@@ -12,21 +12,9 @@
 namespace octosurf::geometry {
 namespace {
 
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Index = std::uint32_t;
 
 constexpr std::int32_t outside = -1;
-
-/// Left, below or both: the order in which the sweep meets points.
-bool before(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y());
-}
-
-/// Where c lies as seen along a → b: left 1, on the line 0, right -1.
-int side(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
-  return static_cast<int>(CGAL::orientation(Kernel::Point_2(a.x(), a.y()), Kernel::Point_2(b.x(), b.y()),
-                                            Kernel::Point_2(c.x(), c.y())));
-}
 
 struct Edge {
   Eigen::Vector2d left, right;
@@ -37,12 +25,12 @@ struct Edge {
 /// Of an edge that does not reach as far left as the other, its left end decides; where both begin, the right
 /// ones.
 bool runs_below(const Edge& a, const Edge& b) {
-  if (before(b.left, a.left)) {
-    const int s = side(b.left, b.right, a.left);
-    return s != 0 ? s < 0 : side(b.left, b.right, a.right) < 0;
+  if (is_before(b.left, a.left)) {
+    const int s = orientation(b.left, b.right, a.left);
+    return s != 0 ? s < 0 : orientation(b.left, b.right, a.right) < 0;
   }
-  const int s = side(a.left, a.right, b.left);
-  return s != 0 ? s > 0 : side(a.left, a.right, b.right) > 0;
+  const int s = orientation(a.left, a.right, b.left);
+  return s != 0 ? s > 0 : orientation(a.left, a.right, b.right) > 0;
 }
 
 /// The sweep of Shamos and Hoey (1976): edges in their order along a line that goes from left to right; the
@@ -66,7 +54,7 @@ class Sweep {
       events.push_back({edges_[i].right, i});
     }
     std::sort(events.begin(), events.end(), [](const Event& a, const Event& b) {
-      return a.at == b.at ? a.edge < b.edge : before(a.at, b.at);
+      return a.at == b.at ? a.edge < b.edge : is_before(a.at, b.at);
     });
     for (std::size_t begin = 0, end = 0; begin < events.size(); begin = end) {
       while (end < events.size() && events[end].at == events[begin].at) ++end;
@@ -85,7 +73,7 @@ class Sweep {
     const std::vector<Edge>* edges;
     bool operator()(Index a, Index b) const { return runs_below((*edges)[a], (*edges)[b]); }
     bool operator()(Index a, const Eigen::Vector2d& p) const {
-      return side((*edges)[a].left, (*edges)[a].right, p) > 0;
+      return orientation((*edges)[a].left, (*edges)[a].right, p) > 0;
     }
   };
   using Status = std::set<Index, Order>;
@@ -94,8 +82,8 @@ class Sweep {
     for (std::size_t i = 0; i < ring.size(); ++i) {
       const Eigen::Vector2d &a = ring[i], &b = ring[(i + 1) % ring.size()];
       // The inside is to the left of the way round.
-      edges_.push_back(before(a, b) ? Edge{a, b, rings_, outside, polygon}
-                                    : Edge{b, a, rings_, polygon, outside});
+      edges_.push_back(is_before(a, b) ? Edge{a, b, rings_, outside, polygon}
+                                       : Edge{b, a, rings_, polygon, outside});
     }
     ++rings_;
   }
@@ -103,10 +91,10 @@ class Sweep {
   /// Whether the edges have anything in common but an end of both.
   bool meet(const Edge& a, const Edge& b) const {
     if (a.right == b.right || a.left == b.left || a.right == b.left || b.right == a.left)
-      return a.left == b.left ? side(a.left, a.right, b.right) == 0
-                              : a.right == b.right && side(a.left, a.right, b.left) == 0;
-    return side(a.left, a.right, b.left) * side(a.left, a.right, b.right) <= 0 &&
-           side(b.left, b.right, a.left) * side(b.left, b.right, a.right) <= 0;
+      return a.left == b.left ? orientation(a.left, a.right, b.right) == 0
+                              : a.right == b.right && orientation(a.left, a.right, b.left) == 0;
+    return orientation(a.left, a.right, b.left) * orientation(a.left, a.right, b.right) <= 0 &&
+           orientation(b.left, b.right, a.left) * orientation(b.left, b.right, a.right) <= 0;
   }
 
   /// What lies between two neighbours of the status, either of which may be missing, is one thing.
@@ -135,7 +123,7 @@ class Sweep {
     for (const Event& event : here)
       if (edges_[event.edge].right == at) status_.erase(places_[event.edge]);
     const auto above = status_.lower_bound(at);
-    if (above != status_.end() && side(edges_[*above].left, edges_[*above].right, at) == 0)
+    if (above != status_.end() && orientation(edges_[*above].left, edges_[*above].right, at) == 0)
       return "a vertex on an edge";
     auto lower = above == status_.begin() ? status_.end() : std::prev(above);
     for (const Event& event : here) {

@@ -7,14 +7,11 @@
 namespace octosurf::geometry {
 namespace {
 
-bool before(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y());
-}
 bool ring_before(const Ring2& a, const Ring2& b) {
-  return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end(), before);
+  return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end(), is_before);
 }
 void start_at_smallest(Ring2& ring) {
-  std::rotate(ring.begin(), std::min_element(ring.begin(), ring.end(), before), ring.end());
+  std::rotate(ring.begin(), std::min_element(ring.begin(), ring.end(), is_before), ring.end());
 }
 
 /// Strictly inside; nothing for a vertex. Exact where products of the coordinates' differences are.

@@ -6,6 +6,11 @@
 
 namespace octosurf::geometry {
 
+/// Left of it, or below it at the same x: the order in which a sweep from left to right meets points.
+inline bool is_before(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return a.x() < b.x() || (a.x() == b.x() && a.y() < b.y());
+}
+
 /// Every ring from its lexicographically smallest vertex on, holes and polygons in the order of their
 /// rings: equal outlines, equal bytes.
 void order_rings(std::vector<Polygon>& polygons);

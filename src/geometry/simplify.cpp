@@ -13,9 +13,9 @@ namespace {
 
 namespace ps = CGAL::Polyline_simplification_2;
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using Vertex = ps::Vertex_base_2<Kernel>;
-using Face = CGAL::Constrained_triangulation_face_base_2<Kernel>;
-using Structure = CGAL::Triangulation_data_structure_2<Vertex, Face>;
+using SimplifiedVertex = ps::Vertex_base_2<Kernel>;
+using SimplifiedFace = CGAL::Constrained_triangulation_face_base_2<Kernel>;
+using Structure = CGAL::Triangulation_data_structure_2<SimplifiedVertex, SimplifiedFace>;
 using Triangulation = CGAL::Constrained_triangulation_plus_2<
     CGAL::Constrained_Delaunay_triangulation_2<Kernel, Structure, CGAL::No_constraint_intersection_tag>>;
 using Constraint = Triangulation::Constraint_id;

@@ -14,7 +14,7 @@ constexpr std::size_t text_limit = std::size_t{256} << 20;
 constexpr std::size_t longest_line = std::size_t{64} << 10;
 // What a text may take as words, with the poses made of them: 64 MiB and eight times its size. TUM's poses of
 // 80 bytes take 4.
-constexpr std::size_t free_bytes = std::size_t{40} << 20, bytes_per_file_byte = 5;
+constexpr std::size_t text_free_bytes = std::size_t{40} << 20, text_bytes_per_file_byte = 5;
 constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
 
 constexpr std::string_view separators = " \t\r,;\v\f";
@@ -55,7 +55,7 @@ std::vector<TextLine> read_text(const std::filesystem::path& file) {
                   "give a file of poses, intrinsics or time stamps");
     auto words = split(line.substr(0, begin_of_comment(line)));
     memory += words.size() * sizeof(std::string) + (words.empty() ? 0 : 2 * sizeof(TextLine));
-    if (memory > free_bytes + bytes_per_file_byte * bytes.size())
+    if (memory > text_free_bytes + text_bytes_per_file_byte * bytes.size())
       throw Error(Error::Kind::data, at_line(file, number), "too many short words to be a list of numbers",
                   "give a file of poses, intrinsics or time stamps");
     if (!words.empty()) lines.push_back({number, std::move(words)});

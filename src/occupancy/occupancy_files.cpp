@@ -21,7 +21,7 @@ constexpr std::size_t chunk_bytes = std::size_t{1} << 20;
 // size, and the most there can be is 144 times.
 constexpr std::size_t free_bytes = std::size_t{32} << 20, bytes_per_file_byte = 64;
 
-geometry::VoxelKey child_corner(geometry::VoxelKey key, unsigned child, int level) {
+geometry::VoxelKey child_key(geometry::VoxelKey key, unsigned child, int level) {
   return {static_cast<std::uint16_t>(key.x | (child & 1) << level),
           static_cast<std::uint16_t>(key.y | (child >> 1 & 1) << level),
           static_cast<std::uint16_t>(key.z | (child >> 2 & 1) << level)};
@@ -108,7 +108,7 @@ class NodeReader {
     if (level == 0) fail("the octree is deeper than 16 levels");
     if (level == occupancy::VoxelTree::brick_level) brick_ = &tree_.make_brick(corner);
     for (unsigned c = 0; c < 8; ++c)
-      if (mask >> c & 1) read(child_corner(corner, c, level - 1), level - 1);
+      if (mask >> c & 1) read(child_key(corner, c, level - 1), level - 1);
   }
   bool at_end() {
     refill();
@@ -250,11 +250,11 @@ class OctomapReader {
       const unsigned kind = bits >> (2 * c) & 3;
       nodes_ += kind != 0;
       if (kind == 1 || kind == 2)
-        set_leaf(child_corner(corner, c, level - 1), level - 1,
+        set_leaf(child_key(corner, c, level - 1), level - 1,
                  kind == 1 ? tree_.model().clamp_min : tree_.model().clamp_max);
     }
     for (unsigned c = 0; c < 8; ++c)
-      if ((bits >> (2 * c) & 3) == 3) read_binary(child_corner(corner, c, level - 1), level - 1);
+      if ((bits >> (2 * c) & 3) == 3) read_binary(child_key(corner, c, level - 1), level - 1);
   }
   // .ot: log-odds (and a colour), then a byte of child bits.
   void read_full(geometry::VoxelKey corner, int level) {
@@ -268,7 +268,7 @@ class OctomapReader {
     if (mask != 0 && level == 0) refuse_octomap(file_, "is damaged: deeper than 16 levels");
     nodes_ += detail::bit_count(mask);
     for (unsigned c = 0; c < 8; ++c)
-      if (mask >> c & 1) read_full(child_corner(corner, c, level - 1), level - 1);
+      if (mask >> c & 1) read_full(child_key(corner, c, level - 1), level - 1);
   }
   void set_leaf(geometry::VoxelKey corner, int level, float log_odds) {
     tree_.set_leaf(corner, level, log_odds);

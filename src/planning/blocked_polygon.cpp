@@ -9,14 +9,14 @@ namespace octosurf::planning {
 namespace {
 
 namespace bp = boost::polygon;
-using Point = bp::point_data<int>;
+using IntegerPoint = bp::point_data<int>;
 using Set = bp::polygon_set_data<int>;
 
 constexpr double per_metre = 1e6;
 constexpr double largest = 2e9;  // of the grid's, which has 31 bits
 
-std::vector<Point> on_grid(const Ring2& ring) {
-  std::vector<Point> points;
+std::vector<IntegerPoint> on_grid(const Ring2& ring) {
+  std::vector<IntegerPoint> points;
   points.reserve(ring.size());
   for (const Eigen::Vector2d& p : ring) {
     const Eigen::Vector2d scaled = p * per_metre;
@@ -28,14 +28,14 @@ std::vector<Point> on_grid(const Ring2& ring) {
 }
 
 bp::polygon_data<int> polygon_of(const Ring2& ring) {
-  const std::vector<Point> points = on_grid(ring);
+  const std::vector<IntegerPoint> points = on_grid(ring);
   return {points.begin(), points.end()};
 }
 
 template <typename Points>
 Ring2 in_metres(const Points& points) {
   Ring2 ring;
-  for (const Point& p : points) ring.emplace_back(p.x() / per_metre, p.y() / per_metre);
+  for (const IntegerPoint& p : points) ring.emplace_back(p.x() / per_metre, p.y() / per_metre);
   // Boost repeats the first vertex at the end.
   while (ring.size() > 1 && ring.front() == ring.back()) ring.pop_back();
   return ring;

@@ -21,9 +21,9 @@ namespace {
 namespace bg = boost::geometry;
 namespace bgi = boost::geometry::index;
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using Point = bg::model::d2::point_xy<double>;
-using Segment = bg::model::segment<Point>;
-using Box = bg::model::box<Point>;
+using BoostPoint = bg::model::d2::point_xy<double>;
+using BoostSegment = bg::model::segment<BoostPoint>;
+using BoostBox = bg::model::box<BoostPoint>;
 
 struct Disc {
   Eigen::Vector2d center;
@@ -47,10 +47,10 @@ std::optional<Eigen::Vector2d> circumcenter(const Eigen::Vector2d& a, const Eige
 class Fill {
  public:
   Fill(const Polygon& polygon, double min_radius) : polygon_(polygon), min_radius_(min_radius) {
-    std::vector<Segment> segments;
+    std::vector<BoostSegment> segments;
     planning::for_each_edge(polygon, [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
       if (!a.allFinite()) throw Error(Error::Kind::data, "polygon", "a vertex is not finite");
-      segments.emplace_back(Point(a.x(), a.y()), Point(b.x(), b.y()));
+      segments.emplace_back(BoostPoint(a.x(), a.y()), BoostPoint(b.x(), b.y()));
       low_ = low_.cwiseMin(a);
       high_ = high_.cwiseMax(a);
       perimeter_ += (b - a).norm();
@@ -68,18 +68,18 @@ class Fill {
              std::make_tuple(-b.radius, b.center.x(), b.center.y());
     });
     std::vector<Disc> chosen;
-    bgi::rtree<std::pair<Box, std::size_t>, bgi::rstar<16>> boxes;
+    bgi::rtree<std::pair<BoostBox, std::size_t>, bgi::rstar<16>> boxes;
     for (const Disc& disc : candidates_) {
-      const Point center(disc.center.x(), disc.center.y());
+      const BoostPoint center(disc.center.x(), disc.center.y());
       const bool covered =
           std::any_of(boxes.qbegin(bgi::intersects(center)), boxes.qend(), [&](const auto& hit) {
             const Disc& other = chosen[hit.second];
             return (other.center - disc.center).norm() <= other.radius;
           });
       if (covered) continue;
-      const Point low(disc.center.x() - disc.radius, disc.center.y() - disc.radius);
-      const Point high(disc.center.x() + disc.radius, disc.center.y() + disc.radius);
-      boxes.insert({Box(low, high), chosen.size()});
+      const BoostPoint low(disc.center.x() - disc.radius, disc.center.y() - disc.radius);
+      const BoostPoint high(disc.center.x() + disc.radius, disc.center.y() + disc.radius);
+      boxes.insert({BoostBox(low, high), chosen.size()});
       chosen.push_back(disc);
     }
     return chosen;
@@ -88,7 +88,7 @@ class Fill {
  private:
   // `center` is known to be inside.
   void add_candidate(const Eigen::Vector2d& center) {
-    const Point point(center.x(), center.y());
+    const BoostPoint point(center.x(), center.y());
     const auto nearest_edge = edges_.qbegin(bgi::nearest(point, 1));
     const double radius = bg::distance(point, *nearest_edge);
     if (radius >= min_radius_) candidates_.push_back({center, radius});
@@ -139,7 +139,7 @@ class Fill {
   double perimeter_ = 0;
   Eigen::Vector2d low_ = Eigen::Vector2d::Constant(HUGE_VAL);
   Eigen::Vector2d high_ = Eigen::Vector2d::Constant(-HUGE_VAL);
-  bgi::rtree<Segment, bgi::rstar<16>> edges_;
+  bgi::rtree<BoostSegment, bgi::rstar<16>> edges_;
   std::vector<Disc> candidates_;
 };
 

@@ -14,7 +14,7 @@ namespace octosurf::planning {
 namespace {
 
 /// Whole voxels low … high, both included.
-struct Box {
+struct VoxelBox {
   std::array<std::int32_t, 3> low, high;
 };
 
@@ -41,17 +41,17 @@ Eigen::Vector2d line_of_meeting(const Eigen::Matrix<double, 3, 2>& uv, const Eig
 }
 
 /// Boxes that differ along `axis` only and touch there become one.
-void join_along(std::size_t axis, std::vector<Box>& boxes) {
+void join_along(std::size_t axis, std::vector<VoxelBox>& boxes) {
   const std::size_t b = (axis + 1) % 3, c = (axis + 2) % 3;
-  const auto others = [b, c](const Box& box) {
+  const auto others = [b, c](const VoxelBox& box) {
     return std::array{box.low[b], box.high[b], box.low[c], box.high[c]};
   };
-  std::sort(boxes.begin(), boxes.end(), [&](const Box& x, const Box& y) {
+  std::sort(boxes.begin(), boxes.end(), [&](const VoxelBox& x, const VoxelBox& y) {
     const auto xs = others(x), ys = others(y);
     return xs != ys ? xs < ys : x.low[axis] < y.low[axis];
   });
-  std::vector<Box> joined;
-  for (const Box& box : boxes) {
+  std::vector<VoxelBox> joined;
+  for (const VoxelBox& box : boxes) {
     if (!joined.empty() && others(joined.back()) == others(box) &&
         joined.back().high[axis] + 1 >= box.low[axis])
       joined.back().high[axis] = std::max(joined.back().high[axis], box.high[axis]);
@@ -72,7 +72,7 @@ bool open_through(const Surface& surface, const Eigen::Vector2d& uv, double dept
   return true;
 }
 
-Ring2 project(const Surface& surface, const Box& box, double d) {
+Ring2 project(const Surface& surface, const VoxelBox& box, double d) {
   const Eigen::Isometry3d T_surface_map = surface.T_map_surface.inverse();
   Ring2 corners;
   for (unsigned corner = 0; corner < 8; ++corner) {
@@ -121,10 +121,10 @@ std::vector<Ring2> obstacles_over(const Surface& surface, const Eigen::Vector2d&
 }
 
 std::vector<Ring2> projected(const Surface& surface, std::span<const Eigen::Vector3d> centres, double d) {
-  std::vector<Box> boxes;
+  std::vector<VoxelBox> boxes;
   boxes.reserve(centres.size());
   for (const Eigen::Vector3d& centre : centres) {
-    Box box{};
+    VoxelBox box{};
     for (unsigned axis = 0; axis < 3; ++axis)
       box.low[axis] = static_cast<std::int32_t>(std::floor(centre[axis] / d));
     box.high = box.low;
@@ -137,7 +137,7 @@ std::vector<Ring2> projected(const Surface& surface, std::span<const Eigen::Vect
     join_along((static_cast<std::size_t>(steepest) + step) % 3, boxes);
   std::vector<Ring2> covered;
   covered.reserve(boxes.size());
-  for (const Box& box : boxes) covered.push_back(project(surface, box, d));
+  for (const VoxelBox& box : boxes) covered.push_back(project(surface, box, d));
   return covered;
 }
 

@@ -1,6 +1,7 @@
 #include "planning/contact_shape.hpp"
 
 #include "geometry/directions.hpp"
+#include "planning/rings.hpp"
 
 #include <algorithm>
 #include <string>
@@ -11,7 +12,7 @@
 namespace octosurf {
 namespace {
 
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
+using planning::cross;
 
 void require(bool holds, const char* where, const char* what, const char* mend) {
   if (!holds) throw Error(Error::Kind::usage, where, what, mend);

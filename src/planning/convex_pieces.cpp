@@ -1,8 +1,8 @@
 #include "geometry/disjoint_sets.hpp"
+#include "geometry/orientation.hpp"
 #include "geometry/triangulate.hpp"
 #include "planning/convex_piece.hpp"
 
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -15,7 +15,6 @@
 namespace octosurf {
 namespace {
 
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Piece = std::vector<std::uint32_t>;  // vertices, counter-clockwise; empty once merged away
 
 // Hertel and Mehlhorn: triangles merged over every diagonal that no reflex vertex needs.
@@ -37,8 +36,7 @@ class ConvexMerge {
 
   // Exactly left (1), straight (0) or right (-1) at b.
   int turn(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
-    const auto point = [&](std::uint32_t i) { return Kernel::Point_2(points_[i].x(), points_[i].y()); };
-    return static_cast<int>(CGAL::orientation(point(a), point(b), point(c)));
+    return geometry::orientation(points_[a], points_[b], points_[c]);
   }
 
  private:

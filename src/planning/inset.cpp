@@ -11,7 +11,7 @@ namespace octosurf::planning {
 namespace {
 
 /// A part of the line at hand that nothing has covered yet; by what lines it is cut off as in Rest.
-struct Part {
+struct OpenPart {
   double from = 0, to = 1;
   std::uint32_t from_by = none, to_by = none;
 };
@@ -51,7 +51,7 @@ class Uncover {
   std::uint32_t round_ = 0;
   std::vector<std::uint32_t> near_;  // eights within reach of the lines of the one at hand
   LineExtent extent_;                // of the line at hand
-  std::vector<Part> left_, scratch_;
+  std::vector<OpenPart> left_, scratch_;
 };
 
 double cell_of(const InsetLines& lines) {
@@ -96,7 +96,7 @@ void Uncover::begin(const InsetLines::Line& line) {
 }
 
 void Uncover::keep(const InsetLines::Line& line) {
-  for (const Part& part : left_)
+  for (const OpenPart& part : left_)
     rests_.push_back(
         {line.from + part.from * (line.to - line.from), line.number, part.from_by, part.to_by, line.next});
 }
@@ -118,7 +118,7 @@ Eigen::AlignedBox2d Uncover::edges_about_left() const {
 
 void Uncover::take_off(const Cut& cut, std::uint32_t in_by, std::uint32_t out_by) {
   scratch_.clear();
-  for (const Part& part : left_) {
+  for (const OpenPart& part : left_) {
     if (cut.out <= part.from || cut.in >= part.to) {
       scratch_.push_back(part);
       continue;

@@ -1,12 +1,12 @@
 #include "planning/inset_lines.hpp"
 
+#include "planning/rings.hpp"
+
 #include <algorithm>
 #include <array>
 
 namespace octosurf::planning {
 namespace {
-
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 std::size_t eights_of(const Ring2& ring) {
   return (ring.size() + EdgeReaches::at_once - 1) / EdgeReaches::at_once;

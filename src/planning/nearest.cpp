@@ -1,5 +1,6 @@
 #include "geometry/directions.hpp"
 #include "planning/rings.hpp"
+#include "planning/slope_limit.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +13,9 @@
 
 namespace octosurf {
 namespace {
+
+using planning::require_limit;
+using planning::within;
 
 // The point of the surface's polygons nearest to `uv`; nothing if it has none.
 std::optional<Eigen::Vector2d> closest_in_plane(const Surface& surface, const Eigen::Vector2d& uv) {
@@ -32,13 +36,7 @@ std::optional<Eigen::Vector2d> closest_in_plane(const Surface& surface, const Ei
 
 void require_sensible(const Eigen::Vector3d& point, const SlopeLimit& limit, const char* where) {
   if (!point.allFinite()) throw Error(Error::Kind::usage, where, "the point is not finite");
-  geometry::require_direction(limit.up, "up");
-  if (!(limit.max_slope_rad >= 0))
-    throw Error(Error::Kind::usage, "max_slope", "is not an angle", "must be at least 0");
-}
-
-bool within(const SlopeLimit& limit, const Surface& surface) {
-  return limit.max_slope_rad >= std::numbers::pi || slope_rad(surface, limit.up) <= limit.max_slope_rad;
+  require_limit(limit);
 }
 
 /// The point of the surface's polygons that the ray from `point` along `direction` (unit) meets.

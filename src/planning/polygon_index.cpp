@@ -4,21 +4,35 @@
 #include "planning/rings.hpp"
 
 #include <algorithm>
+#include <boost/geometry.hpp>
+#include <boost/geometry/index/rtree.hpp>
 #include <cmath>
 
 namespace octosurf::planning {
 
+namespace bg = boost::geometry;
 namespace bgi = boost::geometry::index;
 
+struct PolygonIndex::Tree {
+  using Point = bg::model::d2::point_xy<double>;
+  using Segment = bg::model::segment<Point>;
+  bgi::rtree<Segment, bgi::rstar<16>> edges;
+
+  static Eigen::Vector2d vector(const Point& p) { return {p.x(), p.y()}; }
+};
+
+PolygonIndex::PolygonIndex(PolygonIndex&&) noexcept = default;
+PolygonIndex::~PolygonIndex() = default;
+
 PolygonIndex::PolygonIndex(const std::vector<Polygon>& polygons) {
-  std::vector<Segment> segments;
+  std::vector<Tree::Segment> segments;
   for (const Polygon& polygon : polygons)
     for_each_edge(polygon, [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
       edges_.emplace_back(from, to);
-      segments.emplace_back(Point(from.x(), from.y()), Point(to.x(), to.y()));
+      segments.emplace_back(Tree::Point(from.x(), from.y()), Tree::Point(to.x(), to.y()));
       box_.extend(from);
     });
-  tree_ = decltype(tree_)(segments);
+  tree_ = std::make_unique<const Tree>(Tree{decltype(Tree::edges)(segments)});
   if (!edges_.empty()) sort_into_rows();
 }
 
@@ -63,8 +77,16 @@ bool PolygonIndex::contains(const Eigen::Vector2d& point) const {
 std::optional<Eigen::Vector2d> PolygonIndex::closest(const Eigen::Vector2d& point) const {
   if (edges_.empty()) return {};
   if (contains(point)) return point;
-  const auto at = tree_.qbegin(bgi::nearest(Point(point.x(), point.y()), 1));
-  return closest_on_segment(vector(at->first), vector(at->second), point);
+  const auto at = tree_->edges.qbegin(bgi::nearest(Tree::Point(point.x(), point.y()), 1));
+  return closest_on_segment(Tree::vector(at->first), Tree::vector(at->second), point);
+}
+
+void PolygonIndex::for_each_edge_near(
+    const Eigen::AlignedBox2d& box,
+    const std::function<bool(const Eigen::Vector2d&, const Eigen::Vector2d&)>& visit) const {
+  const bg::model::box<Tree::Point> wanted({box.min().x(), box.min().y()}, {box.max().x(), box.max().y()});
+  for (auto at = tree_->edges.qbegin(bgi::intersects(wanted)); at != tree_->edges.qend(); ++at)
+    if (!visit(Tree::vector(at->first), Tree::vector(at->second))) return;
 }
 
 }  // namespace octosurf::planning

@@ -1,6 +1,8 @@
 #include "geometry/directions.hpp"
+#include "geometry/symmetric.hpp"
 #include "planning/box_tree.hpp"
 #include "planning/polygon_index.hpp"
+#include "planning/slope_limit.hpp"
 
 #include <algorithm>
 #include <array>
@@ -14,6 +16,9 @@
 
 namespace octosurf {
 namespace {
+
+using planning::require_limit;
+using planning::within;
 
 /// One surface and what is worked out for it once.
 struct Entry {
@@ -39,14 +44,6 @@ void require_point(const Eigen::Vector3d& point, const char* where) {
 }
 void require_distance(double distance, const char* where) {
   if (!(distance >= 0)) throw Error(Error::Kind::usage, where, "is not a distance", "must be at least 0");
-}
-void require_limit(const SlopeLimit& limit) {
-  geometry::require_direction(limit.up, "up");
-  if (!(limit.max_slope_rad >= 0))
-    throw Error(Error::Kind::usage, "max_slope", "is not an angle", "must be at least 0");
-}
-bool within(const SlopeLimit& limit, const Surface& surface) {
-  return limit.max_slope_rad >= std::numbers::pi || slope_rad(surface, limit.up) <= limit.max_slope_rad;
 }
 
 /// Cuts a convex polygon to normal·x ≤ offset.
@@ -274,7 +271,7 @@ std::optional<SnappedPose> SurfaceIndex::snap(const Eigen::Isometry3d& T_map_pos
   const std::optional<Nearest> found = nearest(T_map_pose.translation(), limit, within);
   if (!found) return {};
   const Eigen::Vector3d& normal = impl_->snapshot->find(found->id)->plane.normal;
-  const auto turn = Eigen::Quaterniond::FromTwoVectors(T_map_pose.linear().col(2), normal);
+  const Eigen::Quaterniond turn = geometry::rotation_between(T_map_pose.linear().col(2), normal);
   SnappedPose snapped;
   snapped.id = found->id;
   snapped.T_map_pose.linear() = turn * T_map_pose.linear();

@@ -31,7 +31,7 @@ constexpr int rounds = 10;
 // than this to the region.
 constexpr double negligible_share = 0.02;
 
-using Segment = std::pair<Eigen::Vector2d, Eigen::Vector2d>;
+using RegionSegment = std::pair<Eigen::Vector2d, Eigen::Vector2d>;
 
 struct HalfPlane {
   Eigen::Vector2d normal;  // unit, outward
@@ -79,16 +79,16 @@ Moments moments_of(const Ring2& ring) {
 /// The half planes that keep edges out, tangent to the ellipses |to_circle · (x − centre)| = r where these
 /// first meet an edge: nearest edges first, those beyond a half plane already taken need none (IRIS, Deits
 /// and Tedrake 2014).
-std::vector<HalfPlane> separating(const std::vector<Segment>& edges, const Eigen::Vector2d& centre,
+std::vector<HalfPlane> separating(const std::vector<RegionSegment>& edges, const Eigen::Vector2d& centre,
                                   const Eigen::Matrix2d& to_circle) {
   struct Near {
-    Segment edge;
+    RegionSegment edge;
     Eigen::Vector2d closest;
   };
   std::vector<Near> left;
   left.reserve(edges.size());
   for (const auto& [from, to] : edges) {
-    const Segment edge{to_circle * (from - centre), to_circle * (to - centre)};
+    const RegionSegment edge{to_circle * (from - centre), to_circle * (to - centre)};
     left.push_back({edge, planning::closest_on_segment(edge.first, edge.second, Eigen::Vector2d::Zero())});
   }
   std::vector<HalfPlane> planes;
@@ -112,9 +112,9 @@ std::vector<HalfPlane> separating(const std::vector<Segment>& edges, const Eigen
   return planes;
 }
 
-Ring2 box_about(const std::vector<Segment>& edges) {
+Ring2 box_about(const std::vector<RegionSegment>& edges) {
   Eigen::AlignedBox2d box;
-  for (const Segment& edge : edges) box.extend(edge.first);
+  for (const RegionSegment& edge : edges) box.extend(edge.first);
   return {box.min(), {box.max().x(), box.min().y()}, box.max(), {box.min().x(), box.max().y()}};
 }
 
@@ -134,7 +134,7 @@ Ring2 intersection(Ring2 ring, const std::vector<HalfPlane>& planes, double inwa
 
 /// A large convex ring about a point inside: grown as an ellipse, which takes on the shape of what it has
 /// grown to.
-Grown grown_from(const std::vector<Segment>& edges, const Ring2& box, Eigen::Vector2d centre) {
+Grown grown_from(const std::vector<RegionSegment>& edges, const Ring2& box, Eigen::Vector2d centre) {
   Eigen::Matrix2d to_circle = Eigen::Matrix2d::Identity();
   Grown best;
   for (int round = 0; round < rounds; ++round) {
@@ -159,7 +159,7 @@ struct Part {
 };
 
 Part part_of(Polygon polygon) {
-  std::vector<Segment> edges;
+  std::vector<RegionSegment> edges;
   planning::for_each_edge(
       polygon, [&edges](const Eigen::Vector2d& a, const Eigen::Vector2d& b) { edges.emplace_back(a, b); });
   const Ring2 box = box_about(edges);

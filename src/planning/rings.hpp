@@ -7,6 +7,11 @@
 
 namespace octosurf::planning {
 
+/// Twice the area of the triangle (0, a, b); positive where b lies to the left of a.
+inline double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
 /// Calls `visit(from, to)` for every edge of every ring.
 template <typename Visit>
 void for_each_edge(const Polygon& polygon, const Visit& visit) {

@@ -1,5 +1,6 @@
 #include "simulation/coplanar.hpp"
 
+#include "geometry/symmetric.hpp"
 #include "simulation/planar.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -52,7 +53,7 @@ class GrowingPlane {
     const double weight = 3 * area_;
     const Eigen::Vector3d mean = sum_ / weight;
     const Eigen::Matrix3d scatter = squares_ / weight - mean * mean.transpose();
-    const Eigen::Vector3d n = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvectors().col(0);
+    const Eigen::Vector3d n = geometry::principal_axes(scatter).vectors.col(0);
     normal_ = n.dot(normal_) < 0 ? Eigen::Vector3d(-n) : n;
     point_ = origin_ + mean;
     fitted_area_ = area_;

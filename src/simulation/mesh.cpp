@@ -1,5 +1,7 @@
 #include "simulation/mesh.hpp"
 
+#include "geometry/symmetric.hpp"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <assimp/DefaultIOSystem.h>
@@ -91,7 +93,7 @@ Corners triangles_of(const fs::path& file, const aiScene& scene) {
 Eigen::Matrix3d up_to_z(const std::string& up) {
   Eigen::Vector3d axis = Eigen::Vector3d::Zero();
   axis[up.back() - 'x'] = up.front() == '-' ? -1 : 1;
-  return Eigen::Quaterniond::FromTwoVectors(axis, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  return geometry::rotation_between(axis, Eigen::Vector3d::UnitZ()).toRotationMatrix();
 }
 
 Corners load(const fs::path& file, const MeshOptions& options) {

@@ -16,13 +16,13 @@ namespace octosurf::simulation {
 namespace {
 
 namespace bg = boost::geometry;
-using Point = bg::model::point<double, 3, bg::cs::cartesian>;
-using Box = bg::model::box<Point>;
+using BoostPoint = bg::model::point<double, 3, bg::cs::cartesian>;
+using Box = bg::model::box<BoostPoint>;
 
 /// Where a plane is cut, m in front of its outermost corner, in units of the mesh's precision: far enough for
 /// what stands on it not to be missed by rounding. Parts that slope at 10° are cut half a millimetre too far
 /// out.
-constexpr double contact = 8;
+constexpr double contact_precisions = 8;
 
 /// Triangles by place.
 class TriangleIndex {
@@ -65,7 +65,7 @@ class PlaneSide {
     T_face_scene_ = T_scene_face_.inverse();
     for (const std::size_t i : triangles_)
       for (const auto vertex : mesh.triangles[i]) height_ = std::max(height_, local(vertex).z());
-    height_ += contact * mesh.precision;
+    height_ += contact_precisions * mesh.precision;
   }
 
   const Eigen::Isometry3d& T_scene_face() const { return T_scene_face_; }
@@ -153,7 +153,8 @@ MeshFaces find_mesh_faces(const TriangleMesh& mesh) {
   const Outside outside(mesh, scene_of(mesh, ""));
   const TriangleIndex index(mesh);
   for (const auto& plane : coplanar_triangles(mesh)) {
-    const auto others = index.near(plane.triangles, coplanar_tolerance(mesh) + contact * mesh.precision);
+    const auto others =
+        index.near(plane.triangles, coplanar_tolerance(mesh) + contact_precisions * mesh.precision);
     for (const bool back : {false, true}) {
       const PlaneSide side(mesh, plane, back);
       const Eigen::Vector3d normal = side.T_scene_face().linear().col(2);

@@ -19,25 +19,25 @@ using Areas = bg::model::multi_polygon<Area>;
 
 /// A solid touches a face if it is met this far in front of it, m. Below any gap meant as one, above
 /// what rounding makes of contact.
-constexpr double contact = 2e-5;
+constexpr double contact_gap = 2e-5;
 /// Coordinates are rounded to this, m, so that edges meant to be one are one to the bit.
 constexpr double grid = 1e-8;
-/// Areas and holes narrower than about this, m, are left-overs of `contact`, no faces.
+/// Areas and holes narrower than about this, m, are left-overs of `contact_gap`, no faces.
 constexpr double sliver = 5e-4;
 
 Point snapped(const Eigen::Vector3d& p) {
   return {std::round(p.x() / grid) * grid, std::round(p.y() / grid) * grid};
 }
 
-/// Where the solid meets the plane z = contact of the face's frame.
+/// Where the solid meets the plane z = contact_gap of the face's frame.
 std::optional<Area> section(const Solid& solid, const Eigen::Isometry3d& T_face_scene) {
   bg::model::multi_point<Point> points;
   for (const auto& facet : solid.facets)
     for (std::size_t i = 0; i < facet.ring.size(); ++i) {
       const Eigen::Vector3d a = T_face_scene * facet.ring[i];
       const Eigen::Vector3d b = T_face_scene * facet.ring[(i + 1) % facet.ring.size()];
-      const double da = a.z() - contact;
-      const double db = b.z() - contact;
+      const double da = a.z() - contact_gap;
+      const double db = b.z() - contact_gap;
       if ((da < 0) == (db < 0)) continue;
       points.push_back(snapped(a + (b - a) * (da / (da - db))));
     }

@@ -10,7 +10,6 @@ namespace octosurf::simulation {
 namespace {
 
 constexpr double focal_baseline = depth_focal * RealCamera::baseline;  // px·m
-constexpr double degree = std::numbers::pi / 180;
 
 // How many readings are lost is nowhere published as a formula; these figures are chosen. [N]'s deviations
 // diverge at 90°: none are lost up to 70°, where they have hardly grown, all from 86° on, where an outline

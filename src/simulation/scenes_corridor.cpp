@@ -9,7 +9,7 @@ namespace {
 
 constexpr double half_width = 0.95;
 constexpr double wall = 0.14;
-constexpr double wall_height = 2.4;
+constexpr double corridor_height = 2.4;
 constexpr double room_depth = 3.0;
 constexpr double door_width = 0.95;
 constexpr double room_length = 4.0;  ///< wished for; rooms share the corridor's length evenly
@@ -28,7 +28,7 @@ Side add_rooms(Scene& scene, Random& random, std::size_t walls, double sign, dou
   const auto span = [&](double x0, double x1, double near, double far, const std::vector<Door>& doors) {
     const double y0 = std::min(sign * near, sign * far);
     const double y1 = std::max(sign * near, sign * far);
-    add_wall(scene, walls, {x0, y0, 0}, {x1, y1, wall_height}, doors);
+    add_wall(scene, walls, {x0, y0, 0}, {x1, y1, corridor_height}, doors);
   };
   const double inner = half_width + wall;
   const double outer = inner + room_depth;
@@ -83,8 +83,8 @@ Scene make_corridor(Random& random, double length) {
   const double outer = half_width + wall + room_depth + wall;
   add_floor(scene, {-wall, -outer}, {length + wall, outer});
   const std::size_t walls = add_object(scene, "walls");
-  add_box(scene, walls, {-wall, -half_width - wall, 0}, {0, half_width + wall, wall_height});
-  add_box(scene, walls, {length, -half_width - wall, 0}, {length + wall, half_width + wall, wall_height});
+  add_box(scene, walls, {-wall, -half_width - wall, 0}, {0, half_width + wall, corridor_height});
+  add_box(scene, walls, {length, -half_width - wall, 0}, {length + wall, half_width + wall, corridor_height});
   const Side left = add_rooms(scene, random, walls, 1, length);
   const Side right = add_rooms(scene, random, walls, -1, length);
   furnish(scene, random, left);

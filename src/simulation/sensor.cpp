@@ -8,8 +8,6 @@
 namespace octosurf::simulation {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
-
 // Structured-light or active-stereo camera.
 SensorModel depth_camera(const std::string& name) {
   SensorModel model{name, SensorKind::depth_camera, 0.4, 5.0, 4.0, 0.01, 30, 1, depth_width, {}};

@@ -2,12 +2,15 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <numbers>
 #include <string>
 #include <vector>
 
 #include <octosurf/scan.hpp>
 
 namespace octosurf::simulation {
+
+inline constexpr double degree = std::numbers::pi / 180;  ///< rad
 
 /// Where the head is and where it looks; scene or map frame's z is up. Pitch is negative downwards.
 struct HeadPose {

@@ -2,6 +2,7 @@
 
 #include "geometry/plane_covariance.hpp"
 #include "geometry/rings.hpp"
+#include "geometry/symmetric.hpp"
 #include "surfaces/reading_covariance.hpp"
 
 #include <algorithm>
@@ -167,7 +168,7 @@ double SurfaceModel::rms() const {
 
 void SurfaceModel::set_plane(const Plane& plane) {
   pose_.linear() =
-      (Eigen::Quaterniond::FromTwoVectors(plane_.normal, plane.normal) * Eigen::Quaterniond(pose_.linear()))
+      (geometry::rotation_between(plane_.normal, plane.normal) * Eigen::Quaterniond(pose_.linear()))
           .normalized()
           .toRotationMatrix();
   pose_.linear().col(2) = plane.normal;

@@ -113,14 +113,16 @@ io::Shape fan(SurfaceId id, Ring3 ring) {
   return shape;
 }
 
-bool is_ours(const std::string& name) { return name.starts_with("surface_") && name.ends_with(".stl"); }
+bool is_surface_file(const std::string& name) {
+  return name.starts_with("surface_") && name.ends_with(".stl");
+}
 
 }  // namespace
 
 std::size_t export_hpp(const std::vector<PlannerSurface>& surfaces, const std::filesystem::path& folder,
                        bool force) {
   io::require_pieces(surfaces, folder);
-  io::NewFolder output(folder, force, is_ours);
+  io::NewFolder output(folder, force, is_surface_file);
   const double spacing = float_spacing(surfaces);
   VertexPlaces places(1e-6);
   std::size_t written = 0;

@@ -109,7 +109,7 @@ std::unique_ptr<aiScene> to_scene(const std::vector<NamedMesh>& meshes, const Me
   return scene;
 }
 
-void put(const aiExportDataBlob& blob, NewFile& output) {
+void write_blob(const aiExportDataBlob& blob, NewFile& output) {
   output.write([&](std::ostream& out) {
     out.write(static_cast<const char*>(blob.data), static_cast<std::streamsize>(blob.size));
   });
@@ -140,10 +140,10 @@ void write_mesh_file(const ExportJob& job, const std::filesystem::path& file) {
   const aiExportDataBlob* blob =
       exporter.ExportToBlob(to_scene(meshes, format, job.options.up).get(), format.id, 0u, &properties);
   if (blob == nullptr) throw Error(Error::Kind::output, file.string(), exporter.GetErrorString());
-  put(*blob, output);
+  write_blob(*blob, output);
   if (blob->next != nullptr) {  // .obj's materials
     NewFile materials(std::filesystem::path(file).replace_extension(".mtl"), job.options.force);
-    put(*blob->next, materials);
+    write_blob(*blob->next, materials);
     materials.commit();
   }
   output.commit();

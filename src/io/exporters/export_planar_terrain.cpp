@@ -28,7 +28,7 @@ std::vector<io::TerrainRegion> regions_of(const PlannerSurface& surface) {
   return regions;
 }
 
-void write_ring(io::MessageWriter& out, const Ring2& ring, SurfaceId id) {
+void write_terrain_ring(io::MessageWriter& out, const Ring2& ring, SurfaceId id) {
   out.begin_message();
   out.field("points");
   out.begin_list(ring.size());
@@ -46,10 +46,10 @@ void write_ring(io::MessageWriter& out, const Ring2& ring, SurfaceId id) {
 void write_polygon(io::MessageWriter& out, const Polygon& polygon, SurfaceId id) {
   out.begin_message();
   out.field("outer_boundary");
-  write_ring(out, polygon.outer, id);
+  write_terrain_ring(out, polygon.outer, id);
   out.field("holes");
   out.begin_list(polygon.holes.size());
-  for (const Ring2& hole : polygon.holes) write_ring(out, hole, id);
+  for (const Ring2& hole : polygon.holes) write_terrain_ring(out, hole, id);
   out.end_list();
   out.end_message();
 }

@@ -29,7 +29,8 @@ std::string names(const std::vector<ExportPart>& parts) {
   return text;
 }
 
-void check(const std::filesystem::path& file, const std::string& ending, const ExportOptions& options) {
+void check_export(const std::filesystem::path& file, const std::string& ending,
+                  const ExportOptions& options) {
   const std::vector<ExportPart> possible = parts_of(ending);
   if (possible.empty()) {
     throw Error(Error::Kind::usage, file.string(), "no such format",
@@ -119,7 +120,7 @@ Eigen::Vector3d io::tidy(const Eigen::Vector3d& point, SurfaceId id) {
 void export_surfaces(const Snapshot& snapshot, const std::filesystem::path& file,
                      const ExportOptions& options, const ExportExtras& extras) {
   const std::string ending = io::ending_of(file);
-  check(file, ending, options);
+  check_export(file, ending, options);
   io::ExportJob job{snapshot, options, extras, {}};
   if (job.wants(ExportPart::points)) {
     for (const SurfacePoint& point : extras.points) job.points[point.surface].push_back(point.point);

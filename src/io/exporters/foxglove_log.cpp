@@ -1,5 +1,6 @@
 #include "io/exporters/foxglove_log.hpp"
 
+#include "geometry/symmetric.hpp"
 #include "io/exporters/export_formats.hpp"
 #include "octosurf_foxglove.pb.h"
 
@@ -121,7 +122,7 @@ void describe(foxglove::SceneEntity& entity, const Cylinder& cylinder, const Eig
   add_metadata(entity, "inliers", static_cast<double>(cylinder.inliers));
   add_metadata(entity, "rms_m", cylinder.rms_m);
   foxglove::CylinderPrimitive& primitive = *entity.add_cylinders();
-  Eigen::Isometry3d pose(Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), cylinder.axis));
+  Eigen::Isometry3d pose(geometry::rotation_between(Eigen::Vector3d::UnitZ(), cylinder.axis));
   pose.translation() = cylinder.axis_point;
   set_pose(primitive.mutable_pose(), pose);
   set_xyz(primitive.mutable_size(), {2 * cylinder.radius_m, 2 * cylinder.radius_m, cylinder.length_m});

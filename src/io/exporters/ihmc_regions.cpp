@@ -1,5 +1,6 @@
 // IHMC's planar regions in their text form: PlanarRegionFileTools.java, as docs/formats.md §7 describes it.
 #include "geometry/rings.hpp"
+#include "geometry/symmetric.hpp"
 #include "io/exporters/export_formats.hpp"
 #include "io/exporters/planner_pieces.hpp"
 #include "io/new_file.hpp"
@@ -26,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// With its last digit, as readers of 64-bit floats get it back.
-std::string text_of(double value, std::int32_t id) {
+std::string coordinate_text(double value, std::int32_t id) {
   io::finite(value, "region " + std::to_string(id));
   std::array<char, 32> text{};
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
@@ -34,7 +35,7 @@ std::string text_of(double value, std::int32_t id) {
 
 std::string numbers_text(std::initializer_list<double> values, std::int32_t id) {
   std::string text;
-  for (const double value : values) text += (text.empty() ? "" : ", ") + text_of(value, id);
+  for (const double value : values) text += (text.empty() ? "" : ", ") + coordinate_text(value, id);
   return text;
 }
 
@@ -61,9 +62,9 @@ std::string file_name(std::int32_t id, int index) {
   return "region" + std::to_string(id) + "_" + std::to_string(index);
 }
 
-bool is_ours(const std::string& name) { return name == "header.txt" || name.starts_with("region"); }
+bool is_region_file(const std::string& name) { return name == "header.txt" || name.starts_with("region"); }
 
-[[noreturn]] void refuse(const std::string& where, const std::string& what) {
+[[noreturn]] void refuse_regions(const std::string& where, const std::string& what) {
   throw Error(Error::Kind::data, where, what, "give a folder of IHMC's planar regions (header.txt)");
 }
 
@@ -108,7 +109,9 @@ class HeaderReader {
     return (v / largest).normalized();  // the squares of very short ones would lose their digits
   }
   std::size_t words_left() const { return line_.words.size() - next_; }
-  [[noreturn]] void fail(const std::string& what) const { refuse(io::at_line(file_, line_.number), what); }
+  [[noreturn]] void fail(const std::string& what) const {
+    refuse_regions(io::at_line(file_, line_.number), what);
+  }
 
  private:
   std::string without_brackets() {
@@ -142,7 +145,7 @@ Header read_header(const io::TextLine& line, const fs::path& file) {
   pose.translation() = in.vector();
   if (in.at("normal:")) {  // version 1: turned the shortest way
     in.expect({"normal:"});
-    pose.linear() = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), in.direction()).matrix();
+    pose.linear() = geometry::rotation_between(Eigen::Vector3d::UnitZ(), in.direction()).matrix();
   } else {
     in.expect({"orientation:"});
     const Eigen::Vector3d axis = in.direction();
@@ -171,7 +174,7 @@ Ring2 read_ring(const std::vector<io::TextLine>& lines, std::size_t first, std::
   for (std::size_t i = first; i < first + size; ++i) {
     const std::vector<double> xy = io::numbers(lines[i], file);
     if (xy.size() != 2 || !std::isfinite(xy[0] + xy[1]))
-      refuse(io::at_line(file, lines[i].number), "is not a vertex 'x, y'");
+      refuse_regions(io::at_line(file, lines[i].number), "is not a vertex 'x, y'");
     ring.emplace_back(xy[0], xy[1]);
   }
   if (geometry::signed_area(ring) < 0) std::reverse(ring.begin(), ring.end());
@@ -184,8 +187,8 @@ IhmcRegion read_region(Header header, const fs::path& folder) {
   std::size_t announced = header.hull;
   for (const std::size_t size : header.polygons) announced += size;  // each below 2³¹, and of 64 KiB of text
   if (lines.size() != announced)
-    refuse(file.string(), "has " + std::to_string(lines.size()) + " vertices where header.txt says " +
-                              std::to_string(announced));
+    refuse_regions(file.string(), "has " + std::to_string(lines.size()) + " vertices where header.txt says " +
+                                      std::to_string(announced));
   header.region.hull = read_ring(lines, 0, header.hull, file);
   std::size_t next = header.hull;
   for (const std::size_t size : header.polygons) {
@@ -217,7 +220,7 @@ std::vector<IhmcRegion> ihmc_regions(const PlannerSurface& surface) {
 
 void export_ihmc(const std::vector<IhmcRegion>& regions, const fs::path& folder, bool force) {
   if (regions.empty()) throw io::nothing_to_write(folder);
-  io::NewFolder output(folder, force, is_ours);
+  io::NewFolder output(folder, force, is_region_file);
   std::map<std::int32_t, int> indices;
   std::string header;
   for (const IhmcRegion& region : regions) {
@@ -244,8 +247,8 @@ std::vector<IhmcRegion> read_ihmc(const fs::path& folder) {
     Header header = read_header(line, file);
     // Short lines that name one large file again and again would take any amount of memory.
     if (!seen.insert({header.region.id, header.index}).second)
-      refuse(io::at_line(file, line.number),
-             "gives " + file_name(header.region.id, header.index) + " a second time");
+      refuse_regions(io::at_line(file, line.number),
+                     "gives " + file_name(header.region.id, header.index) + " a second time");
     regions.push_back(read_region(std::move(header), folder));
   }
   return regions;

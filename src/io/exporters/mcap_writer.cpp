@@ -21,16 +21,16 @@ std::string compressed(std::string_view bytes) {
 }
 
 /// A record's content, field by field; numbers are little-endian.
-class Fields {
+class FieldBytes {
  public:
   template <std::unsigned_integral Number>
-  Fields& add(Number number) {
+  FieldBytes& add(Number number) {
     for (std::size_t i = 0; i < sizeof(Number); ++i)
       bytes_ += static_cast<char>(static_cast<unsigned char>(number >> (8 * i)));
     return *this;
   }
   /// A string, an array or a map: its size, then its bytes.
-  Fields& text(std::string_view text) {
+  FieldBytes& text(std::string_view text) {
     add(static_cast<std::uint32_t>(text.size()));
     bytes_ += text;
     return *this;
@@ -51,12 +51,12 @@ void McapWriter::Span::extend(std::uint64_t begin, std::uint64_t end) {
 
 McapWriter::McapWriter(std::ostream& out) : out_(out) {
   std::string bytes(mcap_magic);
-  add_record(bytes, Op::header, Fields().text("").text("octosurf").bytes());  // profile, library
+  add_record(bytes, Op::header, FieldBytes().text("").text("octosurf").bytes());  // profile, library
   put(bytes);
 }
 
 void McapWriter::add_record(std::string& to, Op op, std::string_view content, std::string_view rest) {
-  to += Fields()
+  to += FieldBytes()
             .add(static_cast<std::uint8_t>(op))
             .add(static_cast<std::uint64_t>(content.size() + rest.size()))
             .bytes();
@@ -75,8 +75,9 @@ std::uint16_t McapWriter::add_channel(std::string_view topic, std::string_view t
   channels_.emplace_back();
   const auto id = static_cast<std::uint16_t>(channels_.size());  // of its schema, too
   std::string schema, channel;
-  add_record(schema, Op::schema, Fields().add(id).text(type).text("protobuf").text(descriptors).bytes());
-  add_record(channel, Op::channel, Fields().add(id).add(id).text(topic).text("protobuf").text("").bytes());
+  add_record(schema, Op::schema, FieldBytes().add(id).text(type).text("protobuf").text(descriptors).bytes());
+  add_record(channel, Op::channel,
+             FieldBytes().add(id).add(id).text(topic).text("protobuf").text("").bytes());
   chunk_ += schema + channel;
   schema_records_ += schema;
   channel_records_ += channel;
@@ -87,7 +88,7 @@ void McapWriter::write(std::uint16_t channel, std::uint64_t time_ns, std::string
   Channel& to = channels_.at(channel - 1U);
   to.in_chunk.push_back({time_ns, chunk_.size()});
   const auto number = static_cast<std::uint32_t>(to.messages++);
-  add_record(chunk_, Op::message, Fields().add(channel).add(number).add(time_ns).add(time_ns).bytes(),
+  add_record(chunk_, Op::message, FieldBytes().add(channel).add(number).add(time_ns).add(time_ns).bytes(),
              message);
   chunk_span_.extend(time_ns, time_ns);
   if (chunk_.size() >= chunk_size) end_chunk();
@@ -99,7 +100,7 @@ void McapWriter::end_chunk() {
   const std::uint64_t chunk_begin = written_, size = chunk_.size();
   std::string record;
   add_record(record, Op::chunk,
-             Fields()
+             FieldBytes()
                  .add(chunk_span_.begin_ns)
                  .add(chunk_span_.end_ns)
                  .add(size)
@@ -112,19 +113,19 @@ void McapWriter::end_chunk() {
 
   const std::uint64_t index_begin = written_;
   std::string indexes;
-  Fields offsets;  // of each channel's index
+  FieldBytes offsets;  // of each channel's index
   for (std::uint16_t id = 1; id <= channels_.size(); ++id) {
     std::vector<Place>& places = channels_[id - 1U].in_chunk;
     if (places.empty()) continue;
-    Fields entries;
+    FieldBytes entries;
     for (const Place& place : places) entries.add(place.time_ns).add(place.offset);
     offsets.add(id).add(index_begin + indexes.size());
-    add_record(indexes, Op::message_index, Fields().add(id).text(entries.bytes()).bytes());
+    add_record(indexes, Op::message_index, FieldBytes().add(id).text(entries.bytes()).bytes());
     places.clear();
   }
   put(indexes);
   add_record(chunk_indexes_, Op::chunk_index,
-             Fields()
+             FieldBytes()
                  .add(chunk_span_.begin_ns)
                  .add(chunk_span_.end_ns)
                  .add(chunk_begin)
@@ -143,7 +144,7 @@ void McapWriter::end_chunk() {
 
 std::string McapWriter::statistics() const {
   std::uint64_t messages = 0;
-  Fields counts;
+  FieldBytes counts;
   for (std::uint16_t id = 1; id <= channels_.size(); ++id) {
     messages += channels_[id - 1U].messages;
     counts.add(id).add(channels_[id - 1U].messages);
@@ -151,7 +152,7 @@ std::string McapWriter::statistics() const {
   const auto channels = static_cast<std::uint16_t>(channels_.size());
   std::string record;
   add_record(record, Op::statistics,
-             Fields()
+             FieldBytes()
                  .add(messages)
                  .add(channels)  // schemas
                  .add(std::uint32_t{channels})
@@ -168,7 +169,7 @@ std::string McapWriter::statistics() const {
 void McapWriter::finish() {
   end_chunk();
   std::string record;
-  add_record(record, Op::data_end, Fields().add(crc_).bytes());
+  add_record(record, Op::data_end, FieldBytes().add(crc_).bytes());
   put(record);
 
   const std::uint64_t summary_begin = written_;
@@ -178,7 +179,7 @@ void McapWriter::finish() {
         std::pair(Op::statistics, statistics()), std::pair(Op::chunk_index, chunk_indexes_)}) {
     if (records.empty()) continue;
     add_record(offsets, Op::summary_offset,
-               Fields()
+               FieldBytes()
                    .add(static_cast<std::uint8_t>(op))
                    .add(summary_begin + summary.size())
                    .add(static_cast<std::uint64_t>(records.size()))
@@ -189,11 +190,11 @@ void McapWriter::finish() {
   summary += offsets;
   // The footer's check sum covers all of the summary and the footer's own fields before it.
   std::string footer;
-  add_record(footer, Op::footer, Fields().add(summary_begin).add(offsets_begin).bytes(), "1234");
+  add_record(footer, Op::footer, FieldBytes().add(summary_begin).add(offsets_begin).bytes(), "1234");
   footer.resize(footer.size() - 4);
   summary += footer;
   put(summary);
-  put(Fields().add(mcap_crc(summary)).bytes());
+  put(FieldBytes().add(mcap_crc(summary)).bytes());
   put(mcap_magic);
 }
 

@@ -96,7 +96,7 @@ std::string smallest_mb(std::size_t bytes) {
   return text.data();
 }
 
-void check(const std::vector<PageMap>& maps, const std::string& name, const PageOptions& options) {
+void check_page(const std::vector<PageMap>& maps, const std::string& name, const PageOptions& options) {
   if (!has_page())
     throw Error(
         Error::Kind::usage, name, "this octosurf was built without the page",
@@ -113,7 +113,7 @@ void check(const std::vector<PageMap>& maps, const std::string& name, const Page
 bool has_page() { return !io::page_template().empty(); }
 
 Page make_page(const std::vector<PageMap>& maps, const std::string& name, const PageOptions& options) {
-  check(maps, name, options);
+  check_page(maps, name, options);
   const std::string_view page = io::page_template();
   const std::size_t mark = page.find(io::page_maps_mark);
   const std::string_view before = page.substr(0, mark), after = page.substr(mark + io::page_maps_mark.size());
@@ -142,7 +142,7 @@ Page make_page(const std::vector<PageMap>& maps, const std::string& name, const 
 
 PageReport write_page(const std::vector<PageMap>& maps, const std::filesystem::path& file,
                       const PageOptions& options) {
-  check(maps, file.string(), options);
+  check_page(maps, file.string(), options);
   io::NewFile output(file, options.force);  // first, because a page takes a while
   const Page page = make_page(maps, file.string(), options);
   output.write([&](std::ostream& out) { out << page.html; });

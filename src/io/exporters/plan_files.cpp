@@ -43,7 +43,7 @@ std::vector<Eigen::Vector3d> outline_of(const Footstep& step, const ContactShape
 
 Json point(const Eigen::Vector3d& p) { return Json{p.x(), p.y(), p.z()}; }
 
-Json json_of(const Footstep& step, const ContactShape& foot) {
+Json step_json(const Footstep& step, const ContactShape& foot) {
   Json json{{"foot", foot_name(step.foot)},
             {"surface", step.surface},
             {"at", point(step.T_map_foot.translation())},
@@ -57,7 +57,7 @@ Json json_of(const Footstep& step, const ContactShape& foot) {
   return json;
 }
 
-Json json_of(const NoPlan& refusal) {
+Json step_json(const NoPlan& refusal) {
   Json json{{"why", why_names.at(static_cast<std::size_t>(refusal.why))},
             {"sentence", refusal.sentence},
             {"contact", refusal.contact ? Json(contact_refusal_name(*refusal.contact)) : Json()},
@@ -70,8 +70,8 @@ Json json_of(const NoPlan& refusal) {
   return json;
 }
 
-NamedMesh mesh_of(const Footstep& step, const ContactShape& foot, const std::string& name,
-                  const std::array<float, 3>& color, double height) {
+NamedMesh foot_mesh(const Footstep& step, const ContactShape& foot, const std::string& name,
+                    const std::array<float, 3>& color, double height) {
   NamedMesh result{name, color, {outline_of(step, foot, height), {}}};
   for (std::uint32_t i = 2; i < result.mesh.vertices.size(); ++i)
     result.mesh.triangles.push_back({0, i - 1, i});
@@ -88,12 +88,12 @@ std::string to_json(const FootstepPlan& plan, const Robot& robot) {
             {"prepare_ms", plan.prepare_ms},   {"search_ms", plan.search_ms}};
   for (const auto& [name, feet] : {std::pair{"start", &plan.start}, std::pair{"steps", &plan.steps}}) {
     json[name] = Json::array();
-    for (const Footstep& step : *feet) json[name].push_back(json_of(step, foot));
+    for (const Footstep& step : *feet) json[name].push_back(step_json(step, foot));
   }
   json["body"] = Json::array();
   for (const Standing& pose : plan.body)
     json["body"].push_back({{"at", point(pose.at)}, {"yaw_deg", pose.yaw_rad * degrees}});
-  if (plan.refusal) json["refusal"] = json_of(*plan.refusal);
+  if (plan.refusal) json["refusal"] = step_json(*plan.refusal);
   return json.dump(1);
 }
 
@@ -101,13 +101,14 @@ std::vector<NamedMesh> footprints(const FootstepPlan& plan, const Robot& robot) 
   const ContactShape& foot = foot_of(robot);
   std::vector<NamedMesh> meshes;
   for (const Footstep& step : plan.start)
-    meshes.push_back(mesh_of(step, foot, "start_" + std::string(foot_name(step.foot)), start_color, raised));
+    meshes.push_back(
+        foot_mesh(step, foot, "start_" + std::string(foot_name(step.foot)), start_color, raised));
   for (std::size_t i = 0; i < plan.steps.size(); ++i)
     meshes.push_back(
-        mesh_of(plan.steps[i], foot,
-                "step_" + std::to_string(i + 1) + "_" + std::string(foot_name(plan.steps[i].foot)),
-                foot_colors.at(static_cast<std::size_t>(plan.steps[i].foot)),
-                raised + raised_more * static_cast<double>(i + 1)));
+        foot_mesh(plan.steps[i], foot,
+                  "step_" + std::to_string(i + 1) + "_" + std::string(foot_name(plan.steps[i].foot)),
+                  foot_colors.at(static_cast<std::size_t>(plan.steps[i].foot)),
+                  raised + raised_more * static_cast<double>(i + 1)));
   return meshes;
 }
 

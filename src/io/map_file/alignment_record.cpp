@@ -11,16 +11,16 @@
 namespace octosurf::io {
 namespace {
 
-using Record = map_file::Alignment;
+using AlignmentRecord = map_file::Alignment;
 using surfaces::AlignmentState;
 
 constexpr int most_hypotheses = 1000;
 constexpr double largest = 1e9;  // of any number: poses stay far below, evidence for millions of scans
 
 /// One after the other into a list of numbers.
-class Writer {
+class AlignmentWriter {
  public:
-  explicit Writer(google::protobuf::RepeatedField<double>& values) : values_(values) {}
+  explicit AlignmentWriter(google::protobuf::RepeatedField<double>& values) : values_(values) {}
   void put(double value) { values_.Add(value); }
   template <class Derived>
   void put(const Eigen::MatrixBase<Derived>& matrix) {
@@ -32,9 +32,9 @@ class Writer {
   google::protobuf::RepeatedField<double>& values_;
 };
 
-class Reader {
+class AlignmentReader {
  public:
-  Reader(const google::protobuf::RepeatedField<double>& values, const std::string& where)
+  AlignmentReader(const google::protobuf::RepeatedField<double>& values, const std::string& where)
       : values_(values), where_(where) {}
 
   void require(bool holds, const char* what) const {
@@ -71,7 +71,7 @@ class Reader {
 
 AlignmentState::Hypothesis read_hypothesis(const map_file::AlignmentHypothesis& record,
                                            const std::string& where) {
-  Reader in(record.values(), where);
+  AlignmentReader in(record.values(), where);
   AlignmentState::Hypothesis h;
   h.rate_m = in.number();
   in.require(h.rate_m >= 0, "has a rate that makes no sense");
@@ -88,7 +88,7 @@ AlignmentState::Hypothesis read_hypothesis(const map_file::AlignmentHypothesis& 
   return h;
 }
 
-surfaces::AlignmentState::Misfit read_misfit(Reader& in) {
+surfaces::AlignmentState::Misfit read_misfit(AlignmentReader& in) {
   surfaces::AlignmentState::Misfit misfit;
   misfit.position = in.matrix<Eigen::Vector3d>();
   misfit.reach_m = in.number();
@@ -99,7 +99,7 @@ surfaces::AlignmentState::Misfit read_misfit(Reader& in) {
 }
 
 void write_hypothesis(const AlignmentState::Hypothesis& h, map_file::AlignmentHypothesis& record) {
-  Writer out(*record.mutable_values());
+  AlignmentWriter out(*record.mutable_values());
   out.put(h.rate_m);
   out.put(h.level ? 1 : 0);
   out.put(h.log_evidence);
@@ -123,7 +123,7 @@ void for_each_float(Patch& patch, const Visit& visit) {
 
 }  // namespace
 
-void write_alignment(const surfaces::AlignmentState& state, Record& record) {
+void write_alignment(const surfaces::AlignmentState& state, AlignmentRecord& record) {
   for (const AlignmentState::Hypothesis& h : state.hypotheses) write_hypothesis(h, *record.add_hypotheses());
   record.set_believed(static_cast<std::uint32_t>(state.believed));
   record.set_usual_share(state.usual_share);
@@ -132,26 +132,26 @@ void write_alignment(const surfaces::AlignmentState& state, Record& record) {
   record.set_way(state.way_m);
   record.set_view(state.view_m);
   record.set_patch(state.patch_m);
-  Writer misfits(*record.mutable_misfits());
+  AlignmentWriter misfits(*record.mutable_misfits());
   for (const surfaces::AlignmentState::Misfit& misfit : state.misfits) {
     misfits.put(misfit.position);
     misfits.put(misfit.reach_m);
     misfits.put(misfit.left_out ? 1 : 0);
   }
-  if (state.last) Writer(*record.mutable_last()).put(state.last->affine());
-  if (state.jump) Writer(*record.mutable_jump()).put(state.jump->affine());
+  if (state.last) AlignmentWriter(*record.mutable_last()).put(state.last->affine());
+  if (state.jump) AlignmentWriter(*record.mutable_jump()).put(state.jump->affine());
   if (state.vain)
-    Writer(*record.mutable_vain())
+    AlignmentWriter(*record.mutable_vain())
         .put(Eigen::Vector3d(state.vain->known, state.vain->share, state.vain->way_m));
 }
 
-surfaces::AlignmentState read_alignment(const Record& record, const std::string& where) {
+surfaces::AlignmentState read_alignment(const AlignmentRecord& record, const std::string& where) {
   surfaces::AlignmentState state;
-  const Reader refuse({}, where);
+  const AlignmentReader refuse({}, where);
   refuse.require(record.hypotheses_size() <= most_hypotheses, "has too many hypotheses");
   for (const map_file::AlignmentHypothesis& hypothesis : record.hypotheses())
     state.hypotheses.push_back(read_hypothesis(hypothesis, where));
-  for (Reader misfits(record.misfits(), where); !misfits.done();)
+  for (AlignmentReader misfits(record.misfits(), where); !misfits.done();)
     state.misfits.push_back(read_misfit(misfits));
   refuse.require(record.misfits_size() <= static_cast<int>(5 * surfaces::AlignmentState::most_misfits),
                  "has too many misfits");
@@ -172,10 +172,10 @@ surfaces::AlignmentState read_alignment(const Record& record, const std::string&
   state.way_m = record.way();
   state.view_m = record.view();
   state.patch_m = record.patch();
-  if (record.last_size() > 0) state.last = Reader(record.last(), where).pose();
-  if (record.jump_size() > 0) state.jump = Reader(record.jump(), where).pose();
+  if (record.last_size() > 0) state.last = AlignmentReader(record.last(), where).pose();
+  if (record.jump_size() > 0) state.jump = AlignmentReader(record.jump(), where).pose();
   if (record.vain_size() > 0) {
-    const Eigen::Vector3d vain = Reader(record.vain(), where).matrix<Eigen::Vector3d>();
+    const Eigen::Vector3d vain = AlignmentReader(record.vain(), where).matrix<Eigen::Vector3d>();
     refuse.require(vain.minCoeff() >= 0 && vain[0] <= 1 && vain[1] <= 1, "has a share that makes no sense");
     state.vain = {vain[0], vain[1], vain[2]};
   }
@@ -193,7 +193,7 @@ void write_patch(const surfaces::SeenPatches::Change& change, map_file::SeenPatc
 
 void read_patches(const map_file::SeenPatches& record, const std::string& where,
                   surfaces::SeenPatches& patches, std::optional<surfaces::SeenPatches::Key>& last) {
-  const Reader refuse({}, where);
+  const AlignmentReader refuse({}, where);
   const int count = record.keys_size();
   refuse.require(record.planes_size() == planes_each * count && record.looks_size() == looks_each * count,
                  "lacks numbers of patches");

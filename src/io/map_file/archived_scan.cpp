@@ -30,7 +30,7 @@ constexpr Expansion scan_stream{.free = std::uint64_t{2} << 20, .ratio = 4};
 constexpr std::size_t largest_header = std::size_t{64} << 10;
 constexpr std::size_t longest_name = 4096;
 constexpr std::uint64_t end_of_keys = std::uint64_t{1} << 48;
-constexpr std::uint32_t most_readings = std::numeric_limits<std::uint16_t>::max();
+constexpr std::uint32_t most_in_pixel = std::numeric_limits<std::uint16_t>::max();
 
 std::uint64_t morton_of(geometry::VoxelKey key) { return detail::morton_of(key.x, key.y, key.z); }
 geometry::VoxelKey key_of(std::uint64_t morton) {
@@ -46,9 +46,9 @@ void put_pose(const Eigen::Isometry3d& T, Add&& add) {
     for (int column = 0; column < 4; ++column) add(T(row, column));
 }
 
-class Writer {
+class ArchiveWriter {
  public:
-  Writer(const ArchivedScan& scan, std::ostream& out) : scan_(scan), records_(out) {}
+  ArchiveWriter(const ArchivedScan& scan, std::ostream& out) : scan_(scan), records_(out) {}
 
   void operator()() {
     put([&](Record& record) { fill(*record.mutable_header()); });
@@ -114,9 +114,9 @@ class Writer {
   RecordWriter records_;
 };
 
-class Reader {
+class ArchiveReader {
  public:
-  explicit Reader(const fs::path& file)
+  explicit ArchiveReader(const fs::path& file)
       : where_(file.string()),
         in_(file, std::ios::binary),
         records_(after_beginning(in_, where_, beginning), scan_stream.most(size_of(file)), where_) {}
@@ -241,7 +241,7 @@ class Reader {
     std::uint64_t sum = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
       const std::uint32_t count = counts[static_cast<int>(i)];
-      require(count >= 1 && count <= most_readings, "a number of readings makes no sense");
+      require(count >= 1 && count <= most_in_pixel, "a number of readings makes no sense");
       points[i].readings = static_cast<std::uint16_t>(count);
       sum += count;
     }
@@ -288,7 +288,7 @@ ArchivedScan archived(ArchivedHeader header, const sensing::VoxelScan& voxels) {
   for (const auto& [morton, i] : order) {
     const sensing::EndVoxel& end = voxels.ends[i];
     scan.points.push_back({end.key, sensing::place_in_voxel(grid, end.key, end.centroid),
-                           static_cast<std::uint16_t>(std::min(end.count, most_readings))});
+                           static_cast<std::uint16_t>(std::min(end.count, most_in_pixel))});
   }
   return scan;
 }
@@ -297,10 +297,10 @@ void write_archived_scan(const ArchivedScan& scan, std::ostream& out) {
   out.write(archived_scan_magic.data(), archived_scan_magic.size());
   for (int shift = 0; shift < 32; shift += 8)
     out.put(static_cast<char>(archived_scan_version >> shift & 0xff));
-  Writer(scan, out)();
+  ArchiveWriter(scan, out)();
 }
 
-ArchivedScan read_archived_scan(const fs::path& file) { return Reader(file).scan(); }
-ArchivedHeader read_archived_header(const fs::path& file) { return Reader(file).header(); }
+ArchivedScan read_archived_scan(const fs::path& file) { return ArchiveReader(file).scan(); }
+ArchivedHeader read_archived_header(const fs::path& file) { return ArchiveReader(file).header(); }
 
 }  // namespace octosurf::io

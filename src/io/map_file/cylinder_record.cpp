@@ -1,5 +1,6 @@
 #include "io/map_file/cylinder_record.hpp"
 
+#include "io/map_file/record_stream.hpp"
 #include "map_file.pb.h"
 
 #include <cmath>
@@ -14,9 +15,9 @@ constexpr double length_slack = 1e-6;
 constexpr double largest_radius = 10;  // m: far more than any that is looked for
 
 /// Reads one record's numbers; every refusal names the cylinder.
-class Reader {
+class CylinderReader {
  public:
-  Reader(const map_file::Cylinder& record, const surfaces::MapState& state, const std::string& where)
+  CylinderReader(const map_file::Cylinder& record, const surfaces::MapState& state, const std::string& where)
       : record_(record), state_(state), where_(where) {}
 
   surfaces::CylinderModel operator()() const {
@@ -35,8 +36,6 @@ class Reader {
   }
 
  private:
-  static constexpr std::uint64_t largest_count = std::uint64_t{1} << 48;
-
   void require(bool holds, const char* what) const {
     if (!holds)
       throw Error(Error::Kind::data, where_,
@@ -101,7 +100,7 @@ void write_cylinder(const surfaces::CylinderModel& cylinder, map_file::Cylinder&
 
 surfaces::CylinderModel read_cylinder(const map_file::Cylinder& record, const surfaces::MapState& state,
                                       const std::string& where) {
-  return Reader(record, state, where)();
+  return CylinderReader(record, state, where)();
 }
 
 }  // namespace octosurf::io

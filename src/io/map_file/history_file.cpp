@@ -30,9 +30,8 @@ constexpr io::FileBeginning beginning{io::history_file_magic, io::history_file_v
 // What a file may decompress to; poses and outlines of rooms shrink to a half.
 constexpr io::Expansion history_stream{.free = std::uint64_t{4} << 20, .ratio = 12};
 constexpr std::int64_t farthest_step = 20'000'000'000;  // 2·10⁶ m: beyond any octree
-constexpr std::uint64_t largest_count = std::uint64_t{1} << 48;
 
-void write_ring(const Ring2& ring, std::array<std::int64_t, 2>& last, history_file::Surface& record) {
+void write_past_ring(const Ring2& ring, std::array<std::int64_t, 2>& last, history_file::Surface& record) {
   for (const Eigen::Vector2d& at : ring)
     for (std::size_t k = 0; k < 2; ++k) {
       const std::int64_t step = std::llround(at[static_cast<Eigen::Index>(k)] / io::history_step_m);
@@ -53,8 +52,8 @@ void write_surface(const PastSurface& surface, history_file::Surface& record) {
   std::array<std::int64_t, 2> last{};
   for (const Polygon& polygon : surface.polygons) {
     record.add_rings(static_cast<std::uint32_t>(1 + polygon.holes.size()));
-    write_ring(polygon.outer, last, record);
-    for (const Ring2& hole : polygon.holes) write_ring(hole, last, record);
+    write_past_ring(polygon.outer, last, record);
+    for (const Ring2& hole : polygon.holes) write_past_ring(hole, last, record);
   }
 }
 
@@ -82,9 +81,9 @@ void write_moment(const Moment* before, const Moment& now, history_file::Moment&
   for (const CylinderId id : changes.cylinders_gone) record.add_cylinders_gone(id);
 }
 
-class Reader {
+class HistoryReader {
  public:
-  explicit Reader(const fs::path& file)
+  explicit HistoryReader(const fs::path& file)
       : where_(file.string()),
         in_(file, std::ios::binary),
         records_((refuse_folders(), io::after_beginning(in_, where_, beginning)),
@@ -92,7 +91,8 @@ class Reader {
 
   History operator()() {
     const Record first = next();
-    require(first.has_header() && first.header().stride() > 0 && first.header().stride() < largest_count &&
+    require(first.has_header() && first.header().stride() > 0 &&
+                first.header().stride() < io::largest_count &&
                 first.header().moments() <= History::most_moments,
             "its header makes no sense");
     std::vector<Moment> moments;
@@ -144,7 +144,7 @@ class Reader {
   /// Those of the moment before with what has changed.
   void read(const history_file::Moment& record, std::vector<Moment>& moments) {
     Moment moment = moments.empty() ? Moment{} : moments.back();
-    require(record.revision() < largest_count && (moments.empty() || record.revision() > moment.revision),
+    require(record.revision() < io::largest_count && (moments.empty() || record.revision() > moment.revision),
             "a moment is out of order");
     moment.revision = record.revision();
     moment.stamp_s = finite(record.stamp_s());
@@ -289,6 +289,6 @@ void save_history(const History& history, const fs::path& file, bool force) {
   output.commit();
 }
 
-History load_history(const fs::path& file) { return Reader(file)(); }
+History load_history(const fs::path& file) { return HistoryReader(file)(); }
 
 }  // namespace octosurf

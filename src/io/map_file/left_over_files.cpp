@@ -20,12 +20,12 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view part = ".part-";
-constexpr std::size_t digits = 16;
+constexpr std::size_t random_digits = 16;
 
 bool is_part_of(const std::string& name, const std::string& file) {
-  if (name.size() != file.size() + part.size() + digits || !name.starts_with(file + std::string(part)))
+  if (name.size() != file.size() + part.size() + random_digits || !name.starts_with(file + std::string(part)))
     return false;
-  return std::all_of(name.end() - digits, name.end(),
+  return std::all_of(name.end() - random_digits, name.end(),
                      [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
 }
 
@@ -51,7 +51,7 @@ std::string new_part_ending() {
   std::uint64_t number = 0;
   if (::getrandom(&number, sizeof number, 0) != sizeof number)
     throw Error(Error::Kind::output, "temporary file", "the system gives no random number for its name");
-  std::array<char, digits + 1> text{};
+  std::array<char, random_digits + 1> text{};
   std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(number));
   return std::string(part) + text.data();
 }

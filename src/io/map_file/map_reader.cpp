@@ -24,8 +24,6 @@ constexpr std::size_t longest_path = 4096;
 constexpr std::size_t small_record_limit = std::size_t{1} << 20;
 constexpr std::uint32_t length_delimited = 2;  // protobuf's wire type
 constexpr std::uint32_t last_next_id = 1U << 24;
-// Of scans and revisions: no later one must wrap.
-constexpr std::uint64_t largest_count = std::uint64_t{1} << 48;
 constexpr double largest_integer = 1e9;  // of a parameter; real ones are far below, too
 
 /// A record taken apart: which field it is, and that field's bytes.
@@ -41,9 +39,9 @@ std::string printable(std::string text) {
   return text;
 }
 
-class Reader {
+class MapReader {
  public:
-  Reader(std::istream& in, std::uint64_t file_bytes, const std::string& where)
+  MapReader(std::istream& in, std::uint64_t file_bytes, const std::string& where)
       : where_(where),
         records_(in, map_stream.most(file_bytes), where),
         most_memory_(map_memory.most(file_bytes)) {
@@ -392,7 +390,7 @@ void check_version(std::istream& in, const std::string& where) {
 
 MapFile read_map(std::istream& in, std::uint64_t file_bytes, const std::string& where) {
   check_version(in, where);
-  return Reader(in, file_bytes, where)();
+  return MapReader(in, file_bytes, where)();
 }
 
 }  // namespace octosurf::io

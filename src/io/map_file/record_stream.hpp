@@ -12,6 +12,9 @@ namespace octosurf::io {
 /// Largest record of a map file, in bytes.
 inline constexpr std::size_t record_limit = std::size_t{64} << 20;
 
+/// Counts in files are smaller; larger ones are damage. Counts that go on from there do not wrap.
+inline constexpr std::uint64_t largest_count = std::uint64_t{1} << 48;
+
 /// What a file may become when it is read: so many bytes whatever its size, and so many times its size.
 struct Expansion {
   std::uint64_t free = 0, ratio = 1;

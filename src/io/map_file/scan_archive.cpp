@@ -21,7 +21,7 @@ constexpr std::string_view ending = ".scan";
 constexpr std::size_t fewest_digits = 6, most_digits = 15;
 
 /// The number in an archived file's name.
-std::optional<std::uint64_t> number_of(const fs::path& file) {
+std::optional<std::uint64_t> archived_number(const fs::path& file) {
   const std::string name = file.filename().string();
   if (!name.ends_with(ending)) return {};
   const std::string digits = name.substr(0, name.size() - ending.size());
@@ -31,7 +31,7 @@ std::optional<std::uint64_t> number_of(const fs::path& file) {
   return std::stoull(digits);
 }
 
-[[noreturn]] void fail(const fs::path& where, const char* what, const std::error_code& failure) {
+[[noreturn]] void fail_writing(const fs::path& where, const char* what, const std::error_code& failure) {
   throw Error(Error::Kind::output, where.string(), what + (": " + failure.message()),
               "check the folder, its rights and the space left");
 }
@@ -42,16 +42,16 @@ std::vector<fs::path> files_from(const fs::path& folder, std::uint64_t first) {
   std::error_code failure;
   fs::directory_iterator entry(folder, failure);
   for (; !failure && entry != fs::directory_iterator(); entry.increment(failure))
-    if (const auto number = number_of(entry->path()); number && *number >= first)
+    if (const auto number = archived_number(entry->path()); number && *number >= first)
       files.push_back(entry->path());
-  if (failure) fail(folder, "cannot be looked at", failure);
+  if (failure) fail_writing(folder, "cannot be looked at", failure);
   return files;
 }
 
 void make_folder(const fs::path& folder) {
   std::error_code failure;
   fs::create_directories(folder, failure);
-  if (failure) fail(folder, "cannot be made", failure);
+  if (failure) fail_writing(folder, "cannot be made", failure);
 }
 
 }  // namespace
@@ -83,7 +83,7 @@ void require_room_for_archive(const fs::path& folder, bool force) {
   if (!fs::is_directory(there))
     throw Error(Error::Kind::output, folder.string(), "is not a folder", "name a folder for the scans");
   const auto is_archived = [](const fs::directory_entry& entry) {
-    return number_of(entry.path()).has_value();
+    return archived_number(entry.path()).has_value();
   };
   const fs::directory_iterator begin(folder, ignored), end;
   if (begin == end) return;
@@ -102,7 +102,7 @@ ScanArchiveWriter::ScanArchiveWriter(fs::path folder, std::uint64_t scans)
   for (const fs::path& file : files_from(folder_, scans)) {
     std::error_code failure;
     fs::remove(file, failure);
-    if (failure) fail(file, "cannot be replaced", failure);
+    if (failure) fail_writing(file, "cannot be replaced", failure);
   }
 }
 
@@ -141,7 +141,7 @@ void copy_archive(const fs::path& from, const fs::path& folder, std::uint64_t sc
     fs::remove(to, failure);
     fs::create_hard_link(files[i], to, failure);
     if (failure) fs::copy_file(files[i], to, failure);
-    if (failure) fail(to, "cannot be made", failure);
+    if (failure) fail_writing(to, "cannot be made", failure);
   }
 }
 

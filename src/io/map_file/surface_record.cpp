@@ -1,6 +1,7 @@
 #include "io/map_file/surface_record.hpp"
 
 #include "geometry/ring_check.hpp"
+#include "io/map_file/record_stream.hpp"
 #include "map_file.pb.h"
 
 #include <Eigen/Cholesky>
@@ -18,7 +19,6 @@ namespace {
 using Doubles = google::protobuf::RepeatedField<double>;
 
 constexpr int moment_doubles = 13;  // of a class
-constexpr std::uint64_t largest_count = std::uint64_t{1} << 48;
 // Of readings for each inlier, and of the weight of one: surfaces forget at a hundred, and weights are
 // squares of ratios of noises from 1 µm on.
 constexpr double most_readings = 1e4, most_weight = 1e8;
@@ -62,9 +62,9 @@ void put(const std::vector<Polygon>& polygons, map_file::Polygons& out) {
 }
 
 /// Reads one record's numbers; every refusal names the surface.
-class Reader {
+class SurfaceReader {
  public:
-  Reader(const map_file::Surface& record, const SurfaceBounds& bounds, const std::string& where)
+  SurfaceReader(const map_file::Surface& record, const SurfaceBounds& bounds, const std::string& where)
       : record_(record), bounds_(bounds), where_(where), reach_(std::ldexp(bounds.resolution, 18)) {}
 
   surfaces::SurfaceModel::State operator()(std::vector<surfaces::Inlier> inliers) {
@@ -271,7 +271,7 @@ void write_surface(const surfaces::SurfaceModel::State& surface, map_file::Surfa
 surfaces::SurfaceModel::State read_surface(const map_file::Surface& record,
                                            std::vector<surfaces::Inlier> inliers, const SurfaceBounds& bounds,
                                            const std::string& where) {
-  return Reader(record, bounds, where)(std::move(inliers));
+  return SurfaceReader(record, bounds, where)(std::move(inliers));
 }
 
 }  // namespace octosurf::io

@@ -12,12 +12,10 @@
 namespace octosurf::io {
 namespace {
 
-[[noreturn]] void fail(const std::string& what) { throw std::runtime_error(what); }
-
 void unpack_zstd(std::string_view block, std::string& plain) {
   const std::size_t size = ZSTD_decompress(plain.data(), plain.size(), block.data(), block.size());
-  if (ZSTD_isError(size)) fail(std::string("zstd says ") + ZSTD_getErrorName(size));
-  if (size != plain.size()) fail("zstd gives fewer bytes than announced");
+  if (ZSTD_isError(size)) fail_reading(std::string("zstd says ") + ZSTD_getErrorName(size));
+  if (size != plain.size()) fail_reading("zstd gives fewer bytes than announced");
 }
 
 void unpack_lz4(std::string_view block, std::string& plain) {
@@ -29,24 +27,26 @@ void unpack_lz4(std::string_view block, std::string& plain) {
   while (hint != 0) {  // 0: the frame is whole and its check sum right
     std::size_t in = block.size() - read, out = plain.size() - written;
     hint = LZ4F_decompress(raw, plain.data() + written, &out, block.data() + read, &in, nullptr);
-    if (LZ4F_isError(hint)) fail(std::string("lz4 says ") + LZ4F_getErrorName(hint));
-    if (hint != 0 && in == 0 && out == 0) fail("an lz4 frame that is cut off or larger than announced");
+    if (LZ4F_isError(hint)) fail_reading(std::string("lz4 says ") + LZ4F_getErrorName(hint));
+    if (hint != 0 && in == 0 && out == 0)
+      fail_reading("an lz4 frame that is cut off or larger than announced");
     read += in;
     written += out;
   }
-  if (written != plain.size() || read != block.size()) fail("an lz4 frame of another size than announced");
+  if (written != plain.size() || read != block.size())
+    fail_reading("an lz4 frame of another size than announced");
 }
 
 void unpack_bz2(std::string_view block, std::string& plain) {
   if (block.size() > std::numeric_limits<unsigned>::max() ||
       plain.size() > std::numeric_limits<unsigned>::max())
-    fail("a bz2 block of over 4 GB");
+    fail_reading("a bz2 block of over 4 GB");
   auto size = static_cast<unsigned>(plain.size());
   // The interface is C of before const; the input is not written to.
   const int error = BZ2_bzBuffToBuffDecompress(plain.data(), &size, const_cast<char*>(block.data()),
                                                static_cast<unsigned>(block.size()), 0, 0);
   if (error == BZ_MEM_ERROR) throw std::bad_alloc();
-  if (error != BZ_OK || size != plain.size()) fail("damaged bz2 (" + std::to_string(error) + ")");
+  if (error != BZ_OK || size != plain.size()) fail_reading("damaged bz2 (" + std::to_string(error) + ")");
 }
 
 }  // namespace
@@ -104,7 +104,7 @@ std::string_view RecordBytes::take(std::uint64_t size) {
 
 std::string decompressed(std::string_view block, std::string_view format, std::uint64_t size) {
   if (format.empty() || format == "none") {
-    if (size != block.size()) fail("a block of another size than announced");
+    if (size != block.size()) fail_reading("a block of another size than announced");
     return std::string(block);
   }
   std::string plain(size, '\0');
@@ -115,7 +115,7 @@ std::string decompressed(std::string_view block, std::string_view format, std::u
   else if (format == "bz2")
     unpack_bz2(block, plain);
   else
-    fail("compressed as '" + std::string(format.substr(0, 20)) + "', which is not read");
+    fail_reading("compressed as '" + std::string(format.substr(0, 20)) + "', which is not read");
   return plain;
 }
 

@@ -3,10 +3,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 
 namespace octosurf::io {
+
+/// For damage within a file, whose reader adds the file and the place.
+[[noreturn]] inline void fail_reading(const std::string& what) { throw std::runtime_error(what); }
 
 /// A file of records that say their own length: nothing is read beyond its end, nothing is allocated for what
 /// is not there.

@@ -18,22 +18,21 @@
 namespace octosurf::io {
 namespace {
 
-constexpr std::uint32_t largest_side = 8192;
 constexpr std::size_t largest_file = std::size_t{512} << 20;
 // Of a pixel, in the image and as a point: a PNG's may take 64 MiB (4.7 million pixels) and seven times its
 // size.
-constexpr std::size_t pixel_cost = 2 + sizeof(Eigen::Vector3f), free_bytes = std::size_t{64} << 20;
+constexpr std::size_t pixel_cost = 2 + sizeof(Eigen::Vector3f), image_free_bytes = std::size_t{64} << 20;
 constexpr std::size_t bytes_per_file_byte = 7;
 constexpr std::string_view png_signature = "\x89PNG\r\n\x1a\n";
 
-[[noreturn]] void refuse(const std::filesystem::path& file, const std::string& what,
-                         const std::string& mend = "depth images are 16-bit gray PNG or PGM") {
+[[noreturn]] void refuse_image(const std::filesystem::path& file, const std::string& what,
+                               const std::string& mend = "depth images are 16-bit gray PNG or PGM") {
   throw Error(Error::Kind::data, file.string(), what, mend);
 }
 
 void check_size(std::uint64_t width, std::uint64_t height, const std::filesystem::path& file) {
   if (width == 0 || height == 0 || width > largest_side || height > largest_side)
-    refuse(file, "an image of " + std::to_string(width) + "x" + std::to_string(height) + " pixels");
+    refuse_image(file, "an image of " + std::to_string(width) + "x" + std::to_string(height) + " pixels");
 }
 
 DepthImage decode_png(std::string_view bytes, const std::filesystem::path& file, std::uint64_t largest_size) {
@@ -44,20 +43,21 @@ DepthImage decode_png(std::string_view bytes, const std::filesystem::path& file,
   spng_ihdr header{};
   if (spng_set_png_buffer(context.get(), bytes.data(), bytes.size()) != 0 ||
       spng_get_ihdr(context.get(), &header) != 0)
-    refuse(file, "damaged PNG header");
+    refuse_image(file, "damaged PNG header");
   if (header.bit_depth != 16 || header.color_type != SPNG_COLOR_TYPE_GRAYSCALE)
-    refuse(file, "a PNG of " + std::to_string(header.bit_depth) + " bits" +
-                     (header.color_type == SPNG_COLOR_TYPE_GRAYSCALE ? "" : " in colour"));
+    refuse_image(file, "a PNG of " + std::to_string(header.bit_depth) + " bits" +
+                           (header.color_type == SPNG_COLOR_TYPE_GRAYSCALE ? "" : " in colour"));
   check_size(header.width, header.height, file);
   DepthImage image{static_cast<int>(header.width), static_cast<int>(header.height), {}};
   const std::size_t pixels = std::size_t{header.width} * header.height;
   if (pixel_cost * pixels > largest_size)
-    refuse(file, "truncated PNG: " + std::to_string(header.width) + "x" + std::to_string(header.height) +
-                     " pixels in " + std::to_string(bytes.size()) + " bytes");
+    refuse_image(file, "truncated PNG: " + std::to_string(header.width) + "x" +
+                           std::to_string(header.height) + " pixels in " + std::to_string(bytes.size()) +
+                           " bytes");
   image.pixels.resize(pixels);
   int error = spng_decode_image(context.get(), image.pixels.data(), 2 * pixels, SPNG_FMT_PNG, 0);
   if (error == 0) error = spng_decode_chunks(context.get());  // up to the end: whole, and check sums right
-  if (error != 0) refuse(file, std::string("truncated or damaged PNG (") + spng_strerror(error) + ")");
+  if (error != 0) refuse_image(file, std::string("truncated or damaged PNG (") + spng_strerror(error) + ")");
   return image;
 }
 
@@ -97,23 +97,24 @@ class PgmNumbers {
 DepthImage decode_pgm(const std::string& bytes, const std::filesystem::path& file) {
   PgmNumbers numbers(bytes);
   const auto width = numbers.next(), height = numbers.next(), maximum = numbers.next();
-  if (!width || !height || !maximum || *maximum > 65535) refuse(file, "truncated or damaged PGM header");
-  if (*maximum <= 255) refuse(file, "a PGM of 8 bits");
+  if (!width || !height || !maximum || *maximum > 65535)
+    refuse_image(file, "truncated or damaged PGM header");
+  if (*maximum <= 255) refuse_image(file, "a PGM of 8 bits");
   check_size(*width, *height, file);
   const std::size_t pixels = std::size_t{*width} * *height;
   const std::size_t first = numbers.position() + 1;  // one whitespace ends the header
-  if (bytes.size() < first || bytes.size() - first + 1 < 2 * pixels) refuse(file, "truncated PGM");
+  if (bytes.size() < first || bytes.size() - first + 1 < 2 * pixels) refuse_image(file, "truncated PGM");
   DepthImage image{static_cast<int>(*width), static_cast<int>(*height), {}};
   image.pixels.resize(pixels);
   if (bytes[1] == '2') {
     for (auto& pixel : image.pixels) {
       const auto value = numbers.next();
-      if (!value || *value > *maximum) refuse(file, "truncated or damaged PGM");
+      if (!value || *value > *maximum) refuse_image(file, "truncated or damaged PGM");
       pixel = static_cast<std::uint16_t>(*value);
     }
     return image;
   }
-  if (bytes.size() - first < 2 * pixels) refuse(file, "truncated PGM");
+  if (bytes.size() - first < 2 * pixels) refuse_image(file, "truncated PGM");
   for (std::size_t i = 0; i < pixels; ++i) {
     const auto high = static_cast<unsigned char>(bytes[first + 2 * i]);
     const auto low = static_cast<unsigned char>(bytes[first + 2 * i + 1]);
@@ -134,29 +135,29 @@ Intrinsics read_intrinsics(const std::filesystem::path& file) {
     v.insert(v.end(), values.begin(), values.end());
   }
   if (v.size() != 4 && v.size() != 9)
-    refuse(file, std::to_string(v.size()) + " numbers are no camera intrinsics", mend);
+    refuse_image(file, std::to_string(v.size()) + " numbers are no camera intrinsics", mend);
   if (v.size() == 9) {
     if (v[1] != 0 || v[3] != 0 || v[6] != 0 || v[7] != 0 || v[8] != 1)
-      refuse(file, "not a matrix fx 0 cx / 0 fy cy / 0 0 1", mend);
+      refuse_image(file, "not a matrix fx 0 cx / 0 fy cy / 0 0 1", mend);
     v = {v[0], v[4], v[2], v[5]};
   }
   if (!std::all_of(v.begin(), v.end(), [](double value) { return std::isfinite(value); }) || v[0] == 0 ||
       v[1] == 0)
-    refuse(file, "a focal length is zero or not finite", mend);
+    refuse_image(file, "a focal length is zero or not finite", mend);
   return {v[0], v[1], v[2], v[3]};
 }
 
 DepthImage read_depth_image(const std::filesystem::path& file) {
   const std::string bytes = read_bytes(file, largest_file);
-  if (bytes.empty()) refuse(file, "is empty");
+  if (bytes.empty()) refuse_image(file, "is empty");
   if (bytes.starts_with(png_signature))
-    return decode_png(bytes, file, free_bytes + bytes_per_file_byte * bytes.size());
+    return decode_png(bytes, file, image_free_bytes + bytes_per_file_byte * bytes.size());
   if (is_pgm(bytes)) return decode_pgm(bytes, file);
-  refuse(file, "neither PNG nor PGM");
+  refuse_image(file, "neither PNG nor PGM");
 }
 
 DepthImage read_png(std::string_view bytes, const std::string& where, std::uint64_t largest_size) {
-  if (!bytes.starts_with(png_signature)) refuse(where, "not a PNG");
+  if (!bytes.starts_with(png_signature)) refuse_image(where, "not a PNG");
   return decode_png(bytes, where, largest_size);
 }
 

@@ -24,7 +24,10 @@ struct DepthImage {
   std::vector<std::uint16_t> pixels;
 };
 
-/// PNG or PGM (P5, P2), told by content, at most 8192 × 8192. Throws Error(data) for what is empty,
+/// Pixels along a side of an image, at most.
+inline constexpr std::uint32_t largest_side = 8192;
+
+/// PNG or PGM (P5, P2), by content, at most 8192 × 8192. Throws Error(data) for what is empty,
 /// truncated, damaged, or not 16-bit gray.
 DepthImage read_depth_image(const std::filesystem::path& file);
 

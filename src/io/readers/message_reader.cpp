@@ -13,8 +13,6 @@ namespace {
 
 namespace cdr = eprosima::fastcdr;
 
-[[noreturn]] void fail(const char* what) { throw std::runtime_error(what); }
-
 /// ROS 2's, of either byte order.
 class CdrReader : public MessageReader {
  public:
@@ -29,9 +27,9 @@ class CdrReader : public MessageReader {
   {
     // Little-endian or big-endian plain CDR; what else there is are parameter lists.
     if (bytes.size() < 4 || bytes[0] != 0 || (bytes[1] != 0 && bytes[1] != 1))
-      fail(bytes.starts_with("\x28\xb5\x2f\xfd")
-               ? "compressed message by message (unpack the bag by ros2 bag convert)"
-               : "not CDR as ROS 2 writes it");
+      fail_reading(bytes.starts_with("\x28\xb5\x2f\xfd")
+                       ? "compressed message by message (unpack the bag by ros2 bag convert)"
+                       : "not CDR as ROS 2 writes it");
     checked([&] { cdr_.read_encapsulation(); });
   }
 
@@ -46,14 +44,14 @@ class CdrReader : public MessageReader {
   }
   std::string_view bytes() override {
     const std::uint32_t size = u32();
-    if (size > left()) fail("ends too early");
+    if (size > left()) fail_reading("ends too early");
 #if FASTCDR_VERSION_MAJOR >= 2
     const char* begin = cdr_.get_current_position();
 #else
     const char* begin = cdr_.getCurrentPosition();
 #endif
     checked([&] {
-      if (!cdr_.jump(size)) fail("ends too early");
+      if (!cdr_.jump(size)) fail_reading("ends too early");
     });
     return {begin, size};
   }
@@ -78,7 +76,7 @@ class CdrReader : public MessageReader {
     try {
       work();
     } catch (const cdr::exception::Exception&) {
-      fail("ends too early");
+      fail_reading("ends too early");
     }
   }
 
@@ -115,7 +113,7 @@ class PackedReader : public MessageReader {
     try {
       return work();
     } catch (const std::out_of_range&) {
-      fail("ends too early");
+      fail_reading("ends too early");
     }
   }
 
@@ -127,7 +125,7 @@ class PackedReader : public MessageReader {
 std::unique_ptr<MessageReader> message_reader(std::string_view bytes, MessageEncoding encoding) {
   if (encoding == MessageEncoding::cdr) return std::make_unique<CdrReader>(bytes);
   if (encoding == MessageEncoding::ros1) return std::make_unique<PackedReader>(bytes);
-  fail("is not serialised as ROS 1 or ROS 2 do");
+  fail_reading("is not serialised as ROS 1 or ROS 2 do");
 }
 
 }  // namespace octosurf::io

@@ -22,7 +22,7 @@ using Words = std::vector<std::string_view>;
 
 constexpr std::uint64_t lzf_ratio = 100;  // LZF writes at most 264 bytes for 3 read
 // What a compressed cloud may take, its file not counted.
-constexpr std::uint64_t free_bytes = std::uint64_t{64} << 20, bytes_per_file_byte = 7;
+constexpr std::uint64_t pcd_free_bytes = std::uint64_t{64} << 20, pcd_bytes_per_file_byte = 7;
 
 /// In the order the format prescribes.
 constexpr std::array<std::string_view, 10> keywords{"VERSION", "FIELDS", "SIZE",      "TYPE",   "COUNT",
@@ -150,7 +150,8 @@ class PcdReader {
     bytes.remove_prefix(sizeof sizes);
     if (sizes[0] > bytes.size() || sizes[1] != points_ * step_ || sizes[1] > lzf_ratio * sizes[0])
       refuse_truncated();
-    if (sizes[1] + sizeof(Eigen::Vector3f) * points_ > free_bytes + bytes_per_file_byte * bytes.size())
+    if (sizes[1] + sizeof(Eigen::Vector3f) * points_ >
+        pcd_free_bytes + pcd_bytes_per_file_byte * bytes.size())
       refuse("a PCD that is compressed to less than a seventh and has over 64 MiB of points");
     std::string columns(sizes[1], '\0');
     if (lzf_decompress(bytes.data(), sizes[0], columns.data(), sizes[1]) != sizes[1]) refuse_truncated();

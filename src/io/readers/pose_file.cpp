@@ -18,7 +18,7 @@ namespace {
 constexpr double quaternion_tolerance = 1e-2;
 constexpr double nearest_within_s = 0.02;  // TUM's associate.py
 
-[[noreturn]] void refuse(const std::string& where, const std::string& what) {
+[[noreturn]] void refuse_poses(const std::string& where, const std::string& what) {
   throw Error(Error::Kind::data, where, what,
               "a pose is 7, 8 (with time stamp), 12 or 16 numbers in a line, or four lines of 4");
 }
@@ -41,7 +41,7 @@ FilePose from_rows(const std::vector<double>& v, std::string where) {
 /// A 4×4; its last row may carry a time stamp in place of the 1 (HKU-MARS' alidarPose.csv).
 FilePose from_matrix(const std::vector<double>& v, std::string where) {
   if (v[12] != 0 || v[13] != 0 || v[14] != 0)
-    refuse(where, "the last row of a 4x4 pose is not 0 0 0 1 (or 0 0 0 TIME)");
+    refuse_poses(where, "the last row of a 4x4 pose is not 0 0 0 1 (or 0 0 0 TIME)");
   FilePose pose = from_rows(v, std::move(where));
   pose.stamp_s = v[15];
   return pose;
@@ -60,12 +60,12 @@ std::vector<FilePose> read_blocks(const std::vector<TextLine>& lines, const std:
     for (std::size_t row = first; row < std::min(first + 4, lines.size()); ++row) {
       const auto four = numbers(lines[row], file);
       if (four.size() != 4)
-        refuse(at_line(file, lines[row].number),
-               std::to_string(four.size()) + " numbers where 4 were expected");
+        refuse_poses(at_line(file, lines[row].number),
+                     std::to_string(four.size()) + " numbers where 4 were expected");
       values.insert(values.end(), four.begin(), four.end());
     }
     if (values.size() != 16)
-      refuse(at_line(file, lines[first].number), "a 4x4 pose breaks off at the end of the file");
+      refuse_poses(at_line(file, lines[first].number), "a 4x4 pose breaks off at the end of the file");
     poses.push_back(from_matrix(values, at_line(file, lines[first].number)));
   }
   return poses;
@@ -75,12 +75,12 @@ FilePose read_line(const TextLine& line, std::size_t columns, const std::filesys
   const auto values = numbers(line, file);
   const std::string where = at_line(file, line.number);
   if (values.size() != columns)
-    refuse(where,
-           std::to_string(values.size()) + " numbers where " + std::to_string(columns) + " were expected");
+    refuse_poses(where, std::to_string(values.size()) + " numbers where " + std::to_string(columns) +
+                            " were expected");
   if (columns == 7) return from_quaternion(values.data(), where);
   if (columns == 12) return from_rows(values, where);
   if (columns == 16) return from_matrix(values, where);
-  if (columns != 8) refuse(where, std::to_string(columns) + " numbers are no pose");
+  if (columns != 8) refuse_poses(where, std::to_string(columns) + " numbers are no pose");
   FilePose pose = from_quaternion(values.data() + 1, where);
   pose.stamp_s = values[0];
   return pose;
@@ -90,7 +90,7 @@ FilePose read_line(const TextLine& line, std::size_t columns, const std::filesys
 
 PoseFile read_poses(const std::filesystem::path& file) {
   const auto lines = read_text(file);
-  if (lines.empty()) refuse(file.string(), "holds no poses");
+  if (lines.empty()) refuse_poses(file.string(), "holds no poses");
   const std::size_t columns = lines.front().words.size();
   PoseFile result{file, {}, false, columns == 12};
   if (columns == 4) {
@@ -102,7 +102,8 @@ PoseFile read_poses(const std::filesystem::path& file) {
   if (columns == 4 || columns == 16) keep_only_real_stamps(result.poses);
   result.stamped = result.poses.front().stamp_s.has_value();
   for (const auto& pose : result.poses)
-    if (pose.stamp_s && !std::isfinite(*pose.stamp_s)) refuse(pose.where, "the time stamp is not finite");
+    if (pose.stamp_s && !std::isfinite(*pose.stamp_s))
+      refuse_poses(pose.where, "the time stamp is not finite");
   return result;
 }
 

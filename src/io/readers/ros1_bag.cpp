@@ -24,11 +24,11 @@ enum class Op : std::uint8_t {
   connection = 7
 };
 
-using Fields = std::map<std::string_view, std::string_view>;
+using HeaderFields = std::map<std::string_view, std::string_view>;
 
 /// "name=value", each behind its length.
-Fields fields_of(std::string_view header) {
-  Fields fields;
+HeaderFields fields_of(std::string_view header) {
+  HeaderFields fields;
   for (RecordBytes bytes(header); !bytes.at_end();) {
     const std::string_view field = bytes.text();
     const auto equals = field.find('=');
@@ -38,17 +38,17 @@ Fields fields_of(std::string_view header) {
   return fields;
 }
 
-std::string_view value_of(const Fields& fields, std::string_view name) {
+std::string_view value_of(const HeaderFields& fields, std::string_view name) {
   const auto found = fields.find(name);
   if (found == fields.end()) throw std::out_of_range("a record without its field " + std::string(name));
   return found->second;
 }
 
-std::uint32_t number_of(const Fields& fields, std::string_view name) {
+std::uint32_t header_number(const HeaderFields& fields, std::string_view name) {
   return RecordBytes(value_of(fields, name)).u32();
 }
 
-Op op_of(const Fields& fields) { return static_cast<Op>(RecordBytes(value_of(fields, "op")).u8()); }
+Op op_of(const HeaderFields& fields) { return static_cast<Op>(RecordBytes(value_of(fields, "op")).u8()); }
 
 class Ros1Bag : public ChunkedBag {
  public:
@@ -104,7 +104,7 @@ class Ros1Bag : public ChunkedBag {
     const Record record = take_record();
     try {
       parse(begin, [&] {
-        const Fields fields = fields_of(record.header);
+        const HeaderFields fields = fields_of(record.header);
         const Op op = op_of(fields);
         // What stands behind a chunk is its index, then the next chunk.
         if (op != Op::index) check_counts(begin);
@@ -131,13 +131,13 @@ class Ros1Bag : public ChunkedBag {
   void read_chunk(std::uint64_t begin, const std::string& records, const Visit& visit) {
     ++chunks_;
     for (RecordBytes bytes(records); !bytes.at_end();) {
-      const Fields fields = fields_of(bytes.text());
+      const HeaderFields fields = fields_of(bytes.text());
       const std::string_view data = bytes.text();
       const Op op = op_of(fields);
       if (op == Op::connection) {
         note_connection(fields, data);
       } else if (op == Op::message) {
-        const std::uint32_t connection = number_of(fields, "conn");
+        const std::uint32_t connection = header_number(fields, "conn");
         RecordBytes time(value_of(fields, "time"));
         const std::int64_t seconds = time.u32();
         const std::int64_t logged_ns = 1000000000 * seconds + time.u32();
@@ -152,25 +152,25 @@ class Ros1Bag : public ChunkedBag {
   }
 
   /// The records of a chunk.
-  std::string unpack(const Fields& fields, std::string_view data) const {
-    return unpacked(data, value_of(fields, "compression"), number_of(fields, "size"));
+  std::string unpack(const HeaderFields& fields, std::string_view data) const {
+    return unpacked(data, value_of(fields, "compression"), header_number(fields, "size"));
   }
 
-  void note_connection(const Fields& fields, std::string_view data) {
-    const Fields about = fields_of(data);
+  void note_connection(const HeaderFields& fields, std::string_view data) {
+    const HeaderFields about = fields_of(data);
     const BagTopic topic{std::string(value_of(fields, "topic")), ros_type(value_of(about, "type")),
                          MessageEncoding::ros1};
-    connections_[number_of(fields, "conn")] = topic_index(topic, file_.path());
+    connections_[header_number(fields, "conn")] = topic_index(topic, file_.path());
   }
 
   /// The head is rewritten when the recorder ends; before, it announces nothing.
-  void note_head(const Fields& fields) {
+  void note_head(const HeaderFields& fields) {
     if (RecordBytes(value_of(fields, "index_pos")).u64() == 0) return;
-    chunks_announced_ = number_of(fields, "chunk_count");
+    chunks_announced_ = header_number(fields, "chunk_count");
   }
 
-  void note_count(const Fields& fields) {
-    const std::uint32_t connection = number_of(fields, "conn"), count = number_of(fields, "count");
+  void note_count(const HeaderFields& fields) {
+    const std::uint32_t connection = header_number(fields, "conn"), count = header_number(fields, "count");
     if (counted_[connection] != count)
       throw std::runtime_error("a chunk with " + std::to_string(counted_[connection]) +
                                " messages of a connection, whose index has " + std::to_string(count));

@@ -18,16 +18,16 @@ constexpr std::uint64_t point_bytes = 4 + 3 * 8;
 constexpr std::uint64_t pose_bytes = (4 + 3 * 8) + (4 + 4 * 8);
 constexpr std::uint64_t edge_bytes = 4 + 4 + pose_bytes + 8;
 
-[[noreturn]] void refuse(const std::filesystem::path& file, const std::string& what) {
+[[noreturn]] void refuse_graph(const std::filesystem::path& file, const std::string& what) {
   throw Error(Error::Kind::data, file.string(), what, "write it again, e.g. with OctoMap's log2graph");
 }
 
-class Reader {
+class GraphReader {
  public:
-  explicit Reader(const std::filesystem::path& file) : file_(file), stream_(file, std::ios::binary) {
+  explicit GraphReader(const std::filesystem::path& file) : file_(file), stream_(file, std::ios::binary) {
     std::error_code error;
     bytes_ = std::filesystem::file_size(file, error);
-    if (error || !stream_) refuse(file, "cannot be read");
+    if (error || !stream_) refuse_graph(file, "cannot be read");
   }
 
   std::uint64_t left() const { return bytes_ - position_; }
@@ -38,13 +38,13 @@ class Reader {
   }
 
   void skip(std::uint64_t bytes) {
-    if (bytes > left()) refuse(file_, "truncated scan graph");
+    if (bytes > left()) refuse_graph(file_, "truncated scan graph");
     seek(position_ + bytes);
   }
 
   void read(void* into, std::uint64_t bytes) {
     if (bytes > left() || !stream_.read(static_cast<char*>(into), static_cast<std::streamsize>(bytes)))
-      refuse(file_, "truncated scan graph");
+      refuse_graph(file_, "truncated scan graph");
     position_ += bytes;
   }
 
@@ -73,17 +73,18 @@ std::array<double, N> vector_at(const char* bytes) {
 }  // namespace
 
 ScanGraphFile::ScanGraphFile(std::filesystem::path file) : file_(std::move(file)) {
-  Reader reader(file_);
+  GraphReader reader(file_);
   const std::uint32_t scans = reader.count();
-  if (scans == 0) refuse(file_, "a scan graph without scans");
-  if (scans > reader.left() / (count_bytes + pose_bytes + count_bytes)) refuse(file_, "truncated scan graph");
+  if (scans == 0) refuse_graph(file_, "a scan graph without scans");
+  if (scans > reader.left() / (count_bytes + pose_bytes + count_bytes))
+    refuse_graph(file_, "truncated scan graph");
   offsets_.reserve(scans);
   for (std::uint32_t i = 0; i < scans; ++i) {
     offsets_.push_back(reader.position());
     reader.skip(reader.count() * point_bytes + pose_bytes + count_bytes);
   }
   reader.skip(reader.count() * edge_bytes);
-  if (reader.left() != 0) refuse(file_, "not a scan graph");
+  if (reader.left() != 0) refuse_graph(file_, "not a scan graph");
 }
 
 bool ScanGraphFile::matches(const std::filesystem::path& file) noexcept {
@@ -95,14 +96,14 @@ bool ScanGraphFile::matches(const std::filesystem::path& file) noexcept {
 }
 
 Scan ScanGraphFile::read(std::size_t index) const {
-  Reader reader(file_);
+  GraphReader reader(file_);
   reader.seek(offsets_.at(index));
   Scan scan;
   scan.sensor = SensorKind::lidar;
   scan.name = file_.string() + " scan " + std::to_string(index);
 
   const std::uint32_t points = reader.count();
-  if (points > reader.left() / point_bytes) refuse(file_, "truncated scan graph");
+  if (points > reader.left() / point_bytes) refuse_graph(file_, "truncated scan graph");
   std::vector<char> buffer(points * point_bytes);
   reader.read(buffer.data(), buffer.size());
   scan.points.reserve(points);

@@ -95,7 +95,8 @@ void find_stamps(ListedRecording& recording) {
 void find_camera(ListedRecording& recording, const ScanSourceOptions& options) {
   if (recording.scans.front().kind != FileKind::image) return;
   recording.depth_scale = options.depth_scale.value_or(is_tum(recording.folder) ? 5000 : 1000);
-  const fs::path file = options.intrinsics ? *options.intrinsics : find_intrinsics(recording.folder, options.poses);
+  const fs::path file =
+      options.intrinsics ? *options.intrinsics : find_intrinsics(recording.folder, options.poses);
   if (!file.empty())
     recording.camera = read_intrinsics(file);
   else if (is_tum(recording.folder))
@@ -223,7 +224,7 @@ void open_bags(ListedRecording& recording, const ScanSourceOptions& options, Sca
     list.notes.push_back(files.front().string() + ": " + note);
 }
 
-void check(const ScanSourceOptions& options) {
+void check_options(const ScanSourceOptions& options) {
   const auto positive = [](const std::optional<double>& value, const char* name) {
     if (value && !(std::isfinite(*value) && *value > 0))
       throw Error(Error::Kind::usage, name, std::to_string(*value) + " is not a positive number");
@@ -237,7 +238,7 @@ void check(const ScanSourceOptions& options) {
 }  // namespace
 
 ScanList list_scans(const std::vector<fs::path>& inputs, const ScanSourceOptions& options) {
-  check(options);
+  check_options(options);
   if (inputs.empty())
     throw Error(Error::Kind::usage, "", "no input given", "name a folder or files of scans");
   ScanList list;

@@ -1,5 +1,6 @@
 #include "io/readers/sensor_messages.hpp"
 
+#include "io/readers/bounded_file.hpp"
 #include "io/readers/cloud_rows.hpp"
 
 #include <algorithm>
@@ -11,10 +12,6 @@
 
 namespace octosurf::io {
 namespace {
-
-constexpr std::uint32_t largest_side = 8192;  // of an image, as of depth images in files
-
-[[noreturn]] void fail(const std::string& what) { throw std::runtime_error(what); }
 
 std::string without_slash(std::string frame) {
   if (frame.starts_with('/')) frame.erase(0, 1);
@@ -45,18 +42,18 @@ Coordinates read_fields(MessageReader& message) {
     message.u32();  // values of it; drivers write 0 or 1
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (name != std::string_view("xyz").substr(axis, 1)) continue;
-      if (type != float32 && type != float64) fail("its field " + name + " is no float32 or float64");
+      if (type != float32 && type != float64) fail_reading("its field " + name + " is no float32 or float64");
       xyz[axis] = {offset, 0, 0, type == float64};
       ++found[axis];
     }
   }
-  if (found != std::array{1, 1, 1}) fail("a cloud without one each of x, y and z");
+  if (found != std::array{1, 1, 1}) fail_reading("a cloud without one each of x, y and z");
   return xyz;
 }
 
 void check_positive_side(std::uint32_t width, std::uint32_t height) {
   if (width == 0 || height == 0 || width > largest_side || height > largest_side)
-    fail("an image of " + std::to_string(width) + "x" + std::to_string(height) + " pixels");
+    fail_reading("an image of " + std::to_string(width) + "x" + std::to_string(height) + " pixels");
 }
 
 template <class Pixel>
@@ -106,16 +103,16 @@ CloudMessage read_cloud_message(MessageReader& message, std::uint64_t largest_si
   const std::string_view data = message.bytes();
   for (Coordinate& c : xyz) {
     c.step = step;
-    if (c.offset + (c.is_double ? 8 : 4) > step) fail("a field of it lies outside of its points");
+    if (c.offset + (c.is_double ? 8 : 4) > step) fail_reading("a field of it lies outside of its points");
   }
   const std::uint64_t row = height > 1 ? row_step : width * step;
   if (width == 0 || height == 0) return {{}, height > 1};  // a scanner that saw nothing
   // In this order nothing overflows: width and step are of 32 bits, and so is `row` when there are rows.
   if (width * step > data.size() || row < width * step || (data.size() - width * step) / row < height - 1)
-    fail("says it has " + std::to_string(width) + "x" + std::to_string(height) + " points of " +
-         std::to_string(step) + " bytes, but holds " + std::to_string(data.size()) + " bytes");
+    fail_reading("says it has " + std::to_string(width) + "x" + std::to_string(height) + " points of " +
+                 std::to_string(step) + " bytes, but holds " + std::to_string(data.size()) + " bytes");
   if (width * height > largest_size / sizeof(Eigen::Vector3f))
-    fail("a cloud of " + std::to_string(width * height) + " points, far more than its bag's size");
+    fail_reading("a cloud of " + std::to_string(width * height) + " points, far more than its bag's size");
   CloudMessage cloud{{}, height > 1};
   if (row == width * step) {
     cloud.points = binary_points(data, xyz, width * height, big_endian);
@@ -167,17 +164,18 @@ std::vector<Eigen::Vector3f> points_of(const ImageMessage& image, const Intrinsi
                                        std::optional<double> units_per_metre, std::uint64_t largest_size) {
   const DepthKind kind = depth_kind(image.encoding);
   if (kind == DepthKind::none)
-    fail("an image of encoding '" + image.encoding.substr(0, 20) +
-         "' is no depth image (16UC1, mono16, 32FC1)");
+    fail_reading("an image of encoding '" + image.encoding.substr(0, 20) +
+                 "' is no depth image (16UC1, mono16, 32FC1)");
   const std::size_t width = static_cast<std::size_t>(image.width),
                     height = static_cast<std::size_t>(image.height);
   const std::size_t row = width * (kind == DepthKind::metres ? sizeof(float) : sizeof(std::uint16_t));
   if (image.step < row || row > image.data.size() || (image.data.size() - row) / image.step < height - 1)
-    fail("says it has " + std::to_string(width) + "x" + std::to_string(height) + " pixels in rows of " +
-         std::to_string(image.step) + " bytes, but holds " + std::to_string(image.data.size()) + " bytes");
+    fail_reading("says it has " + std::to_string(width) + "x" + std::to_string(height) +
+                 " pixels in rows of " + std::to_string(image.step) + " bytes, but holds " +
+                 std::to_string(image.data.size()) + " bytes");
   if (width * height > largest_size / (sizeof(Eigen::Vector3f) + sizeof(std::uint16_t)))
-    fail("an image of " + std::to_string(width) + "x" + std::to_string(height) +
-         " pixels, far more than its bag's size");
+    fail_reading("an image of " + std::to_string(width) + "x" + std::to_string(height) +
+                 " pixels, far more than its bag's size");
   if (kind == DepthKind::metres) return back_project_metres(image, camera, units_per_metre.value_or(1));
   DepthImage depth{image.width, image.height, {}};
   depth.pixels.reserve(width * height);
@@ -194,8 +192,9 @@ DepthImage depth_of(const CompressedImageMessage& image, const std::string& wher
   std::string_view png = image.data;
   if (image.format.find("compressedDepth") != std::string::npos) {
     if (image.format.find("32FC1") != std::string::npos)
-      fail("depth of 32FC1, quantised by its transport, is not read (record the raw topic)");
-    if (image.format.find("rvl") != std::string::npos) fail("compressed by RVL, which is not read (use png)");
+      fail_reading("depth of 32FC1, quantised by its transport, is not read (record the raw topic)");
+    if (image.format.find("rvl") != std::string::npos)
+      fail_reading("compressed by RVL, which is not read (use png)");
     png.remove_prefix(std::min(transport_head, png.size()));
   }
   return read_png(png, where, largest_size);
@@ -231,14 +230,15 @@ CameraInfoMessage read_camera_info(MessageReader& message) {
 const Intrinsics& intrinsics_for(const CameraInfoMessage& camera, bool rectified) {
   const Intrinsics& chosen = rectified ? camera.rectified : camera.raw;
   if (!std::isfinite(chosen.fx + chosen.fy + chosen.cx + chosen.cy) || chosen.fx == 0 || chosen.fy == 0)
-    fail("a camera whose focal length is zero or not finite: it is not calibrated");
+    fail_reading("a camera whose focal length is zero or not finite: it is not calibrated");
   return chosen;
 }
 
 void require_size(int width, int height, int camera_width, int camera_height) {
   if (width != camera_width || height != camera_height)
-    fail("an image of " + std::to_string(width) + "x" + std::to_string(height) +
-         " pixels, but its camera has " + std::to_string(camera_width) + "x" + std::to_string(camera_height));
+    fail_reading("an image of " + std::to_string(width) + "x" + std::to_string(height) +
+                 " pixels, but its camera has " + std::to_string(camera_width) + "x" +
+                 std::to_string(camera_height));
 }
 
 void for_each_transform(MessageReader& message, const std::function<void(const TransformMessage&)>& visit) {

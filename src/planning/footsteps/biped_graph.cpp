@@ -10,11 +10,11 @@ namespace {
 // m around the asked place in which feet are put: a cell and its neighbours, so that a foothold just beside
 // a ridge is found, and no more than a robot's own odometry is worth.
 constexpr double stance_radius = 0.10;
-constexpr double stance_height = 0.20;  // m off the asked height: a hand-made question names it roughly
-constexpr double between_soles = 0.02;  // m, level
-constexpr double greedy = 4;            // of a search that only shall say how near it can come
-constexpr double sidling_step = 0.12;   // m, of a step sideways or backward
-constexpr double usual_share = 0.9;     // of the longest step, in the estimate of a whole way
+constexpr double biped_stance_height = 0.20;  // m off the asked height: a hand-made question names it roughly
+constexpr double between_soles = 0.02;        // m, level
+constexpr double greedy = 4;                  // of a search that only shall say how near it can come
+constexpr double sidling_step = 0.12;         // m, of a step sideways or backward
+constexpr double usual_share = 0.9;           // of the longest step, in the estimate of a whole way
 
 Eigen::Vector2d left_of(const Eigen::Vector2d& forward) { return {-forward.y(), forward.x()}; }
 
@@ -218,7 +218,7 @@ std::vector<PlaceId> BipedGraph::stance(const Eigen::Vector3d& at, int heading) 
     field_.for_each_place(heading, {nominal - r, nominal + r}, [&](PlaceId id) {
       const Eigen::Vector3d& p = field_.place(id).at;
       const double squared = (p.head<2>() - nominal).squaredNorm();
-      if (squared > stance_radius * stance_radius || std::abs(p.z() - at.z()) > stance_height) return;
+      if (squared > stance_radius * stance_radius || std::abs(p.z() - at.z()) > biped_stance_height) return;
       const double off = p.z() - at.z();
       candidates[static_cast<std::size_t>(side)].push_back({squared + off * off, id});
     });

@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t first_expansions = 1500;  // several times what plans over a room take
 constexpr std::size_t blind_expansions = 600;   // to say how near one gets to what cannot be reached
 constexpr std::size_t backward_nodes = 4000;    // more than the poses on a tread or a table
-constexpr int heading_count = 16;               // 22.5° each: one a step, with the usual limit of 25°
+constexpr int biped_headings = 16;              // 22.5° each: one a step, with the usual limit of 25°
 
 // The largest disc about the reference point that a sole holds.
 double disc_in(const ContactShape& shape) {
@@ -37,7 +37,7 @@ double trunk_reach(const Biped& robot) {
   return std::max(0.0, inscribed / std::sqrt(2.0) - GuideMap::slack_m);
 }
 
-FootName name_of(int side) { return side == 0 ? FootName::left : FootName::right; }
+FootName side_name(int side) { return side == 0 ? FootName::left : FootName::right; }
 
 class BipedPlanner : public RobotPlanner {
  public:
@@ -53,7 +53,7 @@ class BipedPlanner : public RobotPlanner {
             .contact = robot.contact,
             .costs = robot.costs,
             .body = robot.body,
-            .headings = heading_count,
+            .headings = biped_headings,
             .headroom_m = robot.body.to_m + robot.max_up_m,
             .disc_radius_m = disc_in(robot.foot),
             .trunk_reach_m = trunk_reach(robot),
@@ -122,7 +122,7 @@ class BipedPlanner : public RobotPlanner {
 
   Footstep footstep(NodeId node) const {
     const Place& place = graph_.place(node);
-    return ground_.footstep(name_of(BipedGraph::side_of(node)), place, ground_.field.yaw(place.heading));
+    return ground_.footstep(side_name(BipedGraph::side_of(node)), place, ground_.field.yaw(place.heading));
   }
 
   Standing body_over(NodeId node) const {

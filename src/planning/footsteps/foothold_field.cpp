@@ -15,10 +15,7 @@
 namespace octosurf::footsteps {
 namespace {
 
-constexpr int pixels_per_cell = 4;
 constexpr double largest_margin = 0.06;  // m; of wider places the middle of the cell is as good as any
-
-int cell_of_pixel(int pixel) { return pixel >= 0 ? pixel / pixels_per_cell : ~(~pixel / pixels_per_cell); }
 
 double wrapped(double angle, double period) { return angle - period * std::floor(angle / period); }
 

@@ -14,11 +14,8 @@
 namespace octosurf::footsteps {
 namespace {
 
-constexpr int pixels_per_cell = 4;
 constexpr double cut_m = 1000;  // added where the trunk cannot pass: more than any way around it
 constexpr float nowhere = std::numeric_limits<float>::infinity();
-
-int cell_of_pixel(int pixel) { return pixel >= 0 ? pixel / pixels_per_cell : ~(~pixel / pixels_per_cell); }
 
 std::uint64_t key_of(int x, int y) {
   return static_cast<std::uint64_t>(static_cast<std::uint32_t>(x)) << 32 | static_cast<std::uint32_t>(y);

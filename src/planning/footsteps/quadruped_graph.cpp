@@ -10,13 +10,13 @@ namespace octosurf::footsteps {
 namespace {
 
 constexpr double cell = 0.05;  // m
-constexpr int heading_count = 16;
-constexpr double heading_step = 2 * std::numbers::pi / heading_count;
-constexpr double stance_height = 0.25;                         // m off the asked height in which feet are put
+constexpr int quadruped_headings = 16;
+constexpr double heading_step = 2 * std::numbers::pi / quadruped_headings;
+constexpr double quadruped_stance_height = 0.25;               // m off the asked height in which feet are put
 constexpr double goal_radius = 0.10;                           // m
 constexpr std::array<std::size_t, 4> crawl_order{2, 0, 3, 1};  // hind before front, a side at a time
 
-int wrapped(int heading) { return (heading % heading_count + heading_count) % heading_count; }
+int wrapped(int heading) { return (heading % quadruped_headings + quadruped_headings) % quadruped_headings; }
 
 }  // namespace
 
@@ -76,8 +76,8 @@ std::optional<NodeId> QuadrupedGraph::stance(const Standing& at) {
                        first_yaw_ + wanted.heading * heading_step};
   for (std::size_t leg = 0; leg < 4; ++leg) {
     bool any = false;
-    const auto found =
-        foothold_below(hip(body, leg), at.at.z() - stance_height, at.at.z() + stance_height, any);
+    const auto found = foothold_below(hip(body, leg), at.at.z() - quadruped_stance_height,
+                                      at.at.z() + quadruped_stance_height, any);
     if (!found || !ground_.field.stands(*found)) return std::nullopt;
     wanted.feet[leg] = *found;
   }
@@ -270,7 +270,7 @@ double QuadrupedGraph::guide(NodeId id) const {
                          ? straight
                          : std::max(straight, guide_.metres(place(nodes_[id].feet[0])) - 2 * robot_.snap_m);
   int turn = std::abs(nodes_[id].heading - goal_heading_);
-  turn = std::min(turn, heading_count - turn);
+  turn = std::min(turn, quadruped_headings - turn);
   // Four steps for each max_step_m, and for each turn.
   return std::max(bound(id), (4 + robot_.costs.length) * way / robot_.max_step_m + 4 * turn);
 }

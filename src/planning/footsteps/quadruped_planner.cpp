@@ -16,7 +16,7 @@ GuideMap::Reach reach_of(const Quadruped& robot) {
           robot.max_up_m, robot.max_down_m};
 }
 
-FootName name_of(std::size_t leg) {
+FootName leg_name(std::size_t leg) {
   return static_cast<FootName>(static_cast<std::size_t>(FootName::front_left) + leg);
 }
 
@@ -89,14 +89,14 @@ class QuadrupedPlanner : public RobotPlanner {
     std::vector<std::pair<FootName, Eigen::Vector3d>> wanted;
     for (std::size_t leg = 0; leg < 4; ++leg) {
       const Eigen::Vector2d below = graph_.hip({at.at.head<2>(), at.yaw_rad}, leg);
-      wanted.emplace_back(name_of(leg), Eigen::Vector3d(below.x(), below.y(), at.at.z()));
+      wanted.emplace_back(leg_name(leg), Eigen::Vector3d(below.x(), below.y(), at.at.z()));
     }
     return refusal_of(ground_, why, wanted, at, 0,
                       [&](const Standing& there) { return graph_.stance(there).has_value(); });
   }
 
   Footstep footstep(std::size_t leg, PlaceId id, double yaw_rad) const {
-    return ground_.footstep(name_of(leg), graph_.place(id), yaw_rad);
+    return ground_.footstep(leg_name(leg), graph_.place(id), yaw_rad);
   }
 
   Standing standing(const SwingPose& body, double z) const {

@@ -9,6 +9,13 @@
 
 namespace octosurf::footsteps {
 
+/// Points of a raster along a side of a cell of the search.
+inline constexpr int pixels_per_cell = 4;
+
+inline int cell_of_pixel(int pixel) {
+  return pixel >= 0 ? pixel / pixels_per_cell : ~(~pixel / pixels_per_cell);
+}
+
 /// Polygons of a plane, seen from above, as points of a grid that lie in them and how far from their rings.
 class RegionRaster {
  public:

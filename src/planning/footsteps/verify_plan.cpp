@@ -17,8 +17,8 @@
 namespace octosurf {
 namespace {
 
-constexpr double rounding = 1e-6;  // m
-constexpr double sample = 0.01;    // m
+constexpr double plan_rounding = 1e-6;  // m
+constexpr double sample = 0.01;         // m
 
 struct LevelPose {
   Eigen::Vector2d at = Eigen::Vector2d::Zero();
@@ -144,14 +144,14 @@ struct Judge {
       z[i] = foot_pose.z;
     }
     const Eigen::Vector3d plane = A.colPivHouseholderQr().solve(z);
-    if (std::abs(plane.z() - pose.z) > rounding) say("the body's height is not that over its feet");
+    if (std::abs(plane.z() - pose.z) > plan_rounding) say("the body's height is not that over its feet");
     if (occupied(pose, {0, 0}, body.length_m, body.width_m, pose.z + body.from_m, pose.z + body.to_m,
                  plane.head<2>()))
       say("the body touches something");
   }
 
   void within(const char* what, double value, double least, double most) {
-    if (value >= least - rounding && value <= most + rounding) return;
+    if (value >= least - plan_rounding && value <= most + plan_rounding) return;
     char text[120];
     std::snprintf(text, sizeof text, "%s of %.3f is not in %.3f … %.3f", what, value, least, most);
     say(text);
