@@ -17,11 +17,9 @@ set(OCTOSURF_SLOW_apps Bags.* Closures.* Diff.* EarlyEnd.AnInterruptSavesWhatIsM
     FailingRun.AFullDiskNamesTheLastCheckpoint FailingRun.AHangUpSavesWhatIsMapped
     FailingRun.NoMemoryKeepsWhatWasMapped FailingRun.ScoresAreCompleteOrNotThere Files.ExportedSurfacesAreReadByPython
     Killed.* MapRun.DoubleLayersAreReportedAndWarnedOf MapRun.InRealTimeScansArriveAtTheirStamps
-    MapRun.ScansThatArriveMakeTheSameMap MapRun.StoppingAndResumingGivesTheSameBytes PlanVerb.*
-    PoseCheck.PosesInAnotherFormAreRefusedAndTakenOnDemand PoseCheck.RightPosesAreNotRefusedWhereTheyDrift
+    MapRun.ScansThatArriveMakeTheSameMap MapRun.StoppingAndResumingGivesTheSameBytes Merge.* PlanVerb.*
+    PoseCheck.PosesInAnotherFormAreRefusedAndTakenOnDemand PoseCheck.RightPosesAreNotRefusedWhereTheyDrift Remap.*
     UpOption.GivenInEveryWay ViewVerb.RefusesPlansThatAreNoneByName)
-set(OCTOSURF_SLOW_apps_merge *)
-set(OCTOSURF_SLOW_apps_remap Remap.*)
 set(OCTOSURF_SLOW_contract *)
 set(OCTOSURF_SLOW_cylinders RegionGrowing.AgreesWithTheSlowTwinWhateverTheOrderOfSeeds)
 set(OCTOSURF_SLOW_diagnosis Boundary.ALidarHasNoLimitOfACameras Boundary.ATableSeenWholeEndsAllRound
@@ -33,35 +31,31 @@ set(OCTOSURF_SLOW_example_contact_sequence *)
 set(OCTOSURF_SLOW_fuzz DamagedMap.EveryByteOfTheBtFlippedAndEveryTruncation DamagedMap.EveryByteOfTheSurfacesFlipped
     Fuzz.BagsOfManyTransformsAndScansTakeNoMoreMemoryThanOtherFiles
     Fuzz.LinesOfMillionsOfWordsTakeNoMoreMemoryThanOtherFiles)
-set(OCTOSURF_SLOW_io_bags BagFiles.* Bags/CloudsInBag.* Bags/ImagesInBag.* Kinds/DamagedBags.*)
-set(OCTOSURF_SLOW_io_export ExportTest.CsvOfPointsAndCirclesIsReadByPython ExportTest.EmptyMapIsValidJsonAndCsv
-    PictureTest.ATurnedMapWhoseUpIsGivenLooksTheSame PictureTest.IsoShowsFloorAndDefaultSize)
-set(OCTOSURF_SLOW_io_map_file DamagedMapFiles.* Departures.ComeBackWithWhoTookThemIn Departures.ManyComeBackInOrder
-    HistoryFile.ComesBackAsItWas MapFiles.ALargeFloorWithoutNoiseComesBack RecordStream.DamageBehindTheFrameIsSeen
-    SaveFails.AtEveryByteOfItsFilesAndKeepsWhatWasThere)
-set(OCTOSURF_SLOW_io_planner_formats Sl1m.TheLoaderInTheDocsReadsIt)
-set(OCTOSURF_SLOW_io_readers RealScans.RedKitchen)
-set(OCTOSURF_SLOW_io_scan_archive ScanArchives.AMapFromTheArchiveIsTheMapToTheBit
-    ScanArchives.RoundingIsWithinItsBoundAndHasNoBias ScanArchives.RoundingMovesPlanesFarLessThanTheirNoise)
+set(OCTOSURF_SLOW_io BagFiles.* Bags/CloudsInBag.* Bags/ImagesInBag.* DamagedMapFiles.*
+    Departures.ComeBackWithWhoTookThemIn Departures.ManyComeBackInOrder ExportTest.CsvOfPointsAndCirclesIsReadByPython
+    ExportTest.EmptyMapIsValidJsonAndCsv HistoryFile.ComesBackAsItWas Kinds/DamagedBags.*
+    MapFiles.ALargeFloorWithoutNoiseComesBack PictureTest.ATurnedMapWhoseUpIsGivenLooksTheSame
+    PictureTest.IsoShowsFloorAndDefaultSize RealScans.RedKitchen RecordStream.DamageBehindTheFrameIsSeen
+    SaveFails.AtEveryByteOfItsFilesAndKeepsWhatWasThere ScanArchives.AMapFromTheArchiveIsTheMapToTheBit
+    ScanArchives.RoundingIsWithinItsBoundAndHasNoBias ScanArchives.RoundingMovesPlanesFarLessThanTheirNoise
+    Sl1m.TheLoaderInTheDocsReadsIt)
 set(OCTOSURF_SLOW_detection Junctions.ABoardPartsWhatIsSeenToItsTwoSides Resegment.*
     Segment.ABoardOfThreeCentimetresPartsAWall LikelihoodDetector.*)
 set(OCTOSURF_SLOW_mapper CoarserFaces.* Covariance.* Cylinders.ALaddersRungsAndRailsAreOneEach
-    Cylinders.APillarThatIsTakenAwayGoes Cylinders.FlatThingsAreNone Cylinders.PillarsOfAHall
-    Cylinders.PlanesAreTheSameWithAndWithout Cylinders.OrderOfPointsChangesNothing FinerFaces.* InsertAll.*
+    Cylinders.APillarThatIsTakenAwayGoes Cylinders.FlatThingsAreNone Cylinders.OrderOfPointsChangesNothing
+    Cylinders.PillarsOfAHall Cylinders.PlanesAreTheSameWithAndWithout FinerFaces.* InsertAll.*
     Mapper.ARemovedBoxGoesAndTheFloorUnderItComes Mapper.CentresOfAnOctreesVoxelsErrInCommon Mapper.FloorWallAndBox
     Mapper.StripsOfATiltingLaserMakeSurfaces Mapper.SurfacesOfAnOctreeWithoutScans
     MapperContract.ChangedSinceTellsWhatTheSnapshotsDifferIn MapperContract.IdsAreNeverUsedAgain
-    MapperContract.ReportsItsTime Readers.* UpOfAMap.ChangesNothingElse UpOfAMap.IsFoundHoweverItsFrameIsTurned
-    Voxels/Faces.*)
+    MapperContract.ReportsItsTime MergedMaps.* Readers.* UpOfAMap.ChangesNothingElse
+    UpOfAMap.IsFoundHoweverItsFrameIsTurned Voxels/Faces.*)
 set(OCTOSURF_SLOW_mapper_failures ChangesTogether.* FailedAllocations.*)
-set(OCTOSURF_SLOW_mapper_merge *)
 set(OCTOSURF_SLOW_occupancy AdoptOccupiedVoxels.PocketsUnderAFloorAreNotWhereItIsSeenFrom
     OccupancyDelta.FollowsTheOccupancyThreshold OccupancyDelta.IsTheDifferenceOfTheOccupiedVoxels
     OccupancyFiles.BtIsOctomapsOwn OccupancyFiles.NodesComeBackToTheBit OccupancyFiles.TruncatedOctomapFilesAreAnError
     OccupancyInsert.* RayBits.AreOctomapsVoxels RayBits.OfABoxTooLargeToPassOverAreOctomapsVoxels
-    RayBits.OfStrayFarRaysAreOctomapsVoxels SharedView.TellsWhatHasChangedSinceAnyOther
-    VoxelTree.TakesNoMoreHeapThanOctomapsTree)
-set(OCTOSURF_SLOW_occupancy_merge ResampledOctree.KnowsWhatTheOtherKnowsAtItsCentres)
+    RayBits.OfStrayFarRaysAreOctomapsVoxels ResampledOctree.KnowsWhatTheOtherKnowsAtItsCentres
+    SharedView.TellsWhatHasChangedSinceAnyOther VoxelTree.TakesNoMoreHeapThanOctomapsTree)
 set(OCTOSURF_SLOW_octomap Following.ReadersInOtherThreadsSeeWholeTreesThatDoNotChange
     OctomapFilesTest.AnOtComesBackByOctomapsReaderAndByOurs)
 set(OCTOSURF_SLOW_octomap_failures *)

@@ -7,6 +7,7 @@
 // whole table, five seeds a scene, is `./dev bench accuracy`.
 #include "evaluation/evaluate.hpp"
 #include "simulation/recording.hpp"
+#include "support/paths.hpp"
 
 #include <cstdio>
 #include <filesystem>
@@ -187,7 +188,8 @@ struct Contents {
 // 13.24 ± 0.47 m² and 5.5 ± 2.06 double layers. A sum of five has five times the mean and √5 times the
 // deviation; three of its deviations are left on either side, which chance passes once in 370 times.
 TEST(AccuracyOfTheKitchen, StaysWhereItIs) {
-  const std::filesystem::path kitchen = std::filesystem::path(OCTOSURF_DATA_DIR) / "rgbd_7scenes_redkitchen";
+  const std::filesystem::path kitchen =
+      std::filesystem::path(test::paths::data()) / "rgbd_7scenes_redkitchen";
   if (!std::filesystem::is_directory(kitchen)) GTEST_SKIP() << kitchen << " is missing";
   constexpr std::size_t apart = 4, every = 20;
   std::vector<Mapper> mappers(every / apart);
@@ -212,7 +214,8 @@ TEST(AccuracyOfTheKitchen, StaysWhereItIs) {
 // have doubled, is whole in some and half in others. Bounds are three deviations of a sum of three, of these
 // or, where they are larger, of the maps above.
 TEST(AccuracyOfTheKitchen, SurfacesStayWhileTheRunGoesOn) {
-  const std::filesystem::path kitchen = std::filesystem::path(OCTOSURF_DATA_DIR) / "rgbd_7scenes_redkitchen";
+  const std::filesystem::path kitchen =
+      std::filesystem::path(test::paths::data()) / "rgbd_7scenes_redkitchen";
   if (!std::filesystem::is_directory(kitchen)) GTEST_SKIP() << kitchen << " is missing";
   Contents as_it_went, at_once;
   for (std::size_t first = 0; first < 3; ++first) {

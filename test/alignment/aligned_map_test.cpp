@@ -5,6 +5,7 @@
 #include "io/map_file/map_file.hpp"
 #include "sensing/reading_code.hpp"
 #include "simulation/recording.hpp"
+#include "support/degree.hpp"
 #include "support/seed.hpp"
 #include "surfaces/map_state.hpp"
 
@@ -20,7 +21,7 @@
 namespace octosurf::test {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
+using test::degree;
 const Camera camera{.width = 160, .height = 120, .focal = 110, .noise = 0.003};
 
 /// A walk about the room that comes back to where it began.

@@ -1,8 +1,8 @@
 #include "alignment/pose_fit.hpp"
 #include "alignment/surfaces_by_hand.hpp"
+#include "support/degree.hpp"
 #include "support/seed.hpp"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <numbers>
 #include <random>
@@ -13,7 +13,7 @@
 namespace octosurf::test {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
+using test::degree;
 const Camera wide{.width = 240, .height = 180, .focal = 150, .noise = 0.004};
 
 TEST(Localizer, FindsScansFromGuessesFarOff) {

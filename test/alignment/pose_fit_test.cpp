@@ -2,6 +2,7 @@
 
 #include "alignment/pose_search.hpp"
 #include "alignment/surfaces_by_hand.hpp"
+#include "support/degree.hpp"
 #include "support/seed.hpp"
 
 #include <gtest/gtest.h>
@@ -12,7 +13,7 @@
 namespace octosurf::test {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
+using test::degree;
 
 struct Aligned {
   alignment::PoseFit fit;

@@ -3,6 +3,7 @@
 
 #include "alignment/pose_search.hpp"
 #include "alignment/surfaces_by_hand.hpp"
+#include "support/degree.hpp"
 #include "support/seed.hpp"
 
 #include <cmath>
@@ -15,7 +16,9 @@ namespace {
 
 using namespace octosurf::alignment;
 
-constexpr double degree = std::numbers::pi / 180, resolution = 0.02;
+using test::degree;
+
+constexpr double voxel_m = 0.02;
 
 Eigen::Isometry3d view(int i) {
   const double turn = 0.4 * i;
@@ -44,7 +47,7 @@ class Revisits : public testing::Test {
     noise.observe(scan);
     const PoseSearch search(*map_, surfaces_, scan, noise, {0, 4}, scan.T_map_sensor, AlignmentReach());
     return looks_at(scan, scan.T_map_sensor, search.lay(scan.T_map_sensor).readings, patches_,
-                    SensorKind::depth_camera, resolution);
+                    SensorKind::depth_camera, voxel_m);
   }
   Scan scan(int i) { return camera_scan(furnished_room(), view(i), rng_, camera_); }
   void remember(const Scan& scan) {
@@ -58,12 +61,12 @@ class Revisits : public testing::Test {
     }
   }
   Revisit revisit(const Scan& scan, double way_m = 10) {
-    return measure(looks(scan), way_m, SensorErrors::Zero(), 0.001, resolution);
+    return measure(looks(scan), way_m, SensorErrors::Zero(), 0.001, voxel_m);
   }
 
   Camera camera_{.width = 240, .height = 180, .focal = 170, .noise = 0.003};
   std::mt19937_64 rng_ = rng();
-  std::shared_ptr<const Snapshot> map_ = map_of_rectangles(furnished_room(), middle_of_room, resolution);
+  std::shared_ptr<const Snapshot> map_ = map_of_rectangles(furnished_room(), middle_of_room, voxel_m);
   NearSurfaces surfaces_;
   surfaces::SeenPatches patches_;
 };
@@ -132,7 +135,7 @@ TEST_F(Revisits, AFewPatchesTellNothing) {
   remember(scan(0));
   std::vector<PatchLook> few = looks(scan(0));
   few.resize(8);
-  const Revisit r = measure(few, 10, SensorErrors::Zero(), 0.001, resolution);
+  const Revisit r = measure(few, 10, SensorErrors::Zero(), 0.001, voxel_m);
   EXPECT_EQ(r.motion.size(), 0);
   EXPECT_EQ(r.error_information.norm(), 0);
 }

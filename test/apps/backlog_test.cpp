@@ -34,7 +34,7 @@ TEST(FallsBehind, ScansWithoutTimeBetweenThemWaitFromTheFirstOn) {
 
 TEST(FallsBehind, NeverWhereNoneMayBeJoined) { EXPECT_FALSE(falls_behind({100, 100, interval_s}, 1)); }
 
-struct Outcome {
+struct FeedOutcome {
   int joined = 0;  ///< scans
   double most_waited_s = 0;
   double last_waited_s = 0;
@@ -42,9 +42,9 @@ struct Outcome {
 
 /// A mapper to which scans come at `interval_s`. `cost_s`: of the i-th by itself; of those that are joined a
 /// third for each, and of two of them the rest: their surfaces are looked for twice.
-Outcome map_at_30_hz(int scans, std::size_t together, const std::function<double(int)>& cost_s) {
+FeedOutcome map_at_30_hz(int scans, std::size_t together, const std::function<double(int)>& cost_s) {
   Backlog backlog(together);
-  Outcome run;
+  FeedOutcome run;
   double now_s = 0;
   for (int i = 0; i < scans;) {
     const double arrival_s = i * interval_s;
@@ -74,7 +74,7 @@ Outcome map_at_30_hz(int scans, std::size_t together, const std::function<double
 TEST(Backlog, BurstsOfAMapperThatKeepsUpAreWaitedOut) {
   std::mt19937_64 rng(test::seed());
   std::uniform_real_distribution<double> factor(0.8, 1.2);
-  const Outcome run = map_at_30_hz(3000, 16, [&](int i) {
+  const FeedOutcome run = map_at_30_hz(3000, 16, [&](int i) {
     const double dear = i < 2 ? 2.5 : i % 150 > 119 ? 1.25 : 0.75;
     return dear * factor(rng) * interval_s;
   });
@@ -84,7 +84,7 @@ TEST(Backlog, BurstsOfAMapperThatKeepsUpAreWaitedOut) {
 
 TEST(Backlog, AMapperThatIsTooSlowJoinsBeforeScansWaitForLong) {
   for (const double factor : {1.1, 1.5, 2.0}) {
-    const Outcome run = map_at_30_hz(3000, 16, [&](int) { return factor * interval_s; });
+    const FeedOutcome run = map_at_30_hz(3000, 16, [&](int) { return factor * interval_s; });
     EXPECT_GT(run.joined, 100) << factor;
     // One by one 16 / factor intervals at most and a scan's time; sixteen that are joined take fewer than 14.
     EXPECT_LT(run.most_waited_s, (16 / factor + factor) * interval_s) << factor;
@@ -95,12 +95,12 @@ TEST(Backlog, AMapperThatIsTooSlowJoinsBeforeScansWaitForLong) {
 }
 
 TEST(Backlog, AMapperThatIsFarTooSlowJoinsFromTheSecondScanOn) {
-  const Outcome run = map_at_30_hz(300, 16, [](int) { return 5 * interval_s; });
+  const FeedOutcome run = map_at_30_hz(300, 16, [](int) { return 5 * interval_s; });
   EXPECT_EQ(run.joined, 299);
 }
 
 TEST(Backlog, WhatHasCaughtUpMapsOneByOneAgain) {
-  const Outcome run = map_at_30_hz(3000, 16, [](int i) { return (i < 100 ? 2.5 : 0.5) * interval_s; });
+  const FeedOutcome run = map_at_30_hz(3000, 16, [](int i) { return (i < 100 ? 2.5 : 0.5) * interval_s; });
   EXPECT_GT(run.joined, 50);
   EXPECT_LT(run.joined, 130);
   EXPECT_LE(run.last_waited_s, 0);

@@ -1,9 +1,11 @@
 // Bags as users map them: the same maps as from the folders that they were made of.
 #include "apps/command.hpp"
 #include "support/bag_writer.hpp"
+#include "support/paths.hpp"
 
 #include <Eigen/Geometry>
 #include <fstream>
+#include <gmock/gmock.h>
 #include <iomanip>
 #include <limits>
 #include <sstream>
@@ -150,7 +152,7 @@ TEST_F(Bags, TheDocumentedCommandsRun) {
   simulate("depth", "--frames 2");
   write_bag("depth", "kitchen.db3", "poses=odometry");
   fs::create_directory(folder / "maps");
-  std::ifstream usage(OCTOSURF_SOURCE_DIR "/docs/usage.md");
+  std::ifstream usage(test::paths::source() + "/docs/usage.md");
   std::string line;
   while (std::getline(usage, line) && line != "## Bags") {
   }

@@ -3,6 +3,7 @@
 #include "support/seed.hpp"
 
 #include <cstdio>
+#include <gmock/gmock.h>
 #include <sstream>
 
 namespace octosurf::test {

@@ -1,5 +1,7 @@
 #include "apps/command.hpp"
 
+#include "support/paths.hpp"
+
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
@@ -35,7 +37,7 @@ CommandTest::~CommandTest() {
 
 Outcome CommandTest::run(const std::string& arguments, const std::string& before) const {
   const fs::path out = folder / ".out", err = folder / ".err";
-  const std::string line = "cd '" + folder.string() + "' && " + before + " '" OCTOSURF_COMMAND "' " +
+  const std::string line = "cd '" + folder.string() + "' && " + before + " '" + paths::command() + "' " +
                            arguments + " >'" + out.string() + "' 2>'" + err.string() + "' </dev/null";
   const int status = std::system(line.c_str());
   Outcome outcome{

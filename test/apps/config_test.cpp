@@ -1,6 +1,7 @@
 // Parameters by preset, file and flag.
 #include "apps/command.hpp"
 
+#include <gmock/gmock.h>
 #include <sstream>
 
 namespace octosurf::test {

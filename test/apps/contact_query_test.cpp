@@ -1,6 +1,8 @@
 // Footholds and contact regions at the command line.
 #include "apps/command.hpp"
 
+#include <gmock/gmock.h>
+
 namespace octosurf::test {
 namespace {
 

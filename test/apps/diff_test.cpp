@@ -4,6 +4,7 @@
 #include "support/seed.hpp"
 
 #include <cmath>
+#include <gmock/gmock.h>
 
 #include <octosurf/mapper.hpp>
 

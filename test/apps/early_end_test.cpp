@@ -1,6 +1,8 @@
 // Bad scans and interrupts: nothing is lost of what was mapped.
 #include "apps/command.hpp"
 
+#include <gmock/gmock.h>
+
 namespace octosurf::test {
 namespace {
 

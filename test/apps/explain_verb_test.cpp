@@ -1,6 +1,8 @@
 // What `octosurf explain` says; the reasons themselves are test/mapper's.
 #include "apps/command.hpp"
 
+#include <gmock/gmock.h>
+
 namespace octosurf::test {
 namespace {
 

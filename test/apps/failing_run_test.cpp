@@ -5,6 +5,7 @@
 #include "support/seed.hpp"
 #include "surfaces/map_state.hpp"
 
+#include <gmock/gmock.h>
 #include <random>
 
 #include <octosurf/map.hpp>

@@ -1,8 +1,10 @@
 // Maps from one verb to the next, and maps that were damaged on the way.
 #include "apps/command.hpp"
+#include "support/paths.hpp"
 #include "support/same_octree.hpp"
 
 #include <cstdlib>
+#include <gmock/gmock.h>
 
 #include <octosurf/adapters/octree.hpp>
 #include <octosurf/map.hpp>
@@ -20,7 +22,7 @@ TEST_F(Files, ExportedSurfacesAreReadByPython) {
   run_well("map room -o m");
   run_well("export m --to m.json");
   const std::string count = std::to_string(info("m").at("surfaces").get<int>());
-  const std::string check = "python3 '" OCTOSURF_SOURCE_DIR "/test/apps/check_surfaces.py' '";
+  const std::string check = "python3 '" + test::paths::source() + "/test/apps/check_surfaces.py' '";
   EXPECT_EQ(std::system((check + (folder / "m.json").string() + "' " + count).c_str()), 0);
 }
 

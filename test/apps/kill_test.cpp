@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <cstdlib>
+#include <gmock/gmock.h>
 #include <random>
 #include <thread>
 

@@ -1,9 +1,11 @@
 // What `octosurf map` makes of good input.
 #include "apps/command.hpp"
+#include "support/paths.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <gmock/gmock.h>
 #include <numbers>
 #include <octomap/octomap.h>
 #include <sstream>
@@ -113,7 +115,7 @@ TEST_F(MapRun, ReportHasEveryKey) {
                           "alignment",
                           "warnings"})
     EXPECT_TRUE(report.contains(key)) << key;
-  std::ifstream file(std::string(OCTOSURF_SOURCE_DIR) + "/docs/formats.md");
+  std::ifstream file(test::paths::source() + "/docs/formats.md");
   const std::string documentation(std::istreambuf_iterator<char>(file), {});
   for (const auto& entry : report.items())
     EXPECT_THAT(documentation, HasSubstr("`" + entry.key() + "`")) << "docs/formats.md does not name it";

@@ -3,6 +3,7 @@
 #include "io/readers/bag.hpp"
 
 #include <algorithm>
+#include <gmock/gmock.h>
 #include <map>
 
 namespace octosurf::test {

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cmath>
+#include <gmock/gmock.h>
 
 #include <octosurf/mapper.hpp>
 

@@ -1,6 +1,8 @@
 // `octosurf query` about places: boxes, spheres, rays, voxels.
 #include "apps/command.hpp"
 
+#include <gmock/gmock.h>
+
 namespace octosurf::test {
 namespace {
 

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <gmock/gmock.h>
 
 namespace octosurf::test {
 namespace {

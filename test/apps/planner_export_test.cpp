@@ -1,6 +1,8 @@
 // `octosurf export --format`: planners' own formats from the shell. What is in the files test/io/ checks.
 #include "apps/command.hpp"
 
+#include <gmock/gmock.h>
+
 #include <octosurf/planner_formats.hpp>
 
 namespace octosurf::test {

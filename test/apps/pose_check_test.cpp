@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <fstream>
 #include <functional>
+#include <gmock/gmock.h>
 
 namespace octosurf::test {
 namespace {

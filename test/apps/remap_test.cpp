@@ -8,6 +8,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <gmock/gmock.h>
 #include <random>
 #include <thread>
 

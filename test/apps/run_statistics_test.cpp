@@ -1,7 +1,7 @@
 // The report's numbers, from scans whose every number is known.
 #include "run_statistics.hpp"
 
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 namespace octosurf::test {

@@ -12,9 +12,9 @@
 namespace octosurf::test {
 
 Running::Running(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
-                 const char* program)
+                 const std::string& program)
     : errors_(folder / ".running") {
-  std::vector<const char*> words{program};
+  std::vector<const char*> words{program.c_str()};
   for (const std::string& argument : arguments) words.push_back(argument.c_str());
   words.push_back(nullptr);
   child_ = fork();

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "support/paths.hpp"
+
 #include <csignal>
 #include <filesystem>
 #include <functional>
@@ -14,7 +16,7 @@ namespace octosurf::test {
 class Running {
  public:
   Running(const std::filesystem::path& folder, const std::vector<std::string>& arguments,
-          const char* program = OCTOSURF_COMMAND);
+          const std::string& program = paths::command());
   Running(const Running&) = delete;
   Running& operator=(const Running&) = delete;
   ~Running();

@@ -3,7 +3,7 @@
 
 #include <atomic>
 #include <future>
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 namespace octosurf::test {
 namespace {

@@ -2,6 +2,7 @@
 #include "apps/command.hpp"
 
 #include <Eigen/Geometry>
+#include <gmock/gmock.h>
 #include <numbers>
 #include <sstream>
 

@@ -1,6 +1,8 @@
 // What `octosurf view` takes and refuses; what its page does is test/web's.
 #include "apps/command.hpp"
 
+#include <gmock/gmock.h>
+
 namespace octosurf::test {
 namespace {
 

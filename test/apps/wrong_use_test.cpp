@@ -1,6 +1,8 @@
 // Help, exit codes, and one clear line for everything that is asked for in vain.
 #include "apps/command.hpp"
 
+#include <gmock/gmock.h>
+
 namespace octosurf::test {
 namespace {
 

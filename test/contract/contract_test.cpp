@@ -7,6 +7,7 @@
 #include "support/seed.hpp"
 
 #include <algorithm>
+#include <gmock/gmock.h>
 #include <limits>
 #include <random>
 #include <span>

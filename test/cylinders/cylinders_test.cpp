@@ -6,7 +6,7 @@
 #include "surfaces/blobs.hpp"
 
 #include <algorithm>
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <iostream>
 #include <numbers>
 #include <random>

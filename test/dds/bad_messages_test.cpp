@@ -1,6 +1,7 @@
 // What robots send that is broken is refused, counted and told, and the map is what it is without.
 #include "dds/robot.hpp"
 
+#include <gmock/gmock.h>
 #include <limits>
 
 namespace octosurf::test {

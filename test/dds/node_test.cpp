@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <gmock/gmock.h>
 #include <numbers>
 #include <octomap/OcTree.h>
 #include <sstream>

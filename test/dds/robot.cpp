@@ -1,6 +1,7 @@
 #include "dds/robot.hpp"
 
 #include "support/bag_writer.hpp"
+#include "support/paths.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -115,7 +116,7 @@ std::unique_ptr<Running> NodeTest::start(const std::vector<std::string>& argumen
   std::vector<std::string> all{"--domain", std::to_string(domain), "--publish",
                                "0.05",     "--detection-budget",   "0"};
   all.insert(all.end(), arguments.begin(), arguments.end());
-  return std::make_unique<Running>(folder, all, OCTOSURF_DDS);
+  return std::make_unique<Running>(folder, all, paths::dds_node());
 }
 
 int NodeTest::end(Running& node) {

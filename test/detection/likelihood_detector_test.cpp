@@ -2,6 +2,7 @@
 // promises.
 #include "detection/likelihood_detector.hpp"
 
+#include "detection/owners.hpp"
 #include "support/guarantees.hpp"
 #include "support/map_state.hpp"
 #include "support/room_tour.hpp"
@@ -21,13 +22,6 @@ using ::testing::IsEmpty;
 
 void insert_all(Mapper& mapper, const std::vector<Scan>& scans) {
   for (const Scan& scan : scans) mapper.insert(scan);
-}
-
-/// Of each point, in key order.
-std::vector<SurfaceId> owners(const Map& map) {
-  std::vector<SurfaceId> owners;
-  map.for_each_point([&](const Map::Voxel& voxel) { owners.push_back(voxel.surface); });
-  return owners;
 }
 
 TEST(LikelihoodDetector, KeepsAllInvariantsAfterEveryScan) {
@@ -52,9 +46,9 @@ TEST(LikelihoodDetector, KeepsAllInvariantsAfterEveryScan) {
 TEST(LikelihoodDetector, AgreesWithTheBatchForm) {
   Mapper mapper;
   insert_all(mapper, test::room_tour(test::rng(), 12));
-  const std::vector<SurfaceId> step_by_step = owners(mapper.map());
+  const std::vector<SurfaceId> step_by_step = test::owners(mapper.map());
   mapper.resegment();  // keeps the ids of what is the same
-  const std::vector<SurfaceId> at_once = owners(mapper.map());
+  const std::vector<SurfaceId> at_once = test::owners(mapper.map());
   ASSERT_EQ(step_by_step.size(), at_once.size());
   std::size_t same = 0;
   for (std::size_t i = 0; i < at_once.size(); ++i) same += step_by_step[i] == at_once[i];

@@ -9,7 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <iterator>
 #include <random>
 #include <set>

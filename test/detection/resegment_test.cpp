@@ -1,3 +1,4 @@
+#include "detection/owners.hpp"
 #include "support/guarantees.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"
@@ -65,22 +66,15 @@ TEST(Resegment, TellsWhoTookInWhom) {
     EXPECT_NE(told.contains(surface->id), after->find(surface->id) != nullptr) << surface->id;
 }
 
-/// Of each point, in key order.
-std::vector<SurfaceId> owners(const Map& map) {
-  std::vector<SurfaceId> owners;
-  map.for_each_point([&](const Map::Voxel& voxel) { owners.push_back(voxel.surface); });
-  return owners;
-}
-
 TEST(Resegment, KeepsIdsWhereMostOfASurfaceIsKept) {
   std::mt19937_64 rng = test::rng();
   Mapper mapper;
   insert_scans(mapper, rng);
   const auto before = mapper.snapshot();
-  const std::vector<SurfaceId> had = owners(mapper.map());
+  const std::vector<SurfaceId> had = test::owners(mapper.map());
   mapper.resegment();
   const auto after = mapper.snapshot();
-  const std::vector<SurfaceId> have = owners(mapper.map());
+  const std::vector<SurfaceId> have = test::owners(mapper.map());
   std::map<SurfaceId, std::map<SurfaceId, std::size_t>> shared;
   for (std::size_t i = 0; i < had.size(); ++i)
     if (had[i] != 0 && have[i] != 0) ++shared[had[i]][have[i]];

@@ -19,8 +19,9 @@ namespace {
 using test::PendingPoints;
 
 /// What segmentation finds in scans.
-struct Found {
-  explicit Found(const std::vector<Scan>& scans, const Parameters& told = parameters(), double shakes_m = 0)
+struct Segmented {
+  explicit Segmented(const std::vector<Scan>& scans, const Parameters& told = parameters(),
+                     double shakes_m = 0)
       : points(scans, told),
         readings((observe(points.state.noise, scans, shakes_m), points.state.occupancy), points.ledger.window,
                  points.state.noise),
@@ -71,7 +72,7 @@ TEST(Segment, FindsEachSideOfACornerOnce) {
   corner.rectangle({0, 0, 0}, {2, 0, 0}, {0, 2, 0});
   corner.rectangle({0, 0, 0}, {2, 0, 0}, {0, 0, 2});
   corner.rectangle({0, 0, 0}, {0, 2, 0}, {0, 0, 2});
-  const Found found({look(corner, {1.5, 1.5, 1.5}, {0.3, 0.3, 0.3}, rng)});
+  const Segmented found({look(corner, {1.5, 1.5, 1.5}, {0.3, 0.3, 0.3}, rng)});
   EXPECT_EQ(found.planes(), 3U);
   std::size_t labelled = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -87,7 +88,7 @@ TEST(Segment, TellsAStepFromASlab) {
   test::Scene step;
   step.rectangle({-1, -1, 0}, {1, 0, 0}, {0, 2, 0});
   step.rectangle({0, -1, 0.04}, {1, 0, 0}, {0, 2, 0});
-  const Found found({look(step, {0.2, 0, 1.5}, {0, 0, 0}, rng)});
+  const Segmented found({look(step, {0.2, 0, 1.5}, {0, 0, 0}, rng)});
   EXPECT_NE(found.find(Eigen::Vector3d::UnitZ(), {-0.5, 0, 0}), clutter);
   EXPECT_NE(found.find(Eigen::Vector3d::UnitZ(), {0.5, 0, 0.04}), clutter);
   EXPECT_EQ(found.planes(), 2U);
@@ -103,7 +104,7 @@ TEST(Segment, APillarHasNoFacets) {
     const double turn = 0.5 * k;
     scans.push_back(look(scene, {1.4 * std::cos(turn), 1.4 * std::sin(turn), 1}, {0, 0, 0.5}, rng));
   }
-  const Found found(scans);
+  const Segmented found(scans);
   EXPECT_NE(found.find(Eigen::Vector3d::UnitZ(), Eigen::Vector3d::Zero()), clutter);
   EXPECT_EQ(found.planes(), 1U);
 }
@@ -121,12 +122,12 @@ TEST(Segment, WhatARecordingShakesByBendsNothing) {
   }
   const std::vector<Scan> scans{look(vault, {0.15, 0, 1.2}, {0.15, 0, 0}, rng),
                                 look(vault, {0.3, 0.1, 1.2}, {0.15, 0, 0}, rng)};
-  const auto largest = [](const Found& found) {
+  const auto largest = [](const Segmented& found) {
     std::size_t most = 0;
     for (Label label = 1; label <= found.planes(); ++label) most = std::max(most, found.readings_of(label));
     return most;
   };
-  const Found steady(scans), shaken(scans, Found::parameters(), 0.008);
+  const Segmented steady(scans), shaken(scans, Segmented::parameters(), 0.008);
   EXPECT_LT(2 * largest(steady), steady.readings.size());
   EXPECT_GT(10 * largest(shaken), 9 * shaken.readings.size());
 }
@@ -134,20 +135,20 @@ TEST(Segment, WhatARecordingShakesByBendsNothing) {
 TEST(Segment, ARailHasNoFacetHoweverLong) {
   // It bends across alone: over 3 cm of a metre.
   std::mt19937_64 rng = test::rng();
-  Parameters fine = Found::parameters();
+  Parameters fine = Segmented::parameters();
   fine.occupancy.resolution = 0.01;
   for (const double radius : {0.02, 0.03}) {
     test::RoundScene scene;
     scene.bars.push_back({{0, -0.6, 0}, {0, 0.6, 0}, radius});
     std::vector<Scan> scans;
     for (const double y : {-0.2, 0.1, 0.3}) scans.push_back(look(scene, {0.8, y, 0.3}, {0, 0, 0}, rng));
-    EXPECT_EQ(Found(scans, fine).planes(), 0U) << radius;
+    EXPECT_EQ(Segmented(scans, fine).planes(), 0U) << radius;
   }
 }
 
 TEST(Segment, ASlatWhoseEdgesAreOffByAMillimetreIsFlat) {
   // As scans are that have an edge's readings in common (ReadingModel::pose_sigma).
-  Parameters fine = Found::parameters();
+  Parameters fine = Segmented::parameters();
   fine.occupancy.resolution = 0.01;
   const Eigen::Vector3d eye(0, 0, 1.5);
   Scan slat = test::rectangle_scan(eye, {-0.5, -0.019, 0.005}, {1, 0, 0}, {0, 0.038, 0}, 0.002);
@@ -156,21 +157,21 @@ TEST(Segment, ASlatWhoseEdgesAreOffByAMillimetreIsFlat) {
     p += (slat.T_map_sensor.linear().transpose() * Eigen::Vector3d(0, 0, -0.001 * std::pow(y / 0.019, 2)))
              .cast<float>();
   }
-  EXPECT_EQ(Found({slat}, fine).planes(), 1U);
+  EXPECT_EQ(Segmented({slat}, fine).planes(), 1U);
 }
 
 TEST(Segment, ABallAndABushAreClutter) {
   std::mt19937_64 rng = test::rng();
   test::RoundScene scene;
   scene.balls.push_back({{0, 0, 0}, 0.3});
-  const Found ball({look(scene, {1.2, 0, 0.2}, {0, 0, 0}, rng)});
+  const Segmented ball({look(scene, {1.2, 0, 0.2}, {0, 0, 0}, rng)});
   EXPECT_EQ(ball.planes(), 0U);
 
   std::uniform_real_distribution<double> anywhere(-0.3, 0.3);
   Scan bush;
   bush.T_map_sensor.translation() = Eigen::Vector3d(3, 0, 0);
   for (int k = 0; k < 4000; ++k) bush.points.emplace_back(anywhere(rng) - 3, anywhere(rng), anywhere(rng));
-  EXPECT_EQ(Found({bush}).planes(), 0U);
+  EXPECT_EQ(Segmented({bush}).planes(), 0U);
 }
 
 TEST(Segment, JoinsAcrossWhatHidesAStripButNotAcrossABoard) {
@@ -178,13 +179,13 @@ TEST(Segment, JoinsAcrossWhatHidesAStripButNotAcrossABoard) {
   test::Scene parted;  // a wall with a slit of 5 cm
   parted.rectangle({0, -1, 0}, {0, 0.975, 0}, {0, 0, 1.5});
   parted.rectangle({0, 0.025, 0}, {0, 0.975, 0}, {0, 0, 1.5});
-  EXPECT_EQ(Found({look(parted, {1.6, 0, 0.7}, {0, 0, 0.7}, rng)}).planes(), 1U);
+  EXPECT_EQ(Segmented({look(parted, {1.6, 0, 0.7}, {0, 0, 0.7}, rng)}).planes(), 1U);
 
   test::Scene shelf;  // and with a board that stands out of it instead
   shelf.rectangle({0, -1, 0}, {0, 0.975, 0}, {0, 0, 1.5});
   shelf.rectangle({0, 0.025, 0}, {0, 0.975, 0}, {0, 0, 1.5});
   shelf.box({0, -0.025, 0}, {0.3, 0.025, 1.5});
-  const Found found(
+  const Segmented found(
       {look(shelf, {1.6, 0.6, 0.7}, {0, 0, 0.7}, rng), look(shelf, {1.6, -0.6, 0.7}, {0, 0, 0.7}, rng)});
   std::size_t on_wall = 0;
   for (Label label = 1; label <= found.planes(); ++label)
@@ -216,7 +217,7 @@ TEST(Segment, ABoardOfThreeCentimetresPartsAWall) {
     std::vector<Scan> scans;
     for (const double y : {0.6, -0.6, 0.4, -0.4})
       scans.push_back(look(shelf, T * Eigen::Vector3d(1.6, y, 0.7), T * Eigen::Vector3d(0, 0, 0.7), rng));
-    const Found found(scans);
+    const Segmented found(scans);
     const Eigen::Vector3d normal = T.linear().col(0);
     std::size_t on_wall = 0;
     for (Label label = 1; label <= found.planes(); ++label) {
@@ -236,7 +237,7 @@ TEST(Segment, ALayerThatAWallIsSeenThroughIsNone) {
   std::vector<Scan> scans;
   for (int k = -1; k <= 1; ++k) scans.push_back(look(wall, {1.6, 0.3 * k, 0.7}, {0, 0, 0.7}, rng));
   scans.push_back(look(layer, {1.6, 0, 0.7}, {0, 0, 0.7}, rng));
-  const Found found(scans);
+  const Segmented found(scans);
   EXPECT_EQ(found.planes(), 1U);
   EXPECT_NE(found.find(Eigen::Vector3d::UnitX(), Eigen::Vector3d::Zero()), clutter);
 }
@@ -248,7 +249,7 @@ TEST(Segment, AReadingFromBehindUndoesNoWall) {
   Scan from_behind;
   from_behind.T_map_sensor.translation() = Eigen::Vector3d(-1, 0, 0.7);
   from_behind.points.assign(3, {0.999F, 0, 0});
-  EXPECT_EQ(Found({look(wall, {1.6, 0, 0.7}, {0, 0, 0.7}, rng), from_behind}).planes(), 1U);
+  EXPECT_EQ(Segmented({look(wall, {1.6, 0, 0.7}, {0, 0, 0.7}, rng), from_behind}).planes(), 1U);
 }
 
 TEST(Segment, ABoardBeforeAWallHidesIt) {
@@ -256,9 +257,9 @@ TEST(Segment, ABoardBeforeAWallHidesIt) {
   test::Scene scene;
   scene.rectangle({0, -1, 0}, {0, 2, 0}, {0, 0, 1.5});
   scene.box({0.03, -0.2, 0.5}, {0.05, 0.2, 0.9});
-  const Found found({look(scene, {1.6, 0.5, 0.7}, {0, 0, 0.7}, rng),
-                     look(scene, {1.6, 0, 0.7}, {0, 0, 0.7}, rng),
-                     look(scene, {1.6, -0.5, 0.7}, {0, 0, 0.7}, rng)});
+  const Segmented found({look(scene, {1.6, 0.5, 0.7}, {0, 0, 0.7}, rng),
+                         look(scene, {1.6, 0, 0.7}, {0, 0, 0.7}, rng),
+                         look(scene, {1.6, -0.5, 0.7}, {0, 0, 0.7}, rng)});
   EXPECT_NE(found.find(Eigen::Vector3d::UnitX(), {0, 0.6, 0.7}), clutter);
   EXPECT_NE(found.find(Eigen::Vector3d::UnitX(), {0.05, 0, 0.7}), clutter);
 }
@@ -271,9 +272,9 @@ TEST(Segment, AWallIsOneHoweverMuchItIsScattered) {
   for (int k = 0; k < 12; ++k)
     scans.push_back(
         test::camera_scan(wall, test::look_at({1.6, 0.05 * k, 0.7}, {0, 0, 0.7}), rng, {.noise = 0.03}));
-  Parameters told = Found::parameters();
+  Parameters told = Segmented::parameters();
   told.surfaces.sensor_noise = 0.03;
-  const Found found(scans, told);
+  const Segmented found(scans, told);
   EXPECT_EQ(found.planes(), 1U);
   EXPECT_GT(found.readings_of(1), found.readings.size() * 8 / 10);
 }
@@ -291,7 +292,7 @@ std::vector<Scan> look_at_a_block(const Eigen::Vector3d& shift, std::mt19937_64&
 }
 
 /// Normals and distances from `from`.
-std::vector<std::array<double, 4>> planes_seen_from(const Eigen::Vector3d& from, const Found& found) {
+std::vector<std::array<double, 4>> planes_seen_from(const Eigen::Vector3d& from, const Segmented& found) {
   std::vector<std::array<double, 4>> planes;
   for (Label label = 1; label <= found.planes(); ++label) {
     const Plane& plane = found.segmentation.patches[label].plane;
@@ -316,7 +317,7 @@ TEST(Segment, FollowsAShiftOfTheFrame) {
   // By a multiple of the largest block's edge, so that voxels and blocks fall on the same points.
   const Eigen::Vector3d shift = 0.02 * 8 * planelet_edge(0.02) * Eigen::Vector3d(1, -2, 3);
   std::mt19937_64 rng = test::rng(), again = test::rng();
-  const Found here(look_at_a_block(Eigen::Vector3d::Zero(), rng)), there(look_at_a_block(shift, again));
+  const Segmented here(look_at_a_block(Eigen::Vector3d::Zero(), rng)), there(look_at_a_block(shift, again));
   expect_same_planes(planes_seen_from({1, 1, 1}, here),
                      planes_seen_from(shift + Eigen::Vector3d(1, 1, 1), there));
 }
@@ -324,18 +325,18 @@ TEST(Segment, FollowsAShiftOfTheFrame) {
 TEST(Segment, OrderOfAScansPointsDoesNotMatter) {
   std::mt19937_64 rng = test::rng();
   std::vector<Scan> scans = look_at_a_block(Eigen::Vector3d::Zero(), rng);
-  const Found as_taken(scans);
+  const Segmented as_taken(scans);
   for (Scan& scan : scans) std::shuffle(scan.points.begin(), scan.points.end(), rng);
-  const Found shuffled(scans);
+  const Segmented shuffled(scans);
   EXPECT_EQ(as_taken.segmentation.labels, shuffled.segmentation.labels);
 }
 
 TEST(Segment, ScansTwiceAreThePlanesOnce) {
   std::mt19937_64 rng = test::rng();
   std::vector<Scan> scans = look_at_a_block(Eigen::Vector3d::Zero(), rng);
-  const Found once(scans);
+  const Segmented once(scans);
   scans.insert(scans.end(), scans.begin(), scans.begin() + 2);
-  const Found twice(scans);
+  const Segmented twice(scans);
   expect_same_planes(planes_seen_from({1, 1, 1}, once), planes_seen_from({1, 1, 1}, twice));
 }
 
@@ -343,7 +344,7 @@ TEST(Segment, LabelsAreAtRest) {
   std::mt19937_64 rng = test::rng();
   test::Scene room;
   room.box({-1, -1, 0}, {1, 1, 2});
-  const Found found(
+  const Segmented found(
       {look(room, {0.5, 0.5, 1.5}, {-1, -1, 0}, rng), look(room, {0.5, 0, 1.5}, {-1, 0.5, 0.5}, rng)});
   std::vector<Label> labels = found.segmentation.labels;
   relabel(found.readings, found.segmentation.patches, labels);
@@ -357,9 +358,9 @@ TEST(Segment, SameReadingsSamePlanes) {
   room.box({-1, -1, 0}, {1, 1, 2});
   const auto once = [&] {
     std::mt19937_64 rng = test::rng();
-    return Found({look(room, {0.5, 0.5, 1.5}, {-1, -1, 0}, rng)});
+    return Segmented({look(room, {0.5, 0.5, 1.5}, {-1, -1, 0}, rng)});
   };
-  const Found a = once(), b = once();
+  const Segmented a = once(), b = once();
   EXPECT_EQ(a.segmentation.labels, b.segmentation.labels);
   ASSERT_EQ(a.planes(), b.planes());
   for (Label label = 1; label <= a.planes(); ++label)

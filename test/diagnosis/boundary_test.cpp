@@ -4,7 +4,7 @@
 
 #include <filesystem>
 #include <functional>
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <numbers>
 #include <unistd.h>
 

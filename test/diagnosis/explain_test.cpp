@@ -25,7 +25,7 @@ using ::testing::IsEmpty;
 
 const Eigen::Vector3d eye(0.5, 0.5, 1.5);
 
-Mapper mapped(const std::vector<Scan>& scans, const Parameters& parameters = {}) {
+Mapper explained_map(const std::vector<Scan>& scans, const Parameters& parameters = {}) {
   Mapper mapper(parameters);
   for (const Scan& scan : scans) mapper.insert(scan);
   return mapper;
@@ -65,7 +65,7 @@ TEST(Explain, NamesAreDistinct) {
 }
 
 TEST(Explain, OnASurface) {
-  const Mapper mapper = mapped({floor_scan()});
+  const Mapper mapper = explained_map({floor_scan()});
   for (const double height : {0.01, 0.05}) {  // on it, and a few centimetres off
     const Explanation why = ask(mapper.map(), {0.5, 0.4, height});
     EXPECT_EQ(why.reason, Reason::on_surface);
@@ -79,10 +79,10 @@ TEST(Explain, OnASurface) {
 
 TEST(Explain, InAHoleAndBesideASurface) {
   // A floor of four strips about a hole of 0.4 m.
-  const Mapper mapper = mapped({rectangle_scan(eye, {0, 0, 0.01}, {1, 0, 0}, {0, 0.3, 0}),
-                                rectangle_scan(eye, {0, 0.7, 0.01}, {1, 0, 0}, {0, 0.3, 0}),
-                                rectangle_scan(eye, {0, 0.3, 0.01}, {0.3, 0, 0}, {0, 0.4, 0}),
-                                rectangle_scan(eye, {0.7, 0.3, 0.01}, {0.3, 0, 0}, {0, 0.4, 0})});
+  const Mapper mapper = explained_map({rectangle_scan(eye, {0, 0, 0.01}, {1, 0, 0}, {0, 0.3, 0}),
+                                       rectangle_scan(eye, {0, 0.7, 0.01}, {1, 0, 0}, {0, 0.3, 0}),
+                                       rectangle_scan(eye, {0, 0.3, 0.01}, {0.3, 0, 0}, {0, 0.4, 0}),
+                                       rectangle_scan(eye, {0.7, 0.3, 0.01}, {0.3, 0, 0}, {0, 0.4, 0})});
   ASSERT_EQ(mapper.map().size().surfaces, 1U);
   const SurfaceId floor = mapper.snapshot()->surfaces[0]->id;
   const Explanation middle = ask(mapper.map(), {0.5, 0.5, 0.01});
@@ -97,7 +97,7 @@ TEST(Explain, InAHoleAndBesideASurface) {
 }
 
 TEST(Explain, OutsideUnseenAndFree) {
-  const Mapper mapper = mapped({floor_scan()});
+  const Mapper mapper = explained_map({floor_scan()});
   EXPECT_EQ(ask(mapper.map(), {0.5, 0.5, 0.5}).reason, Reason::free_space);
   EXPECT_EQ(ask(mapper.map(), {0.5, 0.5, -0.5}).reason, Reason::unseen);
   EXPECT_EQ(ask(mapper.map(), {5, 5, 1}).reason, Reason::unseen);
@@ -108,7 +108,7 @@ TEST(Explain, OutsideUnseenAndFree) {
 }
 
 TEST(Explain, OccupiedWithoutAPoint) {
-  const Mapper mapper = mapped({floor_scan()});
+  const Mapper mapper = explained_map({floor_scan()});
   const auto file =
       std::filesystem::temp_directory_path() / ("octosurf_explain_" + std::to_string(getpid()) + ".bt");
   {
@@ -128,9 +128,9 @@ TEST(Explain, IsolatedOrTooFewForAPlane) {
       scan.points.push_back((Eigen::Vector3d(0.01 + 0.03 * i, 0.01, 0.01) - eye).cast<float>());
     return scan;
   };
-  const Mapper two = mapped({points(2)});  // one neighbour
+  const Mapper two = explained_map({points(2)});  // one neighbour
   EXPECT_EQ(ask(two.map(), {0.01, 0.01, 0.02}).reason, Reason::isolated);
-  const Mapper line = mapped({points(4)});
+  const Mapper line = explained_map({points(4)});
   const Explanation why = ask(line.map(), {0.04, 0.01, 0.02});
   EXPECT_EQ(why.reason, Reason::no_plane);
   EXPECT_EQ(why.around.at(Reason::no_plane), 4U) << "all are within 8 cm";
@@ -147,7 +147,7 @@ TEST(Explain, AmongClutter) {
   clutter.points.push_back((Eigen::Vector3d(0.01, 0.01, 0.01) - eye).cast<float>());
   Parameters planes;
   planes.detection.detect_cylinders = false;  // one is seen in clutter in one world of a thousand
-  const Mapper mapper = mapped({clutter}, planes);
+  const Mapper mapper = explained_map({clutter}, planes);
   ASSERT_EQ(mapper.map().size().surfaces, 0U);
   std::map<Reason, std::size_t> reasons;
   for (int i = 0; i < 50; ++i) {
@@ -165,7 +165,7 @@ TEST(Explain, AmongClutter) {
 }
 
 TEST(Explain, TooFewPoints) {
-  const Mapper mapper = mapped({rectangle_scan(eye, {0, 0, 0.01}, {0.1, 0, 0}, {0, 0.1, 0})});
+  const Mapper mapper = explained_map({rectangle_scan(eye, {0, 0, 0.01}, {0.1, 0, 0}, {0, 0.1, 0})});
   const std::size_t points = mapper.map().size().points;
   ASSERT_LT(points, 50U);
   const Explanation why = ask(mapper.map(), {0.05, 0.05, 0.01});
@@ -179,7 +179,7 @@ TEST(Explain, TooFewPoints) {
 
 TEST(Explain, TooNarrow) {
   const double width = 0.025;
-  const Mapper mapper = mapped({rectangle_scan(eye, {0, 0.005, 0.01}, {1.5, 0, 0}, {0, width, 0})});
+  const Mapper mapper = explained_map({rectangle_scan(eye, {0, 0.005, 0.01}, {1.5, 0, 0}, {0, width, 0})});
   const Explanation why = ask(mapper.map(), {0.75, 0.02, 0.01});
   ASSERT_EQ(why.reason, Reason::too_narrow) << why.sentence;
   ASSERT_EQ(why.figures.size(), 1U);
@@ -202,13 +202,13 @@ Scan pillar_scan() {
 TEST(Explain, Bent) {
   Parameters parameters;
   parameters.detection.detect_cylinders = false;
-  const Mapper mapper = mapped({pillar_scan()}, parameters);
+  const Mapper mapper = explained_map({pillar_scan()}, parameters);
   ASSERT_EQ(mapper.map().size().surfaces, 0U);
   EXPECT_EQ(ask(mapper.map(), {0.25, 0, 0.5}).reason, Reason::bent);
 }
 
 TEST(Explain, OnACylinder) {
-  const Mapper mapper = mapped({floor_scan(), pillar_scan()});
+  const Mapper mapper = explained_map({floor_scan(), pillar_scan()});
   ASSERT_EQ(mapper.snapshot()->cylinders.size(), 1U);
   const CylinderId id = mapper.snapshot()->cylinders[0]->id;
   const Explanation why = ask(mapper.map(), {0.25, 0, 0.5});
@@ -226,7 +226,7 @@ TEST(Explain, SeenThroughASurface) {
   const Scan wall = rectangle_scan(from, {0, 0, 0}, {0, 1, 0}, {0, 0, 1});
   Scan both = rectangle_scan(from, {0.041, 0.2, 0.2}, {0, 0.6, 0}, {0, 0, 0.6});
   both.points.insert(both.points.end(), wall.points.begin(), wall.points.end());
-  const Mapper mapper = mapped({wall, wall, both});
+  const Mapper mapper = explained_map({wall, wall, both});
   ASSERT_EQ(mapper.map().size().surfaces, 1U);
   const Explanation why = ask(mapper.map(), {0.041, 0.5, 0.5});
   ASSERT_EQ(why.reason, Reason::seen_through) << why.sentence;
@@ -235,7 +235,7 @@ TEST(Explain, SeenThroughASurface) {
 
 TEST(Explain, WaitingForANewPoint) {
   // A plate that is too small; then enough points come, but too few to look at it again.
-  Mapper mapper = mapped({test::plate_scan(eye, 0, 8, 6)});
+  Mapper mapper = explained_map({test::plate_scan(eye, 0, 8, 6)});
   EXPECT_EQ(ask(mapper.map(), {0.05, 0.05, 0.01}).reason, Reason::too_few_points);
   mapper.insert(test::plate_scan(eye, 8, 9, 4));
   ASSERT_EQ(mapper.map().size().surfaces, 0U);

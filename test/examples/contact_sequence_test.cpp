@@ -3,6 +3,7 @@
 
 #include "evaluation/planar_region.hpp"
 #include "simulation/recording.hpp"
+#include "support/paths.hpp"
 #include "support/seed.hpp"
 
 #include <Eigen/Geometry>
@@ -35,7 +36,7 @@ Eigen::Vector3d middle_of(const evaluation::TrueFace& face) {
 class Stairs {
  public:
   static std::filesystem::path mesh() {
-    return std::filesystem::path(OCTOSURF_DATA_DIR) / "terrain_meshes" / "bauzil_stairs.stl";
+    return std::filesystem::path(test::paths::data()) / "terrain_meshes" / "bauzil_stairs.stl";
   }
 
   Stairs() {

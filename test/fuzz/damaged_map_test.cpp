@@ -1,9 +1,11 @@
 // One small map's two files, damaged everywhere: the same map or an Error, and memory within the bound.
 #include "fuzz/input_file.hpp"
+#include "fuzz/peak_memory.hpp"
 #include "io/map_file/map_file.hpp"
 #include "map_file.pb.h"
 #include "occupancy/occupancy_map.hpp"
 #include "support/packed_map.hpp"
+#include "support/paths.hpp"
 
 #include <fstream>
 #include <gmock/gmock.h>
@@ -18,13 +20,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t free_bytes = std::size_t{64} << 20, bytes_per_file_byte = 8;
-
 std::string content_of(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(stream), {}};
 }
-fs::path corpus() { return fs::path(OCTOSURF_SOURCE_DIR) / "test/fuzz/corpus"; }
+fs::path corpus() { return fs::path(test::paths::source()) / "test/fuzz/corpus"; }
 
 /// What comes of a map file: what it is when saved again, or what its Error says.
 std::string outcome_of(const std::string& bytes) {

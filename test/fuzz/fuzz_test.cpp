@@ -1,7 +1,9 @@
 // Replays what libFuzzer starts from and what it found; see targets.hpp.
 #include "fuzz/input_file.hpp"
+#include "fuzz/peak_memory.hpp"
 #include "fuzz/targets.hpp"
 #include "io/readers/cloud_file.hpp"
+#include "support/paths.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -14,8 +16,6 @@ namespace octosurf::fuzz {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::size_t free_bytes = std::size_t{64} << 20, bytes_per_file_byte = 8;
 
 struct Input {
   const Target* target;
@@ -34,7 +34,7 @@ std::string name_of(const ::testing::TestParamInfo<Input>& info) {
 std::vector<Input> inputs(const std::string& kind) {
   std::vector<Input> all;
   for (const Target& target : targets) {
-    const fs::path folder = fs::path(OCTOSURF_SOURCE_DIR) / "test/fuzz" / kind / target.name;
+    const fs::path folder = fs::path(test::paths::source()) / "test/fuzz" / kind / target.name;
     if (!fs::is_directory(folder)) continue;
     for (const auto& entry : fs::directory_iterator(folder)) all.push_back({&target, entry.path()});
   }
@@ -162,7 +162,7 @@ TEST(Fuzz, AnInputStandsInAFolderAlone) {
 
 TEST(Fuzz, EveryTargetHasACorpus) {
   for (const Target& target : targets) {
-    const fs::path folder = fs::path(OCTOSURF_SOURCE_DIR) / "test/fuzz/corpus" / target.name;
+    const fs::path folder = fs::path(test::paths::source()) / "test/fuzz/corpus" / target.name;
     EXPECT_TRUE(fs::is_directory(folder) && !fs::is_empty(folder)) << target.name;
   }
 }

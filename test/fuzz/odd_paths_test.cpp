@@ -1,10 +1,11 @@
 // Every public function that reads a file, given what is no such file: an Error and nothing else.
+#include "support/paths.hpp"
 #include "support/seed.hpp"
 
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <random>
 #include <string_view>
 #include <unistd.h>
@@ -45,13 +46,13 @@ const std::vector<Reader>& readers() {
        [](const fs::path& p) {
          ScanSourceOptions options;
          options.poses = p;
-         read_all({fs::path(OCTOSURF_SOURCE_DIR) / "test/fuzz/corpus/pcd/ascii.pcd"}, options);
+         read_all({fs::path(test::paths::source()) / "test/fuzz/corpus/pcd/ascii.pcd"}, options);
        }},
       {"open_scans with intrinsics", [](const fs::path& p) {
          ScanSourceOptions options;
-         options.poses = fs::path(OCTOSURF_SOURCE_DIR) / "test/fuzz/corpus/poses/sixteen.txt";
+         options.poses = fs::path(test::paths::source()) / "test/fuzz/corpus/poses/sixteen.txt";
          options.intrinsics = p;
-         read_all({fs::path(OCTOSURF_SOURCE_DIR) / "test/fuzz/corpus/image/filters.png"}, options);
+         read_all({fs::path(test::paths::source()) / "test/fuzz/corpus/image/filters.png"}, options);
        }}};
   return all;
 }

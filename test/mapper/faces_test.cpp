@@ -5,7 +5,7 @@
 #include "support/scene.hpp"
 #include "support/seed.hpp"
 
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <numbers>
 #include <random>
 #include <set>

@@ -12,7 +12,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <iterator>
 #include <optional>
 #include <random>

@@ -3,7 +3,7 @@
 #include "support/seed.hpp"
 
 #include <filesystem>
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <numbers>
 #include <random>
 

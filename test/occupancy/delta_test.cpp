@@ -1,6 +1,7 @@
 // What an insertion says has appeared and vanished, against the sets of occupied voxels before and after.
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/octomap_twin.hpp"
+#include "occupancy/octree_bytes.hpp"
 #include "occupancy/payload.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"
@@ -17,8 +18,6 @@ namespace octosurf::occupancy {
 namespace {
 
 using Keys = std::vector<std::uint64_t>;
-
-std::uint64_t morton(geometry::VoxelKey k) { return detail::morton_of(k.x, k.y, k.z); }
 
 Keys minus(const std::set<std::uint64_t>& a, const std::set<std::uint64_t>& b) {
   Keys out;
@@ -70,7 +69,7 @@ void check_delta(const OccupancyMap& map, const OccupancyDelta& delta, const std
   EXPECT_EQ(keys_of(delta.appeared), minus(after, before));
   EXPECT_EQ(keys_of(delta.vanished), minus(before, after));
   const auto in_order = [](const VoxelPoint& a, const VoxelPoint& b) {
-    return morton(a.key) < morton(b.key);
+    return test::morton(a.key) < test::morton(b.key);
   };
   EXPECT_TRUE(std::is_sorted(delta.appeared.begin(), delta.appeared.end(), in_order));
   EXPECT_TRUE(std::is_sorted(delta.vanished.begin(), delta.vanished.end(), in_order));

@@ -1,6 +1,7 @@
 // The batched insertion against OctoMap's own, its slow and obvious twin.
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/octomap_twin.hpp"
+#include "support/paths.hpp"
 #include "support/random_scans.hpp"
 #include "support/seed.hpp"
 
@@ -41,7 +42,7 @@ std::vector<Scan> simulated(std::mt19937_64 rng, std::size_t rays, double shift)
 /// Every `stride`-th scan of a recording, `count` of them; empty if it is not there.
 std::vector<Scan> recorded(const std::string& name, const std::string& poses, std::size_t stride,
                            std::size_t count) {
-  const std::filesystem::path folder = std::filesystem::path(OCTOSURF_DATA_DIR) / name;
+  const std::filesystem::path folder = std::filesystem::path(test::paths::data()) / name;
   std::vector<Scan> scans;
   if (!std::filesystem::exists(folder)) return scans;
   ScanSourceOptions options;

@@ -1,6 +1,7 @@
 // Views of the octree: what they answer against a list of all voxels, and that nothing that is inserted later
 // is seen in them.
 #include "occupancy/occupancy_map.hpp"
+#include "occupancy/octree_bytes.hpp"
 #include "occupancy/voxel_tree.hpp"
 #include "support/random_scans.hpp"
 #include "support/seed.hpp"
@@ -254,12 +255,6 @@ TEST_F(View, RefusesWhatIsNoPlace) {
   EXPECT_EQ(view.at(nan).state, State::unknown);
 }
 
-std::string bytes_of(const OccupancyMap& map) {
-  std::string bytes;
-  map.write_nodes([&](const std::string& chunk) { bytes += chunk; });
-  return bytes;
-}
-
 TEST(SharedView, StandsStillWhileTheMapGoesOn) {
   std::mt19937_64 rng(test::seed());
   OccupancyMap map(parameters()), alone(parameters());
@@ -279,7 +274,7 @@ TEST(SharedView, StandsStillWhileTheMapGoesOn) {
       alone.assign(p.key, surface);
     }
   }
-  EXPECT_EQ(bytes_of(map), bytes_of(alone)) << "whoever shares has the same map";
+  EXPECT_EQ(test::bytes_of(map), test::bytes_of(alone)) << "whoever shares has the same map";
   for (std::size_t i = 0; i < views.size(); ++i)
     for (const Listed& v : expected[i]) {
       const OccupancyView::Voxel found = views[i].at(v.centre);

@@ -12,10 +12,10 @@
 namespace octosurf::detail {
 namespace {
 
-using Keys = std::set<std::array<std::uint16_t, 3>>;
+using KeySet = std::set<std::array<std::uint16_t, 3>>;
 
 struct Touched {
-  Keys misses, hits;
+  KeySet misses, hits;
 };
 
 std::array<std::uint16_t, 3> array_of(const octomap::OcTreeKey& k) { return {k[0], k[1], k[2]}; }
@@ -193,7 +193,7 @@ TEST(RayBits, OfNoRaysAreNone) {
   const std::vector<GridRay> own_voxel{{{0.125F, 0.125F, 0.125F}, {32770, 32770, 32770}, true, true}};
   const Touched touched = read(bits.trace(from, own_voxel, 2));
   EXPECT_TRUE(touched.misses.empty());
-  EXPECT_EQ(touched.hits, Keys{own_voxel.front().key});
+  EXPECT_EQ(touched.hits, KeySet{own_voxel.front().key});
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // What is taken back is as it was, to the last bit and for whoever goes on from there.
 #include "occupancy/occupancy_map.hpp"
+#include "occupancy/octree_bytes.hpp"
 #include "occupancy/pool.hpp"
 #include "support/random_scans.hpp"
 #include "support/seed.hpp"
@@ -88,12 +89,6 @@ TEST(PoolRollBack, EqualsATwinThatCopiesEverything) {
   }
 }
 
-std::string bytes_of(const OccupancyMap& map) {
-  std::string bytes;
-  map.write_nodes([&](const std::string& chunk) { bytes += chunk; });
-  return bytes;
-}
-
 void insert(OccupancyMap& map, sensing::Downsampler& downsample, const Scan& scan) {
   map.insert(downsample(scan, scan.T_map_sensor, 0, 10), downsample, nullptr);
 }
@@ -108,21 +103,21 @@ TEST(OctreeRollBack, IsAsIfNothingHadBeen) {
   for (int i = 0; i < 12; ++i) {
     const Scan scan = test::room_scan(rng, 1500, {1.1 + uniform(rng), 1.2, 0.8 + uniform(rng)});
     const Scan other = test::room_scan(rng, 1500, {0.9 + uniform(rng), 1.0 + uniform(rng), 0.7});
-    const std::string before = bytes_of(map);
+    const std::string before = test::bytes_of(map);
     const OccupancyMap::Size size = map.size();
     map.begin_changes();
     insert(map, downsample, other);
     map.for_each_point([&](const VoxelPoint& p) { map.assign(p, p.key.x % 7); });
-    ASSERT_NE(bytes_of(map), before);
+    ASSERT_NE(test::bytes_of(map), before);
     map.roll_back();
-    ASSERT_EQ(bytes_of(map), before);
+    ASSERT_EQ(test::bytes_of(map), before);
     EXPECT_EQ(map.size().nodes, size.nodes);
     EXPECT_EQ(map.bytes(), size.bytes);
     map.begin_changes();
     insert(map, downsample, scan);
     map.commit();
     insert(without, downsample, scan);
-    ASSERT_EQ(bytes_of(map), bytes_of(without)) << "goes on as another one";
+    ASSERT_EQ(test::bytes_of(map), test::bytes_of(without)) << "goes on as another one";
   }
 }
 

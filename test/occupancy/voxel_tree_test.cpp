@@ -3,6 +3,7 @@
 
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/octomap_twin.hpp"
+#include "occupancy/octree_bytes.hpp"
 #include "support/random_scans.hpp"
 #include "support/sanitized.hpp"
 #include "support/seed.hpp"
@@ -32,7 +33,6 @@ geometry::VoxelKey key_of(std::uint64_t m) {
           static_cast<std::uint16_t>(detail::compact_bits(m >> 1)),
           static_cast<std::uint16_t>(detail::compact_bits(m >> 2))};
 }
-std::uint64_t morton(geometry::VoxelKey k) { return detail::morton_of(k.x, k.y, k.z); }
 
 /// Checks what it is told against the twin.
 struct TwinPolicy {
@@ -41,17 +41,17 @@ struct TwinPolicy {
   std::set<std::uint64_t> kept_keys, vanished_keys;
 
   bool keep(const VoxelPayload& payload, geometry::VoxelKey key) {
-    EXPECT_EQ(payload.surface, morton(key) & 0xffffff) << "a payload has left its voxel";
-    return rng() % 3 == 0 && kept_keys.insert(morton(key)).second;
+    EXPECT_EQ(payload.surface, test::morton(key) & 0xffffff) << "a payload has left its voxel";
+    return rng() % 3 == 0 && kept_keys.insert(test::morton(key)).second;
   }
   void vanished(const VoxelPayload& payload, geometry::VoxelKey key) {
-    EXPECT_EQ(payload.surface, morton(key) & 0xffffff);
-    vanished_keys.insert(morton(key));
+    EXPECT_EQ(payload.surface, test::morton(key) & 0xffffff);
+    vanished_keys.insert(test::morton(key));
   }
   void hit(VoxelPayload& payload, geometry::VoxelKey key) {
-    EXPECT_EQ(payload.has_point(), twin[morton(key)].point);
+    EXPECT_EQ(payload.has_point(), twin[test::morton(key)].point);
     payload.range_class = 3;
-    payload.surface = morton(key) & 0xffffff;
+    payload.surface = test::morton(key) & 0xffffff;
   }
 };
 
@@ -106,9 +106,9 @@ void compare(VoxelTree& tree, const Twin& twin) {
   std::uint64_t last = 0;
   tree.visit_points({}, VoxelTree::top_level,
                     [&](const VoxelPayload& payload, geometry::VoxelKey key, PayloadPlace) {
-                      EXPECT_EQ(payload.surface, morton(key) & 0xffffff);
-                      EXPECT_TRUE(visited == 0 || morton(key) > last);
-                      last = morton(key);
+                      EXPECT_EQ(payload.surface, test::morton(key) & 0xffffff);
+                      EXPECT_TRUE(visited == 0 || test::morton(key) > last);
+                      last = test::morton(key);
                       ++visited;
                     });
   EXPECT_EQ(visited, points);

@@ -1,7 +1,7 @@
 #include "shapes.hpp"
 #include "support/seed.hpp"
 
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <limits>
 #include <random>
 

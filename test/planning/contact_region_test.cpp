@@ -25,7 +25,6 @@ using namespace shapes;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-constexpr double pi = std::numbers::pi;
 // Area along a metre of outline that rounding inward to the grid may cost: a few µm.
 constexpr double grid_loss = 1e-5;
 

@@ -4,7 +4,7 @@
 #include "support/seed.hpp"
 
 #include <cmath>
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <limits>
 #include <numbers>
 #include <random>
@@ -16,8 +16,6 @@ namespace octosurf::planning {
 namespace {
 
 using namespace shapes;
-
-constexpr double pi = std::numbers::pi;
 
 bool in_any(const std::vector<Polygon>& polygons, const Eigen::Vector2d& p) {
   return std::any_of(polygons.begin(), polygons.end(),

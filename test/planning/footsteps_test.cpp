@@ -27,7 +27,7 @@ Surface slab(SurfaceId id, double x, double y, double z, double length, double w
   return surface(id, {{box(0, 0, length, width), {}}}, at(x, y, z));
 }
 
-std::shared_ptr<const Snapshot> snapshot_of(const std::vector<Surface>& surfaces) {
+std::shared_ptr<const Snapshot> walked_snapshot(const std::vector<Surface>& surfaces) {
   auto snapshot = std::make_shared<Snapshot>();
   for (const Surface& one : surfaces) snapshot->surfaces.push_back(std::make_shared<Surface>(one));
   return snapshot;
@@ -51,11 +51,11 @@ Course stair(int count, double riser) {
   for (int i = 0; i < count; ++i)
     surfaces.push_back(slab(static_cast<SurfaceId>(i + 2), 0.29 * i, -0.6, riser * (i + 1), 0.29, 1.2));
   surfaces.push_back(slab(50, 0.29 * count, -0.6, riser * (count + 1), 1.5, 1.2));
-  return {snapshot_of(surfaces), {}};
+  return {walked_snapshot(surfaces), {}};
 }
 
 Course two_floors(double gap) {
-  return {snapshot_of({slab(1, -2, -0.6, 0, 2, 1.2), slab(2, gap, -0.6, 0, 2, 1.2)}), {}};
+  return {walked_snapshot({slab(1, -2, -0.6, 0, 2, 1.2), slab(2, gap, -0.6, 0, 2, 1.2)}), {}};
 }
 
 std::size_t refused(const FootstepPlan& plan, StepRefusal why) {
@@ -63,7 +63,7 @@ std::size_t refused(const FootstepPlan& plan, StepRefusal why) {
 }
 
 TEST(Footsteps, WalkOverAFloorToTheGoal) {
-  const Course floor{snapshot_of({slab(1, -1, -1, 0, 6, 2)}), {}};
+  const Course floor{walked_snapshot({slab(1, -1, -1, 0, 6, 2)}), {}};
   const FootstepPlan plan = floor.plan({{0, 0, 0}, 0}, {{3, 0, 0}, 0});
   ASSERT_TRUE(plan.found()) << plan.refusal->sentence;
   // 3 m in steps of 0.35 m at most, and one that brings the feet beside each other.
@@ -75,14 +75,14 @@ TEST(Footsteps, WalkOverAFloorToTheGoal) {
 }
 
 TEST(Footsteps, NoneToWhereItStands) {
-  const Course floor{snapshot_of({slab(1, -1, -1, 0, 6, 2)}), {}};
+  const Course floor{walked_snapshot({slab(1, -1, -1, 0, 6, 2)}), {}};
   const FootstepPlan plan = floor.plan({{0, 0, 0}, 0}, {{0, 0, 0}, 0});
   EXPECT_TRUE(plan.found());
   EXPECT_THAT(plan.steps, IsEmpty());
 }
 
 TEST(Footsteps, TurnOnTheSpot) {
-  const Course floor{snapshot_of({slab(1, -1, -1, 0, 2, 2)}), {}};
+  const Course floor{walked_snapshot({slab(1, -1, -1, 0, 2, 2)}), {}};
   const FootstepPlan plan = floor.plan({{0, 0, 0}, 0}, {{0, 0, 0}, 180 * deg});
   ASSERT_TRUE(plan.found()) << plan.refusal->sentence;
   EXPECT_GE(plan.steps.size(), 8);  // of 22.5° at most
@@ -120,7 +120,7 @@ TEST(Footsteps, CrossStones) {
   for (int i = 0; i < 5; ++i)
     surfaces.push_back(
         slab(static_cast<SurfaceId>(i + 3), 0.06 + 0.31 * i, i % 2 == 0 ? -0.01 : -0.26, 0.05, 0.27, 0.27));
-  const Course course{snapshot_of(surfaces), {}};
+  const Course course{walked_snapshot(surfaces), {}};
   const FootstepPlan plan = course.plan({{-0.8, 0, 0}, 0}, {{2.4, 0, 0}, 0});
   ASSERT_TRUE(plan.found()) << plan.refusal->sentence;
   std::size_t on_stones = 0;
@@ -241,7 +241,7 @@ OccupancyView octree_with(const std::vector<Eigen::AlignedBox3d>& boxes) {
 }
 
 TEST(Footsteps, GoAroundWhatStandsInTheWayOrHangsOverIt) {
-  const auto floor = snapshot_of({slab(1, -1, -1.5, 0, 4, 3)});
+  const auto floor = walked_snapshot({slab(1, -1, -1.5, 0, 4, 3)});
   const Standing from{{-0.5, 0, 0}, 0}, to{{2.2, 0, 0}, 0};
   const FootstepPlan straight = FootstepPlanner(floor, {}, Biped{}).plan(from, to);
   ASSERT_TRUE(straight.found());
@@ -259,7 +259,7 @@ TEST(Footsteps, GoAroundWhatStandsInTheWayOrHangsOverIt) {
 TEST(Footsteps, TheWayLeadsAroundAWallThatAStepWouldReachOver) {
   // fixed: a step is longer than the wall is thick, so the guide led through it, and 20,000 expansions before
   // it found nothing.
-  const auto floor = snapshot_of({slab(1, 0, -5, 0, 12, 10)});
+  const auto floor = walked_snapshot({slab(1, 0, -5, 0, 12, 10)});
   const OccupancyView octree = octree_with({{Eigen::Vector3d(6, -5, 0.6), Eigen::Vector3d(6.1, 3.5, 1.5)}});
   FootstepPlanner planner(floor, octree, Biped{});
   const FootstepPlan plan = planner.plan({{4, -2, 0}, 0}, {{8, -2, 0}, 0});
@@ -268,7 +268,7 @@ TEST(Footsteps, TheWayLeadsAroundAWallThatAStepWouldReachOver) {
 }
 
 TEST(Footsteps, AWallAcrossTheWayIsRefusedForItsClearance) {
-  const auto floor = snapshot_of({slab(1, -1, -0.6, 0, 4, 1.2)});
+  const auto floor = walked_snapshot({slab(1, -1, -0.6, 0, 4, 1.2)});
   const OccupancyView octree = octree_with({{Eigen::Vector3d(0.9, -1, 0.02), Eigen::Vector3d(0.94, 1, 1.5)}});
   FootstepPlanner planner(floor, octree, Biped{});
   const FootstepPlan plan = planner.plan({{0, 0, 0}, 0}, {{2.2, 0, 0}, 0});
@@ -314,7 +314,7 @@ TEST(Crawl, AQuadrupedClimbsAStairAndCrossesASmallGap) {
 }
 
 TEST(Crawl, WhereItCannotStandTheNearestPlaceIsNamed) {
-  const auto floors = snapshot_of({slab(1, -3, -1, 0, 3, 2)});
+  const auto floors = walked_snapshot({slab(1, -3, -1, 0, 3, 2)});
   FootstepPlanner planner(floors, {}, Quadruped{});
   // Its fore feet would be 0.1 m beyond the edge.
   const FootstepPlan plan = planner.plan({{-0.2, 0, 0}, 0}, {{-2, 0, 0}, 0});

@@ -4,7 +4,7 @@
 #include "support/polygons.hpp"
 #include "support/seed.hpp"
 
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <random>
 
 #include <octosurf/error.hpp>

@@ -9,7 +9,7 @@
 #include "shapes.hpp"
 #include "support/seed.hpp"
 
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <numbers>
 #include <random>
 

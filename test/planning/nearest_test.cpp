@@ -1,7 +1,7 @@
 #include "shapes.hpp"
 #include "support/seed.hpp"
 
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <limits>
 #include <numbers>
 #include <random>
@@ -15,7 +15,7 @@ namespace {
 
 using namespace shapes;
 
-Snapshot snapshot_of(std::vector<Surface> surfaces) {
+Snapshot nearest_snapshot(std::vector<Surface> surfaces) {
   Snapshot snapshot;
   for (Surface& one : surfaces) snapshot.surfaces.push_back(std::make_shared<const Surface>(std::move(one)));
   return snapshot;
@@ -35,7 +35,7 @@ double slow_distance(const Snapshot& snapshot, const Eigen::Vector3d& point) {
 }
 
 TEST(Nearest, AboveBesideAndOverAHole) {
-  const Snapshot snapshot = snapshot_of({surface(3, {{box(0, 0, 3, 3), {reversed(box(1, 1, 1, 1))}}})});
+  const Snapshot snapshot = nearest_snapshot({surface(3, {{box(0, 0, 3, 3), {reversed(box(1, 1, 1, 1))}}})});
   auto found = nearest(snapshot, {0.5, 0.5, 2});
   ASSERT_TRUE(found);
   EXPECT_EQ(found->id, 3u);
@@ -52,8 +52,8 @@ TEST(Nearest, AboveBesideAndOverAHole) {
 
 TEST(Nearest, PlaneThatIsNearerButWhosePolygonIsNot) {
   const Snapshot snapshot =
-      snapshot_of({surface(1, {{box(10, 10, 1, 1), {}}}),
-                   surface(2, {{box(0, 0, 1, 1), {}}}, pose({1, 0, 0}, 0, {0, 0, -2}))});
+      nearest_snapshot({surface(1, {{box(10, 10, 1, 1), {}}}),
+                        surface(2, {{box(0, 0, 1, 1), {}}}, pose({1, 0, 0}, 0, {0, 0, -2}))});
   const auto found = nearest(snapshot, {0.5, 0.5, 0.1});
   ASSERT_TRUE(found);
   EXPECT_EQ(found->id, 2u);
@@ -62,14 +62,14 @@ TEST(Nearest, PlaneThatIsNearerButWhosePolygonIsNot) {
 
 TEST(Nearest, LowerIdWinsATie) {
   const Snapshot snapshot =
-      snapshot_of({surface(1, {{box(0, 0, 1, 1), {}}}, pose({1, 0, 0}, 0, {0, 0, 1})),
-                   surface(2, {{box(0, 0, 1, 1), {}}}, pose({1, 0, 0}, 0, {0, 0, -1}))});
+      nearest_snapshot({surface(1, {{box(0, 0, 1, 1), {}}}, pose({1, 0, 0}, 0, {0, 0, 1})),
+                        surface(2, {{box(0, 0, 1, 1), {}}}, pose({1, 0, 0}, 0, {0, 0, -1}))});
   EXPECT_EQ(nearest(snapshot, {0.5, 0.5, 0})->id, 1u);
 }
 
 TEST(Nearest, NothingFromNothing) {
   EXPECT_FALSE(nearest(Snapshot{}, {0, 0, 0}));
-  EXPECT_FALSE(nearest(snapshot_of({surface(1, {})}), {0, 0, 0}));
+  EXPECT_FALSE(nearest(nearest_snapshot({surface(1, {})}), {0, 0, 0}));
 }
 
 TEST(Nearest, RefusesNotFinite) {
@@ -84,7 +84,7 @@ TEST(Nearest, AgreesWithLookingAtEverything) {
   for (SurfaceId id = 1; id <= 12; ++id) {
     surfaces.push_back(surface(id, {random_polygon(random)}, pose(point(), at(random), point())));
   }
-  const Snapshot snapshot = snapshot_of(std::move(surfaces));
+  const Snapshot snapshot = nearest_snapshot(std::move(surfaces));
   for (int i = 0; i < 2000; ++i) {
     const Eigen::Vector3d p = point();
     const auto found = nearest(snapshot, p);
@@ -100,8 +100,8 @@ TEST(Nearest, AgreesWithLookingAtEverything) {
 TEST(Nearest, OnlySurfacesWithinTheSlopeLimit) {
   const double tilt = std::numbers::pi / 6;
   const Snapshot snapshot =
-      snapshot_of({surface(1, {{box(-1, -1, 2, 2), {}}}, pose({1, 0, 0}, tilt, {0, 0, 1})),
-                   surface(2, {{box(-1, -1, 2, 2), {}}})});
+      nearest_snapshot({surface(1, {{box(-1, -1, 2, 2), {}}}, pose({1, 0, 0}, tilt, {0, 0, 1})),
+                        surface(2, {{box(-1, -1, 2, 2), {}}})});
   SlopeLimit limit;
   EXPECT_EQ(nearest(snapshot, {0, 0, 0.9}, limit)->id, 1u);
   limit.max_slope_rad = tilt - 1e-6;
@@ -119,11 +119,11 @@ TEST(Nearest, OnlySurfacesWithinTheSlopeLimit) {
 }
 
 TEST(Below, TheFirstSurfaceUnderneath) {
-  const Snapshot snapshot =
-      snapshot_of({surface(1, {{box(-2, -2, 4, 4), {}}}),
-                   surface(2, {{box(-1, -1, 2, 2), {reversed(box(-0.2, -0.2, 0.4, 0.4))}}},
-                           pose({1, 0, 0}, 0, {0, 0, 0.7})),
-                   surface(3, {{box(-2, -2, 4, 4), {}}}, pose({1, 0, 0}, std::numbers::pi / 2, {0, 0, 0}))});
+  const Snapshot snapshot = nearest_snapshot(
+      {surface(1, {{box(-2, -2, 4, 4), {}}}),
+       surface(2, {{box(-1, -1, 2, 2), {reversed(box(-0.2, -0.2, 0.4, 0.4))}}},
+               pose({1, 0, 0}, 0, {0, 0, 0.7})),
+       surface(3, {{box(-2, -2, 4, 4), {}}}, pose({1, 0, 0}, std::numbers::pi / 2, {0, 0, 0}))});
   EXPECT_EQ(below(snapshot, {0.5, 0.5, 2})->id, 2u);
   EXPECT_NEAR(below(snapshot, {0.5, 0.5, 2})->distance, 1.3, 1e-12);
   EXPECT_EQ(below(snapshot, {0.1, 0.1, 2})->id, 1u) << "through the hole";
@@ -148,7 +148,7 @@ TEST(PlannersQuestions, HaveTheSameAnswersInATurnedMap) {
       straight.push_back(surface(id, {polygon}, frame));
       turned.push_back(surface(id, {polygon}, T * frame));
     }
-    const Snapshot a = snapshot_of(std::move(straight)), b = snapshot_of(std::move(turned));
+    const Snapshot a = nearest_snapshot(std::move(straight)), b = nearest_snapshot(std::move(turned));
     for (int i = 0; i < 100; ++i) {
       const Eigen::Vector3d p = point();
       const SlopeLimit limit{Eigen::Vector3d::UnitZ(), slope(random)};
@@ -189,7 +189,7 @@ TEST(Below, AgreesWithWalkingDown) {
   std::vector<Surface> surfaces;
   for (SurfaceId id = 1; id <= 10; ++id)
     surfaces.push_back(surface(id, {random_polygon(random)}, pose(point(), at(random), point())));
-  const Snapshot snapshot = snapshot_of(std::move(surfaces));
+  const Snapshot snapshot = nearest_snapshot(std::move(surfaces));
   int same = 0, met = 0;
   constexpr int asked = 400;
   for (int i = 0; i < asked; ++i) {

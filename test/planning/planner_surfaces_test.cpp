@@ -1,7 +1,7 @@
 // What planners' formats are made of, against contact regions and pieces asked one by one.
 #include "planning/shapes.hpp"
 
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <numbers>
 
 #include <octosurf/error.hpp>

@@ -22,11 +22,6 @@ using namespace shapes;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-Eigen::Vector3d random_vector(std::mt19937_64& random, double half) {
-  std::uniform_real_distribution<double> uniform(-half, half);
-  return {uniform(random), uniform(random), uniform(random)};
-}
-
 /// Stars with holes, and some level squares, whose planes are those of a house.
 std::shared_ptr<Snapshot> random_map(std::mt19937_64& random, int count) {
   auto snapshot = std::make_shared<Snapshot>();

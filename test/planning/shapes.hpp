@@ -111,4 +111,11 @@ inline Eigen::Vector2d to_uv(const Surface& on, const Eigen::Vector3d& point) {
   return (on.T_map_surface.inverse() * point).head<2>();
 }
 
+inline constexpr double pi = std::numbers::pi;
+
+inline Eigen::Vector3d random_vector(std::mt19937_64& random, double half) {
+  std::uniform_real_distribution<double> uniform(-half, half);
+  return {uniform(random), uniform(random), uniform(random)};
+}
+
 }  // namespace octosurf::shapes

@@ -8,7 +8,7 @@
 #include "support/seed.hpp"
 
 #include <cmath>
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <memory>
 #include <numbers>
 #include <random>
@@ -21,11 +21,6 @@ namespace {
 using namespace shapes;
 
 constexpr double d = 0.02;
-
-Eigen::Vector3d random_vector(std::mt19937_64& random, double half) {
-  std::uniform_real_distribution<double> uniform(-half, half);
-  return {uniform(random), uniform(random), uniform(random)};
-}
 
 Eigen::Isometry3d random_pose(std::mt19937_64& random, double half) {
   return pose(random_vector(random, 1), random_vector(random, 3).x(), random_vector(random, half));

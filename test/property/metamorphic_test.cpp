@@ -6,7 +6,7 @@
 #include "support/seed.hpp"
 
 #include <algorithm>
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <numbers>
 #include <random>
 #include <string>

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <numbers>
 #include <numeric>
 #include <string>

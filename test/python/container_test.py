@@ -38,8 +38,9 @@ class Packages(unittest.TestCase):
         names = set(" ".join(installed).replace("\\", " ").split())
         self.assertIn("g++", names)
         dev = (world.SOURCE / "dev").read_text()
-        (known,) = re.findall(r"^build_packages=\((.*?)^\)", dev, re.DOTALL | re.MULTILINE)
-        known = set(re.sub(r"#.*", "", known).split())
+        lists = re.findall(r"^(?:command|python)_packages=\((.*?)\)$", dev, re.DOTALL | re.MULTILINE)
+        self.assertEqual(len(lists), 2)
+        known = set(re.sub(r"#.*", "", "\n".join(lists)).split())
         # npm's own: ./dev installs it only where it is missing. Certificates: a bare image has none.
         self.assertLessEqual(names, known | {"nodejs", "npm", "ca-certificates"} | {"python3"})
 

@@ -1,6 +1,7 @@
 // Normals from the voxel grid against PCL's moving least squares, of the same points at the same radius.
 #include "pcl/steps.hpp"
 #include "support/map_state.hpp"
+#include "support/paths.hpp"
 
 #include <chrono>
 #include <filesystem>
@@ -60,7 +61,7 @@ Comparison compare(const Scan& scan, double resolution, double radius) {
 }
 
 TEST(NormalsAgainstPcl, AgreeOnPlanarNeighbourhoodsOfARealFrame) {
-  const fs::path kitchen = fs::path(OCTOSURF_DATA_DIR) / "rgbd_7scenes_redkitchen";
+  const fs::path kitchen = fs::path(test::paths::data()) / "rgbd_7scenes_redkitchen";
   if (!fs::is_directory(kitchen)) GTEST_SKIP() << "no ../shared/data";
   const Scan scan = *open_scans({kitchen})->next();
   for (const double resolution : {0.02, 0.01})

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-SimulationOptions options_of(const std::string& sensor) {
+SimulationOptions folder_options(const std::string& sensor) {
   SimulationOptions options;
   options.scene = "office";
   options.sensor = sensor;
@@ -75,7 +75,7 @@ INSTANTIATE_TEST_SUITE_P(Cameras, DepthFolder, testing::Values("depth", "depth-r
 });
 
 TEST_P(DepthFolder, IsASevenScenesFolder) {
-  const SimulationOptions options = options_of(GetParam());
+  const SimulationOptions options = folder_options(GetParam());
   std::vector<std::size_t> steps;
   const SimulationSummary summary = simulate(options, dir_, [&](std::size_t done, std::size_t total) {
     EXPECT_EQ(total, 3u);
@@ -105,7 +105,7 @@ TEST_P(DepthFolder, IsASevenScenesFolder) {
 
 TEST_F(Folder, LidarsArePcdFilesWithPoses) {
   for (const std::string sensor : {"tilting", "spinning"}) {
-    SimulationOptions options = options_of(sensor);
+    SimulationOptions options = folder_options(sensor);
     options.force = true;
     simulate(options, dir_);
     const Recording recording(options);
@@ -135,7 +135,7 @@ TEST_F(Folder, LidarsArePcdFilesWithPoses) {
 
 TEST_F(Folder, SameOptionsSameBytes) {
   for (const std::string sensor : {"depth", "depth-real", "tilting", "spinning"}) {
-    SimulationOptions options = options_of(sensor);
+    SimulationOptions options = folder_options(sensor);
     options.force = true;
     simulate(options, dir_);
     const auto first = contents(dir_);
@@ -146,7 +146,7 @@ TEST_F(Folder, SameOptionsSameBytes) {
 }
 
 TEST_F(Folder, TruthIsTheRecordings) {
-  const SimulationOptions options = options_of("spinning");
+  const SimulationOptions options = folder_options("spinning");
   const SimulationSummary summary = simulate(options, dir_);
   const evaluation::Truth written = evaluation::load_truth(dir_ / "truth.json");
   const evaluation::Truth expected = Recording(options).truth();
@@ -161,7 +161,7 @@ TEST_F(Folder, TruthIsTheRecordings) {
 }
 
 TEST_F(Folder, NothingIsWrittenOverSilently) {
-  SimulationOptions options = options_of("tilting");
+  SimulationOptions options = folder_options("tilting");
   fs::create_directories(dir_);
   std::ofstream(dir_ / "notes.txt") << "mine";
   std::ofstream(dir_ / "frame-000007.depth.png") << "old";
@@ -183,7 +183,7 @@ TEST_F(Folder, UnwritablePlaceIsAnError) {
   std::ofstream(dir_.string()) << "a file";
   for (const fs::path& place : {dir_, dir_ / "below", fs::path("/proc/octosurf")}) {
     try {
-      simulate(options_of("tilting"), place);
+      simulate(folder_options("tilting"), place);
       FAIL() << place;
     } catch (const Error& e) {
       EXPECT_EQ(e.kind(), Error::Kind::output);

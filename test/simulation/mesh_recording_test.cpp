@@ -4,6 +4,7 @@
 #include "simulation/recording.hpp"
 #include "simulation/terrain.hpp"
 #include "simulation/trajectory.hpp"
+#include "support/paths.hpp"
 #include "support/seed.hpp"
 
 #include <algorithm>
@@ -165,7 +166,7 @@ TEST_F(MeshRecording, AStairIsMappedStepByStep) {
 class TerrainData : public testing::TestWithParam<std::string> {};
 
 TEST_P(TerrainData, IsReadWalkedAndSeen) {
-  const fs::path file = fs::path(OCTOSURF_DATA_DIR) / "terrain_meshes" / GetParam();
+  const fs::path file = fs::path(test::paths::data()) / "terrain_meshes" / GetParam();
   if (!fs::exists(file)) GTEST_SKIP() << "no ../shared/data/terrain_meshes";
   simulation::SimulationOptions options;
   options.mesh = file;

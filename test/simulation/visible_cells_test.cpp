@@ -11,7 +11,7 @@
 namespace octosurf::simulation {
 namespace {
 
-SimulationOptions options_of(const std::string& scene, const std::string& sensor, std::size_t frames) {
+SimulationOptions cell_options(const std::string& scene, const std::string& sensor, std::size_t frames) {
   SimulationOptions options;
   options.scene = scene;
   options.sensor = sensor;
@@ -25,7 +25,7 @@ TEST(VisibleCells, LieInPolygonsInOrderAndSumUp) {
   for (const std::string sensor : {"depth", "tilting", "spinning"})
     for (const std::string scene : {"office", "stones", "change"}) {
       const evaluation::Truth truth =
-          Recording(options_of(scene, sensor, sensor == "tilting" ? 120 : 12)).truth();
+          Recording(cell_options(scene, sensor, sensor == "tilting" ? 120 : 12)).truth();
       EXPECT_EQ(truth.scene, scene);
       EXPECT_EQ(truth.sensor, sensor);
       EXPECT_EQ(truth.cell, sensor == "depth" ? 0.01 : 0.05);
@@ -72,7 +72,7 @@ bool in_sight(const Recording& recording, const std::vector<Readings>& readings,
 }
 
 TEST(VisibleCells, EachIsInSightOfSomeScan) {
-  const Recording recording(options_of("office", "depth", 10));
+  const Recording recording(cell_options("office", "depth", 10));
   std::vector<Readings> readings;
   for (std::size_t i = 0; i < recording.size(); ++i) readings.push_back(recording.ideal(i));
   const evaluation::Truth truth = recording.truth();
@@ -92,7 +92,7 @@ TEST(VisibleCells, EachIsInSightOfSomeScan) {
 
 // At 4 m on the floor a 1 cm cell is smaller than a pixel; the gaps between pixels count as seen.
 TEST(VisibleCells, HaveNoGapsBetweenPixels) {
-  const Recording recording(options_of("room", "depth", 1));
+  const Recording recording(cell_options("room", "depth", 1));
   const evaluation::Truth truth = recording.truth();
   const auto largest =
       std::max_element(truth.faces.begin(), truth.faces.end(),

@@ -3,7 +3,7 @@
 #include "support/seed.hpp"
 
 #include <cstdlib>
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <iostream>
 #include <optional>
 #include <set>
@@ -71,7 +71,7 @@ int main(int argc, char** argv) {
     GTEST_FLAG_SET(repeat, std::stoi(rounds));
     GTEST_FLAG_SET(brief, true);
   }
-  testing::InitGoogleMock(&argc, argv);
+  testing::InitGoogleTest(&argc, argv);
   octosurf::test::worlds().program = argv[0];
   octosurf::test::worlds().in_rounds = rounds != nullptr;
   testing::UnitTest::GetInstance()->listeners().Append(&octosurf::test::worlds());

@@ -3,7 +3,7 @@
 namespace octosurf::test {
 
 bool Blob::holds(const Eigen::Vector2d& p) const {
-  const auto in = [&](const Disc& d) { return d.holds(p); };
+  const auto in = [&](const Disc& disc) { return disc.holds(p); };
   return std::any_of(discs.begin(), discs.end(), in) && std::none_of(holes.begin(), holes.end(), in);
 }
 
@@ -46,11 +46,11 @@ Eigen::Isometry3d random_pose(std::mt19937_64& rng, double reach) {
   return pose;
 }
 
-std::vector<surfaces::Inlier> voxels_of(const Blob& blob, const Eigen::Isometry3d& pose, double d,
+std::vector<surfaces::Inlier> voxels_of(const Blob& blob, const Eigen::Isometry3d& pose, double resolution,
                                         double size, double thickness, std::mt19937_64& rng) {
   std::uniform_real_distribution<double> uniform(-1, 1);
-  VoxelMeans voxels(d);
-  const auto samples = static_cast<int>(12 * 4 * size * size / (d * d));
+  VoxelMeans voxels(resolution);
+  const auto samples = static_cast<int>(12 * 4 * size * size / (resolution * resolution));
   for (int i = 0; i < samples; ++i) {
     const Eigen::Vector2d uv = size * Eigen::Vector2d(uniform(rng), uniform(rng));
     if (!blob.holds(uv)) continue;

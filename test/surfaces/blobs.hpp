@@ -11,6 +11,8 @@
 
 namespace octosurf::test {
 
+inline constexpr double d = 0.02, h = 0.08;  // m
+
 struct Disc {
   Eigen::Vector2d centre;
   double radius;
@@ -31,7 +33,7 @@ Eigen::Isometry3d random_pose(std::mt19937_64& rng, double reach = 5);
 /// Readings by voxel, and the mean of each, as an octree would hold them.
 class VoxelMeans {
  public:
-  explicit VoxelMeans(double d) : grid_(d) {}
+  explicit VoxelMeans(double resolution) : grid_(resolution) {}
 
   void add(const Eigen::Vector3d& p);
   /// In key order, of range class 4.
@@ -48,7 +50,7 @@ class VoxelMeans {
 };
 
 /// The voxels of a blob on the plane z = 0 of `pose`, one centroid each, as an octree would hold them.
-std::vector<surfaces::Inlier> voxels_of(const Blob& blob, const Eigen::Isometry3d& pose, double d,
+std::vector<surfaces::Inlier> voxels_of(const Blob& blob, const Eigen::Isometry3d& pose, double resolution,
                                         double size, double thickness, std::mt19937_64& rng);
 
 Plane plane_of(const Eigen::Isometry3d& pose);
@@ -58,5 +60,13 @@ std::vector<std::vector<std::pair<double, double>>> ring_sets(const std::vector<
 
 /// The same bytes: polygons, rings and vertices in the same order.
 bool identical(const std::vector<Polygon>& a, const std::vector<Polygon>& b);
+
+/// Number 7, of these inliers.
+inline surfaces::SurfaceModel model_of(const std::vector<surfaces::Inlier>& inliers,
+                                       const Eigen::Isometry3d& pose) {
+  surfaces::SurfaceModel model(7, plane_of(pose), pose.translation(), d);
+  for (const surfaces::Inlier& inlier : inliers) model.add(inlier);
+  return model;
+}
 
 }  // namespace octosurf::test

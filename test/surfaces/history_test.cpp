@@ -12,7 +12,7 @@
 namespace octosurf::surfaces {
 namespace {
 
-constexpr double d = 0.02;
+constexpr double voxel = 0.02;
 
 /// A map that a test moves on by hand: surfaces with wavy outlines come, change and go.
 class MadeUpMap {
@@ -50,7 +50,7 @@ class MadeUpMap {
   void add() {
     Surface surface;
     surface.id = ++ids_;
-    surface.resolution = d;
+    surface.resolution = voxel;
     surface.born = surface.revision = snapshot_.revision;
     surface.polygons = {{ring(), {{{0, 0}, {0, 0.1}, {0.1, 0}}}}};
     snapshot_.surfaces.push_back(std::make_shared<const Surface>(surface));
@@ -99,7 +99,7 @@ double farthest(const Ring2& ring, const Ring2& kept) {
   return most;
 }
 
-void expect_same(const Moment& moment, const Snapshot& snapshot) {
+void expect_as_in(const Moment& moment, const Snapshot& snapshot) {
   ASSERT_EQ(moment.revision, snapshot.revision);
   ASSERT_EQ(moment.surfaces.size(), snapshot.surfaces.size());
   for (std::size_t i = 0; i < moment.surfaces.size(); ++i) {
@@ -112,7 +112,7 @@ void expect_same(const Moment& moment, const Snapshot& snapshot) {
     ASSERT_LT(past.polygons[0].outer.size(), 120U);
     // Half a voxel, and what a coordinate is rounded by.
     if (i % 16 == 0) {
-      ASSERT_LE(farthest(surface.polygons[0].outer, past.polygons[0].outer), d / 2 + 1e-4);
+      ASSERT_LE(farthest(surface.polygons[0].outer, past.polygons[0].outer), voxel / 2 + 1e-4);
     }
   }
   ASSERT_EQ(moment.cylinders, snapshot.cylinders);
@@ -135,7 +135,7 @@ TEST(History, HoldsWhatTheMapWasAtFewMomentsOfALongRun) {
   for (const Moment& moment : history.moments()) {
     ASSERT_GE(moment.revision, last + (last == 0 ? 1 : history.stride()));
     last = moment.revision;
-    ASSERT_NO_FATAL_FAILURE(expect_same(moment, all.at(moment.revision)));
+    ASSERT_NO_FATAL_FAILURE(expect_as_in(moment, all.at(moment.revision)));
   }
   EXPECT_GT(last, 2900U) << "to the end of the run";
 }

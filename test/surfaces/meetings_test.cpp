@@ -13,7 +13,9 @@
 namespace octosurf::surfaces {
 namespace {
 
-constexpr double d = 0.02, h = 0.08;
+using test::d;
+using test::h;
+
 /// Sites of meetings are rounded to an eighth of a cell along each axis.
 constexpr double rounding = d / 8;
 

@@ -1,3 +1,5 @@
+#include "support/paths.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -235,7 +237,7 @@ TEST(Parameters, ExactValuesGoInAndOut) {
 
 /// Rows of docs/parameters.md's table: name → cells behind it.
 std::map<std::string, std::vector<std::string>> documented() {
-  std::ifstream file(std::string(OCTOSURF_SOURCE_DIR) + "/docs/parameters.md");
+  std::ifstream file(test::paths::source() + "/docs/parameters.md");
   std::map<std::string, std::vector<std::string>> rows;
   for (std::string line; std::getline(file, line);) {
     if (!line.starts_with("| `")) continue;

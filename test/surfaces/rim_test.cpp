@@ -11,7 +11,9 @@
 namespace octosurf::surfaces {
 namespace {
 
-constexpr double d = 0.02, h = 0.08;
+using test::d;
+using test::h;
+using test::model_of;
 
 /// Two standard deviations of it are 2 mm at 1 mm, which is what poses leave at least.
 sensing::NoiseModel noise_of(double sensor_noise) {
@@ -19,12 +21,6 @@ sensing::NoiseModel noise_of(double sensor_noise) {
   parameters.surfaces.sensor_noise = sensor_noise;
   parameters.surfaces.range_noise = 0;
   return sensing::NoiseModel(parameters);
-}
-
-SurfaceModel model_of(const std::vector<Inlier>& inliers, const Eigen::Isometry3d& pose) {
-  SurfaceModel model(7, test::plane_of(pose), pose.translation(), d);
-  for (const Inlier& inlier : inliers) model.add(inlier);
-  return model;
 }
 
 /// Readings every millimetre over a rectangle of a plane, by voxel.

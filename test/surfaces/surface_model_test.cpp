@@ -15,13 +15,9 @@
 namespace octosurf::surfaces {
 namespace {
 
-constexpr double d = 0.02, h = 0.08;
-
-SurfaceModel model_of(const std::vector<Inlier>& inliers, const Eigen::Isometry3d& pose) {
-  SurfaceModel model(7, test::plane_of(pose), pose.translation(), d);
-  for (const Inlier& inlier : inliers) model.add(inlier);
-  return model;
-}
+using test::d;
+using test::h;
+using test::model_of;
 
 TEST(SurfaceModel, PolygonsAreTheAlphaShapeOfAllInliers) {
   const std::uint64_t seed = test::seed();

@@ -12,7 +12,7 @@
 namespace octosurf::surfaces {
 namespace {
 
-constexpr double d = 0.02;
+using test::d;
 
 struct Filled {
   SurfaceStore store{d};

@@ -102,8 +102,9 @@ def built_package(settings):
     if not (build / "CMakeCache.txt").exists():
         options = ["BUILD_TESTS", "BUILD_BENCH", "BUILD_APPS", "BUILD_OCTOMAP", "BUILD_PCL", "BUILD_ROS1"]
         generator = ["-G", "Ninja"] if shutil.which("ninja") else []
-        run("cmake", "-S", CHECKOUT, "-B", build, *generator, "-DCMAKE_BUILD_TYPE=Release", "-DBUILD_SHARED_LIBS=OFF",
-            "-DOCTOSURF_BUILD_PYTHON=ON", f"-DPython_EXECUTABLE={sys.executable}",
+        run("cmake", "-S", CHECKOUT, "-B", build, *generator, "-DCMAKE_BUILD_TYPE=Release", "-DOCTOSURF_UNITY_BUILD=ON",
+            "-DBUILD_SHARED_LIBS=OFF", "-DOCTOSURF_BUILD_PYTHON=ON",
+            f"-DPython_EXECUTABLE={sys.executable}",
             *[f"-DOCTOSURF_{option}=OFF" for option in options])
     jobs = settings.get("jobs", os.cpu_count() or 1)
     run("cmake", "--build", build, "--target", "octosurf_python", "--parallel", jobs)

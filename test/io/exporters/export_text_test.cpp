@@ -1,7 +1,7 @@
 #include "export_fixture.hpp"
 #include "support/full_disk.hpp"
 
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <limits>
 
 #include <octosurf/error.hpp>

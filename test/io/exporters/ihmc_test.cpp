@@ -1,7 +1,9 @@
 // IHMC's folders of planar regions, read as PlanarRegionFileTools.readHeaderLine() reads them.
 #include "io/exporters/planner_fixture.hpp"
+#include "support/paths.hpp"
 
 #include <fstream>
+#include <gmock/gmock.h>
 #include <sstream>
 
 #include <octosurf/error.hpp>
@@ -12,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-const fs::path fixture = fs::path(OCTOSURF_DATA_DIR) / "ihmc_planar_regions";
+const fs::path fixture = fs::path(test::paths::data()) / "ihmc_planar_regions";
 
 /// As their reader does: labels and brackets away, then by commas.
 std::vector<std::string> values_of(std::string line) {

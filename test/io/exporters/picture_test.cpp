@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <limits>
 #include <memory>
 #include <spng.h>

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <random>
 #include <string>
 #include <unistd.h>

@@ -1,8 +1,10 @@
 // Pieces for SL1M, read as its own convert_surface_to_inequality() (constants_and_tools.py) reads them.
 #include "io/exporters/planner_fixture.hpp"
+#include "support/paths.hpp"
 
 #include <cstdlib>
 #include <fstream>
+#include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -157,7 +159,7 @@ TEST_F(Sl1m, TheLoaderInTheDocsReadsIt) {
   for (const char* one : {"/usr/bin/python3", "python3"})  // Debian's own is the one with Debian's numpy
     if (std::system((std::string(one) + " -c 'import numpy' 2>/dev/null").c_str()) == 0) python = one;
   if (python.empty()) GTEST_SKIP() << "python3's numpy is missing";
-  std::ifstream docs(OCTOSURF_SOURCE_DIR "/docs/formats.md");
+  std::ifstream docs(test::paths::source() + "/docs/formats.md");
   std::stringstream text;
   text << docs.rdbuf();
   const std::string begin = "```python\nimport json, numpy as np";

@@ -1,6 +1,8 @@
 // A map's history as a file: what comes back, and what damage does.
 #include "map_files.hpp"
 
+#include <gmock/gmock.h>
+
 #include <octosurf/history.hpp>
 
 namespace octosurf::test {

@@ -8,6 +8,7 @@
 #include <array>
 #include <boost/crc.hpp>
 #include <cmath>
+#include <gmock/gmock.h>
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/io/zero_copy_stream_impl_lite.h>
 #include <limits>

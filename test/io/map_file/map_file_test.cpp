@@ -2,7 +2,9 @@
 #include "io/map_file/map_file.hpp"
 
 #include "map_files.hpp"
+#include "support/paths.hpp"
 
+#include <gmock/gmock.h>
 #include <octomap/OcTree.h>
 #include <set>
 
@@ -219,7 +221,7 @@ TEST_F(MapFiles, UnwritableOutputKeepsWhatWasThere) {
   EXPECT_EQ(read_file(folder / "a.bt"), "old");
 }
 
-const fs::path fixtures = fs::path(OCTOSURF_SOURCE_DIR) / "test/io/data";
+const fs::path fixtures = fs::path(test::paths::source()) / "test/io/data";
 
 /// Writes the fixture of the present version, once: run with --gtest_also_run_disabled_tests.
 TEST(MapFileFixture, DISABLED_Write) {

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <gmock/gmock.h>
 #include <iterator>
 #include <random>
 #include <sstream>

@@ -5,7 +5,7 @@
 
 #include <filesystem>
 #include <functional>
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <string>
 #include <vector>
 

@@ -3,7 +3,7 @@
 
 #include "support/seed.hpp"
 
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <random>
 #include <sstream>
 #include <string>

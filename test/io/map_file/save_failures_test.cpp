@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <gmock/gmock.h>
 #include <sched.h>
 #include <sys/mount.h>
 #include <sys/wait.h>

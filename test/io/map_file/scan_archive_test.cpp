@@ -9,6 +9,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <gmock/gmock.h>
 #include <random>
 #include <sstream>
 

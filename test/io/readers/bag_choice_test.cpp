@@ -1,6 +1,8 @@
 // What is taken of a bag: chosen where there is no choice, else asked for.
 #include "io/readers/bag_files.hpp"
 
+#include <gmock/gmock.h>
+
 #include <octosurf/ros_messages.hpp>
 
 namespace octosurf::test {

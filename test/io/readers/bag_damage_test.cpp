@@ -3,6 +3,7 @@
 #include "support/seed.hpp"
 
 #include <cstring>
+#include <gmock/gmock.h>
 #include <random>
 #include <zstd.h>
 
@@ -19,7 +20,7 @@ struct Kind {
   const char* options;
   bool checked;  ///< every byte of its messages is under a check sum
 };
-std::string name_of(const ::testing::TestParamInfo<Kind>& info) {
+std::string kind_name(const ::testing::TestParamInfo<Kind>& info) {
   std::string name = std::string(info.param.file) + "_" + info.param.options;
   for (char& c : name)
     if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
@@ -115,7 +116,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Kind{"c.mcap", "packing=lz4", true}, Kind{"d.mcap", "chunk=0", true},
                       Kind{"a.db3", "", false}, Kind{"a.bag", "", false},
                       Kind{"b.bag", "packing=bz2 chunk=300", false}, Kind{"c.bag", "packing=lz4", false}),
-    name_of);
+    kind_name);
 
 /// The head of a ROS 1 bag says where its index is, once there is one; until then, zero.
 TEST_F(BagFiles, ABagWithoutIndexIsRead) {
@@ -138,17 +139,14 @@ TEST_F(BagFiles, ABagWithoutIndexIsRead) {
 
 class ForgedBags : public ScanFiles {};
 
-std::string record(std::uint8_t op, const std::string& body) {
-  return bytes_of(op, std::uint64_t{body.size()}) + body;
-}
-
 TEST_F(ForgedBags, AChunkThatUnpacksToFarTooMuch) {
   std::string zeros(std::size_t{100} << 20, '\0'), packed(ZSTD_compressBound(zeros.size()), '\0');
   packed.resize(ZSTD_compress(packed.data(), packed.size(), zeros.data(), zeros.size(), 1));
   const auto chunk = [&](std::uint64_t size) {
-    return "\x89MCAP0\r\n" + record(6, bytes_of(std::uint64_t{0}, std::uint64_t{0}, size, std::uint32_t{0}) +
-                                           bytes_of(std::uint32_t{4}) + "zstd" +
-                                           bytes_of(std::uint64_t{packed.size()}) + packed);
+    return "\x89MCAP0\r\n" +
+           test::mcap_record(6, bytes_of(std::uint64_t{0}, std::uint64_t{0}, size, std::uint32_t{0}) +
+                                    bytes_of(std::uint32_t{4}) + "zstd" +
+                                    bytes_of(std::uint64_t{packed.size()}) + packed);
   };
   EXPECT_THAT(failure({write("a.mcap", chunk(zeros.size()))}), HasSubstr("far more than the file's size"));
   EXPECT_THAT(failure({write("a.mcap", chunk(std::uint64_t{1} << 60))}),
@@ -158,8 +156,8 @@ TEST_F(ForgedBags, AChunkThatUnpacksToFarTooMuch) {
 
 TEST_F(ForgedBags, AnUnknownCompression) {
   const std::string chunk =
-      record(6, bytes_of(std::uint64_t{0}, std::uint64_t{0}, std::uint64_t{3}, std::uint32_t{0}) +
-                    bytes_of(std::uint32_t{3}) + "rar" + bytes_of(std::uint64_t{3}) + "abc");
+      test::mcap_record(6, bytes_of(std::uint64_t{0}, std::uint64_t{0}, std::uint64_t{3}, std::uint32_t{0}) +
+                               bytes_of(std::uint32_t{3}) + "rar" + bytes_of(std::uint64_t{3}) + "abc");
   EXPECT_THAT(failure({write("a.mcap", "\x89MCAP0\r\n" + chunk)}),
               HasSubstr("compressed as 'rar', which is not read"));
 }

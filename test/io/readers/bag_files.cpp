@@ -24,10 +24,6 @@ std::string poses(int count) {
   return text.str();
 }
 
-std::string record(std::uint8_t op, const std::string& body) {
-  return bytes_of(op, std::uint64_t{body.size()}) + body;
-}
-
 std::string counted(const std::string& text) {
   return bytes_of(static_cast<std::uint32_t>(text.size())) + text;
 }
@@ -106,22 +102,28 @@ CdrBytes one_transform(double stamp_s, const std::string& parent, const std::str
   return CdrBytes().u32(1).header(stamp_s, parent).text(child).pose(x);
 }
 
+std::string mcap_record(std::uint8_t op, const std::string& body) {
+  return bytes_of(op, std::uint64_t{body.size()}) + body;
+}
+
 std::string mcap_of(const std::vector<McapMessage>& messages) {
-  std::string bytes = "\x89MCAP0\r\n" + record(1, counted("ros2") + counted("test"));
+  std::string bytes = "\x89MCAP0\r\n" + mcap_record(1, counted("ros2") + counted("test"));
   std::map<std::string, std::uint16_t> channels;
   for (const McapMessage& message : messages) {
     const auto [channel, is_new] =
         channels.emplace(message.topic, static_cast<std::uint16_t>(channels.size() + 1));
     if (is_new) {
-      bytes +=
-          record(3, bytes_of(channel->second) + counted(message.type) + counted("ros2msg") + counted(""));
-      bytes += record(4, bytes_of(channel->second, channel->second) + counted(message.topic) +
-                             counted("cdr") + counted(""));
+      bytes += mcap_record(
+          3, bytes_of(channel->second) + counted(message.type) + counted("ros2msg") + counted(""));
+      bytes += mcap_record(4, bytes_of(channel->second, channel->second) + counted(message.topic) +
+                                  counted("cdr") + counted(""));
     }
     const auto logged_ns = static_cast<std::uint64_t>(std::llround(message.logged_s * 1e9));
-    bytes += record(5, bytes_of(channel->second, std::uint32_t{0}, logged_ns, logged_ns) + message.bytes);
+    bytes +=
+        mcap_record(5, bytes_of(channel->second, std::uint32_t{0}, logged_ns, logged_ns) + message.bytes);
   }
-  return bytes + record(15, bytes_of(std::uint32_t{0})) + record(2, std::string(20, '\0')) + "\x89MCAP0\r\n";
+  return bytes + mcap_record(15, bytes_of(std::uint32_t{0})) + mcap_record(2, std::string(20, '\0')) +
+         "\x89MCAP0\r\n";
 }
 
 }  // namespace octosurf::test

@@ -56,6 +56,8 @@ struct McapMessage {
   double logged_s = 0;
   std::string bytes;
 };
+/// A record of MCAP.
+std::string mcap_record(std::uint8_t op, const std::string& body);
 /// An MCAP without chunks, check sums and summary.
 std::string mcap_of(const std::vector<McapMessage>& messages);
 

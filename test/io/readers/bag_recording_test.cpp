@@ -2,6 +2,7 @@
 #include "io/readers/bag_files.hpp"
 
 #include <cstring>
+#include <gmock/gmock.h>
 
 namespace octosurf::test {
 namespace {

@@ -1,8 +1,9 @@
 // Bags as ROS 2's own recorder wrote them (../shared/data/ros2_bags), message by message.
 #include "io/readers/bag.hpp"
 #include "io/readers/message_reader.hpp"
+#include "support/paths.hpp"
 
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <map>
 #include <set>
 
@@ -42,7 +43,7 @@ class ForeignBags : public ::testing::Test {
     return all;
   }
 
-  static constexpr const char* folder = OCTOSURF_DATA_DIR "/ros2_bags";
+  const std::string folder = test::paths::data() + "/ros2_bags";
 };
 
 TEST_F(ForeignBags, BothContainersHoldTheSame) {

@@ -5,6 +5,7 @@
 #include <fastcdr/Cdr.h>
 #include <fastcdr/FastBuffer.h>
 #include <fastcdr/config.h>
+#include <gmock/gmock.h>
 
 namespace octosurf::test {
 namespace {

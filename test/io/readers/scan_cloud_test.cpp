@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <gmock/gmock.h>
 #include <limits>
 #include <pcl/io/pcd_io.h>
 #include <pcl/io/ply_io.h>
@@ -57,11 +58,6 @@ class Clouds : public ScanFiles {
     return refusal(io::read_ply, "bad.ply", content);
   }
 };
-
-std::string content(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
   const auto at = text.find(from);
@@ -118,7 +114,7 @@ TEST_F(Clouds, PcdFieldsMayBeDoubleAndInAnyOrder) {
 }
 
 TEST_F(Clouds, CoordinatesThatAreNotFiniteAndTheOriginAreNoReading) {
-  const std::string text = replaced(content(write_pcd("a.pcd")), "1 2 3\n4 5 6", "0 0 0\n1 inf 2");
+  const std::string text = replaced(test::content(write_pcd("a.pcd")), "1 2 3\n4 5 6", "0 0 0\n1 inf 2");
   expect_points(io::read_pcd(write("b.pcd", text)).points,
                 {{nan, nan, nan}, {nan, nan, nan}, {nan, nan, nan}});
 }
@@ -130,7 +126,7 @@ TEST_F(Clouds, TruncatedPcdsAreRefused) {
     if (kind == 0) writer.writeASCII(file, organised_cloud());
     if (kind == 1) writer.writeBinary(file, organised_cloud());
     if (kind == 2) writer.writeBinaryCompressed(file, organised_cloud());
-    const std::string whole = content(file);
+    const std::string whole = test::content(file);
     for (const std::size_t length :
          {std::size_t{0}, std::size_t{30}, std::size_t{150}, whole.size() / 2, whole.size() - 40})
       refused_pcd(whole.substr(0, length));
@@ -138,7 +134,7 @@ TEST_F(Clouds, TruncatedPcdsAreRefused) {
 }
 
 TEST_F(Clouds, PcdHeadersAreNotBelieved) {
-  const std::string good = content(write_pcd("good.pcd"));
+  const std::string good = test::content(write_pcd("good.pcd"));
   EXPECT_THAT(refused_pcd(replaced(replaced(replaced(good, "WIDTH 3", "WIDTH 0"), "POINTS 3", "POINTS 0"),
                                    "1 2 3\n", "")),
               HasSubstr("without points"));
@@ -255,7 +251,7 @@ TEST_F(Clouds, DamagedBytesGiveACloudOrAnError) {
   std::mt19937_64 random(test::seed());
   const std::string compressed = (folder / "c.pcd").string();
   pcl::PCDWriter().writeBinaryCompressed(compressed, organised_cloud());
-  const std::string pcd = content(write_pcd("a.pcd")), lzf = content(compressed);
+  const std::string pcd = test::content(write_pcd("a.pcd")), lzf = test::content(compressed);
   const std::string ply =
       "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
       "element face 1\nproperty list uchar int vertex_indices\nend_header\n1 2 3\n4 5 6\n3 0 1 1\n";

@@ -3,7 +3,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
-#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <iterator>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -47,6 +48,12 @@ std::string bytes_of(const T&... values) {
   std::string bytes;
   (bytes.append(reinterpret_cast<const char*>(&values), sizeof values), ...);
   return bytes;
+}
+
+/// The bytes of a file.
+inline std::string content(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 inline const char* const identity_pose = "0 0 0 0 0 0 1\n";

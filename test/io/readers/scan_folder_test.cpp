@@ -2,6 +2,7 @@
 #include "io/readers/scan_list.hpp"
 #include "support/seed.hpp"
 
+#include <gmock/gmock.h>
 #include <random>
 #include <sstream>
 

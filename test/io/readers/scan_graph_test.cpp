@@ -3,6 +3,7 @@
 #include "io/readers/scan_files.hpp"
 
 #include <fstream>
+#include <gmock/gmock.h>
 #include <octomap/octomap.h>
 
 namespace octosurf::test {

@@ -2,6 +2,7 @@
 #include "io/readers/scan_files.hpp"
 
 #include <fstream>
+#include <gmock/gmock.h>
 
 namespace octosurf::test {
 namespace {
@@ -34,11 +35,6 @@ class DepthImages : public ScanFiles {
   }
 };
 
-std::string content(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 const std::vector<std::uint16_t> six{1, 2, 258, 65535, 0, 4};
 
 TEST_F(DepthImages, PngAndPgmGiveTheSamePixels) {
@@ -65,7 +61,7 @@ TEST_F(DepthImages, PixelsAreBackProjectedAlongTheOpticalAxis) {
 
 TEST_F(DepthImages, TruncatedEmptyAndDamagedImagesAreRefused) {
   EXPECT_THAT(refusal(write("empty.png", "")), HasSubstr("is empty"));
-  const std::string png = content(write_png("whole.png", 3, 2, six));
+  const std::string png = test::content(write_png("whole.png", 3, 2, six));
   for (std::size_t length = 1; length < png.size() - 4; ++length)  // the last 4 check an empty chunk
     refusal(write("cut.png", png.substr(0, length)));
   std::string damaged = png;
@@ -90,7 +86,7 @@ TEST_F(DepthImages, AnnouncedSizesAreNotBelieved) {
   EXPECT_THAT(refusal(write("large.pgm", "P5 8000 8000 65535\n")), HasSubstr("truncated"));
   // The header of a real file, its width (bytes 16 … 19) made 8000; the check sum no longer holds,
   // but nothing may be allocated in any case.
-  std::string png = content(write_png("whole.png", 3, 2, six));
+  std::string png = test::content(write_png("whole.png", 3, 2, six));
   png[18] = 0x1f;
   png[19] = 0x40;
   refusal(write("large.png", png));

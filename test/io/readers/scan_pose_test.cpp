@@ -2,6 +2,7 @@
 #include "io/readers/scan_files.hpp"
 
 #include <cmath>
+#include <gmock/gmock.h>
 #include <numbers>
 
 namespace octosurf::test {

@@ -1,7 +1,9 @@
 #include "io/readers/scan_files.hpp"
+#include "support/paths.hpp"
 
 #include <algorithm>
 #include <fstream>
+#include <gmock/gmock.h>
 #include <octomap/octomap.h>
 
 namespace octosurf::test {
@@ -31,7 +33,7 @@ class RealScans : public ::testing::Test {
     return box;
   }
 
-  const fs::path data = OCTOSURF_DATA_DIR;
+  const fs::path data = test::paths::data();
 
  private:
   std::string skip_reason_;

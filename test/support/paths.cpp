@@ -1,0 +1,11 @@
+#include "support/paths.hpp"
+
+namespace octosurf::test::paths {
+
+std::string source() { return OCTOSURF_SOURCE_DIR; }
+std::string data() { return OCTOSURF_SOURCE_DIR "/../shared/data"; }
+std::string command() { return OCTOSURF_COMMAND; }
+std::string dds_node() { return OCTOSURF_DDS; }
+std::string bag_python() { return OCTOSURF_BAG_PYTHON; }
+
+}  // namespace octosurf::test::paths
