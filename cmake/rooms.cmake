@@ -7,7 +7,7 @@ target_compile_options(octosurf_warnings INTERFACE -Wall -Wextra -Wpedantic -Wsh
   $<$<BOOL:${OCTOSURF_WERROR}>:-Werror>)
 
 # octosurf_pieces(TARGET [MOST]): with OCTOSURF_UNITY_BUILD the target's sources are compiled in pieces of at most MOST
-# (8) sources, all of nearly one size. Half of what a source takes by itself is reading Eigen's and Boost's headers;
+# (12) sources, all of nearly one size. Half of what a source takes by itself is reading Eigen's and Boost's headers;
 # larger pieces save little more, and make the wait after an edit longer. A source with options of its own, or that
 # says SKIP_UNITY_BUILD_INCLUSION, is compiled by itself. Not by CMake's UNITY_BUILD: that one names sources by
 # absolute paths (before 3.29), and ccache would find nothing of what was compiled in another checkout.
@@ -15,7 +15,7 @@ function(octosurf_pieces target)
   if(NOT OCTOSURF_UNITY_BUILD)
     return()
   endif()
-  set(most 8)
+  set(most 12)
   if(ARGC GREATER 1)
     set(most ${ARGV1})
   endif()

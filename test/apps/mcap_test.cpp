@@ -1,5 +1,6 @@
 // `octosurf map --mcap`: the file is whole however the run ends, and never written over unasked.
 #include "apps/command.hpp"
+#include "apps/running.hpp"
 #include "io/readers/bag.hpp"
 
 #include <algorithm>
@@ -42,10 +43,12 @@ TEST_F(McapLog, ABadScanEndsTheFileWithWhatIsMapped) {
 }
 
 TEST_F(McapLog, AnInterruptDoesSo) {
-  write_floor();
-  const Outcome outcome =
-      run("map floor -o m --realtime --rate 1 --mcap run.mcap", "timeout --preserve-status -s INT 3.2");
-  EXPECT_EQ(outcome.code, 1);
+  write_floor("floor", 60);
+  Running run(folder, {"map", "floor", "-o", "m", "--realtime", "--rate", "10", "--checkpoint", "0.000001",
+                       "--mcap", "run.mcap"});
+  ASSERT_TRUE(run.wait_until([&] { return exists("m.surfaces"); })) << run.errors();
+  run.send(SIGINT);
+  EXPECT_EQ(run.wait(), 1);
   EXPECT_EQ(messages("run.mcap").at("/tf"), info("m").at("scans"));
 }
 

@@ -166,7 +166,7 @@ TEST_F(MeshRecording, AStairIsMappedStepByStep) {
 class TerrainData : public testing::TestWithParam<std::string> {};
 
 TEST_P(TerrainData, IsReadWalkedAndSeen) {
-  const fs::path file = fs::path(test::paths::data()) / "terrain_meshes" / GetParam();
+  const fs::path file = fs::path(octosurf::test::paths::data()) / "terrain_meshes" / GetParam();
   if (!fs::exists(file)) GTEST_SKIP() << "no ../shared/data/terrain_meshes";
   simulation::SimulationOptions options;
   options.mesh = file;

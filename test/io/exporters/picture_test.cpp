@@ -13,7 +13,7 @@
 namespace octosurf::test {
 namespace {
 
-struct Image {
+struct Picture {
   std::uint32_t width = 0, height = 0;
   std::vector<std::uint8_t> rgb;
 
@@ -24,11 +24,11 @@ struct Image {
   }
 };
 
-Image load(const std::filesystem::path& file) {
+Picture load(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   const std::string bytes(std::istreambuf_iterator<char>(stream), {});
   const std::unique_ptr<spng_ctx, decltype(&spng_ctx_free)> context(spng_ctx_new(0), &spng_ctx_free);
-  Image image;
+  Picture image;
   spng_ihdr header{};
   std::size_t size = 0;
   EXPECT_EQ(spng_set_png_buffer(context.get(), bytes.data(), bytes.size()), 0);
@@ -49,7 +49,7 @@ bool has_color_of(const Eigen::Vector3d& rgb, const Surface& surface) {
 
 class PictureTest : public ExportTest {
  protected:
-  Image render(const Snapshot& snapshot, PictureOptions options, const std::string& name = "p.png") const {
+  Picture render(const Snapshot& snapshot, PictureOptions options, const std::string& name = "p.png") const {
     options.force = true;
     render_png(snapshot, path(name), options);
     if (const char* keep = std::getenv("OCTOSURF_KEEP_PICTURES")) {
@@ -65,7 +65,7 @@ TEST_F(PictureTest, FromTheTopOneLooksPastTheCeilingOnTheFloor) {
   options.from = ViewFrom::top;
   options.width = 600;
   options.height = 400;
-  const Image image = render(room_, options, "top.png");
+  const Picture image = render(room_, options, "top.png");
   EXPECT_EQ(image.width, 600u);
   EXPECT_EQ(image.height, 400u);
   // +y is up in the picture: the floor's corner by the origin is below and to the left of its middle.
@@ -105,13 +105,13 @@ TEST_F(PictureTest, StraySurfaceDoesNotShrinkTheRest) {
   PictureOptions options;
   options.from = ViewFrom::top;
   options.width = options.height = 200;
-  const Image image = render(snapshot, options);
+  const Picture image = render(snapshot, options);
   EXPECT_TRUE(has_color_of(image.at(0.1, 0.1), *snapshot.surfaces[0]));
   EXPECT_TRUE(has_color_of(image.at(0.9, 0.9), *snapshot.surfaces[0]));
 }
 
 /// Of what has a colour, in shares of the picture: paper, grid, outlines and scale bar have none.
-Eigen::AlignedBox2d colored(const Image& image) {
+Eigen::AlignedBox2d colored(const Picture& image) {
   Eigen::AlignedBox2d box;
   for (std::uint32_t row = 0; row < image.height; ++row)
     for (std::uint32_t column = 0; column < image.width; ++column) {
@@ -146,7 +146,7 @@ TEST_F(PictureTest, TheScaleBarIsAsLongAsTheMapSays) {
   PictureOptions options;
   options.from = ViewFrom::top;
   options.width = options.height = 400;
-  const Image image = render(builder.take(), options);
+  const Picture image = render(builder.take(), options);
   // A fifth of the picture is 0.9 m of it: the bar is 0.5 m.
   const double pixels_per_m = 400 * colored(image).sizes().x() / 4;
   int longest = 0;
@@ -159,7 +159,7 @@ TEST_F(PictureTest, TheScaleBarIsAsLongAsTheMapSays) {
 }
 
 TEST_F(PictureTest, IsoShowsFloorAndDefaultSize) {
-  const Image image = render(room_, {}, "iso.png");
+  const Picture image = render(room_, {}, "iso.png");
   EXPECT_EQ(image.width, 1280u);
   EXPECT_EQ(image.height, 960u);
   std::size_t floor = 0;
@@ -182,7 +182,7 @@ Snapshot turned(const Snapshot& snapshot, const Eigen::Matrix3d& R) {
 }
 
 /// Share of the pixels that differ.
-double difference(const Image& a, const Image& b) {
+double difference(const Picture& a, const Picture& b) {
   std::size_t other = 0;
   for (std::size_t i = 0; i < a.rgb.size(); i += 3)
     other += !std::equal(
@@ -201,11 +201,11 @@ TEST_F(PictureTest, ATurnedMapWhoseUpIsGivenLooksTheSame) {
       options.height = 240;
       const Eigen::Matrix3d R = upright(up).toRotationMatrix().transpose();
       options.points = {Eigen::Vector3d(3, 2, 1.5)};
-      const Image straight = render(room_, options, "straight.png");
+      const Picture straight = render(room_, options, "straight.png");
       options.points[0] = R * options.points[0];
       EXPECT_GT(difference(straight, render(turned(room_, R), options)), 0.2) << "z is not up here";
       options.up = up;
-      const Image image = render(turned(room_, R), options, "turned.png");
+      const Picture image = render(turned(room_, R), options, "turned.png");
       EXPECT_LT(difference(straight, image), 0.002) << up.transpose();  // rays that meet an edge
     }
 }
@@ -218,7 +218,7 @@ TEST_F(PictureTest, EyeAndTargetAreInTheMapsFrameWhateverIsUp) {
   options.height = 240;
   options.eye = Eigen::Vector3d(3, 2, 1.5);
   options.target = Eigen::Vector3d(0, 2, 1.2);
-  const Image straight = render(room_, options);
+  const Picture straight = render(room_, options);
   options.eye = R * *options.eye;
   options.target = R * *options.target;
   options.up = up;
@@ -231,9 +231,9 @@ TEST_F(PictureTest, PointsAreDrawnUnlessHidden) {
   options.width = options.height = 201;
   Snapshot floor;
   floor.surfaces.push_back(room_.surfaces[0]);
-  const Image plain = render(floor, options);
+  const Picture plain = render(floor, options);
   options.points = {room_.surfaces[0]->to_map({3, 2})};
-  const Image dotted = render(floor, options);
+  const Picture dotted = render(floor, options);
   EXPECT_NE(plain.rgb, dotted.rgb);
   options.points = {Eigen::Vector3d(3.05, 2.05, -1)};
   EXPECT_EQ(plain.rgb, render(floor, options).rgb);
@@ -246,7 +246,7 @@ TEST_F(PictureTest, EdgesAreDrawnInTheirKindsColours) {
   PictureOptions options;
   options.from = ViewFrom::top;
   options.width = options.height = 401;
-  const auto pixels_of = [&](EdgeKind kind, const Image& image) {
+  const auto pixels_of = [&](EdgeKind kind, const Picture& image) {
     const std::array<float, 3>& wanted = edge_colors[static_cast<std::size_t>(kind)];
     int count = 0;
     for (std::size_t i = 0; i < image.rgb.size(); i += 3) {
@@ -262,7 +262,7 @@ TEST_F(PictureTest, EdgesAreDrawnInTheirKindsColours) {
   edges.outer.assign(floor.polygons[0].outer.size(), EdgeKind::frontier);
   edges.holes.emplace_back(floor.polygons[0].holes[0].size(), EdgeKind::occluded);
   options.edges[floor.id] = {edges};
-  const Image image = render(only_floor, options);
+  const Picture image = render(only_floor, options);
   EXPECT_GT(pixels_of(EdgeKind::frontier, image), 200);
   EXPECT_GT(pixels_of(EdgeKind::occluded, image), 20);
   EXPECT_EQ(pixels_of(EdgeKind::sensor_limit, image), 0);

@@ -24,7 +24,7 @@ class ForeignBags : public ::testing::Test {
     bool operator==(const Read&) const = default;
   };
   /// All messages; of std_msgs/String the text. Each is read a second time by its place.
-  static std::vector<Read> read(const std::string& name) {
+  std::vector<Read> read(const std::string& name) const {
     const auto bag = io::open_bag({fs::path(folder) / name});
     std::vector<Read> all;
     std::vector<std::pair<io::MessagePlace, std::string>> places;
