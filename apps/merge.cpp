@@ -206,15 +206,14 @@ class Merge {
   }
 
   void write_report(const Map& merged, const Map& second) const {
-    using Json = nlohmann::ordered_json;
     const auto map_json = [](const Snapshot& snapshot, const Map::Size& size) {
-      return Json{
+      return nlohmann::ordered_json{
           {"scans", size.scans},       {"points", size.points},           {"pending", size.pending},
           {"surfaces", size.surfaces}, {"area_m2", total_area(snapshot)}, {"revision", size.revision}};
     };
-    Json json{{"first", map_json(*before_, size_before_)},
-              {"second", map_json(*second.snapshot(), second.size())},
-              {"merged", map_json(*merged.snapshot(), merged.size())}};
+    nlohmann::ordered_json json{{"first", map_json(*before_, size_before_)},
+                                {"second", map_json(*second.snapshot(), second.size())},
+                                {"merged", map_json(*merged.snapshot(), merged.size())}};
     std::vector<double> T;
     for (int row = 0; row < 4; ++row)
       for (int column = 0; column < 4; ++column) T.push_back(T_first_second_.matrix()(row, column));
@@ -228,13 +227,14 @@ class Merge {
                        {"shrunk", changes.shrunk},
                        {"merged", changes.merged},
                        {"gone", changes.gone}};
-    json["surfaces"] = Json::array();
+    json["surfaces"] = nlohmann::ordered_json::array();
     for (const MergedSurface& surface : report_.surfaces)
-      json["surfaces"].push_back({{"second", surface.other},
-                                  {"merged", surface.id == 0 ? Json(nullptr) : Json(surface.id)},
-                                  {"inliers", surface.inliers},
-                                  {"shared", surface.shared},
-                                  {"on_surfaces", surface.on_surfaces}});
+      json["surfaces"].push_back(
+          {{"second", surface.other},
+           {"merged", surface.id == 0 ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(surface.id)},
+           {"inliers", surface.inliers},
+           {"shared", surface.shared},
+           {"on_surfaces", surface.on_surfaces}});
     json["wall_s"] = wall_s_;
     io::NewFile file(options_.report, options_.force);
     file.write([&](std::ostream& out) { out << json.dump(1) << '\n'; });

@@ -15,17 +15,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* option = "--keep-scans ";
+constexpr const char* keep_option = "--keep-scans ";
 
 /// The first archive of a map that has no scan yet.
 KeptScans new_archive(const KeepingWish& wish, const Map& map) {
   if (map.size().scans > 0)
-    throw Error(Error::Kind::usage, option + wish.folder,
+    throw Error(Error::Kind::usage, keep_option + wish.folder,
                 "the map has " + std::to_string(map.size().scans) + " scans that no archive holds",
                 "map them anew with --keep-scans");
   if (map.size().nodes > 0)
-    throw Error(Error::Kind::usage, option + wish.folder, "the map begins with an octree, which has no scans",
-                "leave it out");
+    throw Error(Error::Kind::usage, keep_option + wish.folder,
+                "the map begins with an octree, which has no scans", "leave it out");
   io::require_room_for_archive(wish.folder, wish.force);
   return {wish.folder};
 }
@@ -85,7 +85,7 @@ KeptScans choose_archive(const KeepingWish& wish, const Map& map, const KeptScan
   }
   if (!wish.in_place || before.shared) {
     if (!wish.folder.empty())
-      throw Error(Error::Kind::usage, option + wish.folder, "is the archive of another map, too",
+      throw Error(Error::Kind::usage, keep_option + wish.folder, "is the archive of another map, too",
                   "name a new folder, which begins with its scans");
     warnings.push_back(there +
                        ": holds the scans up to here, not those that come now; --keep-scans NEW gives the " +

@@ -22,7 +22,7 @@ using SurfaceEdges = std::map<SurfaceId, std::vector<PolygonEdges>>;
 using SnapshotPtr = std::shared_ptr<Snapshot>;
 
 /// Rows of Map.points(): only "point" and "surface" are read.
-std::vector<SurfacePoint> points_of(const py::object& rows) {
+std::vector<SurfacePoint> rows_as_points(const py::object& rows) {
   if (rows.is_none()) return {};
   constexpr auto dense = py::array::c_style | py::array::forcecast;
   const py::array_t<double, dense> points(rows["point"]);
@@ -39,7 +39,7 @@ void export_file(const SnapshotPtr& snapshot, const fs::path& file, std::vector<
                  std::map<SurfaceId, std::vector<ConvexPiece>> convex,
                  std::map<SurfaceId, std::vector<Circle>> circles, const py::object& points,
                  SurfaceEdges edges) {
-  ExportExtras extras{std::move(convex), std::move(circles), points_of(points), std::move(edges), {}};
+  ExportExtras extras{std::move(convex), std::move(circles), rows_as_points(points), std::move(edges), {}};
   const py::gil_scoped_release others_run;
   export_surfaces(*snapshot, file, {std::move(parts), mesh_thickness, up_in(snapshot, up), force}, extras);
 }

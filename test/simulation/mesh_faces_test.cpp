@@ -14,8 +14,8 @@
 namespace octosurf::simulation {
 namespace {
 
-using test::area;
-using test::Triangles;
+using terrain::area;
+using terrain::Triangles;
 
 Eigen::Isometry3d random_pose(Random& random) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
@@ -32,7 +32,7 @@ Triangles moved(Triangles triangles, const Eigen::Isometry3d& T) {
   return triangles;
 }
 
-class MeshFacesTest : public test::TerrainTest {
+class MeshFacesTest : public terrain::TerrainTest {
  protected:
   std::vector<evaluation::TrueFace> faces_of(const Triangles& triangles) const {
     return Faces(find_mesh_faces(mesh_of(triangles)), {}).all();
@@ -60,7 +60,7 @@ const Eigen::Vector3d X = Eigen::Vector3d::UnitX(), Y = Eigen::Vector3d::UnitY()
                       Z = Eigen::Vector3d::UnitZ();
 
 TEST_F(MeshFacesTest, StairHasItsTreadsRisersAndSides) {
-  const auto faces = faces_of(test::stair(4));
+  const auto faces = faces_of(terrain::stair(4));
   for (int k = 0; k < 4; ++k) {
     EXPECT_THAT(areas(faces, Z, 0.17 * (k + 1)), are({0.29}));
     EXPECT_THAT(areas(faces, -X, -1 - 0.29 * k), are({0.17}));
@@ -76,8 +76,8 @@ TEST_F(MeshFacesTest, StairHasItsTreadsRisersAndSides) {
 
 TEST_F(MeshFacesTest, TwoIntersectingBoxesHaveOnlyWhatSticksOut) {
   Triangles triangles;
-  test::add_box(triangles, {0, 0, 0}, {2, 1, 0.4});
-  test::add_box(triangles, {0.5, 0.3, -0.2}, {1, 0.6, 0.8});
+  terrain::add_box(triangles, {0, 0, 0}, {2, 1, 0.4});
+  terrain::add_box(triangles, {0.5, 0.3, -0.2}, {1, 0.6, 0.8});
   const auto seed = octosurf::test::seed();
   Random random(seed, 1);
   for (int turn = 0; turn < 5; ++turn) {
@@ -101,7 +101,7 @@ TEST_F(MeshFacesTest, TwoIntersectingBoxesHaveOnlyWhatSticksOut) {
 }
 
 TEST_F(MeshFacesTest, HowTrianglesAreWoundDoesNotMatter) {
-  Triangles triangles = test::stair(3);
+  Triangles triangles = terrain::stair(3);
   const auto sorted_areas = [this](const Triangles& t) {
     std::vector<double> all;
     for (const auto& face : faces_of(t)) all.push_back(area(face));
@@ -118,9 +118,9 @@ TEST_F(MeshFacesTest, HowTrianglesAreWoundDoesNotMatter) {
 TEST_F(MeshFacesTest, WhatTouchesAtATIsOneFace) {
   // The corners of the second and third box lie on the first one's edge, a float's rounding off it.
   Triangles triangles;
-  test::add_box(triangles, {0, 0, 0}, {1, 3, 0.3});
-  test::add_box(triangles, {1, 0.2, 0}, {2, 1.3, 0.3});
-  test::add_box(triangles, {1, 1.3, 0}, {1.7, 2.6, 0.3});
+  terrain::add_box(triangles, {0, 0, 0}, {1, 3, 0.3});
+  terrain::add_box(triangles, {1, 0.2, 0}, {2, 1.3, 0.3});
+  terrain::add_box(triangles, {1, 1.3, 0}, {1.7, 2.6, 0.3});
   Random random(octosurf::test::seed(), 3);
   const Eigen::Isometry3d T = random_pose(random);
   const auto faces = faces_of(moved(triangles, T));
@@ -131,16 +131,16 @@ TEST_F(MeshFacesTest, WhatTouchesAtATIsOneFace) {
 
 TEST_F(MeshFacesTest, CoplanarPiecesThatDoNotTouchAreFacesOfTheirOwn) {
   Triangles triangles;
-  test::add_box(triangles, {0, 0, 0}, {1, 1, 0.3});
-  test::add_box(triangles, {1.005, 0, 0}, {2, 1, 0.3});
+  terrain::add_box(triangles, {0, 0, 0}, {1, 1, 0.3});
+  terrain::add_box(triangles, {1.005, 0, 0}, {2, 1, 0.3});
   EXPECT_THAT(areas(faces_of(triangles), Z, 0.3), are({1, 0.995}));
 }
 
 TEST_F(MeshFacesTest, AStepOfThreeMillimetresIsTwoFacesOneOfAFifthIsNone) {
   for (const double step : {0.003, 0.0002}) {
     Triangles triangles;
-    test::add_box(triangles, {0, 0, 0}, {1, 1, 0.3});
-    test::add_box(triangles, {1, 0, 0}, {2, 1, 0.3 + step});
+    terrain::add_box(triangles, {0, 0, 0}, {1, 1, 0.3});
+    terrain::add_box(triangles, {1, 0, 0}, {2, 1, 0.3 + step});
     std::size_t level = 0;
     for (const auto& face : faces_of(triangles)) level += face.plane.normal.z() > 0.99;
     EXPECT_EQ(level, step > 0.001 ? 2u : 1u);
@@ -149,9 +149,9 @@ TEST_F(MeshFacesTest, AStepOfThreeMillimetresIsTwoFacesOneOfAFifthIsNone) {
 
 TEST_F(MeshFacesTest, ABoxWithoutBottomHidesItsInsideOneWithoutASideShowsIt) {
   Triangles ground;
-  test::add_quad(ground, {{{-1, -1, 0}, {2, -1, 0}, {2, 2, 0}, {-1, 2, 0}}});
+  terrain::add_quad(ground, {{{-1, -1, 0}, {2, -1, 0}, {2, 2, 0}, {-1, 2, 0}}});
   Triangles box;
-  test::add_box(box, {0, 0, 0}, {1, 1, 0.5});
+  terrain::add_box(box, {0, 0, 0}, {1, 1, 0.5});
   const auto without = [&](std::size_t quad) {
     Triangles triangles = ground;
     for (std::size_t i = 0; i < box.size(); ++i)
@@ -169,7 +169,7 @@ TEST_F(MeshFacesTest, ABoxWithoutBottomHidesItsInsideOneWithoutASideShowsIt) {
 
 TEST_F(MeshFacesTest, ARaysSideTellsWhichFaceItHit) {
   Triangles sheet;
-  test::add_quad(sheet, {{{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}}});
+  terrain::add_quad(sheet, {{{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}}});
   const Faces faces(find_mesh_faces(mesh_of(sheet)), {});
   ASSERT_EQ(faces.all().size(), 2u);
   for (const double z : {-1.0, 1.0}) {
@@ -200,7 +200,7 @@ TEST_F(MeshFacesTest, HeapsOfBoxesAgreeWithThePointwiseTwin) {
       const Eigen::Vector3d half(random.uniform(0.1, 0.6), random.uniform(0.1, 0.6),
                                  random.uniform(0.05, 0.4));
       blocks.push_back({T, half});
-      test::add_box(triangles, -half, half, T);
+      terrain::add_box(triangles, -half, half, T);
     }
     const auto faces = faces_of(triangles);
     std::size_t compared = 0, open = 0;

@@ -21,16 +21,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using test::area;
-using test::Triangles;
+using terrain::area;
+using terrain::Triangles;
 
 Eigen::Vector3d look(const View& view) { return (view.target - view.eye).normalized(); }
 
-class MeshWalk : public test::TerrainTest {};
+class MeshWalk : public terrain::TerrainTest {};
 
 TEST_F(MeshWalk, OverLevelGroundTheCameraIsCarriedEvenlyAndLooksAheadAndDown) {
   Triangles ground;
-  test::add_quad(ground, {{{-1, -2, 0.7}, {4, -2, 0.7}, {4, 0, 0.7}, {-1, 0, 0.7}}});
+  terrain::add_quad(ground, {{{-1, -2, 0.7}, {4, -2, 0.7}, {4, 0, 0.7}, {-1, 0, 0.7}}});
   const auto mesh = mesh_of(ground);
   for (const std::uint64_t seed : octosurf::test::seeds(20)) {
     const auto path = walk_over(mesh, Random(seed, 2));
@@ -52,7 +52,7 @@ TEST_F(MeshWalk, OverLevelGroundTheCameraIsCarriedEvenlyAndLooksAheadAndDown) {
 }
 
 TEST_F(MeshWalk, OverAStairItRisesWithTheStepsAndNeverComesNear) {
-  const auto mesh = mesh_of(test::stair(6));
+  const auto mesh = mesh_of(terrain::stair(6));
   for (const auto& view : walk_over(mesh, Random(octosurf::test::seed(), 2))) {
     const double step = std::floor((view.eye.x() - 1) / 0.29) + 1;
     const bool on_stair = view.eye.x() > 1 && step <= 6 && std::abs(view.eye.y() - 1) < 0.5;
@@ -65,22 +65,22 @@ TEST_F(MeshWalk, OverAStairItRisesWithTheStepsAndNeverComesNear) {
 
 TEST_F(MeshWalk, APoleLiftsNobody) {
   Triangles ground;
-  test::add_quad(ground, {{{0, 0, 0}, {4, 0, 0}, {4, 1, 0}, {0, 1, 0}}});
-  test::add_box(ground, {2, 0.4, 0}, {2.05, 0.45, 0.2});
+  terrain::add_quad(ground, {{{0, 0, 0}, {4, 0, 0}, {4, 1, 0}, {0, 1, 0}}});
+  terrain::add_box(ground, {2, 0.4, 0}, {2.05, 0.45, 0.2});
   for (const auto& view : walk_over(mesh_of(ground), Random(1, 2))) EXPECT_LE(view.eye.z(), 0.6);
 }
 
 TEST_F(MeshWalk, AMeshWithoutGroundIsRefused) {
   Triangles wall;
-  test::add_quad(wall, {{{0, 0, 0}, {2, 0, 0}, {2, 0, 1}, {0, 0, 1}}});
+  terrain::add_quad(wall, {{{0, 0, 0}, {2, 0, 0}, {2, 0, 1}, {0, 0, 1}}});
   EXPECT_THROW(walk_over(mesh_of(wall), Random(1, 2)), Error);
 }
 
-class MeshRecording : public test::TerrainTest {
+class MeshRecording : public terrain::TerrainTest {
  protected:
   simulation::SimulationOptions options() const {
     simulation::SimulationOptions options;
-    options.mesh = write("stair.stl", test::stl(test::stair(4)));
+    options.mesh = write("stair.stl", terrain::stl(terrain::stair(4)));
     return options;
   }
 };

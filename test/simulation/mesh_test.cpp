@@ -14,7 +14,7 @@
 namespace octosurf::simulation {
 namespace {
 
-using test::Triangles;
+using terrain::Triangles;
 
 Eigen::AlignedBox3d box_of(const TriangleMesh& mesh) {
   Eigen::AlignedBox3d box;
@@ -29,9 +29,9 @@ double volume(const TriangleMesh& mesh) {
   return six / 6;
 }
 
-class MeshFile : public test::TerrainTest {
+class MeshFile : public terrain::TerrainTest {
  protected:
-  MeshFile() { test::add_box(box_, {1, 2, 3}, {1.5, 2.7, 4.1}); }
+  MeshFile() { terrain::add_box(box_, {1, 2, 3}, {1.5, 2.7, 4.1}); }
 
   void expect_refused(const std::filesystem::path& file, const std::string& why,
                       const MeshOptions& options = {}) {
@@ -52,11 +52,11 @@ class MeshFile : public test::TerrainTest {
 
 TEST_F(MeshFile, EveryFormatGivesTheSameBox) {
   for (const auto& [name, bytes] :
-       std::vector<std::pair<std::string, std::string>>{{"a.stl", test::stl(box_)},
-                                                        {"b.STL", test::binary_stl(box_)},
-                                                        {"c.obj", test::obj(box_)},
-                                                        {"d.ply", test::ply(box_)},
-                                                        {"e.dae", test::dae(box_, "Z_UP", 1)}}) {
+       std::vector<std::pair<std::string, std::string>>{{"a.stl", terrain::stl(box_)},
+                                                        {"b.STL", terrain::binary_stl(box_)},
+                                                        {"c.obj", terrain::obj(box_)},
+                                                        {"d.ply", terrain::ply(box_)},
+                                                        {"e.dae", terrain::dae(box_, "Z_UP", 1)}}) {
     SCOPED_TRACE(name);
     const TriangleMesh mesh = read_mesh(write(name, bytes));
     EXPECT_EQ(mesh.vertices.size(), 8u);
@@ -75,7 +75,7 @@ TEST_F(MeshFile, PolygonsOfMoreCornersAreTriangles) {
 }
 
 TEST_F(MeshFile, TheNamedAxisIsUp) {
-  const auto file = write("box.stl", test::stl(box_));
+  const auto file = write("box.stl", terrain::stl(box_));
   const Eigen::Vector3d min(1, 2, 3), max(1.5, 2.7, 4.1);
   for (int axis = 0; axis < 3; ++axis)
     for (const bool down : {false, true}) {
@@ -89,18 +89,18 @@ TEST_F(MeshFile, TheNamedAxisIsUp) {
 }
 
 TEST_F(MeshFile, DaeSaysItsAxisAndUnitUnlessTold) {
-  const auto y_up = write("y.dae", test::dae(box_, "Y_UP", 1));
+  const auto y_up = write("y.dae", terrain::dae(box_, "Y_UP", 1));
   EXPECT_NEAR(box_of(read_mesh(y_up)).max().z(), 2.7, 1e-6);
   EXPECT_NEAR(box_of(read_mesh(y_up, {"z", 1})).max().z(), 4.1, 1e-6);
   EXPECT_NEAR(box_of(read_mesh(y_up, {"-x", 1})).max().z(), -1, 1e-6);
-  const auto centimetres = write("cm.dae", test::dae(box_, "Z_UP", 0.5));
+  const auto centimetres = write("cm.dae", terrain::dae(box_, "Z_UP", 0.5));
   EXPECT_NEAR(box_of(read_mesh(centimetres)).max().z(), 4.1 * 0.5, 1e-6);
 }
 
 TEST_F(MeshFile, ScaleGivesMetres) {
   Triangles millimetres;
-  test::add_box(millimetres, {0, 0, 0}, {2000, 1000, 500});
-  const auto file = write("mm.stl", test::stl(millimetres));
+  terrain::add_box(millimetres, {0, 0, 0}, {2000, 1000, 500});
+  const auto file = write("mm.stl", terrain::stl(millimetres));
   expect_refused(file, "--scale");
   EXPECT_TRUE(box_of(read_mesh(file, {"", 0.001})).max().isApprox(Eigen::Vector3d(2, 1, 0.5), 1e-6));
 }
@@ -135,13 +135,13 @@ TEST_F(MeshFile, ForeignAndDamagedFilesAreRefused) {
   expect_refused(dir_, "is no STL");
   std::filesystem::create_directory(dir_ / "folder.stl");
   expect_refused(dir_ / "folder.stl", "cannot be read");
-  expect_refused(write("terrain.step", test::stl(box_)), "is no STL, OBJ, PLY or DAE");
+  expect_refused(write("terrain.step", terrain::stl(box_)), "is no STL, OBJ, PLY or DAE");
   for (const std::string ending : {"stl", "obj", "ply", "dae"}) {
     expect_refused(write("empty." + ending, ""), "");
     expect_refused(write("text." + ending, "It was a dark and stormy night.\n"), "");
     expect_refused(write("zeros." + ending, std::string(1000, '\0')), "");
   }
-  expect_refused(write("short.stl", test::binary_stl(box_).substr(0, 300)), "");
+  expect_refused(write("short.stl", terrain::binary_stl(box_).substr(0, 300)), "");
   expect_refused(write("points.ply",
                        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
                        "property float z\nend_header\n0 0 0\n"),
@@ -153,19 +153,19 @@ TEST_F(MeshFile, NumbersThatAreNoneAreRefused) {
   for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
     Triangles triangles = box_;
     triangles[5][1].y() = bad;
-    expect_refused(write("bad.stl", test::binary_stl(triangles)), "");
+    expect_refused(write("bad.stl", terrain::binary_stl(triangles)), "");
   }
 }
 
 TEST_F(MeshFile, SizesOfNoTerrainAreRefused) {
   for (const double size : {0.01, 5000.0}) {
     Triangles triangles;
-    test::add_box(triangles, {0, 0, 0}, {size, size, size});
-    expect_refused(write("size.stl", test::stl(triangles)), "--scale");
+    terrain::add_box(triangles, {0, 0, 0}, {size, size, size});
+    expect_refused(write("size.stl", terrain::stl(triangles)), "--scale");
   }
   Triangles far;
-  test::add_box(far, {4e5, 5e6, 100}, {4e5 + 8, 5e6 + 8, 108});
-  expect_refused(write("far.stl", test::stl(far)), "origin");
+  terrain::add_box(far, {4e5, 5e6, 100}, {4e5 + 8, 5e6 + 8, 108});
+  expect_refused(write("far.stl", terrain::stl(far)), "origin");
 }
 
 TEST_F(MeshFile, BombsCostNothing) {
@@ -176,12 +176,12 @@ TEST_F(MeshFile, BombsCostNothing) {
       "property float y\nproperty float z\nelement face 4000000000\n"
       "property list uint uint vertex_indices\nend_header\n";
   expect_refused(write("bomb.ply", header), "");
-  std::string count = test::binary_stl(box_);
+  std::string count = terrain::binary_stl(box_);
   count.replace(80, 4, "\xff\xff\xff\x7f");
   expect_refused(write("bomb.stl", count), "");
   Triangles many(200'001, box_[0]);
-  expect_refused(write("many.stl", test::binary_stl(many)), "200000 triangles");
-  std::filesystem::resize_file(write("huge.stl", test::stl(box_)), 65u << 20);
+  expect_refused(write("many.stl", terrain::binary_stl(many)), "200000 triangles");
+  std::filesystem::resize_file(write("huge.stl", terrain::stl(box_)), 65u << 20);
   expect_refused(dir_ / "huge.stl", "64 MiB");
 }
 
@@ -189,11 +189,11 @@ TEST_F(MeshFile, NothingElseIsOpened) {
   // Whoever opens the pipe waits for a writer that never comes.
   const auto pipe = dir_ / "pipe.mtl";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-  EXPECT_EQ(read_mesh(write("box.obj", "mtllib pipe.mtl\n" + test::obj(box_))).triangles.size(), 12u);
+  EXPECT_EQ(read_mesh(write("box.obj", "mtllib pipe.mtl\n" + terrain::obj(box_))).triangles.size(), 12u);
 }
 
 TEST_F(MeshFile, OptionsThatMakeNoSense) {
-  const auto file = write("box.stl", test::stl(box_));
+  const auto file = write("box.stl", terrain::stl(box_));
   for (const std::string up : {"w", "zz", "-", "+z", "Z"})
     EXPECT_THROW(read_mesh(file, {up, 1}), Error) << up;
   for (const double scale : {0.0, -1.0, 1e9, std::numeric_limits<double>::quiet_NaN()})

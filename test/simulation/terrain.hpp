@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace octosurf::simulation::test {
+namespace octosurf::simulation::terrain {
 
 inline double signed_area(const Ring2& ring) {
   double twice = 0;
@@ -164,4 +164,4 @@ class TerrainTest : public testing::Test {
   std::filesystem::path dir_;
 };
 
-}  // namespace octosurf::simulation::test
+}  // namespace octosurf::simulation::terrain

@@ -7,7 +7,7 @@ namespace {
 
 using ::testing::ElementsAre;
 
-const geometry::CylinderShape upright{{1, 2, 0}, {0, 0, 1}, 0.1};
+const geometry::CylinderShape upright_pole{{1, 2, 0}, {0, 0, 1}, 0.1};
 
 Inlier inlier(std::uint16_t z, double angle = 0) {
   return {{0, 0, z},
@@ -17,8 +17,8 @@ Inlier inlier(std::uint16_t z, double angle = 0) {
 
 TEST(CylinderStore, AVoxelSupportsOneCylinder) {
   CylinderStore store;
-  CylinderModel& a = store.create(upright);
-  CylinderModel& b = store.create(upright);
+  CylinderModel& a = store.create(upright_pole);
+  CylinderModel& b = store.create(upright_pole);
   store.add(a, inlier(1));
   store.add(a, inlier(2));
   store.add(b, inlier(2));
@@ -34,18 +34,18 @@ TEST(CylinderStore, AVoxelSupportsOneCylinder) {
 
 TEST(CylinderStore, IdsAreNeverReused) {
   CylinderStore store;
-  const CylinderId first = store.create(upright).id;
+  const CylinderId first = store.create(upright_pole).id;
   store.add(*store.find(first), inlier(1));
   store.erase(first);
   EXPECT_EQ(store.find(first), nullptr);
   EXPECT_EQ(store.owner(inlier(1).key), 0U) << "free for others";
-  EXPECT_EQ(store.create(upright).id, first + 1);
+  EXPECT_EQ(store.create(upright_pole).id, first + 1);
 }
 
 TEST(CylinderStore, PublishesAnewWhatWasTouched) {
   CylinderStore store;
-  CylinderModel& a = store.create(upright);
-  CylinderModel& b = store.create(upright);
+  CylinderModel& a = store.create(upright_pole);
+  CylinderModel& b = store.create(upright_pole);
   for (std::uint16_t z = 0; z < 10; ++z) {
     store.add(a, inlier(z, 0.1 * z));
     store.add(b, inlier(static_cast<std::uint16_t>(z + 20), 0.1 * z));
@@ -73,7 +73,7 @@ TEST(CylinderStore, PublishesAnewWhatWasTouched) {
 
 TEST(CylinderStore, ACloserViewMovesAPoint) {
   CylinderStore store;
-  CylinderModel& a = store.create(upright);
+  CylinderModel& a = store.create(upright_pole);
   store.add(a, inlier(1));
   store.publish(1);
   Inlier closer = inlier(1);

@@ -17,14 +17,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view ending = ".scan";
+constexpr std::string_view scan_ending = ".scan";
 constexpr std::size_t fewest_digits = 6, most_digits = 15;
 
 /// The number in an archived file's name.
 std::optional<std::uint64_t> archived_number(const fs::path& file) {
   const std::string name = file.filename().string();
-  if (!name.ends_with(ending)) return {};
-  const std::string digits = name.substr(0, name.size() - ending.size());
+  if (!name.ends_with(scan_ending)) return {};
+  const std::string digits = name.substr(0, name.size() - scan_ending.size());
   if (digits.size() < fewest_digits || digits.size() > most_digits ||
       !std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; }))
     return {};

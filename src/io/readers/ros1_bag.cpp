@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::string_view magic = "#ROSBAG V2.0\n";
 
-enum class Op : std::uint8_t {
+enum class BagOp : std::uint8_t {
   message = 2,
   header = 3,
   index = 4,
@@ -48,7 +48,9 @@ std::uint32_t header_number(const HeaderFields& fields, std::string_view name) {
   return RecordBytes(value_of(fields, name)).u32();
 }
 
-Op op_of(const HeaderFields& fields) { return static_cast<Op>(RecordBytes(value_of(fields, "op")).u8()); }
+BagOp op_of(const HeaderFields& fields) {
+  return static_cast<BagOp>(RecordBytes(value_of(fields, "op")).u8());
+}
 
 class Ros1Bag : public ChunkedBag {
  public:
@@ -105,18 +107,18 @@ class Ros1Bag : public ChunkedBag {
     try {
       parse(begin, [&] {
         const HeaderFields fields = fields_of(record.header);
-        const Op op = op_of(fields);
+        const BagOp op = op_of(fields);
         // What stands behind a chunk is its index, then the next chunk.
-        if (op != Op::index) check_counts(begin);
-        if (op == Op::chunk)
+        if (op != BagOp::index) check_counts(begin);
+        if (op == BagOp::chunk)
           read_chunk(begin, unpack(fields, record.data), visit);
-        else if (op == Op::index)
+        else if (op == BagOp::index)
           note_count(fields);
-        else if (op == Op::connection)
+        else if (op == BagOp::connection)
           note_connection(fields, record.data);
-        else if (op == Op::header)
+        else if (op == BagOp::header)
           note_head(fields);
-        else if (op != Op::chunk_info)
+        else if (op != BagOp::chunk_info)
           throw std::out_of_range("a record of unknown kind");
         return 0;
       });
@@ -133,10 +135,10 @@ class Ros1Bag : public ChunkedBag {
     for (RecordBytes bytes(records); !bytes.at_end();) {
       const HeaderFields fields = fields_of(bytes.text());
       const std::string_view data = bytes.text();
-      const Op op = op_of(fields);
-      if (op == Op::connection) {
+      const BagOp op = op_of(fields);
+      if (op == BagOp::connection) {
         note_connection(fields, data);
-      } else if (op == Op::message) {
+      } else if (op == BagOp::message) {
         const std::uint32_t connection = header_number(fields, "conn");
         RecordBytes time(value_of(fields, "time"));
         const std::int64_t seconds = time.u32();
