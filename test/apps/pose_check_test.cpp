@@ -39,7 +39,7 @@ const Eigen::Matrix4d turned = Eigen::Vector4d(1, -1, -1, 1).asDiagonal();
 TEST_F(PoseCheck, PosesInAnotherFormAreRefusedAndTakenOnDemand) {
   run_well("simulate room -o room --frames 16");
   const double area = [&] {
-    run_well("map room -o right");
+    run_well("map room -o right --resolution 0.05");
     return info("right")["area_m2"].get<double>();
   }();
   const std::vector<std::pair<std::string, std::function<Eigen::Matrix4d(const Eigen::Matrix4d&)>>> forms{
@@ -48,14 +48,14 @@ TEST_F(PoseCheck, PosesInAnotherFormAreRefusedAndTakenOnDemand) {
       {"opengl-inverse", [](const Eigen::Matrix4d& T) { return (T * turned).inverse().eval(); }}};
   for (const auto& [name, change] : forms) {
     change_poses("room", name, change);
-    EXPECT_THAT(error_of("map " + name + " -o wrong", 1),
+    EXPECT_THAT(error_of("map " + name + " -o wrong --resolution 0.05", 1),
                 AllOf(HasSubstr("taken as " + name + ";"), HasSubstr("nothing is written"),
                       HasSubstr("--pose-form " + name)));
     EXPECT_FALSE(exists("wrong.surfaces"));
-    run_well("map " + name + " -o maps/" + name + " --pose-form " + name);
+    run_well("map " + name + " -o maps/" + name + " --resolution 0.05 --pose-form " + name);
     EXPECT_NEAR(info("maps/" + name)["area_m2"].get<double>(), area, 0.02 * area) << name;
   }
-  run_well("map inverse -o wrong --pose-form as-given");
+  run_well("map inverse -o wrong --resolution 0.05 --pose-form as-given");
   EXPECT_TRUE(exists("wrong.surfaces"));
 }
 
