@@ -160,7 +160,9 @@ Counts count(Scene& scene) {
     const bool present = !scene.truth->faces[f].gone;
     // Half a cell of slack: an area that equals min_area must not fail by rounding.
     const double half_cell_m2 = scene.truth->cell * scene.truth->cell / 2;
-    counts.judged.push_back(present && scene.visible_m2(f) + half_cell_m2 > scene.options.min_area &&
+    const TrueFace& face = scene.truth->faces[f];
+    const double seen_m2 = face.joined.empty() ? scene.visible_m2(f) : face.largest_part_m2;
+    counts.judged.push_back(present && seen_m2 + half_cell_m2 > scene.options.min_area &&
                             scene.visible[f].count() > 0);
     counts.cells.push_back(present ? cover_face(scene, f, counts.samples) : CellCounts{});
   }

@@ -92,7 +92,8 @@ struct HoleScore {
 ///    nearer to each other than `joined_gap` are one (join_faces()). Blocks set side by side are one face; a
 ///    map joins them across gaps up to h, as it should. Where parts of a joined face meet is no outline (8).
 /// 1. A true face is *present* unless `gone`, and *judged* if it is present and its visible cells
-///    amount to `min_area`. Its sample points are the centres of its visible cells.
+///    amount to `min_area`; of a joined face those of its largest part, as slivers side by side are no larger
+///    face. Its sample points are the centres of its visible cells.
 /// 2. S *covers* a sample point p of F if the angle between the (directed) normals is at most
 ///    `angle_rad`, p is at most tol off S's plane, and p's projection onto it lies inside S's
 ///    polygons or at most d/2 from their rings.

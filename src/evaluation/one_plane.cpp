@@ -132,6 +132,7 @@ TrueFace joined_face(const std::vector<const TrueFace*>& faces, double cell) {
     }
     all.joined.push_back(face->id);
   }
+  for (const CellRun& run : all.visible) all.largest_part_m2 += run.count * cell * cell;
   all.visible = join_cells(faces, cell);
   all.visible_area_m2 = 0;
   for (const CellRun& run : all.visible) all.visible_area_m2 += run.count * cell * cell;

@@ -33,6 +33,7 @@ struct TrueFace {
   bool gone = false;  ///< its object was removed or moved away before the recording ended
   /// Ids of the others that join_faces() has put into it; not in the file.
   std::vector<std::uint32_t> joined;
+  double largest_part_m2 = 0;  ///< of a joined face: seen of the one it began with
 };
 
 /// What is true of a simulated recording; written beside the scans as `truth.json`.

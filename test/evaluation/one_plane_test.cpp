@@ -87,6 +87,17 @@ TEST(OnePlane, ASurfaceOverBlocksIsRightAndItsOutlineIsTheOuterOne) {
   EXPECT_LT(scores.boundary_m.max, 1e-6) << "sides that face each other are no outline";
 }
 
+TEST(OnePlane, SliversSideBySideAreNotJudged) {
+  const std::vector<Polygon> sliver{polygon(box(0, 0, 0.4, 0.1))};  // 0.04 m²
+  World world;
+  for (int i = 0; i < 3; ++i) world.add_face(frame({0, 0.15 * i, 0}), sliver);
+  world.add_face(frame({2, 0, 0}), block);
+  world.add_surface(frame({2, 0, 0}), block);
+  const Evaluation scores = evaluate(world.snapshot, world.truth);
+  EXPECT_EQ(scores.face_scores.size(), 2U);
+  EXPECT_EQ(scores.faces, 1U);
+}
+
 TEST(OnePlane, AnUnderSegmentedFaceNamesTheOthersAndHowTheyDiffer) {
   World world = blocks(0.01, 0.003, radians(2));
   world.add_surface(frame({0, 0, 0}), {polygon(box(0, 0, 0.81, 0.3))});
