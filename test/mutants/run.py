@@ -49,9 +49,10 @@ def copy_of_checkout(copy):
 
 
 def failed_tests(copy, jobs, *selection):
-    """Names of CTest's tests that fail, and of GoogleTest's in them."""
+    """Names of the tests of CTest that fail first, and of GoogleTest's in them: one is enough."""
     # mutants.Apply is left out: a patch that is applied does not apply again, so it would catch every change.
-    ours = ["--exclude-regex", "^mutants[.]", "--no-tests=error", "--output-on-failure", "--timeout", "600"]
+    ours = ["--exclude-regex", "^mutants[.]", "--no-tests=error", "--output-on-failure", "--stop-on-failure",
+            "--timeout", "600"]
     done = run(["ctest", "--preset", "release", "-j", jobs, *ours, *selection], copy)
     if done.returncode == 0:
         return []
