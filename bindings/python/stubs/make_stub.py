@@ -1,15 +1,17 @@
 #!/usr/bin/env python3
-"""Writes octosurf/__init__.pyi, the types of the module, out of the signatures that pybind11 puts into docstrings.
-
-    PYTHONPATH=build/release/python python3 bindings/python/stubs/make_stub.py > bindings/python/octosurf/__init__.pyi
+"""Writes octosurf/__init__.pyi, the types of the module, out of the signatures that pybind11 puts into docstrings:
+make_stub.py FOLDER, where FOLDER/octosurf is the package.
 """
 
 import inspect
+import pathlib
 import re
 import sys
 
-import octosurf
-from octosurf import _octosurf
+FOLDER = pathlib.Path(sys.argv[1])
+sys.path.insert(0, str(FOLDER))
+import octosurf  # noqa: E402
+from octosurf import _octosurf  # noqa: E402
 
 HEADER = '''"""Types and docstrings of octosurf, written by bindings/python/stubs/make_stub.py."""
 
@@ -204,7 +206,8 @@ def main():
     for name in sorted(names, key=lambda one: (not inspect.isclass(getattr(_octosurf, one)), one)):
         member = getattr(_octosurf, name)
         blocks.append(class_lines(member) if inspect.isclass(member) else function_lines(member, name))
-    sys.stdout.write(HEADER + "\n\n".join("\n".join(block) for block in blocks) + "\n")
+    stub = FOLDER / "octosurf/__init__.pyi"
+    stub.write_text(HEADER + "\n\n".join("\n".join(block) for block in blocks) + "\n")
 
 
 if __name__ == "__main__":
