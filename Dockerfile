@@ -18,7 +18,7 @@ COPY . .
 # Compilers at a time; one takes up to 1 GB. Empty: as many as there are processors.
 ARG JOBS=
 RUN cmake -S . -B build/container -G Ninja -DCMAKE_BUILD_TYPE=Release -DOCTOSURF_UNITY_BUILD=ON -DOCTOSURF_BUILD_PYTHON=ON \
-    -DOCTOSURF_BUILD_ROS1=OFF -DOCTOSURF_BUILD_TESTS=OFF -DOCTOSURF_BUILD_BENCH=OFF \
+    -DOCTOSURF_BUILD_TESTS=OFF -DOCTOSURF_BUILD_BENCH=OFF \
   && cmake --build build/container --target octosurf_app octosurf_python --parallel ${JOBS} \
   && python3 bindings/python/build_backend/octosurf_wheel.py out/wheel --build-dir build/container \
   && python3 -m pip install --no-deps --no-index --target out/python out/wheel/*.whl

@@ -12,7 +12,7 @@
 #include <octosurf/surface.hpp>
 
 // The messages of ROS 2 that the node writes, field by field as their .msg files have them; those of
-// octosurf_msgs stand in ament/octosurf_msgs/msg. `frame` is the map's frame.
+// octosurf_msgs stand in ros/octosurf_msgs/msg. `frame` is the map's frame.
 
 namespace octosurf::dds {
 

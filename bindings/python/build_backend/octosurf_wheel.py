@@ -100,7 +100,7 @@ def built_package(settings):
     """The package's files as CMake installs them: path in the wheel -> bytes."""
     build = CHECKOUT / settings.get("build-dir", "build/wheel")
     if not (build / "CMakeCache.txt").exists():
-        options = ["BUILD_TESTS", "BUILD_BENCH", "BUILD_APPS", "BUILD_OCTOMAP", "BUILD_PCL", "BUILD_ROS1"]
+        options = ["BUILD_TESTS", "BUILD_BENCH", "BUILD_APPS", "BUILD_OCTOMAP", "BUILD_PCL"]
         generator = ["-G", "Ninja"] if shutil.which("ninja") else []
         run("cmake", "-S", CHECKOUT, "-B", build, *generator, "-DCMAKE_BUILD_TYPE=Release", "-DOCTOSURF_UNITY_BUILD=ON",
             "-DBUILD_SHARED_LIBS=OFF", "-DOCTOSURF_BUILD_PYTHON=ON",

@@ -1,14 +1,12 @@
-"""Writes octosurf_msgs.idl out of the messages and services of ../../ros1/octosurf_msgs; --check: only compares."""
+"""Writes the messages and services of ../../octosurf_msgs as IDL: make_idl.py octosurf_msgs.idl"""
 
 import pathlib
 import re
 import sys
 
-IDL = pathlib.Path(__file__).resolve().with_name("octosurf_msgs.idl")
-PACKAGE = IDL.parents[2] / "ros1/octosurf_msgs"
+PACKAGE = pathlib.Path(__file__).resolve().parents[2] / "octosurf_msgs"
 HEAD = """\
-// octosurf_msgs (../../ros1/octosurf_msgs, where the fields are explained) as DDS names its types, written by
-// make_idl.py. Requests and replies begin with what rmw_cyclonedds_cpp puts before them: the client's id and the
+// octosurf_msgs (the .msg and .srv files explain the fields) as DDS names its types, written by make_idl.py. Requests and replies begin with what rmw_cyclonedds_cpp puts before them: the client's id and the
 // request's number.
 #include "ros2.idl"
 """
@@ -69,7 +67,6 @@ def idl():
 
 
 if __name__ == "__main__":
-    if sys.argv[1:] != ["--check"]:
-        IDL.write_text(idl())
-    elif IDL.read_text() != idl():
-        sys.exit(f"{IDL.name} is not of the messages: run {pathlib.Path(__file__).name}")
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    pathlib.Path(sys.argv[1]).write_text(idl())

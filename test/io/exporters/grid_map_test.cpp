@@ -47,7 +47,6 @@ TEST_F(GridMapMessage, ReadersFindHeightNormalAndSurfaceAtAPosition) {
   EXPECT_NEAR(at_position(map, "elevation", 2.25, 1.75), 0.75, 1e-6);
 }
 
-/// ROS 1's are decoded by its own library in ros1.Topics; here, that they begin as they ought to.
 TEST_F(GridMapMessage, BytesAreThoseOfTheFile) {
   const HeightGrid grid = room_grid(room_);
   export_grid_map(grid, "map", path("grid.cdr"));

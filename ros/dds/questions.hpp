@@ -11,8 +11,8 @@
 #include <octosurf/footsteps.hpp>
 #include <octosurf/queries.hpp>
 
-// What the services of octosurf_msgs answer, without ROS' types: octosurf-dds (ros/dds) answers by it, too.
-// The fields of questions and answers are those of the .srv files.
+// Requests and responses of the services of octosurf_msgs, apart from how they are serialised; the fields are
+// those of the .srv files.
 
 namespace octosurf::services {
 
