@@ -19,11 +19,11 @@ COPY . .
 ARG JOBS=
 RUN cmake -S . -B build/container -G Ninja -DCMAKE_BUILD_TYPE=Release -DOCTOSURF_UNITY_BUILD=ON -DOCTOSURF_BUILD_PYTHON=ON \
     -DOCTOSURF_BUILD_TESTS=OFF -DOCTOSURF_BUILD_BENCH=OFF \
-  && cmake --build build/container --target octosurf_app octosurf_python --parallel ${JOBS} \
+  && cmake --build build/container --target octosurf_app octosurf_lab_app octosurf_python --parallel ${JOBS} \
   && python3 bindings/python/build_backend/octosurf_wheel.py out/wheel --build-dir build/container \
   && python3 -m pip install --no-deps --no-index --target out/python out/wheel/*.whl
 # The packages of the libraries that these are linked with: ldd has /lib/… where dpkg may have /usr/lib/….
-RUN ldd build/container/bin/octosurf out/python/octosurf/*.so | sed -n 's/^.* => \(\/\S*\) .*/*\1/p' | sort -u \
+RUN ldd build/container/bin/octosurf build/container/bin/octosurf-lab out/python/octosurf/*.so | sed -n 's/^.* => \(\/\S*\) .*/*\1/p' | sort -u \
   | xargs dpkg-query -S | cut -d: -f1 | sort -u > out/packages
 
 FROM debian:12-slim
@@ -32,7 +32,7 @@ RUN apt-get update \
   && xargs apt-get install -y --no-install-recommends python3 python3-numpy < /tmp/packages \
   && rm -rf /var/lib/apt/lists/* /tmp/packages
 COPY --from=build /octosurf/LICENSE /usr/share/doc/octosurf/
-COPY --from=build /octosurf/build/container/bin/octosurf /usr/local/bin/
+COPY --from=build /octosurf/build/container/bin/octosurf /octosurf/build/container/bin/octosurf-lab /usr/local/bin/
 COPY --from=build /octosurf/out/python /usr/local/lib/python3.11/dist-packages
 WORKDIR /data
 CMD ["octosurf", "--help"]

@@ -2,21 +2,21 @@
 find_package(Eigen3 REQUIRED NO_MODULE)                # everywhere: vectors and poses
 find_package(Threads REQUIRED)                         # src/mapper, apps
 set(CMAKE_POLICY_DEFAULT_CMP0167 NEW)                  # CGAL asks for Boost by a module that CMake gives up
-# src/surfaces, src/planning: triangulation; src/simulation, test/planning: arrangements (GPL parts)
+# src/surfaces, src/planning: triangulation; lab, test/planning: arrangements (GPL parts)
 find_package(CGAL REQUIRED)
 # everywhere, headers: geometry, container, crc; src/planning: polygon; apps/serve: Beast
 find_package(Boost REQUIRED CONFIG)
-find_package(nlohmann_json REQUIRED)                   # src/io, src/evaluation, src/simulation: JSON
+find_package(nlohmann_json REQUIRED)                   # src/io, lab: JSON
 find_package(fastcdr REQUIRED)                         # src/io: ROS 2 messages as files and in bags
 find_package(Protobuf REQUIRED)                        # src/io: the .surfaces schema, messages in .mcap
-find_package(embree 4 QUIET)                           # src/simulation, src/io/exporters/picture: ray casting
+find_package(embree 4 QUIET)                           # lab, src/io/exporters/picture: ray casting
 if(NOT embree_FOUND)
   find_package(embree 3 REQUIRED)
 endif()
-find_package(assimp REQUIRED)                          # src/io: ply, glb, obj, stl; src/simulation: terrain meshes
+find_package(assimp REQUIRED)                          # src/io: ply, glb, obj, stl; lab: terrain meshes
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(lzf REQUIRED IMPORTED_TARGET liblzf)  # src/io: compressed PCD
-pkg_check_modules(spng REQUIRED IMPORTED_TARGET spng)  # src/io, src/simulation: 16-bit PNG
+pkg_check_modules(spng REQUIRED IMPORTED_TARGET spng)  # src/io, lab: 16-bit PNG
 pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd)  # src/io: the stream inside .surfaces
 find_package(ZLIB REQUIRED)                            # src/io: maps inside a page, check sums of bags
 pkg_check_modules(lz4 REQUIRED IMPORTED_TARGET liblz4)  # src/io: bags

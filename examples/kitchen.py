@@ -1,7 +1,7 @@
 # %% [markdown]
 # # From depth images to footsteps
 # Maps a recording (a folder as 7-Scenes has them, or anything that `octosurf map` reads), draws the surfaces seen from
-# above and plans steps between two places on the largest floor. Without a recording, `octosurf simulate` makes one:
+# above and plans steps between two places on the largest floor. Without a recording, `octosurf-lab simulate` makes one:
 #
 #     python3 examples/kitchen.py                         a simulated office
 #     python3 examples/kitchen.py kitchen --picture kitchen.png
@@ -24,7 +24,7 @@ chosen = arguments.parse_args()
 recording = chosen.recording
 if not recording:
     recording = tempfile.mkdtemp() + "/office"
-    subprocess.run(["octosurf", "simulate", "office", "--seed", "1", "-o", recording], check=True)
+    subprocess.run(["octosurf-lab", "simulate", "office", "--seed", "1", "-o", recording], check=True)
 
 # %% Mapping: scan by scan, as on a robot. With up=None it is found from the surfaces: a camera's frame may lie anyhow.
 mapper = octosurf.Mapper(up=None)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes a folder of depth images with poses (as `octosurf simulate` makes them) as a ROS 1 bag, as a robot would have
+"""Writes a folder of depth images with poses (as `octosurf-lab simulate` makes them) as a ROS 1 bag, as a robot would have
 recorded it: CompressedImage and CameraInfo of the camera, tf from the map to the robot's base, tf_static from there to
 the camera.
 

@@ -37,8 +37,10 @@ CommandTest::~CommandTest() {
 
 Outcome CommandTest::run(const std::string& arguments, const std::string& before) const {
   const fs::path out = folder / ".out", err = folder / ".err";
-  const std::string line = "cd '" + folder.string() + "' && " + before + " '" + paths::command() + "' " +
-                           arguments + " >'" + out.string() + "' 2>'" + err.string() + "' </dev/null";
+  const bool of_lab = arguments.starts_with("simulate") || arguments.starts_with("evaluate");
+  const std::string line = "cd '" + folder.string() + "' && " + before + " '" +
+                           (of_lab ? paths::lab() : paths::command()) + "' " + arguments + " >'" +
+                           out.string() + "' 2>'" + err.string() + "' </dev/null";
   const int status = std::system(line.c_str());
   Outcome outcome{
       WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), content_of(out), content_of(err), {}};
@@ -61,7 +63,8 @@ std::string CommandTest::error_of(const std::string& arguments, int code) const 
   if (outcome.errors.empty()) return {};
   const std::string verb = arguments.substr(0, arguments.find(' '));
   EXPECT_TRUE(outcome.errors[0].starts_with("octosurf: ") ||
-              outcome.errors[0].starts_with("octosurf " + verb + ": "))
+              outcome.errors[0].starts_with("octosurf " + verb + ": ") ||
+              outcome.errors[0].starts_with("octosurf-lab " + verb + ": "))
       << outcome.errors[0];
   return outcome.errors[0];
 }

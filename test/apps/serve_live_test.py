@@ -12,7 +12,8 @@ COMMAND, MAP = sys.argv[1:3]
 
 
 def command(*words):
-    done = subprocess.run([COMMAND, *words], capture_output=True, text=True, timeout=300)
+    program = COMMAND + ("-lab" if words[0] == "simulate" else "")
+    done = subprocess.run([program, *words], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, (words, done)
 
 

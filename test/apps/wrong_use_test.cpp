@@ -11,8 +11,8 @@ using ::testing::HasSubstr;
 
 class WrongUse : public CommandTest {};
 
-const std::vector<std::string> verbs{"map",     "info",     "export",   "view",  "query",
-                                     "explain", "simulate", "evaluate", "remap", "localize"};
+const std::vector<std::string> verbs{"map",   "info",    "export", "view",
+                                     "query", "explain", "remap",  "localize"};
 
 TEST_F(WrongUse, HelpOfEveryVerbBeginsWithExamples) {
   for (const std::string& verb : verbs) {
@@ -21,6 +21,8 @@ TEST_F(WrongUse, HelpOfEveryVerbBeginsWithExamples) {
     EXPECT_NE(usage, std::string::npos) << verb;
     EXPECT_LT(examples, usage) << help;
   }
+  for (const std::string verb : {"simulate", "evaluate"})
+    EXPECT_THAT(run_well(verb + " --help").out, HasSubstr("Examples:\n  octosurf-lab " + verb));
 }
 
 TEST_F(WrongUse, HelpListsTheVerbsALineEach) {

@@ -1,6 +1,7 @@
 """Says which includes break the house: docs/design.md §2 has the arrows, this reads them there.
 
-- A room of src/, and apps/, includes headers of its own, public ones, and those of the rooms behind its arrows.
+- A room of src/ or lab/, apps/, and lab/ itself include headers of their own, public ones, and those of the rooms
+  behind their arrows; only lab/ includes rooms of lab/.
 - The arrows have no cycle, and neither have the headers.
 - No header of src/ is called like a public one.
 - What a header of a room declares stands in the room's namespace, octosurf::room, or in that of a folder of the room;
@@ -48,15 +49,18 @@ def closed(arrows):
 
 
 def wrong_arrows(root, arrows):
-    rooms = {folder.name for folder in (root / "src").iterdir() if folder.is_dir()}
+    folders = {folder.name: folder for base in ("src", "lab") for folder in (root / base).glob("*/")}
+    laboratory = {name for name, folder in folders.items() if folder.parent.name == "lab"} - {"test"}
+    rooms = set(folders) - {"test"}
     assert len(rooms) > 5, "hardly any rooms: is the layout another one?"
-    arrows = {room: rooms if targets == {"all"} else targets for room, targets in arrows.items()}
-    unknown = (set(arrows) | set().union(*arrows.values())) - rooms - {"apps"}
+    everything = {"apps": rooms - laboratory, "lab": rooms}
+    arrows = {room: everything[room] if targets == {"all"} else targets for room, targets in arrows.items()}
+    unknown = (set(arrows) | set().union(*arrows.values())) - rooms - {"apps", "lab"}
     yield from (f"docs/design.md has an arrow of {room}, which is no room" for room in sorted(unknown))
     reach = closed(arrows)
     yield from (f"the arrows lead from {room} back to it" for room in sorted(reach) if room in reach[room])
-    for folder in sorted({root / "src" / room for room in rooms} | {root / "apps"}):
-        for file in sorted(folder.rglob("*.[ch]pp")):
+    for folder in sorted({folders[room] for room in rooms} | {root / "apps", root / "lab"}):
+        for file in sorted(folder.glob("*.[ch]pp") if folder.name == "lab" else folder.rglob("*.[ch]pp")):
             for include in includes_of(file):
                 room = include.split("/")[0]
                 if room in rooms and room != folder.name and room not in reach.get(folder.name, set()):
@@ -66,7 +70,7 @@ def wrong_arrows(root, arrows):
 def header_cycles(root):
     """The public header `x` is told apart from those of src/ by its folder."""
     graph = {}
-    for base, prefix in ((root / "src", ""), (root / "include", "")):
+    for base, prefix in ((root / "src", ""), (root / "lab", ""), (root / "include", "")):
         for file in base.rglob("*.hpp"):
             graph[prefix + str(file.relative_to(base))] = includes_of(file)
     done, path = set(), []

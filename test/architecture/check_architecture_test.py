@@ -10,6 +10,7 @@ DESIGN = """A room includes public headers, its own, and those of the rooms behi
 
 ```text
 apps → all          top, side → middle → bottom
+lab → all           made → top
 ```
 """
 ROOMS = ["top", "side", "middle", "bottom", "fifth", "sixth"]
@@ -24,6 +25,8 @@ class House(unittest.TestCase):
             self.write(f"src/{room}/{room}.hpp", "#pragma once\n")
         for i in range(11):
             self.write(f"include/octosurf/public{i}.hpp", "#include <vector>\n#include <Eigen/Core>\n")
+        self.write("lab/made/made.hpp", "#pragma once\n")
+        self.write("lab/main.cpp", '#include "made/made.hpp"\n')
         self.write("apps/main.cpp", '#include "bottom/bottom.hpp"\n')
 
     def tearDown(self):
@@ -50,6 +53,10 @@ class House(unittest.TestCase):
     def test_an_arrow_aside(self):
         self.write("src/top/a.hpp", '  #  include "side/side.hpp"\n')
         self.assertIn("top → side is no arrow", self.problem())
+
+    def test_an_arrow_into_the_laboratory(self):
+        self.write("apps/main.cpp", '#include "made/made.hpp"\n')
+        self.assertIn("apps → made is no arrow", self.problem())
 
     def test_arrows_in_a_circle(self):
         self.write("docs/design.md", DESIGN.replace("→ bottom", "→ bottom → top"))

@@ -202,6 +202,7 @@ def environment(folder):
     octosurf = pathlib.Path(os.environ["OCTOSURF"])
     (folder / "bin").mkdir()
     (folder / "bin/octosurf").symlink_to(octosurf)
+    (folder / "bin/octosurf-lab").symlink_to(octosurf.with_name("octosurf-lab"))
     (folder / "bin/python3").symlink_to(sys.executable)
     return {**os.environ, "PATH": f"{folder}/bin:{os.environ['PATH']}", "MPLBACKEND": "Agg",
             "PYTHONPATH": os.environ.get("OCTOSURF_BUILD", "") + "/python", "COLUMNS": "120"}

@@ -70,7 +70,7 @@ class Image(unittest.TestCase):
                                IMAGE, *command], check=True, capture_output=True, text=True).stdout
 
     def test_maps_and_shows(self):
-        self.run_in("octosurf", "simulate", "room", "--frames", "4", "-o", "scans")
+        self.run_in("octosurf-lab", "simulate", "room", "--frames", "4", "-o", "scans")
         self.run_in("octosurf", "map", "scans", "-o", "maps/room")
         self.run_in("octosurf", "view", "maps/room", "--html", "room.html")
         self.assertGreater((world.FOLDER / "room.html").stat().st_size, 100000)

@@ -13,7 +13,8 @@ FOLDER = pathlib.Path(_folder.name)
 
 
 def command(*arguments):
-    subprocess.run([os.environ["OCTOSURF"], *map(str, arguments)], check=True, stdout=subprocess.DEVNULL)
+    program = os.environ["OCTOSURF"] + ("-lab" if arguments[0] == "simulate" else "")
+    subprocess.run([program, *map(str, arguments)], check=True, stdout=subprocess.DEVNULL)
 
 
 @functools.cache

@@ -9,6 +9,7 @@ namespace octosurf::test::paths {
 std::string source();      ///< The checkout.
 std::string data();        ///< Recordings beside it; may not exist.
 std::string command();     ///< The program `octosurf`.
+std::string lab();         ///< The program `octosurf-lab`.
 std::string dds_node();    ///< The program `octosurf-dds`.
 std::string bag_python();  ///< A Python that may have what writes bags.
 

@@ -48,7 +48,7 @@ async function ended(run) {
 }
 
 async function followsTheMap(browser, folder) {
-  execFileSync(command, ['simulate', 'stairs', '-o', join(folder, 'scans'), '--frames', '400', '--noise-scale', '0']);
+  execFileSync(`${command}-lab`, ['simulate', 'stairs', '-o', join(folder, 'scans'), '--frames', '400', '--noise-scale', '0']);
   const { run, address } = await mapping(folder, 'first', '0');
   let again;
   try {

@@ -213,7 +213,7 @@ const folder = mkdtempSync(join(tmpdir(), 'octosurf_mcap_'));
 try {
   const at = (name) => join(folder, name);
   const run = (...words) => execFileSync(command, words, { stdio: ['ignore', 'pipe', 'pipe'] });
-  run('simulate', 'stairs', '-o', at('scans'), '--frames', '12');
+  execFileSync(`${command}-lab`, ['simulate', 'stairs', '-o', at('scans'), '--frames', '12']);
   run('map', at('scans'), '-o', at('m'), '--resolution', '0.04', '--mcap', at('run.mcap'), '--keep-scans', at('kept'),
     '--write-poses', at('poses.txt'));
   run('export', at('m'), '--to', at('map.json'));

@@ -1,4 +1,4 @@
-// `octosurf simulate`: posed scans of a known scene, with ground truth.
+// `octosurf-lab simulate`: posed scans of a known scene, with ground truth.
 #include "simulation/simulate.hpp"
 
 #include "bounds.hpp"
@@ -20,12 +20,12 @@ constexpr const char* simulate_description =
     R"(Records a simulated scene: posed scans and the truth about its planar faces.
 
 Examples:
-  octosurf simulate office -o sim/office
-  octosurf simulate stairs -o sim/strips --sensor tilting --seed 7
-  octosurf simulate corridor -o sim/long --length 60 --laps 2 --drift-m 0.1
-  octosurf simulate --mesh stairs.stl -o sim/terrain
-  octosurf simulate --mesh rubble.obj --up y --scale 0.001 -o sim/rubble --frames 300
-  octosurf map sim/office -o maps/office && octosurf evaluate maps/office --truth sim/office/truth.json
+  octosurf-lab simulate office -o sim/office
+  octosurf-lab simulate stairs -o sim/strips --sensor tilting --seed 7
+  octosurf-lab simulate corridor -o sim/long --length 60 --laps 2 --drift-m 0.1
+  octosurf-lab simulate --mesh stairs.stl -o sim/terrain
+  octosurf-lab simulate --mesh rubble.obj --up y --scale 0.001 -o sim/rubble --frames 300
+  octosurf map sim/office -o maps/office && octosurf-lab evaluate maps/office --truth sim/office/truth.json
 
 Scenes:
   room      table and box in a room          stones    tilted blocks, some of them close together

@@ -1,4 +1,4 @@
-// `octosurf evaluate`: scores of a map's surfaces against a truth or a labelled cloud.
+// `octosurf-lab evaluate`: scores of a map's surfaces against a truth or a labelled cloud.
 #include "evaluation/evaluate.hpp"
 
 #include "degrees.hpp"
@@ -24,12 +24,12 @@ namespace {
 constexpr const char* evaluate_description = R"(Scores a map's surfaces against what is true.
 
 Examples:
-  octosurf evaluate maps/office --truth sim/office/truth.json
-  octosurf evaluate maps/office --truth sim/office/truth.json --json scores.json
-  octosurf evaluate maps/table --labels learn17.pcd
+  octosurf-lab evaluate maps/office --truth sim/office/truth.json
+  octosurf-lab evaluate maps/office --truth sim/office/truth.json --json scores.json
+  octosurf-lab evaluate maps/table --labels learn17.pcd
 
 Scores against --truth (tol: 1.5 voxels, at least 2 cm, off a plane; exact definitions in
-src/evaluation/evaluate.hpp):
+lab/evaluation/evaluate.hpp):
   judged             true faces of which --min-area or more was seen; faces of one plane (0.5°, a quarter of a
                      voxel) nearer to each other than h are one, as a foot finds them
   correct            one surface covers 80 % of the face's seen area and lies on it with 80 % of its own

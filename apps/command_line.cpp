@@ -1,0 +1,166 @@
+#include "command_line.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <memory>
+#include <new>
+#include <numeric>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf {
+namespace {
+
+enum ExitCode { done = 0, failed = 1, wrong_use = 2 };
+
+/// Lists the verbs by the first line of their descriptions; the rest of it is for their own help.
+class Formatter : public CLI::Formatter {
+ public:
+  std::string make_subcommand(const CLI::App* verb) const override {
+    const std::string text = verb->get_description();
+    char line[160];
+    std::snprintf(line, sizeof line, "  %-10s %s\n", verb->get_name().c_str(),
+                  text.substr(0, text.find('\n')).c_str());
+    return line;
+  }
+};
+
+std::vector<std::string> verbs_of(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* verb : app.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(verb->get_name());
+  return names;
+}
+
+/// Letters to be put in, left out or changed to make one word of the other (Levenshtein).
+std::size_t edits(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (const char letter : a) {
+    std::size_t before = row[0]++;
+    for (std::size_t k = 0; k < b.size(); ++k) {
+      const std::size_t changed = before + (letter == b[k] ? 0 : 1);
+      before = row[k + 1];
+      row[k + 1] = std::min({changed, before + 1, row[k] + 1});
+    }
+  }
+  return row.back();
+}
+
+/// "; did you mean …?" of the known word that is most like one; empty if more than a third of it differs.
+std::string suggestion(const std::string& word, const std::vector<std::string>& known) {
+  std::string nearest;
+  std::size_t fewest = word.size() / 3 + 1;
+  for (const std::string& other : known)
+    if (const std::size_t count = edits(word, other); count < fewest) {
+      fewest = count;
+      nearest = other;
+    }
+  return nearest.empty() ? std::string() : "; did you mean " + nearest + "?";
+}
+
+/// For an option that the verb does not have.
+std::string suggested_option(const CLI::App& app, const std::string& verb,
+                             const std::vector<std::string>& words) {
+  if (verb.empty()) return {};
+  std::vector<std::string> known;
+  for (const CLI::Option* option : app.get_subcommand(verb)->get_options())
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  for (const std::string& word : words) {
+    const std::string name = word.substr(0, word.find('='));
+    if (name.starts_with("--") && std::find(known.begin(), known.end(), name) == known.end())
+      return suggestion(name, known);
+  }
+  return {};
+}
+
+/// One line. Takes no memory, because there may be none.
+int complain(const std::string& program, const std::string& verb, std::string_view message, ExitCode code) {
+  std::array<char, 4096> line;
+  const std::size_t length = std::min(message.size(), line.size() - 1);
+  std::replace_copy(message.begin(), message.begin() + length, line.begin(), '\n', ' ');
+  line[length] = 0;
+  std::fprintf(stderr, "%s%s%s: %s\n", program.c_str(), verb.empty() ? "" : " ", verb.c_str(), line.data());
+  return code;
+}
+
+bool is_number(const std::string& text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+/// The arguments for CLI11, last first, with the three numbers of `--up X Y Z` made one: an option that
+/// takes one word or three numbers would swallow the map's name behind the word.
+std::vector<std::string> arguments_of(std::vector<std::string> words) {
+  for (std::size_t i = 0; i + 3 < words.size(); ++i) {
+    const auto first = words.begin() + static_cast<std::ptrdiff_t>(i) + 1;
+    if (words[i] != "--up" || !std::all_of(first, first + 3, is_number)) continue;
+    *first = *first + " " + *(first + 1) + " " + *(first + 2);
+    words.erase(first + 1, first + 3);
+  }
+  std::reverse(words.begin(), words.end());
+  return words;
+}
+
+}  // namespace
+
+int run_command(CLI::App& app, int argc, char** argv) {
+  const std::string program = app.get_name();
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow further is an error like a full disk
+#if !defined(__OPTIMIZE__) || !defined(NDEBUG)
+  std::fputs("octosurf: note: not an optimised build, many times slower; use -DCMAKE_BUILD_TYPE=Release\n",
+             stderr);
+#endif
+  app.formatter(std::make_shared<Formatter>());
+  app.get_formatter()->label("SUBCOMMAND", "VERB");
+  app.set_version_flag("--version", program + " " OCTOSURF_VERSION);
+  app.require_subcommand(1);
+  for (CLI::App* verb : app.get_subcommands({})) verb->group("Verbs");
+  std::vector<std::string> words(argv + 1, argv + argc);
+  if (words.empty())
+    return complain(program, {}, "a verb is missing; " + program + " --help lists them", wrong_use);
+  if (words.front() == "help") {  // of a verb, or of all
+    words.erase(words.begin());
+    words.emplace_back("--help");
+  }
+  const std::vector<std::string> verbs = verbs_of(app);
+  const std::string& first = words.front();
+  const std::string verb =
+      std::find(verbs.begin(), verbs.end(), first) == verbs.end() ? std::string() : first;
+  if (verb.empty() && first != "--help" && first != "-h" && first != "--version")
+    return complain(
+        program, {},
+        "'" + first + "' is not a verb" + suggestion(first, verbs) + "; " + program + " --help lists them",
+        wrong_use);
+  try {
+    app.parse(arguments_of(words));
+  } catch (const CLI::Success& asked) {  // help, version
+    return app.exit(asked);
+  } catch (const CLI::ParseError& error) {
+    const std::string help = verb.empty() ? program + " --help" : program + " " + verb + " --help";
+    const bool unknown = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
+    return complain(
+        program, verb,
+        error.what() + (unknown ? suggested_option(app, verb, words) : std::string()) + "; see " + help,
+        wrong_use);
+  } catch (const Error& error) {
+    return complain(program, verb, error.what(), error.kind() == Error::Kind::usage ? wrong_use : failed);
+  } catch (const std::bad_alloc&) {
+    return complain(program, verb, "out of memory; map fewer scans at once or use a coarser resolution",
+                    failed);
+  } catch (const std::exception& error) {
+    return complain(program, verb, error.what(), failed);
+  }
+  return done;
+}
+
+}  // namespace octosurf
