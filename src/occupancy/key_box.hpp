@@ -1,5 +1,6 @@
 #pragma once
 
+#include "geometry/morton.hpp"
 #include "geometry/voxel_grid.hpp"
 
 #include <Eigen/Geometry>
@@ -8,8 +9,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-
-#include <octosurf/adapters/detail/morton.hpp>
 
 namespace octosurf::occupancy {
 
@@ -84,8 +83,8 @@ inline Key3 child_corner(const Key3& corner, unsigned c, int level) {
 }
 
 inline std::uint64_t morton_of(const Key3& key) {
-  return detail::morton_of(static_cast<unsigned>(key[0]), static_cast<unsigned>(key[1]),
-                           static_cast<unsigned>(key[2]));
+  return geometry::morton_of(static_cast<unsigned>(key[0]), static_cast<unsigned>(key[1]),
+                             static_cast<unsigned>(key[2]));
 }
 
 }  // namespace octosurf::occupancy

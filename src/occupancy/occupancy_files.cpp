@@ -1,5 +1,6 @@
 // The octree's way to and from bytes. OctoMap's own readers recurse without a limit and read on
 // past the end of a file, so its two formats are parsed here, with both checked.
+#include "geometry/morton.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/voxel_tree.hpp"
 
@@ -266,7 +267,7 @@ class OctomapReader {
     const unsigned mask = byte();
     if (mask == 0) set_leaf(corner, level, value);
     if (mask != 0 && level == 0) refuse_octomap(file_, "is damaged: deeper than 16 levels");
-    nodes_ += detail::bit_count(mask);
+    nodes_ += geometry::bit_count(mask);
     for (unsigned c = 0; c < 8; ++c)
       if (mask >> c & 1) read_full(child_key(corner, c, level - 1), level - 1);
   }

@@ -2,6 +2,7 @@
 
 #include "occupancy/grazing.hpp"
 #include "occupancy/payload.hpp"
+#include "occupancy/ray_bits.hpp"
 #include "occupancy/voxel_tree.hpp"
 
 #include <array>
@@ -47,8 +48,8 @@ OccupancyModel model_of(const OccupancyParameters& p) {
 }
 
 /// One ray per distinct end voxel; those beyond the range end there and hit nothing.
-std::vector<detail::GridRay> rays_of(const sensing::VoxelScan& scan, const geometry::VoxelGrid& grid) {
-  std::vector<detail::GridRay> rays;
+std::vector<GridRay> rays_of(const sensing::VoxelScan& scan, const geometry::VoxelGrid& grid) {
+  std::vector<GridRay> rays;
   rays.reserve(scan.ends.size());
   for (const sensing::EndVoxel& end : scan.ends) {
     const Eigen::Vector3f centre = grid.centre_of(end.key);
@@ -57,7 +58,7 @@ std::vector<detail::GridRay> rays_of(const sensing::VoxelScan& scan, const geome
       continue;
     }
     Eigen::Vector3f direction = centre - scan.origin;
-    direction /= static_cast<float>(detail::norm_of(direction.x(), direction.y(), direction.z()));
+    direction /= static_cast<float>(sensing::norm_of(direction.x(), direction.y(), direction.z()));
     const Eigen::Vector3f cut = scan.origin + direction * static_cast<float>(scan.max_range);
     if (geometry::VoxelKey key; grid.key_of(cut, key))
       rays.push_back({{cut.x(), cut.y(), cut.z()}, {key.x, key.y, key.z}, false, false});
@@ -109,7 +110,7 @@ struct OccupancyMap::Policy {
 OccupancyMap::OccupancyMap(const OccupancyParameters& parameters)
     : grid_(parameters.resolution),
       tree_(std::make_unique<VoxelTree>(model_of(parameters))),
-      bits_(std::make_unique<detail::RayBits>()) {}
+      bits_(std::make_unique<RayBits>()) {}
 OccupancyMap::OccupancyMap(OccupancyMap&&) noexcept = default;
 OccupancyMap& OccupancyMap::operator=(OccupancyMap&&) noexcept = default;
 OccupancyMap::~OccupancyMap() = default;
@@ -120,7 +121,7 @@ OccupancyDelta OccupancyMap::insert(const sensing::VoxelScan& scan, const sensin
 }
 
 OccupancyMap::Touched OccupancyMap::trace(const sensing::VoxelScan& scan, int threads) {
-  detail::GridOrigin from{{scan.origin.x(), scan.origin.y(), scan.origin.z()}, {}, grid_.resolution()};
+  GridOrigin from{{scan.origin.x(), scan.origin.y(), scan.origin.z()}, {}, grid_.resolution()};
   geometry::VoxelKey key;
   grid_.key_of(scan.origin, key);
   from.key = {key.x, key.y, key.z};

@@ -15,17 +15,14 @@
 #include <string>
 #include <vector>
 
+#include <octosurf/adapters/detail/scan_rays.hpp>
 #include <octosurf/occupancy.hpp>
 #include <octosurf/parameters.hpp>
 #include <octosurf/surface.hpp>
 
-namespace octosurf::detail {
-class RayBits;
-struct TouchedBlock;
-}  // namespace octosurf::detail
-
 namespace octosurf::occupancy {
 
+class RayBits;
 class VoxelTree;
 
 /// A voxel's point as it stands in the octree.
@@ -168,7 +165,7 @@ class OccupancyMap {
   struct Policy;
   geometry::VoxelGrid grid_;
   std::unique_ptr<VoxelTree> tree_;
-  std::unique_ptr<detail::RayBits> bits_;
+  std::unique_ptr<RayBits> bits_;
 };
 
 }  // namespace octosurf::occupancy

@@ -87,7 +87,7 @@ class PointWindow {
     Index count = 0;
     std::array<std::uint32_t, 27> around;  // of blocks_, x fastest; unknown until asked for
   };
-  static constexpr std::array<std::uint8_t, 256> bits_in_row = [] {  // faster than detail::bit_count
+  static constexpr std::array<std::uint8_t, 256> bits_in_row = [] {  // faster than geometry::bit_count
     std::array<std::uint8_t, 256> bits{};
     for (unsigned row = 0; row < 256; ++row) bits[row] = static_cast<std::uint8_t>(std::popcount(row));
     return bits;

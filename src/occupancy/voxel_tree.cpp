@@ -78,7 +78,7 @@ VoxelPayload& VoxelTree::payload(Brick& b, unsigned i) {
   const unsigned rank = b.rank(i);
   const std::uint64_t bit = std::uint64_t{1} << i;
   if ((b.points & bit) != 0) return payloads_.writable(b.payloads)[rank];
-  VoxelPayload& made = payloads_.insert(b.payloads, rank, detail::bit_count(b.points));
+  VoxelPayload& made = payloads_.insert(b.payloads, rank, geometry::bit_count(b.points));
   b.points |= bit;
   return made;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "geometry/morton.hpp"
 #include "geometry/voxel_key.hpp"
 #include "occupancy/payload_store.hpp"
 #include "occupancy/pool.hpp"
@@ -10,8 +11,7 @@
 #include <memory>
 #include <span>
 
-#include <octosurf/adapters/detail/morton.hpp>
-#include <octosurf/adapters/detail/ray_bits.hpp>
+#include <octosurf/adapters/detail/scan_rays.hpp>
 
 namespace octosurf::occupancy {
 
@@ -127,14 +127,14 @@ class VoxelTree {
     std::uint64_t known = 0, points = 0;
     PayloadRun payloads;
 
-    unsigned rank(unsigned i) const { return detail::bit_count(points & ((std::uint64_t{1} << i) - 1)); }
+    unsigned rank(unsigned i) const { return geometry::bit_count(points & ((std::uint64_t{1} << i) - 1)); }
   };
   const VoxelPayload* payloads_of(const Brick& b) const { return payloads_.at(b.payloads); }
 
   static geometry::VoxelKey key_of(std::uint64_t morton) {
-    return {static_cast<std::uint16_t>(detail::compact_bits(morton)),
-            static_cast<std::uint16_t>(detail::compact_bits(morton >> 1)),
-            static_cast<std::uint16_t>(detail::compact_bits(morton >> 2))};
+    return {static_cast<std::uint16_t>(geometry::compact_bits(morton)),
+            static_cast<std::uint16_t>(geometry::compact_bits(morton >> 1)),
+            static_cast<std::uint16_t>(geometry::compact_bits(morton >> 2))};
   }
 
  private:
@@ -151,7 +151,7 @@ class VoxelTree {
     return (key.x >> level & 1U) | (key.y >> level & 1U) << 1 | (key.z >> level & 1U) << 2;
   }
   static unsigned index_in_brick(geometry::VoxelKey key) {
-    return static_cast<unsigned>(detail::morton_of(key.x & 3U, key.y & 3U, key.z & 3U));
+    return static_cast<unsigned>(geometry::morton_of(key.x & 3U, key.y & 3U, key.z & 3U));
   }
   // Of a divided slot that is written to: twice shares_, and whether anything in it may be occupied.
   void mark(Slot& slot, bool may_be_occupied) const {
@@ -322,7 +322,7 @@ void VoxelTree::drop_vanished(Brick& b, std::uint64_t brick_morton, std::uint64_
     if (occupied(b.value[i])) continue;
     const unsigned rank = b.rank(i);
     policy.vanished(payloads_.at(b.payloads)[rank], key_of(brick_morton << 6 | i));
-    payloads_.erase(b.payloads, rank, detail::bit_count(b.points));
+    payloads_.erase(b.payloads, rank, geometry::bit_count(b.points));
     b.points &= ~(std::uint64_t{1} << i);
   }
 }
@@ -373,7 +373,7 @@ void VoxelTree::visit_points(geometry::VoxelKey key, int level, Visit&& visit) c
     if (slot->link < first_link) return;
     slot = &group(*slot)[child_of(key, l)];
   }
-  visit_below(*slot, detail::morton_of(key.x, key.y, key.z) >> (3 * level), level, visit);
+  visit_below(*slot, geometry::morton_of(key.x, key.y, key.z) >> (3 * level), level, visit);
 }
 
 template <class Visit>

@@ -1,10 +1,10 @@
 #include "sensing/downsample.hpp"
 
+#include "geometry/parallel.hpp"
 #include "sensing/locate.hpp"
 
 #include <algorithm>
 
-#include <octosurf/adapters/detail/parallel.hpp>
 #include <octosurf/error.hpp>
 
 namespace octosurf::sensing {
@@ -81,8 +81,8 @@ VoxelScan Downsampler::operator()(const Scan& scan, const Eigen::Isometry3d& T_m
   // Runs end at the same points whatever the number of threads, so sums round alike.
   const std::size_t stretches = scan.points.size() / LocatedPoints::most + 1;
   parts_.resize(std::min(static_cast<std::size_t>(threads), stretches));
-  detail::in_parallel(static_cast<int>(parts_.size()), [&](int t) {
-    const detail::Share share(stretches, t, static_cast<int>(parts_.size()));
+  geometry::in_parallel(static_cast<int>(parts_.size()), [&](int t) {
+    const geometry::Share share(stretches, t, static_cast<int>(parts_.size()));
     collect_runs(scan, T_map_sensor, min_range, share.begin * LocatedPoints::most,
                  std::min(share.end * LocatedPoints::most, scan.points.size()),
                  parts_[static_cast<std::size_t>(t)]);

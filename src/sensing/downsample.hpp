@@ -1,17 +1,22 @@
 #pragma once
 
 #include "geometry/voxel_grid.hpp"
+#include "sensing/voxel_table.hpp"
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <vector>
 
-#include <octosurf/adapters/detail/grid_ray.hpp>
-#include <octosurf/adapters/detail/voxel_table.hpp>
 #include <octosurf/scan.hpp>
 
 namespace octosurf::sensing {
+
+/// OctoMap's length of a vector: summed in float, its root taken in double.
+inline double norm_of(float x, float y, float z) {
+  return std::sqrt(static_cast<double>(x * x + y * y + z * z));
+}
 
 /// One distinct voxel that scan points ended in (paper III-A1).
 struct EndVoxel {
@@ -30,7 +35,7 @@ struct VoxelScan {
   /// OctoMap's rule: an end voxel is a hit if its centre is within max_range; else a free ray.
   bool within_range(const Eigen::Vector3f& centre) const {
     const Eigen::Vector3f v = centre - origin;
-    return detail::norm_of(v.x(), v.y(), v.z()) <= max_range;
+    return norm_of(v.x(), v.y(), v.z()) <= max_range;
   }
 };
 
@@ -81,7 +86,7 @@ class Downsampler {
   void add(const Run& run, VoxelScan& out);
 
   geometry::VoxelGrid grid_;
-  detail::VoxelTable table_;  // place in `ends` plus one
+  VoxelTable table_;  // place in `ends` plus one
   std::vector<Part> parts_;
 };
 

@@ -1,5 +1,6 @@
 #include "sensing/rounded_scan.hpp"
 
+#include "geometry/morton.hpp"
 #include "sensing/reading_code.hpp"
 
 #include <algorithm>
@@ -7,8 +8,6 @@
 #include <cmath>
 #include <utility>
 #include <vector>
-
-#include <octosurf/adapters/detail/morton.hpp>
 
 namespace octosurf::sensing {
 namespace {
@@ -22,7 +21,7 @@ void sort(VoxelScan& scan) {
   std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
   order.reserve(scan.ends.size());
   for (const EndVoxel& end : scan.ends)
-    order.emplace_back(detail::morton_of(end.key.x, end.key.y, end.key.z),
+    order.emplace_back(geometry::morton_of(end.key.x, end.key.y, end.key.z),
                        static_cast<std::uint32_t>(order.size()));
   if (std::is_sorted(order.begin(), order.end())) return;
   std::sort(order.begin(), order.end());

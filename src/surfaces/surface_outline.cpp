@@ -1,4 +1,5 @@
 // The parts of SurfaceModel that make its polygons.
+#include "geometry/morton.hpp"
 #include "surfaces/meetings.hpp"
 #include "surfaces/surface_model.hpp"
 
@@ -7,8 +8,6 @@
 #include <limits>
 #include <numbers>
 #include <utility>
-
-#include <octosurf/adapters/detail/morton.hpp>
 
 namespace octosurf::surfaces {
 namespace {
@@ -82,8 +81,8 @@ std::optional<Eigen::Vector3d> SurfaceModel::outward(geometry::PlaneCell cell) c
   if ((around & next_to_it) == next_to_it) return {};
   Eigen::Vector2i inward(0, 0);
   for (const int k : {-2, -1, 1, 2})
-    inward += k * Eigen::Vector2i(detail::bit_count(around & column << (k + 2)),
-                                  detail::bit_count(around & row << 5 * (k + 2)));
+    inward += k * Eigen::Vector2i(geometry::bit_count(around & column << (k + 2)),
+                                  geometry::bit_count(around & row << 5 * (k + 2)));
   if (inward.squaredNorm() < clear * clear) return {};
   return -(hash_frame_.linear().leftCols<2>() * inward.cast<double>().normalized());
 }

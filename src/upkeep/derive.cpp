@@ -1,11 +1,11 @@
 #include "upkeep/derive.hpp"
 
+#include "geometry/parallel.hpp"
+
 #include <algorithm>
 #include <atomic>
 #include <utility>
 #include <vector>
-
-#include <octosurf/adapters/detail/parallel.hpp>
 
 namespace octosurf::upkeep {
 namespace {
@@ -56,7 +56,7 @@ std::vector<SurfacePtr> derived(const surfaces::MapState& state, std::vector<sur
       surfaces[i] = model.publish(state.revision);
     }
   };
-  detail::in_parallel(std::clamp(static_cast<int>(models.size()), 1, threads), derive_some);
+  geometry::in_parallel(std::clamp(static_cast<int>(models.size()), 1, threads), derive_some);
   return surfaces;
 }
 

@@ -1,4 +1,5 @@
 // What is left of a map when memory runs out in the middle of a scan: what it was before, to the last bit.
+#include "geometry/parallel.hpp"
 #include "mapper/failing_memory.hpp"
 #include "support/guarantees.hpp"
 #include "support/random_scans.hpp"
@@ -24,7 +25,6 @@
 #include <unistd.h>
 #include <vector>
 
-#include <octosurf/adapters/detail/parallel.hpp>
 #include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/mapper.hpp>
@@ -358,7 +358,7 @@ TEST_F(OutOfMemory, ThreadsThatAreNotGrantedAreDoneWithout) {
     none.rlim_cur = 0;  // no room for another stack
     ::setrlimit(RLIMIT_AS, &none);
     std::vector<std::thread::id> done(8);
-    detail::in_parallel(8, [&](int t) { done[static_cast<std::size_t>(t)] = std::this_thread::get_id(); });
+    geometry::in_parallel(8, [&](int t) { done[static_cast<std::size_t>(t)] = std::this_thread::get_id(); });
     if (std::count(done.begin(), done.end(), std::thread::id()) != 0)
       finding->complain("a share is not done");
     if (std::count(done.begin(), done.end(), std::this_thread::get_id()) <= 1)

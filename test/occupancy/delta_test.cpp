@@ -1,4 +1,5 @@
 // What an insertion says has appeared and vanished, against the sets of occupied voxels before and after.
+#include "geometry/morton.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/octomap_twin.hpp"
 #include "occupancy/octree_bytes.hpp"
@@ -11,8 +12,6 @@
 #include <iterator>
 #include <map>
 #include <random>
-
-#include <octosurf/adapters/detail/morton.hpp>
 
 namespace octosurf::occupancy {
 namespace {

@@ -1,11 +1,10 @@
 #pragma once
 
+#include "geometry/morton.hpp"
 #include "occupancy/occupancy_map.hpp"
 
 #include <cstdint>
 #include <string>
-
-#include <octosurf/adapters/detail/morton.hpp>
 
 namespace octosurf::test {
 
@@ -16,6 +15,6 @@ inline std::string bytes_of(const occupancy::OccupancyMap& map) {
   return bytes;
 }
 
-inline std::uint64_t morton(geometry::VoxelKey k) { return detail::morton_of(k.x, k.y, k.z); }
+inline std::uint64_t morton(geometry::VoxelKey k) { return geometry::morton_of(k.x, k.y, k.z); }
 
 }  // namespace octosurf::test

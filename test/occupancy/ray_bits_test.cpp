@@ -1,4 +1,8 @@
 // The rays' bits against a walk that is OctoMap's own, for every kind of ray.
+#include "occupancy/ray_bits.hpp"
+
+#include "geometry/morton.hpp"
+#include "occupancy/walk_lanes.hpp"
 #include "support/seed.hpp"
 
 #include <algorithm>
@@ -7,9 +11,7 @@
 #include <random>
 #include <set>
 
-#include <octosurf/adapters/detail/ray_bits.hpp>
-
-namespace octosurf::detail {
+namespace octosurf::occupancy {
 namespace {
 
 using KeySet = std::set<std::array<std::uint16_t, 3>>;
@@ -57,9 +59,9 @@ Touched read(std::span<const TouchedBlock> blocks) {
     bool hit = false;
     for (unsigned i = 0; i < 512; ++i) {
       const std::uint64_t m = block.morton << 9 | i;
-      const std::array<std::uint16_t, 3> key{static_cast<std::uint16_t>(compact_bits(m)),
-                                             static_cast<std::uint16_t>(compact_bits(m >> 1)),
-                                             static_cast<std::uint16_t>(compact_bits(m >> 2))};
+      const std::array<std::uint16_t, 3> key{static_cast<std::uint16_t>(geometry::compact_bits(m)),
+                                             static_cast<std::uint16_t>(geometry::compact_bits(m >> 1)),
+                                             static_cast<std::uint16_t>(geometry::compact_bits(m >> 2))};
       if (block.misses[i / 64] >> (i % 64) & 1) touched.misses.insert(key);
       if (block.hits[i / 64] >> (i % 64) & 1) touched.hits.insert(key);
       hit |= (block.hits[i / 64] >> (i % 64) & 1) != 0;
@@ -143,7 +145,7 @@ TEST(RayBits, OfABoxTooLargeToPassOverAreOctomapsVoxels) {
 template <std::size_t width>
 std::vector<std::uint64_t> walked(const GridOrigin& from, std::span<const GridRay> rays, bool paged) {
   BlockAddress address;
-  KeyBox box;
+  RayBox box;
   for (std::size_t a = 0; a < 3; ++a) {
     box.min[a] = from.key[a] - 60;
     box.max[a] = from.key[a] + 60;
@@ -197,4 +199,4 @@ TEST(RayBits, OfNoRaysAreNone) {
 }
 
 }  // namespace
-}  // namespace octosurf::detail
+}  // namespace octosurf::occupancy

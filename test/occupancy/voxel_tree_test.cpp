@@ -1,6 +1,7 @@
 // The octree against a map of voxels, and its memory against OctoMap's.
 #include "occupancy/voxel_tree.hpp"
 
+#include "geometry/morton.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/octomap_twin.hpp"
 #include "occupancy/octree_bytes.hpp"
@@ -29,9 +30,9 @@ struct TwinVoxel {
 using Twin = std::map<std::uint64_t, TwinVoxel>;  // by Morton index
 
 geometry::VoxelKey key_of(std::uint64_t m) {
-  return {static_cast<std::uint16_t>(detail::compact_bits(m)),
-          static_cast<std::uint16_t>(detail::compact_bits(m >> 1)),
-          static_cast<std::uint16_t>(detail::compact_bits(m >> 2))};
+  return {static_cast<std::uint16_t>(geometry::compact_bits(m)),
+          static_cast<std::uint16_t>(geometry::compact_bits(m >> 1)),
+          static_cast<std::uint16_t>(geometry::compact_bits(m >> 2))};
 }
 
 /// Checks what it is told against the twin.
@@ -121,7 +122,7 @@ void compare(VoxelTree& tree, const Twin& twin) {
 /// A scan in a corner of 2×2×2 blocks: whole cubes of misses, so that the tree divides and prunes.
 std::map<std::uint64_t, Masks> random_scan(std::mt19937_64& rng) {
   std::map<std::uint64_t, Masks> scan;
-  const std::uint64_t base = detail::morton_of(4096, 4100, 4090) & ~std::uint64_t{7};
+  const std::uint64_t base = geometry::morton_of(4096, 4100, 4090) & ~std::uint64_t{7};
   for (std::uint64_t b = 0; b < 8; ++b) {
     Masks masks;
     for (unsigned w = 0; w < 8; ++w) {
@@ -141,7 +142,7 @@ TEST(VoxelTree, EqualsAMapOfVoxels) {
   EXPECT_TRUE(tree.empty());
   for (int round = 0; round < 60; ++round) {
     std::map<std::uint64_t, Masks> scan = random_scan(rng);
-    std::vector<detail::TouchedBlock> blocks;
+    std::vector<occupancy::TouchedBlock> blocks;
     for (auto& [block, masks] : scan) {
       bool hit = false;
       for (const std::uint64_t w : masks.hits) hit |= w != 0;

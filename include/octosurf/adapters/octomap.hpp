@@ -5,20 +5,12 @@
 #include <vector>
 
 #include <octosurf/adapters/detail/batch_insert.hpp>
-#include <octosurf/adapters/detail/voxel_table.hpp>
 
 // insert_point_cloud() for any OctoMap octree. A map's octree as an octomap::OcTree, and one taken in:
 // adapters/octree.hpp, which needs the library, too.
 
 namespace octosurf {
 namespace detail {
-
-/// What insert_point_cloud keeps from call to call.
-struct InsertionScratch {
-  RayBits bits;
-  VoxelTable ends;
-  std::vector<GridRay> rays;
-};
 
 inline std::array<std::uint16_t, 3> array_of(const octomap::OcTreeKey& key) {
   return {key[0], key[1], key[2]};
@@ -39,9 +31,8 @@ void add_ray(const Tree& tree, const octomap::point3d& origin, const octomap::po
 
 template <class Tree>
 void collect_rays(const Tree& tree, const octomap::Pointcloud& scan, const octomap::point3d& origin,
-                  double max_range, bool discretize, InsertionScratch& scratch) {
-  scratch.rays.clear();
-  scratch.ends.clear();
+                  double max_range, bool discretize, ScanRays& scratch) {
+  scratch.clear();
   octomap::OcTreeKey last;
   bool any = false;
   for (const octomap::point3d& point : scan) {
@@ -54,7 +45,7 @@ void collect_rays(const Tree& tree, const octomap::Pointcloud& scan, const octom
     if (any && key == last) continue;
     any = true;
     last = key;
-    if (std::uint32_t& seen = scratch.ends.at(array_of(key)); seen++ == 0)
+    if (scratch.is_new_end(array_of(key)))
       add_ray(tree, origin, tree.keyToCoord(key), key, max_range, true, scratch.rays);
   }
 }
@@ -67,11 +58,8 @@ void make_root(Tree& tree, const TouchedBlock& block, bool lazy) {
     const std::uint64_t bit = std::uint64_t{1} << (i % 64);
     const bool hit = (block.hits[i / 64] & bit) != 0;
     if (!hit && (block.misses[i / 64] & bit) == 0) continue;
-    const std::uint64_t morton = block.morton << 9 | i;
-    const octomap::OcTreeKey key(static_cast<octomap::key_type>(compact_bits(morton)),
-                                 static_cast<octomap::key_type>(compact_bits(morton >> 1)),
-                                 static_cast<octomap::key_type>(compact_bits(morton >> 2)));
-    tree.updateNode(key, hit, lazy);
+    const auto [x, y, z] = voxel_of(block, i);
+    tree.updateNode(octomap::OcTreeKey(x, y, z), hit, lazy);
     block.hits[i / 64] &= ~bit;
     block.misses[i / 64] &= ~bit;
     return;
@@ -87,12 +75,12 @@ void make_root(Tree& tree, const TouchedBlock& block, bool lazy) {
 /// 2. `threads` change the time, never the result.
 /// 3. Points that are not finite or outside the octree are left out; OctoMap lets them wrap around.
 ///
-/// `discretize` is true unless told otherwise: one ray per distinct end voxel is what makes a depth
+/// `discretize` is true by default: one ray per distinct end voxel is what makes a depth
 /// image affordable (OctoMap's own default is false). With a bounding-box limit, change detection or
 /// a sensor outside the octree it calls OctoMap's own, because their state is not within reach.
 ///
-/// This header, the ones in detail/ beside it and OctoMap's are all it needs. Scratch memory stays with
-/// the calling thread: some megabytes for a depth camera, RayBits tells the most. Cost: about 5 ns a
+/// The rays are walked by octosurf::core. Scratch memory stays with the calling thread: some megabytes for a
+/// depth camera, 256 MB a thread at most. Cost: about 5 ns a
 /// point, 1 ns a ray step, and the nodes that change.
 template <class Tree>
 void insert_point_cloud(Tree& tree, const octomap::Pointcloud& scan, const octomap::point3d& sensor_origin,
@@ -104,12 +92,12 @@ void insert_point_cloud(Tree& tree, const octomap::Pointcloud& scan, const octom
     tree.insertPointCloud(scan, sensor_origin, max_range, lazy_eval, discretize);
     return;
   }
-  thread_local detail::InsertionScratch scratch;
+  thread_local detail::ScanRays scratch;
   detail::collect_rays(tree, scan, sensor_origin, max_range, discretize, scratch);
   const detail::GridOrigin from{{sensor_origin.x(), sensor_origin.y(), sensor_origin.z()},
                                 detail::array_of(origin_key),
                                 tree.getResolution()};
-  const std::span<const detail::TouchedBlock> blocks = scratch.bits.trace(from, scratch.rays, threads);
+  const std::span<const detail::TouchedBlock> blocks = scratch.trace(from, threads);
   if (blocks.empty()) return;
   if (tree.getRoot() == nullptr) detail::make_root(tree, blocks.front(), lazy_eval);
   detail::BatchInsert<Tree>(tree, lazy_eval)(blocks);

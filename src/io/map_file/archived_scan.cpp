@@ -1,5 +1,6 @@
 #include "io/map_file/archived_scan.hpp"
 
+#include "geometry/morton.hpp"
 #include "io/map_file/file_beginning.hpp"
 #include "io/map_file/record_stream.hpp"
 #include "scan_archive.pb.h"
@@ -12,7 +13,6 @@
 #include <system_error>
 #include <utility>
 
-#include <octosurf/adapters/detail/morton.hpp>
 #include <octosurf/error.hpp>
 
 namespace octosurf::io {
@@ -32,10 +32,10 @@ constexpr std::size_t longest_name = 4096;
 constexpr std::uint64_t end_of_keys = std::uint64_t{1} << 48;
 constexpr std::uint32_t most_in_pixel = std::numeric_limits<std::uint16_t>::max();
 
-std::uint64_t morton_of(geometry::VoxelKey key) { return detail::morton_of(key.x, key.y, key.z); }
+std::uint64_t morton_of(geometry::VoxelKey key) { return geometry::morton_of(key.x, key.y, key.z); }
 geometry::VoxelKey key_of(std::uint64_t morton) {
   const auto axis = [&](int shift) {
-    return static_cast<std::uint16_t>(detail::compact_bits(morton >> shift));
+    return static_cast<std::uint16_t>(geometry::compact_bits(morton >> shift));
   };
   return {axis(0), axis(1), axis(2)};
 }

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <span>
 
-#include <octosurf/adapters/detail/ray_bits.hpp>
+#include <octosurf/adapters/detail/scan_rays.hpp>
 
 namespace octosurf::detail {
 

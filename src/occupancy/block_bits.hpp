@@ -1,5 +1,7 @@
 #pragma once
 
+#include "geometry/morton.hpp"
+
 #include <array>
 #include <cstdint>
 #include <cstdlib>
@@ -7,12 +9,10 @@
 #include <new>
 #include <vector>
 
-#include <octosurf/adapters/detail/morton.hpp>
-
-namespace octosurf::detail {
+namespace octosurf::occupancy {
 
 /// Inclusive box of voxel keys.
-struct KeyBox {
+struct RayBox {
   std::array<int, 3> min{}, max{};
 
   bool contains(const std::array<std::uint16_t, 3>& key) const {
@@ -28,7 +28,7 @@ struct KeyBox {
 /// with the other axes' bits filled with ones.
 class BlockAddress {
  public:
-  void fit(const KeyBox& box) {
+  void fit(const RayBox& box) {
     std::array<unsigned, 3> bits;
     for (std::size_t a = 0; a < 3; ++a) bits[a] = bits_for(box.min[a], box.max[a]);
     if (bits == bits_) return;
@@ -98,4 +98,4 @@ class LazyWords {
 /// A block outside the box, which a few far rays reach: eight words of misses, eight of hits.
 using StrayBlock = std::array<std::uint64_t, 16>;
 
-}  // namespace octosurf::detail
+}  // namespace octosurf::occupancy

@@ -1,85 +1,14 @@
-#pragma once
+#include "occupancy/ray_bits.hpp"
+
+#include "geometry/morton.hpp"
+#include "geometry/parallel.hpp"
+#include "occupancy/walk_lanes.hpp"
 
 #include <algorithm>
-#include <span>
-#include <unordered_map>
 
-#include <octosurf/adapters/detail/block_bits.hpp>
-#include <octosurf/adapters/detail/grid_ray.hpp>
-#include <octosurf/adapters/detail/parallel.hpp>
-#include <octosurf/adapters/detail/walk_lanes.hpp>
+namespace octosurf::occupancy {
 
-namespace octosurf::detail {
-
-/// 8³ voxels that a scan touched: bit m of the masks is the voxel with Morton index m inside the
-/// block, so that word w and its bytes are the octree's children and grandchildren.
-struct TouchedBlock {
-  std::uint64_t morton = 0;         ///< of the block's key (voxel key / 8), 13 bits an axis
-  std::uint64_t* misses = nullptr;  ///< eight words; never overlap hits
-  std::uint64_t* hits = nullptr;    ///< eight words
-  bool hit = false;                 ///< some bit of `hits` is set
-};
-
-inline bool any_hit(std::span<const TouchedBlock> blocks) {
-  return std::any_of(blocks.begin(), blocks.end(), [](const TouchedBlock& block) { return block.hit; });
-}
-
-/// visit(child, blocks) for every child of a node that blocks below it touch; the node's blocks, in
-/// ascending Morton order, agree in the bits above `shift` + 3.
-template <class Visit>
-void for_each_touched_child(std::span<const TouchedBlock> blocks, int shift, Visit&& visit) {
-  for (std::size_t begin = 0; begin < blocks.size();) {
-    const auto child = static_cast<unsigned>(blocks[begin].morton >> shift & 7);
-    std::size_t end = begin + 1;
-    while (end < blocks.size() && (blocks[end].morton >> shift & 7) == child) ++end;
-    visit(child, blocks.subspan(begin, end - begin));
-    begin = end;
-  }
-}
-
-/// The voxels one scan hits and misses, as OctoMap's discretised insertion would list them, with no
-/// hash of voxels: rays set bits in an array over the scan's box whose cache lines are blocks of the
-/// octree, so that neighbouring rays and following steps mostly meet the same line.
-///
-/// A box over 2^31 voxels (20 m around the sensor at 2 cm) is cut to a core around the sensor; rays that
-/// leave the core go a slower way through a hash of blocks, so that stray far returns cost what they
-/// cross and no more. Memory: a bit a voxel for misses and one for hits, in pages of 32³ voxels that were
-/// ever touched; 256 MB each at most, and as much for misses again for every further thread.
-class RayBits {
- public:
-  /// Touched blocks in ascending Morton order; valid until the next call. The result does not depend
-  /// on `threads`. Cost: ray steps (about 0.8 ns each) plus one pass over the box's blocks.
-  std::span<const TouchedBlock> trace(const GridOrigin& from, std::span<const GridRay> rays, int threads);
-
- private:
-  struct Marks {
-    LazyWords misses;
-    std::vector<std::uint8_t> pages;   // 32³ voxels that a ray met, in large boxes only
-    std::vector<const GridRay*> slow;  // rays for walk_slowly
-  };
-  void clear();
-  void set_core(const GridOrigin& from, std::span<const GridRay> rays);
-  void walk(Marks& marks, const GridOrigin& from, std::span<const GridRay> rays) const;
-  void walk_slowly(const GridOrigin& from, const GridRay& ray);
-  void mark_hits(std::span<const GridRay> rays);
-  void collect(unsigned level, unsigned x, unsigned y, unsigned z, int threads);
-  void collect_block(unsigned x, unsigned y, unsigned z, int threads);
-  void add_block(std::uint64_t morton, std::uint64_t* misses, std::uint64_t* hits);
-  void collect_strays();
-  std::uint64_t* stray_word(const std::array<std::uint16_t, 3>& key, bool hit);
-
-  static constexpr unsigned core_bits = 31, small_bits = 27;
-  KeyBox core_;
-  BlockAddress address_;
-  bool paged_ = false;
-  std::vector<Marks> marks_{1};
-  LazyWords hits_;
-  std::unordered_map<std::uint64_t, StrayBlock> strays_;  // by Morton index
-  std::vector<TouchedBlock> blocks_;
-  bool unfinished_ = false;  // an exception has left bits behind that blocks_ does not list
-};
-
-inline void RayBits::clear() {
+void RayBits::clear() {
   if (unfinished_) *this = RayBits();
   for (const TouchedBlock& block : blocks_) {
     std::fill_n(block.misses, 8, 0);
@@ -89,7 +18,7 @@ inline void RayBits::clear() {
   strays_.clear();
 }
 
-inline void RayBits::set_core(const GridOrigin& from, std::span<const GridRay> rays) {
+void RayBits::set_core(const GridOrigin& from, std::span<const GridRay> rays) {
   for (std::size_t a = 0; a < 3; ++a) core_.min[a] = core_.max[a] = from.key[a];
   for (const GridRay& ray : rays)
     for (std::size_t a = 0; a < 3; ++a) {
@@ -108,7 +37,7 @@ inline void RayBits::set_core(const GridOrigin& from, std::span<const GridRay> r
   paged_ = address_.size_bits > small_bits;
 }
 
-inline void RayBits::walk(Marks& marks, const GridOrigin& from, std::span<const GridRay> rays) const {
+void RayBits::walk(Marks& marks, const GridOrigin& from, std::span<const GridRay> rays) const {
   marks.misses.reserve(std::size_t{1} << (address_.size_bits - 6));
   if (paged_) marks.pages.assign(std::size_t{1} << (address_.size_bits - 15), 0);
   marks.slow.clear();
@@ -127,18 +56,18 @@ inline void RayBits::walk(Marks& marks, const GridOrigin& from, std::span<const 
   walker.run(next);
 }
 
-inline std::uint64_t* RayBits::stray_word(const std::array<std::uint16_t, 3>& key, bool hit) {
+std::uint64_t* RayBits::stray_word(const std::array<std::uint16_t, 3>& key, bool hit) {
   if (core_.contains(key)) {
     const std::uint64_t address = address_.of(key[0], key[1], key[2]);
     if (paged_) marks_[0].pages[address >> 15] = 1;
     return (hit ? hits_ : marks_[0].misses).data() + (address >> 6);
   }
-  const std::uint64_t morton = morton_of(key[0], key[1], key[2]);
+  const std::uint64_t morton = geometry::morton_of(key[0], key[1], key[2]);
   return strays_[morton >> 9].data() + (hit ? 8 : 0) + (morton >> 6 & 7);
 }
 
 /// OctoMap's loop as it stands, with its stopping rule by length.
-inline void RayBits::walk_slowly(const GridOrigin& from, const GridRay& ray) {
+void RayBits::walk_slowly(const GridOrigin& from, const GridRay& ray) {
   GridWalk walk(ray, from);
   std::array<std::uint16_t, 3> key = from.key, brick{};
   std::uint64_t* word = nullptr;
@@ -148,7 +77,7 @@ inline void RayBits::walk_slowly(const GridOrigin& from, const GridRay& ray) {
                                            static_cast<std::uint16_t>(key[2] >> 2)};
     if (word == nullptr || now != brick) word = stray_word(key, false);
     brick = now;
-    *word |= std::uint64_t{1} << (morton_of(key[0] & 3U, key[1] & 3U, key[2] & 3U));
+    *word |= std::uint64_t{1} << (geometry::morton_of(key[0] & 3U, key[1] & 3U, key[2] & 3U));
   };
   mark();
   for (;;) {
@@ -161,18 +90,18 @@ inline void RayBits::walk_slowly(const GridOrigin& from, const GridRay& ray) {
 }
 
 /// Hits are marked as misses too, so that every touched block shows in the misses.
-inline void RayBits::mark_hits(std::span<const GridRay> rays) {
+void RayBits::mark_hits(std::span<const GridRay> rays) {
   hits_.reserve(std::size_t{1} << (address_.size_bits - 6));
   for (const GridRay& ray : rays) {
     if (!ray.hit) continue;
     const std::uint64_t bit = std::uint64_t{1}
-                              << morton_of(ray.key[0] & 3U, ray.key[1] & 3U, ray.key[2] & 3U);
+                              << geometry::morton_of(ray.key[0] & 3U, ray.key[1] & 3U, ray.key[2] & 3U);
     *stray_word(ray.key, true) |= bit;
     *stray_word(ray.key, false) |= bit;
   }
 }
 
-inline void RayBits::add_block(std::uint64_t morton, std::uint64_t* misses, std::uint64_t* hits) {
+void RayBits::add_block(std::uint64_t morton, std::uint64_t* misses, std::uint64_t* hits) {
   std::uint64_t any = 0;
   for (unsigned w = 0; w < 8; ++w) {
     misses[w] &= ~hits[w];
@@ -181,7 +110,7 @@ inline void RayBits::add_block(std::uint64_t morton, std::uint64_t* misses, std:
   blocks_.push_back({morton, misses, hits, any != 0});
 }
 
-inline void RayBits::collect_block(unsigned x, unsigned y, unsigned z, int threads) {
+void RayBits::collect_block(unsigned x, unsigned y, unsigned z, int threads) {
   const std::uint64_t word = address_.of(8 * x, 8 * y, 8 * z) >> 6;
   std::uint64_t* misses = marks_[0].misses.data() + word;
   for (int t = 1; t < threads; ++t) {
@@ -194,11 +123,11 @@ inline void RayBits::collect_block(unsigned x, unsigned y, unsigned z, int threa
   std::uint64_t any = 0;
   for (unsigned w = 0; w < 8; ++w) any |= misses[w];
   if (any == 0) return;
-  add_block(morton_of(x, y, z), misses, hits_.data() + word);
+  add_block(geometry::morton_of(x, y, z), misses, hits_.data() + word);
 }
 
 /// Blocks below the cube of 2^level blocks at (x, y, z), in Morton order.
-inline void RayBits::collect(unsigned level, unsigned x, unsigned y, unsigned z, int threads) {
+void RayBits::collect(unsigned level, unsigned x, unsigned y, unsigned z, int threads) {
   const std::array<unsigned, 3> corner{x, y, z};
   for (std::size_t a = 0; a < 3; ++a)
     if (static_cast<int>(corner[a] + (1U << level)) <= core_.min[a] >> 3 ||
@@ -216,23 +145,23 @@ inline void RayBits::collect(unsigned level, unsigned x, unsigned y, unsigned z,
     collect(level - 1, x + (c & 1 ? half : 0), y + (c & 2 ? half : 0), z + (c & 4 ? half : 0), threads);
 }
 
-inline void RayBits::collect_strays() {
+void RayBits::collect_strays() {
   if (strays_.empty()) return;
   for (auto& [morton, block] : strays_) add_block(morton, block.data(), block.data() + 8);
   std::sort(blocks_.begin(), blocks_.end(),
             [](const TouchedBlock& a, const TouchedBlock& b) { return a.morton < b.morton; });
 }
 
-inline std::span<const TouchedBlock> RayBits::trace(const GridOrigin& from, std::span<const GridRay> rays,
-                                                    int threads) {
+std::span<const TouchedBlock> RayBits::trace(const GridOrigin& from, std::span<const GridRay> rays,
+                                             int threads) {
   clear();
   unfinished_ = true;
   set_core(from, rays);
   // A thread's own bits and its start pay only where it has rays enough.
   threads = std::clamp(static_cast<int>(rays.size() / 256), 1, std::min(threads, 16));
   if (marks_.size() < static_cast<std::size_t>(threads)) marks_.resize(static_cast<std::size_t>(threads));
-  in_parallel(threads, [&](int t) {
-    const Share share(rays.size(), t, threads);
+  geometry::in_parallel(threads, [&](int t) {
+    const geometry::Share share(rays.size(), t, threads);
     walk(marks_[static_cast<std::size_t>(t)], from, rays.subspan(share.begin, share.end - share.begin));
   });
   for (int t = 0; t < threads; ++t)
@@ -244,4 +173,4 @@ inline std::span<const TouchedBlock> RayBits::trace(const GridOrigin& from, std:
   return blocks_;
 }
 
-}  // namespace octosurf::detail
+}  // namespace octosurf::occupancy

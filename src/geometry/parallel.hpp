@@ -5,7 +5,7 @@
 #include <thread>
 #include <vector>
 
-namespace octosurf::detail {
+namespace octosurf::geometry {
 
 /// Calls work(0) … work(threads − 1), each in a thread of its own, the first in the caller's and those after
 /// it for which the system has no thread. Throws what the first of them threw, once all are done.
@@ -41,4 +41,4 @@ struct Share {
         end(n * static_cast<std::size_t>(t + 1) / static_cast<std::size_t>(threads)) {}
 };
 
-}  // namespace octosurf::detail
+}  // namespace octosurf::geometry

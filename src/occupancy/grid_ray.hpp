@@ -1,32 +1,19 @@
 #pragma once
 
+#include "sensing/downsample.hpp"
+
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <limits>
 
-namespace octosurf::detail {
+#include <octosurf/adapters/detail/scan_rays.hpp>
 
-/// OctoMap's length of a vector: summed in float, its root taken in double.
-inline double norm_of(float x, float y, float z) {
-  return std::sqrt(static_cast<double>(x * x + y * y + z * z));
-}
+namespace octosurf::occupancy {
 
-/// One ray of a scan, from the sensor to where it ends.
-struct GridRay {
-  std::array<float, 3> end;          ///< map frame, m
-  std::array<std::uint16_t, 3> key;  ///< voxel of `end`, as OctoMap's OcTreeKey
-  bool hit = true;                   ///< that voxel is hit; else the ray was cut there
-  bool to_centre = true;             ///< `end` is the centre of that voxel
-};
-
-/// Where the rays start, and the voxel edge.
-struct GridOrigin {
-  std::array<float, 3> position{};  ///< map frame, m
-  std::array<std::uint16_t, 3> key{};
-  double resolution = 0;
-};
+using detail::GridOrigin;
+using detail::GridRay;
 
 /// State of a walk from voxel to voxel (Amanatides & Woo, 1987) in the arithmetic of OctoMap's
 /// `computeRayKeys`, so that both pass the same voxels to the last bit.
@@ -41,7 +28,7 @@ struct GridWalk {
   GridWalk(const GridRay& ray, const GridOrigin& from) {
     std::array<float, 3> direction;
     for (std::size_t a = 0; a < 3; ++a) direction[a] = ray.end[a] - from.position[a];
-    const auto norm = static_cast<float>(norm_of(direction[0], direction[1], direction[2]));
+    const auto norm = static_cast<float>(sensing::norm_of(direction[0], direction[1], direction[2]));
     length = static_cast<double>(norm);
     for (std::size_t a = 0; a < 3; ++a) {
       direction[a] /= norm;
@@ -79,4 +66,4 @@ struct GridWalk {
   }
 };
 
-}  // namespace octosurf::detail
+}  // namespace octosurf::occupancy

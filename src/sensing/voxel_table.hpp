@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <vector>
 
-namespace octosurf::detail {
+namespace octosurf::sensing {
 
 /// Voxels of one scan, each with a number. Neighbouring points mostly share a cube of 4³ voxels, so the
-/// table is one of cubes, each with the numbers of its 64 voxels, and is asked only when a point
+/// table is one of cubes, each with the numbers of its 64 voxels, looked up only when a point
 /// leaves the cube of the one before. Memory is kept from scan to scan. O(1) a call.
 class VoxelTable {
  public:
@@ -81,4 +81,4 @@ class VoxelTable {
   std::uint32_t last_index_ = 0;
 };
 
-}  // namespace octosurf::detail
+}  // namespace octosurf::sensing

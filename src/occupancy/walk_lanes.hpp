@@ -1,17 +1,17 @@
 #pragma once
 
+#include "occupancy/grid_ray.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
-
-#include <octosurf/adapters/detail/grid_ray.hpp>
 
 #if defined(__x86_64__) && defined(__GNUC__)
 #define OCTOSURF_HAS_LANES 1
 #include <immintrin.h>
 #endif
 
-namespace octosurf::detail {
+namespace octosurf::occupancy {
 
 /// Where a walk sets its bits. `mask`: each axis' bits of an address (BlockAddress); `pages` may be null.
 struct BitTarget {
@@ -217,4 +217,4 @@ class LaneWalker {
   std::uint64_t start_;
 };
 
-}  // namespace octosurf::detail
+}  // namespace octosurf::occupancy

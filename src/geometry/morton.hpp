@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace octosurf::detail {
+namespace octosurf::geometry {
 
 /// Spreads the low 21 bits of v to every third bit.
 inline std::uint64_t spread_bits(std::uint64_t v) {
@@ -35,4 +35,4 @@ inline unsigned bit_count(std::uint64_t v) {
   return static_cast<unsigned>(v * 0x0101010101010101ULL >> 56);
 }
 
-}  // namespace octosurf::detail
+}  // namespace octosurf::geometry
