@@ -2,29 +2,38 @@
 find_package(Eigen3 REQUIRED NO_MODULE)                # everywhere: vectors and poses
 find_package(Threads REQUIRED)                         # src/mapper, apps
 set(CMAKE_POLICY_DEFAULT_CMP0167 NEW)                  # CGAL asks for Boost by a module that CMake gives up
-# src/surfaces, src/planning: triangulation; lab, test/planning: arrangements (GPL parts)
+# src/geometry, src/planning: triangulation; lab, test/planning: arrangements (GPL parts)
 find_package(CGAL REQUIRED)
 # everywhere, headers: geometry, container, crc; src/planning: polygon; apps/serve: Beast
 find_package(Boost REQUIRED CONFIG)
-find_package(nlohmann_json REQUIRED)                   # src/io, lab: JSON
-find_package(fastcdr REQUIRED)                         # src/io: ROS 2 messages as files and in bags
-find_package(Protobuf REQUIRED)                        # src/io: the .surfaces schema, messages in .mcap
-find_package(embree 4 QUIET)                           # lab, src/io/exporters/picture: ray casting
-if(NOT embree_FOUND)
-  find_package(embree 3 REQUIRED)
-endif()
-find_package(assimp REQUIRED)                          # src/io: ply, glb, obj, stl; lab: terrain meshes
-find_package(PkgConfig REQUIRED)
-pkg_check_modules(lzf REQUIRED IMPORTED_TARGET liblzf)  # src/io: compressed PCD
-pkg_check_modules(spng REQUIRED IMPORTED_TARGET spng)  # src/io, lab: 16-bit PNG
-pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd)  # src/io: the stream inside .surfaces
-find_package(ZLIB REQUIRED)                            # src/io: maps inside a page, check sums of bags
-pkg_check_modules(lz4 REQUIRED IMPORTED_TARGET liblz4)  # src/io: bags
-find_package(BZip2 REQUIRED)                           # src/io: bags of ROS 1
-find_package(SQLite3 REQUIRED)                         # src/io: bags of ROS 2
 find_package(tsl-robin-map REQUIRED)                   # most rooms: hash maps
+if(OCTOSURF_BUILD_IO)
+  find_package(nlohmann_json REQUIRED)                   # src/io, lab: JSON
+  find_package(fastcdr REQUIRED)                         # src/io: ROS 2 messages as files and in bags
+  find_package(Protobuf REQUIRED)                        # src/io: the .surfaces schema, messages in .mcap
+  find_package(embree 4 QUIET)                           # lab, src/io/exporters/picture: ray casting
+  if(NOT embree_FOUND)
+    find_package(embree 3 REQUIRED)
+  endif()
+  find_package(assimp REQUIRED)                          # src/io: ply, glb, obj, stl; lab: terrain meshes
+  find_package(PkgConfig REQUIRED)
+  pkg_check_modules(lzf REQUIRED IMPORTED_TARGET liblzf)  # src/io: compressed PCD
+  pkg_check_modules(spng REQUIRED IMPORTED_TARGET spng)  # src/io, lab: 16-bit PNG
+  pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd)  # src/io: the stream inside .surfaces
+  find_package(ZLIB REQUIRED)                            # src/io: maps inside a page, check sums of bags
+  pkg_check_modules(lz4 REQUIRED IMPORTED_TARGET liblz4)  # src/io: bags
+  find_package(BZip2 REQUIRED)                           # src/io: bags of ROS 1
+  find_package(SQLite3 REQUIRED)                         # src/io: bags of ROS 2
+endif()
 if(OCTOSURF_BUILD_APPS)
   find_package(CLI11 REQUIRED)                         # apps: the command line
+endif()
+find_package(octomap QUIET)
+if(OCTOSURF_BUILD_OCTOMAP STREQUAL AUTO)
+  set(OCTOSURF_BUILD_OCTOMAP OFF)  # hides the cache's
+  if(octomap_FOUND AND OCTOSURF_BUILD_IO)
+    set(OCTOSURF_BUILD_OCTOMAP ON)
+  endif()
 endif()
 if(OCTOSURF_BUILD_OCTOMAP)
   # src/octomap, ros; test: the twin of the octree. OctoMap hands out variables; as a target its headers are system
@@ -35,10 +44,22 @@ if(OCTOSURF_BUILD_OCTOMAP)
   target_link_libraries(octosurf_liboctomap INTERFACE ${OCTOMAP_LIBRARIES})
   target_compile_definitions(octosurf_liboctomap INTERFACE OCTOMAP_NODEBUGOUT)  # the library does not print
 endif()
+# src/pcl: the paper's detector. Not by find_package(PCL): that one pulls in VTK, Qt and MPI, which none of the parts
+# used here needs.
+find_path(PCL_INCLUDE_DIR pcl/point_types.h PATH_SUFFIXES pcl-1.15 pcl-1.14 pcl-1.13 pcl-1.12)
+if(OCTOSURF_BUILD_PCL STREQUAL AUTO)
+  set(OCTOSURF_BUILD_PCL OFF)
+  find_library(PCL_segmentation_LIBRARY pcl_segmentation)
+  if(PCL_INCLUDE_DIR AND PCL_segmentation_LIBRARY)
+    set(OCTOSURF_BUILD_PCL ON)
+  endif()
+endif()
+if(NOT (OCTOSURF_BUILD_IO AND OCTOSURF_BUILD_OCTOMAP AND OCTOSURF_BUILD_PCL) AND
+   (OCTOSURF_BUILD_APPS OR OCTOSURF_BUILD_TESTS))
+  message(FATAL_ERROR "The command, the node and the tests take OctoMap (liboctomap-dev) and PCL (libpcl-dev); without "
+    "them set OCTOSURF_BUILD_APPS, OCTOSURF_BUILD_TESTS and OCTOSURF_BUILD_BENCH to OFF.")
+endif()
 if(OCTOSURF_BUILD_PCL OR OCTOSURF_BUILD_TESTS)
-  # src/pcl: the paper's detector. Not by find_package(PCL): that one pulls in VTK, Qt and MPI, which none of the
-  # parts used here needs.
-  find_path(PCL_INCLUDE_DIR pcl/point_types.h PATH_SUFFIXES pcl-1.15 pcl-1.14 pcl-1.13 pcl-1.12 REQUIRED)
   function(octosurf_pcl_target target)
     add_library(${target} INTERFACE)
     target_include_directories(${target} SYSTEM INTERFACE ${PCL_INCLUDE_DIR})
