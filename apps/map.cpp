@@ -41,7 +41,6 @@ Examples:
   octosurf map old.bt -o maps/old                               surfaces of an OctoMap
   octosurf map kitchen -o maps/live --realtime --checkpoint 10  as a robot would see it
   octosurf map kitchen -o maps/live --realtime --serve 8080     a page that follows it: http://127.0.0.1:8080/
-  octosurf map kitchen -o maps/kitchen --history kitchen.history   for a time slider: view --history
   octosurf map kitchen -o maps/kitchen --mcap kitchen.mcap      poses and surfaces as they change, for Foxglove
   octosurf map kitchen -o maps/kitchen --up auto                 where z is not up, as in a camera's frame
   octosurf map kitchen -o maps/kitchen --keep-scans maps/kitchen.scans   so that remap can move it later
@@ -54,9 +53,6 @@ the topic, the camera and the poses are chosen where there is no choice, and sai
 maps/x.surfaces (everything) and maps/x.bt (plain OctoMap), every minute and at the end. Ctrl-C, SIGTERM or a
 lost terminal end the run after the scan at hand and save; what else may end it, a full disk or no memory,
 names the last complete checkpoint.
-
---history FILE keeps the surfaces' outlines as they were at 256 moments of the run at most, however long it is;
-with --resume it goes on with the file.
 
 --keep-scans DIR keeps what the map is built from, some 3 bytes for each voxel that a scan ends in, 50 to
 100 kB for a depth image at 2 cm: remap builds the map anew from it with corrected poses, and map reads it
@@ -111,14 +107,13 @@ void refuse_collisions(const MapOptions& options) {
       options.resume.empty() ? std::vector<std::string>{} : files_of_map(options.resume);
   for (const auto& [option, file] :
        {std::pair("--report", options.report), std::pair("--write-poses", options.write_poses),
-        std::pair("--history", options.history), std::pair("--mcap", options.mcap)}) {
+        std::pair("--mcap", options.mcap)}) {
     require_apart(option, file, written);
     require_apart(option, file, resumed);
     require_apart(option, file, read);
   }
   require_apart("--write-poses", options.write_poses, {options.report});
-  require_apart("--history", options.history, {options.report, options.write_poses});
-  require_apart("--mcap", options.mcap, {options.report, options.write_poses, options.history});
+  require_apart("--mcap", options.mcap, {options.report, options.write_poses});
   require_apart("--keep-scans", options.keep_scans, read);
 }
 
@@ -138,7 +133,6 @@ void probe_map_outputs(const MapOptions& options) {
   for (const std::string& file : written) probe(file, options.force || goes_on_in_place(options));
   for (const std::string& file : {options.report, options.write_poses, options.mcap})
     if (!file.empty()) probe(file, options.force);
-  if (!options.history.empty()) probe(options.history, options.force || !options.resume.empty());
 }
 
 /// The map the run starts from: a saved one, an octree, or an empty one.
@@ -231,8 +225,6 @@ void add_map(CLI::App& app) {
                    "keep what the map is built from in this folder, for remap");
   verb->add_option("--write-poses", options->write_poses,
                    "write the poses with which this run's scans were mapped (stamp tx ty tz qx qy qz qw)");
-  verb->add_option("--history", options->history,
-                   "write how the surfaces came, changed and went, for view --history");
   verb->add_option("--mcap", options->mcap,
                    "write the scans' poses and the surfaces as they change, for Foxglove (MCAP)");
   verb->add_option("--checkpoint", options->checkpoint_s,

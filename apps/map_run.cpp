@@ -88,7 +88,6 @@ MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext 
       keeper_(std::move(kept), mapper_),
       poses_(options.write_poses, options.force),
       backlog_(options.together),
-      history_(options.history, {options.force, !options.resume.empty()}, *mapper_.snapshot()),
       scene_(options.mcap, options.force, mapper_.map().parameters().up.value_or(Eigen::Vector3d::UnitZ())),
       reserve_(std::make_unique_for_overwrite<std::byte[]>(std::size_t{8} << 20)) {
   if (!options.forget_scans) mapper_.remember_scans();
@@ -312,7 +311,7 @@ void MapRun::insert(std::span<const Scan> scans, const std::function<const Scan*
       for (std::size_t i = 0; i < reports.size(); ++i)
         note(scans[i], reports[i], options_.realtime ? arrival_of(scans[i]) : start_s, done_s);
       last_stamp_s_ = scans[reports.size() - 1].stamp_s;
-      log_surfaces();
+      scene_.add_surfaces(*last_stamp_s_, *mapper_.snapshot());
       scans = scans.subspan(reports.size());
     } catch (const Error& error) {
       if (!options_.source.skip_bad || error.kind() != Error::Kind::data) throw;
@@ -323,12 +322,8 @@ void MapRun::insert(std::span<const Scan> scans, const std::function<const Scan*
 }
 
 void MapRun::drain() {
-  if (statistics_.drain(mapper_, [this] { return now_s(); }) && last_stamp_s_) log_surfaces();
-}
-
-void MapRun::log_surfaces() {
-  history_.add(*mapper_.snapshot(), *last_stamp_s_);
-  scene_.add_surfaces(*last_stamp_s_, *mapper_.snapshot());
+  if (statistics_.drain(mapper_, [this] { return now_s(); }) && last_stamp_s_)
+    scene_.add_surfaces(*last_stamp_s_, *mapper_.snapshot());
 }
 
 void MapRun::note(const Scan& scan, const ScanReport& report, double arrival_s, double done_s) {
@@ -351,7 +346,6 @@ void MapRun::checkpoint() {
   keeper_.finish();
   checkpoints_.try_to_save(mapper_.map(), statistics_.scans(), keeper_.kept());
   poses_.try_to_save();
-  history_.try_to_save();
   checkpoints_.start(now_s());
 }
 
@@ -361,7 +355,6 @@ void MapRun::finish() {
   finishing_ = true;
   checkpoints_.save(map, statistics_.scans(), keeper_.kept());
   poses_.save();
-  history_.save();
   scene_.save(last_stamp_s_.value_or(0), *mapper_.snapshot());
   context_.wall_s = now_s();
   if (!options_.report.empty()) write_report();
@@ -393,8 +386,8 @@ void MapRun::print_summary() const {
   std::printf("%-12s %.1f s; a scan %.1f ms (95 %% within %.1f ms)\n", "time", now_s(),
               statistics_.scan_ms_percentile(0.5), statistics_.scan_ms_percentile(0.95));
   std::printf("%-12s %s.surfaces, %s.bt", "written", options_.output.c_str(), options_.output.c_str());
-  for (const std::string& file : {keeper_.kept().folder.string(), options_.write_poses, options_.history,
-                                  options_.mcap, options_.report})
+  for (const std::string& file :
+       {keeper_.kept().folder.string(), options_.write_poses, options_.mcap, options_.report})
     if (!file.empty()) std::printf(", %s", file.c_str());
   std::printf("\n");
   if (snapshot->surfaces.empty()) return;

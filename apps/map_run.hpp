@@ -2,7 +2,6 @@
 
 #include "backlog.hpp"
 #include "checkpoints.hpp"
-#include "history_log.hpp"
 #include "parameter_options.hpp"
 #include "pose_check.hpp"
 #include "pose_log.hpp"
@@ -31,9 +30,8 @@ namespace octosurf {
 /// What the user of `octosurf map` asked for.
 struct MapOptions {
   std::vector<std::string> inputs;
-  std::string output, resume, report;   ///< stems of maps; file
-  std::string keep_scans, write_poses;  ///< folder; file
-  std::string history, mcap;            ///< files
+  std::string output, resume, report;         ///< stems of maps; file
+  std::string keep_scans, write_poses, mcap;  ///< folder; files
   ParameterOptions parameters;
   ScanSourceOptions source;
   ScanRange range;
@@ -85,7 +83,6 @@ class MapRun {
   void insert(std::span<const Scan> scans, const std::function<const Scan*()>& next);
   /// Mapper::drain, where the input ends or pauses.
   void drain();
-  void log_surfaces();
   void note(const Scan& scan, const ScanReport& report, double arrival_s, double done_s);
   /// Saves map and report, prints the summary.
   void finish();
@@ -111,7 +108,6 @@ class MapRun {
   PoseCheck pose_check_;
   PoseLog poses_;
   Backlog backlog_;  // --realtime
-  HistoryLog history_;
   SceneLog scene_;
   std::unique_ptr<std::byte[]> reserve_;  // given back when the run fails: saving takes some memory
   bool changed_ = false;                  // the map, by this run

@@ -22,7 +22,6 @@
 #include <octosurf/changes.hpp>
 #include <octosurf/error.hpp>
 #include <octosurf/export.hpp>
-#include <octosurf/history.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/page.hpp>
 
@@ -41,7 +40,6 @@ Examples:
   octosurf view maps/office                                   office.html
   octosurf view maps/office --html out/page.html --force
   octosurf view maps/monday maps/tuesday --html week.html     what changed from map to map
-  octosurf view maps/office --history office.history          a slider over the run (map --history)
   octosurf view maps/hall --max-mb 30                         finer voxels, if they need more than 10 MB
   octosurf view maps/office --foot 0.26x0.13 --foot 0.26x0.13@90   contact regions: any heading, 90 degrees
   octosurf view maps/office --plan steps.json --plan back.json     what octosurf plan -o steps.json wrote
@@ -61,7 +59,7 @@ margins to obstacles, room over the foot, no gap under it, which takes seconds, 
 
 struct ViewArguments {
   std::vector<std::string> maps, feet, plans;
-  std::string html, png, history, from = "iso", up;
+  std::string html, png, from = "iso", up;
   PictureEye eye;
   int width = PictureOptions{}.width, height = PictureOptions{}.height;
   double max_mb = PageOptions{}.max_mb;
@@ -109,23 +107,11 @@ PagePlan load_plan(const std::string& file) {
   return {std::filesystem::path(file).stem().string(), io::read_bytes(file, most_plan_bytes)};
 }
 
-History history_of(const ViewArguments& arguments, const PageMap& map) {
-  if (arguments.maps.size() > 1)
-    throw Error(Error::Kind::usage, "--history " + arguments.history, "is of one map, several are given",
-                "give its map alone");
-  History history = load_history(arguments.history);
-  if (!history.belongs_to(*map.snapshot))
-    throw Error(Error::Kind::data, arguments.history, "is not the history of " + arguments.maps.front(),
-                "give the file that octosurf map --history wrote with this map");
-  return history;
-}
-
 void write_html(const ViewArguments& arguments) {
   const std::string html =
       arguments.html.empty() ? title_of(arguments.maps.back()) + ".html" : arguments.html;
   for (const std::string& map : arguments.maps) require_apart("--html", html, files_of_map(map));
   require_apart("--html", html, arguments.plans);
-  require_apart("--html", html, {arguments.history});
   PageOptions options;
   options.max_mb = arguments.max_mb;
   options.force = arguments.force;
@@ -146,7 +132,6 @@ void write_html(const ViewArguments& arguments) {
     maps.back().feet = feet_of(arguments, maps.back(), options.up);
     maps.back().edges = edges.get();
   }
-  if (!arguments.history.empty()) maps.back().history = history_of(arguments, maps.back());
   for (const std::string& file : arguments.plans) maps.back().plans.push_back(load_plan(file));
   const PageReport report = write_page(maps, html, options);
   std::printf("%s: %.1f MB, %zu surfaces, ", html.c_str(), static_cast<double>(report.bytes) / 1e6,
@@ -160,9 +145,6 @@ void write_html(const ViewArguments& arguments) {
     std::printf("%zu voxels\n", report.voxels);
   if (report.feet_left_out)
     std::printf("contact regions do not fit into it, either (--foot none, --max-mb)\n");
-  if (report.moments_left_out > 0)
-    std::printf("%zu of %zu moments of the history do not fit into it (--max-mb)\n", report.moments_left_out,
-                report.moments + report.moments_left_out);
 }
 
 void draw_png(const ViewArguments& arguments) {
@@ -233,9 +215,6 @@ void add_view(CLI::App& app) {
                    "footsteps to show: a .json file of octosurf plan; again for another")
       ->type_name("FILE")
       ->allow_extra_args(false)
-      ->excludes(png);
-  verb->add_option("--history", arguments->history, "time slider: what octosurf map --history wrote")
-      ->type_name("FILE")
       ->excludes(png);
   add_picture_options(*verb, *arguments, png);
   verb->add_flag("--force", arguments->force, "overwrite the file");

@@ -33,7 +33,7 @@ set(OCTOSURF_SLOW_fuzz DamagedMap.EveryByteOfTheBtFlippedAndEveryTruncation Dama
     Fuzz.LinesOfMillionsOfWordsTakeNoMoreMemoryThanOtherFiles)
 set(OCTOSURF_SLOW_io BagFiles.* Bags/CloudsInBag.* Bags/ImagesInBag.* DamagedMapFiles.*
     Departures.ComeBackWithWhoTookThemIn Departures.ManyComeBackInOrder ExportTest.CsvOfPointsAndCirclesIsReadByPython
-    ExportTest.EmptyMapIsValidJsonAndCsv HistoryFile.ComesBackAsItWas Kinds/DamagedBags.*
+    ExportTest.EmptyMapIsValidJsonAndCsv Kinds/DamagedBags.*
     MapFiles.ALargeFloorWithoutNoiseComesBack PictureTest.ATurnedMapWhoseUpIsGivenLooksTheSame
     PictureTest.IsoShowsFloorAndDefaultSize RealScans.RedKitchen RecordStream.DamageBehindTheFrameIsSeen
     SaveFails.AtEveryByteOfItsFilesAndKeepsWhatWasThere ScanArchives.AMapFromTheArchiveIsTheMapToTheBit

@@ -12,7 +12,6 @@
 #include <octosurf/boundary.hpp>
 #include <octosurf/changes.hpp>
 #include <octosurf/contact.hpp>
-#include <octosurf/history.hpp>
 #include <octosurf/occupancy.hpp>
 #include <octosurf/surface.hpp>
 
@@ -42,7 +41,6 @@ struct PageMap {
   std::variant<std::monostate, MapChanges, MapDifference> changes{};
   std::vector<PageFoot> feet{};   ///< one of them is shown at a time
   std::vector<PagePlan> plans{};  ///< over this map
-  History history{};              ///< for a time slider, if this is the page's only map
 };
 
 /// How write_page() writes.
@@ -59,9 +57,7 @@ struct PageReport {
   std::size_t voxels = 0;  ///< of all maps, as they are drawn
   /// Edge of a drawn voxel in voxels of the map: 1 if nothing was merged, 0 if they were left out.
   int merged = 1;
-  bool feet_left_out = false;        ///< contact regions, because there was no room for them
-  std::size_t moments = 0;           ///< of the history
-  std::size_t moments_left_out = 0;  ///< because there was no room for them
+  bool feet_left_out = false;  ///< contact regions, because there was no room for them
 };
 
 /// Whether this library was built with the page; without Node.js and the packages of web/ it is not.
@@ -74,14 +70,13 @@ bool has_page();
 /// 2. Planes, poses and standard deviations are in it to a double's last digit, polygons to 0.1 mm; free
 ///    space in horizontal slices every 0.1 m, or every voxel if voxels are larger.
 /// 3. It is not larger than `max_mb`: if it would be, voxels are merged to 2 d, 4 d … 32 d, at last left out,
-///    then contact regions and the history, too, and the page says so. A merged voxel is there if one of its
+///    then contact regions, too, and the page says so. A merged voxel is there if one of its
 ///    voxels is, with the greatest of their log-odds and the surface that most of them belong to.
-/// 4. A history takes a quarter of `max_mb` at most: every other of its moments is left out until it does.
-/// 5. The file is complete or not there; same maps, same bytes.
+/// 4. The file is complete or not there; same maps, same bytes.
 /// Throws Error(usage) if there is no map or a limit makes no sense, for a file that exists without `force`,
 /// and without has_page(); Error(data) for numbers that are not finite, labels of other polygons, regions of
-/// other surfaces, plans that are none and a history that is not the map's;
-/// Error(output) if the surfaces alone are larger than `max_mb`, or the file cannot be written.
+/// other surfaces and plans that are none; Error(output) if the surfaces alone are larger than `max_mb`, or
+/// the file cannot be written.
 PageReport write_page(const std::vector<PageMap>& maps, const std::filesystem::path& file,
                       const PageOptions& options = {});
 

@@ -54,29 +54,5 @@ TEST_F(ViewVerb, TakesSeveralFeetAndPlans) {
   EXPECT_THAT(error_of("view m --plan m.html --html m.html --force", 2), HasSubstr("--html"));
 }
 
-TEST_F(ViewVerb, ShowsTheHistoryThatMapWrote) {
-  run_well("map floor -o n --history n.history --skip 1");
-  EXPECT_THAT(error_of("map floor -o o --history n.history", 2), HasSubstr("n.history"));
-  EXPECT_THAT(error_of("view m n --history n.history", 2), HasSubstr("--history"));
-  EXPECT_THAT(error_of("view m --history m.bt", 1), HasSubstr("is not a map's history"));
-  write_floor("more", 9);
-  run_well("map more -o n --resume n --history n.history");
-  if (!has_page()) GTEST_SKIP() << "built without the page";
-  run_well("view n --history n.history --html n.html");
-  EXPECT_TRUE(exists("n.html"));
-  EXPECT_THAT(error_of("view n --history n.history --html n.history --force", 2), HasSubstr("--html"));
-}
-
-TEST_F(ViewVerb, RefusesTheHistoryOfAnotherMap) {
-  // The floor's only surface is born with scan 1 in the one, with scan 2 in the other.
-  write("late/0.pcd",
-        "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\n"
-        "VIEWPOINT 0 0 9 1 0 0 0\nPOINTS 1\nDATA ascii\n0 0 1\n");
-  run_well("map late floor -o n --history n.history");
-  EXPECT_THAT(error_of("view m --history n.history", 1), HasSubstr("is not the history of m"));
-  EXPECT_THAT(error_of("map floor -o m --resume m --history n.history", 2), HasSubstr("of another map"));
-  run_well("map floor -o m --resume m --history n.history --force");
-}
-
 }  // namespace
 }  // namespace octosurf::test

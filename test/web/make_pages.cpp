@@ -131,11 +131,14 @@ PageMap turned(PageMap map, const Eigen::Quaterniond& rotation) {
 }
 
 /// The room without its ceiling's successor: the table's top (20) has gone, the last step (all of its five
-/// faces) has come, the floor has changed.
-std::vector<PageMap> before_and_after() {
+/// faces) has come, the floor has changed; then nothing.
+std::vector<PageMap> three_days() {
   PageMap before = room("monday"), after = room("tuesday");
   Snapshot first = *before.snapshot, second = *after.snapshot;
   const SurfaceId table_top = first.surfaces[6]->id, newest = second.surfaces.back()->id;
+  Surface raised = *first.surfaces[6];
+  raised.T_map_surface.translation().z() += 0.5;  // to be seen from above
+  first.surfaces[6] = std::make_shared<Surface>(raised);
   first.surfaces.pop_back();
   std::erase_if(second.surfaces, [&](const SurfacePtr& surface) { return surface->id == table_top; });
   first.revision = 500;
@@ -148,35 +151,10 @@ std::vector<PageMap> before_and_after() {
   changes.changed = {2};
   changes.gone = {table_top};
   after.changes = changes;
-  return {before, after};
-}
-
-/// The room with what it was before: at revision 500 without the last step and with a table's top at another
-/// height, at 600 with a surface, 99, that went, at 700 as it is but for the table's top.
-PageMap room_with_history() {
-  PageMap map = room("room with a past");
-  Snapshot now = *map.snapshot, then = now;
-  now.departures = now.departures.with({{Departure::Of::surface, 99, 0, 600, 650, {}}});
-  const SurfacePtr table_top = then.surfaces[6];
-  Surface lower = *table_top;
-  lower.T_map_surface.translation().z() -= 0.1;
-  lower.revision = 5;
-  then.surfaces[6] = std::make_shared<Surface>(lower);
-  then.surfaces.pop_back();
-  then.revision = 500;
-  map.history.add(then, 10);
-  Surface visitor = *table_top;
-  visitor.id = 99;
-  visitor.born = visitor.revision = 600;
-  visitor.T_map_surface.translation().z() += 0.5;
-  then.surfaces.push_back(std::make_shared<Surface>(visitor));
-  then.revision = 600;
-  map.history.add(then, 12.5);
-  then.surfaces.back() = now.surfaces.back();
-  then.revision = 700;
-  map.history.add(then, 14);
-  map.snapshot = std::make_shared<Snapshot>(std::move(now));
-  return map;
+  PageMap last = after;
+  last.name = "wednesday";
+  last.changes = MapChanges{};
+  return {before, after, last};
 }
 
 /// 1000 × 1000 voxels of a hilly ground, 500 surfaces of 200 vertices.
@@ -209,8 +187,7 @@ void write_all(const fs::path& folder) {
   PageOptions options;
   options.force = true;
   write_page({room("room </script><script>window.injected = 1</script>")}, folder / "room.html", options);
-  write_page(before_and_after(), folder / "two.html", options);
-  write_page({room_with_history()}, folder / "history.html", options);
+  write_page(three_days(), folder / "three.html", options);
   write_page({hills()}, folder / "hills.html", options);
   PageOptions small = options;
   small.max_mb = 1.2;

@@ -138,67 +138,44 @@ async function feetAndPlans(browser) {
   assert.deepEqual(page.fetched, [], 'nothing is fetched');
 }
 
-async function twoMaps(browser) {
-  const page = await browser.open(join(folder, 'two.html'), { dark: true });
-  await page.ready();
-  assert.match(await page.text('#time-name'), /^tuesday \(2 of 2\)/);
-  const later = await page.value('page.map.surfaces.map((s) => s.id)');
-  await page.press('#earlier');
-  assert.match(await page.text('#time-name'), /^monday \(1 of 2\)/);
-  assert.notDeepEqual(await page.value('page.map.surfaces.map((s) => s.id)'), later);
-  await page.press('#later');
-  assert.match(await page.text('#time-name'), /^tuesday/);
-  assert.deepEqual(page.errors, []);
-}
-
-/** Surfaces come, change and go as the slider moves. */
-async function aHistory(browser) {
-  const page = await browser.open(join(folder, 'history.html'));
+async function threeMaps(browser) {
+  const page = await browser.open(join(folder, 'three.html'), { dark: true });
   await page.ready();
   const ids = () => page.value('page.map.surfaces.map((s) => s.id)');
-  const now = await ids(), newest = now.at(-1);
   const slideTo = (number) => page.value(`(() => {
     const slider = document.getElementById('time-slider');
     slider.value = '${number}';
     slider.dispatchEvent(new Event('input'));
   })()`).then(() => page.settled());
-  assert.match(await page.text('#time-name'), /^room with a past \(4 of 4\)/);
-  assert.equal(await page.visible('#layer-gone').catch(() => false), false, 'the map itself is shown as it is');
+  assert.match(await page.text('#time-name'), /^wednesday \(3 of 3\)/);
+  const tableTop = 20;
+  assert.ok(!(await ids()).includes(tableTop));
+  await page.press('#earlier');
+  assert.match(await page.text('#time-name'), /^tuesday \(2 of 3\)/);
+  const newest = (await ids()).at(-1);
 
   await slideTo(0);
-  assert.match(await page.text('#time-name'), /^revision 500, after 0\.0 s \(1 of 4\)/);
-  assert.deepEqual(await ids(), now.filter((id) => id !== newest));
-  assert.match(await page.text('#legend'), /appeared/);
-  const height = (id) => page.value(`page.map.toMap(page.map.surface(${id}).origin)[2]`);
-  const low = await height(20);
-
-  await slideTo(1);
-  assert.match(await page.text('#time-name'), /^revision 600, after 2\.5 s/);
-  assert.ok((await ids()).includes(99), 'a surface that is no more');
+  assert.match(await page.text('#time-name'), /^monday \(1 of 3\)/);
+  assert.ok((await ids()).includes(tableTop) && !(await ids()).includes(newest));
   await page.press('#top');
-  const [visitor] = await page.value(seen(99));
-  const [r, g, b] = (await page.colors([visitor]))[0];
+  const [top] = await page.value(seen(tableTop));
+  await page.press('#later');
+  const [red, green] = (await page.colors([top]))[0];
+  assert.ok(red > green + 25, `what went is a shade of red: ${[red, green]}`);
+  const [step] = await page.value(seen(newest));
+  const [r, g, b] = (await page.colors([step]))[0];
   assert.ok(g > r + 40 && g > b + 40, `what appeared is green: ${[r, g, b]}`);
-  await page.click(visitor.x, visitor.y);
+  await page.click(step.x, step.y);
   assert.match(await page.text('#details-table'), /since before.*appeared/);
-  assert.match(await page.text('#lineage-table'), /appeared.*revision 600/);
-
   await slideTo(2);
   assert.equal(await page.visible('#details'), false);
-  assert.ok(!(await ids()).includes(99));
-  const [red, green] = (await page.colors([visitor]))[0];
-  assert.ok(red > green + 25, `what went is a shade of red: ${[red, green]}`);
 
-  await slideTo(3);
-  assert.deepEqual(await ids(), now);
-  assert.ok(Math.abs(await height(20) - low - 0.1) < 1e-6, 'the table has been put up');
   await page.press('#play');
-  assert.match(await page.text('#time-name'), /\([12] of 4\)/, 'it plays from the beginning');
-  await page.until('page.timeline.at === 3 && !page.timeline.playing');
+  assert.match(await page.text('#time-name'), /\([12] of 3\)/, 'it plays from the beginning');
+  await page.until('page.timeline.at === 2 && !page.timeline.playing');
   await page.key('[');
-  assert.match(await page.text('#time-name'), /^revision 700/);
+  assert.match(await page.text('#time-name'), /^tuesday/);
   assert.deepEqual(page.errors, []);
-  assert.deepEqual(page.fetched, [], 'nothing is fetched');
 }
 
 async function touched(browser) {
@@ -320,10 +297,10 @@ async function whatIsShown(browser) {
 
 /** Files that the page lets one save, and a link to what is seen. */
 async function taken(browser, out) {
-  const page = await browser.open(join(folder, 'history.html'));
+  const page = await browser.open(join(folder, 'three.html'));
   await page.ready();
   await page.press('#save');
-  const saved = join(out, 'room_with_a_past.json'), picture = join(out, 'room_with_a_past.png');
+  const saved = join(out, 'wednesday.json'), picture = join(out, 'wednesday.png');
   await waitFor(() => existsSync(saved));
   const document = JSON.parse(readFileSync(saved, 'utf8'));
   assert.deepEqual([document.format, document.version], ['octosurf-surfaces', 1]);
@@ -359,12 +336,12 @@ async function taken(browser, out) {
       place: document.getElementById('place-text').textContent,
       camera: [...view.camera.position.toArray(), ...view.controls.target.toArray()] };
   })()`;
-  const again = await browser.open(join(folder, 'history.html'), { hash });
+  const again = await browser.open(join(folder, 'three.html'), { hash });
   await again.ready();
   const [{ camera, ...rest }, { camera: first, ...firstRest }] = [await again.value(state), await page.value(state)];
   assert.deepEqual(rest, firstRest, 'the link shows what it was made of');
   camera.forEach((x, k) => assert.ok(Math.abs(x - first[k]) < 1e-3, `from where it was made: ${camera}, ${first}`));
-  const nonsense = await browser.open(join(folder, 'history.html'),
+  const nonsense = await browser.open(join(folder, 'three.html'),
     { hash: '#eye=1,2&target=a,b,c&up=0,0,0&layers=none&from=x&picked=7777&map=99&color.surfaces=constructor' });
   await nonsense.ready();
   assert.equal(await nonsense.visible('#message'), false);
@@ -466,7 +443,7 @@ async function nothing(browser) {
 const browser = new Browser(program), out = mkdtempSync(join(tmpdir(), 'octosurf-page-output-'));
 try {
   await browser.allowOutput(out);
-  for (const test of [aRoom, feetAndPlans, twoMaps, aHistory, aLyingMap, freeSpaceTurned, aPickedPlace, whatIsShown, taken, onATelephone,
+  for (const test of [aRoom, feetAndPlans, threeMaps, aLyingMap, freeSpaceTurned, aPickedPlace, whatIsShown, taken, onATelephone,
     touched, large, nothing]) {
     await test(browser, out);
     console.log(`${test.name}: well`);

@@ -1,7 +1,6 @@
 // A map as the page's parts use it. Positions are in the map frame less `origin` (32-bit floats are too coarse far
 // from zero); `toMap` brings them back for whoever reads them.
 import { readTextBlock, summed } from './block.js';
-import { momentsOf } from './history.js';
 import { orient } from './up.js';
 
 /**
@@ -38,7 +37,7 @@ const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
  * A surface as it is stored, with its part of the arrays.
  * @param {{u: Float64Array, v: Float64Array, edges: Uint8Array, origin: number[]}} part origin: of the page
  */
-export function surfaceFrom(stored, { u, v, edges, origin }) {
+function surfaceFrom(stored, { u, v, edges, origin }) {
   const rings = [], T = stored.pose;
   let count = 0;
   for (const sizes of stored.rings) {
@@ -201,7 +200,6 @@ export async function readMap(text, origin) {
     cylinders: cylindersOf(json, origin),
     departedSurfaces: departures(json.departed_surfaces), departedCylinders: departures(json.departed_cylinders),
     feet: feetOf(json, arrays), feetLeftOut: json.feet_left_out,
-    momentsLeftOut: json.moments_left_out,
     plans: (json.plans ?? []).map((plan) => planFrom({ origin }, plan)),
     voxels: voxelsOf(json, arrays, origin, surfaces.map(({ id }) => id)),
     slices: slicesOf(json, arrays),
@@ -209,12 +207,6 @@ export async function readMap(text, origin) {
     toMap: (place) => place.map((x, k) => x + origin[k]),
   };
   orient(map, map.ownUp);
-  map.moments = momentsOf(map, json, arrays);
-  return indexed(map);
-}
-
-/** @param {object} map @returns {object} the same, whose surfaces and cylinders are found by their ids */
-export function indexed(map) {
   map.surface = (id) => map.byId.get(id);
   map.cylinder = (id) => map.cylinders.find((one) => one.id === id);
   index(map);
@@ -233,7 +225,7 @@ const slicesOf = (json, arrays) => (json.slices
 
 const departures = (list) => list.map(([id, into, born, revision]) => ({ id, into, born, revision }));
 
-export const cylindersOf = (json, origin) =>
+const cylindersOf = (json, origin) =>
   json.cylinders.map((one) => ({ ...one, axis_point: minus(one.axis_point, origin) }));
 
 /** The sensor whose scans make the map: its pose, row by row, and the places it came by. */

@@ -50,7 +50,7 @@ export function lineageOf(map, { kind, what }) {
   if (kind === 'voxel') return [];
   const rows = [
     { name: 'appeared', text: appearance(what.born) }, { name: 'changed', text: `revision ${what.revision}` }];
-  return kind === 'surface' && !what.past ? [...rows, ...relativeRows(map, what)] : rows;
+  return kind === 'surface' ? [...rows, ...relativeRows(map, what)] : rows;
 }
 
 function relativeRows(map, surface) {
@@ -84,19 +84,7 @@ function changeRows(map, surface) {
   return [{ name: 'since before', text }];
 }
 
-/** What a history keeps of a surface. */
-function pastRows(map, surface) {
-  return [
-    { name: 'area', text: `${surface.area_m2.toFixed(3)} m²` },
-    { name: 'slope', text: `${slopeDeg(surface, map.up).toFixed(2)}°` },
-    { name: 'normal', text: fixed(surface.normal, 4) },
-    { name: 'fitted to', text: `${surface.inliers} voxels` },
-    ...changeRows(map, surface),
-  ];
-}
-
 function surfaceRows(map, surface) {
-  if (surface.past) return pastRows(map, surface);
   const c = surface.covariance, std = (k) => Math.sqrt(Math.max(0, c[4 * k]));
   const deg = (rad) => `${(rad * 180 / Math.PI).toFixed(3)}°`;
   const lengths = edgeLengths(surface), total = lengths.reduce((sum, one) => sum + one, 0);

@@ -21,11 +21,9 @@ function polygonsOf(map, surface) {
   return polygons;
 }
 
-/** What a history has kept no number of is left out. */
 function surfaceJson(map, surface) {
-  const { id, color, normal, area_m2, inliers, rms_m, covariance, normal_std_deg, offset_std_m, revision,
+  const { id, color, normal, offset, area_m2, inliers, rms_m, covariance, normal_std_deg, offset_std_m, revision,
     parents } = surface;
-  const offset = surface.offset ?? normal.reduce((sum, x, k) => sum + x * map.toMap(surface.origin)[k], 0);
   return { id, color, plane: { normal, offset }, T_map_surface: surface.pose, area_m2, inliers, rms_m,
     covariance, normal_std_deg, offset_std_m, revision, parents, polygons: polygonsOf(map, surface) };
 }

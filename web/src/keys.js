@@ -20,7 +20,7 @@ export function bindKeys(page) {
     { keys: ['m'], text: 'measure between two points', act: actions.measure },
     { keys: ['/'], text: 'find an id', act: actions.search },
     { keys: ['b'], text: 'surfaces seen from behind', act: actions.backs },
-    { keys: ['['], name: '[ ]', text: 'the map or moment before, the next', act: actions.earlier },
+    { keys: ['['], name: '[ ]', text: 'the map before, the next', act: actions.earlier },
     { keys: [']'], act: actions.later },
     { keys: ['r'], text: 'run through them', act: actions.play },
     { keys: ['t'], text: 'light or dark', act: actions.theme },

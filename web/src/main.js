@@ -36,8 +36,7 @@ async function readMaps() {
 
 class Page {
   constructor(maps) {
-    // One map's history stands before it.
-    this.maps = maps.length === 1 ? [...maps[0].moments, maps[0]] : maps;
+    this.maps = maps;
     this.view = new View(byId('view'));
     this.theme = new Theme(() => this.recolor());
     this.stage = new Stage(this.view, this.theme);

@@ -205,8 +205,6 @@ export class Panel {
         voxels} do not fit into the page’s limit (view --max-mb).`);
     }
     if (map.feetLeftOut) missing.push('Nor do contact regions.');
-    if (map.momentsLeftOut > 0)
-      missing.push(`${map.momentsLeftOut} of the history’s moments do not fit into it (view --max-mb).`);
     const [up, own] = [map.up, map.ownUp].map(nameOfUp);
     if (up !== own && (map.feet.length > 0 || map.plans.length > 0))
       missing.push(`Contact regions and plans are for up = ${own}; --up ${up} makes them for this one.`);

@@ -104,8 +104,8 @@ export class Stage {
   }
 
   takeExtent() {
-    const map = this.map.whole ?? this.map;  // moments of one map are looked at in one frame
-    for (const one of [map, this.map]) orient(one, this.settings.up ?? one.ownUp);
+    const { map } = this;
+    orient(map, this.settings.up ?? map.ownUp);
     this.context.light.copy(lightIn(map.rotation));
     this.view.root.quaternion.set(...map.rotation);
     this.view.root.updateMatrixWorld();

@@ -1,12 +1,6 @@
-// Which of several maps is shown, or which moment of a map's history.
+// Which of several maps is shown.
 const playMs = 15000, quickestMs = 60, slowestMs = 1000;  // of the whole play, and of a step
 const byId = (id) => document.getElementById(id);
-
-/** A line for each of the maps. */
-function labelOf(map) {
-  if (map.elapsed_s === undefined) return map.name;
-  return `revision ${map.revision}, after ${map.elapsed_s.toFixed(1)} s`;
-}
 
 export class Timeline {
   /** @param {object[]} maps oldest first @param {function(number): void} show */
@@ -34,7 +28,7 @@ export class Timeline {
   show(number) {
     this.at = Math.min(this.maps.length - 1, Math.max(0, number));
     this.slider.value = String(this.at);
-    byId('time-name').textContent = `${labelOf(this.maps[this.at])} (${this.at + 1} of ${this.maps.length})`;
+    byId('time-name').textContent = `${this.maps[this.at].name} (${this.at + 1} of ${this.maps.length})`;
     byId('earlier').disabled = this.at === 0;
     byId('later').disabled = this.at === this.maps.length - 1;
     this.showMap(this.at);

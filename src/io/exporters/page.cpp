@@ -18,27 +18,16 @@ namespace {
 
 /// How much of the maps a page has.
 struct Detail {
-  int merged;           ///< edge of a voxel in voxels of the map; 0: without voxels
-  bool feet = true;     ///< with contact regions
-  bool history = true;  ///< with what was there before
+  int merged;        ///< edge of a voxel in voxels of the map; 0: without voxels
+  bool feet = true;  ///< with contact regions
 };
-constexpr std::array<Detail, 9> details{{{1}, {2}, {4}, {8}, {16}, {32}, {0}, {0, false}, {0, false, false}}};
+constexpr std::array<Detail, 8> details{{{1}, {2}, {4}, {8}, {16}, {32}, {0}, {0, false}}};
 
 /// What of a map is the same whatever its voxels are merged to.
 struct MapOfPage {
   const PageMap& map;
   std::vector<io::PageVoxel> voxels;
-  bool alone = false;  ///< in the page
-  History history{};   ///< as much of the map's as it has room for, if it is alone
 };
-
-/// Those of its history that are not the map's own.
-std::size_t moments_before(const PageMap& map) {
-  const std::vector<Moment>& moments = map.history.moments();
-  return static_cast<std::size_t>(std::count_if(moments.begin(), moments.end(), [&](const Moment& one) {
-    return one.revision < map.snapshot->revision;
-  }));
-}
 
 std::string encoded(const MapOfPage& one, const std::vector<io::PageVoxel>& voxels, const Detail& detail,
                     const PageOptions& options) {
@@ -58,9 +47,6 @@ std::string encoded(const MapOfPage& one, const std::vector<io::PageVoxel>& voxe
   io::add_surfaces(block, map);
   if (detail.feet) io::add_feet(block, map);
   io::add_plans(block, map);
-  const std::size_t moments = detail.history ? one.history.moments().size() : 0;
-  block.json["moments_left_out"] = one.alone ? moments_before(map) - moments : 0;
-  if (moments > 0) io::add_history(block, one.history);
   if (detail.merged != 0) {
     const double size = map.octree.resolution() * detail.merged;
     io::add_voxels(block, voxels, size, *map.snapshot);
@@ -82,7 +68,6 @@ std::optional<std::string> maps_html(const std::vector<MapOfPage>& maps, const D
     if (merged != 0) report.voxels += voxels.size();
     html += "<script type=\"application/octet-stream\" class=\"map\">" +
             encoded(one, voxels, detail, options) + "</script>\n";
-    if (detail.history) report.moments += one.history.moments().size();
     report.feet_left_out = report.feet_left_out || (!detail.feet && !one.map.feet.empty());
     if (html.size() > room) return std::nullopt;
   }
@@ -121,8 +106,7 @@ Page make_page(const std::vector<PageMap>& maps, const std::string& name, const 
   const std::size_t frame = before.size() + after.size(), room = limit > frame ? limit - frame : 0;
 
   std::vector<MapOfPage> all;
-  for (const PageMap& map : maps) all.push_back({map, io::occupied_voxels(map.octree), maps.size() == 1});
-  if (maps.size() == 1) all.front().history = io::fitting_history(maps.front(), limit / 4);
+  for (const PageMap& map : maps) all.push_back({map, io::occupied_voxels(map.octree)});
   PageReport report;
   std::optional<std::string> html;
   for (const Detail& detail : details) {
@@ -136,7 +120,6 @@ Page make_page(const std::vector<PageMap>& maps, const std::string& name, const 
                 "allow " + smallest_mb(least) + " MB (--max-mb)");
   }
   report.bytes = frame + html->size();
-  if (maps.size() == 1) report.moments_left_out = moments_before(maps.front()) - report.moments;
   return {std::string(before).append(*html).append(after), report};
 }
 

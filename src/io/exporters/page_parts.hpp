@@ -15,9 +15,6 @@ namespace octosurf::io {
 /// Surfaces, cylinders, departures since a revision, and changes.
 void add_surfaces(PageBlock& block, const PageMap& map, std::uint64_t departed_since = 0);
 
-/// A cylinder, whole.
-PageBlock::Json page_cylinder_json(const Cylinder& cylinder);
-
 /// Which way is up.
 void add_up(PageBlock& block, const Eigen::Vector3d& up);
 
@@ -27,15 +24,7 @@ void add_feet(PageBlock& block, const PageMap& map);
 /// Plans. Throws Error(data) for what is none.
 void add_plans(PageBlock& block, const PageMap& map);
 
-/// A map's history in at most `most_bytes` as it stands in a page: thinned as long as it takes.
-History fitting_history(const PageMap& map, std::size_t most_bytes);
-
-/// What there was at each moment before the map's own.
-void add_history(PageBlock& block, const History& history);
-
-inline constexpr double page_polygon_step = 1e-4;  ///< m: polygons' coordinates are stored as multiples of it
-
-/// A coordinate of a polygon of that surface so. Throws Error(data) if it is not finite.
+/// A coordinate of a polygon of that surface as it is stored. Throws Error(data) if it is not finite.
 std::int32_t page_polygon_steps(double coordinate, SurfaceId id);
 
 /// An occupied voxel, or several merged to a larger one.

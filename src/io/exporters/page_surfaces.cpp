@@ -18,6 +18,7 @@ namespace {
 using Json = PageBlock::Json;
 
 constexpr std::uint8_t no_label = 255;
+constexpr double polygon_step_m = 1e-4;  // polygons' coordinates are stored as multiples of it
 constexpr double deg_per_rad = 180 / std::numbers::pi;
 
 /// The polygons of all surfaces, ring after ring.
@@ -161,9 +162,7 @@ Json changes_json(const PageMap& map) {
   return nullptr;
 }
 
-}  // namespace
-
-PageBlock::Json page_cylinder_json(const Cylinder& cylinder) {
+Json cylinder_json(const Cylinder& cylinder) {
   const std::string name = "cylinder " + std::to_string(cylinder.id);
   return {{"id", cylinder.id},
           {"axis_point", numbers_json(cylinder.axis_point, name)},
@@ -178,8 +177,10 @@ PageBlock::Json page_cylinder_json(const Cylinder& cylinder) {
           {"revision", cylinder.revision}};
 }
 
+}  // namespace
+
 std::int32_t page_polygon_steps(double coordinate, SurfaceId id) {
-  const double steps = finite(coordinate, id) / page_polygon_step;
+  const double steps = finite(coordinate, id) / polygon_step_m;
   return static_cast<std::int32_t>(std::lround(std::clamp(steps, -2e9, 2e9)));
 }
 
@@ -199,7 +200,7 @@ void add_surfaces(PageBlock& block, const PageMap& map, std::uint64_t departed_s
     const auto labels = map.edges.find(surface->id);
     surfaces.push_back(surface_json(rings, *surface, labels == map.edges.end() ? nullptr : &labels->second));
   }
-  for (const CylinderPtr& cylinder : snapshot.cylinders) cylinders.push_back(page_cylinder_json(*cylinder));
+  for (const CylinderPtr& cylinder : snapshot.cylinders) cylinders.push_back(cylinder_json(*cylinder));
   block.json["surfaces"] = std::move(surfaces);
   block.json["cylinders"] = std::move(cylinders);
   block.json["departed_surfaces"] =
@@ -207,7 +208,7 @@ void add_surfaces(PageBlock& block, const PageMap& map, std::uint64_t departed_s
   block.json["departed_cylinders"] =
       departures_json(snapshot.departures, departed_since, Departure::Of::cylinder);
   block.json["changes"] = changes_json(map);
-  block.json["ring_step_m"] = page_polygon_step;
+  block.json["ring_step_m"] = polygon_step_m;
   block.add("ring_u", differences(rings.u));
   block.add("ring_v", differences(rings.v));
   block.add("ring_edges", rings.edges);

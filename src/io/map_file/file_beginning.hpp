@@ -7,8 +7,8 @@
 
 namespace octosurf::io {
 
-/// What stands before the records of a scan's archive and of a history: 8 bytes of magic and the format's
-/// version, 4 bytes, least significant first.
+/// What stands before the records of a scan's archive: 8 bytes of magic and the format's version, 4 bytes,
+/// least significant first.
 struct FileBeginning {
   std::string_view magic;
   std::uint32_t newest_version;

@@ -37,14 +37,13 @@ export function linesOf(surfaces, colorOf) {
   return lines;
 }
 
-/** A history does not say what lay beyond an edge. */
-const isByKind = (map, { settings }) => !map.whole && settings.choice.edges !== 'plain';
+const isByKind = ({ settings }) => settings.choice.edges !== 'plain';
 
 export const edges = {
   id: 'edges', label: 'Edges', on: true,
-  choices: (map) => (map.whole ? [] : [{ id: 'kind', label: 'by kind' }, { id: 'plain', label: 'plain' }]),
+  choices: () => [{ id: 'kind', label: 'by kind' }, { id: 'plain', label: 'plain' }],
   create(map, context) {
-    const byKind = isByKind(map, context);
+    const byKind = isByKind(context);
     const ink = context.ink();
     const group = new THREE.Group();
     drawByLevels(group, levelCount + 1, (level) => {
@@ -55,6 +54,6 @@ export const edges = {
     });
     return group;
   },
-  legend: (map, context) => (isByKind(map, context)
+  legend: (map, context) => (isByKind(context)
     ? edgeColors.map((color, kind) => ({ line: color, text: texts[kind] })) : []),
 };

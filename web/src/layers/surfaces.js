@@ -43,7 +43,7 @@ export const colorings = {
     legend: (map, { walkableDeg }) => slopeLegend(walkableDeg),
   },
   certainty: {
-    label: 'offset σ', notOfPast: true, of: (surface) => ramp(surface.offset_std_m * 1000 / unsureMm),
+    label: 'offset σ', of: (surface) => ramp(surface.offset_std_m * 1000 / unsureMm),
     legend: () => [{ ramp: rampCss, low: '0 mm', high: `${unsureMm} mm and more` }],
   },
   change: {
@@ -78,17 +78,15 @@ function changeLegend(map) {
   }
   return [
     { color: changeColors.appeared, text: 'appeared' }, { color: changeColors.changed, text: 'changed' },
-    ...(map.whole ? [] : [{ color: changeColors.split, text: 'split off another' }]),
+    { color: changeColors.split, text: 'split off another' },
     { color: changeColors.same, text: 'as before' },
     { color: changeColors.gone, text: 'gone' },
   ];
 }
 
-/** Of what a history tells, what changed is what one looks for; of a map, its own colours. */
-const usual = (map) => (map.whole ? 'change' : 'own');
-const chosen = (map, { settings }) => {
-  const { surfaces: choice } = settings.choice, one = Object.hasOwn(colorings, choice) ? colorings[choice] : null;
-  return one && !(one.notOfPast && map.whole) ? one : colorings[usual(map)];
+const chosen = ({ settings }) => {
+  const { surfaces: choice } = settings.choice;
+  return Object.hasOwn(colorings, choice) ? colorings[choice] : colorings.own;
 };
 
 /** All triangles of some surfaces in one mesh. */
@@ -116,15 +114,14 @@ export const surfaces = {
   id: 'surfaces', label: 'Surfaces', on: true,
   count: (map) => map.surfaces.length,
   choices: (map) => Object.entries(colorings)
-    .filter(([, one]) => (!one.needsBefore || map.changes) && !(one.notOfPast && map.whole))
-    .sort(([id], [other]) => (other === usual(map)) - (id === usual(map)))
+    .filter(([, one]) => !one.needsBefore || map.changes)
     .map(([id, one]) => ({ id, label: one.label })),
-  range: (map, settings) => (chosen(map, { settings }) !== colorings.slope ? null : {
+  range: (map, settings) => (chosen({ settings }) !== colorings.slope ? null : {
     label: 'walkable slope', least: 0, greatest: 90, value: settings.walkableDeg, text: (deg) => `to ${deg}°`,
     set: (deg) => { settings.walkableDeg = deg; },
   }),
   create(map, context) {
-    const coloring = chosen(map, context);
+    const coloring = chosen(context);
     const group = new THREE.Group();
     drawByLevels(group, levelCount, (level) => {
       const parts = trianglesOf(surfacesAt(map, level), (surface) => coloring.of(surface, map, context.settings));
@@ -133,7 +130,7 @@ export const surfaces = {
     return group;
   },
   legend(map, context) {
-    const coloring = chosen(map, context);
+    const coloring = chosen(context);
     return coloring.legend ? coloring.legend(map, context.settings) : [];
   },
 };
