@@ -1,8 +1,9 @@
 // `octosurf export`: a map's surfaces in a file other programs read.
 #include "bounds.hpp"
 #include "io/exporters/foxglove_log.hpp"
-#include "io/map_file/scan_archive.hpp"
+#include "io/kept_scans.hpp"
 #include "io/new_file.hpp"
+#include "io/readers/scan_list.hpp"
 #include "output_files.hpp"
 #include "planner_export.hpp"
 #include "up_option.hpp"
@@ -99,16 +100,12 @@ void export_octree(const Map& map, const ExportArguments& arguments) {
               tree->getResolution());
 }
 
-/// Of the scans, with their time stamps, where the map's archive is still there.
+/// Of the scans, with their time stamps, where the map's folder of them is still there.
 std::vector<std::pair<double, Eigen::Isometry3d>> poses_of_scans(const LoadedMap& loaded) {
   std::vector<std::pair<double, Eigen::Isometry3d>> poses;
   if (loaded.scans.folder.empty()) return poses;
-  const std::vector<Eigen::Isometry3d>& corrected = loaded.scans.poses;
-  for (const auto& file : io::archived_files(loaded.scans.folder, loaded.map.size().scans)) {
-    const io::ArchivedHeader header = io::read_archived_header(file);
-    const bool other = poses.size() < corrected.size();
-    poses.emplace_back(header.stamp_s, other ? corrected[poses.size()] : header.T_used);
-  }
+  for (const auto& file : io::kept_scans(loaded.scans.folder, loaded.map.size().scans))
+    poses.emplace_back(*io::stamp_in_name(file), loaded.scans.poses[poses.size()]);
   return poses;
 }
 

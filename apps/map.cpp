@@ -48,16 +48,16 @@ Examples:
 
 Inputs, told apart by content: folders as 7-Scenes, TUM RGB-D or KITTI velodyne have them; 16-bit depth
 images (PNG, PGM); clouds (PCD, PLY); bags of ROS 1 (.bag) and ROS 2 (.db3, .mcap, or their folder);
-OctoMap's .graph, .bt and .ot; archives of --keep-scans. Several are one recording after the other. Of a bag
+OctoMap's .graph, .bt and .ot. Several are one recording after the other. Of a bag
 the topic, the camera and the poses are chosen where there is no choice, and said. -o maps/x writes
 maps/x.surfaces (everything) and maps/x.bt (plain OctoMap), every minute and at the end. Ctrl-C, SIGTERM or a
 lost terminal end the run after the scan at hand and save; what else may end it, a full disk or no memory,
 names the last complete checkpoint.
 
---keep-scans DIR keeps what the map is built from, some 3 bytes for each voxel that a scan ends in, 50 to
-100 kB for a depth image at 2 cm: remap builds the map anew from it with corrected poses, and map reads it
-like other scans. A map goes on with its archive by itself when it is resumed and written over; with another
--o it needs --keep-scans with a new folder, which begins with those scans.
+--keep-scans DIR keeps what the map is built from, a PCD of each scan, 12 bytes a pixel or point: remap builds
+the map anew from them with corrected poses, and map reads them like other scans. A map goes on with its folder
+by itself when it is resumed and written over; with another -o it needs --keep-scans with a new folder, which
+begins with those scans.
 
 Surfaces are found by one likelihood and one merging criterion, around what each scan has changed; cylinders
 in what that leaves: --search-radius, --normal-radius, --smoothness-angle, --max-curvature and
@@ -162,11 +162,11 @@ void show_parameters(const MapOptions& options, const ParameterChoice& choice) {
 }
 
 /// Where the scans of the run are kept.
-KeptScans archive_of(const MapOptions& options, const Map& start, const KeptScans& before,
-                     RunContext& context) {
+KeptScans folder_of_scans(const MapOptions& options, const Map& start, const KeptScans& before,
+                          RunContext& context) {
   const std::size_t told = context.warnings.size();
-  KeptScans kept = choose_archive({options.keep_scans, goes_on_in_place(options), options.force}, start,
-                                  before, context.warnings);
+  KeptScans kept = choose_folder({options.keep_scans, goes_on_in_place(options), options.force}, start,
+                                 before, context.warnings);
   for (std::size_t i = told; i < context.warnings.size(); ++i)
     std::fprintf(stderr, "warning: %s\n", context.warnings[i].c_str());
   return kept;
@@ -199,7 +199,7 @@ void run_map(MapOptions& options) {
   if (!inputs.scans.empty()) source = open_scans(inputs.scans, options.source);
   KeptScans before;
   Map start = start_of(options, choice, inputs, context, before);
-  KeptScans kept = archive_of(options, start, before, context);
+  KeptScans kept = folder_of_scans(options, start, before, context);
   MapRun mapping(options, std::move(start), std::move(kept), std::move(context), begin);
   mapping.run(inputs.octree.has_value(), std::move(source));
 }
@@ -237,8 +237,7 @@ void add_map(CLI::App& app) {
   verb->add_option(
           "--together", options->together,
           "--realtime: at most so many, once one by one they would wait for as long as so many take to "
-          "arrive; 1: each by itself, so that the map does not depend on the machine's load. With "
-          "--keep-scans always 1")
+          "arrive; 1: each by itself, so that the map does not depend on the machine's load")
       ->check(between(1, 256))
       ->capture_default_str();
   verb->add_option("--serve", options->serve_port,

@@ -85,7 +85,7 @@ MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext 
       context_(std::move(context)),
       begin_(begin),
       checkpoints_(options.output, options.checkpoint_s),
-      keeper_(std::move(kept), mapper_),
+      keeper_(std::move(kept)),
       poses_(options.write_poses, options.force),
       backlog_(options.together),
       scene_(options.mcap, options.force, mapper_.map().parameters().up.value_or(Eigen::Vector3d::UnitZ())),
@@ -290,8 +290,7 @@ void MapRun::wait_and_join(std::vector<Scan>& scans, ScanFeed& feed) {
   const double arrival_s = arrival_of(scans.front());
   backlog_.next(scans.front().stamp_s, now_s() - arrival_s);
   wait_for(arrival_s);
-  // An archive makes the map again scan by scan.
-  if (!backlog_.join() || !keeper_.kept().folder.empty()) return;
+  if (!backlog_.join()) return;
   for (const Scan* next;
        scans.size() < options_.together && (next = feed.peek()) != nullptr && arrival_of(*next) <= now_s();) {
     backlog_.joined(next->stamp_s);
@@ -331,7 +330,7 @@ void MapRun::note(const Scan& scan, const ScanReport& report, double arrival_s, 
   if (report.alignment.outcome == AlignmentOutcome::set_aside) return;
   poses_.add(scan.stamp_s, report.alignment.T_map_sensor);
   scene_.add_pose(scan.stamp_s, report.alignment.T_map_sensor);
-  keeper_.add(scan, report);
+  keeper_.add(scan, report.alignment.T_map_sensor);
   if (server_) server_->add_pose(scan.sensor, report.alignment.T_map_sensor);
 }
 

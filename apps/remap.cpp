@@ -1,12 +1,14 @@
 // `octosurf remap`: a map anew, from the scans it was built from and corrected poses.
-#include "io/map_file/scan_archive.hpp"
+#include "io/kept_scans.hpp"
 #include "io/new_file.hpp"
 #include "io/readers/pose_file.hpp"
+#include "io/readers/scan_list.hpp"
 #include "mapper/succession.hpp"
 #include "output_files.hpp"
 #include "pose_log.hpp"
 #include "progress.hpp"
 #include "run_statistics.hpp"
+#include "sensing/downsample.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -14,6 +16,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -38,16 +41,15 @@ Examples:
   octosurf remap maps/kitchen --poses corrected.txt                    in place
   octosurf remap maps/kitchen --poses corrected.txt -o maps/kitchen2   and leaves the old map as it is
   octosurf remap maps/kitchen --poses optimised.tum --write-poses used.txt --report remap.json
-  octosurf remap maps/kitchen --scans /disk/kitchen.scans              the archive has moved; poses as they were
+  octosurf remap maps/kitchen --scans /disk/kitchen.scans              the scans have moved; poses as they were
 
-The map must have been built with `octosurf map --keep-scans DIR`. It is built with its own parameters, and
-with what its scans told of the noise. Poses: one for each scan in order, or a stamped trajectory that covers
-the time of each; the formats of map's --poses. Without --poses those with which the map was built, which
-gives the same map again.
+The map must have been built with `octosurf map --keep-scans DIR`. It is built with its own parameters. Poses:
+one for each scan in order, or a stamped trajectory that covers the time of each; the formats of map's --poses.
+Without --poses those with which the map was built.
 
 Surfaces that are the same keep their ids: an old and a new surface of which the smaller has at least half of
 its readings in the other. Others get ids that were never used, with the surface they came from as parent.
-Every surface counts as changed, so the map's revision is one more. With -o the archive stays the old map's:
+Every surface counts as changed, so the map's revision is one more. With -o the scans stay the old map's:
 to go on with the new one, give map --keep-scans a new folder.
 )";
 
@@ -99,13 +101,8 @@ class Remap {
     if (folder.empty() || scans == 0)
       throw Error(Error::Kind::usage, options_.map, "the scans it was built from are not kept",
                   "build it with octosurf map --keep-scans");
-    files_ = io::archived_files(folder, scans);
-    for (const fs::path& file : files_) {
-      headers_.push_back(io::read_archived_header(file));
-      if (headers_.back().resolution != before_.map.parameters().occupancy.resolution)
-        throw Error(Error::Kind::data, file.string(), "is of a map with another resolution",
-                    "name the map's own archive");
-    }
+    files_ = io::kept_scans(folder, scans);
+    for (const fs::path& file : files_) stamps_.push_back(*io::stamp_in_name(file));
     kept_ = {folder, before_.scans.shared || !in_place(), {}};
   }
 
@@ -113,56 +110,52 @@ class Remap {
     return same_file(files_of_map(options_.map).front(), files_of_map(options_.output).front());
   }
 
-  /// Without new ones those of the old map: its own, and behind them the archive's.
+  /// Without new ones those of the old map.
   void find_poses() {
     if (options_.poses.empty()) {
-      poses_ = before_.scans.poses;
-      for (std::size_t i = poses_.size(); i < headers_.size(); ++i) poses_.push_back(headers_[i].T_used);
+      kept_.poses = before_.scans.poses;
       return;
     }
     const io::PoseFile file = io::read_poses(options_.poses);
     if (!file.stamped || is_one_for_each(file)) {
-      if (file.poses.size() != headers_.size())
+      if (file.poses.size() != files_.size())
         throw Error(
             Error::Kind::data, options_.poses,
-            std::to_string(file.poses.size()) + " poses for " + std::to_string(headers_.size()) + " scans",
+            std::to_string(file.poses.size()) + " poses for " + std::to_string(files_.size()) + " scans",
             "give one pose per scan, in the order of the scans, or a stamped trajectory");
-      for (const io::FilePose& pose : file.poses) poses_.push_back(io::rigid(pose.T, pose.where));
+      for (const io::FilePose& pose : file.poses) kept_.poses.push_back(io::rigid(pose.T, pose.where));
       return;
     }
     const io::Trajectory trajectory(file);
-    for (std::size_t i = 0; i < headers_.size(); ++i) {
-      const std::string where = files_[i].string() + " (" + headers_[i].name + ")";
-      if (!trajectory.covers(headers_[i].stamp_s))
-        throw Error(Error::Kind::data, where, "no pose in " + options_.poses + " at its time",
+    for (std::size_t i = 0; i < files_.size(); ++i) {
+      if (!trajectory.covers(stamps_[i]))
+        throw Error(Error::Kind::data, files_[i].string(), "no pose in " + options_.poses + " at its time",
                     "give a trajectory that covers all scans");
-      poses_.push_back(trajectory.at(headers_[i].stamp_s, where));
+      kept_.poses.push_back(trajectory.at(stamps_[i], files_[i].string()));
     }
   }
 
   /// A pose a scan, of the same times: no time need be looked up, and stamps that come twice do no harm.
   bool is_one_for_each(const io::PoseFile& file) const {
     constexpr double rounding_s = 1e-6;
-    return std::equal(file.poses.begin(), file.poses.end(), headers_.begin(), headers_.end(),
-                      [](const io::FilePose& pose, const io::ArchivedHeader& scan) {
-                        return std::fabs(*pose.stamp_s - scan.stamp_s) <= rounding_s;
+    return std::equal(file.poses.begin(), file.poses.end(), stamps_.begin(), stamps_.end(),
+                      [](const io::FilePose& pose, double stamp_s) {
+                        return std::fabs(*pose.stamp_s - stamp_s) <= rounding_s;
                       });
   }
 
   void insert_all(Mapper& mapper) {
     Progress progress(files_.size());
     for (std::size_t i = 0; i < files_.size(); ++i) {
-      Scan scan = io::read_archived_scan(files_[i]).scan();
-      scan.T_map_sensor = poses_[i];
-      scan.name = files_[i].string();
-      if (i > 0 && is_pause(headers_[i - 1].stamp_s, scan.stamp_s)) drain(mapper);
+      Scan scan = io::read_kept_scan(files_[i]);
+      scan.T_map_sensor = kept_.poses[i];
+      if (i > 0 && is_pause(stamps_[i - 1], scan.stamp_s)) drain(mapper);
       const double arrival_s = now_s();
       ScanReport report = mapper.insert(scan);
       const double done_s = now_s();
       report.total_ms = 1e3 * (done_s - arrival_s);
       statistics_.add(scan, report, arrival_s, done_s);
       poses_log_.add(scan.stamp_s, report.alignment.T_map_sensor);
-      poses_[i] = report.alignment.T_map_sensor;
       progress.show(i + 1, std::to_string(mapper.snapshot()->surfaces.size()) + " surfaces");
     }
     drain(mapper);
@@ -172,35 +165,30 @@ class Remap {
     statistics_.drain(mapper, [this] { return now_s(); });
   }
 
-  /// Which surfaces are which: by where each archived point lies in both maps.
+  /// Which surfaces are which: by where readings, of each voxel that a scan ends in their mean, lie in both
+  /// maps.
   mapper::Identities identify(const surfaces::MapState& after) const {
     mapper::Succession succession(before_.map.state(), after);
     const geometry::VoxelGrid& grid = after.occupancy.grid();
+    sensing::Downsampler by_voxel(grid);
+    const double min_range = after.parameters.occupancy.min_range;
     for (std::size_t i = 0; i < files_.size(); ++i) {
-      const io::ArchivedScan archived = io::read_archived_scan(files_[i]);
-      const Scan scan = archived.scan();
-      // A map that was built anew before stands where its own poses say.
-      const bool moved = i < before_.scans.poses.size();
-      const Eigen::Isometry3d& T_before = moved ? before_.scans.poses[i] : archived.header.T_used;
-      for (std::size_t k = 0; k < scan.points.size(); ++k) {
-        const Eigen::Vector3d point = scan.points[k].cast<double>();
-        geometry::VoxelKey before = archived.points[k].key, now;
-        if (moved && !grid.key_of((T_before * point).cast<float>(), before)) continue;
-        if (grid.key_of((poses_[i] * point).cast<float>(), now))
-          succession.add(before, now);
+      const Eigen::Isometry3d& T_before = before_.scans.poses[i];
+      const Eigen::Isometry3d T_now_before = kept_.poses[i] * T_before.inverse();
+      const double unlimited = std::numeric_limits<double>::infinity();
+      for (const sensing::EndVoxel& end :
+           by_voxel(io::read_kept_scan(files_[i]), T_before, min_range, unlimited).ends) {
+        geometry::VoxelKey now;
+        if (grid.key_of((T_now_before * end.centroid.cast<double>()).cast<float>(), now))
+          succession.add(end.key, now);
         else
-          succession.add_lost(before);
+          succession.add_lost(end.key);
       }
     }
     return succession.settle();
   }
 
   void save(const Map& map, const mapper::Identities& identities) {
-    const auto as_archived = [&](const Eigen::Isometry3d& T, const io::ArchivedHeader& header) {
-      return T.matrix() == header.T_used.matrix();
-    };
-    if (!std::equal(poses_.begin(), poses_.end(), headers_.begin(), headers_.end(), as_archived))
-      kept_.poses = poses_;
     save_map(map, options_.output, kept_);
     poses_log_.save();
     context_.wall_s = now_s();
@@ -237,10 +225,9 @@ class Remap {
   RunStatistics statistics_;
   PoseLog poses_log_;
   RunContext context_;
-  KeptScans kept_;                           // of the new map
-  std::vector<fs::path> files_;              // of the archive
-  std::vector<io::ArchivedHeader> headers_;  // of each
-  std::vector<Eigen::Isometry3d> poses_;     // of each: asked for, then used
+  KeptScans kept_;               // of the new map
+  std::vector<fs::path> files_;  // of its scans
+  std::vector<double> stamps_;   // of each
 };
 
 /// Refuses what cannot or must not be written before any work is done.

@@ -178,7 +178,7 @@ Throws Error(data) for damaged or foreign files; warns (UserWarning) where, say,
       py::arg("map"), py::arg("stem"),
       R"(Writes `stem`.surfaces (everything) and `stem`.bt (plain OctoMap) over what is there.
 
-Whenever that fails, the files of before or the new ones are there. An archive of scans (`octosurf map --keep-scans`) that
+Whenever that fails, the files of before or the new ones are there. A folder of scans (`octosurf map --keep-scans`) that
 the map had is not told in them: it has not got what Python inserted. Throws Error(output), Error(incomplete).)");
   module.def("read_octomap_resolution", &read_octomap_resolution, py::arg("file"),
              "Resolution of an OctoMap file (.bt, .ot), m. Throws Error(data).");

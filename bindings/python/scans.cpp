@@ -8,7 +8,6 @@
 #include <mutex>
 #include <optional>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -63,9 +62,6 @@ std::unique_ptr<Recording> opened(std::variant<fs::path, std::vector<fs::path>> 
   return std::make_unique<Recording>(open_scans(std::get<1>(inputs), options));
 }
 
-using NoiseRow = std::tuple<std::uint8_t, std::uint8_t, std::uint32_t>;
-using VarianceRow = std::pair<std::uint8_t, double>;
-
 void bind_scan(py::module_& module) {
   Value<Scan>(module, "Scan", "One posed scan, which owns its points; does not change.")
       .rows("points", &Scan::points, "(N, 3) float32, sensor frame, m; a read-only view.")
@@ -73,33 +69,6 @@ void bind_scan(py::module_& module) {
       .field("stamp_s", &Scan::stamp_s, "s.")
       .field("sensor", &Scan::sensor, R"("depth_camera" or "lidar".)")
       .field("name", &Scan::name, "File or index.")
-      .field("readings", &Scan::readings,
-             "List of how many readings each point is the mean of, in a scan of an archive; else empty.")
-      .field<std::vector<NoiseRow>>(
-          "noise",
-          [](const Scan& self) {
-            std::vector<NoiseRow> rows;
-            for (const NoiseCount& one : self.noise) rows.emplace_back(one.range_class, one.size, one.count);
-            return rows;
-          },
-          [](Scan& self, const std::vector<NoiseRow>& rows) {
-            for (const auto& [range_class, size, count] : rows)
-              self.noise.push_back({range_class, size, count});
-          },
-          "List of (class of distance, class of size, count) of their differences, likewise.")
-      .field<std::vector<VarianceRow>>(
-          "shared_variances",
-          [](const Scan& self) {
-            std::vector<VarianceRow> rows;
-            for (const SharedVariance& one : self.shared_variances)
-              rows.emplace_back(one.range_class, one.variance);
-            return rows;
-          },
-          [](Scan& self, const std::vector<VarianceRow>& rows) {
-            for (const auto& [range_class, variance] : rows)
-              self.shared_variances.push_back({range_class, variance});
-          },
-          "List of (class of distance, m2) that readings have in common, likewise.")
       .def(
           py::init([](const Points& points, const Eigen::Isometry3d& T_map_sensor, double stamp_s,
                       SensorKind sensor, std::string name) {
@@ -171,7 +140,7 @@ void bind_scans(py::module_& module) {
       py::arg("fixed_frame") = py::none(), py::arg("info_topic") = py::none(), py::arg("skip_bad") = false,
       R"(Opens a recording, or a list of them, one after the other: what `octosurf map` reads.
 
-7-Scenes, TUM RGB-D and KITTI folders, 16-bit depth images (PNG, PGM), PCD, PLY, OctoMap's .graph, archives of scans,
+7-Scenes, TUM RGB-D and KITTI folders, 16-bit depth images (PNG, PGM), PCD, PLY, OctoMap's .graph,
 bags of ROS 1 (.bag) and ROS 2 (.db3, .mcap, or their folder).
 poses: a file with one pose per scan, or a stamped trajectory; wins over what lies beside the scans.
 intrinsics: a file with K or `fx fy cx cy`. depth_scale: units per metre; None: 5000 for TUM folders, else 1000.

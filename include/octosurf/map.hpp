@@ -81,10 +81,9 @@ class Map {
 /// Where the scans that a map was built from are kept (`octosurf map --keep-scans`), so that it can be built
 /// anew with corrected poses.
 struct KeptScans {
-  std::filesystem::path folder;  ///< of the archive that holds all of them; empty: they are not kept
-  bool shared = false;           ///< with another map, which may go on with it, as this one may not
-  /// Of the first scans, where the map was built with others than the archive says.
-  std::vector<Eigen::Isometry3d> poses{};
+  std::filesystem::path folder;            ///< that holds all of them; empty: they are not kept
+  bool shared = false;                     ///< with another map, which may go on with it, as this one may not
+  std::vector<Eigen::Isometry3d> poses{};  ///< with which each was mapped
 };
 
 /// Writes `stem`.surfaces (everything) and `stem`.bt (plain OctoMap), each to a temporary file that is synced

@@ -102,8 +102,8 @@ class Mapper {
   Mapper& operator=(Mapper&&) noexcept;
   ~Mapper();
 
-  /// Throws Error(data), and leaves the map as it was, if the pose is not rigid or outside the octree, if its
-  /// `readings` do not go with its points, and if the surfaces' ids could run out.
+  /// Throws Error(data), and leaves the map as it was, if the pose is not rigid or outside the octree, and
+  /// if the surfaces' ids could run out.
   /// A scan that is clearly off and not to be put right is not inserted, see AlignmentOutcome::set_aside.
   /// Its readings are in the octree and on the surfaces that are known when this returns; of new surfaces, as
   /// many are looked for as DetectionParameters::detection_budget allows: drain() finds the rest.
@@ -123,10 +123,9 @@ class Mapper {
   /// The same; and while surfaces are brought up to date, the scan that comes after these goes through
   /// downsampling and rays in another thread, as if taken from where it says. If the next scan inserted is
   /// that one and its pose is left as it is, this has been done; the map is the same. `next` is asked once,
-  /// in this thread, and only where that is of use: with `threads` over 1, scans not rounded, poses lately
-  /// not corrected. It gives the scan, which stays as it is until insert_all() returns, or null. Memory: a
-  /// copy of the scan. What is done so counts in the stages' times and in `total_ms`, though nobody waits for
-  /// it.
+  /// in this thread, and only where that is of use: with `threads` over 1, poses lately not corrected. It
+  /// gives the scan, which stays as it is until insert_all() returns, or null. Memory: a copy of the scan.
+  /// What is done so counts in the stages' times and in `total_ms`, though nobody waits for it.
   std::vector<ScanReport> insert_all(std::span<const Scan> scans, const std::function<const Scan*()>& next);
 
   /// Looks for surfaces in all that waits because scans had brought more than
@@ -181,17 +180,8 @@ class Mapper {
   /// of the octree it writes to (docs/design.md §5): some tenths of a millisecond for a camera's.
   void share_octree(bool on = true);
 
-  /// From now on insert() rounds scans to what an archive of scans keeps of them
-  /// (src/sensing/rounded_scan.hpp), far below their noise: from such an archive the map can be built again,
-  /// to the bit.
-  void round_scans();
   /// From now on the map remembers which scans it takes, see Map::holds(): 8 bytes each, saved with it.
   void remember_scans();
-  /// What insert() has made of the last scan it took, grouped by voxel: what an archive of scans keeps.
-  /// After insert_all(): of the last one.
-  const sensing::VoxelScan& last_voxels() const;
-  /// What its readings say of their errors, likewise.
-  const std::vector<SharedVariance>& last_shared_variances() const;
 
   std::shared_ptr<const Snapshot> snapshot() const;  ///< of the last whole scan
   const Map& map() const;                            ///< throws std::bad_alloc after a failure, see 4

@@ -92,8 +92,6 @@ InputKind classify(const std::filesystem::path& input);
 /// - KITTI velodyne: `*.bin`, in the folder or `velodyne/`. KITTI poses (3×4) are the camera's: if
 ///   `calib.txt` has a line `Tr:` (velodyne to camera), T_map_velodyne = pose · Tr. `times.txt`.
 /// - OctoMap `.graph`.
-/// - An archive of scans, as `octosurf map --keep-scans` writes it: `*.scan`, with the poses as used, thinned
-///   (Scan::readings).
 /// - Bags of ROS 1 (2.0; chunks plain, bz2 or lz4) and ROS 2 (`.db3`, `.mcap`; a file, or the folder with
 ///   `metadata.yaml`): PointCloud2 of any layout with x, y, z as float32 or float64; depth as Image (16UC1,
 ///   mono16 in millimetres, 32FC1 in metres) or CompressedImage (16-bit PNG) with CameraInfo, whose K (P for
@@ -106,7 +104,8 @@ InputKind classify(const std::filesystem::path& input);
 /// `camera.txt`, `K.txt` or `*.K` beside them, in the folder above or beside the file of poses. Scans of a
 /// folder come in natural order (full2 before full10), files in the order given. PCDs and PLYs, a single
 /// image and a single velodyne scan are taken to be in the map frame if there is no pose for them. Files
-/// called like a time (`1305031102.16.png`) are stamped with it.
+/// called like a time (`1305031102.16.png`), or a number and a time (`000012_1305031102.16.pcd`), are stamped
+/// with it.
 ///
 /// Depth is along the optical axis: a pixel (u, v) of depth z is ((u−cx) z/fx, (v−cy) z/fy, z);
 /// depths 0 and 65535 are no reading and give no point. Points at a cloud's very origin are no

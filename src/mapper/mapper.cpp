@@ -6,7 +6,6 @@
 #include "mapper/stopwatch.hpp"
 #include "mapper/surface_update.hpp"
 #include "sensing/fingerprint.hpp"
-#include "sensing/rounded_scan.hpp"
 #include "surfaces/transaction.hpp"
 #include "upkeep/derive.hpp"
 
@@ -34,8 +33,8 @@ Eigen::Vector3d up_of_sensor(const Scan& scan, const Eigen::Isometry3d& T_map_se
 void observe_voxel_centres(const std::vector<occupancy::VoxelPoint>& adopted, surfaces::MapState& state) {
   if (adopted.empty()) return;
   const double d = state.parameters.occupancy.resolution, variance = d * d / 12;
-  state.noise.observe(
-      std::array{SharedVariance{adopted.front().range_class, variance}, SharedVariance{0, variance}});
+  state.noise.observe(std::array{sensing::SharedVariance{adopted.front().range_class, variance},
+                                 sensing::SharedVariance{0, variance}});
 }
 
 /// m, of those that are mapped.
@@ -50,13 +49,6 @@ double farthest_reading(const Scan& scan, double max_range) {
 /// m: readings beyond it only free space.
 double max_range_of(const OccupancyParameters& parameters, const Scan& scan) {
   return parameters.max_range.value_or(sensing::default_max_range(scan.sensor));
-}
-
-void require_scan(const Scan& scan) {
-  require_rigid(scan.T_map_sensor, scan.name);
-  require_readings(scan);
-  if (!sensing::NoiseModel::takes(scan))
-    throw Error(Error::Kind::data, scan.name, "its noise makes no sense", "leave it out");
 }
 
 bool as_stated(const Scan& scan, const Alignment& alignment) {
@@ -83,26 +75,9 @@ struct Mapper::Impl {
   explicit Impl(Map&& m, int thread_count)
       : map(std::move(m)), threads(thread_count), downsample(map.state().occupancy.grid()) {}
 
-  /// By voxel; rounded where that is wanted, or was done before.
-  sensing::VoxelScan group(const surfaces::MapState& state, const Scan& scan,
-                           const Eigen::Isometry3d& T_map_sensor, int by_threads) {
-    const OccupancyParameters& parameters = state.parameters.occupancy;
-    sensing::VoxelScan voxels =
-        downsample(scan, T_map_sensor, parameters.min_range, max_range_of(parameters, scan), by_threads);
-    if (!round_scans && scan.readings.empty()) return voxels;
-    if (scan.readings.empty())
-      sensing::round_scan(voxels, state.occupancy.grid(), state.noise);
-    else
-      sensing::restore_rounded(voxels, state.occupancy.grid());
-    downsample.find_anew(voxels);
-    return voxels;
-  }
-
-  /// As if it had been taken from there. Asks nothing of the map, unless scans are rounded to its noise.
+  /// As if it had been taken from there. Asks nothing of the map but its grid and parameters.
   mapper::TracedScan trace(surfaces::MapState& state, const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
                            int by_threads);
-  /// Not if what comes out of it hangs on the map's noise, and not without a second thread.
-  bool can_trace_ahead() const { return threads > 1 && !round_scans; }
   /// The scan that is expected next, in the background.
   void trace_ahead(surfaces::MapState& state, const Scan* next);
 
@@ -112,7 +87,7 @@ struct Mapper::Impl {
     surfaces::AlignmentState alignment;
     std::vector<surfaces::SeenPatches::Change> patches;
     bool set_aside = false;
-    std::vector<SharedVariance> shared;  // of the readings' errors
+    std::vector<sensing::SharedVariance> shared;  // of the readings' errors
     sensing::VoxelScan voxels;
     occupancy::OccupancyMap::Touched touched;
   };
@@ -126,9 +101,7 @@ struct Mapper::Impl {
   sensing::Downsampler downsample;
   mapper::ScanAhead ahead;
   alignment::ScanAligner align;
-  sensing::VoxelScan last;
-  std::vector<SharedVariance> last_shared;
-  bool round_scans = false, remember_scans = false;
+  bool remember_scans = false;
 };
 
 Mapper::Mapper(const Parameters& parameters, int threads) : Mapper(Map(parameters), threads) {}
@@ -146,7 +119,10 @@ mapper::TracedScan Mapper::Impl::trace(surfaces::MapState& state, const Scan& sc
                                        const Eigen::Isometry3d& T_map_sensor, int by_threads) {
   mapper::TracedScan traced;
   mapper::Stopwatch time(traced.times);
-  traced.voxels = time(Stage::downsample, [&] { return group(state, scan, T_map_sensor, by_threads); });
+  const OccupancyParameters& parameters = state.parameters.occupancy;
+  traced.voxels = time(Stage::downsample, [&] {
+    return downsample(scan, T_map_sensor, parameters.min_range, max_range_of(parameters, scan), by_threads);
+  });
   traced.touched = time(Stage::occupancy, [&] { return state.occupancy.trace(traced.voxels, by_threads); });
   return traced;
 }
@@ -154,13 +130,13 @@ mapper::TracedScan Mapper::Impl::trace(surfaces::MapState& state, const Scan& sc
 void Mapper::Impl::trace_ahead(surfaces::MapState& state, const Scan* next) {
   if (next == nullptr) return;
   ahead.start(*next, [this, &state](const Scan& scan) {
-    require_scan(scan);
+    require_rigid(scan.T_map_sensor, scan.name);
     return trace(state, scan, scan.T_map_sensor, 1);
   });
 }
 
 Mapper::Impl::Prepared Mapper::Impl::prepare(surfaces::MapState& state, const Scan& scan) {
-  require_scan(scan);
+  require_rigid(scan.T_map_sensor, scan.name);
   const OccupancyParameters& parameters = state.parameters.occupancy;
   const double max_range = max_range_of(parameters, scan);
 
@@ -173,14 +149,11 @@ Mapper::Impl::Prepared Mapper::Impl::prepare(surfaces::MapState& state, const Sc
     const Snapshot& before = *state.snapshot.load();
     const alignment::GrowingMap growing{state.surfaces, state.noise};
     const alignment::RangeLimits limits{parameters.min_range, max_range};
-    // An archive's poses were aligned when its scans were mapped.
-    const bool aligns = state.parameters.alignment.enabled && scan.readings.empty();
     alignment::ScanAligner::Result posed =
-        aligns ? align(alignment, state.patches, before, growing, scan, limits,
-                       state.parameters.up.value_or(Eigen::Vector3d::UnitZ()))
-               : align.as_given(before, growing, scan, limits);
-    prepared.shared = scan.readings.empty() ? sensing::NoiseModel::shared_variances(posed.residuals)
-                                            : scan.shared_variances;
+        state.parameters.alignment.enabled ? align(alignment, state.patches, before, growing, scan, limits,
+                                                   state.parameters.up.value_or(Eigen::Vector3d::UnitZ()))
+                                           : align.as_given(before, growing, scan, limits);
+    prepared.shared = sensing::NoiseModel::shared_variances(posed.residuals);
     prepared.patches = std::move(posed.patches);
     return posed.alignment;
   });
@@ -190,7 +163,7 @@ Mapper::Impl::Prepared Mapper::Impl::prepare(surfaces::MapState& state, const Sc
         {report.alignment.T_map_sensor.translation(), farthest_reading(scan, max_range), prepared.set_aside});
   if (prepared.set_aside) return prepared;
   std::optional<mapper::TracedScan> traced = ahead.take(scan);
-  if (!traced || !can_trace_ahead() || !as_stated(scan, report.alignment))
+  if (!traced || !as_stated(scan, report.alignment))
     traced = trace(state, scan, report.alignment.T_map_sensor, threads);
   mapper::add_times(traced->times, report);
   prepared.touched = traced->touched;
@@ -223,8 +196,6 @@ bool Mapper::Impl::apply(surfaces::MapState& state, const Scan& scan, Prepared p
     state.noise.observe(prepared.shared);
   });
   surfaces.retract(prepared.voxels, delta);
-  last = std::move(prepared.voxels);
-  last_shared = std::move(prepared.shared);
   return true;
 }
 
@@ -250,8 +221,7 @@ std::vector<ScanReport> Mapper::insert_all(std::span<const Scan> scans,
     // Where poses are being corrected, the next one's will be, too.
     const bool stated = as_stated(scan, prepared->report.alignment);
     const bool mapped = impl_->apply(state, scan, std::move(*prepared), surfaces);
-    if (next && &scan == &scans.back() && stated && impl_->can_trace_ahead())
-      impl_->trace_ahead(state, next());
+    if (next && &scan == &scans.back() && stated && impl_->threads > 1) impl_->trace_ahead(state, next());
     // One scan's points lie thinner about their planes than several scans' together: what is new is looked
     // for in the first, and takes in what the others add.
     if (mapped && !surfaces.searched()) surfaces.find_surfaces();
@@ -355,9 +325,6 @@ void Mapper::share_octree(bool on) {
 }
 
 void Mapper::remember_scans() { impl_->remember_scans = true; }
-void Mapper::round_scans() { impl_->round_scans = true; }
-const sensing::VoxelScan& Mapper::last_voxels() const { return impl_->last; }
-const std::vector<SharedVariance>& Mapper::last_shared_variances() const { return impl_->last_shared; }
 std::shared_ptr<const Snapshot> Mapper::snapshot() const { return impl_->map.snapshot(); }
 const Map& Mapper::map() const {
   impl_->map.state().restore();

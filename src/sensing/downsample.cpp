@@ -13,13 +13,6 @@ std::int64_t Downsampler::find(geometry::VoxelKey key) const {
   return std::int64_t{table_.find({key.x, key.y, key.z})} - 1;
 }
 
-void Downsampler::find_anew(const VoxelScan& scan) {
-  for (std::uint32_t i = 0; i < scan.ends.size(); ++i) {
-    const geometry::VoxelKey key = scan.ends[i].key;
-    table_.at({key.x, key.y, key.z}) = i + 1;
-  }
-}
-
 void Downsampler::add(const Run& run, VoxelScan& out) {
   std::uint32_t& place = table_.at({run.key.x, run.key.y, run.key.z});
   if (place == 0) {
@@ -55,14 +48,8 @@ void Downsampler::collect_runs(const Scan& scan, const Eigen::Isometry3d& T_map_
         if (run.count > 0) part.runs.push_back(run);
         run = {key, 0, grid_.centre_of(key), Eigen::Vector3f::Zero()};
       }
-      const Eigen::Vector3f offset = Eigen::Vector3f(located.x[i], located.y[i], located.z[i]) - run.centre;
-      if (scan.readings.empty()) {
-        ++run.count;
-        run.sum += offset;
-      } else {
-        run.count += scan.readings[from + i];
-        run.sum += static_cast<float>(scan.readings[from + i]) * offset;
-      }
+      ++run.count;
+      run.sum += Eigen::Vector3f(located.x[i], located.y[i], located.z[i]) - run.centre;
     }
     if (run.count > 0) part.runs.push_back(run);
   }

@@ -51,18 +51,14 @@ class Downsampler {
  public:
   explicit Downsampler(const geometry::VoxelGrid& grid) : grid_(grid) {}
 
-  /// `scan` as seen from `T_map_sensor`, which must be rigid; its readings are such as require_readings()
-  /// takes. Throws Error(data) if the sensor itself is outside the octree. The result does not depend on
-  /// `threads`.
+  /// `scan` as seen from `T_map_sensor`, which must be rigid. Throws Error(data) if the sensor itself is
+  /// outside the octree. The result does not depend on `threads`.
   VoxelScan operator()(const Scan& scan, const Eigen::Isometry3d& T_map_sensor, double min_range,
                        double max_range, int threads = 1);
   /// From where it says that it was taken.
   VoxelScan operator()(const Scan& scan, double min_range, double max_range, int threads = 1) {
     return (*this)(scan, scan.T_map_sensor, min_range, max_range, threads);
   }
-
-  /// After `ends` of the last result were put into another order.
-  void find_anew(const VoxelScan& scan);
 
   /// Index into the last result's `ends`, or −1.
   std::int64_t find(geometry::VoxelKey key) const;

@@ -68,7 +68,6 @@ double NoiseModel::largest_tolerance() const {
 
 void NoiseModel::observe(const Scan& scan) {
   if (!estimate_) return;
-  if (!scan.readings.empty() || !scan.noise.empty()) return take(scan.noise);
   constexpr std::size_t stride = 7;
   for (std::size_t i = 1; i + 1 < scan.points.size(); i += stride) {
     const Eigen::Vector3f &a = scan.points[i - 1], &b = scan.points[i], &c = scan.points[i + 1];
@@ -84,35 +83,6 @@ void NoiseModel::observe(const Scan& scan) {
     ++total_[range_class];
   }
   update();
-}
-
-void NoiseModel::take(const std::vector<NoiseCount>& counts) {
-  for (const NoiseCount& seen : counts) {
-    histogram_[seen.range_class][seen.size] += seen.count;
-    total_[seen.range_class] += seen.count;
-  }
-  update();
-}
-
-bool NoiseModel::takes(const Scan& scan) {
-  return std::all_of(scan.noise.begin(), scan.noise.end(),
-                     [](const NoiseCount& seen) {
-                       return seen.range_class < classes && seen.size < bins &&
-                              seen.count <= max_observations;
-                     }) &&
-         std::all_of(scan.shared_variances.begin(), scan.shared_variances.end(),
-                     [](const SharedVariance& shared) {
-                       return shared.range_class < classes && std::fabs(shared.variance) <= largest_variance;
-                     });
-}
-
-std::vector<NoiseCount> NoiseModel::seen_since(const Histogram& before) const {
-  std::vector<NoiseCount> seen;
-  for (std::size_t c = 0; c < classes; ++c)
-    for (std::size_t bin = 0; bin < bins; ++bin)
-      if (const std::uint32_t count = histogram_[c][bin] - before[c][bin]; count > 0)
-        seen.push_back({static_cast<std::uint8_t>(c), static_cast<std::uint8_t>(bin), count});
-  return seen;
 }
 
 double NoiseModel::sigma_of_histogram(unsigned c) const {

@@ -14,6 +14,13 @@
 
 namespace octosurf::sensing {
 
+/// What of the errors of a scan's readings is not noise, as they told where they lay beside the map's
+/// surfaces.
+struct SharedVariance {
+  std::uint8_t range_class = 0;  ///< of distances; 0: of the readings of one surface, along its normal
+  double variance = 0;           ///< m², estimated, so that it may come out below 0
+};
+
 /// How much the points scatter, by the distance they were seen from, and how far off a plane they
 /// may therefore lie: σ(z) = sensor_noise + range_noise·z², tolerance(z) = s + 4·(σ(z) − sensor_noise).
 ///
@@ -67,13 +74,8 @@ class NoiseModel {
   /// The parameter, or the smallest that explains all distance classes from 2 m.
   double range_noise() const { return range_noise_; }
 
-  /// Uses one triple of consecutive points in seven, until a class has enough of them. Of a thinned scan it
-  /// uses the counts that come with it.
+  /// Uses one triple of consecutive points in seven, until a class has enough of them.
   void observe(const Scan& scan);
-  /// Whether the scan's `noise` and `shared_variances` can be taken: their classes and sizes are there.
-  static bool takes(const Scan& scan);
-  /// What has been seen since the histogram was `before`.
-  std::vector<NoiseCount> seen_since(const Histogram& before) const;
   /// A few readings in a row beside a surface: how far their mean lies off it along the line of sight, m, the
   /// variance of that mean by noise alone, m², and the cosine between that line and the normal.
   struct Residual {
@@ -108,8 +110,6 @@ class NoiseModel {
 
  private:
   static constexpr std::uint64_t max_observations = 1000000;  // a class with more is estimated well enough
-  static constexpr double largest_variance = 1;  // m², far above what passes for beside a surface
-  void take(const std::vector<NoiseCount>& counts);
   double sigma_of_histogram(unsigned range_class) const;
   void update();
   void tabulate();

@@ -2,7 +2,6 @@
 #include "contract/worlds.hpp"
 #include "io/map_file/map_file.hpp"
 #include "io/map_file/map_files.hpp"
-#include "sensing/noise_model.hpp"
 #include "support/guarantees.hpp"
 #include "support/seed.hpp"
 
@@ -126,10 +125,6 @@ TEST_P(Contract, RefusedScansLeaveTheMapAsItWas) {
   refuse([&](Scan& s) { s.T_map_sensor.linear().setZero(); });
   refuse([&](Scan& s) { s.T_map_sensor.translation().x() = edge + 1; });
   refuse([&](Scan& s) { s.T_map_sensor.translation().z() = -1e9; });
-  refuse([&](Scan& s) { s.readings.assign(s.points.size() - 1, 1); });
-  refuse([&](Scan& s) { s.readings.assign(s.points.size(), 0); });
-  refuse([&](Scan& s) { s.noise = {{sensing::NoiseModel::classes, 0, 1}}; });
-  refuse([&](Scan& s) { s.noise = {{0, sensing::NoiseModel::bins, 1}}; });
   for (std::size_t i = half; i < run.scans.size(); ++i) mapper.insert(run.scans[i]);
   EXPECT_TRUE(bytes_of(mapper.map()) == run.bytes.back()) << "it goes on as if nothing had been";
 }

@@ -1,6 +1,5 @@
 // Targets for files of scans and what stands beside them.
 #include "fuzz/input_file.hpp"
-#include "io/map_file/archived_scan.hpp"
 #include "io/readers/cloud_file.hpp"
 #include "io/readers/depth_image.hpp"
 #include "io/readers/pose_file.hpp"
@@ -9,7 +8,6 @@
 
 #include <cmath>
 #include <optional>
-#include <sstream>
 
 #include <octosurf/scan_source.hpp>
 
@@ -38,22 +36,6 @@ void fuzz_graph(Bytes bytes) {
   promise(io::ScanGraphFile::matches(file.path()) ==
               accepted([&] { return io::ScanGraphFile(file.path()).size(); }).has_value(),
           "matches() says what the constructor does");
-  read_as_scans(file.path());
-}
-
-void fuzz_scan(Bytes bytes) {
-  const InputFile file(bytes, ".scan");
-  const auto scan = accepted([&] { return io::read_archived_scan(file.path()); });
-  if (scan) {
-    promise(scan->scan().points.size() == scan->scan().readings.size(),
-            "a number of readings for each point");
-    std::ostringstream out;
-    io::write_archived_scan(*scan, out);
-    const std::string again = out.str();
-    const InputFile copy({reinterpret_cast<const std::uint8_t*>(again.data()), again.size()}, ".again.scan");
-    promise(io::read_archived_scan(copy.path()).points.size() == scan->points.size(),
-            "it can be written again");
-  }
   read_as_scans(file.path());
 }
 

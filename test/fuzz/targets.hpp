@@ -16,7 +16,6 @@ using Bytes = std::span<const std::uint8_t>;
 void fuzz_surfaces(Bytes bytes);  ///< a map file: invariants, planner's forms, an insert, save and reload
 void fuzz_octomap(Bytes bytes);   ///< .bt and .ot: points of the occupied voxels, saved as .bt and read again
 void fuzz_graph(Bytes bytes);
-void fuzz_scan(Bytes bytes);  ///< a scan of an archive, read back after it was written again
 void fuzz_pcd(Bytes bytes);
 void fuzz_ply(Bytes bytes);
 void fuzz_image(Bytes bytes);   ///< PNG and PGM depth images, then as a camera's intrinsics
@@ -35,8 +34,8 @@ struct Target {
 inline constexpr Target targets[] = {
     {"surfaces", fuzz_surfaces}, {"octomap", fuzz_octomap}, {"graph", fuzz_graph}, {"pcd", fuzz_pcd},
     {"ply", fuzz_ply},           {"image", fuzz_image},     {"poses", fuzz_poses}, {"config", fuzz_config},
-    {"scan", fuzz_scan},         {"mcap", fuzz_mcap},       {"db3", fuzz_db3},     {"bag", fuzz_bag},
-    {"message", fuzz_message},   {"ihmc", fuzz_ihmc}};
+    {"mcap", fuzz_mcap},         {"db3", fuzz_db3},         {"bag", fuzz_bag},     {"message", fuzz_message},
+    {"ihmc", fuzz_ihmc}};
 
 /// Peak of the memory that reading took, of the input read last; 0 where nothing counts (libFuzzer has its
 /// own limit).

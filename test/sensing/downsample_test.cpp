@@ -133,26 +133,6 @@ TEST(Downsample, EmptyAndAllNotFinite) {
   EXPECT_EQ(voxels.not_finite, 7U);
 }
 
-/// A point that is the mean of k readings counts like k points there.
-TEST(Downsample, ReadingsCountLikeAsManyPoints) {
-  std::mt19937_64 random = test::rng();
-  Scan thinned = test::room_scan(random, 3000, {1.5, 1.2, 1}, {0.3, 0.2, 0.1}, 0.01);
-  Scan twin = thinned;
-  twin.points.clear();
-  for (const Eigen::Vector3f& p : thinned.points) {
-    thinned.readings.push_back(static_cast<std::uint16_t>(1 + random() % 20));
-    twin.points.insert(twin.points.end(), thinned.readings.back(), p);
-  }
-  Downsampler downsample{geometry::VoxelGrid(0.1)};
-  const VoxelScan a = downsample(thinned, 0, unlimited), b = downsample(twin, 0, unlimited);
-  ASSERT_EQ(a.ends.size(), b.ends.size());
-  for (std::size_t i = 0; i < a.ends.size(); ++i) {
-    EXPECT_EQ(a.ends[i].key, b.ends[i].key);
-    EXPECT_EQ(a.ends[i].count, b.ends[i].count);
-    EXPECT_LT((a.ends[i].centroid - b.ends[i].centroid).norm(), 1e-5F);  // sums of float, of a voxel's size
-  }
-}
-
 TEST(Downsample, RefusesASensorOutsideTheOctree) {
   Downsampler downsample{geometry::VoxelGrid(0.02)};
   Scan scan;

@@ -261,6 +261,8 @@ class MapReader {
         require_rigid(T, where_);
       }
     }
+    require(file_.scans.folder.empty() || poses.size() == file_.state->scans,
+            "poses of its scans are missing");
   }
 
   void read_surfaces() {

@@ -1,6 +1,5 @@
 #include "io/readers/file_kind.hpp"
 
-#include "io/map_file/archived_scan.hpp"
 #include "io/readers/scan_graph.hpp"
 
 #include <algorithm>
@@ -27,7 +26,6 @@ constexpr std::array signatures{
     std::pair<std::string_view, FileKind>{"VERSION ", FileKind::pcd},
     std::pair<std::string_view, FileKind>{"FIELDS ", FileKind::pcd},
     std::pair<std::string_view, FileKind>{"# Octomap OcTree", FileKind::occupancy_map},
-    std::pair<std::string_view, FileKind>{archived_scan_magic, FileKind::archived_scan},
     std::pair<std::string_view, FileKind>{"#ROSBAG V", FileKind::bag},
     std::pair<std::string_view, FileKind>{"SQLite format 3", FileKind::bag},
     std::pair<std::string_view, FileKind>{"\x89MCAP0\r\n", FileKind::bag},
@@ -40,7 +38,6 @@ constexpr std::array endings{
     std::pair<std::string_view, FileKind>{".ply", FileKind::ply},
     std::pair<std::string_view, FileKind>{".bin", FileKind::velodyne},
     std::pair<std::string_view, FileKind>{".graph", FileKind::graph},
-    std::pair<std::string_view, FileKind>{".scan", FileKind::archived_scan},
     std::pair<std::string_view, FileKind>{".bag", FileKind::bag},
     std::pair<std::string_view, FileKind>{".db3", FileKind::bag},
     std::pair<std::string_view, FileKind>{".mcap", FileKind::bag},

@@ -4,7 +4,7 @@
 
 namespace octosurf::io {
 
-enum class FileKind { image, pcd, ply, velodyne, graph, archived_scan, bag, occupancy_map, unknown };
+enum class FileKind { image, pcd, ply, velodyne, graph, bag, occupancy_map, unknown };
 
 /// By content; what has no signature of its own (velodyne) or is damaged at its start, by ending.
 /// Never throws.

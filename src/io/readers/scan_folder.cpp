@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* what_is_read =
     "a folder of scans holds depth images (PNG, PGM), clouds (PCD, PLY, velodyne .bin), a bag (.bag, .db3, "
-    ".mcap), a .graph or archived .scan files";
+    ".mcap) or a .graph";
 
 struct Family {
   FileKind kind;
@@ -24,7 +24,6 @@ const std::vector<Family>& families() {
                                             {FileKind::pcd, {"", "scans", "clouds"}},
                                             {FileKind::velodyne, {"", "velodyne"}},
                                             {FileKind::graph, {""}},
-                                            {FileKind::archived_scan, {""}},
                                             {FileKind::bag, {""}}};
   return instance;
 }

@@ -1,6 +1,5 @@
 #include "io/readers/scan_list.hpp"
 
-#include "io/map_file/archived_scan.hpp"
 #include "io/text_file.hpp"
 
 #include <algorithm>
@@ -61,25 +60,9 @@ fs::path own_pose_file(const fs::path& image) {
   return image.parent_path() / (stem.stem().string() + ".pose.txt");
 }
 
-/// Seconds, if the file is called like a time (TUM: 1305031102.160407.png).
-std::optional<double> stamp_in_name(const fs::path& file) {
-  const std::string stem = file.stem().string();
-  double stamp = 0;
-  const auto [stop, error] =
-      std::from_chars(stem.data(), stem.data() + stem.size(), stamp, std::chars_format::fixed);
-  if (error != std::errc() || stop != stem.data() + stem.size() || stem.find('.') == std::string::npos ||
-      !std::isfinite(stamp))
-    return std::nullopt;
-  return stamp;
-}
-
 void find_stamps(ListedRecording& recording) {
   auto& scans = recording.scans;
   if (scans.front().stamp_s || scans.front().kind == FileKind::graph || recording.bag) return;
-  if (scans.front().kind == FileKind::archived_scan) {
-    for (auto& scan : scans) scan.stamp_s = read_archived_header(scan.file).stamp_s;
-    return;
-  }
   const fs::path times = find_beside(around(recording.folder), {"times.txt"}, "--rate");
   if (!times.empty()) {
     const auto lines = read_text(times);
@@ -152,7 +135,7 @@ void pose_all(const std::vector<ListedRecording*>& recordings, const PoseFile& p
 void find_poses(ListedRecording& recording, const ScanSourceOptions& options) {
   auto& scans = recording.scans;
   const FileKind kind = scans.front().kind;
-  if (kind == FileKind::graph || kind == FileKind::archived_scan || recording.bag) return;  // their own
+  if (kind == FileKind::graph || recording.bag) return;  // their own
   for (auto& scan : scans) scan.pose_file = own_pose_file(scan.file);
   if (std::any_of(scans.begin(), scans.end(), [](const auto& s) { return fs::exists(s.pose_file); })) return;
   for (auto& scan : scans) scan.pose_file.clear();
@@ -236,6 +219,18 @@ void check_options(const ScanSourceOptions& options) {
 }
 
 }  // namespace
+
+std::optional<double> stamp_in_name(const fs::path& file) {
+  const std::string stem = file.stem().string();
+  const std::size_t digits = std::min(stem.find_first_not_of("0123456789"), stem.size());
+  const char *begin = stem.data() + (stem[digits] == '_' && digits > 0 ? digits + 1 : 0),
+             *end = stem.data() + stem.size();
+  double stamp = 0;
+  const auto [stop, error] = std::from_chars(begin, end, stamp, std::chars_format::fixed);
+  if (error != std::errc() || stop != end || stem.find('.') == std::string::npos || !std::isfinite(stamp))
+    return std::nullopt;
+  return stamp;
+}
 
 ScanList list_scans(const std::vector<fs::path>& inputs, const ScanSourceOptions& options) {
   check_options(options);

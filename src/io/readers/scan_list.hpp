@@ -51,6 +51,10 @@ struct ScanList {
 /// Finds the scans of open_scans() with their poses, intrinsics and time stamps; same errors.
 ScanList list_scans(const std::vector<std::filesystem::path>& inputs, const ScanSourceOptions& options);
 
+/// Seconds, if the file is called like a time (TUM: 1305031102.160407.png), or like a number and a time
+/// (000012_1305031102.160407.pcd).
+std::optional<double> stamp_in_name(const std::filesystem::path& file);
+
 /// The scans of one folder, in natural order, without poses and intrinsics; depth.txt gives stamps.
 ListedRecording list_folder(const std::filesystem::path& folder);
 

@@ -1,4 +1,3 @@
-#include "io/map_file/archived_scan.hpp"
 #include "io/readers/cloud_file.hpp"
 #include "io/readers/depth_image.hpp"
 #include "io/readers/file_kind.hpp"
@@ -73,8 +72,7 @@ class FileScanSource : public ScanSource {
                           recording.T_posed_sensor;
     else if (!listed.pose_file.empty())
       scan.T_map_sensor = own_pose(listed);
-    else if (listed.kind != io::FileKind::archived_scan &&  // whose pose is the very one it was mapped with
-             !recording.bag)                                // made of rigid ones
+    else if (!recording.bag)  // made of rigid ones
       scan.T_map_sensor = io::rigid(scan.T_map_sensor, scan.name);
     return scan;
   }
@@ -84,11 +82,6 @@ class FileScanSource : public ScanSource {
     if (recording.graph) return recording.graph->read(listed.graph_index);
     if (recording.bag) return recording.bag->read(listed.bag_index);
     Scan scan;
-    if (listed.kind == io::FileKind::archived_scan) {
-      scan = io::read_archived_scan(listed.file).scan();
-      scan.name = listed.file.string();
-      return scan;
-    }
     scan.name = listed.file.string();
     if (listed.kind == io::FileKind::image) {
       const io::DepthImage image = io::read_depth_image(listed.file);
@@ -180,7 +173,7 @@ InputKind classify(const fs::path& input) {
     throw Error(Error::Kind::data, input.string(), "a saved map, not scans", "go on with it by --resume");
   throw Error(Error::Kind::data, input.string(), "not a kind of file that is read",
               "give depth images (PNG, PGM), clouds (PCD, PLY, velodyne .bin), a bag (.bag, .db3, .mcap), a "
-              ".graph, .bt, .ot or archived .scan");
+              ".graph, .bt or .ot");
 }
 
 std::unique_ptr<ScanSource> open_scans(const std::vector<fs::path>& inputs,

@@ -1,0 +1,193 @@
+#include "io/kept_scans.hpp"
+
+#include "io/new_file.hpp"
+#include "io/readers/cloud_file.hpp"
+#include "io/readers/scan_list.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cstdio>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include <octosurf/error.hpp>
+
+namespace octosurf::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+static_assert(std::endian::native == std::endian::little && sizeof(Eigen::Vector3f) == 12,
+              "points are written as they lie in memory");
+
+/// The shortest that reads back as the same.
+std::string text_of(double value, std::chars_format format = std::chars_format::general) {
+  std::array<char, 400> text{};
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value, format).ptr};
+}
+
+std::string numbered(std::uint64_t number) {
+  std::array<char, 24> text{};
+  std::snprintf(text.data(), text.size(), "%06llu_", static_cast<unsigned long long>(number));
+  return text.data();
+}
+
+fs::path file_of(const Scan& scan, std::uint64_t number) {
+  const std::string stamp = text_of(scan.stamp_s, std::chars_format::fixed);
+  return numbered(number) + stamp + (stamp.find('.') == std::string::npos ? ".0.pcd" : ".pcd");
+}
+
+/// Nothing for what is no kept scan's file.
+std::optional<std::uint64_t> number_of(const fs::path& file) {
+  const std::string name = file.filename().string();
+  std::uint64_t number = 0;
+  if (file.extension() != ".pcd" || !stamp_in_name(file) ||
+      std::from_chars(name.data(), name.data() + name.size(), number).ec != std::errc() ||
+      !name.starts_with(numbered(number)))
+    return std::nullopt;
+  return number;
+}
+
+[[noreturn]] void fail_writing(const fs::path& where, const std::string& what,
+                               const std::error_code& failure) {
+  throw Error(Error::Kind::output, where.string(), what + (": " + failure.message()),
+              "check the folder, its rights and the space left");
+}
+
+/// What is kept in `folder`, by number; nothing of a folder that is not there.
+std::multimap<std::uint64_t, fs::path> files_in(const fs::path& folder) {
+  std::multimap<std::uint64_t, fs::path> files;
+  std::error_code failure;
+  fs::directory_iterator entry(folder, failure);
+  for (; !failure && entry != fs::directory_iterator(); entry.increment(failure))
+    if (const auto number = number_of(entry->path())) files.emplace(*number, entry->path());
+  if (failure && failure != std::errc::no_such_file_or_directory)
+    throw Error(Error::Kind::data, folder.string(), "cannot be read: " + failure.message(),
+                "check its rights");
+  return files;
+}
+
+/// A folder whose scans from number `scans` on are gone.
+void make_folder(const fs::path& folder, std::uint64_t scans) {
+  std::error_code failure;
+  fs::create_directories(folder, failure);
+  if (failure) fail_writing(folder, "cannot be made", failure);
+  for (const auto& [number, file] : files_in(folder)) {
+    if (number >= scans) fs::remove(file, failure);
+    if (failure) fail_writing(file, "cannot be replaced", failure);
+  }
+}
+
+/// At least so many points that the sensor can be told.
+void write_pcd(const Scan& scan, std::ostream& out) {
+  const bool camera = scan.sensor == SensorKind::depth_camera;
+  const std::size_t size = std::max<std::size_t>(scan.points.size(), camera ? 2 : 1);
+  const std::string count = std::to_string(size);
+  out << "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH "
+      << (camera ? "1\nHEIGHT " + count : count + "\nHEIGHT 1") << "\nVIEWPOINT";
+  const Eigen::Quaterniond q(scan.T_map_sensor.linear());
+  const Eigen::Vector3d t = scan.T_map_sensor.translation();
+  for (const double value : {t.x(), t.y(), t.z(), q.w(), q.x(), q.y(), q.z()}) out << ' ' << text_of(value);
+  out << "\nPOINTS " << count << "\nDATA binary\n";
+  const auto write = [&](const std::vector<Eigen::Vector3f>& points) {
+    out.write(reinterpret_cast<const char*>(points.data()), static_cast<std::streamsize>(12 * points.size()));
+  };
+  write(scan.points);
+  write({size - scan.points.size(), Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN())});
+}
+
+}  // namespace
+
+std::vector<fs::path> kept_scans(const fs::path& folder, std::uint64_t scans) {
+  const std::multimap<std::uint64_t, fs::path> found = files_in(folder);
+  std::vector<fs::path> files;
+  for (std::uint64_t i = 0; i < scans; ++i) {
+    const auto at = found.find(i);
+    if (at == found.end())
+      throw Error(
+          Error::Kind::data, (folder / (numbered(i) + "*.pcd")).string(),
+          "is missing: the map has " + std::to_string(scans) + " scans, and the folder not all of them",
+          "name the map's own folder of scans");
+    files.push_back(at->second);
+  }
+  return files;
+}
+
+Scan read_kept_scan(const fs::path& file) {
+  Cloud cloud = read_pcd(file);
+  Scan scan;
+  scan.points = std::move(cloud.points);
+  scan.T_map_sensor = cloud.T_map_sensor;
+  scan.stamp_s = stamp_in_name(file).value_or(0);
+  scan.sensor = cloud.organised ? SensorKind::depth_camera : SensorKind::lidar;
+  scan.name = file.string();
+  return scan;
+}
+
+void require_room_for_scans(const fs::path& folder, bool force) {
+  std::error_code ignored;
+  const fs::file_status there = fs::status(folder, ignored);
+  if (!fs::exists(there)) return;
+  if (!fs::is_directory(there))
+    throw Error(Error::Kind::output, folder.string(), "is not a folder", "name a folder for the scans");
+  const auto is_kept = [](const fs::directory_entry& entry) { return number_of(entry.path()).has_value(); };
+  const fs::directory_iterator begin(folder, ignored), end;
+  if (begin == end) return;
+  if (!std::all_of(fs::directory_iterator(folder, ignored), end, is_kept))
+    throw Error(Error::Kind::usage, folder.string(), "holds other things than kept scans",
+                "name a folder of their own for the scans");
+  if (!force)
+    throw Error(Error::Kind::usage, folder.string(), "holds kept scans already",
+                "--force replaces them, --resume goes on with their map");
+}
+
+ScanWriter::ScanWriter(fs::path folder, std::uint64_t scans) : folder_(std::move(folder)), next_(scans) {
+  kept_scans(folder_, scans);
+  make_folder(folder_, scans);
+}
+
+ScanWriter::~ScanWriter() {
+  if (writing_.valid()) writing_.wait();
+}
+
+void ScanWriter::add(Scan scan) {
+  if (writing_.valid()) writing_.get();
+  const fs::path file = folder_ / file_of(scan, next_++);
+  const auto write = [file, kept = std::make_shared<const Scan>(std::move(scan))] {
+    NewFile out(file, true, NewFile::LeftOvers::leave);
+    out.write([&](std::ostream& stream) { write_pcd(*kept, stream); });
+    out.commit();
+  };
+  try {
+    writing_ = std::async(std::launch::async, write);
+  } catch (const std::system_error&) {  // no thread to be had: written when it is waited for
+    writing_ = std::async(std::launch::deferred, write);
+  }
+}
+
+void ScanWriter::finish() {
+  if (!writing_.valid()) return;
+  writing_.get();
+  sync_folder(folder_ / "any");
+}
+
+void copy_kept_scans(const fs::path& from, const fs::path& folder, std::uint64_t scans) {
+  const std::vector<fs::path> files = kept_scans(from, scans);
+  make_folder(folder, 0);
+  for (const fs::path& file : files) {
+    const fs::path to = folder / file.filename();
+    std::error_code failure;
+    fs::create_hard_link(file, to, failure);
+    if (failure) fs::copy_file(file, to, failure);
+    if (failure) fail_writing(to, "cannot be made", failure);
+  }
+}
+
+}  // namespace octosurf::io

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <future>
+#include <vector>
+
+#include <octosurf/scan.hpp>
+
+namespace octosurf::io {
+
+// The scans that a map was built from, as `octosurf map --keep-scans` keeps them: a folder with a binary PCD
+// of each, `NNNNNN_STAMP.pcd`: its number as the map counts scans, from 0, and its time stamp, s. VIEWPOINT
+// is the pose with which it was mapped; points are those of the scan, in its order, so that its noise can be
+// told again. A depth camera's stand in one column, a lidar's in one row: what is organised is a camera's
+// (scan_source.hpp). A map of n scans owns the first n. What stands behind them was left by a run that was
+// killed before it could save: it does no harm and is replaced when the map is gone on with.
+
+/// The files of the first `scans` scans. Throws Error(data) with the number of the first that is missing.
+std::vector<std::filesystem::path> kept_scans(const std::filesystem::path& folder, std::uint64_t scans);
+
+/// Throws Error(data) for what is damaged.
+Scan read_kept_scan(const std::filesystem::path& file);
+
+/// Throws Error(usage) unless scans can be kept in `folder` from the first on: it is not there, or is a
+/// folder that is empty or, with `force`, holds kept scans alone; Error(output) if it is no folder.
+void require_room_for_scans(const std::filesystem::path& folder, bool force);
+
+/// Writes scans beside the mapping: while a file is being written the next scan can be mapped.
+class ScanWriter {
+ public:
+  /// Goes on behind the first `scans` scans in `folder`; what follows them there is removed. Makes the folder
+  /// where it is not there. Throws Error(output), and Error(data) if one of them is missing.
+  ScanWriter(std::filesystem::path folder, std::uint64_t scans);
+  ScanWriter(const ScanWriter&) = delete;
+  ScanWriter& operator=(const ScanWriter&) = delete;
+  ~ScanWriter();
+
+  /// The next one in order. Throws Error(output) if the one before could not be written.
+  void add(Scan scan);
+
+  /// Waits until all that was added is on the disk. Throws Error(output), and is of no use after that.
+  void finish();
+
+ private:
+  std::filesystem::path folder_;
+  std::uint64_t next_;
+  std::future<void> writing_;
+};
+
+/// Begins `folder` with the first `scans` scans of another, which it shares with it where the file system has
+/// links. Throws Error(output), Error(data).
+void copy_kept_scans(const std::filesystem::path& from, const std::filesystem::path& folder,
+                     std::uint64_t scans);
+
+}  // namespace octosurf::io

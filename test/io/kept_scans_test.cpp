@@ -1,0 +1,177 @@
+// Scans that are kept for a map: what comes back, and which of them are the map's.
+#include "io/kept_scans.hpp"
+
+#include "io/map_file/map_files.hpp"
+#include "support/random_scans.hpp"
+#include "support/scene.hpp"
+
+#include <cstring>
+#include <gmock/gmock.h>
+#include <limits>
+#include <random>
+
+#include <octosurf/scan_source.hpp>
+
+namespace octosurf::test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+/// Of a room by a depth camera.
+std::vector<Scan> room(std::size_t scans) {
+  Scene scene;
+  scene.rectangle({-2, -2, 0}, {9, 0, 0}, {0, 9, 0}).rectangle({-2, -2, 0}, {9, 0, 0}, {0, 0, 3});
+  scene.box({0, 0, 0}, {0.8, 0.8, 0.7});
+  std::mt19937_64 random = rng();
+  Camera small;
+  small.width = 120;
+  small.height = 90;
+  small.focal = 100;
+  std::vector<Scan> all;
+  for (std::size_t i = 0; i < scans; ++i) {
+    const double a = 0.4 * static_cast<double>(i);
+    const Eigen::Vector3d eye(0.4 + 1.8 * std::cos(a), 0.4 + 1.8 * std::sin(a), 1.4);
+    all.push_back(camera_scan(scene, look_at(eye, {0.4, 0.4, 0.5}), random, small));
+    all.back().stamp_s = 100 + 0.1 * static_cast<double>(i);
+  }
+  return all;
+}
+
+class KeptScansTest : public MapFiles {
+ protected:
+  /// In folder/scans, the first of them as number `from`.
+  void keep(const std::vector<Scan>& scans, std::uint64_t from = 0) const {
+    io::ScanWriter writer(folder / "scans", from);
+    for (const Scan& scan : scans) writer.add(scan);
+    writer.finish();
+  }
+};
+
+void expect_same(const Scan& given, const Scan& read) {
+  EXPECT_EQ(read.sensor, given.sensor);
+  EXPECT_EQ(read.stamp_s, given.stamp_s);
+  EXPECT_LT((read.T_map_sensor.matrix() - given.T_map_sensor.matrix()).norm(), 1e-14);
+  ASSERT_EQ(read.points.size(), given.points.size());
+  EXPECT_EQ(std::memcmp(read.points.data(), given.points.data(), 12 * given.points.size()), 0);
+}
+
+TEST_F(KeptScansTest, AScanComesBackToTheBit) {
+  std::vector<Scan> given = room(3);
+  given[0].points[5].setConstant(std::numeric_limits<float>::quiet_NaN());
+  given[1].sensor = SensorKind::lidar;
+  given[1].stamp_s = 1305031102.160407;
+  given[2].stamp_s = -7;
+  keep(given);
+  const std::vector<fs::path> files = io::kept_scans(folder / "scans", 3);
+  EXPECT_EQ(files[1].filename(), "000001_1305031102.160407.pcd");
+  const auto others = open_scans(files);  // as any other clouds
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    expect_same(given[i], io::read_kept_scan(files[i]));
+    Scan read = others->next().value();
+    read.stamp_s = given[i].stamp_s;  // goes back in time here
+    expect_same(given[i], read);
+  }
+}
+
+TEST_F(KeptScansTest, OneWithoutReadingsIsKeptToo) {
+  for (const SensorKind sensor : {SensorKind::depth_camera, SensorKind::lidar}) {
+    Scan empty;
+    empty.sensor = sensor;
+    keep({empty});
+    const Scan read = io::read_kept_scan(io::kept_scans(folder / "scans", 1).front());
+    EXPECT_EQ(read.sensor, sensor);
+    for (const Eigen::Vector3f& point : read.points) EXPECT_FALSE(point.allFinite());
+  }
+}
+
+TEST_F(KeptScansTest, AreReadWithTheirOwnPosesAndWithOthers) {
+  const std::vector<Scan> given = room(3);
+  keep(given);
+  EXPECT_EQ(classify(folder / "scans"), InputKind::scans);
+  const auto own = open_scans({folder / "scans"});
+  for (const Scan& scan : given) expect_same(scan, own->next().value());
+  write_file(folder / "tum.txt", "100 1 0 0 0 0 0 1\n100.1 2 0 0 0 0 0 1\n100.2 3 0 0 0 0 0 1\n");
+  write_file(folder / "plain.txt", "1 0 0 0 0 0 1\n2 0 0 0 0 0 1\n3 0 0 0 0 0 1\n");
+  for (const char* file : {"tum.txt", "plain.txt"}) {
+    ScanSourceOptions options;
+    options.poses = folder / file;
+    const auto moved = open_scans({folder / "scans"}, options);
+    for (const double x : {1, 2, 3})
+      EXPECT_NEAR(moved->next()->T_map_sensor.translation().x(), x, 1e-9) << file;
+  }
+}
+
+TEST_F(KeptScansTest, GoingOnReplacesWhatWasLeftBehind) {
+  const std::vector<Scan> scans = room(5);
+  keep({scans.begin(), scans.begin() + 3});
+  write_file(folder / "scans/000003_1.5.pcd", "left by a run that was killed");
+  write_file(folder / "scans/000004_1.6.pcd", "likewise");
+  keep({scans.begin() + 3, scans.begin() + 4}, 3);
+  const std::vector<fs::path> files = io::kept_scans(folder / "scans", 4);
+  expect_same(scans[3], io::read_kept_scan(files[3]));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder / "scans"), {}), 4);
+  EXPECT_THAT(failure(Error::Kind::data, [&] { io::kept_scans(folder / "scans", 5); }), HasSubstr("000004"));
+  EXPECT_THAT(failure(Error::Kind::data, [&] { io::ScanWriter(folder / "scans", 5); }), HasSubstr("000004"));
+
+  fs::create_directory(folder / "copy");
+  write_file(folder / "copy/000000_9.5.pcd", "of another map");
+  io::copy_kept_scans(folder / "scans", folder / "copy", 2);
+  const std::vector<fs::path> copies = io::kept_scans(folder / "copy", 2);
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(read_file(copies[i]), read_file(files[i]));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder / "copy"), {}), 2);
+}
+
+TEST_F(KeptScansTest, NeedAFolderOfTheirOwn) {
+  EXPECT_NO_THROW(io::require_room_for_scans(folder / "none", false));
+  fs::create_directory(folder / "some");
+  EXPECT_NO_THROW(io::require_room_for_scans(folder / "some", false));
+  write_file(folder / "some/000000_0.0.pcd", "");
+  EXPECT_THAT(failure(Error::Kind::usage, [&] { io::require_room_for_scans(folder / "some", false); }),
+              HasSubstr("--force"));
+  EXPECT_NO_THROW(io::require_room_for_scans(folder / "some", true));
+  write_file(folder / "some/scan.pcd", "");
+  EXPECT_THAT(failure(Error::Kind::usage, [&] { io::require_room_for_scans(folder / "some", true); }),
+              HasSubstr("other things"));
+  EXPECT_THAT(
+      failure(Error::Kind::output, [&] { io::require_room_for_scans(folder / "some/scan.pcd", true); }),
+      HasSubstr("not a folder"));
+}
+
+/// What a map file says of its scans, and that one without says nothing.
+TEST_F(KeptScansTest, AMapRemembersWhereItsScansAre) {
+  const Map map = map_of(changing_room(3));
+  fs::create_directories(folder / "maps");
+  save_map(map, folder / "maps/plain");
+  EXPECT_TRUE(load_map(folder / "maps/plain").scans.folder.empty());
+
+  KeptScans kept{folder / "scans", true, {}};
+  kept.poses.assign(3, Eigen::Isometry3d::Identity());
+  kept.poses[1].translation().x() = 0.1;
+  save_map(map, folder / "maps/a", kept);
+  EXPECT_EQ(read_file(folder / "maps/a.surfaces")[8], read_file(folder / "maps/plain.surfaces")[8])
+      << "version: an older reader may leave it aside";
+  const LoadedMap loaded = load_map(folder / "maps/a");
+  EXPECT_EQ(fs::weakly_canonical(loaded.scans.folder), fs::weakly_canonical(folder / "scans"));
+  EXPECT_TRUE(loaded.scans.shared);
+  ASSERT_EQ(loaded.scans.poses.size(), 3U);
+  EXPECT_EQ(loaded.scans.poses[1].matrix(), kept.poses[1].matrix());
+  EXPECT_EQ(difference(map, loaded.map), "");
+  fs::create_directory(folder / "elsewhere");
+  fs::rename(folder / "maps", folder / "elsewhere/maps");
+  EXPECT_EQ(fs::weakly_canonical(load_map(folder / "elsewhere/maps/a").scans.folder),
+            fs::weakly_canonical(folder / "elsewhere/scans"))
+      << "map and scans moved together";
+
+  for (const std::size_t poses : {2, 4}) {
+    kept.poses.resize(poses, Eigen::Isometry3d::Identity());
+    save_map(map, folder / "c", kept);
+    EXPECT_THAT(failure(Error::Kind::data, [&] { load_map(folder / "c"); }), HasSubstr("poses of"));
+  }
+  kept.poses.assign(3, Eigen::Isometry3d(Eigen::Scaling(2.0)));
+  save_map(map, folder / "c", kept);
+  EXPECT_THAT(failure(Error::Kind::data, [&] { load_map(folder / "c"); }), HasSubstr("rigid"));
+}
+
+}  // namespace
+}  // namespace octosurf::test
