@@ -3,7 +3,6 @@
 #include "output_files.hpp"
 #include "serve/api.hpp"
 #include "serve/http_server.hpp"
-#include "serve/live_feed.hpp"
 #include "up_option.hpp"
 
 #include <CLI/CLI.hpp>
@@ -31,17 +30,16 @@ Examples:
   octosurf serve maps/office                     the page is at the address that is printed
   octosurf serve maps/office --port 8080
   curl 'http://127.0.0.1:8080/api/query/below?point=-4.6,-0.6,1'
-  curl http://127.0.0.1:8080/api/regions -H 'Content-Type: application/json' \
-       -d '{"surface": 1, "foot": "0.22x0.11", "yaw_deg": 90, "edge_margin_m": 0.02, "pieces": 8}'
+  curl 'http://127.0.0.1:8080/api/regions?surface=1&foot=0.22x0.11&yaw_deg=90&edge_margin_m=0.02&pieces=8'
   curl 'http://127.0.0.1:8080/api/plan?from=-4.6,-0.6,0.6,-135&to=-6.6,-2.7,1.5,-135'
-  curl http://127.0.0.1:8080/openapi.json        everything that can be asked
+  curl http://127.0.0.1:8080/api                 everything that can be asked
   openssl rand -hex 32 > token; chmod 600 token
   octosurf serve maps/office --listen 0.0.0.0 --port 8080 --token token
   curl -H "Authorization: Bearer $(cat token)" http://robot:8080/api/surfaces
 
 /api/query/{box,sphere,ray,voxel,nearest,below,foothold}, /api/regions and /api/plan answer as octosurf query
 --json and octosurf plan --json do; parameters are called as their options, with _ and a unit.
-/live is a WebSocket that tells what changes, as the page of map --serve follows its map.
+/live sends an event for what changes, as the page of map --serve follows its map.
 A token goes over the network as it is; where others listen, tunnel instead: ssh -L 8080:127.0.0.1:8080 robot
 )help";
 
@@ -73,9 +71,11 @@ std::string token_of(const ServeArguments& arguments) {
   } else {
     return {};
   }
-  const bool plain = std::all_of(token.begin(), token.end(), [](char c) { return '!' <= c && c <= '~'; });
+  // The library decodes %41 in fields.
+  const bool plain =
+      std::all_of(token.begin(), token.end(), [](char c) { return '!' <= c && c <= '~' && c != '%'; });
   if (token.size() < shortest_token || !plain)
-    throw Error(Error::Kind::usage, where, "holds no token of 16 letters or more, without blanks",
+    throw Error(Error::Kind::usage, where, "holds no token of 16 letters or more, without blanks and %",
                 "openssl rand -hex 32 makes one");
   return token;
 }
@@ -92,11 +92,7 @@ void run_serve(const ServeArguments& arguments) {
   const auto served = std::make_shared<const ServedMap>(std::move(map), title_of(arguments.map), arguments.up,
                                                         arguments.max_mb);
   Api api([&] { return served; });
-  const auto feed = std::make_shared<LiveFeed>(
-      "", [&] { return served->asked.snapshot->revision; }, [&] { return served->asked; },
-      [] { return io::SensorTrack(); });
-  HttpServer server(
-      place, [&](const HttpRequest& request) { return api.answer(request); }, Api::is_slow, feed);
+  HttpServer server(place, api);
   server.end_on_signals();  // first: who reads the line may send one
   std::printf("serving %s\n", server.url().c_str());
   std::fflush(stdout);

@@ -3,7 +3,6 @@
 #include "answers.hpp"
 #include "degrees.hpp"
 #include "plan_query.hpp"
-#include "serve/questions.hpp"
 
 #include <chrono>
 #include <nlohmann/json.hpp>
@@ -82,7 +81,7 @@ std::string all_regions_answer(const ServedMap& map, const Values& values) {
 }
 
 std::string answer_to(const ServedMap& map, const std::string& path, const Values& values) {
-  const SurfaceIndex& index = map.index;
+  const SurfaceIndex& index = map.index.get();
   if (path == "/api/query/box") {
     const Eigen::Vector3d a = point_of(values, "min"), b = point_of(values, "max");
     return surfaces_json(index.in(ConvexSpace::box({a.cwiseMin(b), a.cwiseMax(b)})));
@@ -104,40 +103,47 @@ std::string answer_to(const ServedMap& map, const std::string& path, const Value
   return region_answer(map, values);
 }
 
-HttpReply wrong_method(const std::string& path, const char* allowed) {
-  HttpReply reply = refusal(405, "this cannot be asked so", path, std::string("use ") + allowed);
-  reply.allow = allowed;
-  return reply;
-}
-
 }  // namespace
 
-bool Api::is_slow(const HttpRequest& request) {
-  return request.path == "/api/plan" || request.path == "/api/regions/all";
-}
+bool Api::is_slow(const std::string& path) { return path == "/api/plan" || path == "/api/regions/all"; }
 
-HttpReply Api::answer(const HttpRequest& request) {
-  const std::string& path = request.path;
-  const bool get = request.method == "GET" || request.method == "HEAD";
+HttpReply Api::answer(const std::string& path, const QueryParameters& given) {
   const std::shared_ptr<const ServedMap> map = map_();
   if (const Question* question = find_question(path)) {
-    if (!get && request.method != "POST") return wrong_method(path, "GET, HEAD, POST");
     try {
-      const Values values(*question, request);
-      return reply_of(path == "/api/plan" ? plan(*map, values) : answer_to(*map, path, values) + "\n");
+      const Values values(*question, given);
+      if (path == "/api/voxels")
+        return {200, "application/octet-stream",
+                (values.number("slices") > 0 ? map->slices : map->voxels).get()};
+      return reply_of((path == "/api/plan" ? plan(*map, values) : answer_to(*map, path, values)) + "\n");
     } catch (const Error& error) {  // told in the question's words, not the command line's
       if (error.kind() != Error::Kind::usage) throw;
       return refusal(400, error, parameter_of(*question, error.where()));
     }
   }
-  const auto json = [](ServedMap::Text text) { return HttpReply{200, "application/json", std::move(text)}; };
-  if (path != "/" && path != "/api/info" && path != "/api/surfaces" && path != "/openapi.json")
-    return refusal(404, "there is no such page", path.substr(0, 64), "GET /openapi.json lists what there is");
-  if (!get) return wrong_method(path, "GET, HEAD");
   if (path == "/") return {200, "text/html; charset=utf-8", map->page.get()};
-  if (path == "/api/surfaces") return json(map->surfaces.get());
-  if (path == "/api/info") return reply_of(map->info);
-  return reply_of(openapi_json());
+  if (path == "/api") return reply_of(questions_json());
+  if (path == "/api/info") return {200, "application/json", map->info.get()};
+  if (path == "/api/surfaces") return {200, "application/json", map->surfaces.get()};
+  return refusal(404, "there is no such page", path.substr(0, 64), "GET /api lists what can be asked");
+}
+
+Follower Api::follower(const QueryParameters& given) const {
+  const Values values(*find_question(live_path), given);
+  Follower follower;
+  if (values.has("since")) follower.known = static_cast<std::uint64_t>(values.number("since"));
+  if (values.has("run")) follower.run = values.text("run");
+  return follower;
+}
+
+ServedMap::Text Api::next_event(Follower& follower) {
+  const std::shared_ptr<const ServedMap> map = map_();
+  const std::uint64_t revision = map->asked.snapshot->revision;
+  if (follower.run != map->run || follower.known > revision) follower.known.reset();
+  if (follower.known == revision) return nullptr;
+  ServedMap::Text event = map->changes_event(follower.known);
+  follower = {revision, map->run};
+  return event;
 }
 
 std::string Api::plan(const ServedMap& map, const Values& values) {
@@ -163,7 +169,7 @@ std::string Api::plan(const ServedMap& map, const Values& values) {
         needs_edge_kinds(robot) ? map.all_edges.get() : std::map<SurfaceId, std::vector<PolygonEdges>>{});
     planned_for_ = key;
   }
-  return to_json(planner_->plan(standing_of(query.from), standing_of(query.to), query.budget), robot) + "\n";
+  return to_json(planner_->plan(standing_of(query.from), standing_of(query.to), query.budget), robot);
 }
 
 }  // namespace octosurf

@@ -1,6 +1,7 @@
 #include "serve/http_guard.hpp"
 
 #include <algorithm>
+#include <arpa/inet.h>
 #include <cctype>
 #include <string_view>
 
@@ -31,36 +32,7 @@ std::string password_in(std::string_view base64) {
   return colon == std::string::npos ? std::string() : text.substr(colon + 1);
 }
 
-}  // namespace
-
-HttpGuard::HttpGuard(const HttpPlace& place) : loopback_(is_loopback(place.address)), token_(place.token) {}
-
-std::optional<HttpReply> HttpGuard::refuses(const std::optional<std::string>& host,
-                                            const std::optional<std::string>& origin,
-                                            const std::optional<std::string>& authorization) const {
-  if (!host) return refusal(400, "the request names no host", "Host", "send HTTP/1.1 with a Host field");
-  if (loopback_) {
-    const std::string name = host_name(*host);
-    if (name != "localhost" && !is_loopback(name))
-      return refusal(421, "this server is of this machine alone, not '" + name + "'", "Host",
-                     "ask for 127.0.0.1 or localhost");
-  }
-  if (origin && *origin != "http://" + *host && *origin != "https://" + *host)
-    return refusal(403, "another site's page may not ask", "Origin", "ask from the page of this server");
-  if (!token_.empty() && !(authorization && has_token(*authorization)))
-    return refusal(401, "the token is missing or wrong", "Authorization",
-                   "send 'Authorization: Bearer TOKEN', or the token as the password");
-  return std::nullopt;
-}
-
-bool HttpGuard::has_token(const std::string& authorization) const {
-  const std::size_t blank = authorization.find(' ');
-  if (blank == std::string::npos) return false;
-  const std::string scheme = lower(authorization.substr(0, blank)), rest = authorization.substr(blank + 1);
-  if (scheme == "bearer") return same_in_constant_time(rest, token_);
-  return scheme == "basic" && same_in_constant_time(password_in(rest), token_);
-}
-
+/// The name in a Host field, without its port and brackets.
 std::string host_name(const std::string& host) {
   if (host.starts_with('[')) return host.substr(1, host.find(']') - 1);
   return lower(host.substr(0, host.find(':')));
@@ -68,11 +40,45 @@ std::string host_name(const std::string& host) {
 
 bool same_in_constant_time(const std::string& given, const std::string& expected) {
   // Volatile, so that no compiler ends the loop at the first difference. As many rounds as `given` is long,
-  // which tells nothing that who sent it does not know.
+  // which its sender knows already.
   volatile unsigned difference = given.size() == expected.size() ? 0 : 1;
   for (std::size_t i = 0; i < given.size(); ++i)
     difference = difference | static_cast<unsigned>(given[i] ^ expected[i % (expected.size() + 1)]);
   return difference == 0;
+}
+
+bool has_token(const std::string& authorization, const std::string& token) {
+  const std::size_t blank = authorization.find(' ');
+  if (blank == std::string::npos) return false;
+  const std::string scheme = lower(authorization.substr(0, blank)), rest = authorization.substr(blank + 1);
+  if (scheme == "bearer") return same_in_constant_time(rest, token);
+  return scheme == "basic" && same_in_constant_time(password_in(rest), token);
+}
+
+}  // namespace
+
+bool is_loopback(const std::string& address) {
+  in_addr v4{};
+  in6_addr v6{};
+  if (::inet_pton(AF_INET, address.c_str(), &v4) == 1) return (ntohl(v4.s_addr) >> 24) == 127;
+  return ::inet_pton(AF_INET6, address.c_str(), &v6) == 1 && IN6_IS_ADDR_LOOPBACK(&v6) != 0;
+}
+
+std::optional<HttpReply> guard(const HttpPlace& place, const HttpCredentials& given) {
+  if (!given.host)
+    return refusal(400, "the request names no host", "Host", "send HTTP/1.1 with a Host field");
+  if (is_loopback(place.address)) {
+    const std::string name = host_name(*given.host);
+    if (name != "localhost" && !is_loopback(name))
+      return refusal(421, "this server is of this machine alone, not '" + name + "'", "Host",
+                     "ask for 127.0.0.1 or localhost");
+  }
+  if (given.origin && *given.origin != "http://" + *given.host && *given.origin != "https://" + *given.host)
+    return refusal(403, "another site's page may not ask", "Origin", "ask from the page of this server");
+  if (!place.token.empty() && !(given.authorization && has_token(*given.authorization, place.token)))
+    return refusal(401, "the token is missing or wrong", "Authorization",
+                   "send 'Authorization: Bearer TOKEN', or the token as the password");
+  return std::nullopt;
 }
 
 }  // namespace octosurf

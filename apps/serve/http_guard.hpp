@@ -1,33 +1,27 @@
 #pragma once
 
-#include "serve/http_server.hpp"
+#include "serve/http_reply.hpp"
 
 #include <optional>
 #include <string>
 
 namespace octosurf {
 
-/// Says who may ask.
-class HttpGuard {
- public:
-  explicit HttpGuard(const HttpPlace& place);
-
-  /// What to answer, by these fields of the request, if it is not to be let in.
-  std::optional<HttpReply> refuses(const std::optional<std::string>& host,
-                                   const std::optional<std::string>& origin,
-                                   const std::optional<std::string>& authorization) const;
-
- private:
-  bool has_token(const std::string& authorization) const;
-
-  bool loopback_;
-  std::string token_;
+struct HttpPlace {
+  std::string address = "127.0.0.1";  ///< an address of this machine
+  unsigned short port = 0;            ///< 0: any that is free
+  std::string token;                  ///< a client must send it; empty: every client is let in
 };
 
-/// The name in a Host field, without its port and brackets.
-std::string host_name(const std::string& host);
+/// Whether `address` is one that only this machine can reach.
+bool is_loopback(const std::string& address);
 
-/// Takes as long wherever the two differ.
-bool same_in_constant_time(const std::string& given, const std::string& expected);
+/// The fields of a request that decide whether it is let in.
+struct HttpCredentials {
+  std::optional<std::string> host, origin, authorization;
+};
+
+/// The refusal, if the request is not let in at `place`.
+std::optional<HttpReply> guard(const HttpPlace& place, const HttpCredentials& given);
 
 }  // namespace octosurf

@@ -1,7 +1,5 @@
 #include "serve/live_server.hpp"
 
-#include "serve/live_feed.hpp"
-
 #include <array>
 #include <cstdio>
 #include <exception>
@@ -37,16 +35,7 @@ LiveServer::LiveServer(Mapper& mapper, std::string name, const HttpPlace& place)
       run_(new_run()),
       up_(mapper.map().parameters().up),
       api_([this] { return latest(); }),
-      server_(
-          place,
-          [this](const HttpRequest& request) {
-            yield_to_the_mapper();
-            return api_.answer(request);
-          },
-          Api::is_slow,
-          std::make_shared<LiveFeed>(
-              run_, [this] { return mapper_.snapshot()->revision; }, [this] { return now(); },
-              [this] { return track(); })) {
+      server_(place, api_) {
   mapper.share_octree();
   thread_ = std::thread([this] {
     try {
@@ -62,32 +51,21 @@ LiveServer::~LiveServer() {
   thread_.join();
 }
 
-Eigen::Vector3d LiveServer::up_in(const Snapshot& snapshot) const {
-  return up_ ? *up_ : estimate_up(snapshot).direction;
-}
-
 void LiveServer::add_pose(SensorKind sensor, const Eigen::Isometry3d& T_map_sensor) {
   const std::lock_guard lock(tracking_);
   track_.add(sensor, T_map_sensor);
 }
 
-io::SensorTrack LiveServer::track() const {
-  const std::lock_guard lock(tracking_);
-  return track_;
-}
-
-AskedMap LiveServer::now() const {
-  yield_to_the_mapper();
-  const std::shared_ptr<const Snapshot> snapshot = mapper_.snapshot();
-  return {name_, snapshot, snapshot->octree, up_in(*snapshot), {}};
-}
-
 std::shared_ptr<const ServedMap> LiveServer::latest() {
+  yield_to_the_mapper();
   const std::shared_ptr<const Snapshot> snapshot = mapper_.snapshot();
   const std::lock_guard lock(making_);
   if (!latest_ || latest_->asked.snapshot != snapshot)
-    latest_ =
-        std::make_shared<const ServedMap>(snapshot, name_, up_in(*snapshot), PageOptions{}.max_mb, run_);
+    latest_ = std::make_shared<const ServedMap>(
+        snapshot, name_, up_ ? *up_ : estimate_up(*snapshot).direction, PageOptions{}.max_mb, run_, [this] {
+          const std::lock_guard tracking(tracking_);
+          return track_;
+        });
   return latest_;
 }
 

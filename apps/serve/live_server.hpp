@@ -1,6 +1,5 @@
 #pragma once
 
-#include "io/exporters/page_changes.hpp"
 #include "serve/api.hpp"
 #include "serve/http_server.hpp"
 
@@ -31,16 +30,13 @@ class LiveServer {
 
  private:
   std::shared_ptr<const ServedMap> latest();
-  AskedMap now() const;
-  Eigen::Vector3d up_in(const Snapshot& snapshot) const;
-  io::SensorTrack track() const;
 
   const Mapper& mapper_;
   const std::string name_, run_;
   const std::optional<Eigen::Vector3d> up_;  ///< if the map's parameters say
   std::mutex making_;                        ///< of the latest
   std::shared_ptr<const ServedMap> latest_;
-  mutable std::mutex tracking_;  ///< of the track
+  std::mutex tracking_;  ///< of the track
   io::SensorTrack track_;
   Api api_;
   HttpServer server_;

@@ -2,6 +2,7 @@
 
 #include "info.hpp"
 #include "io/exporters/export_formats.hpp"
+#include "io/exporters/page_block.hpp"
 #include "page_feet.hpp"
 #include "surface_table.hpp"
 #include "up_option.hpp"
@@ -40,43 +41,28 @@ std::string served(std::string html, const std::string& run) {
   return html;
 }
 
-/// What is known of a map that goes on growing.
-std::string info_of(const Snapshot& snapshot) {
-  return Json{{"resolution", snapshot.resolution},
-              {"revision", snapshot.revision},
-              {"surfaces", snapshot.surfaces.size()},
-              {"area_m2", total_area(snapshot)},
-              {"cylinders", snapshot.cylinders.size()}}
-             .dump() +
-         "\n";
-}
+ServedMap::Text shared(std::string text) { return std::make_shared<const std::string>(std::move(text)); }
 
 }  // namespace
 
 ServedMap::ServedMap(LoadedMap map, std::string name, const std::string& up, double max_page_mb)
     : asked{std::move(name), map.map.snapshot(), map.map.octree(), up_in_force(map.map, up).direction,
             [this](const Surface& surface) { return all_edges.get().at(surface.id); }},
-      index(asked.snapshot),
-      info(info_json(map, up)),
-      all_edges([this] { return make_edges(); }),
-      page([this, max_page_mb] { return make_page_text(max_page_mb); }),
-      surfaces([this] { return make_surfaces(); }),
+      max_page_mb_(max_page_mb),
+      up_(up),
       suggested_up_(suggested_up(map.map, up)),
       map_(std::move(map)) {}
 
 ServedMap::ServedMap(std::shared_ptr<const Snapshot> snapshot, std::string name, const Eigen::Vector3d& up,
-                     double max_page_mb, std::string run)
+                     double max_page_mb, std::string run_, std::function<io::SensorTrack()> track)
     : asked{std::move(name), snapshot, snapshot->octree, up,
             [](const Surface&) -> std::vector<PolygonEdges> {
               throw Error(Error::Kind::usage, "frontier_margin_m", "is not known while the map grows",
                           "leave it away until it is saved");
             }},
-      index(snapshot),
-      info(info_of(*snapshot)),
-      all_edges([this] { return make_edges(); }),
-      page([this, max_page_mb] { return make_page_text(max_page_mb); }),
-      surfaces([this] { return make_surfaces(); }),
-      run_(std::move(run)) {}
+      run(std::move(run_)),
+      max_page_mb_(max_page_mb),
+      track_(std::move(track)) {}
 
 std::map<SurfaceId, std::vector<PolygonEdges>> ServedMap::make_edges() const {
   std::map<SurfaceId, std::vector<PolygonEdges>> edges;
@@ -86,22 +72,51 @@ std::map<SurfaceId, std::vector<PolygonEdges>> ServedMap::make_edges() const {
   return edges;
 }
 
-ServedMap::Text ServedMap::make_page_text(double max_mb) const {
+ServedMap::Text ServedMap::make_page_text() const {
   PageOptions options;
   options.up = asked.up;
   if (suggested_up_) options.suggested_up = suggested_up_->direction;
-  options.max_mb = max_mb;
+  options.max_mb = max_page_mb_;
   PageMap map{asked.name, asked.snapshot, asked.octree, all_edges.get(), {}};
   // Of a map that goes on growing they would be outdated before they are looked at: its page asks for them.
   if (map_) map.feet = usual_page_feet(asked);
-  return std::make_shared<const std::string>(
-      served(make_page({map}, "the page of " + asked.name, options).html, map_ ? "" : run_));
+  return shared(served(make_page({map}, "the page of " + asked.name, options).html, run));
+}
+
+ServedMap::Text ServedMap::make_info() const {
+  if (map_) return shared(info_json(*map_, up_));
+  const Snapshot& snapshot = *asked.snapshot;
+  return shared(Json{{"resolution", snapshot.resolution},
+                     {"revision", snapshot.revision},
+                     {"surfaces", snapshot.surfaces.size()},
+                     {"area_m2", total_area(snapshot)},
+                     {"cylinders", snapshot.cylinders.size()}}
+                    .dump() +
+                "\n");
 }
 
 ServedMap::Text ServedMap::make_surfaces() const {
   ExportExtras extras;
   extras.edges = all_edges.get();
-  return std::make_shared<const std::string>(export_text(*asked.snapshot, extras));
+  return shared(export_text(*asked.snapshot, extras));
+}
+
+ServedMap::Text ServedMap::make_voxels(bool with_slices) const {
+  return shared(io::page_voxels_message({asked.name, asked.snapshot, asked.octree}, asked.up, with_slices,
+                                        static_cast<std::size_t>(max_page_mb_ * 1e6)));
+}
+
+ServedMap::Text ServedMap::changes_event(std::optional<std::uint64_t> since) const {
+  const std::lock_guard lock(making_);
+  Text& event = events_[since];
+  if (!event) {
+    PageMap map{asked.name, asked.snapshot, asked.octree};
+    if (since) map.changes = changes_since(*asked.snapshot, *since);
+    const io::SensorTrack track = track_ ? track_() : io::SensorTrack();
+    event = shared(
+        "event: changes\ndata: " + io::base64(io::page_changes_message(map, asked.up, run, track)) + "\n\n");
+  }
+  return event;
 }
 
 std::string ServedMap::changes_json(std::uint64_t since) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "contact_query.hpp"
+#include "io/exporters/page_changes.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -34,36 +35,49 @@ class Lazy {
   mutable std::optional<Value> value_;
 };
 
-/// A map as questions are asked about it, from any thread; never changes.
+/// A map as questions are asked about it, from any thread; never changes. What is made of it is made once for
+/// all that ask.
 class ServedMap {
  public:
   /// `name` for its readers and errors; `up`: of --up.
   ServedMap(LoadedMap map, std::string name, const std::string& up, double max_page_mb);
   /// A map that goes on growing, which has no kinds of edges yet. The snapshot has its octree.
-  /// `run`: the name of the run that it grows in, for who follows it.
+  /// `run`: the name of the run that it grows in; `track`: the sensor's until now.
   ServedMap(std::shared_ptr<const Snapshot> snapshot, std::string name, const Eigen::Vector3d& up,
-            double max_page_mb, std::string run);
+            double max_page_mb, std::string run, std::function<io::SensorTrack()> track);
 
   using Text = std::shared_ptr<const std::string>;
 
   const AskedMap asked;
-  const SurfaceIndex index;
-  const std::string info;  ///< JSON
+  const std::string run;  ///< empty: of a finished map
+  const Lazy<SurfaceIndex> index{[this] { return SurfaceIndex(asked.snapshot); }};
   /// label_edges() of all surfaces; none of a map that goes on growing.
-  const Lazy<std::map<SurfaceId, std::vector<PolygonEdges>>> all_edges;
-  const Lazy<Text> page, surfaces;  ///< HTML; the export as JSON
+  const Lazy<std::map<SurfaceId, std::vector<PolygonEdges>>> all_edges{[this] { return make_edges(); }};
+  const Lazy<Text> page{[this] { return make_page_text(); }};     ///< HTML
+  const Lazy<Text> info{[this] { return make_info(); }};          ///< JSON
+  const Lazy<Text> surfaces{[this] { return make_surfaces(); }};  ///< the export as JSON
+  const Lazy<Text> voxels{[this] { return make_voxels(false); }},
+      slices{[this] { return make_voxels(true); }};
 
   /// What became of it since an earlier revision. Throws Error(usage) for one to come.
   std::string changes_json(std::uint64_t since) const;
+  /// io::page_changes_message() as a server-sent event: since an earlier revision, or everything.
+  Text changes_event(std::optional<std::uint64_t> since) const;
 
  private:
   std::map<SurfaceId, std::vector<PolygonEdges>> make_edges() const;
-  Text make_page_text(double max_mb) const;
+  Text make_page_text() const;
+  Text make_info() const;
   Text make_surfaces() const;
+  Text make_voxels(bool with_slices) const;
 
+  const double max_page_mb_;
+  const std::string up_;
   const std::optional<Up> suggested_up_;  ///< in the place of the map's own
   const std::optional<LoadedMap> map_;
-  const std::string run_;
+  const std::function<io::SensorTrack()> track_;
+  mutable std::mutex making_;  ///< of the events
+  mutable std::map<std::optional<std::uint64_t>, Text> events_;
 };
 
 }  // namespace octosurf

@@ -33,46 +33,40 @@ class Answers(unittest.TestCase):
         cls.surfaces = cls.server.ask("/api/surfaces")[1]["surfaces"]
         cls.floor = max(cls.surfaces, key=lambda s: s["area_m2"] * (s["plane"]["normal"][2] > 0.9))
         # Inside it, with a foot's room.
-        piece = cls.server.ask("/api/regions", {"surface": cls.floor["id"], "pieces": 1})[1]["pieces"][0]
+        piece = cls.server.ask("/api/regions", surface=cls.floor["id"], pieces=1)[1]["pieces"][0]
         cls.at = [sum(p[i] for p in piece) / len(piece) for i in range(3)]
 
     @classmethod
     def tearDownClass(cls):
         cls.server.__exit__()
 
-    def both(self, path, **parameters):
-        """By GET and by POST."""
-        by_post = self.server.ask(path, parameters)
-        as_text = {name: ",".join(map(repr, value)) if isinstance(value, list) else value
-                   for name, value in parameters.items()}
-        by_get = self.server.ask(path, **as_text)
+    def answer(self, path, **parameters):
+        status, answer = self.server.ask(path, **parameters)
+        self.assertEqual(status, 200, answer)
         if path == "/api/plan":
-            for _, plan in (by_post, by_get):
-                plan.pop("prepare_ms"), plan.pop("search_ms")
-        self.assertEqual(by_post, by_get)
-        self.assertEqual(by_post[0], 200, by_post[1])
-        return by_post[1]
+            del answer["prepare_ms"], answer["search_ms"]
+        return answer
 
     def test_places(self):
         x, y, z = self.at
-        box = self.both("/api/query/box", min=[x - 1, y - 1, z - 1], max=[x + 1, y + 1, z + 1])
+        box = self.answer("/api/query/box", min=[x - 1, y - 1, z - 1], max=[x + 1, y + 1, z + 1])
         self.assertEqual(box, query("--box", x - 1, y - 1, z - 1, x + 1, y + 1, z + 1))
         self.assertIn(self.floor["id"], box["surfaces"])
-        self.assertEqual(self.both("/api/query/sphere", center=self.at, radius_m=0.5),
+        self.assertEqual(self.answer("/api/query/sphere", center=self.at, radius_m=0.5),
                          query("--sphere", x, y, z, 0.5))
         for direction in ([1, 0.2, -0.3], [0, 0, 1], [0, 0, -1]):
-            ray = self.both("/api/query/ray", **{"from": [x, y, z + 0.5], "direction": direction})
+            ray = self.answer("/api/query/ray", **{"from": [x, y, z + 0.5], "direction": direction})
             self.assertEqual(ray, query("--ray", x, y, z + 0.5, *direction))
         for dz in (0, 0.5, 90):
-            self.assertEqual(self.both("/api/query/voxel", point=[x, y, z + dz]), query("--voxel", x, y, z + dz))
+            self.assertEqual(self.answer("/api/query/voxel", point=[x, y, z + dz]), query("--voxel", x, y, z + dz))
 
     def test_nearest_and_below(self):
         x, y, z = self.at
         for question in ("nearest", "below"):
             for slope in (180, 20):
-                found = self.both(f"/api/query/{question}", point=[x, y, z + 1], max_slope_deg=slope)
+                found = self.answer(f"/api/query/{question}", point=[x, y, z + 1], max_slope_deg=slope)
                 self.assertEqual(found, query(f"--{question}", x, y, z + 1, "--max-slope", slope))
-        status, refused = self.server.ask("/api/query/below", {"point": [x, y, z - 90]})
+        status, refused = self.server.ask("/api/query/below", point=[x, y, z - 90])
         self.assertEqual((status, refused["error"]), (404, "has no such surface below that place"))
 
     def test_footholds_and_regions(self):
@@ -81,18 +75,18 @@ class Answers(unittest.TestCase):
                   "gap_depth_m": 0.03, "frontier_margin_m": 0.05, "max_slope_deg": 30}
         words = [w for name, value in limits.items()
                  for w in ("--" + name.removesuffix("_m").removesuffix("_deg").replace("_", "-"), value)]
-        self.assertEqual(self.both("/api/query/foothold", point=self.at, yaw_deg=30, **limits),
+        self.assertEqual(self.answer("/api/query/foothold", point=self.at, yaw_deg=30, **limits),
                          query("--foothold", x, y, z, 30, *words))
-        region = self.both("/api/regions", surface=self.floor["id"], yaw_deg=30, pieces=5, **limits)
+        region = self.answer("/api/regions", surface=self.floor["id"], yaw_deg=30, pieces=5, **limits)
         self.assertEqual(region, query("--regions", self.floor["id"], "--yaw", 30, "--pieces", 5, *words))
         self.assertTrue(region["polygons"] and region["pieces"])
         inside = [sum(p[i] for p in region["pieces"][0]) / len(region["pieces"][0]) for i in range(3)]
-        self.assertTrue(self.both("/api/query/foothold", point=inside, yaw_deg=30, **limits)["accepted"])
-        everywhere = self.both("/api/regions/all", foot="0.03", max_slope_deg=20)
+        self.assertTrue(self.answer("/api/query/foothold", point=inside, yaw_deg=30, **limits)["accepted"])
+        everywhere = self.answer("/api/regions/all", foot="0.03", max_slope_deg=20)
         self.assertEqual([r["surface"] for r in everywhere["regions"]], [s["id"] for s in self.surfaces])
         for one in everywhere["regions"][:5]:
-            self.assertEqual(one, self.both("/api/regions", surface=one["surface"], foot="0.03", max_slope_deg=20))
-        self.assertEqual(self.server.ask("/api/regions", {"surface": 4294967295})[0], 404)
+            self.assertEqual(one, self.answer("/api/regions", surface=one["surface"], foot="0.03", max_slope_deg=20))
+        self.assertEqual(self.server.ask("/api/regions", surface=4294967295)[0], 404)
 
     def test_plans(self):
         # The README's: from the floor of the office to the landing of its stair.
@@ -104,8 +98,8 @@ class Answers(unittest.TestCase):
             done = subprocess.run([COMMAND, "plan", MAP, "--json", *map(str, words)], capture_output=True, text=True)
             of_command = json.loads(done.stdout)
             del of_command["prepare_ms"], of_command["search_ms"]
-            self.assertEqual(self.both("/api/plan", **way, **more), of_command)
-        status, refused = self.server.ask("/api/plan", {**way, "max_step_m": 0.1})
+            self.assertEqual(self.answer("/api/plan", **way, **more), of_command)
+        status, refused = self.server.ask("/api/plan", **way, max_step_m=0.1)
         self.assertEqual((status, refused["where"]), (400, "max_step_m"))
 
     def test_documents(self):
@@ -132,37 +126,25 @@ class Answers(unittest.TestCase):
         revision = self.server.ask("/api/info")[1]["revision"]
         all_of_it = self.server.ask("/api/surfaces")[1]
         for since in (0, revision // 2, revision):
-            changes = self.both("/api/changes", since=since)
+            changes = self.answer("/api/changes", since=since)
             now = [s["id"] for s in all_of_it["surfaces"] if s["revision"] > since]
             self.assertEqual([s["id"] for s in changes["now"]["surfaces"]], now)
             self.assertEqual(sorted(changes["appeared"] + changes["changed"]), now)
             self.assertEqual(changes["revision"], revision)
         self.assertEqual(self.server.ask("/api/changes", since=revision + 1)[0], 400)
 
-    def test_openapi_says_what_is_answered(self):
-        document = self.server.ask("/openapi.json")[1]
-        self.assertEqual(document["openapi"], "3.0.3")
-        self.assertEqual(set(document["paths"]), set(serving.EVERYTHING) - {"/nothing"})
-        x, y, z = self.at
-        asked = {"box": {"min": self.at, "max": [x, y, z + 1]}, "sphere": {"center": self.at, "radius_m": 1},
-                 "ray": {"from": [x, y, z + 1], "direction": [0, 0, -1]}, "voxel": {"point": self.at},
-                 "nearest": {"point": self.at}, "below": {"point": [x, y, z + 1]},
-                 "foothold": {"point": self.at, "yaw_deg": 0}, "regions": {"surface": self.floor["id"]},
-                 "all": {}, "changes": {"since": 1},
-                 "plan": {"from": [*self.at, 0], "to": [*self.at, 0]}}
-        for path in serving.QUESTIONS:
-            post = document["paths"][path]["post"]
-            schema = post["requestBody"]["content"]["application/json"]["schema"]
-            parameters = asked[path.rsplit("/", 1)[1]]
-            self.assertLessEqual(set(schema["required"]), set(parameters))
-            self.assertLessEqual(set(parameters), set(schema["properties"]))
-            for missing in schema["required"]:
-                fewer = {name: value for name, value in parameters.items() if name != missing}
-                status, refused = self.server.ask(path, fewer)
+    def test_the_list_says_what_is_asked(self):
+        listed = {one["path"]: one["parameters"] for one in self.server.ask("/api")[1]["questions"]}
+        self.assertEqual(set(listed), {*serving.QUESTIONS, "/live"})
+        for path, parameters in listed.items():
+            required = {name: self.at if one["numbers"] == 3 else one["numbers"] * [1]
+                        for name, one in parameters.items() if one["required"]}
+            for missing in required:
+                fewer = {name: value for name, value in required.items() if name != missing}
+                status, refused = self.server.ask(path, **fewer)
                 self.assertEqual((status, refused["where"]), (400, missing))
-            answer = self.server.ask(path, parameters)[1]
-            told = post["responses"]["200"]["content"]["application/json"]["schema"]["properties"]
-            self.assertLessEqual(set(answer), set(told), path)
+            if path != "/live":
+                self.assertIn(self.server.ask(path, **required)[0], (200, 404), path)
 
     def test_head_and_keep_alive(self):
         line = self.server.connection()
@@ -188,33 +170,33 @@ class Refusals(unittest.TestCase):
     def test_bad_questions(self):
         voxel = "/api/query/voxel"
         self.refused(400, "point", voxel)
-        self.refused(400, "point", voxel, {"point": [1, 2]})
-        self.refused(400, "point", voxel, {"point": "here"})
-        self.refused(400, "point", voxel, {"point": [1, 2, None]})
-        self.refused(400, "point", voxel, {"point": [1, 2, 1e7]})
-        self.refused(400, "body", voxel, '{"point":[1,2,NaN]}')
-        self.refused(400, "body", voxel, '{"point":[1,2,1e999]}')
-        self.refused(400, "body", voxel, "[" * 60000)
-        self.refused(400, "body", voxel, "[1,2,3]")
-        self.refused(400, "body", voxel, b'{"point\xff":1}')
-        self.refused(400, "colour", voxel, {"point": [1, 2, 3], "colour": 1})
+        self.refused(400, "point", voxel, point=[1, 2])
+        self.refused(400, "point", voxel, point="here")
+        self.refused(400, "point", voxel, point=[1, 2, 1e7])
         self.refused(400, "point", voxel, point="1,2,nan")
+        self.refused(400, "point", voxel, point="1,2,1e999")
         self.refused(400, "point", voxel, point="1,2,")
-        self.refused(400, "query", voxel + "?point=%2")
-        self.refused(400, "point", voxel + "?point=1,2,3&point=1,2,3")
-        self.refused(400, "Content-Type", voxel, {"point": [1, 2, 3]}, headers={"Content-Type": "text/plain"})
-        self.refused(400, "foot", "/api/regions", {"surface": 1, "foot": "big"})
-        self.refused(400, "surface", "/api/regions", {"surface": 1.5})
-        self.refused(400, "robot", "/api/plan", {"from": [0] * 4, "to": [0] * 4, "robot": "bird"})
+        self.refused(400, "point", voxel + "?point=1,2,%2")
+        self.refused(400, "point", voxel + "?point=1,2,3&point=1,2,4")
+        self.refused(400, "colour", voxel, point=[1, 2, 3], colour=1)
+        self.refused(400, "foot", "/api/regions", surface=1, foot="big")
+        self.refused(400, "surface", "/api/regions", surface=1.5)
+        self.refused(400, "robot", "/api/plan", **{"from": [0] * 4, "to": [0] * 4, "robot": "bird"})
 
     def test_other_requests(self):
         self.refused(404, "/nothing", "/nothing")
-        self.refused(405, "/api/info", "/api/info", {})
+        self.refused(405, "/api/info", "/api/info", method="POST", body="{}")
         self.refused(405, "/api/plan", "/api/plan", method="DELETE")
-        self.refused(413, "body", "/api/plan", "x" * 70000)
-        self.refused(413, "body", "/api/plan", "x" * 900000)  # not lost in a reset connection
+        self.refused(413, "body", "/api/plan", body="x" * 70000)
+        self.refused(413, "body", "/api/plan", body="x" * 900000)  # not lost in a reset connection
         self.refused(431, "header", "/", headers={"X-Long": "x" * 9000})
+        self.refused(431, "header", "/", headers={f"X-{i}": "x" * 99 for i in range(99)})
         self.assertIn(b" 400 ", self.server.raw(b"hello\r\n\r\n"))
+
+    def test_answers_are_whole_and_as_they_are(self):
+        for headers in ({"Range": "bytes=0-5"}, {"Accept-Encoding": "gzip, br"}, {"Expect": "100-continue"}):
+            status, surfaces = self.server.ask("/api/surfaces", headers=headers)
+            self.assertEqual((status, "surfaces" in surfaces), (200, True), headers)
 
     def test_pages_of_other_sites_cannot_ask(self):
         self.refused(421, "Host", "/api/info", headers={"Host": "rebound.example:80"})
@@ -246,7 +228,7 @@ class Refusals(unittest.TestCase):
         self.assertIsNone(self.server.process.poll())
         self.assertEqual(self.server.ask("/api/info")[0], 200)
         self.assertNotIn(500, statuses)
-        for expected in (200, 400, 404, 413):
+        for expected in (200, 400, 404, 405, 413):
             self.assertIn(expected, statuses, "the requests are not as odd as they should be")
 
 
@@ -276,8 +258,8 @@ class Door(unittest.TestCase):
         self.assertEqual(status(f"Basic {basic}"), 200)
         self.assertEqual(status("Basic " + base64.b64encode(b"me:no").decode()), 401)
         self.assertEqual(server.ask("/nothing")[0], 401)
-        for authorization, expected in ((None, 401), ("Bearer x", 401), (f"Bearer {self.TOKEN}", 101),
-                                        (f"Basic {basic}", 101)):
+        for authorization, expected in ((None, 401), ("Bearer x", 401), (f"Bearer {self.TOKEN}", 200),
+                                        (f"Basic {basic}", 200)):
             headers = {"Authorization": authorization} if authorization else {}
             with serving.Live(server, headers=headers) as live:
                 self.assertEqual(live.status, expected)

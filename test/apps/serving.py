@@ -15,8 +15,8 @@ import urllib.parse
 
 PATHS = ("box", "sphere", "ray", "voxel", "nearest", "below", "foothold")
 QUESTIONS = tuple(f"/api/query/{name}" for name in PATHS) + (
-    "/api/regions", "/api/regions/all", "/api/changes", "/api/plan")
-EVERYTHING = QUESTIONS + ("/live", "/", "/api/info", "/api/surfaces", "/openapi.json", "/nothing")
+    "/api/regions", "/api/regions/all", "/api/changes", "/api/plan", "/api/voxels")
+EVERYTHING = QUESTIONS + ("/live", "/", "/api", "/api/info", "/api/surfaces", "/nothing")
 
 
 class Server:
@@ -45,16 +45,14 @@ class Server:
     def connection(self, timeout=60):
         return http.client.HTTPConnection(self.host, self.port, timeout=timeout)
 
-    def ask(self, path, body=None, method=None, headers=None, connection=None, **query):
-        """Status and body; JSON is read."""
+    def ask(self, path, method="GET", headers=None, connection=None, body=None, **query):
+        """Status and body; JSON is read. Lists are given with commas."""
         if query:
-            path += "?" + urllib.parse.urlencode(query)
-        headers = dict(headers or {})
-        if body is not None:
-            headers.setdefault("Content-Type", "application/json")
-            body = body if isinstance(body, (bytes, str)) else json.dumps(body)
+            path += "?" + urllib.parse.urlencode({
+                name: ",".join(map(repr, value)) if isinstance(value, list) else value
+                for name, value in query.items()})
         line = connection or self.connection()
-        line.request(method or ("GET" if body is None else "POST"), path, body=body, headers=headers)
+        line.request(method, path, body=body, headers=headers or {})
         reply = line.getresponse()
         content = reply.read()
         if connection is None:
@@ -84,81 +82,47 @@ class Server:
         return line
 
 
+def block(packed):
+    """The JSON of what is packed for the page."""
+    whole = gzip.decompress(packed)
+    length, = struct.unpack("<I", whole[:4])
+    return json.loads(whole[4:4 + length])
+
+
 class Live:
-    """A WebSocket at /live. `status` is 101 if the server agreed."""
-    TEXT, BINARY, CLOSE, PING, PONG = 1, 2, 8, 9, 10
+    """The events of /live."""
 
     def __init__(self, server, query="", headers=None, timeout=60):
-        self.line = socket.create_connection((server.host, server.port), timeout=timeout)
-        fields = {"Host": f"localhost:{server.port}", "Connection": "Upgrade", "Upgrade": "websocket",
-                  "Sec-WebSocket-Version": "13", "Sec-WebSocket-Key": base64.b64encode(b"0123456789abcdef").decode(),
-                  **(headers or {})}
-        self.line.sendall((f"GET /live{query} HTTP/1.1\r\n"
-                           + "".join(f"{name}: {value}\r\n" for name, value in fields.items()) + "\r\n").encode())
-        self.bytes = b""
-        while b"\r\n\r\n" not in self.bytes:
-            self.more()
-        head, self.bytes = self.bytes.split(b"\r\n\r\n", 1)
-        self.status = int(STATUS_LINE.match(head)[1])
+        self.line = server.connection(timeout)
+        self.line.request("GET", "/live" + query, headers=headers or {})
+        self.reply = self.line.getresponse()
+        self.status = self.reply.status
 
     def __enter__(self):
         return self
 
     def __exit__(self, *_):
+        self.close()
+
+    def close(self):
+        self.reply.close()
         self.line.close()
 
-    def more(self):
-        piece = self.line.recv(65536)
-        if not piece:
-            raise ConnectionResetError("closed")
-        self.bytes += piece
-
-    def take(self, count):
-        while len(self.bytes) < count:
-            self.more()
-        piece, self.bytes = self.bytes[:count], self.bytes[count:]
-        return piece
-
-    def send(self, data, kind=TEXT):
-        data = data.encode() if isinstance(data, str) else data
-        length = bytes([0x80 | len(data)]) if len(data) < 126 else b"\xfe" + struct.pack(">H", len(data))
-        self.line.sendall(bytes([0x80 | kind]) + length + b"\0\0\0\0" + data)
-
-    def frame(self):
-        """Kind and content of the next one."""
-        first, length = self.take(2)
-        if length == 126:
-            length = struct.unpack(">H", self.take(2))[0]
-        elif length == 127:
-            length = struct.unpack(">Q", self.take(8))[0]
-        return first & 0x8f, self.take(length)
+    def lines(self):
+        """Of the next event or comment."""
+        lines = []
+        while (line := self.reply.readline()) != b"\n":
+            if not line:
+                raise ConnectionResetError("closed")
+            lines.append(line.rstrip(b"\n"))
+        return lines
 
     def message(self):
-        """The JSON of the next binary message; pings are answered meanwhile. An int: it was closed with that code."""
-        content = b""
-        while True:
-            kind, data = self.frame()
-            if kind == 0x80 | self.PING:
-                self.send(data, self.PONG)
-            elif kind == 0x80 | self.CLOSE:
-                return struct.unpack(">H", data[:2])[0] if data else 1005
-            elif kind != 0x80 | self.PONG:
-                content += data
-                if kind & 0x80:
-                    break
-        whole = gzip.decompress(content)
-        length, = struct.unpack("<I", whole[:4])
-        return json.loads(whole[4:4 + length])
-
-    def closed(self):
-        """Waits for the server to close it; the code it gave, if it gave one."""
-        try:
-            while True:
-                told = self.message()
-                if isinstance(told, int):
-                    return told
-        except OSError:
-            return None
+        """What the next event says."""
+        while (lines := self.lines())[0].startswith(b":"):
+            pass
+        assert lines[0] == b"event: changes" and lines[1].startswith(b"data: ") and len(lines) == 2, lines
+        return block(base64.b64decode(lines[1].removeprefix(b"data: ")))
 
 
 def odd_number(rng):
@@ -201,7 +165,7 @@ def nearly_right(rng, path):
         "foothold": {"point": place(), "yaw_deg": rng.uniform(-720, 720), **contact},
         "all": {"yaw_deg": rng.uniform(-720, 720), **contact},
         "regions": {"surface": rng.choice([1, 2, 3, 7, 4294967295]), "pieces": rng.choice([0, 1, 5]), **contact},
-        "changes": {"since": rng.choice([0, 1, 7, 2**53 - 1, 0.5])},
+        "changes": {"since": rng.choice([0, 1, 7, 2**53 - 1, 0.5])}, "voxels": {"slices": rng.choice([0, 1, 2])},
         "plan": {"from": place(4), "to": place(4), "time_s": 0.01, "robot": rng.choice(["biped", "quadruped"]),
                  "foot": rng.choice(feet)},
     }[path.rsplit("/", 1)[1]]
@@ -209,71 +173,34 @@ def nearly_right(rng, path):
 
 def odd_request(rng):
     """The bytes of a request that may be anything."""
-    kind = rng.randrange(10)
+    kind = rng.randrange(9)
     if kind == 0:
         return rng.randbytes(rng.randrange(600))
     path = rng.choice(EVERYTHING)
     if kind == 1:  # random bytes for a head
         return b"GET " + rng.randbytes(rng.randrange(100)).replace(b"\n", b"") + b" HTTP/1.1\r\nHost: localhost\r\n\r\n"
     if kind == 2:  # odd head lines
-        head = "".join(f"{rng.choice(['X', 'Host', 'Content-Length', 'Transfer-Encoding', 'Connection'])}: "
+        names = ["X", "Host", "Content-Length", "Transfer-Encoding", "Connection", "Range", "Expect"]
+        head = "".join(f"{rng.choice(names)}: "
                        f"{rng.choice(['localhost', '-1', '9' * 30, 'chunked', 'x' * rng.randrange(20000), '12'])}\r\n"
                        for _ in range(rng.randrange(8)))
         return f"{rng.choice(['GET', 'POST', 'PUT', 'FOO'])} {path} HTTP/1.{rng.randrange(3)}\r\n{head}\r\n".encode()
-    if kind == 3:  # GET with odd parameters
+    if kind == 3:  # a body
+        data = rng.randbytes(rng.choice([0, 9, 90000]))
+        return (f"{rng.choice(['GET', 'POST'])} {path} HTTP/1.1\r\nHost: localhost\r\n"
+                f"Content-Length: {len(data)}\r\n\r\n").encode() + data
+    if kind < 6:  # odd parameters
         query = "&".join(f"{rng.choice(NAMES)}={urllib.parse.quote(odd_value(rng)[:300], safe='%,')}"
                          for _ in range(rng.randrange(6)))
-        return f"GET {path}?{query} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode()
-    if kind < 6:  # odd JSON
-        body = "{" + ",".join(f'"{rng.choice(NAMES)}":{odd_value(rng)}' for _ in range(rng.randrange(6))) + "}"
-    elif kind == 6:  # far too large
-        body = '{"point":[' + "1," * rng.randrange(30000, 90000) + "1]}"
     else:
         path = rng.choice(QUESTIONS)
-        body = json.dumps(nearly_right(rng, path))
-    data = body.encode("utf-8", "replace")
-    if kind == 7 and data:  # nearly right, a byte of it wrong
-        at = rng.randrange(len(data))
-        data = data[:at] + rng.randbytes(1) + data[at + 1:]
-    head = (f"POST {path} HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
-            f"Content-Length: {len(data)}\r\nConnection: close\r\n\r\n")
-    return head.encode() + data
-
-
-def odd_frames(rng):
-    """What may be sent over a WebSocket that is none, or none of what may be asked."""
-    kind = rng.randrange(7)
-    if kind == 0:
-        return rng.randbytes(rng.randrange(200))
-    if kind == 1:  # a right text, its head damaged
-        frame = bytearray(b"\x81\x86\0\0\0\0voxels")
-        frame[rng.randrange(2)] ^= 1 << rng.randrange(8)
-        return bytes(frame)
-    if kind == 2:  # says it is giant
-        return b"\x82\xff" + struct.pack(">Q", rng.choice([65, 2**20, 2**31, 2**63 - 1, 2**64 - 1])) + rng.randbytes(99)
-    if kind == 3:  # text that is no UTF-8, or no question
-        text = rng.choice([b"\xff\xfe", b"voxel", b"{}", b"", b"voxels ", rng.randbytes(60)])
-        return bytes([0x81, 0x80 | len(text)]) + b"\0\0\0\0" + text
-    if kind == 4:  # binary
-        return b"\x82\x86\0\0\0\0voxels"
-    if kind == 5:  # pieces without an end
-        return b"\x01\x81\0\0\0\0v" + b"\x00\x81\0\0\0\0o" * rng.randrange(200)
-    return b"\x88\x80\0\0\0\0" + b"\x89\x80\0\0\0\0" * rng.randrange(50)  # a close, and pings after it
-
-
-def fuzz_live(server, rng, count):
-    """How each WebSocket ended: its code, or None."""
-    ends = {}
-    for _ in range(count):
-        with Live(server, rng.choice(["", "?since=1&run=x", "?since=0"])) as live:
-            live.line.sendall(odd_frames(rng))
-            try:
-                live.line.shutdown(socket.SHUT_WR)
-            except OSError:
-                pass
-            code = live.closed()
-        ends[code] = ends.get(code, 0) + 1
-    return ends
+        query = urllib.parse.urlencode({name: ",".join(map(repr, value)) if isinstance(value, list) else value
+                                        for name, value in nearly_right(rng, path).items()})
+    query = query.encode()
+    if kind == 6 and query:  # nearly right, a byte of it wrong
+        at = rng.randrange(len(query))
+        query = query[:at] + rng.randbytes(1) + query[at + 1:]
+    return f"GET {path}?".encode() + query + b" HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"
 
 
 STATUS_LINE = re.compile(rb"HTTP/1\.[01] (\d{3}) ")

@@ -69,10 +69,10 @@ async function followsTheMap(browser, folder) {
     await page.until(`page.map.revision >= ${whole.revision}`, 60);
     const changed = await (await fetch(`${address}api/changes?since=${whole.revision}`)).json();
     await page.until(`page.map.revision >= ${changed.revision}`, 60);
-    const known = await page.value('page.map.surfaces.map((s) => [s.id, s.revision])');
+    const drawn = await page.value('page.map.surfaces.map((s) => [s.id, s.revision])');
     const meanwhile = new Set([...changed.appeared, ...changed.changed, ...changed.gone, ...changed.merged.map((one) => one.id)]);
     for (const one of whole.surfaces.filter((s) => !meanwhile.has(s.id)))
-      assert.ok(known.some(([i, revision]) => i === one.id && revision >= one.revision), `the page knows surface ${one.id}`);
+      assert.ok(drawn.some(([i, revision]) => i === one.id && revision >= one.revision), `the page knows surface ${one.id}`);
     await page.until('document.getElementById("layer-pending") !== null', 60);
     await page.press('#layer-pending');
     await page.until('page.following.voxelsRevision > 1', 60);
@@ -92,8 +92,8 @@ async function followsTheMap(browser, folder) {
     assert.match(await page.text('#legend'), /asked at revision \d+: 0.22x0.11 m/);
     assert.ok(await page.value('page.stage.objects.get("regions").visible'));
     assert.deepEqual(page.errors, []);
-    const socket = `${address.replace('http', 'ws')}live?`;
-    assert.ok(page.fetched.every((url) => url === `${address}api/regions/all` || url.startsWith(socket)), page.fetched.join(' '));
+    const known = ['live?', 'api/voxels?', 'api/regions/all?'].map((path) => address + path);
+    assert.ok(page.fetched.every((url) => known.some((start) => url.startsWith(start))), page.fetched.join(' '));
 
     await ended(run);
     await page.until('!document.getElementById("message").hidden', 60);

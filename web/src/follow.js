@@ -1,5 +1,5 @@
-// The page of a map that grows: is told over a WebSocket what changes, and asks for voxels while it shows them.
-import { readBlock } from './block.js';
+// The page of a map that grows: events of the server say what changes, and it asks for voxels while it shows them.
+import { readBlock, readTextBlock } from './block.js';
 import { takeChanges, takeVoxels } from './data.js';
 
 const soonestMs = 250, latestMs = 4000;  // until it tries to reach the server again
@@ -15,50 +15,61 @@ export class Following {
     this.pause = soonestMs;
     this.voxelsAt = -Infinity;
     this.voxelsRevision = page.map.revision;
+    this.voxels = null;  // that are not drawn yet
     this.reading = Promise.resolve();
     this.connect();
+    // A browser has few connections to a server: pages that nobody sees leave them to others.
+    document.addEventListener('visibilitychange', () => (document.hidden ? this.disconnect() : this.connect()));
     setInterval(() => this.askForVoxels(), 500);
   }
 
   connect() {
+    this.disconnect();
     const known = new URLSearchParams({ since: this.page.map.revision, run: this.run });
-    const socket = new WebSocket(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/live?${known}`);
-    socket.binaryType = 'arraybuffer';
-    socket.addEventListener('open', () => {
-      this.socket = socket;
+    const events = this.events = new EventSource(`live?${known}`);
+    events.addEventListener('open', () => {
       this.pause = soonestMs;
-      this.voxelsAsked = false;
       this.page.hush();
     });
-    socket.addEventListener('message', ({ data }) => {
+    events.addEventListener('changes', ({ data }) => {
       // One after the other: unpacking takes its time, and changes count on those before.
-      this.reading = this.reading.then(async () => this.take(await readBlock(data), data.byteLength))
-        .catch((error) => this.page.say(`What the server told cannot be read: ${error.message}`));
+      this.reading = this.reading.then(async () => this.take(await readTextBlock(data), data.length))
+        .catch((error) => this.page.say(`What the server sent cannot be read: ${error.message}`));
     });
-    socket.addEventListener('close', () => {
-      this.socket = null;
+    // Not by itself: it would say again what was known at first.
+    events.addEventListener('error', () => {
+      this.disconnect();
       this.page.say('The map is no longer served; this is the last that was seen of it.');
-      setTimeout(() => this.connect(), this.pause);
+      this.again = setTimeout(() => this.connect(), this.pause);
       this.pause = Math.min(latestMs, 2 * this.pause);
     });
   }
 
-  /** @param {number} bytes of the message: for tests */
+  disconnect() {
+    clearTimeout(this.again);
+    this.events?.close();
+  }
+
+  /** @param {number} bytes of the event: for tests */
   take(block, bytes) {
     const { page } = this;
-    if (block.json.kind === 'changes') {
-      takeChanges(page.map, block);
-      this.run = block.json.run;
-      if (block.json.since === null) this.voxelsRevision = -1;
-      this.told = { messages: (this.told?.messages ?? 0) + 1, bytes, whole: block.json.since === null };
-      this.drawSoon();
-    } else {
-      takeVoxels(page.map, block);
-      this.voxelsRevision = block.json.revision;
-      this.voxelsAsked = false;
-      this.voxelsMs = performance.now() - this.voxelsAt;
-      page.renewVoxels();
-    }
+    takeChanges(page.map, block);
+    this.run = block.json.run;
+    if (block.json.since === null) [this.voxels, this.voxelsRevision] = [null, -1];
+    this.told = { messages: (this.told?.messages ?? 0) + 1, bytes, whole: block.json.since === null };
+    this.drawSoon();
+    this.takeVoxels();
+  }
+
+  /** Voxels are of surfaces that the page should know: they wait for the changes that come before. */
+  takeVoxels() {
+    const block = this.voxels, { page } = this;
+    if (!block || block.json.revision > page.map.revision) return;
+    this.voxels = null;
+    takeVoxels(page.map, block);
+    this.voxelsRevision = block.json.revision;
+    this.voxelsMs = performance.now() - this.voxelsAt;
+    page.renewVoxels();
   }
 
   /** Draws what has changed; what comes meanwhile and for a while after is drawn at once with it. */
@@ -80,14 +91,22 @@ export class Following {
    * All voxels are many: asked for while they are to be seen, and not sooner than drawing them lets the page rest. Once
    * they are wanted in any case: before there are any, their layers cannot be switched on.
    */
-  askForVoxels() {
+  async askForVoxels() {
     const { stage, map } = this.page, first = map.voxels === null && map.surfaces.length > 0;
     const wanted = first || ['voxels', 'pending', 'slice'].some((id) => stage.settings.on[id]);
     const rest = Math.max(leastVoxelsMs, restShare * (this.voxelsMs ?? 0));
-    if (!this.socket || !wanted || this.voxelsAsked || performance.now() - this.voxelsAt < rest) return;
+    const connected = this.events.readyState === EventSource.OPEN;
+    if (!connected || !wanted || this.voxels || this.asking || performance.now() - this.voxelsAt < rest) return;
     if (!first && this.voxelsRevision === map.revision && (map.slices || !stage.settings.on.slice)) return;
-    this.socket.send(first || stage.settings.on.slice ? 'slices' : 'voxels');
-    this.voxelsAsked = true;
+    this.asking = true;
     this.voxelsAt = performance.now();
+    try {
+      const reply = await fetch(`api/voxels?slices=${first || stage.settings.on.slice ? 1 : 0}`);
+      if (reply.ok) this.voxels = await readBlock(await reply.arrayBuffer());
+      this.takeVoxels();
+    } catch {  // the events say that it is no longer served
+    } finally {
+      this.asking = false;
+    }
   }
 }

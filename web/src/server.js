@@ -8,9 +8,7 @@ export const runToFollow = () => document.querySelector('meta[name="octosurf-run
 
 /** @param {object} parameters @returns {Promise<object>} the answer; throws what the server says against the question */
 async function ask(path, parameters) {
-  const reply = await fetch(path, {
-    method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify(parameters),
-  });
+  const reply = await fetch(`${path}?${new URLSearchParams(parameters)}`);  // a list with commas
   const answer = await reply.json();
   if (!reply.ok) throw new Error(`${answer.where}: ${answer.error}; ${answer.mend}`);
   return answer;
@@ -39,7 +37,7 @@ export class Asking {
     const result = {};
     for (const field of byId('foot-form').querySelectorAll('input')) {
       const text = field.value.trim();
-      if (text !== '') result[field.name] = field.name === 'foot' ? text : Number(text);
+      if (text !== '') result[field.name] = text;
     }
     return result;
   }

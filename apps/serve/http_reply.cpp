@@ -1,12 +1,12 @@
-#include "serve/http_message.hpp"
+#include "serve/http_reply.hpp"
 
 #include <nlohmann/json.hpp>
 #include <utility>
 
 namespace octosurf {
 
-HttpReply reply_of(std::string body, std::string type) {
-  return {200, std::move(type), std::make_shared<const std::string>(std::move(body))};
+HttpReply reply_of(std::string body) {
+  return {200, "application/json", std::make_shared<const std::string>(std::move(body))};
 }
 
 HttpReply refusal(int status, const std::string& what, const std::string& where, const std::string& mend) {
