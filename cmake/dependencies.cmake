@@ -11,10 +11,6 @@ if(OCTOSURF_BUILD_IO)
   find_package(nlohmann_json REQUIRED)                   # src/io, lab: JSON
   find_package(fastcdr REQUIRED)                         # src/io: ROS 2 messages as files and in bags
   find_package(Protobuf REQUIRED)                        # src/io: the .surfaces schema, messages in .mcap
-  find_package(embree 4 QUIET)                           # lab, src/io/exporters/picture: ray casting
-  if(NOT embree_FOUND)
-    find_package(embree 3 REQUIRED)
-  endif()
   find_package(assimp REQUIRED)                          # src/io: ply, glb, obj, stl; lab: terrain meshes
   find_package(PkgConfig REQUIRED)
   pkg_check_modules(lzf REQUIRED IMPORTED_TARGET liblzf)  # src/io: compressed PCD
@@ -24,6 +20,12 @@ if(OCTOSURF_BUILD_IO)
   pkg_check_modules(lz4 REQUIRED IMPORTED_TARGET liblz4)  # src/io: bags
   find_package(BZip2 REQUIRED)                           # src/io: bags of ROS 1
   find_package(SQLite3 REQUIRED)                         # src/io: bags of ROS 2
+endif()
+if(OCTOSURF_BUILD_APPS OR OCTOSURF_BUILD_TESTS)
+  find_package(embree 4 QUIET)                         # lab: ray casting
+  if(NOT embree_FOUND)
+    find_package(embree 3 REQUIRED)
+  endif()
 endif()
 if(OCTOSURF_BUILD_APPS)
   find_package(CLI11 REQUIRED)                         # apps: the command line

@@ -1,4 +1,3 @@
-#include "embree.hpp"
 #include "geometry/directions.hpp"
 #include "geometry/triangulate.hpp"
 #include "io/exporters/export_formats.hpp"
@@ -8,11 +7,12 @@
 #include "io/readers/camera.hpp"
 
 #include <algorithm>
+#include <boost/container/static_vector.hpp>
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <span>
 #include <string>
-#include <type_traits>
 #include <utility>
 
 #include <octosurf/error.hpp>
@@ -22,8 +22,8 @@
 namespace octosurf {
 namespace {
 
-constexpr int oversampling = 2;  // rays per pixel and axis
-constexpr std::uint32_t background = RTC_INVALID_GEOMETRY_ID;
+constexpr int oversampling = 2;  // samples per pixel and axis
+constexpr std::uint32_t background = std::numeric_limits<std::uint32_t>::max();
 const Eigen::Vector3d light = Eigen::Vector3d(-0.45, -0.25, 0.85).normalized();
 
 // One polygon in the map frame, or another flat mesh.
@@ -96,76 +96,50 @@ std::vector<Sample> spread(const std::vector<Patch>& patches) {
   return points;
 }
 
-// The patches as an Embree scene, relative to the camera's eye for the sake of its 32-bit floats.
-class Rays {
- public:
-  Rays(const std::vector<Patch>& patches, const io::Camera& camera, bool cut)
-      : device_(rtcNewDevice(nullptr), &rtcReleaseDevice), scene_(nullptr, &rtcReleaseScene) {
-    if (!device_) throw Error(Error::Kind::output, "picture", "the ray caster does not start");
-    scene_.reset(rtcNewScene(device_.get()));
-    for (std::size_t i = 0; i < patches.size(); ++i) {
-      if (cut && patches[i].plane.signed_distance(camera.eye) < 0) continue;
-      add(patches[i].mesh, camera.eye, static_cast<unsigned>(i));
-    }
-    rtcCommitScene(scene_.get());
-  }
-
-  struct Hit {
-    std::uint32_t patch = background;
-    float distance = std::numeric_limits<float>::infinity();
+// Calls visit(row, first column, end) for the whole coordinates in a convex polygon. What lies between two
+// that share a side is in one of them.
+template <typename Visit>
+void for_each_row(std::span<const Eigen::Vector2d> corners, int columns, int rows, const Visit& visit) {
+  const auto first_from = [](double at, int end) {
+    return static_cast<int>(std::clamp<double>(std::ceil(at), 0, end));
   };
-  Hit cast(const Eigen::Vector3d& direction) const {
-    RTCRayHit ray{};
-    ray.ray.dir_x = static_cast<float>(direction.x());
-    ray.ray.dir_y = static_cast<float>(direction.y());
-    ray.ray.dir_z = static_cast<float>(direction.z());
-    ray.ray.tfar = std::numeric_limits<float>::infinity();
-    ray.ray.mask = ~0u;
-    ray.hit.geomID = background;
-    intersect(scene_.get(), {&ray, 1});
-    return {ray.hit.geomID, ray.ray.tfar};
-  }
-
- private:
-  void add(const Mesh& mesh, const Eigen::Vector3d& eye, unsigned id) {
-    const RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices.size()));
-    auto* indices = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), mesh.triangles.size()));
-    if (vertices == nullptr || indices == nullptr) throw std::bad_alloc();
-    for (const Eigen::Vector3d& v : mesh.vertices) {
-      for (int axis = 0; axis < 3; ++axis) *vertices++ = static_cast<float>(v[axis] - eye[axis]);
+  Eigen::AlignedBox2d box;
+  for (const Eigen::Vector2d& corner : corners) box.extend(corner);
+  for (int row = first_from(box.min().y(), rows), end = first_from(box.max().y(), rows); row < end; ++row) {
+    double left = std::numeric_limits<double>::max(), right = -left;
+    for (std::size_t k = 0; k < corners.size(); ++k) {
+      const auto [a, b] = std::minmax(corners[k], corners[(k + 1) % corners.size()],
+                                      [](const auto& p, const auto& q) { return p.y() < q.y(); });
+      if (row < a.y() || row >= b.y()) continue;
+      const double at = a.x() + (row - a.y()) / (b.y() - a.y()) * (b.x() - a.x());
+      left = std::min(left, at);
+      right = std::max(right, at);
     }
-    for (const auto& t : mesh.triangles) indices = std::copy(t.begin(), t.end(), indices);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometryByID(scene_.get(), geometry, id);
-    rtcReleaseGeometry(geometry);
+    visit(row, first_from(left, columns), first_from(right, columns));
   }
+}
 
-  std::unique_ptr<std::remove_pointer_t<RTCDevice>, decltype(&rtcReleaseDevice)> device_;
-  std::unique_ptr<std::remove_pointer_t<RTCScene>, decltype(&rtcReleaseScene)> scene_;
-};
-
-// The picture at `oversampling` times its size.
+// The picture at `oversampling` times its size, by a depth buffer.
 class Canvas {
  public:
   Canvas(const io::Camera& camera, const std::vector<Patch>& patches, const Eigen::AlignedBox3d& box,
          bool cut)
       : camera_(camera), columns_(camera.width * oversampling), rows_(camera.height * oversampling) {
-    const Rays rays(patches, camera, cut);
-    hits_.resize(static_cast<std::size_t>(columns_) * rows_);
-    colors_.resize(hits_.size());
-    for (int row = 0; row < rows_; ++row) {
-      for (int column = 0; column < columns_; ++column) {
-        const Eigen::Vector3d ray =
-            camera.direction((column + 0.5) / oversampling, (row + 0.5) / oversampling);
-        const Rays::Hit hit = rays.cast(ray);
-        hits_[index(column, row)] = hit;
-        colors_[index(column, row)] =
-            hit.patch == background ? ground(ray, box) : shade(patches[hit.patch], camera.eye);
-      }
+    hits_.resize(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_));
+    std::vector<Eigen::Vector3f> shades;
+    for (std::uint32_t i = 0; i < patches.size(); ++i) {
+      const Patch& patch = patches[i];
+      shades.push_back(shade(patch, camera.eye));
+      if (cut && patch.plane.signed_distance(camera.eye) < 0) continue;
+      const auto& v = patch.mesh.vertices;
+      for (const auto& t : patch.mesh.triangles) fill({v[t[0]], v[t[1]], v[t[2]]}, i);
     }
+    colors_.reserve(hits_.size());
+    for (int row = 0; row < rows_; ++row)
+      for (int column = 0; column < columns_; ++column) {
+        const std::uint32_t patch = hits_[index(column, row)].patch;
+        colors_.push_back(patch == background ? ground(ray(column, row), box) : shades[patch]);
+      }
   }
 
   // Dark lines where one polygon ends.
@@ -208,7 +182,7 @@ class Canvas {
     for (int i = 0; i < oversampling * oversampling; ++i) {
       const std::size_t at = index(column + i % oversampling, row + i / oversampling);
       // Points on a surface scatter about it, so a little behind still counts as in front.
-      if (pixel->distance < hits_[at].distance * 1.002 + 0.02) colors_[at] = color;
+      if (pixel->depth < 1 / hits_[at].nearness * 1.002 + 0.02) colors_[at] = color;
     }
   }
 
@@ -229,6 +203,50 @@ class Canvas {
   }
 
  private:
+  struct Hit {
+    std::uint32_t patch = background;
+    float nearness = 0;  // 1 / depth: linear in the picture
+  };
+
+  // Through the middle of a sample.
+  Eigen::Vector3d ray(int column, int row) const {
+    return camera_.direction((column + 0.5) / oversampling, (row + 0.5) / oversampling);
+  }
+
+  void fill(const std::array<Eigen::Vector3d, 3>& triangle, std::uint32_t patch) {
+    const Eigen::Vector3d normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
+    const double offset = normal.dot(triangle[0] - camera_.eye);
+    if (std::abs(offset) <= 1e-9 * normal.norm()) return;  // seen edge-on
+    boost::container::static_vector<Eigen::Vector2d, 4> corners;
+    double least = std::numeric_limits<double>::max(), greatest = 0;  // nearness
+    const auto add = [&](const Eigen::Vector3d& point) {
+      const io::Camera::Pixel pixel = *camera_.project(point);
+      corners.push_back(Eigen::Vector2d(pixel.x, pixel.y) * oversampling - Eigen::Vector2d(0.5, 0.5));
+      least = std::min(least, 1 / pixel.depth);
+      greatest = std::max(greatest, 1 / pixel.depth);
+    };
+    const auto ahead = [&](const Eigen::Vector3d& p) {
+      return (p - camera_.eye).dot(camera_.forward) - 1e-3;
+    };
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Eigen::Vector3d &a = triangle[k], &b = triangle[(k + 1) % 3];
+      const double at_a = ahead(a), at_b = ahead(b);
+      if (at_a >= 0) add(a);
+      // From the same end whichever way round, so that neighbours meet.
+      if (at_a < 0 && at_b >= 0) add(a + at_a / (at_a - at_b) * (b - a));
+      if (at_a >= 0 && at_b < 0) add(b + at_b / (at_b - at_a) * (a - b));
+    }
+    for_each_row(corners, columns_, rows_, [&](int row, int first, int end) {
+      const Eigen::Vector3d start = ray(0, row), step = ray(1, row) - start;
+      const double at_start = normal.dot(start) / offset, per_column = normal.dot(step) / offset;
+      for (int column = first; column < end; ++column) {
+        const double nearness = std::clamp(at_start + column * per_column, least, greatest);
+        Hit& hit = hits_[index(column, row)];
+        if (static_cast<float>(nearness) > hit.nearness) hit = {patch, static_cast<float>(nearness)};
+      }
+    });
+  }
+
   std::size_t index(int column, int row) const {
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
            static_cast<std::size_t>(column);
@@ -246,12 +264,12 @@ class Canvas {
   Eigen::Vector3f ground(const Eigen::Vector3d& ray, const Eigen::AlignedBox3d& box) const {
     const Eigen::Vector3f paper(0.96f, 0.96f, 0.95f);
     if (camera_.eye.z() <= box.min().z() || ray.z() >= 0) return paper;
-    const double distance = (box.min().z() - camera_.eye.z()) / ray.z();
-    const Eigen::Vector3d at = camera_.eye + distance * ray;
+    const double depth = (box.min().z() - camera_.eye.z()) / ray.z();
+    const Eigen::Vector3d at = camera_.eye + depth * ray;
     const double around = 1 + 0.15 * box.diagonal().norm();
     if (((at - box.min()).head<2>().array() < -around).any()) return paper;
     if (((at - box.max()).head<2>().array() > around).any()) return paper;
-    const double pixel = distance * 2 * camera_.half_height / camera_.height;
+    const double pixel = depth * 2 * camera_.half_height / camera_.height;
     if (pixel > 0.1) return paper;  // lines would run together
     const Eigen::Array2d off = (at.head<2>().array() - at.head<2>().array().round()).abs();
     return off.minCoeff() < 0.6 * pixel ? Eigen::Vector3f(0.82f, 0.83f, 0.84f) : paper;
@@ -259,7 +277,7 @@ class Canvas {
 
   const io::Camera& camera_;
   int columns_, rows_;
-  std::vector<Rays::Hit> hits_;
+  std::vector<Hit> hits_;
   std::vector<Eigen::Vector3f> colors_;
 };
 

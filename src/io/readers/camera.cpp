@@ -71,7 +71,7 @@ Eigen::Vector3d preset_eye(const Camera& camera, const std::vector<Eigen::Vector
 
 Eigen::Vector3d Camera::direction(double x, double y) const {
   const double scale = 2 * half_height / height;
-  return (forward + (x - width / 2.0) * scale * right + (height / 2.0 - y) * scale * up).normalized();
+  return forward + (x - width / 2.0) * scale * right + (height / 2.0 - y) * scale * up;
 }
 
 std::optional<Camera::Pixel> Camera::project(const Eigen::Vector3d& point) const {
@@ -79,7 +79,7 @@ std::optional<Camera::Pixel> Camera::project(const Eigen::Vector3d& point) const
   const double depth = r.dot(forward);
   if (depth <= 0) return std::nullopt;
   const double scale = height / (2 * half_height * depth);
-  return Pixel{width / 2.0 + r.dot(right) * scale, height / 2.0 - r.dot(up) * scale, r.norm()};
+  return Pixel{width / 2.0 + r.dot(right) * scale, height / 2.0 - r.dot(up) * scale, depth};
 }
 
 Camera make_camera(const std::vector<Eigen::Vector3d>& points, const PictureOptions& options) {

@@ -16,11 +16,11 @@ struct Camera {
   double middle_depth = 1;  ///< m, along `forward`, of the target; of a preset, of the ground's middle
   int width = 0, height = 0;
 
-  /// Unit direction through a pixel position; (0, 0) is the picture's upper left corner.
+  /// Direction through a pixel position, 1 along `forward`; (0, 0) is the picture's upper left corner.
   Eigen::Vector3d direction(double x, double y) const;
 
   struct Pixel {
-    double x, y, distance;
+    double x, y, depth;  ///< depth: m, along `forward`
   };
   /// Where a point appears; nothing behind the camera.
   std::optional<Pixel> project(const Eigen::Vector3d& point) const;
