@@ -21,7 +21,6 @@ namespace octosurf {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
-constexpr double default_slope = 30 * degree;
 // Floors are level to this (up.hpp): an estimate that near to z leaves the map as the robot's poses have it.
 constexpr double level_rad = 5 * degree;
 
@@ -53,8 +52,7 @@ class PlannerExporter {
 
   void run() const {
     const std::string& format = options_.format;
-    if (format == "sl1m" || format == "hpp") write_pieces();
-    if (format == "ihmc") write_ihmc();
+    if (format == "sl1m") write_pieces();
     if (format == "planar_terrain") write_terrain();
     if (format == "grid_map" || format == "height") write_grid();
     if (turn_.angularDistance(Eigen::Quaterniond::Identity()) > 0)
@@ -63,16 +61,12 @@ class PlannerExporter {
   }
 
  private:
-  double max_slope(double unless_given) const {
-    return options_.max_slope_deg ? *options_.max_slope_deg * degree : unless_given;
-  }
-
   /// With the contact regions, and their pieces where they are asked for.
   std::vector<PlannerSurface> contact_surfaces(bool pieces) const {
     PlannerContact contact;
     contact.shape = chosen_foot(options_);
     contact.limits.up = up_;
-    contact.limits.max_slope_rad = max_slope(default_slope);
+    contact.limits.max_slope_rad = options_.max_slope_deg * degree;
     contact.limits.clearance_m = options_.clearance;
     contact.limits.gap_depth_m = options_.gap_depth;
     if (options_.yaw_deg) contact.yaw_rad = *options_.yaw_deg * degree;
@@ -85,7 +79,7 @@ class PlannerExporter {
     HeightGridOptions wanted;
     wanted.cell = options_.cell.value_or(0);
     wanted.turn = turn_;
-    wanted.max_slope_rad = std::min(max_slope(default_slope), steepest);
+    wanted.max_slope_rad = std::min(options_.max_slope_deg * degree, steepest);
     wanted.below = options_.below;
     return height_grid(*snapshot_, wanted);
   }
@@ -97,24 +91,8 @@ class PlannerExporter {
       pieces += surface.pieces.size();
       on += surface.pieces.empty() ? 0 : 1;
     }
-    if (options_.format == "sl1m")
-      export_sl1m(surfaces, file_, force_);
-    else
-      pieces = export_hpp(surfaces, file_, force_);
+    export_sl1m(surfaces, file_, force_);
     std::printf("%s: %zu convex pieces on %zu surfaces\n", file_.c_str(), pieces, on);
-  }
-
-  void write_ihmc() const {
-    std::vector<IhmcRegion> regions;
-    for (const SurfacePtr& surface : snapshot_->surfaces) {
-      if (slope_rad(*surface, up_) > max_slope(std::numbers::pi)) continue;
-      PlannerSurface one{surface->id, surface->T_map_surface, simplified(*surface), {}, {}};
-      one.pieces = convex_pieces(*surface);
-      for (IhmcRegion& region : ihmc_regions(turned(std::move(one), turn_)))
-        regions.push_back(std::move(region));
-    }
-    export_ihmc(regions, file_, force_);
-    std::printf("%s: %zu regions\n", file_.c_str(), regions.size());
   }
 
   void write_terrain() const {
@@ -149,11 +127,10 @@ class PlannerExporter {
 
 void add_planner_options(CLI::App& verb, PlannerExport& options) {
   const std::string group = "For planners' own formats (--format)";
-  verb.add_option(
-          "--format", options.format,
-          "sl1m (.json), hpp (folder of STL), ihmc (folder), planar_terrain or grid_map (.json, .cdr), "
-          "height (.png); docs/formats.md, section 7. Without it --to's ending decides")
-      ->check(CLI::IsMember({"sl1m", "hpp", "ihmc", "planar_terrain", "grid_map", "height"}));
+  verb.add_option("--format", options.format,
+                  "sl1m (.json), planar_terrain or grid_map (.json, .cdr), height (.png); "
+                  "docs/formats.md, section 7. Without it --to's ending decides")
+      ->check(CLI::IsMember({"sl1m", "planar_terrain", "grid_map", "height"}));
   verb.add_option("--foot", options.foot, "LENGTHxWIDTH of a sole about its reference point, or a radius; m")
       ->group(group);
   verb.add_option("--foot-radius", options.foot_radius, "m: a round foot; 0.06 unless there is a --foot")
@@ -161,8 +138,9 @@ void add_planner_options(CLI::App& verb, PlannerExport& options) {
       ->group(group);
   verb.add_option("--yaw", options.yaw_deg, "degrees: the heading of --foot; any, if it is not given")
       ->group(group);
-  verb.add_option("--max-slope", options.max_slope_deg, "degrees against up; default: 30, of ihmc any")
+  verb.add_option("--max-slope", options.max_slope_deg, "degrees against up")
       ->check(between(0, 180))
+      ->capture_default_str()
       ->group(group);
   verb.add_option("--clearance", options.clearance,
                   "m over the foot in which nothing may stand or hang; 0: any")
@@ -175,7 +153,7 @@ void add_planner_options(CLI::App& verb, PlannerExport& options) {
       ->check(at_least(0))
       ->capture_default_str()
       ->group(group);
-  verb.add_option("--pieces", options.pieces, "sl1m, hpp: at most so many convex pieces of a surface")
+  verb.add_option("--pieces", options.pieces, "sl1m: at most so many convex pieces of a surface")
       ->check(at_least(1))
       ->capture_default_str()
       ->group(group);

@@ -18,7 +18,7 @@ struct PlannerExport {
   std::string foot;                   ///< "LxW", m; empty: a disc
   std::optional<double> foot_radius;  ///< m
   std::optional<double> yaw_deg;      ///< of a foot that is no disc; empty: any heading
-  std::optional<double> max_slope_deg;
+  double max_slope_deg = 30;
   std::optional<double> cell, below;    ///< m
   double clearance = 0, gap_depth = 0;  ///< m; 0: the octree is not asked
   std::size_t pieces = 12;              ///< of a surface, at most
@@ -27,8 +27,8 @@ struct PlannerExport {
 
 void add_planner_options(CLI::App& verb, PlannerExport& options);
 
-/// Writes the map to `file`, or the folder of that name, in the format of the options, and says what it
-/// wrote. Throws Error(usage) for options that make no sense, and as planner_formats.hpp.
+/// Writes the map to `file` in the format of the options, and says what it wrote. Throws Error(usage) for
+/// options that make no sense, and as planner_formats.hpp.
 void export_for_planner(const Map& map, const Up& up, const PlannerExport& options, const std::string& file,
                         bool force);
 

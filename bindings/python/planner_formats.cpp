@@ -81,13 +81,6 @@ void bind_planner_surface(py::module_& module) {
           R"(Of a Surface, its ContactRegion (the insets) and convex_pieces(), in the world: the map with `up` turned to +z.
 
 up: (3,), map frame; None: as Surface.slope_rad() has it.)");
-  using I = IhmcRegion;
-  Value<I>(module, "IhmcRegion", "A planar region as IHMC's planners know it.")
-      .field("id", &I::id, "Of the surface.")
-      .field("T_world_region", &I::T_world_region, "(4, 4) float64; a copy.")
-      .rows("hull", &I::hull, "(N, 2) float64, counter-clockwise, region frame, m; a read-only view.")
-      .rings("polygons", &I::polygons,
-             "List of (M, 2) float64, convex, counter-clockwise, region frame, m; read-only views.");
 }
 
 void bind_terrain(py::module_& module) {
@@ -120,15 +113,6 @@ void bind_planner_formats(py::module_& module) {
 
 As all of these: throws Error(usage) for a file that exists unless `force`, Error(data) if there is nothing to write,
 Error(output).)");
-  module.def("export_hpp", &export_hpp, py::arg("surfaces"), py::arg("folder"), py::arg("force") = false,
-             Guard(), "A folder of binary STL, one for each piece, for hpp-affordance; returns how many.");
-  module.def("ihmc_regions", &ihmc_regions, py::arg("surface"),
-             "List of IhmcRegion: one for each polygon of a PlannerSurface, with those of its pieces that "
-             "lie in it.");
-  module.def("export_ihmc", &export_ihmc, py::arg("regions"), py::arg("folder"), py::arg("force") = false,
-             Guard(), "A folder of IHMC's PlanarRegionFileTools, version 2.");
-  module.def("read_ihmc", &read_ihmc, py::arg("folder"), Guard(),
-             "List of IhmcRegion of such a folder, version 1 or 2. Throws Error(data).");
 }
 
 }  // namespace octosurf::python

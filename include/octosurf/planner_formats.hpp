@@ -66,39 +66,6 @@ std::vector<PlannerSurface> planner_surfaces(const Snapshot& snapshot, const Pla
 void export_sl1m(const std::vector<PlannerSurface>& surfaces, const std::filesystem::path& file,
                  bool force = false);
 
-/// hpp-affordance and what is built on it: a folder of binary STL, `surface_<id>_<number>.stl` for each
-/// piece.
-///
-/// 1. Triangles counter-clockwise seen from the normal's tip; those of a piece share vertices to the bit.
-/// 2. Vertices of different surfaces are at least 1 µm apart, as hpp joins faces by distances of 3e-8 m;
-///    where they would not be, a piece gives way by moving its vertex inward.
-/// 3. Vertices so near to the line between their neighbours that 32-bit floats would tilt the triangles there
-///    by more than half a degree are left out, which makes a piece smaller, never larger.
-/// Returns how many pieces were written.
-std::size_t export_hpp(const std::vector<PlannerSurface>& surfaces, const std::filesystem::path& folder,
-                       bool force = false);
-
-/// A planar region as IHMC's planners know it. No holes: the convex polygons leave them out.
-struct IhmcRegion {
-  std::int32_t id = 0;                                               ///< the surface's
-  Eigen::Isometry3d T_world_region = Eigen::Isometry3d::Identity();  ///< z is the normal
-  Ring2 hull;                   ///< the outer ring, counter-clockwise, region frame
-  std::vector<Ring2> polygons;  ///< convex, counter-clockwise, region frame
-};
-
-/// A region for each polygon of the surface, with those of its pieces that lie in it.
-std::vector<IhmcRegion> ihmc_regions(const PlannerSurface& surface);
-
-/// IHMC's PlanarRegionFileTools, version 2: a folder of `header.txt` and `region<id>_<index>` files.
-/// Rings are written clockwise, as theirs are.
-void export_ihmc(const std::vector<IhmcRegion>& regions, const std::filesystem::path& folder,
-                 bool force = false);
-
-/// Reads such a folder, of version 1 (a normal in place of the orientation) or 2. Hulls that are not simple
-/// are given as they stand. Throws Error(data) naming file and line for what is damaged, truncated or
-/// foreign, for a region given twice and for convex polygons of fewer than three vertices.
-std::vector<IhmcRegion> read_ihmc(const std::filesystem::path& folder);
-
 /// What a planar terrain left out.
 struct PlanarTerrainCount {
   std::size_t regions = 0;        ///< written

@@ -3,8 +3,6 @@
 
 #include <gmock/gmock.h>
 
-#include <octosurf/planner_formats.hpp>
-
 namespace octosurf::test {
 namespace {
 
@@ -54,13 +52,6 @@ TEST_F(PlannerExportVerb, ClearanceIsAskedOfTheOctree) {
 }
 
 TEST_F(PlannerExportVerb, EveryFormatIsWritten) {
-  EXPECT_THAT(run_well("export m --to stl --format hpp").out, HasSubstr("convex pieces on 1 surfaces"));
-  EXPECT_TRUE(exists("stl/surface_1_1.stl"));
-  run_well("export m --to regions --format ihmc");
-  const std::vector<IhmcRegion> regions = read_ihmc(folder / "regions");
-  ASSERT_EQ(regions.size(), 1u);
-  EXPECT_NEAR(regions[0].T_world_region.translation().z(), floor_height, 0.003);
-  EXPECT_FALSE(regions[0].polygons.empty());
   run_well("export m --to terrain.json --format planar_terrain --frame odom");
   const json terrain = read_json("terrain.json");
   EXPECT_EQ(terrain.at("planarRegions").size(), 1u);
@@ -80,12 +71,10 @@ TEST_F(PlannerExportVerb, EndingsDecideAsEverWithoutAFormat) {
 }
 
 TEST_F(PlannerExportVerb, WhereUpIsGivenEverythingIsTurned) {
-  // Up is said to be +x, which makes the floor a wall: for IHMC one, with its normal level.
-  EXPECT_THAT(run_well("export m --to regions --format ihmc --up x").out,
+  // Up is said to be +x, which makes the floor a wall.
+  EXPECT_THAT(run_well("export m --to wall.json --format sl1m --up x --max-slope 180").out,
               HasSubstr("turned so that up is +z"));
-  const std::vector<IhmcRegion> regions = read_ihmc(folder / "regions");
-  ASSERT_EQ(regions.size(), 1u);
-  EXPECT_NEAR(regions[0].T_world_region(2, 2), 0, 0.01);
+  EXPECT_NEAR(read_json("wall.json")[0].at("normal")[2], 0, 0.01);
   EXPECT_THAT(error_of("export m --to p.json --format sl1m --up x", 1), HasSubstr("no surface has room"));
   EXPECT_THAT(run_well("export m --to up.json --format sl1m").out, ::testing::Not(HasSubstr("turned")));
 }
@@ -101,7 +90,6 @@ TEST_F(PlannerExportVerb, WrongUse) {
   EXPECT_THAT(error_of("export m --to g.cdr --format grid_map --cell 0.00001", 2), HasSubstr("cells"));
   EXPECT_THAT(error_of("export m --to g.png --format grid_map", 2), HasSubstr(".cdr"));
   EXPECT_THAT(error_of("export m --to m.surfaces --format sl1m --force", 2), HasSubstr("m.surfaces"));
-  EXPECT_THAT(error_of("export m --to floor --format hpp --force", 2), HasSubstr("holds other files"));
   EXPECT_FALSE(exists("p.json"));
   run_well("export m --to p.json --format sl1m");
   EXPECT_THAT(error_of("export m --to p.json --format sl1m", 2), HasSubstr("--force"));

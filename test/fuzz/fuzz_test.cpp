@@ -132,26 +132,6 @@ TEST(Fuzz, BagsOfManyTransformsAndScansTakeNoMoreMemoryThanOtherFiles) {
   expect_read_or_refused(fuzz_mcap, packed_bag(scan, 20));
 }
 
-/// A header that names one large file again and again, and one that lists nothing but empty polygons.
-TEST(Fuzz, ShortHeadersOfPlanarRegionsTakeNoMoreMemoryThanOtherFiles) {
-  const std::string line =
-      "regionId: 1, index: 1, origin: 0, 0, 0, normal: 0, 0, 1, concave hull size: 250000, "
-      "number of convex polygons: ";
-  std::string header, large;
-  for (int i = 0; i < 100; ++i) header += line + "0\n";
-  for (int i = 0; i < 250000; ++i) large += "0 0\n";
-  expect_read_or_refused(fuzz_ihmc, header + "\x1C" + large);
-  std::string lists;
-  for (int i = 1; i <= 58; ++i) {
-    lists += "regionId: 1, index: " + std::to_string(i) +
-             ", origin: 0 0 0, normal: 0 0 1, concave hull size: 0, number of convex polygons: 32000";
-    for (int k = 0; k < 32000; ++k) lists += " 0";
-    lists += '\n';
-  }
-  for (int i = 1; i <= 58; ++i) lists += '\x1C';
-  expect_read_or_refused(fuzz_ihmc, lists);
-}
-
 TEST(Fuzz, AnInputStandsInAFolderAlone) {
   const InputFile one({}, ".pcd"), other({}, ".txt");
   for (const InputFile* input : {&one, &other}) {

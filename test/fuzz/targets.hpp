@@ -21,7 +21,6 @@ void fuzz_ply(Bytes bytes);
 void fuzz_image(Bytes bytes);   ///< PNG and PGM depth images, then as a camera's intrinsics
 void fuzz_poses(Bytes bytes);   ///< pose files of all layouts, asked at times between
 void fuzz_config(Bytes bytes);  ///< map --config
-void fuzz_ihmc(Bytes bytes);    ///< a folder of planar regions, read back after it was written again
 void fuzz_mcap(Bytes bytes);    ///< bags as inputs of map, with and without --skip-bad
 void fuzz_db3(Bytes bytes);
 void fuzz_bag(Bytes bytes);
@@ -34,8 +33,7 @@ struct Target {
 inline constexpr Target targets[] = {
     {"surfaces", fuzz_surfaces}, {"octomap", fuzz_octomap}, {"graph", fuzz_graph}, {"pcd", fuzz_pcd},
     {"ply", fuzz_ply},           {"image", fuzz_image},     {"poses", fuzz_poses}, {"config", fuzz_config},
-    {"mcap", fuzz_mcap},         {"db3", fuzz_db3},         {"bag", fuzz_bag},     {"message", fuzz_message},
-    {"ihmc", fuzz_ihmc}};
+    {"mcap", fuzz_mcap},         {"db3", fuzz_db3},         {"bag", fuzz_bag},     {"message", fuzz_message}};
 
 /// Peak of the memory that reading took, of the input read last; 0 where nothing counts (libFuzzer has its
 /// own limit).

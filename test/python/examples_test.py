@@ -1,11 +1,13 @@
 """The examples run as a reader runs them, and the code in docs/usage.md does."""
 
+import collections
 import json
 import re
 import subprocess
 import sys
 import unittest
 
+import numpy as np
 import octosurf
 import world
 
@@ -27,6 +29,58 @@ class Examples(unittest.TestCase):
         world.command("export", world.SOURCE / "maps/office", "--to", pieces, "--format", "sl1m", "--foot", "0.22x0.12")
         told = self.run_python(world.SOURCE / "examples/sl1m_load.py", pieces)
         self.assertIn(f"{len(json.loads(pieces.read_text()))} convex pieces", told)
+
+    def test_hpp_affordances(self):
+        pieces, folder = world.FOLDER / "pieces.json", world.FOLDER / "affordances"
+        world.command("export", world.SOURCE / "maps/office", "--to", pieces, "--format", "sl1m", "--foot-radius", 0.06)
+        self.run_python(world.SOURCE / "examples/hpp_affordances.py", pieces, folder)
+        listed, corners = json.loads(pieces.read_text()), {}
+        self.assertEqual(len(list(folder.iterdir())), len(listed))
+        numbers = collections.Counter()
+        for piece in listed:
+            numbers[piece["id"]] += 1
+            stl = (folder / f"surface_{piece['id']}_{numbers[piece['id']]}.stl").read_bytes()
+            rows = np.frombuffer(stl[84:], [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+            self.assertEqual(len(rows), int.from_bytes(stl[80:84], "little"))
+            a, b, c = np.moveaxis(rows["corners"].astype(float), 1, 0)
+            doubled = np.cross(b - a, c - a)  # hpp takes the triangle's own normal, so the winding matters
+            self.assertTrue((doubled @ piece["normal"] > 0.9999 * np.linalg.norm(doubled, axis=1)).all())
+            ring = np.array(piece["vertices"])
+            area = np.cross(ring[1:-1] - ring[0], ring[2:] - ring[0]).sum(axis=0) @ piece["normal"]
+            self.assertAlmostEqual(np.linalg.norm(doubled, axis=1).sum(), area, delta=0.001)
+            # Within 3e-8 m hpp joins faces: those of one surface may meet, others may not.
+            for corner in map(tuple, rows["corners"].reshape(-1, 3)):
+                self.assertEqual(corners.setdefault(corner, piece["id"]), piece["id"])
+
+    def test_ihmc_regions(self):
+        folder = world.FOLDER / "regions"
+        self.run_python(world.SOURCE / "examples/ihmc_regions.py", world.SOURCE / "maps/office", folder)
+        snapshot = octosurf.load(world.SOURCE / "maps/office").snapshot()
+        surfaces = {surface.id: surface for surface in snapshot.surfaces}
+        real = r"(-?[\d.]+(?:e-?\d+)?)"
+        line = re.compile(rf"regionId: (\d+), index: (\d+), origin: {real}, {real}, {real}, "
+                          rf"orientation: {real}, {real}, {real}, {real}, concave hull size: (\d+), "
+                          r"number of convex polygons: (\d+), \[([\d, ]*)\]")
+        header = (folder / "header.txt").read_text().splitlines()
+        self.assertEqual(len(header), sum(len(surface.polygons) for surface in surfaces.values()))
+        convex = collections.Counter()
+        for text in header:
+            identity, index, *numbers, hull, count, sizes = line.fullmatch(text).groups()
+            surface, (x, y, z, angle) = surfaces[int(identity)], map(float, numbers[3:])
+            self.assertAlmostEqual(x * x + y * y + z * z, 1)
+            # Rodrigues: where the turn takes z, which is the normal turned so that up is z.
+            normal_z = np.cos(angle) + z * z * (1 - np.cos(angle))
+            self.assertAlmostEqual(normal_z, np.cos(surface.slope_rad(snapshot.up())))
+            sizes = [int(hull), *map(int, filter(None, sizes.split(", ")))]
+            self.assertEqual(len(sizes), int(count) + 1)
+            vertices = np.loadtxt(folder / f"region{identity}_{index}", delimiter=", ")
+            self.assertEqual(vertices.shape, (sum(sizes), 2))
+            for k, ring in enumerate(np.split(vertices, np.cumsum(sizes)[:-1])):
+                doubled = np.cross(ring, np.roll(ring, -1, axis=0)).sum()
+                self.assertLess(doubled, 0)  # clockwise, as theirs
+                convex[int(identity)] -= doubled / 2 if k else 0
+        for identity, surface in surfaces.items():
+            self.assertAlmostEqual(convex[identity], surface.area_m2, delta=0.05 * surface.area_m2 + 0.01)
 
     def test_what_the_docs_show_runs(self):
         text = (world.SOURCE / "docs/usage.md").read_text().split("## Python", 1)[1].split("\n## ", 1)[0]

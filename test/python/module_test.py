@@ -363,9 +363,6 @@ class Questions(unittest.TestCase):
         grid = octosurf.height_grid(self.snapshot)
         self.assertAlmostEqual(float(np.nanmean(grid.elevation)), 0, delta=0.01)
         octosurf.export_grid_map(grid, "map", world.FOLDER / "grid.json", force=True)
-        piece = octosurf.PlannerSurface(self.surface, pieces=self.surface.convex_pieces())
-        octosurf.export_ihmc(octosurf.ihmc_regions(piece), world.FOLDER / "ihmc", force=True)
-        self.assertEqual(octosurf.read_ihmc(world.FOLDER / "ihmc")[0].id, self.surface.id)
         for name in ("floor.ply", "floor.png", "grid.json"):
             self.assertGreater(pathlib.Path(world.FOLDER / name).stat().st_size, 100)
 
