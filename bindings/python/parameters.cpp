@@ -37,7 +37,7 @@ Settings<SurfaceParameters> bind_surface_parameters(py::module_& module) {
       .field("range_noise", &P::range_noise,
              "1/m: sigma(z) = sensor_noise + range_noise z^2; None: estimated from the scans.")
       .field("max_hole_size", &P::max_hole_size,
-             "h, m: alpha of the alpha shape, expansion reach, cluster gap; None: derived.")
+             "h, m: alpha of the alpha shape, largest gap within a surface; None: derived.")
       .field("min_surface_width", &P::min_surface_width, "m: narrower clusters stay pending; 0: any.")
       .field("mesh_thickness", &P::mesh_thickness, "m: extrusion against the normal.");
 }

@@ -102,7 +102,7 @@ std::vector<Entry> make_entries() {
               {"range_noise", "1/m", "noise is sensor_noise + range_noise*z^2; auto: from the scans"},
               [](const P&) { return std::string("estimated"); }),
       derived(s, &S::max_hole_size, Form::real,
-              {"max_hole_size", "m", "h: alpha of the polygons, reach of expansion, cluster gap"},
+              {"max_hole_size", "m", "h: alpha of the polygons, largest gap within a surface"},
               [](const P& p) { return text_of(p.max_hole_size()); }),
       derived(d, &D::search_radius, Form::real,
               {"search_radius", "m", "r: neighbourhood of a point, the paper's; cylinders: the largest"},
