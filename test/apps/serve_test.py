@@ -89,7 +89,7 @@ class Answers(unittest.TestCase):
         self.assertEqual(self.server.ask("/api/regions", surface=4294967295)[0], 404)
 
     def test_plans(self):
-        # The README's: from the floor of the office to the landing of its stair.
+        # From the floor of the office to the landing of its stair.
         way = {"from": [-4.6, -0.6, 0.6, -135], "to": [-6.6, -2.7, 1.5, -135]}
         for more in ({}, {"max_up_m": 0.05}, {"robot": "quadruped", "budget": 50}):
             words = [w for name, value in {**way, **more}.items()

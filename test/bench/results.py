@@ -3,9 +3,9 @@
 
 Without an option every task that has not been measured at the present commit is run, the most telling first, in
 half an hour at most; longer tasks run where --long names them.
-docs/results.md, the README's table and its picture are then written from what was measured at this commit.
+docs/results.md, docs/demo.md with its picture and the README's table are then written from what was measured at this commit.
 What was not is listed as such: no row of another commit is ever shown. A row's commit is the last one that
-touched code (src, include, apps, test, cmake), so that writing the documents does not outdate them.
+touched code (src, include, apps, lab, test, cmake), so that writing the documents does not outdate them.
 """
 
 import argparse
@@ -26,7 +26,7 @@ from results_tasks import GROUPS, LONG, TASKS, tasks_of
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 STORE = ROOT / "out/bench/results"
 DATA = ROOT.parent / "shared/data"
-CODE = ["src", "include", "apps", "test", "cmake", "CMakeLists.txt", "CMakePresets.json"]
+CODE = ["src", "include", "apps", "lab", "test", "cmake", "CMakeLists.txt", "CMakePresets.json"]
 GRACE_S = 30  # a task may take so much longer than the last time before the budget counts as spent
 
 
@@ -148,8 +148,8 @@ def write_documents(commit, reasons):
     (ROOT / "docs/results.md").write_text(text, encoding="utf-8")
     put_between(ROOT / "README.md", "results", ten)
     demo = records.get("demo")
-    put_between(ROOT / "README.md", "demo", tables.demo_block(demo))
-    print(f"wrote docs/results.md and README.md: {len(records)} of {len(TASKS)} tasks at {commit}")
+    put_between(ROOT / "docs/demo.md", "demo", tables.demo_block(demo))
+    print(f"wrote docs/results.md, docs/demo.md and README.md: {len(records)} of {len(TASKS)} tasks at {commit}")
 
 
 def main():

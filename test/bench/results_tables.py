@@ -201,24 +201,21 @@ def one(records, name, **wanted):
 
 
 def scores(row):
-    return f'{percent(row["correct"] / max(row["faces"], 1))} of {row["faces"]} faces correct, {percent(row["coverage"])} of ' \
-        f'their area covered, {percent(row["unsafe_share"], 2)} of the surfaces\' area unsafe ({seeds(row)})' if row else NONE
+    return f'{percent(row["correct"] / max(row["faces"], 1))} of {row["faces"]} faces correct, {percent(row["coverage"])} ' \
+        f'covered, {percent(row["unsafe_share"], 2)} unsafe ({seeds(row)})' if row else NONE
 
 
 def ten_terrain(records):
     rows = content(records, "terrain")
-    if not rows:
-        return NONE
-    row = next((row for row in rows if row["scene"] == "all"), rows[0])
-    return scores(row)
+    return scores(next((row for row in rows if row["scene"] == "all"), rows[0])) if rows else NONE
 
 
 def ten_paper(records):
-    shares = {row["method"]: percent(row["correct"] / max(row["faces"], 1)) for row in rows_of(records, "paper", scene="all")}
-    if "ours/default" not in shares:
+    shares = {row["method"]: row["correct"] / max(row["faces"], 1) for row in rows_of(records, "paper", scene="all")}
+    theirs = [share for name, share in shares.items() if name.startswith("pcl")]
+    if "ours/default" not in shares or not theirs:
         return NONE
-    theirs = " and ".join(f"{share} ({METHODS[name]})" for name, share in shares.items() if name.startswith("pcl"))
-    return f'{shares["ours/default"]} of faces correct, theirs {theirs}'
+    return f'{percent(shares["ours/default"])} of faces correct; the pipeline {percent(max(theirs))} at best'
 
 
 def ten_kitchen(records):
@@ -227,13 +224,16 @@ def ten_kitchen(records):
 
 
 def ten_labelled(records):
-    rows = content(records, "labelled") or []
-    wanted = [row for row in rows if row["resolution"] == 0.02 and row["method"] in
-              ("octosurf", "CGAL region growing", "CGAL Efficient RANSAC")]
     by_cloud = {}
-    for row in wanted:
-        by_cloud.setdefault(row["cloud"], []).append(f'{row["correct"]} of {row["labels"]} ({row["method"]})')
-    return "; ".join(f"{cloud}: {', '.join(found)}" for cloud, found in by_cloud.items()) or NONE
+    for row in content(records, "labelled") or []:
+        if row["resolution"] == 0.02:
+            by_cloud.setdefault(row["cloud"], {})[row["method"]] = row
+    parts = []
+    for rows in by_cloud.values():
+        others = [row["correct"] for method, row in rows.items() if method.startswith("CGAL")]
+        if "octosurf" in rows and others:
+            parts.append(f'{rows["octosurf"]["correct"]} of {rows["octosurf"]["labels"]}, CGAL {max(others)}')
+    return "; ".join(parts) or NONE
 
 
 def ten_speed(records, names, say):
@@ -244,40 +244,39 @@ def ten_speed(records, names, say):
 
 
 def beside(ours, theirs):
-    return "{}; {} for the other".format(*speed_table.pair(ours, theirs))
+    return "{}; OctoMap's insertion alone {}".format(*speed_table.pair(ours, theirs))
 
 
 def heap(ours, theirs):
-    return "{:.1f} B; {:.1f} B".format(*speed_table.heap_per_leaf(ours, theirs))
+    return "{:.1f} B; OctoMap's pruned tree {:.1f} B".format(*speed_table.heap_per_leaf(ours, theirs))
 
 
 def lag(row):
-    return f'lag p50 {row["lag_p50_ms"]:.0f} ms, p95 {row["lag_p95_ms"]:.0f} ms; {row["categorized_percent"]:.1f} % of the ' \
-        "points categorised"
+    return f'lag p50 {row["lag_p50_ms"]:.0f} ms, p95 {row["lag_p95_ms"]:.0f} ms; {row["categorized_percent"]:.1f} % of points ' \
+        "categorised"
 
 
 def ten(records):
     return [
-        ("simulated depth camera, four scenes", scores(one(records, "depth", scene="all")), "accuracy"),
-        ("the same with a real camera's faults", scores(one(records, "depth-real", scene="all")), "accuracy"),
-        ("simulated spinning lidar, four scenes", scores(one(records, "spinning", scene="all")), "accuracy"),
+        ("simulated depth camera", scores(one(records, "depth", scene="all")), "accuracy"),
+        ("with a real camera's faults", scores(one(records, "depth-real", scene="all")), "accuracy"),
+        ("simulated spinning lidar", scores(one(records, "spinning", scene="all")), "accuracy"),
         ("terrain meshes, depth camera", ten_terrain(records), "terrain"),
-        ("beside the paper's pipeline from PCL, same scans", ten_paper(records), "paper"),
-        ("planes of labelled clouds, d = 2 cm", ten_labelled(records), "labelled"),
-        ("a real kitchen, d = 2 cm", ten_kitchen(records), "kitchen"),
-        ("one scan of the kitchen, occupancy and surfaces, one thread; OctoMap's insertion alone",
+        ("beside the paper's pipeline from PCL", ten_paper(records), "paper"),
+        ("planes of two labelled clouds", ten_labelled(records), "labelled"),
+        ("real kitchen", ten_kitchen(records), "kitchen"),
+        ("a scan of it, one thread",
          ten_speed(records, ["kitchen/d:0.02/mapper", "kitchen/d:0.02/octomap"], beside), "speed"),
-        ("heap per octree leaf, kitchen, d = 2 cm; OctoMap's pruned tree",
+        ("heap per octree leaf",
          ten_speed(records, ["kitchen/d:0.02/occupancy", "kitchen/d:0.02/octomap"], heap), "speed"),
-        ("the kitchen as it arrives, 30 scans a second, two threads",
+        ("kitchen live, 30 scans a second, two threads",
          ten_speed(records, ["realtime/d:0.02"], lag), "speed"),
     ]
 
 
 def ten_block(records, commit):
-    rows = [[what, result, f"`./dev bench results --only {group}`"] for what, result, group in ten(records)]
-    return f"Measured at commit {commit}; all of it in [docs/results.md](docs/results.md).\n\n" \
-        + markdown(["what", "result", "measured by"], rows)
+    return f"At d = 2 cm, commit {commit}; [all figures](docs/results.md).\n\n" \
+        + markdown(["what", "result"], [[what, result] for what, result, _ in ten(records)])
 
 
 def demo_block(record):

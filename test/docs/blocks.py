@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The code blocks of README.md and docs/: compiled and run as they stand there, so that none of them is stale.
+"""The code blocks of the documents (*.md here and in docs/): compiled and run as they stand there, so that none of them is stale.
 
   blocks.py links                   every relative link of every document leads somewhere
   blocks.py cpp DOCUMENT OUT.cpp    its ```cpp blocks as one translation unit
@@ -42,7 +42,7 @@ FENCE = re.compile(r"(?P<notes>(?:^<!--(?:(?!-->).)*-->\n)*)^```(?P<language>[^\
 
 
 def documents():
-    return sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
+    return sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 
 
 @dataclass
@@ -237,10 +237,10 @@ def run(document, update):
     for i, block in reversed(list(enumerate(blocks))):
         if "output" not in block.notes:
             continue
-        shown, told = block.code.splitlines(), printed[i - 1].splitlines()
+        shown, output = block.code.splitlines(), printed[i - 1].splitlines()
         if update:
-            text = text[:block.span[0]] + "\n".join(shortened(shown, told)) + "\n" + text[block.span[1]:]
-        elif not matches(shown, told, block.notes["output"] == "about"):
+            text = text[:block.span[0]] + "\n".join(shortened(shown, output)) + "\n" + text[block.span[1]:]
+        elif not matches(shown, output, block.notes["output"] == "about"):
             failures.append(f"{name_of(document)}:{block.line}: the program prints something else now; "
                             "./dev docs outputs writes it")
     if update:

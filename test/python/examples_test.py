@@ -3,9 +3,12 @@
 import collections
 import json
 import re
+import runpy
 import subprocess
 import sys
+import types
 import unittest
+import unittest.mock
 
 import numpy as np
 import octosurf
@@ -81,6 +84,41 @@ class Examples(unittest.TestCase):
                 convex[int(identity)] -= doubled / 2 if k else 0
         for identity, surface in surfaces.items():
             self.assertAlmostEqual(convex[identity], surface.area_m2, delta=0.05 * surface.area_m2 + 0.01)
+
+    def test_ros1_node(self):
+        """With a ROS that hands over two clouds, the second in a frame that tf does not know."""
+        rows = np.zeros((100, 110), [("intensity", "<f4"), ("z", "<f4"), ("x", "<f4"), ("y", "<f4")])  # the last 10 pad
+        rows["x"], rows["y"] = np.meshgrid(np.arange(110) * 0.02, np.arange(100) * 0.02)
+        rows["z"], rows["intensity"] = -1, np.nan
+        cloud = types.SimpleNamespace(height=100, width=100, point_step=16, row_step=110 * 16, is_bigendian=False,
+                                      data=rows.tobytes(), fields=[types.SimpleNamespace(name=name, offset=4 * i)
+                                                                   for i, name in enumerate(rows.dtype.names)])
+        half = 0.5 ** 0.5  # a quarter turn about z, 3 m to the side and 1.5 m up
+        pose = types.SimpleNamespace(translation=types.SimpleNamespace(x=3, y=0, z=1.5),
+                                     rotation=types.SimpleNamespace(x=0, y=0, z=half, w=half))
+        stamp = types.SimpleNamespace(to_sec=lambda: 7.0)
+        ros = {name: types.ModuleType(name) for name in ("rospy", "tf2_ros", "sensor_msgs", "sensor_msgs.msg")}
+        rospy, tf = ros["rospy"], ros["tf2_ros"]
+        ros["sensor_msgs"].msg, ros["sensor_msgs.msg"].PointCloud2 = ros["sensor_msgs.msg"], None
+        warnings, tf.TransformException = [], LookupError
+        tf.Buffer = lambda: types.SimpleNamespace(
+            lookup_transform=lambda *of: types.SimpleNamespace(transform={("map", "lidar", stamp): pose}[of[:3]]))
+        tf.TransformListener = rospy.Duration = rospy.init_node = lambda *_: None
+        rospy.logwarn = lambda *words: warnings.append(words)
+        rospy.Subscriber = lambda topic, kind, callback, **_: setattr(rospy, "callback", callback)
+
+        def spin():
+            for frame in ("lidar", "elsewhere"):
+                cloud.header = types.SimpleNamespace(stamp=stamp, frame_id=frame)
+                rospy.callback(cloud)
+
+        rospy.spin = spin
+        with unittest.mock.patch.dict(sys.modules, ros):
+            runpy.run_path(str(world.SOURCE / "examples/ros1_node.py"))["main"]("/points", "map", f"{world.FOLDER}/ros1")
+        self.assertEqual(len(warnings), 1)
+        (surface,) = octosurf.load(f"{world.FOLDER}/ros1").snapshot().surfaces
+        corners = surface.boundary
+        np.testing.assert_allclose([corners.min(axis=0), corners.max(axis=0)], [[1.02, 0, 0.5], [3, 1.98, 0.5]], atol=0.03)
 
     def test_what_the_docs_show_runs(self):
         text = (world.SOURCE / "docs/usage.md").read_text().split("## Python", 1)[1].split("\n## ", 1)[0]
