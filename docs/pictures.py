@@ -43,14 +43,14 @@ PICTURES = {
 }
 
 
-def octosurf(*arguments):
-    subprocess.run([OCTOSURF, *map(str, arguments)], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+def octosurf(*arguments, program=OCTOSURF):
+    subprocess.run([program, *map(str, arguments)], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
 def recording(scene, folder):
     path = folder / "-".join(scene)
     if not path.exists():
-        octosurf("simulate", *scene, "-o", path)
+        octosurf("simulate", *scene, "-o", path, program=f"{OCTOSURF}-lab")
     return path
 
 
