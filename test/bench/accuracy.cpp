@@ -1,16 +1,14 @@
-// How exact the surfaces are on simulated scenes: with default parameters and with the paper's detector and
-// parameters, beside the paper's pipeline from stock PCL parts outside of octosurf, all on the same scans and
-// scored alike.
+// How exact the surfaces are on simulated scenes: with default parameters, with the paper's detector from
+// PCL's parts, and by CGAL's region growing and Efficient RANSAC, all on the same scans and scored alike.
 
+#include "bench/cgal_planes.hpp"
 #include "bench/support.hpp"
 #include "evaluation/evaluate.hpp"
-#include "reference/paper_pipeline.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
@@ -31,10 +29,9 @@ struct Options {
   double drift_m = 0, drift_deg = 0;  // per lap
   std::optional<int> laps;
   std::optional<std::size_t> frames;
-  std::size_t pcl_every = 1;
   int threads = 1;
   std::vector<std::string> only, set;
-  bool offline = false, verbose = false;
+  bool verbose = false;
   std::string json;
   bool terrain = false;
 };
@@ -50,41 +47,27 @@ std::string name_of_scene(const std::string& scene) { return std::filesystem::pa
 
 /// One way to get surfaces from scans.
 struct Method {
-  enum class Kind { ours, ours_at_once, pcl, pcl_offline };
   std::string name;
   Parameters parameters;
-  Kind kind = Kind::ours;
+  CgalMethod cgal = nullptr;  ///< in place of a Mapper
 };
 
 std::vector<Method> methods_of(const Options& options) {
   Parameters ours;
   ours.occupancy.resolution = options.resolution;
   Method standard{"ours/default", ours};
-  for (const std::string& assignment : options.set) {
-    const std::size_t equals = assignment.find('=');
-    if (equals == std::string::npos)
-      throw Error(Error::Kind::usage, "--set " + assignment, "has no value", "write --set NAME=VALUE");
-    set_parameter(standard.parameters, assignment.substr(0, equals), assignment.substr(equals + 1));
-  }
-  const Parameters paper = reference::paper_parameters(options.resolution);
-  const Parameters small = reference::paper_parameters_small_radius(options.resolution);
-  const Method at_once{"ours/at-once", standard.parameters, Method::Kind::ours_at_once};
-  std::vector<Method> methods{std::move(standard),
-                              at_once,
-                              {"ours/paper/r=0.15", paper},
-                              {"ours/paper/r=0.06", small},
-                              {"pcl/r=0.15", paper, Method::Kind::pcl},
-                              {"pcl/r=0.06", small, Method::Kind::pcl}};
-  if (options.offline) {
-    methods.push_back({"pcl/r=0.15 offline", paper, Method::Kind::pcl_offline});
-    methods.push_back({"pcl/r=0.06 offline", small, Method::Kind::pcl_offline});
-  }
+  set_parameters(standard.parameters, options.set);
+  std::vector<Method> methods{standard};
+  for (const double radius : {0.15, 0.06})
+    methods.push_back({"ours/paper/r=" + fixed(radius, 2), paper_parameters(options.resolution, radius)});
+  methods.push_back({"cgal/growing", ours, cgal_region_growing});
+  methods.push_back({"cgal/ransac", ours, cgal_efficient_ransac});
   if (!options.only.empty())
     std::erase_if(methods, [&](const Method& method) {
       return std::none_of(options.only.begin(), options.only.end(),
                           [&](const std::string& prefix) { return method.name.starts_with(prefix); });
     });
-  if (methods.empty()) throw Error(Error::Kind::usage, "--only", "leaves no method", "try ours or pcl");
+  if (methods.empty()) throw Error(Error::Kind::usage, "--only", "leaves no method", "try ours or cgal");
   return methods;
 }
 
@@ -107,37 +90,36 @@ struct Score {
   double ms = 0;
   std::vector<std::string> wrong;  ///< "SEED:FACE" of each judged face that is not correct
 
-  void add(const evaluation::Evaluation& evaluation, std::uint64_t seed, std::size_t more_scans,
-           double more_ms) {
-    ++recordings;
-    for (const evaluation::FaceScore& face : evaluation.face_scores)
+  Score() = default;
+  Score(const evaluation::Evaluation& e, std::uint64_t seed, std::size_t scan_count, double all_ms)
+      : recordings(1),
+        faces(e.faces),
+        correct(e.correct),
+        over(e.over_segmented),
+        under(e.under_segmented),
+        missed(e.missed),
+        noise(e.noise),
+        visible_m2(e.visible_m2),
+        covered_m2(e.coverage * e.visible_m2),
+        layers_m2(e.multiplicity * covered_m2),
+        area_m2(e.area_m2),
+        unsafe_m2(e.unsafe_m2),
+        worst_coverage(e.coverage),
+        worst_multiplicity(e.multiplicity),
+        worst_unsafe(e.unsafe_share),
+        rim_m2(e.rim_m2),
+        false_m2(e.false_m2),
+        normal_sum(e.normal_rad.mean * static_cast<double>(e.normal_rad.count)),
+        normal_max(e.normal_rad.max),
+        offset_sum(e.offset_m.mean * static_cast<double>(e.offset_m.count)),
+        matched(e.normal_all_rad.count),
+        normal_all_sum(e.normal_all_rad.mean * static_cast<double>(e.normal_all_rad.count)),
+        normal_all_max(e.normal_all_rad.max),
+        offset_all_sum(e.offset_all_m.mean * static_cast<double>(e.offset_all_m.count)),
+        scans(scan_count),
+        ms(all_ms) {
+    for (const evaluation::FaceScore& face : e.face_scores)
       if (is_wrong(face)) wrong.push_back(std::to_string(seed) + ":" + std::to_string(face.id));
-    faces += evaluation.faces;
-    correct += evaluation.correct;
-    over += evaluation.over_segmented;
-    under += evaluation.under_segmented;
-    missed += evaluation.missed;
-    noise += evaluation.noise;
-    const double covered = evaluation.coverage * evaluation.visible_m2;
-    visible_m2 += evaluation.visible_m2;
-    covered_m2 += covered;
-    layers_m2 += evaluation.multiplicity * covered;
-    area_m2 += evaluation.area_m2;
-    unsafe_m2 += evaluation.unsafe_m2;
-    worst_coverage = std::min(worst_coverage, evaluation.coverage);
-    worst_multiplicity = std::max(worst_multiplicity, evaluation.multiplicity);
-    worst_unsafe = std::max(worst_unsafe, evaluation.unsafe_share);
-    normal_sum += evaluation.normal_rad.mean * static_cast<double>(evaluation.normal_rad.count);
-    normal_max = std::max(normal_max, evaluation.normal_rad.max);
-    offset_sum += evaluation.offset_m.mean * static_cast<double>(evaluation.offset_m.count);
-    for (std::size_t m = 0; m < rim_m2.size(); ++m) rim_m2[m] += evaluation.rim_m2[m];
-    false_m2 += evaluation.false_m2;
-    matched += evaluation.normal_all_rad.count;
-    normal_all_sum += evaluation.normal_all_rad.mean * static_cast<double>(evaluation.normal_all_rad.count);
-    normal_all_max = std::max(normal_all_max, evaluation.normal_all_rad.max);
-    offset_all_sum += evaluation.offset_all_m.mean * static_cast<double>(evaluation.offset_all_m.count);
-    scans += more_scans;
-    ms += more_ms;
   }
 
   static double ratio(double part, double whole) { return whole > 0 ? part / whole : 0; }
@@ -180,32 +162,28 @@ struct Score {
     offset_all_sum += other.offset_all_sum;
     scans += other.scans;
     ms += other.ms;
+    wrong.insert(wrong.end(), other.wrong.begin(), other.wrong.end());
   }
 };
 
 struct Run {
   Snapshot snapshot;
-  std::size_t scans = 0;
   double ms = 0;
 };
 
+/// CGAL's time is that of normals and planes of all scans' voxels together.
 Run run_method(const Method& method, const std::vector<Scan>& scans, const Options& options) {
   Run run;
-  if (method.kind == Method::Kind::ours || method.kind == Method::Kind::ours_at_once) {
-    Mapper mapper(method.parameters, options.threads);
-    for (const Scan& scan : scans) run.ms += time_ms([&] { mapper.insert(scan); });
-    run.ms += time_ms([&] { mapper.drain(); });
-    if (method.kind == Method::Kind::ours_at_once) run.ms += time_ms([&] { mapper.resegment(); });
-    run.scans = scans.size();
-    run.snapshot = *mapper.snapshot();
-    return run;
+  if (method.cgal != nullptr) {
+    CgalInput input(method.parameters);
+    for (const Scan& scan : scans) input.add(scan);
+    const CgalPlanes planes = input.planes(method.cgal);
+    return {input.snapshot(planes), planes.normals_ms + planes.planes_ms};
   }
-  reference::PaperPipeline pipeline(method.parameters);
-  const bool offline = method.kind == Method::Kind::pcl_offline;
-  for (std::size_t i = 0; i < scans.size(); i += offline ? 1 : options.pcl_every, ++run.scans)
-    run.ms += time_ms([&] { offline ? pipeline.collect(scans[i]) : void(pipeline.insert(scans[i])); });
-  if (offline) run.ms += time_ms([&] { pipeline.detect_collected(); });
-  run.snapshot = pipeline.snapshot();
+  Mapper mapper(method.parameters, options.threads);
+  for (const Scan& scan : scans) run.ms += time_ms([&] { mapper.insert(scan); });
+  run.ms += time_ms([&] { mapper.drain(); });
+  run.snapshot = *mapper.snapshot();
   return run;
 }
 
@@ -326,46 +304,21 @@ Scores score_all(const Options& options, const std::vector<Method>& methods) {
       for (std::size_t m = 0; m < methods.size(); ++m) {
         const Run run = run_method(methods[m], simulated.scans, options);
         const evaluation::Evaluation evaluation = evaluation::evaluate(run.snapshot, simulated.truth);
-        scores[m][s].add(evaluation, seed, run.scans, run.ms);
+        const std::size_t scan_count = simulated.scans.size();
+        scores[m][s].add(Score(evaluation, seed, scan_count, run.ms));
         const std::string title =
             name_of_scene(options.scenes[s]) + " " + std::to_string(seed) + " " + methods[m].name;
         std::fprintf(stderr, "%s: %zu/%zu correct, %.1f ms per scan\n", title.c_str(), evaluation.correct,
-                     evaluation.faces, run.ms / static_cast<double>(run.scans));
+                     evaluation.faces, run.ms / static_cast<double>(scan_count));
         if (options.verbose) print_failures(title, evaluation);
       }
     }
   return scores;
 }
 
-/// The scenes that --terrain stands for; false if the meshes are missing.
-bool take_terrains(Options& options) {
-  const std::filesystem::path folder = std::filesystem::path(OCTOSURF_DATA_DIR) / "terrain_meshes";
-  options.scenes.clear();
-  if (std::filesystem::is_directory(folder))
-    for (const auto& entry : std::filesystem::directory_iterator(folder))
-      if (entry.path().extension() == ".stl") options.scenes.push_back(entry.path().string());
-  std::sort(options.scenes.begin(), options.scenes.end());
-  if (options.scenes.empty()) std::printf("terrain meshes: skipped, %s has none\n", folder.string().c_str());
-  return !options.scenes.empty();
-}
-
-void print_markdown(const std::vector<Method>& methods, const Options& options, const Scores& scores) {
-  std::printf(
-      "\n| terrain | method | correct | over/under/missed | noise | coverage %% | unsafe %% | normal ° |"
-      " offset mm |\n|---|---|---:|---:|---:|---:|---:|---:|---:|\n");
-  for (std::size_t s = 0; s < options.scenes.size(); ++s)
-    for (std::size_t m = 0; m < methods.size(); ++m) {
-      const Score& score = scores[m][s];
-      std::printf("| %s | %s | %zu/%zu | %zu/%zu/%zu | %zu | %.1f | %.2f | %.2f | %.2f |\n",
-                  name_of_scene(options.scenes[s]).c_str(), methods[m].name.c_str(), score.correct,
-                  score.faces, score.over, score.under, score.missed, score.noise, score.coverage() * 100,
-                  score.unsafe_share() * 100, score.normal_mean_deg(), score.offset_mean_mm());
-    }
-}
-
 void body(Options options) {
   enable_paper_detector();
-  if (options.terrain && !take_terrains(options)) return;
+  if (options.terrain && (options.scenes = terrain_meshes()).empty()) return;
   const std::vector<Method> methods = methods_of(options);
   const Scores scores = score_all(options, methods);
 
@@ -396,12 +349,9 @@ void body(Options options) {
       "more than that and than 5 cm; \"all\" are errors over all matched faces.\n%s",
       options.sensor.c_str(), options.resolution, options.noise_scale, options.seeds.size(),
       evaluation::EvaluationOptions{}.min_area, table.text().c_str());
-  if (options.terrain) print_markdown(methods, options, scores);
   if (laps_of(options) > 1)
     std::printf("The path is walked %d times; poses drift by %g m and %g° a lap.\n", laps_of(options),
                 options.drift_m, options.drift_deg);
-  if (options.pcl_every > 1)
-    std::printf("pcl/… without \"offline\" saw every %zuth scan only.\n", options.pcl_every);
   if (!options.json.empty()) write_json_file(options.json, rows.dump(1));
 }
 
@@ -410,14 +360,14 @@ void body(Options options) {
 
 int main(int argc, char** argv) {
   octosurf::bench::Options options;
-  CLI::App app{"accuracy on simulated scenes, ours beside the paper's pipeline"};
+  CLI::App app{"accuracy on simulated scenes, ours beside the paper's detector and CGAL"};
   auto* scenes = app.add_option("--scenes", options.scenes, "names, or files of meshes")
                      ->delimiter(',')
                      ->capture_default_str();
   app.add_flag(
          "--terrain", options.terrain,
-         "the meshes of ../shared/data/terrain_meshes in their place, as Markdown, too; one seed and 300 "
-         "scans of each unless told otherwise")
+         "the meshes of ../shared/data/terrain_meshes in their place; one seed and 300 scans of each unless "
+         "stated")
       ->excludes(scenes);
   auto* seeds = app.add_option("--seeds", options.seeds)->delimiter(',')->capture_default_str();
   app.add_option("--sensor", options.sensor)->capture_default_str();
@@ -427,15 +377,11 @@ int main(int argc, char** argv) {
   app.add_option("--drift-deg", options.drift_deg, "degrees per lap by which they turn");
   app.add_option("--laps", options.laps, "times the path is walked [1; with drift 2]");
   app.add_option("--frames", options.frames, "scans of each recording (default: as many as show the scene)");
-  app.add_option("--pcl-every", options.pcl_every, "every k-th scan only for the PCL pipeline")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
   app.add_option("--threads", options.threads, "of Mapper")->check(CLI::PositiveNumber);
   app.add_option("--only", options.only,
-                 "methods whose name begins so: ours, ours/default, pcl, pcl/r=0.06 …")
+                 "methods whose name begins so: ours, ours/default, ours/paper, cgal …")
       ->delimiter(',');
-  app.add_option("--set", options.set, "NAME=VALUE for ours/default and at-once; may be repeated");
-  app.add_flag("--offline", options.offline, "also the PCL pipeline run once on all scans together");
+  app.add_option("--set", options.set, "NAME=VALUE for ours/default; may be repeated");
   app.add_flag("--verbose", options.verbose, "list faces that are not correct and surfaces that are unsafe");
   app.add_option("--json", options.json, "write the numbers there");
   CLI11_PARSE(app, argc, argv);

@@ -1,6 +1,8 @@
 #include "bench/cgal_planes.hpp"
 
 #include "bench/support.hpp"
+#include "geometry/rings.hpp"
+#include "support/alpha_shape_twin.hpp"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Random.h>
@@ -9,6 +11,7 @@
 #include <CGAL/pca_estimate_normals.h>
 #include <CGAL/property_map.h>
 #include <CGAL/version.h>
+#include <Eigen/Geometry>
 #include <boost/property_map/function_property_map.hpp>
 #include <cmath>
 #include <numeric>
@@ -125,6 +128,60 @@ CgalPlanes cgal_region_growing(const std::vector<Eigen::Vector3f>& points, const
 
 CgalPlanes cgal_efficient_ransac(const std::vector<Eigen::Vector3f>& points, const CgalSettings& settings) {
   return find(points, [&](PointNormals& cloud) { return draw_planes(cloud, settings); });
+}
+
+void CgalInput::add(const Scan& scan) {
+  const double range = parameters_.occupancy.max_range.value_or(sensing::default_max_range(scan.sensor));
+  const sensing::VoxelScan voxels = downsampler_(scan, 0, range);
+  for (const sensing::EndVoxel& end : voxels.ends) {
+    if ((end.centroid - voxels.origin).norm() > range || !seen_.insert(end.key.packed()).second) continue;
+    points_.push_back(end.centroid);
+    views_.emplace_back((voxels.origin - end.centroid).normalized());
+  }
+}
+
+CgalPlanes CgalInput::planes(CgalMethod method) const {
+  CgalSettings settings;
+  settings.tolerance = parameters_.surface_tolerance();
+  settings.angle_rad = parameters_.detection.smoothness_angle;
+  settings.gap = parameters_.max_hole_size();
+  settings.min_points = static_cast<std::size_t>(parameters_.min_surface_points());
+  return method(points_, settings);
+}
+
+Snapshot CgalInput::snapshot(const CgalPlanes& planes) const {
+  Snapshot snapshot;
+  snapshot.resolution = parameters_.occupancy.resolution;
+  for (const auto& region : planes.regions)
+    snapshot.surfaces.push_back(surface_of(region, static_cast<SurfaceId>(snapshot.surfaces.size() + 1)));
+  return snapshot;
+}
+
+/// Least-squares plane of the region, toward where it was seen from; outline: the paper's alpha shape.
+SurfacePtr CgalInput::surface_of(const std::vector<std::size_t>& region, SurfaceId id) const {
+  const FittedPlane fitted = least_squares_plane(points_, region);
+  Eigen::Vector3f view = Eigen::Vector3f::Zero();
+  for (const std::size_t i : region) view += views_[i];
+  auto surface = std::make_shared<Surface>();
+  surface->id = id;
+  surface->plane = fitted.plane;
+  if (fitted.plane.normal.dot(view.cast<double>()) < 0) {
+    surface->plane.normal *= -1;
+    surface->plane.offset *= -1;
+  }
+  surface->T_map_surface.linear() =
+      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), surface->plane.normal).toRotationMatrix();
+  surface->T_map_surface.translation() = fitted.centroid;
+  const Eigen::Isometry3d to_plane = surface->T_map_surface.inverse();
+  std::vector<Eigen::Vector2d> projected;
+  for (const std::size_t i : region) projected.push_back((to_plane * points_[i].cast<double>()).head<2>());
+  surface->polygons = alpha_shape(projected, parameters_.max_hole_size());
+  for (const Polygon& polygon : surface->polygons) {
+    surface->area_m2 += geometry::signed_area(polygon.outer);
+    for (const Ring2& hole : polygon.holes) surface->area_m2 += geometry::signed_area(hole);
+  }
+  surface->inliers = region.size();
+  return surface;
 }
 
 }  // namespace octosurf::bench

@@ -53,19 +53,6 @@ Ground::Place Ground::place(std::mt19937_64& rng, const std::vector<Eigen::Vecto
   return place;
 }
 
-bool Ground::obstructed(const Eigen::Isometry3d& T_map_contact, const std::vector<Eigen::Vector2d>& points,
-                        double low, double high) const {
-  constexpr double step = 0.01;
-  return std::any_of(faces_.begin(), faces_.end(), [&](const Face& face) {
-    for (double height = low; height <= high; height += step)
-      for (const Eigen::Vector2d& p : points) {
-        const Eigen::Vector3d at = face.T_face_map * (T_map_contact * Eigen::Vector3d(p.x(), p.y(), height));
-        if (std::abs(at.z()) <= step / 2 && face.region.contains(at.head<2>())) return true;
-      }
-    return false;
-  });
-}
-
 bool Ground::has_ground() const {
   return std::any_of(faces_.begin(), faces_.end(), [](const Face& face) {
     return !face.cells.empty() && face.truth->plane.normal.z() >= std::cos(max_slope);

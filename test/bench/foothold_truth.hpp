@@ -34,11 +34,6 @@ class Ground {
   };
   Place place(std::mt19937_64& rng, const std::vector<Eigen::Vector2d>& points) const;
 
-  /// Whether a true face cuts through what stands on `points` of a contact from `low` to `high` m over it;
-  /// faces that come no nearer than 5 mm to any point of a grid of 1 cm there do not.
-  bool obstructed(const Eigen::Isometry3d& T_map_contact, const std::vector<Eigen::Vector2d>& points,
-                  double low, double high) const;
-
   bool has_ground() const;
 
  private:

@@ -2,7 +2,6 @@
 // truth, for several margins, and beside them the convex hull's plain inset.
 
 #include "bench/foothold_truth.hpp"
-#include "bench/region_rows.hpp"
 #include "bench/support.hpp"
 #include "planning/contact_shape.hpp"
 #include "planning/convex_sides.hpp"
@@ -12,13 +11,11 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
 #include <random>
 #include <string>
-#include <tuple>
 #include <utility>
 
 #include <octosurf/contact.hpp>
@@ -36,7 +33,7 @@ struct Options {
   double noise_scale = 1;
   std::optional<std::size_t> frames;
   std::size_t count = 10000;
-  bool terrain = false, verbose = false;
+  bool terrain = false;
   std::string json;
 };
 
@@ -90,7 +87,6 @@ struct Tally {
   std::size_t asked = 0, good = 0;
   std::array<std::size_t, margins.size()> accepted{}, off_1cm{}, off_2cm{}, off_all{}, good_accepted{};
   std::size_t hull_accepted = 0, hull_off_1cm = 0, hull_off_2cm = 0, hull_good = 0;
-  std::map<std::string, std::size_t> good_refused;  ///< why, by the surface that supports most of the contact
   std::vector<double> us;
 
   void add(const Tally& other) {
@@ -107,7 +103,6 @@ struct Tally {
     hull_off_1cm += other.hull_off_1cm;
     hull_off_2cm += other.hull_off_2cm;
     hull_good += other.hull_good;
-    for (const auto& [why, count] : other.good_refused) good_refused[why] += count;
     us.insert(us.end(), other.us.begin(), other.us.end());
   }
 };
@@ -182,19 +177,7 @@ void ask_map(const Snapshot& snapshot, const std::vector<Walkable>& surfaces, co
       tally.off_2cm[m] += off > 0.02;
       tally.off_all[m] += off >= false_from;
     }
-    if (options.verbose && off > 0.01 && found.margin_m > 0.02)
-      std::fprintf(stderr, "surface %u at %.3f %.3f %.3f: off by %.1f mm, margin %.1f mm\n", surface.id,
-                   found.T_map_contact.translation().x(), found.T_map_contact.translation().y(),
-                   found.T_map_contact.translation().z(), 1e3 * off, 1e3 * found.margin_m);
   }
-}
-
-/// Of one that is refused. For want of support: by how much the contact stands out, or a gap in the octree.
-std::string reason_of(const Foothold& found) {
-  const std::string name(contact_refusal_name(*found.refused));
-  if (*found.refused != ContactRefusal::support) return name;
-  if (found.margin_m >= 0) return name + ", gap";
-  return name + (found.margin_m >= -0.005 ? ", < 5 mm" : found.margin_m >= -0.02 ? ", < 2 cm" : ", more");
 }
 
 /// Places that are truly supported and were seen: how many are accepted, by any surface that is there.
@@ -202,14 +185,12 @@ void ask_truth(const Snapshot& snapshot, const std::vector<Walkable>& surfaces, 
                const Ground& ground, const Foot& foot, double tolerance, const Options& options,
                std::mt19937_64& rng, Tally& tally) {
   const std::vector<Eigen::Vector2d> points = points_of(foot.shape, inside_by);
-  const std::vector<Eigen::Vector2d> foot_points = points_of(foot.shape, 0);
   for (std::size_t i = 0; i < options.count; ++i) {
     const Ground::Place place = ground.place(rng, points);
     if (!place.supported || !place.seen) continue;
     ++tally.good;
-    double margin = -1, supported = 0;
+    double margin = -1;
     bool hull = false;
-    std::string why = "no surface there";
     const Eigen::Vector3d at = place.T_map_contact.translation();
     for (const Walkable& one : surfaces) {
       const Surface& surface = *one.surface;
@@ -218,21 +199,11 @@ void ask_truth(const Snapshot& snapshot, const std::vector<Walkable>& surfaces, 
         continue;
       const double yaw = yaw_of(surface, place.T_map_contact.linear().col(0));
       const Foothold found = foothold(surface, foot.shape, at, yaw, foot.limits, &octree, nullptr, &snapshot);
-      if (found.accepted)
-        margin = std::max(margin, found.margin_m);
-      else if (found.supported > supported)
-        std::tie(supported, why) = std::pair(found.supported, reason_of(found));
+      if (found.accepted) margin = std::max(margin, found.margin_m);
       hull = hull || in_hull(one.hull, surface, foot.shape, found.T_map_contact);
     }
     for (std::size_t m = 0; m < margins.size(); ++m) tally.good_accepted[m] += margin >= margins[m];
     tally.hull_good += hull;
-    if (margin >= 0) continue;
-    if (why == contact_refusal_name(ContactRefusal::clearance))
-      why += ground.obstructed(place.T_map_contact, foot_points, foot.limits.obstacle_from_m,
-                               foot.limits.clearance_m)
-                 ? ", a true face is in it"
-                 : ", no true face is in it";
-    ++tally.good_refused[why];
   }
 }
 
@@ -243,10 +214,7 @@ struct Mapped {
 };
 Mapped map_of(const std::string& scene, std::uint64_t seed, const Options& options) {
   simulation::SimulationOptions simulation;
-  if (std::filesystem::path(scene).has_extension())
-    simulation.mesh = scene;
-  else
-    simulation.scene = scene;
+  set_scene(scene, simulation);
   simulation.sensor = options.sensor;
   simulation.seed = seed;
   simulation.noise_scale = options.noise_scale;
@@ -292,32 +260,16 @@ nlohmann::json json_of(const std::string& scene, const std::string& foot, const 
           {"hull_off_1cm", tally.hull_off_1cm},
           {"hull_off_2cm", tally.hull_off_2cm},
           {"hull_good_accepted", tally.hull_good},
-          {"good_refused", tally.good_refused},
           {"us_p50", percentile(tally.us, 0.5)},
           {"us_p99", percentile(tally.us, 0.99)}};
 }
 
-/// The scenes that --terrain stands for; false if the meshes are missing.
-bool take_terrains(Options& options) {
-  const std::filesystem::path folder = std::filesystem::path(OCTOSURF_DATA_DIR) / "terrain_meshes";
-  options.scenes.clear();
-  if (std::filesystem::is_directory(folder))
-    for (const auto& entry : std::filesystem::directory_iterator(folder))
-      if (entry.path().extension() == ".stl") options.scenes.push_back(entry.path().string());
-  std::sort(options.scenes.begin(), options.scenes.end());
-  if (options.scenes.empty()) std::printf("terrain meshes: skipped, %s has none\n", folder.string().c_str());
-  return !options.scenes.empty();
-}
-
 /// All that is asked of one map, for each foot.
-void ask(const Mapped& mapped, const std::string& name, const std::vector<Foot>& feet, const Options& options,
-         std::uint64_t seed, std::vector<Tally>& tallies, TextTable& regions) {
+void ask(const Mapped& mapped, const std::vector<Foot>& feet, const Options& options, std::uint64_t seed,
+         std::vector<Tally>& tallies) {
   const double tolerance = std::max(0.02, 1.5 * mapped.snapshot->resolution);
   const Ground ground(mapped.truth, tolerance);
   const std::vector<Walkable> surfaces = walkable(*mapped.snapshot);
-  for (const Walkable& one : surfaces)
-    if (one.surface->area_m2 > 1)
-      regions.add(time_regions(name + ", " + std::to_string(one.surface->id), *one.surface));
   if (surfaces.empty() || !ground.has_ground()) return;
   std::mt19937_64 rng(seed);
   for (std::size_t f = 0; f < feet.size(); ++f) {
@@ -328,19 +280,17 @@ void ask(const Mapped& mapped, const std::string& name, const std::vector<Foot>&
 }
 
 void body(Options options) {
-  if (options.terrain && !take_terrains(options)) return;
+  if (options.terrain && (options.scenes = terrain_meshes()).empty()) return;
   const std::vector<Foot> feet = all_feet();
   std::vector<Tally> totals(feet.size());
   TextTable table({"scene, foot, margin", "accepted", "off > 1 cm", "%", "off > 2 cm", "false", "good ones",
                    "% accepted"});
-  TextTable regions({"surface, 8 headings of the sole", "boundary points", "region ms", "max", "parts",
-                     "in 12 pieces %", "pieces", "ms"});
   nlohmann::json rows = nlohmann::json::array();
   for (const std::string& scene : options.scenes) {
     std::vector<Tally> tallies(feet.size());
     const std::string name = std::filesystem::path(scene).stem().string();
     for (const std::uint64_t seed : options.seeds) {
-      ask(map_of(scene, seed, options), name, feet, options, seed, tallies, regions);
+      ask(map_of(scene, seed, options), feet, options, seed, tallies);
       std::fprintf(stderr, "%s %zu done\n", name.c_str(), static_cast<std::size_t>(seed));
     }
     for (std::size_t f = 0; f < feet.size(); ++f) {
@@ -354,17 +304,12 @@ void body(Options options) {
     rows.push_back(json_of("all", feet[f].name, totals[f], options));
     std::printf("foothold(), %s: p50 %.1f µs, p99 %.1f µs of %zu\n", feet[f].name.c_str(),
                 percentile(totals[f].us, 0.5), percentile(totals[f].us, 0.99), totals[f].us.size());
-    std::printf("of %zu good ones refused:", totals[f].good);
-    for (const auto& [why, count] : totals[f].good_refused) std::printf("  %s: %zu", why.c_str(), count);
-    std::printf("\n");
   }
   std::printf(
       "%s sensor, noise ×%g, %zu seeds; accepted: of %zu random ones in the surfaces' hulls; off: a part of "
       "the contact lies over what is not a true surface, by more than that (false: 5 cm); good ones: random "
       "ones on true faces, supported with 1 cm to spare and seen.\n%s",
       options.sensor.c_str(), options.noise_scale, options.seeds.size(), options.count, table.text().c_str());
-  regions.add(time_regions("hall", hall(10000)));
-  std::printf("%s", regions.text().c_str());
   if (!options.json.empty()) write_json_file(options.json, rows.dump(1));
 }
 
@@ -389,7 +334,6 @@ int main(int argc, char** argv) {
                  "random footholds on each map, of each foot, and as many on its truth")
       ->capture_default_str();
   app.add_option("--json", options.json, "write the numbers there");
-  app.add_flag("--verbose", options.verbose, "tell each that is off although it keeps a margin of 2 cm");
   CLI11_PARSE(app, argc, argv);
   if (options.terrain && !options.frames) options.frames = 300;  // a step of 10 to 15 cm each
   return octosurf::bench::guarded_main([&] { octosurf::bench::body(options); });

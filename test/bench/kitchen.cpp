@@ -1,6 +1,5 @@
 // The kitchen, a real recording without truth: what a map of it looks like, told by what must not be in it.
 
-#include "bench/picture_sheet.hpp"
 #include "bench/support.hpp"
 
 #include <CLI/CLI.hpp>
@@ -9,14 +8,12 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <octomap/OcTree.h>
 
 #include <octosurf/diagnosis.hpp>
 #include <octosurf/error.hpp>
-#include <octosurf/export.hpp>
 #include <octosurf/mapper.hpp>
 #include <octosurf/up.hpp>
 
@@ -34,8 +31,7 @@ struct Options {
   double min_area = 0.05;
   std::size_t octomap_every = 0;
   std::vector<std::string> set;
-  std::vector<std::size_t> views{0, 120, 240};
-  std::string pictures, json;
+  std::string json;
 };
 
 /// Up in the recording's frame: what gravity-direction.txt tells, else z.
@@ -61,7 +57,7 @@ Snapshot turned(const Snapshot& snapshot, const Eigen::Isometry3d& T) {
 
 struct Mapped {
   Snapshot snapshot;  ///< z up
-  std::vector<Eigen::Isometry3d> poses;
+  std::size_t scans = 0;
   double ms = 0;  ///< all scans
   std::array<double, stage_names.size()> stage_ms{};
   std::vector<double> octomap_ms;  ///< OctoMap's insertion of every octomap_every-th scan
@@ -84,12 +80,7 @@ double insertion_ms(octomap::OcTree& tree, const Scan& scan) {
 Mapped map_all(const Options& options, const std::filesystem::path& recording) {
   Parameters parameters;
   parameters.occupancy.resolution = options.resolution;
-  for (const std::string& assignment : options.set) {
-    const std::size_t equals = assignment.find('=');
-    if (equals == std::string::npos)
-      throw Error(Error::Kind::usage, "--set " + assignment, "has no value", "write --set NAME=VALUE");
-    set_parameter(parameters, assignment.substr(0, equals), assignment.substr(equals + 1));
-  }
+  set_parameters(parameters, options.set);
   const Eigen::Vector3d up = true_up(recording);
   const Eigen::Isometry3d T(upright(up));
   Mapper mapper(parameters, options.threads);
@@ -101,9 +92,9 @@ Mapped map_all(const Options& options, const std::filesystem::path& recording) {
     mapped.ms += time_ms([&] { report = mapper.insert(scan); });
     for (std::size_t stage = 0; stage < stage_names.size(); ++stage)
       mapped.stage_ms[stage] += report.stage_ms[stage];
-    if (options.octomap_every != 0 && mapped.poses.size() % options.octomap_every == 0)
+    if (options.octomap_every != 0 && mapped.scans % options.octomap_every == 0)
       mapped.octomap_ms.push_back(insertion_ms(octomap, scan));
-    mapped.poses.push_back(T * scan.T_map_sensor);
+    ++mapped.scans;
   });
   mapper.drain();
   mapped.snapshot = turned(*mapper.snapshot(), T);
@@ -180,63 +171,6 @@ void print_double_layers(const Snapshot& snapshot, nlohmann::json& json) {
   std::printf("%s", table.text().c_str());
 }
 
-/// From above, from where the camera stood, and from outside.
-void draw(const Mapped& mapped, const Options& options) {
-  const std::filesystem::path folder(options.pictures);
-  std::filesystem::create_directories(folder);
-  PictureOptions picture;
-  picture.force = true;
-  const auto write = [&](const std::string& name) {
-    render_png(mapped.snapshot, folder / (name + ".png"), picture);
-    std::printf("%s\n", (folder / (name + ".png")).c_str());
-  };
-  for (const ViewFrom from :
-       {ViewFrom::iso, ViewFrom::top, ViewFrom::front, ViewFrom::back, ViewFrom::left, ViewFrom::right}) {
-    picture.from = from;
-    write("kitchen-" + std::string(view_names[static_cast<std::size_t>(from)]));
-  }
-  for (const std::size_t frame : options.views) {
-    if (frame >= mapped.poses.size()) continue;
-    const Eigen::Isometry3d& pose = mapped.poses[frame];
-    picture.eye = pose.translation();
-    picture.target = pose * Eigen::Vector3d(0, 0, 1.5);  // along the optical axis
-    write("kitchen-frame" + std::to_string(frame * options.every));
-  }
-}
-
-/// A colour frame beside the map as seen from its place, from above and from outside.
-void draw_sheet(const Mapped& mapped, const Options& options, const std::filesystem::path& recording) {
-  constexpr int width = 960, height = 720;
-  const std::filesystem::path folder(options.pictures), sheet = folder / "kitchen.png",
-                                                        part = folder / "kitchen-part.png";
-  std::vector<Picture> pictures;
-  PictureOptions picture;
-  picture.force = true;
-  const auto view = [&] {
-    render_png(mapped.snapshot, part, picture);
-    pictures.push_back(read_picture(part));
-  };
-  const std::size_t wanted = options.views.empty() ? 0 : options.views.front() * options.every;
-  const std::optional<ColorFrame> color = color_frame_near(recording, wanted);
-  if (color) pictures.push_back(read_picture(color->file));
-  const std::size_t place = (color ? color->frame : wanted) / options.every;
-  if (place < mapped.poses.size()) {
-    picture.eye = mapped.poses[place].translation();
-    picture.target = mapped.poses[place] * Eigen::Vector3d(0, 0, 1.5);
-    view();
-    picture.eye.reset();
-    picture.target.reset();
-  }
-  for (const ViewFrom from : {ViewFrom::top, ViewFrom::iso}) {
-    picture.from = from;
-    view();
-  }
-  std::filesystem::remove(part);
-  write_picture(sheet_of(pictures, width, height), sheet);
-  std::printf("%s: %s%s\n", sheet.c_str(), color ? color->file.filename().c_str() : "no colour frame found",
-              ", the map from its place, from above and from outside");
-}
-
 void body(const Options& options) {
   const std::filesystem::path recording =
       options.input.empty() ? kitchen() : std::filesystem::path(options.input);
@@ -246,15 +180,14 @@ void body(const Options& options) {
                     [&](const SurfacePtr& surface) { return surface->area_m2 >= options.min_area; }));
   double area = 0;
   for (const SurfacePtr& surface : mapped.snapshot.surfaces) area += surface->area_m2;
-  const auto scans = static_cast<double>(std::max<std::size_t>(mapped.poses.size(), 1));
-  std::printf("%zu scans, d = %g m, %.1f ms a scan:", mapped.poses.size(), options.resolution,
-              mapped.ms / scans);
+  const auto scans = static_cast<double>(std::max<std::size_t>(mapped.scans, 1));
+  std::printf("%zu scans, d = %g m, %.1f ms a scan:", mapped.scans, options.resolution, mapped.ms / scans);
   for (std::size_t stage = 0; stage < stage_names.size(); ++stage)
     std::printf(" %s %.1f", stage_names[stage].data(), mapped.stage_ms[stage] / scans);
   std::printf("\n");
   std::printf("surfaces: %zu, of them %zu of %g m² and more; %.2f m²\n", mapped.snapshot.surfaces.size(),
               over, options.min_area, area);
-  nlohmann::json json{{"scans", mapped.poses.size()},
+  nlohmann::json json{{"scans", mapped.scans},
                       {"resolution", options.resolution},
                       {"surfaces", mapped.snapshot.surfaces.size()},
                       {"surfaces_over_min_area", over},
@@ -275,10 +208,6 @@ void body(const Options& options) {
       mapped.up.level_m2, mapped.up_error_rad * deg, mapped.up.rival);
   print_double_layers(mapped.snapshot, json);
   print_levels(level_surfaces(mapped.snapshot, options.min_area), json);
-  if (!options.pictures.empty()) {
-    draw(mapped, options);
-    draw_sheet(mapped, options, recording);
-  }
   if (!options.json.empty()) write_json_file(options.json, json.dump(1));
 }
 
@@ -298,10 +227,6 @@ int main(int argc, char** argv) {
                  "OctoMap inserts every k-th of the scans, in turn with ours; 0: none");
   app.add_option("--min-area", options.min_area, "m²: surfaces that are counted")->capture_default_str();
   app.add_option("--set", options.set, "NAME=VALUE; may be repeated");
-  app.add_option("--pictures", options.pictures, "folder for pictures from all sides and from the camera");
-  app.add_option("--views", options.views, "frames from whose place a picture is taken")
-      ->delimiter(',')
-      ->capture_default_str();
   app.add_option("--json", options.json, "write the numbers there");
   CLI11_PARSE(app, argc, argv);
   return octosurf::bench::guarded_main([&] { octosurf::bench::body(options); });

@@ -16,9 +16,7 @@
 #include <random>
 
 #include <octosurf/error.hpp>
-#include <octosurf/export.hpp>
 #include <octosurf/footsteps.hpp>
-#include <octosurf/plan_files.hpp>
 
 namespace octosurf::bench {
 namespace {
@@ -32,9 +30,7 @@ struct Options {
   std::size_t way = 0;  ///< expansions that decide whether there is a way at all; 0: not looked for
   std::optional<double> edge_margin_m;  ///< in place of the robot's own
   std::string robot = "biped";
-  std::filesystem::path pictures;
   std::string json;
-  bool verbose = false;
 };
 
 /// CPU time, because other work may share the machine and a planner has one thread.
@@ -57,20 +53,6 @@ struct Result {
   double first_ms = 0;
 };
 
-void draw(const Options& options, const World& world, const Robot& robot, const FootstepPlan& plan) {
-  if (options.pictures.empty() || plan.steps.empty()) return;
-  std::filesystem::create_directories(options.pictures);
-  PictureOptions picture;
-  picture.force = true;
-  picture.meshes = footprints(plan, robot);
-  Eigen::AlignedBox3d box;
-  for (const Standing& pose : plan.body) box.extend(pose.at);
-  picture.target = box.center();
-  const double away = 1.2 * box.diagonal().norm() + 1.5;
-  picture.eye = box.center() + away * Eigen::Vector3d(-0.45, -0.55, 0.75);
-  render_png(*world.mapped, options.pictures / (world.name + "_" + options.robot + ".png"), picture);
-}
-
 Result run(const Options& options, const World& world) {
   Robot robot = options.robot == "biped" ? Robot(Biped{}) : Robot(Quadruped{});
   if (options.edge_margin_m)
@@ -87,7 +69,6 @@ Result run(const Options& options, const World& world) {
     }
   };
   Result result;
-  FootstepPlan longest;
   for (; result.goals < options.goals; ++result.goals) {
     const Standing from = standing();
     Standing to = standing();
@@ -102,10 +83,6 @@ Result run(const Options& options, const World& world) {
     result.ways += mapped.found() || (options.way > 0 && on_map.plan(from, to, {options.way, 0, {}}).found());
     result.only_mapped += mapped.found() && !truth.found();
     result.only_truth += truth.found() && !mapped.found();
-    if (options.verbose && !mapped.found())
-      std::fprintf(stderr, "%s %zu: %s; on the truth: %s\n", world.name.c_str(), result.goals,
-                   mapped.refusal->sentence.c_str(),
-                   truth.found() ? "found" : truth.refusal->sentence.c_str());
     if (!mapped.found()) {
       result.unreachable += mapped.refusal->why != NoPlan::Why::budget;
       result.budget += mapped.refusal->why == NoPlan::Why::budget;
@@ -123,13 +100,7 @@ Result run(const Options& options, const World& world) {
     result.touching += touch;
     const std::vector<std::string> wrong = verify_plan(mapped, *world.mapped, world.octree, robot);
     result.refuted += !wrong.empty();
-    if (options.verbose && (off > 0 || touch || !wrong.empty()))
-      std::fprintf(stderr, "%s %zu: %zu of %zu soles off%s%s\n", world.name.c_str(), result.goals, off,
-                   mapped.steps.size(), touch ? ", touches" : "",
-                   wrong.empty() ? "" : (", " + wrong.front()).c_str());
-    if (mapped.steps.size() > longest.steps.size()) longest = mapped;
   }
-  draw(options, world, robot, longest);
   return result;
 }
 
@@ -210,9 +181,7 @@ int main(int argc, char** argv) {
   app.add_option("--improving", options.budget.improving, "further ones to find a better one")
       ->capture_default_str();
   app.add_option("--edge-margin", options.edge_margin_m, "of footholds, m, in place of the robot's own");
-  app.add_option("--pictures", options.pictures, "folder for one picture of each scene");
   app.add_option("--json", options.json, "write the numbers there");
-  app.add_flag("--verbose", options.verbose, "tell what was refused and why");
   CLI11_PARSE(app, argc, argv);
   return octosurf::bench::guarded_main([&] { octosurf::bench::body(options); });
 }

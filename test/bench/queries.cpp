@@ -130,37 +130,6 @@ Parameters parameters_of(const Options& options) {
   return parameters;
 }
 
-void time_octree(const Options& options, const std::vector<Scan>& scans) {
-  Mapper mapper(parameters_of(options));
-  for (const Scan& scan : scans) mapper.insert(scan);
-  mapper.drain();
-  const OccupancyView octree = mapper.map().octree();
-  std::vector<Eigen::Vector3d> points;
-  mapper.map().for_each_point([&](const Map::Voxel& voxel) { points.push_back(*voxel.point); });
-  std::mt19937_64 random(options.seed);
-  Eigen::Vector3d point, other;
-  const auto next = [&] {
-    std::normal_distribution<double> near(0, 0.3);
-    point = points[random() % points.size()] + Eigen::Vector3d(near(random), near(random), near(random));
-    other = points[random() % points.size()];
-  };
-  std::size_t found = 0;
-  TextTable table({"question to the kitchen's octree, us", "p50", "p99", "p99.9"});
-  const auto row = [&](const char* name, const std::function<void()>& work) {
-    add_row(table, name, times_us(options.questions, next, work));
-  };
-  row("a point", [&] { found += octree.at(point).state == OccupancyView::State::occupied; });
-  row("the nearest occupied voxel within 0.5 m",
-      [&] { found += octree.nearest_occupied(point, 0.5).has_value(); });
-  row("the way to another place, until something is in it",
-      [&] { found += octree.first_on_way(point, other).has_value(); });
-  const Eigen::Vector3d half(0.15, 0.15, 0.15);
-  row("voxels of a box of 0.3 m counted", [&] {
-    found += octree.count({point - half, point + half}).occupied;
-  });
-  std::printf("%s\n(%zu voxels with a point, %zu answers)\n\n", table.text().c_str(), points.size(), found);
-}
-
 /// Milliseconds of each insert; with a reader: snapshots, their index and questions at full speed.
 std::vector<double> map_times(const Options& options, const std::vector<Scan>& scans, bool shared,
                               bool reader, std::size_t& questions) {
@@ -239,7 +208,6 @@ int main(int argc, char** argv) {
   return guarded_main([&] {
     time_questions(options);
     const std::vector<octosurf::Scan> scans = kitchen_scans(options);
-    time_octree(options, scans);
     time_index(options, scans);
     time_mapping(options, scans);
   });

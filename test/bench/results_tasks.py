@@ -35,8 +35,8 @@ def accuracy(name, title, minutes, *arguments, at_most=1000, needs="", group="ac
 
 
 def paper(options, output):
-    """The PCL pipeline takes a third of a second a scan and more: 20 scans of each recording, the same for all."""
-    return [PROGRAMS / "bench_accuracy", "--only", "ours/default,ours/paper,pcl", "--frames", "20", "--seeds", seeds(options, 2),
+    """The paper's detector takes a third of a second a scan and more: 20 scans of each recording, the same for all."""
+    return [PROGRAMS / "bench_accuracy", "--only", "ours,cgal", "--frames", "20", "--seeds", seeds(options, 2),
             "--json", output]
 
 
@@ -81,16 +81,13 @@ TASKS = [
     Task("demo", "demo", "the demo's output and picture", "octosurf_app", demo, 0.2, parse=demo_output),
     accuracy("depth", "depth camera, d = 2 cm", 0.5),
     accuracy("depth-real", "depth camera with a real one's faults, d = 2 cm", 0.8, "--sensor", "depth-real"),
-    Task("paper", "paper", "the paper's pipeline from PCL, 20 scans each", "bench_accuracy", paper, 1.2),
+    Task("paper", "paper", "the paper's detector from PCL's parts and CGAL, 20 scans each", "bench_accuracy", paper, 1.2),
     accuracy("terrain", "terrain meshes, depth camera", 1.1, "--terrain", at_most=1, needs="terrain_meshes", group="terrain"),
     Task("kitchen", "kitchen-2cm", "the kitchen, d = 2 cm", "bench_kitchen", kitchen(0.02, 1), 0.3, KITCHEN),
     Task("table1", "table1", "the paper's Table I", "bench_table1", table1(), 0.8, KITCHEN),
     # At 1 cm moving least squares over all that is pending take minutes for each run.
     Task("table1", "table1-paper", "the paper's Table I by the paper's detector", "bench_table1",
          table1("--detector", "paper", "--resolution", "0.02"), 0.6, KITCHEN),
-    Task("table1", "table1-camera", "the paper's Table I at a camera's rate", "bench_table1",
-         table1("--sensor", "depth", "--increment", "0", "--preset", "default", "--detector", "likelihood", "--thin", "1"),
-         1.8, KITCHEN),
     speed("kitchen", 3.5),
     speed("app", 1.5, pattern="app|realtime"),
     accuracy("spinning", "spinning lidar, d = 2 cm", 0.6, "--sensor", "spinning"),
@@ -103,11 +100,7 @@ TASKS = [
     Task("kitchen", "kitchen-1cm", "the kitchen, d = 1 cm, every third frame", "bench_kitchen", kitchen(0.01, 3), 0.9,
          KITCHEN),
     speed("lidar", 3, needs=""),
-    speed("pcl", 2),
     speed("loading", 0.5),
-    speed("planes", 3),
-    speed("normals", 1),
-    speed("derive", 1, needs=""),
     accuracy("depth-1cm", "depth camera, d = 1 cm", 3, "--resolution", "0.01", long=True),
     speed("long_run", 5, needs="", long=True),
 ]

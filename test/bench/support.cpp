@@ -75,6 +75,34 @@ std::filesystem::path kitchen() {
   return folder;
 }
 
+std::vector<std::string> terrain_meshes() {
+  const std::filesystem::path folder = std::filesystem::path(OCTOSURF_DATA_DIR) / "terrain_meshes";
+  std::vector<std::string> meshes;
+  if (std::filesystem::is_directory(folder))
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+      if (entry.path().extension() == ".stl") meshes.push_back(entry.path().string());
+  std::sort(meshes.begin(), meshes.end());
+  if (meshes.empty()) std::printf("terrain meshes: skipped, %s has none\n", folder.string().c_str());
+  return meshes;
+}
+
+void set_parameters(Parameters& parameters, const std::vector<std::string>& assignments) {
+  for (const std::string& assignment : assignments) {
+    const std::size_t equals = assignment.find('=');
+    if (equals == std::string::npos)
+      throw Error(Error::Kind::usage, "--set " + assignment, "has no value", "write --set NAME=VALUE");
+    set_parameter(parameters, assignment.substr(0, equals), assignment.substr(equals + 1));
+  }
+}
+
+Parameters paper_parameters(double resolution, double search_radius) {
+  Parameters parameters = Parameters::paper();
+  parameters.occupancy.resolution = resolution;
+  parameters.surfaces.surface_tolerance = parameters.surfaces.sensor_noise + resolution * std::sqrt(3.0);
+  parameters.detection.search_radius = parameters.detection.normal_radius = search_radius;
+  return parameters;
+}
+
 void for_each_scan(const std::filesystem::path& recording, std::size_t every, std::size_t limit,
                    const std::function<void(const Scan&, double read_ms)>& visit) {
   const auto source = open_scans({recording});

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include <octosurf/parameters.hpp>
 #include <octosurf/scan.hpp>
 #include <octosurf/surface.hpp>
 
@@ -38,6 +39,14 @@ double time_ms(const std::function<void()>& work);
 
 /// The kitchen of ../shared/data, or what stands in its place; throws Error(data) if it is missing.
 std::filesystem::path kitchen();
+
+/// All meshes of ../shared/data/terrain_meshes, or a line that says that there are none.
+std::vector<std::string> terrain_meshes();
+
+/// NAME=VALUE each; throws Error(usage) if one is not.
+void set_parameters(Parameters& parameters, const std::vector<std::string>& assignments);
+/// The paper's (its section V), at this resolution and r.
+Parameters paper_parameters(double resolution, double search_radius);
 
 /// Every `every`-th scan of a recording, at most `limit` (0: all); `visit` also gets the ms it took
 /// to read it.

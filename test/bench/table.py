@@ -14,13 +14,10 @@ Each side's time is Google Benchmark's, mean over a recording's scans; of severa
 median, with their coefficient of variation. Both sides run in one process on the same scans, which are read
 beforehand.
 OctoMap's insertion: `insertPointCloud` lazy and discretised, then `updateInnerOccupancy`, points already in
-the map's frame. PCL pipeline: the paper's steps from stock PCL parts (`test/reference`). CGAL: normals from
-24 neighbours, 12 for growing, octosurf's tolerance, angle and least size, voxel centroids given; it knows
-neither outlines nor free space, and of ours only the stages from `retract` on are counted beside it.
-Outlines from scratch: adding or projecting the inliers is not counted."""
+the map's frame."""
 
-OURS = ("occupancy", "plain", "mapper", "load_map", "normal_field", "grown")
-GROUPS = ("kitchen", "lidar", "pcl", "loading", "planes", "normals", "derive", "long_run", "app", "realtime")
+OURS = ("occupancy", "plain", "mapper", "load_map")
+GROUPS = ("kitchen", "lidar", "loading", "long_run", "app", "realtime")
 ALONE = ("long_run", "app", "realtime")  # groups whose benchmarks have no other side
 
 
@@ -80,37 +77,6 @@ def loading(ours, theirs):
     return cells(ours, theirs, "")
 
 
-def correct_percent(side):
-    return 100 * side["correct"] / side["faces"] if side.get("faces") else None
-
-
-def planes(ours, theirs):
-    if "faces" in ours:
-        beside = " / ".join(f'{correct_percent(side):.0f} % of {side["faces"]:.0f} faces correct, {side["noise"]:.0f} '
-                            f'surfaces of noise, {100 * side["unsafe_m2"] / side["area_m2"]:.1f} % unsafe'
-                            for side in (ours, theirs))
-    else:
-        beside = f'{ours["surfaces"]:.0f} / {theirs["surfaces"]:.0f} surfaces'
-    if "insert_all_ms" in ours:
-        beside += f'; all scans\' inserts together {unit(ours["insert_all_ms"], "ms")}'
-    else:
-        beside += f'; with voxels and free space {unit(ours["insert_ms"], "ms")}'
-    return cells(ours, theirs, beside)
-
-
-def normals(ours, theirs):
-    return cells(ours, theirs, f'{ours["mean_angle_deg"]:.2f}° apart (95 % within {ours["p95_angle_deg"]:.2f}°) at '
-                               f'{ours["planar_points"]:,.0f} planar points')
-
-
-def derive(ours, theirs):
-    vertices = f'{ours["vertices"]:,.0f} vertices'
-    if "digest" in theirs:
-        return cells(ours, theirs, equality(ours, theirs, f"outlines of {vertices}"))
-    apart = 100 * abs(ours["area_m2"] - theirs["area_m2"]) / theirs["area_m2"]
-    return cells(ours, theirs, f"{vertices}; areas differ by {apart:.3f} %")
-
-
 def long_run(row):
     def lap(number):
         return f'p50 {short(row[f"lap{number}_p50_ms"])} ms, p99 {short(row[f"lap{number}_p99_ms"])} ms'
@@ -137,12 +103,12 @@ def realtime(row):
 
 
 CELLS = {"occupancy": insertion, "plain": insertion, "mapper": whole_scan, "load_map": loading,
-         "normal_field": normals, "grown": derive, "long_run": long_run, "app": app, "realtime": realtime}
+         "long_run": long_run, "app": app, "realtime": realtime}
 
 
 def conditions(context):
-    return f'{context["cpu_model"]}, {context["num_cpus"]} cores; {context["compiler"]}; OctoMap {context["octomap"]}, ' \
-        f'PCL {context["pcl"]}, CGAL {context["cgal"]}; {context["date"][:10]}, commit ' \
+    return f'{context["cpu_model"]}, {context["num_cpus"]} cores; {context["compiler"]}; OctoMap {context["octomap"]}; ' \
+        f'{context["date"][:10]}, commit ' \
         f'{context.get("commit", "unknown")}, {context["form"]}'
 
 
@@ -174,8 +140,6 @@ def losses(ours, theirs):
     """What the other does better."""
     if theirs["ms"] < ours["ms"]:
         yield f'{theirs["ms"] / ours["ms"]:.2f}×'
-    if ours.get("faces") and correct_percent(ours) < correct_percent(theirs):
-        yield f"{correct_percent(ours):.0f} to {correct_percent(theirs):.0f} % correct"
 
 
 def losses_alone(row):
@@ -198,8 +162,7 @@ def compared(sides):
         for other, theirs in sides.items():
             if other.rpartition("/")[0] != path or other.rpartition("/")[2] in OURS:
                 continue
-            show = planes if group == "planes" else CELLS[side]
-            yield ours["label"], theirs["label"], show(ours, theirs), losses(ours, theirs)
+            yield ours["label"], theirs["label"], CELLS[side](ours, theirs), losses(ours, theirs)
             if group == "kitchen" and side == "occupancy":
                 mine, least = heap_per_leaf(ours, theirs)
                 yield ours["label"].replace("occupancy insertion", "heap per octree leaf"), "OctoMap's pruned tree", \

@@ -1,7 +1,6 @@
 // Table I of the paper beside ours: same columns, same meaning (docs/formats.md §1). As the paper measured
-// it: a tilting laser, data in increments of one second, the paper's parameters; or as a camera's scans come.
+// it: a tilting laser, data in increments of one second, the paper's parameters.
 
-#include "backlog.hpp"
 #include "bench/support.hpp"
 #include "run_statistics.hpp"
 #include "simulation/recording.hpp"
@@ -10,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <deque>
 #include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -29,8 +27,8 @@ struct Options {
   std::vector<std::string> rows{"simple", "complex", "real"};
   std::vector<double> resolutions{0.02, 0.01};
   std::vector<std::string> detectors{"likelihood"};
-  std::string sensor = "tilting", preset = "paper";
-  double increment_s = 1;  // 0: each scan when it was taken
+  std::string sensor = "tilting";
+  double increment_s = 1;
   // One in so many readings of the real recording, so that at 2 cm as many are new as in the paper's: a laser
   // has fewer than a camera.
   std::size_t thinned = 24;
@@ -38,7 +36,6 @@ struct Options {
   std::optional<std::size_t> frames;
   std::string input, json;
   int threads = 1;
-  std::size_t together = 16;  // as by `octosurf map`
 };
 
 struct Numbers {
@@ -61,29 +58,37 @@ std::optional<Numbers> of_the_paper(const std::string& row, double resolution) {
   return std::nullopt;
 }
 
-/// Feeds scans as they arrive: in increments, each at its end and all of it together, or as `octosurf map
-/// --realtime` does: a scan arrives at its time stamp and waits until those before it are done; where mapping
-/// falls behind, scans that wait are mapped together. Time runs by the stamps and the measured milliseconds,
-/// so nothing has to sleep.
+/// Feeds scans in increments, each at its end and all of it together. Time runs by the stamps and the
+/// measured milliseconds, so nothing has to sleep.
 class LiveRun {
  public:
   LiveRun(const Parameters& parameters, const Options& options)
-      : mapper_(parameters, options.threads),
-        statistics_(parameters),
-        increment_s_(options.increment_s),
-        together_(options.together),
-        backlog_(together_) {}
+      : mapper_(parameters, options.threads), statistics_(parameters), increment_s_(options.increment_s) {}
 
   void arrive(Scan scan) {
     if (!first_s_) first_s_ = scan.stamp_s;
-    double at_s = scan.stamp_s;
-    if (increment_s_ > 0)
-      at_s = *first_s_ + increment_s_ * (1 + std::floor((at_s - *first_s_) / increment_s_));
-    map_until(at_s);
-    waiting_.push_back({at_s, std::move(scan)});
+    const double at_s =
+        *first_s_ + increment_s_ * (1 + std::floor((scan.stamp_s - *first_s_) / increment_s_));
+    if (at_s > increment_at_s_) finish();
+    increment_at_s_ = at_s;
+    scans_.push_back(std::move(scan));
   }
-  /// No more scans arrive.
-  void finish() { map_until(std::numeric_limits<double>::infinity()); }
+  /// Maps what has come together.
+  void finish() {
+    const double start_s = std::max(increment_at_s_, free_at_s_);
+    std::vector<ScanReport> reports;
+    const double took_s =
+        time_ms([&] {
+          while (reports.size() < scans_.size())  // it stops before one that is refused, which then throws
+            std::ranges::move(mapper_.insert_all(std::span(scans_).subspan(reports.size())),
+                              std::back_inserter(reports));
+        }) /
+        1000;
+    free_at_s_ = start_s + took_s;
+    for (std::size_t i = 0; i < reports.size(); ++i)
+      statistics_.add(scans_[i], reports[i], increment_at_s_, free_at_s_);
+    scans_.clear();
+  }
 
   Numbers numbers() const {
     const nlohmann::json report = nlohmann::json::parse(statistics_.to_json(mapper_.map()));
@@ -95,74 +100,16 @@ class LiveRun {
   }
 
  private:
-  struct Arrival {
-    double at_s = 0;
-    Scan scan;
-  };
-
-  /// Whatever is begun before then.
-  void map_until(double stamp_s) {
-    while (!waiting_.empty()) {
-      const double start_s = std::max(waiting_.front().at_s, free_at_s_);
-      if (start_s >= stamp_s) return;
-      insert(increment_s_ > 0 ? of_increment() : that_wait(start_s), start_s);
-    }
-  }
-
-  std::size_t of_increment() const {
-    const auto ends = std::find_if(waiting_.begin(), waiting_.end(),
-                                   [&](const Arrival& a) { return a.at_s > waiting_.front().at_s; });
-    return static_cast<std::size_t>(ends - waiting_.begin());
-  }
-
-  std::size_t that_wait(double start_s) {
-    backlog_.next(waiting_.front().at_s, start_s - waiting_.front().at_s);
-    std::size_t count = 1;
-    for (; backlog_.join() && count < std::min(together_, waiting_.size()); ++count) {
-      if (waiting_[count].at_s > start_s) break;
-      backlog_.joined(waiting_[count].at_s);
-    }
-    return count;
-  }
-
-  void insert(std::size_t count, double start_s) {
-    std::vector<double> arrivals_s;
-    std::vector<Scan> scans;
-    for (; scans.size() < count; waiting_.pop_front()) {
-      arrivals_s.push_back(waiting_.front().at_s);
-      scans.push_back(std::move(waiting_.front().scan));
-    }
-    std::vector<ScanReport> reports;
-    const double took_s =
-        time_ms([&] {
-          while (reports.size() < count)  // it stops before one that is refused, which then throws
-            std::ranges::move(mapper_.insert_all(std::span(scans).subspan(reports.size())),
-                              std::back_inserter(reports));
-        }) /
-        1000;
-    free_at_s_ = start_s + took_s;
-    backlog_.mapped(took_s);
-    for (std::size_t i = 0; i < reports.size(); ++i)
-      statistics_.add(scans[i], reports[i], arrivals_s[i], free_at_s_);
-  }
-
   Mapper mapper_;
   RunStatistics statistics_;
   double increment_s_;
-  std::size_t together_;
-  Backlog backlog_;
   std::optional<double> first_s_;
-  std::deque<Arrival> waiting_;
-  double free_at_s_ = -std::numeric_limits<double>::infinity();
+  std::vector<Scan> scans_;
+  double increment_at_s_ = 0, free_at_s_ = -std::numeric_limits<double>::infinity();
 };
 
-Parameters parameters_of(const Options& options, const std::string& detector, double resolution) {
-  if (options.preset != "default" && options.preset != "paper")
-    throw Error(Error::Kind::usage, "--preset " + options.preset, "is unknown", "use default or paper");
-  Parameters parameters = options.preset == "paper" ? Parameters::paper() : Parameters();
-  parameters.occupancy.resolution = resolution;
-  if (options.preset == "paper")  // s follows d
-    parameters.surfaces.surface_tolerance = parameters.surfaces.sensor_noise + resolution * std::sqrt(3.0);
+Parameters parameters_of(const std::string& detector, double resolution) {
+  Parameters parameters = paper_parameters(resolution, Parameters::paper().search_radius());
   set_parameter(parameters, "detector", detector);
   return parameters;
 }
@@ -188,7 +135,7 @@ Scan thinned(Scan scan, std::size_t one_in) {
 
 Numbers measure(const Options& options, const std::string& row, const std::string& detector,
                 double resolution) {
-  Parameters parameters = parameters_of(options, detector, resolution);
+  Parameters parameters = parameters_of(detector, resolution);
   // The paper had other parameters for its real sensor, too. This one's noise grows with the distance.
   if (row == "real") parameters.surfaces.range_noise.reset();
   std::vector<Numbers> runs;
@@ -264,8 +211,8 @@ void body(const Options& options) {
   std::printf(
       "Table I. Paper: laser scanner, 8 cores. Ours: %s sensor (kitchen: Kinect, one reading in %zu), %d "
       "thread(s), "
-      "preset %s,\nincrements of %g s, mean of %zu seeds (kitchen: one run).\n%s",
-      options.sensor.c_str(), options.thinned, options.threads, options.preset.c_str(), options.increment_s,
+      "the paper's parameters,\nincrements of %g s, mean of %zu seeds (kitchen: one run).\n%s",
+      options.sensor.c_str(), options.thinned, options.threads, options.increment_s,
       static_cast<std::size_t>(options.runs), table.text().c_str());
   if (!options.json.empty()) write_json_file(options.json, rows.dump(1));
 }
@@ -282,9 +229,8 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->capture_default_str();
   app.add_option("--sensor", options.sensor, "of the simulated rows")->capture_default_str();
-  app.add_option("--increment", options.increment_s,
-                 "s of data handed over together; 0: each scan when it was taken")
-      ->check(CLI::NonNegativeNumber)
+  app.add_option("--increment", options.increment_s, "s of data handed over together")
+      ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_option("--thin", options.thinned, "one in so many readings of the real recording")
       ->check(CLI::PositiveNumber)
@@ -294,13 +240,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--frames", options.frames, "at most so many scans each (default: all)");
   app.add_option("--input", options.input, "the real recording (default: the kitchen of ../shared/data)");
-  app.add_option("--preset", options.preset, "default or paper: parameters but for the detector")
-      ->capture_default_str();
   app.add_option("--threads", options.threads, "of Mapper")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  app.add_option("--together", options.together,
-                 "scans that wait are mapped together, so many at most; 1: never")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_option("--json", options.json, "write the numbers there");

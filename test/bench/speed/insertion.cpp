@@ -3,7 +3,6 @@
 #include "bench/speed/speed.hpp"
 #include "bench/support.hpp"
 #include "occupancy/occupancy_map.hpp"
-#include "reference/paper_pipeline.hpp"
 
 #include <array>
 #include <bit>
@@ -38,7 +37,7 @@ struct Place {
 
 const Scans& read_kitchen(std::size_t count) { return kitchen_scans(count); }
 
-Place kitchen(const std::string& path, double resolution, std::size_t count) {
+Place kitchen_place(const std::string& path, double resolution, std::size_t count) {
   return {path, "kitchen, " + centimetres(resolution), resolution, count, read_kitchen, camera_range};
 }
 
@@ -154,17 +153,6 @@ void mapper_insertion(benchmark::State& state, const Place& place) {
   state.counters["surfaces"] = static_cast<double>(mapper.snapshot()->surfaces.size());
 }
 
-/// The paper's steps from stock PCL parts.
-void paper_insertion(benchmark::State& state, const Place& place, bool small_radius) {
-  Parameters parameters = small_radius ? reference::paper_parameters_small_radius(place.resolution)
-                                       : reference::paper_parameters(place.resolution);
-  parameters.occupancy.max_range = place.parameters().occupancy.max_range;
-  reference::PaperPipeline pipeline(parameters);
-  for_each(
-      state, place.scans(), [](const Scan&) {}, [&](const Scan& scan) { pipeline.insert(scan); });
-  state.counters["surfaces"] = static_cast<double>(pipeline.snapshot().surfaces.size());
-}
-
 using Insertion = void (*)(benchmark::State&, const Place&);
 
 void add_side(const Place& place, const char* side, const std::string& label, const Insertion& insertion) {
@@ -227,8 +215,8 @@ void add_loading(const Place& place) {
 }  // namespace
 
 void add_insertion(bool brief) {
-  for (const Place& place :
-       {kitchen("kitchen/d:0.02", 0.02, brief ? 20 : 60), kitchen("kitchen/d:0.01", 0.01, brief ? 4 : 15)}) {
+  for (const Place& place : {kitchen_place("kitchen/d:0.02", 0.02, brief ? 20 : 60),
+                             kitchen_place("kitchen/d:0.01", 0.01, brief ? 4 : 15)}) {
     add_occupancy(place);
     add_side(place, "plain", "`insert_point_cloud` into a plain `octomap::OcTree`, " + place.label,
              plain_insertion);
@@ -238,22 +226,6 @@ void add_insertion(bool brief) {
   add_occupancy({"lidar/hall", "real lidar in a hall, 5 cm", 0.05, brief ? 3u : 12u, hall_scans});
   add_occupancy(
       {"lidar/office", "simulated spinning lidar, office, 2 cm", 0.02, brief ? 3u : 10u, office_scans});
-
-  // At 1 cm with r = 0.15 a single frame takes PCL the better part of a minute.
-  struct Setting {
-    double resolution, radius;
-    std::size_t scans;
-  };
-  for (const auto& [resolution, radius, scans] :
-       {Setting{0.02, 0.15, brief ? 8u : 40u}, Setting{0.02, 0.06, brief ? 8u : 40u},
-        Setting{0.01, 0.06, brief ? 3u : 10u}}) {
-    const Place place = kitchen("pcl/" + key('d', resolution) + "/" + key('r', radius), resolution, scans);
-    add_side(place, "mapper", "whole scan, frame by frame, " + place.label, mapper_insertion);
-    add_side(
-        place, "paper", "PCL pipeline, r = " + centimetres(radius),
-        radius < 0.1 ? [](benchmark::State& state, const Place& p) { paper_insertion(state, p, true); }
-                     : [](benchmark::State& state, const Place& p) { paper_insertion(state, p, false); });
-  }
 }
 
 }  // namespace octosurf::bench

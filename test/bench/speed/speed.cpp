@@ -1,18 +1,16 @@
-// How fast, how exact and how large, beside OctoMap, PCL and CGAL, on Google Benchmark.
+// How fast and how large, beside OctoMap, on Google Benchmark.
 
 #include "bench/speed/speed.hpp"
 
 #include "bench/support.hpp"
 #include "simulation/recording.hpp"
 
-#include <CGAL/version.h>
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <malloc.h>
 #include <map>
-#include <pcl/pcl_config.h>
 
 #include <octosurf/error.hpp>
 
@@ -51,25 +49,25 @@ double heap_in_use() {
 
 namespace {
 
-Scans read(const char* folder, std::size_t every, std::size_t count) {
+Scans read(const char* folder, std::size_t count) {
   const std::filesystem::path path = std::filesystem::path(OCTOSURF_DATA_DIR) / folder;
   if (!std::filesystem::is_directory(path)) throw Error(Error::Kind::data, path.string(), "is missing");
   Scans scans;
-  for_each_scan(path, every, count, [&](const Scan& scan, double) { scans.push_back(scan); });
+  for_each_scan(path, 1, count, [&](const Scan& scan, double) { scans.push_back(scan); });
   return scans;
 }
 
 }  // namespace
 
-const Scans& kitchen_scans(std::size_t count, std::size_t every) {
-  static std::map<std::pair<std::size_t, std::size_t>, Scans> kept;
-  Scans& scans = kept[{count, every}];
-  if (scans.empty()) scans = read("rgbd_7scenes_redkitchen", every, count);
+const Scans& kitchen_scans(std::size_t count) {
+  static std::map<std::size_t, Scans> kept;
+  Scans& scans = kept[count];
+  if (scans.empty()) scans = read("rgbd_7scenes_redkitchen", count);
   return scans;
 }
 
 const Scans& hall_scans(std::size_t count) {
-  static const Scans scans = read("lidar_balm_realworld", 1, count);
+  static const Scans scans = read("lidar_balm_realworld", count);
   return scans;
 }
 
@@ -137,12 +135,9 @@ void run(std::vector<std::string> arguments) {
   for (const auto& [name, value] : {std::pair{"cpu_model", cpu_model()},
                                     {"compiler", "g++ " __VERSION__ ", " OCTOSURF_BUILD_TYPE},
                                     {"octomap", OCTOMAP_VERSION_TEXT},
-                                    {"pcl", PCL_VERSION_PRETTY},
-                                    {"cgal", CGAL_VERSION_STR},
                                     {"form", brief ? "short form" : "full form"}})
     benchmark::AddCustomContext(name, value);
-  for (const auto add_group : {add_insertion, add_planes, add_surface_parts, add_whole_runs})
-    add_group(brief);
+  for (const auto add_group : {add_insertion, add_whole_runs}) add_group(brief);
   if (benchmark::RunSpecifiedBenchmarks() == 0)
     throw Error(Error::Kind::usage, "--benchmark_filter", "matches none");
 }

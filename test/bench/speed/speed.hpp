@@ -46,9 +46,9 @@ double as_counter(std::uint64_t digest);
 /// Bytes of heap in use: what malloc rounds up and its chunk heads are counted, what is freed is not.
 double heap_in_use();
 
-/// The first `count` scans of the kitchen of ../shared/data, or of every `every`-th. Read once and kept,
+/// The first `count` scans of the kitchen of ../shared/data. Read once and kept,
 /// as are the others. Throws Error(data) if they are missing.
-const Scans& kitchen_scans(std::size_t count, std::size_t every = 1);
+const Scans& kitchen_scans(std::size_t count);
 const Scans& hall_scans(std::size_t count);    ///< of lidar_balm_realworld
 const Scans& office_scans(std::size_t count);  ///< a simulated spinning lidar's
 
@@ -61,8 +61,6 @@ const std::filesystem::path& scratch_folder();
 
 // Each registers benchmarks; brief: few scans each.
 void add_insertion(bool brief);
-void add_planes(bool brief);
-void add_surface_parts(bool brief);
 void add_whole_runs(bool brief);
 
 }  // namespace octosurf::bench
