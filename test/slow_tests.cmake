@@ -59,13 +59,12 @@ set(OCTOSURF_SLOW_occupancy AdoptOccupiedVoxels.PocketsUnderAFloorAreNotWhereItI
 set(OCTOSURF_SLOW_octomap Following.ReadersInOtherThreadsSeeWholeTreesThatDoNotChange
     OctomapFilesTest.AnOtComesBackByOctomapsReaderAndByOurs)
 set(OCTOSURF_SLOW_octomap_failures *)
+set(OCTOSURF_SLOW_pcl NormalsAgainstPcl.* PaperDetector.IsThePapersAlgorithmWhereNothingIsTakenBack)
 set(OCTOSURF_SLOW_planning Changes.LineageOverManyScansIsThatOverEachOfThem
     Changes.WhoFollowsThemHasWhatTheSnapshotHas ContactRegion.OfRandomPolygonsIsExact
     Crawl.AQuadrupedClimbsAStairAndCrossesASmallGap Footsteps.AWallAcrossTheWayIsRefusedForItsClearance
     Footsteps.GoAroundWhatStandsInTheWayOrHangsOverIt Inset.OfRandomPolygons)
 set(OCTOSURF_SLOW_property *)
-set(OCTOSURF_SLOW_reference NormalsAgainstPcl.* PaperPipeline.CollectedScansAreDetectedAtOnce
-    PaperPipeline.FindsFloorAndTwoWallsOverSeveralScans PaperPipeline.SameScansSameSurfaces)
 set(OCTOSURF_SLOW_simulation Cameras/DepthFolder.IsASevenScenesFolder* Folder.SameOptionsSameBytes
     MeshFacesTest.HeapsOfBoxesAgreeWithThePointwiseTwin MeshRecording.AStairIsMappedStepByStep
     MeshRecording.EverythingAWalkerStepsOnIsSeen Meshes/TerrainData.* Noise.OfTheDepthCameraGrowsAsItsModelSays
