@@ -1,61 +1,33 @@
 // Replays what libFuzzer starts from and what it found; see targets.hpp.
+#include "fuzz/corpus.hpp"
 #include "fuzz/input_file.hpp"
 #include "fuzz/peak_memory.hpp"
-#include "fuzz/targets.hpp"
 #include "io/readers/cloud_file.hpp"
-#include "support/paths.hpp"
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <gmock/gmock.h>
-#include <iterator>
 #include <zstd.h>
 
 namespace octosurf::fuzz {
+
+void expect_read_or_refused(void (*run)(Bytes), const std::string& bytes) {
+  reading_peak = 0;
+  run(as_bytes(bytes));
+  if (!bytes.empty()) {
+    EXPECT_GT(reading_peak, 0U) << "nothing was measured";
+  }
+  EXPECT_LE(reading_peak, free_bytes + bytes_per_file_byte * bytes.size());
+}
+
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Input {
-  const Target* target;
-  fs::path file;
-};
-
-/// GoogleTest names tests by it.
-std::string name_of(const ::testing::TestParamInfo<Input>& info) {
-  std::string name = std::string(info.param.target->name) + "_" + info.param.file.filename().string();
-  std::replace_if(
-      name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
-  return name;
-}
-
-/// test/fuzz/`kind`/TARGET/*, in order.
-std::vector<Input> inputs(const std::string& kind) {
-  std::vector<Input> all;
-  for (const Target& target : targets) {
-    const fs::path folder = fs::path(test::paths::source()) / "test/fuzz" / kind / target.name;
-    if (!fs::is_directory(folder)) continue;
-    for (const auto& entry : fs::directory_iterator(folder)) all.push_back({&target, entry.path()});
-  }
-  std::sort(all.begin(), all.end(), [](const Input& a, const Input& b) { return a.file < b.file; });
-  return all;
-}
-
 class Replay : public ::testing::TestWithParam<Input> {};
 
-/// An Error or a sound result, and of memory at most eight times the file and 64 MiB.
-void expect_read_or_refused(void (*run)(Bytes), const std::string& bytes) {
-  reading_peak = 0;
-  run({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
-  EXPECT_GT(reading_peak, 0U) << "nothing was measured";
-  EXPECT_LE(reading_peak, free_bytes + bytes_per_file_byte * bytes.size());
-}
-
 TEST_P(Replay, IsReadOrRefused) {
-  std::ifstream stream(GetParam().file, std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
-  expect_read_or_refused(GetParam().target->run, bytes);
+  expect_read_or_refused(GetParam().target->run, content_of(GetParam().file));
 }
 
 INSTANTIATE_TEST_SUITE_P(Corpus, Replay, ::testing::ValuesIn(inputs("corpus")), name_of);
@@ -142,7 +114,7 @@ TEST(Fuzz, AnInputStandsInAFolderAlone) {
 
 TEST(Fuzz, EveryTargetHasACorpus) {
   for (const Target& target : targets) {
-    const fs::path folder = fs::path(test::paths::source()) / "test/fuzz/corpus" / target.name;
+    const fs::path folder = corpus() / target.name;
     EXPECT_TRUE(fs::is_directory(folder) && !fs::is_empty(folder)) << target.name;
   }
 }

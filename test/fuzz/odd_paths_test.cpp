@@ -103,7 +103,7 @@ TEST_F(OddPaths, NoiseIsRefusedWithAnError) {
   for (const std::string& head : {std::string(), std::string("\x89PNG\r\n\x1a\n"), std::string("P5 "),
                                   std::string("ply\n"), std::string("# .PCD v0.7\nVERSION 0.7\n"),
                                   std::string("# Octomap OcTree binary file\nid OcTree\nres 0.1\ndata\n"),
-                                  std::string("\x89OCTSF\r\n\x02\0\0\0", 12)})
+                                  std::string("\x89OCTSF\r\n\x07\0\0\0", 12)})
     for (const char* ending : {".surfaces", ".bt", ".ot", ".graph", ".pcd", ".ply", ".png", ".pgm", ".txt"})
       for (const std::size_t size : {std::size_t{1}, std::size_t{100}, std::size_t{5000}}) {
         std::string noise = head;

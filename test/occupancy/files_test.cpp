@@ -197,28 +197,6 @@ TEST(OccupancyFiles, ReadsWhatOctomapWrites) {
   test::expect_equal(OccupancyMap::read_octomap(binary.path(), {}), both.theirs);
 }
 
-TEST(OccupancyFiles, TruncatedOctomapFilesAreAnError) {
-  Both both = mapped(test::seed(), 0.6, 1, 12);
-  const TemporaryFile full("full.ot"), colour("colour.ot"), binary("binary.bt"), cut("cut");
-  ASSERT_TRUE(both.theirs.write(full.path().string()));
-  ASSERT_TRUE(coloured(both.theirs).write(colour.path().string()));
-  ASSERT_TRUE(both.theirs.writeBinary(binary.path().string()));
-  for (const TemporaryFile* file : {&full, &colour, &binary}) {
-    const std::string bytes = file->read();
-    EXPECT_NO_THROW(OccupancyMap::read_octomap(file->path(), {}));
-    for (std::size_t n = 0; n < bytes.size(); ++n) {
-      cut.write(bytes.substr(0, n));
-      try {
-        OccupancyMap::read_octomap(cut.path(), {});
-        ADD_FAILURE() << file->path() << " cut to " << n << " of " << bytes.size() << " bytes was read";
-      } catch (const Error& error) {
-        EXPECT_EQ(error.kind(), Error::Kind::data);
-        EXPECT_EQ(error.where(), cut.path().string());
-      }
-    }
-  }
-}
-
 TEST(OccupancyFiles, WhatIsLeftOverIsAnError) {
   Both both = mapped(11, 0.6, 1, 12);
   const TemporaryFile full("full.ot"), colour("colour.ot"), binary("binary.bt"), other("other");

@@ -155,7 +155,6 @@ surfaces::AlignmentState read_alignment(const AlignmentRecord& record, const std
     state.misfits.push_back(read_misfit(misfits));
   refuse.require(record.misfits_size() <= static_cast<int>(5 * surfaces::AlignmentState::most_misfits),
                  "has too many misfits");
-  if (state.hypotheses.empty()) return state;  // of before version 7
   refuse.require(state.hypotheses.size() >= 2 && state.hypotheses.front().rate_m == 0, "lacks hypotheses");
   for (std::size_t i = 1; i < state.hypotheses.size(); ++i)
     refuse.require(state.hypotheses[i].rate_m > 0, "lacks hypotheses");

@@ -41,9 +41,6 @@ namespace octosurf::io {
 // bytes, because a message per node would take ten times its size.
 
 inline constexpr std::string_view map_file_magic{"\x89OCTSF\r\n", 8};
-// 2: no simplified polygons. 3: ScanPoses. 4: Departures. 5: hypotheses of a steady drift.
-// 6: surfaces without what only an earlier method asked, and zeros behind the frame.
-// 7: SeenPatches, and other filters of drift.
 inline constexpr std::uint32_t map_file_version = 7;
 
 /// Size and CRC-32 (zlib's) of a file.
@@ -65,7 +62,7 @@ struct MapFile {
 };
 
 /// Reads a map file of `file_bytes` bytes; `where` names it in messages. Throws Error(data) for
-/// whatever is not a map file of this or an older version, whole and consistent.
+/// whatever is not a map file of this version, whole and consistent.
 MapFile read_map(std::istream& in, std::uint64_t file_bytes, const std::string& where);
 
 }  // namespace octosurf::io

@@ -120,7 +120,7 @@ class MapReader {
       require(header.next_cylinder_id() >= 1, "there is no such next cylinder id");
       state.cylinders.set_next_id(header.next_cylinder_id());
     }
-    if (header.sensors_up_size() > 0) state.sensors_up = read_sensors_up(header);
+    state.sensors_up = read_sensors_up(header);
     if (header.has_alignment()) state.alignment = read_alignment(header.alignment(), where_);
     read_noise(header);
     file_.bt = {header.bt_bytes(), header.bt_crc32()};
@@ -135,7 +135,6 @@ class MapReader {
     Parameters parameters;
     const auto& infos = parameter_infos();
     for (const map_file::Parameter& p : header.parameters()) {
-      if (p.name() == "aligned_angle") continue;  // decided about planes before one criterion did
       const bool known = std::any_of(infos.begin(), infos.end(),
                                      [&](const ParameterInfo& info) { return info.name == p.name(); });
       if (!known)
@@ -180,7 +179,6 @@ class MapReader {
   sensing::NoiseModel::SharedErrors shared_errors(const map_file::Header& header) {
     sensing::NoiseModel::SharedErrors errors{};
     const int size = header.shared_error_variances_size();
-    if (size == 0 && header.shared_error_scans_size() == 0) return errors;
     require(size == header.shared_error_scans_size() && size == static_cast<int>(errors.of_class.size()) + 1,
             "the readings' errors have another size");
     const auto read = [&](int i) {
@@ -346,11 +344,8 @@ class MapReader {
     surfaces::MapState& state = *file_.state;
     auto snapshot =
         std::make_shared<Snapshot>(Snapshot{state.revision, state.parameters.occupancy.resolution, {}});
-    for (const auto& [id, surface] : state.surfaces) {
-      if (surface.covariance().isZero(0))
-        state.surfaces.find(id)->derive_covariance(state.noise);  // an older file
+    for (const auto& [id, surface] : state.surfaces)
       snapshot->surfaces.push_back(surface.publish(surface.revision));
-    }
     snapshot->cylinders = state.cylinders.publish(state.revision);
     snapshot->departures = state.departures;
     state.snapshot.store(std::move(snapshot));
@@ -379,13 +374,15 @@ void check_version(std::istream& in, const std::string& where) {
       throw Error(Error::Kind::data, where, "is damaged: it ends too early", "restore it from a backup");
     version |= static_cast<std::uint32_t>(byte) << shift;
   }
-  if (version > map_file_version)
-    throw Error(Error::Kind::data, where,
-                "has version " + std::to_string(version) + " of the format, this octosurf reads up to " +
-                    std::to_string(map_file_version),
-                "use the newer version that wrote it");
   if (version == 0)
     throw Error(Error::Kind::data, where, "is damaged: it has no version", "restore it from a backup");
+  if (version != map_file_version)
+    throw Error(Error::Kind::data, where,
+                "has version " + std::to_string(version) + " of the format, this octosurf reads version " +
+                    std::to_string(map_file_version),
+                version > map_file_version
+                    ? "use the newer octosurf that wrote it"
+                    : "make the map anew from its scans, or use the octosurf that wrote it");
 }
 
 }  // namespace

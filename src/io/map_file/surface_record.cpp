@@ -155,7 +155,7 @@ class SurfaceReader {
   }
 
   void read_evidence(surfaces::SurfaceModel::State& s) const {
-    if (record_.evidence_size() == 0) return;  // a file from before there was any
+    if (record_.evidence_size() == 0) return;  // nothing was seen again
     const auto v = numbers(record_.evidence(), 1 + moment_doubles);
     s.evidence = {moments(v.subspan(1)), v[0]};
     const geometry::Moments& m = s.evidence.moments;
@@ -169,7 +169,6 @@ class SurfaceReader {
   }
 
   void read_covariance(surfaces::SurfaceModel::State& s) const {
-    if (record_.covariance_size() == 0) return;  // likewise
     const auto v = numbers(record_.covariance(), 6);
     s.covariance << v[0], v[1], v[2], v[1], v[3], v[4], v[2], v[4], v[5];
     require(
@@ -256,9 +255,8 @@ void write_surface(const surfaces::SurfaceModel::State& surface, map_file::Surfa
     record.add_evidence(surface.evidence.readings);
     put(surface.evidence.moments, *record.mutable_evidence());
   }
-  if (!surface.covariance.isZero(0))
-    for (int row = 0; row < 3; ++row)
-      for (int column = row; column < 3; ++column) record.add_covariance(surface.covariance(row, column));
+  for (int row = 0; row < 3; ++row)
+    for (int column = row; column < 3; ++column) record.add_covariance(surface.covariance(row, column));
   put(surface.polygons, *record.mutable_polygons());
   for (const SurfaceId parent : surface.parents) record.add_parents(parent);
   record.set_polygons_stale(surface.polygons_stale);

@@ -40,6 +40,11 @@ class SqliteBag : public Bag {
       const auto id = static_cast<std::uint64_t>(sqlite3_column_int64(all.get(), 0));
       visit({found->second, sqlite3_column_int64(all.get(), 2), blob(all, 3), {id, 0, 0, 0}});
     }
+    // SQLite takes for zeros what its last page lacks.
+    const Statement whole =
+        prepared("SELECT page_count * page_size FROM pragma_page_count, pragma_page_size");
+    if (step(whole) && static_cast<std::uint64_t>(sqlite3_column_int64(whole.get(), 0)) > size_)
+      refuse("it ends within its last page");
   } catch (const Error& error) {
     if (!left_out) throw;
     left_out->push_back(std::string(error.what()) + "; what follows is left out");

@@ -5,12 +5,7 @@
 #include "support/full_disk.hpp"
 
 #include <cerrno>
-#include <cstring>
 #include <gmock/gmock.h>
-#include <sched.h>
-#include <sys/mount.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 namespace octosurf::test {
 namespace {
@@ -94,68 +89,6 @@ TEST_F(SaveFails, AtEverySystemCallAndWhatLoadsIsWhole) {
   }
   EXPECT_GE(refused, 7U) << "two files written, synced and renamed, and their folder synced";
   EXPECT_LE(warned, 2U) << "only between the two renames a .bt is not the map's own";
-}
-
-TEST_F(SaveFails, InAFolderThatOneMayNotWriteTo) {
-  fs::permissions(folder, fs::perms::owner_read | fs::perms::owner_exec | fs::perms::group_read |
-                              fs::perms::group_exec | fs::perms::others_read | fs::perms::others_exec);
-  const pid_t child = fork();
-  if (child == 0) {
-    constexpr uid_t nobody = 65534;
-    if (::geteuid() == 0 && ::setuid(nobody) != 0) _exit(2);  // root may write anywhere
-    try {
-      save_map(after, stem);
-    } catch (const Error& error) {
-      _exit(std::strstr(error.what(), "Permission denied") != nullptr ? 0 : 3);
-    }
-    _exit(4);
-  }
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  fs::permissions(folder, fs::perms::owner_all);
-  ASSERT_TRUE(WIFEXITED(status));
-  if (WEXITSTATUS(status) == 2) GTEST_SKIP() << "cannot become nobody";
-  EXPECT_EQ(WEXITSTATUS(status), 0) << "3: another message, 4: it was saved";
-  EXPECT_TRUE(nothing_changed());
-}
-
-/// In a process with a disk of its own of a few blocks.
-TEST_F(SaveFails, OnADiskThatIsFull) {
-  const fs::path disk = folder / "disk";
-  fs::create_directory(disk);
-  const pid_t child = fork();
-  if (child == 0) {
-    if (::unshare(CLONE_NEWNS) != 0 || ::mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
-        ::mount("tmpfs", disk.c_str(), "tmpfs", 0, "size=64k") != 0)
-      _exit(2);
-    try {
-      save_map(before, disk / "map");
-      const std::string kept = read_file(disk / "map.surfaces");
-      std::string filler;
-      for (std::size_t blocks = 16; blocks > 0; --blocks) {
-        std::error_code ignored;
-        if (fs::space(disk, ignored).available < 4096) break;
-        write_file(disk / ("filler" + std::to_string(blocks)), std::string(4096, 'x'));
-      }
-      try {
-        save_map(after, disk / "map");
-        _exit(3);
-      } catch (const Error& error) {
-        if (std::strstr(error.what(), "No space left on device") == nullptr) _exit(4);
-      }
-      if (read_file(disk / "map.surfaces") != kept || !difference(load_map(disk / "map").map, before).empty())
-        _exit(5);
-    } catch (const std::exception&) {
-      _exit(6);
-    }
-    _exit(0);
-  }
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  ASSERT_TRUE(WIFEXITED(status));
-  if (WEXITSTATUS(status) == 2) GTEST_SKIP() << "may not mount a disk";
-  EXPECT_EQ(WEXITSTATUS(status), 0)
-      << "3: it was saved, 4: another message, 5: what was there is not, 6: too small a disk to begin with";
 }
 
 }  // namespace

@@ -1,10 +1,8 @@
-// Damaged, foreign and hostile bags: an Error(data) or the scans of the undamaged one, never anything worse.
+// Damaged, foreign and hostile bags; every byte of some is test/fuzz's.
 #include "io/readers/bag_files.hpp"
-#include "support/seed.hpp"
 
 #include <cstring>
 #include <gmock/gmock.h>
-#include <random>
 #include <zstd.h>
 
 namespace octosurf::test {
@@ -15,67 +13,15 @@ using ::testing::HasSubstr;
 
 namespace fs = std::filesystem;
 
-struct Kind {
-  const char* file;
-  const char* options;
-  bool checked;  ///< every byte of its messages is under a check sum
-};
-std::string kind_name(const ::testing::TestParamInfo<Kind>& info) {
-  std::string name = std::string(info.param.file) + "_" + info.param.options;
-  for (char& c : name)
-    if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
-  return name;
-}
-
-class DamagedBags : public BagFiles, public ::testing::WithParamInterface<Kind> {
- protected:
-  void SetUp() override {
-    BagFiles::SetUp();
-    if (IsSkipped()) return;
-    good_ = content(write_bag(write_images(), GetParam().file, GetParam().options));
-    expected_ = read_all({folder / GetParam().file});
-    ASSERT_EQ(expected_.size(), 3U);
-  }
-
-  static std::string content(const fs::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
-
-  static bool same(const Scan& a, const Scan& b) {
-    return a.points.size() == b.points.size() && a.T_map_sensor.matrix() == b.T_map_sensor.matrix() &&
-           std::memcmp(a.points.data(), b.points.data(), sizeof(Eigen::Vector3f) * a.points.size()) == 0;
-  }
-
-  /// The error, or "same" or "other" scans.
-  std::string reading(const std::string& bytes) const {
-    const fs::path file = write(GetParam().file, bytes);
-    try {
-      const auto scans = read_all({file});
-      bool all = scans.size() == expected_.size();
-      for (std::size_t i = 0; all && i < scans.size(); ++i) all = same(scans[i], expected_[i]);
-      return all ? "same" : "other";
-    } catch (const Error& error) {
-      EXPECT_EQ(error.kind(), Error::Kind::data) << error.what();
-      EXPECT_THAT(error.what(), HasSubstr(file.filename().string()));
-      return error.what();
-    }
-  }
-
-  std::string good_;
-  std::vector<Scan> expected_;
-};
-
-TEST_P(DamagedBags, TruncatedAnywhere) {
-  const std::size_t step = good_.size() / 300 + 1;
-  for (std::size_t n = 0; n < good_.size(); n += n < 40 || n + 40 > good_.size() ? 1 : step)
-    EXPECT_NE(reading(good_.substr(0, n)), "other") << "of " << good_.size() << " bytes the first " << n;
-}
+class DamagedBags : public BagFiles, public ::testing::WithParamInterface<const char*> {};
 
 TEST_P(DamagedBags, WithSkipBadWhatIsWholeIsThere) {
+  const fs::path file = write_bag(write_images(), GetParam());
+  const std::vector<Scan> whole = read_all({file});
+  ASSERT_EQ(whole.size(), 3U);
+  fs::resize_file(file, fs::file_size(file) * 3 / 4);
   ScanSourceOptions options;
   options.skip_bad = true;
-  const fs::path file = write(GetParam().file, good_.substr(0, good_.size() * 3 / 4));
   const auto source = [&]() -> std::unique_ptr<ScanSource> {
     try {
       return open_scans({file}, options);
@@ -87,36 +33,14 @@ TEST_P(DamagedBags, WithSkipBadWhatIsWholeIsThere) {
   if (!source) return;  // what is whole holds no scan
   const auto scans = read_all(*source);
   EXPECT_FALSE(source->skipped().empty());
-  ASSERT_LE(scans.size(), expected_.size());
-  for (std::size_t i = 0; i < scans.size(); ++i) EXPECT_TRUE(same(scans[i], expected_[i])) << i;
-}
-
-TEST_P(DamagedBags, FlippedBytes) {
-  auto random = rng();
-  std::size_t same_scans = 0, refused = 0;
-  const std::size_t step = good_.size() / 1500 + 1;
-  for (std::size_t at = random() % step; at < good_.size(); at += step) {
-    std::string bad = good_;
-    bad[at] = static_cast<char>(bad[at] ^ static_cast<char>(1 + random() % 255));
-    const std::string outcome = reading(bad);
-    same_scans += outcome == "same";
-    refused += outcome != "same" && outcome != "other";
-    // Without check sums nobody can tell a pixel from another.
-    if (GetParam().checked) {
-      EXPECT_NE(outcome, "other") << "byte " << at;
-    }
+  ASSERT_LE(scans.size(), whole.size());
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    EXPECT_EQ(scans[i].points, whole[i].points) << i;
+    EXPECT_EQ(scans[i].T_map_sensor.matrix(), whole[i].T_map_sensor.matrix()) << i;
   }
-  EXPECT_GT(refused, 0U);
-  EXPECT_GT(same_scans + refused, 0U);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Kinds, DamagedBags,
-    ::testing::Values(Kind{"a.mcap", "packing=zstd", true}, Kind{"b.mcap", "packing=none chunk=300", true},
-                      Kind{"c.mcap", "packing=lz4", true}, Kind{"d.mcap", "chunk=0", true},
-                      Kind{"a.db3", "", false}, Kind{"a.bag", "", false},
-                      Kind{"b.bag", "packing=bz2 chunk=300", false}, Kind{"c.bag", "packing=lz4", false}),
-    kind_name);
+INSTANTIATE_TEST_SUITE_P(Kinds, DamagedBags, ::testing::Values("a.mcap", "a.db3", "a.bag"));
 
 /// The head of a ROS 1 bag says where its index is, once there is one; until then, zero.
 TEST_F(BagFiles, ABagWithoutIndexIsRead) {
