@@ -12,15 +12,13 @@ set(OCTOSURF_SLOW_alignment AlignedMap.ASensorsTiltAndScaleAreFoundAndAreNoDrift
     AlignedMap.WhatReadingsErrInCommonIsKnownWhetherOrNotPosesAreAligned Localizer.FindsScansFromGuessesFarOff
     NearSurfaces.PosesThatSlidDoNotMakeAPlaneUncertain PoseFit.ErrorsAreAsItsCovarianceSays
     Revisits.TellABendThatNoMotionExplains Revisits.TellHowFarThePoseIsOff)
-set(OCTOSURF_SLOW_apps Bags.* Closures.* Diff.* EarlyEnd.AnInterruptSavesWhatIsMapped EarlyEnd.CheckpointsSurviveAKill
-    EarlyEnd.TwoInterruptsAtOnceAreOne FailingRun.ACheckpointThatFailsIsToldOnceAndTheRunGoesOn
-    FailingRun.AFullDiskNamesTheLastCheckpoint FailingRun.AHangUpSavesWhatIsMapped
-    FailingRun.NoMemoryKeepsWhatWasMapped FailingRun.ScoresAreCompleteOrNotThere Files.ExportedSurfacesAreReadByPython
+set(OCTOSURF_SLOW_apps Bags.* Closures.* Diff.* EarlyEnd.SignalsSaveWhatIsMapped FailingRun.ACheckpointThatFailsIsToldOnceAndTheRunGoesOn
+    FailingRun.AFullDiskNamesTheLastCheckpoint FailingRun.NoMemoryKeepsWhatWasMapped Files.ExportedSurfacesAreReadByPython
     Killed.* MapRun.DoubleLayersAreReportedAndWarnedOf MapRun.InRealTimeScansArriveAtTheirStamps
-    MapRun.ScansThatArriveMakeTheSameMap MapRun.StoppingAndResumingGivesTheSameBytes Merge.* PlanVerb.*
+    MapRun.StoppingAndResumingGivesTheSameBytes Merge.* PlanVerb.*
     PoseCheck.PosesInAnotherFormAreRefusedAndTakenOnDemand PoseCheck.RightPosesAreNotRefusedWhereTheyDrift Remap.*
-    UpOption.GivenInEveryWay ViewVerb.RefusesPlansThatAreNoneByName)
-set(OCTOSURF_SLOW_contract *)
+    UpOption.GivenInEveryWay WrongUse.IsSaidInOneLineAndLeavesNothing ViewVerb.RefusesPlansThatAreNoneByName)
+set(OCTOSURF_SLOW_contract Worlds/Contract.* MapperContract.ReportsItsTime)
 set(OCTOSURF_SLOW_cylinders RegionGrowing.AgreesWithTheSlowTwinWhateverTheOrderOfSeeds)
 set(OCTOSURF_SLOW_diagnosis Boundary.ALidarHasNoLimitOfACameras Boundary.ATableSeenWholeEndsAllRound
     Boundary.AgreesWithWhatTheCamerasCouldSee Boundary.LabelsDependNeitherOnThreadsNorOnSaving
@@ -46,8 +44,7 @@ set(OCTOSURF_SLOW_mapper CoarserFaces.* Covariance.* Cylinders.ALaddersRungsAndR
     Cylinders.PillarsOfAHall Cylinders.PlanesAreTheSameWithAndWithout FinerFaces.* InsertAll.*
     Mapper.ARemovedBoxGoesAndTheFloorUnderItComes Mapper.CentresOfAnOctreesVoxelsErrInCommon Mapper.FloorWallAndBox
     Mapper.StripsOfATiltingLaserMakeSurfaces Mapper.SurfacesOfAnOctreeWithoutScans
-    MapperContract.ChangedSinceTellsWhatTheSnapshotsDifferIn MapperContract.IdsAreNeverUsedAgain
-    MapperContract.ReportsItsTime MergedMaps.* Readers.* UpOfAMap.ChangesNothingElse
+    MergedMaps.* Readers.* UpOfAMap.ChangesNothingElse
     UpOfAMap.IsFoundHoweverItsFrameIsTurned Voxels/Faces.*)
 set(OCTOSURF_SLOW_mapper_failures ChangesTogether.* FailedAllocations.*)
 set(OCTOSURF_SLOW_occupancy AdoptOccupiedVoxels.PocketsUnderAFloorAreNotWhereItIsSeenFrom

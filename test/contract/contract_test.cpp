@@ -2,13 +2,18 @@
 #include "contract/worlds.hpp"
 #include "io/map_file/map_file.hpp"
 #include "io/map_file/map_files.hpp"
+#include "sensing/noise_model.hpp"
+#include "support/checked_mapper.hpp"
 #include "support/guarantees.hpp"
+#include "support/room_tour.hpp"
 #include "support/seed.hpp"
 
 #include <algorithm>
 #include <gmock/gmock.h>
 #include <limits>
+#include <numeric>
 #include <random>
+#include <set>
 #include <span>
 
 namespace octosurf::test {
@@ -31,14 +36,37 @@ TEST_P(Contract, InvariantsHoldAfterEveryScan) {
   for (std::size_t i = 0; i < world.shows.size(); ++i)
     EXPECT_GT(run.seen.*world.shows[i], 0U) << "it shows nothing of its point " << i;
   expect_guarantees(run.map);
+  std::size_t points = 0;
+  run.map.for_each_point([&](const Map::Voxel& voxel) {
+    ++points;
+    const Map::Voxel same = run.map.at(*voxel.point);
+    ASSERT_TRUE(same.point && voxel.view);
+    EXPECT_EQ(*same.point, *voxel.point);
+    EXPECT_EQ(same.surface, voxel.surface);
+    EXPECT_EQ(same.occupancy, Map::Occupancy::occupied);
+    EXPECT_NEAR(voxel.view->norm(), 1, 1e-5);
+  });
+  EXPECT_EQ(points, run.map.size().points);
 }
 
 /// Half of the way by one mapper, the rest by another that takes its map over.
-TEST_P(Contract, NeitherThreadsNorAMapperAnewChangeAByte) {
+TEST_P(Contract, NeitherThreadsNorAMapperAnewChangeAByteAndSnapshotsTellWhatChanged) {
   std::optional<Mapper> mapper(std::in_place, world.parameters, 3);
+  std::set<SurfaceId> gone;
   for (std::size_t i = 0; i < run.scans.size(); ++i) {
     if (i == run.scans.size() / 2) mapper.emplace(Map(std::move(*mapper).release()), 2);
+    const auto before = mapper->snapshot();
     mapper->insert(run.scans[i]);
+    const auto after = mapper->snapshot();
+    std::vector<SurfacePtr> changed;
+    for (const SurfacePtr& surface : after->surfaces) {
+      if (before->find(surface->id) != surface.get()) changed.push_back(surface);
+      EXPECT_FALSE(gone.contains(surface->id)) << "an id came back";
+    }
+    EXPECT_EQ(after->changed_since(before->revision), changed);
+    EXPECT_EQ(after->changed_since(0), after->surfaces);
+    for (const SurfacePtr& surface : before->surfaces)
+      if (after->find(surface->id) == nullptr) gone.insert(surface->id);
     if (i % 4 == 3) {
       ASSERT_TRUE(bytes_of(mapper->map()) == run.bytes[i]) << "after scan " << i;
     }
@@ -126,6 +154,127 @@ TEST_P(Contract, RefusedScansLeaveTheMapAsItWas) {
   refuse([&](Scan& s) { s.T_map_sensor.translation().z() = -1e9; });
   for (std::size_t i = half; i < run.scans.size(); ++i) mapper.insert(run.scans[i]);
   EXPECT_TRUE(bytes_of(mapper.map()) == run.bytes.back()) << "it goes on as if nothing had been";
+}
+
+TEST(MapperContract, AScanThatCouldUseUpTheIdsIsRefusedUntouched) {
+  const std::vector<Scan> scans = room_tour(rng(), 4);
+  Mapper before;
+  for (int i = 0; i < 2; ++i) before.insert(scans[static_cast<std::size_t>(i)]);
+  Map map = std::move(before).release();
+  map.state().surfaces.set_next_id(0xffffff);  // one is left, as a map file may say
+  Mapper mapper(std::move(map));
+  const std::string stood = digest(mapper.map());
+  const auto snapshot = mapper.snapshot();
+  for (const Scan& scan : {scans[2], scans[3], Scan()}) {
+    EXPECT_THROW(mapper.insert(scan), Error);
+    EXPECT_TRUE(digest(mapper.map()) == stood);
+    EXPECT_EQ(mapper.snapshot(), snapshot);
+    EXPECT_THAT(check_invariants(mapper.map()), IsEmpty());
+  }
+}
+
+TEST(MapperContract, WhatIsRefusedLeavesTheCallerItsMap) {
+  Mapper before;
+  for (const Scan& scan : room_tour(rng(), 2)) before.insert(scan);
+  Map map = std::move(before).release();
+  const std::string stood = digest(map);
+  for (const int threads : {0, -1, 257}) EXPECT_THROW(Mapper(std::move(map), threads), Error) << threads;
+  Parameters bad;
+  bad.occupancy.resolution = -1;
+  EXPECT_THROW(Mapper{bad}, Error);
+  EXPECT_TRUE(digest(map) == stood);
+  EXPECT_TRUE(digest(Mapper(std::move(map), 2).map()) == stood);
+}
+
+TEST(MapperContract, ScansThatSayNothingChangeNothing) {
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  CheckedMapper under_test;
+  Scan empty;
+  ScanReport report = under_test.insert(empty);
+  EXPECT_EQ(report.points_raw, 0U);
+  EXPECT_EQ(report.voxels, 0U);
+  EXPECT_TRUE(under_test.surfaces().empty());
+  for (const Scan& scan : room_tour(rng(), 3)) under_test.insert(scan);
+  const Map::Size before = under_test.mapper.map().size();
+  const auto surfaces = under_test.surfaces();
+  under_test.insert(empty);
+  empty.points.assign(500, Eigen::Vector3f(nan, 0, 1));
+  report = under_test.insert(empty);
+  EXPECT_EQ(report.points_not_finite, 500U);
+  EXPECT_EQ(report.appeared + report.vanished, 0U);
+  EXPECT_EQ(under_test.mapper.map().size().nodes, before.nodes);
+  EXPECT_EQ(under_test.mapper.map().size().points, before.points);
+  EXPECT_EQ(under_test.surfaces(), surfaces) << "nor are they published anew";
+}
+
+TEST(MapperContract, DroppedPointsAreCounted) {
+  Parameters parameters;
+  parameters.occupancy.min_range = 0.5;
+  parameters.occupancy.max_range = 3;
+  CheckedMapper under_test(parameters);
+  Scan scan;
+  const float edge = 0.02F * 32768;
+  for (int i = 0; i < 5; ++i) scan.points.emplace_back(0.1F, 0, 0.1F * static_cast<float>(i));
+  for (int i = 0; i < 7; ++i) scan.points.emplace_back(edge + 1 + static_cast<float>(i), 0, 0);
+  for (int i = 0; i < 9; ++i) scan.points.emplace_back(0, 5 + 0.1F * static_cast<float>(i), 0);
+  for (int i = 0; i < 11; ++i) scan.points.emplace_back(0, -2 - 0.05F * static_cast<float>(i), 0);
+  scan.points.emplace_back(std::numeric_limits<float>::infinity(), 0, 0);
+  const ScanReport report = under_test.insert(scan);
+  EXPECT_EQ(report.points_raw, 33U);
+  EXPECT_EQ(report.points_too_near, 5U);
+  EXPECT_EQ(report.points_out_of_map, 7U);
+  EXPECT_EQ(report.points_beyond_range, 9U);
+  EXPECT_EQ(report.points_not_finite, 1U);
+  EXPECT_EQ(report.appeared, 11U);
+  using O = Map::Occupancy;
+  EXPECT_EQ(under_test.mapper.map().at({0, 2.9, 0}).occupancy, O::free)
+      << "points beyond free what is before them";
+  EXPECT_EQ(under_test.mapper.map().at({0, 5, 0}).occupancy, O::unknown);
+  EXPECT_EQ(under_test.mapper.map().at({0, -2, 0}).occupancy, O::occupied);
+  EXPECT_EQ(under_test.mapper.map().at({1e9, 0, 0}).occupancy, O::unknown);
+}
+
+TEST(MapperContract, SensorsPickTheirRange) {
+  Scan scan;
+  scan.points = {{0, 0, 10}};
+  Mapper camera, lidar;
+  scan.sensor = SensorKind::depth_camera;
+  EXPECT_EQ(camera.insert(scan).points_beyond_range, 1U);
+  EXPECT_EQ(camera.map().size().points, 0U);
+  scan.sensor = SensorKind::lidar;
+  EXPECT_EQ(lidar.insert(scan).points_beyond_range, 0U);
+  EXPECT_EQ(lidar.map().size().points, 1U);
+}
+
+TEST(MapperContract, ReportsItsTime) {
+  Mapper mapper;
+  double largest_share = 0;
+  for (const Scan& scan : room_tour(rng(), 8)) {
+    const auto start = std::chrono::steady_clock::now();
+    const ScanReport report = mapper.insert(scan);
+    const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
+    EXPECT_LE(report.total_ms, elapsed.count());
+    // All but those of which `detect` does the work, see find_surfaces_by().
+    for (std::size_t stage = 0; stage < report.stage_ms.size(); ++stage)
+      if (stage != static_cast<std::size_t>(Stage::add_inliers) &&
+          stage != static_cast<std::size_t>(Stage::expand)) {
+        EXPECT_GT(report.stage_ms[stage], 0) << "stage " << stage;
+      }
+    EXPECT_NEAR(std::accumulate(report.stage_ms.begin(), report.stage_ms.end(), 0.0), report.total_ms,
+                1e-6 + 1e-9 * report.total_ms);
+    largest_share = std::max(largest_share, report.total_ms / elapsed.count());
+  }
+  // Of one call at least, whatever else the machine does meanwhile: milliseconds, of the whole insert.
+  EXPECT_GT(largest_share, 0.5);
+}
+
+TEST(MapperContract, AnEmptyMapIsAMap) {
+  const Mapper mapper;
+  EXPECT_EQ(mapper.map().size().nodes, 0U);
+  EXPECT_EQ(mapper.snapshot()->surfaces.size(), 0U);
+  EXPECT_EQ(mapper.snapshot()->find(1), nullptr);
+  EXPECT_THAT(check_invariants(mapper.map()), IsEmpty());
+  EXPECT_EQ(mapper.map().at({0, 0, 0}).occupancy, Map::Occupancy::unknown);
 }
 
 }  // namespace
