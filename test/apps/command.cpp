@@ -1,9 +1,11 @@
 #include "apps/command.hpp"
 
 #include "support/paths.hpp"
+#include "support/seed.hpp"
 
 #include <cstdlib>
 #include <fstream>
+#include <map>
 #include <sstream>
 #include <sys/wait.h>
 
@@ -87,6 +89,22 @@ nlohmann::json CommandTest::read_json(const std::string& name) const {
 
 nlohmann::json CommandTest::info(const std::string& map) const {
   return nlohmann::json::parse(run_well("info " + map + " --json --check").out);
+}
+
+void CommandTest::made_once(const std::string& name, const std::function<void()>& make) const {
+  struct Kept {
+    fs::path folder;
+    ~Kept() {
+      std::error_code ignored;
+      fs::remove_all(folder, ignored);
+    }
+  };
+  static std::map<std::string, Kept> all;
+  Kept& kept = all[name + std::to_string(seed())];
+  if (!kept.folder.empty()) return fs::copy(kept.folder, folder, fs::copy_options::recursive);
+  make();
+  kept.folder = folder.string() + "-" + name;
+  fs::copy(folder, kept.folder, fs::copy_options::recursive);
 }
 
 void CommandTest::write_floor(const std::string& name, int images) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -35,6 +36,9 @@ class CommandTest : public ::testing::Test {
   bool exists(const std::string& name) const { return std::filesystem::exists(folder / name); }
   nlohmann::json read_json(const std::string& name) const;
   nlohmann::json info(const std::string& map) const;
+
+  /// What `make` leaves in the folder: made once in a process for each seed, copied for every later test.
+  void made_once(const std::string& name, const std::function<void()>& make) const;
 
   /// `images` depth images of a floor at z = floor_height, seen by a camera that looks down from a
   /// metre above and moves 0.1 m along x from one to the next: each sees

@@ -53,15 +53,5 @@ TEST_F(ContactQueries, RegionsAgreeWithFootholds) {
   EXPECT_THAT(run_well("query m --regions " + id + " --foot 9").out, HasSubstr("refused  support"));
 }
 
-TEST_F(ContactQueries, RefuseWrongUse) {
-  EXPECT_THAT(error_of("query m --foothold 0 0 0 0 --foot 0.2y0.1", 2), HasSubstr("--foot"));
-  EXPECT_THAT(error_of("query m --foothold 0 0 0 0 --foot 0x1", 2), HasSubstr("rectangle"));
-  EXPECT_THAT(error_of("query m --foothold 0 0 0 0 --obstacle-margin 0.1", 2), HasSubstr("clearance"));
-  EXPECT_THAT(error_of("query m --regions 4711", 1), HasSubstr("4711"));
-  error_of("query m --regions 1 --below 0 0 1", 2);
-  error_of("query m --foothold 0 0 0", 2);
-  EXPECT_EQ(error_of("query m --foothold 0 0 0 0 --clearance -1", 2).empty(), false);
-}
-
 }  // namespace
 }  // namespace octosurf::test

@@ -18,6 +18,9 @@ class Diff : public CommandTest {
  protected:
   /// before: a floor and a table; after: goes on without the table; other: another map, of the floor alone.
   Diff() {
+    made_once("table", [this] { make(); });
+  }
+  void make() const {
     std::mt19937_64 random = rng();
     Scene empty, full;
     empty.rectangle({-1.5, -1.5, 0}, {3, 0, 0}, {0, 3, 0});

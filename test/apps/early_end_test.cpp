@@ -1,6 +1,7 @@
 // Bad scans and interrupts: nothing is lost of what was mapped.
 #include "apps/command.hpp"
 #include "apps/running.hpp"
+#include "io/readers/bag.hpp"
 
 #include <gmock/gmock.h>
 
@@ -12,19 +13,6 @@ using ::testing::HasSubstr;
 
 class EarlyEnd : public CommandTest {
  protected:
-  /// Maps the floor, a scan every tenth of a second, and ends once a checkpoint is there.
-  void interrupt_after_checkpoint(int signals) const {
-    Running run(folder,
-                {"map", "floor", "-o", "m", "--realtime", "--rate", "10", "--checkpoint", "0.000001"});
-    ASSERT_TRUE(run.wait_until([&] { return exists("m.surfaces"); })) << run.errors();
-    for (int i = 0; i < signals; ++i) run.send(SIGINT);
-    EXPECT_EQ(run.wait(), 1) << run.errors();
-    EXPECT_THAT(run.errors(),
-                AllOf(HasSubstr("interrupted"), HasSubstr("mapped and saved"), HasSubstr("--resume m")));
-    const int scans = info("m").at("scans");
-    EXPECT_GE(scans, 1);
-    EXPECT_LT(scans, 60);
-  }
   void truncate(const std::string& file) const { write(file, read(file).substr(0, 100)); }
 };
 
@@ -74,25 +62,27 @@ TEST_F(EarlyEnd, APoseThatIsNotRigidStopsTheRun) {
   EXPECT_THAT(run_well("map floor -o m --poses poses.txt --skip-bad --force").out, HasSubstr("1 skipped"));
 }
 
-TEST_F(EarlyEnd, AnInterruptSavesWhatIsMapped) {
+TEST_F(EarlyEnd, SignalsSaveWhatIsMapped) {
   write_floor("floor", 60);
-  interrupt_after_checkpoint(1);
-}
-
-TEST_F(EarlyEnd, TwoInterruptsAtOnceAreOne) {
-  write_floor("floor", 60);
-  interrupt_after_checkpoint(2);
-}
-
-TEST_F(EarlyEnd, CheckpointsSurviveAKill) {
-  write_floor("floor", 60);
-  Running run(folder, {"map", "floor", "-o", "m", "--realtime", "--rate", "10", "--checkpoint", "0.000001"});
-  ASSERT_TRUE(run.wait_until([&] { return exists("m.surfaces"); })) << run.errors();  // none is there before
-  run.send(SIGKILL);
-  EXPECT_EQ(run.wait(), 128 + SIGKILL);
-  const int scans = info("m").at("scans");
-  EXPECT_GE(scans, 1);
-  EXPECT_LT(scans, 60);
+  for (const std::vector<int>& signals : {std::vector{SIGINT}, {SIGINT, SIGINT}, {SIGHUP}, {SIGTERM}}) {
+    for (const char* file : {"m.surfaces", "m.bt", "m.mcap"}) std::filesystem::remove(folder / file);
+    Running run(folder, {"map", "floor", "-o", "m", "--realtime", "--rate", "10", "--checkpoint", "0.000001",
+                         "--mcap", "m.mcap"});
+    ASSERT_TRUE(run.wait_until([&] { return exists("m.surfaces"); })) << run.errors();
+    for (const int signal : signals) run.send(signal);
+    EXPECT_EQ(run.wait(), 1) << run.errors();
+    EXPECT_THAT(run.errors(),
+                AllOf(HasSubstr("interrupted"), HasSubstr("mapped and saved"), HasSubstr("--resume m")));
+    const int scans = info("m").at("scans");
+    EXPECT_GE(scans, 1);
+    EXPECT_LT(scans, 60);
+    const auto log = io::open_mcap(folder / "m.mcap");
+    int transforms = 0;
+    log->read_all(
+        [&](const io::BagMessage& message) { transforms += log->topics()[message.topic].name == "/tf"; },
+        nullptr);
+    EXPECT_EQ(transforms, scans) << "the log is whole, too";
+  }
 }
 
 }  // namespace

@@ -53,12 +53,5 @@ TEST_F(ExplainVerb, TellsTheFiguresOfARefusal) {
   EXPECT_NEAR(figure.at("value").get<double>(), 59.0 / 60, 0.04);
 }
 
-TEST_F(ExplainVerb, WrongUse) {
-  EXPECT_THAT(error_of("explain m", 2), HasSubstr("--at"));
-  EXPECT_THAT(error_of("explain m --at 1 2", 2), HasSubstr("--at"));
-  EXPECT_THAT(error_of("explain m --at 1 2 nan", 2), HasSubstr("not finite"));
-  EXPECT_THAT(error_of("explain nothing --at 1 2 3", 1), HasSubstr("nothing.surfaces"));
-}
-
 }  // namespace
 }  // namespace octosurf::test

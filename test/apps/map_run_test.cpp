@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <numbers>
 #include <octomap/octomap.h>
+#include <regex>
 #include <sstream>
 
 namespace octosurf::test {
@@ -59,13 +60,6 @@ TEST_F(MapRun, FindsTheFloor) {
   EXPECT_NEAR(contents.at("extent").at("max").at(0).get<double>(), 39.5 / 60 + 0.5, 0.02);
 }
 
-TEST_F(MapRun, ScansThatArriveMakeTheSameMap) {
-  write_floor("floor", 4);
-  run_well("map floor -o m --realtime --rate 10 --together 1");  // each by itself, as in the other run
-  run_well("map floor -o fast");
-  same_maps("m", "fast");
-}
-
 TEST_F(MapRun, WhatWaitsIsLookedAtWhereScansPauseAndInTheEnd) {
   write_floor("floor", 4);
   const auto drained = [&](const std::string& options) {
@@ -84,41 +78,14 @@ TEST_F(MapRun, ReportHasEveryKey) {
   write_floor();
   run_well("map floor -o m --report r.json");
   const json report = json::parse(read("r.json"));
-  for (const char* key : {"version",
-                          "parameters",
-                          "input",
-                          "scans",
-                          "points_raw",
-                          "points_new",
-                          "points_per_second",
-                          "time_to_first_detection_s",
-                          "detection_lag_s",
-                          "categorized_percent",
-                          "new_inliers",
-                          "scan_ms",
-                          "stage_ms",
-                          "waiting_points",
-                          "drain_ms",
-                          "surfaces",
-                          "area_m2",
-                          "cylinders",
-                          "pending_points",
-                          "peak_rss_mb",
-                          "octree",
-                          "wall_s",
-                          "skipped_scans",
-                          "scans_mapped_before",
-                          "points_dropped",
-                          "points_beyond_range",
-                          "double_layers",
-                          "up",
-                          "alignment",
-                          "warnings"})
-    EXPECT_TRUE(report.contains(key)) << key;
   std::ifstream file(test::paths::source() + "/docs/formats.md");
   const std::string documentation(std::istreambuf_iterator<char>(file), {});
+  const std::string rows = documentation.substr(0, documentation.find("\n## 2"));
   for (const auto& entry : report.items())
-    EXPECT_THAT(documentation, HasSubstr("`" + entry.key() + "`")) << "docs/formats.md does not name it";
+    EXPECT_THAT(rows, HasSubstr("`" + entry.key() + "`")) << "docs/formats.md does not name it";
+  const std::regex row("\\n\\| `(\\w+)`");
+  for (std::sregex_iterator key(rows.begin(), rows.end(), row); key != std::sregex_iterator(); ++key)
+    EXPECT_TRUE(report.contains((*key)[1])) << (*key)[1];
   for (const char* key : {"mean", "p50", "p95", "max"})
     EXPECT_GT(report.at("detection_lag_s").at(key), 0) << key;
   for (const char* key : {"p50", "p95", "p99", "max"}) EXPECT_GT(report.at("scan_ms").at(key), 0) << key;
@@ -222,8 +189,6 @@ TEST_F(MapRun, ACloudThatSaysNothingOfItsViewpointIsSeenFromWhereItCanHaveBeen) 
   EXPECT_GE(treads("m"), 5);
   EXPECT_THAT(run_well("map stairs.pcd -o n --viewpoint 2 0.1 4").err, Not(HasSubstr("--viewpoint")));
   EXPECT_GE(treads("n"), 5);
-  write_floor();
-  EXPECT_THAT(error_of("map floor -o f --viewpoint 0 0 1", 2), HasSubstr("has a pose already"));
 }
 
 TEST_F(MapRun, WarnsOfTheFirstScanBeforeItIsMapped) {
@@ -266,7 +231,6 @@ TEST_F(MapRun, AMapKeepsItsDetector) {
   EXPECT_THAT(run_well("info m").out, HasSubstr("\ndetector paper\n"));
   EXPECT_THAT(run_well("explain m --at 0.2 0 0.5").out, HasSubstr("\ndetector         paper\n"));
   EXPECT_THAT(error_of("map floor --resume m --detector likelihood", 2), HasSubstr("detector"));
-  EXPECT_THAT(error_of("map floor -o n --detector best", 2), HasSubstr("likelihood or paper"));
 }
 
 TEST_F(MapRun, SeveralInputsAreOneRecording) {

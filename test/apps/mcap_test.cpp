@@ -1,6 +1,5 @@
 // `octosurf map --mcap`: the file is whole however the run ends, and never written over unasked.
 #include "apps/command.hpp"
-#include "apps/running.hpp"
 #include "io/readers/bag.hpp"
 
 #include <algorithm>
@@ -42,16 +41,6 @@ TEST_F(McapLog, ABadScanEndsTheFileWithWhatIsMapped) {
   EXPECT_EQ(files("run.mcap"), 1U);
 }
 
-TEST_F(McapLog, AnInterruptDoesSo) {
-  write_floor("floor", 60);
-  Running run(folder, {"map", "floor", "-o", "m", "--realtime", "--rate", "10", "--checkpoint", "0.000001",
-                       "--mcap", "run.mcap"});
-  ASSERT_TRUE(run.wait_until([&] { return exists("m.surfaces"); })) << run.errors();
-  run.send(SIGINT);
-  EXPECT_EQ(run.wait(), 1);
-  EXPECT_EQ(messages("run.mcap").at("/tf"), info("m").at("scans"));
-}
-
 TEST_F(McapLog, ARunThatMapsNothingLeavesNothing) {
   write_floor();
   write("floor/0.pgm", read("floor/0.pgm").substr(0, 100));
@@ -67,10 +56,7 @@ TEST_F(McapLog, WhatIsThereStays) {
   EXPECT_EQ(read("run.mcap"), "mine");
   run_well("map floor -o m --mcap run.mcap --force");
   EXPECT_EQ(messages("run.mcap").at("/tf"), 6);
-  EXPECT_THAT(error_of("map floor -o n --mcap n.bt", 2), HasSubstr("--mcap"));
-  EXPECT_THAT(error_of("map floor -o n --mcap r --report r", 2), HasSubstr("--mcap"));
   EXPECT_THAT(error_of("export m --to run.mcap", 2), HasSubstr("--force"));
-  EXPECT_THAT(error_of("export m --to new.mcap --what points", 2), HasSubstr("--what"));
 }
 
 }  // namespace

@@ -21,6 +21,9 @@ class Merge : public CommandTest {
   /// left, right: halves of a room that overlap; all: the room. right_elsewhere: right, in a frame that lies
   /// 1 m along y and a quarter turn about z from the others'.
   Merge() {
+    made_once("halves", [this] { make(); });
+  }
+  void make() const {
     std::mt19937_64 random = rng();
     Scene scene;
     scene.rectangle({-2, -1.5, 0}, {4, 0, 0}, {0, 3, 0});

@@ -2,7 +2,6 @@
 #include "contract/worlds.hpp"
 #include "io/map_file/map_file.hpp"
 #include "io/map_file/map_files.hpp"
-#include "sensing/noise_model.hpp"
 #include "support/checked_mapper.hpp"
 #include "support/guarantees.hpp"
 #include "support/room_tour.hpp"

@@ -184,15 +184,6 @@ TEST(MergedMaps, AnEmptyOneBecomesTheOther) {
   expect_same_surfaces(*mapper.snapshot(), *other.snapshot(), 0.03);
 }
 
-TEST(MergedMaps, AreTheSameAgain) {
-  std::mt19937_64 rng = test::rng();
-  const std::vector<Scan> left = scans_of_half(rng, -1, 5), right = scans_of_half(rng, 1, 5);
-  Mapper a = mapped(left), b = mapped(left);
-  a.merge(mapped(right).map());
-  b.merge(mapped(right).map());
-  EXPECT_EQ(digest(a.map()), digest(b.map()));
-}
-
 /// A table that the other map has seen to be gone.
 TEST(MergedMaps, SurfacesGoWhereTheSumSaysFree) {
   std::mt19937_64 rng = test::rng();

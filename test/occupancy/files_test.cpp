@@ -139,19 +139,6 @@ TEST(OccupancyFiles, DamagedNodesAreAnError) {
   for (std::size_t n = 1; n < bytes.size(); ++n)
     EXPECT_THROW(read_back(bytes.substr(0, n), 0.3, rng, 50), Error) << "cut to " << n << " bytes";
   EXPECT_THROW(read_back(bytes + '\0', 0.3, rng, 50), Error);
-  // Anything may stand in a byte: an error or some tree, never anything worse.
-  for (int i = 0; i < 3000; ++i) {
-    std::string damaged = bytes;
-    for (int k = 0; k < 3; ++k) damaged[rng() % damaged.size()] = static_cast<char>(rng());
-    try {
-      const OccupancyMap map = read_back(damaged, 0.3, rng, 500);
-      const std::string read = nodes_of(map);
-      EXPECT_TRUE(nodes_of(read_back(read, 0.3, rng, 500)) == read);
-    } catch (const Error& error) {
-      EXPECT_EQ(error.kind(), Error::Kind::data);
-      EXPECT_EQ(error.where(), "test");
-    }
-  }
 }
 
 TEST(OccupancyFiles, BtIsOctomapsOwn) {
