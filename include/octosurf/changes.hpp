@@ -7,27 +7,28 @@
 
 namespace octosurf {
 
-/// What became of the surfaces and cylinders that somebody knew at an earlier revision. Ids ascend.
+/// Changes of surfaces and cylinders since an earlier revision. Ids ascend.
 struct MapChanges {
   std::uint64_t since = 0;     ///< the earlier revision
-  std::uint64_t revision = 0;  ///< the snapshot's
+  std::uint64_t revision = 0;  ///< of the snapshot
 
-  std::vector<SurfaceId> appeared;  ///< were not there; those split from others among them
-  std::vector<SurfaceId> changed;   ///< were there and are, with another plane, polygon or covariance
-  std::vector<SurfaceId> gone;      ///< were there, and nothing that is there holds them now
+  std::vector<SurfaceId> appeared;  ///< new since then, including those split off from others
+  std::vector<SurfaceId> changed;   ///< still present, with another plane, polygon or covariance
+  std::vector<SurfaceId> gone;      ///< removed without a successor
 
-  /// A surface that was there, and one that is there now and holds all or a part of it.
+  /// A surface of the earlier revision and one of now that contains all or part of it.
   struct Heir {
     SurfaceId before = 0;  ///< id at the earlier revision
     SurfaceId now = 0;     ///< id now
     friend bool operator==(const Heir&, const Heir&) = default;
   };
-  /// `before` is no more; by `before`, then `now`. After a split and a merger there may be several.
+  /// `before` no longer exists; sorted by `before`, then `now`. A split followed by a merger may give
+  /// several.
   std::vector<Heir> merged;
-  /// `before` is still there, and `now`, another one, has a part of it; likewise.
+  /// `before` still exists, and `now`, another surface, has a part of it; sorted likewise.
   std::vector<Heir> split;
 
-  std::vector<CylinderId> cylinders_appeared;  ///< as of surfaces
+  std::vector<CylinderId> cylinders_appeared;  ///< as for surfaces
   std::vector<CylinderId> cylinders_changed;   ///< likewise
   std::vector<CylinderId> cylinders_gone;      ///< likewise
   /// As Heir, of cylinders.
@@ -39,38 +40,38 @@ struct MapChanges {
   std::vector<CylinderHeir> cylinders_merged;  ///< as `merged`
 };
 
-/// Everything that happened after revision `since`, over any number of scans, splits and mergers in between:
-/// who drops `gone` and every `before` of `merged`, and reads `appeared` and `changed` anew, has what the
-/// snapshot has. What came and went within that time is not told, but followed. Of surfaces of a map that was
-/// saved before maps noted when a surface appeared, those are taken to have been there.
+/// Net changes after revision `since`, over any number of scans, splits and mergers: a client that drops
+/// `gone` and every `before` of `merged`, and rereads `appeared` and `changed`, has the snapshot's surfaces.
+/// Surfaces that appeared and disappeared in between are not listed, but their succession is followed.
+/// Surfaces saved by old versions without a birth revision count as already present.
 ///
-/// Throws Error(usage) if `since` is a revision to come. O(surfaces), some ns each, and O(changes).
+/// Throws Error(usage) if `since` is later than the snapshot. O(surfaces), some ns each, and O(changes).
 MapChanges changes_since(const Snapshot& snapshot, std::uint64_t since);
 
-/// A surface of one of two maps, and how much of it the other map has, too.
+/// A surface of one of two maps, and how much of it the other map also has.
 struct SurfaceDifference {
   SurfaceId id = 0;      ///< in its own map
   double area_m2 = 0;    ///< of its polygons
-  double shared_m2 = 0;  ///< of that, over or under a polygon of the other map's, see compare_maps()
-  double free_m2 = 0;    ///< of the rest, in space that the other map's octree has seen free: it is gone
-  double unseen_m2 = 0;  ///< of the rest, in space that the other map has not seen: nobody knows
-  SurfaceId other = 0;   ///< the other map's that holds most of it; 0: none
-  double offset_m = 0;   ///< of `other` from it along its normal, in the middle of what they share
+  double shared_m2 = 0;  ///< part of it over or under a polygon of the other map, see compare_maps()
+  double free_m2 = 0;    ///< of the rest, in space that the other map observed as free: it was removed
+  double unseen_m2 = 0;  ///< of the rest, in space that the other map has not observed
+  SurfaceId other = 0;   ///< surface of the other map that covers most of it; 0: none
+  double offset_m = 0;   ///< distance of `other` along this normal, at the centre of the shared area
   double angle_rad = 0;  ///< between the normals
 };
 
-/// What compare_maps() found.
+/// Result of compare_maps().
 struct MapDifference {
   std::vector<SurfaceDifference> before;  ///< every surface of the first map, ascending id
-  std::vector<SurfaceDifference> after;   ///< and of the second
+  std::vector<SurfaceDifference> after;   ///< every surface of the second
 };
 
-/// Compares two maps of one place as they lie, whoever made them and whatever their ids: a point of a surface
+/// Compares two maps of one place in their common frame, whatever their origin and ids. A point of a surface
 /// is shared if the other map has a surface of about the same normal (to 20°, more than noise tilts a plane
-/// of n points) over or under it within `tolerance` (0: twice the coarser d). What else the other map knows
-/// of such a place, its octree says, if its snapshot has one (Snapshot::octree): free, unseen, or something
-/// else that is there. Sampled on a grid of the coarser d. Throws Error(usage) for a tolerance that is not
-/// finite and positive. O(area / d² × surfaces near).
+/// of n points) over or under it within `tolerance` (0: twice the coarser d). Elsewhere the other map's
+/// octree decides, if its snapshot has one (Snapshot::octree): free, unseen or occupied otherwise. Sampled on
+/// a grid of the coarser d. Throws Error(usage) for a tolerance that is not finite and positive. O(area / d²
+/// × surfaces near).
 MapDifference compare_maps(const Snapshot& before, const Snapshot& after, double tolerance = 0);
 
 }  // namespace octosurf

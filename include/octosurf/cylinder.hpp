@@ -9,24 +9,24 @@
 
 namespace octosurf {
 
-/// A pillar, rail or rung: the part of a cylinder's mantle that was seen, from outside. Map frame,
-/// metres. Immutable once published in a Snapshot.
+/// A pillar, rail or rung: the observed part of a cylinder's mantle, seen from outside. Map frame, metres.
+/// Immutable once published in a Snapshot.
 ///
-/// Its inliers stay pending for the planes, so a point may count here and later become a surface's,
-/// which takes it away from the cylinder: planes are the same with and without cylinders.
+/// Its inliers stay pending for plane detection: a surface may later claim a point, which then leaves the
+/// cylinder. So cylinders never affect planes.
 struct Cylinder {
   CylinderId id = 0;                                     ///< never reused
   Eigen::Vector3d axis_point = Eigen::Vector3d::Zero();  ///< on the axis, in the middle of the extent
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit; when born upward, or along +x or +y if level
-  double radius_m = 0;                              ///< of the mantle
-  double length_m = 0;  ///< extent of the inliers along the axis, from axis_point half to either side
-  /// Unit, square to the axis: the inliers lie within `span_rad` from here, counter-clockwise seen from
-  /// the axis' tip. Behind it nothing has been seen yet.
+  double radius_m = 0;                              ///< unit; initially upward, or along +x or +y if level
+  double length_m = 0;  ///< extent of the inliers along the axis, centred at axis_point
+  /// Unit, perpendicular to the axis: the inliers lie within `span_rad` from here, counter-clockwise seen
+  /// from the axis' tip. The rest of the mantle has not been observed.
   Eigen::Vector3d start = Eigen::Vector3d::UnitX();
   double span_rad = 0;         ///< (0, 2π]
   std::size_t inliers = 0;     ///< voxels
   double rms_m = 0;            ///< of the inliers' distances to the mantle
-  std::uint64_t born = 0;      ///< map revision in which it appeared; 0: before maps noted that
+  std::uint64_t born = 0;      ///< map revision in which it appeared; 0: unknown (old map file)
   std::uint64_t revision = 0;  ///< map revision of the last change
 };
 

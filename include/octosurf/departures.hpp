@@ -10,27 +10,27 @@
 
 namespace octosurf {
 
-/// A surface or cylinder that is no more. Its id is never used again.
+/// A removed surface or cylinder. Its id is never reused.
 struct Departure {
-  /// What has gone.
+  /// Kind of the removed object.
   enum class Of { surface, cylinder };
-  Of of = Of::surface;             ///< what has gone
-  std::uint32_t id = 0;            ///< its id while it was there
-  std::uint32_t into = 0;          ///< what took it in; 0: its points went back to pending, or vanished
-  std::uint64_t born = 0;          ///< map revision in which it appeared; 0: before maps noted that
-  std::uint64_t revision = 0;      ///< map revision in which it went
-  std::vector<SurfaceId> parents;  ///< as Surface::parents, when it went; none of a cylinder
+  Of of = Of::surface;             ///< kind
+  std::uint32_t id = 0;            ///< its former id
+  std::uint32_t into = 0;          ///< the object that absorbed it; 0: its points became pending or vanished
+  std::uint64_t born = 0;          ///< map revision in which it appeared; 0: unknown (old map file)
+  std::uint64_t revision = 0;      ///< map revision in which it was removed
+  std::vector<SurfaceId> parents;  ///< Surface::parents at removal; empty for a cylinder
 
   friend bool operator==(const Departure&, const Departure&) = default;
 };
 
-/// All departures of a map, in the order in which they happened. Never changes, cheap to copy and to keep.
+/// All departures of a map in chronological order. Immutable, cheap to copy and keep.
 class DepartureLog {
  public:
   std::size_t size() const { return size_; }  ///< number of departures
   /// Those after `revision`, oldest first. O(log n) and O(1) each.
   void for_each_since(std::uint64_t revision, const std::function<void(const Departure&)>& visit) const;
-  /// This one and, after its last, `more`; their revisions must not descend. O(more), and O(n) / 256.
+  /// A copy with `more` appended, whose revisions must not descend. O(more), and O(n) / 256.
   DepartureLog with(const std::vector<Departure>& more) const;
 
  private:

@@ -6,22 +6,21 @@
 
 namespace octosurf {
 
-/// The one exception of the library: what failed, where, and how to mend it.
+/// The one exception of the library: what failed, where, and how to fix it.
 ///
-/// `what()` is a single line `where: what; mend`, ready for a log. Nothing in the library prints
-/// or aborts: whatever goes wrong arrives as an Error (or as std::bad_alloc; mapper.hpp says what a caller
-/// does then).
+/// `what()` is a single line `where: what; mend`, ready for a log. The library never prints or aborts: every
+/// failure is an Error (or std::bad_alloc; mapper.hpp says how to handle it).
 class Error : public std::runtime_error {
  public:
-  /// What sort of failure it is, and so who has to act.
+  /// Category of the failure: who must act.
   enum class Kind {
-    usage,      ///< the caller asked for something that makes no sense (parameters, options)
-    data,       ///< a file, an image, a cloud or a pose is missing, damaged or foreign
+    usage,      ///< invalid arguments, parameters or options
+    data,       ///< a file, image, cloud or pose is missing, damaged or of an unknown format
     output,     ///< a result could not be written
-    incomplete  ///< a scan that failed is not taken back yet, for want of memory (Mapper, 4)
+    incomplete  ///< a failed scan could not be rolled back yet, for lack of memory (Mapper, 4)
   };
 
-  /// `where` names a file, a parameter or a scan; `mend` tells what to do about it (may be empty).
+  /// `where` names a file, a parameter or a scan; `mend` says how to fix it (may be empty).
   Error(Kind kind, std::string where, const std::string& what, std::string mend = {})
       : std::runtime_error((where.empty() ? std::string() : where + ": ") + what +
                            (mend.empty() ? std::string() : "; " + mend)),
@@ -29,9 +28,9 @@ class Error : public std::runtime_error {
         where_(std::move(where)),
         mend_(std::move(mend)) {}
 
-  Kind kind() const noexcept { return kind_; }                  ///< what sort of failure
+  Kind kind() const noexcept { return kind_; }                  ///< category
   const std::string& where() const noexcept { return where_; }  ///< file, parameter or scan; may be empty
-  const std::string& mend() const noexcept { return mend_; }    ///< what to do about it; may be empty
+  const std::string& mend() const noexcept { return mend_; }    ///< how to fix it; may be empty
 
  private:
   Kind kind_;

@@ -14,35 +14,34 @@
 
 namespace octosurf {
 
-/// Why there is no surface at a place, or that there is one. A reason is added here, with its row in
-/// `reason_texts`, and where it is given; nowhere else.
+/// Why there is or is not a surface at a place. A new reason needs an entry here, its row in `reason_texts`,
+/// and the code that returns it.
 enum class Reason {
-  on_surface,      ///< there is one: the place lies within its polygons
+  on_surface,      ///< the place lies within a surface's polygons
   in_hole,         ///< in a hole of a surface
-  beside_surface,  ///< the nearest point belongs to a surface, the place is outside its polygons
+  beside_surface,  ///< the nearest point belongs to a surface, but the place is outside its polygons
   on_cylinder,     ///< the nearest point is pending and supports a cylinder
   outside_map,     ///< beyond the octree's 2¹⁶ voxels
-  unseen,          ///< no ray ever reached it
+  unseen,          ///< no ray reached it
   free_space,      ///< rays passed through
-  no_point,        ///< occupied, but no scan put a point there (an OctoMap not looked at yet)
+  no_point,        ///< occupied, but without a point from a scan (an OctoMap before detection)
   isolated,        ///< fewer than two pending neighbours within r
-  too_few_points,  ///< fewer than n that hang together on one plane
+  too_few_points,  ///< fewer than n connected points on one plane
   too_narrow,      ///< narrower than min_surface_width
   bent,            ///< a curved patch, such as a pillar's
-  seen_through,    ///< seen through a surface: that one's noise
-  no_plane,        ///< no plane passes through it that five points of one piece agree on
-  clutter,         ///< a plane here explains too little of what is seen around it
-  waiting          ///< the next look around it would make a surface
+  seen_through,    ///< seen through a surface: noise of that surface
+  no_plane,        ///< no plane through it fits five points of one component
+  clutter,         ///< a plane here explains too little of its surroundings
+  waiting          ///< the next detection here would create a surface
 };
 
-/// How a reason is told.
+/// Text of a reason.
 struct ReasonText {
-  Reason reason;          ///< what it is the text of
+  Reason reason;          ///< the reason
   std::string_view name;  ///< as in `--json`
-  /// {measured} and {limit} stand for the figure's value and its lower bound, {surface} and {cylinder} for
-  /// ids.
+  /// and {limit} are replaced by the figure's value and its lower bound, {surface} and {cylinder} by ids.
   std::string_view sentence;
-  std::string_view figure{};  ///< name of the Figure; empty: there is none
+  std::string_view figure{};  ///< name of the Figure; empty: none
   std::string_view unit{};    ///< of the Figure
 };
 /// By Reason.
@@ -80,7 +79,7 @@ inline constexpr std::array reason_texts{
     ReasonText{Reason::waiting, "waiting",
                "Not yet a surface: a look around here would make one, but comes only once enough new points "
                "have."}};
-/// How `reason` is told.
+/// Text of `reason`.
 constexpr const ReasonText& text_of(Reason reason) {
   return reason_texts.at(static_cast<std::size_t>(reason));
 }
@@ -90,7 +89,7 @@ static_assert(std::all_of(reason_texts.begin(), reason_texts.end(),
 /// As in `--json`: "on_surface", "in_hole", …
 constexpr std::string_view reason_name(Reason reason) { return text_of(reason).name; }
 
-/// A number behind an explanation, and the bound it was held against, if there is one.
+/// A number behind an explanation, and its bound, if there is one.
 struct Figure {
   std::string name;                ///< e.g. "width"
   double value = 0;                ///< in `unit`
@@ -98,33 +97,34 @@ struct Figure {
   std::optional<double> at_least;  ///< lower bound; empty: none
 };
 
-/// What explain() found.
+/// Result of explain().
 struct Explanation {
-  Reason reason = Reason::unseen;            ///< the check that refused a surface, or where there is one
+  Reason reason = Reason::unseen;            ///< the check that rejected a surface, or on_surface and its
+                                             ///< like
   std::string sentence;                      ///< plain English, one line
-  Eigen::Vector3d asked{0, 0, 0};            ///< map frame
+  Eigen::Vector3d asked{0, 0, 0};            ///< the queried place, map frame
   std::optional<Eigen::Vector3d> looked_at;  ///< the nearest point within h, if there is one
-  SurfaceId surface = 0;                     ///< the surface that the reason is about; 0: none
+  SurfaceId surface = 0;                     ///< the surface concerned; 0: none
   CylinderId cylinder = 0;                   ///< that the point supports; 0: none
   SurfaceId nearest = 0;                     ///< surface with the nearest inlier; 0: no surfaces
   double nearest_distance = 0;               ///< m, to that inlier
   std::vector<Figure> figures;               ///< numbers behind the reason
-  /// Of the last 256 scans, those taken near enough to have seen the place that were left out because their
-  /// poses did not fit the map: what they saw is missing. The sentence says so where it matters.
+  /// Scans among the last 256, taken near enough to have seen the place, that were not inserted because their
+  /// poses did not fit the map: their readings are missing. The sentence says so where it matters.
   std::size_t scans_left_out = 0;
-  /// Likewise those that were mapped as given although they did not fit: what they saw may be doubled.
+  /// Likewise, scans inserted at their given pose although they did not fit: their readings may be doubled.
   std::size_t scans_unexplained = 0;
-  /// Of a pending point: the reasons for the pending points within h of the place, and how many have each.
+  /// For a pending point: the reasons of the pending points within h, with their counts.
   std::map<Reason, std::size_t> around;
 };
 
-/// Why is there no surface at `point` (map frame)? Looks at the nearest occupied voxel's point within h; if
-/// that one is pending, surfaces are looked for again among the points around, and what refused one is said.
-/// The map does not change; nothing may insert meanwhile.
+/// Explains why there is no surface at `point` (map frame). Takes the nearest occupied voxel's point within
+/// h; if it is pending, repeats detection among the points around it and reports the check that rejected it.
+/// The map does not change; do not insert during the call.
 ///
 /// Cost: O(inliers), and for a pending point 5 µs for each point around it, by the paper's detector 20 µs.
-/// Throws Error(usage) if `point` is not finite, or if what is there is pending and the program does not have
-/// the map's detector (adapters/paper_detector.hpp).
+/// Throws Error(usage) if `point` is not finite, or if the point is pending and the program lacks the map's
+/// detector (adapters/paper_detector.hpp).
 Explanation explain(const Map& map, const Eigen::Vector3d& point);
 
 }  // namespace octosurf

@@ -10,8 +10,8 @@
 
 namespace octosurf {
 
-/// Heights of what can be stepped on over a grid of square cells, laid out as grid_map does: element (0, 0)
-/// is the cell in the +x, +y corner, rows go against x and columns against y. NaN where there is nothing.
+/// Heights of walkable surfaces over a grid of square cells, laid out as grid_map does: element (0, 0) is the
+/// cell in the +x, +y corner, rows run against x and columns against y. NaN without a surface.
 struct HeightGrid {
   double cell = 0;                                   ///< edge of a cell, m
   Eigen::Vector2d center = Eigen::Vector2d::Zero();  ///< of the whole grid: x, y
@@ -29,19 +29,18 @@ struct HeightGrid {
   }
 };
 
-/// What height_grid() takes.
+/// Options of height_grid().
 struct HeightGridOptions {
   double cell = 0;  ///< m; 0: the map's resolution
-  /// From the map's frame to the grid's, whose z is up: upright(up) (up.hpp).
+  /// From the map frame to the grid's, whose z is up: upright(up) (up.hpp).
   Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
   double max_slope_rad = std::numbers::pi / 6;  ///< steeper surfaces are left out; below π/2
-  std::optional<double> below;  ///< m: what is higher is left out, so that floors under tables show
+  std::optional<double> below;  ///< m: higher surfaces are left out, e.g. to show floors under tables
 };
 
-/// The highest surface at each cell's centre, the lower id where two are level. Cells begin at multiples of
-/// their size, so that grids of one map fit each other. Without a surface that is level enough the grid has
-/// no cells. Throws Error(usage) for options that make no sense and for more than 2²⁴ cells.
-/// Cost: O(vertices · rows) of each surface and O(cells).
+/// The highest surface at each cell's centre, the lower id on a tie. Cells begin at multiples of their size,
+/// so that grids of one map align. The grid has no cells if no surface is level enough. Throws Error(usage)
+/// for invalid options and for more than 2²⁴ cells. Cost: O(vertices · rows) of each surface and O(cells).
 HeightGrid height_grid(const Snapshot& snapshot, const HeightGridOptions& options = {});
 
 }  // namespace octosurf

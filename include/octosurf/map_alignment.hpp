@@ -8,20 +8,20 @@
 
 namespace octosurf {
 
-/// Where another map lies in the frame of a map.
+/// Pose of another map in the frame of a map.
 struct MapAlignment {
-  /// The other map's frame to this one's; what was given unless `scan.outcome` is corrected.
+  /// The other map's frame to this one's; the given guess unless `scan.outcome` is corrected.
   Eigen::Isometry3d T_map_other = Eigen::Isometry3d::Identity();
-  /// Of the other map's points as one scan, taken at `scan.T_map_sensor`: a place near which its sensors were
-  /// and which most of its surfaces face. Outcome corrected, unexplained or nothing_known.
+  /// Alignment of the other map's points as one scan, taken at `scan.T_map_sensor`: a place near its sensors
+  /// that most of its surfaces face. Outcome corrected, unexplained or nothing_known.
   Alignment scan;
 };
 
-/// Finds where `other` lies in the frame of `map` by the surfaces of both where they overlap, from a guess
-/// that is at most `reach` off, as Mapper::merge() needs it: the points on the other's surfaces are looked
-/// for as Localizer looks for a scan. Along directions that the overlap does not fix, the pose stays as
-/// given. Deterministic. Some 0.1 s. Throws Error(data) if the pose is not rigid, Error(usage) for a reach
-/// that Localizer refuses, Error(incomplete) if `other` is. Nothing may insert into `other` meanwhile.
+/// Estimates the pose of `other` in the frame of `map` from the surfaces in their overlap, for
+/// Mapper::merge(). The guess may be off by `reach`: the points on the other's surfaces are matched as
+/// Localizer matches a scan. Along directions that the overlap does not determine, the pose stays as given.
+/// Deterministic. Some 0.1 s. Throws Error(data) if the pose is not rigid, Error(usage) for a reach that
+/// Localizer rejects, Error(incomplete) if `other` is incomplete. Do not insert into `other` during the call.
 MapAlignment align_maps(const std::shared_ptr<const Snapshot>& map, const Map& other,
                         const Eigen::Isometry3d& T_map_other = Eigen::Isometry3d::Identity(),
                         const AlignmentReach& reach = {});

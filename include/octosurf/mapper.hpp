@@ -15,10 +15,10 @@ namespace octosurf::sensing {
 struct VoxelScan;
 }  // namespace octosurf::sensing
 
-/// Posed depth or lidar scans in; one map of a place, and the contact surfaces in it, out.
+/// Builds one map, and its contact surfaces, from posed depth or lidar scans.
 namespace octosurf {
 
-/// Stages of one scan's way (docs/design.md §4), in order.
+/// Stages of processing a scan (docs/design.md §4), in order.
 enum class Stage {
   align,
   downsample,
@@ -36,67 +36,65 @@ inline constexpr std::array<std::string_view, 10> stage_names{
     "align",  "downsample", "occupancy", "retract",   "add_inliers",
     "expand", "detect",     "revise",    "cylinders", "derive"};
 
-/// What one scan did.
+/// Result of one scan.
 struct ScanReport {
-  std::size_t points_raw = 0;           ///< handed in
-  std::size_t points_not_finite = 0;    ///< no reading
+  std::size_t points_raw = 0;           ///< input points
+  std::size_t points_not_finite = 0;    ///< not finite: no reading
   std::size_t points_too_near = 0;      ///< dropped: nearer than min_range
-  std::size_t points_beyond_range = 0;  ///< not mapped, but free space up to max_range
+  std::size_t points_beyond_range = 0;  ///< not mapped, but their rays free space up to max_range
   std::size_t points_out_of_map = 0;    ///< dropped: outside the octree's 2¹⁶ voxels
   std::size_t voxels = 0;               ///< distinct end voxels
   std::size_t appeared = 0;             ///< voxels that became occupied
-  std::size_t vanished = 0;             ///< voxels that no longer are
-  std::size_t categorized = 0;          ///< of the appeared, in a surface when insert returned
-  std::size_t added = 0;     ///< new inliers of surfaces that were there before, inside them or at their rims
-  std::size_t expanded = 0;  ///< by which they expanded over their boundaries
-  std::size_t detected = 0;  ///< that detection gave them
-  std::size_t waiting = 0;   ///< new readings in blocks whose turn has not come, see Mapper::drain()
-  Alignment alignment;  ///< of the pose; alignment.T_map_sensor is the one that the scan was inserted with
-  std::vector<SurfaceId> born;    ///< surfaces that appeared
-  std::vector<SurfaceId> grown;   ///< that were given points
-  std::vector<SurfaceId> shrunk;  ///< that lost points
-  std::vector<SurfaceId> merged;  ///< that others took in
-  std::vector<SurfaceId> gone;    ///< that were dissolved: what is left of their points is pending
+  std::size_t vanished = 0;             ///< voxels that are no longer occupied
+  std::size_t categorized = 0;          ///< appeared voxels on a surface when insert returned
+  std::size_t added = 0;                ///< new inliers inside or at the rim of existing surfaces
+  std::size_t expanded = 0;             ///< points gained by expansion over boundaries
+  std::size_t detected = 0;             ///< points gained by detection
+  std::size_t waiting = 0;              ///< new readings in blocks not yet processed, see Mapper::drain()
+  Alignment alignment;                  ///< alignment.T_map_sensor is the pose used for the insertion
+  std::vector<SurfaceId> born;          ///< new surfaces
+  std::vector<SurfaceId> grown;         ///< surfaces that gained points
+  std::vector<SurfaceId> shrunk;        ///< surfaces that lost points
+  std::vector<SurfaceId> merged;        ///< surfaces absorbed by others
+  std::vector<SurfaceId> gone;          ///< dissolved surfaces: their remaining points are pending
   std::array<double, stage_names.size()> stage_ms{};  ///< milliseconds, by Stage
   double total_ms = 0;                                ///< milliseconds, all of insert()
 };
 
-/// What became of another map's surface, see Mapper::merge().
+/// Result for one surface of the other map, see Mapper::merge().
 struct MergedSurface {
   SurfaceId other = 0;          ///< its id in the other map
-  SurfaceId id = 0;             ///< the surface here that has most of its points; 0: none has any
-  std::size_t inliers = 0;      ///< points that it had there
-  std::size_t shared = 0;       ///< of them, in voxels of surface `id` here
-  std::size_t on_surfaces = 0;  ///< of them, in voxels of any surface here
+  SurfaceId id = 0;             ///< the surface here with most of its points; 0: none
+  std::size_t inliers = 0;      ///< points it had in the other map
+  std::size_t shared = 0;       ///< of them, in voxels of surface `id`
+  std::size_t on_surfaces = 0;  ///< of them, in voxels of any surface
 };
 
-/// What a merger did.
+/// Result of a merge.
 struct MergeReport {
-  ScanReport changes;                   ///< as of a scan; points_raw: those of the other map
-  std::vector<MergedSurface> surfaces;  ///< each of the other map's, ascending id there
+  ScanReport changes;                   ///< as for a scan; points_raw: the other map's points
+  std::vector<MergedSurface> surfaces;  ///< one for each of the other map's surfaces, ascending id there
 };
 
-/// Keeps a map and its surfaces up to date, scan by scan (the paper's system).
+/// Updates a map and its surfaces scan by scan (the paper's system).
 ///
-/// 1. Same scans and parameters, same map, byte for byte, whatever `threads` is.
-/// 2. All or nothing: whatever insert(), insert_all(), drain(), merge(), detect_in_occupancy() and
-///    resegment() throw, an Error because something is refused or std::bad_alloc in the middle, the map is
-///    byte for byte what it was before the call, and goes on from there: free some memory and insert the scan
-///    again, or leave it out.
+/// 1. Same scans and parameters give the same map, byte for byte, for any `threads`.
+/// 2. All or nothing: if insert(), insert_all(), drain(), merge(), detect_in_occupancy() or resegment()
+///    throws (an Error on rejected input, or std::bad_alloc), the map is byte for byte as before the call and
+///    remains usable: free memory and insert the scan again, or skip it.
 /// 3. snapshot() may be called from any thread at any time and never waits for insert().
-/// 4. To take back what was begun may need memory, too. If there is none, the next call of the mapper does
-///    what is left, or throws std::bad_alloc again; until then save_map() and all else that is asked of a Map
-///    that somebody holds throw Error(incomplete). snapshot() goes on giving what was complete before.
+/// 4. The rollback itself may run out of memory. The next call of the mapper then completes it, or throws
+///    std::bad_alloc again; until then save_map() and all other uses of the Map throw Error(incomplete).
+///    snapshot() still returns the last complete state.
 ///
-/// One thread at a time may call insert(). Threads that the system does not grant are done without.
+/// One thread at a time may call insert(). If the system cannot start all threads, fewer are used.
 class Mapper {
  public:
-  /// `threads` in [1, 256] share a scan's points and rays, and the outlines of what has changed. Throws
+  /// `threads` in [1, 256] share a scan's points and rays, and the outlines of changed surfaces. Throws
   /// Error(usage), also if the parameters' detector is `paper` and the program has not called
   /// enable_paper_detector() (adapters/paper_detector.hpp).
   explicit Mapper(const Parameters& parameters = {}, int threads = 1);
-  /// Goes on with a map, with the parameters it was made with. Throws likewise; the map then stays the
-  /// caller's.
+  /// Continues a map with its own parameters. Throws likewise; the map then stays with the caller.
   explicit Mapper(Map&& map, int threads = 1);
   Mapper(Mapper&&) noexcept;
   Mapper& operator=(Mapper&&) noexcept;
@@ -109,16 +107,15 @@ class Mapper {
   /// many are looked for as DetectionParameters::detection_budget allows: drain() finds the rest.
   ScanReport insert(const Scan& scan);
 
-  /// Scans that have come while others were mapped: each goes into the octree by itself, in order. Surfaces
-  /// are looked for in the first and then in all others at once, and are brought up to date once: ten cost
-  /// little more than two, and some surfaces are found later than one by one. Each scan is aligned with the
-  /// surfaces from before the first, and these alone are spared grazing rays; with `align` and
-  /// `preserve_surfaces` off the octree is the one that as many insert() make.
+  /// Inserts a backlog of scans: each updates the octree separately, in order. Surfaces are searched for in
+  /// the first scan and then in all others at once, and updated once: ten scans cost little more than two,
+  /// but some surfaces are found later than by single insertions. Each scan is aligned with the surfaces from
+  /// before the first, and only these are protected from grazing rays; with `align` and `preserve_surfaces`
+  /// off the octree equals that of single insertions.
   ///
-  /// Takes as many as it can and returns a report for each that it took, at least one if any are given. Stops
-  /// before a scan that insert() would refuse; if that is the first, throws its Error. After std::bad_alloc
-  /// none of them is in the map. What became of surfaces (`born` to `gone`), and the time that took, is in
-  /// the last one's report.
+  /// Returns a report for each inserted scan, at least one if any are given. Stops before a scan that
+  /// insert() would reject; if that is the first, throws its Error. After std::bad_alloc none of them is in
+  /// the map. Changes of surfaces (`born` to `gone`) and their time are in the last report.
   std::vector<ScanReport> insert_all(std::span<const Scan> scans);
   /// The same; and while surfaces are brought up to date, the scan that comes after these goes through
   /// downsampling and rays in another thread, as if taken from where it says. If the next scan inserted is
@@ -128,62 +125,62 @@ class Mapper {
   /// What is done so counts in the stages' times and in `total_ms`, though nobody waits for it.
   std::vector<ScanReport> insert_all(std::span<const Scan> scans, const std::function<const Scan*()>& next);
 
-  /// Looks for surfaces in all that waits because scans had brought more than
-  /// DetectionParameters::detection_budget: after the last scan, and whenever there is time. After it nothing
-  /// waits. Without effect, not even a new revision, if nothing does. Throws Error(data) if the surfaces' ids
-  /// could run out; see 2 above. Cost: some 30 µs for each reading that waits.
+  /// Searches for surfaces in everything left over by DetectionParameters::detection_budget: call it after
+  /// the last scan, or when idle. Afterwards nothing waits. No effect, not even a new revision, if nothing
+  /// waits. Throws Error(data) if surface ids could run out; see 2 above. Cost: some 30 µs for each waiting
+  /// reading.
   ScanReport drain();
 
-  /// Surfaces of an existing occupancy map, without scans: where occupied voxels border on space a
-  /// sensor can have been in, the middle of those that lie behind one another becomes a point, seen from
-  /// there: readings' noise fills voxels in front of a surface and behind it. Such space is free space
-  /// connected with a cube of 4³ free voxels; if there is none, any that is free; if none is, what is
-  /// unknown. Used for .bt and .ot inputs.
+  /// Detects surfaces in an occupancy map without scans (.bt and .ot inputs). Where occupied voxels border on
+  /// space that a sensor can have been in, the middle of the occupied voxels along the line of sight becomes
+  /// a point seen from there, because noise fills voxels in front of a surface and behind it. Sensor space is
+  /// free space connected with a cube of 4³ free voxels; if there is none, any free space; if there is none
+  /// either, unknown space.
   ScanReport detect_in_occupancy();
 
-  /// Takes in another map of the same place or of one beside it, which stays as it is. `T_map_other`: the
-  /// other map's frame to this one's, rigid; translation in m. It must be right to about a voxel:
-  /// align_maps() (map_alignment.hpp) makes it so from a guess.
+  /// Merges another map of the same or an adjacent place, which is not changed. `T_map_other`: the other
+  /// map's frame to this one's, rigid; translation in m. It must be accurate to about a voxel: align_maps()
+  /// (map_alignment.hpp) refines a guess.
   ///
-  /// 1. What the two know counts as independent readings: a voxel's log-odds are the sum of both, clamped as
-  ///    in the octree; a voxel that one does not know has the other's. So occupancy is the same whichever
-  ///    map takes in the other. Maps that share scans are not independent: those would count twice.
+  /// 1. Readings of the two maps count as independent: a voxel's log-odds are the clamped sum of both; a
+  ///    voxel unknown in one gets the other's. So occupancy does not depend on which map takes in the other.
+  ///    Scans contained in both maps would count twice.
   /// 2. A voxel that becomes occupied takes the other map's point; where both have one, the one seen from
-  ///    clearly nearer by stays. What both together say is free goes, from surfaces, too.
-  /// 3. Surfaces that are here keep their ids, unless they merge with each other. The other map's go on in
-  ///    those where they are one plane, else they get new ids, with the planes that they have there and what
-  ///    later scans have told of them; then the stages of a scan run on what has changed.
-  /// 4. An empty map changes nothing. Parameters are this map's, scans are counted together, the noise is
-  ///    what both have seen.
-  /// 5. In another frame voxels do not fall on voxels: points are moved, free space is looked up at the
-  ///    centres of this map's voxels; some of a plane's points meet in one voxel, about a fifth. With the
-  ///    identity, exactly that and not nearly, nothing is resampled.
+  ///    clearly nearer wins. Voxels that are free in the sum lose their points, also from surfaces.
+  /// 3. Surfaces of this map keep their ids, unless they merge with each other. The other map's surfaces
+  ///    continue in those on the same plane, else they get new ids and keep their planes and evidence; then
+  ///    the stages of a scan run on all changes.
+  /// 4. An empty map changes nothing. Parameters are this map's, scan counts add up, the noise estimates are
+  ///    combined.
+  /// 5. In another frame voxels do not coincide: points are moved, free space is sampled at the centres of
+  ///    this map's voxels; about a fifth of a plane's points share a voxel with another. Only an exact
+  ///    identity avoids resampling.
   ///
-  /// Throws, and leaves the map as it was: Error(data) if the maps' resolution, clamps or threshold of
-  /// occupancy differ, if T_map_other is not rigid, or if the surfaces' ids could run out; Error(usage) if
-  /// `other` is the map itself; Error(incomplete) if `other` is, see 4 above. Nothing may insert into `other`
-  /// meanwhile. Cost: as scans of what the other map has, all at once: some 10 µs for each of its points; 0.5
-  /// µs more for each voxel that is resampled.
+  /// Throws, and leaves the map unchanged: Error(data) if the maps' resolution, clamps or threshold of
+  /// occupancy differ, if T_map_other is not rigid, or if surface ids could run out; Error(usage) if `other`
+  /// is the map itself; Error(incomplete) if `other` is incomplete, see 4 above. Do not insert into `other`
+  /// during the call. Cost: as inserting all of the other map's points in one scan, some 10 µs each; 0.5 µs
+  /// more for each resampled voxel.
   MergeReport merge(const Map& other, const Eigen::Isometry3d& T_map_other = Eigen::Isometry3d::Identity());
 
-  /// Replaces all surfaces by those that the map's detector finds among all of the octree's points at once:
-  /// what scan by scan is found around changes. A surface keeps its id in the one that has most of its
-  /// points, unless that has more of another's; departures name who took whom in, and what later scans told
-  /// of a surface's plane goes on in the one that has its points. Octree and poses stay as they are.
+  /// Replaces all surfaces by those that the detector finds among all points of the octree at once, free of
+  /// the order of scans. A surface keeps its id in the new surface with most of its points, unless that one
+  /// has more of another's; departures record the succession, and the evidence of a plane from later scans
+  /// passes to the surface with its points. Octree and poses do not change.
   ///
-  /// Looks at every point, so it is for the end of a run. Throws Error(data), and leaves the map as it was,
-  /// if the surfaces' ids could run out; see 2 above. `born`, `merged` and `gone` of the report say what
-  /// became of surfaces.
+  /// Processes every point, so it is meant for the end of a run. Throws Error(data), and leaves the map
+  /// unchanged, if surface ids could run out; see 2 above. `born`, `merged` and `gone` of the report list the
+  /// changes.
   ScanReport resegment();
 
-  /// From now on snapshots have an `octree` of the same scan, or no longer. Costs a scan the copying of what
-  /// of the octree it writes to (docs/design.md §5): some tenths of a millisecond for a camera's.
+  /// Turns on or off the `octree` of the same scan in snapshots. Costs copying the blocks that a scan writes
+  /// to (docs/design.md §5): some tenths of a millisecond for a camera's.
   void share_octree(bool on = true);
 
   /// From now on the map remembers which scans it takes, see Map::holds(): 8 bytes each, saved with it.
   void remember_scans();
 
-  std::shared_ptr<const Snapshot> snapshot() const;  ///< of the last whole scan
+  std::shared_ptr<const Snapshot> snapshot() const;  ///< of the last complete scan
   const Map& map() const;                            ///< throws std::bad_alloc after a failure, see 4
   Map release() &&;                                  ///< likewise
 
@@ -192,8 +189,8 @@ class Mapper {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The shipped invariant checker (docs/design.md §3): one line per violation, empty if all hold.
-/// Cost: one pass over octree and surfaces; for tests, `info --check` and the suspicious.
+/// Checks the map's invariants (docs/design.md §3): one line per violation, empty if all are met. Cost: one
+/// pass over octree and surfaces; for tests and `info --check`.
 std::vector<std::string> check_invariants(const Map& map);
 
 }  // namespace octosurf

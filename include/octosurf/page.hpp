@@ -17,56 +17,57 @@
 
 namespace octosurf {
 
-/// Where a foot may stand on a map's surfaces, for a page to show.
+/// Footholds on a map's surfaces, shown on a page.
 struct PageFoot {
-  std::string name;                    ///< for its readers: which foot, in which heading, with which margins
-  std::vector<ContactRegion> regions;  ///< one of each surface that was asked, of the page's snapshot
+  std::string name;                    ///< label: which foot, heading and margins
+  std::vector<ContactRegion> regions;  ///< one for each surface of the page's snapshot that was evaluated
 };
 
-/// A footstep plan for a page to show.
+/// A footstep plan shown on a page.
 struct PagePlan {
-  std::string name;  ///< for its readers
-  std::string json;  ///< as plan_files.hpp's to_json() writes it
+  std::string name;  ///< label
+  std::string json;  ///< written by plan_files.hpp's to_json()
 };
 
-/// A map as a page shows it.
+/// A map shown on a page.
 struct PageMap {
-  std::string name;                          ///< for its readers
+  std::string name;                          ///< label
   std::shared_ptr<const Snapshot> snapshot;  ///< its surfaces and cylinders
-  OccupancyView octree{};  ///< Map::octree(); of one that knows nothing, no voxels are shown
-  /// label_edges() of the snapshot's surfaces; where there are any, edges are drawn by their kind.
+  OccupancyView octree{};                    ///< Map::octree(); if empty, no voxels are shown
+  /// label_edges() of the snapshot's surfaces; if present, edges are drawn by their kind.
   std::map<SurfaceId, std::vector<PolygonEdges>> edges{};
-  /// What became of the map before this one in the list: changes_since() its revision if this map goes on
-  /// from it, else compare_maps() of the two. Drawn in colour.
+  /// Changes against the previous map in the list: changes_since() its revision if this map continues it,
+  /// else compare_maps() of the two. Drawn in colour.
   std::variant<std::monostate, MapChanges, MapDifference> changes{};
   std::vector<PageFoot> feet{};   ///< one of them is shown at a time
   std::vector<PagePlan> plans{};  ///< over this map
 };
 
-/// How write_page() writes.
+/// Options of write_page().
 struct PageOptions {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< map frame
-  std::optional<Eigen::Vector3d> suggested_up{};  ///< map frame: another, that the page offers to turn to
-  double max_mb = 10;                             ///< 10⁶ bytes, of the file
-  bool force = false;                             ///< write over a file that exists
+  std::optional<Eigen::Vector3d> suggested_up{};  ///< map frame: an alternative up direction offered on the
+                                                  ///< page
+  double max_mb = 10;                             ///< 10⁶ bytes, limit of the file size
+  bool force = false;                             ///< overwrite an existing file
 };
 
-/// What a page holds, for whoever wrote it.
+/// Contents of a page.
 struct PageReport {
   std::size_t bytes = 0;   ///< of the file
-  std::size_t voxels = 0;  ///< of all maps, as they are drawn
-  /// Edge of a drawn voxel in voxels of the map: 1 if nothing was merged, 0 if they were left out.
+  std::size_t voxels = 0;  ///< drawn, of all maps
+  /// Edge of a drawn voxel in voxels of the map: 1: not merged, 0: omitted.
   int merged = 1;
   bool feet_left_out = false;  ///< contact regions, because there was no room for them
 };
 
-/// Whether this library was built with the page; without Node.js and the packages of web/ it is not.
+/// Whether this library was built with the page, which needs Node.js and the packages of web/.
 bool has_page();
 
-/// Writes one HTML page to look at the maps: turned, searched, measured, compared in any browser of 2023 or
-/// later that has WebGL 2.
+/// Writes one HTML page to view, search, measure and compare the maps in any browser of 2023 or later with
+/// WebGL 2.
 ///
-/// 1. The page is complete in itself. It fetches nothing, and its content security policy forbids it to.
+/// 1. The page is self-contained. It fetches nothing, and its content security policy forbids it.
 /// 2. Planes, poses and standard deviations are in it to a double's last digit, polygons to 0.1 mm; free
 ///    space in horizontal slices every 0.1 m, or every voxel if voxels are larger.
 /// 3. It is not larger than `max_mb`: if it would be, voxels are merged to 2 d, 4 d … 32 d, at last left out,
@@ -80,14 +81,13 @@ bool has_page();
 PageReport write_page(const std::vector<PageMap>& maps, const std::filesystem::path& file,
                       const PageOptions& options = {});
 
-/// A page that is in no file.
+/// A page in memory.
 struct Page {
   std::string html;   ///< all of it, UTF-8
-  PageReport report;  ///< what it holds
+  PageReport report;  ///< its contents
 };
 
-/// What write_page() writes, for a server to give. Throws as it does; `name` stands in errors where the file
-/// would.
+/// The page that write_page() writes, for a server. Throws likewise; errors name `name` instead of the file.
 Page make_page(const std::vector<PageMap>& maps, const std::string& name, const PageOptions& options = {});
 
 }  // namespace octosurf

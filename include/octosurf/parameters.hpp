@@ -7,10 +7,10 @@
 
 namespace octosurf {
 
-// One small struct per stage, SI units, angles in radians (degrees only at the command line and in
-// files). A std::optional that is empty is derived from the others; an explicit value wins.
+// One small struct per stage, SI units, angles in radians (degrees only at the command line and in files). An
+// empty std::optional is derived from the other parameters; an explicit value overrides it.
 
-/// src/occupancy: the octree and what a scan does to it.
+/// src/occupancy: the octree and its update by a scan.
 struct OccupancyParameters {
   double resolution = 0.02;         ///< d, m: voxel edge; also of downsampling and change detection
   std::optional<double> max_range;  ///< m: beyond it points only free space; empty: 4 for depth
@@ -21,11 +21,11 @@ struct OccupancyParameters {
   double clamp_min = 0.1192;        ///< probability, lower clamp
   double clamp_max = 0.971;         ///< probability, upper clamp
   double occupied = 0.5;            ///< probability from which a voxel counts as occupied
-  bool preserve_surfaces = true;    ///< a ray erodes a surface's voxel only if it crosses its plane
-                                    ///< beyond s; off: the tree equals OctoMap's insertPointCloud
+  bool preserve_surfaces = true;    ///< a ray erodes a surface's voxel only if it crosses its plane beyond s;
+                                    ///< off: the tree equals OctoMap's insertPointCloud
 };
 
-/// src/surfaces: what belongs to a surface and what is derived from it.
+/// src/surfaces: membership in a surface and derived geometry.
 struct SurfaceParameters {
   std::optional<double> surface_tolerance;  ///< s, m: reach of a plane; empty: derived (Parameters)
   double sensor_noise = 0.005;              ///< m: standard deviation near the sensor
@@ -37,56 +37,56 @@ struct SurfaceParameters {
   double mesh_thickness = 0.02;             ///< m: extrusion against the normal
 };
 
-/// How surfaces are found and gain points (docs/design.md §4).
+/// Method of finding and growing surfaces (docs/design.md §4).
 enum class DetectorKind {
   likelihood,  ///< one likelihood and one criterion for all stages (docs/detection.md)
-  paper        ///< W. Pryor's thresholds and PCL's parts; takes octosurf::pcl (adapters/paper_detector.hpp)
+  paper        ///< W. Pryor's thresholds and PCL's parts; needs octosurf::pcl (adapters/paper_detector.hpp)
 };
 
 /// New surfaces (src/detection) and cylinders (src/cylinders) among pending points.
 struct DetectionParameters {
-  DetectorKind detector = DetectorKind::likelihood;  ///< stays the map's own
+  DetectorKind detector = DetectorKind::likelihood;  ///< fixed for a map
   std::optional<int> min_surface_points;             ///< n; empty: derived
-  /// Pending readings in which a scan looks for surfaces at most, or a quarter of those that wait, if that is
-  /// more; what is over waits for the next scan or Mapper::drain(). 0: all at once. Not the paper's detector.
-  /// 30 µs for each, so 1,000 take as long as a camera takes for a frame; by the quarter none waits for long,
-  /// however much comes: after eight scans, a quarter of a second, a tenth of it is left.
+  /// Maximum number of pending readings in which a scan searches for surfaces, or a quarter of the waiting
+  /// ones if that is more; the rest waits for the next scan or Mapper::drain(). 0: no limit. Not for the
+  /// paper's detector. At 30 µs each, 1,000 take as long as a camera frame; the quarter bounds the delay of a
+  /// large backlog: after eight scans, a quarter of a second, a tenth of it is left.
   int detection_budget = 1000;
-  bool detect_cylinders = true;         ///< look for pillars, rails and rungs among what no plane took
-  std::optional<double> search_radius;  ///< r, m: the paper's detector: of outliers and normals; cylinders:
-                                        ///< largest neighbourhood; empty: derived
-  std::optional<double> normal_radius;  ///< m: cylinders: neighbourhood for normals where points are
-                                        ///< dense and exact; empty: derived
-  // Of the paper's detector, and of cylinders:
+  bool detect_cylinders = true;         ///< find pillars, rails and rungs among pending points
+  std::optional<double> search_radius;  ///< r, m: of the paper's detector, for outliers and normals; of
+                                        ///< cylinders, the largest neighbourhood; empty: derived
+  std::optional<double> normal_radius;  ///< m: neighbourhood of cylinders' normals where points are dense and
+                                        ///< exact; empty: derived
+  // For the paper's detector and cylinders:
   double smoothness_angle = 0.5235987755982988;  ///< rad: region growing, normal difference (30°)
   double max_curvature = 0.05;                   ///< region growing, surface variation λ₀/Σλ
-  int ransac_iterations = 200;                   ///< RANSAC: of a plane, of a cylinder
+  int ransac_iterations = 200;                   ///< RANSAC of planes and cylinders
 };
 
-/// src/alignment: a scan's pose against the map, before it is inserted.
+/// src/alignment: a scan's pose against the map, before insertion.
 struct AlignmentParameters {
-  bool enabled = true;  ///< a pose is corrected where scan and map say significantly so; off: taken as given
+  bool enabled = true;  ///< correct significant pose errors; off: poses are used as given
 };
 
-/// Everything that decides what comes out; two runs with equal Parameters and scans give equal bytes.
+/// All settings that affect the result; equal Parameters and scans give equal bytes.
 struct Parameters {
-  AlignmentParameters alignment;  ///< a scan's pose
+  AlignmentParameters alignment;  ///< of a scan's pose
   OccupancyParameters occupancy;  ///< the octree
   SurfaceParameters surfaces;     ///< what belongs to a surface
   DetectionParameters detection;  ///< new surfaces
-  /// Unit vector, map frame: against gravity. Nothing is mapped otherwise for it; pictures, slopes and
-  /// planners' questions ask it. Empty: found from the surfaces (up.hpp).
+  /// Unit vector, map frame: against gravity. Used by pictures, slopes and planners' queries, not by mapping.
+  /// Empty: estimated from the surfaces (up.hpp).
   std::optional<Eigen::Vector3d> up = Eigen::Vector3d::UnitZ();
 
   /// The paper's detector and values (section V): r = 0.15, n = 50, s = sensor_noise + d·√3, no minimum
   /// width, measured noise not used, no cylinders, poses as given.
   static Parameters paper();
 
-  double surface_tolerance() const;  ///< s in force: explicit, else sensor_noise + d/2
-  double max_hole_size() const;      ///< h in force: explicit, else 0.08 m, at least 4 d
-  double search_radius() const;      ///< r in force: explicit, else 5 d, at least 0.06 m
-  double normal_radius() const;      ///< in force: explicit, else 2.5 d
-  int min_surface_points() const;    ///< n in force: explicit, else 0.02 m² / d² in [20, 500]
+  double surface_tolerance() const;  ///< effective s: explicit, else sensor_noise + d/2
+  double max_hole_size() const;      ///< effective h: explicit, else 0.08 m, at least 4 d
+  double search_radius() const;      ///< effective r: explicit, else 5 d, at least 0.06 m
+  double normal_radius() const;      ///< effective value: explicit, else 2.5 d
+  int min_surface_points() const;    ///< effective n: explicit, else 0.02 m² / d² in [20, 500]
 
   /// Throws Error(usage) naming field, value and rule.
   void validate() const;
@@ -97,24 +97,24 @@ struct Parameters {
 struct ParameterInfo {
   std::string name;  ///< e.g. "search_radius"
   std::string unit;  ///< "m", "deg", …; empty: a number or a flag
-  std::string help;  ///< what it does, one line
+  std::string help;  ///< description, one line
 };
 /// All parameters, in the order of docs/parameters.md.
 const std::vector<ParameterInfo>& parameter_infos();
 
-/// Value in force (derived ones resolved; "estimated" for an empty range_noise, "sensor" for an
-/// empty max_range). Throws Error(usage) for an unknown name.
+/// Effective value (derived ones resolved; "estimated" for an empty range_noise, "sensor" for an empty
+/// max_range). Throws Error(usage) for an unknown name.
 std::string get_parameter(const Parameters& parameters, const std::string& name);
 
-/// Sets from text ("auto" empties a derived one). `up` stands for up_x, up_y and up_z together: three
-/// numbers, which are brought to length 1, or an axis such as z or -y, or auto. Throws Error(usage) naming
-/// name, text and rule.
+/// Sets a parameter from text ("auto" empties a derived one). `up` sets up_x, up_y and up_z together: three
+/// numbers, normalised to length 1, an axis such as z or -y, or auto. Throws Error(usage) naming name, text
+/// and rule.
 void set_parameter(Parameters& parameters, const std::string& name, const std::string& text);
 
-/// The exact value as a number in the units of the structs (radians; flags 0 or 1), none where it is
-/// to be derived. Throws Error(usage) for an unknown name.
+/// The exact value as a number in the units of the structs (radians; flags 0 or 1), empty if derived. Throws
+/// Error(usage) for an unknown name.
 std::optional<double> parameter_value(const Parameters& parameters, const std::string& name);
-/// Sets what parameter_value() gave. Throws Error(usage) for an unknown name.
+/// Sets a value returned by parameter_value(). Throws Error(usage) for an unknown name.
 void set_parameter_value(Parameters& parameters, const std::string& name, std::optional<double> value);
 
 }  // namespace octosurf

@@ -8,16 +8,16 @@
 
 namespace octosurf {
 
-/// One JSON object, in the map frame, metres and degrees:
-/// {"format": "octosurf-plan", "version": 1, "found", "cost", "lower_bound", "expansions", "prepare_ms",
-/// "search_ms", "start": [foot …], "steps": [foot …], "body": [{"at", "yaw_deg"} …]}, where a foot is
-/// {"foot", "surface", "at", "yaw_deg", "T_map_foot": 16 numbers row by row, "margin_m", "outline": [[x, y,
-/// z] …]}. Without a plan also "refusal": {"why", "sentence", "contact", "nearest", "nearest_m", "refused":
-/// {"reach", "height", "clearance", "support"}}, each null where there is none.
+/// One JSON object, in the map frame, metres and degrees: {"format": "octosurf-plan", "version": 1, "found",
+/// "cost", "lower_bound", "expansions", "prepare_ms", "search_ms", "start": [foot …], "steps": [foot …],
+/// "body": [{"at", "yaw_deg"} …]}, where a foot is {"foot", "surface", "at", "yaw_deg", "T_map_foot": 16
+/// numbers row by row, "margin_m", "outline": [[x, y, z] …]}. Without a plan also "refusal": {"why",
+/// "sentence", "contact", "nearest", "nearest_m", "refused": {"reach", "height", "clearance", "support"}},
+/// each null where absent.
 std::string to_json(const FootstepPlan& plan, const Robot& robot);
 
-/// The soles of a plan where they stand, a hair over the surfaces so that they are seen: start_left, …,
-/// step_1_right, …; those of the start grey, left ones red, right ones green (a quadruped's hind feet paler).
+/// The soles of a plan's steps, slightly above the surfaces to be visible: start_left, …, step_1_right, …;
+/// those of the start grey, left ones red, right ones green (a quadruped's hind feet paler).
 std::vector<NamedMesh> footprints(const FootstepPlan& plan, const Robot& robot);
 
 }  // namespace octosurf

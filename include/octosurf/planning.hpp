@@ -9,13 +9,14 @@
 
 namespace octosurf {
 
-/// The simplified polygons cut into convex pieces, as contact planners want them.
+/// Decomposes the simplified polygons into convex pieces for contact planners.
 ///
 /// 1. Together the pieces cover the simplified polygons; no two overlap; each lies inside.
 /// 2. Every vertex of a piece satisfies its own A·(u, v) ≤ b.
-/// 3. At most four times as many pieces as the fewest possible without new vertices
-///    (Hertel and Mehlhorn, 1983: triangles merged over their diagonals).
-/// Throws Error(data) if the polygons are not what Polygon says. Cost O(n log n) in vertices, O(n²) at worst.
+/// 3. At most four times as many pieces as the fewest possible without new vertices (Hertel and Mehlhorn,
+///    1983: triangles merged over their diagonals).
+/// Throws Error(data) unless the polygons are valid (see Polygon). Cost O(n log n) in vertices, O(n²) at
+/// worst.
 std::vector<ConvexPiece> convex_pieces(const Surface& surface);
 
 /// Overlapping circles that fill the simplified polygons, largest first.
@@ -28,28 +29,28 @@ std::vector<ConvexPiece> convex_pieces(const Surface& surface);
 /// Cost O(n log n) per row of the grid and per boundary sample (at most 300 and about 20 000).
 std::vector<Circle> circles(const Surface& surface, double min_radius);
 
-/// The place on a surface that is nearest to a point.
+/// The place on a surface nearest to a point.
 struct Nearest {
   SurfaceId id = 0;                                 ///< of the surface
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< map frame, on the surface's `polygons`
   double distance = 0;                              ///< m
 };
 
-/// Which surfaces a planner asks about: those that slope_rad() to `up` by at most `max_slope_rad`.
+/// Restricts a query to surfaces whose slope_rad() to `up` is at most `max_slope_rad`.
 struct SlopeLimit {
-  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< map frame, any length; up_of(map) tells a map's
-  double max_slope_rad = std::numbers::pi;        ///< π/2 leaves out what hangs over, ceilings first
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< map frame, any length; see up_of(map)
+  double max_slope_rad = std::numbers::pi;        ///< π/2 excludes overhanging surfaces such as ceilings
 };
 
-/// Nothing if there is no such surface with a polygon; the lower id wins a tie. `point` in the map frame;
-/// throws Error(usage) if it is not finite, or the limit makes no sense. Cost O(vertices) of the surfaces
-/// whose planes are nearer.
+/// The nearest place on a surface within the limit; empty if no such surface has a polygon; the lower id wins
+/// a tie. `point` in the map frame; throws Error(usage) if it is not finite, or the limit is invalid. Cost
+/// O(vertices) of the surfaces whose planes are nearer.
 std::optional<Nearest> nearest(const Snapshot& snapshot, const Eigen::Vector3d& point,
                                const SlopeLimit& limit = {});
 
-/// The place straight below a point (against `limit.up`, or at it) where a surface is met first: what a foot
-/// that is lowered there steps on. Nothing if there is none; the lower id wins a tie. Walls, seen along
-/// themselves, are never met. Throws as nearest() does. Cost O(vertices) of the surfaces below.
+/// The first surface straight below a point (against `limit.up`) or at it: the one that a lowered foot
+/// touches. Empty if there is none; the lower id wins a tie. Surfaces parallel to `up` are never met. Throws
+/// as nearest() does. Cost O(vertices) of the surfaces below.
 std::optional<Nearest> below(const Snapshot& snapshot, const Eigen::Vector3d& point,
                              const SlopeLimit& limit = {});
 

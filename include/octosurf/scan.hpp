@@ -7,7 +7,7 @@
 
 namespace octosurf {
 
-/// What took a scan.
+/// Type of sensor.
 enum class SensorKind { depth_camera, lidar };
 
 /// One posed scan. Points are in the sensor's frame, in metres, in any order; points that are not

@@ -11,14 +11,14 @@
 
 namespace octosurf {
 
-/// What is taken of a bag. What is not said is chosen where there is no choice, and ScanSource::notes() tells
-/// it; where there is one, an Error lists it.
+/// Selection of a bag's topics and frames. An empty field is chosen automatically if there is only one
+/// candidate, which ScanSource::notes() reports; with several, an Error lists them.
 struct BagOptions {
-  /// Of PointCloud2, or of depth as Image or CompressedImage.
+  /// PointCloud2, or depth as Image or CompressedImage.
   std::vector<std::string> topics;
   /// Poses by Odometry, PoseStamped, PoseWithCovarianceStamped or TransformStamped, instead of by tf.
   std::optional<std::string> pose_topic;
-  /// Whose poses the pose topic holds; empty: Odometry's child frame, else the sensor's.
+  /// The frame whose poses the pose topic contains; empty: Odometry's child frame, else the sensor's.
   std::optional<std::string> pose_frame;
   /// The frame of the map in tf; empty: `map`, if the sensor hangs below it, else the root above the sensor.
   std::optional<std::string> fixed_frame;
@@ -26,27 +26,26 @@ struct BagOptions {
   std::optional<std::string> info_topic;
 };
 
-/// How open_scans() reads.
+/// Options of open_scans().
 struct ScanSourceOptions {
-  /// One pose per scan, over all inputs in order, or a stamped trajectory for scans with time
-  /// stamps. Wins over poses found beside or inside the scans. See below for the formats.
+  /// One pose per scan, over all inputs in order, or a stamped trajectory for scans with time stamps.
+  /// Overrides poses found beside or inside the scans. See below for the formats.
   std::optional<std::filesystem::path> poses;
-  /// Of depth images: 3×3 K, or `fx fy cx cy`. Wins over a file found beside the images.
+  /// Of depth images: 3×3 K, or `fx fy cx cy`. Overrides a file found beside the images.
   std::optional<std::filesystem::path> intrinsics;
   /// Depth image units per metre; empty: 5000 for TUM folders, else 1000.
   std::optional<double> depth_scale;
-  /// Scans per second where there are no time stamps; empty: 30 for depth cameras, 10 for lidar.
+  /// Scans per second if there are no time stamps; empty: 30 for depth cameras, 10 for lidar.
   std::optional<double> rate_hz;
-  /// A pose is interpolated between neighbours in time at most so far apart; empty: 0.1 for files of poses,
-  /// 0.25 for bags.
+  /// Maximum time between neighbouring poses for interpolation; empty: 0.1 for files of poses, 0.25 for bags.
   std::optional<double> max_pose_gap_s;
-  /// What is taken of bags.
+  /// Options of bags.
   BagOptions bag;
-  /// Go on after a scan that cannot be read or whose pose is not a rigid motion.
+  /// Continue after a scan that cannot be read or whose pose is not a rigid motion.
   bool skip_bad = false;
 };
 
-/// Posed scans, one after the other, decoded as they are asked for.
+/// A sequence of posed scans, decoded on demand.
 class ScanSource {
  public:
   ScanSource() = default;
@@ -57,34 +56,35 @@ class ScanSource {
   /// Number of scans listed, bad ones included.
   virtual std::size_t size() const = 0;
 
-  /// The next scan, or nothing at the end. Throws Error(data) with the scan's name for a bad one,
-  /// and for a source none of whose scans was good; with skip_bad, bad ones go to skipped().
-  /// Time stamps never go back from one input to the next. About 3 ms for a 640×480 PNG.
+  /// The next scan, or empty at the end. Throws Error(data) with the scan's name for a bad one, and for a
+  /// source without any good scan; with skip_bad, bad ones go to skipped(). Time stamps never decrease from
+  /// one input to the next. About 3 ms for a 640×480 PNG.
   virtual std::optional<Scan> next() = 0;
 
-  /// One line for every scan that was left out so far, and why: with skip_bad the bad ones, and
-  /// always the images of a recording for whose time there is no pose.
+  /// One line for every scan left out so far, with the reason: bad ones with skip_bad, and always a
+  /// recording's images without a pose at their time.
   virtual const std::vector<std::string>& skipped() const = 0;
 
-  /// One line for every choice that was made for the user: which topics, camera and poses of a bag.
+  /// One line for every automatic choice: a bag's topics, camera and poses.
   virtual std::vector<std::string> notes() const { return {}; }
 };
 
-/// What an input is.
+/// Kind of an input.
 enum class InputKind {
   scans,         ///< a folder or file that open_scans reads
   occupancy_map  ///< OctoMap's .bt or .ot
 };
 
-/// Told by content, then by ending. Throws Error(data) if there is no such file, or it is neither.
+/// Determined by content, then by file extension. Throws Error(data) if there is no such file, or it is
+/// neither.
 InputKind classify(const std::filesystem::path& input);
 
-/// Opens folders and files; several are one recording after the other. What is read:
+/// Opens folders and files; several are consecutive recordings. Supported inputs:
 ///
 /// - 7-Scenes: `X.depth.png` with `X.pose.txt` (camera to map), in the folder or in `frames/`.
 /// - TUM RGB-D: a folder with `depth.txt` and `groundtruth.txt`. A pose is interpolated between its
 ///   neighbours in time if they are at most 0.1 s apart, else the nearest within 0.02 s is taken.
-///   Intrinsics are 525 525 319.5 239.5 unless a file says otherwise.
+///   Intrinsics default to 525 525 319.5 239.5.
 /// - 16-bit depth images (PNG; PGM P5, P2), in the folder, `frames/` or `depth/`. If some are named
 ///   `*depth*`, only those.
 /// - PCD and PLY, in the folder, `scans/` or `clouds/`; in the sensor's frame. A PCD's VIEWPOINT is
@@ -95,10 +95,10 @@ InputKind classify(const std::filesystem::path& input);
 /// - Bags of ROS 1 (2.0; chunks plain, bz2 or lz4) and ROS 2 (`.db3`, `.mcap`; a file, or the folder with
 ///   `metadata.yaml`): PointCloud2 of any layout with x, y, z as float32 or float64; depth as Image (16UC1,
 ///   mono16 in millimetres, 32FC1 in metres) or CompressedImage (16-bit PNG) with CameraInfo, whose K (P for
-///   images called `rect`) is taken, lens distortion is not undone. In the order of their headers' time
-///   stamps. Poses come from tf, static and moving, or from a topic; one at the scan's very time is taken as
-///   it is, else one between its neighbours; a scan without a pose is a bad one. No index is needed; a bag
-///   that is cut off is refused, and with skip_bad read up to there. Opening one reads it once.
+///   images called `rect`) is used; lens distortion is not corrected. In the order of their headers' time
+///   stamps. Poses come from tf, static and moving, or from a topic, interpolated unless one has the scan's
+///   exact time; a scan without a pose is a bad one. No index is needed. A truncated bag is rejected, or with
+///   skip_bad read up to the cut. Opening one reads it once.
 ///
 /// A `pose.txt` or `poses.txt` beside the scans is used, and a `camera-intrinsics.txt`, `intrinsics.txt`,
 /// `camera.txt`, `K.txt` or `*.K` beside them, in the folder above or beside the file of poses. Scans of a
@@ -108,15 +108,15 @@ InputKind classify(const std::filesystem::path& input);
 /// with it.
 ///
 /// Depth is along the optical axis: a pixel (u, v) of depth z is ((u−cx) z/fx, (v−cy) z/fy, z);
-/// depths 0 and 65535 are no reading and give no point. Points at a cloud's very origin are no
-/// reading either, and become not finite.
+/// depths 0 and 65535 are no readings and give no points. Points exactly at a cloud's origin are no
+/// readings either, and are set to NaN.
 ///
-/// Pose files are told apart by their columns (blanks or commas, `#` comments): `tx ty tz qx qy qz
+/// Formats of pose files are recognised by their columns (blanks or commas, `#` comments): `tx ty tz qx qy qz
 /// qw`; the same with a time stamp in front; 3×4 row-major; 4×4 row-major in one line or in four.
 /// A 4×4 whose last row is `0 0 0 TIME` carries a time stamp. Poses are T_map_sensor.
 ///
-/// Throws Error(usage) for options that make no sense, Error(data) for what is wrong before any
-/// scan is read: no such input, nothing in it, no poses, no intrinsics, counts that differ.
+/// Throws Error(usage) for invalid options, Error(data) for errors found before reading any scan: missing
+/// or empty input, no poses, no intrinsics, different counts.
 std::unique_ptr<ScanSource> open_scans(const std::vector<std::filesystem::path>& inputs,
                                        const ScanSourceOptions& options = {});
 

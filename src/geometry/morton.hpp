@@ -27,7 +27,7 @@ inline std::uint64_t morton_of(std::uint32_t x, std::uint32_t y, std::uint32_t z
   return spread_bits(x) | spread_bits(y) << 1 | spread_bits(z) << 2;
 }
 
-/// Set bits of v. std::popcount is a library call on processors that are not told to have one.
+/// Number of set bits. std::popcount is a library call when compiled without -mpopcnt.
 inline unsigned bit_count(std::uint64_t v) {
   v -= v >> 1 & 0x5555555555555555ULL;
   v = (v & 0x3333333333333333ULL) + (v >> 2 & 0x3333333333333333ULL);

@@ -7,8 +7,8 @@
 
 namespace octosurf::geometry {
 
-/// Calls work(0) … work(threads − 1), each in a thread of its own, the first in the caller's and those after
-/// it for which the system has no thread. Throws what the first of them threw, once all are done.
+/// Calls work(0) … work(threads − 1), each in its own thread; work(0), and any for which no thread could be
+/// started, run in the caller's. Rethrows the exception of the lowest index once all are done.
 template <class Work>
 void in_parallel(int threads, const Work& work) {
   std::vector<std::exception_ptr> failures(static_cast<std::size_t>(threads));
@@ -24,7 +24,8 @@ void in_parallel(int threads, const Work& work) {
   try {
     others.reserve(static_cast<std::size_t>(threads));
     for (; started < threads; ++started) others.emplace_back(guarded, started);
-  } catch (const std::exception&) {  // std::system_error or std::bad_alloc: what is left is done here
+  } catch (const std::exception&) {  // std::system_error or std::bad_alloc: the remaining work runs in this
+                                     // thread
   }
   guarded(0);
   for (int t = started; t < threads; ++t) guarded(t);
@@ -33,7 +34,7 @@ void in_parallel(int threads, const Work& work) {
     if (failure) std::rethrow_exception(failure);
 }
 
-/// The part of n items that is thread t's.
+/// Thread t's range of n items.
 struct Share {
   std::size_t begin, end;
   Share(std::size_t n, int t, int threads)

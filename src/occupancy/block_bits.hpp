@@ -22,10 +22,10 @@ struct RayBox {
   }
 };
 
-/// Addresses of the voxels in a box, as bits: nine low bits are the Morton index inside a block of
-/// 8³ voxels, a cache line, the others the block's, interleaved as far as the box reaches along each
-/// axis. Addresses wrap around, so the box may lie anywhere. A step along an axis is an addition
-/// with the other axes' bits filled with ones.
+/// Maps the voxels of a box to bit addresses: the nine low bits are the Morton index inside a block of 8³
+/// voxels (one cache line), the higher bits interleave the block's coordinates as far as the box extends
+/// along each axis. Addresses wrap around, so the box may lie anywhere. To step along an axis, add with the
+/// other axes' bits set to ones.
 class BlockAddress {
  public:
   void fit(const RayBox& box) {
@@ -68,10 +68,10 @@ class BlockAddress {
   std::array<std::vector<std::uint64_t>, 3> table_;
 };
 
-/// Zeroed words whose memory the system hands out when they are first written.
+/// Zeroed words; the system commits their memory on first write.
 class LazyWords {
  public:
-  /// Keeps what it has if that is enough: users leave it zeroed.
+  /// Reuses the allocation if it is large enough, so callers must leave it zeroed.
   void reserve(std::size_t words) {
     if (words <= size_) return;
     words_.reset();
@@ -95,7 +95,7 @@ class LazyWords {
   std::size_t size_ = 0;
 };
 
-/// A block outside the box, which a few far rays reach: eight words of misses, eight of hits.
+/// A block outside the box, reached by few far rays: eight words of misses, eight of hits.
 using StrayBlock = std::array<std::uint64_t, 16>;
 
 }  // namespace octosurf::occupancy

@@ -18,10 +18,11 @@ using detail::GridRay;
 /// State of a walk from voxel to voxel (Amanatides & Woo, 1987) in the arithmetic of OctoMap's
 /// `computeRayKeys`, so that both pass the same voxels to the last bit.
 struct GridWalk {
-  std::array<double, 3> t{};   ///< where the ray leaves the present voxel along each axis, m from the origin
+  std::array<double, 3> t{};   ///< ray parameter at which the ray leaves the current voxel, per axis, m from
+                               ///< the origin
   std::array<double, 3> dt{};  ///< from one border to the next
   std::array<int, 3> sign{};
-  std::int64_t steps = 0;  ///< |Δx|+|Δy|+|Δz| to the end voxel: what a ray to a voxel's centre takes
+  std::int64_t steps = 0;  ///< |Δx|+|Δy|+|Δz| to the end voxel: the steps of a ray to a voxel's centre
   double length = 0;
 
   GridWalk() = default;
@@ -46,12 +47,12 @@ struct GridWalk {
     }
   }
 
-  /// Axis of the next border. OctoMap's order of comparison, which decides ties.
+  /// Axis of the next border. The order of comparisons is OctoMap's, because it decides ties.
   std::size_t next_axis() const { return t[0] < t[1] ? (t[0] < t[2] ? 0 : 2) : (t[1] < t[2] ? 1 : 2); }
 
-  /// A ray that does not end in a centre ends by its length or in its end voxel, whichever OctoMap meets
-  /// first. True if both are so clear that it takes just `steps`: the end voxel is entered well before the
-  /// ray's length, and no axis crosses a border too many before that.
+  /// A ray that does not end in a voxel centre stops at its length or in its end voxel, whichever OctoMap
+  /// reaches first. True if it certainly takes `steps` steps: it enters the end voxel well before its length,
+  /// and no axis crosses an extra border before that.
   bool ends_clearly(const GridRay& ray, const GridOrigin& from) const {
     const double margin = 1e-9 * length;
     double entered = 0, left = std::numeric_limits<double>::max();

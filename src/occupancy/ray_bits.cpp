@@ -46,7 +46,7 @@ void RayBits::walk(Marks& marks, const GridOrigin& from, std::span<const GridRay
   auto next = [&, i = std::size_t{0}](GridWalk& out) mutable {
     while (i < rays.size()) {
       const GridRay& ray = rays[i++];
-      if (ray.key == from.key) continue;  // within the sensor's own voxel: OctoMap frees nothing
+      if (ray.key == from.key) continue;  // within the sensor's own voxel: OctoMap frees no voxel
       out = GridWalk(ray, from);
       if (core_.contains(ray.key) && (ray.to_centre || out.ends_clearly(ray, from))) return true;
       marks.slow.push_back(&ray);
@@ -157,7 +157,7 @@ std::span<const TouchedBlock> RayBits::trace(const GridOrigin& from, std::span<c
   clear();
   unfinished_ = true;
   set_core(from, rays);
-  // A thread's own bits and its start pay only where it has rays enough.
+  // A further thread needs enough rays to pay for its own bits and its start.
   threads = std::clamp(static_cast<int>(rays.size() / 256), 1, std::min(threads, 16));
   if (marks_.size() < static_cast<std::size_t>(threads)) marks_.resize(static_cast<std::size_t>(threads));
   geometry::in_parallel(threads, [&](int t) {

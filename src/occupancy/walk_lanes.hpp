@@ -13,7 +13,7 @@
 
 namespace octosurf::occupancy {
 
-/// Where a walk sets its bits. `mask`: each axis' bits of an address (BlockAddress); `pages` may be null.
+/// Where a walk sets its bits. `mask`: each axis' address bits (BlockAddress); `pages` may be null.
 struct BitTarget {
   std::uint64_t* bits;
   std::uint8_t* pages;
@@ -26,9 +26,9 @@ struct BitTarget {
 template <std::size_t width>
 struct alignas(8 * width) RayLanes {
   double t[3][width]{}, dt[3][width]{};
-  std::uint64_t step[3][width]{};  // what an address gains along each axis
+  std::uint64_t step[3][width]{};  // address increment along each axis
   std::uint64_t address[width]{};
-  std::int64_t left[width]{};  // steps
+  std::int64_t left[width]{};  // remaining steps
 };
 
 inline long long as_signed(std::uint64_t v) { return static_cast<long long>(v); }
@@ -36,16 +36,16 @@ inline long long as_signed(std::uint64_t v) { return static_cast<long long>(v); 
 template <bool paged, std::size_t width>
 [[gnu::always_inline]] inline void set_bits(const BitTarget& to, std::uint64_t (&word)[width],
                                             std::uint64_t (&bit)[width]) {
-  // Read back from memory: GCC at -O3 would take each lane out of its register instead, which is five times
-  // as slow on some processors (Zen 4, AVX-512: 5.2 and 1.0 ns a step).
+  // Forces a read from memory: GCC at -O3 would extract each lane from its register instead, which is five
+  // times as slow on some processors (Zen 4, AVX-512: 5.2 and 1.0 ns a step).
   asm volatile("" : "+m"(word), "+m"(bit));
   for (std::size_t lane = 0; lane < width; ++lane) to.bits[word[lane]] |= bit[lane];
   if constexpr (paged)
     for (std::size_t lane = 0; lane < width; ++lane) to.pages[word[lane] >> 9] = 1;
 }
 
-/// Steps four lanes until the first of them has arrived: sets the bits of where they are, then moves
-/// each along the axis that GridWalk::next_axis would choose.
+/// Steps four lanes until the first arrives: sets the bits of the current voxels, then moves each lane along
+/// the axis that GridWalk::next_axis would choose.
 template <bool paged>
 [[gnu::target("avx2")]] void advance(const BitTarget& to, RayLanes<4>& lanes) {
   __m256d tx = _mm256_load_pd(lanes.t[0]), ty = _mm256_load_pd(lanes.t[1]), tz = _mm256_load_pd(lanes.t[2]);
@@ -96,7 +96,7 @@ template <bool paged>
   const __m512i mx = _mm512_set1_epi64(as_signed(to.mask[0])), my = _mm512_set1_epi64(as_signed(to.mask[1])),
                 mz = _mm512_set1_epi64(as_signed(to.mask[2])), low6 = _mm512_set1_epi64(63),
                 one = _mm512_set1_epi64(1);
-  constexpr __mmask8 all = 0xff;  // GCC 12 takes the unmasked shifts for reading what nobody set
+  constexpr __mmask8 all = 0xff;  // GCC 12 warns that unmasked shifts read uninitialised values
   const std::int64_t n = *std::min_element(lanes.left, lanes.left + 8);
   for (std::int64_t i = 0; i < n; ++i) {
     alignas(64) std::uint64_t word[8], bit[8];
@@ -112,7 +112,7 @@ template <bool paged>
     tz = _mm512_mask_add_pd(tz, is_z, tz, dz);
     const __m512i m = _mm512_mask_mov_epi64(_mm512_mask_mov_epi64(mz, is_y, my), is_x, mx);
     const __m512i step = _mm512_mask_mov_epi64(_mm512_mask_mov_epi64(ez, is_y, ey), is_x, ex);
-    constexpr int or_not = 0xf5, choose = 0xca;  // b's truth tables: a | ~c; a ? b : c
+    constexpr int or_not = 0xf5, choose = 0xca;  // ternary-logic truth tables: a | ~c; a ? b : c
     const __m512i moved = _mm512_add_epi64(_mm512_ternarylogic_epi64(address, address, m, or_not), step);
     address = _mm512_ternarylogic_epi64(m, moved, address, choose);
   }
@@ -123,15 +123,15 @@ template <bool paged>
 
 #endif
 
-/// Walks rays that all start in one voxel and take GridWalk::steps steps each, setting a bit for
-/// every voxel they leave. Eight or four rays go side by side where the processor has AVX-512 or AVX2:
-/// one ray alone waits for its own comparison at every step. Additions and comparisons are those of
-/// the scalar walk, so the bits are the same everywhere.
+/// Walks rays that all start in one voxel and take GridWalk::steps steps each, setting a bit for every voxel
+/// they leave. Eight or four rays run in parallel lanes where the processor has AVX-512 or AVX2, because a
+/// single ray stalls on its own comparison at every step. Additions and comparisons equal those of the scalar
+/// walk, so the bits do too.
 class LaneWalker {
  public:
   LaneWalker(const BitTarget& to, std::uint64_t start) : to_(to), start_(start) {}
 
-  /// next(GridWalk&) gives the next ray; false: none is left.
+  /// next(GridWalk&) fetches the next ray; false: none is left.
   template <class Next>
   void run(Next&& next) {
     if (supports(8))
@@ -142,7 +142,7 @@ class LaneWalker {
       run_abreast<1>(next);
   }
 
-  /// Whether this processor can walk so many rays side by side; 1 everywhere.
+  /// Whether this processor can walk `width` rays in parallel; 1 everywhere.
   static bool supports(std::size_t width) {
 #ifdef OCTOSURF_HAS_LANES
     if (width == 8) return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq");
@@ -150,7 +150,7 @@ class LaneWalker {
 #endif
     return width == 1;
   }
-  /// run() with so many; needs supports(width).
+  /// run() with `width` lanes; needs supports(width).
   template <std::size_t width, class Next>
   void run_abreast(Next&& next) {
 #ifdef OCTOSURF_HAS_LANES
@@ -165,7 +165,7 @@ class LaneWalker {
     to_.bits[address >> 6] |= std::uint64_t{1} << (address & 63);
     if (to_.pages != nullptr) to_.pages[address >> 15] = 1;
   }
-  /// What is added to an address whose other axes' bits are ones; minus one is all ones.
+  /// Increment for an address whose other axes' bits are ones; minus one is all ones.
   std::uint64_t step_of(std::size_t axis, int sign) const {
     return sign > 0 ? to_.mask[axis] & -to_.mask[axis] : to_.mask[axis];
   }
@@ -196,7 +196,7 @@ class LaneWalker {
           filled = 0;
       }
     }
-    for (std::size_t lane = 0; lane < width; ++lane) {  // what is under way when rays run out
+    for (std::size_t lane = 0; lane < width; ++lane) {  // lanes still active when rays run out
       for (std::size_t a = 0; a < 3; ++a) walks[lane].t[a] = lanes.t[a][lane];
       walk_alone(walks[lane], lanes.address[lane], lanes.left[lane]);
     }

@@ -49,7 +49,8 @@ class VoxelTable {
   static std::size_t place_in_cube(const Key& k) { return (k[0] & 3U) | (k[1] & 3U) << 2 | (k[2] & 3U) << 4; }
 
   std::size_t slot_of(std::uint64_t cube) const {
-    std::uint64_t h = cube * 0x9e3779b97f4a7c15ULL;  // Fibonacci hashing; its high bits are the good ones
+    std::uint64_t h = cube * 0x9e3779b97f4a7c15ULL;  // Fibonacci hashing: the high bits are the well mixed
+                                                     // ones
     h ^= h >> 32;
     std::size_t i = h & (slots_.size() - 1);
     while (slots_[i].cube != cube && slots_[i].cube != empty) i = (i + 1) & (slots_.size() - 1);
@@ -77,7 +78,7 @@ class VoxelTable {
   std::vector<Slot> slots_;
   std::vector<Cube> cubes_;
   std::size_t used_ = 0;
-  std::uint64_t last_cube_ = empty;  // of the call before
+  std::uint64_t last_cube_ = empty;  // of the previous call
   std::uint32_t last_index_ = 0;
 };
 

@@ -15,15 +15,15 @@
 #include <octosurf/adapters/octree.hpp>
 #include <octosurf/surface.hpp>
 
-// A map for FCL's collision checks: its octree, and its surfaces' meshes with a broad-phase manager that is
-// kept up to date. Needs FCL's and OctoMap's headers and libraries beside octosurf::octosurf.
+// A map for FCL's collision checks: its octree, and its surfaces' meshes under a broad-phase manager that is
+// updated incrementally. Needs FCL's and OctoMap's headers and libraries besides octosurf::octosurf.
 
 namespace octosurf {
 
-/// A triangle mesh as FCL collides it.
+/// FCL's collision model of a triangle mesh.
 using FclMesh = fcl::BVHModel<fcl::OBBRSSd>;
 
-/// Any mesh of octosurf's, such as extrude(surface, 0.02), in its own coordinates.
+/// Converts any octosurf mesh, such as extrude(surface, 0.02), in its own coordinates.
 inline std::shared_ptr<FclMesh> to_fcl_mesh(const Mesh& mesh) {
   std::vector<fcl::Triangle> triangles;
   triangles.reserve(mesh.triangles.size());
@@ -35,20 +35,20 @@ inline std::shared_ptr<FclMesh> to_fcl_mesh(const Mesh& mesh) {
   return model;
 }
 
-/// The octree of a view, or what of it meets a box (to_octree()): what is occupied collides, what is unknown
-/// does not. An fcl::OcTree only points to its octomap::OcTree: make it of one that you hold, and
-/// update_octree() keeps both up to date.
+/// The octree of a view, or the part that meets a box (to_octree()): occupied voxels collide, unknown ones do
+/// not. An fcl::OcTree only points to its octomap::OcTree: create it from one that you own, and
+/// update_octree() updates both.
 inline std::shared_ptr<fcl::OcTreed> to_fcl_octree(const OccupancyView& view,
                                                    const Eigen::AlignedBox3d& box = detail::everywhere()) {
   return std::make_shared<fcl::OcTreed>(std::shared_ptr<const octomap::OcTree>(to_octree(view, box)));
 }
 
-/// The surfaces of a snapshot as collision objects under a broad-phase manager: each the closed mesh of
+/// The surfaces of a snapshot as collision objects under a broad-phase manager: each is the closed mesh of
 /// extrude(), map frame.
 ///
 /// 1. After update(snapshot) there is one object for each surface of the snapshot that has a polygon.
-/// 2. Objects of surfaces whose revision is the same stay; so does the address of their object.
-/// Cost of update(): O(surfaces), and a mesh and its box tree for each that changed.
+/// 2. Objects of surfaces with unchanged revision keep their address.
+/// Cost of update(): O(surfaces), plus a mesh and its bounding-volume tree for each changed surface.
 class FclSurfaces {
  public:
   /// `thickness` of the meshes against the normal, m.
@@ -56,7 +56,7 @@ class FclSurfaces {
   FclSurfaces(const FclSurfaces&) = delete;
   FclSurfaces& operator=(const FclSurfaces&) = delete;
 
-  /// Brings objects and manager to what `snapshot` has.
+  /// Updates objects and manager to `snapshot`.
   void update(const Snapshot& snapshot) {
     for (auto entry = entries_.begin(); entry != entries_.end();)
       entry = snapshot.find(entry->first) == nullptr ? remove(entry) : std::next(entry);
@@ -69,7 +69,7 @@ class FclSurfaces {
     manager_.setup();
   }
 
-  /// To be asked for collisions and distances; not to be changed.
+  /// For collision and distance queries; do not modify it.
   fcl::DynamicAABBTreeCollisionManagerd& manager() { return manager_; }
   std::size_t size() const { return entries_.size(); }  ///< number of objects
   /// nullptr if there is none.
@@ -77,7 +77,7 @@ class FclSurfaces {
     const auto found = entries_.find(id);
     return found == entries_.end() ? nullptr : found->second.object.get();
   }
-  /// Of one of these objects, in a callback of the manager.
+  /// The surface of one of these objects, for callbacks of the manager.
   static SurfaceId id_of(const fcl::CollisionObjectd& object) {
     return static_cast<SurfaceId>(reinterpret_cast<std::uintptr_t>(object.getUserData()));
   }

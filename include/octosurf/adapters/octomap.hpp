@@ -6,8 +6,8 @@
 
 #include <octosurf/adapters/detail/batch_insert.hpp>
 
-// insert_point_cloud() for any OctoMap octree. A map's octree as an octomap::OcTree, and one taken in:
-// adapters/octree.hpp, which needs the library, too.
+// insert_point_cloud() for any OctoMap octree. To convert between a map and an octomap::OcTree use
+// adapters/octree.hpp, which also needs the library.
 
 namespace octosurf {
 namespace detail {
@@ -50,8 +50,8 @@ void collect_rays(const Tree& tree, const octomap::Pointcloud& scan, const octom
   }
 }
 
-/// The root is out of reach from outside, but OctoMap makes it with the first voxel: which is then
-/// taken out of the batch.
+/// The root is not accessible, but OctoMap creates it with the first voxel, which is then removed from the
+/// batch.
 template <class Tree>
 void make_root(Tree& tree, const TouchedBlock& block, bool lazy) {
   for (unsigned i = 0; i < 512; ++i) {
@@ -68,12 +68,12 @@ void make_root(Tree& tree, const TouchedBlock& block, bool lazy) {
 
 }  // namespace detail
 
-/// `tree.insertPointCloud(scan, sensor_origin, max_range, lazy_eval, discretize)`, several times
-/// faster, for `octomap::OcTree` and any octree derived from OctoMap's occupancy base.
+/// `tree.insertPointCloud(scan, sensor_origin, max_range, lazy_eval, discretize)`, several times faster, for
+/// `octomap::OcTree` and any octree derived from OctoMap's occupancy base.
 ///
-/// 1. The same tree afterwards: the same nodes with the same values, pruned alike.
+/// 1. The resulting tree is the same: same nodes, same values, same pruning.
 /// 2. `threads` change the time, never the result.
-/// 3. Points that are not finite or outside the octree are left out; OctoMap lets them wrap around.
+/// 3. Points that are not finite or outside the octree are skipped; OctoMap lets them wrap around.
 ///
 /// `discretize` is true by default: one ray per distinct end voxel is what makes a depth
 /// image affordable (OctoMap's own default is false). With a bounding-box limit, change detection or

@@ -19,8 +19,8 @@
 #include <octosurf/map.hpp>
 #include <octosurf/occupancy.hpp>
 
-// A map's octree as OctoMap's, which MoveIt, FCL and others take, kept up to date, and one taken in. Needs
-// OctoMap's headers and library beside octosurf::octosurf.
+// Converts a map's octree to octomap::OcTree, as MoveIt, FCL and others use it, updates it, and converts
+// back. Needs OctoMap's headers and library besides octosurf::octosurf.
 //
 //   const std::unique_ptr<octomap::OcTree> tree = octosurf::to_octree(map.octree());
 //   octosurf::OccupancyView before = map.octree();
@@ -30,14 +30,14 @@
 namespace octosurf {
 namespace detail {
 
-/// Makes nodes below one node of an OctoMap octree, from leaves in Morton order: none is looked for, and
-/// inner ones get their maximum when their last child is there.
+/// Creates the nodes below one node of an OctoMap octree from leaves in Morton order, without lookups; inner
+/// nodes get their maximum when their last child is complete.
 template <class Tree>
 class LeafBuilder {
  public:
   using Node = typename Tree::NodeType;
 
-  /// `top`, of edge 2^level voxels, has no children and keeps its value if no leaf comes.
+  /// `top`, of edge 2^level voxels, has no children and keeps its value if no leaf is added.
   LeafBuilder(Tree& tree, Node* top, int level) : tree_(tree), top_(level) { path_[index(level)] = top; }
 
   void add(const OccupancyView::Leaf& leaf) {
@@ -62,7 +62,7 @@ class LeafBuilder {
     return (key[0] >> level & 1U) | (key[1] >> level & 1U) << 1 | (key[2] >> level & 1U) << 2;
   }
 
-  /// The level of the node that holds the leaf and the one before; what is below it is complete.
+  /// Level of the common ancestor of this leaf and the previous one; all nodes below it are complete.
   int closed_to(const OccupancyView::Leaf& leaf) {
     if (!any_) return top_;
     unsigned different = 0;
@@ -71,7 +71,7 @@ class LeafBuilder {
     close(common);
     return common;
   }
-  /// Values of the last leaf's ancestors up to `level`, which may get more children.
+  /// Sets the values of the last leaf's ancestors below `level`.
   void close(int level) {
     for (int l = last_.level; l < level; ++l) {
       float& above = largest_[index(l + 1)];
@@ -92,15 +92,15 @@ class LeafBuilder {
   bool any_ = false;
 };
 
-/// OctoMap makes a root only with a voxel, or when it reads one: log-odds and no children.
+/// OctoMap creates a root only with a voxel or when reading one: log-odds and no children.
 template <class Tree>
 void make_empty_root(Tree& tree) {
   std::istringstream root(std::string(sizeof(float) + 1, '\0'));
   tree.readData(root);
 }
 
-/// Writes changed cubes, which come in Morton order, into a tree: nodes that stay are kept, and what is above
-/// several cubes is looked for and brought up to date once.
+/// Writes changed cubes, which come in Morton order, into a tree: unchanged nodes are kept, and ancestors
+/// shared by several cubes are found and refreshed once.
 template <class Tree>
 class ChangeInsert {
  public:
@@ -123,7 +123,7 @@ class ChangeInsert {
     open_ = true;
   }
 
-  /// After the last change.
+  /// Call after the last change.
   void finish() {
     if (open_) close(17);
     open_ = false;
@@ -132,7 +132,7 @@ class ChangeInsert {
  private:
   static std::size_t at(int level) { return static_cast<std::size_t>(level); }
 
-  /// Makes path_ lead to the node of `key` at `level`.
+  /// Descends path_ to the node of `key` at `level`.
   void descend(const octomap::OcTreeKey& key, int level) {
     int from = 16;
     if (open_) {
@@ -151,7 +151,7 @@ class ChangeInsert {
 
   Node* child_of(int level, unsigned child) {
     Node* node = path_[at(level)];
-    if (!divided_[at(level)]) tree_.expandNode(node);  // a leaf stands for eight equal ones
+    if (!divided_[at(level)]) tree_.expandNode(node);  // a leaf represents eight equal children
     divided_[at(level)] = true;
     const bool exists = tree_.nodeChildExists(node, child);
     Node* next = exists ? tree_.getNodeChild(node, child) : tree_.createNodeChild(node, child);
@@ -159,8 +159,7 @@ class ChangeInsert {
     return next;
   }
 
-  /// Brings the path's nodes over the last cube and below `level` up to date: no other change will come
-  /// there.
+  /// Refreshes the path's nodes above the last cube and below `level`; no further change falls into them.
   void close(int level) {
     for (int l = stale_; l < level; ++l) {
       Node* node = path_[at(l)];
@@ -174,11 +173,11 @@ class ChangeInsert {
     }
   }
 
-  /// Makes the node what `leaves` say, which are all of its cube; returns its value, their largest.
+  /// Replaces the node's contents by `leaves`, which are all of its cube; returns its value, their maximum.
   float write(Node* node, int level, Leaves leaves) {
     if (leaves.front().level == level) return write_leaf(node, leaves.front());
     float largest = -std::numeric_limits<float>::infinity();
-    if (level == 1 && leaves.size() == 8) {  // mostly
+    if (level == 1 && leaves.size() == 8) {  // the common case
       for (unsigned c = 0; c < 8; ++c) largest = std::max(largest, write_leaf(child_at(node, c), leaves[c]));
       node->setLogOdds(largest);
       return largest;
@@ -209,14 +208,14 @@ class ChangeInsert {
     return leaf.log_odds;
   }
 
-  /// With all below it, if it exists.
+  /// Removes the child and its subtree, if it exists.
   void remove_child(Node* node, unsigned child) {
     if (!tree_.nodeChildExists(node, child)) return;
     make_leaf(tree_.getNodeChild(node, child));
     tree_.deleteNodeChild(node, child);
   }
 
-  /// Pruning is OctoMap's only public way to take children off a node and free their table, and it asks for
+  /// Pruning is OctoMap's only public way to remove a node's children and free their table, and it requires
   /// eight equal ones.
   void make_leaf(Node* node) {
     for (unsigned c = 0; c < 8; ++c) {
@@ -231,9 +230,9 @@ class ChangeInsert {
 
   Tree& tree_;
   std::array<Node*, 17> path_{};
-  std::array<bool, 17> divided_{};  ///< of the path's nodes: what has no child there is unknown
+  std::array<bool, 17> divided_{};  ///< for the path's nodes: without children they are unknown
   octomap::OcTreeKey last_;
-  int stale_ = 17;  ///< lowest level of the path that is not up to date
+  int stale_ = 17;  ///< lowest level of the path that needs a refresh
   bool open_ = false;
 };
 
@@ -249,7 +248,7 @@ void require_resolution(const Tree& tree, const OccupancyView& view, const char*
                 "make it with " + std::to_string(view.resolution()) + " m");
 }
 
-/// Exact: a float's log-odds come back from the probability in doubles.
+/// Exact: converting a float's log-odds to a probability and back in doubles is lossless.
 template <class Tree>
 void set_threshold(Tree& tree, const OccupancyView& view) {
   if (view.resolution() > 0) tree.setOccupancyThres(octomap::probability(view.occupied_from()));
@@ -257,15 +256,15 @@ void set_threshold(Tree& tree, const OccupancyView& view) {
 
 }  // namespace detail
 
-/// The octree of a map as it stands in `view` (Map::octree(), Snapshot::octree), or what of it meets `box`.
+/// The octree of `view` (Map::octree(), Snapshot::octree), or the part that meets `box`.
 ///
-/// 1. Leaf by leaf the tree that OctoMap's insertPointCloud makes of the same scans, where the map was
-///    built without `preserve_surfaces`: values, pruning, inner nodes.
-/// 2. With a box every voxel that meets it is there with its value; some beside it may be, where it cuts a
-///    cube that is pruned.
-/// Occupied is what the map counts as occupied. The rest of the occupancy model (hit, miss, clamping) is
-/// OctoMap's default: set_model() gives it a map's.
-/// Cost: some 30 ns a node, nearly all of it OctoMap's allocations; its readBinary takes as long.
+/// 1. Leaf by leaf equal to the tree of OctoMap's insertPointCloud for the same scans, if the map was built
+///    without `preserve_surfaces`: values, pruning, inner nodes.
+/// 2. With a box, every voxel that meets it has its value; some beside it may too, where the box cuts a
+///    pruned cube.
+/// The occupancy threshold is the map's. The rest of the occupancy model (hit, miss, clamping) is OctoMap's
+/// default: set_model() sets the map's. Cost: some 30 ns a node, mostly OctoMap's allocations; its readBinary
+/// takes as long.
 inline std::unique_ptr<octomap::OcTree> to_octree(const OccupancyView& view,
                                                   const Eigen::AlignedBox3d& box = detail::everywhere()) {
   if (!(view.resolution() > 0))
@@ -284,9 +283,9 @@ inline std::unique_ptr<octomap::OcTree> to_octree(const OccupancyView& view,
   return tree;
 }
 
-/// Brings a tree that equals to_octree(before) to what to_octree(now) would be, node by node. Both are views
-/// of one map. Cost: some 2 ms for 4,000 changed cubes of 2³ voxels in a million leaves, a twentieth of
-/// making the tree anew: their 31,000 leaves are a fortieth of it. Half of it is for_each_change().
+/// Updates a tree that equals to_octree(before) to to_octree(now), node by node. Both are views of one map.
+/// Cost: some 2 ms for 4,000 changed cubes of 2³ voxels among a million leaves, a twentieth of building the
+/// tree anew. Half of it is for_each_change().
 inline void update_octree(octomap::OcTree& tree, const OccupancyView& before, const OccupancyView& now) {
   detail::require_resolution(tree, before, "update_octree");
   detail::require_resolution(tree, now, "update_octree");
@@ -296,7 +295,7 @@ inline void update_octree(octomap::OcTree& tree, const OccupancyView& before, co
   insert.finish();
 }
 
-/// Scans that are inserted into `tree` by OctoMap itself then count as they do in the map.
+/// Sets the map's occupancy model, so that scans inserted by OctoMap itself count as they do in the map.
 inline void set_model(octomap::OcTree& tree, const Parameters& parameters) {
   const OccupancyParameters& model = parameters.occupancy;
   tree.setProbHit(model.hit);
@@ -306,9 +305,9 @@ inline void set_model(octomap::OcTree& tree, const Parameters& parameters) {
   tree.setOccupancyThres(model.occupied);
 }
 
-/// A map with the octree `tree`, without points or surfaces yet: Mapper::detect_in_occupancy() finds those.
-/// The tree's resolution replaces the parameters'. Throws Error(usage) for parameters that do not suit,
-/// Error(data) for log-odds that are not finite.
+/// A map with the octree `tree`, without points or surfaces yet: Mapper::detect_in_occupancy() finds them.
+/// The tree's resolution replaces the parameters'. Throws Error(usage) for unsuitable parameters, Error(data)
+/// for log-odds that are not finite.
 inline Map map_from_octree(const octomap::OcTree& tree, Parameters parameters = {}) {
   parameters.occupancy.resolution = tree.getResolution();
   std::vector<OccupancyView::Leaf> leaves;

@@ -20,15 +20,15 @@
 #include <octosurf/scan.hpp>
 #include <octosurf/surface.hpp>
 
-// PCL's types in and out. Needs PCL's headers and pcl_common beside octosurf::octosurf. PCL computes in
-// 32-bit floats: what goes out is rounded to them.
+// Conversions from and to PCL's types. Needs PCL's headers and pcl_common besides octosurf::octosurf. PCL
+// uses 32-bit floats: results are rounded to them.
 
 namespace octosurf {
 
-/// A cloud with its sensor's pose (`sensor_origin_`, `sensor_orientation_`), its time (`header.stamp`, µs)
-/// and its `header.frame_id` for a name. Organised clouds are a depth camera's, others a lidar's, as with PCD
-/// files. Points at the very origin are no readings: drivers write them for no return. Throws Error(data) if
-/// the orientation is not a rotation.
+/// Converts a cloud with its sensor's pose (`sensor_origin_`, `sensor_orientation_`), its time
+/// (`header.stamp`, µs) and `header.frame_id` as name. Organised clouds count as a depth camera's, others as
+/// a lidar's, as with PCD files. Points exactly at the origin are no readings: drivers write them for missing
+/// returns. Throws Error(data) if the orientation is not a rotation.
 template <class Point>
 Scan to_scan(const pcl::PointCloud<Point>& cloud) {
   const Eigen::Quaterniond orientation = cloud.sensor_orientation_.template cast<double>();
@@ -69,7 +69,7 @@ inline pcl::ModelCoefficients to_model_coefficients(const Plane& plane) {
   return coefficients;
 }
 
-/// Any mesh of octosurf's, such as extrude(surface, 0.02): map frame.
+/// Converts any octosurf mesh, such as extrude(surface, 0.02): map frame.
 inline pcl::PolygonMesh to_polygon_mesh(const Mesh& mesh) {
   pcl::PointCloud<pcl::PointXYZ> cloud;
   for (const Eigen::Vector3d& v : mesh.vertices) {
@@ -94,7 +94,7 @@ struct AreaMoments {
   Eigen::Vector2d first = Eigen::Vector2d::Zero();
   Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
 
-  /// By Green's theorem; a hole, being clockwise, is taken off.
+  /// By Green's theorem; holes, being clockwise, subtract.
   void add(const Ring2& ring) {
     for (std::size_t i = 0; i < ring.size(); ++i) {
       const Eigen::Vector2d &a = ring[i], &b = ring[(i + 1) % ring.size()];
@@ -109,9 +109,9 @@ struct AreaMoments {
 
 }  // namespace detail
 
-/// One region for each polygon of the surface, map frame. PlanarRegion knows no holes: `contour` is the outer
-/// ring. Centroid and covariance are those of points spread evenly over the polygon, holes left out, and by
-/// rms_m about the plane; the count is its share of the inliers by area.
+/// One region for each polygon of the surface, map frame. PlanarRegion has no holes: `contour` is the outer
+/// ring. Centroid and covariance are those of points spread evenly over the polygon without its holes, with
+/// rms_m across the plane; the count is its share of the inliers by area.
 inline std::vector<pcl::PlanarRegion<pcl::PointXYZ>> to_planar_regions(const Surface& surface) {
   std::vector<pcl::PlanarRegion<pcl::PointXYZ>> regions;
   const Eigen::Matrix3d R = surface.T_map_surface.linear();
