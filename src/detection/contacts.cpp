@@ -14,12 +14,12 @@ namespace {
 
 using Index = Readings::Index;
 
-/// Effort: lines looked at between two patches.
+/// Effort: lines evaluated between two patches.
 constexpr int most_lines = 32;
-/// Effort: at a straight rim the mean of a reading's neighbours lies 0.6 voxels off it, inside a plane 0.1.
+/// Effort: at a straight rim the mean of a reading's neighbours is 0.6 voxels off it, inside a plane 0.1.
 constexpr double rim_asymmetry = 0.25;
 
-/// Looks for patches across gaps from the readings at rims.
+/// Searches for patches across gaps, from the readings at rims.
 class Gaps {
  public:
   Gaps(const Readings& readings, const std::vector<Label>& labels, const Junctions& junctions, double reach,
@@ -32,7 +32,7 @@ class Gaps {
     const LabelBlocks blocks(readings_, labels_, at_rim);
     blocks.for_each_block(voxels(), [&](const Groups& groups, const std::vector<LabelBlocks::Near>& near) {
       for (const LabelBlocks::Group& group : groups) {
-        if (group.context) continue;  // two of the context have met before
+        if (group.context) continue;  // both are context: their contact was evaluated before
         for (const LabelBlocks::Near& block : near) look_from(group, block);
       }
     });
@@ -46,7 +46,7 @@ class Gaps {
  private:
   struct Gap {
     Label a, b;
-    std::optional<PlanePair> planes;  // none if no line is to be looked along
+    std::optional<PlanePair> planes;  // empty if no lines are to be evaluated
     int lines = 0, open = 0;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();  // of the open lines' middles
     bool goes_on() const { return planes && lines < most_lines; }
@@ -56,7 +56,7 @@ class Gaps {
   Eigen::Vector3d position(Index i) const { return readings_[i].position.cast<double>(); }
   int voxels() const { return static_cast<int>(reach_ / readings_.resolution()); }
 
-  /// Its neighbours of the same plane lie to one side of it.
+  /// Its neighbours on the same plane lie to one side of it.
   bool is_at_rim(Index i) const {
     if (labels_[i] == clutter) return false;
     if (readings_.is_context(i)) return readings_[i].at_rim;
@@ -110,7 +110,7 @@ class Gaps {
     return open(i, j, Eigen::Vector3d::Zero()) && open(i, j, above * plane.normal);
   }
 
-  /// Along the line between the two, moved by `lift`.
+  /// Whether the line between the two, moved by `lift`, is unobstructed.
   bool open(Index i, Index j, const Eigen::Vector3d& lift) const {
     const Eigen::Vector3d from = position(i) + lift, line = position(j) - position(i);
     const int steps = static_cast<int>(2 * line.norm() / readings_.resolution());
@@ -130,7 +130,7 @@ class Gaps {
   const Junctions& junctions_;
   double reach_;
   const PatchGraph& graph_;
-  std::vector<Gap> gaps_;  // in the order in which they were found
+  std::vector<Gap> gaps_;                                                      // in order of discovery
   tsl::robin_map<std::uint64_t, std::size_t, geometry::PackedKeyHash> index_;  // of them, by their labels
 };
 
@@ -145,7 +145,7 @@ void meet_neighbours(const Readings& readings, const std::vector<Label>& labels,
       if (labels[j] == clutter || labels[j] == labels[i]) continue;
       if (junctions.ambiguous(j) || junctions.parted(i, j)) continue;
       const Eigen::Vector3f middle = 0.5F * (readings[i].position + readings[j].position);
-      const double pair = readings.is_context(j) ? 1 : 0.5;  // if it is none, the pair comes twice
+      const double pair = readings.is_context(j) ? 1 : 0.5;  // otherwise the pair is counted from both sides
       graph.meet(labels[i], labels[j], middle.cast<double>(), pair);
     }
   }

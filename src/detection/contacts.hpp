@@ -7,15 +7,15 @@
 
 namespace octosurf::detection {
 
-/// Where the patches of `labels` meet: every pair of neighbouring readings with two labels, but for ambiguous
-/// ones and those that something parts.
+/// Adds the contacts between the patches of `labels`: every pair of neighbouring readings with two labels,
+/// except ambiguous ones and those separated by a plane.
 void meet_neighbours(const Readings& readings, const std::vector<Label>& labels, const Junctions& junctions,
                      PatchGraph& graph);
 
-/// Patches that do not touch meet across a gap of at most `reach` m, if most of the lines between their rims
-/// are open: nothing parts their ends, and no reading of anything else stands on them, nor just above, beyond
-/// the reach of the plane's own noise, as those of a board do that stands on the plane and hides what is
-/// under it.
+/// Adds contacts of separate patches across a gap of at most `reach` m, if most of the lines between their
+/// rims are open: their ends are not separated by a plane, and no other reading lies on the lines or just
+/// above, beyond the noise of the plane. Such readings belong to objects on the plane, such as a board, that
+/// hide it.
 void meet_across_gaps(const Readings& readings, const std::vector<Label>& labels, const Junctions& junctions,
                       double reach, PatchGraph& graph);
 

@@ -9,13 +9,13 @@ namespace {
 
 using Index = Readings::Index;
 
-/// What a ray passes on its last stretch.
+/// The last part of a ray before its end point.
 class LastStretch {
  public:
   LastStretch(const Readings& readings, const std::vector<Label>& labels, const std::vector<Patch>& patches)
       : readings_(readings), labels_(labels), patches_(patches) {}
 
-  /// The labels of planes that face as the one where it ended, each once.
+  /// The labels of planes that face the same way as the one at its end, each once.
   const std::vector<Label>& passed(Index end) {
     passed_.clear();
     const Reading& reading = readings_[end];

@@ -19,7 +19,7 @@ using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 /// Σ w of {1, u, v, u²/2, uv, v²/2} and of heights over the patch's plane: weights of the noise alone,
-/// because what readings have in common bends nothing.
+/// because common errors cause no curvature.
 struct QuadraticSums {
   Matrix6 normal = Matrix6::Zero();
   Vector6 right = Vector6::Zero();
@@ -40,8 +40,8 @@ QuadraticSums sums_of(const Readings& readings, const Patch& patch, std::span<co
   return sums;
 }
 
-/// Variance (1/m²) of bends that no number of readings averages out, because those in the middle may be off
-/// in common against those at both ends: with L²κ/8 between them, 64·(1 + ½)·σ² / L⁴. `length2`: L², m².
+/// Variance (1/m²) of curvature that does not average out, because the middle readings may share an offset
+/// against both ends: with a sagitta of L²κ/8, 64·(1 + ½)·σ² / L⁴. `length2`: L², m².
 double common_variance_of_bend(double pose_variance, double length2) {
   return 96 * pose_variance / std::max(length2 * length2, 1e-12);
 }
@@ -50,7 +50,7 @@ double common_variance_of_bend(double pose_variance, double length2) {
 struct PrincipalFrame {
   Eigen::Matrix3d R;
   Eigen::Vector2d variances;  ///< of its readings across and along, m²
-  double pose_variance;       ///< of what its readings have in common, m²
+  double pose_variance;       ///< of the readings' common error, m²
 
   explicit PrincipalFrame(const Patch& patch)
       : R(geometry::plane_axes(patch.plane.normal).transpose()), pose_variance(patch.pose_variance) {
@@ -60,11 +60,12 @@ struct PrincipalFrame {
     variances = axes.values.cwiseMax(0.0);
   }
 
-  /// Squared lengths that bends act over, m²: across, both, along; a uniform strip is √12 deviations long.
+  /// Squared lengths for curvature, m²: across, both, along; a uniform strip is √12 deviations long.
   Eigen::Vector3d lengths2() const {
     return 12 * Eigen::Vector3d(variances[0], std::sqrt(variances.prod()), variances[1]);
   }
-  /// Of bends across, twist and along; for the twist two corners may be off against the other two, 4·σ² / L⁴.
+  /// For curvature across, twist and along; for the twist two corners may be off against the other two, 4·σ²
+  /// / L⁴.
   Eigen::Vector3d common_variance() const {
     const Eigen::Vector3d L2 = lengths2();
     return {common_variance_of_bend(pose_variance, L2[0]), common_variance_of_bend(pose_variance, L2[1]) / 24,
@@ -72,8 +73,7 @@ struct PrincipalFrame {
   }
 };
 
-/// By how much the surface u²κ_u/2 + uvκ_uv + v²κ_v/2 turns over readings that scatter so along its two axes
-/// (m²).
+/// Turn of the normal of u²κ_u/2 + uvκ_uv + v²κ_v/2 over readings with these variances along its axes (m²).
 double turn_of(const Eigen::Vector3d& bend, const Eigen::Vector2d& variances) {
   Eigen::Matrix2d hessian;
   hessian << bend[0], bend[1], bend[1], bend[2];
@@ -87,19 +87,19 @@ double turn_of(const Eigen::Vector3d& bend, const Eigen::Vector2d& variances) {
   return most;
 }
 
-/// Bayes factor (logarithm) of one bend against none: of evidence (Σ w·height, bends' way), with the
-/// information afterwards and before.
+/// Log Bayes factor of one curvature against none: of evidence (Σ w·height, projected), with the posterior
+/// and prior information.
 double log_bayes_of(double evidence, double posterior, double prior) {
   return 0.5 * (evidence * evidence / posterior - std::log(posterior / prior));
 }
 
-/// What the readings of some blocks tell of a bend across each, once its offset and slopes are eliminated.
+/// Curvature across each of some blocks, with offset and slopes eliminated.
 struct BendAcross {
   double information = 0, evidence = 0;
   double width2 = 0;  ///< Σ information times a block's squared width, m²
 
   void add(const Readings& readings, const Patch& patch, std::span<const Readings::Index> block) {
-    constexpr std::size_t fewest = 6;  // four parameters, and two that can contradict
+    constexpr std::size_t fewest = 6;  // four parameters, and two readings to contradict them
     if (block.size() < fewest) return;
     Patch part = patch;
     part.moments = {};
@@ -134,10 +134,10 @@ bool is_curved_in_places(const Readings& readings, const Patch& patch,
     block.clear();
   }
   if (!(bend.information > 0)) return false;
-  const double width2 = bend.width2 / bend.information;  // and what is expected before any reading
+  const double width2 = bend.width2 / bend.information;  // the prior variance
   const double kept = 1 / (1 + bend.information * common_variance_of_bend(patch.pose_variance, width2));
   const double posterior = kept * bend.information + width2, evidence = kept * bend.evidence;
-  // Away from the sensor; strips that do are as rare as readings of no plane.
+  // Away from the sensor; such strips are as rare as clutter readings.
   return log_bayes_of(evidence, posterior, width2) > sensing::ReadingModel::log_odds &&
          -evidence / posterior * std::sqrt(width2) > Constants::least_turn;
 }
@@ -146,7 +146,7 @@ bool is_curved(const Readings& readings, const Patch& patch, std::span<const Rea
   const PrincipalFrame frame(patch);
   const Eigen::Matrix3d& R = frame.R;
   const QuadraticSums sums = sums_of(readings, patch, indices, R, patch.centroid());
-  // Bends once offset and slopes are eliminated (Schur's complement).
+  // Curvatures with offset and slopes eliminated (Schur complement).
   const Eigen::Matrix3d plane = sums.normal.topLeftCorner<3, 3>(), mixed = sums.normal.topRightCorner<3, 3>();
   const Eigen::LDLT<Eigen::Matrix3d> solver(plane);
   const Eigen::Matrix3d by_noise =
@@ -158,13 +158,14 @@ bool is_curved(const Readings& readings, const Patch& patch, std::span<const Rea
           .inverse();
   const Eigen::Matrix3d information = kept * by_noise;
   const Eigen::Vector3d evidence = kept * right;
-  // Before any reading a bend may turn the patch by about 1 rad from end to end, along and across.
+  // Prior: the curvature turns the patch by about 1 rad from end to end, along and across.
   const Eigen::Vector3d prior = frame.lengths2();
   const Eigen::Matrix3d posterior = information + Eigen::Matrix3d(prior.asDiagonal());
   const Eigen::Vector3d bend = posterior.ldlt().solve(evidence);
   const auto one_way = [&](int k) { return log_bayes_of(evidence[k], posterior(k, k), prior[k]); };
   const double any_way = 0.5 * (bend.dot(evidence) - std::log(posterior.determinant() / prior.prod()));
-  constexpr double log_three = 1.0986122886681098;  // across, along, any way: none is likelier beforehand
+  constexpr double log_three = 1.0986122886681098;  // three equally likely hypotheses: across, along, any
+                                                    // direction
   const double log_bayes = std::max({one_way(0), one_way(2), any_way}) - log_three;
   return log_bayes > 0 && turn_of(bend, frame.variances) > Constants::least_turn;
 }

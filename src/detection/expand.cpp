@@ -19,7 +19,7 @@ namespace {
 using Index = surfaces::MapView::Index;
 using geometry::VoxelKey;
 
-/// Surfaces as planes that know how sure they are, each worked out once.
+/// Surfaces' planes with covariance, each computed once.
 class SurePlanes {
  public:
   explicit SurePlanes(const surfaces::MapView& map) : map_(map), model_(map.noise, map.grid.resolution()) {}
@@ -38,7 +38,7 @@ class SurePlanes {
   tsl::robin_map<SurfaceId, SurePlane> planes_;
 };
 
-/// What surfaces gain of what is pending.
+/// Expansion of surfaces over pending points.
 class Flood {
  public:
   explicit Flood(const surfaces::MapView& map)
@@ -57,7 +57,7 @@ class Flood {
     }
   }
 
-  /// In the window's order, without the pieces that are no part of the surface that they were to go to.
+  /// In the window's order, without pieces that are not one plane with their surface.
   std::vector<Assignment> accepted() {
     std::vector<Assignment> all;
     for (const auto& [i, id] : gained_) all.push_back({i, id});
@@ -125,7 +125,7 @@ class Flood {
     return around;
   }
 
-  /// Neighbours that go to the same surface.
+  /// Neighbours assigned to the same surface.
   geometry::DisjointSets connected(const std::vector<Assignment>& gained) const {
     geometry::DisjointSets sets(gained.size());
     tsl::robin_map<Index, std::size_t> place;
@@ -139,7 +139,7 @@ class Flood {
   }
 
   bool merges(SurfaceId id, const std::vector<Index>& points) const {
-    if (points.size() < Constants::fewest_of_plane) return true;  // it cannot contradict
+    if (points.size() < Constants::fewest_of_plane) return true;  // too few to contradict it
     const Patch surface = planes_.patch(id);
     Patch gain;
     gain.origin = map_.window[points.front()].position.cast<double>();

@@ -9,21 +9,21 @@
 
 namespace octosurf::detection {
 
-/// In which labels the surfaces go on that had the readings so far.
+/// Maps surfaces to the labels that continue them.
 class Heirs {
  public:
   Heirs(const Readings& readings, const Segmentation& segmentation);
 
-  /// Surfaces that had a reading, or have a part outside.
+  /// Surfaces with a reading or a part outside.
   std::vector<SurfaceId> surfaces() const;
-  /// The label that has the most of a surface's readings; clutter if none has any.
+  /// The label with most of a surface's readings; clutter if none has any.
   Label of(SurfaceId before) const;
-  /// It has all but the share of outliers that the model expects.
+  /// Whether the label has all but the model's share of outliers.
   bool alone(SurfaceId before) const;
-  /// By label, the surface whose id it goes on with: of those whose heir it is, the one of which it has the
-  /// most readings, the older one on a tie; 0 if there is none. Those that nobody has seen yet come last.
+  /// By label, the surface whose id it keeps: of the surfaces it continues, the one with most readings in it,
+  /// the older one on a tie; 0: none. Unpublished surfaces come last.
   std::vector<SurfaceId> keepers(std::size_t labels, const std::set<SurfaceId>& unpublished) const;
-  /// By label, the surface that had most of its readings; 0 if none had.
+  /// By label, the surface that had most of its readings; 0: none.
   std::vector<SurfaceId> origins(std::size_t labels) const;
 
  private:

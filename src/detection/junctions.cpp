@@ -42,7 +42,7 @@ void Junctions::find_beside(Index i, const std::vector<Label>& labels) {
     if (std::find(own, beside_.end(), label) != beside_.end()) continue;
     if (!readings_->is_context(i) && readings_->gain(i, planes_[label]) > 0) ambiguous_[i] = true;
     if (cosine > -Constants::cos_nearly_parallel)
-      beside_.push_back(label);  // the back of a board parts nothing
+      beside_.push_back(label);  // the back of a board separates nothing
   }
   of_[i].count = static_cast<std::uint32_t>(beside_.size()) - of_[i].first;
 }

@@ -7,25 +7,25 @@
 
 namespace octosurf::detection {
 
-/// Where planes meet at an angle, as those of a wall and of a board before it: which readings may be
-/// either's, and between which the other plane passes.
+/// Where planes meet at an angle, such as a wall and a board in front of it: finds readings that fit both,
+/// and pairs of readings separated by the other plane.
 class Junctions {
  public:
   using Index = Readings::Index;
 
   /// O(readings).
   Junctions(const Readings& readings, const std::vector<Label>& labels, const std::vector<Patch>& patches);
-  /// The same anew, once labels were renamed, joined, taken away, or parted where nothing conducts: where all
-  /// neighbours had one label nothing has come. O(readings with neighbours of another label).
+  /// Updates after labels were renamed, joined, removed, or split between unconnected readings: readings
+  /// whose neighbours all had one label are unchanged. O(readings with neighbours of another label).
   void renew(const std::vector<Label>& labels, const std::vector<Patch>& patches);
 
-  /// A plane at an angle beside it explains the reading, too: it joins nothing, and planes are fitted without
-  /// it. Never true of context.
+  /// A plane at an angle beside it also explains the reading: it connects nothing, and planes are fitted
+  /// without it. Never true of context.
   bool ambiguous(Index i) const { return ambiguous_[i]; }
-  /// A plane at an angle beside one of the two passes between them. Surfaces are opaque: what is seen of a
-  /// wall above a board and below it is two, however near.
+  /// A plane at an angle beside one of the two passes between them. Surfaces are opaque: the parts of a wall
+  /// above and below a board are separate, however near.
   bool parted(Index i, Index j) const { return passes_beside(i, i, j) || passes_beside(j, i, j); }
-  /// The readings that have a label and neighbours of another one, ascending: where patches touch.
+  /// The labelled readings with neighbours of another label, ascending: contacts of patches.
   const std::vector<Index>& contacts() const { return contacts_; }
 
  private:
@@ -36,10 +36,10 @@ class Junctions {
   bool passes_beside(Index beside, Index i, Index j) const;
 
   const Readings* readings_;
-  std::vector<Plane> planes_;  // by label; the patches are moved on
+  std::vector<Plane> planes_;  // by label; a copy, because the patches change
   std::vector<Index> contacts_;
   std::vector<Beside> of_;     // of each reading
-  std::vector<Label> beside_;  // whose planes stand at an angle to its own
+  std::vector<Label> beside_;  // labels of planes at an angle to the reading's own
   std::vector<bool> ambiguous_;
 };
 

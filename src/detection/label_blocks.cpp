@@ -21,7 +21,7 @@ void add_to_groups(std::vector<LabelBlocks::Group>& groups, Label label, bool co
 
 LabelBlocks::LabelBlocks(const Readings& readings, const std::vector<Label>& labels,
                          const std::vector<bool>& wanted) {
-  std::size_t at = 0;  // block of the last: those of a block are together, and so is its context
+  std::size_t at = 0;  // block of the last one: readings of a block are consecutive, and so is its context
   for (Index i = 0; i < readings.size_with_context(); ++i) {
     const geometry::VoxelKey key = readings[i].key;
     const std::array<int, 3> place = place_of(key);

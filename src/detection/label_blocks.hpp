@@ -10,23 +10,23 @@
 
 namespace octosurf::detection {
 
-/// Readings by block of 8³ voxels and label: what lies around many readings is looked up for all in
-/// a block together, and most of it in bits.
+/// Readings by block of 8³ voxels and label: the surroundings of many readings are looked up for a whole
+/// block, mostly with bit masks.
 class LabelBlocks {
  public:
   using Index = Readings::Index;
 
-  /// Those of a block with one label, context or not.
+  /// Readings of a block with one label, context or not.
   struct Group {
     Label label;
     bool context;
     std::array<std::uint64_t, 8> slices;  ///< slice z; bit 8·y + x
     std::vector<Index> members;           ///< ascending: by z, y, x
   };
-  /// `wanted`: by reading; others are in no group.
+  /// `wanted`: by reading; the others are skipped.
   LabelBlocks(const Readings& readings, const std::vector<Label>& labels, const std::vector<bool>& wanted);
 
-  /// What of a block lies in a box.
+  /// The part of a block inside a box.
   class Part {
    public:
     bool empty() const { return slice_ == 0; }
@@ -53,17 +53,17 @@ class LabelBlocks {
     friend LabelBlocks;
     static std::size_t count(std::uint64_t bits) { return static_cast<std::size_t>(std::popcount(bits)); }
     unsigned first_ = 0, last_ = 0;  // slices
-    std::uint64_t slice_ = 0;        // of each of them
+    std::uint64_t slice_ = 0;        // mask within each slice
   };
-  /// A block that some box about a reading of another may meet.
+  /// A block that may contain neighbours of another block's readings.
   struct Near {
     std::array<int, 3> corner;  ///< voxel
     const std::vector<Group>* groups;
     /// Within `reach` voxels of `key` along each axis.
     Part within(geometry::VoxelKey key, int reach) const;
   };
-  /// visit(groups, blocks) for each block, in order, with those in which something may lie within `reach`
-  /// voxels of one of its readings, in order of z, y, x. Cost: blocks met.
+  /// Calls visit(groups, blocks) for each block, in order, with the blocks that may have something within
+  /// `reach` voxels of its readings, in order of z, y, x. Cost: blocks met.
   template <class Visit>
   void for_each_block(int reach, Visit&& visit) const {
     for (const Block& block : blocks_) visit(block.groups, near(block, reach));

@@ -14,7 +14,7 @@ namespace {
 
 using Index = Readings::Index;
 
-constexpr int most_sweeps = 8;  // effort: nearly all is settled after three
+constexpr int most_sweeps = 8;  // effort: nearly all labels are stable after three
 
 Label best_label(const Readings& readings, const std::vector<Patch>& patches,
                  const std::vector<Label>& labels, Index i) {
@@ -22,12 +22,12 @@ Label best_label(const Readings& readings, const std::vector<Patch>& patches,
   const std::span<const Index> around = readings.near(i);
   const auto other = std::find_if(around.begin(), around.end(), [&](Index j) { return labels[j] != own; });
   const auto agreeing = static_cast<int>(other - around.begin());
-  if (other == around.end()) {  // as nearly everywhere inside a surface: as below, in short
+  if (other == around.end()) {  // inside a surface: shortcut of the code below
     if (own == clutter) return clutter;
     return readings.log_ratio(i, patches[own].plane) + Constants::rim_cost * agreeing > 0 ? own : clutter;
   }
   NeighbourLabels near;
-  near.add(own, agreeing);  // it may keep what no neighbour has
+  near.add(own, agreeing);  // it may keep a label that no neighbour has
   std::for_each(other, around.end(), [&](Index j) { near.add(labels[j]); });
   return near.best([&](Label label) { return readings.log_ratio(i, patches[label].plane); });
 }
@@ -40,7 +40,7 @@ std::vector<std::vector<Index>> readings_by_label(const Readings& readings, cons
   return of;
 }
 
-/// The readings that are neighbours, where nothing parts them. Those at the border are connected with what is
+/// Connects neighbouring readings that no plane separates. Those at the border are connected with the part
 /// outside of the same label, and so with each other.
 geometry::DisjointSets join_neighbours(const Readings& readings, const Segmentation& segmentation,
                                        const Junctions& junctions) {
@@ -62,7 +62,7 @@ geometry::DisjointSets join_neighbours(const Readings& readings, const Segmentat
   return sets;
 }
 
-/// Root of each reading's piece; ambiguous ones go with the most of their neighbours in one.
+/// Root of each reading's piece; an ambiguous reading joins the piece of most of its neighbours.
 std::vector<std::size_t> roots_of_pieces(const Readings& readings, const Segmentation& segmentation,
                                          const Junctions& junctions) {
   const std::vector<Label>& labels = segmentation.labels;
@@ -107,7 +107,7 @@ void relabel(const Readings& readings, const std::vector<Patch>& patches, std::v
 
 namespace {
 
-/// Gives a piece to what is outside of each label, by the root of what it is connected with, if anything.
+/// Initialises pieces with the sums outside of each label, by the root of the connected piece, if any.
 void begin_with_outside(const Readings& readings, const Junctions& junctions,
                         const std::vector<std::size_t>& roots, const std::vector<std::size_t>& sizes,
                         Segmentation& segmentation, std::vector<Patch>& pieces, std::vector<Label>& of_root) {

@@ -14,12 +14,12 @@ namespace {
 using geometry::VoxelKey;
 using surfaces::MapView;
 
-/// Effort, readings: of larger surfaces only where their tiles disagree, a twentieth mostly, and where they
-/// meet surfaces that may be one with them. Looking at smaller ones, too, decides whose the readings at their
-/// rims are, and those across gaps: by tiles alone ten of 350 faces are lost with lasers.
+/// Effort, readings: larger surfaces are segmented only where their tiles disagree, mostly a twentieth, and
+/// where they meet surfaces that may be one with them. Segmenting smaller ones entirely also decides readings
+/// at their rims and across gaps: by tiles alone ten of 350 faces are lost with lasers.
 constexpr std::size_t largest_looked_at_whole = 5000;
 
-/// Of planes refused for their number alone, the readings that are pending.
+/// The pending readings of planes rejected for their number alone.
 std::vector<VoxelKey> too_few(const Readings& readings, const Segmentation& planes) {
   std::vector<VoxelKey> keys;
   for (const Readings::Index i : planes.too_few)
@@ -34,7 +34,7 @@ std::vector<Assignment> inliers_of(const MapView& map, const surfaces::SurfaceMo
   return inliers;
 }
 
-/// `anew`: surfaces whose inliers begin without a label; `unlabelled`: others' that do.
+/// `anew`: surfaces whose inliers start without a label; `unlabelled`: other surfaces' inliers that do.
 std::optional<Found> segment_in(const MapView& map, const occupancy::OccupancyMap& octree,
                                 const Neighbourhood& around, std::span<const SurfaceId> anew,
                                 std::span<const VoxelKey> unlabelled) {

@@ -4,8 +4,8 @@
 
 namespace octosurf::detection {
 
-/// Detection by one likelihood and one criterion (docs/detection.md). Cost follows the change: some 10 µs for
-/// each point labelled anew.
+/// Detection by one likelihood and one criterion (docs/detection.md). Costs some 10 µs for each relabelled
+/// point, independent of the map's size.
 class LikelihoodDetector final : public Detector {
  public:
   /// expand.hpp.
@@ -17,19 +17,19 @@ class LikelihoodDetector final : public Detector {
   Due due(const surfaces::MapView& map, const occupancy::OccupancyMap& octree, surfaces::PendingQueue before,
           std::span<const geometry::VoxelKey> fresh, bool all,
           std::vector<Assignment>& expanded) const override;
-  /// Segments what is due and, of `expanded`, what another surface explains, too. Surfaces around take part
-  /// as sums, and are met across gaps up to h (neighbourhood.hpp).
+  /// Segments the points due and those of `expanded` that another surface also explains. Surrounding surfaces
+  /// take part as sums, and are merged across gaps up to h (neighbourhood.hpp).
   std::optional<Found> detect(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
                               std::span<const geometry::VoxelKey> due,
                               std::span<const Assignment> expanded) const override;
-  /// Their points begin without a label; of large surfaces, those where tiles disagree (tiles.hpp), while the
-  /// rest are sums, and are met where another surface may be one with them.
+  /// The surfaces' points start without a label; of large surfaces, only those where tiles disagree
+  /// (tiles.hpp). The rest are sums, with contacts where another surface may be one with them.
   std::optional<Found> revise(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
                               const std::set<SurfaceId>& changed) const override;
   std::vector<std::pair<SurfaceId, Plane>> fit(const surfaces::MapView& map,
                                                const std::set<SurfaceId>& surfaces) const override;
   bool outlines_inliers_alone() const override { return false; }
-  /// The batch form, which is the incremental one's slow twin.
+  /// The batch form; tests compare the incremental one with it.
   Found detect_anew(const surfaces::MapView& map, const occupancy::OccupancyMap& octree) const override;
   std::map<geometry::VoxelKey, surfaces::Refusal> refusals(
       const surfaces::MapView& map, const occupancy::OccupancyMap& octree,

@@ -8,7 +8,7 @@
 
 namespace octosurf::detection {
 
-/// The labels among the neighbours of a reading, and how many of them have each.
+/// Counts the labels among the neighbours of a reading.
 class NeighbourLabels {
  public:
   void add(Label label, int readings = 1) {
@@ -31,11 +31,11 @@ class NeighbourLabels {
     return 0;
   }
 
-  /// The label that explains the reading best: the highest log_ratio(label), clutter having 0, less rim_cost
-  /// for each neighbour with another label.
+  /// The label that explains the reading best: the highest log_ratio(label) (0 for clutter) less rim_cost for
+  /// each neighbour with another label.
   template <class LogRatio>
   Label best(LogRatio&& log_ratio) const {
-    // Common to all candidates: rim_cost for each neighbour. What is left is gained for those that agree.
+    // rim_cost of all neighbours is common to all candidates; agreeing ones add it back.
     Label best = clutter;
     double most = Constants::rim_cost * of(clutter);
     for (const auto& [label, agreeing] : counts_) {

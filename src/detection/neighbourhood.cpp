@@ -18,13 +18,13 @@ namespace {
 using Index = Readings::Index;
 using surfaces::SurfaceModel;
 
-/// Of a surface's inliers of one class of distance: those among the readings.
+/// Inliers of a surface in one range class that are among the readings.
 struct Seen {
   geometry::Moments moments;  // of those that are not context, about the surface's reference, unweighted
   double count = 0, facing = 0;
 };
 
-/// A surface's readings, and what it has beside them.
+/// A surface's readings, and the sums of its other inliers.
 class Surroundings {
  public:
   Surroundings(const Readings& readings, const SurfaceModel& surface)
@@ -69,8 +69,8 @@ class Surroundings {
     sums.log_peaks += left.count * readings_.model().log_peak(c, facing);
   }
 
-  /// m², about the surface's plane. Those here may be a corner that was seen along the plane, where noise
-  /// does not leave it; readings elsewhere that scatter by more were seen more head-on.
+  /// m², about the surface's plane. The readings here may be a corner seen at a grazing angle, with less
+  /// scatter; readings elsewhere that scatter more were seen more head-on.
   double scatter_of(const geometry::Moments& moments) const {
     const Plane& plane = surface_.plane();
     const double off = plane.signed_distance(surface_.reference() + moments.mean());
@@ -84,7 +84,7 @@ class Surroundings {
   std::size_t count_ = 0, inside_ = 0;
 };
 
-/// Collects points, each in one part.
+/// Collects points, each in one list.
 class Collector {
  public:
   explicit Collector(const surfaces::MapView& map)
@@ -101,7 +101,7 @@ class Collector {
     surface.for_each_inlier([&](const surfaces::Inlier& inlier) { add_voxel(inlier.key); });
   }
 
-  /// Of these blocks.
+  /// Adds surfaces with most of their inliers in these blocks.
   void add_surfaces_mostly_in(const std::vector<VoxelBlocks::Place>& places) {
     std::map<SurfaceId, std::size_t> inliers;
     for (const VoxelBlocks::Place place : places)
@@ -120,7 +120,7 @@ class Collector {
     return blocks_.widened(std::move(places), 0);
   }
 
-  /// What is pending within h joins, the rims there and the neighbours of all these are context.
+  /// Adds pending points within h as candidates; rims and neighbours become context.
   Neighbourhood with_surroundings() && {
     const std::vector<geometry::VoxelKey> inside = around_.voxels;
     for (const auto& [place, boxes] : boxes_within_gap(inside))
@@ -150,7 +150,7 @@ class Collector {
     return fresh;
   }
 
-  /// By block, what lies within h of the boxes around the points in blocks nearby.
+  /// By block, the boxes widened by h around the points in nearby blocks.
   std::map<VoxelBlocks::Place, std::vector<occupancy::KeyBox>> boxes_within_gap(
       const std::vector<geometry::VoxelKey>& points) const {
     constexpr occupancy::KeyBox empty{{occupancy::last_key, occupancy::last_key, occupancy::last_key},
@@ -170,8 +170,7 @@ class Collector {
     return near;
   }
 
-  /// Effort: of a surface's rim, one reading in each cube of a quarter of h is enough to look across gaps
-  /// from.
+  /// Effort: one rim reading in each cube of a quarter of h suffices to search across gaps.
   bool is_first_of_its_cube(const occupancy::VoxelPoint& point) {
     const auto [at, fresh] = rims_.try_emplace(cubes_.of(point.key), point.surface);
     if (!fresh && at->second == point.surface) return false;
@@ -184,7 +183,7 @@ class Collector {
       for (const Index i : near_points(map_.window, key, farthest_)) add(i);
   }
 
-  /// Rays through a plane speak against it, whichever of the two is new (count_crossings).
+  /// Rays through a plane speak against it, whether the ray or the plane is new (count_crossings).
   void add_along_ray(geometry::VoxelKey key) {
     const occupancy::VoxelPoint& end = map_.window[map_.window.find(key)];
     const auto step = static_cast<float>(map_.grid.resolution());
@@ -209,7 +208,7 @@ class Collector {
   int farthest_;             // voxels
   std::vector<bool> taken_;  // by index in the window
   tsl::robin_map<VoxelBlocks::Place, SurfaceId, geometry::PackedKeyHash>
-      rims_;  // whose was taken last, by cube
+      rims_;  // surface of the last one taken, by cube
   Neighbourhood around_;
 };
 

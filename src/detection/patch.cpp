@@ -29,7 +29,7 @@ double Patch::chi2(const Plane& to) const {
 Heights heights_over(const Patch& patch, const Eigen::Vector3d& at, const Eigen::Matrix3d& R) {
   const geometry::Moments about = patch.moments.shifted(at - patch.origin);
   Eigen::Matrix3d normal = geometry::normal_matrix(about, R);
-  // Readings in a line tell nothing of the slope across: that may be anything up to 1.
+  // Readings in a line do not determine the slope across it: prior of standard deviation 1.
   normal.diagonal().tail<2>().array() += 1;
   const Eigen::Vector3d n = R * patch.plane.normal;
   const double offset = patch.plane.offset - patch.plane.normal.dot(at);

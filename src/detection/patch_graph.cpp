@@ -23,7 +23,7 @@ double gain_of_merging(const Patch& a, const Patch& b, const Eigen::Vector3d& at
     evidence = std::max(evidence, log_tail(large, small));
   const double gained = evidence + Constants::rim_cost * pairs;
   if (!(gained > 0)) return gained;
-  // However much a rim between them would cost, a plane that the readings do not belong to tells nothing.
+  // Whatever a rim between them would cost, a plane that the readings do not fit explains nothing.
   Patch both = a;
   both.take(b);
   if (a.explained_by(both.plane) < 0 || b.explained_by(both.plane) < 0)
@@ -57,8 +57,8 @@ void PatchGraph::judge_what_has_changed() {
       if (a < b && contact.judged != age(a, b)) judge(a, b);
 }
 
-/// The larger stays. Contacts of the other become its own, and are judged; it has grown by little for those
-/// that it had before.
+/// The larger patch stays and takes over the other's contacts, which are evaluated anew; its own contacts are
+/// not, since it has grown little.
 void PatchGraph::join(Label a, Label b) {
   const bool a_is_larger = patches_[a].readings >= patches_[b].readings;
   const Label stays = a_is_larger ? a : b, goes = a_is_larger ? b : a;

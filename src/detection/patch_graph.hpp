@@ -10,26 +10,26 @@
 
 namespace octosurf::detection {
 
-/// Nats by which one plane explains two patches better than two do: the criterion. They meet at `at`, with so
-/// many pairs of neighbouring voxels.
+/// Nats by which one plane explains two patches better than two planes: the merge criterion. They meet at
+/// `at`, with `pairs` pairs of neighbouring voxels.
 double gain_of_merging(const Patch& a, const Patch& b, const Eigen::Vector3d& at, double pairs);
 
-/// Patches and where they meet. Merges what one plane explains better than two, best first.
+/// Patches and their contacts. Merges those that one plane explains better than two, best first.
 class PatchGraph {
  public:
-  /// patches[clutter] stands for clutter and meets nothing.
+  /// patches[clutter] is a placeholder without contacts.
   explicit PatchGraph(std::vector<Patch> patches)
       : patches_(std::move(patches)), contacts_(patches_.size()), mergers_(patches_.size(), 0) {}
 
-  /// Two patches meet at `at`, with so many pairs of neighbouring voxels: none across a gap.
+  /// Adds a contact of two patches at `at`, with `pairs` pairs of neighbouring voxels: 0 across a gap.
   void meet(Label a, Label b, const Eigen::Vector3d& at, double pairs);
   std::size_t size() const { return patches_.size(); }
   bool met(Label a, Label b) const { return contacts_[a].contains(b); }
   const Patch& operator[](Label a) const { return patches_[a]; }
 
-  /// Merges until nothing is gained by any contact as it is then. The patches that are left, and where each
-  /// of the former ones went. O(contacts), some times: what a merger gains is asked again when its turn comes
-  /// or no other is left, not whenever one of the two has grown.
+  /// Merges until no contact gains anything at its current patches. Returns the remaining patches, and the
+  /// successor of each former one. O(contacts), some times: a contact's gain is recomputed when its turn
+  /// comes or no other is left, not whenever one of the two has grown.
   struct Merged {
     std::vector<Patch> patches;
     std::vector<Label> into;
@@ -40,13 +40,13 @@ class PatchGraph {
   struct Contact {
     double pairs = 0, places = 0;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();  // of the places
-    std::optional<unsigned> judged;                 // age of the two when the contact was judged last
+    std::optional<unsigned> judged;                 // age of the two at the contact's last evaluation
     void add(const Contact& other);
   };
   struct Candidate {
     double gain;
     Label a, b;
-    unsigned age;  // of the two when it was judged
+    unsigned age;  // of the two at its evaluation
     bool operator<(const Candidate& other) const;
   };
   using Contacts = std::map<Label, Contact>;
@@ -59,9 +59,10 @@ class PatchGraph {
   Merged what_is_left();
 
   std::vector<Patch> patches_;
-  std::vector<Contacts> contacts_;  // of each patch, by the other; kept for both, judged at the smaller label
+  std::vector<Contacts> contacts_;  // of each patch, by the other; stored for both, evaluated at the smaller
+                                    // label
   std::vector<unsigned> mergers_;   // of each patch so far
-  std::vector<Label> into_;         // that took the patch in, or itself
+  std::vector<Label> into_;         // the patch that absorbed it, or itself
   std::priority_queue<Candidate> queue_;
 };
 

@@ -13,11 +13,11 @@ namespace {
 
 using Index = Readings::Index;
 
-// Effort: where three planes share a block alike, one triple in nine lies within one of them, and one of so
-// many does with a probability of 94 % (Fischler and Bolles 1981: ln(1 − 0.94) / ln(1 − 1/9)). What is missed
-// is found in the larger block, or joins its neighbours.
+// Effort: where three planes share a block equally, one triple in nine lies within one of them, and at least
+// one of this many does with a probability of 94 % (Fischler and Bolles 1981: ln(1 − 0.94) / ln(1 − 1/9)).
+// Missed planes are found in the larger block, or join their neighbours.
 constexpr int ransac_iterations = 24;
-constexpr std::size_t scored = 200;  // readings that a hypothesis is scored on, at most
+constexpr std::size_t scored = 200;  // maximum number of readings that score a hypothesis
 
 /// RANSAC among the readings of one block, plane after plane. Hypotheses are scored by likelihood instead of
 /// by a count of inliers within s (as MLESAC, Torr and Zisserman 2000), and the best is refitted.
@@ -30,7 +30,7 @@ class Ransac {
     Patch patch;
     std::vector<Index> indices;
   };
-  /// The best plane of what is left, which is taken out, if it explains more than it costs.
+  /// Extracts the best plane of the remaining readings, if it explains more than it costs.
   std::optional<Found> next() {
     if (left_.size() < Constants::fewest_of_plane) return {};
     Plane plane = best_plane();
@@ -68,7 +68,7 @@ class Ransac {
     return sum;
   }
 
-  /// Normal toward where most of the readings were seen from.
+  /// Orients the normal toward the majority of the readings' sensors.
   Plane facing_sensor(Plane plane, std::span<const Index> seen) const {
     double facing = 0;
     for (const Index i : seen) facing += readings_[i].facing(plane);
@@ -88,7 +88,7 @@ class Ransac {
     const Eigen::Vector3d a = position(drawn[0]);
     const Eigen::Vector3d normal = (position(drawn[1]) - a).cross(position(drawn[2]) - a);
     const double area = normal.norm(), d = readings_.resolution();
-    if (area < d * d) return {};  // in one line, or one place
+    if (area < d * d) return {};  // collinear or coincident
     return facing_sensor({normal / area, normal.dot(a) / area}, drawn);
   }
 
@@ -108,7 +108,7 @@ class Ransac {
 
   const Readings& readings_;
   std::vector<Index> left_;  // ascending
-  std::mt19937_64 random_;   // seeded by the block, so that nothing depends on what was looked at before
+  std::mt19937_64 random_;   // seeded by the block, so that the order of blocks does not matter
 };
 
 /// Readings without a label that may seed a plane, by block.

@@ -6,7 +6,7 @@
 namespace octosurf::detection {
 namespace {
 
-constexpr std::size_t enough_neighbours = 6;  // effort: what a hexagon has
+constexpr std::size_t enough_neighbours = 6;  // effort: as in a hexagonal grid
 
 std::vector<geometry::VoxelKey> all_of(const occupancy::OccupancyMap& octree) {
   std::vector<geometry::VoxelKey> keys;
@@ -69,7 +69,7 @@ void Readings::add(std::span<const geometry::VoxelKey> keys, std::span<const geo
     return std::pair(block_of(window_[a].key), a) < std::pair(block_of(window_[b].key), b);
   });
   places_.resize(window_.size(), none);
-  const float one_hit = 0.85F;  // nats of OctoMap's default; only ratios are asked for
+  const float one_hit = 0.85F;  // nats of OctoMap's default; only ratios matter
   for (const Index i : in_window) {
     const occupancy::VoxelPoint& p = window_[i];
     const float hits = std::max(1.0F, octree.at(p.key).log_odds / one_hit);

@@ -12,26 +12,26 @@
 
 namespace octosurf::detection {
 
-/// Which plane a reading belongs to: a place in a list of patches. 0 is clutter, and no patch.
+/// The plane of a reading: index into a list of patches. 0 is clutter, which has no patch.
 using Label = std::uint32_t;
 inline constexpr Label clutter = 0;
 
-/// Voxels whose points are looked at together.
+/// Voxels whose points are segmented together.
 struct Neighbourhood {
-  std::vector<geometry::VoxelKey> voxels;    ///< are labelled, and planes are looked for among them
-  std::vector<geometry::VoxelKey> may_join;  ///< were no plane before: are labelled, but seed no plane
-  std::vector<geometry::VoxelKey> context;   ///< keep the label they have; others meet them
-  std::vector<geometry::VoxelKey> rims;      ///< the same at the rim of their surface: met across gaps
+  std::vector<geometry::VoxelKey> voxels;    ///< are labelled, and seed planes
+  std::vector<geometry::VoxelKey> may_join;  ///< were in no plane before: are labelled, but seed no plane
+  std::vector<geometry::VoxelKey> context;   ///< keep their labels; others may merge with them
+  std::vector<geometry::VoxelKey> rims;      ///< likewise, at the rim of their surface: merged across gaps
 };
 
-/// Voxels, how far neighbours are looked for where points are sparse: within `reach` m, at least one.
+/// Search radius for neighbours where points are sparse, in voxels: `reach` m, at least one.
 int farthest_neighbour(double resolution, double reach);
-/// The points around one: the 26, or where fewer than six of these hold a point, those within as few voxels
-/// as bring six, at most `farthest`.
+/// The points around one: in the 26 voxels around, or, if fewer than six of these have a point, within the
+/// smallest distance that gives six, at most `farthest` voxels.
 using NearPoints = boost::container::small_vector<occupancy::PointWindow::Index, 26>;
 NearPoints near_points(const occupancy::PointWindow& window, geometry::VoxelKey key, int farthest);
 
-/// What the octree keeps of the scans in one voxel.
+/// The octree's summary of the readings in one voxel.
 struct Reading {
   geometry::VoxelKey key;
   Eigen::Vector3f position = Eigen::Vector3f::Zero();
@@ -39,18 +39,17 @@ struct Reading {
   std::uint8_t range_class = 0;
   bool may_seed = true;   ///< planes may begin with it
   bool at_rim = false;    ///< of context: its surface ends beside it
-  float hits = 1;         ///< scans that hit the voxel, as far as its log-odds tell (at most some four)
-  SurfaceId surface = 0;  ///< that has it so far
+  float hits = 1;         ///< scans that hit the voxel, from its log-odds (at most about four)
+  SurfaceId surface = 0;  ///< its current surface
   occupancy::PointWindow::Index in_window = 0;
 
   double facing(const Plane& plane) const { return plane.normal.dot(view.cast<double>()); }
   double distance(const Plane& plane) const { return plane.signed_distance(position.cast<double>()); }
 };
 
-/// Points of an octree, owned and pending alike, with their neighbours among each other: all of the octree's,
-/// or a neighbourhood's. After those that are to be labelled comes their context. Each
-/// part is in order of its blocks of 8³ voxels, and in these of their keys, whatever the window has loaded
-/// first.
+/// Points of an octree, owned and pending alike, with their neighbours: all of the octree's, or a
+/// neighbourhood's. Points to be labelled come first, then their context. Each part is ordered by blocks of
+/// 8³ voxels, then by keys, independent of the window's loading order.
 class Readings {
  public:
   using Index = occupancy::PointWindow::Index;
@@ -59,23 +58,23 @@ class Readings {
   /// All points, which are loaded into `window`. O(points).
   Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
            const sensing::NoiseModel& noise);
-  /// The points of some voxels. O(voxels), but for a word for each point that the window has loaded.
+  /// The points of some voxels. O(voxels), plus a word for each point that the window has loaded.
   Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
            const Neighbourhood& around, const sensing::NoiseModel& noise);
 
-  /// Those to be labelled; what has an index from here on is context.
+  /// Number of readings to be labelled; higher indices are context.
   std::size_t size() const { return size_; }
   std::size_t size_with_context() const { return readings_.size(); }
   /// True for `none`, too.
   bool is_context(Index i) const { return i >= size_; }
   const Reading& operator[](Index i) const { return readings_[i]; }
-  /// The readings of near_points() within farthest_reach. Symmetric only where both have six. Of context the
-  /// 26 alone.
+  /// The readings of near_points() within farthest_reach. Symmetric only where both have six. For context
+  /// only the 26.
   static constexpr double farthest_reach = 0.16;  ///< m; effort
   std::span<const Index> near(Index i) const {
     return std::span(neighbours_).subspan(first_[i], first_[i + 1] - first_[i]);
   }
-  /// It is context, or some of what lies around it is not among the readings.
+  /// It is context, or some of its surroundings are not among the readings.
   bool at_border(Index i) const { return at_border_[i]; }
   /// The reading in a voxel, or none.
   Index find(geometry::VoxelKey key) const { return of_window(window_.find(key)); }
@@ -94,8 +93,8 @@ class Readings {
   }
   /// Adds a reading to a patch's sums, weighted as a reading of the patch's plane; fits nothing.
   void add_to(Patch& patch, Index i) const;
-  /// The patch of some readings and of sums `beyond` them, fitted by weights that follow the plane, which
-  /// starts as `about`.
+  /// The patch of some readings and of sums `beyond` them, fitted with weights that depend on the plane,
+  /// initially `about`.
   template <class Indices>
   Patch patch_of(const Indices& indices, const Plane& about, const Patch& beyond = {}) const;
 
@@ -120,7 +119,7 @@ template <class Indices>
 Patch Readings::patch_of(const Indices& indices, const Plane& about, const Patch& beyond) const {
   Patch patch;
   patch.plane = about;
-  for (int round = 0; round < 2; ++round) {  // weights move by the square of what the normal does
+  for (int round = 0; round < 2; ++round) {  // weights depend only to second order on the normal's change
     Patch next = beyond;
     next.plane = patch.plane;
     if (!(beyond.readings > 0))

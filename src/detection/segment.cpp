@@ -24,9 +24,9 @@ namespace {
 
 using Index = Readings::Index;
 
-constexpr int rounds = 3;  // effort: merging, relabelling, and merging what that has parted
+constexpr int rounds = 3;  // effort: merge and relabel, which may split patches again
 
-/// `gap`: m, over which patches meet; 0: those that touch only.
+/// `gap`: m, over which patches may merge; 0: touching ones only.
 void merge(const Readings& readings, double gap, const Junctions& junctions, Segmentation& segmentation) {
   PatchGraph graph(std::move(segmentation.patches));
   meet_neighbours(readings, segmentation.labels, junctions, graph);
@@ -41,7 +41,7 @@ std::vector<std::vector<Index>> by_label(const Readings& readings, const Segment
   return of;
 }
 
-/// m, of strips such as a ladder's front; infinite if that is not known.
+/// m, of strips such as a ladder's front; infinite if unknown.
 double width_in_most_places(const Readings& readings, double least_width, const Patch& patch,
                             const std::vector<Index>& indices) {
   const Eigen::Matrix3d axes = geometry::plane_axes(patch.plane.normal);
@@ -55,7 +55,7 @@ double width_in_most_places(const Readings& readings, double least_width, const 
 
 using Refusal = surfaces::Refusal;
 
-/// Without those beside another plane's: at an edge the mean of a voxel is of both faces.
+/// Without readings beside another plane's: at an edge a voxel's mean mixes both faces.
 std::vector<Index> clear_of_other_planes(const Readings& readings, const std::vector<Label>& labels,
                                          const std::vector<Index>& indices) {
   std::vector<Index> clear;
@@ -67,8 +67,8 @@ std::vector<Index> clear_of_other_planes(const Readings& readings, const std::ve
   return clear;
 }
 
-/// None for what is large enough, wide enough, and does not bend. What is known of the part outside are sums,
-/// which tell nothing but their extent.
+/// None for a patch that is large enough, wide enough and not curved. The part outside is known only as sums,
+/// which contribute their extent.
 std::optional<Refusal> refusal_by_shape(const Readings& readings, const SegmentLimits& limits,
                                         const std::vector<Label>& labels, const Patch& patch,
                                         const std::vector<Index>& indices, const Patch& outside) {
@@ -94,13 +94,13 @@ std::optional<Refusal> refusal_by_shape(const Readings& readings, const SegmentL
   return {};
 }
 
-/// m, on both sides of a patch together: what is looked at for how much is clutter there. Beyond where
-/// readings may be the patch's own, as deep as clutter is looked at elsewhere.
+/// m, on both sides of a patch together: the depth in which clutter around it is counted, beyond the range of
+/// its own readings.
 double depth_around(const Patch& patch) { return sensing::ReadingModel::clutter_depth + 2 * patch.reach(); }
 
-/// Of each label, the hits beside its own readings that are nobody's, within depth_around(). Hits, because
-/// the longer a surface is looked at, the more voxels its noise's tails have reached, once each, while its
-/// own are hit again and again.
+/// For each label, the hits of clutter beside its readings, within depth_around(). Hits rather than voxels,
+/// because with time the tails of a surface's noise reach more and more voxels once each, while its own are
+/// hit repeatedly.
 std::vector<double> count_clutter_around(const Readings& readings, const Segmentation& segmentation) {
   std::vector<double> half_depth;
   for (const Patch& patch : segmentation.patches) half_depth.push_back(depth_around(patch) / 2);
@@ -140,16 +140,16 @@ std::vector<double> count_clutter_around(const Readings& readings, const Segment
   return counts;
 }
 
-/// Nats by which a plane among clutter explains more of what is there than its description costs, against
-/// clutter alone. How much of what is there the plane explains is its own to say: a wall nine tenths, a slab
-/// through a bush hardly any (Laplace's rule of succession).
+/// Nats by which a plane with surrounding clutter explains the readings there better than clutter alone, less
+/// its description. The plane's share of those readings is estimated (Laplace's rule of succession): nine
+/// tenths for a wall, hardly any for a slab through a bush.
 double explained_by(const Readings& readings, const Patch& patch, const std::vector<Index>& indices,
                     double clutter_around) {
   double its = 0, all = 0, explained = 0;
   for (const Index i : indices) {
     all += readings[i].hits;
     const double log_ratio = readings.log_ratio(i, patch.plane);
-    if (!(log_ratio > 0)) continue;  // the refitted plane has left it: clutter, too
+    if (!(log_ratio > 0)) continue;  // beyond the refitted plane: clutter, too
     its += readings[i].hits;
     explained += readings[i].hits * log_ratio;
   }
@@ -160,17 +160,17 @@ double explained_by(const Readings& readings, const Patch& patch, const std::vec
          others * std::log(1 - share) - description_cost(patch);
 }
 
-/// By how much a plane explains more than speaks against it, nats, and the one through which most of the rays
-/// passed that do.
+/// Nats by which a plane explains more than the evidence against it, and the plane that contributes most of
+/// the rays against it.
 struct Verdict {
   double for_it = 0;
   Label seen_through = clutter;
   bool holds() const { return for_it > 0; }
 };
 
-/// Which of the planes are there, by what each explains: the one that explains most first, and others if they
-/// explain more than the rays that have passed through them, or through those that are there to them, speak
-/// against both. Such rays are as rare as outliers.
+/// Decides which planes exist, in descending order of explained nats: a plane is rejected unless it explains
+/// more than the rays that passed through it, or through planes accepted before to reach it, speak against
+/// both. Such rays are as rare as outliers.
 std::vector<Verdict> find_opaque(const Readings& readings, const Segmentation& segmentation,
                                  const std::vector<double>& explained) {
   std::vector<std::vector<std::pair<Label, double>>> crossed(explained.size());
@@ -196,7 +196,7 @@ std::vector<Verdict> find_opaque(const Readings& readings, const Segmentation& s
   return verdicts;
 }
 
-/// The surface that most of a label's readings belong to so far; 0: none.
+/// The current surface of most of a label's readings; 0: none.
 SurfaceId surface_of(const Readings& readings, const Segmentation& segmentation, Label label) {
   std::map<SurfaceId, std::size_t> counts;
   for (Index i = 0; i < readings.size_with_context(); ++i)
@@ -213,7 +213,7 @@ Refusal refusal_of(const Readings& readings, const Segmentation& segmentation, c
   return {.reason = Reason::clutter, .measured = verdict.for_it};
 }
 
-/// What does not hold becomes clutter: refusal_of(label, readings) is why, or none.
+/// Turns rejected patches into clutter: refusal_of(label, readings) is the reason, or none.
 template <class RefusalOf>
 void keep_labels(const Readings& readings, Segmentation& segmentation, std::vector<Refused>* refused,
                  RefusalOf&& refusal_of) {
@@ -253,7 +253,9 @@ void accept(const Readings& readings, const SegmentLimits& limits, Segmentation&
   const std::vector<Verdict> verdicts = find_opaque(readings, segmentation, explained);
   keep_labels(readings, segmentation, refused, [&](Label label, const auto&) -> std::optional<Refusal> {
     if (verdicts[label].holds()) return {};
-    if (refused == nullptr) return Refusal{Reason::clutter};  // nobody asks why, which is a walk over all
+    if (refused == nullptr)
+      return Refusal{Reason::clutter};  // reason not requested; computing it is
+                                        // O(readings)
     return refusal_of(readings, segmentation, verdicts[label]);
   });
 }
@@ -272,7 +274,7 @@ Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segm
   find_planelets(readings, result);
   Junctions junctions(readings, result.labels, result.patches);
   for (int round = 0; round < rounds; ++round) {
-    // Among planelets, which are no larger than a gap, nearly every reading would be at a rim.
+    // Planelets are no larger than a gap, so nearly every reading would be at a rim.
     merge(readings, round == 0 ? 0 : limits.gap, junctions, result);
     relabel(readings, result.patches, result.labels);
     junctions = Junctions(readings, result.labels, result.patches);

@@ -10,9 +10,9 @@
 
 namespace octosurf::detection {
 
-/// What the parameters demand of surfaces, beside the criterion.
+/// Limits on surfaces from the parameters, besides the criterion.
 struct SegmentLimits {
-  double gap = 0.08;               ///< m, h: over which two patches may be one
+  double gap = 0.08;               ///< m, h: largest gap across which patches merge
   std::size_t fewest_points = 50;  ///< n
   double least_width = 0;          ///< m, across the narrow side
 };
@@ -21,20 +21,20 @@ inline SegmentLimits limits_of(const Parameters& parameters) {
           parameters.surfaces.min_surface_width};
 }
 
-/// Readings of a plane that did not hold, and why; each later one outweighs those before.
+/// Readings of a rejected plane with the reason; later entries take precedence.
 struct Refused {
   surfaces::Refusal why;
   std::vector<Readings::Index> readings;
 };
 
-/// Segmentation: planelets of what has no label; three times merging, labels anew, connected pieces; then
-/// what does not bend, is large enough, and explains more than its description costs and than rays through it
-/// speak against is a surface, and what is left is clutter. The same readings give the same planes.
-/// O(readings), 5 to 8 µs for each.
+/// Segments readings into planes: planelets of unlabelled readings; three rounds of merging, relabelling and
+/// splitting into connected pieces; then a patch becomes a surface if it is not curved, is large enough, and
+/// explains more than its description costs and than rays through it speak against it; the rest is clutter.
+/// Deterministic. O(readings), 5 to 8 µs for each.
 ///
-/// `known`: labels to begin with, of patches that refit_patches() has fitted; what is outside must have one.
-/// Without, it is the batch form, and the slow twin of what goes scan by scan. `refused`: if given, what was
-/// refused is added to it.
+/// `known`: initial labels, of patches fitted by refit_patches(); sums outside must have a label. Without it
+/// this is the batch form, with which tests compare the incremental one. `refused`: if given, receives
+/// rejected planes.
 Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segmentation known,
                      std::vector<Refused>* refused = nullptr);
 Segmentation segment(const Readings& readings, const SegmentLimits& limits);

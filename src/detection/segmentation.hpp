@@ -7,21 +7,21 @@
 
 namespace octosurf::detection {
 
-/// What a surface has beside its points among the readings, as sums.
+/// Sums over a surface's points that are not among the readings.
 struct Outside {
   SurfaceId surface = 0;
-  Label label = clutter;  ///< whose it is now
-  Patch sums;             ///< its plane means nothing
+  Label label = clutter;  ///< its current label
+  Patch sums;             ///< its plane is unused
 };
 
-/// Whose plane each reading is.
+/// The plane of each reading.
 struct Segmentation {
   std::vector<Label> labels;                           ///< of each reading
-  std::vector<Patch> patches = std::vector<Patch>(1);  ///< by label; the first stands for clutter
-  std::vector<Outside> outside;                        ///< none if the readings are all of the octree's
-  std::vector<Readings::Index> too_few;                ///< of planes refused for their number alone
+  std::vector<Patch> patches = std::vector<Patch>(1);  ///< by label; the first is a placeholder for clutter
+  std::vector<Outside> outside;                        ///< empty if the readings are all of the octree's
+  std::vector<Readings::Index> too_few;                ///< readings of planes rejected for their number alone
 
-  /// Each label becomes another, of these patches.
+  /// Renames labels, and replaces the patches.
   void follow(std::span<const Label> into, std::vector<Patch> now) {
     for (Label& label : labels) label = into[label];
     for (Outside& part : outside) part.label = into[part.label];
@@ -29,7 +29,7 @@ struct Segmentation {
   }
 };
 
-/// By label, what is outside.
+/// By label, the sums outside.
 inline std::vector<Patch> sums_outside(const Segmentation& segmentation) {
   std::vector<Patch> sums(segmentation.patches.size());
   for (const Outside& part : segmentation.outside) {

@@ -30,7 +30,7 @@ SurePlane::SurePlane(const Patch& patch, const sensing::ReadingModel& model)
       R_(geometry::plane_axes(patch.plane.normal).transpose()),
       about_(patch.centroid()) {
   Patch independent = patch;
-  independent.pose_variance = 0;  // of the neighbours of a point as much as of the point
+  independent.pose_variance = 0;  // shared by a point and its neighbours
   covariance_ = heights_over(independent, about_, R_).covariance;
 }
 

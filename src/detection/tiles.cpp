@@ -17,7 +17,7 @@ constexpr int smallest_square = 8;  // cells along each side: a tile of the hash
 /// A part of a surface.
 struct Part {
   Patch sums;
-  double pairs = 0;  // of an inlier in it and an occupied cell of another part beside it
+  double pairs = 0;  // of an inlier in it and an adjacent occupied cell of another part
   bool agrees = true;
 };
 
@@ -38,7 +38,8 @@ class Tiles {
     for (const surfaces::Inlier& inlier : inliers_) add(inlier, whole_);
   }
 
-  /// Adds the inliers of squares of so many cells along each side that disagree; how many squares there are.
+  /// Adds the inliers of the squares of `size` cells along each side that disagree; returns the number of
+  /// squares.
   std::size_t add_squares(int size, std::vector<geometry::VoxelKey>& keys) const {
     const auto divided = [size](int k) { return k >= 0 ? k / size : (k - size + 1) / size; };
     return add(
@@ -47,7 +48,7 @@ class Tiles {
         },
         keys);
   }
-  /// The same for the halves on both sides of the middle, along and across.
+  /// The same for the halves on both sides of the centre, along and across.
   void add_halves(std::vector<geometry::VoxelKey>& keys) const {
     double u = 0, v = 0;
     for (const geometry::PlaneCell cell : cells_) {
@@ -60,17 +61,18 @@ class Tiles {
   }
 
  private:
-  /// m², about each tile's own plane: about that of a surface that bends or is two it would be more.
+  /// m², about each tile's own plane: about the common plane it would be larger for a surface that is curved
+  /// or two.
   double variance_in_tiles() const {
     tsl::robin_map<std::uint64_t, geometry::Moments, geometry::PackedKeyHash> tiles;
     for (std::size_t i = 0; i < inliers_.size(); ++i)
       tiles[geometry::CellBits::tile_of(cells_[i]).packed()].add(inliers_[i].position.cast<double>() -
                                                                  whole_.origin);
-    std::vector<std::pair<double, double>> sums;  // of squares, and of what is free
+    std::vector<std::pair<double, double>> sums;  // of squares, and of degrees of freedom
     for (const auto& [place, moments] : tiles)
       if (moments.count >= static_cast<double>(Constants::fewest_of_plane))
         sums.emplace_back(moments.count * geometry::fit_plane(moments).variances[0], moments.count - 3);
-    std::sort(sums.begin(), sums.end());  // sums round alike in whatever order tiles stand
+    std::sort(sums.begin(), sums.end());  // same rounding for any order of tiles
     double squares = 0, free = 0;
     for (const auto& [of_tile, its_free] : sums) {
       squares += of_tile;
@@ -124,14 +126,14 @@ class Tiles {
     part.pose_variance = whole_.pose_variance;
     part.fit();
     rest.fit();
-    part.hits = part.readings;  // sums do not have them
+    part.hits = part.readings;  // not available from sums
     rest.hits = rest.readings;
     return gain_of_merging(rest, part, part.centroid(), of_surface.pairs) > 0;
   }
 
   const surfaces::SurfaceModel& surface_;
   Patch whole_;
-  std::vector<surfaces::Inlier> inliers_;  // in key order, so that sums round alike whoever came first
+  std::vector<surfaces::Inlier> inliers_;  // in key order: same rounding for any order of insertion
   std::vector<geometry::PlaneCell> cells_;
   std::array<double, sensing::NoiseModel::classes> weights_{}, log_peaks_{};
 };

@@ -7,10 +7,10 @@
 
 namespace octosurf::detection {
 
-/// The inliers of a surface that lie where its tiles disagree, in key order: in a tile of its plane hash, or
-/// in a square of 2 × 2, 4 × 4, … of them, or in a half, that is not one plane with the rest by the criterion
-/// of mergers, over sums. None if the surface is one plane; where it bends, or is two, those of a part.
-/// Cost: 20 ns for each inlier and size, and sorting them.
+/// The inliers of a surface where its tiles disagree, in key order: in a tile of its plane hash, in a square
+/// of 2 × 2, 4 × 4, … of them, or in a half, that is not one plane with the rest by the merge criterion on
+/// sums. Empty if the surface is one plane; if it is curved or two, the inliers of a part. Cost: 20 ns for
+/// each inlier and size, and sorting them.
 std::vector<geometry::VoxelKey> where_tiles_disagree(const surfaces::SurfaceModel& surface,
                                                      const sensing::ReadingModel& model);
 

@@ -8,7 +8,7 @@
 
 namespace octosurf::detection {
 
-/// Space in cubes of so many voxels along each edge; at the octree's far end they may be cut off.
+/// Partitions space into cubes of `edge` voxels; the last ones of the octree may be cut off.
 class VoxelBlocks {
  public:
   using Place = std::uint64_t;  ///< a block's voxel keys divided by the edge, packed
@@ -30,7 +30,7 @@ class VoxelBlocks {
                          });
   }
 
-  /// Those that lie up to so many voxels off one of `places`, themselves included, each once; in order.
+  /// The blocks up to `voxels` voxels from one of `places`, themselves included, each once; in order.
   std::vector<Place> widened(std::vector<Place> places, int voxels) const;
 
  private:

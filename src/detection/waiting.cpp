@@ -26,7 +26,8 @@ std::vector<VoxelKey> united(const std::vector<VoxelKey>& a, std::span<const Vox
   return all;
 }
 
-/// Adds to `due` what of these blocks is, but for what is taken. `come`: since they were looked at.
+/// Adds the points of these blocks to `due`, except those taken. `come`: points that came since the last
+/// segmentation.
 void add_due(const surfaces::MapView& map, const VoxelBlocks& blocks, std::span<const VoxelKey> come,
              const Keys& taken, Keys& due) {
   tsl::robin_map<VoxelBlocks::Place, std::size_t, geometry::PackedKeyHash> counts;
@@ -45,10 +46,10 @@ void add_due(const surfaces::MapView& map, const VoxelBlocks& blocks, std::span<
   }
 }
 
-/// The blocks that wait for their turn, and what has come to each.
+/// The queue of waiting blocks with the new points of each.
 class Turns {
  public:
-  /// `come`: to any block.
+  /// `come`: new points of any block.
   Turns(const VoxelBlocks& blocks, std::span<const VoxelKey> order, std::span<const VoxelKey> come)
       : blocks_(blocks) {
     for (const VoxelKey key : order)
@@ -70,7 +71,7 @@ class Turns {
   std::span<const VoxelKey> points_of(std::size_t turn) const {
     return std::span(come_).subspan(begins_[turn], begins_[turn + 1] - begins_[turn]);
   }
-  /// size(): of no block that waits.
+  /// size(): not in a waiting block.
   std::size_t place_of(VoxelKey key) const {
     const auto found = at_.find(blocks_.of(key));
     return found == at_.end() ? order_.size() : found->second;
@@ -87,13 +88,13 @@ class Turns {
   std::vector<VoxelKey> come_;  // block after block
 };
 
-/// A quarter at least: after eight scans a tenth of what waits is left, however much comes.
+/// At least a quarter: after eight scans a tenth of a backlog is left, however large.
 std::size_t budget_of(const Parameters& parameters, std::size_t waiting) {
   const auto least = static_cast<std::size_t>(parameters.detection.detection_budget);
   return least == 0 ? std::numeric_limits<std::size_t>::max() : std::max(least, waiting / 4);
 }
 
-/// Leaves at most so many, in whole blocks of planelets that lie together; if `some`, one of these at least.
+/// Cuts to `most` points, in whole, adjacent blocks of planelets; if `some`, at least one of these.
 void cut_to(std::size_t most, bool some, int edge, std::vector<VoxelKey>& points) {
   const auto nested = [&](VoxelKey key) {
     return std::tuple(VoxelBlocks(4 * edge).of(key), VoxelBlocks(2 * edge).of(key),
@@ -109,7 +110,7 @@ void cut_to(std::size_t most, bool some, int edge, std::vector<VoxelKey>& points
   points.resize(end);
 }
 
-/// The blocks in which what is due holds a plane of its own.
+/// The blocks whose due points contain a plane of their own.
 Keys blocks_with_planes(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
                         const VoxelBlocks& blocks, const std::vector<VoxelKey>& due) {
   const Readings readings(octree, map.window, {.voxels = due, .may_join = {}, .context = {}, .rims = {}},

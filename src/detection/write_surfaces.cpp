@@ -11,7 +11,7 @@ namespace {
 using Index = Readings::Index;
 using surfaces::SurfaceModel;
 
-/// Segmentation's plane and what later scans' readings add to it, whose weights are relative to the nearest
+/// Combines the segmented plane with the evidence of later scans, whose weights are relative to the nearest
 /// class's (accumulate_evidence()).
 Plane with_evidence(const Patch& patch, const SurfaceModel& surface, const sensing::NoiseModel& noise) {
   const SurfaceModel::Evidence& evidence = surface.evidence();
@@ -34,7 +34,7 @@ class Writing {
         before_(heirs_.surfaces()),
         made_(found_.patches.size(), nullptr) {}
 
-  /// Which surface each label is from now on.
+  /// Assigns a surface to each label.
   void name_labels() {
     const std::vector<SurfaceId> keepers = heirs_.keepers(made_.size(), ledger_.changes.born),
                                  origins = heirs_.origins(made_.size());
@@ -51,7 +51,7 @@ class Writing {
     }
   }
 
-  /// Before points change hands, with which evidence goes.
+  /// Before points are reassigned: their evidence moves with them.
   void hand_on_evidence() {
     for (const SurfaceId id : before_) {
       if (!kept_.contains(id) && heirs_.of(id) != clutter && heirs_.alone(id))

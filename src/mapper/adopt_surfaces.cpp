@@ -13,7 +13,7 @@ Plane moved(const Plane& plane, const Eigen::Isometry3d& T) {
   return {normal, plane.offset + normal.dot(T.translation())};
 }
 
-/// What later scans told of a surface, in this map's frame.
+/// A surface's evidence from later scans, transformed to this map's frame.
 surfaces::SurfaceModel::State moved_evidence(const surfaces::SurfaceModel& surface, const Plane& plane,
                                              const Eigen::Isometry3d& T) {
   const Eigen::Matrix3d R = T.linear();
@@ -39,8 +39,8 @@ void adopt_surfaces(surfaces::Ledger& ledger, std::span<const Index> appeared,
   for (auto& [owner, points] : pending) {
     const surfaces::SurfaceModel& theirs = *foreign.store.find(owner);
     const Plane plane = moved(theirs.plane(), foreign.T_map_other);
-    // Another surface's point may stand in the voxel where two have met on this map's grid. As patient as
-    // with inliers that move.
+    // Where two of the other map's points fell into one voxel here, its point may be another surface's. Same
+    // tolerance as for inliers that move.
     std::erase_if(points, [&](Index i) {
       const occupancy::VoxelPoint& p = ledger.window[i];
       return std::fabs(plane.signed_distance(p.position.cast<double>())) >

@@ -5,7 +5,7 @@
 namespace octosurf::mapper {
 
 void LoopClosures::add(const Scan& scan, const Alignment& alignment, double resolution) {
-  if (alignment.outcome == AlignmentOutcome::set_aside) return;  // as if it had never been taken
+  if (alignment.outcome == AlignmentOutcome::set_aside) return;  // was not inserted
   ++scans_;
   const Eigen::Isometry3d correction = alignment.T_map_sensor * scan.T_map_sensor.inverse();
   const auto from_here = [&](const Eigen::Isometry3d& other) {

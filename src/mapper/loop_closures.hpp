@@ -11,18 +11,18 @@
 
 namespace octosurf::mapper {
 
-/// Scans in a row at which the recording's poses stop meeting what was mapped before.
+/// Consecutive scans at which the recording's poses deviate from the map built before.
 struct LoopClosure {
   std::string first, last;  ///< names of scans
-  double farthest_m = 0;    ///< that the correction changed by, at the place of the sensor
+  double farthest_m = 0;    ///< largest change of the correction, at the sensor
 };
 
-/// Tells loops that close on a bent map from single poses that jump.
+/// Distinguishes loop closures on a deformed map from single pose outliers.
 ///
-/// A scan is a closure if its correction differs by more than a voxel, at the place of the sensor, from the
-/// last one that held, and if the next scan lies there, too: its correction is nearer to this scan's than to
-/// that one. After a single jump the next correction is the earlier one again. The last scan has no next, so
-/// it is none.
+/// A scan is a closure if its correction differs from the last lasting one by more than a voxel at the
+/// sensor, and the next scan confirms it: its correction is nearer to this scan's than to the former. After a
+/// single outlier the correction returns to the former. The last scan has no successor, so it is never a
+/// closure.
 class LoopClosures {
  public:
   void add(const Scan& scan, const Alignment& alignment, double resolution);
@@ -36,7 +36,7 @@ class LoopClosures {
   };
   void note(const Step& step);
 
-  Eigen::Isometry3d lasting_ = Eigen::Isometry3d::Identity();  ///< correction of a scan that did not jump
+  Eigen::Isometry3d lasting_ = Eigen::Isometry3d::Identity();  ///< last correction that was not an outlier
   std::optional<Step> step_;                                   ///< of the last scan
   std::uint64_t scans_ = 0, end_of_last_ = 0;
   std::vector<LoopClosure> all_;

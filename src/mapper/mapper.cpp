@@ -21,15 +21,15 @@
 namespace octosurf {
 namespace {
 
-/// A camera's y points down in its picture, a lidar's z up; map frame.
+/// A camera's y axis points down, a lidar's z axis up; map frame.
 Eigen::Vector3d up_of_sensor(const Scan& scan, const Eigen::Isometry3d& T_map_sensor) {
   const Eigen::Vector3d up =
       scan.sensor == SensorKind::depth_camera ? Eigen::Vector3d(0, -1, 0) : Eigen::Vector3d::UnitZ();
   return (T_map_sensor.linear() * up).normalized();
 }
 
-/// What a surface is off the centre of a voxel that it passes through is spread evenly over the edge; where
-/// it is level with the octree, its voxels are all off by the same.
+/// The offset between a surface and the centre of a voxel it crosses is uniform over the edge, except for
+/// surfaces parallel to the grid, whose voxels all have the same offset.
 void observe_voxel_centres(const std::vector<occupancy::VoxelPoint>& adopted, surfaces::MapState& state) {
   if (adopted.empty()) return;
   const double d = state.parameters.occupancy.resolution, variance = d * d / 12;
@@ -37,7 +37,7 @@ void observe_voxel_centres(const std::vector<occupancy::VoxelPoint>& adopted, su
                                  sensing::SharedVariance{0, variance}});
 }
 
-/// m, of those that are mapped.
+/// m, of the mapped readings.
 double farthest_reading(const Scan& scan, double max_range) {
   float farthest = 0;
   for (const Eigen::Vector3f& point : scan.points)
@@ -55,8 +55,8 @@ bool as_stated(const Scan& scan, const Alignment& alignment) {
   return alignment.T_map_sensor.matrix() == scan.T_map_sensor.matrix();
 }
 
-/// Refuses a scan that could leave a surface or a cylinder without an id. Each is made of n points at least;
-/// detection gives a point away once, and revising once more where it splits what detection has made.
+/// Rejects a scan that could exhaust the ids of surfaces or cylinders. Each needs at least n points;
+/// detection assigns a point once, and revision once more when it splits a new surface.
 void require_ids(const surfaces::MapState& state, std::size_t new_points, const std::string& scan) {
   const std::size_t points = state.points + new_points;
   const std::size_t most = 2 * points / static_cast<std::size_t>(state.parameters.min_surface_points());
@@ -81,7 +81,7 @@ struct Mapper::Impl {
   /// The scan that is expected next, in the background.
   void trace_ahead(surfaces::MapState& state, const Scan* next);
 
-  /// A scan that nothing speaks against, ready to be inserted.
+  /// A validated scan, ready to be inserted.
   struct Prepared {
     ScanReport report;
     surfaces::AlignmentState alignment;
@@ -91,9 +91,9 @@ struct Mapper::Impl {
     sensing::VoxelScan voxels;
     occupancy::OccupancyMap::Touched touched;
   };
-  /// Throws what insert() throws. Changes nothing.
+  /// Throws as insert() does. Changes nothing.
   Prepared prepare(surfaces::MapState& state, const Scan& scan);
-  /// Within a Transaction. False if the scan is one to be left out.
+  /// Within a Transaction. False if the scan is set aside.
   bool apply(surfaces::MapState& state, const Scan& scan, Prepared prepared, mapper::SurfaceUpdate& surfaces);
 
   Map map;
@@ -107,7 +107,7 @@ struct Mapper::Impl {
 Mapper::Mapper(const Parameters& parameters, int threads) : Mapper(Map(parameters), threads) {}
 Mapper::Mapper(Map&& map, int threads) {
   require_threads(threads);
-  // Throws of a map that is not whole, or whose detector is not linked, while it is the caller's.
+  // Throws for an incomplete map or an unlinked detector, while the caller still owns the map.
   static_cast<void>(detection::detector_of(std::as_const(map).state().parameters));
   impl_ = std::make_unique<Impl>(std::move(map), threads);
 }
@@ -218,7 +218,7 @@ std::vector<ScanReport> Mapper::insert_all(std::span<const Scan> scans,
       break;
     }
     if (!changes) changes.emplace(state);
-    // Where poses are being corrected, the next one's will be, too.
+    // If this pose was corrected, the next one probably will be, too.
     const bool stated = as_stated(scan, prepared->report.alignment);
     const bool mapped = impl_->apply(state, scan, std::move(*prepared), surfaces);
     if (next && &scan == &scans.back() && stated && impl_->threads > 1) impl_->trace_ahead(state, next());

@@ -27,7 +27,8 @@ void require_mergeable(const surfaces::MapState& map, const surfaces::MapState& 
   const OccupancyParameters &ours = map.parameters.occupancy, &theirs = other.parameters.occupancy;
   constexpr const char* mend = "build one of them anew with the other's parameters";
   require_same("resolution", ours.resolution, theirs.resolution, mend);
-  // What hits and misses weigh may differ: it is in the log-odds. These say what log-odds mean.
+  // The weights of hits and misses may differ, as they are already in the log-odds. These parameters define
+  // what log-odds mean.
   require_same("clamp_min", ours.clamp_min, theirs.clamp_min, mend);
   require_same("clamp_max", ours.clamp_max, theirs.clamp_max, mend);
   require_same("occupied", ours.occupied, theirs.occupied, mend);

@@ -10,14 +10,14 @@
 
 namespace octosurf::mapper {
 
-/// Throws as Mapper::merge() says, before anything is touched.
+/// Throws as Mapper::merge() documents, before any change.
 void require_mergeable(const surfaces::MapState& map, const surfaces::MapState& other,
                        const Eigen::Isometry3d& T_map_other);
 
-/// A map that is being merged into another, as seen from there. The map must outlive it.
+/// A map to be merged into another, in the other's frame. The map must outlive it.
 class OtherMap {
  public:
-  /// Resamples its octree unless the frames are one. `parameters`: of the map that it is merged into.
+  /// Resamples its octree unless the frames are equal. `parameters`: of the map that takes it in.
   OtherMap(const surfaces::MapState& other, const Eigen::Isometry3d& T_map_other,
            const OccupancyParameters& parameters);
 
@@ -25,11 +25,11 @@ class OtherMap {
   const occupancy::OccupancyMap& occupancy() const { return resampled_ ? *resampled_ : other_.occupancy; }
   std::size_t points_lost() const { return lost_; }  ///< outside this map's octree
 
-  /// What is no voxel and no surface: how many scans, where up was to their sensors, which did not fit, and
-  /// what they told of the noise.
+  /// Adds its records besides voxels and surfaces: number of scans, sensor up directions, unaligned scans and
+  /// noise statistics.
   void hand_over_records(surfaces::MapState& map) const;
 
-  /// Where its surfaces' points are now that it is merged.
+  /// The surfaces that have its surfaces' points after the merge.
   std::vector<MergedSurface> heirs_in(const surfaces::MapState& map) const;
 
  private:

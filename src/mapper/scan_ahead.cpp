@@ -5,7 +5,8 @@
 namespace octosurf::mapper {
 namespace {
 
-/// In all that voxels and rays depend on; points to the bit, because what is no reading may be NaN.
+/// Compares everything that voxels and rays depend on; points bit by bit, because missing readings may be
+/// NaN.
 bool traced_alike(const Scan& a, const Scan& b) {
   return a.sensor == b.sensor && a.T_map_sensor.matrix() == b.T_map_sensor.matrix() &&
          a.points.size() == b.points.size() &&

@@ -13,14 +13,14 @@
 
 namespace octosurf::mapper {
 
-/// What of a scan asks nothing of the map: its points by voxel, and what its rays touch.
+/// Map-independent preprocessing of a scan: its points by voxel, and the voxels its rays touch.
 struct TracedScan {
   sensing::VoxelScan voxels;
   occupancy::OccupancyMap::Touched touched;  ///< valid until the octree traces another scan
   ScanReport times;                          ///< only `stage_ms` and `total_ms`
 };
 
-/// Traces the scan that is expected next, from where it says that it was taken, in a thread of its own.
+/// Traces the expected next scan at its given pose in a background thread.
 class ScanAhead {
  public:
   ScanAhead() = default;
@@ -28,23 +28,23 @@ class ScanAhead {
   ScanAhead& operator=(const ScanAhead&) = delete;
   ~ScanAhead() { wait(); }
 
-  /// trace(scan) gives a TracedScan. `scan` stays as it is until wait(). What is thrown is not passed on:
-  /// whoever inserts the scan meets it again. Nor is it told that there is no thread to be had.
+  /// trace(scan) returns a TracedScan. `scan` must not change until wait(). Exceptions are dropped, also if
+  /// no thread can be started: the insertion of the scan then repeats the work and throws itself.
   template <class Trace>
   void start(const Scan& scan, Trace trace);
   void wait() noexcept {
     if (thread_.joinable()) thread_.join();
   }
-  /// What start() was called for, if that was just this scan. After wait(); once.
+  /// The result of start(), if it was called for this scan. Call after wait(), once.
   std::optional<TracedScan> take(const Scan& scan);
 
  private:
-  Scan scan_;  // a copy, because the caller may have changed its own since
+  Scan scan_;  // a copy, because the caller may change the original
   std::optional<TracedScan> traced_;
   std::thread thread_;
 };
 
-/// Until the end of a block.
+/// Waits at the end of a scope.
 class WaitFor {
  public:
   explicit WaitFor(ScanAhead& ahead) : ahead_(ahead) {}

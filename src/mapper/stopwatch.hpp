@@ -7,7 +7,7 @@
 
 namespace octosurf::mapper {
 
-/// Runs one stage and notes its time.
+/// Runs one stage and records its time.
 class Stopwatch {
   using Clock = std::chrono::steady_clock;
 

@@ -47,7 +47,7 @@ void Succession::add_lost(geometry::VoxelKey before) {
   cylinders_.add(before_.cylinders.owner(before), 0);
 }
 
-/// By what is new.
+/// By new id.
 std::map<Succession::Id, Succession::Id> Succession::partners(const Shared& shared) {
   std::vector<std::tuple<std::uint64_t, Id, Id>> candidates;  // readings, before, after
   for (const auto& [pair, readings] : shared.pairs) {

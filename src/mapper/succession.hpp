@@ -9,55 +9,53 @@
 
 namespace octosurf::mapper {
 
-/// What the surfaces and cylinders of a map that was built anew are to be called.
+/// Ids for the surfaces and cylinders of a rebuilt map.
 struct Identities {
-  std::map<SurfaceId, SurfaceId> surfaces;  ///< as the new map has numbered them → as they are to be called
-  std::map<SurfaceId, std::vector<SurfaceId>> parents;  ///< of each, by what it is to be called
+  std::map<SurfaceId, SurfaceId> surfaces;              ///< id in the new map → assigned id
+  std::map<SurfaceId, std::vector<SurfaceId>> parents;  ///< of each, by assigned id
   std::map<SurfaceId, std::uint64_t> surfaces_born;     ///< likewise
   std::map<CylinderId, std::uint64_t> cylinders_born;   ///< likewise
-  std::map<SurfaceId, SurfaceId> merged;  ///< of the gone: into which, by what it is to be called
+  std::map<SurfaceId, SurfaceId> merged;  ///< removed surfaces → assigned id of the absorbing one
   SurfaceId next_surface = 1;
   std::map<CylinderId, CylinderId> cylinders;
   CylinderId next_cylinder = 1;
   std::uint64_t revision = 0;
-  DepartureLog departures;  ///< the old map's, and what it has that the new one has not
+  DepartureLog departures;  ///< the old map's, and those added by the rebuild
 
-  // Counts of surfaces, for the user.
+  // Numbers of surfaces, for the report.
   std::size_t kept = 0, born = 0;
-  std::vector<SurfaceId> gone;  ///< of the old map, without an heir of that name
+  std::vector<SurfaceId> gone;  ///< old surfaces whose id is not used any more
 };
 
-/// Tells which surfaces of a map that was built anew, from the same readings at other poses, are which of the
-/// old one: whoever holds an id keeps hold of it.
+/// Matches the surfaces of a map that was rebuilt from the same readings at corrected poses with those of the
+/// old map, so that ids remain valid.
 ///
-/// Every reading lies in some voxel of the old map and in one of the new. An old and a new surface are the
-/// same if at least half of the smaller one's readings lie in the other: so few enough are astray that no
-/// third surface can hold more of them. Of a larger surface several smaller ones may hold for that, what it
-/// fell into or was made of: it goes with the one with which it shares most readings, and of pairs that share
-/// as many, with lower ids. Each surface has at most one partner; what has none gets an id that was never
-/// used. Cylinders likewise.
+/// Every reading lies in a voxel of the old map and in one of the new. An old and a new surface match if at
+/// least half of the smaller one's readings lie in the other. Several smaller surfaces may match a larger one
+/// (its fragments or origins): it takes the one with which it shares most readings, on a tie the lower ids.
+/// Each surface has at most one partner; a new surface without one gets an unused id. Cylinders likewise.
 ///
-/// Lineage: a surface that keeps its id keeps its parents. Old surfaces that lost theirs, and at least half
-/// of whose readings lie in it now, are added: it is what they were merged into. A new one's parent is the
-/// old surface that holds at least half of its readings, if there is one: it was split from that. What came
-/// and went while the map was built anew was never seen by anyone, and is no one's parent.
+/// Lineage: a surface that keeps its id keeps its parents. Old surfaces without a partner, at least half of
+/// whose readings lie in it now, are added as parents: they merged into it. The parent of a surface with a
+/// new id is the old surface that has at least half of its readings, if any: it was split from that. Surfaces
+/// that existed only during the rebuild are not recorded.
 class Succession {
  public:
   /// Both must outlive it.
   Succession(const surfaces::MapState& before, const surfaces::MapState& after)
       : before_(before), after_(after) {}
 
-  /// A point in the voxel where the old map has it and in that where the new one has it. O(1).
+  /// Records a point by its voxel in the old map and in the new one. O(1).
   void add(geometry::VoxelKey before, geometry::VoxelKey after);
-  /// A point that is outside the new map.
+  /// Records a point that is outside the new map.
   void add_lost(geometry::VoxelKey before);
 
-  /// Throws Error(data) if the ids run out.
+  /// Throws Error(data) if ids run out.
   Identities settle() const;
 
  private:
   using Id = std::uint32_t;  // of surfaces and of cylinders
-  /// Readings in pairs of an old and a new thing, and in all of each.
+  /// Numbers of readings shared by pairs of an old and a new object, and of each.
   struct Shared {
     void add(Id before, Id after);
 
@@ -73,8 +71,8 @@ class Succession {
   Shared surfaces_, cylinders_;
 };
 
-/// Calls the surfaces and cylinders of a map as `identities` says, everywhere: octree, stores, lineage,
-/// snapshot. All have changed with its revision.
+/// Applies `identities` to a map: octree, stores, lineage, snapshot. Everything is marked as changed in its
+/// revision.
 void renumber(surfaces::MapState& state, const Identities& identities);
 
 }  // namespace octosurf::mapper

@@ -18,7 +18,7 @@ namespace {
 using Index = occupancy::PointWindow::Index;
 using detection::Assignment;
 
-/// Of the points that are still there.
+/// Of the points that still exist.
 std::vector<Index> indices_of(const occupancy::PointWindow& window,
                               std::span<const std::vector<geometry::VoxelKey>> of_scans) {
   std::vector<Index> indices;
@@ -40,8 +40,8 @@ void put_in_order(std::vector<geometry::VoxelKey>& keys) {
   keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
 }
 
-/// Of what is new, and of what has just been segmented: cylinders that are there take both, new ones begin in
-/// what was looked at and no plane explains.
+/// From new points and those just segmented: existing cylinders take both, new ones begin in segmented points
+/// that no plane explains.
 cylinders::LeftOver left_for_cylinders(const surfaces::Ledger& ledger,
                                        std::span<const geometry::VoxelKey> fresh,
                                        std::span<const geometry::VoxelKey> segmented) {
@@ -66,7 +66,7 @@ ScanReport& SurfaceUpdate::add(ScanReport report) {
   return reports_.emplace_back(std::move(report));
 }
 
-/// Goes on where the scan before stopped, with a window on the octree as it is now.
+/// Continues from the previous scan, with a window on the current octree.
 void SurfaceUpdate::renew_ledger() {
   surfaces::Changes changes;
   if (ledger_) changes = std::move(ledger_->changes);
@@ -95,7 +95,7 @@ std::vector<geometry::VoxelKey> SurfaceUpdate::pending_of(std::vector<geometry::
   return keys;
 }
 
-/// What is new and pending, and what retracting has made so.
+/// New pending points, and those that retraction made pending.
 std::vector<geometry::VoxelKey> SurfaceUpdate::take_fresh(std::span<const Index> appeared) {
   std::vector<geometry::VoxelKey> fresh = std::exchange(ledger_->changes.requeued, {});
   for (const Index i : appeared) fresh.push_back(ledger_->window[i].key);
@@ -131,7 +131,7 @@ void SurfaceUpdate::find_surfaces(const ForeignSurfaces* foreign) {
     time(Stage::expand, [&] { expand_beside(found->beside, gained); });
     explained = detection::newly_explained(*found);
     still_new = std::move(found->still_new);
-    found.reset();  // revising makes another
+    found.reset();  // revising replaces it
   }
   ScanReport& report = reports_.back();
   report.added += added;
@@ -142,9 +142,9 @@ void SurfaceUpdate::find_surfaces(const ForeignSurfaces* foreign) {
   report.waiting = due.waiting;
   state_.queue = std::move(due.left);
   accumulate(still_new);
-  accumulate(std::exchange(ledger_->changes.requeued, {}));  // once enough has come there
+  accumulate(std::exchange(ledger_->changes.requeued, {}));  // once enough points are there
   put_in_order(state_.queue.fresh);
-  // A thin pole lies in blocks in which no plane begins.
+  // A thin pole lies in blocks without a plane.
   due.points.insert(due.points.end(), due.unplanar.begin(), due.unplanar.end());
   put_in_order(due.points);
   time(Stage::cylinders, [&] { left_over_ = left_for_cylinders(*ledger_, fresh, due.points); });
@@ -156,15 +156,15 @@ void SurfaceUpdate::bring_outlines_up_to_date() {
       surface.derive(state_.parameters.max_hole_size());
 }
 
-/// What is pending beside these, which new planes have taken, or planes that were looked at again.
+/// Expands into pending points beside these, which new or revised planes have taken.
 void SurfaceUpdate::expand_beside(std::span<const geometry::VoxelKey> keys, std::vector<Assignment>& gained) {
   const std::vector<Assignment> more = detector_.expand(*ledger_, detection::pending_beside(*ledger_, keys));
   detection::assign(*ledger_, more);
   gained.insert(gained.end(), more.begin(), more.end());
 }
 
-/// Looks again at surfaces whose size has changed. Fits the planes of those that have grown since theirs was
-/// fitted, and of those that lost points or saw them better and whose neighbourhood is what it was.
+/// Segments surfaces again whose size has changed. Refits the planes of those that have grown since their
+/// last fit, and of those that lost points or were seen better, with an unchanged neighbourhood.
 void SurfaceUpdate::revise(std::vector<Assignment>& gained, std::size_t looked_at) {
   surfaces::Changes& changes = ledger_->changes;
   std::set<SurfaceId> changed = changes.touched();
@@ -175,7 +175,7 @@ void SurfaceUpdate::revise(std::vector<Assignment>& gained, std::size_t looked_a
     write_surfaces(*ledger_, *found, detection::Planes::touched);
     expand_beside(found->beside, gained);
   }
-  // Where those that have expanded since have come to others that may be one with them.
+  // Where expanded surfaces have since touched others that may be the same plane.
   std::vector<Assignment> since;
   for (const Assignment& assignment : std::span(gained).subspan(looked_at))
     if (const SurfaceId now = ledger_->window[assignment.point].surface; now != 0)
@@ -207,7 +207,7 @@ void SurfaceUpdate::count_categorized() {
 void SurfaceUpdate::publish() {
   ScanReport& report = reports_.back();
   Stopwatch time(report);
-  // Last, when the planes have all their points: cylinders never change them.
+  // Last, when all points of planes are assigned: cylinders never change planes.
   time(Stage::cylinders, [&] { cylinders::update_cylinders(*ledger_, left_over_); });
 
   count_categorized();
