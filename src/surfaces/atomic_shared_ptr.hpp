@@ -8,18 +8,18 @@
 namespace octosurf::surfaces {
 
 /// A shared pointer that one thread replaces while others read it. Readers take no lock: libstdc++'s
-/// std::atomic_load(shared_ptr) takes a mutex of a pool, and its std::atomic<shared_ptr> a spin lock, so that
-/// a reader that is descheduled in the middle would hold up all others.
+/// std::atomic_load(shared_ptr) locks a mutex of a pool, and its std::atomic<shared_ptr> a spin lock, so a
+/// descheduled reader would block all others.
 ///
-/// The value lies in one of a few slots. A reader announces itself at the current slot and looks again
-/// whether it still is the current one; the writer writes only into slots that are not current and where
-/// nobody is announced. All accesses to the atomics are sequentially consistent, on which this rests.
+/// The value is in one of a few slots. A reader registers at the current slot and checks that it is still
+/// current; the writer writes only to slots that are not current and have no registered reader. This requires
+/// sequentially consistent accesses to all atomics.
 template <class T>
 class AtomicSharedPtr {
  public:
   explicit AtomicSharedPtr(std::shared_ptr<T> value) { slots_[0].value = std::move(value); }
 
-  /// From any thread. Tries again only if a store() came between two lines of it.
+  /// From any thread. Retries only if a store() happened between two lines of it.
   std::shared_ptr<T> load() const {
     for (;;) {
       const unsigned i = current_.load();
@@ -33,7 +33,7 @@ class AtomicSharedPtr {
     }
   }
 
-  /// From one thread at a time. Lets go of the values before, but for those that are being read just now.
+  /// From one thread at a time. Releases previous values, except those being read.
   void store(std::shared_ptr<T> value) {
     const unsigned next = unused_slot();
     slots_[next].value = std::move(value);
@@ -48,7 +48,7 @@ class AtomicSharedPtr {
     std::shared_ptr<T> value;
   };
   unsigned unused_slot() const {
-    for (;; std::this_thread::yield())  // only while there is a reader in the middle of load() in every other
+    for (;; std::this_thread::yield())  // only while load() is in progress in every other slot
       for (unsigned i = 0; i < slots_.size(); ++i)
         if (i != current_.load() && slots_[i].readers.load() == 0) return i;
   }

@@ -132,7 +132,7 @@ void CylinderStore::begin_changes() {
   open_ = true;
 }
 
-/// Before the model is changed.
+/// Call before the model is changed.
 void CylinderStore::keep(const CylinderModel& model) {
   if (open_ && model.id < next_id_before_) before_.try_emplace(model.id, model);
 }

@@ -19,11 +19,11 @@ namespace octosurf::surfaces {
 struct CylinderModel {
   CylinderId id = 0;
   geometry::CylinderShape shape;
-  std::map<geometry::VoxelKey, Inlier> inliers;  ///< with their points as the octree holds them
-  std::uint64_t unchecked = 0;                   ///< inliers that came, went or moved since the last fit
+  std::map<geometry::VoxelKey, Inlier> inliers;  ///< with their points as in the octree
+  std::uint64_t unchecked = 0;                   ///< inliers added, removed or moved since the last fit
   std::uint64_t born = 0;                        ///< map revision in which it was first published
   std::uint64_t revision = 0;                    ///< map revision of the last published change
-  CylinderPtr published;                         ///< null before the first time
+  CylinderPtr published;                         ///< null before the first publication
 
   /// Inliers in key order, without normals; every `stride`-th.
   std::vector<geometry::CylinderSample> samples(const sensing::NoiseModel& noise,
@@ -34,14 +34,14 @@ struct CylinderModel {
 
 /// All cylinders. A pending voxel supports at most one; it leaves when it vanishes or a surface takes it.
 ///
-/// Its cost follows the change: what no scan touched is published as it was.
+/// Unchanged cylinders keep their published form, so the cost follows the change.
 class CylinderStore {
  public:
   CylinderModel& create(const geometry::CylinderShape& shape);
   CylinderModel& restore(CylinderModel model);
-  /// Its voxels become free for others; `into` is who has taken it in, if somebody has.
+  /// Frees its voxels; `into` is the cylinder that absorbed it, if any.
   void erase(CylinderId id, CylinderId into = 0);
-  /// Of those erased since the last call, in the order of that; their revision is open.
+  /// Departures since the last call, in order of erasure; their revision is not set yet.
   std::vector<Departure> take_departures() { return std::exchange(departures_, {}); }
 
   CylinderModel* find(CylinderId id);
@@ -59,21 +59,21 @@ class CylinderStore {
     const auto found = owners_.find(key.packed());
     return found == owners_.end() ? 0 : found->second;
   }
-  void add(CylinderModel& cylinder, const Inlier& inlier);  ///< takes it from its cylinder, if it has one
+  void add(CylinderModel& cylinder, const Inlier& inlier);  ///< removes it from its present cylinder, if any
   void release(geometry::VoxelKey key);                     ///< no-op if it supports none
-  void move(const Inlier& inlier);                          ///< a closer view of its point; no-op likewise
+  void move(const Inlier& inlier);                          ///< updates its point after a closer view; no-op
+                                                            ///< likewise
 
-  /// From here on until commit() or roll_back() what the cylinders are now is kept: a copy of each that is
-  /// changed.
+  /// Starts recording the previous state until commit() or roll_back(): copies each cylinder that is changed.
   void begin_changes();
   void commit() noexcept;
-  /// All as it was at begin_changes(). Changes nothing if it throws, and can be called again. O(inliers of
-  /// all).
+  /// Restores the state at begin_changes(). Changes nothing if it throws, and can be called again. O(inliers
+  /// of all).
   void roll_back();
 
-  /// Cylinders whose inliers are no longer what was published; ascending.
+  /// Cylinders whose inliers changed since publication; ascending.
   const std::set<CylinderId>& touched() const { return touched_; }
-  /// All in order of id, the touched ones anew; none is touched afterwards.
+  /// All in order of id; publishes the touched ones and clears the mark.
   std::vector<CylinderPtr> publish(std::uint64_t map_revision);
 
  private:

@@ -5,7 +5,7 @@
 namespace octosurf::surfaces {
 
 std::size_t InlierTiles::Tile::first_from(std::uint8_t cell) const {
-  // Every cell before it that is occupied has one inlier, and hardly any has more.
+  // Start of the search: every occupied cell before it has one inlier, rarely more.
   const std::uint64_t before = (std::uint64_t{1} << cell) - 1;
   auto i = static_cast<std::size_t>(std::popcount(occupied & before));
   while (i < inliers.size() && inliers[i].cell < cell) ++i;

@@ -12,16 +12,16 @@
 
 namespace octosurf::surfaces {
 
-/// A voxel that belongs to a surface, with its point as the octree holds it.
+/// A voxel that belongs to a surface, with its point as in the octree.
 struct Inlier {
   geometry::VoxelKey key;
   std::uint8_t range_class = 0;
   Eigen::Vector3f position = Eigen::Vector3f::Zero();
 };
 
-/// A surface's inliers by the cell of its plane that they fall into. Those of 8 × 8 cells stand together, in
-/// order of their cells, so that a scan, which sees a part of a surface, touches few places in memory however
-/// large the surface is: 20 bytes an inlier, at most twice that as a tile grows.
+/// A surface's inliers by cell of its plane. Those of a tile of 8 × 8 cells are contiguous, in order of their
+/// cells, so a scan, which sees a part of a surface, touches few memory locations however large the surface
+/// is: 20 bytes an inlier, at most twice that while a tile grows.
 class InlierTiles {
  public:
   /// O(inliers of a tile), as remove().
@@ -29,14 +29,14 @@ class InlierTiles {
 
   struct Removed {
     Inlier inlier;
-    bool cell_empty = false;  ///< it was the last one of its cell
+    bool cell_empty = false;  ///< it was the last inlier of its cell
   };
   /// None if there is no such inlier in that cell.
   std::optional<Removed> remove(geometry::PlaneCell cell, geometry::VoxelKey key);
 
   void clear() { tiles_.clear(); }
 
-  /// Those of one cell, in the order in which they came.
+  /// Those of one cell, in order of insertion.
   template <class Visit>
   void for_each_in(geometry::PlaneCell cell, Visit&& visit) const {
     const auto tile = tiles_.find(geometry::CellBits::tile_of(cell).packed());
@@ -54,7 +54,7 @@ class InlierTiles {
   }
 
  private:
-  /// An Inlier whose padding says which cell of the tile it falls into.
+  /// An Inlier with its cell of the tile in the padding.
   struct Placed {
     geometry::VoxelKey key;
     std::uint8_t range_class, cell;

@@ -8,13 +8,13 @@
 
 namespace octosurf::surfaces {
 
-/// What a scan did to the surfaces so far; sets, so that results come in order of id.
+/// Changes of surfaces by a scan so far; sets, so that results are in order of id.
 struct Changes {
   std::set<SurfaceId> born, grown, shrunk, merged, gone;
-  std::set<SurfaceId> refitted;              ///< whose plane is another, points or not
-  std::vector<geometry::VoxelKey> requeued;  ///< pending points that the next detection looks at again
+  std::set<SurfaceId> refitted;              ///< plane changed, with or without points
+  std::vector<geometry::VoxelKey> requeued;  ///< pending points to consider in the next detection
 
-  /// Every surface whose inliers or plane are no longer what they were.
+  /// Every surface whose inliers or plane changed.
   std::set<SurfaceId> touched() const {
     std::set<SurfaceId> all = born;
     all.insert(grown.begin(), grown.end());
@@ -26,9 +26,8 @@ struct Changes {
   }
 };
 
-/// Through which alone stages change whose a point is. It keeps octree, window, surfaces and the record of
-/// what has changed in step. Taking all of it back is the Transaction's work. Valid until the octree's next
-/// scan.
+/// The only way for stages to change the surface of a point. Keeps octree, window, surfaces and the record of
+/// changes consistent. Rolling back is the Transaction's task. Valid until the octree's next scan.
 class Ledger : public MapView {
  public:
   explicit Ledger(MapState& state);
@@ -38,13 +37,13 @@ class Ledger : public MapView {
   Changes changes;
 
   SurfaceModel* find(SurfaceId id) { return state_.surfaces.find(id); }
-  /// A surface without points, as yet.
+  /// Creates a surface without points.
   SurfaceModel& create(const Plane& plane, const Eigen::Vector3d& origin) {
     return state_.surfaces.create(plane, origin);
   }
   CylinderStore& cylinder_store() { return state_.cylinders; }
 
-  /// Makes a pending point the surface's.
+  /// Assigns a pending point to the surface.
   void give(Index i, SurfaceModel& surface) {
     state_.cylinders.release(window[i].key);
     add(i, surface);
@@ -55,26 +54,26 @@ class Ledger : public MapView {
     remove(i, window[i].position);
     add(i, to);
   }
-  /// The surface keeps a point that was at `before`.
+  /// The surface keeps a point whose position changed from `before`.
   void move(Index i, const Eigen::Vector3f& before) {
     SurfaceModel& surface = remove(i, before);
     add(i, surface);
   }
-  /// Takes a point from its surface: it is pending, and the next detection looks at it. `before`: where the
-  /// surface has it, if that is elsewhere.
+  /// Removes a point from its surface: it becomes pending, to be considered in the next detection. `before`:
+  /// its position in the surface, if different.
   void requeue(Index i) { requeue(i, window[i].position); }
   void requeue(Index i, const Eigen::Vector3f& before) {
     release(i, before);
     changes.requeued.push_back(window[i].key);
   }
-  /// Takes a point from its surface that is no longer in the octree.
+  /// Removes a point from its surface that is no longer in the octree.
   void drop(const occupancy::VoxelPoint& vanished);
 
-  /// Its points are pending again, and the next detection looks at them; it is gone. `into`: who has taken it
-  /// in, if somebody has.
+  /// Removes the surface; its points become pending, to be considered in the next detection. `into`: the
+  /// surface that absorbed it, if any.
   void dissolve(SurfaceModel& surface, SurfaceId into = 0);
 
-  /// Fewer than n inliers are left.
+  /// Whether fewer than n inliers are left.
   bool too_small(const SurfaceModel& surface) const {
     return surface.size() < static_cast<std::size_t>(parameters.min_surface_points());
   }

@@ -16,8 +16,8 @@
 
 namespace octosurf::surfaces {
 
-/// Everything a map is: what a .surfaces file holds and a Mapper works on. Whatever decides what
-/// the next scan does stands here and is saved, so that stopping and going on changes nothing.
+/// The whole state of a map: the contents of a .surfaces file, and the working data of a Mapper. Everything
+/// that affects the next scan is here and is saved, so that resuming changes nothing.
 struct MapState {
   explicit MapState(const Parameters& p)
       : parameters(p),
@@ -37,19 +37,20 @@ struct MapState {
   SeenPatches patches;
   DepartureLog departures;
   PendingQueue queue;
-  std::size_t points = 0;  ///< voxels that hold one
+  std::size_t points = 0;  ///< voxels with a point
   std::uint64_t scans = 0;
-  std::vector<std::uint64_t> held;  ///< fingerprints of those that are remembered, as they came
+  std::vector<std::uint64_t> held;  ///< fingerprints of remembered scans, in order of insertion
   std::uint64_t revision = 0;
-  /// Sum over the scans of their sensor's own up direction, unit vectors in the map frame: what up_of() asks.
+  /// Sum over the scans of their sensor's up direction, unit vectors in the map frame: for up_of().
   Eigen::Vector3d sensors_up = Eigen::Vector3d::Zero();
-  AtomicSharedPtr<const Snapshot> snapshot;  ///< what readers in other threads see
-  bool octree_shared = false;                ///< its octree, too; a wish of the process, not of the map
+  AtomicSharedPtr<const Snapshot> snapshot;  ///< the state that readers in other threads see
+  bool octree_shared = false;                ///< snapshots include the octree; a setting of the process, not
+                                             ///< of the map
 
-  /// Changes have failed and the surfaces are not yet as they were before, for want of memory (Transaction).
+  /// A change failed, and its rollback is incomplete for lack of memory (Transaction).
   bool unrestored = false;
-  void restore();              ///< makes them so; throws std::bad_alloc
-  void require_whole() const;  ///< throws Error(incomplete) if they are not
+  void restore();              ///< completes the rollback; throws std::bad_alloc
+  void require_whole() const;  ///< throws Error(incomplete) if the rollback is incomplete
 };
 
 }  // namespace octosurf::surfaces

@@ -5,8 +5,8 @@
 
 namespace octosurf::surfaces {
 
-/// What stages read: the map's surfaces and its points around what has changed. Blocks of points and their
-/// normals are loaded when they are first asked for; nothing else changes through it.
+/// Read access for stages: the map's surfaces, and its points around the changes. Blocks of points and their
+/// normals are loaded on first access.
 struct MapView {
   using Index = occupancy::PointWindow::Index;
 
@@ -18,7 +18,7 @@ struct MapView {
   const occupancy::PointWindow& window;
   const NormalField& normals;
 
-  /// There is a point in the voxel, and no surface has it.
+  /// Whether the voxel has a point without a surface.
   bool is_pending(geometry::VoxelKey key) const {
     const Index i = window.find(key);
     return i != occupancy::PointWindow::none && window[i].surface == 0;

@@ -7,13 +7,13 @@
 namespace octosurf::surfaces {
 namespace {
 
-/// Of the angle between two planes: from 20° on their line is known to three times their own errors.
+/// Of the angle between two planes: from 20° on, the error of their line is at most three times their own.
 constexpr double least_sine = 1.0 / 3;
 
 int cells(double length, double resolution) { return static_cast<int>(length / resolution + 1e-9); }
 
-/// m: from an inlier back to the next row of them, straight or a cell aside, at most `farthest`; a cell if
-/// there is none, because then nothing tells how densely the surface was seen.
+/// m: from an inlier back to the next row of inliers, straight or one cell aside, at most `farthest`; one
+/// cell if there is none, because the density is then unknown.
 double row_spacing(const SurfaceModel& surface, const Eigen::Vector3d& inlier, const Eigen::Vector3d& outward,
                    double farthest) {
   const double d = surface.resolution();
@@ -28,7 +28,7 @@ double row_spacing(const SurfaceModel& surface, const Eigen::Vector3d& inlier, c
 
 }  // namespace
 
-/// As the store's. Tiles beside each other mostly ask for the same regions.
+/// As the store's. Adjacent tiles mostly need the same regions.
 const std::vector<SurfaceId>& Meetings::in_regions_near(geometry::VoxelKey key, int reach) {
   std::uint64_t regions = 0;
   for (const int k :
@@ -67,7 +67,7 @@ bool Meetings::look_about(geometry::PlaneCell tile) {
   return !others_.empty();
 }
 
-/// Whether the inliers of the other begin as near to a place on its plane as they lie to each other.
+/// Whether the other surface's inliers start as near to a place on its plane as their mutual spacing.
 bool Meetings::begins_near(const Other& other, const Eigen::Vector3d& at) const {
   const SurfaceModel& surface = *other.surface;
   const double d = surface.resolution();
@@ -97,7 +97,7 @@ void Meetings::points_from(const Inlier& inlier, std::vector<Eigen::Vector3d>& p
     const double along = -other.surface->plane().signed_distance(from) / other.sine, way = std::fabs(along);
     if (way > gap_) continue;
     const Eigen::Vector3d outward = std::copysign(1.0, along) * other.toward;
-    if (surface_.occupied(surface_.cell_of((from + d * outward).cast<float>()))) continue;  // at no rim there
+    if (surface_.occupied(surface_.cell_of((from + d * outward).cast<float>()))) continue;  // not a rim there
     if (way > row_spacing(surface_, from, outward, gap_ - d) + d / other.sine) continue;
     const Eigen::Vector3d at = from + along * other.toward;
     if (!begins_near(other, at)) continue;
@@ -109,7 +109,7 @@ void Meetings::points_from(const Inlier& inlier, std::vector<Eigen::Vector3d>& p
       const Eigen::Vector3d corner =
           normals.inverse() *
           Eigen::Vector3d(plane.offset, other.surface->plane().offset, before.surface->plane().offset);
-      // In a sharper corner than a right angle its tip lies farther off.
+      // In a corner sharper than a right angle its tip lies farther off.
       if ((corner - from).norm() <= way + before.way) points.push_back(corner);
     }
     met.push_back({other.surface, way});

@@ -11,14 +11,14 @@
 namespace octosurf::surfaces {
 namespace {
 
-/// Weighted sums over neighbours relative to the point in question.
+/// Weighted sums over neighbours relative to the query point.
 struct NeighbourSums {
   float count = 0, weight = 0;
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   std::array<float, 6> outer{};  // xx xy xz yy yz zz
 };
 
-/// Gathers neighbours, four to a step. Their order decides the rounding, so it must be fixed.
+/// Accumulates neighbours, four per step. Their order determines the rounding, so it must be fixed.
 class NeighbourMoments {
  public:
   NeighbourMoments(const occupancy::VoxelPoint& centre, float radius)
@@ -38,7 +38,7 @@ class NeighbourMoments {
   }
 
   NeighbourSums sums() {
-    for (; filled_ % 4 != 0; ++filled_) {  // the last four are filled up with nothing
+    for (; filled_ % 4 != 0; ++filled_) {  // pads the last four with zeros
       offset_x_[filled_] = offset_y_[filled_] = offset_z_[filled_] = 0;
       facing_[filled_] = opposite;
     }
@@ -54,7 +54,7 @@ class NeighbourMoments {
   static constexpr std::size_t capacity = 64, longest = 8, room = capacity + longest;
   static constexpr float opposite = -1;
 
-  /// Four points, of which those that are too many are written over.
+  /// Four points; surplus ones are overwritten later.
   void place(const occupancy::PointWindow::Columns& points, std::size_t from, std::size_t to) {
     const Eigen::Vector3f &p = centre_.position, &view = centre_.view;
     geometry::store_lanes(geometry::load_lanes(&points.x[from]) - p.x(), &offset_x_[to]);
@@ -74,7 +74,7 @@ class NeighbourMoments {
   }
 
   void sum_up(std::size_t filled) {
-    geometry::Lanes count = count_, weight = weight_, sx = x_, sy = y_, sz = z_;  // in registers meanwhile
+    geometry::Lanes count = count_, weight = weight_, sx = x_, sy = y_, sz = z_;  // registers during the loop
     geometry::Lanes xx = xx_, xy = xy_, xz = xz_, yy = yy_, yz = yz_, zz = zz_;
     for (std::size_t i = 0; i < filled; i += 4) {
       const geometry::Lanes x = geometry::load_lanes(&offset_x_[i]), y = geometry::load_lanes(&offset_y_[i]),
@@ -101,7 +101,7 @@ class NeighbourMoments {
   geometry::Lanes count_{}, weight_{}, x_{}, y_{}, z_{}, xx_{}, xy_{}, xz_{}, yy_{}, yz_{}, zz_{};
 };
 
-/// All of up to eight points are the surface's.
+/// Whether all of up to eight points belong to the surface.
 bool belong_to(SurfaceId surface, const SurfaceId* of_points, unsigned count) {
   static constexpr std::array<int, 12> beyond{0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -1, -1};
   const int id = static_cast<int>(surface);
@@ -117,7 +117,7 @@ bool belong_to(SurfaceId surface, const SurfaceId* of_points, unsigned count) {
 /// Variances of the neighbours along their principal axes, ascending, and the axis of the smallest.
 struct PrincipalVariances {
   double smallest = 0, middle = 0, largest = 0;
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // unit; zero if no direction is flattest
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // unit; zero if ambiguous
 };
 
 /// The eigenvalues of the covariance without trigonometry: Newton from below, where the
@@ -173,7 +173,7 @@ const LocalPlane& NormalField::computed(occupancy::PointWindow::Index i) const {
     planes_.grow_to(std::max<std::size_t>(window_.size(), i + 1));
     done_.resize(planes_.size(), false);
   }
-  // Four times the noise, so that it does not drown the plane.
+  // Four times the noise, so that the noise does not hide the plane.
   const double radius = std::clamp(4 * noise_.sigma(window_[i].range_class), smallest_, largest_);
   LocalPlane plane = compute(i, radius);
   if (!plane.known && radius < largest_) plane = compute(i, largest_);
@@ -194,7 +194,7 @@ LocalPlane NormalField::compute(occupancy::PointWindow::Index i, double radius) 
   LocalPlane plane;
   plane.reach = std::max(1, static_cast<int>(radius / resolution_));
   NeighbourMoments moments(p, static_cast<float>(radius));
-  SurfaceId run = 0;  // surface of the present run of neighbours
+  SurfaceId run = 0;  // surface of the current run of neighbours
   bool off = false;
   window_.for_each_row_near(p.key, plane.reach, [&](occupancy::PointWindow::Index first, unsigned count) {
     const occupancy::PointWindow::Columns& points = window_.columns();
@@ -213,7 +213,7 @@ LocalPlane NormalField::compute(occupancy::PointWindow::Index i, double radius) 
   const NeighbourSums sums = moments.sums();
   if (sums.count < min_neighbours) return plane;
   const PrincipalVariances variances = principal_variances(sums);
-  // In a line: the second variance is no more than a voxel's rounding.
+  // Collinear: the second variance is no more than a voxel's rounding.
   if (variances.middle < 0.05 * variances.largest || variances.middle < 0.09 * resolution_ * resolution_)
     return plane;
   plane.known = true;

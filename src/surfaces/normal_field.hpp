@@ -10,28 +10,28 @@ namespace octosurf::surfaces {
 
 /// Local plane at a point.
 struct LocalPlane {
-  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, toward where the point was seen from
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, toward the sensor
   float curvature = 1;                               ///< surface variation λ₀/Σλ
-  int reach = 0;                                     ///< voxels, the neighbourhood it took
-  bool known = false;                                ///< false: fewer than three neighbours, or all in a line
-  bool flat = false;                                 ///< its curvature may be noise on a plane
+  int reach = 0;                                     ///< voxels, size of the neighbourhood used
+  bool known = false;                                ///< false: fewer than three neighbours, or collinear
+                                                     ///< ones
+  bool flat = false;                                 ///< its curvature is within the noise of a plane
 };
 
-/// Normals of a window's points by moving least squares of degree 1 (paper III-C2; Alexa et al.
-/// 2003): a plane through the neighbours, weighted by exp(−distance²/radius²). Computed when first
-/// asked for. The measured points are kept, not moved.
+/// Normals of a window's points by moving least squares of degree 1 (paper III-C2; Alexa et al. 2003): a
+/// plane through the neighbours, weighted by exp(−distance²/radius²). Computed on first access. Points are
+/// not moved.
 ///
-/// The radius is `normal_radius`; where that many points are too few or in a line (laser strips), or
-/// too noisy for it, it is widened up to r. Neighbours that were seen from the opposite side do not
-/// count, so the two sides of a thin wall stay apart. Nor do points of a surface whose plane the
-/// point in question lies off, so that the edge beside a known table top is not rounded. All other points
-/// count, those of surfaces too.
+/// The radius is `normal_radius`, widened up to r where there are too few points, or collinear (laser strips)
+/// or too noisy ones. Neighbours seen from the opposite side do not count, which separates the two sides of a
+/// thin wall. Nor do points of a surface if the query point is off its plane, so that the edge beside a known
+/// table top is not rounded. All other points count, including those of surfaces.
 class NormalField {
  public:
   NormalField(const occupancy::PointWindow& window, const Parameters& parameters,
               const sensing::NoiseModel& noise, const SurfaceStore& surfaces);
 
-  /// The reference stays good while other points are asked for.
+  /// The reference stays valid during further accesses.
   const LocalPlane& at(occupancy::PointWindow::Index i) const {
     return i < done_.size() && done_[i] ? planes_[i] : computed(i);
   }
@@ -45,7 +45,7 @@ class NormalField {
   const sensing::NoiseModel& noise_;
   const SurfaceStore& surfaces_;
   double resolution_, smallest_, largest_, max_curvature_;
-  mutable occupancy::PagedVector<LocalPlane> planes_;  // of those asked for so far
+  mutable occupancy::PagedVector<LocalPlane> planes_;  // of points accessed so far
   mutable std::vector<bool> done_;
 };
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double rad_per_deg = std::numbers::pi / 180;
 
-/// Six digits: for people; parameter_value() is for machines.
+/// Six digits: for display; use parameter_value() for exact values.
 std::string text_of(double value) {
   std::ostringstream out;
   out << value;
@@ -27,8 +27,8 @@ std::string text_of(double value) {
 
 enum class Form { real, degrees, integer, flag, choice };
 
-/// One row of the table that command line, config, reports and map files share. Values are doubles
-/// in the code's units; none: the parameter is derived, and `in_force` tells from what.
+/// One row of the table shared by command line, config, reports and map files. Values are doubles in the
+/// code's units; none: the parameter is derived by `in_force`.
 struct Entry {
   ParameterInfo info;
   Form form;
@@ -69,7 +69,7 @@ Entry derived(Group Parameters::*group, std::optional<Value> Group::*field, Form
           std::move(in_force)};
 }
 
-/// A component of `up`. They are set one after the other, so that they make a unit vector is validate()'s.
+/// A component of `up`. Components are set separately; validate() checks for a unit vector.
 Entry component(int axis, ParameterInfo info) {
   return {std::move(info), Form::real,
           [=](const Parameters& p) -> std::optional<double> {
@@ -159,7 +159,7 @@ const Entry& entry(const std::string& name) {
   throw Error(Error::Kind::usage, name, "is not a parameter", "octosurf map --show-parameters lists them");
 }
 
-/// A number that is all of the text.
+/// The number in all of the text.
 std::optional<double> number_of(std::string_view text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -237,7 +237,7 @@ void Parameters::validate() const {
   const auto check = [this](const char* name, bool holds, const char* rule) {
     if (!holds) refuse(name, get_parameter(*this, name), rule);
   };
-  // Written so that NaN fails every rule.
+  // Written so that NaN violates every rule.
   const OccupancyParameters& o = occupancy;
   check("resolution", o.resolution >= 1e-3 && o.resolution <= 10, "from 0.001 to 10 m");
   check("max_range", !o.max_range || (*o.max_range > 0 && *o.max_range <= 1e6),

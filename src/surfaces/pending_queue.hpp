@@ -6,10 +6,10 @@
 
 namespace octosurf::surfaces {
 
-/// Pending points that have come since surfaces were last looked for among them, and where to look next.
+/// Pending points added since the last detection around them, and the order of further detection.
 struct PendingQueue {
-  std::vector<geometry::VoxelKey> fresh;   ///< key order; some may be pending no more
-  std::vector<geometry::VoxelKey> blocks;  ///< oldest first: of each block that waits for its turn, a voxel
+  std::vector<geometry::VoxelKey> fresh;   ///< key order; some may no longer be pending
+  std::vector<geometry::VoxelKey> blocks;  ///< oldest first: one voxel of each waiting block
 
   bool operator==(const PendingQueue&) const = default;
 };

@@ -4,11 +4,10 @@
 
 namespace octosurf::surfaces {
 
-/// How sure the scatter of its readings leaves a surface's plane: Surface::covariance without what repeated
-/// observations say otherwise than the first ones. That difference has two causes, which it does not tell
-/// apart: inliers that lie too deep, and poses that slid meanwhile. Who measures poses by the plane must not
-/// hold the second for the plane's own error, or would follow drift the less the more there is of it; the
-/// first, a tenth of a millimetre, is well below what a scan's readings of a surface have in common. O(1).
+/// The plane's covariance from the scatter of its readings: Surface::covariance without the disagreement of
+/// repeated observations. That has two causes that cannot be separated: inliers that lie too deep, and pose
+/// drift. Alignment must not attribute drift to the plane, or it would correct less the more the poses drift;
+/// the first cause, a tenth of a millimetre, is well below the common error of a scan's readings. O(1).
 Eigen::Matrix3d covariance_of_readings(const SurfaceModel& surface, const sensing::NoiseModel& noise);
 
 }  // namespace octosurf::surfaces

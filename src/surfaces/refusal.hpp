@@ -7,8 +7,8 @@ namespace octosurf::surfaces {
 /// Why points stay pending, with the numbers behind it.
 struct Refusal {
   Reason reason = Reason::waiting;
-  double measured = 0, limit = 0;  ///< the reason's figure and its bound; both 0: there is no number
-  SurfaceId surface = 0;           ///< the one that stands in the way, if one does
+  double measured = 0, limit = 0;  ///< the reason's figure and its bound; both 0: none
+  SurfaceId surface = 0;           ///< the surface that causes it, if any
   CylinderId cylinder = 0;         ///< likewise
 };
 

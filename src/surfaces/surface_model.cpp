@@ -12,10 +12,10 @@
 namespace octosurf::surfaces {
 namespace {
 
-/// Square of what the inliers' own points move the plane along its normal, beyond what chance does: rays free
-/// the voxels before a plane, not those behind it, and a voxel behind that noise reached once counts as much
-/// as one that each scan hits. Repeated observations weigh by their number, so that the difference of the
-/// two tells it.
+/// Squared systematic offset of the inliers' points from the plane along its normal, beyond their random
+/// error: rays free the voxels before a plane, not those behind it, and a voxel behind that noise reached
+/// once counts as much as one that each scan hits. Repeated observations are weighted by their number, so the
+/// difference of the two reveals it.
 double offset_bias(const geometry::ReadingGroup& inliers, const geometry::ReadingGroup& repeated,
                    const Eigen::Vector3d& normal) {
   if (!(inliers.about.count > 0 && repeated.about.count > 0)) return 0;
@@ -42,7 +42,7 @@ std::array<geometry::ReadingGroup, 2> reading_groups(const SurfaceModel& surface
 
 std::array<float, 3> color_of(SurfaceId id) {
   const double hue = 6 * std::fmod(id * std::numbers::phi, 1.0);
-  // Two rings of lightness keep neighbours in hue apart as well.
+  // Two levels of lightness separate neighbouring hues.
   const double value = id % 2 == 0 ? 0.95 : 0.75, saturation = 0.65;
   const auto channel = [&](double shift) {
     const double k = std::fmod(shift + hue, 6.0);
@@ -100,7 +100,7 @@ Eigen::Vector3d SurfaceModel::centre_of(geometry::PlaneCell cell) const {
 void SurfaceModel::insert(const Inlier& inlier) {
   const geometry::PlaneCell cell = cell_of(inlier.position);
   inliers_.add(cell, inlier);
-  // A point deep inside the boundary does not move it (paper III-B).
+  // A point deep inside the boundary does not change it (paper III-B).
   if (bits_.change(cell, true)) polygons_stale_ = true;
   ++size_;
 }
@@ -116,7 +116,7 @@ bool SurfaceModel::remove(geometry::VoxelKey key, const Eigen::Vector3f& positio
   if (!removed) return false;
   const Inlier& inlier = removed->inlier;
   moments_[inlier.range_class].add(inlier.position.cast<double>() - reference_, -1);
-  // Which of the evidence is of this inlier is not known, so an average share of it is removed.
+  // The inlier's part of the evidence is unknown, so an average share is removed.
   fade(1 - 1 / static_cast<double>(size_));
   --size_;
   if (bits_.change(at, !removed->cell_empty)) polygons_stale_ = true;
@@ -135,7 +135,7 @@ geometry::Moments SurfaceModel::moments(const sensing::NoiseModel* noise) const 
   geometry::Moments sum;
   for (unsigned c = 0; c < sensing::NoiseModel::classes; ++c) {
     if (moments_[c].count <= 0) continue;
-    // Weighted like the evidence: by the measured noise, relative to the noise allowed to the nearest class.
+    // Weighted as the evidence: by the measured noise relative to the nearest class's allowed noise.
     const double ratio = noise != nullptr ? noise->sigma(1) / std::max(noise->measured_sigma(c), 1e-6) : 1;
     sum.add(moments_[c], ratio * ratio);
   }
@@ -144,7 +144,7 @@ geometry::Moments SurfaceModel::moments(const sensing::NoiseModel* noise) const 
 }
 
 void SurfaceModel::observe(const Eigen::Vector3f& position, double weight) {
-  constexpr double max_readings = 100;  // an inlier
+  constexpr double max_readings = 100;  // per inlier
   evidence_.moments.add(position.cast<double>() - reference_, weight);
   if (++evidence_.readings > max_readings * static_cast<double>(size_)) fade(0.5);
 }

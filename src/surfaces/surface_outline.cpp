@@ -12,8 +12,8 @@
 namespace octosurf::surfaces {
 namespace {
 
-/// Effort: of a cell, to which meetings are rounded, so that a site is exchanged only when the planes have
-/// moved by that much. It moves a site by a sixteenth of a voxel along each axis at most.
+/// Effort: of a cell, to which intersections are rounded, so that a site changes only when the planes have
+/// moved by that much. The rounding moves a site by at most a sixteenth of a voxel along each axis.
 constexpr double meeting_quantum = 1.0 / 8;
 Eigen::Vector2d rounded(const Eigen::Vector2d& outline_point) {
   return (outline_point / meeting_quantum).array().round() * meeting_quantum;
@@ -34,7 +34,8 @@ std::vector<geometry::CellBits::Cells> united(std::vector<geometry::CellBits::Ce
   return cells;
 }
 
-/// From a point inside a cube, along a unit direction, to the cube's side. `at`: from the cube's centre.
+/// Distance from a point inside a cube, along a unit direction, to the cube's side. `at`: from the cube's
+/// centre.
 double to_side(const Eigen::Vector3d& at, const Eigen::Vector3d& direction, double half_edge) {
   double nearest = std::numeric_limits<double>::infinity();
   for (int axis = 0; axis < 3; ++axis) {
@@ -72,8 +73,8 @@ Eigen::Affine2d SurfaceModel::T_surface_outline() const {
   return T;
 }
 
-/// Away from the occupied cells among the 5 × 5 about one, if that is clear: the sum of their places is 15
-/// cells at a straight rim, 9 at the end of a bar three wide, and at most 3 at a pinhole.
+/// Direction away from the occupied cells among the 5 × 5 around one, if significant: the sum of their
+/// offsets is 15 cells at a straight rim, 9 at the end of a bar three wide, and at most 3 at a pinhole.
 std::optional<Eigen::Vector3d> SurfaceModel::outward(geometry::PlaneCell cell) const {
   constexpr std::uint32_t next_to_it = 0b00000'01110'01010'01110'00000, row = 0b11111, column = 0x108421;
   constexpr int clear = 5;
@@ -100,19 +101,18 @@ std::optional<Eigen::Vector3f> SurfaceModel::rim_point(const Inlier& inlier, dou
   return (inlier.position.cast<double>() + beyond * *direction).cast<float>();
 }
 
-/// Deep inside, a lattice of every `spacing`-th cell's centre stands in for the inliers, every other
-/// row shifted by half of that, so that no four are cocircular.
+/// Deep inside, a lattice of every `spacing`-th cell's centre replaces the inliers, every other row shifted
+/// by half of that, so that no four are cocircular.
 ///
-/// Only triangles with a side over α > 3.99 cells are dropped. Their empty circles have radius
-/// ρ > α/2, those of the reduced sites are empty of inliers and the other way round, and so the rings
-/// are those of all inliers: (1) A circle centred off the deep cells meets none of them. On the way
-/// from the centre to a deep cell, the point √2 before the first one would lie in an occupied cell of
-/// the rim that the circle contains. (2) A circle centred in a deep cell holds a site: the lattice's
-/// largest empty circle has radius ⅝·spacing, and where a lattice cell is not deep, an occupied cell of
-/// the rim lies on the way to it, within √2 of the point where that way leaves the deep cells. So
-/// ⅝·spacing + √2 ≤ α/2 will do; for a spacing of 2, going through the places in a cell, α > 3.99.
-/// Rim points and meetings are sites beside the inliers of cells that are not deep, with and without the
-/// lattice.
+/// Only triangles with a side over α > 3.99 cells are dropped. Their empty circles have radius ρ > α/2, those
+/// of the reduced sites are empty of inliers and vice versa, and so the rings are those of all inliers: (1) A
+/// circle centred outside the deep cells contains none of them. On the way from the centre to a deep cell,
+/// the point √2 before the first one would lie in an occupied cell of the rim that the circle contains. (2) A
+/// circle centred in a deep cell contains a site: the lattice's largest empty circle has radius ⅝·spacing,
+/// and where a lattice cell is not deep, an occupied cell of the rim lies on the way to it, within √2 of the
+/// point where that way leaves the deep cells. So ⅝·spacing + √2 ≤ α/2 suffices; for a spacing of 2, by
+/// enumeration of the positions in a cell, α > 3.99. Rim points and intersections are sites beside the
+/// inliers of cells that are not deep, with and without the lattice.
 void SurfaceModel::sites_of(geometry::PlaneCell cell, int spacing,
                             std::vector<Eigen::Vector2d>& sites) const {
   sites.clear();
@@ -162,7 +162,7 @@ std::vector<Eigen::Vector2d> SurfaceModel::meeting_sites() const {
   return all;
 }
 
-/// Of each tile of which one has what the other has not, the cells with sites in `a`.
+/// For each tile where `a` and `b` differ, the cells with sites in `a` that `b` lacks.
 void SurfaceModel::add_cells_of(const MeetingSites& a, const MeetingSites& b,
                                 std::vector<geometry::CellBits::Cells>& cells) {
   for (const auto& [tile, sites] : a) {

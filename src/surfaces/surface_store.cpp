@@ -108,7 +108,7 @@ void SurfaceStore::begin_changes() {
   next_id_before_ = next_id_;
 }
 
-/// Before the model is changed.
+/// Call before the model is changed.
 SurfaceModel& SurfaceStore::kept(SurfaceModel& model) {
   if (open_ && model.kept_in != period_) {
     heads_before_.push_back(model.head());

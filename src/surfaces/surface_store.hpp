@@ -10,21 +10,21 @@
 
 namespace octosurf::surfaces {
 
-/// All surfaces, found by id and by place (8³-voxel blocks that hold inliers), so that a point meets the few
-/// surfaces near it, never all of them.
+/// All surfaces, indexed by id and by place (8³-voxel blocks with inliers), so that a point is compared only
+/// with nearby surfaces.
 class SurfaceStore : public occupancy::PlaneLookup {
  public:
   explicit SurfaceStore(double resolution) : resolution_(resolution) {}
 
   SurfaceModel& create(const Plane& plane, const Eigen::Vector3d& origin);
   SurfaceModel& restore(const SurfaceModel::State& state);
-  /// Its inliers must have been removed; `into` is who has taken it in, if somebody has.
+  /// Its inliers must have been removed; `into` is the surface that absorbed it, if any.
   void erase(SurfaceId id, SurfaceId into = 0);
-  /// Of those erased since the last call, in the order of that; their revision is open.
+  /// Departures since the last call, in order of erasure; their revision is not set yet.
   std::vector<Departure> take_departures() { return std::exchange(departures_, {}); }
 
-  SurfaceModel* find(SurfaceId id);              ///< to be changed
-  const SurfaceModel* find(SurfaceId id) const;  ///< to be read
+  SurfaceModel* find(SurfaceId id);              ///< for modification
+  const SurfaceModel* find(SurfaceId id) const;  ///< for reading
   std::size_t size() const { return models_.size(); }
   SurfaceId next_id() const { return next_id_; }
   std::size_t ids_left() const { return last_id + 1 - next_id_; }
@@ -34,16 +34,16 @@ class SurfaceStore : public occupancy::PlaneLookup {
   auto begin() const { return models_.begin(); }
   auto end() const { return models_.end(); }
 
-  /// From here on until commit() or roll_back() what the surfaces are now is kept: O(1) for each that is
-  /// asked for to be changed.
+  /// Starts recording the previous state until commit() or roll_back(): O(1) for each surface accessed for
+  /// modification.
   void begin_changes();
   void commit() noexcept;
-  /// All as it was at begin_changes(). `points`: the octree as it was then, which has the inliers;
+  /// Restores the state at begin_changes(). `points`: the octree of that time, which has the inliers;
   /// `published`: the snapshot of that time, which has the polygons. Changes nothing if it throws, and can be
-  /// called again. O(points of the octree), less if no surface was asked for.
+  /// called again. O(points of the octree), less if no surface was accessed for modification.
   void roll_back(const occupancy::OccupancyMap& points, const Snapshot& published);
 
-  // Inliers come and go through the store, so that the look-up by place stays true.
+  // Inliers are added and removed through the store, which updates the index by place.
   void add(SurfaceModel& surface, const Inlier& inlier);
   bool remove(SurfaceModel& surface, geometry::VoxelKey key, const Eigen::Vector3f& position);
 
@@ -51,7 +51,7 @@ class SurfaceStore : public occupancy::PlaneLookup {
   using Ids = boost::container::small_vector<SurfaceId, 8>;
   Ids near(geometry::VoxelKey key, int reach) const;
   static constexpr int block_bits = 3, region_bits = 6;  ///< of their edges in voxels
-  /// The same of regions of 64³ voxels: a few look-ups where near() takes some forty.
+  /// The same for regions of 64³ voxels: a few look-ups where near() takes some forty.
   Ids in_regions_near(geometry::VoxelKey key, int reach) const;
 
   bool find(SurfaceId id, Plane& plane, double& tolerance) const override;
@@ -87,10 +87,10 @@ class SurfaceStore : public occupancy::PlaneLookup {
   SurfaceId next_id_ = 1;
   Places places_;
 
-  std::uint64_t period_ = 0;                       // each begin_changes() begins another
+  std::uint64_t period_ = 0;                       // incremented by begin_changes()
   bool open_ = false;                              // between begin_changes() and its end
   SurfaceId next_id_before_ = 1;                   // at begin_changes()
-  std::vector<SurfaceModel::State> heads_before_;  // of those that were asked for since
+  std::vector<SurfaceModel::State> heads_before_;  // of those accessed for modification since
 };
 
 }  // namespace octosurf::surfaces

@@ -26,14 +26,14 @@ void Transaction::Records::put_back(MapState& state) noexcept {
   std::swap(state.departures, departures);
   std::swap(state.queue, queue);
   state.points = points;
-  state.held.resize(held);  // to fewer
+  state.held.resize(held);  // shrinks
   state.scans = scans;
   state.revision = revision;
   state.sensors_up = sensors_up;
 }
 
 Transaction::Transaction(MapState& state) : state_(state), before_(state) {
-  state.cylinders.begin_changes();  // the only one that takes memory
+  state.cylinders.begin_changes();  // the only one that allocates
   state.patches.begin_changes();
   state.surfaces.begin_changes();
   state.occupancy.begin_changes();
@@ -56,7 +56,7 @@ Transaction::~Transaction() {
   state_.unrestored = true;
   try {
     state_.restore();
-  } catch (...) {  // no memory: whoever works on the map next tries again
+  } catch (...) {  // no memory: the next change of the map tries again
   }
 }
 

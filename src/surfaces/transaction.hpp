@@ -6,9 +6,9 @@
 
 namespace octosurf::surfaces {
 
-/// What scans do to a map between two snapshots: all of it, or nothing. From the constructor on what the map
-/// was is kept, at a cost that follows what is written to: a copy of the octree's chunks and of the surfaces'
-/// planes and sums, not of their points. Whatever is thrown, the destructor takes everything back.
+/// The changes of a map between two snapshots, all or nothing. From construction on the previous state is
+/// recorded, at a cost that follows the writes: copies of the octree's chunks and of the surfaces' planes and
+/// sums, not of their points. Without commit() the destructor rolls everything back.
 ///
 /// One at a time for a map.
 class Transaction {
@@ -18,11 +18,11 @@ class Transaction {
   Transaction& operator=(const Transaction&) = delete;
   ~Transaction();
 
-  /// Everything stays, and `next` is what readers see from now on; null: what they see stays.
+  /// Keeps all changes, and publishes `next` to readers; null: the snapshot stays.
   void commit(std::shared_ptr<const Snapshot> next) noexcept;
 
  private:
-  /// What is small enough to be copied.
+  /// Small state that is copied.
   struct Records {
     explicit Records(const MapState& state);
     void put_back(MapState& state) noexcept;

@@ -17,11 +17,11 @@ const double level_cosine = std::cos(5 * std::numbers::pi / 180);
 const double rival_cosine = std::cos(45 * std::numbers::pi / 180);
 constexpr double seen_from_below = 0.5;  // share of a ceiling's area that counts
 constexpr double mounted_upright =
-    0.9;  // share of sensors that are mounted upright, so that their own up direction counts
+    0.9;  // share of sensors that are mounted upright, so that their up direction is right
 
 struct Level {
   double score_m2 = 0, area_m2 = 0;
-  Eigen::Vector3d normals = Eigen::Vector3d::Zero();  // turned up, by area
+  Eigen::Vector3d normals = Eigen::Vector3d::Zero();  // oriented up, weighted by area
 };
 
 Level level_to(const Snapshot& snapshot, const Eigen::Vector3d& up) {
@@ -36,7 +36,7 @@ Level level_to(const Snapshot& snapshot, const Eigen::Vector3d& up) {
   return level;
 }
 
-/// How well a direction suits the sensors: 1 along their mean, 1 − t at right angles to it and beyond.
+/// Agreement of a direction with the sensors: 1 along their mean, 1 − t at right angles to it and beyond.
 double suits(const Eigen::Vector3d& up, const Eigen::Vector3d& sensors_up) {
   const double length = sensors_up.norm(), t = mounted_upright * length;
   if (length < 1e-9) return 1;
@@ -81,7 +81,7 @@ Up estimate_up(const Snapshot& snapshot, const Eigen::Vector3d& sensors_up) {
     if (other.up.dot(best->up) < rival_cosine)
       result.rival = std::max(result.rival, other.score / best->score);
   const Eigen::Vector3d mean = level_to(snapshot, best->up).normals.normalized();
-  const Level level = level_to(snapshot, mean);  // once more, about their middle
+  const Level level = level_to(snapshot, mean);  // refined about their mean
   result.source = Up::Source::surfaces;
   result.direction = level.normals.normalized();
   result.level_m2 = level.area_m2;
