@@ -10,7 +10,7 @@
 namespace octosurf::upkeep {
 namespace {
 
-/// Surfaces that came and went within the scan are noted, too: one may link a parent to its heirs.
+/// Surfaces created and removed within the scan are recorded, too: one may link a parent to its successors.
 void note_departures(surfaces::MapState& state, const Snapshot& before) {
   std::vector<Departure> departures = state.surfaces.take_departures();
   const std::size_t surfaces = departures.size();
@@ -26,7 +26,7 @@ void note_departures(surfaces::MapState& state, const Snapshot& before) {
   state.departures = state.departures.with(departures);
 }
 
-/// In order of id; takes the place of what it was.
+/// Inserts or replaces, in order of id.
 void put(std::vector<SurfacePtr>& surfaces, SurfacePtr surface) {
   const auto at = std::lower_bound(surfaces.begin(), surfaces.end(), surface->id,
                                    [](const SurfacePtr& s, SurfaceId wanted) { return s->id < wanted; });
@@ -36,7 +36,7 @@ void put(std::vector<SurfacePtr>& surfaces, SurfacePtr surface) {
     surfaces.insert(at, std::move(surface));
 }
 
-/// Each outline by one thread, from the largest on, so that none waits long for the others.
+/// Each outline is computed by one thread, the largest first to balance the load.
 std::vector<SurfacePtr> derived(const surfaces::MapState& state, std::vector<surfaces::SurfaceModel*> models,
                                 const Snapshot& before, bool inliers_alone, int threads) {
   std::stable_sort(models.begin(), models.end(),

@@ -6,10 +6,10 @@
 
 namespace octosurf::upkeep {
 
-/// Recomputes what is stale of the touched surfaces. Returns the next snapshot, for whoever publishes it: the
-/// last one with what has changed. Cost follows the change, but for the copy of pointers to all surfaces.
-/// `inliers_alone`: outlines are those of the inliers (paper, IV-A); else they end where readings end and
-/// where surfaces meet. The same whatever `threads` is, which share the surfaces.
+/// Recomputes the stale parts of the touched surfaces. Returns the next snapshot: the last one with the
+/// changes. Cost follows the change, except for the copy of pointers to all surfaces. `inliers_alone`:
+/// outlines use the inliers only (paper, IV-A); else also the end points of readings and intersections of
+/// surfaces. `threads` share the surfaces; the result does not depend on them.
 std::shared_ptr<const Snapshot> derive(surfaces::MapState& state, const surfaces::Changes& changes,
                                        bool inliers_alone, int threads);
 

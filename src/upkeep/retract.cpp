@@ -14,7 +14,7 @@ void retract(surfaces::Ledger& ledger, const occupancy::OccupancyDelta& delta) {
   }
   for (const occupancy::OccupancyDelta::Refined& r : delta.refined) {
     if (r.before.surface == 0) {
-      ledger.changes.requeued.push_back(r.after.key);  // seen better, it may be part of a plane now
+      ledger.changes.requeued.push_back(r.after.key);  // seen better, it may fit a plane now
       continue;
     }
     surfaces::SurfaceModel* surface = ledger.find(r.before.surface);
@@ -32,12 +32,12 @@ void retract(surfaces::Ledger& ledger, const occupancy::OccupancyDelta& delta) {
 
 void accumulate_evidence(surfaces::Ledger& ledger, const sensing::VoxelScan& scan,
                          std::span<const occupancy::OccupancyDelta::Confirmed> confirmed) {
-  constexpr double independent = 8;  // readings in a voxel whose errors are not common to all
+  constexpr double independent = 8;  // readings in a voxel with independent errors
   constexpr double least_facing = 0.1;
-  constexpr std::size_t large_surface = 2000;  // inliers; every eighth reading is enough for its plane
+  constexpr std::size_t large_surface = 2000;  // inliers; every eighth reading suffices for its plane
   const sensing::NoiseModel& noise = ledger.noise;
   const Eigen::Vector3d origin = scan.origin.cast<double>();
-  surfaces::SurfaceModel* surface = nullptr;  // they come in runs of one surface
+  surfaces::SurfaceModel* surface = nullptr;  // cached: readings come in runs of one surface
   SurfaceId found = 0;
   for (const occupancy::OccupancyDelta::Confirmed& c : confirmed) {
     if (c.surface != found) surface = ledger.find(found = c.surface);
