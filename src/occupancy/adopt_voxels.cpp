@@ -1,4 +1,4 @@
-// Points for octrees that come without: what OctoMap files hold.
+// Creates points for octrees without any, as from OctoMap files.
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/open_space.hpp"
 #include "occupancy/payload.hpp"
@@ -16,18 +16,18 @@ using geometry::VoxelKey;
 
 std::int64_t cube(std::int64_t edge) { return edge * edge * edge; }
 
-/// Calls visit(key) for the voxels on the skin of a cube.
+/// Calls visit(key) for the voxels on the surface of a cube.
 template <class Visit>
 void visit_skin(VoxelKey corner, int edge, const Visit& visit) {
   const auto rim = [edge](int v) { return v == 0 || v == edge - 1; };
   for (int z = 0; z < edge; ++z)
     for (int y = 0; y < edge; ++y)
-      // Inside a block only the two ends of a row are on its skin.
+      // Inside a block only the two ends of a row are on its surface.
       for (int x = 0; x < edge; x += rim(z) || rim(y) || edge == 1 ? 1 : edge - 1)
         visit(stepped(corner, {x, y, z}));
 }
 
-/// Toward the open neighbours. A wall one voxel thick is open on both sides: one of them has to do. Zero, if
+/// Toward the open neighbours. A wall one voxel thick is open on both sides: one of them is chosen. Zero, if
 /// none is open.
 Eigen::Vector3f open_side(OpenSpace& open, VoxelKey key) {
   Eigen::Vector3f sum = Eigen::Vector3f::Zero(), first = sum;
@@ -40,19 +40,19 @@ Eigen::Vector3f open_side(OpenSpace& open, VoxelKey key) {
   return sum.isZero() ? first : sum;
 }
 
-/// A point for an octree that has none.
+/// A point for a voxel without one.
 struct Adopted {
   VoxelKey key;
   Eigen::Vector3f position, side;
 };
 
-/// Readings scatter about a surface, and a voxel that a few of them hit is occupied: in front of the surface
-/// as behind it. So the surface is taken to be in the middle of the occupied voxels that lie one behind the
-/// other. Deeper than noise is (OpenSpace: 4 voxels; along an axis √3 times as deep) is a solid body, whose
-/// skin counts; and what is open on both sides is a plate, each side of which is its own.
+/// Readings scatter about a surface, so voxels in front of it and behind it are occupied. The surface is
+/// assumed in the middle of the occupied voxels along the line of sight. A stack deeper than noise
+/// (OpenSpace: 4 voxels; along an axis √3 times as deep) is a solid body, with the surface at its first
+/// voxel; one that is open on both sides is a plate with two surfaces.
 constexpr int deepest_stack = 6;
 
-/// Voxels from `key` on inwards, with it; none if that is no stack.
+/// Voxels from `key` inwards, itself included; none if that is no stack.
 std::optional<int> depth_of_stack(const OccupancyMap& map, OpenSpace& open, VoxelKey key,
                                   const geometry::VoxelStep& inwards) {
   for (int depth = 1; depth <= deepest_stack; ++depth) {
@@ -63,8 +63,8 @@ std::optional<int> depth_of_stack(const OccupancyMap& map, OpenSpace& open, Voxe
   return {};
 }
 
-/// In the middle of the stack that begins with a voxel that is open to this side, along the axis where it is
-/// shallowest. None where the stack has a point.
+/// The middle of the stack that begins with a voxel open to this side, along the axis where it is shallowest.
+/// None if the stack has a point.
 std::optional<Adopted> middle_of_stack(const OccupancyMap& map, OpenSpace& open, VoxelKey key,
                                        const Eigen::Vector3f& side) {
   int depth = deepest_stack + 1;
@@ -86,7 +86,7 @@ std::optional<Adopted> middle_of_stack(const OccupancyMap& map, OpenSpace& open,
     if (i < (depth - 1) / 2) middle = key;
   }
   Eigen::Vector3f position = map.grid().centre_of(middle);
-  if (depth % 2 == 0)  // between two, and still in the first
+  if (depth % 2 == 0)  // between two voxels, still in the first
     position += (0.5F - 1.0F / 512) * static_cast<float>(map.grid().resolution()) *
                 Eigen::Vector3i(inwards.data()).cast<float>();
   return Adopted{middle, position, side};
@@ -95,11 +95,11 @@ std::optional<Adopted> middle_of_stack(const OccupancyMap& map, OpenSpace& open,
 }  // namespace
 
 std::vector<VoxelPoint> OccupancyMap::adopt_occupied_voxels() {
-  // Scanned buildings have up to a voxel on such skins for 70 bytes of their octree.
+  // Scanned buildings have up to a voxel on such surfaces for 70 bytes of their octree.
   const std::int64_t largest_skin =
       (std::int64_t{1} << 17) + static_cast<std::int64_t>(tree_->bytes() / 32);  // voxels
   std::int64_t skin = 0;
-  // Collected first: a leaf must not be divided while leaves are visited.
+  // Collected first: leaves must not be divided during the visit.
   std::vector<Adopted> border;
   tsl::robin_set<std::uint64_t, geometry::PackedKeyHash> taken;
   OpenSpace open(*this, *tree_);

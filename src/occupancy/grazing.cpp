@@ -6,7 +6,7 @@
 namespace octosurf::occupancy {
 namespace {
 
-/// Cube map: face by the largest component, the others divided by it.
+/// Cube map: the face is that of the largest component, the others are divided by it.
 struct CubeDirection {
   int face;
   float u, v;  // in [−1, 1]
@@ -81,7 +81,7 @@ bool GrazingTest::crosses(geometry::VoxelKey voxel, const Plane& plane, double t
     return side > 0 ? end_side < -tolerance : end_side > tolerance;
   };
   const auto any_in_face = [&](int axis, bool negative) {
-    // The voxel's corners, seen through the face: at most 2·half / (depth − half) from its centre.
+    // The voxel's corners, projected onto the face: at most 2·half / (depth − half) from its centre.
     const float depth = std::fabs(direction[axis]);
     const bool whole = depth < 2 * half;
     const float u = whole ? 0 : direction[(axis + 1) % 3] / depth,
@@ -98,7 +98,8 @@ bool GrazingTest::crosses(geometry::VoxelKey voxel, const Plane& plane, double t
   };
   const float largest = direction.cwiseAbs().maxCoeff();
   if (!(largest > half)) return true;  // the sensor stands in the voxel
-  // A voxel near a face's border lies on the next one, too; one beside the sensor on the opposite one.
+  // A voxel near a face's border also projects onto the next face; one beside the sensor onto the opposite
+  // one.
   for (int axis = 0; axis < 3; ++axis) {
     const float depth = std::fabs(direction[axis]);
     if (depth + 2 * half < largest) continue;

@@ -9,9 +9,9 @@
 
 namespace octosurf::occupancy {
 
-/// Answers "does a ray of this scan pass through this voxel and cross that plane beyond s?", so that
-/// grazing rays along a floor never eat the floor (octomap#180). Rays are binned by direction on
-/// the first question; a question looks at the rays within the voxel's angular size.
+/// Tests whether a ray of this scan passes through a voxel and crosses a plane beyond s, so that grazing rays
+/// along a floor do not erase it (octomap#180). Rays are binned by direction on first use; a test examines
+/// the rays within the voxel's angular size.
 class GrazingTest {
  public:
   GrazingTest(const sensing::VoxelScan& scan, const geometry::VoxelGrid& grid) : scan_(scan), grid_(grid) {}

@@ -12,7 +12,7 @@
 
 namespace octosurf::occupancy {
 
-/// A voxel's key whose parts may be reckoned with: below zero, or beyond the last one.
+/// A voxel's key as signed numbers, which may be outside the octree.
 using Key3 = std::array<int, 3>;
 
 inline constexpr int last_key = 65535;
@@ -29,7 +29,7 @@ inline geometry::VoxelKey key_of(const Key3& key) {
           static_cast<std::uint16_t>(key[2])};
 }
 
-/// A box of voxels, both ends included; empty if an end comes before its beginning.
+/// A box of voxels, both ends included; empty if an end precedes its beginning.
 struct KeyBox {
   Key3 low{0, 0, 0}, high{last_key, last_key, last_key};
 
@@ -67,7 +67,7 @@ inline KeyBox keys_in(const Eigen::AlignedBox3d& box, double resolution) {
       const double key = coordinate / resolution + geometry::VoxelGrid::origin - 0.5;
       return static_cast<int>(std::clamp(std::nearbyint(key), -1.0, last_key + 1.0));
     };
-    // The division may round across a centre; the centres themselves decide.
+    // The division may round across a centre, so the centres are compared themselves.
     int low = near(box.min()[axis]), high = near(box.max()[axis]);
     if (centre_of(low, resolution) < box.min()[axis]) ++low;
     if (centre_of(high, resolution) > box.max()[axis]) --high;

@@ -8,12 +8,12 @@
 
 namespace octosurf::occupancy {
 
-/// Of a brick, all voxels that may be occupied.
+/// Mask of the voxels of a brick that may be occupied.
 inline std::uint64_t may_be_occupied(const VoxelTree& tree, const VoxelTree::Brick& brick) {
   return tree.occupied_without_points() ? brick.known : brick.points;
 }
 
-/// The occupied voxel nearest to a place, by branch and bound.
+/// Finds the occupied voxel nearest to a point by branch and bound.
 class NearestSearch {
  public:
   NearestSearch(const VoxelTree& tree, const Eigen::Vector3d& point, double resolution, double limit)
@@ -30,8 +30,8 @@ class NearestSearch {
   const Key3& key() const { return key_; }
 
  private:
-  /// Along one axis: of the centres from `low` to `high` that which is nearest to the point, the lower one
-  /// where two are as near; and how far it is, squared.
+  /// Along one axis: the centre from `low` to `high` nearest to the point, the lower one on a tie, and its
+  /// squared distance.
   int nearest_in(std::size_t axis, int low, int high) const { return std::clamp(nearest_[axis], low, high); }
   double distance2(std::size_t axis, int key) const {
     const double distance = centre_of(key, resolution_) - point_[static_cast<Eigen::Index>(axis)];
@@ -55,7 +55,7 @@ class NearestSearch {
     }
   }
 
-  /// An undivided cube, all of it occupied.
+  /// An undivided, occupied cube.
   void in_leaf(const Key3& corner, int level) {
     Key3 key;
     for (std::size_t i = 0; i < 3; ++i) key[i] = nearest_in(i, corner[i], corner[i] + (1 << level) - 1);
@@ -68,7 +68,7 @@ class NearestSearch {
       if (node.exists() && tree_.occupied(node.log_odds())) in_leaf(corner, node.level());
       return;
     }
-    // A child lies in the lower or upper half along each axis: six distances make all eight.
+    // A child is in the lower or upper half along each axis: six distances give all eight.
     const int half = 1 << (node.level() - 1);
     std::array<std::array<double, 2>, 3> halves;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -76,7 +76,7 @@ class NearestSearch {
       halves[i] = {distance2(i, nearest_in(i, corner[i], middle - 1)),
                    distance2(i, nearest_in(i, middle, middle + half - 1))};
     }
-    std::array<std::pair<double, unsigned>, 8> order;  // the nearest first
+    std::array<std::pair<double, unsigned>, 8> order;  // nearest first
     std::size_t count = 0;
     for (unsigned c = 0; c < 8; ++c) {
       const VoxelTree::Node child = node.child(c);
@@ -97,7 +97,7 @@ class NearestSearch {
   const VoxelTree& tree_;
   Eigen::Vector3d point_;
   double resolution_, best2_;
-  Key3 nearest_{};  // the voxel that holds the point, or is nearest to it
+  Key3 nearest_{};  // the voxel that contains the point, or is nearest to it
   Key3 key_{};
   bool found_ = false;
 };

@@ -18,8 +18,8 @@ namespace {
 
 constexpr std::size_t chunk_bytes = std::size_t{1} << 20;
 
-// What an octree may take out of a .bt, which has two bits for a voxel: a scanned building takes 37 times its
-// size, and the most there can be is 144 times.
+// Memory limit for a .bt, which has two bits for a voxel: a scanned building takes 37 times its size, and the
+// maximum is 144 times.
 constexpr std::size_t free_bytes = std::size_t{32} << 20, bytes_per_file_byte = 64;
 
 geometry::VoxelKey child_key(geometry::VoxelKey key, unsigned child, int level) {
@@ -28,14 +28,14 @@ geometry::VoxelKey child_key(geometry::VoxelKey key, unsigned child, int level) 
           static_cast<std::uint16_t>(key.z | (child >> 2 & 1) << level)};
 }
 
-/// OctoMap's .bt: two bits a child, in preorder; undivided where eight children agree.
+/// OctoMap's .bt: two bits a child, in preorder; undivided where eight children are equal.
 class BtWriter {
  public:
   explicit BtWriter(const occupancy::VoxelTree& tree) : tree_(tree) {}
 
   enum Kind : unsigned { unknown = 0, free = 1, occupied = 2, inner = 3 };
 
-  /// Appends what is below `node`; nothing if it turns out to be a leaf of one kind.
+  /// Appends the subtree of `node`; nothing if it is uniform.
   Kind write(const occupancy::VoxelTree::Node& node) {
     ++nodes_;
     if (!node.has_children()) return tree_.occupied(node.log_odds()) ? occupied : free;
@@ -123,7 +123,7 @@ class NodeReader {
   void read_leaf(geometry::VoxelKey corner, int level) {
     const auto log_odds = get<float>();
     if (!std::isfinite(log_odds)) fail("a log-odds is not finite");
-    // Most leaves are a brick's: the way from the root to each of them would take half of the time.
+    // Most leaves are in bricks: descending from the root to each would take half of the time.
     if (level < occupancy::VoxelTree::brick_level)
       occupancy::VoxelTree::set_leaf(*brick_, corner, level, log_odds);
     else
@@ -163,7 +163,7 @@ class NodeReader {
   const std::string& where_;
   std::string chunk_;
   std::size_t position_ = 0;
-  occupancy::VoxelTree::Brick* brick_ = nullptr;  // that is being read
+  occupancy::VoxelTree::Brick* brick_ = nullptr;  // current brick
 };
 
 /// Header of OctoMap's .bt and .ot: text lines up to "data", then bytes.
@@ -178,7 +178,7 @@ struct OctomapHeader {
   throw Error(Error::Kind::data, file.string(), what, "expected an OctoMap .bt or .ot of type OcTree");
 }
 
-/// The next line of a header, of which only as much is read as one has.
+/// The next line of a header, of bounded length.
 bool next_line(std::istream& in, std::string& line) {
   constexpr std::size_t longest = 4096;
   line.clear();
@@ -244,9 +244,9 @@ class OctomapReader {
   // .bt: two bits a child: 00 unknown, 01 free (low bit first), 10 occupied, 11 has children.
   void read_binary(geometry::VoxelKey corner, int level) {
     if (level == 0) refuse_octomap(file_, "is damaged: deeper than 16 levels");
-    unsigned bits = byte();  // in two steps: | does not say which side comes first
+    unsigned bits = byte();  // in two steps: | does not define the order of evaluation
     bits |= unsigned{byte()} << 8;
-    if (bits == 0) set_leaf(corner, level, 0);  // OctoMap's value for a node that nobody set
+    if (bits == 0) set_leaf(corner, level, 0);  // OctoMap's value for an unset node
     for (unsigned c = 0; c < 8; ++c) {
       const unsigned kind = bits >> (2 * c) & 3;
       nodes_ += kind != 0;

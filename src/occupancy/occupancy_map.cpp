@@ -13,7 +13,7 @@
 namespace octosurf::occupancy {
 namespace {
 
-/// All there are: decoding a view anew takes a square root and divisions.
+/// Table of all views: decoding one takes a square root and divisions.
 const std::array<Eigen::Vector3f, 4096> views = [] {
   std::array<Eigen::Vector3f, 4096> all;
   for (unsigned code = 0; code < all.size(); ++code) all[code] = sensing::decode_view(code);
@@ -29,7 +29,7 @@ VoxelPoint point_of(const VoxelPayload& payload, const geometry::VoxelGrid& grid
           {}};
 }
 
-/// Ranges from here on are of the class or above; a little more, because the class itself decides.
+/// Lower limits of the classes' ranges, slightly raised, because the class itself decides.
 const std::array<float, 16> nearest_of = [] {
   std::array<float, 16> ranges;
   for (unsigned c = 0; c < ranges.size(); ++c)
@@ -37,7 +37,7 @@ const std::array<float, 16> nearest_of = [] {
   return ranges;
 }();
 
-/// In OctoMap's own precision.
+/// In OctoMap's precision.
 float log_odds_of(double probability) {
   return static_cast<float>(std::log(probability / (1 - probability)));
 }
@@ -68,7 +68,7 @@ std::vector<GridRay> rays_of(const sensing::VoxelScan& scan, const geometry::Vox
 
 }  // namespace
 
-/// Keeps the points while the tree walks, and says which misses do not count.
+/// Updates the points during the tree's traversal, and decides which misses do not count.
 struct OccupancyMap::Policy {
   const geometry::VoxelGrid& grid;
   const sensing::VoxelScan& scan;
@@ -97,7 +97,7 @@ struct OccupancyMap::Policy {
     } else if (const float near = nearest_of[payload.range_class];
                (scan.origin - centroid).squaredNorm() < near * near &&
                sensing::range_class_of((scan.origin - centroid).norm()) < payload.range_class) {
-      // A view from clearly nearer is worth more than the first one.
+      // A view from clearly nearer replaces the first one.
       const VoxelPoint before = point_of(payload, grid, key);
       store_point(payload, grid, key, centroid, scan.origin);
       delta.refined.push_back({before, point_of(payload, grid, key)});
@@ -137,7 +137,7 @@ OccupancyDelta OccupancyMap::apply(const Touched& touched, const sensing::VoxelS
 
 namespace {
 
-/// Whose points stay where two octrees become one.
+/// Decides which points are kept when two octrees are merged.
 struct MergePolicy {
   const geometry::VoxelGrid& grid;
   OccupancyMap::Merged merged;

@@ -25,10 +25,10 @@ using occupancy::KeyBox;
 using occupancy::last_key;
 using occupancy::may_be_occupied;
 
-enum class Walked { all, occupied };  ///< what is known, or of that at least what is occupied
+enum class Walked { all, occupied };  ///< known voxels, or a superset of the occupied ones
 
-/// Calls `visit(box, log_odds, payload)` for what is known of a box of voxels, in Morton order of their
-/// corners: cubes of one value, cut to the box. `visit` returns false to stop.
+/// Calls `visit(box, log_odds, payload)` for the known parts of a box of voxels, in Morton order of their
+/// corners: uniform cubes, cut to the box. `visit` returns false to stop.
 template <Walked walked, class Visit>
 class BoxWalk {
  public:
@@ -77,7 +77,7 @@ bool each_key(const KeyBox& box, const Key3& corner, int level, Visit& visit) {
   return true;
 }
 
-/// The cubes of one value along a straight way, from the first to the last.
+/// The uniform cubes along a segment, from the first to the last.
 class Way {
  public:
   Way(const occupancy::VoxelTree& tree, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
@@ -86,7 +86,7 @@ class Way {
         from_(from / resolution + Eigen::Vector3d::Constant(geometry::VoxelGrid::origin)),
         along_((to - from) / resolution) {}
 
-  /// Steps from cube to cube until `stops(known, log_odds)`; the key of the voxel that did.
+  /// Steps from cube to cube until `stops(known, log_odds)`; returns that voxel's key.
   template <class Stops>
   std::optional<Key3> first(const Stops& stops) const {
     Key3 key;
@@ -108,7 +108,7 @@ class Way {
     return {key[0] & mask, key[1] & mask, key[2] & mask};
   }
 
-  /// To the voxel behind `cube`, along the axis that leaves it first; false if the way ends before.
+  /// To the voxel behind `cube`, along the axis that leaves it first; false if the segment ends before.
   bool step(Key3& key, const KeyBox& cube, double& t) const {
     std::size_t leaving = 3;
     double nearest = 1;
@@ -116,7 +116,7 @@ class Way {
       if (along_[axis(i)] == 0) continue;
       const int face = along_[axis(i)] > 0 ? cube.high[i] + 1 : cube.low[i];
       const double at = std::max(t, (face - from_[axis(i)]) / along_[axis(i)]);
-      // A way that ends on a face has reached the voxel above it, not the one below.
+      // A segment that ends on a face has reached the voxel above it, not the one below.
       if (at < nearest || (at == nearest && leaving == 3 && along_[axis(i)] > 0)) {
         nearest = at;
         leaving = i;
@@ -137,7 +137,7 @@ class Way {
   Eigen::Vector3d from_, along_;  // in voxels
 };
 
-/// Cuts a segment to the octree's cube, with a voxel to spare; false if it does not meet it.
+/// Cuts a segment to the octree's cube, with a margin of a voxel; false if it does not meet it.
 bool cut_to_octree(Eigen::Vector3d& from, Eigen::Vector3d& to, double resolution) {
   const double half = (geometry::VoxelGrid::origin + 1) * resolution;
   const Eigen::Vector3d along = to - from;

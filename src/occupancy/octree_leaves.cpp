@@ -1,4 +1,4 @@
-// The octree leaf by leaf, out and in: what another octree is made of, and kept up to date by.
+// Reads and writes the octree leaf by leaf, to build and update another octree.
 #include "geometry/voxel_grid.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/voxel_tree.hpp"
@@ -51,7 +51,7 @@ KeyRange keys_that_meet(const Eigen::AlignedBox3d& box, double resolution) {
   return keys;
 }
 
-/// Collects leaves in Morton order; hands them on, some thousands at a time, if there is a `visit`.
+/// Collects leaves in Morton order; passes them on in batches of some thousands, if there is a `visit`.
 class LeafCollector {
  public:
   LeafCollector(const KeyRange& range, std::vector<Leaf>& leaves, const OccupancyView::VisitLeaves* visit)
@@ -69,7 +69,7 @@ class LeafCollector {
  private:
   static constexpr std::size_t enough = 4096;
 
-  /// True if the node is one leaf, which now stands last.
+  /// True if the node is one leaf, which is now the last one.
   bool below(const Node& node, const Corner& corner) {
     if (!node.exists() || !range_.meets(corner, node.level())) return false;
     if (const occupancy::VoxelTree::Brick* brick = node.brick()) return in_brick(*brick, corner);
@@ -81,7 +81,7 @@ class LeafCollector {
     for (unsigned c = 0; c < 8; ++c)
       all = below(node.child(c), child_corner(corner, c, node.level() - 1)) && all;
     if (all && merge(corner, node.level())) return true;
-    // Nothing above this node is one leaf either, so that what was collected stays as it is.
+    // No ancestor is a single leaf either, so the collected leaves are final.
     if (visit_ != nullptr && leaves_.size() >= enough) hand_on();
     return false;
   }
@@ -111,7 +111,7 @@ class LeafCollector {
     leaves_.push_back({corner, static_cast<std::uint8_t>(level), log_odds});
   }
 
-  /// Makes the last eight leaves, which fill the cube, one if they are equal.
+  /// Merges the last eight leaves, which fill the cube, if they are equal.
   bool merge(const Corner& corner, int level) {
     const float value = leaves_.back().log_odds;
     if (std::any_of(leaves_.end() - 8, leaves_.end(),
@@ -127,7 +127,7 @@ class LeafCollector {
   const OccupancyView::VisitLeaves* visit_;
 };
 
-/// All that a tree has in a range.
+/// All leaves of a tree in a range.
 void visit_leaves(const occupancy::VoxelTree& tree, const KeyRange& range,
                   const OccupancyView::VisitLeaves& visit) {
   std::vector<Leaf> leaves;
@@ -136,7 +136,7 @@ void visit_leaves(const occupancy::VoxelTree& tree, const KeyRange& range,
   collector.hand_on();
 }
 
-/// Walks two trees side by side.
+/// Traverses two trees in parallel.
 class Comparison {
  public:
   Comparison(const occupancy::VoxelTree& before, const occupancy::VoxelTree& now,
@@ -149,7 +149,7 @@ class Comparison {
   }
 
  private:
-  /// `before` stands for the same cube; where it is one leaf it may be larger.
+  /// `before` covers the same cube; if it is one leaf it may be larger.
   void compare(const Node& before, const Node& now, const Corner& corner) {
     if (related_ && !(forward_ ? now : before).written_since(shares_)) return;
     if (!now.has_children()) {
@@ -169,7 +169,7 @@ class Comparison {
 
   void compare_octets(const Node& before, const occupancy::VoxelTree::Brick& is, const Corner& corner) {
     const occupancy::VoxelTree::Brick* was = before.brick();
-    // Where one is written to others are copied, too, so that most are equal: bit by bit is soon asked.
+    // A write copies a whole chunk, so most of its nodes are equal: a bitwise comparison is fast.
     if (was == &is || (was != nullptr && was->known == is.known &&
                        std::memcmp(was->value.data(), is.value.data(), sizeof is.value) == 0))
       return;
@@ -195,7 +195,7 @@ class Comparison {
   }
 
   const std::function<void(const OccupancyView::Change&)>& visit_;
-  bool related_, forward_;  // shared from one tree; `now` is the later one
+  bool related_, forward_;  // shared from one tree; forward: `now` is the later one
   std::uint32_t shares_;    // before the earlier of the two
   std::vector<Leaf> leaves_;
 };

@@ -56,7 +56,7 @@ bool OpenSpace::is_connected(VoxelKey key) {
       const auto [entry, unvisited] = open_.try_emplace(next.packed(), false);
       if (unvisited)
         component.push_back(next);
-      else if (entry->second)  // a pocket would be known as a whole
+      else if (entry->second)  // otherwise a pocket would be visited completely
         open = true;
     }
   if (open)

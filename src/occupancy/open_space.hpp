@@ -1,5 +1,5 @@
 #pragma once
-// Free space that a sensor can have been in, apart from pockets behind surfaces.
+// Free space that a sensor can have been in, without pockets behind surfaces.
 #include "geometry/voxel_key.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/voxel_tree.hpp"
@@ -9,17 +9,16 @@
 
 namespace octosurf::occupancy {
 
-/// What occupied voxels are seen from. Readings scatter: the ray of one that ends behind a surface frees
-/// voxels between the surface and its end, pockets that are free but that nothing was seen from. Where a
-/// sensor was, all around it is free, and its rays connect what it saw with there. Open is what is free and
-/// connected, by faces of voxels, with an aligned cube of 4³ voxels that is all free: rays of outlying
-/// readings, a voxel wide and few, do not fill one. In a map without such a cube all that is free is open,
-/// and in one that knows nothing free what is unknown. Answers are remembered: what is free must not change
-/// meanwhile.
+/// Determines from which side occupied voxels were seen. The ray of a reading that ends behind a surface
+/// frees voxels there: pockets of free space from which nothing was seen. Around a sensor everything is free,
+/// and its rays connect that space with what it saw. Open is free space that is face-connected with an
+/// aligned cube of 4³ free voxels; rays of outliers, few and a voxel wide, do not fill such a cube. In a map
+/// without one all free space is open, and in a map without free space unknown space is. Results are cached:
+/// free space must not change meanwhile.
 class OpenSpace {
  public:
   OpenSpace(const OccupancyMap& map, const VoxelTree& tree);
-  /// O(1) amortised: of each component as much is visited as is needed to know.
+  /// O(1) amortised: visits only as much of a component as is needed to decide.
   bool contains(geometry::VoxelKey key);
 
  private:
@@ -28,8 +27,8 @@ class OpenSpace {
 
   const OccupancyMap& map_;
   enum class Rule { connected, free, unknown } rule_;
-  tsl::robin_map<std::uint64_t, bool, geometry::PackedKeyHash> cubes_;  ///< that are all free
-  tsl::robin_map<std::uint64_t, bool, geometry::PackedKeyHash> open_;   ///< free voxels in no such cube
+  tsl::robin_map<std::uint64_t, bool, geometry::PackedKeyHash> cubes_;  ///< whether all free
+  tsl::robin_map<std::uint64_t, bool, geometry::PackedKeyHash> open_;   ///< free voxels outside such cubes
 };
 
 }  // namespace octosurf::occupancy

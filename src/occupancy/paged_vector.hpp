@@ -7,9 +7,8 @@
 
 namespace octosurf::occupancy {
 
-/// A sequence that grows at its end, page by page, and never moves what it holds: a reference to an element
-/// stays good for as long as the sequence lives. What std::deque is, with pages large enough for elements to
-/// be found by a shift.
+/// A sequence that grows at its end, page by page, and never moves its elements: references stay valid for
+/// its lifetime. Like std::deque, with pages whose elements are found by a shift.
 template <class T, unsigned page_bits = 10>
 class PagedVector {
  public:

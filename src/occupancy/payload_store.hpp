@@ -45,7 +45,7 @@ class PayloadStore {
     }
   }
 
-  /// Opens a place at `rank` among `count`; moves the run if it must grow.
+  /// Inserts a place at `rank` among `count`; moves the run if it must grow.
   VoxelPayload& insert(PayloadRun& run, unsigned rank, unsigned count) {
     if (count == room(run.size_class)) move(run, run.size_class + 1U, count);
     VoxelPayload* p = writable(run);
@@ -57,7 +57,7 @@ class PayloadStore {
     VoxelPayload* p = writable(run);
     std::copy(p + rank + 1, p + count, p + rank);
     --count;
-    // Half a class of slack, so that a voxel that comes and goes does not move the run each time.
+    // Half a class of slack, so that a voxel that alternates does not move the run each time.
     if (count == 0)
       release(run);
     else if (run.size_class > 1 && count * 4 <= room(run.size_class))
@@ -85,7 +85,7 @@ class PayloadStore {
     }
     run = {};
   }
-  /// For reading only, see Pool::share().
+  /// Read-only copy, see Pool::share().
   PayloadStore share() {
     PayloadStore copy;
     copy.fours_ = fours_.share();

@@ -11,23 +11,23 @@
 
 namespace octosurf::occupancy {
 
-/// The octree's points around what a scan changed, block by block, with an index for each: what
-/// neighbourhood queries run on. Blocks of 8³ voxels are read from the octree when first asked for,
-/// so the cost follows the change. Valid until the octree's next insert. One thread's.
+/// The octree's points around a scan's changes, loaded block by block and indexed: the data for neighbourhood
+/// queries. Blocks of 8³ voxels are read from the octree on first access, so the cost follows the change.
+/// Valid until the octree's next insert. Not thread-safe.
 class PointWindow {
  public:
   using Index = std::uint32_t;
   static constexpr Index none = ~Index{0};
 
   explicit PointWindow(OccupancyMap& map) : map_(map), writable_(&map) {}
-  /// Of an octree that stays as it is: assign() changes the window alone.
+  /// For an octree that does not change: assign() changes the window only.
   static PointWindow read_only(const OccupancyMap& map) { return PointWindow(map, nullptr); }
 
   std::size_t size() const { return points_.size(); }
-  /// The reference stays good while further blocks are read; columns() do not stay in place.
+  /// The reference stays valid while further blocks are loaded; columns() may move.
   const VoxelPoint& operator[](Index i) const { return points_[i]; }
 
-  /// What is asked of many points at once, column by column; each is `padding` longer than size().
+  /// Coordinates of many points, column by column; each is `padding` longer than size().
   struct Columns {
     std::vector<float> x, y, z, view_x, view_y, view_z;
     std::vector<SurfaceId> surface;
@@ -42,7 +42,7 @@ class PointWindow {
     return present ? index_in(block, key) : none;
   }
 
-  /// Gives the point to a surface (0: pending), here and, if that may change, in the octree.
+  /// Assigns the point to a surface (0: pending), here and, if writable, in the octree.
   void assign(Index i, SurfaceId surface) {
     points_[i].surface = columns_.surface[i] = surface;
     if (writable_ != nullptr) writable_->assign(points_[i], surface);
@@ -53,10 +53,10 @@ class PointWindow {
   template <class Visit>
   void for_each_near(geometry::VoxelKey key, int reach, Visit&& visit) const;
 
-  /// A set of the window's points: at first all that are pending when their block is first asked for.
+  /// A subset of the window's points: initially all that are pending when their block is loaded.
   class Marks {
    public:
-    bool remove(const PointWindow& window, Index i);  ///< false if it is not among them
+    bool remove(const PointWindow& window, Index i);  ///< false if it is not in the subset
 
    private:
     friend PointWindow;
@@ -66,11 +66,11 @@ class PointWindow {
     std::vector<Slices> slices_;
     std::vector<bool> known_;
   };
-  /// The same for those that are marked. Cost: blocks met, plus marked points met.
+  /// The same for marked points. Cost: blocks met, plus marked points met.
   template <class Visit>
   void for_each_near(geometry::VoxelKey key, int reach, Marks& marks, Visit&& visit) const;
 
-  /// The same points as rows: visit(first, count) for the points [first, first + count), none in some; at
+  /// The same points as rows: visit(first, count) for the points [first, first + count), possibly empty; at
   /// most eight in each. May not load further blocks.
   template <class Visit>
   void for_each_row_near(geometry::VoxelKey key, int reach, Visit&& visit) const;
@@ -85,7 +85,7 @@ class PointWindow {
     std::array<std::uint16_t, 8> slices_before{};
     Index first = 0;
     Index count = 0;
-    std::array<std::uint32_t, 27> around;  // of blocks_, x fastest; unknown until asked for
+    std::array<std::uint32_t, 27> around;  // of blocks_, x fastest; unknown until accessed
   };
   static constexpr std::array<std::uint8_t, 256> bits_in_row = [] {  // faster than geometry::bit_count
     std::array<std::uint8_t, 256> bits{};
@@ -95,7 +95,7 @@ class PointWindow {
   static Index row_in(const Block& block, unsigned y, unsigned z) {
     return block.first + block.slices_before[z] + static_cast<Index>(block.rows_before[z] >> (8 * y) & 0xff);
   }
-  /// What of a block lies in a box.
+  /// The part of a block inside a box.
   struct Box {
     unsigned row;  // bits of x
     unsigned y0, y1, z0, z1;
@@ -119,7 +119,7 @@ class PointWindow {
   std::uint32_t look_up(std::uint64_t packed_block) const;
   void read_block(std::uint64_t packed_block) const;
   void place(Index i, const VoxelPoint& p) const;
-  /// The same as block_of(packed_block), which is `side` of `home`.
+  /// The same as block_of(packed_block), the neighbour `side` of `home`.
   std::uint32_t block_beside(std::uint32_t home, std::size_t side, std::uint64_t packed_block) const {
     if (blocks_[home].around[side] == unknown) {
       const std::uint32_t found = block_of(packed_block);
@@ -130,12 +130,13 @@ class PointWindow {
 
   const OccupancyMap& map_;
   OccupancyMap* writable_;  // the same, or nullptr
-  // What has been read so far.
+  // Loaded so far.
   mutable PagedVector<VoxelPoint> points_;  // of a block: ordered by z, y, x
   mutable Columns columns_;
   mutable std::vector<Block> blocks_;
   mutable tsl::robin_map<std::uint64_t, std::uint32_t, geometry::PackedKeyHash> index_;
-  mutable std::uint64_t last_asked_ = ~std::uint64_t{0};  // and its block: neighbours are asked for together
+  mutable std::uint64_t last_asked_ = ~std::uint64_t{0};  // and its block: queries of neighbours are
+                                                          // consecutive
   mutable std::uint32_t last_block_ = 0;
   mutable std::vector<VoxelPoint> scratch_;
 };

@@ -10,12 +10,11 @@
 
 namespace octosurf::occupancy {
 
-/// Objects by index in chunks that never move; freed ones are handed out again first. Indices start
-/// at 0. O(1) each.
+/// Objects by index in chunks that never move; freed ones are reused first. Indices start at 0. O(1) each.
 ///
-/// A copy can be taken that shares the chunks: then the first write to each copies it, so that the copy's
-/// readers, in whatever thread, never see one. In the same way what is done from begin_changes() on can be
-/// taken back, at the cost of a copy of each chunk that is written to.
+/// share() returns a copy with the same chunks: the first write to each then copies it, so readers of the
+/// copy, in any thread, see no changes. Likewise changes since begin_changes() can be rolled back, at the
+/// cost of a copy of each chunk written to.
 template <class T, unsigned chunk_bits>
 class Pool {
  public:
@@ -43,14 +42,14 @@ class Pool {
   const T& operator[](std::uint32_t index) const {
     return chunks_[index >> chunk_bits].objects[index & (chunk_size - 1)];
   }
-  /// The reference stays good until the next share() or begin_changes().
+  /// The reference stays valid until the next share() or begin_changes().
   T& writable(std::uint32_t index) {
     Chunk& chunk = chunks_[index >> chunk_bits];
     if (chunk.written_in != period_) make_writable(chunk);
     return chunk.objects[index & (chunk_size - 1)];
   }
 
-  /// What is here now, for reading only: make(), release() and bytes() of it mean nothing. O(chunks).
+  /// A read-only copy: make(), release() and bytes() of it are meaningless. O(chunks).
   Pool share() {
     Pool copy;
     copy.chunks_ = chunks_;
@@ -59,14 +58,14 @@ class Pool {
     return copy;
   }
 
-  /// From here on until commit() or roll_back() what is there now is kept. O(1).
+  /// Starts recording the previous state until commit() or roll_back(). O(1).
   void begin_changes() {
     ++period_;
     open_ = true;
     before_ = {chunks_.size(), used_, free_.size()};
   }
   void commit() noexcept { close(); }
-  /// Everything as it was at begin_changes(). O(chunks written to since).
+  /// Restores the state at begin_changes(). O(chunks written to since).
   void roll_back() noexcept {
     for (; kept_count_ > 0; --kept_count_) {  // a chunk's first copy last
       KeptChunk& kept = kept_[kept_count_ - 1];
@@ -75,11 +74,11 @@ class Pool {
     chunks_.resize(before_.chunks);
     used_ = before_.used;
     free_.resize(before_.free);
-    free_.insert(free_.end(), taken_.rbegin(), taken_.rend());  // there was room for them
+    free_.insert(free_.end(), taken_.rbegin(), taken_.rend());  // within its capacity
     close();
   }
 
-  /// Of the objects in use: what the pool holds in reserve depends on the past, this does not.
+  /// Of the objects in use: the reserve depends on history, this does not.
   std::size_t bytes() const { return (used_ - free_.size()) * sizeof(T); }
 
  private:
@@ -95,10 +94,10 @@ class Pool {
   };
   struct Sizes {
     std::size_t chunks = 0, used = 0;
-    std::size_t free = 0;  ///< of those that were free at begin_changes(), how many have not been taken since
+    std::size_t free = 0;  ///< number of entries of free_ at begin_changes() that were not reused since
   };
 
-  /// At a chunk's first write in a period: to a copy of its own, if somebody else wants it as it is.
+  /// At a chunk's first write in a period: replaces it by a copy, if it is shared or must be kept.
   void make_writable(Chunk& chunk) {
     const auto place = static_cast<std::size_t>(&chunk - chunks_.data());
     const bool keep = open_ && place < before_.chunks;
@@ -120,7 +119,7 @@ class Pool {
     chunk.written_in = period_;
   }
   static std::shared_ptr<T[]> uninitialized() { return std::make_unique_for_overwrite<T[]>(chunk_size); }
-  /// Before one of the free is taken.
+  /// Call before a free object is reused.
   void note_taken() {
     if (!open_ || free_.size() > before_.free) return;
     taken_.push_back(free_.back());
@@ -142,10 +141,10 @@ class Pool {
   std::uint64_t period_ = 1;  ///< ends at each share() and begin_changes()
   bool open_ = false;         ///< between begin_changes() and its end
   Sizes before_;
-  /// As they were, in the order in which they were written to; behind these, chunks for the next ones.
+  /// Previous contents, in order of the writes; behind these, spare chunks.
   std::vector<KeptChunk> kept_;
   std::size_t kept_count_ = 0;
-  std::vector<std::uint32_t> taken_;  ///< of those that were free, in the order in which they were taken
+  std::vector<std::uint32_t> taken_;  ///< reused free indices, in order
 };
 
 }  // namespace octosurf::occupancy

@@ -1,4 +1,4 @@
-// An octree on the grid of another frame.
+// Resampling of an octree onto the grid of another frame.
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/payload.hpp"
 #include "occupancy/voxel_tree.hpp"
@@ -44,10 +44,10 @@ struct KeyBox {
   }
 };
 
-/// What a box of voxels has in common: whether it is known, and its value.
+/// Whether a box of voxels is uniform, and its value.
 class Uniform {
  public:
-  /// `beyond`: some of the box is outside the octree, where nothing is known.
+  /// `beyond`: part of the box is outside the octree and so unknown.
   explicit Uniform(bool beyond) : any_(beyond) {}
 
   /// False if two of the voxels differ.
@@ -55,7 +55,7 @@ class Uniform {
     if (!box.meets(corner, node.level())) return true;
     if (!node.exists()) return agree({});
     if (!node.has_children()) return node.payload() == nullptr && agree(node.log_odds());
-    // A divided cube differs somewhere, and all of it is asked for.
+    // A divided cube is not uniform, and it lies in the box entirely.
     if (box.holds(corner, node.level())) return false;
     for (unsigned c = 0; c < 8; ++c)
       if (!take(node.child(c), child_corner(corner, c, node.level() - 1), box)) return false;
@@ -70,11 +70,11 @@ class Uniform {
     return value_ == value;
   }
   bool any_;
-  std::optional<float> value_;  // none: unknown
+  std::optional<float> value_;  // empty: unknown
 };
 
-/// Fills a tree with what another knows at its voxels' centres, cube by cube: what lies deep in a cube of one
-/// value is not asked voxel by voxel.
+/// Fills a tree with another's values at its voxels' centres, cube by cube: voxels deep in a uniform cube are
+/// not sampled one by one.
 class Resampling {
  public:
   Resampling(const VoxelTree& from, const geometry::VoxelGrid& grid, const Eigen::Isometry3d& T_from_to,
@@ -105,7 +105,7 @@ class Resampling {
     if (found.known && found.payload == nullptr) to_.set_leaf(key, 0, found.log_odds);
   }
 
-  /// Which voxels the cube's centres fall into, at most.
+  /// Range of voxels that the cube's centres can fall into.
   KeyBox box_of(const Key3& corner, int level) const {
     const double edge = 1 << level;
     const Eigen::Vector3d centre = centre_in_from(corner, edge / 2) / grid_.resolution();
@@ -128,7 +128,7 @@ class Resampling {
   VoxelTree& to_;
 };
 
-/// A point of the other frame with the view that it keeps.
+/// A point of the other frame, keeping its view.
 VoxelPayload moved(const VoxelPayload& payload, const geometry::VoxelGrid& grid, geometry::VoxelKey key,
                    const Eigen::Vector3f& point, const Eigen::Matrix3d& turn) {
   VoxelPayload result = payload;

@@ -13,7 +13,7 @@ VoxelTree::VoxelTree(const OccupancyModel& occupancy_model) : model_(occupancy_m
 VoxelTree::Group& VoxelTree::divided(Slot& slot) {
   if (slot.link < first_link) {
     const std::uint32_t index = groups_.make();
-    groups_.writable(index).fill(slot);  // a leaf stands for eight equal ones
+    groups_.writable(index).fill(slot);  // a leaf represents eight equal children
     slot.link = first_link + index;
   }
   mark(slot, true);  // until it is closed
@@ -103,7 +103,7 @@ VoxelTree::Found VoxelTree::find(geometry::VoxelKey key) const {
 }
 
 void VoxelTree::set_leaf(geometry::VoxelKey corner, int level, float log_odds) {
-  without_points_ = true;  // until share() has looked
+  without_points_ = true;  // until share() has checked
   settled_ = false;
   Slot* slot = &root_;
   for (int l = top_level - 1; l >= std::max(level, brick_level); --l)
@@ -124,7 +124,7 @@ void VoxelTree::set_leaf(Brick& b, geometry::VoxelKey corner, int level, float l
   }
 }
 
-// Marks what may be occupied, and finds out whether any of that has no point.
+// Marks nodes that may be occupied, and checks whether any of those voxels has no point.
 void VoxelTree::settle(Slot& slot, int level) {
   if (slot.link < first_link) {
     without_points_ = without_points_ || may_be_occupied(slot);

@@ -20,16 +20,16 @@ struct OccupancyModel {
   float hit = 0, miss = 0, clamp_min = 0, clamp_max = 0, occupied = 0;
 };
 
-/// OctoMap's octree in another layout: 16 levels, undivided where all below is equal. Down to cubes
-/// of 4³ voxels a node's eight children are one cache line of links and values; below that stands a
-/// brick, with the values of 64 voxels side by side. A brick takes 280 bytes, what OctoMap needs for
-/// the nodes above a single leaf; a scan's masks of hits and misses are applied to it word by word.
-/// Inner nodes hold no value, because a node's maximum is never asked for; files write it.
+/// OctoMap's octree in another layout: 16 levels, undivided where all below is equal. Down to cubes of 4³
+/// voxels a node's eight children are one cache line of links and values; below that is a brick with the
+/// values of 64 voxels. A brick takes 280 bytes, which OctoMap needs for the nodes above a single leaf; a
+/// scan's masks of hits and misses are applied to it word by word. Inner nodes store no value, because the
+/// maximum of a node is never used; files compute it.
 ///
-/// share() gives readers the tree as it is now; it costs a copy of the pools' tables, and of each chunk that
-/// is written to afterwards. Divided nodes know after how many of those they were last written to, so that
-/// what changed between two is found without a look at the rest, and whether anything in them may be
-/// occupied, so that who looks for that passes by what is free: most of a map.
+/// share() gives readers the current tree; it costs a copy of the pools' tables, and of each chunk that is
+/// written to afterwards. Divided nodes store the number of shares before their last write, which finds the
+/// changes between two shares without visiting the rest, and whether they may contain occupied voxels, so
+/// that searches for those skip free space: most of a map.
 ///
 /// 1. Undivided wherever eight children are leaves of one value without points.
 /// 2. A voxel with a point is occupied.
@@ -53,11 +53,11 @@ class VoxelTree {
     if (!blocks.empty()) descend(root_, top_level, blocks, policy);
   }
 
-  /// Adds the log-odds of another tree on the same grid with the same clamps, clamped; a voxel that one of
-  /// them does not know has the other's. `other` must not be this one. Policy:
+  /// Adds the log-odds of another tree on the same grid with the same clamps, clamped; a voxel unknown in one
+  /// gets the other's. `other` must not be this one. Policy:
   /// - `void vanished(const VoxelPayload&, VoxelKey)`: as above.
-  /// - `void meet(VoxelPayload&, const VoxelPayload& theirs, VoxelKey)`: the voxel is occupied and there is a
-  ///   point in it in `other`; fill in or refine. Ascending Morton order.
+  /// - `void meet(VoxelPayload&, const VoxelPayload& theirs, VoxelKey)`: the voxel is occupied and has a
+  ///   point in `other`; fill in or refine. Ascending Morton order.
   /// O(nodes of `other`, and of this one in its undivided cubes).
   template <class Policy>
   void add(const VoxelTree& other, Policy& policy) {
@@ -67,7 +67,7 @@ class VoxelTree {
   struct Found {
     bool known = false;
     float log_odds = 0;
-    int level = 0;  ///< of the undivided node that holds it, or was looked for and is unknown
+    int level = 0;  ///< of the undivided node that contains it, or at which the search ended as unknown
     const VoxelPayload* payload = nullptr;
     PayloadPlace place{};  ///< of the payload
   };
@@ -79,20 +79,19 @@ class VoxelTree {
   void visit_points(geometry::VoxelKey key, int level, Visit&& visit) const;
   VoxelPayload& payload_at(PayloadPlace place) { return payloads_.writable(place.run)[place.rank]; }
 
-  /// The tree as it is now, for reading, from any thread.
+  /// A read-only view of the current tree, for any thread.
   std::shared_ptr<const VoxelTree> share();
-  /// How many times it, or what it was shared from, had been shared before.
+  /// Number of earlier shares of this tree, including those of the tree it was shared from.
   std::uint32_t shares() const { return shares_; }
   /// Whether one was shared from the other, or both from one.
   bool same_history(const VoxelTree& other) const { return history_ == other.history_; }
 
-  /// From here on until commit() or roll_back() the tree as it is now is kept: a copy of each chunk that is
-  /// written to.
+  /// Starts recording the previous state until commit() or roll_back(): copies each chunk written to.
   void begin_changes();
   void commit() noexcept;
   void roll_back() noexcept;
 
-  /// A node as OctoMap's tree would have it. Valid until the tree changes.
+  /// A node as in OctoMap's tree. Valid until the tree changes.
   class Node;
   Node root() const;
   /// visit(Node, VoxelKey corner) for every leaf, in Morton order.
@@ -101,19 +100,19 @@ class VoxelTree {
 
   /// Makes the cube of 2^level voxels with this corner one leaf (level 0: a voxel).
   void set_leaf(geometry::VoxelKey corner, int level, float log_odds);
-  /// The cube of 4³ voxels with this corner as a brick, divided for that if it is not; and likewise
-  /// set_leaf() in it, without the way from the root. For who fills a tree: until another leaf is set.
+  /// Makes the cube of 4³ voxels with this corner a brick, dividing nodes as needed; the same as set_leaf()
+  /// for its voxels, without the descent from the root. For filling a tree; valid until another leaf is set.
   Brick& make_brick(geometry::VoxelKey corner) {
-    without_points_ = true;  // until share() has looked
+    without_points_ = true;  // until share() has checked
     settled_ = false;
     return brick_at(corner);
   }
   static void set_leaf(Brick& b, geometry::VoxelKey corner, int level, float log_odds);
-  /// The payload of an occupied voxel, made if it has none; divides what is above it.
+  /// The payload of an occupied voxel, created if absent; divides its ancestors.
   VoxelPayload& make_payload(geometry::VoxelKey key);
 
-  /// Whether a voxel may be occupied without a point: as those of files that know no points are, and those
-  /// that rays have only passed through where the threshold is so low that this, too, counts as occupied.
+  /// Whether a voxel may be occupied without a point: voxels from files without points, and those only
+  /// crossed by rays if the threshold is so low that they count as occupied.
   bool occupied_without_points() const { return without_points_ || occupied(model_.miss); }
 
   std::size_t bytes() const { return groups_.bytes() + bricks_.bytes() + payloads_.bytes(); }
@@ -143,7 +142,7 @@ class VoxelTree {
 
   struct Slot {
     std::uint32_t link = unknown;  // or leaf, or first_link + index of a group or brick
-    float value = 0;               // of a leaf; else bits, as mark() makes them
+    float value = 0;               // of a leaf; else bits as set by mark()
   };
   using Group = std::array<Slot, 8>;
 
@@ -153,7 +152,7 @@ class VoxelTree {
   static unsigned index_in_brick(geometry::VoxelKey key) {
     return static_cast<unsigned>(geometry::morton_of(key.x & 3U, key.y & 3U, key.z & 3U));
   }
-  // Of a divided slot that is written to: twice shares_, and whether anything in it may be occupied.
+  // Sets the bits of a divided slot at a write: twice shares_, and whether it may contain occupied voxels.
   void mark(Slot& slot, bool may_be_occupied) const {
     slot.value = std::bit_cast<float>(shares_ << 1 | std::uint32_t{may_be_occupied});
   }
@@ -165,7 +164,7 @@ class VoxelTree {
   const Group& group(const Slot& slot) const { return groups_[slot.link - first_link]; }
   Brick& writable_brick(const Slot& slot) { return bricks_.writable(slot.link - first_link); }
   const Brick& brick(const Slot& slot) const { return bricks_[slot.link - first_link]; }
-  // All that is written below a slot passes one of these two.
+  // Every write below a slot calls one of these two.
   Group& divided(Slot& slot);
   Brick& brick_at(Slot& slot);
   Brick& brick_at(geometry::VoxelKey key);
@@ -204,10 +203,10 @@ class VoxelTree {
   void visit_below(const Slot& slot, std::uint64_t morton, int level, Visit& visit) const;
 
   OccupancyModel model_;
-  std::uint64_t history_;     // of this tree and of all that is shared from it alone
+  std::uint64_t history_;     // shared only by this tree and the trees shared from it
   std::uint32_t shares_ = 0;  // two billion: 2.3 years at 30 Hz
   bool without_points_ = false;
-  bool settled_ = true;      // no leaf was set since marks were right
+  bool settled_ = true;      // no leaf was set since the marks were updated
   Slot root_, root_before_;  // the latter: at begin_changes()
   Pool<Group, 10> groups_;
   Pool<Brick, 8> bricks_;
@@ -222,17 +221,17 @@ class VoxelTree::Node {
   bool has_children() const;
   Node child(unsigned c) const;  ///< needs has_children(); may not exist
   float log_odds() const { return brick_ != nullptr ? brick_->value[first_] : slot_->value; }  ///< of a leaf
-  const VoxelPayload* payload() const;  ///< nullptr if it holds no point
-  /// False only if it is divided, at brick_level or above, and nothing in it was written since the tree had
-  /// been shared `shares` times before: whoever got that share has the same there.
+  const VoxelPayload* payload() const;  ///< nullptr without a point
+  /// False only if it is divided, at brick_level or above, and unchanged since the tree had been shared
+  /// `shares` times: that share has the same contents there.
   bool written_since(std::uint32_t shares) const {
     return brick_ != nullptr || slot_->link < first_link ||
            std::bit_cast<std::uint32_t>(slot_->value) >> 1 > shares;
   }
-  /// False only if nothing in it is occupied. At brick_level and above.
+  /// False only if it contains no occupied voxel. At brick_level and above.
   bool may_be_occupied() const { return tree_->may_be_occupied(*slot_); }
   int level() const { return level_; }
-  /// Of a divided node of brick_level; nullptr of all others.
+  /// For a divided node of brick_level; nullptr for all others.
   const Brick* brick() const {
     return level_ == brick_level && slot_->link >= first_link ? &tree_->brick(*slot_) : nullptr;
   }
@@ -339,7 +338,7 @@ void VoxelTree::add(Slot& slot, const Theirs& theirs, int level, std::uint64_t m
   if (level == brick_level) return add_brick(slot, theirs, morton, policy);
   Group& children = divided(slot);
   for (unsigned c = 0; c < 8; ++c) {
-    // A leaf stands for eight equal ones.
+    // A leaf represents eight equal children.
     const Slot& child = theirs.slot.link == leaf ? theirs.slot : theirs.tree.group(theirs.slot)[c];
     add(children[c], {theirs.tree, child}, level - 1, morton << 3 | c, policy);
   }
