@@ -65,7 +65,7 @@ VoxelScan Downsampler::operator()(const Scan& scan, const Eigen::Isometry3d& T_m
         Error::Kind::data, scan.name, "the sensor is outside the octree's range",
         "check that poses are in metres; shift them nearer to the origin, or use a larger resolution");
   table_.clear();
-  // Runs end at the same points whatever the number of threads, so sums round alike.
+  // Runs end at the same points for any number of threads, so sums round equally.
   const std::size_t stretches = scan.points.size() / LocatedPoints::most + 1;
   parts_.resize(std::min(static_cast<std::size_t>(threads), stretches));
   geometry::in_parallel(static_cast<int>(parts_.size()), [&](int t) {

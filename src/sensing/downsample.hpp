@@ -22,14 +22,14 @@ inline double norm_of(float x, float y, float z) {
 struct EndVoxel {
   geometry::VoxelKey key;
   std::uint32_t count = 0;                             ///< readings in it
-  Eigen::Vector3f centroid = Eigen::Vector3f::Zero();  ///< of them, map frame
+  Eigen::Vector3f centroid = Eigen::Vector3f::Zero();  ///< mean of its readings, map frame
 };
 
 /// A scan grouped by voxel, in the map frame.
 struct VoxelScan {
   Eigen::Vector3f origin = Eigen::Vector3f::Zero();
   double max_range = std::numeric_limits<double>::infinity();
-  std::vector<EndVoxel> ends;  ///< in the order in which the scan first touches them
+  std::vector<EndVoxel> ends;  ///< in the order of the scan's first point in each
   std::size_t not_finite = 0, too_near = 0, out_of_map = 0, beyond_range = 0;
 
   /// OctoMap's rule: an end voxel is a hit if its centre is within max_range; else a free ray.
@@ -39,7 +39,7 @@ struct VoxelScan {
   }
 };
 
-/// m: how far readings are mapped where `max_range` is not given; beyond it they only free space.
+/// m: mapping range of readings if `max_range` is not given; points beyond it only free space.
 inline constexpr double depth_camera_max_range = 4.0;
 inline double default_max_range(SensorKind sensor) {
   return sensor == SensorKind::depth_camera ? depth_camera_max_range
@@ -55,7 +55,7 @@ class Downsampler {
   /// outside the octree. The result does not depend on `threads`.
   VoxelScan operator()(const Scan& scan, const Eigen::Isometry3d& T_map_sensor, double min_range,
                        double max_range, int threads = 1);
-  /// From where it says that it was taken.
+  /// At the scan's own pose.
   VoxelScan operator()(const Scan& scan, double min_range, double max_range, int threads = 1) {
     return (*this)(scan, scan.T_map_sensor, min_range, max_range, threads);
   }
@@ -64,13 +64,13 @@ class Downsampler {
   std::int64_t find(geometry::VoxelKey key) const;
 
  private:
-  /// Points in a row that share a voxel.
+  /// Consecutive points in one voxel.
   struct Run {
     geometry::VoxelKey key;
     std::uint32_t count = 0;  // of readings
     Eigen::Vector3f centre = Eigen::Vector3f::Zero();
     Eigen::Vector3f sum =
-        Eigen::Vector3f::Zero();  // from the centre: float keeps its digits far from the origin
+        Eigen::Vector3f::Zero();  // relative to the centre, for float precision far from the origin
   };
   /// One thread's part of a scan.
   struct Part {

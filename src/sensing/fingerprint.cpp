@@ -8,9 +8,9 @@
 namespace octosurf::sensing {
 namespace {
 
-constexpr std::size_t most_points = 4096;  // effort: a scan's noise makes a few of them its own
+constexpr std::size_t most_points = 4096;  // effort: even a few points are unique by their noise
 
-/// CRC-64/XZ. Numbers go in with their lowest byte first, on every machine.
+/// CRC-64/XZ. Numbers are added lowest byte first on every machine.
 class Checksum {
  public:
   template <std::unsigned_integral Number>

@@ -3,7 +3,7 @@
 namespace octosurf::sensing {
 namespace {
 
-// GCC's and Clang's vector extension: what the processor is known to have, or plain code.
+// GCC's and Clang's vector extension: uses the target's vector registers, or plain code.
 using Real = double __attribute__((vector_size(32)));
 using Single = float __attribute__((vector_size(16)));
 using Whole = std::int32_t __attribute__((vector_size(16)));
@@ -31,9 +31,9 @@ template <class V, class T>
       const Real scaled = __builtin_convertvector(in_map, Real) * per_metre;
       const auto in_reach = (scaled >= -reach) & (scaled < reach);
       inside &= __builtin_convertvector(in_reach, Whole);
-      const Real safe = in_reach ? scaled : Real{};  // what is no key must not overflow below
+      const Real safe = in_reach ? scaled : Real{};  // invalid keys must not overflow below
       const Whole cut = __builtin_convertvector(safe, Whole);
-      // A comparison is −1 where true: rounds what was cut toward zero down.
+      // A comparison is −1 where true: corrects truncation toward zero to rounding down.
       const Whole below = __builtin_convertvector(safe < __builtin_convertvector(cut, Real), Whole);
       store(positions[a] + i, in_map);
       store(keys[a] + i, cut + below + geometry::VoxelGrid::origin);

@@ -9,7 +9,7 @@
 
 namespace octosurf::sensing {
 
-/// A stretch of a scan's points in the map frame, with their voxels.
+/// A block of a scan's points in the map frame, with their voxels.
 struct LocatedPoints {
   static constexpr std::size_t most = 256;
   std::array<float, most> x, y, z;  ///< map frame, m
@@ -17,9 +17,9 @@ struct LocatedPoints {
   std::array<std::int32_t, most> inside;  ///< 0: not finite, or outside the octree
 };
 
-/// Moves up to LocatedPoints::most points to the map frame, in double, and finds their voxels as
-/// VoxelGrid::key_of does. Four at a time; each rounds as one alone would, with AVX2 or without. About 4 ns a
-/// point.
+/// Transforms up to LocatedPoints::most points to the map frame, in double, and finds their voxels as
+/// VoxelGrid::key_of does. Four at a time, with the same rounding as one by one, with AVX2 or without. About
+/// 4 ns a point.
 void locate(std::span<const Eigen::Vector3f> points, const Eigen::Isometry3d& T_map_sensor,
             const geometry::VoxelGrid& grid, LocatedPoints& out);
 

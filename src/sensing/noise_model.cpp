@@ -13,19 +13,19 @@ namespace {
 constexpr double bin_width = 0.0015;              // m
 constexpr std::uint64_t min_observations = 1000;  // before a class is estimated
 constexpr double kept_share = 0.95;               // the largest differences are edges, not noise
-// Root mean square of what is kept of a normal distribution, to its deviation; variance of a second
-// difference is 6 sigma².
+// Root mean square of the kept part of a normal distribution, relative to its deviation; the variance of a
+// second difference is 6 sigma².
 constexpr double per_trimmed_rms = 1.148 / 2.449489742783178;
-constexpr double smallest_measured_sigma = 0.001;  // m: poses are no better
-constexpr double largest_excess = 0.03;            // m; what is more is no longer noise but clutter
+constexpr double smallest_measured_sigma = 0.001;  // m: limited by the accuracy of poses
+constexpr double largest_excess = 0.03;            // m; larger values are clutter, not noise
 
-// Of a scan's residuals in a class: its median is off by a quarter of the deviation then, which the next
-// scans average out.
+// Minimum residuals of a scan in a class: the error of its median is then a quarter of the deviation, and
+// averages out over scans.
 constexpr std::size_t enough_residuals = 30;
 constexpr double deviation_per_median = 1.4826022;  // of a normal distribution's absolute values
 
 constexpr double per_median = 1.5707963;    // π/2: a median's variance, to a mean's
-constexpr std::size_t enough_surfaces = 3;  // of a scan: one that moves or is none does not tell then
+constexpr std::size_t enough_surfaces = 3;  // per scan: with fewer, a moving or wrong surface could dominate
 
 double median_of(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -75,7 +75,7 @@ void NoiseModel::observe(const Scan& scan) {
     if (!std::isfinite(range)) continue;
     const unsigned range_class = range_class_of(range);
     if (total_[range_class] >= max_observations) continue;
-    // Neighbours on one surface; NaN fails the comparison.
+    // Neighbours on one surface; the comparison is false for NaN.
     if (!((c - a).norm() < 0.05F * range && (b - a).norm() < 0.05F * range)) continue;
     const auto bin = static_cast<std::size_t>(std::fabs(a.norm() - 2 * range + c.norm()) / bin_width);
     if (bin >= bins) continue;
@@ -98,8 +98,8 @@ double NoiseModel::sigma_of_histogram(unsigned c) const {
 }
 
 void NoiseModel::update() {
-  // Each class its own: a lidar's noise does not grow with z², so nothing is extrapolated. A class
-  // that was not seen min_observations takes over from the nearest one below it that was.
+  // Each class has its own estimate: a lidar's noise does not grow with z², so nothing is extrapolated. A
+  // class with fewer than min_observations uses the nearest estimated one below it.
   range_noise_ = 0;
   double excess = 0;
   for (unsigned c = 1; c < classes; ++c) {
@@ -182,7 +182,7 @@ void NoiseModel::observe(std::span<const SharedVariance> of_scan) {
   tabulate_shared_errors();
 }
 
-/// A class of which no scan has told has the error of the nearest below it that one has told of, or above.
+/// A class without estimates uses the nearest one below that has some, or else above.
 void NoiseModel::tabulate_shared_errors() {
   const auto& of_class = shared_errors_.of_class;
   const auto known = [](const SharedError& error) { return error.scans > 0; };

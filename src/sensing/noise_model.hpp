@@ -24,15 +24,14 @@ struct SharedVariance {
 /// How much the points scatter, by the distance they were seen from, and how far off a plane they
 /// may therefore lie: σ(z) = sensor_noise + range_noise·z², tolerance(z) = s + 4·(σ(z) − sensor_noise).
 ///
-/// If `range_noise` is not given it is estimated from the scans themselves: on anything smooth, the
-/// second difference of three consecutive readings' ranges is noise alone, of variance 6σ². Its
-/// trimmed root mean square, by distance class, leaves out the edges in between and, unlike a median,
-/// sees the steps of a sensor that counts depth in steps. Scans whose points are in no
-/// order (neighbours far apart) give no estimate and leave the noise at `sensor_noise`.
+/// If `range_noise` is not given, it is estimated from the scans: on smooth surfaces the second difference of
+/// three consecutive ranges is pure noise, of variance 6σ². Its trimmed root mean square, by range class,
+/// excludes edges and, unlike a median, includes the quantisation steps of a sensor. Scans with unordered
+/// points (neighbours far apart) give no estimate and leave the noise at `sensor_noise`.
 ///
-/// Neighbours tell nothing of errors that they share: a camera's depths come in waves and in steps, poses
-/// shake. By how much readings lie off surfaces beyond their noise is taken from scans laid on the map, and
-/// is a part of reading_variance() alone.
+/// Differences of neighbours do not contain errors that they share: a camera's depth distortion and steps,
+/// pose jitter. The readings' deviation from surfaces beyond noise is estimated from scans aligned with the
+/// map, and affects reading_variance() only.
 class NoiseModel {
  public:
   static constexpr std::size_t classes = 16, bins = 160;
@@ -42,36 +41,36 @@ class NoiseModel {
   explicit NoiseModel(const Parameters& parameters);
 
   double sigma(unsigned range_class) const { return sigma_[range_class]; }
-  /// As measured in the scans, where `sigma` never falls below sensor_noise: for weights.
+  /// Measured value, used for weights, whereas `sigma` is at least sensor_noise.
   double measured_sigma(unsigned range_class) const { return measured_sigma_[range_class]; }
-  /// How far beyond an edge its readings may lie, m: two `measured_sigma`, rounded up to a millimetre, so
-  /// that outlines rarely change while the noise is being estimated.
+  /// Assumed extent of readings beyond an edge, m: two `measured_sigma`, rounded up to a millimetre, so that
+  /// outlines rarely change while the noise is being estimated.
   double overreach(unsigned range_class) const {
     return std::ceil(2000 * measured_sigma_[range_class]) / 1000;
   }
-  /// m², of one reading along the line of sight, about surfaces that other scans have built.
+  /// m², of one reading along the line of sight, relative to surfaces built from other scans.
   double reading_variance(unsigned range_class) const {
     return measured_sigma_[range_class] * measured_sigma_[range_class] + shared_[range_class];
   }
-  /// m², along a surface's normal, of what all of a scan's readings of it have in common.
+  /// m², along a surface's normal, of the error common to a scan's readings of it.
   double surface_variance() const { return shared_errors_.of_surface.variance; }
   double tolerance(unsigned range_class) const { return tolerance_[range_class]; }
-  /// Off a plane that the line of sight meets at `facing`, the cosine between view and normal: noise
-  /// lies along the line of sight, so what is seen along a plane hardly leaves it.
+  /// Off a plane whose normal has the cosine `facing` to the line of sight: noise is along the line of sight,
+  /// so at grazing angles it hardly leaves the plane.
   double tolerance(unsigned range_class, double facing) const {
     const double share = least_facing + (1 - least_facing) * std::fabs(facing);
     return base_tolerance_ + share * (tolerance_[range_class] - base_tolerance_);
   }
-  /// The same for whatever knows the class of its distance and the direction it was seen from.
+  /// The same for any point with a range class and a view direction.
   template <class Point>
   double tolerance(const Point& p, const Plane& plane) const {
     return tolerance(p.range_class, plane.normal.dot(p.view.template cast<double>()));
   }
-  /// s, if the parameters say it and do not leave it to be derived.
+  /// s, if given explicitly in the parameters.
   std::optional<double> stated_tolerance() const { return stated_tolerance_; }
-  /// What no class's tolerance ever exceeds, however the estimates change.
+  /// Upper bound of any class's tolerance, for any estimates.
   double largest_tolerance() const;
-  /// The parameter, or the smallest that explains all distance classes from 2 m.
+  /// The parameter, or the smallest value that covers all range classes from 2 m.
   double range_noise() const { return range_noise_; }
 
   /// Uses one triple of consecutive points in seven, until a class has enough of them.
@@ -80,18 +79,18 @@ class NoiseModel {
   /// variance of that mean by noise alone, m², and the cosine between that line and the normal.
   struct Residual {
     std::uint8_t range_class = 0;
-    std::uint32_t surface = 0;  ///< the same for all on one surface
+    std::uint32_t surface = 0;  ///< identifies the surface
     double distance = 0, noise_variance = 0, facing = 1;
   };
-  /// What residuals of one scan tell. The median of each class with enough of them, which clutter hardly
-  /// moves, tells their variance; the medians of the surfaces with enough of them how much of it all of a
-  /// scan's readings of a surface share.
+  /// Estimates shared variances from residuals of one scan. The median of each class with enough residuals,
+  /// which is robust to clutter, gives the class's variance; the medians of the surfaces with enough of them
+  /// give the part common to all of a scan's readings of a surface.
   static std::vector<SharedVariance> shared_variances(std::span<const Residual> residuals);
-  /// Of one scan; the mean of the last scans' is kept.
+  /// Adds one scan's estimates to a moving average.
   void observe(std::span<const SharedVariance> of_scan);
   static constexpr std::uint32_t residual_memory = 30;  ///< scans: a second of a camera's
 
-  /// What of readings' errors is not noise: its variance, m², and how many scans have told of it.
+  /// The variance of errors that are not noise, m², and the number of scans it was estimated from.
   struct SharedError {
     double variance = 0;
     std::uint32_t scans = 0;
@@ -100,9 +99,9 @@ class NoiseModel {
   };
   struct SharedErrors {
     std::array<SharedError, classes> of_class;  ///< along the line of sight
-    SharedError of_surface;                     ///< of a scan's readings of one, along its normal
+    SharedError of_surface;                     ///< common to a scan's readings of one, along its normal
   };
-  /// Another map's: each counts by the scans that have told of it.
+  /// Adds another map's estimates, weighted by their numbers of scans.
   void add(const SharedErrors& other);
   const Histogram& histogram() const { return histogram_; }  ///< state, for map files, with the next
   const SharedErrors& shared_errors() const { return shared_errors_; }

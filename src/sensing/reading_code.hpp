@@ -10,7 +10,7 @@
 
 namespace octosurf::sensing {
 
-/// Distance classes of a point: class c ≥ 1 stands for about 0.25 m · √2^(c−1), 15 for ≥ 32 m.
+/// Range classes of a point: class c ≥ 1 stands for about 0.25 m · √2^(c−1), 15 for ≥ 32 m.
 inline unsigned range_class_of(float range) {
   const float c = 1 + std::round(2 * std::log2(std::max(range, 0.25F) / 0.25F));
   return static_cast<unsigned>(std::clamp(c, 1.0F, 15.0F));
@@ -41,7 +41,7 @@ inline Eigen::Vector3f decode_view(unsigned code) {
   return v.normalized();
 }
 
-/// Where a point stands in its voxel, in 256ths of the voxel's edge, rounded down; and the middle of there.
+/// Position of a point in its voxel, in 256ths of the edge, rounded down; and the centre of that step.
 using PlaceInVoxel = std::array<std::uint8_t, 3>;
 inline PlaceInVoxel place_in_voxel(const geometry::VoxelGrid& grid, geometry::VoxelKey key,
                                    const Eigen::Vector3f& point) {

@@ -15,7 +15,7 @@ ReadingModel::ReadingModel(const NoiseModel& noise, double resolution) {
 }
 
 void ReadingModel::set_reach(double reach_m) {
-  // The reach grows with the variance up to 0.48 m², where readings hardly tell a plane from clutter.
+  // The reach grows with the variance up to 0.48 m², where readings can hardly be separated from clutter.
   constexpr double smallest = 1e-12, largest = 0.48;  // m²
   const double nearest = along_sight_[1];
   double low = smallest, high = largest;
@@ -24,7 +24,7 @@ void ReadingModel::set_reach(double reach_m) {
     (reach(1, 1) < reach_m ? low : high) = along_sight_[1];
   }
   along_sight_[1] = nearest;
-  // Where residuals make the nearest class the worst, no other is surer than what is stated for it.
+  // Where residuals make the nearest class the worst, no other gets less than its stated variance.
   for (double& variance : along_sight_) variance = high + std::max(0.0, variance - nearest);
 }
 
