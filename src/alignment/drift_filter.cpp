@@ -10,28 +10,27 @@
 namespace octosurf::alignment {
 namespace {
 
-/// m after a metre of the way, and a third as much in rad: of visual or legged odometry, a tenth of a per
-/// cent to a few per cent over ten metres, by factors of four, because a walk's gain follows the root of its
-/// rate.
+/// Standard deviation per metre of travel in m, and a third as much in rad: visual or legged odometry drifts
+/// a tenth of a per cent to a few per cent over ten metres. Steps of four, because a random walk's gain
+/// follows the square root of its rate.
 constexpr std::array<double, 3> rates_m{0.001, 0.004, 0.016};
 constexpr double rate_lever_m = 3;
-/// Views that one span of the way is looked at in, at most.
+/// Maximum number of views used per span of travel.
 constexpr double views_a_span = 10;
-/// By less than twice what the map is off by itself no pose is corrected.
+/// No pose is corrected by less than twice the map's own error.
 constexpr double least_correction_voxels = 2 * map_error_voxels;
-/// Natural logarithm by which drift must be the better explanation before it is believed in: of a thousand
-/// recordings without drift, about one is taken for one with.
+/// Log of the likelihood ratio required before drift is accepted: about one in a thousand recordings without
+/// drift is accepted wrongly.
 const double required = std::log(1000.0);
-/// Natural logarithm by which a hypothesis falls behind the best at most, so that a recording may begin or
-/// end to drift at any time.
+/// Log likelihood by which a hypothesis may fall behind the best, so that drift may begin or end at any time.
 constexpr double most_behind = 10;
-/// Degrees of freedom of the measurements' errors: few, they are heavy-tailed.
+/// Degrees of freedom of the measurements' errors: few, for heavy tails.
 constexpr double freedom = 4;
 
 using Numbers = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;
 using State = Eigen::Matrix<double, surfaces::AlignmentState::Hypothesis::size, 1>;
 
-/// To the last bit: a map file keeps all of it.
+/// Made exactly symmetric, because a map file stores all entries.
 template <class Matrix>
 Matrix symmetric(const Matrix& P) {
   return 0.5 * (P + P.transpose());
@@ -39,7 +38,7 @@ Matrix symmetric(const Matrix& P) {
 
 double way_of(const Twist& motion) { return motion.head<3>().norm() + motion.tail<3>().norm(); }
 
-/// What a metre of the way adds.
+/// Process noise per metre of travel.
 TwistCovariance rates_of(const surfaces::AlignmentState::Hypothesis& h, const Eigen::Vector3d& up) {
   const double rate_rad = h.rate_m / rate_lever_m;
   const Eigen::Matrix3d along = up * up.transpose(), all = Eigen::Matrix3d::Identity();
@@ -94,10 +93,11 @@ bool DriftFilter::is_new_view() const {
   return state_.way_m == 0 || state_.way_m - state_.view_m >= revisit_span_m / views_a_span;
 }
 
-/// The sensor's error by what no motion explains, then both by what a motion would.
+/// First the sensor's error from the part that no motion explains, then both from the part that a motion
+/// could.
 void DriftFilter::learn(Hypothesis& h, const Eigen::Isometry3d& T_laid, const Revisit& revisit) const {
   constexpr int errors = sensor_error_size;
-  // What views err by in common fades over a span: so many of them count as one (of an autoregressive error).
+  // Common errors of views decorrelate over a span, so this many views count as one (autoregressive error).
   const double way = std::max(state_.way_m - state_.view_m, revisit_span_m / views_a_span);
   const double alike = 1 / std::tanh(way / (2 * revisit_span_m));
   const SensorErrorCovariance information = revisit.error_information / alike;
@@ -128,7 +128,7 @@ void DriftFilter::learn(Hypothesis& h, const Eigen::Isometry3d& T_laid, const Re
   S.diagonal().array() += revisit.variances.array() + common;
   const Eigen::LLT<decltype(S)> solver(S);
   const Numbers weighted = solver.solve(innovation);
-  // Student's t: of errors that no model has, such as a wrong pairing, one scan counts no more than a few do.
+  // Student's t: an unmodelled error, such as a wrong correspondence, weighs no more than a few scans.
   const double squared = innovation.dot(weighted), dimensions = static_cast<double>(innovation.size());
   h.log_evidence -= solver.matrixLLT().diagonal().array().log().sum() +
                     (freedom + dimensions) / 2 * std::log1p(squared / freedom);
@@ -141,7 +141,7 @@ void DriftFilter::learn(Hypothesis& h, const Eigen::Isometry3d& T_laid, const Re
 
 void DriftFilter::learn(const Eigen::Isometry3d& T_laid, const Revisit& revisit) {
   for (Hypothesis& h : state_.hypotheses) learn(h, T_laid, revisit);
-  double most = state_.hypotheses.front().log_evidence;  // their differences count
+  double most = state_.hypotheses.front().log_evidence;  // only their differences matter
   for (const Hypothesis& h : state_.hypotheses) most = std::max(most, h.log_evidence);
   for (Hypothesis& h : state_.hypotheses) h.log_evidence = std::max(h.log_evidence - most, -most_behind);
   choose();
@@ -162,7 +162,7 @@ void DriftFilter::choose() {
 void DriftFilter::jump(const Eigen::Isometry3d& correction) {
   for (Hypothesis& h : state_.hypotheses) {
     if (h.rate_m == 0) {
-      h.log_evidence = -most_behind;  // the poses are not right as given
+      h.log_evidence = -most_behind;  // the given poses are not right
       continue;
     }
     h.correction = correction;

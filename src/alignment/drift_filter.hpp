@@ -9,34 +9,34 @@
 
 namespace octosurf::alignment {
 
-/// How far the given poses have drifted off the map, and what the sensor errs by itself.
+/// Estimates the drift of the given poses against the map, and the sensor's systematic error.
 ///
-/// The correction C (T_map_sensor = C · T_given) is a random walk over the way, the sensor's error (see
-/// SensorErrors) is constant; both are measured where patches are seen again that were seen long ago. A
-/// Kalman filter over both for each of a few rates of drift, of which one is none; the one that predicted the
-/// measurements best is believed (multiple models, Magill 1965). A sensor's error thus competes with drift in
-/// every filter: it explains what turns with the sensor and does not grow, drift what grows with the way and
-/// stays in the map's frame.
+/// The correction C (T_map_sensor = C · T_given) is a random walk over the travel, the sensor's error (see
+/// SensorErrors) is constant; both are measured at patches that were last seen long ago. One Kalman filter
+/// over both runs for each of a few drift rates, including none; the one that predicts the measurements best
+/// is accepted (multiple models, Magill 1965). In every filter the sensor's error competes with drift: it
+/// explains errors that turn with the sensor and do not grow, drift those that grow with travel and stay
+/// fixed in the map's frame.
 ///
-/// No drift stays in force until another rate is better by more than chance explains: exact poses stay as
-/// given, to the bit. Where nothing old is seen the correction stays as it was.
+/// Zero drift remains accepted until another rate is significantly better: exact poses stay as given, bit by
+/// bit. Without revisited patches the correction does not change.
 class DriftFilter {
  public:
-  /// Goes on with what is known; `state` must outlive it.
+  /// Continues from `state`, which must outlive it.
   DriftFilter(surfaces::AlignmentState& state, SensorKind sensor, double resolution,
               const Eigen::Vector3d& up);
 
-  /// The next scan, given at T_given: from here on all is about its place.
+  /// Advances to the next scan, given at T_given.
   void advance(const Eigen::Isometry3d& T_given);
-  /// Its pose by what is believed.
+  /// Its pose under the accepted hypothesis.
   Eigen::Isometry3d pose() const { return believed().correction * T_given_; }
-  /// Of the correction, a twist about the scan's sensor. Zero where no drift is believed in.
+  /// Of the correction, a twist about the scan's sensor. Zero if no drift is accepted.
   TwistCovariance covariance() const { return believed().covariance.topLeftCorner<6, 6>(); }
-  /// Whether the scan is far enough from the last one that was learned from to tell something else.
+  /// Whether the scan is far enough from the last view used for an independent measurement.
   bool is_new_view() const;
-  /// Updates all filters by the scan, laid on the map at `T_laid`.
+  /// Updates all filters by the scan, matched to the map at `T_laid`.
   void learn(const Eigen::Isometry3d& T_laid, const Revisit& revisit);
-  /// The poses have jumped, and the map fits with this correction.
+  /// Resets to this correction, after a jump of the poses.
   void jump(const Eigen::Isometry3d& correction);
 
   bool drifts() const { return believed().rate_m > 0; }

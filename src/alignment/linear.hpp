@@ -8,7 +8,7 @@
 /// wherever it is instantiated.
 namespace octosurf::alignment {
 
-/// x of A x = b, for a symmetric positive definite A (LDLᵀ).
+/// Solves A x = b for a symmetric positive definite A (LDLᵀ).
 Twist solve(const TwistCovariance& A, const Twist& b);
 /// The inverse of a symmetric positive definite matrix, by the same.
 TwistCovariance inverse_of_definite(const TwistCovariance& A);

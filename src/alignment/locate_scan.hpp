@@ -10,12 +10,12 @@
 
 namespace octosurf::alignment {
 
-/// What Localizer does with a scan, with the noise that is known of it and what else its points may err by.
+/// Localizer's algorithm, with the scan's known noise and further errors of its points.
 Alignment locate_scan(const Snapshot& map, NearSurfaces& surfaces, const Scan& scan,
                       const sensing::NoiseModel& noise, const AlignmentReach& reach,
                       const FitErrors& errors = {});
 
-/// Throws Error(usage) for a map or a reach with which nothing can be found.
+/// Throws Error(usage) for an empty map or an invalid reach.
 void require_reach(const std::shared_ptr<const Snapshot>& map, const AlignmentReach& reach);
 
 }  // namespace octosurf::alignment

@@ -1,4 +1,4 @@
-// A map against another one: its points are one scan of what its surfaces are.
+// Aligns two maps: the points on one map's surfaces are treated as one scan.
 #include "alignment/locate_scan.hpp"
 #include "sensing/reading_code.hpp"
 #include "surfaces/map_state.hpp"
@@ -18,11 +18,11 @@ namespace {
 /// A point on a surface, in the frame of its map.
 struct Reading {
   Eigen::Vector3d point, normal;
-  Eigen::Vector3d sensor;  ///< about where it was seen from
-  double off = 0;          ///< its surface's plane, m
+  Eigen::Vector3d sensor;  ///< approximate sensor position
+  double off = 0;          ///< distance from its surface's plane, m
 };
 
-/// The places of the map that the other's points may meet within reach.
+/// The region of the map that the other's points may meet within reach.
 class Neighbourhood {
  public:
   Neighbourhood(const Snapshot& map, const AlignmentReach& reach) : reach_(reach) {
@@ -48,7 +48,7 @@ class Neighbourhood {
   Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
 };
 
-/// Surface by surface, so that neighbours in the list are mostly neighbours on one surface, as a scan's are.
+/// Surface by surface, so that neighbours in the list are mostly neighbours on one surface, as in a scan.
 std::vector<Reading> readings_near(const surfaces::MapState& other, const Eigen::Isometry3d& T_map_other,
                                    const Neighbourhood& near) {
   std::map<SurfaceId, std::vector<Reading>> of_surface;
@@ -65,14 +65,14 @@ std::vector<Reading> readings_near(const surfaces::MapState& other, const Eigen:
   return all;
 }
 
-/// As PoseFitter has it: a surface seen along itself tells nothing.
+/// As in PoseFitter: a surface seen at a grazing angle is not used.
 bool faces(const Reading& reading, const Eigen::Vector3d& place) {
   constexpr double least_facing = 0.15;
   const Eigen::Vector3d sight = place - reading.point;
   return reading.normal.dot(sight) > least_facing * sight.norm();
 }
 
-/// Of the places where sensors were the one that most readings face.
+/// The sensor position that most readings face.
 Eigen::Vector3d best_place(const std::vector<Reading>& readings) {
   constexpr std::size_t places = 100, judges = 1000;
   const std::size_t step = std::max<std::size_t>(1, readings.size() / places);
@@ -90,12 +90,11 @@ Eigen::Vector3d best_place(const std::vector<Reading>& readings) {
   return best;
 }
 
-/// By how much more neighbouring points together are off their planes than a sensor's noise would have it:
-/// poses that drifted while the map was made leave them so, and they err alike, where a scan's readings do
-/// not.
+/// Ratio of the deviation of neighbouring points from their planes to the sensor's noise: poses that drifted
+/// during mapping cause common errors, unlike a scan's noise.
 double noise_factor(const std::vector<Reading>& readings, const Eigen::Vector3d& place,
                     const sensing::NoiseModel& noise) {
-  constexpr std::size_t in_a_row = 8;  // as samples.cpp has it
+  constexpr std::size_t in_a_row = 8;  // as in samples.cpp
   double squares = 0, expected = 0;
   for (std::size_t i = 0; i + in_a_row <= readings.size(); i += in_a_row) {
     double off = 0;
@@ -120,7 +119,7 @@ MapAlignment align_maps(const std::shared_ptr<const Snapshot>& map, const Map& o
   T_other_sensor.translation() = best_place(readings);
   Scan scan;
   scan.name = "the other map";
-  scan.sensor = SensorKind::lidar;  // no range is too far
+  scan.sensor = SensorKind::lidar;  // no range limit
   scan.T_map_sensor = T_map_other * T_other_sensor;
   const Eigen::Vector3d place = T_other_sensor.translation();
   std::erase_if(readings, [&](const Reading& reading) { return !faces(reading, place); });

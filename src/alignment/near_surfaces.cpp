@@ -20,7 +20,7 @@ struct AreaMoments {
   Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();  ///< mean of (p − centre)(p − centre)ᵀ
 };
 
-/// By Green's theorem, ring by ring: holes turn the other way and count negative.
+/// By Green's theorem, ring by ring: holes have the opposite orientation and count negative.
 AreaMoments area_moments(const std::vector<Polygon>& polygons) {
   AreaMoments m;
   const auto add = [&](const Ring2& ring) {
@@ -43,7 +43,7 @@ AreaMoments area_moments(const std::vector<Polygon>& polygons) {
   return m;
 }
 
-/// Of what a box of the map covers in a surface's plane.
+/// Projection of a box of the map onto a surface's plane.
 Eigen::AlignedBox2d in_plane(const Eigen::AlignedBox3d& box, const Eigen::Isometry3d& T_surface_map) {
   Eigen::AlignedBox2d covered;
   for (int corner = 0; corner < 8; ++corner)
@@ -52,24 +52,24 @@ Eigen::AlignedBox2d in_plane(const Eigen::AlignedBox3d& box, const Eigen::Isomet
   return covered;
 }
 
-/// By how much the outermost row of a surface's voxels is off on the average, as a share of the voxel's edge:
-/// rays that an edge parts leave there the mean of both its sides.
+/// Mean error of the outermost row of a surface's voxels, as a share of the voxel's edge: mixed readings at
+/// an edge average both its sides.
 constexpr double rim_bias = 1.0 / 6;
 
-/// What a bias of rim_bias · d in a strip d wide along one side of a surface does to its plane. With s² the
+/// Effect of a bias of rim_bias · d in a strip d wide along one side of a surface on its plane. With s² the
 /// variance of its area along an axis (w²/3 of a rectangle that is 2 w wide, of which the strip is d / 2 w):
 /// the slope is off by about rim_bias · d² / s², the offset in the middle by rim_bias · d² / s.
 Eigen::Matrix3d rim_covariance(const Surface& surface) {
   const double d = surface.resolution;
   const AreaMoments m = area_moments(surface.polygons);
-  const Eigen::Matrix2d scatter = m.scatter + d * d * Eigen::Matrix2d::Identity();  // no thinner than a voxel
+  const Eigen::Matrix2d scatter = m.scatter + d * d * Eigen::Matrix2d::Identity();  // at least a voxel wide
   const Eigen::Matrix2d inverse = scatter.inverse();
   const double bias = rim_bias * d * d;
   Eigen::Matrix3d at_centre = Eigen::Matrix3d::Zero();
   at_centre.topLeftCorner<2, 2>() = bias * bias * inverse * inverse;
   at_centre(2, 2) = bias * bias * inverse.trace();
   Eigen::Matrix3d to_origin =
-      Eigen::Matrix3d::Identity();  // off = c + a u + b v: c there is less by what slopes add
+      Eigen::Matrix3d::Identity();  // off = c + a u + b v: at the centre c is smaller by the slopes' part
   to_origin.row(2).head<2>() = -m.centre.transpose();
   return to_origin * at_centre * to_origin.transpose();
 }
@@ -100,23 +100,23 @@ void NearSurfaces::follow(const Snapshot& snapshot) {
 std::vector<const AlignedSurface*> NearSurfaces::in(const Snapshot& snapshot, const Eigen::AlignedBox3d& box,
                                                     const GrowingMap* growing) {
   follow(snapshot);
-  // Two voxels: fine enough for what is left of a stair's tread after erosion, coarse enough to be made anew
-  // for every surface that a scan changes.
+  // Two voxels: fine enough for a stair's tread after erosion, coarse enough to be rebuilt for every surface
+  // that a scan changes.
   const double edge = 2 * snapshot.resolution;
   std::vector<const AlignedSurface*> near;
   for (Entry& entry : entries_) {
     if (!entry.box.intersects(box)) continue;
-    // Of scans that are mapped together, one may have taken back a surface that is published still.
+    // When several scans are mapped together, one may have removed a surface that is still published.
     const surfaces::SurfaceModel* model =
         growing != nullptr ? growing->surfaces.find(entry.surface->id) : nullptr;
     if (growing != nullptr && model == nullptr) continue;
     const Eigen::AlignedBox2d window = in_plane(box, entry.surface->T_map_surface.inverse());
     if (!entry.aligned || !entry.aligned->raster.holds(window)) {
-      const Eigen::Vector2d beyond = window.sizes() / 2;  // for the scans that come next
+      const Eigen::Vector2d beyond = window.sizes() / 2;  // margin for the next scans
       entry.aligned = std::make_unique<AlignedSurface>(
           *entry.surface, edge, Eigen::AlignedBox2d(window.min() - beyond, window.max() + beyond));
     }
-    // Anew for every scan: what the noise is known to be changes with every one, too.
+    // Recomputed for every scan, because the noise estimate changes, too.
     if (model != nullptr)
       entry.aligned->covariance =
           surfaces::covariance_of_readings(*model, growing->noise) + entry.aligned->by_rim;

@@ -12,10 +12,10 @@
 namespace octosurf::alignment {
 namespace {
 
-constexpr double normal_spread = std::numbers::pi / 180;  // rad: of a scan's plane of a few patches
+constexpr double normal_spread = std::numbers::pi / 180;  // rad: error of a scan's plane of a few patches
 constexpr double offset_spread = 0.01;                    // m
 constexpr std::size_t most_planes = 12, most_surfaces = 5;
-/// Triples whose normals span less volume fix a direction worse than a quarter as well as their planes.
+/// Triples whose normals span less volume determine a direction worse than a quarter as well as their planes.
 constexpr double least_volume = 0.25;
 
 struct Match {
@@ -30,7 +30,7 @@ class Matcher {
     prior_.tail<3>().setConstant(1 / (reach.translation_m * reach.translation_m));
   }
 
-  /// The surfaces that a plane may be, nearest first.
+  /// The surfaces that a plane may correspond to, nearest first.
   std::vector<Match> candidates(const ScanPlane& plane,
                                 std::span<const AlignedSurface* const> surfaces) const {
     const Eigen::Vector3d normal = start_.linear() * plane.normal, centroid = start_ * plane.centroid;
@@ -51,7 +51,7 @@ class Matcher {
     return matches;
   }
 
-  /// The pose by least squares, false if it is out of reach.
+  /// Least-squares pose; false if it is out of reach.
   bool solve(std::span<const Match> matches, Eigen::Isometry3d& pose) const {
     TwistCovariance normal_matrix = prior_.asDiagonal();
     Twist right = Twist::Zero();
@@ -71,7 +71,7 @@ class Matcher {
       right += rows.transpose() * values;
     }
     const Twist twist = alignment::solve(normal_matrix, right);
-    constexpr double slack = 1.5;  // planes of a few patches are a little off themselves
+    constexpr double slack = 1.5;  // tolerance for planes of a few patches
     pose = moved(start_, twist);
     return twist.head<3>().norm() < slack * reach_.rotation_rad &&
            twist.tail<3>().norm() < slack * reach_.translation_m;
@@ -85,9 +85,8 @@ class Matcher {
 
 using Triple = std::array<std::size_t, 3>;
 
-/// Triples of planes whose normals are far from being in one plane, most readings in the smallest first.
-/// Where there are none, the planes of a corridor or of a floor: pairs, then single ones, with a plane
-/// repeated.
+/// Triples of planes with normals far from coplanar, sorted by the readings of the smallest, largest first.
+/// Without any, as in a corridor or on a floor: pairs, then single planes, with a plane repeated.
 std::vector<Triple> triples_of(std::span<const ScanPlane> planes) {
   std::vector<Triple> triples;
   for (const std::size_t different : {3U, 2U, 1U}) {

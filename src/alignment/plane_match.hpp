@@ -11,9 +11,9 @@
 
 namespace octosurf::alignment {
 
-/// Poses that take planes of a scan onto surfaces, each from three planes that fix it as far as three can:
-/// every combination of the scan's larger planes with surfaces that they may be within reach, the ones with
-/// most readings first, at most `most`. Where the planes fix nothing, the pose stays at `start`.
+/// Candidate poses that match planes of a scan with surfaces, each from three planes in general position:
+/// every combination of the scan's larger planes with candidate surfaces within reach, those with most
+/// readings first, at most `most`. Along undetermined directions, the pose stays at `start`.
 std::vector<Eigen::Isometry3d> poses_by_planes(std::span<const ScanPlane> planes,
                                                std::span<const AlignedSurface* const> surfaces,
                                                const Eigen::Isometry3d& start, const AlignmentReach& reach,

@@ -6,7 +6,7 @@
 namespace octosurf::alignment {
 namespace {
 
-constexpr double most_cells = 1 << 26;  // 8 MiB; a larger plane gets coarser cells
+constexpr double most_cells = 1 << 26;  // 8 MiB; cells of larger planes are coarser
 
 template <class Visit>
 void for_each_ring(const std::vector<Polygon>& polygons, Visit&& visit) {
@@ -41,7 +41,7 @@ PlaneRaster::PlaneRaster(const std::vector<Polygon>& polygons, double edge,
   erode(filled);
 }
 
-/// A cell more on each side, so that erosion knows the neighbours.
+/// One cell more on each side, for the erosion.
 PlaneRaster::Window PlaneRaster::window_of(const Eigen::AlignedBox2d& box) const {
   const Eigen::Array2d low = ((box.min() - corner_).array() * per_edge_).floor() - 1,
                        high = ((box.max() - corner_).array() * per_edge_).floor() + 2;
@@ -55,7 +55,7 @@ bool PlaneRaster::holds(const Eigen::AlignedBox2d& window) const {
          (wanted.first + wanted.size <= window_.first + window_.size).all();
 }
 
-/// Even-odd rule at the cells' centres: every side of a ring flips what lies to its right.
+/// Even-odd rule at the cells' centres: every side of a ring flips all cells to its right.
 void PlaneRaster::fill(const std::vector<Polygon>& polygons, std::vector<std::uint64_t>& bits) const {
   std::vector<std::vector<double>> crossings(static_cast<std::size_t>(window_.size.y()));
   for_each_ring(polygons, [&](const Ring2& ring) {

@@ -9,12 +9,12 @@
 
 namespace octosurf::alignment {
 
-/// The inside of a surface's polygons as bits: cells of its plane whose eight neighbours' centres, too, lie
-/// in them. The rim is left out, because readings near an edge mix what lies on both its sides.
+/// The inside of a surface's polygons as bits: cells of its plane that lie in them with the centres of their
+/// eight neighbours. The rim is excluded, because readings near an edge mix both its sides.
 class PlaneRaster {
  public:
-  /// Of what lies within `window`; beyond it nothing is covered.
-  /// O(cells in the window / 64 + vertices + length of the rings beside the window / edge).
+  /// Covers `window`; beyond it nothing is set. O(cells in the window / 64 + vertices + length of the rings
+  /// beside the window / edge).
   PlaneRaster(const std::vector<Polygon>& polygons, double edge, const Eigen::AlignedBox2d& window);
 
   bool covers(double u, double v) const {
@@ -29,11 +29,11 @@ class PlaneRaster {
     const Eigen::Array2d at = (uv - corner_).array();
     return (at >= -reach).all() && (at <= cells_ / per_edge_ + reach).all();
   }
-  /// All that is within `window` can be asked for.
+  /// Whether the raster covers `window`.
   bool holds(const Eigen::AlignedBox2d& window) const;
 
  private:
-  struct Window {  ///< columns and rows: whole numbers, compared with doubles
+  struct Window {  ///< columns and rows: whole numbers, stored as doubles
     Eigen::Array2d first = Eigen::Array2d::Zero(), size = Eigen::Array2d::Zero();
   };
   Window window_of(const Eigen::AlignedBox2d& box) const;

@@ -12,28 +12,25 @@ namespace octosurf::alignment {
 namespace {
 
 using Derivatives =
-    Eigen::Matrix<double, 9, 1>;  // derivatives by the pose's twist and by the surface's slopes and offset
+    Eigen::Matrix<double, 9, 1>;  // derivatives by the pose's twist, and by the surface's slopes and offset
 using Block = Eigen::Matrix<double, 9, 9>;
 
-/// Cosine between a surface's normal and the line of sight below which a reading tells nothing: nearly along
-/// it, the reading may belong to what stands before or behind.
+/// Minimum cosine between a surface's normal and the line of sight: at grazing angles a reading may belong to
+/// objects in front or behind.
 constexpr double least_facing = 0.15;
-/// The same below which a distance off the plane says little of how far off a reading is along its line of
-/// sight: the plane's own error would count more than twice.
+/// Minimum cosine for measuring range errors: below it, the plane's own error would count more than twice.
 constexpr double facing_to_tell_errors = 0.5;
 constexpr double significant = 3;      // standard deviations within which a reading is explained
-constexpr double enough_samples = 20;  // of a surface, to tell its mean
-/// To the power of n a bound on the chance that most of n samples on a surface are none of it but of a face
-/// beside it: Chernoff's, 2 √(p (1 − p)) with every fifth sample such a one, as many as a pose may leave
-/// unexplained.
+constexpr double enough_samples = 20;  // of a surface, to estimate its mean
+/// To the power of n a bound on the probability that most of n samples on a surface belong to a face beside
+/// it: Chernoff's, 2 √(p (1 − p)) with every fifth sample wrong, as many as a pose may leave unexplained.
 constexpr double most_mismatched = 0.8;
 constexpr int most_rounds = 8, coarse_rounds = 2;
 
-/// A reading and the place at which its line of sight meets a surface's plane. That place is free of the
-/// noise along the line of sight, which would carry readings over the rim on the one side and bring in others
-/// on the other.
+/// A reading and the intersection of its line of sight with a surface's plane. The intersection is free of
+/// the noise along the line of sight, which would carry readings across the rim on both sides.
 struct Sighting {
-  /// `arm`: from the sensor to the reading; must not be along the plane.
+  /// `arm`: from the sensor to the reading; not parallel to the plane.
   Sighting(const AlignedSurface& surface, const Eigen::Vector3d& sensor, const Eigen::Vector3d& arm) {
     const double above = surface.plane.signed_distance(sensor), along = surface.plane.normal.dot(arm);
     distance = above + along;
@@ -44,7 +41,7 @@ struct Sighting {
   }
 
   double distance;             ///< of the reading, off the plane
-  Eigen::Vector3d in_surface;  ///< the place, in the surface's frame
+  Eigen::Vector3d in_surface;  ///< the intersection, in the surface's frame
 };
 
 /// Calls `visit` with the pairings of each sample.
@@ -90,7 +87,7 @@ struct PoseFitter::Sums {
   Twist gradient = Twist::Zero();
   double squared_range = 0, weight = 0;
   std::size_t known = 0, explained = 0;
-  double disagreement = 0;  ///< Σ of the surfaces' own errors at this pose, squared, in their deviations
+  double disagreement = 0;  ///< Σ of the surfaces' squared errors at this pose, in units of their deviations
   std::size_t met = 0;      ///< surfaces with samples
 };
 
@@ -100,7 +97,7 @@ PoseFitter::PoseFitter(std::span<const Sample> samples, std::span<const AlignedS
 
 std::vector<PoseFitter::Pairing> PoseFitter::pair(const Eigen::Isometry3d& pose, double reach,
                                                   std::size_t every) const {
-  // Rows of this table are surfaces, so that a reading meets all of them in a few vector operations.
+  // One row per surface, so that a reading is compared with all in a few vector operations.
   const auto count = static_cast<Eigen::Index>(surfaces_.size());
   Eigen::Matrix<float, Eigen::Dynamic, 4> planes(count, 4);
   const Eigen::Vector3d sensor = pose.translation();
@@ -108,7 +105,7 @@ std::vector<PoseFitter::Pairing> PoseFitter::pair(const Eigen::Isometry3d& pose,
     const Plane& plane = surfaces_[static_cast<std::size_t>(s)]->plane;
     planes.row(s).head<3>() = plane.normal.cast<float>();
     planes(s, 3) =
-        static_cast<float>(plane.signed_distance(sensor));  // small numbers, far from the origin, too
+        static_cast<float>(plane.signed_distance(sensor));  // small numbers, also far from the origin
   }
   std::vector<Pairing> pairings;
   pairings.reserve(2 * samples_.size());
@@ -124,33 +121,33 @@ std::vector<PoseFitter::Pairing> PoseFitter::pair(const Eigen::Isometry3d& pose,
   return pairings;
 }
 
-/// Variances of slopes and offset that a scan's readings of a surface have in common, from that of a reading.
+/// Common variances of slopes and offset of a scan's readings of a surface, from that of a reading.
 Eigen::Vector3d PoseFitter::common_of(double reading) const {
   return Eigen::Vector3d::Constant(errors_.common_m * errors_.common_m + errors_.common_share * reading);
 }
 
-/// What the samples on one surface tell.
+/// Sums over the samples on one surface.
 struct PoseFitter::SurfaceSums {
   Block outer = Block::Zero();
   Derivatives right = Derivatives::Zero();
   double squares = 0, counted = 0;  ///< Σ of the residuals' squares by their variance, and of samples,
-                                    ///< robust as the above
-  double samples = 0;               ///< those that overlap by their share
+                                    ///< weighted robustly as above
+  double samples = 0;               ///< overlapping ones by their share
   double weight = 0;                ///< Σ of 1/variance
 };
 
-/// A sample on a surface.
+/// A sample matched with a surface.
 struct PoseFitter::Match {
   std::uint32_t surface;
   double distance;  ///< off the surface's plane
   double reading;   ///< variance along the normal, of the readings alone …
-  double certain;   ///< … and with what the surface may be off
+  double certain;   ///< … and including the surface's uncertainty
   Derivatives row;
   bool explained() const { return distance * distance < significant * significant * certain; }
 };
 
-/// One sample on the nearest of the surfaces that cover it, if that is within the gate. `known` says whether
-/// one does.
+/// Matches one sample with the nearest of the surfaces that cover it, if within the gate. `known`: whether
+/// one covers it.
 std::optional<PoseFitter::Match> PoseFitter::match(const Eigen::Isometry3d& pose, double gate,
                                                    std::span<const Pairing> candidates, bool& known) const {
   const Sample& sample = samples_[candidates.front().sample];
@@ -172,7 +169,7 @@ std::optional<PoseFitter::Match> PoseFitter::match(const Eigen::Isometry3d& pose
   }
   if (!best) return {};
   const AlignedSurface& surface = *surfaces_[which];
-  // The mean of readings on both sides of an edge lies on neither.
+  // A mean of readings on both sides of an edge lies on neither.
   const Sighting first(surface, sensor, pose.linear() * sample.first),
       last(surface, sensor, pose.linear() * sample.last);
   known = first.covered_by(surface) && last.covered_by(surface);
@@ -206,7 +203,7 @@ void PoseFitter::add_sample(const Linearisation& at, std::span<const Pairing> ca
       tukey_weight(distance, std::sqrt(matched->certain + by_pose.dot(at.uncertainty * by_pose)));
   if (robust == 0) return;
   SurfaceSums& sum = of_surface[matched->surface];
-  // Samples that share readings tell together no more than those readings do.
+  // Samples that share readings carry no more information than those readings.
   const double weight = 1 / (sample.overlap * matched->reading);
   sum.outer.selfadjointView<Eigen::Lower>().rankUpdate(matched->row, robust * weight);
   sum.right += robust * weight * distance * matched->row;
@@ -218,8 +215,8 @@ void PoseFitter::add_sample(const Linearisation& at, std::span<const Pairing> ca
   sums.weight += robust;
 }
 
-/// Factor on the readings' variance by which they scatter about the plane that fits them best; no less than
-/// 1. About that plane rather than the map's: as long as the pose is off, the map's lies askew in them.
+/// Ratio of the readings' scatter about their best-fitting plane to their variance; at least 1. About that
+/// plane rather than the map's, which is tilted against them while the pose is off.
 double PoseFitter::unevenness(const SurfaceSums& of) {
   if (of.samples < enough_samples) return 1;
   const Block full = of.outer.selfadjointView<Eigen::Lower>();
@@ -235,7 +232,7 @@ void PoseFitter::add_surface(const AlignedSurface& surface, const SurfaceSums& o
   const double reading = uneven * of.samples / of.weight;
   full /= uneven;
   const Derivatives right = of.right / uneven;
-  // The plane is known as well as its covariance and what readings have in common allow.
+  // The plane's uncertainty is its covariance plus the readings' common error.
   Eigen::Matrix3d known = surface.covariance;
   known.diagonal() += common_of(reading);
   // Samples of another face lie anywhere within the gate.
@@ -253,8 +250,8 @@ void PoseFitter::add_surface(const AlignedSurface& surface, const SurfaceSums& o
   sums.gradient += right.head<6>() - eliminated * right.tail<3>();
 }
 
-/// By how much the variances that are stated are too small, if the surfaces disagree among themselves by more
-/// than they say to be off (Birge's ratio, squared): three numbers each, of which the pose has taken up six.
+/// Factor by which the stated variances are too small, if the surfaces disagree more than their errors allow
+/// (Birge ratio, squared): three numbers each, less six for the pose.
 double PoseFitter::disagreement_ratio(const Sums& sums) {
   if (3 * sums.met <= 6) return 1;
   return std::max(1.0, sums.disagreement / (3 * static_cast<double>(sums.met) - 6));
@@ -355,7 +352,7 @@ PoseFit PoseFitter::fit(const Eigen::Isometry3d& start, const TwistCovariance& p
         round >= coarse_rounds + 1 && step.tail<3>().norm() + fit.lever_m * step.head<3>().norm() < 2e-5;
     if (settled) return fit;
     fit.T_map_sensor = moved(fit.T_map_sensor, step);
-    // What the pose may still be off by widens the weights' reach for as long as it is not settled.
+    // The pose's uncertainty widens the weights' reach until the fit has converged.
     uncertainty = inverse_of_definite(information);
   }
 }

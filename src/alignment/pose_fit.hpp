@@ -14,15 +14,15 @@
 
 namespace octosurf::alignment {
 
-/// The small motion about the sensor that takes pose `from` to pose `to`, and back: `to` = moved(from,
+/// The small motion about the sensor that takes pose `from` to pose `to`, and its inverse: `to` = moved(from,
 /// twist).
 Twist twist_between(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to);
 Eigen::Isometry3d moved(const Eigen::Isometry3d& pose, const Twist& twist);
 
-/// A pose that scan and surfaces agree on best.
+/// The best pose by scan and surfaces.
 struct PoseFit {
   Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
-  /// What the readings alone tell, at that pose; less where the surfaces disagree among themselves.
+  /// Information of the readings alone, at that pose; reduced where the surfaces disagree.
   TwistCovariance information = TwistCovariance::Zero();
   double lever_m = 1;                    ///< root mean square range of the samples used
   std::size_t known = 0, explained = 0;  ///< as in Alignment
@@ -39,65 +39,64 @@ inline double tukey_weight(double distance, double deviation) {
   return std::fabs(share) < 1 ? (1 - share * share) * (1 - share * share) : 0;
 }
 
-/// A reading that lies on a surface.
+/// A reading matched with a surface.
 struct Laid {
-  Eigen::Vector3d point;  ///< sensor's frame
+  Eigen::Vector3d point;  ///< sensor frame
   const AlignedSurface* surface;
   double variance;  ///< m², along the surface's normal, of the reading alone
 };
-/// A scan on the surfaces that cover it, at one pose.
+/// A scan matched with the surfaces that cover it, at one pose.
 struct Layout {
   std::vector<Laid> readings;            ///< within the fine gate
   std::size_t known = 0, explained = 0;  ///< as in Alignment
 };
 
-/// What is assumed about the errors that a fit meets.
+/// Assumed errors of a fit.
 struct FitErrors {
-  double gate_m = 0.06;                              ///< a reading further off a surface is none of it …
+  double gate_m = 0.06;                              ///< maximum distance of a reading from its surface …
   double fine_gate_m() const { return gate_m / 2; }  ///< … once the pose is nearly right
   double noise_factor = 1;                           ///< on the samples' standard deviations
   double common_m =
-      0.0003;  ///< what a scan's readings of a surface have in common; as much a metre they are tilted …
-  double common_share = 0;  ///< … and beside that, of a reading's variance
+      0.0003;  ///< common error of a scan's readings of a surface, m; also their tilt per metre …
+  double common_share = 0;  ///< … plus this share of a reading's variance
 };
 
-/// Plane-to-point registration of one scan's samples to surfaces.
+/// Point-to-plane registration of one scan's samples to surfaces.
 ///
-/// Each reading speaks for the nearest surface that covers it and faces the sensor. The pose is found by
-/// Gauss–Newton with Tukey's weights; a surface's own error (its covariance, and what a scan's readings of it
-/// have in common) is three unknowns more, which are eliminated per surface, so that a thousand readings of
-/// one wall do not fix the pose better than the wall itself is known. How uneven a surface is shows in its
-/// readings: they count by what they scatter about the plane that fits them best, if that is more than their
-/// noise (variance components, one a surface).
+/// Each reading is matched with the nearest surface that covers it and faces the sensor. The pose is found by
+/// Gauss–Newton with Tukey's weights. A surface's own error (its covariance, and the common error of a scan's
+/// readings of it) adds three unknowns, eliminated per surface, so that a thousand readings of one wall do
+/// not determine the pose better than the wall itself is known. Uneven surfaces: readings are weighted by
+/// their scatter about their best-fitting plane, if that exceeds their noise (variance components, one a
+/// surface).
 class PoseFitter {
  public:
   PoseFitter(std::span<const Sample> samples, std::span<const AlignedSurface* const> surfaces,
              const FitErrors& errors);
 
-  /// From `start`, which is taken to be right within `prior` (covariance).
-  /// O(samples × surfaces) once, then O(samples) a round, nine at most.
+  /// From `start`, with prior covariance `prior`. O(samples × surfaces) once, then O(samples) a round, nine
+  /// at most.
   PoseFit fit(const Eigen::Isometry3d& start, const TwistCovariance& prior) const;
 
-  struct Pairing {  ///< a reading and a surface it may lie on
+  struct Pairing {  ///< a reading and a candidate surface
     std::uint32_t sample, surface;
   };
-  /// Which surfaces that face the sensor pass within `reach` m of every `every`-th sample at a pose.
+  /// The surfaces facing the sensor that pass within `reach` m of every `every`-th sample at a pose.
   std::vector<Pairing> pair(const Eigen::Isometry3d& pose, double reach, std::size_t every = 1) const;
-  /// How many of the paired samples lie on a surface that covers them at a pose: each counts by how near,
-  /// from 1 down to 0 at the gate.
+  /// Number of paired samples on a surface that covers them at a pose, weighted from 1 down to 0 at the gate.
   double agreement(const Eigen::Isometry3d& pose, std::span<const Pairing> pairings) const;
   /// All samples at a pose. O(samples × surfaces).
   Layout lay(const Eigen::Isometry3d& pose) const;
-  /// What the map says of a sample at a pose.
+  /// A sample's state in the map at a pose.
   enum class Verdict {
-    none,         ///< no surface was seen there
-    explained,    ///< it lies on a surface, as those that PoseFit counts
-    contradicted  ///< it lies off the surfaces that cover it
+    none,         ///< no surface covers it
+    explained,    ///< on a surface, as counted by PoseFit
+    contradicted  ///< off the surfaces that cover it
   };
-  /// By sample; a surface farther from it than `reach` m says nothing. O(samples × surfaces).
+  /// By sample; surfaces farther away than `reach` m are ignored. O(samples × surfaces).
   std::vector<Verdict> judge(const Eigen::Isometry3d& pose, double reach) const;
-  /// Of the samples that a surface covers and that are not seen aslant, how far they lie off it at a pose.
-  /// O(samples × surfaces).
+  /// Distances of covered samples from their surface at a pose, except at oblique angles. O(samples ×
+  /// surfaces).
   std::vector<sensing::NoiseModel::Residual> residuals(const Eigen::Isometry3d& pose) const;
 
  private:

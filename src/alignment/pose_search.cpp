@@ -12,15 +12,15 @@ namespace octosurf::alignment {
 namespace {
 
 constexpr std::size_t sample_count = 3000;
-/// A few samples sort out most poses, more of them tell which of the others fit.
+/// A few samples eliminate most poses, more of them rank the others.
 constexpr std::size_t few = 50, more = 10;  // every so many samples
 constexpr std::size_t most_poses = 4000, most_scored = 150, most_made_fine = 8;
-/// Share of the known samples that a pose must explain: what moved since the map was made, and who walks by,
-/// seldom takes more of a picture than the rest.
+/// Share of the known samples that a pose must explain: objects and people that moved seldom cover more of a
+/// picture than the rest.
 constexpr double least_explained = 0.7;
-/// Voxels: readings that err by more, as far as the residuals tell, could only bend the map.
+/// Voxels: readings with larger errors, by their residuals, would only deform the map.
 constexpr double least_exact = 0.5;
-/// Voxels on a surface that is off by no more than its readings' noise and a voxel.
+/// Voxels: readings on a surface deviate by no more than their noise and a voxel.
 constexpr double gate_voxels = 3;
 
 Eigen::AlignedBox3d reachable_box(std::span<const Sample> samples, const Eigen::Isometry3d& T, double margin,
@@ -48,7 +48,7 @@ double range_of(std::span<const Sample> samples) {
   return samples.empty() ? 0 : std::sqrt(squares / static_cast<double>(samples.size()));
 }
 
-/// The determined part of a twist, m; the rest is 0.
+/// The determined part of a twist, m; 0 otherwise.
 Twist along(const Determined& determined, const Twist& twist) {
   Twist along = determined.directions.transpose() * determined.scale.cwiseInverse().asDiagonal() * twist;
   along.tail(6 - determined.count).setZero();
@@ -73,7 +73,7 @@ Determined determined_by(const PoseFit& fit, double resolution) {
   determined.directions = axes.vectors;
   const Twist information = axes.values.cwiseMax(1e-12);
   determined.variances = information.cwiseInverse();
-  const double tolerance = resolution / 2;  // what is worse, the octree would not notice
+  const double tolerance = resolution / 2;  // larger errors would be visible in the octree
   determined.count = static_cast<int>((determined.variances.array() < tolerance * tolerance).count());
   return determined;
 }
@@ -132,7 +132,7 @@ double PoseSearch::farthest_off() const {
   return reach_.translation_m + reach_.rotation_rad * range_of(samples_) + gate_voxels * resolution_;
 }
 
-/// The poses that most samples agree with, best first.
+/// Keeps the poses with the best agreement, best first.
 void PoseSearch::keep_best(std::vector<Eigen::Isometry3d>& poses, const Eigen::Isometry3d& start,
                            std::size_t every, std::size_t count) const {
   const std::vector<PoseFitter::Pairing> pairings = fitter_.pair(start, farthest_off(), every);
@@ -146,7 +146,7 @@ void PoseSearch::keep_best(std::vector<Eigen::Isometry3d>& poses, const Eigen::I
   poses = std::move(kept);
 }
 
-/// Those that fare the same at both say nothing (McNemar 1947).
+/// Samples with the same result at both poses are ignored (McNemar 1947).
 bool PoseSearch::speak_for(const Eigen::Isometry3d& one, const Eigen::Isometry3d& other,
                            double deviations) const {
   using Verdict = PoseFitter::Verdict;
@@ -189,11 +189,11 @@ std::optional<PoseFit> PoseSearch::coarse(const Eigen::Isometry3d& start) const 
   if (best == fits.end() || best->known < least_known_samples ||
       static_cast<double>(best->explained) < least_explained * static_cast<double>(best->known))
     return {};
-  // Another pose is one that differs where the scan determines it.
+  // A pose counts as another one if it differs along determined directions.
   const Determined determined = determined_by(*best, resolution_);
   if (determined.count == 0) return {};
-  // A pose explains a scan as well as the best one if it explains no fewer samples than by chance: what the
-  // best leaves unexplained is a count with its square root for an error.
+  // A pose explains a scan as well as the best one if the numbers of explained samples do not differ
+  // significantly: the best pose's unexplained count has its square root as error.
   const auto unexplained = static_cast<double>(best->known - best->explained);
   const double as_well = static_cast<double>(best->explained) - by_chance * std::sqrt(unexplained + 1);
   for (const PoseFit& fit : fits) {

@@ -11,15 +11,15 @@
 
 namespace octosurf::alignment {
 
-/// Readings that count.
+/// Range limits of the readings used.
 struct RangeLimits {
   double min_m = 0, max_m = 0;
 };
 
-/// One scan and the surfaces about it, looked at for poses that agree.
+/// Searches poses of one scan that agree with the surrounding surfaces.
 class PoseSearch {
  public:
-  /// All must outlive it. The gate of `errors` is the map's. Surfaces are those that the scan's readings may
+  /// All must outlive it. The gate of `errors` is the map's. Uses the surfaces that the scan's readings may
   /// meet within `reach` of `start`; `growing` as for NearSurfaces::in().
   PoseSearch(const Snapshot& map, NearSurfaces& surfaces, const Scan& scan, const sensing::NoiseModel& noise,
              const RangeLimits& limits, const Eigen::Isometry3d& start, const AlignmentReach& reach,
@@ -27,19 +27,19 @@ class PoseSearch {
 
   std::size_t samples() const { return samples_.size(); }
   const AlignmentReach& reach() const { return reach_; }
-  /// Plane-to-point from `start`, which may be off by `prior` and a voxel.
+  /// Point-to-plane registration from `start`, with an error of `prior` and a voxel.
   PoseFit fine(const Eigen::Isometry3d& start, const TwistCovariance& prior) const;
-  /// The pose within reach of `start` that explains the scan best: planes matched as planes, the best of them
-  /// made fine. None if too little is explained, or another pose explains nearly as much.
+  /// The pose within reach of `start` that explains the scan best: candidates from matched planes, the best
+  /// ones refined. None if too little is explained, or another pose explains nearly as much.
   std::optional<PoseFit> coarse(const Eigen::Isometry3d& start) const;
-  /// As PoseFitter's, with the next.
+  /// As PoseFitter's, like the next.
   Layout lay(const Eigen::Isometry3d& pose) const { return fitter_.lay(pose); }
   std::vector<sensing::NoiseModel::Residual> residuals(const Eigen::Isometry3d& pose) const {
     return fitter_.residuals(pose);
   }
-  /// Whether the map contradicts fewer samples at one pose than at another, by so many standard deviations of
-  /// what is chance where both poses are as good. Where no surface was seen, it says nothing: on a stair that
-  /// goes on, new treads lie on known ones if all is laid a tread too low.
+  /// Whether the map contradicts significantly fewer samples at one pose than at another, in standard
+  /// deviations under the hypothesis that both are equally good. Unseen places do not count: on a stair, new
+  /// treads would lie on known ones if everything is placed one tread too low.
   bool speak_for(const Eigen::Isometry3d& one, const Eigen::Isometry3d& other, double deviations) const;
 
  private:
@@ -58,17 +58,17 @@ class PoseSearch {
   PoseFitter fitter_;
 };
 
-/// Samples on known surfaces without which nothing is measured.
+/// Minimum number of samples on known surfaces for a measurement.
 inline constexpr std::size_t least_known_samples = 100;
 
-/// Standard deviations by which samples must speak for a pose so that it is taken for the right one of two:
-/// two, twice as much because neighbouring samples go together.
+/// Standard deviations by which samples must favour one of two poses: two, doubled because neighbouring
+/// samples are correlated.
 inline constexpr double by_chance = 4;
 
-/// Independent of each other, rad and m.
+/// Covariance of independent rotations (rad) and translations (m).
 TwistCovariance uncertainty(double rotation, double translation);
 
-/// What of the fit is fixed to within half a voxel.
+/// The directions of a fit determined to within half a voxel.
 struct Determined {
   TwistCovariance directions;  ///< as Alignment::directions
   Twist variances;             ///< of the directions, m²
@@ -81,11 +81,11 @@ double length(const Determined& determined, const Twist& twist);
 double deviations(const Determined& determined, const Twist& twist);
 Determined determined_by(const PoseFit& fit, double resolution);
 
-/// The fit's pose as far as it is determined, `start` beside that.
+/// The fit's pose along determined directions, `start` along the others.
 Eigen::Isometry3d without_undetermined(const Eigen::Isometry3d& start, const PoseFit& fit,
                                        const Determined& determined);
 
-/// Fills in what Alignment tells of a fit; the covariance `factor`² times what the readings tell.
+/// Fills in Alignment from a fit; the covariance is `factor`² times that of the readings.
 void describe(const PoseFit& fit, const Determined& determined, double factor, const AlignmentReach& reach,
               Alignment& alignment);
 

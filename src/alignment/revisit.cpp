@@ -10,19 +10,19 @@
 namespace octosurf::alignment {
 namespace {
 
-/// Voxels: wide enough for tens of samples 2 m away, narrower than a stair's tread is deep.
+/// Voxels: wide enough for tens of samples 2 m away, narrower than a stair's tread.
 constexpr int patch_voxels = 16;
-/// Voxels along the normal: less than the least step that a robot notices.
+/// Voxels along the normal: less than the smallest step that matters to a robot.
 constexpr int level_voxels = 4;
-/// Cosine of what a surface may turn by and be the same: 10°.
+/// Cosine of the largest turn of a surface that counts as the same: 10°.
 constexpr double same_side = 0.985;
 constexpr int rounds = 3;
-/// Normal errors' deviation by the median of their size.
+/// Standard deviation of normal errors relative to the median of their size.
 constexpr double by_median = 1.4826;
-/// Patches without which nothing is measured: as many numbers as a pose has, twice.
+/// Minimum number of patches: twice the number of a pose's parameters.
 constexpr std::size_t fewest_patches = 12;
 
-/// Which patch of a plane's a point is in. Columns stand along the axis that the normal is nearest to.
+/// Identifies the patch of a plane that contains a point. Columns run along the axis nearest to the normal.
 class PatchKey {
  public:
   explicit PatchKey(double resolution)
@@ -51,9 +51,9 @@ double median_of(std::vector<double>& values) {
   return *middle;
 }
 
-/// A patch as it was long ago beside what the scan reads of it.
+/// A formerly seen patch with the scan's readings of it.
 struct PatchRow {
-  double residual, weight, noise;  // m, 1/m², m² by readings alone
+  double residual, weight, noise;  // m, 1/m², m² from readings alone
   Twist by_pose;                   // of the residual, rotations by the lever
   SensorErrors by_error;
 };
@@ -138,7 +138,7 @@ Revisit measure(std::span<const PatchLook> looks, double way_m, const SensorErro
     for (PatchRow& row : rows) {
       const double off = row.residual + row.by_pose.dot(motion) - row.by_error.dot(errors);
       const double variance = row.noise + 2 * scatter * scatter;
-      // The pose is not yet known: half a voxel more may be its doing.
+      // Before the pose is known, it may cause half a voxel more.
       const double reach = round == 0 ? resolution / 2 : 0;
       row.weight = tukey_weight(off, std::sqrt(variance + reach * reach)) / variance;
       offs.push_back(std::fabs(off));
@@ -148,7 +148,7 @@ Revisit measure(std::span<const PatchLook> looks, double way_m, const SensorErro
       sums.pose_right += row.weight * row.residual * row.by_pose;
       sums.error_right += row.weight * row.residual * row.by_error;
     }
-    // As much of a pose as is held to be right within a voxel.
+    // A weak prior: the pose is right within a voxel.
     const TwistCovariance information = sums.pose + TwistCovariance::Identity() / (resolution * resolution);
     motion = solve(information, sums.across * errors - sums.pose_right);
     if (round > 0) {
@@ -163,7 +163,7 @@ Revisit measure(std::span<const PatchLook> looks, double way_m, const SensorErro
   const PrincipalAxes axes = principal_axes(sums.pose);
   revisit.all_directions = axes.vectors;
   const Twist information = axes.values;
-  // What is less exact the octree would not notice.
+  // Larger errors only: smaller ones do not affect the octree.
   const double enough = 4 / (resolution * resolution);
   const auto count = (information.array() > enough).count();
   Twist per_metre;
@@ -173,7 +173,7 @@ Revisit measure(std::span<const PatchLook> looks, double way_m, const SensorErro
   revisit.variances = information.head(count).cwiseInverse();
   revisit.motion = -(revisit.variances.asDiagonal() * along.transpose() * sums.pose_right);
   revisit.by_error = -(revisit.variances.asDiagonal() * along.transpose() * sums.across);
-  // What no motion of the sensor explains.
+  // The part that no motion of the sensor explains.
   const TwistCovariance damped = sums.pose + enough * 1e-3 * TwistCovariance::Identity();
   const TwistCovariance pose_covariance = inverse(damped);
   revisit.error_information = sums.error - sums.across.transpose() * pose_covariance * sums.across;

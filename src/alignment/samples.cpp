@@ -11,7 +11,7 @@ namespace octosurf::alignment {
 
 namespace {
 
-/// Readings in a row that one sample is the mean of: at 2.5 m a camera's eight lie within two voxels of 2 cm.
+/// Consecutive readings averaged in one sample: at 2.5 m a camera's eight lie within two voxels of 2 cm.
 constexpr std::size_t most_in_a_row = 8;
 /// Neighbours on one surface, as a share of the range.
 constexpr double nearby = 0.05;
@@ -20,12 +20,12 @@ bool within(double range, double min_range, double max_range) {  // NaN fails
   return range >= min_range && range > 0 && range <= max_range;
 }
 
-/// A sample's place in the scan.
+/// A sample's range of readings in the scan.
 struct Readings {
   std::size_t first, end;
 };
 
-/// Counts for each sample in how many of them its readings are.
+/// Counts, for each sample, the samples that share its readings.
 void note_overlap(const std::vector<Readings>& of_sample, std::vector<Sample>& samples, std::size_t size) {
   std::vector<std::uint32_t> uses(size);
   for (const Readings& r : of_sample)
@@ -48,8 +48,8 @@ std::vector<Sample> sample_scan(const Scan& scan, const sensing::NoiseModel& noi
   of_sample.reserve(count);
   const std::size_t size = scan.points.size();
   constexpr double golden_ratio = 0.6180339887498949;
-  double place = 0;  // in the scan, as a share of it
-  // Readings that are missing leave their place empty, so that those that are there stay evenly spread.
+  double place = 0;  // relative position in the scan
+  // Missing readings leave their place empty, so that the others stay evenly spread.
   for (std::size_t i = 0; i < std::min(count, size); ++i) {
     place += golden_ratio;
     if (place >= 1) place -= 1;

@@ -11,25 +11,24 @@
 namespace octosurf::alignment {
 namespace {
 
-/// Of the usual share of explained readings: with less, the pose is looked for farther away.
+/// Of the usual share of explained readings: below it, the pose is searched for farther away.
 constexpr double much_less = 0.8;
-/// Of the usual share of known readings: with less, the scan may have been taken from elsewhere; and what a
-/// pose far off must come to.
+/// Of the usual share of known readings: below it, the scan may be from elsewhere; also the minimum for
+/// accepting a distant pose.
 constexpr double half_known = 0.5;
-/// Memory of what patches scatter by, views, and of the usual shares, scans.
+/// Time constants of the patches' scatter (views) and of the usual shares (scans).
 constexpr double scatter_memory = 10, share_memory = 20;
-/// What readings of a surface have in common, as a share of their own variance: as much as not.
+/// Common error of a surface's readings, as a share of their variance: half.
 constexpr double common_share = 0.5;
-/// Voxels by which a pose must be off to have jumped; less is drift's to follow.
+/// Minimum pose error of a jump, in voxels; smaller errors are drift.
 constexpr double jump_voxels = 2;
-/// Standard deviations of the fit by which a pose must be off to have jumped: what an error with heavy tails
-/// (Student's t with four degrees of freedom) reaches once in ten thousand scans. A laser's line, slid along
-/// a wall, seems to be off by eight.
+/// Standard deviations of the fit for a jump: heavy-tailed errors (Student's t with four degrees of freedom)
+/// reach this once in ten thousand scans. A laser line that slid along a wall seems to be off by eight.
 constexpr double not_by_chance = 15.5;
-/// How well two scans in a row agree on where the poses have gone: m, rotations by their lever.
+/// Maximum difference between two consecutive scans' jumps: m, rotations by their lever.
 constexpr double same_jump_m = 0.03;
 
-/// One scan's turn.
+/// Alignment of one scan.
 class Turn {
  public:
   Turn(surfaces::AlignmentState& state, const surfaces::SeenPatches& patches, const Scan& scan,
@@ -67,7 +66,7 @@ class Turn {
   ScanAligner::Result result_;
 };
 
-/// How much of a scan is known and explained usually, also of those that fit worse than the ones before.
+/// Updates the usual shares of known and explained readings, also from scans that fit worse.
 void Turn::learn() {
   const Alignment& alignment = result_.alignment;
   const double share = state_.usual_share == 0 ? 1 : 1 / share_memory;
@@ -76,7 +75,7 @@ void Turn::learn() {
   state_.jump.reset();
 }
 
-/// The poses by what was seen long ago.
+/// Estimates drift from patches seen long ago.
 void Turn::follow(const Layout& layout) {
   Alignment& alignment = result_.alignment;
   if (drift_.is_new_view()) {
@@ -105,7 +104,7 @@ void Turn::follow(const Layout& layout) {
   alignment.outcome = drift_.drifts() ? AlignmentOutcome::corrected : AlignmentOutcome::agrees;
 }
 
-/// A pose far off is believed if the scan before lay there, too.
+/// A distant pose is accepted if the previous scan was there, too.
 void Turn::note_jump(const PoseFit& fit, const Determined& determined) {
   Alignment& alignment = result_.alignment;
   const Eigen::Isometry3d there = without_undetermined(expected_, fit, determined);
@@ -122,7 +121,8 @@ void Turn::note_jump(const PoseFit& fit, const Determined& determined) {
   }
 }
 
-/// It lies elsewhere only if that explains it better than where it was expected, by more than drift may do.
+/// Accepts another place only if it explains the scan better than the expected one, by more than drift
+/// allows.
 bool Turn::found_elsewhere(const PoseSearch& search, const PoseFit& fit, const Determined& determined) const {
   const Twist off = twist_between(expected_, fit.T_map_sensor);
   return share_of(fit.known, search.samples()) >= half_known * state_.usual_known &&
@@ -130,9 +130,8 @@ bool Turn::found_elsewhere(const PoseSearch& search, const PoseFit& fit, const D
          search.speak_for(fit.T_map_sensor, expected_, by_chance);
 }
 
-/// What a search did not find, the next one will not, unless the view is another or fits worse: a run of
-/// scans whose poses are off by what no pose explains would be searched for one by one, at twenty times the
-/// cost.
+/// A failed search is repeated only if the view has changed or fits worse: otherwise each of a run of scans
+/// with unexplained poses would be searched for, at twenty times the cost.
 bool Turn::is_worth_a_search(double known_share) const {
   const auto& vain = state_.vain;
   return !vain || state_.way_m - vain->way_m >= revisit_span_m || known_share < half_known * vain->known ||
@@ -147,7 +146,7 @@ ScanAligner::Result Turn::align(const PoseSearch& search) {
   alignment.explained = layout.explained;
   alignment.T_map_sensor = expected_;
   const bool known = layout.known >= least_known_samples;
-  // A view that is suddenly unknown may be one of new places, or one from elsewhere than the pose says.
+  // A sudden drop of the known share means new places, or a wrong pose.
   const double known_share = share_of(layout.known, search.samples());
   const bool strange = known_share < half_known * state_.usual_known;
   bool fits = known && is_explained(alignment.explained_share());

@@ -12,21 +12,21 @@
 
 namespace octosurf::alignment {
 
-/// Aligns one scan after the other of a recording to the map that they build.
+/// Aligns consecutive scans of a recording with the map that they build.
 class ScanAligner {
  public:
   struct Result {
     Alignment alignment;
-    /// How far readings lie off the map's surfaces with which they are inserted; none of a scan set aside.
+    /// Distances of readings from the map's surfaces at the insertion pose; empty if the scan was set aside.
     std::vector<sensing::NoiseModel::Residual> residuals;
-    std::vector<surfaces::SeenPatches::Change> patches;  ///< what is to be remembered of the scan
+    std::vector<surfaces::SeenPatches::Change> patches;  ///< updated patches of the scan
   };
-  /// The pose with which to insert `scan`; `state` is brought forward by it. `map` is the `growing` map's
-  /// snapshot. Two milliseconds, ten times as much for a scan that has to be looked for.
+  /// The pose for inserting `scan`; updates `state`. `map` is the `growing` map's snapshot. Two milliseconds,
+  /// ten times as much with a search.
   Result operator()(surfaces::AlignmentState& state, const surfaces::SeenPatches& patches,
                     const Snapshot& map, const GrowingMap& growing, const Scan& scan,
                     const RangeLimits& limits, const Eigen::Vector3d& up);
-  /// The same of a scan that is inserted as given. One millisecond.
+  /// The same for a scan inserted at its given pose. One millisecond.
   Result as_given(const Snapshot& map, const GrowingMap& growing, const Scan& scan,
                   const RangeLimits& limits);
 

@@ -12,10 +12,10 @@ namespace octosurf::alignment {
 namespace {
 
 constexpr std::size_t most_readings = 20000, most_planes = 24;
-constexpr double patch_edge = 8;      // voxels: holds some twenty of those readings in a camera's picture
-constexpr double least_readings = 6;  // of a patch: three fix its plane, as many again tell whether it is one
-constexpr double same_normal = 0.99;  // cosine: patches' normals are good to a few degrees
-constexpr double same_plane = 2;      // voxels off it
+constexpr double patch_edge = 8;      // voxels: with some twenty of a camera's readings
+constexpr double least_readings = 6;  // of a patch: three for its plane, and as many to check it
+constexpr double same_normal = 0.99;  // cosine: patches' normals are accurate to a few degrees
+constexpr double same_plane = 2;      // voxels: distance from the plane
 
 struct Patch {
   geometry::Moments moments;  ///< about the sensor
@@ -30,7 +30,7 @@ std::uint64_t cell_of(const Eigen::Vector3d& point, double edge) {
   return part(point.x()) << 42 | part(point.y()) << 21 | part(point.z());
 }
 
-/// In the order in which the scan first touches them.
+/// In the order of the scan's first reading in each.
 std::vector<Patch> collect(const Scan& scan, const sensing::NoiseModel& noise, double min_range,
                            double max_range, double edge) {
   std::vector<Patch> patches;
@@ -74,7 +74,7 @@ std::vector<ScanPlane> planes_of_scan(const Scan& scan, const sensing::NoiseMode
   while (!patches.empty() && planes.size() < most_planes) {
     geometry::Moments all = patches.front().moments;
     geometry::PlaneFit fit = geometry::fit_plane(all);
-    // Twice: what the first patch's plane collects tells the plane better, and that collects the rest.
+    // Twice: readings collected by the first patch's plane give a better plane, which collects the rest.
     std::vector<char> on_it;
     for (int round = 0; round < 2; ++round) {
       all = {};

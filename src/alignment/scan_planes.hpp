@@ -13,12 +13,11 @@ namespace octosurf::alignment {
 struct ScanPlane {
   Eigen::Vector3d normal;    ///< unit, toward the sensor
   Eigen::Vector3d centroid;  ///< of its readings
-  double readings = 0;       ///< patches' readings, a measure of the plane's area as seen
+  double readings = 0;       ///< patches' readings, a measure of the visible area
 };
 
-/// The largest planes of a scan, largest first: patches of neighbouring readings that are flat as far as
-/// noise lets tell, joined where they lie on one plane. Made from some ten thousand readings, whatever their
-/// order. O(readings).
+/// The largest planes of a scan, largest first: patches of neighbouring readings that are flat within noise,
+/// joined where they are coplanar. Uses some ten thousand readings, independent of their order. O(readings).
 std::vector<ScanPlane> planes_of_scan(const Scan& scan, const sensing::NoiseModel& noise, double min_range,
                                       double max_range, double resolution);
 

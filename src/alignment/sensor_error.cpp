@@ -3,9 +3,9 @@
 namespace octosurf::alignment {
 namespace {
 
-/// rad: a mount that nobody calibrated is right to about a degree.
+/// rad: accuracy of an uncalibrated mount, about a degree.
 constexpr double usual_tilt = 0.0175;
-/// A depth scale or a focal length that nobody calibrated is right to a few per cent.
+/// Accuracy of an uncalibrated depth scale or focal length: a few per cent.
 constexpr double usual_scale = 0.02;
 /// 1/m: a consumer camera's disparities err by 0.03 to 0.08 px over the image (Clarkson et al. 2013, Teichman
 /// et al. 2012); with f·b = 40 px·m depths are off by up to 0.002 z².
@@ -15,7 +15,7 @@ constexpr double usual_offset = 0.02;
 /// Tangent of half a camera's usual field of view, so that the field's terms reach about 1.
 constexpr double half_view = 0.6;
 
-/// m: of what a robot steps on next.
+/// m: usual distance of the next footholds.
 constexpr double usual_distance = 2;
 
 }  // namespace
