@@ -9,9 +9,10 @@
 namespace octosurf::cylinders {
 namespace {
 
-constexpr std::size_t scored_points = 192;  // a sample this large ranks hypotheses well enough
+constexpr std::size_t scored_points = 192;  // sample size that suffices to rank hypotheses
 constexpr std::size_t fitted_points = 400, weighed_points = 2000;
-constexpr std::size_t first_look = 32, fewest_at_first = 3;  // of points in no order: most guesses end there
+constexpr std::size_t first_look = 32, fewest_at_first = 3;  // preliminary test on points in random order:
+                                                             // eliminates most hypotheses
 
 }  // namespace
 
@@ -36,7 +37,7 @@ std::optional<CylinderExtraction::Guess> CylinderExtraction::guess(const Oriente
   axis /= sine;
   const Eigen::Vector3f apart = b.position - a.position, turn = b.normal - a.normal;
   const Eigen::Vector3f across = apart - axis.dot(apart) * axis;
-  const float radius = across.dot(turn) / turn.squaredNorm();  // p = c + r n, for both as nearly as can be
+  const float radius = across.dot(turn) / turn.squaredNorm();  // least squares of p = c + r n for both points
   if (!(radius > 0.5F * static_cast<float>(rules_.min_radius()) &&
         radius < 1.5F * static_cast<float>(rules_.max_radius())) ||
       (across - radius * turn).norm() > a.tolerance + b.tolerance)
@@ -44,7 +45,7 @@ std::optional<CylinderExtraction::Guess> CylinderExtraction::guess(const Oriente
   return Guess{(a.position - radius * a.normal + b.position - radius * b.normal) / 2, axis, radius};
 }
 
-/// Points on the mantle whose normals face outward; gives up once there cannot be more than `to_beat`.
+/// Points on the mantle whose normals face outward; stops once more than `to_beat` are impossible.
 std::size_t CylinderExtraction::count(const Guess& guess, std::span<const Oriented> points,
                                       std::size_t to_beat) {
   std::size_t found = 0, left = points.size();
@@ -131,7 +132,7 @@ std::optional<CylinderExtraction::Found> CylinderExtraction::operator()(std::spa
       !rules_.convincing(
           *shape, rules_.samples(inliers, CylinderRules::stride(inliers.size(), weighed_points)), false))
     return {};
-  // Up, or along +x or +y: so that it does not depend on which points were drawn.
+  // Up, or along +x or +y, independent of the points drawn.
   const Eigen::Vector3d& a = shape->axis;
   const double level = 1e-3;
   const double sign = std::fabs(a.z()) > level ? a.z() : std::fabs(a.x()) > level ? a.x() : a.y();

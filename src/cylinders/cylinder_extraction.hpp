@@ -8,11 +8,11 @@
 
 namespace octosurf::cylinders {
 
-/// Cylinders out of a region of pending points (the paper's own extension, III-C4).
+/// Extracts cylinders from a region of pending points (the paper's own extension, III-C4).
 ///
-/// RANSAC over two oriented points, whose normals give the axis' direction and, by how far apart they
-/// point, the radius; the best refined to its inliers by least squares; of the stretches along the axis that
-/// are more than h apart the one with the most points. Random numbers depend on the region only.
+/// RANSAC over two oriented points, whose normals give the axis' direction and the radius; the best is
+/// refined to its inliers by least squares; of the segments along the axis that are more than h apart the one
+/// with most points is taken. Random numbers depend on the region only.
 class CylinderExtraction {
  public:
   using Index = occupancy::PointWindow::Index;
@@ -23,12 +23,12 @@ class CylinderExtraction {
 
   CylinderExtraction(const surfaces::MapView& map, CylinderRules& rules) : map_(map), rules_(rules) {}
 
-  /// The convincing one with the most points, if there is any. `region` is not empty and in key order.
+  /// The convincing cylinder with most points, if any. `region` is not empty and in key order.
   std::optional<Found> operator()(std::span<const Index> region);
 
  private:
   struct Oriented {
-    Eigen::Vector3f position;  // about the region's first point
+    Eigen::Vector3f position;  // relative to the region's first point
     Eigen::Vector3f normal;
     float tolerance;
   };

@@ -9,10 +9,10 @@ namespace {
 
 constexpr double rad_per_deg = std::numbers::pi / 180;
 
-constexpr double least_round = 1.1;  // squares left by planes per squares left by the cylinder
+constexpr double least_round = 1.1;  // residual squares of planes relative to the cylinder's
 
-/// Rounder than edges and posts: by a quarter of the squares, or by less if there are very many points (a
-/// thin rail's roundness is hardly more than the noise).
+/// Rounder than edges and posts: by a quarter of the squares, or by less for very many points (a thin rail's
+/// roundness hardly exceeds the noise).
 bool round(double facets, std::size_t points) {
   return facets >= 1.25 || (facets >= least_round && static_cast<double>(points) * std::log(facets) >= 40);
 }
@@ -57,8 +57,8 @@ bool CylinderRules::promising(const geometry::CylinderShape& shape,
                               std::span<const geometry::CylinderSample> samples) const {
   if (shape.radius < min_radius_ / 2 || shape.radius > 2 * max_radius()) return false;
   const geometry::CylinderEvidence e = geometry::weigh(shape, samples, cell_);
-  // Two sums of m squares, of deviation √(2/m) each: so few samples determine ln(facets) to 2/√m, and it
-  // may be three of that below the least that convinces.
+  // Two sums of m squares, of deviation √(2/m) each: the samples determine ln(facets) to 2/√m, and it may be
+  // three of these below the convincing value.
   const double doubt = 3 * 2 / std::sqrt(static_cast<double>(samples.size()));
   return e.extent.span >= 40 * rad_per_deg && e.facets * std::exp(doubt) >= least_round;
 }

@@ -8,7 +8,7 @@
 
 namespace octosurf::cylinders {
 
-/// Which points belong to a cylinder, and when a cylinder is certain enough to be reported.
+/// Membership of points in a cylinder, and the criteria for reporting one.
 class CylinderRules {
  public:
   using Index = occupancy::PointWindow::Index;
@@ -22,28 +22,28 @@ class CylinderRules {
   double min_radius() const { return min_radius_; }       ///< m
   double max_radius() const { return 0.5; }               ///< m
   double tolerance(Index i) const { return map_.noise.tolerance(map_.window[i].range_class); }
-  /// The same, but no more than an eighth of the radius, if that is over s: a point less certain than r/8
-  /// cannot constrain a cylinder of radius r.
+  /// Tolerance of a point, at most an eighth of the radius, if that is over s: a less certain point cannot
+  /// constrain a cylinder of radius r.
   double tolerance(const geometry::CylinderShape& shape, Index i) const {
     return std::min(tolerance(i), std::max(map_.parameters.surface_tolerance(), shape.radius / 8));
   }
 
-  /// Within its tolerance of the mantle and, where its normal is known, facing away from the axis; where
-  /// not, within half of it.
+  /// Within its tolerance of the mantle and, if its normal is known, facing away from the axis; if not,
+  /// within half of it.
   bool fits(const geometry::CylinderShape& shape, Index i);
 
   geometry::CylinderSample sample(Index i);
   /// Of every `stride`-th.
   std::vector<geometry::CylinderSample> samples(std::span<const Index> points, std::size_t stride);
-  /// So far apart that about `most` are taken; they determine a shape as well as all do.
+  /// Stride for about `most` points, which determine a shape as well as all do.
   static std::size_t stride(std::size_t points, std::size_t most) { return points / most + 1; }
 
-  /// Could become convincing once it is fitted to all of its points; most shapes from clutter could not.
+  /// Whether it could become convincing once fitted to all of its points; eliminates most shapes in clutter.
   bool promising(const geometry::CylinderShape& shape,
                  std::span<const geometry::CylinderSample> samples) const;
-  /// A cylinder is reported once it is at least as long as its radius and is seen over 60°, scatters as noise
-  /// does, is straight and has no large holes, and if edges and posts with flat sides do not explain its
-  /// points as well. Limits are lower for one that is `known` already.
+  /// A cylinder is reported if it is at least as long as its radius, is seen over 60°, scatters within noise,
+  /// is straight without large holes, and if flat-sided edges and posts do not explain its points as well.
+  /// Limits are lower for one that is already `known`.
   bool convincing(const geometry::CylinderShape& shape, std::span<const geometry::CylinderSample> samples,
                   bool known) const;
 

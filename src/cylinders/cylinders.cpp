@@ -13,7 +13,7 @@ namespace {
 using Index = occupancy::PointWindow::Index;
 
 constexpr int adjacent_voxels = 2;            // a neighbour, or one voxel left out
-constexpr std::size_t refined_points = 2000;  // a fit to a sample this large is as good as one to all
+constexpr std::size_t refined_points = 2000;  // sample size of a fit as good as one to all
 
 class CylinderUpdate {
  public:
@@ -42,7 +42,7 @@ class CylinderUpdate {
   }
   Eigen::Vector3d position(Index i) const { return map_.window[i].position.cast<double>(); }
 
-  /// Outward from `frontier`, whose points are the cylinder's.
+  /// Grows from `frontier`, points of the cylinder.
   void flood(surfaces::CylinderModel& cylinder, std::vector<Index> frontier) {
     geometry::breadth_first(frontier, [&](Index from) {
       map_.window.for_each_near(map_.window[from].key, adjacent_voxels, [&](Index i) {
@@ -76,7 +76,7 @@ class CylinderUpdate {
     }
   }
 
-  /// Points that waited, are in no smooth region and lie together; in key order.
+  /// Connected waiting points in no smooth region; in key order.
   std::vector<std::vector<Index>> unassigned_clusters() {
     std::vector<bool> in_region(map_.window.size(), false);
     for (const std::vector<Index>& region : left_over_.regions)
@@ -123,14 +123,14 @@ class CylinderUpdate {
       const auto found = extract_(points);
       if (!found) return;
       take(*found);
-      // Without its neighbourhood, so that no other one is found beside it.
+      // With its neighbourhood, so that no second cylinder is found beside it.
       std::erase_if(points, [&](Index i) {
         return !free(i) || std::fabs(found->shape.distance(position(i))) <= 2 * rules_.tolerance(i);
       });
     }
   }
 
-  /// Makes a new cylinder, or more of the known one that is already there.
+  /// Creates a new cylinder, or extends a known one in the same place.
   void take(const CylinderExtraction::Found& found) {
     for (const auto& entry : cylinders_) {
       surfaces::CylinderModel& known = *cylinders_.find(entry.first);
@@ -152,7 +152,7 @@ class CylinderUpdate {
     return shape;
   }
 
-  /// The two would run into one another.
+  /// Whether the two would overlap.
   bool same_place(const surfaces::CylinderModel& known, const CylinderExtraction::Found& found) const {
     constexpr double cos_30_deg = 0.8660254037844386;
     if (std::fabs(known.shape.axis.dot(found.shape.axis)) < cos_30_deg) return false;
@@ -167,7 +167,7 @@ class CylinderUpdate {
     return 2 * over > found.inliers.size();
   }
 
-  /// Fits the shape to the inliers again; false if it is not convincing any more.
+  /// Refits the shape to the inliers; false if it is no longer convincing.
   bool fitted(surfaces::CylinderModel& cylinder) const {
     const Eigen::Vector3d axis = cylinder.shape.axis;
     const std::vector<geometry::CylinderSample> samples =
@@ -177,7 +177,7 @@ class CylinderUpdate {
     return rules_.convincing(cylinder.shape, samples, true);
   }
 
-  /// Inliers 1.5 tolerances and more off the mantle.
+  /// Removes inliers 1.5 tolerances and more off the mantle.
   void drop_misfits(surfaces::CylinderModel& cylinder) {
     std::vector<geometry::VoxelKey> misfits;
     for (const auto& [key, point] : cylinder.inliers)
@@ -204,7 +204,7 @@ class CylinderUpdate {
     }
   }
 
-  /// One cylinder explains both.
+  /// Whether one cylinder explains both.
   bool joined(const surfaces::CylinderModel& a, const surfaces::CylinderModel& b) const {
     constexpr double cos_10_deg = 0.984807753012208;
     const sensing::NoiseModel& noise = map_.noise;
@@ -212,7 +212,7 @@ class CylinderUpdate {
     if (std::fabs(a.shape.axis.dot(b.shape.axis)) < cos_10_deg ||
         std::fabs(a.shape.radius - b.shape.radius) > slack)
       return false;
-    // Whether they are near each other at all, before every point is looked at.
+    // Quick test before every point is compared.
     const double sin_10_deg = 0.17364817766693033;
     if (a.shape.from_axis(b.shape.point).norm() >
         slack + sin_10_deg * std::fabs(a.shape.height(b.shape.point)))
@@ -239,7 +239,7 @@ class CylinderUpdate {
       for (const auto& entry : cylinders_) {
         if (entry.first == id || !joined(*one, entry.second)) continue;
         merge(id, entry.first);
-        break;  // a third waits until either changes again
+        break;  // a third one waits until either changes again
       }
     }
   }

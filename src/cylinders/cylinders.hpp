@@ -5,17 +5,17 @@
 
 namespace octosurf::cylinders {
 
-/// Takes vanished and moved points out of the cylinders they supported. O(delta).
+/// Removes vanished and moved points from the cylinders they supported. O(delta).
 void retract_cylinders(surfaces::Ledger& ledger, const occupancy::OccupancyDelta& delta);
 
-/// Keeps the cylinders up to date and looks for new ones among what planes have left over.
+/// Updates the cylinders and searches for new ones in points without a plane.
 ///
-/// 1. Known ones take those that fit, and grow outward from there through the octree.
-/// 2. New ones come from what is left of smooth regions, and of points in no region (thin rails bend too
-///    much for one) that lie together.
-/// 3. Those that changed by an eighth are fitted again; those that are not convincing any more are erased,
-///    and their points stay pending. Those that have grown into one are merged, the larger keeping its id.
-/// Changes nothing but the cylinders, and nothing at all if nothing was left over or taken.
+/// 1. Known ones take points that fit, and grow from there through the octree.
+/// 2. New ones come from the remaining points of smooth regions, and from connected points in no region (thin
+///    rails are too curved for one).
+/// 3. Those that changed by an eighth are refitted; those no longer convincing are erased, and their points
+///    stay pending. Those that have grown together are merged, the larger keeping its id.
+/// Changes only cylinders, and nothing if there are no such points or changes.
 void update_cylinders(surfaces::Ledger& ledger, const LeftOver& left_over);
 
 }  // namespace octosurf::cylinders

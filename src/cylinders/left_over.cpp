@@ -13,7 +13,7 @@ LeftOver left_over(const surfaces::MapView& map, std::vector<LeftOver::Index> po
   SeenThrough seen_through(map);
   LeftOver left{.regions = grow(seeds, [&](LeftOver::Index i) { return seen_through(i) == 0; }),
                 .points = std::move(points)};
-  // Kept in key order from here on: RANSAC's draw must not depend on how the region was walked.
+  // Key order, so that RANSAC's draw does not depend on the order of traversal.
   for (std::vector<LeftOver::Index>& region : left.regions)
     std::sort(region.begin(), region.end(),
               [&](LeftOver::Index a, LeftOver::Index b) { return map.window[a].key < map.window[b].key; });

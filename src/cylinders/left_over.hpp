@@ -7,15 +7,15 @@
 
 namespace octosurf::cylinders {
 
-/// What planes have left over.
+/// Points without a plane.
 struct LeftOver {
   using Index = occupancy::PointWindow::Index;
   std::vector<std::vector<Index>> regions;  ///< smooth ones, key order each
   std::vector<Index> points;                ///< pending
 };
 
-/// `points` and, around `seeds`, the smooth regions of pending points; both are pending. Points that were
-/// seen *through* a surface are its noise, because surfaces are opaque, and in no region.
+/// `points` and, around `seeds`, the smooth regions of pending points; both are pending. Points seen
+/// *through* a surface are its noise, because surfaces are opaque, and are in no region.
 LeftOver left_over(const surfaces::MapView& map, std::vector<LeftOver::Index> points,
                    std::span<const LeftOver::Index> seeds);
 

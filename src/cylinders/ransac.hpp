@@ -7,12 +7,12 @@
 
 namespace octosurf::cylinders {
 
-/// How often RANSAC (Fischler & Bolles 1981) tries.
+/// Effort of RANSAC (Fischler & Bolles 1981).
 struct RansacEffort {
-  int iterations;           ///< at most
+  int iterations;           ///< maximum
   int drawn;                ///< points that span a model
   std::size_t scored;       ///< points that models are scored on
-  std::size_t to_beat = 0;  ///< a model needs more inliers than this
+  std::size_t to_beat = 0;  ///< minimum number of inliers less one
 };
 
 template <class Model>
@@ -21,10 +21,9 @@ struct RansacBest {
   std::size_t inliers;
 };
 
-/// The model with the most inliers. Ends early once one without outliers among the points that span it has
-/// been drawn with a probability of 99.9 %, by the share of inliers so far. `draw()` gives a model, or
-/// nothing if the points drawn span none; `count(model, to_beat)` its inliers, or any number up to `to_beat`
-/// if there are no more than that.
+/// The model with most inliers. Stops once an outlier-free sample has been drawn with a probability of 99.9
+/// %, by the share of inliers so far. `draw()` returns a model, or nothing for a degenerate sample;
+/// `count(model, to_beat)` its inliers, or any number up to `to_beat` if there are no more than that.
 template <class Model, class Draw, class Count>
 std::optional<RansacBest<Model>> ransac(const RansacEffort& effort, Draw&& draw, Count&& count) {
   constexpr double confidence = 0.999;

@@ -15,7 +15,7 @@ RegionGrowing::RegionGrowing(const surfaces::MapView& map, const Parameters& par
 bool RegionGrowing::visit(Index i) { return unvisited_.remove(map_.window, i); }
 
 void RegionGrowing::sort_seeds(std::vector<Index>& seeds) {
-  // Flattest first; the key decides between equals, so that the points' order never does.
+  // Flattest first; ties by key, so that the points' order does not matter.
   std::vector<std::tuple<float, std::uint64_t, Index>> ranked;
   ranked.reserve(seeds.size());
   for (const Index i : seeds)

@@ -8,12 +8,12 @@
 
 namespace octosurf::cylinders {
 
-/// Smoothly connected regions of pending points (paper III-C3; Rabbani et al. 2006): from the
-/// flattest seed outward to neighbours whose normals differ by less than the smoothness angle from
-/// the point they are reached from; points that are not flat join but do not carry on.
+/// Smoothly connected regions of pending points (paper III-C3; Rabbani et al. 2006): from the flattest seed
+/// to neighbours whose normals differ by less than the smoothness angle from the point before; points that
+/// are not flat are added but not extended.
 ///
-/// Grows from `seeds` only, through all pending points that `allowed` lets in. Order of regions and of
-/// points in them is fixed by geometry.
+/// Grows from `seeds` only, through all pending points that `allowed` accepts. The order of regions and of
+/// their points is fixed by geometry.
 class RegionGrowing {
  public:
   using Index = occupancy::PointWindow::Index;

@@ -10,7 +10,7 @@ SurfaceId SeenThrough::operator()(Index i) {
   return answers_[i];
 }
 
-/// In the block of the point and those around it: within eight voxels.
+/// In the point's block and adjacent ones: within eight voxels.
 const SeenThrough::Surfaces& SeenThrough::near(geometry::VoxelKey key) {
   const auto [entry, fresh] = near_.try_emplace(key.packed() & blocks);
   Surfaces& surfaces = entry.value();
@@ -20,7 +20,7 @@ const SeenThrough::Surfaces& SeenThrough::near(geometry::VoxelKey key) {
 }
 
 SurfaceId SeenThrough::in_front_of(const occupancy::VoxelPoint& p) {
-  constexpr double farthest = 0.3;  // m; deeper than any noise this could be
+  constexpr double farthest = 0.3;  // m; deeper than any noise of a surface
   const double depth = std::min(farthest, 2.5 * map_.noise.tolerance(p.range_class));
   for (const surfaces::SurfaceModel* surface : near(p.key)) {
     const double behind = -surface->distance(p.position);

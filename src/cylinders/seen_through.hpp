@@ -8,15 +8,14 @@
 
 namespace octosurf::cylinders {
 
-/// Which points are seen through a surface. The answer for a point is kept, so no surface may change
-/// meanwhile.
+/// Finds points that are seen through a surface. Results are cached, so surfaces must not change meanwhile.
 class SeenThrough {
  public:
   using Index = occupancy::PointWindow::Index;
 
   explicit SeenThrough(const surfaces::MapView& map) : map_(map) {}
 
-  /// The surface just in front of the point that the line of sight to it passes through; 0: none.
+  /// The surface just in front of the point that its line of sight crosses; 0: none.
   SurfaceId operator()(Index i);
 
  private:
