@@ -11,11 +11,11 @@
 namespace octosurf {
 namespace {
 
-constexpr float class_spread = 1.19F;  // ⁴√2: a class's ranges over and under its own
+constexpr float class_spread = 1.19F;  // ⁴√2: half width of a range class
 
 using Votes = std::array<int, edge_kind_names.size()>;
 
-/// Looks at one surface's edges.
+/// Labels the edges of one surface.
 class EdgeLabeller {
  public:
   EdgeLabeller(const surfaces::MapState& state, const Surface& surface)
@@ -64,7 +64,7 @@ class EdgeLabeller {
     return std::fabs(surface_.plane.signed_distance(p.position.cast<double>()));
   }
 
-  /// The inlier that a vertex is the projection of.
+  /// The inlier whose projection a vertex is.
   std::optional<occupancy::VoxelPoint> inlier_at(const Eigen::Vector3d& vertex) const {
     std::optional<occupancy::VoxelPoint> best;
     double nearest = 2 * d_;
@@ -80,7 +80,7 @@ class EdgeLabeller {
     return best;
   }
 
-  /// Something that is not this surface, at the foot of which it may end.
+  /// Something other than this surface, against which it may end.
   bool obstacle_at(const Eigen::Vector3d& place, double tolerance) const {
     const double reach = tolerance + 1.5 * d_;
     for (double t = -reach; t <= reach; t += d_ / 2) {
@@ -91,7 +91,7 @@ class EdgeLabeller {
     return false;
   }
 
-  /// Rays went on behind the plane: grazing ones free the voxels above a floor they never saw, not those
+  /// Whether rays continued behind the plane: grazing ones free the voxels above an unseen floor, not those
   /// below.
   bool open_at(const Eigen::Vector3d& place, const Eigen::Vector3d& view, double tolerance) const {
     const double depth = tolerance + d_ / 2;
@@ -99,14 +99,14 @@ class EdgeLabeller {
     return is_free(place) && is_free(place - depth * normal_);
   }
 
-  /// Why a place on the plane is unknown, whose neighbour `seen` is an inlier.
+  /// Why a place on the plane is unknown, beside the inlier `seen`.
   EdgeKind unknown_because(const Eigen::Vector3d& place, const occupancy::VoxelPoint& seen,
                            const Eigen::Vector3d& outward, double tolerance) const {
     const Eigen::Vector3d view = seen.view.cast<double>();
     const float range = sensing::range_of_class(seen.range_class);
     const Eigen::Vector3d to_sensor = seen.position.cast<double>() + range * view - place;
     const Eigen::Vector3d sight = to_sensor.normalized();
-    const double farthest = to_sensor.norm() / class_spread;  // not on into what stands behind the sensor
+    const double farthest = to_sensor.norm() / class_spread;  // not beyond the sensor
     for (double t = d_; t < farthest; t += 0.7 * d_) {
       const auto found = at(place + t * sight);
       if (found && found->point && found->point->surface != surface_.id &&
@@ -150,13 +150,13 @@ class EdgeLabeller {
     return static_cast<EdgeKind>(std::max_element(votes.begin(), votes.end()) - votes.begin());
   }
 
-  /// Two votes of a place on an edge.
+  /// Two votes at a place on an edge.
   void cast_votes(const Eigen::Vector3d& base, const Eigen::Vector3d& outward,
                   const std::optional<occupancy::VoxelPoint>& seen, Votes& votes) const {
     const double tolerance = state_.noise.tolerance(seen ? seen->range_class : 1);
     const Eigen::Vector3d view = seen ? Eigen::Vector3d(seen->view.cast<double>()) : normal_;
     const auto give = [&](EdgeKind kind, int count) { votes[static_cast<std::size_t>(kind)] += count; };
-    for (int k = 0; k * d_ / 2 <= h_ + 1e-9; ++k) {  // a wall may stand in the rim's own voxels
+    for (int k = 0; k * d_ / 2 <= h_ + 1e-9; ++k) {  // a wall may be in the rim's own voxels
       const Eigen::Vector3d place = base + k * d_ / 2 * outward;
       if (obstacle_at(place, tolerance) || (k >= 2 && open_at(place, view, tolerance)))
         return give(EdgeKind::real, 2);

@@ -11,7 +11,7 @@
 namespace octosurf {
 namespace {
 
-/// Where a surface's polygons lie on lines of constant v, some step apart: even-odd over all rings.
+/// Intersections of a surface's polygons with lines of constant v, some step apart: even-odd over all rings.
 class Rows {
  public:
   Rows(double first_v, double step, std::size_t count) : first_v_(first_v), step_(step), crossings_(count) {}
@@ -34,7 +34,7 @@ class Rows {
 
  private:
   double first_v_, step_;
-  std::vector<std::vector<double>> crossings_;  // ascending u; inside from an even to the next odd one
+  std::vector<std::vector<double>> crossings_;  // ascending u; inside between an even and the next odd one
 };
 
 Eigen::AlignedBox3d box_of(const Surface& surface) {
@@ -44,7 +44,7 @@ Eigen::AlignedBox3d box_of(const Surface& surface) {
   return box;
 }
 
-/// Mean of |h| along an interval on which h runs linearly from h0 to h1.
+/// Mean of |h| along an interval on which h is linear from h0 to h1.
 double mean_distance(double h0, double h1) {
   const double a = std::fabs(h0), b = std::fabs(h1);
   if ((h0 < 0) == (h1 < 0) || a + b == 0) return (a + b) / 2;
@@ -83,7 +83,7 @@ class Overlap {
     Eigen::AlignedBox2d box;
   };
 
-  /// All rings, seen along z after T has moved them.
+  /// All rings, projected along z after T.
   static Rings rings_of(const Surface& surface, const Eigen::Isometry3d& T) {
     Rings result;
     const auto add = [&](const Ring2& ring) {
@@ -107,7 +107,7 @@ class Overlap {
     return rows;
   }
 
-  /// Intervals that both have, in one pass over two ascending lists.
+  /// Intersection of two ascending lists of intervals in one pass.
   void meet(const std::vector<double>& a, const std::vector<double>& b, double v) {
     for (std::size_t i = 0, j = 0; i + 1 < a.size() && j + 1 < b.size();) {
       add(std::max(a[i], b[j]), std::min(a[i + 1], b[j + 1]), v);
@@ -115,7 +115,7 @@ class Overlap {
     }
   }
 
-  /// Adds the part of [from, to] on which the planes are near.
+  /// Adds the part of [from, to] where the planes are near.
   void add(double from, double to, double v) {
     const double at_zero = h0_ + slope_.y() * v;
     const auto height = [&](double u) { return at_zero + slope_.x() * u; };
@@ -152,12 +152,12 @@ void DoubleLayerOptions::validate() const {
 
 std::vector<DoubleLayer> double_layers(const Snapshot& snapshot, const DoubleLayerOptions& options) {
   options.validate();
-  constexpr double default_step = 0.005;  // m, where the snapshot tells no resolution
+  constexpr double default_step = 0.005;  // m, if the snapshot has no resolution
   const double step = snapshot.resolution > 0 ? snapshot.resolution / 2 : default_step;
   std::vector<Eigen::AlignedBox3d> boxes;
   for (const SurfacePtr& surface : snapshot.surfaces) {
     boxes.push_back(box_of(*surface));
-    // Half of the distance on either side of each, so that boxes meet if the surfaces are near.
+    // Enlarged by half of the distance, so that boxes of near surfaces meet.
     if (boxes.back().isEmpty()) continue;
     const Eigen::Vector3d margin = Eigen::Vector3d::Constant(options.max_distance_m / 2);
     boxes.back() = {boxes.back().min() - margin, boxes.back().max() + margin};

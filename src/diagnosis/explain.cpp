@@ -51,7 +51,7 @@ void find_nearest_surface(const surfaces::MapState& state, Explanation& result) 
     });
 }
 
-/// Where the place lies, seen along the surface's normal: on it, in a hole of it, or beside it.
+/// The place projected along the surface's normal: on it, in a hole, or beside it.
 Reason place_on(const surfaces::SurfaceModel& surface, const Eigen::Vector3d& at) {
   const Eigen::Vector2d uv = (surface.pose().inverse() * at).head<2>();
   Reason place = Reason::beside_surface;
@@ -65,7 +65,7 @@ Reason place_on(const surfaces::SurfaceModel& surface, const Eigen::Vector3d& at
   return place;
 }
 
-/// A surface whose plane passes by within s, the nearest plane first, of which `at` is a part or a hole.
+/// The surface with the nearest plane within s that contains `at` in its outline or a hole.
 std::optional<std::pair<SurfaceId, Reason>> surface_around(const surfaces::MapState& state,
                                                            const Eigen::Vector3d& at) {
   std::optional<std::pair<SurfaceId, Reason>> found;
@@ -101,7 +101,8 @@ std::string scans_of(std::size_t count) {
   return std::to_string(count) + (count == 1 ? " scan" : " scans") + (count == 1 ? " was" : " were");
 }
 
-/// Scans that might have made a surface here but for their poses, and those that may be why there is none.
+/// Scans excluded for their poses that might have created a surface here, and those that may have prevented
+/// one.
 void explain_poses(const surfaces::AlignmentState& alignment, Explanation& result) {
   for (const surfaces::AlignmentState::Misfit& misfit : alignment.misfits)
     if ((misfit.position - result.asked).norm() <= misfit.reach_m)

@@ -32,7 +32,7 @@ class Checker {
     violations_.push_back(line.str());
   }
 
-  /// Nothing is lost: every point is an inlier of exactly one surface or pending.
+  /// Every point is an inlier of exactly one surface or pending.
   void check_points() {
     std::size_t points = 0, owned = 0;
     state_.occupancy.for_each_point([&](const occupancy::VoxelPoint& p) {
@@ -85,7 +85,7 @@ class Checker {
       report("surface ", id, "'s frame does not stand on its plane");
   }
 
-  /// The voxels that support a cylinder are pending, its own, and near its mantle.
+  /// The voxels that support a cylinder are pending, supported by it only, and near its mantle.
   void check_cylinder(CylinderId id, const surfaces::CylinderModel& cylinder) {
     const auto n = static_cast<std::size_t>(state_.parameters.min_surface_points());
     if (cylinder.inliers.size() < n)

@@ -22,7 +22,7 @@ PendingReasons::PendingReasons(const surfaces::MapState& state, geometry::VoxelK
   reasons_ = detection::detector_of(parameters).refusals(view, state.occupancy, pending_);
 }
 
-/// Block by block from those around the place, as long as neighbours hold pending points, too.
+/// Block by block from those around the place, while neighbours have pending points, too.
 void PendingReasons::collect_pending(geometry::VoxelKey place) {
   constexpr std::size_t most_points = 20000;  // effort: a tenth of a second
   const int edge = detection::planelet_edge(state_.parameters.occupancy.resolution);

@@ -9,16 +9,16 @@
 
 namespace octosurf::diagnosis {
 
-/// Why points are pending: surfaces are looked for once more among all that hang together with one of them,
-/// as the next scan would that brings enough, and what became of every point is kept. The map stays as it is.
+/// The reasons why points are pending: repeats detection among all points connected with a place, as the next
+/// scan with enough points would, and records the result for every point. The map does not change.
 class PendingReasons {
  public:
-  /// `state` must stay as it is meanwhile.
+  /// `state` must not change meanwhile.
   PendingReasons(const surfaces::MapState& state, geometry::VoxelKey place);
 
-  /// Of a pending point near the place; Reason::waiting if a surface would have it now.
+  /// For a pending point near the place; Reason::waiting if it would now get a surface.
   surfaces::Refusal of(geometry::VoxelKey key) const;
-  /// How many pending points within `radius` (m) of `at` have each reason.
+  /// Numbers of pending points within `radius` (m) of `at` by reason.
   std::map<Reason, std::size_t> within(double radius, const Eigen::Vector3d& at) const;
 
  private:
