@@ -5,8 +5,8 @@
 
 namespace octosurf::geometry {
 
-/// Calls visit(element) from the first of `reached` to its last, while `visit` appends what can be reached
-/// from there: growth outward, breadth first.
+/// Breadth-first traversal: calls visit(element) for each of `reached`, while `visit` appends elements
+/// reached from there.
 template <class T, class Visit>
 void breadth_first(std::vector<T>& reached, Visit&& visit) {
   for (std::size_t next = 0; next < reached.size(); ++next) {

@@ -74,8 +74,7 @@ std::uint64_t CellBits::eroded(PlaneCell at) const {
   return deep;
 }
 
-/// Cells of a tile with a neighbour within two that was not occupied as of the last take_changes() and is
-/// now, or the other way round.
+/// Cells of a tile with a neighbour within two whose occupancy changed since the last take_changes().
 std::uint64_t CellBits::near_flipped(PlaneCell at) const {
   Rows rows = rows_about(at, [](const Tile& tile) { return tile.occupied ^ tile.taken; });
   for (std::uint64_t& row : rows) row = (row | row >> 1 | row >> 2 | row >> 3 | row >> 4) & 0xff;
@@ -85,7 +84,7 @@ std::uint64_t CellBits::near_flipped(PlaneCell at) const {
   return near;
 }
 
-/// Those with changes, and their neighbours where a cell within two of them came or went.
+/// Tiles with changes, and their neighbours if a cell within two of them changed.
 std::vector<std::uint64_t> CellBits::tiles_to_look_at() const {
   constexpr std::uint64_t low_u = 0x0303030303030303, high_u = 0xc0c0c0c0c0c0c0c0;
   constexpr std::uint64_t low_v = 0x000000000000ffff, high_v = 0xffff000000000000, all = ~std::uint64_t{0};

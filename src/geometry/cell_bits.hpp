@@ -22,9 +22,8 @@ struct PlaneCell {
   }
 };
 
-/// Which cells of a plane hash are occupied, which of them lie deep inside (5 × 5 cells about them
-/// occupied), and where that or their content changed since take_changes() was last called. Bits, 64 cells
-/// to a tile: half a byte a cell.
+/// Occupied cells of a plane hash, cells deep inside (5 × 5 cells around them occupied), and changes of
+/// either or of content since the last take_changes(). Bit masks, 64 cells to a tile: half a byte a cell.
 class CellBits {
  public:
   /// 8 × 8 cells; cell (u, v) of the plane is bit (v mod 8) · 8 + u mod 8 of tile (⌊u/8⌋, ⌊v/8⌋).
@@ -48,7 +47,7 @@ class CellBits {
     const auto tile = tiles_.find(tile_of(cell).packed());
     return tile != tiles_.end() && (tile->second.occupied >> bit_of(cell) & 1) != 0;
   }
-  /// Which of the 5 × 5 cells about one are occupied: bit 5·(v + 2) + u + 2 for the cell (u, v) off it.
+  /// Occupied cells among the 5 × 5 around one: bit 5·(v + 2) + u + 2 for the cell at offset (u, v).
   std::uint32_t around(PlaneCell cell) const;
   /// As of the last take_changes().
   bool deep_inside(PlaneCell cell) const {
@@ -56,19 +55,19 @@ class CellBits {
     return tile != tiles_.end() && (tile->second.deep >> bit_of(cell) & 1) != 0;
   }
 
-  /// An inlier came to a cell or left it. False if no outline can have changed by that alone: the cell
-  /// lies deep inside and stays occupied.
+  /// Records that an inlier was added to or removed from a cell. False if that alone cannot change an
+  /// outline: the cell is deep inside and stays occupied.
   bool change(PlaneCell cell, bool occupied);
-  /// As if all content were new.
+  /// Marks all content as changed.
   void change_all();
   void clear();
 
-  /// Brings deep_inside() up to date (with `thin` false no cell is), and returns the cells whose part in
-  /// the outline may have changed, tiles in order: their content, or a cell within two of theirs, came or
-  /// went. Cost follows the tiles with changes.
+  /// Updates deep_inside() (with `thin` false no cell is), and returns the cells whose part in the outline
+  /// may have changed, tiles in order: their content, or a cell within two of theirs, changed. Cost follows
+  /// the tiles with changes.
   std::vector<Cells> take_changes(bool thin);
 
-  /// Those that are occupied and not deep inside, as of the last take_changes(). O(tiles).
+  /// Occupied cells not deep inside, as of the last take_changes(). O(tiles).
   std::vector<Cells> rim() const;
 
  private:

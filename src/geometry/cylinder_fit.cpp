@@ -15,7 +15,7 @@ namespace octosurf::geometry {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr double largest_radius = 2;  // m: beyond it the fit has run away
+constexpr double largest_radius = 2;  // m: beyond it the fit has diverged
 
 using Vector5d = Eigen::Matrix<double, 5, 1>;
 using Matrix5d = Eigen::Matrix<double, 5, 5>;
@@ -29,7 +29,7 @@ double cost_of(const CylinderShape& shape, std::span<const CylinderSample> sampl
   return cost;
 }
 
-/// The normal equations of one step: two shifts of the axis, two tilts, the radius.
+/// The normal equations of one step: two translations of the axis, two tilts, the radius.
 void linearise(const CylinderShape& shape, const Eigen::Matrix3d& axes,
                std::span<const CylinderSample> samples, Matrix5d& normal_matrix, Vector5d& right_side) {
   normal_matrix.setZero();
@@ -46,7 +46,7 @@ void linearise(const CylinderShape& shape, const Eigen::Matrix3d& axes,
   }
 }
 
-/// Sums of points in the plane, for lines through them.
+/// Sums over points in the plane, for line fits.
 struct Line {
   double weight = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
 
@@ -59,7 +59,7 @@ struct Line {
     return {weight + sign * o.weight, x + sign * o.x,   y + sign * o.y,
             xx + sign * o.xx,         xy + sign * o.xy, yy + sign * o.yy};
   }
-  /// Weighted squares of distances to the best line.
+  /// Weighted sum of squared distances to the best line.
   double misfit() const {
     if (weight <= 0) return 0;
     const double a = xx - x * x / weight, b = xy - x * y / weight, c = yy - y * y / weight;
@@ -67,7 +67,7 @@ struct Line {
   }
 };
 
-/// The cross-section's points in bins of angle, summed up so that any arc's line costs O(1).
+/// The cross-section's points in bins of angle with prefix sums, so that the line of any arc costs O(1).
 class CrossSection {
  public:
   static constexpr int bins = 72;
@@ -94,7 +94,7 @@ class CrossSection {
         .misfit();
   }
 
-  /// The best of: two planes that meet anywhere, four that take a quarter turn each.
+  /// The better of: two planes that meet anywhere, four of a quarter turn each.
   double facets() const {
     double best = std::numeric_limits<double>::infinity();
     for (int at = 1; at < bins; ++at) best = std::min(best, misfit(0, at) + misfit(at, bins));
@@ -103,7 +103,7 @@ class CrossSection {
       double sum = 0;
       for (int first = phase; first + quarter <= bins; first += quarter)
         sum += misfit(first, first + quarter);
-      // The quarter that the start cuts in two.
+      // The quarter that wraps around the start.
       const Line wrapped = before_[static_cast<std::size_t>(phase)]
                                .plus(before_[bins], 1)
                                .plus(before_[static_cast<std::size_t>(bins - quarter + phase)], -1);
@@ -160,7 +160,7 @@ CylinderExtent extent_of(const CylinderShape& shape, std::span<const CylinderSam
   const Eigen::Matrix3d axes = plane_axes(shape.axis);
   CylinderExtent extent{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
   struct Bin {
-    double first = 7, last = -1;  // of its angles; none yet
+    double first = 7, last = -1;  // range of its angles; empty
   };
   std::array<Bin, bins> seen;
   for (const CylinderSample& s : samples) {
@@ -194,7 +194,7 @@ CylinderEvidence weigh(const CylinderShape& shape, std::span<const CylinderSampl
   const double n = static_cast<double>(samples.size());
   const double middle = (extent.low + extent.high) / 2, half = std::max(extent.length() / 2, 1e-6);
   const Eigen::Vector3d y = shape.axis.cross(extent.start);
-  // Residuals as a parabola along the axis; normals as a line.
+  // Residuals fitted by a parabola along the axis; normals by a line.
   Eigen::Matrix3d parabola = Eigen::Matrix3d::Zero();
   Eigen::Vector3d parabola_side = Eigen::Vector3d::Zero();
   Eigen::Matrix2d line = 1e-9 * Eigen::Matrix2d::Identity();

@@ -6,8 +6,8 @@
 
 namespace octosurf::geometry {
 
-/// The numbers 0 … size − 1 in sets that are joined step by step (union-find). Each set goes by one of its
-/// members, its root.
+/// Disjoint sets of the numbers 0 … size − 1 (union-find). Each set is identified by one of its members, its
+/// root.
 class DisjointSets {
  public:
   explicit DisjointSets(std::size_t size = 0) : parents_(size) {

@@ -7,18 +7,18 @@
 
 namespace octosurf::geometry {
 
-// The even-odd rule: a point lies inside of rings if a line from it meets them an odd number of times.
+// The even-odd rule: a point is inside rings if a ray from it crosses them an odd number of times.
 
-/// The edge from `a` to `b` meets the line y = v. Half open, so that a vertex on the line counts once where
-/// the ring passes through it.
+/// Whether the edge from `a` to `b` crosses the line y = v. Half open, so that a vertex on the line counts
+/// once where the ring passes through it.
 inline bool crosses(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double v) {
   return (a.y() <= v) != (b.y() <= v);
 }
-/// Where on the line.
+/// x of the crossing.
 inline double crossing(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double v) {
   return a.x() + (v - a.y()) / (b.y() - a.y()) * (b.x() - a.x());
 }
-/// The edge from `a` to `b` meets the line from `p` toward −x.
+/// Whether the edge from `a` to `b` crosses the ray from `p` toward −x.
 inline bool passes_left_of(const Eigen::Vector2d& p, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   return crosses(a, b, p.y()) && crossing(a, b, p.y()) < p.x();
 }

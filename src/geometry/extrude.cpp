@@ -17,15 +17,15 @@ using Triangles = std::vector<std::array<std::uint32_t, 3>>;
 
 constexpr std::size_t next_corner(std::size_t corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
 
-// The edge from `corner` to the next one of its triangle, keyed without direction.
+// The edge from `corner` to the next one of its triangle, with an undirected key.
 struct MeshEdge {
   std::uint32_t low, high;
   std::size_t corner;
 };
 
-// One polygon's top, bottom and walls. Corners of triangles that meet in an edge are one vertex;
-// corners that merely touch in a point (rings that share a vertex) become vertices of their own,
-// otherwise the wall's edge there would stand in four triangles.
+// One polygon's top, bottom and walls. Corners of triangles that share an edge are one vertex; corners that
+// only touch in a point (rings that share a vertex) become separate vertices, otherwise the wall's edge there
+// would be in four triangles.
 void add_prism(const Triangles& triangles, const std::vector<Eigen::Vector2d>& points, const Surface& surface,
                double thickness, Mesh& mesh) {
   if (triangles.empty()) return;

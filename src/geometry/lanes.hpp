@@ -6,10 +6,10 @@
 
 namespace octosurf::geometry {
 
-/// Four floats worked on at once (GCC's and Clang's vector extension: SSE or NEON, or plain code).
-/// Each lane rounds as a float alone would, so results do not depend on the machine.
+/// Four floats in a vector register (GCC's and Clang's vector extension: SSE or NEON, or plain code). Each
+/// lane rounds as a single float does, so results do not depend on the machine.
 using Lanes = float __attribute__((vector_size(16)));
-using LaneMask = int __attribute__((vector_size(16)));  ///< what comparing Lanes gives: 0 or −1
+using LaneMask = int __attribute__((vector_size(16)));  ///< result of comparing Lanes: 0 or −1
 
 inline Lanes load_lanes(const float* four) {
   Lanes lanes;
@@ -28,7 +28,7 @@ inline LaneMask load_mask(const void* four) {
 }
 /// All four are set.
 inline bool all(LaneMask mask) {
-  // In registers: to read halves of what has just been stored whole takes several cycles more.
+  // Register halves: reading halves of a vector just stored takes several cycles more.
   using Halves = long long __attribute__((vector_size(16)));
   const auto halves = std::bit_cast<Halves>(mask);
   return (halves[0] & halves[1]) == -1;

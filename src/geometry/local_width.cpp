@@ -10,7 +10,7 @@
 namespace octosurf::geometry {
 namespace {
 
-/// Points by square cells, so that what is less than a cell's edge off a point is in nine of them.
+/// Points by square cells, so that neighbours within a cell's edge are in nine of them.
 class PointCells {
  public:
   PointCells(std::span<const Eigen::Vector2d> points, double edge) : points_(points), edge_(edge) {

@@ -7,18 +7,18 @@
 
 namespace octosurf::geometry {
 
-/// How wide what was read of a plane is where it lies: the median over at most `most` of the points, evenly
-/// chosen, of the width (as width_of()) of those within 1.5 `width`. The extent of all does not say that: a
-/// ladder's front is as wide as its rungs are long, and nowhere much wider than a rung.
+/// Local width of a plane's points: the median over at most `most` evenly chosen points of the width (as
+/// width_of()) of the points within 1.5 `width`. The total extent can be misleading: a ladder's front is as
+/// wide as its rungs are long, but nowhere much wider than a rung.
 ///
-/// 1. So far, because around the corner of something large, a quarter of a disc, points vary as those of a
-///    strip of 0.76 times the radius do: nothing is taken for narrow where it ends.
+/// 1. The factor 1.5: at the corner of a large surface, a quarter of a disc, points vary as those of a strip
+///    of 0.76 times the radius do, so corners do not count as narrow.
 /// 2. Points are means of readings over cells of `spacing`, which vary by up to spacing²/12 more across.
-/// 3. Where points look no wider than `spacing` they may be a sensor's only line over something wide, and
-///    count as that.
+/// 3. Points no wider than `spacing` may be a single scan line over something wide, and are not counted as
+///    narrow.
 ///
-/// Empty if most are so, and if `width` is no more than `spacing`. Cost: O(n log n), and the points near each
-/// of those that are looked at.
+/// Empty if most are so, and if `width` is no more than `spacing`. Cost: O(n log n), and the neighbours of
+/// each evaluated point.
 std::optional<double> median_local_width(std::span<const Eigen::Vector2d> points, double width,
                                          double spacing, std::size_t most = 400);
 

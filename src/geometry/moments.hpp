@@ -5,8 +5,8 @@
 
 namespace octosurf::geometry {
 
-/// Count, mean and scatter of points, kept by adding and removing them. About a reference point
-/// near them, so that a surface 100 m from the origin loses no digits.
+/// Count, mean and scatter of points, updated by adding and removing them. Relative to a nearby reference
+/// point, so that a surface 100 m from the origin keeps full precision.
 struct Moments {
   double count = 0;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();    ///< Σ w·(p − reference)

@@ -20,9 +20,9 @@ using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Point = Kernel::Point_2;
 
 struct VertexMark {
-  std::uint32_t sites : 30 = 0;  // of equal coordinates
-  bool doomed : 1 = false;       // goes with this update
-  bool changed : 1 = false;      // a triangle at it came or went with this update
+  std::uint32_t sites : 30 = 0;  // number of sites with equal coordinates
+  bool doomed : 1 = false;       // to be removed by this update
+  bool changed : 1 = false;      // a triangle at it was added or removed by this update
   std::int32_t corner = -1;      // first of the boundary's corners here
 };
 using Delaunay = CGAL::Delaunay_triangulation_2<
@@ -31,15 +31,15 @@ using Delaunay = CGAL::Delaunay_triangulation_2<
 using Face = Delaunay::Face_handle;
 using Vertex = Delaunay::Vertex_handle;
 
-/// Where the boundary passes a vertex, interior on the left. It depends on the triangles at the vertex
-/// only, so it lasts as long as they do. The boundary is walked over all corners in every update(): what that
-/// needs stands here and not at the vertices.
+/// A passage of the boundary through a vertex, interior on the left. It depends on the triangles at the
+/// vertex only, so it remains valid while they do. Every update() walks the boundary over all corners, so the
+/// data for that are here and not at the vertices.
 struct Corner {
   Eigen::Vector2d place;
   std::int32_t next = -1;     // corner along the boundary
   std::int32_t sibling = -1;  // next corner of the same vertex
   bool used = false, walked = false;
-  bool alone = true;  // no other corner at the vertex
+  bool alone = true;  // the vertex has no other corner
   Vertex at, from, to;
 };
 
@@ -61,7 +61,7 @@ struct Outline::Impl {
   double alpha;
   Delaunay triangulation;
   tsl::robin_map<std::uint64_t, std::vector<Site>, PackedKeyHash> tiles;
-  std::vector<Vertex> left;  // no site is there any more
+  std::vector<Vertex> left;  // without any remaining site
   std::vector<NewSite> entering;
   std::vector<Point> entering_points;
   std::vector<Vertex> changed;
@@ -124,14 +124,14 @@ void Outline::Impl::note_changed(Vertex vertex) {
 }
 
 void Outline::Impl::note_neighbours(Vertex vertex) {
-  if (triangulation.dimension() < 2) return;  // update() looks at all vertices then
+  if (triangulation.dimension() < 2) return;  // update() then visits all vertices
   auto neighbour = triangulation.incident_vertices(vertex);
   const auto first = neighbour;
   do note_changed(neighbour);
   while (++neighbour != first);
 }
 
-/// Triangles that fill the hole of a vertex have its neighbours as corners.
+/// Triangles that fill the hole of a removed vertex have its neighbours as corners.
 void Outline::Impl::remove_left() {
   for (const Vertex vertex : left) vertex->info().doomed = true;
   for (const Vertex vertex : left) {
@@ -142,7 +142,8 @@ void Outline::Impl::remove_left() {
   left.clear();
 }
 
-/// Near one another as they come, tile by tile; but many at once would make long triangles on the way.
+/// The order of arrival, tile by tile, is local; but many insertions at once would make long triangles on the
+/// way.
 std::vector<std::size_t> Outline::Impl::order_of_entering() const {
   std::vector<std::size_t> order(entering.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -154,7 +155,7 @@ std::vector<std::size_t> Outline::Impl::order_of_entering() const {
   return order;
 }
 
-/// Triangles that an insertion makes have the new vertex as a corner, until a later one takes them.
+/// Triangles made by an insertion have the new vertex as a corner, until a later one replaces them.
 void Outline::Impl::insert_entering() {
   const std::size_t before = changed.size();
   Face hint;
@@ -179,7 +180,7 @@ void Outline::Impl::drop_corners(Vertex vertex) {
   vertex->info().corner = -1;
 }
 
-/// Each run of kept triangles about the vertex is one corner.
+/// Each run of kept triangles around the vertex is one corner.
 void Outline::Impl::find_corners(Vertex vertex) {
   drop_corners(vertex);
   struct Spoke {
@@ -223,8 +224,8 @@ void Outline::Impl::find_corners(Vertex vertex) {
   }
 }
 
-/// Into the boundary, on both sides: a neighbour whose triangles are what they were keeps its corners, but
-/// one of them may lead to a corner here. To be called when all that changed have theirs.
+/// Links the corners on both sides: a neighbour with unchanged triangles keeps its corners, but one of them
+/// may lead to a corner here. Call after all changed vertices have their corners.
 void Outline::Impl::link_corners(Vertex vertex) {
   for (std::int32_t i = vertex->info().corner; i >= 0; i = corner_at(i).sibling) {
     Corner& corner = corner_at(i);
@@ -236,8 +237,8 @@ void Outline::Impl::link_corners(Vertex vertex) {
   }
 }
 
-/// Cuts a closed walk into vertex-simple loops: a vertex met again closes the loop since its first
-/// visit. Only vertices with several corners can be.
+/// Cuts a closed walk into vertex-simple loops: a repeated vertex closes the loop since its first visit. Only
+/// vertices with several corners can repeat.
 void Outline::Impl::split(const std::vector<const Corner*>& walk, std::vector<Ring2>& loops) {
   std::vector<const Corner*> open;
   std::unordered_map<const void*, std::size_t> place;

@@ -11,18 +11,17 @@
 
 namespace octosurf::geometry {
 
-/// The alpha shape of sites that come and go cell by cell, kept up to date.
+/// The alpha shape of sites that are added and removed cell by cell, updated incrementally.
 ///
-/// 1. update() gives what its slow twin, alpha_shape() in test/support, gives for the sites that are in, bit
-/// for
-///    bit and whatever was in before: a set of sites has one Delaunay triangulation, four cocircular ones
-///    included (CGAL perturbs symbolically, by the sites' lexicographic order).
-/// 2. Cost of update(): O(log n) per site that came or went, plus the length of all rings; about 3 µs
-///    a site. Memory about 150 bytes a site.
+/// 1. update() equals the reference implementation alpha_shape() in test/support for the current sites, bit
+///    for bit, independent of earlier sites: a set of sites has one Delaunay triangulation, even with four
+///    cocircular ones (CGAL perturbs symbolically, by the sites' lexicographic order).
+/// 2. Cost of update(): O(log n) per site added or removed, plus the length of all rings; about 3 µs a site.
+///    Memory about 150 bytes a site.
 class Outline {
  public:
-  /// Coordinates come in whole multiples of this and below 2¹⁷ in size, so that near rings areas and
-  /// orientations are exact, and what is not collinear stays so when the rings are moved.
+  /// Coordinates are whole multiples of this and below 2¹⁷ in size, so that areas and orientations of nearby
+  /// rings are exact, and non-collinear points stay so when the rings are moved.
   static constexpr double quantum = 1.0 / 4096;
 
   explicit Outline(double alpha);
@@ -33,8 +32,8 @@ class Outline {
   double alpha() const;
   std::size_t sites() const;  ///< as of the last update(); equal ones counted once
 
-  /// Replaces a cell's sites; takes effect with update(), before which no cell comes twice. Equal
-  /// sites may stand in several cells.
+  /// Replaces a cell's sites; takes effect with update(), before which no cell may be set twice. Several
+  /// cells may have equal sites.
   void set(PlaneCell cell, std::span<const Eigen::Vector2d> sites);
   std::vector<Polygon> update();
 

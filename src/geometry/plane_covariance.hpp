@@ -8,14 +8,13 @@
 
 namespace octosurf::geometry {
 
-/// A plane by least squares over a given frame, off = offset + slopes·(u, v), and how sure its points
-/// leave it.
+/// A least-squares plane over a given frame, off = offset + slopes·(u, v), with covariance.
 struct PlaneOverFrame {
   Eigen::Vector3d plane;       ///< offset, slope along u, slope along v
   Eigen::Matrix3d covariance;  ///< of these; symmetric positive definite up to rounding
 };
 
-/// The normal matrix of that fit, from moments about the frame's origin. `R`: rows u, v, normal of it.
+/// The normal matrix of that fit, from moments about the frame's origin. `R`: rows u, v, normal of the frame.
 inline Eigen::Matrix3d normal_matrix(const Moments& about, const Eigen::Matrix3d& R) {
   const Eigen::Vector3d sum = R * about.sum;
   const Eigen::Matrix3d outer = R * about.outer * R.transpose();
@@ -27,14 +26,15 @@ inline Eigen::Matrix3d normal_matrix(const Moments& about, const Eigen::Matrix3d
 }
 
 /// `about`: moments of `readings` points about the frame's origin, weighted by 1/σ² up to a common factor,
-/// which the residuals tell. `R`: rows u, v, normal of the frame. What lies in a line has a slope of 1 as
-/// its deviation across; a point is not held to be better than 0.1 mm, which is about how it is stored.
+/// which is estimated from the residuals. `R`: rows u, v, normal of the frame. Collinear points have a prior
+/// deviation of 1 for the slope across; points have a deviation of at least 0.1 mm, the precision of their
+/// storage.
 inline PlaneOverFrame plane_over(const Moments& about, const Eigen::Matrix3d& R, double readings) {
   const Eigen::Vector3d sum = R * about.sum;
   const Eigen::Matrix3d outer = R * about.outer * R.transpose();
   Eigen::Matrix3d normal = normal_matrix(about, R);
   const Eigen::Vector3d right(sum.z(), outer(0, 2), outer(1, 2));
-  // Of a handful of points, or a line of them, a slope of 1 is as good as none; it keeps this regular.
+  // For a few points, or collinear ones, a slope of 1 is no constraint in practice; it keeps this regular.
   const double least = 1e-9 * about.count;
   normal.diagonal().tail<2>().array() += least;
   PlaneOverFrame fit;
@@ -46,14 +46,15 @@ inline PlaneOverFrame plane_over(const Moments& about, const Eigen::Matrix3d& R,
   return fit;
 }
 
-/// Readings whose weights are right among themselves.
+/// Readings with consistent relative weights.
 struct ReadingGroup {
   Moments about;  ///< as for plane_over()
   double readings = 0;
 };
 
-/// Covariance of plane_over() of all groups together, if each scatters in its own way: what is kept of a
-/// first scan and the means of later ones are weighted by different knowledge. The same if they do not.
+/// Covariance of plane_over() of all groups together, with a separate scatter for each: points of a first
+/// scan and means of later ones have weights of different origin. Equal to plane_over() if they scatter
+/// alike.
 inline Eigen::Matrix3d covariance_over(std::span<const ReadingGroup> groups, const Eigen::Matrix3d& R) {
   Moments all, scattered;  // N, and Σ of the groups' N times their variances of unit weight
   double readings = 0;

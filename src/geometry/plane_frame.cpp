@@ -7,7 +7,7 @@ namespace octosurf::geometry {
 Eigen::Matrix3d plane_axes(const Eigen::Vector3d& normal) {
   Eigen::Matrix3d axes;
   axes.col(2) = normal;
-  // All of a level plane's directions are horizontal: its x is then the one nearest the map's.
+  // All directions in a level plane are horizontal: x is then the one nearest to the map's.
   const bool level = std::hypot(normal.x(), normal.y()) < 1e-6;
   axes.col(0) = level ? Eigen::Vector3d(Eigen::Vector3d::UnitY().cross(normal).normalized())
                       : Eigen::Vector3d(Eigen::Vector3d::UnitZ().cross(normal).normalized());

@@ -19,11 +19,10 @@ constexpr std::int32_t outside = -1;
 struct Edge {
   Eigen::Vector2d left, right;
   Index ring;
-  std::int32_t below, above;  ///< polygon whose inside it borders there, or outside
+  std::int32_t below, above;  ///< polygon below and above the edge, or outside
 };
 
-/// Of an edge that does not reach as far left as the other, its left end decides; where both begin, the right
-/// ones.
+/// The edge that starts further right decides by its left end; if both start in one point, the right ends.
 bool runs_below(const Edge& a, const Edge& b) {
   if (is_before(b.left, a.left)) {
     const int s = orientation(b.left, b.right, a.left);
@@ -33,9 +32,9 @@ bool runs_below(const Edge& a, const Edge& b) {
   return s != 0 ? s > 0 : orientation(a.left, a.right, b.right) > 0;
 }
 
-/// The sweep of Shamos and Hoey (1976): edges in their order along a line that goes from left to right; the
-/// first two that meet are neighbours just before. It ends at the first fault, up to which the order is
-/// sound.
+/// The sweep of Shamos and Hoey (1976): edges in their order along a line that moves from left to right; the
+/// first two that intersect are neighbours just before. It ends at the first fault, up to which the order is
+/// valid.
 class Sweep {
  public:
   explicit Sweep(std::span<const Polygon> polygons) {
@@ -81,14 +80,14 @@ class Sweep {
   void add_ring(const Ring2& ring, std::int32_t polygon) {
     for (std::size_t i = 0; i < ring.size(); ++i) {
       const Eigen::Vector2d &a = ring[i], &b = ring[(i + 1) % ring.size()];
-      // The inside is to the left of the way round.
+      // The interior is on the left of the ring's direction.
       edges_.push_back(is_before(a, b) ? Edge{a, b, rings_, outside, polygon}
                                        : Edge{b, a, rings_, polygon, outside});
     }
     ++rings_;
   }
 
-  /// Whether the edges have anything in common but an end of both.
+  /// Whether the edges have anything in common besides a shared end.
   bool meet(const Edge& a, const Edge& b) const {
     if (a.right == b.right || a.left == b.left || a.right == b.left || b.right == a.left)
       return a.left == b.left ? orientation(a.left, a.right, b.right) == 0
@@ -97,7 +96,8 @@ class Sweep {
            orientation(b.left, b.right, a.left) * orientation(b.left, b.right, a.right) <= 0;
   }
 
-  /// What lies between two neighbours of the status, either of which may be missing, is one thing.
+  /// The region between two neighbours of the status, either of which may be missing, must be the same
+  /// polygon for both.
   std::optional<std::string_view> compare(Status::iterator lower, Status::iterator upper) const {
     const Edge* a = lower == status_.end() ? nullptr : &edges_[*lower];
     const Edge* b = upper == status_.end() ? nullptr : &edges_[*upper];
@@ -116,7 +116,7 @@ class Sweep {
     return {};
   }
 
-  /// The sweep goes over a point where edges end and begin.
+  /// The sweep passes a point where edges end and begin.
   std::optional<std::string_view> pass(std::span<const Event> here) {
     if (const auto fault = check_rings_at(here)) return fault;
     const Eigen::Vector2d& at = here.front().at;

@@ -14,7 +14,7 @@ void start_at_smallest(Ring2& ring) {
   std::rotate(ring.begin(), std::min_element(ring.begin(), ring.end(), is_before), ring.end());
 }
 
-/// Strictly inside; nothing for a vertex. Exact where products of the coordinates' differences are.
+/// Whether strictly inside; empty for a vertex. Exact where products of the coordinates' differences are.
 std::optional<bool> inside(const Eigen::Vector2d& p, const Ring2& ring) {
   bool in = false;
   for (std::size_t i = 0; i < ring.size(); ++i) {
@@ -66,7 +66,7 @@ std::vector<Polygon> polygons_of(std::vector<Ring2> rings) {
     else
       holes.push_back(std::move(ring));
   }
-  // The smallest outer ring about a hole is its own: those further out are about an island's hole.
+  // The smallest outer ring about a hole is its own: larger ones surround the hole of an island.
   std::sort(outers.begin(), outers.end(), [](const Outer& a, const Outer& b) { return a.area < b.area; });
   std::vector<Outer*> about;
   for (Ring2& hole : holes) {
@@ -90,7 +90,7 @@ std::vector<Polygon> polygons_of(std::vector<Ring2> rings) {
 double signed_area(const Ring2& ring) {
   double twice = 0;
   for (std::size_t i = 0; i < ring.size(); ++i) {
-    // About the first vertex, so that far-off rings keep their digits.
+    // Relative to the first vertex, so that distant rings keep full precision.
     const Eigen::Vector2d a = ring[i] - ring[0], b = ring[(i + 1) % ring.size()] - ring[0];
     twice += a.x() * b.y() - a.y() * b.x();
   }

@@ -6,8 +6,8 @@
 
 namespace octosurf::geometry {
 
-/// Drops near-collinear vertices, moving the outline by at most `tolerance`; keeps rings simple and
-/// apart (topology-preserving, Dyken et al. 2009, CGAL Polyline_simplification_2).
+/// Removes near-collinear vertices, moving the outline by at most `tolerance`; rings stay simple and disjoint
+/// (topology-preserving, Dyken et al. 2009, CGAL Polyline_simplification_2).
 std::vector<Polygon> simplify(const std::vector<Polygon>& polygons, double tolerance);
 
 }  // namespace octosurf::geometry

@@ -18,7 +18,7 @@ struct PrincipalAxes3 {
 };
 PrincipalAxes3 principal_axes(const Eigen::Matrix3d& symmetric);
 
-/// The shortest turn that takes one direction to the other.
+/// The smallest rotation that takes one direction to the other.
 Eigen::Quaterniond rotation_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
 }  // namespace octosurf::geometry

@@ -27,7 +27,7 @@ using VertexBase = CGAL::Triangulation_vertex_base_with_info_2<VertexInfo, Kerne
 using FaceBase =
     CGAL::Constrained_triangulation_face_base_2<Kernel,
                                                 CGAL::Triangulation_face_base_with_info_2<FaceInfo, Kernel>>;
-// Exact_predicates_tag: rings that cross are cut at a rounded point instead of being refused.
+// Exact_predicates_tag: crossing rings are split at a rounded point instead of being rejected.
 using Cdt = CGAL::Constrained_Delaunay_triangulation_2<
     Kernel, CGAL::Triangulation_data_structure_2<VertexBase, FaceBase>, CGAL::Exact_predicates_tag>;
 
@@ -41,8 +41,8 @@ void add_ring(const Ring2& ring, std::vector<Kernel::Point_2>& points,
   }
 }
 
-// Flood from the infinite face, a level at a time, so that all faces no ring edge separates share one
-// level; a face is inside if an odd number of ring edges was crossed.
+// Flood from the infinite face by levels: faces not separated by a ring edge share a level; a face is inside
+// if an odd number of ring edges was crossed.
 void mark_levels(const Cdt& cdt) {
   std::deque<std::pair<Cdt::Face_handle, int>> queue{{cdt.infinite_face(), 0}};
   while (!queue.empty()) {

@@ -6,7 +6,7 @@
 
 namespace octosurf::geometry {
 
-/// Coordinates ↔ keys, in OctoMap's own arithmetic (so that trees agree to the bit).
+/// Conversion between coordinates and keys, in OctoMap's arithmetic, so that trees agree bit by bit.
 class VoxelGrid {
  public:
   static constexpr int origin = 32768;  ///< key of the voxel that starts at coordinate 0

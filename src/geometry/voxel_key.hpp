@@ -18,7 +18,7 @@ struct VoxelKey {
             static_cast<std::uint16_t>(p >> 32)};
   }
   friend bool operator==(const VoxelKey&, const VoxelKey&) = default;
-  /// Order of z, then y, then x: the order of results wherever one is promised.
+  /// Order by z, then y, then x: the order of all sorted results.
   friend bool operator<(const VoxelKey& a, const VoxelKey& b) { return a.packed() < b.packed(); }
 };
 
