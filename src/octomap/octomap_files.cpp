@@ -16,7 +16,7 @@ std::unique_ptr<octomap::OcTree> read_octree(const std::filesystem::path& file) 
 void write_ot(const octomap::OcTree& tree, const std::filesystem::path& file, bool force) {
   io::NewFile out(file, force);
   out.write([&](std::ostream& stream) {
-    // OctoMap writes the resolution as the stream does: six digits would move voxels of 1/30 m.
+    // OctoMap writes the resolution with the stream's precision: six digits would move voxels of 1/30 m.
     stream.precision(std::numeric_limits<double>::max_digits10);
     tree.write(stream);
   });

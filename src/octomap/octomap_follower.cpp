@@ -18,8 +18,8 @@ struct OctomapFollower::State {
     std::uint64_t number = 0;  ///< of the follow() that wrote it
     std::atomic<bool> held{false};
   };
-  /// What readers share: the tree may be written once the last of them has let go of it. use_count() would
-  /// not do: it does not order their reading before our writing.
+  /// Shared by readers: the tree may be written after the last of them released it. use_count() does not
+  /// suffice: it does not order their reads before our writes.
   struct Hold {
     explicit Hold(std::shared_ptr<Tree> held_tree) : tree(std::move(held_tree)) {
       tree->held.store(true, std::memory_order_relaxed);
@@ -30,8 +30,8 @@ struct OctomapFollower::State {
     std::shared_ptr<Tree> tree;
   };
 
-  /// Where to write: the latest tree that nobody holds, else a place for a new one, else the oldest tree's,
-  /// which stays its readers'.
+  /// The tree to write: the latest one without readers, else a new one, else the oldest, which stays with its
+  /// readers.
   std::shared_ptr<Tree>& next() {
     const auto rank = [](const std::shared_ptr<Tree>& tree) {
       if (!tree) return std::pair(1, std::uint64_t{0});
@@ -59,7 +59,7 @@ std::shared_ptr<const octomap::OcTree> OctomapFollower::follow(const OccupancyVi
     try {
       update_octree(*tree->octree, tree->of, now);
     } catch (...) {
-      tree.reset();  // changed in part
+      tree.reset();  // partially changed
       throw;
     }
   } else {
