@@ -25,7 +25,7 @@ std::size_t least_points(const Parameters& parameters) {
   return static_cast<std::size_t>(parameters.min_surface_points());
 }
 
-/// Those of `from` at these places.
+/// The elements of `from` at these indices.
 template <class Element>
 std::vector<Element> at(const std::vector<Element>& from, const Indices& places) {
   std::vector<Element> picked;
@@ -34,7 +34,7 @@ std::vector<Element> at(const std::vector<Element>& from, const Indices& places)
   return picked;
 }
 
-/// Those of `all` at other places than these, which are ascending.
+/// `all` without those at `places`, which are ascending.
 Indices without(const Indices& all, const Indices& places) {
   Indices rest;
   for (std::uint32_t i = 0; i < all.size(); ++i)
@@ -57,13 +57,13 @@ std::vector<const SurfaceModel*> by_size(const MapView& map, const std::set<Surf
   return surfaces;
 }
 
-/// Largest first, of those that may take a point of these: their inliers are up to s off the plane and h in
-/// it.
+/// Largest first, surfaces that may take one of these points: their inliers are up to s off the plane and h
+/// in it.
 std::vector<const SurfaceModel*> surfaces_near(const MapView& map, std::span<const VoxelKey> keys) {
   const Parameters& p = map.parameters;
   const double reach = std::ceil((p.surface_tolerance() + p.max_hole_size()) / map.grid.resolution());
   std::set<SurfaceId> ids;
-  if (reach > 64) {  // looking each block up would take longer than the surfaces
+  if (reach > 64) {  // looking up each block would take longer than scanning the surfaces
     for (const auto& [id, surface] : map.surfaces) ids.insert(id);
     return by_size(map, ids);
   }
@@ -81,7 +81,7 @@ bool inside(const std::vector<Polygon>& polygons, const Eigen::Vector2d& p) {
   return odd;
 }
 
-/// The inliers that are vertices of the outline, which lie on a lattice (geometry::Outline::quantum).
+/// The inliers at vertices of the outline, which lie on a lattice (geometry::Outline::quantum).
 Points boundary(const SurfaceModel& surface) {
   const auto place = [](const Eigen::Vector2d& p) {
     const Eigen::Vector2d steps = p / geometry::Outline::quantum;
@@ -104,14 +104,14 @@ Points boundary(const SurfaceModel& surface) {
   return points;
 }
 
-/// Why points are on no plane.
+/// Reasons why points are on no plane.
 struct Refused {
   surfaces::Refusal why;
   Indices points;
 };
 
-/// III-C2 to C4 (Algorithm 2): normals, smooth regions, and of each, while it has more than n points, a
-/// plane, whose inliers are split where they lie more than h apart. Inliers are indices of the points.
+/// III-C2 to C4 (Algorithm 2): normals, smooth regions, and for each, while it has more than n points, a
+/// plane, whose inliers are split at gaps of more than h. Inliers are indices of the points.
 std::vector<PlaneFit> find_planes(const Points& points, const Parameters& parameters,
                                   std::vector<Refused>* refused = nullptr) {
   const std::size_t n = least_points(parameters);
@@ -154,7 +154,7 @@ std::vector<PlaneFit> find_planes(const Points& points, const Parameters& parame
   return planes;
 }
 
-/// Of those that a surface takes; 0: none.
+/// For the points that a surface takes; 0: none.
 std::vector<Assignment> assignments(const MapView& map, std::span<const VoxelKey> keys,
                                     const std::vector<SurfaceId>& taken_by) {
   std::vector<Assignment> taken;

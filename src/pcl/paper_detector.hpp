@@ -4,18 +4,18 @@
 
 namespace octosurf::pcl {
 
-/// W. Pryor's detector from PCL's own parts (steps.hpp). Where it leaves a choice, and what a map that keeps
-/// its surfaces up to date makes of it:
+/// W. Pryor's detector from PCL's own parts (steps.hpp). Decisions that the paper leaves open, or that
+/// incremental updates require:
 ///
-/// - All points are in key order, which decides what RANSAC draws.
-/// - III-B: surfaces in order of size, equal ones of id. Inside a polygon: of all rings an odd number around.
-/// - III-B2 expands from the inliers that are the outline's vertices, in what is new.
-/// - III-C1: what the radius filter removes is pending and waits for nothing; explain() says "isolated".
-/// - III-C4: planes are RANSAC's, and never fitted again.
-/// - What changes takes points back as for any detector; a surface left with fewer than n is dissolved.
+/// - All points are in key order, which determines RANSAC's draws.
+/// - III-B: surfaces by size, ties by id. Inside a polygon: by the even-odd rule over all rings.
+/// - III-B2 expands from inliers at the outline's vertices into new points.
+/// - III-C1: points removed by the radius filter are pending and not retried; explain() says "isolated".
+/// - III-C4: planes are RANSAC's, and never refitted.
+/// - Changes remove points as for any detector; a surface with fewer than n is dissolved.
 ///
-/// Cost: all that waits goes through moving least squares with each scan, some 20 µs a point; all inliers and
-/// the outlines' vertices of surfaces within h of what is new are looked at.
+/// Cost: all waiting points go through moving least squares with each scan, some 20 µs a point; all inliers
+/// and outline vertices of surfaces within h of new points are visited.
 class PaperDetector final : public detection::Detector {
  public:
   using Assignment = detection::Assignment;

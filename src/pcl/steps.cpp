@@ -11,7 +11,7 @@
 #include <pcl/segmentation/extract_clusters.h>
 #include <pcl/segmentation/region_growing.h>
 #include <pcl/segmentation/sac_segmentation.h>
-// Instantiated here, because libpcl_surface, which has it ready, takes VTK along.
+// Instantiated here, because libpcl_surface, which contains it, depends on VTK.
 #include <pcl/surface/impl/mls.hpp>
 #include <pcl/surface/mls.h>
 
@@ -38,8 +38,8 @@ std::vector<Indices> own(const std::vector<::pcl::PointIndices>& groups) {
   return result;
 }
 
-/// PCL reports fits that fail on stderr, unless the process says otherwise. The last of several that are
-/// silent at once puts back what the first found.
+/// PCL reports failed fits on stderr, unless disabled globally. With nested use, the last one restores the
+/// first one's setting.
 class Silence {
  public:
   Silence() {

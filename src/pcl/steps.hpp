@@ -37,8 +37,8 @@ struct PointNormal {
   float curvature = 0;
 };
 
-/// pcl::MovingLeastSquares of degree 1 and weight r²; only the normals of the projections, of
-/// either sign. Points without a plane through their neighbours are left out.
+/// pcl::MovingLeastSquares of degree 1 and weight r²; only the normals of the projections, of either sign.
+/// Points without a plane through their neighbours are skipped.
 std::vector<PointNormal> mls_normals(const Points& points, double radius);
 
 /// pcl::RegionGrowing with its 30 nearest neighbours; point i has normals[i].
