@@ -13,7 +13,7 @@ using IntegerPoint = bp::point_data<int>;
 using Set = bp::polygon_set_data<int>;
 
 constexpr double per_metre = 1e6;
-constexpr double largest = 2e9;  // of the grid's, which has 31 bits
+constexpr double largest = 2e9;  // maximum coordinate of the grid, which has 31 bits
 
 std::vector<IntegerPoint> on_grid(const Ring2& ring) {
   std::vector<IntegerPoint> points;

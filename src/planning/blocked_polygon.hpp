@@ -7,13 +7,13 @@
 
 namespace octosurf::planning {
 
-/// By how much what blocks has to be larger than it is so that remaining() has no point of it: a corner is
-/// rounded to the grid of 1 µm as it comes in and again wherever edges cross.
+/// By how much a blocking polygon must be enlarged so that remaining() excludes all of it: corners are
+/// rounded to the grid of 1 µm on input and again wherever edges cross.
 inline constexpr double grid_slack = 4e-6;
 
 /// `polygon` without the interiors of convex polygons (counter-clockwise), on a grid of 1 µm, in exact
-/// integer arithmetic, whatever meets or coincides. O(n log n) in edges and their crossings, some µs each.
-/// Throws Error(usage) for coordinates beyond 2 km.
+/// integer arithmetic, for any coincidences. O(n log n) in edges and their crossings, some µs each. Throws
+/// Error(usage) for coordinates beyond 2 km.
 std::vector<Polygon> remaining(const Polygon& polygon, std::span<const Ring2> blocked);
 
 }  // namespace octosurf::planning

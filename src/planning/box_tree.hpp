@@ -10,7 +10,7 @@
 
 namespace octosurf::planning {
 
-/// Boxes, found by place: a binary tree of them, halved along its longer axis. Built in O(n log n).
+/// A bounding-box hierarchy: a binary tree, halved along the longer axis. Built in O(n log n).
 class BoxTree {
  public:
   explicit BoxTree(std::vector<Eigen::AlignedBox3d> boxes = {}) : boxes_(std::move(boxes)) {
@@ -20,14 +20,14 @@ class BoxTree {
     if (!boxes_.empty()) build(0, boxes_.size());
   }
 
-  /// visit(index) for every box with meets(box), and meets() must hold for whatever holds such a box.
+  /// visit(index) for every box with meets(box); meets() must also be true for any box around such a box.
   template <class Meets, class Visit>
   void for_each(const Meets& meets, const Visit& visit) const {
     if (!nodes_.empty()) walk(0, meets, visit);
   }
 
-  /// visit(index) in about the order of distance(box), as long as that is at most `limit`, which visit() may
-  /// lower. distance() must not be larger for what holds a box than for that.
+  /// visit(index) in about the order of distance(box), up to `limit`, which visit() may lower. distance() of
+  /// an enclosing box must not be larger.
   template <class Distance, class Visit>
   void nearest_first(const Distance& distance, const double& limit, const Visit& visit) const {
     if (!nodes_.empty() && distance(nodes_[0].box) <= limit) approach(0, distance, limit, visit);

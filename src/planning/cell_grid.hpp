@@ -10,7 +10,7 @@
 
 namespace octosurf::planning {
 
-/// Numbers sorted into the cells of a grid over a box.
+/// Numbers binned by the cells of a grid over a box.
 class CellGrid {
  public:
   CellGrid(const Eigen::AlignedBox2d& box, double cell)
@@ -24,7 +24,7 @@ class CellGrid {
                   [&](std::size_t cell) { entries_.emplace_back(static_cast<std::uint32_t>(cell), number); });
   }
 
-  /// Into the cells that a segment passes.
+  /// Adds to the cells that a segment passes.
   void add(std::uint32_t number, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
     const double low = std::min(a.y(), b.y()), high = std::max(a.y(), b.y());
     for (std::size_t row = row_of(low), last = row_of(high); row <= last; ++row) {
@@ -34,7 +34,7 @@ class CellGrid {
         return high > low ? a.x() + (v - a.y()) / (b.y() - a.y()) * (b.x() - a.x()) : a.x();
       };
       const double u = high > low ? at(from) : a.x(), w = high > low ? at(to) : b.x();
-      // A hair more, for what rounding puts on the other side of a cell's border.
+      // Margin for rounding across a cell's border.
       const double hair = 1e-9;
       for (std::size_t c = column_of(std::min(u, w) - hair); c <= column_of(std::max(u, w) + hair); ++c)
         entries_.emplace_back(static_cast<std::uint32_t>(row * columns_ + c), number);
@@ -51,7 +51,7 @@ class CellGrid {
     entries_ = {};
   }
 
-  /// Calls visit(number) for all in the cells that a box meets, several times for what is in several.
+  /// Calls visit(number) for all in the cells that a box meets, repeatedly for those in several cells.
   template <typename Visit>
   void visit(const Eigen::AlignedBox2d& box, const Visit& visit) const {
     for_each_cell(box, [&](std::size_t cell) {

@@ -11,7 +11,7 @@
 namespace octosurf {
 namespace {
 
-/// Who passed something on to whom, and who of them is there now. For surfaces or for cylinders.
+/// Successions from earlier objects to present ones, for surfaces or for cylinders.
 class Lineage {
  public:
   using Id = std::uint32_t;
@@ -19,7 +19,7 @@ class Lineage {
   void add_living(Id id) { living_.insert(id); }
   void pass_on(Id from, Id to) { heirs_[from].insert(to); }
 
-  /// Those that are there and have something of `id`, but not `id` itself.
+  /// Present objects with a part of `id`, except `id` itself.
   std::set<Id> living_heirs(Id id) const {
     std::set<Id> seen{id}, found;
     std::vector<Id> reached{id};
@@ -43,12 +43,12 @@ class Lineage {
 
 struct Past {
   Lineage surfaces, cylinders;
-  std::vector<SurfaceId> surfaces_gone;  // that were there at the earlier revision
+  std::vector<SurfaceId> surfaces_gone;  // that existed at the earlier revision
   std::vector<CylinderId> cylinders_gone;
 };
 
-/// A surface born since has its first parents by being split from them. Later ones were merged into it, and
-/// their departures say so, too; to pass something on twice does no harm.
+/// The first parents of a surface born since are those it was split from. Later ones were merged into it,
+/// which their departures also record; duplicates do no harm.
 void note_parents(std::uint64_t born, SurfaceId id, const std::vector<SurfaceId>& parents,
                   std::uint64_t since, Lineage& lineage) {
   if (born <= since) return;

@@ -34,7 +34,7 @@ struct Disc {
 constexpr double grid_points = 300;
 constexpr double boundary_samples = 20000;
 
-/// Nothing for a triangle whose area rounds to none, which CGAL's circumcenter() asserts not to get.
+/// Empty for a triangle of zero area, for which CGAL's circumcenter() asserts.
 std::optional<Eigen::Vector2d> circumcenter(const Eigen::Vector2d& a, const Eigen::Vector2d& b,
                                             const Eigen::Vector2d& c) {
   const Eigen::Vector2d q = b - a, r = c - a;
@@ -55,7 +55,7 @@ class Fill {
       high_ = high_.cwiseMax(a);
       perimeter_ += (b - a).norm();
     });
-    edges_ = decltype(edges_)(segments);  // packed
+    edges_ = decltype(edges_)(segments);  // builds the tree
   }
 
   // Largest first, each only if its centre is not covered yet.
@@ -94,8 +94,8 @@ class Fill {
     if (radius >= min_radius_) candidates_.push_back({center, radius});
   }
 
-  // Centres of Delaunay circles of boundary samples lie near the medial axis, where the maximal
-  // inscribed circles have theirs.
+  // Centres of Delaunay circles of boundary samples lie near the medial axis, which has the centres of
+  // maximal inscribed circles.
   void add_medial_candidates() {
     const double spacing = std::max(min_radius_ / 2, perimeter_ / boundary_samples);
     std::vector<Kernel::Point_2> samples;
@@ -115,13 +115,13 @@ class Fill {
       const std::optional<Eigen::Vector2d> found = circumcenter(corner(0), corner(1), corner(2));
       if (!found) continue;
       const Eigen::Vector2d& center = *found;
-      // Slivers of samples on one edge have their centres anywhere.
+      // Slivers of samples on one edge have arbitrary centres.
       if ((center.array() < low_.array()).any() || (center.array() > high_.array()).any()) continue;
       if (planning::contains(polygon_, center)) add_candidate(center);
     }
   }
 
-  // Covers what lies between the medial circles.
+  // Covers the space between the medial circles.
   void add_grid_candidates() {
     const Eigen::Vector2d extent = high_ - low_;
     const double step = std::max(min_radius_, extent.maxCoeff() / grid_points);

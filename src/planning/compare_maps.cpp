@@ -30,8 +30,7 @@ void for_each_sample(const Polygon& polygon, double spacing, const Visit& visit)
   }
 }
 
-/// What an octree says of a place at a surface: a voxel beside it, along its normal, may be what the surface
-/// is in.
+/// The octree's state at a place on a surface: an adjacent voxel along its normal may contain the surface.
 OccupancyView::State state_at(const OccupancyView& octree, const Eigen::Vector3d& point,
                               const Eigen::Vector3d& normal) {
   for (const int side : {-1, 1})
@@ -40,7 +39,7 @@ OccupancyView::State state_at(const OccupancyView& octree, const Eigen::Vector3d
   return octree.at(point).state;
 }
 
-/// What one surface shares with one of the other map's.
+/// Overlap of one surface with one of the other map's.
 struct Shared {
   std::size_t samples = 0;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();

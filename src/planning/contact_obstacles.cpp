@@ -18,7 +18,8 @@ struct VoxelBox {
   std::array<std::int32_t, 3> low, high;
 };
 
-/// What a flat voxel covers: from … to along a line through the surface's origin, rows low … high beside it.
+/// Area covered by a flat voxel: from … to along a line through the surface's origin, rows low … high beside
+/// it.
 struct Strip {
   Eigen::Vector2d along;  ///< unit
   std::int64_t low = 0, high = 0;
@@ -29,10 +30,10 @@ struct Strip {
   }
 };
 
-/// The direction in which a plane meets that of (u, v); of one that is parallel, the map's x or y axis, along
-/// which voxels lie side by side.
+/// The direction of a plane's intersection with that of (u, v); for a parallel one the map's x or y axis,
+/// along which voxels are aligned.
 Eigen::Vector2d line_of_meeting(const Eigen::Matrix<double, 3, 2>& uv, const Eigen::Vector3d& normal) {
-  constexpr double parallel = 1e-3;  // sine: they rise against each other by less than 1 mm in a metre
+  constexpr double parallel = 1e-3;  // sine: they diverge by less than 1 mm in a metre
   const Eigen::Vector2d steepest = uv.transpose() * normal;
   if (steepest.norm() > parallel) return Eigen::Vector2d(steepest.y(), -steepest.x()).normalized();
   Eigen::Index axis = 0;
@@ -40,7 +41,7 @@ Eigen::Vector2d line_of_meeting(const Eigen::Matrix<double, 3, 2>& uv, const Eig
   return uv.row(axis).transpose().normalized();
 }
 
-/// Boxes that differ along `axis` only and touch there become one.
+/// Merges boxes that differ along `axis` only and touch there.
 void join_along(std::size_t axis, std::vector<VoxelBox>& boxes) {
   const std::size_t b = (axis + 1) % 3, c = (axis + 2) % 3;
   const auto others = [b, c](const VoxelBox& box) {
@@ -61,10 +62,10 @@ void join_along(std::size_t axis, std::vector<VoxelBox>& boxes) {
   boxes = std::move(joined);
 }
 
-/// Free space from the plane to `depth` behind it.
+/// Whether free space extends from the plane to `depth` behind it.
 bool open_through(const Surface& surface, const Eigen::Vector2d& uv, double depth,
                   const OccupancyView& octree) {
-  // From below, where it is mostly unknown. Steps of d miss a voxel of which the line cuts a corner only.
+  // From below, where it is mostly unknown. Steps of d can miss voxels cut at a corner.
   for (double down = depth; down > -octree.resolution(); down -= octree.resolution()) {
     const Eigen::Vector3d at(uv.x(), uv.y(), -std::max(down, 0.0));
     if (octree.at(surface.T_map_surface * at).state != OccupancyView::State::free) return false;
@@ -95,7 +96,7 @@ std::vector<Ring2> obstacles_over(const Surface& surface, const Eigen::Vector2d&
                Eigen::Vector3d((corner & 1u) != 0 ? high.x() : low.x(),
                                (corner & 2u) != 0 ? high.y() : low.y(),
                                (corner & 4u) != 0 ? limits.clearance_m : limits.obstacle_from_m));
-  // A rectangle about what one covers has its corners √2 times as far as that reaches, and is rounded.
+  // The corners of a rectangle are √2 times as far off as its reach, plus rounding.
   const double beside = 2 * MatterOfVoxels::farthest_reach * octree.resolution() +
                         (others != nullptr ? MatterOfVoxels::farthest_move : 0);
   box.min().array() -= beside;
@@ -130,7 +131,7 @@ std::vector<Ring2> projected(const Surface& surface, std::span<const Eigen::Vect
     box.high = box.low;
     boxes.push_back(box);
   }
-  // Along the normal first: a column's voxels cover one another.
+  // Along the normal first: the voxels of a column cover one another.
   Eigen::Index steepest = 0;
   surface.plane.normal.cwiseAbs().maxCoeff(&steepest);
   for (std::size_t step = 0; step < 3; ++step)
@@ -141,8 +142,8 @@ std::vector<Ring2> projected(const Surface& surface, std::span<const Eigen::Vect
   return covered;
 }
 
-// Each covers a rectangle along the line in which its plane and this one meet, as wide as the row that it
-// lies in: those of a wall become one.
+// Each covers a rectangle along the intersection of its plane with this one, as wide as its row: those of a
+// wall become one.
 std::vector<Ring2> projected(const Surface& surface, std::span<const VoxelMatter> flat) {
   constexpr double row_width = sensing::ReadingModel::pose_sigma;
   std::vector<Strip> strips;
@@ -153,7 +154,7 @@ std::vector<Ring2> projected(const Surface& surface, std::span<const VoxelMatter
     const Eigen::Vector2d along = line_of_meeting(uv, matter.normal), across(-along.y(), along.x());
     const Eigen::Vector2d middle = uv.transpose() * (matter.middle - origin);
     const double half = matter.reach(uv * along), at = along.dot(middle);
-    // Depths of one surface's voxels differ by little; in the same steps they are the same.
+    // Depths of one surface's voxels differ little; in fixed steps they are equal.
     const auto depth = static_cast<std::int64_t>(std::ceil(matter.reach(uv * across) / row_width));
     const auto row = static_cast<std::int64_t>(std::floor(across.dot(middle) / row_width));
     strips.push_back({along, row - depth, row + depth + 1, at - half, at + half});
@@ -185,7 +186,7 @@ std::vector<Ring2> gaps_in(const Surface& surface, const Eigen::Vector2d& low, c
   if (cell <= 0) return gaps;
   for (double row = std::floor(low.y() / cell); row * cell < high.y(); ++row) {
     const double v = (row + 0.5) * cell;
-    std::optional<std::vector<double>> edges;  // that cross the row; mostly nobody asks
+    std::optional<std::vector<double>> edges;  // crossing the row; computed on demand
     double begin = 0, end = 0;                 // of a run of free cells
     const auto close = [&] {
       if (end > begin)

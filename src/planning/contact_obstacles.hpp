@@ -10,26 +10,26 @@
 
 namespace octosurf::planning {
 
-/// What stands over the box `low` … `high` of the surface's frame covers of its plane: convex polygons
-/// (counter-clockwise, the surface's frame) that may overlap. Taken is what occupied voxels that are not this
-/// surface's hold (voxel_matter.hpp; `others` as MatterOfVoxels') where a part of it lies between
+/// The areas of the plane covered by obstacles over the box `low` … `high` of the surface's frame: convex
+/// polygons (counter-clockwise, the surface's frame) that may overlap. Obstacles are the contents of occupied
+/// voxels of other surfaces or none (voxel_matter.hpp; `others` as MatterOfVoxels') that are partly between
 /// `obstacle_from_m` and `clearance_m` over the plane.
 ///
-/// What flat voxels cover is rounded outward by up to ReadingModel::pose_sigma, below which nobody knows
-/// where they are; what one covers never depends on the others.
+/// Areas of flat voxels are rounded outward by up to ReadingModel::pose_sigma, their uncertainty; each is
+/// independent of the others.
 std::vector<Ring2> obstacles_over(const Surface& surface, const Eigen::Vector2d& low,
                                   const Eigen::Vector2d& high, const ContactLimits& limits,
                                   const OccupancyView& octree, const Snapshot* others);
 
-/// What voxels of edge d cover of the plane, as convex polygons (counter-clockwise, the surface's frame) that
-/// may overlap. Voxels that fill a box together are projected together.
+/// Projections of voxels of edge d onto the plane, as convex polygons (counter-clockwise, the surface's
+/// frame) that may overlap. Voxels that fill a box are projected together.
 std::vector<Ring2> projected(const Surface& surface, std::span<const Eigen::Vector3d> centres, double d);
 
-/// The same of voxels that are flat: those of one surface in one row together.
+/// The same for flat voxels: those of one surface in one row together.
 std::vector<Ring2> projected(const Surface& surface, std::span<const VoxelMatter> flat);
 
-/// Where `octree` knows free space `gap_depth_m` behind the plane, in the box of the surface's frame and on
-/// its polygons: rectangles (counter-clockwise) of cells of d/2 about the places that were asked.
+/// Free space of `octree` `gap_depth_m` behind the plane, in the box of the surface's frame and on its
+/// polygons: rectangles (counter-clockwise) of cells of d/2 around the sampled places.
 std::vector<Ring2> gaps_in(const Surface& surface, const Eigen::Vector2d& low, const Eigen::Vector2d& high,
                            const ContactLimits& limits, const OccupancyView& octree);
 

@@ -22,7 +22,7 @@ Polygon moved(Polygon polygon, const To& to) {
   return polygon;
 }
 
-/// A surface in the plane that is turned with the contact, and what stands on it.
+/// A surface in the plane rotated with the contact, and the obstacles on it.
 struct Ground {
   planning::Sole sole;
   std::vector<Polygon> polygons;
@@ -30,7 +30,7 @@ struct Ground {
   std::vector<Ring2> obstacles, gaps;  ///< convex
 };
 
-// m: half of what blocked_polygon.hpp's grid holds, so that a contact's reach fits in, too.
+// m: half of the range of blocked_polygon.hpp's grid, to include a contact's reach.
 constexpr double farthest_corner = 1000;
 
 void require_near(const Surface& surface) {
@@ -60,7 +60,7 @@ Ground ground_of(const Surface& surface, planning::Sole sole, const ContactLimit
   if (limits.gap_depth_m > 0) ground.gaps = planning::gaps_in(surface, box.min(), box.max(), limits, *octree);
   turn(ground.gaps);
   if (limits.clearance_m <= 0) return ground;
-  // All of the contact is on the surface, so what counts is at most the margin away from it.
+  // The contact is on the surface, so only obstacles within the margin matter.
   const Eigen::Vector2d margin = Eigen::Vector2d::Constant(limits.obstacle_margin_m * 1.005);
   ground.obstacles =
       planning::obstacles_over(surface, box.min() - margin, box.max() + margin, limits, *octree, others);
@@ -68,7 +68,7 @@ Ground ground_of(const Surface& surface, planning::Sole sole, const ContactLimit
   return ground;
 }
 
-/// Where the middle of the contact may not be, about something that it must not touch.
+/// The positions of the contact's middle that are blocked by an obstacle.
 Ring2 kept_off(const planning::Sole& sole, double margin) {
   const double s = planning::grid_slack;
   return planning::minkowski_sum(planning::mirrored(sole.with_margin(margin)),
@@ -82,7 +82,7 @@ void block_frontier(const Ring2& ring, const std::vector<EdgeKind>& kinds, const
       blocked.push_back(planning::minkowski_sum(kernel, {ring[i], ring[(i + 1) % ring.size()]}));
 }
 
-/// What blocks the middle of the contact besides edges.
+/// Areas blocked for the contact's middle other than by edges.
 std::vector<Ring2> blocked_besides(const Ground& ground, std::size_t index, const ContactLimits& limits) {
   std::vector<Ring2> blocked;
   if (limits.frontier_margin_m > limits.edge_margin_m) {
@@ -102,7 +102,7 @@ std::vector<Ring2> blocked_besides(const Ground& ground, std::size_t index, cons
   return blocked;
 }
 
-/// Where the middle of the contact may be on one polygon, all geometric limits kept.
+/// The positions of the contact's middle on one polygon that meet all geometric limits.
 std::vector<Polygon> free_part(const Ground& ground, std::size_t index, const ContactLimits& limits) {
   const Polygon& polygon = ground.polygons[index];
   const Ring2 off_edges = kept_off(ground.sole, limits.edge_margin_m);
@@ -124,7 +124,7 @@ std::vector<Polygon> free_part(const Ground& ground, const ContactLimits& limits
   return all;
 }
 
-/// The limits that leave nothing of `ground`, each taken alone; if it is only together that they do, all.
+/// The limits that alone leave nothing of `ground`; if only their combination does, all of them.
 std::vector<ContactRefusal> refusals_of(const Ground& ground, const ContactLimits& limits) {
   ContactLimits none;
   none.obstacle_from_m = limits.obstacle_from_m;

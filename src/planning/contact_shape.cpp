@@ -34,7 +34,7 @@ void require_shape(const ContactShape& shape) {
   for (const Eigen::Vector2d& p : shape.outline)
     require(p.allFinite(), "contact outline", "a vertex is not finite", "");
   const std::size_t n = shape.outline.size();
-  double turned = 0;  // once round, not twice
+  double turned = 0;  // total turn: one revolution, not two
   bool left = n >= 3;
   for (std::size_t i = 0; i < n && left; ++i) {
     const Eigen::Vector2d in = shape.outline[(i + 1) % n] - shape.outline[i];
@@ -131,7 +131,7 @@ Eigen::Vector2d heading_on(const Surface& surface, double yaw_rad, const Eigen::
       upright(up).conjugate() * Eigen::Vector3d(std::cos(yaw_rad), std::sin(yaw_rad), 0);
   const Eigen::Matrix3d R_surface_map = surface.T_map_surface.linear().transpose();
   const Eigen::Vector2d along = (R_surface_map * level).head<2>();
-  // Below a millionth of a right angle the projection is mostly rounding.
+  // Below a millionth of a right angle the projection is mostly rounding error.
   if (along.norm() > 1e-6) return along.normalized();
   return (R_surface_map * up).head<2>().normalized();
 }
@@ -140,7 +140,7 @@ planning::Sole planning::sole_of(const ContactShape& shape, const Surface& surfa
                                  std::optional<double> yaw_rad, const Eigen::Vector3d& up) {
   planning::Sole sole;
   if (!yaw_rad || shape.outline.empty()) {
-    // Never turned: the polygon about a disc is not round, and a disc's heading shall not decide anything.
+    // Not rotated: the polygon about a disc is not round, but a disc's heading must not matter.
     sole.outline = planning::around_disc(shape.reach());
     return sole;
   }
@@ -180,7 +180,7 @@ void planning::require_sensible(const Surface& surface, const ContactShape& shap
 
 std::vector<ContactRefusal> planning::refusals_of(const Surface& surface, const ContactLimits& limits) {
   std::vector<ContactRefusal> refused;
-  // At π even rounding must not refuse.
+  // At π rounding must not cause a refusal.
   if (limits.max_slope_rad < std::numbers::pi && slope_rad(surface, limits.up) > limits.max_slope_rad)
     refused.push_back(ContactRefusal::slope);
   if (surface.area_m2 < limits.min_area_m2) refused.push_back(ContactRefusal::size);

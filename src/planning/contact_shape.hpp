@@ -23,14 +23,14 @@ Ring2 minkowski_sum(const Ring2& a, const Ring2& b);
 
 Ring2 mirrored(Ring2 ring);  ///< through the origin
 
-/// A contact that has been given its heading, in a plane that is turned with it: x along the heading. All of
-/// planning a contact happens there, about the contact's middle.
+/// A contact at a heading, in a plane rotated with it: x along the heading. Contact planning uses this frame,
+/// about the contact's middle.
 struct Sole {
   Ring2 outline;  ///< convex, counter-clockwise, about its own middle; a disc as the polygon around it
   Eigen::Vector2d middle = Eigen::Vector2d::Zero();    ///< from the reference point
   Eigen::Vector2d heading = Eigen::Vector2d::UnitX();  ///< unit, in the surface's frame
 
-  /// From the surface's frame to the turned plane, and back; directions, or points about the same origin.
+  /// From the surface's frame to the rotated plane, and back; directions, or points about the same origin.
   Eigen::Vector2d to_turned(const Eigen::Vector2d& uv) const {
     return Eigen::Vector2d(heading.dot(uv), heading.x() * uv.y() - heading.y() * uv.x());
   }
@@ -38,7 +38,7 @@ struct Sole {
     return turned.x() * heading + turned.y() * Eigen::Vector2d(-heading.y(), heading.x());
   }
 
-  /// The outline with `margin` all round it.
+  /// The outline enlarged by `margin`.
   Ring2 with_margin(double margin) const {
     return margin > 0 ? minkowski_sum(outline, around_disc(margin)) : outline;
   }
@@ -48,13 +48,13 @@ struct Sole {
 Sole sole_of(const ContactShape& shape, const Surface& surface, std::optional<double> yaw_rad,
              const Eigen::Vector3d& up);
 
-/// Throws Error(usage) for a shape, a heading or limits that make no sense or miss what they need.
+/// Throws Error(usage) for an invalid shape, heading or limits, or missing inputs.
 void require_sensible(const Surface& surface, const ContactShape& shape, std::optional<double> yaw_rad,
                       const ContactLimits& limits, const OccupancyView* octree,
                       const std::vector<PolygonEdges>* edges);
 
-/// What a surface as a whole is refused for, wherever the contact stands: slope, size, roughness,
-/// uncertainty, in this order.
+/// The limits that reject the whole surface, for any position: slope, size, roughness, uncertainty, in this
+/// order.
 std::vector<ContactRefusal> refusals_of(const Surface& surface, const ContactLimits& limits);
 
 }  // namespace octosurf::planning

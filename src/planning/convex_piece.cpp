@@ -13,7 +13,7 @@ ConvexPiece convex_piece(const Surface& surface, const Ring2& corners) {
     const Eigen::Vector2d& from = corners[static_cast<std::size_t>(i)];
     const Eigen::Vector2d along = (corners[static_cast<std::size_t>((i + 1) % n)] - from).normalized();
     piece.A.row(i) << along.y(), -along.x();
-    // The largest over all vertices, not the edge's own value: rounding never shuts a vertex out.
+    // The maximum over all vertices, not the edge's own value: rounding never excludes a vertex.
     piece.b[i] = piece.A.row(i).dot(from);
     for (const Eigen::Vector2d& corner : corners)
       piece.b[i] = std::max(piece.b[i], piece.A.row(i).dot(corner));

@@ -5,8 +5,7 @@
 
 namespace octosurf::planning {
 
-/// The piece with these corners, convex and counter-clockwise, of a surface. Each corner satisfies A·(u, v) ≤
-/// b.
+/// The convex piece of a surface with these counter-clockwise corners. Each corner satisfies A·(u, v) ≤ b.
 ConvexPiece convex_piece(const Surface& surface, const Ring2& corners);
 
 }  // namespace octosurf::planning

@@ -17,7 +17,7 @@ namespace {
 
 using Piece = std::vector<std::uint32_t>;  // vertices, counter-clockwise; empty once merged away
 
-// Hertel and Mehlhorn: triangles merged over every diagonal that no reflex vertex needs.
+// Hertel and Mehlhorn: merges triangles over every diagonal that no reflex vertex needs.
 class ConvexMerge {
  public:
   explicit ConvexMerge(const Polygon& polygon) {
@@ -42,7 +42,7 @@ class ConvexMerge {
  private:
   using Edge = std::pair<std::uint32_t, std::uint32_t>;
 
-  // Least useful first, so that what remains halves the reflex angles and is little.
+  // Least useful first; the remaining ones are few and halve the reflex angles.
   std::vector<Edge> diagonals() const {
     std::vector<std::pair<double, Edge>> ranked;
     for (const auto& [edge, piece] : piece_at_) {
@@ -57,14 +57,14 @@ class ConvexMerge {
     return edges;
   }
 
-  // The smaller of the two angles into which a diagonal cuts the corner it starts from; 0 if that
-  // corner is convex. Asked before anything is merged.
+  // The smaller of the two angles into which a diagonal cuts the corner at its start; 0 if that corner is
+  // convex. Computed before merging.
   double usefulness(const Edge& diagonal) const {
     const double left = wedge(diagonal, true), right = wedge(diagonal, false);
     return left + right > std::numbers::pi ? std::min(left, right) : 0;
   }
 
-  // The angle from a diagonal round its start to the next ring edge, over the triangles between.
+  // The angle from a diagonal around its start to the next ring edge, over the triangles between.
   double wedge(Edge edge, bool to_left) const {
     double angle = 0;
     for (;;) {
@@ -79,7 +79,7 @@ class ConvexMerge {
     }
   }
 
-  // The vertices of `piece` in order, from the end of edge from → to round to its beginning.
+  // The vertices of `piece` in order, from the end of edge from → to around to its beginning.
   static Piece opened(const Piece& piece, std::uint32_t from) {
     const auto begin = std::find(piece.begin(), piece.end(), from);
     Piece result(begin + 1, piece.end());
@@ -102,7 +102,7 @@ class ConvexMerge {
 
   std::vector<Eigen::Vector2d> points_;
   std::vector<Piece> pieces_;
-  geometry::DisjointSets owners_;           // pieces that have been merged; the root has their vertices
+  geometry::DisjointSets owners_;           // merged pieces; the root has their vertices
   std::map<Edge, std::uint32_t> piece_at_;  // the triangle left of a directed edge
 };
 

@@ -34,7 +34,7 @@ ConvexSides::ConvexSides(const Ring2& ring) : ring_(ring), area_(area_of(ring)) 
     const Eigen::Vector2d normal = Eigen::Vector2d(along.y(), -along.x()).normalized();
     sides_.push_back({normal, normal.dot(ring[i])});
   }
-  if (!sides_.empty()) return;  // else a point, which lies inside of nothing but itself
+  if (!sides_.empty()) return;  // otherwise a point, which contains only itself
   sides_ = {{Eigen::Vector2d::UnitX(), ring[0].x()}, {-Eigen::Vector2d::UnitX(), -ring[0].x()}};
   for (const double sign : {1.0, -1.0}) sides_.push_back({{0, sign}, sign * ring[0].y()});
 }
@@ -60,8 +60,8 @@ ConvexSides::Line ConvexSides::lowest_at(const Eigen::Vector2d& from, const Eige
   return lowest;
 }
 
-// The least of the sides' lines is concave along the segment: from both its ends, the lines that rise and
-// fall to the top are followed until no other lies below where they meet.
+// The minimum over the sides' lines is concave along the segment: from both its ends, rising and falling
+// lines are followed to the top, until no other lies below their intersection.
 double ConvexSides::depth(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
   const Eigen::Vector2d along = to - from;
   Line rising = lowest_at(from, along, 0), falling = lowest_at(from, along, 1);
@@ -72,7 +72,7 @@ double ConvexSides::depth(const Eigen::Vector2d& from, const Eigen::Vector2d& to
     const double top = rising.value + rising.slope * t;
     const Line lowest = lowest_at(from, along, t);
     const double height = lowest.value + lowest.slope * t;
-    // Each step drops a side for good; the count is for rounding.
+    // Each step permanently removes a side; the count protects against rounding.
     if (height >= top || step > sides_.size()) return height;
     (lowest.slope > 0 ? rising : falling) = lowest;
   }
@@ -80,7 +80,7 @@ double ConvexSides::depth(const Eigen::Vector2d& from, const Eigen::Vector2d& to
 
 double ConvexSides::distance(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
   if (depth(from, to) >= 0) return 0;
-  // Apart, so that they are nearest at a vertex of the one or an end of the other.
+  // Disjoint: nearest at a vertex of one or an end of the other.
   double best2 = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < ring_.size(); ++i) {
     const Eigen::Vector2d &a = ring_[i], &b = ring_[(i + 1) % ring_.size()];
@@ -98,7 +98,7 @@ unsigned ConvexSides::beyond(const Eigen::Vector2d& p) const {
 }
 
 double ConvexSides::area_within(const Ring2& ring) const {
-  // A chain beyond one side of the box encloses nothing of it, whatever its course: its ends do.
+  // A chain beyond one side of the box encloses no part of it and is replaced by its ends.
   Ring2 kept;
   unsigned chain = 0;
   for (std::size_t i = 0; i < ring.size(); ++i) {
@@ -111,7 +111,7 @@ double ConvexSides::area_within(const Ring2& ring) const {
     kept.push_back(ring[i]);
     chain = here;
   }
-  // Sutherland and Hodgman. What is concave falls into parts joined along the sides, which have no area.
+  // Sutherland and Hodgman. A concave shape falls into parts joined along the sides, which have no area.
   for (const Side& side : sides_) {
     Ring2 inside;
     for (std::size_t i = 0; i < kept.size(); ++i) {

@@ -8,8 +8,7 @@
 
 namespace octosurf::planning {
 
-/// A convex polygon (counter-clockwise; a point or a segment may stand for one) as what lies left of all its
-/// sides.
+/// A convex polygon (counter-clockwise; possibly a point or a segment) as an intersection of half planes.
 class ConvexSides {
  public:
   explicit ConvexSides(const Ring2& ring);
@@ -17,15 +16,15 @@ class ConvexSides {
   const Eigen::AlignedBox2d& box() const { return box_; }
   double area() const { return area_; }
 
-  /// How far inside a point lies: its distance from the nearest side; negative if it is outside.
+  /// Depth of a point: its distance from the nearest side; negative if it is outside.
   double depth(const Eigen::Vector2d& point) const;
-  /// The same of a segment's deepest point. O(sides), a few ns each.
+  /// The depth of a segment's deepest point. O(sides), a few ns each.
   double depth(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
 
   /// Distance between the polygon and a segment; 0 if they meet.
   double distance(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
 
-  /// Signed area of what a ring encloses of it. O(vertices), of those near it sides times as much.
+  /// Signed area of its part enclosed by a ring. O(vertices), of those near it sides times as much.
   double area_within(const Ring2& ring) const;
 
  private:

@@ -7,8 +7,8 @@
 namespace octosurf::planning {
 namespace {
 
-// GCC's and Clang's vector extension: what the processor is known to have, or plain code. No lane's operation
-// is rounded otherwise than a double's alone.
+// GCC's and Clang's vector extension: uses the target's vector registers, or plain code. Each lane rounds as
+// a single double does.
 using Four = double __attribute__((vector_size(32)));
 using FourBits = std::int64_t __attribute__((vector_size(32)));
 
@@ -74,7 +74,7 @@ void EdgeReaches::assign(const ConvexLines& kernel, std::size_t eights) {
   }
 }
 
-// In arrays of eight, so that the compiler does several at once.
+// Arrays of eight, for vectorisation.
 std::array<std::uint32_t, EdgeReaches::at_once> EdgeReaches::set(std::uint32_t eight,
                                                                  std::span<const Eigen::Vector2d> corners) {
   std::array<double, at_once + 1> u, v, along;
@@ -100,7 +100,7 @@ std::array<std::uint32_t, EdgeReaches::at_once> EdgeReaches::set(std::uint32_t e
     right_u[i] = right.x();
     right_v[i] = right.y();
   }
-  // What reaches less far than any line lies misses all.
+  // Unused edges get an empty reach.
   for (std::size_t i = corners.size() - 1; i < at_once; ++i)
     for (double* of = &rows_[eight * (sides_ + 4) * at_once]; of <= right_v; of += at_once) of[i] = -HUGE_VAL;
   return farthest;

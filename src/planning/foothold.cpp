@@ -12,13 +12,13 @@
 namespace octosurf {
 namespace {
 
-// m: what lies on a side is outside, whichever way it is rounded; a thousandth of contact_region()'s grid.
+// m: points on a side count as outside, however rounded; a thousandth of contact_region()'s grid.
 constexpr double rounding = 1e-9;
 
-/// A contact where it stands, in the surface's frame, with the room that it needs.
+/// A placed contact in the surface's frame, with the room that it needs.
 struct Stand {
   Eigen::Vector2d middle;
-  std::optional<double> radius;  ///< of a disc, whose distances take no sides
+  std::optional<double> radius;  ///< of a disc, whose distances do not use sides
   planning::ConvexSides sole, with_margin, with_frontier;
 };
 
@@ -33,11 +33,11 @@ Stand stand_at(const planning::Sole& sole, std::optional<double> radius, const E
           placed(std::max(limits.edge_margin_m, limits.frontier_margin_m))};
 }
 
-/// What a surface's edges say about a stand.
+/// A contact's relation to the surface's edges.
 struct Edges {
   bool middle_inside = false;
   double nearest = std::numeric_limits<double>::infinity();
-  double deepest = 0;  ///< how far an edge reaches under the contact
+  double deepest = 0;  ///< maximum depth of an edge under the contact
   bool margin = true, frontier = true;
 
   bool supported() const { return middle_inside && deepest <= rounding; }
@@ -97,7 +97,7 @@ Eigen::AlignedBox2d box_of(const planning::Sole& sole, const Stand& stand, doubl
   return box;
 }
 
-/// The contact with its margin reaches one of these convex rings of the surface's frame.
+/// Whether the contact with its margin meets one of these convex rings of the surface's frame.
 bool reaches(const planning::Sole& sole, const Stand& stand, double margin, std::vector<Ring2> rings) {
   const Ring2 around = sole.with_margin(margin), off = planning::mirrored(around);
   Eigen::AlignedBox2d bounds;
@@ -127,7 +127,7 @@ bool beside_an_obstacle(const Surface& surface, const planning::Sole& sole, cons
                  planning::obstacles_over(surface, box.min(), box.max(), limits, octree, others));
 }
 
-/// The first limit that a stand does not keep.
+/// The first limit that is not met.
 std::optional<ContactRefusal> refusal_of(const Surface& surface, const planning::Sole& sole,
                                          const Stand& stand, const Edges& around, const ContactLimits& limits,
                                          const OccupancyView* octree, const Snapshot* others) {
@@ -138,7 +138,7 @@ std::optional<ContactRefusal> refusal_of(const Surface& surface, const planning:
     return ContactRefusal::support;
   if (!around.margin) return ContactRefusal::margin;
   if (!around.frontier) return ContactRefusal::frontier;
-  // With a margin first: what hangs over the contact itself is nearer than that, too.
+  // With a margin first: obstacles over the contact itself are within it, too.
   const double margin = limits.obstacle_margin_m;
   if (limits.clearance_m > 0 && beside_an_obstacle(surface, sole, stand, margin, limits, *octree, others))
     return margin > 0 ? ContactRefusal::obstacle : ContactRefusal::clearance;

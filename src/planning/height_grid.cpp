@@ -15,7 +15,7 @@ namespace {
 
 constexpr double most_cells = 1 << 24;  // five layers of them take 336 MB
 
-/// A surface seen from above: rings of (y, x), so that a line of constant x is crossings()' constant v.
+/// A surface projected from above: rings of (y, x), so that a line of constant x is crossings()' constant v.
 struct SeenFromAbove {
   SurfaceId id;
   Plane plane;
@@ -85,7 +85,7 @@ class Painter {
           std::minmax_element(polygon.outer.begin(), polygon.outer.end(),
                               [](const auto& a, const auto& b) { return a.y() < b.y(); });
       if (low == polygon.outer.end()) continue;
-      // Rows go against x: the first is the one with the largest.
+      // Rows run against x: the first has the largest.
       const Eigen::Index last = grid_.elevation.rows() - 1;
       const Eigen::Index from = std::clamp<Eigen::Index>(row_of(high->y()), 0, last);
       const Eigen::Index to = std::clamp<Eigen::Index>(row_of(low->y()), 0, last);
@@ -98,7 +98,7 @@ class Painter {
     return static_cast<Eigen::Index>(
         std::floor((grid_.center.x() - x) / grid_.cell + static_cast<double>(grid_.elevation.rows()) / 2));
   }
-  /// The first column whose centre is not beyond y; columns go against y.
+  /// The first column whose centre is not beyond y; columns run against y.
   Eigen::Index column_not_beyond(double y) const {
     const double of_center =
         (grid_.center.y() - y) / grid_.cell + static_cast<double>(grid_.elevation.cols()) / 2 - 0.5;

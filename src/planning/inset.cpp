@@ -10,22 +10,22 @@
 namespace octosurf::planning {
 namespace {
 
-/// A part of the line at hand that nothing has covered yet; by what lines it is cut off as in Rest.
+/// A part of the current line that is not covered so far; its ends as in Rest.
 struct OpenPart {
   double from = 0, to = 1;
   std::uint32_t from_by = none, to_by = none;
 };
 
-/// Takes off each line what edges' reaches and what is in the way besides cover.
+/// Removes from each line the parts covered by edges' reaches and by other obstacles.
 class Uncover {
  public:
-  /// `rests`: takes what is left, by line.
+  /// `rests`: receives the remaining parts, by line.
   Uncover(const InsetLines& lines, std::vector<Rest>& rests);
 
   void run();
 
  private:
-  // Edges that touch a line by its making are not asked whether they cover it, which rounding would decide.
+  // Edges that touch a line by construction are not tested against it, because rounding would decide.
   using Touching = std::array<std::uint32_t, 3>;
 
   void find_near(std::uint32_t eight);
@@ -46,18 +46,18 @@ class Uncover {
   const ConvexLines& kernel_;
   std::vector<Rest>& rests_;
   CellGrid eight_grid_, beside_grid_;
-  // In which round something was seen last: the grids tell some several times.
+  // round of the last visit: the grids report some several times
   std::vector<std::uint32_t> seen_eight_, seen_beside_;
   std::uint32_t round_ = 0;
-  std::vector<std::uint32_t> near_;  // eights within reach of the lines of the one at hand
-  LineExtent extent_;                // of the line at hand
+  std::vector<std::uint32_t> near_;  // eights within reach of the current line's
+  LineExtent extent_;                // of the current line
   std::vector<OpenPart> left_, scratch_;
 };
 
 double cell_of(const InsetLines& lines) {
   const Eigen::Vector2d size = lines.box().sizes();
   const double n = static_cast<double>(lines.eights().size() + lines.besides().size());
-  // As large as what is asked for, and not many times more than eights: most of a box is far from any edge.
+  // As large as the queries, and not many times more than eights: most of a box is far from any edge.
   return std::max({lines.kernel().box.sizes().maxCoeff(), std::sqrt(size.x() * size.y() / (16 * n)),
                    1e-6 * size.maxCoeff()});
 }
@@ -101,16 +101,16 @@ void Uncover::keep(const InsetLines::Line& line) {
         {line.from + part.from * (line.to - line.from), line.number, part.from_by, part.to_by, line.next});
 }
 
-/// About what is left of the line at hand, from its first to its last part.
+/// Around the remaining parts of the current line.
 Eigen::AlignedBox2d Uncover::box_of_left() const {
   const Eigen::Vector2d along = extent_.to - extent_.from, from = extent_.from + left_.front().from * along,
                         to = extent_.from + left_.back().to * along;
-  // A hair more for rounding: coordinates are kilometres at most.
+  // Margin for rounding: coordinates are kilometres at most.
   const Eigen::Vector2d hair = Eigen::Vector2d::Constant(1e-9);
   return {from.cwiseMin(to) - hair, from.cwiseMax(to) + hair};
 }
 
-/// Edges beyond it cover nothing of that.
+/// Edges beyond it do not cover that part.
 Eigen::AlignedBox2d Uncover::edges_about_left() const {
   const Eigen::AlignedBox2d box = box_of_left();
   return {box.min() - kernel_.box.max(), box.max() - kernel_.box.min()};
@@ -129,7 +129,7 @@ void Uncover::take_off(const Cut& cut, std::uint32_t in_by, std::uint32_t out_by
   left_.swap(scratch_);
 }
 
-/// False if nothing of the line is left.
+/// False if nothing of the line remains.
 bool Uncover::take_off_eight(std::uint32_t eight, const Touching& touching) {
   const std::uint32_t first = eight * EdgeReaches::at_once;
   std::uint32_t near = in_.reaches().near(eight, extent_);
@@ -146,7 +146,7 @@ bool Uncover::take_off_eight(std::uint32_t eight, const Touching& touching) {
 }
 
 bool Uncover::take_off_eights(const Touching& touching) {
-  // Its own first: mostly little is left then, which nothing else is about.
+  // Its own first: afterwards usually little remains, with few edges nearby.
   if (!take_off_eight(touching[0] / EdgeReaches::at_once, touching)) return false;
   Eigen::AlignedBox2d about = edges_about_left();
   for (const std::uint32_t eight : near_) {
@@ -220,7 +220,7 @@ void Uncover::run() {
 std::optional<std::vector<Polygon>> inset(const Polygon& polygon, const Ring2& kernel,
                                           std::span<const Ring2> besides) {
   if (polygon.outer.size() < 3) return std::vector<Polygon>{};
-  // Memory anew for each call takes a third of the time: the system gives it page by page.
+  // Reused, because allocation in each call takes a third of the time: the system commits it page by page.
   thread_local InsetLines lines;
   thread_local std::vector<Rest> rests;
   lines.assign(polygon, kernel, besides);

@@ -38,7 +38,7 @@ void InsetLines::add_ring(const Ring2& ring) {
   const auto first = static_cast<std::uint32_t>(corners_.size());
   const auto n = static_cast<std::uint32_t>(ring.size());
   for (std::uint32_t i = 0; i < n; ++i) {
-    // Backwards: rings have the polygon to their left.
+    // Reversed: rings have the polygon to their left.
     const Eigen::Vector2d &p = ring[n - 1 - i], &q = ring[i + 1 < n ? n - 2 - i : n - 1];
     corners_.push_back(p + jitter_of(p, q));
     Around around;
@@ -77,7 +77,7 @@ void InsetLines::count_lines() {
       Around& around = around_[i];
       const Around& ahead = around_[around.next];
       const Eigen::Vector2d &a = corners_[i], &b = corners_[around.next], &c = corners_[ahead.next];
-      // Left and right turns come as they like: no branch.
+      // Left and right turns are unpredictable: avoids a branch.
       const std::uint32_t left = cross(b - a, c - b) > 0 ? 1 : 0;
       around.front_line = line_count_;
       around.sides = left * round(ahead.farthest + m - around.farthest);
@@ -111,7 +111,7 @@ InsetLines::Line InsetLines::beside_line(std::uint32_t beside, std::uint32_t sid
 void InsetLines::add_besides(std::span<const Ring2> besides) {
   for (std::size_t i = 0; i < besides.size(); ++i) {
     Ring2 moved = besides[i];
-    // With its number, for there may be two of the same.
+    // Seeded with its number, for there may be equal ones.
     const Eigen::Vector2d by = jitter_of(moved.front(), Eigen::Vector2d::Constant(static_cast<double>(i)));
     for (Eigen::Vector2d& p : moved) p += by;
     ConvexLines beside(moved);
@@ -127,8 +127,7 @@ std::uint32_t InsetLines::line_of_side(std::uint32_t edge, std::uint32_t side) c
   if (side == none) return none;
   if (side == m) return around_[edge].front_line;
   if (side == m + 1) return open;
-  // A kernel's side is about the end that is farther on that side; it is a line there if the corner sticks
-  // out.
+  // A kernel's side belongs to the edge's end farther along it; it is a line if the corner there is convex.
   const Eigen::Vector2d& normal = kernel_.normals[side];
   const Around& around = around_[edge];
   const Around& before =

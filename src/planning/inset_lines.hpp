@@ -10,12 +10,12 @@
 
 namespace octosurf::planning {
 
-/// The edges of a polygon, what they reach with a kernel, and the lines that may bound what is left: each
-/// edge moved by the kernel's farthest corner, and the kernel's sides about corners that stick out; then the
-/// sides of what is in the way besides.
+/// The edges of a polygon, their reaches with a kernel, and the candidate boundary lines of the inset: each
+/// edge moved by the kernel's farthest corner, and the kernel's sides at convex corners; then the sides of
+/// other obstacles.
 ///
-/// Edges are numbered along their rings, each ring from a new eight of edges on: numbers between are of no
-/// edge. Lines are numbered in the order of their edges.
+/// Edges are numbered along their rings, each ring starting a new eight; the numbers between are unused.
+/// Lines are numbered in the order of their edges.
 class InsetLines {
  public:
   InsetLines() = default;
@@ -27,9 +27,9 @@ class InsetLines {
   struct Line {
     Eigen::Vector2d from, to;
     std::uint32_t number = none;
-    std::uint32_t next = none;  ///< the line that goes on at its end, if one does
+    std::uint32_t next = none;  ///< the line that continues at its end, if any
   };
-  /// Edges that follow one another.
+  /// Consecutive edges.
   struct Eight {
     std::uint32_t edges = 0;
     Eigen::AlignedBox2d box;
@@ -42,13 +42,13 @@ class InsetLines {
   const Eigen::AlignedBox2d& box() const { return box_; }
   std::uint32_t line_count() const { return line_count_; }
 
-  // Edge i goes from corner i to corner next(i); what is not the polygon lies to its left.
+  // Edge i goes from corner i to corner next(i); the polygon's outside lies to its left.
   const Eigen::Vector2d& corner(std::uint32_t edge) const { return corners_[edge]; }
   std::uint32_t next(std::uint32_t edge) const { return around_[edge].next; }
   std::uint32_t previous(std::uint32_t edge) const { return around_[edge].previous; }
 
   /// An edge's lines: the 0th is its front, then sides() of the kernel's sides about its end; the next edge's
-  /// front goes on from there if they are joined.
+  /// front continues there if they are joined.
   Line line(std::uint32_t edge, std::uint32_t nth) const;
   std::uint32_t sides(std::uint32_t edge) const { return around_[edge].sides; }
   bool joined(std::uint32_t edge) const { return around_[edge].joined; }
@@ -71,7 +71,7 @@ class InsetLines {
   void add_reaches();
   void count_lines();
   void add_besides(std::span<const Ring2> besides);
-  /// Of two of the kernel's corners, counted round.
+  /// Corner index modulo the kernel's corners.
   std::uint32_t round(std::uint32_t corner) const {
     const auto m = static_cast<std::uint32_t>(kernel_.corners.size());
     return corner < m ? corner : corner - m;
@@ -88,16 +88,15 @@ class InsetLines {
   Eigen::AlignedBox2d box_;
 };
 
-/// What cuts a line there is no line that can bound anything.
+/// A line is cut here by something that cannot be a boundary.
 inline constexpr std::uint32_t open = none - 1;
 
-/// A part of a line that nothing covers, and the lines that cut it off at its ends; none where it reaches the
-/// line's own end, or open.
+/// An uncovered part of a line, and the lines that cut it at its ends; none at the line's own end, or open.
 struct Rest {
   Eigen::Vector2d start;
   std::uint32_t line = 0;
   std::uint32_t from_by = none, to_by = none;
-  std::uint32_t next = none;  ///< the line that goes on where the line itself ends
+  std::uint32_t next = none;  ///< the line that continues where the line itself ends
 };
 
 }  // namespace octosurf::planning

@@ -10,7 +10,7 @@
 namespace octosurf::planning {
 namespace {
 
-/// Which points lie in the polygon whose edges these are.
+/// Tests which points are inside the polygon of these edges.
 class InsideOf {
  public:
   explicit InsideOf(const InsetLines& lines) : lines_(lines), rows_(all_rows(lines), row_height(lines)) {
@@ -33,7 +33,7 @@ class InsideOf {
   }
 
  private:
-  /// All that a level line meets is in one row.
+  /// A horizontal line stays in one row.
   static Eigen::AlignedBox2d one_column(const Eigen::AlignedBox2d& box) {
     return {Eigen::Vector2d(0, box.min().y()), Eigen::Vector2d(0, box.max().y())};
   }
@@ -58,7 +58,7 @@ class RestChains {
     while (line <= lines) first_of_[line++] = static_cast<std::uint32_t>(rests.size());
   }
 
-  /// The rest that goes on at the end of this one, if one does.
+  /// The rest that continues this one, if any.
   std::uint32_t after(const Rest& rest) const {
     if (rest.to_by == open) return none;
     if (rest.to_by != none) return starting(rest.to_by, rest.line);
@@ -66,7 +66,7 @@ class RestChains {
   }
 
  private:
-  /// The rest of a line that starts where it is cut by another, or (none) at its own beginning.
+  /// The rest of a line that starts at its intersection with another, or (none) at its own beginning.
   std::uint32_t starting(std::uint32_t line, std::uint32_t by) const {
     for (std::uint32_t r = first_of_[line]; r < first_of_[line + 1]; ++r)
       if (rests_[r].from_by == by) return r;
@@ -95,14 +95,14 @@ std::optional<std::vector<Ring2>> rings_of(const InsetLines& lines, std::span<co
     if (r != first || chain.size() < 3) return {};
     Ring2 ring;
     ring.reserve(chain.size());
-    // Backwards: what is left to the left.
+    // Reversed, so that the interior is on the left.
     for (auto at = chain.rbegin(); at != chain.rend(); ++at) ring.push_back(rests[*at].start);
     rings.push_back(std::move(ring));
   }
   return rings;
 }
 
-/// Holes into the smallest part that is around them.
+/// Assigns holes to the smallest part around them.
 std::optional<std::vector<Polygon>> nested(std::vector<Ring2> rings) {
   struct Part {
     double area = 0;

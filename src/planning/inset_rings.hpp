@@ -8,9 +8,9 @@
 
 namespace octosurf::planning {
 
-/// The polygons that rests bound, which go on where the same two lines meet; in the order of their lines.
-/// What lies off the polygon is bounded by nothing that was asked for and is dropped, closed or not. Nothing
-/// if any other is not closed.
+/// The polygons bounded by rests, which are joined where the same two lines meet; in the order of their
+/// lines. Chains outside the polygon are spurious and dropped, closed or not. Empty if any other is not
+/// closed.
 std::optional<std::vector<Polygon>> bounded_by(const InsetLines& lines, std::span<const Rest> rests);
 
 }  // namespace octosurf::planning

@@ -17,7 +17,7 @@ namespace {
 using planning::require_limit;
 using planning::within;
 
-// The point of the surface's polygons nearest to `uv`; nothing if it has none.
+// The point of the surface's polygons nearest to `uv`; empty without polygons.
 std::optional<Eigen::Vector2d> closest_in_plane(const Surface& surface, const Eigen::Vector2d& uv) {
   std::optional<Eigen::Vector2d> best;
   double best2 = HUGE_VAL;
@@ -39,12 +39,12 @@ void require_sensible(const Eigen::Vector3d& point, const SlopeLimit& limit, con
   require_limit(limit);
 }
 
-/// The point of the surface's polygons that the ray from `point` along `direction` (unit) meets.
+/// The intersection of the ray from `point` along `direction` (unit) with the surface's polygons.
 std::optional<Nearest> meet(const Surface& surface, const Eigen::Vector3d& point,
                             const Eigen::Vector3d& direction) {
   const Eigen::Vector3d from = surface.T_map_surface.inverse() * point;
   const Eigen::Vector3d along = surface.T_map_surface.linear().transpose() * direction;
-  if (std::fabs(along.z()) < 1e-9) return {};  // in the plane, as good as
+  if (std::fabs(along.z()) < 1e-9) return {};  // parallel to the plane
   const double distance = -from.z() / along.z();
   if (distance < 0) return {};
   const Eigen::Vector2d uv = (from + distance * along).head<2>();
@@ -63,8 +63,8 @@ bool before(const Nearest& a, const Nearest& b) {
 std::optional<Nearest> nearest(const Snapshot& snapshot, const Eigen::Vector3d& point,
                                const SlopeLimit& limit) {
   require_sensible(point, limit, "nearest");
-  // The distance to a plane bounds that to its polygons from below: nearest planes first, and none
-  // whose plane is already farther than the best found.
+  // The distance to a plane is a lower bound for its polygons: nearest planes first, until a plane is farther
+  // than the best found.
   std::vector<std::pair<double, const Surface*>> by_plane;
   for (const SurfacePtr& surface : snapshot.surfaces) {
     if (!within(limit, *surface)) continue;

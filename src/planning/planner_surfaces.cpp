@@ -1,4 +1,4 @@
-// What planners' formats are made of: the surfaces, and where on them a contact may be.
+// Common input of planners' formats: the surfaces, and the allowed contact positions on them.
 #include <utility>
 
 #include <octosurf/planner_formats.hpp>

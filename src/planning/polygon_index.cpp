@@ -41,7 +41,7 @@ std::size_t PolygonIndex::row_of(double v) const {
   return static_cast<std::size_t>(std::clamp(row, 0.0, static_cast<double>(row_begin_.size() - 2)));
 }
 
-/// As many rows as there are edges, but none lower than they are long, on average: an edge lies in few.
+/// As many rows as edges, but at least as high as the mean edge: an edge spans few rows.
 void PolygonIndex::sort_into_rows() {
   double rise = 0;
   for (const auto& [from, to] : edges_) rise += std::fabs(to.y() - from.y());

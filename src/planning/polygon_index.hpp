@@ -13,18 +13,18 @@
 
 namespace octosurf::planning {
 
-/// A surface's polygons, ordered for questions about points. Gives what rings.hpp gives by looking at every
-/// edge. Built in O(n log n), about 0.3 µs an edge.
+/// Spatial index of a surface's polygons for point queries, equivalent to the full scans of rings.hpp. Built
+/// in O(n log n), about 0.3 µs an edge.
 class PolygonIndex {
  public:
   explicit PolygonIndex(const std::vector<Polygon>& polygons);
   PolygonIndex(PolygonIndex&&) noexcept;
   ~PolygonIndex();
 
-  /// Even-odd rule over all rings, the same at edges as contains() of each polygon. O(edges in its row).
+  /// Even-odd rule over all rings, with the result of contains() of each polygon on edges. O(edges in its
+  /// row).
   bool contains(const Eigen::Vector2d& point) const;
-  /// The point of the polygons that is nearest: the point itself if it lies in them. Nothing without
-  /// polygons.
+  /// The nearest point of the polygons: the point itself if it lies in them. Empty without polygons.
   std::optional<Eigen::Vector2d> closest(const Eigen::Vector2d& point) const;
   /// Calls `visit(from, to)` for the edges that may meet the box, until it returns false.
   void for_each_edge_near(
@@ -35,7 +35,7 @@ class PolygonIndex {
   bool empty() const { return edges_.empty(); }
 
  private:
-  struct Tree;  // of the edges, by place
+  struct Tree;  // spatial, of the edges
   using Edge = std::pair<Eigen::Vector2d, Eigen::Vector2d>;
   std::size_t row_of(double v) const;
   void sort_into_rows();

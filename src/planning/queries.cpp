@@ -20,11 +20,11 @@ namespace {
 using planning::require_limit;
 using planning::within;
 
-/// One surface and what is worked out for it once.
+/// One surface with precomputed data.
 struct Entry {
   SurfacePtr surface;
   Eigen::Isometry3d T_surface_map;
-  Eigen::AlignedBox3d box;  ///< map frame; a little more than the polygons
+  Eigen::AlignedBox3d box;  ///< map frame; slightly larger than the polygons
   planning::PolygonIndex polygons;
 
   explicit Entry(SurfacePtr s)
@@ -32,7 +32,7 @@ struct Entry {
     for (const Polygon& polygon : surface->polygons)
       for (const Eigen::Vector2d& corner : polygon.outer) box.extend(surface->to_map(corner));
     if (box.isEmpty()) return;
-    // What is said of points on the border must not hang on the last bit.
+    // Border points must not depend on the last bit.
     const double slack = 1e-12 * (1 + box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).maxCoeff());
     box = {box.min().array() - slack, box.max().array() + slack};
   }
@@ -58,7 +58,7 @@ void cut(std::vector<Eigen::Vector3d>& corners, const Plane& plane) {
   corners = std::move(kept);
 }
 
-/// Whether any of the segment lies in the space.
+/// Whether part of the segment lies in the space.
 bool meets(const ConvexSpace& space, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   double first = 0, last = 1;
   for (const Plane& plane : space.planes) {
@@ -70,7 +70,7 @@ bool meets(const ConvexSpace& space, const Eigen::Vector3d& a, const Eigen::Vect
   return first <= last;
 }
 
-/// False only if no point of the box lies in the space; true may be wrong near its corners.
+/// False only if no point of the box lies in the space; may be true near its corners by mistake.
 bool may_meet(const ConvexSpace& space, const Eigen::AlignedBox3d& box) {
   for (const Plane& plane : space.planes) {
     const Eigen::Vector3d nearest = (plane.normal.array() > 0).select(box.min(), box.max());
@@ -80,7 +80,7 @@ bool may_meet(const ConvexSpace& space, const Eigen::AlignedBox3d& box) {
 }
 
 bool meets(const ConvexSpace& space, const Entry& entry) {
-  // What the space has of the surface's plane, near the surface.
+  // The space's intersection with the surface's plane, near the surface.
   const Eigen::AlignedBox2d& box = entry.polygons.box();
   std::vector<Eigen::Vector3d> part;
   for (const auto corner : {Eigen::AlignedBox2d::BottomLeft, Eigen::AlignedBox2d::BottomRight,
@@ -100,7 +100,7 @@ bool meets(const ConvexSpace& space, const Entry& entry) {
   return met || entry.polygons.contains((entry.T_surface_map * part.front()).head<2>());
 }
 
-/// Where a ray enters a box; infinity if it does not.
+/// Distance at which a ray enters a box; infinity if it does not.
 double entry_distance(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& from,
                       const Eigen::Vector3d& along) {
   double first = 0, last = HUGE_VAL;
@@ -116,7 +116,7 @@ double entry_distance(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& fro
   return first <= last ? first : HUGE_VAL;
 }
 
-/// The best answer so far: the nearest, of those as near the one with the lower id.
+/// The best answer so far: the nearest, on a tie the lower id.
 template <class Answer>
 class Best {
  public:
@@ -157,7 +157,7 @@ ConvexSpace ConvexSpace::frustum(const Eigen::Isometry3d& T_map_camera, double t
 
 struct SurfaceIndex::Impl {
   std::shared_ptr<const Snapshot> snapshot;
-  std::vector<EntryPtr> entries;  ///< of the surfaces that have polygons; ascending id
+  std::vector<EntryPtr> entries;  ///< of surfaces with polygons; ascending id
   planning::BoxTree tree;
 
   template <class Meets, class Test>
@@ -178,7 +178,7 @@ struct SurfaceIndex::Impl {
       const Entry& entry = *entries[i];
       if (limit != nullptr && !octosurf::within(*limit, *entry.surface)) return;
       const Eigen::Vector3d start = entry.T_surface_map * from, way = entry.T_surface_map.linear() * along;
-      if (std::fabs(way.z()) < 1e-9) return;  // in the plane, as good as
+      if (std::fabs(way.z()) < 1e-9) return;  // parallel to the plane
       const double distance = -start.z() / way.z();
       if (distance < 0 || distance > best.limit) return;
       const Eigen::Vector2d uv = (start + distance * way).head<2>();

@@ -17,18 +17,17 @@
 namespace octosurf {
 namespace {
 
-// m that a piece stays off what bounds it: more than the grid of remaining() can move an edge by, however
-// often it is cut (a µm each time).
+// m between a piece and its boundary: more than repeated rounding in remaining() can move an edge (a µm each
+// time).
 constexpr double clear_of = 2e-5;
-// Of the largest triangles, how many are tried as places to grow a piece from: four times as many cover
-// within 0.4 % as much of the floors of the office's and the stones' maps. Nor do 25 times as many, with
-// every piece grown anew three times while the others stay: 71.1 % instead of 70.8 % of the floor that twenty
-// stones stand on, at 25 times the cost. It is the floor: 24 pieces cover 81 % of it, 48 89 %, 96 96 %.
+// Number of the largest triangles tried as seeds of a piece: four times as many cover the floors of the
+// office and stones maps equally within 0.4 %. 25 times as many, with every piece grown anew three times,
+// cover 71.1 % instead of 70.8 % of the floor around twenty stones, at 25 times the cost. The floor's shape
+// is the limit: 24 pieces cover 81 % of it, 48 89 %, 96 96 %.
 constexpr std::size_t seeds = 12;
-// A bound on the work; growing ends by itself where a round adds less than a thousandth.
+// Limit of effort; growing normally ends when a round adds less than a thousandth.
 constexpr int rounds = 10;
-// A piece is not worth its number to a planner if all that are allowed, were they as small, would add less
-// than this to the region.
+// Pieces are omitted if all allowed ones of the same size would add less than this to the region.
 constexpr double negligible_share = 0.02;
 
 using RegionSegment = std::pair<Eigen::Vector2d, Eigen::Vector2d>;
@@ -38,7 +37,7 @@ struct HalfPlane {
   double offset = 0;
 };
 
-/// What of a convex ring lies in a half plane.
+/// The part of a convex ring in a half plane.
 Ring2 clipped(const Ring2& ring, const HalfPlane& by) {
   Ring2 kept;
   for (std::size_t i = 0; i < ring.size(); ++i) {
@@ -76,9 +75,9 @@ Moments moments_of(const Ring2& ring) {
   return sum;
 }
 
-/// The half planes that keep edges out, tangent to the ellipses |to_circle · (x − centre)| = r where these
-/// first meet an edge: nearest edges first, those beyond a half plane already taken need none (IRIS, Deits
-/// and Tedrake 2014).
+/// The half planes that exclude edges, tangent to the ellipses |to_circle · (x − centre)| = r where these
+/// first meet an edge: nearest edges first, those excluded already are skipped (IRIS, Deits and Tedrake
+/// 2014).
 std::vector<HalfPlane> separating(const std::vector<RegionSegment>& edges, const Eigen::Vector2d& centre,
                                   const Eigen::Matrix2d& to_circle) {
   struct Near {
@@ -100,7 +99,7 @@ std::vector<HalfPlane> separating(const std::vector<RegionSegment>& edges, const
     const double r2 = touch.squaredNorm();
     *nearest = left.back();
     left.pop_back();
-    // By a hair, so that neighbours that share the vertex count as beyond.
+    // Tolerance, so that neighbours that share the vertex count as beyond.
     const double beyond = r2 * (1 - 1e-12);
     std::erase_if(left, [&](const Near& near) {
       return near.edge.first.dot(touch) >= beyond && near.edge.second.dot(touch) >= beyond;
@@ -120,7 +119,7 @@ Ring2 box_about(const std::vector<RegionSegment>& edges) {
 
 struct Grown {
   Ring2 ring;             ///< clear of the edges
-  Ring2 up_to_the_edges;  ///< what to cut out of the part, so that what is left is clear of the ring
+  Ring2 up_to_the_edges;  ///< area to remove from the part, so that the rest is clear of the ring
   double area = 0;
 };
 
@@ -132,8 +131,8 @@ Ring2 intersection(Ring2 ring, const std::vector<HalfPlane>& planes, double inwa
   return ring;
 }
 
-/// A large convex ring about a point inside: grown as an ellipse, which takes on the shape of what it has
-/// grown to.
+/// A large convex ring around a point inside: an ellipse grown repeatedly, adopting the shape of the ring
+/// before.
 Grown grown_from(const std::vector<RegionSegment>& edges, const Ring2& box, Eigen::Vector2d centre) {
   Eigen::Matrix2d to_circle = Eigen::Matrix2d::Identity();
   Grown best;
@@ -152,7 +151,7 @@ Grown grown_from(const std::vector<RegionSegment>& edges, const Ring2& box, Eige
   return best;
 }
 
-/// A part of the region that is left, and the largest piece found in it.
+/// A remaining part of the region, and the largest piece found in it.
 struct Part {
   Polygon polygon;
   Grown best;
@@ -175,7 +174,7 @@ Part part_of(Polygon polygon) {
   Part part{std::move(polygon), {}};
   for (std::size_t i = 0; i < tried; ++i) {
     const Eigen::Vector2d& start = starts[i].second;
-    // Already in the best piece, it would lead there again.
+    // A seed inside the best piece would lead to it again.
     if (!part.best.ring.empty() && planning::ConvexSides(part.best.ring).depth(start) > 0) continue;
     Grown grown = grown_from(edges, box, start);
     if (grown.area > part.best.area) part.best = std::move(grown);
@@ -183,7 +182,7 @@ Part part_of(Polygon polygon) {
   return part;
 }
 
-/// The least distance between two parallels that hold a convex ring between them.
+/// The minimum distance between two parallels that enclose a convex ring.
 double width_of(const Ring2& ring) {
   double width = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < ring.size(); ++i) {
@@ -198,7 +197,7 @@ double width_of(const Ring2& ring) {
   return width;
 }
 
-/// Without corners that are hardly any: what is left lies inside of what it was.
+/// Without nearly straight corners: the result is contained in the original.
 Ring2 tidied(Ring2 ring) {
   Ring2 kept;
   for (const Eigen::Vector2d& p : ring)
@@ -233,14 +232,13 @@ std::vector<ConvexPiece> convex_pieces(const Surface& surface, const ContactRegi
     const Part part = std::move(*largest);
     parts.erase(largest);
     Ring2 ring = tidied(part.best.ring);
-    // Nothing is known about a surface to a small part of its voxels; the first piece of a region that is no
-    // wider is made all the same.
+    // A surface is not accurate to a small part of its voxels; but the first piece is made even if narrow.
     if (ring.size() < 3 || (!pieces.empty() && width_of(ring) < surface.resolution / 4)) continue;
     const double area = planning::area_of(ring);
     pieces.push_back({std::move(ring), area});
     if (pieces.size() < most) add(planning::remaining(part.polygon, std::array{part.best.up_to_the_edges}));
   }
-  // Mostly they are; but what is found in a part may be more than what was found in the whole.
+  // They usually are sorted; but a piece found in a part may exceed the one found in the whole.
   std::stable_sort(pieces.begin(), pieces.end(),
                    [](const Found& a, const Found& b) { return a.area > b.area; });
   std::vector<ConvexPiece> result;

@@ -22,14 +22,14 @@ void for_each_edge(const Polygon& polygon, const Visit& visit) {
   for (const Ring2& hole : polygon.holes) ring(hole);
 }
 
-/// The u where rings cross the line of constant `v`, ascending: a point of that line is inside if an
-/// odd number of them lies below its own u. O(n log n).
+/// The u where rings cross the line of constant `v`, ascending: a point of that line is inside if an odd
+/// number of them is below its u. O(n log n).
 std::vector<double> crossings(const Polygon& polygon, double v);
 
 /// Of the rings of all of them.
 std::vector<double> crossings(const std::vector<Polygon>& polygons, double v);
 
-/// Even-odd rule; on an edge either answer may come. O(n log n).
+/// Even-odd rule; undefined on an edge. O(n log n).
 bool contains(const Polygon& polygon, const Eigen::Vector2d& point);
 
 /// The point of the segment that is nearest to `point`.

@@ -10,7 +10,7 @@
 
 namespace octosurf::planning {
 
-/// Throws Error where `limit` is no direction or no angle.
+/// Throws Error for an invalid direction or angle.
 inline void require_limit(const SlopeLimit& limit) {
   geometry::require_direction(limit.up, "up");
   if (!(limit.max_slope_rad >= 0))

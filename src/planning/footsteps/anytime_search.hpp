@@ -17,8 +17,7 @@ namespace octosurf::footsteps {
 using NodeId = std::uint32_t;
 inline constexpr NodeId no_node = std::numeric_limits<NodeId>::max();
 
-/// A step that its limits allow. Whether anything is in its way is asked late, because most steps are never
-/// taken.
+/// A step within its limits. Collisions are checked later, because most steps are never taken.
 struct StepEdge {
   NodeId to = no_node;
   float cost = 0;
@@ -26,18 +25,18 @@ struct StepEdge {
 };
 
 struct SearchOutcome {
-  std::vector<NodeId> path;  ///< empty: none was found
+  std::vector<NodeId> path;  ///< empty: none found
   double cost = std::numeric_limits<double>::infinity();
   double lower_bound = 0;
   std::size_t expansions = 0;
-  bool exhausted = false;        ///< all there is was looked at
+  bool exhausted = false;        ///< every reachable node was expanded
   std::vector<NodeId> expanded;  ///< of the first pass, in order
 };
 
 /// Anytime A* by restarts (Richter, Thayer and Ruml 2010): weighted A* with `guide`, which may overestimate,
-/// at falling weights, then A* with `bound`, which does not. What a pass learns of the graph stays in it.
-/// Steps are asked for their way when they leave the queue (lazy weighted A*, Cohen, Phillips and Likhachev
-/// 2014).
+/// at decreasing weights, then A* with `bound`, which does not. The graph caches its evaluations between
+/// passes. Steps are checked for collisions when they leave the queue (lazy weighted A*, Cohen, Phillips and
+/// Likhachev 2014).
 ///
 /// Graph: `const std::vector<StepEdge>& steps(NodeId)`, `bool passable(NodeId, std::size_t index of the
 /// step)`, `double guide(NodeId)`, `double bound(NodeId)` (consistent; both infinite where the goal cannot be
@@ -48,8 +47,8 @@ class AnytimeSearch {
   AnytimeSearch(Graph& graph, std::vector<NodeId> starts, const PlanBudget& budget)
       : graph_(graph), starts_(std::move(starts)), budget_(budget) {}
 
-  /// Looks for a plan with so many expansions at most, and the budget's; called again it goes on from there.
-  /// True if it has ended: a plan is found or the graph exhausted.
+  /// Searches for a plan with at most this many expansions, within the budget; another call continues. True
+  /// once finished: a plan is found or the graph exhausted.
   bool find(std::size_t expansions) {
     if (best_.exhausted || !best_.path.empty()) return true;
     allowed_ = std::min(expansions, budget_.expansions);
@@ -60,7 +59,7 @@ class AnytimeSearch {
     return ended != Ended::budget;
   }
 
-  /// Spends the budget; the best plan, or none.
+  /// Uses up the budget; returns the best plan, or none.
   const SearchOutcome& run() {
     if (!find(budget_.expansions) || best_.exhausted) return best_;
     allowed_ = best_.expansions + budget_.improving;
@@ -74,7 +73,7 @@ class AnytimeSearch {
   }
 
   const SearchOutcome& so_far() const { return best_; }
-  /// Of the budget, where no plan was found.
+  /// The remaining budget, if no plan was found.
   PlanBudget left() const { return {budget_.expansions - best_.expansions, budget_.improving, time_left()}; }
 
  private:
@@ -91,7 +90,7 @@ class AnytimeSearch {
     NodeId node = no_node, parent = no_node;
     std::uint32_t step = 0;  ///< of the parent's
     bool end = false;
-    /// Of equal f the one farther on, then the older: no order depends on addresses or ids.
+    /// On equal f the one with larger g, then the older: no order depends on addresses or ids.
     bool operator<(const Entry& other) const {
       if (f != other.f) return f > other.f;
       if (g != other.g) return g < other.g;

@@ -7,18 +7,19 @@
 namespace octosurf::footsteps {
 namespace {
 
-// m around the asked place in which feet are put: a cell and its neighbours, so that a foothold just beside
-// a ridge is found, and no more than a robot's own odometry is worth.
+// m around the given place in which feet are placed: a cell and its neighbours, to find a foothold beside a
+// ridge, within the accuracy of a robot's odometry.
 constexpr double stance_radius = 0.10;
-constexpr double biped_stance_height = 0.20;  // m off the asked height: a hand-made question names it roughly
+constexpr double biped_stance_height = 0.20;  // m off the given height, which may be approximate
 constexpr double between_soles = 0.02;        // m, level
-constexpr double greedy = 4;                  // of a search that only shall say how near it can come
+constexpr double greedy = 4;                  // weight of a search that only finds the nearest reachable
+                                              // place
 constexpr double sidling_step = 0.12;         // m, of a step sideways or backward
-constexpr double usual_share = 0.9;           // of the longest step, in the estimate of a whole way
+constexpr double usual_share = 0.9;           // of the longest step, to estimate a whole path
 
 Eigen::Vector2d left_of(const Eigen::Vector2d& forward) { return {-forward.y(), forward.x()}; }
 
-// Every point of both soles, level, lies on its own side of a strip `between_soles` wide.
+// Whether the soles, projected level, are on opposite sides of a strip `between_soles` wide.
 bool apart_along(const std::vector<Eigen::Vector2d>& a, const std::vector<Eigen::Vector2d>& b,
                  const Eigen::Vector2d& axis) {
   double a_min = HUGE_VAL, a_max = -HUGE_VAL, b_min = HUGE_VAL, b_max = -HUGE_VAL;
@@ -141,7 +142,7 @@ std::vector<NodeId> BipedGraph::predecessors(NodeId node) {
 
 bool BipedGraph::goal_is_cut_off(const std::vector<NodeId>& starts, std::size_t most) {
   std::unordered_set<NodeId> reached;
-  std::vector<std::pair<NodeId, NodeId>> open;  // a node, and one it leads to; the last is tried first
+  std::vector<std::pair<NodeId, NodeId>> open;  // a node, and one it leads to; the last is processed first
   const auto add = [&](NodeId node) {
     reached.insert(node);
     for (const NodeId from : predecessors(node))
@@ -175,7 +176,7 @@ bool BipedGraph::way_free(NodeId from, NodeId to) {
   const Lift lift{robot_.lift_m, robot_.high_lift_m, robot_.body.from_m};
   return swing_free(columns_, leg_, beside(from), pose(b), high, lift) &&
          swing_free(columns_, leg_, pose(a), beside(to), high, lift) && body_free(from, to) &&
-         field_.stands(place_of(to));  // last: it takes longest, some 40 µs
+         field_.stands(place_of(to));  // last: slowest, some 40 µs
 }
 
 bool BipedGraph::body_free(NodeId from, NodeId to) {
@@ -279,7 +280,7 @@ double BipedGraph::bound(NodeId node) const {
   return std::max({steps, way / body_step_ + robot_.costs.length * way / robot_.max_forward_m, by_turn});
 }
 
-// Either it turns to where the way leads, walks, and turns again, or it goes sideways or backward.
+// Either it turns to the direction of the path, walks, and turns again, or it walks sideways or backward.
 double BipedGraph::guide(NodeId node) const {
   const Place& at = place(node);
   if (guideless_) return greedy * bound(node);
@@ -300,7 +301,7 @@ double BipedGraph::guide(NodeId node) const {
 
 Frontier BipedGraph::frontier(const std::vector<NodeId>& expanded) {
   Frontier result;
-  // Nodes about as near as the nearest: what stops them is what stops the robot.
+  // Number of nodes nearest to the goal whose obstacles are reported.
   constexpr std::size_t looked_at = 20;
   std::vector<std::pair<double, NodeId>> near;
   for (const NodeId node : expanded) near.emplace_back((body_at(node) - goal_body_).norm(), node);

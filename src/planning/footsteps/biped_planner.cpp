@@ -8,12 +8,12 @@
 namespace octosurf::footsteps {
 namespace {
 
-constexpr std::size_t first_expansions = 1500;  // several times what plans over a room take
-constexpr std::size_t blind_expansions = 600;   // to say how near one gets to what cannot be reached
+constexpr std::size_t first_expansions = 1500;  // several times the need of plans across a room
+constexpr std::size_t blind_expansions = 600;   // to find the nearest reachable place to an unreachable goal
 constexpr std::size_t backward_nodes = 4000;    // more than the poses on a tread or a table
 constexpr int biped_headings = 16;              // 22.5° each: one a step, with the usual limit of 25°
 
-// The largest disc about the reference point that a sole holds.
+// The largest disc about the reference point inside a sole.
 double disc_in(const ContactShape& shape) {
   if (shape.outline.empty()) return shape.radius;
   double radius = HUGE_VAL;
@@ -30,8 +30,8 @@ GuideMap::Reach reach_of(const Biped& robot) {
           robot.max_down_m};
 }
 
-// Half the side of the square that the body covers over a foot however it is turned: the body's middle is
-// half a stance to the side of it.
+// Half the side of the square that contains the body over a foot in any heading: the body's middle is half a
+// stance beside it.
 double trunk_reach(const Biped& robot) {
   const double inscribed = std::min(robot.body.length_m, robot.body.width_m - robot.stance_width_m) / 2;
   return std::max(0.0, inscribed / std::sqrt(2.0) - GuideMap::slack_m);
@@ -79,8 +79,8 @@ class BipedPlanner : public RobotPlanner {
     for (const NodeId node : starts) plan.start.push_back(footstep(node));
     plan.body.push_back(body_over(starts[0]));
     if (graph_.at_goal(feet)) return;
-    // Most plans are found soon. Of one that is not, it is asked whether anything leads to the goal at all
-    // before all the budget goes into the search.
+    // Most plans are found soon. Otherwise a backward search checks whether anything leads to the goal before
+    // the rest of the budget is used.
     AnytimeSearch search(graph_, starts, budget);
     const bool cut_off = !search.find(first_expansions) && graph_.goal_is_cut_off(starts, backward_nodes);
     const SearchOutcome& found = cut_off ? search.so_far() : search.run();
@@ -101,7 +101,7 @@ class BipedPlanner : public RobotPlanner {
     }
   }
 
-  // Where the guide knows of no way, nothing was expanded: the same search without it says how far one gets.
+  // If the guide has no path, nothing was expanded: a search without it finds the nearest reachable place.
   Frontier frontier(const SearchOutcome& found, const std::vector<NodeId>& starts, PlanBudget left) {
     if (!found.expanded.empty()) return graph_.frontier(found.expanded);
     graph_.ignore_guide(true);

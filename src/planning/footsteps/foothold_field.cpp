@@ -15,21 +15,21 @@
 namespace octosurf::footsteps {
 namespace {
 
-constexpr double largest_margin = 0.06;  // m; of wider places the middle of the cell is as good as any
+constexpr double largest_margin = 0.06;  // m; beyond it the cell's middle is as good as any point
 
 double wrapped(double angle, double period) { return angle - period * std::floor(angle / period); }
 
 }  // namespace
 
 double edge_direction(const std::vector<FootholdField::Ground>& surfaces, double period) {
-  // Edges turned onto a circle that `period` goes around once, so that 0 and `period` are one.
+  // Directions modulo `period` mapped to a circle, so that 0 and `period` coincide.
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   for (const FootholdField::Ground& ground : surfaces) {
     for (const Polygon& polygon : simplified(*ground.surface)) {
       planning::for_each_edge(polygon, [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
         const Eigen::Vector2d along = (ground.T_walk_surface.linear().topLeftCorner<2, 2>() * (to - from));
         const double turn = 2 * std::numbers::pi * std::atan2(along.y(), along.x()) / period;
-        // Squared, because straight edges are long, and the many short ones of round outlines are not.
+        // Squared, to favour the long edges of straight outlines over the many short ones of round outlines.
         sum += along.squaredNorm() * Eigen::Vector2d(std::cos(turn), std::sin(turn));
       });
     }
@@ -99,7 +99,7 @@ std::int32_t FootholdField::best_of_cell(const Patch& patch, std::size_t surface
                                          int cell_y) {
   struct Point {
     float depth;
-    int off_middle;  ///< of the cell
+    int off_middle;  ///< distance from the cell's middle
     int x, y;
   };
   constexpr std::array<int, pixels_per_cell> off_middle{2, 1, 1, 2};

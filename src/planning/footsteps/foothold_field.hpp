@@ -19,22 +19,22 @@
 
 namespace octosurf::footsteps {
 
-/// A foothold that a plan may use: the best of its cell.
+/// A candidate foothold: the best of its cell.
 struct Place {
   Eigen::Vector3d at = Eigen::Vector3d::Zero();  ///< walking frame
   float margin = 0;                              ///< m, up to the raster's cap
-  float cost = 0;                                ///< what StepCosts say of it
+  float cost = 0;                                ///< by StepCosts
   std::uint16_t surface = 0;                     ///< index into FootholdField::surfaces()
   std::uint16_t heading = 0;
 };
 using PlaceId = std::uint32_t;
 
-/// The footholds of all surfaces that are level enough, in cells of 5 cm and in 16 headings; made when
-/// somebody asks there first. Walking frame: the map turned upright.
+/// The footholds of all surfaces that are level enough, in cells of 5 cm and in 16 headings; computed on
+/// demand. Walking frame: the map turned upright.
 ///
-/// Edges are judged by contact_region() for a surface and heading at once, obstacles for a cell by the
-/// columns (a region with obstacles cut out costs seconds where a room's walls stand on its floor), and a
-/// foothold that a plan is about to use by foothold(), whose word is last.
+/// Edges are evaluated by contact_region() for a surface and heading at once, obstacles for a cell by the
+/// columns (a region with obstacles cut out takes seconds where a room's walls stand on its floor), and a
+/// foothold that a plan would use finally by foothold().
 class FootholdField {
  public:
   static constexpr double cell = 0.05;  ///< m; half a sole's width
@@ -45,7 +45,7 @@ class FootholdField {
     Eigen::AlignedBox3d box;  ///< walking frame
   };
 
-  /// `headings` 1: a shape that needs none. Refers to `snapshot`, `octree`, `edges` and `columns`.
+  /// `headings` 1: for a shape without heading. Refers to `snapshot`, `octree`, `edges` and `columns`.
   FootholdField(const Snapshot& snapshot, const ContactShape& shape, const ContactLimits& limits,
                 const OccupancyView& octree, const std::map<SurfaceId, std::vector<PolygonEdges>>& edges,
                 ObstacleColumns& columns, const StepCosts& costs, int headings);
@@ -59,7 +59,7 @@ class FootholdField {
   const std::vector<Ground>& surfaces() const { return surfaces_; }
   const Place& place(PlaceId id) const { return places_[id]; }
   const Surface& surface_of(const Place& place) const { return *surfaces_[place.surface].surface; }
-  /// foothold() accepts it.
+  /// Whether foothold() accepts it.
   bool stands(PlaceId id);
   const Eigen::Isometry3d& T_walk_surface(const Place& place) const {
     return surfaces_[place.surface].T_walk_surface;
@@ -122,15 +122,15 @@ class FootholdField {
   std::vector<Ground> surfaces_;
   std::vector<Patch> patches_;
   std::vector<Place> places_;
-  std::vector<std::optional<bool>> stands_;  ///< by place, as far as asked
+  std::vector<std::optional<bool>> stands_;  ///< by place; empty: not evaluated
   double build_ms_ = 0;
 };
 
-/// `limits` but for what asks the octree.
+/// `limits` without those that need the octree.
 ContactLimits without_obstacles(ContactLimits limits);
 
-/// The direction, in [0, `period`), in which the surfaces' edges run, by their length: what people build has
-/// few, and a sole that stands square on a tread needs less of it. Walking frame.
+/// The main direction, in [0, `period`), of the surfaces' edges, weighted by length: buildings have few
+/// directions, and a sole aligned with a tread needs less of it. Walking frame.
 double edge_direction(const std::vector<FootholdField::Ground>& surfaces, double period);
 
 }  // namespace octosurf::footsteps

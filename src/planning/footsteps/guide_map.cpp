@@ -14,14 +14,14 @@
 namespace octosurf::footsteps {
 namespace {
 
-constexpr double cut_m = 1000;  // added where the trunk cannot pass: more than any way around it
+constexpr double cut_m = 1000;  // added where the trunk cannot pass: longer than any detour
 constexpr float nowhere = std::numeric_limits<float>::infinity();
 
 std::uint64_t key_of(int x, int y) {
   return static_cast<std::uint64_t>(static_cast<std::uint32_t>(x)) << 32 | static_cast<std::uint32_t>(y);
 }
 
-// Level distance between the nearest points of two cells so many columns or rows apart.
+// Level distance between the nearest points of two cells that many columns or rows apart.
 double gap(int columns, double cell) { return std::max(0, std::abs(columns) - 1) * cell; }
 
 }  // namespace
@@ -77,7 +77,7 @@ void GuideMap::add_cells(const RegionRaster& raster, std::size_t surface, const 
       }
       if (count == 0) continue;
       made.middle /= count;
-      // Points between those of the grid may lie lower or higher.
+      // Points between grid points may be lower or higher.
       const double slack = raster.pixel() * normal.head<2>().norm() / normal.z();
       made.low -= slack;
       made.high += slack;
@@ -93,7 +93,7 @@ void GuideMap::link(const Reach& reach, const BodyBox& trunk, double trunk_reach
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> at;
   for (std::uint32_t i = 0; i < cells_.size(); ++i) at[key_of(cells_[i].x, cells_[i].y)].push_back(i);
   const int around = static_cast<int>(std::ceil((reach.step_m + 2 * slack_m) / cell)) + 1;
-  std::map<std::array<int, 3>, bool> known;  // column, row, height: whether something is in the trunk's way
+  std::map<std::array<int, 3>, bool> known;  // column, row, height: whether the trunk collides
   const auto is_blocked = [&](int x, int y, double ground) {
     const auto [found, made] = known.try_emplace({x, y, static_cast<int>(std::floor(ground / cell))});
     if (made)
@@ -101,7 +101,7 @@ void GuideMap::link(const Reach& reach, const BodyBox& trunk, double trunk_reach
                                        cell / 2, ground + trunk.from_m, ground + trunk.to_m});
     return found->second;
   };
-  // A step may lead over a wall thinner than it is long, or under a bridge; the trunk cannot.
+  // A step may cross a thin wall, or lead under a bridge; the trunk cannot.
   const auto is_cut = [&](const Cell& from, const Cell& to) {
     const int dx = to.x - from.x, dy = to.y - from.y, parts = std::max(std::abs(dx), std::abs(dy));
     const auto between = [&](int start, int way, int i) {
@@ -173,7 +173,7 @@ void GuideMap::aim(const std::vector<Target>& targets) {
 }
 
 Eigen::Vector2d GuideMap::ahead(const Place& place) const {
-  constexpr double far_enough = 0.5;  // m: nearer cells say more of the grid than of the way
+  constexpr double far_enough = 0.5;  // m: in nearer cells the grid's directions dominate
   const std::int32_t here = find(place.at, place.surface);
   if (here < 0) return Eigen::Vector2d::Zero();
   auto at = static_cast<std::uint32_t>(here);
@@ -191,7 +191,7 @@ std::int32_t GuideMap::find(const Eigen::Vector3d& at, std::size_t surface) cons
                         static_cast<std::size_t>(column)];
   };
   if (const std::int32_t here = cell_at(at.x(), at.y()); here >= 0) return here;
-  for (const double dx : {-slack_m, 0.0, slack_m})  // the point of the grid that stands for it may lie beside
+  for (const double dx : {-slack_m, 0.0, slack_m})  // the nearest grid point may be this far off
     for (const double dy : {-slack_m, 0.0, slack_m})
       if (const std::int32_t beside = cell_at(at.x() + dx, at.y() + dy); beside >= 0) return beside;
   return -1;

@@ -11,10 +11,10 @@
 
 namespace octosurf::footsteps {
 
-/// Steps without headings and shapes: cells of 10 cm in which the largest disc inside a sole could stand,
-/// each a step away from all that are no farther than the longest step and no higher than the highest.
-/// Whatever the robot can do, it can do here, so what cannot be reached here cannot be reached. The way in
-/// metres goes around what the trunk would have to pass through.
+/// A relaxed step graph without headings and shapes: cells of 10 cm where the largest disc inside a sole can
+/// stand, connected if no farther than the longest step and no higher than the highest. Every step of the
+/// robot is possible here, so a place unreachable here is unreachable. The path in metres avoids obstacles to
+/// the trunk.
 class GuideMap {
  public:
   struct Reach {
@@ -22,27 +22,27 @@ class GuideMap {
     double up_m = 0, down_m = 0;
   };
 
-  /// `trunk`: all of it within `trunk_reach_m` of straight above a foothold is always there; 0: nothing is.
+  /// `trunk`: all of it within `trunk_reach_m` of straight above a foothold must be free; 0: not checked.
   GuideMap(const FootholdField& field, double disc_radius, const ContactLimits& limits,
            const std::map<SurfaceId, std::vector<PolygonEdges>>& edges, const Reach& reach,
            const BodyBox& trunk, double trunk_reach_m, ObstacleColumns& columns);
 
-  /// Distances to all cells that hold one of these points (walking frame, surface).
+  /// Distances to all cells with one of these points (walking frame, surface).
   struct Target {
     Eigen::Vector3d at;
     std::uint16_t surface;
   };
   void aim(const std::vector<Target>& targets);
 
-  /// Fewest steps from a place to a target, and m on the way; infinite if there is no way.
+  /// Fewest steps from a place to a target, and path length in m; infinite if there is no path.
   double steps(const Place& place) const { return value(steps_, place); }
   double metres(const Place& place) const { return value(metres_, place); }
-  /// From a place to where the way to the nearest target leads in half a metre or a little more.
+  /// The point half a metre or slightly more ahead on the path from a place to the nearest target.
   Eigen::Vector2d ahead(const Place& place) const;
-  double build_ms() const { return build_ms_; }  ///< without what the columns took
+  double build_ms() const { return build_ms_; }  ///< without the columns' time
 
-  /// Half the diagonal of the 2.5 cm between points of the grid: a disc so much smaller stands on one of them
-  /// wherever the sole stands.
+  /// Half the diagonal of the 2.5 cm between grid points: a disc smaller by this much fits at one of them
+  /// wherever the sole fits.
   static constexpr double slack_m = 0.0177;
 
  private:
@@ -54,7 +54,7 @@ class GuideMap {
     double low = 0, high = 0;                          ///< z of its points
   };
   struct Link {
-    std::uint32_t from;  ///< who can step here
+    std::uint32_t from;  ///< cells with a step to this one
     float metres;
   };
   struct Grid {  ///< of one surface
@@ -73,7 +73,7 @@ class GuideMap {
   std::vector<std::uint32_t> first_link_;  ///< cells + 1
   std::vector<Link> links_;
   std::vector<float> steps_, metres_;
-  std::vector<std::uint32_t> next_;  ///< cell on the way, itself at a target
+  std::vector<std::uint32_t> next_;  ///< next cell on the path, itself at a target
   double build_ms_ = 0;
 };
 

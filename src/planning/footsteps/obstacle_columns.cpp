@@ -20,7 +20,8 @@ ObstacleColumns::ObstacleColumns(OccupancyView octree, std::shared_ptr<const Sna
 
 bool ObstacleColumns::blocked(const UprightBox& box, SurfaceId but) {
   if (pixel_ <= 0) return false;
-  // The middle of what reaches in is no farther off the box than this, and off that of its pixel than that.
+  // A voxel that reaches into the box has its middle within this distance of it, and within that of its
+  // pixel's box.
   const double reach = planning::MatterOfVoxels::farthest_reach * pixel_,
                off_pixel = std::sqrt(2.0) / 2 * pixel_;
   const double slope = box.rise.norm();
@@ -46,7 +47,7 @@ bool ObstacleColumns::blocked(const UprightBox& box, SurfaceId but) {
   sought.x1 = pixel_of(box.center.x() + reach_x);
   sought.y0 = pixel_of(box.center.y() - reach_y);
   sought.y1 = pixel_of(box.center.y() + reach_y);
-  // The lowest that the box's bottom is anywhere: a block that ends below it needs no look.
+  // The lowest point of the box's bottom: blocks that end below it are skipped.
   const auto bottom = sought.from_z - static_cast<float>(std::abs(box.rise.x()) * (reach_x + pixel_) +
                                                          std::abs(box.rise.y()) * (reach_y + pixel_));
   const auto floor_to = [](int pixel, int step) {
@@ -73,7 +74,7 @@ bool ObstacleColumns::blocked_in_block(const Tile& tile, int x0, int y0, const S
   const UprightBox& box = sought.box;
   for (int y = std::max(y0, sought.y0); y < y0 + block_pixels && y <= sought.y1; ++y) {
     for (int x = std::max(x0, sought.x0); x < x0 + block_pixels && x <= sought.x1; ++x) {
-      // Tiles are aligned to powers of two, so the low bits are the place in one, below zero as well.
+      // Tiles are aligned to powers of two, so the low bits are the place in one, also below zero.
       const int column = (y & (tile_pixels - 1)) * tile_pixels + (x & (tile_pixels - 1));
       const std::uint32_t begin = tile.begin[column], end = tile.begin[column + 1];
       if (begin == end) continue;
@@ -97,7 +98,7 @@ bool ObstacleColumns::reaches(const planning::VoxelMatter& matter, const Sought&
   const double ahead = std::abs(sought.ahead.dot(off)) - box.half_length;
   const double left = std::abs(sought.left.dot(off)) - box.half_width;
   const double z = matter.middle.z() - box.rise.dot(off), over = std::max(box.from_z - z, z - box.to_z);
-  // Mostly its middle is in the box, or nothing of it.
+  // Usually its middle is in the box, or it is far off.
   if (std::max({ahead, left, over}) <= 0) return true;
   return ahead <= matter.reach(sought.ahead_in_map) && left <= matter.reach(sought.left_in_map) &&
          over <= matter.reach(sought.over_bottom_in_map);
@@ -128,7 +129,7 @@ ObstacleColumns::Tile ObstacleColumns::load(int tile_x, int tile_y) const {
   for (int corner = 0; corner < 8; ++corner)
     box.extend(R_walk_map_.transpose() *
                upright.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)));
-  // What belongs to a plane is there, and not where its voxel is.
+  // A voxel of a plane is moved onto the plane.
   const double beside = surfaces_ != nullptr ? planning::MatterOfVoxels::farthest_move : 0;
   box.min().array() -= beside;
   box.max().array() += beside;

@@ -14,27 +14,28 @@
 
 namespace octosurf::footsteps {
 
-/// A box that stands upright in the walking frame (z is up), turned about z.
+/// An upright box in the walking frame (z is up), rotated about z.
 struct UprightBox {
   Eigen::Vector2d center = Eigen::Vector2d::Zero();
   double yaw_rad = 0;
   double half_length = 0, half_width = 0;
   double from_z = 0, to_z = 0;                     ///< over its middle
-  Eigen::Vector2d rise = Eigen::Vector2d::Zero();  ///< by which its bottom and top rise, m along x and y
+  Eigen::Vector2d rise = Eigen::Vector2d::Zero();  ///< slope of its bottom and top, m along x and y
 };
 
-/// The octree's occupied voxels, sorted into columns of the walking frame, tile by tile as they are asked
-/// for: a box is tested in about a microsecond, where the octree itself takes twenty.
+/// The octree's occupied voxels, sorted into columns of the walking frame, tile by tile on demand: a box test
+/// takes about a microsecond, against twenty with the octree.
 ///
-/// What voxels hold (voxel_matter.hpp) counts as far as it reaches along the box's sides, so a box that is
-/// free is free of it, however the walking frame is turned.
+/// Contents of voxels (voxel_matter.hpp) are expanded to their extent along the box's sides, so a free box is
+/// free of them in any orientation.
 class ObstacleColumns {
  public:
-  /// Only voxels between `low` and `high` (walking frame) are looked at; `surfaces` as MatterOfVoxels', kept.
+  /// Uses voxels between `low` and `high` (walking frame) only; keeps `surfaces`, as MatterOfVoxels'.
   ObstacleColumns(OccupancyView octree, std::shared_ptr<const Snapshot> surfaces,
                   const Eigen::Matrix3d& R_walk_map, double low, double high);
 
-  /// Something occupied is in the box that is not of surface `but`: far readings of a floor scatter over it.
+  /// Whether the box contains something occupied that is not of surface `but`: distant readings of a floor
+  /// scatter over it.
   bool blocked(const UprightBox& box, SurfaceId but = 0);
 
   double load_ms() const { return load_ms_; }  ///< spent on tiles so far
@@ -44,16 +45,16 @@ class ObstacleColumns {
   struct Tile {
     std::vector<std::uint32_t> begin;           ///< tile_pixels² + 1 positions in z
     std::vector<float> z;                       ///< of the matter's middle, ascending in a column
-    std::vector<SurfaceId> surface;             ///< whose voxel, for each z
+    std::vector<SurfaceId> surface;             ///< surface of the voxel, for each z
     std::vector<planning::VoxelMatter> matter;  ///< for each z; its middle in the walking frame
     std::vector<float> top;                     ///< the highest of each block of block_pixels² columns
   };
-  /// An upright box as pixels see it, and what of it they need not work out anew.
+  /// An upright box in pixel coordinates, with precomputed values.
   struct Sought {
     UprightBox box;
     Eigen::Vector2d ahead, left;  ///< its sides' directions
     Eigen::Vector3d ahead_in_map, left_in_map, over_bottom_in_map;
-    double half_length, half_width;  ///< with room for the middle of what reaches in, and for a pixel's half
+    double half_length, half_width;  ///< enlarged by the extent of voxel contents, and half a pixel
     float from_z, to_z;              ///< likewise
     SurfaceId but;
     int x0, x1, y0, y1;  ///< pixels
@@ -67,9 +68,9 @@ class ObstacleColumns {
   std::shared_ptr<const Snapshot> surfaces_;
   Eigen::Matrix3d R_walk_map_;
   double low_, high_, pixel_;
-  std::unordered_map<std::uint64_t, Tile> tiles_;  ///< its tiles stay where they are
-  /// The tile of each place in a square of 8 × 8 that was asked for last: a robot's steps are asked about
-  /// side by side, and looking a tile up took a seventh of a search.
+  std::unordered_map<std::uint64_t, Tile> tiles_;  ///< references to tiles stay valid
+  /// The last tile for each place in a square of 8 × 8: consecutive queries are nearby, and hash look-ups
+  /// took a seventh of a search.
   struct Recent {
     std::uint64_t key = 0;
     const Tile* tile = nullptr;

@@ -12,9 +12,9 @@ namespace {
 constexpr double cell = 0.05;  // m
 constexpr int quadruped_headings = 16;
 constexpr double heading_step = 2 * std::numbers::pi / quadruped_headings;
-constexpr double quadruped_stance_height = 0.25;               // m off the asked height in which feet are put
+constexpr double quadruped_stance_height = 0.25;               // m off the given height for placing feet
 constexpr double goal_radius = 0.10;                           // m
-constexpr std::array<std::size_t, 4> crawl_order{2, 0, 3, 1};  // hind before front, a side at a time
+constexpr std::array<std::size_t, 4> crawl_order{2, 0, 3, 1};  // hind before front, one side at a time
 
 int wrapped(int heading) { return (heading % quadruped_headings + quadruped_headings) % quadruped_headings; }
 
@@ -48,7 +48,7 @@ NodeId QuadrupedGraph::node(const Node& wanted) {
   return found->second;
 }
 
-// Near and good; of what is near and not within the heights, `any` tells.
+// Near and good; `any`: something is near, but outside the heights.
 std::optional<PlaceId> QuadrupedGraph::foothold_below(const Eigen::Vector2d& hip, double low, double high,
                                                       bool& any) {
   const Eigen::Vector2d r(robot_.snap_m, robot_.snap_m);
@@ -185,7 +185,7 @@ std::optional<Eigen::Vector2d> QuadrupedGraph::over_triangle(const FourFeet& fee
   std::vector<Eigen::Vector2d> corners;
   for (const std::size_t leg : {0, 2, 3, 1})  // counter-clockwise
     if (leg != lifted) corners.push_back(place(feet[leg]).at.head<2>());
-  // The three sides moved inward by the margin, n·p ≥ c, and where they meet.
+  // The three sides moved inward by the margin, n·p ≥ c, and their intersections.
   std::array<Eigen::Vector2d, 3> n;
   std::array<double, 3> c{};
   for (std::size_t i = 0; i < 3; ++i) {
@@ -201,7 +201,7 @@ std::optional<Eigen::Vector2d> QuadrupedGraph::over_triangle(const FourFeet& fee
     inner[i] = M.inverse() * Eigen::Vector2d(c[i], c[(i + 2) % 3]);
   }
   for (std::size_t i = 0; i < 3; ++i)
-    if (n[i].dot(inner[(i + 2) % 3]) < c[i]) return std::nullopt;  // nothing is left of the triangle
+    if (n[i].dot(inner[(i + 2) % 3]) < c[i]) return std::nullopt;  // the triangle is empty
   Eigen::Vector2d best = wanted;
   double least = HUGE_VAL;
   bool inside = true;

@@ -18,7 +18,7 @@ namespace octosurf::footsteps {
 /// Front left, front right, hind left, hind right.
 using FourFeet = std::array<PlaceId, 4>;
 
-/// One leg's step in a crawl: the body stands over the three others meanwhile.
+/// One leg's step in a crawl: meanwhile the body stands over the three others.
 struct CrawlStep {
   std::size_t leg = 0;
   PlaceId to = 0;
@@ -26,20 +26,20 @@ struct CrawlStep {
   double ground = 0;  ///< z under the body's middle
 };
 
-/// A quadruped's stances. A node is a pose of the body on a grid of 5 cm and 16 headings, and the foothold
-/// below each hip; an edge moves the body a little, each foot stepping once at most, one after the other. So
-/// whether an edge can be walked depends on its two nodes only.
+/// A quadruped's stances. A node is a body pose on a grid of 5 cm and 16 headings, with the foothold below
+/// each hip; an edge moves the body slightly, each foot stepping at most once, one after the other. So the
+/// feasibility of an edge depends on its two nodes only.
 class QuadrupedGraph {
  public:
   QuadrupedGraph(const Quadruped& robot, WalkingGround& ground, GuideMap& guide);
 
-  /// The stance at a place, near ground of this height; nothing if a foot finds none.
+  /// The stance at a place, near ground of this height; empty if a foot finds none.
   std::optional<NodeId> stance(const Standing& at);
   void aim(NodeId goal);
   bool at_goal(NodeId node) const;
   std::optional<std::vector<CrawlStep>> crawl(NodeId from, NodeId to);
 
-  // What AnytimeSearch asks.
+  // Interface of AnytimeSearch.
   const std::vector<StepEdge>& steps(NodeId node);
   bool passable(NodeId from, std::size_t step);
   double bound(NodeId node) const;
@@ -62,7 +62,7 @@ class QuadrupedGraph {
     FourFeet feet;
     auto operator<=>(const Node&) const = default;
   };
-  /// Level ground through four feet: height under `at`, and how it rises.
+  /// Plane through four feet: height under `at`, and its slope.
   struct Slope {
     double height;
     Eigen::Vector2d rise;
@@ -73,7 +73,7 @@ class QuadrupedGraph {
   std::optional<std::vector<CrawlStep>> crawl(NodeId from, NodeId to, StepRefusal& why);
   Slope slope_under(const FourFeet& feet, const Eigen::Vector2d& at) const;
   bool body_free(const SwingPose& from, const SwingPose& to, const FourFeet& feet);
-  /// The place nearest to `wanted` where the body stands over three feet, margin kept.
+  /// The place nearest to `wanted` where the body is over three feet with the margin.
   std::optional<Eigen::Vector2d> over_triangle(const FourFeet& feet, std::size_t lifted,
                                                const Eigen::Vector2d& wanted) const;
 

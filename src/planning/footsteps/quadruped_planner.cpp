@@ -7,7 +7,7 @@
 namespace octosurf::footsteps {
 namespace {
 
-// A foot goes as far as the body, and from one end of where it is looked for to the other.
+// A foot moves as far as the body, plus the width of its search area.
 GuideMap::Reach reach_of(const Quadruped& robot) {
   const double turned =
       2 * std::sin(robot.max_turn_rad / 2) * std::hypot(robot.stance_length_m, robot.stance_width_m) / 2;

@@ -9,8 +9,8 @@
 namespace octosurf::footsteps {
 namespace {
 
-// m by which a point must lie inside along its row: far above what turning costs in digits, far below what
-// a foot feels.
+// m by which a point must lie inside along its row: far above rounding errors of rotations, far below a
+// relevant distance.
 constexpr double clear_of_edges = 1e-6;
 
 }  // namespace
@@ -36,7 +36,7 @@ RegionRaster::RegionRaster(const std::vector<Polygon>& polygons, const Eigen::Is
   measure(cap);
 }
 
-// Row by row, inside where an odd number of edges has been crossed.
+// Row by row, inside after an odd number of edges.
 void RegionRaster::fill(const std::vector<Polygon>& polygons, const Eigen::Matrix2d& A,
                         const Eigen::Vector2d& t) {
   std::vector<std::vector<double>> crossed(static_cast<std::size_t>(height_));
@@ -68,8 +68,8 @@ void RegionRaster::fill(const std::vector<Polygon>& polygons, const Eigen::Matri
   }
 }
 
-// Two sweeps of Borgefors's chamfer distance (1986), 4 % off at most, less half a pixel: the edge runs
-// somewhere between the last point inside and the first outside.
+// Two passes of Borgefors's chamfer distance (1986), within 4 %, less half a pixel: the edge runs somewhere
+// between the last point inside and the first outside.
 void RegionRaster::measure(double cap) {
   const auto straight = static_cast<float>(pixel_);
   const auto diagonal = static_cast<float>(pixel_ * std::numbers::sqrt2);

@@ -9,22 +9,22 @@
 
 namespace octosurf::footsteps {
 
-/// Points of a raster along a side of a cell of the search.
+/// Points of a raster along a side of a search cell.
 inline constexpr int pixels_per_cell = 4;
 
 inline int cell_of_pixel(int pixel) {
   return pixel >= 0 ? pixel / pixels_per_cell : ~(~pixel / pixels_per_cell);
 }
 
-/// Polygons of a plane, seen from above, as points of a grid that lie in them and how far from their rings.
+/// Polygons of a plane rasterised from above: grid points inside them, with their distance from the rings.
 class RegionRaster {
  public:
-  /// `T`: the polygons' (u, v) to the walking frame, whose x and y are kept. Distances are cut off at `cap`,
-  /// but not below a pixel.
+  /// `T`: the polygons' (u, v) to the walking frame, of which x and y are used. Distances are capped at
+  /// `cap`, but not below a pixel.
   RegionRaster(const std::vector<Polygon>& polygons, const Eigen::Isometry3d& T, double pixel, double cap);
 
   bool empty() const { return width_ == 0; }
-  /// Pixel (x, y) stands for the point ((x + ½) pixel, (y + ½) pixel); x0 … x0 + width − 1.
+  /// Pixel (x, y) is the point ((x + ½) pixel, (y + ½) pixel); x0 … x0 + width − 1.
   int x0() const { return x0_; }
   int y0() const { return y0_; }
   int width() const { return width_; }
@@ -32,7 +32,7 @@ class RegionRaster {
   double pixel() const { return pixel_; }
 
   bool inside(int x, int y) const { return depth(x, y) > 0; }
-  /// m from the pixel's point to the nearest point outside, short by up to a pixel; 0 outside.
+  /// m from the pixel's point to the nearest point outside, too small by up to a pixel; 0 outside.
   float depth(int x, int y) const {
     if (x < x0_ || y < y0_ || x >= x0_ + width_ || y >= y0_ + height_) return 0;
     return depth_[static_cast<std::size_t>(y - y0_) * static_cast<std::size_t>(width_) +

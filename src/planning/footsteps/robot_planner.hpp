@@ -11,14 +11,14 @@
 
 namespace octosurf::footsteps {
 
-/// What every kind of robot's planner has: the map as it walks on it, the guide over it, and the clock.
+/// The common part of planners for all robots: the walking ground, the guide map, and timing.
 class RobotPlanner {
  public:
   virtual ~RobotPlanner() = default;
   FootstepPlan plan(const Standing& from, const Standing& to, const PlanBudget& budget);
 
  protected:
-  /// What a kind of robot makes of a map.
+  /// A robot's settings for these.
   struct Kind {
     ContactShape foot{};
     ContactLimits contact{};
@@ -36,12 +36,12 @@ class RobotPlanner {
   GuideMap guide_;
 
  private:
-  /// All of a plan but its times; in the walking frame.
+  /// Fills in a plan except its times; in the walking frame.
   virtual void search(const Standing& from, const Standing& to, const PlanBudget& budget,
                       FootstepPlan& plan) = 0;
   double prepare_ms() const { return ground_.prepare_ms() + guide_.build_ms(); }
 
-  double told_ms_ = 0;  ///< of preparation, in plans so far
+  double told_ms_ = 0;  ///< of preparation, reported in plans so far
 };
 
 std::unique_ptr<RobotPlanner> make_biped_planner(std::shared_ptr<const Snapshot> snapshot,

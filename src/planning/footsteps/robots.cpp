@@ -23,7 +23,7 @@ void require(const std::vector<Rule>& rules) {
   }
 }
 
-constexpr double longest = 2;  // m: no robot of ours steps farther
+constexpr double longest = 2;  // m: no longer step is allowed
 constexpr double quarter = std::numbers::pi / 2;
 
 void require_common(const BodyBox& body, const StepCosts& costs, double lift_m, double high_lift_m,
@@ -46,9 +46,9 @@ void require_common(const BodyBox& body, const StepCosts& costs, double lift_m, 
            {"max_down_m", down_m, 1e-3, longest}});
 }
 
-// m, half a voxel of 2 cm: outlines and voxels are known no better. As an edge's margin: outlines reach up to
-// a voxel beyond the true edge (contact.hpp), so with half a voxel a sole overhangs by the other half at
-// most, a centimetre, which it bears. A whole voxel would leave no overhang, and no foothold on treads below
+// m, half a voxel of 2 cm: the accuracy of outlines and voxels. As an edge margin: outlines extend up to a
+// voxel beyond the true edge (contact.hpp), so with half a voxel a sole overhangs by at most the other half,
+// a centimetre, which is tolerable. A whole voxel would avoid overhang, but leave no foothold on treads below
 // 0.26 m; on simulated stairs, stones and rubble plans were as safe with either (`./dev bench plans
 // --edge-margin 0.02`).
 constexpr double half_voxel = 0.01;
@@ -58,7 +58,7 @@ ContactLimits usual_limits(double room_m) {
   limits.edge_margin_m = half_voxel;
   limits.obstacle_margin_m = half_voxel;
   limits.clearance_m = room_m;
-  limits.gap_depth_m = 0.03;  // 1.5 voxels of 2 cm, as contact.hpp asks
+  limits.gap_depth_m = 0.03;  // 1.5 voxels of 2 cm, as contact.hpp recommends
   return limits;
 }
 

@@ -7,7 +7,7 @@
 namespace octosurf::footsteps {
 namespace {
 
-constexpr double between_samples = 0.04;  // m; the boxes are larger by half of it on every side
+constexpr double between_samples = 0.04;  // m; boxes are enlarged by half of it on every side
 
 // Calls visit(pose, share) from one pose to the other, at most between_samples apart.
 template <class Visit>
@@ -23,14 +23,13 @@ bool all_free(const SwingPose& from, const SwingPose& to, double half_diagonal, 
   return true;
 }
 
-// A box about all of a box's places on its way from one pose to the other: as it is turned at first, and as
-// much larger as its middle moves and its corners turn. Mostly it is free, and none of the samples need be
-// asked.
+// A box around all positions of a box between two poses: in its initial orientation, enlarged by the motion
+// of its middle and its corners. It is usually free, and then no samples are needed.
 UprightBox about(const SwingPose& from, const SwingPose& to, const Eigen::Vector2d& middle,
                  double half_length, double half_width) {
   const Eigen::Rotation2Dd turned(from.yaw_rad);
   const double turn = std::abs(turn_between(from.yaw_rad, to.yaw_rad));
-  // A corner turned by up to 90° lies no farther along than the side before, plus the other side's share.
+  // A corner rotated by up to 90° extends along a side by at most the other side's share.
   const double sine = std::sin(std::min(turn, std::numbers::pi / 2));
   const Eigen::Vector2d half_way = (turned.inverse() * (to.at - from.at)).cwiseAbs() / 2;
   const double swing = middle.norm() * 2 * std::sin(std::min(turn, std::numbers::pi) / 2);

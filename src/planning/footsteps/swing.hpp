@@ -9,21 +9,21 @@
 
 namespace octosurf::footsteps {
 
-/// A foot or body on its way: level position and heading, walking frame.
+/// An intermediate pose of a foot or body: level position and heading, walking frame.
 struct SwingPose {
   Eigen::Vector2d at = Eigen::Vector2d::Zero();
   double yaw_rad = 0;
 };
 
-/// The box about a sole, and the leg on it.
+/// The box around a sole, and the leg on it.
 struct LegBox {
-  Eigen::Vector2d middle = Eigen::Vector2d::Zero();  ///< of the box, seen from the reference point
+  Eigen::Vector2d middle = Eigen::Vector2d::Zero();  ///< of the box, relative to the reference point
   double half_length = 0, half_width = 0;
   static LegBox of(const ContactShape& shape);
 };
 
-/// The box `height` of a leg, moved straight and turned evenly from one pose to the other between `from_z`
-/// and `to_z`, touches nothing.
+/// Whether the box `height` of a leg, moved straight and rotated evenly from one pose to the other between
+/// `from_z` and `to_z`, is free of collisions.
 bool sweep_free(ObstacleColumns& columns, const LegBox& leg, const SwingPose& from, const SwingPose& to,
                 double from_z, double to_z);
 
@@ -34,13 +34,13 @@ struct Lift {
 bool swing_free(ObstacleColumns& columns, const LegBox& leg, const SwingPose& from, const SwingPose& to,
                 double ground, const Lift& lift);
 
-/// The body's box on its straight way between two poses over ground at these heights touches nothing; leaning
-/// as the ground under it rises.
+/// Whether the body's box on its straight path between two poses over ground at these heights is free of
+/// collisions; tilted with the ground.
 bool body_sweep_free(ObstacleColumns& columns, const BodyBox& body, const SwingPose& from, double from_ground,
                      const SwingPose& to, double to_ground,
                      const Eigen::Vector2d& rise = Eigen::Vector2d::Zero());
 
-/// The angle's like in [−π, π).
+/// The equivalent angle in [−π, π).
 double turn_between(double from_rad, double to_rad);
 
 }  // namespace octosurf::footsteps

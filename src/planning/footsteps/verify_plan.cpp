@@ -12,7 +12,7 @@
 #include <octosurf/footsteps.hpp>
 #include <octosurf/up.hpp>
 
-// Shares nothing with the planner: boxes are asked of the octree itself, every centimetre.
+// Independent of the planner: boxes are tested against the octree itself, every centimetre.
 
 namespace octosurf {
 namespace {
@@ -88,7 +88,7 @@ struct Judge {
     return found;
   }
 
-  // What a surface's voxel holds is on its plane.
+  // The contents of a surface's voxel are on its plane.
   Eigen::Vector3d middle_of_matter(const OccupancyView::Voxel& voxel) const {
     const Surface* surface = voxel.surface != 0 ? snapshot.find(voxel.surface) : nullptr;
     if (surface == nullptr) return voxel.center;
@@ -134,7 +134,7 @@ struct Judge {
     if (hit) say("the body touches something");
   }
 
-  // Over the plane through four feet.
+  // Above the plane through four feet.
   void body_stands(const LevelPose& pose, const std::array<Footstep, 4>& feet) {
     Eigen::Matrix<double, 4, 3> A;
     Eigen::Vector4d z;
@@ -167,7 +167,7 @@ Ring2 outline_at(const LevelPose& pose, const ContactShape& foot) {
   return ring;
 }
 
-// Neither holds a corner of the other, and no two sides cross.
+// Neither contains a corner of the other, and no two sides cross.
 bool overlap(const Ring2& a, const Ring2& b) {
   const auto left = [](const Eigen::Vector2d& p, const Eigen::Vector2d& q, const Eigen::Vector2d& r) {
     return (q.x() - p.x()) * (r.y() - p.y()) - (q.y() - p.y()) * (r.x() - p.x());

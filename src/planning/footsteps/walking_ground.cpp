@@ -9,9 +9,9 @@
 namespace octosurf::footsteps {
 namespace {
 
-constexpr double below_ground = 0.5;  // m of the octree that are looked at under the lowest surface
-constexpr double stands_within = 2;   // m in which another place to stand is sought: a room's middle, a tread
-constexpr double near_height = 0.30;  // m, up or down, in which the ground under a wanted foot is sought
+constexpr double below_ground = 0.5;  // m of the octree used below the lowest surface
+constexpr double stands_within = 2;   // m: search radius for an alternative stance
+constexpr double near_height = 0.30;  // m, up or down: search range for ground under a foot
 
 // Lowest and highest point of all surfaces, walking frame.
 std::pair<double, double> heights(const Snapshot& snapshot, const Eigen::Quaterniond& R_walk_map) {
@@ -108,7 +108,7 @@ std::pair<std::optional<ContactRefusal>, std::string> WalkingGround::why_not(con
   std::optional<Foothold> best;
   for (const SurfacePtr& surface : snapshot->surfaces) {
     const double lean = surface->plane.normal.dot(up);
-    if (lean < 0.1) continue;  // walls, and what hangs over
+    if (lean < 0.1) continue;  // walls, and overhanging surfaces
     const Eigen::Vector3d on = wanted - surface->plane.signed_distance(wanted) / lean * up;
     if ((on - wanted).norm() > near_height) continue;
     const Foothold hold =
@@ -135,7 +135,7 @@ std::vector<Eigen::Vector3d> WalkingGround::ground_near(const Eigen::Vector3d& a
 
 namespace {
 
-// Which foot does not stand, and why.
+// The foot without a foothold, and the reason.
 std::string which_foot(const WalkingGround& ground,
                        const std::vector<std::pair<FootName, Eigen::Vector3d>>& wanted, double yaw_rad,
                        std::optional<ContactRefusal>& contact) {
@@ -191,7 +191,7 @@ NoPlan refusal_of(const WalkingGround& ground, const Frontier& frontier, Ending 
     result.sentence += "no foothold nearer to the goal was in sight (support)";
     return result;
   }
-  // Longer legs would not get over what is within reach, but too high or in the way.
+  // A reachable place that is too high or blocked is a better reason than one out of reach.
   StepRefusal most = StepRefusal::reach;
   if (of(StepRefusal::height) + of(StepRefusal::clearance) > 0)
     most =
