@@ -6,7 +6,7 @@
 
 namespace octosurf::io {
 
-/// What reader and writer of MCAP share (mcap.dev/spec). A file begins and ends with it.
+/// Shared by MCAP's reader and writer (mcap.dev/spec). A file begins and ends with it.
 inline constexpr std::string_view mcap_magic("\x89MCAP0\r\n", 8);
 
 /// A record's first byte.
@@ -24,7 +24,7 @@ enum class McapOp : std::uint8_t {
   data_end = 15,
 };
 
-/// Of `bytes` that follow those with the check sum `before`.
+/// Continues the checksum `before` with `bytes`.
 inline std::uint32_t mcap_crc(std::string_view bytes, std::uint32_t before = 0) {
   return static_cast<std::uint32_t>(
       ::crc32_z(before, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size()));

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* mend = "check the folder, its rights and the space left";
 
-/// 0, or errno of what failed. EINVAL, ENOTSUP: a file system that has nothing to sync.
+/// 0, or errno. EINVAL and ENOTSUP mean that the file system needs no sync.
 int sync_failure(int descriptor) {
   if (::fsync(descriptor) == 0 || errno == EINVAL || errno == ENOTSUP) return 0;
   return errno;
@@ -34,7 +34,7 @@ int sync_failure(int descriptor) {
               "may not have reached the disk: " + std::generic_category().message(failure), "check the disk");
 }
 
-/// Writes to a file and keeps the reason if that fails, which std::filebuf does not.
+/// Writes to a file and keeps the error code, which std::filebuf does not.
 class DescriptorBuffer : public std::streambuf {
  public:
   explicit DescriptorBuffer(int descriptor) : descriptor_(descriptor) {
@@ -66,7 +66,7 @@ class DescriptorBuffer : public std::streambuf {
   std::array<char, 65536> bytes_;
 };
 
-/// Nobody has removed the file since it was made: a process that tidies up may have met it unlocked.
+/// Whether the file still exists: another process' clean-up may have found it before it was locked.
 bool still_there(int descriptor) {
   struct stat file {};
   return ::fstat(descriptor, &file) == 0 && file.st_nlink > 0;
@@ -98,7 +98,7 @@ NewFile::NewFile(fs::path file, bool force, LeftOvers left_overs)
 NewFile::~NewFile() {
   if (descriptor_ < 0) return;
   if (!committed_) ::unlink(temporary_.c_str());
-  ::close(descriptor_);  // last: what is unlocked and still there is taken for left over
+  ::close(descriptor_);  // last: unlocked files that still exist count as left over
 }
 
 void NewFile::fail(const char* what, int failure) const {
@@ -114,7 +114,7 @@ void NewFile::make() {
     temporary_ += new_part_ending();
     std::error_code ignored;
     const bool replaces = fs::exists(file_, ignored);
-    // Nobody but the owner until commit() gives it the rights of the file it replaces.
+    // Accessible to the owner only until commit() sets the permissions of the file it replaces.
     descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC,
                          replaces ? 0600 : 0666);
     if (descriptor_ < 0 && errno != EEXIST) fail("cannot be written", errno);

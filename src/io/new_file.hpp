@@ -6,17 +6,17 @@
 
 namespace octosurf::io {
 
-/// A file that is complete or not there: written under a temporary name beside its place and renamed
-/// by commit(); given up, with whatever was there before untouched, if it is destroyed earlier.
+/// Writes a file atomically: to a temporary name in the same folder, renamed by commit(). If destroyed
+/// earlier, the existing file is unchanged.
 ///
-/// The temporary file, `NAME.part-` and 16 random hexadecimal digits, is always a new one: what stands at
-/// that name, a symbolic link say, is never opened. It is locked while its process lives. So what a killed
-/// process has left behind is known by its name, its owner and its free lock, and removed when the same
-/// file is written again. The file keeps the access rights of the one that it replaces; a symbolic link in
-/// its place is replaced, not followed.
+/// The temporary file, `NAME.part-` and 16 random hexadecimal digits, is always created new: an existing file
+/// or symbolic link of that name is never opened. It is locked while its process lives, so files left by
+/// killed processes are recognised by name, owner and free lock, and removed when the same file is written
+/// again. The new file keeps the permissions of the one that it replaces; a symbolic link in its place is
+/// replaced, not followed.
 class NewFile {
  public:
-  /// Whether to look in the folder for what a killed process has left, which takes time where it holds many
+  /// Whether to search the folder for files left by killed processes, which is slow in folders with many
   /// files.
   enum class LeftOvers { remove, leave };
   /// Throws Error(usage) if `file` exists and not `force`, Error(output) if it is a folder or a device.
@@ -28,15 +28,15 @@ class NewFile {
   /// Empty before write().
   const std::filesystem::path& temporary() const { return temporary_; }
 
-  /// Makes the temporary file and calls `fill` with a binary stream to it. Once at most. Throws Error(output)
-  /// if the file cannot be made or a write fails.
+  /// Creates the temporary file and calls `fill` with a binary stream to it. Call at most once. Throws
+  /// Error(output) if the file cannot be created or a write fails.
   void write(const std::function<void(std::ostream&)>& fill);
 
-  /// Waits until what was written is on the disk (fsync). Throws Error(output).
+  /// Waits until the data are on disk (fsync). Throws Error(output).
   void sync() const;
 
-  /// sync(), then puts the file into its place. Throws Error(output) if that fails, Error(usage) if a file
-  /// has come there meanwhile and not `force`.
+  /// sync(), then renames the file. Throws Error(output) if that fails, Error(usage) if the target has
+  /// appeared meanwhile and not `force`.
   void commit();
 
  private:
@@ -51,8 +51,7 @@ class NewFile {
   bool committed_ = false;
 };
 
-/// Waits until the renames of files in `file`'s folder are on the disk, where the file system can.
-/// Throws Error(output).
+/// Waits until renames in `file`'s folder are on disk, if the file system supports it. Throws Error(output).
 void sync_folder(const std::filesystem::path& file);
 
 }  // namespace octosurf::io

@@ -12,14 +12,14 @@ namespace {
 
 constexpr std::size_t text_limit = std::size_t{256} << 20;
 constexpr std::size_t longest_line = std::size_t{64} << 10;
-// What a text may take as words, with the poses made of them: 64 MiB and eight times its size. TUM's poses of
-// 80 bytes take 4.
+// Memory limit of a text as words, with the poses parsed from them: 64 MiB and eight times its size. TUM's
+// poses of 80 bytes take 4 times.
 constexpr std::size_t text_free_bytes = std::size_t{40} << 20, text_bytes_per_file_byte = 5;
 constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
 
 constexpr std::string_view separators = " \t\r,;\v\f";
 
-/// At a '#' that begins a word; within one it is no comment (7-Scenes' "-1.#IND").
+/// A '#' starts a comment only at the beginning of a word (7-Scenes has "-1.#IND").
 std::size_t begin_of_comment(std::string_view line) {
   auto at = line.find('#');
   while (at != std::string_view::npos && at > 0 && separators.find(line[at - 1]) == std::string_view::npos)

@@ -7,7 +7,7 @@
 namespace octosurf::io {
 namespace {
 
-// Shortest text that reads back as the same number, whatever the locale.
+// Shortest text that reads back as the same number, in any locale.
 template <typename Number>
 std::string text(Number value) {
   std::array<char, 32> buffer{};

@@ -14,7 +14,7 @@
 
 namespace octosurf::io {
 
-/// What is asked for, checked: `parts` fit the format.
+/// A validated export: `parts` fit the format.
 struct ExportJob {
   const Snapshot& snapshot;
   const ExportOptions& options;
@@ -39,7 +39,7 @@ void write_mesh_file(const ExportJob& job, const std::filesystem::path& file);
 /// Binary, colours by vertex; points also with a label, the surface's id. Writes `file` itself.
 void write_ply(const ExportJob& job, const std::filesystem::path& file);
 
-/// One surface as it stands in a mesh file; without triangles it is a set of points.
+/// One surface in a mesh file; without triangles it is a set of points.
 struct Shape {
   SurfaceId id = 0;
   std::array<float, 3> color{};
@@ -52,10 +52,10 @@ void write_stl(const Shape& shape, std::ostream& out);
 /// `polygons` of a surface, triangulated; counter-clockwise seen from the normal's tip.
 Mesh flat(const Surface& surface, const std::vector<Polygon>& polygons);
 
-/// Shapes of `part`, those of surfaces that have none of it left out.
+/// Shapes of `part`; surfaces without any of it are skipped.
 std::vector<Shape> make_shapes(const ExportJob& job, ExportPart part);
 
-/// `value` if it is finite; else throws Error(data) naming what it is of.
+/// `value` if it is finite; else throws Error(data) naming `what`.
 double finite(double value, const std::string& what);
 double finite(double value, SurfaceId id);  ///< of a surface
 
@@ -68,7 +68,7 @@ std::string ending_of(const std::filesystem::path& file);
 /// For formats that cannot be empty.
 Error nothing_to_write(const std::filesystem::path& file);
 
-/// A position, rounded to 1e-9 m to keep 0.30000000000000004 out of text files.
+/// A position, rounded to 1e-9 m to avoid digits like 0.30000000000000004 in text files.
 Eigen::Vector3d tidy(const Eigen::Vector3d& point);
 Eigen::Vector3d tidy(const Eigen::Vector3d& point, SurfaceId id);  ///< finite, or Error(data)
 

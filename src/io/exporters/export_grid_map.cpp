@@ -20,7 +20,7 @@ void write_dimension(io::MessageWriter& out, const std::string& label, Eigen::In
   out.end_message();
 }
 
-/// std_msgs/Float32MultiArray, labelled column by column as grid_map's GridMapMsgHelpers asks.
+/// std_msgs/Float32MultiArray, labelled column by column as grid_map's GridMapMsgHelpers requires.
 void write_layer(io::MessageWriter& out, const Eigen::MatrixXf& layer) {
   out.begin_message();
   out.field("layout");
@@ -42,7 +42,7 @@ void io::write_header(io::MessageWriter& out, const std::string& frame, std::int
   out.begin_message();
   if (out.numbers_headers()) out.field("seq", std::uint32_t{0});
   constexpr std::int64_t second = 1000000000;
-  const std::int64_t nanoseconds = (stamp_ns % second + second) % second;  // from 0 on, before 1970 too
+  const std::int64_t nanoseconds = (stamp_ns % second + second) % second;  // not negative, even before 1970
   out.field("stamp");
   out.begin_message();
   out.field("sec", static_cast<std::int32_t>((stamp_ns - nanoseconds) / second));
@@ -93,7 +93,7 @@ void io::write_grid_map(io::MessageWriter& out, const HeightGrid& grid, const io
   out.begin_list(layers.size());
   for (const auto& [name, layer] : layers) out.write(name);
   out.end_list();
-  out.field("basic_layers");  // where these are NaN, a cell is not valid
+  out.field("basic_layers");  // a cell is invalid where these are NaN
   out.begin_list(1);
   out.write(std::string("elevation"));
   out.end_list();

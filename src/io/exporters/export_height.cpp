@@ -16,7 +16,7 @@
 namespace octosurf {
 namespace {
 
-/// height = offset + scale · value; value 0 is nothing, 1 the lowest height.
+/// height = offset + scale · value; value 0 is an empty cell, 1 the lowest height.
 struct HeightScale {
   double offset = 0, scale = 0;
 };
@@ -29,13 +29,14 @@ HeightScale scale_of(const Eigen::MatrixXf& elevation) {
     high = std::max(high, static_cast<double>(height));
   }
   if (!(low <= high)) return {0, 1e-4};
-  // A tenth of a millimetre a step, unless the map is higher than the 6.5 m which that can tell.
+  // A tenth of a millimetre a step, unless the map is higher than the 6.5 m that this covers.
   const double scale = std::max(1e-4, (high - low) / 65534);
   return {low - scale, scale};
 }
 
 std::vector<std::uint16_t> pixels_of(const Eigen::MatrixXf& elevation, const HeightScale& scale) {
-  // The grid's columns go against y, as an image's rows do; its rows go against x, the image's columns along.
+  // The grid's columns run against y, as an image's rows do; its rows run against x, the image's columns
+  // along it.
   std::vector<std::uint16_t> pixels;
   pixels.reserve(static_cast<std::size_t>(elevation.size()));
   for (Eigen::Index column = 0; column < elevation.cols(); ++column)
@@ -72,7 +73,7 @@ void export_height_image(const HeightGrid& grid, const std::filesystem::path& fi
   io::NewFile image(file, force), text(std::filesystem::path(file).replace_extension(".json"), force);
   image.write(
       [&](std::ostream& out) { io::write_png(pixels_of(grid.elevation, scale), width, height, out); });
-  // A file's name need not be UTF-8; its odd bytes are replaced.
+  // A file's name may be invalid UTF-8; the bytes in question are replaced.
   const std::string document = about.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
   text.write([&](std::ostream& out) { out << document << '\n'; });
   text.commit();

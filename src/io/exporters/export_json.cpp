@@ -99,7 +99,7 @@ Json covariance_json(const Surface& surface) {
 
 Json surface_json(const ExportJob& job, const Surface& surface) {
   const SurfaceId id = surface.id;
-  Json color = Json::array();  // a float's own digits, not those of the double it becomes
+  Json color = Json::array();  // a float's digits, not those of the double it converts to
   for (const float c : surface.color) color.push_back(std::round(finite(c, id) * 1e6) / 1e6);
   const Eigen::Vector3d& n = surface.plane.normal;
   Json normal = Json::array({finite(n.x(), id), finite(n.y(), id), finite(n.z(), id)});
@@ -151,7 +151,7 @@ void write_json(const ExportJob& job, std::ostream& out) {
   out << R"({"format":"octosurf-surfaces","version":1,"resolution":)"
       << Json(finite(job.snapshot.resolution, 0)) << R"(,"revision":)" << job.snapshot.revision
       << R"(,"surfaces":[)";
-  // A surface at a time: the text of a large map need not fit into memory as one document.
+  // Surface by surface: the text of a large map may not fit into memory as one document.
   const char* separator = "\n";
   for (const SurfacePtr& surface : job.snapshot.surfaces) {
     out << separator << surface_json(job, *surface);

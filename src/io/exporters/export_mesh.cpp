@@ -15,7 +15,7 @@
 namespace octosurf::io {
 namespace {
 
-// Format names of assimp, and what each needs.
+// Assimp's format names, and their properties.
 struct MeshFormat {
   const char* id;
   bool y_up;              // the format's viewers expect it: the root node turns the map
@@ -36,7 +36,7 @@ aiVector3D to_assimp(const Eigen::Vector3d& v) {
   return {static_cast<ai_real>(v.x()), static_cast<ai_real>(v.y()), static_cast<ai_real>(v.z())};
 }
 
-// Assimp's scene owns what it points to, by new and new[].
+// Assimp's scene owns its data, allocated by new and new[].
 aiMesh* to_mesh(const Mesh& shape, const std::string& name, unsigned material) {
   auto mesh = std::make_unique<aiMesh>();
   mesh->mName = name;
@@ -77,7 +77,7 @@ aiMaterial* to_material(const std::array<float, 3>& color, const MeshFormat& for
   return material.release();
 }
 
-/// Turns the map's `up` to y, for a root node.
+/// Rotates the map's `up` to y, for a root node.
 aiMatrix4x4 up_to_y(const Eigen::Vector3d& up) {
   Eigen::Matrix3d z_to_y;
   z_to_y << 1, 0, 0, 0, 0, 1, 0, -1, 0;

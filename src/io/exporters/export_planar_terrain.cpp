@@ -82,7 +82,7 @@ void write_region(io::MessageWriter& out, const io::TerrainRegion& region) {
   out.end_message();
 }
 
-/// Those of a terrain that must have some. `where` names it in errors.
+/// Regions of a terrain that must not be empty. `where` names it in errors.
 io::TerrainRegions some_regions(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,
                                 const std::filesystem::path& where) {
   io::require_cells(grid, where);

@@ -9,8 +9,8 @@
 namespace octosurf::io {
 namespace {
 
-// Written here: PCL's writer does not say that a write has failed, and most readers find no faces in
-// assimp's PLY files.
+// Not by a library: PCL's writer does not report failed writes, and most readers find no faces in assimp's
+// PLY files.
 
 template <class... Values>
 void put(std::ostream& out, const Values&... values) {

@@ -17,7 +17,7 @@ using Ring3 = std::vector<Eigen::Vector3d>;
 
 Json json_of(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
 
-/// From the corner on at which the first three vertices make the largest triangle.
+/// Starts at the corner where the first three vertices form the largest triangle.
 Ring3 from_widest_corner(const Ring3& ring) {
   std::size_t best = 0;
   double largest = -1;

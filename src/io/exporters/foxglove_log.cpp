@@ -24,7 +24,7 @@ constexpr const char *map_frame = "map", *sensor_frame = "sensor";
 constexpr std::size_t most_points = std::size_t{1} << 23, most_cells = std::size_t{1} << 23;
 constexpr std::array<float, 3> pending_color{0.5F, 0.5F, 0.5F}, cylinder_color{0.55F, 0.45F, 0.75F};
 
-/// The definitions of the messages, with what they import, in package `foxglove`.
+/// The definitions of the messages, with their imports, in package `foxglove`.
 std::string descriptors() {
   google::protobuf::FileDescriptorSet set;
   google::protobuf::Timestamp::descriptor()->file()->CopyTo(set.add_file());
@@ -131,7 +131,7 @@ void describe(foxglove::SceneEntity& entity, const Cylinder& cylinder, const Eig
   set_color(primitive.mutable_color(), cylinder_color);
 }
 
-/// Cells around the occupied voxels, and what is known of each.
+/// A grid of cells around the occupied voxels, with their states.
 struct Cells {
   struct Cell {
     std::array<std::uint8_t, 4> color{};  ///< transparent unless occupied
@@ -143,7 +143,7 @@ struct Cells {
   Eigen::Array<std::size_t, 3, 1> count = Eigen::Array<std::size_t, 3, 1>::Zero();
   std::vector<Cell> cells;
 
-  /// Of a place in the box, by each axis.
+  /// Index of the cell that contains a point in the box, per axis.
   Eigen::Array<std::size_t, 3, 1> index(const Eigen::Vector3d& point) const {
     return ((point - corner) / edge).array().floor().cast<std::size_t>().min(count - 1);
   }
@@ -179,7 +179,7 @@ void mark_free(Cells& cells, const OccupancyView& octree) {
   octree.for_each_leaf({cells.corner, end}, [&](std::span<const OccupancyView::Leaf> leaves) {
     for (const OccupancyView::Leaf& leaf : leaves) {
       if (leaf.log_odds >= octree.occupied_from()) continue;
-      // By the centres of its first and its last voxel.
+      // Between the centres of its first and its last voxel.
       const Eigen::Vector3d low(leaf.corner[0], leaf.corner[1], leaf.corner[2]);
       const Eigen::Vector3d first = (low.array() - zero_key + 0.5) * d;
       const Eigen::Vector3d last = first.array() + ((1 << leaf.level) - 1) * d;
@@ -207,7 +207,7 @@ void mark_occupied(Cells& cells, const OccupancyView& octree, const Snapshot& sn
 }  // namespace
 
 std::uint64_t FoxgloveLog::time_ns(double stamp_s) {
-  constexpr double longest_s = 9e9;  // 285 years, which a double has in nanoseconds
+  constexpr double longest_s = 9e9;  // 285 years, the limit for nanoseconds in a double
   const auto ns = static_cast<std::uint64_t>(std::round(1e9 * std::clamp(stamp_s, 0.0, longest_s)));
   return last_ns_ = std::max(last_ns_, ns);
 }

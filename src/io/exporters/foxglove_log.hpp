@@ -19,24 +19,24 @@ class Message;
 
 namespace octosurf::io {
 
-/// A map, or how it comes about, as an MCAP file of Foxglove's messages (Protobuf), docs/formats.md §2.
-/// Frames `map` and `sensor`, metres. Times are seconds; one before the last one, or before 0, counts as
-/// that. Write errors show in the stream.
+/// Writes a map, or its construction over time, as an MCAP file of Foxglove's messages (Protobuf),
+/// docs/formats.md §2. Frames `map` and `sensor`, metres. Times are seconds; a negative time, or one before
+/// the last, is raised to that. Write errors set the stream's state.
 class FoxgloveLog {
  public:
   /// `up`: map frame, for the surfaces' slopes.
   FoxgloveLog(std::ostream& out, const Eigen::Vector3d& up) : file_(out), up_(up) {}
 
-  /// /tf: where the sensor was.
+  /// /tf: the sensor's pose.
   void add_pose(double stamp_s, const Eigen::Isometry3d& T_map_sensor);
   /// /trajectory: all poses at once.
   void add_trajectory(double stamp_s, std::span<const Eigen::Isometry3d> T_map_sensor);
-  /// /surfaces: an entity for each surface and cylinder that is not as it was written last, and deletions of
-  /// those that are gone. Nothing if there are none. Cost: simplified() and a triangulation for each entity.
+  /// /surfaces: an entity for each surface and cylinder changed since it was written last, and deletions of
+  /// removed ones. Nothing without changes. Cost: simplified() and a triangulation for each entity.
   void add_changes(double stamp_s, const Snapshot& snapshot);
   /// The same with an entity for every surface and cylinder.
   void add_surfaces(double stamp_s, const Snapshot& snapshot);
-  /// /points: those of surfaces, in their colours; evenly fewer where there are more than 2²³.
+  /// /points: those of surfaces, in their colours; thinned evenly to at most 2²³.
   void add_points(double stamp_s, const Map& map, const Snapshot& snapshot);
   /// /voxels: the box of the occupied ones, in cells of a voxel or of 2ⁿ to an edge, at most 2²³.
   void add_voxels(double stamp_s, const OccupancyView& octree, const Snapshot& snapshot);

@@ -19,10 +19,10 @@ using GridLayers = std::vector<std::pair<std::string, const Eigen::MatrixXf*>>;
 void write_grid_map(MessageWriter& out, const HeightGrid& grid, const GridLayers& layers,
                     const std::string& frame);
 
-/// The layers that export_grid_map() has; they are the grid's.
+/// The layers of export_grid_map(), taken from the grid.
 GridLayers layers_of(const HeightGrid& grid);
 
-/// std_msgs/Header. A map is of no one moment, so its time is 0 unless one is given.
+/// std_msgs/Header. The time is 0 unless given, because a map has no single time.
 void write_header(MessageWriter& out, const std::string& frame, std::int64_t stamp_ns = 0);
 
 /// geometry_msgs/Point, Vector3.

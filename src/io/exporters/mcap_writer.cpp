@@ -15,12 +15,12 @@ std::string compressed(std::string_view bytes) {
   std::string packed(ZSTD_compressBound(bytes.size()), '\0');
   const std::size_t size =
       ZSTD_compress(packed.data(), packed.size(), bytes.data(), bytes.size(), ZSTD_CLEVEL_DEFAULT);
-  if (ZSTD_isError(size) != 0) throw std::bad_alloc();  // nothing else can fail here
+  if (ZSTD_isError(size) != 0) throw std::bad_alloc();  // the only possible error
   packed.resize(size);
   return packed;
 }
 
-/// A record's content, field by field; numbers are little-endian.
+/// Content of a record, field by field; numbers are little-endian.
 class FieldBytes {
  public:
   template <std::unsigned_integral Number>
@@ -188,7 +188,7 @@ void McapWriter::finish() {
   }
   const std::uint64_t offsets_begin = summary_begin + summary.size();
   summary += offsets;
-  // The footer's check sum covers all of the summary and the footer's own fields before it.
+  // The footer's checksum covers the summary and the footer's fields before it.
   std::string footer;
   add_record(footer, Op::footer, FieldBytes().add(summary_begin).add(offsets_begin).bytes(), "1234");
   footer.resize(footer.size() - 4);

@@ -12,20 +12,19 @@
 namespace octosurf::io {
 
 /// Writes an MCAP file (mcap.dev/spec) of Protobuf messages: chunks of about 1 MiB (zstd) with an index each,
-/// and a summary at the end. Written here, as Debian has no library for it. Write errors show in the stream.
+/// and a summary at the end. Debian has no library for it. Write errors set the stream's state.
 class McapWriter {
  public:
   /// `out`: binary, at its beginning.
   explicit McapWriter(std::ostream& out);
 
-  /// `type`: of the messages, `descriptors` the FileDescriptorSet that defines it. Returns the channel's
-  /// number.
+  /// `type`: of the messages, defined by the FileDescriptorSet `descriptors`. Returns the channel's number.
   std::uint16_t add_channel(std::string_view topic, std::string_view type, std::string_view descriptors);
 
   /// Messages may come in any order of time.
   void write(std::uint16_t channel, std::uint64_t time_ns, std::string_view message);
 
-  /// Writes the last chunk and the summary; nothing may be written after it.
+  /// Writes the last chunk and the summary; nothing may be written afterwards.
   void finish();
 
  private:
@@ -36,7 +35,7 @@ class McapWriter {
   };
   struct Channel {
     std::uint64_t messages = 0;
-    std::vector<Place> in_chunk;  ///< its messages in the chunk that is being filled
+    std::vector<Place> in_chunk;  ///< messages in the current chunk
   };
   /// First and last time of messages; both 0 if there are none.
   struct Span {
@@ -53,7 +52,7 @@ class McapWriter {
   std::ostream& out_;
   std::uint64_t written_ = 0;
   std::uint32_t crc_ = 0;
-  std::string chunk_;  ///< records of the one that is being filled
+  std::string chunk_;  ///< records of the current chunk
   Span chunk_span_, span_;
   std::vector<Channel> channels_;
   std::string schema_records_, channel_records_, chunk_indexes_;  ///< of the summary

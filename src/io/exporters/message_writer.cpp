@@ -18,7 +18,7 @@
 namespace octosurf::io {
 namespace {
 
-/// Writes as it goes: a grid of millions of cells need not be a document in memory.
+/// Writes incrementally, so that a grid of millions of cells needs no document in memory.
 class JsonWriter : public MessageWriter {
  public:
   explicit JsonWriter(std::ostream& out) : out_(out) {}
@@ -45,7 +45,7 @@ class JsonWriter : public MessageWriter {
   }
   void write(const std::string& value) override {
     separate();
-    // A frame's name may come from a command line or a bag: bytes that are no UTF-8 must not end the export.
+    // A frame's name may come from a command line or a bag: invalid UTF-8 must not stop the export.
     out_ << nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   }
   void write(std::span<const float> list) override {
@@ -95,8 +95,8 @@ class JsonWriter : public MessageWriter {
 
 namespace cdr = eprosima::fastcdr;
 
-/// What both of ROS' serialisations have in common: values one after the other, without names. `Encoding` has
-/// put() of a number or a text, and put_list() of numbers, whose count was put before.
+/// The common part of ROS' two serialisations: values in sequence, without names. `Encoding` has put() for a
+/// number or a text, and put_list() for numbers, whose count is written before.
 template <class Encoding>
 class BytesWriter : public MessageWriter {
  public:
@@ -152,9 +152,9 @@ class CdrWriter : public BytesWriter<CdrWriter> {
 
  private:
   friend BytesWriter;
-  /// Fast CDR leaves out what aligns a value, so that there would be whatever the memory held before.
+  /// Fast CDR skips alignment bytes without writing them, which would leave uninitialised memory.
   void pad_to(std::size_t alignment) {
-    constexpr std::size_t encapsulation = 4;  // does not count
+    constexpr std::size_t encapsulation = 4;  // not counted in the alignment
     while ((bytes().size() - encapsulation) % alignment != 0) cdr_ << '\0';
   }
   template <class Number>
@@ -163,7 +163,7 @@ class CdrWriter : public BytesWriter<CdrWriter> {
     cdr_ << value;
   }
   void put(const std::string& value) {
-    pad_to(sizeof(std::uint32_t));  // its length stands first
+    pad_to(sizeof(std::uint32_t));  // its length comes first
     cdr_ << value;
   }
   template <class Number>
@@ -180,7 +180,7 @@ class CdrWriter : public BytesWriter<CdrWriter> {
   cdr::Cdr cdr_;
 };
 
-/// ROS 1's: little-endian, nothing aligned, strings without an end.
+/// ROS 1's: little-endian, unaligned, strings without a terminator.
 class PackedWriter : public BytesWriter<PackedWriter> {
  public:
   bool numbers_headers() const override { return true; }

@@ -12,15 +12,15 @@
 
 namespace octosurf::io {
 
-/// Takes a ROS message field by field, in the order of its definition. One description of a message so gives
-/// all its encodings.
+/// Receives a ROS message field by field, in the order of its definition, so that one description serves all
+/// encodings.
 class MessageWriter {
  public:
   virtual ~MessageWriter() = default;
 
   virtual void begin_message() = 0;
   virtual void end_message() = 0;
-  virtual void field(const char* name) = 0;  ///< what is written next is its value
+  virtual void field(const char* name) = 0;  ///< the next value written is the field's
   virtual void begin_list(std::size_t size) = 0;
   virtual void end_list() = 0;
   virtual void write(double value) = 0;
@@ -39,7 +39,7 @@ class MessageWriter {
     return false;
   }  ///< a Header begins with a sequence number, as in ROS 1
 
-  /// Not the string's address, which would be a bool.
+  /// Would otherwise convert the pointer to bool.
   void write(const char*) = delete;
 
   template <class Value>
@@ -49,7 +49,7 @@ class MessageWriter {
   }
 };
 
-/// The message as ROS 2 serialises it: XCDR1, little-endian, behind its encapsulation header.
+/// The message as serialised by ROS 2: XCDR1, little-endian, after its encapsulation header.
 std::string cdr_of(const std::function<void(MessageWriter&)>& message);
 
 /// Writes the message to `file`: as JSON (NaN as null) or, if it ends in .cdr, as cdr_of() gives it. Throws

@@ -16,14 +16,14 @@
 namespace octosurf {
 namespace {
 
-/// How much of the maps a page has.
+/// Level of detail of the maps on a page.
 struct Detail {
   int merged;        ///< edge of a voxel in voxels of the map; 0: without voxels
   bool feet = true;  ///< with contact regions
 };
 constexpr std::array<Detail, 8> details{{{1}, {2}, {4}, {8}, {16}, {32}, {0}, {0, false}}};
 
-/// What of a map is the same whatever its voxels are merged to.
+/// The part of a map's data that is independent of the merging of its voxels.
 struct MapOfPage {
   const PageMap& map;
   std::vector<io::PageVoxel> voxels;
@@ -55,7 +55,7 @@ std::string encoded(const MapOfPage& one, const std::vector<io::PageVoxel>& voxe
   return block.encoded();
 }
 
-/// The page's maps so; nothing if they take more than `room` bytes.
+/// The encoded maps; empty if they exceed `room` bytes.
 std::optional<std::string> maps_html(const std::vector<MapOfPage>& maps, const Detail& detail,
                                      const PageOptions& options, std::size_t room, PageReport& report) {
   const int merged = detail.merged;
@@ -126,7 +126,7 @@ Page make_page(const std::vector<PageMap>& maps, const std::string& name, const 
 PageReport write_page(const std::vector<PageMap>& maps, const std::filesystem::path& file,
                       const PageOptions& options) {
   check_page(maps, file.string(), options);
-  io::NewFile output(file, options.force);  // first, because a page takes a while
+  io::NewFile output(file, options.force);  // opened first, because writing a page takes a while
   const Page page = make_page(maps, file.string(), options);
   output.write([&](std::ostream& out) { out << page.html; });
   output.commit();

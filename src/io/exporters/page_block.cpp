@@ -17,13 +17,13 @@ std::string gzip(std::string_view bytes) {
     throw std::bad_alloc();
   std::string result;
   std::array<char, 65536> part;
-  constexpr std::size_t most = std::numeric_limits<uInt>::max();  // that zlib takes at once
+  constexpr std::size_t most = std::numeric_limits<uInt>::max();  // zlib's limit per call
   int state = Z_OK;
   while (state == Z_OK) {
     if (stream.avail_in == 0) {
       const std::string_view next = bytes.substr(0, most);
       bytes.remove_prefix(next.size());
-      // zlib reads only, but its older declarations do not say so.
+      // zlib only reads it, but older declarations lack the const.
       stream.next_in = const_cast<Bytef*>(reinterpret_cast<const Bytef*>(next.data()));
       stream.avail_in = static_cast<uInt>(next.size());
     }
@@ -53,7 +53,7 @@ std::string base64(std::string_view bytes) {
 std::string PageBlock::encoded() const { return base64(packed()); }
 
 std::string PageBlock::packed() const {
-  // A name that is no UTF-8 is shown as far as it can be.
+  // Invalid UTF-8 in a name is replaced.
   std::string document = json.dump(-1, ' ', false, Json::error_handler_t::replace);
   document.resize((document.size() + 3) / 4 * 4, ' ');
   const auto length = static_cast<std::uint32_t>(document.size());

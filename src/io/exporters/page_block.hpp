@@ -11,9 +11,9 @@
 
 namespace octosurf::io {
 
-/// A map's data as it stands in a page (web/src/block.js reads it): the length of a JSON document in four
-/// bytes, the document, blanks up to a multiple of four bytes, and arrays of numbers, each at a multiple of
-/// four; `arrays` in the document has their types, places after the document, and lengths. All
+/// A map's data as embedded in a page (read by web/src/block.js): the length of a JSON document in four
+/// bytes, the document, padding to a multiple of four bytes, and arrays of numbers, each at a multiple of
+/// four; `arrays` in the document has their types, offsets after the document, and lengths. All
 /// little-endian; compressed by gzip, as base64.
 class PageBlock {
  public:
@@ -33,7 +33,7 @@ class PageBlock {
   }
 
   std::string packed() const;   ///< compressed
-  std::string encoded() const;  ///< that as base64
+  std::string encoded() const;  ///< packed(), as base64
 
  private:
   std::string bytes_;
@@ -42,7 +42,7 @@ class PageBlock {
 std::string gzip(std::string_view bytes);
 std::string base64(std::string_view bytes);
 
-/// Each number's difference to the one before, modulo the type's range: small numbers, that compress well.
+/// Differences of consecutive numbers, modulo the type's range: small numbers compress well.
 template <typename Number>
 std::vector<Number> differences(const std::vector<Number>& numbers) {
   using Unsigned = std::make_unsigned_t<Number>;

@@ -40,7 +40,7 @@ void add_track(PageBlock& block, const SensorTrack& track) {
   }
 }
 
-/// What of the snapshot is to be told.
+/// The part of the snapshot to send.
 Snapshot told_of(const Snapshot& snapshot, std::uint64_t since) {
   Snapshot told = snapshot;
   told.surfaces = snapshot.changed_since(since);
@@ -99,7 +99,7 @@ std::string page_voxels_message(const PageMap& map, const Eigen::Vector3d& up, b
     block.json["revision"] = map.snapshot->revision;
     block.json["merged"] = merged;
     block.json["voxels_before_merging"] = voxels.size();
-    Json ids = Json::array();  // what the numbers in voxel_surface mean
+    Json ids = Json::array();  // ids by number, as used in voxel_surface
     for (const SurfacePtr& surface : map.snapshot->surfaces) ids.push_back(surface->id);
     block.json["surface_ids"] = std::move(ids);
     add_up(block, up);

@@ -8,7 +8,7 @@
 
 #include <octosurf/page.hpp>
 
-// What a page's data is put together of; docs of the fields: web/src/data.js.
+// The parts of a page's data; fields are documented in web/src/data.js.
 
 namespace octosurf::io {
 
@@ -21,7 +21,7 @@ void add_up(PageBlock& block, const Eigen::Vector3d& up);
 /// Contact regions.
 void add_feet(PageBlock& block, const PageMap& map);
 
-/// Plans. Throws Error(data) for what is none.
+/// Plans. Throws Error(data) for an invalid one.
 void add_plans(PageBlock& block, const PageMap& map);
 
 /// A coordinate of a polygon of that surface as it is stored. Throws Error(data) if it is not finite.

@@ -1,4 +1,4 @@
-// Plans as plan_files.hpp writes them, checked, and of them what a page draws.
+// Plans as written by plan_files.hpp: checks them, and extracts the part that a page draws.
 #include "io/exporters/page_parts.hpp"
 
 #include <array>
@@ -20,7 +20,7 @@ class PlanReader {
  public:
   explicit PlanReader(const std::string& name) : name_(name) {}
 
-  /// What the page draws of it.
+  /// The part that the page draws.
   Json drawn(const std::string& text) const {
     const Json plan = Json::parse(text, nullptr, false);
     require(plan.is_object() && plan.value("format", Json()) == "octosurf-plan", "is no plan");

@@ -36,8 +36,8 @@ void add_ring(Rings& rings, const Ring2& ring, SurfaceId id, const std::vector<E
   }
 }
 
-/// In the polygon's own vertices, ring after ring from number `first` on. A triangle at a vertex that is none
-/// of them, where rings cross against Polygon's contract, is left out.
+/// By the polygon's own vertices, numbered ring after ring from `first`. Triangles with other vertices, which
+/// exist where rings cross against Polygon's contract, are skipped.
 void add_triangles(Rings& rings, const Polygon& polygon, std::uint32_t first) {
   std::map<std::pair<double, double>, std::uint32_t> numbers;
   std::uint32_t number = first;
@@ -60,7 +60,7 @@ void add_triangles(Rings& rings, const Polygon& polygon, std::uint32_t first) {
   }
 }
 
-/// Adds the rings, and returns how many vertices each has: [[outer, hole, …], …].
+/// Adds the rings, and returns their numbers of vertices: [[outer, hole, …], …].
 Json polygons_json(Rings& rings, const Surface& surface, const std::vector<PolygonEdges>* labels) {
   if (labels != nullptr) require_labels_of(surface, *labels);
   Json sizes = Json::array();
@@ -115,7 +115,7 @@ Json surface_json(Rings& rings, const Surface& surface, const std::vector<Polygo
   return json;
 }
 
-/// Who went, into what (0: nothing), when it appeared and went.
+/// Removed objects, their successors (0: none), and the revisions of appearance and removal.
 Json departures_json(const DepartureLog& departures, std::uint64_t since, Departure::Of of) {
   Json list = Json::array();
   departures.for_each_since(since, [&](const Departure& one) {
@@ -131,7 +131,7 @@ Json heirs_json(const std::vector<Heir>& heirs) {
   return list;
 }
 
-/// `or_unseen`: what the other map has not seen may still be there, and counts as shared.
+/// `or_unseen`: area not observed by the other map may still exist, and counts as shared.
 Json shares_json(const std::vector<SurfaceDifference>& surfaces, bool or_unseen) {
   Json list = Json::array();
   for (const SurfaceDifference& one : surfaces) {

@@ -64,7 +64,7 @@ struct Sample {
   const Patch* patch;
 };
 
-// Points spread evenly over the surfaces, so that a quantile of them is one of area.
+// Points spread evenly over the surfaces, so that their quantiles are quantiles of area.
 std::vector<Sample> spread(const std::vector<Patch>& patches) {
   constexpr double count = 20000;
   struct Triangle {
@@ -86,7 +86,7 @@ std::vector<Sample> spread(const std::vector<Patch>& patches) {
   double due = 0, s = 0, t = 0;
   for (const auto& [corners, area, patch] : triangles) {
     for (due += count * area / total; due >= 1; due -= 1) {
-      s = std::fmod(s + 0.7548776662466927, 1);  // the R2 sequence: even, and the same every time
+      s = std::fmod(s + 0.7548776662466927, 1);  // the R2 sequence: even and deterministic
       t = std::fmod(t + 0.5698402909980532, 1);
       const double a = 1 - std::sqrt(s), b = std::sqrt(s) * t;
       points.push_back(
@@ -142,7 +142,7 @@ class Canvas {
       }
   }
 
-  // Dark lines where one polygon ends.
+  // Dark lines at the borders of polygons.
   void outline() {
     for (int row = 0; row + 1 < rows_; ++row) {
       for (int column = 0; column + 1 < columns_; ++column) {
@@ -252,7 +252,7 @@ class Canvas {
            static_cast<std::size_t>(column);
   }
 
-  // Lambert's law wrapped around, so that no two of a room's walls look alike and none is black.
+  // Wrapped Lambert shading, so that a room's walls differ and none is black.
   static Eigen::Vector3f shade(const Patch& patch, const Eigen::Vector3d& eye) {
     const double side = patch.plane.signed_distance(eye) < 0 ? -1 : 1;
     const double lit = 0.5 + 0.5 * side * patch.plane.normal.dot(light);
@@ -260,7 +260,7 @@ class Canvas {
     return color * static_cast<float>(0.45 + 0.55 * lit);
   }
 
-  // A grid of 1 m that ends some way around the map.
+  // A grid of 1 m that extends beyond the map.
   Eigen::Vector3f ground(const Eigen::Vector3d& ray, const Eigen::AlignedBox3d& box) const {
     const Eigen::Vector3f paper(0.96f, 0.96f, 0.95f);
     if (camera_.eye.z() <= box.min().z() || ray.z() >= 0) return paper;
@@ -316,7 +316,7 @@ PictureOptions turned(PictureOptions options, const Eigen::Quaterniond& rotation
   return options;
 }
 
-/// Those that `camera` is to show: no strays, nothing that is left out of the picture.
+/// Samples to show with `camera`: no strays, no omitted surfaces.
 std::vector<Eigen::Vector3d> worth_showing(const std::vector<Sample>& samples, const Eigen::AlignedBox3d& box,
                                            const io::Camera* camera) {
   const double around = 0.15 * box.diagonal().norm();
@@ -330,7 +330,7 @@ std::vector<Eigen::Vector3d> worth_showing(const std::vector<Sample>& samples, c
   return shown;
 }
 
-/// As near as it can stand. What it sees from behind depends on where it stands: that is looked up from
+/// The nearest camera position. Which surfaces are seen from behind depends on it: this is determined from
 /// where all would be in the picture.
 io::Camera camera_for(const std::vector<Sample>& samples, const Eigen::AlignedBox3d& box,
                       const PictureOptions& options) {

@@ -11,7 +11,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double degrees = 180 / std::numbers::pi;
-// m over the plane, so that a sole is seen at any angle; each a little more, so that a later one covers it.
+// m over the plane, so that a sole is visible at any angle; increasing, so that a later one covers an earlier
+// one.
 constexpr double raised = 0.006, raised_more = 0.0002;
 constexpr int disc_corners = 24;
 

@@ -22,11 +22,11 @@ struct TerrainRegions {
   PlanarTerrainCount count;
 };
 
-/// What export_planar_terrain() writes of the surfaces, which must outlive it.
+/// The regions that export_planar_terrain() writes of the surfaces, which must outlive them.
 TerrainRegions terrain_regions(const std::vector<PlannerSurface>& surfaces);
 
-/// convex_plane_decomposition_msgs/PlanarTerrain as export_planar_terrain() describes it, of a grid that has
-/// cells. Without a region it is a terrain on which there is no foothold.
+/// convex_plane_decomposition_msgs/PlanarTerrain as in export_planar_terrain(), with a grid that has cells.
+/// Without regions it is a terrain without footholds.
 void write_planar_terrain(MessageWriter& out, const std::vector<TerrainRegion>& regions,
                           const HeightGrid& grid, const std::string& frame);
 

@@ -15,9 +15,10 @@ using AlignmentRecord = map_file::Alignment;
 using surfaces::AlignmentState;
 
 constexpr int most_hypotheses = 1000;
-constexpr double largest = 1e9;  // of any number: poses stay far below, evidence for millions of scans
+constexpr double largest = 1e9;  // limit for any number: poses stay far below, as does evidence of millions
+                                 // of scans
 
-/// One after the other into a list of numbers.
+/// Appends to a list of numbers.
 class AlignmentWriter {
  public:
   explicit AlignmentWriter(google::protobuf::RepeatedField<double>& values) : values_(values) {}

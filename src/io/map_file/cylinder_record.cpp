@@ -12,9 +12,9 @@ namespace {
 
 constexpr int shape_doubles = 7;
 constexpr double length_slack = 1e-6;
-constexpr double largest_radius = 10;  // m: far more than any that is looked for
+constexpr double largest_radius = 10;  // m: far larger than any detected cylinder
 
-/// Reads one record's numbers; every refusal names the cylinder.
+/// Reads one record's numbers; errors name the cylinder.
 class CylinderReader {
  public:
   CylinderReader(const map_file::Cylinder& record, const surfaces::MapState& state, const std::string& where)

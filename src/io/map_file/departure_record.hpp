@@ -17,14 +17,14 @@ namespace octosurf::io {
 
 void write_departure(const Departure& departure, map_file::Departure& record);
 
-/// The departures of one map file, record by record, once its surfaces and cylinders are there.
+/// Reads the departures of a map file, record by record, after its surfaces and cylinders.
 class DepartureReader {
  public:
   /// Both must outlive it.
   DepartureReader(const surfaces::MapState& state, const std::string& where) : state_(state), where_(where) {}
 
-  /// Throws Error(data) unless the record says what can have been: of an id that was given out, once, that is
-  /// not there any more, in order.
+  /// Throws Error(data) unless the record is valid: an id that was assigned, removed once and not present any
+  /// more, in order.
   Departure operator()(const map_file::Departure& record);
 
  private:

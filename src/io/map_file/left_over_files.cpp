@@ -29,7 +29,7 @@ bool is_part_of(const std::string& name, const std::string& file) {
                      [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
 }
 
-/// The open file is a plain one of this user, stands at `path` and nowhere else.
+/// The open file is a regular file of this user, at `path` and without other links.
 bool is_own(int descriptor, const fs::path& path) {
   struct stat opened {
   }, named{};

@@ -5,13 +5,12 @@
 
 namespace octosurf::io {
 
-/// What NewFile puts behind a file's name while it is written: `.part-` and 16 random hexadecimal digits.
-/// Throws Error(output) if the system has no random numbers.
+/// Suffix of NewFile's temporary names: `.part-` and 16 random hexadecimal digits. Throws Error(output) if
+/// the system has no random numbers.
 std::string new_part_ending();
 
-/// Removes the temporary files of `file` that a process which is no more has left: those beside it with such
-/// a name that are plain files of this user with no other link to them, and whose lock is free. What cannot
-/// be looked at or locked stays.
+/// Removes temporary files of `file` left by terminated processes: regular files of this user beside it with
+/// such a name, a single link, and a free lock. Files that cannot be examined or locked stay.
 void remove_left_overs(const std::filesystem::path& file);
 
 }  // namespace octosurf::io

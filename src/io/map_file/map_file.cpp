@@ -54,7 +54,7 @@ std::string warning_of(const fs::path& file, const io::FileSum& expected) {
          "saving the map writes it again";
 }
 
-/// `path` relative to `folder`; absolute where there is no way from one to the other.
+/// `path` relative to `folder`; absolute if there is no relative path.
 fs::path seen_from(const fs::path& folder, const fs::path& path) {
   std::error_code failure;
   const fs::path from = fs::weakly_canonical(fs::absolute(folder.empty() ? "." : folder, failure), failure);
@@ -87,8 +87,8 @@ void save_map(const Map& map, const fs::path& stem, const KeptScans& scans) {
   const std::optional<io::FileSum> sum = sum_of(bt.temporary());
   if (!sum) throw Error(Error::Kind::output, files.bt.string(), "cannot be read back", "check the disk");
   surfaces.write([&](std::ostream& out) { io::write_map(map.state(), *sum, out, from_there); });
-  // Both are complete on the disk before either takes its place. If the process dies between the
-  // two, the old .surfaces is whole and says that the .bt is not its own.
+  // Both are complete on disk before either is renamed. If the process dies between the two, the old
+  // .surfaces is intact and detects that the .bt is not its own.
   bt.sync();
   surfaces.sync();
   bt.commit();

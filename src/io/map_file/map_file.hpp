@@ -50,15 +50,15 @@ struct FileSum {
   friend bool operator==(const FileSum&, const FileSum&) = default;
 };
 
-/// Writes a map file. Same state, same bytes. `bt` is of the .bt that goes with it; the folder of `scans` is
-/// written as it stands there. One pass over the octree and the surfaces. Write errors show in the stream.
+/// Writes a map file. Same state, same bytes. `bt` is of the accompanying .bt; the folder of `scans` is
+/// written unchanged. One pass over the octree and the surfaces. Write errors set the stream's state.
 void write_map(const surfaces::MapState& state, const FileSum& bt, std::ostream& out,
                const KeptScans& scans = {});
 
 struct MapFile {
   std::unique_ptr<surfaces::MapState> state;  ///< snapshot included
-  FileSum bt;                                 ///< of the .bt that was written with it
-  KeptScans scans;                            ///< the folder as it stands in the file
+  FileSum bt;                                 ///< of the accompanying .bt
+  KeptScans scans;                            ///< the folder as in the file
 };
 
 /// Reads a map file of `file_bytes` bytes; `where` names it in messages. Throws Error(data) for

@@ -24,9 +24,9 @@ constexpr std::size_t longest_path = 4096;
 constexpr std::size_t small_record_limit = std::size_t{1} << 20;
 constexpr std::uint32_t length_delimited = 2;  // protobuf's wire type
 constexpr std::uint32_t last_next_id = 1U << 24;
-constexpr double largest_integer = 1e9;  // of a parameter; real ones are far below, too
+constexpr double largest_integer = 1e9;  // limit of a parameter; real ones are far below
 
-/// A record taken apart: which field it is, and that field's bytes.
+/// A parsed record: its field number, and that field's bytes.
 struct RecordView {
   int field = 0;
   std::string_view content;
@@ -70,7 +70,7 @@ class MapReader {
     if (!holds) fail(what);
   }
 
-  /// Counts what a part of the map takes, before it is made.
+  /// Counts the memory of a part of the map before its allocation.
   void charge(std::uint64_t count, std::uint64_t bytes) {
     memory_ += count * bytes;
     check_memory(0);
@@ -79,8 +79,8 @@ class MapReader {
     require(memory_ + passing <= most_memory_, "it takes far more memory than its size allows");
   }
 
-  /// The next record, as it would have been written: one field, all of its bytes. Only then is a
-  /// message made of it, so that what it may cost is known from its type.
+  /// The next record in canonical form: one field with all of its bytes. Its memory is charged by type before
+  /// it is parsed.
   void advance() {
     record_ = {};
     if (!records_.next(bytes_)) return;
@@ -208,9 +208,9 @@ class MapReader {
     require(points == state.points, "the octree holds another number of points");
   }
 
-  /// Some of the octree's nodes, few enough for the octree to be measured before it is much over the limit.
+  /// A part of the octree's nodes, small enough to check the memory limit in time.
   std::string next_nodes() {
-    constexpr std::size_t piece = std::size_t{16} << 10;  // makes 0.6 MB at most: eight bytes a brick of 280
+    constexpr std::size_t piece = std::size_t{16} << 10;  // 0.6 MB at most: eight bytes a brick of 280
     if (record_.field != map_file::Record::kOctree) return {};
     require(!record_.content.empty(), "an octree chunk is empty");
     require(file_.state->occupancy.bytes() <= most_memory_, "it takes far more memory than its size allows");
@@ -355,7 +355,7 @@ class MapReader {
   RecordReader records_;
   std::uint64_t most_memory_, memory_ = 0;
   std::string bytes_;
-  RecordView record_;  // into bytes_; field 0 behind the last one
+  RecordView record_;  // into bytes_; field 0 after the last one
   MapFile file_;
   std::unordered_map<SurfaceId, std::vector<surfaces::Inlier>> inliers_;
 };

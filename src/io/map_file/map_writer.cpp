@@ -109,7 +109,7 @@ void put_held(const std::vector<std::uint64_t>& held, RecordWriter& records) {
   }
 }
 
-/// Bytes that reading it takes, as the reader counts them; a quarter more, because pools grow in steps.
+/// Memory for reading it, as the reader counts; a quarter more, because pools grow in steps.
 std::uint64_t memory_of(const surfaces::MapState& state, const KeptScans& scans) {
   std::uint64_t bytes = state.occupancy.bytes() +
                         waiting_cost * (state.queue.fresh.size() + state.queue.blocks.size()) +

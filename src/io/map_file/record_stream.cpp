@@ -12,12 +12,12 @@ namespace octosurf::io {
 namespace {
 
 constexpr int compression_level = 3;
-constexpr int largest_window = 23;  // log2 of bytes; level 3 takes 21, a decoder would grant 27
+constexpr int largest_window = 23;  // log2 of bytes; level 3 takes 21, a decoder would accept 27
 constexpr std::size_t growth = std::size_t{1} << 20;
 constexpr std::string_view skippable_magic{"\x50\x2a\x4d\x18", 4};  // zstd's
 constexpr std::uint64_t most_zeros = 0xffffffff;
 
-/// The checksum of bytes that follow those of checksum `crc`.
+/// Continues the checksum `crc` with further bytes.
 std::uint32_t crc_of(std::uint32_t crc, std::string_view bytes) {
   return static_cast<std::uint32_t>(
       ::crc32_z(crc, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
@@ -104,13 +104,13 @@ struct RecordReader::Impl {
     throw Error(Error::Kind::data, where, "is damaged: " + what, "restore it from a backup");
   }
 
-  /// Decompresses until there is a byte to read; false at the end of the frame.
+  /// Decompresses until a byte is available; false at the end of the frame.
   bool refill() {
     while (position == plain.pos) {
       if (ended) return false;
       plain = {plain_buffer.data(), plain_buffer.size(), 0};
       position = 0;
-      // Before reading on: the decoder may still hold output.
+      // Before reading on: the decoder may still have output.
       const std::size_t left = ZSTD_decompressStream(context.get(), &plain, &input);
       if (ZSTD_isError(left)) fail(std::string("zstd says ") + ZSTD_getErrorName(left));
       if (plain.pos > budget) fail("it decompresses to far more than its size allows");
@@ -147,7 +147,7 @@ struct RecordReader::Impl {
     return static_cast<const unsigned char*>(input.src)[input.pos++];
   }
 
-  /// Up to `most` bytes that are there without waiting; call refill() first.
+  /// Up to `most` available bytes; call refill() first.
   std::string_view take(std::size_t most) {
     const std::size_t n = std::min(most, plain.pos - position);
     const std::string_view bytes(plain_buffer.data() + position, n);

@@ -12,21 +12,21 @@ namespace octosurf::io {
 /// Largest record of a map file, in bytes.
 inline constexpr std::size_t record_limit = std::size_t{64} << 20;
 
-/// Counts in files are smaller; larger ones are damage. Counts that go on from there do not wrap.
+/// Limit of counts in files; larger ones are damage. Increments from here cannot overflow.
 inline constexpr std::uint64_t largest_count = std::uint64_t{1} << 48;
 
-/// What a file may become when it is read: so many bytes whatever its size, and so many times its size.
+/// Limit of a file's expansion on reading: a constant plus a multiple of its size.
 struct Expansion {
   std::uint64_t free = 0, ratio = 1;
   std::uint64_t most(std::uint64_t file_bytes) const { return free + ratio * file_bytes; }
-  /// Bytes that a file needs to become `bytes`.
+  /// Minimum file size for an expansion to `bytes`.
   std::uint64_t least_file(std::uint64_t bytes) const {
     return bytes <= free ? 0 : (bytes - free + ratio - 1) / ratio;
   }
 };
 
-/// Records one after the other, each behind its length as a base-128 varint (protobuf's
-/// "delimited" convention), in a single zstd frame. Same records, same bytes.
+/// Writes records, each after its length as a base-128 varint (protobuf's "delimited" convention), in a
+/// single zstd frame. Same records, same bytes.
 class RecordWriter {
  public:
   explicit RecordWriter(std::ostream& out);
@@ -34,13 +34,12 @@ class RecordWriter {
   RecordWriter& operator=(const RecordWriter&) = delete;
   ~RecordWriter();
 
-  /// Throws Error(output) if the record is larger than the limit. Whether the stream took the bytes
-  /// is for its owner to look at.
+  /// Throws Error(output) if the record is larger than the limit. Check the stream's state for write errors.
   void put(std::string_view record);
-  /// Ends a block of the compressor, so that what follows is coded by its own frequencies.
+  /// Ends a block of the compressor, so that the next data have their own frequency tables.
   void end_block();
-  /// Ends the frame. If less than `least_bytes` are written then, zeros follow in a frame of zstd that its
-  /// decoders skip: what shrinks so far must not look like a file that is made to fill a reader's memory.
+  /// Ends the frame. Pads to `least_bytes` with zeros in a skippable zstd frame, so that a highly
+  /// compressible map does not look like a decompression bomb.
   void finish(std::uint64_t least_bytes = 0);
 
   std::uint64_t records() const;
@@ -52,8 +51,8 @@ class RecordWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Reads them back, trusting nothing: a record's memory grows with the bytes that have really come,
-/// records over the limit and streams that decompress to over `budget` bytes are refused.
+/// Reads records from untrusted input: memory grows with the bytes actually read; records over the limit and
+/// streams that decompress to over `budget` bytes are rejected.
 class RecordReader {
  public:
   /// `where` names the file in messages.
@@ -62,8 +61,8 @@ class RecordReader {
   RecordReader& operator=(const RecordReader&) = delete;
   ~RecordReader();
 
-  /// False at the end of the frame, which must be the end of the stream but for zeros in a frame that is
-  /// skipped. Throws Error(data).
+  /// False at the end of the frame, which must be the end of the stream except for zeros in a skippable
+  /// frame. Throws Error(data).
   bool next(std::string& record);
 
   std::uint64_t records() const;  ///< read so far

@@ -19,13 +19,13 @@ namespace {
 using Doubles = google::protobuf::RepeatedField<double>;
 
 constexpr int moment_doubles = 13;  // of a class
-// Of readings for each inlier, and of the weight of one: surfaces forget at a hundred, and weights are
-// squares of ratios of noises from 1 µm on.
+// Per inlier, and the weight of one: surfaces forget at a hundred readings, and weights are squared ratios of
+// noises from 1 µm on.
 constexpr double most_readings = 1e4, most_weight = 1e8;
 constexpr double rotation_slack = 1e-6;
 constexpr double plane_slack = 1e-4;    // m
 constexpr double edge_slack = 1e-6;     // relative
-constexpr double moments_slack = 1e-3;  // relative: they are sums of millions of changes
+constexpr double moments_slack = 1e-3;  // relative: accumulated rounding of millions of changes
 
 void put(const Eigen::Vector3d& v, Doubles& out) { out.Add(v.begin(), v.end()); }
 
@@ -61,7 +61,7 @@ void put(const std::vector<Polygon>& polygons, map_file::Polygons& out) {
   }
 }
 
-/// Reads one record's numbers; every refusal names the surface.
+/// Reads one record's numbers; errors name the surface.
 class SurfaceReader {
  public:
   SurfaceReader(const map_file::Surface& record, const SurfaceBounds& bounds, const std::string& where)
@@ -116,7 +116,7 @@ class SurfaceReader {
     return {field.data(), static_cast<std::size_t>(count)};
   }
 
-  /// Within eight times the octree's range: hash cells there fit their integers.
+  /// Within eight times the octree's range, so that hash cells fit their integers.
   Eigen::Vector3d place(std::span<const double> v) const {
     const Eigen::Vector3d p(v[0], v[1], v[2]);
     require(p.cwiseAbs().maxCoeff() <= reach_, "lies far outside the octree");

@@ -11,10 +11,10 @@ class Surface;
 
 namespace octosurf::io {
 
-/// Everything of `surface` but its inliers.
+/// Everything of `surface` except its inliers.
 void write_surface(const surfaces::SurfaceModel::State& surface, map_file::Surface& record);
 
-/// What a surface of a map file may refer to.
+/// Valid references of a surface of a map file.
 struct SurfaceBounds {
   double resolution = 0;       ///< m
   SurfaceId next_id = 1;       ///< all ids are below
@@ -22,8 +22,8 @@ struct SurfaceBounds {
   double max_hole_size = 0;    ///< m
 };
 
-/// Inverse; `inliers` are the octree's points with the record's id. Throws Error(data) unless every
-/// number is there, finite and consistent with the others and with the inliers.
+/// Inverse; `inliers` are the octree's points with the record's id. Throws Error(data) unless every number is
+/// present, finite and consistent with the others and with the inliers.
 surfaces::SurfaceModel::State read_surface(const map_file::Surface& record,
                                            std::vector<surfaces::Inlier> inliers, const SurfaceBounds& bounds,
                                            const std::string& where);

@@ -55,7 +55,7 @@ class JoinedBag : public Bag {
   std::string_view read(const MessagePlace& place) override { return parts_[place.file]->read(place); }
 
  private:
-  /// Gives the part's topics their indices among all.
+  /// Maps the part's topics to their indices in the whole.
   void join(std::size_t file, std::vector<std::size_t>& indices) {
     const std::vector<BagTopic>& own = parts_[file]->topics();
     for (std::size_t i = indices.size(); i < own.size(); ++i)

@@ -23,7 +23,7 @@ struct BagTopic {
   }
 };
 
-/// Where a message stands in a bag; means something to that bag alone.
+/// Location of a message; meaningful only to its bag.
 struct MessagePlace {
   std::uint64_t block = 0;  ///< a chunk or a row
   std::uint64_t offset = 0, size = 0;
@@ -37,10 +37,10 @@ struct BagMessage {
   MessagePlace place;
 };
 
-/// A recording of messages: ROS 1 (format 2.0) or ROS 2 (SQLite, MCAP), read from front to back. Indexes are
-/// not needed, so that a bag whose recorder was killed reads up to where it ends.
+/// A recording of messages: ROS 1 (format 2.0) or ROS 2 (SQLite, MCAP), read sequentially. Indexes are not
+/// needed, so a bag whose recorder was killed can be read up to its end.
 ///
-/// What a reader takes of memory is bounded by the size of the file, whatever the file says of itself.
+/// A reader's memory is bounded by the size of the file, whatever its headers claim.
 class Bag {
  public:
   using Visit = std::function<void(const BagMessage&)>;
@@ -51,17 +51,17 @@ class Bag {
   virtual ~Bag() = default;
 
   /// Visits every message in the order of the file. Throws Error(data) where the bag is damaged; with
-  /// `left_out`, damaged parts are left out instead, with a line each.
+  /// `left_out`, skips damaged parts and adds a line for each.
   virtual void read_all(const Visit& visit, std::vector<std::string>* left_out) = 0;
 
-  /// The bytes of one message that was visited; valid until the next is read.
+  /// The bytes of a visited message; valid until the next read.
   virtual std::string_view read(const MessagePlace& place) = 0;
 
   /// All topics once the bag was read, those of the messages visited so far before that.
   const std::vector<BagTopic>& topics() const { return topics_; }
 
  protected:
-  /// Several publishers, channels or files may have one topic. Throws Error(data) that names `where` for more
+  /// Several publishers, channels or files may share a topic. Throws Error(data) naming `where` for more
   /// topics than MCAP has numbers for.
   std::size_t topic_index(const BagTopic& topic, const std::filesystem::path& where);
 
@@ -70,22 +70,22 @@ class Bag {
   std::map<BagTopic, std::size_t> topic_indices_;
 };
 
-/// Several files of one recording, topics of one name and type joined. Throws Error(data) if a file is no
-/// bag, or is of a kind that this build cannot read.
+/// Opens several files of one recording; topics of equal name and type are joined. Throws Error(data) for a
+/// file that is no bag, or of a kind that this build does not support.
 std::unique_ptr<Bag> open_bag(const std::vector<std::filesystem::path>& files);
 
-/// The files of a bag: the file itself, or what stands in the folder of a ROS 2 bag, in natural order.
-/// Throws Error(data) if some are compressed as files.
+/// The files of a bag: the file itself, or those in the folder of a ROS 2 bag, in natural order. Throws
+/// Error(data) if some are compressed as files.
 std::vector<std::filesystem::path> files_of_bag(const std::filesystem::path& input);
 
-/// True for a file that is a bag by its content or, damaged, by its ending, and for the folder of a ROS 2
-/// bag: with metadata.yaml and such files.
+/// True for a bag file by its content or, if damaged, by its extension, and for the folder of a ROS 2 bag:
+/// with metadata.yaml and such files.
 bool is_bag(const std::filesystem::path& input);
 
 /// "sensor_msgs/msg/Image" without its "msg/".
 std::string ros_type(std::string_view type);
 
-// One file each; what `open_bag` joins.
+// One file each; used by `open_bag`.
 std::unique_ptr<Bag> open_mcap(const std::filesystem::path& file);
 std::unique_ptr<Bag> open_sqlite_bag(const std::filesystem::path& file);
 std::unique_ptr<Bag> open_ros1_bag(const std::filesystem::path& file);

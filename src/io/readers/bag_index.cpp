@@ -11,9 +11,9 @@
 namespace octosurf::io {
 namespace {
 
-// Bytes kept of a scan until it is read: where it is, here and in the list of scans to map.
+// Memory per scan until it is read: its place, here and in the list of scans to map.
 constexpr std::uint64_t bytes_of_scan = 512;
-// And of two new frames, their names not counted.
+// Memory per two new frames, without their names.
 constexpr std::uint64_t bytes_of_frame = 1024;
 
 void count(const BagMessage& message, TopicContents& contents) {
@@ -23,7 +23,7 @@ void count(const BagMessage& message, TopicContents& contents) {
   ++contents.messages;
 }
 
-/// Adds what one message tells.
+/// Adds the data of one message.
 class Indexer {
  public:
   Indexer(std::string name, std::uint64_t bytes, std::vector<std::string>* left_out)
@@ -58,7 +58,7 @@ class Indexer {
   }
 
  private:
-  /// One that is damaged is listed, too: it is a bad scan.
+  /// A damaged one is listed, too, as a bad scan.
   void add_scan(TopicContents& contents, const BagMessage& message) {
     MessageHeader header;
     try {

@@ -14,12 +14,12 @@ namespace octosurf::io {
 /// A cloud or an image in a bag, found but not read.
 struct ListedMessage {
   MessagePlace place;
-  std::int64_t stamp_ns = 0;  ///< of its header; when it was recorded if that says none
+  std::int64_t stamp_ns = 0;  ///< of its header, or else the recording time
   std::uint32_t topic = 0;
   std::uint32_t frame = 0;  ///< index into BagIndex::frames
 };
 
-/// What one reading of a bag tells of a topic; filled in as far as its type has it.
+/// Contents of a topic found in one pass; only the fields of its type are set.
 struct TopicContents {
   BagTopic topic;
   std::uint64_t messages = 0;
@@ -27,7 +27,7 @@ struct TopicContents {
   std::vector<ListedMessage> scans;         ///< of clouds and images
   bool is_depth = false;                    ///< clouds, and images one of which is of depth
   PoseTrack poses;                          ///< of messages that hold one pose
-  std::string pose_parent, pose_child;      ///< frames of the first one; a child is not always said
+  std::string pose_parent, pose_child;      ///< frames of the first one; a child is optional
   std::optional<CameraInfoMessage> camera;  ///< the first
   bool camera_changes = false;
 };
@@ -38,13 +38,13 @@ struct BagIndex {
   TransformTree tree;
 };
 
-/// Reads the bag once. Throws Error(data) where it is damaged, where a message of poses, transforms or
-/// cameras is, and where it would keep more of them than its size, `bytes`, allows; with `left_out`, damaged
-/// ones are left out with a line each.
+/// Reads the bag once. Throws Error(data) for damage, also in messages of poses, transforms or cameras, and
+/// if their total would exceed the limit for a bag of `bytes`; with `left_out`, damaged ones are skipped with
+/// a line each.
 BagIndex index_bag(Bag& bag, const std::string& name, std::uint64_t bytes,
                    std::vector<std::string>* left_out);
 
-/// Topics, counts and times, of a bag of any messages; a line in `damage` for each part that is damaged.
+/// Topics, counts and times of a bag of any messages; `damage` gets a line for each damaged part.
 std::vector<TopicContents> summarise_bag(Bag& bag, std::vector<std::string>& damage);
 
 }  // namespace octosurf::io

@@ -15,8 +15,8 @@
 namespace octosurf::io {
 namespace {
 
-// Between neighbours T apart a straight line misses the path of one who accelerates by a by a·T²/8 at most:
-// with the 2 m/s² of a walking robot by 16 mm, less than a voxel.
+// Linear interpolation between poses T apart deviates by at most a·T²/8 for an acceleration a: 16 mm for the
+// 2 m/s² of a walking robot, less than a voxel.
 constexpr double default_gap_s = 0.25;
 
 bool holds_scans(const TopicContents& topic) { return topic.is_depth && !topic.scans.empty(); }
@@ -156,7 +156,7 @@ void BagRecording::choose_poses(const BagOptions& options) {
               "give --poses FILE, or record /tf and /tf_static");
 }
 
-/// Without a name: `map` (REP 105) if the sensor hangs below it, else the tree's root.
+/// Default: `map` (REP 105) if the sensor is below it, else the tree's root.
 void BagRecording::choose_fixed_frame(const std::string& frame, const std::string& why) {
   const std::string& sensor = index_.frames[scans_.front().frame];
   fixed_frame_ = frame;

@@ -18,12 +18,12 @@
 
 namespace octosurf::io {
 
-/// The posed scans of a bag: its clouds and depth images by the times in their headers.
+/// The posed scans of a bag: its clouds and depth images by header time.
 class BagRecording {
  public:
   /// Reads the bag once and chooses topics, camera and poses by the options; with options.poses, no poses.
-  /// Throws Error(data) for a damaged bag and for one in which what is asked for is not there or, not asked
-  /// for, there more than once. With options.skip_bad damaged parts add a line to `left_out` instead.
+  /// Throws Error(data) for a damaged bag, if requested topics or frames are missing, or if a choice is
+  /// ambiguous. With options.skip_bad, damaged parts add a line to `left_out` instead.
   BagRecording(const std::vector<std::filesystem::path>& files, const ScanSourceOptions& options,
                std::vector<std::string>& left_out);
 
@@ -34,7 +34,7 @@ class BagRecording {
   /// Throws Error(data) with topic and time if the scan or its pose is bad.
   Scan read(std::size_t scan);
 
-  /// What was chosen, a line each.
+  /// The automatic choices, a line each.
   const std::vector<std::string>& notes() const { return notes_; }
 
  private:
@@ -52,7 +52,7 @@ class BagRecording {
 
   struct Camera {
     Intrinsics intrinsics;
-    std::optional<int> width, height;  ///< of its images, if it is known
+    std::optional<int> width, height;  ///< of its images, if known
   };
 
   std::vector<std::filesystem::path> files_;
@@ -64,8 +64,8 @@ class BagRecording {
   std::optional<double> depth_scale_;
   std::int64_t gap_ns_ = 0;
   bool posed_ = true;
-  const TopicContents* pose_topic_ = nullptr;  // in index_; else tf
-  std::string pose_child_;                     // whose poses it holds; empty: the sensor's
+  const TopicContents* pose_topic_ = nullptr;  // in index_; null: tf
+  std::string pose_child_;                     // frame of its poses; empty: the sensor's
   std::string fixed_frame_;
   std::vector<std::string> notes_;
 };

@@ -24,7 +24,7 @@ void unpack_lz4(std::string_view block, std::string& plain) {
   const std::unique_ptr<LZ4F_dctx, decltype(&LZ4F_freeDecompressionContext)> context(
       raw, &LZ4F_freeDecompressionContext);
   std::size_t read = 0, written = 0, hint = 1;
-  while (hint != 0) {  // 0: the frame is whole and its check sum right
+  while (hint != 0) {  // 0: the frame is complete with a correct checksum
     std::size_t in = block.size() - read, out = plain.size() - written;
     hint = LZ4F_decompress(raw, plain.data() + written, &out, block.data() + read, &in, nullptr);
     if (LZ4F_isError(hint)) fail_reading(std::string("lz4 says ") + LZ4F_getErrorName(hint));
@@ -42,7 +42,7 @@ void unpack_bz2(std::string_view block, std::string& plain) {
       plain.size() > std::numeric_limits<unsigned>::max())
     fail_reading("a bz2 block of over 4 GB");
   auto size = static_cast<unsigned>(plain.size());
-  // The interface is C of before const; the input is not written to.
+  // The C interface lacks const; the input is not written to.
   const int error = BZ2_bzBuffToBuffDecompress(plain.data(), &size, const_cast<char*>(block.data()),
                                                static_cast<unsigned>(block.size()), 0, 0);
   if (error == BZ_MEM_ERROR) throw std::bad_alloc();

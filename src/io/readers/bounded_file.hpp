@@ -9,11 +9,10 @@
 
 namespace octosurf::io {
 
-/// For damage within a file, whose reader adds the file and the place.
+/// Reports damage within a file; the file's reader adds name and position.
 [[noreturn]] inline void fail_reading(const std::string& what) { throw std::runtime_error(what); }
 
-/// A file of records that say their own length: nothing is read beyond its end, nothing is allocated for what
-/// is not there.
+/// A file of length-prefixed records: never reads beyond its end, and never allocates for missing data.
 class BoundedFile {
  public:
   /// Throws Error(data) if it cannot be read.
@@ -29,7 +28,7 @@ class BoundedFile {
   std::string take(std::uint64_t bytes);
   void skip(std::uint64_t bytes);
 
-  /// Throws Error(data) that names the file and the byte where it is now.
+  /// Throws Error(data) naming the file and the current byte position.
   [[noreturn]] void refuse(const std::string& what, const std::string& mend = {}) const;
 
  private:
@@ -40,8 +39,8 @@ class BoundedFile {
   std::uint64_t size_ = 0, position_ = 0;
 };
 
-/// Little-endian numbers and counted strings out of a record; throws std::out_of_range where it ends too
-/// early, which the reader of the record turns into an Error.
+/// Little-endian numbers and counted strings of a record; throws std::out_of_range at its end, which the
+/// record's reader converts to an Error.
 class RecordBytes {
  public:
   explicit RecordBytes(std::string_view bytes) : bytes_(bytes) {}
@@ -52,7 +51,7 @@ class RecordBytes {
   std::uint64_t u64() { return number(8); }
   std::uint8_t u8() { return static_cast<std::uint8_t>(number(1)); }
   std::string_view take(std::uint64_t size);
-  std::string_view text() { return take(u32()); }  ///< behind its length in four bytes
+  std::string_view text() { return take(u32()); }  ///< after its length in four bytes
   std::string_view rest() const { return bytes_.substr(position_); }
   std::size_t position() const { return position_; }
   bool at_end() const { return position_ == bytes_.size(); }
@@ -62,10 +61,10 @@ class RecordBytes {
   std::size_t position_ = 0;
 };
 
-// What reading a bag may take is 64 MiB and eight times its size, however well it is compressed. These are
-// shares of it: a block decompressed, a scan's points (each 14 bytes with its pixel), and, twice for vectors
-// that grow and are sorted, what is kept of transforms and of where scans are. Recorders write blocks of one
-// MiB or one message, and points of 1280×720 pixels take 13 MiB.
+// Reading a bag may take 64 MiB plus eight times its size, whatever its compression. These are shares of it:
+// a decompressed block, a scan's points (each 14 bytes with its pixel), and, doubled for vectors that grow
+// and are sorted, transforms and scan locations. Recorders write blocks of one MiB or one message, and points
+// of 1280×720 pixels take 13 MiB.
 constexpr std::uint64_t mebibyte = std::uint64_t{1} << 20;
 constexpr std::uint64_t largest_block(std::uint64_t file_size) {
   return 12 * mebibyte + file_size + file_size / 2;
@@ -73,8 +72,8 @@ constexpr std::uint64_t largest_block(std::uint64_t file_size) {
 constexpr std::uint64_t largest_scan(std::uint64_t file_size) { return 32 * mebibyte + 3 * file_size; }
 constexpr std::uint64_t largest_index(std::uint64_t file_size) { return 8 * mebibyte + file_size; }
 
-/// The block decompressed to exactly `size` bytes; "" and "none" as it is. Formats: zstd, lz4 (frames), bz2.
-/// Throws std::runtime_error saying what is wrong.
+/// The block decompressed to exactly `size` bytes; "" and "none": unchanged. Formats: zstd, lz4 (frames),
+/// bz2. Throws std::runtime_error with the reason.
 std::string decompressed(std::string_view block, std::string_view format, std::uint64_t size);
 
 }  // namespace octosurf::io

@@ -32,7 +32,7 @@ Eigen::Vector3d forward_of(ViewFrom from) {
 }
 
 /// The points' range between the lines that the picture's margins cut from a plane of `side` and forward: the
-/// eye is on both lines where it is as near as it can be.
+/// nearest possible eye is on both lines.
 struct Wedge {
   double slope;  ///< of the lines
   double least = std::numeric_limits<double>::max(), greatest = -std::numeric_limits<double>::max();

@@ -9,7 +9,7 @@
 
 namespace octosurf::io {
 
-/// A pinhole camera; z of the map is up in its pictures (y if it looks straight up or down).
+/// A pinhole camera; the map's z is up in its pictures (y if it looks straight up or down).
 struct Camera {
   Eigen::Vector3d eye, right, up, forward;
   double half_height = 0;   ///< of the picture, at distance 1
@@ -22,13 +22,13 @@ struct Camera {
   struct Pixel {
     double x, y, depth;  ///< depth: m, along `forward`
   };
-  /// Where a point appears; nothing behind the camera.
+  /// A point's pixel position; empty if behind the camera.
   std::optional<Pixel> project(const Eigen::Vector3d& point) const;
 };
 
-/// The camera PictureOptions ask for. A preset stands as near as it can so that all of `points` are in the
-/// picture, with a margin; with a target, on the line through it. Throws Error(usage) if eye and target
-/// coincide or are not finite.
+/// The camera for PictureOptions. A preset is as near as possible with all of `points` in the picture, with a
+/// margin; with a target, on the line through it. Throws Error(usage) if eye and target coincide or are not
+/// finite.
 Camera make_camera(const std::vector<Eigen::Vector3d>& points, const PictureOptions& options);
 
 /// Per axis the 2 to 98 % range of `samples`; the unit cube if there are none.

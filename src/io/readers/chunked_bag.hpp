@@ -14,8 +14,8 @@
 
 namespace octosurf::io {
 
-/// A bag of records, whose messages stand in blocks that are unpacked as a whole: a MessagePlace's block is
-/// the byte at which such a record begins, its offset is one of the unpacked block.
+/// A bag whose messages are in blocks that are decompressed as a whole: a MessagePlace's block is the byte at
+/// which the block's record begins, its offset is within the decompressed block.
 class ChunkedBag : public Bag {
  public:
   std::string_view read(const MessagePlace& place) override {
@@ -39,7 +39,7 @@ class ChunkedBag : public Bag {
   /// The block whose record begins at `begin`, where the file stands.
   virtual std::string read_block(std::uint64_t begin) = 0;
 
-  /// A chunk's content, which it says is of `size` bytes.
+  /// A chunk's content, of stated size `size`.
   std::string unpacked(std::string_view packed, std::string_view compression, std::uint64_t size) const {
     if (size > largest_block(file_.size()))
       throw std::runtime_error("a chunk of " + std::to_string(size) +
@@ -47,8 +47,7 @@ class ChunkedBag : public Bag {
     return decompressed(packed, compression, size);
   }
 
-  /// Does `work` on the record at byte `begin`; what that throws of the record becomes an Error that says
-  /// where it is.
+  /// Calls `work` for the record at byte `begin`; its exceptions become an Error with the position.
   template <class Work>
   auto parse(std::uint64_t begin, const Work& work) const -> decltype(work()) {
     try {

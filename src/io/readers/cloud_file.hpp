@@ -9,18 +9,18 @@
 
 namespace octosurf::io {
 
-/// A point cloud file's points (sensor frame, metres as they stand there) and pose, unchecked.
-/// Points at the very origin are not finite: drivers write them for "no return".
+/// A point cloud file's points (sensor frame, metres, unconverted) and pose, unchecked. Points exactly at the
+/// origin become not finite: drivers write them for "no return".
 struct Cloud {
   std::vector<Eigen::Vector3f> points;
   Eigen::Isometry3d T_map_sensor = Eigen::Isometry3d::Identity();
   bool organised = false;  ///< rows and columns, like an image
 };
 
-// Each throws Error(data) for what is truncated, damaged or without points. Headers are checked
-// against the size of the file before anything is allocated by them. That is why PCL does not read
-// here: its PCDReader allocates what the header says, takes short lines and words for numbers, and
-// reports to stderr; its PLYReader indexes by what range grids and obj_info say.
+// Each throws Error(data) for files that are truncated, damaged or without points. Headers are checked
+// against the size of the file before any allocation. PCL is not used because its PCDReader allocates as the
+// header claims, accepts short lines and words for numbers, and reports to stderr; its PLYReader does not
+// check the indices in range grids and obj_info.
 
 /// PCD: DATA ascii, binary or binary_compressed; x, y, z float or double; VIEWPOINT is the pose.
 Cloud read_pcd(const std::filesystem::path& file);
@@ -29,7 +29,7 @@ Cloud read_ply(const std::filesystem::path& file);
 /// KITTI's velodyne: float32 x y z reflectance, little-endian; no pose.
 Cloud read_velodyne(const std::filesystem::path& file);
 
-/// What a PCD's points are labelled with.
+/// Labels of a PCD's points.
 struct PcdLabels {
   std::string field;                     ///< label, else intensity, four bytes wide; empty: none
   std::vector<std::uint32_t> of_points;  ///< whole numbers, 0 for anything else

@@ -10,9 +10,9 @@
 
 namespace octosurf::io {
 
-// What PCD and PLY have in common: a header in lines, then rows of values of which three are wanted.
+// Common part of PCD and PLY: a header in lines, then rows of values, three of which are used.
 
-/// A text in memory, line by line, without line ends; keeps where it is.
+/// Splits a text in memory into lines, without line ends, and counts them.
 class Lines {
  public:
   explicit Lines(std::string_view text) : text_(text) {}
@@ -27,10 +27,10 @@ class Lines {
   std::size_t number_ = 0;
 };
 
-constexpr std::size_t largest_step = 1 << 16;  ///< bytes of one point, and so its values
+constexpr std::size_t largest_step = 1 << 16;  ///< maximum bytes of one point, and so its values
 
-/// Words between blanks; of more than any header or row may have, two more than `largest_step`: a word takes
-/// eight times its two bytes in a file.
+/// Words separated by blanks; at most two more than `largest_step`, more than any header or row may have: a
+/// word takes eight times its two bytes in a file.
 std::vector<std::string_view> words_of(std::string_view line);
 
 /// A count in a header; throws Error(data) naming the word.
@@ -44,16 +44,16 @@ struct Coordinate {
 };
 using Coordinates = std::array<Coordinate, 3>;  ///< x, y, z
 
-/// The caller has checked that all values lie in `bytes`.
+/// The caller must ensure that all values lie in `bytes`.
 std::vector<Eigen::Vector3f> binary_points(std::string_view bytes, const Coordinates& xyz, std::size_t points,
                                            bool swap_bytes);
 
-/// One point per line of `columns` words. Throws Error(data) with the line for anything else and for
-/// lines that are missing.
+/// One point per line of `columns` words. Throws Error(data) with the line for other lines and for missing
+/// ones.
 std::vector<Eigen::Vector3f> text_points(Lines& lines, const Coordinates& xyz, std::size_t points,
                                          std::size_t columns, const std::filesystem::path& file);
 
-/// The point, or not finite if it is the very origin.
+/// The point, or not finite if it is exactly at the origin.
 Eigen::Vector3f point_or_nothing(const Eigen::Vector3f& point);
 
 }  // namespace octosurf::io

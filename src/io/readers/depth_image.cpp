@@ -19,8 +19,8 @@ namespace octosurf::io {
 namespace {
 
 constexpr std::size_t largest_file = std::size_t{512} << 20;
-// Of a pixel, in the image and as a point: a PNG's may take 64 MiB (4.7 million pixels) and seven times its
-// size.
+// Memory per pixel, in the image and as a point: a PNG's may take 64 MiB (4.7 million pixels) and seven times
+// its size.
 constexpr std::size_t pixel_cost = 2 + sizeof(Eigen::Vector3f), image_free_bytes = std::size_t{64} << 20;
 constexpr std::size_t bytes_per_file_byte = 7;
 constexpr std::string_view png_signature = "\x89PNG\r\n\x1a\n";
@@ -56,7 +56,9 @@ DepthImage decode_png(std::string_view bytes, const std::filesystem::path& file,
                            " bytes");
   image.pixels.resize(pixels);
   int error = spng_decode_image(context.get(), image.pixels.data(), 2 * pixels, SPNG_FMT_PNG, 0);
-  if (error == 0) error = spng_decode_chunks(context.get());  // up to the end: whole, and check sums right
+  if (error == 0)
+    error = spng_decode_chunks(context.get());  // to the end: verifies completeness and
+                                                // checksums
   if (error != 0) refuse_image(file, std::string("truncated or damaged PNG (") + spng_strerror(error) + ")");
   return image;
 }
@@ -188,7 +190,7 @@ std::vector<Eigen::Vector3f> back_project(const DepthImage& image, const Intrins
     const auto slope_y = static_cast<float>((v - camera.cy) / camera.fy);
     for (const float slope : slope_x) {
       const float z = static_cast<float>(*pixel) * metres;
-      // Written always and kept only if there is a reading: no branch to mispredict.
+      // Written always and kept only for valid readings: no branch to mispredict.
       points[count] = {slope * z, slope_y * z, z};
       count += *pixel != 0 && *pixel != 65535;
       ++pixel;

@@ -24,18 +24,18 @@ struct DepthImage {
   std::vector<std::uint16_t> pixels;
 };
 
-/// Pixels along a side of an image, at most.
+/// Maximum pixels along a side of an image.
 inline constexpr std::uint32_t largest_side = 8192;
 
-/// PNG or PGM (P5, P2), by content, at most 8192 × 8192. Throws Error(data) for what is empty,
+/// PNG or PGM (P5, P2), by content, at most 8192 × 8192. Throws Error(data) for files that are empty,
 /// truncated, damaged, or not 16-bit gray.
 DepthImage read_depth_image(const std::filesystem::path& file);
 
-/// The same for a PNG in memory, which with its points may take `largest_size` bytes; `where` names it in
+/// The same for a PNG in memory, which may take `largest_size` bytes with its points; `where` names it in
 /// messages.
 DepthImage read_png(std::string_view bytes, const std::string& where, std::uint64_t largest_size);
 
-/// True if the header is whole and says that this is a picture, not a 16-bit depth image.
+/// True if the header is complete and of a picture other than a 16-bit depth image.
 bool is_picture(const std::filesystem::path& file);
 
 /// Points in the camera's frame (x right, y down, z along the optical axis), metres, one per pixel

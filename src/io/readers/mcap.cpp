@@ -94,7 +94,7 @@ class McapBag : public ChunkedBag {
     });
   }
 
-  /// Schemas, channels and messages, as they stand in a chunk or outside of one.
+  /// Schemas, channels and messages, inside a chunk or outside.
   void read_content(Op op, std::string_view record, MessagePlace place, const Visit& visit) {
     RecordBytes fields(record);
     if (op == Op::schema) {
@@ -153,7 +153,7 @@ class McapBag : public ChunkedBag {
     return parse(begin, [&] { return unpack(record); });
   }
 
-  /// What the recorder counted, if it came to that: a damaged length or opcode hides messages.
+  /// Compares with the recorder's counts, if present: a damaged length or opcode hides messages.
   void check_statistics() {
     while (file_.left() >= record_head) {
       const std::uint64_t begin = file_.position();
@@ -179,7 +179,7 @@ class McapBag : public ChunkedBag {
   std::map<std::uint16_t, Channel> channels_;
   std::uint32_t crc_ = 0;
   std::uint64_t messages_ = 0;
-  bool whole_ = true;  // nothing was left out so far
+  bool whole_ = true;  // nothing was skipped so far
 };
 
 }  // namespace

@@ -18,14 +18,14 @@ class CdrReader : public MessageReader {
  public:
   explicit CdrReader(std::string_view bytes)
       : size_(bytes.size()),
-        buffer_(const_cast<char*>(bytes.data()), bytes.size()),  // only read from
+        buffer_(const_cast<char*>(bytes.data()), bytes.size()),  // read only
 #if FASTCDR_VERSION_MAJOR >= 2
         cdr_(buffer_, cdr::Cdr::DEFAULT_ENDIAN, cdr::CdrVersion::XCDRv1)
 #else
         cdr_(buffer_, cdr::Cdr::DEFAULT_ENDIAN, cdr::Cdr::DDS_CDR)
 #endif
   {
-    // Little-endian or big-endian plain CDR; what else there is are parameter lists.
+    // Little-endian or big-endian plain CDR; the other encapsulations are parameter lists.
     if (bytes.size() < 4 || bytes[0] != 0 || (bytes[1] != 0 && bytes[1] != 1))
       fail_reading(bytes.starts_with("\x28\xb5\x2f\xfd")
                        ? "compressed message by message (unpack the bag by ros2 bag convert)"

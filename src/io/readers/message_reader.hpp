@@ -9,9 +9,9 @@
 
 namespace octosurf::io {
 
-/// Takes a ROS message's fields in the order of its definition; the counterpart of MessageWriter. One
-/// description of a message so reads both of ROS' encodings. Throws std::runtime_error where the message ends
-/// too early; nothing is allocated for what is not there.
+/// Reads a ROS message's fields in the order of its definition; the counterpart of MessageWriter. One
+/// description of a message serves both of ROS' encodings. Throws std::runtime_error if the message ends too
+/// early; never allocates for missing data.
 class MessageReader {
  public:
   virtual ~MessageReader() = default;
@@ -23,7 +23,7 @@ class MessageReader {
   virtual std::string text() = 0;
   virtual std::string_view bytes() = 0;      ///< of a uint8[]
   virtual bool numbers_headers() const = 0;  ///< a Header begins with a sequence number, as in ROS 1
-  virtual std::size_t left() const = 0;      ///< bytes
+  virtual std::size_t left() const = 0;      ///< remaining bytes
 };
 
 /// Reads `bytes`, which must outlive it. Throws std::runtime_error for another encoding.

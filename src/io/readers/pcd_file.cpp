@@ -21,7 +21,7 @@ namespace {
 using Words = std::vector<std::string_view>;
 
 constexpr std::uint64_t lzf_ratio = 100;  // LZF writes at most 264 bytes for 3 read
-// What a compressed cloud may take, its file not counted.
+// Memory limit for a compressed cloud, without its file.
 constexpr std::uint64_t pcd_free_bytes = std::uint64_t{64} << 20, pcd_bytes_per_file_byte = 7;
 
 /// In the order the format prescribes.
@@ -142,7 +142,7 @@ class PcdReader {
     return bytes;
   }
 
-  /// All x, then all y, and so on, as one LZF block behind its two sizes.
+  /// All x, then all y, and so on, as one LZF block after its two sizes.
   std::string decompressed(std::string_view bytes) {
     std::array<std::uint32_t, 2> sizes{};  // compressed, uncompressed
     if (bytes.size() < sizeof sizes) refuse_truncated();
@@ -178,7 +178,7 @@ class PcdReader {
     }
   }
 
-  /// The rows that text_points() has read, so that each has its columns.
+  /// Called after text_points() has checked the columns of all rows.
   void read_text_labels(Lines rows) {
     if (!label_) return;
     for (std::string_view line; labels_.of_points.size() < points_ && rows.next(line);)

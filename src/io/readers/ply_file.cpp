@@ -19,14 +19,14 @@ const std::map<std::string_view, std::size_t> scalar_bytes{
     {"int16", 2}, {"uint16", 2},  {"int", 4},    {"uint", 4},   {"int32", 4}, {"uint32", 4},
     {"float", 4}, {"float32", 4}, {"double", 8}, {"float64", 8}};
 
-constexpr std::size_t most_elements = 256;  // compared with each other; files have two or three
+constexpr std::size_t most_elements = 256;  // quadratic comparison; files have two or three
 
 struct Element {
   std::string_view name;
   std::size_t count = 0;
   std::size_t step = 0;     ///< bytes of one
   std::size_t columns = 0;  ///< values of one
-  bool lists = false;       ///< then step and columns mean nothing
+  bool lists = false;       ///< step and columns are then unused
 };
 
 class PlyReader {
@@ -97,7 +97,7 @@ class PlyReader {
     if (element.step > largest_step) refuse("a PLY with more than 65536 bytes per point");
   }
 
-  /// What stands before the vertices.
+  /// Skips the elements before the vertices.
   void skip(const Element& element, std::string_view& data) {
     if (element.count == 0) return;
     if (element.lists) refuse("a PLY with lists before its vertices is not supported");

@@ -113,7 +113,7 @@ std::string tum_line(double stamp_s, const Eigen::Isometry3d& T) {
   std::string line;
   for (const double value : {stamp_s, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}) {
     std::array<char, 32> text{};
-    // The shortest that reads back as the same; without an exponent where that is readable.
+    // The shortest text that reads back as the same number; without an exponent where that is readable.
     const bool plain = value == 0 || (std::fabs(value) >= 1e-6 && std::fabs(value) < 1e15);
     const auto format = plain ? std::chars_format::fixed : std::chars_format::general;
     char* const end = std::to_chars(text.data(), text.data() + text.size(), value, format).ptr;
@@ -174,7 +174,7 @@ Eigen::Isometry3d Trajectory::at(double stamp_s, const std::string& where) const
     return rigid(pose.T, where + " (pose at " + pose.where + ")");
   };
   if (!found.before) return checked(*found.nearest);
-  if (*found.after->stamp_s == stamp_s) return checked(*found.after);  // to the bit, not to rounding
+  if (*found.after->stamp_s == stamp_s) return checked(*found.after);  // bit by bit, without rounding
   const Eigen::Isometry3d a = checked(*found.before), b = checked(*found.after);
   const double t = (stamp_s - *found.before->stamp_s) / (*found.after->stamp_s - *found.before->stamp_s);
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();

@@ -8,7 +8,7 @@
 
 namespace octosurf::io {
 
-/// A pose as it stands in a file, not yet checked.
+/// A pose as in a file, unchecked.
 struct FilePose {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   std::optional<double> stamp_s;
@@ -26,21 +26,22 @@ struct PoseFile {
 /// empty file, a change of format, and a time stamp that is not finite.
 PoseFile read_poses(const std::filesystem::path& file);
 
-/// "stamp tx ty tz qx qy qz qw", as TUM's trajectories have it; read back, the same but for rounding.
+/// "stamp tx ty tz qx qy qz qw", as in TUM's trajectories; reading it back gives the same pose up to
+/// rounding.
 std::string tum_line(double stamp_s, const Eigen::Isometry3d& T);
 
-/// The pose with its rotation made exactly orthonormal; throws Error(data) naming `where` unless it
-/// is rigid already but for rounding (require_rigid).
+/// The pose with its rotation made exactly orthonormal; throws Error(data) naming `where` unless it is rigid
+/// up to rounding (require_rigid).
 Eigen::Isometry3d rigid(const Eigen::Isometry3d& T, const std::string& where);
 
-/// Translation and quaternion; a quaternion farther than 1e-2 from unit length gives a matrix that
-/// rigid() refuses.
+/// Translation and quaternion; for a quaternion farther than 1e-2 from unit length the matrix is one that
+/// rigid() rejects.
 Eigen::Isometry3d pose_from(const Eigen::Vector3d& translation, const Eigen::Quaterniond& q);
 
 /// TUM's ground truth has 0.01 s from pose to pose, a robot's odometry 0.02 … 0.1.
 constexpr double largest_pose_gap_s = 0.1;
 
-/// A stamped trajectory that is asked for the pose at a time.
+/// A stamped trajectory with interpolation.
 class Trajectory {
  public:
   explicit Trajectory(const PoseFile& file, double largest_gap_s = largest_pose_gap_s);
@@ -49,8 +50,8 @@ class Trajectory {
   /// (and that gap).
   bool covers(double stamp_s) const;
 
-  /// The pose of that very time; else linear and slerp between the neighbours, else the nearest. Requires
-  /// covers(stamp_s); throws Error(data) naming `where` if a pose it needs is not rigid.
+  /// The pose at exactly that time; else linear and slerp between the neighbours, else the nearest. Requires
+  /// covers(stamp_s); throws Error(data) naming `where` if a pose used is not rigid.
   Eigen::Isometry3d at(double stamp_s, const std::string& where) const;
 
  private:

@@ -1,4 +1,4 @@
-// Messages that come one by one, as a node receives them: a pose, a cloud, a depth image.
+// Decodes single messages, as a node receives them: a pose, a cloud, a depth image.
 #include "io/readers/bounded_file.hpp"
 #include "io/readers/pose_file.hpp"
 #include "io/readers/sensor_messages.hpp"
@@ -11,7 +11,7 @@
 namespace octosurf {
 namespace {
 
-/// Runs `read`; what it throws about the message becomes an Error that says which one.
+/// Calls `read`; its exceptions become an Error naming the message.
 template <class Read>
 auto naming(const std::string& where, const Read& read) {
   try {

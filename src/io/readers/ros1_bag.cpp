@@ -1,6 +1,6 @@
 // ROS 1's bags, format 2.0 (wiki.ros.org/Bags/Format/2.0): records of a header of named fields and of data;
-// messages in chunks. Not by rosbag's own library: that one ends the program at some flipped bytes (an assert
-// of its Buffer, at one of 1500 flips of a small bag), allocates what a record says of itself, refuses bags
+// messages in chunks. rosbag's own library is not used: it aborts the program for some flipped bytes (an
+// assert of its Buffer, for one of 1500 flips of a small bag), allocates as a record claims, rejects bags
 // whose recorder was killed, and loads plugins and Python.
 #include "io/readers/chunked_bag.hpp"
 
@@ -26,7 +26,7 @@ enum class BagOp : std::uint8_t {
 
 using HeaderFields = std::map<std::string_view, std::string_view>;
 
-/// "name=value", each behind its length.
+/// "name=value", each after its length.
 HeaderFields fields_of(std::string_view header) {
   HeaderFields fields;
   for (RecordBytes bytes(header); !bytes.at_end();) {
@@ -108,7 +108,7 @@ class Ros1Bag : public ChunkedBag {
       parse(begin, [&] {
         const HeaderFields fields = fields_of(record.header);
         const BagOp op = op_of(fields);
-        // What stands behind a chunk is its index, then the next chunk.
+        // A chunk is followed by its index, then the next chunk.
         if (op != BagOp::index) check_counts(begin);
         if (op == BagOp::chunk)
           read_chunk(begin, unpack(fields, record.data), visit);
@@ -165,7 +165,7 @@ class Ros1Bag : public ChunkedBag {
     connections_[header_number(fields, "conn")] = topic_index(topic, file_.path());
   }
 
-  /// The head is rewritten when the recorder ends; before, it announces nothing.
+  /// The head is rewritten when the recorder ends; until then, it is empty.
   void note_head(const HeaderFields& fields) {
     if (RecordBytes(value_of(fields, "index_pos")).u64() == 0) return;
     chunks_announced_ = header_number(fields, "chunk_count");
@@ -180,7 +180,8 @@ class Ros1Bag : public ChunkedBag {
     indexed_ = true;
   }
 
-  /// That the chunk before had an index of all its messages; the last one of a bag that was cut off has none.
+  /// Checks that the previous chunk had an index of all its messages; the last one of a truncated bag has
+  /// none.
   void check_counts(std::uint64_t begin) {
     const bool some_missing = indexed_ && !counted_.empty();
     counted_.clear();

@@ -30,7 +30,7 @@ const std::vector<Family>& families() {
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/// Cuts the number at the front of `text` off, without leading zeros.
+/// Removes and returns the number at the front of `text`, without leading zeros.
 std::string_view take_number(std::string_view& text) {
   const auto length =
       static_cast<std::size_t>(std::find_if_not(text.begin(), text.end(), is_digit) - text.begin());
@@ -59,8 +59,8 @@ std::vector<ListedScan> files_of(const fs::path& folder, FileKind family) {
   return scans;
 }
 
-/// Colour pictures stand beside depth images in many data sets: those called depth, or else those
-/// that are not known to be pictures.
+/// Many data sets have colour pictures beside depth images: keeps those named depth, or else those not known
+/// to be pictures.
 void keep_depth_images(std::vector<ListedScan>& images, std::string& first_picture) {
   const auto called_depth = [](const ListedScan& scan) {
     return scan.file.filename().string().find("depth") != std::string::npos;
@@ -124,7 +124,7 @@ bool natural_less(const std::string& a, const std::string& b) {
     }
   }
   if (left.empty() != right.empty()) return left.empty();
-  return a < b;  // they differ in leading zeros at most
+  return a < b;  // equal except for leading zeros
 }
 
 bool same_family(FileKind a, FileKind b) {

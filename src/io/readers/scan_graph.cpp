@@ -116,7 +116,7 @@ Scan ScanGraphFile::read(std::size_t index) const {
   const auto [w, x, y, z] = vector_at<4>(pose.data() + point_bytes);
   const Eigen::Quaterniond q(w, x, y, z);
   scan.T_map_sensor.translation() = Eigen::Vector3d(translation.data());
-  // OctoMap's quaternions are unit up to rounding; anything else must not look like a rotation.
+  // OctoMap's quaternions are unit up to rounding; others must fail the rotation check.
   scan.T_map_sensor.linear() = q.squaredNorm() * q.normalized().toRotationMatrix();
   return scan;
 }

@@ -8,23 +8,23 @@
 
 namespace octosurf::io {
 
-/// OctoMap's binary scan graph (`.graph`): posed scans; the edges between them are not used.
+/// OctoMap's binary scan graph (`.graph`): posed scans; the edges between them are ignored.
 ///
-/// OctoMap's own reader believes every count it finds; here all of them are checked against the
-/// size of the file before anything is allocated.
+/// OctoMap's own reader does not check counts; here all are checked against the size of the file before any
+/// allocation.
 class ScanGraphFile {
  public:
   /// Finds the scans in the file. Throws Error(data) unless its structure is that of a graph, to
   /// the last byte. O(scans).
   explicit ScanGraphFile(std::filesystem::path file);
 
-  /// True if the constructor would take the file; never throws.
+  /// Whether the constructor would accept the file; never throws.
   static bool matches(const std::filesystem::path& file) noexcept;
 
   std::size_t size() const { return offsets_.size(); }
 
-  /// Scan `index` < size(): points in the sensor's frame, pose as it stands in the file (not
-  /// checked), sensor lidar. Throws Error(data) if the file cannot be read any more.
+  /// Scan `index` < size(): points in the sensor's frame, the file's pose (unchecked), sensor lidar. Throws
+  /// Error(data) if the file cannot be read any more.
   Scan read(std::size_t index) const;
 
  private:

@@ -89,7 +89,7 @@ void find_camera(ListedRecording& recording, const ScanSourceOptions& options) {
                 "give --intrinsics FILE (3x3 K, or fx fy cx cy)");
 }
 
-/// KITTI's poses are those of the left camera; its calib.txt tells where the scanner is.
+/// KITTI's poses are those of the left camera; its calib.txt has the scanner's pose.
 void find_velodyne_in_camera(ListedRecording& recording) {
   const fs::path file = find_beside(around(recording.folder), {"calib.txt"}, "--poses");
   if (file.empty()) return;
@@ -105,7 +105,7 @@ void find_velodyne_in_camera(ListedRecording& recording) {
   }
 }
 
-/// Hands out the poses of one file: by time where both sides have it, else by order.
+/// Assigns the poses of one file: by time if both sides have it, else by order.
 void pose_all(const std::vector<ListedRecording*>& recordings, const PoseFile& poses,
               const ScanSourceOptions& options) {
   std::size_t scans = 0;
@@ -131,7 +131,7 @@ void pose_all(const std::vector<ListedRecording*>& recordings, const PoseFile& p
   }
 }
 
-/// Poses that stand beside the scans, if the scans need or have any.
+/// Poses beside the scans, if the scans need any.
 void find_poses(ListedRecording& recording, const ScanSourceOptions& options) {
   auto& scans = recording.scans;
   const FileKind kind = scans.front().kind;
@@ -151,7 +151,7 @@ void find_poses(ListedRecording& recording, const ScanSourceOptions& options) {
                 count_of(scans.size(), "scan") + " without poses", "give --poses FILE");
 }
 
-/// Scans for whose time there is no pose are left out, as TUM's own tools do, but not silently.
+/// Scans without a pose at their time are left out, as in TUM's own tools, but reported.
 void leave_out_unposed(ScanList& list) {
   for (auto& recording : list.recordings) {
     if (!recording.trajectory) continue;
@@ -165,7 +165,7 @@ void leave_out_unposed(ScanList& list) {
   }
 }
 
-/// Files from one folder given in a row are one recording, in the order given.
+/// Consecutive files from one folder are one recording, in the order given.
 void add_file(const fs::path& input, std::vector<ListedRecording>& recordings, bool& last_is_files) {
   const FileKind kind = kind_of(input);
   const fs::path folder = input.has_parent_path() ? input.parent_path() : fs::path(".");

@@ -17,7 +17,7 @@
 
 namespace octosurf::io {
 
-/// Where one scan is, found but not read.
+/// Location of a scan that was not read yet.
 struct ListedScan {
   std::filesystem::path file;
   FileKind kind = FileKind::unknown;
@@ -29,7 +29,7 @@ struct ListedScan {
   std::optional<double> stamp_s;
 };
 
-/// What the scans of one folder (or of several files in a row from one folder) have in common.
+/// Common data of the scans of one folder (or of consecutive files from one folder).
 struct ListedRecording {
   std::filesystem::path folder;  ///< the scans stand here
   std::vector<ListedScan> scans;
@@ -37,8 +37,8 @@ struct ListedRecording {
   double depth_scale = 1000;
   std::shared_ptr<const ScanGraphFile> graph;
   std::shared_ptr<BagRecording> bag;
-  std::shared_ptr<const Trajectory> trajectory;  ///< poses by time; wins over the scans' own
-  /// Sensor frame to the frame whose poses the pose file holds.
+  std::shared_ptr<const Trajectory> trajectory;  ///< poses by time; overrides the scans' own
+  /// Sensor frame to the frame of the pose file.
   Eigen::Isometry3d T_posed_sensor = Eigen::Isometry3d::Identity();
 };
 
@@ -61,14 +61,13 @@ ListedRecording list_folder(const std::filesystem::path& folder);
 /// full2 before full10.
 bool natural_less(const std::string& a, const std::string& b);
 
-/// True if files of these kinds can stand in one recording.
+/// Whether files of these kinds can be in one recording.
 bool same_family(FileKind a, FileKind b);
 
 /// True for a TUM RGB-D folder and for its folder `depth`.
 bool is_tum(const std::filesystem::path& folder);
 
-/// The folder, and the one above if the name (frames, scans, …) says that the scans of a recording
-/// stand in a folder of their own.
+/// The folder, and the one above if the name (frames, scans, …) is that of a recording's subfolder.
 std::vector<std::filesystem::path> around(const std::filesystem::path& folder);
 
 }  // namespace octosurf::io

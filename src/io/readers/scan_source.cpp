@@ -77,7 +77,7 @@ class FileScanSource : public ScanSource {
     return scan;
   }
 
-  /// Points, and the pose that stands in the same file.
+  /// Points, and the pose in the same file.
   Scan read(const io::ListedRecording& recording, const io::ListedScan& listed) {
     if (recording.graph) return recording.graph->read(listed.graph_index);
     if (recording.bag) return recording.bag->read(listed.bag_index);
@@ -98,7 +98,7 @@ class FileScanSource : public ScanSource {
     return scan;
   }
 
-  /// Of a scan that cannot be read.
+  /// For a scan that cannot be read.
   static SensorKind sensor_of(const io::ListedRecording& recording, const io::ListedScan& listed) {
     if (recording.bag) return recording.bag->sensor(listed.bag_index);
     return listed.kind == io::FileKind::image ? SensorKind::depth_camera : SensorKind::lidar;
@@ -127,8 +127,8 @@ class FileScanSource : public ScanSource {
     return io::rigid(file.poses[0].T, file.poses[0].where);
   }
 
-  /// Given time stamps are kept unless they would go back from one recording to the next; where
-  /// there are none, scans follow at the sensor's rate.
+  /// Given time stamps are used unless they would decrease from one recording to the next; without any, scans
+  /// follow at the sensor's rate.
   double stamp(const io::ListedScan& listed, SensorKind sensor) {
     const double rate = options_.rate_hz.value_or(sensor == SensorKind::lidar ? 10 : 30);
     double now = next_stamp();
@@ -145,7 +145,7 @@ class FileScanSource : public ScanSource {
     return now;
   }
 
-  /// When a scan without time stamp would come; counted, so that rounding does not add up.
+  /// The time of a next scan without time stamp; from a count, so that rounding does not accumulate.
   double next_stamp() const { return rate_ > 0 ? since_s_ + static_cast<double>(steps_) / rate_ : 0; }
 
   std::vector<io::ListedRecording> recordings_;

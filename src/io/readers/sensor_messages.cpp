@@ -66,7 +66,7 @@ Pixel pixel_at(const char* place, bool big_endian) {
   return value;
 }
 
-/// As back_project() does it, of depths that are real numbers.
+/// As back_project(), for depths in metres as floating-point numbers.
 std::vector<Eigen::Vector3f> back_project_metres(const ImageMessage& image, const Intrinsics& camera,
                                                  double units_per_metre) {
   const auto metres = static_cast<float>(1 / units_per_metre);
@@ -77,7 +77,7 @@ std::vector<Eigen::Vector3f> back_project_metres(const ImageMessage& image, cons
     const auto slope_y = static_cast<float>((v - camera.cy) / camera.fy);
     for (int u = 0; u < image.width; ++u, row += sizeof(float)) {
       const float z = pixel_at<float>(row, image.big_endian) * metres;
-      if (!std::isfinite(z) || z <= 0) continue;  // REP 118: NaN, ±∞ and, by drivers, 0 are no reading
+      if (!std::isfinite(z) || z <= 0) continue;  // REP 118: NaN, ±∞ and, by some drivers, 0 are no readings
       points.emplace_back(static_cast<float>((u - camera.cx) / camera.fx) * z, slope_y * z, z);
     }
   }
@@ -106,8 +106,8 @@ CloudMessage read_cloud_message(MessageReader& message, std::uint64_t largest_si
     if (c.offset + (c.is_double ? 8 : 4) > step) fail_reading("a field of it lies outside of its points");
   }
   const std::uint64_t row = height > 1 ? row_step : width * step;
-  if (width == 0 || height == 0) return {{}, height > 1};  // a scanner that saw nothing
-  // In this order nothing overflows: width and step are of 32 bits, and so is `row` when there are rows.
+  if (width == 0 || height == 0) return {{}, height > 1};  // a scan without returns
+  // This order avoids overflow: width and step have 32 bits, and so has `row` when there are rows.
   if (width * step > data.size() || row < width * step || (data.size() - width * step) / row < height - 1)
     fail_reading("says it has " + std::to_string(width) + "x" + std::to_string(height) + " points of " +
                  std::to_string(step) + " bytes, but holds " + std::to_string(data.size()) + " bytes");

@@ -14,8 +14,8 @@
 
 namespace octosurf::io {
 
-// The messages that a map is built from, of ROS 1 and ROS 2. Reading throws std::runtime_error saying what is
-// wrong with the message; whoever knows its topic and time makes an Error of it.
+// The sensor and pose messages of ROS 1 and ROS 2. Reading throws std::runtime_error with the message's
+// defect; callers that know topic and time convert it to an Error.
 
 struct MessageHeader {
   std::int64_t stamp_ns = 0;
@@ -23,13 +23,13 @@ struct MessageHeader {
 };
 MessageHeader read_header(MessageReader& message);
 
-/// Points of a sensor_msgs/PointCloud2 in its frame: x, y, z as float32 or float64 wherever they stand, of
-/// either byte order, with padding between points and rows. Points at the very origin become not finite.
+/// Points of a sensor_msgs/PointCloud2 in its frame: x, y, z as float32 or float64 at any offset, of either
+/// byte order, with padding between points and rows. Points exactly at the origin become not finite.
 struct CloudMessage {
   std::vector<Eigen::Vector3f> points;
-  bool organised = false;  ///< rows and columns, as a depth camera gives them
+  bool organised = false;  ///< rows and columns, as from a depth camera
 };
-/// `largest_size`: bytes that the points may take.
+/// `largest_size`: memory limit of the points in bytes.
 CloudMessage read_cloud_message(MessageReader& message, std::uint64_t largest_size);
 
 enum class DepthKind {
@@ -74,9 +74,9 @@ struct CameraInfoMessage {
 };
 CameraInfoMessage read_camera_info(MessageReader& message);
 
-/// What holds for its images; `rectified`: is_rectified(). Throws if the camera is not calibrated.
+/// The intrinsics of its images; `rectified`: is_rectified(). Throws if the camera is not calibrated.
 const Intrinsics& intrinsics_for(const CameraInfoMessage& camera, bool rectified);
-/// Throws if the image is of another size than the camera's.
+/// Throws if the image's size differs from the camera's.
 void require_size(int width, int height, int camera_width, int camera_height);
 
 struct TransformMessage {
@@ -85,7 +85,7 @@ struct TransformMessage {
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
 };
-/// Visits those of a tf2_msgs/TFMessage.
+/// Visits the transforms of a tf2_msgs/TFMessage.
 void for_each_transform(MessageReader& message, const std::function<void(const TransformMessage&)>& visit);
 
 /// nav_msgs/Odometry and geometry_msgs/{PoseStamped, PoseWithCovarianceStamped, TransformStamped}.

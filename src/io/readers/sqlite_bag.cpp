@@ -10,8 +10,8 @@
 namespace octosurf::io {
 namespace {
 
-// Steps of SQLite's machine between two looks whether it goes in circles, and how many of them it may take
-// for a byte of the file and at all: a row takes some ten steps and at least ten bytes.
+// Steps of SQLite's virtual machine between checks for endless loops, and its limits, per byte of the file
+// and in total: a row takes some ten steps and at least ten bytes.
 constexpr int steps_between_looks = 1000;
 constexpr std::uint64_t steps_per_byte = 10, free_steps = 1000000;
 
@@ -19,7 +19,7 @@ class SqliteBag : public Bag {
  public:
   explicit SqliteBag(const std::filesystem::path& file)
       : file_(file), size_(BoundedFile(file).size()), base_(opened(file), &sqlite3_close) {
-    // The file is a stranger's: no value larger than the file itself, no functions in its schema.
+    // The file is untrusted: no value larger than the file itself, no functions in its schema.
     sqlite3_limit(
         base_.get(), SQLITE_LIMIT_LENGTH,
         static_cast<int>(std::min<std::uint64_t>(std::max<std::uint64_t>(size_, 1000000), 1 << 30)));
@@ -32,7 +32,7 @@ class SqliteBag : public Bag {
   void read_all(const Visit& visit, std::vector<std::string>* left_out) override try {
     steps_ = 0;
     read_topics();
-    // The order in which they were recorded, whatever their time stamps say.
+    // In recording order, whatever the time stamps.
     const Statement all = prepared("SELECT id, topic_id, timestamp, data FROM messages ORDER BY id");
     while (step(all)) {
       const auto found = indices_by_id_.find(sqlite3_column_int64(all.get(), 1));
@@ -77,7 +77,7 @@ class SqliteBag : public Bag {
     return bag.steps_ > free_steps + steps_per_byte * bag.size_ ? 1 : 0;
   }
 
-  /// Tables, not views, which could compute without end what no file holds.
+  /// Requires tables, not views, which could compute data without end.
   void require_tables() {
     const Statement tables = prepared(
         "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name IN ('topics', 'messages') AND "

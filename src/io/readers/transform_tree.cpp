@@ -25,11 +25,11 @@ std::string seconds(std::int64_t ns) {
 Eigen::Isometry3d transform(const PoseTrack::Sample& sample) try {
   return rigid(pose_from(sample.translation, Eigen::Quaterniond(sample.rotation)),
                "pose at " + seconds(sample.stamp_ns));
-} catch (const Error& error) {  // the caller knows of which scan
+} catch (const Error& error) {  // the caller adds the scan
   throw std::runtime_error(error.what());
 }
 
-/// b − a, or the largest number where that overflows; a ≤ b.
+/// b − a, or the largest number if that overflows; a ≤ b.
 std::int64_t distance(std::int64_t a, std::int64_t b) {
   const auto apart = static_cast<std::uint64_t>(b) - static_cast<std::uint64_t>(a);
   return static_cast<std::int64_t>(std::min<std::uint64_t>(apart, std::numeric_limits<std::int64_t>::max()));
@@ -153,7 +153,7 @@ TransformTree::Way TransformTree::up(std::uint32_t start, std::optional<std::uin
     if (!frame.track.samples().empty()) {
       try {
         at = frame.track.at(stamp_ns, gap_ns);
-      } catch (const NoPose& none) {  // no matter, if the other frame hangs below this one
+      } catch (const NoPose& none) {  // ignored if the other frame is below this one
         way.broken = "no pose of frame " + frame.name + " at its time: " + none.what();
         break;
       }

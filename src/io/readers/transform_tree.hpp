@@ -11,7 +11,7 @@
 
 namespace octosurf::io {
 
-/// A pose cannot be told at the time asked for; what() says of which frames and why.
+/// No pose is available at the requested time; what() names the frames and the reason.
 class NoPose : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -21,26 +21,27 @@ class PoseTrack {
  public:
   struct Sample {
     std::int64_t stamp_ns = 0;
-    std::uint32_t parent = 0;  ///< whoever adds it knows what it stands for
+    std::uint32_t parent = 0;  ///< meaning defined by the caller
     Eigen::Vector3d translation = Eigen::Vector3d::Zero();
     Eigen::Quaternion<double, Eigen::DontAlign> rotation =
         Eigen::Quaternion<double, Eigen::DontAlign>::Identity();
   };
 
   void add(const Sample& sample) { samples_.push_back(sample); }
-  /// To be called after the last add(): sorts by time; of several at one time the last one added stays.
+  /// Call after the last add(): sorts by time; of several at one time the last one added is kept.
   void finish();
   const std::vector<Sample>& samples() const { return samples_; }
-  /// Forgets what is older, of a finished track.
+  /// Removes older samples of a finished track.
   void forget_before(std::int64_t stamp_ns);
 
   struct At {
     std::uint32_t parent = 0;
     Eigen::Isometry3d T_parent_child = Eigen::Isometry3d::Identity();
   };
-  /// The sample of that very time; else slerp and a line between the neighbours, if they are at most `gap_ns`
-  /// apart and have one parent; else, before the first and after the last, a sample at most min(20 ms, gap)
-  /// away. Throws NoPose saying how far the nearest are, and std::runtime_error if a pose is no rigid motion.
+  /// The sample at exactly that time; else slerp and linear interpolation between the neighbours, if they are
+  /// at most `gap_ns` apart and have one parent; else, before the first and after the last, a sample at most
+  /// min(20 ms, gap) away. Throws NoPose with the distance of the nearest ones, and std::runtime_error if a
+  /// pose is no rigid motion.
   At at(std::int64_t stamp_ns, std::int64_t gap_ns) const;
 
  private:
@@ -52,26 +53,27 @@ class TransformTree {
  public:
   struct Edge {
     std::string parent, child;
-    bool fixed = false;  ///< holds at all times; the last one added wins
+    bool fixed = false;  ///< valid at all times; the last one added is used
   };
   void add(const Edge& edge, PoseTrack::Sample sample);
   void finish();
-  /// Of moving frames what is older than so long before each one's last transform. The tree must be finished.
+  /// Removes samples of moving frames older than this before each one's last transform. The tree must be
+  /// finished.
   void keep_last(std::int64_t duration_ns);
 
   std::size_t size() const { return frames_.size(); }  ///< frames
   bool knows(const std::string& frame) const { return indices_.contains(frame); }
-  /// From the frame up to its tree's root, as its first transforms have it.
+  /// From the frame up to its tree's root, by their first transforms.
   std::vector<std::string> ancestors(const std::string& frame) const;
   /// True if a frame between these two, or they themselves, moves.
   bool moves(const std::string& frame) const;
 
-  /// True if what is added later, in order of time, leaves lookup() as it is: the frames hang together, and
-  /// each moving one between them has a transform at that time or after it.
+  /// True if later transforms, in order of time, cannot change lookup(): the frames are connected, and each
+  /// moving one between them has a transform at that time or later.
   bool settled(const std::string& to, const std::string& from, std::int64_t stamp_ns) const;
 
-  /// T_to_from at that time; throws what PoseTrack::at() throws, with the frames' names, and NoPose if there
-  /// is no way from one to the other.
+  /// T_to_from at that time; throws as PoseTrack::at(), with the frames' names, and NoPose if the frames are
+  /// not connected.
   Eigen::Isometry3d lookup(const std::string& to, const std::string& from, std::int64_t stamp_ns,
                            std::int64_t gap_ns) const;
 
@@ -88,7 +90,7 @@ class TransformTree {
   std::uint32_t index_of(const std::string& frame);
   struct Way {
     std::vector<Step> steps;
-    std::string broken;  ///< why it does not go on to the root; empty: it does
+    std::string broken;  ///< why the chain ends before the root; empty: it does not
   };
   Way up(std::uint32_t start, std::optional<std::uint32_t> stop, std::int64_t stamp_ns,
          std::int64_t gap_ns) const;
