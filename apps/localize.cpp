@@ -49,14 +49,14 @@ struct LocalizeOptions {
 };
 
 /// A little motion's length and angle; the covariance's, of the worst direction that is determined.
-struct Found {
+struct Localized {
   std::string name;
   Alignment alignment;
   double moved_m = 0, turned_deg = 0, std_m = 0;
 };
 
-Found found_in(const Scan& scan, const Alignment& alignment) {
-  Found found{scan.name, alignment};
+Localized found_in(const Scan& scan, const Alignment& alignment) {
+  Localized found{scan.name, alignment};
   found.moved_m = (alignment.T_map_sensor.translation() - scan.T_map_sensor.translation()).norm();
   const Eigen::AngleAxisd turn(alignment.T_map_sensor.linear() * scan.T_map_sensor.linear().transpose());
   found.turned_deg = turn.angle() * deg_per_rad;
@@ -73,7 +73,7 @@ std::string_view name_of(AlignmentOutcome outcome) {
   return alignment_outcome_names[static_cast<std::size_t>(outcome)];
 }
 
-void print_line(const Found& found) {
+void print_line(const Localized& found) {
   const Alignment& a = found.alignment;
   std::printf("%s: %s", found.name.c_str(),
               a.outcome == AlignmentOutcome::corrected ? "found" : std::string(name_of(a.outcome)).c_str());
@@ -83,7 +83,7 @@ void print_line(const Found& found) {
   std::printf(", %.0f %% of %zu known readings explained\n", 100 * a.explained_share(), a.known);
 }
 
-nlohmann::ordered_json json_of(const Found& found) {
+nlohmann::ordered_json json_of(const Localized& found) {
   const Alignment& a = found.alignment;
   const Eigen::Quaterniond q(a.T_map_sensor.linear());
   const Eigen::Vector3d t = a.T_map_sensor.translation();
@@ -115,7 +115,7 @@ void run_localize(const LocalizeOptions& options) {
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
   std::size_t scans = 0, unexplained = 0;
   while (const std::optional<Scan> scan = feed.next()) {
-    const Found found = found_in(*scan, localizer(*scan));
+    const Localized found = found_in(*scan, localizer(*scan));
     poses.add(scan->stamp_s, found.alignment.T_map_sensor);
     ++scans;
     unexplained += found.alignment.outcome == AlignmentOutcome::corrected ? 0 : 1;

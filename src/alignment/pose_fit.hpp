@@ -40,14 +40,14 @@ inline double tukey_weight(double distance, double deviation) {
 }
 
 /// A reading matched with a surface.
-struct Laid {
+struct MatchedReading {
   Eigen::Vector3d point;  ///< sensor frame
   const AlignedSurface* surface;
   double variance;  ///< m², along the surface's normal, of the reading alone
 };
 /// A scan matched with the surfaces that cover it, at one pose.
 struct Layout {
-  std::vector<Laid> readings;            ///< within the fine gate
+  std::vector<MatchedReading> readings;  ///< within the fine gate
   std::size_t known = 0, explained = 0;  ///< as in Alignment
 };
 

@@ -69,12 +69,12 @@ struct Sums {
 }  // namespace
 
 std::vector<PatchLook> looks_at(const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
-                                std::span<const Laid> readings, const surfaces::SeenPatches& patches,
-                                SensorKind sensor, double resolution) {
+                                std::span<const MatchedReading> readings,
+                                const surfaces::SeenPatches& patches, SensorKind sensor, double resolution) {
   const PatchKey key_of(resolution);
-  std::vector<std::pair<surfaces::SeenPatches::Key, const Laid*>> by_key;
+  std::vector<std::pair<surfaces::SeenPatches::Key, const MatchedReading*>> by_key;
   by_key.reserve(readings.size());
-  for (const Laid& laid : readings)
+  for (const MatchedReading& laid : readings)
     by_key.emplace_back(key_of(T_map_sensor * laid.point, laid.surface->plane), &laid);
   std::stable_sort(by_key.begin(), by_key.end(),
                    [](const auto& one, const auto& other) { return one.first < other.first; });
@@ -83,7 +83,7 @@ std::vector<PatchLook> looks_at(const Scan& scan, const Eigen::Isometry3d& T_map
   for (std::size_t i = 0; i < by_key.size();) {
     PatchLook look;
     look.key = by_key[i].first;
-    if (const surfaces::Patch* known = patches.find(look.key)) {
+    if (const surfaces::SeenPatch* known = patches.find(look.key)) {
       look.patch = *known;
     } else {
       look.patch.normal = by_key[i].second->surface->plane.normal.cast<float>();
@@ -91,7 +91,7 @@ std::vector<PatchLook> looks_at(const Scan& scan, const Eigen::Isometry3d& T_map
     }
     const Eigen::Vector3d normal = look.patch.normal.cast<double>();
     for (; i < by_key.size() && by_key[i].first == look.key; ++i) {
-      const Laid& laid = *by_key[i].second;
+      const MatchedReading& laid = *by_key[i].second;
       if (laid.surface->plane.normal.dot(normal) < same_side) continue;
       const Eigen::Vector3d arm = T_map_sensor.linear() * laid.point;
       Twist by_pose;

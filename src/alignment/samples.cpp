@@ -21,17 +21,18 @@ bool within(double range, double min_range, double max_range) {  // NaN fails
 }
 
 /// A sample's range of readings in the scan.
-struct Readings {
+struct ReadingRange {
   std::size_t first, end;
 };
 
 /// Counts, for each sample, the samples that share its readings.
-void note_overlap(const std::vector<Readings>& of_sample, std::vector<Sample>& samples, std::size_t size) {
+void note_overlap(const std::vector<ReadingRange>& of_sample, std::vector<Sample>& samples,
+                  std::size_t size) {
   std::vector<std::uint32_t> uses(size);
-  for (const Readings& r : of_sample)
+  for (const ReadingRange& r : of_sample)
     for (std::size_t i = r.first; i < r.end; ++i) ++uses[i];
   for (std::size_t s = 0; s < samples.size(); ++s) {
-    const Readings& r = of_sample[s];
+    const ReadingRange& r = of_sample[s];
     const auto sum = std::accumulate(uses.begin() + static_cast<std::ptrdiff_t>(r.first),
                                      uses.begin() + static_cast<std::ptrdiff_t>(r.end), 0.0);
     samples[s].overlap = sum / static_cast<double>(r.end - r.first);
@@ -43,7 +44,7 @@ void note_overlap(const std::vector<Readings>& of_sample, std::vector<Sample>& s
 std::vector<Sample> sample_scan(const Scan& scan, const sensing::NoiseModel& noise, std::size_t count,
                                 double most_spread, double min_range, double max_range) {
   std::vector<Sample> samples;
-  std::vector<Readings> of_sample;
+  std::vector<ReadingRange> of_sample;
   samples.reserve(count);
   of_sample.reserve(count);
   const std::size_t size = scan.points.size();

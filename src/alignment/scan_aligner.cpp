@@ -29,10 +29,10 @@ constexpr double not_by_chance = 15.5;
 constexpr double same_jump_m = 0.03;
 
 /// Alignment of one scan.
-class Turn {
+class ScanAlignment {
  public:
-  Turn(surfaces::AlignmentState& state, const surfaces::SeenPatches& patches, const Scan& scan,
-       double resolution, const Eigen::Vector3d& up)
+  ScanAlignment(surfaces::AlignmentState& state, const surfaces::SeenPatches& patches, const Scan& scan,
+                double resolution, const Eigen::Vector3d& up)
       : state_(state),
         patches_(patches),
         scan_(scan),
@@ -67,7 +67,7 @@ class Turn {
 };
 
 /// Updates the usual shares of known and explained readings, also from scans that fit worse.
-void Turn::learn() {
+void ScanAlignment::learn() {
   const Alignment& alignment = result_.alignment;
   const double share = state_.usual_share == 0 ? 1 : 1 / share_memory;
   state_.usual_share += share * (alignment.explained_share() - state_.usual_share);
@@ -76,7 +76,7 @@ void Turn::learn() {
 }
 
 /// Estimates drift from patches seen long ago.
-void Turn::follow(const Layout& layout) {
+void ScanAlignment::follow(const Layout& layout) {
   Alignment& alignment = result_.alignment;
   if (drift_.is_new_view()) {
     std::vector<PatchLook> looks =
@@ -105,7 +105,7 @@ void Turn::follow(const Layout& layout) {
 }
 
 /// A distant pose is accepted if the previous scan was there, too.
-void Turn::note_jump(const PoseFit& fit, const Determined& determined) {
+void ScanAlignment::note_jump(const PoseFit& fit, const Determined& determined) {
   Alignment& alignment = result_.alignment;
   const Eigen::Isometry3d there = without_undetermined(expected_, fit, determined);
   const Eigen::Isometry3d correction = there * given_.inverse();
@@ -123,7 +123,8 @@ void Turn::note_jump(const PoseFit& fit, const Determined& determined) {
 
 /// Accepts another place only if it explains the scan better than the expected one, by more than drift
 /// allows.
-bool Turn::found_elsewhere(const PoseSearch& search, const PoseFit& fit, const Determined& determined) const {
+bool ScanAlignment::found_elsewhere(const PoseSearch& search, const PoseFit& fit,
+                                    const Determined& determined) const {
   const Twist off = twist_between(expected_, fit.T_map_sensor);
   return share_of(fit.known, search.samples()) >= half_known * state_.usual_known &&
          length(determined, off) > jump_voxels * resolution_ && deviations(determined, off) > not_by_chance &&
@@ -132,13 +133,14 @@ bool Turn::found_elsewhere(const PoseSearch& search, const PoseFit& fit, const D
 
 /// A failed search is repeated only if the view has changed or fits worse: otherwise each of a run of scans
 /// with unexplained poses would be searched for, at twenty times the cost.
-bool Turn::is_worth_a_search(double known_share) const {
-  const auto& vain = state_.vain;
-  return !vain || state_.way_m - vain->way_m >= revisit_span_m || known_share < half_known * vain->known ||
-         result_.alignment.explained_share() < much_less * vain->share;
+bool ScanAlignment::is_worth_a_search(double known_share) const {
+  const auto& failed_search = state_.failed_search;
+  return !failed_search || state_.way_m - failed_search->way_m >= revisit_span_m ||
+         known_share < half_known * failed_search->known ||
+         result_.alignment.explained_share() < much_less * failed_search->share;
 }
 
-ScanAligner::Result Turn::align(const PoseSearch& search) {
+ScanAligner::Result ScanAlignment::align(const PoseSearch& search) {
   Alignment& alignment = result_.alignment;
   const Layout layout = search.lay(expected_);
   alignment.samples = search.samples();
@@ -151,7 +153,7 @@ ScanAligner::Result Turn::align(const PoseSearch& search) {
   const bool strange = known_share < half_known * state_.usual_known;
   bool fits = known && is_explained(alignment.explained_share());
   const bool doubtful = (known && !fits) || strange;
-  if (!doubtful) state_.vain.reset();
+  if (!doubtful) state_.failed_search.reset();
   if (doubtful && is_worth_a_search(known_share)) {
     const surfaces::AlignmentState::Search here{known_share, alignment.explained_share(), state_.way_m};
     const PoseFit near = search.fine(expected_, drift_.covariance());
@@ -173,7 +175,7 @@ ScanAligner::Result Turn::align(const PoseSearch& search) {
       }
       fits = true;
     }
-    if (!fits || strange) state_.vain = here;
+    if (!fits || strange) state_.failed_search = here;
   }
   follow(layout);
   if (known) learn();
@@ -190,9 +192,9 @@ ScanAligner::Result ScanAligner::operator()(surfaces::AlignmentState& state,
                                             const surfaces::SeenPatches& patches, const Snapshot& map,
                                             const GrowingMap& growing, const Scan& scan,
                                             const RangeLimits& limits, const Eigen::Vector3d& up) {
-  Turn turn(state, patches, scan, map.resolution, up);
-  const PoseSearch poses = search(turn.expected(), map, growing, scan, limits);
-  Result result = turn.align(poses);
+  ScanAlignment alignment(state, patches, scan, map.resolution, up);
+  const PoseSearch poses = search(alignment.expected(), map, growing, scan, limits);
+  Result result = alignment.align(poses);
   if (result.alignment.outcome != AlignmentOutcome::set_aside)
     result.residuals = poses.residuals(result.alignment.T_map_sensor);
   return result;

@@ -17,7 +17,7 @@ constexpr double least_readings = 6;  // of a patch: three for its plane, and as
 constexpr double same_normal = 0.99;  // cosine: patches' normals are accurate to a few degrees
 constexpr double same_plane = 2;      // voxels: distance from the plane
 
-struct Patch {
+struct ScanPatch {
   geometry::Moments moments;  ///< about the sensor
   double variance = 0;        ///< Σ of the readings' along the line of sight
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ(), centroid = Eigen::Vector3d::Zero();
@@ -31,9 +31,9 @@ std::uint64_t cell_of(const Eigen::Vector3d& point, double edge) {
 }
 
 /// In the order of the scan's first reading in each.
-std::vector<Patch> collect(const Scan& scan, const sensing::NoiseModel& noise, double min_range,
-                           double max_range, double edge) {
-  std::vector<Patch> patches;
+std::vector<ScanPatch> collect(const Scan& scan, const sensing::NoiseModel& noise, double min_range,
+                               double max_range, double edge) {
+  std::vector<ScanPatch> patches;
   tsl::robin_map<std::uint64_t, std::size_t, geometry::PackedKeyHash> places;
   const std::size_t step = std::max<std::size_t>(1, scan.points.size() / most_readings);
   for (std::size_t i = 0; i < scan.points.size(); i += step) {
@@ -42,7 +42,7 @@ std::vector<Patch> collect(const Scan& scan, const sensing::NoiseModel& noise, d
     if (!(range >= min_range && range > 0 && range <= std::min(max_range, edge * (1 << 19)))) continue;
     const auto [at, added] = places.try_emplace(cell_of(point, edge), patches.size());
     if (added) patches.emplace_back();
-    Patch& patch = patches[at->second];
+    ScanPatch& patch = patches[at->second];
     patch.moments.add(point);
     const double spread = noise.measured_sigma(sensing::range_class_of(static_cast<float>(range)));
     patch.variance += spread * spread;
@@ -51,8 +51,8 @@ std::vector<Patch> collect(const Scan& scan, const sensing::NoiseModel& noise, d
 }
 
 /// Keeps the flat ones, with their planes; most readings first.
-void keep_flat(std::vector<Patch>& patches) {
-  std::erase_if(patches, [](Patch& patch) {
+void keep_flat(std::vector<ScanPatch>& patches) {
+  std::erase_if(patches, [](ScanPatch& patch) {
     if (patch.moments.count < least_readings) return true;
     const geometry::PlaneFit fit = geometry::fit_plane(patch.moments);
     patch.centroid = fit.centroid;
@@ -61,14 +61,14 @@ void keep_flat(std::vector<Patch>& patches) {
     return fit.variances[0] > 2 * noise || fit.variances[1] < 4 * fit.variances[0];
   });
   std::stable_sort(patches.begin(), patches.end(),
-                   [](const Patch& a, const Patch& b) { return a.moments.count > b.moments.count; });
+                   [](const ScanPatch& a, const ScanPatch& b) { return a.moments.count > b.moments.count; });
 }
 
 }  // namespace
 
 std::vector<ScanPlane> planes_of_scan(const Scan& scan, const sensing::NoiseModel& noise, double min_range,
                                       double max_range, double resolution) {
-  std::vector<Patch> patches = collect(scan, noise, min_range, max_range, patch_edge * resolution);
+  std::vector<ScanPatch> patches = collect(scan, noise, min_range, max_range, patch_edge * resolution);
   keep_flat(patches);
   std::vector<ScanPlane> planes;
   while (!patches.empty() && planes.size() < most_planes) {

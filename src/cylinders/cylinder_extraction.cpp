@@ -113,7 +113,8 @@ std::vector<CylinderExtraction::Index> CylinderExtraction::fullest_stretch(
   return inliers;
 }
 
-std::optional<CylinderExtraction::Found> CylinderExtraction::operator()(std::span<const Index> region) {
+std::optional<CylinderExtraction::ExtractedCylinder> CylinderExtraction::operator()(
+    std::span<const Index> region) {
   if (region.size() < rules_.min_points()) return {};
   std::optional<geometry::CylinderShape> shape = best_shape(region);
   if (!shape) return {};
@@ -137,7 +138,7 @@ std::optional<CylinderExtraction::Found> CylinderExtraction::operator()(std::spa
   const double level = 1e-3;
   const double sign = std::fabs(a.z()) > level ? a.z() : std::fabs(a.x()) > level ? a.x() : a.y();
   if (sign < 0) shape->axis = -a;
-  return Found{*shape, std::move(inliers)};
+  return ExtractedCylinder{*shape, std::move(inliers)};
 }
 
 }  // namespace octosurf::cylinders

@@ -16,7 +16,7 @@ namespace octosurf::cylinders {
 class CylinderExtraction {
  public:
   using Index = occupancy::PointWindow::Index;
-  struct Found {
+  struct ExtractedCylinder {
     geometry::CylinderShape shape;
     std::vector<Index> inliers;  ///< in the region's order
   };
@@ -24,7 +24,7 @@ class CylinderExtraction {
   CylinderExtraction(const surfaces::MapView& map, CylinderRules& rules) : map_(map), rules_(rules) {}
 
   /// The convincing cylinder with most points, if any. `region` is not empty and in key order.
-  std::optional<Found> operator()(std::span<const Index> region);
+  std::optional<ExtractedCylinder> operator()(std::span<const Index> region);
 
  private:
   struct Oriented {

@@ -131,7 +131,7 @@ class CylinderUpdate {
   }
 
   /// Creates a new cylinder, or extends a known one in the same place.
-  void take(const CylinderExtraction::Found& found) {
+  void take(const CylinderExtraction::ExtractedCylinder& found) {
     for (const auto& entry : cylinders_) {
       surfaces::CylinderModel& known = *cylinders_.find(entry.first);
       if (!same_place(known, found)) continue;
@@ -153,7 +153,8 @@ class CylinderUpdate {
   }
 
   /// Whether the two would overlap.
-  bool same_place(const surfaces::CylinderModel& known, const CylinderExtraction::Found& found) const {
+  bool same_place(const surfaces::CylinderModel& known,
+                  const CylinderExtraction::ExtractedCylinder& found) const {
     constexpr double cos_30_deg = 0.8660254037844386;
     if (std::fabs(known.shape.axis.dot(found.shape.axis)) < cos_30_deg) return false;
     std::size_t over = 0;

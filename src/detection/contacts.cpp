@@ -97,7 +97,7 @@ class Gaps {
     const Eigen::Vector3d middle = 0.5 * (position(i) + position(j));
     if (!gap.goes_on() || !(gap.planes->log_same(middle) > 0)) return;
     ++gap.lines;
-    if (junctions_.parted(i, j) || !open(i, j)) return;
+    if (junctions_.separated_by_plane(i, j) || !open(i, j)) return;
     ++gap.open;
     gap.sum += middle;
   }
@@ -143,7 +143,7 @@ void meet_neighbours(const Readings& readings, const std::vector<Label>& labels,
     if (labels[i] == clutter || junctions.ambiguous(i)) continue;
     for (const Index j : readings.near(i)) {
       if (labels[j] == clutter || labels[j] == labels[i]) continue;
-      if (junctions.ambiguous(j) || junctions.parted(i, j)) continue;
+      if (junctions.ambiguous(j) || junctions.separated_by_plane(i, j)) continue;
       const Eigen::Vector3f middle = 0.5F * (readings[i].position + readings[j].position);
       const double pair = readings.is_context(j) ? 1 : 0.5;  // otherwise the pair is counted from both sides
       graph.meet(labels[i], labels[j], middle.cast<double>(), pair);

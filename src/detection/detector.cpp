@@ -32,7 +32,7 @@ void assign(surfaces::Ledger& ledger, std::span<const Assignment> assignments) {
   for (const auto& [point, surface] : assignments) ledger.give(point, *ledger.find(surface));
 }
 
-std::vector<geometry::VoxelKey> newly_explained(const Found& found) {
+std::vector<geometry::VoxelKey> newly_explained(const FoundPlanes& found) {
   std::vector<geometry::VoxelKey> keys;
   for (Readings::Index i = 0; i < found.readings.size(); ++i)
     if (found.readings[i].surface == 0 && found.planes.labels[i] != clutter)

@@ -28,7 +28,7 @@ struct Due {
 };
 
 /// Planes found in a part of the map, input of write_surfaces().
-struct Found {
+struct FoundPlanes {
   Readings readings;
   Segmentation planes;
   std::vector<geometry::VoxelKey> beside{};  ///< surfaces expand once more into pending points beside these
@@ -57,12 +57,14 @@ class Detector {
                   surfaces::PendingQueue before, std::span<const geometry::VoxelKey> fresh, bool all,
                   std::vector<Assignment>& expanded) const = 0;
   /// III-C: planes of the points due. `expanded` has been assigned.
-  virtual std::optional<Found> detect(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
-                                      std::span<const geometry::VoxelKey> due,
-                                      std::span<const Assignment> expanded) const = 0;
+  virtual std::optional<FoundPlanes> detect(const surfaces::MapView& map,
+                                            const occupancy::OccupancyMap& octree,
+                                            std::span<const geometry::VoxelKey> due,
+                                            std::span<const Assignment> expanded) const = 0;
   /// Planes of surfaces that are segmented again, because their size has changed (SurfaceModel).
-  virtual std::optional<Found> revise(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
-                                      const std::set<SurfaceId>& changed) const = 0;
+  virtual std::optional<FoundPlanes> revise(const surfaces::MapView& map,
+                                            const occupancy::OccupancyMap& octree,
+                                            const std::set<SurfaceId>& changed) const = 0;
   /// The updated planes of these surfaces.
   virtual std::vector<std::pair<SurfaceId, Plane>> fit(const surfaces::MapView& map,
                                                        const std::set<SurfaceId>& surfaces) const = 0;
@@ -70,7 +72,8 @@ class Detector {
   /// They then affect decisions, so they are updated before points are added.
   virtual bool outlines_inliers_alone() const = 0;
   /// Planes of all points, owned and pending alike.
-  virtual Found detect_anew(const surfaces::MapView& map, const occupancy::OccupancyMap& octree) const = 0;
+  virtual FoundPlanes detect_anew(const surfaces::MapView& map,
+                                  const occupancy::OccupancyMap& octree) const = 0;
 
   /// The reasons why these pending points, in key order, have no surface; Reason::waiting for those that
   /// would get one.
@@ -87,7 +90,7 @@ void set_paper_detector(const Detector& detector);
 void assign(surfaces::Ledger& ledger, std::span<const Assignment> assignments);
 
 /// The pending points that were assigned a plane.
-std::vector<geometry::VoxelKey> newly_explained(const Found& found);
+std::vector<geometry::VoxelKey> newly_explained(const FoundPlanes& found);
 
 /// Pending points beside these, in key order.
 std::vector<geometry::VoxelKey> pending_beside(const surfaces::MapView& map,

@@ -33,7 +33,7 @@ Label Heirs::of(SurfaceId before) const {
   return shares.with.empty() ? clutter : most(shares)->first;
 }
 
-bool Heirs::alone(SurfaceId before) const {
+bool Heirs::keeps_most_readings(SurfaceId before) const {
   const Shares& shares = of_.at(before);
   return !shares.with.empty() &&
          shares.all - most(shares)->second <= sensing::ReadingModel::outlier_share * shares.all;

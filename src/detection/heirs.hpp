@@ -19,7 +19,7 @@ class Heirs {
   /// The label with most of a surface's readings; clutter if none has any.
   Label of(SurfaceId before) const;
   /// Whether the label has all but the model's share of outliers.
-  bool alone(SurfaceId before) const;
+  bool keeps_most_readings(SurfaceId before) const;
   /// By label, the surface whose id it keeps: of the surfaces it continues, the one with most readings in it,
   /// the older one on a tie; 0: none. Unpublished surfaces come last.
   std::vector<SurfaceId> keepers(std::size_t labels, const std::set<SurfaceId>& unpublished) const;

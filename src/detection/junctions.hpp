@@ -24,7 +24,7 @@ class Junctions {
   bool ambiguous(Index i) const { return ambiguous_[i]; }
   /// A plane at an angle beside one of the two passes between them. Surfaces are opaque: the parts of a wall
   /// above and below a board are separate, however near.
-  bool parted(Index i, Index j) const { return passes_beside(i, i, j) || passes_beside(j, i, j); }
+  bool separated_by_plane(Index i, Index j) const { return passes_beside(i, i, j) || passes_beside(j, i, j); }
   /// The labelled readings with neighbours of another label, ascending: contacts of patches.
   const std::vector<Index>& contacts() const { return contacts_; }
 

@@ -54,7 +54,7 @@ std::vector<LabelBlocks::Near> LabelBlocks::near(const Block& block, int reach) 
   return found;
 }
 
-LabelBlocks::Part LabelBlocks::Near::within(geometry::VoxelKey key, int reach) const {
+LabelBlocks::BoxMask LabelBlocks::Near::within(geometry::VoxelKey key, int reach) const {
   const std::array<int, 3> middle{key.x, key.y, key.z};
   std::array<unsigned, 3> low, high;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -64,7 +64,7 @@ LabelBlocks::Part LabelBlocks::Near::within(geometry::VoxelKey key, int reach) c
     high[axis] = static_cast<unsigned>(std::min(7, to));
   }
   const std::uint64_t row = (0xffU >> (7 - high[0] + low[0])) << low[0];
-  Part part;
+  BoxMask part;
   part.first_ = low[2];
   part.last_ = high[2];
   part.slice_ = (row * 0x0101010101010101ULL & (~0ULL >> (8 * (7 - high[1] + low[1])))) << (8 * low[1]);

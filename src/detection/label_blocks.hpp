@@ -27,7 +27,7 @@ class LabelBlocks {
   LabelBlocks(const Readings& readings, const std::vector<Label>& labels, const std::vector<bool>& wanted);
 
   /// The part of a block inside a box.
-  class Part {
+  class BoxMask {
    public:
     bool empty() const { return slice_ == 0; }
     bool any_of(const Group& group) const {
@@ -60,7 +60,7 @@ class LabelBlocks {
     std::array<int, 3> corner;  ///< voxel
     const std::vector<Group>* groups;
     /// Within `reach` voxels of `key` along each axis.
-    Part within(geometry::VoxelKey key, int reach) const;
+    BoxMask within(geometry::VoxelKey key, int reach) const;
   };
   /// Calls visit(groups, blocks) for each block, in order, with the blocks that may have something within
   /// `reach` voxels of its readings, in order of z, y, x. Cost: blocks met.

@@ -53,7 +53,8 @@ geometry::DisjointSets join_neighbours(const Readings& readings, const Segmentat
     if (labels[i] == clutter || junctions.ambiguous(i)) continue;
     if (!readings.is_context(i)) {
       for (const Index j : readings.near(i))
-        if (labels[j] == labels[i] && !junctions.ambiguous(j) && !junctions.parted(i, j)) sets.join(i, j);
+        if (labels[j] == labels[i] && !junctions.ambiguous(j) && !junctions.separated_by_plane(i, j))
+          sets.join(i, j);
     }
     if (!goes_on[labels[i]] || !readings.at_border(i)) continue;
     Index& first = at_border[labels[i]];

@@ -35,11 +35,11 @@ std::vector<Assignment> inliers_of(const MapView& map, const surfaces::SurfaceMo
 }
 
 /// `anew`: surfaces whose inliers start without a label; `unlabelled`: other surfaces' inliers that do.
-std::optional<Found> segment_in(const MapView& map, const occupancy::OccupancyMap& octree,
-                                const Neighbourhood& around, std::span<const SurfaceId> anew,
-                                std::span<const VoxelKey> unlabelled) {
+std::optional<FoundPlanes> segment_in(const MapView& map, const occupancy::OccupancyMap& octree,
+                                      const Neighbourhood& around, std::span<const SurfaceId> anew,
+                                      std::span<const VoxelKey> unlabelled) {
   if (around.voxels.empty()) return {};
-  std::optional<Found> found(std::in_place, Readings(octree, map.window, around, map.noise));
+  std::optional<FoundPlanes> found(std::in_place, Readings(octree, map.window, around, map.noise));
   found->planes = segment(found->readings, limits_of(map.parameters),
                           known_about(found->readings, map.surfaces, anew, unlabelled));
   found->beside = newly_explained(*found);
@@ -63,17 +63,19 @@ Due LikelihoodDetector::due(const MapView& map, const occupancy::OccupancyMap& o
   return due_to_segment(map, octree, std::move(before), fresh, all, expanded);
 }
 
-std::optional<Found> LikelihoodDetector::detect(const MapView& map, const occupancy::OccupancyMap& octree,
-                                                std::span<const VoxelKey> due,
-                                                std::span<const Assignment> expanded) const {
-  std::optional<Found> found =
+std::optional<FoundPlanes> LikelihoodDetector::detect(const MapView& map,
+                                                      const occupancy::OccupancyMap& octree,
+                                                      std::span<const VoxelKey> due,
+                                                      std::span<const Assignment> expanded) const {
+  std::optional<FoundPlanes> found =
       segment_in(map, octree, neighbourhood_of(map, due, touching(map, expanded)), {}, {});
   if (found) found->still_new = waiting_on(too_few(found->readings, found->planes));
   return found;
 }
 
-std::optional<Found> LikelihoodDetector::revise(const MapView& map, const occupancy::OccupancyMap& octree,
-                                                const std::set<SurfaceId>& changed) const {
+std::optional<FoundPlanes> LikelihoodDetector::revise(const MapView& map,
+                                                      const occupancy::OccupancyMap& octree,
+                                                      const std::set<SurfaceId>& changed) const {
   const sensing::ReadingModel model(map.noise, map.grid.resolution());
   std::vector<SurfaceId> anew;
   std::vector<VoxelKey> unlabelled, looked_at;
@@ -104,8 +106,8 @@ std::vector<std::pair<SurfaceId, Plane>> LikelihoodDetector::fit(const MapView& 
   return planes;
 }
 
-Found LikelihoodDetector::detect_anew(const MapView& map, const occupancy::OccupancyMap& octree) const {
-  Found found{Readings(octree, map.window, map.noise), {}};
+FoundPlanes LikelihoodDetector::detect_anew(const MapView& map, const occupancy::OccupancyMap& octree) const {
+  FoundPlanes found{Readings(octree, map.window, map.noise), {}};
   found.planes = segment(found.readings, limits_of(map.parameters));
   return found;
 }

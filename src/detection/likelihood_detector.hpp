@@ -19,18 +19,18 @@ class LikelihoodDetector final : public Detector {
           std::vector<Assignment>& expanded) const override;
   /// Segments the points due and those of `expanded` that another surface also explains. Surrounding surfaces
   /// take part as sums, and are merged across gaps up to h (neighbourhood.hpp).
-  std::optional<Found> detect(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
-                              std::span<const geometry::VoxelKey> due,
-                              std::span<const Assignment> expanded) const override;
+  std::optional<FoundPlanes> detect(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
+                                    std::span<const geometry::VoxelKey> due,
+                                    std::span<const Assignment> expanded) const override;
   /// The surfaces' points start without a label; of large surfaces, only those where tiles disagree
   /// (tiles.hpp). The rest are sums, with contacts where another surface may be one with them.
-  std::optional<Found> revise(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
-                              const std::set<SurfaceId>& changed) const override;
+  std::optional<FoundPlanes> revise(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
+                                    const std::set<SurfaceId>& changed) const override;
   std::vector<std::pair<SurfaceId, Plane>> fit(const surfaces::MapView& map,
                                                const std::set<SurfaceId>& surfaces) const override;
   bool outlines_inliers_alone() const override { return false; }
   /// The batch form; tests compare the incremental one with it.
-  Found detect_anew(const surfaces::MapView& map, const occupancy::OccupancyMap& octree) const override;
+  FoundPlanes detect_anew(const surfaces::MapView& map, const occupancy::OccupancyMap& octree) const override;
   std::map<geometry::VoxelKey, surfaces::Refusal> refusals(
       const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
       std::span<const geometry::VoxelKey> pending) const override;

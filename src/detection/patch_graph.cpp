@@ -51,7 +51,7 @@ void PatchGraph::judge(Label a, Label b) {
   if (gained > 0) queue_.push({gained, a, b, age(a, b)});
 }
 
-void PatchGraph::judge_what_has_changed() {
+void PatchGraph::rescore_changed_pairs() {
   for (Label a = 1; a < patches_.size(); ++a)
     for (const auto& [b, contact] : contacts_[a])
       if (a < b && contact.judged != age(a, b)) judge(a, b);
@@ -79,7 +79,7 @@ void PatchGraph::join(Label a, Label b) {
 PatchGraph::Merged PatchGraph::merge() && {
   into_.resize(patches_.size());
   std::iota(into_.begin(), into_.end(), Label{0});
-  for (judge_what_has_changed(); !queue_.empty();) {
+  for (rescore_changed_pairs(); !queue_.empty();) {
     const Candidate best = queue_.top();
     queue_.pop();
     if (contacts_[best.a].contains(best.b)) {
@@ -88,7 +88,7 @@ PatchGraph::Merged PatchGraph::merge() && {
       else
         judge(best.a, best.b);
     }
-    if (queue_.empty()) judge_what_has_changed();
+    if (queue_.empty()) rescore_changed_pairs();
   }
   return what_is_left();
 }

@@ -54,7 +54,7 @@ class PatchGraph {
   unsigned age(Label a, Label b) const { return mergers_[a] + mergers_[b]; }
   Contact& contact_of(Label a, Label b) { return contacts_[std::min(a, b)].at(std::max(a, b)); }
   void judge(Label a, Label b);
-  void judge_what_has_changed();
+  void rescore_changed_pairs();
   void join(Label a, Label b);
   Merged what_is_left();
 

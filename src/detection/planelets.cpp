@@ -26,12 +26,12 @@ class Ransac {
   Ransac(const Readings& readings, std::vector<Index> indices, std::uint64_t seed)
       : readings_(readings), left_(std::move(indices)), random_(seed) {}
 
-  struct Found {
+  struct FittedPlane {
     Patch patch;
     std::vector<Index> indices;
   };
   /// Extracts the best plane of the remaining readings, if it explains more than it costs.
-  std::optional<Found> next() {
+  std::optional<FittedPlane> next() {
     if (left_.size() < Constants::fewest_of_plane) return {};
     Plane plane = best_plane();
     for (int round = 0; round < 2; ++round) {
@@ -39,7 +39,7 @@ class Ransac {
       if (its.size() < Constants::fewest_of_plane) return {};
       plane = readings_.patch_of(its, plane).plane;
     }
-    Found found;
+    FittedPlane found;
     found.indices = belonging(plane);
     if (found.indices.size() < Constants::fewest_of_plane) return {};
     found.patch = readings_.patch_of(found.indices, plane);
@@ -136,7 +136,7 @@ void find_planelets(const Readings& readings, Segmentation& segmentation) {
     const int edge = planelet_edge(readings.resolution()) << level;
     for (auto& [place, indices] : blocks_of(readings, segmentation.labels, edge)) {
       Ransac ransac(readings, std::move(indices), place);
-      while (const std::optional<Ransac::Found> found = ransac.next()) {
+      while (const std::optional<Ransac::FittedPlane> found = ransac.next()) {
         for (const Index i : found->indices) segmentation.labels[i] = static_cast<Label>(patches.size());
         patches.push_back(found->patch);
       }

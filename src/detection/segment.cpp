@@ -112,7 +112,7 @@ std::vector<double> count_clutter_around(const Readings& readings, const Segment
   const LabelBlocks blocks(readings, segmentation.labels, wanted);
   std::vector<double> counts(segmentation.patches.size(), 0);
   std::vector<Index> tested_from(counts.size(), Readings::none), settled_from = tested_from;
-  const auto count = [&](Index i, const LabelBlocks::Group& group, const LabelBlocks::Part& part) {
+  const auto count = [&](Index i, const LabelBlocks::Group& group, const LabelBlocks::BoxMask& part) {
     const Label label = group.label;
     if (settled_from[label] == i) return;
     const bool out_of_depth =
@@ -125,7 +125,7 @@ std::vector<double> count_clutter_around(const Readings& readings, const Segment
   };
   const auto count_around = [&](Index i, const std::vector<LabelBlocks::Near>& near) {
     for (const LabelBlocks::Near& block : near) {
-      const LabelBlocks::Part part = block.within(readings[i].key, reach);
+      const LabelBlocks::BoxMask part = block.within(readings[i].key, reach);
       if (part.empty()) continue;
       for (const LabelBlocks::Group& group : *block.groups)
         if (group.label != clutter) count(i, group, part);
@@ -163,16 +163,16 @@ double explained_by(const Readings& readings, const Patch& patch, const std::vec
 /// Nats by which a plane explains more than the evidence against it, and the plane that contributes most of
 /// the rays against it.
 struct Verdict {
-  double for_it = 0;
+  double evidence = 0;
   Label seen_through = clutter;
-  bool holds() const { return for_it > 0; }
+  bool accepted() const { return evidence > 0; }
 };
 
 /// Decides which planes exist, in descending order of explained nats: a plane is rejected unless it explains
 /// more than the rays that passed through it, or through planes accepted before to reach it, speak against
 /// both. Such rays are as rare as outliers.
-std::vector<Verdict> find_opaque(const Readings& readings, const Segmentation& segmentation,
-                                 const std::vector<double>& explained) {
+std::vector<Verdict> resolve_see_through(const Readings& readings, const Segmentation& segmentation,
+                                         const std::vector<double>& explained) {
   std::vector<std::vector<std::pair<Label, double>>> crossed(explained.size());
   for (const auto& [pair, rays] : count_crossings(readings, segmentation.labels, segmentation.patches)) {
     crossed[pair.first].emplace_back(pair.second, rays);
@@ -184,11 +184,11 @@ std::vector<Verdict> find_opaque(const Readings& readings, const Segmentation& s
   std::vector<Verdict> verdicts(explained.size());
   for (const Label label : order) {
     Verdict& verdict = verdicts[label];
-    verdict.for_it = explained[label];
+    verdict.evidence = explained[label];
     double most_rays = 0;
     for (const auto& [other, rays] : crossed[label]) {
-      if (!verdicts[other].holds()) continue;
-      verdict.for_it -= rays * sensing::ReadingModel::log_odds;
+      if (!verdicts[other].accepted()) continue;
+      verdict.evidence -= rays * sensing::ReadingModel::log_odds;
       if (rays > most_rays && explained[label] > 0) verdict.seen_through = other;
       most_rays = std::max(most_rays, rays);
     }
@@ -210,7 +210,7 @@ Refusal refusal_of(const Readings& readings, const Segmentation& segmentation, c
   if (verdict.seen_through != clutter)
     if (const SurfaceId surface = surface_of(readings, segmentation, verdict.seen_through); surface != 0)
       return {.reason = Reason::seen_through, .surface = surface};
-  return {.reason = Reason::clutter, .measured = verdict.for_it};
+  return {.reason = Reason::clutter, .measured = verdict.evidence};
 }
 
 /// Turns rejected patches into clutter: refusal_of(label, readings) is the reason, or none.
@@ -250,9 +250,9 @@ void accept(const Readings& readings, const SegmentLimits& limits, Segmentation&
     if (outside.label != clutter)
       explained[outside.label] += outside.sums.hits / outside.sums.readings *
                                   outside.sums.explained_by(segmentation.patches[outside.label].plane);
-  const std::vector<Verdict> verdicts = find_opaque(readings, segmentation, explained);
+  const std::vector<Verdict> verdicts = resolve_see_through(readings, segmentation, explained);
   keep_labels(readings, segmentation, refused, [&](Label label, const auto&) -> std::optional<Refusal> {
-    if (verdicts[label].holds()) return {};
+    if (verdicts[label].accepted()) return {};
     if (refused == nullptr)
       return Refusal{Reason::clutter};  // reason not requested; computing it is
                                         // O(readings)

@@ -15,7 +15,7 @@ namespace {
 constexpr int smallest_square = 8;  // cells along each side: a tile of the hash
 
 /// A part of a surface.
-struct Part {
+struct SurfacePart {
   Patch sums;
   double pairs = 0;  // of an inlier in it and an adjacent occupied cell of another part
   bool agrees = true;
@@ -89,9 +89,9 @@ class Tiles {
 
   template <class PartOf>
   std::size_t add(const PartOf& part_of, std::vector<geometry::VoxelKey>& keys) const {
-    tsl::robin_map<std::uint64_t, Part, geometry::PackedKeyHash> parts;
+    tsl::robin_map<std::uint64_t, SurfacePart, geometry::PackedKeyHash> parts;
     for (std::size_t i = 0; i < inliers_.size(); ++i) {
-      Part& part = parts[part_of(cells_[i])];
+      SurfacePart& part = parts[part_of(cells_[i])];
       add(inliers_[i], part.sums);
       part.pairs += pairs_across(cells_[i], part_of);
     }
@@ -115,7 +115,7 @@ class Tiles {
   }
 
   /// Whether it is one plane with the rest of the surface.
-  bool agrees(const Part& of_surface) const {
+  bool agrees(const SurfacePart& of_surface) const {
     Patch part = of_surface.sums, rest = whole_;
     rest.moments.add(part.moments, -1);
     rest.log_peaks -= part.log_peaks;

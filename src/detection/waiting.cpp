@@ -47,10 +47,10 @@ void add_due(const surfaces::MapView& map, const VoxelBlocks& blocks, std::span<
 }
 
 /// The queue of waiting blocks with the new points of each.
-class Turns {
+class BlockQueue {
  public:
   /// `come`: new points of any block.
-  Turns(const VoxelBlocks& blocks, std::span<const VoxelKey> order, std::span<const VoxelKey> come)
+  BlockQueue(const VoxelBlocks& blocks, std::span<const VoxelKey> order, std::span<const VoxelKey> come)
       : blocks_(blocks) {
     for (const VoxelKey key : order)
       if (at_.try_emplace(blocks.of(key), order_.size()).second) order_.push_back(key);
@@ -137,13 +137,13 @@ Due due_to_segment(const surfaces::MapView& map, const occupancy::OccupancyMap& 
   std::copy_if(fresh.begin(), fresh.end(), std::back_inserter(before.blocks), waits);
   Due result;
   result.left.fresh = united(before.fresh, fresh);
-  const Turns turns(largest, before.blocks, result.left.fresh);
+  const BlockQueue queue(largest, before.blocks, result.left.fresh);
   const std::size_t budget =
-      all ? std::numeric_limits<std::size_t>::max() : budget_of(map.parameters, turns.points());
+      all ? std::numeric_limits<std::size_t>::max() : budget_of(map.parameters, queue.points());
   std::size_t turn = 0;
-  for (; turn < turns.size() && result.points.size() < budget; ++turn) {
+  for (; turn < queue.size() && result.points.size() < budget; ++turn) {
     std::vector<VoxelKey> come;
-    std::copy_if(turns.points_of(turn).begin(), turns.points_of(turn).end(), std::back_inserter(come), waits);
+    std::copy_if(queue.points_of(turn).begin(), queue.points_of(turn).end(), std::back_inserter(come), waits);
     Keys due;
     for (int level = 0; level < planelet_levels; ++level)
       add_due(map, VoxelBlocks(edge << level), come, taken, due);
@@ -155,13 +155,13 @@ Due due_to_segment(const surfaces::MapView& map, const occupancy::OccupancyMap& 
     result.points.insert(result.points.end(), points.begin(), points.end());
     if (over) break;
   }
-  result.left.blocks = turns.order_from(turn);
+  result.left.blocks = queue.order_from(turn);
   Keys due;
   for (const VoxelKey key : result.points) due.insert(key.packed());
   std::erase_if(result.left.fresh, [&](VoxelKey key) {
-    return turns.place_of(key) <= turn && (due.contains(key.packed()) || !waits(key));
+    return queue.place_of(key) <= turn && (due.contains(key.packed()) || !waits(key));
   });
-  result.waiting = turn < turns.size() ? turns.points_from(turn) : 0;
+  result.waiting = turn < queue.size() ? queue.points_from(turn) : 0;
   const Keys with_planes = blocks_with_planes(map, octree, smallest, result.points);
   std::erase_if(expanded, [&](const Assignment& assignment) {
     const VoxelKey key = map.window[assignment.point].key;

@@ -25,7 +25,7 @@ Plane with_evidence(const Patch& patch, const SurfaceModel& surface, const sensi
 
 class Writing {
  public:
-  Writing(surfaces::Ledger& ledger, const Found& found)
+  Writing(surfaces::Ledger& ledger, const FoundPlanes& found)
       : ledger_(ledger),
         readings_(found.readings),
         found_(found.planes),
@@ -54,9 +54,9 @@ class Writing {
   /// Before points are reassigned: their evidence moves with them.
   void hand_on_evidence() {
     for (const SurfaceId id : before_) {
-      if (!kept_.contains(id) && heirs_.of(id) != clutter && heirs_.alone(id))
+      if (!kept_.contains(id) && heirs_.of(id) != clutter && heirs_.keeps_most_readings(id))
         made_[heirs_.of(id)]->take_evidence(*ledger_.find(id));
-      if (kept_.contains(id) && !heirs_.alone(id)) ledger_.find(id)->forget_evidence();
+      if (kept_.contains(id) && !heirs_.keeps_most_readings(id)) ledger_.find(id)->forget_evidence();
     }
   }
 
@@ -71,7 +71,7 @@ class Writing {
     for (Index i = 0; i < readings_.size(); ++i) hand_over(readings_[i].in_window, made_[found_.labels[i]]);
   }
 
-  void end_what_has_gone() {
+  void remove_unclaimed() {
     for (const SurfaceId id : before_) {
       if (kept_.contains(id)) continue;
       SurfaceModel* heir = made_[heirs_.of(id)];
@@ -123,12 +123,12 @@ class Writing {
 
 }  // namespace
 
-void write_surfaces(surfaces::Ledger& ledger, const Found& found, Planes planes) {
+void write_surfaces(surfaces::Ledger& ledger, const FoundPlanes& found, Planes planes) {
   Writing writing(ledger, found);
   writing.name_labels();
   writing.hand_on_evidence();
   writing.hand_over_points();
-  writing.end_what_has_gone();
+  writing.remove_unclaimed();
   writing.set_planes(planes);
   writing.note_checked();
 }

@@ -13,6 +13,6 @@ namespace octosurf::detection {
 /// `found` must be on the ledger's window. `all`: each plane becomes the segmentation's; else only those of
 /// surfaces whose points have changed. Surfaces entirely among the readings are marked as checked.
 enum class Planes { all, touched };
-void write_surfaces(surfaces::Ledger& ledger, const Found& found, Planes planes);
+void write_surfaces(surfaces::Ledger& ledger, const FoundPlanes& found, Planes planes);
 
 }  // namespace octosurf::detection

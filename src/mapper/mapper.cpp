@@ -298,7 +298,7 @@ ScanReport Mapper::resegment() {
   surfaces::Transaction transaction(state);
   surfaces::Ledger ledger(state);
   time(Stage::detect, [&] {
-    const detection::Found found = detector.detect_anew(ledger, state.occupancy);
+    const detection::FoundPlanes found = detector.detect_anew(ledger, state.occupancy);
     write_surfaces(ledger, found, detection::Planes::all);
     state.queue = {};
     for (const geometry::VoxelKey key : found.still_new)

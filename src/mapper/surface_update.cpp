@@ -119,7 +119,7 @@ void SurfaceUpdate::find_surfaces(const ForeignSurfaces* foreign) {
   std::vector<Assignment> gained =
       time(Stage::expand, [&] { return detector_.expand(*ledger_, pending_of(fresh)); });
   detection::Due due;
-  std::optional<detection::Found> found = time(Stage::detect, [&] {
+  std::optional<detection::FoundPlanes> found = time(Stage::detect, [&] {
     due = detector_.due(*ledger_, state_.occupancy, std::move(state_.queue), pending_of(fresh), all_, gained);
     detection::assign(*ledger_, gained);
     return detector_.detect(*ledger_, state_.occupancy, due.points, gained);

@@ -172,7 +172,7 @@ OccupancyMap::Merged OccupancyMap::merge(const OccupancyMap& other) {
 bool OccupancyMap::empty() const { return tree_->empty(); }
 
 OccupancyMap::Lookup OccupancyMap::at(geometry::VoxelKey key) const {
-  const VoxelTree::Found found = tree_->find(key);
+  const VoxelTree::Lookup found = tree_->find(key);
   if (!found.known) return {};
   Lookup lookup{tree_->occupied(found.log_odds) ? State::occupied : State::free, found.log_odds, {}};
   if (found.payload != nullptr) lookup.point = point_of(*found.payload, grid_, key);
@@ -191,7 +191,7 @@ void OccupancyMap::assign(const VoxelPoint& point, SurfaceId surface) {
 }
 
 void OccupancyMap::assign(geometry::VoxelKey key, SurfaceId surface) {
-  const VoxelTree::Found found = tree_->find(key);
+  const VoxelTree::Lookup found = tree_->find(key);
   if (found.payload != nullptr) tree_->payload_at(found.place).surface = surface & 0xffffff;
 }
 

@@ -93,7 +93,7 @@ class Way {
     for (std::size_t i = 0; i < 3; ++i) key[i] = static_cast<int>(std::floor(from_[axis(i)]));
     double t = 0;
     for (;;) {
-      occupancy::VoxelTree::Found found;
+      occupancy::VoxelTree::Lookup found;
       found.level = 0;
       if (KeyBox{}.holds(key)) found = tree_.find(key_of(key));
       if (stops(found.known, found.log_odds)) return key;
@@ -182,7 +182,7 @@ Voxel OccupancyView::at(const Eigen::Vector3d& point) const {
 }
 
 Voxel OccupancyView::voxel(const geometry::VoxelKey& key) const {
-  const occupancy::VoxelTree::Found found = tree_->find(key);
+  const occupancy::VoxelTree::Lookup found = tree_->find(key);
   Voxel voxel;
   voxel.center = centre_of(ints(key), resolution_);
   if (!found.known) return voxel;

@@ -101,7 +101,7 @@ class Resampling {
   void voxel(geometry::VoxelKey key) {
     geometry::VoxelKey there;
     if (!grid_.key_of(centre_in_from({key.x, key.y, key.z}, 0.5).cast<float>(), there)) return;
-    const VoxelTree::Found found = from_.find(there);
+    const VoxelTree::Lookup found = from_.find(there);
     if (found.known && found.payload == nullptr) to_.set_leaf(key, 0, found.log_odds);
   }
 
@@ -160,7 +160,7 @@ OccupancyMap OccupancyMap::resampled(const OccupancyMap& other, const Eigen::Iso
                         return;
                       }
                       const float log_odds = from.find(k).log_odds;
-                      const VoxelTree::Found found = to.find(key);
+                      const VoxelTree::Lookup found = to.find(key);
                       const bool taken = found.payload != nullptr;
                       const unsigned range_class = taken ? found.payload->range_class : 0;
                       to.set_leaf(key, 0, taken ? std::max(log_odds, found.log_odds) : log_odds);

@@ -87,14 +87,14 @@ VoxelPayload& VoxelTree::make_payload(geometry::VoxelKey key) {
   return payload(brick_at(key), index_in_brick(key));
 }
 
-VoxelTree::Found VoxelTree::find(geometry::VoxelKey key) const {
+VoxelTree::Lookup VoxelTree::find(geometry::VoxelKey key) const {
   const Slot* slot = &root_;
   int level = top_level;
   while (slot->link >= first_link && level > brick_level) slot = &group(*slot)[child_of(key, --level)];
   if (slot->link < first_link) return {slot->link == leaf, slot->value, level, nullptr};
   const Brick& b = brick(*slot);
   const unsigned i = index_in_brick(key);
-  Found found{(b.known >> i & 1) != 0, b.value[i], 0, nullptr};
+  Lookup found{(b.known >> i & 1) != 0, b.value[i], 0, nullptr};
   if ((b.points >> i & 1) != 0) {
     found.place = {b.payloads, static_cast<std::uint8_t>(b.rank(i))};
     found.payload = payloads_.at(b.payloads) + found.place.rank;

@@ -64,14 +64,14 @@ class VoxelTree {
     add(root_, {other, other.root_}, top_level, 0, policy);
   }
 
-  struct Found {
+  struct Lookup {
     bool known = false;
     float log_odds = 0;
     int level = 0;  ///< of the undivided node that contains it, or at which the search ended as unknown
     const VoxelPayload* payload = nullptr;
     PayloadPlace place{};  ///< of the payload
   };
-  Found find(geometry::VoxelKey key) const;
+  Lookup find(geometry::VoxelKey key) const;
 
   /// visit(const VoxelPayload&, VoxelKey, PayloadPlace) for the points of the cube of 2^level voxels
   /// (level ≥ 3) that holds `key`, in Morton order.

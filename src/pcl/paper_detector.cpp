@@ -14,7 +14,7 @@ namespace octosurf::pcl {
 namespace {
 
 using detection::Assignment;
-using detection::Found;
+using detection::FoundPlanes;
 using detection::Readings;
 using detection::Segmentation;
 using geometry::VoxelKey;
@@ -163,8 +163,8 @@ std::vector<Assignment> assignments(const MapView& map, std::span<const VoxelKey
   return taken;
 }
 
-Found found_in(Readings readings, const MapView& map, std::span<const VoxelKey> keys) {
-  Found found{std::move(readings), {}, {}, {keys.begin(), keys.end()}, true};
+FoundPlanes found_in(Readings readings, const MapView& map, std::span<const VoxelKey> keys) {
+  FoundPlanes found{std::move(readings), {}, {}, {keys.begin(), keys.end()}, true};
   Segmentation& planes = found.planes;
   planes.labels.assign(found.readings.size(), detection::clutter);
   for (const PlaneFit& plane : find_planes(positions(map, keys), map.parameters)) {
@@ -235,16 +235,17 @@ detection::Due PaperDetector::due(const MapView& map, const occupancy::Occupancy
   return due;
 }
 
-std::optional<Found> PaperDetector::detect(const MapView& map, const occupancy::OccupancyMap& octree,
-                                           std::span<const VoxelKey> due,
-                                           std::span<const Assignment> /*expanded*/) const {
+std::optional<FoundPlanes> PaperDetector::detect(const MapView& map, const occupancy::OccupancyMap& octree,
+                                                 std::span<const VoxelKey> due,
+                                                 std::span<const Assignment> /*expanded*/) const {
   if (due.empty()) return {};
   const detection::Neighbourhood around{{due.begin(), due.end()}, {}, {}, {}};
   return found_in(Readings(octree, map.window, around, map.noise), map, due);
 }
 
-std::optional<Found> PaperDetector::revise(const MapView& /*map*/, const occupancy::OccupancyMap& /*octree*/,
-                                           const std::set<SurfaceId>& /*changed*/) const {
+std::optional<FoundPlanes> PaperDetector::revise(const MapView& /*map*/,
+                                                 const occupancy::OccupancyMap& /*octree*/,
+                                                 const std::set<SurfaceId>& /*changed*/) const {
   return {};
 }
 
@@ -253,7 +254,7 @@ std::vector<std::pair<SurfaceId, Plane>> PaperDetector::fit(const MapView& /*map
   return {};
 }
 
-Found PaperDetector::detect_anew(const MapView& map, const occupancy::OccupancyMap& octree) const {
+FoundPlanes PaperDetector::detect_anew(const MapView& map, const occupancy::OccupancyMap& octree) const {
   Readings readings(octree, map.window, map.noise);
   std::vector<VoxelKey> keys;
   for (Readings::Index i = 0; i < readings.size(); ++i) keys.push_back(readings[i].key);

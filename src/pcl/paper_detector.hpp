@@ -27,15 +27,16 @@ class PaperDetector final : public detection::Detector {
   detection::Due due(const MapView& map, const occupancy::OccupancyMap& octree, surfaces::PendingQueue before,
                      std::span<const VoxelKey> fresh, bool all,
                      std::vector<Assignment>& expanded) const override;
-  std::optional<detection::Found> detect(const MapView& map, const occupancy::OccupancyMap& octree,
-                                         std::span<const VoxelKey> due,
-                                         std::span<const Assignment> expanded) const override;
-  std::optional<detection::Found> revise(const MapView& map, const occupancy::OccupancyMap& octree,
-                                         const std::set<SurfaceId>& changed) const override;
+  std::optional<detection::FoundPlanes> detect(const MapView& map, const occupancy::OccupancyMap& octree,
+                                               std::span<const VoxelKey> due,
+                                               std::span<const Assignment> expanded) const override;
+  std::optional<detection::FoundPlanes> revise(const MapView& map, const occupancy::OccupancyMap& octree,
+                                               const std::set<SurfaceId>& changed) const override;
   std::vector<std::pair<SurfaceId, Plane>> fit(const MapView& map,
                                                const std::set<SurfaceId>& surfaces) const override;
   bool outlines_inliers_alone() const override { return true; }
-  detection::Found detect_anew(const MapView& map, const occupancy::OccupancyMap& octree) const override;
+  detection::FoundPlanes detect_anew(const MapView& map,
+                                     const occupancy::OccupancyMap& octree) const override;
   std::map<VoxelKey, surfaces::Refusal> refusals(const MapView& map, const occupancy::OccupancyMap& octree,
                                                  std::span<const VoxelKey> pending) const override;
 };

@@ -104,12 +104,12 @@ std::optional<std::vector<Ring2>> rings_of(const InsetLines& lines, std::span<co
 
 /// Assigns holes to the smallest part around them.
 std::optional<std::vector<Polygon>> nested(std::vector<Ring2> rings) {
-  struct Part {
+  struct NestedPart {
     double area = 0;
     Ring2 outer;
     Eigen::AlignedBox2d box;
   };
-  std::vector<Part> parts;
+  std::vector<NestedPart> parts;
   std::vector<Ring2> holes;
   for (Ring2& ring : rings) {
     if (const double area = area_of(ring); area <= 0) {
@@ -120,10 +120,11 @@ std::optional<std::vector<Polygon>> nested(std::vector<Ring2> rings) {
       parts.push_back({area, std::move(ring), box});
     }
   }
-  std::sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) { return a.area < b.area; });
+  std::sort(parts.begin(), parts.end(),
+            [](const NestedPart& a, const NestedPart& b) { return a.area < b.area; });
   std::vector<Polygon> polygons(parts.size());
   for (Ring2& hole : holes) {
-    const auto around = std::find_if(parts.begin(), parts.end(), [&](const Part& part) {
+    const auto around = std::find_if(parts.begin(), parts.end(), [&](const NestedPart& part) {
       return parts.size() == 1 ||
              (part.box.contains(hole.front()) && geometry::inside(part.outer, hole.front()));
     });

@@ -152,12 +152,12 @@ Grown grown_from(const std::vector<RegionSegment>& edges, const Ring2& box, Eige
 }
 
 /// A remaining part of the region, and the largest piece found in it.
-struct Part {
+struct RegionPart {
   Polygon polygon;
   Grown best;
 };
 
-Part part_of(Polygon polygon) {
+RegionPart part_of(Polygon polygon) {
   std::vector<RegionSegment> edges;
   planning::for_each_edge(
       polygon, [&edges](const Eigen::Vector2d& a, const Eigen::Vector2d& b) { edges.emplace_back(a, b); });
@@ -171,7 +171,7 @@ Part part_of(Polygon polygon) {
   const std::size_t tried = std::min(seeds, starts.size());
   std::partial_sort(starts.begin(), starts.begin() + static_cast<std::ptrdiff_t>(tried), starts.end(),
                     [](const auto& a, const auto& b) { return a.first > b.first; });
-  Part part{std::move(polygon), {}};
+  RegionPart part{std::move(polygon), {}};
   for (std::size_t i = 0; i < tried; ++i) {
     const Eigen::Vector2d& start = starts[i].second;
     // A seed inside the best piece would lead to it again.
@@ -210,26 +210,27 @@ Ring2 tidied(Ring2 ring) {
 
 std::vector<ConvexPiece> convex_pieces(const Surface& surface, const ContactRegion& region, std::size_t most,
                                        double min_area_m2) {
-  struct Found {
+  struct GrownPiece {
     Ring2 ring;
     double area;
   };
-  std::vector<Found> pieces;
+  std::vector<GrownPiece> pieces;
   if (most == 0) return {};
   const double least = std::max(min_area_m2, negligible_share * region.area_m2 / static_cast<double>(most));
-  std::vector<Part> parts;
+  std::vector<RegionPart> parts;
   const auto add = [&](const std::vector<Polygon>& polygons) {
     for (const Polygon& polygon : polygons) {
       if (planning::area_of(std::vector{polygon}) < least) continue;
-      Part part = part_of(polygon);
+      RegionPart part = part_of(polygon);
       if (part.best.area >= least && part.best.area > 0) parts.push_back(std::move(part));
     }
   };
   add(region.polygons);
   while (pieces.size() < most && !parts.empty()) {
-    const auto largest = std::max_element(
-        parts.begin(), parts.end(), [](const Part& a, const Part& b) { return a.best.area < b.best.area; });
-    const Part part = std::move(*largest);
+    const auto largest =
+        std::max_element(parts.begin(), parts.end(),
+                         [](const RegionPart& a, const RegionPart& b) { return a.best.area < b.best.area; });
+    const RegionPart part = std::move(*largest);
     parts.erase(largest);
     Ring2 ring = tidied(part.best.ring);
     // A surface is not accurate to a small part of its voxels; but the first piece is made even if narrow.
@@ -240,9 +241,9 @@ std::vector<ConvexPiece> convex_pieces(const Surface& surface, const ContactRegi
   }
   // They usually are sorted; but a piece found in a part may exceed the one found in the whole.
   std::stable_sort(pieces.begin(), pieces.end(),
-                   [](const Found& a, const Found& b) { return a.area > b.area; });
+                   [](const GrownPiece& a, const GrownPiece& b) { return a.area > b.area; });
   std::vector<ConvexPiece> result;
-  for (const Found& piece : pieces) result.push_back(planning::convex_piece(surface, piece.ring));
+  for (const GrownPiece& piece : pieces) result.push_back(planning::convex_piece(surface, piece.ring));
   return result;
 }
 

@@ -25,7 +25,7 @@ void Downsampler::add(const Run& run, VoxelScan& out) {
 }
 
 void Downsampler::collect_runs(const Scan& scan, const Eigen::Isometry3d& T_map_sensor, double min_range,
-                               std::size_t begin, std::size_t end, Part& part) const {
+                               std::size_t begin, std::size_t end, ThreadPart& part) const {
   const double min_range_sq = min_range * min_range;
   part.runs.clear();
   part.not_finite = part.too_near = part.out_of_map = 0;
@@ -74,7 +74,7 @@ VoxelScan Downsampler::operator()(const Scan& scan, const Eigen::Isometry3d& T_m
                  std::min(share.end * LocatedPoints::most, scan.points.size()),
                  parts_[static_cast<std::size_t>(t)]);
   });
-  for (const Part& part : parts_) {
+  for (const ThreadPart& part : parts_) {
     for (const Run& run : part.runs) add(run, out);
     out.not_finite += part.not_finite;
     out.too_near += part.too_near;

@@ -73,17 +73,17 @@ class Downsampler {
         Eigen::Vector3f::Zero();  // relative to the centre, for float precision far from the origin
   };
   /// One thread's part of a scan.
-  struct Part {
+  struct ThreadPart {
     std::vector<Run> runs;
     std::size_t not_finite = 0, too_near = 0, out_of_map = 0;
   };
   void collect_runs(const Scan& scan, const Eigen::Isometry3d& T_map_sensor, double min_range,
-                    std::size_t begin, std::size_t end, Part& part) const;
+                    std::size_t begin, std::size_t end, ThreadPart& part) const;
   void add(const Run& run, VoxelScan& out);
 
   geometry::VoxelGrid grid_;
   VoxelTable table_;  // place in `ends` plus one
-  std::vector<Part> parts_;
+  std::vector<ThreadPart> parts_;
 };
 
 }  // namespace octosurf::sensing

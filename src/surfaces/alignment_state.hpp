@@ -54,7 +54,7 @@ struct AlignmentState {
   struct Search {
     double known = 0, share = 0, way_m = 0;
   };
-  std::optional<Search> vain;
+  std::optional<Search> failed_search;
   double patch_m = 0;                     ///< scatter of revisited patches beyond their readings' noise
   std::optional<Eigen::Isometry3d> jump;  ///< correction of the last scan, if that one was far off
 };

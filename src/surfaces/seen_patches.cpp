@@ -12,14 +12,14 @@ void Look::add(const Look& other) {
   by_error += share * (other.by_error - by_error);
 }
 
-Look Patch::before(double way, double span) const {
+Look SeenPatch::before(double way, double span) const {
   Look look = past;
   if (way - since >= span) look.add(waiting);
   if (way - until >= span) look.add(recent);
   return look;
 }
 
-void Patch::add(const Look& look, double way, double span) {
+void SeenPatch::add(const Look& look, double way, double span) {
   if (way - since >= span) {
     past = before(way, span);
     waiting = way - until >= span ? Look{} : recent;
@@ -36,7 +36,7 @@ std::vector<SeenPatches::Change> SeenPatches::all() const {
   return all;
 }
 
-void SeenPatches::set(Key key, const Patch& patch) {
+void SeenPatches::set(Key key, const SeenPatch& patch) {
   const auto at = patches_.find(key);
   before_.emplace_back(key, at == patches_.end() ? std::nullopt : std::optional(at->second));
   patches_[key] = patch;

@@ -25,7 +25,7 @@ struct Look {
 
 /// A piece of a surface with its readings, old ones separate from new ones: `recent` and `waiting` are of the
 /// last one to two `span` metres of travel, `past` of the time before.
-struct Patch {
+struct SeenPatch {
   Eigen::Vector3f normal = Eigen::Vector3f::UnitZ();  ///< of the surface when the patch was first seen
   double offset = 0;                                  ///< n·x = offset
   double since = 0;                                   ///< travel, m, at which `recent` began …
@@ -41,16 +41,16 @@ struct Patch {
 class SeenPatches {
  public:
   using Key = std::uint64_t;
-  using Change = std::pair<Key, Patch>;
+  using Change = std::pair<Key, SeenPatch>;
 
-  const Patch* find(Key key) const {
+  const SeenPatch* find(Key key) const {
     const auto at = patches_.find(key);
     return at == patches_.end() ? nullptr : &at->second;
   }
   std::size_t size() const { return patches_.size(); }
   /// Ascending keys.
   std::vector<Change> all() const;
-  void set(Key key, const Patch& patch);
+  void set(Key key, const SeenPatch& patch);
 
   /// Starts recording the previous state until commit() or roll_back(), which need no memory.
   void begin_changes() noexcept { before_.clear(); }
@@ -58,8 +58,8 @@ class SeenPatches {
   void roll_back() noexcept;
 
  private:
-  tsl::robin_map<Key, Patch> patches_;
-  std::vector<std::pair<Key, std::optional<Patch>>> before_;
+  tsl::robin_map<Key, SeenPatch> patches_;
+  std::vector<std::pair<Key, std::optional<SeenPatch>>> before_;
 };
 
 }  // namespace octosurf::surfaces

@@ -205,14 +205,14 @@ TEST(AlignedMap, OfARunOfScansThatFitNowhereFewAreSearchedFor) {
     if (i >= 40 && i < 60)
       for (Eigen::Vector3f& point : scan.points) point.x() += 0.12F * std::sin(7 * point.y() + 5 * point.x());
     mapper.insert(scan);
-    const auto& vain = mapper.map().state().alignment.vain;
-    in_vain += vain.has_value();
-    if (vain && (searched_at.empty() || searched_at.back() != vain->way_m))
-      searched_at.push_back(vain->way_m);
+    const auto& failed_search = mapper.map().state().alignment.failed_search;
+    in_vain += failed_search.has_value();
+    if (failed_search && (searched_at.empty() || searched_at.back() != failed_search->way_m))
+      searched_at.push_back(failed_search->way_m);
   }
   EXPECT_GT(in_vain, 10);
   EXPECT_LT(2 * searched_at.size(), static_cast<std::size_t>(in_vain));
-  EXPECT_FALSE(mapper.map().state().alignment.vain.has_value()) << "it fits again";
+  EXPECT_FALSE(mapper.map().state().alignment.failed_search.has_value()) << "it fits again";
 }
 
 TEST(AlignedMap, LinesOfALaserAreNoJumps) {

@@ -128,7 +128,7 @@ TEST(DetectCylinders, TheDrawDependsOnTheRegionOnly) {
   surfaces::MapState state{Parameters{}};
   const Scan scan = Seen{}.scan(test::random_pose(rng), 0.02, rng);
   const occupancy::OccupancyDelta delta = test::occupy(state, scan);
-  std::optional<CylinderExtraction::Found> first;
+  std::optional<CylinderExtraction::ExtractedCylinder> first;
   for (int round = 0; round < 3; ++round) {
     surfaces::Ledger ledger(state);
     CylinderRules rules(ledger);

@@ -103,12 +103,12 @@ TEST(Junctions, ABoardPartsWhatIsSeenToItsTwoSides) {
         constexpr double off = 0.1;  // of the board's ends: farther than a neighbour
         const bool to_two_sides = p.y() * q.y() < 0;
         if (to_two_sides && higher < WallAndBoard::board_top - off && lower > off) {
-          parted += junctions.parted(i, j);
+          parted += junctions.separated_by_plane(i, j);
           ++across;
         } else if (lower > WallAndBoard::board_top + off ||
                    (!to_two_sides &&
                     std::min(std::fabs(p.y()), std::fabs(q.y())) > WallAndBoard::half_thickness)) {
-          EXPECT_FALSE(junctions.parted(i, j)) << p.transpose() << "; " << q.transpose();
+          EXPECT_FALSE(junctions.separated_by_plane(i, j)) << p.transpose() << "; " << q.transpose();
           ++beside;
         }
       }
@@ -147,8 +147,8 @@ TEST(Junctions, AreWhatTheyAreDefinedAs) {
                  readings[i].distance(plane_of(k)) * readings[j].distance(plane_of(k)) < 0;
         });
       };
-      ASSERT_EQ(junctions.parted(i, j), passes(i) || passes(j));
-      parted += junctions.parted(i, j);
+      ASSERT_EQ(junctions.separated_by_plane(i, j), passes(i) || passes(j));
+      parted += junctions.separated_by_plane(i, j);
     }
   }
   EXPECT_GT(ambiguous, 0U);
@@ -170,7 +170,8 @@ TEST(Junctions, RenewedAreThoseOfTheNewLabels) {
   const Junctions anew(scene.readings(), labels, patches);
   for (Index i = 0; i < scene.readings().size(); ++i) {
     EXPECT_EQ(renewed.ambiguous(i), anew.ambiguous(i));
-    for (const Index j : scene.readings().near(i)) EXPECT_EQ(renewed.parted(i, j), anew.parted(i, j));
+    for (const Index j : scene.readings().near(i))
+      EXPECT_EQ(renewed.separated_by_plane(i, j), anew.separated_by_plane(i, j));
   }
   EXPECT_TRUE(std::includes(renewed.contacts().begin(), renewed.contacts().end(), anew.contacts().begin(),
                             anew.contacts().end()));

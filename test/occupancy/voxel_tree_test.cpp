@@ -97,7 +97,7 @@ void compare(VoxelTree& tree, const Twin& twin) {
   EXPECT_EQ(without_point, tree.occupied_without_points());
   std::size_t points = 0, known = 0;
   for (const auto& [m, voxel] : twin) {
-    const VoxelTree::Found found = tree.find(key_of(m));
+    const VoxelTree::Lookup found = tree.find(key_of(m));
     ASSERT_TRUE(found.known);
     ASSERT_EQ(found.log_odds, voxel.log_odds);
     ASSERT_EQ(found.payload != nullptr, voxel.point);

@@ -12,7 +12,7 @@ namespace octosurf::test {
 namespace {
 
 using surfaces::Look;
-using surfaces::Patch;
+using surfaces::SeenPatch;
 using surfaces::SeenPatches;
 
 constexpr double span = 1;
@@ -27,7 +27,7 @@ Look look_at_distance(double distance) {
 TEST(SeenPatches, OldLooksAreAtLeastASpanOldAndNoneOfThreeSpansIsMissing) {
   auto rng = test::rng();
   std::uniform_real_distribution<double> step(0, 0.6);
-  Patch patch;
+  SeenPatch patch;
   std::vector<double> ways;
   for (double way = 0; way < 30; way += step(rng)) {
     const Look before = patch.before(way, span);
@@ -67,7 +67,7 @@ TEST(SeenPatches, AreWhatTheyWereWhenAChangeIsTakenBack) {
     std::map<SeenPatches::Key, double> changed = twin;
     patches.begin_changes();
     for (int i = 0; i < 10; ++i) {
-      Patch patch;
+      SeenPatch patch;
       patch.offset = 10 * round + i;
       const SeenPatches::Key at = key(rng);
       patches.set(at, patch);

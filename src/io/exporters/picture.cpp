@@ -27,7 +27,7 @@ constexpr std::uint32_t background = std::numeric_limits<std::uint32_t>::max();
 const Eigen::Vector3d light = Eigen::Vector3d(-0.45, -0.25, 0.85).normalized();
 
 // One polygon in the map frame, or another flat mesh.
-struct Patch {
+struct DrawnPolygon {
   std::array<float, 3> color;
   Plane plane;
   Mesh mesh;
@@ -43,12 +43,12 @@ Plane plane_of(const Mesh& mesh) {
   return plane;
 }
 
-std::vector<Patch> make_patches(const Snapshot& snapshot, const std::vector<NamedMesh>& meshes) {
-  std::vector<Patch> patches;
+std::vector<DrawnPolygon> make_patches(const Snapshot& snapshot, const std::vector<NamedMesh>& meshes) {
+  std::vector<DrawnPolygon> patches;
   std::vector<Eigen::Vector2d> vertices;
   for (const SurfacePtr& surface : snapshot.surfaces) {
     for (const Polygon& polygon : surface->polygons) {
-      Patch patch{surface->color, surface->plane, {}};
+      DrawnPolygon patch{surface->color, surface->plane, {}};
       patch.mesh.triangles = geometry::triangulate(polygon, vertices);
       for (const Eigen::Vector2d& uv : vertices) patch.mesh.vertices.push_back(surface->to_map(uv));
       if (!patch.mesh.triangles.empty()) patches.push_back(std::move(patch));
@@ -61,20 +61,20 @@ std::vector<Patch> make_patches(const Snapshot& snapshot, const std::vector<Name
 // A point of a patch.
 struct Sample {
   Eigen::Vector3d at;
-  const Patch* patch;
+  const DrawnPolygon* patch;
 };
 
 // Points spread evenly over the surfaces, so that their quantiles are quantiles of area.
-std::vector<Sample> spread(const std::vector<Patch>& patches) {
+std::vector<Sample> spread(const std::vector<DrawnPolygon>& patches) {
   constexpr double count = 20000;
   struct Triangle {
     std::array<Eigen::Vector3d, 3> corners;
     double area;
-    const Patch* patch;
+    const DrawnPolygon* patch;
   };
   std::vector<Triangle> triangles;
   double total = 0;
-  for (const Patch& patch : patches) {
+  for (const DrawnPolygon& patch : patches) {
     for (const auto& t : patch.mesh.triangles) {
       const auto& v = patch.mesh.vertices;
       const double area = (v[t[1]] - v[t[0]]).cross(v[t[2]] - v[t[0]]).norm() / 2;
@@ -122,7 +122,7 @@ void for_each_row(std::span<const Eigen::Vector2d> corners, int columns, int row
 // The picture at `oversampling` times its size, by a depth buffer.
 class Canvas {
  public:
-  Canvas(const io::Camera& camera, const std::vector<Patch>& patches, const Eigen::AlignedBox3d& box,
+  Canvas(const io::Camera& camera, const std::vector<DrawnPolygon>& patches, const Eigen::AlignedBox3d& box,
          bool cut)
       : camera_(camera), columns_(camera.width * oversampling), rows_(camera.height * oversampling) {
     hits_.resize(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_));
@@ -253,7 +253,7 @@ class Canvas {
   }
 
   // Wrapped Lambert shading, so that a room's walls differ and none is black.
-  static Eigen::Vector3f shade(const Patch& patch, const Eigen::Vector3d& eye) {
+  static Eigen::Vector3f shade(const DrawnPolygon& patch, const Eigen::Vector3d& eye) {
     const double side = patch.plane.signed_distance(eye) < 0 ? -1 : 1;
     const double lit = 0.5 + 0.5 * side * patch.plane.normal.dot(light);
     const Eigen::Vector3f color(patch.color[0], patch.color[1], patch.color[2]);
@@ -342,7 +342,7 @@ io::Camera camera_for(const std::vector<Sample>& samples, const Eigen::AlignedBo
 
 /// z is up.
 std::vector<std::uint8_t> draw(const Snapshot& snapshot, const PictureOptions& options) {
-  const std::vector<Patch> patches = make_patches(snapshot, options.meshes);
+  const std::vector<DrawnPolygon> patches = make_patches(snapshot, options.meshes);
   std::vector<Sample> samples = spread(patches);
   if (samples.empty())
     for (const Eigen::Vector3d& point : options.points) samples.push_back({point, nullptr});

@@ -141,9 +141,10 @@ void write_alignment(const surfaces::AlignmentState& state, AlignmentRecord& rec
   }
   if (state.last) AlignmentWriter(*record.mutable_last()).put(state.last->affine());
   if (state.jump) AlignmentWriter(*record.mutable_jump()).put(state.jump->affine());
-  if (state.vain)
-    AlignmentWriter(*record.mutable_vain())
-        .put(Eigen::Vector3d(state.vain->known, state.vain->share, state.vain->way_m));
+  if (state.failed_search)
+    AlignmentWriter(*record.mutable_failed_search())
+        .put(Eigen::Vector3d(state.failed_search->known, state.failed_search->share,
+                             state.failed_search->way_m));
 }
 
 surfaces::AlignmentState read_alignment(const AlignmentRecord& record, const std::string& where) {
@@ -174,10 +175,12 @@ surfaces::AlignmentState read_alignment(const AlignmentRecord& record, const std
   state.patch_m = record.patch();
   if (record.last_size() > 0) state.last = AlignmentReader(record.last(), where).pose();
   if (record.jump_size() > 0) state.jump = AlignmentReader(record.jump(), where).pose();
-  if (record.vain_size() > 0) {
-    const Eigen::Vector3d vain = AlignmentReader(record.vain(), where).matrix<Eigen::Vector3d>();
-    refuse.require(vain.minCoeff() >= 0 && vain[0] <= 1 && vain[1] <= 1, "has a share that makes no sense");
-    state.vain = {vain[0], vain[1], vain[2]};
+  if (record.failed_search_size() > 0) {
+    const Eigen::Vector3d failed_search =
+        AlignmentReader(record.failed_search(), where).matrix<Eigen::Vector3d>();
+    refuse.require(failed_search.minCoeff() >= 0 && failed_search[0] <= 1 && failed_search[1] <= 1,
+                   "has a share that makes no sense");
+    state.failed_search = {failed_search[0], failed_search[1], failed_search[2]};
   }
   return state;
 }
@@ -205,7 +208,7 @@ void read_patches(const map_file::SeenPatches& record, const std::string& where,
   for (int i = 0; i < count; ++i) {
     refuse.require(!last || record.keys(i) > *last, "has patches out of order");
     last = record.keys(i);
-    surfaces::Patch patch;
+    surfaces::SeenPatch patch;
     patch.offset = sensible(record.planes(planes_each * i));
     patch.since = sensible(record.planes(planes_each * i + 1));
     patch.until = sensible(record.planes(planes_each * i + 2));

@@ -21,7 +21,7 @@ inline constexpr NodeId no_node = std::numeric_limits<NodeId>::max();
 struct StepEdge {
   NodeId to = no_node;
   float cost = 0;
-  enum class Way : std::uint8_t { unasked, free, blocked } way = Way::unasked;
+  enum class Collision : std::uint8_t { unchecked, free, blocked } collision = Collision::unchecked;
 };
 
 struct SearchOutcome {
@@ -133,7 +133,7 @@ class AnytimeSearch {
       mark(top.node) = {pass_, top.parent};
       const std::vector<StepEdge>& steps = graph_.steps(top.node);
       for (std::uint32_t i = 0; i < steps.size(); ++i)
-        if (steps[i].way != StepEdge::Way::blocked)
+        if (steps[i].collision != StepEdge::Collision::blocked)
           push(steps[i].to, top.node, i, top.g + steps[i].cost, weight, estimate);
     }
     return Ended::exhausted;

@@ -114,7 +114,7 @@ void BipedGraph::make_steps(NodeId node, std::vector<StepEdge>& made) {
     field_.for_each_place(heading, box, [&](PlaceId id) {
       const NodeId other = node_of(id, 1 - side_of(node));
       if (!step_allowed(node, other)) return;
-      made.push_back({other, static_cast<float>(cost(node, other)), StepEdge::Way::unasked});
+      made.push_back({other, static_cast<float>(cost(node, other)), StepEdge::Collision::unchecked});
     });
   }
 }
@@ -164,9 +164,9 @@ bool BipedGraph::goal_is_cut_off(const std::vector<NodeId>& starts, std::size_t 
 
 bool BipedGraph::passable(NodeId from, std::size_t step) {
   StepEdge& edge = steps_[from][step];
-  if (edge.way == StepEdge::Way::unasked)
-    edge.way = way_free(from, edge.to) ? StepEdge::Way::free : StepEdge::Way::blocked;
-  return edge.way == StepEdge::Way::free;
+  if (edge.collision == StepEdge::Collision::unchecked)
+    edge.collision = way_free(from, edge.to) ? StepEdge::Collision::free : StepEdge::Collision::blocked;
+  return edge.collision == StepEdge::Collision::free;
 }
 
 bool BipedGraph::way_free(NodeId from, NodeId to) {

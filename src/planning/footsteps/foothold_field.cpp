@@ -75,7 +75,7 @@ int FootholdField::nearest_heading(double yaw_rad) const {
   return static_cast<int>(wrapped(steps, headings_) + 0.5) % headings_;
 }
 
-void FootholdField::make(std::size_t surface, int heading, Patch& patch) {
+void FootholdField::make(std::size_t surface, int heading, PlaceGrid& patch) {
   const auto start = std::chrono::steady_clock::now();
   const Ground& ground = surfaces_[surface];
   const auto labels = edges_.find(ground.surface->id);
@@ -90,12 +90,12 @@ void FootholdField::make(std::size_t surface, int heading, Patch& patch) {
     patch.width = cell_of_pixel(raster.x0() + raster.width() - 1) - patch.x + 1;
     patch.height = cell_of_pixel(raster.y0() + raster.height() - 1) - patch.y + 1;
     patch.place_at.assign(static_cast<std::size_t>(patch.width) * static_cast<std::size_t>(patch.height),
-                          unasked);
+                          not_computed);
   }
   build_ms_ += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-std::int32_t FootholdField::best_of_cell(const Patch& patch, std::size_t surface, int heading, int cell_x,
+std::int32_t FootholdField::best_of_cell(const PlaceGrid& patch, std::size_t surface, int heading, int cell_x,
                                          int cell_y) {
   struct Point {
     float depth;

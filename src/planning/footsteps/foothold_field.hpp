@@ -73,7 +73,7 @@ class FootholdField {
       if (around.min().x() > box.max().x() || around.max().x() < box.min().x() ||
           around.min().y() > box.max().y() || around.max().y() < box.min().y())
         continue;
-      Patch& patch = patch_of(s, heading);
+      PlaceGrid& patch = patch_of(s, heading);
       const int x0 = std::max(patch.x, cell_of(box.min().x())),
                 x1 = std::min(patch.x + patch.width - 1, cell_of(box.max().x()));
       const int y0 = std::max(patch.y, cell_of(box.min().y())),
@@ -82,7 +82,7 @@ class FootholdField {
         for (int x = x0; x <= x1; ++x) {
           std::int32_t& id =
               patch.place_at[static_cast<std::size_t>(y - patch.y) * patch.width + x - patch.x];
-          if (id == unasked) id = best_of_cell(patch, s, heading, x, y);
+          if (id == not_computed) id = best_of_cell(patch, s, heading, x, y);
           if (id >= 0) visit(static_cast<PlaceId>(id));
         }
     }
@@ -91,21 +91,21 @@ class FootholdField {
   double build_ms() const { return build_ms_; }  ///< spent on regions so far
 
  private:
-  static constexpr std::int32_t none = -1, unasked = -2;
-  struct Patch {
+  static constexpr std::int32_t none = -1, not_computed = -2;
+  struct PlaceGrid {
     std::optional<RegionRaster> raster;       ///< empty: not made yet
     int x = 0, y = 0, width = 0, height = 0;  ///< cells
     std::vector<std::int32_t> place_at;       ///< by row
   };
   static int cell_of(double v) { return static_cast<int>(std::floor(v / cell)); }
-  Patch& patch_of(std::size_t surface, int heading) {
-    Patch& patch =
+  PlaceGrid& patch_of(std::size_t surface, int heading) {
+    PlaceGrid& patch =
         patches_[surface * static_cast<std::size_t>(headings_) + static_cast<std::size_t>(heading)];
     if (!patch.raster) make(surface, heading, patch);
     return patch;
   }
-  void make(std::size_t surface, int heading, Patch& patch);
-  std::int32_t best_of_cell(const Patch& patch, std::size_t surface, int heading, int x, int y);
+  void make(std::size_t surface, int heading, PlaceGrid& patch);
+  std::int32_t best_of_cell(const PlaceGrid& patch, std::size_t surface, int heading, int x, int y);
   bool obstructed(const Place& place);
   float cost_of(const Place& place) const;
 
@@ -120,7 +120,7 @@ class FootholdField {
   int headings_;
   double first_yaw_ = 0, step_yaw_;
   std::vector<Ground> surfaces_;
-  std::vector<Patch> patches_;
+  std::vector<PlaceGrid> patches_;
   std::vector<Place> places_;
   std::vector<std::optional<bool>> stands_;  ///< by place; empty: not evaluated
   double build_ms_ = 0;

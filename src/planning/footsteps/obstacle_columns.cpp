@@ -133,13 +133,13 @@ ObstacleColumns::Tile ObstacleColumns::load(int tile_x, int tile_y) const {
   const double beside = surfaces_ != nullptr ? planning::MatterOfVoxels::farthest_move : 0;
   box.min().array() -= beside;
   box.max().array() += beside;
-  struct Found {
+  struct PlacedMatter {
     std::uint32_t column;
     float z;
     SurfaceId surface;
     std::uint32_t number;  // in `matter`
   };
-  std::vector<Found> found;
+  std::vector<PlacedMatter> found;
   std::vector<planning::VoxelMatter> matter;
   planning::MatterOfVoxels matter_of(surfaces_.get(), pixel_);
   octree_.for_each_occupied(box, [&](const OccupancyView::Voxel& voxel) {
@@ -153,13 +153,13 @@ ObstacleColumns::Tile ObstacleColumns::load(int tile_x, int tile_y) const {
     matter.push_back(one);
     return true;
   });
-  std::sort(found.begin(), found.end(), [](const Found& a, const Found& b) {
+  std::sort(found.begin(), found.end(), [](const PlacedMatter& a, const PlacedMatter& b) {
     return std::tuple(a.column, a.z, a.surface, a.number) < std::tuple(b.column, b.z, b.surface, b.number);
   });
   Tile result;
   result.begin.assign(tile_pixels * tile_pixels + 1, 0);
   result.top.assign(tile_blocks * tile_blocks, -std::numeric_limits<float>::infinity());
-  for (const Found& one : found) {
+  for (const PlacedMatter& one : found) {
     float& top = result.top[one.column / tile_pixels / block_pixels * tile_blocks +
                             one.column % tile_pixels / block_pixels];
     top = std::max(top, one.z);

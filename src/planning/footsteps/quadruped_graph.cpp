@@ -147,7 +147,7 @@ const std::vector<StepEdge>& QuadrupedGraph::steps(NodeId id) {
         const PlaceId foot = nodes_[*to].feet[leg];
         if (foot != nodes_[id].feet[leg]) cost += 1 + place(foot).cost;
       }
-      made.push_back({*to, static_cast<float>(cost), StepEdge::Way::unasked});
+      made.push_back({*to, static_cast<float>(cost), StepEdge::Collision::unchecked});
     }
   }
   steps_[id] = std::move(made);
@@ -157,9 +157,9 @@ const std::vector<StepEdge>& QuadrupedGraph::steps(NodeId id) {
 
 bool QuadrupedGraph::passable(NodeId from, std::size_t step) {
   StepEdge& edge = steps_[from][step];
-  if (edge.way == StepEdge::Way::unasked)
-    edge.way = crawl(from, edge.to) ? StepEdge::Way::free : StepEdge::Way::blocked;
-  return edge.way == StepEdge::Way::free;
+  if (edge.collision == StepEdge::Collision::unchecked)
+    edge.collision = crawl(from, edge.to) ? StepEdge::Collision::free : StepEdge::Collision::blocked;
+  return edge.collision == StepEdge::Collision::free;
 }
 
 QuadrupedGraph::Slope QuadrupedGraph::slope_under(const FourFeet& feet, const Eigen::Vector2d& at) const {
