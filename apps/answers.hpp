@@ -10,8 +10,8 @@
 #include <octosurf/planning.hpp>
 #include <octosurf/queries.hpp>
 
-// Answers as one line of JSON: what `octosurf query --json` prints and `octosurf serve` gives. Map frame, m
-// and degrees.
+// Answers as one line of JSON, as printed by `octosurf query --json` and returned by `octosurf serve`. Map
+// frame, m and degrees.
 
 namespace octosurf {
 

@@ -6,38 +6,37 @@
 
 namespace octosurf {
 
-/// What waits for the mapper while scans arrive at their time stamps.
+/// State of the queue while scans arrive at their time stamps.
 struct Waiting {
-  double waited_s = 0;    ///< the oldest scan that waits
-  double cost_s = 0;      ///< of a scan lately
-  double interval_s = 0;  ///< between arrivals lately
+  double waited_s = 0;    ///< age of the oldest waiting scan
+  double cost_s = 0;      ///< recent cost of a scan
+  double interval_s = 0;  ///< recent interval between arrivals
 };
 
-/// One by one, the scans that wait would keep the newest of them waiting for longer than the arrival of as
-/// many as `together` takes.
+/// True if processing the waiting scans one by one would delay the newest by more than the arrival time of
+/// `together` scans.
 ///
-/// Scans w / T wait, for a wait w of the oldest and an interval T of arrivals; at a cost c each, the newest
-/// comes out w/T · c later. If c < T on average, bursts pass: the queue shortens by 1 − c/T of what is mapped
-/// and the wait stays short. If not, it grows without end and passes any limit. The limit is where joining
-/// costs no more than it gains: surfaces on the first of K scans that are joined are found with the last of
-/// them, which arrives K · T later.
+/// w / T scans wait, for a wait w of the oldest and an interval T of arrivals; at a cost c each, the newest
+/// is done w/T · c later. If c < T on average, bursts pass: the queue shortens by 1 − c/T of the mapped
+/// scans. If not, it grows beyond any limit. At this limit joining costs no more than it gains: surfaces in
+/// the first of K joined scans are found with the last, which arrives K · T later.
 bool falls_behind(const Waiting& waiting, std::size_t together);
 
-/// Whether the mapper has fallen behind for good, so that scans that wait are better mapped together: from
-/// when falls_behind() until nothing waits any more.
+/// Decides whether the mapper has fallen behind, so that waiting scans are better mapped together: from
+/// falls_behind() until none waits any more.
 class Backlog {
  public:
-  /// `together`: scans at most; 1: never.
+  /// `together`: maximum number of scans; 1: never join.
   explicit Backlog(std::size_t together);
 
-  /// The next scan to be mapped has this time stamp, and has been there for so long; not above 0: the mapper
-  /// waits for it.
+  /// The next scan to be mapped, with its time stamp and its waiting time; at most 0: the mapper waited for
+  /// it.
   void next(double stamp_s, double waited_s);
-  /// True after next(): others that wait should be mapped with it.
+  /// After next(): whether other waiting scans should be mapped with it.
   bool join() const { return behind_; }
-  /// Another one, which is mapped with it.
+  /// Another scan mapped with it.
   void joined(double stamp_s);
-  /// They are mapped.
+  /// The scans are mapped.
   void mapped(double took_s);
 
  private:

@@ -4,8 +4,8 @@
 
 namespace octosurf {
 
-/// Prints what is in a bag: topics, types, counts, first and last times. Throws Error(data) if it is damaged,
-/// after what is whole was printed.
+/// Prints a bag's topics, types, counts, first and last times. For a damaged bag prints its readable part,
+/// then throws Error(data).
 void print_bag(const std::filesystem::path& bag, bool json);
 
 }  // namespace octosurf

@@ -4,7 +4,7 @@
 
 namespace octosurf {
 
-/// Checks of an option's number that say their bound in words: "--every: '0' must be 1 or more".
+/// Range checks of an option's number, with messages such as "--every: '0' must be 1 or more".
 CLI::Validator at_least(double low);
 CLI::Validator more_than(double low);
 CLI::Validator between(double low, double high);  ///< both included

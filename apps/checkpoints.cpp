@@ -15,7 +15,7 @@ void Checkpoints::save(const Map& map, std::size_t scans, const KeptScans& kept)
 
 void Checkpoints::try_to_save(const Map& map, std::size_t scans, const KeptScans& kept) try {
   save(map, scans, kept);
-} catch (const std::exception& error) {  // no space or no memory: there may be some the next time
+} catch (const std::exception& error) {  // no space or no memory: the next one may succeed
   if (failing_) return;
   failing_ = true;
   LastLine line;

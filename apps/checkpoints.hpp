@@ -7,8 +7,8 @@
 
 namespace octosurf {
 
-/// What of a run stands on the disk. A checkpoint that fails is told once, in a line on stderr, and the run
-/// goes on with the one before.
+/// Saves checkpoints of a run. A failed one is reported once on stderr, and the run continues with the
+/// previous one.
 class Checkpoints {
  public:
   /// Every `period_s` seconds; 0: never.

@@ -13,10 +13,10 @@
 namespace octosurf {
 namespace {
 
-// In a sensor's own frame, only what a direction's width hides at the edges of things: up to 6 % in six
-// clouds measured; of two put together in another frame 43 and 73 %.
+// In a sensor's own frame, only the angular resolution hides readings at edges: up to 6 % in six clouds
+// measured; in two composed in another frame 43 and 73 %.
 constexpr double hidden_by_edges = 0.25;
-// One direction, rad: the rows of a lidar with 64 beams are half as far apart.
+// Angular resolution, rad: the rows of a lidar with 64 beams are half as far apart.
 constexpr double direction_width = std::numbers::pi / 180;
 // Of the nearest distance: a floor seen at 5°, over one direction's width.
 constexpr double slanted = 1.25;

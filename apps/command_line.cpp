@@ -21,7 +21,7 @@ namespace {
 
 enum ExitCode { done = 0, failed = 1, wrong_use = 2 };
 
-/// Lists the verbs by the first line of their descriptions; the rest of it is for their own help.
+/// Lists the verbs by the first line of their descriptions; the rest is for their own help.
 class Formatter : public CLI::Formatter {
  public:
   std::string make_subcommand(const CLI::App* verb) const override {
@@ -40,7 +40,7 @@ std::vector<std::string> verbs_of(const CLI::App& app) {
   return names;
 }
 
-/// Letters to be put in, left out or changed to make one word of the other (Levenshtein).
+/// Edit distance of two words (Levenshtein).
 std::size_t edits(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -55,7 +55,7 @@ std::size_t edits(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-/// "; did you mean …?" of the known word that is most like one; empty if more than a third of it differs.
+/// "; did you mean …?" with the most similar known word; empty if more than a third of it differs.
 std::string suggestion(const std::string& word, const std::vector<std::string>& known) {
   std::string nearest;
   std::size_t fewest = word.size() / 3 + 1;
@@ -82,7 +82,7 @@ std::string suggested_option(const CLI::App& app, const std::string& verb,
   return {};
 }
 
-/// One line. Takes no memory, because there may be none.
+/// One line. Allocates no memory, because there may be none.
 int complain(const std::string& program, const std::string& verb, std::string_view message, ExitCode code) {
   std::array<char, 4096> line;
   const std::size_t length = std::min(message.size(), line.size() - 1);
@@ -98,8 +98,8 @@ bool is_number(const std::string& text) {
   return error == std::errc() && end == text.data() + text.size();
 }
 
-/// The arguments for CLI11, last first, with the three numbers of `--up X Y Z` made one: an option that
-/// takes one word or three numbers would swallow the map's name behind the word.
+/// The arguments for CLI11, last first, with the three numbers of `--up X Y Z` joined: an option of one word
+/// or three numbers would take the map's name after it.
 std::vector<std::string> arguments_of(std::vector<std::string> words) {
   for (std::size_t i = 0; i + 3 < words.size(); ++i) {
     const auto first = words.begin() + static_cast<std::ptrdiff_t>(i) + 1;
@@ -115,7 +115,7 @@ std::vector<std::string> arguments_of(std::vector<std::string> words) {
 
 int run_command(CLI::App& app, int argc, char** argv) {
   const std::string program = app.get_name();
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow further is an error like a full disk
+  std::signal(SIGXFSZ, SIG_IGN);  // exceeding the file size limit is an error like a full disk
 #if !defined(__OPTIMIZE__) || !defined(NDEBUG)
   std::fputs("octosurf: note: not an optimised build, many times slower; use -DCMAKE_BUILD_TYPE=Release\n",
              stderr);

@@ -20,7 +20,7 @@ class Option_group;
 
 namespace octosurf {
 
-/// What `query` takes for footholds and contact regions.
+/// Options of `query` for footholds and contact regions.
 struct ContactQuery {
   std::vector<double> foothold;      ///< x y z, m, and the heading, degrees
   std::optional<SurfaceId> regions;  ///< of this surface
@@ -38,7 +38,7 @@ ContactShape foot_of(const std::string& text);
 
 void add_contact_options(CLI::App& verb, CLI::Option_group& question, ContactQuery& query);
 
-/// The map that is asked about contacts.
+/// The map for contact queries.
 struct AskedMap {
   std::string name;  ///< for errors
   std::shared_ptr<const Snapshot> snapshot;
@@ -53,13 +53,12 @@ struct FoundRegion {
   std::vector<ConvexPiece> pieces;
 };
 
-/// Of `query.regions`. Throws Error(data) if there is no such surface, Error(usage) for limits that make no
-/// sense.
+/// For `query.regions`. Throws Error(data) if there is no such surface, Error(usage) for invalid limits.
 FoundRegion find_region(const AskedMap& map, const ContactQuery& query, double max_slope_rad);
-/// Of `query.foothold`, likewise.
+/// For `query.foothold`, likewise.
 Foothold find_foothold(const AskedMap& map, const ContactQuery& query, double max_slope_rad);
 
-/// Answers on stdout.
+/// Prints the answer.
 void answer(const AskedMap& map, const ContactQuery& query, double max_slope_rad, bool json);
 
 }  // namespace octosurf

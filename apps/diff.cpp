@@ -148,7 +148,7 @@ void print_json(const MapDifference& difference) {
 
 double percent(double part, double area) { return area > 0 ? 100 * part / area : 0; }
 
-/// `free`: the word for space that the other map has seen free.
+/// `free`: the label of space observed as free in the other map.
 void print(const char* label, const char* free, const std::vector<SurfaceDifference>& surfaces) {
   for (const SurfaceDifference& one : surfaces) {
     std::printf("%-7s %6u  %8.3f m², %5.1f %% in both", label, one.id, one.area_m2,

@@ -7,13 +7,13 @@
 
 namespace octosurf {
 
-/// The line that a run ends with when it fails, thrown to main(). Its text has its own place, because it may
-/// be told when no memory is left.
+/// The last line of a failed run, thrown to main(). Its text is preallocated, because there may be no memory
+/// left.
 class LastLine : public std::exception {
  public:
-  /// As printf; what does not fit is cut off.
+  /// As printf; longer text is truncated.
   [[gnu::format(printf, 2, 3)]] void add(const char* format, ...);
-  /// Which checkpoint is the last complete one, or that there is none.
+  /// Names the last complete checkpoint, or says that there is none.
   void add_last_of(const Checkpoints& checkpoints);
 
   const char* what() const noexcept override { return text_.data(); }

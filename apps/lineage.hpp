@@ -4,11 +4,11 @@
 
 namespace octosurf {
 
-/// Whether everything in `before` is in `after` or has left it since, and nothing else is as old: `after` is
-/// the same map later.
+/// Whether `after` is a later state of `before`: everything in `before` is in `after` or was removed since,
+/// and nothing else is as old.
 bool goes_on_from(const Snapshot& after, const Snapshot& before);
 
-/// A loaded map's snapshot with its octree, as compare_maps() reads it.
+/// A loaded map's snapshot with its octree, for compare_maps().
 Snapshot with_octree(Snapshot snapshot, const OccupancyView& octree);
 
 }  // namespace octosurf

@@ -125,7 +125,7 @@ void run_localize(const LocalizeOptions& options) {
       print_line(found);
   }
   poses.save();
-  if (options.json)  // scans have their files' names, which need not be UTF-8; odd bytes are replaced
+  if (options.json)  // file names may be invalid UTF-8; the bytes in question are replaced
     std::printf("%s\n", json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
   if (unexplained > 0)
     throw Error(Error::Kind::data, "",

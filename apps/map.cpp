@@ -65,7 +65,7 @@ in what that leaves: --search-radius, --normal-radius, --smoothness-angle, --max
 )";
 
 struct Inputs {
-  std::optional<fs::path> octree;  ///< .bt or .ot, what the map starts from
+  std::optional<fs::path> octree;  ///< .bt or .ot that the map starts from
   std::vector<fs::path> scans;
 };
 
@@ -93,7 +93,7 @@ void require_output(const MapOptions& options) {
                 "name a map in it, as in -o maps/office");
 }
 
-/// No output is another one or a file that the run reads; the map it goes on with is the exception.
+/// Rejects outputs that equal each other or an input of the run, except the resumed map.
 void refuse_collisions(const MapOptions& options) {
   std::vector<std::string> read = options.inputs;
   read.push_back(options.source.poses.value_or("").string());
@@ -122,7 +122,7 @@ bool goes_on_in_place(const MapOptions& options) {
          same_file(files_of_map(options.resume).front(), files_of_map(options.output).front());
 }
 
-/// Refuses what cannot or must not be written before any work is done.
+/// Rejects outputs that cannot or must not be written, before any work is done.
 void probe_map_outputs(const MapOptions& options) {
   refuse_collisions(options);
   make_folder_of(options.output);
@@ -189,7 +189,7 @@ void run_map(MapOptions& options) {
   if (options.inputs.empty())
     throw Error(Error::Kind::usage, "INPUT", "is missing", "name a folder or file of scans");
   require_output(options);
-  if (options.resume.empty()) choice.in_force();  // nonsense is refused before anything is read
+  if (options.resume.empty()) choice.in_force();  // reject invalid values before reading anything
   probe_map_outputs(options);
 
   const Inputs inputs = sort_inputs(options);
@@ -204,7 +204,7 @@ void run_map(MapOptions& options) {
   mapping.run(inputs.octree.has_value(), std::move(source));
 }
 
-/// Empty, or what is wrong with it; CLI11's own checks take nan for a number in any range.
+/// Empty, or the error; CLI11's own checks accept nan in any range.
 std::string not_seconds(const std::string& text) {
   double seconds = -1;
   const bool number = !text.empty() && CLI::detail::lexical_cast(text, seconds);

@@ -34,10 +34,10 @@ namespace {
 
 std::atomic<bool> interrupted{false};
 std::atomic<std::int64_t> interrupted_s{0};
-// A signal handler may not wait for a lock.
+// A signal handler must not wait for a lock.
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<std::int64_t>::is_always_lock_free);
 
-/// The first signal asks for an early end. One that follows at once means the same: timeout(1) signals its
+/// The first signal requests an early end. One that follows at once is a duplicate: timeout(1) signals its
 /// child and then the child's group. A later one ends the program.
 void interrupt(int signal) {
   timespec now{};
@@ -50,8 +50,8 @@ void interrupt(int signal) {
   }
 }
 
-/// While it lives, the first Ctrl-C, SIGTERM or hang-up only sets `interrupted`; one that comes two seconds
-/// later or more ends the program. A reader of our output that goes away ends nothing.
+/// During its lifetime, the first Ctrl-C, SIGTERM or hang-up only sets `interrupted`; one that comes at least
+/// two seconds later ends the program. A closed output pipe is ignored.
 class InterruptGuard {
  public:
   InterruptGuard() {
@@ -60,7 +60,7 @@ class InterruptGuard {
     for (std::size_t i = 0; i < signals.size(); ++i) {
       if (signals[i] == SIGPIPE) action.sa_handler = SIG_IGN;
       sigaction(signals[i], &action, &before_[i]);
-      // Whoever started the run with nohup wants it to outlive the terminal.
+      // With nohup the run must outlive the terminal.
       if (signals[i] == SIGHUP && before_[i].sa_handler == SIG_IGN) sigaction(SIGHUP, &before_[i], nullptr);
     }
   }
@@ -119,7 +119,7 @@ void MapRun::run(bool adopt, std::unique_ptr<ScanSource> source) {
     finish();
   } catch (const std::exception& failure) {
     const bool refused = dynamic_cast<const Error*>(&failure) != nullptr && !changed_ && !finishing_;
-    if (refused) throw;  // it says all there is to say
+    if (refused) throw;  // its message is complete
     end_early(failure);
   }
   if (cut_short)
@@ -200,7 +200,7 @@ void MapRun::require_sensible_poses() {
   if (options_.pose_form) return;
   const auto form = pose_check_.better_form();
   if (!form) return;
-  changed_ = false;  // nothing is worth saving
+  changed_ = false;  // nothing to save
   const std::string name = pose_form_names.at(static_cast<std::size_t>(*form));
   throw Error(Error::Kind::data, context_.input.empty() ? "" : context_.input.front(),
               "scans do not fit each other at the poses as they are, but do if these are taken as " + name +
@@ -212,7 +212,7 @@ void MapRun::require_mapped() {
   const ScanReport& totals = statistics_.totals();
   if (statistics_.scans() == 0) return;
   const auto fail = [&](const std::string& what, const std::string& mend) {
-    changed_ = false;  // nothing is worth saving
+    changed_ = false;  // nothing to save
     throw Error(Error::Kind::data, context_.input.empty() ? "" : context_.input.front(),
                 what + "; nothing is written", mend);
   };
@@ -304,7 +304,7 @@ void MapRun::insert(std::span<const Scan> scans, const std::function<const Scan*
       const double start_s = now_s();
       std::vector<ScanReport> reports = mapper_.insert_all(scans, next);
       const double done_s = now_s();
-      // What lies between the stages included.
+      // Includes the time between stages.
       if (reports.size() == 1) reports.front().total_ms = 1e3 * (done_s - start_s);
       changed_ = true;
       for (std::size_t i = 0; i < reports.size(); ++i)
@@ -335,7 +335,7 @@ void MapRun::note(const Scan& scan, const ScanReport& report, double arrival_s, 
 }
 
 void MapRun::wait_for(double arrival_s) const {
-  constexpr double longest_s = 0.05;  // so that an interrupt is seen
+  constexpr double longest_s = 0.05;  // to notice interrupts
   for (double left_s; !interrupted && (left_s = arrival_s - now_s()) > 0;)
     std::this_thread::sleep_for(std::chrono::duration<double>(std::min(left_s, longest_s)));
 }

@@ -27,7 +27,7 @@
 
 namespace octosurf {
 
-/// What the user of `octosurf map` asked for.
+/// Options of `octosurf map`.
 struct MapOptions {
   std::vector<std::string> inputs;
   std::string output, resume, report;         ///< stems of maps; file
@@ -40,7 +40,7 @@ struct MapOptions {
   double checkpoint_s = 60;                  ///< 0: never
   std::optional<unsigned short> serve_port;  ///< of this machine, to serve the map while it grows
   int threads = 1;
-  std::size_t together = 16;  ///< scans that wait, at most: half a second of a camera's, 60 MB
+  std::size_t together = 16;  ///< maximum of scans mapped together: half a second of a camera's, 60 MB
   bool realtime = false, again = false, forget_scans = false, force = false, show_parameters = false;
 };
 
@@ -48,45 +48,44 @@ class LiveServer;
 
 /// One run of `octosurf map`, from the first scan to the files.
 ///
-/// Whatever ends the run early (a bad scan, Ctrl-C, SIGTERM, a lost terminal, no memory, a full disk), what
-/// was mapped until then is saved, the report written and the summary printed before the last line says so.
-/// Where that cannot be done, the line names the last complete checkpoint, which is never saved over by a map
-/// that is not whole.
+/// If the run ends early (a bad scan, Ctrl-C, SIGTERM, a lost terminal, no memory, a full disk), the map so
+/// far is saved, the report written and the summary printed before the last line reports it. If that fails,
+/// the line names the last complete checkpoint, which is never overwritten by an incomplete map.
 class MapRun {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// `kept`: where the scans of `start` are, and where those to come are to be kept. `context`: input and the
-  /// warnings so far. `begin`: of the whole run.
+  /// `kept`: location of the scans of `start` and of the new ones. `context`: input and the warnings so far.
+  /// `begin`: of the whole run.
   MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext context, Clock::time_point begin);
 
-  /// Surfaces of an octree that came without scans, if it did, then the scans of `source`, if there is one.
+  /// With `adopt` first detects surfaces in the octree, then maps the scans of `source`, if any.
   void run(bool adopt, std::unique_ptr<ScanSource> source);
   ~MapRun();
 
  private:
   void serve();
   void adopt_octree();
-  /// ScanFeed's: gives clouds without a pose their viewpoint, leaves out scans that the map had when the run
-  /// began. `alone`: there is but one scan, and no file of poses.
+  /// ScanFeed's: sets the viewpoint of clouds without a pose, and skips scans that the map had when the run
+  /// began. `alone`: there is one scan only, and no file of poses.
   std::function<bool(Scan&)> accepting(bool alone) const;
   void place(Scan& cloud, bool alone) const;
-  /// Poses that fit far better in another form make a worthless map: nothing is written.
+  /// Throws if poses fit far better in another form, which would ruin the map: nothing is written.
   void require_sensible_poses();
-  /// A run that has mapped no reading at all has failed.
+  /// Throws if the run has mapped no reading at all.
   void require_mapped();
   void map_scans(std::unique_ptr<ScanSource> source);
   void insert_all(ScanFeed& feed);
-  /// --realtime: waits until the scan has arrived; where mapping has fallen behind, adds others that have.
+  /// --realtime: waits until the scan has arrived; if mapping has fallen behind, adds others that have.
   void wait_and_join(std::vector<Scan>& scans, ScanFeed& feed);
   /// `next`: Mapper::insert_all.
   void insert(std::span<const Scan> scans, const std::function<const Scan*()>& next);
-  /// Mapper::drain, where the input ends or pauses.
+  /// Mapper::drain, at the end or a pause of the input.
   void drain();
   void note(const Scan& scan, const ScanReport& report, double arrival_s, double done_s);
   /// Saves map and report, prints the summary.
   void finish();
-  /// Saves what there is, if that can be done, then throws the last line.
+  /// Saves as much as possible, then throws the last line.
   [[noreturn]] void end_early(const std::exception& failure);
   void print_alignment() const;
   void wait_for(double arrival_s) const;
@@ -109,11 +108,11 @@ class MapRun {
   PoseLog poses_;
   Backlog backlog_;  // --realtime
   SceneLog scene_;
-  std::unique_ptr<std::byte[]> reserve_;  // given back when the run fails: saving takes some memory
+  std::unique_ptr<std::byte[]> reserve_;  // freed when the run fails, because saving needs some memory
   bool changed_ = false;                  // the map, by this run
   bool finishing_ = false;
   bool near_sensor_ = false;            // warn_of_first_scan()
-  std::unique_ptr<LiveServer> server_;  // before the mapper, which it asks, is gone
+  std::unique_ptr<LiveServer> server_;  // destroyed before the mapper, which it uses
   std::optional<double> last_stamp_s_;  // of the scans that were mapped
   double stamp_zero_s_ = 0;             // --realtime: a time stamp's arrival is stamp + stamp_zero_s_
 };

@@ -70,7 +70,7 @@ Eigen::Isometry3d pose_of(const MergeOptions& options) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   if (options.pose.empty()) return T;
   T.translation() = Eigen::Vector3d(options.pose[0], options.pose[1], options.pose[2]);
-  // Exactly none where none is asked for, so that the maps' voxels are taken as they are.
+  // Exactly the identity if not requested otherwise, so that voxels are not resampled.
   constexpr std::array<int, 3> order{2, 1, 0};
   for (const int axis : order)
     if (const double angle = options.pose[3 + static_cast<std::size_t>(axis)] / deg_per_rad; angle != 0)
@@ -112,7 +112,7 @@ class Merge {
     return loaded;
   }
 
-  /// As far as the maps themselves tell.
+  /// As far as the maps' records show.
   void require_other_scans(const LoadedMap& first, const LoadedMap& second) const {
     const std::vector<std::uint64_t>&held = first.map.state().held, &others = second.map.state().held;
     const std::set<std::uint64_t> known(held.begin(), held.end());
@@ -144,8 +144,8 @@ class Merge {
     T_first_second_ = alignment_->T_map_other;
   }
 
-  /// Where both know the same surfaces, these must meet: if a pose beside the given one is certain to fit
-  /// better, the given one is wrong.
+  /// Where both have the same surfaces, these must coincide: if another pose certainly fits better, the given
+  /// one is wrong.
   void require_pose(const Map& second) const {
     const MapAlignment found =
         align_maps(before_, second, T_first_second_, {options_.reach_m, options_.turn_deg / deg_per_rad});
@@ -172,7 +172,7 @@ class Merge {
     for (const MergedSurface& surface : report_.surfaces) inliers += surface.on_surfaces;
     return inliers;
   }
-  /// Of the second map's surfaces, those that go on in one that the first had.
+  /// Surfaces of the second map that continue in a surface of the first.
   std::size_t going_on() const {
     return static_cast<std::size_t>(
         std::count_if(report_.surfaces.begin(), report_.surfaces.end(), [&](const MergedSurface& surface) {
@@ -184,12 +184,12 @@ class Merge {
                                                   [&](const SurfacePtr& s) { return after.find(s->id); }));
   }
 
-  /// Two maps of one place, or of places side by side, have together at least the surface that each has.
-  /// Where they do not fit, rays of either erode what the other has, or its points lie off all planes.
+  /// Two maps of one or adjacent places have together at least the surface area of each. If they do not fit,
+  /// rays of one erode the other, or its points lie off all planes.
   void require_fit(const Map& merged, const Map& second) const {
-    constexpr double most_lost = 0.1;  // of the area: what changes in a place between two recordings
+    constexpr double most_lost = 0.1;  // of the area: changes in a place between two recordings
     constexpr double least_kept =
-        0.5;  // of the second's inliers: else it is not on the first's surfaces, nor its own
+        0.5;  // of the second's inliers: otherwise they are neither on the first's surfaces nor on its own
     const double area = total_area(*merged.snapshot()),
                  alone = std::max(total_area(*before_), total_area(*second.snapshot())),
                  kept = static_cast<double>(still_inliers()) /
@@ -291,7 +291,7 @@ class Merge {
   double wall_s_ = 0;
 };
 
-/// Refuses what cannot or must not be written before any work is done.
+/// Rejects outputs that cannot or must not be written, before any work is done.
 void probe_merge_outputs(const MergeOptions& options) {
   const std::vector<std::string> first = files_of_map(options.first), second = files_of_map(options.second),
                                  written = files_of_map(options.output);

@@ -6,20 +6,20 @@
 
 namespace octosurf {
 
-/// Both names mean one file, whether it is there or not: through relative paths, symbolic or hard links.
+/// Whether both names denote one file, existing or not: through relative paths, symbolic or hard links.
 bool same_file(const std::filesystem::path& a, const std::filesystem::path& b);
 
 /// A map's two files: `stem`.surfaces and `stem`.bt; a stem may be given with either ending.
 std::vector<std::string> files_of_map(const std::string& stem);
 
-/// Makes the folder that a map is to be written to, if it is not there. Throws Error(output).
+/// Creates a map's output folder if necessary. Throws Error(output).
 void make_folder_of(const std::string& stem);
 
 /// A map's name without folder and ending.
 std::string title_of(const std::string& stem);
 
-/// Throws Error(usage) if `output`, given with `option`, is one of `others`, or a file that is there in one
-/// of them that is a folder. Empty names are none.
+/// Throws Error(usage) if `output`, given with `option`, is one of `others`, or an existing file in one of
+/// them that is a folder. Empty names are ignored.
 void require_apart(const std::string& option, const std::string& output,
                    const std::vector<std::string>& others);
 

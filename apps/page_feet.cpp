@@ -54,7 +54,7 @@ PageFoot make_foot(const AskedMap& map, const std::string& text, bool edges_only
   if (edges_only) limits.obstacle_margin_m = limits.clearance_m = limits.gap_depth_m = 0;
   PageFoot result{name_of(foot, yaw_deg, limits), {}};
   for (const SurfacePtr& surface : map.snapshot->surfaces) {
-    // Of a wall it is not asked what else keeps a foot from standing on it, which takes its time.
+    // For a wall other limits are not evaluated, to save time.
     if (slope_rad(*surface, map.up) > limits.max_slope_rad)
       result.regions.push_back({surface->id, surface->revision, yaw_rad, {}, 0, {ContactRefusal::slope}});
     else
@@ -69,7 +69,7 @@ PageFoot make_foot(const AskedMap& map, const std::string& text, bool edges_only
 PageFoot page_foot(const AskedMap& map, const std::string& text) { return make_foot(map, text, false); }
 
 std::vector<PageFoot> usual_page_feet(const AskedMap& map) {
-  // With another thread, if there is one to be had.
+  // In another thread, if available.
   std::future<PageFoot> ball = std::async([&map] { return make_foot(map, "0.03", true); });
   PageFoot sole = make_foot(map, "0.22x0.11", true);
   return {std::move(sole), ball.get()};

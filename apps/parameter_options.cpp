@@ -59,8 +59,7 @@ void set(Parameters& parameters, const Setting& setting) {
   }
 }
 
-/// What is refused may follow from a parameter that was given: that one is named, if it alone is refused,
-/// too.
+/// An error may be caused by a given parameter: it is named if it alone causes it, too.
 void validate(const Parameters& parameters, const Parameters& base, const std::vector<Setting>& settings) {
   try {
     parameters.validate();
@@ -118,7 +117,7 @@ void add_parameter_options(CLI::App& verb, ParameterOptions& options) {
 ParameterChoice::ParameterChoice(const ParameterOptions& options) : preset_(options.preset) {
   if (!options.config.empty()) settings_ = read_config(options.config);
   settings_.insert(settings_.end(), options.flags.begin(), options.flags.end());
-  apply_to(Parameters());  // refuses names and values that make no sense
+  apply_to(Parameters());  // rejects unknown names and invalid values
 }
 
 bool ParameterChoice::given(const std::string& name) const {

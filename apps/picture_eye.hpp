@@ -11,7 +11,7 @@ class Option;
 
 namespace octosurf {
 
-/// Where a picture is looked at from, and to: --eye and --target, x y z each, or nothing.
+/// A picture's eye and target: --eye and --target, x y z each, or empty.
 struct PictureEye {
   std::vector<double> eye, target;
 };
@@ -22,7 +22,7 @@ struct EyeOptions {
 /// Adds both to a verb whose option `png` names the picture.
 EyeOptions add_eye_options(CLI::App& verb, CLI::Option* png, PictureEye& eye);
 
-/// Puts what was given into `options`.
+/// Copies the given values into `options`.
 void look_from(const PictureEye& eye, PictureOptions& options);
 
 }  // namespace octosurf

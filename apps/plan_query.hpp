@@ -9,7 +9,7 @@
 
 namespace octosurf {
 
-/// What `plan` takes.
+/// Options of `plan`.
 struct PlanQuery {
   std::string robot = "biped", foot;                   ///< as --robot and --foot take them
   std::vector<double> from, to;                        ///< x y z, m, and the heading, degrees
@@ -17,7 +17,7 @@ struct PlanQuery {
   PlanBudget budget;
 };
 
-/// A limit that an option sets, and where it is in each robot; null: that robot has none.
+/// An option's limit, and its field in each robot; null: that robot has none.
 struct LimitOption {
   const char* name;
   const char* help;
@@ -28,12 +28,12 @@ struct LimitOption {
 
 const std::vector<LimitOption>& limit_options();
 
-/// Throws Error(usage) for a foot that is none and a limit that the robot does not have.
+/// Throws Error(usage) for an invalid foot and a limit that the robot does not have.
 Robot robot_of(const PlanQuery& query, const Eigen::Vector3d& up);
 
 Standing standing_of(const std::vector<double>& xyz_and_deg);
 
-/// Whether its limits ask for label_edges().
+/// Whether its limits need label_edges().
 bool needs_edge_kinds(const Robot& robot);
 
 }  // namespace octosurf

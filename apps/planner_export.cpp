@@ -1,4 +1,4 @@
-// Composes what planners' own formats are made of: contact regions, their convex pieces, a grid of heights.
+// Composes the contents of planners' formats: contact regions, their convex pieces, a grid of heights.
 #include "planner_export.hpp"
 
 #include "bounds.hpp"
@@ -38,7 +38,7 @@ Eigen::Quaterniond turn_of(const Up& up) {
   return upright(up.direction);
 }
 
-/// One export: the map, what was asked for, and the world it is written in.
+/// One export: the map, the options, and the output frame.
 class PlannerExporter {
  public:
   PlannerExporter(const Map& map, const Up& up, const PlannerExport& options, std::string file, bool force)

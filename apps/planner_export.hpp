@@ -12,15 +12,15 @@ class App;
 
 namespace octosurf {
 
-/// What `export --format` takes beside it.
+/// Options of `export --format`.
 struct PlannerExport {
-  std::string format;                 ///< empty: no planner's own
+  std::string format;                 ///< empty: not a planner's format
   std::string foot;                   ///< "LxW", m; empty: a disc
   std::optional<double> foot_radius;  ///< m
   std::optional<double> yaw_deg;      ///< of a foot that is no disc; empty: any heading
   double max_slope_deg = 30;
   std::optional<double> cell, below;    ///< m
-  double clearance = 0, gap_depth = 0;  ///< m; 0: the octree is not asked
+  double clearance = 0, gap_depth = 0;  ///< m; 0: not checked
   std::size_t pieces = 12;              ///< of a surface, at most
   std::string frame = "map";
 };

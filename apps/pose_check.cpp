@@ -12,11 +12,12 @@ namespace {
 constexpr std::size_t readings_kept = 500;  // of a view: shares of them are known to 2 %
 constexpr double moved_m = 0.15, turned_rad = 10 * std::numbers::pi / 180;  // from view to view, at least
 constexpr std::size_t least_views = 4;
-/// A cell's share of the usual range: poses and readings err by less, and wrong poses by far more.
+/// A cell's share of the usual range: larger than errors of poses and readings, far smaller than those of
+/// wrong poses.
 constexpr double cell_share = 0.03;
 constexpr double farthest_cell = (1 << 20) - 1;  // of 21 bits a coordinate in a key, its neighbours included
-/// Of the readings that the given form leaves alone, the other leaves half at most, and lays this share more.
-/// Wrong poses lay a third on others by chance, right ones all but what is seen for the first time.
+/// In the other form at most half of the readings may be unmatched, compared with the given form, and this
+/// share more matched. Wrong poses match a third by chance, right ones all but newly seen places.
 constexpr double alone_share = 0.5, more_laid = 0.2;
 
 std::uint64_t key_of(const Eigen::Vector3i& cell) {

@@ -12,28 +12,29 @@
 
 namespace octosurf {
 
-/// What a recording's poses may be, other than T_map_sensor of a camera that looks along z with y down.
+/// Forms of a recording's poses other than T_map_sensor of a camera that looks along z with y down.
 enum class PoseForm {
   as_given,
   inverse,        ///< T_sensor_map
   opengl,         ///< of a camera that looks along −z with y up
   opengl_inverse  ///< both: a view matrix
 };
-/// By PoseForm, as `map --pose-form` takes them.
+/// By PoseForm, as `map --pose-form` accepts them.
 inline constexpr std::array<const char*, 4> pose_form_names{"as-given", "inverse", "opengl",
                                                             "opengl-inverse"};
 
 /// T_map_sensor of a pose in that form.
 Eigen::Isometry3d pose_from(PoseForm form, const Eigen::Isometry3d& pose);
 
-/// Whether scans' poses, taken in another form, lay readings far better on those of the scans before.
+/// Checks whether scans' poses, interpreted in another form, match readings far better with those of previous
+/// scans.
 class PoseCheck {
  public:
-  /// `scan` as it was read. Keeps a few readings of up to 12 scans that were taken from other places.
+  /// `scan` as read. Keeps a few readings of up to 12 scans from different places.
   void add(const Scan& scan);
-  /// It has all the scans that it wants.
+  /// It has enough scans.
   bool full() const { return views_.size() == most_views; }
-  /// The form that fits, if that is not the one that was given. O(readings kept).
+  /// The form that fits, if different from the given one. O(readings kept).
   std::optional<PoseForm> better_form() const;
 
  private:

@@ -5,16 +5,16 @@
 
 namespace octosurf {
 
-/// The poses with which a run's scans were mapped, as a file (`--write-poses`).
+/// Writes the poses with which a run's scans were mapped (`--write-poses`).
 class PoseLog {
  public:
-  /// No file is written if `file` is empty. `force`: over one that was there before the run.
+  /// No file is written if `file` is empty. `force`: overwrite a file from before the run.
   PoseLog(std::string file, bool force) : file_(std::move(file)), force_(force) {}
 
   void add(double stamp_s, const Eigen::Isometry3d& T_map_sensor);
-  /// Writes all there are; throws Error(output), Error(usage).
+  /// Writes all poses so far; throws Error(output), Error(usage).
   void save();
-  /// As save(), but what fails is told once on stderr, and may succeed the next time.
+  /// As save(), but a failure is reported once on stderr, and may succeed the next time.
   void try_to_save();
 
  private:

@@ -6,16 +6,15 @@
 
 namespace octosurf {
 
-/// How far the work is, how fast it goes and how long it still takes, on stderr: a bar that is drawn over on
-/// a terminal, a line for every tenth of the way elsewhere.
+/// Progress, pace and remaining time on stderr: a bar on a terminal, elsewhere a line for every tenth.
 class Progress {
  public:
   explicit Progress(std::size_t total);
-  ~Progress();  ///< leaves a bar that was not finished on a line of its own
+  ~Progress();  ///< ends the line of an unfinished bar
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// `done` scans of the total; `note` is put behind them, e.g. "12 surfaces".
+  /// `done` scans of the total; followed by `note`, e.g. "12 surfaces".
   void show(std::size_t done, const std::string& note = {});
 
  private:
@@ -26,7 +25,7 @@ class Progress {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   std::size_t tenths_ = 0;  ///< already printed
   bool terminal_;
-  bool open_ = false;  ///< the cursor stands behind a bar
+  bool open_ = false;  ///< the cursor is behind a bar
 };
 
 }  // namespace octosurf

@@ -135,7 +135,7 @@ class Remap {
     }
   }
 
-  /// A pose a scan, of the same times: no time need be looked up, and stamps that come twice do no harm.
+  /// One pose per scan, with equal times: no look-up by time is needed, and duplicate stamps do no harm.
   bool is_one_for_each(const io::PoseFile& file) const {
     constexpr double rounding_s = 1e-6;
     return std::equal(file.poses.begin(), file.poses.end(), stamps_.begin(), stamps_.end(),
@@ -230,7 +230,7 @@ class Remap {
   std::vector<double> stamps_;   // of each
 };
 
-/// Refuses what cannot or must not be written before any work is done.
+/// Rejects outputs that cannot or must not be written, before any work is done.
 void probe_remap_outputs(const RemapOptions& options) {
   const std::vector<std::string> read = files_of_map(options.map), written = files_of_map(options.output);
   const bool in_place = same_file(read.front(), written.front());

@@ -232,7 +232,7 @@ std::string RunStatistics::to_json(const Map& map, const RunContext& context) co
   json["peak_rss_mb"] = peak_rss_mb();
   json["octree"] = {{"nodes", size.nodes}, {"leaves", size.leaves}, {"bytes", size.bytes}};
   json["wall_s"] = context.wall_s;
-  // A file name need not be UTF-8; its odd bytes are replaced.
+  // A file name may be invalid UTF-8; the bytes in question are replaced.
   return json.dump(1, ' ', false, Json::error_handler_t::replace);
 }
 

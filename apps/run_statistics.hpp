@@ -14,7 +14,7 @@
 
 namespace octosurf {
 
-/// What a report tells beside what the scans did.
+/// Data of a report besides the scans' results.
 struct RunContext {
   std::vector<std::string> input;          ///< as given by the user
   std::vector<std::string> skipped_scans;  ///< a line each: which, and why
@@ -23,36 +23,35 @@ struct RunContext {
   double wall_s = 0;  ///< the whole run, reading and saving included
 };
 
-/// What alignment did to the poses of one run.
+/// Alignment of one run's poses.
 struct AlignmentTotals {
   std::array<std::size_t, alignment_outcome_names.size()> outcomes{};  ///< scans
   std::vector<double> corrections_m, corrections_deg;  ///< of the scans that were corrected or recovered
 };
 
-/// Gathers what the scans of one run did and writes the report (docs/formats.md §1).
+/// Collects the results of one run's scans and writes the report (docs/formats.md §1).
 ///
-/// Times are in seconds on one clock of the caller's choice, as long as it is the same for all calls.
-/// What is not defined (a rate without time stamps that move, a lag without categorised points) is
-/// null in the report. Percentiles are nearest-rank: the least value that so many do not exceed.
+/// Times are in seconds on one clock of the caller's choice, the same for all calls. Undefined values (a rate
+/// without increasing time stamps, a lag without categorised points) are null in the report. Percentiles are
+/// nearest-rank.
 class RunStatistics {
  public:
   explicit RunStatistics(const Parameters& parameters) : parameters_(parameters) {}
 
-  /// `arrival_s`: when the scan was there to be mapped, `done_s`: when its surfaces could be read.
+  /// `arrival_s`: when the scan was available, `done_s`: when its surfaces could be read.
   void add(const Scan& scan, const ScanReport& report, double arrival_s, double done_s);
 
-  /// The pass over an occupancy map: no scan and no sensor time, all else counts.
+  /// The pass over an occupancy map: counts everything except a scan and sensor time.
   void add_occupancy(const ScanReport& report, double arrival_s, double done_s);
 
-  /// Mapper::drain(), where the input ends or pauses. False if nothing waited.
+  /// Mapper::drain(), at the end or a pause of the input. False if nothing waited.
   bool drain(Mapper& mapper, const std::function<double()>& now_s);
 
-  /// What docs/formats.md §1 lists. Of `map`, as it is after the run: octree, surfaces, area, pending points,
-  /// double layers, cylinders and up (up_json()).
-  /// `categorized_percent` is inliers over inliers and pending points of `map`: points that vanished
-  /// again count in neither. `points_per_second` is per second of time stamps, from the first scan's
-  /// to one mean period after the last one's. `time_to_first_detection_s` is from the first arrival
-  /// until the first new surface could be read. `peak_rss_mb` (10⁶ bytes) is the process's.
+  /// The contents of docs/formats.md §1. `map`, after the run, provides octree, surfaces, area, pending
+  /// points, double layers, cylinders and up (up_json()). `categorized_percent` is inliers over inliers and
+  /// pending points of `map`: vanished points do not count. `points_per_second` is per second of time stamps,
+  /// from the first scan's to one mean period after the last one's. `time_to_first_detection_s` is from the
+  /// first arrival until the first new surface could be read. `peak_rss_mb` (10⁶ bytes) is the process's.
   std::string to_json(const Map& map, const RunContext& context = {}) const;
 
   std::uint64_t scans() const { return scans_; }
@@ -82,13 +81,13 @@ class RunStatistics {
   mapper::LoopClosures closures_;
 };
 
-/// No scan came for so long that what waits is looked at as a whole: 1 s, 30 of a camera's frames, after
-/// which a quarter a scan has left nothing of it. By time stamps, so that the map does not depend on
-/// the machine.
+/// A gap between scans after which everything waiting is processed: 1 s, 30 of a camera's frames, in which a
+/// quarter a scan would have emptied the queue. By time stamps, so that the map does not depend on the
+/// machine.
 bool is_pause(std::optional<double> last_stamp_s, double stamp_s);
 
-/// Name → value of the parameters in force, as a JSON object: numbers, booleans, and the words
-/// get_parameter() has for what the scans decide ("estimated", "sensor"). Angles in degrees.
+/// Effective parameters by name, as a JSON object: numbers, booleans, and get_parameter()'s words for values
+/// determined from the scans ("estimated", "sensor"). Angles in degrees.
 std::string parameters_json(const Parameters& parameters);
 
 /// {"direction": [x, y, z], "from": "given", "surfaces" or "assumed"}, and of an estimate "level_m2" and

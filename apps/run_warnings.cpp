@@ -17,8 +17,8 @@
 namespace octosurf {
 namespace {
 
-/// Clouds without poses are a sensor's that stands still, or have them in a file that was not given; or they
-/// stand in another frame than the sensor's.
+/// Clouds without poses are from a stationary sensor, or their poses are in a file that was not given; or
+/// they are in another frame than the sensor's.
 void warn_of_missing_poses(const RunStatistics& statistics) {
   const auto scans = static_cast<std::size_t>(statistics.scans());
   if (scans == 0 || statistics.scans_at_origin() < scans) return;
@@ -35,8 +35,8 @@ void warn_of_missing_poses(const RunStatistics& statistics) {
         scans);
 }
 
-/// If it stands out of its own uncertainty (four deviations: four numbers, one false alarm in 4,000 runs) and
-/// moves the farthest readings by a tenth of a voxel, below which corrections are not made either.
+/// If the error exceeds its uncertainty (four deviations: four numbers, one false alarm in 4,000 runs) and
+/// moves the farthest readings by a tenth of a voxel, the threshold of corrections.
 void warn_of_sensor_error(const Map& map) {
   const auto error = alignment::sensor_error_of(map.state().alignment);
   if (!error) return;
@@ -88,7 +88,7 @@ void warn_of_double_layers(const Snapshot& snapshot, bool reported) {
                100 * worst.distance_m, reported ? "the report lists them" : "--report FILE lists them");
 }
 
-/// Beside an input or in it, by its name; empty if there is none.
+/// In or beside an input, by its name; empty if there is none.
 std::string pose_like_file(const std::vector<std::string>& inputs) {
   namespace fs = std::filesystem;
   for (const std::string& input : inputs)
@@ -109,7 +109,7 @@ std::string pose_like_file(const std::vector<std::string>& inputs) {
   return {};
 }
 
-/// m, within which 19 of 20 readings lie; 0: there are none.
+/// m, the range of 19 of 20 readings; 0: no readings.
 double usual_range(const Scan& scan) {
   std::vector<float> ranges;
   for (const Eigen::Vector3f& point : scan.points)
@@ -129,7 +129,7 @@ bool warn_of_first_scan(const Scan& scan, const std::vector<std::string>& inputs
       std::fprintf(stderr,
                    "warning: %s has no pose, or is at the origin, and %s lies beside it: --poses %s\n",
                    scan.name.c_str(), file.c_str(), file.c_str());
-  // A lidar's rows of 0.2° and more are three voxels apart there: hardly any surface would be dense enough.
+  // A lidar's rows of 0.2° and more are three voxels apart there: hardly any surface is dense enough.
   constexpr double voxels_far = 1000;
   const double range = usual_range(scan), d = parameters.occupancy.resolution;
   if (scan.sensor == SensorKind::lidar && range > voxels_far * d)
@@ -137,7 +137,7 @@ bool warn_of_first_scan(const Scan& scan, const std::vector<std::string>& inputs
                  "warning: readings reach %.0f m, where they lie farther apart than voxels of %g m: "
                  "--resolution %g or more finds surfaces there, in less time and memory\n",
                  range, d, std::ceil(range / voxels_far * 100) / 100);
-  constexpr double voxels_near = 5;  // no sensor sees so near what it resolves by such voxels
+  constexpr double voxels_near = 5;  // no sensor measures so near with such voxels
   const bool near = range > 0 && range < voxels_near * d;
   if (near)
     std::fprintf(

@@ -20,7 +20,7 @@ ScanFeed::ScanFeed(std::unique_ptr<ScanSource> source, const ScanRange& range, s
   try {
     thread_ = std::thread([this] { read_ahead(); });
   } catch (const std::system_error&) {
-    // No thread to be had: wait_for_one() reads.
+    // No thread available: wait_for_one() reads.
   }
 }
 

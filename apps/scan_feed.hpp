@@ -18,27 +18,27 @@
 
 namespace octosurf {
 
-/// Which scans of a source are taken: leaves out `skip`, then takes every `every`-th, at most `first`.
+/// Selects scans of a source: skips `skip`, then takes every `every`-th, at most `first`.
 struct ScanRange {
   std::size_t skip = 0, every = 1, first = std::numeric_limits<std::size_t>::max();
 };
 
-/// Scans of a source; the next ones are read and decoded beside the work on the one before.
+/// Reads and decodes the next scans of a source in parallel with the mapping.
 class ScanFeed {
  public:
-  /// `ahead`: so many are held ready, at least 1. `accept` may change a scan, and says whether it is to be
-  /// mapped; called from the thread that reads.
+  /// `ahead`: number of scans to prefetch, at least 1. `accept` may change a scan, and returns whether to map
+  /// it; called from the reading thread.
   ScanFeed(std::unique_ptr<ScanSource> source, const ScanRange& range, std::size_t ahead = 1,
            std::function<bool(Scan&)> accept = {});
   ~ScanFeed();
   ScanFeed(const ScanFeed&) = delete;
   ScanFeed& operator=(const ScanFeed&) = delete;
 
-  /// How many there will be, if none is bad and all are accepted.
+  /// Number of scans, if none is bad and all are accepted.
   std::size_t size() const { return size_; }
 
-  /// The next scan, or nothing at the end. Throws what ScanSource::next() throws, and Error(data) for
-  /// a scan that does not fit into memory. No further call after that.
+  /// The next scan, or empty at the end. Throws what ScanSource::next() throws, and Error(data) for a scan
+  /// that does not fit into memory. Do not call it again after that.
   std::optional<Scan> next();
 
   /// The scan that next() will return, null if there is none or next() will throw. Valid until then.
@@ -46,9 +46,9 @@ class ScanFeed {
   /// The same, but null while it is still being read.
   const Scan* peek_if_read();
 
-  /// Left out so far, a line each. Waits for the scan that is being read.
+  /// Skipped so far, a line each. Waits for the scan being read.
   std::vector<std::string> skipped();
-  /// How many were not accepted so far.
+  /// Number of scans not accepted so far.
   std::size_t refused() const { return refused_; }
 
  private:
@@ -62,14 +62,14 @@ class ScanFeed {
   void wait_for_one(std::unique_lock<std::mutex>& lock);
   const Scan* first_ready() const;
 
-  std::unique_ptr<ScanSource> source_;  // whoever has set busy_ may touch it
+  std::unique_ptr<ScanSource> source_;  // accessed only by the thread that set busy_
   ScanRange range_;
   std::function<bool(Scan&)> accept_;
   std::atomic<std::size_t> refused_{0};
-  std::size_t size_ = 0;   // asked of source_ before it is read from
+  std::size_t size_ = 0;   // read from source_ before the first scan
   std::size_t asked_ = 0;  // scans
 
-  std::mutex mutex_;  // of what follows
+  std::mutex mutex_;  // guards the following members
   std::condition_variable changed_;
   boost::circular_buffer<Reading> ready_;  // allocated once: the thread that fills it must not fail
   bool busy_ = false, ended_ = false, stop_ = false;

@@ -8,7 +8,7 @@ class App;
 
 namespace octosurf {
 
-/// The options that say how scans are read, and which of them are taken.
+/// Options for reading and selecting scans.
 void add_scan_options(CLI::App& verb, ScanSourceOptions& source, ScanRange& range);
 
 }  // namespace octosurf

@@ -12,14 +12,14 @@
 
 namespace octosurf {
 
-/// How the surfaces of a run came about, and from where its scans were taken, as a file for Foxglove
-/// (`--mcap`). It is written beside the mapping, and put in its place by save().
+/// Records the surfaces and sensor poses of a run over time, as a file for Foxglove (`--mcap`). Written
+/// during mapping, and put in place by save().
 class SceneLog {
  public:
   /// No file is written if `file` is empty. `up`: map frame. Throws Error(output), Error(usage).
   SceneLog(std::string file, bool force, const Eigen::Vector3d& up);
 
-  // A write that fails is reported once on stderr; the run goes on.
+  // A failed write is reported once on stderr; the run continues.
   void add_pose(double stamp_s, const Eigen::Isometry3d& T_map_sensor);
   void add_surfaces(double stamp_s, const Snapshot& snapshot);
 

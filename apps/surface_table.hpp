@@ -10,7 +10,7 @@ namespace octosurf {
 /// The surfaces of largest area, at most `count`; ties by id.
 std::vector<SurfacePtr> largest_surfaces(const Snapshot& snapshot, std::size_t count);
 
-/// Prints them on stdout, a row each under a head line. `up`: for their slopes.
+/// Prints them on stdout, a row each below a header. `up`: for their slopes.
 void print_table(const std::vector<SurfacePtr>& surfaces, const Eigen::Vector3d& up);
 void print_table(const std::vector<CylinderPtr>& cylinders);
 

@@ -13,12 +13,11 @@
 namespace octosurf {
 namespace {
 
-// From here on the second-best direction scores as if its surfaces were read half again as large: too near
-// to be called known.
+// From here on the second-best direction scores at least two thirds of the best: ambiguous.
 constexpr double doubtful_rival = 2.0 / 3;
-// Of 45°: a direction that is farther off is another axis, not a slope.
+// Of 45°: a direction farther off is another axis, not a slope.
 constexpr double cos_another = 0.70710678118654752;
-// Of 10°: floors and frames are laid better than that along an axis.
+// Of 10°: floors and frames are aligned with an axis more accurately.
 constexpr double cos_along_axis = 0.98480775301220806;
 
 /// "y" or "-y" where it is nearly one, else its numbers.
@@ -61,8 +60,8 @@ std::optional<Up> suggested_up(const Map& map, const std::string& text) {
   const std::optional<Eigen::Vector3d>& given = map.parameters().up;
   if (!text.empty() || !given) return std::nullopt;
   const Up found = up_from_surfaces(map);
-  // Sensors that were turned, and on the whole held upright by the map's up, speak for it: the walls that
-  // they saw are walls. Clouds without poses were never turned, whatever is up.
+  // Sensors that were turned, but on average held upright by the map's up, confirm it. Clouds without poses
+  // were never turned, so they confirm nothing.
   const Eigen::Vector3d& held = map.state().sensors_up;
   const bool turned = held.normalized().dot(Eigen::Vector3d::UnitZ()) < 1 - 1e-9;
   const bool held_upright = turned && held.norm() > static_cast<double>(map.state().scans) / 2 &&
@@ -70,7 +69,7 @@ std::optional<Up> suggested_up(const Map& map, const std::string& text) {
   if (found.source != Up::Source::surfaces || found.rival > doubtful_rival || held_upright ||
       found.direction.dot(*given) > cos_another)
     return std::nullopt;
-  // Without sensors that were held so, walls may be more than the floor.
+  // Without sensor orientations, wall area can outvote the floor.
   const bool held_so = turned && held.dot(found.direction) > cos_another * held.norm();
   if (!held_so && found.level_m2 < 2 * level_area(map, *given)) return std::nullopt;
   return found;

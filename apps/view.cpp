@@ -78,7 +78,7 @@ std::map<SurfaceId, std::vector<PolygonEdges>> edges_of(const Map& map) {
   return edges;
 }
 
-/// What became of the map before: by ids if this one goes on from it, else by place.
+/// Changes against the previous map: by ids if this one continues it, else by place.
 void note_changes(PageMap& page, const PageMap& before) {
   if (goes_on_from(*page.snapshot, *before.snapshot))
     page.changes = changes_since(*page.snapshot, before.snapshot->revision);
@@ -125,7 +125,7 @@ void write_html(const ViewArguments& arguments) {
       warn_of_up(map, arguments.up);
     }
     maps.push_back({title_of(name), map.snapshot(), map.octree(), {}, {}});
-    // Of a hall edges and feet take seconds each: side by side, if there is a thread to be had.
+    // For a hall edges and feet take seconds each: in parallel, if a thread is available.
     std::future<std::map<SurfaceId, std::vector<PolygonEdges>>> edges =
         std::async([&map] { return edges_of(map); });
     if (maps.size() > 1) note_changes(maps.back(), maps[maps.size() - 2]);
