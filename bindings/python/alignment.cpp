@@ -1,4 +1,4 @@
-// octosurf/alignment.hpp in Python: where a scan was taken, told by a map's surfaces.
+// octosurf/alignment.hpp in Python: localisation of scans by a map's surfaces.
 #include "bind.hpp"
 #include "values.hpp"
 
@@ -14,7 +14,7 @@ namespace py = pybind11;
 namespace octosurf::python {
 namespace {
 
-/// A Localizer that two threads may ask: one waits for the other.
+/// A Localizer with a lock, for several threads.
 class SharedLocalizer {
  public:
   SharedLocalizer(std::shared_ptr<Snapshot> map, const AlignmentReach& reach)

@@ -27,7 +27,7 @@
 
 namespace octosurf::python {
 
-/// The names of an enumeration's values, in order; `what` says in an error what is named.
+/// The names of an enumeration's values, in order; `what` names the enumeration in errors.
 template <class E>
 struct Names;  // specialised below
 

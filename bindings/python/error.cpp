@@ -23,7 +23,7 @@ When memory runs out, MemoryError is raised instead.)";
 
 PyObject* error_type = nullptr;
 
-/// Names of files may hold any bytes; as os.fsdecode() does it.
+/// File names may contain any bytes; decoded as by os.fsdecode().
 pybind11::str text(const std::string& bytes) {
   PyObject* const decoded =
       PyUnicode_DecodeFSDefaultAndSize(bytes.data(), static_cast<Py_ssize_t>(bytes.size()));

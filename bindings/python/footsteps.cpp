@@ -21,7 +21,7 @@ namespace {
 
 using SurfaceEdges = std::map<SurfaceId, std::vector<PolygonEdges>>;
 
-/// A planner that two threads may ask: one waits for the other.
+/// A planner with a lock, for several threads.
 class SharedPlanner {
  public:
   SharedPlanner(std::shared_ptr<Snapshot> snapshot, OccupancyView octree, Robot robot, SurfaceEdges edges)

@@ -13,8 +13,8 @@
 
 namespace octosurf::python {
 
-/// A map, with the Mapper that keeps it up to date once there is one. Python's Map and Mapper share it: who
-/// holds either holds the map, and what one thread asks of it waits for the scan that another one inserts.
+/// A map, with its Mapper once there is one. Python's Map and Mapper share it: either keeps the map alive,
+/// and one thread's queries wait for another's insertion.
 class MapHolder {
  public:
   explicit MapHolder(Map map) : map_(std::move(map)) { note_up(*map_); }
@@ -29,7 +29,7 @@ class MapHolder {
     map_.reset();
   }
 
-  /// `ask(const Map&)`, while nothing inserts and other Python threads run.
+  /// Calls `ask(const Map&)` while nothing inserts, with Python's other threads running.
   template <class Ask>
   auto read(Ask ask) const {
     const pybind11::gil_scoped_release others_run;
@@ -81,7 +81,7 @@ class MapHolder {
   std::shared_ptr<const MapUp> up_;
 };
 
-/// Of a new map: the given ones, or the default ones, with what is given by name in them.
+/// Of a new map: the given or default ones, modified by the keyword arguments.
 Parameters parameters_of(const std::optional<Parameters>& given, const pybind11::kwargs& fields);
 
 using MapPtr = std::shared_ptr<MapHolder>;

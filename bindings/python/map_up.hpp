@@ -9,7 +9,7 @@
 
 namespace octosurf::python {
 
-/// Which way is up in the map that a snapshot or a surface is of: by default in whatever asks them.
+/// The up direction of the map of a snapshot or surface: the default of functions that need one.
 struct MapUp {
   std::optional<Eigen::Vector3d> given;                  ///< Parameters::up
   Eigen::Vector3d sensors_up = Eigen::Vector3d::Zero();  ///< of the scans, as estimate_up() takes it
@@ -24,7 +24,7 @@ struct OfMap {
   void operator()(const T* /*kept*/) const {}
 };
 
-/// For Python, which knows no const: nothing that it is given can change what is pointed to.
+/// Python has no const: this pointer must not give access to mutable data.
 template <class T>
 std::shared_ptr<T> of_map(std::shared_ptr<const T> one, std::shared_ptr<const MapUp> up) {
   T* const raw = const_cast<T*>(one.get());

@@ -45,7 +45,7 @@ py::array_t<PointRow> points_of(const MapHolder& map) {
   }));
 }
 
-/// What is not as it should be, but did not keep a map from being loaded, is a warning of Python's.
+/// Problems that did not prevent loading become Python warnings.
 MapPtr load(const fs::path& stem) {
   LoadedMap loaded = [&stem] {
     const py::gil_scoped_release others_run;

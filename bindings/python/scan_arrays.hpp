@@ -15,8 +15,8 @@ void require_shape(const Points& points);
 /// Copies points that have that shape; may be called without Python's lock.
 void copy_points(const Points& points, std::vector<Eigen::Vector3f>& to);
 
-/// Points in the camera's frame, one per pixel that has a reading; Scan.from_depth() says what is taken.
-/// Throws Error(data) for other shapes and types, and for a camera without focal length.
+/// Points in the camera's frame, one per pixel that has a reading; Scan.from_depth() documents the accepted
+/// types. Throws Error(data) for other shapes and types, and for a camera without focal length.
 std::vector<Eigen::Vector3f> points_of_depth(const pybind11::array& depth, const pybind11::object& intrinsics,
                                              double depth_scale);
 

@@ -1,4 +1,4 @@
-// octosurf/scan.hpp and scan_source.hpp in Python: what is inserted, and recordings that are read.
+// octosurf/scan.hpp and scan_source.hpp in Python: scans to insert, and recordings.
 #include "arrays.hpp"
 #include "bind.hpp"
 #include "scan_arrays.hpp"
@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A source that two threads may ask: one waits for the other.
+/// A source with a lock, for several threads.
 class Recording {
  public:
   explicit Recording(std::unique_ptr<ScanSource> source) : source_(std::move(source)) {}

@@ -1,4 +1,4 @@
-// Snapshots of a map and what has gone from it in Python.
+// Snapshots of a map and its departures in Python.
 #include "bind.hpp"
 #include "map_up.hpp"
 #include "values.hpp"

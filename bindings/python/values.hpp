@@ -14,7 +14,7 @@ namespace octosurf::python {
 /// Of a class, in order.
 using FieldNames = std::vector<std::string>;
 
-/// The fields of `object` by name as JSON can hold them: arrays are lists, what has fields is a dict.
+/// The fields of `object` by name for JSON: arrays become lists, objects with fields dicts.
 pybind11::dict dict_of(const FieldNames& names, const pybind11::object& object);
 
 /// "Circle(center=[0, 0, 1], radius=0.2)", one line however large the fields are.
@@ -23,7 +23,7 @@ std::string described(const FieldNames& names, const pybind11::object& object);
 /// "; did you mean 'resolution'?"; empty if no known word is like this one.
 std::string suggestion(const std::string& word, const FieldNames& known);
 
-/// A result of the library: its fields can be read, and make its text, its dict and what is pickled.
+/// A result of the library: its fields are readable, and define its text, its dict and its pickle.
 template <class T, class... Options>
 class Value : public pybind11::class_<T, Options...> {
  public:
