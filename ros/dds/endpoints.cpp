@@ -29,8 +29,8 @@ Qos qos_of(Profile profile, int depth) {
   return qos;
 }
 
-// A depth image comes as ten datagrams or more at once: Cyclone's default of 1 MB holds one. What the kernel
-// does not allow (net.core.rmem_max) is not asked for again.
+// A depth image arrives as ten or more datagrams at once: Cyclone's default of 1 MB is one image. Requests
+// beyond the kernel's limit (net.core.rmem_max) are not repeated.
 constexpr const char* more_buffer =
     "<CycloneDDS><Domain id='any'><Internal><SocketReceiveBufferSize "
     "max='16MB'/></Internal></Domain></CycloneDDS>";

@@ -10,8 +10,8 @@
 
 namespace octosurf::dds {
 
-/// The QoS profiles of ROS 2 that are used here. A reader takes what offers at least what it asks for: one of
-/// `sensor` hears everyone, one of `reliable` only who sends again what was lost.
+/// The QoS profiles of ROS 2 used here. A reader accepts writers that offer at least its own level: `sensor`
+/// accepts all, `reliable` only writers that resend lost messages.
 enum class Profile {
   sensor,    ///< best effort, volatile
   reliable,  ///< reliable, volatile: /tf, services
@@ -23,7 +23,7 @@ std::string topic_over_dds(const std::string& topic);
 /// "sensor_msgs/PointCloud2" as ROS 2 calls it over DDS.
 std::string type_over_dds(const std::string& type);
 
-/// One participant in a domain; whatever CYCLONEDDS_URI says holds.
+/// One participant in a domain; CYCLONEDDS_URI applies.
 class Participant {
  public:
   /// Throws Error(usage) if the domain is none or cannot be joined.
@@ -59,7 +59,7 @@ class Reader {
   Reader(const Participant& participant, const std::string& topic, const std::string& type, Profile profile,
          int depth);
   std::optional<RawMessage> take() const;
-  /// Messages that others that came tell of, but that did not come themselves.
+  /// Number of lost messages, by the gaps in the numbers of received ones.
   std::size_t lost() const;
   std::size_t writers() const;
   dds_entity_t entity() const { return reader_; }

@@ -90,7 +90,7 @@ void Mapping::run(const std::stop_token& stop) try {
 } catch (...) {
   const std::lock_guard lock(mutex_);
   failure_ = std::current_exception();
-  tasks_.clear();  // who waits for them is told by a broken promise
+  tasks_.clear();  // waiting threads get a broken promise
 }
 
 void Mapping::map_scan(const ScanQueue::Item& item, const std::stop_token& stop) try {

@@ -20,7 +20,7 @@
 
 namespace octosurf::dds {
 
-/// What has become of the scans. All that were received are waiting, at work, or in one of the other counts.
+/// Counts of scans by state. Every received scan is waiting, in progress, or in one of the other counts.
 struct MappingCounts {
   std::uint64_t received = 0;
   std::uint64_t waiting = 0;
@@ -40,8 +40,7 @@ struct MapMoment {
   std::int64_t stamp_ns = 0;  ///< of the last scan mapped, since the node was started
 };
 
-/// The map, and the thread that keeps it: what others ask of it is done between two scans, or read from
-/// snapshots while it works on.
+/// The map and its thread: requests are served between two scans, or from snapshots in parallel.
 class Mapping {
  public:
   Mapping(Map start, const NodeOptions& options);
@@ -51,16 +50,16 @@ class Mapping {
   void add_transforms(const RawMessage& message, bool fixed);
   void add_camera(const RawMessage& message);
 
-  /// Both wait for the scan at hand, tell in a line what they did, and throw what save_map() and load_map()
-  /// throw. A map that is loaded replaces the one at work, and is the node's own from then on; what waits to
-  /// be mapped goes into it. `stem` empty: the node's own.
+  /// Both wait for the current scan, return a line of summary, and throw as save_map() and load_map(). A
+  /// loaded map replaces the current one and becomes the node's own; waiting scans are inserted into it.
+  /// `stem` empty: the node's own.
   std::string save(const std::string& stem);
   std::string load(const std::string& stem);
 
   MapMoment moment() const;
   Eigen::Vector3d up() const;  ///< as the map's parameters have it, else z (REP 103)
   MappingCounts counts() const;
-  bool failed() const;  ///< the map is not whole any more: finish() tells
+  bool failed() const;  ///< the map is incomplete; finish() reports the reason
 
   /// Ends after the scan at hand, saves, and throws what made mapping fail.
   void finish();

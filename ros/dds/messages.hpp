@@ -11,8 +11,8 @@
 #include <octosurf/footsteps.hpp>
 #include <octosurf/surface.hpp>
 
-// The messages of ROS 2 that the node writes, field by field as their .msg files have them; those of
-// octosurf_msgs stand in ros/octosurf_msgs/msg. `frame` is the map's frame.
+// The ROS 2 messages written by the node, field by field as in their .msg files; those of octosurf_msgs are
+// in ros/octosurf_msgs/msg. `frame` is the map's frame.
 
 namespace octosurf::dds {
 

@@ -17,7 +17,7 @@ struct NodeOptions {
   std::string frame = "map";          ///< the map's, in tf
   double max_pose_gap_s = 0.25;       ///< as for bags
   double wait_s = 1;                  ///< for a scan's pose and camera
-  bool reliable = false;              ///< ask for scans again that were lost
+  bool reliable = false;              ///< request lost scans again
   std::size_t queue_mb = 256;         ///< scans that wait
   std::string output;                 ///< stem of the map
   bool resume = false;                ///< go on with it, if it is there
@@ -26,7 +26,7 @@ struct NodeOptions {
   double publish_s = 1;               ///< between two publications of the map
   double foot_radius_m = 0.06;        ///< of PlanarTerrain's insets
   double max_slope_deg = 30;          ///< of them and of GridMap
-  double clearance_m = 0;             ///< over such a foot; 0: the octree is not asked
+  double clearance_m = 0;             ///< over such a foot; 0: not checked
   double gap_depth_m = 0;             ///< under it, likewise
   int threads = 1;
   ParameterOptions parameters;

@@ -61,7 +61,7 @@ void Publications::run(std::stop_token stop) {
   }
 }
 
-/// Of a grid of too many cells, say: once in a row.
+/// For example a grid of too many cells: reported once in a row.
 void Publications::tell(const char* what, const std::exception& error) {
   const std::string problem = std::string(what) + ": " + error.what();
   if (problem != problem_) std::fprintf(stderr, "warning: not published: %s\n", problem.c_str());

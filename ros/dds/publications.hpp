@@ -41,7 +41,7 @@ class Publications {
   std::function<InputState()> inputs_;
   Writer surfaces_, markers_, terrain_, octomap_, grid_map_, status_;
   OctomapFollower octree_;  // of the thread, as is the next
-  std::string problem_;     // that was told last
+  std::string problem_;     // reported last
   std::jthread thread_;
 };
 

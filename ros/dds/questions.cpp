@@ -10,10 +10,10 @@
 namespace octosurf::services {
 namespace {
 
-// Who asks over a network waits for the answer; and no search is to occupy a node for good.
+// The client waits for the answer, and no search may occupy the node indefinitely.
 constexpr double usual_plan_s = 30, longest_plan_s = 600;
 
-/// Zero stands for "any" in requests, whose numbers are zero where nobody sets them.
+/// Zero means "any" in requests, where unset numbers are zero.
 double or_any(double value) { return value == 0 ? std::numeric_limits<double>::infinity() : value; }
 
 void put(const AskedMap& map, SurfaceId id, const Eigen::Vector3d& point, double distance,

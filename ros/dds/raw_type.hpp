@@ -24,9 +24,9 @@ class RawMessage {
   std::int64_t sent_ns_ = 0;
 };
 
-/// A topic whose messages Cyclone passes on unread, as rmw_cyclonedds_cpp has them: what a message means is
-/// known by its reader and writer alone, and a message that is damaged reaches the reader, which refuses and
-/// counts it. `type` tells what writers of the topic need for raw_message().
+/// A topic whose messages Cyclone passes on as raw bytes, as in rmw_cyclonedds_cpp: only reader and writer
+/// interpret them, and a damaged message reaches the reader, which rejects and counts it. `type` is for
+/// raw_message().
 struct RawTopic {
   dds_entity_t entity = 0;
   ddsi_sertype* type = nullptr;  ///< the topic's

@@ -9,8 +9,8 @@
 
 namespace octosurf::dds {
 
-/// Scans that have come and wait to be mapped, up to so many bytes: then the oldest make way, as what is
-/// mapped next should be where the robot is now. Not for two threads at once.
+/// A queue of received scans with a limit in bytes: beyond it the oldest are dropped, so that mapping stays
+/// near the robot's current place. Not thread-safe.
 class ScanQueue {
  public:
   struct Item {

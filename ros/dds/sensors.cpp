@@ -18,7 +18,7 @@ namespace {
 
 // Longer than scans wait: 256 MB of depth images are 14 s at 30 Hz, of a lidar's clouds half a minute.
 constexpr std::int64_t transforms_kept_ns = 60'000'000'000;
-// A robot has some hundred. Names that no one has asked for must not fill the memory.
+// A robot has some hundred. A flood of unknown names must not fill the memory.
 constexpr std::size_t most_frames = 10000;
 
 std::unique_ptr<io::MessageReader> reader_of(std::string_view message) {

@@ -16,9 +16,9 @@
 
 namespace octosurf::dds {
 
-/// Posed scans out of messages, by the same rules and code as those of a bag (scan_source.hpp), so that a map
-/// made live is the one that `octosurf map` makes of the recording. Messages are added in any thread. What is
-/// wrong with one is told by a std::runtime_error, and nothing of it is kept.
+/// Posed scans from messages, by the same rules and code as for a bag (scan_source.hpp), so that a live map
+/// equals the one that `octosurf map` makes of the recording. Messages may be added from any thread. An
+/// invalid message throws std::runtime_error, and nothing of it is kept.
 class Sensors {
  public:
   using Clock = std::chrono::steady_clock;
@@ -28,10 +28,9 @@ class Sensors {
   void add_transforms(std::string_view message, bool fixed);
   void add_camera(std::string_view message);
 
-  /// The scan of a PointCloud2 or an Image, posed. Waits until `latest` for what tells its pose for good: a
-  /// transform at its time or after it of everything that moves between sensor and map, and for the camera.
-  /// Then makes do with what there is, as for the last scans of a bag. `sent_ns`: its time if its header has
-  /// none.
+  /// The scan of a PointCloud2 or an Image, posed. Waits until `latest` for data that fix its pose: a
+  /// transform at or after its time for everything that moves between sensor and map, and the camera. Then
+  /// uses the available data, as for the last scans of a bag. `sent_ns`: its time if its header has none.
   ReceivedScan scan_of(std::string_view message, std::int64_t sent_ns, Clock::time_point latest,
                        const std::stop_token& stop);
 

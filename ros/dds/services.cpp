@@ -91,7 +91,7 @@ void Services::answer(const Service& service, const RawMessage& request) try {
     out.write(number);
     service.answer(*in, out);
   });
-  // A client that came a moment ago may be known as one who asks, and not yet as one who listens.
+  // A new client's request writer may be discovered before its reply reader.
   for (int tenths = 0; tenths < 10 && service.replies.readers() == 0; ++tenths)
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   service.replies.write(std::move(reply));
@@ -99,8 +99,8 @@ void Services::answer(const Service& service, const RawMessage& request) try {
   std::fprintf(stderr, "refused: a request of %s: %s\n", service.name.c_str(), error.what());
 }
 
-/// Beside the map that the node was started with: whoever can reach the network must not write or read
-/// elsewhere. Empty for the node's own.
+/// Restricted to the folder of the node's own map: clients on the network must not write or read elsewhere.
+/// Empty for the node's own.
 std::string Services::stem_of(const std::string& name) const {
   if (name.empty()) return {};
   const auto allowed = [](unsigned char c) {

@@ -41,7 +41,7 @@ class Services {
   void query(io::MessageReader& in, io::MessageWriter& out);
   void contact_regions(io::MessageReader& in, io::MessageWriter& out);
   void plan(io::MessageReader& in, io::MessageWriter& out);
-  /// The map as it is now.
+  /// The current map.
   const services::AskedMap& asked();
   std::string stem_of(const std::string& name) const;
 
