@@ -99,8 +99,7 @@ struct Figure {
 
 /// Result of explain().
 struct Explanation {
-  Reason reason = Reason::unseen;            ///< the check that rejected a surface, or on_surface and its
-                                             ///< like
+  Reason reason = Reason::unseen;            ///< why, or on_surface and its like
   std::string sentence;                      ///< plain English, one line
   Eigen::Vector3d asked{0, 0, 0};            ///< the queried place, map frame
   std::optional<Eigen::Vector3d> looked_at;  ///< the nearest point within h, if there is one

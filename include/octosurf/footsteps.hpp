@@ -48,8 +48,7 @@ struct StepCosts {
   double slope = 0.5;           ///< on the steepest slope
   double uncertainty = 0.5;     ///< on a plane whose offset has a standard deviation of uncertain_m
   double good_margin_m = 0.05;  ///< distance from an edge beyond which `margin` costs nothing
-  double uncertain_m = 0.01;    ///< standard deviation of the plane's offset at which `uncertainty` applies
-                                ///< in full
+  double uncertain_m = 0.01;    ///< deviation of the plane's offset at which `uncertainty` counts fully
 };
 
 /// A robot on two legs. The step limits are for the swing foot's reference point relative to the stance foot,
@@ -150,11 +149,10 @@ constexpr std::string_view step_refusal_name(StepRefusal refusal) {
 struct NoPlan {
   /// Category of the failure.
   enum class Why {
-    start,        ///< the robot cannot stand there
-    goal,         ///< likewise
-    unreachable,  ///< the search exhausted all states reachable from the start, or all that can reach the
-                  ///< goal
-    budget        ///< the budget was used up
+    start,                   ///< the robot cannot stand there
+    goal,                    ///< likewise
+    unreachable,             ///< all states that the start reaches, or that reach the goal, were tried
+    budget                   ///< the budget was used up
   } why = Why::unreachable;  ///< category
   std::string sentence;      ///< one line
   /// Start and goal: the contact limit that prevents standing there, if there is a surface.

@@ -46,8 +46,7 @@ struct PageMap {
 /// Options of write_page().
 struct PageOptions {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< map frame
-  std::optional<Eigen::Vector3d> suggested_up{};  ///< map frame: an alternative up direction offered on the
-                                                  ///< page
+  std::optional<Eigen::Vector3d> suggested_up{};  ///< map frame: an alternative that the page offers
   double max_mb = 10;                             ///< 10⁶ bytes, limit of the file size
   bool force = false;                             ///< overwrite an existing file
 };

@@ -11,8 +11,7 @@ namespace {
 
 constexpr std::size_t scored_points = 192;  // sample size that suffices to rank hypotheses
 constexpr std::size_t fitted_points = 400, weighed_points = 2000;
-constexpr std::size_t first_look = 32, fewest_at_first = 3;  // preliminary test on points in random order:
-                                                             // eliminates most hypotheses
+constexpr std::size_t first_look = 32, fewest_at_first = 3;  // preliminary test, points in random order
 
 }  // namespace
 

@@ -164,8 +164,7 @@ bool is_curved(const Readings& readings, const Patch& patch, std::span<const Rea
   const Eigen::Vector3d bend = posterior.ldlt().solve(evidence);
   const auto one_way = [&](int k) { return log_bayes_of(evidence[k], posterior(k, k), prior[k]); };
   const double any_way = 0.5 * (bend.dot(evidence) - std::log(posterior.determinant() / prior.prod()));
-  constexpr double log_three = 1.0986122886681098;  // three equally likely hypotheses: across, along, any
-                                                    // direction
+  constexpr double log_three = 1.0986122886681098;  // three hypotheses: across, along, any
   const double log_bayes = std::max({one_way(0), one_way(2), any_way}) - log_three;
   return log_bayes > 0 && turn_of(bend, frame.variances) > Constants::least_turn;
 }

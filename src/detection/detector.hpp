@@ -32,8 +32,7 @@ struct FoundPlanes {
   Readings readings;
   Segmentation planes;
   std::vector<geometry::VoxelKey> beside{};  ///< surfaces expand once more into pending points beside these
-  std::vector<geometry::VoxelKey> still_new{};  ///< points that, if still pending, count as new in the next
-                                                ///< scan
+  std::vector<geometry::VoxelKey> still_new{};  ///< if still pending, new in the next scan
   bool fitted_once = false;                     ///< later scans' readings do not change the planes
 };
 

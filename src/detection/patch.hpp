@@ -18,8 +18,7 @@ struct Patch {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< reference of `moments`
   geometry::Moments moments;                         ///< weighted by 1/variance (ReadingModel::weight)
   double readings = 0;                               ///< voxels
-  double hits = 0;                                   ///< scans that hit these voxels, from the octree's
-                                                     ///< log-odds
+  double hits = 0;                                   ///< scans that hit these voxels, by log-odds
   double log_peaks = 0;                              ///< Σ ReadingModel::log_peak
   /// m², of their common error (ReadingModel::pose_variance).
   double pose_variance = sensing::ReadingModel::pose_sigma * sensing::ReadingModel::pose_sigma;

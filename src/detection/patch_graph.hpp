@@ -59,8 +59,7 @@ class PatchGraph {
   Merged what_is_left();
 
   std::vector<Patch> patches_;
-  std::vector<Contacts> contacts_;  // of each patch, by the other; stored for both, evaluated at the smaller
-                                    // label
+  std::vector<Contacts> contacts_;  // by the other; stored twice, evaluated at the smaller label
   std::vector<unsigned> mergers_;   // of each patch so far
   std::vector<Label> into_;         // the patch that absorbed it, or itself
   std::priority_queue<Candidate> queue_;

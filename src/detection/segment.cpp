@@ -253,9 +253,7 @@ void accept(const Readings& readings, const SegmentLimits& limits, Segmentation&
   const std::vector<Verdict> verdicts = resolve_see_through(readings, segmentation, explained);
   keep_labels(readings, segmentation, refused, [&](Label label, const auto&) -> std::optional<Refusal> {
     if (verdicts[label].accepted()) return {};
-    if (refused == nullptr)
-      return Refusal{Reason::clutter};  // reason not requested; computing it is
-                                        // O(readings)
+    if (refused == nullptr) return Refusal{Reason::clutter};  // reason not requested: O(readings)
     return refusal_of(readings, segmentation, verdicts[label]);
   });
 }

@@ -32,8 +32,7 @@ struct CylinderSample {
 struct CylinderExtent {
   double low = 0, high = 0;        ///< m
   Eigen::Vector3d start{1, 0, 0};  ///< unit, perpendicular to the axis
-  double span = 0;                 ///< rad: all points lie within it from `start`; the rest is the largest
-                                   ///< gap
+  double span = 0;                 ///< rad: contains all points, from `start`
   double length() const { return high - low; }
 };
 
@@ -50,8 +49,7 @@ CylinderExtent extent_of(const CylinderShape& shape, std::span<const CylinderSam
 struct CylinderEvidence {
   CylinderExtent extent;
   double scatter = 0;   ///< root mean square of distance / σ: 0.1 to 1.4 for cylinders
-  double facets = 0;    ///< residual squares of the best of two or four planes along the axis, relative to
-                        ///< the cylinder's: at most 1 for edges and posts
+  double facets = 0;    ///< residual squares of planes along the axis per the cylinder's: ≤ 1 on edges
   double bulge = 0;     ///< m: curvature of the mantle along the axis (spheres, vases)
   double taper = 0;     ///< m: change of the radius from the middle to an end (cones)
   double lean = 0;      ///< largest part of the mean normal along the axis, over its length (spheres, cones)

@@ -24,8 +24,7 @@ void in_parallel(int threads, const Work& work) {
   try {
     others.reserve(static_cast<std::size_t>(threads));
     for (; started < threads; ++started) others.emplace_back(guarded, started);
-  } catch (const std::exception&) {  // std::system_error or std::bad_alloc: the remaining work runs in this
-                                     // thread
+  } catch (const std::exception&) {  // no more threads: the rest runs in this one
   }
   guarded(0);
   for (int t = started; t < threads; ++t) guarded(t);

@@ -18,8 +18,7 @@ using detail::GridRay;
 /// State of a walk from voxel to voxel (Amanatides & Woo, 1987) in the arithmetic of OctoMap's
 /// `computeRayKeys`, so that both pass the same voxels to the last bit.
 struct GridWalk {
-  std::array<double, 3> t{};   ///< ray parameter at which the ray leaves the current voxel, per axis, m from
-                               ///< the origin
+  std::array<double, 3> t{};   ///< where the ray leaves the current voxel, per axis, m from the origin
   std::array<double, 3> dt{};  ///< from one border to the next
   std::array<int, 3> sign{};
   std::int64_t steps = 0;  ///< |Δx|+|Δy|+|Δz| to the end voxel: the steps of a ray to a voxel's centre

@@ -135,8 +135,7 @@ class PointWindow {
   mutable Columns columns_;
   mutable std::vector<Block> blocks_;
   mutable tsl::robin_map<std::uint64_t, std::uint32_t, geometry::PackedKeyHash> index_;
-  mutable std::uint64_t last_asked_ = ~std::uint64_t{0};  // and its block: queries of neighbours are
-                                                          // consecutive
+  mutable std::uint64_t last_asked_ = ~std::uint64_t{0};  // and its block: nearby queries follow each other
   mutable std::uint32_t last_block_ = 0;
   mutable std::vector<VoxelPoint> scratch_;
 };

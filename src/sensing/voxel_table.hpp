@@ -49,8 +49,7 @@ class VoxelTable {
   static std::size_t place_in_cube(const Key& k) { return (k[0] & 3U) | (k[1] & 3U) << 2 | (k[2] & 3U) << 4; }
 
   std::size_t slot_of(std::uint64_t cube) const {
-    std::uint64_t h = cube * 0x9e3779b97f4a7c15ULL;  // Fibonacci hashing: the high bits are the well mixed
-                                                     // ones
+    std::uint64_t h = cube * 0x9e3779b97f4a7c15ULL;  // Fibonacci hashing: the high bits are mixed best
     h ^= h >> 32;
     std::size_t i = h & (slots_.size() - 1);
     while (slots_[i].cube != cube && slots_[i].cube != empty) i = (i + 1) & (slots_.size() - 1);

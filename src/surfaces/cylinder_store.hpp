@@ -61,8 +61,7 @@ class CylinderStore {
   }
   void add(CylinderModel& cylinder, const Inlier& inlier);  ///< removes it from its present cylinder, if any
   void release(geometry::VoxelKey key);                     ///< no-op if it supports none
-  void move(const Inlier& inlier);                          ///< updates its point after a closer view; no-op
-                                                            ///< likewise
+  void move(const Inlier& inlier);                          ///< after a closer view; no-op likewise
 
   /// Starts recording the previous state until commit() or roll_back(): copies each cylinder that is changed.
   void begin_changes();

@@ -44,8 +44,7 @@ struct MapState {
   /// Sum over the scans of their sensor's up direction, unit vectors in the map frame: for up_of().
   Eigen::Vector3d sensors_up = Eigen::Vector3d::Zero();
   AtomicSharedPtr<const Snapshot> snapshot;  ///< the state that readers in other threads see
-  bool octree_shared = false;                ///< snapshots include the octree; a setting of the process, not
-                                             ///< of the map
+  bool octree_shared = false;                ///< snapshots include it; a setting of the process
 
   /// A change failed, and its rollback is incomplete for lack of memory (Transaction).
   bool unrestored = false;

@@ -13,8 +13,7 @@ struct LocalPlane {
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, toward the sensor
   float curvature = 1;                               ///< surface variation λ₀/Σλ
   int reach = 0;                                     ///< voxels, size of the neighbourhood used
-  bool known = false;                                ///< false: fewer than three neighbours, or collinear
-                                                     ///< ones
+  bool known = false;                                ///< false: too few neighbours, or collinear
   bool flat = false;                                 ///< its curvature is within the noise of a plane
 };
 

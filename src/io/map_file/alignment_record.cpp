@@ -15,8 +15,7 @@ using AlignmentRecord = map_file::Alignment;
 using surfaces::AlignmentState;
 
 constexpr int most_hypotheses = 1000;
-constexpr double largest = 1e9;  // limit for any number: poses stay far below, as does evidence of millions
-                                 // of scans
+constexpr double largest = 1e9;  // of any number: real poses and evidence stay far below
 
 /// Appends to a list of numbers.
 class AlignmentWriter {

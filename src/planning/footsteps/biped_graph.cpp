@@ -12,8 +12,7 @@ namespace {
 constexpr double stance_radius = 0.10;
 constexpr double biped_stance_height = 0.20;  // m off the given height, which may be approximate
 constexpr double between_soles = 0.02;        // m, level
-constexpr double greedy = 4;                  // weight of a search that only finds the nearest reachable
-                                              // place
+constexpr double greedy = 4;                  // weight of a search for the nearest reachable place
 constexpr double sidling_step = 0.12;         // m, of a step sideways or backward
 constexpr double usual_share = 0.9;           // of the longest step, to estimate a whole path
 
