@@ -1,8 +1,8 @@
 # Debian/Ubuntu packages only; each with what it is used for and where.
 find_package(Eigen3 REQUIRED NO_MODULE)                # everywhere: vectors and poses
-find_package(Threads REQUIRED)                         # src/mapper, apps
+find_package(Threads REQUIRED)                         # src/core/mapper, apps
 set(CMAKE_POLICY_DEFAULT_CMP0167 NEW)                  # CGAL asks for Boost by a module that CMake gives up
-# src/geometry, src/planning: triangulation; lab, test/planning: arrangements (GPL parts)
+# src/core/geometry, src/planning: triangulation; lab, test/planning: arrangements (GPL parts)
 find_package(CGAL REQUIRED)
 # everywhere, headers: geometry, container, crc; src/planning: polygon
 find_package(Boost REQUIRED CONFIG)

@@ -63,7 +63,8 @@ function(octosurf_room name)
   add_library(octosurf_${name} OBJECT ${ARG_SOURCES})
   target_include_directories(octosurf_${name} PUBLIC
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
-    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>)
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src/core>)
   target_link_libraries(octosurf_${name} PUBLIC ${ARG_USES} Eigen3::Eigen
                         PRIVATE ${ARG_USES_INSIDE} $<BUILD_INTERFACE:octosurf_warnings>)
   octosurf_pieces(octosurf_${name})

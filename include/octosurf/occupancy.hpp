@@ -45,7 +45,7 @@ class OccupancyView {
 
   /// An empty view: everything is unknown.
   OccupancyView();
-  /// Used by src/occupancy.
+  /// Used by src/core/occupancy.
   OccupancyView(std::shared_ptr<const occupancy::VoxelTree> tree, double resolution);
 
   double resolution() const { return resolution_; }  ///< d; 0 for an empty view

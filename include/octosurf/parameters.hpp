@@ -10,7 +10,7 @@ namespace octosurf {
 // One small struct per stage, SI units, angles in radians (degrees only at the command line and in files). An
 // empty std::optional is derived from the other parameters; an explicit value overrides it.
 
-/// src/occupancy: the octree and its update by a scan.
+/// src/core/occupancy: the octree and its update by a scan.
 struct OccupancyParameters {
   double resolution = 0.02;         ///< d, m: voxel edge; also of downsampling and change detection
   std::optional<double> max_range;  ///< m: beyond it points only free space; empty: 4 for depth
@@ -25,7 +25,7 @@ struct OccupancyParameters {
                                     ///< off: the tree equals OctoMap's insertPointCloud
 };
 
-/// src/surfaces: membership in a surface and derived geometry.
+/// src/core/surfaces: membership in a surface and derived geometry.
 struct SurfaceParameters {
   std::optional<double> surface_tolerance;  ///< s, m: reach of a plane; empty: derived (Parameters)
   double sensor_noise = 0.005;              ///< m: standard deviation near the sensor
@@ -43,7 +43,7 @@ enum class DetectorKind {
   paper        ///< W. Pryor's thresholds and PCL's parts; needs octosurf::pcl (adapters/paper_detector.hpp)
 };
 
-/// New surfaces (src/detection) and cylinders (src/cylinders) among pending points.
+/// New surfaces (src/core/detection) and cylinders (src/core/cylinders) among pending points.
 struct DetectionParameters {
   DetectorKind detector = DetectorKind::likelihood;  ///< fixed for a map
   std::optional<int> min_surface_points;             ///< n; empty: derived
@@ -63,7 +63,7 @@ struct DetectionParameters {
   int ransac_iterations = 200;                   ///< RANSAC of planes and cylinders
 };
 
-/// src/alignment: a scan's pose against the map, before insertion.
+/// src/core/alignment: a scan's pose against the map, before insertion.
 struct AlignmentParameters {
   bool enabled = true;  ///< correct significant pose errors; off: poses are used as given
 };

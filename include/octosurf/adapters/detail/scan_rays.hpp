@@ -50,7 +50,7 @@ void for_each_touched_child(std::span<const TouchedBlock> blocks, int shift, Vis
   }
 }
 
-/// The map's ray walker (src/occupancy/ray_bits.hpp) for octrees of others: the voxels that a scan's rays hit
+/// The map's ray walker (src/core/occupancy/ray_bits.hpp) for octrees of others: the voxels that a scan's rays hit
 /// and miss. Memory is kept from scan to scan.
 class ScanRays {
  public:

@@ -10,7 +10,7 @@
 namespace octosurf::sensing {
 
 /// Likelihood of a voxel's point under a plane: one variance, one weight, one gate, for all stages of
-/// detection (src/detection). A reading of the plane n·x = offset, seen along the unit vector v (toward the
+/// detection (src/core/detection). A reading of the plane n·x = offset, seen along the unit vector v (toward the
 /// sensor), has a normally distributed distance from it with
 ///
 ///   variance = σ_c² · (facing² + ε² (1 − facing²)) + σ_q² + σ_pose²   [m²],   facing = n·v,
