@@ -102,7 +102,8 @@ class Examples(unittest.TestCase):
         ros["sensor_msgs"].msg, ros["sensor_msgs.msg"].PointCloud2 = ros["sensor_msgs.msg"], None
         warnings, tf.TransformException = [], LookupError
         tf.Buffer = lambda: types.SimpleNamespace(
-            lookup_transform=lambda *of: types.SimpleNamespace(transform={("map", "lidar", stamp): pose}[of[:3]]))
+            lookup_transform=lambda to, of, at, _: types.SimpleNamespace(
+                transform={("map", "lidar", 7.0): pose}[to, of, at.to_sec()]))
         tf.TransformListener = rospy.Duration = rospy.init_node = lambda *_: None
         rospy.logwarn = lambda *words: warnings.append(words)
         rospy.Subscriber = lambda topic, kind, callback, **_: setattr(rospy, "callback", callback)
