@@ -10,7 +10,6 @@
 #include <ctime>
 #include <filesystem>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
 #include <random>
@@ -30,7 +29,6 @@ struct Options {
   std::size_t way = 0;  ///< expansions that decide whether there is a way at all; 0: not looked for
   std::optional<double> edge_margin_m;  ///< in place of the robot's own
   std::string robot = "biped";
-  std::string json;
 };
 
 /// CPU time, because other work may share the machine and a planner has one thread.
@@ -117,7 +115,6 @@ std::optional<std::filesystem::path> mesh_of(const std::string& scene) {
 void body(const Options& options) {
   TextTable table({"scene", "goals", "found", "ways", "truth's", "only map", "only truth", "steps",
                    "soles off", "1 cm", "touch", "refuted", "refused", "budget", "first ms", "p50", "p95"});
-  nlohmann::json rows = nlohmann::json::array();
   for (const std::string& scene : options.scenes) {
     const auto mesh = mesh_of(scene);
     if (!mesh) {
@@ -132,19 +129,6 @@ void body(const Options& options) {
                std::to_string(r.touching), std::to_string(r.refuted), std::to_string(r.unreachable),
                std::to_string(r.budget), fixed(r.first_ms, 0), fixed(percentile(r.ms, 0.5), 1),
                fixed(percentile(r.ms, 0.95), 1)});
-    rows.push_back({{"scene", scene},
-                    {"robot", options.robot},
-                    {"goals", r.goals},
-                    {"found", r.mapped},
-                    {"ways", r.ways},
-                    {"found_on_truth", r.truth},
-                    {"steps", r.steps},
-                    {"soles_off", r.unsupported},
-                    {"soles_off_1cm_high", r.off_plane},
-                    {"touching", r.touching},
-                    {"first_ms", r.first_ms},
-                    {"p50_ms", percentile(r.ms, 0.5)},
-                    {"p95_ms", percentile(r.ms, 0.95)}});
     std::fprintf(stderr, "%s done\n", scene.c_str());
   }
   std::printf(
@@ -156,7 +140,6 @@ void body(const Options& options) {
       "point by more than 1 cm; \"refuted\": by verify_plan(); \"refused\": start or goal not standable, or "
       "proven unreachable; ms of CPU, the first plan with all preparation apart.\n%s",
       options.robot.c_str(), static_cast<std::size_t>(options.seed), table.text().c_str());
-  if (!options.json.empty()) write_json_file(options.json, rows.dump(1));
 }
 
 }  // namespace
@@ -181,7 +164,6 @@ int main(int argc, char** argv) {
   app.add_option("--improving", options.budget.improving, "further ones to find a better one")
       ->capture_default_str();
   app.add_option("--edge-margin", options.edge_margin_m, "of footholds, m, in place of the robot's own");
-  app.add_option("--json", options.json, "write the numbers there");
   CLI11_PARSE(app, argc, argv);
   return octosurf::bench::guarded_main([&] { octosurf::bench::body(options); });
 }

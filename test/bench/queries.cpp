@@ -1,15 +1,13 @@
-// What a planner's questions cost: one by one on a finished map, and to the mapper while it maps.
+// What a planner's questions cost, and the index that answers them, after each scan.
 #include "bench/support.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
 #include <random>
-#include <thread>
 #include <utility>
 
 #include <octosurf/error.hpp>
@@ -130,34 +128,6 @@ Parameters parameters_of(const Options& options) {
   return parameters;
 }
 
-/// Milliseconds of each insert; with a reader: snapshots, their index and questions at full speed.
-std::vector<double> map_times(const Options& options, const std::vector<Scan>& scans, bool shared,
-                              bool reader, std::size_t& questions) {
-  Mapper mapper(parameters_of(options));
-  if (shared) mapper.share_octree();
-  std::atomic<bool> done{false};
-  std::jthread thread;
-  if (reader)
-    thread = std::jthread([&] {
-      std::mt19937_64 random(options.seed);
-      SurfaceIndex index(mapper.snapshot());
-      while (!done) {
-        if (auto latest = mapper.snapshot(); latest->revision != index.snapshot().revision)
-          index = SurfaceIndex(std::move(latest), &index);
-        for (int i = 0; i < 100; ++i, ++questions) {
-          const Eigen::Vector3d point = random_vector(random, 3);
-          index.nearest(point);
-          index.below(point);
-          index.snapshot().octree.nearest_occupied(point, 0.3);
-        }
-      }
-    });
-  std::vector<double> times;
-  for (const Scan& scan : scans) times.push_back(time_ms([&] { mapper.insert(scan); }));
-  done = true;
-  return times;
-}
-
 /// What a mapper would pay to publish an index with every snapshot: the index after each scan, out of the one
 /// before.
 void time_index(const Options& options, const std::vector<Scan>& scans) {
@@ -173,22 +143,6 @@ void time_index(const Options& options, const std::vector<Scan>& scans) {
     table.add({name, fixed(percentile(*times, 0.5), 3), fixed(percentile(*times, 0.99), 3),
                fixed(sum(*times) / static_cast<double>(times->size()), 3)});
   std::printf("%s\n", table.text().c_str());
-}
-
-void time_mapping(const Options& options, const std::vector<Scan>& scans) {
-  TextTable table({"mapping the kitchen, ms a scan", "p50", "p99", "mean"});
-  std::size_t questions = 0;
-  const auto row = [&](const char* name, bool shared, bool reader) {
-    const std::vector<double> times = map_times(options, scans, shared, reader, questions);
-    table.add({name, fixed(percentile(times, 0.5), 1), fixed(percentile(times, 0.99), 1),
-               fixed(sum(times) / static_cast<double>(times.size()), 1)});
-  };
-  for (int turn = 0; turn < 2; ++turn) {
-    row("alone", false, false);
-    row("with the octree in its snapshots", true, false);
-    row("the same, and a reader at full speed", true, true);
-  }
-  std::printf("%s\n(%zu places asked about)\n", table.text().c_str(), questions);
 }
 
 }  // namespace
@@ -209,6 +163,5 @@ int main(int argc, char** argv) {
     time_questions(options);
     const std::vector<octosurf::Scan> scans = kitchen_scans(options);
     time_index(options, scans);
-    time_mapping(options, scans);
   });
 }
