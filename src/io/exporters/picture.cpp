@@ -11,7 +11,6 @@
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <span>
 #include <string>
 #include <utility>
 
@@ -96,10 +95,12 @@ std::vector<Sample> spread(const std::vector<DrawnPolygon>& patches) {
   return points;
 }
 
+using Corners = boost::container::static_vector<Eigen::Vector2d, 4>;
+
 // Calls visit(row, first column, end) for the whole coordinates in a convex polygon. What lies between two
 // that share a side is in one of them.
 template <typename Visit>
-void for_each_row(std::span<const Eigen::Vector2d> corners, int columns, int rows, const Visit& visit) {
+void for_each_row(const Corners& corners, int columns, int rows, const Visit& visit) {
   const auto first_from = [](double at, int end) {
     return static_cast<int>(std::clamp<double>(std::ceil(at), 0, end));
   };
@@ -217,7 +218,7 @@ class Canvas {
     const Eigen::Vector3d normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
     const double offset = normal.dot(triangle[0] - camera_.eye);
     if (std::abs(offset) <= 1e-9 * normal.norm()) return;  // seen edge-on
-    boost::container::static_vector<Eigen::Vector2d, 4> corners;
+    Corners corners;
     double least = std::numeric_limits<double>::max(), greatest = 0;  // nearness
     const auto add = [&](const Eigen::Vector3d& point) {
       const io::Camera::Pixel pixel = *camera_.project(point);
