@@ -1,10 +1,7 @@
-#include "io/map_file/alignment_record.hpp"
-#include "io/map_file/cylinder_record.hpp"
-#include "io/map_file/departure_record.hpp"
 #include "io/map_file/map_file.hpp"
 #include "io/map_file/map_limits.hpp"
-#include "io/map_file/record_stream.hpp"
-#include "io/map_file/surface_record.hpp"
+#include "io/map_file/record_numbers.hpp"
+#include "io/map_file/records.hpp"
 #include "map_file.pb.h"
 
 #include <algorithm>
@@ -13,7 +10,9 @@
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/wire_format_lite.h>
 #include <optional>
+#include <set>
 #include <unordered_map>
+#include <utility>
 
 #include <octosurf/error.hpp>
 
@@ -39,10 +38,10 @@ std::string printable(std::string text) {
   return text;
 }
 
-class MapReader {
+class MapReader : Damage {
  public:
-  MapReader(std::istream& in, std::uint64_t file_bytes, const std::string& where)
-      : where_(where),
+  MapReader(std::istream& in, std::uint64_t file_bytes, const std::string& name)
+      : Damage{name, {}},
         records_(in, map_stream.most(file_bytes), where),
         most_memory_(map_memory.most(file_bytes)) {
     advance();
@@ -63,13 +62,6 @@ class MapReader {
   }
 
  private:
-  [[noreturn]] void fail(const std::string& what) const {
-    throw Error(Error::Kind::data, where_, "is damaged: " + what, "restore it from a backup");
-  }
-  void require(bool holds, const char* what) const {
-    if (!holds) fail(what);
-  }
-
   /// Counts the memory of a part of the map before its allocation.
   void charge(std::uint64_t count, std::uint64_t bytes) {
     memory_ += count * bytes;
@@ -104,7 +96,7 @@ class MapReader {
 
   void read_header() {
     require(record_.field == map_file::Record::kHeader, "it does not begin with a header");
-    const auto header = parse<map_file::Header>(small_record_limit);
+    auto header = parse<map_file::Header>(small_record_limit);
     file_.state = std::make_unique<surfaces::MapState>(read_parameters(header));
     surfaces::MapState& state = *file_.state;
     require(header.has_revision() && header.has_scans() && header.has_points() && header.has_next_id() &&
@@ -121,7 +113,7 @@ class MapReader {
       state.cylinders.set_next_id(header.next_cylinder_id());
     }
     state.sensors_up = read_sensors_up(header);
-    if (header.has_alignment()) state.alignment = read_alignment(header.alignment(), where_);
+    if (header.has_alignment()) state.alignment = read_alignment(*header.mutable_alignment(), where);
     read_noise(header);
     file_.bt = {header.bt_bytes(), header.bt_crc32()};
     require(header.kept_scans().size() <= longest_path && header.kept_scans().find('\0') == std::string::npos,
@@ -138,22 +130,25 @@ class MapReader {
       const bool known = std::any_of(infos.begin(), infos.end(),
                                      [&](const ParameterInfo& info) { return info.name == p.name(); });
       if (!known)
-        throw Error(Error::Kind::data, where_,
+        throw Error(Error::Kind::data, where,
                     "has a parameter '" + printable(p.name()) + "' that this octosurf does not know",
                     "use the newer version that wrote it");
       require(!p.has_value() || std::fabs(p.value()) <= largest_integer, "a parameter makes no sense");
-      try {
+      not_usage([&] {
         set_parameter_value(parameters, p.name(), p.has_value() ? std::optional(p.value()) : std::nullopt);
-      } catch (const Error& error) {
-        fail(error.what());
-      }
+      });
     }
+    not_usage([&] { parameters.validate(); });
+    return parameters;
+  }
+  /// Reports an invalid parameter as damage of the file.
+  template <class Work>
+  void not_usage(const Work& work) const {
     try {
-      parameters.validate();
+      work();
     } catch (const Error& error) {
       fail(error.what());
     }
-    return parameters;
   }
 
   Eigen::Vector3d read_sensors_up(const map_file::Header& header) const {
@@ -196,7 +191,7 @@ class MapReader {
 
   void read_octree() {
     surfaces::MapState& state = *file_.state;
-    state.occupancy.read_nodes([this] { return next_nodes(); }, where_);
+    state.occupancy.read_nodes([this] { return next_nodes(); }, where);
     std::size_t points = 0;
     charge(state.occupancy.bytes(), 1);
     state.occupancy.for_each_point([&](const occupancy::VoxelPoint& p) {
@@ -222,17 +217,15 @@ class MapReader {
 
   void read_queue() {
     surfaces::PendingQueue& queue = file_.state->queue;
-    std::uint64_t last = 0;
+    KeySteps steps;
     for (; record_.field == map_file::Record::kAccumulated; advance()) {
       const auto accumulated = parse<map_file::Accumulated>(small_record_limit);
       charge(static_cast<std::uint64_t>(accumulated.steps_size() + accumulated.blocks_size()), waiting_cost);
       require(accumulated.steps().empty() || queue.blocks.empty(), "waiting points follow waiting blocks");
       for (const std::uint64_t step : accumulated.steps()) {
-        require((step > 0 || queue.fresh.empty()) && step < std::uint64_t{1} << 48 &&
-                    last + step < std::uint64_t{1} << 48,
-                "a waiting point lies outside the octree, or out of order");
-        last += step;
-        queue.fresh.push_back(geometry::VoxelKey::unpack(last));
+        const auto key = steps.from(step);
+        if (!key) fail("a waiting point lies outside the octree, or out of order");
+        queue.fresh.push_back(*key);
       }
       for (const std::uint64_t block : accumulated.blocks()) {
         require(block < std::uint64_t{1} << 48, "a waiting block lies outside the octree");
@@ -244,19 +237,17 @@ class MapReader {
   void read_scan_poses() {
     std::vector<Eigen::Isometry3d>& poses = file_.scans.poses;
     for (; record_.field == map_file::Record::kScanPoses; advance()) {
-      const auto record = parse<map_file::ScanPoses>(small_record_limit);
+      auto record = parse<map_file::ScanPoses>(small_record_limit);
       const auto count = static_cast<std::size_t>(record.values_size()) / 12;
-      require(record.values_size() % 12 == 0 && count <= file_.state->scans - poses.size(),
-              "it has poses of scans that are not there");
       const auto held = static_cast<std::size_t>(record.held_size());
+      require(count <= file_.state->scans - poses.size(), "it has poses of scans that are not there");
       require(held <= file_.state->scans - file_.state->held.size(), "it holds scans that are not there");
       charge(count, pose_cost);
       charge(held, held_cost);
       file_.state->held.insert(file_.state->held.end(), record.held().begin(), record.held().end());
-      for (std::size_t i = 0; i < count; ++i) {
-        Eigen::Isometry3d& T = poses.emplace_back(Eigen::Isometry3d::Identity());
-        for (std::size_t k = 0; k < 12; ++k) T(k / 4, k % 4) = record.values(static_cast<int>(12 * i + k));
-        require_rigid(T, where_);
+      for (RecordNumbers<double> values(*record.mutable_values(), this, finite); !values.at_end();) {
+        values(poses.emplace_back(Eigen::Isometry3d::Identity()));
+        require_rigid(poses.back(), where);
       }
     }
     require(file_.scans.folder.empty() || poses.size() == file_.state->scans,
@@ -265,21 +256,19 @@ class MapReader {
 
   void read_surfaces() {
     surfaces::MapState& state = *file_.state;
-    const SurfaceBounds bounds{state.parameters.occupancy.resolution, state.surfaces.next_id(),
-                               state.revision, state.parameters.max_hole_size()};
     SurfaceId last = 0;
     for (; record_.field == map_file::Record::kSurface; advance()) {
       check_memory(record_.content.size());
-      const auto record = parse<map_file::Surface>(record_limit);
+      auto record = parse<map_file::Surface>(record_limit);
       const auto vertices = static_cast<std::uint64_t>(record.polygons().uv_size()) / 2;
       const auto rings = static_cast<std::uint64_t>(record.polygons().vertices_size());
       charge(1, surface_cost + sizeof(SurfaceId) * static_cast<std::uint64_t>(record.parents_size()));
       charge(vertices + rings, vertex_cost);
       check_memory(vertices * check_cost);
-      require(record.id() > last && record.id() < bounds.next_id,
+      require(record.id() > last && record.id() < state.surfaces.next_id(),
               "a surface's id is out of order, or not given out yet");
       last = record.id();
-      state.surfaces.restore(read_surface(record, take_inliers(last), bounds, where_));
+      state.surfaces.restore(read_surface(record, take_inliers(last), state, where));
     }
     if (!inliers_.empty()) fail("voxels belong to a surface that is not there");
   }
@@ -289,36 +278,59 @@ class MapReader {
     CylinderId last = 0;
     for (; record_.field == map_file::Record::kCylinder; advance()) {
       check_memory(record_.content.size());
-      const auto record = parse<map_file::Cylinder>(record_limit);
+      auto record = parse<map_file::Cylinder>(record_limit);
       charge(static_cast<std::uint64_t>(record.steps_size()), inlier_cost);
       require(state.parameters.detection.detect_cylinders, "it has cylinders but is not to have any");
       require(record.id() > last && record.id() < state.cylinders.next_id(),
               "a cylinder's id is out of order, or not given out yet");
       last = record.id();
-      state.cylinders.restore(read_cylinder(record, state, where_));
+      state.cylinders.restore(read_cylinder(record, state, where));
     }
   }
 
   void read_departures() {
-    surfaces::MapState& state = *file_.state;
-    DepartureReader read(state, where_);
     for (; record_.field == map_file::Record::kDepartures; advance()) {
       const auto record = parse<map_file::Departures>(small_record_limit);
       std::vector<Departure> departures;
       for (const map_file::Departure& departure : record.departures()) {
         charge(1, departure_cost + sizeof(SurfaceId) * static_cast<std::uint64_t>(departure.parents_size()));
-        departures.push_back(read(departure));
+        departures.push_back(read_departure(departure));
       }
-      state.departures = state.departures.with(departures);
+      file_.state->departures = file_.state->departures.with(departures);
     }
+  }
+
+  /// Checks that the id was assigned, has gone, and departs once and in order.
+  Departure read_departure(const map_file::Departure& record) {
+    const surfaces::MapState& state = *file_.state;
+    const bool cylinder = record.cylinder();
+    const std::uint32_t id = record.id(),
+                        next_id = cylinder ? state.cylinders.next_id() : state.surfaces.next_id();
+    const Damage damage{where, (cylinder ? "cylinder " : "surface ") + std::to_string(id) + " "};
+    damage.require(id > 0 && id < next_id, "was never there");
+    damage.require(cylinder ? !state.cylinders.find(id) : !state.surfaces.find(id), "has not gone");
+    damage.require(gone_.insert({cylinder, id}).second, "has gone twice");
+    damage.require(record.into() < next_id && record.into() != id, "has gone into what never was");
+    damage.require(record.revision() <= state.revision && record.revision() >= last_gone_ &&
+                       record.born() <= record.revision(),
+                   "has gone out of order");
+    last_gone_ = record.revision();
+    for (const SurfaceId parent : record.parents())
+      damage.require(!cylinder && parent > 0 && parent < next_id, "has a parent that never was");
+    return {cylinder ? Departure::Of::cylinder : Departure::Of::surface,
+            id,
+            record.into(),
+            record.born(),
+            record.revision(),
+            {record.parents().begin(), record.parents().end()}};
   }
 
   void read_seen_patches() {
     std::optional<surfaces::SeenPatches::Key> last;
     for (; record_.field == map_file::Record::kSeenPatches; advance()) {
-      const auto record = parse<map_file::SeenPatches>(small_record_limit);
+      auto record = parse<map_file::SeenPatches>(small_record_limit);
       charge(static_cast<std::uint64_t>(record.keys_size()), patch_cost);
-      read_patches(record, where_, file_.state->patches, last);
+      read_patches(record, where, file_.state->patches, last);
     }
   }
 
@@ -351,13 +363,14 @@ class MapReader {
     state.snapshot.store(std::move(snapshot));
   }
 
-  const std::string& where_;
   RecordReader records_;
   std::uint64_t most_memory_, memory_ = 0;
   std::string bytes_;
   RecordView record_;  // into bytes_; field 0 after the last one
   MapFile file_;
   std::unordered_map<SurfaceId, std::vector<surfaces::Inlier>> inliers_;
+  std::set<std::pair<bool, std::uint32_t>> gone_;  // cylinder or not, and id
+  std::uint64_t last_gone_ = 0;                    // in which revision
 };
 
 void check_version(std::istream& in, const std::string& where) {

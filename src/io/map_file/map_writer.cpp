@@ -1,10 +1,7 @@
-#include "io/map_file/alignment_record.hpp"
-#include "io/map_file/cylinder_record.hpp"
-#include "io/map_file/departure_record.hpp"
 #include "io/map_file/map_file.hpp"
 #include "io/map_file/map_limits.hpp"
-#include "io/map_file/record_stream.hpp"
-#include "io/map_file/surface_record.hpp"
+#include "io/map_file/record_numbers.hpp"
+#include "io/map_file/records.hpp"
 #include "map_file.pb.h"
 
 #include <algorithm>
@@ -12,9 +9,8 @@
 namespace octosurf::io {
 namespace {
 
-constexpr std::size_t keys_in_record = 65536;
+constexpr std::size_t keys_in_record = 65536;  // or fingerprints
 constexpr std::size_t poses_in_record = 8192;
-constexpr std::size_t held_in_record = 65536;
 constexpr std::size_t departures_bytes = 1U << 16;
 constexpr std::size_t patches_in_record = 1000;
 
@@ -52,22 +48,34 @@ void write_header(const surfaces::MapState& state, const FileSum& bt, const Kept
   if (scans.shared) header.set_kept_scans_shared(true);
 }
 
+/// Writes records of up to `of_each` values.
+template <class Value, class Add>
+void put_in_records(const std::vector<Value>& values, std::size_t of_each, RecordWriter& records,
+                    const Add& add) {
+  for (std::size_t i = 0; i < values.size();) {
+    map_file::Record record;
+    for (const std::size_t end = std::min(values.size(), i + of_each); i < end; ++i) add(values[i], record);
+    put_record(record, records);
+  }
+}
+
 void put_queue(const surfaces::PendingQueue& queue, RecordWriter& records) {
-  std::uint64_t last = 0;
-  for (std::size_t i = 0; i < queue.fresh.size();) {
-    map_file::Record record;
-    for (const std::size_t end = std::min(queue.fresh.size(), i + keys_in_record); i < end; ++i) {
-      record.mutable_accumulated()->add_steps(queue.fresh[i].packed() - last);
-      last = queue.fresh[i].packed();
-    }
-    put_record(record, records);
-  }
-  for (std::size_t i = 0; i < queue.blocks.size();) {
-    map_file::Record record;
-    for (const std::size_t end = std::min(queue.blocks.size(), i + keys_in_record); i < end; ++i)
-      record.mutable_accumulated()->add_blocks(queue.blocks[i].packed());
-    put_record(record, records);
-  }
+  KeySteps steps;
+  put_in_records(queue.fresh, keys_in_record, records, [&](const geometry::VoxelKey& key, auto& record) {
+    record.mutable_accumulated()->add_steps(steps.to(key));
+  });
+  put_in_records(queue.blocks, keys_in_record, records, [](const geometry::VoxelKey& key, auto& record) {
+    record.mutable_accumulated()->add_blocks(key.packed());
+  });
+}
+
+void write_departure(const Departure& departure, map_file::Departure& record) {
+  if (departure.of == Departure::Of::cylinder) record.set_cylinder(true);
+  record.set_id(departure.id);
+  if (departure.into != 0) record.set_into(departure.into);
+  if (departure.born != 0) record.set_born(departure.born);
+  record.set_revision(departure.revision);
+  for (const SurfaceId parent : departure.parents) record.add_parents(parent);
 }
 
 void put_departures(const DepartureLog& log, RecordWriter& records) {
@@ -79,34 +87,6 @@ void put_departures(const DepartureLog& log, RecordWriter& records) {
     record.Clear();
   });
   if (record.has_departures()) put_record(record, records);
-}
-
-void put_patches(const surfaces::SeenPatches& patches, RecordWriter& records) {
-  const std::vector<surfaces::SeenPatches::Change> all = patches.all();
-  for (std::size_t i = 0; i < all.size();) {
-    map_file::Record record;
-    for (const std::size_t end = std::min(all.size(), i + patches_in_record); i < end; ++i)
-      write_patch(all[i], *record.mutable_seen_patches());
-    put_record(record, records);
-  }
-}
-
-void put_poses(const std::vector<Eigen::Isometry3d>& poses, RecordWriter& records) {
-  for (std::size_t i = 0; i < poses.size();) {
-    map_file::Record record;
-    for (const std::size_t end = std::min(poses.size(), i + poses_in_record); i < end; ++i)
-      for (int k = 0; k < 12; ++k) record.mutable_scan_poses()->add_values(poses[i](k / 4, k % 4));
-    put_record(record, records);
-  }
-}
-
-void put_held(const std::vector<std::uint64_t>& held, RecordWriter& records) {
-  for (std::size_t i = 0; i < held.size();) {
-    map_file::Record record;
-    for (const std::size_t end = std::min(held.size(), i + held_in_record); i < end; ++i)
-      record.mutable_scan_poses()->add_held(held[i]);
-    put_record(record, records);
-  }
 }
 
 /// Memory for reading it, as the reader counts; a quarter more, because pools grow in steps.
@@ -151,8 +131,11 @@ void write_map(const surfaces::MapState& state, const FileSum& bt, std::ostream&
     put_record(record, records);
   });
   put_queue(state.queue, records);
-  put_poses(scans.poses, records);
-  put_held(state.held, records);
+  put_in_records(scans.poses, poses_in_record, records, [](const Eigen::Isometry3d& T, auto& record) {
+    for (int k = 0; k < 12; ++k) record.mutable_scan_poses()->add_values(T(k / 4, k % 4));
+  });
+  put_in_records(state.held, keys_in_record, records,
+                 [](std::uint64_t scan, auto& record) { record.mutable_scan_poses()->add_held(scan); });
   for (const auto& [id, surface] : state.surfaces) {
     map_file::Record record;
     write_surface(surface.state(), *record.mutable_surface());
@@ -164,7 +147,8 @@ void write_map(const surfaces::MapState& state, const FileSum& bt, std::ostream&
     put_record(record, records);
   }
   put_departures(state.departures, records);
-  put_patches(state.patches, records);
+  put_in_records(state.patches.all(), patches_in_record, records,
+                 [](const auto& patch, auto& record) { write_patch(patch, *record.mutable_seen_patches()); });
   map_file::Record footer;
   footer.mutable_footer()->set_records(records.records());
   footer.mutable_footer()->set_crc32(records.crc32());

@@ -6,8 +6,6 @@
 #include <zlib.h>
 #include <zstd.h>
 
-#include <octosurf/error.hpp>
-
 namespace octosurf::io {
 namespace {
 
@@ -93,15 +91,11 @@ std::uint64_t RecordWriter::bytes() const { return impl_->taken; }
 std::uint64_t RecordWriter::records() const { return impl_->records; }
 std::uint32_t RecordWriter::crc32() const { return impl_->crc; }
 
-struct RecordReader::Impl {
+struct RecordReader::Impl : Damage {
   Impl(std::istream& stream, std::uint64_t most, std::string name)
-      : in(stream), budget(most), where(std::move(name)), context(ZSTD_createDCtx(), &ZSTD_freeDCtx) {
+      : Damage{std::move(name), {}}, in(stream), budget(most), context(ZSTD_createDCtx(), &ZSTD_freeDCtx) {
     if (!context) throw std::bad_alloc();
     ZSTD_DCtx_setParameter(context.get(), ZSTD_d_windowLogMax, largest_window);
-  }
-
-  [[noreturn]] void fail(const std::string& what) const {
-    throw Error(Error::Kind::data, where, "is damaged: " + what, "restore it from a backup");
   }
 
   /// Decompresses until a byte is available; false at the end of the frame.
@@ -175,7 +169,6 @@ struct RecordReader::Impl {
 
   std::istream& in;
   std::uint64_t budget;
-  std::string where;
   std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context;
   std::vector<char> packed_buffer = std::vector<char>(ZSTD_DStreamInSize());
   std::vector<char> plain_buffer = std::vector<char>(ZSTD_DStreamOutSize());

@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include <octosurf/error.hpp>
+
 namespace octosurf::io {
 
 /// Largest record of a map file, in bytes.
@@ -14,6 +16,17 @@ inline constexpr std::size_t record_limit = std::size_t{64} << 20;
 
 /// Limit of counts in files; larger ones are damage. Increments from here cannot overflow.
 inline constexpr std::uint64_t largest_count = std::uint64_t{1} << 48;
+
+/// Reports damage of a file as an Error(data): "`where`: is damaged: `of` `what`".
+struct Damage {
+  std::string where, of;
+  [[noreturn]] void fail(const std::string& what) const {
+    throw Error(Error::Kind::data, where, "is damaged: " + of + what, "restore it from a backup");
+  }
+  void require(bool holds, const char* what) const {
+    if (!holds) fail(what);
+  }
+};
 
 /// Limit of a file's expansion on reading: a constant plus a multiple of its size.
 struct Expansion {

@@ -1,7 +1,7 @@
 #include "map_files.hpp"
 
-#include "io/map_file/alignment_record.hpp"
 #include "io/map_file/map_file.hpp"
+#include "io/map_file/records.hpp"
 #include "support/packed_map.hpp"
 #include "support/random_scans.hpp"
 #include "support/round_scene.hpp"
