@@ -27,41 +27,51 @@ std::size_t begin_of_comment(std::string_view line) {
   return at;
 }
 
-std::vector<std::string> split(std::string_view text) {
-  std::vector<std::string> words;
-  while (true) {
-    const auto begin = text.find_first_not_of(separators);
-    if (begin == std::string_view::npos) return words;
-    text.remove_prefix(begin);
-    const auto length = std::min(text.find_first_of(separators), text.size());
-    words.emplace_back(text.substr(0, length));
-    text.remove_prefix(length);
-  }
+}  // namespace
+
+bool Lines::next(std::string_view& line) {
+  if (text_.empty()) return false;
+  const auto end = std::min(text_.find('\n'), text_.size());
+  line = text_.substr(0, end);
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  text_.remove_prefix(std::min(end + 1, text_.size()));
+  ++number_;
+  return true;
 }
 
-}  // namespace
+std::vector<std::string_view> words_between(std::string_view separators, std::string_view line,
+                                            std::size_t most) {
+  std::vector<std::string_view> words;
+  while (words.size() < most) {
+    const auto begin = line.find_first_not_of(separators);
+    if (begin == std::string_view::npos) break;
+    line.remove_prefix(begin);
+    words.push_back(line.substr(0, line.find_first_of(separators)));
+    line.remove_prefix(words.back().size());
+  }
+  return words;
+}
 
 std::vector<TextLine> read_text(const std::filesystem::path& file) {
   const std::string bytes = read_bytes(file, text_limit);
   std::string_view rest = bytes;
   if (rest.starts_with(byte_order_mark)) rest.remove_prefix(byte_order_mark.size());
-  std::vector<TextLine> lines;
+  std::vector<TextLine> result;
   std::size_t memory = 0;
-  for (std::size_t number = 1; !rest.empty(); ++number) {
-    const auto end = std::min(rest.find('\n'), rest.size());
-    const std::string_view line = rest.substr(0, end);
+  Lines lines(rest);
+  for (std::string_view line; lines.next(line);) {
     if (line.size() > longest_line)
-      throw Error(Error::Kind::data, at_line(file, number), "a line of over 64 KiB",
+      throw Error(Error::Kind::data, at_line(file, lines.number()), "a line of over 64 KiB",
                   "give a file of poses, intrinsics or time stamps");
-    auto words = split(line.substr(0, begin_of_comment(line)));
+    const auto words = words_between(separators, line.substr(0, begin_of_comment(line)), longest_line);
     memory += words.size() * sizeof(std::string) + (words.empty() ? 0 : 2 * sizeof(TextLine));
     if (memory > text_free_bytes + text_bytes_per_file_byte * bytes.size())
-      throw Error(Error::Kind::data, at_line(file, number), "too many short words to be a list of numbers",
+      throw Error(Error::Kind::data, at_line(file, lines.number()),
+                  "too many short words to be a list of numbers",
                   "give a file of poses, intrinsics or time stamps");
-    if (!words.empty()) lines.push_back({number, std::move(words)});
-    rest.remove_prefix(std::min(end + 1, rest.size()));
+    if (!words.empty()) result.push_back({lines.number(), {words.begin(), words.end()}});
   }
-  return lines;
+  return result;
 }
 
 std::string count_of(std::size_t count, const char* what) {

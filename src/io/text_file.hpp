@@ -7,6 +7,25 @@
 
 namespace octosurf::io {
 
+/// Splits a text in memory into lines, without line ends, and counts them.
+class Lines {
+ public:
+  explicit Lines(std::string_view text) : text_(text) {}
+
+  /// False at the end. Lines are split at '\n'; a '\r' before it is dropped.
+  bool next(std::string_view& line);
+  std::size_t number() const { return number_; }  ///< of the line read last, from 1
+  std::string_view rest() const { return text_; }
+
+ private:
+  std::string_view text_;
+  std::size_t number_ = 0;
+};
+
+/// The first `most` words of a line: a word in memory takes eight times its two bytes in a file.
+std::vector<std::string_view> words_between(std::string_view separators, std::string_view line,
+                                            std::size_t most);
+
 /// One line of a text file that is neither blank nor a comment.
 struct TextLine {
   std::size_t number = 0;  ///< counted from 1

@@ -38,7 +38,7 @@ class JoinedBag : public Bag {
     for (const fs::path& file : files_) parts_.push_back(open_one(file));
   }
 
-  void read_all(const Visit& visit, std::vector<std::string>* left_out) override {
+  void read_messages(const Visit& visit, std::vector<std::string>* left_out) override {
     for (std::size_t file = 0; file < parts_.size(); ++file) {
       std::vector<std::size_t> indices;
       const auto passed_on = [&](BagMessage message) {
@@ -98,6 +98,13 @@ bool is_bag(const fs::path& input) {
   return std::any_of(begin(entries), end(entries), [](const fs::directory_entry& entry) {
     return kind_of(entry.path()) == FileKind::bag || is_packed(entry.path());
   });
+}
+
+void Bag::read_all(const Visit& visit, std::vector<std::string>* left_out) try {
+  read_messages(visit, left_out);
+} catch (const Error& error) {
+  if (!left_out) throw;
+  left_out->push_back(std::string(error.what()) + "; what follows is left out");
 }
 
 std::size_t Bag::topic_index(const BagTopic& topic, const fs::path& where) {

@@ -52,7 +52,7 @@ class Bag {
 
   /// Visits every message in the order of the file. Throws Error(data) where the bag is damaged; with
   /// `left_out`, skips damaged parts and adds a line for each.
-  virtual void read_all(const Visit& visit, std::vector<std::string>* left_out) = 0;
+  void read_all(const Visit& visit, std::vector<std::string>* left_out);
 
   /// The bytes of a visited message; valid until the next read.
   virtual std::string_view read(const MessagePlace& place) = 0;
@@ -61,6 +61,9 @@ class Bag {
   const std::vector<BagTopic>& topics() const { return topics_; }
 
  protected:
+  /// As read_all(), but an Error ends the reading.
+  virtual void read_messages(const Visit& visit, std::vector<std::string>* left_out) = 0;
+
   /// Several publishers, channels or files may share a topic. Throws Error(data) naming `where` for more
   /// topics than MCAP has numbers for.
   std::size_t topic_index(const BagTopic& topic, const std::filesystem::path& where);

@@ -40,8 +40,9 @@ class Indexer {
       return add_scan(contents, message);
     try {
       add_pose_or_camera(contents, message);
+    } catch (const Error&) {
+      throw;
     } catch (const std::runtime_error& error) {
-      if (dynamic_cast<const Error*>(&error) != nullptr) throw;
       const Error bad(Error::Kind::data, name_ + " " + topic.name,
                       "message " + std::to_string(contents.messages) + " " + error.what(),
                       "record it again; --skip-bad goes on without");

@@ -2,6 +2,7 @@
 
 #include "io/readers/bounded_file.hpp"
 #include "io/readers/pose_file.hpp"
+#include "io/text_file.hpp"
 
 #include <algorithm>
 #include <array>
@@ -32,10 +33,6 @@ std::string list_of(const std::vector<TopicContents>& topics, bool (*fits)(const
 
 bool is_cloud(const TopicContents& topic) { return topic.topic.type == "sensor_msgs/PointCloud2"; }
 
-std::string counted(std::size_t count, const char* what) {
-  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
-}
-
 }  // namespace
 
 BagRecording::BagRecording(const std::vector<std::filesystem::path>& files, const ScanSourceOptions& options,
@@ -49,13 +46,16 @@ BagRecording::BagRecording(const std::vector<std::filesystem::path>& files, cons
   if (posed_) choose_poses(options.bag);
 }
 
+void BagRecording::refuse(const std::string& what, const std::string& mend) const {
+  throw Error(Error::Kind::data, files_.front().string(), what, mend);
+}
+
 const TopicContents& BagRecording::named(const std::string& topic, const char* option, const char* what,
                                          bool (*fits)(const TopicContents&)) const {
   for (const TopicContents& contents : index_.topics)
     if (contents.topic.name == topic && fits(contents)) return contents;
-  throw Error(Error::Kind::data, files_.front().string(),
-              std::string("no topic ") + topic + " with " + what + ", which " + option + " asks for",
-              "there are: " + list_of(index_.topics, fits));
+  refuse(std::string("no topic ") + topic + " with " + what + ", which " + option + " asks for",
+         "there are: " + list_of(index_.topics, fits));
 }
 
 void BagRecording::choose_scans(const BagOptions& options) {
@@ -64,22 +64,19 @@ void BagRecording::choose_scans(const BagOptions& options) {
     for (const TopicContents& topic : index_.topics)
       if (holds_scans(topic)) chosen.push_back(&topic);
     if (chosen.empty())
-      throw Error(Error::Kind::data, files_.front().string(), "no topic with point clouds or depth images",
-                  "octosurf info tells what is in the bag");
+      refuse("no topic with point clouds or depth images", "octosurf info tells what is in the bag");
     if (chosen.size() > 1)
-      throw Error(Error::Kind::data, files_.front().string(),
-                  counted(chosen.size(), "topic") + " with scans: " + list_of(index_.topics, holds_scans),
-                  "choose by --topic");
+      refuse(count_of(chosen.size(), "topic") + " with scans: " + list_of(index_.topics, holds_scans),
+             "choose by --topic");
   }
   for (const std::string& name : std::set<std::string>(options.topics.begin(), options.topics.end()))
     chosen.push_back(&named(name, "--topic", "point clouds or depth images", holds_scans));
   for (const TopicContents* topic : chosen) {
     scans_.insert(scans_.end(), topic->scans.begin(), topic->scans.end());
-    notes_.push_back("scans: " + counted(topic->scans.size(), "message") + " of " + topic->topic.name + " (" +
-                     topic->topic.type + ")");
+    notes_.push_back("scans: " + count_of(topic->scans.size(), "message") + " of " + topic->topic.name +
+                     " (" + topic->topic.type + ")");
   }
-  std::stable_sort(scans_.begin(), scans_.end(),
-                   [](const ListedMessage& a, const ListedMessage& b) { return a.stamp_ns < b.stamp_ns; });
+  std::ranges::stable_sort(scans_, {}, &ListedMessage::stamp_ns);
 }
 
 void BagRecording::choose_cameras(const ScanSourceOptions& options) {
@@ -88,7 +85,7 @@ void BagRecording::choose_cameras(const ScanSourceOptions& options) {
     if (!is_cloud(index_.topics[scan.topic])) topics.insert(scan.topic);
   if (options.bag.info_topic && topics.size() > 1)
     throw Error(Error::Kind::usage, "--info-topic",
-                "is of one camera, but images of " + counted(topics.size(), "topic") + " are chosen",
+                "is of one camera, but images of " + count_of(topics.size(), "topic") + " are chosen",
                 "map them one after the other");
   for (const std::uint32_t topic : topics) {
     if (options.intrinsics)
@@ -105,18 +102,18 @@ void BagRecording::choose_camera(const TopicContents& images, const std::optiona
       index_.topics.begin(), index_.topics.end(),
       [&](const TopicContents& topic) { return topic.topic.name == name && holds_camera(topic); });
   if (found == index_.topics.end())
-    throw Error(Error::Kind::data, files_.front().string(),
-                "no camera for " + images.topic.name + ": no CameraInfo on " + name +
-                    "; there are: " + list_of(index_.topics, holds_camera),
-                "choose by --info-topic, or give --intrinsics FILE");
+    refuse("no camera for " + images.topic.name + ": no CameraInfo on " + name +
+               "; there are: " + list_of(index_.topics, holds_camera),
+           "choose by --info-topic, or give --intrinsics FILE");
   const CameraInfoMessage& info = *found->camera;
   const bool rectified = is_rectified(images.topic.name);
-  try {
-    cameras_[images.scans.front().topic] = {intrinsics_for(info, rectified), info.width, info.height};
-  } catch (const std::runtime_error& error) {
-    throw Error(Error::Kind::data, files_.front().string() + " " + name, error.what(),
-                "give --intrinsics FILE");
-  }
+  with_place(
+      [&] {
+        cameras_[images.scans.front().topic] = {intrinsics_for(info, rectified), info.width, info.height};
+      },
+      [&](const std::string& what) {
+        return Error(Error::Kind::data, files_.front().string() + " " + name, what, "give --intrinsics FILE");
+      });
   notes_.push_back("camera: " + name + " (its " + (rectified ? "P, of rectified images)" : "K)"));
   if (info.distorted && !rectified)
     notes_.push_back("camera: the lens' distortion that " + name + " tells of is not undone");
@@ -135,8 +132,7 @@ void BagRecording::choose_poses(const BagOptions& options) {
     return choose_pose_topic(named(*options.pose_topic, "--pose-topic", "poses", holds_poses), options);
   if (options.fixed_frame) {
     if (!index_.tree.knows(*options.fixed_frame))
-      throw Error(Error::Kind::data, files_.front().string(), "tf has no frame " + *options.fixed_frame,
-                  "octosurf info tells what is in the bag");
+      refuse("tf has no frame " + *options.fixed_frame, "octosurf info tells what is in the bag");
     return choose_fixed_frame(*options.fixed_frame, "");
   }
   if (!options.pose_frame && index_.tree.moves(frame))
@@ -146,14 +142,12 @@ void BagRecording::choose_poses(const BagOptions& options) {
     if (holds_poses(topic)) topics.push_back(&topic);
   if (topics.size() == 1) return choose_pose_topic(*topics.front(), options);
   if (topics.size() > 1)
-    throw Error(Error::Kind::data, files_.front().string(),
-                "tf does not move frame '" + frame + "', and " + std::to_string(topics.size()) +
-                    " topics have poses: " + list_of(index_.topics, holds_poses),
-                "choose by --pose-topic");
+    refuse("tf does not move frame '" + frame + "', and " + std::to_string(topics.size()) +
+               " topics have poses: " + list_of(index_.topics, holds_poses),
+           "choose by --pose-topic");
   if (index_.tree.knows(frame)) return choose_fixed_frame("", "nothing moves it");
-  throw Error(Error::Kind::data, files_.front().string(),
-              "no poses: neither tf of frame '" + frame + "' nor a topic with poses",
-              "give --poses FILE, or record /tf and /tf_static");
+  refuse("no poses: neither tf of frame '" + frame + "' nor a topic with poses",
+         "give --poses FILE, or record /tf and /tf_static");
 }
 
 /// Default: `map` (REP 105) if the sensor is below it, else the tree's root.
@@ -175,9 +169,8 @@ void BagRecording::choose_pose_topic(const TopicContents& topic, const BagOption
     return scan.frame == scans_.front().frame;
   });
   if (pose_child_.empty() && !one_frame)
-    throw Error(Error::Kind::data, files_.front().string(),
-                "the poses of " + topic.topic.name + " name no frame, and the scans are of several",
-                "name it by --pose-frame");
+    refuse("the poses of " + topic.topic.name + " name no frame, and the scans are of several",
+           "name it by --pose-frame");
   std::string of =
       pose_child_.empty() ? sensor + " (the sensor, as they name no frame; else --pose-frame)" : pose_child_;
   if (!pose_child_.empty() && pose_child_ != sensor) of += ", and tf from there to " + sensor;
@@ -248,8 +241,9 @@ Scan BagRecording::read(std::size_t index) {
   } catch (const NoPose& none) {
     throw Error(Error::Kind::data, scan.name, none.what(),
                 "--skip-bad leaves such scans out, --max-pose-gap allows more");
+  } catch (const Error&) {
+    throw;
   } catch (const std::runtime_error& error) {
-    if (dynamic_cast<const Error*>(&error) != nullptr) throw;
     throw Error(Error::Kind::data, scan.name, error.what(), "--skip-bad leaves it out");
   }
   return scan;

@@ -44,6 +44,7 @@ class BagRecording {
   void choose_poses(const BagOptions& options);
   void choose_pose_topic(const TopicContents& topic, const BagOptions& options);
   void choose_fixed_frame(const std::string& frame, const std::string& why);
+  [[noreturn]] void refuse(const std::string& what, const std::string& mend) const;
   const TopicContents& named(const std::string& topic, const char* option, const char* what,
                              bool (*fits)(const TopicContents&)) const;
   Eigen::Isometry3d pose(const ListedMessage& scan) const;

@@ -4,10 +4,7 @@
 #include <limits>
 #include <lz4frame.h>
 #include <memory>
-#include <stdexcept>
 #include <zstd.h>
-
-#include <octosurf/error.hpp>
 
 namespace octosurf::io {
 namespace {
@@ -65,7 +62,7 @@ void BoundedFile::require(std::uint64_t bytes) const {
   if (bytes > left())
     refuse("truncated: a record of " + std::to_string(bytes) + " bytes begins, " + std::to_string(left()) +
                " are left",
-           "copy the bag again; --skip-bad maps what is whole");
+           "copy the file again; --skip-bad maps what is whole");
 }
 
 void BoundedFile::seek(std::uint64_t position) {
@@ -88,15 +85,16 @@ void BoundedFile::skip(std::uint64_t bytes) {
   seek(position_ + bytes);
 }
 
-std::uint64_t RecordBytes::number(std::size_t width) {
+std::uint64_t RecordBytes::number(std::size_t width, bool big_endian) {
   const std::string_view bytes = take(width);
   std::uint64_t value = 0;
-  for (std::size_t i = width; i-- > 0;) value = value << 8 | static_cast<unsigned char>(bytes[i]);
+  for (std::size_t i = 0; i < width; ++i)
+    value = value << 8 | static_cast<unsigned char>(bytes[big_endian ? i : width - 1 - i]);
   return value;
 }
 
 std::string_view RecordBytes::take(std::uint64_t size) {
-  if (size > bytes_.size() - position_) throw std::out_of_range("ends too early");
+  if (size > bytes_.size() - position_) fail_reading("ends too early");
   const std::string_view taken = bytes_.substr(position_, size);
   position_ += size;
   return taken;

@@ -1,16 +1,34 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <bit>
 #include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 
+#include <octosurf/error.hpp>
+
 namespace octosurf::io {
 
 /// Reports damage within a file; the file's reader adds name and position.
 [[noreturn]] inline void fail_reading(const std::string& what) { throw std::runtime_error(what); }
+
+/// Calls `work`; `error` converts exceptions about damage that are no Error yet.
+template <class Work, class MakeError>
+auto with_place(const Work& work, const MakeError& error) -> decltype(work()) {
+  try {
+    return work();
+  } catch (const Error&) {
+    throw;
+  } catch (const std::runtime_error& damage) {
+    throw error(std::string(damage.what()));
+  }
+}
 
 /// A file of length-prefixed records: never reads beyond its end, and never allocates for missing data.
 class BoundedFile {
@@ -39,13 +57,24 @@ class BoundedFile {
   std::uint64_t size_ = 0, position_ = 0;
 };
 
-/// Little-endian numbers and counted strings of a record; throws std::out_of_range at its end, which the
-/// record's reader converts to an Error.
+constexpr bool little_endian_host = std::endian::native == std::endian::little;
+
+/// Reads a value at an unaligned place in memory.
+template <class Value>
+Value number_at(const char* place, bool swap_bytes) {
+  std::array<char, sizeof(Value)> bytes;
+  std::memcpy(bytes.data(), place, sizeof(Value));
+  if (swap_bytes) std::reverse(bytes.begin(), bytes.end());
+  return std::bit_cast<Value>(bytes);
+}
+
+/// Numbers, little-endian by default, and counted strings of a record; throws std::runtime_error at its end,
+/// which the record's reader converts to an Error.
 class RecordBytes {
  public:
   explicit RecordBytes(std::string_view bytes) : bytes_(bytes) {}
 
-  std::uint64_t number(std::size_t width);
+  std::uint64_t number(std::size_t width, bool big_endian = false);
   std::uint16_t u16() { return static_cast<std::uint16_t>(number(2)); }
   std::uint32_t u32() { return static_cast<std::uint32_t>(number(4)); }
   std::uint64_t u64() { return number(8); }

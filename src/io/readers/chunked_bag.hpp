@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 
@@ -42,30 +41,21 @@ class ChunkedBag : public Bag {
   /// A chunk's content, of stated size `size`.
   std::string unpacked(std::string_view packed, std::string_view compression, std::uint64_t size) const {
     if (size > largest_block(file_.size()))
-      throw std::runtime_error("a chunk of " + std::to_string(size) +
-                               " bytes, far more than the file's size");
+      fail_reading("a chunk of " + std::to_string(size) + " bytes, far more than the file's size");
     return decompressed(packed, compression, size);
   }
 
   /// Calls `work` for the record at byte `begin`; its exceptions become an Error with the position.
   template <class Work>
   auto parse(std::uint64_t begin, const Work& work) const -> decltype(work()) {
-    try {
-      return work();
-    } catch (const Error&) {
-      throw;
-    } catch (const std::out_of_range& error) {
-      refuse(begin, error.what());
-    } catch (const std::runtime_error& error) {
-      refuse(begin, error.what());
-    }
+    return with_place(work, [&](const std::string& what) { return damage(begin, what); });
   }
 
-  [[noreturn]] void refuse(std::uint64_t begin, const std::string& what) const {
-    throw Error(
+  Error damage(std::uint64_t begin, const std::string& what) const {
+    return {
         Error::Kind::data, file_.path().string(),
         std::string("damaged ") + format_ + ": " + what + " (record at byte " + std::to_string(begin) + ")",
-        mend);
+        mend};
   }
 
   BoundedFile file_;

@@ -1,59 +1,15 @@
 #include "io/readers/cloud_rows.hpp"
 
-#include "io/text_file.hpp"
+#include "io/readers/bounded_file.hpp"
+#include "io/readers/cloud_file.hpp"
 
 #include <algorithm>
 #include <charconv>
-#include <cstring>
 #include <limits>
 
 #include <octosurf/error.hpp>
 
 namespace octosurf::io {
-namespace {
-
-constexpr std::string_view blanks = " \t\r\v\f";
-
-template <typename Real>
-void copy(const char* from, std::size_t step, bool swap_bytes, int axis,
-          std::vector<Eigen::Vector3f>& points) {
-  for (auto& point : points) {
-    std::array<char, sizeof(Real)> bytes;
-    std::memcpy(bytes.data(), from, sizeof(Real));
-    if (swap_bytes) std::reverse(bytes.begin(), bytes.end());
-    Real value;
-    std::memcpy(&value, bytes.data(), sizeof(Real));
-    point[axis] = static_cast<float>(value);
-    from += step;
-  }
-}
-
-}  // namespace
-
-bool Lines::next(std::string_view& line) {
-  if (text_.empty()) return false;
-  const auto end = std::min(text_.find('\n'), text_.size());
-  line = text_.substr(0, end);
-  if (line.ends_with('\r')) line.remove_suffix(1);
-  text_.remove_prefix(std::min(end + 1, text_.size()));
-  ++number_;
-  return true;
-}
-
-std::vector<std::string_view> words_of(std::string_view line) {
-  constexpr std::size_t most = largest_step + 2;  // a keyword, a word per value, and one too many
-  std::vector<std::string_view> words;
-  while (words.size() < most) {
-    const auto begin = line.find_first_not_of(blanks);
-    if (begin == std::string_view::npos) break;
-    line.remove_prefix(begin);
-    const auto length = std::min(line.find_first_of(blanks), line.size());
-    words.push_back(line.substr(0, length));
-    line.remove_prefix(length);
-  }
-  return words;
-}
-
 std::uint32_t count_in_header(std::string_view word, const std::filesystem::path& file) {
   std::uint32_t value = 0;
   const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), value);
@@ -72,11 +28,12 @@ std::vector<Eigen::Vector3f> binary_points(std::string_view bytes, const Coordin
                                            bool swap_bytes) {
   std::vector<Eigen::Vector3f> result(points);
   for (int axis = 0; axis < 3; ++axis) {
-    const Coordinate& c = xyz[axis];
-    if (c.is_double)
-      copy<double>(bytes.data() + c.offset, c.step, swap_bytes, axis, result);
-    else
-      copy<float>(bytes.data() + c.offset, c.step, swap_bytes, axis, result);
+    const char* place = bytes.data() + xyz[axis].offset;
+    for (Eigen::Vector3f& point : result) {
+      point[axis] = xyz[axis].is_double ? static_cast<float>(number_at<double>(place, swap_bytes))
+                                        : number_at<float>(place, swap_bytes);
+      place += xyz[axis].step;
+    }
   }
   for (auto& point : result) point = point_or_nothing(point);
   return result;
@@ -102,6 +59,17 @@ std::vector<Eigen::Vector3f> text_points(Lines& lines, const Coordinates& xyz, s
   throw Error(Error::Kind::data, file.string(),
               "truncated: " + std::to_string(result.size()) + " of " + std::to_string(points) + " points",
               "write the file again");
+}
+
+Cloud read_velodyne(const std::filesystem::path& file) {
+  constexpr std::size_t step = 4 * sizeof(float);
+  const std::string bytes = read_bytes(file, largest_cloud_file);
+  if (bytes.empty() || bytes.size() % step != 0)
+    throw Error(Error::Kind::data, file.string(),
+                bytes.empty() ? "is empty" : "is not a list of float32 x y z reflectance",
+                "the file is truncated or foreign");
+  return {binary_points(bytes, {{{0, step}, {4, step}, {8, step}}}, bytes.size() / step, false),
+          Eigen::Isometry3d::Identity(), false};
 }
 
 }  // namespace octosurf::io

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "io/text_file.hpp"
+
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
@@ -12,26 +14,12 @@ namespace octosurf::io {
 
 // Common part of PCD and PLY: a header in lines, then rows of values, three of which are used.
 
-/// Splits a text in memory into lines, without line ends, and counts them.
-class Lines {
- public:
-  explicit Lines(std::string_view text) : text_(text) {}
-
-  /// False at the end. Lines are split at '\n'; a '\r' before it is dropped.
-  bool next(std::string_view& line);
-  std::size_t number() const { return number_; }  ///< of the line read last, from 1
-  std::string_view rest() const { return text_; }
-
- private:
-  std::string_view text_;
-  std::size_t number_ = 0;
-};
-
 constexpr std::size_t largest_step = 1 << 16;  ///< maximum bytes of one point, and so its values
 
-/// Words separated by blanks; at most two more than `largest_step`, more than any header or row may have: a
-/// word takes eight times its two bytes in a file.
-std::vector<std::string_view> words_of(std::string_view line);
+/// The words of a header or a row: at most a keyword, a word per value, and one too many.
+inline std::vector<std::string_view> words_of(std::string_view line) {
+  return words_between(" \t\r\v\f", line, largest_step + 2);
+}
 
 /// A count in a header; throws Error(data) naming the word.
 std::uint32_t count_in_header(std::string_view word, const std::filesystem::path& file);

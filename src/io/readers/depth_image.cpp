@@ -1,9 +1,9 @@
 #include "io/readers/depth_image.hpp"
 
+#include "io/readers/bounded_file.hpp"
 #include "io/text_file.hpp"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <fstream>
@@ -32,7 +32,7 @@ constexpr std::string_view png_signature = "\x89PNG\r\n\x1a\n";
 
 void check_size(std::uint64_t width, std::uint64_t height, const std::filesystem::path& file) {
   if (width == 0 || height == 0 || width > largest_side || height > largest_side)
-    refuse_image(file, "an image of " + std::to_string(width) + "x" + std::to_string(height) + " pixels");
+    refuse_image(file, "an image of " + size_text(width, height) + " pixels");
 }
 
 DepthImage decode_png(std::string_view bytes, const std::filesystem::path& file, std::uint64_t largest_size) {
@@ -51,9 +51,8 @@ DepthImage decode_png(std::string_view bytes, const std::filesystem::path& file,
   DepthImage image{static_cast<int>(header.width), static_cast<int>(header.height), {}};
   const std::size_t pixels = std::size_t{header.width} * header.height;
   if (pixel_cost * pixels > largest_size)
-    refuse_image(file, "truncated PNG: " + std::to_string(header.width) + "x" +
-                           std::to_string(header.height) + " pixels in " + std::to_string(bytes.size()) +
-                           " bytes");
+    refuse_image(file, "truncated PNG: " + size_text(header.width, header.height) + " pixels in " +
+                           std::to_string(bytes.size()) + " bytes");
   image.pixels.resize(pixels);
   int error = spng_decode_image(context.get(), image.pixels.data(), 2 * pixels, SPNG_FMT_PNG, 0);
   if (error == 0) error = spng_decode_chunks(context.get());  // to the end: verifies checksums
@@ -115,17 +114,18 @@ DepthImage decode_pgm(const std::string& bytes, const std::filesystem::path& fil
     return image;
   }
   if (bytes.size() - first < 2 * pixels) refuse_image(file, "truncated PGM");
-  for (std::size_t i = 0; i < pixels; ++i) {
-    const auto high = static_cast<unsigned char>(bytes[first + 2 * i]);
-    const auto low = static_cast<unsigned char>(bytes[first + 2 * i + 1]);
-    image.pixels[i] = static_cast<std::uint16_t>(high << 8 | low);
-  }
+  for (std::size_t i = 0; i < pixels; ++i)
+    image.pixels[i] = number_at<std::uint16_t>(bytes.data() + first + 2 * i, little_endian_host);
   return image;
 }
 
 bool is_pgm(std::string_view bytes) { return bytes.starts_with("P5") || bytes.starts_with("P2"); }
 
 }  // namespace
+
+std::string size_text(std::uint64_t width, std::uint64_t height) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
 
 Intrinsics read_intrinsics(const std::filesystem::path& file) {
   constexpr const char* mend = "give a 3x3 K or 'fx fy cx cy' in pixels";
@@ -177,25 +177,9 @@ bool is_picture(const std::filesystem::path& file) {
 }
 
 std::vector<Eigen::Vector3f> back_project(const DepthImage& image, const Intrinsics& camera, double scale) {
-  std::vector<float> slope_x(static_cast<std::size_t>(image.width));
-  for (std::size_t u = 0; u < slope_x.size(); ++u)
-    slope_x[u] = static_cast<float>((static_cast<double>(u) - camera.cx) / camera.fx);
-  const auto metres = static_cast<float>(1 / scale);
-  std::vector<Eigen::Vector3f> points(image.pixels.size());
-  std::size_t count = 0;
-  const std::uint16_t* pixel = image.pixels.data();
-  for (int v = 0; v < image.height; ++v) {
-    const auto slope_y = static_cast<float>((v - camera.cy) / camera.fy);
-    for (const float slope : slope_x) {
-      const float z = static_cast<float>(*pixel) * metres;
-      // Written always and kept only for valid readings: no branch to mispredict.
-      points[count] = {slope * z, slope_y * z, z};
-      count += *pixel != 0 && *pixel != 65535;
-      ++pixel;
-    }
-  }
-  points.resize(count);
-  return points;
+  const auto width = static_cast<std::size_t>(image.width), height = static_cast<std::size_t>(image.height);
+  return back_project(width, height, camera, scale,
+                      [&](std::size_t u, std::size_t v) { return image.pixels[v * width + u]; });
 }
 
 }  // namespace octosurf::io

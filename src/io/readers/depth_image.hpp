@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,11 +13,15 @@ namespace octosurf::io {
 /// Pinhole camera without distortion, pixels. fy may be negative (y up, as in ICL-NUIM's .K).
 struct Intrinsics {
   double fx = 0, fy = 0, cx = 0, cy = 0;
+  bool operator==(const Intrinsics&) const = default;
 };
 
 /// 3×3 K in three lines or one, or `fx fy cx cy`. Throws Error(data) for anything else, including
 /// skew and distortion.
 Intrinsics read_intrinsics(const std::filesystem::path& file);
+
+/// "640x480", for messages.
+std::string size_text(std::uint64_t width, std::uint64_t height);
 
 /// 16-bit gray, row-major.
 struct DepthImage {
@@ -38,8 +43,35 @@ DepthImage read_png(std::string_view bytes, const std::string& where, std::uint6
 /// True if the header is complete and of a picture other than a 16-bit depth image.
 bool is_picture(const std::filesystem::path& file);
 
+/// Of a 16-bit depth image.
+inline bool is_reading(std::uint16_t pixel) { return pixel != 0 && pixel != 65535; }
+/// REP 118: NaN, ±∞ and, by some drivers, 0 are no readings.
+inline bool is_reading(float pixel) { return pixel > 0 && pixel <= std::numeric_limits<float>::max(); }
+
 /// Points in the camera's frame (x right, y down, z along the optical axis), metres, one per pixel
-/// that has a reading. `scale`: units per metre.
+/// that has a reading. `scale`: units per metre. `pixel(u, v)`: in units, row by row.
+template <class Pixel>
+std::vector<Eigen::Vector3f> back_project(std::size_t width, std::size_t height, const Intrinsics& camera,
+                                          double scale, const Pixel& pixel) {
+  std::vector<float> slope_x(width);
+  for (std::size_t u = 0; u < width; ++u)
+    slope_x[u] = static_cast<float>((static_cast<double>(u) - camera.cx) / camera.fx);
+  const auto metres = static_cast<float>(1 / scale);
+  std::vector<Eigen::Vector3f> points(width * height);
+  std::size_t count = 0;
+  for (std::size_t v = 0; v < height; ++v) {
+    const auto slope_y = static_cast<float>((static_cast<double>(v) - camera.cy) / camera.fy);
+    for (std::size_t u = 0; u < width; ++u) {
+      const auto reading = pixel(u, v);
+      const float z = static_cast<float>(reading) * metres;
+      // Written always and kept only for valid readings: no branch to mispredict.
+      points[count] = {slope_x[u] * z, slope_y * z, z};
+      count += is_reading(reading);
+    }
+  }
+  points.resize(count);
+  return points;
+}
 std::vector<Eigen::Vector3f> back_project(const DepthImage& image, const Intrinsics& camera, double scale);
 
 }  // namespace octosurf::io

@@ -5,7 +5,6 @@
 #include <limits>
 #include <map>
 #include <optional>
-#include <stdexcept>
 
 #include <octosurf/error.hpp>
 
@@ -23,19 +22,14 @@ class McapBag : public ChunkedBag {
       file_.refuse("not an MCAP file", "record it again, or copy it again");
   }
 
-  void read_all(const Visit& visit, std::vector<std::string>* left_out) override {
+  void read_messages(const Visit& visit, std::vector<std::string>* left_out) override {
     file_.seek(0);
     crc_ = mcap_crc(file_.take(mcap_magic.size()));
     messages_ = 0;
     whole_ = true;
-    try {
-      while (read_record(visit, left_out)) {
-      }
-      if (whole_) check_statistics();
-    } catch (const Error& error) {
-      if (!left_out) throw;
-      left_out->push_back(std::string(error.what()) + "; what follows is left out");
+    while (read_record(visit, left_out)) {
     }
+    if (whole_) check_statistics();
   }
 
  private:
@@ -65,7 +59,7 @@ class McapBag : public ChunkedBag {
     if (op == Op::footer) return false;
     if (op == Op::data_end) {
       const std::uint32_t crc = parse(begin, [&] { return RecordBytes(record).u32(); });
-      if (whole_ && crc != 0 && crc != crc_) refuse(begin, "the check sum of its messages is wrong");
+      if (whole_ && crc != 0 && crc != crc_) throw damage(begin, "the check sum of its messages is wrong");
       return false;
     }
     crc_ = mcap_crc(record, mcap_crc(head, crc_));
@@ -73,7 +67,7 @@ class McapBag : public ChunkedBag {
       if (op == Op::chunk)
         read_chunk(begin, unpack_at(begin, record), visit);
       else
-        parse(begin, [&] { return read_content(op, record, {begin, 0, 0, 0}, visit), 0; });
+        parse(begin, [&] { read_content(op, record, {begin, 0, 0, 0}, visit); });
     } catch (const Error& error) {
       if (!left_out) throw;
       whole_ = false;
@@ -90,7 +84,6 @@ class McapBag : public ChunkedBag {
         const std::size_t offset = bytes.position();
         read_content(op, bytes.take(size), {begin, offset, 0, 0}, visit);
       }
-      return 0;
     });
   }
 
@@ -113,7 +106,7 @@ class McapBag : public ChunkedBag {
       const std::uint64_t logged_ns = fields.u64();
       fields.u64();  // published
       if (logged_ns > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()))
-        throw std::out_of_range("a message of the year 2262 or later");
+        fail_reading("a message of the year 2262 or later");
       place.offset += fields.position();
       place.size = fields.rest().size();
       ++messages_;
@@ -123,7 +116,7 @@ class McapBag : public ChunkedBag {
 
   std::size_t topic_of(std::uint16_t id) {
     const auto found = channels_.find(id);
-    if (found == channels_.end()) throw std::out_of_range("a message of an unknown channel");
+    if (found == channels_.end()) fail_reading("a message of an unknown channel");
     Channel& channel = found->second;
     if (channel.index) return *channel.index;
     const auto schema = schemas_.find(channel.schema);
@@ -145,7 +138,7 @@ class McapBag : public ChunkedBag {
     const std::string_view format = fields.text();
     const std::string_view packed = fields.take(fields.u64());
     std::string records = unpacked(packed, format, size);
-    if (crc != 0 && crc != mcap_crc(records)) throw std::runtime_error("a chunk's check sum is wrong");
+    if (crc != 0 && crc != mcap_crc(records)) fail_reading("a chunk's check sum is wrong");
     return records;
   }
 
@@ -169,8 +162,8 @@ class McapBag : public ChunkedBag {
       const std::string record = file_.take(size);
       const std::uint64_t counted = parse(begin, [&] { return RecordBytes(record).u64(); });
       if (counted != messages_)
-        refuse(begin, "holds " + std::to_string(messages_) + " messages, but its statistics say " +
-                          std::to_string(counted));
+        throw damage(begin, "holds " + std::to_string(messages_) + " messages, but its statistics say " +
+                                std::to_string(counted));
       return;
     }
   }

@@ -1,7 +1,9 @@
 #pragma once
 
 #include "io/readers/bag.hpp"
+#include "io/readers/bounded_file.hpp"
 
+#include <bit>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -14,19 +16,28 @@ namespace octosurf::io {
 /// early; never allocates for missing data.
 class MessageReader {
  public:
-  virtual ~MessageReader() = default;
+  /// `bytes` must outlive it. Throws std::runtime_error for another encoding.
+  MessageReader(std::string_view bytes, MessageEncoding encoding);
 
-  virtual std::uint8_t u8() = 0;
-  virtual std::uint32_t u32() = 0;
-  virtual std::uint64_t u64() = 0;
-  virtual double f64() = 0;
-  virtual std::string text() = 0;
-  virtual std::string_view bytes() = 0;      ///< of a uint8[]
-  virtual bool numbers_headers() const = 0;  ///< a Header begins with a sequence number, as in ROS 1
-  virtual std::size_t left() const = 0;      ///< remaining bytes
+  std::uint8_t u8() { return static_cast<std::uint8_t>(number(1)); }
+  std::uint32_t u32() { return static_cast<std::uint32_t>(number(4)); }
+  std::uint64_t u64() { return number(8); }
+  double f64() { return std::bit_cast<double>(u64()); }
+  std::string text();
+  std::string_view bytes() { return bytes_.take(u32()); }  ///< of a uint8[]
+  /// A Header begins with a sequence number, as in ROS 1.
+  bool numbers_headers() const { return encoding_ == MessageEncoding::ros1; }
+
+ private:
+  std::uint64_t number(std::size_t width);
+
+  RecordBytes bytes_;
+  MessageEncoding encoding_;
+  bool big_endian_ = false;
 };
 
-/// Reads `bytes`, which must outlive it. Throws std::runtime_error for another encoding.
-std::unique_ptr<MessageReader> message_reader(std::string_view bytes, MessageEncoding encoding);
+inline std::unique_ptr<MessageReader> message_reader(std::string_view bytes, MessageEncoding encoding) {
+  return std::make_unique<MessageReader>(bytes, encoding);
+}
 
 }  // namespace octosurf::io

@@ -1,13 +1,12 @@
+#include "io/readers/bounded_file.hpp"
 #include "io/readers/cloud_file.hpp"
 #include "io/readers/cloud_rows.hpp"
 #include "io/readers/pose_file.hpp"
-#include "io/text_file.hpp"
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <lzf.h>
 #include <map>
 #include <optional>
@@ -144,17 +143,17 @@ class PcdReader {
 
   /// All x, then all y, and so on, as one LZF block after its two sizes.
   std::string decompressed(std::string_view bytes) {
-    std::array<std::uint32_t, 2> sizes{};  // compressed, uncompressed
-    if (bytes.size() < sizeof sizes) refuse_truncated();
-    std::memcpy(sizes.data(), bytes.data(), sizeof sizes);
-    bytes.remove_prefix(sizeof sizes);
-    if (sizes[0] > bytes.size() || sizes[1] != points_ * step_ || sizes[1] > lzf_ratio * sizes[0])
+    if (bytes.size() < 8) refuse_truncated();
+    const auto size = number_at<std::uint32_t>(bytes.data(), false);
+    const auto plain_size = number_at<std::uint32_t>(bytes.data() + 4, false);
+    bytes.remove_prefix(8);
+    if (size > bytes.size() || plain_size != points_ * step_ || plain_size > lzf_ratio * size)
       refuse_truncated();
-    if (sizes[1] + sizeof(Eigen::Vector3f) * points_ >
+    if (plain_size + sizeof(Eigen::Vector3f) * points_ >
         pcd_free_bytes + pcd_bytes_per_file_byte * bytes.size())
       refuse("a PCD that is compressed to less than a seventh and has over 64 MiB of points");
-    std::string columns(sizes[1], '\0');
-    if (lzf_decompress(bytes.data(), sizes[0], columns.data(), sizes[1]) != sizes[1]) refuse_truncated();
+    std::string columns(plain_size, '\0');
+    if (lzf_decompress(bytes.data(), size, columns.data(), plain_size) != plain_size) refuse_truncated();
     for_each_column([&](Coordinate& c) {
       c.offset *= points_;
       c.step = c.is_double ? sizeof(double) : sizeof(float);
@@ -172,8 +171,8 @@ class PcdReader {
     cloud.points = binary_points(bytes, xyz_, points_, false);
     if (!label_) return;
     for (std::size_t i = 0; i < points_; ++i) {
-      std::uint32_t bits = 0;
-      std::memcpy(&bits, bytes.data() + label_->place.offset + i * label_->place.step, sizeof bits);
+      const auto bits =
+          number_at<std::uint32_t>(bytes.data() + label_->place.offset + i * label_->place.step, false);
       labels_.of_points.push_back(label_->is_float ? label_of(std::bit_cast<float>(bits)) : bits);
     }
   }

@@ -1,9 +1,8 @@
+#include "io/readers/bounded_file.hpp"
 #include "io/readers/cloud_file.hpp"
 #include "io/readers/cloud_rows.hpp"
-#include "io/text_file.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <map>
 #include <string>
 
@@ -121,7 +120,7 @@ class PlyReader {
     if (!big && format_ != "binary_little_endian") refuse("PLY format is neither ascii nor binary");
     if (data.size() / vertex.step < vertex.count) refuse_truncated(vertex);
     for (auto& c : xyz_) c.step = vertex.step;
-    return binary_points(data, xyz_, vertex.count, big == (std::endian::native == std::endian::little));
+    return binary_points(data, xyz_, vertex.count, big == little_endian_host);
   }
 
   const std::filesystem::path& file_;

@@ -23,28 +23,15 @@ constexpr double nearest_within_s = 0.02;  // TUM's associate.py
               "a pose is 7, 8 (with time stamp), 12 or 16 numbers in a line, or four lines of 4");
 }
 
-FilePose from_quaternion(const double* v, std::string where) {
-  FilePose pose;
-  pose.T = pose_from({v[0], v[1], v[2]}, Eigen::Quaterniond(v[6], v[3], v[4], v[5]));
-  pose.where = std::move(where);
-  return pose;
-}
-
-FilePose from_rows(const std::vector<double>& v, std::string where) {
-  FilePose pose;
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 4; ++column) pose.T(row, column) = v[4 * row + column];
-  pose.where = std::move(where);
-  return pose;
+Eigen::Isometry3d pose_of_seven(const double* v) {
+  return pose_from({v[0], v[1], v[2]}, Eigen::Quaterniond(v[6], v[3], v[4], v[5]));
 }
 
 /// A 4×4; its last row may carry a time stamp in place of the 1 (HKU-MARS' alidarPose.csv).
-FilePose from_matrix(const std::vector<double>& v, std::string where) {
+FilePose from_matrix(const std::vector<double>& v, const std::string& where) {
   if (v[12] != 0 || v[13] != 0 || v[14] != 0)
     refuse_poses(where, "the last row of a 4x4 pose is not 0 0 0 1 (or 0 0 0 TIME)");
-  FilePose pose = from_rows(v, std::move(where));
-  pose.stamp_s = v[15];
-  return pose;
+  return {pose_from_rows(v), v[15], where};
 }
 
 /// A last row of 0 0 0 1 in every pose is no time stamp.
@@ -77,13 +64,11 @@ FilePose read_line(const TextLine& line, std::size_t columns, const std::filesys
   if (values.size() != columns)
     refuse_poses(where, std::to_string(values.size()) + " numbers where " + std::to_string(columns) +
                             " were expected");
-  if (columns == 7) return from_quaternion(values.data(), where);
-  if (columns == 12) return from_rows(values, where);
+  if (columns == 7) return {pose_of_seven(values.data()), {}, where};
+  if (columns == 8) return {pose_of_seven(values.data() + 1), values[0], where};
+  if (columns == 12) return {pose_from_rows(values), {}, where};
   if (columns == 16) return from_matrix(values, where);
-  if (columns != 8) refuse_poses(where, std::to_string(columns) + " numbers are no pose");
-  FilePose pose = from_quaternion(values.data() + 1, where);
-  pose.stamp_s = values[0];
-  return pose;
+  refuse_poses(where, std::to_string(columns) + " numbers are no pose");
 }
 
 }  // namespace
@@ -141,15 +126,27 @@ Eigen::Isometry3d pose_from(const Eigen::Vector3d& translation, const Eigen::Qua
   return T;
 }
 
+Eigen::Isometry3d pose_from_rows(const std::vector<double>& v) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.affine() = Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(v.data());
+  return T;
+}
+
+Eigen::Isometry3d pose_between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double t) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation() = (1 - t) * a.translation() + t * b.translation();
+  T.linear() = Eigen::Quaterniond(a.linear()).slerp(t, Eigen::Quaterniond(b.linear())).toRotationMatrix();
+  return T;
+}
+
 Trajectory::Trajectory(const PoseFile& file, double largest_gap_s)
     : poses_(file.poses), largest_gap_s_(largest_gap_s) {
-  std::stable_sort(poses_.begin(), poses_.end(),
-                   [](const FilePose& a, const FilePose& b) { return a.stamp_s < b.stamp_s; });
+  std::ranges::stable_sort(poses_, {}, &FilePose::stamp_s);
 }
 
 Trajectory::Neighbours Trajectory::around(double stamp_s) const {
-  const auto after = std::lower_bound(poses_.begin(), poses_.end(), stamp_s,
-                                      [](const FilePose& pose, double t) { return *pose.stamp_s < t; });
+  const auto after =
+      std::ranges::lower_bound(poses_, stamp_s, {}, [](const FilePose& pose) { return *pose.stamp_s; });
   Neighbours found;
   if (after != poses_.end()) found.after = &*after;
   if (after != poses_.begin()) found.before = &*std::prev(after);
@@ -177,10 +174,7 @@ Eigen::Isometry3d Trajectory::at(double stamp_s, const std::string& where) const
   if (*found.after->stamp_s == stamp_s) return checked(*found.after);  // bit by bit, without rounding
   const Eigen::Isometry3d a = checked(*found.before), b = checked(*found.after);
   const double t = (stamp_s - *found.before->stamp_s) / (*found.after->stamp_s - *found.before->stamp_s);
-  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.translation() = (1 - t) * a.translation() + t * b.translation();
-  T.linear() = Eigen::Quaterniond(a.linear()).slerp(t, Eigen::Quaterniond(b.linear())).toRotationMatrix();
-  return T;
+  return pose_between(a, b, t);
 }
 
 }  // namespace octosurf::io

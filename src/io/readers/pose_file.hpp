@@ -38,6 +38,12 @@ Eigen::Isometry3d rigid(const Eigen::Isometry3d& T, const std::string& where);
 /// rigid() rejects.
 Eigen::Isometry3d pose_from(const Eigen::Vector3d& translation, const Eigen::Quaterniond& q);
 
+/// Of the 12 numbers of a 3×4, row by row, at least.
+Eigen::Isometry3d pose_from_rows(const std::vector<double>& values);
+
+/// On a straight line and by slerp; `t` from 0 (a) to 1 (b).
+Eigen::Isometry3d pose_between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double t);
+
 /// TUM's ground truth has 0.01 s from pose to pose, a robot's odometry 0.02 … 0.1.
 constexpr double largest_pose_gap_s = 0.1;
 

@@ -3,9 +3,6 @@
 #include "io/readers/pose_file.hpp"
 #include "io/readers/sensor_messages.hpp"
 
-#include <stdexcept>
-
-#include <octosurf/error.hpp>
 #include <octosurf/ros_messages.hpp>
 
 namespace octosurf {
@@ -14,13 +11,7 @@ namespace {
 /// Calls `read`; its exceptions become an Error naming the message.
 template <class Read>
 auto naming(const std::string& where, const Read& read) {
-  try {
-    return read();
-  } catch (const Error&) {
-    throw;
-  } catch (const std::runtime_error& error) {
-    throw Error(Error::Kind::data, where, error.what());
-  }
+  return io::with_place(read, [&](const std::string& what) { return Error(Error::Kind::data, where, what); });
 }
 
 ReceivedScan begin_scan(std::string_view message, MessageEncoding encoding, const std::string& where) {

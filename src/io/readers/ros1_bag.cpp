@@ -6,7 +6,6 @@
 
 #include <map>
 #include <optional>
-#include <stdexcept>
 
 #include <octosurf/error.hpp>
 
@@ -32,7 +31,7 @@ HeaderFields fields_of(std::string_view header) {
   for (RecordBytes bytes(header); !bytes.at_end();) {
     const std::string_view field = bytes.text();
     const auto equals = field.find('=');
-    if (equals == std::string_view::npos) throw std::out_of_range("a header's field without a name");
+    if (equals == std::string_view::npos) fail_reading("a header's field without a name");
     fields[field.substr(0, equals)] = field.substr(equals + 1);
   }
   return fields;
@@ -40,7 +39,7 @@ HeaderFields fields_of(std::string_view header) {
 
 std::string_view value_of(const HeaderFields& fields, std::string_view name) {
   const auto found = fields.find(name);
-  if (found == fields.end()) throw std::out_of_range("a record without its field " + std::string(name));
+  if (found == fields.end()) fail_reading("a record without its field " + std::string(name));
   return found->second;
 }
 
@@ -63,22 +62,17 @@ class Ros1Bag : public ChunkedBag {
     throw Error(Error::Kind::data, file.string(), "not a ROS 1 bag", "copy it again");
   }
 
-  void read_all(const Visit& visit, std::vector<std::string>* left_out) override {
+  void read_messages(const Visit& visit, std::vector<std::string>* left_out) override {
     file_.seek(magic.size());
     counted_.clear();
     chunks_ = 0;
     chunks_announced_.reset();
     bool damaged = false;
-    try {
-      while (file_.left() > 0) read_record(visit, left_out, damaged);
-      if (!damaged) check_counts(file_.position());
-      if (!damaged && chunks_announced_ && *chunks_announced_ != chunks_)
-        refuse(0, "holds " + std::to_string(chunks_) + " chunks, but its head says " +
-                      std::to_string(*chunks_announced_));
-    } catch (const Error& error) {
-      if (!left_out) throw;
-      left_out->push_back(std::string(error.what()) + "; what follows is left out");
-    }
+    while (file_.left() > 0) read_record(visit, left_out, damaged);
+    if (!damaged) check_counts(file_.position());
+    if (!damaged && chunks_announced_ && *chunks_announced_ != chunks_)
+      throw damage(0, "holds " + std::to_string(chunks_) + " chunks, but its head says " +
+                          std::to_string(*chunks_announced_));
   }
 
  private:
@@ -119,8 +113,7 @@ class Ros1Bag : public ChunkedBag {
         else if (op == BagOp::header)
           note_head(fields);
         else if (op != BagOp::chunk_info)
-          throw std::out_of_range("a record of unknown kind");
-        return 0;
+          fail_reading("a record of unknown kind");
       });
     } catch (const Error& error) {
       damaged = true;
@@ -144,11 +137,11 @@ class Ros1Bag : public ChunkedBag {
         const std::int64_t seconds = time.u32();
         const std::int64_t logged_ns = 1000000000 * seconds + time.u32();
         const auto topic = connections_.find(connection);
-        if (topic == connections_.end()) throw std::out_of_range("a message of an unknown connection");
+        if (topic == connections_.end()) fail_reading("a message of an unknown connection");
         ++counted_[connection];
         visit({topic->second, logged_ns, data, {begin, bytes.position() - data.size(), data.size(), 0}});
       } else {
-        throw std::out_of_range("a chunk with a record of unknown kind");
+        fail_reading("a chunk with a record of unknown kind");
       }
     }
   }
@@ -174,8 +167,8 @@ class Ros1Bag : public ChunkedBag {
   void note_count(const HeaderFields& fields) {
     const std::uint32_t connection = header_number(fields, "conn"), count = header_number(fields, "count");
     if (counted_[connection] != count)
-      throw std::runtime_error("a chunk with " + std::to_string(counted_[connection]) +
-                               " messages of a connection, whose index has " + std::to_string(count));
+      fail_reading("a chunk with " + std::to_string(counted_[connection]) +
+                   " messages of a connection, whose index has " + std::to_string(count));
     counted_.erase(connection);
     indexed_ = true;
   }
@@ -186,7 +179,7 @@ class Ros1Bag : public ChunkedBag {
     const bool some_missing = indexed_ && !counted_.empty();
     counted_.clear();
     indexed_ = false;
-    if (some_missing) refuse(begin, "a chunk whose index lacks a connection");
+    if (some_missing) throw damage(begin, "a chunk whose index lacks a connection");
   }
 
   std::map<std::uint32_t, std::size_t> connections_;  // to topics_

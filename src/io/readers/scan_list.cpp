@@ -99,9 +99,7 @@ void find_velodyne_in_camera(ListedRecording& recording) {
     const auto v = numbers(values, file);
     if (v.size() != 12)
       throw Error(Error::Kind::data, at_line(file, line.number), "Tr: is not followed by 12 numbers");
-    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-    for (int i = 0; i < 12; ++i) T(i / 4, i % 4) = v[i];
-    recording.T_posed_sensor = rigid(T, at_line(file, line.number));
+    recording.T_posed_sensor = rigid(pose_from_rows(v), at_line(file, line.number));
   }
 }
 
@@ -189,7 +187,7 @@ void open_graph(ListedRecording& recording) {
                 "name the one that is meant");
   recording.graph = std::make_shared<const ScanGraphFile>(recording.scans.front().file);
   recording.scans.resize(recording.graph->size(), recording.scans.front());
-  for (std::size_t i = 0; i < recording.scans.size(); ++i) recording.scans[i].graph_index = i;
+  for (std::size_t i = 0; i < recording.scans.size(); ++i) recording.scans[i].index = i;
 }
 
 /// One recording per bag, or per bags of one folder, with its scans.
@@ -200,7 +198,7 @@ void open_bags(ListedRecording& recording, const ScanSourceOptions& options, Sca
   recording.bag = std::make_shared<BagRecording>(files, options, list.left_out);
   recording.scans.assign(recording.bag->size(), recording.scans.front());
   for (std::size_t i = 0; i < recording.scans.size(); ++i) {
-    recording.scans[i].bag_index = i;
+    recording.scans[i].index = i;
     recording.scans[i].stamp_s = recording.bag->stamp_s(i);
   }
   for (const std::string& note : recording.bag->notes())

@@ -21,9 +21,7 @@ namespace octosurf::io {
 struct ListedScan {
   std::filesystem::path file;
   FileKind kind = FileKind::unknown;
-  std::size_t recording = 0;
-  std::size_t graph_index = 0;      ///< of the scans in a .graph
-  std::size_t bag_index = 0;        ///< of the scans in a bag
+  std::size_t index = 0;            ///< of the scans in a .graph or a bag
   std::optional<FilePose> pose;     ///< from a file that holds the poses of many scans
   std::filesystem::path pose_file;  ///< of this scan alone; empty: none
   std::optional<double> stamp_s;

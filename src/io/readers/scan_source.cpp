@@ -79,8 +79,8 @@ class FileScanSource : public ScanSource {
 
   /// Points, and the pose in the same file.
   Scan read(const io::ListedRecording& recording, const io::ListedScan& listed) {
-    if (recording.graph) return recording.graph->read(listed.graph_index);
-    if (recording.bag) return recording.bag->read(listed.bag_index);
+    if (recording.graph) return recording.graph->read(listed.index);
+    if (recording.bag) return recording.bag->read(listed.index);
     Scan scan;
     scan.name = listed.file.string();
     if (listed.kind == io::FileKind::image) {
@@ -100,7 +100,7 @@ class FileScanSource : public ScanSource {
 
   /// For a scan that cannot be read.
   static SensorKind sensor_of(const io::ListedRecording& recording, const io::ListedScan& listed) {
-    if (recording.bag) return recording.bag->sensor(listed.bag_index);
+    if (recording.bag) return recording.bag->sensor(listed.index);
     return listed.kind == io::FileKind::image ? SensorKind::depth_camera : SensorKind::lidar;
   }
 
@@ -109,13 +109,10 @@ class FileScanSource : public ScanSource {
       image_width_ = image.width;
       image_height_ = image.height;
     }
-    const auto size = [](int width, int height) {
-      return std::to_string(width) + "x" + std::to_string(height);
-    };
     if (image.width != image_width_ || image.height != image_height_)
       throw Error(Error::Kind::data, file.string(),
-                  size(image.width, image.height) + " pixels, but the images before have " +
-                      size(image_width_, image_height_),
+                  io::size_text(image.width, image.height) + " pixels, but the images before have " +
+                      io::size_text(image_width_, image_height_),
                   "the images of a recording are of one camera");
   }
 

@@ -6,9 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
-#include <limits>
-#include <stdexcept>
 
 namespace octosurf::io {
 namespace {
@@ -53,35 +50,17 @@ Coordinates read_fields(MessageReader& message) {
 
 void check_positive_side(std::uint32_t width, std::uint32_t height) {
   if (width == 0 || height == 0 || width > largest_side || height > largest_side)
-    fail_reading("an image of " + std::to_string(width) + "x" + std::to_string(height) + " pixels");
+    fail_reading("an image of " + size_text(width, height) + " pixels");
 }
 
+/// Of `image`, whose pixels are there.
 template <class Pixel>
-Pixel pixel_at(const char* place, bool big_endian) {
-  std::array<char, sizeof(Pixel)> bytes;
-  std::memcpy(bytes.data(), place, sizeof(Pixel));
-  if (big_endian) std::reverse(bytes.begin(), bytes.end());
-  Pixel value;
-  std::memcpy(&value, bytes.data(), sizeof(Pixel));
-  return value;
-}
-
-/// As back_project(), for depths in metres as floating-point numbers.
-std::vector<Eigen::Vector3f> back_project_metres(const ImageMessage& image, const Intrinsics& camera,
-                                                 double units_per_metre) {
-  const auto metres = static_cast<float>(1 / units_per_metre);
-  std::vector<Eigen::Vector3f> points;
-  points.reserve(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
-  for (int v = 0; v < image.height; ++v) {
-    const char* row = image.data.data() + static_cast<std::size_t>(v) * image.step;
-    const auto slope_y = static_cast<float>((v - camera.cy) / camera.fy);
-    for (int u = 0; u < image.width; ++u, row += sizeof(float)) {
-      const float z = pixel_at<float>(row, image.big_endian) * metres;
-      if (!std::isfinite(z) || z <= 0) continue;  // REP 118: NaN, ±∞ and, by some drivers, 0 are no readings
-      points.emplace_back(static_cast<float>((u - camera.cx) / camera.fx) * z, slope_y * z, z);
-    }
-  }
-  return points;
+std::vector<Eigen::Vector3f> points_of(const ImageMessage& image, const Intrinsics& camera, double scale) {
+  return back_project(static_cast<std::size_t>(image.width), static_cast<std::size_t>(image.height), camera,
+                      scale, [&](std::size_t u, std::size_t v) {
+                        return number_at<Pixel>(image.data.data() + v * image.step + sizeof(Pixel) * u,
+                                                image.big_endian);
+                      });
 }
 
 }  // namespace
@@ -109,8 +88,8 @@ CloudMessage read_cloud_message(MessageReader& message, std::uint64_t largest_si
   if (width == 0 || height == 0) return {{}, height > 1};  // a scan without returns
   // This order avoids overflow: width and step have 32 bits, and so has `row` when there are rows.
   if (width * step > data.size() || row < width * step || (data.size() - width * step) / row < height - 1)
-    fail_reading("says it has " + std::to_string(width) + "x" + std::to_string(height) + " points of " +
-                 std::to_string(step) + " bytes, but holds " + std::to_string(data.size()) + " bytes");
+    fail_reading("says it has " + size_text(width, height) + " points of " + std::to_string(step) +
+                 " bytes, but holds " + std::to_string(data.size()) + " bytes");
   if (width * height > largest_size / sizeof(Eigen::Vector3f))
     fail_reading("a cloud of " + std::to_string(width * height) + " points, far more than its bag's size");
   CloudMessage cloud{{}, height > 1};
@@ -166,24 +145,16 @@ std::vector<Eigen::Vector3f> points_of(const ImageMessage& image, const Intrinsi
   if (kind == DepthKind::none)
     fail_reading("an image of encoding '" + image.encoding.substr(0, 20) +
                  "' is no depth image (16UC1, mono16, 32FC1)");
-  const std::size_t width = static_cast<std::size_t>(image.width),
-                    height = static_cast<std::size_t>(image.height);
+  const auto width = static_cast<std::size_t>(image.width), height = static_cast<std::size_t>(image.height);
   const std::size_t row = width * (kind == DepthKind::metres ? sizeof(float) : sizeof(std::uint16_t));
   if (image.step < row || row > image.data.size() || (image.data.size() - row) / image.step < height - 1)
-    fail_reading("says it has " + std::to_string(width) + "x" + std::to_string(height) +
-                 " pixels in rows of " + std::to_string(image.step) + " bytes, but holds " +
-                 std::to_string(image.data.size()) + " bytes");
+    fail_reading("says it has " + size_text(width, height) + " pixels in rows of " +
+                 std::to_string(image.step) + " bytes, but holds " + std::to_string(image.data.size()) +
+                 " bytes");
   if (width * height > largest_size / (sizeof(Eigen::Vector3f) + sizeof(std::uint16_t)))
-    fail_reading("an image of " + std::to_string(width) + "x" + std::to_string(height) +
-                 " pixels, far more than its bag's size");
-  if (kind == DepthKind::metres) return back_project_metres(image, camera, units_per_metre.value_or(1));
-  DepthImage depth{image.width, image.height, {}};
-  depth.pixels.reserve(width * height);
-  for (std::size_t v = 0; v < height; ++v)
-    for (std::size_t u = 0; u < width; ++u)
-      depth.pixels.push_back(
-          pixel_at<std::uint16_t>(image.data.data() + v * image.step + 2 * u, image.big_endian));
-  return back_project(depth, camera, units_per_metre.value_or(1000));
+    fail_reading("an image of " + size_text(width, height) + " pixels, far more than its bag's size");
+  return kind == DepthKind::metres ? points_of<float>(image, camera, units_per_metre.value_or(1))
+                                   : points_of<std::uint16_t>(image, camera, units_per_metre.value_or(1000));
 }
 
 DepthImage depth_of(const CompressedImageMessage& image, const std::string& where,
@@ -198,14 +169,6 @@ DepthImage depth_of(const CompressedImageMessage& image, const std::string& wher
     png.remove_prefix(std::min(transport_head, png.size()));
   }
   return read_png(png, where, largest_size);
-}
-
-bool CameraInfoMessage::operator==(const CameraInfoMessage& other) const {
-  const auto same = [](const Intrinsics& a, const Intrinsics& b) {
-    return a.fx == b.fx && a.fy == b.fy && a.cx == b.cx && a.cy == b.cy;
-  };
-  return width == other.width && height == other.height && same(raw, other.raw) &&
-         same(rectified, other.rectified);
 }
 
 CameraInfoMessage read_camera_info(MessageReader& message) {
@@ -236,9 +199,8 @@ const Intrinsics& intrinsics_for(const CameraInfoMessage& camera, bool rectified
 
 void require_size(int width, int height, int camera_width, int camera_height) {
   if (width != camera_width || height != camera_height)
-    fail_reading("an image of " + std::to_string(width) + "x" + std::to_string(height) +
-                 " pixels, but its camera has " + std::to_string(camera_width) + "x" +
-                 std::to_string(camera_height));
+    fail_reading("an image of " + size_text(width, height) + " pixels, but its camera has " +
+                 size_text(camera_width, camera_height));
 }
 
 void for_each_transform(MessageReader& message, const std::function<void(const TransformMessage&)>& visit) {

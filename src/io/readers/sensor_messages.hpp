@@ -70,7 +70,7 @@ struct CameraInfoMessage {
   Intrinsics raw;        ///< K
   Intrinsics rectified;  ///< P's left part
   bool distorted = false;
-  bool operator==(const CameraInfoMessage&) const;
+  bool operator==(const CameraInfoMessage&) const = default;
 };
 CameraInfoMessage read_camera_info(MessageReader& message);
 

@@ -38,8 +38,7 @@ std::int64_t distance(std::int64_t a, std::int64_t b) {
 }  // namespace
 
 void PoseTrack::finish() {
-  std::stable_sort(samples_.begin(), samples_.end(),
-                   [](const Sample& a, const Sample& b) { return a.stamp_ns < b.stamp_ns; });
+  std::ranges::stable_sort(samples_, {}, &Sample::stamp_ns);
   // Of equal times keep the last: unique() over the reversed sequence keeps its first.
   const auto kept = std::unique(samples_.rbegin(), samples_.rend(),
                                 [](const Sample& a, const Sample& b) { return a.stamp_ns == b.stamp_ns; });
@@ -47,16 +46,11 @@ void PoseTrack::finish() {
 }
 
 void PoseTrack::forget_before(std::int64_t stamp_ns) {
-  const auto kept =
-      std::lower_bound(samples_.begin(), samples_.end(), stamp_ns,
-                       [](const Sample& sample, std::int64_t t) { return sample.stamp_ns < t; });
-  samples_.erase(samples_.begin(), kept);
+  samples_.erase(samples_.begin(), std::ranges::lower_bound(samples_, stamp_ns, {}, &Sample::stamp_ns));
 }
 
 PoseTrack::At PoseTrack::at(std::int64_t stamp_ns, std::int64_t gap_ns) const {
-  const auto after =
-      std::lower_bound(samples_.begin(), samples_.end(), stamp_ns,
-                       [](const Sample& sample, std::int64_t t) { return sample.stamp_ns < t; });
+  const auto after = std::ranges::lower_bound(samples_, stamp_ns, {}, &Sample::stamp_ns);
   if (after != samples_.end() && after->stamp_ns == stamp_ns) return {after->parent, transform(*after)};
   if (after == samples_.begin() || after == samples_.end()) {
     if (samples_.empty()) throw NoPose("there is none");
@@ -71,13 +65,8 @@ PoseTrack::At PoseTrack::at(std::int64_t stamp_ns, std::int64_t gap_ns) const {
   const std::int64_t apart = distance(a.stamp_ns, b.stamp_ns);
   if (apart > gap_ns) throw NoPose("its neighbours in time are " + seconds(apart) + " apart");
   if (a.parent != b.parent) throw NoPose("its parent changes between its neighbours in time");
-  const Eigen::Isometry3d from = transform(a), to = transform(b);
-  const double t = static_cast<double>(stamp_ns - a.stamp_ns) / static_cast<double>(apart);
-  At at{a.parent, Eigen::Isometry3d::Identity()};
-  at.T_parent_child.translation() = (1 - t) * from.translation() + t * to.translation();
-  at.T_parent_child.linear() =
-      Eigen::Quaterniond(from.linear()).slerp(t, Eigen::Quaterniond(to.linear())).toRotationMatrix();
-  return at;
+  return {a.parent, pose_between(transform(a), transform(b),
+                                 static_cast<double>(stamp_ns - a.stamp_ns) / static_cast<double>(apart))};
 }
 
 std::uint32_t TransformTree::index_of(const std::string& frame) {
