@@ -76,7 +76,7 @@ class Examples(unittest.TestCase):
             self.assertAlmostEqual(normal_z, np.cos(surface.slope_rad(snapshot.up())))
             sizes = [int(hull), *map(int, filter(None, sizes.split(", ")))]
             self.assertEqual(len(sizes), int(count) + 1)
-            vertices = np.loadtxt(folder / f"region{identity}_{index}", delimiter=", ")
+            vertices = np.loadtxt(folder / f"region{identity}_{index}", delimiter=",")
             self.assertEqual(vertices.shape, (sum(sizes), 2))
             for k, ring in enumerate(np.split(vertices, np.cumsum(sizes)[:-1])):
                 doubled = np.cross(ring, np.roll(ring, -1, axis=0)).sum()
