@@ -109,26 +109,14 @@ void Publications::publish_status(const MapMoment& moment) {
   const MappingCounts counts = mapping_.counts();
   const InputState inputs = inputs_();
   publish(status_, "status", [&](io::MessageWriter& out) {
-    out.begin_message();
-    out.field("header");
-    io::write_header(out, options_.frame, moment.stamp_ns);
-    out.field("revision", moment.snapshot->revision);
-    out.field("surfaces", static_cast<std::uint32_t>(moment.snapshot->surfaces.size()));
-    out.field("received", counts.received);
-    out.field("waiting", counts.waiting);
-    out.field("mapped", counts.mapped);
-    out.field("set_aside", counts.set_aside);
-    out.field("refused", counts.refused);
-    out.field("dropped", counts.dropped);
-    out.field("lost", inputs.lost);
-    out.field("transforms", counts.transforms);
-    out.field("messages_refused", counts.messages_refused);
-    out.field("scan_publishers", inputs.scan_publishers);
-    out.field("camera_publishers", inputs.camera_publishers);
-    out.field("transform_publishers", inputs.transform_publishers);
-    out.field("last_refusal", counts.last_refusal);
-    out.field("scan_ms", counts.scan_ms);
-    out.end_message();
+    out.message("header", io::header(options_.frame, moment.stamp_ns), "revision", moment.snapshot->revision,
+                "surfaces", static_cast<std::uint32_t>(moment.snapshot->surfaces.size()), "received",
+                counts.received, "waiting", counts.waiting, "mapped", counts.mapped, "set_aside",
+                counts.set_aside, "refused", counts.refused, "dropped", counts.dropped, "lost", inputs.lost,
+                "transforms", counts.transforms, "messages_refused", counts.messages_refused,
+                "scan_publishers", inputs.scan_publishers, "camera_publishers", inputs.camera_publishers,
+                "transform_publishers", inputs.transform_publishers, "last_refusal", counts.last_refusal,
+                "scan_ms", counts.scan_ms);
   });
 }
 

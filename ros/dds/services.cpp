@@ -1,6 +1,5 @@
 #include "services.hpp"
 
-#include "io/exporters/grid_map_message.hpp"
 #include "messages.hpp"
 
 #include <algorithm>
@@ -37,15 +36,7 @@ void write_outcome(io::MessageWriter& out, const std::function<std::string()>& w
     message = error.what();
     if (message.empty()) message = "failed";
   }
-  out.field("success", success);
-  out.field("message", message);
-}
-
-void write_steps(io::MessageWriter& out, const char* name, const std::vector<Footstep>& steps) {
-  out.field(name);
-  out.begin_list(steps.size());
-  for (const Footstep& step : steps) write_footstep(out, step);
-  out.end_list();
+  out.fields("success", success, "message", message);
 }
 
 }  // namespace
@@ -143,20 +134,9 @@ void Services::query(io::MessageReader& in, io::MessageWriter& out) {
     found = services::answer(map, question);
     return std::string();
   });
-  out.field("revision", map.snapshot->revision);
-  out.field("found", found.found);
-  out.field("surfaces");
-  out.begin_list(found.surfaces.size());
-  for (const SurfaceId surface : found.surfaces) out.write(surface);
-  out.end_list();
-  out.field("point");
-  io::write_point(out, found.point);
-  out.field("distance", found.distance);
-  out.field("normal");
-  io::write_point(out, found.normal);
-  out.field("front", found.front);
-  out.field("state", found.state);
-  out.field("log_odds", found.log_odds);
+  out.fields("revision", map.snapshot->revision, "found", found.found, "surfaces", found.surfaces, "point",
+             found.point, "distance", found.distance, "normal", found.normal, "front", found.front, "state",
+             found.state, "log_odds", found.log_odds);
 }
 
 void Services::contact_regions(io::MessageReader& in, io::MessageWriter& out) {
@@ -174,11 +154,7 @@ void Services::contact_regions(io::MessageReader& in, io::MessageWriter& out) {
     regions = services::answer(map, question);
     return std::string();
   });
-  out.field("revision", map.snapshot->revision);
-  out.field("regions");
-  out.begin_list(regions.size());
-  for (const services::FoundRegion& region : regions) write_region(out, region);
-  out.end_list();
+  out.fields("revision", map.snapshot->revision, "regions", io::each(regions, write_region));
 }
 
 void Services::plan(io::MessageReader& in, io::MessageWriter& out) {
@@ -196,13 +172,10 @@ void Services::plan(io::MessageReader& in, io::MessageWriter& out) {
     found = plan.found();
     return plan.refusal ? plan.refusal->sentence : std::string();
   });
-  out.field("revision", map.snapshot->revision);
-  out.field("found", found);
-  write_steps(out, "start", plan.start);
-  write_steps(out, "steps", plan.steps);
-  out.field("cost", plan.cost);
-  out.field("lower_bound", plan.lower_bound);
-  out.field("expansions", static_cast<std::uint32_t>(plan.expansions));
+  out.fields("revision", map.snapshot->revision, "found", found, "start",
+             io::each(plan.start, write_footstep), "steps", io::each(plan.steps, write_footstep), "cost",
+             plan.cost, "lower_bound", plan.lower_bound, "expansions",
+             static_cast<std::uint32_t>(plan.expansions));
 }
 
 }  // namespace octosurf::dds

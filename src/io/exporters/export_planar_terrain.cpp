@@ -28,58 +28,25 @@ std::vector<io::TerrainRegion> regions_of(const PlannerSurface& surface) {
   return regions;
 }
 
-void write_terrain_ring(io::MessageWriter& out, const Ring2& ring, SurfaceId id) {
-  out.begin_message();
-  out.field("points");
-  out.begin_list(ring.size());
-  for (const Eigen::Vector2d& uv : ring) {
-    io::finite(uv.sum(), id);
-    out.begin_message();
-    out.field("x", static_cast<float>(uv.x()));
-    out.field("y", static_cast<float>(uv.y()));
-    out.end_message();
-  }
-  out.end_list();
-  out.end_message();
-}
-
-void write_polygon(io::MessageWriter& out, const Polygon& polygon, SurfaceId id) {
-  out.begin_message();
-  out.field("outer_boundary");
-  write_terrain_ring(out, polygon.outer, id);
-  out.field("holes");
-  out.begin_list(polygon.holes.size());
-  for (const Ring2& hole : polygon.holes) write_terrain_ring(out, hole, id);
-  out.end_list();
-  out.end_message();
-}
-
-void write_box(io::MessageWriter& out, const Ring2& ring) {
-  Eigen::AlignedBox2f box;
-  for (const Eigen::Vector2d& uv : ring) box.extend(uv.cast<float>());
-  out.begin_message();
-  out.field("min_x", box.min().x());
-  out.field("min_y", box.min().y());
-  out.field("max_x", box.max().x());
-  out.field("max_y", box.max().y());
-  out.end_message();
-}
-
 void write_region(io::MessageWriter& out, const io::TerrainRegion& region) {
-  const SurfaceId id = region.surface->id;
-  const Eigen::Isometry3d& pose = region.surface->T_world_surface;
-  out.begin_message();
-  out.field("plane_parameters");
-  io::write_pose(out, pose.translation(), Eigen::Quaterniond(pose.linear()));
-  out.field("bbox2d");
-  write_box(out, region.boundary->outer);
-  out.field("boundary");
-  write_polygon(out, *region.boundary, id);
-  out.field("insets");
-  out.begin_list(region.insets.size());
-  for (const Polygon* inset : region.insets) write_polygon(out, *inset, id);
-  out.end_list();
-  out.end_message();
+  const auto write_vertex = [&region](io::MessageWriter& to, const Eigen::Vector2d& uv) {
+    io::finite(uv.sum(), region.surface->id);
+    to.message("x", static_cast<float>(uv.x()), "y", static_cast<float>(uv.y()));
+  };
+  const auto write_ring = [&](io::MessageWriter& to, const Ring2& ring) {
+    to.message("points", io::each(ring, write_vertex));
+  };
+  const auto write_polygon = [&](io::MessageWriter& to, const Polygon& polygon) {
+    to.message("outer_boundary", io::one(polygon.outer, write_ring), "holes",
+               io::each(polygon.holes, write_ring));
+  };
+  Eigen::AlignedBox2f box;
+  for (const Eigen::Vector2d& uv : region.boundary->outer) box.extend(uv.cast<float>());
+  const Eigen::Vector2f &low = box.min(), &high = box.max();
+  out.message("plane_parameters", region.surface->T_world_surface, "bbox2d",
+              io::message_of("min_x", low.x(), "min_y", low.y(), "max_x", high.x(), "max_y", high.y()),
+              "boundary", io::one(*region.boundary, write_polygon), "insets",
+              io::each(region.insets, write_polygon));
 }
 
 /// Regions of a terrain that must not be empty. `where` names it in errors.
@@ -116,14 +83,10 @@ void io::write_planar_terrain(io::MessageWriter& out, const std::vector<io::Terr
                               const HeightGrid& grid, const std::string& frame) {
   const Eigen::MatrixXf elevation = io::without_gaps(grid.elevation);
   const Eigen::MatrixXf smooth = io::mean_over(elevation, 0.2 / grid.cell);
-  out.begin_message();
-  out.field("planarRegions");
-  out.begin_list(regions.size());
-  for (const io::TerrainRegion& region : regions) write_region(out, region);
-  out.end_list();
-  out.field("gridmap");
-  io::write_grid_map(out, grid, {{"elevation", &elevation}, {"smooth_planar", &smooth}}, frame);
-  out.end_message();
+  const auto write_grid = [&](io::MessageWriter& to) {
+    io::write_grid_map(to, grid, {{"elevation", &elevation}, {"smooth_planar", &smooth}}, frame);
+  };
+  out.message("planarRegions", io::each(regions, write_region), "gridmap", write_grid);
 }
 
 PlanarTerrainCount export_planar_terrain(const std::vector<PlannerSurface>& surfaces, const HeightGrid& grid,

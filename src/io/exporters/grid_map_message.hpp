@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,14 +23,8 @@ void write_grid_map(MessageWriter& out, const HeightGrid& grid, const GridLayers
 /// The layers of export_grid_map(), taken from the grid.
 GridLayers layers_of(const HeightGrid& grid);
 
-/// std_msgs/Header. The time is 0 unless given, because a map has no single time.
-void write_header(MessageWriter& out, const std::string& frame, std::int64_t stamp_ns = 0);
-
-/// geometry_msgs/Point, Vector3.
-void write_point(MessageWriter& out, const Eigen::Vector3d& point);
-
-/// geometry_msgs/Pose.
-void write_pose(MessageWriter& out, const Eigen::Vector3d& position, const Eigen::Quaterniond& orientation);
+/// std_msgs/Header, a field's value. A map is of no one moment, so its time is 0 unless one is given.
+std::function<void(MessageWriter&)> header(const std::string& frame, std::int64_t stamp_ns = 0);
 
 /// Throws Error(data) unless the grid has cells and all its layers are of one size.
 void require_cells(const HeightGrid& grid, const std::filesystem::path& file);

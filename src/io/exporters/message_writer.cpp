@@ -43,7 +43,7 @@ class JsonWriter : public MessageWriter {
     separate();
     out_ << (value ? "true" : "false");
   }
-  void write(const std::string& value) override {
+  void write(std::string_view value) override {
     separate();
     // A frame's name may come from a command line or a bag: invalid UTF-8 must not stop the export.
     out_ << nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
@@ -113,7 +113,7 @@ class BytesWriter : public MessageWriter {
   void write(std::uint8_t value) override { self().put(value); }
   void write(std::uint64_t value) override { self().put(value); }
   void write(bool value) override { self().put(static_cast<std::uint8_t>(value)); }
-  void write(const std::string& value) override { self().put(value); }
+  void write(std::string_view value) override { self().put(value); }
   void write(std::span<const float> list) override { write_list(list); }
   void write(std::span<const std::int8_t> list) override { write_list(list); }
 
@@ -162,9 +162,9 @@ class CdrWriter : public BytesWriter<CdrWriter> {
     pad_to(sizeof value);
     cdr_ << value;
   }
-  void put(const std::string& value) {
-    pad_to(sizeof(std::uint32_t));  // its length comes first
-    cdr_ << value;
+  void put(std::string_view value) {
+    pad_to(sizeof(std::uint32_t));  // its length stands first
+    cdr_ << std::string(value);
   }
   template <class Number>
   void put_list(std::span<const Number> list) {
@@ -194,7 +194,7 @@ class PackedWriter : public BytesWriter<PackedWriter> {
   void put(Number value) {
     bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
   }
-  void put(const std::string& value) {
+  void put(std::string_view value) {
     put(static_cast<std::uint32_t>(value.size()));
     bytes_ += value;
   }
@@ -213,6 +213,16 @@ void write_json(const std::function<void(MessageWriter&)>& message, std::ostream
 }
 
 }  // namespace
+
+void MessageWriter::write(const Eigen::Vector3d& point) {
+  message("x", point.x(), "y", point.y(), "z", point.z());
+}
+
+void MessageWriter::write(const Eigen::Isometry3d& pose) {
+  const Eigen::Quaterniond turn(pose.linear());
+  message("position", Eigen::Vector3d(pose.translation()), "orientation",
+          message_of("x", turn.x(), "y", turn.y(), "z", turn.z(), "w", turn.w()));
+}
 
 std::string cdr_of(const std::function<void(MessageWriter&)>& message) {
   CdrWriter writer;
