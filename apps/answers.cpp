@@ -13,11 +13,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json point(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
-
 Json ring(const Surface& surface, const Ring2& vertices) {
   Json points = Json::array();
-  for (const Eigen::Vector2d& uv : vertices) points.push_back(point(surface.to_map(uv)));
+  for (const Eigen::Vector2d& uv : vertices) points.push_back(surface.to_map(uv));
   return points;
 }
 
@@ -28,7 +26,7 @@ std::string surfaces_json(const std::vector<SurfaceId>& ids) { return Json{{"sur
 std::string hit_json(const std::optional<RayHit>& hit) {
   if (!hit) return Json{{"surface", nullptr}}.dump();
   const Json json{{"surface", hit->id},
-                  {"point", point(hit->point)},
+                  {"point", hit->point},
                   {"distance_m", hit->distance},
                   {"side", hit->front ? "front" : "back"}};
   return json.dump();
@@ -43,9 +41,9 @@ std::string voxel_json(const OccupancyView::Voxel& voxel) {
 
 std::string nearest_json(const Nearest& found, const Surface& surface, const Eigen::Vector3d& up) {
   const Json json{{"surface", found.id},
-                  {"point", point(found.point)},
+                  {"point", found.point},
                   {"distance_m", found.distance},
-                  {"normal", point(surface.plane.normal)},
+                  {"normal", surface.plane.normal},
                   {"slope_deg", slope_rad(surface, up) * deg_per_rad},
                   {"area_m2", surface.area_m2}};
   return json.dump();
@@ -57,9 +55,9 @@ std::string foothold_json(const Foothold& found) {
                   {"refused", found.refused ? Json(contact_refusal_name(*found.refused)) : Json()},
                   {"supported", found.supported},
                   {"margin_m", found.margin_m},
-                  {"point", point(found.T_map_contact.translation())},
-                  {"normal", point(found.T_map_contact.linear().col(2))},
-                  {"heading", point(found.T_map_contact.linear().col(0))}};
+                  {"point", Eigen::Vector3d(found.T_map_contact.translation())},
+                  {"normal", Eigen::Vector3d(found.T_map_contact.linear().col(2))},
+                  {"heading", Eigen::Vector3d(found.T_map_contact.linear().col(0))}};
   return json.dump();
 }
 
@@ -81,11 +79,7 @@ std::string region_json(const Surface& surface, const ContactRegion& region,
     json["polygons"].push_back({{"outer", ring(surface, polygon.outer)}, {"holes", holes}});
   }
   json["pieces"] = Json::array();
-  for (const ConvexPiece& piece : pieces) {
-    Json vertices = Json::array();
-    for (const Eigen::Vector3d& v : piece.vertices) vertices.push_back(point(v));
-    json["pieces"].push_back(vertices);
-  }
+  for (const ConvexPiece& piece : pieces) json["pieces"].push_back(piece.vertices);
   return json.dump();
 }
 

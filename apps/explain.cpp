@@ -12,6 +12,8 @@
 namespace octosurf {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 constexpr const char* explain_description = R"(Tells why there is no surface at a place.
 
 Examples:
@@ -52,26 +54,24 @@ void print(const Explanation& why, const std::string& detector) {
 }
 
 void print_json(const Explanation& why, const std::string& detector) {
-  const auto place = [](const Eigen::Vector3d& p) { return nlohmann::ordered_json{p.x(), p.y(), p.z()}; };
-  nlohmann::ordered_json json;
+  Json json;
   json["reason"] = reason_name(why.reason);
   json["sentence"] = why.sentence;
-  json["asked"] = place(why.asked);
-  json["looked_at"] = why.looked_at ? place(*why.looked_at) : nlohmann::ordered_json();
+  json["asked"] = why.asked;
+  json["looked_at"] = why.looked_at ? Json(*why.looked_at) : Json();
   json["detector"] = detector;
-  json["surface"] = why.surface != 0 ? nlohmann::ordered_json(why.surface) : nlohmann::ordered_json();
-  json["cylinder"] = why.cylinder != 0 ? nlohmann::ordered_json(why.cylinder) : nlohmann::ordered_json();
-  json["nearest"] = why.nearest != 0 ? nlohmann::ordered_json{{"surface", why.nearest},
-                                                              {"distance_m", why.nearest_distance}}
-                                     : nlohmann::ordered_json();
-  json["figures"] = nlohmann::ordered_json::array();
+  json["surface"] = why.surface != 0 ? Json(why.surface) : Json();
+  json["cylinder"] = why.cylinder != 0 ? Json(why.cylinder) : Json();
+  json["nearest"] =
+      why.nearest != 0 ? Json{{"surface", why.nearest}, {"distance_m", why.nearest_distance}} : Json();
+  json["figures"] = Json::array();
   for (const Figure& figure : why.figures) {
-    nlohmann::ordered_json entry{{"name", figure.name}, {"value", figure.value}, {"unit", figure.unit}};
+    Json entry{{"name", figure.name}, {"value", figure.value}, {"unit", figure.unit}};
     if (figure.at_least) entry["at_least"] = *figure.at_least;
     json["figures"].push_back(std::move(entry));
   }
   json["misfits"] = {{"left_out", why.scans_left_out}, {"mapped_as_given", why.scans_unexplained}};
-  json["around"] = nlohmann::ordered_json::object();
+  json["around"] = Json::object();
   for (const auto& [reason, count] : why.around) json["around"][std::string(reason_name(reason))] = count;
   std::printf("%s\n", json.dump().c_str());
 }

@@ -90,22 +90,20 @@ void print(const Map& map, const KeptScans& scans, const Contents& contents) {
   std::printf("\nparameters\n%s", list_parameters(map.parameters()).c_str());
 }
 
-Json to_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
 Json to_json(const Surface& surface, const Eigen::Vector3d& up) {
   return {{"id", surface.id},
           {"area_m2", surface.area_m2},
           {"inliers", surface.inliers},
           {"rms_m", surface.rms_m},
-          {"normal", to_json(surface.plane.normal)},
+          {"normal", surface.plane.normal},
           {"offset", surface.plane.offset},
           {"slope_deg", slope_rad(surface, up) * 180 / std::numbers::pi}};
 }
 
 Json to_json(const Cylinder& cylinder) {
   return {{"id", cylinder.id},
-          {"axis_point", to_json(cylinder.axis_point)},
-          {"axis", to_json(cylinder.axis)},
+          {"axis_point", cylinder.axis_point},
+          {"axis", cylinder.axis},
           {"radius_m", cylinder.radius_m},
           {"length_m", cylinder.length_m},
           {"span_deg", cylinder.span_rad * 180 / std::numbers::pi},
@@ -127,7 +125,7 @@ Json json_of(const LoadedMap& loaded, const Contents& contents) {
   json["pending_points"] = size.pending;
   json["extent"] = nullptr;
   if (!contents.extent.isEmpty())
-    json["extent"] = {{"min", to_json(contents.extent.min())}, {"max", to_json(contents.extent.max())}};
+    json["extent"] = {{"min", contents.extent.min()}, {"max", contents.extent.max()}};
   json["up"] = Json::parse(up_json(contents.up));
   json["surfaces"] = size.surfaces;
   json["area_m2"] = total_area(*contents.snapshot);

@@ -86,12 +86,11 @@ void print_line(const Localized& found) {
 nlohmann::ordered_json json_of(const Localized& found) {
   const Alignment& a = found.alignment;
   const Eigen::Quaterniond q(a.T_map_sensor.linear());
-  const Eigen::Vector3d t = a.T_map_sensor.translation();
   std::vector<double> covariance(a.covariance.data(), a.covariance.data() + a.covariance.size());
   return {{"name", found.name},
           {"outcome", name_of(a.outcome)},
-          {"position", {t.x(), t.y(), t.z()}},
-          {"quaternion", {q.x(), q.y(), q.z(), q.w()}},
+          {"position", Eigen::Vector3d(a.T_map_sensor.translation())},
+          {"quaternion", q.coeffs()},
           {"moved_m", found.moved_m},
           {"turned_deg", found.turned_deg},
           {"determined", a.determined},

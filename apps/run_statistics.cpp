@@ -103,8 +103,7 @@ Json closures_json(const std::vector<mapper::LoopClosure>& closures) {
 Json sensor_error_json(const std::optional<alignment::SensorErrorEstimate>& error) {
   if (!error) return {};
   const double degrees = 180 / std::numbers::pi;
-  const Eigen::Vector3d tilt = degrees * error->tilt_rad();
-  return {{"tilt_deg", {tilt.x(), tilt.y(), tilt.z()}},
+  return {{"tilt_deg", Eigen::Vector3d(degrees * error->tilt_rad())},
           {"tilt_std_deg",
            {degrees * error->tilt_deviation_rad(0), degrees * error->tilt_deviation_rad(1),
             degrees * error->tilt_deviation_rad(2)}},
@@ -113,8 +112,7 @@ Json sensor_error_json(const std::optional<alignment::SensorErrorEstimate>& erro
 }
 
 Json up_object(const Up& up) {
-  Json json{{"direction", {up.direction.x(), up.direction.y(), up.direction.z()}},
-            {"from", name_of(up.source)}};
+  Json json{{"direction", up.direction}, {"from", name_of(up.source)}};
   if (up.source != Up::Source::surfaces) return json;
   json["level_m2"] = up.level_m2;
   json["rival"] = up.rival;

@@ -69,7 +69,7 @@ void export_height_image(const HeightGrid& grid, const std::filesystem::path& fi
                                      {"offset", scale.offset},
                                      {"no_data", 0},
                                      {"cell", grid.cell},
-                                     {"origin", {first.x(), first.y()}}};
+                                     {"origin", first}};
   io::NewFile image(file, force), text(std::filesystem::path(file).replace_extension(".json"), force);
   image.write(
       [&](std::ostream& out) { io::write_png(pixels_of(grid.elevation, scale), width, height, out); });

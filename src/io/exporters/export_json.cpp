@@ -11,20 +11,15 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json point_json(const Eigen::Vector3d& point, SurfaceId id) {
-  const Eigen::Vector3d p = tidy(point, id);
-  return Json::array({p.x(), p.y(), p.z()});
-}
-
 Json points_json(const std::vector<Eigen::Vector3d>& points, SurfaceId id) {
   Json list = Json::array();
-  for (const Eigen::Vector3d& point : points) list.push_back(point_json(point, id));
+  for (const Eigen::Vector3d& point : points) list.push_back(tidy(point, id));
   return list;
 }
 
 Json ring_json(const Ring2& ring, const Surface& surface) {
   Json list = Json::array();
-  for (const Eigen::Vector2d& uv : ring) list.push_back(point_json(surface.to_map(uv), surface.id));
+  for (const Eigen::Vector2d& uv : ring) list.push_back(tidy(surface.to_map(uv), surface.id));
   return list;
 }
 
@@ -69,7 +64,7 @@ Json convex_json(const std::vector<ConvexPiece>& pieces, SurfaceId id) {
 Json circles_json(const std::vector<Circle>& circles, SurfaceId id) {
   Json list = Json::array();
   for (const Circle& circle : circles) {
-    list.push_back({{"center", point_json(circle.center, id)}, {"radius", finite(circle.radius, id)}});
+    list.push_back({{"center", tidy(circle.center, id)}, {"radius", finite(circle.radius, id)}});
   }
   return list;
 }
@@ -80,20 +75,13 @@ Json mesh_json(const Mesh& mesh, SurfaceId id) {
 
 Json pose_json(const Surface& surface) {
   Json list = Json::array();
-  const Eigen::Matrix4d matrix = surface.T_map_surface.matrix();
-  for (Eigen::Index row = 0; row < 4; ++row) {
-    for (Eigen::Index column = 0; column < 4; ++column) {
-      list.push_back(finite(matrix(row, column), surface.id));
-    }
-  }
+  for (int i = 0; i < 16; ++i) list.push_back(finite(surface.T_map_surface(i / 4, i % 4), surface.id));
   return list;
 }
 
 Json covariance_json(const Surface& surface) {
   Json list = Json::array();
-  for (Eigen::Index row = 0; row < 3; ++row)
-    for (Eigen::Index column = 0; column < 3; ++column)
-      list.push_back(finite(surface.covariance(row, column), surface.id));
+  for (int i = 0; i < 9; ++i) list.push_back(finite(surface.covariance(i / 3, i % 3), surface.id));
   return list;
 }
 

@@ -15,8 +15,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Ring3 = std::vector<Eigen::Vector3d>;
 
-Json json_of(const Eigen::Vector3d& v) { return Json::array({v.x(), v.y(), v.z()}); }
-
 /// Starts at the corner where the first three vertices form the largest triangle.
 Ring3 from_widest_corner(const Ring3& ring) {
   std::size_t best = 0;
@@ -40,18 +38,18 @@ Json piece_json(SurfaceId id, const Eigen::Vector3d& normal, const Ring3& piece)
   const auto add_row = [&](const Eigen::Vector3d& row) {
     double bound = row.dot(ring.front());
     for (const Eigen::Vector3d& vertex : ring) bound = std::max(bound, row.dot(vertex));
-    a.push_back(json_of(row));
+    a.push_back(row);
     b.push_back(bound);
   };
   for (std::size_t i = 0; i < ring.size(); ++i) {
-    vertices.push_back(json_of(io::tidy(ring[i], id)));
+    vertices.push_back(io::tidy(ring[i], id));
     add_row((ring[(i + 1) % ring.size()] - ring[i]).cross(normal).normalized());
   }
   add_row(normal);
   add_row(-normal);
   return {{"id", id},
           {"vertices", std::move(vertices)},
-          {"normal", json_of(normal)},
+          {"normal", normal},
           {"A", std::move(a)},
           {"b", std::move(b)}};
 }

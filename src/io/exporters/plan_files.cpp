@@ -42,19 +42,15 @@ std::vector<Eigen::Vector3d> outline_of(const Footstep& step, const ContactShape
   return ring;
 }
 
-Json point(const Eigen::Vector3d& p) { return Json{p.x(), p.y(), p.z()}; }
-
 Json step_json(const Footstep& step, const ContactShape& foot) {
   Json json{{"foot", foot_name(step.foot)},
             {"surface", step.surface},
-            {"at", point(step.T_map_foot.translation())},
+            {"at", Eigen::Vector3d(step.T_map_foot.translation())},
             {"yaw_deg", step.yaw_rad * degrees}};
   Json& rows = json["T_map_foot"] = Json::array();
-  for (int i = 0; i < 4; ++i)
-    for (int j = 0; j < 4; ++j) rows.push_back(step.T_map_foot.matrix()(i, j));
+  for (int i = 0; i < 16; ++i) rows.push_back(step.T_map_foot(i / 4, i % 4));
   json["margin_m"] = step.margin_m;
-  Json& outline = json["outline"] = Json::array();
-  for (const Eigen::Vector3d& p : outline_of(step, foot, 0)) outline.push_back(point(p));
+  json["outline"] = outline_of(step, foot, 0);
   return json;
 }
 
@@ -62,7 +58,7 @@ Json step_json(const NoPlan& refusal) {
   Json json{{"why", why_names.at(static_cast<std::size_t>(refusal.why))},
             {"sentence", refusal.sentence},
             {"contact", refusal.contact ? Json(contact_refusal_name(*refusal.contact)) : Json()},
-            {"nearest", refusal.nearest ? point(*refusal.nearest) : Json()},
+            {"nearest", refusal.nearest ? Json(*refusal.nearest) : Json()},
             {"nearest_m", refusal.nearest ? Json(refusal.nearest_m) : Json()}};
   json["refused"] = Json();
   const bool searched = refusal.why == NoPlan::Why::unreachable || refusal.why == NoPlan::Why::budget;
@@ -93,7 +89,7 @@ std::string to_json(const FootstepPlan& plan, const Robot& robot) {
   }
   json["body"] = Json::array();
   for (const Standing& pose : plan.body)
-    json["body"].push_back({{"at", point(pose.at)}, {"yaw_deg", pose.yaw_rad * degrees}});
+    json["body"].push_back({{"at", pose.at}, {"yaw_deg", pose.yaw_rad * degrees}});
   if (plan.refusal) json["refusal"] = step_json(*plan.refusal);
   return json.dump(1);
 }
