@@ -369,14 +369,14 @@ TEST(NoiseModel, AnotherMapsSharedErrorsCountByTheirScans) {
   for (int scan = 0; scan < 3; ++scan)
     other.observe(NoiseModel::shared_variances(residuals_of(6, 0.008, 0, rng)));
   NoiseModel both = one, taken = nothing;
-  both.add(other.shared_errors());
-  taken.add(other.shared_errors());
+  both.add(other);
+  taken.add(other);
   const auto error = [](const NoiseModel& noise) { return noise.shared_errors().of_class[6]; };
   EXPECT_NEAR(error(both).variance, (error(one).variance + 3 * error(other).variance) / 4, 1e-15);
   EXPECT_EQ(error(both).scans, 4U);
   EXPECT_DOUBLE_EQ(taken.reading_variance(6), other.reading_variance(6));
   const double before = both.reading_variance(6);
-  both.add(nothing.shared_errors());
+  both.add(nothing);
   EXPECT_EQ(both.reading_variance(6), before);
 }
 

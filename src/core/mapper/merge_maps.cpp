@@ -49,10 +49,7 @@ void OtherMap::hand_over_records(surfaces::MapState& map) const {
     misfit.position = T_map_other_ * misfit.position;
     map.alignment.note_misfit(misfit);
   }
-  Scan told;
-  told.noise = other_.noise.seen_since({});
-  if (!told.noise.empty()) map.noise.observe(told);
-  map.noise.add(other_.noise.shared_errors());
+  map.noise.add(other_.noise);
 }
 
 std::vector<MergedSurface> OtherMap::heirs_in(const surfaces::MapState& map) const {

@@ -125,10 +125,16 @@ void NoiseModel::SharedError::add(const SharedError& other) {
   scans = std::min(scans + other.scans, residual_memory);
 }
 
-void NoiseModel::add(const SharedErrors& other) {
-  for (unsigned c = 0; c < classes; ++c) shared_errors_.of_class[c].add(other.of_class[c]);
-  shared_errors_.of_surface.add(other.of_surface);
+void NoiseModel::add(const NoiseModel& other) {
+  for (unsigned c = 0; c < classes; ++c) shared_errors_.of_class[c].add(other.shared_errors_.of_class[c]);
+  shared_errors_.of_surface.add(other.shared_errors_.of_surface);
   tabulate_shared_errors();
+  if (!estimate_) return;
+  for (unsigned c = 0; c < classes; ++c) {
+    for (unsigned bin = 0; bin < bins; ++bin) histogram_[c][bin] += other.histogram_[c][bin];
+    total_[c] += other.total_[c];
+  }
+  update();
 }
 
 namespace {

@@ -101,8 +101,8 @@ class NoiseModel {
     std::array<SharedError, classes> of_class;  ///< along the line of sight
     SharedError of_surface;                     ///< common to a scan's readings of one, along its normal
   };
-  /// Adds another map's estimates, weighted by their numbers of scans.
-  void add(const SharedErrors& other);
+  /// Adds another map's observations, and its estimates weighted by their numbers of scans.
+  void add(const NoiseModel& other);
   const Histogram& histogram() const { return histogram_; }  ///< state, for map files, with the next
   const SharedErrors& shared_errors() const { return shared_errors_; }
   void restore(const Histogram& histogram, double range_noise, const SharedErrors& shared_errors);
