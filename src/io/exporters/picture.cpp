@@ -129,7 +129,7 @@ class Canvas {
     hits_.resize(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_));
     std::vector<Eigen::Vector3f> shades;
     for (std::uint32_t i = 0; i < patches.size(); ++i) {
-      const Patch& patch = patches[i];
+      const DrawnPolygon& patch = patches[i];
       shades.push_back(shade(patch, camera.eye));
       if (cut && patch.plane.signed_distance(camera.eye) < 0) continue;
       const auto& v = patch.mesh.vertices;
