@@ -374,21 +374,18 @@ class MapReader : Damage {
 };
 
 void check_version(std::istream& in, const std::string& where) {
-  std::array<char, map_file_magic.size()> magic{};
-  in.read(magic.data(), magic.size());
-  if (in.gcount() != static_cast<std::streamsize>(magic.size()) ||
-      std::string_view(magic.data(), magic.size()) != map_file_magic)
+  const Damage damage{where, {}};
+  std::array<char, map_file_magic.size() + 4> head{};
+  in.read(head.data(), head.size());
+  const std::string_view bytes(head.data(), static_cast<std::size_t>(in.gcount()));
+  if (!bytes.starts_with(map_file_magic))
     throw Error(Error::Kind::data, where, "is not an octosurf map",
                 "expected a .surfaces file of octosurf map");
+  damage.require(bytes.size() == head.size(), "it ends too early");
   std::uint32_t version = 0;
-  for (int shift = 0; shift < 32; shift += 8) {
-    const int byte = in.get();
-    if (byte == std::istream::traits_type::eof())
-      throw Error(Error::Kind::data, where, "is damaged: it ends too early", "restore it from a backup");
-    version |= static_cast<std::uint32_t>(byte) << shift;
-  }
-  if (version == 0)
-    throw Error(Error::Kind::data, where, "is damaged: it has no version", "restore it from a backup");
+  for (std::size_t i = 0; i < 4; ++i)
+    version |= std::uint32_t{static_cast<unsigned char>(bytes[map_file_magic.size() + i])} << (8 * i);
+  damage.require(version > 0, "it has no version");
   if (version != map_file_version)
     throw Error(Error::Kind::data, where,
                 "has version " + std::to_string(version) + " of the format, this octosurf reads version " +

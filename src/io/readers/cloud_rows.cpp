@@ -10,6 +10,7 @@
 #include <octosurf/error.hpp>
 
 namespace octosurf::io {
+
 std::uint32_t count_in_header(std::string_view word, const std::filesystem::path& file) {
   std::uint32_t value = 0;
   const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), value);

@@ -21,7 +21,7 @@ std::uint32_t take_count(BoundedFile& file) {
   return number_at<std::uint32_t>(file.take(count_bytes).data(), false);
 }
 
-/// Behind its dimension.
+/// Skips the dimension before the numbers.
 template <int N>
 Eigen::Matrix<double, N, 1> vector_at(const char* bytes) {
   return Eigen::Matrix<double, N, 1>(number_at<std::array<double, N>>(bytes + count_bytes, false).data());
