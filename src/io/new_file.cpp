@@ -36,11 +36,12 @@ int sync_failure(int descriptor) {
               "may not have reached the disk: " + std::generic_category().message(failure), "check the disk");
 }
 
-constexpr std::string_view part = ".part-";
+constexpr std::string_view part_suffix = ".part-";
 constexpr std::size_t random_digits = 16;
 
 bool is_part_of(const std::string& name, const std::string& file) {
-  if (name.size() != file.size() + part.size() + random_digits || !name.starts_with(file + std::string(part)))
+  if (name.size() != file.size() + part_suffix.size() + random_digits ||
+      !name.starts_with(file + std::string(part_suffix)))
     return false;
   return std::all_of(name.end() - random_digits, name.end(),
                      [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
@@ -70,7 +71,7 @@ std::string new_part_ending() {
     throw Error(Error::Kind::output, "temporary file", "the system gives no random number for its name");
   std::array<char, random_digits + 1> text{};
   std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(number));
-  return std::string(part) + text.data();
+  return std::string(part_suffix) + text.data();
 }
 
 /// Removes temporary files of `file` left by terminated processes: regular files of this user beside it with

@@ -11,7 +11,7 @@ constexpr double length_slack = 1e-6;
 constexpr double largest_radius = 10;  // m: far larger than any detected cylinder
 
 void visit(map_file::Cylinder& record, geometry::CylinderShape& shape, const Damage* damage) {
-  visit_numbers(record.mutable_shape(), damage, finite, shape.point, shape.axis, shape.radius);
+  visit_numbers(record.mutable_shape(), damage, finite_numbers, shape.point, shape.axis, shape.radius);
 }
 
 }  // namespace

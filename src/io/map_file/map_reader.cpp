@@ -245,7 +245,7 @@ class MapReader : Damage {
       charge(count, pose_cost);
       charge(held, held_cost);
       file_.state->held.insert(file_.state->held.end(), record.held().begin(), record.held().end());
-      for (RecordNumbers<double> values(*record.mutable_values(), this, finite); !values.at_end();) {
+      for (RecordNumbers<double> values(*record.mutable_values(), this, finite_numbers); !values.at_end();) {
         values(poses.emplace_back(Eigen::Isometry3d::Identity()));
         require_rigid(poses.back(), where);
       }

@@ -18,7 +18,8 @@ struct NumberRule {
   double largest;
   const char* otherwise;
 };
-inline constexpr NumberRule finite{std::numeric_limits<double>::max(), "has a number that is not finite"};
+inline constexpr NumberRule finite_numbers{std::numeric_limits<double>::max(),
+                                           "has a number that is not finite"};
 
 /// A record's list of numbers, visited in order: read from it, or, without `damage`, appended to it. One list
 /// of fields serves both ways.

@@ -23,11 +23,11 @@ constexpr double moments_slack = 1e-3;  // relative: accumulated rounding of mil
 
 /// Reads or writes its lists of numbers.
 void visit(map_file::Surface& record, State& s, const Damage* damage) {
-  visit_numbers(record.mutable_plane(), damage, finite, s.plane.normal, s.plane.offset);
-  visit_numbers(record.mutable_pose(), damage, finite, s.pose);
-  visit_numbers(record.mutable_hash_frame(), damage, finite, s.hash_frame);
-  visit_numbers(record.mutable_reference(), damage, finite, s.reference);
-  RecordNumbers<double> moments(*record.mutable_moments(), damage, finite);
+  visit_numbers(record.mutable_plane(), damage, finite_numbers, s.plane.normal, s.plane.offset);
+  visit_numbers(record.mutable_pose(), damage, finite_numbers, s.pose);
+  visit_numbers(record.mutable_hash_frame(), damage, finite_numbers, s.hash_frame);
+  visit_numbers(record.mutable_reference(), damage, finite_numbers, s.reference);
+  RecordNumbers<double> moments(*record.mutable_moments(), damage, finite_numbers);
   for (geometry::Moments& m : s.moments) {
     moments(m.count);
     moments(m.sum);
@@ -36,11 +36,11 @@ void visit(map_file::Surface& record, State& s, const Damage* damage) {
   if (damage) damage->require(moments.at_end(), "lacks numbers, or has too many");
   geometry::Moments& seen = s.evidence.moments;
   if (damage ? record.evidence_size() > 0 : s.evidence.readings > 0)
-    visit_numbers(record.mutable_evidence(), damage, finite, s.evidence.readings, seen.count, seen.sum,
-                  seen.outer);
+    visit_numbers(record.mutable_evidence(), damage, finite_numbers, s.evidence.readings, seen.count,
+                  seen.sum, seen.outer);
   Eigen::Matrix3d& c = s.covariance;
-  visit_numbers(record.mutable_covariance(), damage, finite, c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2),
-                c(2, 2));
+  visit_numbers(record.mutable_covariance(), damage, finite_numbers, c(0, 0), c(0, 1), c(0, 2), c(1, 1),
+                c(1, 2), c(2, 2));
 }
 
 /// Reads or writes polygons with coordinates up to `reach`.
