@@ -9,26 +9,30 @@ region's frame. There are no holes: the convex polygons leave them out.
 """
 import pathlib
 import sys
+from collections.abc import Iterable
 
 import numpy as np
+import numpy.typing as npt
 
 import octosurf
 
+Array = npt.NDArray[np.float64]
 
-def axis_angle(R):
+
+def axis_angle(R: Array) -> tuple[Array, float]:
     """The turn's axis and angle; the axis is the eigenvector of eigenvalue 1, which (R - R^T) gives its sign."""
     twice_sine = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     values, vectors = np.linalg.eigh(R + R.T)
     axis = vectors[:, -1] if vectors[:, -1] @ twice_sine >= 0 else -vectors[:, -1]
-    return axis, np.arctan2(np.linalg.norm(twice_sine), np.trace(R) - 1)
+    return axis, float(np.arctan2(np.linalg.norm(twice_sine), np.trace(R) - 1))
 
 
-def clockwise(ring):
+def clockwise(ring: Array) -> Array:
     x, y = ring.T
     return ring[::-1] if x @ np.roll(y, -1) > y @ np.roll(x, -1) else ring
 
 
-def contains(polygon, point):
+def contains(polygon: octosurf.Polygon, point: Array) -> bool:
     """Even-odd rule over the outer ring and the holes."""
     inside = False
     for ring in [polygon.outer, *polygon.holes]:
@@ -37,11 +41,11 @@ def contains(polygon, point):
     return inside
 
 
-def text(numbers):
+def text(numbers: Iterable[float]) -> str:
     return ", ".join(repr(float(number)) for number in numbers)
 
 
-def main():
+def main() -> None:
     snapshot, folder = octosurf.load(sys.argv[1]).snapshot(), pathlib.Path(sys.argv[2])
     folder.mkdir()
     header = []
