@@ -2,6 +2,7 @@
 #include "io/exporters/room_snapshot.hpp"
 #include "support/painted_octree.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <exception>
@@ -135,11 +136,14 @@ PageMap turned(PageMap map, const Eigen::Quaterniond& rotation) {
 std::vector<PageMap> three_days() {
   PageMap before = room("monday"), after = room("tuesday");
   Snapshot first = *before.snapshot, second = *after.snapshot;
-  const SurfaceId table_top = first.surfaces[6]->id, newest = second.surfaces.back()->id;
+  const SurfaceId table_top = first.surfaces[6]->id;
+  const auto level = std::find_if(second.surfaces.rbegin(), second.surfaces.rend(),
+                                  [](const SurfacePtr& s) { return s->plane.normal.z() > 0.9; });
+  const SurfaceId newest = (*level)->id;  // to be seen from above, too
   Surface raised = *first.surfaces[6];
   raised.T_map_surface.translation().z() += 0.5;  // to be seen from above
   first.surfaces[6] = std::make_shared<Surface>(raised);
-  first.surfaces.pop_back();
+  std::erase_if(first.surfaces, [&](const SurfacePtr& surface) { return surface->id == newest; });
   std::erase_if(second.surfaces, [&](const SurfacePtr& surface) { return surface->id == table_top; });
   first.revision = 500;
   before.snapshot = std::make_shared<Snapshot>(std::move(first));
