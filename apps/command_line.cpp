@@ -143,8 +143,8 @@ int run_command(CLI::App& app, int argc, char** argv) {
         wrong_use);
   try {
     app.parse(arguments_of(words));
-  } catch (const CLI::Success& asked) {  // help, version
-    return app.exit(asked);
+  } catch (const CLI::Success& help_or_version) {
+    return app.exit(help_or_version);
   } catch (const CLI::ParseError& error) {
     const std::string help = verb.empty() ? program + " --help" : program + " " + verb + " --help";
     const bool unknown = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;

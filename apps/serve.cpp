@@ -32,7 +32,7 @@ Examples:
   curl 'http://127.0.0.1:8080/api/query/below?point=-4.6,-0.6,1'
   curl 'http://127.0.0.1:8080/api/regions?surface=1&foot=0.22x0.11&yaw_deg=90&edge_margin_m=0.02&pieces=8'
   curl 'http://127.0.0.1:8080/api/plan?from=-4.6,-0.6,0.6,-135&to=-6.6,-2.7,1.5,-135'
-  curl http://127.0.0.1:8080/api                 everything that can be asked
+  curl http://127.0.0.1:8080/api                 all questions and their parameters
   openssl rand -hex 32 > token; chmod 600 token
   octosurf serve maps/office --listen 0.0.0.0 --port 8080 --token token
   curl -H "Authorization: Bearer $(cat token)" http://robot:8080/api/surfaces

@@ -57,6 +57,9 @@ if(OCTOSURF_BUILD_PCL STREQUAL AUTO)
     set(OCTOSURF_BUILD_PCL ON)
   endif()
 endif()
+if(OCTOSURF_BUILD_OCTOMAP AND NOT OCTOSURF_BUILD_IO)
+  message(FATAL_ERROR "octosurf::octomap reads and writes .ot files by octosurf::io: set OCTOSURF_BUILD_IO to ON.")
+endif()
 if(NOT (OCTOSURF_BUILD_IO AND OCTOSURF_BUILD_OCTOMAP AND OCTOSURF_BUILD_PCL) AND
    (OCTOSURF_BUILD_APPS OR OCTOSURF_BUILD_TESTS))
   message(FATAL_ERROR "The command, the node and the tests take OctoMap (liboctomap-dev) and PCL (libpcl-dev); without "

@@ -125,7 +125,7 @@ HttpReply Api::answer(const std::string& path, const QueryParameters& given) {
   if (path == "/api") return reply_of(questions_json());
   if (path == "/api/info") return {200, "application/json", map->info.get()};
   if (path == "/api/surfaces") return {200, "application/json", map->surfaces.get()};
-  return refusal(404, "there is no such page", path.substr(0, 64), "GET /api lists what can be asked");
+  return refusal(404, "there is no such page", path.substr(0, 64), "GET /api lists the questions");
 }
 
 Follower Api::follower(const QueryParameters& given) const {

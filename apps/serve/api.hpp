@@ -29,16 +29,15 @@ class Api {
   using Source = std::function<std::shared_ptr<const ServedMap>()>;  ///< the map as it is now
   explicit Api(Source map) : map_(std::move(map)) {}
 
-  /// Throws Error(usage) for questions that make no sense, Error(data) where there is nothing of what is
-  /// asked about.
+  /// Throws Error(usage) for questions that make no sense, Error(data) where the map has no answer.
   HttpReply answer(const std::string& path, const QueryParameters& given);
   /// Whether the answer may take seconds.
   static bool is_slow(const std::string& path);
 
-  /// Who asks for `live_path`. Throws Error(usage).
+  /// A new client of `live_path`. Throws Error(usage).
   Follower follower(const QueryParameters& given) const;
-  /// What has changed since the revision that it has, or everything, if that is none or another run's; it has
-  /// the event from now on. Null: nothing has changed.
+  /// The changes since the follower's revision; everything, if it has none or one of another run. Moves the
+  /// follower to the map's revision. Null: no change.
   ServedMap::Text next_event(Follower& follower);
 
  private:
@@ -47,7 +46,7 @@ class Api {
   Source map_;
   std::mutex planning_;  ///< of what follows
   std::string planned_for_;
-  std::unique_ptr<FootstepPlanner> planner_;  ///< of the map and robot that a plan was last asked for
+  std::unique_ptr<FootstepPlanner> planner_;  ///< of the map and robot of the last plan
 };
 
 }  // namespace octosurf

@@ -71,10 +71,10 @@ std::optional<HttpReply> guard(const HttpPlace& place, const HttpCredentials& gi
     const std::string name = host_name(*given.host);
     if (name != "localhost" && !is_loopback(name))
       return refusal(421, "this server is of this machine alone, not '" + name + "'", "Host",
-                     "ask for 127.0.0.1 or localhost");
+                     "use 127.0.0.1 or localhost");
   }
   if (given.origin && *given.origin != "http://" + *given.host && *given.origin != "https://" + *given.host)
-    return refusal(403, "another site's page may not ask", "Origin", "ask from the page of this server");
+    return refusal(403, "another site's page has no access", "Origin", "use this server's page");
   if (!place.token.empty() && !(given.authorization && has_token(*given.authorization, place.token)))
     return refusal(401, "the token is missing or wrong", "Authorization",
                    "send 'Authorization: Bearer TOKEN', or the token as the password");

@@ -10,7 +10,7 @@ namespace octosurf {
 struct HttpReply {
   int status = 200;
   std::string type = "application/json";
-  std::shared_ptr<const std::string> body;  ///< shared, because pages are large and asked for often
+  std::shared_ptr<const std::string> body;  ///< shared, because pages are large and requested often
 };
 
 HttpReply reply_of(std::string body);

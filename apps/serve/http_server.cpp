@@ -127,7 +127,7 @@ class Line final : public httplib::Stream {
   }
 
   const int socket_;
-  std::string bytes_, head_;  ///< what has arrived after the head; the head
+  std::string bytes_, head_;  ///< received after the head; the head
   std::size_t taken_ = 0;     ///< of the head
 };
 
@@ -153,7 +153,7 @@ HttpReply safe(const std::string& path, const std::function<HttpReply()>& make) 
     if (error.kind() == Error::Kind::usage) return refusal(400, error, error.where());
     return refusal(error.kind() == Error::Kind::data ? 404 : 500, error, error.where());
   } catch (const std::bad_alloc&) {
-    return refusal(500, "out of memory", path, "ask for less at a time");
+    return refusal(500, "out of memory", path, "request less at a time");
   } catch (const std::exception& error) {
     return refusal(500, error.what(), path, "");
   }
@@ -254,10 +254,10 @@ struct HttpServer::Impl {
             guard(place, {field(request, "Host"), field(request, "Origin"), field(request, "Authorization")}))
       return set_reply(response, *refused);
     if (request.method != "GET" && request.method != "HEAD")
-      return set_reply(response, refusal(405, "this cannot be asked so", path, "use GET"));
+      return set_reply(response, refusal(405, "this method is not supported", path, "use GET"));
     if (has_body(request))
-      return set_reply(response,
-                       refusal(413, "a question has no body", "body", "ask in the query of the URL"));
+      return set_reply(response, refusal(413, "a question has no body", "body",
+                                         "put the parameters into the URL's query"));
     if (path == live_path) return follow(request, response);
     const auto make = [&] { return safe(path, [&] { return api.answer(path, request.params); }); };
     if (!Api::is_slow(path)) return set_reply(response, quick.through(make));

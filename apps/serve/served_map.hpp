@@ -19,7 +19,7 @@
 
 namespace octosurf {
 
-/// Made when it is first asked for, by one thread, while others that ask wait for it.
+/// Made at the first get(), by one thread; other threads wait for it.
 template <typename Value>
 class Lazy {
  public:
@@ -35,8 +35,7 @@ class Lazy {
   mutable std::optional<Value> value_;
 };
 
-/// A map as questions are asked about it, from any thread; never changes. What is made of it is made once for
-/// all that ask.
+/// A map to be queried from any thread; never changes. Derived data are made once, for all clients.
 class ServedMap {
  public:
   /// `name` for its readers and errors; `up`: of --up.
@@ -59,7 +58,7 @@ class ServedMap {
   const Lazy<Text> voxels{[this] { return make_voxels(false); }},
       slices{[this] { return make_voxels(true); }};
 
-  /// What became of it since an earlier revision. Throws Error(usage) for one to come.
+  /// Changes since an earlier revision. Throws Error(usage) for a later one.
   std::string changes_json(std::uint64_t since) const;
   /// io::page_changes_message() as a server-sent event: since an earlier revision, or everything.
   Text changes_event(std::optional<std::uint64_t> since) const;

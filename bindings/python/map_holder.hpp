@@ -29,12 +29,12 @@ class MapHolder {
     map_.reset();
   }
 
-  /// Calls `ask(const Map&)` while nothing inserts, with Python's other threads running.
-  template <class Ask>
-  auto read(Ask ask) const {
+  /// Calls `query(const Map&)` while nothing inserts, with Python's other threads running.
+  template <class Query>
+  auto read(Query query) const {
     const pybind11::gil_scoped_release others_run;
     const std::lock_guard alone(busy_);
-    return ask(mapper_ ? mapper_->map() : *map_);
+    return query(mapper_ ? mapper_->map() : *map_);
   }
 
   /// `change(Mapper&)` of a map that has been taken over; likewise.

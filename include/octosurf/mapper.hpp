@@ -118,11 +118,11 @@ class Mapper {
   /// the map. Changes of surfaces (`born` to `gone`) and their time are in the last report.
   std::vector<ScanReport> insert_all(std::span<const Scan> scans);
   /// The same; and while surfaces are brought up to date, the scan that comes after these goes through
-  /// downsampling and rays in another thread, as if taken from where it says. If the next scan inserted is
-  /// that one and its pose is left as it is, this has been done; the map is the same. `next` is asked once,
-  /// in this thread, and only where that is of use: with `threads` over 1, poses lately not corrected. It
-  /// gives the scan, which stays as it is until insert_all() returns, or null. Memory: a copy of the scan.
-  /// What is done so counts in the stages' times and in `total_ms`, though nobody waits for it.
+  /// downsampling and rays in another thread, at its given pose. If the next scan inserted is that one at
+  /// that pose, the work is used; the map is the same either way. `next` is called once, in this thread, and
+  /// only where it helps: with `threads` over 1, and poses not corrected lately. It returns the scan, which
+  /// must not change until insert_all() returns, or null. Memory: a copy of the scan. This work counts in the
+  /// stages' times and in `total_ms`, though it runs beside them.
   std::vector<ScanReport> insert_all(std::span<const Scan> scans, const std::function<const Scan*()>& next);
 
   /// Searches for surfaces in everything left over by DetectionParameters::detection_budget: call it after

@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 static_assert(std::endian::native == std::endian::little && sizeof(Eigen::Vector3f) == 12,
               "points are written as they lie in memory");
 
-/// The shortest that reads back as the same.
+/// The shortest text that reads back as the same number.
 std::string text_of(double value, std::chars_format format = std::chars_format::general) {
   std::array<char, 400> text{};
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value, format).ptr};
@@ -44,7 +44,7 @@ fs::path file_of(const Scan& scan, std::uint64_t number) {
   return numbered(number) + stamp + (stamp.find('.') == std::string::npos ? ".0.pcd" : ".pcd");
 }
 
-/// Nothing for what is no kept scan's file.
+/// Nothing if the file is not a kept scan's.
 std::optional<std::uint64_t> number_of(const fs::path& file) {
   const std::string name = file.filename().string();
   std::uint64_t number = 0;
@@ -61,7 +61,7 @@ std::optional<std::uint64_t> number_of(const fs::path& file) {
               "check the folder, its rights and the space left");
 }
 
-/// What is kept in `folder`, by number; nothing of a folder that is not there.
+/// The kept scans in `folder`, by number; none if there is no folder.
 std::multimap<std::uint64_t, fs::path> files_in(const fs::path& folder) {
   std::multimap<std::uint64_t, fs::path> files;
   std::error_code failure;
@@ -74,7 +74,7 @@ std::multimap<std::uint64_t, fs::path> files_in(const fs::path& folder) {
   return files;
 }
 
-/// A folder whose scans from number `scans` on are gone.
+/// Creates the folder, or removes its scans from number `scans` on.
 void make_folder(const fs::path& folder, std::uint64_t scans) {
   std::error_code failure;
   fs::create_directories(folder, failure);
@@ -85,7 +85,7 @@ void make_folder(const fs::path& folder, std::uint64_t scans) {
   }
 }
 
-/// At least so many points that the sensor can be told.
+/// Pads with NaN to the number of points at which readers recognise the sensor.
 void write_pcd(const Scan& scan, std::ostream& out) {
   const bool camera = scan.sensor == SensorKind::depth_camera;
   const std::size_t size = std::max<std::size_t>(scan.points.size(), camera ? 2 : 1);

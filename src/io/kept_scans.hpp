@@ -11,15 +11,15 @@ namespace octosurf::io {
 
 // The scans that a map was built from, as `octosurf map --keep-scans` keeps them: a folder with a binary PCD
 // of each, `NNNNNN_STAMP.pcd`: its number as the map counts scans, from 0, and its time stamp, s. VIEWPOINT
-// is the pose with which it was mapped; points are those of the scan, in its order, so that its noise can be
-// told again. A depth camera's stand in one column, a lidar's in one row: what is organised is a camera's
-// (scan_source.hpp). A map of n scans owns the first n. What stands behind them was left by a run that was
-// killed before it could save: it does no harm and is replaced when the map is gone on with.
+// is the pose with which it was mapped; points are the scan's, in its order, so that its noise can be
+// estimated again. A depth camera's points form one column, a lidar's one row, because readers take organised
+// clouds for a camera's (scan_source.hpp). A map of n scans owns the first n. Later files come from a run
+// that was killed before it saved: they are ignored, and replaced when the map is resumed.
 
 /// The files of the first `scans` scans. Throws Error(data) with the number of the first that is missing.
 std::vector<std::filesystem::path> kept_scans(const std::filesystem::path& folder, std::uint64_t scans);
 
-/// Throws Error(data) for what is damaged.
+/// Throws Error(data) for a damaged file.
 Scan read_kept_scan(const std::filesystem::path& file);
 
 /// Throws Error(usage) unless scans can be kept in `folder` from the first on: it is not there, or is a
@@ -29,8 +29,8 @@ void require_room_for_scans(const std::filesystem::path& folder, bool force);
 /// Writes scans beside the mapping: while a file is being written the next scan can be mapped.
 class ScanWriter {
  public:
-  /// Goes on behind the first `scans` scans in `folder`; what follows them there is removed. Makes the folder
-  /// where it is not there. Throws Error(output), and Error(data) if one of them is missing.
+  /// Appends after the first `scans` scans in `folder`; later files are removed. Creates a missing folder.
+  /// Throws Error(output), and Error(data) if one of them is missing.
   ScanWriter(std::filesystem::path folder, std::uint64_t scans);
   ScanWriter(const ScanWriter&) = delete;
   ScanWriter& operator=(const ScanWriter&) = delete;

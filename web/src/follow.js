@@ -1,4 +1,4 @@
-// The page of a map that grows: events of the server say what changes, and it asks for voxels while it shows them.
+// The page of a map that grows: the server sends changes as events; voxels are requested while they are shown.
 import { readBlock, readTextBlock } from './block.js';
 import { takeChanges, takeVoxels } from './data.js';
 
@@ -36,7 +36,7 @@ export class Following {
       this.reading = this.reading.then(async () => this.take(await readTextBlock(data), data.length))
         .catch((error) => this.page.say(`What the server sent cannot be read: ${error.message}`));
     });
-    // Not by itself: it would say again what was known at first.
+    // EventSource would reconnect with the first URL, and so with an old revision.
     events.addEventListener('error', () => {
       this.disconnect();
       this.page.say('The map is no longer served; this is the last that was seen of it.');

@@ -113,7 +113,7 @@ void explain_poses(const surfaces::AlignmentState& alignment, Explanation& resul
                        " left out that may have seen it, because the pose was far off the map";
   if (result.scans_unexplained > 0 && result.looked_at)
     result.sentence += "; " + scans_of(result.scans_unexplained) +
-                       " mapped near here though the pose fits nowhere, and may have doubled what is here";
+                       " mapped near here though the pose fits nowhere, and may have doubled surfaces here";
 }
 
 }  // namespace

@@ -222,8 +222,8 @@ std::vector<ScanReport> Mapper::insert_all(std::span<const Scan> scans,
     const bool stated = as_stated(scan, prepared->report.alignment);
     const bool mapped = impl_->apply(state, scan, std::move(*prepared), surfaces);
     if (next && &scan == &scans.back() && stated && impl_->threads > 1) impl_->trace_ahead(state, next());
-    // One scan's points lie thinner about their planes than several scans' together: what is new is looked
-    // for in the first, and takes in what the others add.
+    // One scan's points lie thinner about their planes than several scans' together: detect in the first
+    // scan, then expand by the others.
     if (mapped && !surfaces.searched()) surfaces.find_surfaces();
   }
   std::vector<ScanReport> reports = surfaces.finish();

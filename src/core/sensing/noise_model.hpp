@@ -14,8 +14,7 @@
 
 namespace octosurf::sensing {
 
-/// What of the errors of a scan's readings is not noise, as they told where they lay beside the map's
-/// surfaces.
+/// The part of a scan's reading errors that is not noise, estimated from residuals on the map's surfaces.
 struct SharedVariance {
   std::uint8_t range_class = 0;  ///< of distances; 0: of the readings of one surface, along its normal
   double variance = 0;           ///< m², estimated, so that it may come out below 0

@@ -54,7 +54,7 @@ const TopicContents& BagRecording::named(const std::string& topic, const char* o
                                          bool (*fits)(const TopicContents&)) const {
   for (const TopicContents& contents : index_.topics)
     if (contents.topic.name == topic && fits(contents)) return contents;
-  refuse(std::string("no topic ") + topic + " with " + what + ", which " + option + " asks for",
+  refuse(std::string("no topic ") + topic + " with " + what + ", as " + option + " requires",
          "there are: " + list_of(index_.topics, fits));
 }
 
@@ -64,7 +64,7 @@ void BagRecording::choose_scans(const BagOptions& options) {
     for (const TopicContents& topic : index_.topics)
       if (holds_scans(topic)) chosen.push_back(&topic);
     if (chosen.empty())
-      refuse("no topic with point clouds or depth images", "octosurf info tells what is in the bag");
+      refuse("no topic with point clouds or depth images", "octosurf info lists the bag's topics and frames");
     if (chosen.size() > 1)
       refuse(count_of(chosen.size(), "topic") + " with scans: " + list_of(index_.topics, holds_scans),
              "choose by --topic");
@@ -132,7 +132,7 @@ void BagRecording::choose_poses(const BagOptions& options) {
     return choose_pose_topic(named(*options.pose_topic, "--pose-topic", "poses", holds_poses), options);
   if (options.fixed_frame) {
     if (!index_.tree.knows(*options.fixed_frame))
-      refuse("tf has no frame " + *options.fixed_frame, "octosurf info tells what is in the bag");
+      refuse("tf has no frame " + *options.fixed_frame, "octosurf info lists the bag's topics and frames");
     return choose_fixed_frame(*options.fixed_frame, "");
   }
   if (!options.pose_frame && index_.tree.moves(frame))
