@@ -44,6 +44,11 @@ def copy_of_checkout(copy):
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(source, target)
         shutil.copymode(source, target)
+    kept = set(files)
+    for target in copy.rglob("*"):
+        name = target.relative_to(copy)
+        if target.is_file() and name.parts[0] not in (".git", "build", "out") and str(name) not in kept:
+            target.unlink()  # removed from the checkout since
     if not (copy / ".git").exists():
         run(["git", "init", "-q"], copy)  # patches apply to this folder, not to the checkout around it
 
