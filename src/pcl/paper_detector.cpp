@@ -14,9 +14,7 @@ namespace octosurf::pcl {
 namespace {
 
 using detection::Assignment;
-using detection::FoundPlanes;
-using detection::Readings;
-using detection::Segmentation;
+using detection::Proposal;
 using geometry::VoxelKey;
 using surfaces::MapView;
 using surfaces::SurfaceModel;
@@ -42,11 +40,11 @@ Indices without(const Indices& all, const Indices& places) {
   return rest;
 }
 
-Points positions(const MapView& map, std::span<const VoxelKey> keys) {
-  Points points;
-  points.reserve(keys.size());
-  for (const VoxelKey key : keys) points.push_back(map.window[map.window.find(key)].position);
-  return points;
+Points positions(const MapView& map, std::span<const PointId> points) {
+  Points positions;
+  positions.reserve(points.size());
+  for (const PointId i : points) positions.push_back(map.window[i].position);
+  return positions;
 }
 
 std::vector<const SurfaceModel*> by_size(const MapView& map, const std::set<SurfaceId>& ids) {
@@ -59,7 +57,7 @@ std::vector<const SurfaceModel*> by_size(const MapView& map, const std::set<Surf
 
 /// Largest first, surfaces that may take one of these points: their inliers are up to s off the plane and h
 /// in it.
-std::vector<const SurfaceModel*> surfaces_near(const MapView& map, std::span<const VoxelKey> keys) {
+std::vector<const SurfaceModel*> surfaces_near(const MapView& map, std::span<const PointId> points) {
   const Parameters& p = map.parameters;
   const double reach = std::ceil((p.surface_tolerance() + p.max_hole_size()) / map.grid.resolution());
   std::set<SurfaceId> ids;
@@ -67,8 +65,8 @@ std::vector<const SurfaceModel*> surfaces_near(const MapView& map, std::span<con
     for (const auto& [id, surface] : map.surfaces) ids.insert(id);
     return by_size(map, ids);
   }
-  for (const VoxelKey key : keys)
-    for (const SurfaceId id : map.surfaces.near(key, static_cast<int>(reach))) ids.insert(id);
+  for (const PointId i : points)
+    for (const SurfaceId id : map.surfaces.near(map.window[i].key, static_cast<int>(reach))) ids.insert(id);
   return by_size(map, ids);
 }
 
@@ -155,38 +153,41 @@ std::vector<PlaneFit> find_planes(const Points& points, const Parameters& parame
 }
 
 /// For the points that a surface takes; 0: none.
-std::vector<Assignment> assignments(const MapView& map, std::span<const VoxelKey> keys,
-                                    const std::vector<SurfaceId>& taken_by) {
+std::vector<Assignment> assignments(std::span<const PointId> points, const std::vector<SurfaceId>& taken_by) {
   std::vector<Assignment> taken;
-  for (std::size_t k = 0; k < keys.size(); ++k)
-    if (taken_by[k] != 0) taken.push_back({map.window.find(keys[k]), taken_by[k]});
+  for (std::size_t k = 0; k < points.size(); ++k)
+    if (taken_by[k] != 0) taken.push_back({points[k], taken_by[k]});
   return taken;
 }
 
-FoundPlanes found_in(Readings readings, const MapView& map, std::span<const VoxelKey> keys) {
-  FoundPlanes found{std::move(readings), {}, {}, {keys.begin(), keys.end()}, true};
-  Segmentation& planes = found.planes;
-  planes.labels.assign(found.readings.size(), detection::clutter);
-  for (const PlaneFit& plane : find_planes(positions(map, keys), map.parameters)) {
-    std::vector<Readings::Index> members;
+/// Planes of `points`, which are in key order.
+Proposal proposal_of(const MapView& map, std::span<const PointId> points) {
+  Proposal proposal;
+  proposal.unseen.assign(points.begin(), points.end());
+  proposal.expand = false;
+  for (const PointId i : points) proposal.points.push_back({i, 0});
+  for (const PlaneFit& fit : find_planes(positions(map, points), map.parameters)) {
+    Proposal::FoundPlane found{.plane = fit.plane, .moments = {}};
     Eigen::Vector3d toward_sensor = Eigen::Vector3d::Zero();
-    for (const std::uint32_t i : plane.inliers) {
-      members.push_back(found.readings.find(keys[i]));
-      planes.labels[members.back()] = static_cast<detection::Label>(planes.patches.size());
-      toward_sensor += found.readings[members.back()].view.cast<double>();
+    for (const std::uint32_t k : fit.inliers) {
+      proposal.points[k].label = static_cast<Proposal::Label>(proposal.planes.size());
+      found.origin += map.window[points[k]].position.cast<double>() / static_cast<double>(fit.inliers.size());
+      toward_sensor += map.window[points[k]].view.cast<double>();
     }
-    Plane facing = plane.plane;
-    if (facing.normal.dot(toward_sensor) < 0) facing = {-facing.normal, -facing.offset};
-    planes.patches.push_back(found.readings.patch_of(members, facing));
-    planes.patches.back().plane = facing;
+    if (fit.plane.normal.dot(toward_sensor) < 0) found.plane = {-fit.plane.normal, -fit.plane.offset};
+    proposal.planes.push_back(found);
   }
-  return found;
+  return proposal;
+}
+
+/// Without points that have too few neighbours, see PaperDetector on III-C1.
+std::vector<PointId> filtered(const MapView& map, const std::vector<PointId>& points) {
+  return at(points, with_neighbors(positions(map, points), map.parameters.search_radius(), 2));
 }
 
 }  // namespace
 
-std::vector<Assignment> PaperDetector::add_inliers(const MapView& map,
-                                                   std::span<const VoxelKey> fresh) const {
+std::vector<Assignment> PaperDetector::add_inliers(const MapView& map, std::span<const PointId> fresh) const {
   const double s = map.parameters.surface_tolerance();
   const Points points = positions(map, fresh);
   std::vector<SurfaceId> inside_of(fresh.size(), 0);
@@ -198,10 +199,10 @@ std::vector<Assignment> PaperDetector::add_inliers(const MapView& map,
       if (inside(surface->polygons(), in_frame.head<2>())) inside_of[k] = surface->id();
     }
   }
-  return assignments(map, fresh, inside_of);
+  return assignments(fresh, inside_of);
 }
 
-std::vector<Assignment> PaperDetector::expand(const MapView& map, std::span<const VoxelKey> left) const {
+std::vector<Assignment> PaperDetector::expand(const MapView& map, std::span<const PointId> left) const {
   const std::vector<const SurfaceModel*> surfaces = surfaces_near(map, left);
   if (surfaces.empty()) return {};
   const double s = map.parameters.surface_tolerance(), h = map.parameters.max_hole_size();
@@ -217,35 +218,38 @@ std::vector<Assignment> PaperDetector::expand(const MapView& map, std::span<cons
         frontier.push_back(points[j]);
       }
   }
-  return assignments(map, left, taken);
+  return assignments(left, taken);
 }
 
-detection::Due PaperDetector::due(const MapView& map, const occupancy::OccupancyMap& /*octree*/,
-                                  surfaces::PendingQueue before, std::span<const VoxelKey> fresh,
-                                  bool /*all*/, std::vector<Assignment>& expanded) const {
-  std::set<VoxelKey> gained;
-  for (const Assignment& assignment : expanded) gained.insert(map.window[assignment.point].key);
-  std::vector<VoxelKey> waits;
-  std::set_union(before.fresh.begin(), before.fresh.end(), fresh.begin(), fresh.end(),
-                 std::back_inserter(waits));
-  std::erase_if(waits, [&](VoxelKey key) { return !map.is_pending(key) || gained.contains(key); });
-  waits = at(waits, with_neighbors(positions(map, waits), map.parameters.search_radius(), 2));
+detection::Due PaperDetector::due(const MapView& map, const surfaces::PendingQueue& queue,
+                                  std::span<const PointId> fresh, bool /*all*/,
+                                  std::span<const Assignment> expanded) const {
   detection::Due due;
-  (waits.size() > least_points(map.parameters) ? due.points : due.left.fresh) = std::move(waits);
+  due.expanded.assign(expanded.begin(), expanded.end());
+  occupancy::PointSet gained;
+  for (const Assignment& assignment : expanded) gained.insert(assignment.point);
+  std::vector<PointId> waits(fresh.begin(), fresh.end());
+  for (const VoxelKey key : queue.fresh)
+    if (map.is_pending(key)) waits.push_back(map.window.find(key));
+  map.window.put_in_order(waits);
+  std::erase_if(waits, [&](PointId i) { return map.window[i].surface != 0 || gained.contains(i); });
+  waits = filtered(map, waits);
+  if (waits.size() > least_points(map.parameters)) {
+    due.points = std::move(waits);
+  } else {
+    for (const PointId i : waits) due.left.fresh.push_back(map.window[i].key);
+  }
   return due;
 }
 
-std::optional<FoundPlanes> PaperDetector::detect(const MapView& map, const occupancy::OccupancyMap& octree,
-                                                 std::span<const VoxelKey> due,
-                                                 std::span<const Assignment> /*expanded*/) const {
+std::optional<Proposal> PaperDetector::detect(const MapView& map, std::span<const PointId> due,
+                                              std::span<const Assignment> /*expanded*/) const {
   if (due.empty()) return {};
-  const detection::Neighbourhood around{{due.begin(), due.end()}, {}, {}, {}};
-  return found_in(Readings(octree, map.window, around, map.noise), map, due);
+  return proposal_of(map, due);
 }
 
-std::optional<FoundPlanes> PaperDetector::revise(const MapView& /*map*/,
-                                                 const occupancy::OccupancyMap& /*octree*/,
-                                                 const std::set<SurfaceId>& /*changed*/) const {
+std::optional<Proposal> PaperDetector::revise(const MapView& /*map*/,
+                                              const std::set<SurfaceId>& /*changed*/) const {
   return {};
 }
 
@@ -254,24 +258,24 @@ std::vector<std::pair<SurfaceId, Plane>> PaperDetector::fit(const MapView& /*map
   return {};
 }
 
-FoundPlanes PaperDetector::detect_anew(const MapView& map, const occupancy::OccupancyMap& octree) const {
-  Readings readings(octree, map.window, map.noise);
-  std::vector<VoxelKey> keys;
-  for (Readings::Index i = 0; i < readings.size(); ++i) keys.push_back(readings[i].key);
-  std::sort(keys.begin(), keys.end());
-  keys = at(keys, with_neighbors(positions(map, keys), map.parameters.search_radius(), 2));
-  return found_in(std::move(readings), map, keys);
+Proposal PaperDetector::detect_anew(const MapView& map) const {
+  std::vector<PointId> all;
+  map.octree.for_each_point([&](const occupancy::VoxelPoint& p) { all.push_back(map.window.find(p.key)); });
+  map.window.put_in_order(all);
+  const std::vector<PointId> kept = filtered(map, all);
+  Proposal proposal = proposal_of(map, kept);
+  const occupancy::PointSet labelled(kept);
+  for (const PointId i : all)
+    if (!labelled.contains(i)) proposal.points.push_back({i, 0});
+  return proposal;
 }
 
-std::map<VoxelKey, surfaces::Refusal> PaperDetector::refusals(const MapView& map,
-                                                              const occupancy::OccupancyMap& /*octree*/,
-                                                              std::span<const VoxelKey> pending) const {
-  std::map<VoxelKey, surfaces::Refusal> reasons;
-  for (const VoxelKey key : pending) reasons[key] = {Reason::isolated};
-  const std::vector<VoxelKey> all(pending.begin(), pending.end());
-  const std::vector<VoxelKey> kept =
-      at(all, with_neighbors(positions(map, pending), map.parameters.search_radius(), 2));
-  for (const VoxelKey key : kept) reasons[key] = {Reason::no_plane};
+std::map<PointId, surfaces::Refusal> PaperDetector::refusals(const MapView& map,
+                                                             std::span<const PointId> pending) const {
+  std::map<PointId, surfaces::Refusal> reasons;
+  for (const PointId i : pending) reasons[i] = {Reason::isolated};
+  const std::vector<PointId> kept = filtered(map, {pending.begin(), pending.end()});
+  for (const PointId i : kept) reasons[i] = {Reason::no_plane};
   std::vector<Refused> refused;
   const std::vector<PlaneFit> planes = find_planes(positions(map, kept), map.parameters, &refused);
   for (const Refused& few : refused)

@@ -20,25 +20,21 @@ class PaperDetector final : public detection::Detector {
  public:
   using Assignment = detection::Assignment;
   using MapView = surfaces::MapView;
-  using VoxelKey = geometry::VoxelKey;
+  using Proposal = detection::Proposal;
 
-  std::vector<Assignment> add_inliers(const MapView& map, std::span<const VoxelKey> fresh) const override;
-  std::vector<Assignment> expand(const MapView& map, std::span<const VoxelKey> left) const override;
-  detection::Due due(const MapView& map, const occupancy::OccupancyMap& octree, surfaces::PendingQueue before,
-                     std::span<const VoxelKey> fresh, bool all,
-                     std::vector<Assignment>& expanded) const override;
-  std::optional<detection::FoundPlanes> detect(const MapView& map, const occupancy::OccupancyMap& octree,
-                                               std::span<const VoxelKey> due,
-                                               std::span<const Assignment> expanded) const override;
-  std::optional<detection::FoundPlanes> revise(const MapView& map, const occupancy::OccupancyMap& octree,
-                                               const std::set<SurfaceId>& changed) const override;
+  std::vector<Assignment> add_inliers(const MapView& map, std::span<const PointId> fresh) const override;
+  std::vector<Assignment> expand(const MapView& map, std::span<const PointId> left) const override;
+  detection::Due due(const MapView& map, const surfaces::PendingQueue& queue, std::span<const PointId> fresh,
+                     bool all, std::span<const Assignment> expanded) const override;
+  std::optional<Proposal> detect(const MapView& map, std::span<const PointId> due,
+                                 std::span<const Assignment> expanded) const override;
+  std::optional<Proposal> revise(const MapView& map, const std::set<SurfaceId>& changed) const override;
   std::vector<std::pair<SurfaceId, Plane>> fit(const MapView& map,
                                                const std::set<SurfaceId>& surfaces) const override;
   bool outlines_inliers_alone() const override { return true; }
-  detection::FoundPlanes detect_anew(const MapView& map,
-                                     const occupancy::OccupancyMap& octree) const override;
-  std::map<VoxelKey, surfaces::Refusal> refusals(const MapView& map, const occupancy::OccupancyMap& octree,
-                                                 std::span<const VoxelKey> pending) const override;
+  Proposal detect_anew(const MapView& map) const override;
+  std::map<PointId, surfaces::Refusal> refusals(const MapView& map,
+                                                std::span<const PointId> pending) const override;
 };
 
 }  // namespace octosurf::pcl

@@ -43,7 +43,7 @@ void wait(surfaces::MapState& state, const Scan& scan) {
 
 void update(surfaces::MapState& state) {
   surfaces::Ledger ledger(state);
-  std::vector<occupancy::PointWindow::Index> pending;
+  std::vector<PointId> pending;
   for (const geometry::VoxelKey key : state.queue.fresh) pending.push_back(ledger.window.find(key));
   state.queue.fresh.clear();
   update_cylinders(ledger, left_over(ledger, pending, pending));
@@ -132,7 +132,7 @@ TEST(DetectCylinders, TheDrawDependsOnTheRegionOnly) {
   for (int round = 0; round < 3; ++round) {
     surfaces::Ledger ledger(state);
     CylinderRules rules(ledger);
-    std::vector<occupancy::PointWindow::Index> region;
+    std::vector<PointId> region;
     for (const occupancy::VoxelPoint& p : delta.appeared) region.push_back(ledger.window.find(p.key));
     const auto found = CylinderExtraction(ledger, rules)(region);
     ASSERT_TRUE(found);

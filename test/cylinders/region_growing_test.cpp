@@ -15,15 +15,14 @@ namespace {
 
 using test::PendingPoints;
 using test::rectangle_scan;
-using Index = occupancy::PointWindow::Index;
-using Regions = std::vector<std::vector<Index>>;
+using Regions = std::vector<std::vector<PointId>>;
 
 constexpr double degree = std::numbers::pi / 180;
 const Eigen::Vector3d eye(0.5, 0.5, 2);
 
 Regions grown(PendingPoints& pending) {
   RegionGrowing grow(pending.ledger, pending.state.parameters);
-  return grow(pending.all, [](Index) { return true; });
+  return grow(pending.all, [](PointId) { return true; });
 }
 
 /// Two halves of a floor that meet at y = 0.5 under `angle`.
@@ -49,9 +48,9 @@ TEST(RegionGrowing, FollowsAGentleBendAndNotASharpOne) {
   const Regions regions = grown(sharp);
   ASSERT_EQ(regions.size(), 2U);
   const double edge = 0.05;
-  for (const std::vector<Index>& region : regions) {
+  for (const std::vector<PointId>& region : regions) {
     std::size_t low = 0, high = 0;
-    for (const Index i : region) {
+    for (const PointId i : region) {
       low += sharp.position(i).y() < 0.5 - edge;
       high += sharp.position(i).z() > 0.01 + edge;
     }
@@ -85,7 +84,7 @@ TEST(RegionGrowing, StopsAtAGap) {
 
 TEST(RegionGrowing, GoesWhereItIsAllowed) {
   PendingPoints pending({rectangle_scan(eye, {0, 0, 0.01}, {1, 0, 0}, {0, 1, 0})});
-  const auto allowed = [&](Index i) { return std::fabs(pending.position(i).x() - 0.5) > 0.1; };
+  const auto allowed = [&](PointId i) { return std::fabs(pending.position(i).x() - 0.5) > 0.1; };
   RegionGrowing grow(pending.ledger, pending.state.parameters);
   const Regions regions = grow(pending.all, allowed);
   ASSERT_EQ(regions.size(), 2U);
@@ -96,15 +95,15 @@ TEST(RegionGrowing, GoesWhereItIsAllowed) {
 TEST(RegionGrowing, StartsFromItsSeedsOnly) {
   PendingPoints pending({rectangle_scan(eye, {0, 0, 0.01}, {0.4, 0, 0}, {0, 1, 0}),
                          rectangle_scan(eye, {0.6, 0, 0.01}, {0.4, 0, 0}, {0, 1, 0})});
-  const auto middle = std::find_if(pending.all.begin(), pending.all.end(), [&](Index i) {
+  const auto middle = std::find_if(pending.all.begin(), pending.all.end(), [&](PointId i) {
     return (pending.position(i) - Eigen::Vector3d(0.2, 0.5, 0.01)).norm() < 0.03;
   });
   ASSERT_NE(middle, pending.all.end());
   RegionGrowing grow(pending.ledger, pending.state.parameters);
-  const Regions regions = grow(std::span(&*middle, 1), [](Index) { return true; });
+  const Regions regions = grow(std::span(&*middle, 1), [](PointId) { return true; });
   ASSERT_EQ(regions.size(), 1U);
-  for (const Index i : regions[0]) EXPECT_LT(pending.position(i).x(), 0.41);
-  EXPECT_TRUE(grow(pending.all, [](Index) { return true; }).size() == 1) << "what was visited is done";
+  for (const PointId i : regions[0]) EXPECT_LT(pending.position(i).x(), 0.41);
+  EXPECT_TRUE(grow(pending.all, [](PointId) { return true; }).size() == 1) << "what was visited is done";
 }
 
 TEST(RegionGrowing, LeavesOutWhatIsTooSmall) {
@@ -112,7 +111,7 @@ TEST(RegionGrowing, LeavesOutWhatIsTooSmall) {
                          rectangle_scan(eye, {0.8, 0.8, 0.01}, {0.1, 0, 0}, {0, 0.1, 0})});
   const Regions regions = grown(pending);
   ASSERT_EQ(regions.size(), 1U);
-  for (const Index i : regions[0]) EXPECT_LT(pending.position(i).x(), 0.6);
+  for (const PointId i : regions[0]) EXPECT_LT(pending.position(i).x(), 0.6);
   EXPECT_LT(pending.all.size() - regions[0].size(),
             static_cast<std::size_t>(pending.state.parameters.min_surface_points()));
 }
@@ -122,9 +121,9 @@ TEST(RegionGrowing, SurfacesPointsAreNoNeighbours) {
   PendingPoints pending({rectangle_scan(eye, {0, 0, 0.01}, {1, 0, 0}, {0, 1, 0})});
   surfaces::SurfaceModel& surface =
       pending.state.surfaces.create({Eigen::Vector3d::UnitZ(), 0.01}, {0.5, 0.5, 0.01});
-  for (const Index i : pending.all)
+  for (const PointId i : pending.all)
     if (std::fabs(pending.position(i).x() - 0.5) < 0.1) pending.ledger.give(i, surface);
-  std::erase_if(pending.all, [&](Index i) { return pending.ledger.window[i].surface != 0; });
+  std::erase_if(pending.all, [&](PointId i) { return pending.ledger.window[i].surface != 0; });
   const Regions regions = grown(pending);
   ASSERT_EQ(regions.size(), 2U);
   EXPECT_EQ(regions[0].size() + regions[1].size(), pending.all.size());
@@ -134,24 +133,24 @@ TEST(RegionGrowing, SurfacesPointsAreNoNeighbours) {
 Regions grown_slowly(PendingPoints& pending) {
   const surfaces::NormalField& normals = pending.ledger.normals;
   const float cos_smooth = static_cast<float>(std::cos(pending.state.parameters.detection.smoothness_angle));
-  std::set<Index> left(pending.all.begin(), pending.all.end());
-  const auto flat = [&](Index i) { return normals.at(i).known && normals.at(i).flat; };
-  const auto near = [&](Index a, Index b) {
+  std::set<PointId> left(pending.all.begin(), pending.all.end());
+  const auto flat = [&](PointId i) { return normals.at(i).known && normals.at(i).flat; };
+  const auto near = [&](PointId a, PointId b) {
     const geometry::VoxelKey p = pending.ledger.window[a].key, q = pending.ledger.window[b].key;
     return std::max({std::abs(p.x - q.x), std::abs(p.y - q.y), std::abs(p.z - q.z)}) <= normals.at(a).reach;
   };
   Regions regions;
   while (true) {
-    std::optional<Index> seed;
-    for (const Index i : pending.all)  // in key order: of equals the first
+    std::optional<PointId> seed;
+    for (const PointId i : pending.all)  // in key order: of equals the first
       if (left.contains(i) && flat(i) && (!seed || normals.at(i).curvature < normals.at(*seed).curvature))
         seed = i;
     if (!seed) break;
-    std::vector<Index> region{*seed};
+    std::vector<PointId> region{*seed};
     left.erase(*seed);
     for (std::size_t k = 0; k < region.size(); ++k) {
       if (!flat(region[k])) continue;
-      for (const Index i : pending.all)
+      for (const PointId i : pending.all)
         if (left.contains(i) && near(region[k], i) && normals.at(i).known &&
             normals.at(i).normal.dot(normals.at(region[k]).normal) >= cos_smooth) {
           region.push_back(i);

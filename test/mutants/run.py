@@ -26,7 +26,7 @@ def patches(names):
 
 
 def run(command, where, **options):
-    return subprocess.run(command, cwd=where, capture_output=True, text=True, check=False, **options)
+    return subprocess.run(command, cwd=where, capture_output=True, text=True, errors="replace", check=False, **options)
 
 
 def applies(patch, where, *more):

@@ -52,10 +52,10 @@ TEST(PointWindow, FindsWhatBruteForceFinds) {
   PointWindow window(map);
   for (int i = 0; i < 3000; ++i) {
     const geometry::VoxelKey key = random_key_near(points, rng);
-    const PointWindow::Index found = window.find(key);
+    const PointId found = window.find(key);
     const auto expected = by_key.find(key.packed());
-    ASSERT_EQ(found == PointWindow::none, expected == by_key.end());
-    if (found == PointWindow::none) continue;
+    ASSERT_EQ(found == PointId::none, expected == by_key.end());
+    if (found == PointId::none) continue;
     EXPECT_EQ(window[found].key, key);
     EXPECT_EQ(window[found].position, expected->second.position);
     EXPECT_EQ(window[found].place, expected->second.place);
@@ -72,8 +72,7 @@ TEST(PointWindow, VisitsWhatBruteForceVisitsOnceEach) {
     const geometry::VoxelKey key = random_key_near(points, rng);
     const int reach = static_cast<int>(rng() % 12);
     std::vector<std::uint64_t> visited, expected;
-    window.for_each_near(key, reach,
-                         [&](PointWindow::Index k) { visited.push_back(window[k].key.packed()); });
+    window.for_each_near(key, reach, [&](PointId k) { visited.push_back(window[k].key.packed()); });
     for (const VoxelPoint& p : points)
       if (std::abs(p.key.x - key.x) <= reach && std::abs(p.key.y - key.y) <= reach &&
           std::abs(p.key.z - key.z) <= reach)
@@ -84,7 +83,7 @@ TEST(PointWindow, VisitsWhatBruteForceVisitsOnceEach) {
     ASSERT_EQ(visited, expected) << "reach " << reach;
     std::vector<std::uint64_t> again;
     PointWindow fresh(map);  // a fixed order, whatever was loaded before
-    fresh.for_each_near(key, reach, [&](PointWindow::Index k) { again.push_back(fresh[k].key.packed()); });
+    fresh.for_each_near(key, reach, [&](PointId k) { again.push_back(fresh[k].key.packed()); });
     ASSERT_EQ(first, again);
   }
 }
@@ -95,20 +94,20 @@ TEST(PointWindow, RowsAndColumnsHoldTheSamePoints) {
   const std::vector<VoxelPoint> points = all_points(map);
   PointWindow window(map);
   for (int k = 0; k < 200; ++k) {
-    if (PointWindow::Index i = window.find(points[rng() % points.size()].key); k % 2 == 0)
+    if (PointId i = window.find(points[rng() % points.size()].key); k % 2 == 0)
       window.assign(i, static_cast<SurfaceId>(rng() % 4));
     const geometry::VoxelKey key = random_key_near(points, rng);
     const int reach = static_cast<int>(rng() % 12);
-    std::vector<PointWindow::Index> visited, in_rows;
-    window.for_each_near(key, reach, [&](PointWindow::Index i) { visited.push_back(i); });
-    window.for_each_row_near(key, reach, [&](PointWindow::Index first, unsigned count) {
+    std::vector<PointId> visited, in_rows;
+    window.for_each_near(key, reach, [&](PointId i) { visited.push_back(i); });
+    window.for_each_row_near(key, reach, [&](PointId first, unsigned count) {
       ASSERT_LE(first + count, window.size());
       ASSERT_LE(count, 8U);
       for (unsigned n = 0; n < count; ++n) in_rows.push_back(first + n);
     });
     ASSERT_EQ(visited, in_rows) << "reach " << reach;
     const PointWindow::Columns& columns = window.columns();
-    for (const PointWindow::Index i : visited) {
+    for (const PointId i : visited) {
       ASSERT_EQ(Eigen::Vector3f(columns.x[i], columns.y[i], columns.z[i]), window[i].position);
       ASSERT_EQ(Eigen::Vector3f(columns.view_x[i], columns.view_y[i], columns.view_z[i]), window[i].view);
       ASSERT_EQ(columns.surface[i], window[i].surface);
@@ -122,7 +121,7 @@ TEST(PointWindow, AReferenceStaysGoodWhileTheWindowGrows) {
   OccupancyMap map = random_map(rng, 0.05, {0.1, 0.2, -0.3});
   const std::vector<VoxelPoint> points = all_points(map);
   PointWindow window(map);
-  const PointWindow::Index i = window.find(points.front().key);
+  const PointId i = window.find(points.front().key);
   const VoxelPoint& held = window[i];
   const std::size_t before = window.size();
   for (const VoxelPoint& p : points) window.find(p.key);
@@ -142,19 +141,19 @@ TEST(PointWindow, MarksArePendingPointsUntilTheyAreRemoved) {
   for (const VoxelPoint& p : points)
     if (rng() % 3 == 0) window.assign(window.find(p.key), 5);
   PointWindow::Marks marks;
-  std::set<PointWindow::Index> removed;
+  std::set<PointId> removed;
   for (int k = 0; k < 300; ++k) {
-    const PointWindow::Index some = window.find(points[rng() % points.size()].key);
+    const PointId some = window.find(points[rng() % points.size()].key);
     const bool fresh = window[some].surface == 0 && !removed.contains(some);
     EXPECT_EQ(marks.remove(window, some), fresh);
     removed.insert(some);
     const geometry::VoxelKey key = random_key_near(points, rng);
     const int reach = static_cast<int>(rng() % 12);
-    std::vector<PointWindow::Index> visited, expected;
-    window.for_each_near(key, reach, [&](PointWindow::Index i) {
+    std::vector<PointId> visited, expected;
+    window.for_each_near(key, reach, [&](PointId i) {
       if (window[i].surface == 0 && !removed.contains(i)) expected.push_back(i);
     });
-    window.for_each_near(key, reach, marks, [&](PointWindow::Index i) {
+    window.for_each_near(key, reach, marks, [&](PointId i) {
       visited.push_back(i);
       if (i % 7 == 0) {  // while it goes on
         marks.remove(window, i);
@@ -177,11 +176,11 @@ TEST(PointWindow, StopsAtTheBorderOfTheOctree) {
   map.insert(downsample(scan, 0, 10), downsample, nullptr);
   PointWindow window(map);
   std::size_t visited = 0;
-  window.for_each_near({0, 0, 0}, 40, [&](PointWindow::Index) { ++visited; });
+  window.for_each_near({0, 0, 0}, 40, [&](PointId) { ++visited; });
   EXPECT_EQ(visited, all_points(map).size());
   EXPECT_GT(visited, 0U);
   visited = 0;
-  window.for_each_near({65535, 65535, 65535}, 40, [&](PointWindow::Index) { ++visited; });
+  window.for_each_near({65535, 65535, 65535}, 40, [&](PointId) { ++visited; });
   EXPECT_EQ(visited, 0U);
 }
 

@@ -13,8 +13,6 @@ namespace octosurf::test {
 /// Scans in an octree in which nothing has been detected, and all of their points.
 class PendingPoints {
  public:
-  using Index = occupancy::PointWindow::Index;
-
   explicit PendingPoints(const std::vector<Scan>& scans, const Parameters& parameters = {})
       : state(parameters), ledger((put(state, scans), state)) {
     std::vector<geometry::VoxelKey> keys;
@@ -23,11 +21,11 @@ class PendingPoints {
     for (const geometry::VoxelKey key : keys) all.push_back(ledger.window.find(key));
   }
 
-  Eigen::Vector3d position(Index i) const { return ledger.window[i].position.cast<double>(); }
+  Eigen::Vector3d position(PointId i) const { return ledger.window[i].position.cast<double>(); }
 
   surfaces::MapState state;
   surfaces::Ledger ledger;
-  std::vector<Index> all;  ///< in key order, as detection hands regions on
+  std::vector<PointId> all;  ///< in key order, as detection hands regions on
 
  private:
   static void put(surfaces::MapState& map, const std::vector<Scan>& scans) {

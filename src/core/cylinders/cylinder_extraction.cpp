@@ -15,7 +15,7 @@ constexpr std::size_t first_look = 32, fewest_at_first = 3;  // preliminary test
 
 }  // namespace
 
-std::vector<CylinderExtraction::Oriented> CylinderExtraction::oriented(std::span<const Index> region) {
+std::vector<CylinderExtraction::Oriented> CylinderExtraction::oriented(std::span<const PointId> region) {
   const Eigen::Vector3f reference = map_.window[region.front()].position;
   std::vector<Oriented> points;
   const std::size_t stride = CylinderRules::stride(region.size(), scored_points);
@@ -60,7 +60,7 @@ std::size_t CylinderExtraction::count(const Guess& guess, std::span<const Orient
   return found;
 }
 
-std::optional<geometry::CylinderShape> CylinderExtraction::best_shape(std::span<const Index> region) {
+std::optional<geometry::CylinderShape> CylinderExtraction::best_shape(std::span<const PointId> region) {
   constexpr float neighbourhood = 0.5F;  // m
   std::vector<Oriented> points = oriented(region);
   const std::size_t stride = CylinderRules::stride(region.size(), scored_points);
@@ -86,20 +86,20 @@ std::optional<geometry::CylinderShape> CylinderExtraction::best_shape(std::span<
                                  best->model.axis.cast<double>().normalized(), best->model.radius};
 }
 
-std::vector<CylinderExtraction::Index> CylinderExtraction::inliers_of(const geometry::CylinderShape& shape,
-                                                                      std::span<const Index> region) {
-  std::vector<Index> inliers;
-  for (const Index i : region)
+std::vector<PointId> CylinderExtraction::inliers_of(const geometry::CylinderShape& shape,
+                                                    std::span<const PointId> region) {
+  std::vector<PointId> inliers;
+  for (const PointId i : region)
     if (rules_.fits(shape, i)) inliers.push_back(i);
   return inliers;
 }
 
-std::vector<CylinderExtraction::Index> CylinderExtraction::fullest_stretch(
-    const geometry::CylinderShape& shape, std::vector<Index> inliers) {
+std::vector<PointId> CylinderExtraction::fullest_stretch(const geometry::CylinderShape& shape,
+                                                         std::vector<PointId> inliers) {
   const double h = map_.parameters.max_hole_size();
-  const auto height = [&](Index i) { return shape.height(map_.window[i].position.cast<double>()); };
+  const auto height = [&](PointId i) { return shape.height(map_.window[i].position.cast<double>()); };
   std::vector<double> heights;
-  for (const Index i : inliers) heights.push_back(height(i));
+  for (const PointId i : inliers) heights.push_back(height(i));
   std::sort(heights.begin(), heights.end());
   std::size_t first = 0, best_first = 0, best_last = 0;
   for (std::size_t k = 1; k <= heights.size(); ++k) {
@@ -108,16 +108,16 @@ std::vector<CylinderExtraction::Index> CylinderExtraction::fullest_stretch(
     first = k;
   }
   const double low = heights[best_first], high = heights[best_last - 1];
-  std::erase_if(inliers, [&](Index i) { return height(i) < low || height(i) > high; });
+  std::erase_if(inliers, [&](PointId i) { return height(i) < low || height(i) > high; });
   return inliers;
 }
 
 std::optional<CylinderExtraction::ExtractedCylinder> CylinderExtraction::operator()(
-    std::span<const Index> region) {
+    std::span<const PointId> region) {
   if (region.size() < rules_.min_points()) return {};
   std::optional<geometry::CylinderShape> shape = best_shape(region);
   if (!shape) return {};
-  std::vector<Index> inliers = inliers_of(*shape, region);
+  std::vector<PointId> inliers = inliers_of(*shape, region);
   for (int round = 0; round < 3; ++round) {
     if (inliers.size() < rules_.min_points()) return {};
     if (round > 0) inliers = fullest_stretch(*shape, std::move(inliers));

@@ -15,16 +15,15 @@ namespace octosurf::cylinders {
 /// with most points is taken. Random numbers depend on the region only.
 class CylinderExtraction {
  public:
-  using Index = occupancy::PointWindow::Index;
   struct ExtractedCylinder {
     geometry::CylinderShape shape;
-    std::vector<Index> inliers;  ///< in the region's order
+    std::vector<PointId> inliers;  ///< in the region's order
   };
 
   CylinderExtraction(const surfaces::MapView& map, CylinderRules& rules) : map_(map), rules_(rules) {}
 
   /// The convincing cylinder with most points, if any. `region` is not empty and in key order.
-  std::optional<ExtractedCylinder> operator()(std::span<const Index> region);
+  std::optional<ExtractedCylinder> operator()(std::span<const PointId> region);
 
  private:
   struct Oriented {
@@ -36,12 +35,12 @@ class CylinderExtraction {
     Eigen::Vector3f point, axis;
     float radius;
   };
-  std::vector<Oriented> oriented(std::span<const Index> region);
+  std::vector<Oriented> oriented(std::span<const PointId> region);
   std::optional<Guess> guess(const Oriented& a, const Oriented& b) const;
   static std::size_t count(const Guess& guess, std::span<const Oriented> points, std::size_t to_beat);
-  std::optional<geometry::CylinderShape> best_shape(std::span<const Index> region);
-  std::vector<Index> inliers_of(const geometry::CylinderShape& shape, std::span<const Index> region);
-  std::vector<Index> fullest_stretch(const geometry::CylinderShape& shape, std::vector<Index> inliers);
+  std::optional<geometry::CylinderShape> best_shape(std::span<const PointId> region);
+  std::vector<PointId> inliers_of(const geometry::CylinderShape& shape, std::span<const PointId> region);
+  std::vector<PointId> fullest_stretch(const geometry::CylinderShape& shape, std::vector<PointId> inliers);
 
   const surfaces::MapView& map_;
   CylinderRules& rules_;

@@ -26,7 +26,7 @@ CylinderRules::CylinderRules(const surfaces::MapView& map)
       min_length_(std::max(0.1, 4 * map.parameters.occupancy.resolution)),
       cell_(map.parameters.max_hole_size() / 2) {}
 
-bool CylinderRules::fits(const geometry::CylinderShape& shape, Index i) {
+bool CylinderRules::fits(const geometry::CylinderShape& shape, PointId i) {
   const occupancy::VoxelPoint& p = map_.window[i];
   const Eigen::Vector3d outward = shape.from_axis(p.position.cast<double>());
   const double rho = outward.norm(), misfit = std::fabs(rho - shape.radius);
@@ -37,7 +37,7 @@ bool CylinderRules::fits(const geometry::CylinderShape& shape, Index i) {
   return local.normal.cast<double>().dot(outward) >= CylinderRules::cos_facing * rho;
 }
 
-geometry::CylinderSample CylinderRules::sample(Index i) {
+geometry::CylinderSample CylinderRules::sample(PointId i) {
   const surfaces::LocalPlane& local = map_.normals.at(i);
   const occupancy::VoxelPoint& p = map_.window[i];
   return {p.position.cast<double>(),
@@ -45,7 +45,7 @@ geometry::CylinderSample CylinderRules::sample(Index i) {
           std::max(map_.noise.sigma(p.range_class), 1e-6)};
 }
 
-std::vector<geometry::CylinderSample> CylinderRules::samples(std::span<const Index> points,
+std::vector<geometry::CylinderSample> CylinderRules::samples(std::span<const PointId> points,
                                                              std::size_t stride) {
   std::vector<geometry::CylinderSample> all;
   all.reserve(points.size() / stride + 1);

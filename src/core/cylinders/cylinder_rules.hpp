@@ -11,8 +11,6 @@ namespace octosurf::cylinders {
 /// Membership of points in a cylinder, and the criteria for reporting one.
 class CylinderRules {
  public:
-  using Index = occupancy::PointWindow::Index;
-
   /// 37° between normal and the direction off the axis: normals of thin rails are smoothed over the bend.
   static constexpr double cos_facing = 0.8;
 
@@ -21,20 +19,20 @@ class CylinderRules {
   std::size_t min_points() const { return min_points_; }  ///< inliers: n
   double min_radius() const { return min_radius_; }       ///< m
   double max_radius() const { return 0.5; }               ///< m
-  double tolerance(Index i) const { return map_.noise.tolerance(map_.window[i].range_class); }
+  double tolerance(PointId i) const { return map_.noise.tolerance(map_.window[i].range_class); }
   /// Tolerance of a point, at most an eighth of the radius, if that is over s: a less certain point cannot
   /// constrain a cylinder of radius r.
-  double tolerance(const geometry::CylinderShape& shape, Index i) const {
+  double tolerance(const geometry::CylinderShape& shape, PointId i) const {
     return std::min(tolerance(i), std::max(map_.parameters.surface_tolerance(), shape.radius / 8));
   }
 
   /// Within its tolerance of the mantle and, if its normal is known, facing away from the axis; if not,
   /// within half of it.
-  bool fits(const geometry::CylinderShape& shape, Index i);
+  bool fits(const geometry::CylinderShape& shape, PointId i);
 
-  geometry::CylinderSample sample(Index i);
+  geometry::CylinderSample sample(PointId i);
   /// Of every `stride`-th.
-  std::vector<geometry::CylinderSample> samples(std::span<const Index> points, std::size_t stride);
+  std::vector<geometry::CylinderSample> samples(std::span<const PointId> points, std::size_t stride);
   /// Stride for about `most` points, which determine a shape as well as all do.
   static std::size_t stride(std::size_t points, std::size_t most) { return points / most + 1; }
 

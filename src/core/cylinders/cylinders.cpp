@@ -10,8 +10,6 @@
 namespace octosurf::cylinders {
 namespace {
 
-using Index = occupancy::PointWindow::Index;
-
 constexpr int adjacent_voxels = 2;            // a neighbour, or one voxel left out
 constexpr std::size_t refined_points = 2000;  // sample size of a fit as good as one to all
 
@@ -26,26 +24,26 @@ class CylinderUpdate {
 
   void operator()() {
     grow_known();
-    for (const std::vector<Index>& region : left_over_.regions) look_for_new(region);
-    for (const std::vector<Index>& cluster : unassigned_clusters()) look_for_new(cluster);
+    for (const std::vector<PointId>& region : left_over_.regions) look_for_new(region);
+    for (const std::vector<PointId>& cluster : unassigned_clusters()) look_for_new(cluster);
     refit_changed();
     merge_grown();
   }
 
  private:
-  bool free(Index i) const {
+  bool free(PointId i) const {
     return map_.window[i].surface == 0 && cylinders_.owner(map_.window[i].key) == 0;
   }
-  surfaces::Inlier inlier(Index i) const {
+  surfaces::Inlier inlier(PointId i) const {
     const occupancy::VoxelPoint& p = map_.window[i];
     return {p.key, p.range_class, p.position};
   }
-  Eigen::Vector3d position(Index i) const { return map_.window[i].position.cast<double>(); }
+  Eigen::Vector3d position(PointId i) const { return map_.window[i].position.cast<double>(); }
 
   /// Grows from `frontier`, points of the cylinder.
-  void flood(surfaces::CylinderModel& cylinder, std::vector<Index> frontier) {
-    geometry::breadth_first(frontier, [&](Index from) {
-      map_.window.for_each_near(map_.window[from].key, adjacent_voxels, [&](Index i) {
+  void flood(surfaces::CylinderModel& cylinder, std::vector<PointId> frontier) {
+    geometry::breadth_first(frontier, [&](PointId from) {
+      map_.window.for_each_near(map_.window[from].key, adjacent_voxels, [&](PointId i) {
         if (!free(i) || !rules_.fits(cylinder.shape, i)) return;
         cylinders_.add(cylinder, inlier(i));
         frontier.push_back(i);
@@ -57,15 +55,15 @@ class CylinderUpdate {
     if (cylinders_.size() == 0 || left_over_.points.empty()) return;
     const double h = map_.parameters.max_hole_size();
     Eigen::AlignedBox3d around;
-    for (const Index i : left_over_.points) around.extend(position(i));
+    for (const PointId i : left_over_.points) around.extend(position(i));
     for (const auto& entry : cylinders_) {
       surfaces::CylinderModel& cylinder = *cylinders_.find(entry.first);
       const Cylinder& known = *cylinder.published;
       const double half = known.length_m / 2 + h, radius = known.radius_m + h;
       const Eigen::Vector3d reach = half * known.axis.cwiseAbs() + Eigen::Vector3d::Constant(radius);
       if (!around.intersects({known.axis_point - reach, known.axis_point + reach})) continue;
-      std::vector<Index> taken;
-      for (const Index i : left_over_.points) {
+      std::vector<PointId> taken;
+      for (const PointId i : left_over_.points) {
         if (std::fabs(known.axis.dot(position(i) - known.axis_point)) > half || !free(i) ||
             !rules_.fits(cylinder.shape, i))
           continue;
@@ -77,22 +75,22 @@ class CylinderUpdate {
   }
 
   /// Connected waiting points in no smooth region; in key order.
-  std::vector<std::vector<Index>> unassigned_clusters() {
-    std::vector<bool> in_region(map_.window.size(), false);
-    for (const std::vector<Index>& region : left_over_.regions)
-      for (const Index i : region) in_region[i] = true;
+  std::vector<std::vector<PointId>> unassigned_clusters() {
+    occupancy::PointSet in_region;
+    for (const std::vector<PointId>& region : left_over_.regions)
+      for (const PointId i : region) in_region.insert(i);
     // By cells of 4³ voxels: points of one, and of two that touch, are at most h apart.
-    std::map<geometry::VoxelKey, std::vector<Index>> cells;
-    for (const Index i : left_over_.points)
-      if (free(i) && !in_region[i] && map_.normals.at(i).known) {
+    std::map<geometry::VoxelKey, std::vector<PointId>> cells;
+    for (const PointId i : left_over_.points)
+      if (free(i) && !in_region.contains(i) && map_.normals.at(i).known) {
         const geometry::VoxelKey key = map_.window[i].key;
         cells[cell_of(key.x >> 2, key.y >> 2, key.z >> 2)].push_back(i);
       }
-    std::vector<std::vector<Index>> clusters;
+    std::vector<std::vector<PointId>> clusters;
     while (!cells.empty()) {
-      std::vector<Index> cluster;
+      std::vector<PointId> cluster;
       std::vector<geometry::VoxelKey> reached;
-      const auto take = [&](std::map<geometry::VoxelKey, std::vector<Index>>::iterator cell) {
+      const auto take = [&](std::map<geometry::VoxelKey, std::vector<PointId>>::iterator cell) {
         reached.push_back(cell->first);
         cluster.insert(cluster.end(), cell->second.begin(), cell->second.end());
         return cells.erase(cell);
@@ -107,7 +105,7 @@ class CylinderUpdate {
       });
       if (cluster.size() < rules_.min_points()) continue;
       std::sort(cluster.begin(), cluster.end(),
-                [&](Index a, Index b) { return map_.window[a].key < map_.window[b].key; });
+                [&](PointId a, PointId b) { return map_.window[a].key < map_.window[b].key; });
       clusters.push_back(std::move(cluster));
     }
     return clusters;
@@ -117,14 +115,14 @@ class CylinderUpdate {
     return {clamped(x), clamped(y), clamped(z)};
   }
 
-  void look_for_new(std::vector<Index> points) {
-    std::erase_if(points, [&](Index i) { return !free(i); });
+  void look_for_new(std::vector<PointId> points) {
+    std::erase_if(points, [&](PointId i) { return !free(i); });
     while (points.size() >= rules_.min_points()) {
       const auto found = extract_(points);
       if (!found) return;
       take(*found);
       // With its neighbourhood, so that no second cylinder is found beside it.
-      std::erase_if(points, [&](Index i) {
+      std::erase_if(points, [&](PointId i) {
         return !free(i) || std::fabs(found->shape.distance(position(i))) <= 2 * rules_.tolerance(i);
       });
     }
@@ -137,13 +135,13 @@ class CylinderUpdate {
       if (!same_place(known, found)) continue;
       const bool better = found.inliers.size() > known.inliers.size();
       if (better) known.shape = along(found.shape, known.shape.axis);
-      for (const Index i : found.inliers)
+      for (const PointId i : found.inliers)
         if (better || rules_.fits(known.shape, i)) cylinders_.add(known, inlier(i));
       known.unchecked = known.inliers.size();
       return;
     }
     surfaces::CylinderModel& cylinder = cylinders_.create(found.shape);
-    for (const Index i : found.inliers) cylinders_.add(cylinder, inlier(i));
+    for (const PointId i : found.inliers) cylinders_.add(cylinder, inlier(i));
     flood(cylinder, found.inliers);
   }
 
@@ -160,7 +158,7 @@ class CylinderUpdate {
     std::size_t over = 0;
     const auto extent = geometry::extent_of(known.shape, known.samples(map_.noise));
     const double h = map_.parameters.max_hole_size();
-    for (const Index i : found.inliers) {
+    for (const PointId i : found.inliers) {
       const double height = known.shape.height(position(i));
       over += height >= extent.low - h && height <= extent.high + h &&
               known.shape.distance(position(i)) <= 2 * rules_.tolerance(i);

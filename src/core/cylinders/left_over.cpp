@@ -7,16 +7,16 @@
 
 namespace octosurf::cylinders {
 
-LeftOver left_over(const surfaces::MapView& map, std::vector<LeftOver::Index> points,
-                   std::span<const LeftOver::Index> seeds) {
+LeftOver left_over(const surfaces::MapView& map, std::vector<PointId> points,
+                   std::span<const PointId> seeds) {
   RegionGrowing grow(map, map.parameters);
   SeenThrough seen_through(map);
-  LeftOver left{.regions = grow(seeds, [&](LeftOver::Index i) { return seen_through(i) == 0; }),
+  LeftOver left{.regions = grow(seeds, [&](PointId i) { return seen_through(i) == 0; }),
                 .points = std::move(points)};
   // Key order, so that RANSAC's draw does not depend on the order of traversal.
-  for (std::vector<LeftOver::Index>& region : left.regions)
+  for (std::vector<PointId>& region : left.regions)
     std::sort(region.begin(), region.end(),
-              [&](LeftOver::Index a, LeftOver::Index b) { return map.window[a].key < map.window[b].key; });
+              [&](PointId a, PointId b) { return map.window[a].key < map.window[b].key; });
   return left;
 }
 

@@ -9,14 +9,12 @@ namespace octosurf::cylinders {
 
 /// Points without a plane.
 struct LeftOver {
-  using Index = occupancy::PointWindow::Index;
-  std::vector<std::vector<Index>> regions;  ///< smooth ones, key order each
-  std::vector<Index> points;                ///< pending
+  std::vector<std::vector<PointId>> regions;  ///< smooth ones, key order each
+  std::vector<PointId> points;                ///< pending
 };
 
 /// `points` and, around `seeds`, the smooth regions of pending points; both are pending. Points seen
 /// *through* a surface are its noise, because surfaces are opaque, and are in no region.
-LeftOver left_over(const surfaces::MapView& map, std::vector<LeftOver::Index> points,
-                   std::span<const LeftOver::Index> seeds);
+LeftOver left_over(const surfaces::MapView& map, std::vector<PointId> points, std::span<const PointId> seeds);
 
 }  // namespace octosurf::cylinders

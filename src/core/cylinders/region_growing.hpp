@@ -16,17 +16,15 @@ namespace octosurf::cylinders {
 /// their points is fixed by geometry.
 class RegionGrowing {
  public:
-  using Index = occupancy::PointWindow::Index;
-
   RegionGrowing(const surfaces::MapView& map, const Parameters& parameters);
 
   /// Regions of n points and more.
   template <class Allowed>
-  std::vector<std::vector<Index>> operator()(std::span<const Index> seeds, Allowed&& allowed);
+  std::vector<std::vector<PointId>> operator()(std::span<const PointId> seeds, Allowed&& allowed);
 
  private:
-  void sort_seeds(std::vector<Index>& seeds);
-  bool visit(Index i);  // true the first time
+  void sort_seeds(std::vector<PointId>& seeds);
+  bool visit(PointId i);  // true the first time
 
   const surfaces::MapView& map_;
   std::size_t min_points_;
@@ -35,19 +33,19 @@ class RegionGrowing {
 };
 
 template <class Allowed>
-std::vector<std::vector<RegionGrowing::Index>> RegionGrowing::operator()(std::span<const Index> all_seeds,
-                                                                         Allowed&& allowed) {
-  std::vector<Index> seeds(all_seeds.begin(), all_seeds.end());
+std::vector<std::vector<PointId>> RegionGrowing::operator()(std::span<const PointId> all_seeds,
+                                                            Allowed&& allowed) {
+  std::vector<PointId> seeds(all_seeds.begin(), all_seeds.end());
   sort_seeds(seeds);
-  std::vector<std::vector<Index>> regions;
-  std::vector<Index> region;
-  for (const Index seed : seeds) {
+  std::vector<std::vector<PointId>> regions;
+  std::vector<PointId> region;
+  for (const PointId seed : seeds) {
     if (!allowed(seed) || !visit(seed)) continue;
     region.assign(1, seed);
-    geometry::breadth_first(region, [&](Index from) {
+    geometry::breadth_first(region, [&](PointId from) {
       const surfaces::LocalPlane& here = map_.normals.at(from);
       if (!here.known || !here.flat) return;
-      map_.window.for_each_near(map_.window[from].key, here.reach, unvisited_, [&](Index i) {
+      map_.window.for_each_near(map_.window[from].key, here.reach, unvisited_, [&](PointId i) {
         const surfaces::LocalPlane& there = map_.normals.at(i);
         if (!there.known || there.normal.dot(here.normal) < cos_smooth_ || !allowed(i)) return;
         visit(i);

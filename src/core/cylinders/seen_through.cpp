@@ -4,9 +4,10 @@
 
 namespace octosurf::cylinders {
 
-SurfaceId SeenThrough::operator()(Index i) {
-  if (i >= answers_.size()) answers_.resize(std::max<std::size_t>(map_.window.size(), i + 1), unknown);
-  if (answers_[i] == unknown) answers_[i] = in_front_of(map_.window[i]);
+SurfaceId SeenThrough::operator()(PointId point) {
+  const std::size_t i = index_of(point);
+  if (i >= answers_.size()) answers_.resize(std::max(map_.window.size(), i + 1), unknown);
+  if (answers_[i] == unknown) answers_[i] = in_front_of(map_.window[point]);
   return answers_[i];
 }
 

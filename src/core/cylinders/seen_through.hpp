@@ -11,12 +11,10 @@ namespace octosurf::cylinders {
 /// Finds points that are seen through a surface. Results are cached, so surfaces must not change meanwhile.
 class SeenThrough {
  public:
-  using Index = occupancy::PointWindow::Index;
-
   explicit SeenThrough(const surfaces::MapView& map) : map_(map) {}
 
   /// The surface just in front of the point that its line of sight crosses; 0: none.
-  SurfaceId operator()(Index i);
+  SurfaceId operator()(PointId i);
 
  private:
   using Surfaces = std::vector<const surfaces::SurfaceModel*>;

@@ -16,9 +16,6 @@
 namespace octosurf::detection {
 namespace {
 
-using Index = surfaces::MapView::Index;
-using geometry::VoxelKey;
-
 /// Surfaces' planes with covariance, each computed once.
 class SurePlanes {
  public:
@@ -26,7 +23,7 @@ class SurePlanes {
 
   const sensing::ReadingModel& model() const { return model_; }
   Patch patch(SurfaceId id) const { return patch_of(*map_.surfaces.find(id), model_); }
-  double log_ratio(SurfaceId id, Index i) {
+  double log_ratio(SurfaceId id, PointId i) {
     auto at = planes_.find(id);
     if (at == planes_.end()) at = planes_.emplace(id, SurePlane(patch(id), model_)).first;
     return at->second.log_ratio(map_.window[i]);
@@ -47,10 +44,10 @@ class Flood {
         reach_(farthest_neighbour(map.grid.resolution(),
                                   std::min(Readings::farthest_reach, map.parameters.max_hole_size()))) {}
 
-  void run(std::vector<Index> frontier) {
+  void run(std::vector<PointId> frontier) {
     while (!frontier.empty()) {
       std::vector<Assignment> round;
-      for (const Index i : frontier)
+      for (const PointId i : frontier)
         if (const SurfaceId id = best_surface(i); id != 0) round.push_back({i, id});
       for (const auto& [i, id] : round) gained_.emplace(i, id);
       frontier = pending_around(round);
@@ -62,7 +59,7 @@ class Flood {
     std::vector<Assignment> all;
     for (const auto& [i, id] : gained_) all.push_back({i, id});
     std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.point < b.point; });
-    std::map<std::size_t, std::vector<Index>> pieces;  // by root
+    std::map<std::size_t, std::vector<PointId>> pieces;  // by root
     geometry::DisjointSets sets = connected(all);
     for (std::size_t k = 0; k < all.size(); ++k) pieces[sets.root(k)].push_back(all[k].point);
     std::set<std::size_t> refused;
@@ -75,14 +72,14 @@ class Flood {
   }
 
  private:
-  SurfaceId owner(Index i) const {
+  SurfaceId owner(PointId i) const {
     const auto gained = gained_.find(i);
     return gained == gained_.end() ? map_.window[i].surface : gained->second;
   }
 
-  SurfaceId best_surface(Index i) {
+  SurfaceId best_surface(PointId i) {
     NeighbourLabels near;
-    for (const Index j : near_points(map_.window, map_.window[i].key, reach_)) {
+    for (const PointId j : near_points(map_.window, map_.window[i].key, reach_)) {
       const SurfaceId id = owner(j);
       near.add(id != 0 && is_separated(i, j, id) ? clutter : id);
     }
@@ -90,7 +87,7 @@ class Flood {
   }
 
   /// A surface at an angle to that of `j` explains `j`, too, or passes between the two and has inliers there.
-  bool is_separated(Index i, Index j, SurfaceId id) {
+  bool is_separated(PointId i, PointId j, SurfaceId id) {
     const std::vector<SurfaceId>& ids = ids_near(j);
     if (ids.size() < 2) return false;
     const Plane& plane = map_.surfaces.find(id)->plane();
@@ -106,7 +103,7 @@ class Flood {
     });
   }
 
-  const std::vector<SurfaceId>& ids_near(Index i) {
+  const std::vector<SurfaceId>& ids_near(PointId i) {
     const auto [at, fresh] = ids_near_.try_emplace(i);
     if (fresh) {
       const surfaces::SurfaceStore::Ids ids = map_.surfaces.near(map_.window[i].key, 1);
@@ -115,10 +112,10 @@ class Flood {
     return at->second;
   }
 
-  std::vector<Index> pending_around(const std::vector<Assignment>& round) const {
-    std::vector<Index> around;
+  std::vector<PointId> pending_around(const std::vector<Assignment>& round) const {
+    std::vector<PointId> around;
     for (const Assignment& assignment : round)
-      for (const Index j : near_points(map_.window, map_.window[assignment.point].key, reach_))
+      for (const PointId j : near_points(map_.window, map_.window[assignment.point].key, reach_))
         if (owner(j) == 0) around.push_back(j);
     std::sort(around.begin(), around.end());
     around.erase(std::unique(around.begin(), around.end()), around.end());
@@ -128,17 +125,17 @@ class Flood {
   /// Neighbours assigned to the same surface.
   geometry::DisjointSets connected(const std::vector<Assignment>& gained) const {
     geometry::DisjointSets sets(gained.size());
-    tsl::robin_map<Index, std::size_t> place;
+    tsl::robin_map<PointId, std::size_t> place;
     for (std::size_t k = 0; k < gained.size(); ++k) place.emplace(gained[k].point, k);
     for (std::size_t k = 0; k < gained.size(); ++k)
-      for (const Index j : near_points(map_.window, map_.window[gained[k].point].key, reach_))
+      for (const PointId j : near_points(map_.window, map_.window[gained[k].point].key, reach_))
         if (const auto at = place.find(j);
             at != place.end() && gained[at->second].surface == gained[k].surface)
           sets.join(k, at->second);
     return sets;
   }
 
-  bool merges(SurfaceId id, const std::vector<Index>& points) const {
+  bool merges(SurfaceId id, const std::vector<PointId>& points) const {
     if (points.size() < Constants::fewest_of_plane) return true;  // too few to contradict it
     const Patch surface = planes_.patch(id);
     Patch gain;
@@ -148,13 +145,13 @@ class Flood {
     gain.readings = gain.hits = static_cast<double>(points.size());
     double pairs = 0;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (const Index i : points) {
+    for (const PointId i : points) {
       const occupancy::VoxelPoint& p = map_.window[i];
       const double facing = surface.plane.normal.dot(p.view.cast<double>());
       gain.moments.add(p.position.cast<double>() - gain.origin,
                        planes_.model().weight(p.range_class, facing));
       gain.log_peaks += planes_.model().log_peak(p.range_class, facing);
-      map_.window.for_each_near(p.key, 1, [&](Index j) {
+      map_.window.for_each_near(p.key, 1, [&](PointId j) {
         if (map_.window[j].surface != id) return;
         ++pairs;
         sum += p.position.cast<double>();
@@ -168,23 +165,16 @@ class Flood {
   const surfaces::MapView& map_;
   SurePlanes planes_;
   int reach_;  // voxels
-  tsl::robin_map<Index, SurfaceId> gained_;
-  tsl::robin_map<Index, std::vector<SurfaceId>> ids_near_;
+  tsl::robin_map<PointId, SurfaceId> gained_;
+  tsl::robin_map<PointId, std::vector<SurfaceId>> ids_near_;
 };
-
-std::vector<Index> indices_of(const surfaces::MapView& map, std::span<const VoxelKey> keys) {
-  std::vector<Index> indices;
-  indices.reserve(keys.size());
-  for (const VoxelKey key : keys) indices.push_back(map.window.find(key));
-  return indices;
-}
 
 }  // namespace
 
-std::vector<Assignment> add_inliers(const surfaces::MapView& map, std::span<const VoxelKey> fresh) {
+std::vector<Assignment> add_inliers(const surfaces::MapView& map, std::span<const PointId> fresh) {
   SurePlanes planes(map);
   std::vector<Assignment> added;
-  for (const Index i : indices_of(map, fresh)) {
+  for (const PointId i : fresh) {
     Assignment best{i, 0};
     double most = 0;
     for (const SurfaceId id : map.surfaces.near(map.window[i].key, 1)) {
@@ -200,17 +190,17 @@ std::vector<Assignment> add_inliers(const surfaces::MapView& map, std::span<cons
   return added;
 }
 
-std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const VoxelKey> left) {
+std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const PointId> left) {
   Flood flood(map);
-  flood.run(indices_of(map, left));
+  flood.run({left.begin(), left.end()});
   return flood.accepted();
 }
 
-std::vector<VoxelKey> touching(const surfaces::MapView& map, std::span<const Assignment> assignments) {
+std::vector<PointId> touching(const surfaces::MapView& map, std::span<const Assignment> assignments) {
   SurePlanes planes(map);
   const int gap = static_cast<int>(map.parameters.max_hole_size() / map.grid.resolution());
   std::map<std::pair<SurfaceId, SurfaceId>, bool> alike;
-  std::vector<VoxelKey> keys;
+  std::vector<PointId> points;
   for (const auto& [point, surface] : assignments) {
     const occupancy::VoxelPoint& p = map.window[point];
     const auto may_be_one = [&, own = surface](SurfaceId other) {
@@ -220,9 +210,9 @@ std::vector<VoxelKey> touching(const surfaces::MapView& map, std::span<const Ass
       return at->second;
     };
     const surfaces::SurfaceStore::Ids ids = map.surfaces.near(p.key, gap);
-    if (std::any_of(ids.begin(), ids.end(), may_be_one)) keys.push_back(p.key);
+    if (std::any_of(ids.begin(), ids.end(), may_be_one)) points.push_back(point);
   }
-  return keys;
+  return points;
 }
 
 }  // namespace octosurf::detection

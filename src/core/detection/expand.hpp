@@ -10,7 +10,7 @@ namespace octosurf::detection {
 /// Assigns points inside known surfaces or at their rims (paper, III-B1): of the nearby surfaces whose plane
 /// hash covers the point's cell, the one that explains it best. `fresh`: pending points. Cost: the few
 /// surfaces in the blocks around each.
-std::vector<Assignment> add_inliers(const surfaces::MapView& map, std::span<const geometry::VoxelKey> fresh);
+std::vector<Assignment> add_inliers(const surfaces::MapView& map, std::span<const PointId> fresh);
 
 /// Expands surfaces over their boundaries through the octree (paper, III-B2): pending points of `left` beside
 /// inliers are assigned to the surface that explains them best, then pending points beside those, until none
@@ -22,10 +22,9 @@ std::vector<Assignment> add_inliers(const surfaces::MapView& map, std::span<cons
 ///    than two (log_same). The rim prior is not used: it would favour anything in contact.
 /// 4. All points of a round are decided before any is assigned, so the order does not matter.
 /// Cost: new points and their neighbours.
-std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const geometry::VoxelKey> left);
+std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const PointId> left);
 
 /// The assigned points that another surface within h also explains: the two may be one.
-std::vector<geometry::VoxelKey> touching(const surfaces::MapView& map,
-                                         std::span<const Assignment> assignments);
+std::vector<PointId> touching(const surfaces::MapView& map, std::span<const Assignment> assignments);
 
 }  // namespace octosurf::detection

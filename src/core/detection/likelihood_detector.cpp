@@ -20,11 +20,23 @@ using surfaces::MapView;
 constexpr std::size_t largest_looked_at_whole = 5000;
 
 /// The pending readings of planes rejected for their number alone.
-std::vector<VoxelKey> too_few(const Readings& readings, const Segmentation& planes) {
-  std::vector<VoxelKey> keys;
+std::vector<PointId> too_few(const Readings& readings, const Segmentation& planes) {
+  std::vector<PointId> points;
   for (const Readings::Index i : planes.too_few)
-    if (readings[i].surface == 0 && planes.labels[i] == clutter) keys.push_back(readings[i].key);
-  return keys;
+    if (readings[i].surface == 0 && planes.labels[i] == clutter) points.push_back(readings[i].point);
+  return points;
+}
+
+Proposal proposal_of(const Readings& readings, const Segmentation& found) {
+  Proposal proposal;
+  for (Label label = 1; label < found.patches.size(); ++label)
+    proposal.planes.push_back(
+        {found.patches[label].plane, found.patches[label].moments, found.patches[label].origin});
+  for (Readings::Index i = 0; i < readings.size(); ++i)
+    proposal.points.push_back({readings[i].point, found.labels[i]});
+  for (const Outside& part : found.outside)
+    proposal.rest.push_back({part.surface, part.label, part.sums.readings});
+  return proposal;
 }
 
 std::vector<Assignment> inliers_of(const MapView& map, const surfaces::SurfaceModel& surface) {
@@ -35,64 +47,60 @@ std::vector<Assignment> inliers_of(const MapView& map, const surfaces::SurfaceMo
 }
 
 /// `anew`: surfaces whose inliers start without a label; `unlabelled`: other surfaces' inliers that do.
-std::optional<FoundPlanes> segment_in(const MapView& map, const occupancy::OccupancyMap& octree,
-                                      const Neighbourhood& around, std::span<const SurfaceId> anew,
-                                      std::span<const VoxelKey> unlabelled) {
-  if (around.voxels.empty()) return {};
-  std::optional<FoundPlanes> found(std::in_place, Readings(octree, map.window, around, map.noise));
-  found->planes = segment(found->readings, limits_of(map.parameters),
-                          known_about(found->readings, map.surfaces, anew, unlabelled));
-  found->beside = newly_explained(*found);
-  return found;
+std::optional<Proposal> segment_in(const MapView& map, const Neighbourhood& around,
+                                   std::span<const SurfaceId> anew, std::span<const PointId> unlabelled) {
+  if (around.points.empty()) return {};
+  const Readings readings(map, around);
+  const Segmentation found =
+      segment(readings, limits_of(map.parameters), known_about(readings, map.surfaces, anew, unlabelled));
+  Proposal proposal = proposal_of(readings, found);
+  proposal.unseen = waiting_on(too_few(readings, found));
+  return proposal;
 }
 
 }  // namespace
 
 std::vector<Assignment> LikelihoodDetector::add_inliers(const MapView& map,
-                                                        std::span<const VoxelKey> fresh) const {
+                                                        std::span<const PointId> fresh) const {
   return detection::add_inliers(map, fresh);
 }
 
-std::vector<Assignment> LikelihoodDetector::expand(const MapView& map, std::span<const VoxelKey> left) const {
+std::vector<Assignment> LikelihoodDetector::expand(const MapView& map, std::span<const PointId> left) const {
   return detection::expand(map, left);
 }
 
-Due LikelihoodDetector::due(const MapView& map, const occupancy::OccupancyMap& octree,
-                            surfaces::PendingQueue before, std::span<const VoxelKey> fresh, bool all,
-                            std::vector<Assignment>& expanded) const {
-  return due_to_segment(map, octree, std::move(before), fresh, all, expanded);
+Due LikelihoodDetector::due(const MapView& map, const surfaces::PendingQueue& queue,
+                            std::span<const PointId> fresh, bool all,
+                            std::span<const Assignment> expanded) const {
+  return due_to_segment(map, queue, fresh, all, expanded);
 }
 
-std::optional<FoundPlanes> LikelihoodDetector::detect(const MapView& map,
-                                                      const occupancy::OccupancyMap& octree,
-                                                      std::span<const VoxelKey> due,
-                                                      std::span<const Assignment> expanded) const {
-  std::optional<FoundPlanes> found =
-      segment_in(map, octree, neighbourhood_of(map, due, touching(map, expanded)), {}, {});
-  if (found) found->still_new = waiting_on(too_few(found->readings, found->planes));
-  return found;
+std::optional<Proposal> LikelihoodDetector::detect(const MapView& map, std::span<const PointId> due,
+                                                   std::span<const Assignment> expanded) const {
+  return segment_in(map, neighbourhood_of(map, due, touching(map, expanded)), {}, {});
 }
 
-std::optional<FoundPlanes> LikelihoodDetector::revise(const MapView& map,
-                                                      const occupancy::OccupancyMap& octree,
-                                                      const std::set<SurfaceId>& changed) const {
+std::optional<Proposal> LikelihoodDetector::revise(const MapView& map,
+                                                   const std::set<SurfaceId>& changed) const {
   const sensing::ReadingModel model(map.noise, map.grid.resolution());
   std::vector<SurfaceId> anew;
-  std::vector<VoxelKey> unlabelled, looked_at;
+  std::vector<PointId> unlabelled, looked_at;
   for (const SurfaceId id : changed) {
     const surfaces::SurfaceModel& surface = *map.surfaces.find(id);
-    std::vector<VoxelKey> disagree;
-    if (surface.size() > largest_looked_at_whole) disagree = where_tiles_disagree(surface, model);
+    std::vector<PointId> disagree;
+    if (surface.size() > largest_looked_at_whole)
+      for (const VoxelKey key : where_tiles_disagree(surface, model))
+        disagree.push_back(map.window.find(key));
     if (surface.size() <= largest_looked_at_whole || 2 * disagree.size() > surface.size()) {
       anew.push_back(id);
       continue;
     }
     unlabelled.insert(unlabelled.end(), disagree.begin(), disagree.end());
-    const std::vector<VoxelKey> beside_its_like = touching(map, inliers_of(map, surface));
+    const std::vector<PointId> beside_its_like = touching(map, inliers_of(map, surface));
     looked_at.insert(looked_at.end(), beside_its_like.begin(), beside_its_like.end());
   }
   looked_at.insert(looked_at.end(), unlabelled.begin(), unlabelled.end());
-  return segment_in(map, octree, neighbourhood_of(map, anew, looked_at), anew, unlabelled);
+  return segment_in(map, neighbourhood_of(map, anew, looked_at), anew, unlabelled);
 }
 
 std::vector<std::pair<SurfaceId, Plane>> LikelihoodDetector::fit(const MapView& map,
@@ -106,24 +114,22 @@ std::vector<std::pair<SurfaceId, Plane>> LikelihoodDetector::fit(const MapView& 
   return planes;
 }
 
-FoundPlanes LikelihoodDetector::detect_anew(const MapView& map, const occupancy::OccupancyMap& octree) const {
-  FoundPlanes found{Readings(octree, map.window, map.noise), {}};
-  found.planes = segment(found.readings, limits_of(map.parameters));
-  return found;
+Proposal LikelihoodDetector::detect_anew(const MapView& map) const {
+  const Readings readings(map);
+  return proposal_of(readings, segment(readings, limits_of(map.parameters)));
 }
 
-std::map<VoxelKey, surfaces::Refusal> LikelihoodDetector::refusals(const MapView& map,
-                                                                   const occupancy::OccupancyMap& octree,
-                                                                   std::span<const VoxelKey> pending) const {
-  const Readings readings(octree, map.window, neighbourhood_of(map, pending, {}), map.noise);
+std::map<PointId, surfaces::Refusal> LikelihoodDetector::refusals(const MapView& map,
+                                                                  std::span<const PointId> pending) const {
+  const Readings readings(map, neighbourhood_of(map, pending, {}));
   std::vector<Refused> refused;
   const Segmentation found =
       segment(readings, limits_of(map.parameters), known_about(readings, map.surfaces, {}), &refused);
-  std::map<VoxelKey, surfaces::Refusal> reasons;
+  std::map<PointId, surfaces::Refusal> reasons;
   for (const Refused& plane : refused)
-    for (const Readings::Index i : plane.readings) reasons[readings[i].key] = plane.why;
+    for (const Readings::Index i : plane.readings) reasons[readings[i].point] = plane.why;
   for (Readings::Index i = 0; i < readings.size(); ++i)
-    if (found.labels[i] != clutter) reasons[readings[i].key] = {Reason::waiting};
+    if (found.labels[i] != clutter) reasons[readings[i].point] = {Reason::waiting};
   return reasons;
 }
 

@@ -10,30 +10,26 @@ class LikelihoodDetector final : public Detector {
  public:
   /// expand.hpp.
   std::vector<Assignment> add_inliers(const surfaces::MapView& map,
-                                      std::span<const geometry::VoxelKey> fresh) const override;
-  std::vector<Assignment> expand(const surfaces::MapView& map,
-                                 std::span<const geometry::VoxelKey> left) const override;
+                                      std::span<const PointId> fresh) const override;
+  std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const PointId> left) const override;
   /// due_to_segment() (waiting.hpp).
-  Due due(const surfaces::MapView& map, const occupancy::OccupancyMap& octree, surfaces::PendingQueue before,
-          std::span<const geometry::VoxelKey> fresh, bool all,
-          std::vector<Assignment>& expanded) const override;
+  Due due(const surfaces::MapView& map, const surfaces::PendingQueue& queue, std::span<const PointId> fresh,
+          bool all, std::span<const Assignment> expanded) const override;
   /// Segments the points due and those of `expanded` that another surface also explains. Surrounding surfaces
   /// take part as sums, and are merged across gaps up to h (neighbourhood.hpp).
-  std::optional<FoundPlanes> detect(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
-                                    std::span<const geometry::VoxelKey> due,
-                                    std::span<const Assignment> expanded) const override;
+  std::optional<Proposal> detect(const surfaces::MapView& map, std::span<const PointId> due,
+                                 std::span<const Assignment> expanded) const override;
   /// The surfaces' points start without a label; of large surfaces, only those where tiles disagree
   /// (tiles.hpp). The rest are sums, with contacts where another surface may be one with them.
-  std::optional<FoundPlanes> revise(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
-                                    const std::set<SurfaceId>& changed) const override;
+  std::optional<Proposal> revise(const surfaces::MapView& map,
+                                 const std::set<SurfaceId>& changed) const override;
   std::vector<std::pair<SurfaceId, Plane>> fit(const surfaces::MapView& map,
                                                const std::set<SurfaceId>& surfaces) const override;
   bool outlines_inliers_alone() const override { return false; }
   /// The batch form; tests compare the incremental one with it.
-  FoundPlanes detect_anew(const surfaces::MapView& map, const occupancy::OccupancyMap& octree) const override;
-  std::map<geometry::VoxelKey, surfaces::Refusal> refusals(
-      const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
-      std::span<const geometry::VoxelKey> pending) const override;
+  Proposal detect_anew(const surfaces::MapView& map) const override;
+  std::map<PointId, surfaces::Refusal> refusals(const surfaces::MapView& map,
+                                                std::span<const PointId> pending) const override;
 };
 
 }  // namespace octosurf::detection

@@ -94,18 +94,18 @@ class Collector {
         cubes_(std::max(1, gap_ / 4)),
         farthest_(farthest_neighbour(map.grid.resolution(), Readings::farthest_reach)) {}
 
-  void add_voxel(geometry::VoxelKey key) {
-    if (take(map_.window.find(key))) around_.voxels.push_back(key);
+  void add_point(PointId i) {
+    if (taken_.insert(i)) around_.points.push_back(i);
   }
   void add_surface(const SurfaceModel& surface) {
-    surface.for_each_inlier([&](const surfaces::Inlier& inlier) { add_voxel(inlier.key); });
+    surface.for_each_inlier([&](const surfaces::Inlier& inlier) { add_point(map_.window.find(inlier.key)); });
   }
 
   /// Adds surfaces with most of their inliers in these blocks.
   void add_surfaces_mostly_in(const std::vector<VoxelBlocks::Place>& places) {
     std::map<SurfaceId, std::size_t> inliers;
     for (const VoxelBlocks::Place place : places)
-      blocks_.for_each_point(map_.window, place, [&](Index i) {
+      blocks_.for_each_point(map_.window, place, [&](PointId i) {
         if (map_.window[i].surface != 0) ++inliers[map_.window[i].surface];
       });
     for (const auto& [id, count] : inliers)
@@ -114,51 +114,45 @@ class Collector {
         add_surface(surface);
   }
 
-  std::vector<VoxelBlocks::Place> blocks_of(std::span<const geometry::VoxelKey> keys) const {
+  std::vector<VoxelBlocks::Place> blocks_of(std::span<const PointId> points) const {
     std::vector<VoxelBlocks::Place> places;
-    for (const geometry::VoxelKey key : keys) places.push_back(blocks_.of(key));
+    for (const PointId i : points) places.push_back(blocks_.of(map_.window[i].key));
     return blocks_.widened(std::move(places), 0);
   }
 
   /// Adds pending points within h as candidates; rims and neighbours become context.
   Neighbourhood with_surroundings() && {
-    const std::vector<geometry::VoxelKey> inside = around_.voxels;
+    const std::vector<PointId> inside = around_.points;
     for (const auto& [place, boxes] : boxes_within_gap(inside))
-      blocks_.for_each_point(map_.window, place, [&, &near = boxes](Index i) {
+      blocks_.for_each_point(map_.window, place, [&, &near = boxes](PointId i) {
         const occupancy::VoxelPoint& point = map_.window[i];
         const occupancy::Key3 key = occupancy::ints(point.key);
         if (std::none_of(near.begin(), near.end(), [&](const auto& box) { return box.holds(key); })) return;
         if (point.surface == 0) {
-          if (take(i)) around_.may_join.push_back(point.key);
+          if (taken_.insert(i)) around_.may_join.push_back(i);
           return;
         }
         const SurfaceModel& surface = *map_.surfaces.find(point.surface);
-        if (!surface.surrounded(surface.cell_of(point.position)) && is_first_of_its_cube(point) && take(i))
-          around_.rims.push_back(point.key);
+        if (!surface.surrounded(surface.cell_of(point.position)) && is_first_of_its_cube(point) &&
+            taken_.insert(i))
+          around_.rims.push_back(i);
       });
     add_neighbours_of(inside);
     add_neighbours_of(std::vector(around_.may_join));
-    for (const geometry::VoxelKey key : inside) add_along_ray(key);
+    for (const PointId i : inside) add_along_ray(i);
     return std::move(around_);
   }
 
  private:
-  bool take(Index i) {
-    if (taken_.size() < map_.window.size()) taken_.resize(map_.window.size());
-    const bool fresh = !taken_[i];
-    taken_[i] = true;
-    return fresh;
-  }
-
   /// By block, the boxes widened by h around the points in nearby blocks.
   std::map<VoxelBlocks::Place, std::vector<occupancy::KeyBox>> boxes_within_gap(
-      const std::vector<geometry::VoxelKey>& points) const {
+      const std::vector<PointId>& points) const {
     constexpr occupancy::KeyBox empty{{occupancy::last_key, occupancy::last_key, occupancy::last_key},
                                       {0, 0, 0}};
     std::map<VoxelBlocks::Place, occupancy::KeyBox> boxes;
-    for (const geometry::VoxelKey point : points) {
-      const occupancy::Key3 key = occupancy::ints(point);
-      occupancy::KeyBox& box = boxes.try_emplace(blocks_.of(point), empty).first->second;
+    for (const PointId point : points) {
+      const occupancy::Key3 key = occupancy::ints(map_.window[point].key);
+      occupancy::KeyBox& box = boxes.try_emplace(blocks_.of(map_.window[point].key), empty).first->second;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         box.low[axis] = std::min(box.low[axis], key[axis] - gap_);
         box.high[axis] = std::max(box.high[axis], key[axis] + gap_);
@@ -178,35 +172,33 @@ class Collector {
     return true;
   }
 
-  void add_neighbours_of(const std::vector<geometry::VoxelKey>& keys) {
-    for (const geometry::VoxelKey key : keys)
-      for (const Index i : near_points(map_.window, key, farthest_)) add(i);
+  void add_neighbours_of(const std::vector<PointId>& points) {
+    for (const PointId point : points)
+      for (const PointId i : near_points(map_.window, map_.window[point].key, farthest_)) add(i);
   }
 
   /// Rays through a plane speak against it, whether the ray or the plane is new (count_crossings).
-  void add_along_ray(geometry::VoxelKey key) {
-    const occupancy::VoxelPoint& end = map_.window[map_.window.find(key)];
+  void add_along_ray(PointId point) {
+    const occupancy::VoxelPoint& end = map_.window[point];
     const auto step = static_cast<float>(map_.grid.resolution());
     const int steps = static_cast<int>(sensing::ReadingModel::clutter_depth / 2 / map_.grid.resolution());
     for (int k = -steps; k <= steps; ++k) {
       geometry::VoxelKey passed;
       if (!map_.grid.key_of(end.position + static_cast<float>(k) * step * end.view, passed)) continue;
-      if (const Index i = map_.window.find(passed); i != Readings::none) add(i);
+      if (const PointId i = map_.window.find(passed); i != PointId::none) add(i);
     }
   }
 
-  void add(Index i) {
-    if (!take(i)) return;
-    const bool pending = map_.window[i].surface == 0;
-    (pending ? around_.may_join : around_.context).push_back(map_.window[i].key);
+  void add(PointId i) {
+    if (taken_.insert(i)) (map_.window[i].surface == 0 ? around_.may_join : around_.context).push_back(i);
   }
 
   const surfaces::MapView& map_;
   VoxelBlocks blocks_;
   int gap_;  // voxels
   VoxelBlocks cubes_;
-  int farthest_;             // voxels
-  std::vector<bool> taken_;  // by index in the window
+  int farthest_;  // voxels
+  occupancy::PointSet taken_;
   tsl::robin_map<VoxelBlocks::Place, SurfaceId, geometry::PackedKeyHash>
       rims_;  // surface of the last one taken, by cube
   Neighbourhood around_;
@@ -214,26 +206,25 @@ class Collector {
 
 }  // namespace
 
-Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const geometry::VoxelKey> due,
-                               std::span<const geometry::VoxelKey> touching) {
+Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const PointId> due,
+                               std::span<const PointId> touching) {
   Collector collector(map);
-  for (const geometry::VoxelKey key : due) collector.add_voxel(key);
-  for (const geometry::VoxelKey key : touching) collector.add_voxel(key);
+  for (const auto points : {due, touching})
+    for (const PointId i : points) collector.add_point(i);
   collector.add_surfaces_mostly_in(collector.blocks_of(due));
   return std::move(collector).with_surroundings();
 }
 
 Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const SurfaceId> surfaces,
-                               std::span<const geometry::VoxelKey> inliers) {
+                               std::span<const PointId> inliers) {
   Collector collector(map);
-  for (const geometry::VoxelKey key : inliers) collector.add_voxel(key);
+  for (const PointId i : inliers) collector.add_point(i);
   for (const SurfaceId id : surfaces) collector.add_surface(*map.surfaces.find(id));
   return std::move(collector).with_surroundings();
 }
 
 Segmentation known_about(const Readings& readings, const surfaces::SurfaceStore& surfaces,
-                         std::span<const SurfaceId> forgotten,
-                         std::span<const geometry::VoxelKey> unlabelled) {
+                         std::span<const SurfaceId> forgotten, std::span<const PointId> unlabelled) {
   Segmentation known;
   known.labels.assign(readings.size_with_context(), clutter);
   std::map<SurfaceId, Label> label_of;
@@ -254,7 +245,7 @@ Segmentation known_about(const Readings& readings, const surfaces::SurfaceStore&
     if (const Patch sums = around[label - 1].outside(); sums.readings > 0)
       known.outside.push_back({id, label, sums});
   }
-  for (const geometry::VoxelKey key : unlabelled) known.labels[readings.find(key)] = clutter;
+  for (const PointId i : unlabelled) known.labels[readings.find(i)] = clutter;
   refit_patches(readings, Junctions(readings, known.labels, known.patches), known);
   return known;
 }

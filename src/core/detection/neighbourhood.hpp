@@ -12,18 +12,17 @@ namespace octosurf::detection {
 /// with half of theirs in the same blocks of planelets as `due`. Pending points within h of these are
 /// candidates; context are the inliers beside all that, on the last part of its rays, and at rims within h.
 /// Cost is proportional to the input.
-Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const geometry::VoxelKey> due,
-                               std::span<const geometry::VoxelKey> touching);
+Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const PointId> due,
+                               std::span<const PointId> touching);
 /// The same around all inliers of some surfaces, and selected inliers of others.
 Neighbourhood neighbourhood_of(const surfaces::MapView& map, std::span<const SurfaceId> surfaces,
-                               std::span<const geometry::VoxelKey> inliers = {});
+                               std::span<const PointId> inliers = {});
 
 /// The initial segmentation of readings: the labels of their surfaces, except those of `forgotten`, and the
 /// sums of these surfaces' other inliers, including context. Inliers outside are weighted like those of their
 /// range class among the readings, with equal hit counts. All inliers of `forgotten` must be among the
 /// readings, none as context. `unlabelled`: further readings that start without a label.
 Segmentation known_about(const Readings& readings, const surfaces::SurfaceStore& surfaces,
-                         std::span<const SurfaceId> forgotten,
-                         std::span<const geometry::VoxelKey> unlabelled = {});
+                         std::span<const SurfaceId> forgotten, std::span<const PointId> unlabelled = {});
 
 }  // namespace octosurf::detection

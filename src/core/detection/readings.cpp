@@ -8,10 +8,11 @@ namespace {
 
 constexpr std::size_t enough_neighbours = 6;  // effort: as in a hexagonal grid
 
-std::vector<geometry::VoxelKey> all_of(const occupancy::OccupancyMap& octree) {
-  std::vector<geometry::VoxelKey> keys;
-  octree.for_each_point([&](const occupancy::VoxelPoint& p) { keys.push_back(p.key); });
-  return keys;
+std::vector<PointId> all_of(const surfaces::MapView& map) {
+  std::vector<PointId> points;
+  map.octree.for_each_point(
+      [&](const occupancy::VoxelPoint& p) { points.push_back(map.window.find(p.key)); });
+  return points;
 }
 
 /// Of 8³ voxels, as the window's.
@@ -27,7 +28,7 @@ NearPoints near_points(const occupancy::PointWindow& window, geometry::VoxelKey 
   NearPoints near;
   for (int reach = 1; reach <= farthest; ++reach) {
     near.clear();
-    window.for_each_near(key, reach, [&](occupancy::PointWindow::Index i) {
+    window.for_each_near(key, reach, [&](PointId i) {
       if (window[i].key != key) near.push_back(i);
     });
     if (near.size() >= enough_neighbours) break;
@@ -35,52 +36,44 @@ NearPoints near_points(const occupancy::PointWindow& window, geometry::VoxelKey 
   return near;
 }
 
-Readings::Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
-                   const sensing::NoiseModel& noise)
-    : Readings(octree, window, {.voxels = all_of(octree), .may_join = {}, .context = {}, .rims = {}}, noise) {
-}
+Readings::Readings(const surfaces::MapView& map)
+    : Readings(map, {.points = all_of(map), .may_join = {}, .context = {}, .rims = {}}) {}
 
-Readings::Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
-                   const Neighbourhood& around, const sensing::NoiseModel& noise)
-    : window_(window), grid_(octree.grid()), model_(noise, octree.grid().resolution()) {
-  readings_.reserve(around.voxels.size() + around.may_join.size() + around.context.size() +
+Readings::Readings(const surfaces::MapView& map, const Neighbourhood& around)
+    : window_(map.window), grid_(map.grid), model_(map.noise, map.grid.resolution()) {
+  readings_.reserve(around.points.size() + around.may_join.size() + around.context.size() +
                     around.rims.size());
-  add(around.voxels, around.may_join, octree);
-  for (const geometry::VoxelKey key : around.may_join)
-    if (const Index i = find(key); i != none) readings_[i].may_seed = false;
+  add(around.points, around.may_join, map.octree);
+  for (const PointId i : around.may_join) readings_[find(i)].may_seed = false;
   size_ = readings_.size();
-  add(around.context, around.rims, octree);
-  for (const geometry::VoxelKey key : around.rims)
-    if (const Index i = find(key); i != none) readings_[i].at_rim = true;
+  add(around.context, around.rims, map.octree);
+  for (const PointId i : around.rims) readings_[find(i)].at_rim = true;
   at_border_.resize(readings_.size());
   first_.reserve(readings_.size() + 1);
   for (Index i = 0; i < readings_.size(); ++i) find_neighbours(i);
   first_.push_back(neighbours_.size());
 }
 
-void Readings::add(std::span<const geometry::VoxelKey> keys, std::span<const geometry::VoxelKey> others,
+void Readings::add(std::span<const PointId> points, std::span<const PointId> others,
                    const occupancy::OccupancyMap& octree) {
-  std::vector<Index> in_window;
-  in_window.reserve(keys.size() + others.size());
-  for (const auto some : {keys, others})
-    for (const geometry::VoxelKey key : some)
-      if (const Index i = window_.find(key); i != none) in_window.push_back(i);
-  std::sort(in_window.begin(), in_window.end(), [&](Index a, Index b) {
+  std::vector<PointId> all(points.begin(), points.end());
+  all.insert(all.end(), others.begin(), others.end());
+  std::sort(all.begin(), all.end(), [&](PointId a, PointId b) {
     return std::pair(block_of(window_[a].key), a) < std::pair(block_of(window_[b].key), b);
   });
   places_.resize(window_.size(), none);
   const float one_hit = 0.85F;  // nats of OctoMap's default; only ratios matter
-  for (const Index i : in_window) {
+  for (const PointId i : all) {
     const occupancy::VoxelPoint& p = window_[i];
     const float hits = std::max(1.0F, octree.at(p.key).log_odds / one_hit);
-    places_[i] = static_cast<Index>(readings_.size());
+    places_[index_of(i)] = static_cast<Index>(readings_.size());
     readings_.push_back({.key = p.key,
                          .position = p.position,
                          .view = p.view,
                          .range_class = p.range_class,
                          .hits = hits,
                          .surface = p.surface,
-                         .in_window = i});
+                         .point = i});
   }
 }
 
@@ -88,8 +81,8 @@ void Readings::find_neighbours(Index i) {
   first_.push_back(neighbours_.size());
   const int farthest = is_context(i) ? 1 : farthest_neighbour(resolution(), farthest_reach);
   bool missing = is_context(i);
-  for (const Index in_window : near_points(window_, readings_[i].key, farthest))
-    if (const Index j = of_window(in_window); j != none)
+  for (const PointId point : near_points(window_, readings_[i].key, farthest))
+    if (const Index j = find(point); j != none)
       neighbours_.push_back(j);
     else
       missing = true;

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "detection/patch.hpp"
-#include "occupancy/point_window.hpp"
 #include "sensing/reading_model.hpp"
+#include "surfaces/map_view.hpp"
 
 #include <Eigen/Core>
 #include <boost/container/small_vector.hpp>
@@ -16,19 +16,19 @@ namespace octosurf::detection {
 using Label = std::uint32_t;
 inline constexpr Label clutter = 0;
 
-/// Voxels whose points are segmented together.
+/// Points that are segmented together.
 struct Neighbourhood {
-  std::vector<geometry::VoxelKey> voxels;    ///< are labelled, and seed planes
-  std::vector<geometry::VoxelKey> may_join;  ///< were in no plane before: are labelled, but seed no plane
-  std::vector<geometry::VoxelKey> context;   ///< keep their labels; others may merge with them
-  std::vector<geometry::VoxelKey> rims;      ///< likewise, at the rim of their surface: merged across gaps
+  std::vector<PointId> points;    ///< are labelled, and seed planes
+  std::vector<PointId> may_join;  ///< were in no plane before: are labelled, but seed no plane
+  std::vector<PointId> context;   ///< keep their labels; others may merge with them
+  std::vector<PointId> rims;      ///< likewise, at the rim of their surface: merged across gaps
 };
 
 /// Search radius for neighbours where points are sparse, in voxels: `reach` m, at least one.
 int farthest_neighbour(double resolution, double reach);
 /// The points around one: in the 26 voxels around, or, if fewer than six of these have a point, within the
 /// smallest distance that gives six, at most `farthest` voxels.
-using NearPoints = boost::container::small_vector<occupancy::PointWindow::Index, 26>;
+using NearPoints = boost::container::small_vector<PointId, 26>;
 NearPoints near_points(const occupancy::PointWindow& window, geometry::VoxelKey key, int farthest);
 
 /// The octree's summary of the readings in one voxel.
@@ -41,7 +41,7 @@ struct Reading {
   bool at_rim = false;    ///< of context: its surface ends beside it
   float hits = 1;         ///< scans that hit the voxel, from its log-odds (at most about four)
   SurfaceId surface = 0;  ///< its current surface
-  occupancy::PointWindow::Index in_window = 0;
+  PointId point{};
 
   double facing(const Plane& plane) const { return plane.normal.dot(view.cast<double>()); }
   double distance(const Plane& plane) const { return plane.signed_distance(position.cast<double>()); }
@@ -52,15 +52,13 @@ struct Reading {
 /// 8³ voxels, then by keys, independent of the window's loading order.
 class Readings {
  public:
-  using Index = occupancy::PointWindow::Index;
-  static constexpr Index none = occupancy::PointWindow::none;
+  using Index = std::uint32_t;
+  static constexpr Index none = ~Index{0};
 
-  /// All points, which are loaded into `window`. O(points).
-  Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
-           const sensing::NoiseModel& noise);
-  /// The points of some voxels. O(voxels), plus a word for each point that the window has loaded.
-  Readings(const occupancy::OccupancyMap& octree, const occupancy::PointWindow& window,
-           const Neighbourhood& around, const sensing::NoiseModel& noise);
+  /// All points, which are loaded into the map's window. O(points).
+  explicit Readings(const surfaces::MapView& map);
+  /// Some points. O(points), plus a word for each point that the window has loaded.
+  Readings(const surfaces::MapView& map, const Neighbourhood& around);
 
   /// Number of readings to be labelled; higher indices are context.
   std::size_t size() const { return size_; }
@@ -76,8 +74,12 @@ class Readings {
   }
   /// It is context, or some of its surroundings are not among the readings.
   bool at_border(Index i) const { return at_border_[i]; }
+  /// The reading of a point, or none.
+  Index find(PointId point) const {
+    return index_of(point) < places_.size() ? places_[index_of(point)] : none;
+  }
   /// The reading in a voxel, or none.
-  Index find(geometry::VoxelKey key) const { return of_window(window_.find(key)); }
+  Index find(geometry::VoxelKey key) const { return find(window_.find(key)); }
   const sensing::ReadingModel& model() const { return model_; }
   double resolution() const { return grid_.resolution(); }
   const geometry::VoxelGrid& grid() const { return grid_; }
@@ -99,10 +101,9 @@ class Readings {
   Patch patch_of(const Indices& indices, const Plane& about, const Patch& beyond = {}) const;
 
  private:
-  void add(std::span<const geometry::VoxelKey> keys, std::span<const geometry::VoxelKey> others,
+  void add(std::span<const PointId> points, std::span<const PointId> others,
            const occupancy::OccupancyMap& octree);
   void find_neighbours(Index i);
-  Index of_window(Index in_window) const { return in_window < places_.size() ? places_[in_window] : none; }
 
   const occupancy::PointWindow& window_;
   geometry::VoxelGrid grid_;

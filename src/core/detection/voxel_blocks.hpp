@@ -17,17 +17,16 @@ class VoxelBlocks {
 
   Place of(geometry::VoxelKey key) const { return part(key).packed(); }
 
-  /// visit(Index) for every point in a block, in the window's order.
+  /// visit(PointId) for every point in a block, in the window's order.
   template <class Visit>
   void for_each_point(const occupancy::PointWindow& window, Place place, Visit&& visit) const {
     const geometry::VoxelKey block = geometry::VoxelKey::unpack(place);
     const auto middle = [this](std::uint16_t k) {
       return static_cast<std::uint16_t>(std::min(65535, k * edge_ + edge_ / 2));
     };
-    window.for_each_near({middle(block.x), middle(block.y), middle(block.z)}, edge_ / 2,
-                         [&](occupancy::PointWindow::Index i) {
-                           if (part(window[i].key) == block) visit(i);
-                         });
+    window.for_each_near({middle(block.x), middle(block.y), middle(block.z)}, edge_ / 2, [&](PointId i) {
+      if (part(window[i].key) == block) visit(i);
+    });
   }
 
   /// The blocks up to `voxels` voxels from one of `places`, themselves included, each once; in order.

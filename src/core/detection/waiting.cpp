@@ -14,35 +14,26 @@
 namespace octosurf::detection {
 namespace {
 
-using Index = surfaces::MapView::Index;
 using geometry::VoxelKey;
-
-using Keys = tsl::robin_set<std::uint64_t, geometry::PackedKeyHash>;
-
-std::vector<VoxelKey> united(const std::vector<VoxelKey>& a, std::span<const VoxelKey> b) {
-  std::vector<VoxelKey> all;
-  all.reserve(a.size() + b.size());
-  std::set_union(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(all));
-  return all;
-}
+using occupancy::PointSet;
+using Places = tsl::robin_set<VoxelBlocks::Place, geometry::PackedKeyHash>;
 
 /// Adds the points of these blocks to `due`, except those taken. `come`: points that came since the last
 /// segmentation.
-void add_due(const surfaces::MapView& map, const VoxelBlocks& blocks, std::span<const VoxelKey> come,
-             const Keys& taken, Keys& due) {
+void add_due(const surfaces::MapView& map, const VoxelBlocks& blocks, std::span<const PointId> come,
+             const PointSet& taken, PointSet& in_due, std::vector<PointId>& due) {
   tsl::robin_map<VoxelBlocks::Place, std::size_t, geometry::PackedKeyHash> counts;
-  for (const VoxelKey key : come)
-    if (!due.contains(key.packed())) ++counts[blocks.of(key)];
+  for (const PointId i : come)
+    if (!in_due.contains(i)) ++counts[blocks.of(map.window[i].key)];
   for (const auto& [place, count] : counts) {
     if (count < Constants::fewest_of_plane) continue;
-    std::vector<VoxelKey> pending;
-    blocks.for_each_point(map.window, place, [&](Index i) {
-      const occupancy::VoxelPoint& p = map.window[i];
-      if (p.surface == 0 && !due.contains(p.key.packed()) && !taken.contains(p.key.packed()))
-        pending.push_back(p.key);
+    std::vector<PointId> pending;
+    blocks.for_each_point(map.window, place, [&](PointId i) {
+      if (map.window[i].surface == 0 && !in_due.contains(i) && !taken.contains(i)) pending.push_back(i);
     });
-    if (2 * count >= pending.size())
-      for (const VoxelKey p : pending) due.insert(p.packed());
+    if (2 * count < pending.size()) continue;
+    for (const PointId i : pending) in_due.insert(i);
+    due.insert(due.end(), pending.begin(), pending.end());
   }
 }
 
@@ -95,13 +86,16 @@ std::size_t budget_of(const Parameters& parameters, std::size_t waiting) {
 }
 
 /// Cuts to `most` points, in whole, adjacent blocks of planelets; if `some`, at least one of these.
-void cut_to(std::size_t most, bool some, int edge, std::vector<VoxelKey>& points) {
-  const auto nested = [&](VoxelKey key) {
+void cut_to(const surfaces::MapView& map, std::size_t most, bool some, int edge,
+            std::vector<PointId>& points) {
+  const auto nested = [&](PointId i) {
+    const VoxelKey key = map.window[i].key;
     return std::tuple(VoxelBlocks(4 * edge).of(key), VoxelBlocks(2 * edge).of(key),
                       VoxelBlocks(edge).of(key));
   };
-  std::sort(points.begin(), points.end(),
-            [&](VoxelKey a, VoxelKey b) { return std::tuple(nested(a), a) < std::tuple(nested(b), b); });
+  std::sort(points.begin(), points.end(), [&](PointId a, PointId b) {
+    return std::tuple(nested(a), map.window[a].key) < std::tuple(nested(b), map.window[b].key);
+  });
   const auto within_block = [&](std::size_t k) { return nested(points[k]) == nested(points[k - 1]); };
   std::size_t end = most;
   while (end > 0 && within_block(end)) --end;
@@ -111,14 +105,13 @@ void cut_to(std::size_t most, bool some, int edge, std::vector<VoxelKey>& points
 }
 
 /// The blocks whose due points contain a plane of their own.
-Keys blocks_with_planes(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
-                        const VoxelBlocks& blocks, const std::vector<VoxelKey>& due) {
-  const Readings readings(octree, map.window, {.voxels = due, .may_join = {}, .context = {}, .rims = {}},
-                          map.noise);
+Places blocks_with_planes(const surfaces::MapView& map, const VoxelBlocks& blocks,
+                          const std::vector<PointId>& due) {
+  const Readings readings(map, {.points = due, .may_join = {}, .context = {}, .rims = {}});
   Segmentation planelets;
   planelets.labels.assign(readings.size(), clutter);
   find_planelets(readings, planelets);
-  Keys places;
+  Places places;
   for (Readings::Index i = 0; i < readings.size(); ++i)
     if (planelets.labels[i] != clutter) places.insert(blocks.of(readings[i].key));
   return places;
@@ -126,61 +119,66 @@ Keys blocks_with_planes(const surfaces::MapView& map, const occupancy::Occupancy
 
 }  // namespace
 
-Due due_to_segment(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
-                   surfaces::PendingQueue before, std::span<const VoxelKey> fresh, bool all,
-                   std::vector<Assignment>& expanded) {
+Due due_to_segment(const surfaces::MapView& map, const surfaces::PendingQueue& before,
+                   std::span<const PointId> fresh, bool all, std::span<const Assignment> expanded) {
   const int edge = planelet_edge(map.grid.resolution());
   const VoxelBlocks smallest(edge), largest(edge << (planelet_levels - 1));
-  Keys taken;
-  for (const Assignment& assignment : expanded) taken.insert(map.window[assignment.point].key.packed());
-  const auto waits = [&](VoxelKey key) { return map.is_pending(key) && !taken.contains(key.packed()); };
-  std::copy_if(fresh.begin(), fresh.end(), std::back_inserter(before.blocks), waits);
+  PointSet taken;
+  for (const Assignment& assignment : expanded) taken.insert(assignment.point);
+  const auto waits = [&](PointId i) {
+    return i != PointId::none && map.window[i].surface == 0 && !taken.contains(i);
+  };
+  std::vector<VoxelKey> fresh_keys, order = before.blocks;
+  for (const PointId i : fresh) {
+    fresh_keys.push_back(map.window[i].key);
+    if (waits(i)) order.push_back(map.window[i].key);
+  }
   Due result;
-  result.left.fresh = united(before.fresh, fresh);
-  const BlockQueue queue(largest, before.blocks, result.left.fresh);
+  std::set_union(before.fresh.begin(), before.fresh.end(), fresh_keys.begin(), fresh_keys.end(),
+                 std::back_inserter(result.left.fresh));
+  const BlockQueue queue(largest, order, result.left.fresh);
   const std::size_t budget =
       all ? std::numeric_limits<std::size_t>::max() : budget_of(map.parameters, queue.points());
   std::size_t turn = 0;
+  PointSet in_due;
   for (; turn < queue.size() && result.points.size() < budget; ++turn) {
-    std::vector<VoxelKey> come;
-    std::copy_if(queue.points_of(turn).begin(), queue.points_of(turn).end(), std::back_inserter(come), waits);
-    Keys due;
+    std::vector<PointId> come, points;
+    for (const VoxelKey key : queue.points_of(turn))
+      if (const PointId i = map.window.find(key); waits(i)) come.push_back(i);
     for (int level = 0; level < planelet_levels; ++level)
-      add_due(map, VoxelBlocks(edge << level), come, taken, due);
-    std::vector<VoxelKey> points;
-    for (const std::uint64_t key : due) points.push_back(VoxelKey::unpack(key));
+      add_due(map, VoxelBlocks(edge << level), come, taken, in_due, points);
     const std::size_t left = budget - result.points.size();
     const bool over = points.size() > left;
-    if (over) cut_to(left, result.points.empty(), edge, points);
+    if (over) cut_to(map, left, result.points.empty(), edge, points);
     result.points.insert(result.points.end(), points.begin(), points.end());
     if (over) break;
   }
   result.left.blocks = queue.order_from(turn);
-  Keys due;
-  for (const VoxelKey key : result.points) due.insert(key.packed());
+  const PointSet due(result.points);
   std::erase_if(result.left.fresh, [&](VoxelKey key) {
-    return queue.place_of(key) <= turn && (due.contains(key.packed()) || !waits(key));
+    if (queue.place_of(key) > turn) return false;
+    const PointId i = map.window.find(key);
+    return !waits(i) || due.contains(i);
   });
   result.waiting = turn < queue.size() ? queue.points_from(turn) : 0;
-  const Keys with_planes = blocks_with_planes(map, octree, smallest, result.points);
-  std::erase_if(expanded, [&](const Assignment& assignment) {
-    const VoxelKey key = map.window[assignment.point].key;
-    if (!with_planes.contains(smallest.of(key))) return false;
-    result.points.push_back(key);
-    return true;
-  });
-  const auto unplanar = std::stable_partition(result.points.begin(), result.points.end(), [&](VoxelKey key) {
-    return with_planes.contains(smallest.of(key));
-  });
+  const Places with_planes = blocks_with_planes(map, smallest, result.points);
+  const auto in_plane = [&](PointId i) { return with_planes.contains(smallest.of(map.window[i].key)); };
+  for (const Assignment& assignment : expanded) {
+    if (in_plane(assignment.point))
+      result.points.push_back(assignment.point);
+    else
+      result.expanded.push_back(assignment);
+  }
+  const auto unplanar = std::stable_partition(result.points.begin(), result.points.end(), in_plane);
   result.unplanar.assign(unplanar, result.points.end());
   result.points.erase(unplanar, result.points.end());
-  std::sort(result.unplanar.begin(), result.unplanar.end());
-  std::sort(result.points.begin(), result.points.end());
+  map.window.put_in_order(result.unplanar);
+  map.window.put_in_order(result.points);
   return result;
 }
 
-std::vector<VoxelKey> waiting_on(std::span<const VoxelKey> too_few) {
-  std::vector<VoxelKey> some;
+std::vector<PointId> waiting_on(std::span<const PointId> too_few) {
+  std::vector<PointId> some;
   for (std::size_t i = 0; i < too_few.size(); ++i)
     if (2 * i % 5 < 2) some.push_back(too_few[i]);
   return some;

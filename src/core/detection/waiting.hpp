@@ -19,14 +19,13 @@ namespace octosurf::detection {
 ///    extend into points assigned by expansion: all new points there are then due together, beyond the
 ///    budget, and are removed from `expanded`.
 ///
-/// Cost: 20 ns for each point of `before`, and the segmented blocks.
-Due due_to_segment(const surfaces::MapView& map, const occupancy::OccupancyMap& octree,
-                   surfaces::PendingQueue before, std::span<const geometry::VoxelKey> fresh, bool all,
-                   std::vector<Assignment>& expanded);
+/// Cost: 20 ns for each point of the queue, and the segmented blocks.
+Due due_to_segment(const surfaces::MapView& map, const surfaces::PendingQueue& queue,
+                   std::span<const PointId> fresh, bool all, std::span<const Assignment> expanded);
 
 /// Segmented points wait until their number has doubled, the growth that a plane needs to exceed clutter.
 /// Planes rejected for their number alone need less: two in five of their points count as new, so they are
 /// due after growing by a fifth.
-std::vector<geometry::VoxelKey> waiting_on(std::span<const geometry::VoxelKey> too_few);
+std::vector<PointId> waiting_on(std::span<const PointId> too_few);
 
 }  // namespace octosurf::detection

@@ -11,8 +11,6 @@
 namespace octosurf {
 namespace {
 
-using Index = occupancy::PointWindow::Index;
-
 /// The point nearest to `at` within `radius`; the lower key wins a tie.
 std::optional<occupancy::VoxelPoint> nearest_point(const occupancy::OccupancyMap& occupancy,
                                                    geometry::VoxelKey key, const Eigen::Vector3d& at,

@@ -27,8 +27,8 @@ class PendingReasons {
 
   const surfaces::MapState& state_;
   occupancy::PointWindow window_;
-  std::vector<geometry::VoxelKey> pending_;
-  std::map<geometry::VoxelKey, surfaces::Refusal> reasons_;
+  std::vector<PointId> pending_;
+  std::map<PointId, surfaces::Refusal> reasons_;
 };
 
 }  // namespace octosurf::diagnosis

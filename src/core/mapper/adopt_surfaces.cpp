@@ -6,8 +6,6 @@
 namespace octosurf::mapper {
 namespace {
 
-using Index = surfaces::MapView::Index;
-
 Plane moved(const Plane& plane, const Eigen::Isometry3d& T) {
   const Eigen::Vector3d normal = (T.linear() * plane.normal).normalized();
   return {normal, plane.offset + normal.dot(T.translation())};
@@ -29,26 +27,25 @@ surfaces::SurfaceModel::State moved_evidence(const surfaces::SurfaceModel& surfa
 
 }  // namespace
 
-void adopt_surfaces(surfaces::Ledger& ledger, std::span<const Index> appeared,
+void adopt_surfaces(surfaces::Ledger& ledger, std::span<const occupancy::VoxelPoint> appeared,
                     const ForeignSurfaces& foreign) {
-  std::map<SurfaceId, std::vector<Index>> pending;  // by their surface in the other map
+  std::map<SurfaceId, std::vector<PointId>> pending;  // by their surface in the other map
   for (std::size_t k = 0; k < appeared.size(); ++k)
-    if (foreign.owner[k] != 0 && ledger.window[appeared[k]].surface == 0)
-      pending[foreign.owner[k]].push_back(appeared[k]);
+    if (foreign.owner[k] != 0) pending[foreign.owner[k]].push_back(ledger.window.find(appeared[k].key));
   const auto fewest = static_cast<std::size_t>(ledger.parameters.min_surface_points());
   for (auto& [owner, points] : pending) {
     const surfaces::SurfaceModel& theirs = *foreign.store.find(owner);
     const Plane plane = moved(theirs.plane(), foreign.T_map_other);
     // Where two of the other map's points fell into one voxel here, its point may be another surface's. Same
     // tolerance as for inliers that move.
-    std::erase_if(points, [&](Index i) {
+    std::erase_if(points, [&](PointId i) {
       const occupancy::VoxelPoint& p = ledger.window[i];
       return std::fabs(plane.signed_distance(p.position.cast<double>())) >
              1.5 * ledger.noise.tolerance(p, plane);
     });
     if (points.size() < fewest) continue;
     surfaces::SurfaceModel& own = ledger.create(plane, ledger.window[points.front()].position.cast<double>());
-    for (const Index i : points) ledger.give(i, own);
+    for (const PointId i : points) ledger.give(i, own);
     own.take_evidence(
         surfaces::SurfaceModel(moved_evidence(theirs, plane, foreign.T_map_other), own.resolution()));
     ledger.changes.born.insert(own.id());

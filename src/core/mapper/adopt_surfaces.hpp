@@ -19,7 +19,7 @@ struct ForeignSurfaces {
 /// its evidence. The planes were fitted over many scans, so they need not be detected again in points that
 /// arrive all at once; later stages check and merge them like any other surface. Surfaces of fewer than n
 /// points are left to those stages. O(points).
-void adopt_surfaces(surfaces::Ledger& ledger, std::span<const surfaces::MapView::Index> appeared,
+void adopt_surfaces(surfaces::Ledger& ledger, std::span<const occupancy::VoxelPoint> appeared,
                     const ForeignSurfaces& foreign);
 
 }  // namespace octosurf::mapper

@@ -1,13 +1,9 @@
 #include "alignment/scan_aligner.hpp"
-#include "cylinders/cylinders.hpp"
-#include "detection/write_surfaces.hpp"
+#include "mapper/map_change.hpp"
 #include "mapper/merge_maps.hpp"
 #include "mapper/scan_ahead.hpp"
 #include "mapper/stopwatch.hpp"
-#include "mapper/surface_update.hpp"
 #include "sensing/fingerprint.hpp"
-#include "surfaces/transaction.hpp"
-#include "upkeep/derive.hpp"
 
 #include <algorithm>
 #include <array>
@@ -93,8 +89,13 @@ struct Mapper::Impl {
   };
   /// Throws as insert() does. Changes nothing.
   Prepared prepare(surfaces::MapState& state, const Scan& scan);
-  /// Within a Transaction. False if the scan is set aside.
-  bool apply(surfaces::MapState& state, const Scan& scan, Prepared prepared, mapper::SurfaceUpdate& surfaces);
+  /// False if the scan is set aside.
+  bool apply(surfaces::MapState& state, const Scan& scan, Prepared prepared, mapper::MapChange& change);
+
+  const detection::Detector& detector() const { return detection::detector_of(map.state().parameters); }
+  /// By another cause than a scan. Throws before any change if ids could run out.
+  ScanReport change_map(const std::string& what, std::size_t new_points, mapper::Effort effort,
+                        const std::function<void(mapper::MapChange&)>& change_octree);
 
   Map map;
   int threads;
@@ -178,8 +179,8 @@ Mapper::Impl::Prepared Mapper::Impl::prepare(surfaces::MapState& state, const Sc
 }
 
 bool Mapper::Impl::apply(surfaces::MapState& state, const Scan& scan, Prepared prepared,
-                         mapper::SurfaceUpdate& surfaces) {
-  ScanReport& report = surfaces.add(std::move(prepared.report));
+                         mapper::MapChange& change) {
+  ScanReport& report = change.begin(std::move(prepared.report));
   mapper::Stopwatch time(report);
   state.alignment = std::move(prepared.alignment);
   for (const auto& [key, patch] : prepared.patches) state.patches.set(key, patch);
@@ -195,7 +196,7 @@ bool Mapper::Impl::apply(surfaces::MapState& state, const Scan& scan, Prepared p
     state.noise.observe(scan);
     state.noise.observe(prepared.shared);
   });
-  surfaces.retract(prepared.voxels, delta);
+  change.retract(delta, &prepared.voxels);
   return true;
 }
 
@@ -206,114 +207,90 @@ std::vector<ScanReport> Mapper::insert_all(std::span<const Scan> scans) { return
 std::vector<ScanReport> Mapper::insert_all(std::span<const Scan> scans,
                                            const std::function<const Scan*()>& next) {
   surfaces::MapState& state = impl_->map.state();
-  std::optional<surfaces::Transaction> changes;
-  mapper::SurfaceUpdate surfaces(state, false, impl_->threads);
+  std::optional<mapper::MapChange> change;
+  bool searched = false;
   const mapper::WaitFor ahead(impl_->ahead);
   for (const Scan& scan : scans) {
     std::optional<Impl::Prepared> prepared;
     try {
       prepared = impl_->prepare(state, scan);
     } catch (const Error&) {
-      if (surfaces.empty()) throw;
+      if (!change) throw;
       break;
     }
-    if (!changes) changes.emplace(state);
+    if (!change) change.emplace(state, impl_->detector(), mapper::Effort::budget, impl_->threads);
     // If this pose was corrected, the next one probably will be, too.
     const bool stated = as_stated(scan, prepared->report.alignment);
-    const bool mapped = impl_->apply(state, scan, std::move(*prepared), surfaces);
+    const bool mapped = impl_->apply(state, scan, std::move(*prepared), *change);
     if (next && &scan == &scans.back() && stated && impl_->threads > 1) impl_->trace_ahead(state, next());
     // One scan's points lie thinner about their planes than several scans' together: detect in the first
     // scan, then expand by the others.
-    if (mapped && !surfaces.searched()) surfaces.find_surfaces();
+    if (mapped && !std::exchange(searched, true)) change->update();
   }
-  std::vector<ScanReport> reports = surfaces.finish();
-  if (changes) changes->commit(surfaces.snapshot());
-  return reports;
+  return change ? change->commit() : std::vector<ScanReport>{};
+}
+
+ScanReport Mapper::Impl::change_map(const std::string& what, std::size_t new_points, mapper::Effort effort,
+                                    const std::function<void(mapper::MapChange&)>& change_octree) {
+  surfaces::MapState& state = map.state();
+  require_ids(state, new_points, what);
+  mapper::MapChange change(state, detector(), effort, threads);
+  change_octree(change);
+  return std::move(change.commit().back());
 }
 
 ScanReport Mapper::drain() {
-  surfaces::MapState& state = impl_->map.state();
-  if (state.queue.blocks.empty()) return {};
-  require_ids(state, 0, "what waits");
-  surfaces::Transaction changes(state);
-  mapper::SurfaceUpdate surfaces(state, true, impl_->threads);
-  surfaces.add({});
-  surfaces.retract({}, {});
-  ScanReport report = std::move(surfaces.finish().back());
-  changes.commit(surfaces.snapshot());
-  return report;
+  if (impl_->map.state().queue.blocks.empty()) return {};
+  return impl_->change_map("what waits", 0, mapper::Effort::all, [](mapper::MapChange& change) {
+    change.begin();
+    change.retract({});
+  });
 }
 
 ScanReport Mapper::detect_in_occupancy() {
   surfaces::MapState& state = impl_->map.state();
-  require_ids(state, 0, "octree");
-  ScanReport report;
-  mapper::Stopwatch time(report);
-  occupancy::OccupancyDelta delta;
-  surfaces::Transaction changes(state);
-  time(Stage::occupancy, [&] { delta.appeared = state.occupancy.adopt_occupied_voxels(); });
-  observe_voxel_centres(delta.appeared, state);
-  report.points_raw = report.voxels = delta.appeared.size();
-  mapper::SurfaceUpdate surfaces(state, true, impl_->threads);
-  surfaces.add(std::move(report));
-  surfaces.retract({}, delta);
-  report = std::move(surfaces.finish().back());
-  changes.commit(surfaces.snapshot());
-  return report;
+  return impl_->change_map("octree", 0, mapper::Effort::all, [&](mapper::MapChange& change) {
+    ScanReport& report = change.begin();
+    occupancy::OccupancyDelta delta;
+    mapper::Stopwatch time(report);
+    time(Stage::occupancy, [&] { delta.appeared = state.occupancy.adopt_occupied_voxels(); });
+    observe_voxel_centres(delta.appeared, state);
+    report.points_raw = report.voxels = delta.appeared.size();
+    change.retract(delta);
+  });
 }
 
 MergeReport Mapper::merge(const Map& other, const Eigen::Isometry3d& T_map_other) {
   surfaces::MapState& state = impl_->map.state();
   const surfaces::MapState& theirs = other.state();
   mapper::require_mergeable(state, theirs, T_map_other);
-  require_ids(state, theirs.points, "the other map");
   MergeReport report;
   if (theirs.occupancy.empty()) return report;
-  mapper::Stopwatch time(report.changes);
   const mapper::OtherMap there(theirs, T_map_other, state.parameters.occupancy);
   report.changes.points_out_of_map = there.points_lost();
   report.changes.points_raw = theirs.points;
   report.changes.voxels = theirs.points;
-  surfaces::Transaction changes(state);
-  const occupancy::OccupancyMap::Merged merged =
-      time(Stage::occupancy, [&] { return state.occupancy.merge(there.occupancy()); });
-  there.hand_over_records(state);
-  const mapper::ForeignSurfaces foreign{theirs.surfaces, T_map_other, merged.surfaces};
-  mapper::SurfaceUpdate surfaces(state, true, impl_->threads);
-  surfaces.add(std::move(report.changes));
-  surfaces.retract({}, merged.delta);
-  surfaces.find_surfaces(&foreign);
-  report.changes = std::move(surfaces.finish().back());
+  report.changes =
+      impl_->change_map("the other map", theirs.points, mapper::Effort::all, [&](mapper::MapChange& change) {
+        mapper::Stopwatch time(change.begin(std::move(report.changes)));
+        const occupancy::OccupancyMap::Merged merged =
+            time(Stage::occupancy, [&] { return state.occupancy.merge(there.occupancy()); });
+        there.hand_over_records(state);
+        change.retract(merged.delta);
+        time(Stage::detect, [&] {
+          mapper::adopt_surfaces(change.ledger(), merged.delta.appeared,
+                                 {theirs.surfaces, T_map_other, merged.surfaces});
+        });
+      });
   report.surfaces = there.heirs_in(state);
-  changes.commit(surfaces.snapshot());
   return report;
 }
 
 ScanReport Mapper::resegment() {
-  surfaces::MapState& state = impl_->map.state();
-  require_ids(state, 0, "the map");
-  ScanReport report;
-  mapper::Stopwatch time(report);
-  const detection::Detector& detector = detection::detector_of(state.parameters);
-  surfaces::Transaction transaction(state);
-  surfaces::Ledger ledger(state);
-  time(Stage::detect, [&] {
-    const detection::FoundPlanes found = detector.detect_anew(ledger, state.occupancy);
-    write_surfaces(ledger, found, detection::Planes::all);
-    state.queue = {};
-    for (const geometry::VoxelKey key : found.still_new)
-      if (ledger.is_pending(key)) state.queue.fresh.push_back(key);
+  return impl_->change_map("the map", 0, mapper::Effort::anew, [](mapper::MapChange& change) {
+    change.begin();
+    change.retract({});
   });
-  ledger.changes.requeued.clear();
-  time(Stage::cylinders, [&] { cylinders::update_cylinders(ledger, {}); });
-  const surfaces::Changes& changes = ledger.changes;
-  report.born.assign(changes.born.begin(), changes.born.end());
-  report.merged.assign(changes.merged.begin(), changes.merged.end());
-  report.gone.assign(changes.gone.begin(), changes.gone.end());
-  transaction.commit(time(Stage::derive, [&] {
-    return upkeep::derive(state, changes, detector.outlines_inliers_alone(), impl_->threads);
-  }));
-  return report;
 }
 
 void Mapper::share_octree(bool on) {

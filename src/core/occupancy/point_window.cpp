@@ -18,8 +18,8 @@ void PointWindow::read_block(std::uint64_t packed_block) const {
   map_.read_block(base, scratch_);
   Block& block = blocks_.emplace_back();
   block.around.fill(unknown);
-  block.first = static_cast<Index>(points_.size());
-  block.count = static_cast<Index>(scratch_.size());
+  block.first = static_cast<std::uint32_t>(points_.size());
+  block.count = static_cast<std::uint32_t>(scratch_.size());
   if (scratch_.empty()) return;
   for (const VoxelPoint& p : scratch_)
     block.slices[p.key.z & 7] |= std::uint64_t{1} << (8 * (p.key.y & 7) + (p.key.x & 7));
@@ -41,7 +41,7 @@ void PointWindow::read_block(std::uint64_t packed_block) const {
   for (const VoxelPoint& p : scratch_) place(index_in(block, p.key), p);
 }
 
-void PointWindow::place(Index i, const VoxelPoint& p) const {
+void PointWindow::place(std::uint32_t i, const VoxelPoint& p) const {
   points_[i] = p;
   columns_.x[i] = p.position.x();
   columns_.y[i] = p.position.y();
@@ -60,7 +60,7 @@ PointWindow::Marks::Slices& PointWindow::Marks::of(const PointWindow& window, st
   if (!known_[b]) {
     known_[b] = true;
     const Block& block = window.blocks_[b];
-    for (Index i = block.first; i < block.first + block.count; ++i) {
+    for (std::uint32_t i = block.first; i < block.first + block.count; ++i) {
       const geometry::VoxelKey key = window.points_[i].key;
       if (window.columns_.surface[i] == 0)
         slices_[b][key.z & 7] |= std::uint64_t{1} << (8 * (key.y & 7) + (key.x & 7));
@@ -69,8 +69,8 @@ PointWindow::Marks::Slices& PointWindow::Marks::of(const PointWindow& window, st
   return slices_[b];
 }
 
-bool PointWindow::Marks::remove(const PointWindow& window, Index i) {
-  const geometry::VoxelKey key = window.points_[i].key;
+bool PointWindow::Marks::remove(const PointWindow& window, PointId i) {
+  const geometry::VoxelKey key = window.points_[index_of(i)].key;
   std::uint64_t& slice = of(window, window.block_of(key.packed() >> 3 & block_mask))[key.z & 7];
   const std::uint64_t bit = std::uint64_t{1} << (8 * (key.y & 7) + (key.x & 7));
   const bool marked = (slice & bit) != 0;

@@ -3,29 +3,54 @@
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/paged_vector.hpp"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
 #include <tsl/robin_map.h>
 #include <vector>
 
+namespace octosurf {
+
+/// A point inside a scan: its place in the scan's window.
+enum class PointId : std::uint32_t { none = ~std::uint32_t{0} };
+constexpr std::size_t index_of(PointId i) { return static_cast<std::size_t>(i); }
+
+}  // namespace octosurf
+
 namespace octosurf::occupancy {
+
+/// Some of a window's points. Memory: a bit for each up to the last one.
+class PointSet {
+ public:
+  PointSet() = default;
+  template <class Points>
+  explicit PointSet(const Points& points) {
+    for (const PointId i : points) insert(i);
+  }
+  bool contains(PointId i) const { return index_of(i) < has_.size() && has_[index_of(i)]; }
+  bool insert(PointId i) {  ///< true if it was not in the set
+    if (index_of(i) >= has_.size()) has_.resize(2 * index_of(i) + 64);
+    if (has_[index_of(i)]) return false;
+    return has_[index_of(i)] = true;
+  }
+
+ private:
+  std::vector<bool> has_;
+};
 
 /// The octree's points around a scan's changes, loaded block by block and indexed: the data for neighbourhood
 /// queries. Blocks of 8³ voxels are read from the octree on first access, so the cost follows the change.
 /// Valid until the octree's next insert. Not thread-safe.
 class PointWindow {
  public:
-  using Index = std::uint32_t;
-  static constexpr Index none = ~Index{0};
-
   explicit PointWindow(OccupancyMap& map) : map_(map), writable_(&map) {}
   /// For an octree that does not change: assign() changes the window only.
   static PointWindow read_only(const OccupancyMap& map) { return PointWindow(map, nullptr); }
 
   std::size_t size() const { return points_.size(); }
   /// The reference stays valid while further blocks are loaded; columns() may move.
-  const VoxelPoint& operator[](Index i) const { return points_[i]; }
+  const VoxelPoint& operator[](PointId i) const { return points_[index_of(i)]; }
 
   /// Coordinates of many points, column by column; each is `padding` longer than size().
   struct Columns {
@@ -35,20 +60,28 @@ class PointWindow {
   static constexpr std::size_t padding = 4;
   const Columns& columns() const { return columns_; }
 
-  /// Index of the point in voxel `key`, or none.
-  Index find(geometry::VoxelKey key) const {
+  /// The point in voxel `key`, or none.
+  PointId find(geometry::VoxelKey key) const {
     const Block& block = blocks_[block_of(key.packed() >> 3 & block_mask)];
     const bool present = block.slices[key.z & 7] >> (8 * (key.y & 7) + (key.x & 7)) & 1;
-    return present ? index_in(block, key) : none;
+    return present ? PointId{index_in(block, key)} : PointId::none;
+  }
+
+  /// Sorts points by key, and removes repeated ones.
+  void put_in_order(std::vector<PointId>& points) const {
+    std::sort(points.begin(), points.end(),
+              [this](PointId a, PointId b) { return (*this)[a].key < (*this)[b].key; });
+    points.erase(std::unique(points.begin(), points.end()), points.end());
   }
 
   /// Assigns the point to a surface (0: pending), here and, if writable, in the octree.
-  void assign(Index i, SurfaceId surface) {
-    points_[i].surface = columns_.surface[i] = surface;
-    if (writable_ != nullptr) writable_->assign(points_[i], surface);
+  void assign(PointId i, SurfaceId surface) {
+    VoxelPoint& point = points_[index_of(i)];
+    point.surface = columns_.surface[index_of(i)] = surface;
+    if (writable_ != nullptr) writable_->assign(point, surface);
   }
 
-  /// visit(Index) for every point whose voxel lies within `reach` voxels of `key` along each axis,
+  /// visit(PointId) for every point whose voxel lies within `reach` voxels of `key` along each axis,
   /// itself included, in a fixed order. Cost: blocks met, plus points met.
   template <class Visit>
   void for_each_near(geometry::VoxelKey key, int reach, Visit&& visit) const;
@@ -56,7 +89,7 @@ class PointWindow {
   /// A subset of the window's points: initially all that are pending when their block is loaded.
   class Marks {
    public:
-    bool remove(const PointWindow& window, Index i);  ///< false if it is not in the subset
+    bool remove(const PointWindow& window, PointId i);  ///< false if it is not in the subset
 
    private:
     friend PointWindow;
@@ -70,7 +103,7 @@ class PointWindow {
   template <class Visit>
   void for_each_near(geometry::VoxelKey key, int reach, Marks& marks, Visit&& visit) const;
 
-  /// The same points as rows: visit(first, count) for the points [first, first + count), possibly empty; at
+  /// The same points as rows of columns(): visit(first, count) for [first, first + count), possibly empty; at
   /// most eight in each. May not load further blocks.
   template <class Visit>
   void for_each_row_near(geometry::VoxelKey key, int reach, Visit&& visit) const;
@@ -83,8 +116,7 @@ class PointWindow {
     std::array<std::uint64_t, 8> slices{};       // slice z; bit 8·y + x
     std::array<std::uint64_t, 8> rows_before{};  // byte y: points in the slice's rows before row y
     std::array<std::uint16_t, 8> slices_before{};
-    Index first = 0;
-    Index count = 0;
+    std::uint32_t first = 0, count = 0;
     std::array<std::uint32_t, 27> around;  // of blocks_, x fastest; unknown until accessed
   };
   static constexpr std::array<std::uint8_t, 256> bits_in_row = [] {  // faster than geometry::bit_count
@@ -92,8 +124,9 @@ class PointWindow {
     for (unsigned row = 0; row < 256; ++row) bits[row] = static_cast<std::uint8_t>(std::popcount(row));
     return bits;
   }();
-  static Index row_in(const Block& block, unsigned y, unsigned z) {
-    return block.first + block.slices_before[z] + static_cast<Index>(block.rows_before[z] >> (8 * y) & 0xff);
+  static std::uint32_t row_in(const Block& block, unsigned y, unsigned z) {
+    return block.first + block.slices_before[z] +
+           static_cast<std::uint32_t>(block.rows_before[z] >> (8 * y) & 0xff);
   }
   /// The part of a block inside a box.
   struct Box {
@@ -108,7 +141,7 @@ class PointWindow {
   template <class Visit>
   void visit_points(std::uint32_t b, unsigned z, std::uint64_t wanted, Visit&& visit) const;
   /// Its voxel must hold a point.
-  static Index index_in(const Block& block, geometry::VoxelKey key) {
+  static std::uint32_t index_in(const Block& block, geometry::VoxelKey key) {
     const unsigned y = key.y & 7, z = key.z & 7;
     const auto row = static_cast<unsigned>(block.slices[z] >> (8 * y) & 0xff);
     return row_in(block, y, z) + bits_in_row[row & ((1U << (key.x & 7)) - 1)];
@@ -118,7 +151,7 @@ class PointWindow {
   }
   std::uint32_t look_up(std::uint64_t packed_block) const;
   void read_block(std::uint64_t packed_block) const;
-  void place(Index i, const VoxelPoint& p) const;
+  void place(std::uint32_t i, const VoxelPoint& p) const;
   /// The same as block_of(packed_block), the neighbour `side` of `home`.
   std::uint32_t block_beside(std::uint32_t home, std::size_t side, std::uint64_t packed_block) const {
     if (blocks_[home].around[side] == unknown) {
@@ -185,7 +218,7 @@ void PointWindow::visit_points(std::uint32_t b, unsigned z, std::uint64_t wanted
     const Block& block = blocks_[b];  // looked up again: visiting may load more blocks
     const auto y = static_cast<unsigned>(bit) / 8;
     const auto row = static_cast<unsigned>(block.slices[z] >> (8 * y) & 0xff);
-    visit(row_in(block, y, z) + bits_in_row[row & ((1U << (bit & 7)) - 1)]);
+    visit(PointId{row_in(block, y, z) + bits_in_row[row & ((1U << (bit & 7)) - 1)]});
   }
 }
 

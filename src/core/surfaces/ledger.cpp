@@ -1,13 +1,33 @@
 #include "surfaces/ledger.hpp"
 
+#include <algorithm>
+
 namespace octosurf::surfaces {
 
-Ledger::Ledger(MapState& state)
-    : MapView{state.parameters, state.occupancy.grid(), state.surfaces, state.cylinders, state.noise,
-              points_,          normals_of_points_},
+Ledger::Ledger(MapState& state, Changes so_far)
+    : MapView{state.parameters, state.occupancy, state.occupancy.grid(), state.surfaces, state.cylinders,
+              state.noise,      points_,         normals_of_points_},
+      changes(std::move(so_far)),
       state_(state),
       points_(state.occupancy),
       normals_of_points_(points_, state.parameters, state.noise, state.surfaces) {}
+
+std::vector<PointId> Ledger::take_unseen() {
+  std::vector<geometry::VoxelKey> keys = std::exchange(changes.unseen, {});
+  std::sort(keys.begin(), keys.end());
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  std::vector<PointId> points;
+  for (const geometry::VoxelKey key : keys)
+    if (is_pending(key)) points.push_back(window.find(key));
+  return points;
+}
+
+std::vector<PointId> Ledger::pending(std::span<const PointId> points) const {
+  std::vector<PointId> pending;
+  std::copy_if(points.begin(), points.end(), std::back_inserter(pending),
+               [&](PointId i) { return window[i].surface == 0; });
+  return pending;
+}
 
 void Ledger::drop(const occupancy::VoxelPoint& vanished) {
   if (SurfaceModel* surface = find(vanished.surface);

@@ -1,8 +1,10 @@
 #pragma once
 
 #include "surfaces/map_view.hpp"
+#include "surfaces/proposal.hpp"
 
 #include <set>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -11,8 +13,8 @@ namespace octosurf::surfaces {
 /// Changes of surfaces by a scan so far; sets, so that results are in order of id.
 struct Changes {
   std::set<SurfaceId> born, grown, shrunk, merged, gone;
-  std::set<SurfaceId> refitted;              ///< plane changed, with or without points
-  std::vector<geometry::VoxelKey> requeued;  ///< pending points to consider in the next detection
+  std::set<SurfaceId> refitted;            ///< plane changed, with or without points
+  std::vector<geometry::VoxelKey> unseen;  ///< points that appeared or became pending since take_unseen()
 
   /// Every surface whose inliers or plane changed.
   std::set<SurfaceId> touched() const {
@@ -26,15 +28,32 @@ struct Changes {
   }
 };
 
-/// The only way for stages to change the surface of a point. Keeps octree, window, surfaces and the record of
-/// changes consistent. Rolling back is the Transaction's task. Valid until the octree's next scan.
+/// The only way for stages to change the surface of a point: apply(). Keeps octree, window, surfaces and the
+/// record of changes consistent. Rolling back is the Transaction's task. Valid until the octree's next scan.
 class Ledger : public MapView {
  public:
-  explicit Ledger(MapState& state);
+  /// `so_far`: the changes by the transaction's earlier scans.
+  explicit Ledger(MapState& state, Changes so_far = {});
   Ledger(const Ledger&) = delete;  // the view refers to its members
   Ledger& operator=(const Ledger&) = delete;
 
   Changes changes;
+
+  /// The unseen points that are pending, each once, in key order.
+  std::vector<PointId> take_unseen();
+  /// Of these points, those that are pending.
+  std::vector<PointId> pending(std::span<const PointId> points) const;
+  PendingQueue& queue() { return state_.queue; }
+
+  void apply(std::span<const Assignment> assignments);
+  /// Assigns the points of a proposal to its planes. A surface keeps its id in the plane with most of its
+  /// readings; of several in one plane the one with most readings there stays, and the others merge into it.
+  /// Other planes get new ids, and the surface that had most of their readings as parent. Evidence of later
+  /// scans is kept where nine tenths of a surface's readings are. Points that lose their surface are unseen.
+  /// `all`: each plane becomes the proposal's; else only those of surfaces whose points have changed.
+  /// Surfaces entirely among the points are marked as checked. Cost: the proposal, and the reassigned points.
+  enum class Planes { all, touched };
+  void apply(const Proposal& proposal, Planes which = Planes::touched);
 
   SurfaceModel* find(SurfaceId id) { return state_.surfaces.find(id); }
   /// Creates a surface without points.
@@ -44,33 +63,33 @@ class Ledger : public MapView {
   CylinderStore& cylinder_store() { return state_.cylinders; }
 
   /// Assigns a pending point to the surface.
-  void give(Index i, SurfaceModel& surface) {
+  void give(PointId i, SurfaceModel& surface) {
     state_.cylinders.release(window[i].key);
     add(i, surface);
   }
   /// Moves a point from its surface to another.
-  void reassign(Index i, SurfaceModel& to) {
+  void reassign(PointId i, SurfaceModel& to) {
     changes.shrunk.insert(window[i].surface);
     remove(i, window[i].position);
     add(i, to);
   }
   /// The surface keeps a point whose position changed from `before`.
-  void move(Index i, const Eigen::Vector3f& before) {
+  void move(PointId i, const Eigen::Vector3f& before) {
     SurfaceModel& surface = remove(i, before);
     add(i, surface);
   }
-  /// Removes a point from its surface: it becomes pending, to be considered in the next detection. `before`:
+  /// Removes a point from its surface: it becomes pending, and is unseen. `before`:
   /// its position in the surface, if different.
-  void requeue(Index i) { requeue(i, window[i].position); }
-  void requeue(Index i, const Eigen::Vector3f& before) {
+  void requeue(PointId i) { requeue(i, window[i].position); }
+  void requeue(PointId i, const Eigen::Vector3f& before) {
     release(i, before);
-    changes.requeued.push_back(window[i].key);
+    changes.unseen.push_back(window[i].key);
   }
   /// Removes a point from its surface that is no longer in the octree.
   void drop(const occupancy::VoxelPoint& vanished);
 
-  /// Removes the surface; its points become pending, to be considered in the next detection. `into`: the
-  /// surface that absorbed it, if any.
+  /// Removes the surface; its points become pending, and are unseen. `into`: the surface that absorbed it, if
+  /// any.
   void dissolve(SurfaceModel& surface, SurfaceId into = 0);
 
   /// Whether fewer than n inliers are left.
@@ -79,18 +98,19 @@ class Ledger : public MapView {
   }
 
  private:
-  void add(Index i, SurfaceModel& surface) {
+  class Writer;
+  void add(PointId i, SurfaceModel& surface) {
     const occupancy::VoxelPoint& p = window[i];
     state_.surfaces.add(surface, {p.key, p.range_class, p.position});
     points_.assign(i, surface.id());
     changes.grown.insert(surface.id());
   }
-  SurfaceModel& remove(Index i, const Eigen::Vector3f& position) {
+  SurfaceModel& remove(PointId i, const Eigen::Vector3f& position) {
     SurfaceModel& surface = *find(window[i].surface);
     state_.surfaces.remove(surface, window[i].key, position);
     return surface;
   }
-  void release(Index i, const Eigen::Vector3f& before) {
+  void release(PointId i, const Eigen::Vector3f& before) {
     changes.shrunk.insert(remove(i, before).id());
     points_.assign(i, 0);
   }

@@ -8,9 +8,8 @@ namespace octosurf::surfaces {
 /// Read access for stages: the map's surfaces, and its points around the changes. Blocks of points and their
 /// normals are loaded on first access.
 struct MapView {
-  using Index = occupancy::PointWindow::Index;
-
   const Parameters& parameters;
+  const occupancy::OccupancyMap& octree;
   const geometry::VoxelGrid& grid;
   const SurfaceStore& surfaces;
   const CylinderStore& cylinders;
@@ -20,8 +19,8 @@ struct MapView {
 
   /// Whether the voxel has a point without a surface.
   bool is_pending(geometry::VoxelKey key) const {
-    const Index i = window.find(key);
-    return i != occupancy::PointWindow::none && window[i].surface == 0;
+    const PointId i = window.find(key);
+    return i != PointId::none && window[i].surface == 0;
   }
 };
 

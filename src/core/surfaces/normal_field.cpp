@@ -25,8 +25,7 @@ class NeighbourMoments {
       : centre_(centre), radius_sq_(radius * radius), per_radius_sq_(1 / radius_sq_) {}
 
   /// Points [first, first + count) of the window, eight at most.
-  void add(const occupancy::PointWindow::Columns& points, occupancy::PointWindow::Index first,
-           unsigned count) {
+  void add(const occupancy::PointWindow::Columns& points, std::size_t first, unsigned count) {
     place(points, first, filled_);
     if (count > 4) place(points, first + 4, filled_ + 4);
     filled_ += count;
@@ -168,15 +167,16 @@ NormalField::NormalField(const occupancy::PointWindow& window, const Parameters&
       largest_(parameters.search_radius()),
       max_curvature_(parameters.detection.max_curvature) {}
 
-const LocalPlane& NormalField::computed(occupancy::PointWindow::Index i) const {
+const LocalPlane& NormalField::computed(PointId point) const {
+  const std::size_t i = index_of(point);
   if (i >= planes_.size()) {
     planes_.grow_to(std::max<std::size_t>(window_.size(), i + 1));
     done_.resize(planes_.size(), false);
   }
   // Four times the noise, so that the noise does not hide the plane.
-  const double radius = std::clamp(4 * noise_.sigma(window_[i].range_class), smallest_, largest_);
-  LocalPlane plane = compute(i, radius);
-  if (!plane.known && radius < largest_) plane = compute(i, largest_);
+  const double radius = std::clamp(4 * noise_.sigma(window_[point].range_class), smallest_, largest_);
+  LocalPlane plane = compute(point, radius);
+  if (!plane.known && radius < largest_) plane = compute(point, largest_);
   planes_[i] = plane;
   done_[i] = true;
   return planes_[i];
@@ -188,7 +188,7 @@ bool NormalField::lies_off(const occupancy::VoxelPoint& p, SurfaceId id) const {
          std::fabs(surface->distance(p.position)) > noise_.tolerance(p, surface->plane());
 }
 
-LocalPlane NormalField::compute(occupancy::PointWindow::Index i, double radius) const {
+LocalPlane NormalField::compute(PointId i, double radius) const {
   constexpr float min_neighbours = 6;
   const occupancy::VoxelPoint& p = window_[i];
   LocalPlane plane;
@@ -196,7 +196,7 @@ LocalPlane NormalField::compute(occupancy::PointWindow::Index i, double radius) 
   NeighbourMoments moments(p, static_cast<float>(radius));
   SurfaceId run = 0;  // surface of the current run of neighbours
   bool off = false;
-  window_.for_each_row_near(p.key, plane.reach, [&](occupancy::PointWindow::Index first, unsigned count) {
+  window_.for_each_row_near(p.key, plane.reach, [&](std::size_t first, unsigned count) {
     const occupancy::PointWindow::Columns& points = window_.columns();
     if (belong_to(run, &points.surface[first], count)) {
       if (!off) moments.add(points, first, count);

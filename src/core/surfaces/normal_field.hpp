@@ -31,13 +31,14 @@ class NormalField {
               const sensing::NoiseModel& noise, const SurfaceStore& surfaces);
 
   /// The reference stays valid during further accesses.
-  const LocalPlane& at(occupancy::PointWindow::Index i) const {
-    return i < done_.size() && done_[i] ? planes_[i] : computed(i);
+  const LocalPlane& at(PointId point) const {
+    const std::size_t i = index_of(point);
+    return i < done_.size() && done_[i] ? planes_[i] : computed(point);
   }
 
  private:
-  const LocalPlane& computed(occupancy::PointWindow::Index i) const;
-  LocalPlane compute(occupancy::PointWindow::Index i, double radius) const;
+  const LocalPlane& computed(PointId point) const;
+  LocalPlane compute(PointId i, double radius) const;
   bool lies_off(const occupancy::VoxelPoint& p, SurfaceId surface) const;
 
   const occupancy::PointWindow& window_;

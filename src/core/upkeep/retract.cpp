@@ -14,12 +14,12 @@ void retract(surfaces::Ledger& ledger, const occupancy::OccupancyDelta& delta) {
   }
   for (const occupancy::OccupancyDelta::Refined& r : delta.refined) {
     if (r.before.surface == 0) {
-      ledger.changes.requeued.push_back(r.after.key);  // seen better, it may fit a plane now
+      ledger.changes.unseen.push_back(r.after.key);  // seen better, it may fit a plane now
       continue;
     }
     surfaces::SurfaceModel* surface = ledger.find(r.before.surface);
     if (surface == nullptr) continue;
-    const occupancy::PointWindow::Index i = ledger.window.find(r.after.key);
+    const PointId i = ledger.window.find(r.after.key);
     if (std::fabs(surface->distance(r.after.position)) <= ledger.noise.tolerance(r.after, surface->plane()))
       ledger.move(i, r.before.position);
     else
@@ -30,8 +30,8 @@ void retract(surfaces::Ledger& ledger, const occupancy::OccupancyDelta& delta) {
       ledger.dissolve(surface);
 }
 
-void accumulate_evidence(surfaces::Ledger& ledger, const sensing::VoxelScan& scan,
-                         std::span<const occupancy::OccupancyDelta::Confirmed> confirmed) {
+void observe_again(surfaces::Ledger& ledger, const sensing::VoxelScan& scan,
+                   std::span<const occupancy::OccupancyDelta::Confirmed> confirmed) {
   constexpr double independent = 8;  // readings in a voxel with independent errors
   constexpr double least_facing = 0.1;
   constexpr std::size_t large_surface = 2000;  // inliers; every eighth reading suffices for its plane

@@ -14,7 +14,7 @@ void retract(surfaces::Ledger& ledger, const occupancy::OccupancyDelta& delta);
 /// Adds repeated observations of inlier voxels to each surface's moments. Counts points, but at most eight in
 /// a voxel, because a sensor's neighbouring readings have common errors. A surface with new evidence only is
 /// not refitted until another change.
-void accumulate_evidence(surfaces::Ledger& ledger, const sensing::VoxelScan& scan,
-                         std::span<const occupancy::OccupancyDelta::Confirmed> confirmed);
+void observe_again(surfaces::Ledger& ledger, const sensing::VoxelScan& scan,
+                   std::span<const occupancy::OccupancyDelta::Confirmed> confirmed);
 
 }  // namespace octosurf::upkeep

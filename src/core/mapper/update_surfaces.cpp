@@ -1,0 +1,160 @@
+#include "mapper/update_surfaces.hpp"
+
+#include "cylinders/cylinders.hpp"
+#include "mapper/stopwatch.hpp"
+
+#include <algorithm>
+#include <set>
+#include <span>
+#include <utility>
+
+namespace octosurf::mapper {
+namespace {
+
+using detection::Assignment;
+using detection::Detector;
+using detection::Proposal;
+using surfaces::Ledger;
+
+/// Where outlines decide about inliers.
+void update_outlines(Ledger& ledger, const Detector& detector) {
+  if (!detector.outlines_inliers_alone()) return;
+  for (const SurfaceId id : ledger.changes.touched())
+    if (surfaces::SurfaceModel& surface = *ledger.find(id); surface.polygons_stale())
+      surface.derive(ledger.parameters.max_hole_size());
+}
+
+std::vector<PointId> newly_explained(const Ledger& ledger, const Proposal& proposal) {
+  std::vector<PointId> points;
+  for (const auto& [point, label] : proposal.points)
+    if (label != 0 && ledger.window[point].surface == 0) points.push_back(point);
+  return points;
+}
+
+std::vector<PointId> pending_beside(const Ledger& ledger, std::span<const PointId> points) {
+  std::vector<PointId> beside;
+  for (const PointId point : points)
+    ledger.window.for_each_near(ledger.window[point].key, 1, [&](PointId i) {
+      if (ledger.window[i].surface == 0) beside.push_back(i);
+    });
+  ledger.window.put_in_order(beside);
+  return beside;
+}
+
+/// New or changed planes expand into pending points beside `points`, which they took.
+void expand_beside(Ledger& ledger, const Detector& detector, std::span<const PointId> points,
+                   std::vector<Assignment>& gained) {
+  const std::vector<Assignment> more = detector.expand(ledger, pending_beside(ledger, points));
+  ledger.apply(more);
+  gained.insert(gained.end(), more.begin(), more.end());
+}
+
+/// Segments surfaces again whose size has changed. Refits the planes of those that have grown since their
+/// last fit, and of those that lost points or were seen better, with an unchanged neighbourhood.
+/// `looked_at`: number of `gained` assignments that existed at detection.
+void revise(Ledger& ledger, const Detector& detector, std::vector<Assignment>& gained,
+            std::size_t looked_at) {
+  std::set<SurfaceId> changed = ledger.changes.touched();
+  std::erase_if(changed, [&](SurfaceId id) { return !ledger.find(id)->size_has_changed(); });
+  const std::optional<Proposal> found = detector.revise(ledger, changed);
+  for (const SurfaceId id : changed) ledger.find(id)->set_checked();
+  if (found) {
+    const std::vector<PointId> explained = newly_explained(ledger, *found);
+    ledger.apply(*found);
+    expand_beside(ledger, detector, explained, gained);
+  }
+  // Where expanded surfaces have since touched others that may be the same plane.
+  std::vector<Assignment> since;
+  for (const Assignment& assignment : std::span(gained).subspan(looked_at))
+    if (const SurfaceId now = ledger.window[assignment.point].surface; now != 0)
+      since.push_back({assignment.point, now});
+  if (const auto met = detector.detect(ledger, {}, since)) ledger.apply(*met);
+  std::set<SurfaceId> grown, unfitted = ledger.changes.touched();
+  for (const Assignment& assignment : gained) grown.insert(assignment.surface);
+  std::erase_if(unfitted,
+                [&](SurfaceId id) { return ledger.changes.refitted.contains(id) && !grown.contains(id); });
+  for (const auto& [id, plane] : detector.fit(ledger, unfitted)) {
+    surfaces::SurfaceModel& surface = *ledger.find(id);
+    surface.set_plane(plane);
+    surface.rehash_if_tilted();
+  }
+}
+
+/// Puts pending points into the queue. Their blocks wait once enough points are there.
+void accumulate(Ledger& ledger, std::span<const PointId> points) {
+  std::vector<geometry::VoxelKey>& queue = ledger.queue().fresh;
+  for (const PointId i : ledger.pending(points)) queue.push_back(ledger.window[i].key);
+  std::sort(queue.begin(), queue.end());
+  queue.erase(std::unique(queue.begin(), queue.end()), queue.end());
+}
+
+/// Existing cylinders take new points and those just segmented; new cylinders begin in segmented points that
+/// no plane explains.
+void update_cylinders(Ledger& ledger, std::span<const PointId> fresh, std::vector<PointId> segmented) {
+  if (!ledger.parameters.detection.detect_cylinders) return;
+  ledger.window.put_in_order(segmented);
+  std::vector<PointId> all(fresh.begin(), fresh.end());
+  all.insert(all.end(), segmented.begin(), segmented.end());
+  ledger.window.put_in_order(all);
+  cylinders::update_cylinders(ledger,
+                              cylinders::left_over(ledger, ledger.pending(all), ledger.pending(segmented)));
+}
+
+void start_anew(Ledger& ledger, const Detector& detector, ScanReport& report) {
+  Stopwatch time(report);
+  time(Stage::detect, [&] {
+    const Proposal found = detector.detect_anew(ledger);
+    ledger.apply(found, Ledger::Planes::all);
+    ledger.queue() = {};
+    accumulate(ledger, found.unseen);
+    ledger.changes.unseen.clear();
+  });
+  time(Stage::cylinders, [&] { cylinders::update_cylinders(ledger, {}); });
+}
+
+}  // namespace
+
+void update_surfaces(Ledger& ledger, const Detector& detector, Effort effort, ScanReport& report) {
+  if (effort == Effort::anew) return start_anew(ledger, detector, report);
+  Stopwatch time(report);
+  const SurfaceId first_new = ledger.surfaces.next_id();
+  time(Stage::derive, [&] { update_outlines(ledger, detector); });
+
+  // Algorithm 1, first loop: inliers of known surfaces.
+  const std::vector<PointId> fresh = ledger.take_unseen();
+  time(Stage::add_inliers, [&] {
+    const std::vector<Assignment> inliers = detector.add_inliers(ledger, fresh);
+    ledger.apply(inliers);
+    report.added += inliers.size();
+  });
+  // Algorithm 1, second loop: known surfaces grow over their boundaries.
+  const std::vector<Assignment> expanded =
+      time(Stage::expand, [&] { return detector.expand(ledger, ledger.pending(fresh)); });
+  // III-C1: the rest accumulates until enough of it is new in some place.
+  detection::Due due = time(Stage::detect, [&] {
+    return detector.due(ledger, ledger.queue(), ledger.pending(fresh), effort == Effort::all, expanded);
+  });
+  ledger.apply(due.expanded);
+  ledger.queue() = std::move(due.left);
+  report.waiting = due.waiting;
+  // Algorithm 2: new surfaces, which then expand, too.
+  std::vector<Assignment> gained = due.expanded;
+  const std::optional<Proposal> found =
+      time(Stage::detect, [&] { return detector.detect(ledger, due.points, gained); });
+  if (found) {
+    const std::vector<PointId> explained = newly_explained(ledger, *found);
+    time(Stage::detect, [&] { ledger.apply(*found); });
+    if (found->expand) time(Stage::expand, [&] { expand_beside(ledger, detector, explained, gained); });
+    for (const PointId i : explained) report.detected += ledger.window[i].surface < first_new;
+  }
+  for (const Assignment& assignment : gained) report.expanded += assignment.surface < first_new;
+
+  time(Stage::revise, [&] { revise(ledger, detector, gained, due.expanded.size()); });
+  if (found) accumulate(ledger, found->unseen);
+  accumulate(ledger, ledger.take_unseen());
+  // A thin pole lies in blocks without a plane.
+  due.points.insert(due.points.end(), due.unplanar.begin(), due.unplanar.end());
+  time(Stage::cylinders, [&] { update_cylinders(ledger, fresh, std::move(due.points)); });
+}
+
+}  // namespace octosurf::mapper

@@ -1,0 +1,158 @@
+#include "geometry/plane_frame.hpp"
+#include "sensing/reading_model.hpp"
+#include "surfaces/ledger.hpp"
+#include "surfaces/shared_readings.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace octosurf::surfaces {
+namespace {
+
+using Label = Proposal::Label;
+
+/// With the evidence of later scans, whose weights are relative to the nearest class's (observe_again()).
+Plane with_evidence(const Proposal::FoundPlane& found, const SurfaceModel& surface,
+                    const sensing::NoiseModel& noise) {
+  const SurfaceModel::Evidence& evidence = surface.evidence();
+  if (!(evidence.readings > 0)) return found.plane;
+  const double sigma = noise.sigma(1);
+  geometry::Moments all = found.moments;
+  all.add(evidence.moments.shifted(found.origin - surface.reference()), 1 / (sigma * sigma));
+  return geometry::fitted_plane(all, found.origin, found.plane.normal);
+}
+
+SharedReadings shared_readings(const Proposal& proposal, const occupancy::PointWindow& window) {
+  SharedReadings shared;
+  for (const auto& [point, label] : proposal.points) shared.add(window[point].surface, label);
+  for (const auto& [surface, label, readings] : proposal.rest) shared.add(surface, label, readings);
+  return shared;
+}
+
+}  // namespace
+
+class Ledger::Writer {
+ public:
+  Writer(Ledger& ledger, const Proposal& proposal)
+      : ledger_(ledger),
+        proposal_(proposal),
+        shared_(shared_readings(proposal, ledger.window)),
+        surfaces_(proposal.planes.size(), nullptr) {}
+
+  /// Finds or creates the surface of each plane: of the surfaces with most of their readings in it, the one
+  /// with most there, the older one on a tie; those that were not published come last.
+  void name_planes() {
+    std::vector<std::pair<bool, double>> most(surfaces_.size());
+    std::vector<SurfaceId> keepers(surfaces_.size(), 0), origins(surfaces_.size(), 0);
+    for (const auto& [id, shares] : shared_.before()) {
+      for (const auto& [label, readings] : shares.with)
+        if (2 * readings > shared_.after(label)) origins[label] = id;
+      const Label label = shares.most();
+      const std::pair claim(!ledger_.changes.born.contains(id), shares.shared(label));
+      if (label == 0 || claim <= most[label]) continue;
+      most[label] = claim;
+      keepers[label] = id;
+    }
+    for (Label label = 1; label < surfaces_.size(); ++label) {
+      surfaces_[label] = keepers[label] != 0 ? ledger_.find(keepers[label]) : create(label, origins[label]);
+      kept_.insert(surfaces_[label]->id());
+    }
+  }
+
+  /// Before points are reassigned: evidence moves with all but the model's share of outliers.
+  void hand_on_evidence() {
+    for (const auto& [id, shares] : shared_.before()) {
+      const Label heir = shares.most();
+      const bool most =
+          heir != 0 && shares.all - shares.shared(heir) <= sensing::ReadingModel::outlier_share * shares.all;
+      if (kept_.contains(id) && !most) ledger_.find(id)->forget_evidence();
+      if (!kept_.contains(id) && most) surfaces_[heir]->take_evidence(*ledger_.find(id));
+    }
+  }
+
+  void hand_over_points() {
+    occupancy::PointSet labelled;
+    for (const auto& [point, label] : proposal_.points) labelled.insert(point);
+    for (const auto& [id, label, readings] : proposal_.rest) {
+      SurfaceModel& surface = *ledger_.find(id);
+      if (surfaces_[label] == &surface) continue;
+      for (const Inlier& inlier : surface.sorted_inliers()) {
+        const PointId point = ledger_.window.find(inlier.key);
+        if (!labelled.contains(point)) hand_over(point, surfaces_[label]);
+      }
+    }
+    for (const auto& [point, label] : proposal_.points) hand_over(point, surfaces_[label]);
+  }
+
+  void remove_unclaimed() {
+    for (const auto& [id, shares] : shared_.before()) {
+      if (kept_.contains(id)) continue;
+      SurfaceModel* heir = surfaces_[shares.most()];
+      if (heir != nullptr) heir->parents().push_back(id);
+      ledger_.dissolve(*ledger_.find(id), heir == nullptr ? 0 : heir->id());
+    }
+  }
+
+  void set_planes(Planes which) {
+    const std::set<SurfaceId> touched = ledger_.changes.touched();
+    for (Label label = 1; label < surfaces_.size(); ++label) {
+      SurfaceModel& surface = *surfaces_[label];
+      if (which == Planes::touched && !touched.contains(surface.id())) continue;
+      const Proposal::FoundPlane& found = proposal_.planes[label];
+      surface.set_plane(found.moments.count > 0 ? with_evidence(found, surface, ledger_.noise) : found.plane);
+      surface.rehash_if_tilted();
+      ledger_.changes.refitted.insert(surface.id());
+    }
+  }
+
+  void note_checked() {
+    std::vector<bool> whole(surfaces_.size(), true);
+    for (const Proposal::Rest& rest : proposal_.rest) whole[rest.label] = false;
+    for (Label label = 1; label < surfaces_.size(); ++label)
+      if (whole[label]) surfaces_[label]->set_checked();
+  }
+
+ private:
+  SurfaceModel* create(Label label, SurfaceId origin) {
+    const Proposal::FoundPlane& found = proposal_.planes[label];
+    SurfaceModel& surface = ledger_.create(
+        found.plane,
+        found.moments.count > 0 ? Eigen::Vector3d(found.origin + found.moments.mean()) : found.origin);
+    ledger_.changes.born.insert(surface.id());
+    if (origin != 0) surface.parents().push_back(origin);
+    return &surface;
+  }
+
+  void hand_over(PointId point, SurfaceModel* to) {
+    const SurfaceId from = ledger_.window[point].surface;
+    if (from == (to == nullptr ? 0 : to->id())) return;
+    if (to == nullptr)
+      ledger_.requeue(point);
+    else if (from == 0)
+      ledger_.give(point, *to);
+    else
+      ledger_.reassign(point, *to);
+  }
+
+  Ledger& ledger_;
+  const Proposal& proposal_;
+  SharedReadings shared_;
+  std::set<SurfaceId> kept_;
+  std::vector<SurfaceModel*> surfaces_;  // by label; null for no plane
+};
+
+void Ledger::apply(const Proposal& proposal, Planes which) {
+  Writer writer(*this, proposal);
+  writer.name_planes();
+  writer.hand_on_evidence();
+  writer.hand_over_points();
+  writer.remove_unclaimed();
+  writer.set_planes(which);
+  writer.note_checked();
+}
+
+void Ledger::apply(std::span<const Assignment> assignments) {
+  for (const auto& [point, surface] : assignments) give(point, *find(surface));
+}
+
+}  // namespace octosurf::surfaces

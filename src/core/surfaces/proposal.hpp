@@ -1,0 +1,50 @@
+#pragma once
+
+#include "geometry/moments.hpp"
+#include "occupancy/point_window.hpp"
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include <octosurf/surface.hpp>
+
+namespace octosurf::surfaces {
+
+/// Assigns a pending point to a surface.
+struct Assignment {
+  PointId point{};
+  SurfaceId surface = 0;
+};
+
+/// Planes that a stage found in a part of the map, for Ledger::apply(): which of the map's surfaces continue
+/// in them follows from their points.
+struct Proposal {
+  /// Number of a plane: its place in `planes`. The first one is no plane: its points are pending.
+  using Label = std::uint32_t;
+  struct FoundPlane {
+    Plane plane;
+    /// Weighted sums of its readings about `origin`, to which later scans' evidence is added; empty if later
+    /// readings do not change the plane.
+    geometry::Moments moments;
+    Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  };
+  struct Labelled {
+    PointId point;
+    Label label;
+  };
+  /// The inliers of a surface that are not among the points.
+  struct Rest {
+    SurfaceId surface;
+    Label label;
+    double readings;  ///< their number
+  };
+
+  std::vector<FoundPlane> planes = std::vector<FoundPlane>(1);
+  std::vector<Labelled> points;
+  std::vector<Rest> rest;
+  std::vector<PointId> unseen;  ///< pending points that the next scan looks at again
+  bool expand = true;           ///< surfaces expand beside the points that were pending
+};
+
+}  // namespace octosurf::surfaces

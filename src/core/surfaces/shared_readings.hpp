@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+
+namespace octosurf::surfaces {
+
+/// Matches surfaces before a change of the map with those after it, by the readings that they share.
+class SharedReadings {
+ public:
+  using Id = std::uint32_t;
+  struct Shares {
+    double all = 0;             ///< readings, also those that nothing shares
+    std::map<Id, double> with;  ///< of them, shared with each
+
+    /// The one that shares most, on a tie the lower id; 0: none.
+    Id most() const;
+    double shared(Id id) const;
+  };
+
+  /// 0: readings of no surface.
+  void add(Id before, Id after, double readings = 1);
+  const std::map<Id, Shares>& before() const { return before_; }
+  /// Readings of a surface after the change.
+  double after(Id id) const;
+  /// By surface after the change, the one before it that it continues, each at most once: pairs with at least
+  /// half of the smaller one's readings, largest first, on a tie lower ids first.
+  std::map<Id, Id> pairs() const;
+
+ private:
+  std::map<Id, Shares> before_;
+  std::map<Id, double> after_;
+};
+
+}  // namespace octosurf::surfaces
