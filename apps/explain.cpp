@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <octosurf/adapters/paper_detector.hpp>
 #include <octosurf/explain.hpp>
 #include <octosurf/map.hpp>
 
@@ -80,7 +81,7 @@ void run_explain(const ExplainArguments& arguments) {
   const LoadedMap loaded = load_map(arguments.map);
   if (!loaded.warning.empty()) std::fprintf(stderr, "warning: %s\n", loaded.warning.c_str());
   const std::vector<double>& at = arguments.at;
-  const Explanation why = explain(loaded.map, {at[0], at[1], at[2]});
+  const Explanation why = explain(loaded.map, {at[0], at[1], at[2]}, paper_detector());
   const std::string detector = get_parameter(loaded.map.parameters(), "detector");
   arguments.json ? print_json(why, detector) : print(why, detector);
 }

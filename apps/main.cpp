@@ -3,8 +3,6 @@
 
 #include <CLI/CLI.hpp>
 
-#include <octosurf/adapters/paper_detector.hpp>
-
 namespace octosurf {
 
 void add_diff(CLI::App& app);
@@ -36,7 +34,6 @@ Examples:
 }  // namespace octosurf
 
 int main(int argc, char** argv) {
-  octosurf::enable_paper_detector();
   CLI::App app{octosurf::command_description, "octosurf"};
   octosurf::add_map(app);
   octosurf::add_localize(app);

@@ -26,6 +26,7 @@
 #include <thread>
 #include <utility>
 
+#include <octosurf/adapters/paper_detector.hpp>
 #include <octosurf/diagnosis.hpp>
 #include <octosurf/error.hpp>
 
@@ -80,7 +81,7 @@ class InterruptGuard {
 MapRun::MapRun(const MapOptions& options, Map start, KeptScans kept, RunContext context,
                Clock::time_point begin)
     : options_(options),
-      mapper_(std::move(start), options.threads),
+      mapper_(std::move(start), options.threads, paper_detector()),
       statistics_(mapper_.map().parameters()),
       context_(std::move(context)),
       begin_(begin),

@@ -24,6 +24,7 @@
 #include <utility>
 #include <vector>
 
+#include <octosurf/adapters/paper_detector.hpp>
 #include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/map_alignment.hpp>
@@ -94,7 +95,7 @@ class Merge {
       align(second.map);
     else if (!options_.anyway)
       require_pose(second.map);
-    Mapper mapper(std::move(first.map));
+    Mapper mapper(std::move(first.map), 1, paper_detector());
     report_ = mapper.merge(second.map, T_first_second_);
     if (!options_.anyway) require_fit(mapper.map(), second.map);
     save_map(mapper.map(), options_.output);

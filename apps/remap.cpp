@@ -25,6 +25,7 @@
 #include <utility>
 #include <vector>
 
+#include <octosurf/adapters/paper_detector.hpp>
 #include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
 #include <octosurf/mapper.hpp>
@@ -77,7 +78,7 @@ class Remap {
     const Parameters parameters = before_.map.parameters();
     Parameters as_given = parameters;
     as_given.alignment.enabled = false;  // these poses are corrected already
-    Mapper mapper(as_given, options_.threads);
+    Mapper mapper(as_given, options_.threads, paper_detector());
     insert_all(mapper);
     Map map = std::move(mapper).release();
     map.state().parameters = parameters;

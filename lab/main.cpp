@@ -3,15 +3,12 @@
 
 #include <CLI/CLI.hpp>
 
-#include <octosurf/adapters/paper_detector.hpp>
-
 namespace octosurf {
 void add_evaluate(CLI::App& app);
 void add_simulate(CLI::App& app);
 }  // namespace octosurf
 
 int main(int argc, char** argv) {
-  octosurf::enable_paper_detector();  // for maps made with it
   CLI::App app{R"(octosurf-lab: makes recordings with known truth, and judges maps by it.
 
 Examples:

@@ -12,6 +12,10 @@
 
 #include <octosurf/map.hpp>
 
+namespace octosurf::detection {
+class Detector;
+}  // namespace octosurf::detection
+
 namespace octosurf {
 
 /// Why there is or is not a surface at a place. A new reason needs an entry here, its row in `reason_texts`,
@@ -122,8 +126,8 @@ struct Explanation {
 /// The map does not change; do not insert during the call.
 ///
 /// Cost: O(inliers), and for a pending point 5 µs for each point around it, by the paper's detector 20 µs.
-/// Throws Error(usage) if `point` is not finite, or if the point is pending and the program lacks the map's
-/// detector (adapters/paper_detector.hpp).
-Explanation explain(const Map& map, const Eigen::Vector3d& point);
+/// `paper`: as for Mapper. Throws Error(usage) if `point` is not finite, or if the point is pending and the
+/// map's detector is missing.
+Explanation explain(const Map& map, const Eigen::Vector3d& point, const detection::Detector* paper = nullptr);
 
 }  // namespace octosurf

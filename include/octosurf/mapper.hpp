@@ -11,9 +11,9 @@
 #include <octosurf/map.hpp>
 #include <octosurf/scan.hpp>
 
-namespace octosurf::sensing {
-struct VoxelScan;
-}  // namespace octosurf::sensing
+namespace octosurf::detection {
+class Detector;
+}  // namespace octosurf::detection
 
 /// Builds one map, and its contact surfaces, from posed depth or lidar scans.
 namespace octosurf {
@@ -90,12 +90,13 @@ struct MergeReport {
 /// One thread at a time may call insert(). If the system cannot start all threads, fewer are used.
 class Mapper {
  public:
-  /// `threads` in [1, 256] share a scan's points and rays, and the outlines of changed surfaces. Throws
-  /// Error(usage), also if the parameters' detector is `paper` and the program has not called
-  /// enable_paper_detector() (adapters/paper_detector.hpp).
-  explicit Mapper(const Parameters& parameters = {}, int threads = 1);
+  /// `threads` in [1, 256] share a scan's points and rays, and the outlines of changed surfaces. `paper`:
+  /// paper_detector() (adapters/paper_detector.hpp), used if the parameters' detector is `paper`. Throws
+  /// Error(usage), also if it is and `paper` is null.
+  explicit Mapper(const Parameters& parameters = {}, int threads = 1,
+                  const detection::Detector* paper = nullptr);
   /// Continues a map with its own parameters. Throws likewise; the map then stays with the caller.
-  explicit Mapper(Map&& map, int threads = 1);
+  explicit Mapper(Map&& map, int threads = 1, const detection::Detector* paper = nullptr);
   Mapper(Mapper&&) noexcept;
   Mapper& operator=(Mapper&&) noexcept;
   ~Mapper();

@@ -15,7 +15,6 @@
 #include <memory>
 #include <thread>
 
-#include <octosurf/adapters/paper_detector.hpp>
 #include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
 
@@ -182,7 +181,6 @@ void run(const NodeOptions& options, bool force) {
 
 int main(int argc, char** argv) {
   using octosurf::Error;
-  octosurf::enable_paper_detector();
   CLI::App app(octosurf::dds::description, "octosurf-dds");
   octosurf::dds::NodeOptions options;
   bool force = false;

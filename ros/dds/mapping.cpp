@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <utility>
 
+#include <octosurf/adapters/paper_detector.hpp>
 #include <octosurf/error.hpp>
 #include <octosurf/map.hpp>
 
@@ -18,7 +19,7 @@ constexpr std::int64_t pause_ns = 1'000'000'000;  // without a scan, by time sta
 Mapping::Mapping(Map start, const NodeOptions& options)
     : options_(options),
       sensors_(options),
-      mapper_(std::make_unique<Mapper>(std::move(start), options.threads)),
+      mapper_(std::make_unique<Mapper>(std::move(start), options.threads, paper_detector())),
       own_(options.output),
       queue_(options.queue_mb << 20) {
   mapper_->share_octree();
@@ -159,7 +160,7 @@ std::string Mapping::load(const std::string& stem) {
   do_between_scans([&] {
     const std::string from = stem.empty() ? own_ : stem;
     LoadedMap loaded = load_map(from);
-    auto mapper = std::make_unique<Mapper>(std::move(loaded.map), options_.threads);
+    auto mapper = std::make_unique<Mapper>(std::move(loaded.map), options_.threads, paper_detector());
     mapper->share_octree();
     mapper_ = std::move(mapper);
     own_ = from;

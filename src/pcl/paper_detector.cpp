@@ -164,14 +164,15 @@ std::vector<Assignment> assignments(std::span<const PointId> points, const std::
 Proposal proposal_of(const MapView& map, std::span<const PointId> points) {
   Proposal proposal;
   proposal.unseen.assign(points.begin(), points.end());
-  proposal.expand = false;
+  proposal.refine = false;
   for (const PointId i : points) proposal.points.push_back({i, 0});
   for (const PlaneFit& fit : find_planes(positions(map, points), map.parameters)) {
-    Proposal::FoundPlane found{.plane = fit.plane, .moments = {}};
+    Proposal::FoundPlane found{.plane = fit.plane};
     Eigen::Vector3d toward_sensor = Eigen::Vector3d::Zero();
     for (const std::uint32_t k : fit.inliers) {
       proposal.points[k].label = static_cast<Proposal::Label>(proposal.planes.size());
-      found.origin += map.window[points[k]].position.cast<double>() / static_cast<double>(fit.inliers.size());
+      found.centroid +=
+          map.window[points[k]].position.cast<double>() / static_cast<double>(fit.inliers.size());
       toward_sensor += map.window[points[k]].view.cast<double>();
     }
     if (fit.plane.normal.dot(toward_sensor) < 0) found.plane = {-fit.plane.normal, -fit.plane.offset};
@@ -253,11 +254,6 @@ std::optional<Proposal> PaperDetector::revise(const MapView& /*map*/,
   return {};
 }
 
-std::vector<std::pair<SurfaceId, Plane>> PaperDetector::fit(const MapView& /*map*/,
-                                                            const std::set<SurfaceId>& /*surfaces*/) const {
-  return {};
-}
-
 Proposal PaperDetector::detect_anew(const MapView& map) const {
   std::vector<PointId> all;
   map.octree.for_each_point([&](const occupancy::VoxelPoint& p) { all.push_back(map.window.find(p.key)); });
@@ -289,9 +285,9 @@ std::map<PointId, surfaces::Refusal> PaperDetector::refusals(const MapView& map,
 
 namespace octosurf {
 
-void enable_paper_detector() {
+const detection::Detector* paper_detector() {
   static const pcl::PaperDetector detector;
-  detection::set_paper_detector(detector);
+  return &detector;
 }
 
 }  // namespace octosurf

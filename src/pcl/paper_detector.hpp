@@ -29,9 +29,7 @@ class PaperDetector final : public detection::Detector {
   std::optional<Proposal> detect(const MapView& map, std::span<const PointId> due,
                                  std::span<const Assignment> expanded) const override;
   std::optional<Proposal> revise(const MapView& map, const std::set<SurfaceId>& changed) const override;
-  std::vector<std::pair<SurfaceId, Plane>> fit(const MapView& map,
-                                               const std::set<SurfaceId>& surfaces) const override;
-  bool outlines_inliers_alone() const override { return true; }
+  bool as_in_paper() const override { return true; }
   Proposal detect_anew(const MapView& map) const override;
   std::map<PointId, surfaces::Refusal> refusals(const MapView& map,
                                                 std::span<const PointId> pending) const override;

@@ -2,10 +2,14 @@
 
 // The detector of W. Pryor's paper, from PCL's own parts. Link octosurf::pcl.
 
+namespace octosurf::detection {
+class Detector;
+}  // namespace octosurf::detection
+
 namespace octosurf {
 
-/// Registers the paper's detector: from now on this program's mappers accept maps whose parameter `detector`
-/// is `paper` (Parameters::paper()); without it they throw Error(usage). Steps (paper, III-B and III-C) and
+/// The paper's detector, for Mapper and explain() of maps whose parameter `detector` is `paper`
+/// (Parameters::paper()). Steps (paper, III-B and III-C) and
 /// their parts of PCL:
 ///
 /// 1. Add inliers: new points within s of a plane and inside the surface's polygon, largest surface first.
@@ -19,8 +23,8 @@ namespace octosurf {
 /// program links libpcl_common, search, kdtree, octree, filters, features, sample_consensus and segmentation;
 /// no VTK.
 ///
-/// Cost: grows with the pending points, some 20 µs a point and scan. May be called from any thread,
-/// repeatedly.
-void enable_paper_detector();
+/// Cost: grows with the pending points, some 20 µs a point and scan. May be called from any thread; any
+/// number of maps may share it.
+const detection::Detector* paper_detector();
 
 }  // namespace octosurf

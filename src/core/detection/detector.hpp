@@ -7,7 +7,6 @@
 #include <optional>
 #include <set>
 #include <span>
-#include <utility>
 #include <vector>
 
 namespace octosurf::detection {
@@ -48,12 +47,10 @@ class Detector {
   /// Planes of surfaces that are segmented again, because their size has changed (SurfaceModel).
   virtual std::optional<Proposal> revise(const surfaces::MapView& map,
                                          const std::set<SurfaceId>& changed) const = 0;
-  /// The updated planes of these surfaces.
-  virtual std::vector<std::pair<SurfaceId, Plane>> fit(const surfaces::MapView& map,
-                                                       const std::set<SurfaceId>& surfaces) const = 0;
-  /// Whether outlines use the inliers alone, without end points of readings and intersections of surfaces.
-  /// They then affect decisions, so they are updated before points are added.
-  virtual bool outlines_inliers_alone() const = 0;
+  /// As in the paper: planes are not refitted, surfaces expand with the next scan only, and outlines use the
+  /// inliers alone, without end points of readings and intersections of surfaces. Outlines then affect
+  /// decisions, so they are updated before points are added.
+  virtual bool as_in_paper() const = 0;
   /// Planes of all points, owned and pending alike.
   virtual Proposal detect_anew(const surfaces::MapView& map) const = 0;
 
@@ -63,9 +60,7 @@ class Detector {
                                                         std::span<const PointId> pending) const = 0;
 };
 
-/// The detector named by the parameters. Throws Error(usage) if the program does not link it.
-const Detector& detector_of(const Parameters& parameters);
-/// Registers `detector`, which must outlive all uses, as the paper's. From any thread.
-void set_paper_detector(const Detector& detector);
+/// The detector named by the parameters; `paper`: the paper's. Throws Error(usage) if it is needed and null.
+const Detector& detector_of(const Parameters& parameters, const Detector* paper);
 
 }  // namespace octosurf::detection

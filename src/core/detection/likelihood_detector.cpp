@@ -30,8 +30,7 @@ std::vector<PointId> too_few(const Readings& readings, const Segmentation& plane
 Proposal proposal_of(const Readings& readings, const Segmentation& found) {
   Proposal proposal;
   for (Label label = 1; label < found.patches.size(); ++label)
-    proposal.planes.push_back(
-        {found.patches[label].plane, found.patches[label].moments, found.patches[label].origin});
+    proposal.planes.push_back({found.patches[label].plane, found.patches[label].centroid()});
   for (Readings::Index i = 0; i < readings.size(); ++i)
     proposal.points.push_back({readings[i].point, found.labels[i]});
   for (const Outside& part : found.outside)
@@ -101,17 +100,6 @@ std::optional<Proposal> LikelihoodDetector::revise(const MapView& map,
   }
   looked_at.insert(looked_at.end(), unlabelled.begin(), unlabelled.end());
   return segment_in(map, neighbourhood_of(map, anew, looked_at), anew, unlabelled);
-}
-
-std::vector<std::pair<SurfaceId, Plane>> LikelihoodDetector::fit(const MapView& map,
-                                                                 const std::set<SurfaceId>& surfaces) const {
-  std::vector<std::pair<SurfaceId, Plane>> planes;
-  for (const SurfaceId id : surfaces) {
-    const surfaces::SurfaceModel& surface = *map.surfaces.find(id);
-    planes.emplace_back(
-        id, geometry::fitted_plane(surface.moments(&map.noise), surface.reference(), surface.plane().normal));
-  }
-  return planes;
 }
 
 Proposal LikelihoodDetector::detect_anew(const MapView& map) const {

@@ -23,9 +23,7 @@ class LikelihoodDetector final : public Detector {
   /// (tiles.hpp). The rest are sums, with contacts where another surface may be one with them.
   std::optional<Proposal> revise(const surfaces::MapView& map,
                                  const std::set<SurfaceId>& changed) const override;
-  std::vector<std::pair<SurfaceId, Plane>> fit(const surfaces::MapView& map,
-                                               const std::set<SurfaceId>& surfaces) const override;
-  bool outlines_inliers_alone() const override { return false; }
+  bool as_in_paper() const override { return false; }
   /// The batch form; tests compare the incremental one with it.
   Proposal detect_anew(const surfaces::MapView& map) const override;
   std::map<PointId, surfaces::Refusal> refusals(const surfaces::MapView& map,

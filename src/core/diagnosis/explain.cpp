@@ -89,8 +89,8 @@ void state_reason(const surfaces::Refusal& refusal, Explanation& result) {
 }
 
 void explain_pending(const surfaces::MapState& state, const occupancy::VoxelPoint& point,
-                     Explanation& result) {
-  const diagnosis::PendingReasons reasons(state, point.key);
+                     const detection::Detector* paper, Explanation& result) {
+  const diagnosis::PendingReasons reasons(state, point.key, paper);
   state_reason(reasons.of(point.key), result);
   result.around = reasons.within(state.parameters.max_hole_size(), result.asked);
 }
@@ -116,7 +116,7 @@ void explain_poses(const surfaces::AlignmentState& alignment, Explanation& resul
 
 }  // namespace
 
-Explanation explain(const Map& map, const Eigen::Vector3d& point) {
+Explanation explain(const Map& map, const Eigen::Vector3d& point, const detection::Detector* paper) {
   if (!point.allFinite()) throw Error(Error::Kind::usage, "explain", "the point is not finite");
   const surfaces::MapState& state = map.state();
   Explanation result;
@@ -136,7 +136,7 @@ Explanation explain(const Map& map, const Eigen::Vector3d& point) {
   if (around && (around->second == Reason::on_surface || !pending)) {
     state_reason({.reason = around->second, .surface = around->first}, result);
   } else if (pending) {
-    explain_pending(state, *nearest, result);
+    explain_pending(state, *nearest, paper, result);
   } else if (nearest) {
     const Reason place = place_on(*state.surfaces.find(nearest->surface), point);
     state_reason({.reason = place, .surface = nearest->surface}, result);

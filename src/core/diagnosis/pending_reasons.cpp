@@ -10,7 +10,8 @@
 
 namespace octosurf::diagnosis {
 
-PendingReasons::PendingReasons(const surfaces::MapState& state, geometry::VoxelKey place)
+PendingReasons::PendingReasons(const surfaces::MapState& state, geometry::VoxelKey place,
+                               const detection::Detector* paper)
     : state_(state), window_(occupancy::PointWindow::read_only(state.occupancy)) {
   const Parameters& parameters = state.parameters;
   collect_pending(place);
@@ -18,7 +19,7 @@ PendingReasons::PendingReasons(const surfaces::MapState& state, geometry::VoxelK
   const surfaces::MapView view{parameters,     state.occupancy, state.occupancy.grid(),
                                state.surfaces, state.cylinders, state.noise,
                                window_,        normals};
-  reasons_ = detection::detector_of(parameters).refusals(view, pending_);
+  reasons_ = detection::detector_of(parameters, paper).refusals(view, pending_);
 }
 
 /// Block by block from those around the place, while neighbours have pending points, too.

@@ -1,8 +1,7 @@
 #pragma once
 
-#include "surfaces/ledger.hpp"
+#include "detection/detector.hpp"
 #include "surfaces/map_state.hpp"
-#include "surfaces/refusal.hpp"
 
 #include <map>
 #include <vector>
@@ -14,7 +13,7 @@ namespace octosurf::diagnosis {
 class PendingReasons {
  public:
   /// `state` must not change meanwhile.
-  PendingReasons(const surfaces::MapState& state, geometry::VoxelKey place);
+  PendingReasons(const surfaces::MapState& state, geometry::VoxelKey place, const detection::Detector* paper);
 
   /// For a pending point near the place; Reason::waiting if it would now get a surface.
   surfaces::Refusal of(geometry::VoxelKey key) const;

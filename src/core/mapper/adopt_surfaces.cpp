@@ -1,6 +1,7 @@
 #include "mapper/adopt_surfaces.hpp"
 
-#include <cmath>
+#include "sensing/reading_model.hpp"
+
 #include <map>
 
 namespace octosurf::mapper {
@@ -32,17 +33,13 @@ void adopt_surfaces(surfaces::Ledger& ledger, std::span<const occupancy::VoxelPo
   std::map<SurfaceId, std::vector<PointId>> pending;  // by their surface in the other map
   for (std::size_t k = 0; k < appeared.size(); ++k)
     if (foreign.owner[k] != 0) pending[foreign.owner[k]].push_back(ledger.window.find(appeared[k].key));
+  const sensing::ReadingModel model(ledger.noise, ledger.grid.resolution());
   const auto fewest = static_cast<std::size_t>(ledger.parameters.min_surface_points());
   for (auto& [owner, points] : pending) {
     const surfaces::SurfaceModel& theirs = *foreign.store.find(owner);
     const Plane plane = moved(theirs.plane(), foreign.T_map_other);
-    // Where two of the other map's points fell into one voxel here, its point may be another surface's. Same
-    // tolerance as for inliers that move.
-    std::erase_if(points, [&](PointId i) {
-      const occupancy::VoxelPoint& p = ledger.window[i];
-      return std::fabs(plane.signed_distance(p.position.cast<double>())) >
-             1.5 * ledger.noise.tolerance(p, plane);
-    });
+    // Where two of the other map's points fell into one voxel here, its point may be another surface's.
+    std::erase_if(points, [&](PointId i) { return !model.belongs(ledger.window[i], plane); });
     if (points.size() < fewest) continue;
     surfaces::SurfaceModel& own = ledger.create(plane, ledger.window[points.front()].position.cast<double>());
     for (const PointId i : points) ledger.give(i, own);

@@ -59,9 +59,8 @@ std::vector<ScanReport> MapChange::commit() {
     report.shrunk.assign(changes.shrunk.begin(), changes.shrunk.end());
     report.merged.assign(changes.merged.begin(), changes.merged.end());
     report.gone.assign(changes.gone.begin(), changes.gone.end());
-    snapshot = Stopwatch(report)(Stage::derive, [&] {
-      return upkeep::derive(state_, changes, detector_.outlines_inliers_alone(), threads_);
-    });
+    snapshot = Stopwatch(report)(
+        Stage::derive, [&] { return upkeep::derive(state_, changes, detector_.as_in_paper(), threads_); });
   }
   transaction_.commit(std::move(snapshot));
   return std::move(reports_);

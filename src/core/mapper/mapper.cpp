@@ -68,8 +68,11 @@ void require_threads(int threads) {
 }  // namespace
 
 struct Mapper::Impl {
-  explicit Impl(Map&& m, int thread_count)
-      : map(std::move(m)), threads(thread_count), downsample(map.state().occupancy.grid()) {}
+  Impl(Map&& m, int thread_count, const detection::Detector& detects)
+      : map(std::move(m)),
+        threads(thread_count),
+        detector(detects),
+        downsample(map.state().occupancy.grid()) {}
 
   /// As if it had been taken from there. Asks nothing of the map but its grid and parameters.
   mapper::TracedScan trace(surfaces::MapState& state, const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
@@ -92,25 +95,26 @@ struct Mapper::Impl {
   /// False if the scan is set aside.
   bool apply(surfaces::MapState& state, const Scan& scan, Prepared prepared, mapper::MapChange& change);
 
-  const detection::Detector& detector() const { return detection::detector_of(map.state().parameters); }
   /// By another cause than a scan. Throws before any change if ids could run out.
   ScanReport change_map(const std::string& what, std::size_t new_points, mapper::Effort effort,
                         const std::function<void(mapper::MapChange&)>& change_octree);
 
   Map map;
   int threads;
+  const detection::Detector& detector;
   sensing::Downsampler downsample;
   mapper::ScanAhead ahead;
   alignment::ScanAligner align;
   bool remember_scans = false;
 };
 
-Mapper::Mapper(const Parameters& parameters, int threads) : Mapper(Map(parameters), threads) {}
-Mapper::Mapper(Map&& map, int threads) {
+Mapper::Mapper(const Parameters& parameters, int threads, const detection::Detector* paper)
+    : Mapper(Map(parameters), threads, paper) {}
+Mapper::Mapper(Map&& map, int threads, const detection::Detector* paper) {
   require_threads(threads);
-  // Throws for an incomplete map or an unlinked detector, while the caller still owns the map.
-  static_cast<void>(detection::detector_of(std::as_const(map).state().parameters));
-  impl_ = std::make_unique<Impl>(std::move(map), threads);
+  // Throws for an incomplete map or a missing detector, while the caller still owns the map.
+  const detection::Detector& detector = detection::detector_of(std::as_const(map).state().parameters, paper);
+  impl_ = std::make_unique<Impl>(std::move(map), threads, detector);
 }
 Mapper::Mapper(Mapper&&) noexcept = default;
 Mapper& Mapper::operator=(Mapper&&) noexcept = default;
@@ -218,7 +222,7 @@ std::vector<ScanReport> Mapper::insert_all(std::span<const Scan> scans,
       if (!change) throw;
       break;
     }
-    if (!change) change.emplace(state, impl_->detector(), mapper::Effort::budget, impl_->threads);
+    if (!change) change.emplace(state, impl_->detector, mapper::Effort::budget, impl_->threads);
     // If this pose was corrected, the next one probably will be, too.
     const bool stated = as_stated(scan, prepared->report.alignment);
     const bool mapped = impl_->apply(state, scan, std::move(*prepared), *change);
@@ -234,7 +238,7 @@ ScanReport Mapper::Impl::change_map(const std::string& what, std::size_t new_poi
                                     const std::function<void(mapper::MapChange&)>& change_octree) {
   surfaces::MapState& state = map.state();
   require_ids(state, new_points, what);
-  mapper::MapChange change(state, detector(), effort, threads);
+  mapper::MapChange change(state, detector, effort, threads);
   change_octree(change);
   return std::move(change.commit().back());
 }

@@ -1,6 +1,7 @@
 #include "mapper/merge_maps.hpp"
 
-#include <map>
+#include "surfaces/shared_readings.hpp"
+
 #include <string>
 
 #include <octosurf/error.hpp>
@@ -55,23 +56,20 @@ void OtherMap::hand_over_records(surfaces::MapState& map) const {
 std::vector<MergedSurface> OtherMap::heirs_in(const surfaces::MapState& map) const {
   std::vector<MergedSurface> all;
   for (const auto& [id, surface] : other_.surfaces) {
-    MergedSurface& merged = all.emplace_back();
-    merged.other = id;
-    merged.inliers = surface.size();
-    std::map<SurfaceId, std::size_t> owners;
-    surface.for_each_inlier([&](const surfaces::Inlier& inlier) {
+    surfaces::SharedReadings shared;
+    surface.for_each_inlier([&, own = id](const surfaces::Inlier& inlier) {
       geometry::VoxelKey key = inlier.key;
       if (resampled_ &&
           !map.occupancy.grid().key_of((T_map_other_ * inlier.position.cast<double>()).cast<float>(), key))
         return;
-      const occupancy::OccupancyMap::Lookup found = map.occupancy.at(key);
-      if (found.point && found.point->surface != 0) ++owners[found.point->surface];
+      if (const auto found = map.occupancy.at(key).point; found && found->surface != 0)
+        shared.add(own, found->surface);
     });
-    for (const auto& [owner, points] : owners) {
-      merged.on_surfaces += points;
-      if (points <= merged.shared) continue;
-      merged.id = owner;
-      merged.shared = points;
+    MergedSurface& merged = all.emplace_back(MergedSurface{.other = id, .inliers = surface.size()});
+    for (const auto& [own, shares] : shared.before()) {
+      merged.id = shares.most();
+      merged.shared = static_cast<std::size_t>(shares.shared(merged.id));
+      merged.on_surfaces = static_cast<std::size_t>(shares.all);
     }
   }
   return all;

@@ -3,22 +3,12 @@
 #include <algorithm>
 #include <memory>
 #include <set>
-#include <tuple>
 #include <utility>
 
 #include <octosurf/error.hpp>
 
 namespace octosurf::mapper {
 namespace {
-
-std::uint64_t pair_of(std::uint32_t before, std::uint32_t after) {
-  return std::uint64_t{before} << 32 | after;
-}
-
-std::uint64_t count_in(const std::map<std::uint32_t, std::uint64_t>& counts, std::uint32_t id) {
-  const auto found = counts.find(id);
-  return found == counts.end() ? 0 : found->second;
-}
 
 SurfaceId surface_at(const surfaces::MapState& map, geometry::VoxelKey key) {
   const occupancy::OccupancyMap::Lookup voxel = map.occupancy.at(key);
@@ -31,12 +21,6 @@ void insert_parent(std::vector<SurfaceId>& parents, SurfaceId id) {
 
 }  // namespace
 
-void Succession::Shared::add(Id before, Id after) {
-  if (before != 0) ++of_before[before];
-  if (after != 0) ++of_after[after];
-  if (before != 0 && after != 0) ++pairs[pair_of(before, after)];
-}
-
 void Succession::add(geometry::VoxelKey before, geometry::VoxelKey after) {
   surfaces_.add(surface_at(before_, before), surface_at(after_, after));
   cylinders_.add(before_.cylinders.owner(before), after_.cylinders.owner(after));
@@ -47,31 +31,12 @@ void Succession::add_lost(geometry::VoxelKey before) {
   cylinders_.add(before_.cylinders.owner(before), 0);
 }
 
-/// By new id.
-std::map<Succession::Id, Succession::Id> Succession::partners(const Shared& shared) {
-  std::vector<std::tuple<std::uint64_t, Id, Id>> candidates;  // readings, before, after
-  for (const auto& [pair, readings] : shared.pairs) {
-    const auto before = static_cast<Id>(pair >> 32), after = static_cast<Id>(pair & 0xffffffff);
-    const std::uint64_t smaller =
-        std::min(count_in(shared.of_before, before), count_in(shared.of_after, after));
-    if (2 * readings >= smaller) candidates.emplace_back(readings, before, after);
-  }
-  std::sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) {
-    return std::get<0>(a) != std::get<0>(b) ? std::get<0>(a) > std::get<0>(b) : a < b;
-  });
-  std::map<Id, Id> partners;
-  std::set<Id> taken;
-  for (const auto& [readings, before, after] : candidates)
-    if (!partners.contains(after) && taken.insert(before).second) partners[after] = before;
-  return partners;
-}
-
 Identities Succession::settle() const {
   Identities identities;
   identities.revision = before_.revision + 1;
   identities.next_surface = before_.surfaces.next_id();
   identities.next_cylinder = before_.cylinders.next_id();
-  const std::map<Id, Id> same_surfaces = partners(surfaces_), same_cylinders = partners(cylinders_);
+  const std::map<SurfaceId, SurfaceId> same_surfaces = surfaces_.pairs(), same_cylinders = cylinders_.pairs();
   if (after_.surfaces.size() - same_surfaces.size() > before_.surfaces.ids_left() ||
       after_.cylinders.size() - same_cylinders.size() > before_.cylinders.ids_left())
     throw Error(Error::Kind::data, "remap", "the ids of surfaces run out", "start a new map");
@@ -105,17 +70,15 @@ void Succession::settle_parents(Identities& identities) const {
   }
   for (const auto& [id, surface] : before_.surfaces)
     if (!living.contains(id)) identities.gone.push_back(id);
-  std::vector<std::pair<std::uint64_t, std::uint64_t>> pairs(surfaces_.pairs.begin(), surfaces_.pairs.end());
-  std::sort(pairs.begin(), pairs.end());
-  for (const auto& [pair, readings] : pairs) {
-    const auto before = static_cast<SurfaceId>(pair >> 32), after = static_cast<SurfaceId>(pair & 0xffffffff);
-    const SurfaceId id = identities.surfaces.at(after);
-    const bool born = before_.surfaces.find(id) == nullptr;
-    const bool merged = !living.contains(before) && 2 * readings >= count_in(surfaces_.of_before, before);
-    const bool split = born && 2 * readings >= count_in(surfaces_.of_after, after);
-    if (merged || split) insert_parent(identities.parents[id], before);
-    if (merged) identities.merged.try_emplace(before, id);
-  }
+  for (const auto& [before, shares] : surfaces_.before())
+    for (const auto& [after, readings] : shares.with) {
+      const SurfaceId id = identities.surfaces.at(after);
+      const bool born = before_.surfaces.find(id) == nullptr;
+      const bool merged = !living.contains(before) && 2 * readings >= shares.all;
+      const bool split = born && 2 * readings >= surfaces_.after(after);
+      if (merged || split) insert_parent(identities.parents[id], before);
+      if (merged) identities.merged.try_emplace(before, id);
+    }
 }
 
 void Succession::settle_departures(Identities& identities) const {

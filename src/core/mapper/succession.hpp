@@ -1,10 +1,10 @@
 #pragma once
 
 #include "surfaces/map_state.hpp"
+#include "surfaces/shared_readings.hpp"
 
 #include <cstdint>
 #include <map>
-#include <tsl/robin_map.h>
 #include <vector>
 
 namespace octosurf::mapper {
@@ -30,10 +30,8 @@ struct Identities {
 /// Matches the surfaces of a map that was rebuilt from the same readings at corrected poses with those of the
 /// old map, so that ids remain valid.
 ///
-/// Every reading lies in a voxel of the old map and in one of the new. An old and a new surface match if at
-/// least half of the smaller one's readings lie in the other. Several smaller surfaces may match a larger one
-/// (its fragments or origins): it takes the one with which it shares most readings, on a tie the lower ids.
-/// Each surface has at most one partner; a new surface without one gets an unused id. Cylinders likewise.
+/// Every reading lies in a voxel of the old map and in one of the new. A surface keeps the id of the one that
+/// it continues (SharedReadings::pairs()); without one it gets an unused id. Cylinders likewise.
 ///
 /// Lineage: a surface that keeps its id keeps its parents. Old surfaces without a partner, at least half of
 /// whose readings lie in it now, are added as parents: they merged into it. The parent of a surface with a
@@ -54,21 +52,12 @@ class Succession {
   Identities settle() const;
 
  private:
-  using Id = std::uint32_t;  // of surfaces and of cylinders
-  /// Numbers of readings shared by pairs of an old and a new object, and of each.
-  struct Shared {
-    void add(Id before, Id after);
-
-    tsl::robin_map<std::uint64_t, std::uint64_t, geometry::PackedKeyHash> pairs;
-    std::map<Id, std::uint64_t> of_before, of_after;
-  };
-  static std::map<Id, Id> partners(const Shared& shared);
   void settle_parents(Identities& identities) const;
   void settle_departures(Identities& identities) const;
 
   const surfaces::MapState& before_;
   const surfaces::MapState& after_;
-  Shared surfaces_, cylinders_;
+  surfaces::SharedReadings surfaces_, cylinders_;
 };
 
 /// Applies `identities` to a map: octree, stores, lineage, snapshot. Everything is marked as changed in its

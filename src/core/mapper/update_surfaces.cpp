@@ -18,7 +18,7 @@ using surfaces::Ledger;
 
 /// Where outlines decide about inliers.
 void update_outlines(Ledger& ledger, const Detector& detector) {
-  if (!detector.outlines_inliers_alone()) return;
+  if (!detector.as_in_paper()) return;
   for (const SurfaceId id : ledger.changes.touched())
     if (surfaces::SurfaceModel& surface = *ledger.find(id); surface.polygons_stale())
       surface.derive(ledger.parameters.max_hole_size());
@@ -69,15 +69,12 @@ void revise(Ledger& ledger, const Detector& detector, std::vector<Assignment>& g
     if (const SurfaceId now = ledger.window[assignment.point].surface; now != 0)
       since.push_back({assignment.point, now});
   if (const auto met = detector.detect(ledger, {}, since)) ledger.apply(*met);
+  if (detector.as_in_paper()) return;
   std::set<SurfaceId> grown, unfitted = ledger.changes.touched();
   for (const Assignment& assignment : gained) grown.insert(assignment.surface);
   std::erase_if(unfitted,
                 [&](SurfaceId id) { return ledger.changes.refitted.contains(id) && !grown.contains(id); });
-  for (const auto& [id, plane] : detector.fit(ledger, unfitted)) {
-    surfaces::SurfaceModel& surface = *ledger.find(id);
-    surface.set_plane(plane);
-    surface.rehash_if_tilted();
-  }
+  for (const SurfaceId id : unfitted) ledger.fit(*ledger.find(id));
 }
 
 /// Puts pending points into the queue. Their blocks wait once enough points are there.
@@ -144,7 +141,7 @@ void update_surfaces(Ledger& ledger, const Detector& detector, Effort effort, Sc
   if (found) {
     const std::vector<PointId> explained = newly_explained(ledger, *found);
     time(Stage::detect, [&] { ledger.apply(*found); });
-    if (found->expand) time(Stage::expand, [&] { expand_beside(ledger, detector, explained, gained); });
+    if (found->refine) time(Stage::expand, [&] { expand_beside(ledger, detector, explained, gained); });
     for (const PointId i : explained) report.detected += ledger.window[i].surface < first_new;
   }
   for (const Assignment& assignment : gained) report.expanded += assignment.surface < first_new;

@@ -10,8 +10,8 @@
 namespace octosurf::sensing {
 
 /// Likelihood of a voxel's point under a plane: one variance, one weight, one gate, for all stages of
-/// detection (src/core/detection). A reading of the plane n·x = offset, seen along the unit vector v (toward the
-/// sensor), has a normally distributed distance from it with
+/// detection (src/core/detection). A reading of the plane n·x = offset, seen along the unit vector v (toward
+/// the sensor), has a normally distributed distance from it with
 ///
 ///   variance = σ_c² · (facing² + ε² (1 − facing²)) + σ_q² + σ_pose²   [m²],   facing = n·v,
 ///
@@ -65,7 +65,13 @@ class ReadingModel {
     if (facing < -view_error) return -std::numeric_limits<double>::infinity();
     return log_peak(range_class, facing) - 0.5 * distance * distance * weight(range_class, facing);
   }
-  /// The same for a reading on the plane.
+  /// Whether a point with a range class and a view direction belongs to a plane.
+  template <class Point>
+  bool belongs(const Point& p, const Plane& plane) const {
+    return log_ratio(plane.signed_distance(p.position.template cast<double>()), p.range_class,
+                     plane.normal.dot(p.view.template cast<double>())) > 0;
+  }
+  /// log_ratio for a reading on the plane.
   double log_peak(unsigned range_class, double facing) const {
     const double met = 2 * std::max(facing, view_error);
     return log_scale_ - 0.5 * std::log(variance(range_class, facing) / (met * met));

@@ -1,4 +1,3 @@
-#include "geometry/plane_frame.hpp"
 #include "sensing/reading_model.hpp"
 #include "surfaces/ledger.hpp"
 #include "surfaces/shared_readings.hpp"
@@ -10,17 +9,6 @@ namespace octosurf::surfaces {
 namespace {
 
 using Label = Proposal::Label;
-
-/// With the evidence of later scans, whose weights are relative to the nearest class's (observe_again()).
-Plane with_evidence(const Proposal::FoundPlane& found, const SurfaceModel& surface,
-                    const sensing::NoiseModel& noise) {
-  const SurfaceModel::Evidence& evidence = surface.evidence();
-  if (!(evidence.readings > 0)) return found.plane;
-  const double sigma = noise.sigma(1);
-  geometry::Moments all = found.moments;
-  all.add(evidence.moments.shifted(found.origin - surface.reference()), 1 / (sigma * sigma));
-  return geometry::fitted_plane(all, found.origin, found.plane.normal);
-}
 
 SharedReadings shared_readings(const Proposal& proposal, const occupancy::PointWindow& window) {
   SharedReadings shared;
@@ -98,10 +86,11 @@ class Ledger::Writer {
     for (Label label = 1; label < surfaces_.size(); ++label) {
       SurfaceModel& surface = *surfaces_[label];
       if (which == Planes::touched && !touched.contains(surface.id())) continue;
-      const Proposal::FoundPlane& found = proposal_.planes[label];
-      surface.set_plane(found.moments.count > 0 ? with_evidence(found, surface, ledger_.noise) : found.plane);
-      surface.rehash_if_tilted();
-      ledger_.changes.refitted.insert(surface.id());
+      surface.set_plane(proposal_.planes[label].plane);
+      if (proposal_.refine)
+        ledger_.fit(surface);
+      else
+        ledger_.changes.refitted.insert(surface.id());
     }
   }
 
@@ -115,9 +104,7 @@ class Ledger::Writer {
  private:
   SurfaceModel* create(Label label, SurfaceId origin) {
     const Proposal::FoundPlane& found = proposal_.planes[label];
-    SurfaceModel& surface = ledger_.create(
-        found.plane,
-        found.moments.count > 0 ? Eigen::Vector3d(found.origin + found.moments.mean()) : found.origin);
+    SurfaceModel& surface = ledger_.create(found.plane, found.centroid);
     ledger_.changes.born.insert(surface.id());
     if (origin != 0) surface.parents().push_back(origin);
     return &surface;
@@ -149,6 +136,12 @@ void Ledger::apply(const Proposal& proposal, Planes which) {
   writer.remove_unclaimed();
   writer.set_planes(which);
   writer.note_checked();
+}
+
+void Ledger::fit(SurfaceModel& surface) {
+  surface.set_plane(surface.estimate(noise));
+  surface.rehash_if_tilted();
+  changes.refitted.insert(surface.id());
 }
 
 void Ledger::apply(std::span<const Assignment> assignments) {

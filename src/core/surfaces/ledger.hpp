@@ -62,6 +62,9 @@ class Ledger : public MapView {
   }
   CylinderStore& cylinder_store() { return state_.cylinders; }
 
+  /// Sets the surface's plane to the estimate from its readings.
+  void fit(SurfaceModel& surface);
+
   /// Assigns a pending point to the surface.
   void give(PointId i, SurfaceModel& surface) {
     state_.cylinders.release(window[i].key);

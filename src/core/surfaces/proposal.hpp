@@ -1,6 +1,5 @@
 #pragma once
 
-#include "geometry/moments.hpp"
 #include "occupancy/point_window.hpp"
 
 #include <Eigen/Core>
@@ -24,10 +23,7 @@ struct Proposal {
   using Label = std::uint32_t;
   struct FoundPlane {
     Plane plane;
-    /// Weighted sums of its readings about `origin`, to which later scans' evidence is added; empty if later
-    /// readings do not change the plane.
-    geometry::Moments moments;
-    Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+    Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
   };
   struct Labelled {
     PointId point;
@@ -44,7 +40,8 @@ struct Proposal {
   std::vector<Labelled> points;
   std::vector<Rest> rest;
   std::vector<PointId> unseen;  ///< pending points that the next scan looks at again
-  bool expand = true;           ///< surfaces expand beside the points that were pending
+  /// Planes are fitted to their surfaces' readings, and surfaces expand beside the points that were pending.
+  bool refine = true;
 };
 
 }  // namespace octosurf::surfaces

@@ -143,6 +143,10 @@ geometry::Moments SurfaceModel::moments(const sensing::NoiseModel* noise) const 
   return sum;
 }
 
+Plane SurfaceModel::estimate(const sensing::NoiseModel& noise) const {
+  return geometry::fitted_plane(moments(&noise), reference_, plane_.normal);
+}
+
 void SurfaceModel::observe(const Eigen::Vector3f& position, double weight) {
   constexpr double max_readings = 100;  // per inlier
   evidence_.moments.add(position.cast<double>() - reference_, weight);

@@ -85,6 +85,9 @@ class SurfaceModel {
   /// Moments over all inliers, weighted by 1/measured_sigma² relative to the nearest class's σ, with the
   /// evidence, about reference(); over the inliers alone, unweighted, if `noise` is null.
   geometry::Moments moments(const sensing::NoiseModel* noise) const;
+  /// The plane that fits all readings best: total least squares over moments(&noise), facing as the current
+  /// one. derive_covariance() gives its covariance.
+  Plane estimate(const sensing::NoiseModel& noise) const;
   /// Over the inliers of one range class, unweighted, about reference().
   const geometry::Moments& moments_of_class(unsigned range_class) const { return moments_[range_class]; }
   /// Number of readings in moments(noise).

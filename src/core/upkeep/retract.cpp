@@ -1,6 +1,7 @@
 #include "upkeep/retract.hpp"
 
 #include "sensing/reading_code.hpp"
+#include "sensing/reading_model.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +9,7 @@
 namespace octosurf::upkeep {
 
 void retract(surfaces::Ledger& ledger, const occupancy::OccupancyDelta& delta) {
+  const sensing::ReadingModel model(ledger.noise, ledger.grid.resolution());
   for (const occupancy::VoxelPoint& p : delta.vanished) {
     if (p.surface == 0) continue;
     ledger.drop(p);
@@ -20,7 +22,7 @@ void retract(surfaces::Ledger& ledger, const occupancy::OccupancyDelta& delta) {
     surfaces::SurfaceModel* surface = ledger.find(r.before.surface);
     if (surface == nullptr) continue;
     const PointId i = ledger.window.find(r.after.key);
-    if (std::fabs(surface->distance(r.after.position)) <= ledger.noise.tolerance(r.after, surface->plane()))
+    if (model.belongs(r.after, surface->plane()))
       ledger.move(i, r.before.position);
     else
       ledger.requeue(i, r.before.position);
@@ -36,6 +38,7 @@ void observe_again(surfaces::Ledger& ledger, const sensing::VoxelScan& scan,
   constexpr double least_facing = 0.1;
   constexpr std::size_t large_surface = 2000;  // inliers; every eighth reading suffices for its plane
   const sensing::NoiseModel& noise = ledger.noise;
+  const sensing::ReadingModel model(noise, ledger.grid.resolution());
   const Eigen::Vector3d origin = scan.origin.cast<double>();
   surfaces::SurfaceModel* surface = nullptr;  // cached: readings come in runs of one surface
   SurfaceId found = 0;
@@ -47,7 +50,7 @@ void observe_again(surfaces::Ledger& ledger, const sensing::VoxelScan& scan,
     const double range = sight.norm();
     const double facing = std::max(least_facing, surface->plane().normal.dot(sight) / range);
     const unsigned range_class = sensing::range_class_of(static_cast<float>(range));
-    if (std::fabs(surface->distance(end.centroid)) > noise.tolerance(range_class, facing)) continue;
+    if (!(model.log_ratio(surface->distance(end.centroid), range_class, facing) > 0)) continue;
     if (!surface->surrounded(surface->cell_of(end.centroid))) continue;
     const double n = independent * end.count / (independent + end.count);
     const double ratio = noise.sigma(1) / (noise.measured_sigma(range_class) * facing);
