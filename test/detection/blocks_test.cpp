@@ -30,11 +30,10 @@ Scan corner(std::mt19937_64& rng) {
 TEST(LabelBlocks, FindWhatAWalkOverAllFinds) {
   std::mt19937_64 rng = test::rng();
   const test::PendingPoints points({corner(rng)}, Parameters{});
-  std::vector<geometry::VoxelKey> voxels, context;
-  for (const Index i : points.all) (rng() % 3 == 0 ? context : voxels).push_back(points.ledger.window[i].key);
-  const Readings readings(points.state.occupancy, points.ledger.window,
-                          {.voxels = voxels, .may_join = {}, .context = context, .rims = {}},
-                          points.state.noise);
+  std::vector<PointId> labelled, context;
+  for (const PointId i : points.all) (rng() % 3 == 0 ? context : labelled).push_back(i);
+  const Readings readings(points.ledger,
+                          {.points = labelled, .may_join = {}, .context = context, .rims = {}});
   const auto size = static_cast<Index>(readings.size_with_context());
   ASSERT_EQ(size, points.all.size());
   std::vector<Label> labels(size);
@@ -117,7 +116,7 @@ TEST(VoxelBlocks, HoldEachPointOnceUpToTheOctreesEnd) {
   ASSERT_EQ(*all.rbegin(), (geometry::VoxelKey{65535, 65535, 65535}.packed()));
   for (const VoxelBlocks::Place place : places)
     blocks.for_each_point(points.ledger.window, place,
-                          [&](Index i) { met.insert(points.ledger.window[i].key.packed()); });
+                          [&](PointId i) { met.insert(points.ledger.window[i].key.packed()); });
   EXPECT_EQ(met, all);
 }
 

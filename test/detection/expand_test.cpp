@@ -13,7 +13,6 @@
 namespace octosurf::detection {
 namespace {
 
-using Index = surfaces::MapView::Index;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
@@ -29,16 +28,11 @@ class Points : public test::PendingPoints {
   template <class Wanted>
   surfaces::SurfaceModel& surface(const Plane& plane, const Wanted& wanted) {
     surfaces::SurfaceModel& made = ledger.create(plane, position(all.front()));
-    for (const Index i : all)
+    for (const PointId i : all)
       if (std::fabs(plane.signed_distance(position(i))) < 0.004 && wanted(position(i))) ledger.give(i, made);
     return made;
   }
-  std::vector<geometry::VoxelKey> pending() const {
-    std::vector<geometry::VoxelKey> keys;
-    for (const Index i : all)
-      if (ledger.window[i].surface == 0) keys.push_back(ledger.window[i].key);
-    return keys;
-  }
+  std::vector<PointId> pending() const { return ledger.pending(all); }
 };
 
 Scan floor_scan(double from_x, double to_x) {
@@ -46,8 +40,8 @@ Scan floor_scan(double from_x, double to_x) {
 }
 const Plane floor_plane{Eigen::Vector3d::UnitZ(), 0};
 
-std::set<Index> points_of(const std::vector<Assignment>& assignments) {
-  std::set<Index> points;
+std::set<PointId> points_of(const std::vector<Assignment>& assignments) {
+  std::set<PointId> points;
   for (const Assignment& assignment : assignments) points.insert(assignment.point);
   return points;
 }
@@ -59,9 +53,9 @@ TEST(AddInliers, FillsHolesAndWhatTheRimCoversAndNothingBeyond) {
   };
   surfaces::SurfaceModel& floor =
       points.surface(floor_plane, [&](const Eigen::Vector3d& p) { return p.x() < 0.8 && !hole(p); });
-  const std::set<Index> added = points_of(add_inliers(points.ledger, points.pending()));
+  const std::set<PointId> added = points_of(add_inliers(points.ledger, points.pending()));
   std::size_t in_hole = 0;
-  for (const Index i : points.all) {
+  for (const PointId i : points.all) {
     if (points.ledger.window[i].surface != 0) continue;
     in_hole += hole(points.position(i));
     EXPECT_EQ(added.contains(i), floor.covers(floor.cell_of(points.ledger.window[i].position)))
@@ -83,7 +77,7 @@ TEST(AddInliers, GivesAPointToTheSurfaceThatExplainsItBest) {
       points.surface(floor_plane, [](const Eigen::Vector3d& p) { return p.y() < 0.5; });
   const Plane lower{Eigen::Vector3d::UnitZ(), -0.003};
   surfaces::SurfaceModel& other = points.ledger.create(lower, {0, 0, 0});
-  for (const Index i : points.all)
+  for (const PointId i : points.all)
     if (points.position(i).y() >= 0.5 &&
         (points.position(i).head<2>() - Eigen::Vector2d(0.5, 0.5)).norm() > 0.05)
       points.ledger.give(i, other);
@@ -97,8 +91,8 @@ TEST(Expand, ReachesTheEndOfWhatIsConnected) {
   Points points({floor_scan(0, 1), floor_scan(1.2, 1.5)});
   surfaces::SurfaceModel& floor =
       points.surface(floor_plane, [](const Eigen::Vector3d& p) { return p.x() < 0.4; });
-  const std::set<Index> gained = points_of(expand(points.ledger, points.pending()));
-  for (const Index i : points.all)
+  const std::set<PointId> gained = points_of(expand(points.ledger, points.pending()));
+  for (const PointId i : points.all)
     EXPECT_EQ(gained.contains(i) || points.ledger.window[i].surface == floor.id(),
               points.position(i).x() < 1.1)
         << points.position(i).transpose();
@@ -109,10 +103,10 @@ TEST(Expand, NoOrderOfPointsMatters) {
   Points points({floor_scan(0, 1), test::rectangle_scan(eye, {0, 0.9, 0}, {1, 0, 0}, {0, 0, 0.4})});
   points.surface(floor_plane, [](const Eigen::Vector3d& p) { return p.x() < 0.4 && p.y() < 0.8; });
   points.surface({-Eigen::Vector3d::UnitY(), -0.9}, [](const Eigen::Vector3d& p) { return p.z() > 0.2; });
-  std::vector<geometry::VoxelKey> keys = points.pending();
-  const auto first = expand(points.ledger, keys);
-  std::shuffle(keys.begin(), keys.end(), rng);
-  const auto again = expand(points.ledger, keys);
+  std::vector<PointId> pending = points.pending();
+  const auto first = expand(points.ledger, pending);
+  std::shuffle(pending.begin(), pending.end(), rng);
+  const auto again = expand(points.ledger, pending);
   ASSERT_EQ(again.size(), first.size());
   for (std::size_t k = 0; k < first.size(); ++k) {
     EXPECT_EQ(again[k].point, first[k].point);
@@ -169,7 +163,7 @@ TEST(Expand, WhatASurfaceGainsIsItsOwnOnlyIfItMerges) {
     points->surface(floor_plane, [](const Eigen::Vector3d& p) { return p.x() < 1; });
   const auto within_the_gate = [&](const Points& points) {
     const sensing::ReadingModel model(points.state.noise, points.ledger.grid.resolution());
-    return static_cast<std::size_t>(std::count_if(points.all.begin(), points.all.end(), [&](Index i) {
+    return static_cast<std::size_t>(std::count_if(points.all.begin(), points.all.end(), [&](PointId i) {
       const occupancy::VoxelPoint& p = points.ledger.window[i];
       return p.surface == 0 && model.gain(p.position.z(), p.range_class, p.view.z()) > 0;
     }));

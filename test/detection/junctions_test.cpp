@@ -28,7 +28,7 @@ class WallAndBoard {
   explicit WallAndBoard(std::mt19937_64& rng)
       : turn_(std::uniform_real_distribution(0.0, 6.28)(rng), Eigen::Vector3d::UnitZ()),
         points_(look(rng)),
-        readings_(points_.state.occupancy, points_.ledger.window, points_.state.noise) {
+        readings_(points_.ledger) {
     for (const Eigen::Vector4d& face : faces()) {
       Patch patch;
       patch.plane = {turn_ * face.head<3>(), face.w()};

@@ -26,9 +26,9 @@ class FloorAndBoard {
   FloorAndBoard() : rng_(test::rng()), points_({scan(rng_)}) {
     surfaces::SurfaceModel& floor = points_.ledger.create({Eigen::Vector3d::UnitZ(), 0}, {1, 1, 0});
     id_ = floor.id();
-    for (const Index i : points_.all) {
+    for (const PointId i : points_.all) {
       if (on_board(i))
-        board_.push_back(points_.ledger.window[i].key);
+        board_.push_back(i);
       else if (rng_() % 10 != 0)
         points_.ledger.give(i, floor);
     }
@@ -40,46 +40,39 @@ class FloorAndBoard {
     scene.rectangle({0.5, 0.5, 0}, {0.4, 0, 0}, {0, 0, 0.3});
     return test::camera_scan(scene, test::look_at({1.2, 1.2, 1.8}, {0.8, 0.8, 0}), rng);
   }
-  bool on_board(Index i) const { return points_.position(i).z() > 0.03; }
+  bool on_board(PointId i) const { return points_.position(i).z() > 0.03; }
 
   Neighbourhood around() const { return neighbourhood_of(points_.ledger, board_, {}); }
-  Readings readings_of(const Neighbourhood& around) const {
-    return {points_.state.occupancy, points_.ledger.window, around, points_.state.noise};
-  }
+  Readings readings_of(const Neighbourhood& around) const { return {points_.ledger, around}; }
 
   std::mt19937_64 rng_;
   test::PendingPoints points_;
   SurfaceId id_ = 0;
-  std::vector<geometry::VoxelKey> board_;
+  std::vector<PointId> board_;
 };
 
 TEST(Neighbourhood, ContextAreTheInliersAround) {
   const FloorAndBoard scene;
   const Neighbourhood around = scene.around();
-  const auto owner = [&](geometry::VoxelKey key) {
-    return scene.points_.ledger.window[scene.points_.ledger.window.find(key)].surface;
-  };
   EXPECT_FALSE(around.context.empty());
   EXPECT_FALSE(around.rims.empty());
-  std::set<std::uint64_t> looked_at, beside;
-  for (const geometry::VoxelKey key : around.voxels) looked_at.insert(key.packed());
+  const std::set<PointId> looked_at(around.points.begin(), around.points.end());
+  std::set<PointId> beside;
   for (const auto& part : {around.context, around.rims})
-    for (const geometry::VoxelKey key : part) {
-      EXPECT_EQ(owner(key), scene.id_);
-      beside.insert(key.packed());
+    for (const PointId i : part) {
+      EXPECT_EQ(scene.points_.ledger.window[i].surface, scene.id_);
+      beside.insert(i);
     }
   EXPECT_EQ(looked_at.size() + beside.size(),
-            around.voxels.size() + around.context.size() + around.rims.size());
-  for (const geometry::VoxelKey key : scene.board_) EXPECT_TRUE(looked_at.contains(key.packed()));
-  for (const std::uint64_t key : beside) EXPECT_FALSE(looked_at.contains(key));
+            around.points.size() + around.context.size() + around.rims.size());
+  for (const PointId i : scene.board_) EXPECT_TRUE(looked_at.contains(i));
+  for (const PointId i : beside) EXPECT_FALSE(looked_at.contains(i));
 }
 
 TEST(Neighbourhood, WhatWasPendingAroundJoinsAndSeedsNoPlane) {
   const FloorAndBoard scene;
   const surfaces::Ledger& ledger = scene.points_.ledger;
-  const auto is_pending = [&](geometry::VoxelKey key) {
-    return ledger.window[ledger.window.find(key)].surface == 0;
-  };
+  const auto is_pending = [&](PointId i) { return ledger.window[i].surface == 0; };
   Neighbourhood around = scene.around();
   EXPECT_FALSE(around.may_join.empty());
   EXPECT_TRUE(std::all_of(around.may_join.begin(), around.may_join.end(), is_pending));
@@ -90,10 +83,10 @@ TEST(Neighbourhood, WhatWasPendingAroundJoinsAndSeedsNoPlane) {
         .patches.size();
   };
   const std::size_t planes = planes_of(around);
-  const auto first_pending = std::stable_partition(around.voxels.begin(), around.voxels.end(),
-                                                   [&](geometry::VoxelKey key) { return !is_pending(key); });
-  around.may_join.insert(around.may_join.end(), first_pending, around.voxels.end());
-  around.voxels.erase(first_pending, around.voxels.end());
+  const auto first_pending = std::stable_partition(around.points.begin(), around.points.end(),
+                                                   [&](PointId i) { return !is_pending(i); });
+  around.may_join.insert(around.may_join.end(), first_pending, around.points.end());
+  around.points.erase(first_pending, around.points.end());
   EXPECT_EQ(planes_of(around) + 1, planes);
 }
 
@@ -115,9 +108,7 @@ TEST(Neighbourhood, WhatIsKnownOfASurfaceIsAllOfIt) {
   Patch nothing;
   nothing.plane = floor.plane();
   const Patch whole = sums_of(readings, known.outside.front().sums);
-  const Patch expected =
-      sums_of(Readings(scene.points_.state.occupancy, scene.points_.ledger.window, scene.points_.state.noise),
-              nothing);
+  const Patch expected = sums_of(Readings(scene.points_.ledger), nothing);
   // What is not among the readings weighs as those of its class of distance do, on the mean.
   EXPECT_NEAR(whole.moments.count / expected.moments.count, 1, 0.05);
   const Eigen::Vector3d off = whole.centroid() - expected.centroid();
@@ -151,12 +142,11 @@ TEST(Neighbourhood, WhatIsKnownElsewhereMayHaveBeenSeenMoreHeadOn) {
       {wall_scan({4, 0, 0}, -1, 1, sigma, rng), wall_scan({0.25, 5, 0}, 1.02, 1.5, sigma, rng)}, parameters);
   surfaces::Ledger& ledger = points.ledger;
   surfaces::SurfaceModel& wall = ledger.create({Eigen::Vector3d::UnitX(), 0}, {0, 0, 0});
-  for (const Index i : points.all) ledger.give(i, wall);
-  std::vector<geometry::VoxelKey> end;
-  for (const Index i : points.all)
-    if (points.position(i).y() > 1.3) end.push_back(ledger.window[i].key);
-  const Readings readings(points.state.occupancy, ledger.window, neighbourhood_of(ledger, end, {}),
-                          points.state.noise);
+  for (const PointId i : points.all) ledger.give(i, wall);
+  std::vector<PointId> end;
+  for (const PointId i : points.all)
+    if (points.position(i).y() > 1.3) end.push_back(i);
+  const Readings readings(ledger, neighbourhood_of(ledger, end, {}));
   const Segmentation known = known_about(readings, ledger.surfaces, {});
   ASSERT_EQ(known.outside.size(), 1U);
   const Patch& elsewhere = known.outside.front().sums;
@@ -170,23 +160,22 @@ TEST(Neighbourhood, ASurfaceMostOfWhichIsHereIsLookedAtWhole) {
   FloorAndBoard scene;
   surfaces::Ledger& ledger = scene.points_.ledger;
   surfaces::SurfaceModel& board = ledger.create({-Eigen::Vector3d::UnitY(), -0.5}, {0.7, 0.5, 0.15});
-  std::vector<geometry::VoxelKey> upper_third;
-  for (const geometry::VoxelKey key : scene.board_)
-    if (ledger.grid.centre_of(key).z() < 0.2F)
-      ledger.give(ledger.window.find(key), board);
+  std::vector<PointId> upper_third;
+  for (const PointId i : scene.board_)
+    if (ledger.grid.centre_of(ledger.window[i].key).z() < 0.2F)
+      ledger.give(i, board);
     else
-      upper_third.push_back(key);
+      upper_third.push_back(i);
   const auto inliers_within = [&](const Neighbourhood& around, SurfaceId id) {
-    return static_cast<std::size_t>(std::count_if(
-        around.voxels.begin(), around.voxels.end(),
-        [&](geometry::VoxelKey key) { return ledger.window[ledger.window.find(key)].surface == id; }));
+    return static_cast<std::size_t>(std::count_if(around.points.begin(), around.points.end(),
+                                                  [&](PointId i) { return ledger.window[i].surface == id; }));
   };
   EXPECT_EQ(inliers_within(neighbourhood_of(ledger, upper_third, {}), board.id()), 0U);
-  std::vector<geometry::VoxelKey> due = upper_third;
-  for (const Index i : scene.points_.all)  // as if every third of the board's had just come
-    if (ledger.window[i].surface == board.id() && i % 3 == 0) {
+  std::vector<PointId> due = upper_third;
+  for (const PointId i : scene.points_.all)  // as if every third of the board's had just come
+    if (ledger.window[i].surface == board.id() && index_of(i) % 3 == 0) {
       ledger.requeue(i);
-      due.push_back(ledger.window[i].key);
+      due.push_back(i);
     }
   EXPECT_EQ(inliers_within(neighbourhood_of(ledger, due, {}), board.id()), board.size());
   EXPECT_EQ(inliers_within(neighbourhood_of(ledger, due, {}), scene.id_), 0U);

@@ -23,8 +23,7 @@ struct Segmented {
   explicit Segmented(const std::vector<Scan>& scans, const Parameters& told = parameters(),
                      double shakes_m = 0)
       : points(scans, told),
-        readings((observe(points.state.noise, scans, shakes_m), points.state.occupancy), points.ledger.window,
-                 points.state.noise),
+        readings((observe(points.state.noise, scans, shakes_m), points.ledger)),
         segmentation(segment(readings, {})) {}
 
   /// σ is 2 mm, told.

@@ -16,14 +16,12 @@
 namespace octosurf::detection {
 namespace {
 
-using Index = surfaces::MapView::Index;
-
 /// All readings of a scene, held to be one level surface.
 class OneSurface {
  public:
   explicit OneSurface(const test::Scene& scene) : rng_(test::rng()), points_({scan_of(scene, rng_)}) {
     surfaces::SurfaceModel& floor = points_.ledger.create({Eigen::Vector3d::UnitZ(), 0}, {1, 1, 0});
-    for (const Index i : points_.all) points_.ledger.give(i, floor);
+    for (const PointId i : points_.all) points_.ledger.give(i, floor);
     floor.set_plane(
         geometry::fitted_plane(floor.moments(nullptr), floor.reference(), Eigen::Vector3d::UnitZ()));
     floor_ = &floor;
@@ -39,8 +37,7 @@ class OneSurface {
   /// The twin: how many planes with a tenth of the readings each there are if none has a label.
   std::size_t planes() const {
     const std::vector<SurfaceId> all{floor_->id()};
-    const Readings readings(points_.state.occupancy, points_.ledger.window,
-                            neighbourhood_of(points_.ledger, all), points_.state.noise);
+    const Readings readings(points_.ledger, neighbourhood_of(points_.ledger, all));
     const Segmentation found = segment(readings, limits_of(points_.ledger.parameters),
                                        known_about(readings, points_.ledger.surfaces, all));
     std::vector<std::size_t> counts(found.patches.size(), 0);

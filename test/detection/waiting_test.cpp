@@ -16,8 +16,6 @@
 namespace octosurf::detection {
 namespace {
 
-using Index = surfaces::MapView::Index;
-
 /// A floor up to x = 0.9 m is known; what is pending goes on, with a step 3 cm above it from x = 1.02 m on.
 class FloorAndStep : public ::testing::Test {
  protected:
@@ -25,51 +23,52 @@ class FloorAndStep : public ::testing::Test {
       : points_({test::rectangle_scan(eye_, {0, 0, 0}, {1.3, 0, 0}, {0, 1, 0}),
                  test::rectangle_scan(eye_, {1.02, 0, 0.03}, {0.2, 0, 0}, {0, 1, 0})}) {
     surfaces::SurfaceModel& floor = points_.ledger.create({Eigen::Vector3d::UnitZ(), 0}, {0, 0, 0});
-    for (const Index i : points_.all)
+    for (const PointId i : points_.all)
       if (points_.position(i).x() < 0.9)
         points_.ledger.give(i, floor);
       else
-        pending_.push_back(points_.ledger.window[i].key);
+        pending_.push_back(i);
   }
-  Due due_of(const std::vector<geometry::VoxelKey>& fresh, const surfaces::PendingQueue& before = {},
-             bool all = true) {
-    return due_to_segment(points_.ledger, points_.state.occupancy, before, fresh, all, expanded_);
+  Due due_of(const std::vector<PointId>& fresh, const surfaces::PendingQueue& before = {}, bool all = true) {
+    return due_to_segment(points_.ledger, before, fresh, all, expanded_);
   }
 
   std::size_t waiting_in(const Due& due) const {
     std::set<geometry::VoxelKey> gained;
-    for (const Assignment& assignment : expanded_) gained.insert(points_.ledger.window[assignment.point].key);
+    for (const Assignment& assignment : due.expanded)
+      gained.insert(points_.ledger.window[assignment.point].key);
     return static_cast<std::size_t>(std::count_if(due.left.fresh.begin(), due.left.fresh.end(),
                                                   [&](auto key) { return !gained.contains(key); }));
   }
 
   const Eigen::Vector3d eye_{0.6, 0.5, 2};
   test::PendingPoints points_;
-  std::vector<geometry::VoxelKey> pending_;
+  std::vector<PointId> pending_;
   std::vector<Assignment> expanded_;
 };
 
 TEST_F(FloorAndStep, WhatExpandsBesideANewPlaneIsSegmentedWithIt) {
   expanded_ = expand(points_.ledger, pending_);
-  const std::size_t gained = expanded_.size();
   const Due due = due_of(pending_);
-  EXPECT_GT(expanded_.size(), 0U);
-  EXPECT_LT(expanded_.size(), gained);
-  EXPECT_EQ(expanded_.size() + due.points.size() + due.unplanar.size() + waiting_in(due), pending_.size());
+  EXPECT_GT(due.expanded.size(), 0U);
+  EXPECT_LT(due.expanded.size(), expanded_.size());
+  EXPECT_EQ(due.expanded.size() + due.points.size() + due.unplanar.size() + waiting_in(due), pending_.size());
   const VoxelBlocks blocks(planelet_edge(points_.ledger.grid.resolution()));
   std::map<VoxelBlocks::Place, int> of_step;
-  for (const geometry::VoxelKey key : due.points)
-    if (points_.position(points_.ledger.window.find(key)).z() > 0.02) ++of_step[blocks.of(key)];
+  for (const PointId i : due.points)
+    if (points_.position(i).z() > 0.02) ++of_step[blocks.of(points_.ledger.window[i].key)];
   EXPECT_FALSE(of_step.empty());
   const int most = 10;  // of a block's 16 columns: with fewer, a plane is worth less than its description
-  for (const Assignment& assignment : expanded_)
+  for (const Assignment& assignment : due.expanded)
     EXPECT_LT(of_step[blocks.of(points_.ledger.window[assignment.point].key)], most);
 }
 
 TEST_F(FloorAndStep, WhatWasLookedAtWaitsForAsMuchAgain) {
-  const std::vector<geometry::VoxelKey> few(pending_.begin(), pending_.begin() + 4);
+  const std::vector<PointId> few(pending_.begin(), pending_.begin() + 4);
+  std::vector<geometry::VoxelKey> keys;
+  for (const PointId i : few) keys.push_back(points_.ledger.window[i].key);
   EXPECT_TRUE(due_of(few).points.empty());
-  EXPECT_EQ(due_of(few).left.fresh, few);
+  EXPECT_EQ(due_of(few).left.fresh, keys);
   EXPECT_TRUE(due_of(few).left.blocks.empty()) << "they were looked at, and wait for more";
   EXPECT_GT(20 * due_of(pending_).points.size(), 19 * pending_.size());
   // The others have been looked at; half of what waits around has not come again.
@@ -80,24 +79,24 @@ TEST_F(FloorAndStep, NoMoreIsDueThanTheBudgetAndTheOldestBlocksFirst) {
   const std::size_t budget = 400;
   points_.state.parameters.detection.detection_budget = static_cast<int>(budget);
   const double border = 0.64;  // m, of the largest blocks of planelets
-  const auto is_far = [&](geometry::VoxelKey key) {
-    return points_.position(points_.ledger.window.find(key)).y() >= border;
-  };
-  std::vector<geometry::VoxelKey> near, far;
-  for (const geometry::VoxelKey key : pending_) (is_far(key) ? far : near).push_back(key);
+  const auto is_far = [&](PointId i) { return points_.position(i).y() >= border; };
+  const auto is_far_block = [&](geometry::VoxelKey key) { return is_far(points_.ledger.window.find(key)); };
+  std::vector<PointId> near, far;
+  for (const PointId i : pending_) (is_far(i) ? far : near).push_back(i);
   ASSERT_GT(far.size(), budget);
   ASSERT_LT(pending_.size(), 4 * budget) << "else a quarter is more";
   Due due = due_of(far, {}, false);
-  std::set<geometry::VoxelKey> looked_at;
+  std::set<PointId> looked_at;
   std::size_t turns = 0;
-  for (std::vector<geometry::VoxelKey> fresh = near; !due.left.blocks.empty(); fresh.clear()) {
+  for (std::vector<PointId> fresh = near; !due.left.blocks.empty(); fresh.clear()) {
     ASSERT_LT(++turns, 100U);
     due = due_of(fresh, due.left, false);
     EXPECT_LE(due.points.size(), budget);
-    for (const geometry::VoxelKey key : due.points)
-      EXPECT_TRUE(looked_at.insert(key).second) << "twice, though nothing has come";
+    for (const PointId i : due.points)
+      EXPECT_TRUE(looked_at.insert(i).second) << "twice, though nothing has come";
     if (!std::all_of(due.points.begin(), due.points.end(), is_far)) {
-      EXPECT_TRUE(std::none_of(due.left.blocks.begin(), due.left.blocks.end(), is_far)) << "which came first";
+      EXPECT_TRUE(std::none_of(due.left.blocks.begin(), due.left.blocks.end(), is_far_block))
+          << "which came first";
     }
   }
   EXPECT_GE(turns, (pending_.size() - budget) / budget);
@@ -120,13 +119,10 @@ TEST(Waiting, WhatLiesWhereNoPlaneBeginsHasHadItsTurn) {
   std::uniform_real_distribution<float> length(-0.3F, 0.3F);
   for (int i = 0; i < 300; ++i) bush.points.emplace_back(length(random), length(random), length(random) - 1);
   test::PendingPoints points({bush});
-  std::vector<geometry::VoxelKey> pending;
-  for (const Index i : points.all) pending.push_back(points.ledger.window[i].key);
-  std::vector<Assignment> none;
-  const Due due = due_to_segment(points.ledger, points.state.occupancy, {}, pending, true, none);
-  EXPECT_GT(due.unplanar.size(), pending.size() / 10);
-  EXPECT_EQ(due.points.size() + due.unplanar.size() + due.left.fresh.size(), pending.size());
-  const Due next = due_to_segment(points.ledger, points.state.occupancy, due.left, {}, true, none);
+  const Due due = due_to_segment(points.ledger, {}, points.all, true, {});
+  EXPECT_GT(due.unplanar.size(), points.all.size() / 10);
+  EXPECT_EQ(due.points.size() + due.unplanar.size() + due.left.fresh.size(), points.all.size());
+  const Due next = due_to_segment(points.ledger, due.left, {}, true, {});
   EXPECT_TRUE(next.points.empty() && next.unplanar.empty());
 }
 

@@ -98,19 +98,24 @@ TEST(PointWindow, RowsAndColumnsHoldTheSamePoints) {
       window.assign(i, static_cast<SurfaceId>(rng() % 4));
     const geometry::VoxelKey key = random_key_near(points, rng);
     const int reach = static_cast<int>(rng() % 12);
-    std::vector<PointId> visited, in_rows;
-    window.for_each_near(key, reach, [&](PointId i) { visited.push_back(i); });
-    window.for_each_row_near(key, reach, [&](PointId first, unsigned count) {
+    std::vector<PointId> visited;
+    std::vector<std::size_t> indices, in_rows;
+    window.for_each_near(key, reach, [&](PointId i) {
+      visited.push_back(i);
+      indices.push_back(index_of(i));
+    });
+    window.for_each_row_near(key, reach, [&](std::size_t first, unsigned count) {
       ASSERT_LE(first + count, window.size());
       ASSERT_LE(count, 8U);
       for (unsigned n = 0; n < count; ++n) in_rows.push_back(first + n);
     });
-    ASSERT_EQ(visited, in_rows) << "reach " << reach;
+    ASSERT_EQ(indices, in_rows) << "reach " << reach;
     const PointWindow::Columns& columns = window.columns();
-    for (const PointId i : visited) {
-      ASSERT_EQ(Eigen::Vector3f(columns.x[i], columns.y[i], columns.z[i]), window[i].position);
-      ASSERT_EQ(Eigen::Vector3f(columns.view_x[i], columns.view_y[i], columns.view_z[i]), window[i].view);
-      ASSERT_EQ(columns.surface[i], window[i].surface);
+    for (const PointId point : visited) {
+      const std::size_t i = index_of(point);
+      ASSERT_EQ(Eigen::Vector3f(columns.x[i], columns.y[i], columns.z[i]), window[point].position);
+      ASSERT_EQ(Eigen::Vector3f(columns.view_x[i], columns.view_y[i], columns.view_z[i]), window[point].view);
+      ASSERT_EQ(columns.surface[i], window[point].surface);
     }
   }
 }
@@ -155,7 +160,7 @@ TEST(PointWindow, MarksArePendingPointsUntilTheyAreRemoved) {
     });
     window.for_each_near(key, reach, marks, [&](PointId i) {
       visited.push_back(i);
-      if (i % 7 == 0) {  // while it goes on
+      if (index_of(i) % 7 == 0) {  // while it goes on
         marks.remove(window, i);
         removed.insert(i);
       }

@@ -215,7 +215,7 @@ TEST(Evidence, ScansThatSeeAFloorAgainMoveItsPlane) {
     const occupancy::OccupancyDelta delta = state.occupancy.insert(voxels, downsample, &state.surfaces);
     readings += delta.confirmed.size();
     surfaces::Ledger ledger(state);
-    accumulate_evidence(ledger, voxels, delta.confirmed);
+    observe_again(ledger, voxels, delta.confirmed);
   }
   surfaces::SurfaceModel& surface = *state.surfaces.find(1);
   surface.set_plane(

@@ -87,7 +87,7 @@ TEST(Retract, DissolvesBelowTheFewestPoints) {
   retract(ledger, delta);
   EXPECT_EQ(floor.state.surfaces.find(1), nullptr);
   EXPECT_TRUE(ledger.changes.gone.contains(1));
-  EXPECT_EQ(ledger.changes.requeued.size(), left_over) << "its points return to pending";
+  EXPECT_EQ(ledger.changes.unseen.size(), left_over) << "its points return to pending";
   floor.state.occupancy.for_each_point([](const occupancy::VoxelPoint& p) { EXPECT_EQ(p.surface, 0U); });
   EXPECT_TRUE(floor.state.surfaces.near(floor.delta.appeared.front().key, 500).empty());
 }
