@@ -180,7 +180,7 @@ Run run_method(const Method& method, const std::vector<Scan>& scans, const Optio
     const CgalPlanes planes = input.planes(method.cgal);
     return {input.snapshot(planes), planes.normals_ms + planes.planes_ms};
   }
-  Mapper mapper(method.parameters, options.threads);
+  Mapper mapper(method.parameters, options.threads, paper_detector());
   for (const Scan& scan : scans) run.ms += time_ms([&] { mapper.insert(scan); });
   run.ms += time_ms([&] { mapper.drain(); });
   run.snapshot = *mapper.snapshot();
@@ -317,7 +317,6 @@ Scores score_all(const Options& options, const std::vector<Method>& methods) {
 }
 
 void body(Options options) {
-  enable_paper_detector();
   if (options.terrain && (options.scenes = terrain_meshes()).empty()) return;
   const std::vector<Method> methods = methods_of(options);
   const Scores scores = score_all(options, methods);

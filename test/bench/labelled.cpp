@@ -193,7 +193,7 @@ Segmentation segment_ours(const VoxelCloud& cloud, const Parameters& parameters,
                           const std::string& name = "octosurf") {
   Segmentation result;
   result.method = name;
-  Mapper mapper(parameters);
+  Mapper mapper(parameters, 1, paper_detector());
   const Scan scan = scan_of(*cloud.cloud);
   result.ms = time_ms([&] {
     mapper.insert(scan);
@@ -414,8 +414,6 @@ int main(int argc, char** argv) {
   app.add_option("--set", options.set, "NAME=VALUE for octosurf; may be repeated");
   app.add_option("--json", options.json, "write the numbers there");
   CLI11_PARSE(app, argc, argv);
-  return octosurf::bench::guarded_main([&] {
-    octosurf::enable_paper_detector();
-    options.mosd ? octosurf::bench::support_scores(options) : octosurf::bench::planes(options);
-  });
+  return octosurf::bench::guarded_main(
+      [&] { options.mosd ? octosurf::bench::support_scores(options) : octosurf::bench::planes(options); });
 }

@@ -63,7 +63,9 @@ std::optional<Numbers> of_the_paper(const std::string& row, double resolution) {
 class LiveRun {
  public:
   LiveRun(const Parameters& parameters, const Options& options)
-      : mapper_(parameters, options.threads), statistics_(parameters), increment_s_(options.increment_s) {}
+      : mapper_(parameters, options.threads, paper_detector()),
+        statistics_(parameters),
+        increment_s_(options.increment_s) {}
 
   void arrive(Scan scan) {
     if (!first_s_) first_s_ = scan.stamp_s;
@@ -175,7 +177,6 @@ std::string name_of(const std::string& row) {
 }
 
 void body(const Options& options) {
-  enable_paper_detector();
   TextTable table({"environment (paper | ours)", "d", "detector", "points per second",
                    "time to first detection (s)", "detection lag (s)", "% of points categorised"});
   nlohmann::json rows = nlohmann::json::array();

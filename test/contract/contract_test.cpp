@@ -50,10 +50,10 @@ TEST_P(Contract, InvariantsHoldAfterEveryScan) {
 
 /// Half of the way by one mapper, the rest by another that takes its map over.
 TEST_P(Contract, NeitherThreadsNorAMapperAnewChangeAByteAndSnapshotsTellWhatChanged) {
-  std::optional<Mapper> mapper(std::in_place, world.parameters, 3);
+  std::optional<Mapper> mapper(std::in_place, world.parameters, 3, paper_detector());
   std::set<SurfaceId> gone;
   for (std::size_t i = 0; i < run.scans.size(); ++i) {
-    if (i == run.scans.size() / 2) mapper.emplace(Map(std::move(*mapper).release()), 2);
+    if (i == run.scans.size() / 2) mapper.emplace(Map(std::move(*mapper).release()), 2, paper_detector());
     const auto before = mapper->snapshot();
     mapper->insert(run.scans[i]);
     const auto after = mapper->snapshot();
@@ -76,7 +76,7 @@ TEST_P(Contract, NeitherThreadsNorAMapperAnewChangeAByteAndSnapshotsTellWhatChan
 }
 
 TEST_P(Contract, StopsAfterEveryScanChangeNothing) {
-  std::optional<Mapper> resumed(std::in_place, world.parameters);
+  std::optional<Mapper> resumed(std::in_place, world.parameters, 1, paper_detector());
   for (std::size_t i = 0; i < run.scans.size(); ++i) {
     const ScanReport report = resumed->insert(run.scans[i]);
     ASSERT_TRUE(bytes_of(resumed->map()) == run.bytes[i]) << "after scan " << i;
@@ -86,7 +86,7 @@ TEST_P(Contract, StopsAfterEveryScanChangeNothing) {
     ASSERT_EQ(loaded.warning, "");
     ASSERT_EQ(difference(resumed->map(), loaded.map), "") << "after scan " << i;
     ASSERT_THAT(check_invariants(loaded.map), IsEmpty());
-    resumed.emplace(std::move(loaded.map));
+    resumed.emplace(std::move(loaded.map), 1, paper_detector());
   }
   EXPECT_EQ(difference(run.map, resumed->map()), "");
   save_map(resumed->map(), folder / "again");
@@ -103,7 +103,7 @@ TEST_P(Contract, StopsAfterEveryScanChangeNothing) {
 std::string grouped(const World& world, std::span<const Scan> scans, int threads,
                     const std::function<const Scan*(std::size_t)>& expected) {
   std::mt19937_64 groups = rng();
-  Mapper mapper(world.parameters, threads);
+  Mapper mapper(world.parameters, threads, paper_detector());
   for (std::size_t done = 0; done < scans.size();) {
     const std::size_t count = std::min<std::size_t>(1 + groups() % 3, scans.size() - done);
     done += mapper.insert_all(scans.subspan(done, count), [&] { return expected(done + count); }).size();
@@ -132,7 +132,7 @@ TEST_P(Contract, RefusedScansLeaveTheMapAsItWas) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   const double edge = world.parameters.occupancy.resolution * 32768;
   const std::size_t half = run.scans.size() / 2;
-  Mapper mapper(world.parameters);
+  Mapper mapper(world.parameters, 1, paper_detector());
   for (std::size_t i = 0; i < half; ++i) mapper.insert(run.scans[i]);
   const auto snapshot = mapper.snapshot();
   const auto refuse = [&](const std::function<void(Scan&)>& spoil) {

@@ -11,8 +11,6 @@
 #include <numeric>
 #include <tuple>
 
-#include <octosurf/adapters/paper_detector.hpp>
-
 namespace octosurf::test {
 namespace {
 
@@ -21,10 +19,7 @@ Parameters with_resolution(double resolution, Parameters parameters = {}) {
   return parameters;
 }
 
-Parameters papers() {
-  enable_paper_detector();
-  return with_resolution(0.05, Parameters::paper());
-}
+Parameters papers() { return with_resolution(0.05, Parameters::paper()); }
 
 /// One reading in eight of a simulated sensor.
 std::vector<Scan> simulated(const std::string& scene, std::size_t frames,
@@ -83,7 +78,7 @@ void count(const ScanReport& report, const Map& map, Seen& seen) {
 Mapped made(const World& world) {
   Mapped run;
   run.scans = world.scans();
-  Mapper mapper(world.parameters);
+  Mapper mapper(world.parameters, 1, paper_detector());
   for (const Scan& scan : run.scans) {
     const ScanReport report = mapper.insert(scan);
     count(report, mapper.map(), run.seen);

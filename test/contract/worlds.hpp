@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include <octosurf/adapters/paper_detector.hpp>
 #include <octosurf/mapper.hpp>
 
 namespace octosurf::test {

@@ -28,7 +28,7 @@ class FloorWithStrays : public test::PendingPoints {
 
   void update(Effort effort) {
     ScanReport report;
-    update_surfaces(ledger, detection::detector_of(state.parameters), effort, report);
+    update_surfaces(ledger, detection::detector_of(state.parameters, nullptr), effort, report);
     for (const PointId i : all) EXPECT_EQ(ledger.window[i].surface == 0, position(i).z() > 0.1);
     EXPECT_THAT(ledger.changes.unseen, IsEmpty());
   }

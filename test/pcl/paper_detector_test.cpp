@@ -28,7 +28,6 @@ namespace {
 using ::testing::IsEmpty;
 
 Parameters papers() {
-  enable_paper_detector();
   Parameters parameters = Parameters::paper();
   parameters.occupancy.resolution = 0.04;
   parameters.surfaces.surface_tolerance = parameters.surfaces.sensor_noise + 0.04 * std::sqrt(3.0);
@@ -276,7 +275,7 @@ TEST(PaperDetector, IsThePapersAlgorithmWhereNothingIsTakenBack) {
     SCOPED_TRACE(scene);
     Parameters parameters = papers();
     parameters.occupancy.miss = 0.4999;  // nothing vanishes
-    Mapper mapper(parameters);
+    Mapper mapper(parameters, 1, paper_detector());
     PaperTwin twin(parameters);
     OnlyNew only_new(parameters.occupancy.resolution);
     const double triangle = std::sqrt(3) / 4 * std::pow(parameters.max_hole_size(), 2);
@@ -298,7 +297,7 @@ TEST(PaperDetector, IsThePapersAlgorithmWhereNothingIsTakenBack) {
 
 TEST(PaperDetector, TakesBackWhatTheWorldTakesAway) {
   const Eigen::Vector3d eye(0.5, 0.5, 1.5);
-  Mapper mapper(papers());
+  Mapper mapper(papers(), 1, paper_detector());
   mapper.insert(test::rectangle_scan(eye, {0, 0, 0.5}, {0.6, 0, 0}, {0, 0.6, 0}));
   ASSERT_EQ(mapper.snapshot()->surfaces.size(), 1U);
   const SurfaceId table = mapper.snapshot()->surfaces[0]->id;
@@ -316,7 +315,7 @@ Scan strip(double x, double width) {
 
 // What the first has found takes in what the others add, though no snapshot has come in between.
 TEST(PaperDetector, ScansThatAreMappedTogetherMakeOneSurface) {
-  Mapper mapper(papers());
+  Mapper mapper(papers(), 1, paper_detector());
   mapper.insert_all(std::vector{strip(0, 0.5), strip(0.5, 0.3), strip(0.8, 0.4)});
   ASSERT_EQ(mapper.snapshot()->surfaces.size(), 1U);
   EXPECT_NEAR(mapper.snapshot()->surfaces[0]->area_m2, 1.16 * 0.96, 0.02);  // to the rims' centroids
@@ -324,7 +323,7 @@ TEST(PaperDetector, ScansThatAreMappedTogetherMakeOneSurface) {
 }
 
 TEST(PaperDetector, TakesInAnotherMap) {
-  Mapper here(papers()), there(papers());
+  Mapper here(papers(), 1, paper_detector()), there(papers(), 1, paper_detector());
   here.insert(strip(0, 0.6));
   there.insert(strip(0.4, 0.6));
   here.merge(there.map());
@@ -336,7 +335,7 @@ TEST(PaperDetector, TakesInAnotherMap) {
 
 // Later readings are better, and would move the plane of any other detector.
 TEST(PaperDetector, NeverFitsAPlaneAgain) {
-  Mapper mapper(papers());
+  Mapper mapper(papers(), 1, paper_detector());
   mapper.insert(strip(0, 1));
   const Plane first = mapper.snapshot()->surfaces.at(0)->plane;
   for (int i = 0; i < 5; ++i) {
@@ -353,13 +352,13 @@ TEST(PaperDetector, SaysWhyThereIsNoSurface) {
   const auto plate = [&](double x, double edge) {
     return test::rectangle_scan(eye, {x, 0, 0.5}, {edge, 0, 0}, {0, edge, 0});
   };
-  Mapper mapper(papers());
+  Mapper mapper(papers(), 1, paper_detector());
   mapper.insert(plate(0, 0.22));  // some 36 voxels each, of 50, and 20 cm apart
   mapper.insert(plate(0.42, 0.22));
   mapper.insert(plate(2, 0.01));
   ASSERT_THAT(mapper.snapshot()->surfaces, IsEmpty());
-  EXPECT_EQ(explain(mapper.map(), {2.005, 0.005, 0.5}).reason, Reason::isolated);
-  const Explanation few = explain(mapper.map(), {0.1, 0.1, 0.5});
+  EXPECT_EQ(explain(mapper.map(), {2.005, 0.005, 0.5}, paper_detector()).reason, Reason::isolated);
+  const Explanation few = explain(mapper.map(), {0.1, 0.1, 0.5}, paper_detector());
   ASSERT_EQ(few.reason, Reason::too_few_points);
   EXPECT_NEAR(few.figures.at(0).value, 36, 7);
   EXPECT_EQ(few.figures.at(0).at_least, 51);
@@ -367,7 +366,7 @@ TEST(PaperDetector, SaysWhyThereIsNoSurface) {
 
 TEST(PaperDetector, LooksAtAWholeMapAsThePapersAlgorithmDoes) {
   const Parameters parameters = papers();
-  Mapper mapper(parameters);
+  Mapper mapper(parameters, 1, paper_detector());
   for (const Scan& scan : recording("room", 6)) mapper.insert(scan);
   OnlyNew all(parameters.occupancy.resolution);
   all.look(mapper.map());

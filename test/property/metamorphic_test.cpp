@@ -206,7 +206,6 @@ TEST_F(Metamorphic, EveryScanInTwoHalves) {
 }
 
 TEST_F(Metamorphic, InvariantsHoldForAnyParameters) {
-  enable_paper_detector();
   for (int round = 0; round < 6; ++round) {
     Parameters p = round % 3 == 2 ? Parameters::paper() : Parameters{};
     std::uniform_real_distribution<double> uniform(0, 1);
@@ -216,7 +215,7 @@ TEST_F(Metamorphic, InvariantsHoldForAnyParameters) {
     SCOPED_TRACE("round " + std::to_string(round) + " resolution " + get_parameter(p, "resolution") + " h " +
                  get_parameter(p, "max_hole_size"));
     // Boxes move between scans: surfaces come, shrink and go.
-    CheckedMapper under_test(p);
+    CheckedMapper under_test(p, paper_detector());
     for (int i = 0; i < 4; ++i)
       for (const Scan& scan : scans_of(random_world(rng_, 3), rng_)) under_test.insert(scan);
     test::expect_guarantees(under_test.mapper.map());

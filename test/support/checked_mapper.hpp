@@ -9,7 +9,8 @@ namespace octosurf::test {
 /// A mapper that is checked after every scan: invariants, and that the report tells what happened.
 class CheckedMapper {
  public:
-  explicit CheckedMapper(const Parameters& parameters = {}) : mapper(parameters) {}
+  explicit CheckedMapper(const Parameters& parameters = {}, const detection::Detector* paper = nullptr)
+      : mapper(parameters, 1, paper) {}
 
   ScanReport insert(const Scan& scan);
 

@@ -58,6 +58,7 @@ class CylinderUpdate {
     for (const PointId i : left_over_.points) around.extend(position(i));
     for (const auto& entry : cylinders_) {
       surfaces::CylinderModel& cylinder = *cylinders_.find(entry.first);
+      if (!cylinder.published) continue;  // of an earlier scan that is inserted together with this one
       const Cylinder& known = *cylinder.published;
       const double half = known.length_m / 2 + h, radius = known.radius_m + h;
       const Eigen::Vector3d reach = half * known.axis.cwiseAbs() + Eigen::Vector3d::Constant(radius);
