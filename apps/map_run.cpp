@@ -21,6 +21,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <ctime>
+#include <future>
 #include <new>
 #include <set>
 #include <thread>
@@ -258,27 +259,30 @@ void MapRun::end_early(const std::exception& failure) {
 void MapRun::insert_all(ScanFeed& feed) {
   Progress progress(feed.size());
   checkpoints_.start(now_s());
-  std::vector<Scan> scans;
+  // Without another thread, or if none can be started, get() calls next().
+  const auto policy =
+      options_.threads > 1 ? std::launch::async | std::launch::deferred : std::launch::deferred;
+  const auto read_next = [&] { return std::async(policy, [&] { return next(feed); }); };
+  std::future<std::optional<PreparedScan>> ahead = read_next();
+  std::vector<PreparedScan> scans;
   for (std::size_t done = 0; !interrupted;) {
-    std::optional<Scan> first = feed.next();
+    std::optional<PreparedScan> first = ahead.get();
     if (!first) break;
     scans.clear();
     scans.push_back(std::move(*first));
-    if (is_pause(last_stamp_s_, scans.front().stamp_s)) drain();
+    if (is_pause(last_stamp_s_, scans.front().scan().stamp_s)) drain();
     if (options_.realtime) wait_and_join(scans, feed);
     if (interrupted) break;
     if (statistics_.scans() == 0)
-      near_sensor_ = warn_of_first_scan(scans.front(), context_.input, options_.source.poses.has_value(),
-                                        mapper_.map().parameters());
+      near_sensor_ = warn_of_first_scan(scans.front().scan(), context_.input,
+                                        options_.source.poses.has_value(), mapper_.map().parameters());
     if (!pose_check_.full()) {
-      for (const Scan& scan : scans) pose_check_.add(scan);
+      for (const PreparedScan& prepared : scans) pose_check_.add(prepared.scan());
       if (pose_check_.full()) require_sensible_poses();
     }
+    ahead = read_next();
     const double start_s = now_s();
-    insert(scans, [&]() -> const Scan* {
-      const Scan* next = feed.peek_if_read();
-      return next != nullptr && options_.realtime && arrival_of(*next) > now_s() ? nullptr : next;
-    });
+    insert(scans);
     backlog_.mapped(now_s() - start_s);
     done += scans.size();
     progress.show(done, io::count_of(mapper_.snapshot()->surfaces.size(), "surface"));
@@ -286,31 +290,42 @@ void MapRun::insert_all(ScanFeed& feed) {
   }
 }
 
-void MapRun::wait_and_join(std::vector<Scan>& scans, ScanFeed& feed) {
-  if (statistics_.scans() == 0) stamp_zero_s_ = now_s() - scans.front().stamp_s;
-  const double arrival_s = arrival_of(scans.front());
-  backlog_.next(scans.front().stamp_s, now_s() - arrival_s);
+std::optional<PreparedScan> MapRun::next(ScanFeed& feed) const {
+  std::optional<Scan> scan = feed.next();
+  if (!scan) return {};
+  if (options_.threads == 1 || (options_.realtime && arrival_of(*scan) > now_s()))
+    return PreparedScan(std::move(*scan));
+  return mapper_.prepare(std::move(*scan));
+}
+
+void MapRun::wait_and_join(std::vector<PreparedScan>& scans, ScanFeed& feed) {
+  const Scan& first = scans.front().scan();
+  if (statistics_.scans() == 0) stamp_zero_s_ = now_s() - first.stamp_s;
+  const double arrival_s = arrival_of(first);
+  backlog_.next(first.stamp_s, now_s() - arrival_s);
   wait_for(arrival_s);
   if (!backlog_.join()) return;
   for (const Scan* next;
        scans.size() < options_.together && (next = feed.peek()) != nullptr && arrival_of(*next) <= now_s();) {
     backlog_.joined(next->stamp_s);
-    scans.push_back(std::move(*feed.next()));
+    scans.emplace_back(std::move(*feed.next()));
   }
 }
 
-void MapRun::insert(std::span<const Scan> scans, const std::function<const Scan*()>& next) {
+void MapRun::insert(std::span<const PreparedScan> scans) {
   while (!scans.empty()) {
     try {
       const double start_s = now_s();
-      std::vector<ScanReport> reports = mapper_.insert_all(scans, next);
+      std::vector<ScanReport> reports = mapper_.insert_all(scans);
       const double done_s = now_s();
       // Includes the time between stages.
       if (reports.size() == 1) reports.front().total_ms = 1e3 * (done_s - start_s);
       changed_ = true;
-      for (std::size_t i = 0; i < reports.size(); ++i)
-        note(scans[i], reports[i], options_.realtime ? arrival_of(scans[i]) : start_s, done_s);
-      last_stamp_s_ = scans[reports.size() - 1].stamp_s;
+      for (std::size_t i = 0; i < reports.size(); ++i) {
+        const Scan& scan = scans[i].scan();
+        note(scan, reports[i], options_.realtime ? arrival_of(scan) : start_s, done_s);
+        last_stamp_s_ = scan.stamp_s;
+      }
       scene_.add_surfaces(*last_stamp_s_, *mapper_.snapshot());
       scans = scans.subspan(reports.size());
     } catch (const Error& error) {

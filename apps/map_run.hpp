@@ -77,9 +77,10 @@ class MapRun {
   void map_scans(std::unique_ptr<ScanSource> source);
   void insert_all(ScanFeed& feed);
   /// --realtime: waits until the scan has arrived; if mapping has fallen behind, adds others that have.
-  void wait_and_join(std::vector<Scan>& scans, ScanFeed& feed);
-  /// `next`: Mapper::insert_all.
-  void insert(std::span<const Scan> scans, const std::function<const Scan*()>& next);
+  void wait_and_join(std::vector<PreparedScan>& scans, ScanFeed& feed);
+  /// The next scan, prepared if it has arrived and there is a thread for it. In any thread, one at a time.
+  std::optional<PreparedScan> next(ScanFeed& feed) const;
+  void insert(std::span<const PreparedScan> scans);
   /// Mapper::drain, at the end or a pause of the input.
   void drain();
   void note(const Scan& scan, const ScanReport& report, double arrival_s, double done_s);

@@ -96,15 +96,6 @@ std::optional<Scan> ScanFeed::next() {
 const Scan* ScanFeed::peek() {
   std::unique_lock lock(mutex_);
   wait_for_one(lock);
-  return first_ready();
-}
-
-const Scan* ScanFeed::peek_if_read() {
-  const std::lock_guard lock(mutex_);
-  return first_ready();
-}
-
-const Scan* ScanFeed::first_ready() const {
   return !ready_.empty() && ready_.front().scan ? &*ready_.front().scan : nullptr;
 }
 

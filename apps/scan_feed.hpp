@@ -43,8 +43,6 @@ class ScanFeed {
 
   /// The scan that next() will return, null if there is none or next() will throw. Valid until then.
   const Scan* peek();
-  /// The same, but null while it is still being read.
-  const Scan* peek_if_read();
 
   /// Skipped so far, a line each. Waits for the scan being read.
   std::vector<std::string> skipped();
@@ -60,7 +58,6 @@ class ScanFeed {
   Reading read();
   std::optional<Scan> read_one();
   void wait_for_one(std::unique_lock<std::mutex>& lock);
-  const Scan* first_ready() const;
 
   std::unique_ptr<ScanSource> source_;  // accessed only by the thread that set busy_
   ScanRange range_;

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <array>
-#include <functional>
 #include <memory>
 #include <span>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <octosurf/alignment.hpp>
@@ -76,6 +76,24 @@ struct MergeReport {
   std::vector<MergedSurface> surfaces;  ///< one for each of the other map's surfaces, ascending id there
 };
 
+/// A scan with the part of its processing that does not depend on what is in the map: downsampling and rays
+/// at its stated pose. Its memory grows with the voxels that the rays meet.
+class PreparedScan {
+ public:
+  /// The scan alone, for Mapper::insert_all().
+  explicit PreparedScan(Scan scan) : scan_(std::move(scan)) {}
+  PreparedScan(PreparedScan&&) noexcept = default;
+  PreparedScan& operator=(PreparedScan&&) noexcept = default;
+
+  const Scan& scan() const { return scan_; }
+
+ private:
+  friend class Mapper;
+  struct Rays;
+  Scan scan_;
+  std::shared_ptr<const Rays> rays_;
+};
+
 /// Updates a map and its surfaces scan by scan (the paper's system).
 ///
 /// 1. Same scans and parameters give the same map, byte for byte, for any `threads`.
@@ -87,7 +105,8 @@ struct MergeReport {
 ///    std::bad_alloc again; until then save_map() and all other uses of the Map throw Error(incomplete).
 ///    snapshot() still returns the last complete state.
 ///
-/// One thread at a time may call insert(). If the system cannot start all threads, fewer are used.
+/// One thread at a time may call insert(); meanwhile others may prepare() the next scans. If the system
+/// cannot start all threads, fewer are used.
 class Mapper {
  public:
   /// `threads` in [1, 256] share a scan's points and rays, and the outlines of changed surfaces. `paper`:
@@ -107,6 +126,14 @@ class Mapper {
   /// Its readings are in the octree and on the surfaces that are known when this returns; of new surfaces, as
   /// many are looked for as DetectionParameters::detection_budget allows: drain() finds the rest.
   ScanReport insert(const Scan& scan);
+  /// The same, map and report, in less time: what prepare() has done is used if the scan is inserted at its
+  /// stated pose and its mapper had the same resolution and ranges; else it is repeated.
+  ScanReport insert(const PreparedScan& prepared);
+  /// May be called from any thread, also during insert(): with two threads, one prepares a scan while the
+  /// other inserts the one before. Its time counts in the stages' times and in `total_ms` of the insertion's
+  /// report. Returns the scan alone where nothing is gained or possible: where alignment corrected the pose
+  /// of the last scan inserted, for a scan that insert() rejects, and if memory runs out in tracing.
+  PreparedScan prepare(Scan scan) const;
 
   /// Inserts a backlog of scans: each updates the octree separately, in order. Surfaces are searched for in
   /// the first scan and then in all others at once, and updated once: ten scans cost little more than two,
@@ -118,13 +145,7 @@ class Mapper {
   /// insert() would reject; if that is the first, throws its Error. After std::bad_alloc none of them is in
   /// the map. Changes of surfaces (`born` to `gone`) and their time are in the last report.
   std::vector<ScanReport> insert_all(std::span<const Scan> scans);
-  /// The same; and while surfaces are brought up to date, the scan that comes after these goes through
-  /// downsampling and rays in another thread, at its given pose. If the next scan inserted is that one at
-  /// that pose, the work is used; the map is the same either way. `next` is called once, in this thread, and
-  /// only where it helps: with `threads` over 1, and poses not corrected lately. It returns the scan, which
-  /// must not change until insert_all() returns, or null. Memory: a copy of the scan. This work counts in the
-  /// stages' times and in `total_ms`, though it runs beside them.
-  std::vector<ScanReport> insert_all(std::span<const Scan> scans, const std::function<const Scan*()>& next);
+  std::vector<ScanReport> insert_all(std::span<const PreparedScan> scans);
 
   /// Searches for surfaces in everything left over by DetectionParameters::detection_budget: call it after
   /// the last scan, or when idle. Afterwards nothing waits. No effect, not even a new revision, if nothing

@@ -98,7 +98,8 @@ def like_public_ones(root):
 
 
 NAMESPACE = re.compile(r"^namespace (octosurf[\w:]*) \{\n(.*?)^\}", re.MULTILINE | re.DOTALL)
-FORWARD_DECLARATIONS = re.compile(r"((class|struct) \w+;\n|\n)*")
+# Or names of its own that it gives to all rooms.
+FORWARD_DECLARATIONS = re.compile(r"(((class|struct) \w+|using \w+::\w+);\n|\n)*")
 
 
 def wrong_namespaces(root):

@@ -98,34 +98,29 @@ TEST_P(Contract, StopsAfterEveryScanChangeNothing) {
           << other << ending;
 }
 
-/// The map of the scans in groups of one to three, each time with what `expected` says of the scan after
-/// them.
-std::string grouped(const World& world, std::span<const Scan> scans, int threads,
-                    const std::function<const Scan*(std::size_t)>& expected) {
+/// The map of the scans in groups of one to three; `prepare` returns the group of some scans.
+template <class Prepare>
+std::string grouped(const World& world, std::span<const Scan> scans, int threads, const Prepare& prepare) {
   std::mt19937_64 groups = rng();
   Mapper mapper(world.parameters, threads, paper_detector());
-  for (std::size_t done = 0; done < scans.size();) {
-    const std::size_t count = std::min<std::size_t>(1 + groups() % 3, scans.size() - done);
-    done += mapper.insert_all(scans.subspan(done, count), [&] { return expected(done + count); }).size();
+  while (!scans.empty()) {
+    const std::size_t count = std::min<std::size_t>(1 + groups() % 3, scans.size());
+    scans = scans.subspan(mapper.insert_all(prepare(mapper, scans.first(count))).size());
     EXPECT_THAT(check_invariants(mapper.map()), IsEmpty());
   }
   return bytes_of(mapper.map());
 }
 
-TEST_P(Contract, WhatIsDoneAheadOfScansThatComeTogetherChangesNothing) {
-  const std::span<const Scan> scans = run.scans;
-  std::size_t calls = 0;
-  const std::string alone = grouped(world, scans, 1, [&](std::size_t) -> const Scan* {
-    ++calls;
-    return nullptr;
-  });
-  EXPECT_EQ(calls, 0U) << "one thread can do nothing meanwhile";
-  // Every third time another scan than the one that will come.
-  const auto expected = [&](std::size_t i) -> const Scan* {
-    if (i % 3 == 0) return &scans[i / 2];
-    return i < scans.size() ? &scans[i] : nullptr;
+TEST_P(Contract, PreparationOfScansThatComeTogetherChangesNothing) {
+  const std::string plain =
+      grouped(world, run.scans, 1, [](const Mapper&, std::span<const Scan> scans) { return scans; });
+  const auto prepared = [](const Mapper& mapper, std::span<const Scan> scans) {
+    std::vector<PreparedScan> group;
+    for (const Scan& scan : scans)  // every second one
+      group.push_back(group.size() % 2 == 0 ? mapper.prepare(scan) : PreparedScan(scan));
+    return group;
   };
-  EXPECT_TRUE(grouped(world, scans, 2, expected) == alone);
+  EXPECT_TRUE(grouped(world, run.scans, 2, prepared) == plain);
 }
 
 TEST_P(Contract, RefusedScansLeaveTheMapAsItWas) {

@@ -157,7 +157,7 @@ TEST(InsertAll, StopsBeforeAScanThatIsRefused) {
   EXPECT_THROW(mapper.insert_all(std::span(scans).subspan(3)), Error);
   EXPECT_TRUE(test::digest(mapper.map()) == digest);
   EXPECT_EQ(mapper.insert_all(std::span(scans).subspan(4)).size(), 1U);
-  EXPECT_TRUE(mapper.insert_all({}).empty());
+  EXPECT_TRUE(mapper.insert_all(std::span<const Scan>()).empty());
 }
 
 }  // namespace

@@ -130,7 +130,7 @@ class Story {
     const auto snapshot = mapper.snapshot();
     const std::size_t asked = test::allocations();
     test::fail_allocation_after(n, all_after);
-    finding.threw = throws([&] { mapper.insert_all({&next, 1}, [&] { return &later.front(); }); });
+    finding.threw = throws([&] { mapper.insert(mapper.prepare(next)); });
     // While there is no memory at all the map may not be there either, but nothing worse.
     if (all_after) throws([&] { check_invariants(mapper.map()); });
     finding.failed = test::stop_failing();

@@ -58,14 +58,14 @@ class CylinderUpdate {
     for (const PointId i : left_over_.points) around.extend(position(i));
     for (const auto& entry : cylinders_) {
       surfaces::CylinderModel& cylinder = *cylinders_.find(entry.first);
-      if (!cylinder.published) continue;  // of an earlier scan that is inserted together with this one
-      const Cylinder& known = *cylinder.published;
-      const double half = known.length_m / 2 + h, radius = known.radius_m + h;
-      const Eigen::Vector3d reach = half * known.axis.cwiseAbs() + Eigen::Vector3d::Constant(radius);
-      if (!around.intersects({known.axis_point - reach, known.axis_point + reach})) continue;
+      // Not published yet if this change created it.
+      const CylinderPtr known = cylinder.published ? cylinder.published : cylinder.publish(0);
+      const double half = known->length_m / 2 + h, radius = known->radius_m + h;
+      const Eigen::Vector3d reach = half * known->axis.cwiseAbs() + Eigen::Vector3d::Constant(radius);
+      if (!around.intersects({known->axis_point - reach, known->axis_point + reach})) continue;
       std::vector<PointId> taken;
       for (const PointId i : left_over_.points) {
-        if (std::fabs(known.axis.dot(position(i) - known.axis_point)) > half || !free(i) ||
+        if (std::fabs(known->axis.dot(position(i) - known->axis_point)) > half || !free(i) ||
             !rules_.fits(cylinder.shape, i))
           continue;
         cylinders_.add(cylinder, inlier(i));

@@ -1,12 +1,15 @@
 #include "alignment/scan_aligner.hpp"
 #include "mapper/map_change.hpp"
 #include "mapper/merge_maps.hpp"
-#include "mapper/scan_ahead.hpp"
 #include "mapper/stopwatch.hpp"
+#include "occupancy/ray_tracer.hpp"
 #include "sensing/fingerprint.hpp"
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <utility>
@@ -65,36 +68,50 @@ void require_threads(int threads) {
     throw Error(Error::Kind::usage, "threads", "is " + std::to_string(threads), "must be in [1, 256]");
 }
 
+const Scan& scan_of(const Scan& scan) { return scan; }
+const Scan& scan_of(const PreparedScan& prepared) { return prepared.scan(); }
+
 }  // namespace
 
+struct PreparedScan::Rays {
+  double resolution, min_range;  // m, of the tracing mapper
+  sensing::VoxelScan voxels;
+  occupancy::TouchedVoxels touched;
+  ScanReport times;  // only `stage_ms` and `total_ms`
+};
+
 struct Mapper::Impl {
+  using Rays = std::shared_ptr<const PreparedScan::Rays>;
+
   Impl(Map&& m, int thread_count, const detection::Detector& detects)
       : map(std::move(m)),
         threads(thread_count),
         detector(detects),
-        downsample(map.state().occupancy.grid()) {}
+        downsample(map.state().occupancy.grid()),
+        trace_rays(map.state().occupancy.grid()) {}
 
-  /// As if it had been taken from there. Asks nothing of the map but its grid and parameters.
-  mapper::TracedScan trace(surfaces::MapState& state, const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
-                           int by_threads);
-  /// The scan that is expected next, in the background.
-  void trace_ahead(surfaces::MapState& state, const Scan* next);
+  /// As if the scan had been taken from there. In any thread: reads only the map's parameters.
+  Rays trace(const Scan& scan, const Eigen::Isometry3d& T_map_sensor, int by_threads);
+  static Rays rays_of(const Scan&) { return nullptr; }
+  static Rays rays_of(const PreparedScan& prepared) { return prepared.rays_; }
+  /// Whether they are what trace() finds at the scan's stated pose.
+  bool fit(const PreparedScan::Rays& rays, const Scan& scan) const;
 
-  /// A validated scan, ready to be inserted.
-  struct Prepared {
+  /// A scan that passed all checks, and where and how it is inserted.
+  struct Checked {
     ScanReport report;
     surfaces::AlignmentState alignment;
     std::vector<surfaces::SeenPatches::Change> patches;
-    bool set_aside = false;
     std::vector<sensing::SharedVariance> shared;  // of the readings' errors
-    sensing::VoxelScan voxels;
-    occupancy::OccupancyMap::Touched touched;
+    Rays rays;                                    // null if the scan is set aside
   };
-  /// Throws as insert() does. Changes nothing.
-  Prepared prepare(surfaces::MapState& state, const Scan& scan);
+  /// Throws as insert() does. Changes nothing in the map. `rays`: prepared ones, or null.
+  Checked check(surfaces::MapState& state, const Scan& scan, Rays rays);
   /// False if the scan is set aside.
-  bool apply(surfaces::MapState& state, const Scan& scan, Prepared prepared, mapper::MapChange& change);
-
+  bool apply(surfaces::MapState& state, const Scan& scan, Checked checked, mapper::MapChange& change);
+  /// `scans`: a span of Scan or PreparedScan.
+  template <class Scans>
+  std::vector<ScanReport> insert_all(Scans scans);
   /// By another cause than a scan. Throws before any change if ids could run out.
   ScanReport change_map(const std::string& what, std::size_t new_points, mapper::Effort effort,
                         const std::function<void(mapper::MapChange&)>& change_octree);
@@ -102,8 +119,10 @@ struct Mapper::Impl {
   Map map;
   int threads;
   const detection::Detector& detector;
+  std::mutex tracing;  // guards the next two
   sensing::Downsampler downsample;
-  mapper::ScanAhead ahead;
+  occupancy::RayTracer trace_rays;
+  std::atomic<bool> pose_corrected = false;  // the last one: then the next one probably will be, too
   alignment::ScanAligner align;
   bool remember_scans = false;
 };
@@ -120,36 +139,49 @@ Mapper::Mapper(Mapper&&) noexcept = default;
 Mapper& Mapper::operator=(Mapper&&) noexcept = default;
 Mapper::~Mapper() = default;
 
-mapper::TracedScan Mapper::Impl::trace(surfaces::MapState& state, const Scan& scan,
-                                       const Eigen::Isometry3d& T_map_sensor, int by_threads) {
-  mapper::TracedScan traced;
-  mapper::Stopwatch time(traced.times);
-  const OccupancyParameters& parameters = state.parameters.occupancy;
-  traced.voxels = time(Stage::downsample, [&] {
+Mapper::Impl::Rays Mapper::Impl::trace(const Scan& scan, const Eigen::Isometry3d& T_map_sensor,
+                                       int by_threads) {
+  const OccupancyParameters& parameters = map.parameters().occupancy;
+  const auto rays = std::make_shared<PreparedScan::Rays>();
+  rays->resolution = parameters.resolution;
+  rays->min_range = parameters.min_range;
+  const std::lock_guard lock(tracing);
+  mapper::Stopwatch time(rays->times);
+  rays->voxels = time(Stage::downsample, [&] {
     return downsample(scan, T_map_sensor, parameters.min_range, max_range_of(parameters, scan), by_threads);
   });
-  traced.touched = time(Stage::occupancy, [&] { return state.occupancy.trace(traced.voxels, by_threads); });
-  return traced;
+  rays->touched = time(Stage::occupancy, [&] { return trace_rays(rays->voxels, downsample, by_threads); });
+  return rays;
 }
 
-void Mapper::Impl::trace_ahead(surfaces::MapState& state, const Scan* next) {
-  if (next == nullptr) return;
-  ahead.start(*next, [this, &state](const Scan& scan) {
-    require_rigid(scan.T_map_sensor, scan.name);
-    return trace(state, scan, scan.T_map_sensor, 1);
-  });
+bool Mapper::Impl::fit(const PreparedScan::Rays& rays, const Scan& scan) const {
+  const OccupancyParameters& parameters = map.parameters().occupancy;
+  return rays.resolution == parameters.resolution && rays.min_range == parameters.min_range &&
+         rays.voxels.max_range == max_range_of(parameters, scan);
 }
 
-Mapper::Impl::Prepared Mapper::Impl::prepare(surfaces::MapState& state, const Scan& scan) {
+PreparedScan Mapper::prepare(Scan scan) const {
+  PreparedScan prepared(std::move(scan));
+  if (impl_->pose_corrected) return prepared;
+  try {
+    const Eigen::Isometry3d& T_map_sensor = prepared.scan_.T_map_sensor;
+    require_rigid(T_map_sensor, prepared.scan_.name);
+    prepared.rays_ = impl_->trace(prepared.scan_, T_map_sensor, 1);
+  } catch (const std::exception&) {  // the insertion does this again, and throws
+  }
+  return prepared;
+}
+
+Mapper::Impl::Checked Mapper::Impl::check(surfaces::MapState& state, const Scan& scan, Rays rays) {
   require_rigid(scan.T_map_sensor, scan.name);
   const OccupancyParameters& parameters = state.parameters.occupancy;
   const double max_range = max_range_of(parameters, scan);
 
-  Prepared prepared;
-  ScanReport& report = prepared.report;
+  Checked checked;
+  ScanReport& report = checked.report;
   report.points_raw = scan.points.size();
   mapper::Stopwatch time(report);
-  surfaces::AlignmentState& alignment = prepared.alignment = state.alignment;
+  surfaces::AlignmentState& alignment = checked.alignment = state.alignment;
   report.alignment = time(Stage::align, [&] {
     const Snapshot& before = *state.snapshot.load();
     const alignment::GrowingMap growing{state.surfaces, state.noise};
@@ -158,39 +190,39 @@ Mapper::Impl::Prepared Mapper::Impl::prepare(surfaces::MapState& state, const Sc
         state.parameters.alignment.enabled ? align(alignment, state.patches, before, growing, scan, limits,
                                                    state.parameters.up.value_or(Eigen::Vector3d::UnitZ()))
                                            : align.as_given(before, growing, scan, limits);
-    prepared.shared = sensing::NoiseModel::shared_variances(posed.residuals);
-    prepared.patches = std::move(posed.patches);
+    checked.shared = sensing::NoiseModel::shared_variances(posed.residuals);
+    checked.patches = std::move(posed.patches);
     return posed.alignment;
   });
-  prepared.set_aside = report.alignment.outcome == AlignmentOutcome::set_aside;
-  if (prepared.set_aside || report.alignment.outcome == AlignmentOutcome::unexplained)
+  pose_corrected = !as_stated(scan, report.alignment);
+  const bool set_aside = report.alignment.outcome == AlignmentOutcome::set_aside;
+  if (set_aside || report.alignment.outcome == AlignmentOutcome::unexplained)
     alignment.note_misfit(
-        {report.alignment.T_map_sensor.translation(), farthest_reading(scan, max_range), prepared.set_aside});
-  if (prepared.set_aside) return prepared;
-  std::optional<mapper::TracedScan> traced = ahead.take(scan);
-  if (!traced || !as_stated(scan, report.alignment))
-    traced = trace(state, scan, report.alignment.T_map_sensor, threads);
-  mapper::add_times(traced->times, report);
-  prepared.touched = traced->touched;
-  const sensing::VoxelScan& voxels = prepared.voxels = std::move(traced->voxels);
+        {report.alignment.T_map_sensor.translation(), farthest_reading(scan, max_range), set_aside});
+  if (set_aside) return checked;
+  if (pose_corrected || !rays || !fit(*rays, scan))
+    rays = trace(scan, report.alignment.T_map_sensor, threads);
+  checked.rays = std::move(rays);
+  mapper::add_times(checked.rays->times, report);
+  const sensing::VoxelScan& voxels = checked.rays->voxels;
   report.points_not_finite = voxels.not_finite;
   report.points_too_near = voxels.too_near;
   report.points_out_of_map = voxels.out_of_map;
   report.points_beyond_range = voxels.beyond_range;
   report.voxels = voxels.ends.size();
   require_ids(state, voxels.ends.size(), scan.name);
-  return prepared;
+  return checked;
 }
 
-bool Mapper::Impl::apply(surfaces::MapState& state, const Scan& scan, Prepared prepared,
+bool Mapper::Impl::apply(surfaces::MapState& state, const Scan& scan, Checked checked,
                          mapper::MapChange& change) {
-  ScanReport& report = change.begin(std::move(prepared.report));
+  ScanReport& report = change.begin(std::move(checked.report));
   mapper::Stopwatch time(report);
-  state.alignment = std::move(prepared.alignment);
-  for (const auto& [key, patch] : prepared.patches) state.patches.set(key, patch);
-  if (prepared.set_aside) return false;
+  state.alignment = std::move(checked.alignment);
+  for (const auto& [key, patch] : checked.patches) state.patches.set(key, patch);
+  if (!checked.rays) return false;
   const occupancy::OccupancyDelta delta = time(Stage::occupancy, [&] {
-    return state.occupancy.apply(prepared.touched, prepared.voxels, downsample,
+    return state.occupancy.apply(checked.rays->touched, checked.rays->voxels,
                                  state.parameters.occupancy.preserve_surfaces ? &state.surfaces : nullptr);
   });
   ++state.scans;
@@ -198,35 +230,37 @@ bool Mapper::Impl::apply(surfaces::MapState& state, const Scan& scan, Prepared p
   state.sensors_up += up_of_sensor(scan, report.alignment.T_map_sensor);
   time(Stage::downsample, [&] {
     state.noise.observe(scan);
-    state.noise.observe(prepared.shared);
+    state.noise.observe(checked.shared);
   });
-  change.retract(delta, &prepared.voxels);
+  change.retract(delta, &checked.rays->voxels);
   return true;
 }
 
 ScanReport Mapper::insert(const Scan& scan) { return std::move(insert_all({&scan, 1}).front()); }
+ScanReport Mapper::insert(const PreparedScan& prepared) {
+  return std::move(insert_all({&prepared, 1}).front());
+}
+std::vector<ScanReport> Mapper::insert_all(std::span<const Scan> scans) { return impl_->insert_all(scans); }
+std::vector<ScanReport> Mapper::insert_all(std::span<const PreparedScan> scans) {
+  return impl_->insert_all(scans);
+}
 
-std::vector<ScanReport> Mapper::insert_all(std::span<const Scan> scans) { return insert_all(scans, {}); }
-
-std::vector<ScanReport> Mapper::insert_all(std::span<const Scan> scans,
-                                           const std::function<const Scan*()>& next) {
-  surfaces::MapState& state = impl_->map.state();
+template <class Scans>
+std::vector<ScanReport> Mapper::Impl::insert_all(Scans scans) {
+  surfaces::MapState& state = map.state();
   std::optional<mapper::MapChange> change;
   bool searched = false;
-  const mapper::WaitFor ahead(impl_->ahead);
-  for (const Scan& scan : scans) {
-    std::optional<Impl::Prepared> prepared;
+  for (const auto& given : scans) {
+    const Scan& scan = scan_of(given);
+    std::optional<Checked> checked;
     try {
-      prepared = impl_->prepare(state, scan);
+      checked = check(state, scan, rays_of(given));
     } catch (const Error&) {
       if (!change) throw;
       break;
     }
-    if (!change) change.emplace(state, impl_->detector, mapper::Effort::budget, impl_->threads);
-    // If this pose was corrected, the next one probably will be, too.
-    const bool stated = as_stated(scan, prepared->report.alignment);
-    const bool mapped = impl_->apply(state, scan, std::move(*prepared), *change);
-    if (next && &scan == &scans.back() && stated && impl_->threads > 1) impl_->trace_ahead(state, next());
+    if (!change) change.emplace(state, detector, mapper::Effort::budget, threads);
+    const bool mapped = apply(state, scan, std::move(*checked), *change);
     // One scan's points lie thinner about their planes than several scans' together: detect in the first
     // scan, then expand by the others.
     if (mapped && !std::exchange(searched, true)) change->update();

@@ -2,7 +2,7 @@
 
 #include "occupancy/grazing.hpp"
 #include "occupancy/payload.hpp"
-#include "occupancy/ray_bits.hpp"
+#include "occupancy/ray_tracer.hpp"
 #include "occupancy/voxel_tree.hpp"
 
 #include <array>
@@ -47,32 +47,13 @@ OccupancyModel model_of(const OccupancyParameters& p) {
           log_odds_of(p.occupied)};
 }
 
-/// One ray per distinct end voxel; those beyond the range end there and hit nothing.
-std::vector<GridRay> rays_of(const sensing::VoxelScan& scan, const geometry::VoxelGrid& grid) {
-  std::vector<GridRay> rays;
-  rays.reserve(scan.ends.size());
-  for (const sensing::EndVoxel& end : scan.ends) {
-    const Eigen::Vector3f centre = grid.centre_of(end.key);
-    if (scan.within_range(centre)) {
-      rays.push_back({{centre.x(), centre.y(), centre.z()}, {end.key.x, end.key.y, end.key.z}, true, true});
-      continue;
-    }
-    Eigen::Vector3f direction = centre - scan.origin;
-    direction /= static_cast<float>(sensing::norm_of(direction.x(), direction.y(), direction.z()));
-    const Eigen::Vector3f cut = scan.origin + direction * static_cast<float>(scan.max_range);
-    if (geometry::VoxelKey key; grid.key_of(cut, key))
-      rays.push_back({{cut.x(), cut.y(), cut.z()}, {key.x, key.y, key.z}, false, false});
-  }
-  return rays;
-}
-
 }  // namespace
 
 /// Updates the points during the tree's traversal, and decides which misses do not count.
 struct OccupancyMap::Policy {
   const geometry::VoxelGrid& grid;
   const sensing::VoxelScan& scan;
-  const sensing::Downsampler& index;
+  const std::uint32_t* next_hit;  // the rest of TouchedVoxels::ends
   const PlaneLookup* planes;
   GrazingTest grazing;
   OccupancyDelta delta;
@@ -89,7 +70,8 @@ struct OccupancyMap::Policy {
   }
 
   void hit(VoxelPayload& payload, geometry::VoxelKey key) {
-    const auto end = static_cast<std::uint32_t>(index.find(key));
+    while (!(scan.ends[*next_hit].key == key)) ++next_hit;  // hits in voxels that are not occupied yet
+    const std::uint32_t end = *next_hit++;
     const Eigen::Vector3f& centroid = scan.ends[end].centroid;
     if (!payload.has_point()) {
       store_point(payload, grid, key, centroid, scan.origin);
@@ -108,31 +90,21 @@ struct OccupancyMap::Policy {
 };
 
 OccupancyMap::OccupancyMap(const OccupancyParameters& parameters)
-    : grid_(parameters.resolution),
-      tree_(std::make_unique<VoxelTree>(model_of(parameters))),
-      bits_(std::make_unique<RayBits>()) {}
+    : grid_(parameters.resolution), tree_(std::make_unique<VoxelTree>(model_of(parameters))) {}
 OccupancyMap::OccupancyMap(OccupancyMap&&) noexcept = default;
 OccupancyMap& OccupancyMap::operator=(OccupancyMap&&) noexcept = default;
 OccupancyMap::~OccupancyMap() = default;
 
+OccupancyDelta OccupancyMap::apply(const TouchedVoxels& touched, const sensing::VoxelScan& scan,
+                                   const PlaneLookup* planes) {
+  Policy policy{grid_, scan, touched.ends.data(), planes, GrazingTest(scan, grid_), {}};
+  tree_->apply(touched.blocks, policy);
+  return std::move(policy.delta);
+}
+
 OccupancyDelta OccupancyMap::insert(const sensing::VoxelScan& scan, const sensing::Downsampler& index,
                                     const PlaneLookup* planes, int threads) {
-  return apply(trace(scan, threads), scan, index, planes);
-}
-
-OccupancyMap::Touched OccupancyMap::trace(const sensing::VoxelScan& scan, int threads) {
-  GridOrigin from{{scan.origin.x(), scan.origin.y(), scan.origin.z()}, {}, grid_.resolution()};
-  geometry::VoxelKey key;
-  grid_.key_of(scan.origin, key);
-  from.key = {key.x, key.y, key.z};
-  return bits_->trace(from, rays_of(scan, grid_), threads);
-}
-
-OccupancyDelta OccupancyMap::apply(const Touched& touched, const sensing::VoxelScan& scan,
-                                   const sensing::Downsampler& index, const PlaneLookup* planes) {
-  Policy policy{grid_, scan, index, planes, GrazingTest(scan, grid_), {}};
-  tree_->apply(touched, policy);
-  return std::move(policy.delta);
+  return apply(RayTracer(grid_)(scan, index, threads), scan, planes);
 }
 
 namespace {

@@ -15,14 +15,13 @@
 #include <string>
 #include <vector>
 
-#include <octosurf/adapters/detail/scan_rays.hpp>
 #include <octosurf/occupancy.hpp>
 #include <octosurf/parameters.hpp>
 #include <octosurf/surface.hpp>
 
 namespace octosurf::occupancy {
 
-class RayBits;
+struct TouchedVoxels;
 class VoxelTree;
 
 /// A voxel's point as stored in the octree.
@@ -76,17 +75,12 @@ class OccupancyMap {
 
   const geometry::VoxelGrid& grid() const { return grid_; }
 
-  /// `index` finds the end voxels of `scan` by key. `threads` share the rays; the result does not depend on
-  /// them. Cost: about 1 ns a ray step and 2 ns a voxel that is not saturated free.
+  /// `touched`: of this scan, by a RayTracer. Cost: about 2 ns a voxel that is not saturated free.
+  OccupancyDelta apply(const TouchedVoxels& touched, const sensing::VoxelScan& scan,
+                       const PlaneLookup* planes);
+  /// Traces and applies a scan; `index` is RayTracer's.
   OccupancyDelta insert(const sensing::VoxelScan& scan, const sensing::Downsampler& index,
                         const PlaneLookup* planes, int threads = 1);
-
-  /// The first half, which takes most of the memory, changes nothing: it returns the voxels touched by rays,
-  /// valid until the next call. The second half applies them.
-  using Touched = std::span<const detail::TouchedBlock>;
-  Touched trace(const sensing::VoxelScan& scan, int threads = 1);
-  OccupancyDelta apply(const Touched& touched, const sensing::VoxelScan& scan,
-                       const sensing::Downsampler& index, const PlaneLookup* planes);
 
   /// Result of a merge.
   struct Merged {
@@ -163,7 +157,6 @@ class OccupancyMap {
   struct Policy;
   geometry::VoxelGrid grid_;
   std::unique_ptr<VoxelTree> tree_;
-  std::unique_ptr<RayBits> bits_;
 };
 
 }  // namespace octosurf::occupancy

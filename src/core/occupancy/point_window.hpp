@@ -10,12 +10,17 @@
 #include <tsl/robin_map.h>
 #include <vector>
 
-namespace octosurf {
+namespace octosurf::occupancy {
 
 /// A point inside a scan: its place in the scan's window.
 enum class PointId : std::uint32_t { none = ~std::uint32_t{0} };
 constexpr std::size_t index_of(PointId i) { return static_cast<std::size_t>(i); }
 
+}  // namespace octosurf::occupancy
+
+namespace octosurf {
+using occupancy::index_of;
+using occupancy::PointId;
 }  // namespace octosurf
 
 namespace octosurf::occupancy {

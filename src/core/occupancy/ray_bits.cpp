@@ -12,7 +12,7 @@ void RayBits::clear() {
   if (unfinished_) *this = RayBits();
   for (const TouchedBlock& block : blocks_) {
     std::fill_n(block.misses, 8, 0);
-    std::fill_n(block.hits, 8, 0);
+    if (block.hit) std::fill_n(block.hits, 8, 0);
   }
   blocks_.clear();
   strays_.clear();

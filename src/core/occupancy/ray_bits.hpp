@@ -26,6 +26,8 @@ class RayBits {
   /// Touched blocks in ascending Morton order; valid until the next call. The result does not depend
   /// on `threads`. Cost: ray steps (about 0.8 ns each) plus one pass over the box's blocks.
   std::span<const TouchedBlock> trace(const GridOrigin& from, std::span<const GridRay> rays, int threads);
+  /// Drops these blocks, as trace() does first; sooner, while they are in the processor's caches, is faster.
+  void clear();
 
  private:
   struct Marks {
@@ -33,7 +35,6 @@ class RayBits {
     std::vector<std::uint8_t> pages;   // 32³ voxels that a ray met, in large boxes only
     std::vector<const GridRay*> slow;  // rays for walk_slowly
   };
-  void clear();
   void set_core(const GridOrigin& from, std::span<const GridRay> rays);
   void walk(Marks& marks, const GridOrigin& from, std::span<const GridRay> rays) const;
   void walk_slowly(const GridOrigin& from, const GridRay& ray);

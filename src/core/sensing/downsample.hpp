@@ -62,6 +62,10 @@ class Downsampler {
 
   /// Index into the last result's `ends`, or −1.
   std::int64_t find(geometry::VoxelKey key) const;
+  /// The same plus one for the cube of 4³ voxels that holds `key`, by Morton index.
+  const VoxelTable::Cube& places_near(geometry::VoxelKey key) const {
+    return table_.numbers_near({key.x, key.y, key.z});
+  }
 
  private:
   /// Consecutive points in one voxel.

@@ -29,14 +29,17 @@ class VoxelTable {
     }
     return cubes_[last_index_][place_in_cube(key)];
   }
-  std::uint32_t find(const Key& key) const {
-    if (slots_.empty()) return 0;
+  std::uint32_t find(const Key& key) const { return numbers_near(key)[place_in_cube(key)]; }
+  /// Of the cube that holds `key`, by Morton index.
+  using Cube = std::array<std::uint32_t, 64>;
+  const Cube& numbers_near(const Key& key) const {
+    static constexpr Cube none{};
+    if (slots_.empty()) return none;
     const Slot& slot = slots_[slot_of(cube_of(key))];
-    return slot.cube == empty ? 0 : cubes_[slot.index][place_in_cube(key)];
+    return slot.cube == empty ? none : cubes_[slot.index];
   }
 
  private:
-  using Cube = std::array<std::uint32_t, 64>;
   static constexpr std::uint64_t empty = ~std::uint64_t{0};
   struct Slot {
     std::uint64_t cube = empty;
@@ -46,7 +49,10 @@ class VoxelTable {
   static std::uint64_t cube_of(const Key& k) {
     return std::uint64_t{k[0]} >> 2 | std::uint64_t{k[1]} >> 2 << 16 | std::uint64_t{k[2]} >> 2 << 32;
   }
-  static std::size_t place_in_cube(const Key& k) { return (k[0] & 3U) | (k[1] & 3U) << 2 | (k[2] & 3U) << 4; }
+  static std::size_t place_in_cube(const Key& k) {
+    const auto spread = [](unsigned i) { return (i & 1U) | (i & 2U) << 2; };
+    return spread(k[0]) | spread(k[1]) << 1 | spread(k[2]) << 2;
+  }
 
   std::size_t slot_of(std::uint64_t cube) const {
     std::uint64_t h = cube * 0x9e3779b97f4a7c15ULL;  // Fibonacci hashing: the high bits are mixed best

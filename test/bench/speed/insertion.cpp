@@ -3,6 +3,7 @@
 #include "bench/speed/speed.hpp"
 #include "bench/support.hpp"
 #include "occupancy/occupancy_map.hpp"
+#include "occupancy/ray_tracer.hpp"
 
 #include <array>
 #include <bit>
@@ -116,10 +117,12 @@ void occupancy_insertion(benchmark::State& state, const Place& place) {
   const double heap_before = heap_in_use();
   occupancy::OccupancyMap map(place.parameters().occupancy);
   sensing::Downsampler downsampler(map.grid());
+  occupancy::RayTracer trace(map.grid());
   for_each(
       state, scans, [](const Scan&) {},
       [&](const Scan& scan) {
-        map.insert(downsampler(scan, 0, place.max_range, 1), downsampler, nullptr, 1);
+        const sensing::VoxelScan voxels = downsampler(scan, 0, place.max_range, 1);
+        map.apply(trace(voxels, downsampler, 1), voxels, nullptr);
       });
   state.counters["heap_bytes"] = heap_in_use() - heap_before;  // with what is kept between scans
   state.counters["tree_bytes"] = static_cast<double>(map.size().bytes);
