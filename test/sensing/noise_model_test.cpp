@@ -1,6 +1,5 @@
 #include "sensing/noise_model.hpp"
 
-#include "occupancy/occupancy_map.hpp"
 #include "sensing/reading_code.hpp"
 #include "support/scene.hpp"
 #include "support/seed.hpp"
@@ -184,39 +183,6 @@ TEST(NoiseModel, PointsInNoOrderTellNothing) {
     noise.observe(scan);
   }
   EXPECT_LT(noise.range_noise(), 0.0005);
-}
-
-TEST(NoiseModel, ToleranceFollowsTheLineOfSight) {
-  Parameters parameters;
-  parameters.surfaces.range_noise = 0.002;
-  const NoiseModel noise(parameters);
-  for (unsigned c = 1; c < NoiseModel::classes; ++c) {
-    double last = 0;
-    for (double facing = 0; facing <= 1.0001; facing += 0.05) {
-      const double tolerance = noise.tolerance(c, facing);
-      EXPECT_EQ(tolerance, noise.tolerance(c, -facing)) << "from behind as from the front";
-      EXPECT_GE(tolerance, parameters.surface_tolerance());
-      EXPECT_LE(tolerance, noise.tolerance(c) + 1e-12);
-      EXPECT_GT(tolerance, last) << "class " << c << ", facing " << facing;
-      last = tolerance;
-    }
-    EXPECT_NEAR(noise.tolerance(c, 1), noise.tolerance(c), 1e-12) << "head-on";
-    // Seen along the plane, next to nothing leaves it: what the stored view may be off by.
-    EXPECT_LE(noise.tolerance(c, 0) - parameters.surface_tolerance(),
-              0.1 * (noise.tolerance(c) - parameters.surface_tolerance()));
-    EXPECT_LE(noise.tolerance(c), noise.largest_tolerance());
-  }
-}
-
-TEST(NoiseModel, TakesAPointsOwnView) {
-  Parameters parameters;
-  parameters.surfaces.range_noise = 0.002;
-  const NoiseModel noise(parameters);
-  occupancy::VoxelPoint p;
-  p.range_class = 8;
-  p.view = Eigen::Vector3f(0, 0.6F, 0.8F);
-  EXPECT_NEAR(noise.tolerance(p, {Eigen::Vector3d::UnitZ(), 5}), noise.tolerance(8, 0.8), 1e-9);
-  EXPECT_NEAR(noise.tolerance(p, {Eigen::Vector3d::UnitX(), 5}), noise.tolerance(8, 0), 1e-9);
 }
 
 TEST(NoiseModel, SpreadIsWhatWasMeasured) {

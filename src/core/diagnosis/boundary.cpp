@@ -1,4 +1,5 @@
 #include "sensing/reading_code.hpp"
+#include "sensing/reading_model.hpp"
 #include "surfaces/map_state.hpp"
 
 #include <algorithm>
@@ -21,6 +22,7 @@ class EdgeLabeller {
   EdgeLabeller(const surfaces::MapState& state, const Surface& surface)
       : state_(state),
         surface_(surface),
+        model_(state.noise, state.parameters.occupancy.resolution),
         d_(state.parameters.occupancy.resolution),
         h_(state.parameters.max_hole_size()),
         normal_(surface.plane.normal) {
@@ -29,7 +31,7 @@ class EdgeLabeller {
       model->for_each_inlier([&](const surfaces::Inlier& inlier) {
         farthest = std::max<unsigned>(farthest, inlier.range_class);
       });
-    reach_off_plane_ = 1.5 * state.noise.tolerance(farthest) + d_;
+    reach_off_plane_ = 1.5 * model_.reach(farthest, 1) + d_;
     const bool beyond_a_camera =
         farthest > sensing::range_class_of(static_cast<float>(sensing::depth_camera_max_range));
     max_range_ = state.parameters.occupancy.max_range.value_or(
@@ -153,7 +155,7 @@ class EdgeLabeller {
   /// Two votes at a place on an edge.
   void cast_votes(const Eigen::Vector3d& base, const Eigen::Vector3d& outward,
                   const std::optional<occupancy::VoxelPoint>& seen, Votes& votes) const {
-    const double tolerance = state_.noise.tolerance(seen ? seen->range_class : 1);
+    const double tolerance = model_.reach(seen ? seen->range_class : 1, 1);
     const Eigen::Vector3d view = seen ? Eigen::Vector3d(seen->view.cast<double>()) : normal_;
     const auto give = [&](EdgeKind kind, int count) { votes[static_cast<std::size_t>(kind)] += count; };
     for (int k = 0; k * d_ / 2 <= h_ + 1e-9; ++k) {  // a wall may be in the rim's own voxels
@@ -167,6 +169,7 @@ class EdgeLabeller {
 
   const surfaces::MapState& state_;
   const Surface& surface_;
+  sensing::ReadingModel model_;
   double d_, h_;
   Eigen::Vector3d normal_;
   double reach_off_plane_ = 0, max_range_ = 0;

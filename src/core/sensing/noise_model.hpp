@@ -53,18 +53,8 @@ class NoiseModel {
   }
   /// m², along a surface's normal, of the error common to a scan's readings of it.
   double surface_variance() const { return shared_errors_.of_surface.variance; }
+  /// m, off a cylinder's mantle; planes have ReadingModel.
   double tolerance(unsigned range_class) const { return tolerance_[range_class]; }
-  /// Off a plane whose normal has the cosine `facing` to the line of sight: noise is along the line of sight,
-  /// so at grazing angles it hardly leaves the plane.
-  double tolerance(unsigned range_class, double facing) const {
-    const double share = least_facing + (1 - least_facing) * std::fabs(facing);
-    return base_tolerance_ + share * (tolerance_[range_class] - base_tolerance_);
-  }
-  /// The same for any point with a range class and a view direction.
-  template <class Point>
-  double tolerance(const Point& p, const Plane& plane) const {
-    return tolerance(p.range_class, plane.normal.dot(p.view.template cast<double>()));
-  }
   /// s, if given explicitly in the parameters.
   std::optional<double> stated_tolerance() const { return stated_tolerance_; }
   /// Upper bound of any class's tolerance, for any estimates.

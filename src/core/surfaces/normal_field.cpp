@@ -161,6 +161,7 @@ NormalField::NormalField(const occupancy::PointWindow& window, const Parameters&
                          const sensing::NoiseModel& noise, const SurfaceStore& surfaces)
     : window_(window),
       noise_(noise),
+      model_(noise, parameters.occupancy.resolution),
       surfaces_(surfaces),
       resolution_(parameters.occupancy.resolution),
       smallest_(parameters.normal_radius()),
@@ -184,8 +185,7 @@ const LocalPlane& NormalField::computed(PointId point) const {
 
 bool NormalField::lies_off(const occupancy::VoxelPoint& p, SurfaceId id) const {
   const SurfaceModel* surface = surfaces_.find(id);
-  return surface != nullptr &&
-         std::fabs(surface->distance(p.position)) > noise_.tolerance(p, surface->plane());
+  return surface != nullptr && !model_.belongs(p, surface->plane());
 }
 
 LocalPlane NormalField::compute(PointId i, double radius) const {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "occupancy/point_window.hpp"
-#include "sensing/noise_model.hpp"
+#include "sensing/reading_model.hpp"
 #include "surfaces/surface_store.hpp"
 
 #include <vector>
@@ -43,6 +43,7 @@ class NormalField {
 
   const occupancy::PointWindow& window_;
   const sensing::NoiseModel& noise_;
+  sensing::ReadingModel model_;
   const SurfaceStore& surfaces_;
   double resolution_, smallest_, largest_, max_curvature_;
   mutable occupancy::PagedVector<LocalPlane> planes_;  // of points accessed so far
