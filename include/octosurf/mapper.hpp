@@ -82,10 +82,7 @@ class PreparedScan {
  public:
   /// The scan alone, for Mapper::insert_all().
   explicit PreparedScan(Scan scan) : scan_(std::move(scan)) {}
-  PreparedScan(PreparedScan&&) noexcept = default;
-  PreparedScan& operator=(PreparedScan&&) noexcept = default;
-
-  const Scan& scan() const { return scan_; }
+  const Scan& scan() const { return scan_; }  ///< at its stated pose
 
  private:
   friend class Mapper;
@@ -145,6 +142,7 @@ class Mapper {
   /// insert() would reject; if that is the first, throws its Error. After std::bad_alloc none of them is in
   /// the map. Changes of surfaces (`born` to `gone`) and their time are in the last report.
   std::vector<ScanReport> insert_all(std::span<const Scan> scans);
+  /// The same, with what prepare() has done.
   std::vector<ScanReport> insert_all(std::span<const PreparedScan> scans);
 
   /// Searches for surfaces in everything left over by DetectionParameters::detection_budget: call it after
