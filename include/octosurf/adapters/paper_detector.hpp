@@ -9,8 +9,7 @@ class Detector;
 namespace octosurf {
 
 /// The paper's detector, for Mapper and explain() of maps whose parameter `detector` is `paper`
-/// (Parameters::paper()). Steps (paper, III-B and III-C) and
-/// their parts of PCL:
+/// (Parameters::paper()). Steps (paper, III-B and III-C) and their parts of PCL:
 ///
 /// 1. Add inliers: new points within s of a plane and inside the surface's polygon, largest surface first.
 /// 2. Expand: new points within h of a boundary and s of its plane, repeatedly.

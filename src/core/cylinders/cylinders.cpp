@@ -105,8 +105,7 @@ class CylinderUpdate {
               cell = take(cell);
       });
       if (cluster.size() < rules_.min_points()) continue;
-      std::sort(cluster.begin(), cluster.end(),
-                [&](PointId a, PointId b) { return map_.window[a].key < map_.window[b].key; });
+      map_.window.put_in_order(cluster);
       clusters.push_back(std::move(cluster));
     }
     return clusters;

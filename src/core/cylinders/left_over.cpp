@@ -3,8 +3,6 @@
 #include "cylinders/region_growing.hpp"
 #include "cylinders/seen_through.hpp"
 
-#include <algorithm>
-
 namespace octosurf::cylinders {
 
 LeftOver left_over(const surfaces::MapView& map, std::vector<PointId> points,
@@ -14,9 +12,7 @@ LeftOver left_over(const surfaces::MapView& map, std::vector<PointId> points,
   LeftOver left{.regions = grow(seeds, [&](PointId i) { return seen_through(i) == 0; }),
                 .points = std::move(points)};
   // Key order, so that RANSAC's draw does not depend on the order of traversal.
-  for (std::vector<PointId>& region : left.regions)
-    std::sort(region.begin(), region.end(),
-              [&](PointId a, PointId b) { return map.window[a].key < map.window[b].key; });
+  for (std::vector<PointId>& region : left.regions) map.window.put_in_order(region);
   return left;
 }
 

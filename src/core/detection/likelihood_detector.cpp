@@ -46,6 +46,7 @@ std::vector<Assignment> inliers_of(const MapView& map, const surfaces::SurfaceMo
 }
 
 /// `anew`: surfaces whose inliers start without a label; `unlabelled`: other surfaces' inliers that do.
+/// Unseen remains a part of the planes rejected for their number.
 std::optional<Proposal> segment_in(const MapView& map, const Neighbourhood& around,
                                    std::span<const SurfaceId> anew, std::span<const PointId> unlabelled) {
   if (around.points.empty()) return {};

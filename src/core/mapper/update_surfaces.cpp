@@ -131,7 +131,7 @@ void update_surfaces(Ledger& ledger, const Detector& detector, Effort effort, Sc
   detection::Due due = time(Stage::detect, [&] {
     return detector.due(ledger, ledger.queue(), ledger.pending(fresh), effort == Effort::all, expanded);
   });
-  ledger.apply(due.expanded);
+  time(Stage::expand, [&] { ledger.apply(due.expanded); });
   ledger.queue() = std::move(due.left);
   report.waiting = due.waiting;
   // Algorithm 2: new surfaces, which then expand, too.

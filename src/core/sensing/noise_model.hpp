@@ -20,7 +20,7 @@ struct SharedVariance {
   double variance = 0;           ///< m², estimated, so that it may come out below 0
 };
 
-/// How much the points scatter, by the distance they were seen from, and how far off a plane they
+/// How much the points scatter, by the distance they were seen from, and how far off a cylinder's mantle they
 /// may therefore lie: σ(z) = sensor_noise + range_noise·z², tolerance(z) = s + 4·(σ(z) − sensor_noise).
 ///
 /// If `range_noise` is not given, it is estimated from the scans: on smooth surfaces the second difference of

@@ -28,8 +28,9 @@ struct Changes {
   }
 };
 
-/// The only way for stages to change the surface of a point: apply(). Keeps octree, window, surfaces and the
-/// record of changes consistent. Rolling back is the Transaction's task. Valid until the octree's next scan.
+/// The only way to change the surface of a point: stages that decide return proposals for apply(); retraction
+/// and adoption move points one by one. Keeps octree, window, surfaces and the record of changes consistent.
+/// Rolling back is the Transaction's task. Valid until the octree's next scan.
 class Ledger : public MapView {
  public:
   /// `so_far`: the changes by the transaction's earlier scans.
