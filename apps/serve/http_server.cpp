@@ -405,8 +405,12 @@ void HttpServer::run() {
     impl_->accept(socket);
   }
   std::unique_lock lock(impl_->mutex);
+  const auto all_gone = [this] { return impl_->lines.empty(); };
+  // No more requests; answers that are being made are sent first. Followers end at their next event.
+  for (const Line& line : impl_->lines) ::shutdown(line.socket(), SHUT_RD);
+  if (impl_->gone.wait_for(lock, drain, all_gone)) return;
   for (const Line& line : impl_->lines) ::shutdown(line.socket(), SHUT_RDWR);
-  impl_->gone.wait(lock, [this] { return impl_->lines.empty(); });
+  impl_->gone.wait(lock, all_gone);
 }
 
 void HttpServer::stop() { ::eventfd_write(impl_->stopped, 1); }

@@ -36,7 +36,7 @@ class HttpServer {
   std::string url() const;  ///< "http://127.0.0.1:8080/"
 
   void end_on_signals();  ///< from now on SIGINT and SIGTERM do what stop() does; a second one ends at once
-  void run();             ///< until stop(); waits for answers that are being made
+  void run();             ///< until stop(); then answers that are being made have 2 s to be sent
   void stop();            ///< from any thread
 
  private:

@@ -1,12 +1,14 @@
 """serve_test.py COMMAND MAP [unittest's arguments]: `octosurf serve` as its clients meet it."""
 
 import base64
+import contextlib
 import json
 import pathlib
 import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 import serving
@@ -288,6 +290,21 @@ class Door(unittest.TestCase):
             self.assertEqual(server.process.wait(timeout=60), 0)
             line.close()
             server.process.communicate()
+
+    def test_an_answer_that_is_being_made_is_sent_whole_at_the_end(self):
+        wholes = 0
+        for _ in range(5):  # a request that arrives too late is not answered
+            with serving.Server(COMMAND, MAP) as server:
+                line = server.connection()
+                line.request("GET", "/api/plan?from=-4.6,-0.6,0.6,-135&to=-6.6,-2.7,1.5,-135")
+                time.sleep(0.2)
+                server.process.send_signal(signal.SIGTERM)
+                with contextlib.suppress(ConnectionError):
+                    line.getresponse().read()  # raises IncompleteRead where a part is missing
+                    wholes += 1
+                line.close()
+                server.process.wait(timeout=60)
+        self.assertGreater(wholes, 0)
 
 
 if __name__ == "__main__":
