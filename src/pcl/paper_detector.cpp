@@ -222,31 +222,23 @@ std::vector<Assignment> PaperDetector::expand(const MapView& map, std::span<cons
   return assignments(left, taken);
 }
 
-detection::Due PaperDetector::due(const MapView& map, const surfaces::PendingQueue& queue,
-                                  std::span<const PointId> fresh, bool /*all*/,
-                                  std::span<const Assignment> expanded) const {
-  detection::Due due;
-  due.expanded.assign(expanded.begin(), expanded.end());
-  occupancy::PointSet gained;
-  for (const Assignment& assignment : expanded) gained.insert(assignment.point);
+detection::Detection PaperDetector::detect(const MapView& map, const surfaces::PendingQueue& queue,
+                                           std::span<const PointId> fresh, bool /*all*/,
+                                           std::span<const Assignment> /*expanded*/) const {
+  detection::Detection result;
   std::vector<PointId> waits(fresh.begin(), fresh.end());
   for (const VoxelKey key : queue.fresh)
     if (map.is_pending(key)) waits.push_back(map.window.find(key));
   map.window.put_in_order(waits);
-  std::erase_if(waits, [&](PointId i) { return map.window[i].surface != 0 || gained.contains(i); });
+  std::erase_if(waits, [&](PointId i) { return map.window[i].surface != 0; });
   waits = filtered(map, waits);
   if (waits.size() > least_points(map.parameters)) {
-    due.points = std::move(waits);
+    result.found = proposal_of(map, waits);
+    result.segmented = std::move(waits);
   } else {
-    for (const PointId i : waits) due.left.fresh.push_back(map.window[i].key);
+    for (const PointId i : waits) result.left.fresh.push_back(map.window[i].key);
   }
-  return due;
-}
-
-std::optional<Proposal> PaperDetector::detect(const MapView& map, std::span<const PointId> due,
-                                              std::span<const Assignment> /*expanded*/) const {
-  if (due.empty()) return {};
-  return proposal_of(map, due);
+  return result;
 }
 
 std::optional<Proposal> PaperDetector::revise(const MapView& /*map*/,

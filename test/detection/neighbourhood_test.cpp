@@ -1,6 +1,7 @@
 // What of the map is labelled anew around a change, and what only stands beside it.
 #include "detection/neighbourhood.hpp"
 
+#include "detection/planelets.hpp"
 #include "detection/segment.hpp"
 #include "sensing/reading_code.hpp"
 #include "support/pending_points.hpp"
@@ -79,7 +80,8 @@ TEST(Neighbourhood, WhatWasPendingAroundJoinsAndSeedsNoPlane) {
   // Were the board's points there only to join, nothing would seed it; the floor takes in what is its own.
   const auto planes_of = [&](const Neighbourhood& looked_at) {
     const Readings readings = scene.readings_of(looked_at);
-    return segment(readings, limits_of(ledger.parameters), known_about(readings, ledger.surfaces, {}))
+    return segment(readings, limits_of(ledger.parameters),
+                   with_planelets(readings, known_about(readings, ledger.surfaces, {})))
         .patches.size();
   };
   const std::size_t planes = planes_of(around);
@@ -187,8 +189,9 @@ TEST(Neighbourhood, ContextKeepsItsLabelAndIsThereToBeMet) {
   const Neighbourhood around = scene.around();
   const Readings readings = scene.readings_of(around);
   ASSERT_LT(readings.size(), readings.size_with_context());
-  const Segmentation found = segment(readings, limits_of(scene.points_.ledger.parameters),
-                                     known_about(readings, scene.points_.ledger.surfaces, {}));
+  const Segmentation found =
+      segment(readings, limits_of(scene.points_.ledger.parameters),
+              with_planelets(readings, known_about(readings, scene.points_.ledger.surfaces, {})));
   ASSERT_EQ(found.labels.size(), readings.size_with_context());
   ASSERT_EQ(found.outside.size(), 1U);
   const Label floor = found.outside.front().label;

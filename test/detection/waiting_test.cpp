@@ -2,6 +2,7 @@
 #include "detection/waiting.hpp"
 
 #include "detection/expand.hpp"
+#include "detection/likelihood_detector.hpp"
 #include "detection/planelets.hpp"
 #include "detection/voxel_blocks.hpp"
 #include "support/pending_points.hpp"
@@ -9,7 +10,6 @@
 
 #include <algorithm>
 #include <gtest/gtest.h>
-#include <map>
 #include <random>
 #include <set>
 
@@ -30,37 +30,34 @@ class FloorAndStep : public ::testing::Test {
         pending_.push_back(i);
   }
   Due due_of(const std::vector<PointId>& fresh, const surfaces::PendingQueue& before = {}, bool all = true) {
-    return due_to_segment(points_.ledger, before, fresh, all, expanded_);
-  }
-
-  std::size_t waiting_in(const Due& due) const {
-    std::set<geometry::VoxelKey> gained;
-    for (const Assignment& assignment : due.expanded)
-      gained.insert(points_.ledger.window[assignment.point].key);
-    return static_cast<std::size_t>(std::count_if(due.left.fresh.begin(), due.left.fresh.end(),
-                                                  [&](auto key) { return !gained.contains(key); }));
+    return due_to_segment(points_.ledger, before, fresh, all);
   }
 
   const Eigen::Vector3d eye_{0.6, 0.5, 2};
   test::PendingPoints points_;
   std::vector<PointId> pending_;
-  std::vector<Assignment> expanded_;
 };
 
-TEST_F(FloorAndStep, WhatExpandsBesideANewPlaneIsSegmentedWithIt) {
-  expanded_ = expand(points_.ledger, pending_);
-  const Due due = due_of(pending_);
-  EXPECT_GT(due.expanded.size(), 0U);
-  EXPECT_LT(due.expanded.size(), expanded_.size());
-  EXPECT_EQ(due.expanded.size() + due.points.size() + due.unplanar.size() + waiting_in(due), pending_.size());
+TEST_F(FloorAndStep, ExpandedPointsBesideANewPlaneAreSegmentedAgain) {
+  const std::vector<Assignment> expanded = expand(points_.ledger, pending_);
+  points_.ledger.apply(expanded);
+  const std::vector<PointId> left = points_.ledger.pending(pending_);
+  const Detection detection = LikelihoodDetector().detect(points_.ledger, {}, left, true, expanded);
+  ASSERT_TRUE(detection.found.has_value());
+  EXPECT_EQ(detection.segmented.size() + detection.left.fresh.size(), left.size());
+  std::set<PointId> labelled;
+  for (const auto& [point, label] : detection.found->points) labelled.insert(point);
   const VoxelBlocks blocks(planelet_edge(points_.ledger.grid.resolution()));
-  std::map<VoxelBlocks::Place, int> of_step;
-  for (const PointId i : due.points)
-    if (points_.position(i).z() > 0.02) ++of_step[blocks.of(points_.ledger.window[i].key)];
-  EXPECT_FALSE(of_step.empty());
-  const int most = 10;  // of a block's 16 columns: with fewer, a plane is worth less than its description
-  for (const Assignment& assignment : due.expanded)
-    EXPECT_LT(of_step[blocks.of(points_.ledger.window[assignment.point].key)], most);
+  std::set<VoxelBlocks::Place> with_segmented;
+  for (const PointId i : detection.segmented) with_segmented.insert(blocks.of(points_.ledger.window[i].key));
+  std::size_t again = 0;
+  for (const Assignment& assignment : expanded) {
+    again += labelled.count(assignment.point);
+    const bool beside = with_segmented.count(blocks.of(points_.ledger.window[assignment.point].key)) != 0;
+    EXPECT_TRUE(!beside || labelled.count(assignment.point) != 0);
+  }
+  EXPECT_GT(again, 0U);
+  EXPECT_LT(again, expanded.size());
 }
 
 TEST_F(FloorAndStep, WhatWasLookedAtWaitsForAsMuchAgain) {
@@ -112,18 +109,17 @@ TEST_F(FloorAndStep, AQuarterOfWhatWaitsIsDueHoweverSmallTheBudget) {
   EXPECT_EQ(due_of(pending_, {}, false).points, due_of(pending_).points) << "no limit";
 }
 
-TEST(Waiting, WhatLiesWhereNoPlaneBeginsHasHadItsTurn) {
+TEST(Waiting, PointsThatFormNoPlaneAreSegmentedOnce) {
   Scan bush;
   bush.T_map_sensor.translation() = Eigen::Vector3d(0, 0, 2);
   std::mt19937_64 random = test::rng();
   std::uniform_real_distribution<float> length(-0.3F, 0.3F);
   for (int i = 0; i < 300; ++i) bush.points.emplace_back(length(random), length(random), length(random) - 1);
   test::PendingPoints points({bush});
-  const Due due = due_to_segment(points.ledger, {}, points.all, true, {});
-  EXPECT_GT(due.unplanar.size(), points.all.size() / 10);
-  EXPECT_EQ(due.points.size() + due.unplanar.size() + due.left.fresh.size(), points.all.size());
-  const Due next = due_to_segment(points.ledger, due.left, {}, true, {});
-  EXPECT_TRUE(next.points.empty() && next.unplanar.empty());
+  const Due due = due_to_segment(points.ledger, {}, points.all, true);
+  EXPECT_GT(due.points.size(), points.all.size() / 10);
+  EXPECT_EQ(due.points.size() + due.left.fresh.size(), points.all.size());
+  EXPECT_TRUE(due_to_segment(points.ledger, due.left, {}, true).points.empty());
 }
 
 }  // namespace

@@ -14,11 +14,10 @@ namespace octosurf::detection {
 using surfaces::Assignment;
 using surfaces::Proposal;
 
-/// Pending points to segment now, and the waiting rest.
-struct Due {
-  std::vector<PointId> points;       ///< worth segmenting now, key order
-  std::vector<PointId> unplanar;     ///< in blocks without a plane, key order
-  std::vector<Assignment> expanded;  ///< of the given ones, those not to be segmented
+/// The outcome of Detector::detect().
+struct Detection {
+  std::optional<Proposal> found;
+  std::vector<PointId> segmented;  ///< points that were pending, key order
   surfaces::PendingQueue left;
   std::size_t waiting = 0;  ///< number of points of left.fresh in blocks of left.blocks
 };
@@ -36,14 +35,12 @@ class Detector {
   /// III-B2: points that surfaces gain beyond their boundaries. `left`: pending points in key order.
   virtual std::vector<Assignment> expand(const surfaces::MapView& map,
                                          std::span<const PointId> left) const = 0;
-  /// III-C1: selects the points to segment now from the map's queue and `fresh`, in key order: `all`, or
-  /// those within the budget. `expanded`, the points to be assigned by expansion, do not wait; some may be
-  /// segmented nevertheless.
-  virtual Due due(const surfaces::MapView& map, const surfaces::PendingQueue& queue,
-                  std::span<const PointId> fresh, bool all, std::span<const Assignment> expanded) const = 0;
-  /// III-C: planes of the points due. `expanded` has been assigned.
-  virtual std::optional<Proposal> detect(const surfaces::MapView& map, std::span<const PointId> due,
-                                         std::span<const Assignment> expanded) const = 0;
+  /// III-C: planes of accumulated points. Selects those to segment now from the map's queue and `fresh`, in
+  /// key order: `all`, or those within the budget. `expanded` has been assigned; some of it may be segmented
+  /// again.
+  virtual Detection detect(const surfaces::MapView& map, const surfaces::PendingQueue& queue,
+                           std::span<const PointId> fresh, bool all,
+                           std::span<const Assignment> expanded) const = 0;
   /// Planes of surfaces that are segmented again, because their size has changed (SurfaceModel).
   virtual std::optional<Proposal> revise(const surfaces::MapView& map,
                                          const std::set<SurfaceId>& changed) const = 0;

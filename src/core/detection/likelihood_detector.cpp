@@ -2,11 +2,15 @@
 
 #include "detection/expand.hpp"
 #include "detection/neighbourhood.hpp"
+#include "detection/planelets.hpp"
 #include "detection/segment.hpp"
 #include "detection/tiles.hpp"
+#include "detection/voxel_blocks.hpp"
 #include "detection/waiting.hpp"
 
 #include <algorithm>
+#include <tsl/robin_set.h>
+#include <utility>
 
 namespace octosurf::detection {
 namespace {
@@ -45,17 +49,48 @@ std::vector<Assignment> inliers_of(const MapView& map, const surfaces::SurfaceMo
   return inliers;
 }
 
-/// `anew`: surfaces whose inliers start without a label; `unlabelled`: other surfaces' inliers that do.
 /// Unseen remains a part of the planes rejected for their number.
-std::optional<Proposal> segment_in(const MapView& map, const Neighbourhood& around,
-                                   std::span<const SurfaceId> anew, std::span<const PointId> unlabelled) {
-  if (around.points.empty()) return {};
-  const Readings readings(map, around);
-  const Segmentation found =
-      segment(readings, limits_of(map.parameters), known_about(readings, map.surfaces, anew, unlabelled));
+Proposal segmented(const MapView& map, const Readings& readings, Segmentation known) {
+  const Segmentation found = segment(readings, limits_of(map.parameters), std::move(known));
   Proposal proposal = proposal_of(readings, found);
   proposal.unseen = waiting_on(too_few(readings, found));
   return proposal;
+}
+
+using Places = tsl::robin_set<VoxelBlocks::Place, geometry::PackedKeyHash>;
+
+/// The initial segmentation with planelets of `candidates`, those that are mostly of pending points: others
+/// are parts of the surfaces that expanded there. In the blocks of the planelets no candidate has a label
+/// besides theirs.
+Segmentation with_planelets_of(const MapView& map, const Readings& readings, const VoxelBlocks& blocks,
+                               std::span<const PointId> candidates) {
+  constexpr Label not_searched = 1;
+  Segmentation planelets;
+  planelets.labels.assign(readings.size_with_context(), not_searched);
+  planelets.patches.resize(2);
+  for (const PointId i : candidates) planelets.labels[readings.find(i)] = clutter;
+  planelets = with_planelets(readings, std::move(planelets));
+  std::vector<int> majority(planelets.patches.size(), 0);  // pending readings less others
+  for (Readings::Index i = 0; i < readings.size(); ++i)
+    majority[planelets.labels[i]] += readings[i].surface == 0 ? 1 : -1;
+  const auto is_new = [&](Label label) { return label > not_searched && majority[label] > 0; };
+  Places with_new;
+  for (Readings::Index i = 0; i < readings.size(); ++i)
+    if (is_new(planelets.labels[i])) with_new.insert(blocks.of(readings[i].key));
+  std::vector<PointId> unlabelled;
+  for (const PointId i : candidates)
+    if (map.window[i].surface != 0 && with_new.contains(blocks.of(map.window[i].key)))
+      unlabelled.push_back(i);
+  Segmentation known = known_about(readings, map.surfaces, {}, unlabelled);
+  std::vector<Label> into(planelets.patches.size(), clutter);
+  for (Label label = not_searched + 1; label < into.size(); ++label) {
+    if (!is_new(label)) continue;
+    into[label] = static_cast<Label>(known.patches.size());
+    known.patches.push_back(planelets.patches[label]);
+  }
+  for (Readings::Index i = 0; i < readings.size(); ++i)
+    if (into[planelets.labels[i]] != clutter) known.labels[i] = into[planelets.labels[i]];
+  return known;
 }
 
 }  // namespace
@@ -69,15 +104,28 @@ std::vector<Assignment> LikelihoodDetector::expand(const MapView& map, std::span
   return detection::expand(map, left);
 }
 
-Due LikelihoodDetector::due(const MapView& map, const surfaces::PendingQueue& queue,
-                            std::span<const PointId> fresh, bool all,
-                            std::span<const Assignment> expanded) const {
-  return due_to_segment(map, queue, fresh, all, expanded);
-}
-
-std::optional<Proposal> LikelihoodDetector::detect(const MapView& map, std::span<const PointId> due,
-                                                   std::span<const Assignment> expanded) const {
-  return segment_in(map, neighbourhood_of(map, due, touching(map, expanded)), {}, {});
+Detection LikelihoodDetector::detect(const MapView& map, const surfaces::PendingQueue& queue,
+                                     std::span<const PointId> fresh, bool all,
+                                     std::span<const Assignment> expanded) const {
+  Due due = due_to_segment(map, queue, fresh, all);
+  Detection result{.found = {}, .segmented = {}, .left = std::move(due.left), .waiting = due.waiting};
+  const VoxelBlocks blocks(planelet_edge(map.grid.resolution()));
+  Places with_due;
+  for (const PointId i : due.points) with_due.insert(blocks.of(map.window[i].key));
+  std::vector<PointId> candidates = due.points;
+  std::vector<Assignment> elsewhere;
+  for (const Assignment& assignment : expanded)
+    if (with_due.contains(blocks.of(map.window[assignment.point].key)))
+      candidates.push_back(assignment.point);
+    else
+      elsewhere.push_back(assignment);
+  const Neighbourhood around = neighbourhood_of(map, candidates, touching(map, elsewhere));
+  if (!around.points.empty()) {
+    const Readings readings(map, around);
+    result.found = segmented(map, readings, with_planelets_of(map, readings, blocks, candidates));
+  }
+  result.segmented = std::move(due.points);
+  return result;
 }
 
 std::optional<Proposal> LikelihoodDetector::revise(const MapView& map,
@@ -100,7 +148,11 @@ std::optional<Proposal> LikelihoodDetector::revise(const MapView& map,
     looked_at.insert(looked_at.end(), beside_its_like.begin(), beside_its_like.end());
   }
   looked_at.insert(looked_at.end(), unlabelled.begin(), unlabelled.end());
-  return segment_in(map, neighbourhood_of(map, anew, looked_at), anew, unlabelled);
+  const Neighbourhood around = neighbourhood_of(map, anew, looked_at);
+  if (around.points.empty()) return {};
+  const Readings readings(map, around);
+  return segmented(map, readings,
+                   with_planelets(readings, known_about(readings, map.surfaces, anew, unlabelled)));
 }
 
 Proposal LikelihoodDetector::detect_anew(const MapView& map) const {
@@ -113,7 +165,8 @@ std::map<PointId, surfaces::Refusal> LikelihoodDetector::refusals(const MapView&
   const Readings readings(map, neighbourhood_of(map, pending, {}));
   std::vector<Refused> refused;
   const Segmentation found =
-      segment(readings, limits_of(map.parameters), known_about(readings, map.surfaces, {}), &refused);
+      segment(readings, limits_of(map.parameters),
+              with_planelets(readings, known_about(readings, map.surfaces, {})), &refused);
   std::map<PointId, surfaces::Refusal> reasons;
   for (const Refused& plane : refused)
     for (const Readings::Index i : plane.readings) reasons[readings[i].point] = plane.why;

@@ -12,13 +12,12 @@ class LikelihoodDetector final : public Detector {
   std::vector<Assignment> add_inliers(const surfaces::MapView& map,
                                       std::span<const PointId> fresh) const override;
   std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const PointId> left) const override;
-  /// due_to_segment() (waiting.hpp).
-  Due due(const surfaces::MapView& map, const surfaces::PendingQueue& queue, std::span<const PointId> fresh,
-          bool all, std::span<const Assignment> expanded) const override;
-  /// Segments the points due and those of `expanded` that another surface also explains. Surrounding surfaces
-  /// take part as sums, and are merged across gaps up to h (neighbourhood.hpp).
-  std::optional<Proposal> detect(const surfaces::MapView& map, std::span<const PointId> due,
-                                 std::span<const Assignment> expanded) const override;
+  /// Segments the points due (waiting.hpp) and those of `expanded` that another surface also explains, or
+  /// that lie in a block of planelets with a planelet of points due: it may extend into them. Surrounding
+  /// surfaces take part as sums, and are merged across gaps up to h (neighbourhood.hpp).
+  Detection detect(const surfaces::MapView& map, const surfaces::PendingQueue& queue,
+                   std::span<const PointId> fresh, bool all,
+                   std::span<const Assignment> expanded) const override;
   /// The surfaces' points start without a label; of large surfaces, only those where tiles disagree
   /// (tiles.hpp). The rest are sums, with contacts where another surface may be one with them.
   std::optional<Proposal> revise(const surfaces::MapView& map,

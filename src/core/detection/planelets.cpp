@@ -130,7 +130,7 @@ int planelet_edge(double resolution) {
   return std::max(4, static_cast<int>(std::lround(Constants::smallest_edge / resolution)));
 }
 
-void find_planelets(const Readings& readings, Segmentation& segmentation) {
+Segmentation with_planelets(const Readings& readings, Segmentation segmentation) {
   std::vector<Patch>& patches = segmentation.patches;
   for (int level = 0; level < planelet_levels; ++level) {
     const int edge = planelet_edge(readings.resolution()) << level;
@@ -142,6 +142,7 @@ void find_planelets(const Readings& readings, Segmentation& segmentation) {
       }
     }
   }
+  return segmentation;
 }
 
 }  // namespace octosurf::detection

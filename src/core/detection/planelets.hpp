@@ -14,6 +14,6 @@ inline constexpr int planelet_levels = 4;  ///< effort: block sizes, each with t
 /// log_ratio over the readings that belong to it, repeated while one explains more than its description
 /// costs. The rest goes to blocks of twice the edge, three times, for sparse readings or noise larger than
 /// the block. New patches are appended. O(readings).
-void find_planelets(const Readings& readings, Segmentation& segmentation);
+Segmentation with_planelets(const Readings& readings, Segmentation known);
 
 }  // namespace octosurf::detection

@@ -263,13 +263,12 @@ void accept(const Readings& readings, const SegmentLimits& limits, Segmentation&
 Segmentation segment(const Readings& readings, const SegmentLimits& limits) {
   Segmentation nothing;
   nothing.labels.assign(readings.size_with_context(), clutter);
-  return segment(readings, limits, std::move(nothing));
+  return segment(readings, limits, with_planelets(readings, std::move(nothing)));
 }
 
 Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segmentation known,
                      std::vector<Refused>* refused) {
   Segmentation result = std::move(known);
-  find_planelets(readings, result);
   Junctions junctions(readings, result.labels, result.patches);
   for (int round = 0; round < rounds; ++round) {
     // Planelets are no larger than a gap, so nearly every reading would be at a rim.

@@ -8,7 +8,6 @@
 #include <iterator>
 #include <limits>
 #include <tsl/robin_map.h>
-#include <tsl/robin_set.h>
 #include <tuple>
 
 namespace octosurf::detection {
@@ -16,12 +15,10 @@ namespace {
 
 using geometry::VoxelKey;
 using occupancy::PointSet;
-using Places = tsl::robin_set<VoxelBlocks::Place, geometry::PackedKeyHash>;
 
-/// Adds the points of these blocks to `due`, except those taken. `come`: points that came since the last
-/// segmentation.
+/// Adds the pending points of these blocks to `due`. `come`: points that came since the last segmentation.
 void add_due(const surfaces::MapView& map, const VoxelBlocks& blocks, std::span<const PointId> come,
-             const PointSet& taken, PointSet& in_due, std::vector<PointId>& due) {
+             PointSet& in_due, std::vector<PointId>& due) {
   tsl::robin_map<VoxelBlocks::Place, std::size_t, geometry::PackedKeyHash> counts;
   for (const PointId i : come)
     if (!in_due.contains(i)) ++counts[blocks.of(map.window[i].key)];
@@ -29,7 +26,7 @@ void add_due(const surfaces::MapView& map, const VoxelBlocks& blocks, std::span<
     if (count < Constants::fewest_of_plane) continue;
     std::vector<PointId> pending;
     blocks.for_each_point(map.window, place, [&](PointId i) {
-      if (map.window[i].surface == 0 && !in_due.contains(i) && !taken.contains(i)) pending.push_back(i);
+      if (map.window[i].surface == 0 && !in_due.contains(i)) pending.push_back(i);
     });
     if (2 * count < pending.size()) continue;
     for (const PointId i : pending) in_due.insert(i);
@@ -104,30 +101,13 @@ void cut_to(const surfaces::MapView& map, std::size_t most, bool some, int edge,
   points.resize(end);
 }
 
-/// The blocks whose due points contain a plane of their own.
-Places blocks_with_planes(const surfaces::MapView& map, const VoxelBlocks& blocks,
-                          const std::vector<PointId>& due) {
-  const Readings readings(map, {.points = due, .may_join = {}, .context = {}, .rims = {}});
-  Segmentation planelets;
-  planelets.labels.assign(readings.size(), clutter);
-  find_planelets(readings, planelets);
-  Places places;
-  for (Readings::Index i = 0; i < readings.size(); ++i)
-    if (planelets.labels[i] != clutter) places.insert(blocks.of(readings[i].key));
-  return places;
-}
-
 }  // namespace
 
 Due due_to_segment(const surfaces::MapView& map, const surfaces::PendingQueue& before,
-                   std::span<const PointId> fresh, bool all, std::span<const Assignment> expanded) {
+                   std::span<const PointId> fresh, bool all) {
   const int edge = planelet_edge(map.grid.resolution());
-  const VoxelBlocks smallest(edge), largest(edge << (planelet_levels - 1));
-  PointSet taken;
-  for (const Assignment& assignment : expanded) taken.insert(assignment.point);
-  const auto waits = [&](PointId i) {
-    return i != PointId::none && map.window[i].surface == 0 && !taken.contains(i);
-  };
+  const VoxelBlocks largest(edge << (planelet_levels - 1));
+  const auto waits = [&](PointId i) { return i != PointId::none && map.window[i].surface == 0; };
   std::vector<VoxelKey> fresh_keys, order = before.blocks;
   for (const PointId i : fresh) {
     fresh_keys.push_back(map.window[i].key);
@@ -146,7 +126,7 @@ Due due_to_segment(const surfaces::MapView& map, const surfaces::PendingQueue& b
     for (const VoxelKey key : queue.points_of(turn))
       if (const PointId i = map.window.find(key); waits(i)) come.push_back(i);
     for (int level = 0; level < planelet_levels; ++level)
-      add_due(map, VoxelBlocks(edge << level), come, taken, in_due, points);
+      add_due(map, VoxelBlocks(edge << level), come, in_due, points);
     const std::size_t left = budget - result.points.size();
     const bool over = points.size() > left;
     if (over) cut_to(map, left, result.points.empty(), edge, points);
@@ -161,18 +141,6 @@ Due due_to_segment(const surfaces::MapView& map, const surfaces::PendingQueue& b
     return !waits(i) || due.contains(i);
   });
   result.waiting = turn < queue.size() ? queue.points_from(turn) : 0;
-  const Places with_planes = blocks_with_planes(map, smallest, result.points);
-  const auto in_plane = [&](PointId i) { return with_planes.contains(smallest.of(map.window[i].key)); };
-  for (const Assignment& assignment : expanded) {
-    if (in_plane(assignment.point))
-      result.points.push_back(assignment.point);
-    else
-      result.expanded.push_back(assignment);
-  }
-  const auto unplanar = std::stable_partition(result.points.begin(), result.points.end(), in_plane);
-  result.unplanar.assign(unplanar, result.points.end());
-  result.points.erase(unplanar, result.points.end());
-  map.window.put_in_order(result.unplanar);
   map.window.put_in_order(result.points);
   return result;
 }

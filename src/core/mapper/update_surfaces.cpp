@@ -12,6 +12,7 @@ namespace octosurf::mapper {
 namespace {
 
 using detection::Assignment;
+using detection::Detection;
 using detection::Detector;
 using detection::Proposal;
 using surfaces::Ledger;
@@ -68,7 +69,7 @@ void revise(Ledger& ledger, const Detector& detector, std::vector<Assignment>& g
   for (const Assignment& assignment : std::span(gained).subspan(looked_at))
     if (const SurfaceId now = ledger.window[assignment.point].surface; now != 0)
       since.push_back({assignment.point, now});
-  if (const auto met = detector.detect(ledger, {}, since)) ledger.apply(*met);
+  if (const auto met = detector.detect(ledger, {}, {}, false, since).found) ledger.apply(*met);
   if (detector.as_in_paper()) return;
   std::set<SurfaceId> grown, unfitted = ledger.changes.touched();
   for (const Assignment& assignment : gained) grown.insert(assignment.surface);
@@ -125,33 +126,32 @@ void update_surfaces(Ledger& ledger, const Detector& detector, Effort effort, Sc
     report.added += inliers.size();
   });
   // Algorithm 1, second loop: known surfaces grow over their boundaries.
-  const std::vector<Assignment> expanded =
-      time(Stage::expand, [&] { return detector.expand(ledger, ledger.pending(fresh)); });
-  // III-C1: the rest accumulates until enough of it is new in some place.
-  detection::Due due = time(Stage::detect, [&] {
-    return detector.due(ledger, ledger.queue(), ledger.pending(fresh), effort == Effort::all, expanded);
+  std::vector<Assignment> gained = time(Stage::expand, [&] {
+    std::vector<Assignment> expanded = detector.expand(ledger, ledger.pending(fresh));
+    ledger.apply(expanded);
+    return expanded;
   });
-  time(Stage::expand, [&] { ledger.apply(due.expanded); });
-  ledger.queue() = std::move(due.left);
-  report.waiting = due.waiting;
-  // Algorithm 2: new surfaces, which then expand, too.
-  std::vector<Assignment> gained = due.expanded;
-  const std::optional<Proposal> found =
-      time(Stage::detect, [&] { return detector.detect(ledger, due.points, gained); });
-  if (found) {
+  const std::size_t looked_at = gained.size();
+  // Algorithm 2: the rest accumulates until enough of it is new in some place; new surfaces expand, too.
+  Detection detection = time(Stage::detect, [&] {
+    return detector.detect(ledger, ledger.queue(), ledger.pending(fresh), effort == Effort::all, gained);
+  });
+  ledger.queue() = std::move(detection.left);
+  report.waiting = detection.waiting;
+  if (const std::optional<Proposal>& found = detection.found) {
     const std::vector<PointId> explained = newly_explained(ledger, *found);
     time(Stage::detect, [&] { ledger.apply(*found); });
     if (found->refine) time(Stage::expand, [&] { expand_beside(ledger, detector, explained, gained); });
     for (const PointId i : explained) report.detected += ledger.window[i].surface < first_new;
   }
-  for (const Assignment& assignment : gained) report.expanded += assignment.surface < first_new;
+  for (const Assignment& assignment : gained)
+    if (const SurfaceId now = ledger.window[assignment.point].surface; now != 0)
+      report.expanded += now < first_new;
 
-  time(Stage::revise, [&] { revise(ledger, detector, gained, due.expanded.size()); });
-  if (found) accumulate(ledger, found->unseen);
+  time(Stage::revise, [&] { revise(ledger, detector, gained, looked_at); });
+  if (detection.found) accumulate(ledger, detection.found->unseen);
   accumulate(ledger, ledger.take_unseen());
-  // A thin pole lies in blocks without a plane.
-  due.points.insert(due.points.end(), due.unplanar.begin(), due.unplanar.end());
-  time(Stage::cylinders, [&] { update_cylinders(ledger, fresh, std::move(due.points)); });
+  time(Stage::cylinders, [&] { update_cylinders(ledger, fresh, std::move(detection.segmented)); });
 }
 
 }  // namespace octosurf::mapper
