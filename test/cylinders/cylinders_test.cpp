@@ -46,7 +46,7 @@ void update(surfaces::MapState& state) {
   std::vector<PointId> pending;
   for (const geometry::VoxelKey key : state.queue.fresh) pending.push_back(ledger.window.find(key));
   state.queue.fresh.clear();
-  update_cylinders(ledger, left_over(ledger, pending, pending));
+  update_cylinders(ledger, pending, {});
   ++state.revision;
   state.cylinders.publish(state.revision);
 }
@@ -208,12 +208,12 @@ TEST(DetectCylinders, VanishedPointsLeaveAndTooFewEndIt) {
   const auto all = delta.vanished;
   delta.vanished.resize(10);
   retract_cylinders(ledger, delta);
-  update_cylinders(ledger, {});
+  update_cylinders(ledger, {}, {});
   ASSERT_EQ(state.cylinders.size(), 1U);
   EXPECT_EQ(state.cylinders.begin()->second.inliers.size(), all.size() - 10);
   delta.vanished.assign(all.begin() + 10, all.end() - 5);
   retract_cylinders(ledger, delta);
-  update_cylinders(ledger, {});
+  update_cylinders(ledger, {}, {});
   EXPECT_EQ(state.cylinders.size(), 0U);
   EXPECT_EQ(state.cylinders.next_id(), 2U);
 }

@@ -15,17 +15,21 @@ constexpr std::size_t refined_points = 2000;  // sample size of a fit as good as
 
 class CylinderUpdate {
  public:
-  CylinderUpdate(surfaces::Ledger& ledger, const LeftOver& left_over)
+  CylinderUpdate(surfaces::Ledger& ledger, std::vector<PointId> points, Patches bent)
       : map_(ledger),
         cylinders_(ledger.cylinder_store()),
-        left_over_(left_over),
+        points_(std::move(points)),
+        bent_(std::move(bent)),
         rules_(map_),
         extract_(map_, rules_) {}
 
   void operator()() {
     grow_known();
-    for (const std::vector<PointId>& region : left_over_.regions) look_for_new(region);
-    for (const std::vector<PointId>& cluster : unassigned_clusters()) look_for_new(cluster);
+    for (std::vector<PointId>& patch : bent_) {
+      map_.window.put_in_order(patch);
+      look_for_new(patch);
+    }
+    for (const std::vector<PointId>& cluster : connected_clusters()) look_for_new(cluster);
     refit_changed();
     merge_grown();
   }
@@ -52,10 +56,10 @@ class CylinderUpdate {
   }
 
   void grow_known() {
-    if (cylinders_.size() == 0 || left_over_.points.empty()) return;
+    if (cylinders_.size() == 0 || points_.empty()) return;
     const double h = map_.parameters.max_hole_size();
     Eigen::AlignedBox3d around;
-    for (const PointId i : left_over_.points) around.extend(position(i));
+    for (const PointId i : points_) around.extend(position(i));
     for (const auto& entry : cylinders_) {
       surfaces::CylinderModel& cylinder = *cylinders_.find(entry.first);
       // Not published yet if this change created it.
@@ -64,7 +68,7 @@ class CylinderUpdate {
       const Eigen::Vector3d reach = half * known->axis.cwiseAbs() + Eigen::Vector3d::Constant(radius);
       if (!around.intersects({known->axis_point - reach, known->axis_point + reach})) continue;
       std::vector<PointId> taken;
-      for (const PointId i : left_over_.points) {
+      for (const PointId i : points_) {
         if (std::fabs(known->axis.dot(position(i) - known->axis_point)) > half || !free(i) ||
             !rules_.fits(cylinder.shape, i))
           continue;
@@ -75,15 +79,12 @@ class CylinderUpdate {
     }
   }
 
-  /// Connected waiting points in no smooth region; in key order.
-  std::vector<std::vector<PointId>> unassigned_clusters() {
-    occupancy::PointSet in_region;
-    for (const std::vector<PointId>& region : left_over_.regions)
-      for (const PointId i : region) in_region.insert(i);
+  /// Connected points, bent patches among them; in key order.
+  std::vector<std::vector<PointId>> connected_clusters() {
     // By cells of 4³ voxels: points of one, and of two that touch, are at most h apart.
     std::map<geometry::VoxelKey, std::vector<PointId>> cells;
-    for (const PointId i : left_over_.points)
-      if (free(i) && !in_region.contains(i) && map_.normals.at(i).known) {
+    for (const PointId i : points_)
+      if (free(i)) {
         const geometry::VoxelKey key = map_.window[i].key;
         cells[cell_of(key.x >> 2, key.y >> 2, key.z >> 2)].push_back(i);
       }
@@ -260,7 +261,8 @@ class CylinderUpdate {
 
   const surfaces::MapView& map_;
   surfaces::CylinderStore& cylinders_;
-  const LeftOver& left_over_;
+  std::vector<PointId> points_;
+  Patches bent_;
   CylinderRules rules_;
   CylinderExtraction extract_;
 };
@@ -282,10 +284,10 @@ void retract_cylinders(surfaces::Ledger& ledger, const occupancy::OccupancyDelta
   }
 }
 
-void update_cylinders(surfaces::Ledger& ledger, const LeftOver& left_over) {
+void update_cylinders(surfaces::Ledger& ledger, std::vector<PointId> points, Patches bent) {
   if (!ledger.parameters.detection.detect_cylinders) return;
-  if (left_over.points.empty() && ledger.cylinder_store().touched().empty()) return;
-  CylinderUpdate{ledger, left_over}();
+  if (points.empty() && bent.empty() && ledger.cylinder_store().touched().empty()) return;
+  CylinderUpdate{ledger, std::move(points), std::move(bent)}();
 }
 
 }  // namespace octosurf::cylinders

@@ -39,6 +39,10 @@ Proposal proposal_of(const Readings& readings, const Segmentation& found) {
     proposal.points.push_back({readings[i].point, found.labels[i]});
   for (const Outside& part : found.outside)
     proposal.rest.push_back({part.surface, part.label, part.sums.readings});
+  for (const std::vector<Readings::Index>& patch : found.bent) {
+    std::vector<PointId>& points = proposal.bent.emplace_back();
+    for (const Readings::Index i : patch) points.push_back(readings[i].point);
+  }
   return proposal;
 }
 

@@ -239,6 +239,7 @@ void accept(const Readings& readings, const SegmentLimits& limits, Segmentation&
                                                   segmentation.patches[label], indices, outside[label]);
                 if (why && why->reason == Reason::too_few_points)
                   segmentation.too_few.insert(segmentation.too_few.end(), indices.begin(), indices.end());
+                if (why && why->reason == Reason::bent) segmentation.bent.push_back(indices);
                 return why;
               });
   const std::vector<double> around = count_clutter_around(readings, segmentation);

@@ -53,8 +53,10 @@ void expand_beside(Ledger& ledger, const Detector& detector, std::span<const Poi
 /// Segments surfaces again whose size has changed. Refits the planes of those that have grown since their
 /// last fit, and of those that lost points or were seen better, with an unchanged neighbourhood.
 /// `looked_at`: number of `gained` assignments that existed at detection.
-void revise(Ledger& ledger, const Detector& detector, std::vector<Assignment>& gained,
-            std::size_t looked_at) {
+/// Returns points of surfaces that are bent.
+cylinders::Patches revise(Ledger& ledger, const Detector& detector, std::vector<Assignment>& gained,
+                          std::size_t looked_at) {
+  cylinders::Patches bent;
   std::set<SurfaceId> changed = ledger.changes.touched();
   std::erase_if(changed, [&](SurfaceId id) { return !ledger.find(id)->size_has_changed(); });
   const std::optional<Proposal> found = detector.revise(ledger, changed);
@@ -63,6 +65,7 @@ void revise(Ledger& ledger, const Detector& detector, std::vector<Assignment>& g
     const std::vector<PointId> explained = newly_explained(ledger, *found);
     ledger.apply(*found);
     expand_beside(ledger, detector, explained, gained);
+    bent = found->bent;
   }
   // Where expanded surfaces have since touched others that may be the same plane.
   std::vector<Assignment> since;
@@ -70,12 +73,13 @@ void revise(Ledger& ledger, const Detector& detector, std::vector<Assignment>& g
     if (const SurfaceId now = ledger.window[assignment.point].surface; now != 0)
       since.push_back({assignment.point, now});
   if (const auto met = detector.detect(ledger, {}, {}, false, since).found) ledger.apply(*met);
-  if (detector.as_in_paper()) return;
+  if (detector.as_in_paper()) return bent;
   std::set<SurfaceId> grown, unfitted = ledger.changes.touched();
   for (const Assignment& assignment : gained) grown.insert(assignment.surface);
   std::erase_if(unfitted,
                 [&](SurfaceId id) { return ledger.changes.refitted.contains(id) && !grown.contains(id); });
   for (const SurfaceId id : unfitted) ledger.fit(*ledger.find(id));
+  return bent;
 }
 
 /// Puts pending points into the queue. Their blocks wait once enough points are there.
@@ -86,28 +90,27 @@ void accumulate(Ledger& ledger, std::span<const PointId> points) {
   queue.erase(std::unique(queue.begin(), queue.end()), queue.end());
 }
 
-/// Existing cylinders take new points and those just segmented; new cylinders begin in segmented points that
-/// no plane explains.
-void update_cylinders(Ledger& ledger, std::span<const PointId> fresh, std::vector<PointId> segmented) {
-  if (!ledger.parameters.detection.detect_cylinders) return;
-  ledger.window.put_in_order(segmented);
+/// Existing cylinders take new points and those just segmented; new cylinders begin in patches rejected as
+/// bent, and in segmented points that no plane explains.
+void update_cylinders(Ledger& ledger, std::span<const PointId> fresh, std::span<const PointId> segmented,
+                      cylinders::Patches bent) {
   std::vector<PointId> all(fresh.begin(), fresh.end());
   all.insert(all.end(), segmented.begin(), segmented.end());
   ledger.window.put_in_order(all);
-  cylinders::update_cylinders(ledger,
-                              cylinders::left_over(ledger, ledger.pending(all), ledger.pending(segmented)));
+  cylinders::update_cylinders(ledger, ledger.pending(all), std::move(bent));
 }
 
 void start_anew(Ledger& ledger, const Detector& detector, ScanReport& report) {
   Stopwatch time(report);
-  time(Stage::detect, [&] {
-    const Proposal found = detector.detect_anew(ledger);
-    ledger.apply(found, Ledger::Planes::all);
+  const Proposal found = time(Stage::detect, [&] {
+    Proposal planes = detector.detect_anew(ledger);
+    ledger.apply(planes, Ledger::Planes::all);
     ledger.queue() = {};
-    accumulate(ledger, found.unseen);
+    accumulate(ledger, planes.unseen);
     ledger.changes.unseen.clear();
+    return planes;
   });
-  time(Stage::cylinders, [&] { cylinders::update_cylinders(ledger, {}); });
+  time(Stage::cylinders, [&] { cylinders::update_cylinders(ledger, {}, found.bent); });
 }
 
 }  // namespace
@@ -148,10 +151,13 @@ void update_surfaces(Ledger& ledger, const Detector& detector, Effort effort, Sc
     if (const SurfaceId now = ledger.window[assignment.point].surface; now != 0)
       report.expanded += now < first_new;
 
-  time(Stage::revise, [&] { revise(ledger, detector, gained, looked_at); });
-  if (detection.found) accumulate(ledger, detection.found->unseen);
+  cylinders::Patches bent = time(Stage::revise, [&] { return revise(ledger, detector, gained, looked_at); });
+  if (const std::optional<Proposal>& found = detection.found) {
+    accumulate(ledger, found->unseen);
+    bent.insert(bent.end(), found->bent.begin(), found->bent.end());
+  }
   accumulate(ledger, ledger.take_unseen());
-  time(Stage::cylinders, [&] { update_cylinders(ledger, fresh, std::move(detection.segmented)); });
+  time(Stage::cylinders, [&] { update_cylinders(ledger, fresh, detection.segmented, std::move(bent)); });
 }
 
 }  // namespace octosurf::mapper

@@ -165,8 +165,7 @@ NormalField::NormalField(const occupancy::PointWindow& window, const Parameters&
       surfaces_(surfaces),
       resolution_(parameters.occupancy.resolution),
       smallest_(parameters.normal_radius()),
-      largest_(parameters.search_radius()),
-      max_curvature_(parameters.detection.max_curvature) {}
+      largest_(parameters.search_radius()) {}
 
 const LocalPlane& NormalField::computed(PointId point) const {
   const std::size_t i = index_of(point);
@@ -192,11 +191,11 @@ LocalPlane NormalField::compute(PointId i, double radius) const {
   constexpr float min_neighbours = 6;
   const occupancy::VoxelPoint& p = window_[i];
   LocalPlane plane;
-  plane.reach = std::max(1, static_cast<int>(radius / resolution_));
+  const int reach = std::max(1, static_cast<int>(radius / resolution_));
   NeighbourMoments moments(p, static_cast<float>(radius));
   SurfaceId run = 0;  // surface of the current run of neighbours
   bool off = false;
-  window_.for_each_row_near(p.key, plane.reach, [&](std::size_t first, unsigned count) {
+  window_.for_each_row_near(p.key, reach, [&](std::size_t first, unsigned count) {
     const occupancy::PointWindow::Columns& points = window_.columns();
     if (belong_to(run, &points.surface[first], count)) {
       if (!off) moments.add(points, first, count);
@@ -219,11 +218,6 @@ LocalPlane NormalField::compute(PointId i, double radius) const {
   plane.known = true;
   plane.normal = variances.normal.isZero() ? p.view : variances.normal.cast<float>();
   if (plane.normal.dot(p.view) < 0) plane.normal = -plane.normal;
-  plane.curvature =
-      static_cast<float>(variances.smallest / (variances.smallest + variances.middle + variances.largest));
-  const double sigma_sq = std::pow(noise_.sigma(p.range_class), 2);
-  const double by_noise = sigma_sq / (sigma_sq + radius * radius / 2);
-  plane.flat = plane.curvature <= std::max(max_curvature_, std::min(1.5 * by_noise, 0.15));
   return plane;
 }
 

@@ -11,10 +11,7 @@ namespace octosurf::surfaces {
 /// Local plane at a point.
 struct LocalPlane {
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, toward the sensor
-  float curvature = 1;                               ///< surface variation λ₀/Σλ
-  int reach = 0;                                     ///< voxels, size of the neighbourhood used
   bool known = false;                                ///< false: too few neighbours, or collinear
-  bool flat = false;                                 ///< its curvature is within the noise of a plane
 };
 
 /// Normals of a window's points by moving least squares of degree 1 (paper III-C2; Alexa et al. 2003): a
@@ -45,7 +42,7 @@ class NormalField {
   const sensing::NoiseModel& noise_;
   sensing::ReadingModel model_;
   const SurfaceStore& surfaces_;
-  double resolution_, smallest_, largest_, max_curvature_;
+  double resolution_, smallest_, largest_;
   mutable occupancy::PagedVector<LocalPlane> planes_;  // of points accessed so far
   mutable std::vector<bool> done_;
 };
