@@ -138,37 +138,6 @@ TEST(PointWindow, AReferenceStaysGoodWhileTheWindowGrows) {
   EXPECT_EQ(held.surface, 7U);
 }
 
-TEST(PointWindow, MarksArePendingPointsUntilTheyAreRemoved) {
-  std::mt19937_64 rng(test::seed());
-  OccupancyMap map = random_map(rng, 0.05, {0.1, 0.2, -0.3});
-  const std::vector<VoxelPoint> points = all_points(map);
-  PointWindow window(map);
-  for (const VoxelPoint& p : points)
-    if (rng() % 3 == 0) window.assign(window.find(p.key), 5);
-  PointWindow::Marks marks;
-  std::set<PointId> removed;
-  for (int k = 0; k < 300; ++k) {
-    const PointId some = window.find(points[rng() % points.size()].key);
-    const bool fresh = window[some].surface == 0 && !removed.contains(some);
-    EXPECT_EQ(marks.remove(window, some), fresh);
-    removed.insert(some);
-    const geometry::VoxelKey key = random_key_near(points, rng);
-    const int reach = static_cast<int>(rng() % 12);
-    std::vector<PointId> visited, expected;
-    window.for_each_near(key, reach, [&](PointId i) {
-      if (window[i].surface == 0 && !removed.contains(i)) expected.push_back(i);
-    });
-    window.for_each_near(key, reach, marks, [&](PointId i) {
-      visited.push_back(i);
-      if (index_of(i) % 7 == 0) {  // while it goes on
-        marks.remove(window, i);
-        removed.insert(i);
-      }
-    });
-    ASSERT_EQ(visited, expected) << "reach " << reach;
-  }
-}
-
 TEST(PointWindow, StopsAtTheBorderOfTheOctree) {
   OccupancyParameters parameters;
   OccupancyMap map(parameters);

@@ -41,8 +41,7 @@ class Flood {
   explicit Flood(const surfaces::MapView& map)
       : map_(map),
         planes_(map),
-        reach_(farthest_neighbour(map.grid.resolution(),
-                                  std::min(Readings::farthest_reach, map.parameters.max_hole_size()))) {}
+        reach_(occupancy::Neighbours::voxels(map.parameters.max_hole_size(), map.grid.resolution())) {}
 
   void run(std::vector<PointId> frontier) {
     while (!frontier.empty()) {
@@ -54,11 +53,14 @@ class Flood {
     }
   }
 
-  /// In the window's order, without pieces that are not one plane with their surface.
+  /// In key order, so that sums are rounded the same; without pieces that are not one plane with their
+  /// surface.
   std::vector<Assignment> accepted() {
     std::vector<Assignment> all;
     for (const auto& [i, id] : gained_) all.push_back({i, id});
-    std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.point < b.point; });
+    const auto key = [this](const Assignment& a) { return map_.window[a.point].key; };
+    std::sort(all.begin(), all.end(),
+              [&](const Assignment& a, const Assignment& b) { return key(a) < key(b); });
     std::map<std::size_t, std::vector<PointId>> pieces;  // by root
     geometry::DisjointSets sets = connected(all);
     for (std::size_t k = 0; k < all.size(); ++k) pieces[sets.root(k)].push_back(all[k].point);
@@ -79,10 +81,10 @@ class Flood {
 
   SurfaceId best_surface(PointId i) {
     NeighbourLabels near;
-    for (const PointId j : near_points(map_.window, map_.window[i].key, reach_)) {
+    map_.neighbours.for_each_within(i, reach_, [&](PointId j) {
       const SurfaceId id = owner(j);
       near.add(id != 0 && is_separated(i, j, id) ? clutter : id);
-    }
+    });
     return near.best([&](SurfaceId id) { return planes_.log_ratio(id, i); });
   }
 
@@ -115,8 +117,9 @@ class Flood {
   std::vector<PointId> pending_around(const std::vector<Assignment>& round) const {
     std::vector<PointId> around;
     for (const Assignment& assignment : round)
-      for (const PointId j : near_points(map_.window, map_.window[assignment.point].key, reach_))
+      map_.neighbours.for_each_within(assignment.point, reach_, [&](PointId j) {
         if (owner(j) == 0) around.push_back(j);
+      });
     std::sort(around.begin(), around.end());
     around.erase(std::unique(around.begin(), around.end()), around.end());
     return around;
@@ -128,10 +131,11 @@ class Flood {
     tsl::robin_map<PointId, std::size_t> place;
     for (std::size_t k = 0; k < gained.size(); ++k) place.emplace(gained[k].point, k);
     for (std::size_t k = 0; k < gained.size(); ++k)
-      for (const PointId j : near_points(map_.window, map_.window[gained[k].point].key, reach_))
+      map_.neighbours.for_each_within(gained[k].point, reach_, [&](PointId j) {
         if (const auto at = place.find(j);
             at != place.end() && gained[at->second].surface == gained[k].surface)
           sets.join(k, at->second);
+      });
     return sets;
   }
 

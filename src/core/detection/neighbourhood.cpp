@@ -91,8 +91,7 @@ class Collector {
       : map_(map),
         blocks_(planelet_edge(map.grid.resolution())),
         gap_(static_cast<int>(std::ceil(map.parameters.max_hole_size() / map.grid.resolution() - 1e-9))),
-        cubes_(std::max(1, gap_ / 4)),
-        farthest_(farthest_neighbour(map.grid.resolution(), Readings::farthest_reach)) {}
+        cubes_(std::max(1, gap_ / 4)) {}
 
   void add_point(PointId i) {
     if (taken_.insert(i)) around_.points.push_back(i);
@@ -174,7 +173,7 @@ class Collector {
 
   void add_neighbours_of(const std::vector<PointId>& points) {
     for (const PointId point : points)
-      for (const PointId i : near_points(map_.window, map_.window[point].key, farthest_)) add(i);
+      for (const PointId i : map_.neighbours.of(point)) add(i);
   }
 
   /// Rays through a plane speak against it, whether the ray or the plane is new (count_crossings).
@@ -197,7 +196,6 @@ class Collector {
   VoxelBlocks blocks_;
   int gap_;  // voxels
   VoxelBlocks cubes_;
-  int farthest_;  // voxels
   occupancy::PointSet taken_;
   tsl::robin_map<VoxelBlocks::Place, SurfaceId, geometry::PackedKeyHash>
       rims_;  // surface of the last one taken, by cube

@@ -1,12 +1,10 @@
 #include "detection/readings.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <limits>
 
 namespace octosurf::detection {
 namespace {
-
-constexpr std::size_t enough_neighbours = 6;  // effort: as in a hexagonal grid
 
 std::vector<PointId> all_of(const surfaces::MapView& map) {
   std::vector<PointId> points;
@@ -19,22 +17,6 @@ std::vector<PointId> all_of(const surfaces::MapView& map) {
 std::uint64_t block_of(geometry::VoxelKey key) { return key.packed() >> 3 & 0x1fff1fff1fffULL; }
 
 }  // namespace
-
-int farthest_neighbour(double resolution, double reach) {
-  return std::max(1, static_cast<int>(std::floor(reach / resolution)));
-}
-
-NearPoints near_points(const occupancy::PointWindow& window, geometry::VoxelKey key, int farthest) {
-  NearPoints near;
-  for (int reach = 1; reach <= farthest; ++reach) {
-    near.clear();
-    window.for_each_near(key, reach, [&](PointId i) {
-      if (window[i].key != key) near.push_back(i);
-    });
-    if (near.size() >= enough_neighbours) break;
-  }
-  return near;
-}
 
 Readings::Readings(const surfaces::MapView& map)
     : Readings(map, {.points = all_of(map), .may_join = {}, .context = {}, .rims = {}}) {}
@@ -50,7 +32,7 @@ Readings::Readings(const surfaces::MapView& map, const Neighbourhood& around)
   for (const PointId i : around.rims) readings_[find(i)].at_rim = true;
   at_border_.resize(readings_.size());
   first_.reserve(readings_.size() + 1);
-  for (Index i = 0; i < readings_.size(); ++i) find_neighbours(i);
+  for (Index i = 0; i < readings_.size(); ++i) find_neighbours(map.neighbours, i);
   first_.push_back(neighbours_.size());
 }
 
@@ -77,15 +59,16 @@ void Readings::add(std::span<const PointId> points, std::span<const PointId> oth
   }
 }
 
-void Readings::find_neighbours(Index i) {
+void Readings::find_neighbours(const occupancy::Neighbours& all, Index i) {
   first_.push_back(neighbours_.size());
-  const int farthest = is_context(i) ? 1 : farthest_neighbour(resolution(), farthest_reach);
   bool missing = is_context(i);
-  for (const PointId point : near_points(window_, readings_[i].key, farthest))
+  const int farthest = is_context(i) ? 1 : std::numeric_limits<int>::max();
+  all.for_each_within(readings_[i].point, farthest, [&](PointId point) {
     if (const Index j = find(point); j != none)
       neighbours_.push_back(j);
     else
       missing = true;
+  });
   at_border_[i] = missing;
 }
 

@@ -5,7 +5,6 @@
 #include "surfaces/map_view.hpp"
 
 #include <Eigen/Core>
-#include <boost/container/small_vector.hpp>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -23,13 +22,6 @@ struct Neighbourhood {
   std::vector<PointId> context;   ///< keep their labels; others may merge with them
   std::vector<PointId> rims;      ///< likewise, at the rim of their surface: merged across gaps
 };
-
-/// Search radius for neighbours where points are sparse, in voxels: `reach` m, at least one.
-int farthest_neighbour(double resolution, double reach);
-/// The points around one: in the 26 voxels around, or, if fewer than six of these have a point, within the
-/// smallest distance that gives six, at most `farthest` voxels.
-using NearPoints = boost::container::small_vector<PointId, 26>;
-NearPoints near_points(const occupancy::PointWindow& window, geometry::VoxelKey key, int farthest);
 
 /// The octree's summary of the readings in one voxel.
 struct Reading {
@@ -66,9 +58,7 @@ class Readings {
   /// True for `none`, too.
   bool is_context(Index i) const { return i >= size_; }
   const Reading& operator[](Index i) const { return readings_[i]; }
-  /// The readings of near_points() within farthest_reach. Symmetric only where both have six. For context
-  /// only the 26.
-  static constexpr double farthest_reach = 0.16;  ///< m; effort
+  /// The readings among its neighbours. Symmetric only where both have six. For context only the 26.
   std::span<const Index> near(Index i) const {
     return std::span(neighbours_).subspan(first_[i], first_[i + 1] - first_[i]);
   }
@@ -103,7 +93,7 @@ class Readings {
  private:
   void add(std::span<const PointId> points, std::span<const PointId> others,
            const occupancy::OccupancyMap& octree);
-  void find_neighbours(Index i);
+  void find_neighbours(const occupancy::Neighbours& all, Index i);
 
   const occupancy::PointWindow& window_;
   geometry::VoxelGrid grid_;

@@ -33,8 +33,8 @@ struct Refused {
 /// Deterministic. O(readings), 5 to 8 µs for each.
 ///
 /// `known`: initial labels, of planelets and of patches fitted by refit_patches(); sums outside must have a
-/// label. Without it this is the batch form, with which tests compare the incremental one. `refused`: if given, receives
-/// rejected planes.
+/// label. Without it this is the batch form, with which tests compare the incremental one. `refused`: if
+/// given, receives rejected planes.
 Segmentation segment(const Readings& readings, const SegmentLimits& limits, Segmentation known,
                      std::vector<Refused>* refused = nullptr);
 Segmentation segment(const Readings& readings, const SegmentLimits& limits);

@@ -52,30 +52,4 @@ void PointWindow::place(std::uint32_t i, const VoxelPoint& p) const {
   columns_.surface[i] = p.surface;
 }
 
-PointWindow::Marks::Slices& PointWindow::Marks::of(const PointWindow& window, std::uint32_t b) {
-  if (b >= slices_.size()) {
-    slices_.resize(window.blocks_.size());
-    known_.resize(window.blocks_.size(), false);
-  }
-  if (!known_[b]) {
-    known_[b] = true;
-    const Block& block = window.blocks_[b];
-    for (std::uint32_t i = block.first; i < block.first + block.count; ++i) {
-      const geometry::VoxelKey key = window.points_[i].key;
-      if (window.columns_.surface[i] == 0)
-        slices_[b][key.z & 7] |= std::uint64_t{1} << (8 * (key.y & 7) + (key.x & 7));
-    }
-  }
-  return slices_[b];
-}
-
-bool PointWindow::Marks::remove(const PointWindow& window, PointId i) {
-  const geometry::VoxelKey key = window.points_[index_of(i)].key;
-  std::uint64_t& slice = of(window, window.block_of(key.packed() >> 3 & block_mask))[key.z & 7];
-  const std::uint64_t bit = std::uint64_t{1} << (8 * (key.y & 7) + (key.x & 7));
-  const bool marked = (slice & bit) != 0;
-  slice &= ~bit;
-  return marked;
-}
-
 }  // namespace octosurf::occupancy

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "geometry/morton.hpp"
 #include "occupancy/occupancy_map.hpp"
 #include "occupancy/paged_vector.hpp"
 
@@ -91,22 +92,16 @@ class PointWindow {
   template <class Visit>
   void for_each_near(geometry::VoxelKey key, int reach, Visit&& visit) const;
 
-  /// A subset of the window's points: initially all that are pending when their block is loaded.
-  class Marks {
-   public:
-    bool remove(const PointWindow& window, PointId i);  ///< false if it is not in the subset
-
-   private:
-    friend PointWindow;
-    using Slices = std::array<std::uint64_t, 8>;
-    Slices& of(const PointWindow& window, std::uint32_t block);
-
-    std::vector<Slices> slices_;
-    std::vector<bool> known_;
-  };
-  /// The same for marked points. Cost: blocks met, plus marked points met.
-  template <class Visit>
-  void for_each_near(geometry::VoxelKey key, int reach, Marks& marks, Visit&& visit) const;
+  /// Number of these points. Cost: blocks met.
+  std::size_t count_near(geometry::VoxelKey key, int reach) const {
+    std::size_t count = 0;
+    for_each_block_near(key, reach, [&](std::uint32_t b, const Box& box) {
+      const std::uint64_t slice = box.slice();
+      for (unsigned z = box.z0; z <= box.z1; ++z)
+        count += static_cast<std::size_t>(geometry::bit_count(blocks_[b].slices[z] & slice));
+    });
+    return count;
+  }
 
   /// The same points as rows of columns(): visit(first, count) for [first, first + count), possibly empty; at
   /// most eight in each. May not load further blocks.
@@ -205,14 +200,6 @@ template <class Visit>
 void PointWindow::for_each_near(geometry::VoxelKey key, int reach, Visit&& visit) const {
   for_each_block_near(key, reach, [&](std::uint32_t b, const Box& box) {
     for (unsigned z = box.z0; z <= box.z1; ++z) visit_points(b, z, blocks_[b].slices[z] & box.slice(), visit);
-  });
-}
-
-template <class Visit>
-void PointWindow::for_each_near(geometry::VoxelKey key, int reach, Marks& marks, Visit&& visit) const {
-  for_each_block_near(key, reach, [&](std::uint32_t b, const Box& box) {
-    for (unsigned z = box.z0; z <= box.z1; ++z)
-      visit_points(b, z, marks.of(*this, b)[z] & box.slice(), visit);
   });
 }
 

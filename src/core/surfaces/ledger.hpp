@@ -121,6 +121,7 @@ class Ledger : public MapView {
 
   MapState& state_;
   occupancy::PointWindow points_;
+  occupancy::Neighbours neighbours_of_points_;
   NormalField normals_of_points_;
 };
 

@@ -1,12 +1,13 @@
 #pragma once
 
+#include "occupancy/neighbours.hpp"
 #include "surfaces/map_state.hpp"
 #include "surfaces/normal_field.hpp"
 
 namespace octosurf::surfaces {
 
-/// Read access for stages: the map's surfaces, and its points around the changes. Blocks of points and their
-/// normals are loaded on first access.
+/// Read access for stages: the map's surfaces, and its points around the changes. Blocks of points,
+/// their neighbours and normals are loaded on first access.
 struct MapView {
   const Parameters& parameters;
   const occupancy::OccupancyMap& octree;
@@ -15,6 +16,7 @@ struct MapView {
   const CylinderStore& cylinders;
   const sensing::NoiseModel& noise;
   const occupancy::PointWindow& window;
+  const occupancy::Neighbours& neighbours;
   const NormalField& normals;
 
   /// Whether the voxel has a point without a surface.
