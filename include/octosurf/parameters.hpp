@@ -31,8 +31,8 @@ struct SurfaceParameters {
   double sensor_noise = 0.005;              ///< m: standard deviation near the sensor
   std::optional<double> range_noise;        ///< 1/m: σ(z) = sensor_noise + range_noise·z²; empty:
                                             ///< estimated from the scans
-  std::optional<double> max_hole_size;      ///< h, m: α of the alpha shape, largest gap within a surface;
-                                            ///< the paper's detector: reach of expansion; empty: derived
+  std::optional<double> max_hole_size;      ///< h, m: α of the alpha shape, largest gap within a surface,
+                                            ///< reach of expansion along the plane; empty: derived
   double min_surface_width = 0.03;          ///< m: narrower clusters stay pending; 0: any; not the paper's
   double mesh_thickness = 0.02;             ///< m: extrusion against the normal
 };

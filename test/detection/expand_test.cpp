@@ -6,7 +6,9 @@
 #include "support/seed.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <gmock/gmock.h>
+#include <numbers>
 #include <random>
 #include <set>
 
@@ -96,6 +98,34 @@ TEST(Expand, ReachesTheEndOfWhatIsConnected) {
     EXPECT_EQ(gained.contains(i) || points.ledger.window[i].surface == floor.id(),
               points.position(i).x() < 1.1)
         << points.position(i).transpose();
+}
+
+/// How many points beyond a gap of 6 cm, from x = 1.06 m on, the floor gains.
+std::size_t gained_beyond_gap(const std::vector<Scan>& beyond) {
+  std::vector<Scan> scans = beyond;
+  scans.push_back(floor_scan(0, 1));
+  Points points(scans);
+  points.surface(floor_plane, [](const Eigen::Vector3d& p) { return p.x() < 1.03; });
+  const std::set<PointId> gained = points_of(expand(points.ledger, points.pending()));
+  return static_cast<std::size_t>(
+      std::count_if(gained.begin(), gained.end(), [&](PointId i) { return points.position(i).x() > 1.03; }));
+}
+
+TEST(Expand, TakesAnIslandBeyondAGap) {
+  const std::size_t island = Points({floor_scan(1.06, 1.3)}).all.size();
+  EXPECT_EQ(gained_beyond_gap({floor_scan(1.06, 1.3)}), island);
+  EXPECT_EQ(gained_beyond_gap({floor_scan(1.12, 1.36)}), 0U) << "farther than h";
+}
+
+TEST(Expand, LeavesAnIslandOfAnotherPlane) {
+  const double rise = std::tan(3 * std::numbers::pi / 180) * 0.4;
+  EXPECT_EQ(gained_beyond_gap({test::rectangle_scan(eye, {1.06, 0, 0}, {0.4, 0, rise}, {0, 1, 0})}), 0U);
+  EXPECT_EQ(gained_beyond_gap({test::rectangle_scan(eye, {1.06, 0, 0.02}, {0.24, 0, 0}, {0, 1, 0})}), 0U);
+}
+
+TEST(Expand, LeavesAnIslandBehindABoardOnThePlane) {
+  const Scan board = test::rectangle_scan(eye, {1.01, 0, 0.03}, {0.04, 0, 0}, {0, 1, 0});
+  EXPECT_EQ(gained_beyond_gap({floor_scan(1.06, 1.3), board}), 0U);
 }
 
 TEST(Expand, NoOrderOfPointsMatters) {

@@ -5,6 +5,7 @@
 #include "detection/patch_graph.hpp"
 #include "detection/planelets.hpp"
 #include "detection/sure_plane.hpp"
+#include "detection/voxel_blocks.hpp"
 #include "geometry/disjoint_sets.hpp"
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include <map>
 #include <set>
 #include <tsl/robin_map.h>
+#include <tsl/robin_set.h>
 
 namespace octosurf::detection {
 namespace {
@@ -41,15 +43,17 @@ class Flood {
   explicit Flood(const surfaces::MapView& map)
       : map_(map),
         planes_(map),
-        reach_(occupancy::Neighbours::voxels(map.parameters.max_hole_size(), map.grid.resolution())) {}
+        reach_(occupancy::Neighbours::voxels(map.parameters.max_hole_size(), map.grid.resolution())),
+        gap_(static_cast<int>(map.parameters.max_hole_size() / map.grid.resolution() + 1e-9)) {}
 
-  void run(std::vector<PointId> frontier) {
-    while (!frontier.empty()) {
-      std::vector<Assignment> round;
-      for (const PointId i : frontier)
-        if (const SurfaceId id = best_surface(i); id != 0) round.push_back({i, id});
-      for (const auto& [i, id] : round) gained_.emplace(i, id);
-      frontier = pending_around(round);
+  void run(std::vector<PointId> left) {
+    flood(left);
+    while (!left.empty()) {
+      map_.window.put_in_order(left);
+      std::vector<Assignment> gained = across_gaps(left);
+      const std::vector<Assignment> more = flood(pending_around(gained));
+      gained.insert(gained.end(), more.begin(), more.end());
+      left = pending_within_gap(gained);
     }
   }
 
@@ -74,6 +78,132 @@ class Flood {
   }
 
  private:
+  void gain(PointId i, SurfaceId id) {
+    gained_.emplace(i, id);
+    const geometry::PlaneCell cell = map_.surfaces.find(id)->cell_of(map_.window[i].position);
+    gained_cells_[id].insert(cell.packed());
+  }
+
+  /// Round after round, points beside inliers.
+  std::vector<Assignment> flood(std::vector<PointId> frontier) {
+    std::vector<Assignment> all;
+    while (!frontier.empty()) {
+      std::vector<Assignment> round;
+      for (const PointId i : frontier)
+        if (owner(i) == 0)
+          if (const SurfaceId id = best_surface(i); id != 0) round.push_back({i, id});
+      for (const auto& [i, id] : round) gain(i, id);
+      all.insert(all.end(), round.begin(), round.end());
+      frontier = pending_around(round);
+    }
+    return all;
+  }
+
+  /// Pieces of `left`, in key order, and of what is pending beside them.
+  std::vector<Assignment> across_gaps(const std::vector<PointId>& left) {
+    std::vector<Assignment> all;
+    occupancy::PointSet looked_at;
+    for (const PointId seed : left) {
+      if (owner(seed) != 0 || looked_at.contains(seed)) continue;
+      const SurfaceId id = surface_across_gap(seed);
+      if (id == 0) continue;
+      for (const PointId i : piece_of(seed, id, looked_at)) all.push_back({i, id});
+    }
+    for (const auto& [i, id] : all) gain(i, id);
+    return all;
+  }
+
+  /// The surface that explains a pending point best, of those with a rim at most h away along their plane.
+  SurfaceId surface_across_gap(PointId i) {
+    SurfaceId best = 0;
+    double most = 0;
+    for (const SurfaceId id : map_.surfaces.near(map_.window[i].key, gap_)) {
+      const double log_ratio = planes_.log_ratio(id, i);
+      if (!(log_ratio > most) || !reaches(id, i)) continue;
+      most = log_ratio;
+      best = id;
+    }
+    return best;
+  }
+
+  /// Whether the plane's hash has a cell within h from which nothing hides the point.
+  bool reaches(SurfaceId id, PointId i) const {
+    const surfaces::SurfaceModel& surface = *map_.surfaces.find(id);
+    const geometry::PlaneCell from = surface.cell_of(map_.window[i].position);
+    const auto gained = gained_cells_.find(id);
+    const auto has = [&](geometry::PlaneCell cell) {
+      return surface.occupied(cell) ||
+             (gained != gained_cells_.end() && gained->second.contains(cell.packed()));
+    };
+    for (int ring = 1; ring <= gap_; ++ring)
+      for (int v = -ring; v <= ring; ++v)
+        for (int u = -ring; u <= ring; u += (std::abs(v) == ring ? 1 : 2 * ring))
+          if (const geometry::PlaneCell cell{from.u + u, from.v + v};
+              u * u + v * v <= gap_ * gap_ && has(cell))
+            return ring > 1 && is_open(surface, i, surface.centre_of(cell).cast<float>());
+    return false;
+  }
+
+  /// No reading off the plane lies between the two or just above: it would be of an object on the plane, such
+  /// as a board, or of a wall.
+  bool is_open(const surfaces::SurfaceModel& surface, PointId i, const Eigen::Vector3f& rim) const {
+    const Eigen::Vector3d& normal = surface.plane().normal;
+    const auto on_plane = [&](const Eigen::Vector3f& p) {
+      return Eigen::Vector3f(p - (surface.distance(p) * normal).cast<float>());
+    };
+    const Eigen::Vector3f from = on_plane(map_.window[i].position), line = on_plane(rim) - from;
+    const double above = planes_.model().reach(map_.window[i].range_class, 1) + map_.grid.resolution();
+    const int steps = static_cast<int>(2 * line.norm() / map_.grid.resolution());
+    for (int k = 1; k < steps; ++k)
+      for (const double height : {0.0, above}) {
+        geometry::VoxelKey key;
+        const Eigen::Vector3f at = from + line * (static_cast<float>(k) / static_cast<float>(steps)) +
+                                   (height * normal).cast<float>();
+        if (!map_.grid.key_of(at, key)) return false;
+        const PointId there = map_.window.find(key);
+        if (there != PointId::none && owner(there) != surface.id() &&
+            !planes_.model().belongs(map_.window[there], surface.plane()))
+          return false;
+      }
+    return true;
+  }
+
+  /// Connected pending points around `seed` that fit the surface, if there are enough to contradict it, and
+  /// most of the pending points that they touch fit, too: else they are where another plane passes.
+  std::vector<PointId> piece_of(PointId seed, SurfaceId id, occupancy::PointSet& looked_at) {
+    std::vector<PointId> piece{seed};
+    occupancy::PointSet others;
+    std::size_t unfit = 0;
+    looked_at.insert(seed);
+    for (std::size_t k = 0; k < piece.size(); ++k)
+      map_.neighbours.for_each_within(piece[k], reach_, [&](PointId j) {
+        if (owner(j) == id || looked_at.contains(j)) return;
+        if (owner(j) == 0 && planes_.log_ratio(id, j) > 0) {
+          looked_at.insert(j);
+          piece.push_back(j);
+        } else if (others.insert(j)) {
+          ++unfit;
+        }
+      });
+    if (piece.size() < Constants::fewest_of_plane || piece.size() <= unfit) piece.clear();
+    return piece;
+  }
+
+  /// Effort: around one gained point in each cube of a quarter of h.
+  std::vector<PointId> pending_within_gap(const std::vector<Assignment>& gained) const {
+    const VoxelBlocks cubes(std::max(1, gap_ / 4));
+    std::set<VoxelBlocks::Place> taken;
+    std::vector<PointId> within;
+    for (const Assignment& assignment : gained) {
+      const geometry::VoxelKey key = map_.window[assignment.point].key;
+      if (!taken.insert(cubes.of(key)).second) continue;
+      map_.window.for_each_near(key, gap_, [&](PointId i) {
+        if (owner(i) == 0) within.push_back(i);
+      });
+    }
+    return within;
+  }
+
   SurfaceId owner(PointId i) const {
     const auto gained = gained_.find(i);
     return gained == gained_.end() ? map_.window[i].surface : gained->second;
@@ -168,8 +298,10 @@ class Flood {
 
   const surfaces::MapView& map_;
   SurePlanes planes_;
-  int reach_;  // voxels
+  int reach_;  // voxels, of neighbours
+  int gap_;    // voxels, of h
   tsl::robin_map<PointId, SurfaceId> gained_;
+  tsl::robin_map<SurfaceId, tsl::robin_set<std::uint64_t, geometry::PackedKeyHash>> gained_cells_;
   tsl::robin_map<PointId, std::vector<SurfaceId>> ids_near_;
 };
 

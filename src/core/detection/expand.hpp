@@ -14,13 +14,16 @@ std::vector<Assignment> add_inliers(const surfaces::MapView& map, std::span<cons
 
 /// Expands surfaces over their boundaries through the octree (paper, III-B2): pending points of `left` beside
 /// inliers are assigned to the surface that explains them best, then pending points beside those, until none
-/// is left. Beside: as Readings::near(), at most h away.
+/// is left. Beside: among their Neighbours, at most h away. Then pieces of pending points beyond a gap, with
+/// a rim cell of the plane's hash at most h away along the plane, and what lies beside and beyond these.
 ///
 /// 1. A point must fit every plane within two standard deviations of the surface's.
-/// 2. Expansion does not cross a surface at an angle.
-/// 3. Each connected piece that a surface gains is one patch. It stays pending unless one plane is likelier
+/// 2. Expansion does not cross a surface at an angle, nor a gap in which readings lie off the plane.
+/// 3. A piece beyond a gap needs five points at least, and most of the pending points that it touches must fit
+///    the plane, too: else another plane passes there.
+/// 4. Each connected piece that a surface gains is one patch. It stays pending unless one plane is likelier
 ///    than two (log_same). The rim prior is not used: it would favour anything in contact.
-/// 4. All points of a round are decided before any is assigned, so the order does not matter.
+/// 5. All points of a round are decided before any is assigned, so the order does not matter.
 /// Cost: new points and their neighbours.
 std::vector<Assignment> expand(const surfaces::MapView& map, std::span<const PointId> left);
 
