@@ -182,7 +182,7 @@ std::string without_ending(const std::string& stem) {
 
 void run_map(MapOptions& options) {
   const auto begin = MapRun::Clock::now();
-  const ParameterChoice choice(options.parameters);
+  const ParameterChoice choice(options.parameters, options.realtime);
   if (options.show_parameters) return show_parameters(options, choice);
   options.output = without_ending(options.output.empty() ? options.resume : options.output);
   options.resume = without_ending(options.resume);
@@ -233,7 +233,8 @@ void add_map(CLI::App& app) {
       ->capture_default_str();
   verb->add_flag("--realtime", options->realtime,
                  "scans arrive at their time stamps, not as fast as they can be mapped; where mapping falls "
-                 "behind, those that wait are mapped together");
+                 "behind, those that wait are mapped together, and a scan looks for new surfaces in 1,000 "
+                 "readings, if --detection-budget says no other");
   verb->add_option(
           "--together", options->together,
           "--realtime: at most so many, once one by one they would wait for as long as so many take to "

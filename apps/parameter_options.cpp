@@ -114,7 +114,10 @@ void add_parameter_options(CLI::App& verb, ParameterOptions& options) {
   }
 }
 
-ParameterChoice::ParameterChoice(const ParameterOptions& options) : preset_(options.preset) {
+constexpr int budget_in_real_time = 1000;  // readings, see DetectionParameters::detection_budget
+
+ParameterChoice::ParameterChoice(const ParameterOptions& options, bool live)
+    : preset_(options.preset), live_(live) {
   if (!options.config.empty()) settings_ = read_config(options.config);
   settings_.insert(settings_.end(), options.flags.begin(), options.flags.end());
   apply_to(Parameters());  // rejects unknown names and invalid values
@@ -133,6 +136,7 @@ Parameters ParameterChoice::in_force(std::optional<double> resolution) const {
   const bool paper = preset_ == "paper";
   const Parameters base = paper ? Parameters::paper() : Parameters();
   Parameters parameters = apply_to(base);
+  if (live_ && !given("detection_budget")) parameters.detection.detection_budget = budget_in_real_time;
   double& d = parameters.occupancy.resolution;
   if (resolution && given("resolution") && std::fabs(d - *resolution) > 1e-9) {
     std::ostringstream is;

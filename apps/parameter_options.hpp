@@ -31,7 +31,8 @@ class ParameterChoice {
  public:
   /// Reads the config file. Throws Error(data) if it cannot be read, Error(usage) naming file and line for an
   /// invalid line, and for unknown names and invalid values.
-  explicit ParameterChoice(const ParameterOptions& options);
+  /// `live`: for scans that arrive in real time; unless it is given, a new map has a detection_budget.
+  explicit ParameterChoice(const ParameterOptions& options, bool live = false);
 
   /// The parameters for a new map, validated. With the paper's preset, s follows d and the sensor noise
   /// unless it is given. `resolution`: of an existing octree. Throws Error(usage), also for a conflicting
@@ -50,6 +51,7 @@ class ParameterChoice {
   Parameters apply_to(Parameters parameters) const;
 
   std::optional<std::string> preset_;
+  bool live_;
   std::vector<ParameterOptions::Setting> settings_;  ///< config file, then flags
 };
 

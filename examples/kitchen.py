@@ -30,7 +30,6 @@ if not recording:
 mapper = octosurf.Mapper(up=None)
 for scan in octosurf.open_scans(recording):
     report = mapper.insert(scan)
-mapper.drain()  # surfaces in what the scans' budget has left over
 octosurf_map = mapper.map()
 snapshot = octosurf_map.snapshot()
 up = snapshot.up()

@@ -30,7 +30,7 @@ def main(topic, fixed_frame, file):
         except (tf2_ros.TransformException, octosurf.Error) as error:
             rospy.logwarn("cloud left out: %s", error)
     rospy.init_node("octosurf")
-    mapper, buffer = octosurf.Mapper(), tf2_ros.Buffer()
+    mapper, buffer = octosurf.Mapper(detection_budget=1000), tf2_ros.Buffer()
     listener = tf2_ros.TransformListener(buffer)  # fills the buffer while it lives
     rospy.Subscriber(topic, sensor_msgs.msg.PointCloud2, insert, queue_size=10, buff_size=1 << 26)
     rospy.spin()

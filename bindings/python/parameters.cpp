@@ -54,13 +54,13 @@ Settings<DetectionParameters> bind_detection_parameters(py::module_& module) {
              "m: cylinders: neighbourhood for normals where points are dense and exact; None: derived.")
       .field("min_surface_points", &P::min_surface_points, "n; None: derived.")
       .field("smoothness_angle", &P::smoothness_angle,
-             "rad: region growing, normal difference: the paper's detector, and cylinders.")
+             "rad: region growing, normal difference: the paper's detector only.")
       .field("max_curvature", &P::max_curvature, "Region growing, surface variation: likewise.")
-      .field("ransac_iterations", &P::ransac_iterations, "RANSAC: likewise.")
+      .field("ransac_iterations", &P::ransac_iterations, "RANSAC of the paper's detector, and of cylinders.")
       .field(
           "detection_budget", &P::detection_budget,
           "Pending readings in which a scan looks for surfaces at most, or a quarter of those that wait, if "
-          "that is more; Mapper.drain() looks at the rest. 0: all at once.")
+          "that is more; Mapper.drain() looks at the rest. 0: no limit.")
       .field("detect_cylinders", &P::detect_cylinders,
              "Look for pillars, rails and rungs among what no plane took.");
 }

@@ -120,8 +120,8 @@ class Mapper {
   /// Throws Error(data), and leaves the map as it was, if the pose is not rigid or outside the octree, and
   /// if the surfaces' ids could run out.
   /// A scan that is clearly off and not to be put right is not inserted, see AlignmentOutcome::set_aside.
-  /// Its readings are in the octree and on the surfaces that are known when this returns; of new surfaces, as
-  /// many are looked for as DetectionParameters::detection_budget allows: drain() finds the rest.
+  /// Its readings are in the octree and on surfaces, new ones among them, when this returns. With a
+  /// DetectionParameters::detection_budget the search for new ones ends there: drain() finds the rest.
   ScanReport insert(const Scan& scan);
   /// The same, map and report, in less time: what prepare() has done is used if the scan is inserted at its
   /// stated pose and its mapper had the same resolution and ranges; else it is repeated.

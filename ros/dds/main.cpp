@@ -99,7 +99,7 @@ void add_options(CLI::App& app, NodeOptions& options, bool& force) {
 }
 
 Map start_of(const NodeOptions& options, bool force) {
-  const ParameterChoice choice(options.parameters);
+  const ParameterChoice choice(options.parameters, true);
   const bool there = std::filesystem::exists(options.output + ".surfaces");
   if (there && !options.resume && !force)
     throw Error(Error::Kind::usage, options.output + ".surfaces", "exists",

@@ -10,7 +10,6 @@ int main() {
 
   octosurf::Mapper mapper;
   mapper.insert(scan);
-  mapper.drain();  // after the last scan: detects what its budget has left over
   for (const octosurf::SurfacePtr& surface : mapper.snapshot()->surfaces)
     std::printf("surface %u: %.2f m², %zu polygons, normal z %.3f\n", surface->id, surface->area_m2,
                 surface->polygons.size(), surface->plane.normal.z());
